@@ -1,0 +1,143 @@
+//! Rays, segments and hits by the batch. What happens inside a batch is the accelerator's affair:
+//! callers say what rays share, and never how they are traced.
+
+use glam::Vec3;
+
+use crate::geometry::{Hit, HitId};
+
+/// What the rays of a batch have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shared {
+    /// All start here: eye rays of a perspective camera; shadow rays of a point light.
+    Origin(Vec3),
+    /// All run along this: orthographic eye rays; shadow rays of a sun.
+    Direction(Vec3),
+    /// Nothing.
+    None,
+}
+
+/// Rays to be intersected. The arrays are parallel.
+#[derive(Clone, Debug)]
+pub struct RayBatch {
+    /// What they share.
+    pub shared: Shared,
+    /// True: eye rays do not see back faces of single-sided materials.
+    pub cull: bool,
+    /// Origins.
+    pub origins: Vec<Vec3>,
+    /// Directions, any length but zero.
+    pub directions: Vec<Vec3>,
+    /// Only surfaces that come later than this in the order of (t, id) are hit. Start with
+    /// [`RayBatch::from_near`]; give a hit to find the one behind it, coincident ones included.
+    pub after: Vec<Hit>,
+    /// Only surfaces with t at most this are hit.
+    pub t_max: Vec<f32>,
+}
+
+impl Default for RayBatch {
+    fn default() -> Self {
+        RayBatch {
+            shared: Shared::None,
+            cull: false,
+            origins: Vec::new(),
+            directions: Vec::new(),
+            after: Vec::new(),
+            t_max: Vec::new(),
+        }
+    }
+}
+
+impl RayBatch {
+    /// The start of the order: everything with t ≥ `near` and t > 0 comes after it.
+    pub fn from_near(near: f32) -> Hit {
+        let t = if near > 0.0 { near.next_down() } else { 0.0 };
+        Hit { t, id: HitId::NONE }
+    }
+
+    /// Empties it, keeping its memory.
+    pub fn clear(&mut self) {
+        self.origins.clear();
+        self.directions.clear();
+        self.after.clear();
+        self.t_max.clear();
+    }
+
+    /// Adds a ray.
+    pub fn push(&mut self, o: Vec3, d: Vec3, after: Hit, t_max: f32) {
+        self.origins.push(o);
+        self.directions.push(d);
+        self.after.push(after);
+        self.t_max.push(t_max);
+    }
+
+    /// Number of rays.
+    pub fn len(&self) -> usize {
+        self.origins.len()
+    }
+
+    /// True without rays.
+    pub fn is_empty(&self) -> bool {
+        self.origins.is_empty()
+    }
+}
+
+/// The closest hits of a batch, parallel to its rays.
+pub type HitBatch = Vec<Hit>;
+
+/// Shadow segments: is the way from a surface to a light free? The arrays are parallel.
+#[derive(Clone, Debug)]
+pub struct SegmentBatch {
+    /// `Origin`: the light's position, where all segments end. `Direction`: the way *to* a sun,
+    /// along which all go on for ever. `None`: each has its own end.
+    pub shared: Shared,
+    /// Where they start: surface points, already lifted off their surface by their error bound.
+    pub from: Vec<Vec3>,
+    /// Where they end; not used for suns.
+    pub to: Vec<Vec3>,
+    /// The triangle each starts on, which cannot block it.
+    pub source: Vec<HitId>,
+}
+
+impl Default for SegmentBatch {
+    fn default() -> Self {
+        SegmentBatch { shared: Shared::None, from: Vec::new(), to: Vec::new(), source: Vec::new() }
+    }
+}
+
+impl SegmentBatch {
+    /// Empties it, keeping its memory.
+    pub fn clear(&mut self) {
+        self.from.clear();
+        self.to.clear();
+        self.source.clear();
+    }
+
+    /// Adds a segment.
+    pub fn push(&mut self, from: Vec3, to: Vec3, source: HitId) {
+        self.from.push(from);
+        self.to.push(to);
+        self.source.push(source);
+    }
+
+    /// Number of segments.
+    pub fn len(&self) -> usize {
+        self.from.len()
+    }
+
+    /// True without segments.
+    pub fn is_empty(&self) -> bool {
+        self.from.is_empty()
+    }
+}
+
+/// Judges what only a material knows, for triangles that are not simply opaque.
+pub trait Cutout: Sync {
+    /// Whether the surface is there at all where the ray meets the triangle (alpha masks). Called
+    /// for cutout triangles only, in any order and perhaps more than once: it must depend on its
+    /// arguments alone.
+    fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool;
+
+    /// How much light passes where the ray meets the triangle: 0 blocks, 1 is air. Called for
+    /// translucent triangles only.
+    fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3;
+}

@@ -1,0 +1,20 @@
+//! Rays, hits, frames, bounds, transforms and the error bounds that keep them honest.
+//!
+//! Everything here is plain arithmetic: no scene, no files, no threads.
+
+mod basis;
+mod bounds;
+mod error;
+mod hit;
+mod transform;
+
+pub use basis::{Basis, coordinate_system};
+pub use bounds::{Aabb, Sphere};
+pub use error::{EPSILON, offset_point};
+pub use hit::{Hit, HitId, Ray};
+pub use transform::{Transform, cofactor};
+
+/// Linear RGB, Rec. 709 primaries.
+pub type Rgb = glam::Vec3;
+/// Linear RGB with alpha; whether premultiplied is said where it is used.
+pub type Rgba = glam::Vec4;

@@ -1,0 +1,75 @@
+//! Affine transforms in f64, with what normals and winding need.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+/// The cofactor matrix `det(m)·m⁻ᵀ`: transforms normals without inverting, singular or not, and
+/// turns them with the winding where the determinant is negative.
+pub fn cofactor(m: DMat3) -> DMat3 {
+    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
+}
+
+/// A local-to-world transform prepared for points, directions and normals.
+#[derive(Clone, Copy, Debug)]
+pub struct Transform {
+    /// Local to world.
+    pub affine: DAffine3,
+    /// Normals: the cofactor matrix times the determinant's sign, so that a normal stays on the
+    /// side that its surface shows.
+    normal: DMat3,
+    /// True where the transform mirrors, so that winding turns round.
+    pub flips: bool,
+}
+
+impl Transform {
+    /// Prepares `affine`.
+    pub fn new(affine: DAffine3) -> Transform {
+        let flips = affine.matrix3.determinant() < 0.0;
+        let sign = if flips { -1.0 } else { 1.0 };
+        Transform { affine, normal: cofactor(affine.matrix3) * sign, flips }
+    }
+
+    /// A point, rounded once to f32.
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        self.affine.transform_point3(p.as_dvec3()).as_vec3()
+    }
+
+    /// A point in f64.
+    pub fn point_f64(&self, p: Vec3) -> DVec3 {
+        self.affine.transform_point3(p.as_dvec3())
+    }
+
+    /// A direction such as a tangent; not normalised.
+    pub fn vector(&self, v: Vec3) -> DVec3 {
+        self.affine.transform_vector3(v.as_dvec3())
+    }
+
+    /// A normal; not normalised. A mirrored shading normal keeps to the mirrored surface's side.
+    pub fn normal(&self, n: Vec3) -> DVec3 {
+        self.normal * n.as_dvec3()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DQuat;
+
+    #[test]
+    fn normals_stay_perpendicular_under_shear_and_mirrors() {
+        for scale in [DVec3::new(3.0, 0.2, 1.0), DVec3::new(-3.0, 0.2, 1.0)] {
+            let a = DAffine3::from_scale_rotation_translation(scale, DQuat::from_rotation_z(0.7), DVec3::ONE);
+            let t = Transform::new(a);
+            assert_eq!(t.flips, scale.x < 0.0);
+            let (tangent, n) = (Vec3::new(1.0, -1.0, 0.0), Vec3::new(1.0, 1.0, 0.0));
+            assert!(t.vector(tangent).dot(t.normal(n)).abs() < 1e-12);
+            // On the same side as the surface: a step along the local normal goes that way.
+            assert!(t.vector(n).dot(t.normal(n)) > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_flattened_transform_still_has_normals() {
+        let t = Transform::new(DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)));
+        assert!(t.normal(Vec3::Y).normalize().abs_diff_eq(DVec3::Y, 1e-12));
+    }
+}

@@ -1,0 +1,34 @@
+//! How much a file may ask for, checked before memory is taken.
+
+/// Upper limits. The defaults are far above real scenes and below what takes a machine down.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of any one file read.
+    pub file_bytes: u64,
+    /// Vertices of all meshes, as stored.
+    pub vertices: u64,
+    /// Triangles of all meshes, as stored.
+    pub triangles: u64,
+    /// Nodes after shared ones are repeated.
+    pub nodes: u64,
+    /// Instances drawn.
+    pub instances: u64,
+    /// Texels of one image.
+    pub image_pixels: u64,
+    /// Bytes of all images once decoded.
+    pub texture_bytes: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits {
+            file_bytes: 8 << 30,
+            vertices: 1 << 30,
+            triangles: 1 << 29,
+            nodes: 4 << 20,
+            instances: 4 << 20,
+            image_pixels: 1 << 28,
+            texture_bytes: 16 << 30,
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Files to [`Scene`]: untrusted from the first byte.
+//!
+//! Every size is checked before memory is taken for it, every index before it is used, and no
+//! reference leads out of the scene's folder unless that was allowed. What a file lacks or has
+//! wrong without harm becomes a [`Warning`], never silence.
+
+mod error;
+mod gltf;
+mod image;
+mod limits;
+mod obj;
+mod uri;
+
+use std::path::Path;
+
+use crate::scene::Scene;
+
+pub use error::{LoadError, Warning};
+pub use limits::Limits;
+
+/// Which of a file's scenes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum SceneChoice {
+    /// The file's default scene, or its first.
+    #[default]
+    Default,
+    /// By name, or else by index.
+    Named(String),
+}
+
+/// Which way is up in the file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Up {
+    /// +Y, as it is written.
+    #[default]
+    Y,
+    /// +Z: (x, y, z) becomes (x, z, −y) for everything in the file.
+    Z,
+}
+
+/// How to read a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// What is refused.
+    pub limits: Limits,
+    /// Which scene.
+    pub scene: SceneChoice,
+    /// Which way is up.
+    pub up: Up,
+    /// Lets references lead out of the scene's folder.
+    pub allow_outside: bool,
+}
+
+/// Reads a scene: glTF, GLB or OBJ, judged by its content, then by its name.
+///
+/// # Errors
+/// What cannot be read, with the place in the file and what to do about it.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
+    let bytes = uri::read_scene_file(path, options.limits.file_bytes)?;
+    let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let folder = uri::Folder::of(path, options.allow_outside);
+    let (mut scene, warnings) = if looks_like_gltf(path, &bytes) {
+        gltf::load(&bytes, &folder, options)?
+    } else {
+        obj::load(&bytes, &folder, options)?
+    };
+    scene.name = name;
+    Ok((scene, warnings))
+}
+
+/// GLB's magic number, or JSON's first brace; an extension decides only where the text does not.
+fn looks_like_gltf(path: &Path, bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let first = text.iter().copied().find(|b| !b.is_ascii_whitespace());
+    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    bytes.starts_with(b"glTF") || first == Some(b'{') || extension.is_some_and(|e| e == "gltf" || e == "glb")
+}

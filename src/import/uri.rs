@@ -1,0 +1,216 @@
+//! From a reference in a file to bytes, without leaving the scene's folder.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
+
+use percent_encoding::percent_decode_str;
+
+use super::error::LoadError;
+
+/// The folder that a scene's references are relative to.
+#[derive(Clone, Debug)]
+pub(crate) struct Folder {
+    path: PathBuf,
+    allow_outside: bool,
+}
+
+/// Why a reference gives no bytes. The text completes "…: ".
+#[derive(Debug)]
+pub(crate) enum Unreadable {
+    /// It would leave the folder, or is no file name at all.
+    Refused(String),
+    /// There is no such file, or it cannot be read.
+    Missing(String),
+}
+
+impl Unreadable {
+    pub fn text(&self) -> &str {
+        match self {
+            Unreadable::Refused(s) | Unreadable::Missing(s) => s,
+        }
+    }
+}
+
+impl Folder {
+    /// The folder that holds `scene`.
+    pub fn of(scene: &Path, allow_outside: bool) -> Folder {
+        let parent = scene.parent().filter(|p| !p.as_os_str().is_empty());
+        Folder { path: parent.unwrap_or(Path::new(".")).to_path_buf(), allow_outside }
+    }
+
+    /// Reads what a glTF URI names: a data URI, or a file by its percent-encoded relative path.
+    pub fn read_uri(&self, uri: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
+        let trimmed = uri.trim();
+        if trimmed.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")) {
+            return decode_data_uri(trimmed, limit);
+        }
+        let decoded = percent_decode_str(uri).decode_utf8_lossy().into_owned();
+        // The decoded name first; a file may also be named with a literal '%20'.
+        match self.read_file(&decoded, limit) {
+            Err(Unreadable::Missing(_)) if decoded != uri => self.read_file(uri, limit),
+            other => other,
+        }
+    }
+
+    /// Reads a file by a relative path as files of any system write it.
+    pub fn read_file(&self, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
+        let path = self.resolve(name)?;
+        match read_limited(&path, limit) {
+            Ok(bytes) => Ok(bytes),
+            Err(e) => Err(Unreadable::Missing(format!("'{name}' cannot be read: {e}"))),
+        }
+    }
+
+    /// The path of `name`, proved to lie within the folder unless that is not asked for.
+    pub fn resolve(&self, name: &str) -> Result<PathBuf, Unreadable> {
+        let refuse = |why: &str| Err(Unreadable::Refused(format!("'{}' {why}", printable(name))));
+        if name.is_empty() || name.contains('\0') {
+            return refuse("is not a file name");
+        }
+        let relative = name.replace('\\', "/");
+        let outside = "leads out of the scene's folder and was not read (--allow-outside would)";
+        let scheme = relative.split_once(':').is_some_and(|(s, _)| !s.is_empty() && !s.contains('/'));
+        if relative.contains("://") || (scheme && !self.allow_outside) {
+            return refuse("is not a file beside the scene and was not read");
+        }
+        if self.allow_outside {
+            return Ok(self.path.join(relative));
+        }
+        let mut depth = 0i32;
+        for part in Path::new(&relative).components() {
+            match part {
+                Component::Normal(_) => depth += 1,
+                Component::CurDir => {}
+                Component::ParentDir => depth -= 1,
+                Component::RootDir | Component::Prefix(_) => return refuse(outside),
+            }
+            if depth < 0 {
+                return refuse(outside);
+            }
+        }
+        let path = self.path.join(&relative);
+        // A symbolic link may still lead away.
+        let missing =
+            |e: io::Error| Unreadable::Missing(format!("'{}' cannot be read: {e}", printable(name)));
+        let real = path.canonicalize().map_err(missing)?;
+        let home = self.path.canonicalize().map_err(missing)?;
+        if real.starts_with(&home) { Ok(real) } else { refuse(outside) }
+    }
+}
+
+/// Reads the scene's own file.
+pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadError> {
+    let metadata = std::fs::metadata(path).map_err(|e| LoadError::io(path, e))?;
+    if metadata.is_file() {
+        LoadError::check("file size in bytes", metadata.len(), limit)?;
+    }
+    read_limited(path, limit).map_err(|e| LoadError::io(path, e))
+}
+
+/// Reads a regular file of at most `limit` bytes: no folders, pipes or devices, which may never
+/// end.
+fn read_limited(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    // Looked at before it is opened: opening a pipe nobody writes to would wait for ever.
+    let metadata = std::fs::metadata(path)?;
+    if !metadata.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
+    }
+    let too_large =
+        || io::Error::new(io::ErrorKind::FileTooLarge, format!("larger than the limit of {limit} bytes"));
+    if metadata.len() > limit {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    File::open(path)?.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
+}
+
+fn decode_data_uri(uri: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
+    let refuse = |e: String| Unreadable::Refused(format!("the data URI {e}"));
+    if uri.len() as u64 / 4 * 3 > limit {
+        return Err(refuse(format!("is larger than the limit of {limit} bytes")));
+    }
+    let lower = format!("data:{}", &uri[5..]);
+    let parsed = data_url::DataUrl::process(&lower).map_err(|e| refuse(format!("is malformed: {e:?}")))?;
+    let (bytes, _) = parsed.decode_to_vec().map_err(|e| refuse(format!("is not base64: {e}")))?;
+    Ok(bytes)
+}
+
+/// A name fit for a line of text: control characters shown, long ones cut.
+pub(crate) fn printable(name: &str) -> String {
+    let mut text: String = name
+        .chars()
+        .take(120)
+        .flat_map(|c| {
+            let escaped = if c.is_control() { c.escape_default().collect::<String>() } else { c.to_string() };
+            escaped.chars().collect::<Vec<_>>()
+        })
+        .collect();
+    if name.chars().count() > 120 {
+        text.push('…');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder() -> (tempfile::TempDir, Folder) {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("canary"), b"outside").unwrap();
+        let inside = dir.path().join("scene");
+        std::fs::create_dir_all(inside.join("tex")).unwrap();
+        std::fs::write(inside.join("tex/a b.png"), b"inside").unwrap();
+        let folder = Folder::of(&inside.join("scene.gltf"), false);
+        (dir, folder)
+    }
+
+    #[test]
+    fn names_inside_are_read_however_they_are_written() {
+        let (_dir, folder) = folder();
+        for uri in ["tex/a b.png", "tex/a%20b.png", "tex\\a b.png", "./tex/a b.png", "tex/../tex/a b.png"] {
+            assert_eq!(folder.read_uri(uri, 100).unwrap(), b"inside", "{uri}");
+        }
+        assert_eq!(folder.read_uri("DATA:;base64,aGk =", 100).unwrap(), b"hi");
+        assert_eq!(folder.read_uri("data:,hi", 100).unwrap(), b"hi");
+    }
+
+    #[test]
+    fn nothing_outside_is_read() {
+        let (dir, folder) = folder();
+        let absolute = dir.path().join("canary").to_string_lossy().into_owned();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(dir.path().join("canary"), dir.path().join("scene/link")).unwrap();
+        let file_uri = format!("file://{absolute}");
+        for uri in [
+            "../canary",
+            "%2e%2e/canary",
+            "..\\canary",
+            "tex/../../canary",
+            &absolute,
+            &file_uri,
+            "http://localhost/canary",
+            "C:\\canary",
+            "C:canary",
+            "\\\\host\\share",
+            "link",
+            "/proc/self/environ",
+            "",
+            "canary\0",
+            "tex",
+        ] {
+            assert!(folder.read_uri(uri, 100).is_err(), "{uri}");
+        }
+        let allowed = Folder { allow_outside: true, ..folder };
+        assert_eq!(allowed.read_uri("../canary", 100).unwrap(), b"outside");
+    }
+
+    #[test]
+    fn sizes_are_limited() {
+        let (_dir, folder) = folder();
+        assert!(folder.read_uri("tex/a b.png", 6).is_ok());
+        assert!(folder.read_uri("tex/a b.png", 5).is_err());
+    }
+}

@@ -1,0 +1,173 @@
+//! The lecture's camera: where eye rays come from.
+
+use glam::DVec3;
+
+use super::{FileCamera, FileProjection};
+use crate::geometry::{Basis, Ray};
+
+/// How the view rectangle is looked through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Projection {
+    /// Every eye ray starts at the view point.
+    Perspective,
+    /// Every eye ray runs along the view direction.
+    Orthographic,
+}
+
+/// Planes across the view direction between which there is something to see, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clip {
+    /// Nearer is not seen.
+    pub near: f64,
+    /// Farther is not seen; may be infinite.
+    pub far: f64,
+}
+
+impl Clip {
+    /// Everything in front of the view point.
+    pub const OFF: Clip = Clip { near: 0.0, far: f64::INFINITY };
+}
+
+/// Which extent of a file's camera is kept where the picture's shape differs from the camera's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Fit {
+    /// Blender's sensor fit: the longer side of the picture sees what the camera's longer side saw.
+    Auto,
+    /// The horizontal extent.
+    Horizontal,
+    /// The vertical extent.
+    #[default]
+    Vertical,
+}
+
+/// The lecture's camera, complete. World coordinates, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// e.
+    pub view_point: DVec3,
+    /// u, v, w.
+    pub basis: Basis,
+    /// Width of the view rectangle.
+    pub view_width: f64,
+    /// Height of the view rectangle.
+    pub view_height: f64,
+    /// d, the distance of the view rectangle from e; 1 where it does not matter.
+    pub proj_distance: f64,
+    /// Perspective or orthographic.
+    pub projection: Projection,
+    /// What is cut off.
+    pub clip: Clip,
+}
+
+impl Camera {
+    /// The eye ray through film position (x, y), both in 0…1, x to the right and y *upward*:
+    /// pixel (i, j) of n_x by n_y has its centre at ((i + ½)/n_x, (j + ½)/n_y). The ray is
+    /// relative to `centre`.
+    ///
+    /// With l, r = ∓view_width/2 and b, t = ∓view_height/2: `u = l + (r − l)·x`,
+    /// `v = b + (t − b)·y`.
+    /// - Perspective: `s = e + u·u + v·v − d·w`; origin e, direction s − e.
+    /// - Orthographic: origin e + u·u + v·v, direction −w.
+    pub fn eye_ray(&self, x: f64, y: f64, centre: DVec3) -> Ray {
+        let (r, t) = (0.5 * self.view_width, 0.5 * self.view_height);
+        let (l, b) = (-r, -t);
+        let across = self.basis.u * (l + (r - l) * x) + self.basis.v * (b + (t - b) * y);
+        let e = self.view_point - centre;
+        let (o, d) = match self.projection {
+            Projection::Perspective => (e, across - self.basis.w * self.proj_distance),
+            Projection::Orthographic => (e + across, -self.basis.w),
+        };
+        Ray { o: o.as_vec3(), d: d.as_vec3() }
+    }
+
+    /// How far one unit of an eye ray's t goes along −w: depth = t times this.
+    pub fn depth_per_t(&self) -> f64 {
+        match self.projection {
+            Projection::Perspective => self.proj_distance,
+            Projection::Orthographic => 1.0,
+        }
+    }
+}
+
+/// Why there is no camera.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ViewError {
+    /// The file has no such camera.
+    #[error("no camera '{0}' in the file; it has: {1}")]
+    NoCamera(String, String),
+    /// `view_up` is parallel to the view direction.
+    #[error("view up {up} is parallel to the view direction {dir}: give another --view-up")]
+    ParallelUp {
+        /// The up that was given.
+        up: String,
+        /// The direction.
+        dir: String,
+    },
+    /// The view direction has no length.
+    #[error("the view direction has no length: view point and look-at are the same point {0}")]
+    NoDirection(String),
+    /// A number that makes no picture.
+    #[error("{what} must be {rule}, not {value}")]
+    OutOfRange {
+        /// Which number.
+        what: &'static str,
+        /// What it must be.
+        rule: &'static str,
+        /// What it is.
+        value: f64,
+    },
+}
+
+/// A view as asked for, in the lecture's words: whatever is `None` comes from the camera of the
+/// file, or from framing the scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct View {
+    /// A camera of the file by name or index.
+    pub camera: Option<String>,
+    /// e.
+    pub view_point: Option<DVec3>,
+    /// −w, any length.
+    pub view_dir: Option<DVec3>,
+    /// Instead of a direction: a point to look at.
+    pub look_at: Option<DVec3>,
+    /// Up in the picture.
+    pub view_up: Option<DVec3>,
+    /// d.
+    pub proj_distance: Option<f64>,
+    /// Width of the view rectangle.
+    pub view_width: Option<f64>,
+    /// Height of the view rectangle.
+    pub view_height: Option<f64>,
+    /// Instead of a height: the vertical field of view in radians.
+    pub yfov: Option<f64>,
+    /// Perspective or orthographic.
+    pub projection: Option<Projection>,
+    /// What is cut off.
+    pub clip: Option<Clip>,
+    /// What is kept of a file camera where the shapes differ.
+    pub fit: Fit,
+}
+
+impl FileCamera {
+    /// Width over height, where the file says.
+    pub fn aspect(&self) -> Option<f64> {
+        match self.projection {
+            FileProjection::Perspective { aspect, .. } => aspect,
+            FileProjection::Orthographic { xmag, ymag } => (ymag > 0.0).then_some(xmag / ymag),
+        }
+    }
+
+    /// Height of the view rectangle at distance 1 for a picture of width/height `picture`.
+    pub(super) fn view_height(&self, fit: Fit, picture: f64) -> f64 {
+        let height = match self.projection {
+            FileProjection::Perspective { yfov, .. } => 2.0 * libm::tan(0.5 * yfov),
+            FileProjection::Orthographic { ymag, .. } => 2.0 * ymag,
+        };
+        let own = self.aspect().unwrap_or(picture);
+        match fit {
+            Fit::Vertical => height,
+            Fit::Horizontal => height * own / picture,
+            Fit::Auto => height * own.max(1.0) / picture.max(1.0),
+        }
+    }
+}

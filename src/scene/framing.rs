@@ -1,0 +1,232 @@
+//! From a view as asked for to the lecture's camera: the file's, the flags', or the whole scene
+//! framed.
+
+use glam::DVec3;
+
+use super::{Camera, Clip, FileProjection, PosedScene, Projection, View, ViewError};
+use crate::geometry::{Basis, Sphere};
+
+/// Where the framed view looks from: right of the front, above.
+pub const DEFAULT_VIEW_DIR: DVec3 = DVec3::new(-1.0, -0.7, -1.4);
+/// The framed view's vertical field of view, 40°.
+pub const DEFAULT_YFOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
+/// Room left around the bounding sphere.
+const MARGIN: f64 = 1.1;
+
+/// Distance from which a sphere of `radius` just fits a view that is `half_width` by `half_height`
+/// at distance 1, with a margin.
+pub fn frame_sphere(radius: f64, half_width: f64, half_height: f64) -> f64 {
+    let tangent = half_width.min(half_height);
+    // sin of the half angle: the sphere touches the narrower pair of the frustum's planes.
+    MARGIN * radius * (1.0 + tangent * tangent).sqrt() / tangent
+}
+
+/// What resolving a view gives beside the camera.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ViewNotes {
+    /// Things that the user should know.
+    pub warnings: Vec<String>,
+}
+
+impl View {
+    /// The camera for a picture of `n_x` by `n_y` pixels of `posed`.
+    ///
+    /// A named camera, or the file's first where no view point comes together with a direction,
+    /// is the start, and what is asked for replaces parts of it. Without any, the scene's bounding
+    /// sphere is framed.
+    ///
+    /// # Errors
+    /// An unknown camera, an up direction parallel to the view, or numbers that make no picture.
+    pub fn resolve(&self, posed: &PosedScene, n_x: u32, n_y: u32) -> Result<(Camera, ViewNotes), ViewError> {
+        let picture = f64::from(n_x) / f64::from(n_y);
+        self.check()?;
+        let mut notes = ViewNotes::default();
+        let mut start = self.start(posed, picture)?;
+        if let Some(projection) = self.projection {
+            start.change_projection(projection);
+        }
+
+        let view_point = self.view_point;
+        let basis = self.basis(&start, view_point)?;
+        let d = self.proj_distance.unwrap_or(start.proj_distance);
+        // A distance alone zooms, as in the lecture's two views; an angle holds at any distance.
+        let height = match (self.view_height, self.yfov) {
+            (Some(h), _) => Some(h),
+            (None, Some(yfov)) => Some(2.0 * d * libm::tan(0.5 * yfov)),
+            (None, None) => None,
+        };
+        let (view_width, view_height) = match (self.view_width, height) {
+            (Some(w), Some(h)) => {
+                if (w / h / picture - 1.0).abs() > 1e-3 {
+                    notes.warnings.push(format!(
+                        "pixels are not square: a view of {w} by {h} on {n_x} by {n_y} pixels"
+                    ));
+                }
+                (w, h)
+            }
+            (Some(w), None) => (w, w / picture),
+            (None, Some(h)) => (h * picture, h),
+            (None, None) => {
+                let h = start.view_height;
+                (h * picture, h)
+            }
+        };
+        let clip = self.clip.unwrap_or(start.clip);
+        let mut camera = Camera {
+            view_point: view_point.or(start.view_point).unwrap_or_default(),
+            basis,
+            view_width,
+            view_height,
+            proj_distance: d,
+            projection: start.projection,
+            clip,
+        };
+        if view_point.is_none() && start.view_point.is_none() {
+            camera.stand_back(start.sphere);
+        }
+        Ok((camera, notes))
+    }
+
+    fn check(&self) -> Result<(), ViewError> {
+        let positive = |what, value: Option<f64>| match value {
+            Some(v) if !(v > 0.0 && v.is_finite()) => {
+                Err(ViewError::OutOfRange { what, rule: "greater than zero", value: v })
+            }
+            _ => Ok(()),
+        };
+        positive("--proj-distance", self.proj_distance)?;
+        positive("--view-width", self.view_width)?;
+        positive("--view-height", self.view_height)?;
+        if let Some(yfov) = self.yfov
+            && !(yfov > 0.0 && yfov < std::f64::consts::PI)
+        {
+            let value = yfov.to_degrees();
+            return Err(ViewError::OutOfRange { what: "--yfov", rule: "between 0 and 180 degrees", value });
+        }
+        Ok(())
+    }
+
+    /// The camera before any part of it is replaced.
+    fn start(&self, posed: &PosedScene, picture: f64) -> Result<Start, ViewError> {
+        let scene = posed.scene;
+        let of_its_own = self.view_point.is_some() && (self.view_dir.is_some() || self.look_at.is_some());
+        let index = match &self.camera {
+            Some(name) => Some(scene.find_camera(name).ok_or_else(|| {
+                let names: Vec<_> = scene
+                    .cameras
+                    .iter()
+                    .enumerate()
+                    .map(|(i, c)| format!("{i} '{}'", scene.nodes[c.node as usize].name))
+                    .collect();
+                let list = if names.is_empty() { "none".to_string() } else { names.join(", ") };
+                ViewError::NoCamera(name.clone(), list)
+            })?),
+            None if of_its_own || scene.cameras.is_empty() => None,
+            None => Some(0),
+        };
+        let Some(index) = index else {
+            return Ok(Start {
+                view_point: None,
+                view_dir: DEFAULT_VIEW_DIR,
+                view_up: DVec3::Y,
+                view_height: 2.0 * libm::tan(0.5 * DEFAULT_YFOV),
+                proj_distance: 1.0,
+                projection: Projection::Perspective,
+                clip: Clip::OFF,
+                sphere: posed.bounding_sphere(),
+            });
+        };
+        let camera = &scene.cameras[index];
+        let to_world = posed.node_to_world(camera.node);
+        Ok(Start {
+            view_point: Some(to_world.translation),
+            view_dir: -to_world.matrix3.z_axis,
+            view_up: to_world.matrix3.y_axis,
+            view_height: camera.view_height(self.fit, picture),
+            proj_distance: 1.0,
+            projection: match camera.projection {
+                FileProjection::Perspective { .. } => Projection::Perspective,
+                FileProjection::Orthographic { .. } => Projection::Orthographic,
+            },
+            clip: Clip { near: camera.znear, far: camera.zfar },
+            sphere: posed.bounding_sphere(),
+        })
+    }
+
+    fn basis(&self, start: &Start, view_point: Option<DVec3>) -> Result<Basis, ViewError> {
+        let from = view_point.or(start.view_point).unwrap_or(start.sphere.centre);
+        let dir = match (self.view_dir, self.look_at) {
+            (Some(dir), _) => dir,
+            (None, Some(at)) if view_point.is_some() || start.view_point.is_some() => at - from,
+            _ => start.view_dir,
+        };
+        if !(dir.length() > 0.0 && dir.is_finite()) {
+            return Err(ViewError::NoDirection(from.to_string()));
+        }
+        let parallel = |up: DVec3| ViewError::ParallelUp { up: up.to_string(), dir: dir.to_string() };
+        match self.view_up {
+            Some(up) => Basis::from_view(dir, up).ok_or_else(|| parallel(up)),
+            None => {
+                // A file camera turned elsewhere keeps the world upright, not its own roll.
+                let turned = self.view_dir.is_some() || self.look_at.is_some();
+                let up = if turned { DVec3::Y } else { start.view_up };
+                Basis::from_view_or_any_up(dir, up).ok_or_else(|| parallel(up))
+            }
+        }
+    }
+}
+
+/// What the asked-for parts replace.
+struct Start {
+    /// `None`: stand back until the sphere fits.
+    view_point: Option<DVec3>,
+    view_dir: DVec3,
+    view_up: DVec3,
+    view_height: f64,
+    proj_distance: f64,
+    projection: Projection,
+    clip: Clip,
+    sphere: Sphere,
+}
+
+impl Start {
+    /// Another projection of the same view: what stands at the scene's centre keeps its size.
+    fn change_projection(&mut self, projection: Projection) {
+        if projection == self.projection {
+            return;
+        }
+        let distance = match self.view_point {
+            Some(e) => (self.sphere.centre - e).dot(self.view_dir.normalize_or_zero()),
+            None => 0.0,
+        };
+        self.view_height = match (projection, distance > 0.0) {
+            (Projection::Orthographic, true) => self.view_height * distance,
+            (Projection::Orthographic, false) => 2.0 * MARGIN * self.sphere.radius,
+            (Projection::Perspective, true) => self.view_height / distance,
+            (Projection::Perspective, false) => 2.0 * libm::tan(0.5 * DEFAULT_YFOV),
+        };
+        self.projection = projection;
+    }
+}
+
+impl Camera {
+    /// Moves back along w until the sphere is in view.
+    fn stand_back(&mut self, sphere: Sphere) {
+        let distance = match self.projection {
+            Projection::Perspective => {
+                let half = 0.5 / self.proj_distance;
+                frame_sphere(sphere.radius, half * self.view_width, half * self.view_height)
+            }
+            Projection::Orthographic => {
+                let smaller = self.view_width.min(self.view_height);
+                let wanted = 2.0 * MARGIN * sphere.radius;
+                if smaller < wanted {
+                    self.view_width *= wanted / smaller;
+                    self.view_height *= wanted / smaller;
+                }
+                2.0 * sphere.radius
+            }
+        };
+        self.view_point = sphere.centre + self.basis.w * distance;
+    }
+}

@@ -1,0 +1,234 @@
+//! Lights: as files give them, and as the lecture's formula wants them.
+
+use glam::{DVec3, Vec3};
+
+use super::Source;
+use crate::geometry::Rgb;
+
+/// What a light does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// Shines to all sides.
+    Point,
+    /// Shines down its node's −Z within a cone; half angles in radians.
+    Spot {
+        /// Full strength up to here.
+        inner: f32,
+        /// Nothing beyond here.
+        outer: f32,
+    },
+    /// Parallel light down its node's −Z.
+    Directional,
+}
+
+/// A light of the file, at a node. Node scale never changes its strength.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// Its name.
+    pub name: String,
+    /// The node that places it.
+    pub node: u32,
+    /// What it does.
+    pub kind: LightKind,
+    /// Linear colour.
+    pub color: Rgb,
+    /// Strength in the file's own unit; see [`LightUnits`].
+    pub intensity: f32,
+    /// Distance at which it ends; infinite where the file gives none.
+    pub range: f32,
+}
+
+/// What the numbers in a file's lights mean. The lecture's k_d carries no 1/π, so physical lights
+/// enter divided by π: then k_d·(I/r²)·n·l is the radiance ρ/π·E of physics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum LightUnits {
+    /// `Standard` for files by Blender, `Unitless` for others.
+    #[default]
+    Auto,
+    /// Candela and lux: v/(683π).
+    Standard,
+    /// W/sr and W/m²: v/π.
+    Unitless,
+    /// Blender's watts: point and spot v/(4π²), sun v/π.
+    Raw,
+}
+
+impl LightUnits {
+    /// What `Auto` stands for in a file from `source`.
+    pub fn resolve(self, source: &Source) -> LightUnits {
+        match self {
+            LightUnits::Auto if source.is_blender() => LightUnits::Standard,
+            LightUnits::Auto => LightUnits::Unitless,
+            given => given,
+        }
+    }
+
+    /// What a file's number is multiplied by to give the lecture's I (or E for a sun).
+    pub fn factor(self, kind: LightKind) -> f32 {
+        use std::f64::consts::PI;
+        let factor = match (self, kind) {
+            (LightUnits::Standard, _) => 1.0 / (683.0 * PI),
+            (LightUnits::Raw, LightKind::Point | LightKind::Spot { .. }) => 1.0 / (4.0 * PI * PI),
+            _ => 1.0 / PI,
+        };
+        factor as f32
+    }
+}
+
+/// A spot light's cone as cosines of its half angles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cone {
+    /// Cosine of the inner half angle.
+    pub cos_inner: f32,
+    /// Cosine of the outer half angle.
+    pub cos_outer: f32,
+}
+
+impl Cone {
+    /// From half angles in radians.
+    pub fn new(inner: f32, outer: f32) -> Cone {
+        Cone { cos_inner: libm::cosf(inner), cos_outer: libm::cosf(outer) }
+    }
+
+    /// KHR_lights_punctual's falloff at an angle of that cosine from the axis. Equal angles are a
+    /// step, as Blender writes them.
+    pub fn falloff(&self, cos_angle: f32) -> f32 {
+        let width = self.cos_inner - self.cos_outer;
+        if width <= 0.0 {
+            return if cos_angle >= self.cos_outer { 1.0 } else { 0.0 };
+        }
+        let s = ((cos_angle - self.cos_outer) / width).clamp(0.0, 1.0);
+        s * s
+    }
+}
+
+/// Where a posed light is. Positions are relative to the posed scene's centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PosedKind {
+    /// At a position.
+    Point {
+        /// Where it is.
+        position: Vec3,
+    },
+    /// At a position, within a cone.
+    Spot {
+        /// Where it is.
+        position: Vec3,
+        /// The way its light travels, unit length.
+        direction: Vec3,
+        /// Its cone.
+        cone: Cone,
+    },
+    /// Far away.
+    Directional {
+        /// The way its light travels, unit length.
+        direction: Vec3,
+    },
+}
+
+/// A light as the lecture uses it: I over r², or E without falloff.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PosedLight {
+    /// Where it is.
+    pub kind: PosedKind,
+    /// The lecture's I, coloured; E for directional lights.
+    pub intensity: Rgb,
+    /// Distance at which it ends; infinite for none.
+    pub range: f32,
+}
+
+/// What a light sends to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Incident {
+    /// To the light, unit length.
+    pub l: Vec3,
+    /// I/r² with cone and range, or E.
+    pub arriving: Rgb,
+}
+
+impl PosedLight {
+    /// A point light of the lecture's intensity I.
+    pub fn point(position: Vec3, intensity: Rgb) -> PosedLight {
+        PosedLight { kind: PosedKind::Point { position }, intensity, range: f32::INFINITY }
+    }
+
+    /// A sun whose light travels along `direction` and arrives with E.
+    pub fn sun(direction: DVec3, intensity: Rgb) -> PosedLight {
+        let direction = direction.normalize_or(DVec3::NEG_Y).as_vec3();
+        PosedLight { kind: PosedKind::Directional { direction }, intensity, range: f32::INFINITY }
+    }
+
+    /// The light's position; `None` for directional lights.
+    pub fn position(&self) -> Option<Vec3> {
+        match self.kind {
+            PosedKind::Point { position } | PosedKind::Spot { position, .. } => Some(position),
+            PosedKind::Directional { .. } => None,
+        }
+    }
+
+    /// What reaches `p` if nothing is in the way; `None` where nothing does.
+    pub fn incident(&self, p: Vec3) -> Option<Incident> {
+        let (l, arriving) = match self.kind {
+            PosedKind::Directional { direction } => (-direction, self.intensity),
+            PosedKind::Point { position } | PosedKind::Spot { position, .. } => {
+                let to_light = position - p;
+                let r2 = to_light.length_squared();
+                if !(r2 > 0.0) {
+                    return None;
+                }
+                let r = r2.sqrt();
+                let l = to_light / r;
+                let mut strength = 1.0;
+                if let PosedKind::Spot { direction, cone, .. } = self.kind {
+                    strength *= cone.falloff(-l.dot(direction));
+                }
+                if self.range.is_finite() {
+                    let q = (r / self.range).powi(2);
+                    strength *= (1.0 - q * q).clamp(0.0, 1.0);
+                }
+                (l, self.intensity * (strength / r2))
+            }
+        };
+        (arriving.max_element() > 0.0).then_some(Incident { l, arriving })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spots_fall_off_between_their_cones_and_step_where_the_cones_are_equal() {
+        let cone = Cone::new(0.5, 1.0);
+        assert_eq!(cone.falloff(0.999), 1.0);
+        assert_eq!(cone.falloff(0.5), 0.0);
+        let middle = 0.5 * (cone.cos_inner + cone.cos_outer);
+        assert!((cone.falloff(middle) - 0.25).abs() < 1e-6);
+        let step = Cone::new(0.7, 0.7);
+        assert_eq!((step.falloff(0.9), step.falloff(0.5)), (1.0, 0.0));
+    }
+
+    #[test]
+    fn light_ends_at_its_range() {
+        let mut light = PosedLight::point(Vec3::ZERO, Vec3::ONE);
+        light.range = 2.0;
+        let at = |x| light.incident(Vec3::new(x, 0.0, 0.0)).map_or(0.0, |i| i.arriving.x);
+        assert_eq!(at(1.0), 1.0 - 1.0 / 16.0);
+        assert_eq!((at(2.0), at(3.0)), (0.0, 0.0));
+    }
+
+    #[test]
+    fn units_make_blenders_watts_into_radiance() {
+        // A 1,000 W lamp: 54,351 cd by Standard, 1,000 by Raw, 1,000/4π by Unitless; all the same I.
+        let by = |units: LightUnits, v: f64| v as f32 * units.factor(LightKind::Point);
+        let expected = (1000.0 / (4.0 * std::f64::consts::PI.powi(2))) as f32;
+        let standard = 1000.0 * 683.0 / (4.0 * std::f64::consts::PI);
+        for (units, v) in [
+            (LightUnits::Standard, standard),
+            (LightUnits::Raw, 1000.0),
+            (LightUnits::Unitless, standard / 683.0),
+        ] {
+            assert!((by(units, v) / expected - 1.0).abs() < 1e-5, "{units:?}");
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Materials as files describe them. What the lecture's k_a, k_d, k_s and p become of each is the
+//! integrator's to say.
+
+use crate::geometry::Rgb;
+use glam::Vec3;
+
+use super::TextureRef;
+
+/// A channel of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel4 {
+    /// Red.
+    R,
+    /// Green.
+    G,
+    /// Blue.
+    B,
+    /// Alpha.
+    A,
+    /// The mean of red, green and blue.
+    Mean,
+}
+
+/// A colour, times a texture read as sRGB.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct ColorInput {
+    /// Linear factor.
+    pub factor: Rgb,
+    /// Its texture.
+    pub texture: Option<TextureRef>,
+}
+
+impl ColorInput {
+    /// A colour without a texture.
+    pub fn new(factor: Rgb) -> ColorInput {
+        ColorInput { factor, texture: None }
+    }
+}
+
+/// A number, times a channel of a texture read as linear data.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct ScalarInput {
+    /// The factor.
+    pub factor: f32,
+    /// Its texture and the channel.
+    pub texture: Option<(TextureRef, Channel4)>,
+}
+
+impl ScalarInput {
+    /// A number without a texture.
+    pub fn new(factor: f32) -> ScalarInput {
+        ScalarInput { factor, texture: None }
+    }
+}
+
+/// A tangent-space normal map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalMap {
+    /// The texture, read as linear data.
+    pub texture: TextureRef,
+    /// Multiplies x and y.
+    pub scale: f32,
+}
+
+/// What becomes of alpha.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    #[default]
+    Opaque,
+    /// Below the cutoff there is nothing.
+    Mask(f32),
+    /// Composited over what is behind.
+    Blend,
+}
+
+/// A dielectric's reflectance at normal incidence: index of refraction and KHR_materials_specular.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dielectric {
+    /// Index of refraction.
+    pub ior: f32,
+    /// Weight of the specular reflection (texture: alpha).
+    pub specular: ScalarInput,
+    /// Its colour.
+    pub specular_color: ColorInput,
+}
+
+impl Default for Dielectric {
+    fn default() -> Self {
+        Dielectric { ior: 1.5, specular: ScalarInput::new(1.0), specular_color: ColorInput::new(Vec3::ONE) }
+    }
+}
+
+/// The lecture's own coefficients, as an MTL file gives them.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct MtlReflectance {
+    /// k_a; `None` means the same as k_d.
+    pub ambient: Option<ColorInput>,
+    /// k_s.
+    pub specular: ColorInput,
+    /// p, exactly as written.
+    pub shininess: f32,
+}
+
+/// How a surface reflects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reflectance {
+    /// MTL's Ka, Ks and Ns; Kd is the material's base colour.
+    Mtl(MtlReflectance),
+    /// glTF's metallic-roughness, or an MTL's Pr and Pm.
+    MetallicRoughness {
+        /// 0 dielectric … 1 metal.
+        metallic: ScalarInput,
+        /// Perceptual roughness.
+        roughness: ScalarInput,
+        /// What its dielectric part is.
+        dielectric: Dielectric,
+    },
+    /// KHR_materials_pbrSpecularGlossiness; the diffuse colour is the base colour.
+    SpecularGlossiness {
+        /// F0.
+        specular: ColorInput,
+        /// 1 − roughness (texture: alpha).
+        glossiness: ScalarInput,
+    },
+    /// The base colour and nothing else.
+    Unlit,
+}
+
+/// A material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Its name in the file.
+    pub name: String,
+    /// Base colour, diffuse colour or Kd.
+    pub base: ColorInput,
+    /// Opacity, times the base texture's alpha where `alpha_from_base` says so.
+    pub alpha: ScalarInput,
+    /// True where the base colour texture's alpha counts (glTF).
+    pub alpha_from_base: bool,
+    /// What becomes of it.
+    pub alpha_mode: AlphaMode,
+    /// How it reflects.
+    pub reflectance: Reflectance,
+    /// Emitted radiance.
+    pub emission: ColorInput,
+    /// Multiplies `emission`.
+    pub emission_strength: f32,
+    /// A normal map.
+    pub normal: Option<NormalMap>,
+    /// Ambient occlusion: 1 + strength·(texture − 1).
+    pub occlusion: ScalarInput,
+    /// Transmission T: replaces the diffuse term alone.
+    pub transmission: ScalarInput,
+    /// False: back faces are not seen by eye rays.
+    pub double_sided: bool,
+}
+
+impl Default for Material {
+    /// glTF's default material: white, metallic 1, roughness 1 are the *factors'* defaults; this
+    /// is what a mesh without any material gets: a mid-grey dielectric would hide colour textures,
+    /// so white, fully rough, not metallic.
+    fn default() -> Self {
+        Material {
+            name: String::new(),
+            base: ColorInput::new(Vec3::ONE),
+            alpha: ScalarInput::new(1.0),
+            alpha_from_base: false,
+            alpha_mode: AlphaMode::Opaque,
+            reflectance: Reflectance::MetallicRoughness {
+                metallic: ScalarInput::new(0.0),
+                roughness: ScalarInput::new(1.0),
+                dielectric: Dielectric::default(),
+            },
+            emission: ColorInput::new(Vec3::ZERO),
+            emission_strength: 1.0,
+            normal: None,
+            occlusion: ScalarInput::new(1.0),
+            transmission: ScalarInput::new(0.0),
+            double_sided: false,
+        }
+    }
+}
+
+impl Material {
+    /// True where a ray may pass through this material in part.
+    pub fn is_translucent(&self) -> bool {
+        self.alpha_mode == AlphaMode::Blend || self.transmission.factor > 0.0
+    }
+}
+
+/// What rays need to know of a material without looking at it closely.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum SurfaceClass {
+    /// Blocks everything.
+    Opaque,
+    /// There or not there, by an alpha test.
+    Cutout,
+    /// Lets part of the light through.
+    Translucent,
+}
+
+impl Material {
+    /// Its class.
+    pub fn class(&self) -> SurfaceClass {
+        match self.alpha_mode {
+            AlphaMode::Mask(_) => SurfaceClass::Cutout,
+            _ if self.is_translucent() => SurfaceClass::Translucent,
+            _ => SurfaceClass::Opaque,
+        }
+    }
+}

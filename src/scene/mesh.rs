@@ -1,0 +1,55 @@
+//! Triangle meshes.
+
+use glam::{Vec2, Vec3, Vec4};
+
+/// Indexed triangles of one material, in a local frame. Attribute arrays are as long as
+/// `positions`, or empty where the file has none.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Its name in the file.
+    pub name: String,
+    /// Vertices in metres.
+    pub positions: Vec<Vec3>,
+    /// Vertex indices, counter-clockwise seen from the front; all within `positions`.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit vertex normals; empty means flat.
+    pub normals: Vec<Vec3>,
+    /// Unit tangents with the bitangent's sign in w, along the set of the normal map.
+    pub tangents: Vec<Vec4>,
+    /// Texture coordinates by set, as glTF has them: v runs down from the image's top.
+    pub uvs: Vec<Vec<Vec2>>,
+    /// Vertex colours, linear RGBA.
+    pub colors: Vec<Vec4>,
+    /// Index of its material.
+    pub material: u32,
+    /// Shapes to blend in.
+    pub morphs: Vec<MorphTarget>,
+    /// Weights of the morph targets at rest.
+    pub morph_weights: Vec<f32>,
+    /// Which joints move which vertex.
+    pub influences: Influences,
+}
+
+/// Displacements from a mesh's rest shape; arrays are as long as the mesh's, or empty.
+#[derive(Clone, Debug, Default)]
+pub struct MorphTarget {
+    /// Its name in the file.
+    pub name: String,
+    /// Added to the positions.
+    pub positions: Vec<Vec3>,
+    /// Added to the normals.
+    pub normals: Vec<Vec3>,
+    /// Added to the tangents' xyz.
+    pub tangents: Vec<Vec3>,
+}
+
+/// Joint weights of a skinned mesh: `per_vertex` pairs for each vertex, weights summing to one.
+#[derive(Clone, Debug, Default)]
+pub struct Influences {
+    /// Pairs for each vertex: 4, 8, …; 0 for a mesh without skin.
+    pub per_vertex: usize,
+    /// Indices into the skin's joints.
+    pub joints: Vec<u16>,
+    /// Their weights.
+    pub weights: Vec<f32>,
+}

@@ -1,0 +1,83 @@
+//! The scene graph, flattened: every node once for each place it is drawn.
+
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+
+/// A node's own transform, relative to its parent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Local {
+    /// Scale, then rotate, then translate: what animations act on.
+    Trs {
+        /// Translation in metres.
+        translation: DVec3,
+        /// Rotation, unit length.
+        rotation: DQuat,
+        /// Scale along each axis.
+        scale: DVec3,
+    },
+    /// A matrix, taken as affine.
+    Matrix(DAffine3),
+}
+
+impl Default for Local {
+    fn default() -> Self {
+        Local::IDENTITY
+    }
+}
+
+impl Local {
+    /// No transform.
+    pub const IDENTITY: Local =
+        Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
+
+    /// A column-major 4×4 matrix as files store it; its last row is taken as (0, 0, 0, 1).
+    pub fn from_cols(m: &[f64; 16]) -> Local {
+        let m = DMat4::from_cols_array(m);
+        Local::Matrix(DAffine3::from_cols(
+            m.x_axis.truncate(),
+            m.y_axis.truncate(),
+            m.z_axis.truncate(),
+            m.w_axis.truncate(),
+        ))
+    }
+
+    /// As an affine transform.
+    pub fn affine(&self) -> DAffine3 {
+        match *self {
+            Local::Trs { translation, rotation, scale } => {
+                DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+            }
+            Local::Matrix(m) => m,
+        }
+    }
+}
+
+/// A node of the scene graph. Files may reach a node by several paths: then it stands here once
+/// for each, so that this is a forest.
+#[derive(Clone, Debug, Default)]
+pub struct Node {
+    /// Its name in the file.
+    pub name: String,
+    /// Its parent, which stands before it in [`super::Scene::nodes`].
+    pub parent: Option<u32>,
+    /// Its transform relative to the parent, at rest.
+    pub local: Local,
+    /// Weights of the morph targets of its meshes, at rest; empty means the meshes' own.
+    pub weights: Vec<f32>,
+    /// False hides it and everything below it.
+    pub visible: bool,
+}
+
+/// A mesh drawn at a node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instance {
+    /// The node that places it.
+    pub node: u32,
+    /// What is drawn.
+    pub mesh: u32,
+    /// The object it belongs to, counted from 1 (AOV `object-id`).
+    pub object: u32,
+    /// A further transform below the node's (EXT_mesh_gpu_instancing).
+    pub placement: Option<DAffine3>,
+    /// The skin that bends it; the node's transform does not count then.
+    pub skin: Option<u32>,
+}

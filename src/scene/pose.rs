@@ -1,0 +1,372 @@
+//! A scene at one moment: where every node is, how every mesh is bent, where the lights stand.
+//!
+//! Transforms are f64. One centre is subtracted from everything, so that f32 has its precision
+//! where the scene is, however far from the origin a node placed it.
+
+use std::borrow::Cow;
+
+use glam::{DAffine3, DVec3, Vec3, Vec4};
+
+use super::{
+    Animation, LightKind, LightUnits, Local, Mesh, PosedKind, PosedLight, Scene, Skin, Target, light::Cone,
+};
+use crate::geometry::{Aabb, HitId, Sphere, Transform};
+
+/// Which animations play.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum AnimationChoice {
+    /// All where they drive different things (as Blender writes one for each object), else the
+    /// first.
+    #[default]
+    Default,
+    /// All; where two drive the same thing the later wins.
+    All,
+    /// One, by index.
+    One(usize),
+    /// None: the rest pose as the file stores it.
+    Rest,
+}
+
+/// The moment, and which animations count.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PoseSettings {
+    /// Seconds.
+    pub time: f64,
+    /// Which animations play.
+    pub animation: AnimationChoice,
+    /// Subtracted from everything; `None` takes the middle of the posed bounds. A job of many
+    /// frames takes the first frame's for all.
+    pub centre: Option<DVec3>,
+}
+
+/// Why a scene cannot be posed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PoseError {
+    /// There is no animation of that number.
+    #[error("no animation {0}: the file has {1}")]
+    NoAnimation(usize, usize),
+}
+
+/// A mesh bent by a skin or by morph targets.
+#[derive(Clone, Debug, Default)]
+pub struct Deformed {
+    /// Replaces the mesh's positions.
+    pub positions: Vec<Vec3>,
+    /// Replaces its normals; empty where the mesh has none.
+    pub normals: Vec<Vec3>,
+    /// Replaces its tangents; empty where the mesh has none.
+    pub tangents: Vec<Vec4>,
+}
+
+/// An instance in its place.
+#[derive(Clone, Debug)]
+pub struct PosedInstance {
+    /// Local (or deformed) to world, relative to the centre.
+    pub transform: Transform,
+    /// Index into [`PosedScene::deformed`].
+    pub deformed: Option<u32>,
+    /// False where it, or a node above it, is hidden.
+    pub visible: bool,
+}
+
+/// A scene at one moment. Instances are parallel to the scene's.
+#[derive(Clone, Debug)]
+pub struct PosedScene<'s> {
+    /// What is posed.
+    pub scene: &'s Scene,
+    /// Subtracted from every world position.
+    pub centre: DVec3,
+    /// Where each instance is.
+    pub instances: Vec<PosedInstance>,
+    /// Bent meshes.
+    pub deformed: Vec<Deformed>,
+    /// Node to world, not relative to the centre.
+    node_to_world: Vec<DAffine3>,
+    visible: Vec<bool>,
+}
+
+/// Poses `scene`.
+///
+/// # Errors
+/// An animation index that the scene does not have.
+pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, PoseError> {
+    let moving = playing(scene, &at.animation)?;
+    let mut locals: Vec<Cow<'_, Local>> = scene.nodes.iter().map(|n| Cow::Borrowed(&n.local)).collect();
+    let mut weights: Vec<Cow<'_, [f32]>> =
+        scene.nodes.iter().map(|n| Cow::Borrowed(&n.weights[..])).collect();
+    let mut shown: Vec<bool> = scene.nodes.iter().map(|n| n.visible).collect();
+    for channel in moving.iter().flat_map(|a| &a.channels) {
+        let keys = &channel.keys;
+        match channel.target {
+            Target::Translation(n) => *trs(&mut locals[n as usize]).0 = keys.sample_vec3(at.time),
+            Target::Rotation(n) => *trs(&mut locals[n as usize]).1 = keys.sample_rotation(at.time),
+            Target::Scale(n) => *trs(&mut locals[n as usize]).2 = keys.sample_vec3(at.time),
+            Target::Weights(n) => {
+                weights[n as usize] = keys.sample(at.time).iter().map(|&w| w as f32).collect();
+            }
+            Target::Visibility(n) => shown[n as usize] = keys.sample(at.time)[0] > 0.5,
+        }
+    }
+    // Parents stand before their children, so one pass does it however deep the graph is.
+    let mut node_to_world: Vec<DAffine3> = Vec::with_capacity(scene.nodes.len());
+    for (node, local) in scene.nodes.iter().zip(&locals) {
+        let above = node.parent.map_or(DAffine3::IDENTITY, |p| node_to_world[p as usize]);
+        node_to_world.push(above * local.affine());
+    }
+    for (i, node) in scene.nodes.iter().enumerate() {
+        shown[i] &= node.parent.is_none_or(|p| shown[p as usize]);
+    }
+
+    let mut posed = PosedScene {
+        scene,
+        centre: DVec3::ZERO,
+        instances: Vec::with_capacity(scene.instances.len()),
+        deformed: Vec::new(),
+        node_to_world,
+        visible: shown,
+    };
+    posed.place(&weights);
+    let centre = at.centre.unwrap_or_else(|| posed.world_bounds().centre());
+    if centre != DVec3::ZERO {
+        posed.recentre(centre);
+    }
+    Ok(posed)
+}
+
+/// The scale-rotation-translation of a local transform about to be animated.
+fn trs<'a>(local: &'a mut Cow<'_, Local>) -> (&'a mut DVec3, &'a mut glam::DQuat, &'a mut DVec3) {
+    let local = local.to_mut();
+    if let Local::Matrix(m) = *local {
+        let (scale, rotation, translation) = m.to_scale_rotation_translation();
+        *local = Local::Trs { translation, rotation, scale };
+    }
+    match local {
+        Local::Trs { translation, rotation, scale } => (translation, rotation, scale),
+        Local::Matrix(_) => unreachable!("just decomposed"),
+    }
+}
+
+fn playing<'s>(scene: &'s Scene, choice: &AnimationChoice) -> Result<Vec<&'s Animation>, PoseError> {
+    let all = &scene.animations;
+    Ok(match *choice {
+        AnimationChoice::Rest => Vec::new(),
+        AnimationChoice::All => all.iter().collect(),
+        AnimationChoice::One(i) => vec![all.get(i).ok_or(PoseError::NoAnimation(i, all.len()))?],
+        AnimationChoice::Default => {
+            let mut driven = std::collections::HashSet::new();
+            let disjoint = all.iter().all(|a| {
+                let own: std::collections::HashSet<_> = a.channels.iter().map(|c| c.target).collect();
+                let new = own.is_disjoint(&driven);
+                driven.extend(own);
+                new
+            });
+            if disjoint { all.iter().collect() } else { all.iter().take(1).collect() }
+        }
+    })
+}
+
+impl<'s> PosedScene<'s> {
+    /// Node to world in f64, not relative to the centre.
+    pub fn node_to_world(&self, node: u32) -> DAffine3 {
+        self.node_to_world[node as usize]
+    }
+
+    /// The mesh that an instance draws.
+    pub fn mesh(&self, instance: u32) -> &'s Mesh {
+        &self.scene.meshes[self.scene.instances[instance as usize].mesh as usize]
+    }
+
+    /// An instance's vertices as posed, in the frame that its transform takes to the world.
+    pub fn positions(&self, instance: u32) -> &[Vec3] {
+        match self.deformed_of(instance) {
+            Some(d) => &d.positions,
+            None => &self.mesh(instance).positions,
+        }
+    }
+
+    /// Likewise its normals; empty means flat.
+    pub fn normals(&self, instance: u32) -> &[Vec3] {
+        match self.deformed_of(instance) {
+            Some(d) => &d.normals,
+            None => &self.mesh(instance).normals,
+        }
+    }
+
+    /// Likewise its tangents; may be empty.
+    pub fn tangents(&self, instance: u32) -> &[Vec4] {
+        match self.deformed_of(instance) {
+            Some(d) => &d.tangents,
+            None => &self.mesh(instance).tangents,
+        }
+    }
+
+    fn deformed_of(&self, instance: u32) -> Option<&Deformed> {
+        self.instances[instance as usize].deformed.map(|d| &self.deformed[d as usize])
+    }
+
+    /// A triangle's corners in the frame that the instance's transform takes to the world.
+    pub fn local_triangle(&self, id: HitId) -> [Vec3; 3] {
+        let positions = self.positions(id.instance);
+        self.mesh(id.instance).triangles[id.triangle as usize].map(|v| positions[v as usize])
+    }
+
+    /// A triangle's corners in the world, relative to the centre, each rounded once to f32. Trees
+    /// over world triangles hold exactly these.
+    pub fn world_triangle(&self, id: HitId) -> [Vec3; 3] {
+        let transform = &self.instances[id.instance as usize].transform;
+        self.local_triangle(id).map(|p| transform.point(p))
+    }
+
+    /// The bounds of all that is visible, relative to the centre.
+    fn world_bounds(&self) -> Aabb {
+        let mut bounds = Aabb::EMPTY;
+        for (i, instance) in self.instances.iter().enumerate().filter(|(_, i)| i.visible) {
+            // A shared mesh's vertices are walked once for each instance: exact, and cheap enough.
+            for &p in self.positions(i as u32) {
+                bounds.add(instance.transform.point_f64(p));
+            }
+        }
+        bounds
+    }
+
+    /// The bounds of all that is visible, in world coordinates (the centre added back).
+    pub fn bounds(&self) -> Aabb {
+        let b = self.world_bounds();
+        if b.is_empty() { b } else { Aabb { min: b.min + self.centre, max: b.max + self.centre } }
+    }
+
+    /// A sphere around all that is visible, in world coordinates: about the middle of the bounds,
+    /// as small as holds every vertex. Radius 1 where there is nothing.
+    pub fn bounding_sphere(&self) -> Sphere {
+        let middle = self.world_bounds().centre();
+        let mut r2 = 0f64;
+        for (i, instance) in self.instances.iter().enumerate().filter(|(_, i)| i.visible) {
+            for &p in self.positions(i as u32) {
+                let p = instance.transform.point_f64(p);
+                if p.is_finite() {
+                    r2 = r2.max(p.distance_squared(middle));
+                }
+            }
+        }
+        let radius = if r2 > 0.0 { r2.sqrt() } else { 1.0 };
+        Sphere { centre: middle + self.centre, radius }
+    }
+
+    /// The file's lights in the lecture's units, times `scale`.
+    pub fn lights(&self, units: LightUnits, scale: f32) -> Vec<PosedLight> {
+        let units = units.resolve(&self.scene.source);
+        let visible = self.scene.lights.iter().filter(|l| self.visible[l.node as usize]);
+        visible
+            .map(|light| {
+                let to_world = self.node_to_world[light.node as usize];
+                let position = (to_world.translation - self.centre).as_vec3();
+                let travels = -to_world.matrix3.z_axis;
+                let direction = travels.normalize_or(DVec3::NEG_Z).as_vec3();
+                let kind = match light.kind {
+                    LightKind::Point => PosedKind::Point { position },
+                    LightKind::Directional => PosedKind::Directional { direction },
+                    LightKind::Spot { inner, outer } => {
+                        PosedKind::Spot { position, direction, cone: Cone::new(inner, outer) }
+                    }
+                };
+                let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
+                PosedLight { kind, intensity, range: light.range }
+            })
+            .collect()
+    }
+
+    /// Places every instance and bends the meshes that bend, relative to the origin.
+    fn place(&mut self, weights: &[Cow<'_, [f32]>]) {
+        let scene = self.scene;
+        for instance in &scene.instances {
+            let mesh = &scene.meshes[instance.mesh as usize];
+            let node = instance.node as usize;
+            let mut to_world = self.node_to_world[node];
+            if let Some(placement) = instance.placement {
+                to_world *= placement;
+            }
+            let own = &weights[node];
+            let shape: &[f32] = if own.is_empty() { &mesh.morph_weights } else { own };
+            let skin = instance.skin.filter(|_| mesh.influences.per_vertex > 0);
+            let morphed = mesh.morphs.iter().zip(shape).any(|(_, &w)| w != 0.0);
+            let deformed = (morphed || skin.is_some()).then(|| {
+                let mut shape = morph(mesh, shape);
+                if let Some(skin) = skin {
+                    self.bend(&mut shape, mesh, &scene.skins[skin as usize]);
+                    to_world = DAffine3::IDENTITY;
+                }
+                shape
+            });
+            let deformed = deformed.map(|d| {
+                self.deformed.push(d);
+                self.deformed.len() as u32 - 1
+            });
+            let visible = self.visible[node];
+            self.instances.push(PosedInstance { transform: Transform::new(to_world), deformed, visible });
+        }
+    }
+
+    /// Linear blend skinning: the joints' transforms alone place the vertices, in the world.
+    fn bend(&self, shape: &mut Deformed, mesh: &Mesh, skin: &Skin) {
+        let joints: Vec<Transform> = skin
+            .joints
+            .iter()
+            .zip(&skin.inverse_bind)
+            .map(|(&joint, &inverse)| Transform::new(self.node_to_world[joint as usize] * inverse))
+            .collect();
+        let n = mesh.influences.per_vertex;
+        for v in 0..shape.positions.len() {
+            let pairs = (v * n..(v + 1) * n)
+                .map(|i| (mesh.influences.joints[i] as usize, f64::from(mesh.influences.weights[i])))
+                .filter(|&(j, w)| w != 0.0 && j < joints.len());
+            let mut blend = glam::DMat3::ZERO;
+            let mut shift = DVec3::ZERO;
+            for (j, w) in pairs {
+                blend += joints[j].affine.matrix3 * w;
+                shift += joints[j].affine.translation * w;
+            }
+            let to_world = DAffine3 { matrix3: blend, translation: shift };
+            shape.positions[v] = to_world.transform_point3(shape.positions[v].as_dvec3()).as_vec3();
+            if let Some(normal) = shape.normals.get_mut(v) {
+                *normal = Transform::new(to_world).normal(*normal).normalize_or_zero().as_vec3();
+            }
+            if let Some(tangent) = shape.tangents.get_mut(v) {
+                let t = to_world.transform_vector3(tangent.truncate().as_dvec3());
+                *tangent = t.normalize_or_zero().as_vec3().extend(tangent.w);
+            }
+        }
+    }
+
+    fn recentre(&mut self, centre: DVec3) {
+        self.centre = centre;
+        for instance in &mut self.instances {
+            let mut affine = instance.transform.affine;
+            affine.translation -= centre;
+            instance.transform = Transform::new(affine);
+        }
+    }
+}
+
+/// A mesh with its morph targets blended in.
+fn morph(mesh: &Mesh, weights: &[f32]) -> Deformed {
+    let mut shape = Deformed {
+        positions: mesh.positions.clone(),
+        normals: mesh.normals.clone(),
+        tangents: mesh.tangents.clone(),
+    };
+    for (target, &w) in mesh.morphs.iter().zip(weights).filter(|&(_, &w)| w != 0.0) {
+        for (p, d) in shape.positions.iter_mut().zip(&target.positions) {
+            *p += *d * w;
+        }
+        for (n, d) in shape.normals.iter_mut().zip(&target.normals) {
+            *n += *d * w;
+        }
+        for (t, d) in shape.tangents.iter_mut().zip(&target.tangents) {
+            *t += (*d * w).extend(0.0);
+        }
+    }
+    for n in &mut shape.normals {
+        *n = n.normalize_or_zero();
+    }
+    shape
+}
