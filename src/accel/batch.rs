@@ -70,6 +70,14 @@ impl RayBatch {
         self.t_max.push(t_max);
     }
 
+    /// Keeps the first `n` rays.
+    pub fn truncate(&mut self, n: usize) {
+        self.origins.truncate(n);
+        self.directions.truncate(n);
+        self.after.truncate(n);
+        self.t_max.truncate(n);
+    }
+
     /// Number of rays.
     pub fn len(&self) -> usize {
         self.origins.len()

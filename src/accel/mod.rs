@@ -37,3 +37,19 @@ pub struct CleanReport {
     /// met first: they share an entry of the tree.
     pub coincident: u64,
 }
+
+/// Stub.
+#[derive(Clone, Debug)]
+pub struct Accel;
+impl Accel {
+    /// Stub.
+    pub fn build(_: &crate::scene::PosedScene, _: &BuildSettings) -> (Accel, CleanReport) { (Accel, CleanReport::default()) }
+    /// Stub.
+    pub fn intersect(&self, _rays: &RayBatch, _c: &dyn Cutout, _hits: &mut HitBatch) {}
+    /// Stub.
+    pub fn occluded(&self, _s: &SegmentBatch, _c: &dyn Cutout, _o: &mut Vec<bool>) {}
+    /// Stub.
+    pub fn transmittance(&self, _s: &SegmentBatch, _c: &dyn Cutout, _o: &mut Vec<crate::geometry::Rgb>) {}
+    /// Stub.
+    pub fn has_translucent(&self) -> bool { false }
+}

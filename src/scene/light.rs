@@ -63,6 +63,16 @@ impl LightUnits {
         }
     }
 
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            LightUnits::Auto => "auto",
+            LightUnits::Standard => "standard",
+            LightUnits::Unitless => "unitless",
+            LightUnits::Raw => "raw",
+        }
+    }
+
     /// What a file's number is multiplied by to give the lecture's I (or E for a sun).
     pub fn factor(self, kind: LightKind) -> f32 {
         use std::f64::consts::PI;
@@ -140,8 +150,8 @@ pub struct PosedLight {
 /// What a light sends to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incident {
-    /// To the light, unit length.
-    pub l: Vec3,
+    /// To the light, unit length. In f64: a narrow highlight magnifies its rounding.
+    pub l: DVec3,
     /// I/r² with cone and range, or E.
     pub arriving: Rgb,
 }
@@ -169,9 +179,9 @@ impl PosedLight {
     /// What reaches `p` if nothing is in the way; `None` where nothing does.
     pub fn incident(&self, p: Vec3) -> Option<Incident> {
         let (l, arriving) = match self.kind {
-            PosedKind::Directional { direction } => (-direction, self.intensity),
+            PosedKind::Directional { direction } => (-direction.as_dvec3().normalize(), self.intensity),
             PosedKind::Point { position } | PosedKind::Spot { position, .. } => {
-                let to_light = position - p;
+                let to_light = position.as_dvec3() - p.as_dvec3();
                 let r2 = to_light.length_squared();
                 if !(r2 > 0.0) {
                     return None;
@@ -180,13 +190,13 @@ impl PosedLight {
                 let l = to_light / r;
                 let mut strength = 1.0;
                 if let PosedKind::Spot { direction, cone, .. } = self.kind {
-                    strength *= cone.falloff(-l.dot(direction));
+                    strength *= cone.falloff(-l.dot(direction.as_dvec3()) as f32);
                 }
                 if self.range.is_finite() {
-                    let q = (r / self.range).powi(2);
-                    strength *= (1.0 - q * q).clamp(0.0, 1.0);
+                    let q = (r / f64::from(self.range)).powi(2);
+                    strength *= (1.0 - q * q).clamp(0.0, 1.0) as f32;
                 }
-                (l, self.intensity * (strength / r2))
+                (l, self.intensity * (f64::from(strength) / r2) as f32)
             }
         };
         (arriving.max_element() > 0.0).then_some(Incident { l, arriving })

@@ -27,7 +27,7 @@ pub use material::{
 pub use mesh::{Influences, Mesh, MorphTarget};
 pub use node::{Instance, Local, Node};
 pub use pose::{AnimationChoice, Deformed, PoseError, PoseSettings, PosedInstance, PosedScene, pose};
-pub use rig::{Rig, headlight, three_point};
+pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
 pub use skin::Skin;
 pub use texture::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap};
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Camera, PosedLight};
+use super::{Camera, Format, LightUnits, PosedLight, PosedScene};
 use crate::geometry::Rgb;
 
 /// Lights with the ambient colour that goes with them.
@@ -35,4 +35,119 @@ pub fn three_point(camera: &Camera) -> Rig {
 /// The lecture's "dim light at camera": a sun along the view.
 pub fn headlight(camera: &Camera) -> Rig {
     Rig { lights: vec![PosedLight::sun(-camera.basis.w, Rgb::splat(0.8))], ambient: Rgb::splat(0.05) }
+}
+
+/// A place that light may come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightSource {
+    /// The file's lights.
+    File,
+    /// A dim light at the camera.
+    Headlight,
+    /// Key, fill and rim, fixed to the camera.
+    ThreePoint,
+}
+
+/// A light in world coordinates with the lecture's own strength.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GivenLight {
+    /// A point light.
+    Point {
+        /// Where, in world coordinates.
+        position: DVec3,
+        /// The lecture's I.
+        intensity: Rgb,
+    },
+    /// A directional light.
+    Sun {
+        /// The way its light travels.
+        direction: DVec3,
+        /// What arrives, E.
+        intensity: Rgb,
+    },
+}
+
+/// How a scene is lit, as asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lighting {
+    /// Where light comes from; `None`: the file, else what was given, else the three-point rig.
+    pub sources: Option<Vec<LightSource>>,
+    /// Lights added to those.
+    pub given: Vec<GivenLight>,
+    /// What the file's numbers mean.
+    pub units: LightUnits,
+    /// Multiplies the file's lights.
+    pub scale: f32,
+    /// I_a; `None`: what suits the sources.
+    pub ambient: Option<Rgb>,
+}
+
+impl Default for Lighting {
+    fn default() -> Self {
+        Lighting { sources: None, given: Vec::new(), units: LightUnits::Auto, scale: 1.0, ambient: None }
+    }
+}
+
+/// Blender's default world seen as an ambient colour, for files whose lights are Blender's.
+const BLENDER_AMBIENT: f32 = 0.05;
+
+/// How a scene is lit, resolved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lit {
+    /// Lights and ambient.
+    pub rig: Rig,
+    /// True where lights of the file take part, in the file's strengths.
+    pub by_file: bool,
+    /// What was used, in words.
+    pub note: String,
+}
+
+impl Lighting {
+    /// The lights for `posed` seen from `camera`.
+    pub fn resolve(&self, posed: &PosedScene, camera: &Camera) -> Lit {
+        let file = posed.lights(self.units, self.scale);
+        let sources = self.sources.clone().unwrap_or_else(|| {
+            if !file.is_empty() {
+                vec![LightSource::File]
+            } else if self.given.is_empty() {
+                vec![LightSource::ThreePoint]
+            } else {
+                Vec::new()
+            }
+        });
+        let mut rig = Rig::default();
+        let mut words = Vec::new();
+        let mut by_file = false;
+        for source in sources {
+            let (added, what) = match source {
+                LightSource::File => {
+                    by_file = !file.is_empty();
+                    let source = &posed.scene.source;
+                    let blender = by_file && source.format == Format::Gltf && source.is_blender();
+                    let ambient = Rgb::splat(if blender { BLENDER_AMBIENT } else { 0.0 });
+                    let units = self.units.resolve(source).name();
+                    (Rig { lights: file.clone(), ambient }, format!("{} of the file ({units})", file.len()))
+                }
+                LightSource::Headlight => (headlight(camera), "a headlight".to_string()),
+                LightSource::ThreePoint => (three_point(camera), "the three-point rig".to_string()),
+            };
+            rig.lights.extend(added.lights);
+            rig.ambient = rig.ambient.max(added.ambient);
+            words.push(what);
+        }
+        for given in &self.given {
+            rig.lights.push(match *given {
+                GivenLight::Point { position, intensity } => {
+                    PosedLight::point((position - posed.centre).as_vec3(), intensity)
+                }
+                GivenLight::Sun { direction, intensity } => PosedLight::sun(direction, intensity),
+            });
+        }
+        if !self.given.is_empty() {
+            words.push(format!("{} given", self.given.len()));
+        }
+        rig.ambient = self.ambient.unwrap_or(rig.ambient);
+        let note = if words.is_empty() { "none".to_string() } else { words.join(", ") };
+        Lit { rig, by_file, note }
+    }
 }

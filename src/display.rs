@@ -1,0 +1,155 @@
+//! From linear light to what a screen shows: exposure, view transform, sRGB.
+
+use std::sync::OnceLock;
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use crate::geometry::{Rgb, Rgba};
+use crate::render::Pixels;
+
+/// How linear light becomes display values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ViewTransform {
+    /// Clipped, then sRGB.
+    #[default]
+    Standard,
+    /// Clipped and stored as it is, without encoding.
+    Raw,
+}
+
+/// What is behind everything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Background {
+    /// A colour as the screen shows it, linear: neither exposure nor view transform touch it.
+    Color(Rgb),
+    /// Nothing: alpha says where.
+    Transparent,
+}
+
+/// A display: pixels in, encoded values out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Display {
+    /// Stops: light is multiplied by 2^ev.
+    pub ev: f64,
+    /// The view transform.
+    pub view: ViewTransform,
+    /// What is behind.
+    pub background: Background,
+}
+
+/// sRGB's encoding of linear light in 0…1.
+pub fn linear_to_srgb(v: f32) -> f32 {
+    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * libm::powf(v, 1.0 / 2.4) - 0.055 }
+}
+
+impl Display {
+    /// Display-linear colour and straight alpha of a premultiplied scene colour.
+    fn show(&self, pixel: Rgba, gain: f32) -> (Rgb, f32) {
+        let alpha = pixel.w.clamp(0.0, 1.0);
+        let straight = if alpha > 0.0 { pixel.truncate() / alpha } else { Rgb::ZERO };
+        // NaN fails both comparisons of clamp's min and max in favour of the bound.
+        let shown = (straight * gain).max(Vec3::ZERO).min(Vec3::ONE);
+        match self.background {
+            Background::Transparent => (shown, alpha),
+            Background::Color(b) => (shown * alpha + b * (1.0 - alpha), 1.0),
+        }
+    }
+
+    fn gain(&self) -> f32 {
+        libm::exp2(self.ev) as f32
+    }
+
+    /// Straight RGBA, 8 bits a channel, row-major, row 0 on top.
+    pub fn to_rgba8(&self, pixels: &Pixels) -> Vec<[u8; 4]> {
+        let gain = self.gain();
+        let encode = |v: f32| match self.view {
+            ViewTransform::Standard => srgb8(v),
+            ViewTransform::Raw => (v * 255.0 + 0.5) as u8,
+        };
+        let one = |&pixel: &Rgba| {
+            let (c, alpha) = self.show(pixel, gain);
+            [encode(c.x), encode(c.y), encode(c.z), (alpha * 255.0 + 0.5) as u8]
+        };
+        pixels.colors.par_iter().map(one).collect()
+    }
+
+    /// Straight RGBA, 16 bits a channel.
+    pub fn to_rgba16(&self, pixels: &Pixels) -> Vec<[u16; 4]> {
+        let gain = self.gain();
+        let encode = |v: f32| match self.view {
+            ViewTransform::Standard => (linear_to_srgb(v) * 65535.0 + 0.5) as u16,
+            ViewTransform::Raw => (v * 65535.0 + 0.5) as u16,
+        };
+        let one = |&pixel: &Rgba| {
+            let (c, alpha) = self.show(pixel, gain);
+            [encode(c.x), encode(c.y), encode(c.z), (alpha * 65535.0 + 0.5) as u16]
+        };
+        pixels.colors.par_iter().map(one).collect()
+    }
+
+    /// Linear premultiplied RGBA for files of linear light: neither exposure nor view transform,
+    /// only the background.
+    pub fn to_linear(&self, pixels: &Pixels) -> Vec<Rgba> {
+        let one = |&p: &Rgba| match self.background {
+            Background::Transparent => p,
+            Background::Color(b) => {
+                let under = p.truncate() + b * (1.0 - p.w);
+                Vec4::new(under.x, under.y, under.z, 1.0)
+            }
+        };
+        pixels.colors.iter().map(one).collect()
+    }
+}
+
+/// The sRGB byte of linear light, rounded exactly: by the linear values where bytes change.
+fn srgb8(v: f32) -> u8 {
+    static EDGES: OnceLock<[f32; 255]> = OnceLock::new();
+    let edges = EDGES.get_or_init(|| {
+        std::array::from_fn(|i| {
+            let e = (i as f64 + 0.5) / 255.0;
+            let linear = if e <= 0.04045 { e / 12.92 } else { libm::pow((e + 0.055) / 1.055, 2.4) };
+            linear as f32
+        })
+    });
+    edges.partition_point(|&edge| edge <= v) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(display: Display, pixel: Rgba) -> [u8; 4] {
+        display.to_rgba8(&Pixels { width: 1, height: 1, colors: vec![pixel] })[0]
+    }
+
+    const PLAIN: Display =
+        Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
+
+    #[test]
+    fn bytes_round_trip_through_linear_light() {
+        for byte in 0..=255u8 {
+            let e = f32::from(byte) / 255.0;
+            let linear = if e <= 0.04045 { e / 12.92 } else { libm::powf((e + 0.055) / 1.055, 2.4) };
+            assert_eq!(srgb8(linear), byte);
+            assert!((linear_to_srgb(linear) * 255.0 - f32::from(byte)).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn alpha_is_straight_and_a_given_background_is_untouched() {
+        let half = Rgba::new(0.25, 0.25, 0.25, 0.5);
+        assert_eq!(one(PLAIN, half)[3], 128);
+        assert_eq!(one(PLAIN, half)[0], srgb8(0.5));
+        let over = Display { ev: 3.0, background: Background::Color(Rgb::splat(0.2)), ..PLAIN };
+        assert_eq!(one(over, Rgba::ZERO), [srgb8(0.2), srgb8(0.2), srgb8(0.2), 255]);
+    }
+
+    #[test]
+    fn exposure_counts_in_stops_and_nothing_wraps() {
+        let up = Display { ev: 1.0, ..PLAIN };
+        assert_eq!(one(up, Rgba::new(0.1, 0.1, 0.1, 1.0))[0], srgb8(0.2));
+        assert_eq!(one(up, Rgba::new(1e30, f32::INFINITY, f32::NAN, 1.0))[..2], [255, 255]);
+        assert_eq!(one(up, Rgba::new(-1.0, 0.0, 0.0, 1.0))[0], 0);
+    }
+}

@@ -1,0 +1,24 @@
+//! What the accelerator asks of materials: is the surface there, and what passes through it.
+
+use glam::Vec3;
+
+use super::coefficients::{alpha, transmitted};
+use super::Surface;
+use crate::accel::Cutout;
+use crate::geometry::{HitId, Ray, Rgb};
+use crate::scene::PosedScene;
+
+/// Answers the accelerator's questions from a scene's materials.
+pub struct Materials<'a>(pub &'a PosedScene<'a>);
+
+impl Cutout for Materials<'_> {
+    fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
+        let surface = Surface::at(self.0, id, Ray { o, d });
+        alpha(self.0, &self.0.scene.materials[surface.material as usize], &surface) > 0.0
+    }
+
+    fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Rgb {
+        let surface = Surface::at(self.0, id, Ray { o, d });
+        transmitted(self.0, &self.0.scene.materials[surface.material as usize], &surface)
+    }
+}

@@ -1,0 +1,135 @@
+//! Arbitrary output variables: what lies behind a pixel's centre, one layer for each.
+//!
+//! To add one: a variant, its row in [`Aov::ALL`] and [`Aov::channels`], and its line in
+//! [`Aov::of`].
+
+use glam::DVec3;
+
+use super::coefficients::base_color;
+use super::{Frame, Materials, Sample, Scratch, Surface};
+use crate::geometry::{Hit, Ray, Rgb};
+
+/// A layer: one value for each pixel, of the first surface at the pixel's centre, never filtered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Aov {
+    /// Distance along −w in metres; +∞ where nothing is hit.
+    Depth,
+    /// Shading normal, world, to the viewer's side.
+    Normal,
+    /// The same without normal maps.
+    VertexNormal,
+    /// The triangle's own normal.
+    GeometricNormal,
+    /// World position in metres.
+    Position,
+    /// Base colour × texture × vertex colour, linear.
+    Albedo,
+    /// Texture coordinates, set 0.
+    Uv,
+    /// 1 where anything is hit.
+    Mask,
+    /// Which object, from 1; 0 for none.
+    ObjectId,
+    /// Which material, from 1; 0 for none.
+    MaterialId,
+}
+
+impl Aov {
+    /// All of them.
+    pub const ALL: [Aov; 10] = [
+        Aov::Depth,
+        Aov::Normal,
+        Aov::VertexNormal,
+        Aov::GeometricNormal,
+        Aov::Position,
+        Aov::Albedo,
+        Aov::Uv,
+        Aov::Mask,
+        Aov::ObjectId,
+        Aov::MaterialId,
+    ];
+
+    /// Its name, and the names of its channels behind the dot.
+    pub fn channels(self) -> (&'static str, &'static str) {
+        match self {
+            Aov::Depth => ("depth", "Z"),
+            Aov::Normal => ("normal", "XYZ"),
+            Aov::VertexNormal => ("vertex-normal", "XYZ"),
+            Aov::GeometricNormal => ("geometric-normal", "XYZ"),
+            Aov::Position => ("position", "XYZ"),
+            Aov::Albedo => ("albedo", "RGB"),
+            Aov::Uv => ("uv", "UV"),
+            Aov::Mask => ("mask", "A"),
+            Aov::ObjectId => ("object-id", "I"),
+            Aov::MaterialId => ("material-id", "I"),
+        }
+    }
+
+    /// Its name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        self.channels().0
+    }
+
+    /// Numbers a pixel.
+    pub fn width(self) -> usize {
+        self.channels().1.len()
+    }
+
+    /// The layer of that name.
+    pub fn by_name(name: &str) -> Option<Aov> {
+        Aov::ALL.into_iter().find(|a| a.name() == name)
+    }
+
+    /// Whether its numbers count things.
+    pub fn is_id(self) -> bool {
+        matches!(self, Aov::ObjectId | Aov::MaterialId)
+    }
+
+    /// Its value where nothing is hit.
+    pub fn nothing(self) -> f32 {
+        if self == Aov::Depth { f32::INFINITY } else { 0.0 }
+    }
+
+    /// Appends its value at a first hit.
+    pub fn of(self, frame: &Frame, first: &FirstHit, out: &mut Vec<f32>) {
+        let Some((hit, s)) = &first.surface else {
+            out.extend(std::iter::repeat_n(self.nothing(), self.width()));
+            return;
+        };
+        let vector = |out: &mut Vec<f32>, v: DVec3| out.extend(v.as_vec3().to_array());
+        match self {
+            Aov::Depth => out.push((f64::from(hit.t) * frame.camera.depth_per_t()) as f32),
+            Aov::Normal => vector(out, s.shading_normal(frame.posed)),
+            Aov::VertexNormal => vector(out, s.n_v),
+            Aov::GeometricNormal => vector(out, s.n_g),
+            Aov::Position => vector(out, s.p.as_dvec3() + frame.posed.centre),
+            Aov::Albedo => {
+                let material = &frame.posed.scene.materials[s.material as usize];
+                let color: Rgb = base_color(frame.posed, material, s);
+                out.extend(color.to_array());
+            }
+            Aov::Uv => out.extend(s.uv(0).to_array()),
+            Aov::Mask => out.push(1.0),
+            Aov::ObjectId => out.push(frame.posed.scene.instances[s.id.instance as usize].object as f32),
+            Aov::MaterialId => out.push((s.material + 1) as f32),
+        }
+    }
+}
+
+/// The first surface that alpha masks keep, whatever its opacity.
+#[derive(Clone, Debug)]
+pub struct FirstHit<'s> {
+    surface: Option<(Hit, Surface<'s>)>,
+}
+
+/// The first hits of eye rays through `samples`.
+pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scratch) -> Vec<FirstHit<'s>> {
+    frame.eye_rays(samples, &mut scratch.rays);
+    frame.accel.intersect(&scratch.rays, &Materials(frame.posed), &mut scratch.hits);
+    let rays = scratch.rays.origins.iter().zip(&scratch.rays.directions);
+    let surface = |hit: &Hit, (&o, &d)| {
+        let at = || Surface::at(frame.posed, hit.id, Ray { o, d });
+        (!hit.is_miss()).then(|| (*hit, at()))
+    };
+    scratch.hits.iter().zip(rays).map(|(hit, ray)| FirstHit { surface: surface(hit, ray) }).collect()
+}

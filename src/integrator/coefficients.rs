@@ -1,0 +1,236 @@
+//! What the lecture's k_a, k_d, k_s and p are at a surface point: from MTL literally, from physical
+//! materials by a mapping.
+//!
+//! The mapping of metallic-roughness: α = clamp(roughness, .1, 1)², p = 2/α² − 2,
+//! F0_d = the dielectric's reflectance at normal incidence, F0 = mix(F0_d, base, metallic),
+//! k_d = base·(1 − metallic)·(1 − max F0_d) + .35·F0·α, k_s = F0·(1 − α)·(p + 2)/8,
+//! k_a = base·occlusion. It was fitted to GGX on a lit sphere: see docs/design.md.
+
+use glam::{DVec3, Vec3, Vec4Swizzles};
+
+use super::Surface;
+use crate::geometry::Rgb;
+use crate::scene::{
+    AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, PosedScene, Reflectance,
+    ScalarInput,
+};
+
+/// The lecture's coefficients at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// Ambient.
+    pub k_a: Rgb,
+    /// Diffuse.
+    pub k_d: Rgb,
+    /// Specular.
+    pub k_s: Rgb,
+    /// Shininess p.
+    pub shininess: f32,
+    /// Emitted radiance.
+    pub k_e: Rgb,
+    /// The surface's own colour: base × texture × vertex colour (AOV `albedo`, integrator `color`).
+    pub color: Rgb,
+    /// Coverage: 1 opaque … 0 not there.
+    pub alpha: f32,
+    /// What passes through the covered part: transmission × base colour.
+    pub through: Rgb,
+}
+
+/// Coefficients given for every material at once, replacing the mapped and textured ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Overrides {
+    /// Replaces k_d.
+    pub k_d: Option<Rgb>,
+    /// Replaces k_s.
+    pub k_s: Option<Rgb>,
+    /// Replaces p.
+    pub shininess: Option<f32>,
+}
+
+impl ColorInput {
+    fn at(&self, posed: &PosedScene, surface: &Surface) -> Rgb {
+        self.factor * surface.texture(posed, self.texture.as_ref(), true).xyz()
+    }
+}
+
+impl ScalarInput {
+    fn at(&self, posed: &PosedScene, surface: &Surface) -> f32 {
+        self.factor * self.texel(posed, surface)
+    }
+
+    /// The texture's channel alone; 1 without a texture.
+    fn texel(&self, posed: &PosedScene, surface: &Surface) -> f32 {
+        let Some((texture, channel)) = &self.texture else { return 1.0 };
+        let t = surface.texture(posed, Some(texture), false);
+        match channel {
+            Channel4::R => t.x,
+            Channel4::G => t.y,
+            Channel4::B => t.z,
+            Channel4::A => t.w,
+            Channel4::Mean => (t.x + t.y + t.z) / 3.0,
+        }
+    }
+}
+
+/// Opacity of a material at a point: 0 or 1 for MASK, 0…1 for BLEND.
+pub(super) fn alpha(posed: &PosedScene, material: &Material, surface: &Surface) -> f32 {
+    let opacity = || {
+        let mut alpha = material.alpha.at(posed, surface) * surface.color().w;
+        if material.alpha_from_base {
+            alpha *= surface.texture(posed, material.base.texture.as_ref(), true).w;
+        }
+        alpha
+    };
+    match material.alpha_mode {
+        AlphaMode::Opaque => 1.0,
+        AlphaMode::Mask(cutoff) => f32::from(opacity() >= cutoff),
+        AlphaMode::Blend => opacity().clamp(0.0, 1.0),
+    }
+}
+
+/// What passes through a material at a point, of each colour: past its alpha, and tinted through
+/// what it transmits.
+pub(super) fn transmitted(posed: &PosedScene, material: &Material, surface: &Surface) -> Rgb {
+    let alpha = alpha(posed, material, surface);
+    let through = if material.transmission.factor > 0.0 {
+        material.transmission.at(posed, surface) * base_color(posed, material, surface)
+    } else {
+        Rgb::ZERO
+    };
+    Rgb::splat(1.0 - alpha) + through * alpha
+}
+
+/// Base × texture × vertex colour.
+pub(super) fn base_color(posed: &PosedScene, material: &Material, surface: &Surface) -> Rgb {
+    material.base.at(posed, surface) * surface.color().xyz()
+}
+
+impl Coefficients {
+    /// The coefficients at `surface`.
+    pub fn at(posed: &PosedScene, surface: &Surface, overrides: &Overrides) -> Coefficients {
+        let material = &posed.scene.materials[surface.material as usize];
+        let color = base_color(posed, material, surface);
+        let mut k = Coefficients {
+            k_a: color,
+            k_d: color,
+            k_s: Rgb::ZERO,
+            shininess: 1.0,
+            k_e: material.emission.at(posed, surface) * material.emission_strength,
+            color,
+            alpha: alpha(posed, material, surface),
+            through: Rgb::ZERO,
+        };
+        match &material.reflectance {
+            Reflectance::Mtl(mtl) => k.mtl(mtl, posed, surface),
+            Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
+                let metallic = metallic.at(posed, surface).clamp(0.0, 1.0);
+                let roughness = roughness.at(posed, surface).clamp(0.0, 1.0);
+                k.metallic_roughness(color, metallic, roughness, dielectric.f0(posed, surface));
+            }
+            Reflectance::SpecularGlossiness { specular, glossiness } => {
+                let f0 = specular.at(posed, surface).clamp(Vec3::ZERO, Vec3::ONE);
+                let rough = 1.0 - glossiness.at(posed, surface).clamp(0.0, 1.0);
+                let alpha = alpha_of(rough);
+                k.k_d = color * (1.0 - f0.max_element());
+                (k.k_s, k.shininess) = highlight(f0, alpha);
+            }
+            Reflectance::Unlit => {
+                (k.k_a, k.k_d, k.k_e) = (Rgb::ZERO, Rgb::ZERO, color);
+            }
+        }
+        if material.occlusion.texture.is_some() {
+            let texel = material.occlusion.texel(posed, surface);
+            k.k_a *= 1.0 + material.occlusion.factor * (texel - 1.0);
+        }
+        if material.transmission.factor > 0.0 {
+            let t = material.transmission.at(posed, surface).clamp(0.0, 1.0);
+            k.k_d *= 1.0 - t;
+            k.k_a *= 1.0 - t;
+            k.through = color * t;
+        }
+        k.k_d = overrides.k_d.unwrap_or(k.k_d);
+        k.k_s = overrides.k_s.unwrap_or(k.k_s);
+        k.shininess = overrides.shininess.unwrap_or(k.shininess);
+        k
+    }
+
+    fn mtl(&mut self, mtl: &MtlReflectance, posed: &PosedScene, surface: &Surface) {
+        if let Some(ambient) = &mtl.ambient {
+            self.k_a = ambient.at(posed, surface);
+        }
+        self.k_s = mtl.specular.at(posed, surface);
+        self.shininess = mtl.shininess;
+    }
+
+    fn metallic_roughness(&mut self, base: Rgb, metallic: f32, roughness: f32, f0_d: Rgb) {
+        let alpha = alpha_of(roughness);
+        let f0 = f0_d + (base - f0_d) * metallic;
+        self.k_d = base * ((1.0 - metallic) * (1.0 - f0_d.max_element())) + f0 * (0.35 * alpha);
+        (self.k_s, self.shininess) = highlight(f0, alpha);
+    }
+}
+
+/// α of a perceptual roughness, kept above what point lights and f32 can show.
+fn alpha_of(roughness: f32) -> f32 {
+    let r = roughness.clamp(0.1, 1.0);
+    r * r
+}
+
+/// k_s and p of a microfacet highlight.
+fn highlight(f0: Rgb, alpha: f32) -> (Rgb, f32) {
+    let p = 2.0 / (alpha * alpha) - 2.0;
+    (f0 * ((1.0 - alpha) * (p + 2.0) / 8.0), p)
+}
+
+impl Dielectric {
+    /// Reflectance at normal incidence: ((ior − 1)/(ior + 1))² × specular colour, at most 1, times
+    /// the specular weight.
+    fn f0(&self, posed: &PosedScene, surface: &Surface) -> Rgb {
+        let r = (self.ior - 1.0) / (self.ior + 1.0);
+        let tinted = self.specular_color.at(posed, surface) * (r * r);
+        tinted.min(Vec3::ONE) * self.specular.at(posed, surface)
+    }
+}
+
+/// The lecture's specular lobe `max(0, n·h)^p` for unit vectors, h the bisector of v and l.
+///
+/// n·h loses its digits near 1, just where a narrow lobe needs them, so it comes from the distance
+/// of n and h: n·h = 1 − |n − h|²/2.
+pub fn lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
+    let Some(h) = (v + l).try_normalize() else { return 0.0 };
+    let below_one = 0.5 * (n - h).length_squared();
+    if below_one >= 1.0 {
+        return if p == 0.0 { 1.0 } else { 0.0 };
+    }
+    libm::exp(f64::from(p) * libm::log1p(-below_one))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lobe_is_the_cosine_to_the_power_p() {
+        for p in [10.0f32, 100.0, 1000.0] {
+            for step in 0..900 {
+                // v and l mirror each other about a direction `angle` away from n, so h lies there.
+                let angle = f64::from(step) * 0.1f64.to_radians();
+                let expected = angle.cos().powf(f64::from(p));
+                let n = DVec3::Z;
+                let at = |a: f64| DVec3::new(a.sin(), 0.0, a.cos());
+                let got = lobe(n, at(angle + 0.4), at(angle - 0.4), p);
+                if expected > 1e-3 {
+                    assert!((got / expected - 1.0).abs() < 1e-5, "p {p}, {step}/10 degrees");
+                } else {
+                    assert!(got < 1.1e-3);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_bisector_behind_the_surface_gives_nothing() {
+        assert_eq!(lobe(DVec3::Z, DVec3::NEG_Z, DVec3::NEG_Z, 10.0), 0.0);
+        assert_eq!(lobe(DVec3::Z, DVec3::X, DVec3::NEG_X, 10.0), 0.0);
+    }
+}

@@ -1,0 +1,95 @@
+//! From eye rays to colours.
+//!
+//! An integrator sees a whole tile of samples and asks the accelerator for batches; it never sees
+//! files or trees.
+
+mod alpha;
+mod aov;
+mod coefficients;
+mod phong;
+mod surface;
+
+use glam::DVec3;
+
+use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch};
+use crate::geometry::{Rgb, Rgba};
+use crate::scene::{Camera, PosedLight, PosedScene};
+
+pub use alpha::Materials;
+pub use aov::{Aov, FirstHit, first_hits};
+pub use coefficients::{Coefficients, Overrides, lobe};
+pub use phong::{Phong, Stage};
+pub use surface::Surface;
+
+/// Everything that one picture is made from.
+#[derive(Clone, Debug)]
+pub struct Frame<'a> {
+    /// The scene at its moment.
+    pub posed: &'a PosedScene<'a>,
+    /// Its trees.
+    pub accel: &'a Accel,
+    /// The lecture's camera.
+    pub camera: Camera,
+    /// Lights, in the lecture's units.
+    pub lights: Vec<PosedLight>,
+    /// I_a.
+    pub ambient: Rgb,
+    /// Coefficients given on the command line.
+    pub overrides: Overrides,
+    /// True: eye rays do not see back faces of single-sided materials.
+    pub cull: bool,
+    /// False: every light reaches everything.
+    pub shadows: bool,
+}
+
+/// A place on the film: x to the right and y upward, both 0…1 over the whole picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// To the right.
+    pub x: f64,
+    /// Upward.
+    pub y: f64,
+}
+
+/// Memory that an integrator reuses from tile to tile.
+#[derive(Default)]
+pub struct Scratch {
+    pub(crate) rays: RayBatch,
+    pub(crate) hits: HitBatch,
+    pub(crate) segments: SegmentBatch,
+    pub(crate) free: Vec<Rgb>,
+    pub(crate) blocked: Vec<bool>,
+}
+
+/// Turns samples into colours: linear RGB premultiplied by alpha, 0 where nothing is seen.
+pub trait Integrator: Sync {
+    /// Writes a colour for each sample.
+    fn render(&self, frame: &Frame, samples: &[Sample], scratch: &mut Scratch, out: &mut [Rgba]);
+}
+
+impl Frame<'_> {
+    /// Fills `rays` with the eye rays of `samples`, cut at the camera's planes.
+    pub(crate) fn eye_rays(&self, samples: &[Sample], rays: &mut RayBatch) {
+        use crate::accel::Shared;
+        use crate::scene::Projection;
+        rays.clear();
+        rays.cull = self.cull;
+        let per_t = self.camera.depth_per_t();
+        let near = RayBatch::from_near((self.camera.clip.near / per_t) as f32);
+        let far = (self.camera.clip.far / per_t) as f32;
+        for s in samples {
+            let ray = self.camera.eye_ray(s.x, s.y, self.posed.centre);
+            rays.push(ray.o, ray.d, near, far);
+        }
+        rays.shared = match (self.camera.projection, rays.is_empty()) {
+            (_, true) => Shared::None,
+            (Projection::Perspective, _) => Shared::Origin(rays.origins[0]),
+            (Projection::Orthographic, _) => Shared::Direction(rays.directions[0]),
+        };
+    }
+
+    /// The unit vector from a point on an eye ray back to the eye.
+    pub(crate) fn to_eye(&self, direction: glam::Vec3) -> DVec3 {
+        -direction.as_dvec3().normalize()
+    }
+}

@@ -1,0 +1,140 @@
+//! What is where a ray hits: the lecture's surface point, with everything shading asks of it.
+
+use glam::{DVec3, Vec2, Vec3, Vec4};
+
+use crate::geometry::{HitId, Ray};
+fn surface_error(_: &PosedScene, _: HitId, w: &[Vec3; 3]) -> Vec3 { (w[0].abs().max(w[1].abs()).max(w[2].abs())) * 5e-7 }
+use crate::scene::{Mesh, PosedScene, TextureRef};
+
+/// A point on a surface, seen from somewhere. Positions are relative to the scene's centre.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<'s> {
+    /// Which triangle.
+    pub id: HitId,
+    /// The point, from barycentrics: on the triangle, whatever t was rounded to.
+    pub p: Vec3,
+    /// The true point is within ± this of `p`.
+    pub p_error: Vec3,
+    /// Geometric normal, unit length, to the viewer's side.
+    pub n_g: DVec3,
+    /// Vertex normals interpolated (or `n_g`), unit length, on `n_g`'s side.
+    pub n_v: DVec3,
+    /// True where the front is seen.
+    pub front: bool,
+    /// Barycentrics of the triangle's three corners.
+    pub b: [f32; 3],
+    /// Index of the material.
+    pub material: u32,
+    mesh: &'s Mesh,
+    corners: [u32; 3],
+}
+
+impl<'s> Surface<'s> {
+    /// The point where `ray` meets triangle `id`, which it is known to hit.
+    pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> Surface<'s> {
+        let mesh = posed.mesh(id.instance);
+        let corners = mesh.triangles[id.triangle as usize];
+        let world = posed.world_triangle(id);
+        let [v0, v1, v2] = world.map(|v| v.as_dvec3());
+        let (e1, e2) = (v1 - v0, v2 - v0);
+        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+        let b = barycentrics(o - v0, d, e1, e2);
+        let p = v0 * b[0] + v1 * b[1] + v2 * b[2];
+
+        let transform = &posed.instances[id.instance as usize].transform;
+        let wound = e1.cross(e2) * if transform.flips { -1.0 } else { 1.0 };
+        let wound = wound.try_normalize().unwrap_or(-d.normalize_or(DVec3::NEG_Z));
+        let front = wound.dot(d) <= 0.0;
+        let n_g = if front { wound } else { -wound };
+
+        let normals = posed.normals(id.instance);
+        let n_v = if normals.is_empty() {
+            n_g
+        } else {
+            let n = corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero());
+            let n = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
+            // Files whose normals point against their winding are lit all the same.
+            let n = n.try_normalize().unwrap_or(n_g);
+            if n.dot(n_g) < 0.0 { -n } else { n }
+        };
+        Surface {
+            id,
+            p: p.as_vec3(),
+            p_error: surface_error(posed, id, &world),
+            n_g,
+            n_v,
+            front,
+            b: b.map(|b| b as f32),
+            material: mesh.material,
+            mesh,
+            corners,
+        }
+    }
+
+    /// Texture coordinates of a set; the origin where the mesh has no such set.
+    pub fn uv(&self, set: u32) -> Vec2 {
+        let Some(uvs) = self.mesh.uvs.get(set as usize).filter(|uvs| !uvs.is_empty()) else {
+            return Vec2::ZERO;
+        };
+        let [a, b, c] = self.corners.map(|c| uvs[c as usize]);
+        a * self.b[0] + b * self.b[1] + c * self.b[2]
+    }
+
+    /// The vertex colour, linear RGBA; white where there is none.
+    pub fn color(&self) -> Vec4 {
+        if self.mesh.colors.is_empty() {
+            return Vec4::ONE;
+        }
+        let [a, b, c] = self.corners.map(|c| self.mesh.colors[c as usize]);
+        a * self.b[0] + b * self.b[1] + c * self.b[2]
+    }
+
+    /// A texture at this point; white where it is missing.
+    pub fn texture(&self, posed: &PosedScene, texture: Option<&TextureRef>, srgb: bool) -> Vec4 {
+        let Some(t) = texture else { return Vec4::ONE };
+        let uv = t.transform.apply(self.uv(t.uv_set));
+        posed.scene.textures[t.texture as usize].sample(&posed.scene.images, uv, srgb)
+    }
+
+    /// The shading normal: `n_v`, moved by the material's normal map where there is one and the
+    /// mesh has tangents. The bitangent is made in object space, then transformed, so that
+    /// mirrored and sheared nodes keep it right; a back face turns the whole frame.
+    pub fn shading_normal(&self, posed: &PosedScene) -> DVec3 {
+        let Some(map) = posed.scene.materials[self.material as usize].normal else { return self.n_v };
+        let (normals, tangents) = (posed.normals(self.id.instance), posed.tangents(self.id.instance));
+        if normals.is_empty() || tangents.is_empty() {
+            return self.n_v;
+        }
+        let transform = &posed.instances[self.id.instance as usize].transform;
+        let weights = self.b.map(f64::from);
+        let mut frame = [DVec3::ZERO; 3];
+        for (corner, b) in self.corners.iter().zip(weights) {
+            let (n, t) = (normals[*corner as usize], tangents[*corner as usize]);
+            let bitangent = n.cross(t.truncate()) * t.w;
+            frame[0] += transform.vector(t.truncate()).normalize_or_zero() * b;
+            frame[1] += transform.vector(bitangent).normalize_or_zero() * b;
+            frame[2] += transform.normal(n).normalize_or_zero() * b;
+        }
+        let texel = self.texture(posed, Some(&map.texture), false);
+        let m = (texel.truncate() * 2.0 - Vec3::ONE).as_dvec3();
+        let scale = f64::from(map.scale);
+        let n = frame[0] * (m.x * scale) + frame[1] * (m.y * scale) + frame[2] * m.z;
+        let side = if frame[2].dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
+        (n * side).try_normalize().unwrap_or(self.n_v)
+    }
+}
+
+/// Barycentrics of the point where o + t·d crosses the triangle, from `s` = o − v0 and its edges;
+/// pulled onto the triangle where rounding left it.
+fn barycentrics(s: DVec3, d: DVec3, e1: DVec3, e2: DVec3) -> [f64; 3] {
+    let across = d.cross(e2);
+    let det = e1.dot(across);
+    let u = s.dot(across) / det;
+    let v = d.dot(s.cross(e1)) / det;
+    if !(u.is_finite() && v.is_finite()) {
+        return [1.0 / 3.0; 3];
+    }
+    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+    let sum = u + v;
+    if sum > 1.0 { [0.0, u / sum, v / sum] } else { [1.0 - sum, u, v] }
+}

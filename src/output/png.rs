@@ -1,0 +1,34 @@
+//! PNG: straight alpha, sRGB.
+
+use std::io;
+
+/// Encodes 8-bit RGBA; without an alpha channel where all is opaque.
+pub(super) fn encode8(width: u32, height: u32, pixels: &[[u8; 4]]) -> io::Result<Vec<u8>> {
+    if pixels.iter().all(|p| p[3] == 255) {
+        let rgb: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+        return encode(width, height, png::ColorType::Rgb, png::BitDepth::Eight, &rgb);
+    }
+    encode(width, height, png::ColorType::Rgba, png::BitDepth::Eight, pixels.as_flattened())
+}
+
+/// Encodes 16-bit RGBA; without an alpha channel where all is opaque.
+pub(super) fn encode16(width: u32, height: u32, pixels: &[[u16; 4]]) -> io::Result<Vec<u8>> {
+    let opaque = pixels.iter().all(|p| p[3] == u16::MAX);
+    let channels = if opaque { 3 } else { 4 };
+    let bytes: Vec<u8> = pixels.iter().flat_map(|p| p[..channels].iter().flat_map(|v| v.to_be_bytes())).collect();
+    let color = if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba };
+    encode(width, height, color, png::BitDepth::Sixteen, &bytes)
+}
+
+fn encode(width: u32, height: u32, color: png::ColorType, depth: png::BitDepth, bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()?;
+    Ok(out)
+}

@@ -1,0 +1,132 @@
+//! The film: where tiles become a picture.
+
+use std::sync::Mutex;
+
+use glam::UVec2;
+
+use super::Crop;
+use crate::geometry::Rgba;
+use crate::integrator::Aov;
+
+/// A rectangle of the film, in the whole picture's pixels, row 0 on top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tile {
+    /// Leftmost column.
+    pub x: u32,
+    /// Topmost row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Tile {
+    /// Its pixels, row by row.
+    pub fn pixels(self) -> impl Iterator<Item = UVec2> {
+        let columns = move |y| (self.x..self.x + self.width).map(move |x| UVec2::new(x, y));
+        (self.y..self.y + self.height).flat_map(columns)
+    }
+}
+
+/// A finished tile: a colour for each of its pixels.
+#[derive(Clone, Debug)]
+pub struct TileBuffer {
+    /// Where it goes.
+    pub tile: Tile,
+    /// Premultiplied linear RGBA, row by row.
+    pub colors: Vec<Rgba>,
+}
+
+/// Finished pixels: linear RGB premultiplied by alpha, row-major, row 0 on top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pixels {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width · height` colours.
+    pub colors: Vec<Rgba>,
+}
+
+/// A layer of pixels: [`Aov::width`] numbers for each, interleaved, row-major, row 0 on top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// What it shows.
+    pub aov: Aov,
+    /// Its numbers.
+    pub values: Vec<f32>,
+}
+
+/// Collects tiles in any order. Every pixel belongs to one tile, so the order does not matter.
+#[derive(Debug)]
+pub struct Film {
+    window: Crop,
+    colors: Mutex<Vec<Rgba>>,
+}
+
+impl Film {
+    /// A black film for `window`.
+    pub fn new(window: Crop) -> Film {
+        let pixels = window.width as usize * window.height as usize;
+        Film { window, colors: Mutex::new(vec![Rgba::ZERO; pixels]) }
+    }
+
+    /// The tiles that cover it, of `side` by `side` pixels where they fit.
+    pub fn tiles(&self, side: u32) -> Vec<Tile> {
+        let side = side.max(1);
+        let w = self.window;
+        let starts = |from: u32, len: u32| (0..len.div_ceil(side)).map(move |i| from + i * side);
+        let mut tiles = Vec::new();
+        for y in starts(w.y, w.height) {
+            for x in starts(w.x, w.width) {
+                let width = side.min(w.x + w.width - x);
+                let height = side.min(w.y + w.height - y);
+                tiles.push(Tile { x, y, width, height });
+            }
+        }
+        tiles
+    }
+
+    /// Takes a finished tile.
+    pub fn put(&self, buffer: &TileBuffer) {
+        let tile = buffer.tile;
+        let mut colors = self.colors.lock().unwrap_or_else(|e| e.into_inner());
+        for (row, line) in buffer.colors.chunks_exact(tile.width as usize).enumerate() {
+            let y = tile.y as usize - self.window.y as usize + row;
+            let at = y * self.window.width as usize + (tile.x - self.window.x) as usize;
+            colors[at..at + line.len()].copy_from_slice(line);
+        }
+    }
+
+    /// The picture.
+    pub fn finish(self) -> Pixels {
+        let colors = self.colors.into_inner().unwrap_or_else(|e| e.into_inner());
+        Pixels { width: self.window.width, height: self.window.height, colors }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_cover_every_pixel_once() {
+        let window = Crop { x: 3, y: 5, width: 37, height: 21 };
+        for side in [1, 8, 16, 64] {
+            let film = Film::new(window);
+            let mut seen = std::collections::HashSet::new();
+            for tile in film.tiles(side) {
+                for p in tile.pixels() {
+                    assert!(seen.insert(p));
+                }
+                let colors = tile.pixels().map(|p| Rgba::splat((p.x * 100 + p.y) as f32)).collect();
+                film.put(&TileBuffer { tile, colors });
+            }
+            assert_eq!(seen.len(), 37 * 21);
+            let pixels = film.finish();
+            assert_eq!(pixels.colors[0].x, 305.0);
+            assert_eq!(pixels.colors[37 * 21 - 1].x, (39 * 100 + 25) as f32);
+        }
+    }
+}

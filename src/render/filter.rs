@@ -1,0 +1,111 @@
+//! Reconstruction filters, by importance sampling: a sample belongs to one pixel and its offset
+//! is drawn from the filter, so that all weights are equal and tiles never overlap.
+
+/// A filter, the same along x and y.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// One pixel wide, flat.
+    Box,
+    /// Two pixels wide, falling linearly from the centre.
+    Tent,
+    /// Standard deviation ½ pixel, three pixels wide.
+    Gaussian,
+    /// Blackman-Harris's window, three pixels wide.
+    #[default]
+    BlackmanHarris,
+}
+
+/// Points of the inverse of a filter's integral.
+const STEPS: usize = 1024;
+
+/// A filter ready to be drawn from.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// Offsets at equal steps of probability.
+    inverse: Vec<f64>,
+}
+
+impl Filter {
+    /// Half its width, in pixels.
+    pub fn radius(self) -> f64 {
+        match self {
+            Filter::Box => 0.5,
+            Filter::Tent => 1.0,
+            Filter::Gaussian | Filter::BlackmanHarris => 1.5,
+        }
+    }
+
+    /// Its height at `x` pixels from the centre, up to a factor.
+    fn value(self, x: f64) -> f64 {
+        use std::f64::consts::TAU;
+        match self {
+            Filter::Box => 1.0,
+            Filter::Tent => 1.0 - x.abs(),
+            Filter::Gaussian => libm::exp(-2.0 * x * x) - libm::exp(-2.0 * 1.5 * 1.5),
+            Filter::BlackmanHarris => {
+                let s = x / 3.0 + 0.5;
+                let cosine = |k: f64| libm::cos(TAU * k * s);
+                0.35875 - 0.48829 * cosine(1.0) + 0.14128 * cosine(2.0) - 0.01168 * cosine(3.0)
+            }
+        }
+    }
+
+    /// Tabulates the inverse of its integral.
+    pub fn prepare(self) -> Prepared {
+        let r = self.radius();
+        let fine = 16 * STEPS;
+        let at = |i: usize| -r + 2.0 * r * i as f64 / fine as f64;
+        // Trapezoids; exact enough at this step for every filter here.
+        let mut integral = vec![0.0; fine + 1];
+        for i in 0..fine {
+            integral[i + 1] = integral[i] + 0.5 * (self.value(at(i)) + self.value(at(i + 1)));
+        }
+        let total = integral[fine];
+        let inverse = (0..=STEPS).map(|k| {
+            let wanted = total * k as f64 / STEPS as f64;
+            let i = integral.partition_point(|&v| v < wanted).clamp(1, fine);
+            let (a, b) = (integral[i - 1], integral[i]);
+            let f = if b > a { (wanted - a) / (b - a) } else { 0.0 };
+            at(i - 1) + f * 2.0 * r / fine as f64
+        });
+        Prepared { inverse: inverse.collect() }
+    }
+}
+
+impl Prepared {
+    /// The offset in pixels from the pixel's centre for a number in 0…1.
+    pub fn offset(&self, u: f32) -> f64 {
+        let x = f64::from(u) * STEPS as f64;
+        let i = (x as usize).min(STEPS - 1);
+        let f = x - i as f64;
+        self.inverse[i] * (1.0 - f) + self.inverse[i + 1] * f
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offsets_are_distributed_as_the_filter() {
+        for filter in [Filter::Box, Filter::Tent, Filter::Gaussian, Filter::BlackmanHarris] {
+            let prepared = filter.prepare();
+            let n = 100_000;
+            let r = filter.radius();
+            let mut counts = [0f64; 12];
+            for i in 0..n {
+                let x = prepared.offset((i as f32 + 0.5) / n as f32);
+                assert!(x.abs() <= r);
+                counts[((x + r) / (2.0 * r) * 12.0).min(11.0) as usize] += 1.0 / f64::from(n);
+            }
+            let fine = |i: usize| {
+                let at = |k: usize| -r + 2.0 * r * (i as f64 + (k as f64 + 0.5) / 100.0) / 12.0;
+                (0..100).map(|k| filter.value(at(k))).sum::<f64>()
+            };
+            let total: f64 = (0..12).map(fine).sum();
+            for (i, count) in counts.iter().enumerate() {
+                assert!((count - fine(i) / total).abs() < 2e-3, "{filter:?} bin {i}");
+            }
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! From a frame to pixels: tiles over all threads, samples, film.
+//!
+//! The same bytes on any number of threads and for any tile size: a pixel's samples depend on the
+//! pixel alone, and are added in the order of their index.
+
+mod film;
+mod filter;
+mod meter;
+mod sampler;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::UVec2;
+use rayon::prelude::*;
+
+use crate::geometry::Rgba;
+use crate::integrator::{Aov, Frame, Integrator, Sample, Scratch, first_hits};
+
+pub use film::{Film, Layer, Pixels, Tile, TileBuffer};
+pub use filter::Filter;
+pub use meter::{MID_GREY, METER_WIDTH, Metering, meter};
+pub use sampler::{Sampler, Stratified};
+
+/// A rectangle of pixels, row 0 on top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// Leftmost column.
+    pub x: u32,
+    /// Topmost row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// How a picture is sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Pixels to the right, n_x.
+    pub width: u32,
+    /// Pixels downwards, n_y.
+    pub height: u32,
+    /// Samples for each pixel; 1 is the pixel's centre.
+    pub samples: u32,
+    /// How samples spread about the pixel's centre.
+    pub filter: Filter,
+    /// Varies the samples' places.
+    pub seed: u32,
+    /// The part that is rendered; `None` for all.
+    pub crop: Option<Crop>,
+    /// Side of a tile in pixels. The picture never depends on it.
+    pub tile: u32,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        RenderSettings {
+            width: 1280,
+            height: 720,
+            samples: 4,
+            filter: Filter::BlackmanHarris,
+            seed: 0,
+            crop: None,
+            tile: 32,
+        }
+    }
+}
+
+impl RenderSettings {
+    /// What is rendered: the crop, or everything.
+    pub fn window(&self) -> Crop {
+        self.crop.unwrap_or(Crop { x: 0, y: 0, width: self.width, height: self.height })
+    }
+
+    /// The film position at `offset` pixels from a pixel's upper left corner.
+    fn film_position(&self, pixel: UVec2, offset: (f64, f64)) -> Sample {
+        let x = (f64::from(pixel.x) + offset.0) / f64::from(self.width);
+        let down = (f64::from(pixel.y) + offset.1) / f64::from(self.height);
+        Sample { x, y: 1.0 - down }
+    }
+}
+
+/// Who watches a render: told of progress, asked whether to go on.
+pub trait Watch: Sync {
+    /// So many pixels more are done.
+    fn pixels_done(&self, count: u64) {
+        let _ = count;
+    }
+
+    /// True ends the render early.
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// Nobody watches.
+impl Watch for () {}
+
+/// A flag that cancels.
+impl Watch for AtomicBool {
+    fn cancelled(&self) -> bool {
+        self.load(Ordering::Relaxed)
+    }
+}
+
+/// The render was cancelled; there are no pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
+
+/// Renders a picture: linear RGB premultiplied by alpha, without background, row 0 on top.
+///
+/// # Errors
+/// [`Cancelled`] when `watch` says so.
+pub fn render(
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    settings: &RenderSettings,
+    watch: &dyn Watch,
+) -> Result<Pixels, Cancelled> {
+    let sampler = Stratified { seed: settings.seed, count: settings.samples };
+    let filter = settings.filter.prepare();
+    let film = Film::new(settings.window());
+    let n = settings.samples.max(1) as usize;
+    film.tiles(settings.tile).into_par_iter().for_each_init(Work::default, |work, tile| {
+        if watch.cancelled() {
+            return;
+        }
+        work.samples.clear();
+        for pixel in tile.pixels() {
+            for index in 0..n as u32 {
+                let (dx, dy) = if n == 1 {
+                    (0.0, 0.0)
+                } else {
+                    let at = |dimension| sampler.get(pixel, index, dimension);
+                    (filter.offset(at(0)), filter.offset(at(1)))
+                };
+                work.samples.push(settings.film_position(pixel, (0.5 + dx, 0.5 + dy)));
+            }
+        }
+        work.colors.clear();
+        work.colors.resize(work.samples.len(), Rgba::ZERO);
+        integrator.render(frame, &work.samples, &mut work.scratch, &mut work.colors);
+        let mean = |samples: &[Rgba]| samples.iter().fold(Rgba::ZERO, |a, &b| a + b) / n as f32;
+        film.put(&TileBuffer { tile, colors: work.colors.chunks_exact(n).map(mean).collect() });
+        watch.pixels_done(u64::from(tile.width) * u64::from(tile.height));
+    });
+    if watch.cancelled() { Err(Cancelled) } else { Ok(film.finish()) }
+}
+
+/// Renders layers of what lies behind each pixel's centre.
+///
+/// # Errors
+/// [`Cancelled`] when `watch` says so.
+pub fn render_aovs(
+    frame: &Frame,
+    aovs: &[Aov],
+    settings: &RenderSettings,
+    watch: &dyn Watch,
+) -> Result<Vec<Layer>, Cancelled> {
+    let window = settings.window();
+    let rows: Vec<Vec<Vec<f32>>> = (window.y..window.y + window.height)
+        .into_par_iter()
+        .map_init(Scratch::default, |scratch, y| {
+            let mut layers = vec![Vec::new(); aovs.len()];
+            if watch.cancelled() {
+                return layers;
+            }
+            let row = window.x..window.x + window.width;
+            let samples: Vec<Sample> =
+                row.map(|x| settings.film_position(UVec2::new(x, y), (0.5, 0.5))).collect();
+            for first in first_hits(frame, &samples, scratch) {
+                for (aov, out) in aovs.iter().zip(&mut layers) {
+                    aov.of(frame, &first, out);
+                }
+            }
+            layers
+        })
+        .collect();
+    if watch.cancelled() {
+        return Err(Cancelled);
+    }
+    let layer = |i: usize| rows.iter().flat_map(|row| row[i].iter().copied()).collect();
+    Ok(aovs.iter().enumerate().map(|(i, &aov)| Layer { aov, values: layer(i) }).collect())
+}
+
+/// What a thread keeps from tile to tile.
+#[derive(Default)]
+struct Work {
+    samples: Vec<Sample>,
+    colors: Vec<Rgba>,
+    scratch: Scratch,
+}
