@@ -1,1 +1,5 @@
-fn main() {}
+//! The program `blinn`: see `blinn --help`.
+
+fn main() -> std::process::ExitCode {
+    blinn::cli::run()
+}

@@ -43,7 +43,9 @@ pub struct CleanReport {
 pub struct Accel;
 impl Accel {
     /// Stub.
-    pub fn build(_: &crate::scene::PosedScene, _: &BuildSettings) -> (Accel, CleanReport) { (Accel, CleanReport::default()) }
+    pub fn build(_: &crate::scene::PosedScene, _: &BuildSettings) -> (Accel, CleanReport) {
+        (Accel, CleanReport::default())
+    }
     /// Stub.
     pub fn intersect(&self, _rays: &RayBatch, _c: &dyn Cutout, _hits: &mut HitBatch) {}
     /// Stub.
@@ -51,5 +53,7 @@ impl Accel {
     /// Stub.
     pub fn transmittance(&self, _s: &SegmentBatch, _c: &dyn Cutout, _o: &mut Vec<crate::geometry::Rgb>) {}
     /// Stub.
-    pub fn has_translucent(&self) -> bool { false }
+    pub fn has_translucent(&self) -> bool {
+        false
+    }
 }

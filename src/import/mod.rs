@@ -4,6 +4,7 @@
 //! reference leads out of the scene's folder unless that was allowed. What a file lacks or has
 //! wrong without harm becomes a [`Warning`], never silence.
 
+mod camera_xml;
 mod error;
 mod gltf;
 mod image;
@@ -15,6 +16,7 @@ use std::path::Path;
 
 use crate::scene::Scene;
 
+pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
 pub use limits::Limits;
 

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::coefficients::{alpha, transmitted};
 use super::Surface;
+use super::coefficients::{alpha, transmitted};
 use crate::accel::Cutout;
 use crate::geometry::{HitId, Ray, Rgb};
 use crate::scene::PosedScene;

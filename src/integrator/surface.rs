@@ -3,7 +3,9 @@
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::geometry::{HitId, Ray};
-fn surface_error(_: &PosedScene, _: HitId, w: &[Vec3; 3]) -> Vec3 { (w[0].abs().max(w[1].abs()).max(w[2].abs())) * 5e-7 }
+fn surface_error(_: &PosedScene, _: HitId, w: &[Vec3; 3]) -> Vec3 {
+    (w[0].abs().max(w[1].abs()).max(w[2].abs())) * 5e-7
+}
 use crate::scene::{Mesh, PosedScene, TextureRef};
 
 /// A point on a surface, seen from somewhere. Positions are relative to the scene's centre.

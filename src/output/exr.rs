@@ -3,8 +3,8 @@
 use std::io::{self, Cursor};
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer as ExrLayer, LayerAttributes, SmallVec, Vec2,
-    WritableImage, f16,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer as ExrLayer, LayerAttributes, SmallVec,
+    Vec2, WritableImage, f16,
 };
 
 use super::{Depth, Picture};
@@ -49,5 +49,9 @@ fn add_layer(layer: &Layer, half: bool, channels: &mut SmallVec<[AnyChannel<Flat
 }
 
 fn floats(values: impl Iterator<Item = f32>, half: bool) -> FlatSamples {
-    if half { FlatSamples::F16(values.map(f16::from_f32).collect()) } else { FlatSamples::F32(values.collect()) }
+    if half {
+        FlatSamples::F16(values.map(f16::from_f32).collect())
+    } else {
+        FlatSamples::F32(values.collect())
+    }
 }

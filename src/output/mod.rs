@@ -61,12 +61,16 @@ impl Format {
     /// What the encoder says; sizes that the format cannot hold.
     pub fn encode(self, picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
         match self {
-            Format::Png if depth == Depth::Sixteen => {
-                png::encode16(picture.pixels.width, picture.pixels.height, &picture.display.to_rgba16(&picture.pixels))
-            }
-            Format::Png => {
-                png::encode8(picture.pixels.width, picture.pixels.height, &picture.display.to_rgba8(&picture.pixels))
-            }
+            Format::Png if depth == Depth::Sixteen => png::encode16(
+                picture.pixels.width,
+                picture.pixels.height,
+                &picture.display.to_rgba16(&picture.pixels),
+            ),
+            Format::Png => png::encode8(
+                picture.pixels.width,
+                picture.pixels.height,
+                &picture.display.to_rgba8(&picture.pixels),
+            ),
             Format::Exr => exr::encode(picture, depth),
         }
     }
@@ -77,7 +81,13 @@ impl Format {
 ///
 /// # Errors
 /// The file and what the system said of it.
-pub fn save(picture: &Picture, path: &Path, format: Format, depth: Depth, replace: Replace) -> Result<Vec<PathBuf>, SaveError> {
+pub fn save(
+    picture: &Picture,
+    path: &Path,
+    format: Format,
+    depth: Depth,
+    replace: Replace,
+) -> Result<Vec<PathBuf>, SaveError> {
     let failed = |path: &Path| {
         let path = path.to_path_buf();
         move |source| SaveError { path, source }
@@ -89,7 +99,8 @@ pub fn save(picture: &Picture, path: &Path, format: Format, depth: Depth, replac
         for layer in &picture.layers {
             let beside = path.with_extension(format!("{}.png", layer.aov.name()));
             let image = preview(layer);
-            let bytes = png::encode8(picture.pixels.width, picture.pixels.height, &image).map_err(failed(&beside))?;
+            let bytes =
+                png::encode8(picture.pixels.width, picture.pixels.height, &image).map_err(failed(&beside))?;
             write_atomically(&beside, &bytes, replace).map_err(failed(&beside))?;
             written.push(beside);
         }

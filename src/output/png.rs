@@ -15,12 +15,19 @@ pub(super) fn encode8(width: u32, height: u32, pixels: &[[u8; 4]]) -> io::Result
 pub(super) fn encode16(width: u32, height: u32, pixels: &[[u16; 4]]) -> io::Result<Vec<u8>> {
     let opaque = pixels.iter().all(|p| p[3] == u16::MAX);
     let channels = if opaque { 3 } else { 4 };
-    let bytes: Vec<u8> = pixels.iter().flat_map(|p| p[..channels].iter().flat_map(|v| v.to_be_bytes())).collect();
+    let bytes: Vec<u8> =
+        pixels.iter().flat_map(|p| p[..channels].iter().flat_map(|v| v.to_be_bytes())).collect();
     let color = if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba };
     encode(width, height, color, png::BitDepth::Sixteen, &bytes)
 }
 
-fn encode(width: u32, height: u32, color: png::ColorType, depth: png::BitDepth, bytes: &[u8]) -> io::Result<Vec<u8>> {
+fn encode(
+    width: u32,
+    height: u32,
+    color: png::ColorType,
+    depth: png::BitDepth,
+    bytes: &[u8],
+) -> io::Result<Vec<u8>> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, width, height);
     encoder.set_color(color);

@@ -8,7 +8,8 @@ use crate::render::Layer;
 pub fn preview(layer: &Layer) -> Vec<[u8; 4]> {
     let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
     let width = layer.aov.width();
-    let ranges: Vec<(f32, f32)> = (0..width).map(|i| range(layer.values.iter().skip(i).step_by(width))).collect();
+    let ranges: Vec<(f32, f32)> =
+        (0..width).map(|i| range(layer.values.iter().skip(i).step_by(width))).collect();
     let scaled = |v: f32, (low, high): (f32, f32)| if high > low { (v - low) / (high - low) } else { 0.5 };
     let nothing = |v: &[f32]| v.iter().all(|&x| x == layer.aov.nothing());
     layer
@@ -20,7 +21,9 @@ pub fn preview(layer: &Layer) -> Vec<[u8; 4]> {
             }
             let rgb = match layer.aov {
                 Aov::Depth => [byte(1.0 - 0.9 * scaled(v[0], ranges[0])); 3],
-                Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal => [0, 1, 2].map(|i| byte(0.5 * v[i] + 0.5)),
+                Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal => {
+                    [0, 1, 2].map(|i| byte(0.5 * v[i] + 0.5))
+                }
                 Aov::Position => [0, 1, 2].map(|i| byte(scaled(v[i], ranges[i]))),
                 Aov::Albedo => [0, 1, 2].map(|i| byte(crate::display::linear_to_srgb(v[i].clamp(0.0, 1.0)))),
                 Aov::Uv => [byte(v[0].rem_euclid(1.0)), byte(v[1].rem_euclid(1.0)), 0],

@@ -18,7 +18,7 @@ use crate::integrator::{Aov, Frame, Integrator, Sample, Scratch, first_hits};
 
 pub use film::{Film, Layer, Pixels, Tile, TileBuffer};
 pub use filter::Filter;
-pub use meter::{MID_GREY, METER_WIDTH, Metering, meter};
+pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
 pub use sampler::{Sampler, Stratified};
 
 /// A rectangle of pixels, row 0 on top.

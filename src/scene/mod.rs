@@ -29,7 +29,7 @@ pub use node::{Instance, Local, Node};
 pub use pose::{AnimationChoice, Deformed, PoseError, PoseSettings, PosedInstance, PosedScene, pose};
 pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
 pub use skin::Skin;
-pub use texture::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap};
+pub use texture::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap, srgb_to_linear};
 
 /// The format a scene came in, for the defaults that depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -1,0 +1,19 @@
+# The day's commands; `just` lists them.
+default:
+    @just --list
+
+# All that must pass.
+check:
+    bash .ci/run
+
+# Rewrite golden images. Look at each that changed before committing it.
+golden:
+    GOLDEN=update cargo test --test golden
+
+# Judge the listed cases of the reference corpora; `just corpus all` shows what does not pass yet.
+corpus which="":
+    bash .ci/corpus {{which}}
+
+# Criterion benches.
+bench:
+    cargo bench

@@ -1,0 +1,275 @@
+//! The raw words of the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
+
+use super::values;
+use crate::display::Background;
+use crate::geometry::Rgb;
+use crate::integrator::Aov;
+use crate::render::Crop;
+use crate::scene::{Clip, GivenLight, LightSource};
+
+/// Renders glTF and OBJ mesh scenes on the CPU.
+#[derive(Debug, Parser)]
+#[command(name = "blinn", version, max_term_width = 100, arg_required_else_help = true)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Renders an image of each scene
+    Render(Box<RenderArgs>),
+    /// Says what is in a scene
+    Info(InfoArgs),
+}
+
+/// A scene file and how it is read.
+#[derive(Debug, Args)]
+pub(super) struct SceneArgs {
+    /// Scene files: .gltf, .glb or .obj
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// Scene of the file, by name or index
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
+    /// Which way is up in the file
+    #[arg(long, value_enum, default_value_t = UpArg::Y)]
+    pub up: UpArg,
+    /// Reads files outside the scene's folder too
+    #[arg(long)]
+    pub allow_outside: bool,
+    /// Makes a warning an error
+    #[arg(long)]
+    pub strict: bool,
+    /// Says nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct InfoArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Prints JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    #[command(flatten)]
+    pub image: ImageArgs,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    pub light: LightArgs,
+    #[command(flatten)]
+    pub shading: ShadingArgs,
+    #[command(flatten)]
+    pub time: TimeArgs,
+    #[command(flatten)]
+    pub process: ProcessArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Image")]
+pub(super) struct ImageArgs {
+    /// Output: a .png or .exr, a folder/, or - for a PNG on standard output; {stem}, {parent} and
+    /// {index} stand for the scene [default: {stem}.png]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    /// Width and height in pixels [default: 1280x720, or the shape of the file's camera]
+    #[arg(long, alias = "resolution", value_name = "WxH", value_parser = values::size)]
+    pub size: Option<(u32, u32)>,
+    /// Samples for each pixel; 1 is the pixel's centre
+    #[arg(short, long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub samples: u32,
+    /// Reconstruction filter
+    #[arg(long, value_enum, default_value_t = FilterArg::BlackmanHarris)]
+    pub filter: FilterArg,
+    /// What is behind everything, as the screen shows it [default: .05,.05,.05]
+    #[arg(long, value_name = "COLOR|transparent", value_parser = values::background)]
+    pub background: Option<Background>,
+    /// Same as --background transparent
+    #[arg(long, hide = true, conflicts_with = "background")]
+    pub no_background: bool,
+    /// Stops, or auto: by the scene's light [default: 0 with rigs and given lights, and for
+    /// Blender's files near mid-grey; else auto]
+    #[arg(long, value_name = "auto|EV", value_parser = values::exposure, allow_hyphen_values = true)]
+    pub exposure: Option<Option<f64>>,
+    /// From linear light to the screen
+    #[arg(long, value_enum, default_value_t = ViewArg::Auto)]
+    pub view: ViewArg,
+    /// Bits a channel: 8 or 16 in PNG, 16 or 32 in EXR
+    #[arg(long, value_parser = ["8", "16", "32"])]
+    pub depth: Option<String>,
+    /// Layers: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask,
+    /// object-id, material-id
+    #[arg(long, value_name = "LIST", value_parser = values::aovs)]
+    pub aov: Option<std::vec::Vec<Aov>>,
+    /// Renders a part: left, top, width, height in pixels
+    #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
+    pub crop: Option<Crop>,
+    /// Varies the samples' places
+    #[arg(long, default_value_t = 0)]
+    pub seed: u32,
+    /// Refuses to replace a file
+    #[arg(long)]
+    pub no_overwrite: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+pub(super) struct CameraArgs {
+    /// Camera of the file, by name or index
+    #[arg(long, alias = "camera-index", value_name = "NAME|INDEX")]
+    pub camera: Option<String>,
+    /// The eye e
+    #[arg(long, alias = "camera-position", value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub view_point: Option<DVec3>,
+    /// The view direction −w
+    #[arg(long, alias = "camera-direction", value_name = "X,Y,Z", value_parser = values::vector,
+          allow_hyphen_values = true, conflicts_with = "look_at")]
+    pub view_dir: Option<DVec3>,
+    /// Instead of a direction: a point to look at
+    #[arg(long, alias = "camera-focal-point", value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub look_at: Option<DVec3>,
+    /// Up in the picture
+    #[arg(long, alias = "camera-view-up", value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub view_up: Option<DVec3>,
+    /// Distance d of the view rectangle
+    #[arg(long, value_name = "D", value_parser = values::positive)]
+    pub proj_distance: Option<f64>,
+    /// Width of the view rectangle
+    #[arg(long, value_name = "W", value_parser = values::positive)]
+    pub view_width: Option<f64>,
+    /// Height of the view rectangle
+    #[arg(long, value_name = "H", value_parser = values::positive)]
+    pub view_height: Option<f64>,
+    /// Instead of a height: vertical field of view
+    #[arg(long, alias = "camera-view-angle", value_name = "DEGREES", value_parser = values::field_of_view,
+          conflicts_with = "view_height")]
+    pub yfov: Option<f64>,
+    /// How the rectangle is looked through [default: perspective, or the file camera's]
+    #[arg(long, value_enum)]
+    pub projection: Option<ProjectionArg>,
+    /// Same as --projection orthographic
+    #[arg(long, hide = true, conflicts_with = "projection")]
+    pub camera_orthographic: bool,
+    /// The lecture's <camera> block
+    #[arg(long, value_name = "FILE", conflicts_with = "camera")]
+    pub camera_xml: Option<PathBuf>,
+    /// Near and far plane [default: the file camera's, else off]
+    #[arg(long, value_name = "NEAR,FAR|off", value_parser = values::clip)]
+    pub clip: Option<Clip>,
+    /// What a file's camera keeps where the picture has another shape
+    #[arg(long, value_enum, default_value_t = FitArg::Vertical)]
+    pub fit: FitArg,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Lights")]
+pub(super) struct LightArgs {
+    /// file, headlight, three-point: a list, or none [default: file, else three-point]
+    #[arg(long, value_name = "LIST", value_parser = values::lights)]
+    pub lights: Option<std::vec::Vec<LightSource>>,
+    /// Adds a point light of the lecture's I
+    #[arg(long, value_name = "X,Y,Z,I[,COLOR]", value_parser = values::point_light, allow_hyphen_values = true)]
+    pub point_light: Vec<GivenLight>,
+    /// Adds a sun: the way its light travels, and E
+    #[arg(long, value_name = "DX,DY,DZ,E[,COLOR]", value_parser = values::sun, allow_hyphen_values = true)]
+    pub sun: Vec<GivenLight>,
+    /// What the file's numbers mean
+    #[arg(long, value_enum, default_value_t = UnitsArg::Auto)]
+    pub light_units: UnitsArg,
+    /// Multiplies the file's lights
+    #[arg(long, value_name = "F", default_value_t = 1.0, value_parser = values::positive)]
+    pub light_scale: f64,
+    /// The lecture's I_a
+    #[arg(long, value_name = "COLOR", value_parser = values::color)]
+    pub ambient: Option<Rgb>,
+    /// Lets every light reach everything
+    #[arg(long)]
+    pub no_shadows: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Shading")]
+pub(super) struct ShadingArgs {
+    /// How far through the lecture: colour, Lambert, Lambert with shadows, all
+    #[arg(long, value_enum, default_value_t = IntegratorArg::Phong)]
+    pub integrator: IntegratorArg,
+    /// k_d for every material
+    #[arg(long, value_name = "COLOR", value_parser = values::color)]
+    pub kd: Option<Rgb>,
+    /// k_s for every material
+    #[arg(long, value_name = "COLOR", value_parser = values::color)]
+    pub ks: Option<Rgb>,
+    /// p for every material
+    #[arg(long, value_name = "P", value_parser = values::positive)]
+    pub shininess: Option<f64>,
+    /// Whether single-sided materials are seen from behind
+    #[arg(long, value_enum, default_value_t = CullArg::Auto)]
+    pub cull: CullArg,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Time")]
+pub(super) struct TimeArgs {
+    /// Moment of the animation
+    #[arg(long, value_name = "SECONDS", value_parser = values::number, allow_hyphen_values = true)]
+    pub time: Option<f64>,
+    /// Moment by frame number: N/fps
+    #[arg(long, value_name = "N", conflicts_with = "time", value_parser = values::number, allow_hyphen_values = true)]
+    pub frame: Option<f64>,
+    /// Frames a second
+    #[arg(long, default_value_t = 24.0, value_parser = values::positive)]
+    pub fps: f64,
+    /// Animation by name or index, all, or none for the rest pose
+    #[arg(long, value_name = "NAME|INDEX|all|none")]
+    pub animation: Option<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Process")]
+pub(super) struct ProcessArgs {
+    /// Threads [default: the processors this process may use]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// How progress is told on standard error
+    #[arg(long, value_enum, default_value_t = ProgressArg::Auto)]
+    pub progress: ProgressArg,
+    /// Prints the time of each stage
+    #[arg(long)]
+    pub perf: bool,
+    /// Says what was chosen: camera, lights, exposure
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+macro_rules! choices {
+    ($($(#[$doc:meta])* $name:ident { $($variant:ident),* })*) => { $(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+        pub(super) enum $name { $($variant),* }
+    )* };
+}
+
+choices! {
+    UpArg { Y, Z }
+    FilterArg { Box, Tent, Gaussian, BlackmanHarris }
+    ViewArg { Auto, Standard, Raw }
+    ProjectionArg { Perspective, Orthographic }
+    FitArg { Auto, Horizontal, Vertical }
+    UnitsArg { Auto, Standard, Unitless, Raw }
+    IntegratorArg { Phong, Shadow, Diffuse, Color }
+    CullArg { Auto, Off }
+    ProgressArg { Auto, Plain, Json, None }
+}

@@ -1,0 +1,145 @@
+//! `blinn info`: what is in a scene.
+
+use std::io::Write;
+
+use serde_json::{Value, json};
+
+use super::args::InfoArgs;
+use super::job::load_options;
+use super::{Summary, Usage};
+use crate::import::{Warning, load};
+use crate::scene::{
+    AnimationChoice, FileProjection, Format, LightKind, PoseSettings, Reflectance, Scene, pose,
+};
+
+pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
+    let options = load_options(&args.scene);
+    let mut summary = Summary::default();
+    let mut all = Vec::new();
+    for path in &args.scene.scenes {
+        let outcome = load(path, &options).map_err(anyhow::Error::from).and_then(|(scene, warnings)| {
+            if args.scene.strict
+                && let Some(warning) = warnings.first()
+            {
+                anyhow::bail!("{warning} (an error because of --strict)");
+            }
+            let mut facts = describe(&scene, &warnings)?;
+            facts.insert("file".into(), json!(path.to_string_lossy()));
+            Ok(facts)
+        });
+        match outcome {
+            Ok(facts) => {
+                all.push(Value::Object(facts));
+                summary.add(path, Ok(()));
+            }
+            Err(e) => summary.add(path, Err(e)),
+        }
+    }
+    let text = if !args.json {
+        all.iter().map(text).collect::<Vec<_>>().join("\n")
+    } else if args.scene.scenes.len() == 1 {
+        all.first().map(|v| format!("{v:#}\n")).unwrap_or_default()
+    } else {
+        format!("{:#}\n", Value::Array(all))
+    };
+    // A closed pipe is no error.
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    Ok(summary)
+}
+
+type Facts = serde_json::Map<String, Value>;
+
+fn describe(scene: &Scene, warnings: &[Warning]) -> anyhow::Result<Facts> {
+    let posed = pose(scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
+    let bounds = posed.bounds();
+    let corner = |v: glam::DVec3| if bounds.is_empty() { Value::Null } else { json!(v.to_array()) };
+    let node = |n: u32| &scene.nodes[n as usize].name;
+    let stored: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
+    let value = json!({
+        "file": "",
+        "format": match scene.source.format { Format::Gltf => "glTF", Format::Obj => "OBJ" },
+        "generator": scene.source.generator,
+        "scenes": scene.source.scenes,
+        "nodes": scene.nodes.len(),
+        "objects": scene.objects.len(),
+        "meshes": scene.meshes.len(),
+        "instances": scene.instances.len(),
+        "triangles": scene.drawn_triangles(),
+        "triangles_stored": stored,
+        "bounds": {"min": corner(bounds.min), "max": corner(bounds.max)},
+        "materials": scene.materials.iter().map(|m| json!({
+            "name": m.name,
+            "kind": match m.reflectance {
+                Reflectance::Mtl(_) => "MTL",
+                Reflectance::MetallicRoughness { .. } => "metallic-roughness",
+                Reflectance::SpecularGlossiness { .. } => "specular-glossiness",
+                Reflectance::Unlit => "unlit",
+            },
+            "base": m.base.factor.to_array(),
+            "textured": m.base.texture.is_some(),
+            "double_sided": m.double_sided,
+        })).collect::<Vec<_>>(),
+        "images": scene.images.iter().map(|i| json!({
+            "name": i.name, "width": i.width, "height": i.height
+        })).collect::<Vec<_>>(),
+        "lights": scene.lights.iter().map(|l| json!({
+            "name": l.name,
+            "node": node(l.node),
+            "kind": match l.kind {
+                LightKind::Point => "point", LightKind::Spot { .. } => "spot", LightKind::Directional => "directional",
+            },
+            "color": l.color.to_array(),
+            "intensity": l.intensity,
+        })).collect::<Vec<_>>(),
+        "cameras": scene.cameras.iter().map(|c| {
+            let (kind, yfov, ymag) = match c.projection {
+                FileProjection::Perspective { yfov, .. } => ("perspective", Some(yfov.to_degrees()), None),
+                FileProjection::Orthographic { ymag, .. } => ("orthographic", None, Some(ymag)),
+            };
+            json!({
+                "name": node(c.node), "kind": kind, "yfov_degrees": yfov, "ymag": ymag,
+                "aspect": c.aspect(), "znear": c.znear, "zfar": c.zfar.is_finite().then_some(c.zfar),
+            })
+        }).collect::<Vec<_>>(),
+        "animations": scene.animations.iter().map(|a| json!({
+            "name": a.name, "channels": a.channels.len(), "seconds": a.duration()
+        })).collect::<Vec<_>>(),
+        "skins": scene.skins.len(),
+        "variants": scene.source.variants,
+        "extensions": scene.source.extensions,
+        "warnings": warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    });
+    let Value::Object(facts) = value else { unreachable!("an object was written") };
+    Ok(facts)
+}
+
+/// The same facts for people.
+fn text(facts: &Value) -> String {
+    let mut out = String::new();
+    let Value::Object(facts) = facts else { return out };
+    for (key, value) in facts {
+        match value {
+            Value::Array(list) if list.is_empty() => {}
+            Value::Array(list) => {
+                out.push_str(&format!("{key} ({}):\n", list.len()));
+                for item in list {
+                    out.push_str(&format!("  {}\n", inline(item)));
+                }
+            }
+            other => out.push_str(&format!("{key}: {}\n", inline(other))),
+        }
+    }
+    out
+}
+
+fn inline(value: &Value) -> String {
+    match value {
+        Value::String(s) => s.chars().map(|c| if c.is_control() { ' ' } else { c }).collect(),
+        Value::Object(map) => {
+            let shown = map.iter().filter(|(_, v)| !v.is_null());
+            shown.map(|(k, v)| format!("{k} {}", inline(v))).collect::<Vec<_>>().join(", ")
+        }
+        Value::Array(list) => list.iter().map(inline).collect::<Vec<_>>().join(" "),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,216 @@
+//! `blinn render`: file → scene → posed scene → trees → picture → file, for each scene.
+
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+use super::args::RenderArgs;
+use super::job::{Job, Target};
+use super::progress::Reporter;
+use super::{Summary, Usage};
+use crate::accel::{Accel, BuildSettings, CleanReport};
+use crate::display::Display;
+use crate::import::load;
+use crate::integrator::{Frame, Phong, Stage};
+use crate::output::{Format, Picture, save};
+use crate::render::{RenderSettings, meter, render, render_aovs};
+use crate::scene::{Camera, PoseSettings, PosedScene, Scene, View, pose};
+
+pub(super) fn run(args: &RenderArgs) -> Result<Summary, Usage> {
+    let job = Job::new(args)?;
+    if let Some(threads) = args.process.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
+        pool.build_global().map_err(|e| Usage(format!("--threads {threads}: {e}")))?;
+    }
+    let process = &args.process;
+    let reporter = Reporter::new(process.progress, job.quiet, process.verbose, process.perf);
+    let mut summary = Summary::default();
+    for (scene, target) in &job.targets {
+        summary.add(scene, one(&job, scene, target, &reporter));
+    }
+    Ok(summary)
+}
+
+/// Renders one scene.
+fn one(job: &Job, path: &Path, target: &Target, reporter: &Reporter) -> Result<()> {
+    let start = Instant::now();
+    let (scene, warnings) = load(path, &job.load)?;
+    reporter.stage("load", start, &format!("{} triangles", scene.drawn_triangles()));
+    let mut teller = Teller { job, path, reporter };
+    for warning in &warnings {
+        teller.warn(&warning.to_string())?;
+    }
+    let picture = picture(job, &scene, &mut teller)?;
+
+    let start = Instant::now();
+    match target {
+        Target::Stdout => {
+            let bytes = Format::Png.encode(&picture, job.depth).context("standard output")?;
+            match std::io::stdout().lock().write_all(&bytes) {
+                Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {}
+                other => other.context("standard output")?,
+            }
+        }
+        Target::File(file, format) => {
+            if let Some(folder) = file.parent().filter(|f| !f.as_os_str().is_empty()) {
+                std::fs::create_dir_all(folder)
+                    .with_context(|| format!("folder {} cannot be made", folder.display()))?;
+            }
+            for written in save(&picture, file, *format, job.depth, job.replace)? {
+                reporter.wrote(&written);
+            }
+        }
+    }
+    reporter.stage("save", start, "");
+    Ok(())
+}
+
+/// Passes warnings on, or fails on them with `--strict`.
+struct Teller<'a> {
+    job: &'a Job,
+    path: &'a Path,
+    reporter: &'a Reporter,
+}
+
+impl Teller<'_> {
+    fn warn(&self, text: &str) -> Result<()> {
+        if self.job.strict {
+            bail!("{text} (an error because of --strict)");
+        }
+        self.reporter.warn(self.path, text);
+        Ok(())
+    }
+}
+
+fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
+    let reporter = teller.reporter;
+    let start = Instant::now();
+    let animation = job.animation(scene)?;
+    let posed = pose(scene, &PoseSettings { time: job.time, animation: animation.clone(), centre: None })?;
+    reporter.stage("pose", start, "");
+
+    let (width, height) = job.size_for(scene);
+    let settings = RenderSettings { width, height, ..job.settings };
+    if let Some(crop) = settings.crop
+        && (u64::from(crop.x) + u64::from(crop.width) > u64::from(width)
+            || u64::from(crop.y) + u64::from(crop.height) > u64::from(height))
+    {
+        bail!("--crop reaches beyond the picture of {width}x{height} pixels");
+    }
+    let (camera, notes) = job.view.resolve(&posed, width, height)?;
+    for warning in &notes.warnings {
+        teller.warn(warning)?;
+    }
+
+    let start = Instant::now();
+    let (accel, cleaned) = Accel::build(&posed, &BuildSettings::default());
+    reporter.stage("build", start, "");
+    if let Some(text) = left_out(&cleaned) {
+        teller.warn(&text)?;
+    }
+    let frame = Shot { job, posed: &posed, accel: &accel }.frame(camera);
+    let integrator = Phong { stage: job.stage };
+    let ev = exposure(job, scene, &animation, &frame, teller)?;
+
+    let start = Instant::now();
+    let watch =
+        reporter.watch(teller.path, u64::from(settings.window().width) * u64::from(settings.window().height));
+    let pixels = render(&frame, &integrator, &settings, &watch)?;
+    drop(watch);
+    reporter.stage("render", start, &format!("{width}x{height}, {} samples", settings.samples));
+    let start = Instant::now();
+    let layers = render_aovs(&frame, &job.aovs, &settings, &())?;
+    if !layers.is_empty() {
+        reporter.stage("layers", start, "");
+    }
+    let display = Display { ev, view: job.view_transform, background: job.background };
+    Ok(Picture { pixels, layers, display })
+}
+
+/// What a frame is made from beside its camera.
+struct Shot<'a> {
+    job: &'a Job,
+    posed: &'a PosedScene<'a>,
+    accel: &'a Accel,
+}
+
+impl<'a> Shot<'a> {
+    fn frame(&self, camera: Camera) -> Frame<'a> {
+        let lit = self.job.lighting.resolve(self.posed, &camera);
+        Frame {
+            posed: self.posed,
+            accel: self.accel,
+            camera,
+            lights: lit.rig.lights,
+            ambient: lit.rig.ambient,
+            overrides: self.job.overrides,
+            cull: self.job.cull,
+            shadows: self.job.shadows,
+        }
+    }
+}
+
+/// Stops: as given; 0 where the light is the lecture's own; else metered, once, at time 0 and
+/// through the first camera, whatever frame is rendered.
+fn exposure(
+    job: &Job,
+    scene: &Scene,
+    animation: &crate::scene::AnimationChoice,
+    frame: &Frame,
+    teller: &Teller,
+) -> Result<f64> {
+    let lit = job.lighting.resolve(frame.posed, &frame.camera);
+    teller.reporter.note(&format!("lights: {}", lit.note));
+    let automatic = match job.exposure {
+        Some(Some(ev)) => return Ok(ev),
+        Some(None) => true,
+        None => lit.by_file && job.stage != Stage::Color,
+    };
+    if !automatic {
+        return Ok(0.0);
+    }
+    let start = Instant::now();
+    let (width, height) = job.size_for(scene);
+    let aspect = f64::from(width) / f64::from(height);
+    let integrator = Phong { stage: job.stage };
+    let first = if scene.cameras.is_empty() {
+        job.view.clone()
+    } else {
+        View { clip: job.view.clip, ..View::default() }
+    };
+    let at_rest = job.time == 0.0 || scene.animations.is_empty();
+    let metered = if at_rest {
+        let (camera, _) = first.resolve(frame.posed, width, height)?;
+        let frame = Shot { job, posed: frame.posed, accel: frame.accel }.frame(camera);
+        meter(&frame, &integrator, aspect, &())?
+    } else {
+        let posed = pose(scene, &PoseSettings { time: 0.0, animation: animation.clone(), centre: None })?;
+        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let (camera, _) = first.resolve(&posed, width, height)?;
+        let frame = Shot { job, posed: &posed, accel: &accel }.frame(camera);
+        meter(&frame, &integrator, aspect, &())?
+    };
+    teller.reporter.stage("meter", start, "");
+    let Some(metered) = metered else {
+        teller.warn("nothing that the camera sees is lit: exposure 0")?;
+        return Ok(0.0);
+    };
+    // Blender's files near mid-grey are exposed as their author saw them.
+    let keep = job.exposure.is_none() && scene.source.is_blender() && metered.below_mid_grey.abs() <= 4.0;
+    let ev = if keep { 0.0 } else { (metered.ev * 1e4).round() / 1e4 };
+    teller.reporter.note(&format!("exposure: --exposure {ev}"));
+    Ok(ev)
+}
+
+fn left_out(report: &CleanReport) -> Option<String> {
+    let mut parts = Vec::new();
+    if report.non_finite > 0 {
+        parts.push(format!("{} with vertices that are not finite numbers", report.non_finite));
+    }
+    if report.zero_area > 0 {
+        parts.push(format!("{} without area", report.zero_area));
+    }
+    (!parts.is_empty()).then(|| format!("triangles left out: {}", parts.join(", ")))
+}

@@ -1,0 +1,33 @@
+//! Ctrl-C and termination: the process ends at once, but never while a file is being written, so
+//! that nothing partial stays behind.
+
+use crate::output::hold_writes;
+
+/// Exit code of an interrupted process.
+const INTERRUPTED: i32 = 130;
+
+fn end(code: i32) -> ! {
+    let _no_file_is_half_written = hold_writes();
+    eprintln!("\nblinn: {}", if code == INTERRUPTED { "interrupted" } else { "terminated" });
+    std::process::exit(code)
+}
+
+/// Watches for signals from now on. Where they cannot be watched the system's way of ending a
+/// process holds.
+#[cfg(unix)]
+pub(super) fn watch() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) {
+        std::thread::spawn(move || {
+            if let Some(signal) = signals.forever().next() {
+                end(128 + signal);
+            }
+        });
+    }
+}
+
+/// Watches for signals from now on.
+#[cfg(not(unix))]
+pub(super) fn watch() {
+    let _ = ctrlc::set_handler(|| end(INTERRUPTED));
+}

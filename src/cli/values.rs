@@ -1,0 +1,222 @@
+//! Values on the command line.
+
+use glam::{DVec3, Vec3};
+
+use crate::display::Background;
+use crate::geometry::Rgb;
+use crate::integrator::Aov;
+use crate::render::Crop;
+use crate::scene::{Clip, GivenLight, LightSource};
+
+/// Numbers separated by commas.
+fn numbers(text: &str) -> Result<Vec<f64>, String> {
+    let one = |part: &str| match part.trim().parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err(format!("'{part}' is not a number")),
+    };
+    text.split(',').map(one).collect()
+}
+
+fn exactly<const N: usize>(text: &str, form: &str) -> Result<[f64; N], String> {
+    numbers(text)?.try_into().map_err(|_| format!("expected {form}, such as {}", vec!["1"; N].join(",")))
+}
+
+/// `X,Y,Z`.
+pub(super) fn vector(text: &str) -> Result<DVec3, String> {
+    exactly::<3>(text, "X,Y,Z").map(DVec3::from_array)
+}
+
+/// A finite number.
+pub(super) fn number(text: &str) -> Result<f64, String> {
+    exactly::<1>(text, "a number").map(|[v]| v)
+}
+
+/// A number greater than zero.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    let v = number(text)?;
+    if v > 0.0 { Ok(v) } else { Err("must be greater than zero".into()) }
+}
+
+/// An angle in degrees, to radians.
+pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
+    let v = number(text)?;
+    if v > 0.0 && v < 180.0 { Ok(v.to_radians()) } else { Err("must be between 0 and 180 degrees".into()) }
+}
+
+/// `R,G,B` linear, or `#rrggbb` sRGB.
+pub(super) fn color(text: &str) -> Result<Rgb, String> {
+    let form = "expected R,G,B (linear) or #rrggbb (sRGB)";
+    let Some(hex) = text.strip_prefix('#') else {
+        let [r, g, b] = exactly::<3>(text, "R,G,B").map_err(|e| format!("{e}; {form}"))?;
+        if r < 0.0 || g < 0.0 || b < 0.0 {
+            return Err("a colour is not negative".into());
+        }
+        return Ok(Vec3::new(r as f32, g as f32, b as f32));
+    };
+    if hex.len() != 6 || !hex.bytes().all(|b| b.is_ascii_hexdigit()) {
+        return Err(form.into());
+    }
+    let packed = u32::from_str_radix(hex, 16).map_err(|_| form.to_string())?;
+    let channel = |shift: u32| crate::scene::srgb_to_linear(((packed >> shift) & 255) as f32 / 255.0);
+    Ok(Vec3::new(channel(16), channel(8), channel(0)))
+}
+
+/// A colour, or `transparent`.
+pub(super) fn background(text: &str) -> Result<Background, String> {
+    if text == "transparent" {
+        return Ok(Background::Transparent);
+    }
+    color(text).map(Background::Color).map_err(|e| format!("{e}, or 'transparent'"))
+}
+
+/// `WxH` or `W,H`.
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
+    let form = || "expected WIDTHxHEIGHT, such as 1280x720".to_string();
+    let (w, h) = text.split_once(['x', 'X', ',']).ok_or_else(form)?;
+    let side = |s: &str| s.trim().parse::<u32>().map_err(|_| form());
+    let (w, h) = (side(w)?, side(h)?);
+    if w == 0 || h == 0 || w > 65_536 || h > 65_536 || u64::from(w) * u64::from(h) > 1 << 29 {
+        return Err("each side must be 1 to 65536 pixels, and at most 536,870,912 in all".into());
+    }
+    Ok((w, h))
+}
+
+/// `X,Y,W,H`.
+pub(super) fn crop(text: &str) -> Result<Crop, String> {
+    let v = exactly::<4>(text, "X,Y,W,H")?;
+    if v.iter().any(|&v| v < 0.0 || v > 65_536.0 || v.fract() != 0.0) || v[2] == 0.0 || v[3] == 0.0 {
+        return Err("expected whole pixels X,Y,W,H with a width and a height".into());
+    }
+    let [x, y, width, height] = v.map(|v| v as u32);
+    Ok(Crop { x, y, width, height })
+}
+
+/// `NEAR,FAR` or `off`.
+pub(super) fn clip(text: &str) -> Result<Clip, String> {
+    if text == "off" {
+        return Ok(Clip::OFF);
+    }
+    let [near, far] = exactly::<2>(text, "NEAR,FAR").map_err(|e| format!("{e}, or 'off'"))?;
+    if near >= 0.0 && far > near {
+        Ok(Clip { near, far })
+    } else {
+        Err("expected 0 ≤ NEAR < FAR, or 'off'".into())
+    }
+}
+
+/// Stops, or `None` for `auto`.
+pub(super) fn exposure(text: &str) -> Result<Option<f64>, String> {
+    if text == "auto" {
+        return Ok(None);
+    }
+    let ev = number(text).map_err(|e| format!("{e}; expected stops, or 'auto'"))?;
+    if ev.abs() <= 100.0 { Ok(Some(ev)) } else { Err("must be within ±100 stops".into()) }
+}
+
+/// Names of layers.
+pub(super) fn aovs(text: &str) -> Result<Vec<Aov>, String> {
+    let mut list = Vec::new();
+    for name in text.split(',') {
+        let aov = Aov::by_name(name.trim()).ok_or_else(|| {
+            let names: Vec<_> = Aov::ALL.iter().map(|a| a.name()).collect();
+            format!("no layer '{name}': there are {}", names.join(", "))
+        })?;
+        if !list.contains(&aov) {
+            list.push(aov);
+        }
+    }
+    Ok(list)
+}
+
+/// Where light comes from: a list, or `none`.
+pub(super) fn lights(text: &str) -> Result<Vec<LightSource>, String> {
+    if text == "none" {
+        return Ok(Vec::new());
+    }
+    let one = |name: &str| match name.trim() {
+        "file" => Ok(LightSource::File),
+        "headlight" => Ok(LightSource::Headlight),
+        "three-point" => Ok(LightSource::ThreePoint),
+        other => Err(format!("no lights '{other}': there are file, headlight, three-point and none")),
+    };
+    let mut list = Vec::new();
+    for source in text.split(',').map(one) {
+        let source = source?;
+        if !list.contains(&source) {
+            list.push(source);
+        }
+    }
+    Ok(list)
+}
+
+/// Four numbers and perhaps a colour.
+fn light(text: &str, form: &str) -> Result<(DVec3, Rgb), String> {
+    let parts: Vec<&str> = text.splitn(5, ',').collect();
+    let wrong = |e: String| format!("{e}; expected {form}");
+    if parts.len() < 4 {
+        return Err(wrong("too few numbers".into()));
+    }
+    let [x, y, z, strength] = exactly::<4>(&parts[..4].join(","), form).map_err(wrong)?;
+    if strength < 0.0 {
+        return Err("a light's strength is not negative".into());
+    }
+    let tint = parts.get(4).map_or(Ok(Rgb::ONE), |c| color(c))?;
+    Ok((DVec3::new(x, y, z), tint * strength as f32))
+}
+
+/// `X,Y,Z,I[,COLOR]`.
+pub(super) fn point_light(text: &str) -> Result<GivenLight, String> {
+    light(text, "X,Y,Z,I[,COLOR]").map(|(position, intensity)| GivenLight::Point { position, intensity })
+}
+
+/// `DX,DY,DZ,E[,COLOR]`.
+pub(super) fn sun(text: &str) -> Result<GivenLight, String> {
+    let (direction, intensity) = light(text, "DX,DY,DZ,E[,COLOR]")?;
+    if direction == DVec3::ZERO {
+        return Err("a sun's direction has a length".into());
+    }
+    Ok(GivenLight::Sun { direction, intensity })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vectors_take_exponents_and_minus_signs() {
+        assert_eq!(vector("-5,-2.1,3e-2").unwrap(), DVec3::new(-5.0, -2.1, 0.03));
+        for wrong in ["1,2", "1,2,3,4", "1,2,x", "", "1,,2", "nan,1,1", "inf,0,0"] {
+            assert!(vector(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn colours_are_linear_numbers_or_srgb_hex() {
+        assert_eq!(color(".5,0,1").unwrap(), Vec3::new(0.5, 0.0, 1.0));
+        assert!(color("#ff0080").unwrap().abs_diff_eq(Vec3::new(1.0, 0.0, 0.2158605), 1e-6));
+        for wrong in ["#ff008", "#gg0000", "1,2", "-1,0,0", "#+f0000"] {
+            assert!(color(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_and_crops() {
+        assert_eq!(size("1280x720").unwrap(), (1280, 720));
+        assert_eq!(size("64,32").unwrap(), (64, 32));
+        assert!(size("0x10").is_err() && size("100000x1").is_err() && size("65536x65536").is_err());
+        assert_eq!(crop("1,2,3,4").unwrap(), Crop { x: 1, y: 2, width: 3, height: 4 });
+        assert!(crop("1,2,0,4").is_err() && crop("-1,2,3,4").is_err() && crop("1.5,2,3,4").is_err());
+    }
+
+    #[test]
+    fn lights_with_and_without_colour() {
+        let plain = GivenLight::Point { position: DVec3::new(1.0, 2.0, 3.0), intensity: Vec3::splat(4.0) };
+        assert_eq!(point_light("1,2,3,4").unwrap(), plain);
+        let tinted = GivenLight::Sun { direction: DVec3::NEG_Y, intensity: Vec3::new(2.0, 1.0, 0.0) };
+        assert_eq!(sun("0,-1,0,2,1,.5,0").unwrap(), tinted);
+        assert!(sun("0,0,0,1").is_err() && point_light("1,2,3").is_err() && point_light("1,2,3,-1").is_err());
+        assert!(lights("none").unwrap().is_empty());
+        assert_eq!(lights("file,headlight").unwrap(), [LightSource::File, LightSource::Headlight]);
+        assert!(lights("sun").is_err());
+    }
+}

@@ -1,0 +1,65 @@
+//! The same inputs make the same bytes: on any number of threads, for any tile size and any tree.
+
+use std::path::Path;
+
+use blinn::accel::{Accel, BuildSettings, Preset};
+use blinn::import::{LoadOptions, load};
+use blinn::integrator::{Aov, Frame, Overrides, Phong};
+use blinn::render::{Pixels, RenderSettings, render, render_aovs};
+use blinn::scene::{Lighting, PoseSettings, Scene, View, pose};
+
+const SCENES: [&str; 3] = ["cornell/cornell.glb", "assembly/assembly.glb", "alpha/alpha.glb"];
+
+fn scene(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
+    load(&path, &LoadOptions::default()).unwrap().0
+}
+
+fn picture(scene: &Scene, threads: usize, tile: u32, preset: Preset) -> (Pixels, Vec<Vec<u32>>) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        let posed = pose(scene, &PoseSettings::default()).unwrap();
+        let (accel, _) = Accel::build(&posed, &BuildSettings { preset });
+        let settings = RenderSettings { width: 96, height: 54, samples: 3, tile, ..Default::default() };
+        let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
+        let lit = Lighting::default().resolve(&posed, &camera);
+        let frame = Frame {
+            posed: &posed,
+            accel: &accel,
+            camera,
+            lights: lit.rig.lights,
+            ambient: lit.rig.ambient,
+            overrides: Overrides::default(),
+            cull: true,
+            shadows: true,
+        };
+        let pixels = render(&frame, &Phong::default(), &settings, &()).unwrap();
+        let layers = render_aovs(&frame, &Aov::ALL, &settings, &()).unwrap();
+        (pixels, layers.iter().map(|l| l.values.iter().map(|v| v.to_bits()).collect()).collect())
+    })
+}
+
+#[test]
+fn threads_tiles_and_trees_do_not_show() {
+    for name in SCENES {
+        let scene = scene(name);
+        let expected = picture(&scene, 1, 16, Preset::Medium);
+        assert!(expected.0.colors.iter().any(|c| c.w > 0.0), "{name} shows something");
+        for (threads, tile, preset) in [
+            (1, 16, Preset::Fast),
+            (1, 16, Preset::Slow),
+            (2, 16, Preset::Medium),
+            (3, 7, Preset::Medium),
+            (8, 64, Preset::Medium),
+        ] {
+            let got = picture(&scene, threads, tile, preset);
+            let bits =
+                |p: &Pixels| p.colors.iter().flat_map(|c| c.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+            assert!(
+                bits(&got.0) == bits(&expected.0),
+                "{name}: {threads} threads, tiles of {tile}, {preset:?}"
+            );
+            assert!(got.1 == expected.1, "{name}: layers of {threads} threads, {preset:?}");
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! The program as its users and their scripts see it: exit codes, one clear line, whole files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn model(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
+}
+
+fn blinn(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_blinn")).args(args).current_dir(folder).output().unwrap()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// It failed with `code` and one line that says `says`, and left the folder as it was.
+#[track_caller]
+fn fails(folder: &Path, args: &[&str], code: i32, says: &str) {
+    let before = names(folder);
+    let output = blinn(folder, args);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {errors}");
+    if code == 1 {
+        assert_eq!(errors.lines().count(), 1, "{args:?} told: {errors}");
+        assert!(errors.starts_with("blinn: "), "{errors}");
+    }
+    assert!(errors.contains(says), "{args:?} told: {errors}");
+    assert!(!errors.contains("panicked") && !errors.contains("backtrace"), "{errors}");
+    assert!(output.stdout.is_empty());
+    assert_eq!(names(folder), before, "{args:?} left something behind");
+}
+
+#[test]
+fn a_scene_becomes_a_picture_under_its_own_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let output = blinn(dir.path(), &["render", scene.to_str().unwrap(), "--size", "48x27"]);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    assert_eq!(errors.trim(), "wrote cornell.png");
+    assert_eq!(names(dir.path()), ["cornell.png"]);
+    let image = image::open(dir.path().join("cornell.png")).unwrap();
+    assert_eq!((image.width(), image.height()), (48, 27));
+}
+
+#[test]
+fn an_obj_becomes_a_picture_too() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.obj");
+    let output =
+        blinn(dir.path(), &["render", scene.to_str().unwrap(), "--size", "48x27", "-o", "deep/er/a.exr"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(names(&dir.path().join("deep/er")), ["a.exr"]);
+}
+
+#[test]
+fn standard_output_takes_a_png() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let output = blinn(dir.path(), &["render", scene.to_str().unwrap(), "--size", "16x9", "-o", "-", "-q"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stdout.starts_with(b"\x89PNG") && output.stderr.is_empty());
+    assert!(names(dir.path()).is_empty());
+}
+
+#[test]
+fn a_missing_file_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    fails(dir.path(), &["render", "missing.glb"], 1, "missing.glb");
+    fails(dir.path(), &["info", "missing.obj"], 1, "missing.obj");
+}
+
+#[test]
+fn a_corrupt_glb_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut bytes = fs::read(model("cornell/cornell.glb")).unwrap();
+    bytes.truncate(bytes.len() / 2);
+    fs::write(dir.path().join("half.glb"), &bytes).unwrap();
+    fails(dir.path(), &["render", "half.glb", "-o", "a.png"], 1, "half.glb");
+    fs::write(dir.path().join("noise.glb"), [7u8; 300]).unwrap();
+    fails(dir.path(), &["render", "noise.glb", "-o", "a.png"], 1, "noise.glb");
+}
+
+#[test]
+fn an_empty_obj_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("empty.obj"), "# nothing\n").unwrap();
+    fails(dir.path(), &["render", "empty.obj", "-o", "a.png"], 1, "empty.obj");
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let scene = scene.to_str().unwrap();
+    fs::create_dir(dir.path().join("folder.png")).unwrap();
+    fs::write(dir.path().join("file"), "").unwrap();
+    fails(dir.path(), &["render", scene, "--size", "8x8", "-o", "file/a.png"], 1, "file");
+    // A folder of that name takes the picture's default name; a folder in the picture's place does not.
+    fs::create_dir_all(dir.path().join("out/cornell.png")).unwrap();
+    fails(dir.path(), &["render", scene, "--size", "8x8", "-o", "out/"], 1, "cornell.png");
+    assert!(names(&dir.path().join("out/cornell.png")).is_empty());
+}
+
+#[test]
+fn wrong_command_lines_are_exit_2() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let scene = scene.to_str().unwrap();
+    for (args, says) in [
+        (vec!["render"], "SCENE"),
+        (vec!["render", scene, "--not-a-flag"], "--not-a-flag"),
+        (vec!["render", scene, "--siz", "8x8"], "--siz"),
+        (vec!["render", scene, "--size", "8"], "1280x720"),
+        (vec!["render", scene, "-s", "0"], "0"),
+        (vec!["render", scene, "-o", "a.tiff"], ".png or .exr"),
+        (vec!["render", scene, scene, "-o", "a.png"], "{stem}"),
+        (vec!["render", scene, "--aov", "depht"], "depht"),
+        (vec!["render", scene, "--view-up", "1,2"], "X,Y,Z"),
+        (vec!["frobnicate"], "frobnicate"),
+    ] {
+        fails(dir.path(), &args, 2, says);
+    }
+}
+
+#[test]
+fn the_rest_is_done_when_one_scene_fails() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let args = ["render", "missing.glb", scene.to_str().unwrap(), "--size", "8x8", "-q"];
+    let output = blinn(dir.path(), &args);
+    assert_eq!(output.status.code(), Some(1));
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(errors.contains("missing.glb") && errors.contains("1 of 2 scenes failed"), "{errors}");
+    assert_eq!(names(dir.path()), ["cornell.png"]);
+}
+
+#[test]
+fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let scene = scene.to_str().unwrap();
+    fails(dir.path(), &["render", scene, "--camera", "Nobody"], 1, "it has: 0 'Camera'");
+    fails(dir.path(), &["render", scene, "--scene", "Nobody"], 1, "Nobody");
+    fails(dir.path(), &["render", scene, "--animation", "Nobody"], 1, "Nobody");
+}
+
+#[test]
+fn an_existing_file_can_be_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    fs::write(dir.path().join("a.png"), "mine").unwrap();
+    let args = ["render", scene.to_str().unwrap(), "--size", "8x8", "-o", "a.png", "--no-overwrite"];
+    fails(dir.path(), &args, 1, "no-overwrite");
+    assert_eq!(fs::read(dir.path().join("a.png")).unwrap(), b"mine");
+}
+
+#[test]
+fn info_tells_what_is_there_in_text_and_json() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let text = blinn(dir.path(), &["info", scene.to_str().unwrap()]);
+    assert!(String::from_utf8(text.stdout).unwrap().contains("triangles: "));
+    let output = blinn(dir.path(), &["info", scene.to_str().unwrap(), "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["format"], "glTF");
+    assert!(json["triangles"].as_u64().unwrap() > 10);
+    assert_eq!(json["cameras"].as_array().unwrap().len(), 1);
+    assert_eq!(json["lights"][0]["kind"], "point");
+}
