@@ -1,6 +1,6 @@
 //! Bounds on what rounding does, after pbrt's chapter on managing rounding error.
 
-use glam::Vec3;
+use glam::{DAffine3, Vec3};
 
 /// The gap between 1 and the next f32, 2⁻²³.
 pub const EPSILON: f32 = f32::EPSILON;
@@ -24,6 +24,20 @@ pub fn offset_point(p: Vec3, p_error: Vec3, n_g: Vec3, towards: Vec3) -> Vec3 {
         }
     };
     Vec3::new(away(moved.x, n.x), away(moved.y, n.y), away(moved.z, n.z))
+}
+
+/// How far, along each axis, a point on a triangle may be from the surface that rays meet: the
+/// `p_error` of a point interpolated between the corners in f64 and rounded to f32.
+///
+/// `world` and `local` are the triangle's corners in the world and in the frame that `to_world`
+/// takes there. Both count. The world's corners, the point, and the neighbours that are meant to
+/// be in one plane are rounded in the world: half an ulp each, 4ε·max|v| for all of them. And where
+/// rays meet a shared mesh in its own frame they are rounded there, which the transform carries
+/// into the world.
+pub fn point_error(world: [Vec3; 3], local: [Vec3; 3], to_world: &DAffine3) -> Vec3 {
+    let largest = |v: [Vec3; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
+    let m = to_world.matrix3.abs().as_mat3();
+    4.0 * EPSILON * (largest(world) + m * largest(local))
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ mod transform;
 
 pub use basis::{Basis, coordinate_system};
 pub use bounds::{Aabb, Sphere};
-pub use error::{EPSILON, offset_point};
+pub use error::{EPSILON, offset_point, point_error};
 pub use hit::{Hit, HitId, Ray};
 pub use transform::{Transform, cofactor};
 

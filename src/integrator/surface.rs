@@ -2,10 +2,7 @@
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
-use crate::geometry::{HitId, Ray};
-fn surface_error(_: &PosedScene, _: HitId, w: &[Vec3; 3]) -> Vec3 {
-    (w[0].abs().max(w[1].abs()).max(w[2].abs())) * 5e-7
-}
+use crate::geometry::{HitId, Ray, point_error};
 use crate::scene::{Mesh, PosedScene, TextureRef};
 
 /// A point on a surface, seen from somewhere. Positions are relative to the scene's centre.
@@ -62,7 +59,7 @@ impl<'s> Surface<'s> {
         Surface {
             id,
             p: p.as_vec3(),
-            p_error: surface_error(posed, id, &world),
+            p_error: point_error(world, posed.local_triangle(id), &transform.affine),
             n_g,
             n_v,
             front,

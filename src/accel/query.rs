@@ -1,0 +1,147 @@
+//! What is asked of a ray: the closest hit, whether anything is in the way, how much light passes.
+
+use std::ops::ControlFlow;
+
+use glam::Vec3;
+
+use super::Cutout;
+use super::clean::Look;
+use crate::geometry::{Hit, HitId, Rgb};
+use crate::scene::SurfaceClass;
+
+/// Triangles in one place that look alike, by rising id.
+#[derive(Clone, Copy)]
+pub(super) struct Ids<'a> {
+    pub ids: &'a [HitId],
+    /// The instance, where a shared mesh was met.
+    pub instance: Option<u32>,
+}
+
+impl Ids<'_> {
+    fn own(&self, id: HitId) -> HitId {
+        HitId { instance: self.instance.unwrap_or(id.instance), ..id }
+    }
+
+    /// All of them.
+    fn iter(&self) -> impl Iterator<Item = HitId> {
+        self.ids.iter().map(|&id| self.own(id))
+    }
+
+    /// Those greater than `id`.
+    fn after(&self, id: HitId) -> Self {
+        let first = self.ids.partition_point(|&i| self.own(i) <= id);
+        Ids { ids: &self.ids[first..], ..*self }
+    }
+}
+
+/// A question, told of every triangle that a ray meets in any order.
+pub(super) trait Query {
+    /// Nothing beyond this t matters.
+    fn limit(&self) -> f32;
+
+    /// Nothing before this t matters.
+    fn start(&self) -> f32;
+
+    /// The ray meets the triangles `ids` at `t`. Breaks where the answer is known.
+    fn meet(&mut self, t: f32, look: Look, back: bool, ids: Ids<'_>) -> ControlFlow<()>;
+}
+
+/// A ray as its caller gave it, for cutouts.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<'a> {
+    pub o: Vec3,
+    pub d: Vec3,
+    pub cutouts: &'a dyn Cutout,
+}
+
+/// The first hit after `after` in the order of (t, id).
+pub(super) struct Closest<'a> {
+    pub asked: Asked<'a>,
+    pub cull: bool,
+    pub after: Hit,
+    /// The best so far; before that, the farthest place where a hit counts, and no id.
+    pub best: Hit,
+}
+
+impl Query for Closest<'_> {
+    fn limit(&self) -> f32 {
+        self.best.t
+    }
+
+    fn start(&self) -> f32 {
+        self.after.t
+    }
+
+    fn meet(&mut self, t: f32, look: Look, back: bool, ids: Ids<'_>) -> ControlFlow<()> {
+        let seen = !(self.cull && back && look.single_sided);
+        if !seen || t > self.best.t || t < self.after.t {
+            return ControlFlow::Continue(());
+        }
+        let ids = if t == self.after.t { ids.after(self.after.id) } else { ids };
+        for id in ids.iter() {
+            let hit = Hit { t, id };
+            if !hit.before(&self.best) {
+                break;
+            }
+            if look.class != SurfaceClass::Cutout || self.asked.cutouts.keeps(id, self.asked.o, self.asked.d)
+            {
+                self.best = hit;
+                break;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// Whether something blocks a segment; with `passing`, what does not block it is kept there.
+pub(super) struct Blocking<'a, 'p> {
+    pub asked: Asked<'a>,
+    /// The segment ends before this t.
+    pub end: f32,
+    pub source: HitId,
+    pub blocked: bool,
+    pub passing: Option<&'p mut Vec<Hit>>,
+}
+
+impl Query for Blocking<'_, '_> {
+    fn limit(&self) -> f32 {
+        self.end
+    }
+
+    fn start(&self) -> f32 {
+        0.0
+    }
+
+    fn meet(&mut self, t: f32, look: Look, _: bool, ids: Ids<'_>) -> ControlFlow<()> {
+        if t >= self.end {
+            return ControlFlow::Continue(());
+        }
+        let Asked { o, d, cutouts } = self.asked;
+        let source = self.source;
+        let mut others = ids.iter().filter(|&id| id != source);
+        self.blocked = match (look.class, &mut self.passing) {
+            (SurfaceClass::Opaque, _) => others.next().is_some(),
+            (SurfaceClass::Cutout, _) => others.any(|id| cutouts.keeps(id, o, d)),
+            (SurfaceClass::Translucent, None) => false,
+            (SurfaceClass::Translucent, Some(passing)) => {
+                passing.extend(others.map(|id| Hit { t, id }));
+                false
+            }
+        };
+        if self.blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// The light that passes through the surfaces at `hits`. They are sorted first: products of floats
+/// depend on their order, and the order in which a tree finds them must not show.
+pub(super) fn passes(hits: &mut [Hit], asked: Asked<'_>) -> Rgb {
+    hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.id.cmp(&b.id)));
+    let mut light = Rgb::ONE;
+    for hit in hits {
+        light *= asked.cutouts.transmits(hit.id, asked.o, asked.d);
+        if light == Rgb::ZERO {
+            break;
+        }
+    }
+    light
+}
