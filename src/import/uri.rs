@@ -62,6 +62,18 @@ impl Folder {
         }
     }
 
+    /// A name of a file that is there and differs from `name` in case alone.
+    pub fn in_other_case(&self, name: &str) -> Option<String> {
+        let unified = name.replace('\\', "/");
+        let (parent, base) = unified.rsplit_once('/').unwrap_or((".", &unified));
+        let lower = base.to_lowercase();
+        let entries = std::fs::read_dir(self.resolve(parent).ok()?).ok()?;
+        let names = entries.flatten().filter_map(|e| e.file_name().into_string().ok());
+        // The first by name, so that the same folder always gives the same answer.
+        let found = names.filter(|n| n.to_lowercase() == lower).min()?;
+        Some(format!("{parent}/{found}"))
+    }
+
     /// The path of `name`, proved to lie within the folder unless that is not asked for.
     pub fn resolve(&self, name: &str) -> Result<PathBuf, Unreadable> {
         let refuse = |why: &str| Err(Unreadable::Refused(format!("'{}' {why}", printable(name))));

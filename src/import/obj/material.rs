@@ -1,0 +1,130 @@
+//! MTL statements to materials: literally where they are the lecture's, by the physical mapping
+//! where they are a physical renderer's in disguise.
+
+use glam::Vec3;
+
+use super::super::error::Warnings;
+use super::super::uri::printable;
+use super::mtl::{Map, Mtl};
+use super::textures::{Library, has_alpha, looks_like_normals};
+use crate::geometry::Rgb;
+use crate::scene::{
+    AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, ScalarInput,
+};
+
+/// What faces without a material get: matte white.
+pub(super) fn default_material() -> Material {
+    Material { reflectance: Reflectance::Mtl(MtlReflectance::default()), double_sided: true, ..Default::default() }
+}
+
+/// The scene's material for an MTL's.
+pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Material {
+    let kd = mtl.kd.unwrap_or(Rgb::ONE);
+    let base = ColorInput { factor: kd, texture: library.texture(mtl, mtl.map_kd.as_ref()) };
+    let emission = ColorInput {
+        factor: mtl.ke.unwrap_or(if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO }),
+        texture: library.texture(mtl, mtl.map_ke.as_ref()),
+    };
+    let (alpha, alpha_mode) = alpha(mtl, library, warnings);
+    let reflectance = if mtl.is_physical() { physical(mtl, library) } else { literal(mtl, library) };
+    Material {
+        name: mtl.name.clone(),
+        base,
+        alpha,
+        alpha_mode,
+        reflectance,
+        emission,
+        normal: normal(mtl, library, warnings),
+        double_sided: true,
+        ..Default::default()
+    }
+}
+
+impl Mtl {
+    /// Blender writes its roughness into Ns, and a Ks that means nothing.
+    fn is_physical(&self) -> bool {
+        let maps = self.map_roughness.is_some() || self.map_metallic.is_some();
+        self.by_blender || self.roughness.is_some() || self.metallic.is_some() || maps
+    }
+
+    /// illum 2 where there is none.
+    fn illum(&self) -> i64 {
+        self.illum.unwrap_or(2)
+    }
+}
+
+/// k_a = Ka, k_d = Kd, k_s = Ks, p = Ns, as far as `illum` lets them.
+fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
+    if mtl.illum() == 0 {
+        return Reflectance::Unlit;
+    }
+    // Ka 1 1 1 is what exporters write who mean nothing by it.
+    let ambient = mtl.ka.filter(|&ka| ka != Rgb::ONE).map(|factor| ColorInput {
+        factor,
+        texture: library.texture(mtl, mtl.map_ka.as_ref()),
+    });
+    let shininess = mtl.ns.unwrap_or(0.0);
+    // Ns 0 would paint the whole surface with Ks.
+    let shiny = mtl.illum() >= 2 && shininess > 0.0;
+    let ks = mtl.ks.unwrap_or(if mtl.map_ks.is_some() { Rgb::ONE } else { Rgb::ZERO });
+    let specular = if shiny {
+        ColorInput { factor: ks, texture: library.texture(mtl, mtl.map_ks.as_ref()) }
+    } else {
+        ColorInput::new(Vec3::ZERO)
+    };
+    Reflectance::Mtl(MtlReflectance { ambient, specular, shininess: shininess.max(0.0) })
+}
+
+/// Pr and Pm, or what Blender makes of them: Ns = 1000·(1 − r)², and Ka as the metallic value where
+/// illum is 3.
+fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
+    let from_ns = mtl.ns.map(|ns| 1.0 - (ns.clamp(0.0, 1000.0) / 1000.0).sqrt());
+    let has_map = |map: &Option<Map>| if map.is_some() { 1.0 } else { f32::NAN };
+    let or_map = |given: Option<f32>, map: f32, missing: f32| given.unwrap_or(if map.is_nan() { missing } else { map });
+    let roughness = or_map(mtl.roughness.or(from_ns), has_map(&mtl.map_roughness), 0.5);
+    let by_ka = if mtl.by_blender && mtl.illum == Some(3) { mtl.ka.map(|ka| ka.x) } else { None };
+    let metallic = or_map(mtl.metallic.or(by_ka), has_map(&mtl.map_metallic), 0.0);
+    let mut scalar = |factor: f32, map: &Option<Map>| ScalarInput {
+        factor: factor.clamp(0.0, 1.0),
+        texture: library.texture(mtl, map.as_ref()).map(|t| (t, Channel4::Mean)),
+    };
+    Reflectance::MetallicRoughness {
+        metallic: scalar(metallic, &mtl.map_metallic),
+        roughness: scalar(roughness, &mtl.map_roughness),
+        dielectric: Dielectric::default(),
+    }
+}
+
+fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarInput, AlphaMode) {
+    let mut factor = mtl.d.unwrap_or(1.0).clamp(0.0, 1.0);
+    if factor == 0.0 && mtl.map_d.is_none() && mtl.illum() <= 2 {
+        let name = printable(&mtl.name);
+        warnings.add("", format!("material '{name}' is wholly transparent by its d or Tr: taken as opaque"));
+        factor = 1.0;
+    }
+    let texture = mtl.map_d.as_ref().and_then(|map| {
+        let image = library.image(mtl, map)?;
+        let channel = match map.channel {
+            Some('r') => Channel4::R,
+            Some('g') => Channel4::G,
+            Some('b') => Channel4::B,
+            Some('m') => Channel4::A,
+            Some(_) => Channel4::Mean,
+            None if has_alpha(&library.images[image as usize]) => Channel4::A,
+            None => Channel4::Mean,
+        };
+        Some((library.texture(mtl, Some(map))?, channel))
+    });
+    let blends = factor < 1.0 || texture.is_some();
+    (ScalarInput { factor, texture }, if blends { AlphaMode::Blend } else { AlphaMode::Opaque })
+}
+
+fn normal(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Option<NormalMap> {
+    let map = mtl.map_normal.as_ref()?;
+    let image = library.image(mtl, map)?;
+    if mtl.normal_is_bump && !looks_like_normals(&library.images[image as usize]) {
+        warnings.add("", format!("bump map '{}' holds heights, which are not shown", printable(&map.file)));
+        return None;
+    }
+    Some(NormalMap { texture: library.texture(mtl, Some(map))?, scale: map.bump })
+}
