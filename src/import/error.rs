@@ -1,5 +1,6 @@
 //! What goes wrong while reading, and what went well enough.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -66,7 +67,7 @@ impl LoadError {
 }
 
 /// Something in a file that was left out, repaired or replaced. One line.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Warning {
     /// Where in the file: a JSON path, or a line.
     pub place: String,
@@ -86,18 +87,29 @@ impl fmt::Display for Warning {
 
 /// Collects warnings, each once.
 #[derive(Debug, Default)]
-pub(crate) struct Warnings(Vec<Warning>);
+pub(crate) struct Warnings {
+    list: Vec<Warning>,
+    seen: HashSet<Warning>,
+}
 
 impl Warnings {
     /// Adds a warning unless the same one is there already.
     pub fn add(&mut self, place: impl fmt::Display, what: impl fmt::Display) {
-        let warning = Warning { place: place.to_string(), what: what.to_string() };
-        if !self.0.contains(&warning) {
-            self.0.push(warning);
+        self.push(Warning { place: place.to_string(), what: what.to_string() });
+    }
+
+    /// Adds what was collected elsewhere.
+    pub fn extend(&mut self, other: Warnings) {
+        other.list.into_iter().for_each(|w| self.push(w));
+    }
+
+    fn push(&mut self, warning: Warning) {
+        if self.seen.insert(warning.clone()) {
+            self.list.push(warning);
         }
     }
 
     pub fn into_vec(self) -> Vec<Warning> {
-        self.0
+        self.list
     }
 }

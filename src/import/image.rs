@@ -45,3 +45,8 @@ fn texels(image: DynamicImage) -> Pixels {
         _ => Pixels::Rgba8(image.into_rgba8().pixels().map(|p| p.0).collect()),
     }
 }
+
+/// Width and height by the file's header, where it has one that can be read.
+pub(crate) fn dimensions(bytes: &[u8]) -> Option<(u32, u32)> {
+    ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok()?.into_dimensions().ok()
+}

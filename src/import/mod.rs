@@ -10,6 +10,7 @@ mod gltf;
 mod image;
 mod limits;
 mod obj;
+mod tangents;
 mod uri;
 
 use std::path::Path;

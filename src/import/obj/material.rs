@@ -9,12 +9,17 @@ use super::mtl::{Map, Mtl};
 use super::textures::{Library, has_alpha, looks_like_normals};
 use crate::geometry::Rgb;
 use crate::scene::{
-    AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, ScalarInput,
+    AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
+    ScalarInput,
 };
 
 /// What faces without a material get: matte white.
 pub(super) fn default_material() -> Material {
-    Material { reflectance: Reflectance::Mtl(MtlReflectance::default()), double_sided: true, ..Default::default() }
+    Material {
+        reflectance: Reflectance::Mtl(MtlReflectance::default()),
+        double_sided: true,
+        ..Default::default()
+    }
 }
 
 /// The scene's material for an MTL's.
@@ -59,10 +64,10 @@ fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
         return Reflectance::Unlit;
     }
     // Ka 1 1 1 is what exporters write who mean nothing by it.
-    let ambient = mtl.ka.filter(|&ka| ka != Rgb::ONE).map(|factor| ColorInput {
-        factor,
-        texture: library.texture(mtl, mtl.map_ka.as_ref()),
-    });
+    let ambient = mtl
+        .ka
+        .filter(|&ka| ka != Rgb::ONE)
+        .map(|factor| ColorInput { factor, texture: library.texture(mtl, mtl.map_ka.as_ref()) });
     let shininess = mtl.ns.unwrap_or(0.0);
     // Ns 0 would paint the whole surface with Ks.
     let shiny = mtl.illum() >= 2 && shininess > 0.0;
@@ -80,7 +85,9 @@ fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
 fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
     let from_ns = mtl.ns.map(|ns| 1.0 - (ns.clamp(0.0, 1000.0) / 1000.0).sqrt());
     let has_map = |map: &Option<Map>| if map.is_some() { 1.0 } else { f32::NAN };
-    let or_map = |given: Option<f32>, map: f32, missing: f32| given.unwrap_or(if map.is_nan() { missing } else { map });
+    let or_map = |given: Option<f32>, map: f32, missing: f32| {
+        given.unwrap_or(if map.is_nan() { missing } else { map })
+    };
     let roughness = or_map(mtl.roughness.or(from_ns), has_map(&mtl.map_roughness), 0.5);
     let by_ka = if mtl.by_blender && mtl.illum == Some(3) { mtl.ka.map(|ka| ka.x) } else { None };
     let metallic = or_map(mtl.metallic.or(by_ka), has_map(&mtl.map_metallic), 0.0);

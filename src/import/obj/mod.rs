@@ -82,7 +82,11 @@ pub(super) fn load(
         scene.instances.push(Instance { node: 0, mesh: i as u32, object, placement: None, skin: None });
     }
     (scene.meshes, scene.images, scene.textures) = (meshes, images.images, images.textures);
-    super::tangents::add_missing(&mut scene);
+    for mesh in &mut scene.meshes {
+        if let Some(map) = scene.materials[mesh.material as usize].normal {
+            super::tangents::generate(mesh, &map.texture);
+        }
+    }
     Ok((scene, warnings.into_vec()))
 }
 
@@ -91,8 +95,10 @@ fn read_by_tobj(parsed: &Parsed) -> Result<Vec<Model>, LoadError> {
     let text = parsed.to_text();
     let options = tobj::LoadOptions { single_index: false, triangulate: false, ..Default::default() };
     let no_materials = |_: &std::path::Path| Ok((Vec::new(), Default::default()));
-    let wrong = |e: &dyn std::fmt::Display| LoadError::parse("the file", format!("cannot be read as OBJ: {e}"));
-    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials).map_err(|e| wrong(&e))?;
+    let wrong =
+        |e: &dyn std::fmt::Display| LoadError::parse("the file", format!("cannot be read as OBJ: {e}"));
+    let (models, _) =
+        tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials).map_err(|e| wrong(&e))?;
     models
         .into_iter()
         .map(|model| {
@@ -107,7 +113,12 @@ fn read_by_tobj(parsed: &Parsed) -> Result<Vec<Model>, LoadError> {
 }
 
 /// All materials of all MTLs, in order.
-fn read_libraries(parsed: &Parsed, folder: &Folder, options: &LoadOptions, warnings: &mut Warnings) -> Vec<Mtl> {
+fn read_libraries(
+    parsed: &Parsed,
+    folder: &Folder,
+    options: &LoadOptions,
+    warnings: &mut Warnings,
+) -> Vec<Mtl> {
     let mut all = Vec::new();
     let mut read = |name: &str| -> Result<Vec<Mtl>, String> {
         let bytes = textures::find(folder, "", name, options.limits.file_bytes)?;

@@ -59,7 +59,12 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
     for line in lines(text) {
         let (keyword, rest) = split_keyword(&line.text);
         if keyword.eq_ignore_ascii_case("newmtl") {
-            all.push(Mtl { name: rest.to_string(), folder: folder.to_string(), by_blender, ..Default::default() });
+            all.push(Mtl {
+                name: rest.to_string(),
+                folder: folder.to_string(),
+                by_blender,
+                ..Default::default()
+            });
             continue;
         }
         let here = format!("{place}, line {}", line.number);
@@ -69,7 +74,9 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
         };
         match material.statement(keyword, rest) {
             Ok(()) => {}
-            Err(Left::Bad(why)) => warnings.add(here, format!("{}: {why}; the line was left out", printable(keyword))),
+            Err(Left::Bad(why)) => {
+                warnings.add(here, format!("{}: {why}; the line was left out", printable(keyword)))
+            }
             Err(Left::Unknown) => warnings.add(place, format!("'{}' is not shown", printable(keyword))),
             Err(Left::TransparencyTwice) => warnings.add(here, "both d and Tr: the later counts"),
             Err(Left::Unsupported(what)) => warnings.add(place, what),
@@ -104,7 +111,8 @@ impl Mtl {
             "pm" => self.metallic = Some(scalar()?),
             "illum" => self.illum = Some(scalar()? as i64),
             key @ ("d" | "tr") => {
-                let value = number(rest.trim_start_matches("-halo").trim()).map_or_else(scalar, |v| Ok(v as f32))?;
+                let value =
+                    number(rest.trim_start_matches("-halo").trim()).map_or_else(scalar, |v| Ok(v as f32))?;
                 let twice = self.d.is_some();
                 self.d = Some(if key == "d" { value } else { 1.0 - value });
                 if twice {
@@ -158,7 +166,9 @@ fn option_values(word: &str) -> Option<usize> {
     match word {
         "-s" | "-o" | "-t" => Some(3),
         "-mm" => Some(2),
-        "-bm" | "-boost" | "-texres" | "-clamp" | "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-type" => Some(1),
+        "-bm" | "-boost" | "-texres" | "-clamp" | "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-type" => {
+            Some(1)
+        }
         _ => None,
     }
 }
@@ -232,10 +242,15 @@ mod tests {
     #[test]
     fn statements_are_read_and_a_bad_line_costs_that_line() {
         let (m, warnings) = one("newmtl red #2\nKd 1 0.5 0\nKs x\nKa .2\nNs 1D2\nd 0.5\nTr 0.25\nwhat 1\n");
-        assert_eq!((m.name.as_str(), m.kd, m.ka, m.ns), ("red #2", Some(Rgb::new(1.0, 0.5, 0.0)), Some(Rgb::splat(0.2)), Some(100.0)));
+        assert_eq!(
+            (m.name.as_str(), m.kd, m.ka, m.ns),
+            ("red #2", Some(Rgb::new(1.0, 0.5, 0.0)), Some(Rgb::splat(0.2)), Some(100.0))
+        );
         assert_eq!((m.ks, m.d), (None, Some(0.75)));
         assert_eq!(warnings.len(), 3, "{warnings:?}");
-        assert!(warnings[0].contains("line 3") && warnings[1].contains("line 7") && warnings[2].contains("what"));
+        assert!(
+            warnings[0].contains("line 3") && warnings[1].contains("line 7") && warnings[2].contains("what")
+        );
     }
 
     #[test]

@@ -268,7 +268,10 @@ fn numbers(at: usize, keyword: &str, rest: &str, least: usize) -> Result<Vec<f32
     let values: Vec<f32> = rest.split_whitespace().map(one).collect::<Result<_, _>>()?;
     if values.len() < least {
         let found = values.len();
-        return Err(LoadError::parse(format!("line {at}"), format!("{keyword} needs {least} numbers, not {found}")));
+        return Err(LoadError::parse(
+            format!("line {at}"),
+            format!("{keyword} needs {least} numbers, not {found}"),
+        ));
     }
     Ok(values)
 }

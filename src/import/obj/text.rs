@@ -27,7 +27,9 @@ const NAMED: [&str; 6] = ["o", "g", "usemtl", "mtllib", "newmtl", "usemap"];
 
 fn takes_name(text: &str) -> bool {
     let word = text.split_whitespace().next().unwrap_or("");
-    NAMED.contains(&word) || word.starts_with("map_") || matches!(word, "bump" | "norm" | "disp" | "decal" | "refl")
+    NAMED.contains(&word)
+        || word.starts_with("map_")
+        || matches!(word, "bump" | "norm" | "disp" | "decal" | "refl")
 }
 
 /// The lines that say something: CR, LF or both end them, a backslash at the end joins the next,
@@ -79,7 +81,8 @@ pub(super) fn number(word: &str) -> Option<f64> {
     if let Ok(v) = word.parse::<f64>() {
         return Some(v);
     }
-    let fortran = word.contains(['d', 'D']) && word.bytes().all(|b| b.is_ascii_digit() || b"+-.dD".contains(&b));
+    let fortran =
+        word.contains(['d', 'D']) && word.bytes().all(|b| b.is_ascii_digit() || b"+-.dD".contains(&b));
     fortran.then(|| word.replace(['d', 'D'], "e").parse().ok()).flatten()
 }
 
@@ -114,14 +117,17 @@ mod tests {
     fn encodings() {
         let (text, guessed) = decode(b"\xef\xbb\xbfv 1");
         assert_eq!((text.as_ref(), guessed), ("v 1", false));
-        let utf16: Vec<u8> = [0xfeffu16].into_iter().chain("v 1".encode_utf16()).flat_map(u16::to_le_bytes).collect();
+        let utf16: Vec<u8> =
+            [0xfeffu16].into_iter().chain("v 1".encode_utf16()).flat_map(u16::to_le_bytes).collect();
         assert_eq!(decode(&utf16).0, "v 1");
         assert_eq!(decode(b"o caf\xe9"), ("o café".into(), true));
     }
 
     #[test]
     fn numbers_of_all_ages() {
-        for (word, v) in [("1.5", 1.5), (".5", 0.5), ("5.", 5.0), ("+3", 3.0), ("1e+05", 1e5), ("-1.5D-3", -1.5e-3)] {
+        for (word, v) in
+            [("1.5", 1.5), (".5", 0.5), ("5.", 5.0), ("+3", 3.0), ("1e+05", 1e5), ("-1.5D-3", -1.5e-3)]
+        {
             assert_eq!(number(word), Some(v));
         }
         for word in ["", "x", "1.2.3", "d", "0x10", "--1"] {

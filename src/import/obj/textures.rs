@@ -5,10 +5,10 @@ use std::collections::HashMap;
 use glam::Vec2;
 use rayon::prelude::*;
 
+use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
 use super::super::image::decode;
 use super::super::uri::{Folder, printable};
-use super::super::Limits;
 use super::mtl::{Map, Mtl};
 use crate::scene::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap};
 
@@ -17,7 +17,9 @@ use crate::scene::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap
 pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Result<Vec<u8>, String> {
     let unified = name.replace('\\', "/");
     let base = unified.rsplit('/').next().unwrap_or(&unified).to_string();
-    let join = |folder: &str, name: &str| if folder.is_empty() { name.to_string() } else { format!("{folder}/{name}") };
+    let join = |folder: &str, name: &str| {
+        if folder.is_empty() { name.to_string() } else { format!("{folder}/{name}") }
+    };
     let mut tried = Vec::new();
     for candidate in [join(beside, &unified), unified.clone(), join(beside, &base), base] {
         if tried.contains(&candidate) {
@@ -50,7 +52,12 @@ pub(super) struct Library {
 
 impl Library {
     /// Reads and decodes whatever `materials` name, in parallel. What is missing costs a warning.
-    pub fn load(materials: &[&Mtl], folder: &Folder, limits: &Limits, warnings: &mut Warnings) -> Result<Library, LoadError> {
+    pub fn load(
+        materials: &[&Mtl],
+        folder: &Folder,
+        limits: &Limits,
+        warnings: &mut Warnings,
+    ) -> Result<Library, LoadError> {
         let mut wanted: Vec<(String, String)> = Vec::new();
         for material in materials {
             for map in material.maps() {

@@ -1,0 +1,208 @@
+//! Animations and skins: what refers to nodes of the walk.
+
+use glam::{DAffine3, DMat4, Mat4};
+use gltf_json::animation::{Channel as JsonChannel, Interpolation as JsonInterpolation, Property};
+use gltf_json::validation::Checked;
+
+use super::accessor::{Accessor, Pick};
+use super::document::Document;
+use crate::import::error::{LoadError, Warnings};
+use crate::import::uri::printable;
+use crate::scene::{Animation, Channel, Interpolation, Keys, Skin, Target};
+
+/// Numbers in all channels together; each copy of a shared node has its own.
+const KEY_NUMBERS: u64 = 1 << 28;
+
+/// The scene's nodes for each node of the file.
+pub(super) type Copies = [Vec<u32>];
+
+/// Reads every animation. A channel that cannot be followed is left out alone.
+pub(super) fn animations(
+    doc: &Document<'_>,
+    copies: &Copies,
+    warnings: &mut Warnings,
+) -> Result<Vec<Animation>, LoadError> {
+    let mut numbers = 0u64;
+    let mut out = Vec::with_capacity(doc.root().animations.len());
+    for (i, json) in doc.root().animations.iter().enumerate() {
+        let mut animation = Animation { name: json.name.clone().unwrap_or_default(), channels: Vec::new() };
+        for (j, channel) in json.channels.iter().enumerate() {
+            let place = format!("animations[{i}].channels[{j}]");
+            let aim = match aim(doc, channel, i, j) {
+                Ok(Some(aim)) => aim,
+                Ok(None) => continue,
+                Err(why) => {
+                    warnings.add(place, format_args!("{why}; left out"));
+                    continue;
+                }
+            };
+            let nodes = copies.get(aim.node).map_or(&[][..], Vec::as_slice);
+            if nodes.is_empty() {
+                // It moves a node of another scene.
+                continue;
+            }
+            let keys = match keys(doc, json, channel, &aim, warnings) {
+                Ok(keys) => keys,
+                Err(Wrong::File(error @ LoadError::Limit { .. })) => return Err(error),
+                Err(Wrong::File(error)) => {
+                    warnings.add(place, format_args!("{error}; left out"));
+                    continue;
+                }
+                Err(Wrong::Keys(why)) => {
+                    warnings.add(place, format_args!("{why}; left out"));
+                    continue;
+                }
+            };
+            let size = (keys.times.len() + keys.values.len()) as u64;
+            numbers = numbers.saturating_add(size.saturating_mul(nodes.len() as u64));
+            LoadError::check("animation keys", numbers, KEY_NUMBERS)?;
+            for &node in nodes {
+                animation.channels.push(Channel { target: aim.target(node), keys: keys.clone() });
+            }
+        }
+        out.push(animation);
+    }
+    Ok(out)
+}
+
+/// What a channel drives.
+struct Aim {
+    node: usize,
+    drives: Drives,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Drives {
+    Property(Property),
+    Visibility,
+}
+
+impl Aim {
+    fn target(&self, node: u32) -> Target {
+        match self.drives {
+            Drives::Property(Property::Translation) => Target::Translation(node),
+            Drives::Property(Property::Rotation) => Target::Rotation(node),
+            Drives::Property(Property::Scale) => Target::Scale(node),
+            Drives::Property(Property::MorphTargetWeights) => Target::Weights(node),
+            Drives::Visibility => Target::Visibility(node),
+        }
+    }
+}
+
+/// `None` for a channel that the specification says to ignore.
+fn aim(
+    doc: &Document<'_>,
+    channel: &JsonChannel,
+    animation: usize,
+    index: usize,
+) -> Result<Option<Aim>, String> {
+    let is_this = |p: &&super::repair::Pointer| p.animation == animation && p.channel == index;
+    if let Some(found) = doc.json.pointers.iter().find(is_this) {
+        let parts: Vec<&str> = found.pointer.split('/').collect();
+        if let ["", "nodes", node, "extensions", "KHR_node_visibility", "visible"] = parts[..]
+            && let Ok(node) = node.parse()
+        {
+            return Ok(Some(Aim { node, drives: Drives::Visibility }));
+        }
+        return Err(format!("'{}' is not animated", printable(&found.pointer)));
+    }
+    let node = channel.target.node.value();
+    match channel.target.path {
+        _ if node == u32::MAX as usize => Ok(None),
+        Checked::Valid(property) => Ok(Some(Aim { node, drives: Drives::Property(property) })),
+        Checked::Invalid => Err("what it drives is not known".into()),
+    }
+}
+
+enum Wrong {
+    File(LoadError),
+    Keys(String),
+}
+
+impl From<LoadError> for Wrong {
+    fn from(error: LoadError) -> Wrong {
+        Wrong::File(error)
+    }
+}
+
+fn keys(
+    doc: &Document<'_>,
+    json: &gltf_json::Animation,
+    channel: &JsonChannel,
+    aim: &Aim,
+    warnings: &mut Warnings,
+) -> Result<Keys, Wrong> {
+    let wrong = |why: String| Err(Wrong::Keys(why));
+    let Some(sampler) = json.samplers.get(channel.sampler.value()) else {
+        return wrong(format!("there is no sampler {}", channel.sampler.value()));
+    };
+    let input = Accessor::open(doc, sampler.input.value(), warnings)?;
+    let output = Accessor::open(doc, sampler.output.value(), warnings)?;
+    if input.width != 1 || input.count == 0 {
+        return wrong("its times are no list of numbers".into());
+    }
+    let times: Vec<f32> = input.flat_floats();
+    if !times.iter().all(|t| t.is_finite()) || !times.is_sorted() {
+        return wrong("its times do not ascend".into());
+    }
+    let interpolation = match sampler.interpolation {
+        Checked::Valid(JsonInterpolation::Step) => Interpolation::Step,
+        Checked::Valid(JsonInterpolation::CubicSpline) => Interpolation::CubicSpline,
+        Checked::Valid(JsonInterpolation::Linear) | Checked::Invalid => Interpolation::Linear,
+    };
+    let parts = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+    let per_key = times.len() * parts;
+    let (width, numbers) = match aim.drives {
+        Drives::Property(Property::Translation | Property::Scale) => (3, 3),
+        Drives::Property(Property::Rotation) => (4, 4),
+        Drives::Visibility => (1, 1),
+        Drives::Property(Property::MorphTargetWeights) => (1, output.count / per_key),
+    };
+    if output.width != width || numbers == 0 || output.count != per_key * (numbers / width) {
+        let (count, has, keys) = (output.count, output.width, times.len());
+        return wrong(format!("{count} values of {has} numbers do not fit {keys} keys"));
+    }
+    let values = output.flat_floats();
+    if !values.iter().all(|v| v.is_finite()) {
+        return wrong("its values are not finite".into());
+    }
+    Ok(Keys { times, values, width: numbers, interpolation })
+}
+
+/// Reads a skin, its joints as nodes of the scene. `None`, with a warning, where they are not all
+/// in it.
+pub(super) fn skin(
+    doc: &Document<'_>,
+    index: usize,
+    copies: &Copies,
+    warnings: &mut Warnings,
+) -> Result<Option<Skin>, LoadError> {
+    let Some(json) = doc.root().skins.get(index) else { return Ok(None) };
+    let place = format!("skins[{index}]");
+    let node = |j: &gltf_json::Index<gltf_json::Node>| copies.get(j.value())?.first().copied();
+    let joints: Option<Vec<u32>> = json.joints.iter().map(node).collect();
+    let Some(joints) = joints.filter(|j| !j.is_empty()) else {
+        warnings.add(place, "has no joints in this scene, and does not bend its meshes");
+        return Ok(None);
+    };
+    let mut inverse_bind = Vec::with_capacity(joints.len());
+    if let Some(index) = json.inverse_bind_matrices {
+        let accessor = Accessor::open(doc, index.value(), warnings)?;
+        if accessor.width == 16 {
+            let count = accessor.count.min(joints.len());
+            let matrices: Vec<[f32; 16]> = accessor.floats(Pick::First(count));
+            inverse_bind.extend(matrices.iter().map(|m| affine(Mat4::from_cols_array(m).as_dmat4())));
+        }
+        if inverse_bind.len() < joints.len() {
+            let has = inverse_bind.len();
+            let what = format!("has {has} matrices for {} joints; the others are the identity", joints.len());
+            warnings.add(format_args!("{place}.inverseBindMatrices"), what);
+        }
+    }
+    inverse_bind.resize(joints.len(), DAffine3::IDENTITY);
+    Ok(Some(Skin { name: json.name.clone().unwrap_or_default(), joints, inverse_bind }))
+}
+
+fn affine(m: DMat4) -> DAffine3 {
+    DAffine3::from_cols(m.x_axis.truncate(), m.y_axis.truncate(), m.z_axis.truncate(), m.w_axis.truncate())
+}

@@ -1,0 +1,160 @@
+//! Files made in memory for tests.
+
+use serde_json::{Value, json};
+
+use super::{container, document::Document};
+use crate::import::error::{LoadError, Warnings};
+use crate::import::uri::Folder;
+use crate::import::{LoadOptions, Warning};
+use crate::scene::Scene;
+
+/// A glTF under construction.
+#[derive(Clone)]
+pub(super) struct Fixture {
+    pub json: Value,
+    pub bin: Vec<u8>,
+}
+
+/// Numbers as little-endian bytes.
+pub(super) trait Bytes {
+    fn push(&self, out: &mut Vec<u8>);
+}
+
+macro_rules! bytes {
+    ($($t:ty)*) => {$(impl Bytes for $t {
+        fn push(&self, out: &mut Vec<u8>) {
+            out.extend(self.to_le_bytes());
+        }
+    })*};
+}
+bytes!(u8 i8 u16 i16 u32 f32);
+
+pub(super) fn bytes_of<T: Bytes>(values: &[T]) -> Vec<u8> {
+    let mut out = Vec::new();
+    values.iter().for_each(|v| v.push(&mut out));
+    out
+}
+
+impl Fixture {
+    /// One empty scene.
+    pub fn empty() -> Fixture {
+        let json = json!({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}],
+            "nodes": [], "meshes": [], "accessors": [], "bufferViews": [], "buffers": [{"byteLength": 0}]});
+        Fixture { json, bin: Vec::new() }
+    }
+
+    /// One triangle in the plane z = 0, with normals, at one node.
+    pub fn triangle() -> Fixture {
+        let mut fixture = Fixture::empty();
+        let positions = fixture.vec3(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let normals = fixture.vec3(&[[0.0, 0.0, 1.0]; 3]);
+        let attributes = json!({"POSITION": positions, "NORMAL": normals});
+        fixture.push("meshes", json!({"name": "mesh", "primitives": [{"attributes": attributes}]}));
+        fixture.node(json!({"name": "node", "mesh": 0}));
+        fixture
+    }
+
+    /// Appends to a top-level array.
+    pub fn push(&mut self, array: &str, value: Value) -> usize {
+        if self.json[array].is_null() {
+            self.json[array] = json!([]);
+        }
+        let list = self.json[array].as_array_mut().unwrap();
+        list.push(value);
+        list.len() - 1
+    }
+
+    /// Adds a node to the scene's roots.
+    pub fn node(&mut self, node: Value) -> usize {
+        let index = self.push("nodes", node);
+        self.json["scenes"][0]["nodes"].as_array_mut().unwrap().push(json!(index));
+        index
+    }
+
+    /// A buffer view of these bytes, at a multiple of four.
+    pub fn view(&mut self, bytes: &[u8]) -> usize {
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        let offset = self.bin.len();
+        self.bin.extend(bytes);
+        self.push("bufferViews", json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes.len()}))
+    }
+
+    pub fn accessor(&mut self, component: u32, kind: &str, count: usize, bytes: &[u8]) -> usize {
+        let view = self.view(bytes);
+        let accessor = json!({"bufferView": view, "componentType": component, "type": kind, "count": count});
+        self.push("accessors", accessor)
+    }
+
+    pub fn floats(&mut self, kind: &str, width: usize, values: &[f32]) -> usize {
+        self.accessor(5126, kind, values.len() / width, &bytes_of(values))
+    }
+
+    pub fn vec2(&mut self, values: &[[f32; 2]]) -> usize {
+        self.floats("VEC2", 2, values.as_flattened())
+    }
+
+    pub fn vec3(&mut self, values: &[[f32; 3]]) -> usize {
+        self.floats("VEC3", 3, values.as_flattened())
+    }
+
+    pub fn vec4(&mut self, values: &[[f32; 4]]) -> usize {
+        self.floats("VEC4", 4, values.as_flattened())
+    }
+
+    pub fn indices(&mut self, values: &[u16]) -> usize {
+        self.accessor(5123, "SCALAR", values.len(), &bytes_of(values))
+    }
+
+    /// The first primitive of the first mesh.
+    pub fn primitive(&mut self) -> &mut Value {
+        &mut self.json["meshes"][0]["primitives"][0]
+    }
+
+    pub fn glb(&self) -> Vec<u8> {
+        let mut json = self.json.clone();
+        json["buffers"][0]["byteLength"] = json!(self.bin.len());
+        let mut text = serde_json::to_vec(&json).unwrap();
+        text.resize(text.len().next_multiple_of(4), b' ');
+        let mut bin = self.bin.clone();
+        bin.resize(bin.len().next_multiple_of(4), 0);
+        let length = 12 + 8 + text.len() + 8 + bin.len();
+        let mut out = b"glTF\x02\0\0\0".to_vec();
+        out.extend((length as u32).to_le_bytes());
+        for (kind, chunk) in [(b"JSON", &text), (b"BIN\0", &bin)] {
+            out.extend((chunk.len() as u32).to_le_bytes());
+            out.extend(kind);
+            out.extend(chunk);
+        }
+        out
+    }
+
+    pub fn try_load_with(&self, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
+        super::load(&self.glb(), &folder(), options)
+    }
+
+    pub fn load_with(&self, options: &LoadOptions) -> (Scene, Vec<String>) {
+        let (scene, warnings) = self.try_load_with(options).unwrap();
+        (scene, warnings.iter().map(ToString::to_string).collect())
+    }
+
+    pub fn load(&self) -> (Scene, Vec<String>) {
+        self.load_with(&LoadOptions::default())
+    }
+
+    pub fn error(&self) -> String {
+        self.try_load_with(&LoadOptions::default()).map(|_| ()).unwrap_err().to_string()
+    }
+
+    pub fn with_document<T>(&self, read: impl FnOnce(&Document<'_>) -> T) -> T {
+        let (glb, folder, options) = (self.glb(), folder(), LoadOptions::default());
+        let mut warnings = Warnings::default();
+        let container = container::split(&glb, &mut warnings).unwrap();
+        let document = Document::open(&container, &folder, &options, &mut warnings).unwrap();
+        read(&document)
+    }
+}
+
+/// A folder that holds nothing by the names that tests use.
+pub(super) fn folder() -> Folder {
+    Folder::of(std::path::Path::new("src/scene.gltf"), false)
+}

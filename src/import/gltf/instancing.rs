@@ -1,0 +1,71 @@
+//! EXT_mesh_gpu_instancing: many copies of one node's mesh.
+
+use glam::{DAffine3, DQuat, DVec3, Quat, Vec3};
+use gltf_json::Node;
+
+use super::accessor::{Accessor, Pick};
+use super::document::Document;
+use crate::import::error::{LoadError, Warnings};
+
+const NAME: &str = "EXT_mesh_gpu_instancing";
+
+fn attribute(node: &Node, name: &str) -> Option<usize> {
+    let extension = node.extensions.as_ref()?.others.get(NAME)?;
+    extension.get("attributes")?.get(name)?.as_u64().map(|i| i as usize)
+}
+
+const ATTRIBUTES: [(&str, usize); 3] = [("TRANSLATION", 3), ("ROTATION", 4), ("SCALE", 3)];
+
+/// How many copies the node asks for; `None` for a node that is drawn once.
+pub(super) fn count(doc: &Document<'_>, node: &Node) -> Option<u64> {
+    let counts = ATTRIBUTES.iter().filter_map(|(name, _)| attribute(node, name));
+    counts.filter_map(|i| doc.root().accessors.get(i)).map(|a| a.count.0).min()
+}
+
+/// The transforms of the copies, below the node's own.
+pub(super) fn placements(
+    doc: &Document<'_>,
+    index: usize,
+    warnings: &mut Warnings,
+) -> Result<Vec<DAffine3>, LoadError> {
+    let node = &doc.root().nodes[index];
+    let mut open = |(name, width): (&str, usize)| {
+        let Some(accessor) = attribute(node, name) else { return Ok(None) };
+        let accessor = Accessor::open(doc, accessor, warnings)?;
+        if accessor.width != width {
+            let place = format!("nodes[{index}].extensions.{NAME}.attributes.{name}");
+            warnings.add(place, format_args!("has {} numbers an element; left out", accessor.width));
+            return Ok(None);
+        }
+        Ok::<_, LoadError>(Some(accessor))
+    };
+    let [translation, rotation, scale] = ATTRIBUTES;
+    let (translation, rotation, scale) = (open(translation)?, open(rotation)?, open(scale)?);
+    let given = [&translation, &rotation, &scale];
+    let counts: Vec<usize> = given.into_iter().flatten().map(|a| a.count).collect();
+    let n = counts.iter().copied().min().unwrap_or(0);
+    if counts.iter().any(|&c| c != n) {
+        let place = format!("nodes[{index}].extensions.{NAME}");
+        warnings.add(place, format_args!("its attributes differ in length; {n} copies are drawn"));
+    }
+    let pick = Pick::First(n);
+    let translation = translation.map(|a| a.floats::<3, Vec3>(pick));
+    let rotation = rotation.map(|a| a.floats::<4, [f32; 4]>(pick));
+    let scale = scale.map(|a| a.floats::<3, Vec3>(pick));
+    let placement = |i: usize| {
+        let vec = |list: &Option<Vec<Vec3>>, or| list.as_ref().map_or(or, |l: &Vec<Vec3>| l[i].as_dvec3());
+        let turn = rotation.as_ref().map_or(DQuat::IDENTITY, |r| self::rotation(r[i]));
+        DAffine3::from_scale_rotation_translation(
+            vec(&scale, DVec3::ONE),
+            turn,
+            vec(&translation, DVec3::ZERO),
+        )
+    };
+    Ok((0..n).map(placement).collect())
+}
+
+/// A rotation of unit length from x, y, z, w; none where the numbers make none.
+pub(super) fn rotation(xyzw: [f32; 4]) -> DQuat {
+    let q = Quat::from_array(xyzw).as_dquat();
+    if q.is_finite() && q.length_squared() > 0.0 { q.normalize() } else { DQuat::IDENTITY }
+}

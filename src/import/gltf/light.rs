@@ -1,0 +1,63 @@
+//! Cameras and lights.
+
+use glam::Vec3;
+use gltf_json::camera::{Camera, Type};
+use gltf_json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
+use gltf_json::validation::Checked;
+
+use crate::import::error::Warnings;
+use crate::scene::{FileCamera, FileProjection, Light, LightKind};
+
+/// A camera at a node; `None`, with a warning, for one that shows nothing.
+pub(super) fn camera(json: &Camera, index: usize, node: u32, warnings: &mut Warnings) -> Option<FileCamera> {
+    let positive = |x: f32| (x.is_finite() && x > 0.0).then_some(f64::from(x));
+    let read = || match (&json.type_, &json.perspective, &json.orthographic) {
+        (Checked::Valid(Type::Perspective), Some(p), _) => {
+            let yfov = positive(p.yfov).filter(|&y| y < std::f64::consts::PI)?;
+            let aspect = p.aspect_ratio.and_then(positive);
+            let far = p.zfar.and_then(positive).unwrap_or(f64::INFINITY);
+            Some((FileProjection::Perspective { yfov, aspect }, p.znear, far))
+        }
+        (Checked::Valid(Type::Orthographic), _, Some(o)) => {
+            // Some exporters write mirrored extents; what is seen is the same.
+            let (xmag, ymag) = (positive(o.xmag.abs())?, positive(o.ymag.abs())?);
+            Some((FileProjection::Orthographic { xmag, ymag }, o.znear, f64::from(o.zfar)))
+        }
+        _ => None,
+    };
+    let Some((projection, znear, zfar)) = read() else {
+        warnings.add(format_args!("cameras[{index}]"), "has no view, and was left out");
+        return None;
+    };
+    let znear = f64::from(znear).max(0.0);
+    let zfar = if zfar > znear { zfar } else { f64::INFINITY };
+    Some(FileCamera { name: json.name.clone().unwrap_or_default(), node, projection, znear, zfar })
+}
+
+/// A light at a node.
+pub(super) fn light(json: &JsonLight, index: usize, node: u32, warnings: &mut Warnings) -> Option<Light> {
+    let kind = match json.type_ {
+        Checked::Valid(LightType::Point) => LightKind::Point,
+        Checked::Valid(LightType::Directional) => LightKind::Directional,
+        Checked::Valid(LightType::Spot) => {
+            let (inner, outer) = json
+                .spot
+                .as_ref()
+                .map_or((0.0, std::f32::consts::FRAC_PI_4), |s| (s.inner_cone_angle, s.outer_cone_angle));
+            LightKind::Spot { inner, outer }
+        }
+        Checked::Invalid => {
+            let place = format!("extensions.KHR_lights_punctual.lights[{index}].type");
+            warnings.add(place, "is unknown; the light was left out");
+            return None;
+        }
+    };
+    Some(Light {
+        name: json.name.clone().unwrap_or_default(),
+        node,
+        kind,
+        color: Vec3::from(json.color),
+        intensity: json.intensity,
+        range: json.range.filter(|&r| r > 0.0).unwrap_or(f32::INFINITY),
+    })
+}

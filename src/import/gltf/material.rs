@@ -1,0 +1,144 @@
+//! Materials.
+
+use glam::Vec3;
+use gltf_json as gltf;
+use gltf_json::extensions::texture::TextureTransform;
+use gltf_json::validation::Checked;
+use serde_json::{Map, Value};
+
+use crate::scene::{
+    AlphaMode, Channel4, ColorInput, Dielectric, Material, NormalMap, Reflectance, ScalarInput, TextureRef,
+    UvTransform,
+};
+
+/// glTF's default material: white metal, fully rough.
+pub(super) fn default() -> Material {
+    let mut find = |_| None;
+    read(&gltf::Material::default(), &mut find)
+}
+
+/// A material as the file describes it. `find` gives the scene's number of a texture, or `None`
+/// where it is as if white.
+pub(super) fn read(json: &gltf::Material, find: &mut dyn FnMut(usize) -> Option<u32>) -> Material {
+    let mut slots = Slots { find };
+    let pbr = &json.pbr_metallic_roughness;
+    let extensions = json.extensions.as_ref();
+    let strength = extensions.and_then(|e| e.emissive_strength.as_ref());
+    let mut material = Material {
+        name: json.name.clone().unwrap_or_default(),
+        base: slots.color(rgb(pbr.base_color_factor.0), pbr.base_color_texture.as_ref()),
+        alpha: ScalarInput::new(pbr.base_color_factor.0[3]),
+        alpha_from_base: true,
+        alpha_mode: match json.alpha_mode {
+            Checked::Valid(gltf::material::AlphaMode::Mask) => {
+                AlphaMode::Mask(json.alpha_cutoff.map_or(0.5, |c| c.0))
+            }
+            Checked::Valid(gltf::material::AlphaMode::Blend) => AlphaMode::Blend,
+            Checked::Valid(gltf::material::AlphaMode::Opaque) | Checked::Invalid => AlphaMode::Opaque,
+        },
+        reflectance: Reflectance::MetallicRoughness {
+            metallic: slots.scalar(
+                pbr.metallic_factor.0,
+                pbr.metallic_roughness_texture.as_ref(),
+                Channel4::B,
+            ),
+            roughness: slots.scalar(
+                pbr.roughness_factor.0,
+                pbr.metallic_roughness_texture.as_ref(),
+                Channel4::G,
+            ),
+            dielectric: dielectric(extensions, &mut slots),
+        },
+        emission: slots.color(Vec3::from(json.emissive_factor.0), json.emissive_texture.as_ref()),
+        emission_strength: strength.map_or(1.0, |s| s.emissive_strength.0),
+        normal: json.normal_texture.as_ref().and_then(|n| {
+            let transform = n.extensions.as_ref().and_then(|e| raw_transform(&e.others));
+            let texture = slots.texture(n.index.value(), n.tex_coord, transform.as_ref())?;
+            Some(NormalMap { texture, scale: n.scale })
+        }),
+        occlusion: json.occlusion_texture.as_ref().map_or(ScalarInput::new(1.0), |o| {
+            let transform = o.extensions.as_ref().and_then(|e| raw_transform(&e.others));
+            let texture = slots.texture(o.index.value(), o.tex_coord, transform.as_ref());
+            ScalarInput { factor: o.strength.0, texture: texture.map(|t| (t, Channel4::R)) }
+        }),
+        transmission: extensions.and_then(|e| e.transmission.as_ref()).map_or(ScalarInput::new(0.0), |t| {
+            slots.scalar(t.transmission_factor.0, t.transmission_texture.as_ref(), Channel4::R)
+        }),
+        double_sided: json.double_sided,
+    };
+    if let Some(old) = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref()) {
+        material.base = slots.color(rgb(old.diffuse_factor.0), old.diffuse_texture.as_ref());
+        material.alpha = ScalarInput::new(old.diffuse_factor.0[3]);
+        let texture = old.specular_glossiness_texture.as_ref();
+        material.reflectance = Reflectance::SpecularGlossiness {
+            specular: slots.color(Vec3::from(old.specular_factor.0), texture),
+            glossiness: slots.scalar(old.glossiness_factor.0, texture, Channel4::A),
+        };
+    }
+    if extensions.is_some_and(|e| e.unlit.is_some()) {
+        material.reflectance = Reflectance::Unlit;
+    }
+    material
+}
+
+fn dielectric(
+    extensions: Option<&gltf::extensions::material::Material>,
+    slots: &mut Slots<'_>,
+) -> Dielectric {
+    let mut out = Dielectric::default();
+    let Some(extensions) = extensions else { return out };
+    if let Some(ior) = &extensions.ior {
+        out.ior = ior.ior.0;
+    }
+    if let Some(s) = &extensions.specular {
+        out.specular = slots.scalar(s.specular_factor.0, s.specular_texture.as_ref(), Channel4::A);
+        out.specular_color =
+            slots.color(Vec3::from(s.specular_color_factor.0), s.specular_color_texture.as_ref());
+    }
+    out
+}
+
+fn rgb([r, g, b, _]: [f32; 4]) -> Vec3 {
+    Vec3::new(r, g, b)
+}
+
+struct Slots<'f> {
+    find: &'f mut dyn FnMut(usize) -> Option<u32>,
+}
+
+impl Slots<'_> {
+    fn color(&mut self, factor: Vec3, info: Option<&gltf::texture::Info>) -> ColorInput {
+        ColorInput { factor, texture: self.info(info) }
+    }
+
+    fn scalar(&mut self, factor: f32, info: Option<&gltf::texture::Info>, channel: Channel4) -> ScalarInput {
+        ScalarInput { factor, texture: self.info(info).map(|t| (t, channel)) }
+    }
+
+    fn info(&mut self, info: Option<&gltf::texture::Info>) -> Option<TextureRef> {
+        let info = info?;
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        self.texture(info.index.value(), info.tex_coord, transform)
+    }
+
+    fn texture(
+        &mut self,
+        index: usize,
+        set: u32,
+        transform: Option<&TextureTransform>,
+    ) -> Option<TextureRef> {
+        let texture = (self.find)(index)?;
+        let matrix =
+            |t: &TextureTransform| UvTransform::khr(t.offset.0.into(), t.rotation.0, t.scale.0.into());
+        Some(TextureRef {
+            texture,
+            uv_set: transform.and_then(|t| t.tex_coord).unwrap_or(set),
+            transform: transform.map_or(UvTransform::IDENTITY, matrix),
+        })
+    }
+}
+
+/// KHR_texture_transform where the JSON crate hands it over untyped.
+fn raw_transform(others: &Map<String, Value>) -> Option<TextureTransform> {
+    serde_json::from_value(others.get("KHR_texture_transform")?.clone()).ok()
+}

@@ -1,0 +1,162 @@
+//! Every index of the file against the array that it points into, before anything else is read.
+
+use serde_json::{Map, Value};
+
+use crate::import::error::LoadError;
+
+/// Where an index stands, and the array that it points into. `[]` is every item of an array,
+/// `{}` every value of an object.
+const INDICES: &[(&str, &str)] = &[
+    ("scene", "scenes"),
+    ("scenes.[].nodes.[]", "nodes"),
+    ("nodes.[].children.[]", "nodes"),
+    ("nodes.[].mesh", "meshes"),
+    ("nodes.[].skin", "skins"),
+    ("nodes.[].camera", "cameras"),
+    ("nodes.[].extensions.EXT_mesh_gpu_instancing.attributes.{}", "accessors"),
+    ("meshes.[].primitives.[].attributes.{}", "accessors"),
+    ("meshes.[].primitives.[].targets.[].{}", "accessors"),
+    ("meshes.[].primitives.[].indices", "accessors"),
+    ("meshes.[].primitives.[].material", "materials"),
+    ("accessors.[].bufferView", "bufferViews"),
+    ("accessors.[].sparse.indices.bufferView", "bufferViews"),
+    ("accessors.[].sparse.values.bufferView", "bufferViews"),
+    ("bufferViews.[].buffer", "buffers"),
+    ("images.[].bufferView", "bufferViews"),
+    ("textures.[].source", "images"),
+    ("textures.[].sampler", "samplers"),
+    ("textures.[].extensions.EXT_texture_webp.source", "images"),
+    ("skins.[].joints.[]", "nodes"),
+    ("skins.[].inverseBindMatrices", "accessors"),
+    ("animations.[].samplers.[].input", "accessors"),
+    ("animations.[].samplers.[].output", "accessors"),
+    ("animations.[].channels.[].target.node", "nodes"),
+];
+
+/// Fails at the first index that is out of range, with its JSON path.
+pub(super) fn check(root: &Value) -> Result<(), LoadError> {
+    let length = |value: Option<&Value>| value.and_then(Value::as_array).map_or(0, Vec::len);
+    for (pattern, array) in INDICES {
+        let parts: Vec<&str> = pattern.split('.').collect();
+        follow(root, &parts, &mut Vec::new(), array, length(root.get(array)))?;
+    }
+    const LIGHTS: &str = "extensions.KHR_lights_punctual.lights";
+    let lights = root.pointer("/extensions/KHR_lights_punctual/lights");
+    let light = ["nodes", "[]", "extensions", "KHR_lights_punctual", "light"];
+    follow(root, &light, &mut Vec::new(), LIGHTS, length(lights))?;
+    let textures = length(root.get("textures"));
+    let materials = root.get("materials").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    for (i, material) in materials.iter().enumerate() {
+        slots(material, &mut format!("materials[{i}]"), textures)?;
+    }
+    Ok(())
+}
+
+fn follow<'v>(
+    value: &'v Value,
+    parts: &[&str],
+    path: &mut Vec<Step<'v>>,
+    array: &str,
+    length: usize,
+) -> Result<(), LoadError> {
+    let Some((part, rest)) = parts.split_first() else {
+        return match value.as_u64() {
+            Some(index) if index >= length as u64 => Err(out_of_range(render(path), index, array, length)),
+            // What is not a number at all is reported with its type later.
+            _ => Ok(()),
+        };
+    };
+    let mut step = |step: Step<'v>, value: &'v Value| {
+        path.push(step);
+        let result = follow(value, rest, path, array, length);
+        path.pop();
+        result
+    };
+    match (*part, value) {
+        ("[]", Value::Array(items)) => {
+            items.iter().enumerate().try_for_each(|(i, item)| step(Step::Index(i), item))
+        }
+        ("{}", Value::Object(map)) => map.iter().try_for_each(|(key, item)| step(Step::Key(key), item)),
+        (key, Value::Object(map)) => {
+            map.get_key_value(key).map_or(Ok(()), |(k, item)| step(Step::Key(k), item))
+        }
+        _ => Ok(()),
+    }
+}
+
+enum Step<'v> {
+    Key(&'v str),
+    Index(usize),
+}
+
+fn render(path: &[Step<'_>]) -> String {
+    let mut text = String::new();
+    for step in path {
+        match step {
+            Step::Key(key) if text.is_empty() => text.push_str(key),
+            Step::Key(key) => {
+                text.push('.');
+                text.push_str(key);
+            }
+            Step::Index(i) => text.push_str(&format!("[{i}]")),
+        }
+    }
+    text
+}
+
+/// Texture slots: whatever is called `…Texture`, at any depth, in extensions too.
+fn slots(value: &Value, path: &mut String, textures: usize) -> Result<(), LoadError> {
+    let Value::Object(map) = value else { return Ok(()) };
+    for (key, field) in map.iter().filter(|(k, _)| *k != "extras") {
+        let length = path.len();
+        path.push('.');
+        path.push_str(key);
+        if key.ends_with("Texture") {
+            let index = field.as_object().and_then(|m: &Map<_, _>| m.get("index")).and_then(Value::as_u64);
+            if let Some(index) = index.filter(|&i| i >= textures as u64) {
+                return Err(out_of_range(format!("{path}.index"), index, "textures", textures));
+            }
+        }
+        slots(field, path, textures)?;
+        path.truncate(length);
+    }
+    Ok(())
+}
+
+fn out_of_range(path: String, index: u64, array: &str, length: usize) -> LoadError {
+    LoadError::invalid(path, format_args!("{index} is out of range: the file has {length} {array}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn error(value: Value) -> String {
+        check(&value).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_path_is_the_files() {
+        let node = json!({"nodes": [{}, {"children": [0, 7]}]});
+        assert_eq!(error(node), "nodes[1].children[1]: 7 is out of range: the file has 2 nodes");
+        let attribute = json!({"meshes": [{"primitives": [{"attributes": {"POSITION": 3}}]}]});
+        assert!(error(attribute).starts_with("meshes[0].primitives[0].attributes.POSITION: 3 "));
+        let slot = json!({"materials": [{"extensions": {"X": {"sheenTexture": {"index": 1}}}}]});
+        assert!(error(slot).starts_with("materials[0].extensions.X.sheenTexture.index: 1 "));
+        let light = json!({"nodes": [{"extensions": {"KHR_lights_punctual": {"light": 0}}}]});
+        assert!(error(light).contains("the file has 0 extensions.KHR_lights_punctual.lights"));
+    }
+
+    #[test]
+    fn every_pattern_catches() {
+        for (pattern, _) in INDICES {
+            let value = pattern.split('.').rev().fold(json!(99), |inner, part| match part {
+                "[]" => json!([inner]),
+                "{}" => json!({"ANY": inner}),
+                key => json!({key: inner}),
+            });
+            assert!(check(&value).is_err(), "{pattern}");
+        }
+    }
+}

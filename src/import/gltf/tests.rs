@@ -1,0 +1,1 @@
+//! Whole files, in memory, to whole scenes.

@@ -1,0 +1,339 @@
+//! OBJ scenes as a whole.
+
+use std::fs;
+use std::path::Path;
+
+use super::super::{LoadError, LoadOptions, Up, load};
+use crate::geometry::Rgb;
+use crate::scene::{AlphaMode, Material, Mesh, Reflectance, Scene};
+use glam::{Vec2, Vec3, Vec4};
+
+/// Loads `obj` with further files beside it.
+fn read(obj: impl AsRef<[u8]>, beside: &[(&str, &[u8])]) -> Result<(Scene, Vec<String>), LoadError> {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, bytes) in beside {
+        let path = dir.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+    let path = dir.path().join("scene.obj");
+    fs::write(&path, obj).unwrap();
+    let (scene, warnings) = load(&path, &LoadOptions::default())?;
+    Ok((scene, warnings.iter().map(ToString::to_string).collect()))
+}
+
+fn scene(obj: &str) -> Scene {
+    let (scene, warnings) = read(obj, &[]).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    scene
+}
+
+fn error(obj: &str) -> String {
+    read(obj, &[]).unwrap_err().to_string()
+}
+
+/// A material and the warnings that came with it.
+fn with_mtl(mtl: &str) -> (Material, Vec<String>) {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+    let png = png([255, 128, 0, 255]);
+    let (scene, warnings) = read(obj, &[("a.mtl", mtl.as_bytes()), ("tex/t 1.png", &png)]).unwrap();
+    (scene.materials[0].clone(), warnings)
+}
+
+fn png(texel: [u8; 4]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let image = image::RgbaImage::from_pixel(2, 2, image::Rgba(texel));
+    image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    bytes.into_inner()
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
+
+#[test]
+fn a_square_in_every_form_of_corner() {
+    for (faces, uvs, normals) in [
+        ("f 1 2 3 4", false, false),
+        ("f 1/1 2/2 3/3 4/4", true, false),
+        ("f 1//1 2//1 3//1 4//1", false, true),
+        ("f 1/1/1 2/2/1 3/3/1 4/4/1", true, true),
+        ("f -4/-4/-1 -3/-3/-1 -2/-2/-1 -1/-1/-1", true, true),
+    ] {
+        let scene = scene(&format!("{SQUARE}{faces}"));
+        let mesh = &scene.meshes[0];
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (4, 2), "{faces}");
+        assert_eq!((mesh.uvs.len() == 1, !mesh.normals.is_empty()), (uvs, normals));
+        if uvs {
+            assert_eq!(mesh.uvs[0], [Vec2::new(0.0, 1.0), Vec2::ONE, Vec2::new(1.0, 0.0), Vec2::ZERO]);
+        }
+    }
+}
+
+#[test]
+fn negative_indices_count_from_where_they_stand() {
+    let scene = scene("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf -3 -2 -1\n");
+    let mesh = &scene.meshes[0];
+    assert_eq!(mesh.positions[3], Vec3::new(5.0, 0.0, 0.0));
+    assert_eq!(mesh.triangles.len(), 2);
+}
+
+#[test]
+fn faces_of_different_forms_do_not_shift_each_other() {
+    let scene = scene(&format!("{SQUARE}f 1/1 2/2 3/3\nf 1 3 4\nf 1//1 2//1 4//1\nf 2/2 3/3 4/4\n"));
+    let uv_of = |m: &Mesh| m.uvs.first().map(Vec::len);
+    assert_eq!(scene.meshes.len(), 3);
+    assert_eq!(scene.meshes.iter().map(uv_of).collect::<Vec<_>>(), [Some(4), None, None]);
+    for mesh in &scene.meshes {
+        let by_position = mesh.positions.iter().zip(mesh.uvs.iter().flatten());
+        assert!(by_position.into_iter().all(|(p, uv)| (p.x, 1.0 - p.y) == (uv.x, uv.y)));
+    }
+}
+
+#[test]
+fn objects_are_o_else_g_and_a_repeated_o_is_another() {
+    let by_o = scene(&format!("{SQUARE}o a\ng x\nf 1 2 3\ng y\nf 1 3 4\no a\nf 1 2 4\n"));
+    assert_eq!((by_o.objects.len(), by_o.meshes.len()), (2, 2));
+    assert_eq!(by_o.instances.iter().map(|i| i.object).collect::<Vec<_>>(), [1, 2]);
+    let by_g = scene(&format!("{SQUARE}g x\nf 1 2 3\ng y z\nf 1 3 4\ng x\nf 1 2 4\n"));
+    assert_eq!(by_g.objects, ["x", "y z"]);
+    assert_eq!(scene(&format!("{SQUARE}f 1 2 3\n")).objects, ["default"]);
+}
+
+#[test]
+fn smoothing_groups_make_normals_within_themselves() {
+    // A roof: two faces that meet at an edge.
+    let roof = "v 0 0 1\nv 0 0 -1\nv -1 -1 1\nv -1 -1 -1\nv 1 -1 1\nv 1 -1 -1\n";
+    let faces = "f 1 2 4 3\nf 2 1 5 6\n";
+    let smooth = scene(&format!("{roof}s 1\n{faces}"));
+    let at_edge = |m: &Mesh| m.positions.iter().position(|p| p.x == 0.0).map(|i| m.normals[i]).unwrap();
+    assert!(at_edge(&smooth.meshes[0]).abs_diff_eq(Vec3::Y, 1e-6));
+    for flat in ["s off\n", "s 0\n", "s\n", ""] {
+        assert!(scene(&format!("{roof}{flat}{faces}")).meshes[0].normals.is_empty());
+    }
+    let apart = scene(&format!("{roof}s 1\nf 1 2 4 3\ns 2\nf 2 1 5 6\n"));
+    assert_eq!(apart.meshes.len(), 2);
+    assert!(at_edge(&apart.meshes[0]).abs_diff_eq(Vec3::new(-1.0, 1.0, 0.0).normalize(), 1e-6));
+    // A material change does not cut a smoothing group.
+    let (two, _) = read(format!("{roof}s 1\nusemtl a\nf 1 2 4 3\nusemtl b\nf 2 1 5 6\n"), &[]).unwrap();
+    assert!(two.meshes.iter().all(|m| at_edge(m).abs_diff_eq(Vec3::Y, 1e-6)));
+}
+
+#[test]
+fn vertex_colours_on_all_or_some() {
+    let (all, _) = read("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3", &[]).unwrap();
+    assert_eq!(all.meshes[0].colors[1], Vec4::new(0.0, 1.0, 0.0, 1.0));
+    let (some, _) = read("v 0 0 0\nv 1 0 0 0 1 0 .5\nv 0 1 0 1.0\nf 1 2 3", &[]).unwrap();
+    assert_eq!(some.meshes[0].colors, [Vec4::ONE, Vec4::new(0.0, 1.0, 0.0, 0.5), Vec4::ONE]);
+}
+
+#[test]
+fn lines_points_and_degenerate_faces_are_counted() {
+    let (scene, warnings) = read(format!("{SQUARE}l 1 2 3\np 1\nf 1 2\nf 1 1 2\nf 1 2 3\n"), &[]).unwrap();
+    assert_eq!(scene.meshes[0].triangles.len(), 1);
+    assert_eq!(warnings.len(), 3, "{warnings:?}");
+}
+
+#[test]
+fn errors_name_the_line_and_the_word() {
+    for (obj, says) in [
+        ("v 0 0\n", "line 1: v needs 3 numbers"),
+        ("v 0 0 zero\n", "'zero' is not a number"),
+        ("# c\n\nv 0 0 0\nf 1 2 3\n", "line 4, at '2': there is no vertex 2"),
+        ("v 0 0 0\nf 1 1 0\n", "no vertex 0"),
+        ("v 0 0 0\nf 1/1 1/1 1/1\n", "no texture coordinate 1"),
+        ("v 0 0 0\nf 1//-1 1 1\n", "no normal -1"),
+        ("v 0 0 0\nf -2 1 1\n", "no vertex -2"),
+        ("v 0 0 0\nf x 1 1\n", "'x' is not an index"),
+        ("v 0 0 0\nf /1 1 1\n", "names no vertex"),
+        ("v 0 0 0\nf 99999999999999999999 1 1\n", "is not an index"),
+        ("# empty\n", "nothing to draw"),
+        ("", "nothing to draw"),
+        ("v 0 0 0\nl 1 1\n", "nothing to draw"),
+    ] {
+        let told = error(obj);
+        assert!(told.contains(says), "{obj:?} told: {told}");
+    }
+}
+
+#[test]
+fn mtl_statements_are_the_lectures_coefficients() {
+    let (m, warnings) =
+        with_mtl("newmtl m\nKa .1 .2 .3\nKd .4 .5 .6\nKs .7 .8 .9\nKe 1 0 0\nNs 37\nillum 2\n");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let Reflectance::Mtl(mtl) = m.reflectance else { panic!("{m:?}") };
+    assert_eq!(mtl.ambient.unwrap().factor, Rgb::new(0.1, 0.2, 0.3));
+    assert_eq!((m.base.factor, mtl.specular.factor), (Rgb::new(0.4, 0.5, 0.6), Rgb::new(0.7, 0.8, 0.9)));
+    assert_eq!((mtl.shininess, m.emission.factor), (37.0, Rgb::X));
+    assert!(m.double_sided);
+}
+
+#[test]
+fn illum_and_ns_decide_whether_there_is_a_highlight() {
+    let specular = |mtl: &str| match with_mtl(&format!("newmtl m\nKs 1 1 1\n{mtl}")).0.reflectance {
+        Reflectance::Mtl(mtl) => mtl.specular.factor.x,
+        _ => -1.0,
+    };
+    assert_eq!(specular("Ns 10\n"), 1.0);
+    assert_eq!(specular("Ns 10\nillum 1\n"), 0.0);
+    assert_eq!((specular("Ns 0\n"), specular("")), (0.0, 0.0));
+    assert_eq!(with_mtl("newmtl m\nillum 0\n").0.reflectance, Reflectance::Unlit);
+    let ambient = |ka: &str| match with_mtl(&format!("newmtl m\n{ka}")).0.reflectance {
+        Reflectance::Mtl(mtl) => mtl.ambient.is_some(),
+        _ => panic!(),
+    };
+    assert!(!ambient("") && !ambient("Ka 1 1 1\n") && ambient("Ka 0 0 0\n"));
+}
+
+#[test]
+fn blenders_and_physical_mtls_take_the_physical_mapping() {
+    let of = |mtl: &str| match with_mtl(mtl).0.reflectance {
+        Reflectance::MetallicRoughness { metallic, roughness, .. } => (metallic.factor, roughness.factor),
+        other => panic!("{other:?}"),
+    };
+    let (metallic, roughness) =
+        of("# Blender 5.0.1 MTL File\nnewmtl m\nNs 250\nKa 1 1 1\nKs .5 .5 .5\nillum 3\n");
+    assert!(metallic == 1.0 && (roughness - 0.5).abs() < 1e-6);
+    assert_eq!(of("# Blender 5.0.1 MTL File\nnewmtl m\nNs 1000\nKa 1 1 1\nillum 2\n"), (0.0, 0.0));
+    assert_eq!(of("newmtl m\nPr .25\nPm .75\n"), (0.75, 0.25));
+}
+
+#[test]
+fn transparency_by_d_or_tr() {
+    let alpha = |mtl: &str| {
+        let (m, warnings) = with_mtl(&format!("newmtl m\n{mtl}"));
+        (m.alpha.factor, m.alpha_mode, warnings.len())
+    };
+    assert_eq!(alpha("d .25\n"), (0.25, AlphaMode::Blend, 0));
+    assert_eq!(alpha("Tr .25\n"), (0.75, AlphaMode::Blend, 0));
+    assert_eq!(alpha("d .5\nTr .25\n"), (0.75, AlphaMode::Blend, 1));
+    assert_eq!(alpha("d 1\n"), (1.0, AlphaMode::Opaque, 0));
+    assert_eq!(alpha("d 0\n"), (1.0, AlphaMode::Opaque, 1));
+}
+
+#[test]
+fn textures_are_found_however_they_are_named() {
+    for name in [
+        "tex/t 1.png",
+        "tex\\t 1.png",
+        "./tex/t 1.png",
+        "TEX\\T 1.PNG",
+        "\"tex/t 1.png\" ",
+        "-s 1 1 1 tex/t 1.png",
+    ] {
+        let (m, warnings) = with_mtl(&format!("newmtl m\nmap_Kd {name}\n"));
+        if name.starts_with("TEX") {
+            // Another case of the file's name is found, of the folder's is not.
+            continue;
+        }
+        assert!(m.base.texture.is_some(), "{name}: {warnings:?}");
+        assert_eq!(m.base.factor, Rgb::ONE, "a textured material without Kd is white");
+    }
+    let obj = format!("{SQUARE}mtllib A.MTL\nusemtl m\nf 1/1 2/2 3/3\n");
+    for name in ["C:\\work\\Leaf.PNG", "/home/else/leaf.png", "..\\..\\leaf.png", "leaf.PNG"] {
+        let mtl = format!("newmtl m\nKd .5 .5 .5\nmap_Kd {name}\n");
+        let files: [(&str, &[u8]); 2] = [("a.mtl", mtl.as_bytes()), ("leaf.png", &png([9, 9, 9, 255]))];
+        let (scene, warnings) = read(&obj, &files).unwrap();
+        assert!(scene.materials[0].base.texture.is_some() && warnings.is_empty(), "{name}: {warnings:?}");
+    }
+}
+
+#[test]
+fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
+    let (m, warnings) = with_mtl("newmtl m\nKd .5 .5 .5\nmap_Kd nowhere.png\n");
+    assert!(
+        m.base.texture.is_none() && warnings.len() == 1 && warnings[0].contains("nowhere.png"),
+        "{warnings:?}"
+    );
+    let obj = format!("{SQUARE}mtllib gone.mtl\nusemtl m\nf 1 2 3\n");
+    let (scene, warnings) = read(&obj, &[]).unwrap();
+    assert!(warnings.len() == 1 && warnings[0].contains("gone.mtl"), "{warnings:?}");
+    assert_eq!(scene.materials[0].base.factor, Rgb::ONE);
+    let (scene, warnings) = read(&obj, &[("gone.mtl", b"newmtl other\n")]).unwrap();
+    assert!(warnings.len() == 1 && warnings[0].contains("'m'"), "{warnings:?}");
+    assert_eq!(scene.materials.len(), 1);
+    let (_, warnings) = read(obj.replace("gone.mtl", "../up.mtl"), &[]).unwrap();
+    assert!(warnings[0].contains("--allow-outside"), "{warnings:?}");
+}
+
+#[test]
+fn libraries_with_spaces_are_one_name_first_and_several_then() {
+    let obj = format!("{SQUARE}mtllib my lib.mtl\nusemtl a b\nf 1 2 3\n");
+    let (scene, warnings) = read(&obj, &[("my lib.mtl", b"newmtl a b\nKd 0 1 0\n")]).unwrap();
+    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::Y, "{warnings:?}");
+    let two: [(&str, &[u8]); 2] = [("my", b"newmtl x\n"), ("lib.mtl", b"newmtl a b\nKd 0 0 1\n")];
+    let (scene, warnings) = read(&obj, &two).unwrap();
+    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::Z, "{warnings:?}");
+}
+
+#[test]
+fn bump_maps_that_are_normal_maps_are_shown() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1/1 2/2/1 3/3/1\n");
+    let mtl: (&str, &[u8]) = ("a.mtl", b"newmtl m\nmap_Bump -bm 0.5 n.png\n");
+    let (scene, warnings) = read(&obj, &[mtl, ("n.png", &png([128, 128, 255, 255]))]).unwrap();
+    assert!(warnings.is_empty() && scene.materials[0].normal.unwrap().scale == 0.5, "{warnings:?}");
+    assert_eq!(scene.meshes[0].tangents.len(), scene.meshes[0].positions.len());
+    let (scene, warnings) = read(&obj, &[mtl, ("n.png", &png([90, 90, 90, 255]))]).unwrap();
+    assert!(scene.materials[0].normal.is_none() && warnings.len() == 1);
+}
+
+#[test]
+fn z_up_turns_everything() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.obj");
+    fs::write(&path, "v 1 2 3\nv 2 2 3\nv 1 3 3\nf 1 2 3\n").unwrap();
+    let (scene, _) = load(&path, &LoadOptions { up: Up::Z, ..Default::default() }).unwrap();
+    let p = scene.nodes[0].local.affine().transform_point3(scene.meshes[0].positions[0].as_dvec3());
+    assert_eq!(p, glam::DVec3::new(1.0, 3.0, -2.0));
+}
+
+#[test]
+fn limits_hold_before_memory_is_taken() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.obj");
+    fs::write(&path, format!("{SQUARE}f 1 2 3 4\n")).unwrap();
+    let with = |vertices, triangles| {
+        let mut options = LoadOptions::default();
+        (options.limits.vertices, options.limits.triangles) = (vertices, triangles);
+        load(&path, &options)
+    };
+    assert!(with(4, 2).is_ok());
+    assert!(matches!(with(3, 2), Err(LoadError::Limit { name: "vertices", .. })));
+    assert!(matches!(with(4, 1), Err(LoadError::Limit { name: "triangles", .. })));
+}
+
+#[test]
+fn no_mutant_does_harm() {
+    let obj = format!(
+        "# c\n{SQUARE}o a\nmtllib a.mtl\nusemtl m\ns 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf -1 -2 -3\\\n -4\n"
+    );
+    let dir = tempfile::tempdir().unwrap();
+    let folder = super::Folder::of(&dir.path().join("x.obj"), false);
+    let mut tried = 0;
+    let mut look = |bytes: &[u8]| {
+        let _ = super::load(bytes, &folder, &LoadOptions::default());
+        tried += 1;
+    };
+    for end in 0..obj.len() {
+        look(&obj.as_bytes()[..end]);
+    }
+    for at in 0..obj.len() {
+        for byte in [0, b' ', b'\n', b'/', b'-', b'9', b'#', b'\\', 0x80, 0xff] {
+            let mut mutant = obj.clone().into_bytes();
+            mutant[at] = byte;
+            look(&mutant);
+        }
+    }
+    assert!(tried > 2000);
+}
+
+#[test]
+fn the_models_that_come_along_are_read() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    for (name, triangles, objects) in
+        [("tests/cube.obj", 12, 1), ("cornell/cornell.obj", 4206, 0), ("lecture/lecture.obj", 3438, 0)]
+    {
+        let (scene, warnings) = load(&models.join(name), &LoadOptions::default()).unwrap();
+        assert!(warnings.is_empty(), "{name}: {warnings:?}");
+        assert_eq!(scene.drawn_triangles(), triangles, "{name}");
+        assert!(scene.objects.len() >= objects);
+    }
+}
