@@ -42,7 +42,7 @@ pub(super) fn load(
         warnings.add("", format!("{left_out} triangles that use a vertex twice left out"));
     }
 
-    let library = read_libraries(&parsed, folder, options, &mut warnings);
+    let (library, complete) = read_libraries(&parsed, folder, options, &mut warnings);
     let used: Vec<Option<&Mtl>> = parsed.materials.iter().map(|name| by_name(&library, name)).collect();
     let mtls: Vec<&Mtl> = used.iter().flatten().copied().collect();
     let mut images = Library::load(&mtls, folder, &options.limits, &mut warnings)?;
@@ -71,6 +71,7 @@ pub(super) fn load(
             scene.materials.len() as u32 - 1
         });
         if let (Some(asked), None) = (key.material, mtl)
+            && complete
             && !parsed.libraries.is_empty()
         {
             let name = printable(&parsed.materials[asked as usize]);
@@ -112,13 +113,13 @@ fn read_by_tobj(parsed: &Parsed) -> Result<Vec<Model>, LoadError> {
         .collect()
 }
 
-/// All materials of all MTLs, in order.
+/// All materials of all MTLs, in order; and whether every MTL was there.
 fn read_libraries(
     parsed: &Parsed,
     folder: &Folder,
     options: &LoadOptions,
     warnings: &mut Warnings,
-) -> Vec<Mtl> {
+) -> (Vec<Mtl>, bool) {
     let mut all = Vec::new();
     let mut read = |name: &str| -> Result<Vec<Mtl>, String> {
         let bytes = textures::find(folder, "", name, options.limits.file_bytes)?;
@@ -145,10 +146,11 @@ fn read_libraries(
             }
         }
     }
+    let complete = missing.is_empty();
     for why in missing {
         warnings.add("", format!("MTL {why}; its materials are shown matte white"));
     }
-    all
+    (all, complete)
 }
 
 /// The material of that name: exactly, or else as exporters alter names.

@@ -198,12 +198,11 @@ impl<'l> Reader<'l> {
                 None | Some("") => Ok(None),
                 Some(text) => resolve(at, word, name, text, count).map(Some),
             };
-            let v = index("vertex", self.parsed.positions.len())?;
-            let vt = index("texture coordinate", self.parsed.uvs.len())?;
-            let vn = index("normal", self.parsed.normals.len())?;
-            let Some(v) = v else {
+            let Some(v) = index("vertex", self.parsed.positions.len())? else {
                 return Err(LoadError::parse(place(at, word), format!("'{word}' names no vertex")));
             };
+            let vt = index("texture coordinate", self.parsed.uvs.len())?;
+            let vn = index("normal", self.parsed.normals.len())?;
             has_uv &= vt.is_some();
             has_normal &= vn.is_some();
             corners.push(Corner { v, vt: vt.unwrap_or(0), vn: vn.unwrap_or(0) });
