@@ -1,0 +1,179 @@
+//! Geometry and rays that no file and no caller should have: nothing panics, nothing hangs, what
+//! is left out is counted, and the rest is hit as ever.
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use blinn::accel::{Accel, BuildSettings, CleanReport, RayBatch, SegmentBatch, Shared};
+use blinn::geometry::{Hit, HitId};
+use blinn::scene::{Mesh, PoseSettings, Scene, pose};
+use common::Plain;
+use glam::{DAffine3, DVec3, Vec3};
+
+/// Not recentred: absurd vertices would move the rest.
+fn build(scene: &Scene) -> (Accel, CleanReport) {
+    let at = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
+    Accel::build(&pose(scene, &at).unwrap(), &BuildSettings::default())
+}
+
+fn shoot(accel: &Accel, o: Vec3, d: Vec3) -> Hit {
+    let mut batch = RayBatch::default();
+    batch.push(o, d, RayBatch::from_near(0.0), f32::INFINITY);
+    let mut hits = Vec::new();
+    accel.intersect(&batch, &Plain, &mut hits);
+    hits[0]
+}
+
+const DOWN: (Vec3, Vec3) = (Vec3::new(0.1, 0.2, 4.0), Vec3::new(0.0, 0.0, -2.0));
+
+#[test]
+fn absurd_vertices_are_left_out_and_counted() {
+    for twice in [1, 2] {
+        let mut mesh = common::grid(4, 2);
+        let good = mesh.triangles.len() as u32;
+        let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e20, -3e38];
+        for x in bad {
+            mesh.positions.push(Vec3::new(0.1, x, 0.2));
+            mesh.triangles.push([0, 7, mesh.positions.len() as u32 - 1]);
+        }
+        mesh.triangles.extend([[3, 3, 9], [1, 1, 1], [0, 1, 2]]);
+        let placed = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::X * 5.0)];
+        let (accel, report) = build(&common::scene(mesh, &placed[..twice]));
+        let times = twice as u64;
+        assert_eq!(report, CleanReport { non_finite: 5 * times, zero_area: 3 * times, coincident: 0 });
+        let hit = shoot(&accel, DOWN.0, DOWN.1);
+        assert!(hit.t == 2.0 && hit.id.triangle < good, "{hit:?}");
+        assert_eq!(accel.stats().entries, good as usize);
+    }
+}
+
+#[test]
+fn absurd_transforms_hide_their_instance_alone() {
+    let nan = DAffine3::from_translation(DVec3::splat(f64::NAN));
+    let (accel, report) = build(&common::scene(common::grid(4, 2), &[DAffine3::IDENTITY, nan]));
+    assert_eq!(report.non_finite, 32);
+    assert_eq!(shoot(&accel, DOWN.0, DOWN.1).id.instance, 0);
+    let flat = DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.0));
+    let line = DAffine3::from_scale(DVec3::new(1.0, 0.0, 0.0));
+    let (accel, report) = build(&common::scene(common::grid(4, 2), &[flat, flat, line]));
+    assert_eq!(report, CleanReport { non_finite: 0, zero_area: 32, coincident: 32 });
+    assert!(shoot(&accel, DOWN.0, DOWN.1).t == 2.0);
+    let huge = DAffine3::from_scale(DVec3::splat(1e30));
+    let (_, report) = build(&common::scene(common::grid(4, 2), &[huge, huge]));
+    assert_eq!(report.non_finite, 64);
+}
+
+fn many(n: u32, corners: impl Fn(u32) -> [Vec3; 3]) -> Mesh {
+    common::mesh((0..n).flat_map(corners).collect(), (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
+}
+
+/// A second is plenty on any machine; without grouping the first of these takes 19 s and
+/// overflows the stack.
+#[test]
+fn a_hundred_thousand_triangles_in_one_place_are_no_trouble() {
+    let one = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(3.0, -1.0, 0.0), Vec3::new(-1.0, 3.0, 0.0)];
+    let n = 100_000;
+    let same = many(n, |_| one);
+    let turned = many(n, |i| [one[i as usize % 3], one[(i as usize + 1) % 3], one[(i as usize + 2) % 3]]);
+    let clusters = many(n, |i| one.map(|p| p + (i % 10) as f32 * Vec3::Z * 0.1));
+    // Other triangles with the same box.
+    let boxed = many(n, |i| [one[0], Vec3::new(3.0, 3.0, 0.0), Vec3::new(-1.0 + i as f32 * 1e-5, 3.0, 0.0)]);
+    for (name, mesh, coincident) in [
+        ("same", same, n - 1),
+        ("turned", turned, n - 1),
+        ("clusters", clusters, n - 10),
+        ("boxed", boxed, 0),
+    ] {
+        for placed in [1, 2] {
+            let scene = common::scene(mesh.clone(), &[DAffine3::IDENTITY; 2][..placed]);
+            let start = Instant::now();
+            let (accel, report) = build(&scene);
+            let mut batch = RayBatch::default();
+            for i in 0..if name == "boxed" { 3 } else { 50 } {
+                batch.push(Vec3::new(0.1, 0.2, 5.0 + i as f32), Vec3::NEG_Z, RayBatch::from_near(0.0), 1e9);
+            }
+            let mut hits = Vec::new();
+            accel.intersect(&batch, &Plain, &mut hits);
+            let took = start.elapsed();
+            println!("{name} {placed}: {took:?}");
+            assert!(took < Duration::from_secs(1), "{name}: {took:?}");
+            if name != "boxed" {
+                assert!(!hits[0].is_miss());
+                assert_eq!(report.coincident, u64::from(coincident) * placed as u64);
+            }
+        }
+    }
+}
+
+/// Every one of many coincident triangles can be reached by asking for the next.
+#[test]
+fn coincident_triangles_are_all_there() {
+    let corner = [Vec3::NEG_ONE.with_z(0.0), Vec3::new(3.0, -1.0, 0.0), Vec3::new(-1.0, 3.0, 0.0)];
+    let scene = common::scene(many(1000, |_| corner), &[DAffine3::IDENTITY; 2]);
+    let (accel, _) = build(&scene);
+    let mut batch = RayBatch::default();
+    batch.push(DOWN.0, DOWN.1, RayBatch::from_near(0.0), f32::INFINITY);
+    let mut hits = Vec::new();
+    for i in 0..2000 {
+        accel.intersect(&batch, &Plain, &mut hits);
+        assert_eq!(hits[0], Hit { t: 2.0, id: HitId { instance: i / 1000, triangle: i % 1000 } });
+        batch.after[0] = hits[0];
+    }
+    accel.intersect(&batch, &Plain, &mut hits);
+    assert!(hits[0].is_miss());
+}
+
+#[test]
+fn nothing_and_one_triangle() {
+    let (accel, report) = build(&Scene::default());
+    assert_eq!((report, accel.stats().entries), Default::default());
+    assert!(shoot(&accel, DOWN.0, DOWN.1).is_miss());
+    let (accel, _) = build(&common::scene(Mesh::default(), &[DAffine3::IDENTITY; 3]));
+    assert!(shoot(&accel, DOWN.0, DOWN.1).is_miss());
+    let one = many(1, |_| [Vec3::NEG_ONE.with_z(0.0), Vec3::X, Vec3::Y]);
+    for instances in 1..4 {
+        let (accel, _) = build(&common::scene(one.clone(), &[DAffine3::IDENTITY; 3][..instances]));
+        assert_eq!(shoot(&accel, DOWN.0, DOWN.1).t, 2.0);
+        assert!(shoot(&accel, -DOWN.0, DOWN.1).is_miss());
+    }
+}
+
+/// Rays that are nowhere, go nowhere, or whose numbers are at the ends of what f32 holds.
+#[test]
+fn absurd_rays_miss() {
+    for placed in [1, 2] {
+        let (accel, _) = build(&common::scene(common::sphere(4), &[DAffine3::IDENTITY; 2][..placed]));
+        let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+        for x in odd {
+            for k in 0..3 {
+                let mut v = [0.5; 3];
+                v[k] = x;
+                assert!(shoot(&accel, Vec3::from(v), Vec3::X).is_miss());
+                assert!(shoot(&accel, Vec3::ZERO, Vec3::from(v)).is_miss());
+                let mut segments =
+                    SegmentBatch { shared: Shared::Direction(Vec3::from(v)), ..Default::default() };
+                segments.push(Vec3::ZERO, Vec3::ZERO, HitId::NONE);
+                let mut out = Vec::new();
+                accel.occluded(&segments, &Plain, &mut out);
+                assert_eq!(out, [false]);
+            }
+        }
+        assert!(shoot(&accel, Vec3::ZERO, Vec3::ZERO).is_miss());
+        assert!(shoot(&accel, Vec3::ZERO, -Vec3::ZERO).is_miss());
+        // Tiny and huge directions are directions like others.
+        for size in [1e-37, 1e-30, 1e30, 1e38] {
+            for d in [Vec3::X, Vec3::new(0.3, -0.0, 0.9), Vec3::new(1e-7, 1.0, 0.0)] {
+                assert!(!shoot(&accel, Vec3::ZERO, d * size).is_miss(), "{d} × {size}");
+            }
+        }
+        shoot(&accel, Vec3::splat(3e38), Vec3::NEG_ONE);
+        assert!(shoot(&accel, Vec3::ZERO, Vec3::new(f32::from_bits(1), 0.0, 0.0)).is_miss());
+        // A limit that is not a number is no limit that anything keeps.
+        let mut batch = RayBatch::default();
+        batch.push(Vec3::ZERO, Vec3::X, RayBatch::from_near(0.0), f32::NAN);
+        let mut hits = Vec::new();
+        accel.intersect(&batch, &Plain, &mut hits);
+        assert!(hits[0].is_miss());
+    }
+}

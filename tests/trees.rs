@@ -1,0 +1,244 @@
+//! Trees against no tree: every answer is the same, bit for bit, whatever tree gave it.
+
+mod common;
+
+use blinn::accel::{Accel, Preset, RayBatch, SegmentBatch};
+use blinn::geometry::{Hit, HitId};
+use blinn::scene::{PosedScene, Scene, SurfaceClass};
+use common::{Holes, Rng};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+
+/// The eight scenes.
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let rng = &mut Rng::new(1);
+    let identity = [DAffine3::IDENTITY];
+    let mut doubled = common::soup(500, 0.5, rng);
+    let copies: Vec<[u32; 3]> = doubled
+        .triangles
+        .iter()
+        .enumerate()
+        .flat_map(|(i, &[a, b, c])| match i % 4 {
+            0 => vec![],
+            1 => vec![[b, c, a]],
+            2 => vec![[c, b, a]],
+            _ => vec![[a, b, c], [b, a, c], [c, a, b]],
+        })
+        .collect();
+    doubled.triangles.extend(copies);
+    let mut slivers = common::fan(3000, rng.direction(), rng);
+    slivers.positions[0] = slivers.positions[1] * 0.999;
+    let place = |rng: &mut Rng, scale: DVec3| {
+        let turn = DQuat::from_axis_angle(rng.direction(), 6.0 * rng.unit());
+        DAffine3::from_scale_rotation_translation(scale, turn, rng.in_cube())
+    };
+    let mut placed: Vec<DAffine3> =
+        [DVec3::ONE, DVec3::new(-1.0, 1.0, 1.0), DVec3::new(0.1, 2.0, 1.0), DVec3::splat(-0.3)]
+            .into_iter()
+            .map(|scale| place(rng, scale))
+            .collect();
+    placed.push(placed[0]);
+    // One that flattens, which goes into the world tree.
+    placed.push(DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)));
+    let mut instances = Scene::default();
+    common::add(&mut instances, common::sphere(12), common::material(SurfaceClass::Opaque, false), &placed);
+    common::add(
+        &mut instances,
+        common::grid(9, 1),
+        common::material(SurfaceClass::Opaque, true),
+        &placed[1..2],
+    );
+    let mut mixed = Scene::default();
+    for class in [SurfaceClass::Opaque, SurfaceClass::Cutout, SurfaceClass::Translucent] {
+        for double_sided in [false, true] {
+            let count = if class == SurfaceClass::Opaque { 30 } else { 300 };
+            let at = [place(rng, DVec3::ONE), place(rng, DVec3::new(-1.0, 0.5, 1.0))];
+            let mesh = common::soup(count, 0.6, rng);
+            common::add(&mut mixed, mesh.clone(), common::material(class, double_sided), &at[..1]);
+            // The same again in the same place, and one drawn twice.
+            common::add(&mut mixed, mesh.clone(), common::material(class, double_sided), &at[..1]);
+            common::add(&mut mixed, mesh, common::material(class, !double_sided), &at);
+        }
+    }
+    let fan = common::fan(60, DVec3::new(0.6, 0.0, 0.8), rng);
+    vec![
+        ("sphere", common::scene(common::sphere(24), &identity)),
+        ("fan", common::scene(fan, &identity)),
+        ("grid", common::scene(common::grid(60, 1), &identity)),
+        ("soup", common::scene(common::soup(20_000, 0.1, rng), &identity)),
+        ("coincident", common::scene(doubled, &identity)),
+        ("slivers", common::scene(slivers, &identity)),
+        ("instances", instances),
+        ("mixed", mixed),
+    ]
+}
+
+/// Rays from in and around the scene to anywhere in it; a third of them at vertices and edges,
+/// some along the axes.
+fn rays(posed: &PosedScene, count: usize) -> Vec<(Vec3, Vec3)> {
+    let mut rng = Rng::new(2);
+    let any = |rng: &mut Rng| {
+        let instance = rng.below(posed.instances.len()) as u32;
+        let triangle = rng.below(posed.mesh(instance).triangles.len()) as u32;
+        let v = posed.world_triangle(HitId { instance, triangle });
+        v[0].lerp(v[1], if rng.one_in(2) { 0.0 } else { rng.unit() as f32 })
+    };
+    (0..count)
+        .map(|i| {
+            let o = (rng.in_cube() * 3.0).as_vec3();
+            let d = if i % 3 == 0 { any(&mut rng) - o } else { rng.in_cube().as_vec3() - o };
+            match i % 11 {
+                0 => (any(&mut rng).with_x(4.0), Vec3::new(-2.0, 0.0, -0.0)),
+                1 => (any(&mut rng).with_y(-4.0), Vec3::new(-0.0, 0.5, 0.0)),
+                _ => (o, d),
+            }
+        })
+        .collect()
+}
+
+const MOST: usize = 12;
+
+/// The first hits along every ray, one after the other, as far as `MOST`.
+fn layers(accel: &Accel, rays: &[(Vec3, Vec3)], cull: bool) -> Vec<Vec<Hit>> {
+    let mut found = vec![Vec::new(); rays.len()];
+    let mut open: Vec<usize> = (0..rays.len()).collect();
+    let mut hits = Vec::new();
+    while !open.is_empty() {
+        let mut batch = RayBatch { cull, ..RayBatch::default() };
+        for &i in &open {
+            let after = found[i].last().copied().unwrap_or(RayBatch::from_near(0.0));
+            batch.push(rays[i].0, rays[i].1, after, 5.0);
+        }
+        accel.intersect(&batch, &Holes, &mut hits);
+        open = open
+            .into_iter()
+            .zip(&hits)
+            .filter_map(|(i, hit)| {
+                found[i].push(*hit);
+                (!hit.is_miss() && found[i].len() < MOST).then_some(i)
+            })
+            .collect();
+    }
+    found
+}
+
+fn segments(rays: &[(Vec3, Vec3)]) -> SegmentBatch {
+    let mut segments = SegmentBatch::default();
+    for (o, d) in rays {
+        segments.push(*o, *o + *d * 0.8, HitId { instance: 0, triangle: 0 });
+    }
+    segments
+}
+
+fn bits(layers: &[Vec<Hit>]) -> Vec<Vec<(u32, HitId)>> {
+    layers.iter().map(|l| l.iter().map(|hit| (hit.t.to_bits(), hit.id)).collect()).collect()
+}
+
+/// All layers, shadows and transmittances of every preset are those of asking every triangle.
+#[test]
+fn every_tree_answers_as_no_tree_does() {
+    let all = scenes();
+    assert_eq!(all.len(), 8);
+    for (name, scene) in &all {
+        let posed = common::posed(scene);
+        let rays = rays(&posed, if *name == "soup" { 100 } else { 500 });
+        let segments = segments(&rays);
+        let answers = |preset| {
+            let accel = common::build_with(&posed, preset);
+            let (mut occluded, mut light) = (Vec::new(), Vec::new());
+            accel.occluded(&segments, &Holes, &mut occluded);
+            accel.transmittance(&segments, &Holes, &mut light);
+            let light: Vec<[u32; 3]> = light.iter().map(|l| l.to_array().map(f32::to_bits)).collect();
+            let seen = [false, true].map(|cull| bits(&layers(&accel, &rays, cull)));
+            (seen, occluded, light)
+        };
+        let flat = answers(Preset::Flat);
+        let hits = flat.0[0].iter().flatten().filter(|hit| hit.1 != HitId::NONE).count();
+        assert!(hits > 200, "{name}: only {hits} hits to compare");
+        for preset in [Preset::Fast, Preset::Medium, Preset::Slow] {
+            let tree = answers(preset);
+            for (i, ray) in rays.iter().enumerate() {
+                for cull in 0..2 {
+                    assert_eq!(tree.0[cull][i], flat.0[cull][i], "{name} {preset:?}: ray {i} {ray:?}");
+                }
+                assert_eq!(tree.1[i], flat.1[i], "{name} {preset:?}: shadow {i}");
+                assert_eq!(tree.2[i], flat.2[i], "{name} {preset:?}: light {i}");
+            }
+        }
+    }
+}
+
+/// Layers come in the order of (t, id), each triangle once; all coincident ones are there.
+#[test]
+fn layers_are_in_order_and_complete() {
+    let mut square = common::grid(1, 2);
+    let same = square.triangles.clone();
+    for turn in 0..4 {
+        square
+            .triangles
+            .extend(same.iter().map(|&[a, b, c]| if turn % 2 == 0 { [c, b, a] } else { [b, c, a] }));
+    }
+    let scene = common::scene(square, &[DAffine3::IDENTITY]);
+    let posed = common::posed(&scene);
+    let accel = common::build(&posed);
+    let ray = [(Vec3::new(0.3, 0.1, 2.0), Vec3::new(0.0, 0.0, -2.0))];
+    let found = &layers(&accel, &ray, false)[0];
+    assert_eq!(found.len(), 5 + 1);
+    assert!(found.windows(2).all(|w| w[0].before(&w[1])));
+    assert!(found[..5].iter().all(|hit| hit.t == 1.0));
+}
+
+/// Eye rays see the front of single-sided triangles alone, mirrored or not, shared or not, and
+/// both sides of double-sided ones.
+#[test]
+fn back_faces_are_culled_where_they_are_single_sided() {
+    let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let far = DAffine3::from_translation(DVec3::Z * 50.0);
+    for double_sided in [false, true] {
+        for placed in
+            [vec![DAffine3::IDENTITY], vec![mirror], vec![DAffine3::IDENTITY, far], vec![mirror, far]]
+        {
+            let mut scene = Scene::default();
+            // The grid's front looks to +Z; mirrored in x it still does.
+            common::add(
+                &mut scene,
+                common::grid(2, 2),
+                common::material(SurfaceClass::Opaque, double_sided),
+                &placed,
+            );
+            let posed = common::posed(&scene);
+            let accel = common::build(&posed);
+            let middle = posed.instances[0].transform.affine.translation.as_vec3();
+            let mut batch = RayBatch { cull: true, ..RayBatch::default() };
+            for side in [1.0, -1.0] {
+                let o = middle + Vec3::new(0.2, 0.3, 3.0 * side);
+                batch.push(o, Vec3::NEG_Z * side, RayBatch::from_near(0.0), 10.0);
+            }
+            let mut hits = Vec::new();
+            accel.intersect(&batch, &Holes, &mut hits);
+            assert!(!hits[0].is_miss(), "front, {placed:?}");
+            assert_eq!(hits[1].is_miss(), !double_sided, "back, {placed:?}");
+        }
+    }
+}
+
+/// After an update the answers are those of a new build.
+#[test]
+fn an_update_is_as_good_as_a_build() {
+    let mut scene = scenes().swap_remove(6).1;
+    let (mut kept, _) = Accel::build(&common::posed(&scene), &Default::default());
+    for step in 0..3 {
+        for (i, node) in scene.nodes.iter_mut().enumerate() {
+            let turn = DAffine3::from_rotation_x(0.3 * (i + step) as f64);
+            // First the shared instances alone, then all.
+            if step > 0 || i < 4 {
+                node.local = blinn::scene::Local::Matrix(turn * node.local.affine());
+            }
+            node.visible = !(step == 2 && i > 0 && i < 5);
+        }
+        let posed = common::posed(&scene);
+        let (new, report) = Accel::build(&posed, &Default::default());
+        assert_eq!(kept.update(&posed), report);
+        let rays = rays(&posed, 1000);
+        assert_eq!(bits(&layers(&kept, &rays, false)), bits(&layers(&new, &rays, false)), "step {step}");
+    }
+}
