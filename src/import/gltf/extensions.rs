@@ -50,6 +50,9 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("KHR_materials_volume_scatter", NotShown("no light is scattered inside")),
     ("EXT_lights_image_based", NotShown("the surrounding light is not shown")),
     ("EXT_lights_ies", NotShown("lights shine evenly")),
+    ("KHR_technique_webgl", NotShown("materials are metallic-roughness")),
+    ("KHR_techniques_webgl", NotShown("materials are metallic-roughness")),
+    ("KHR_materials_common", NotShown("materials are metallic-roughness")),
     ("CESIUM_RTC", NotShown("the centre is not added to positions")),
     ("KHR_xmp", Data),
     ("KHR_xmp_json_ld", Data),
@@ -66,7 +69,6 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("KHR_meshopt_compression", Refused(DECOMPRESS)),
     ("KHR_texture_basisu", Refused("save the textures as PNG or JPEG, with gltf-transform say")),
     ("MSFT_texture_dds", Refused("save the textures as PNG or JPEG")),
-    ("KHR_techniques_webgl", Refused("save the materials as metallic-roughness")),
 ];
 
 /// What becomes of the extension called `name`; `None` for one that nobody here has heard of.

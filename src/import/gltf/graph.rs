@@ -72,7 +72,7 @@ pub(super) fn expand(
 ) -> Result<Vec<Placed>, LoadError> {
     let order = parents_first(root, roots)?;
     let mut paths = vec![0u64; root.nodes.len()];
-    let mut reach = |paths: &mut Vec<u64>, node: usize, more: u64| {
+    let reach = |paths: &mut Vec<u64>, node: usize, more: u64| {
         if let Some(count) = paths.get_mut(node) {
             *count = count.saturating_add(more);
         }

@@ -1,0 +1,184 @@
+//! Primitives: triangles and what their vertices carry.
+
+use glam::{Vec2, Vec3, Vec4};
+use serde_json::json;
+
+use super::super::fixture::{Fixture, bytes_of};
+
+#[test]
+fn a_triangle_arrives() {
+    let (scene, warnings) = Fixture::triangle().load();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let mesh = &scene.meshes[0];
+    assert_eq!(mesh.name, "mesh");
+    assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(mesh.normals, [Vec3::Z; 3]);
+    assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    assert_eq!((scene.objects.as_slice(), scene.instances[0].object), (&["node".to_string()][..], 1));
+}
+
+#[test]
+fn every_index_type() {
+    for (component, bytes) in
+        [(5121, vec![2u8, 1, 0]), (5123, bytes_of(&[2u16, 1, 0])), (5125, bytes_of(&[2u32, 1, 0]))]
+    {
+        let mut fixture = Fixture::triangle();
+        let indices = fixture.accessor(component, "SCALAR", 3, &bytes);
+        fixture.primitive()["indices"] = json!(indices);
+        assert_eq!(fixture.load().0.meshes[0].triangles, [[2, 1, 0]]);
+    }
+}
+
+#[test]
+fn an_index_out_of_range_is_named() {
+    let mut fixture = Fixture::triangle();
+    let indices = fixture.indices(&[0, 1, 3]);
+    fixture.primitive()["indices"] = json!(indices);
+    let expected = "meshes[0].primitives[0].indices: element 2 is vertex 3, and there are 3";
+    assert_eq!(fixture.error(), expected);
+}
+
+#[test]
+fn a_small_part_of_many_vertices_is_stored_alone() {
+    let mut fixture = Fixture::triangle();
+    let many: Vec<[f32; 3]> = (0..100).map(|i| [i as f32, (i * i) as f32, 0.0]).collect();
+    let positions = fixture.vec3(&many);
+    let indices = fixture.indices(&[90, 7, 30]);
+    *fixture.primitive() = json!({"attributes": {"POSITION": positions}, "indices": indices});
+    let mesh = &fixture.load().0.meshes[0];
+    assert_eq!(mesh.triangles, [[2, 0, 1]]);
+    assert_eq!(mesh.positions.iter().map(|p| p.x).collect::<Vec<_>>(), [7.0, 30.0, 90.0]);
+}
+
+#[test]
+fn points_and_lines_are_counted() {
+    let mut fixture = Fixture::triangle();
+    for mode in [0, 1, 2, 3] {
+        let primitive = json!({"attributes": {"POSITION": 0}, "mode": mode});
+        fixture.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(primitive);
+    }
+    let (scene, warnings) = fixture.load();
+    assert_eq!(scene.meshes.len(), 1);
+    assert_eq!(warnings, ["meshes: 4 primitives of points or lines are not drawn"]);
+}
+
+#[test]
+fn primitives_without_positions_or_triangles_are_left_out() {
+    let mut fixture = Fixture::triangle();
+    let primitives = json!([{"attributes": {"NORMAL": 1}}, {"attributes": {"POSITION": 0}, "indices": 2}]);
+    fixture.indices(&[0, 1]);
+    fixture.json["meshes"][0]["primitives"] = primitives;
+    let (scene, warnings) = fixture.load();
+    assert!(scene.meshes.is_empty() && scene.instances.is_empty());
+    assert_eq!(warnings.len(), 3, "{warnings:?}");
+}
+
+#[test]
+fn without_normals_file_tangents_do_not_count() {
+    let mut fixture = Fixture::triangle();
+    let tangents = fixture.vec4(&[[2.0, 0.0, 0.0, -1.0]; 3]);
+    fixture.primitive()["attributes"]["TANGENT"] = json!(tangents);
+    assert_eq!(fixture.load().0.meshes[0].tangents, [Vec4::new(1.0, 0.0, 0.0, -1.0); 3]);
+    fixture.primitive()["attributes"].as_object_mut().unwrap().remove("NORMAL");
+    let mesh = &fixture.load().0.meshes[0];
+    assert!(mesh.normals.is_empty() && mesh.tangents.is_empty());
+}
+
+#[test]
+fn quantised_attributes() {
+    let mut fixture = Fixture::triangle();
+    let positions = fixture.accessor(5122, "VEC3", 3, &bytes_of(&[0i16, 0, 0, 300, 0, 0, 0, 300, 0]));
+    let normals = fixture.accessor(5120, "VEC3", 3, &bytes_of(&[0i8, 0, 127, 0, 0, 127, 0, 0, 127]));
+    let uvs = fixture.accessor(5123, "VEC2", 3, &bytes_of(&[0u16, 65535, 65535, 0, 0, 0]));
+    fixture.json["accessors"][normals]["normalized"] = json!(true);
+    fixture.json["accessors"][uvs]["normalized"] = json!(true);
+    let attributes = json!({"POSITION": positions, "NORMAL": normals, "TEXCOORD_0": uvs});
+    fixture.primitive()["attributes"] = attributes;
+    fixture.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+    let mesh = &fixture.load().0.meshes[0];
+    assert_eq!(mesh.positions[1], Vec3::new(300.0, 0.0, 0.0));
+    assert_eq!(mesh.normals, [Vec3::Z; 3]);
+    assert_eq!(mesh.uvs, [vec![Vec2::Y, Vec2::X, Vec2::ZERO]]);
+}
+
+#[test]
+fn texture_coordinates_of_any_set() {
+    let mut fixture = Fixture::triangle();
+    let uvs = fixture.vec2(&[[0.5, 0.25]; 3]);
+    fixture.primitive()["attributes"]["TEXCOORD_3"] = json!(uvs);
+    fixture.primitive()["attributes"]["TEXCOORD_4000000000"] = json!(uvs);
+    let (scene, warnings) = fixture.load();
+    let lengths: Vec<usize> = scene.meshes[0].uvs.iter().map(Vec::len).collect();
+    assert_eq!(lengths, [0, 0, 0, 3]);
+    assert_eq!(warnings.len(), 1);
+}
+
+#[test]
+fn vertex_colours_of_every_kind() {
+    let kinds: [(u32, &str, Vec<u8>, f32); 4] = [
+        (5126, "VEC3", bytes_of(&[1.0f32; 9]), 1.0),
+        (5126, "VEC4", bytes_of(&[1.0f32; 12]), 1.0),
+        (5121, "VEC4", vec![51; 12], 0.2),
+        (5123, "VEC4", bytes_of(&[13107u16; 12]), 0.2),
+    ];
+    for (component, kind, bytes, alpha) in kinds {
+        let mut fixture = Fixture::triangle();
+        let colors = fixture.accessor(component, kind, 3, &bytes);
+        fixture.json["accessors"][colors]["normalized"] = json!(component != 5126);
+        fixture.primitive()["attributes"]["COLOR_0"] = json!(colors);
+        assert_eq!(fixture.load().0.meshes[0].colors, [Vec4::splat(alpha); 3], "{component} {kind}");
+    }
+}
+
+#[test]
+fn joint_weights_sum_to_one() {
+    let mut fixture = Fixture::triangle();
+    let joints = fixture.accessor(5121, "VEC4", 3, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]);
+    let more = fixture.accessor(5123, "VEC4", 3, &bytes_of(&[300u16; 12]));
+    let weights = fixture.vec4(&[[2.0, 2.0, 0.0, 0.0], [0.0; 4], [f32::NAN, 1.0, -5.0, 0.0]]);
+    let others = fixture.vec4(&[[4.0, 0.0, 0.0, 0.0], [0.0; 4], [0.0, 0.0, 0.0, 3.0]]);
+    let attributes = &mut fixture.primitive()["attributes"];
+    (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(joints), json!(weights));
+    let four = &fixture.load().0.meshes[0].influences;
+    assert_eq!((four.per_vertex, &four.joints[4..8]), (4, &[4, 5, 6, 7][..]));
+    assert_eq!(four.weights, [0.5, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    let attributes = &mut fixture.primitive()["attributes"];
+    (attributes["JOINTS_1"], attributes["WEIGHTS_1"]) = (json!(more), json!(others));
+    let eight = &fixture.load().0.meshes[0].influences;
+    assert_eq!((eight.per_vertex, &eight.joints[4..9]), (8, &[300, 300, 300, 300, 4][..]));
+    assert_eq!(eight.weights[..8], [0.25, 0.25, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn morph_targets_with_names_and_sparse_accessors() {
+    let mut fixture = Fixture::triangle();
+    let deltas = fixture.vec3(&[[0.0, 0.0, 1.0]; 3]);
+    let (indices, values) = (fixture.view(&[1]), fixture.view(&bytes_of(&[1.0f32, 2.0, 3.0])));
+    let sparse = fixture.push(
+        "accessors",
+        json!({"componentType": 5126, "type": "VEC3", "count": 3, "sparse": {"count": 1,
+            "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}}}),
+    );
+    fixture.primitive()["targets"] = json!([{"POSITION": deltas, "NORMAL": deltas}, {"POSITION": sparse}]);
+    fixture.json["meshes"][0]["weights"] = json!([0.5]);
+    fixture.json["meshes"][0]["extras"] = json!({"targetNames": ["up", "odd"]});
+    fixture.json["nodes"][0]["weights"] = json!([0.25, 1.0]);
+    let (scene, _) = fixture.load();
+    let mesh = &scene.meshes[0];
+    assert_eq!(mesh.morphs.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["up", "odd"]);
+    assert_eq!(mesh.morphs[0].normals, [Vec3::Z; 3]);
+    assert_eq!(mesh.morphs[1].positions, [Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO]);
+    assert_eq!(mesh.morph_weights, [0.5, 0.0]);
+    assert_eq!(scene.nodes[0].weights, [0.25, 1.0]);
+}
+
+#[test]
+fn attributes_that_do_not_fit_are_left_out() {
+    let mut fixture = Fixture::triangle();
+    let short = fixture.vec3(&[[0.0, 0.0, 1.0]; 2]);
+    fixture.primitive()["attributes"]["NORMAL"] = json!(short);
+    fixture.primitive()["attributes"]["TEXCOORD_0"] = json!(0);
+    let (scene, warnings) = fixture.load();
+    assert!(scene.meshes[0].normals.is_empty() && scene.meshes[0].uvs.is_empty());
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+}

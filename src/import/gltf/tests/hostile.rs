@@ -1,0 +1,184 @@
+//! Files that are cut off, bent or made to hurt: an error, or a scene; never a panic.
+
+use serde_json::{Value, json};
+
+use super::super::fixture::{Fixture, bytes_of, folder};
+use super::super::load;
+use crate::import::{Limits, LoadOptions};
+use crate::scene::{AnimationChoice, PoseSettings, pose};
+
+/// Limits that keep what a mutant asks for small.
+fn options() -> LoadOptions {
+    let small = 1 << 16;
+    let limits = Limits {
+        file_bytes: small,
+        vertices: small,
+        triangles: small,
+        nodes: small,
+        instances: small,
+        image_pixels: small,
+        texture_bytes: small,
+    };
+    LoadOptions { limits, ..LoadOptions::default() }
+}
+
+/// A bit of everything.
+fn rich() -> Fixture {
+    let mut fixture = Fixture::triangle();
+    let uvs = fixture.vec2(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    let indices = fixture.indices(&[0, 1, 2]);
+    let joints = fixture.accessor(5121, "VEC4", 3, &[0; 12]);
+    let weights = fixture.vec4(&[[1.0, 0.0, 0.0, 0.0]; 3]);
+    let (at, delta) = (fixture.view(&[1]), fixture.view(&bytes_of(&[1.0f32, 2.0, 3.0])));
+    let sparse = json!({"count": 1, "indices": {"bufferView": at, "componentType": 5121}, "values": {"bufferView": delta}});
+    let morph = fixture
+        .push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 3, "sparse": sparse}));
+    let primitive = fixture.primitive();
+    primitive["indices"] = json!(indices);
+    primitive["material"] = json!(0);
+    primitive["targets"] = json!([{"POSITION": morph}]);
+    primitive["attributes"]["TEXCOORD_0"] = json!(uvs);
+    primitive["attributes"]["JOINTS_0"] = json!(joints);
+    primitive["attributes"]["WEIGHTS_0"] = json!(weights);
+    fixture.push("images", json!({"uri": "data:image/bmp;base64,Qk1GAAAAAAAAADYAAAAoAAAAAQAAAAEAAAABABgAAAAAABAAAAATCwAAEwsAAAAAAAAAAAAA/wAAAA=="}));
+    fixture.push("textures", json!({"source": 0}));
+    fixture.push("materials", json!({"normalTexture": {"index": 0}}));
+    fixture.node(
+        json!({"translation": [0, 0, 1], "camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}),
+    );
+    fixture.push("skins", json!({"joints": [1]}));
+    fixture.json["nodes"][0]["skin"] = json!(0);
+    fixture.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}));
+    fixture.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([{"type": "spot"}]);
+    let (input, output) = (fixture.floats("SCALAR", 1, &[0.0, 1.0]), fixture.vec3(&[[0.0; 3], [1.0; 3]]));
+    let animation = json!({"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+        "samplers": [{"input": input, "output": output}]});
+    fixture.push("animations", animation);
+    let copies = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": output}}});
+    fixture.node(json!({"mesh": 0, "extensions": copies}));
+    fixture
+}
+
+/// Loads, and poses what loads: neither may panic.
+fn survive(bytes: &[u8]) -> bool {
+    let Ok((scene, _)) = load(bytes, &folder(), &options()) else { return false };
+    let _ = pose(&scene, &PoseSettings { time: 0.4, animation: AnimationChoice::All, centre: None });
+    true
+}
+
+#[test]
+fn cut_off_anywhere() {
+    let glb = rich().glb();
+    assert!(survive(&glb));
+    for end in 0..glb.len() {
+        assert!(load(&glb[..end], &folder(), &options()).is_err(), "cut off at {end} of {}", glb.len());
+    }
+}
+
+#[test]
+fn bent_anywhere() {
+    let glb = rich().glb();
+    let (mut loaded, mut refused) = (0, 0);
+    for at in 0..glb.len() {
+        const CHANGES: [fn(u8) -> u8; 6] =
+            [|b| b ^ 1, |b| b ^ 0x80, |_| 0xff, |_| 0, |_| b'9', |b| b.wrapping_add(1)];
+        for change in CHANGES {
+            let mut mutant = glb.clone();
+            mutant[at] = change(mutant[at]);
+            if survive(&mutant) { loaded += 1 } else { refused += 1 }
+        }
+    }
+    assert!(loaded > 1000 && refused > 1000, "{loaded} loaded, {refused} refused");
+}
+
+/// Calls `visit` with the file once for every value in it replaced by `with`.
+fn replace_each(json: &Value, with: &Value, visit: &mut dyn FnMut(Value)) {
+    fn paths(value: &Value, path: String, out: &mut Vec<String>) {
+        out.push(path.clone());
+        match value {
+            Value::Object(map) => map.iter().for_each(|(k, v)| paths(v, format!("{path}/{k}"), out)),
+            Value::Array(list) => {
+                list.iter().enumerate().for_each(|(i, v)| paths(v, format!("{path}/{i}"), out))
+            }
+            _ => {}
+        }
+    }
+    let mut all = Vec::new();
+    paths(json, String::new(), &mut all);
+    for path in &all {
+        let mut changed = json.clone();
+        *changed.pointer_mut(path).unwrap() = with.clone();
+        visit(changed);
+    }
+}
+
+#[test]
+fn any_value_replaced() {
+    let fixture = rich();
+    let glb = fixture.glb();
+    let header = 20 + u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    let json: Value = serde_json::from_slice(&glb[20..header]).unwrap();
+    let values = [
+        json!(null),
+        json!(-1),
+        json!(0),
+        json!(1),
+        json!(7),
+        json!(5.5),
+        json!(255),
+        json!(1e300),
+        json!(u64::MAX),
+        json!(u32::MAX),
+        json!("text"),
+        json!([]),
+        json!({}),
+        json!([0, 0]),
+        json!(true),
+    ];
+    let mut tried = 0;
+    for value in &values {
+        replace_each(&json, value, &mut |changed| {
+            let text = changed.to_string();
+            let mut file = b"glTF\x02\0\0\0".to_vec();
+            file.extend(((20 + text.len() + glb.len() - header) as u32).to_le_bytes());
+            file.extend((text.len() as u32).to_le_bytes());
+            file.extend(b"JSON");
+            file.extend(text.as_bytes());
+            file.extend(&glb[header..]);
+            survive(&file);
+            tried += 1;
+        });
+    }
+    assert!(tried > 2000, "{tried}");
+}
+
+#[test]
+fn small_files_that_ask_for_much() {
+    // A thousand targets, each of a million zeros that take no bytes in the file.
+    let mut fixture = Fixture::empty();
+    let huge = json!({"componentType": 5126, "type": "VEC3", "count": 1_000_000});
+    fixture.push("accessors", huge);
+    let targets: Vec<Value> = (0..1000).map(|_| json!({"POSITION": 0})).collect();
+    fixture.push("meshes", json!({"primitives": [{"attributes": {"POSITION": 0}, "targets": targets}]}));
+    fixture.node(json!({"mesh": 0}));
+    assert!(fixture.error().contains("over the limit"), "{}", fixture.error());
+    // More children than memory holds, by way of few nodes.
+    let mut fixture = Fixture::triangle();
+    fixture.push("nodes", json!({"children": vec![0; 10_000]}));
+    fixture.push("nodes", json!({"children": vec![1; 10_000]}));
+    fixture.json["scenes"][0]["nodes"] = json!([2]);
+    assert!(fixture.error().contains("over the limit"), "{}", fixture.error());
+    // Deep nesting of the text itself.
+    let deep = format!("{{\"asset\":{}", "[".repeat(1 << 20));
+    assert!(load(deep.as_bytes(), &folder(), &options()).is_err());
+}
+
+#[test]
+fn text_that_is_no_gltf() {
+    for text in ["", "{", "null", "{}", "[1]", "\u{feff}", "glTF", "{\"asset\":5}"] {
+        survive(text.as_bytes());
+    }
+    let (scene, warnings) = load(b"\xef\xbb\xbf {} \n", &folder(), &options()).unwrap();
+    assert!(scene.nodes.is_empty());
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+}

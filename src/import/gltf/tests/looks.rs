@@ -1,0 +1,206 @@
+//! Materials and textures.
+
+use std::io::Cursor;
+
+use glam::{Vec2, Vec3, Vec4};
+use serde_json::{Value, json};
+
+use super::super::fixture::Fixture;
+use crate::import::{Limits, LoadOptions};
+use crate::scene::{AlphaMode, Channel4, Filter, Material, Reflectance, Scene, Wrap};
+
+fn png(color: [u8; 4]) -> Vec<u8> {
+    let mut file = Cursor::new(Vec::new());
+    image::RgbaImage::from_pixel(2, 1, image::Rgba(color))
+        .write_to(&mut file, image::ImageFormat::Png)
+        .unwrap();
+    file.into_inner()
+}
+
+/// A textured triangle, its one image in the binary chunk.
+fn textured(material: Value) -> Fixture {
+    let mut fixture = Fixture::triangle();
+    let view = fixture.view(&png([255, 0, 0, 255]));
+    fixture.push("images", json!({"name": "red", "bufferView": view, "mimeType": "image/jpeg"}));
+    fixture.push("textures", json!({"source": 0}));
+    let uvs = fixture.vec2(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    fixture.primitive()["attributes"]["TEXCOORD_0"] = json!(uvs);
+    fixture.primitive()["material"] = json!(0);
+    fixture.push("materials", material);
+    fixture
+}
+
+fn material(json: Value) -> Material {
+    textured(json).load().0.materials[0].clone()
+}
+
+#[test]
+fn defaults_are_gltfs() {
+    let (scene, _) = Fixture::triangle().load();
+    let Reflectance::MetallicRoughness { metallic, roughness, .. } = scene.materials[0].reflectance else {
+        panic!("not metallic-roughness")
+    };
+    assert_eq!((metallic.factor, roughness.factor), (1.0, 1.0));
+    assert_eq!(scene.materials[0].base.factor, Vec3::ONE);
+    assert!(scene.materials[0].alpha_from_base && !scene.materials[0].double_sided);
+}
+
+#[test]
+fn metallic_roughness_with_its_textures() {
+    let m = material(json!({"name": "m", "doubleSided": true, "alphaMode": "MASK",
+        "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5,
+            "roughnessFactor": 0.6, "baseColorTexture": {"index": 0, "texCoord": 2},
+            "metallicRoughnessTexture": {"index": 0}},
+        "occlusionTexture": {"index": 0, "strength": 0.7}, "normalTexture": {"index": 0, "scale": 0.8},
+        "emissiveFactor": [1, 2, 3], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 9},
+            "KHR_materials_ior": {"ior": 1.3}, "KHR_materials_transmission": {"transmissionFactor": 0.9},
+            "KHR_materials_specular": {"specularFactor": 0.25, "specularColorFactor": [1, 0, 0],
+                "specularTexture": {"index": 0}}}}));
+    assert_eq!((m.name.as_str(), m.alpha_mode, m.double_sided), ("m", AlphaMode::Mask(0.5), true));
+    assert_eq!((m.base.factor, m.alpha.factor), (Vec3::new(0.1, 0.2, 0.3), 0.4));
+    assert_eq!(m.base.texture.unwrap().uv_set, 2);
+    assert_eq!((m.occlusion.factor, m.occlusion.texture.unwrap().1), (0.7, Channel4::R));
+    assert_eq!((m.emission.factor, m.emission_strength), (Vec3::new(1.0, 2.0, 3.0), 9.0));
+    assert_eq!((m.normal.unwrap().scale, m.transmission.factor), (0.8, 0.9));
+    let Reflectance::MetallicRoughness { metallic, roughness, dielectric } = m.reflectance else { panic!() };
+    assert_eq!((metallic.texture.unwrap().1, roughness.texture.unwrap().1), (Channel4::B, Channel4::G));
+    assert_eq!((dielectric.ior, dielectric.specular.factor), (1.3, 0.25));
+    assert_eq!(dielectric.specular.texture.unwrap().1, Channel4::A);
+}
+
+#[test]
+fn specular_glossiness_and_unlit() {
+    let old = json!({"diffuseFactor": [0.1, 0.2, 0.3, 0.4], "specularFactor": [0.5, 0.5, 0.5],
+        "glossinessFactor": 0.6, "specularGlossinessTexture": {"index": 0}});
+    let m = material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": old}}));
+    let Reflectance::SpecularGlossiness { specular, glossiness } = m.reflectance else { panic!() };
+    assert_eq!((m.base.factor.z, m.alpha.factor, specular.factor.x, glossiness.factor), (0.3, 0.4, 0.5, 0.6));
+    assert_eq!(glossiness.texture.unwrap().1, Channel4::A);
+    let m = material(json!({"extensions": {"KHR_materials_unlit": {}}, "alphaMode": "BLEND"}));
+    assert_eq!((m.reflectance, m.alpha_mode), (Reflectance::Unlit, AlphaMode::Blend));
+}
+
+#[test]
+fn texture_transforms_on_every_slot() {
+    let slot = json!({"index": 0, "texCoord": 1,
+        "extensions": {"KHR_texture_transform": {"offset": [0.5, 0], "scale": [2, 3], "texCoord": 0}}});
+    let m = material(json!({
+        "pbrMetallicRoughness": {"baseColorTexture": slot, "metallicRoughnessTexture": slot},
+        "normalTexture": slot, "occlusionTexture": slot, "emissiveTexture": slot}));
+    let Reflectance::MetallicRoughness { metallic, .. } = m.reflectance else { panic!() };
+    let slots = [
+        m.base.texture,
+        metallic.texture.map(|t| t.0),
+        m.normal.map(|n| n.texture),
+        m.occlusion.texture.map(|t| t.0),
+        m.emission.texture,
+    ];
+    for slot in slots {
+        let slot = slot.unwrap();
+        assert_eq!((slot.uv_set, slot.transform.apply(Vec2::ONE)), (0, Vec2::new(2.5, 3.0)));
+    }
+}
+
+fn base_texture(scene: &Scene) -> Option<Vec4> {
+    let slot = scene.materials[0].base.texture?;
+    Some(scene.textures[slot.texture as usize].sample(&scene.images, Vec2::splat(0.5), true))
+}
+
+const BASE: &str = r#"{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}"#;
+
+fn base() -> Value {
+    serde_json::from_str(BASE).unwrap()
+}
+
+#[test]
+fn images_of_every_source_judged_by_their_bytes() {
+    let red = Some(Vec4::new(1.0, 0.0, 0.0, 1.0));
+    let fixture = textured(base());
+    let (scene, warnings) = fixture.load();
+    assert_eq!((base_texture(&scene), warnings.len()), (red, 0));
+    assert_eq!(scene.images[0].name, "red");
+
+    let mut data = fixture.clone();
+    let bytes: String = png([255, 0, 0, 255]).iter().map(|b| format!("%{b:02x}")).collect();
+    data.json["images"][0] = json!({"uri": format!("data:,{bytes}")});
+    assert_eq!(base_texture(&data.load().0), red);
+
+    let mut webp = fixture;
+    let mut file = Cursor::new(Vec::new());
+    let pixels = image::RgbaImage::from_pixel(1, 1, image::Rgba([0, 255, 0, 255]));
+    pixels.write_to(&mut file, image::ImageFormat::WebP).unwrap();
+    let view = webp.view(&file.into_inner());
+    webp.push("images", json!({"bufferView": view}));
+    webp.json["textures"][0]["extensions"] = json!({"EXT_texture_webp": {"source": 1}});
+    assert_eq!(base_texture(&webp.load().0), Some(Vec4::new(0.0, 1.0, 0.0, 1.0)));
+}
+
+#[test]
+fn an_image_that_cannot_be_read_is_white_and_named() {
+    for image in [
+        json!({"uri": "no%20such.png"}),
+        json!({"uri": "../outside.png"}),
+        json!({"uri": "data:;base64,AAAA"}),
+        json!({"bufferView": 0}),
+        json!({}),
+    ] {
+        let mut fixture = textured(base());
+        fixture.json["images"][0] = image.clone();
+        let (scene, warnings) = fixture.load();
+        assert_eq!(base_texture(&scene), None);
+        assert!(warnings.len() == 1 && warnings[0].starts_with("images[0]: "), "{image} {warnings:?}");
+    }
+    let mut fixture = textured(base());
+    fixture.json["textures"][0] = json!({"extensions": {"KHR_texture_basisu": {"source": 0}}});
+    let (scene, warnings) = fixture.load();
+    assert_eq!(base_texture(&scene), None);
+    assert_eq!(warnings, ["textures[0]: has no image but in KHR_texture_basisu; it is white"]);
+}
+
+#[test]
+fn only_what_is_used_is_decoded_and_each_image_once() {
+    let mut fixture = textured(base());
+    fixture.push("images", json!({"uri": "unused.png"}));
+    fixture.push("textures", json!({"source": 1}));
+    fixture.push("samplers", json!({"wrapS": 33071, "wrapT": 33648, "magFilter": 9728}));
+    fixture.push("textures", json!({"source": 0, "sampler": 0}));
+    fixture.json["materials"][0]["emissiveTexture"] = json!({"index": 2});
+    let (scene, warnings) = fixture.load();
+    assert_eq!((scene.images.len(), scene.textures.len(), warnings.len()), (1, 2, 0));
+    assert_eq!(
+        (scene.textures[1].wrap, scene.textures[1].filter),
+        ([Wrap::Clamp, Wrap::Mirror], Filter::Nearest)
+    );
+    assert_eq!((scene.textures[0].wrap, scene.textures[0].filter), ([Wrap::Repeat; 2], Filter::Linear));
+}
+
+#[test]
+fn texture_memory_is_limited() {
+    let limits = Limits { texture_bytes: 7, ..Limits::default() };
+    let options = LoadOptions { limits, ..LoadOptions::default() };
+    let error = textured(base()).try_load_with(&options).map(|_| ()).unwrap_err().to_string();
+    assert_eq!(error, "bytes of decoded textures: 8 is over the limit of 7");
+}
+
+#[test]
+fn normal_maps_bring_tangents() {
+    let (scene, _) = textured(json!({"normalTexture": {"index": 0}})).load();
+    assert_eq!(scene.meshes[0].tangents.len(), scene.meshes[0].positions.len());
+    assert!(textured(json!({})).load().0.meshes[0].tangents.is_empty());
+}
+
+#[test]
+fn materials_are_numbered_by_their_first_use() {
+    let mut fixture = Fixture::triangle();
+    for name in ["unused", "second", "first"] {
+        fixture.push("materials", json!({"name": name}));
+    }
+    let primitive = |material: Value| json!({"attributes": {"POSITION": 0}, "material": material});
+    let primitives =
+        json!([primitive(json!(2)), primitive(json!(1)), primitive(Value::Null), primitive(json!(2))]);
+    fixture.json["meshes"][0]["primitives"] = primitives;
+    let (scene, _) = fixture.load();
+    let names: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["first", "second", ""]);
+    assert_eq!(scene.meshes.iter().map(|m| m.material).collect::<Vec<_>>(), [0, 1, 2, 0]);
+}

@@ -1,0 +1,159 @@
+//! Animations and skins.
+
+use glam::{DAffine3, DVec3};
+use serde_json::{Value, json};
+
+use super::super::fixture::{Fixture, bytes_of};
+use crate::scene::{Interpolation, Target};
+
+/// A triangle with one channel on node 0, two keys.
+fn animated(path: &str, interpolation: &str, kind: &str, width: usize, values: &[f32]) -> Fixture {
+    let mut fixture = Fixture::triangle();
+    let times = fixture.floats("SCALAR", 1, &[0.5, 1.5]);
+    let values = fixture.floats(kind, width, values);
+    let channels = json!([{"sampler": 0, "target": {"node": 0, "path": path}}]);
+    let samplers = json!([{"input": times, "output": values, "interpolation": interpolation}]);
+    fixture.push("animations", json!({"name": "clip", "channels": channels, "samplers": samplers}));
+    fixture
+}
+
+#[test]
+fn every_path_and_interpolation() {
+    let cases: [(&str, &str, &str, usize, Target); 5] = [
+        ("translation", "LINEAR", "VEC3", 3, Target::Translation(0)),
+        ("scale", "STEP", "VEC3", 3, Target::Scale(0)),
+        ("rotation", "CUBICSPLINE", "VEC4", 4, Target::Rotation(0)),
+        ("weights", "LINEAR", "SCALAR", 1, Target::Weights(0)),
+        ("weights", "CUBICSPLINE", "SCALAR", 1, Target::Weights(0)),
+    ];
+    for (path, interpolation, kind, width, target) in cases {
+        let parts = if interpolation == "CUBICSPLINE" { 3 } else { 1 };
+        // Two weights a key.
+        let numbers = if path == "weights" { 2 } else { width };
+        let values: Vec<f32> = (0..2 * parts * numbers).map(|i| i as f32).collect();
+        let (scene, warnings) = animated(path, interpolation, kind, width, &values).load();
+        let [channel] = &scene.animations[0].channels[..] else { panic!("{path} {warnings:?}") };
+        assert_eq!(channel.target, target);
+        let keys = &channel.keys;
+        assert_eq!((&keys.times[..], &keys.values, keys.width), (&[0.5, 1.5][..], &values, numbers));
+        let expected = match interpolation {
+            "STEP" => Interpolation::Step,
+            "CUBICSPLINE" => Interpolation::CubicSpline,
+            _ => Interpolation::Linear,
+        };
+        assert_eq!(keys.interpolation, expected);
+    }
+}
+
+#[test]
+fn normalised_integers() {
+    let mut fixture = animated("rotation", "LINEAR", "VEC4", 4, &[0.0; 8]);
+    let output = fixture.accessor(5122, "VEC4", 2, &bytes_of(&[0i16, 0, 0, 32767, 0, 0, 32767, 0]));
+    fixture.json["accessors"][output]["normalized"] = json!(true);
+    fixture.json["animations"][0]["samplers"][0]["output"] = json!(output);
+    let (scene, _) = fixture.load();
+    assert_eq!(scene.animations[0].channels[0].keys.values, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn a_channel_that_cannot_be_followed_is_left_out_alone() {
+    type Break = fn(&mut Value);
+    let breaks: [Break; 6] = [
+        |a| a["samplers"][0]["output"] = json!(0), // 3 values for 2 keys
+        |a| a["samplers"][0]["input"] = json!(0),  // not a list of numbers
+        |a| a["samplers"][0]["input"] = json!(4),  // descending
+        |a| a["channels"][0]["sampler"] = json!(5),
+        |a| a["channels"][0]["target"]["path"] = json!("colour"),
+        |a| a["samplers"][0]["output"] = json!(5), // past its buffer
+    ];
+    for (i, break_it) in breaks.iter().enumerate() {
+        let mut fixture = animated("translation", "LINEAR", "VEC3", 3, &[0.0; 6]);
+        fixture.floats("SCALAR", 1, &[1.0, 0.0]);
+        fixture.floats("VEC3", 3, &[0.0; 3]);
+        fixture.json["accessors"][5]["count"] = json!(2);
+        let good = json!({"sampler": 1, "target": {"node": 0, "path": "scale"}});
+        let sampler = fixture.json["animations"][0]["samplers"][0].clone();
+        fixture.json["animations"][0]["samplers"].as_array_mut().unwrap().push(sampler);
+        fixture.json["animations"][0]["channels"].as_array_mut().unwrap().push(good);
+        break_it(&mut fixture.json["animations"][0]);
+        let (scene, warnings) = fixture.load();
+        let targets: Vec<Target> = scene.animations[0].channels.iter().map(|c| c.target).collect();
+        assert_eq!(targets, [Target::Scale(0)], "{i}");
+        assert!(warnings.iter().any(|w| w.starts_with("animations[0].channels[0]: ")), "{i} {warnings:?}");
+    }
+    // Without a target the specification says to pass over it.
+    let mut fixture = animated("translation", "LINEAR", "VEC3", 3, &[0.0; 6]);
+    fixture.json["animations"][0]["channels"][0]["target"].as_object_mut().unwrap().remove("node");
+    let (scene, warnings) = fixture.load();
+    assert!(scene.animations[0].channels.is_empty() && warnings.is_empty());
+}
+
+#[test]
+fn every_copy_of_a_node_moves() {
+    let mut fixture = animated("translation", "LINEAR", "VEC3", 3, &[0.0; 6]);
+    fixture.node(json!({"children": [0]}));
+    let (scene, _) = fixture.load();
+    let targets: Vec<Target> = scene.animations[0].channels.iter().map(|c| c.target).collect();
+    assert_eq!(targets, [Target::Translation(0), Target::Translation(2)]);
+}
+
+#[test]
+fn pointers() {
+    let mut fixture = animated("pointer", "STEP", "SCALAR", 1, &[1.0, 0.0]);
+    let point = |fixture: &mut Fixture, pointer: &str| {
+        fixture.json["animations"][0]["channels"][0]["target"] =
+            json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}});
+        fixture.load()
+    };
+    let (scene, _) = point(&mut fixture, "/nodes/0/extensions/KHR_node_visibility/visible");
+    assert_eq!(scene.animations[0].channels[0].target, Target::Visibility(0));
+    let (scene, _) = point(&mut fixture, "/nodes/0/weights");
+    assert_eq!(scene.animations[0].channels[0].target, Target::Weights(0));
+    let (scene, warnings) = point(&mut fixture, "/materials/0/alphaCutoff");
+    assert!(scene.animations[0].channels.is_empty());
+    assert_eq!(warnings, ["animations[0].channels[0]: '/materials/0/alphaCutoff' is not animated; left out"]);
+}
+
+fn skinned() -> Fixture {
+    let mut fixture = Fixture::triangle();
+    let joints = fixture.accessor(5121, "VEC4", 3, &[0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
+    let weights = fixture.vec4(&[[0.5, 0.5, 0.0, 0.0]; 3]);
+    let attributes = &mut fixture.primitive()["attributes"];
+    (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(joints), json!(weights));
+    let a = fixture.node(json!({"translation": [0, 0, 1]}));
+    let b = fixture.node(json!({"translation": [0, 0, 3]}));
+    fixture.push("skins", json!({"name": "skin", "joints": [a, b]}));
+    fixture.json["nodes"][0]["skin"] = json!(0);
+    fixture
+}
+
+#[test]
+fn skins() {
+    let (scene, warnings) = skinned().load();
+    let skin = &scene.skins[0];
+    assert_eq!((skin.name.as_str(), &skin.joints[..]), ("skin", &[1, 2][..]));
+    assert_eq!((skin.inverse_bind[1], scene.instances[0].skin), (DAffine3::IDENTITY, Some(0)));
+    assert!(warnings.is_empty());
+
+    let mut fixture = skinned();
+    let mut matrix = [0.0; 16];
+    [0, 5, 10, 15].iter().for_each(|&i| matrix[i] = 1.0);
+    matrix[14] = -1.0;
+    let matrices = fixture.floats("MAT4", 16, &matrix);
+    fixture.json["skins"][0]["inverseBindMatrices"] = json!(matrices);
+    let (scene, warnings) = fixture.load();
+    let expected = [DAffine3::from_translation(DVec3::NEG_Z), DAffine3::IDENTITY];
+    assert_eq!((&scene.skins[0].inverse_bind[..], warnings.len()), (&expected[..], 1));
+}
+
+#[test]
+fn skins_that_do_not_fit() {
+    let mut fixture = skinned();
+    fixture.json["scenes"][0]["nodes"] = json!([0, 1]);
+    let (scene, warnings) = fixture.load();
+    assert_eq!((scene.instances[0].skin, warnings.len()), (None, 1), "{warnings:?}");
+    let mut fixture = skinned();
+    fixture.json["skins"][0]["joints"] = json!([1]);
+    let (_, warnings) = fixture.load();
+    assert_eq!(warnings, ["nodes[0].skin: its mesh names joint 1, and the skin has 1"]);
+}
