@@ -70,12 +70,18 @@ impl RayBatch {
         self.t_max.push(t_max);
     }
 
-    /// Keeps the first `n` rays.
-    pub fn truncate(&mut self, n: usize) {
-        self.origins.truncate(n);
-        self.directions.truncate(n);
-        self.after.truncate(n);
-        self.t_max.truncate(n);
+    /// Keeps the rays of ascending indices `kept`, each to go on behind its hit.
+    pub fn keep_behind(&mut self, kept: &[usize], hits: &[Hit]) {
+        for (to, &from) in kept.iter().enumerate() {
+            self.origins[to] = self.origins[from];
+            self.directions[to] = self.directions[from];
+            self.t_max[to] = self.t_max[from];
+            self.after[to] = hits[from];
+        }
+        self.origins.truncate(kept.len());
+        self.directions.truncate(kept.len());
+        self.after.truncate(kept.len());
+        self.t_max.truncate(kept.len());
     }
 
     /// Number of rays.

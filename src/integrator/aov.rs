@@ -5,9 +5,10 @@
 
 use glam::DVec3;
 
-use super::coefficients::base_color;
+use super::coefficients::{alpha, base_color};
 use super::{Frame, Materials, Sample, Scratch, Surface};
 use crate::geometry::{Hit, Ray, Rgb};
+use crate::scene::AlphaMode;
 
 /// A layer: one value for each pixel, of the first surface at the pixel's centre, never filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -116,7 +117,8 @@ impl Aov {
     }
 }
 
-/// The first surface that alpha masks keep, whatever its opacity.
+/// The first surface that alpha masks keep, whatever its opacity — but for places where its
+/// alpha texture leaves nothing at all: those are holes.
 #[derive(Clone, Debug)]
 pub struct FirstHit<'s> {
     surface: Option<(Hit, Surface<'s>)>,
@@ -125,11 +127,33 @@ pub struct FirstHit<'s> {
 /// The first hits of eye rays through `samples`.
 pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scratch) -> Vec<FirstHit<'s>> {
     frame.eye_rays(samples, &mut scratch.rays);
-    frame.accel.intersect(&scratch.rays, &Materials(frame.posed), &mut scratch.hits);
-    let rays = scratch.rays.origins.iter().zip(&scratch.rays.directions);
-    let surface = |hit: &Hit, (&o, &d)| {
-        let at = || Surface::at(frame.posed, hit.id, Ray { o, d });
-        (!hit.is_miss()).then(|| (*hit, at()))
-    };
-    scratch.hits.iter().zip(rays).map(|(hit, ray)| FirstHit { surface: surface(hit, ray) }).collect()
+    let mut found: Vec<FirstHit> = samples.iter().map(|_| FirstHit { surface: None }).collect();
+    let mut whose: Vec<usize> = (0..samples.len()).collect();
+    while !whose.is_empty() {
+        frame.accel.intersect(&scratch.rays, &Materials(frame.posed), &mut scratch.hits);
+        let mut behind = Vec::new();
+        for (i, hit) in scratch.hits.iter().enumerate().filter(|(_, hit)| !hit.is_miss()) {
+            let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
+            let surface = Surface::at(frame.posed, hit.id, ray);
+            if is_hole(frame, &surface) {
+                behind.push(i);
+            } else {
+                found[whose[i]].surface = Some((*hit, surface));
+            }
+        }
+        scratch.rays.keep_behind(&behind, &scratch.hits);
+        whose = behind.iter().map(|&i| whose[i]).collect();
+    }
+    found
+}
+
+/// Less of a surface than any 8-bit picture could show.
+const NOTHING: f32 = 1.0 / 512.0;
+
+fn is_hole(frame: &Frame, surface: &Surface) -> bool {
+    let material = &frame.posed.scene.materials[surface.material as usize];
+    // A material that is transparent all over is there to be found.
+    material.alpha_mode == AlphaMode::Blend
+        && material.alpha.factor > NOTHING
+        && alpha(frame.posed, material, surface) < NOTHING
 }

@@ -172,21 +172,9 @@ impl Phong {
 
     /// Keeps the rays that something still shows through, each to go on behind its hit.
     fn go_on_behind(&self, scratch: &mut Scratch, whose: &mut Vec<usize>, open: &[Rgb]) {
-        let rays = &mut scratch.rays;
-        let mut kept = 0;
-        for (i, hit) in scratch.hits.iter().enumerate() {
-            let sample = whose[i];
-            if hit.is_miss() || open[sample].max_element() <= 0.0 {
-                continue;
-            }
-            rays.origins[kept] = rays.origins[i];
-            rays.directions[kept] = rays.directions[i];
-            rays.t_max[kept] = rays.t_max[i];
-            rays.after[kept] = *hit;
-            whose[kept] = sample;
-            kept += 1;
-        }
-        rays.truncate(kept);
-        whose.truncate(kept);
+        let goes_on = |i: &usize| !scratch.hits[*i].is_miss() && open[whose[*i]].max_element() > 0.0;
+        let kept: Vec<usize> = (0..scratch.hits.len()).filter(goes_on).collect();
+        scratch.rays.keep_behind(&kept, &scratch.hits);
+        *whose = kept.iter().map(|&i| whose[i]).collect();
     }
 }

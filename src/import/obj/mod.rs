@@ -72,6 +72,7 @@ pub(super) fn load(
         });
         if let (Some(asked), None) = (key.material, mtl)
             && complete
+            && !parsed.materials[asked as usize].is_empty()
             && !parsed.libraries.is_empty()
         {
             let name = printable(&parsed.materials[asked as usize]);

@@ -81,6 +81,7 @@ struct Reader<'l> {
     lines_and_points: u64,
     degenerate: u64,
     unknown: Vec<String>,
+    ahead: Vec<Ahead>,
 }
 
 impl<'l> Reader<'l> {
@@ -99,6 +100,7 @@ impl<'l> Reader<'l> {
             lines_and_points: 0,
             degenerate: 0,
             unknown: Vec::new(),
+            ahead: Vec::new(),
         }
     }
 
@@ -141,12 +143,10 @@ impl<'l> Reader<'l> {
             "usemtl" => {
                 let name = rest.to_string();
                 let next = self.parsed.materials.len() as u32;
-                self.material = (!name.is_empty()).then(|| {
-                    *self.material_of.entry(name.clone()).or_insert_with(|| {
-                        self.parsed.materials.push(name);
-                        next
-                    })
-                });
+                self.material = Some(*self.material_of.entry(name.clone()).or_insert_with(|| {
+                    self.parsed.materials.push(name);
+                    next
+                }));
                 Ok(())
             }
             "mtllib" => {
@@ -194,15 +194,21 @@ impl<'l> Reader<'l> {
         let (mut has_uv, mut has_normal) = (true, true);
         for word in rest.split_whitespace() {
             let mut parts = word.splitn(3, '/');
-            let mut index = |name: &str, count: usize| match parts.next() {
+            let ahead = &mut self.ahead;
+            let mut index = |kind: Kind, count: usize| match parts.next() {
                 None | Some("") => Ok(None),
-                Some(text) => resolve(at, word, name, text, count).map(Some),
+                Some(text) => resolve(at, word, kind, text, count).map(|index| {
+                    if index as usize >= count {
+                        ahead.push(Ahead { line: at, kind, index });
+                    }
+                    Some(index)
+                }),
             };
-            let Some(v) = index("vertex", self.parsed.positions.len())? else {
+            let Some(v) = index(Kind::Vertex, self.parsed.positions.len())? else {
                 return Err(LoadError::parse(place(at, word), format!("'{word}' names no vertex")));
             };
-            let vt = index("texture coordinate", self.parsed.uvs.len())?;
-            let vn = index("normal", self.parsed.normals.len())?;
+            let vt = index(Kind::TextureCoordinate, self.parsed.uvs.len())?;
+            let vn = index(Kind::Normal, self.parsed.normals.len())?;
             has_uv &= vt.is_some();
             has_normal &= vn.is_some();
             corners.push(Corner { v, vt: vt.unwrap_or(0), vn: vn.unwrap_or(0) });
@@ -238,6 +244,18 @@ impl<'l> Reader<'l> {
     }
 
     fn finish(mut self, warnings: &mut Warnings) -> Result<Parsed, LoadError> {
+        for &Ahead { line, kind, index } in &self.ahead {
+            let count = match kind {
+                Kind::Vertex => self.parsed.positions.len(),
+                Kind::TextureCoordinate => self.parsed.uvs.len(),
+                Kind::Normal => self.parsed.normals.len(),
+            };
+            if index as usize >= count {
+                let name = kind.name();
+                let rule = format!("there is no {name} {}: the file has {count}", u64::from(index) + 1);
+                return Err(LoadError::invalid(format!("line {line}"), rule));
+            }
+        }
         let mut counted = |n: u64, what: &str| {
             if n > 0 {
                 warnings.add("", format!("{n} {what}"));
@@ -279,13 +297,40 @@ fn place(line: usize, word: &str) -> String {
     format!("line {line}, at '{}'", printable(word))
 }
 
-/// An index as written — from 1, or negative from the end — to one from 0.
-fn resolve(line: usize, word: &str, name: &str, text: &str, count: usize) -> Result<u32, LoadError> {
+/// An index that stands before what it counts: allowed, and checked once all is read.
+#[derive(Debug)]
+struct Ahead {
+    line: usize,
+    kind: Kind,
+    index: u32,
+}
+
+/// What an index counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Vertex,
+    TextureCoordinate,
+    Normal,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Vertex => "vertex",
+            Kind::TextureCoordinate => "texture coordinate",
+            Kind::Normal => "normal",
+        }
+    }
+}
+
+/// An index as written — from 1, or negative from what has been given so far — to one from 0.
+fn resolve(line: usize, word: &str, kind: Kind, text: &str, count: usize) -> Result<u32, LoadError> {
     let Ok(written) = text.parse::<i64>() else {
         return Err(LoadError::parse(place(line, word), format!("'{}' is not an index", printable(text))));
     };
     let index = if written < 0 { count as i64 + written } else { written - 1 };
-    if index < 0 || index >= count as i64 {
+    if index < 0 || index >= i64::from(u32::MAX) {
+        let name = kind.name();
         let rule = format!("there is no {name} {written}: the file has given {count} so far");
         return Err(LoadError::invalid(place(line, word), rule));
     }

@@ -137,7 +137,7 @@ fn errors_name_the_line_and_the_word() {
     for (obj, says) in [
         ("v 0 0\n", "line 1: v needs 3 numbers"),
         ("v 0 0 zero\n", "'zero' is not a number"),
-        ("# c\n\nv 0 0 0\nf 1 2 3\n", "line 4, at '2': there is no vertex 2"),
+        ("# c\n\nv 0 0 0\nf 1 2 3\n", "line 4: there is no vertex 2"),
         ("v 0 0 0\nf 1 1 0\n", "no vertex 0"),
         ("v 0 0 0\nf 1/1 1/1 1/1\n", "no texture coordinate 1"),
         ("v 0 0 0\nf 1//-1 1 1\n", "no normal -1"),
@@ -336,4 +336,19 @@ fn the_models_that_come_along_are_read() {
         assert_eq!(scene.drawn_triangles(), triangles, "{name}");
         assert!(scene.objects.len() >= objects);
     }
+}
+
+#[test]
+fn faces_may_stand_before_what_they_use() {
+    let scene = scene("f 1//1 2//1 3//1\nvn 0 0 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\n");
+    assert_eq!((scene.meshes[0].triangles.len(), scene.meshes[0].normals.len()), (1, 3));
+}
+
+#[test]
+fn an_empty_material_name_is_a_name_where_the_mtl_has_it() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl \nf 1 2 3\n");
+    let (scene, warnings) = read(&obj, &[("a.mtl", b"newmtl \nKd 0 1 0\n")]).unwrap();
+    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::Y, "{warnings:?}");
+    let (scene, warnings) = read(&obj, &[("a.mtl", b"newmtl b\nKd 0 1 0\n")]).unwrap();
+    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::ONE, "{warnings:?}");
 }
