@@ -111,7 +111,7 @@ fn shots() -> Vec<(&'static str, Shot)> {
         ("textured", Shot::of("textured/textured.glb")),
         ("textured_obj", Shot::of("textured/textured.obj")),
         ("figure_0", Shot::of("figure/figure.glb")),
-        ("figure_1", Shot { time: 1.0, ..Shot::of("figure/figure.glb") }),
+        ("figure_half", Shot { time: 0.5, ..Shot::of("figure/figure.glb") }),
         ("alpha", Shot::of("alpha/alpha.glb")),
         ("alpha_second_camera", Shot { view: camera("1"), ..Shot::of("alpha/alpha.glb") }),
     ]

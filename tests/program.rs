@@ -174,3 +174,42 @@ fn info_tells_what_is_there_in_text_and_json() {
     assert_eq!(json["cameras"].as_array().unwrap().len(), 1);
     assert_eq!(json["lights"][0]["kind"], "point");
 }
+
+#[test]
+fn every_flag_is_taken() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let xml = model("lecture/view-1.xml");
+    let (scene, xml) = (scene.to_str().unwrap(), xml.to_str().unwrap());
+    for flags in [
+        "-s 2 --filter box --background #102030 --exposure auto --view standard --seed 7",
+        "--filter tent --no-background --exposure -1.5 --view raw --depth 16",
+        "--filter gaussian --background transparent --crop 2,3,4,5 --aov depth,normal,uv",
+        "--camera 0 --yfov 30 --view-up 0,1,0 --clip 0.1,100 --fit auto",
+        "--camera Camera --clip off --fit horizontal --projection orthographic",
+        "--view-point -1,2.5,-3e0 --view-dir 0,-.1,1 --view-width 2 --view-height 1.5 --proj-distance 1.2",
+        "--view-point 0,1,9 --look-at 0,1,0 --camera-orthographic --view-width 3",
+        "--camera-position 0,1,9 --camera-focal-point 0,1,0 --camera-view-up 0,1,0 --camera-view-angle 30",
+        "--lights file,headlight --point-light 0,1,0,5,#ffcc88 --sun 0,-1,0,.5,1,.5,.2 --light-scale .5",
+        "--lights none --ambient .2,.2,.2 --light-units raw --no-shadows",
+        "--lights three-point --light-units unitless",
+        "--integrator shadow --kd 1,1,1 --ks 0,0,0 --shininess 10 --cull off --light-units standard",
+        "--integrator color --up z --scene 0 --animation none --time 0",
+        "--integrator diffuse --frame 12 --fps 24 --animation all",
+        "--animation 0 --threads 2 --progress json --perf -v",
+        "--resolution 12,8 --progress plain --allow-outside --strict --progress plain",
+    ] {
+        let mut args = vec!["render", scene, "-o", "a.png"];
+        args.extend(flags.split(' '));
+        if !flags.contains("--resolution") {
+            args.extend(["--size", "16x12"]);
+        } else {
+            args.truncate(args.len() - 2);
+        }
+        let output = blinn(dir.path(), &args);
+        assert_eq!(output.status.code(), Some(0), "{flags}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    let output = blinn(dir.path(), &["render", scene, "-o", "b.exr", "--size", "16x9", "--camera-xml", xml]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(names(dir.path()).contains(&"a.depth.png".to_string()));
+}

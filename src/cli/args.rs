@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
-use super::values;
+use super::values::{self, Exposure};
 use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::integrator::Aov;
@@ -103,7 +103,7 @@ pub(super) struct ImageArgs {
     /// Stops, or auto: by the scene's light [default: 0 with rigs and given lights, and for
     /// Blender's files near mid-grey; else auto]
     #[arg(long, value_name = "auto|EV", value_parser = values::exposure, allow_hyphen_values = true)]
-    pub exposure: Option<Option<f64>>,
+    pub exposure: Option<Exposure>,
     /// From linear light to the screen
     #[arg(long, value_enum, default_value_t = ViewArg::Auto)]
     pub view: ViewArg,

@@ -9,6 +9,7 @@ use super::args::{
     CameraArgs, CullArg, FilterArg, FitArg, IntegratorArg, LightArgs, ProjectionArg, RenderArgs, SceneArgs,
     TimeArgs, UnitsArg, UpArg, ViewArg,
 };
+use super::values::Exposure;
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml};
@@ -41,7 +42,7 @@ pub(super) struct Job {
     pub size: Option<(u32, u32)>,
     pub settings: RenderSettings,
     pub background: Background,
-    pub exposure: Option<Option<f64>>,
+    pub exposure: Option<Exposure>,
     pub view_transform: ViewTransform,
     pub depth: Depth,
     pub aovs: Vec<Aov>,

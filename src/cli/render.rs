@@ -9,6 +9,7 @@ use anyhow::{Context, Result, bail};
 use super::args::RenderArgs;
 use super::job::{Job, Target};
 use super::progress::Reporter;
+use super::values::Exposure;
 use super::{Summary, Usage};
 use crate::accel::{Accel, BuildSettings, CleanReport};
 use crate::display::Display;
@@ -164,8 +165,8 @@ fn exposure(
     let lit = job.lighting.resolve(frame.posed, &frame.camera);
     teller.reporter.note(&format!("lights: {}", lit.note));
     let automatic = match job.exposure {
-        Some(Some(ev)) => return Ok(ev),
-        Some(None) => true,
+        Some(Exposure::Stops(ev)) => return Ok(ev),
+        Some(Exposure::Auto) => true,
         None => lit.by_file && job.stage != Stage::Color,
     };
     if !automatic {

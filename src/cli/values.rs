@@ -84,7 +84,7 @@ pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
 /// `X,Y,W,H`.
 pub(super) fn crop(text: &str) -> Result<Crop, String> {
     let v = exactly::<4>(text, "X,Y,W,H")?;
-    if v.iter().any(|&v| v < 0.0 || v > 65_536.0 || v.fract() != 0.0) || v[2] == 0.0 || v[3] == 0.0 {
+    if v.iter().any(|v| !(0.0..=65_536.0).contains(v) || v.fract() != 0.0) || v[2] == 0.0 || v[3] == 0.0 {
         return Err("expected whole pixels X,Y,W,H with a width and a height".into());
     }
     let [x, y, width, height] = v.map(|v| v as u32);
@@ -104,13 +104,22 @@ pub(super) fn clip(text: &str) -> Result<Clip, String> {
     }
 }
 
-/// Stops, or `None` for `auto`.
-pub(super) fn exposure(text: &str) -> Result<Option<f64>, String> {
+/// How light is exposed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Exposure {
+    /// By metering the scene.
+    Auto,
+    /// By so many stops.
+    Stops(f64),
+}
+
+/// Stops, or `auto`.
+pub(super) fn exposure(text: &str) -> Result<Exposure, String> {
     if text == "auto" {
-        return Ok(None);
+        return Ok(Exposure::Auto);
     }
     let ev = number(text).map_err(|e| format!("{e}; expected stops, or 'auto'"))?;
-    if ev.abs() <= 100.0 { Ok(Some(ev)) } else { Err("must be within ±100 stops".into()) }
+    if ev.abs() <= 100.0 { Ok(Exposure::Stops(ev)) } else { Err("must be within ±100 stops".into()) }
 }
 
 /// Names of layers.

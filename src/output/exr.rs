@@ -24,8 +24,8 @@ pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
         add_layer(layer, half, &mut channels);
     }
     let size = Vec2(picture.pixels.width as usize, picture.pixels.height as usize);
-    let mut attributes = LayerAttributes::default();
-    attributes.software_name = Some(concat!("blinn ", env!("CARGO_PKG_VERSION")).into());
+    let software_name = Some(concat!("blinn ", env!("CARGO_PKG_VERSION")).into());
+    let attributes = LayerAttributes { software_name, ..Default::default() };
     let layer = ExrLayer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
     let mut bytes = Cursor::new(Vec::new());
     let written = Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes);
