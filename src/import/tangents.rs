@@ -2,11 +2,15 @@
 //! baked in.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::scene::{Influences, Mesh, MorphTarget, TextureRef};
+
+/// Faces that may meet in a place: MikkTSpace compares each with each.
+const MOST_FACES: u32 = 1024;
 
 /// Gives `mesh` tangents along the coordinates of `map`, unless it has some, or no normals to make
 /// them from. Vertices where the frames of neighbouring faces differ are split.
@@ -15,22 +19,106 @@ pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef) {
     let Some(uvs) = uvs.filter(|_| mesh.tangents.is_empty() && !mesh.normals.is_empty()) else { return };
     // The map's own axes: what it turns or mirrors, the frame follows.
     let uvs: Vec<Vec2> = uvs.iter().map(|&uv| map.transform.apply(uv)).collect();
-    let faces: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|&t| is_plain(mesh, &uvs, t)).collect();
-    let corners = vec![None; mesh.triangles.len() * 3];
-    let mut corners = Corners { mesh, uvs: &uvs, faces: &faces, tangents: corners };
+    let Faces { plain, copies } = faces(mesh, &uvs);
+    let tangents = vec![None; mesh.triangles.len() * 3];
+    let mut corners = Corners { mesh, uvs: &uvs, faces: &plain, tangents };
     let Ok(()) = generate_tangents(&mut corners) else { return };
-    let tangents = corners.tangents;
+    let mut tangents = corners.tangents;
+    for (copy, of, turn) in copies {
+        for corner in 0..3 {
+            tangents[copy as usize * 3 + (corner + turn) % 3] = tangents[of as usize * 3 + corner];
+        }
+    }
+    for (t, corners) in mesh.triangles.iter().zip(tangents.chunks_exact_mut(3)) {
+        // Where MikkTSpace was not asked or has no answer: the face's own direction of u.
+        if corners.contains(&None) {
+            let own = face_tangent(mesh, &uvs, t);
+            corners.iter_mut().for_each(|c| *c = c.or(own));
+        }
+    }
     split(mesh, &tangents);
 }
 
-/// Triangles with numbers that MikkTSpace can work with.
-fn is_plain(mesh: &Mesh, uvs: &[Vec2], triangle: u32) -> bool {
+/// Which triangles MikkTSpace is asked about.
+struct Faces {
+    plain: Vec<u32>,
+    /// Triangles that repeat another: (the copy, the other, where its first corner is).
+    copies: Vec<(u32, u32, usize)>,
+}
+
+/// Leaves out what has no area, or numbers that nobody can work with, or too many neighbours, and
+/// asks once for triangles that are there many times: MikkTSpace's time grows with the square.
+fn faces(mesh: &Mesh, uvs: &[Vec2]) -> Faces {
+    let welded = weld(mesh.positions.len(), |v| {
+        let (p, n, t) = (mesh.positions[v], mesh.normals[v], uvs[v]);
+        [p.x, p.y, p.z, n.x, n.y, n.z, t.x, t.y]
+    });
+    let places = weld(mesh.positions.len(), |v| mesh.positions[v].to_array());
+    let mut out = Faces { plain: Vec::with_capacity(mesh.triangles.len()), copies: Vec::new() };
+    let mut first: HashMap<[u32; 3], (u32, usize)> = HashMap::with_capacity(mesh.triangles.len());
+    let mut valence = vec![0u32; mesh.positions.len()];
+    for (i, corners) in mesh.triangles.iter().enumerate() {
+        let i = i as u32;
+        if !is_plain(mesh, uvs, corners) {
+            continue;
+        }
+        let own = corners.map(|v| welded[v as usize]);
+        let turn = (0..3).min_by_key(|&k| own[k]).unwrap_or(0);
+        let turned = [own[turn], own[(turn + 1) % 3], own[(turn + 2) % 3]];
+        match first.entry(turned) {
+            Entry::Occupied(other) => {
+                let (of, of_turn) = *other.get();
+                out.copies.push((i, of, (turn + 3 - of_turn) % 3));
+            }
+            Entry::Vacant(slot) => {
+                slot.insert((i, turn));
+                corners.iter().for_each(|&v| valence[places[v as usize] as usize] += 1);
+                out.plain.push(i);
+            }
+        }
+    }
+    let few = |&t: &u32| {
+        mesh.triangles[t as usize].iter().all(|&v| valence[places[v as usize] as usize] <= MOST_FACES)
+    };
+    out.plain.retain(few);
+    out
+}
+
+/// Gives vertices with equal numbers one id.
+fn weld<const N: usize>(vertices: usize, numbers: impl Fn(usize) -> [f32; N]) -> Vec<u32> {
+    let mut ids: HashMap<[u32; N], u32> = HashMap::with_capacity(vertices);
+    let id = |v: usize| {
+        let next = ids.len() as u32;
+        // Adding zero makes one of both zeros.
+        *ids.entry(numbers(v).map(|x| (x + 0.0).to_bits())).or_insert(next)
+    };
+    (0..vertices).map(id).collect()
+}
+
+/// True for a triangle with an area, and numbers that MikkTSpace can work with.
+fn is_plain(mesh: &Mesh, uvs: &[Vec2], corners: &[u32; 3]) -> bool {
     const HUGE: f32 = 1e15;
-    mesh.triangles[triangle as usize].iter().all(|&v| {
-        let v = v as usize;
-        let bounded = |x: Vec3| x.is_finite() && x.abs().max_element() < HUGE;
-        bounded(mesh.positions[v]) && bounded(mesh.normals[v]) && bounded(uvs[v].extend(0.0))
-    })
+    let bounded = |x: Vec3| x.is_finite() && x.abs().max_element() < HUGE;
+    let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+    a != b
+        && b != c
+        && c != a
+        && corners
+            .iter()
+            .map(|&v| v as usize)
+            .all(|v| bounded(mesh.positions[v]) && bounded(mesh.normals[v]) && bounded(uvs[v].extend(0.0)))
+}
+
+/// Where u grows fastest on a triangle, with the sign of its bitangent.
+fn face_tangent(mesh: &Mesh, uvs: &[Vec2], corners: &[u32; 3]) -> Option<Vec4> {
+    let [a, b, c] = corners.map(|v| mesh.positions[v as usize].as_dvec3());
+    let [ta, tb, tc] = corners.map(|v| uvs[v as usize].as_dvec2());
+    let (e1, e2, d1, d2) = (b - a, c - a, tb - ta, tc - ta);
+    let area = d1.perp_dot(d2);
+    let along = (e1 * d2.y - e2 * d1.y) * area.signum();
+    // v runs down the image, so an image seen upright from the front has a negative area.
+    let sign = if area < 0.0 { 1.0 } else { -1.0 };
+    Some(along.try_normalize()?.as_vec3().extend(sign))
 }
 
 struct Corners<'m> {
@@ -199,5 +287,87 @@ mod tests {
             generate(&mut mesh, &map());
             assert_eq!(mesh.tangents.len(), mesh.positions.len());
         }
+    }
+
+    /// Few different numbers, so that vertices, edges and triangles coincide in every way.
+    fn tangle() -> impl proptest::strategy::Strategy<Value = Mesh> {
+        use proptest::prelude::*;
+        let number = || prop_oneof![Just(0.0f32), Just(1.0), Just(-1.0), Just(1e-30), Just(1e14)];
+        let vertex = (number(), number(), number(), number(), number(), 0..4usize);
+        let normals = [Vec3::Z, Vec3::NEG_Z, Vec3::X, Vec3::ZERO];
+        (1..12usize).prop_flat_map(move |n| {
+            let vertices = prop::collection::vec(vertex.clone(), n);
+            let triangles = prop::collection::vec(prop::array::uniform3(0..n as u32), 1..24);
+            (vertices, triangles).prop_map(move |(vertices, triangles)| Mesh {
+                positions: vertices.iter().map(|v| Vec3::new(v.0, v.1, v.2)).collect(),
+                normals: vertices.iter().map(|v| normals[v.5]).collect(),
+                uvs: vec![vertices.iter().map(|v| Vec2::new(v.3, v.4)).collect()],
+                triangles,
+                ..Mesh::default()
+            })
+        })
+    }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::prelude::ProptestConfig::with_cases(4000))]
+        #[test]
+        fn tangled_meshes_keep_their_shape(mesh in tangle()) {
+            let mut split = mesh.clone();
+            generate(&mut split, &map());
+            assert_eq!(split.tangents.len(), split.positions.len());
+            assert_eq!(split.uvs[0].len(), split.positions.len());
+            for (a, b) in mesh.triangles.as_flattened().iter().zip(split.triangles.as_flattened()) {
+                let (a, b) = (*a as usize, *b as usize);
+                assert_eq!((mesh.positions[a], mesh.normals[a]), (split.positions[b], split.normals[b]));
+            }
+        }
+    }
+
+    #[test]
+    fn repeated_triangles_share_their_frames() {
+        let mut mesh = square();
+        mesh.uvs[0][3] = Vec2::new(1.0, 1.0);
+        let mut alone = mesh.clone();
+        generate(&mut alone, &map());
+        mesh.triangles.extend([[1, 2, 0], [3, 0, 2]]);
+        generate(&mut mesh, &map());
+        assert_eq!((&mesh.positions, &mesh.tangents), (&alone.positions, &alone.tangents));
+        let turned: Vec<[u32; 3]> = [mesh.triangles[2], mesh.triangles[3]]
+            .iter()
+            .zip([2, 1])
+            .map(|(t, by)| [t[by], t[(by + 1) % 3], t[(by + 2) % 3]])
+            .collect();
+        assert_eq!(turned, alone.triangles);
+    }
+
+    #[test]
+    fn many_coincident_triangles_take_no_longer_than_others() {
+        let n = 100_000;
+        let start = std::time::Instant::now();
+        let mut same = square();
+        same.triangles = same.triangles.repeat(n / 2);
+        generate(&mut same, &map());
+        assert_eq!(same.positions.len(), 4);
+        // One place, coordinates of their own; a fan about one vertex; no area at all.
+        for kind in 0..3 {
+            let mut mesh = Mesh { uvs: vec![Vec::new()], ..Mesh::default() };
+            for i in 0..n as u32 {
+                let f = i as f32 * 1e-3;
+                let corners = match kind {
+                    0 => [Vec3::ZERO, Vec3::X, Vec3::Y],
+                    1 => [Vec3::ZERO, Vec3::new(f, 1.0, 0.0), Vec3::new(f + 1e-3, 1.0, 0.0)],
+                    _ => [Vec3::ZERO; 3],
+                };
+                let shift = if kind == 1 { 0.0 } else { f };
+                mesh.positions.extend(corners);
+                mesh.normals.extend([Vec3::Z; 3]);
+                mesh.uvs[0].extend([Vec2::new(shift, 0.0), Vec2::new(shift + 1.0, f), Vec2::new(shift, 1.0)]);
+                mesh.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+            }
+            generate(&mut mesh, &map());
+            assert!(mesh.tangents.iter().all(|t| t.is_finite()));
+        }
+        // Quadratic time would be minutes.
+        assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
     }
 }

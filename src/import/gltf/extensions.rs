@@ -103,7 +103,7 @@ pub(super) fn judge(json: &Json, warnings: &mut Warnings) -> Result<(), LoadErro
                     warnings.add("", format_args!("{quoted} is shown in part: {how}"));
                 }
             }
-            Some(NotShown(what)) => warnings.add("", format_args!("{quoted} is not shown: {what}")),
+            Some(NotShown(what)) => warnings.add("", format_args!("{quoted}: {what}")),
             Some(Refused(_)) => warnings.add("", format_args!("{quoted} is not read: fallbacks are used")),
             None => warnings.add("", format_args!("{quoted} is not known, and was ignored")),
         }

@@ -15,6 +15,9 @@ const UV_SETS: u32 = 32;
 /// Sets of four joints that are read.
 const JOINT_SETS: u32 = 16;
 
+/// Four joints and their weights for each vertex.
+type JointSet = (Vec<[u32; 4]>, Vec<[f32; 4]>);
+
 /// A primitive of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct PrimitiveId {
@@ -242,7 +245,7 @@ impl<'d> Attributes<'_, 'd> {
     }
 
     fn influences(&self, warnings: &mut Warnings) -> Result<Influences, LoadError> {
-        let mut sets: Vec<(Vec<[u32; 4]>, Vec<[f32; 4]>)> = Vec::new();
+        let mut sets: Vec<JointSet> = Vec::new();
         for set in 0..JOINT_SETS {
             let joints = self.open(Semantic::Joints(set), &[4], warnings)?;
             let weights = self.open(Semantic::Weights(set), &[4], warnings)?;

@@ -13,6 +13,9 @@ use crate::import::image;
 use crate::import::uri::printable;
 use crate::scene::{Filter, Image, Pixels, Texture, Wrap};
 
+/// An image's name and its encoded bytes.
+type File<'d> = (String, Cow<'d, [u8]>);
+
 /// The textures that a scene uses, decoded.
 #[derive(Debug, Default)]
 pub(super) struct Textures {
@@ -44,8 +47,7 @@ impl Textures {
                 image_of.insert(texture, slot);
             }
         }
-        let files: Vec<Result<(String, Cow<'_, [u8]>), String>> =
-            sources.par_iter().map(|&i| bytes(doc, i)).collect();
+        let files: Vec<Result<File<'_>, String>> = sources.par_iter().map(|&i| bytes(doc, i)).collect();
         let texels = files.iter().flatten().filter_map(|(_, b)| image::dimensions(b));
         let total = texels.fold(0u64, |sum, (w, h)| sum.saturating_add(u64::from(w) * u64::from(h) * 4));
         LoadError::check("bytes of decoded textures", total, doc.limits.texture_bytes)?;
@@ -103,7 +105,7 @@ fn source(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) -> Option
 }
 
 /// The file that holds an image, with a name for it.
-fn bytes<'d>(doc: &'d Document<'_>, index: usize) -> Result<(String, Cow<'d, [u8]>), String> {
+fn bytes<'d>(doc: &'d Document<'_>, index: usize) -> Result<File<'d>, String> {
     let json = &doc.root().images[index];
     let is_data = |uri: &str| uri.trim_start().get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:"));
     let file = json.uri.as_deref().filter(|uri| !is_data(uri));
