@@ -1,7 +1,7 @@
 //! Accessors: numbers of every type, strided, sparse, normalised, or all zero.
 
-use gltf_json::accessor::{ComponentType, Type};
-use gltf_json::validation::Checked;
+use ::gltf::json::accessor::{ComponentType, Type};
+use ::gltf::json::validation::Checked;
 
 use super::document::Document;
 use crate::import::error::{LoadError, Warnings};
@@ -226,7 +226,7 @@ impl<'d> Accessor<'d> {
 impl<'d> Sparse<'d> {
     fn open(
         doc: &'d Document<'_>,
-        json: &gltf_json::accessor::sparse::Sparse,
+        json: &::gltf::json::accessor::sparse::Sparse,
         count: usize,
         size: usize,
         accessor: &str,

@@ -1,8 +1,8 @@
 //! Animations and skins: what refers to nodes of the walk.
 
+use ::gltf::json::animation::{Channel as JsonChannel, Interpolation as JsonInterpolation, Property};
+use ::gltf::json::validation::Checked;
 use glam::{DAffine3, DMat4, Mat4};
-use gltf_json::animation::{Channel as JsonChannel, Interpolation as JsonInterpolation, Property};
-use gltf_json::validation::Checked;
 
 use super::accessor::{Accessor, Pick};
 use super::document::Document;
@@ -127,7 +127,7 @@ impl From<LoadError> for Wrong {
 
 fn keys(
     doc: &Document<'_>,
-    json: &gltf_json::Animation,
+    json: &::gltf::json::Animation,
     channel: &JsonChannel,
     aim: &Aim,
     warnings: &mut Warnings,
@@ -179,7 +179,7 @@ pub(super) fn skin(
 ) -> Result<Option<Skin>, LoadError> {
     let Some(json) = doc.root().skins.get(index) else { return Ok(None) };
     let place = format!("skins[{index}]");
-    let node = |j: &gltf_json::Index<gltf_json::Node>| copies.get(j.value())?.first().copied();
+    let node = |j: &::gltf::json::Index<::gltf::json::Node>| copies.get(j.value())?.first().copied();
     let joints: Option<Vec<u32>> = json.joints.iter().map(node).collect();
     let Some(joints) = joints.filter(|j| !j.is_empty()) else {
         warnings.add(place, "has no joints in this scene, and does not bend its meshes");

@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use ::gltf::json::Node as JsonNode;
 use glam::{DAffine3, DVec3};
-use gltf_json::Node as JsonNode;
 use rayon::prelude::*;
 
 use super::super::tangents;

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use gltf_json::Root;
+use ::gltf::json::Root;
 use serde_json::{Map, Value};
 
 use super::container::Container;

@@ -1,6 +1,6 @@
 //! Which extensions are shown, and what is said of the others.
 
-use gltf_json::Root;
+use ::gltf::json::Root;
 
 use super::repair::Json;
 use crate::import::error::{LoadError, Warnings};

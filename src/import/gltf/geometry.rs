@@ -1,8 +1,8 @@
 //! A primitive to a mesh.
 
+use ::gltf::json::mesh::{Mode, Primitive, Semantic};
+use ::gltf::json::validation::Checked;
 use glam::{Vec2, Vec3, Vec4};
-use gltf_json::mesh::{Mode, Primitive, Semantic};
-use gltf_json::validation::Checked;
 
 use super::accessor::{Accessor, Pick};
 use super::document::Document;
@@ -277,7 +277,7 @@ impl<'d> Attributes<'_, 'd> {
         let json = &self.doc.root().meshes[id.mesh];
         let names = json.extras.as_ref().map_or_else(Vec::new, |e| target_names(e.get()));
         for (i, target) in self.json.targets.iter().flatten().enumerate() {
-            let mut read = |index: Option<gltf_json::Index<_>>, name: &str, wanted: bool| {
+            let mut read = |index: Option<::gltf::json::Index<_>>, name: &str, wanted: bool| {
                 let Some(index) = index.filter(|_| wanted) else { return Ok(Vec::new()) };
                 let place = format!("{}.targets[{i}].{name}", self.place);
                 let accessor = self.fitting(index.value(), &place, &[3], warnings)?;

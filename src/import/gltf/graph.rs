@@ -1,6 +1,6 @@
 //! The scene graph: which scene, and its nodes once for each path that leads to them.
 
-use gltf_json::Root;
+use ::gltf::json::Root;
 
 use crate::import::SceneChoice;
 use crate::import::error::{LoadError, Warnings};
@@ -17,7 +17,7 @@ pub(super) struct Placed {
 
 /// Names of the file's scenes; those without one go by their index.
 pub(super) fn scene_names(root: &Root) -> Vec<String> {
-    let name = |(i, s): (usize, &gltf_json::Scene)| s.name.clone().unwrap_or_else(|| i.to_string());
+    let name = |(i, s): (usize, &::gltf::json::Scene)| s.name.clone().unwrap_or_else(|| i.to_string());
     root.scenes.iter().enumerate().map(name).collect()
 }
 

@@ -1,7 +1,7 @@
 //! EXT_mesh_gpu_instancing: many copies of one node's mesh.
 
+use ::gltf::json::Node;
 use glam::{DAffine3, DQuat, DVec3, Quat, Vec3};
-use gltf_json::Node;
 
 use super::accessor::{Accessor, Pick};
 use super::document::Document;

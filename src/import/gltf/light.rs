@@ -1,9 +1,9 @@
 //! Cameras and lights.
 
+use ::gltf::json::camera::{Camera, Type};
+use ::gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
+use ::gltf::json::validation::Checked;
 use glam::Vec3;
-use gltf_json::camera::{Camera, Type};
-use gltf_json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
-use gltf_json::validation::Checked;
 
 use crate::import::error::Warnings;
 use crate::scene::{FileCamera, FileProjection, Light, LightKind};

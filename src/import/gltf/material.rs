@@ -1,9 +1,9 @@
 //! Materials.
 
+use ::gltf::json as gltf;
+use ::gltf::json::extensions::texture::TextureTransform;
+use ::gltf::json::validation::Checked;
 use glam::Vec3;
-use gltf_json as gltf;
-use gltf_json::extensions::texture::TextureTransform;
-use gltf_json::validation::Checked;
 use serde_json::{Map, Value};
 
 use crate::scene::{

@@ -1,6 +1,6 @@
 //! glTF 2.0: container, repair, checks, then the parts of the scene one by one.
 //!
-//! The JSON is typed by `gltf_json`, and nothing else of that family is used: its importer and its
+//! The JSON is typed by `gltf::json`, and nothing else of that family is used: its importer and its
 //! accessor views trust the file.
 
 mod accessor;

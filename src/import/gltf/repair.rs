@@ -1,6 +1,6 @@
 //! JSON text to a value tree, with the slips that exporters make put right.
 
-use gltf_json::Root;
+use ::gltf::json::Root;
 use serde_json::{Map, Value, json};
 
 use super::references;

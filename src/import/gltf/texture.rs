@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use gltf_json::texture::{MagFilter, WrappingMode};
-use gltf_json::validation::Checked;
+use ::gltf::json::texture::{MagFilter, WrappingMode};
+use ::gltf::json::validation::Checked;
 use rayon::prelude::*;
 
 use super::document::Document;

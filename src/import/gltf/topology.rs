@@ -1,6 +1,6 @@
 //! From lists, strips and fans to triangles.
 
-use gltf_json::mesh::Mode;
+use ::gltf::json::mesh::Mode;
 
 use crate::import::error::LoadError;
 

@@ -81,18 +81,19 @@ struct Reader<'l> {
     lines_and_points: u64,
     degenerate: u64,
     unknown: Vec<String>,
-    ahead: Vec<Ahead>,
+    totals: Totals,
+    without: Option<(usize, u64)>,
 }
 
 impl<'l> Reader<'l> {
     fn new(text: &str, limits: &'l Limits) -> Reader<'l> {
-        let by_o = lines(text).any(|l| split_keyword(&l.text).0 == "o");
+        let totals = Totals::of(text);
         Reader {
             limits,
             parsed: Parsed::default(),
             run_of: HashMap::new(),
             material_of: HashMap::new(),
-            by_o,
+            by_o: totals.objects > 0,
             object: None,
             smoothing: 0,
             material: None,
@@ -100,7 +101,8 @@ impl<'l> Reader<'l> {
             lines_and_points: 0,
             degenerate: 0,
             unknown: Vec::new(),
-            ahead: Vec::new(),
+            totals,
+            without: None,
         }
     }
 
@@ -192,26 +194,36 @@ impl<'l> Reader<'l> {
     fn face(&mut self, at: usize, rest: &str) -> Result<(), LoadError> {
         let mut corners = Vec::with_capacity(4);
         let (mut has_uv, mut has_normal) = (true, true);
+        let mut lacks = false;
+        let totals = &self.totals;
         for word in rest.split_whitespace() {
             let mut parts = word.splitn(3, '/');
-            let ahead = &mut self.ahead;
-            let mut index = |kind: Kind, count: usize| match parts.next() {
+            let mut index = |kind: Kind, so_far: usize, total: usize| match parts.next() {
                 None | Some("") => Ok(None),
-                Some(text) => resolve(at, word, kind, text, count).map(|index| {
-                    if index as usize >= count {
-                        ahead.push(Ahead { line: at, kind, index });
+                Some(text) => match resolve(at, word, kind, text, so_far)? {
+                    Some(index) if (index as usize) < total => Ok(Some(index)),
+                    _ if kind == Kind::Vertex => {
+                        let rule = format!("there is no vertex {text}: the file has {total}");
+                        Err(LoadError::invalid(place(at, word), rule))
                     }
-                    Some(index)
-                }),
+                    // Exporters that name what they did not write mean nothing by it.
+                    _ => {
+                        lacks = true;
+                        Ok(None)
+                    }
+                },
             };
-            let Some(v) = index(Kind::Vertex, self.parsed.positions.len())? else {
+            let Some(v) = index(Kind::Vertex, self.parsed.positions.len(), totals.vertices)? else {
                 return Err(LoadError::parse(place(at, word), format!("'{word}' names no vertex")));
             };
-            let vt = index(Kind::TextureCoordinate, self.parsed.uvs.len())?;
-            let vn = index(Kind::Normal, self.parsed.normals.len())?;
+            let vt = index(Kind::TextureCoordinate, self.parsed.uvs.len(), totals.uvs)?;
+            let vn = index(Kind::Normal, self.parsed.normals.len(), totals.normals)?;
             has_uv &= vt.is_some();
             has_normal &= vn.is_some();
             corners.push(Corner { v, vt: vt.unwrap_or(0), vn: vn.unwrap_or(0) });
+        }
+        if lacks {
+            self.without.get_or_insert((at, 0)).1 += 1;
         }
         if corners.len() < 3 {
             if corners.is_empty() {
@@ -244,17 +256,11 @@ impl<'l> Reader<'l> {
     }
 
     fn finish(mut self, warnings: &mut Warnings) -> Result<Parsed, LoadError> {
-        for &Ahead { line, kind, index } in &self.ahead {
-            let count = match kind {
-                Kind::Vertex => self.parsed.positions.len(),
-                Kind::TextureCoordinate => self.parsed.uvs.len(),
-                Kind::Normal => self.parsed.normals.len(),
-            };
-            if index as usize >= count {
-                let name = kind.name();
-                let rule = format!("there is no {name} {}: the file has {count}", u64::from(index) + 1);
-                return Err(LoadError::invalid(format!("line {line}"), rule));
-            }
+        if let Some((line, faces)) = self.without {
+            let what = format!(
+                "{faces} faces name texture coordinates or normals that the file has not: without them"
+            );
+            warnings.add(format!("line {line}"), what);
         }
         let mut counted = |n: u64, what: &str| {
             if n > 0 {
@@ -297,12 +303,29 @@ fn place(line: usize, word: &str) -> String {
     format!("line {line}, at '{}'", printable(word))
 }
 
-/// An index that stands before what it counts: allowed, and checked once all is read.
-#[derive(Debug)]
-struct Ahead {
-    line: usize,
-    kind: Kind,
-    index: u32,
+/// How much of everything the file has: faces may stand before what they use.
+#[derive(Debug, Default)]
+struct Totals {
+    vertices: usize,
+    uvs: usize,
+    normals: usize,
+    objects: usize,
+}
+
+impl Totals {
+    fn of(text: &str) -> Totals {
+        let mut totals = Totals::default();
+        for line in lines(text) {
+            match split_keyword(&line.text).0 {
+                "v" => totals.vertices += 1,
+                "vt" => totals.uvs += 1,
+                "vn" => totals.normals += 1,
+                "o" => totals.objects += 1,
+                _ => {}
+            }
+        }
+        totals
+    }
 }
 
 /// What an index counts.
@@ -313,28 +336,19 @@ enum Kind {
     Normal,
 }
 
-impl Kind {
-    fn name(self) -> &'static str {
-        match self {
-            Kind::Vertex => "vertex",
-            Kind::TextureCoordinate => "texture coordinate",
-            Kind::Normal => "normal",
-        }
-    }
-}
-
-/// An index as written — from 1, or negative from what has been given so far — to one from 0.
-fn resolve(line: usize, word: &str, kind: Kind, text: &str, count: usize) -> Result<u32, LoadError> {
+/// An index as written — from 1, or negative from what has been given so far — to one from 0;
+/// `None` where there can be no such thing.
+fn resolve(line: usize, word: &str, kind: Kind, text: &str, so_far: usize) -> Result<Option<u32>, LoadError> {
     let Ok(written) = text.parse::<i64>() else {
-        return Err(LoadError::parse(place(line, word), format!("'{}' is not an index", printable(text))));
+        let what = match kind {
+            Kind::Vertex => "a vertex index",
+            Kind::TextureCoordinate => "an index of a texture coordinate",
+            Kind::Normal => "an index of a normal",
+        };
+        return Err(LoadError::parse(place(line, word), format!("'{}' is not {what}", printable(text))));
     };
-    let index = if written < 0 { count as i64 + written } else { written - 1 };
-    if index < 0 || index >= i64::from(u32::MAX) {
-        let name = kind.name();
-        let rule = format!("there is no {name} {written}: the file has given {count} so far");
-        return Err(LoadError::invalid(place(line, word), rule));
-    }
-    Ok(index as u32)
+    let index = if written < 0 { so_far as i64 + written } else { written - 1 };
+    Ok(u32::try_from(index).ok())
 }
 
 impl Parsed {

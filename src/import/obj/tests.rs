@@ -137,14 +137,12 @@ fn errors_name_the_line_and_the_word() {
     for (obj, says) in [
         ("v 0 0\n", "line 1: v needs 3 numbers"),
         ("v 0 0 zero\n", "'zero' is not a number"),
-        ("# c\n\nv 0 0 0\nf 1 2 3\n", "line 4: there is no vertex 2"),
+        ("# c\n\nv 0 0 0\nf 1 2 3\n", "line 4, at '2': there is no vertex 2"),
         ("v 0 0 0\nf 1 1 0\n", "no vertex 0"),
-        ("v 0 0 0\nf 1/1 1/1 1/1\n", "no texture coordinate 1"),
-        ("v 0 0 0\nf 1//-1 1 1\n", "no normal -1"),
         ("v 0 0 0\nf -2 1 1\n", "no vertex -2"),
-        ("v 0 0 0\nf x 1 1\n", "'x' is not an index"),
+        ("v 0 0 0\nf x 1 1\n", "'x' is not a vertex index"),
         ("v 0 0 0\nf /1 1 1\n", "names no vertex"),
-        ("v 0 0 0\nf 99999999999999999999 1 1\n", "is not an index"),
+        ("v 0 0 0\nf 99999999999999999999 1 1\n", "is not a vertex index"),
         ("# empty\n", "nothing to draw"),
         ("", "nothing to draw"),
         ("v 0 0 0\nl 1 1\n", "nothing to draw"),
@@ -351,4 +349,11 @@ fn an_empty_material_name_is_a_name_where_the_mtl_has_it() {
     assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::Y, "{warnings:?}");
     let (scene, warnings) = read(&obj, &[("a.mtl", b"newmtl b\nKd 0 1 0\n")]).unwrap();
     assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::ONE, "{warnings:?}");
+}
+
+#[test]
+fn coordinates_that_the_file_lacks_are_done_without() {
+    let (scene, warnings) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2/2/2 3/3/-3\n", &[]).unwrap();
+    assert!(scene.meshes[0].uvs.is_empty() && scene.meshes[0].normals.is_empty());
+    assert!(warnings.len() == 1 && warnings[0].contains("line 4"), "{warnings:?}");
 }
