@@ -37,7 +37,7 @@ impl Rng {
     }
 
     pub fn below(&mut self, n: usize) -> usize {
-        ((self.next() >> 32) * n as u64 >> 32) as usize
+        (((self.next() >> 32) * n as u64) >> 32) as usize
     }
 
     pub fn one_in(&mut self, n: usize) -> bool {
@@ -110,7 +110,7 @@ pub fn fan(n: u32, normal: DVec3, rng: &mut Rng) -> Mesh {
     }
     let triangle = |i: u32| {
         let (a, b) = (1 + i, 1 + (i + 1) % n);
-        if i % 2 == 0 { [0, a, b] } else { [b, a, 0] }
+        if i.is_multiple_of(2) { [0, a, b] } else { [b, a, 0] }
     };
     mesh(positions, (0..n).map(triangle).collect())
 }
@@ -227,7 +227,7 @@ pub struct Holes;
 
 impl Cutout for Holes {
     fn keeps(&self, id: HitId, _: Vec3, _: Vec3) -> bool {
-        id.triangle % 3 != 0
+        !id.triangle.is_multiple_of(3)
     }
 
     fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3 {
