@@ -175,8 +175,9 @@ impl TestRay {
         let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
         let n = e1.cross(e2);
         let det = n.dot(d);
-        // Edge-on: its neighbours own the ray. Written so that NaN misses.
-        if !(det.abs() > tolerance * max(e1) * max(e2)) {
+        // Edge-on or NaN: its neighbours own the ray.
+        let faces = det.abs() > tolerance * max(e1) * max(e2);
+        if !faces {
             return None;
         }
         let t = (self.within(tri, n.dot(a[0]) / det) * self.unit) as f32;
@@ -200,5 +201,84 @@ impl TestRay {
             }
         }
         t.min(far).max(near)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whole numbers from −`n` to `n`.
+    struct Whole(u64);
+
+    impl Whole {
+        fn next(&mut self, n: i64) -> i64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 33) as i64 % (2 * n + 1) - n
+        }
+
+        fn point(&mut self, n: i64) -> [i64; 3] {
+            [self.next(n), self.next(n), self.next(n)]
+        }
+    }
+
+    fn to_vec3(p: [i64; 3]) -> Vec3 {
+        Vec3::from(p.map(|x| x as f32))
+    }
+
+    fn sub(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
+        [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+    }
+
+    /// a·(b×c), exactly.
+    fn triple(a: [i64; 3], b: [i64; 3], c: [i64; 3]) -> i64 {
+        a[0] * (b[1] * c[2] - b[2] * c[1])
+            + a[1] * (b[2] * c[0] - b[0] * c[2])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
+    }
+
+    /// Small whole coordinates put many rays exactly on edges and vertices, and there are exact
+    /// answers to compare with.
+    #[test]
+    fn the_judgement_is_exact() {
+        let mut whole = Whole(1);
+        let (mut hits, mut on_edges) = (0, 0);
+        for i in 0..1_000_000 {
+            let n = if i % 2 == 0 { 4 } else { 1000 };
+            let (v, o) = ([whole.point(n), whole.point(n), whole.point(n)], whole.point(n));
+            let d = if i % 3 == 0 { whole.point(n) } else { sub(v[i % 2], o) };
+            let Ok((tri, _)) = Corners::new(v.map(to_vec3)) else { continue };
+            let [a, b, c] = v.map(|p| sub(p, o));
+            let sides = [triple(d, a, b), triple(d, b, c), triple(d, c, a)];
+            let inside = sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0);
+            let (det, num) = (sides.iter().sum::<i64>(), triple(a, b, c));
+            let expected = (inside && det != 0 && num.signum() * det.signum() > 0)
+                .then(|| (num as f64 / det as f64) as f32);
+            let ray = TestRay::new(to_vec3(o), to_vec3(d), 1.0, DVec3::ZERO, 2.0 * n as f64);
+            let met = ray.meet(&tri);
+            assert_eq!(met.map(|m| m.t), expected, "{v:?} {o:?} {d:?}");
+            assert!(met.is_none() || ray.may_hit(&tri));
+            hits += usize::from(met.is_some());
+            on_edges += usize::from(met.is_some() && sides.contains(&0));
+        }
+        assert!(hits > 200_000 && on_edges > 100_000, "{hits} {on_edges}");
+    }
+
+    /// Corners in any order give the same bits, and the side seen turns with the winding.
+    #[test]
+    fn the_order_of_corners_does_not_show() {
+        let v = [Vec3::new(0.1, -0.0, 0.3), Vec3::new(1.7, 0.2, 0.1), Vec3::new(0.3, 1.1, -0.4)];
+        let ray = TestRay::new(Vec3::new(0.5, 0.3, 7.3), Vec3::new(0.01, 0.02, -1.3), 1.0, DVec3::ZERO, 3.0);
+        let (tri, turned) = Corners::new(v).unwrap();
+        let met = ray.meet(&tri).unwrap();
+        for (order, odd) in [([1, 2, 0], false), ([2, 0, 1], false), ([1, 0, 2], true), ([2, 1, 0], true)] {
+            let (other, also_turned) = Corners::new(order.map(|i| v[i])).unwrap();
+            assert_eq!(other.bits(), tri.bits());
+            assert_eq!(also_turned, turned ^ odd);
+            assert_eq!(ray.meet(&other), Some(met));
+        }
+        assert_eq!(Corners::new([v[0], v[0], v[1]]).unwrap_err(), Unfit::ZeroArea);
+        assert_eq!(Corners::new([v[0], v[2], v[1] * f32::NAN]).unwrap_err(), Unfit::NonFinite);
+        assert_eq!(Corners::new([v[0], v[2], v[1] * 1e19]).unwrap_err(), Unfit::NonFinite);
     }
 }

@@ -53,4 +53,16 @@ mod tests {
         let down = offset_point(p, error, Vec3::Y, Vec3::new(1.0, -0.1, 0.0));
         assert!(down.y <= p.y - 0.01);
     }
+
+    #[test]
+    fn the_error_of_a_point_grows_with_its_coordinates() {
+        let world = [Vec3::new(1e3, 1.0, 0.0), Vec3::new(-2e3, 1.0, 0.0), Vec3::ZERO];
+        let local = [Vec3::X, Vec3::NEG_X, Vec3::Y];
+        let still = point_error(world, local, &DAffine3::from_scale(glam::DVec3::splat(1e-30)));
+        assert!(still.abs_diff_eq(4.0 * EPSILON * Vec3::new(2e3, 1.0, 0.0), 1e-12));
+        // A mesh at 1e5 of its own frame, brought back to the middle of the world.
+        let far = local.map(|p| p + Vec3::splat(1e5));
+        let back = DAffine3::from_translation(glam::DVec3::splat(-1e5));
+        assert!(point_error(local, far, &back).min_element() > 1e5 * EPSILON);
+    }
 }
