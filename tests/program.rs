@@ -213,3 +213,26 @@ fn every_flag_is_taken() {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(names(dir.path()).contains(&"a.depth.png".to_string()));
 }
+
+/// Interrupted in the middle of a long render: the exit code says how, and nothing is left.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_render_leaves_nothing() {
+    let scene = model("still-life/still-life.glb");
+    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+        let dir = tempfile::tempdir().unwrap();
+        let args = ["render", scene.to_str().unwrap(), "-s", "4096", "-o", "a.png", "--progress", "plain"];
+        let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
+            .args(args)
+            .current_dir(dir.path())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        assert!(child.try_wait().unwrap().is_none(), "it is still rendering");
+        let killed = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+        assert!(killed.success());
+        assert_eq!(child.wait().unwrap().code(), Some(code));
+        assert!(names(dir.path()).is_empty());
+    }
+}

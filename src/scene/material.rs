@@ -157,9 +157,8 @@ pub struct Material {
 }
 
 impl Default for Material {
-    /// glTF's default material: white, metallic 1, roughness 1 are the *factors'* defaults; this
-    /// is what a mesh without any material gets: a mid-grey dielectric would hide colour textures,
-    /// so white, fully rough, not metallic.
+    /// White, fully rough, not metallic, single-sided. Importers set what their format says of a
+    /// mesh without a material.
     fn default() -> Self {
         Material {
             name: String::new(),
