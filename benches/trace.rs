@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use blinn::accel::{Accel, BuildSettings, Cutout, HitBatch, RayBatch, Shared};
 use blinn::geometry::HitId;
-use blinn::integrator::{Frame, Overrides, Phong};
+use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{Instance, Lighting, Material, Mesh, Node, PoseSettings, PosedScene, Scene, View, pose};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -58,16 +58,7 @@ fn sphere(rings: u32) -> Scene {
 fn frame<'a>(posed: &'a PosedScene<'a>, accel: &'a Accel, settings: &RenderSettings) -> Frame<'a> {
     let (camera, _) = View::default().resolve(posed, settings.width, settings.height).unwrap();
     let lit = Lighting::default().resolve(posed, &camera);
-    Frame {
-        posed,
-        accel,
-        camera,
-        lights: lit.rig.lights,
-        ambient: lit.rig.ambient,
-        overrides: Overrides::default(),
-        cull: true,
-        shadows: true,
-    }
+    Frame::new(posed, accel, camera, &lit)
 }
 
 fn trace(c: &mut Criterion) {

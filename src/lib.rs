@@ -8,7 +8,7 @@
 //! use blinn::accel::{Accel, BuildSettings};
 //! use blinn::display::{Background, Display, ViewTransform};
 //! use blinn::import::{LoadOptions, load};
-//! use blinn::integrator::{Frame, Overrides, Phong};
+//! use blinn::integrator::{Frame, Phong};
 //! use blinn::output::{Depth, Format, Picture, Replace, save};
 //! use blinn::render::{RenderSettings, render};
 //! use blinn::scene::{Lighting, PoseSettings, View, pose};
@@ -26,16 +26,7 @@
 //! let settings = RenderSettings { width: 64, height: 36, ..Default::default() };
 //! let (camera, _notes) = View::default().resolve(&posed, settings.width, settings.height)?;
 //! let lit = Lighting::default().resolve(&posed, &camera);
-//! let frame = Frame {
-//!     posed: &posed,
-//!     accel: &accel,
-//!     camera,
-//!     lights: lit.rig.lights,
-//!     ambient: lit.rig.ambient,
-//!     overrides: Overrides::default(),
-//!     cull: true,
-//!     shadows: true,
-//! };
+//! let frame = Frame::new(&posed, &accel, camera, &lit);
 //! let pixels = render(&frame, &Phong::default(), &settings, &())?;
 //!
 //! // Save: whole or not at all.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use blinn::accel::{Accel, BuildSettings, Preset};
 use blinn::import::{LoadOptions, load};
-use blinn::integrator::{Aov, Frame, Overrides, Phong};
+use blinn::integrator::{Aov, Frame, Phong};
 use blinn::render::{Pixels, RenderSettings, render, render_aovs};
 use blinn::scene::{Lighting, PoseSettings, Scene, View, pose};
 
@@ -23,16 +23,7 @@ fn picture(scene: &Scene, threads: usize, tile: u32, preset: Preset) -> (Pixels,
         let settings = RenderSettings { width: 96, height: 54, samples: 3, tile, ..Default::default() };
         let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
         let lit = Lighting::default().resolve(&posed, &camera);
-        let frame = Frame {
-            posed: &posed,
-            accel: &accel,
-            camera,
-            lights: lit.rig.lights,
-            ambient: lit.rig.ambient,
-            overrides: Overrides::default(),
-            cull: true,
-            shadows: true,
-        };
+        let frame = Frame::new(&posed, &accel, camera, &lit);
         let pixels = render(&frame, &Phong::default(), &settings, &()).unwrap();
         let layers = render_aovs(&frame, &Aov::ALL, &settings, &()).unwrap();
         (pixels, layers.iter().map(|l| l.values.iter().map(|v| v.to_bits()).collect()).collect())

@@ -60,16 +60,7 @@ impl Shot {
         let settings = RenderSettings { width: WIDTH, height: HEIGHT, samples: 4, ..Default::default() };
         let (camera, _) = self.view.resolve(&posed, WIDTH, HEIGHT).unwrap();
         let lit = self.lighting.resolve(&posed, &camera);
-        let frame = Frame {
-            posed: &posed,
-            accel: &accel,
-            camera,
-            lights: lit.rig.lights,
-            ambient: lit.rig.ambient,
-            overrides: self.overrides,
-            cull: true,
-            shadows: true,
-        };
+        let frame = Frame { overrides: self.overrides, ..Frame::new(&posed, &accel, camera, &lit) };
         let pixels = render(&frame, &Phong { stage: self.stage }, &settings, &()).unwrap();
         let background = Background::Color(Rgb::splat(0.05));
         Display { ev: self.ev, view: ViewTransform::Standard, background }.to_rgba8(&pixels)

@@ -141,14 +141,10 @@ impl<'a> Shot<'a> {
     fn frame(&self, camera: Camera) -> Frame<'a> {
         let lit = self.job.lighting.resolve(self.posed, &camera);
         Frame {
-            posed: self.posed,
-            accel: self.accel,
-            camera,
-            lights: lit.rig.lights,
-            ambient: lit.rig.ambient,
             overrides: self.job.overrides,
             cull: self.job.cull,
             shadows: self.job.shadows,
+            ..Frame::new(self.posed, self.accel, camera, &lit)
         }
     }
 }

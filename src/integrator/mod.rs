@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch};
 use crate::geometry::{Rgb, Rgba};
-use crate::scene::{Camera, PosedLight, PosedScene};
+use crate::scene::{Camera, Lit, PosedLight, PosedScene};
 
 pub use alpha::Materials;
 pub use aov::{Aov, FirstHit, first_hits};
@@ -67,7 +67,22 @@ pub trait Integrator: Sync {
     fn render(&self, frame: &Frame, samples: &[Sample], scratch: &mut Scratch, out: &mut [Rgba]);
 }
 
-impl Frame<'_> {
+impl<'a> Frame<'a> {
+    /// A frame lit as resolved, with shadows, single-sided back faces unseen and no coefficient
+    /// overridden.
+    pub fn new(posed: &'a PosedScene<'a>, accel: &'a Accel, camera: Camera, lit: &Lit) -> Frame<'a> {
+        Frame {
+            posed,
+            accel,
+            camera,
+            lights: lit.rig.lights.clone(),
+            ambient: lit.rig.ambient,
+            overrides: Overrides::default(),
+            cull: true,
+            shadows: true,
+        }
+    }
+
     /// Fills `rays` with the eye rays of `samples`, cut at the camera's planes.
     pub(crate) fn eye_rays(&self, samples: &[Sample], rays: &mut RayBatch) {
         use crate::accel::Shared;
