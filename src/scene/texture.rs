@@ -35,8 +35,8 @@ pub enum Pixels {
     Rgba16(Vec<[u16; 4]>),
 }
 
-/// A decoded image. Whether its colours are sRGB-encoded is the user's to say: a colour slot reads
-/// it with [`Texture::color`]-like lookups, a data slot with linear ones.
+/// A decoded image. Whether its colours are sRGB-encoded is for whoever looks it up to say, by the
+/// last argument of [`Texture::sample`].
 #[derive(Clone, Debug)]
 pub struct Image {
     /// Its name or file name.
