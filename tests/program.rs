@@ -72,6 +72,8 @@ fn standard_output_takes_a_png() {
 #[test]
 fn a_missing_file_is_one_line() {
     let dir = tempfile::tempdir().unwrap();
+    let told = String::from_utf8(blinn(dir.path(), &["info", "missing.obj"]).stderr).unwrap();
+    assert_eq!(told.matches("No such file").count(), 1, "said once: {told}");
     fails(dir.path(), &["render", "missing.glb"], 1, "missing.glb");
     fails(dir.path(), &["info", "missing.obj"], 1, "missing.obj");
 }
@@ -235,4 +237,22 @@ fn an_interrupted_render_leaves_nothing() {
         assert_eq!(child.wait().unwrap().code(), Some(code));
         assert!(names(dir.path()).is_empty());
     }
+}
+
+/// A disk that fills up: one line, and no part of the file.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let line = format!(
+        "ulimit -f 1; exec '{}' render '{}' --size 320x180 -s 1 -o a.png",
+        env!("CARGO_BIN_EXE_blinn"),
+        scene.display()
+    );
+    let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.lines().count() == 1 && told.contains("a.png cannot be written"), "{told}");
+    assert!(names(dir.path()).is_empty());
 }

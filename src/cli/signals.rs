@@ -16,7 +16,9 @@ fn end(code: i32) -> ! {
 /// process holds.
 #[cfg(unix)]
 pub(super) fn watch() {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+    // A file that grows too large is then an error of that file, not the end of the process.
+    let _ = signal_hook::flag::register(SIGXFSZ, Default::default());
     if let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) {
         std::thread::spawn(move || {
             if let Some(signal) = signals.forever().next() {

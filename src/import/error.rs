@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The file, or a file that it needs, cannot be read.
-    #[error("{}: {source}", .path.display())]
+    #[error("{}: {cause}", .path.display())]
     Io {
         /// Which file.
         path: PathBuf,
         /// What the system said.
-        source: io::Error,
+        cause: io::Error,
     },
     /// The text or the container does not follow its format.
     #[error("{place}: {what}")]
@@ -48,8 +48,8 @@ pub enum LoadError {
 }
 
 impl LoadError {
-    pub(crate) fn io(path: &Path, source: io::Error) -> LoadError {
-        LoadError::Io { path: path.to_path_buf(), source }
+    pub(crate) fn io(path: &Path, cause: io::Error) -> LoadError {
+        LoadError::Io { path: path.to_path_buf(), cause }
     }
 
     pub(crate) fn parse(place: impl fmt::Display, what: impl fmt::Display) -> LoadError {

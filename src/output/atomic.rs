@@ -45,7 +45,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8], replace: Replace) -> io::Resu
         // As any program's files: the umask takes away what it must.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder)?;
+    let mut file = builder.tempfile_in(folder).map_err(without_path)?;
     file.write_all(bytes)?;
     file.as_file().sync_data()?;
     match replace {
@@ -54,6 +54,15 @@ pub fn write_atomically(path: &Path, bytes: &[u8], replace: Replace) -> io::Resu
     }
     .map(drop)
     .map_err(|e| e.error)
+}
+
+/// The system's own error: the passing name means nothing to anyone.
+fn without_path(error: io::Error) -> io::Error {
+    let system = error.get_ref().and_then(|e| e.source()).and_then(|e| e.downcast_ref::<io::Error>());
+    match system.and_then(io::Error::raw_os_error) {
+        Some(code) => io::Error::from_raw_os_error(code),
+        None => error,
+    }
 }
 
 #[cfg(test)]

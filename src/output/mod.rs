@@ -90,7 +90,7 @@ pub fn save(
 ) -> Result<Vec<PathBuf>, SaveError> {
     let failed = |path: &Path| {
         let path = path.to_path_buf();
-        move |source| SaveError { path, source }
+        move |cause| SaveError { path, cause }
     };
     let bytes = format.encode(picture, depth).map_err(failed(path))?;
     write_atomically(path, &bytes, replace).map_err(failed(path))?;
@@ -110,10 +110,10 @@ pub fn save(
 
 /// A picture that could not be written. There is no part of it on disk.
 #[derive(Debug, thiserror::Error)]
-#[error("{} cannot be written: {source}", .path.display())]
+#[error("{} cannot be written: {cause}", .path.display())]
 pub struct SaveError {
     /// Which file.
     pub path: PathBuf,
     /// What the system said.
-    pub source: io::Error,
+    pub cause: io::Error,
 }

@@ -273,7 +273,7 @@ impl<'l> Reader<'l> {
             warnings.add("", format!("statements not understood and left out: {}", self.unknown.join(", ")));
         }
         if self.parsed.runs.is_empty() {
-            return Err(LoadError::invalid("the file", "has no faces: there is nothing to draw"));
+            return Err(LoadError::invalid("OBJ", "no faces: there is nothing to draw"));
         }
         if !self.parsed.colors.is_empty() {
             self.parsed.colors.resize(self.parsed.positions.len(), Vec4::ONE);
