@@ -256,3 +256,32 @@ fn a_full_disk_is_one_line() {
     assert!(told.lines().count() == 1 && told.contains("a.png cannot be written"), "{told}");
     assert!(names(dir.path()).is_empty());
 }
+
+/// Metering looks through the file's camera in its own shape, so a thumbnail, a strip and a crop
+/// are exposed alike.
+#[test]
+fn the_exposure_does_not_depend_on_the_pictures_size() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/lights.glb");
+    let told = |size: &str| {
+        let args = [
+            "render",
+            scene.to_str().unwrap(),
+            "-o",
+            "a.png",
+            "-v",
+            "-s",
+            "1",
+            "--exposure",
+            "auto",
+            "--size",
+            size,
+        ];
+        let output = blinn(dir.path(), &args);
+        let errors = String::from_utf8(output.stderr).unwrap();
+        errors.lines().find(|l| l.starts_with("exposure: ")).unwrap_or_else(|| panic!("{errors}")).to_string()
+    };
+    let usual = told("64x36");
+    assert_eq!(told("16x64"), usual);
+    assert_eq!(told("96x8"), usual);
+}

@@ -158,14 +158,19 @@ impl Job {
             None if own => None,
             None => (!scene.cameras.is_empty()).then_some(0),
         };
-        let aspect = camera.and_then(|i| scene.cameras[i].aspect()).filter(|a| (0.01..=100.0).contains(a));
-        match aspect {
-            None => DEFAULT_SIZE,
-            Some(a) => {
-                let side = f64::from(DEFAULT_SIDE);
-                let (w, h) = if a >= 1.0 { (side, side / a) } else { (side * a, side) };
-                (w.round().max(1.0) as u32, h.round().max(1.0) as u32)
-            }
+        natural_size(scene, camera)
+    }
+}
+
+/// The size of a picture through a file's camera, or of a framed scene: no flag changes it.
+pub(super) fn natural_size(scene: &Scene, camera: Option<usize>) -> (u32, u32) {
+    let aspect = camera.and_then(|i| scene.cameras[i].aspect()).filter(|a| (0.01..=100.0).contains(a));
+    match aspect {
+        None => DEFAULT_SIZE,
+        Some(a) => {
+            let side = f64::from(DEFAULT_SIDE);
+            let (w, h) = if a >= 1.0 { (side, side / a) } else { (side * a, side) };
+            (w.round().max(1.0) as u32, h.round().max(1.0) as u32)
         }
     }
 }

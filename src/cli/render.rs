@@ -7,7 +7,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use super::args::RenderArgs;
-use super::job::{Job, Target};
+use super::job::{Job, Target, natural_size};
 use super::progress::Reporter;
 use super::values::Exposure;
 use super::{Summary, Usage};
@@ -169,7 +169,8 @@ fn exposure(
         return Ok(0.0);
     }
     let start = Instant::now();
-    let (width, height) = job.size_for(scene);
+    // The shape is the camera's, not the picture's: thumbnails are exposed as their originals.
+    let (width, height) = natural_size(scene, (!scene.cameras.is_empty()).then_some(0));
     let aspect = f64::from(width) / f64::from(height);
     let integrator = Phong { stage: job.stage };
     let first = if scene.cameras.is_empty() {
@@ -177,17 +178,15 @@ fn exposure(
     } else {
         View { clip: job.view.clip, ..View::default() }
     };
-    let at_rest = job.time == 0.0 || scene.animations.is_empty();
-    let metered = if at_rest {
-        let (camera, _) = first.resolve(frame.posed, width, height)?;
-        let frame = Shot { job, posed: frame.posed, accel: frame.accel }.frame(camera);
-        meter(&frame, &integrator, aspect, &())?
+    let measure = |posed: &PosedScene, accel: &Accel| -> Result<_> {
+        let (camera, _) = first.resolve(posed, width, height)?;
+        Ok(meter(&Shot { job, posed, accel }.frame(camera), &integrator, aspect, &())?)
+    };
+    let metered = if job.time == 0.0 || scene.animations.is_empty() {
+        measure(frame.posed, frame.accel)?
     } else {
         let posed = pose(scene, &PoseSettings { time: 0.0, animation: animation.clone(), centre: None })?;
-        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
-        let (camera, _) = first.resolve(&posed, width, height)?;
-        let frame = Shot { job, posed: &posed, accel: &accel }.frame(camera);
-        meter(&frame, &integrator, aspect, &())?
+        measure(&posed, &Accel::build(&posed, &BuildSettings::default()).0)?
     };
     teller.reporter.stage("meter", start, "");
     let Some(metered) = metered else {
