@@ -245,7 +245,7 @@ fn blocking<'a, 'p>(
 
 /// How an instance's triangles look in a world tree.
 fn look(posed: &PosedScene, instance: u32) -> Look {
-    let material = &posed.scene.materials[posed.mesh(instance).material as usize];
+    let material = &posed.materials[posed.mesh(instance).material as usize];
     let reversed = posed.instances[instance as usize].transform.flips;
     Look { class: material.class(), single_sided: !material.double_sided, reversed }
 }
@@ -269,7 +269,7 @@ fn world_triangles(posed: &PosedScene, plan: &Plan, preset: Preset) -> Triangles
 
 fn mesh_triangles(posed: &PosedScene, mesh: u32, preset: Preset) -> Triangles {
     let mesh = &posed.scene.meshes[mesh as usize];
-    let material = &posed.scene.materials[mesh.material as usize];
+    let material = &posed.materials[mesh.material as usize];
     // Not reversed where the instance mirrors: a mirrored ray sees the side it saw before.
     let look = Look { class: material.class(), single_sided: !material.double_sided, reversed: false };
     let raw = |i: usize| Raw {

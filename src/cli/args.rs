@@ -37,6 +37,9 @@ pub(super) struct SceneArgs {
     /// Scene of the file, by name or index
     #[arg(long, value_name = "NAME|INDEX")]
     pub scene: Option<String>,
+    /// Material variant of a glTF file, by name; none for its default materials
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
     /// Which way is up in the file
     #[arg(long, value_enum, default_value_t = UpArg::Y)]
     pub up: UpArg,

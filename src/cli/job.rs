@@ -180,6 +180,7 @@ pub(super) fn load_options(args: &SceneArgs) -> LoadOptions {
     LoadOptions {
         limits: Limits::default(),
         scene: args.scene.clone().map_or(SceneChoice::Default, SceneChoice::Named),
+        variant: args.variant.clone(),
         up: match args.up {
             UpArg::Y => Up::Y,
             UpArg::Z => Up::Z,

@@ -13,6 +13,8 @@ pub struct Limits {
     pub nodes: u64,
     /// Instances drawn.
     pub instances: u64,
+    /// Bytes of all compressed buffer views once decompressed.
+    pub decompressed_bytes: u64,
     /// Texels of one image.
     pub image_pixels: u64,
     /// Bytes of all images once decoded.
@@ -27,6 +29,7 @@ impl Default for Limits {
             triangles: 1 << 29,
             nodes: 4 << 20,
             instances: 4 << 20,
+            decompressed_bytes: 16 << 30,
             image_pixels: 1 << 28,
             texture_bytes: 16 << 30,
         }

@@ -8,6 +8,7 @@ mod camera_xml;
 mod error;
 mod gltf;
 mod image;
+mod ktx2;
 mod limits;
 mod obj;
 mod tangents;
@@ -50,6 +51,8 @@ pub struct LoadOptions {
     pub scene: SceneChoice,
     /// Which way is up.
     pub up: Up,
+    /// Which of the file's material variants, by name; `none` or `None` for its default materials.
+    pub variant: Option<String>,
     /// Lets references lead out of the scene's folder.
     pub allow_outside: bool,
 }
@@ -65,6 +68,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     let (mut scene, warnings) = if looks_like_gltf(path, &bytes) {
         gltf::load(&bytes, &folder, options)?
     } else {
+        if let Some(wanted) = options.variant.as_deref().filter(|v| *v != "none") {
+            return Err(gltf::missing_variant(wanted, &[]));
+        }
         obj::load(&bytes, &folder, options)?
     };
     scene.name = name;

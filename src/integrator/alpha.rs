@@ -14,11 +14,11 @@ pub struct Materials<'a>(pub &'a PosedScene<'a>);
 impl Cutout for Materials<'_> {
     fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
         let surface = Surface::at(self.0, id, Ray { o, d });
-        alpha(self.0, &self.0.scene.materials[surface.material as usize], &surface) > 0.0
+        alpha(self.0, &self.0.materials[surface.material as usize], &surface) > 0.0
     }
 
     fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Rgb {
         let surface = Surface::at(self.0, id, Ray { o, d });
-        transmitted(self.0, &self.0.scene.materials[surface.material as usize], &surface)
+        transmitted(self.0, &self.0.materials[surface.material as usize], &surface)
     }
 }

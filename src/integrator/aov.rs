@@ -105,7 +105,7 @@ impl Aov {
             Aov::GeometricNormal => vector(out, s.n_g),
             Aov::Position => vector(out, s.p.as_dvec3() + frame.posed.centre),
             Aov::Albedo => {
-                let material = &frame.posed.scene.materials[s.material as usize];
+                let material = &frame.posed.materials[s.material as usize];
                 let color: Rgb = base_color(frame.posed, material, s);
                 out.extend(color.to_array());
             }
@@ -151,7 +151,7 @@ pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scrat
 const NOTHING: f32 = 1.0 / 512.0;
 
 fn is_hole(frame: &Frame, surface: &Surface) -> bool {
-    let material = &frame.posed.scene.materials[surface.material as usize];
+    let material = &frame.posed.materials[surface.material as usize];
     // A material that is transparent all over is there to be found.
     material.alpha_mode == AlphaMode::Blend
         && material.alpha.factor > NOTHING

@@ -108,7 +108,7 @@ pub(super) fn base_color(posed: &PosedScene, material: &Material, surface: &Surf
 impl Coefficients {
     /// The coefficients at `surface`.
     pub fn at(posed: &PosedScene, surface: &Surface, overrides: &Overrides) -> Coefficients {
-        let material = &posed.scene.materials[surface.material as usize];
+        let material = &posed.materials[surface.material as usize];
         let color = base_color(posed, material, surface);
         let mut k = Coefficients {
             k_a: color,

@@ -99,7 +99,7 @@ impl<'s> Surface<'s> {
     /// mesh has tangents. The bitangent is made in object space, then transformed, so that
     /// mirrored and sheared nodes keep it right; a back face turns the whole frame.
     pub fn shading_normal(&self, posed: &PosedScene) -> DVec3 {
-        let Some(map) = posed.scene.materials[self.material as usize].normal else { return self.n_v };
+        let Some(map) = posed.materials[self.material as usize].normal else { return self.n_v };
         let (normals, tangents) = (posed.normals(self.id.instance), posed.tangents(self.id.instance));
         if normals.is_empty() || tangents.is_empty() {
             return self.n_v;

@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use super::{CameraField, LightField, MaterialField};
+
 /// How values run between keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
@@ -24,8 +26,16 @@ pub enum Target {
     Scale(u32),
     /// The morph weights of a node's meshes (as many numbers a key as there are targets).
     Weights(u32),
+    /// One of a node's morph weights, by its index.
+    Weight(u32, u32),
     /// A node's visibility (1 number a key).
     Visibility(u32),
+    /// Numbers of a material.
+    Material(u32, MaterialField),
+    /// Numbers of a light.
+    Light(u32, LightField),
+    /// A number of a camera.
+    Camera(u32, CameraField),
 }
 
 /// Keys over time.

@@ -136,7 +136,7 @@ impl View {
                 sphere: posed.bounding_sphere(),
             });
         };
-        let camera = &scene.cameras[index];
+        let camera = &posed.cameras[index];
         let to_world = posed.node_to_world(camera.node);
         Ok(Start {
             view_point: Some(to_world.translation),

@@ -6,6 +6,7 @@
 
 mod animation;
 mod camera;
+mod driven;
 mod framing;
 mod light;
 mod material;
@@ -18,6 +19,7 @@ mod texture;
 
 pub use animation::{Animation, Channel, Interpolation, Keys, Target};
 pub use camera::{Camera, Clip, Fit, Projection, View, ViewError};
+pub use driven::{CameraField, LightField, MaterialField, Slot};
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
 pub use light::{Cone, Incident, Light, LightKind, LightUnits, PosedKind, PosedLight};
 pub use material::{
@@ -29,7 +31,7 @@ pub use node::{Instance, Local, Node};
 pub use pose::{AnimationChoice, Deformed, PoseError, PoseSettings, PosedInstance, PosedScene, pose};
 pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
 pub use skin::Skin;
-pub use texture::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap, srgb_to_linear};
+pub use texture::{Channels, Filter, Image, Texels, Texture, TextureRef, UvTransform, Wrap, srgb_to_linear};
 
 /// The format a scene came in, for the defaults that depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

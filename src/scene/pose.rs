@@ -8,7 +8,8 @@ use std::borrow::Cow;
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use super::{
-    Animation, LightKind, LightUnits, Local, Mesh, PosedKind, PosedLight, Scene, Skin, Target, light::Cone,
+    Animation, FileCamera, Light, LightKind, LightUnits, Local, Material, Mesh, PosedKind, PosedLight, Scene,
+    Skin, Target, light::Cone,
 };
 use crate::geometry::{Aabb, HitId, Sphere, Transform};
 
@@ -74,6 +75,11 @@ pub struct PosedInstance {
 pub struct PosedScene<'s> {
     /// What is posed.
     pub scene: &'s Scene,
+    /// The scene's materials at this moment.
+    pub materials: Cow<'s, [Material]>,
+    /// The scene's cameras at this moment.
+    pub cameras: Cow<'s, [FileCamera]>,
+    lights: Cow<'s, [Light]>,
     /// Subtracted from every world position.
     pub centre: DVec3,
     /// Where each instance is.
@@ -95,6 +101,9 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
     let mut weights: Vec<Cow<'_, [f32]>> =
         scene.nodes.iter().map(|n| Cow::Borrowed(&n.weights[..])).collect();
     let mut shown: Vec<bool> = scene.nodes.iter().map(|n| n.visible).collect();
+    let mut materials = Cow::Borrowed(&scene.materials[..]);
+    let mut lights = Cow::Borrowed(&scene.lights[..]);
+    let mut cameras = Cow::Borrowed(&scene.cameras[..]);
     for channel in moving.iter().flat_map(|a| &a.channels) {
         let keys = &channel.keys;
         match channel.target {
@@ -104,7 +113,23 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
             Target::Weights(n) => {
                 weights[n as usize] = keys.sample(at.time).iter().map(|&w| w as f32).collect();
             }
+            Target::Weight(n, k) => {
+                let own = weights[n as usize].to_mut();
+                if own.is_empty() {
+                    *own = scene.default_weights(n);
+                }
+                if let Some(w) = own.get_mut(k as usize) {
+                    *w = keys.sample(at.time)[0] as f32;
+                }
+            }
             Target::Visibility(n) => shown[n as usize] = keys.sample(at.time)[0] > 0.5,
+            Target::Material(i, field) => {
+                materials.to_mut()[i as usize].drive(field, &keys.sample(at.time));
+            }
+            Target::Light(i, field) => lights.to_mut()[i as usize].drive(field, &keys.sample(at.time)),
+            Target::Camera(i, field) => {
+                cameras.to_mut()[i as usize].drive(field, keys.sample(at.time)[0]);
+            }
         }
     }
     // Parents stand before their children, so one pass does it however deep the graph is.
@@ -119,6 +144,9 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
 
     let mut posed = PosedScene {
         scene,
+        materials,
+        cameras,
+        lights,
         centre: DVec3::ZERO,
         instances: Vec::with_capacity(scene.instances.len()),
         deformed: Vec::new(),
@@ -131,6 +159,14 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
         posed.recentre(centre);
     }
     Ok(posed)
+}
+
+impl Scene {
+    /// The weights that the meshes at a node have where the node gives none.
+    fn default_weights(&self, node: u32) -> Vec<f32> {
+        let drawn = self.instances.iter().find(|i| i.node == node);
+        drawn.map_or_else(Vec::new, |i| self.meshes[i.mesh as usize].morph_weights.clone())
+    }
 }
 
 /// The scale-rotation-translation of a local transform about to be animated.
@@ -255,7 +291,7 @@ impl<'s> PosedScene<'s> {
     /// The file's lights in the lecture's units, times `scale`.
     pub fn lights(&self, units: LightUnits, scale: f32) -> Vec<PosedLight> {
         let units = units.resolve(&self.scene.source);
-        let visible = self.scene.lights.iter().filter(|l| self.visible[l.node as usize]);
+        let visible = self.lights.iter().filter(|l| self.visible[l.node as usize]);
         visible
             .map(|light| {
                 let to_world = self.node_to_world[light.node as usize];

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// What a texture does outside 0…1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -26,13 +26,26 @@ pub enum Filter {
     Linear,
 }
 
-/// Texels, row-major, row 0 on top.
+/// What an image's channels hold, as its file stored them: nothing is widened on the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channels {
+    /// Grey.
+    L = 1,
+    /// Grey and alpha.
+    La = 2,
+    /// Red, green and blue.
+    Rgb = 3,
+    /// Red, green, blue and alpha; not premultiplied.
+    Rgba = 4,
+}
+
+/// The numbers of an image: row-major, row 0 on top, the channels of a texel side by side.
 #[derive(Clone, Debug)]
-pub enum Pixels {
+pub enum Texels {
     /// 8 bits a channel.
-    Rgba8(Vec<[u8; 4]>),
+    U8(Vec<u8>),
     /// 16 bits a channel.
-    Rgba16(Vec<[u16; 4]>),
+    U16(Vec<u16>),
 }
 
 /// A decoded image. Whether its colours are sRGB-encoded is for whoever looks it up to say, by the
@@ -45,8 +58,10 @@ pub struct Image {
     pub width: u32,
     /// Texels downwards.
     pub height: u32,
-    /// `width · height` texels.
-    pub pixels: Pixels,
+    /// What a texel has.
+    pub channels: Channels,
+    /// `width · height` texels of that many channels.
+    pub texels: Texels,
 }
 
 /// An image with its sampler.
@@ -63,28 +78,57 @@ pub struct Texture {
 /// `uv' = M·uv + t`: KHR_texture_transform and MTL's `-s` and `-o`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvTransform {
-    /// Columns of M.
-    pub x_axis: Vec2,
-    /// Columns of M.
-    pub y_axis: Vec2,
-    /// t.
-    pub offset: Vec2,
+    offset: Vec2,
+    rotation: f32,
+    scale: Vec2,
+    /// Columns of M, which follow from rotation and scale.
+    x_axis: Vec2,
+    y_axis: Vec2,
 }
 
 impl UvTransform {
     /// Coordinates as they are.
-    pub const IDENTITY: UvTransform = UvTransform { x_axis: Vec2::X, y_axis: Vec2::Y, offset: Vec2::ZERO };
+    pub const IDENTITY: UvTransform =
+        UvTransform { offset: Vec2::ZERO, rotation: 0.0, scale: Vec2::ONE, x_axis: Vec2::X, y_axis: Vec2::Y };
 
     /// KHR_texture_transform: scale, then rotate by `rotation` radians (counter-clockwise in the
     /// image, so clockwise in uv), then offset.
     pub fn khr(offset: Vec2, rotation: f32, scale: Vec2) -> UvTransform {
         let (s, c) = (libm::sinf(rotation), libm::cosf(rotation));
-        UvTransform { x_axis: Vec2::new(c, -s) * scale.x, y_axis: Vec2::new(s, c) * scale.y, offset }
+        let (x_axis, y_axis) = (Vec2::new(c, -s) * scale.x, Vec2::new(s, c) * scale.y);
+        UvTransform { offset, rotation, scale, x_axis, y_axis }
     }
 
     /// Applies it.
     pub fn apply(&self, uv: Vec2) -> Vec2 {
         self.x_axis * uv.x + self.y_axis * uv.y + self.offset
+    }
+
+    /// t.
+    pub fn offset(&self) -> Vec2 {
+        self.offset
+    }
+
+    /// The rotation in radians.
+    pub fn rotation(&self) -> f32 {
+        self.rotation
+    }
+
+    /// The scale, which comes before the rotation.
+    pub fn scale(&self) -> Vec2 {
+        self.scale
+    }
+
+    pub(super) fn set_offset(&mut self, offset: Vec2) {
+        self.offset = offset;
+    }
+
+    pub(super) fn set_rotation(&mut self, rotation: f32) {
+        *self = UvTransform::khr(self.offset, rotation, self.scale);
+    }
+
+    pub(super) fn set_scale(&mut self, scale: Vec2) {
+        *self = UvTransform::khr(self.offset, self.rotation, scale);
     }
 }
 
@@ -129,24 +173,55 @@ impl Wrap {
 }
 
 impl Image {
+    /// Bytes of its texels.
+    pub fn bytes(&self) -> u64 {
+        match &self.texels {
+            Texels::U8(t) => t.len() as u64,
+            Texels::U16(t) => 2 * t.len() as u64,
+        }
+    }
+
+    /// Texel `i` of the row-major list as stored: red, green, blue, alpha in 0…1, neither decoded
+    /// nor filtered. Grey is all three colours; alpha is 1 where there is none.
+    pub fn stored(&self, i: usize) -> Vec4 {
+        let n = self.channels as usize;
+        let at = |c: usize| match &self.texels {
+            Texels::U8(t) => linear_table()[usize::from(t[n * i + c])],
+            Texels::U16(t) => f32::from(t[n * i + c]) / 65535.0,
+        };
+        spread(self.channels, at)
+    }
+
     fn texel(&self, x: usize, y: usize, srgb: bool) -> Vec4 {
         let i = y * self.width as usize + x;
-        match &self.pixels {
-            Pixels::Rgba8(p) => {
-                let [r, g, b, a] = p[i];
-                let table = if srgb { srgb_table() } else { linear_table() };
-                let at = |v: u8| table[usize::from(v)];
-                Vec4::new(at(r), at(g), at(b), f32::from(a) / 255.0)
-            }
-            Pixels::Rgba16(p) => {
-                let [r, g, b, a] = p[i].map(|v| f32::from(v) / 65535.0);
-                if srgb {
-                    Vec4::new(srgb_to_linear(r), srgb_to_linear(g), srgb_to_linear(b), a)
-                } else {
-                    Vec4::new(r, g, b, a)
+        if !srgb {
+            return self.stored(i);
+        }
+        let n = self.channels as usize;
+        match &self.texels {
+            Texels::U8(t) => {
+                let mut v = spread(self.channels, |c| srgb_table()[usize::from(t[n * i + c])]);
+                // The table decodes colours; alpha is linear always.
+                if matches!(self.channels, Channels::La | Channels::Rgba) {
+                    v.w = f32::from(t[n * i + n - 1]) / 255.0;
                 }
+                v
+            }
+            Texels::U16(_) => {
+                let v = self.stored(i);
+                Vec4::new(srgb_to_linear(v.x), srgb_to_linear(v.y), srgb_to_linear(v.z), v.w)
             }
         }
+    }
+}
+
+/// The four channels of a texel that has some of them.
+fn spread(channels: Channels, at: impl Fn(usize) -> f32) -> Vec4 {
+    match channels {
+        Channels::L => Vec3::splat(at(0)).extend(1.0),
+        Channels::La => Vec3::splat(at(0)).extend(at(1)),
+        Channels::Rgb => Vec4::new(at(0), at(1), at(2), 1.0),
+        Channels::Rgba => Vec4::new(at(0), at(1), at(2), at(3)),
     }
 }
 
@@ -193,8 +268,33 @@ mod tests {
     use super::*;
 
     fn ramp() -> [Image; 1] {
-        let pixels = Pixels::Rgba8(vec![[0; 4], [255; 4]]);
-        [Image { name: "ramp".into(), width: 2, height: 1, pixels }]
+        [image(Channels::L, Texels::U8(vec![0, 255]))]
+    }
+
+    /// Two texels side by side.
+    fn image(channels: Channels, texels: Texels) -> Image {
+        Image { name: String::new(), width: 2, height: 1, channels, texels }
+    }
+
+    #[test]
+    fn every_layout_is_read_as_four_channels() {
+        let eight = |channels, texels: &[u8]| image(channels, Texels::U8(texels.to_vec()));
+        let half = srgb_to_linear(51.0 / 255.0);
+        for (image, stored, decoded) in [
+            (eight(Channels::L, &[0, 51]), [0.2, 0.2, 0.2, 1.0], [half, half, half, 1.0]),
+            (eight(Channels::La, &[0, 0, 51, 51]), [0.2; 4], [half, half, half, 0.2]),
+            (eight(Channels::Rgb, &[0, 0, 0, 255, 0, 51]), [1.0, 0.0, 0.2, 1.0], [1.0, 0.0, half, 1.0]),
+            (
+                eight(Channels::Rgba, &[0, 0, 0, 0, 255, 0, 51, 51]),
+                [1.0, 0.0, 0.2, 0.2],
+                [1.0, 0.0, half, 0.2],
+            ),
+            (image(Channels::La, Texels::U16(vec![0, 0, 13107, 13107])), [0.2; 4], [half, half, half, 0.2]),
+        ] {
+            assert!(image.stored(1).abs_diff_eq(stored.into(), 1e-7), "{image:?}");
+            assert!(image.texel(1, 0, true).abs_diff_eq(decoded.into(), 1e-7), "{image:?}");
+            assert_eq!(image.texel(1, 0, false), image.stored(1));
+        }
     }
 
     fn at(wrap: Wrap, filter: Filter, u: f32) -> f32 {

@@ -119,6 +119,19 @@ impl<'d> Accessor<'d> {
         Ok(Accessor { count, width, component, normalized: json.normalized, size, base, sparse })
     }
 
+    /// Numbers that were decompressed: `count` elements, tightly packed.
+    pub fn packed(
+        count: usize,
+        width: usize,
+        component: ComponentType,
+        normalized: bool,
+        bytes: &'d [u8],
+    ) -> Accessor<'d> {
+        let size = width * component.size();
+        let base = Some(Strided { bytes, stride: size });
+        Accessor { count, width, component, normalized, size, base, sparse: None }
+    }
+
     /// Elements of `N` numbers as floats.
     ///
     /// The caller has checked that `N` is the width and that the picked elements exist; anything

@@ -1,11 +1,14 @@
 //! Animations and skins: what refers to nodes of the walk.
 
+use std::collections::HashMap;
+
 use ::gltf::json::animation::{Channel as JsonChannel, Interpolation as JsonInterpolation, Property};
 use ::gltf::json::validation::Checked;
 use glam::{DAffine3, DMat4, Mat4};
 
 use super::accessor::{Accessor, Pick};
 use super::document::Document;
+use super::pointer::{self, Pointed};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::uri::printable;
 use crate::scene::{Animation, Channel, Interpolation, Keys, Skin, Target};
@@ -16,10 +19,19 @@ const KEY_NUMBERS: u64 = 1 << 28;
 /// The scene's nodes for each node of the file.
 pub(super) type Copies = [Vec<u32>];
 
+/// What became of the file's parts in the scene. What is in none of them is not in the scene.
+pub(super) struct Places<'a> {
+    pub nodes: &'a Copies,
+    pub materials: &'a HashMap<usize, u32>,
+    /// Lights and cameras by the file's index: once for each node that carries them.
+    pub lights: &'a HashMap<usize, Vec<u32>>,
+    pub cameras: &'a HashMap<usize, Vec<u32>>,
+}
+
 /// Reads every animation. A channel that cannot be followed is left out alone.
 pub(super) fn animations(
     doc: &Document<'_>,
-    copies: &Copies,
+    places: &Places<'_>,
     warnings: &mut Warnings,
 ) -> Result<Vec<Animation>, LoadError> {
     let mut numbers = 0u64;
@@ -36,9 +48,9 @@ pub(super) fn animations(
                     continue;
                 }
             };
-            let nodes = copies.get(aim.node).map_or(&[][..], Vec::as_slice);
-            if nodes.is_empty() {
-                // It moves a node of another scene.
+            let targets = aim.targets(doc, places);
+            if targets.is_empty() {
+                // It moves a part of another scene.
                 continue;
             }
             let keys = match keys(doc, json, channel, &aim, warnings) {
@@ -54,39 +66,79 @@ pub(super) fn animations(
                 }
             };
             let size = (keys.times.len() + keys.values.len()) as u64;
-            numbers = numbers.saturating_add(size.saturating_mul(nodes.len() as u64));
+            numbers = numbers.saturating_add(size.saturating_mul(targets.len() as u64));
             LoadError::check("animation keys", numbers, KEY_NUMBERS)?;
-            for &node in nodes {
-                animation.channels.push(Channel { target: aim.target(node), keys: keys.clone() });
-            }
+            animation
+                .channels
+                .extend(targets.into_iter().map(|target| Channel { target, keys: keys.clone() }));
         }
         out.push(animation);
     }
     Ok(out)
 }
 
-/// What a channel drives.
-struct Aim {
-    node: usize,
-    drives: Drives,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Drives {
-    Property(Property),
-    Visibility,
+/// What a channel drives, by the file's indices.
+#[derive(Clone, Copy, Debug)]
+enum Aim {
+    Node(usize, Property),
+    Pointed(Pointed),
 }
 
 impl Aim {
-    fn target(&self, node: u32) -> Target {
-        match self.drives {
-            Drives::Property(Property::Translation) => Target::Translation(node),
-            Drives::Property(Property::Rotation) => Target::Rotation(node),
-            Drives::Property(Property::Scale) => Target::Scale(node),
-            Drives::Property(Property::MorphTargetWeights) => Target::Weights(node),
-            Drives::Visibility => Target::Visibility(node),
+    /// Each place in the scene that it drives.
+    fn targets(&self, doc: &Document<'_>, places: &Places<'_>) -> Vec<Target> {
+        let nodes = |i: usize| places.nodes.get(i).map_or(&[][..], Vec::as_slice).iter().copied();
+        let all = |map: &HashMap<usize, Vec<u32>>, i: usize| map.get(&i).cloned().unwrap_or_default();
+        match *self {
+            Aim::Node(node, property) => {
+                let target = match property {
+                    Property::Translation => Target::Translation,
+                    Property::Rotation => Target::Rotation,
+                    Property::Scale => Target::Scale,
+                    Property::MorphTargetWeights => Target::Weights,
+                };
+                nodes(node).map(target).collect()
+            }
+            Aim::Pointed(Pointed::Visibility(node)) => nodes(node).map(Target::Visibility).collect(),
+            Aim::Pointed(Pointed::Weight(node, k)) => nodes(node).map(|n| Target::Weight(n, k)).collect(),
+            Aim::Pointed(Pointed::MeshWeights(mesh)) => {
+                shown(doc, mesh).flat_map(nodes).map(Target::Weights).collect()
+            }
+            Aim::Pointed(Pointed::MeshWeight(mesh, k)) => {
+                shown(doc, mesh).flat_map(nodes).map(|n| Target::Weight(n, k)).collect()
+            }
+            Aim::Pointed(Pointed::Material(i, field)) => {
+                places.materials.get(&i).map(|&m| Target::Material(m, field)).into_iter().collect()
+            }
+            Aim::Pointed(Pointed::Light(i, field)) => {
+                all(places.lights, i).into_iter().map(|l| Target::Light(l, field)).collect()
+            }
+            Aim::Pointed(Pointed::Camera(i, field)) => {
+                all(places.cameras, i).into_iter().map(|c| Target::Camera(c, field)).collect()
+            }
         }
     }
+
+    /// Numbers in a value; `None` for as many as there are.
+    fn width(&self) -> Option<usize> {
+        match self {
+            Aim::Node(_, Property::Translation | Property::Scale) => Some(3),
+            Aim::Node(_, Property::Rotation) => Some(4),
+            Aim::Node(_, Property::MorphTargetWeights) | Aim::Pointed(Pointed::MeshWeights(_)) => None,
+            Aim::Pointed(Pointed::Weight(..) | Pointed::MeshWeight(..)) => Some(1),
+            Aim::Pointed(Pointed::Visibility(_) | Pointed::Camera(..)) => Some(1),
+            Aim::Pointed(Pointed::Material(_, field)) => Some(field.width()),
+            Aim::Pointed(Pointed::Light(_, field)) => Some(field.width()),
+        }
+    }
+}
+
+/// The nodes that show a mesh with its default weights: a node's own go before its mesh's.
+fn shown(doc: &Document<'_>, mesh: usize) -> impl Iterator<Item = usize> {
+    let plain = move |n: &::gltf::json::Node| {
+        n.mesh.is_some_and(|m| m.value() == mesh) && n.weights.as_ref().is_none_or(Vec::is_empty)
+    };
+    doc.root().nodes.iter().enumerate().filter(move |(_, n)| plain(n)).map(|(i, _)| i)
 }
 
 /// `None` for a channel that the specification says to ignore.
@@ -96,20 +148,15 @@ fn aim(
     animation: usize,
     index: usize,
 ) -> Result<Option<Aim>, String> {
-    let is_this = |p: &&super::repair::Pointer| p.animation == animation && p.channel == index;
-    if let Some(found) = doc.json.pointers.iter().find(is_this) {
-        let parts: Vec<&str> = found.pointer.split('/').collect();
-        if let ["", "nodes", node, "extensions", "KHR_node_visibility", "visible"] = parts[..]
-            && let Ok(node) = node.parse()
-        {
-            return Ok(Some(Aim { node, drives: Drives::Visibility }));
-        }
-        return Err(format!("'{}' is not animated", printable(&found.pointer)));
+    if let Some(pointer) = doc.json.pointers.get(&(animation, index)) {
+        let pointed = pointer::read(pointer);
+        let pointed = pointed.ok_or_else(|| format!("'{}' is not animated", printable(pointer)))?;
+        return Ok(Some(Aim::Pointed(pointed)));
     }
     let node = channel.target.node.value();
     match channel.target.path {
         _ if node == u32::MAX as usize => Ok(None),
-        Checked::Valid(property) => Ok(Some(Aim { node, drives: Drives::Property(property) })),
+        Checked::Valid(property) => Ok(Some(Aim::Node(node, property))),
         Checked::Invalid => Err("what it drives is not known".into()),
     }
 }
@@ -152,12 +199,7 @@ fn keys(
     };
     let parts = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     let per_key = times.len() * parts;
-    let (width, numbers) = match aim.drives {
-        Drives::Property(Property::Translation | Property::Scale) => (3, 3),
-        Drives::Property(Property::Rotation) => (4, 4),
-        Drives::Visibility => (1, 1),
-        Drives::Property(Property::MorphTargetWeights) => (1, output.count / per_key),
-    };
+    let (width, numbers) = aim.width().map_or((1, output.count / per_key), |n| (n, n));
     if output.width != width || numbers == 0 || output.count != per_key * (numbers / width) {
         let (count, has, keys) = (output.count, output.width, times.len());
         return wrong(format!("{count} values of {has} numbers do not fit {keys} keys"));

@@ -7,12 +7,12 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::super::tangents;
-use super::animation::{animations, skin};
+use super::animation::{Places, animations, skin};
 use super::document::Document;
 use super::geometry::{self, PrimitiveId};
 use super::graph::{self, Placed};
 use super::texture::Textures;
-use super::{instancing, light, material, topology};
+use super::{instancing, light, material, topology, variants};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::{LoadOptions, Up};
 use crate::scene::{Format, Instance, Local, Material, Mesh, Node, Scene, Source};
@@ -28,9 +28,10 @@ pub(super) fn scene(
     let placed = graph::expand(root, &roots, doc.limits.nodes, warnings)?;
     check_instances(doc, &placed)?;
 
+    let variant = variants::choose(doc, options.variant.as_deref())?;
     let wanted = primitives(doc, &placed, warnings)?;
     let ((meshes, mesh_warnings), surfaces) =
-        rayon::join(|| read_meshes(doc, &wanted), || Surfaces::read(doc, &wanted));
+        rayon::join(|| read_meshes(doc, &wanted), || Surfaces::read(doc, &wanted, variant));
     warnings.extend(mesh_warnings);
     let (surfaces, surface_warnings) = surfaces?;
     warnings.extend(surface_warnings);
@@ -48,35 +49,40 @@ pub(super) fn scene(
     }
     let mut instances =
         Instances { doc, mesh_ids, copies: &copies, skins: HashMap::new(), fitted: HashSet::new() };
+    let (mut cameras, mut lit): (HashMap<usize, Vec<u32>>, HashMap<usize, Vec<u32>>) = Default::default();
     for (i, p) in placed.iter().enumerate() {
         let (id, json) = ((offset + i) as u32, &root.nodes[p.node]);
         instances.place(&mut scene, p.node, id, warnings)?;
-        if let Some(index) = json.camera.map(|c| c.value()) {
-            scene.cameras.extend(light::camera(&root.cameras[index], index, id, warnings));
+        if let Some(index) = json.camera.map(|c| c.value())
+            && let Some(camera) = light::camera(&root.cameras[index], index, id, warnings)
+        {
+            cameras.entry(index).or_default().push(scene.cameras.len() as u32);
+            scene.cameras.push(camera);
         }
         let light = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         let lights = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let (Some(light), Some(lights)) = (light, lights)
-            && let Some(json) = lights.lights.get(light.light.value())
+            && let index = light.light.value()
+            && let Some(json) = lights.lights.get(index)
+            && let Some(light) = light::light(json, index, id, warnings)
         {
-            scene.lights.extend(light::light(json, light.light.value(), id, warnings));
+            lit.entry(index).or_default().push(scene.lights.len() as u32);
+            scene.lights.push(light);
         }
     }
-    scene.animations = animations(doc, &copies, warnings)?;
+    let places = Places { nodes: &copies, materials: &surfaces.of_file, lights: &lit, cameras: &cameras };
+    scene.animations = animations(doc, &places, warnings)?;
     Ok(scene)
 }
 
 fn source(doc: &Document<'_>) -> Source {
     let root = doc.root();
-    let variants = root.extensions.as_ref().and_then(|e| e.others.get("KHR_materials_variants"));
-    let variants = variants.and_then(|v| v.get("variants")).and_then(|v| v.as_array());
-    let name = |v: &serde_json::Value| v.get("name").and_then(|n| n.as_str()).unwrap_or_default().to_string();
     Source {
         format: Format::Gltf,
         generator: root.asset.generator.clone().unwrap_or_default(),
         extensions: root.extensions_used.clone(),
         scenes: graph::scene_names(root),
-        variants: variants.into_iter().flatten().map(name).collect(),
+        variants: variants::names(doc),
     }
 }
 
@@ -148,16 +154,22 @@ struct Surfaces {
     materials: Vec<Material>,
     textures: Textures,
     of_primitive: HashMap<PrimitiveId, u32>,
+    /// The scene's material for the file's.
+    of_file: HashMap<usize, u32>,
 }
 
 impl Surfaces {
-    fn read(doc: &Document<'_>, wanted: &[PrimitiveId]) -> Result<(Surfaces, Warnings), LoadError> {
+    fn read(
+        doc: &Document<'_>,
+        wanted: &[PrimitiveId],
+        variant: Option<usize>,
+    ) -> Result<(Surfaces, Warnings), LoadError> {
         let mut warnings = Warnings::default();
         let mut order: Vec<Option<usize>> = Vec::new();
         let mut ids: HashMap<Option<usize>, u32> = HashMap::new();
         let mut of_primitive = HashMap::new();
         for id in wanted {
-            let index = id.json(doc).and_then(|p| p.material).map(|m| m.value());
+            let index = id.json(doc).and_then(|p| variants::material(p, variant));
             let number = *ids.entry(index).or_insert_with(|| {
                 order.push(index);
                 order.len() as u32 - 1
@@ -182,7 +194,8 @@ impl Surfaces {
             None => material::default(),
         };
         let materials = order.iter().map(read).collect();
-        Ok((Surfaces { materials, textures, of_primitive }, warnings))
+        let of_file = ids.into_iter().filter_map(|(index, id)| Some((index?, id))).collect();
+        Ok((Surfaces { materials, textures, of_primitive, of_file }, warnings))
     }
 }
 

@@ -1,16 +1,18 @@
 //! The file in memory: its typed JSON and its buffers.
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use ::gltf::json::Root;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::container::Container;
 use super::extensions;
+use super::meshopt::{self, Filter, Mode};
 use super::repair::{self, Json};
 use crate::import::error::{LoadError, Warnings};
-use crate::import::uri::Folder;
+use crate::import::uri::{Folder, printable};
 use crate::import::{Limits, LoadOptions};
 
 /// Bytes that accessors without data may stand for, in all.
@@ -22,6 +24,8 @@ pub(super) struct Document<'a> {
     pub folder: &'a Folder,
     pub limits: &'a Limits,
     buffers: Vec<Cow<'a, [u8]>>,
+    /// What compressed buffer views hold, decompressed when first asked for.
+    plain: Vec<OnceLock<Result<Vec<u8>, String>>>,
     zero_bytes: AtomicU64,
 }
 
@@ -46,7 +50,11 @@ impl<'a> Document<'a> {
         let buffers = (0..json.root.buffers.len())
             .map(|i| buffer(&json.root, i, container.bin, folder, limits, warnings))
             .collect::<Result<_, _>>()?;
-        Ok(Document { json, folder, limits, buffers, zero_bytes: AtomicU64::new(0) })
+        let compressed = json.root.buffer_views.iter().filter_map(Compressed::of);
+        let total = compressed.fold(0u64, |sum, c| sum.saturating_add(c.count.saturating_mul(c.stride)));
+        LoadError::check("bytes of decompressed buffer views", total, limits.decompressed_bytes)?;
+        let plain = json.root.buffer_views.iter().map(|_| OnceLock::new()).collect();
+        Ok(Document { json, folder, limits, buffers, plain, zero_bytes: AtomicU64::new(0) })
     }
 
     pub fn root(&self) -> &Root {
@@ -58,22 +66,47 @@ impl<'a> Document<'a> {
         let place = || format!("bufferViews[{index}]");
         let view = self.root().buffer_views.get(index);
         let view = view.ok_or_else(|| LoadError::invalid(place(), "there is no such buffer view"))?;
-        let others = view.extensions.as_ref().map(|e| &e.others);
-        if let Some(name) = others.and_then(meshopt) {
-            let what = format!("{}: its data is compressed with {name}, which is not read yet", place());
-            return Err(LoadError::Unsupported(what));
-        }
-        let buffer = view.buffer.value();
+        let stride = view.byte_stride.map(|s| s.0);
+        let Some(compressed) = Compressed::of(view) else {
+            let bytes =
+                self.stretch(view.buffer.value(), view.byte_offset.map_or(0, |o| o.0), view.byte_length.0);
+            return Ok(View { bytes: bytes.map_err(|rule| LoadError::invalid(place(), rule))?, stride });
+        };
+        let plain = self.plain[index].get_or_init(|| self.decompress(&compressed));
+        let place = || format!("{}.extensions.{}", place(), compressed.name);
+        let bytes = plain.as_ref().map_err(|rule| LoadError::invalid(place(), rule))?;
+        let own = (compressed.mode == "ATTRIBUTES").then_some(compressed.stride as usize);
+        Ok(View { bytes, stride: stride.or(own) })
+    }
+
+    /// Part of a buffer, or how it is none.
+    fn stretch(&self, buffer: usize, offset: u64, length: u64) -> Result<&[u8], String> {
         let whole: &[u8] = self.buffers.get(buffer).map_or(&[], |b| b);
-        let (offset, length) = (view.byte_offset.map_or(0, |o| o.0), view.byte_length.0);
-        let range = offset.checked_add(length).filter(|&end| end <= whole.len() as u64);
-        let range = range.map(|end| offset as usize..end as usize).ok_or_else(|| {
+        let end = offset.checked_add(length).filter(|&end| end <= whole.len() as u64);
+        end.map(|end| &whole[offset as usize..end as usize]).ok_or_else(|| {
             let has = whole.len();
-            let rule =
-                format!("{length} bytes from {offset} do not lie in buffers[{buffer}], which has {has}");
-            LoadError::invalid(place(), rule)
-        })?;
-        Ok(View { bytes: &whole[range], stride: view.byte_stride.map(|s| s.0) })
+            format!("{length} bytes from {offset} do not lie in buffers[{buffer}], which has {has}")
+        })
+    }
+
+    fn decompress(&self, view: &Compressed<'_>) -> Result<Vec<u8>, String> {
+        let bytes = self.stretch(view.buffer as usize, view.offset, view.length)?;
+        let mode = match view.mode {
+            "ATTRIBUTES" => Mode::Attributes,
+            "TRIANGLES" => Mode::Triangles,
+            "INDICES" => Mode::Indices,
+            other => return Err(format!("mode '{}' is not known", printable(other))),
+        };
+        let filter = match view.filter {
+            "NONE" => Filter::None,
+            "OCTAHEDRAL" => Filter::Octahedral,
+            "QUATERNION" => Filter::Quaternion,
+            "EXPONENTIAL" => Filter::Exponential,
+            "COLOR" => Filter::Color,
+            other => return Err(format!("filter '{}' is not known", printable(other))),
+        };
+        let number = |n: u64| usize::try_from(n).map_err(|_| "a number is too large".to_string());
+        meshopt::decode(bytes, number(view.count)?, number(view.stride)?, mode, filter)
     }
 
     /// Accounts for values that are zero without any bytes in the file: without a bound a few
@@ -84,9 +117,42 @@ impl<'a> Document<'a> {
     }
 }
 
-/// The name of the meshopt extension among `others`.
-fn meshopt(others: &Map<String, Value>) -> Option<&'static str> {
-    ["EXT_meshopt_compression", "KHR_meshopt_compression"].into_iter().find(|n| others.contains_key(*n))
+/// What EXT_ or KHR_meshopt_compression says of a buffer view.
+struct Compressed<'d> {
+    name: &'static str,
+    buffer: u64,
+    offset: u64,
+    length: u64,
+    stride: u64,
+    count: u64,
+    mode: &'d str,
+    filter: &'d str,
+}
+
+/// The names of the extension: Khronos's, and what it was before.
+const MESHOPT: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
+
+impl<'d> Compressed<'d> {
+    fn of(view: &'d ::gltf::json::buffer::View) -> Option<Compressed<'d>> {
+        let others = &view.extensions.as_ref()?.others;
+        let (name, value) = MESHOPT.into_iter().find_map(|name| Some((name, others.get(name)?)))?;
+        let number = |key: &str| value.get(key).and_then(Value::as_u64).unwrap_or(0);
+        let word = |key: &str| value.get(key).and_then(Value::as_str);
+        Some(Compressed {
+            name,
+            buffer: number("buffer"),
+            offset: number("byteOffset"),
+            length: number("byteLength"),
+            stride: number("byteStride"),
+            count: number("count"),
+            mode: word("mode").unwrap_or(""),
+            filter: word("filter").unwrap_or("NONE"),
+        })
+    }
+}
+
+fn is_fallback(buffer: &::gltf::json::Buffer) -> bool {
+    buffer.extensions.as_ref().is_some_and(|e| MESHOPT.iter().any(|name| e.others.contains_key(*name)))
 }
 
 fn buffer<'a>(
@@ -107,9 +173,7 @@ fn buffer<'a>(
         }
         (None, Some(bin)) if index == 0 => Cow::Borrowed(bin),
         // A placeholder for what meshopt decompresses into.
-        (None, _) if buffer.extensions.as_ref().is_some_and(|e| meshopt(&e.others).is_some()) => {
-            return Ok(Cow::default());
-        }
+        (None, _) if is_fallback(buffer) => return Ok(Cow::default()),
         (None, _) if wanted == 0 => Cow::default(),
         (None, _) => {
             let rule = "has no uri, and the file has no binary chunk for it";

@@ -22,8 +22,6 @@ pub(super) enum Support {
 
 use Support::{Approximated, Data, NotShown, Refused, Shown};
 
-const DECOMPRESS: &str = "save the file without compression, with gltf-transform or Blender say";
-
 /// Every extension that is known, by name.
 pub(super) const KNOWN: &[(&str, Support)] = &[
     ("KHR_lights_punctual", Shown),
@@ -35,9 +33,13 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("KHR_materials_ior", Shown),
     ("KHR_materials_specular", Shown),
     ("KHR_materials_pbrSpecularGlossiness", Shown),
+    ("KHR_draco_mesh_compression", Shown),
+    ("KHR_texture_basisu", Shown),
+    ("KHR_materials_variants", Shown),
+    ("EXT_meshopt_compression", Shown),
+    ("KHR_meshopt_compression", Shown),
     ("EXT_texture_webp", Shown),
     ("EXT_mesh_gpu_instancing", Shown),
-    ("KHR_materials_variants", Approximated("the default materials are shown")),
     ("KHR_materials_transmission", Approximated("light goes straight through, without refraction")),
     ("KHR_materials_volume", Approximated("its attenuation and refraction are not shown")),
     ("KHR_animation_pointer", Approximated("pointers to a node's transform, weights and visibility are")),
@@ -64,10 +66,6 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("EXT_instance_features", Data),
     ("EXT_feature_metadata", Data),
     ("GODOT_single_root", Data),
-    ("KHR_draco_mesh_compression", Refused(DECOMPRESS)),
-    ("EXT_meshopt_compression", Refused(DECOMPRESS)),
-    ("KHR_meshopt_compression", Refused(DECOMPRESS)),
-    ("KHR_texture_basisu", Refused("save the textures as PNG or JPEG, with gltf-transform say")),
     ("MSFT_texture_dds", Refused("save the textures as PNG or JPEG")),
 ];
 
@@ -99,7 +97,7 @@ pub(super) fn judge(json: &Json, warnings: &mut Warnings) -> Result<(), LoadErro
         match support(name) {
             Some(Shown | Data) => {}
             Some(Approximated(how)) => {
-                if !matches!(name.as_str(), "KHR_materials_variants" | "KHR_animation_pointer") {
+                if name != "KHR_animation_pointer" {
                     warnings.add("", format_args!("{quoted} is shown in part: {how}"));
                 }
             }
@@ -125,17 +123,14 @@ mod tests {
 
     #[test]
     fn what_is_required_and_missing_is_named() {
-        let error = with(&["KHR_texture_transform", "KHR_draco_mesh_compression", "ACME_x"], &[]).error();
-        assert!(
-            error.contains("KHR_draco_mesh_compression") && error.contains("ACME_x (not known)"),
-            "{error}"
-        );
+        let error = with(&["KHR_texture_transform", "MSFT_texture_dds", "ACME_x"], &[]).error();
+        assert!(error.contains("MSFT_texture_dds") && error.contains("ACME_x (not known)"), "{error}");
         assert!(!error.contains("texture_transform"));
     }
 
     #[test]
     fn what_is_merely_used_is_a_warning() {
-        let names = ["KHR_draco_mesh_compression", "ACME_x", "KHR_materials_sheen", "KHR_lights_punctual"];
+        let names = ["MSFT_texture_dds", "ACME_x", "KHR_materials_sheen", "KHR_lights_punctual"];
         let (_, warnings) = with(&["KHR_materials_sheen"], &names).load();
         assert_eq!(warnings.len(), 3, "{warnings:?}");
     }

@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::accessor::{Accessor, Pick};
 use super::document::Document;
+use super::draco::{self, Packed};
 use super::topology::{self, Order};
 use crate::import::error::{LoadError, Warnings};
 use crate::scene::{Influences, Mesh, MorphTarget};
@@ -52,6 +53,9 @@ pub(super) fn size(doc: &Document<'_>, primitive: &Primitive) -> (u64, u64) {
     let drawn = primitive.indices.map_or(positions, |i| count(i.value()));
     let copies = 1 + primitive.targets.as_ref().map_or(0, Vec::len) as u64;
     let triangles = topology::most_triangles(mode(primitive), drawn);
+    if draco::is_packed(primitive) {
+        return (draco::most(positions).saturating_mul(copies), draco::most(triangles));
+    }
     (positions.min(drawn).saturating_mul(copies), triangles)
 }
 
@@ -63,17 +67,12 @@ pub(super) fn read(
 ) -> Result<Option<Mesh>, LoadError> {
     let Some(json) = id.json(doc) else { return Ok(None) };
     let place = id.place();
-    let positions = json.attributes.get(&Checked::Valid(Semantic::Positions));
-    let Some(positions) = positions.map(|i| i.value()) else {
+    let packed = unpack(doc, json, &place, warnings)?;
+    let packed = packed.as_ref();
+    let Some(positions) = accessor(doc, json, packed, Semantic::Positions, warnings)? else {
         warnings.add(&place, "has no POSITION, and is not drawn");
         return Ok(None);
     };
-    let draco = json.extensions.as_ref().is_some_and(|e| e.others.contains_key("KHR_draco_mesh_compression"));
-    if draco && doc.root().accessors.get(positions).is_some_and(|a| a.buffer_view.is_none()) {
-        let what = format!("{place} is compressed with KHR_draco_mesh_compression, which is not read yet");
-        return Err(LoadError::Unsupported(what));
-    }
-    let positions = Accessor::open(doc, positions, warnings)?;
     if positions.width != 3 {
         let rule = format!("has {} numbers an element, where 3 are needed", positions.width);
         return Err(LoadError::invalid(format_args!("{place}.attributes.POSITION"), rule));
@@ -81,15 +80,20 @@ pub(super) fn read(
     if json.mode == Checked::Invalid {
         warnings.add(format_args!("{place}.mode"), "is unknown; drawn as triangles");
     }
-    let mut triangles = triangles(doc, json, &place, positions.count, warnings)?;
+    let mut triangles = match packed {
+        Some(packed) => packed.triangles.clone(),
+        None => triangles(doc, json, &place, positions.count, warnings)?,
+    };
     if triangles.is_empty() {
         warnings.add(&place, "has no triangles");
         return Ok(None);
     }
     // Many primitives may each use a small part of one large set of vertices.
-    let used = json.indices.and_then(|_| compact(&mut triangles, positions.count));
+    let used = (json.indices.is_some() || packed.is_some())
+        .then(|| compact(&mut triangles, positions.count))
+        .flatten();
     let pick = used.as_ref().map_or(Pick::First(positions.count), |used| Pick::These(used));
-    let attributes = Attributes { doc, json, place: &place, vertices: positions.count, pick };
+    let attributes = Attributes { doc, json, packed, place: &place, vertices: positions.count, pick };
 
     let normals: Vec<Vec3> = attributes.vec3(Semantic::Normals, warnings)?;
     let normals: Vec<Vec3> = normals.into_iter().map(unit).collect();
@@ -106,6 +110,46 @@ pub(super) fn read(
     };
     attributes.morphs(id, &mut mesh, warnings)?;
     Ok(Some(mesh))
+}
+
+/// Decodes a primitive's Draco stream. One that is broken costs nothing where the file holds the
+/// same uncompressed.
+fn unpack(
+    doc: &Document<'_>,
+    json: &Primitive,
+    place: &str,
+    warnings: &mut Warnings,
+) -> Result<Option<Packed>, LoadError> {
+    if !draco::is_packed(json) {
+        return Ok(None);
+    }
+    match draco::decode(doc, json, place, size(doc, json)) {
+        Ok(packed) => Ok(Some(packed)),
+        Err(error) => {
+            let positions = json.attributes.get(&Checked::Valid(Semantic::Positions));
+            let positions = positions.and_then(|i| doc.root().accessors.get(i.value()));
+            if positions.is_none_or(|a| a.buffer_view.is_none()) {
+                return Err(error);
+            }
+            warnings.add(place, format_args!("{error}; the uncompressed data is used"));
+            Ok(None)
+        }
+    }
+}
+
+/// Opens an attribute, from the Draco stream where that has it.
+fn accessor<'d>(
+    doc: &'d Document<'_>,
+    json: &Primitive,
+    packed: Option<&'d Packed>,
+    name: Semantic,
+    warnings: &mut Warnings,
+) -> Result<Option<Accessor<'d>>, LoadError> {
+    if let Some(found) = packed.and_then(|p| p.accessor(&name.to_string())) {
+        return Ok(Some(found));
+    }
+    let index = json.attributes.get(&Checked::Valid(name));
+    index.map(|i| Accessor::open(doc, i.value(), warnings)).transpose()
 }
 
 fn triangles(
@@ -162,6 +206,7 @@ fn unit(v: Vec3) -> Vec3 {
 struct Attributes<'a, 'd> {
     doc: &'d Document<'a>,
     json: &'d Primitive,
+    packed: Option<&'d Packed>,
     place: &'d str,
     vertices: usize,
     pick: Pick<'d>,
@@ -175,34 +220,23 @@ impl<'d> Attributes<'_, 'd> {
         widths: &[usize],
         warnings: &mut Warnings,
     ) -> Result<Option<Accessor<'d>>, LoadError> {
-        let label = name.to_string();
-        match self.json.attributes.get(&Checked::Valid(name)) {
-            Some(index) => {
-                let place = format!("{}.attributes.{label}", self.place);
-                self.fitting(index.value(), &place, widths, warnings)
-            }
-            None => Ok(None),
-        }
+        let place = format!("{}.attributes.{}", self.place, name.to_string());
+        let accessor = accessor(self.doc, self.json, self.packed, name, warnings)?;
+        Ok(accessor.filter(|a| self.fits(a, &place, widths, warnings)))
     }
 
-    fn fitting(
-        &self,
-        index: usize,
-        place: &str,
-        widths: &[usize],
-        warnings: &mut Warnings,
-    ) -> Result<Option<Accessor<'d>>, LoadError> {
-        let accessor = Accessor::open(self.doc, index, warnings)?;
+    /// False, with a warning, for numbers that do not fit the mesh.
+    fn fits(&self, accessor: &Accessor<'_>, place: &str, widths: &[usize], warnings: &mut Warnings) -> bool {
         if !widths.contains(&accessor.width) {
             warnings.add(place, format_args!("has {} numbers an element; left out", accessor.width));
-            return Ok(None);
+            return false;
         }
         if accessor.count < self.vertices {
             let (has, needs) = (accessor.count, self.vertices);
             warnings.add(place, format_args!("has {has} elements for {needs} vertices; left out"));
-            return Ok(None);
+            return false;
         }
-        Ok(Some(accessor))
+        true
     }
 
     fn vec3(&self, name: Semantic, warnings: &mut Warnings) -> Result<Vec<Vec3>, LoadError> {
@@ -280,8 +314,9 @@ impl<'d> Attributes<'_, 'd> {
             let mut read = |index: Option<::gltf::json::Index<_>>, name: &str, wanted: bool| {
                 let Some(index) = index.filter(|_| wanted) else { return Ok(Vec::new()) };
                 let place = format!("{}.targets[{i}].{name}", self.place);
-                let accessor = self.fitting(index.value(), &place, &[3], warnings)?;
-                Ok::<Vec<Vec3>, LoadError>(accessor.map_or_else(Vec::new, |a| a.floats(self.pick)))
+                let accessor = Accessor::open(self.doc, index.value(), warnings)?;
+                let fits = self.fits(&accessor, &place, &[3], warnings);
+                Ok::<Vec<Vec3>, LoadError>(if fits { accessor.floats(self.pick) } else { Vec::new() })
             };
             mesh.morphs.push(MorphTarget {
                 name: names.get(i).cloned().unwrap_or_default(),

@@ -8,6 +8,7 @@ mod animation;
 mod build;
 mod container;
 mod document;
+mod draco;
 mod extensions;
 #[cfg(test)]
 mod fixture;
@@ -16,16 +17,21 @@ mod graph;
 mod instancing;
 mod light;
 mod material;
+mod meshopt;
+mod pointer;
 mod references;
 mod repair;
 #[cfg(test)]
 mod tests;
 mod texture;
 mod topology;
+mod variants;
 
 use super::error::{LoadError, Warning, Warnings};
 use super::{LoadOptions, uri::Folder};
 use crate::scene::Scene;
+
+pub(crate) use variants::missing as missing_variant;
 
 /// Reads a .gltf or .glb.
 pub(super) fn load(

@@ -1,5 +1,7 @@
 //! JSON text to a value tree, with the slips that exporters make put right.
 
+use std::collections::HashMap;
+
 use ::gltf::json::Root;
 use serde_json::{Map, Value, json};
 
@@ -10,25 +12,15 @@ use crate::import::error::{LoadError, Warnings};
 pub(super) const VERSION_1: &str =
     "this is glTF 1.0, which is not read: convert it to glTF 2.0, with gltf-pipeline or Blender say";
 
-/// A channel of KHR_animation_pointer that drives something else than a node's transform or weights.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Pointer {
-    /// Index of the animation.
-    pub animation: usize,
-    /// Index of the channel.
-    pub channel: usize,
-    /// The JSON pointer.
-    pub pointer: String,
-}
-
 /// The file's JSON, typed.
 #[derive(Debug)]
 pub(super) struct Json {
     /// The objects. Every index that [`references`] knows is in range, with one exception:
     /// `target.node` is `u32::MAX` where a channel names none.
     pub root: Root,
-    /// Channels whose target is a JSON pointer.
-    pub pointers: Vec<Pointer>,
+    /// KHR_animation_pointer's JSON pointers by animation and channel, but for those that drive a
+    /// node as core channels do.
+    pub pointers: HashMap<(usize, usize), String>,
 }
 
 /// Reads, repairs and types the JSON.
@@ -181,9 +173,9 @@ fn items<'v>(value: &'v mut Value, key: &str) -> impl Iterator<Item = (usize, &'
 
 /// Takes KHR_animation_pointer's targets out. Those that drive a node as core channels do are
 /// written as such; the others are handed back.
-fn pointers(value: &mut Value) -> Vec<Pointer> {
+fn pointers(value: &mut Value) -> HashMap<(usize, usize), String> {
     let nodes = value.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
-    let mut found = Vec::new();
+    let mut found = HashMap::new();
     for (animation, object) in items(value, "animations") {
         let Some(channels) = object.get_mut("channels").and_then(Value::as_array_mut) else { continue };
         for (channel, object) in channels.iter_mut().enumerate() {
@@ -202,7 +194,7 @@ fn pointers(value: &mut Value) -> Vec<Pointer> {
             } else {
                 target.insert("path".into(), json!("pointer"));
                 target.remove("node");
-                found.push(Pointer { animation, channel, pointer });
+                found.insert((animation, channel), pointer);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use ::gltf::json::texture::{MagFilter, WrappingMode};
 use ::gltf::json::validation::Checked;
@@ -11,7 +12,7 @@ use super::document::Document;
 use crate::import::error::{LoadError, Warnings};
 use crate::import::image;
 use crate::import::uri::printable;
-use crate::scene::{Filter, Image, Pixels, Texture, Wrap};
+use crate::scene::{Filter, Image, Texture, Wrap};
 
 /// An image's name and its encoded bytes.
 type File<'d> = (String, Cow<'d, [u8]>);
@@ -30,56 +31,40 @@ impl Textures {
         self.by_index.get(&index).copied()
     }
 
-    /// Decodes the images of these textures, in parallel, each once.
+    /// Decodes the images of these textures, in parallel, each once. A texture whose image cannot
+    /// be read takes the next that it offers.
     pub fn read(
         doc: &Document<'_>,
         wanted: &[usize],
         warnings: &mut Warnings,
     ) -> Result<Textures, LoadError> {
-        let mut sources: Vec<usize> = Vec::new();
-        let mut image_of: HashMap<usize, usize> = HashMap::new();
+        let mut images = Images::default();
+        let mut open: Vec<(usize, Vec<usize>)> = Vec::new();
         for &texture in wanted {
-            if let Some(image) = source(doc, texture, warnings) {
-                let slot = sources.iter().position(|&s| s == image).unwrap_or_else(|| {
-                    sources.push(image);
-                    sources.len() - 1
-                });
-                image_of.insert(texture, slot);
-            }
+            let offers = sources(doc, texture, warnings);
+            open.extend((!offers.is_empty()).then_some((texture, offers)));
         }
-        let files: Vec<Result<File<'_>, String>> = sources.par_iter().map(|&i| bytes(doc, i)).collect();
-        let texels = files.iter().flatten().filter_map(|(_, b)| image::dimensions(b));
-        let total = texels.fold(0u64, |sum, (w, h)| sum.saturating_add(u64::from(w) * u64::from(h) * 4));
-        LoadError::check("bytes of decoded textures", total, doc.limits.texture_bytes)?;
-        let decoded: Vec<Result<Image, String>> = files
-            .into_par_iter()
-            .map(|file| file.and_then(|(name, bytes)| image::decode(&name, &bytes, doc.limits)))
-            .collect();
-
-        let mut out = Textures::default();
-        let mut slots: Vec<Option<u32>> = Vec::with_capacity(decoded.len());
-        for (image, &source) in decoded.into_iter().zip(&sources) {
-            match image {
-                Ok(image) => {
-                    slots.push(Some(out.images.len() as u32));
-                    out.images.push(image);
+        let mut image_of: HashMap<usize, u32> = HashMap::new();
+        // Each round settles every texture that is left, or shortens what it offers.
+        while !open.is_empty() {
+            let first: Vec<usize> = open.iter().map(|(_, offers)| offers[0]).collect();
+            images.read(doc, &first, open.iter().all(|(_, o)| o.len() == 1), warnings)?;
+            open.retain_mut(|(texture, offers)| match images.slots.get(&offers[0]).copied().flatten() {
+                Some(image) => {
+                    image_of.insert(*texture, image);
+                    false
                 }
-                Err(why) => {
-                    warnings
-                        .add(format_args!("images[{source}]"), format_args!("{why}; its textures are white"));
-                    slots.push(None);
+                None => {
+                    offers.remove(0);
+                    !offers.is_empty()
                 }
-            }
+            });
         }
-        let size = |image: &Image| match &image.pixels {
-            Pixels::Rgba8(p) => 4 * p.len() as u64,
-            Pixels::Rgba16(p) => 8 * p.len() as u64,
-        };
-        let total = out.images.iter().map(size).sum();
-        LoadError::check("bytes of decoded textures", total, doc.limits.texture_bytes)?;
+        let mut out = Textures { images: images.decoded, ..Textures::default() };
         for &texture in wanted {
-            let image = image_of.get(&texture).and_then(|&slot| slots[slot]);
-            if let Some(image) = image.filter(|_| !out.by_index.contains_key(&texture)) {
+            if let Some(&image) = image_of.get(&texture)
+                && !out.by_index.contains_key(&texture)
+            {
                 out.by_index.insert(texture, out.textures.len() as u32);
                 out.textures.push(sampled(doc, texture, image));
             }
@@ -88,20 +73,77 @@ impl Textures {
     }
 }
 
-/// The image that a texture shows.
-fn source(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) -> Option<usize> {
-    let json = doc.root().textures.get(texture)?;
-    let others = json.extensions.as_ref().map(|e| &e.others);
-    let webp = others.and_then(|o| o.get("EXT_texture_webp")).and_then(|e| e.get("source"));
-    let webp = webp.and_then(|s| s.as_u64()).map(|s| s as usize);
-    let image = webp.unwrap_or(json.source.value());
-    if doc.root().images.get(image).is_some() {
-        return Some(image);
+/// The file's images that have been asked for.
+#[derive(Debug, Default)]
+struct Images {
+    decoded: Vec<Image>,
+    /// The place of each among `decoded`; `None` where it could not be read.
+    slots: HashMap<usize, Option<u32>>,
+    bytes: u64,
+}
+
+impl Images {
+    /// Decodes those that are new. `last` says that nothing stands in for what fails.
+    fn read(
+        &mut self,
+        doc: &Document<'_>,
+        wanted: &[usize],
+        last: bool,
+        warnings: &mut Warnings,
+    ) -> Result<(), LoadError> {
+        let mut new: Vec<usize> = Vec::new();
+        for &source in wanted {
+            if let Entry::Vacant(slot) = self.slots.entry(source) {
+                slot.insert(None);
+                new.push(source);
+            }
+        }
+        let files: Vec<Result<File<'_>, String>> = new.par_iter().map(|&i| bytes(doc, i)).collect();
+        let sizes = files.iter().flatten().map(|(_, bytes)| image::decoded_bytes(bytes));
+        self.bytes = sizes.fold(self.bytes, u64::saturating_add);
+        LoadError::check("bytes of decoded textures", self.bytes, doc.limits.texture_bytes)?;
+        let decoded: Vec<Result<Image, String>> = files
+            .into_par_iter()
+            .map(|file| file.and_then(|(name, bytes)| image::decode(&name, &bytes, doc.limits)))
+            .collect();
+        for (image, source) in decoded.into_iter().zip(new) {
+            match image {
+                Ok(image) => {
+                    self.slots.insert(source, Some(self.decoded.len() as u32));
+                    self.decoded.push(image);
+                }
+                Err(why) => {
+                    let then = if last {
+                        "its textures are white"
+                    } else {
+                        "textures take what else they offer, or are white"
+                    };
+                    warnings.add(format_args!("images[{source}]"), format_args!("{why}; {then}"));
+                }
+            }
+        }
+        Ok(())
     }
-    let others = others.map(|o| o.keys().cloned().collect::<Vec<_>>().join(", ")).unwrap_or_default();
-    let why = if others.is_empty() { String::new() } else { format!(" but in {}", printable(&others)) };
-    warnings.add(format_args!("textures[{texture}]"), format_args!("has no image{why}; it is white"));
-    None
+}
+
+/// The images that a texture offers, best first.
+fn sources(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) -> Vec<usize> {
+    let Some(json) = doc.root().textures.get(texture) else { return Vec::new() };
+    let others = json.extensions.as_ref().map(|e| &e.others);
+    let extension = |name: &str| {
+        let source = others.and_then(|o| o.get(name)).and_then(|e| e.get("source"));
+        source.and_then(|s| s.as_u64()).map(|s| s as usize)
+    };
+    let own = json.source.value();
+    let offers = [extension("KHR_texture_basisu"), extension("EXT_texture_webp"), Some(own)];
+    let there = |i: &usize| doc.root().images.get(*i).is_some();
+    let offers: Vec<usize> = offers.into_iter().flatten().filter(there).collect();
+    if offers.is_empty() {
+        let names = others.map(|o| o.keys().cloned().collect::<Vec<_>>().join(", ")).unwrap_or_default();
+        let why = if names.is_empty() { String::new() } else { format!(" but in {}", printable(&names)) };
+        warnings.add(format_args!("textures[{texture}]"), format_args!("has no image{why}; it is white"));
+    }
+    offers
 }
 
 /// The file that holds an image, with a name for it.

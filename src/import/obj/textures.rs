@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glam::Vec2;
+use glam::{DVec4, Vec2};
 use rayon::prelude::*;
 
 use super::super::Limits;
@@ -10,7 +10,7 @@ use super::super::error::{LoadError, Warnings};
 use super::super::image::decode;
 use super::super::uri::{Folder, printable};
 use super::mtl::{Map, Mtl};
-use crate::scene::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap};
+use crate::scene::{Channels, Filter, Image, Texture, TextureRef, UvTransform, Wrap};
 
 /// Reads a file by a name from another system, another folder, or in another case: as written,
 /// beside the MTL, beside the OBJ, and by its base name in both.
@@ -108,11 +108,8 @@ impl Library {
             self.textures.len() - 1
         });
         // OBJ's v' = s·v + o, with v = 1 − (the scene's v) on both sides.
-        let transform = UvTransform {
-            x_axis: Vec2::new(map.scale.x, 0.0),
-            y_axis: Vec2::new(0.0, map.scale.y),
-            offset: Vec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y),
-        };
+        let offset = Vec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y);
+        let transform = UvTransform::khr(offset, 0.0, map.scale);
         Some(TextureRef { texture: id as u32, uv_set: 0, transform })
     }
 }
@@ -135,21 +132,15 @@ impl Mtl {
 
 /// Whether an image holds tangent-space normals: mostly blue, red and green about the middle.
 pub(super) fn looks_like_normals(image: &Image) -> bool {
-    let mut sum = [0f64; 3];
-    let count = f64::from(image.width) * f64::from(image.height);
-    let mut add = |p: [f64; 3]| (0..3).for_each(|c| sum[c] += p[c]);
-    match &image.pixels {
-        Pixels::Rgba8(p) => p.iter().for_each(|p| add([0, 1, 2].map(|c| f64::from(p[c]) / 255.0))),
-        Pixels::Rgba16(p) => p.iter().for_each(|p| add([0, 1, 2].map(|c| f64::from(p[c]) / 65535.0))),
-    }
-    let [r, g, b] = sum.map(|s| s / count);
+    let count = image.width as usize * image.height as usize;
+    let sum: DVec4 = (0..count).map(|i| image.stored(i).as_dvec4()).sum();
+    let [r, g, b, _] = (sum / count as f64).to_array();
     (0.3..0.7).contains(&r) && (0.3..0.7).contains(&g) && b > 0.65 && b > r + 0.1
 }
 
 /// Whether any texel is not opaque.
 pub(super) fn has_alpha(image: &Image) -> bool {
-    match &image.pixels {
-        Pixels::Rgba8(p) => p.iter().any(|p| p[3] != 255),
-        Pixels::Rgba16(p) => p.iter().any(|p| p[3] != u16::MAX),
-    }
+    let has_channel = matches!(image.channels, Channels::La | Channels::Rgba);
+    let count = image.width as usize * image.height as usize;
+    has_channel && (0..count).any(|i| image.stored(i).w != 1.0)
 }

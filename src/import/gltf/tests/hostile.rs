@@ -17,6 +17,7 @@ fn options() -> LoadOptions {
         nodes: small,
         instances: small,
         image_pixels: small,
+        decompressed_bytes: 1 << 20,
         texture_bytes: small,
     };
     LoadOptions { limits, ..LoadOptions::default() }

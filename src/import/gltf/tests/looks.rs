@@ -151,10 +151,23 @@ fn an_image_that_cannot_be_read_is_white_and_named() {
         assert!(warnings.len() == 1 && warnings[0].starts_with("images[0]: "), "{image} {warnings:?}");
     }
     let mut fixture = textured(base());
-    fixture.json["textures"][0] = json!({"extensions": {"KHR_texture_basisu": {"source": 0}}});
+    fixture.json["textures"][0] = json!({"extensions": {"MSFT_texture_dds": {"source": 0}}});
     let (scene, warnings) = fixture.load();
     assert_eq!(base_texture(&scene), None);
-    assert_eq!(warnings, ["textures[0]: has no image but in KHR_texture_basisu; it is white"]);
+    assert_eq!(warnings, ["textures[0]: has no image but in MSFT_texture_dds; it is white"]);
+}
+
+#[test]
+fn a_texture_whose_better_image_is_broken_shows_the_other() {
+    for name in ["KHR_texture_basisu", "EXT_texture_webp"] {
+        let mut fixture = textured(base());
+        fixture.push("images", json!({"uri": "no%20such.ktx2"}));
+        fixture.json["textures"][0]["extensions"] = json!({name: {"source": 1}});
+        let (scene, warnings) = fixture.load();
+        assert_eq!(base_texture(&scene), Some(Vec4::new(1.0, 0.0, 0.0, 1.0)));
+        assert!(warnings.len() == 1 && warnings[0].starts_with("images[1]: "), "{warnings:?}");
+        assert_eq!(scene.images.len(), 1);
+    }
 }
 
 #[test]

@@ -109,9 +109,19 @@ fn pointers() {
     assert_eq!(scene.animations[0].channels[0].target, Target::Visibility(0));
     let (scene, _) = point(&mut fixture, "/nodes/0/weights");
     assert_eq!(scene.animations[0].channels[0].target, Target::Weights(0));
+    let (scene, _) = point(&mut fixture, "/meshes/0/weights/1");
+    assert_eq!(scene.animations[0].channels[0].target, Target::Weight(0, 1));
+    // What is drawn with a material, a light or a camera of another scene has nothing to drive.
     let (scene, warnings) = point(&mut fixture, "/materials/0/alphaCutoff");
-    assert!(scene.animations[0].channels.is_empty());
-    assert_eq!(warnings, ["animations[0].channels[0]: '/materials/0/alphaCutoff' is not animated; left out"]);
+    assert!(scene.animations[0].channels.is_empty() && warnings.is_empty());
+    // What is not rendered is named.
+    for pointer in
+        ["/materials/0/extensions/KHR_materials_sheen/sheenRoughnessFactor", "/x", "", "nodes/0/scale"]
+    {
+        let (scene, warnings) = point(&mut fixture, pointer);
+        assert!(scene.animations[0].channels.is_empty());
+        assert_eq!(warnings, [format!("animations[0].channels[0]: '{pointer}' is not animated; left out")]);
+    }
 }
 
 fn skinned() -> Fixture {

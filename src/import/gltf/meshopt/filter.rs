@@ -1,0 +1,106 @@
+//! The filters: what happens to each element after the attribute stream is decoded.
+//!
+//! The specification allows an error of one unit in the last place. The order of operations and the rounding
+//! chosen here are those of the plain (not vectorised) reference decoder, so the bytes are the same on every
+//! machine. Elements outside of the allowed range give meaningless values but never a panic.
+
+use super::{Decoded, Filter};
+
+/// Each filter reads elements of its own shape only.
+pub(super) fn check_stride(filter: Filter, stride: usize) -> Decoded<()> {
+    match (filter, stride) {
+        (Filter::None | Filter::Exponential, _) => Ok(()),
+        (Filter::Octahedral | Filter::Color, 4 | 8) | (Filter::Quaternion, 8) => Ok(()),
+        _ => Err("a meshopt filter does not fit the stride"),
+    }
+}
+
+/// Filters the elements in place; the stride has been checked.
+pub(super) fn apply(filter: Filter, stride: usize, data: &mut [u8]) {
+    match (filter, stride) {
+        (Filter::None, _) => {}
+        (Filter::Octahedral, 4) => each_of_bytes(data, |v| octahedral(v.map(|c| i32::from(c as i8)), 127.0)),
+        (Filter::Octahedral, _) => {
+            each_of_words(data, |v| octahedral(v.map(|c| i32::from(c as i16)), 32767.0));
+        }
+        (Filter::Quaternion, _) => each_of_words(data, |v| quaternion(v.map(|c| i32::from(c as i16)))),
+        (Filter::Exponential, _) => {
+            for word in data.as_chunks_mut().0 {
+                *word = exponential(i32::from_le_bytes(*word)).to_le_bytes();
+            }
+        }
+        // Luma and alpha are unsigned, the two chroma components are signed.
+        (Filter::Color, 4) => each_of_bytes(data, |[y, co, cg, a]| {
+            color([i32::from(y), i32::from(co as i8), i32::from(cg as i8), i32::from(a)], 255.0)
+        }),
+        (Filter::Color, _) => each_of_words(data, |[y, co, cg, a]| {
+            color([i32::from(y), i32::from(co as i16), i32::from(cg as i16), i32::from(a)], 65535.0)
+        }),
+    }
+}
+
+fn each_of_bytes(data: &mut [u8], f: impl Fn([u8; 4]) -> [i32; 4]) {
+    for element in data.as_chunks_mut::<4>().0 {
+        *element = f(*element).map(|v| v as u8);
+    }
+}
+
+fn each_of_words(data: &mut [u8], f: impl Fn([u16; 4]) -> [i32; 4]) {
+    for element in data.as_chunks_mut::<8>().0 {
+        let v = u64::from_le_bytes(*element);
+        let words = f([v as u16, (v >> 16) as u16, (v >> 32) as u16, (v >> 48) as u16]);
+        let packed = words.iter().rev().fold(0, |packed, &w| (packed << 16) | u64::from(w as u16));
+        *element = packed.to_le_bytes();
+    }
+}
+
+/// To the nearest integer, halves away from zero; `as` takes care of what does not fit.
+fn round(v: f32) -> i32 {
+    (v + 0.5f32.copysign(v)) as i32
+}
+
+/// A unit vector from its place on the octahedron; the third component is what 1.0 is called.
+fn octahedral([x, y, one, w]: [i32; 4], max: f32) -> [i32; 4] {
+    let (x, y) = (x as f32, y as f32);
+    let z = one as f32 - x.abs() - y.abs();
+    // The lower half is folded outwards over the edges of the upper one.
+    let fold = z.min(0.0);
+    let unfolded = |c: f32| if c >= 0.0 { c + fold } else { c - fold };
+    let (x, y) = (unfolded(x), unfolded(y));
+    let scale = max / (x * x + y * y + z * z).sqrt();
+    [round(x * scale), round(y * scale), round(z * scale), w]
+}
+
+/// A unit quaternion from its three smaller components; the fourth one follows from the length.
+fn quaternion([x, y, z, tag]: [i32; 4]) -> [i32; 4] {
+    let one = (tag | 3) as f32;
+    let largest = (tag & 3) as usize;
+    let (x, y, z) = (x as f32, y as f32, z as f32);
+    // Nothing is scaled yet: the stored components are sqrt(2) times too large, hence the 2.
+    let w = (one * one * 2.0 - x * x - y * y - z * z).max(0.0).sqrt();
+    let scale = 32767.0 / std::f32::consts::SQRT_2 / one;
+    let mut out = [0; 4];
+    for (i, c) in [w, x, y, z].into_iter().enumerate() {
+        out[(largest + i) & 3] = round(c * scale);
+    }
+    out
+}
+
+/// A float from a signed exponent of 8 bits and a signed mantissa of 24 bits.
+fn exponential(v: i32) -> f32 {
+    let exponent = v >> 24;
+    let mantissa = (v << 8) >> 8;
+    // Exact for the allowed exponents; the ends of the range become zero or infinite as in the reference.
+    f32::from_bits(((exponent + 127) as u32) << 23) * mantissa as f32
+}
+
+/// RGBA from luma, two chroma components and an alpha whose top bit tells how many bits there are.
+fn color([y, co, cg, alpha]: [i32; 4], max: f32) -> [i32; 4] {
+    let bits = i32::BITS - alpha.leading_zeros();
+    let ones = (1 << bits) - 1;
+    let rgb = [y + co - cg, y + cg, y - co - cg];
+    // Alpha has one bit less than the others, so its lowest one counts twice.
+    let a = ((alpha << 1) & ones) | (alpha & 1);
+    let scale = max / ones as f32;
+    [rgb[0], rgb[1], rgb[2], a].map(|c| (c as f32 * scale + 0.5) as i32)
+}
