@@ -6,6 +6,7 @@
 
 mod camera_xml;
 mod error;
+mod flat;
 mod gltf;
 mod image;
 mod ktx2;

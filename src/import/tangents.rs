@@ -7,16 +7,23 @@ use std::collections::hash_map::Entry;
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
+use super::flat;
 use crate::scene::{Influences, Mesh, MorphTarget, TextureRef};
 
 /// Faces that may meet in a place: MikkTSpace compares each with each.
 const MOST_FACES: u32 = 1024;
 
-/// Gives `mesh` tangents along the coordinates of `map`, unless it has some, or no normals to make
-/// them from. Vertices where the frames of neighbouring faces differ are split.
+/// Gives `mesh` tangents along the coordinates of `map`, unless it has some. Vertices where the
+/// frames of neighbouring faces differ are split; a flat mesh gets its faces' normals.
 pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef) {
-    let uvs = mesh.uvs.get(map.uv_set as usize).filter(|s| !s.is_empty());
-    let Some(uvs) = uvs.filter(|_| mesh.tangents.is_empty() && !mesh.normals.is_empty()) else { return };
+    let has_uvs = mesh.uvs.get(map.uv_set as usize).is_some_and(|s| !s.is_empty());
+    if !has_uvs || !mesh.tangents.is_empty() {
+        return;
+    }
+    if mesh.normals.is_empty() {
+        flat::give_normals(mesh);
+    }
+    let uvs = &mesh.uvs[map.uv_set as usize];
     // The map's own axes: what it turns or mirrors, the frame follows.
     let uvs: Vec<Vec2> = uvs.iter().map(|&uv| map.transform.apply(uv)).collect();
     let Faces { plain, copies } = faces(mesh, &uvs);

@@ -269,6 +269,9 @@ impl<'d> Attributes<'_, 'd> {
     }
 
     fn colors(&self, warnings: &mut Warnings) -> Result<Vec<Vec4>, LoadError> {
+        if self.json.attributes.contains_key(&Checked::Valid(Semantic::Colors(1))) {
+            warnings.add("", "vertex colours beyond the first set (COLOR_1 and on) are not shown");
+        }
         let Some(accessor) = self.open(Semantic::Colors(0), &[3, 4], warnings)? else {
             return Ok(Vec::new());
         };

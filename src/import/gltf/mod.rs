@@ -20,6 +20,7 @@ mod material;
 mod meshopt;
 mod pointer;
 mod references;
+mod registry;
 mod repair;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,71 @@
+//! Flat meshes with normals of their own: a normal map needs a frame at every corner.
+
+use crate::scene::{Influences, Mesh, MorphTarget};
+
+/// Gives every triangle vertices of its own, with its normal. What bends later keeps the normals of
+/// its rest shape.
+pub(super) fn give_normals(mesh: &mut Mesh) {
+    let corners: Vec<u32> = mesh.triangles.as_flattened().to_vec();
+    let Mesh { positions, tangents, uvs, colors, morphs, influences, .. } = mesh;
+    pick(positions, &corners, 1);
+    pick(tangents, &corners, 1);
+    pick(colors, &corners, 1);
+    uvs.iter_mut().for_each(|set| pick(set, &corners, 1));
+    for MorphTarget { positions, normals, tangents, .. } in morphs {
+        pick(positions, &corners, 1);
+        pick(normals, &corners, 1);
+        pick(tangents, &corners, 1);
+    }
+    let Influences { per_vertex, joints, weights } = influences;
+    pick(joints, &corners, *per_vertex);
+    pick(weights, &corners, *per_vertex);
+    mesh.normals = mesh.positions.as_chunks::<3>().0.iter().fold(Vec::new(), |mut normals, corners| {
+        let [a, b, c] = corners.map(|p| p.as_dvec3());
+        let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        normals.extend([normal; 3]);
+        normals
+    });
+    for (i, triangle) in mesh.triangles.iter_mut().enumerate() {
+        let first = 3 * i as u32;
+        *triangle = [first, first + 1, first + 2];
+    }
+}
+
+/// The elements of `each` numbers at these places.
+fn pick<T: Copy>(list: &mut Vec<T>, places: &[u32], each: usize) {
+    if list.is_empty() {
+        return;
+    }
+    let mut out = Vec::with_capacity(places.len() * each);
+    for &v in places {
+        let start = v as usize * each;
+        out.extend_from_slice(&list[start..start + each]);
+    }
+    *list = out;
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec2, Vec3};
+
+    use super::*;
+
+    #[test]
+    fn a_folded_sheet_has_two_normals() {
+        let mut mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            uvs: vec![vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE]],
+            influences: Influences { per_vertex: 2, joints: (0..8).collect(), weights: vec![0.5; 8] },
+            morphs: vec![MorphTarget { positions: vec![Vec3::ONE; 4], ..MorphTarget::default() }],
+            ..Mesh::default()
+        };
+        give_normals(&mut mesh);
+        assert_eq!(mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(mesh.normals, [[Vec3::Z; 3], [Vec3::X; 3]].concat());
+        assert_eq!(mesh.positions[3..], [Vec3::ZERO, Vec3::Y, Vec3::Z]);
+        assert_eq!(mesh.uvs[0][5], Vec2::ONE);
+        assert_eq!(mesh.influences.joints[6..], [0, 1, 4, 5, 6, 7]);
+        assert_eq!((mesh.morphs[0].positions.len(), mesh.influences.weights.len()), (6, 12));
+    }
+}
