@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use image::{DynamicImage, ImageDecoder, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::{Limits, ktx2};
 use crate::scene::{Channels, Image, Texels};
@@ -24,7 +24,7 @@ pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image,
     let (channels, texels) = if ktx2::is_ktx2(bytes) {
         (Channels::Rgba, Texels::U8(ktx2::decode(bytes).map_err(|e| wrong(&e))?))
     } else {
-        let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| wrong(&e))?;
+        let mut reader = reader(bytes).map_err(|e| wrong(&e))?;
         let mut decoder_limits = image::Limits::default();
         decoder_limits.max_alloc = Some((pixels * 16).max(64 << 20));
         reader.limits(decoder_limits);
@@ -54,17 +54,102 @@ pub(crate) fn decoded_bytes(bytes: &[u8]) -> u64 {
     if ktx2::is_ktx2(bytes) {
         return ktx2::size(bytes).map_or(0, |(w, h)| 4 * u64::from(w) * u64::from(h));
     }
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok();
-    reader.and_then(|r| r.into_decoder().ok()).map_or(0, |d| d.total_bytes())
+    reader(bytes).ok().and_then(|r| r.into_decoder().ok()).map_or(0, |d| d.total_bytes())
 }
 
 fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     if ktx2::is_ktx2(bytes) {
         return ktx2::size(bytes);
     }
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+    reader(bytes)?.into_dimensions().map_err(|e| e.to_string())
+}
+
+/// A reader for the format that the bytes show.
+fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
+    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+    if reader.format().is_none() && looks_like_tga(bytes) {
+        reader.set_format(ImageFormat::Tga);
+    }
     if reader.format().is_none() {
         return Err("neither PNG, JPEG, WebP, KTX2, BMP nor TGA by its bytes".into());
     }
-    reader.into_dimensions().map_err(|e| e.to_string())
+    Ok(reader)
+}
+
+/// TGA has no magic number: its header makes sense, or not.
+fn looks_like_tga(bytes: &[u8]) -> bool {
+    let Some(header) = bytes.first_chunk::<18>() else { return false };
+    let side = |at: usize| u16::from_le_bytes([header[at], header[at + 1]]);
+    let (map, kind, depth) = (header[1], header[2], header[16]);
+    let mapped = matches!(kind, 1 | 9) == (map == 1);
+    map <= 1
+        && mapped
+        && matches!(kind, 1..=3 | 9..=11)
+        && matches!(depth, 8 | 15 | 16 | 24 | 32)
+        && side(12) > 0
+        && side(14) > 0
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec4;
+
+    use super::*;
+
+    /// Files that `models/scripts/images.py` made, each red on the left and green on the right as far
+    /// as it can say so: (name, channels, left, right, tolerance).
+    #[test]
+    fn every_kind_of_image_is_read() {
+        use Channels::{L, La, Rgb, Rgba};
+        let (red, green) = ([1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]);
+        let (clear, exact, lossy) = ([0.0, 1.0, 0.0, 0.2], 1e-4, 0.03);
+        let (light, dark) = ([0.8, 0.8, 0.8, 1.0], [0.2, 0.2, 0.2, 1.0]);
+        let cases = [
+            ("rgb.png", Rgb, red, green, exact),
+            ("rgba.png", Rgba, red, clear, exact),
+            ("grey.png", L, light, dark, exact),
+            ("grey_alpha.png", La, light, [0.2; 4], exact),
+            ("grey_16.png", L, light, dark, exact),
+            ("palette.png", Rgb, red, green, exact),
+            ("palette_transparent.png", Rgba, red, clear, exact),
+            ("one_bit.png", L, [1.0; 4], [0.0, 0.0, 0.0, 1.0], exact),
+            ("rgb.jpg", Rgb, red, green, lossy),
+            ("progressive.jpg", Rgb, red, green, lossy),
+            ("grey.jpg", L, light, dark, lossy),
+            ("cmyk.jpg", Rgb, red, green, lossy),
+            ("lossless.webp", Rgba, red, clear, exact),
+            ("lossy.webp", Rgb, red, green, lossy),
+            ("rgb.bmp", Rgb, red, green, exact),
+            ("rgba.tga", Rgba, red, clear, exact),
+        ];
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/images");
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), cases.len());
+        for (name, channels, left, right, tolerance) in cases {
+            let bytes = std::fs::read(folder.join(name)).unwrap();
+            let image = decode(name, &bytes, &Limits::default()).unwrap();
+            assert_eq!((image.width, image.height, image.channels), (16, 8, channels), "{name}");
+            assert_eq!(decoded_bytes(&bytes), image.bytes(), "{name}");
+            for (texel, expected) in [(0, left), (15, right), (7 * 16, left), (7 * 16 + 15, right)] {
+                let found = image.stored(texel);
+                assert!(found.abs_diff_eq(Vec4::from(expected), tolerance), "{name} at {texel}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_image_or_too_large_is_refused() {
+        let refused = |bytes: &[u8], limits: &Limits| decode("x", bytes, limits).unwrap_err();
+        let error = refused(b"what", &Limits::default());
+        assert_eq!(
+            error,
+            "image 'x' cannot be decoded: neither PNG, JPEG, WebP, KTX2, BMP nor TGA by its bytes"
+        );
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/models/tests/images/rgb.png");
+        let bytes = std::fs::read(path).unwrap();
+        let small = Limits { image_pixels: 100, ..Limits::default() };
+        assert!(refused(&bytes, &small).contains("16x8 pixels, where 1 to 100 are allowed"));
+        for end in 0..bytes.len() - 12 {
+            assert!(decode("x", &bytes[..end], &Limits::default()).is_err(), "{end}");
+        }
+    }
 }
