@@ -1,0 +1,458 @@
+//! What loaders of glTF files are known to get wrong, one test for each, from file to picture.
+//! (OBJ's have theirs beside its reader.)
+
+use std::path::{Path, PathBuf};
+
+use blinn::accel::{Accel, BuildSettings};
+use blinn::import::{LoadOptions, Warning, load};
+use blinn::integrator::{Aov, Frame};
+use blinn::render::{RenderSettings, render_aovs};
+use blinn::scene::{AlphaMode, LightUnits, Lighting, PoseSettings, Scene, View, pose};
+use glam::{DVec3, Vec2, Vec3};
+use serde_json::{Value, json};
+
+/// A scene under construction: one triangle in z = 0, seen from +z.
+struct File {
+    json: Value,
+    bin: Vec<u8>,
+}
+
+impl File {
+    fn empty() -> File {
+        let json = json!({"asset": {"version": "2.0"}, "scenes": [{"nodes": []}], "nodes": [], "meshes": [],
+            "accessors": [], "bufferViews": []});
+        File { json, bin: Vec::new() }
+    }
+
+    fn triangle() -> File {
+        let mut file = File::empty();
+        let positions = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        file.push("meshes", json!({"primitives": [{"attributes": {"POSITION": positions}}]}));
+        file.node(json!({"mesh": 0}));
+        file
+    }
+
+    fn push(&mut self, list: &str, value: Value) -> usize {
+        if self.json[list].is_null() {
+            self.json[list] = json!([]);
+        }
+        let list = self.json[list].as_array_mut().unwrap();
+        list.push(value);
+        list.len() - 1
+    }
+
+    fn node(&mut self, node: Value) -> usize {
+        let index = self.push("nodes", node);
+        self.json["scenes"][0]["nodes"].as_array_mut().unwrap().push(json!(index));
+        index
+    }
+
+    fn view(&mut self, bytes: &[u8]) -> usize {
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        let view = json!({"buffer": 0, "byteOffset": self.bin.len(), "byteLength": bytes.len()});
+        self.bin.extend(bytes);
+        self.push("bufferViews", view)
+    }
+
+    fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
+        let width = match kind {
+            "SCALAR" => 1,
+            "VEC2" => 2,
+            "VEC3" => 3,
+            _ => 4,
+        };
+        let view = self.view(&values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>());
+        let count = values.len() / width;
+        self.push(
+            "accessors",
+            json!({"bufferView": view, "componentType": 5126, "type": kind, "count": count}),
+        )
+    }
+
+    fn attribute(&mut self, name: &str, kind: &str, values: &[f32]) {
+        let accessor = self.floats(kind, values);
+        self.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
+    }
+
+    /// A material for the triangle.
+    fn material(&mut self, material: Value) {
+        let index = self.push("materials", material);
+        self.json["meshes"][0]["primitives"][0]["material"] = json!(index);
+    }
+
+    /// A folder with `scene.gltf` in it.
+    fn save(&self) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.gltf");
+        let mut json = self.json.clone();
+        json["buffers"] = json!([{"uri": "scene.bin", "byteLength": self.bin.len()}]);
+        std::fs::write(folder.path().join("scene.bin"), &self.bin).unwrap();
+        std::fs::write(&path, json.to_string()).unwrap();
+        (folder, path)
+    }
+
+    fn try_load(&self) -> Result<(Scene, Vec<Warning>), String> {
+        let (_folder, path) = self.save();
+        load(&path, &LoadOptions::default()).map_err(|e| e.to_string())
+    }
+
+    fn load(&self) -> (Scene, Vec<String>) {
+        let (scene, warnings) = self.try_load().unwrap();
+        (scene, warnings.iter().map(ToString::to_string).collect())
+    }
+}
+
+fn model(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf").join(name);
+    load(&path, &LoadOptions::default()).unwrap().0
+}
+
+/// One layer of a small picture of the unit square, from +z.
+fn look(scene: &Scene, aov: Aov) -> Vec<f32> {
+    let posed = pose(scene, &PoseSettings::default()).unwrap();
+    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let view = View {
+        view_point: Some(DVec3::new(0.5, 0.5, 3.0)),
+        view_dir: Some(DVec3::NEG_Z),
+        view_up: Some(DVec3::Y),
+        projection: Some(blinn::scene::Projection::Orthographic),
+        view_height: Some(1.0),
+        ..View::default()
+    };
+    let (camera, _) = view.resolve(&posed, 8, 8).unwrap();
+    let lit = Lighting::default().resolve(&posed, &camera);
+    let frame = Frame::new(&posed, &accel, camera, &lit);
+    let settings = RenderSettings { width: 8, height: 8, samples: 1, ..Default::default() };
+    render_aovs(&frame, &[aov], &settings, &()).unwrap().remove(0).values
+}
+
+fn seen(scene: &Scene) -> usize {
+    look(scene, Aov::Mask).iter().filter(|&&m| m > 0.5).count()
+}
+
+/// The first numbers of the lowest row's first pixel, which the triangle covers.
+fn corner(scene: &Scene, aov: Aov) -> Vec<f32> {
+    let values = look(scene, aov);
+    let width = values.len() / 64;
+    values[56 * width..57 * width].to_vec()
+}
+
+fn png(color: [u8; 4]) -> Vec<u8> {
+    let mut out = std::io::Cursor::new(Vec::new());
+    let image = image::RgbaImage::from_pixel(1, 1, image::Rgba(color));
+    image.write_to(&mut out, image::ImageFormat::Png).unwrap();
+    out.into_inner()
+}
+
+#[test]
+fn p01_draco_that_is_required_is_decoded() {
+    assert_eq!(model("torus_draco_seq.glb").drawn_triangles(), 96);
+    assert_eq!(model("ring_draco_valence.glb").drawn_triangles(), 1080);
+}
+
+#[test]
+fn p02_meshopt_and_quantised_files_are_dequantised_with_their_morph_targets() {
+    for name in ["patch_meshopt_filters.glb", "patch_pack_quantised.glb", "quantised.glb"] {
+        let scene = model(name);
+        let largest = scene.meshes.iter().flat_map(|m| &m.morphs).flat_map(|m| &m.positions);
+        let largest = largest.fold(0.0f32, |a, d| a.max(d.length()));
+        assert!(largest > 0.0 && largest < 1e5, "{name}: {largest}");
+    }
+}
+
+#[test]
+fn p03_an_accessor_without_a_buffer_view_is_zeros() {
+    let mut file = File::triangle();
+    let zeros = file.push("accessors", json!({"componentType": 5126, "type": "VEC2", "count": 3}));
+    file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(zeros);
+    assert_eq!(file.load().0.meshes[0].uvs[0], [Vec2::ZERO; 3]);
+}
+
+#[test]
+fn p04_names_are_percent_encoded_or_not() {
+    for (on_disk, uri) in [
+        ("a b.png", "a%20b.png"),
+        ("a b.png", "a b.png"),
+        ("a%20b.png", "a%20b.png"),
+        ("ü.png", "%C3%BC.png"),
+    ] {
+        let mut file = File::triangle();
+        file.push("images", json!({"uri": uri}));
+        file.push("textures", json!({"source": 0}));
+        file.material(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+        let (folder, path) = file.save();
+        std::fs::write(folder.path().join(on_disk), png([255, 0, 0, 255])).unwrap();
+        let (scene, warnings) = load(&path, &LoadOptions::default()).unwrap();
+        assert_eq!((scene.images.len(), warnings.len()), (1, 0), "{on_disk} {warnings:?}");
+    }
+}
+
+/// The triangle with an image of its own as base colour.
+fn textured(image: Value, bytes: &[u8]) -> File {
+    let mut file = File::triangle();
+    file.attribute("TEXCOORD_0", "VEC2", &[0.0; 6]);
+    let view = file.view(bytes);
+    let mut image = image;
+    if image["uri"].is_null() {
+        image["bufferView"] = json!(view);
+    }
+    file.push("images", image);
+    file.push("textures", json!({"source": 0}));
+    file.material(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+    file
+}
+
+#[test]
+fn p05_bytes_decide_what_an_image_is() {
+    for image in [json!({}), json!({"mimeType": "image/jpeg"}), json!({"mimeType": "text/plain"})] {
+        let (scene, warnings) = textured(image, &png([255, 0, 0, 255])).load();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!(corner(&scene, Aov::Albedo), [1.0, 0.0, 0.0]);
+    }
+}
+
+#[test]
+fn p06_an_image_that_is_missing_or_broken_costs_only_itself() {
+    let whole = png([255, 0, 0, 255]);
+    for (image, bytes) in [(json!({"uri": "gone.png"}), &whole[..]), (json!({}), &whole[..20])] {
+        let mut file = textured(image, bytes);
+        file.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.5, 0.25, 1, 1]);
+        let (scene, warnings) = file.load();
+        assert!(warnings.len() == 1 && warnings[0].starts_with("images[0]: "), "{warnings:?}");
+        assert_eq!(corner(&scene, Aov::Albedo), [0.5, 0.25, 1.0]);
+    }
+}
+
+#[test]
+fn p07_a_stride_that_cannot_be_is_repaired() {
+    let mut file = File::triangle();
+    file.json["bufferViews"][0]["byteStride"] = json!(4);
+    let (scene, warnings) = file.load();
+    assert!(seen(&scene) > 20 && warnings[0].starts_with("bufferViews[0].byteStride: "), "{warnings:?}");
+}
+
+#[test]
+fn p08_mirrored_nodes_turn_their_winding() {
+    // Single-sided, so a face that is taken for its back is not seen.
+    let mut file = File::triangle();
+    file.json["nodes"][0] = json!({"mesh": 0, "scale": [-1, 1, 1], "translation": [1, 0, 0]});
+    let scene = file.load().0;
+    let normals = look(&scene, Aov::Normal);
+    assert!(seen(&scene) > 20);
+    assert!(normals.as_chunks::<3>().0.iter().all(|n| *n == [0.0; 3] || *n == [0.0, 0.0, 1.0]));
+    file.json["nodes"][0] = json!({"mesh": 0, "scale": [1, 1, -1]});
+    assert_eq!(seen(&file.load().0), 0, "mirrored along z it shows its back");
+}
+
+#[test]
+fn p09_without_normals_a_mesh_is_flat() {
+    let mut file = File::triangle();
+    // A fold along x = y, whose two halves share vertices.
+    let positions = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 1.0, 1.0, 0.0, 0.0, 1.0, -1.0]);
+    let view = file.view(&[0, 1, 2, 0, 2, 3]);
+    let indices = file
+        .push("accessors", json!({"bufferView": view, "componentType": 5121, "type": "SCALAR", "count": 6}));
+    file.json["meshes"][0]["primitives"][0] =
+        json!({"attributes": {"POSITION": positions}, "indices": indices});
+    let normals = look(&file.load().0, Aov::VertexNormal);
+    let mut different: Vec<[u32; 3]> =
+        normals.as_chunks::<3>().0.iter().map(|n| n.map(f32::to_bits)).collect();
+    different.sort_unstable();
+    different.dedup();
+    assert_eq!(different.len(), 2, "two faces, two normals");
+}
+
+#[test]
+fn p10_textures_use_the_set_of_coordinates_that_they_name() {
+    let mut file = textured(json!({}), &{
+        let mut out = std::io::Cursor::new(Vec::new());
+        let halves = image::RgbImage::from_fn(2, 1, |x, _| image::Rgb([255 * x as u8, 0, 0]));
+        halves.write_to(&mut out, image::ImageFormat::Png).unwrap();
+        out.into_inner()
+    });
+    file.attribute("TEXCOORD_0", "VEC2", &[0.25, 0.5, 0.25, 0.5, 0.25, 0.5]);
+    file.attribute("TEXCOORD_1", "VEC2", &[0.75, 0.5, 0.75, 0.5, 0.75, 0.5]);
+    assert_eq!(corner(&file.load().0, Aov::Albedo)[0], 0.0);
+    file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = json!(1);
+    assert_eq!(corner(&file.load().0, Aov::Albedo)[0], 1.0);
+    // And the transform may name another.
+    file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] =
+        json!({"KHR_texture_transform": {"texCoord": 0}});
+    assert_eq!(corner(&file.load().0, Aov::Albedo)[0], 0.0);
+}
+
+#[test]
+fn p11_the_texture_transform_counts_in_every_slot() {
+    let mut file = File::triangle();
+    file.attribute("TEXCOORD_0", "VEC2", &[0.0; 6]);
+    let view = file.view(&png([255; 4]));
+    file.push("images", json!({"bufferView": view}));
+    file.push("textures", json!({"source": 0}));
+    let slot =
+        json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0], "scale": [2, 2]}}});
+    file.material(json!({"normalTexture": slot, "occlusionTexture": slot, "emissiveTexture": slot,
+        "pbrMetallicRoughness": {"baseColorTexture": slot, "metallicRoughnessTexture": slot},
+        "extensions": {"KHR_materials_specular": {"specularTexture": slot, "specularColorTexture": slot},
+            "KHR_materials_transmission": {"transmissionTexture": slot, "transmissionFactor": 0.5}}}));
+    let text = format!("{:?}", file.load().0.materials[0]);
+    // Metallic and roughness share theirs.
+    assert_eq!(text.matches("offset: Vec2(0.5, 0.0)").count(), 9, "{text}");
+}
+
+#[test]
+fn p12_normal_maps_get_tangents_and_mirrored_ones_their_own() {
+    let mut file = textured(json!({}), &png([255, 128, 128, 255]));
+    let slot = json!({"index": 0});
+    file.json["materials"][0] = json!({"normalTexture": slot});
+    file.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    // The map's x lies along +x, and along −x where the image is mirrored.
+    let straight = corner(&file.load().0, Aov::Normal);
+    file.attribute("TEXCOORD_0", "VEC2", &[1.0, 1.0, 0.0, 1.0, 1.0, 0.0]);
+    let mirrored = corner(&file.load().0, Aov::Normal);
+    assert!(straight[0] > 0.9 && mirrored[0] < -0.9, "{straight:?} {mirrored:?}");
+}
+
+#[test]
+fn p13_unknown_extensions_do_no_harm() {
+    let mut file = File::triangle();
+    let strange = json!({"ACME_strange": {"a": [1, {"b": null}], "index": 7}});
+    file.material(json!({"extensions": strange}));
+    for place in ["asset", "scenes", "nodes", "meshes", "accessors", "bufferViews"] {
+        let at = if place == "asset" { &mut file.json[place] } else { &mut file.json[place][0] };
+        at["extensions"] = strange.clone();
+    }
+    file.json["extensions"] = strange;
+    file.json["extensionsUsed"] = json!(["ACME_strange"]);
+    let (scene, warnings) = file.load();
+    assert!(seen(&scene) > 20);
+    assert_eq!(warnings, ["ACME_strange is not known, and was ignored"]);
+}
+
+#[test]
+fn p14_a_channel_without_a_node_is_skipped_alone() {
+    let mut file = File::triangle();
+    let (times, values) = (file.floats("SCALAR", &[0.0, 1.0]), file.floats("VEC3", &[0.0; 6]));
+    let sampler = json!({"input": times, "output": values});
+    file.push(
+        "animations",
+        json!({"samplers": [sampler], "channels": [
+            {"sampler": 0, "target": {"path": "translation"}},
+            {"sampler": 0, "target": {"path": "scale", "node": 0}}]}),
+    );
+    assert_eq!(file.load().0.animations[0].channels.len(), 1);
+}
+
+#[test]
+fn p15_what_is_out_of_range_is_an_error_with_its_path() {
+    let error = |change: fn(&mut Value)| {
+        let mut file = File::triangle();
+        change(&mut file.json);
+        file.try_load().map(|_| ()).unwrap_err()
+    };
+    assert!(error(|j| j["nodes"][0]["mesh"] = json!(9)).starts_with("nodes[0].mesh: 9 is out of range"));
+    assert!(error(|j| j["accessors"][0]["count"] = json!(4)).starts_with("accessors[0]: "));
+    assert!(error(|j| j["accessors"][0]["count"] = json!(u64::MAX)).contains("18446744073709551615"));
+    assert!(error(|j| j["accessors"][0]["byteOffset"] = json!(u64::MAX)).starts_with("accessors[0]: "));
+    assert!(error(|j| j["bufferViews"][0]["byteLength"] = json!(u64::MAX)).starts_with("bufferViews[0]: "));
+}
+
+#[test]
+fn p16_text_that_is_not_utf_8_is_read() {
+    let mut file = File::triangle();
+    file.json["nodes"][0]["name"] = json!("caf_");
+    let (_folder, path) = file.save();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let at = bytes.windows(4).position(|w| w == b"caf_").unwrap();
+    bytes[at + 3] = 0xe9;
+    std::fs::write(&path, bytes).unwrap();
+    let (scene, warnings) = load(&path, &LoadOptions::default()).unwrap();
+    assert!(seen(&scene) > 20 && warnings.len() == 1);
+}
+
+#[test]
+fn p17_nodes_that_contain_themselves_are_an_error() {
+    let mut file = File::triangle();
+    file.json["nodes"][0]["children"] = json!([1]);
+    file.push("nodes", json!({"children": [0]}));
+    assert!(file.try_load().map(|_| ()).unwrap_err().contains("its own descendant"));
+}
+
+/// The triangle's colour where the light of `node` shines at it from z = 1.
+fn lit_by(light: Value, node: Value) -> Vec<blinn::scene::PosedLight> {
+    let mut file = File::triangle();
+    file.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([light]);
+    let mut node = node;
+    node["extensions"] = json!({"KHR_lights_punctual": {"light": 0}});
+    node["translation"] = json!([0.25, 0.25, 1]);
+    file.node(node);
+    let scene = file.load().0;
+    pose(&scene, &PoseSettings::default()).unwrap().lights(LightUnits::Unitless, 1.0)
+}
+
+#[test]
+fn p18_a_spot_of_equal_cones_divides_by_nothing() {
+    let spot =
+        json!({"type": "spot", "intensity": 10, "spot": {"innerConeAngle": 0.4, "outerConeAngle": 0.4}});
+    let light = lit_by(spot, json!({}))[0];
+    let at = light.position().unwrap();
+    let inside = light.incident(at - Vec3::Z).unwrap().arriving;
+    assert!(inside.is_finite() && inside.x > 0.0);
+    assert!(light.incident(at + Vec3::new(1.0, 0.0, -1.0)).is_none());
+}
+
+#[test]
+fn p19_a_nodes_scale_changes_no_light_and_no_camera() {
+    let point = json!({"type": "point", "intensity": 10, "range": 5});
+    let (plain, scaled) = (lit_by(point.clone(), json!({})), lit_by(point, json!({"scale": [7, 7, 7]})));
+    assert_eq!((plain[0].intensity, plain[0].range), (scaled[0].intensity, scaled[0].range));
+    let camera = |scale: Value| {
+        let mut file = File::triangle();
+        file.push(
+            "cameras",
+            json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1, "zfar": 9}}),
+        );
+        file.node(json!({"camera": 0, "translation": [0, 0, 3], "scale": scale}));
+        let scene = file.load().0;
+        let posed = pose(&scene, &PoseSettings::default()).unwrap();
+        View::default().resolve(&posed, 8, 8).unwrap().0
+    };
+    assert_eq!(camera(json!([1, 1, 1])), camera(json!([5, 2, 3])));
+}
+
+#[test]
+fn p20_the_order_of_blended_faces_in_the_file_does_not_matter() {
+    use blinn::integrator::Phong;
+    use blinn::render::render;
+    let picture = |order: [usize; 2]| {
+        let mut file = File::triangle();
+        file.json["materials"] = json!([
+            {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0.5]},
+             "extensions": {"KHR_materials_unlit": {}}},
+            {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [0, 1, 0, 0.5]},
+             "extensions": {"KHR_materials_unlit": {}}}]);
+        let primitive = json!({"attributes": {"POSITION": 0}});
+        file.json["meshes"] = json!([{"primitives": [primitive]}, {"primitives": [primitive]}]);
+        (file.json["nodes"], file.json["scenes"][0]["nodes"]) = (json!([]), json!([]));
+        for i in order {
+            file.json["meshes"][i]["primitives"][0]["material"] = json!(i);
+            file.node(json!({"mesh": i, "translation": [0, 0, i]}));
+        }
+        let scene = file.load().0;
+        assert!(scene.materials.iter().all(|m| m.alpha_mode == AlphaMode::Blend));
+        let posed = pose(&scene, &PoseSettings::default()).unwrap();
+        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let view = View {
+            view_point: Some(DVec3::new(0.2, 0.2, 5.0)),
+            view_dir: Some(DVec3::NEG_Z),
+            ..View::default()
+        };
+        let (camera, _) = view.resolve(&posed, 8, 8).unwrap();
+        let lit = Lighting::default().resolve(&posed, &camera);
+        let frame = Frame::new(&posed, &accel, camera, &lit);
+        let settings = RenderSettings { width: 8, height: 8, samples: 1, ..Default::default() };
+        render(&frame, &Phong::default(), &settings, &()).unwrap().colors
+    };
+    let colors = picture([0, 1]);
+    assert!(colors.iter().any(|c| c.y > c.x && c.x > 0.0), "green over red");
+    assert_eq!(colors, picture([1, 0]));
+}
