@@ -23,9 +23,10 @@ A surface that MASK cuts away is not there; one that BLENDs is, whatever its alp
 
 What Blender is not asked, since its importer is wrong there or says nothing:
 
-  * Textures: Cycles filters sRGB bytes before it decodes them. Each picture is therefore decoded here to linear
-    floats first; wrap modes, transforms and the filter stay the importer's and Cycles' own. (The importer also takes
-    a picture for data wherever it serves as occlusion, roughness or normal too, as `torus` has it.)
+  * Textures: Cycles filters sRGB bytes before it decodes them. That is what is asked of files by Blender; for others
+    each picture is decoded here to linear floats first, as glTF asks. Wrap modes, transforms and the filter stay the
+    importer's and Cycles' own. (The importer also takes a picture for data wherever it serves as occlusion, roughness
+    or normal too, as `torus` has it.)
   * Skins and morph targets: Blender stores a normal as angles to the normal that the mesh has of itself, and turns it
     with that; glTF skins the normal as it is, and adds the target's own. `patch`, `quantised` and `torus-bent` have
     no normals for this reason; the figure bends finely enough for the median and most of its pixels.
@@ -46,6 +47,7 @@ import json
 import os
 import sys
 from math import radians
+from pathlib import Path
 
 import bpy  # isort: skip (bpy provides numpy and mathutils)
 import numpy as np
@@ -347,6 +349,16 @@ def pose(time, animation):
     bpy.context.scene.frame_set(int(frame), subframe=frame - int(frame))
 
 
+def is_by_blender(path):
+    """Whether Blender wrote the file, as the renderer judges it: by its generator, or an OBJ's first line."""
+    head = Path(path).read_bytes()
+    if path.endswith(".obj"):
+        return b"Blender" in head.split(b"\n")[0]
+    if head[:4] == b"glTF":
+        head = head[20 : 20 + int.from_bytes(head[12:16], "little")]
+    return "Blender" in json.loads(head)["asset"].get("generator", "")
+
+
 LINEAR = {}
 
 
@@ -376,7 +388,7 @@ def textures(socket):
             yield from textures(before)
 
 
-def show_buffers(material):
+def show_buffers(material, by_blender):
     """Instead of the shading: light of the base colour, and a white diffuse surface that holds the normal."""
     tree = material.node_tree
     principled = [n for n in tree.nodes if n.type == "BSDF_PRINCIPLED"]
@@ -386,7 +398,10 @@ def show_buffers(material):
     for node in textures(inputs["Normal"]):
         node.image.colorspace_settings.is_data = True
     for node in textures(inputs["Base Color"]):
-        node.image = linear(node.image)
+        if by_blender:
+            node.image.colorspace_settings.name = "sRGB"
+        else:
+            node.image = linear(node.image)
     light, diffuse, both = (tree.nodes.new(f"ShaderNode{n}") for n in ("Emission", "BsdfDiffuse", "AddShader"))
     diffuse.inputs["Color"].default_value = (1, 1, 1, 1)
     for source, target in ((inputs["Base Color"], light.inputs["Color"]), (inputs["Normal"], diffuse.inputs["Normal"])):
@@ -410,14 +425,14 @@ def show_buffers(material):
     material.cycles.emission_sampling = "NONE"
 
 
-def materials():
+def materials(by_blender):
     for material in list(bpy.data.materials):
         if material.users and material.node_tree:
-            show_buffers(material)
+            show_buffers(material, by_blender)
     white = bpy.data.materials.new("No material")
     white.use_nodes = True
     white.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (1, 1, 1, 1)
-    show_buffers(white)
+    show_buffers(white, by_blender)
     for obj in bpy.data.objects:
         if obj.type == "MESH":
             if not obj.material_slots:
@@ -514,7 +529,7 @@ def make(c, root, out):
     scene.render.fps, scene.render.fps_base = FPS, 1
     import_file(os.path.join(root, "models", c["file"]), "time" in c, os.path.join(out, "still.tmp"))
     pose(c.get("time"), c.get("animation"))
-    materials()
+    materials(is_by_blender(os.path.join(root, "models", c["file"])))
     camera(c["view"], c["size"])
     return write(os.path.join(out, c["exr"]), buffers(render(os.path.join(out, "render.tmp.exr")), c["buffers"]))
 

@@ -73,6 +73,9 @@ pub struct Texture {
     pub wrap: [Wrap; 2],
     /// Magnification filter.
     pub filter: Filter,
+    /// True: colours are filtered as they are stored and decoded from sRGB afterwards, as Blender
+    /// does; false: decoded first, as glTF asks.
+    pub decode_last: bool,
 }
 
 /// `uv' = M·uv + t`: KHR_texture_transform and MTL's `-s` and `-o`.
@@ -226,8 +229,8 @@ fn spread(channels: Channels, at: impl Fn(usize) -> f32) -> Vec4 {
 }
 
 impl Texture {
-    /// The texture's value at `uv` at its finest level, colours decoded from sRGB first where
-    /// `srgb` says so; alpha is linear always.
+    /// The texture's value at `uv` at its finest level, colours decoded from sRGB where `srgb` says
+    /// so; alpha is linear always.
     pub fn sample(&self, images: &[Image], uv: Vec2, srgb: bool) -> Vec4 {
         let image = &images[self.image as usize];
         let (w, h) = (i64::from(image.width), i64::from(image.height));
@@ -242,15 +245,25 @@ impl Texture {
         let (x0, y0) = (x0 as i64, y0 as i64);
         let (xa, xb) = (wu.texel(x0, w), wu.texel(x0 + 1, w));
         let (ya, yb) = (wv.texel(y0, h), wv.texel(y0 + 1, h));
-        let top = image.texel(xa, ya, srgb) * (1.0 - fx) + image.texel(xb, ya, srgb) * fx;
-        let bottom = image.texel(xa, yb, srgb) * (1.0 - fx) + image.texel(xb, yb, srgb) * fx;
-        top * (1.0 - fy) + bottom * fy
+        let first = srgb && !self.decode_last;
+        let top = image.texel(xa, ya, first) * (1.0 - fx) + image.texel(xb, ya, first) * fx;
+        let bottom = image.texel(xa, yb, first) * (1.0 - fx) + image.texel(xb, yb, first) * fx;
+        let v = top * (1.0 - fy) + bottom * fy;
+        if srgb && self.decode_last { Vec3::from(v.truncate().to_array().map(decode)).extend(v.w) } else { v }
     }
 }
 
 /// IEC 61966-2-1: an encoded value in 0…1 to linear light.
 pub fn srgb_to_linear(v: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { libm::powf((v + 0.055) / 1.055, 2.4) }
+}
+
+/// [`srgb_to_linear`] between two codes of 8 bits, within 1e-5 of it.
+fn decode(v: f32) -> f32 {
+    let x = (v * 255.0).clamp(0.0, 255.0);
+    let low = (x as usize).min(254);
+    let [a, b] = [srgb_table()[low], srgb_table()[low + 1]];
+    a + (b - a) * (x - low as f32)
 }
 
 fn srgb_table() -> &'static [f32; 256] {
@@ -298,7 +311,7 @@ mod tests {
     }
 
     fn at(wrap: Wrap, filter: Filter, u: f32) -> f32 {
-        let texture = Texture { image: 0, wrap: [wrap; 2], filter };
+        let texture = Texture { image: 0, wrap: [wrap; 2], filter, decode_last: false };
         texture.sample(&ramp(), Vec2::new(u, 0.5), false).x
     }
 
@@ -321,6 +334,20 @@ mod tests {
         // Across the border of a tile the neighbours are the other end, or the same texel again.
         assert_eq!(at(Wrap::Repeat, Filter::Linear, 0.0), 0.5);
         assert_eq!(at(Wrap::Mirror, Filter::Linear, 0.0), 0.0);
+    }
+
+    #[test]
+    fn colours_are_decoded_before_or_after_they_are_filtered() {
+        let middle = |decode_last| {
+            let texture = Texture { image: 0, wrap: [Wrap::Clamp; 2], filter: Filter::Linear, decode_last };
+            texture.sample(&ramp(), Vec2::splat(0.5), true).x
+        };
+        assert_eq!(middle(false), 0.5);
+        assert!((middle(true) - srgb_to_linear(0.5)).abs() < 1e-5);
+        for i in 0..=4096 {
+            let v = i as f32 / 4096.0;
+            assert!((decode(v) - srgb_to_linear(v)).abs() < 1e-5, "{v}");
+        }
     }
 
     #[test]

@@ -177,5 +177,5 @@ fn sampled(doc: &Document<'_>, texture: usize, image: u32) -> Texture {
         _ => Filter::Linear,
     };
     let wrap = sampler.map_or([Wrap::Repeat; 2], |s| [wrap(s.wrap_s), wrap(s.wrap_t)]);
-    Texture { image, wrap, filter }
+    Texture { image, wrap, filter, decode_last: false }
 }

@@ -102,7 +102,7 @@ impl Library {
         let map = map?;
         let image = self.image(material, map)?;
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-        let texture = Texture { image, wrap: [wrap; 2], filter: Filter::Linear };
+        let texture = Texture { image, wrap: [wrap; 2], filter: Filter::Linear, decode_last: false };
         let id = self.textures.iter().position(|t| *t == texture).unwrap_or_else(|| {
             self.textures.push(texture);
             self.textures.len() - 1

@@ -183,3 +183,37 @@ fn text_that_is_no_gltf() {
     assert!(scene.nodes.is_empty());
     assert_eq!(warnings.len(), 1, "{warnings:?}");
 }
+
+/// Damaged streams of Draco, meshopt and Basis Universal: their decoders are not all our own.
+#[test]
+fn damaged_compression() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf");
+    let (mut state, mut damaged, mut refused) = (1u64, 0, 0);
+    let mut random = |below: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((state >> 33) as usize) % below
+    };
+    for name in [
+        "torus_draco_eb.glb",
+        "torus_draco_seq.glb",
+        "ring_draco_valence.glb",
+        "patch_draco_fallback.glb",
+        "torus_meshopt_filters.glb",
+        "mixed_meshopt_khr_filters.glb",
+        "instances_pack_khr_mi.glb",
+        "basisu.glb",
+    ] {
+        let whole = std::fs::read(folder.join(name)).unwrap();
+        let json = u32::from_le_bytes(whole[12..16].try_into().unwrap()) as usize;
+        for _ in 0..400 {
+            let mut bad = whole.clone();
+            for _ in 0..1 + random(3) {
+                let at = 28 + json + random(whole.len() - 28 - json);
+                bad[at] = if random(2) == 0 { random(256) as u8 } else { bad[at] ^ 1 << random(8) };
+            }
+            damaged += 1;
+            refused += usize::from(!survive(&bad));
+        }
+    }
+    assert!(damaged == 3200 && (100..3200).contains(&refused), "{refused} of {damaged} refused");
+}
