@@ -151,6 +151,36 @@ fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
     fails(dir.path(), &["render", scene, "--camera", "Nobody"], 1, "it has: 0 'Camera'");
     fails(dir.path(), &["render", scene, "--scene", "Nobody"], 1, "Nobody");
     fails(dir.path(), &["render", scene, "--animation", "Nobody"], 1, "Nobody");
+    fails(
+        dir.path(),
+        &["render", scene, "--variant", "Nobody"],
+        1,
+        "there is no variant 'Nobody'; the file has: none",
+    );
+    let obj = model("cornell/cornell.obj");
+    fails(
+        dir.path(),
+        &["render", obj.to_str().unwrap(), "--variant", "Nobody"],
+        1,
+        "there is no variant 'Nobody'",
+    );
+    let shoe = model("tests/gltf/variants.glb");
+    fails(dir.path(), &["info", shoe.to_str().unwrap(), "--variant", "Nobody"], 1, "'Day', 'Dusk', 'Night'");
+}
+
+#[test]
+fn a_variant_changes_the_picture() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/gltf/variants.glb");
+    let picture = |variant: &str| {
+        let args =
+            ["render", scene.to_str().unwrap(), "--size", "32x18", "-o", "-", "-q", "--variant", variant];
+        let output = blinn(dir.path(), &args);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    assert_ne!(picture("Day"), picture("Night"));
+    assert_ne!(picture("none"), picture("Night"));
 }
 
 #[test]
@@ -196,7 +226,7 @@ fn every_flag_is_taken() {
         "--lights none --ambient .2,.2,.2 --light-units raw --no-shadows",
         "--lights three-point --light-units unitless",
         "--integrator shadow --kd 1,1,1 --ks 0,0,0 --shininess 10 --cull off --light-units standard",
-        "--integrator color --up z --scene 0 --animation none --time 0",
+        "--integrator color --up z --scene 0 --animation none --time 0 --variant none",
         "--integrator diffuse --frame 12 --fps 24 --animation all",
         "--animation 0 --threads 2 --progress json --perf -v",
         "--resolution 12,8 --progress plain --allow-outside --strict --progress plain",
