@@ -65,7 +65,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     let (mut scene, warnings) = if looks_like_gltf(path, &bytes) {
         gltf::load(&bytes, &folder, options)?
     } else {
-        obj::load(&bytes, &folder, options)?
+        obj::load(bytes, &folder, options)?
     };
     scene.name = name;
     Ok((scene, warnings))

@@ -1,13 +1,20 @@
 //! Wavefront OBJ and MTL: forty years of exporters.
 //!
-//! A pass in front understands the text and resolves every index ([`normalise`]); tobj reads what
-//! that pass writes; polygons, smoothing groups, MTLs and textures are our own.
+//! Two readers turn text into the same blocks of numbers, faces and statements: a fast one for
+//! well-formed text ([`scan`]), and a careful one around tobj ([`careful`]) for everything else,
+//! which also says what is wrong. What the blocks mean is then one for both ([`parsed`]):
+//! polygons, smoothing groups, welding, MTLs and textures are our own.
 
-mod assemble;
+mod block;
+mod careful;
+mod float;
 mod material;
+mod meshes;
 mod mtl;
-mod normalise;
+mod parsed;
 mod polygon;
+mod scan;
+mod table;
 mod text;
 mod textures;
 
@@ -17,38 +24,72 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::error::{LoadError, Warning, Warnings};
 use super::uri::{Folder, printable};
-use super::{LoadOptions, Up};
+use super::{Limits, LoadOptions, Up};
 use crate::scene::{Format, Instance, Local, Node, Scene, Source};
-use assemble::Model;
 use mtl::Mtl;
-use normalise::Parsed;
+use parsed::Parsed;
 use textures::Library;
 
 /// Reads an .obj with the MTLs and textures that it names.
 pub(super) fn load(
-    bytes: &[u8],
+    bytes: Vec<u8>,
     folder: &Folder,
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let mut warnings = Warnings::default();
+    let (parsed, generator) = match quickly(&bytes, &options.limits) {
+        Some(read) => read,
+        None => carefully(&bytes, &options.limits, &mut warnings)?,
+    };
+    drop(bytes);
+    scene(parsed, generator, folder, options, warnings)
+}
+
+/// Well-formed text, on all threads; `None` for any other.
+fn quickly(bytes: &[u8], limits: &Limits) -> Option<(Parsed, String)> {
+    let parsed = Parsed::new(scan::read(bytes, limits)?)?;
+    let first = bytes.iter().take(1000).position(|b| *b == b'\n').unwrap_or(bytes.len().min(1000));
+    Some((parsed, generator(&text::decode(&bytes[..first]).0)))
+}
+
+/// Any text, by tobj, with what it has to say.
+fn carefully(bytes: &[u8], limits: &Limits, warnings: &mut Warnings) -> Result<(Parsed, String), LoadError> {
     let (text, guessed) = text::decode(bytes);
     if guessed {
         warnings.add("", "the text is not UTF-8: read as Windows-1252");
     }
-    let parsed = normalise::parse(&text, &options.limits, &mut warnings)?;
-    let models = read_by_tobj(&parsed)?;
-    let (mut meshes, left_out) = assemble::meshes(&parsed, &models);
-    if left_out > 0 {
-        warnings.add("", format!("{left_out} triangles that use a vertex twice left out"));
-    }
+    let block = careful::read(&text, limits, warnings)?;
+    // The reader has checked every index itself.
+    let parsed = Parsed::new(vec![block]);
+    Ok((parsed.ok_or_else(|| LoadError::invalid("OBJ", "a face points at nothing"))?, generator(&text)))
+}
 
+/// What was read, with materials, as a scene.
+fn scene(
+    mut parsed: Parsed,
+    generator: String,
+    folder: &Folder,
+    options: &LoadOptions,
+    mut warnings: Warnings,
+) -> Result<(Scene, Vec<Warning>), LoadError> {
+    let mut counted = |n: u64, what: &str| {
+        if n > 0 {
+            warnings.add("", format!("{n} {what}"));
+        }
+    };
+    counted(parsed.lines_and_points, "lines and points are not shown");
+    counted(parsed.degenerate, "faces with fewer than three vertices left out");
+    counted(parsed.too_large, "concave polygons with too many corners are cut as if they were convex");
+    if parsed.segments.is_empty() {
+        return Err(LoadError::invalid("OBJ", "no faces: there is nothing to draw"));
+    }
     let (library, complete) = read_libraries(&parsed, folder, options, &mut warnings);
     let used: Vec<Option<&Mtl>> = parsed.materials.iter().map(|name| by_name(&library, name)).collect();
     let mtls: Vec<&Mtl> = used.iter().flatten().copied().collect();
     let mut images = Library::load(&mtls, folder, &options.limits, &mut warnings)?;
 
     let mut scene = Scene {
-        source: Source { format: Format::Obj, generator: generator(&text), ..Default::default() },
+        source: Source { format: Format::Obj, generator, ..Default::default() },
         objects: parsed.objects.clone(),
         ..Default::default()
     };
@@ -57,10 +98,15 @@ pub(super) fn load(
         Up::Z => Local::Matrix(DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y))),
     };
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
+    let materials = std::mem::take(&mut parsed.materials);
+    let no_libraries = parsed.libraries.is_empty();
+    let (meshes, left_out) = meshes::meshes(parsed, &options.limits)?;
+    if left_out > 0 {
+        warnings.add("", format!("{left_out} triangles that use a vertex twice left out"));
+    }
     // Materials in the order in which faces use them; `None` is the default material.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
-    for (mesh, model) in meshes.iter_mut().zip(&models) {
-        let key = parsed.runs[model.run].key;
+    for (i, (key, mut mesh)) in meshes.into_iter().enumerate() {
         let mtl = key.material.and_then(|m| used[m as usize]);
         let slot = key.material.filter(|_| mtl.is_some());
         mesh.material = *material_of.entry(slot).or_insert_with(|| {
@@ -72,46 +118,21 @@ pub(super) fn load(
         });
         if let (Some(asked), None) = (key.material, mtl)
             && complete
-            && !parsed.materials[asked as usize].is_empty()
-            && !parsed.libraries.is_empty()
+            && !materials[asked as usize].is_empty()
+            && !no_libraries
         {
-            let name = printable(&parsed.materials[asked as usize]);
+            let name = printable(&materials[asked as usize]);
             warnings.add("", format!("material '{name}' is not in the MTL: shown matte white"));
         }
-    }
-    for (i, model) in models.iter().enumerate() {
-        let object = parsed.runs[model.run].key.object + 1;
-        scene.instances.push(Instance { node: 0, mesh: i as u32, object, placement: None, skin: None });
-    }
-    (scene.meshes, scene.images, scene.textures) = (meshes, images.images, images.textures);
-    for mesh in &mut scene.meshes {
         if let Some(map) = scene.materials[mesh.material as usize].normal {
-            super::tangents::generate(mesh, &map.texture);
+            super::tangents::generate(&mut mesh, &map.texture);
         }
+        let (mesh_id, object) = (i as u32, key.object + 1);
+        scene.instances.push(Instance { node: 0, mesh: mesh_id, object, placement: None, skin: None });
+        scene.meshes.push(mesh);
     }
+    (scene.images, scene.textures) = (images.images, images.textures);
     Ok((scene, warnings.into_vec()))
-}
-
-/// Hands the normalised text to tobj. Its models carry the numbers of their runs as names.
-fn read_by_tobj(parsed: &Parsed) -> Result<Vec<Model>, LoadError> {
-    let text = parsed.to_text();
-    let options = tobj::LoadOptions { single_index: false, triangulate: false, ..Default::default() };
-    let no_materials = |_: &std::path::Path| Ok((Vec::new(), Default::default()));
-    let wrong =
-        |e: &dyn std::fmt::Display| LoadError::parse("the file", format!("cannot be read as OBJ: {e}"));
-    let (models, _) =
-        tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials).map_err(|e| wrong(&e))?;
-    models
-        .into_iter()
-        .map(|model| {
-            let run = model.name.parse().ok().filter(|&i: &usize| i < parsed.runs.len());
-            let run = run.ok_or_else(|| wrong(&"a group was lost"))?;
-            if model.mesh.indices.len() != parsed.runs[run].corners.len() {
-                return Err(wrong(&"faces were lost"));
-            }
-            Ok(Model { mesh: model.mesh, run })
-        })
-        .collect()
 }
 
 /// All materials of all MTLs, in order; and whether every MTL was there.
@@ -165,7 +186,7 @@ fn by_name<'m>(all: &'m [Mtl], name: &str) -> Option<&'m Mtl> {
 
 /// The first comment, where exporters name themselves.
 fn generator(text: &str) -> String {
-    let first = text.trim_start_matches('\u{feff}').lines().next().unwrap_or("");
+    let first = text.trim_start_matches('\u{feff}').split(['\n', '\r']).next().unwrap_or("");
     first.strip_prefix('#').map(|c| printable(c.trim())).unwrap_or_default()
 }
 

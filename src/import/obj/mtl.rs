@@ -97,7 +97,7 @@ impl Mtl {
     fn statement(&mut self, keyword: &str, rest: &str) -> Result<(), Left> {
         let scalar = || {
             let word = rest.split_whitespace().next().unwrap_or("");
-            let value = number(word).map(|v| v as f32).filter(|v| v.is_finite());
+            let value = number(word).filter(|v| v.is_finite());
             value.ok_or_else(|| Left::Bad(format!("'{}' is not a number", printable(word))))
         };
         match keyword.to_ascii_lowercase().as_str() {
@@ -111,8 +111,7 @@ impl Mtl {
             "pm" => self.metallic = Some(scalar()?),
             "illum" => self.illum = Some(scalar()? as i64),
             key @ ("d" | "tr") => {
-                let value =
-                    number(rest.trim_start_matches("-halo").trim()).map_or_else(scalar, |v| Ok(v as f32))?;
+                let value = number(rest.trim_start_matches("-halo").trim()).map_or_else(scalar, Ok)?;
                 let twice = self.d.is_some();
                 self.d = Some(if key == "d" { value } else { 1.0 - value });
                 if twice {
@@ -153,7 +152,7 @@ fn color(rest: &str) -> Result<Rgb, Left> {
     if matches!(words.first(), Some(&("spectral" | "xyz"))) {
         return Err(Left::Bad("only RGB colours are read".into()));
     }
-    let values: Option<Vec<f32>> = words.iter().map(|w| number(w).map(|v| v as f32)).collect();
+    let values: Option<Vec<f32>> = words.iter().map(|w| number(w)).collect();
     match values.as_deref() {
         Some([v]) if v.is_finite() => Ok(Rgb::splat(*v)),
         Some([r, g, b, ..]) if (r + g + b).is_finite() => Ok(Rgb::new(*r, *g, *b)),
@@ -217,7 +216,7 @@ fn map(rest: &str) -> Result<Map, Left> {
 
 impl Map {
     fn set(&mut self, option: &str, values: &[&str]) {
-        let at = |i: usize, missing: f32| values.get(i).and_then(|v| number(v)).map_or(missing, |v| v as f32);
+        let at = |i: usize, missing: f32| values.get(i).and_then(|v| number(v)).unwrap_or(missing);
         match option {
             "-s" => self.scale = Vec2::new(at(0, 1.0), at(1, 1.0)),
             "-o" => self.offset = Vec2::new(at(0, 0.0), at(1, 0.0)),

@@ -1,0 +1,276 @@
+//! The fast reader: well-formed text to blocks, on all threads at once.
+//!
+//! It reads what it recognises with certainty and gives up at anything else — a joined line, an
+//! odd number, an index that points at nothing, a statement it does not know — without a word:
+//! the careful reader then reads the whole file, and says what is wrong with it and where.
+
+use std::borrow::Cow;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::super::Limits;
+use super::block::{Block, Corner, NONE, Statement, relative};
+use super::{float, text};
+
+/// Bytes that one task reads: small enough to share out evenly, large enough to make no fuss.
+const STRETCH: usize = 1 << 20;
+
+/// The blocks of a file, or `None` where it takes a more careful reader.
+pub(super) fn read<'t>(bytes: &'t [u8], limits: &Limits) -> Option<Vec<Block<'t>>> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let (vertices, triangles) = (AtomicU64::new(0), AtomicU64::new(0));
+    let within = |count: &AtomicU64, more: usize, limit: u64| {
+        count.fetch_add(more as u64, Ordering::Relaxed).saturating_add(more as u64) <= limit
+    };
+    stretches(bytes, STRETCH)
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|stretch| {
+            let block = Scanner { bytes: stretch, at: 0, block: Block::default() }.read()?;
+            let few = within(&vertices, block.positions.len(), limits.vertices)
+                && within(&triangles, block.triangles(), limits.triangles);
+            few.then_some(block)
+        })
+        .collect()
+}
+
+/// Stretches of whole lines, of about `size` bytes each.
+fn stretches(mut bytes: &[u8], size: usize) -> Vec<&[u8]> {
+    let mut out = Vec::with_capacity(bytes.len() / size + 1);
+    while bytes.len() > size {
+        let Some(end) = bytes[size..].iter().position(|b| *b == b'\n') else { break };
+        let (stretch, rest) = bytes.split_at(size + end + 1);
+        out.push(stretch);
+        bytes = rest;
+    }
+    out.push(bytes);
+    out
+}
+
+struct Scanner<'t> {
+    bytes: &'t [u8],
+    at: usize,
+    block: Block<'t>,
+}
+
+impl<'t> Scanner<'t> {
+    fn read(mut self) -> Option<Block<'t>> {
+        while self.at < self.bytes.len() {
+            self.line()?;
+        }
+        Some(self.block)
+    }
+
+    /// The byte here; behind the last line stands a line end.
+    #[inline(always)]
+    fn here(&self) -> u8 {
+        self.bytes.get(self.at).copied().unwrap_or(b'\n')
+    }
+
+    #[inline(always)]
+    fn blanks(&mut self) {
+        while matches!(self.here(), b' ' | b'\t') {
+            self.at += 1;
+        }
+    }
+
+    /// True at the line's end. A CR alone is none: then some other reader counts lines.
+    #[inline(always)]
+    fn at_end(&self) -> Option<bool> {
+        match self.here() {
+            b'\n' => Some(true),
+            b'\r' if self.bytes.get(self.at + 1).is_none_or(|b| *b == b'\n') => Some(true),
+            b'\r' => None,
+            _ => Some(false),
+        }
+    }
+
+    /// Goes to the next line.
+    #[inline(always)]
+    fn end(&mut self) -> Option<()> {
+        self.blanks();
+        if !self.at_end()? {
+            return None;
+        }
+        self.at += if self.here() == b'\r' { 2 } else { 1 };
+        Some(())
+    }
+
+    #[inline(always)]
+    fn line(&mut self) -> Option<()> {
+        self.blanks();
+        let next = self.bytes.get(self.at + 1).copied().unwrap_or(b'\n');
+        let blank = |b: u8| matches!(b, b' ' | b'\t');
+        match (self.here(), next) {
+            (b'f', b) if blank(b) => self.face(),
+            (b'v', b) if blank(b) => self.vertex(),
+            (b'v', b't') => self.texture_coordinate(),
+            (b'v', b'n') => self.normal(),
+            (b'\n' | b'\r', _) => self.end(),
+            (b'#', _) => self.comment(),
+            _ => self.statement(),
+        }
+    }
+
+    #[inline(always)]
+    fn number(&mut self) -> Option<f32> {
+        self.blanks();
+        let (value, length) = float::read(self.bytes.get(self.at..)?)?;
+        self.at += length;
+        Some(value)
+    }
+
+    /// Three numbers, then the line's end.
+    #[inline(always)]
+    fn three(&mut self) -> Option<Vec3> {
+        Some(Vec3::new(self.number()?, self.number()?, self.number()?))
+    }
+
+    /// x y z, perhaps w, perhaps a colour of three or four numbers.
+    fn vertex(&mut self) -> Option<()> {
+        self.at += 1;
+        let position = self.three()?;
+        let mut more = [0.0; 4];
+        let mut count = 0;
+        loop {
+            self.blanks();
+            if self.at_end()? {
+                break;
+            }
+            *more.get_mut(count)? = self.number()?;
+            count += 1;
+        }
+        let [r, g, b, a] = more;
+        let color = match count {
+            0..3 => None,
+            3 => Some(Vec4::new(r, g, b, 1.0)),
+            _ => Some(Vec4::new(r, g, b, a)),
+        };
+        self.block.vertex(position, color);
+        self.end()
+    }
+
+    fn texture_coordinate(&mut self) -> Option<()> {
+        self.keyword(2)?;
+        let u = self.number()?;
+        self.blanks();
+        let v = if self.at_end()? { 0.0 } else { self.number()? };
+        self.blanks();
+        if !self.at_end()? {
+            self.number()?;
+        }
+        self.block.uvs.push([u, v]);
+        self.end()
+    }
+
+    fn normal(&mut self) -> Option<()> {
+        self.keyword(2)?;
+        let normal = self.three()?;
+        self.block.normals.push(normal);
+        self.end()
+    }
+
+    /// Steps over a keyword of `length` letters, which has to end there.
+    fn keyword(&mut self, length: usize) -> Option<()> {
+        self.at += length;
+        matches!(self.here(), b' ' | b'\t').then_some(())
+    }
+
+    #[inline(always)]
+    fn face(&mut self) -> Option<()> {
+        self.at += 1;
+        let first = self.block.corners.len();
+        loop {
+            self.blanks();
+            if self.at_end()? {
+                break;
+            }
+            let corner = self.corner()?;
+            self.block.corners.push(corner);
+        }
+        self.block.face(first);
+        self.end()
+    }
+
+    #[inline(always)]
+    fn corner(&mut self) -> Option<Corner> {
+        let mut corner = Corner { v: self.index(0)?, vt: NONE, vn: NONE };
+        if self.here() == b'/' {
+            self.at += 1;
+            if self.here() != b'/' {
+                corner.vt = self.index(1)?;
+            }
+            if self.here() == b'/' {
+                self.at += 1;
+                corner.vn = self.index(2)?;
+            }
+        }
+        matches!(self.here(), b' ' | b'\t' | b'\r' | b'\n').then_some(corner)
+    }
+
+    /// An index of up to nine digits, of vertices, coordinates or normals.
+    #[inline(always)]
+    fn index(&mut self, kind: usize) -> Option<u32> {
+        let back = self.here() == b'-';
+        self.at += usize::from(back);
+        let first = self.at;
+        let mut value = 0u32;
+        loop {
+            let digit = self.here().wrapping_sub(b'0');
+            if digit > 9 {
+                break;
+            }
+            value = value.wrapping_mul(10).wrapping_add(u32::from(digit));
+            self.at += 1;
+        }
+        if value == 0 || self.at - first > 9 {
+            return None;
+        }
+        if back {
+            self.block.relative = true;
+            let so_far = [self.block.positions.len(), self.block.uvs.len(), self.block.normals.len()];
+            return Some(relative(so_far[kind], value));
+        }
+        self.block.reach[kind] = self.block.reach[kind].max(value);
+        Some(value - 1)
+    }
+
+    /// The rest of the line, where it is text that lines end in the usual way.
+    fn rest(&mut self) -> Option<&'t str> {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let length = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
+        let line = rest[..length].strip_suffix(b"\r").unwrap_or(&rest[..length]);
+        self.at += length + 1;
+        if line.contains(&b'\r') {
+            return None;
+        }
+        std::str::from_utf8(line).ok()
+    }
+
+    fn comment(&mut self) -> Option<()> {
+        // ZBrush paints in comments.
+        let rest = self.rest()?;
+        (!rest.starts_with(text::POLYPAINT)).then_some(())
+    }
+
+    fn statement(&mut self) -> Option<()> {
+        let (keyword, rest) = text::split_keyword(text::trim(self.rest()?));
+        let name = || Cow::Borrowed(rest);
+        let statement = match keyword {
+            "o" => Statement::Object(name()),
+            "g" => Statement::Group(name()),
+            "usemtl" => Statement::Material(name()),
+            "mtllib" => Statement::Library(name()),
+            "s" if !rest.contains(['#', '\\']) => Statement::Smoothing(text::smoothing(rest)),
+            "l" | "p" if !rest.contains('\\') => {
+                self.block.lines_and_points += 1;
+                return Some(());
+            }
+            _ => return None,
+        };
+        self.block.mark(statement);
+        Some(())
+    }
+}
