@@ -57,9 +57,11 @@ pub(super) struct Block<'t> {
     pub faces: usize,
     pub marks: Vec<Mark<'t>>,
     /// Where `RELATIVE` indices are among the corners.
-    pub relative: bool,
-    /// The highest index from the start of the file, of each kind, plus one.
+    relative: bool,
+    /// The highest index from the start of the file, of vertices, coordinates and normals, plus one.
     pub reach: [u32; 3],
+    /// How far before this block indices point, of each kind.
+    depth: [i64; 3],
     pub lines_and_points: u64,
     /// Faces with fewer than three corners.
     pub degenerate: u64,
@@ -111,6 +113,16 @@ impl<'t> Block<'t> {
         self.faces += 1;
     }
 
+    /// An index of the vertex, coordinate or normal that was given `back` ago.
+    #[inline]
+    pub fn back(&mut self, kind: usize, back: u32) -> u32 {
+        let so_far = [self.positions.len(), self.uvs.len(), self.normals.len()][kind] as i64;
+        self.relative = true;
+        self.depth[kind] = self.depth[kind].max(i64::from(back) - so_far);
+        // Blocks are of a few megabytes and `back` is below 10^9: this stays within 31 bits.
+        RELATIVE | (so_far + RELATIVE_ZERO - i64::from(back)) as u32
+    }
+
     /// Triangles that the faces will be.
     pub fn triangles(&self) -> usize {
         self.corners.len() - 2 * self.faces
@@ -121,31 +133,22 @@ impl<'t> Block<'t> {
     /// index points at nothing.
     #[must_use]
     pub fn resolve(&mut self, before: [usize; 3], totals: [usize; 3]) -> bool {
-        if (0..3).any(|k| self.reach[k] as usize > totals[k]) {
+        let outside = |k: usize| self.reach[k] as usize > totals[k] || self.depth[k] > before[k] as i64;
+        if (0..3).any(outside) {
             return false;
         }
-        if !self.relative {
-            return true;
-        }
-        let absolute = |index: &mut u32, k: usize| {
-            if *index != NONE && *index & RELATIVE != 0 {
-                let i = before[k] as i64 + i64::from(*index & !RELATIVE) - RELATIVE_ZERO;
-                if i < 0 || i >= totals[k] as i64 {
-                    return false;
+        if self.relative {
+            let absolute = |index: &mut u32, k: usize| {
+                if *index != NONE && *index & RELATIVE != 0 {
+                    *index = (before[k] as i64 + i64::from(*index & !RELATIVE) - RELATIVE_ZERO) as u32;
                 }
-                *index = i as u32;
+            };
+            for corner in &mut self.corners {
+                absolute(&mut corner.v, 0);
+                absolute(&mut corner.vt, 1);
+                absolute(&mut corner.vn, 2);
             }
-            true
-        };
-        self.corners
-            .iter_mut()
-            .all(|c| absolute(&mut c.v, 0) && absolute(&mut c.vt, 1) && absolute(&mut c.vn, 2))
+        }
+        true
     }
-}
-
-/// An index `back` places before the `so_far` that a block has given.
-#[inline]
-pub(super) fn relative(so_far: usize, back: u32) -> u32 {
-    // Blocks are of a few megabytes and `back` is below 10^9: this stays within 31 bits.
-    RELATIVE | (so_far as i64 + RELATIVE_ZERO - i64::from(back)) as u32
 }

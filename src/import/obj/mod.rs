@@ -37,7 +37,7 @@ pub(super) fn load(
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let mut warnings = Warnings::default();
-    let (parsed, generator) = match quickly(&bytes, &options.limits) {
+    let (parsed, generator) = match quickly(&bytes, scan::STRETCH, &options.limits) {
         Some(read) => read,
         None => carefully(&bytes, &options.limits, &mut warnings)?,
     };
@@ -46,8 +46,8 @@ pub(super) fn load(
 }
 
 /// Well-formed text, on all threads; `None` for any other.
-fn quickly(bytes: &[u8], limits: &Limits) -> Option<(Parsed, String)> {
-    let parsed = Parsed::new(scan::read(bytes, limits)?)?;
+fn quickly(bytes: &[u8], stretch: usize, limits: &Limits) -> Option<(Parsed, String)> {
+    let parsed = Parsed::new(scan::read(bytes, stretch, limits)?)?;
     let first = bytes.iter().take(1000).position(|b| *b == b'\n').unwrap_or(bytes.len().min(1000));
     Some((parsed, generator(&text::decode(&bytes[..first]).0)))
 }
@@ -190,5 +190,7 @@ fn generator(text: &str) -> String {
     first.strip_prefix('#').map(|c| printable(c.trim())).unwrap_or_default()
 }
 
+#[cfg(test)]
+mod differential;
 #[cfg(test)]
 mod tests;

@@ -11,20 +11,20 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::Limits;
-use super::block::{Block, Corner, NONE, Statement, relative};
+use super::block::{Block, Corner, NONE, Statement};
 use super::{float, text};
 
 /// Bytes that one task reads: small enough to share out evenly, large enough to make no fuss.
-const STRETCH: usize = 1 << 20;
+pub(super) const STRETCH: usize = 1 << 20;
 
-/// The blocks of a file, or `None` where it takes a more careful reader.
-pub(super) fn read<'t>(bytes: &'t [u8], limits: &Limits) -> Option<Vec<Block<'t>>> {
+/// The blocks of a file, each of about `stretch` bytes, or `None` where it takes a more careful reader.
+pub(super) fn read<'t>(bytes: &'t [u8], stretch: usize, limits: &Limits) -> Option<Vec<Block<'t>>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let (vertices, triangles) = (AtomicU64::new(0), AtomicU64::new(0));
     let within = |count: &AtomicU64, more: usize, limit: u64| {
         count.fetch_add(more as u64, Ordering::Relaxed).saturating_add(more as u64) <= limit
     };
-    stretches(bytes, STRETCH)
+    stretches(bytes, stretch)
         .into_par_iter()
         .with_max_len(1)
         .map(|stretch| {
@@ -37,7 +37,7 @@ pub(super) fn read<'t>(bytes: &'t [u8], limits: &Limits) -> Option<Vec<Block<'t>
 }
 
 /// Stretches of whole lines, of about `size` bytes each.
-fn stretches(mut bytes: &[u8], size: usize) -> Vec<&[u8]> {
+pub(super) fn stretches(mut bytes: &[u8], size: usize) -> Vec<&[u8]> {
     let mut out = Vec::with_capacity(bytes.len() / size + 1);
     while bytes.len() > size {
         let Some(end) = bytes[size..].iter().position(|b| *b == b'\n') else { break };
@@ -229,9 +229,7 @@ impl<'t> Scanner<'t> {
             return None;
         }
         if back {
-            self.block.relative = true;
-            let so_far = [self.block.positions.len(), self.block.uvs.len(), self.block.normals.len()];
-            return Some(relative(so_far[kind], value));
+            return Some(self.block.back(kind, value));
         }
         self.block.reach[kind] = self.block.reach[kind].max(value);
         Some(value - 1)
