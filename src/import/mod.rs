@@ -10,6 +10,7 @@ mod gltf;
 mod image;
 mod limits;
 mod obj;
+mod smooth;
 mod tangents;
 mod uri;
 
@@ -20,6 +21,7 @@ use crate::scene::Scene;
 pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
 pub use limits::Limits;
+pub use smooth::Smooth;
 
 /// Which of a file's scenes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -50,6 +52,8 @@ pub struct LoadOptions {
     pub scene: SceneChoice,
     /// Which way is up.
     pub up: Up,
+    /// Which normals.
+    pub smooth: Smooth,
     /// Lets references lead out of the scene's folder.
     pub allow_outside: bool,
 }
@@ -68,6 +72,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
         obj::load(bytes, &folder, options)?
     };
     scene.name = name;
+    smooth::apply(&mut scene, options.smooth);
     Ok((scene, warnings))
 }
 

@@ -7,7 +7,10 @@
 
 mod block;
 mod careful;
+mod colors;
 mod float;
+mod libraries;
+mod map;
 mod material;
 mod meshes;
 mod mtl;
@@ -26,6 +29,7 @@ use super::error::{LoadError, Warning, Warnings};
 use super::uri::{Folder, printable};
 use super::{Limits, LoadOptions, Up};
 use crate::scene::{Format, Instance, Local, Node, Scene, Source};
+use libraries::Libraries;
 use mtl::Mtl;
 use parsed::Parsed;
 use textures::Library;
@@ -83,9 +87,23 @@ fn scene(
     if parsed.segments.is_empty() {
         return Err(LoadError::invalid("OBJ", "no faces: there is nothing to draw"));
     }
-    let (library, complete) = read_libraries(&parsed, folder, options, &mut warnings);
-    let used: Vec<Option<&Mtl>> = parsed.materials.iter().map(|name| by_name(&library, name)).collect();
+    colors::to_linear(&mut parsed.colors, &mut warnings);
+    let libraries = Libraries::read(&parsed.libraries, folder, options, &mut warnings);
+    let used: Vec<Option<&Mtl>> = parsed.materials.iter().map(|name| libraries.material(name)).collect();
     let mtls: Vec<&Mtl> = used.iter().flatten().copied().collect();
+    let lacking = parsed.materials.iter().zip(&used).filter(|(name, mtl)| mtl.is_none() && !name.is_empty());
+    if parsed.libraries.is_empty() {
+        let lacking = lacking.count();
+        if lacking > 0 {
+            let what = format!("the file names {lacking} materials and no MTL: they are shown matte white");
+            warnings.add("", what);
+        }
+    } else if libraries.complete {
+        for (name, _) in lacking {
+            let name = printable(name);
+            warnings.add("", format!("material '{name}' is not in the MTL: shown matte white"));
+        }
+    }
     let mut images = Library::load(&mtls, folder, &options.limits, &mut warnings)?;
 
     let mut scene = Scene {
@@ -98,8 +116,6 @@ fn scene(
         Up::Z => Local::Matrix(DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y))),
     };
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
-    let materials = std::mem::take(&mut parsed.materials);
-    let no_libraries = parsed.libraries.is_empty();
     let (meshes, left_out) = meshes::meshes(parsed, &options.limits)?;
     if left_out > 0 {
         warnings.add("", format!("{left_out} triangles that use a vertex twice left out"));
@@ -116,15 +132,14 @@ fn scene(
             });
             scene.materials.len() as u32 - 1
         });
-        if let (Some(asked), None) = (key.material, mtl)
-            && complete
-            && !materials[asked as usize].is_empty()
-            && !no_libraries
-        {
-            let name = printable(&materials[asked as usize]);
-            warnings.add("", format!("material '{name}' is not in the MTL: shown matte white"));
+        if mtl.is_some_and(|m| m.by_blender) && !mesh.colors.is_empty() {
+            // Blender writes what its materials make of the colours into Kd, and shows no others.
+            mesh.colors = Vec::new();
+            warnings.add("", "vertex colours beside a material of Blender's are not part of it: left out");
         }
         if let Some(map) = scene.materials[mesh.material as usize].normal {
+            // A normal map turns the normals of flat faces too.
+            super::smooth::flatten(&mut mesh);
             super::tangents::generate(&mut mesh, &map.texture);
         }
         let (mesh_id, object) = (i as u32, key.object + 1);
@@ -133,55 +148,6 @@ fn scene(
     }
     (scene.images, scene.textures) = (images.images, images.textures);
     Ok((scene, warnings.into_vec()))
-}
-
-/// All materials of all MTLs, in order; and whether every MTL was there.
-fn read_libraries(
-    parsed: &Parsed,
-    folder: &Folder,
-    options: &LoadOptions,
-    warnings: &mut Warnings,
-) -> (Vec<Mtl>, bool) {
-    let mut all = Vec::new();
-    let mut read = |name: &str| -> Result<Vec<Mtl>, String> {
-        let bytes = textures::find(folder, "", name, options.limits.file_bytes)?;
-        let (text, _) = text::decode(&bytes);
-        let unified = name.replace('\\', "/");
-        let beside = unified.rsplit_once('/').map_or("", |(folder, _)| folder);
-        Ok(mtl::parse(&text, &printable(name), beside, warnings))
-    };
-    let mut missing = Vec::new();
-    for line in &parsed.libraries {
-        // The whole line as one name, then without quotes, then a name for each word.
-        let whole = line.trim_matches('"');
-        match read(whole) {
-            Ok(materials) => all.extend(materials),
-            Err(why) if !line.contains(char::is_whitespace) => missing.push(why),
-            Err(why) => {
-                let words: Vec<_> = line.split_whitespace().map(&mut read).collect();
-                if words.iter().all(Result::is_err) {
-                    missing.push(why);
-                } else {
-                    missing.extend(words.iter().filter_map(|w| w.as_ref().err().cloned()));
-                    all.extend(words.into_iter().flatten().flatten());
-                }
-            }
-        }
-    }
-    let complete = missing.is_empty();
-    for why in missing {
-        warnings.add("", format!("MTL {why}; its materials are shown matte white"));
-    }
-    (all, complete)
-}
-
-/// The material of that name: exactly, or else as exporters alter names.
-fn by_name<'m>(all: &'m [Mtl], name: &str) -> Option<&'m Mtl> {
-    let unquoted = name.trim_matches('"');
-    all.iter()
-        .find(|m| m.name == name)
-        .or_else(|| all.iter().find(|m| m.name.trim_matches('"') == unquoted))
-        .or_else(|| all.iter().find(|m| m.name.eq_ignore_ascii_case(unquoted)))
 }
 
 /// The first comment, where exporters name themselves.

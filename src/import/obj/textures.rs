@@ -1,15 +1,16 @@
 //! The images that MTLs name: found, read and decoded once each.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::Vec2;
 use rayon::prelude::*;
 
 use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
-use super::super::image::decode;
+use super::super::image::{decode, dimensions};
 use super::super::uri::{Folder, printable};
-use super::mtl::{Map, Mtl};
+use super::map::Map;
+use super::mtl::Mtl;
 use crate::scene::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap};
 
 /// Reads a file by a name from another system, another folder, or in another case: as written,
@@ -48,6 +49,8 @@ pub(super) struct Library {
     pub images: Vec<Image>,
     pub textures: Vec<Texture>,
     image_of: HashMap<(String, String), Option<u32>>,
+    /// By image, and whether it is clamped.
+    texture_of: HashMap<(u32, bool), u32>,
 }
 
 impl Library {
@@ -59,26 +62,36 @@ impl Library {
         warnings: &mut Warnings,
     ) -> Result<Library, LoadError> {
         let mut wanted: Vec<(String, String)> = Vec::new();
+        let mut seen = HashSet::new();
         for material in materials {
             for map in material.maps() {
                 let key = (material.folder.clone(), map.file.clone());
-                if !wanted.contains(&key) {
+                if seen.insert(key.clone()) {
                     wanted.push(key);
                 }
             }
         }
-        let read = |(beside, name): &(String, String)| -> Result<Image, String> {
-            let bytes = find(folder, beside, name, limits.file_bytes)?;
-            decode(name, &bytes, limits)
-        };
-        let decoded: Vec<Result<Image, String>> = wanted.par_iter().map(read).collect();
+        let files: Vec<Result<Vec<u8>, String>> =
+            wanted.par_iter().map(|(beside, name)| find(folder, beside, name, limits.file_bytes)).collect();
+        // By their headers first: what is too much is not decoded at all.
+        let texels = files.iter().flatten().filter_map(|bytes| dimensions(bytes));
+        let total = texels.fold(0u64, |sum, (w, h)| sum.saturating_add(u64::from(w) * u64::from(h) * 4));
+        LoadError::check("bytes of decoded textures", total, limits.texture_bytes)?;
+        let decoded: Vec<Result<Image, String>> = files
+            .into_par_iter()
+            .zip(&wanted)
+            .map(|(bytes, (_, name))| decode(&printable(name), &bytes?, limits))
+            .collect();
         let mut library = Library::default();
-        let mut bytes = 0;
+        let mut bytes = 0u64;
         for (key, image) in wanted.into_iter().zip(decoded) {
             let id = match image {
                 Ok(image) => {
-                    bytes += u64::from(image.width) * u64::from(image.height) * 4;
-                    LoadError::check("bytes of textures", bytes, limits.texture_bytes)?;
+                    bytes += match &image.pixels {
+                        Pixels::Rgba8(p) => 4 * p.len() as u64,
+                        Pixels::Rgba16(p) => 8 * p.len() as u64,
+                    };
+                    LoadError::check("bytes of decoded textures", bytes, limits.texture_bytes)?;
                     library.images.push(image);
                     Some(library.images.len() as u32 - 1)
                 }
@@ -103,9 +116,9 @@ impl Library {
         let image = self.image(material, map)?;
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
         let texture = Texture { image, wrap: [wrap; 2], filter: Filter::Linear };
-        let id = self.textures.iter().position(|t| *t == texture).unwrap_or_else(|| {
+        let id = *self.texture_of.entry((image, map.clamp)).or_insert_with(|| {
             self.textures.push(texture);
-            self.textures.len() - 1
+            self.textures.len() as u32 - 1
         });
         // OBJ's v' = s·v + o, with v = 1 − (the scene's v) on both sides.
         let transform = UvTransform {
@@ -113,7 +126,7 @@ impl Library {
             y_axis: Vec2::new(0.0, map.scale.y),
             offset: Vec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y),
         };
-        Some(TextureRef { texture: id as u32, uv_set: 0, transform })
+        Some(TextureRef { texture: id, uv_set: 0, transform })
     }
 }
 
