@@ -44,6 +44,27 @@ fn read(path: &Path) -> usize {
     scene.meshes[0].triangles.len()
 }
 
+/// Reads by turns, so that both meet the same machine, and tells the medians.
+fn compare(path: &Path, rounds: usize) {
+    let mut times = [Vec::new(), Vec::new()];
+    for _ in 0..rounds {
+        for (who, times) in times.iter_mut().enumerate() {
+            let start = std::time::Instant::now();
+            if who == 0 {
+                black_box(read(path));
+            } else {
+                black_box(tobj::load_obj(path, &tobj::LoadOptions::default()).unwrap());
+            }
+            times.push(start.elapsed().as_secs_f64());
+        }
+    }
+    let [ours, tobj] = times.map(|mut t| {
+        t.sort_by(f64::total_cmp);
+        t[t.len() / 2]
+    });
+    println!("medians of {rounds} by turns: {ours:.3} s, tobj {tobj:.3} s, ratio {:.2}", tobj / ours);
+}
+
 fn import(c: &mut Criterion) {
     let rings = std::env::var("RINGS").ok().and_then(|r| r.parse().ok()).unwrap_or(200);
     let folder = tempfile::tempdir().unwrap();
@@ -58,6 +79,8 @@ fn import(c: &mut Criterion) {
         text.len() as f64 / 1e6,
         std::thread::available_parallelism().map_or(1, usize::from),
     );
+    println!("{name}");
+    compare(&plain, 7);
     let mut group = c.benchmark_group(name);
     group.sample_size(10);
     group.throughput(Throughput::Bytes(text.len() as u64));

@@ -1,31 +1,34 @@
 //! Decimal numbers to `f32`, quickly and rightly rounded: always what `str::parse::<f32>` gives.
 
+use super::digits;
+
+/// Ten to the power of how many digits stand behind the point.
+const POWERS: [u64; 20] = {
+    let mut powers = [1; 20];
+    let mut i = 1;
+    while i < 20 {
+        powers[i] = powers[i - 1] * 10;
+        i += 1;
+    }
+    powers
+};
+
 /// The number that `bytes` begins with and how many bytes it takes. `None` for what is not plainly
 /// a decimal number with white space or the end behind it: a slower reader says what that is.
-#[inline]
+#[inline(always)]
 pub(super) fn read(bytes: &[u8]) -> Option<(f32, usize)> {
     let at = |i: usize| bytes.get(i).copied().unwrap_or(b'\n');
     let negative = at(0) == b'-';
-    let start = usize::from(negative || at(0) == b'+');
-    let mut i = start;
+    let mut i = usize::from(negative || at(0) == b'+');
     // Nineteen digits fit; with more the number is read again below.
-    let mut mantissa: u64 = 0;
-    let mut digits = |i: &mut usize| {
-        let first = *i;
-        loop {
-            let digit = at(*i).wrapping_sub(b'0');
-            if digit > 9 {
-                return *i - first;
-            }
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-            *i += 1;
-        }
-    };
-    let whole = digits(&mut i);
+    let (mut mantissa, whole) = digits::read(bytes, i);
+    i += whole;
     let mut fraction = 0;
     if at(i) == b'.' {
-        i += 1;
-        fraction = digits(&mut i);
+        let (value, count) = digits::read(bytes, i + 1);
+        fraction = count;
+        i += 1 + count;
+        mantissa = POWERS.get(count).map_or(0, |power| mantissa.wrapping_mul(*power).wrapping_add(value));
     }
     if whole + fraction == 0 {
         return None;
@@ -62,7 +65,7 @@ fn read_exponent(bytes: &[u8], mut i: usize) -> Option<(i64, usize)> {
 }
 
 /// mantissa·10^exponent where one rounding, or a harmless second one, gives it; else `None`.
-#[inline]
+#[inline(always)]
 fn scale(mantissa: u64, exponent: i64) -> Option<f32> {
     /// The powers of ten that an f32 holds exactly.
     const SINGLE: [f32; 11] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10];

@@ -8,6 +8,7 @@
 mod block;
 mod careful;
 mod colors;
+mod digits;
 mod float;
 mod libraries;
 mod map;
@@ -156,6 +157,8 @@ fn generator(text: &str) -> String {
     first.strip_prefix('#').map(|c| printable(c.trim())).unwrap_or_default()
 }
 
+#[cfg(test)]
+mod defects;
 #[cfg(test)]
 mod differential;
 #[cfg(test)]

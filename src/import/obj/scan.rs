@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::super::Limits;
 use super::block::{Block, Corner, NONE, Statement};
-use super::{float, text};
+use super::{digits, float, text};
 
 /// Bytes that one task reads: small enough to share out evenly, large enough to make no fuss.
 pub(super) const STRETCH: usize = 1 << 20;
@@ -215,19 +215,12 @@ impl<'t> Scanner<'t> {
     fn index(&mut self, kind: usize) -> Option<u32> {
         let back = self.here() == b'-';
         self.at += usize::from(back);
-        let first = self.at;
-        let mut value = 0u32;
-        loop {
-            let digit = self.here().wrapping_sub(b'0');
-            if digit > 9 {
-                break;
-            }
-            value = value.wrapping_mul(10).wrapping_add(u32::from(digit));
-            self.at += 1;
-        }
-        if value == 0 || self.at - first > 9 {
+        let (value, count) = digits::read(self.bytes, self.at);
+        self.at += count;
+        if value == 0 || count > 9 {
             return None;
         }
+        let value = value as u32;
         if back {
             return Some(self.block.back(kind, value));
         }

@@ -9,7 +9,10 @@ use crate::scene::{AlphaMode, Material, Mesh, Reflectance, Scene};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Loads `obj` with further files beside it.
-fn read(obj: impl AsRef<[u8]>, beside: &[(&str, &[u8])]) -> Result<(Scene, Vec<String>), LoadError> {
+pub(super) fn read(
+    obj: impl AsRef<[u8]>,
+    beside: &[(&str, &[u8])],
+) -> Result<(Scene, Vec<String>), LoadError> {
     let dir = tempfile::tempdir().unwrap();
     for (name, bytes) in beside {
         let path = dir.path().join(name);
@@ -22,32 +25,33 @@ fn read(obj: impl AsRef<[u8]>, beside: &[(&str, &[u8])]) -> Result<(Scene, Vec<S
     Ok((scene, warnings.iter().map(ToString::to_string).collect()))
 }
 
-fn scene(obj: &str) -> Scene {
+pub(super) fn scene(obj: &str) -> Scene {
     let (scene, warnings) = read(obj, &[]).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     scene
 }
 
-fn error(obj: &str) -> String {
+pub(super) fn error(obj: &str) -> String {
     read(obj, &[]).unwrap_err().to_string()
 }
 
 /// A material and the warnings that came with it.
-fn with_mtl(mtl: &str) -> (Material, Vec<String>) {
+pub(super) fn with_mtl(mtl: &str) -> (Material, Vec<String>) {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let png = png([255, 128, 0, 255]);
     let (scene, warnings) = read(obj, &[("a.mtl", mtl.as_bytes()), ("tex/t 1.png", &png)]).unwrap();
     (scene.materials[0].clone(), warnings)
 }
 
-fn png(texel: [u8; 4]) -> Vec<u8> {
+pub(super) fn png(texel: [u8; 4]) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let image = image::RgbaImage::from_pixel(2, 2, image::Rgba(texel));
     image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
     bytes.into_inner()
 }
 
-const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
+pub(super) const SQUARE: &str =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
 
 #[test]
 fn a_square_in_every_form_of_corner() {
