@@ -5,7 +5,7 @@ use std::fs;
 use super::super::{LoadError, LoadOptions, Smooth, load};
 use super::tests::{SQUARE, error, png, read, scene, with_mtl};
 use crate::geometry::Rgb;
-use crate::scene::Reflectance;
+use crate::scene::{Pixels, Reflectance};
 use glam::Vec3;
 
 #[test]
@@ -236,4 +236,24 @@ fn normal_maps_on_flat_faces_have_their_frames() {
         [("a.mtl", b"newmtl m\nnorm n.png\n"), ("n.png", &png([128, 128, 255, 255]))];
     let (scene, _) = read(obj, &files).unwrap();
     assert_eq!((scene.meshes[0].normals.len(), scene.meshes[0].tangents.len()), (3, 3));
+}
+
+#[test]
+fn blender_shows_colours_over_black_where_alpha_is_not_used() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+    let image = png([255, 200, 0, 128]);
+    for (head, map_d, expected) in [
+        ("# Blender 5.0.1", "", [188, 147, 0, 255]),
+        ("# Blender 5.0.1", "map_d t.png", [255, 200, 0, 128]),
+        ("# Other", "", [255, 200, 0, 128]),
+    ] {
+        let mtl = format!("{head}\nnewmtl m\nmap_Kd t.png\n{map_d}\n");
+        let (scene, _) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", &image)]).unwrap();
+        let texture = scene.materials[0].base.texture.unwrap().texture;
+        let Pixels::Rgba8(texels) = &scene.images[scene.textures[texture as usize].image as usize].pixels
+        else {
+            panic!()
+        };
+        assert_eq!(texels[0], expected, "{head} {map_d}");
+    }
 }

@@ -26,7 +26,7 @@ pub(super) fn default_material() -> Material {
 /// The scene's material for an MTL's.
 pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Material {
     let kd = mtl.kd.unwrap_or(Rgb::ONE);
-    let base = ColorInput { factor: kd, texture: library.texture(mtl, mtl.map_kd.as_ref()) };
+    let base = ColorInput { factor: kd, texture: library.color(mtl, mtl.map_kd.as_ref()) };
     let emission = ColorInput {
         factor: mtl.ke.unwrap_or(if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO }),
         texture: library.texture(mtl, mtl.map_ke.as_ref()),

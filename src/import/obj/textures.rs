@@ -11,7 +11,7 @@ use super::super::image::{decode, dimensions};
 use super::super::uri::{Folder, printable};
 use super::map::Map;
 use super::mtl::Mtl;
-use crate::scene::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap};
+use crate::scene::{Filter, Image, Pixels, Texture, TextureRef, UvTransform, Wrap, srgb_to_linear};
 
 /// Reads a file by a name from another system, another folder, or in another case: as written,
 /// beside the MTL, beside the OBJ, and by its base name in both.
@@ -51,6 +51,8 @@ pub(super) struct Library {
     image_of: HashMap<(String, String), Option<u32>>,
     /// By image, and whether it is clamped.
     texture_of: HashMap<(u32, bool), u32>,
+    /// Copies of images whose colours are shown over black.
+    over_black: HashMap<u32, u32>,
 }
 
 impl Library {
@@ -110,10 +112,29 @@ impl Library {
         *self.image_of.get(&(material.folder.clone(), map.file.clone()))?
     }
 
+    /// The map of a colour. Where a material of Blender's does not use the alpha of its texture,
+    /// Blender shows the texture's colour over black.
+    pub fn color(&mut self, material: &Mtl, map: Option<&Map>) -> Option<TextureRef> {
+        let image = self.image(material, map?)?;
+        let hidden = material.by_blender && material.map_d.is_none();
+        if !hidden || !has_alpha(&self.images[image as usize]) {
+            return self.texture(material, map);
+        }
+        let copy = *self.over_black.entry(image).or_insert_with(|| {
+            self.images.push(over_black(&self.images[image as usize]));
+            self.images.len() as u32 - 1
+        });
+        Some(self.reference(copy, map?))
+    }
+
     /// A map as a texture reference.
     pub fn texture(&mut self, material: &Mtl, map: Option<&Map>) -> Option<TextureRef> {
         let map = map?;
         let image = self.image(material, map)?;
+        Some(self.reference(image, map))
+    }
+
+    fn reference(&mut self, image: u32, map: &Map) -> TextureRef {
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
         let texture = Texture { image, wrap: [wrap; 2], filter: Filter::Linear };
         let id = *self.texture_of.entry((image, map.clamp)).or_insert_with(|| {
@@ -126,7 +147,7 @@ impl Library {
             y_axis: Vec2::new(0.0, map.scale.y),
             offset: Vec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y),
         };
-        Some(TextureRef { texture: id, uv_set: 0, transform })
+        TextureRef { texture: id, uv_set: 0, transform }
     }
 }
 
@@ -157,6 +178,26 @@ pub(super) fn looks_like_normals(image: &Image) -> bool {
     }
     let [r, g, b] = sum.map(|s| s / count);
     (0.3..0.7).contains(&r) && (0.3..0.7).contains(&g) && b > 0.65 && b > r + 0.1
+}
+
+/// The image with its colours times its alpha, in linear light, and opaque.
+fn over_black(image: &Image) -> Image {
+    let channel = |v: f32, alpha: f32| {
+        let linear = srgb_to_linear(v) * alpha;
+        if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * libm::powf(linear, 1.0 / 2.4) - 0.055 }
+    };
+    let of = |v: u8, a: u8| (channel(f32::from(v) / 255.0, f32::from(a) / 255.0) * 255.0).round() as u8;
+    let deep =
+        |v: u16, a: u16| (channel(f32::from(v) / 65535.0, f32::from(a) / 65535.0) * 65535.0).round() as u16;
+    let pixels = match &image.pixels {
+        Pixels::Rgba8(p) => {
+            Pixels::Rgba8(p.par_iter().map(|&[r, g, b, a]| [of(r, a), of(g, a), of(b, a), 255]).collect())
+        }
+        Pixels::Rgba16(p) => Pixels::Rgba16(
+            p.par_iter().map(|&[r, g, b, a]| [deep(r, a), deep(g, a), deep(b, a), u16::MAX]).collect(),
+        ),
+    };
+    Image { name: image.name.clone(), width: image.width, height: image.height, pixels }
 }
 
 /// Whether any texel is not opaque.
