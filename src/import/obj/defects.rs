@@ -163,6 +163,7 @@ fn a_material_given_again_counts_as_given_last() {
     assert_eq!((m.base.factor, m.alpha.factor, warnings.len()), (Rgb::Y, 1.0, 1), "{warnings:?}");
 }
 
+/// Pitfall 32: `#` in names.
 #[test]
 fn names_of_materials_are_found_as_exporters_alter_them() {
     let obj = |name: &str| format!("{SQUARE}mtllib a.mtl\nusemtl {name}\nf 1 2 3\n");
@@ -202,6 +203,7 @@ fn decoded_textures_are_limited_by_their_headers_and_their_depth() {
     }
 }
 
+/// Pitfall 26 too: textures are relative to their MTL.
 #[test]
 fn folders_in_another_case_are_found() {
     let mtl: &[u8] = b"newmtl m\nmap_Kd TEXTURES\\Wood\\OAK.png\n";
@@ -256,4 +258,32 @@ fn blender_shows_colours_over_black_where_alpha_is_not_used() {
         };
         assert_eq!(texels[0], expected, "{head} {map_d}");
     }
+}
+
+/// Pitfall 31.
+#[test]
+fn several_materials_have_their_own_textures_and_some_none() {
+    let obj = format!(
+        "{SQUARE}mtllib a.mtl\nmtllib b.mtl\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 3/3 4/4\nusemtl c\nf 1/1 2/2 4/4\n"
+    );
+    let files: [(&str, &[u8]); 4] = [
+        ("a.mtl", b"newmtl a\nmap_Kd a.png\nnewmtl b\nKd 1 0 0\n"),
+        ("b.mtl", b"newmtl c\nmap_Kd c.png\n"),
+        ("a.png", &png([9, 9, 9, 255])),
+        ("c.png", &png([8, 8, 8, 255])),
+    ];
+    let (scene, warnings) = read(obj, &files).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let names: Vec<_> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+    let textures: Vec<_> = scene.materials.iter().map(|m| m.base.texture.map(|t| t.texture)).collect();
+    assert_eq!((names, textures), (vec!["a", "b", "c"], vec![Some(0), None, Some(1)]));
+    assert_eq!(scene.images.len(), 2);
+}
+
+#[test]
+fn paths_of_another_machine_fall_back_and_paths_outside_name_the_flag() {
+    let (_, warnings) = with_mtl("newmtl m\nmap_Kd ../../else/where.png\n");
+    assert!(warnings.len() == 1 && warnings[0].contains("--allow-outside"), "{warnings:?}");
+    let (_, warnings) = with_mtl("newmtl m\nmap_Kd /home/else/where.png\n");
+    assert!(warnings.len() == 1 && warnings[0].contains("--allow-outside"), "{warnings:?}");
 }

@@ -59,7 +59,7 @@ pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<(Vec<(MeshKe
         let segments = segments.iter().map(|&i| &parsed.segments[i]);
         let mesh = weld(&parsed, key, segments, any_bad, &mut table, &mut left_out);
         vertices += mesh.positions.len() as u64;
-        LoadError::check("vertices", vertices, limits.vertices.saturating_mul(3))?;
+        LoadError::check("vertices", vertices, limits.vertices)?;
         out.push((key, mesh));
     }
     Ok((out, left_out))

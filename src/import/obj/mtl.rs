@@ -174,6 +174,7 @@ mod tests {
         (all.into_iter().next().unwrap(), warnings.into_vec().iter().map(ToString::to_string).collect())
     }
 
+    /// Pitfall 38 too: one number is grey.
     #[test]
     fn statements_are_read_and_a_bad_line_costs_that_line() {
         let (m, warnings) = one("newmtl red #2\nKd 1 0.5 0\nKs x\nKa .2\nNs 1D2\nd 0.5\nTr 0.25\nwhat 1\n");
@@ -188,6 +189,7 @@ mod tests {
         );
     }
 
+    /// Pitfalls 28 and 29.
     #[test]
     fn options_stand_before_and_after_names_with_spaces() {
         for text in [

@@ -115,6 +115,7 @@ mod tests {
         assert_eq!(out, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
     }
 
+    /// Pitfall 21: concave polygons do not fold.
     #[test]
     fn concave_polygons_cover_their_area_once_either_way_round() {
         // An L, an arrow whose first corner a fan would fold at, and a comb.

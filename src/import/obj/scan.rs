@@ -63,17 +63,14 @@ impl<'t> Scanner<'t> {
         Some(self.block)
     }
 
-    /// The byte here; behind the last line stands a line end.
     #[inline(always)]
     fn here(&self) -> u8 {
-        self.bytes.get(self.at).copied().unwrap_or(b'\n')
+        byte(self.bytes, self.at)
     }
 
     #[inline(always)]
     fn blanks(&mut self) {
-        while matches!(self.here(), b' ' | b'\t') {
-            self.at += 1;
-        }
+        self.at = after_blanks(self.bytes, self.at);
     }
 
     /// True at the line's end. A CR alone is none: then some other reader counts lines.
@@ -114,24 +111,10 @@ impl<'t> Scanner<'t> {
         }
     }
 
-    #[inline(always)]
-    fn number(&mut self) -> Option<f32> {
-        self.blanks();
-        let (value, length) = float::read(self.bytes.get(self.at..)?)?;
-        self.at += length;
-        Some(value)
-    }
-
-    /// Three numbers, then the line's end.
-    #[inline(always)]
-    fn three(&mut self) -> Option<Vec3> {
-        Some(Vec3::new(self.number()?, self.number()?, self.number()?))
-    }
-
     /// x y z, perhaps w, perhaps a colour of three or four numbers.
     fn vertex(&mut self) -> Option<()> {
-        self.at += 1;
-        let position = self.three()?;
+        let (position, at) = three(self.bytes, self.at + 1)?;
+        self.at = at;
         let mut more = [0.0; 4];
         let mut count = 0;
         loop {
@@ -139,7 +122,7 @@ impl<'t> Scanner<'t> {
             if self.at_end()? {
                 break;
             }
-            *more.get_mut(count)? = self.number()?;
+            (*more.get_mut(count)?, self.at) = number(self.bytes, self.at)?;
             count += 1;
         }
         let [r, g, b, a] = more;
@@ -154,12 +137,16 @@ impl<'t> Scanner<'t> {
 
     fn texture_coordinate(&mut self) -> Option<()> {
         self.keyword(2)?;
-        let u = self.number()?;
+        let (u, at) = number(self.bytes, self.at)?;
+        self.at = at;
         self.blanks();
-        let v = if self.at_end()? { 0.0 } else { self.number()? };
-        self.blanks();
+        let mut v = 0.0;
         if !self.at_end()? {
-            self.number()?;
+            (v, self.at) = number(self.bytes, self.at)?;
+            self.blanks();
+            if !self.at_end()? {
+                (_, self.at) = number(self.bytes, self.at)?;
+            }
         }
         self.block.uvs.push([u, v]);
         self.end()
@@ -167,7 +154,8 @@ impl<'t> Scanner<'t> {
 
     fn normal(&mut self) -> Option<()> {
         self.keyword(2)?;
-        let normal = self.three()?;
+        let (normal, at) = three(self.bytes, self.at)?;
+        self.at = at;
         self.block.normals.push(normal);
         self.end()
     }
@@ -178,54 +166,35 @@ impl<'t> Scanner<'t> {
         matches!(self.here(), b' ' | b'\t').then_some(())
     }
 
-    #[inline(always)]
     fn face(&mut self) -> Option<()> {
-        self.at += 1;
-        let first = self.block.corners.len();
+        let Scanner { bytes, block, .. } = self;
+        // Kept out of `self` while the line lasts: it changes with every byte.
+        let mut at = self.at + 1;
+        let first = block.corners.len();
         loop {
-            self.blanks();
-            if self.at_end()? {
+            at = after_blanks(bytes, at);
+            if matches!(byte(bytes, at), b'\n' | b'\r') {
                 break;
             }
-            let corner = self.corner()?;
-            self.block.corners.push(corner);
+            let mut corner = Corner { v: 0, vt: NONE, vn: NONE };
+            (corner.v, at) = index(block, bytes, at, 0)?;
+            if byte(bytes, at) == b'/' {
+                at += 1;
+                if byte(bytes, at) != b'/' {
+                    (corner.vt, at) = index(block, bytes, at, 1)?;
+                }
+                if byte(bytes, at) == b'/' {
+                    (corner.vn, at) = index(block, bytes, at + 1, 2)?;
+                }
+            }
+            if !matches!(byte(bytes, at), b' ' | b'\t' | b'\r' | b'\n') {
+                return None;
+            }
+            block.corners.push(corner);
         }
         self.block.face(first);
+        self.at = at;
         self.end()
-    }
-
-    #[inline(always)]
-    fn corner(&mut self) -> Option<Corner> {
-        let mut corner = Corner { v: self.index(0)?, vt: NONE, vn: NONE };
-        if self.here() == b'/' {
-            self.at += 1;
-            if self.here() != b'/' {
-                corner.vt = self.index(1)?;
-            }
-            if self.here() == b'/' {
-                self.at += 1;
-                corner.vn = self.index(2)?;
-            }
-        }
-        matches!(self.here(), b' ' | b'\t' | b'\r' | b'\n').then_some(corner)
-    }
-
-    /// An index of up to nine digits, of vertices, coordinates or normals.
-    #[inline(always)]
-    fn index(&mut self, kind: usize) -> Option<u32> {
-        let back = self.here() == b'-';
-        self.at += usize::from(back);
-        let (value, count) = digits::read(self.bytes, self.at);
-        self.at += count;
-        if value == 0 || count > 9 {
-            return None;
-        }
-        let value = value as u32;
-        if back {
-            return Some(self.block.back(kind, value));
-        }
-        self.block.reach[kind] = self.block.reach[kind].max(value);
-        Some(value - 1)
     }
 
     /// The rest of the line, where it is text that lines end in the usual way.
@@ -264,4 +233,52 @@ impl<'t> Scanner<'t> {
         self.block.mark(statement);
         Some(())
     }
+}
+
+/// A byte; behind the last line stands a line end.
+#[inline(always)]
+fn byte(bytes: &[u8], at: usize) -> u8 {
+    bytes.get(at).copied().unwrap_or(b'\n')
+}
+
+#[inline(always)]
+fn after_blanks(bytes: &[u8], mut at: usize) -> usize {
+    while matches!(byte(bytes, at), b' ' | b'\t') {
+        at += 1;
+    }
+    at
+}
+
+/// A number after blanks, and where it ends.
+#[inline(always)]
+fn number(bytes: &[u8], at: usize) -> Option<(f32, usize)> {
+    let at = after_blanks(bytes, at);
+    let (value, length) = float::read(bytes.get(at..)?)?;
+    Some((value, at + length))
+}
+
+/// Three numbers, and where they end.
+#[inline(always)]
+fn three(bytes: &[u8], at: usize) -> Option<(Vec3, usize)> {
+    let (x, at) = number(bytes, at)?;
+    let (y, at) = number(bytes, at)?;
+    let (z, at) = number(bytes, at)?;
+    Some((Vec3::new(x, y, z), at))
+}
+
+/// An index of up to nine digits, of vertices, coordinates or normals, and where it ends.
+#[inline(always)]
+fn index(block: &mut Block, bytes: &[u8], at: usize, kind: usize) -> Option<(u32, usize)> {
+    let back = byte(bytes, at) == b'-';
+    let at = at + usize::from(back);
+    let (value, count) = digits::read(bytes, at);
+    if value == 0 || count > 9 {
+        return None;
+    }
+    let value = value as u32;
+    if back {
+        return Some((block.back(kind, value), at + count));
+    }
+    block.reach[kind] = block.reach[kind].max(value);
+    Some((value - 1, at + count))
 }

@@ -72,6 +72,7 @@ fn a_square_in_every_form_of_corner() {
     }
 }
 
+/// Pitfall 22.
 #[test]
 fn negative_indices_count_from_where_they_stand() {
     let scene = scene("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf -3 -2 -1\n");
@@ -80,6 +81,7 @@ fn negative_indices_count_from_where_they_stand() {
     assert_eq!(mesh.triangles.len(), 2);
 }
 
+/// Pitfall 23.
 #[test]
 fn faces_of_different_forms_do_not_shift_each_other() {
     let scene = scene(&format!("{SQUARE}f 1/1 2/2 3/3\nf 1 3 4\nf 1//1 2//1 4//1\nf 2/2 3/3 4/4\n"));
@@ -102,6 +104,7 @@ fn objects_are_o_else_g_and_a_repeated_o_is_another() {
     assert_eq!(scene(&format!("{SQUARE}f 1 2 3\n")).objects, ["default"]);
 }
 
+/// Pitfall 36.
 #[test]
 fn smoothing_groups_make_normals_within_themselves() {
     // A roof: two faces that meet at an edge.
@@ -122,6 +125,7 @@ fn smoothing_groups_make_normals_within_themselves() {
     assert!(two.meshes.iter().all(|m| at_edge(m).abs_diff_eq(Vec3::Y, 1e-6)));
 }
 
+/// Pitfall 34.
 #[test]
 fn vertex_colours_on_all_or_some() {
     let (all, _) = read("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3", &[]).unwrap();
@@ -130,6 +134,7 @@ fn vertex_colours_on_all_or_some() {
     assert_eq!(some.meshes[0].colors, [Vec4::ONE, Vec4::new(0.0, 1.0, 0.0, 0.5), Vec4::ONE]);
 }
 
+/// Pitfall 35: nothing fills lines and points.
 #[test]
 fn lines_points_and_degenerate_faces_are_counted() {
     let (scene, warnings) = read(format!("{SQUARE}l 1 2 3\np 1\nf 1 2\nf 1 1 2\nf 1 2 3\n"), &[]).unwrap();
@@ -169,6 +174,7 @@ fn mtl_statements_are_the_lectures_coefficients() {
     assert!(m.double_sided);
 }
 
+/// Pitfall 37.
 #[test]
 fn illum_and_ns_decide_whether_there_is_a_highlight() {
     let specular = |mtl: &str| match with_mtl(&format!("newmtl m\nKs 1 1 1\n{mtl}")).0.reflectance {
@@ -199,6 +205,7 @@ fn blenders_and_physical_mtls_take_the_physical_mapping() {
     assert_eq!(of("newmtl m\nPr .25\nPm .75\n"), (0.75, 0.25));
 }
 
+/// Pitfall 30.
 #[test]
 fn transparency_by_d_or_tr() {
     let alpha = |mtl: &str| {
@@ -212,6 +219,7 @@ fn transparency_by_d_or_tr() {
     assert_eq!(alpha("d 0\n"), (1.0, AlphaMode::Opaque, 1));
 }
 
+/// Pitfalls 27 and 28: names of other systems and machines, and blanks behind names.
 #[test]
 fn textures_are_found_however_they_are_named() {
     for name in [
@@ -235,6 +243,7 @@ fn textures_are_found_however_they_are_named() {
     }
 }
 
+/// Pitfall 33.
 #[test]
 fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
     let (m, warnings) = with_mtl("newmtl m\nKd .5 .5 .5\nmap_Kd nowhere.png\n");
@@ -253,6 +262,7 @@ fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
     assert!(warnings[0].contains("--allow-outside"), "{warnings:?}");
 }
 
+/// Pitfall 25; libraries.rs has the rest.
 #[test]
 fn libraries_with_spaces_are_one_name_first_and_several_then() {
     let obj = format!("{SQUARE}mtllib my lib.mtl\nusemtl a b\nf 1 2 3\n");
@@ -343,6 +353,7 @@ fn faces_may_stand_before_what_they_use() {
     assert_eq!((scene.meshes[0].triangles.len(), scene.meshes[0].normals.len()), (1, 3));
 }
 
+/// Pitfall 32.
 #[test]
 fn an_empty_material_name_is_a_name_where_the_mtl_has_it() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl \nf 1 2 3\n");

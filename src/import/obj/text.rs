@@ -205,6 +205,7 @@ mod tests {
         );
     }
 
+    /// Pitfall 24.
     #[test]
     fn backslashes_join_but_not_inside_names() {
         assert_eq!(all("f 1 2\\\n 3\nf 4"), [(1, "f 1 2 3".into()), (3, "f 4".into())]);
