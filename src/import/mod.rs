@@ -14,6 +14,7 @@ mod smooth;
 mod tangents;
 mod uri;
 
+use std::io::Read;
 use std::path::Path;
 
 use crate::scene::Scene;
@@ -63,13 +64,16 @@ pub struct LoadOptions {
 /// # Errors
 /// What cannot be read, with the place in the file and what to do about it.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
-    let bytes = uri::read_scene_file(path, options.limits.file_bytes)?;
+    let limit = options.limits.file_bytes;
+    let mut head = Vec::new();
+    let file = uri::open_scene_file(path, limit)?;
+    file.take(4096).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let folder = uri::Folder::of(path, options.allow_outside);
-    let (mut scene, warnings) = if looks_like_gltf(path, &bytes) {
-        gltf::load(&bytes, &folder, options)?
+    let (mut scene, warnings) = if looks_like_gltf(path, &head) {
+        gltf::load(&uri::read_scene_file(path, limit)?, &folder, options)?
     } else {
-        obj::load(bytes, &folder, options)?
+        obj::load(path, &folder, options)?
     };
     scene.name = name;
     smooth::apply(&mut scene, options.smooth);
@@ -77,9 +81,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
 }
 
 /// GLB's magic number, or JSON's first brace; an extension decides only where the text does not.
-fn looks_like_gltf(path: &Path, bytes: &[u8]) -> bool {
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+fn looks_like_gltf(path: &Path, head: &[u8]) -> bool {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let first = text.iter().copied().find(|b| !b.is_ascii_whitespace());
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
-    bytes.starts_with(b"glTF") || first == Some(b'{') || extension.is_some_and(|e| e == "gltf" || e == "glb")
+    head.starts_with(b"glTF") || first == Some(b'{') || extension.is_some_and(|e| e == "gltf" || e == "glb")
 }

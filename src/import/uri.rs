@@ -129,6 +129,18 @@ pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadEr
     read_limited(path, limit).map_err(|e| LoadError::io(path, e))
 }
 
+/// Opens the scene's own file, of which no more than `limit` bytes are read.
+pub(crate) fn open_scene_file(path: &Path, limit: u64) -> Result<io::Take<File>, LoadError> {
+    // Looked at before it is opened: opening a pipe nobody writes to would wait for ever.
+    let metadata = std::fs::metadata(path).map_err(|e| LoadError::io(path, e))?;
+    if !metadata.is_file() {
+        let why = io::Error::new(io::ErrorKind::InvalidInput, "not a regular file");
+        return Err(LoadError::io(path, why));
+    }
+    LoadError::check("file size in bytes", metadata.len(), limit)?;
+    Ok(File::open(path).map_err(|e| LoadError::io(path, e))?.take(limit))
+}
+
 /// Reads a regular file of at most `limit` bytes: no folders, pipes or devices, which may never
 /// end.
 fn read_limited(path: &Path, limit: u64) -> io::Result<Vec<u8>> {

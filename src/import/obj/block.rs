@@ -1,7 +1,5 @@
 //! What a stretch of an OBJ's text says: the form in which both readers hand it on.
 
-use std::borrow::Cow;
-
 use glam::{Vec3, Vec4};
 
 /// In place of an index: the corner has none.
@@ -20,31 +18,31 @@ pub(super) struct Corner {
 
 /// A statement that holds for the faces behind it.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Statement<'t> {
+pub(super) enum Statement {
     /// `o`
-    Object(Cow<'t, str>),
+    Object(String),
     /// `g`
-    Group(Cow<'t, str>),
+    Group(String),
     /// `s`; 0 is off.
     Smoothing(u32),
     /// `usemtl`
-    Material(Cow<'t, str>),
+    Material(String),
     /// `mtllib`, the whole rest of the line.
-    Library(Cow<'t, str>),
+    Library(String),
     /// Not written as such: all corners of the faces behind have these.
     Form { uv: bool, normal: bool },
 }
 
 /// A statement, and before which face of its block it stands.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Mark<'t> {
+pub(super) struct Mark {
     pub face: usize,
-    pub statement: Statement<'t>,
+    pub statement: Statement,
 }
 
 /// Everything in a stretch of text, in order.
 #[derive(Debug, Default)]
-pub(super) struct Block<'t> {
+pub(super) struct Block {
     pub positions: Vec<Vec3>,
     /// As the file writes them; shorter than `positions` where the last ones have none.
     pub colors: Vec<Vec4>,
@@ -55,7 +53,7 @@ pub(super) struct Block<'t> {
     /// Corners by face; empty where all have three.
     pub arities: Vec<u32>,
     pub faces: usize,
-    pub marks: Vec<Mark<'t>>,
+    pub marks: Vec<Mark>,
     /// Where `RELATIVE` indices are among the corners.
     relative: bool,
     /// The highest index from the start of the file, of vertices, coordinates and normals, plus one.
@@ -68,8 +66,8 @@ pub(super) struct Block<'t> {
     form: Option<(bool, bool)>,
 }
 
-impl<'t> Block<'t> {
-    pub fn mark(&mut self, statement: Statement<'t>) {
+impl Block {
+    pub fn mark(&mut self, statement: Statement) {
         self.marks.push(Mark { face: self.faces, statement });
     }
 

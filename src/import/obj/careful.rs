@@ -14,11 +14,7 @@ use super::block::{Block, Corner, NONE, Statement};
 use super::text::{self, Line, lines, number, split_keyword};
 
 /// Reads the text of an OBJ: one block, whose indices all count from the start.
-pub(super) fn read(
-    text: &str,
-    limits: &Limits,
-    warnings: &mut Warnings,
-) -> Result<Block<'static>, LoadError> {
+pub(super) fn read(text: &str, limits: &Limits, warnings: &mut Warnings) -> Result<Block, LoadError> {
     let mut reader = Reader {
         limits,
         block: Block::default(),
@@ -36,7 +32,7 @@ pub(super) fn read(
 
 struct Reader<'l> {
     limits: &'l Limits,
-    block: Block<'static>,
+    block: Block,
     triangles: u64,
     unknown: Vec<String>,
     /// Vertices, coordinates and normals of the file: faces may stand before what they use.
@@ -50,7 +46,7 @@ struct Reader<'l> {
 impl Reader<'_> {
     fn line(&mut self, line: &Line) -> Result<(), LoadError> {
         let (keyword, rest) = split_keyword(&line.text);
-        let name = || rest.to_string().into();
+        let name = || rest.to_string();
         match keyword {
             "v" => self.vertex(line, rest)?,
             "vt" => {
@@ -140,7 +136,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn finish(mut self, warnings: &mut Warnings) -> Result<Block<'static>, LoadError> {
+    fn finish(mut self, warnings: &mut Warnings) -> Result<Block, LoadError> {
         if let Some((line, faces)) = self.without {
             let what = format!(
                 "{faces} faces name texture coordinates or normals that the file has not: without them"

@@ -18,11 +18,14 @@ mod mtl;
 mod parsed;
 mod polygon;
 mod scan;
+mod stretches;
 mod table;
 mod text;
 mod textures;
 
 use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -33,28 +36,32 @@ use crate::scene::{Format, Instance, Local, Node, Scene, Source};
 use libraries::Libraries;
 use mtl::Mtl;
 use parsed::Parsed;
+use stretches::STRETCH;
 use textures::Library;
 
 /// Reads an .obj with the MTLs and textures that it names.
 pub(super) fn load(
-    bytes: Vec<u8>,
+    path: &Path,
     folder: &Folder,
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let mut warnings = Warnings::default();
-    let (parsed, generator) = match quickly(&bytes, scan::STRETCH, &options.limits) {
+    let limits = &options.limits;
+    let file = super::uri::open_scene_file(path, limits.file_bytes)?;
+    let (parsed, generator) = match quickly(file, STRETCH, limits) {
         Some(read) => read,
-        None => carefully(&bytes, &options.limits, &mut warnings)?,
+        None => {
+            let bytes = super::uri::read_scene_file(path, limits.file_bytes)?;
+            carefully(&bytes, limits, &mut warnings)?
+        }
     };
-    drop(bytes);
     scene(parsed, generator, folder, options, warnings)
 }
 
 /// Well-formed text, on all threads; `None` for any other.
-fn quickly(bytes: &[u8], stretch: usize, limits: &Limits) -> Option<(Parsed, String)> {
-    let parsed = Parsed::new(scan::read(bytes, stretch, limits)?)?;
-    let first = bytes.iter().take(1000).position(|b| *b == b'\n').unwrap_or(bytes.len().min(1000));
-    Some((parsed, generator(&text::decode(&bytes[..first]).0)))
+fn quickly(file: impl Read + Send, stretch: usize, limits: &Limits) -> Option<(Parsed, String)> {
+    let (blocks, head) = scan::read(file, stretch, limits)?;
+    Some((Parsed::new(blocks)?, generator(&text::decode(&head).0)))
 }
 
 /// Any text, by tobj, with what it has to say.

@@ -196,7 +196,7 @@ impl Statements {
             Statement::Group(_) if self.by_o => {}
             Statement::Group(name) => {
                 // A group that is taken up again is the same object.
-                let known = self.group_of.get(name.as_ref()).copied();
+                let known = self.group_of.get(name).copied();
                 self.object = Some(known.unwrap_or_else(|| {
                     let new = new_object(out, name);
                     self.group_of.insert(name.to_string(), new);
@@ -205,7 +205,7 @@ impl Statements {
             }
             Statement::Smoothing(group) => self.smoothing = *group,
             Statement::Material(name) => {
-                let known = self.material_of.get(name.as_ref()).copied();
+                let known = self.material_of.get(name).copied();
                 self.material = Some(known.unwrap_or_else(|| {
                     let new = out.materials.len() as u32;
                     out.materials.push(name.to_string());

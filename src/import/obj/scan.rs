@@ -4,59 +4,69 @@
 //! odd number, an index that points at nothing, a statement it does not know — without a word:
 //! the careful reader then reads the whole file, and says what is wrong with it and where.
 
-use std::borrow::Cow;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::Limits;
 use super::block::{Block, Corner, NONE, Statement};
+use super::stretches::Stretches;
 use super::{digits, float, text};
 
-/// Bytes that one task reads: small enough to share out evenly, large enough to make no fuss.
-pub(super) const STRETCH: usize = 1 << 20;
-
-/// The blocks of a file, each of about `stretch` bytes, or `None` where it takes a more careful reader.
-pub(super) fn read<'t>(bytes: &'t [u8], stretch: usize, limits: &Limits) -> Option<Vec<Block<'t>>> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+/// The blocks of a file, each of about `stretch` bytes, and how the file begins; or `None` where it
+/// takes a more careful reader.
+pub(super) fn read(
+    file: impl std::io::Read + Send,
+    stretch: usize,
+    limits: &Limits,
+) -> Option<(Vec<Block>, Vec<u8>)> {
+    let source = Mutex::new(Stretches::new(file, stretch));
     let (vertices, triangles) = (AtomicU64::new(0), AtomicU64::new(0));
     let within = |count: &AtomicU64, more: usize, limit: u64| {
         count.fetch_add(more as u64, Ordering::Relaxed).saturating_add(more as u64) <= limit
     };
-    stretches(bytes, stretch)
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|stretch| {
-            let block = Scanner { bytes: stretch, at: 0, block: Block::default() }.read()?;
-            let few = within(&vertices, block.positions.len(), limits.vertices)
-                && within(&triangles, block.triangles(), limits.triangles);
-            few.then_some(block)
-        })
-        .collect()
-}
-
-/// Stretches of whole lines, of about `size` bytes each.
-pub(super) fn stretches(mut bytes: &[u8], size: usize) -> Vec<&[u8]> {
-    let mut out = Vec::with_capacity(bytes.len() / size + 1);
-    while bytes.len() > size {
-        let Some(end) = bytes[size..].iter().position(|b| *b == b'\n') else { break };
-        let (stretch, rest) = bytes.split_at(size + end + 1);
-        out.push(stretch);
-        bytes = rest;
-    }
-    out.push(bytes);
-    out
+    let odd = AtomicBool::new(false);
+    // Each task takes the next stretch when it is done with one: while one waits for the file, the
+    // others read what they have.
+    let task = |_| -> Option<Vec<(usize, Block)>> {
+        let mut out = Vec::new();
+        let mut buffer = Vec::new();
+        loop {
+            if odd.load(Ordering::Relaxed) {
+                return None;
+            }
+            let next = source.lock().ok()?.next(&mut buffer).ok()?;
+            let Some((index, bytes)) = next.map(|index| (index, buffer.as_slice())) else {
+                return Some(out);
+            };
+            let block = Scanner { bytes, at: 0, block: Block::default() }.read().filter(|block| {
+                within(&vertices, block.positions.len(), limits.vertices)
+                    && within(&triangles, block.triangles(), limits.triangles)
+            });
+            let Some(block) = block else {
+                odd.store(true, Ordering::Relaxed);
+                return None;
+            };
+            out.push((index, block));
+        }
+    };
+    let tasks = (0..rayon::current_num_threads()).into_par_iter().with_max_len(1);
+    let blocks: Vec<Vec<(usize, Block)>> = tasks.map(task).collect::<Option<_>>()?;
+    let mut blocks: Vec<(usize, Block)> = blocks.into_iter().flatten().collect();
+    blocks.sort_by_key(|(index, _)| *index);
+    Some((blocks.into_iter().map(|(_, block)| block).collect(), source.into_inner().ok()?.head))
 }
 
 struct Scanner<'t> {
     bytes: &'t [u8],
     at: usize,
-    block: Block<'t>,
+    block: Block,
 }
 
 impl<'t> Scanner<'t> {
-    fn read(mut self) -> Option<Block<'t>> {
+    fn read(mut self) -> Option<Block> {
         while self.at < self.bytes.len() {
             self.line()?;
         }
@@ -217,7 +227,7 @@ impl<'t> Scanner<'t> {
 
     fn statement(&mut self) -> Option<()> {
         let (keyword, rest) = text::split_keyword(text::trim(self.rest()?));
-        let name = || Cow::Borrowed(rest);
+        let name = || rest.to_string();
         let statement = match keyword {
             "o" => Statement::Object(name()),
             "g" => Statement::Group(name()),
