@@ -50,6 +50,43 @@ fn a_scene_becomes_a_picture_under_its_own_name() {
 }
 
 #[test]
+fn smooth_makes_normals_of_any_format_by_the_angle() {
+    let dir = tempfile::tempdir().unwrap();
+    let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 -1\nv 0 1 -1\nf 1 2 3 4\nf 5 1 4 6\n";
+    fs::write(dir.path().join("a.obj"), obj).unwrap();
+    let glb = model("cornell/cornell.glb");
+    let picture = |scene: &str, smooth: &[&str], out: &str| {
+        let fixed = ["render", scene, "-s", "1", "--size", "48x27", "-o", out];
+        let output = blinn(dir.path(), &[&fixed, smooth].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        image::open(dir.path().join(out)).unwrap().into_rgba8()
+    };
+    let file = picture("a.obj", &[], "file.png");
+    assert!(file == picture("a.obj", &["--smooth", "off"], "off.png"));
+    assert!(file == picture("a.obj", &["--smooth", "90"], "sharp.png"));
+    assert!(file != picture("a.obj", &["--smooth", "91"], "smooth.png"));
+    let glb = glb.to_str().unwrap();
+    assert!(picture(glb, &["--smooth", "180"], "g.png") != picture(glb, &["--smooth", "off"], "h.png"));
+    for wrong in ["181", "-1", "on"] {
+        let asked = format!("--smooth={wrong}");
+        fails(dir.path(), &["render", "a.obj", &asked], 2, "expected off, or an angle from 0 to 180 degrees");
+    }
+}
+
+#[test]
+fn vertices_that_are_no_numbers_cost_their_triangles() {
+    let dir = tempfile::tempdir().unwrap();
+    let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv nan -nan(ind) 1.#QNAN\nf 1 2 3 4\nf 1 2 5\n";
+    fs::write(dir.path().join("a.obj"), obj).unwrap();
+    let output = blinn(dir.path(), &["render", "a.obj", "-s", "1", "--size", "48x27"]);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    assert!(errors.contains("left out: 1 with vertices that are not finite"), "{errors}");
+    let picture = image::open(dir.path().join("a.png")).unwrap().into_rgb8();
+    assert!(picture.get_pixel(24, 13).0[0] > 60, "{:?}", picture.get_pixel(24, 13));
+}
+
+#[test]
 fn an_obj_becomes_a_picture_too() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.obj");

@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::values::{self, Exposure};
 use crate::display::Background;
 use crate::geometry::Rgb;
+use crate::import::Smooth;
 use crate::integrator::Aov;
 use crate::render::Crop;
 use crate::scene::{Clip, GivenLight, LightSource};
@@ -43,6 +44,9 @@ pub(super) struct SceneArgs {
     /// Which way is up in the file
     #[arg(long, value_enum, default_value_t = UpArg::Y)]
     pub up: UpArg,
+    /// New normals, smooth across edges of less than ANGLE degrees, or none [default: the file's]
+    #[arg(long, value_name = "ANGLE|off", value_parser = values::smooth)]
+    pub smooth: Option<Smooth>,
     /// Reads files outside the scene's folder too
     #[arg(long)]
     pub allow_outside: bool,

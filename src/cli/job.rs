@@ -185,6 +185,7 @@ pub(super) fn load_options(args: &SceneArgs) -> LoadOptions {
             UpArg::Y => Up::Y,
             UpArg::Z => Up::Z,
         },
+        smooth: args.smooth.unwrap_or_default(),
         allow_outside: args.allow_outside,
     }
 }

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::display::Background;
 use crate::geometry::Rgb;
+use crate::import::Smooth;
 use crate::integrator::Aov;
 use crate::render::Crop;
 use crate::scene::{Clip, GivenLight, LightSource};
@@ -35,6 +36,17 @@ pub(super) fn number(text: &str) -> Result<f64, String> {
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     let v = number(text)?;
     if v > 0.0 { Ok(v) } else { Err("must be greater than zero".into()) }
+}
+
+/// An angle in degrees up to 180, or `off`.
+pub(super) fn smooth(text: &str) -> Result<Smooth, String> {
+    if text == "off" {
+        return Ok(Smooth::Off);
+    }
+    match number(text) {
+        Ok(v) if (0.0..=180.0).contains(&v) => Ok(Smooth::Angle(v)),
+        _ => Err("expected off, or an angle from 0 to 180 degrees".into()),
+    }
 }
 
 /// An angle in degrees, to radians.

@@ -12,9 +12,11 @@ mod image;
 mod ktx2;
 mod limits;
 mod obj;
+mod smooth;
 mod tangents;
 mod uri;
 
+use std::io::Read;
 use std::path::Path;
 
 use crate::scene::Scene;
@@ -22,6 +24,7 @@ use crate::scene::Scene;
 pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
 pub use limits::Limits;
+pub use smooth::Smooth;
 
 /// Which of a file's scenes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -54,6 +57,8 @@ pub struct LoadOptions {
     pub up: Up,
     /// Which of the file's material variants, by name; `none` or `None` for its default materials.
     pub variant: Option<String>,
+    /// Which normals.
+    pub smooth: Smooth,
     /// Lets references lead out of the scene's folder.
     pub allow_outside: bool,
 }
@@ -63,28 +68,32 @@ pub struct LoadOptions {
 /// # Errors
 /// What cannot be read, with the place in the file and what to do about it.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
-    let bytes = uri::read_scene_file(path, options.limits.file_bytes)?;
+    let limit = options.limits.file_bytes;
+    let mut head = Vec::new();
+    let file = uri::open_scene_file(path, limit)?;
+    file.take(4096).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let folder = uri::Folder::of(path, options.allow_outside);
-    let (mut scene, warnings) = if looks_like_gltf(path, &bytes) {
-        gltf::load(&bytes, &folder, options)?
+    let (mut scene, warnings) = if looks_like_gltf(path, &head) {
+        gltf::load(&uri::read_scene_file(path, limit)?, &folder, options)?
     } else {
         if let Some(wanted) = options.variant.as_deref().filter(|v| *v != "none") {
             return Err(gltf::missing_variant(wanted, &[]));
         }
-        obj::load(&bytes, &folder, options)?
+        obj::load(path, &folder, options)?
     };
     scene.name = name;
     // What a Blender user has seen of these files, Blender filtered.
     let by_blender = scene.source.is_blender();
     scene.textures.iter_mut().for_each(|t| t.decode_last = by_blender);
+    smooth::apply(&mut scene, options.smooth);
     Ok((scene, warnings))
 }
 
 /// GLB's magic number, or JSON's first brace; an extension decides only where the text does not.
-fn looks_like_gltf(path: &Path, bytes: &[u8]) -> bool {
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+fn looks_like_gltf(path: &Path, head: &[u8]) -> bool {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let first = text.iter().copied().find(|b| !b.is_ascii_whitespace());
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
-    bytes.starts_with(b"glTF") || first == Some(b'{') || extension.is_some_and(|e| e == "gltf" || e == "glb")
+    head.starts_with(b"glTF") || first == Some(b'{') || extension.is_some_and(|e| e == "gltf" || e == "glb")
 }

@@ -207,7 +207,7 @@ fn split(mesh: &mut Mesh, tangents: &[Option<Vec4>]) {
 }
 
 /// Appends copies of vertices, with everything they carry.
-fn append(mesh: &mut Mesh, copied: &[u32]) {
+pub(super) fn append(mesh: &mut Mesh, copied: &[u32]) {
     fn grow<T: Copy>(list: &mut Vec<T>, copied: &[u32], each: usize) {
         if list.is_empty() {
             return;

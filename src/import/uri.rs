@@ -62,16 +62,25 @@ impl Folder {
         }
     }
 
-    /// A name of a file that is there and differs from `name` in case alone.
+    /// A name of a file that is there and differs from `name` in the case of letters alone, in its
+    /// folders' names too.
     pub fn in_other_case(&self, name: &str) -> Option<String> {
         let unified = name.replace('\\', "/");
-        let (parent, base) = unified.rsplit_once('/').unwrap_or((".", &unified));
-        let lower = base.to_lowercase();
-        let entries = std::fs::read_dir(self.resolve(parent).ok()?).ok()?;
-        let names = entries.flatten().filter_map(|e| e.file_name().into_string().ok());
-        // The first by name, so that the same folder always gives the same answer.
-        let found = names.filter(|n| n.to_lowercase() == lower).min()?;
-        Some(format!("{parent}/{found}"))
+        let mut found = String::from(".");
+        for part in unified.split('/').filter(|part| !part.is_empty() && *part != ".") {
+            let exact = format!("{found}/{part}");
+            if part == ".." || self.resolve(&exact).is_ok_and(|path| path.exists()) {
+                found = exact;
+                continue;
+            }
+            let lower = part.to_lowercase();
+            let entries = std::fs::read_dir(self.resolve(&found).ok()?).ok()?;
+            let names = entries.flatten().filter_map(|e| e.file_name().into_string().ok());
+            // The first by name, so that the same folder always gives the same answer.
+            let other = names.filter(|n| n.to_lowercase() == lower).min()?;
+            found = format!("{found}/{other}");
+        }
+        Some(found)
     }
 
     /// The path of `name`, proved to lie within the folder unless that is not asked for.
@@ -118,6 +127,18 @@ pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadEr
         LoadError::check("file size in bytes", metadata.len(), limit)?;
     }
     read_limited(path, limit).map_err(|e| LoadError::io(path, e))
+}
+
+/// Opens the scene's own file, of which no more than `limit` bytes are read.
+pub(crate) fn open_scene_file(path: &Path, limit: u64) -> Result<io::Take<File>, LoadError> {
+    // Looked at before it is opened: opening a pipe nobody writes to would wait for ever.
+    let metadata = std::fs::metadata(path).map_err(|e| LoadError::io(path, e))?;
+    if !metadata.is_file() {
+        let why = io::Error::new(io::ErrorKind::InvalidInput, "not a regular file");
+        return Err(LoadError::io(path, why));
+    }
+    LoadError::check("file size in bytes", metadata.len(), limit)?;
+    Ok(File::open(path).map_err(|e| LoadError::io(path, e))?.take(limit))
 }
 
 /// Reads a regular file of at most `limit` bytes: no folders, pipes or devices, which may never

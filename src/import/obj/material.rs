@@ -5,7 +5,8 @@ use glam::Vec3;
 
 use super::super::error::Warnings;
 use super::super::uri::printable;
-use super::mtl::{Map, Mtl};
+use super::map::Map;
+use super::mtl::Mtl;
 use super::textures::{Library, has_alpha, looks_like_normals};
 use crate::geometry::Rgb;
 use crate::scene::{
@@ -25,7 +26,7 @@ pub(super) fn default_material() -> Material {
 /// The scene's material for an MTL's.
 pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Material {
     let kd = mtl.kd.unwrap_or(Rgb::ONE);
-    let base = ColorInput { factor: kd, texture: library.texture(mtl, mtl.map_kd.as_ref()) };
+    let base = ColorInput { factor: kd, texture: library.color(mtl, mtl.map_kd.as_ref()) };
     let emission = ColorInput {
         factor: mtl.ke.unwrap_or(if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO }),
         texture: library.texture(mtl, mtl.map_ke.as_ref()),
@@ -40,6 +41,7 @@ pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings
         reflectance,
         emission,
         normal: normal(mtl, library, warnings),
+        transmission: transmission(mtl, warnings),
         double_sided: true,
         ..Default::default()
     }
@@ -63,11 +65,13 @@ fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
     if mtl.illum() == 0 {
         return Reflectance::Unlit;
     }
-    // Ka 1 1 1 is what exporters write who mean nothing by it.
-    let ambient = mtl
-        .ka
-        .filter(|&ka| ka != Rgb::ONE)
-        .map(|factor| ColorInput { factor, texture: library.texture(mtl, mtl.map_ka.as_ref()) });
+    // Ka 1 1 1 is what exporters write who mean nothing by it, and so is a map_Ka that repeats map_Kd.
+    let own_map = mtl.map_ka.as_ref().filter(|map| Some(*map) != mtl.map_kd.as_ref());
+    let own_factor = mtl.ka.filter(|&ka| ka != Rgb::ONE);
+    let ambient = (own_map.is_some() || own_factor.is_some()).then(|| ColorInput {
+        factor: mtl.ka.unwrap_or(Rgb::ONE),
+        texture: library.texture(mtl, mtl.map_ka.as_ref()),
+    });
     let shininess = mtl.ns.unwrap_or(0.0);
     // Ns 0 would paint the whole surface with Ks.
     let shiny = mtl.illum() >= 2 && shininess > 0.0;
@@ -98,8 +102,34 @@ fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
     Reflectance::MetallicRoughness {
         metallic: scalar(metallic, &mtl.map_metallic),
         roughness: scalar(roughness, &mtl.map_roughness),
-        dielectric: Dielectric::default(),
+        dielectric: dielectric(mtl),
     }
+}
+
+/// Ni is the index of refraction. Blender writes its specular level into Ks: .5 is what the index
+/// says, 0 is none.
+fn dielectric(mtl: &Mtl) -> Dielectric {
+    let default = Dielectric::default();
+    let level = mtl.ks.filter(|_| mtl.by_blender).map_or(1.0, |ks| 2.0 * ks.max_element().max(0.0));
+    Dielectric {
+        ior: mtl.ni.filter(|ni| (1.0..=10.0).contains(ni)).unwrap_or(default.ior),
+        specular: ScalarInput::new(level.min(1.0)),
+        specular_color: ColorInput::new(Vec3::splat(level.max(1.0))),
+    }
+}
+
+/// The mean of Tf, as Blender has it: of physical materials alone, since others write 1 1 1 and
+/// mean nothing by it.
+fn transmission(mtl: &Mtl, warnings: &mut Warnings) -> ScalarInput {
+    let Some(tf) = mtl.tf else { return ScalarInput::new(0.0) };
+    if mtl.is_physical() {
+        return ScalarInput::new(tf.element_sum().clamp(0.0, 3.0) / 3.0);
+    }
+    if tf != Rgb::ONE && tf != Rgb::ZERO {
+        let name = printable(&mtl.name);
+        warnings.add("", format!("material '{name}': its transmission filter Tf is not shown"));
+    }
+    ScalarInput::new(0.0)
 }
 
 fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarInput, AlphaMode) {

@@ -1,27 +1,10 @@
 //! MTL text: what each material says, line by line. One bad line costs that line.
 
-use glam::Vec2;
-
 use super::super::error::Warnings;
 use super::super::uri::printable;
+use super::map::{self, Map};
 use super::text::{lines, number, split_keyword};
 use crate::geometry::Rgb;
-
-/// A texture as an MTL names it.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Map {
-    /// The file's name as written.
-    pub file: String,
-    /// `-s` and `-o` along u and v (v upward).
-    pub scale: Vec2,
-    pub offset: Vec2,
-    /// `-clamp on`.
-    pub clamp: bool,
-    /// `-bm`.
-    pub bump: f32,
-    /// `-imfchan`.
-    pub channel: Option<char>,
-}
 
 /// A material's statements; `None` where there is none.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,6 +17,8 @@ pub(super) struct Mtl {
     pub kd: Option<Rgb>,
     pub ks: Option<Rgb>,
     pub ke: Option<Rgb>,
+    /// Transmission filter.
+    pub tf: Option<Rgb>,
     pub ns: Option<f32>,
     pub ni: Option<f32>,
     pub d: Option<f32>,
@@ -80,6 +65,10 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
             Err(Left::Unknown) => warnings.add(place, format!("'{}' is not shown", printable(keyword))),
             Err(Left::TransparencyTwice) => warnings.add(here, "both d and Tr: the later counts"),
             Err(Left::Unsupported(what)) => warnings.add(place, what),
+            Err(Left::Options(which)) => {
+                let keyword = printable(keyword);
+                warnings.add(here, format!("{keyword}: {which} left out, the texture is used without"));
+            }
         }
     }
     all
@@ -91,13 +80,15 @@ enum Left {
     Unknown,
     TransparencyTwice,
     Unsupported(&'static str),
+    /// The map is used without these options.
+    Options(String),
 }
 
 impl Mtl {
     fn statement(&mut self, keyword: &str, rest: &str) -> Result<(), Left> {
         let scalar = || {
             let word = rest.split_whitespace().next().unwrap_or("");
-            let value = number(word).map(|v| v as f32).filter(|v| v.is_finite());
+            let value = number(word).filter(|v| v.is_finite());
             value.ok_or_else(|| Left::Bad(format!("'{}' is not a number", printable(word))))
         };
         match keyword.to_ascii_lowercase().as_str() {
@@ -105,33 +96,37 @@ impl Mtl {
             "kd" => self.kd = Some(color(rest)?),
             "ks" => self.ks = Some(color(rest)?),
             "ke" => self.ke = Some(color(rest)?),
+            "tf" => self.tf = Some(color(rest)?),
             "ns" => self.ns = Some(scalar()?),
             "ni" => self.ni = Some(scalar()?),
             "pr" => self.roughness = Some(scalar()?),
             "pm" => self.metallic = Some(scalar()?),
             "illum" => self.illum = Some(scalar()? as i64),
             key @ ("d" | "tr") => {
-                let value =
-                    number(rest.trim_start_matches("-halo").trim()).map_or_else(scalar, |v| Ok(v as f32))?;
+                let value = number(rest.trim_start_matches("-halo").trim()).map_or_else(scalar, Ok)?;
                 let twice = self.d.is_some();
                 self.d = Some(if key == "d" { value } else { 1.0 - value });
                 if twice {
                     return Err(Left::TransparencyTwice);
                 }
             }
-            "map_ka" => self.map_ka = Some(map(rest)?),
-            "map_kd" => self.map_kd = Some(map(rest)?),
-            "map_ks" => self.map_ks = Some(map(rest)?),
-            "map_ke" => self.map_ke = Some(map(rest)?),
-            "map_d" | "map_opacity" => self.map_d = Some(map(rest)?),
-            "map_pr" => self.map_roughness = Some(map(rest)?),
-            "map_pm" => self.map_metallic = Some(map(rest)?),
-            "norm" => (self.map_normal, self.normal_is_bump) = (Some(map(rest)?), false),
-            "bump" | "map_bump" => {
-                if self.map_normal.is_none() {
-                    (self.map_normal, self.normal_is_bump) = (Some(map(rest)?), true);
-                }
+            "map_ka" => return set(&mut self.map_ka, rest),
+            "map_kd" => return set(&mut self.map_kd, rest),
+            "map_ks" => return set(&mut self.map_ks, rest),
+            "map_ke" => return set(&mut self.map_ke, rest),
+            "map_d" | "map_opacity" => return set(&mut self.map_d, rest),
+            "map_pr" => return set(&mut self.map_roughness, rest),
+            "map_pm" => return set(&mut self.map_metallic, rest),
+            "norm" => {
+                self.normal_is_bump = false;
+                return set(&mut self.map_normal, rest);
             }
+            // A map that says it holds normals goes before one that may.
+            "bump" | "map_bump" if self.map_normal.is_none() || self.normal_is_bump => {
+                self.normal_is_bump = true;
+                return set(&mut self.map_normal, rest);
+            }
+            "bump" | "map_bump" => {}
             "disp" | "map_disp" => return Err(Left::Unsupported("displacement (disp) is not shown")),
             "refl" | "map_refl" => return Err(Left::Unsupported("reflection maps (refl) are not shown")),
             "pc" | "pcr" | "ps" | "aniso" | "anisor" => {
@@ -139,8 +134,8 @@ impl Mtl {
                     return Err(Left::Unknown);
                 }
             }
-            // Index of refraction and filters matter to light that is bent, which this is not.
-            "tf" | "sharpness" | "map_aat" => {}
+            // Of reflections of surroundings, and of edges that are smoothed always.
+            "sharpness" | "map_aat" => {}
             _ => return Err(Left::Unknown),
         }
         Ok(())
@@ -153,7 +148,7 @@ fn color(rest: &str) -> Result<Rgb, Left> {
     if matches!(words.first(), Some(&("spectral" | "xyz"))) {
         return Err(Left::Bad("only RGB colours are read".into()));
     }
-    let values: Option<Vec<f32>> = words.iter().map(|w| number(w).map(|v| v as f32)).collect();
+    let values: Option<Vec<f32>> = words.iter().map(|w| number(w)).collect();
     match values.as_deref() {
         Some([v]) if v.is_finite() => Ok(Rgb::splat(*v)),
         Some([r, g, b, ..]) if (r + g + b).is_finite() => Ok(Rgb::new(*r, *g, *b)),
@@ -161,77 +156,17 @@ fn color(rest: &str) -> Result<Rgb, Left> {
     }
 }
 
-/// How many values an option takes at most; `None` for words that are no option.
-fn option_values(word: &str) -> Option<usize> {
-    match word {
-        "-s" | "-o" | "-t" => Some(3),
-        "-mm" => Some(2),
-        "-bm" | "-boost" | "-texres" | "-clamp" | "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-type" => {
-            Some(1)
-        }
-        _ => None,
-    }
-}
-
-/// A texture with its options, before or after its name, which may have spaces.
-fn map(rest: &str) -> Result<Map, Left> {
-    let mut map = Map {
-        file: String::new(),
-        scale: Vec2::ONE,
-        offset: Vec2::ZERO,
-        clamp: false,
-        bump: 1.0,
-        channel: None,
-    };
-    let mut name: Vec<&str> = Vec::new();
-    let mut text = rest.trim();
-    while !text.is_empty() {
-        let (word, after) = split_keyword(text);
-        let Some(most) = option_values(word) else {
-            // A run of the name, with the white space that follows it as written.
-            let gap = text.len() - word.len() - after.len();
-            name.push(&text[..word.len() + gap]);
-            text = after;
-            continue;
-        };
-        let mut values = Vec::new();
-        text = after;
-        while values.len() < most && !text.is_empty() {
-            let (value, after) = split_keyword(text);
-            let fits = match word {
-                "-clamp" | "-blendu" | "-blendv" | "-cc" => matches!(value, "on" | "off"),
-                "-imfchan" | "-type" => true,
-                _ => number(value).is_some(),
-            };
-            if !fits {
-                break;
-            }
-            values.push(value);
-            text = after;
-        }
-        map.set(word, &values);
-    }
-    map.file = name.concat().trim().trim_matches('"').to_string();
-    if map.file.is_empty() { Err(Left::Bad("no file is named".into())) } else { Ok(map) }
-}
-
-impl Map {
-    fn set(&mut self, option: &str, values: &[&str]) {
-        let at = |i: usize, missing: f32| values.get(i).and_then(|v| number(v)).map_or(missing, |v| v as f32);
-        match option {
-            "-s" => self.scale = Vec2::new(at(0, 1.0), at(1, 1.0)),
-            "-o" => self.offset = Vec2::new(at(0, 0.0), at(1, 0.0)),
-            "-bm" => self.bump = at(0, 1.0),
-            "-clamp" => self.clamp = values.first() == Some(&"on"),
-            "-imfchan" => self.channel = values.first().and_then(|v| v.chars().next()),
-            _ => {}
-        }
-    }
+/// Reads a texture into its place, even where some of its options do not count.
+fn set(slot: &mut Option<Map>, rest: &str) -> Result<(), Left> {
+    let (map, left) = map::read(rest).ok_or_else(|| Left::Bad("no file is named".into()))?;
+    *slot = Some(map);
+    if left.is_empty() { Ok(()) } else { Err(Left::Options(left.join(" "))) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec2;
 
     fn one(text: &str) -> (Mtl, Vec<String>) {
         let mut warnings = Warnings::default();
@@ -239,6 +174,7 @@ mod tests {
         (all.into_iter().next().unwrap(), warnings.into_vec().iter().map(ToString::to_string).collect())
     }
 
+    /// Pitfall 38 too: one number is grey.
     #[test]
     fn statements_are_read_and_a_bad_line_costs_that_line() {
         let (m, warnings) = one("newmtl red #2\nKd 1 0.5 0\nKs x\nKa .2\nNs 1D2\nd 0.5\nTr 0.25\nwhat 1\n");
@@ -253,6 +189,7 @@ mod tests {
         );
     }
 
+    /// Pitfalls 28 and 29.
     #[test]
     fn options_stand_before_and_after_names_with_spaces() {
         for text in [
@@ -266,6 +203,29 @@ mod tests {
             assert_eq!((map.scale, map.offset), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.0)));
             assert_eq!((map.clamp, map.bump, map.channel), (true, 0.5, Some('g')));
             assert!(warnings.is_empty());
+        }
+    }
+
+    #[test]
+    fn options_that_would_change_the_picture_are_told_and_the_texture_stays() {
+        let (m, warnings) = one("newmtl a\nmap_Kd -mm 0.1 2 -t .5 -blendu off -cc off a.png\n");
+        assert_eq!(m.map_kd.unwrap().file, "a.png");
+        assert!(warnings.len() == 1 && warnings[0].contains("-mm -t -blendu left out"), "{warnings:?}");
+        let (_, warnings) = one("newmtl a\nmap_Kd -mm 0 1 -t 0 0 0 -blendu on -texres 512 a.png\n");
+        assert!(warnings.is_empty(), "{warnings:?}");
+    }
+
+    #[test]
+    fn physical_extras_that_are_not_shown_are_told_once() {
+        let (_, warnings) = one("newmtl a\nPs .5\nPc .5\naniso 0\nnewmtl b\nPs .2\n");
+        assert_eq!(warnings, ["a.mtl: 'Ps' is not shown", "a.mtl: 'Pc' is not shown"]);
+    }
+
+    #[test]
+    fn a_norm_map_goes_before_a_bump_map() {
+        for text in ["newmtl a\nnorm n.png\nbump b.png\n", "newmtl a\nbump b.png\nnorm n.png\n"] {
+            let (m, _) = one(text);
+            assert_eq!((m.map_normal.unwrap().file.as_str(), m.normal_is_bump), ("n.png", false));
         }
     }
 

@@ -3,46 +3,74 @@
 use earcut::Earcut;
 use glam::{DVec2, DVec3, Vec3};
 
-/// Triangles of a polygon, as indices into its corners, wound as it is. Convex ones and quads that
-/// are convex are a fan from the first corner; concave ones are cut ear by ear on their plane.
-pub(super) fn triangulate(corners: &[Vec3], out: &mut Vec<[usize; 3]>) {
-    let n = corners.len();
-    if n < 3 {
-        return;
-    }
-    let flat = (n > 3).then(|| flatten(corners)).flatten();
-    if let Some(flat) = flat.filter(|flat| !is_convex(flat)) {
-        let mut indices: Vec<usize> = Vec::new();
-        Earcut::new().earcut(flat.iter().map(|p| p.to_array()), &[], &mut indices);
-        if !indices.is_empty() {
-            for t in indices.as_chunks::<3>().0 {
-                let [a, b, c] = t.map(|i| flat[i]);
-                // The plane is laid so that the polygon runs counter-clockwise.
-                let clockwise = (b - a).perp_dot(c - a) < 0.0;
-                out.push(if clockwise { [t[0], t[2], t[1]] } else { *t });
-            }
-            return;
-        }
-    }
-    out.extend((1..n - 1).map(|i| [0, i, i + 1]));
+/// Corners of a concave polygon beyond which it is cut as if it were convex: cutting ear by ear
+/// takes a time that grows with the square of them.
+const MOST_CORNERS: usize = 10_000;
+
+/// Cuts polygons, one after the other in the same memory.
+#[derive(Default)]
+pub(super) struct Triangulator {
+    /// Concave polygons with too many corners.
+    pub too_large: u64,
+    corners: Vec<DVec3>,
+    flat: Vec<DVec2>,
+    earcut: Earcut<f64>,
+    out: Vec<usize>,
 }
 
-/// The polygon on its own plane (Newell's), counter-clockwise. `None` without area.
-fn flatten(corners: &[Vec3]) -> Option<Vec<DVec2>> {
-    let p: Vec<DVec3> = corners.iter().map(|p| p.as_dvec3() - corners[0].as_dvec3()).collect();
-    let normal: DVec3 = (0..p.len()).map(|i| p[i].cross(p[(i + 1) % p.len()])).sum();
-    let n = normal.try_normalize()?;
-    let (x, y) = crate::geometry::coordinate_system(n);
-    Some(p.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))).collect())
+impl Triangulator {
+    /// Triangles of a polygon, as indices into its corners by threes, wound as it is. Convex ones
+    /// are a fan from the first corner; concave ones are cut ear by ear on their plane.
+    pub fn triangulate(&mut self, corners: impl Iterator<Item = Vec3>) -> impl Iterator<Item = usize> {
+        self.corners.clear();
+        self.corners.extend(corners.map(|p| p.as_dvec3()));
+        self.out.clear();
+        if self.corners.len() > 3 && self.flatten() && !is_convex(&self.flat) {
+            if self.flat.len() > MOST_CORNERS {
+                self.too_large += 1;
+            } else {
+                self.cut_ears();
+            }
+        }
+        if self.out.is_empty() {
+            self.out.extend((2..self.corners.len()).flat_map(|i| [0, i - 1, i]));
+        }
+        self.out.iter().copied()
+    }
+
+    fn cut_ears(&mut self) {
+        self.earcut.earcut(self.flat.iter().map(|p| p.to_array()), &[], &mut self.out);
+        for t in self.out.as_chunks_mut::<3>().0 {
+            let [a, b, c] = t.map(|i| self.flat[i]);
+            // The plane is laid so that the polygon runs counter-clockwise.
+            if (b - a).perp_dot(c - a) < 0.0 {
+                t.swap(1, 2);
+            }
+        }
+    }
+
+    /// The polygon on its own plane (Newell's), counter-clockwise. False without area.
+    fn flatten(&mut self) -> bool {
+        let p = &mut self.corners;
+        let origin = p[0];
+        p.iter_mut().for_each(|p| *p -= origin);
+        let normal: DVec3 = (0..p.len()).map(|i| p[i].cross(p[(i + 1) % p.len()])).sum();
+        let Some(n) = normal.try_normalize() else { return false };
+        let (x, y) = crate::geometry::coordinate_system(n);
+        self.flat.clear();
+        self.flat.extend(p.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))));
+        true
+    }
 }
 
 /// True where a counter-clockwise polygon turns left at every corner, once around.
 fn is_convex(p: &[DVec2]) -> bool {
     let n = p.len();
-    let size = p.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
-    let least = -1e-9 * size * size;
     let edge = |i: usize| p[(i + 1) % n] - p[i % n];
-    let turns_left = (0..n).all(|i| edge(i).perp_dot(edge(i + 1)) >= least);
+    // A turn of a millionth is rounding. The measure is the edges': a small notch in a large
+    // polygon is a notch.
+    let least = |a: DVec2, b: DVec2| -1e-6 * (a.length_squared() * b.length_squared()).sqrt();
+    let turns_left = (0..n).all(|i| edge(i).perp_dot(edge(i + 1)) >= least(edge(i), edge(i + 1)));
     // A star turns left everywhere too, but goes around more than once: then x changes its
     // direction more than twice.
     let mut changes = 0;
@@ -61,9 +89,13 @@ fn is_convex(p: &[DVec2]) -> bool {
 mod tests {
     use super::*;
 
+    fn triangulate(corners: &[Vec3]) -> Vec<[usize; 3]> {
+        let flat: Vec<usize> = Triangulator::default().triangulate(corners.iter().copied()).collect();
+        flat.as_chunks::<3>().0.to_vec()
+    }
+
     fn area(corners: &[Vec3]) -> (usize, f32, f32) {
-        let mut triangles = Vec::new();
-        triangulate(corners, &mut triangles);
+        let triangles = triangulate(corners);
         let double = |t: &[usize; 3]| {
             let [a, b, c] = t.map(|i| corners[i]);
             (b - a).cross(c - a)
@@ -79,11 +111,11 @@ mod tests {
 
     #[test]
     fn convex_polygons_are_fans_from_the_first_corner() {
-        let mut out = Vec::new();
-        triangulate(&on_plane(&[(0.0, 0.0), (1.0, 0.0), (1.5, 1.0), (0.5, 2.0), (-0.5, 1.0)]), &mut out);
+        let out = triangulate(&on_plane(&[(0.0, 0.0), (1.0, 0.0), (1.5, 1.0), (0.5, 2.0), (-0.5, 1.0)]));
         assert_eq!(out, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
     }
 
+    /// Pitfall 21: concave polygons do not fold.
     #[test]
     fn concave_polygons_cover_their_area_once_either_way_round() {
         // An L, an arrow whose first corner a fan would fold at, and a comb.
@@ -119,15 +151,66 @@ mod tests {
     }
 
     #[test]
+    fn a_small_notch_in_a_large_polygon_is_cut_out() {
+        let (w, d) = (1000.0, 0.01);
+        let corners = on_plane(&[
+            (0.0, 0.0),
+            (w, 0.0),
+            (w, w),
+            (w / 2.0 + d, w),
+            (w / 2.0, w - d),
+            (w / 2.0 - d, w),
+            (0.0, w),
+        ]);
+        let (_, signed, total) = area(&corners);
+        assert!((signed - total).abs() < 1e-6 * total, "{signed} {total}");
+        let fan: f32 = (2..7).map(|i| (corners[i - 1] - corners[0]).cross(corners[i] - corners[0]).z).sum();
+        assert!((fan / 2.0 - signed).abs() < 1.0);
+    }
+
+    #[test]
     fn degenerate_polygons_do_no_harm() {
         for points in [
             vec![(0.0, 0.0); 5],
             vec![(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0)],
             vec![(f32::NAN, 0.0); 4],
         ] {
-            let mut out = Vec::new();
-            triangulate(&on_plane(&points), &mut out);
+            let out = triangulate(&on_plane(&points));
             assert!(out.iter().flatten().all(|&i| i < points.len()));
         }
+    }
+
+    #[test]
+    fn a_hole_reached_by_a_bridge_stays_open() {
+        // A square of side 4 with a hole of side 2, joined by an edge that is run through twice.
+        let points = [
+            (0., 0.),
+            (4., 0.),
+            (4., 4.),
+            (0., 4.),
+            (0., 0.),
+            (1., 1.),
+            (1., 3.),
+            (3., 3.),
+            (3., 1.),
+            (1., 1.),
+        ];
+        let (count, signed, total) = area(&on_plane(&points));
+        assert_eq!(count, 8);
+        assert!((signed - 12.0).abs() < 1e-5 && (total - 12.0).abs() < 1e-5, "{signed} {total}");
+    }
+
+    #[test]
+    fn polygons_of_very_many_corners_take_no_longer_than_others() {
+        // A comb, whose every second corner is concave.
+        let comb = |teeth: usize| -> Vec<Vec3> {
+            let up = (0..teeth).map(|i| Vec3::new(i as f32, if i % 2 == 0 { 1.0 } else { 5.0 }, 0.0));
+            let down = [Vec3::new(teeth as f32, -1.0, 0.0), Vec3::new(0.0, -1.0, 0.0)];
+            up.chain(down).collect()
+        };
+        assert_eq!(triangulate(&comb(3000)).len(), 3000);
+        let mut cut = Triangulator::default();
+        assert_eq!(cut.triangulate(comb(1_000_000).into_iter()).count(), 3_000_000);
+        assert_eq!(cut.too_large, 1);
     }
 }

@@ -1,16 +1,17 @@
 //! The images that MTLs name: found, read and decoded once each.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DVec4, Vec2};
 use rayon::prelude::*;
 
 use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
-use super::super::image::decode;
+use super::super::image::{decode, decoded_bytes};
 use super::super::uri::{Folder, printable};
-use super::mtl::{Map, Mtl};
-use crate::scene::{Channels, Filter, Image, Texture, TextureRef, UvTransform, Wrap};
+use super::map::Map;
+use super::mtl::Mtl;
+use crate::scene::{Channels, Filter, Image, Texels, Texture, TextureRef, UvTransform, Wrap, srgb_to_linear};
 
 /// Reads a file by a name from another system, another folder, or in another case: as written,
 /// beside the MTL, beside the OBJ, and by its base name in both.
@@ -48,6 +49,10 @@ pub(super) struct Library {
     pub images: Vec<Image>,
     pub textures: Vec<Texture>,
     image_of: HashMap<(String, String), Option<u32>>,
+    /// By image, and whether it is clamped.
+    texture_of: HashMap<(u32, bool), u32>,
+    /// Copies of images whose colours are shown over black.
+    over_black: HashMap<u32, u32>,
 }
 
 impl Library {
@@ -59,26 +64,30 @@ impl Library {
         warnings: &mut Warnings,
     ) -> Result<Library, LoadError> {
         let mut wanted: Vec<(String, String)> = Vec::new();
+        let mut seen = HashSet::new();
         for material in materials {
             for map in material.maps() {
                 let key = (material.folder.clone(), map.file.clone());
-                if !wanted.contains(&key) {
+                if seen.insert(key.clone()) {
                     wanted.push(key);
                 }
             }
         }
-        let read = |(beside, name): &(String, String)| -> Result<Image, String> {
-            let bytes = find(folder, beside, name, limits.file_bytes)?;
-            decode(name, &bytes, limits)
-        };
-        let decoded: Vec<Result<Image, String>> = wanted.par_iter().map(read).collect();
+        let files: Vec<Result<Vec<u8>, String>> =
+            wanted.par_iter().map(|(beside, name)| find(folder, beside, name, limits.file_bytes)).collect();
+        // By their headers first: what is too much is not decoded at all.
+        let sizes = files.iter().flatten().map(|bytes| decoded_bytes(bytes));
+        let total = sizes.fold(0u64, u64::saturating_add);
+        LoadError::check("bytes of decoded textures", total, limits.texture_bytes)?;
+        let decoded: Vec<Result<Image, String>> = files
+            .into_par_iter()
+            .zip(&wanted)
+            .map(|(bytes, (_, name))| decode(&printable(name), &bytes?, limits))
+            .collect();
         let mut library = Library::default();
-        let mut bytes = 0;
         for (key, image) in wanted.into_iter().zip(decoded) {
             let id = match image {
                 Ok(image) => {
-                    bytes += u64::from(image.width) * u64::from(image.height) * 4;
-                    LoadError::check("bytes of textures", bytes, limits.texture_bytes)?;
                     library.images.push(image);
                     Some(library.images.len() as u32 - 1)
                 }
@@ -97,20 +106,39 @@ impl Library {
         *self.image_of.get(&(material.folder.clone(), map.file.clone()))?
     }
 
+    /// The map of a colour. Where a material of Blender's does not use the alpha of its texture,
+    /// Blender shows the texture's colour over black.
+    pub fn color(&mut self, material: &Mtl, map: Option<&Map>) -> Option<TextureRef> {
+        let image = self.image(material, map?)?;
+        let hidden = material.by_blender && material.map_d.is_none();
+        if !hidden || !has_alpha(&self.images[image as usize]) {
+            return self.texture(material, map);
+        }
+        let copy = *self.over_black.entry(image).or_insert_with(|| {
+            self.images.push(over_black(&self.images[image as usize]));
+            self.images.len() as u32 - 1
+        });
+        Some(self.reference(copy, map?))
+    }
+
     /// A map as a texture reference.
     pub fn texture(&mut self, material: &Mtl, map: Option<&Map>) -> Option<TextureRef> {
         let map = map?;
         let image = self.image(material, map)?;
+        Some(self.reference(image, map))
+    }
+
+    fn reference(&mut self, image: u32, map: &Map) -> TextureRef {
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
         let texture = Texture { image, wrap: [wrap; 2], filter: Filter::Linear, decode_last: false };
-        let id = self.textures.iter().position(|t| *t == texture).unwrap_or_else(|| {
+        let id = *self.texture_of.entry((image, map.clamp)).or_insert_with(|| {
             self.textures.push(texture);
-            self.textures.len() - 1
+            self.textures.len() as u32 - 1
         });
         // OBJ's v' = s·v + o, with v = 1 − (the scene's v) on both sides.
         let offset = Vec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y);
         let transform = UvTransform::khr(offset, 0.0, map.scale);
-        Some(TextureRef { texture: id as u32, uv_set: 0, transform })
+        TextureRef { texture: id, uv_set: 0, transform }
     }
 }
 
@@ -136,6 +164,24 @@ pub(super) fn looks_like_normals(image: &Image) -> bool {
     let sum: DVec4 = (0..count).map(|i| image.stored(i).as_dvec4()).sum();
     let [r, g, b, _] = (sum / count as f64).to_array();
     (0.3..0.7).contains(&r) && (0.3..0.7).contains(&g) && b > 0.65 && b > r + 0.1
+}
+
+/// The image with its colours times its alpha, in linear light, and opaque.
+fn over_black(image: &Image) -> Image {
+    let channel = |v: f32, alpha: f32| {
+        let linear = srgb_to_linear(v) * alpha;
+        if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * libm::powf(linear, 1.0 / 2.4) - 0.055 }
+    };
+    let colors = (0..image.width as usize * image.height as usize).into_par_iter().flat_map_iter(|i| {
+        let v = image.stored(i);
+        [v.x, v.y, v.z].map(|c| channel(c, v.w))
+    });
+    let texels = match image.texels {
+        Texels::U8(_) => Texels::U8(colors.map(|v| (v * 255.0).round() as u8).collect()),
+        Texels::U16(_) => Texels::U16(colors.map(|v| (v * 65535.0).round() as u16).collect()),
+    };
+    let Image { name, width, height, .. } = image;
+    Image { name: name.clone(), width: *width, height: *height, channels: Channels::Rgb, texels }
 }
 
 /// Whether any texel is not opaque.

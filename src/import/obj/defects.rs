@@ -1,0 +1,287 @@
+//! OBJ scenes as a whole: defects that were met, each with its mend.
+
+use std::fs;
+
+use super::super::{LoadError, LoadOptions, Smooth, load};
+use super::tests::{SQUARE, error, png, read, scene, with_mtl};
+use crate::geometry::Rgb;
+use crate::scene::Reflectance;
+use glam::Vec3;
+
+#[test]
+fn bare_faces_are_counted_and_the_rest_comes() {
+    let (scene, warnings) = read(format!("{SQUARE}f\nf 1\nf 1 2 3\n"), &[]).unwrap();
+    assert_eq!(scene.meshes[0].triangles.len(), 1);
+    assert_eq!(warnings, ["2 faces with fewer than three vertices left out"]);
+}
+
+#[test]
+fn vertices_that_are_no_numbers_are_kept_for_the_cleaner() {
+    for odd in ["nan", "-nan(ind)", "1.#QNAN", "-1.#IND", "inf", "1e999"] {
+        let (scene, _) = read(format!("{SQUARE}v {odd} 0 0\nf 1 2 3\nf 1 2 5\n"), &[]).unwrap();
+        assert_eq!(scene.meshes[0].triangles.len(), 2, "{odd}");
+        assert!(!scene.meshes[0].positions[3].is_finite(), "{odd}");
+    }
+}
+
+#[test]
+fn normals_of_no_length_give_way_to_the_faces_own() {
+    // A vn of zero, one that is no number, and a smoothing group whose faces cancel.
+    for vn in ["0 0 0", "nan 0 0"] {
+        let scene = scene(&format!("{SQUARE}vn {vn}\nf 1//1 2//2 3//1\n"));
+        assert_eq!(scene.meshes[0].normals, [Vec3::Z; 3], "{vn}");
+    }
+    let cancel = scene(&format!("{SQUARE}s 1\nf 1 2 3\nf 3 2 1\n"));
+    let mesh = &cancel.meshes[0];
+    assert_eq!(
+        (mesh.positions.len(), &mesh.normals[..3], &mesh.normals[3..]),
+        (6, &[Vec3::Z; 3][..], &[-Vec3::Z; 3][..])
+    );
+}
+
+#[test]
+fn a_smoothing_group_for_each_face_is_still_one_mesh() {
+    let mut obj = String::new();
+    for i in 0..300 {
+        obj += &format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1\ns {}\nf -3 -2 -1\n", i + 1);
+    }
+    let scene = scene(&obj);
+    assert_eq!((scene.meshes.len(), scene.meshes[0].triangles.len()), (1, 300));
+}
+
+#[test]
+fn instances_are_limited_before_they_are_made() {
+    let obj: String = (0..10).map(|i| format!("o {i}\nf 1 2 3\n")).collect();
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.obj");
+    fs::write(&path, format!("{SQUARE}{obj}")).unwrap();
+    let with = |instances| {
+        let mut options = LoadOptions::default();
+        options.limits.instances = instances;
+        load(&path, &options)
+    };
+    assert!(with(10).is_ok());
+    assert!(matches!(with(9), Err(LoadError::Limit { name: "instances", .. })));
+}
+
+#[test]
+fn places_are_those_of_the_original_file() {
+    for (obj, says) in [
+        ("v 0 0 0\nf 1 1 \\\n  9 1\n", "line 3, column 3, at '9'"),
+        ("v 0 0 0\r\n\tf 1 é 1\r\n", "line 2, column 6, at 'é'"),
+        ("v 0 0 0\rf 1 1 9\r", "line 2, column 7, at '9'"),
+        ("\u{feff}v 0 0 x\n", "line 1, column 7, at 'x'"),
+    ] {
+        let told = error(obj);
+        assert!(told.contains(says), "{obj:?} told: {told}");
+    }
+}
+
+#[test]
+fn text_of_every_encoding_and_line_end_is_the_same_scene() {
+    let text = format!("# Maker 1.0\n{SQUARE}o caf\u{e9}\nf 1 2 3\nf 1 3 4");
+    let utf16 = |to: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(to).collect::<Vec<u8>>();
+    let latin: Vec<u8> = text.chars().map(|c| c as u8).collect();
+    let forms: [(Vec<u8>, usize); 9] = [
+        (text.clone().into_bytes(), 0),
+        (format!("\u{feff}{text}").into_bytes(), 0),
+        (text.replace('\n', "\r\n").into_bytes(), 0),
+        (text.replace('\n', "\r").into_bytes(), 0),
+        (text.replacen("\nf", "\rf", 1).into_bytes(), 0),
+        (utf16(u16::to_le_bytes), 0),
+        (utf16(u16::to_be_bytes), 0),
+        ([b"\xff\xfe".to_vec(), utf16(u16::to_le_bytes)].concat(), 0),
+        (latin, 1),
+    ];
+    for (bytes, told) in forms {
+        let (scene, warnings) = read(&bytes, &[]).unwrap();
+        assert_eq!((scene.objects, scene.meshes[0].triangles.len()), (vec!["café".to_string()], 2));
+        assert_eq!((scene.source.generator.as_str(), warnings.len()), ("Maker 1.0", told));
+    }
+}
+
+#[test]
+fn polypaint_of_zbrush_is_read() {
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n#MRGB ffff0000ff00ff00\n#MRGB ff0000ff\nf 1 2 3\n";
+    let scene = scene(obj);
+    let red_green_blue = [Vec3::X, Vec3::Y, Vec3::Z].map(|c| c.extend(1.0));
+    assert_eq!(scene.meshes[0].colors, red_green_blue);
+}
+
+#[test]
+fn blenders_vertex_colours_are_srgb_and_no_part_of_its_materials() {
+    let obj = "# Blender 5.0.1\nmtllib a.mtl\nv 0 0 0 .7353569 0 0\nv 1 0 0 1 1 1\nv 0 1 0 0 0 0\nf 1 2 3\nusemtl m\nf 1 2 3\n";
+    let (scene, warnings) = read(obj, &[("a.mtl", b"# Blender 5.0.1 MTL File\nnewmtl m\n")]).unwrap();
+    assert!((scene.meshes[0].colors[0].x - 0.5).abs() < 1e-5);
+    assert!(scene.meshes[1].colors.is_empty() && warnings.len() == 1, "{warnings:?}");
+    // Others' colours count beside materials.
+    let (scene, _) = read(&obj[16..], &[("a.mtl", b"newmtl m\n")]).unwrap();
+    assert!(scene.meshes[1].colors[0].x > 0.49);
+}
+
+#[test]
+fn blenders_specular_level_is_its_ks() {
+    let of = |mtl: &str| match with_mtl(&format!("# Blender 5.0.1 MTL File\nnewmtl m\nNs 250\n{mtl}"))
+        .0
+        .reflectance
+    {
+        Reflectance::MetallicRoughness { dielectric, .. } => {
+            (dielectric.specular.factor, dielectric.specular_color.factor.x, dielectric.ior)
+        }
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(of("Ks 0 0 0\nillum 1\nNi 1.45\n"), (0.0, 1.0, 1.45));
+    assert_eq!(of("Ks .5 .5 .5\nillum 2\n"), (1.0, 1.0, 1.5));
+    assert_eq!(of("Ks 1 1 1\nillum 2\n"), (1.0, 2.0, 1.5));
+}
+
+#[test]
+fn the_filter_of_physical_glass_is_its_transmission() {
+    let of = |mtl: &str| with_mtl(&format!("newmtl m\n{mtl}"));
+    assert!((of("Pr .1\nPm 0\nTf .8 .9 1\n").0.transmission.factor - 0.9).abs() < 1e-6);
+    // 3ds Max writes ones on everything.
+    let (m, warnings) = of("Tf 1 1 1\n");
+    assert!(m.transmission.factor == 0.0 && warnings.is_empty());
+    let (m, warnings) = of("Tf .5 1 1\n");
+    assert!(m.transmission.factor == 0.0 && warnings.len() == 1);
+}
+
+#[test]
+fn an_ambient_map_counts_unless_it_repeats_the_diffuse_one() {
+    let ambient = |mtl: &str| match with_mtl(&format!("newmtl m\n{mtl}")).0.reflectance {
+        Reflectance::Mtl(mtl) => mtl.ambient.map(|a| a.texture.is_some()),
+        _ => panic!(),
+    };
+    assert_eq!(ambient("map_Ka tex/t 1.png\n"), Some(true));
+    assert_eq!(ambient("Ka 1 1 1\nmap_Ka tex/t 1.png\nmap_Kd tex/t 1.png\n"), None);
+    assert_eq!(ambient("Ka .5 .5 .5\n"), Some(false));
+}
+
+#[test]
+fn a_material_given_again_counts_as_given_last() {
+    let (m, warnings) = with_mtl("newmtl m\nKd 1 0 0\nd .5\nnewmtl m\nKd 0 1 0\n");
+    assert_eq!((m.base.factor, m.alpha.factor, warnings.len()), (Rgb::Y, 1.0, 1), "{warnings:?}");
+}
+
+/// Pitfall 32: `#` in names.
+#[test]
+fn names_of_materials_are_found_as_exporters_alter_them() {
+    let obj = |name: &str| format!("{SQUARE}mtllib a.mtl\nusemtl {name}\nf 1 2 3\n");
+    let mtl: &[(&str, &[u8])] = &[("a.mtl", b"newmtl m\nKd 0 1 0\nnewmtl m # 2\nKd 0 0 1\n")];
+    for (name, color) in
+        [("m", Rgb::Y), ("M", Rgb::Y), ("\"m\"", Rgb::Y), ("m # note", Rgb::Y), ("m # 2", Rgb::Z)]
+    {
+        let (scene, warnings) = read(obj(name), mtl).unwrap();
+        assert!(warnings.is_empty() && scene.materials[0].base.factor == color, "{name} {warnings:?}");
+    }
+}
+
+#[test]
+fn materials_without_any_mtl_are_told_once() {
+    let (_, warnings) = read(format!("{SQUARE}usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n"), &[]).unwrap();
+    assert_eq!(warnings, ["the file names 2 materials and no MTL: they are shown matte white"]);
+}
+
+#[test]
+fn decoded_textures_are_limited_by_their_headers_and_their_depth() {
+    let mut deep = std::io::Cursor::new(Vec::new());
+    let image = image::ImageBuffer::from_pixel(2, 2, image::Rgba([1u16, 2, 3, u16::MAX]));
+    image::DynamicImage::ImageRgba16(image).write_to(&mut deep, image::ImageFormat::Png).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    fs::write(at("a.obj"), format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n")).unwrap();
+    fs::write(at("a.mtl"), "newmtl m\nmap_Kd t.png\n").unwrap();
+    for (bytes, needs) in [(png([1, 2, 3, 255]), 16), (deep.into_inner(), 32)] {
+        fs::write(at("t.png"), bytes).unwrap();
+        let with = |texture_bytes| {
+            let mut options = LoadOptions::default();
+            options.limits.texture_bytes = texture_bytes;
+            load(&at("a.obj"), &options)
+        };
+        assert!(with(needs).is_ok());
+        assert!(matches!(with(needs - 1), Err(LoadError::Limit { .. })), "{needs}");
+    }
+}
+
+/// Pitfall 26 too: textures are relative to their MTL.
+#[test]
+fn folders_in_another_case_are_found() {
+    let mtl: &[u8] = b"newmtl m\nmap_Kd TEXTURES\\Wood\\OAK.png\n";
+    let obj = format!("{SQUARE}mtllib Lib/A.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+    let files: [(&str, &[u8]); 2] = [("lib/a.MTL", mtl), ("lib/Textures/wood/oak.PNG", &png([9, 9, 9, 255]))];
+    let (scene, warnings) = read(obj, &files).unwrap();
+    assert!(scene.materials[0].base.texture.is_some() && warnings.is_empty(), "{warnings:?}");
+}
+
+#[test]
+fn smoothing_by_angle_is_for_all_faces_whatever_the_file_says() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.obj");
+    let roof = "v 0 0 1\nv 0 0 -1\nv -1 -1 1\nv -1 -1 -1\nv 1 -1 1\nv 1 -1 -1\nvn 1 0 0\n";
+    fs::write(&path, format!("{roof}s 1\nf 1 2 4 3\nusemtl b\nf 2//1 1//1 5//1 6//1\n")).unwrap();
+    let normals = |smooth| {
+        let (scene, _) = load(&path, &LoadOptions { smooth, ..Default::default() }).unwrap();
+        scene.meshes.iter().map(|m| m.normals.clone()).collect::<Vec<_>>()
+    };
+    assert!(normals(Smooth::Off).iter().all(Vec::is_empty));
+    assert_eq!(normals(Smooth::File)[1], [Vec3::X; 4]);
+    let smooth = normals(Smooth::Angle(100.0));
+    assert!(smooth.iter().all(|n| n.iter().any(|n| n.abs_diff_eq(Vec3::Y, 1e-6))));
+    let sharp = normals(Smooth::Angle(80.0));
+    assert!(sharp.iter().all(|n| n.iter().all(|n| (n.y - 0.5f32.sqrt()).abs() < 1e-6)));
+}
+
+#[test]
+fn normal_maps_on_flat_faces_have_their_frames() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+    let files: [(&str, &[u8]); 2] =
+        [("a.mtl", b"newmtl m\nnorm n.png\n"), ("n.png", &png([128, 128, 255, 255]))];
+    let (scene, _) = read(obj, &files).unwrap();
+    assert_eq!((scene.meshes[0].normals.len(), scene.meshes[0].tangents.len()), (3, 3));
+}
+
+#[test]
+fn blender_shows_colours_over_black_where_alpha_is_not_used() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+    let image = png([255, 200, 0, 128]);
+    for (head, map_d, expected) in [
+        ("# Blender 5.0.1", "", [188u8, 147, 0, 255]),
+        ("# Blender 5.0.1", "map_d t.png", [255, 200, 0, 128]),
+        ("# Other", "", [255, 200, 0, 128]),
+    ] {
+        let mtl = format!("{head}\nnewmtl m\nmap_Kd t.png\n{map_d}\n");
+        let (scene, _) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", &image)]).unwrap();
+        let texture = scene.materials[0].base.texture.unwrap().texture;
+        let image = &scene.images[scene.textures[texture as usize].image as usize];
+        let texel = (image.stored(0) * 255.0).round().to_array();
+        assert_eq!(texel, expected.map(f32::from), "{head} {map_d}");
+    }
+}
+
+/// Pitfall 31.
+#[test]
+fn several_materials_have_their_own_textures_and_some_none() {
+    let obj = format!(
+        "{SQUARE}mtllib a.mtl\nmtllib b.mtl\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 3/3 4/4\nusemtl c\nf 1/1 2/2 4/4\n"
+    );
+    let files: [(&str, &[u8]); 4] = [
+        ("a.mtl", b"newmtl a\nmap_Kd a.png\nnewmtl b\nKd 1 0 0\n"),
+        ("b.mtl", b"newmtl c\nmap_Kd c.png\n"),
+        ("a.png", &png([9, 9, 9, 255])),
+        ("c.png", &png([8, 8, 8, 255])),
+    ];
+    let (scene, warnings) = read(obj, &files).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let names: Vec<_> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+    let textures: Vec<_> = scene.materials.iter().map(|m| m.base.texture.map(|t| t.texture)).collect();
+    assert_eq!((names, textures), (vec!["a", "b", "c"], vec![Some(0), None, Some(1)]));
+    assert_eq!(scene.images.len(), 2);
+}
+
+#[test]
+fn paths_of_another_machine_fall_back_and_paths_outside_name_the_flag() {
+    let (_, warnings) = with_mtl("newmtl m\nmap_Kd ../../else/where.png\n");
+    assert!(warnings.len() == 1 && warnings[0].contains("--allow-outside"), "{warnings:?}");
+    let (_, warnings) = with_mtl("newmtl m\nmap_Kd /home/else/where.png\n");
+    assert!(warnings.len() == 1 && warnings[0].contains("--allow-outside"), "{warnings:?}");
+}

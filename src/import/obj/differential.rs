@@ -1,0 +1,219 @@
+//! The fast reader against the careful one, and against tobj alone, over generated files.
+
+use std::fmt::Write;
+
+use super::super::error::Warnings;
+use super::super::uri::Folder;
+use super::super::{Limits, LoadOptions};
+use super::{carefully, quickly, scene};
+use crate::scene::Scene;
+
+/// A generator of numbers that are the same everywhere.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 33) % n
+    }
+
+    fn chance(&mut self, of: u64) -> bool {
+        self.below(of) == 0
+    }
+
+    fn pick<'a>(&mut self, of: &[&'a str]) -> &'a str {
+        of[self.below(of.len() as u64) as usize]
+    }
+}
+
+/// A number in one of the forms that exporters write.
+fn number(random: &mut Random) -> String {
+    let v = (random.below(4001) as f64 - 2000.0) / 256.0;
+    match random.below(8) {
+        0 => format!("{v}"),
+        1 => format!("{v:e}"),
+        2 => format!("{:.12}", v / 3.0),
+        3 => format!("{v:.0}"),
+        4 => format!("+{:.3}", v.abs()),
+        5 => format!("{:.4}", v).replace("0.", "."),
+        _ => format!("{v:.6}"),
+    }
+}
+
+/// The text of an OBJ with everything that the fast reader takes on.
+fn obj(random: &mut Random) -> String {
+    let mut text = String::from(random.pick(&["", "\u{feff}", "# Blender 5.0\n", "# x\n\n"]));
+    let end = random.pick(&["\n", "\n", "\r\n"]);
+    let mut have = [0u64; 3];
+    let colored = random.chance(4);
+    let plain_forms = random.chance(2);
+    for _ in 0..random.below(40) + 8 {
+        match random.below(14) {
+            0..4 => {
+                for _ in 0..random.below(5) + 1 {
+                    have[0] += 1;
+                    text.push('v');
+                    let extra =
+                        if colored && random.chance(2) { 3 + random.below(2) } else { random.below(2) };
+                    for _ in 0..3 + extra {
+                        let _ = write!(text, "{}{}", random.pick(&[" ", " ", "  ", "\t"]), number(random));
+                    }
+                    text.push_str(random.pick(&["", "", " "]));
+                    text.push_str(end);
+                }
+            }
+            4 => {
+                have[1] += 1;
+                let _ =
+                    write!(text, "vt {} {}{}{end}", number(random), number(random), random.pick(&["", " 0"]));
+            }
+            5 => {
+                have[2] += 1;
+                let zero = random.chance(6);
+                let n: Vec<String> = (0..3).map(|_| if zero { "0".into() } else { number(random) }).collect();
+                let _ = write!(text, "vn {}{end}", n.join(" "));
+            }
+            6..10 if have[0] > 2 => {
+                text.push_str(random.pick(&["f", "  f"]));
+                let form = random.below(4);
+                let arity = if random.chance(3) { random.below(6) + 1 } else { 3 };
+                for _ in 0..arity {
+                    let form = if plain_forms {
+                        3
+                    } else if random.chance(9) {
+                        random.below(4)
+                    } else {
+                        form
+                    };
+                    let mut index = |kind: usize| {
+                        if have[kind] == 0 {
+                            return String::new();
+                        }
+                        let i = random.below(have[kind]);
+                        if random.chance(4) { format!("-{}", i + 1) } else { format!("{}", i + 1) }
+                    };
+                    let (v, vt, vn) = (index(0), index(1), index(2));
+                    let _ = match (form, vt.as_str(), vn.as_str()) {
+                        (0, ..) | (_, "", "") => write!(text, " {v}"),
+                        (1, vt, _) if !vt.is_empty() => write!(text, " {v}/{vt}"),
+                        (_, _, "") => write!(text, " {v}/{vt}"),
+                        (2, ..) | (_, "", _) => write!(text, " {v}//{vn}"),
+                        _ => write!(text, " {v}/{vt}/{vn}"),
+                    };
+                }
+                text.push_str(end);
+            }
+            10 => {
+                let _ = write!(text, "s {}{end}", random.pick(&["1", "2", "off", "0", "", "on", "7"]));
+            }
+            11 => {
+                let _ = write!(text, "usemtl {}{end}", random.pick(&["red", "blue #2", "", "é è"]));
+            }
+            12 => {
+                let word = if random.chance(3) { "o" } else { "g" };
+                let _ = write!(text, "{word} {}{end}", random.pick(&["a", "b c", "", "ü"]));
+            }
+            _ => {
+                let line = random.pick(&["# note é", "", "l 1 2", "p 1", "   ", "mtllib gone.mtl"]);
+                let _ = write!(text, "{line}{end}");
+            }
+        }
+    }
+    text
+}
+
+/// Everything of a scene that readers could disagree on, bits and all.
+fn told(scene: &Scene, warnings: &[String]) -> String {
+    format!(
+        "{:?}\n{:?}\n{:?}\n{:?}\n{:?}\n{:?}",
+        scene.source, scene.objects, scene.instances, scene.materials, scene.meshes, warnings
+    )
+}
+
+fn finish(read: (super::Parsed, String), warnings: Warnings) -> Result<String, String> {
+    let folder = Folder::of(std::path::Path::new("nowhere/x.obj"), false);
+    let (parsed, generator) = read;
+    match scene(parsed, generator, &folder, &LoadOptions::default(), warnings) {
+        Ok((scene, w)) => Ok(told(&scene, &w.iter().map(ToString::to_string).collect::<Vec<_>>())),
+        Err(e) => Err(e.to_string()),
+    }
+}
+
+#[test]
+fn both_readers_make_the_same_scenes() {
+    let mut random = Random(7);
+    let limits = Limits::default();
+    let (mut scenes, mut cases) = (0, 0);
+    for _ in 0..6000 {
+        let text = obj(&mut random);
+        let fast = quickly(text.as_bytes(), 100, &limits).unwrap_or_else(|| panic!("gave up at:\n{text}"));
+        let mut warnings = Warnings::default();
+        let careful =
+            carefully(text.as_bytes(), &limits, &mut warnings).unwrap_or_else(|e| panic!("{e} in:\n{text}"));
+        let (fast, careful) = (finish(fast, Warnings::default()), finish(careful, warnings));
+        assert!(fast == careful, "{text}\nfast: {fast:?}\n\ncareful: {careful:?}");
+        scenes += usize::from(fast.is_ok());
+        cases += 1;
+    }
+    assert_eq!(cases, 6000);
+    assert!(scenes > 4000, "{scenes}");
+}
+
+#[test]
+fn the_fast_reader_never_accepts_what_the_careful_one_refuses_or_reads_otherwise() {
+    let mut random = Random(11);
+    let limits = Limits::default();
+    let (mut taken, mut cases) = (0, 0);
+    for _ in 0..20_000 {
+        let mut text = obj(&mut random).into_bytes();
+        for _ in 0..random.below(3) + 1 {
+            let at = random.below(text.len() as u64) as usize;
+            text[at] =
+                *b"\0 \t\n\r\\#/-+.0e9fvnts\x80\xff\x0b,o".get(random.below(27) as usize).unwrap_or(&b'x');
+        }
+        cases += 1;
+        let Some(fast) = quickly(&text[..], 100, &limits) else { continue };
+        taken += 1;
+        let mut warnings = Warnings::default();
+        let shown = String::from_utf8_lossy(&text).into_owned();
+        let careful = carefully(&text, &limits, &mut warnings).unwrap_or_else(|e| panic!("{e} in:\n{shown}"));
+        let (fast, careful) = (finish(fast, Warnings::default()), finish(careful, warnings));
+        assert!(fast == careful, "{shown}\nfast: {fast:?}\n\ncareful: {careful:?}");
+    }
+    assert_eq!(cases, 20_000);
+    assert!(taken > 1000, "{taken}");
+}
+
+#[test]
+fn tobj_reads_plain_files_the_same() {
+    let mut random = Random(3);
+    for case in 0..1000 {
+        let mut text = String::new();
+        let n = random.below(20) + 3;
+        for _ in 0..n {
+            let [x, y, z, u, v] = std::array::from_fn(|_| number(&mut random));
+            let _ = write!(text, "v {x} {y} {z}\nvt {u} {v}\nvn {z} 1 {y}\n");
+        }
+        for _ in 0..random.below(30) + 1 {
+            let [a, b, c] = std::array::from_fn(|_| random.below(n) + 1);
+            let _ = writeln!(text, "f {a}/{b}/{c} {b}/{c}/{a} {c}/{a}/{b}");
+        }
+        let options = tobj::LoadOptions { single_index: false, ..Default::default() };
+        let none = |_: &std::path::Path| Ok((Vec::new(), Default::default()));
+        let model = tobj::load_obj_buf(&mut text.as_bytes(), &options, none).unwrap().0.remove(0).mesh;
+        let (parsed, _) = quickly(text.as_bytes(), 200, &Limits::default()).unwrap();
+        let corners: Vec<_> = parsed.triangles.concat();
+        assert_eq!(corners.len(), model.indices.len(), "case {case}");
+        for (i, corner) in corners.iter().enumerate() {
+            let at = |values: &[f32], i: u32, n: usize| values[n * i as usize..][..n].to_vec();
+            let p = parsed.positions[corner.v as usize].to_array().to_vec();
+            assert_eq!(p, at(&model.positions, model.indices[i], 3));
+            assert_eq!(
+                parsed.uvs[corner.vt as usize].to_vec(),
+                at(&model.texcoords, model.texcoord_indices[i], 2)
+            );
+            let normal = parsed.normals[corner.vn as usize].to_array().to_vec();
+            assert_eq!(normal, at(&model.normals, model.normal_indices[i], 3));
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! The MTLs that an OBJ names, and which of their materials is meant by which name.
+
+use std::collections::HashMap;
+
+use super::super::LoadOptions;
+use super::super::error::Warnings;
+use super::super::uri::{Folder, printable};
+use super::mtl::{self, Mtl};
+use super::{text, textures};
+
+/// All materials of all MTLs.
+#[derive(Default)]
+pub(super) struct Libraries {
+    all: Vec<Mtl>,
+    /// Names as written, without quotes, and in lower case, in the order in which they are asked.
+    by_name: [HashMap<String, usize>; 3],
+    /// False where an MTL was missing: no wonder if materials are.
+    pub complete: bool,
+}
+
+impl Libraries {
+    /// Reads what `mtllib` lines name. What is missing costs a warning.
+    pub fn read(
+        lines: &[String],
+        folder: &Folder,
+        options: &LoadOptions,
+        warnings: &mut Warnings,
+    ) -> Libraries {
+        let mut out = Libraries { complete: true, ..Default::default() };
+        for line in lines {
+            let read = |name: &str| {
+                let bytes = textures::find(folder, "", name, options.limits.file_bytes)?;
+                Ok((name.to_string(), bytes))
+            };
+            let (found, missing) = named(line, read);
+            for (name, bytes) in found {
+                let (text, guessed) = text::decode(&bytes);
+                let place = printable(&name);
+                if guessed {
+                    warnings.add(&place, "the text is not UTF-8: read as Windows-1252");
+                }
+                let unified = name.replace('\\', "/");
+                let beside = unified.rsplit_once('/').map_or("", |(folder, _)| folder);
+                for material in mtl::parse(&text, &place, beside, warnings) {
+                    out.add(material, &place, warnings);
+                }
+            }
+            for why in missing {
+                out.complete = false;
+                warnings.add("", format!("MTL {why}; its materials are shown matte white"));
+            }
+        }
+        out
+    }
+
+    /// Adds a material. One that is given again counts as given last, as in other programs.
+    fn add(&mut self, material: Mtl, place: &str, warnings: &mut Warnings) {
+        let new = self.all.len();
+        let (exact, bare) = (material.name.clone(), material.name.trim_matches('"').to_string());
+        if self.by_name[0].contains_key(&exact) {
+            warnings.add(place, format!("material '{}' is given again: the later counts", printable(&exact)));
+        }
+        self.by_name[2].insert(bare.to_lowercase(), new);
+        self.by_name[1].insert(bare, new);
+        self.by_name[0].insert(exact, new);
+        self.all.push(material);
+    }
+
+    /// The material of that name: exactly, or else as exporters alter names, or else without what
+    /// may be a comment.
+    pub fn material(&self, name: &str) -> Option<&Mtl> {
+        let unquoted = name.trim_matches('"');
+        let [exact, bare, lower] = &self.by_name;
+        let found = exact.get(name).or_else(|| bare.get(unquoted));
+        match found.or_else(|| lower.get(&unquoted.to_lowercase())) {
+            Some(&i) => self.all.get(i),
+            None => name.rsplit_once('#').and_then(|(front, _)| self.material(front.trim_end())),
+        }
+    }
+}
+
+/// What a `mtllib` line names, read: the whole line as one name; or else each of its words, which
+/// may be quoted; or else one name whose spaces have backslashes. And what could not be read.
+fn named<T>(line: &str, read: impl Fn(&str) -> Result<T, String>) -> (Vec<T>, Vec<String>) {
+    let whole = match read(line.trim_matches('"')) {
+        Ok(found) => return (vec![found], Vec::new()),
+        Err(why) => why,
+    };
+    let words = words(line);
+    if words.len() > 1 || words.first().is_some_and(|&w| w != line.trim_matches('"')) {
+        let (found, missing): (Vec<_>, Vec<_>) = words.iter().map(|w| read(w)).partition(Result::is_ok);
+        if !found.is_empty() {
+            return (
+                found.into_iter().flatten().collect(),
+                missing.into_iter().filter_map(Result::err).collect(),
+            );
+        }
+        if let Ok(found) = read(&line.replace("\\ ", " ")) {
+            return (vec![found], Vec::new());
+        }
+    }
+    (Vec::new(), vec![whole])
+}
+
+/// Words of a line, quoted ones whole, up to a comment.
+fn words(line: &str) -> Vec<&str> {
+    let mut out = Vec::new();
+    let mut rest = line.trim_start();
+    while !rest.is_empty() && !rest.starts_with('#') {
+        let quoted = rest.strip_prefix('"').and_then(|r| r.split_once('"'));
+        let (word, after) = quoted.unwrap_or_else(|| text::split_keyword(rest));
+        if !word.is_empty() {
+            out.push(word);
+        }
+        rest = after.trim_start();
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_one_name_or_several_or_quoted_or_escaped() {
+        let files = ["a.mtl", "b c.mtl", "d", "e.mtl"];
+        let read = |name: &str| {
+            let known = files.contains(&name).then(|| name.to_string());
+            known.ok_or_else(|| format!("no {name}"))
+        };
+        for (line, found, missing) in [
+            ("a.mtl", vec!["a.mtl"], 0),
+            ("b c.mtl", vec!["b c.mtl"], 0),
+            ("\"b c.mtl\"", vec!["b c.mtl"], 0),
+            ("a.mtl e.mtl", vec!["a.mtl", "e.mtl"], 0),
+            ("\"b c.mtl\" \"a.mtl\" d", vec!["b c.mtl", "a.mtl", "d"], 0),
+            ("b\\ c.mtl", vec!["b c.mtl"], 0),
+            ("a.mtl # note", vec!["a.mtl"], 0),
+            ("a.mtl x.mtl", vec!["a.mtl"], 1),
+            ("x y.mtl", vec![], 1),
+        ] {
+            let (f, m) = named(line, read);
+            assert_eq!((f, m.len()), (found.into_iter().map(String::from).collect(), missing), "{line}");
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! A texture in an MTL: its options, which stand before or after its name, and the name itself,
+//! which may have spaces.
+
+use glam::Vec2;
+
+use super::text::{number, split_keyword};
+
+/// A texture as an MTL names it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Map {
+    /// The file's name as written.
+    pub file: String,
+    /// `-s` and `-o` along u and v (v upward).
+    pub scale: Vec2,
+    pub offset: Vec2,
+    /// `-clamp on`.
+    pub clamp: bool,
+    /// `-bm`.
+    pub bump: f32,
+    /// `-imfchan`.
+    pub channel: Option<char>,
+}
+
+/// How many values an option takes at most; `None` for words that are no option.
+fn option_values(word: &str) -> Option<usize> {
+    match word {
+        "-s" | "-o" | "-t" => Some(3),
+        "-mm" => Some(2),
+        "-bm" | "-boost" | "-texres" | "-clamp" | "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-type" => {
+            Some(1)
+        }
+        _ => None,
+    }
+}
+
+/// A texture, and the options that would change the picture and are not known here. `None` where no
+/// file is named.
+pub(super) fn read(rest: &str) -> Option<(Map, Vec<&str>)> {
+    let mut left = Vec::new();
+    let mut map = Map {
+        file: String::new(),
+        scale: Vec2::ONE,
+        offset: Vec2::ZERO,
+        clamp: false,
+        bump: 1.0,
+        channel: None,
+    };
+    let mut name: Vec<&str> = Vec::new();
+    let mut text = rest.trim();
+    while !text.is_empty() {
+        let (word, after) = split_keyword(text);
+        let Some(most) = option_values(word) else {
+            // A run of the name, with the white space that follows it as written.
+            let gap = text.len() - word.len() - after.len();
+            name.push(&text[..word.len() + gap]);
+            text = after;
+            continue;
+        };
+        let mut values = Vec::new();
+        text = after;
+        while values.len() < most && !text.is_empty() {
+            let (value, after) = split_keyword(text);
+            let fits = match word {
+                "-clamp" | "-blendu" | "-blendv" | "-cc" => matches!(value, "on" | "off"),
+                "-imfchan" | "-type" => true,
+                _ => number(value).is_some(),
+            };
+            if !fits {
+                break;
+            }
+            values.push(value);
+            text = after;
+        }
+        if !map.set(word, &values) {
+            left.push(word);
+        }
+    }
+    map.file = name.concat().trim().trim_matches('"').to_string();
+    (!map.file.is_empty()).then_some((map, left))
+}
+
+impl Map {
+    /// False where the option would change the picture, and does not.
+    fn set(&mut self, option: &str, values: &[&str]) -> bool {
+        let at = |i: usize, missing: f32| values.get(i).and_then(|v| number(v)).unwrap_or(missing);
+        match option {
+            "-s" => self.scale = Vec2::new(at(0, 1.0), at(1, 1.0)),
+            "-o" => self.offset = Vec2::new(at(0, 0.0), at(1, 0.0)),
+            "-bm" => self.bump = at(0, 1.0),
+            "-clamp" => self.clamp = values.first() == Some(&"on"),
+            "-imfchan" => self.channel = values.first().and_then(|v| v.chars().next()),
+            "-mm" => return (at(0, 0.0), at(1, 1.0)) == (0.0, 1.0),
+            "-t" | "-boost" => return (0..3).all(|i| at(i, 0.0) == 0.0),
+            "-cc" => return values.first() != Some(&"on"),
+            "-blendu" | "-blendv" => return values.first() != Some(&"off"),
+            _ => {}
+        }
+        true
+    }
+}

@@ -1,0 +1,165 @@
+//! Triangles to meshes: one for each material of each object, with welded vertices and normals.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::super::{Limits, LoadError};
+use super::block::{Corner, NONE};
+use super::parsed::{Parsed, Segment};
+use super::table::Table;
+use crate::scene::Mesh;
+
+/// What the triangles of a mesh have in common. Smoothing groups share meshes: a file may have one
+/// for each face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct MeshKey {
+    pub object: u32,
+    /// Index into [`Parsed::materials`].
+    pub material: Option<u32>,
+    has_uv: bool,
+    flat: bool,
+}
+
+impl MeshKey {
+    fn of(segment: &Segment) -> MeshKey {
+        let key = segment.key;
+        let flat = !key.has_normal && key.smoothing == 0;
+        MeshKey { object: key.object, material: key.material, has_uv: key.has_uv, flat }
+    }
+}
+
+/// Meshes in the order of their first faces, without their materials, and the count of triangles
+/// left out because two of their corners are one vertex.
+pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<(Vec<(MeshKey, Mesh)>, u64), LoadError> {
+    let mut of_key: HashMap<MeshKey, usize> = HashMap::new();
+    let mut members: Vec<(MeshKey, Vec<usize>)> = Vec::new();
+    for (i, segment) in parsed.segments.iter().enumerate() {
+        let key = MeshKey::of(segment);
+        let mesh = *of_key.entry(key).or_insert(members.len());
+        if mesh == members.len() {
+            LoadError::check("instances", mesh as u64 + 1, limits.instances)?;
+            members.push((key, Vec::new()));
+        }
+        members[mesh].1.push(i);
+    }
+    let mut table = Table::new(parsed.positions.len());
+    smooth(&mut parsed, &mut table)?;
+    let bad = |n: &mut Vec3| {
+        *n = unit(*n);
+        *n == Vec3::ZERO
+    };
+    let any_bad = parsed.normals.par_iter_mut().with_min_len(1 << 14).map(bad).reduce(|| false, |a, b| a | b);
+    let mut left_out = 0;
+    let mut vertices = 0;
+    let mut out = Vec::with_capacity(members.len());
+    for (key, segments) in members {
+        table.clear();
+        let segments = segments.iter().map(|&i| &parsed.segments[i]);
+        let mesh = weld(&parsed, key, segments, any_bad, &mut table, &mut left_out);
+        vertices += mesh.positions.len() as u64;
+        LoadError::check("vertices", vertices, limits.vertices)?;
+        out.push((key, mesh));
+    }
+    Ok((out, left_out))
+}
+
+/// Of length one, or zero where there is no such vector.
+fn unit(n: Vec3) -> Vec3 {
+    let one = n.normalize_or_zero();
+    if one == Vec3::ZERO { n.as_dvec3().normalize_or_zero().as_vec3() } else { one }
+}
+
+/// The normal of a triangle, wherever it has one.
+fn face_normal(corners: &[Corner; 3], positions: &[Vec3]) -> Option<DVec3> {
+    let [a, b, c] = corners.map(|c| positions[c.v as usize].as_dvec3());
+    (b - a).cross(c - a).try_normalize()
+}
+
+/// Gives the corners of smoothing groups normals: the mean of the group's triangles about the
+/// vertex, each weighted by its angle there.
+fn smooth(parsed: &mut Parsed, table: &mut Table) -> Result<(), LoadError> {
+    /// Triangles that are looked at together.
+    const BATCH: usize = 1 << 14;
+    let Parsed { positions, normals, triangles, segments, .. } = parsed;
+    let base = normals.len() as u64;
+    let mut sums: Vec<DVec3> = Vec::new();
+    for segment in segments.iter().filter(|s| s.key.smoothing != 0) {
+        let of_segment = &mut triangles[segment.block].as_chunks_mut::<3>().0[segment.range.clone()];
+        for batch in of_segment.chunks_mut(BATCH) {
+            let weighted: Vec<[DVec3; 3]> =
+                batch.par_iter().with_min_len(1 << 10).map(|t| weighted(t, positions)).collect();
+            // Summed one after the other: the same sums whatever the number of threads.
+            for (t, weighted) in batch.iter_mut().zip(weighted) {
+                for (corner, n) in t.iter_mut().zip(weighted) {
+                    let i = table.number(corner.v, segment.key.smoothing, 0);
+                    match sums.get_mut(i as usize) {
+                        Some(sum) => *sum += n,
+                        None => sums.push(n),
+                    }
+                    corner.vn = (base + u64::from(i)).min(u64::from(NONE)) as u32;
+                }
+            }
+        }
+    }
+    LoadError::check("normals", base + sums.len() as u64, u64::from(NONE) - 1)?;
+    normals.extend(sums.iter().map(|n| n.normalize_or_zero().as_vec3()));
+    Ok(())
+}
+
+/// A triangle's normal times its angle at each corner.
+fn weighted(corners: &[Corner; 3], positions: &[Vec3]) -> [DVec3; 3] {
+    let Some(n) = face_normal(corners, positions) else { return [DVec3::ZERO; 3] };
+    let p = corners.map(|c| positions[c.v as usize].as_dvec3());
+    std::array::from_fn(|k| {
+        let to = |other: usize| (p[other % 3] - p[k]).normalize_or_zero();
+        n * libm::acos(to(k + 1).dot(to(k + 2)).clamp(-1.0, 1.0))
+    })
+}
+
+/// Corners that agree in vertex, texture coordinate and normal become one. A corner without a
+/// normal of any length gets the triangle's own, and stays alone.
+fn weld<'p>(
+    parsed: &'p Parsed,
+    key: MeshKey,
+    segments: impl Iterator<Item = &'p Segment> + Clone,
+    any_bad: bool,
+    table: &mut Table,
+    left_out: &mut u64,
+) -> Mesh {
+    let mut mesh = Mesh { name: parsed.objects[key.object as usize].clone(), ..Default::default() };
+    mesh.triangles.reserve_exact(segments.clone().map(|s| s.range.len()).sum());
+    let mut own_normals: Vec<(u32, Vec3)> = Vec::new();
+    for t in segments.flat_map(|s| parsed.triangles_of(s)) {
+        let [a, b, c] = t;
+        if a.v == b.v || b.v == c.v || c.v == a.v {
+            *left_out += 1;
+            continue;
+        }
+        mesh.triangles.push(t.map(|c| {
+            if any_bad && c.vn != NONE && parsed.normals[c.vn as usize] == Vec3::ZERO {
+                let alone = table.alone(c.v, c.vt, c.vn);
+                let own = face_normal(t, &parsed.positions).unwrap_or(DVec3::Y);
+                own_normals.push((alone, own.as_vec3()));
+                return alone;
+            }
+            table.number(c.v, c.vt, c.vn)
+        }));
+    }
+    let keys = table.keys().par_iter().with_min_len(1 << 14);
+    mesh.positions = keys.clone().map(|k| parsed.positions[k.v as usize]).collect();
+    if key.has_uv {
+        // OBJ's v runs up, the scene's runs down.
+        let uv = |[u, v]: [f32; 2]| Vec2::new(u, 1.0 - v);
+        mesh.uvs.push(keys.clone().map(|k| uv(parsed.uvs[k.a as usize])).collect());
+    }
+    if !key.flat {
+        mesh.normals = keys.clone().map(|k| parsed.normals[k.b as usize]).collect();
+        own_normals.into_iter().for_each(|(vertex, n)| mesh.normals[vertex as usize] = n);
+    }
+    if !parsed.colors.is_empty() {
+        mesh.colors = keys.map(|k| parsed.colors[k.v as usize]).collect();
+    }
+    mesh
+}
