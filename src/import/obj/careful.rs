@@ -164,7 +164,7 @@ fn numbers(line: &Line, keyword: &str, rest: &str, least: usize) -> Result<Vec<f
     let values: Vec<f32> = rest.split_whitespace().map(one).collect::<Result<_, _>>()?;
     if values.len() < least {
         let found = values.len();
-        let place = format!("line {}", line.number);
+        let place = line.place(line.text.get(..keyword.len()).unwrap_or(""));
         return Err(LoadError::parse(place, format!("{keyword} needs {least} numbers, not {found}")));
     }
     Ok(values)

@@ -217,3 +217,21 @@ fn tobj_reads_plain_files_the_same() {
         }
     }
 }
+
+#[test]
+fn any_number_of_threads_reads_the_same() {
+    let mut random = Random(5);
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let pools = [pool(1), pool(2), pool(5)];
+    for _ in 0..100 {
+        let text = obj(&mut random);
+        let read = |pool: &rayon::ThreadPool| {
+            pool.install(|| {
+                let read = quickly(text.as_bytes(), 64, &Limits::default()).unwrap();
+                finish(read, Warnings::default())
+            })
+        };
+        let [one, two, five] = pools.each_ref().map(read);
+        assert!(one == two && two == five, "{text}");
+    }
+}

@@ -106,13 +106,16 @@ fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
     }
 }
 
-/// Ni is the index of refraction. Blender writes its specular level into Ks: .5 is what the index
+/// Ni is the index of refraction; 1 is what other exporters write who have none. Blender writes its specular level into Ks: .5 is what the index
 /// says, 0 is none.
 fn dielectric(mtl: &Mtl) -> Dielectric {
     let default = Dielectric::default();
     let level = mtl.ks.filter(|_| mtl.by_blender).map_or(1.0, |ks| 2.0 * ks.max_element().max(0.0));
     Dielectric {
-        ior: mtl.ni.filter(|ni| (1.0..=10.0).contains(ni)).unwrap_or(default.ior),
+        ior: mtl
+            .ni
+            .filter(|&ni| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0))
+            .unwrap_or(default.ior),
         specular: ScalarInput::new(level.min(1.0)),
         specular_color: ColorInput::new(Vec3::splat(level.max(1.0))),
     }

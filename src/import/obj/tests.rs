@@ -145,7 +145,7 @@ fn lines_points_and_degenerate_faces_are_counted() {
 #[test]
 fn errors_name_the_line_and_the_word() {
     for (obj, says) in [
-        ("v 0 0\n", "line 1: v needs 3 numbers"),
+        ("v 0 0\n", "line 1, column 1, at 'v': v needs 3 numbers"),
         ("v 0 0 zero\n", "'zero' is not a number"),
         ("# c\n\nv 0 0 0\nf 1 2 3\n", "line 4, column 5, at '2': there is no vertex 2"),
         ("v 0 0 0\nf 1 1 0\n", "no vertex 0"),
