@@ -220,6 +220,24 @@ fn a_variant_changes_the_picture() {
     assert_ne!(picture("none"), picture("Night"));
 }
 
+/// AgX for Blender's glTF, sRGB for its OBJ, and what was asked for always.
+#[test]
+fn the_view_transform_follows_the_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let picture = |scene: &str, flags: &[&str]| {
+        let scene = model(scene);
+        let mut args = vec!["render", scene.to_str().unwrap(), "--size", "32x18", "-o", "-", "-q"];
+        args.extend(flags);
+        blinn(dir.path(), &args).stdout
+    };
+    let gltf = |flags: &[&str]| picture("cornell/cornell.glb", flags);
+    assert_eq!(gltf(&[]), gltf(&["--view", "agx"]));
+    assert_ne!(gltf(&[]), gltf(&["--view", "standard"]));
+    assert_ne!(gltf(&["--view", "pbr-neutral"]), gltf(&["--view", "standard"]));
+    let obj = |flags: &[&str]| picture("cornell/cornell.obj", flags);
+    assert_eq!(obj(&[]), obj(&["--view", "standard"]));
+}
+
 #[test]
 fn an_existing_file_can_be_kept() {
     let dir = tempfile::tempdir().unwrap();
@@ -253,6 +271,9 @@ fn every_flag_is_taken() {
     for flags in [
         "-s 2 --filter box --background #102030 --exposure auto --view standard --seed 7",
         "--filter tent --no-background --exposure -1.5 --view raw --depth 16",
+        "--view agx --depth 16",
+        "--view pbr-neutral",
+        "--view auto --exposure 0",
         "--filter gaussian --background transparent --crop 2,3,4,5 --aov depth,normal,uv",
         "--camera 0 --yfov 30 --view-up 0,1,0 --clip 0.1,100 --fit auto",
         "--camera Camera --clip off --fit horizontal --projection orthographic",

@@ -111,7 +111,7 @@ pub(super) struct ImageArgs {
     /// Blender's files near mid-grey; else auto]
     #[arg(long, value_name = "auto|EV", value_parser = values::exposure, allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
-    /// From linear light to the screen
+    /// From linear light to the screen; auto is agx for Blender's glTF files, else standard
     #[arg(long, value_enum, default_value_t = ViewArg::Auto)]
     pub view: ViewArg,
     /// Bits a channel: 8 or 16 in PNG, 16 or 32 in EXR
@@ -272,7 +272,7 @@ macro_rules! choices {
 choices! {
     UpArg { Y, Z }
     FilterArg { Box, Tent, Gaussian, BlackmanHarris }
-    ViewArg { Auto, Standard, Raw }
+    ViewArg { Auto, Standard, Agx, PbrNeutral, Raw }
     ProjectionArg { Perspective, Orthographic }
     FitArg { Auto, Horizontal, Vertical }
     UnitsArg { Auto, Standard, Unitless, Raw }

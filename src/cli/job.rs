@@ -43,7 +43,8 @@ pub(super) struct Job {
     pub settings: RenderSettings,
     pub background: Background,
     pub exposure: Option<Exposure>,
-    pub view_transform: ViewTransform,
+    /// `None`: by where the scene comes from.
+    pub view_transform: Option<ViewTransform>,
     pub depth: Depth,
     pub aovs: Vec<Aov>,
     pub replace: Replace,
@@ -104,8 +105,11 @@ impl Job {
             background,
             exposure: image.exposure,
             view_transform: match image.view {
-                ViewArg::Auto | ViewArg::Standard => ViewTransform::Standard,
-                ViewArg::Raw => ViewTransform::Raw,
+                ViewArg::Auto => None,
+                ViewArg::Standard => Some(ViewTransform::Standard),
+                ViewArg::Agx => Some(ViewTransform::Agx),
+                ViewArg::PbrNeutral => Some(ViewTransform::PbrNeutral),
+                ViewArg::Raw => Some(ViewTransform::Raw),
             },
             depth,
             aovs: image.aov.clone().unwrap_or_default(),

@@ -12,7 +12,7 @@ use super::progress::Reporter;
 use super::values::Exposure;
 use super::{Summary, Usage};
 use crate::accel::{Accel, BuildSettings, CleanReport};
-use crate::display::Display;
+use crate::display::{Display, ViewTransform};
 use crate::import::load;
 use crate::integrator::{Frame, Phong, Stage};
 use crate::output::{Format, Picture, save};
@@ -126,7 +126,8 @@ fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
     if !layers.is_empty() {
         reporter.stage("layers", start, "");
     }
-    let display = Display { ev, view: job.view_transform, background: job.background };
+    let view = job.view_transform.unwrap_or_else(|| ViewTransform::of(&scene.source));
+    let display = Display { ev, view, background: job.background };
     Ok(Picture { pixels, layers, display })
 }
 

@@ -1,5 +1,10 @@
 //! From linear light to what a screen shows: exposure, view transform, sRGB.
 
+mod agx;
+mod neutral;
+#[cfg(test)]
+mod reference;
+
 use std::sync::OnceLock;
 
 use glam::{Vec3, Vec4};
@@ -7,6 +12,7 @@ use rayon::prelude::*;
 
 use crate::geometry::{Rgb, Rgba};
 use crate::render::Pixels;
+use crate::scene::{Format, Source};
 
 /// How linear light becomes display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,6 +20,10 @@ pub enum ViewTransform {
     /// Clipped, then sRGB.
     #[default]
     Standard,
+    /// Blender's AgX without a look, for an sRGB display.
+    Agx,
+    /// Khronos PBR Neutral, then sRGB.
+    PbrNeutral,
     /// Clipped and stored as it is, without encoding.
     Raw,
 }
@@ -43,13 +53,29 @@ pub fn linear_to_srgb(v: f32) -> f32 {
     if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * libm::powf(v, 1.0 / 2.4) - 0.055 }
 }
 
+impl ViewTransform {
+    /// What Blender's users expect of its glTF files, and everyone else of the others.
+    pub fn of(source: &Source) -> ViewTransform {
+        if source.format == Format::Gltf && source.is_blender() {
+            ViewTransform::Agx
+        } else {
+            ViewTransform::Standard
+        }
+    }
+}
+
 impl Display {
     /// Display-linear colour and straight alpha of a premultiplied scene colour.
     fn show(&self, pixel: Rgba, gain: f32) -> (Rgb, f32) {
         let alpha = pixel.w.clamp(0.0, 1.0);
         let straight = if alpha > 0.0 { pixel.truncate() / alpha } else { Rgb::ZERO };
-        // NaN fails both comparisons of clamp's min and max in favour of the bound.
-        let shown = (straight * gain).max(Vec3::ZERO).min(Vec3::ONE);
+        let light = straight * gain;
+        let shown = match self.view {
+            // NaN fails both comparisons of max and min in favour of the bound.
+            ViewTransform::Standard | ViewTransform::Raw => light.max(Vec3::ZERO).min(Vec3::ONE),
+            ViewTransform::Agx => agx::agx(light),
+            ViewTransform::PbrNeutral => neutral::pbr_neutral(light),
+        };
         match self.background {
             Background::Transparent => (shown, alpha),
             Background::Color(b) => (shown * alpha + b * (1.0 - alpha), 1.0),
@@ -64,8 +90,8 @@ impl Display {
     pub fn to_rgba8(&self, pixels: &Pixels) -> Vec<[u8; 4]> {
         let gain = self.gain();
         let encode = |v: f32| match self.view {
-            ViewTransform::Standard => srgb8(v),
             ViewTransform::Raw => (v * 255.0 + 0.5) as u8,
+            _ => srgb8(v),
         };
         let one = |&pixel: &Rgba| {
             let (c, alpha) = self.show(pixel, gain);
@@ -78,8 +104,8 @@ impl Display {
     pub fn to_rgba16(&self, pixels: &Pixels) -> Vec<[u16; 4]> {
         let gain = self.gain();
         let encode = |v: f32| match self.view {
-            ViewTransform::Standard => (linear_to_srgb(v) * 65535.0 + 0.5) as u16,
             ViewTransform::Raw => (v * 65535.0 + 0.5) as u16,
+            _ => (linear_to_srgb(v) * 65535.0 + 0.5) as u16,
         };
         let one = |&pixel: &Rgba| {
             let (c, alpha) = self.show(pixel, gain);

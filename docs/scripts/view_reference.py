@@ -1,0 +1,86 @@
+"""What Blender's own OpenColorIO configuration makes of some colours, as a Rust table for the unit tests.
+
+    pip install opencolorio numpy
+    python docs/scripts/view_reference.py PATH/datafiles/colormanagement/config.ocio > src/display/reference.rs
+
+The configuration comes with Blender (tables measured with 5.0.1 and PyOpenColorIO 2.6.0). Colours are
+scene-linear Rec.709; results are sRGB, encoded, as computed in float and not rounded to bytes.
+"""
+
+import sys
+from itertools import product
+
+import numpy as np
+import PyOpenColorIO as ocio
+
+
+def shown(config, view, rgb):
+    """Display values of scene-linear colours; without OpenColorIO's own shortcuts of the arithmetic."""
+    transform = ocio.DisplayViewTransform(src="Linear Rec.709", display="sRGB", view=view)
+    cpu = config.getProcessor(transform).getOptimizedCPUProcessor(ocio.OPTIMIZATION_NONE)
+    out = np.array(rgb, np.float32)
+    cpu.applyRGB(out)
+    # The last matrices leave traces of 1e-8 around 0 and 1.
+    return np.clip(out.astype(np.float64), 0.0, 1.0)
+
+
+def short(rows):
+    """Four digits are enough to name a colour."""
+    return [[float(f"{v:.4g}") for v in row] for row in rows]
+
+
+def agx_colours():
+    """Greys, primaries, saturated and random colours over 20 stops; black, out of gamut, beyond the range."""
+    rng = np.random.default_rng(5)
+    grey = [[0.18 * 2.0**e] * 3 for e in range(-12, 9, 2)]
+    pure = [
+        [light * c for c in colour]
+        for colour in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 1), (1, 0, 1), (1, 1, 0))
+        for light in (0.05, 0.5, 4.0)
+    ]
+    any_hue = np.sort(rng.random((20, 3)) ** 3, axis=1)
+    for row in any_hue:
+        rng.shuffle(row)
+    scattered = any_hue / any_hue.max(1, keepdims=True) * 0.18 * 2.0 ** rng.uniform(-8.0, 7.0, (20, 1))
+    edges = [
+        [0.0, 0.0, 0.0],
+        [-1.0, -1.0, -1.0],
+        [-1.0, 0.5, 0.5],
+        [-0.1, 0.5, 2.0],
+        [0.3, -0.05, 0.1],
+        [0.2, 0.4, -0.08],
+        [4000.0, 0.0, 0.0],
+        [10000.0, 10000.0, 10000.0],
+        [1e30, 1e30, 1e30],
+    ]
+    ramp = product([0.0, 0.0028, 0.045, 0.18, 1.0, 8.0], repeat=3)
+    return short(grey + pure + scattered.tolist() + edges + [list(c) for c in ramp])
+
+
+def neutral_colours():
+    """Nodes of Blender's table, where it holds Khronos's formula itself."""
+    nodes = [(26, 26, 26), (20, 22, 19), (27, 10, 5), (29, 26, 15), (30, 30, 30),
+             (33, 20, 20), (40, 30, 20), (5, 45, 38), (15, 25, 50), (56, 56, 56)]
+    return [[float(np.float32(2.0 ** (-9.0 + 19.0 * k / 56.0))) for k in row] for row in nodes]
+
+
+def main():
+    config = ocio.Config.CreateFromFile(sys.argv[1])
+    print("//! Made by `docs/scripts/view_reference.py` with Blender's OpenColorIO configuration: scene-linear Rec.709,")
+    print("//! and what it shows, sRGB-encoded.")
+    tables = {"AGX": ("AgX", agx_colours()), "NEUTRAL": ("Khronos PBR Neutral", neutral_colours())}
+    for name, (view, rows) in tables.items():
+        print(f"\npub(super) const {name}: [([f32; 3], [f32; 3]); {len(rows)}] = [")
+        for i, o in zip(rows, shown(config, view, rows)):
+            print(f"    ({rust(i)}, {rust([round(float(v), 6) for v in o])}),")
+        print("];")
+
+
+def rust(values):
+    """The shortest digits of each as f32."""
+    digits = (np.format_float_positional(np.float32(v), trim="0") if v < 1e6 else f"{v:.0e}".replace("+", "") for v in values)
+    return "[" + ", ".join(digits) + "]"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,294 @@
+//! Blender's view transform AgX, for an sRGB display and without a look.
+//!
+//! Blender shows it by a table of 57 nodes an axis over the logarithm of the light, tetrahedrally
+//! interpolated. The nodes are computed here, by the published formula, when a colour first needs
+//! them; reading them as Blender does is a part of the look: between nodes, saturated colours are up
+//! to 30/255 off the formula. Within 0.01/255 of Blender 5.0's own, measured on a 3-D ramp of 42³
+//! colours, greys, primaries and 400,000 random colours.
+//!
+//! Where the constants are from (facts; no data of Blender's tables):
+//! - `config`: Blender 5.0's `config.ocio`: matrices of the colour spaces, ranges, the inset;
+//! - `eary`: <https://github.com/EaryChow/AgX_LUT_Gen>, which Blender's tables are made with: matrices,
+//!   outset, the share of the hue, guard rails and their luminance weights;
+//! - `troy`: the sigmoid of Jed Smith and Troy Sobotka (SB2383).
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use crate::geometry::Rgb;
+
+type Matrix = [[f64; 3]; 3];
+
+/// `config`: linear Rec.709 to linear FilmLight E-Gamut, through XYZ.
+const SCENE_TO_EGAMUT: [[f32; 3]; 3] = [
+    [0.559_371_1, 0.304_783_34, 0.135_845_56],
+    [0.076_220_706, 0.787_971_8, 0.135_807_47],
+    [0.065_526_71, 0.164_546_76, 0.769_926_5],
+];
+/// `config`: log2 of the light at both ends of AgX's table, as it is looked up.
+const LOG2: [f32; 2] = [-12.473_93, 12.526_069];
+const MID_GREY: f64 = 0.18;
+/// `eary`: stops around mid grey that AgX's nodes stand for.
+const NODE_STOPS: [f64; 2] = [-10.0, 15.0];
+
+/// `eary`: E-Gamut to Rec.2020, through XYZ.
+const EGAMUT_TO_REC2020: Matrix = [
+    [1.1375888732024795, 0.008350502199667596, -0.14593224524702436],
+    [-0.019087164934078887, 1.2153160485727783, -0.19624465667571286],
+    [-0.09732562628887605, -0.10088823705990786, 1.1983626362736137],
+];
+/// `config` and `eary`: Rec.2020 with its primaries turned (2.14°, -1.23°, -3.05°) and moved inwards
+/// (by 0.330, 0.281, 0.125).
+const INSET: Matrix = [
+    [0.856627153315983, 0.0951212405381588, 0.0482516061458583],
+    [0.137318972929847, 0.761241990602591, 0.101439036467562],
+    [0.11189821299995, 0.0767994186031903, 0.811302368396859],
+];
+/// `eary`: the inverse of an inset by 0.323, 0.283, 0.037 and none turned, and from there to Rec.709.
+const OUTSET_TO_REC709: Matrix = [
+    [1.9648940291459658, -0.8560079094511955, -0.10888611969477231],
+    [-0.29930907896031905, 1.326391891529212, -0.027082812568893812],
+    [-0.16435644384894169, -0.2382074020015168, 1.4025638458504575],
+];
+/// `eary`: luminance of Rec.2020's channels by the colour matching functions of 2015; of Rec.709's.
+const LUMA_REC2020: [f64; 3] = [0.2658180370250449, 0.59846986045365, 0.1357121025213052];
+const LUMA_REC709: [f64; 3] = [0.2103511408861092, 0.6497977702311769, 0.13985108888271428];
+
+/// `eary`: stops around mid grey that the curve takes to 0 and 1.
+const CURVE_STOPS: [f64; 2] = [-10.0, 6.5];
+/// `troy`, `eary`: the curve's slope at its pivot; powers of its bends are 1.5.
+const SLOPE: f64 = 2.4;
+/// The pivot: 10 of 16.5 stops; 0.18 ^ (1 / 2.4).
+const PIVOT: [f64; 2] = [0.6060606060606061, 0.4894370895738783];
+/// How far its bends reach, so that they end in (0, 0) and (1, 1).
+const TOE: f64 = -0.5656756066543747;
+const SHOULDER: f64 = 0.7151982862790444;
+/// `eary`: how much of the curve's shift of hue stays.
+const HUE_SHARE: f64 = 0.4;
+/// The exponent between light and what the table holds.
+const POWER: f64 = 2.4;
+
+const NODES: usize = 57;
+const STRIDES: [usize; 3] = [NODES * NODES, NODES, 1];
+
+/// [`formation`] at logarithmic steps of each channel.
+struct Lattice {
+    /// The light that nodes stand for along an axis.
+    axis: [f64; NODES],
+    /// Bits of the three channels of each node; [`UNKNOWN`] until it is first asked for. Threads that
+    /// ask for the same node at once all compute the same.
+    nodes: Vec<[AtomicU32; 3]>,
+}
+
+/// No channel of a node has these bits: it is a NaN.
+const UNKNOWN: u32 = u32::MAX;
+
+impl Lattice {
+    fn get() -> &'static Lattice {
+        static LATTICE: OnceLock<Lattice> = OnceLock::new();
+        LATTICE.get_or_init(|| {
+            let low = libm::log2(MID_GREY) + NODE_STOPS[0];
+            let step = (NODE_STOPS[1] - NODE_STOPS[0]) / (NODES - 1) as f64;
+            let unknown = || std::array::from_fn(|_| AtomicU32::new(UNKNOWN));
+            Lattice {
+                axis: std::array::from_fn(|i| libm::exp2(low + step * i as f64)),
+                nodes: std::iter::repeat_with(unknown).take(NODES.pow(3)).collect(),
+            }
+        })
+    }
+
+    fn node(&self, index: usize) -> [f32; 3] {
+        let node = &self.nodes[index];
+        let known = [0, 1, 2].map(|c| node[c].load(Ordering::Relaxed));
+        if !known.contains(&UNKNOWN) {
+            return known.map(f32::from_bits);
+        }
+        let value = formation(STRIDES.map(|stride| self.axis[index / stride % NODES])).map(|v| v as f32);
+        for (slot, v) in node.iter().zip(value) {
+            slot.store(v.to_bits(), Ordering::Relaxed);
+        }
+        value
+    }
+
+    /// Tetrahedral interpolation: from the cell's lowest corner along the axes, the furthest one first.
+    fn at(&self, light: [f32; 3]) -> [f32; 3] {
+        const STEPS_PER_STOP: f32 = (NODES - 1) as f32 / (LOG2[1] - LOG2[0]);
+        let mut index = 0;
+        let mut axes = [(0.0, 0); 3];
+        for ((axis, v), stride) in axes.iter_mut().zip(light).zip(STRIDES) {
+            // NaN becomes the smallest light here.
+            let t = (libm::log2f(v.max(f32::MIN_POSITIVE)) - LOG2[0]) * STEPS_PER_STOP;
+            let t = t.clamp(0.0, (NODES - 1) as f32);
+            let cell = (t as usize).min(NODES - 2);
+            index += cell * stride;
+            *axis = (t - cell as f32, stride);
+        }
+        axes.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut from = self.node(index);
+        let mut out = from;
+        for (fraction, stride) in axes {
+            index += stride;
+            let to = self.node(index);
+            for c in 0..3 {
+                out[c] += fraction * (to[c] - from[c]);
+            }
+            from = to;
+        }
+        out
+    }
+}
+
+fn times(m: &Matrix, c: [f64; 3]) -> [f64; 3] {
+    m.map(|row| dot(row, c))
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn least(c: [f64; 3]) -> f64 {
+    c[0].min(c[1]).min(c[2])
+}
+
+fn most(c: [f64; 3]) -> f64 {
+    c[0].max(c[1]).max(c[2])
+}
+
+/// HSV's hue in sixths of the circle; 0 of greys.
+fn hue([r, g, b]: [f64; 3]) -> f64 {
+    let high = most([r, g, b]);
+    let chroma = high - least([r, g, b]);
+    if chroma <= 0.0 {
+        return 0.0;
+    }
+    if high == b {
+        4.0 + (r - g) / chroma
+    } else if high == g {
+        2.0 + (b - r) / chroma
+    } else if g < b {
+        6.0 + (g - b) / chroma
+    } else {
+        (g - b) / chroma
+    }
+}
+
+/// The colour of a hue in 0…6, between its largest and its smallest channel.
+fn of_hue(hue: f64, high: f64, low: f64) -> [f64; 3] {
+    [5.0, 3.0, 1.0].map(|n| {
+        let k = if n + hue >= 6.0 { n + hue - 6.0 } else { n + hue };
+        high - (high - low) * k.min(4.0 - k).clamp(0.0, 1.0)
+    })
+}
+
+/// Moves a colour outside of Rec.2020 along grey until it is inside, and dims it to its luminance.
+/// `eary`'s luminance, compensated by the opponent colour's, comes down to 2 Y - min.
+fn guard_rec2020(c: [f64; 3]) -> [f64; 3] {
+    let (low, luma) = (least(c), dot(LUMA_REC2020, c));
+    if low >= 0.0 {
+        return c;
+    }
+    let ratio = (2.0 * luma - low) / (2.0 * (luma - low));
+    c.map(|v| (v - low) * ratio)
+}
+
+/// The same with Rec.709, where the compensation fades as the luminance grows.
+fn guard_rec709(c: [f64; 3]) -> [f64; 3] {
+    let (low, luma) = (least(c), dot(LUMA_REC709, c));
+    if low >= 0.0 {
+        return c;
+    }
+    let raised = luma - low;
+    let fade = |y: f64| 1.0 - libm::pow(y, 0.08).min(1.0);
+    let ratio = if luma >= 0.0 {
+        ((luma + fade(luma) * raised) / (raised + fade(raised) * raised)).min(1.0)
+    } else {
+        1.0
+    };
+    c.map(|v| (v - low) * ratio)
+}
+
+/// `troy`: the curve over the normalised logarithm of the light.
+fn sigmoid(x: f64) -> f64 {
+    let scale = if x < PIVOT[0] { TOE } else { SHOULDER };
+    let u = SLOPE * (x - PIVOT[0]) / scale;
+    // u / (1 + u^1.5)^(1 / 1.5)
+    let bend = 1.0 + u * u.sqrt();
+    PIVOT[1] + scale * u / libm::cbrt(bend * bend)
+}
+
+/// AgX's picture of light in E-Gamut: Rec.709, as power 1 / 2.4 of the display's light.
+fn formation(egamut: [f64; 3]) -> [f64; 3] {
+    let c = times(&INSET, guard_rec2020(times(&EGAMUT_TO_REC2020, egamut)));
+    let before = hue(c);
+    let c = c.map(|v| {
+        let stops = libm::log2(v.max(1e-30) / MID_GREY);
+        let x = (stops - CURVE_STOPS[0]) / (CURVE_STOPS[1] - CURVE_STOPS[0]);
+        libm::pow(sigmoid(x).max(0.0), POWER)
+    });
+    let mut turn = hue(c) - before;
+    turn -= 6.0 * (turn / 6.0).round();
+    let mixed = before + HUE_SHARE * turn;
+    let mixed = mixed - 6.0 * (mixed / 6.0).floor();
+    let c = of_hue(mixed, most(c), least(c));
+    let c = guard_rec709(times(&OUTSET_TO_REC709, c));
+    c.map(|v| libm::pow(v.max(0.0), 1.0 / POWER).min(1.0))
+}
+
+/// Scene-linear Rec.709 to display-linear Rec.709 in 0…1. NaN is black, infinite light white.
+pub(super) fn agx(rgb: Rgb) -> Rgb {
+    // Infinities of both signs cancel to NaN, and NaN is in all three: black. Infinity alone is white.
+    let egamut = SCENE_TO_EGAMUT.map(|row| row[0] * rgb.x + row[1] * rgb.y + row[2] * rgb.z);
+    Rgb::from(Lattice::get().at(egamut).map(to_light))
+}
+
+/// v to the power 2.4 for 0…1, within 1e-7, by a table.
+fn to_light(v: f32) -> f32 {
+    const STEPS: usize = 4096;
+    static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
+    let power = |i| libm::pow(i as f64 / STEPS as f64, POWER) as f32;
+    let table = TABLE.get_or_init(|| (0..=STEPS).map(power).collect());
+    let x = v.clamp(0.0, 1.0) * STEPS as f32;
+    let low = (x as usize).min(STEPS - 1);
+    table[low] + (table[low + 1] - table[low]) * (x - low as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::linear_to_srgb;
+    use super::super::reference::AGX;
+    use super::*;
+
+    fn close(input: [f32; 3], theirs: [f32; 3]) {
+        let ours = agx(Rgb::from(input)).to_array().map(linear_to_srgb);
+        for (a, b) in ours.into_iter().zip(theirs) {
+            assert!((a - b).abs() * 255.0 < 0.02, "{input:?}: {ours:?}, not {theirs:?}");
+        }
+    }
+
+    #[test]
+    fn it_is_blenders() {
+        assert_eq!(AGX.len(), 274);
+        for (input, output) in AGX {
+            close(input, output);
+        }
+    }
+
+    #[test]
+    fn what_is_no_colour_is_black_or_white() {
+        let (nan, inf) = (f32::NAN, f32::INFINITY);
+        for c in [[nan, 0.5, 0.5], [nan; 3], [-inf, 0.5, 0.5], [inf, -inf, 0.0], [-1.0; 3]] {
+            close(c, [0.0; 3]);
+        }
+        for c in [[inf, 0.5, 0.5], [inf; 3], [f32::MAX; 3]] {
+            close(c, [1.0; 3]);
+        }
+    }
+
+    #[test]
+    fn the_table_of_powers_is_near_enough() {
+        for i in 0..100_000 {
+            let v = i as f32 / 99_999.0;
+            assert!((f64::from(to_light(v)) - libm::pow(f64::from(v), POWER)).abs() < 1e-7, "{v}");
+        }
+    }
+}
