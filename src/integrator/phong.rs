@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::coefficients::lobe;
 use super::{Coefficients, Frame, Integrator, Materials, Sample, Scratch, Surface};
 use crate::accel::Shared;
-use crate::geometry::{Ray, Rgb, Rgba, offset_point};
+use crate::geometry::{HitId, Ray, Rgb, Rgba};
 use crate::scene::{Incident, PosedKind, PosedLight};
 
 /// The lecture's stages: each adds to the one before.
@@ -112,7 +112,7 @@ impl Phong {
                 .filter_map(|(i, point)| {
                     let incident = light.incident(point.surface.p)?;
                     // Nothing where the light sees one side of the surface and the eye the other.
-                    let facing = point.n.dot(incident.l) > 0.0 && point.surface.n_g.dot(incident.l) > 0.0;
+                    let facing = point.n.dot(incident.l) > 0.0 && point.surface.n_v.dot(incident.l) > 0.0;
                     facing.then_some((i, incident))
                 })
                 .collect();
@@ -157,8 +157,11 @@ impl Phong {
         };
         for &(i, incident) in lit {
             let s = &points[i].surface;
-            let from = offset_point(s.p, s.p_error, s.n_g.as_vec3(), incident.l.as_vec3());
-            segments.push(from, light.position().unwrap_or_default(), s.id);
+            let from = s.shadow_origin(incident.l);
+            // A light that the smooth surface sees and the triangle does not is seen past the
+            // triangle's edge, or not at all.
+            let above = s.n_g.dot(incident.l) > 0.0;
+            segments.push(from, light.position().unwrap_or_default(), if above { s.id } else { HitId::NONE });
         }
         let materials = Materials(frame.posed);
         if frame.accel.has_translucent() {
