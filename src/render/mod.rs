@@ -19,7 +19,7 @@ use crate::integrator::{Aov, Frame, Integrator, Sample, Scratch, first_hits};
 pub use film::{Film, Layer, Pixels, Tile, TileBuffer};
 pub use filter::Filter;
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
-pub use sampler::{Sampler, Stratified};
+pub use sampler::{LowDiscrepancy, Sampler};
 
 /// A rectangle of pixels, row 0 on top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +119,7 @@ pub fn render(
     settings: &RenderSettings,
     watch: &dyn Watch,
 ) -> Result<Pixels, Cancelled> {
-    let sampler = Stratified { seed: settings.seed, count: settings.samples };
+    let sampler = LowDiscrepancy { seed: settings.seed, count: settings.samples };
     let filter = settings.filter.prepare();
     let film = Film::new(settings.window());
     let n = settings.samples.max(1) as usize;

@@ -1,0 +1,114 @@
+//! The pixel's samples against a plain stratified pattern: the error of pictures that are formulas,
+//! against 1,024 samples. docs/antialiasing.md has the table; `cargo test --test antialiasing -- --nocapture`
+//! prints it.
+
+use blinn::render::{Filter, LowDiscrepancy, Sampler};
+use glam::UVec2;
+
+/// Pictures are this many pixels wide and high.
+const SIDE: u32 = 64;
+
+/// What samplers are held against: one sample at random in each cell of rows of cells.
+struct Stratified {
+    count: u32,
+}
+
+impl Sampler for Stratified {
+    fn get(&self, pixel: UVec2, index: u32, dimension: u32) -> f32 {
+        let rows = f64::from(self.count).sqrt().round() as u32;
+        assert_eq!(self.count % rows, 0, "the test has counts that fill a rectangle");
+        let columns = self.count / rows;
+        let (cell, cells) = if dimension == 0 { (index % columns, columns) } else { (index / columns, rows) };
+        let mut state = 0x9e37_79b9_7f4a_7c15u64;
+        for word in [pixel.x, pixel.y, index, dimension] {
+            state = (state ^ u64::from(word)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            state ^= state >> 29;
+            state = state.wrapping_mul(0x94d0_49bb_1331_11eb);
+            state ^= state >> 32;
+        }
+        let jitter = (state >> 11) as f64 / (1u64 << 53) as f64;
+        (((f64::from(cell) + jitter) / f64::from(cells)) as f32).min(1.0f32.next_down())
+    }
+}
+
+/// A picture: its brightness at a place on the film, in pixels from the upper left corner.
+type Picture = Box<dyn Fn(f64, f64) -> f64>;
+
+/// Half planes with edges of sixteen slopes.
+fn edges() -> Vec<Picture> {
+    let edge = |k: i32| -> Picture {
+        let angle = (f64::from(k) + 0.13) / 16.0 * std::f64::consts::PI;
+        let (sin, cos) = libm::sincos(angle);
+        let offset = 0.37 * f64::from(k) % 1.0;
+        Box::new(move |x, y| f64::from(u8::from((x - 32.0) * cos + (y - 32.0) * sin > offset)))
+    };
+    (0..16).map(edge).collect()
+}
+
+/// Rings that narrow to 0.7 of a cycle per pixel in the far corner.
+fn zone_plate() -> Picture {
+    Box::new(|x, y| 0.5 + 0.5 * libm::sin((x * x + y * y) * std::f64::consts::PI / 128.0))
+}
+
+/// A chequered floor up to the horizon.
+fn floor() -> Picture {
+    let tiles = |x: f64, y: f64| {
+        if y < 8.0 {
+            return 0.5;
+        }
+        let depth = 40.0 / (y - 8.0);
+        let (u, v) = ((x - 29.3) * depth / 12.0, depth * 3.0);
+        f64::from((u.floor() as i64 + v.floor() as i64) & 1 == 0)
+    };
+    Box::new(tiles)
+}
+
+/// The pixels' values, picture after picture.
+fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: Filter) -> Vec<Vec<f64>> {
+    let filter = filter.prepare();
+    let mut values = vec![Vec::new(); pictures.len()];
+    for pixel in (0..SIDE * SIDE).map(|i| UVec2::new(i % SIDE, i / SIDE)) {
+        let at = |index, axis| 0.5 + filter.offset(sampler.get(pixel, index, axis));
+        let place = |index| (f64::from(pixel.x) + at(index, 0), f64::from(pixel.y) + at(index, 1));
+        let places: Vec<_> = (0..count).map(place).collect();
+        for (picture, values) in pictures.iter().zip(&mut values) {
+            let sum: f64 = places.iter().map(|&(x, y)| picture(x, y)).sum();
+            values.push(sum / f64::from(count));
+        }
+    }
+    values
+}
+
+/// The root of the mean square of the error over the pixels that are not all one colour.
+fn error(found: &[Vec<f64>], wanted: &[Vec<f64>]) -> f64 {
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (&a, &b) in found.iter().flatten().zip(wanted.iter().flatten()) {
+        if b > 0.0 && b < 1.0 {
+            (sum, n) = (sum + (a - b) * (a - b), n + 1.0);
+        }
+    }
+    f64::sqrt(sum / n)
+}
+
+#[test]
+fn beats_a_plain_stratified_pattern_on_edges_zone_plate_and_floor() {
+    let mut pictures = edges();
+    let slopes = pictures.len();
+    pictures.extend([zone_plate(), floor()]);
+    let scenes =
+        [("edges", 0..slopes), ("zone plate", slopes..slopes + 1), ("floor", slopes + 1..slopes + 2)];
+    for filter in [Filter::Box, Filter::Tent, Filter::Gaussian, Filter::BlackmanHarris] {
+        // Of another seed, so that no sample is part of what it is held against.
+        let wanted = draw(&pictures, &LowDiscrepancy { seed: 1, count: 1024 }, 1024, filter);
+        for count in [4, 16, 64] {
+            let ours = draw(&pictures, &LowDiscrepancy { seed: 0, count }, count, filter);
+            let plain = draw(&pictures, &Stratified { count }, count, filter);
+            for (name, range) in scenes.clone() {
+                let of = |values: &[Vec<f64>]| error(&values[range.clone()], &wanted[range.clone()]);
+                let (ours, plain) = (of(&ours), of(&plain));
+                println!("{filter:?} {name} {count}: {ours:.4}, stratified {plain:.4}, {:.2}", ours / plain);
+                assert!(ours < 0.95 * plain, "{filter:?}, {name}, {count} samples: {ours} against {plain}");
+            }
+        }
+    }
+}
