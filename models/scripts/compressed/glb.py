@@ -2,8 +2,12 @@
 
 import json
 import struct
-import zlib
+import sys
 from pathlib import Path
+
+# Behind this folder, which has modules of the same names.
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from files import png  # noqa: E402, F401
 
 OUT = Path(__file__).resolve().parents[2] / "tests" / "gltf"
 SIZE = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -94,27 +98,3 @@ class Gltf:
             data += struct.pack("<I4s", len(body), b"BIN\0") + body
         OUT.mkdir(parents=True, exist_ok=True)
         (OUT / name).write_bytes(data)
-
-
-def png(rows):
-    """PNG bytes of rows of (r, g, b) or (r, g, b, a)."""
-    height, width, channels = len(rows), len(rows[0]), len(rows[0][0])
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    previous, raw = bytes(width * channels), []
-    for row in rows:
-        line = bytes(c for p in row for c in p)
-        left = bytes(channels) + line[:-channels]
-        candidates = [
-            b"\0" + line,
-            b"\1" + bytes((a - b) & 255 for a, b in zip(line, left)),
-            b"\2" + bytes((a - b) & 255 for a, b in zip(line, previous)),
-        ]
-        raw.append(min(candidates, key=lambda c: sum(min(v, 256 - v) for v in c[1:])))
-        previous = line
-    head = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
-    return (
-        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(b"".join(raw), 9)) + chunk(b"IEND", b"")
-    )
