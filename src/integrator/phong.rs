@@ -157,7 +157,7 @@ impl Phong {
         };
         for &(i, incident) in lit {
             let s = &points[i].surface;
-            let from = s.shadow_origin(incident.l);
+            let from = s.shadow_origin(frame.posed, incident.l);
             // A light that the smooth surface sees and the triangle does not is seen past the
             // triangle's edge, or not at all.
             let above = s.n_g.dot(incident.l) > 0.0;

@@ -18,8 +18,6 @@ pub struct Surface<'s> {
     pub n_g: DVec3,
     /// Vertex normals interpolated (or `n_g`), unit length, on `n_g`'s side.
     pub n_v: DVec3,
-    /// From `p` to the smooth surface that the triangles stand for.
-    lift: Vec3,
     /// True where the front is seen.
     pub front: bool,
     /// Barycentrics of the triangle's three corners.
@@ -49,15 +47,14 @@ impl<'s> Surface<'s> {
         let n_g = if front { wound } else { -wound };
 
         let normals = posed.normals(id.instance);
-        let (n_v, lift) = if normals.is_empty() {
-            (n_g, DVec3::ZERO)
+        let n_v = if normals.is_empty() {
+            n_g
         } else {
             let n = corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero());
-            let mean = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
+            let n = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
             // Files whose normals point against their winding are lit all the same.
-            let mean = mean.try_normalize().unwrap_or(n_g);
-            let side = if mean.dot(n_g) < 0.0 { -1.0 } else { 1.0 };
-            (mean * side, lift(p, [v0, v1, v2], n.map(|n| n * side), b))
+            let n = n.try_normalize().unwrap_or(n_g);
+            if n.dot(n_g) < 0.0 { -n } else { n }
         };
         Surface {
             id,
@@ -65,7 +62,6 @@ impl<'s> Surface<'s> {
             p_error: point_error(world, posed.local_triangle(id), &transform.affine),
             n_g,
             n_v,
-            lift: lift.as_vec3(),
             front,
             b: b.map(|b| b as f32),
             material: mesh.material,
@@ -78,12 +74,31 @@ impl<'s> Surface<'s> {
     /// grazes the triangle, above it on the smooth surface, so that neighbours cast no shadow that
     /// the smooth surface would not have. Steeper light starts at the triangle: coarse surfaces
     /// would lose the shadows of what stands on them.
-    pub fn shadow_origin(&self, l: DVec3) -> Vec3 {
+    pub fn shadow_origin(&self, posed: &PosedScene, l: DVec3) -> Vec3 {
         /// Cosine from which on light does not graze; Cycles' default.
         const GRAZING: f64 = 0.1;
-        let lifted = (1.0 - self.n_g.dot(l) / GRAZING).clamp(0.0, 1.0) as f32;
+        let lifted = (1.0 - self.n_g.dot(l) / GRAZING).clamp(0.0, 1.0);
         let n_g = self.n_g.as_vec3();
-        offset_point(self.p + self.lift * lifted, self.p_error, n_g, n_g)
+        let p = if lifted > 0.0 { self.p + (self.lift(posed) * lifted).as_vec3() } else { self.p };
+        offset_point(p, self.p_error, n_g, n_g)
+    }
+
+    /// From `p` to the surface that bulges from the corners along their normals: `p` is raised to
+    /// each corner's tangent plane where it lies below, weighted as the corners are (Hanika, Hacking
+    /// the Shadow Terminator, Ray Tracing Gems II, chapter 4).
+    fn lift(&self, posed: &PosedScene) -> DVec3 {
+        let normals = posed.normals(self.id.instance);
+        if normals.is_empty() {
+            return DVec3::ZERO;
+        }
+        let transform = &posed.instances[self.id.instance as usize].transform;
+        let n = self.corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero());
+        let b = self.b.map(f64::from);
+        let mean = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
+        let side = if mean.dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
+        let corners = posed.world_triangle(self.id).map(|v| v.as_dvec3());
+        let above = |i: usize| (self.p.as_dvec3() - corners[i]).dot(n[i] * side);
+        (0..3).map(|i| n[i] * side * ((-above(i)).max(0.0) * b[i])).sum()
     }
 
     /// Texture coordinates of a set; the origin where the mesh has no such set.
@@ -137,14 +152,6 @@ impl<'s> Surface<'s> {
         let side = if frame[2].dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
         (n * side).try_normalize().unwrap_or(self.n_v)
     }
-}
-
-/// From `p` to the surface that bulges from the corners along their normals: `p` is raised to each
-/// corner's tangent plane where it lies below, weighted as the corners are (Hanika, Hacking the
-/// Shadow Terminator, Ray Tracing Gems II, chapter 4).
-fn lift(p: DVec3, corners: [DVec3; 3], normals: [DVec3; 3], b: [f64; 3]) -> DVec3 {
-    let to_plane = |i: usize| normals[i] * (-(p - corners[i]).dot(normals[i])).max(0.0);
-    (0..3).map(|i| to_plane(i) * b[i]).sum()
 }
 
 /// Barycentrics of the point where o + t·d crosses the triangle, from `s` = o − v0 and its edges;
