@@ -30,9 +30,7 @@ pub(super) fn judge(json: &Json, warnings: &mut Warnings) -> Result<(), LoadErro
         match support(name) {
             Some(Shown | Data) => {}
             Some(Approximated(how)) => {
-                if name != "KHR_animation_pointer" {
-                    warnings.add("", format_args!("{quoted} is shown in part: {how}"));
-                }
+                warnings.add("", format_args!("{quoted} is shown in part: {how}"));
             }
             Some(NotShown(what)) => warnings.add("", format_args!("{quoted}: {what}")),
             Some(Refused(_)) => warnings.add("", format_args!("{quoted} is not read: fallbacks are used")),

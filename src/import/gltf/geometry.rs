@@ -67,7 +67,8 @@ pub(super) fn read(
 ) -> Result<Option<Mesh>, LoadError> {
     let Some(json) = id.json(doc) else { return Ok(None) };
     let place = id.place();
-    let packed = unpack(doc, json, &place, warnings)?;
+    let mut packed = unpack(doc, json, &place, warnings)?;
+    let unpacked = packed.as_mut().map(|p| std::mem::take(&mut p.triangles));
     let packed = packed.as_ref();
     let Some(positions) = accessor(doc, json, packed, Semantic::Positions, warnings)? else {
         warnings.add(&place, "has no POSITION, and is not drawn");
@@ -80,8 +81,8 @@ pub(super) fn read(
     if json.mode == Checked::Invalid {
         warnings.add(format_args!("{place}.mode"), "is unknown; drawn as triangles");
     }
-    let mut triangles = match packed {
-        Some(packed) => packed.triangles.clone(),
+    let mut triangles = match unpacked {
+        Some(triangles) => triangles,
         None => triangles(doc, json, &place, positions.count, warnings)?,
     };
     if triangles.is_empty() {

@@ -25,10 +25,7 @@ const BY_FACTORS: &str = "materials are shown by their metallic-roughness factor
 /// Every extension that is known, by name.
 pub(super) const KNOWN: &[(&str, Support)] = &[
     // Khronos, ratified.
-    (
-        "KHR_animation_pointer",
-        Approximated("pointers to what is not rendered are left out, each with a warning"),
-    ),
+    ("KHR_animation_pointer", Shown),
     ("KHR_draco_mesh_compression", Shown),
     ("KHR_lights_punctual", Shown),
     ("KHR_materials_anisotropy", NotShown("highlights are round")),
