@@ -88,13 +88,13 @@ fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
 /// illum is 3.
 fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
     let from_ns = mtl.ns.map(|ns| 1.0 - (ns.clamp(0.0, 1000.0) / 1000.0).sqrt());
-    let has_map = |map: &Option<Map>| if map.is_some() { 1.0 } else { f32::NAN };
-    let or_map = |given: Option<f32>, map: f32, missing: f32| {
-        given.unwrap_or(if map.is_nan() { missing } else { map })
+    // A map alone counts as it is.
+    let or_map = |given: Option<f32>, map: &Option<Map>, missing: f32| {
+        given.unwrap_or(if map.is_some() { 1.0 } else { missing })
     };
-    let roughness = or_map(mtl.roughness.or(from_ns), has_map(&mtl.map_roughness), 0.5);
+    let roughness = or_map(mtl.roughness.or(from_ns), &mtl.map_roughness, 0.5);
     let by_ka = if mtl.by_blender && mtl.illum == Some(3) { mtl.ka.map(|ka| ka.x) } else { None };
-    let metallic = or_map(mtl.metallic.or(by_ka), has_map(&mtl.map_metallic), 0.0);
+    let metallic = or_map(mtl.metallic.or(by_ka), &mtl.map_metallic, 0.0);
     let mut scalar = |factor: f32, map: &Option<Map>| ScalarInput {
         factor: factor.clamp(0.0, 1.0),
         texture: library.texture(mtl, map.as_ref()).map(|t| (t, Channel4::Mean)),
@@ -106,16 +106,14 @@ fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
     }
 }
 
-/// Ni is the index of refraction; 1 is what other exporters write who have none. Blender writes its specular level into Ks: .5 is what the index
-/// says, 0 is none.
+/// Ni is the index of refraction; 1 is what other exporters write who have none. Blender writes its
+/// specular level into Ks: .5 is what the index says, 0 is none.
 fn dielectric(mtl: &Mtl) -> Dielectric {
     let default = Dielectric::default();
     let level = mtl.ks.filter(|_| mtl.by_blender).map_or(1.0, |ks| 2.0 * ks.max_element().max(0.0));
+    let meant = |&ni: &f32| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0);
     Dielectric {
-        ior: mtl
-            .ni
-            .filter(|&ni| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0))
-            .unwrap_or(default.ior),
+        ior: mtl.ni.filter(meant).unwrap_or(default.ior),
         specular: ScalarInput::new(level.min(1.0)),
         specular_color: ColorInput::new(Vec3::splat(level.max(1.0))),
     }
