@@ -17,3 +17,8 @@ corpus which="":
 # Criterion benches.
 bench:
     cargo bench
+
+# Writes a generated scene: `just scene scan 1.1m target/scenes/scan.glb`. Kinds: scan, interior,
+# stadium, forest, slivers, soup, layers.
+scene kind triangles file *flags:
+    cargo run --release -q -p blinn-scenes -- {{kind}} {{triangles}} {{file}} {{flags}}

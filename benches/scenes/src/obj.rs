@@ -1,0 +1,52 @@
+//! OBJ and MTL text, written as it is made.
+
+use std::fs::File;
+use std::io::{BufWriter, Result, Write};
+use std::path::Path;
+
+use crate::Scene;
+
+/// Writes the scene as OBJ, every instance by itself, and its colours as an MTL beside it. Normals
+/// are those of smooth meshes; an OBJ has neither camera nor lights.
+///
+/// # Errors
+/// Those of the file system.
+pub fn write_obj(scene: &Scene, path: &Path) -> Result<()> {
+    let materials = path.with_extension("mtl");
+    let mut mtl = BufWriter::new(File::create(&materials)?);
+    for (i, mesh) in scene.meshes.iter().enumerate() {
+        let [r, g, b] = mesh.color;
+        writeln!(mtl, "newmtl {}{i}\nKd {r} {g} {b}\nKs 0.2 0.2 0.2\nNs 40\nillum 2\n", mesh.name)?;
+    }
+    mtl.flush()?;
+    let mut out = BufWriter::with_capacity(1 << 20, File::create(path)?);
+    writeln!(out, "# {} of {} triangles", scene.name, scene.drawn())?;
+    if let Some(name) = materials.file_name() {
+        writeln!(out, "mtllib {}", name.to_string_lossy())?;
+    }
+    let (mut v, mut vn) = (1, 1);
+    for (i, instance) in scene.instances.iter().enumerate() {
+        let mesh = &scene.meshes[instance.mesh];
+        writeln!(out, "o {}.{i}\nusemtl {}{}", mesh.name, mesh.name, instance.mesh)?;
+        for &p in &mesh.positions {
+            let [x, y, z] = instance.point(p);
+            writeln!(out, "v {x:.6} {y:.6} {z:.6}")?;
+        }
+        for &n in &mesh.normals {
+            let [x, y, z] = instance.normal(n);
+            writeln!(out, "vn {x:.4} {y:.4} {z:.4}")?;
+        }
+        for t in &mesh.triangles {
+            let [a, b, c] = t.map(|k| k as usize + v);
+            if mesh.normals.is_empty() {
+                writeln!(out, "f {a} {b} {c}")?;
+            } else {
+                let [p, q, r] = t.map(|k| k as usize + vn);
+                writeln!(out, "f {a}//{p} {b}//{q} {c}//{r}")?;
+            }
+        }
+        v += mesh.positions.len();
+        vn += mesh.normals.len();
+    }
+    out.flush()
+}
