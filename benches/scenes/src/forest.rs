@@ -21,7 +21,7 @@ pub fn scene(triangles: usize) -> Scene {
     });
     ground.smooth();
     let rest = triangles - ground.triangles.len();
-    let share = rest / KINDS & !1;
+    let share = (rest / KINDS) & !1;
     let mut meshes = vec![ground];
     for kind in 0..KINDS {
         let own = if kind == 0 { rest - share * (KINDS - 1) } else { share };
@@ -34,7 +34,7 @@ pub fn scene(triangles: usize) -> Scene {
         let cell = SIDE / 100.0;
         let x = ((i % 100) as f32 + random.between(0.15, 0.85)) * cell - SIDE / 2.0;
         let z = ((i / 100) as f32 + random.between(0.15, 0.85)) * cell - SIDE / 2.0;
-        let (size, angle) = (random.between(0.7, 1.3), random.between(0.0, 6.28));
+        let (size, angle) = (random.between(0.7, 1.3), random.between(0.0, std::f32::consts::TAU));
         let mesh = 1 + (random.bits() % KINDS as u64) as usize;
         instances.push(Instance { mesh, columns: placed(size, angle, [x, height(x, z) - 0.2, z]) });
     }
@@ -61,7 +61,7 @@ fn tree(triangles: usize, kind: u64) -> Mesh {
     let high = 5.0 + kind as f32;
     mesh.turned([0.0; 3], &[(0.3, 0.0), (0.2, 0.4 * high), (0.08, high)], 8, 0.0);
     // Boughs: a small closed surface inside, so that the crown is not a mere cloud.
-    let boughs = (triangles / 8 & !1).max(48);
+    let boughs = ((triangles / 8) & !1).max(48);
     mesh.join(&surface(boughs, 20 + kind, mesh.color), |p| [p[0] * 1.2, high + p[1] * 1.6, p[2] * 1.2]);
     let mut random = Random::new(100 + kind);
     while mesh.triangles.len() < triangles {

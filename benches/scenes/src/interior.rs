@@ -13,7 +13,7 @@ const STATUES: usize = 19;
 pub fn scene(triangles: usize) -> Scene {
     let mut meshes = vec![room(), columns(), tables(), shelves()];
     let rest: usize = triangles - meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
-    let share = rest / STATUES & !1;
+    let share = (rest / STATUES) & !1;
     for i in 0..STATUES {
         let own = if i == 0 { rest - share * (STATUES - 1) } else { share };
         let color = [0.35 + 0.03 * (i % 7) as f32, 0.55 - 0.02 * (i % 5) as f32, 0.45];
@@ -49,7 +49,7 @@ fn columns() -> Mesh {
     let mut mesh = Mesh::named("columns", [0.8, 0.78, 0.7]);
     // Swollen a little in the middle, with a foot and a head.
     let mut profile = vec![(0.34, 0.0), (0.34, 0.25), (0.24, 0.3)];
-    profile.extend((1..8).map(|i| (0.24 + 0.008 * (4 - (i as i32 - 4).abs()) as f32, 0.3 + 0.75 * i as f32)));
+    profile.extend((1..8).map(|i| (0.24 + 0.008 * (4 - (i - 4_i32).abs()) as f32, 0.3 + 0.75 * i as f32)));
     profile.extend([(0.24, 6.4), (0.36, 6.7), (0.36, 7.0)]);
     for i in 0..16 {
         let foot = [-6.0 + 4.0 * (i % 4) as f32, 0.0, -6.0 + 4.0 * (i / 4) as f32];

@@ -30,7 +30,7 @@ fn the_same_numbers_everywhere() {
             "scan 8c971d1fe58f9da5",
             "interior eae5a1dc1d166a12",
             "stadium 88aa97cda2e18157",
-            "forest 9e5d2614cd40888c",
+            "forest b75a95026698e0bc",
             "slivers 85922b80881c9a48",
             "soup 644dc8a53fe8081f",
             "layers 973d5036f3ebd7a9",
