@@ -31,7 +31,7 @@
 //!
 //! // Save: whole or not at all.
 //! let display = Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
-//! let picture = Picture { pixels, layers: Vec::new(), display };
+//! let picture = Picture::new(pixels, display);
 //! let folder = tempfile::tempdir()?;
 //! save(&picture, &folder.path().join("lecture.png"), Format::Png, Depth::Usual, Replace::Yes)?;
 //! # Ok(())

@@ -15,7 +15,7 @@ use crate::accel::{Accel, BuildSettings, CleanReport};
 use crate::display::{Display, ViewTransform};
 use crate::import::load;
 use crate::integrator::{Frame, Phong, Stage};
-use crate::output::{Format, Picture, save};
+use crate::output::{Format, Part, Picture, save};
 use crate::render::{RenderSettings, meter, render, render_aovs};
 use crate::scene::{Camera, PoseSettings, PosedScene, Scene, View, pose};
 
@@ -128,7 +128,8 @@ fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
     }
     let view = job.view_transform.unwrap_or_else(|| ViewTransform::of(&scene.source));
     let display = Display { ev, view, background: job.background };
-    Ok(Picture { pixels, layers, display })
+    let part = settings.crop.map(|crop| Part { crop, width, height });
+    Ok(Picture { layers, part, ..Picture::new(pixels, display) })
 }
 
 /// What a frame is made from beside its camera.

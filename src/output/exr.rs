@@ -3,8 +3,8 @@
 use std::io::{self, Cursor};
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer as ExrLayer, LayerAttributes, SmallVec,
-    Vec2, WritableImage, f16,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer as ExrLayer,
+    LayerAttributes, SmallVec, Vec2, WritableImage, f16,
 };
 
 use super::{Depth, Picture};
@@ -24,11 +24,19 @@ pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
         add_layer(layer, half, &mut channels);
     }
     let size = Vec2(picture.pixels.width as usize, picture.pixels.height as usize);
+    // The display window is the whole picture, the data window what was rendered of it.
+    let (position, whole) = match picture.part {
+        Some(part) => {
+            (Vec2(part.crop.x as i32, part.crop.y as i32), Vec2(part.width as usize, part.height as usize))
+        }
+        None => (Vec2(0, 0), size),
+    };
     let software_name = Some(concat!("blinn ", env!("CARGO_PKG_VERSION")).into());
-    let attributes = LayerAttributes { software_name, ..Default::default() };
+    let attributes = LayerAttributes { software_name, layer_position: position, ..Default::default() };
     let layer = ExrLayer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
+    let image = Image::new(ImageAttributes::new(IntegerBounds::new((0, 0), whole)), layer);
     let mut bytes = Cursor::new(Vec::new());
-    let written = Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes);
+    let written = image.write().non_parallel().to_buffered(&mut bytes);
     written.map_err(io::Error::other)?;
     Ok(bytes.into_inner())
 }

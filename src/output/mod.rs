@@ -9,7 +9,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::display::Display;
-use crate::render::{Layer, Pixels};
+use crate::render::{Crop, Layer, Pixels};
 
 pub use atomic::{Replace, hold_writes, write_atomically};
 pub use preview::preview;
@@ -23,6 +23,26 @@ pub struct Picture {
     pub layers: Vec<Layer>,
     /// How colour becomes display values, where the format holds those.
     pub display: Display,
+    /// Where this is a part of a larger picture: that one.
+    pub part: Option<Part>,
+}
+
+/// Where a part lies in its picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// What was rendered.
+    pub crop: Crop,
+    /// Columns of the whole picture.
+    pub width: u32,
+    /// Rows of the whole picture.
+    pub height: u32,
+}
+
+impl Picture {
+    /// A whole picture without layers.
+    pub fn new(pixels: Pixels, display: Display) -> Picture {
+        Picture { pixels, layers: Vec::new(), display, part: None }
+    }
 }
 
 /// Bits a channel.
