@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
-use super::values::{self, Exposure};
+use super::values::{self, Exposure, Layers};
 use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::import::Smooth;
-use crate::integrator::Aov;
 use crate::render::Crop;
 use crate::scene::{Clip, GivenLight, LightSource};
 
@@ -118,9 +117,9 @@ pub(super) struct ImageArgs {
     #[arg(long, value_parser = ["8", "16", "32"])]
     pub depth: Option<String>,
     /// Layers: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask,
-    /// object-id, material-id
-    #[arg(long, value_name = "LIST", value_parser = values::aovs)]
-    pub aov: Option<std::vec::Vec<Aov>>,
+    /// object-id, material-id, cryptomatte
+    #[arg(long, value_name = "LIST", value_parser = values::layers)]
+    pub aov: Option<Layers>,
     /// Renders a part: left, top, width, height in pixels
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
     pub crop: Option<Crop>,

@@ -9,11 +9,11 @@ use super::args::{
     CameraArgs, CullArg, FilterArg, FitArg, IntegratorArg, LightArgs, ProjectionArg, RenderArgs, SceneArgs,
     TimeArgs, UnitsArg, UpArg, ViewArg,
 };
-use super::values::Exposure;
+use super::values::{Exposure, Layers};
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml};
-use crate::integrator::{Aov, Overrides, Stage};
+use crate::integrator::{Overrides, Stage};
 use crate::output::{Depth, Format, Replace};
 use crate::render::{Filter, RenderSettings};
 use crate::scene::{AnimationChoice, Fit, LightUnits, Lighting, Projection, Scene, View};
@@ -46,7 +46,7 @@ pub(super) struct Job {
     /// `None`: by where the scene comes from.
     pub view_transform: Option<ViewTransform>,
     pub depth: Depth,
-    pub aovs: Vec<Aov>,
+    pub layers: Layers,
     pub replace: Replace,
     pub view: View,
     pub lighting: Lighting,
@@ -112,7 +112,7 @@ impl Job {
                 ViewArg::Raw => Some(ViewTransform::Raw),
             },
             depth,
-            aovs: image.aov.clone().unwrap_or_default(),
+            layers: image.aov.clone().unwrap_or_default(),
             replace: if image.no_overwrite { Replace::No } else { Replace::Yes },
             view: view(&args.camera)?,
             lighting: lighting(&args.light),

@@ -9,14 +9,14 @@ use anyhow::{Context, Result, bail};
 use super::args::RenderArgs;
 use super::job::{Job, Target, natural_size};
 use super::progress::Reporter;
-use super::values::Exposure;
+use super::values::{Exposure, Layers};
 use super::{Summary, Usage};
 use crate::accel::{Accel, BuildSettings, CleanReport};
 use crate::display::{Display, ViewTransform};
 use crate::import::load;
 use crate::integrator::{Frame, Phong, Stage};
 use crate::output::{Format, Part, Picture, save};
-use crate::render::{RenderSettings, meter, render, render_aovs};
+use crate::render::{RenderSettings, meter, render, render_aovs, render_mattes};
 use crate::scene::{Camera, PoseSettings, PosedScene, Scene, View, pose};
 
 pub(super) fn run(args: &RenderArgs) -> Result<Summary, Usage> {
@@ -122,14 +122,15 @@ fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
     drop(watch);
     reporter.stage("render", start, &format!("{width}x{height}, {} samples", settings.samples));
     let start = Instant::now();
-    let layers = render_aovs(&frame, &job.aovs, &settings, &())?;
-    if !layers.is_empty() {
+    let layers = render_aovs(&frame, &job.layers.aovs, &settings, &())?;
+    let mattes = if job.layers.cryptomatte { render_mattes(&frame, &settings, &())? } else { Vec::new() };
+    if job.layers != Layers::default() {
         reporter.stage("layers", start, "");
     }
     let view = job.view_transform.unwrap_or_else(|| ViewTransform::of(&scene.source));
     let display = Display { ev, view, background: job.background };
     let part = settings.crop.map(|crop| Part { crop, width, height });
-    Ok(Picture { layers, part, ..Picture::new(pixels, display) })
+    Ok(Picture { layers, mattes, part, ..Picture::new(pixels, display) })
 }
 
 /// What a frame is made from beside its camera.

@@ -134,19 +134,32 @@ pub(super) fn exposure(text: &str) -> Result<Exposure, String> {
     if ev.abs() <= 100.0 { Ok(Exposure::Stops(ev)) } else { Err("must be within ±100 stops".into()) }
 }
 
+/// Layers beside the colour.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Layers {
+    /// Of what lies behind pixels' centres.
+    pub aovs: Vec<Aov>,
+    /// Mattes of objects and materials.
+    pub cryptomatte: bool,
+}
+
+const CRYPTOMATTE: &str = "cryptomatte";
+
 /// Names of layers.
-pub(super) fn aovs(text: &str) -> Result<Vec<Aov>, String> {
-    let mut list = Vec::new();
-    for name in text.split(',') {
-        let aov = Aov::by_name(name.trim()).ok_or_else(|| {
-            let names: Vec<_> = Aov::ALL.iter().map(|a| a.name()).collect();
-            format!("no layer '{name}': there are {}", names.join(", "))
-        })?;
-        if !list.contains(&aov) {
-            list.push(aov);
+pub(super) fn layers(text: &str) -> Result<Layers, String> {
+    let mut layers = Layers::default();
+    for name in text.split(',').map(str::trim) {
+        match Aov::by_name(name) {
+            Some(aov) if layers.aovs.contains(&aov) => {}
+            Some(aov) => layers.aovs.push(aov),
+            None if name == CRYPTOMATTE => layers.cryptomatte = true,
+            None => {
+                let names: Vec<_> = Aov::ALL.iter().map(|a| a.name()).chain([CRYPTOMATTE]).collect();
+                return Err(format!("no layer '{name}': there are {}", names.join(", ")));
+            }
         }
     }
-    Ok(list)
+    Ok(layers)
 }
 
 /// Where light comes from: a list, or `none`.

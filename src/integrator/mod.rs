@@ -6,6 +6,7 @@
 mod alpha;
 mod aov;
 mod coefficients;
+mod cryptomatte;
 mod phong;
 mod surface;
 
@@ -18,6 +19,7 @@ use crate::scene::{Camera, Lit, PosedLight, PosedScene};
 pub use alpha::Materials;
 pub use aov::{Aov, FirstHit, first_hits};
 pub use coefficients::{Coefficients, Overrides, lobe};
+pub use cryptomatte::{Cover, MatteKind, covers};
 pub use phong::{Phong, Stage};
 pub use surface::Surface;
 

@@ -3,11 +3,11 @@
 use std::io::{self, Cursor};
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer as ExrLayer,
-    LayerAttributes, SmallVec, Vec2, WritableImage, f16,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
+    Layer as ExrLayer, LayerAttributes, SmallVec, Text as ExrText, Vec2, WritableImage, f16,
 };
 
-use super::{Depth, Picture};
+use super::{Depth, Picture, cryptomatte};
 use crate::integrator::Aov;
 use crate::render::Layer;
 
@@ -23,6 +23,11 @@ pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
     for layer in &picture.layers {
         add_layer(layer, half, &mut channels);
     }
+    let mattes: Vec<_> = picture.mattes.iter().map(cryptomatte::Layers::new).collect();
+    for (name, values) in mattes.iter().flat_map(cryptomatte::Layers::channels) {
+        // Ids lose their meaning with any bit of theirs.
+        channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(values)));
+    }
     let size = Vec2(picture.pixels.width as usize, picture.pixels.height as usize);
     // The display window is the whole picture, the data window what was rendered of it.
     let (position, whole) = match picture.part {
@@ -31,14 +36,19 @@ pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
         }
         None => (Vec2(0, 0), size),
     };
+    let text = |value: &str| ExrText::from_bytes_unchecked(value.bytes().collect());
+    let other = mattes.iter().flat_map(cryptomatte::Layers::metadata);
+    let other = other.map(|(key, value)| (text(&key), AttributeValue::Text(text(&value)))).collect();
     let software_name = Some(concat!("blinn ", env!("CARGO_PKG_VERSION")).into());
-    let attributes = LayerAttributes { software_name, layer_position: position, ..Default::default() };
+    let attributes = LayerAttributes { software_name, layer_position: position, other, ..Default::default() };
     let layer = ExrLayer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
     let image = Image::new(ImageAttributes::new(IntegerBounds::new((0, 0), whole)), layer);
     let mut bytes = Cursor::new(Vec::new());
     let written = image.write().non_parallel().to_buffered(&mut bytes);
     written.map_err(io::Error::other)?;
-    Ok(bytes.into_inner())
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
 }
 
 fn add_layer(layer: &Layer, half: bool, channels: &mut SmallVec<[AnyChannel<FlatSamples>; 4]>) {
@@ -62,4 +72,33 @@ fn floats(values: impl Iterator<Item = f32>, half: bool) -> FlatSamples {
     } else {
         FlatSamples::F32(values.collect())
     }
+}
+
+/// Puts a header's attributes in the order of their names. The encoder keeps some of them in an
+/// order that changes from run to run, and a picture shall always be the same bytes. The header's
+/// length stays, so all that follows it holds.
+fn sort_attributes(file: &mut [u8]) {
+    const MAGIC_AND_VERSION: usize = 8;
+    let mut attributes = Vec::new();
+    let mut at = MAGIC_AND_VERSION;
+    while let Some(length) = attribute_length(file.get(at..).unwrap_or_default()) {
+        attributes.push(file[at..at + length].to_vec());
+        at += length;
+    }
+    attributes.sort();
+    if let Some(header) = file.get_mut(MAGIC_AND_VERSION..at) {
+        header.copy_from_slice(&attributes.concat());
+    }
+}
+
+/// The length of the attribute that `bytes` begin with: name, type, size and value. `None` at the
+/// header's end.
+fn attribute_length(bytes: &[u8]) -> Option<usize> {
+    let text = |from: usize| bytes.get(from..)?.iter().position(|&b| b == 0);
+    let name = text(0).filter(|&length| length > 0)?;
+    let kind = text(name + 1)?;
+    let value = name + kind + 2;
+    let (size, rest) = bytes.get(value..)?.split_first_chunk::<4>()?;
+    let size = u32::from_le_bytes(*size) as usize;
+    (size <= rest.len()).then_some(value + 4 + size)
 }

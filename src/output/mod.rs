@@ -1,6 +1,7 @@
 //! Pixels to bytes on disk, always whole: a file appears under its name complete, or not at all.
 
 mod atomic;
+mod cryptomatte;
 mod exr;
 mod png;
 mod preview;
@@ -9,7 +10,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::display::Display;
-use crate::render::{Crop, Layer, Pixels};
+use crate::render::{Crop, Layer, Matte, Pixels};
 
 pub use atomic::{Replace, hold_writes, write_atomically};
 pub use preview::preview;
@@ -21,6 +22,8 @@ pub struct Picture {
     pub pixels: Pixels,
     /// Layers of the same size.
     pub layers: Vec<Layer>,
+    /// Mattes of the same size.
+    pub mattes: Vec<Matte>,
     /// How colour becomes display values, where the format holds those.
     pub display: Display,
     /// Where this is a part of a larger picture: that one.
@@ -41,7 +44,7 @@ pub struct Part {
 impl Picture {
     /// A whole picture without layers.
     pub fn new(pixels: Pixels, display: Display) -> Picture {
-        Picture { pixels, layers: Vec::new(), display, part: None }
+        Picture { pixels, layers: Vec::new(), mattes: Vec::new(), display, part: None }
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod film;
 mod filter;
+mod mattes;
 mod meter;
 mod sampler;
 
@@ -18,6 +19,7 @@ use crate::integrator::{Aov, Frame, Integrator, Sample, Scratch, first_hits};
 
 pub use film::{Film, Layer, Pixels, Tile, TileBuffer};
 pub use filter::Filter;
+pub use mattes::{MATTE_RANKS, Matte, render_mattes};
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
 pub use sampler::{LowDiscrepancy, Sampler};
 
@@ -71,6 +73,25 @@ impl RenderSettings {
     /// What is rendered: the crop, or everything.
     pub fn window(&self) -> Crop {
         self.crop.unwrap_or(Crop { x: 0, y: 0, width: self.width, height: self.height })
+    }
+
+    /// Where a pixel is sampled, by index.
+    fn samples_of(
+        &self,
+        pixel: UVec2,
+        sampler: &LowDiscrepancy,
+        filter: &filter::Prepared,
+    ) -> impl Iterator<Item = Sample> {
+        let n = self.samples.max(1);
+        (0..n).map(move |index| {
+            let (dx, dy) = if n == 1 {
+                (0.0, 0.0)
+            } else {
+                let at = |dimension| sampler.get(pixel, index, dimension);
+                (filter.offset(at(0)), filter.offset(at(1)))
+            };
+            self.film_position(pixel, (0.5 + dx, 0.5 + dy))
+        })
     }
 
     /// The film position at `offset` pixels from a pixel's upper left corner.
@@ -129,15 +150,7 @@ pub fn render(
         }
         work.samples.clear();
         for pixel in tile.pixels() {
-            for index in 0..n as u32 {
-                let (dx, dy) = if n == 1 {
-                    (0.0, 0.0)
-                } else {
-                    let at = |dimension| sampler.get(pixel, index, dimension);
-                    (filter.offset(at(0)), filter.offset(at(1)))
-                };
-                work.samples.push(settings.film_position(pixel, (0.5 + dx, 0.5 + dy)));
-            }
+            work.samples.extend(settings.samples_of(pixel, &sampler, &filter));
         }
         work.colors.clear();
         work.colors.resize(work.samples.len(), Rgba::ZERO);
