@@ -6,6 +6,7 @@
 Two squares in the plane z = 0, one metre wide, at x = -1…0 (red) and 0…1 (half transparent, blue), y = 0…1, are seen
 from z = 3 through a camera of 3 m × 2 m there: a pixel's centre is a known place. Needs numpy, OpenEXR and pillow.
 """
+import json
 import os
 import subprocess
 import sys
@@ -17,11 +18,13 @@ from PIL import Image
 
 BLINN = os.path.abspath(sys.argv[1])
 W, H = 96, 60  # no centre lies on a diagonal
-AOVS = "depth,normal,vertex-normal,geometric-normal,position,albedo,uv,mask,object-id,material-id"
+AOVS = "depth,normal,vertex-normal,geometric-normal,position,albedo,uv,mask,object-id,material-id,cryptomatte"
 COLOR = ["R", "G", "B", "A"]
 VECTORS = ["normal", "vertex-normal", "geometric-normal"]
 FLOATS = ["depth.Z", "mask.A", "uv.U", "uv.V"] + [f"position.{c}" for c in "XYZ"]
 HALVES = COLOR + [f"{v}.{c}" for v in VECTORS for c in "XYZ"] + [f"albedo.{c}" for c in "RGB"]
+MATTES = {"crypto_object": ["left", "right"], "crypto_material": ["red", "glass"]}
+FLOATS += [f"{m}0{i}.{c}" for m in MATTES for i in range(3) for c in COLOR]
 IDS = ["object-id.I", "material-id.I"]
 
 OBJ = """mtllib quads.mtl
@@ -54,12 +57,13 @@ def render(out, *flags):
 
 
 def read(path):
-    """Data and display window, and the channels as OpenEXR has them."""
+    """Data and display window, texts, and the channels as OpenEXR has them."""
     with OpenEXR.File(path, separate_channels=True) as file:
         assert len(file.parts) == 1, "one part"
         header = file.header()
         windows = [tuple(int(v) for corner in header[w] for v in corner) for w in ("dataWindow", "displayWindow")]
-        return windows, {name: c.pixels.copy() for name, c in file.channels().items()}
+        texts = {k: v for k, v in header.items() if isinstance(v, str)}
+        return windows, texts, {name: c.pixels.copy() for name, c in file.channels().items()}
 
 
 def same(name, found, expected, tolerance=0.0):
@@ -95,19 +99,37 @@ def known_places(channels):
         # Lit straight on by E = 1, the glass over the background of .05.
         same(c, channels[c], np.where(left, red, np.where(right, glass / 2 + 0.025, 0.05)), 1e-3)
     same("A", channels["A"], 1)
+    return left, right
+
+
+def known_mattes(texts, channels, places):
+    """Names, metadata and coverages: one thing in each place, the second half transparent."""
+    for layer, names in MATTES.items():
+        key = next(k for k, v in texts.items() if k.startswith("cryptomatte/") and v == layer)
+        manifest = json.loads(texts[key.replace("/name", "/manifest")])
+        assert list(manifest) == names, manifest
+        assert texts[key.replace("/name", "/hash")] == "MurmurHash3_32"
+        assert texts[key.replace("/name", "/conversion")] == "uint32_to_float32"
+        first, cover = channels[f"{layer}00.R"].view(np.uint32), channels[f"{layer}00.G"]
+        left, right = places
+        red, glass = (int(manifest[n], 16) for n in names)
+        same(f"{layer} id", first, np.where(left, red, np.where(right, glass, 0)))
+        same(f"{layer} coverage", cover, np.where(left, 1, np.where(right, 0.5, 0)))
+        for rank in ("00.B", "00.A", "01.R", "02.G"):
+            same(f"{layer}{rank}", channels[f"{layer}{rank}"], 0)
 
 
 def main():
     render("full.exr", "--aov", AOVS)
-    windows, full = read("full.exr")
+    windows, texts, full = read("full.exr")
     assert windows == [(0, 0, W - 1, H - 1)] * 2, windows
     assert sorted(full) == sorted(HALVES + FLOATS + IDS), sorted(full)
     for name, pixels in full.items():
         assert pixels.shape == (H, W) and pixels.dtype == (np.uint32 if name in IDS else np.float32), name
-    known_places(full)
+    known_mattes(texts, full, known_places(full))
 
     # Half floats are the floats, rounded, and only where they suffice.
-    _, half = read(render("half.exr", "--aov", AOVS, "--depth", "16"))
+    _, _, half = read(render("half.exr", "--aov", AOVS, "--depth", "16"))
     assert sorted(half) == sorted(full)
     for name, pixels in half.items():
         assert pixels.dtype == (np.uint32 if name in IDS else np.float16 if name in HALVES else np.float32), name
@@ -115,13 +137,13 @@ def main():
 
     # A crop is a part of the same picture, at its place.
     x, y, w, h = 31, 7, 40, 21
-    windows, part = read(render("crop.exr", "--aov", AOVS, "--crop", f"{x},{y},{w},{h}"))
+    windows, _, part = read(render("crop.exr", "--aov", AOVS, "--crop", f"{x},{y},{w},{h}"))
     assert windows == [(x, y, x + w - 1, y + h - 1), (0, 0, W - 1, H - 1)], windows
     for name, pixels in part.items():
         same(f"crop {name}", pixels, full[name][y : y + h, x : x + w])
 
     # Premultiplied here, straight in a PNG.
-    _, clear = read(render("clear.exr", "--background", "transparent"))
+    _, _, clear = read(render("clear.exr", "--background", "transparent"))
     assert sorted(clear) == sorted(COLOR)
     render("clear.png", "--background", "transparent", "--depth", "8")
     png = np.asarray(Image.open("clear.png").convert("RGBA"), np.float64) / 255

@@ -158,10 +158,21 @@ fn wrong_command_lines_are_exit_2() {
         (vec!["render", scene, "--siz", "8x8"], "--siz"),
         (vec!["render", scene, "--size", "8"], "1280x720"),
         (vec!["render", scene, "-s", "0"], "0"),
-        (vec!["render", scene, "-o", "a.tiff"], ".png or .exr"),
+        (vec!["render", scene, "-o", "a.tiff"], ".png, .exr, .jpg or .webp"),
+        (vec!["render", scene, "-o", "a.jpg", "--no-background"], "a JPEG has no transparency"),
+        (vec!["render", scene, "-o", "a.jpg", "--depth", "16"], "a JPEG has 8 bits"),
+        (vec!["render", scene, "-o", "a.webp", "--depth", "16"], "a WebP has 8 bits"),
+        (vec!["render", scene, "-o", "a.webp", "--quality", "50"], "JPEGs alone"),
+        (vec!["render", scene, "-o", "a.jpg", "--quality", "0"], "1..=100"),
+        (vec!["render", scene, "-o", "-", "--aov", "depth"], "standard output takes one picture"),
         (vec!["render", scene, scene, "-o", "a.png"], "{stem}"),
         (vec!["render", scene, "--aov", "depht"], "depht"),
         (vec!["render", scene, "--view-up", "1,2"], "X,Y,Z"),
+        (vec!["render", scene, "--orbit", "10"], "AZIMUTH,ELEVATION"),
+        (vec!["render", scene, "--orbit", "10,91"], "±90"),
+        (vec!["render", scene, "--orbit", "10,20", "--view-dir", "0,0,1"], "--view-dir"),
+        (vec!["render", scene, "--zoom", "0"], "greater than zero"),
+        (vec!["render", scene, "--hide", "[a"], "pattern"),
         (vec!["frobnicate"], "frobnicate"),
     ] {
         fails(dir.path(), &args, 2, says);
@@ -186,6 +197,18 @@ fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
     let scene = model("cornell/cornell.glb");
     let scene = scene.to_str().unwrap();
     fails(dir.path(), &["render", scene, "--camera", "Nobody"], 1, "it has: 0 'Camera'");
+    fails(
+        dir.path(),
+        &["render", scene, "--hide", "Nobody*"],
+        1,
+        "nothing is called 'Nobody*'; the file has: '",
+    );
+    fails(
+        dir.path(),
+        &["render", scene, "--only-objects", "a/b"],
+        1,
+        "nothing is called 'a/b'; the file has: '",
+    );
     fails(dir.path(), &["render", scene, "--scene", "Nobody"], 1, "Nobody");
     fails(dir.path(), &["render", scene, "--animation", "Nobody"], 1, "Nobody");
     fails(
@@ -280,6 +303,9 @@ fn every_flag_is_taken() {
         "--view-point -1,2.5,-3e0 --view-dir 0,-.1,1 --view-width 2 --view-height 1.5 --proj-distance 1.2",
         "--view-point 0,1,9 --look-at 0,1,0 --camera-orthographic --view-width 3",
         "--camera-position 0,1,9 --camera-focal-point 0,1,0 --camera-view-up 0,1,0 --camera-view-angle 30",
+        "--orbit -30,20 --zoom 1.5 --camera-azimuth-angle -10 --camera-elevation-angle 5",
+        "--orbit 30,90,4 --look-at 0,1,0 --camera-zoom-factor 2 --camera-orthographic",
+        "--camera-direction 0,0,-1 --camera-index 0 --hide Camera --only-objects *",
         "--lights file,headlight --point-light 0,1,0,5,#ffcc88 --sun 0,-1,0,.5,1,.5,.2 --light-scale .5",
         "--lights none --ambient .2,.2,.2 --light-units raw --no-shadows",
         "--lights three-point --light-units unitless",

@@ -10,7 +10,7 @@ use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::import::Smooth;
 use crate::render::Crop;
-use crate::scene::{Clip, GivenLight, LightSource};
+use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
 
 /// Renders glTF and OBJ mesh scenes on the CPU.
 #[derive(Debug, Parser)]
@@ -30,6 +30,7 @@ pub(super) enum Command {
 
 /// A scene file and how it is read.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Scene")]
 pub(super) struct SceneArgs {
     /// Scene files: .gltf, .glb or .obj
     #[arg(required = true, value_name = "SCENE")]
@@ -46,15 +47,6 @@ pub(super) struct SceneArgs {
     /// New normals, smooth across edges of less than ANGLE degrees, or none [default: the file's]
     #[arg(long, value_name = "ANGLE|off", value_parser = values::smooth)]
     pub smooth: Option<Smooth>,
-    /// Reads files outside the scene's folder too
-    #[arg(long)]
-    pub allow_outside: bool,
-    /// Makes a warning an error
-    #[arg(long)]
-    pub strict: bool,
-    /// Says nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
 }
 
 #[derive(Debug, Args)]
@@ -62,8 +54,10 @@ pub(super) struct InfoArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Prints JSON
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub json: bool,
+    #[command(flatten)]
+    pub common: CommonArgs,
 }
 
 #[derive(Debug, Args)]
@@ -82,14 +76,16 @@ pub(super) struct RenderArgs {
     pub time: TimeArgs,
     #[command(flatten)]
     pub process: ProcessArgs,
+    #[command(flatten)]
+    pub common: CommonArgs,
 }
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Image")]
 pub(super) struct ImageArgs {
-    /// Output: a .png or .exr, a folder/, or - for a PNG on standard output; {stem}, {parent} and
+    /// Output: a .png, .exr, .jpg or .webp, a folder/, or - for a PNG on standard output; {stem}, {parent} and
     /// {index} stand for the scene [default: {stem}.png]
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "OUT", help_heading = "Output")]
     pub output: Option<PathBuf>,
     /// Width and height in pixels [default: 1280x720, or the shape of the file's camera]
     #[arg(long, alias = "resolution", value_name = "WxH", value_parser = values::size)]
@@ -114,11 +110,14 @@ pub(super) struct ImageArgs {
     #[arg(long, value_enum, default_value_t = ViewArg::Auto)]
     pub view: ViewArg,
     /// Bits a channel: 8 or 16 in PNG, 16 or 32 in EXR
-    #[arg(long, value_parser = ["8", "16", "32"])]
+    #[arg(long, value_parser = ["8", "16", "32"], help_heading = "Output")]
     pub depth: Option<String>,
+    /// Quality of a JPEG, 1 to 100 [default: 90]
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100), help_heading = "Output")]
+    pub quality: Option<u8>,
     /// Layers: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask,
     /// object-id, material-id, cryptomatte
-    #[arg(long, value_name = "LIST", value_parser = values::layers)]
+    #[arg(long, value_name = "LIST", value_parser = values::layers, help_heading = "Output")]
     pub aov: Option<Layers>,
     /// Renders a part: left, top, width, height in pixels
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
@@ -127,7 +126,7 @@ pub(super) struct ImageArgs {
     #[arg(long, default_value_t = 0)]
     pub seed: u32,
     /// Refuses to replace a file
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub no_overwrite: bool,
 }
 
@@ -169,6 +168,21 @@ pub(super) struct CameraArgs {
     /// Same as --projection orthographic
     #[arg(long, hide = true, conflicts_with = "projection")]
     pub camera_orthographic: bool,
+    /// Instead of a view point and direction: a place around the scene's middle, or around
+    /// --look-at. Degrees from the front (+Z) to the right, degrees above the horizon, and metres
+    /// away [default: as far as it takes to see everything]
+    #[arg(long, value_name = "AZIMUTH,ELEVATION[,DISTANCE]", value_parser = values::orbit,
+          allow_hyphen_values = true, conflicts_with_all = ["view_point", "view_dir", "camera_xml"])]
+    pub orbit: Option<Orbit>,
+    /// Makes everything F times as large, by a smaller view rectangle
+    #[arg(long, alias = "camera-zoom-factor", value_name = "F", value_parser = values::positive)]
+    pub zoom: Option<f64>,
+    /// Takes the camera around what it looks at, to the right
+    #[arg(long, hide = true, default_value_t = 0.0, value_parser = values::angle, allow_hyphen_values = true)]
+    pub camera_azimuth_angle: f64,
+    /// And upwards
+    #[arg(long, hide = true, default_value_t = 0.0, value_parser = values::angle, allow_hyphen_values = true)]
+    pub camera_elevation_angle: f64,
     /// The lecture's <camera> block
     #[arg(long, value_name = "FILE", conflicts_with = "camera")]
     pub camera_xml: Option<PathBuf>,
@@ -221,6 +235,13 @@ pub(super) struct ShadingArgs {
     /// p for every material
     #[arg(long, value_name = "P", value_parser = values::positive)]
     pub shininess: Option<f64>,
+    /// Shows these objects alone, with all that is below them: a pattern of names, or of paths
+    /// from the root such as car/wheels/* (repeatable)
+    #[arg(long, value_name = "GLOB", value_parser = values::glob)]
+    pub only_objects: Vec<Glob>,
+    /// Leaves out objects and lights that a pattern finds (repeatable)
+    #[arg(long, value_name = "GLOB", value_parser = values::glob)]
+    pub hide: Vec<Glob>,
     /// Whether single-sided materials are seen from behind
     #[arg(long, value_enum, default_value_t = CullArg::Auto)]
     pub cull: CullArg,
@@ -258,6 +279,21 @@ pub(super) struct ProcessArgs {
     /// Says what was chosen: camera, lights, exposure
     #[arg(short, long)]
     pub verbose: bool,
+}
+
+/// What every command takes.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Process")]
+pub(super) struct CommonArgs {
+    /// Reads files outside the scene's folder too
+    #[arg(long)]
+    pub allow_outside: bool,
+    /// Makes a warning an error
+    #[arg(long)]
+    pub strict: bool,
+    /// Says nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 macro_rules! choices {

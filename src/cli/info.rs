@@ -13,12 +13,12 @@ use crate::scene::{
 };
 
 pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
-    let options = load_options(&args.scene);
+    let options = load_options(&args.scene, &args.common);
     let mut summary = Summary::default();
     let mut all = Vec::new();
     for path in &args.scene.scenes {
         let outcome = load(path, &options).map_err(anyhow::Error::from).and_then(|(scene, warnings)| {
-            if args.scene.strict
+            if args.common.strict
                 && let Some(warning) = warnings.first()
             {
                 anyhow::bail!("{warning} (an error because of --strict)");

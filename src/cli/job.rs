@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::Usage;
 use super::args::{
-    CameraArgs, CullArg, FilterArg, FitArg, IntegratorArg, LightArgs, ProjectionArg, RenderArgs, SceneArgs,
-    TimeArgs, UnitsArg, UpArg, ViewArg,
+    CameraArgs, CommonArgs, CullArg, FilterArg, FitArg, ImageArgs, IntegratorArg, LightArgs, ProjectionArg,
+    RenderArgs, SceneArgs, TimeArgs, UnitsArg, UpArg, ViewArg,
 };
 use super::values::{Exposure, Layers};
 use crate::display::{Background, ViewTransform};
@@ -16,7 +16,7 @@ use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml};
 use crate::integrator::{Overrides, Stage};
 use crate::output::{Depth, Format, Replace};
 use crate::render::{Filter, RenderSettings};
-use crate::scene::{AnimationChoice, Fit, LightUnits, Lighting, Projection, Scene, View};
+use crate::scene::{AnimationChoice, Fit, LightUnits, Lighting, Projection, Scene, Selection, View};
 
 /// Longer side of a picture whose size was not given.
 const DEFAULT_SIDE: u32 = 1280;
@@ -54,6 +54,7 @@ pub(super) struct Job {
     pub stage: Stage,
     pub overrides: Overrides,
     pub cull: bool,
+    pub selection: Selection,
     pub time: f64,
     animation: Option<String>,
 }
@@ -93,13 +94,19 @@ impl Job {
             tile: if image.samples > 16 { 16 } else { 32 },
             ..Default::default()
         };
-        let targets = targets(&args.scene.scenes, image.output.as_deref(), &args.time)?;
-        let depth = depth(image.depth.as_deref(), &targets)?;
+        let mut targets = targets(&args.scene.scenes, image.output.as_deref(), &args.time)?;
+        check_format(image, background, &targets)?;
+        let depth = depth(image.depth.as_deref(), format(&targets))?;
+        for (_, target) in &mut targets {
+            if let (Target::File(_, Format::Jpeg(quality)), Some(asked)) = (target, image.quality) {
+                *quality = asked;
+            }
+        }
         Ok(Job {
             targets,
-            load: load_options(&args.scene),
-            strict: args.scene.strict,
-            quiet: args.scene.quiet,
+            load: load_options(&args.scene, &args.common),
+            strict: args.common.strict,
+            quiet: args.common.quiet,
             size: image.size,
             settings,
             background,
@@ -124,6 +131,7 @@ impl Job {
                 shininess: args.shading.shininess.map(|p| p as f32),
             },
             cull: args.shading.cull == CullArg::Auto,
+            selection: Selection { only: args.shading.only_objects.clone(), hide: args.shading.hide.clone() },
             time: args.time.time.or(args.time.frame.map(|n| n / args.time.fps)).unwrap_or(0.0),
             animation: args.time.animation.clone(),
         })
@@ -155,11 +163,9 @@ impl Job {
         if let Some(size) = self.size {
             return size;
         }
-        let own =
-            self.view.view_point.is_some() && (self.view.view_dir.is_some() || self.view.look_at.is_some());
         let camera = match &self.view.camera {
             Some(name) => scene.find_camera(name),
-            None if own => None,
+            None if self.view.is_its_own() => None,
             None => (!scene.cameras.is_empty()).then_some(0),
         };
         natural_size(scene, camera)
@@ -180,7 +186,7 @@ pub(super) fn natural_size(scene: &Scene, camera: Option<usize>) -> (u32, u32) {
 }
 
 /// How scene files are read.
-pub(super) fn load_options(args: &SceneArgs) -> LoadOptions {
+pub(super) fn load_options(args: &SceneArgs, common: &CommonArgs) -> LoadOptions {
     LoadOptions {
         limits: Limits::default(),
         scene: args.scene.clone().map_or(SceneChoice::Default, SceneChoice::Named),
@@ -190,7 +196,7 @@ pub(super) fn load_options(args: &SceneArgs) -> LoadOptions {
             UpArg::Z => Up::Z,
         },
         smooth: args.smooth.unwrap_or_default(),
-        allow_outside: args.allow_outside,
+        allow_outside: common.allow_outside,
     }
 }
 
@@ -224,6 +230,9 @@ fn view(args: &CameraArgs) -> Result<View, Usage> {
             FitArg::Horizontal => Fit::Horizontal,
             FitArg::Vertical => Fit::Vertical,
         },
+        orbit: args.orbit,
+        turn: (args.camera_azimuth_angle, args.camera_elevation_angle),
+        zoom: args.zoom,
     })
 }
 
@@ -242,16 +251,47 @@ fn lighting(args: &LightArgs) -> Lighting {
     }
 }
 
-fn depth(asked: Option<&str>, targets: &[(PathBuf, Target)]) -> Result<Depth, Usage> {
-    let exr = targets.iter().any(|(_, t)| matches!(t, Target::File(_, Format::Exr)));
-    match (asked, exr) {
-        (None, _) => Ok(Depth::Usual),
-        (Some("16"), _) => Ok(Depth::Sixteen),
-        (Some("8"), false) => Ok(Depth::Eight),
-        (Some("32"), true) => Ok(Depth::Usual),
-        (Some(other), true) => Err(Usage(format!("--depth {other}: an EXR has 16 or 32 bits a channel"))),
-        (Some(other), false) => Err(Usage(format!("--depth {other}: a PNG has 8 or 16 bits a channel"))),
+/// The format that all pictures of this job have.
+fn format(targets: &[(PathBuf, Target)]) -> Format {
+    match targets.first() {
+        Some((_, Target::File(_, format))) => *format,
+        Some((_, Target::Stdout)) | None => Format::Png,
     }
+}
+
+fn depth(asked: Option<&str>, format: Format) -> Result<Depth, Usage> {
+    let wrong = |asked: &str, has: &str| Err(Usage(format!("--depth {asked}: {has} bits a channel")));
+    match (asked, format) {
+        (None, _) | (Some("32"), Format::Exr) => Ok(Depth::Usual),
+        (Some("16"), Format::Png | Format::Exr) => Ok(Depth::Sixteen),
+        (Some("8"), Format::Png | Format::Jpeg(_) | Format::Webp) => Ok(Depth::Eight),
+        (Some(other), Format::Exr) => wrong(other, "an EXR has 16 or 32"),
+        (Some(other), Format::Png) => wrong(other, "a PNG has 8 or 16"),
+        (Some(other), Format::Jpeg(_)) => wrong(other, "a JPEG has 8"),
+        (Some(other), Format::Webp) => wrong(other, "a WebP has 8"),
+    }
+}
+
+/// Refuses what the format cannot hold.
+fn check_format(
+    image: &ImageArgs,
+    background: Background,
+    targets: &[(PathBuf, Target)],
+) -> Result<(), Usage> {
+    let format = format(targets);
+    let jpeg = matches!(format, Format::Jpeg(_));
+    if image.quality.is_some() && !jpeg {
+        return Err(Usage("--quality is of JPEGs alone, and -o names none".into()));
+    }
+    if background == Background::Transparent && jpeg {
+        return Err(Usage(
+            "a JPEG has no transparency: give a --background COLOR, or write .png, .webp or .exr".into(),
+        ));
+    }
+    if image.aov.is_some() && targets.iter().any(|(_, t)| *t == Target::Stdout) {
+        return Err(Usage("--aov: standard output takes one picture; give -o a file's name".into()));
+    }
+    Ok(())
 }
 
 /// Where each scene's picture goes. Names that collide are found before anything is rendered.
@@ -279,7 +319,7 @@ fn targets(
                 let Some(format) = Format::of(&path) else {
                     let name = path.display();
                     return Err(Usage(format!(
-                        "-o {name}: the name must end in .png or .exr, or in / for a folder"
+                        "-o {name}: the name must end in .png, .exr, .jpg or .webp, or in / for a folder"
                     )));
                 };
                 if let Some(other) = taken.insert(path.clone(), scene) {

@@ -13,11 +13,12 @@ use super::values::{Exposure, Layers};
 use super::{Summary, Usage};
 use crate::accel::{Accel, BuildSettings, CleanReport};
 use crate::display::{Display, ViewTransform};
+use crate::geometry::Rgb;
 use crate::import::load;
 use crate::integrator::{Frame, Phong, Stage};
 use crate::output::{Format, Part, Picture, save};
 use crate::render::{RenderSettings, meter, render, render_aovs, render_mattes};
-use crate::scene::{Camera, PoseSettings, PosedScene, Scene, View, pose};
+use crate::scene::{Camera, PoseSettings, PosedScene, Scene, Selection, View, pose};
 
 pub(super) fn run(args: &RenderArgs) -> Result<Summary, Usage> {
     let job = Job::new(args)?;
@@ -37,11 +38,15 @@ pub(super) fn run(args: &RenderArgs) -> Result<Summary, Usage> {
 /// Renders one scene.
 fn one(job: &Job, path: &Path, target: &Target, reporter: &Reporter) -> Result<()> {
     let start = Instant::now();
-    let (scene, warnings) = load(path, &job.load)?;
+    let (mut scene, warnings) = load(path, &job.load)?;
+    scene.select(&job.selection)?;
     reporter.stage("load", start, &format!("{} triangles", scene.drawn_triangles()));
     let mut teller = Teller { job, path, reporter };
     for warning in &warnings {
         teller.warn(&warning.to_string())?;
+    }
+    if scene.instances.is_empty() && job.selection != Selection::default() {
+        teller.warn("--hide and --only-objects leave nothing to see")?;
     }
     let picture = picture(job, &scene, &mut teller)?;
 
@@ -111,9 +116,10 @@ fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
     if let Some(text) = left_out(&cleaned) {
         teller.warn(&text)?;
     }
-    let frame = Shot { job, posed: &posed, accel: &accel }.frame(camera);
+    let mut frame = Shot { job, posed: &posed, accel: &accel }.frame(camera);
     let integrator = Phong { stage: job.stage };
-    let ev = exposure(job, scene, &animation, &frame, teller)?;
+    let Exposed { ev, ambient } = exposure(job, scene, &animation, &frame, teller)?;
+    frame.ambient = ambient.unwrap_or(frame.ambient);
 
     let start = Instant::now();
     let watch =
@@ -152,6 +158,20 @@ impl<'a> Shot<'a> {
     }
 }
 
+/// How a picture is exposed.
+struct Exposed {
+    /// Stops.
+    ev: f64,
+    /// Takes the place of the ambient colour.
+    ambient: Option<Rgb>,
+}
+
+impl Exposed {
+    fn at(ev: f64) -> Exposed {
+        Exposed { ev, ambient: None }
+    }
+}
+
 /// Stops: as given; 0 where the light is the lecture's own; else metered, once, at time 0 and
 /// through the first camera, whatever frame is rendered.
 fn exposure(
@@ -160,16 +180,16 @@ fn exposure(
     animation: &crate::scene::AnimationChoice,
     frame: &Frame,
     teller: &Teller,
-) -> Result<f64> {
+) -> Result<Exposed> {
     let lit = job.lighting.resolve(frame.posed, &frame.camera);
     teller.reporter.note(&format!("lights: {}", lit.note));
     let automatic = match job.exposure {
-        Some(Exposure::Stops(ev)) => return Ok(ev),
+        Some(Exposure::Stops(ev)) => return Ok(Exposed::at(ev)),
         Some(Exposure::Auto) => true,
         None => lit.by_file && job.stage != Stage::Color,
     };
     if !automatic {
-        return Ok(0.0);
+        return Ok(Exposed::at(0.0));
     }
     let start = Instant::now();
     // The shape is the camera's, not the picture's: thumbnails are exposed as their originals.
@@ -177,13 +197,21 @@ fn exposure(
     let aspect = f64::from(width) / f64::from(height);
     let integrator = Phong { stage: job.stage };
     let first = if scene.cameras.is_empty() {
-        job.view.clone()
+        job.view.at_rest()
     } else {
         View { clip: job.view.clip, ..View::default() }
     };
     let measure = |posed: &PosedScene, accel: &Accel| -> Result<_> {
         let (camera, _) = first.resolve(posed, width, height)?;
-        Ok(meter(&Shot { job, posed, accel }.frame(camera), &integrator, aspect, &())?)
+        let frame = Shot { job, posed, accel }.frame(camera);
+        if lit.assumed {
+            // What the lights' unit is shows in the lights alone.
+            let unlit = Frame { ambient: Rgb::ZERO, ..frame.clone() };
+            if let Some(metered) = meter(&unlit, &integrator, aspect, &())? {
+                return Ok(Some(metered));
+            }
+        }
+        Ok(meter(&frame, &integrator, aspect, &())?)
     };
     let metered = if job.time == 0.0 || scene.animations.is_empty() {
         measure(frame.posed, frame.accel)?
@@ -194,13 +222,22 @@ fn exposure(
     teller.reporter.stage("meter", start, "");
     let Some(metered) = metered else {
         teller.warn("nothing that the camera sees is lit: exposure 0")?;
-        return Ok(0.0);
+        return Ok(Exposed::at(0.0));
     };
     // Blender's files near mid-grey are exposed as their author saw them.
-    let keep = job.exposure.is_none() && scene.source.is_blender() && metered.below_mid_grey.abs() <= 4.0;
+    let near = metered.below_mid_grey.abs() <= 4.0;
+    let keep = job.exposure.is_none() && scene.source.is_blender() && near;
     let ev = if keep { 0.0 } else { (metered.ev * 1e4).round() / 1e4 };
-    teller.reporter.note(&format!("exposure: --exposure {ev}"));
-    Ok(ev)
+    if near || !lit.assumed {
+        teller.reporter.note(&format!("exposure: --exposure {ev}"));
+        return Ok(Exposed::at(ev));
+    }
+    // Far from it, the lights are in another unit than the usual one — no file says which — and the
+    // world, which is in none, stays what it is beside them.
+    let ambient = frame.ambient * libm::exp2(-ev) as f32;
+    let [r, g, b] = ambient.to_array();
+    teller.reporter.note(&format!("exposure: --exposure {ev} --ambient {r},{g},{b}"));
+    Ok(Exposed { ev, ambient: Some(ambient) })
 }
 
 fn left_out(report: &CleanReport) -> Option<String> {

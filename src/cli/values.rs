@@ -7,7 +7,7 @@ use crate::geometry::Rgb;
 use crate::import::Smooth;
 use crate::integrator::Aov;
 use crate::render::Crop;
-use crate::scene::{Clip, GivenLight, LightSource};
+use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
 
 /// Numbers separated by commas.
 fn numbers(text: &str) -> Result<Vec<f64>, String> {
@@ -50,6 +50,27 @@ pub(super) fn smooth(text: &str) -> Result<Smooth, String> {
 }
 
 /// An angle in degrees, to radians.
+pub(super) fn angle(text: &str) -> Result<f64, String> {
+    number(text).map(f64::to_radians)
+}
+
+/// `AZIMUTH,ELEVATION[,DISTANCE]`, angles in degrees.
+pub(super) fn orbit(text: &str) -> Result<Orbit, String> {
+    let (azimuth, elevation, distance) = match numbers(text)?[..] {
+        [a, e] => (a, e, None),
+        [a, e, d] => (a, e, Some(d)),
+        _ => return Err("expected AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE, such as 45,20".into()),
+    };
+    if elevation.abs() > 90.0 {
+        return Err("the elevation is within ±90 degrees".into());
+    }
+    if distance.is_some_and(|d| !(d > 0.0)) {
+        return Err("the distance must be greater than zero".into());
+    }
+    Ok(Orbit { azimuth: azimuth.to_radians(), elevation: elevation.to_radians(), distance })
+}
+
+/// An angle of view in degrees, to radians.
 pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
     let v = number(text)?;
     if v > 0.0 && v < 180.0 { Ok(v.to_radians()) } else { Err("must be between 0 and 180 degrees".into()) }
@@ -101,6 +122,11 @@ pub(super) fn crop(text: &str) -> Result<Crop, String> {
     }
     let [x, y, width, height] = v.map(|v| v as u32);
     Ok(Crop { x, y, width, height })
+}
+
+/// A pattern of names.
+pub(super) fn glob(text: &str) -> Result<Glob, String> {
+    Glob::new(text).map_err(|e| format!("{e}; * and ? stand for any text and any letter"))
 }
 
 /// `NEAR,FAR` or `off`.

@@ -3,7 +3,7 @@
 //! Motion Blur and Transparency", SIGGRAPH 2015; and the specification at
 //! github.com/Psyop/Cryptomatte).
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
 use crate::integrator::MatteKind;
@@ -100,17 +100,28 @@ impl<'m> Layers<'m> {
     }
 }
 
+/// The ids of a matte's things, from 1 on.
+pub(super) fn ids(matte: &Matte) -> Vec<u32> {
+    Layers::new(matte).ids
+}
+
 /// Names that are all different: what has none is called `object-7`, and a name's second bearer
 /// gets `.001`, as Blender does when it reads such a file.
 pub(super) fn unique(names: &[String], kind: &str) -> Vec<String> {
+    // Names that somebody bears, with the last number that was added to each.
     let mut taken: HashMap<String, u32> = names.iter().map(|n| (n.clone(), 0)).collect();
-    let mut first = std::collections::HashSet::new();
+    let mut first = HashSet::new();
     let mut out = Vec::with_capacity(names.len());
     for (i, name) in names.iter().enumerate() {
-        let name = if name.is_empty() { format!("{kind}-{}", i + 1) } else { name.clone() };
-        // Whoever bears a name as the file has it keeps it; others look for what nobody has.
-        let own = first.insert(name.clone()) && (!names[i].is_empty() || !taken.contains_key(&name));
-        if own {
+        // Whoever first bears a name in the file keeps it; the others look for what nobody has.
+        let (name, keeps) = if name.is_empty() {
+            let name = format!("{kind}-{}", i + 1);
+            let free = !taken.contains_key(&name);
+            (name, free)
+        } else {
+            (name.clone(), first.insert(name))
+        };
+        if keeps {
             taken.entry(name.clone()).or_insert(0);
             out.push(name);
             continue;
@@ -125,7 +136,6 @@ pub(super) fn unique(names: &[String], kind: &str) -> Vec<String> {
         };
         taken.insert(name, k);
         taken.insert(fresh.clone(), 0);
-        first.insert(fresh.clone());
         out.push(fresh);
     }
     out

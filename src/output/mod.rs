@@ -3,8 +3,10 @@
 mod atomic;
 mod cryptomatte;
 mod exr;
+mod jpeg;
 mod png;
 mod preview;
+mod webp;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,7 +15,7 @@ use crate::display::Display;
 use crate::render::{Crop, Layer, Matte, Pixels};
 
 pub use atomic::{Replace, hold_writes, write_atomically};
-pub use preview::preview;
+pub use preview::{preview, preview_matte};
 
 /// A picture ready to be written: colour, layers, and how it is shown.
 #[derive(Clone, Debug)]
@@ -66,7 +68,14 @@ pub enum Format {
     Png,
     /// Linear, premultiplied alpha, layers in the same part.
     Exr,
+    /// Display-referred, opaque, 8 bits, of a quality from 1 to 100.
+    Jpeg(u8),
+    /// Display-referred, straight alpha, 8 bits, without loss.
+    Webp,
 }
+
+/// The quality of a JPEG where none is given.
+pub const JPEG_QUALITY: u8 = 90;
 
 impl Format {
     /// By a file name's ending.
@@ -74,6 +83,8 @@ impl Format {
         match path.extension()?.to_ascii_lowercase().to_str()? {
             "png" => Some(Format::Png),
             "exr" => Some(Format::Exr),
+            "jpg" | "jpeg" => Some(Format::Jpeg(JPEG_QUALITY)),
+            "webp" => Some(Format::Webp),
             _ => None,
         }
     }
@@ -83,24 +94,32 @@ impl Format {
     /// # Errors
     /// What the encoder says; sizes that the format cannot hold.
     pub fn encode(self, picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
+        let Picture { pixels, display, .. } = picture;
+        let (width, height) = (pixels.width, pixels.height);
         match self {
-            Format::Png if depth == Depth::Sixteen => png::encode16(
-                picture.pixels.width,
-                picture.pixels.height,
-                &picture.display.to_rgba16(&picture.pixels),
-            ),
-            Format::Png => png::encode8(
-                picture.pixels.width,
-                picture.pixels.height,
-                &picture.display.to_rgba8(&picture.pixels),
-            ),
+            Format::Png if depth == Depth::Sixteen => {
+                png::encode16(width, height, &display.to_rgba16(pixels))
+            }
+            Format::Png => png::encode8(width, height, &display.to_rgba8(pixels)),
             Format::Exr => exr::encode(picture, depth),
+            Format::Jpeg(quality) => jpeg::encode(width, height, &display.to_rgba8(pixels), quality),
+            Format::Webp => webp::encode(width, height, &display.to_rgba8(pixels)),
         }
+    }
+
+    /// Whether layers are inside the picture, and not previews beside it.
+    pub fn holds_layers(self) -> bool {
+        self == Format::Exr
     }
 }
 
-/// Writes a picture, and beside a PNG a preview `OUT.<aov>.png` of each layer. Returns the files
-/// written.
+fn too_large(what: &str, most: u32, width: u32, height: u32) -> io::Error {
+    let text = format!("{what} has at most {most} pixels a side, not {width}x{height}: write PNG or EXR");
+    io::Error::new(io::ErrorKind::InvalidInput, text)
+}
+
+/// Writes a picture, and previews `OUT.<aov>.png` of its layers beside formats that hold none.
+/// Returns the files written.
 ///
 /// # Errors
 /// The file and what the system said of it.
@@ -118,10 +137,12 @@ pub fn save(
     let bytes = format.encode(picture, depth).map_err(failed(path))?;
     write_atomically(path, &bytes, replace).map_err(failed(path))?;
     let mut written = vec![path.to_path_buf()];
-    if format == Format::Png {
-        for layer in &picture.layers {
-            let beside = path.with_extension(format!("{}.png", layer.aov.name()));
-            let image = preview(layer);
+    if !format.holds_layers() {
+        let layers = picture.layers.iter().map(|l| (l.aov.name().to_string(), preview(l)));
+        let mattes = picture.mattes.iter();
+        let mattes = mattes.map(|m| (format!("cryptomatte-{}", m.kind.name()), preview_matte(m)));
+        for (name, image) in layers.chain(mattes) {
+            let beside = path.with_extension(format!("{name}.png"));
             let bytes =
                 png::encode8(picture.pixels.width, picture.pixels.height, &image).map_err(failed(&beside))?;
             write_atomically(&beside, &bytes, replace).map_err(failed(&beside))?;

@@ -1,15 +1,17 @@
 //! Layers as pictures for the eye.
 
+use super::cryptomatte::ids;
+use crate::display::linear_to_srgb;
 use crate::integrator::Aov;
-use crate::render::Layer;
+use crate::render::{Layer, Matte};
 
-/// An 8-bit picture of a layer: depth from near (bright) to far (dark), directions as colours,
+/// An 8-bit picture of a layer: depth from near (bright) to far (dark) by ratios, directions as colours,
 /// positions over their own range, ids as distinct colours, nothing as black.
 pub fn preview(layer: &Layer) -> Vec<[u8; 4]> {
-    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
     let width = layer.aov.width();
     let ranges: Vec<(f32, f32)> =
         (0..width).map(|i| range(layer.values.iter().skip(i).step_by(width))).collect();
+    let depths = if layer.aov == Aov::Depth { near_and_far(&layer.values) } else { (1.0, 1.0) };
     let scaled = |v: f32, (low, high): (f32, f32)| if high > low { (v - low) / (high - low) } else { 0.5 };
     let nothing = |v: &[f32]| v.iter().all(|&x| x == layer.aov.nothing());
     layer
@@ -20,13 +22,13 @@ pub fn preview(layer: &Layer) -> Vec<[u8; 4]> {
                 return [0, 0, 0, 255];
             }
             let rgb = match layer.aov {
-                Aov::Depth => [byte(1.0 - 0.9 * scaled(v[0], ranges[0])); 3],
+                Aov::Depth => [byte(nearness(v[0], depths)); 3],
                 Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal => {
                     [0, 1, 2].map(|i| byte(0.5 * v[i] + 0.5))
                 }
                 Aov::Position => [0, 1, 2].map(|i| byte(scaled(v[i], ranges[i]))),
-                Aov::Albedo => [0, 1, 2].map(|i| byte(crate::display::linear_to_srgb(v[i].clamp(0.0, 1.0)))),
-                Aov::Uv => [byte(v[0].rem_euclid(1.0)), byte(v[1].rem_euclid(1.0)), 0],
+                Aov::Albedo => [0, 1, 2].map(|i| byte(linear_to_srgb(v[i].clamp(0.0, 1.0)))),
+                Aov::Uv => [byte(tiled(v[0])), byte(tiled(v[1])), 0],
                 Aov::Mask => [byte(v[0]); 3],
                 Aov::ObjectId | Aov::MaterialId => id_color(v[0] as u32),
             };
@@ -35,18 +37,95 @@ pub fn preview(layer: &Layer) -> Vec<[u8; 4]> {
         .collect()
 }
 
+/// Texture coordinates in 0…1, repeated outside.
+fn tiled(v: f32) -> f32 {
+    if (0.0..=1.0).contains(&v) { v } else { v.rem_euclid(1.0) }
+}
+
+/// The depths between which nearly all lies: one screw before the lens, or a far corner of the floor,
+/// leaves the rest its contrast.
+fn near_and_far(depths: &[f32]) -> (f32, f32) {
+    let mut seen: Vec<f32> = depths.iter().copied().filter(|z| z.is_finite() && *z > 0.0).collect();
+    seen.sort_by(f32::total_cmp);
+    let at = |share: f64| seen.get((seen.len().saturating_sub(1) as f64 * share).round() as usize).copied();
+    (at(0.005).unwrap_or(1.0), at(0.995).unwrap_or(1.0))
+}
+
+/// 1 near to .1 far, by ratios of distance: twice as far is as much darker everywhere.
+fn nearness(z: f32, (near, far): (f32, f32)) -> f32 {
+    let z = z.clamp(near, far);
+    if far > near { 1.0 - 0.9 * libm::logf(z / near) / libm::logf(far / near) } else { 1.0 }
+}
+
 fn range<'a>(values: impl Iterator<Item = &'a f32>) -> (f32, f32) {
     let finite = values.filter(|v| v.is_finite());
     finite.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)))
 }
 
-/// Neighbouring ids far apart in hue: steps of the golden angle.
-fn id_color(id: u32) -> [u8; 3] {
-    let hue = (id as f32 * 0.618_034).fract() * 6.0;
-    let channel = |shift: f32| {
-        let h = (hue + shift).rem_euclid(6.0);
-        let v = (2.0 - (h - 3.0).abs()).clamp(0.0, 1.0);
-        ((0.25 + 0.7 * (1.0 - v)) * 255.0) as u8
+/// Things in the colours of their names, as much of each as it covers.
+pub fn preview_matte(matte: &Matte) -> Vec<[u8; 4]> {
+    let colors: Vec<[f32; 3]> =
+        ids(matte).into_iter().map(|id| id_color(id).map(|v| f32::from(v) / 255.0)).collect();
+    let one = |i: usize| {
+        let mut mixed = [0.0; 3];
+        for &(id, coverage) in matte.pixel(i) {
+            let color = (id as usize).checked_sub(1).and_then(|i| colors.get(i)).copied();
+            for (mixed, channel) in mixed.iter_mut().zip(color.unwrap_or_default()) {
+                *mixed += channel * coverage;
+            }
+        }
+        let [r, g, b] = mixed.map(byte);
+        [r, g, b, 255]
     };
-    [channel(3.0), channel(1.0), channel(5.0)]
+    (0..matte.len()).map(one).collect()
+}
+
+fn byte(v: f32) -> u8 {
+    (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+}
+
+/// A colour of its own for every id, the same in every picture: each of three strengths goes through
+/// the hues by steps of the golden angle, so that neighbours are far apart in either.
+fn id_color(id: u32) -> [u8; 3] {
+    let turn = f64::from(id / 3) * 0.618_033_988_749_895 + f64::from(id % 3) / 3.0;
+    let hue = (turn - turn.floor()) * 6.0;
+    let (bright, pale) = [(0.62, 0.1), (1.0, 0.15), (0.9, 0.5)][id as usize % 3];
+    let channel = |shift: f64| {
+        let h = (hue + shift) % 6.0;
+        let full = ((h - 3.0).abs() - 1.0).clamp(0.0, 1.0);
+        (bright * (pale + (1.0 - pale) * full) * 255.0 + 0.5) as u8
+    };
+    [channel(0.0), channel(4.0), channel(2.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_next_to_each_other_look_different() {
+        let far = |a: [u8; 3], b: [u8; 3]| a.iter().zip(b).map(|(a, b)| a.abs_diff(b)).max().unwrap() >= 24;
+        for id in 1..2000 {
+            for other in id + 1..id + 25 {
+                assert!(far(id_color(id), id_color(other)), "{id} and {other}");
+            }
+            assert!(id_color(id).iter().any(|&c| c > 100), "{id} is not black");
+        }
+    }
+
+    #[test]
+    fn what_is_infinitely_far_is_black_and_near_is_bright() {
+        let shown = preview(&Layer { aov: Aov::Depth, values: vec![f32::INFINITY, 2.0, 3.0, 4.0] });
+        let grey: Vec<u8> = shown.iter().map(|p| p[0]).collect();
+        assert_eq!(grey[0], 0);
+        assert!(grey[1] == 255 && grey[1] > grey[2] && grey[2] > grey[3] && grey[3] > 20, "{grey:?}");
+        let none = preview(&Layer { aov: Aov::Depth, values: vec![f32::INFINITY; 3] });
+        assert!(none.iter().all(|p| *p == [0, 0, 0, 255]));
+    }
+
+    #[test]
+    fn texture_coordinates_repeat_but_for_the_edge_at_one() {
+        let shown = preview(&Layer { aov: Aov::Uv, values: vec![1.0, 0.5, -0.25, 2.25] });
+        assert_eq!(shown, [[255, 128, 0, 255], [191, 64, 0, 255]]);
+    }
 }

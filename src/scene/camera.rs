@@ -118,6 +118,17 @@ pub enum ViewError {
     },
 }
 
+/// A place around what is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    /// Radians from the front, which is +Z, to the right, +X.
+    pub azimuth: f64,
+    /// Radians above the horizon, within a quarter turn.
+    pub elevation: f64,
+    /// Metres from the middle; `None`: as far as it takes to see everything.
+    pub distance: Option<f64>,
+}
+
 /// A view as asked for, in the lecture's words: whatever is `None` comes from the camera of the
 /// file, or from framing the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -146,6 +157,27 @@ pub struct View {
     pub clip: Option<Clip>,
     /// What is kept of a file camera where the shapes differ.
     pub fit: Fit,
+    /// Instead of a view point and a direction: a place around the point to look at, or around
+    /// the scene's middle.
+    pub orbit: Option<Orbit>,
+    /// Radians by which the camera, as all else makes it, goes around what it looks at to the
+    /// right, and up.
+    pub turn: (f64, f64),
+    /// How many times larger things appear.
+    pub zoom: Option<f64>,
+}
+
+impl View {
+    /// True where nothing of a file's first camera remains: a place and a direction are given.
+    pub fn is_its_own(&self) -> bool {
+        let directed = self.view_dir.is_some() || self.look_at.is_some();
+        self.orbit.is_some() || (self.view_point.is_some() && directed)
+    }
+
+    /// This view without what moves around or closer in it: scenes are metered so.
+    pub fn at_rest(&self) -> View {
+        View { orbit: None, turn: (0.0, 0.0), zoom: None, ..self.clone() }
+    }
 }
 
 impl FileCamera {

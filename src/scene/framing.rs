@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Camera, Clip, FileProjection, PosedScene, Projection, View, ViewError};
+use super::{Camera, Clip, FileProjection, Orbit, PosedScene, Projection, View, ViewError};
 use crate::geometry::{Basis, Sphere};
 
 /// Where the framed view looks from: right of the front, above.
@@ -46,8 +46,9 @@ impl View {
             start.change_projection(projection);
         }
 
-        let view_point = self.view_point;
-        let basis = self.basis(&start, view_point)?;
+        let basis = self.basis(&start, self.view_point)?;
+        let distance = self.orbit.and_then(|o| o.distance);
+        let view_point = self.view_point.or(distance.map(|far| start.sphere.centre + basis.w * far));
         let d = self.proj_distance.unwrap_or(start.proj_distance);
         // A distance alone zooms, as in the lecture's two views; an angle holds at any distance.
         let height = match (self.view_height, self.yfov) {
@@ -83,6 +84,16 @@ impl View {
         };
         if view_point.is_none() && start.view_point.is_none() {
             camera.stand_back(start.sphere);
+        } else if distance.is_some() && camera.projection == Projection::Orthographic {
+            camera.widen(start.sphere.radius);
+        }
+        if self.turn != (0.0, 0.0) {
+            let up = self.view_up.unwrap_or(DVec3::Y);
+            camera.turn(self.look_at, start.sphere, up, self.turn);
+        }
+        if let Some(zoom) = self.zoom {
+            camera.view_width /= zoom;
+            camera.view_height /= zoom;
         }
         Ok((camera, notes))
     }
@@ -97,6 +108,8 @@ impl View {
         positive("--proj-distance", self.proj_distance)?;
         positive("--view-width", self.view_width)?;
         positive("--view-height", self.view_height)?;
+        positive("--zoom", self.zoom)?;
+        positive("the distance of --orbit", self.orbit.and_then(|o| o.distance))?;
         if let Some(yfov) = self.yfov
             && !(yfov > 0.0 && yfov < std::f64::consts::PI)
         {
@@ -109,7 +122,6 @@ impl View {
     /// The camera before any part of it is replaced.
     fn start(&self, posed: &PosedScene, picture: f64) -> Result<Start, ViewError> {
         let scene = posed.scene;
-        let of_its_own = self.view_point.is_some() && (self.view_dir.is_some() || self.look_at.is_some());
         let index = match &self.camera {
             Some(name) => Some(scene.find_camera(name).ok_or_else(|| {
                 let names: Vec<_> = scene
@@ -121,7 +133,7 @@ impl View {
                 let list = if names.is_empty() { "none".to_string() } else { names.join(", ") };
                 ViewError::NoCamera(name.clone(), list)
             })?),
-            None if of_its_own || scene.cameras.is_empty() => None,
+            None if self.is_its_own() || scene.cameras.is_empty() => None,
             None => Some(0),
         };
         let Some(index) = index else {
@@ -133,13 +145,16 @@ impl View {
                 proj_distance: 1.0,
                 projection: Projection::Perspective,
                 clip: Clip::OFF,
-                sphere: posed.bounding_sphere(),
+                // The view stands still while things move.
+                sphere: self.around(posed.clip_sphere()),
             });
         };
+        let orbit = self.orbit.is_some();
+        let sphere = if orbit { self.around(posed.clip_sphere()) } else { posed.bounding_sphere() };
         let camera = &posed.cameras[index];
         let to_world = posed.node_to_world(camera.node);
         Ok(Start {
-            view_point: Some(to_world.translation),
+            view_point: (!orbit).then_some(to_world.translation),
             view_dir: -to_world.matrix3.z_axis,
             view_up: to_world.matrix3.y_axis,
             view_height: camera.view_height(self.fit, picture),
@@ -149,11 +164,27 @@ impl View {
                 FileProjection::Orthographic { .. } => Projection::Orthographic,
             },
             clip: Clip { near: camera.znear, far: camera.zfar },
-            sphere: posed.bounding_sphere(),
+            sphere,
         })
     }
 
+    /// What an orbit goes around: as large as the scene, about the point to look at.
+    fn around(&self, sphere: Sphere) -> Sphere {
+        match (self.orbit, self.look_at) {
+            (Some(_), Some(centre)) => Sphere { centre, ..sphere },
+            _ => sphere,
+        }
+    }
+
     fn basis(&self, start: &Start, view_point: Option<DVec3>) -> Result<Basis, ViewError> {
+        if let Some(orbit) = self.orbit {
+            let own = orbit_basis(orbit);
+            return match self.view_up {
+                Some(up) => Basis::from_view(-own.w, up)
+                    .ok_or_else(|| ViewError::ParallelUp { up: up.to_string(), dir: (-own.w).to_string() }),
+                None => Ok(own),
+            };
+        }
         let from = view_point.or(start.view_point).unwrap_or(start.sphere.centre);
         let dir = match (self.view_dir, self.look_at) {
             (Some(dir), _) => dir,
@@ -218,15 +249,53 @@ impl Camera {
                 frame_sphere(sphere.radius, half * self.view_width, half * self.view_height)
             }
             Projection::Orthographic => {
-                let smaller = self.view_width.min(self.view_height);
-                let wanted = 2.0 * MARGIN * sphere.radius;
-                if smaller < wanted {
-                    self.view_width *= wanted / smaller;
-                    self.view_height *= wanted / smaller;
-                }
+                self.widen(sphere.radius);
                 2.0 * sphere.radius
             }
         };
         self.view_point = sphere.centre + self.basis.w * distance;
+    }
+
+    /// Widens the view rectangle until a sphere of `radius` fits.
+    fn widen(&mut self, radius: f64) {
+        let smaller = self.view_width.min(self.view_height);
+        let wanted = 2.0 * MARGIN * radius;
+        if smaller < wanted {
+            self.view_width *= wanted / smaller;
+            self.view_height *= wanted / smaller;
+        }
+    }
+
+    /// Goes around `at`, or what lies in the view's middle as far away as the sphere, by angles to
+    /// the right about `up`, and then upwards.
+    fn turn(&mut self, at: Option<DVec3>, sphere: Sphere, up: DVec3, (azimuth, elevation): (f64, f64)) {
+        let ahead = -self.basis.w;
+        let depth = (sphere.centre - self.view_point).dot(ahead);
+        let in_view = if depth > 0.0 { self.view_point + ahead * depth } else { sphere.centre };
+        let pivot = at.unwrap_or(in_view);
+        let mut turned = [self.view_point - pivot, self.basis.u, self.basis.v, self.basis.w];
+        let about = |axis: DVec3, angle: f64, all: &mut [DVec3; 4]| {
+            let Some(axis) = axis.try_normalize() else { return };
+            let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+            // Rodrigues's formula.
+            *all = all.map(|v| v * cos + axis.cross(v) * sin + axis * axis.dot(v) * (1.0 - cos));
+        };
+        about(up, azimuth, &mut turned);
+        about(-turned[1], elevation, &mut turned);
+        let [from, u, v, w] = turned;
+        self.view_point = pivot + from;
+        self.basis = Basis { u, v, w };
+    }
+}
+
+/// The basis of a camera at that place: also straight above and below, where no up direction
+/// would say which way is up in the picture.
+fn orbit_basis(orbit: Orbit) -> Basis {
+    let (sin_a, cos_a) = (libm::sin(orbit.azimuth), libm::cos(orbit.azimuth));
+    let (sin_e, cos_e) = (libm::sin(orbit.elevation), libm::cos(orbit.elevation));
+    Basis {
+        u: DVec3::new(cos_a, 0.0, -sin_a),
+        v: DVec3::new(-sin_e * sin_a, cos_e, -sin_e * cos_a),
+        w: DVec3::new(cos_e * sin_a, sin_e, cos_e * cos_a),
     }
 }

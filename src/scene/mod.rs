@@ -6,6 +6,7 @@
 
 mod animation;
 mod camera;
+mod clip;
 mod driven;
 mod framing;
 mod light;
@@ -14,11 +15,12 @@ mod mesh;
 mod node;
 mod pose;
 mod rig;
+mod select;
 mod skin;
 mod texture;
 
 pub use animation::{Animation, Channel, Interpolation, Keys, Target};
-pub use camera::{Camera, Clip, Fit, Projection, View, ViewError};
+pub use camera::{Camera, Clip, Fit, Orbit, Projection, View, ViewError};
 pub use driven::{CameraField, LightField, MaterialField, Slot};
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
 pub use light::{Cone, Incident, Light, LightKind, LightUnits, PosedKind, PosedLight};
@@ -30,6 +32,7 @@ pub use mesh::{Influences, Mesh, MorphTarget};
 pub use node::{Instance, Local, Node};
 pub use pose::{AnimationChoice, Deformed, PoseError, PoseSettings, PosedInstance, PosedScene, pose};
 pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
+pub use select::{Glob, NothingFound, Selection};
 pub use skin::Skin;
 pub use texture::{Channels, Filter, Image, Texels, Texture, TextureRef, UvTransform, Wrap, srgb_to_linear};
 

@@ -89,6 +89,7 @@ pub struct PosedScene<'s> {
     /// Node to world, not relative to the centre.
     node_to_world: Vec<DAffine3>,
     visible: Vec<bool>,
+    animation: AnimationChoice,
 }
 
 /// Poses `scene`.
@@ -152,6 +153,7 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
         deformed: Vec::new(),
         node_to_world,
         visible: shown,
+        animation: at.animation.clone(),
     };
     posed.place(&weights);
     let centre = at.centre.unwrap_or_else(|| posed.world_bounds().centre());
@@ -182,7 +184,10 @@ fn trs<'a>(local: &'a mut Cow<'_, Local>) -> (&'a mut DVec3, &'a mut glam::DQuat
     }
 }
 
-fn playing<'s>(scene: &'s Scene, choice: &AnimationChoice) -> Result<Vec<&'s Animation>, PoseError> {
+pub(super) fn playing<'s>(
+    scene: &'s Scene,
+    choice: &AnimationChoice,
+) -> Result<Vec<&'s Animation>, PoseError> {
     let all = &scene.animations;
     Ok(match *choice {
         AnimationChoice::Rest => Vec::new(),
@@ -202,6 +207,11 @@ fn playing<'s>(scene: &'s Scene, choice: &AnimationChoice) -> Result<Vec<&'s Ani
 }
 
 impl<'s> PosedScene<'s> {
+    /// Which animations play.
+    pub fn animation(&self) -> &AnimationChoice {
+        &self.animation
+    }
+
     /// Node to world in f64, not relative to the centre.
     pub fn node_to_world(&self, node: u32) -> DAffine3 {
         self.node_to_world[node as usize]

@@ -98,6 +98,9 @@ pub struct Lit {
     pub rig: Rig,
     /// True where lights of the file take part, in the file's strengths.
     pub by_file: bool,
+    /// True where the ambient colour is Blender's world, beside lights that Blender's exporter wrote
+    /// in a unit that is only taken for granted.
+    pub assumed: bool,
     /// What was used, in words.
     pub note: String,
 }
@@ -106,6 +109,7 @@ impl Lighting {
     /// The lights for `posed` seen from `camera`.
     pub fn resolve(&self, posed: &PosedScene, camera: &Camera) -> Lit {
         let file = posed.lights(self.units, self.scale);
+        let mut assumed = false;
         let sources = self.sources.clone().unwrap_or_else(|| {
             if !file.is_empty() {
                 vec![LightSource::File]
@@ -125,6 +129,7 @@ impl Lighting {
                     let source = &posed.scene.source;
                     let blender = by_file && source.format == Format::Gltf && source.is_blender();
                     let ambient = Rgb::splat(if blender { BLENDER_AMBIENT } else { 0.0 });
+                    assumed = blender && self.units == LightUnits::Auto;
                     let units = self.units.resolve(source).name();
                     (Rig { lights: file.clone(), ambient }, format!("{} of the file ({units})", file.len()))
                 }
@@ -146,8 +151,10 @@ impl Lighting {
         if !self.given.is_empty() {
             words.push(format!("{} given", self.given.len()));
         }
+        let world = Rgb::splat(BLENDER_AMBIENT);
+        assumed &= self.ambient.is_none() && words.len() == 1 && rig.ambient == world;
         rig.ambient = self.ambient.unwrap_or(rig.ambient);
         let note = if words.is_empty() { "none".to_string() } else { words.join(", ") };
-        Lit { rig, by_file, note }
+        Lit { rig, by_file, assumed, note }
     }
 }

@@ -1,0 +1,23 @@
+//! JPEG: 8 bits, opaque, sRGB, colour at full resolution.
+
+use std::io;
+
+use image::codecs::jpeg::JpegEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+
+/// Encodes opaque 8-bit RGBA with a quality of 1 to 100.
+pub(super) fn encode(width: u32, height: u32, pixels: &[[u8; 4]], quality: u8) -> io::Result<Vec<u8>> {
+    const MOST: u32 = u16::MAX as u32;
+    if width > MOST || height > MOST {
+        return Err(super::too_large("a JPEG", MOST, width, height));
+    }
+    if pixels.iter().any(|p| p[3] != u8::MAX) {
+        let what = "a JPEG has no transparency: give a background, or write PNG or WebP";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    }
+    let rgb: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+    let mut out = Vec::new();
+    let encoder = JpegEncoder::new_with_quality(&mut out, quality.clamp(1, 100));
+    encoder.write_image(&rgb, width, height, ExtendedColorType::Rgb8).map_err(io::Error::other)?;
+    Ok(out)
+}

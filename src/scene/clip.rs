@@ -1,0 +1,229 @@
+//! What a scene takes up over the whole of its animation, so that a framed view stands still.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::pose::playing;
+use super::{Animation, PoseSettings, PosedScene, Scene, Target, pose};
+use crate::geometry::{Aabb, Sphere};
+
+/// Moments that are looked at, at most.
+const MOST: usize = 257;
+/// And at least, however large the scene.
+const LEAST: usize = 9;
+/// Vertices that are looked at, in all moments together, where that leaves moments enough.
+const BUDGET: usize = 1 << 25;
+/// Moments from one key to the next.
+const BETWEEN: usize = 4;
+
+impl PosedScene<'_> {
+    /// A sphere around all that is visible at any time of the animations that play, in world
+    /// coordinates: the same one whatever moment this is. Without animations it is
+    /// [`PosedScene::bounding_sphere`].
+    ///
+    /// Keys and times between them are looked at; as many as a large scene can bear.
+    pub fn clip_sphere(&self) -> Sphere {
+        let playing = playing(self.scene, self.animation()).unwrap_or_default();
+        let moving = moving(self.scene, &playing);
+        let vertices: usize =
+            (0..moving.len()).filter(|&i| moving[i]).map(|i| self.mesh(i as u32).positions.len()).sum();
+        let most = (BUDGET / vertices.max(1)).clamp(LEAST, MOST);
+        let moments = moments(&playing, most);
+        if moments.is_empty() || !moving.contains(&true) {
+            return self.bounding_sphere();
+        }
+        let at = |time: f64| {
+            let animation = self.animation().clone();
+            pose(self.scene, &PoseSettings { time, animation, centre: Some(self.centre) })
+        };
+
+        // What stands still counts once, the rest at every moment.
+        let still = self.boxes(|i| !moving[i]);
+        let moved: Vec<(f64, Vec<(u32, Aabb)>)> = moments
+            .into_par_iter()
+            .filter_map(|time| Some((time, at(time).ok()?.boxes(|i| moving[i]))))
+            .collect();
+        let mut bounds = Aabb::EMPTY;
+        for (_, b) in still.iter().chain(moved.iter().flat_map(|(_, boxes)| boxes)) {
+            bounds.join(b);
+        }
+        let middle = bounds.centre();
+
+        // Vertices are looked at again only in boxes that reach farther than any vertex so far.
+        let mut r2 = 0f64;
+        self.reach(&still, middle, &mut r2);
+        let mut moved: Vec<_> =
+            moved.into_iter().map(|(t, boxes)| (farthest(&boxes, middle), t, boxes)).collect();
+        moved.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (far, time, boxes) in moved {
+            if far <= r2 {
+                break;
+            }
+            if let Ok(posed) = at(time) {
+                posed.reach(&boxes, middle, &mut r2);
+            }
+        }
+        Sphere { centre: middle + self.centre, radius: if r2 > 0.0 { r2.sqrt() } else { 1.0 } }
+    }
+
+    /// The bounds of visible instances, relative to the centre.
+    fn boxes(&self, which: impl Fn(usize) -> bool) -> Vec<(u32, Aabb)> {
+        let chosen = (0..self.instances.len()).filter(|&i| self.instances[i].visible && which(i));
+        chosen
+            .map(|i| {
+                let mut bounds = Aabb::EMPTY;
+                for &p in self.positions(i as u32) {
+                    bounds.add(self.instances[i].transform.point_f64(p));
+                }
+                (i as u32, bounds)
+            })
+            .collect()
+    }
+
+    /// Raises `r2` to the squared distance of the farthest vertex in `boxes` from `middle`.
+    fn reach(&self, boxes: &[(u32, Aabb)], middle: DVec3, r2: &mut f64) {
+        for (i, bounds) in boxes {
+            if farthest(&[(*i, *bounds)], middle) <= *r2 {
+                continue;
+            }
+            let transform = &self.instances[*i as usize].transform;
+            for &p in self.positions(*i) {
+                let p = transform.point_f64(p);
+                if p.is_finite() {
+                    *r2 = r2.max(p.distance_squared(middle));
+                }
+            }
+        }
+    }
+}
+
+/// The squared distance of the farthest corner of any box.
+fn farthest(boxes: &[(u32, Aabb)], middle: DVec3) -> f64 {
+    let far = |b: &Aabb| (b.min - middle).abs().max((b.max - middle).abs()).length_squared();
+    boxes.iter().filter(|(_, b)| !b.is_empty()).map(|(_, b)| far(b)).fold(0.0, f64::max)
+}
+
+/// Which instances move, bend, come or go.
+fn moving(scene: &Scene, playing: &[&Animation]) -> Vec<bool> {
+    let mut moved = vec![false; scene.nodes.len()];
+    let mut bent = vec![false; scene.nodes.len()];
+    for channel in playing.iter().flat_map(|a| &a.channels) {
+        match channel.target {
+            Target::Translation(n) | Target::Rotation(n) | Target::Scale(n) | Target::Visibility(n) => {
+                moved[n as usize] = true;
+            }
+            Target::Weights(n) | Target::Weight(n, _) => bent[n as usize] = true,
+            Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
+        }
+    }
+    for (i, node) in scene.nodes.iter().enumerate() {
+        moved[i] |= node.parent.is_some_and(|p| moved[p as usize]);
+    }
+    let skin_moves = |s: u32| scene.skins[s as usize].joints.iter().any(|&j| moved[j as usize]);
+    let skins: Vec<bool> = (0..scene.skins.len() as u32).map(skin_moves).collect();
+    let of = |i: &super::Instance| {
+        moved[i.node as usize] || bent[i.node as usize] || i.skin.is_some_and(|s| skins[s as usize])
+    };
+    scene.instances.iter().map(of).collect()
+}
+
+/// The times of all keys that move something and times between them, `most` at most.
+fn moments(playing: &[&Animation], most: usize) -> Vec<f64> {
+    let moves = |t: &Target| !matches!(t, Target::Material(..) | Target::Light(..) | Target::Camera(..));
+    let channels = playing.iter().flat_map(|a| &a.channels).filter(|c| moves(&c.target));
+    let mut keys: Vec<f32> = channels.flat_map(|c| c.keys.times.iter().copied()).collect();
+    keys.retain(|t| t.is_finite());
+    keys.sort_by(f32::total_cmp);
+    keys.dedup();
+    let Some(last) = keys.len().checked_sub(1) else { return Vec::new() };
+    let key = |i: usize| f64::from(keys[i]);
+    if last >= most {
+        // Evenly through the keys, the first and the last among them.
+        return (0..most).map(|i| key(i * last / (most - 1))).collect();
+    }
+    let steps = ((most - 1) / last.max(1)).clamp(1, BETWEEN);
+    let between = (0..last)
+        .flat_map(|i| (0..steps).map(move |s| key(i) + (key(i + 1) - key(i)) * s as f64 / steps as f64));
+    between.chain([key(last)]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{AnimationChoice, Channel, Instance, Interpolation, Keys, Mesh, Node};
+    use glam::{DQuat, Vec3};
+
+    fn keys(times: &[f32], values: &[f32], width: usize) -> Keys {
+        Keys { times: times.to_vec(), values: values.to_vec(), width, interpolation: Interpolation::Linear }
+    }
+
+    /// A small triangle three metres from the origin, on an arm that swings half around, beside one
+    /// that stands still.
+    fn scene() -> Scene {
+        let mut scene = Scene::default();
+        let mesh = |x: f32| Mesh {
+            positions: vec![Vec3::new(x, 0.0, 0.0), Vec3::new(x + 0.1, 0.0, 0.0), Vec3::new(x, 0.1, 0.0)],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        };
+        scene.meshes = vec![mesh(3.0), mesh(0.0)];
+        for i in 0..2 {
+            scene.nodes.push(Node { visible: true, ..Node::default() });
+            scene.instances.push(Instance { node: i, mesh: i, object: i + 1, placement: None, skin: None });
+        }
+        let turn = |angle: f64| {
+            let q = DQuat::from_rotation_y(angle).as_quat();
+            [q.x, q.y, q.z, q.w]
+        };
+        let values = [turn(0.0), turn(std::f64::consts::PI)].concat();
+        let target = Target::Rotation(0);
+        let channels = vec![Channel { target, keys: keys(&[0.0, 2.0], &values, 4) }];
+        scene.animations.push(Animation { name: "swing".into(), channels });
+        scene
+    }
+
+    fn sphere(scene: &Scene, time: f64, animation: AnimationChoice) -> Sphere {
+        pose(scene, &PoseSettings { time, animation, centre: None }).unwrap().clip_sphere()
+    }
+
+    #[test]
+    fn the_sphere_is_the_same_at_every_moment_and_holds_them_all() {
+        let scene = scene();
+        let whole = sphere(&scene, 0.0, AnimationChoice::Default);
+        for time in [0.0, 0.3, 1.0, 1.7, 2.0, 9.0] {
+            let at = sphere(&scene, time, AnimationChoice::Default);
+            assert!(at.centre.distance(whole.centre) < 1e-9 && (at.radius - whole.radius).abs() < 1e-9);
+            let settings = PoseSettings { time, ..Default::default() };
+            let own = pose(&scene, &settings).unwrap().bounding_sphere();
+            assert!(own.centre.distance(whole.centre) + own.radius < whole.radius * 1.1, "{time}");
+        }
+        // A half circle of radius 3.1 about the origin, seen from above.
+        assert!((whole.radius - 3.1).abs() < 0.5 && whole.radius < 3.5, "{whole:?}");
+        assert!((whole.centre.z + 1.55).abs() < 0.01, "half way out: {whole:?}");
+    }
+
+    #[test]
+    fn without_animation_it_is_the_bounding_sphere() {
+        let scene = scene();
+        let posed = pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() });
+        let posed = posed.unwrap();
+        assert_eq!(posed.clip_sphere(), posed.bounding_sphere());
+    }
+
+    #[test]
+    fn moments_are_keys_and_between_within_a_limit() {
+        let clip = |times: &[f32]| {
+            let values = vec![0.0; times.len() * 3];
+            Animation {
+                name: String::new(),
+                channels: vec![Channel { target: Target::Translation(0), keys: keys(times, &values, 3) }],
+            }
+        };
+        assert_eq!(moments(&[&clip(&[1.0, 2.0])], 9), [1.0, 1.25, 1.5, 1.75, 2.0]);
+        assert_eq!(moments(&[&clip(&[1.0])], 9), [1.0]);
+        let long: Vec<f32> = (0..1001).map(|i| i as f32).collect();
+        let few = moments(&[&clip(&long)], 9);
+        assert_eq!((few.len(), few[0], few[4], few[8]), (9, 0.0, 500.0, 1000.0));
+        assert!(moments(&[], 9).is_empty());
+    }
+}

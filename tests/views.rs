@@ -1,0 +1,181 @@
+//! Views around a scene, and parts of it: what `--orbit`, `--zoom`, f3d's camera flags, `--hide` and
+//! `--only-objects` do.
+
+use std::path::{Path, PathBuf};
+
+use blinn::accel::{Accel, BuildSettings};
+use blinn::import::{LoadOptions, load};
+use blinn::integrator::{Aov, Frame};
+use blinn::render::{RenderSettings, render_aovs};
+use blinn::scene::{
+    AnimationChoice, Camera, Clip, Glob, Lighting, Orbit, PoseSettings, Projection, Scene, Selection, View,
+    pose,
+};
+use glam::DVec3;
+
+fn model(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
+}
+
+fn scene(name: &str) -> Scene {
+    load(&model(name), &LoadOptions::default()).unwrap().0
+}
+
+fn camera(scene: &Scene, view: &View) -> Camera {
+    view.resolve(&pose(scene, &PoseSettings::default()).unwrap(), 64, 48).unwrap().0
+}
+
+/// One layer of a picture of 64 by 48.
+fn layer(scene: &Scene, view: &View, time: f64, aov: Aov) -> Vec<f32> {
+    let settings = PoseSettings { time, animation: AnimationChoice::Default, centre: None };
+    let posed = pose(scene, &settings).unwrap();
+    let settings = RenderSettings { width: 64, height: 48, ..Default::default() };
+    let (camera, _) = view.resolve(&posed, 64, 48).unwrap();
+    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let lit = Lighting::default().resolve(&posed, &camera);
+    let frame = Frame::new(&posed, &accel, camera, &lit);
+    render_aovs(&frame, &[aov], &settings, &()).unwrap().remove(0).values
+}
+
+#[track_caller]
+fn near(a: DVec3, b: DVec3) {
+    assert!(a.abs_diff_eq(b, 1e-9), "{a} is not {b}");
+}
+
+fn orbit(azimuth: f64, elevation: f64, distance: Option<f64>) -> Option<Orbit> {
+    Some(Orbit { azimuth: azimuth.to_radians(), elevation: elevation.to_radians(), distance })
+}
+
+#[test]
+fn an_orbit_counts_from_the_front_to_the_right_and_up() {
+    let scene = scene("tests/cube.obj");
+    let at = DVec3::new(1.0, 2.0, 3.0);
+    for (azimuth, elevation, from, up) in [
+        (0.0, 0.0, DVec3::Z, DVec3::Y),
+        (90.0, 0.0, DVec3::X, DVec3::Y),
+        (180.0, 0.0, DVec3::NEG_Z, DVec3::Y),
+        (-90.0, 0.0, DVec3::NEG_X, DVec3::Y),
+        (0.0, 90.0, DVec3::Y, DVec3::NEG_Z),
+        (90.0, 90.0, DVec3::Y, DVec3::NEG_X),
+        (0.0, -90.0, DVec3::NEG_Y, DVec3::Z),
+        (
+            0.0,
+            45.0,
+            DVec3::new(0.0, 0.5f64.sqrt(), 0.5f64.sqrt()),
+            DVec3::new(0.0, 0.5f64.sqrt(), -0.5f64.sqrt()),
+        ),
+    ] {
+        let view = View { look_at: Some(at), orbit: orbit(azimuth, elevation, Some(5.0)), ..View::default() };
+        let c = camera(&scene, &view);
+        near(c.view_point, at + from * 5.0);
+        near(c.basis.w, from);
+        near(c.basis.v, up);
+        near(c.basis.u, up.cross(from));
+    }
+}
+
+/// From anywhere around, all of the scene is in the picture, and fills it.
+#[test]
+fn an_orbit_without_a_distance_shows_everything() {
+    for name in ["assembly/assembly.glb", "tests/cube.obj"] {
+        let scene = scene(name);
+        for (azimuth, elevation) in [(0.0, 0.0), (37.0, 20.0), (200.0, -60.0), (10.0, 90.0)] {
+            for projection in [Projection::Perspective, Projection::Orthographic] {
+                let orbit = orbit(azimuth, elevation, None);
+                let view = View { orbit, projection: Some(projection), ..View::default() };
+                let mask = layer(&scene, &view, 0.0, Aov::Mask);
+                let hit = |x: usize, y: usize| mask[y * 64 + x] > 0.0;
+                let border =
+                    (0..64).any(|x| hit(x, 0) || hit(x, 47)) || (0..48).any(|y| hit(0, y) || hit(63, y));
+                let rows = (0..48).filter(|&y| (0..64).any(|x| hit(x, y))).count();
+                let columns = (0..64).filter(|&x| (0..48).any(|y| hit(x, y))).count();
+                assert!(!border, "{name} from {azimuth}, {elevation} is cut off");
+                assert!(rows.max(columns) > 24, "{name} from {azimuth}, {elevation} is small");
+            }
+        }
+    }
+}
+
+#[test]
+fn f3ds_angles_go_around_what_is_looked_at() {
+    let scene = scene("tests/cube.obj");
+    let turned = |turn: (f64, f64)| {
+        let view = View {
+            view_point: Some(DVec3::new(0.0, 0.0, 4.0)),
+            look_at: Some(DVec3::ZERO),
+            turn: (turn.0.to_radians(), turn.1.to_radians()),
+            ..View::default()
+        };
+        camera(&scene, &view)
+    };
+    let right = turned((90.0, 0.0));
+    near(right.view_point, DVec3::X * 4.0);
+    near(right.basis.w, DVec3::X);
+    near(right.basis.v, DVec3::Y);
+    let up = turned((0.0, 30.0));
+    near(up.view_point, DVec3::new(0.0, 2.0, 12f64.sqrt()));
+    near(up.basis.u, DVec3::X);
+    let both = turned((90.0, 30.0));
+    near(both.view_point, DVec3::new(12f64.sqrt(), 2.0, 0.0));
+    // Without a point to look at it is what lies in the middle, as far away as the scene's.
+    let view = View { turn: (0.4, 0.3), ..View::default() };
+    let (framed, turned) = (camera(&scene, &View::default()), camera(&scene, &view));
+    let middle = pose(&scene, &PoseSettings::default()).unwrap().bounding_sphere().centre;
+    assert!((framed.view_point.distance(middle) - turned.view_point.distance(middle)).abs() < 1e-9);
+    near((turned.view_point - middle).normalize(), turned.basis.w);
+}
+
+#[test]
+fn zoom_makes_things_so_many_times_larger() {
+    let scene = scene("lecture/lecture.glb");
+    let zoomed = camera(&scene, &View { zoom: Some(2.5), ..View::default() });
+    let plain = camera(&scene, &View::default());
+    assert_eq!(zoomed.view_point, plain.view_point);
+    assert!((zoomed.view_height * 2.5 - plain.view_height).abs() < 1e-12);
+    assert!((zoomed.view_width * 2.5 - plain.view_width).abs() < 1e-12);
+}
+
+/// What is left keeps its numbers and its pixels; what was behind the hidden is seen.
+#[test]
+fn hidden_objects_leave_the_others_as_they_were() {
+    let whole = scene("still-life/still-life.glb");
+    let view = View { clip: Some(Clip::OFF), ..View::default() };
+    let all = layer(&whole, &view, 0.0, Aov::ObjectId);
+    let name = &whole.objects[all[40 * 64 + 32] as usize - 1];
+    let select = |only: &[&str], hide: &[&str]| {
+        let mut part = whole.clone();
+        let globs = |list: &[&str]| list.iter().map(|g| Glob::new(g).unwrap()).collect();
+        part.select(&Selection { only: globs(only), hide: globs(hide) }).unwrap();
+        layer(&part, &view, 0.0, Aov::ObjectId)
+    };
+    let hidden = select(&[], &[name]);
+    let called = |id: f32| id > 0.0 && whole.objects[id as usize - 1] == *name;
+    assert!(all.iter().any(|&id| called(id)) && !hidden.iter().any(|&id| called(id)));
+    for (before, after) in all.iter().zip(&hidden) {
+        assert!(called(*before) || before == after, "{before} became {after}");
+    }
+    let alone = select(&[name], &[]);
+    assert!(alone.iter().any(|&id| called(id)) && alone.iter().all(|&id| id == 0.0 || called(id)));
+}
+
+/// A scene without a camera is framed for its whole animation: the view stands still, and nothing
+/// leaves it at any time.
+#[test]
+fn a_framed_view_stands_still_while_things_move() {
+    let mut figure = scene("figure/figure.glb");
+    figure.cameras.clear();
+    let seconds = figure.animations.iter().map(|a| f64::from(a.duration())).fold(0.0, f64::max);
+    assert!(seconds > 0.5);
+    let view = View::default();
+    let mut first = None;
+    for step in 0..=6 {
+        let time = seconds * f64::from(step) / 6.0;
+        let settings = PoseSettings { time, ..Default::default() };
+        let (camera, _) = view.resolve(&pose(&figure, &settings).unwrap(), 64, 48).unwrap();
+        let same = *first.get_or_insert(camera);
+        assert!(camera.view_point.abs_diff_eq(same.view_point, 1e-5), "it moved at {time}");
+        let mask = layer(&figure, &view, time, Aov::Mask);
+        let edge = |i: usize| i.is_multiple_of(64) || i % 64 == 63 || !(64..47 * 64).contains(&i);
+        assert!((0..mask.len()).all(|i| mask[i] == 0.0 || !edge(i)), "cut off at {time}");
+    }
+}
