@@ -4,9 +4,9 @@ use std::path::Path;
 
 use blinn::accel::{Accel, BuildSettings, Preset};
 use blinn::import::{LoadOptions, load};
-use blinn::integrator::{Aov, Frame, Phong};
+use blinn::integrator::{Aov, Frame, Occlusion, Phong};
 use blinn::render::{Pixels, RenderSettings, render, render_aovs};
-use blinn::scene::{Lighting, PoseSettings, Scene, View, pose};
+use blinn::scene::{Ground, GroundKind, Lighting, PoseSettings, Scene, View, pose};
 
 const SCENES: [&str; 3] = ["cornell/cornell.glb", "assembly/assembly.glb", "alpha/alpha.glb"];
 
@@ -15,15 +15,35 @@ fn scene(name: &str) -> Scene {
     load(&path, &LoadOptions::default()).unwrap().0
 }
 
-fn picture(scene: &Scene, threads: usize, tile: u32, preset: Preset) -> (Pixels, Vec<Vec<u32>>) {
+/// How soft light is, and what is below the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Light {
+    Plain,
+    Soft(GroundKind),
+}
+
+fn picture(
+    scene: &Scene,
+    threads: usize,
+    tile: u32,
+    preset: Preset,
+    light: Light,
+) -> (Pixels, Vec<Vec<u32>>) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let posed = pose(scene, &PoseSettings::default()).unwrap();
         let (accel, _) = Accel::build(&posed, &BuildSettings { preset });
         let settings = RenderSettings { width: 96, height: 54, samples: 3, tile, ..Default::default() };
         let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
-        let lit = Lighting::default().resolve(&posed, &camera);
-        let frame = Frame::new(&posed, &accel, camera, &lit);
+        let mut lighting = Lighting { plain_ambient: true, ..Default::default() };
+        let (mut occlusion, mut ground) = (None, None);
+        if let Light::Soft(kind) = light {
+            lighting.radius = 0.2;
+            occlusion = Some(Occlusion { samples: 5, distance: 1.0 });
+            ground = Some(Ground::under(&posed.bounds(), kind));
+        }
+        let lit = lighting.resolve(&posed, &camera);
+        let frame = Frame { occlusion, ground, ..Frame::new(&posed, &accel, camera, &lit) };
         let pixels = render(&frame, &Phong::default(), &settings, &()).unwrap();
         let layers = render_aovs(&frame, &Aov::ALL, &settings, &()).unwrap();
         (pixels, layers.iter().map(|l| l.values.iter().map(|v| v.to_bits()).collect()).collect())
@@ -34,23 +54,26 @@ fn picture(scene: &Scene, threads: usize, tile: u32, preset: Preset) -> (Pixels,
 fn threads_tiles_and_trees_do_not_show() {
     for name in SCENES {
         let scene = scene(name);
-        let expected = picture(&scene, 1, 16, Preset::Medium);
-        assert!(expected.0.colors.iter().any(|c| c.w > 0.0), "{name} shows something");
-        for (threads, tile, preset) in [
-            (1, 16, Preset::Fast),
-            (1, 16, Preset::Slow),
-            (2, 16, Preset::Medium),
-            (3, 7, Preset::Medium),
-            (8, 64, Preset::Medium),
-        ] {
-            let got = picture(&scene, threads, tile, preset);
-            let bits =
-                |p: &Pixels| p.colors.iter().flat_map(|c| c.to_array().map(f32::to_bits)).collect::<Vec<_>>();
-            assert!(
-                bits(&got.0) == bits(&expected.0),
-                "{name}: {threads} threads, tiles of {tile}, {preset:?}"
-            );
-            assert!(got.1 == expected.1, "{name}: layers of {threads} threads, {preset:?}");
+        for light in [Light::Plain, Light::Soft(GroundKind::Plane), Light::Soft(GroundKind::Shadow)] {
+            let expected = picture(&scene, 1, 16, Preset::Medium, light);
+            assert!(expected.0.colors.iter().any(|c| c.w > 0.0), "{name} shows something");
+            for (threads, tile, preset) in [
+                (1, 16, Preset::Fast),
+                (1, 16, Preset::Slow),
+                (2, 16, Preset::Medium),
+                (3, 7, Preset::Medium),
+                (8, 64, Preset::Medium),
+            ] {
+                let got = picture(&scene, threads, tile, preset, light);
+                let bits = |p: &Pixels| {
+                    p.colors.iter().flat_map(|c| c.to_array().map(f32::to_bits)).collect::<Vec<_>>()
+                };
+                assert!(
+                    bits(&got.0) == bits(&expected.0),
+                    "{name}: {threads} threads, tiles of {tile}, {preset:?}, {light:?}"
+                );
+                assert!(got.1 == expected.1, "{name}: layers of {threads} threads, {preset:?}");
+            }
         }
     }
 }

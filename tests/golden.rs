@@ -10,9 +10,9 @@ use blinn::accel::{Accel, BuildSettings};
 use blinn::display::{Background, Display, ViewTransform};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load, load_camera_xml};
-use blinn::integrator::{Frame, Overrides, Phong, Stage};
+use blinn::integrator::{Frame, Occlusion, Overrides, Phong, Stage};
 use blinn::render::{RenderSettings, render};
-use blinn::scene::{GivenLight, LightSource, Lighting, PoseSettings, View, pose};
+use blinn::scene::{GivenLight, Ground, GroundKind, LightSource, Lighting, PoseSettings, View, pose};
 use glam::DVec3;
 
 const WIDTH: u32 = 96;
@@ -29,6 +29,9 @@ struct Shot {
     overrides: Overrides,
     time: f64,
     ev: f64,
+    occlusion: Option<Occlusion>,
+    ground: Option<GroundKind>,
+    background: f32,
 }
 
 impl Shot {
@@ -41,6 +44,9 @@ impl Shot {
             overrides: Overrides::default(),
             time: 0.0,
             ev: 0.0,
+            occlusion: None,
+            ground: None,
+            background: 0.05,
         }
     }
 
@@ -60,9 +66,14 @@ impl Shot {
         let settings = RenderSettings { width: WIDTH, height: HEIGHT, samples: 4, ..Default::default() };
         let (camera, _) = self.view.resolve(&posed, WIDTH, HEIGHT).unwrap();
         let lit = self.lighting.resolve(&posed, &camera);
-        let frame = Frame { overrides: self.overrides, ..Frame::new(&posed, &accel, camera, &lit) };
+        let frame = Frame {
+            overrides: self.overrides,
+            occlusion: self.occlusion,
+            ground: self.ground.map(|kind| Ground::under(&posed.bounds(), kind)),
+            ..Frame::new(&posed, &accel, camera, &lit)
+        };
         let pixels = render(&frame, &Phong { stage: self.stage }, &settings, &()).unwrap();
-        let background = Background::Color(Rgb::splat(0.05));
+        let background = Background::Color(Rgb::splat(self.background));
         Display { ev: self.ev, view: ViewTransform::Standard, background }.to_rgba8(&pixels)
     }
 }
@@ -82,6 +93,12 @@ fn shots() -> Vec<(&'static str, Shot)> {
         .given
         .push(GivenLight::Sun { direction: DVec3::new(1.0, -1.5, -2.0), intensity: Rgb::new(0.2, 0.3, 0.5) });
     let with_ambient = Lighting { ambient: Some(Rgb::splat(0.1)), ..two_lights.clone() };
+    let soft = Lighting { radius: 0.8, ..phong().lighting };
+    let sky = Lighting { plain_ambient: true, ..Default::default() };
+    let occlusion = Some(Occlusion { samples: 16, distance: 1.0 });
+    let cube =
+        Shot { occlusion, lighting: Lighting { radius: 0.1, ..sky.clone() }, ..Shot::of("tests/cube.obj") };
+    let (plane, shadow) = (Some(GroundKind::Plane), Some(GroundKind::Shadow));
     let view_2 = load_camera_xml(&path("lecture/view-2.xml")).unwrap();
     let headlight = Lighting { sources: Some(vec![LightSource::Headlight]), ..Default::default() };
     let camera = |name: &str| View { camera: Some(name.into()), ..Default::default() };
@@ -103,6 +120,10 @@ fn shots() -> Vec<(&'static str, Shot)> {
         ("textured_obj", Shot::of("textured/textured.obj")),
         ("figure_0", Shot::of("figure/figure.glb")),
         ("figure_half", Shot { time: 0.5, ..Shot::of("figure/figure.glb") }),
+        ("soft_shadow", Shot { lighting: soft, ..phong() }),
+        ("occlusion", Shot { lighting: sky, occlusion, ..Shot::of("cornell/cornell.glb") }),
+        ("ground_plane", Shot { ground: plane, ..cube.clone() }),
+        ("ground_shadow", Shot { ground: shadow, background: 1.0, ..cube }),
         ("alpha", Shot::of("alpha/alpha.glb")),
         ("alpha_second_camera", Shot { view: camera("1"), ..Shot::of("alpha/alpha.glb") }),
     ]

@@ -66,6 +66,8 @@ fn seen(scene: &Scene, eye: DVec3, lights: &[PosedLight], ambient: Rgb, stage: S
         overrides: Overrides::default(),
         cull: true,
         shadows: true,
+        occlusion: None,
+        ground: None,
     };
     let settings = RenderSettings { width: 1, height: 1, samples: 1, ..Default::default() };
     let pixels = render(&frame, &Phong { stage }, &settings, &()).unwrap();

@@ -399,3 +399,104 @@ fn the_exposure_does_not_depend_on_the_pictures_size() {
     assert_eq!(told("16x64"), usual);
     assert_eq!(told("96x8"), usual);
 }
+
+#[test]
+fn a_radius_of_zero_is_no_radius_and_any_other_softens() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("lecture/lecture.obj");
+    let fixed = ["render", scene.to_str().unwrap(), "--size", "64x36", "-q", "-o"];
+    let picture = |out: &str, more: &[&str]| {
+        let output = blinn(dir.path(), &[&fixed[..], &[out], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        fs::read(dir.path().join(out)).unwrap()
+    };
+    for lights in [&["--point-light", "4,6,1,40"][..], &["--lights", "three-point"], &["--sun", "0,-1,0,1"]] {
+        let with = |r: &str, out: &str| picture(out, &[lights, &["--light-radius", r]].concat());
+        let sharp = picture("a.png", lights);
+        assert!(with("0", "b.png") == sharp && with(".5", "c.png") != sharp, "{lights:?}");
+    }
+}
+
+#[test]
+fn occlusion_shows_whatever_the_light() {
+    let dir = tempfile::tempdir().unwrap();
+    let lights = [
+        &[][..],
+        &["--lights", "headlight"],
+        &["--lights", "none"],
+        &["--point-light", "0,3,0,1000"],
+        &["--no-shadows"],
+        &["--light-radius", ".1"],
+        &["--ground", "shadow"],
+    ];
+    let close = model("lecture/view-1.xml");
+    let close = ["--camera-xml", close.to_str().unwrap()];
+    for (name, camera) in [("lecture/lecture.obj", &close[..]), ("cornell/cornell.glb", &[])] {
+        let scene = model(name);
+        for light in lights {
+            let levels = |more: &[&str]| {
+                let fixed = ["render", scene.to_str().unwrap(), "--size", "48x27", "-q", "-o", "a.png"];
+                let output = blinn(dir.path(), &[&fixed, camera, light, more].concat());
+                assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+                image::open(dir.path().join("a.png")).unwrap().into_luma8().into_vec()
+            };
+            // A distance that nothing is within leaves the ambient term whole.
+            let (occluded, open) = (levels(&["--ao", "16"]), levels(&["--ao", "16,1e-9"]));
+            let darker = occluded.iter().zip(&open).filter(|(a, b)| a.saturating_add(5) < **b).count();
+            let lighter = occluded.iter().zip(&open).filter(|(a, b)| **a > b.saturating_add(1)).count();
+            assert!(darker > 100 && lighter == 0, "{name} {light:?}: {darker} darker, {lighter} lighter");
+        }
+    }
+}
+
+#[test]
+fn flags_of_light_that_would_do_nothing_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let scene = scene.to_str().unwrap();
+    for (args, says) in [
+        (&["--light-radius", ".1", "--integrator", "diffuse"][..], "--light-radius softens shadows"),
+        (&["--light-radius", ".1", "--no-shadows"], "--no-shadows has none"),
+        (&["--light-radius", ".1", "--lights", "none"], "--lights none has none"),
+        (&["--ao", "16", "--integrator", "shadow"], "only --integrator phong has"),
+        (&["--ao", "16", "--ambient", "0,0,0"], "--ambient 0,0,0 is none"),
+        (&["--ground", "shadow", "--integrator", "color"], "take --ground plane"),
+        (&["--ground", "shadow", "--no-shadows"], "take --ground plane"),
+        (&["--ao", "0"], "from 1 to 65536"),
+        (&["--ao", "16,-2"], "expected metres, or 'inf'"),
+        (&["--light-radius", "-1"], "from 0 to 1000000 metres"),
+        (&["--ground", "grass"], "possible values"),
+    ] {
+        fails(dir.path(), &[&["render", scene], args].concat(), 2, says);
+    }
+}
+
+#[test]
+fn a_ground_moves_neither_camera_nor_exposure_and_shows_in_alpha() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/cube.obj");
+    let lights = model("tests/lights.glb");
+    let picture = |scene: &Path, more: &[&str]| {
+        let fixed = ["render", scene.to_str().unwrap(), "--size", "64x48", "-v", "-s", "1", "-o", "a.png"];
+        let output = blinn(dir.path(), &[&fixed, more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let told = String::from_utf8(output.stderr).unwrap();
+        (image::open(dir.path().join("a.png")).unwrap().into_rgba8(), told)
+    };
+    let clear = ["--background", "transparent"];
+    let (bare, _) = picture(&scene, &clear);
+    let (caught, _) = picture(&scene, &[&clear[..], &["--ground", "shadow"]].concat());
+    let (mut same, mut shadow) = (0, 0);
+    for (a, b) in bare.pixels().zip(caught.pixels()) {
+        if a[3] > 0 {
+            assert_eq!(a, b);
+            same += 1;
+        } else if b[3] > 0 {
+            assert_eq!(b.0[..3], [0, 0, 0]);
+            shadow += 1;
+        }
+    }
+    assert!(same > 200 && shadow > 100, "{same} {shadow}");
+    let told = |more: &[&str]| picture(&lights, &[&["--exposure", "auto"], more].concat()).1;
+    assert_eq!(told(&["--ground", "plane"]), told(&[]));
+}

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
-use super::values::{self, Exposure, Layers};
+use super::values::{self, Ao, Exposure, Layers};
 use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::import::Smooth;
@@ -215,6 +215,19 @@ pub(super) struct LightArgs {
     /// The lecture's I_a
     #[arg(long, value_name = "COLOR", value_parser = values::color)]
     pub ambient: Option<Rgb>,
+    /// Makes shadows soft: point and spot lights are discs of radius R metres to what they shine
+    /// on, suns such discs 1 m away (R .0047 is the real sun's); 0 is sharp [default: 0]
+    #[arg(long, value_name = "R", value_parser = values::radius, allow_hyphen_values = true)]
+    pub light_radius: Option<f64>,
+    /// Ambient occlusion: the ambient term by how much of it arrives, found out by SAMPLES rays for
+    /// each pixel up to DISTANCE metres, or inf [default distance: a quarter of the scene's
+    /// diagonal]. Without --ambient, I_a is then at least a fifth of the light of all lights
+    #[arg(long, value_name = "SAMPLES[,DISTANCE]", value_parser = values::ao)]
+    pub ao: Option<Ao>,
+    /// Puts a ground under the scene's lowest point: a grey plane, or one of which only the shadows
+    /// are seen, on a transparent background too
+    #[arg(long, value_enum)]
+    pub ground: Option<GroundArg>,
     /// Lets every light reach everything
     #[arg(long)]
     pub no_shadows: bool,
@@ -312,6 +325,7 @@ choices! {
     FitArg { Auto, Horizontal, Vertical }
     UnitsArg { Auto, Standard, Unitless, Raw }
     IntegratorArg { Phong, Shadow, Diffuse, Color }
+    GroundArg { Shadow, Plane }
     CullArg { Auto, Off }
     ProgressArg { Auto, Plain, Json, None }
 }

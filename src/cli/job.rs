@@ -6,17 +6,19 @@ use std::path::{Path, PathBuf};
 
 use super::Usage;
 use super::args::{
-    CameraArgs, CommonArgs, CullArg, FilterArg, FitArg, ImageArgs, IntegratorArg, LightArgs, ProjectionArg,
-    RenderArgs, SceneArgs, TimeArgs, UnitsArg, UpArg, ViewArg,
+    CameraArgs, CommonArgs, CullArg, FilterArg, FitArg, GroundArg, ImageArgs, IntegratorArg, LightArgs,
+    ProjectionArg, RenderArgs, SceneArgs, TimeArgs, UnitsArg, UpArg, ViewArg,
 };
-use super::values::{Exposure, Layers};
+use super::values::{Ao, Exposure, Layers};
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml};
 use crate::integrator::{Overrides, Stage};
 use crate::output::{Depth, Format, Replace};
 use crate::render::{Filter, RenderSettings};
-use crate::scene::{AnimationChoice, Fit, LightUnits, Lighting, Projection, Scene, Selection, View};
+use crate::scene::{
+    AnimationChoice, Fit, GroundKind, LightUnits, Lighting, Projection, Scene, Selection, View,
+};
 
 /// Longer side of a picture whose size was not given.
 const DEFAULT_SIDE: u32 = 1280;
@@ -51,6 +53,8 @@ pub(super) struct Job {
     pub view: View,
     pub lighting: Lighting,
     pub shadows: bool,
+    pub ao: Option<Ao>,
+    pub ground: Option<GroundKind>,
     pub stage: Stage,
     pub overrides: Overrides,
     pub cull: bool,
@@ -68,6 +72,7 @@ impl Job {
             IntegratorArg::Diffuse => Stage::Diffuse,
             IntegratorArg::Color => Stage::Color,
         };
+        idle(&args.light, stage)?;
         let background = match (image.background, image.no_background, stage) {
             (_, true, _) => Background::Transparent,
             (Some(given), _, _) => given,
@@ -124,6 +129,11 @@ impl Job {
             view: view(&args.camera)?,
             lighting: lighting(&args.light),
             shadows: !args.light.no_shadows,
+            ao: args.light.ao,
+            ground: args.light.ground.map(|ground| match ground {
+                GroundArg::Plane => GroundKind::Plane,
+                GroundArg::Shadow => GroundKind::Shadow,
+            }),
             stage,
             overrides: Overrides {
                 k_d: args.shading.kd,
@@ -236,6 +246,39 @@ fn view(args: &CameraArgs) -> Result<View, Usage> {
     })
 }
 
+/// Refuses what would be asked for in vain.
+fn idle(args: &LightArgs, stage: Stage) -> Result<(), Usage> {
+    let shadowless = match stage {
+        Stage::Color => Some("--integrator color"),
+        Stage::Diffuse => Some("--integrator diffuse"),
+        _ => args.no_shadows.then_some("--no-shadows"),
+    };
+    let unlit =
+        args.lights.as_ref().is_some_and(Vec::is_empty) && args.point_light.is_empty() && args.sun.is_empty();
+    let without = shadowless.or(unlit.then_some("--lights none"));
+    if let (Some(r), Some(without)) = (args.light_radius, without)
+        && r > 0.0
+    {
+        return Err(Usage(format!("--light-radius softens shadows, and {without} has none: leave one out")));
+    }
+    if args.ao.is_some() && stage != Stage::Phong {
+        return Err(Usage(
+            "--ao weights the ambient term, which only --integrator phong has: leave one out".into(),
+        ));
+    }
+    if args.ao.is_some() && args.ambient == Some(Rgb::ZERO) {
+        return Err(Usage(
+            "--ao weights the ambient term, and --ambient 0,0,0 is none: leave one out".into(),
+        ));
+    }
+    if let (Some(GroundArg::Shadow), None, Some(without)) = (args.ground, args.ao, without) {
+        return Err(Usage(format!(
+            "--ground shadow shows nothing but shadows, and {without} has none: take --ground plane"
+        )));
+    }
+    Ok(())
+}
+
 fn lighting(args: &LightArgs) -> Lighting {
     Lighting {
         sources: args.lights.clone(),
@@ -248,6 +291,8 @@ fn lighting(args: &LightArgs) -> Lighting {
         },
         scale: args.light_scale as f32,
         ambient: args.ambient,
+        plain_ambient: args.ao.is_some(),
+        radius: args.light_radius.unwrap_or(0.0) as f32,
     }
 }
 

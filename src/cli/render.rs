@@ -9,16 +9,18 @@ use anyhow::{Context, Result, bail};
 use super::args::RenderArgs;
 use super::job::{Job, Target, natural_size};
 use super::progress::Reporter;
-use super::values::{Exposure, Layers};
+use super::values::{Ao, Exposure, Layers};
 use super::{Summary, Usage};
 use crate::accel::{Accel, BuildSettings, CleanReport};
 use crate::display::{Display, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::load;
-use crate::integrator::{Frame, Phong, Stage};
+use crate::integrator::{Frame, Occlusion, Phong, Stage};
 use crate::output::{Format, Part, Picture, save};
 use crate::render::{RenderSettings, meter, render, render_aovs, render_mattes};
-use crate::scene::{Camera, PoseSettings, PosedScene, Scene, Selection, View, pose};
+use crate::scene::{
+    AnimationChoice, Camera, Ground, PoseSettings, PosedScene, Scene, Selection, View, clip_bounds, pose,
+};
 
 pub(super) fn run(args: &RenderArgs) -> Result<Summary, Usage> {
     let job = Job::new(args)?;
@@ -116,10 +118,14 @@ fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
     if let Some(text) = left_out(&cleaned) {
         teller.warn(&text)?;
     }
-    let mut frame = Shot { job, posed: &posed, accel: &accel }.frame(camera);
+    let surroundings = Surroundings::of(job, scene, &animation)?;
+    let shot = Shot { job, posed: &posed, accel: &accel, occlusion: surroundings.occlusion };
+    let mut frame = shot.frame(camera);
     let integrator = Phong { stage: job.stage };
     let Exposed { ev, ambient } = exposure(job, scene, &animation, &frame, teller)?;
     frame.ambient = ambient.unwrap_or(frame.ambient);
+    // Only now: the ground changes neither what is framed nor what is metered.
+    frame.ground = surroundings.ground;
 
     let start = Instant::now();
     let watch =
@@ -139,11 +145,38 @@ fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
     Ok(Picture { layers, mattes, part, ..Picture::new(pixels, display) })
 }
 
+/// What is sized by the scene, over the whole clip: no frame differs.
+struct Surroundings {
+    occlusion: Option<Occlusion>,
+    ground: Option<Ground>,
+}
+
+impl Surroundings {
+    /// Share of the scene's diagonal that occlusion looks for things in the way.
+    const NEAR: f64 = 0.25;
+
+    fn of(job: &Job, scene: &Scene, animation: &AnimationChoice) -> Result<Surroundings> {
+        let bounds = match (job.ground, job.ao) {
+            (None, None) => return Ok(Surroundings { occlusion: None, ground: None }),
+            _ => clip_bounds(scene, animation)?,
+        };
+        let occlusion = |ao: Ao| Occlusion {
+            samples: ao.samples,
+            distance: ao.distance.unwrap_or(Surroundings::NEAR * bounds.extent().length()),
+        };
+        Ok(Surroundings {
+            occlusion: job.ao.map(occlusion),
+            ground: job.ground.map(|kind| Ground::under(&bounds, kind)),
+        })
+    }
+}
+
 /// What a frame is made from beside its camera.
 struct Shot<'a> {
     job: &'a Job,
     posed: &'a PosedScene<'a>,
     accel: &'a Accel,
+    occlusion: Option<Occlusion>,
 }
 
 impl<'a> Shot<'a> {
@@ -153,6 +186,7 @@ impl<'a> Shot<'a> {
             overrides: self.job.overrides,
             cull: self.job.cull,
             shadows: self.job.shadows,
+            occlusion: self.occlusion,
             ..Frame::new(self.posed, self.accel, camera, &lit)
         }
     }
@@ -177,7 +211,7 @@ impl Exposed {
 fn exposure(
     job: &Job,
     scene: &Scene,
-    animation: &crate::scene::AnimationChoice,
+    animation: &AnimationChoice,
     frame: &Frame,
     teller: &Teller,
 ) -> Result<Exposed> {
@@ -203,7 +237,7 @@ fn exposure(
     };
     let measure = |posed: &PosedScene, accel: &Accel| -> Result<_> {
         let (camera, _) = first.resolve(posed, width, height)?;
-        let frame = Shot { job, posed, accel }.frame(camera);
+        let frame = Shot { job, posed, accel, occlusion: frame.occlusion }.frame(camera);
         if lit.assumed {
             // What the lights' unit is shows in the lights alone.
             let unlit = Frame { ambient: Rgb::ZERO, ..frame.clone() };

@@ -160,6 +160,39 @@ pub(super) fn exposure(text: &str) -> Result<Exposure, String> {
     if ev.abs() <= 100.0 { Ok(Exposure::Stops(ev)) } else { Err("must be within ±100 stops".into()) }
 }
 
+/// The radius of lights.
+pub(super) fn radius(text: &str) -> Result<f64, String> {
+    let v = number(text)?;
+    if (0.0..=1e6).contains(&v) { Ok(v) } else { Err("must be from 0 to 1000000 metres".into()) }
+}
+
+/// Ambient occlusion: rays for each pixel, and how far they go if that is said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ao {
+    pub samples: u32,
+    pub distance: Option<f64>,
+}
+
+/// `SAMPLES` or `SAMPLES,DISTANCE`.
+pub(super) fn ao(text: &str) -> Result<Ao, String> {
+    let (samples, distance) = match text.split_once(',') {
+        Some((samples, distance)) => (samples, Some(distance.trim())),
+        None => (text, None),
+    };
+    let samples = match samples.trim().parse() {
+        Ok(n) if (1..=65_536).contains(&n) => n,
+        _ => return Err("expected a number of rays from 1 to 65536, such as 16".into()),
+    };
+    let distance = match distance {
+        None => None,
+        Some("inf") => Some(f64::INFINITY),
+        Some(metres) => {
+            Some(positive(metres).map_err(|e| format!("distance: {e}; expected metres, or 'inf'"))?)
+        }
+    };
+    Ok(Ao { samples, distance })
+}
+
 /// Layers beside the colour.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Layers {
@@ -266,6 +299,18 @@ mod tests {
         assert!(size("0x10").is_err() && size("100000x1").is_err() && size("65536x65536").is_err());
         assert_eq!(crop("1,2,3,4").unwrap(), Crop { x: 1, y: 2, width: 3, height: 4 });
         assert!(crop("1,2,0,4").is_err() && crop("-1,2,3,4").is_err() && crop("1.5,2,3,4").is_err());
+    }
+
+    #[test]
+    fn occlusion_and_radii() {
+        assert_eq!(ao("16").unwrap(), Ao { samples: 16, distance: None });
+        assert_eq!(ao("64,.5").unwrap(), Ao { samples: 64, distance: Some(0.5) });
+        assert_eq!(ao("1,inf").unwrap(), Ao { samples: 1, distance: Some(f64::INFINITY) });
+        for wrong in ["0", "-1", "65537", "x", "", "16,", "16,0", "16,-1", "16,nan", "1.5", "16,1,2"] {
+            assert!(ao(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!((radius("0").unwrap(), radius(".25").unwrap()), (0.0, 0.25));
+        assert!(radius("-1").is_err() && radius("1e7").is_err() && radius("inf").is_err());
     }
 
     #[test]

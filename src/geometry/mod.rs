@@ -6,12 +6,14 @@ mod basis;
 mod bounds;
 mod error;
 mod hit;
+mod sampling;
 mod transform;
 
 pub use basis::{Basis, coordinate_system};
 pub use bounds::{Aabb, Sphere};
 pub use error::{EPSILON, offset_point, point_error};
 pub use hit::{Hit, HitId, Ray};
+pub use sampling::{concentric_disc, cosine_hemisphere};
 pub use transform::{Transform, cofactor};
 
 /// Linear RGB, Rec. 709 primaries.

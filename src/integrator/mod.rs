@@ -7,20 +7,28 @@ mod alpha;
 mod aov;
 mod coefficients;
 mod cryptomatte;
+mod draws;
+mod ground;
+mod occlusion;
 mod phong;
+mod point;
+mod sampler;
+mod shadow;
 mod surface;
 
-use glam::DVec3;
+use glam::{DVec3, UVec2};
 
 use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch};
 use crate::geometry::{Rgb, Rgba};
-use crate::scene::{Camera, Lit, PosedLight, PosedScene};
+use crate::scene::{Camera, Ground, Lit, PosedLight, PosedScene};
 
 pub use alpha::Materials;
 pub use aov::{Aov, FirstHit, first_hits};
 pub use coefficients::{Coefficients, Overrides, lobe};
 pub use cryptomatte::{Cover, MatteKind, covers};
+pub use occlusion::Occlusion;
 pub use phong::{Phong, Stage};
+pub use sampler::{LowDiscrepancy, Sampler};
 pub use surface::Surface;
 
 /// Everything that one picture is made from.
@@ -42,15 +50,24 @@ pub struct Frame<'a> {
     pub cull: bool,
     /// False: every light reaches everything.
     pub shadows: bool,
+    /// Weights the ambient term by how much of it arrives; `None`: all of it does.
+    pub occlusion: Option<Occlusion>,
+    /// A ground below the scene.
+    pub ground: Option<Ground>,
 }
 
-/// A place on the film: x to the right and y upward, both 0…1 over the whole picture.
+/// A sample of a pixel, at a place on the film: x to the right and y upward, both 0…1 over the whole
+/// picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// To the right.
     pub x: f64,
     /// Upward.
     pub y: f64,
+    /// The pixel, counted from the upper left corner of the whole picture.
+    pub pixel: UVec2,
+    /// Which of the pixel's samples.
+    pub index: u32,
 }
 
 /// Memory that an integrator reuses from tile to tile.
@@ -61,12 +78,22 @@ pub struct Scratch {
     pub(crate) segments: SegmentBatch,
     pub(crate) free: Vec<Rgb>,
     pub(crate) blocked: Vec<bool>,
+    /// From places on a light to its centre.
+    pub(crate) within: SegmentBatch,
+    pub(crate) within_free: Vec<Rgb>,
 }
 
 /// Turns samples into colours: linear RGB premultiplied by alpha, 0 where nothing is seen.
 pub trait Integrator: Sync {
-    /// Writes a colour for each sample.
-    fn render(&self, frame: &Frame, samples: &[Sample], scratch: &mut Scratch, out: &mut [Rgba]);
+    /// Writes a colour for each sample. `sampler` is the one that placed them.
+    fn render(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancy,
+        scratch: &mut Scratch,
+        out: &mut [Rgba],
+    );
 }
 
 impl<'a> Frame<'a> {
@@ -82,6 +109,8 @@ impl<'a> Frame<'a> {
             overrides: Overrides::default(),
             cull: true,
             shadows: true,
+            occlusion: None,
+            ground: None,
         }
     }
 

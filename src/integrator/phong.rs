@@ -4,13 +4,14 @@
 //!
 //! over the lights that a shadow ray reaches, plus what the surface emits itself.
 
-use glam::DVec3;
-
 use super::coefficients::lobe;
-use super::{Coefficients, Frame, Integrator, Materials, Sample, Scratch, Surface};
-use crate::accel::Shared;
-use crate::geometry::{HitId, Ray, Rgb, Rgba};
-use crate::scene::{Incident, PosedKind, PosedLight};
+use super::draws::Draws;
+use super::occlusion::ambient_free;
+use super::point::{Place, Point};
+use super::shadow::find_free;
+use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch, Surface};
+use crate::geometry::{Ray, Rgb, Rgba};
+use crate::scene::Incident;
 
 /// The lecture's stages: each adds to the one before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,36 +37,32 @@ pub struct Phong {
 /// Surfaces along one eye ray that are looked through before the rest is let go.
 const MAX_LAYERS: usize = 4096;
 
-/// A surface point about to be shaded.
-struct Point<'s> {
-    sample: usize,
-    surface: Surface<'s>,
-    k: Coefficients,
-    /// Shading normal.
-    n: DVec3,
-    /// To the eye.
-    v: DVec3,
-    /// L, as far as it is summed up.
-    radiance: Rgb,
-}
-
 impl Integrator for Phong {
-    fn render(&self, frame: &Frame, samples: &[Sample], scratch: &mut Scratch, out: &mut [Rgba]) {
+    fn render(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancy,
+        scratch: &mut Scratch,
+        out: &mut [Rgba],
+    ) {
         let materials = Materials(frame.posed);
+        let draws = Draws { samples, sampler };
         // What of the background still shows through, by colour.
         let mut open = vec![Rgb::ONE; samples.len()];
         let mut seen = vec![Rgb::ZERO; samples.len()];
         let mut whose: Vec<usize> = (0..samples.len()).collect();
         frame.eye_rays(samples, &mut scratch.rays);
+        let mut ground = frame.meet_ground(&scratch.rays);
         for _ in 0..MAX_LAYERS {
             frame.accel.intersect(&scratch.rays, &materials, &mut scratch.hits);
-            let mut points = self.points(frame, scratch, &whose);
-            self.shade(frame, &mut points, scratch);
+            let mut points = self.points(frame, scratch, &whose, &mut ground);
+            self.ambient(frame, &mut points, draws, scratch);
+            self.shade(frame, &mut points, draws, scratch);
             for point in &points {
-                let Coefficients { alpha, through, .. } = point.k;
-                let open = &mut open[point.sample];
-                seen[point.sample] += *open * point.radiance * alpha;
-                *open *= Rgb::splat(1.0 - alpha) + through * alpha;
+                let (shown, passes) = point.layer();
+                seen[point.sample] += open[point.sample] * shown;
+                open[point.sample] *= passes;
             }
             self.go_on_behind(scratch, &mut whose, &open);
             if whose.is_empty() {
@@ -79,47 +76,83 @@ impl Integrator for Phong {
 }
 
 impl Phong {
-    /// The surface points of a batch of hits, with all that does not depend on lights.
-    fn points<'s>(&self, frame: &Frame<'s>, scratch: &Scratch, whose: &[usize]) -> Vec<Point<'s>> {
+    /// The points of a batch of hits, and those of the ground where it comes first, with all that
+    /// does not depend on light.
+    fn points<'s>(
+        &self,
+        frame: &Frame<'s>,
+        scratch: &Scratch,
+        whose: &[usize],
+        ground: &mut [Option<f64>],
+    ) -> Vec<Point<'s>> {
         let mut points = Vec::with_capacity(whose.len());
         for (i, (hit, &sample)) in scratch.hits.iter().zip(whose).enumerate() {
+            let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
+            // t of a hit is right to an ulp or so: what lies on the ground is before it.
+            let before = |t: &mut f64| hit.is_miss() || (*t as f32) < hit.t.next_down();
+            if let Some(t) = ground.get_mut(sample).and_then(|t| t.take_if(before)) {
+                points.extend(frame.ground_point(sample, ray, t));
+            }
             if hit.is_miss() {
                 continue;
             }
-            let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
             let surface = Surface::at(frame.posed, hit.id, ray);
             let k = Coefficients::at(frame.posed, &surface, &frame.overrides);
-            let radiance = match self.stage {
-                Stage::Color => k.color,
-                Stage::Diffuse | Stage::Shadow => Rgb::ZERO,
-                Stage::Phong => k.k_e + k.k_a * frame.ambient,
-            };
             let n = surface.shading_normal(frame.posed);
-            points.push(Point { sample, n, v: frame.to_eye(ray.d), surface, k, radiance });
+            let v = frame.to_eye(ray.d);
+            let (radiance, unshadowed) = (Rgb::ZERO, Rgb::ZERO);
+            points.push(Point { sample, place: Place::Surface(surface), k, n, v, radiance, unshadowed });
         }
         points
     }
 
+    /// k_e + k_a I_a: what needs no light in particular, the ambient term as far as it arrives.
+    fn ambient(&self, frame: &Frame, points: &mut [Point], draws: Draws, scratch: &mut Scratch) {
+        for point in points.iter_mut() {
+            point.radiance = match self.stage {
+                Stage::Color => point.k.color,
+                Stage::Diffuse | Stage::Shadow => Rgb::ZERO,
+                Stage::Phong => point.k.k_e + point.k.k_a * frame.ambient,
+            };
+            point.unshadowed = point.radiance;
+        }
+        let Some(occlusion) = frame.occlusion.filter(|_| self.stage == Stage::Phong) else { return };
+        let lit = |&i: &usize| points[i].k.k_a * frame.ambient != Rgb::ZERO;
+        let asked: Vec<usize> = (0..points.len()).filter(lit).collect();
+        let free = ambient_free(frame, occlusion, points, &asked, draws, scratch);
+        for (i, free) in asked.into_iter().zip(free) {
+            let k = &points[i].k;
+            points[i].radiance = k.k_e + k.k_a * frame.ambient * free;
+        }
+    }
+
     /// Loops over the lights and adds what each contributes where it is not blocked.
-    fn shade(&self, frame: &Frame, points: &mut [Point], scratch: &mut Scratch) {
+    fn shade(&self, frame: &Frame, points: &mut [Point], draws: Draws, scratch: &mut Scratch) {
         if self.stage == Stage::Color {
             return;
         }
-        for light in &frame.lights {
+        for (which, light) in frame.lights.iter().enumerate() {
             let lit: Vec<(usize, Incident)> = points
                 .iter()
                 .enumerate()
                 .filter_map(|(i, point)| {
-                    let incident = light.incident(point.surface.p)?;
+                    let incident = light.incident(point.place.p())?;
                     // Nothing where the light sees one side of the surface and the eye the other.
-                    let facing = point.n.dot(incident.l) > 0.0 && point.surface.n_v.dot(incident.l) > 0.0;
+                    let facing = point.n.dot(incident.l) > 0.0 && point.place.n_v().dot(incident.l) > 0.0;
                     facing.then_some((i, incident))
                 })
                 .collect();
-            self.find_free(frame, light, points, &lit, scratch);
+            if frame.shadows && self.stage != Stage::Diffuse {
+                find_free(frame, which, points, &lit, draws, scratch);
+            } else {
+                scratch.free.clear();
+                scratch.free.resize(lit.len(), Rgb::ONE);
+            }
             for (&(i, incident), &free) in lit.iter().zip(&scratch.free) {
                 let point = &mut points[i];
-                point.radiance += free * self.reflected(point, incident);
+                let reflected = self.reflected(point, incident);
+                point.radiance += free * reflected;
+                point.unshadowed += reflected;
             }
         }
     }
@@ -133,44 +166,6 @@ impl Phong {
         }
         let specular = k.k_s * lobe(n, l, point.v, k.shininess) as f32;
         arriving * (diffuse + specular)
-    }
-
-    /// Fills `scratch.free`: how much of the light's way to each lit point is free, by colour.
-    fn find_free(
-        &self,
-        frame: &Frame,
-        light: &PosedLight,
-        points: &[Point],
-        lit: &[(usize, Incident)],
-        scratch: &mut Scratch,
-    ) {
-        scratch.free.clear();
-        if !frame.shadows || self.stage == Stage::Diffuse {
-            scratch.free.resize(lit.len(), Rgb::ONE);
-            return;
-        }
-        let segments = &mut scratch.segments;
-        segments.clear();
-        segments.shared = match light.kind {
-            PosedKind::Directional { direction } => Shared::Direction(-direction),
-            PosedKind::Point { position } | PosedKind::Spot { position, .. } => Shared::Origin(position),
-        };
-        for &(i, incident) in lit {
-            let s = &points[i].surface;
-            let from = s.shadow_origin(frame.posed, incident.l);
-            // A light that the smooth surface sees and the triangle does not is seen past the
-            // triangle's edge, or not at all.
-            let above = s.n_g.dot(incident.l) > 0.0;
-            segments.push(from, light.position().unwrap_or_default(), if above { s.id } else { HitId::NONE });
-        }
-        let materials = Materials(frame.posed);
-        if frame.accel.has_translucent() {
-            frame.accel.transmittance(segments, &materials, &mut scratch.free);
-        } else {
-            frame.accel.occluded(segments, &materials, &mut scratch.blocked);
-            let free = scratch.blocked.iter().map(|&b| if b { Rgb::ZERO } else { Rgb::ONE });
-            scratch.free.extend(free);
-        }
     }
 
     /// Keeps the rays that something still shows through, each to go on behind its hit.

@@ -7,7 +7,6 @@ mod film;
 mod filter;
 mod mattes;
 mod meter;
-mod sampler;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -17,11 +16,11 @@ use rayon::prelude::*;
 use crate::geometry::Rgba;
 use crate::integrator::{Aov, Frame, Integrator, Sample, Scratch, first_hits};
 
+pub use crate::integrator::{LowDiscrepancy, Sampler};
 pub use film::{Film, Layer, Pixels, Tile, TileBuffer};
 pub use filter::Filter;
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
-pub use sampler::{LowDiscrepancy, Sampler};
 
 /// A rectangle of pixels, row 0 on top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,15 +89,15 @@ impl RenderSettings {
                 let at = |dimension| sampler.get(pixel, index, dimension);
                 (filter.offset(at(0)), filter.offset(at(1)))
             };
-            self.film_position(pixel, (0.5 + dx, 0.5 + dy))
+            self.sample(pixel, index, (0.5 + dx, 0.5 + dy))
         })
     }
 
-    /// The film position at `offset` pixels from a pixel's upper left corner.
-    fn film_position(&self, pixel: UVec2, offset: (f64, f64)) -> Sample {
+    /// A pixel's sample at `offset` pixels from its upper left corner.
+    fn sample(&self, pixel: UVec2, index: u32, offset: (f64, f64)) -> Sample {
         let x = (f64::from(pixel.x) + offset.0) / f64::from(self.width);
         let down = (f64::from(pixel.y) + offset.1) / f64::from(self.height);
-        Sample { x, y: 1.0 - down }
+        Sample { x, y: 1.0 - down, pixel, index }
     }
 }
 
@@ -154,7 +153,7 @@ pub fn render(
         }
         work.colors.clear();
         work.colors.resize(work.samples.len(), Rgba::ZERO);
-        integrator.render(frame, &work.samples, &mut work.scratch, &mut work.colors);
+        integrator.render(frame, &work.samples, &sampler, &mut work.scratch, &mut work.colors);
         let mean = |samples: &[Rgba]| samples.iter().fold(Rgba::ZERO, |a, &b| a + b) / n as f32;
         film.put(&TileBuffer { tile, colors: work.colors.chunks_exact(n).map(mean).collect() });
         watch.pixels_done(u64::from(tile.width) * u64::from(tile.height));
@@ -182,7 +181,7 @@ pub fn render_aovs(
             }
             let row = window.x..window.x + window.width;
             let samples: Vec<Sample> =
-                row.map(|x| settings.film_position(UVec2::new(x, y), (0.5, 0.5))).collect();
+                row.map(|x| settings.sample(UVec2::new(x, y), 0, (0.5, 0.5))).collect();
             for first in first_hits(frame, &samples, scratch) {
                 for (aov, out) in aovs.iter().zip(&mut layers) {
                     aov.of(frame, &first, out);

@@ -51,7 +51,7 @@ impl PosedScene<'_> {
 
         // Vertices are looked at again only in boxes that reach farther than any vertex so far.
         let mut r2 = 0f64;
-        self.reach(&still, middle, &mut r2);
+        self.raise(&still, middle, &mut r2);
         let mut moved: Vec<_> =
             moved.into_iter().map(|(t, boxes)| (farthest(&boxes, middle), t, boxes)).collect();
         moved.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -60,7 +60,7 @@ impl PosedScene<'_> {
                 break;
             }
             if let Ok(posed) = at(time) {
-                posed.reach(&boxes, middle, &mut r2);
+                posed.raise(&boxes, middle, &mut r2);
             }
         }
         Sphere { centre: middle + self.centre, radius: if r2 > 0.0 { r2.sqrt() } else { 1.0 } }
@@ -81,7 +81,7 @@ impl PosedScene<'_> {
     }
 
     /// Raises `r2` to the squared distance of the farthest vertex in `boxes` from `middle`.
-    fn reach(&self, boxes: &[(u32, Aabb)], middle: DVec3, r2: &mut f64) {
+    fn raise(&self, boxes: &[(u32, Aabb)], middle: DVec3, r2: &mut f64) {
         for (i, bounds) in boxes {
             if farthest(&[(*i, *bounds)], middle) <= *r2 {
                 continue;

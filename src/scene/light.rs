@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::Source;
-use crate::geometry::Rgb;
+use crate::geometry::{Rgb, concentric_disc, coordinate_system};
 
 /// What a light does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,6 +145,9 @@ pub struct PosedLight {
     pub intensity: Rgb,
     /// Distance at which it ends; infinite for none.
     pub range: f32,
+    /// How wide it is: metres for lights at a position, the tangent of half the angle it is seen
+    /// under for a sun. 0 is a point, whose shadows are sharp.
+    pub radius: f32,
 }
 
 /// What a light sends to a point.
@@ -159,13 +162,18 @@ pub struct Incident {
 impl PosedLight {
     /// A point light of the lecture's intensity I.
     pub fn point(position: Vec3, intensity: Rgb) -> PosedLight {
-        PosedLight { kind: PosedKind::Point { position }, intensity, range: f32::INFINITY }
+        PosedLight { kind: PosedKind::Point { position }, intensity, range: f32::INFINITY, radius: 0.0 }
     }
 
     /// A sun whose light travels along `direction` and arrives with E.
     pub fn sun(direction: DVec3, intensity: Rgb) -> PosedLight {
         let direction = direction.normalize_or(DVec3::NEG_Y).as_vec3();
-        PosedLight { kind: PosedKind::Directional { direction }, intensity, range: f32::INFINITY }
+        PosedLight {
+            kind: PosedKind::Directional { direction },
+            intensity,
+            range: f32::INFINITY,
+            radius: 0.0,
+        }
     }
 
     /// The light's position; `None` for directional lights.
@@ -174,6 +182,14 @@ impl PosedLight {
             PosedKind::Point { position } | PosedKind::Spot { position, .. } => Some(position),
             PosedKind::Directional { .. } => None,
         }
+    }
+
+    /// From the light's middle to a place on it: of the disc that it is to whoever sees it towards
+    /// `l`, the point at `u`. For a sun, what is added to `l`.
+    pub fn off_centre(&self, l: DVec3, u: [f32; 2]) -> DVec3 {
+        let at = concentric_disc(u) * f64::from(self.radius);
+        let (a, b) = coordinate_system(l);
+        a * at.x + b * at.y
     }
 
     /// What reaches `p` if nothing is in the way; `None` where nothing does.

@@ -7,8 +7,10 @@
 mod animation;
 mod camera;
 mod clip;
+mod clip_bounds;
 mod driven;
 mod framing;
+mod ground;
 mod light;
 mod material;
 mod mesh;
@@ -21,8 +23,10 @@ mod texture;
 
 pub use animation::{Animation, Channel, Interpolation, Keys, Target};
 pub use camera::{Camera, Clip, Fit, Orbit, Projection, View, ViewError};
+pub use clip_bounds::clip_bounds;
 pub use driven::{CameraField, LightField, MaterialField, Slot};
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
+pub use ground::{Ground, GroundKind};
 pub use light::{Cone, Incident, Light, LightKind, LightUnits, PosedKind, PosedLight};
 pub use material::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,

@@ -90,6 +90,8 @@ pub struct PosedScene<'s> {
     node_to_world: Vec<DAffine3>,
     visible: Vec<bool>,
     animation: AnimationChoice,
+    /// Of all that is visible, relative to the centre.
+    bounds: Aabb,
 }
 
 /// Poses `scene`.
@@ -154,9 +156,11 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
         node_to_world,
         visible: shown,
         animation: at.animation.clone(),
+        bounds: Aabb::EMPTY,
     };
     posed.place(&weights);
-    let centre = at.centre.unwrap_or_else(|| posed.world_bounds().centre());
+    posed.bounds = posed.measure();
+    let centre = at.centre.unwrap_or_else(|| posed.bounds.centre());
     if centre != DVec3::ZERO {
         posed.recentre(centre);
     }
@@ -263,8 +267,8 @@ impl<'s> PosedScene<'s> {
         self.local_triangle(id).map(|p| transform.point(p))
     }
 
-    /// The bounds of all that is visible, relative to the centre.
-    fn world_bounds(&self) -> Aabb {
+    /// Walks every visible vertex.
+    fn measure(&self) -> Aabb {
         let mut bounds = Aabb::EMPTY;
         for (i, instance) in self.instances.iter().enumerate().filter(|(_, i)| i.visible) {
             // A shared mesh's vertices are walked once for each instance: exact, and cheap enough.
@@ -277,14 +281,20 @@ impl<'s> PosedScene<'s> {
 
     /// The bounds of all that is visible, in world coordinates (the centre added back).
     pub fn bounds(&self) -> Aabb {
-        let b = self.world_bounds();
+        let b = self.bounds;
         if b.is_empty() { b } else { Aabb { min: b.min + self.centre, max: b.max + self.centre } }
+    }
+
+    /// Nothing visible is farther than this from the centre.
+    pub fn reach(&self) -> f64 {
+        let b = self.bounds;
+        if b.is_empty() { 0.0 } else { b.min.abs().max(b.max.abs()).length() }
     }
 
     /// A sphere around all that is visible, in world coordinates: about the middle of the bounds,
     /// as small as holds every vertex. Radius 1 where there is nothing.
     pub fn bounding_sphere(&self) -> Sphere {
-        let middle = self.world_bounds().centre();
+        let middle = self.bounds.centre();
         let mut r2 = 0f64;
         for (i, instance) in self.instances.iter().enumerate().filter(|(_, i)| i.visible) {
             for &p in self.positions(i as u32) {
@@ -316,7 +326,7 @@ impl<'s> PosedScene<'s> {
                     }
                 };
                 let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
-                PosedLight { kind, intensity, range: light.range }
+                PosedLight { kind, intensity, range: light.range, radius: 0.0 }
             })
             .collect()
     }
@@ -385,6 +395,7 @@ impl<'s> PosedScene<'s> {
 
     fn recentre(&mut self, centre: DVec3) {
         self.centre = centre;
+        self.bounds = Aabb { min: self.bounds.min - centre, max: self.bounds.max - centre };
         for instance in &mut self.instances {
             let mut affine = instance.transform.affine;
             affine.translation -= centre;

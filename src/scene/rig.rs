@@ -80,11 +80,45 @@ pub struct Lighting {
     pub scale: f32,
     /// I_a; `None`: what suits the sources.
     pub ambient: Option<Rgb>,
+    /// True: an I_a that suits the sources is at least a fifth of their light, so that its
+    /// occlusion is seen.
+    pub plain_ambient: bool,
+    /// How wide every light is: [`PosedLight::radius`].
+    pub radius: f32,
 }
 
 impl Default for Lighting {
     fn default() -> Self {
-        Lighting { sources: None, given: Vec::new(), units: LightUnits::Auto, scale: 1.0, ambient: None }
+        Lighting {
+            sources: None,
+            given: Vec::new(),
+            units: LightUnits::Auto,
+            scale: 1.0,
+            ambient: None,
+            plain_ambient: false,
+            radius: 0.0,
+        }
+    }
+}
+
+/// The share of the lights that an ambient light to be seen is.
+const SHARE: f32 = 0.2;
+
+impl Rig {
+    /// A fifth of what the lights send to the middle of the scene, each taken to stand outside it;
+    /// white without lights.
+    fn share(&self, posed: &PosedScene) -> Rgb {
+        let sphere = posed.bounding_sphere();
+        let middle = sphere.centre - posed.centre;
+        let sent = |light: &PosedLight| match light.position() {
+            Some(p) => {
+                let r = p.as_dvec3().distance(middle).max(sphere.radius);
+                light.intensity * (1.0 / (r * r)) as f32
+            }
+            None => light.intensity,
+        };
+        let all: Rgb = self.lights.iter().map(sent).sum();
+        if all.is_finite() && all != Rgb::ZERO { all * SHARE } else { Rgb::ONE }
     }
 }
 
@@ -153,8 +187,18 @@ impl Lighting {
         }
         let world = Rgb::splat(BLENDER_AMBIENT);
         assumed &= self.ambient.is_none() && words.len() == 1 && rig.ambient == world;
+        if self.plain_ambient {
+            rig.ambient = rig.ambient.max(rig.share(posed));
+        }
         rig.ambient = self.ambient.unwrap_or(rig.ambient);
-        let note = if words.is_empty() { "none".to_string() } else { words.join(", ") };
+        for light in &mut rig.lights {
+            light.radius = self.radius;
+        }
+        let mut note = if words.is_empty() { "none".to_string() } else { words.join(", ") };
+        if rig.ambient != Rgb::ZERO {
+            let [r, g, b] = rig.ambient.to_array();
+            note += &format!("; ambient {r:.3},{g:.3},{b:.3}");
+        }
         Lit { rig, by_file, assumed, note }
     }
 }

@@ -1,0 +1,67 @@
+//! Points of the unit square carried to shapes that light comes from.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
+use glam::{DVec2, DVec3};
+
+use super::coordinate_system;
+
+/// The unit square onto the unit disc: equal areas stay equal, neighbours stay neighbours (Shirley
+/// and Chiu, “A Low Distortion Map Between Disk and Square”, JGT 2(3), 1997).
+pub fn concentric_disc(u: [f32; 2]) -> DVec2 {
+    let [x, y] = u.map(|u| 2.0 * f64::from(u) - 1.0);
+    if x == 0.0 && y == 0.0 {
+        return DVec2::ZERO;
+    }
+    let (r, angle) =
+        if x.abs() > y.abs() { (x, FRAC_PI_4 * (y / x)) } else { (y, FRAC_PI_2 - FRAC_PI_4 * (x / y)) };
+    DVec2::new(r * libm::cos(angle), r * libm::sin(angle))
+}
+
+/// The unit square onto directions about the unit vector `n`, as dense as their cosine: the disc
+/// raised to the hemisphere (Malley's method).
+pub fn cosine_hemisphere(n: DVec3, u: [f32; 2]) -> DVec3 {
+    let p = concentric_disc(u);
+    let up = (1.0 - p.length_squared()).max(0.0).sqrt();
+    let (a, b) = coordinate_system(n);
+    (a * p.x + b * p.y + n * up).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The middles of n × n squares.
+    fn grid(n: u16) -> impl Iterator<Item = [f32; 2]> {
+        let at = move |i: u16| (f32::from(i) + 0.5) / f32::from(n);
+        (0..n).flat_map(move |i| (0..n).map(move |j| [at(i), at(j)]))
+    }
+
+    #[test]
+    fn the_disc_is_covered_evenly() {
+        let points: Vec<_> = grid(200).map(concentric_disc).collect();
+        assert!(points.iter().all(|p| p.length() < 1.0));
+        // Within radius r lies r² of the area, and above any height what lies below its negative.
+        for r in [0.1f64, 0.5, 0.9] {
+            let inside = points.iter().filter(|p| p.length() < r).count() as f64 / 40_000.0;
+            assert!((inside - r * r).abs() < 0.004, "{r}: {inside}");
+        }
+        let mean = points.iter().sum::<DVec2>() / 40_000.0;
+        assert!(mean.length() < 1e-9);
+        let right = points.iter().filter(|p| p.x > 0.5).count() as f64 / 40_000.0;
+        let segment = (0.5f64.acos() - 0.5 * 0.75f64.sqrt()) / std::f64::consts::PI;
+        assert!((right - segment).abs() < 0.004, "{right} {segment}");
+        assert_eq!(concentric_disc([0.5, 0.5]), DVec2::ZERO);
+    }
+
+    #[test]
+    fn directions_are_as_dense_as_their_cosine() {
+        for n in [DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, -0.48, 0.64)] {
+            // The mean cosine of such directions is 2/3, the mean of its square 1/2.
+            let cosines: Vec<f64> = grid(100).map(|u| cosine_hemisphere(n, u).dot(n)).collect();
+            assert!(cosines.iter().all(|c| (0.0..=1.0 + 1e-12).contains(c)));
+            let mean = |f: fn(f64) -> f64| cosines.iter().map(|&c| f(c)).sum::<f64>() / 10_000.0;
+            assert!((mean(|c| c) - 2.0 / 3.0).abs() < 1e-3 && (mean(|c| c * c) - 0.5).abs() < 1e-3);
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Where eye rays meet the ground: a plane, met by its equation.
+
+use glam::{DVec3, Vec3};
+
+use super::point::{Place, Point};
+use super::{Coefficients, Frame};
+use crate::accel::RayBatch;
+use crate::geometry::{Ray, Rgb};
+use crate::scene::{Ground, GroundKind};
+
+impl Frame<'_> {
+    /// The height of `ground` relative to the scene's centre, as the f32 that points on it have.
+    fn height(&self, ground: &Ground) -> f32 {
+        (ground.middle.y - self.posed.centre.y) as f32
+    }
+
+    /// The height of a ground that stands in the way of light.
+    pub(super) fn solid_ground(&self) -> Option<f64> {
+        let ground = self.ground.as_ref().filter(|g| g.kind == GroundKind::Plane)?;
+        Some(f64::from(self.height(ground)))
+    }
+
+    /// The t at which each eye ray meets the ground from above; empty without a ground.
+    pub(super) fn meet_ground(&self, rays: &RayBatch) -> Vec<Option<f64>> {
+        let Some(ground) = &self.ground else { return Vec::new() };
+        let height = f64::from(self.height(ground));
+        let near = self.camera.clip.near / self.camera.depth_per_t();
+        let meet = |i: usize| {
+            let (above, down) = (f64::from(rays.origins[i].y) - height, f64::from(rays.directions[i].y));
+            let t = above / -down;
+            let met = above > 0.0 && down < 0.0 && t >= near && t <= f64::from(rays.t_max[i]);
+            met.then_some(t)
+        };
+        (0..rays.len()).map(meet).collect()
+    }
+
+    /// The ground where an eye ray meets it at `t`; `None` where it has thinned to nothing.
+    pub(super) fn ground_point<'s>(&self, sample: usize, ray: Ray, t: f64) -> Option<Point<'s>> {
+        let ground = self.ground.as_ref()?;
+        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+        let at = (o + d * t).as_vec3();
+        let p = Vec3::new(at.x, self.height(ground), at.z);
+        let from_middle = p.as_dvec3() + self.posed.centre - ground.middle;
+        let alpha = ground.presence(from_middle.length());
+        if !(p.is_finite() && alpha > 0.0) {
+            return None;
+        }
+        let catches = ground.kind == GroundKind::Shadow;
+        let color = if catches { Rgb::ONE } else { Ground::GREY };
+        let k = Coefficients {
+            k_a: color,
+            k_d: color,
+            k_s: Rgb::ZERO,
+            shininess: 1.0,
+            k_e: Rgb::ZERO,
+            color,
+            alpha,
+            through: Rgb::ZERO,
+        };
+        Some(Point {
+            sample,
+            place: Place::Ground { p, catches },
+            k,
+            n: DVec3::Y,
+            v: self.to_eye(ray.d),
+            radiance: Rgb::ZERO,
+            unshadowed: Rgb::ZERO,
+        })
+    }
+}
