@@ -63,6 +63,7 @@ fn seen(scene: &Scene, eye: DVec3, lights: &[PosedLight], ambient: Rgb, stage: S
         camera,
         lights: lights.to_vec(),
         ambient,
+        sky: None,
         overrides: Overrides::default(),
         cull: true,
         shadows: true,

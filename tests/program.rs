@@ -500,3 +500,55 @@ fn a_ground_moves_neither_camera_nor_exposure_and_shows_in_alpha() {
     let told = |more: &[&str]| picture(&lights, &[&["--exposure", "auto"], more].concat()).1;
     assert_eq!(told(&["--ground", "plane"]), told(&[]));
 }
+
+#[test]
+fn a_picture_of_light_lights_by_direction() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/cube.obj");
+    let light = dir.path().join("light.hdr");
+    let from_above = |_, y| image::Rgb(if y < 8 { [0.0, 0.0, 0.8f32] } else { [0.0, 0.0, 0.0] });
+    let light_picture: image::DynamicImage = image::ImageBuffer::from_fn(32, 16, from_above).into();
+    light_picture.save(&light).unwrap();
+    let picture = |more: &[&str]| {
+        let fixed = [
+            "render",
+            scene.to_str().unwrap(),
+            "--size",
+            "64x48",
+            "-v",
+            "--hdri",
+            "light.hdr",
+            "-o",
+            "a.png",
+        ];
+        let output = blinn(dir.path(), &[&fixed, more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let told = String::from_utf8(output.stderr).unwrap();
+        (image::open(dir.path().join("a.png")).unwrap().into_rgba8(), told)
+    };
+    let clear = ["--background", "transparent"];
+    let (seen, told) = picture(&clear);
+    assert!(told.contains("lights: none; ambient by a picture"), "{told}");
+    let blue: Vec<u8> = seen.pixels().filter(|p| p[3] == 255).map(|p| p[2]).collect();
+    // The top sees all of the light, the sides half of it, encoded.
+    assert!(blue.iter().max().unwrap() > &225 && (150..190).contains(blue.iter().min().unwrap()));
+    assert!(seen.pixels().all(|p| p[0] == 0 && p[1] == 0));
+    let (occluded, _) = picture(&["--background", "transparent", "--ao", "16", "--ground", "shadow"]);
+    assert!(occluded.pixels().any(|p| p[3] > 5 && p[3] < 250 && p[2] == 0));
+    assert!(picture(&["--ground", "shadow"]).1.contains("shows nothing"));
+    let render = ["render", scene.to_str().unwrap()];
+    for (args, says) in [
+        (&["--hdri", "missing.hdr"][..], "--hdri: missing.hdr"),
+        (&["--hdri", "light.hdr", "--ambient", "1,1,1"], "cannot be used with"),
+        (&["--hdri", "light.hdr", "--integrator", "shadow"], "only --integrator phong has"),
+    ] {
+        fails(dir.path(), &[&render, args].concat(), 2, says);
+    }
+    fs::write(dir.path().join("text.exr"), "text").unwrap();
+    fails(
+        dir.path(),
+        &[&render[..], &["--hdri", "text.exr"]].concat(),
+        2,
+        "neither Radiance HDR nor OpenEXR",
+    );
+}

@@ -45,7 +45,7 @@ impl Shot {
     }
 
     fn frame<'a>(&self, posed: &'a PosedScene, accel: &'a Accel) -> Frame<'a> {
-        let rig = Rig { lights: self.lights.clone(), ambient: Rgb::splat(self.ambient) };
+        let rig = Rig { lights: self.lights.clone(), ambient: Rgb::splat(self.ambient), sky: None };
         let lit = Lit { rig, by_file: false, assumed: false, note: String::new() };
         let (camera, _) = self.view.resolve(posed, self.size.0, self.size.1).unwrap();
         let (shadows, occlusion, ground) = (self.shadows, self.occlusion, self.ground);

@@ -228,6 +228,10 @@ pub(super) struct LightArgs {
     /// are seen, on a transparent background too
     #[arg(long, value_enum)]
     pub ground: Option<GroundArg>,
+    /// Takes the ambient light from a .hdr or .exr picture of all that is around, twice as wide as
+    /// high; unless lights are given or the file's, it is the only light. The background stays
+    #[arg(long, value_name = "FILE", conflicts_with = "ambient")]
+    pub hdri: Option<PathBuf>,
     /// Lets every light reach everything
     #[arg(long)]
     pub no_shadows: bool,

@@ -12,7 +12,7 @@ use super::args::{
 use super::values::{Ao, Exposure, Layers};
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
-use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml};
+use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml, load_sky};
 use crate::integrator::{Overrides, Stage};
 use crate::output::{Depth, Format, Replace};
 use crate::render::{Filter, RenderSettings};
@@ -127,7 +127,7 @@ impl Job {
             layers: image.aov.clone().unwrap_or_default(),
             replace: if image.no_overwrite { Replace::No } else { Replace::Yes },
             view: view(&args.camera)?,
-            lighting: lighting(&args.light),
+            lighting: lighting(&args.light)?,
             shadows: !args.light.no_shadows,
             ao: args.light.ao,
             ground: args.light.ground.map(|ground| match ground {
@@ -266,6 +266,11 @@ fn idle(args: &LightArgs, stage: Stage) -> Result<(), Usage> {
             "--ao weights the ambient term, which only --integrator phong has: leave one out".into(),
         ));
     }
+    if args.hdri.is_some() && stage != Stage::Phong {
+        return Err(Usage(
+            "--hdri lights by the ambient term, which only --integrator phong has: leave one out".into(),
+        ));
+    }
     if args.ao.is_some() && args.ambient == Some(Rgb::ZERO) {
         return Err(Usage(
             "--ao weights the ambient term, and --ambient 0,0,0 is none: leave one out".into(),
@@ -279,8 +284,9 @@ fn idle(args: &LightArgs, stage: Stage) -> Result<(), Usage> {
     Ok(())
 }
 
-fn lighting(args: &LightArgs) -> Lighting {
-    Lighting {
+fn lighting(args: &LightArgs) -> Result<Lighting, Usage> {
+    let sky = args.hdri.as_ref().map(|path| load_sky(path, &Limits::default())).transpose();
+    Ok(Lighting {
         sources: args.lights.clone(),
         given: args.point_light.iter().chain(&args.sun).copied().collect(),
         units: match args.light_units {
@@ -292,8 +298,9 @@ fn lighting(args: &LightArgs) -> Lighting {
         scale: args.light_scale as f32,
         ambient: args.ambient,
         plain_ambient: args.ao.is_some(),
+        sky: sky.map_err(|e| Usage(format!("--hdri: {e}")))?,
         radius: args.light_radius.unwrap_or(0.0) as f32,
-    }
+    })
 }
 
 /// The format that all pictures of this job have.

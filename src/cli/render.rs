@@ -19,7 +19,8 @@ use crate::integrator::{Frame, Occlusion, Phong, Stage};
 use crate::output::{Format, Part, Picture, save};
 use crate::render::{RenderSettings, meter, render, render_aovs, render_mattes};
 use crate::scene::{
-    AnimationChoice, Camera, Ground, PoseSettings, PosedScene, Scene, Selection, View, clip_bounds, pose,
+    AnimationChoice, Camera, Ground, GroundKind, PoseSettings, PosedScene, Scene, Selection, View,
+    clip_bounds, pose,
 };
 
 pub(super) fn run(args: &RenderArgs) -> Result<Summary, Usage> {
@@ -124,6 +125,9 @@ fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
     let integrator = Phong { stage: job.stage };
     let Exposed { ev, ambient } = exposure(job, scene, &animation, &frame, teller)?;
     frame.ambient = ambient.unwrap_or(frame.ambient);
+    if job.ground == Some(GroundKind::Shadow) && frame.lights.is_empty() && job.ao.is_none() {
+        teller.warn("--ground shadow shows nothing: no light casts a shadow, and --ao is not given")?;
+    }
     // Only now: the ground changes neither what is framed nor what is metered.
     frame.ground = surroundings.ground;
 

@@ -70,7 +70,8 @@ fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     if reader.format().is_none() && looks_like_tga(bytes) {
         reader.set_format(ImageFormat::Tga);
     }
-    if reader.format().is_none() {
+    let light = matches!(reader.format(), Some(ImageFormat::Hdr | ImageFormat::OpenExr));
+    if reader.format().is_none() || light {
         return Err("neither PNG, JPEG, WebP, KTX2, BMP nor TGA by its bytes".into());
     }
     Ok(reader)

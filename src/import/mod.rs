@@ -12,6 +12,7 @@ mod image;
 mod ktx2;
 mod limits;
 mod obj;
+mod sky;
 mod smooth;
 mod tangents;
 mod uri;
@@ -24,6 +25,7 @@ use crate::scene::Scene;
 pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
 pub use limits::Limits;
+pub use sky::load_sky;
 pub use smooth::Smooth;
 
 /// Which of a file's scenes.

@@ -20,7 +20,7 @@ use glam::{DVec3, UVec2};
 
 use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch};
 use crate::geometry::{Rgb, Rgba};
-use crate::scene::{Camera, Ground, Lit, PosedLight, PosedScene};
+use crate::scene::{Camera, Ground, Lit, PosedLight, PosedScene, Sky};
 
 pub use alpha::Materials;
 pub use aov::{Aov, FirstHit, first_hits};
@@ -44,6 +44,8 @@ pub struct Frame<'a> {
     pub lights: Vec<PosedLight>,
     /// I_a.
     pub ambient: Rgb,
+    /// An I_a for every direction, in place of the even one.
+    pub sky: Option<Sky>,
     /// Coefficients given on the command line.
     pub overrides: Overrides,
     /// True: eye rays do not see back faces of single-sided materials.
@@ -106,6 +108,7 @@ impl<'a> Frame<'a> {
             camera,
             lights: lit.rig.lights.clone(),
             ambient: lit.rig.ambient,
+            sky: lit.rig.sky,
             overrides: Overrides::default(),
             cull: true,
             shadows: true,
@@ -132,6 +135,11 @@ impl<'a> Frame<'a> {
             (Projection::Perspective, _) => Shared::Origin(rays.origins[0]),
             (Projection::Orthographic, _) => Shared::Direction(rays.directions[0]),
         };
+    }
+
+    /// I_a at a surface of shading normal `n`.
+    pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
+        self.sky.map_or(self.ambient, |sky| sky.ambient(n))
     }
 
     /// The unit vector from a point on an eye ray back to the eye.

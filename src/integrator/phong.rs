@@ -112,17 +112,17 @@ impl Phong {
             point.radiance = match self.stage {
                 Stage::Color => point.k.color,
                 Stage::Diffuse | Stage::Shadow => Rgb::ZERO,
-                Stage::Phong => point.k.k_e + point.k.k_a * frame.ambient,
+                Stage::Phong => point.k.k_e + point.k.k_a * frame.ambient_at(point.n),
             };
             point.unshadowed = point.radiance;
         }
         let Some(occlusion) = frame.occlusion.filter(|_| self.stage == Stage::Phong) else { return };
-        let lit = |&i: &usize| points[i].k.k_a * frame.ambient != Rgb::ZERO;
+        let lit = |&i: &usize| points[i].k.k_a * frame.ambient_at(points[i].n) != Rgb::ZERO;
         let asked: Vec<usize> = (0..points.len()).filter(lit).collect();
         let free = ambient_free(frame, occlusion, points, &asked, draws, scratch);
         for (i, free) in asked.into_iter().zip(free) {
             let k = &points[i].k;
-            points[i].radiance = k.k_e + k.k_a * frame.ambient * free;
+            points[i].radiance = k.k_e + k.k_a * frame.ambient_at(points[i].n) * free;
         }
     }
 

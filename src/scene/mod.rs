@@ -19,6 +19,7 @@ mod pose;
 mod rig;
 mod select;
 mod skin;
+mod sky;
 mod texture;
 
 pub use animation::{Animation, Channel, Interpolation, Keys, Target};
@@ -38,6 +39,7 @@ pub use pose::{AnimationChoice, Deformed, PoseError, PoseSettings, PosedInstance
 pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
 pub use select::{Glob, NothingFound, Selection};
 pub use skin::Skin;
+pub use sky::Sky;
 pub use texture::{Channels, Filter, Image, Texels, Texture, TextureRef, UvTransform, Wrap, srgb_to_linear};
 
 /// The format a scene came in, for the defaults that depend on it.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Camera, Format, LightUnits, PosedLight, PosedScene};
+use super::{Camera, Format, LightUnits, PosedLight, PosedScene, Sky};
 use crate::geometry::Rgb;
 
 /// Lights with the ambient colour that goes with them.
@@ -12,6 +12,8 @@ pub struct Rig {
     pub lights: Vec<PosedLight>,
     /// I_a.
     pub ambient: Rgb,
+    /// An I_a for every direction, in place of the even one.
+    pub sky: Option<Sky>,
 }
 
 /// A key light from the upper left, a fill from the right, a rim from behind: all suns, so that
@@ -29,12 +31,17 @@ pub fn three_point(camera: &Camera) -> Rig {
             sun(DVec3::new(0.45, 0.7, -0.9), 0.3),
         ],
         ambient: Rgb::splat(0.1),
+        sky: None,
     }
 }
 
 /// The lecture's "dim light at camera": a sun along the view.
 pub fn headlight(camera: &Camera) -> Rig {
-    Rig { lights: vec![PosedLight::sun(-camera.basis.w, Rgb::splat(0.8))], ambient: Rgb::splat(0.05) }
+    Rig {
+        lights: vec![PosedLight::sun(-camera.basis.w, Rgb::splat(0.8))],
+        ambient: Rgb::splat(0.05),
+        sky: None,
+    }
 }
 
 /// A place that light may come from.
@@ -83,6 +90,8 @@ pub struct Lighting {
     /// True: an I_a that suits the sources is at least a fifth of their light, so that its
     /// occlusion is seen.
     pub plain_ambient: bool,
+    /// Light from all around in place of an even I_a, and of the three-point rig by default.
+    pub sky: Option<Sky>,
     /// How wide every light is: [`PosedLight::radius`].
     pub radius: f32,
 }
@@ -96,6 +105,7 @@ impl Default for Lighting {
             scale: 1.0,
             ambient: None,
             plain_ambient: false,
+            sky: None,
             radius: 0.0,
         }
     }
@@ -147,7 +157,7 @@ impl Lighting {
         let sources = self.sources.clone().unwrap_or_else(|| {
             if !file.is_empty() {
                 vec![LightSource::File]
-            } else if self.given.is_empty() {
+            } else if self.given.is_empty() && self.sky.is_none() {
                 vec![LightSource::ThreePoint]
             } else {
                 Vec::new()
@@ -165,7 +175,10 @@ impl Lighting {
                     let ambient = Rgb::splat(if blender { BLENDER_AMBIENT } else { 0.0 });
                     assumed = blender && self.units == LightUnits::Auto;
                     let units = self.units.resolve(source).name();
-                    (Rig { lights: file.clone(), ambient }, format!("{} of the file ({units})", file.len()))
+                    (
+                        Rig { lights: file.clone(), ambient, sky: None },
+                        format!("{} of the file ({units})", file.len()),
+                    )
                 }
                 LightSource::Headlight => (headlight(camera), "a headlight".to_string()),
                 LightSource::ThreePoint => (three_point(camera), "the three-point rig".to_string()),
@@ -191,11 +204,14 @@ impl Lighting {
             rig.ambient = rig.ambient.max(rig.share(posed));
         }
         rig.ambient = self.ambient.unwrap_or(rig.ambient);
+        rig.sky = self.sky;
         for light in &mut rig.lights {
             light.radius = self.radius;
         }
         let mut note = if words.is_empty() { "none".to_string() } else { words.join(", ") };
-        if rig.ambient != Rgb::ZERO {
+        if rig.sky.is_some() {
+            note += "; ambient by a picture";
+        } else if rig.ambient != Rgb::ZERO {
             let [r, g, b] = rig.ambient.to_array();
             note += &format!("; ambient {r:.3},{g:.3},{b:.3}");
         }

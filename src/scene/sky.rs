@@ -1,0 +1,143 @@
+//! Light from all around, as far as matt surfaces can tell.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use crate::geometry::Rgb;
+
+/// An environment as nine spherical harmonics: what arrives at a matt surface differs from the whole
+/// environment's by 1 % on average, 9 % at most for a single point of light (Ramamoorthi and
+/// Hanrahan, “An Efficient Representation for Irradiance Environment Maps”, SIGGRAPH 2001).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sky {
+    /// Of 1; x, y, z; xy, yz, zx, 3y² − 1, x² − z².
+    coefficients: [DVec3; 9],
+}
+
+/// The harmonics' norms, in the same order.
+const NORMS: [f64; 9] = [
+    0.282_094_791_773_878_14,
+    0.488_602_511_902_919_9,
+    0.488_602_511_902_919_9,
+    0.488_602_511_902_919_9,
+    1.092_548_430_592_079_2,
+    1.092_548_430_592_079_2,
+    1.092_548_430_592_079_2,
+    0.315_391_565_252_520_05,
+    0.546_274_215_296_039_6,
+];
+/// What a cosine makes of harmonics of each order, over π.
+const COSINE: [f64; 9] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
+
+impl Sky {
+    /// From an equirectangular picture: rows from straight up to straight down, the middle column
+    /// towards +X and columns further right towards +Z, as Blender and three.js have it. What is
+    /// negative or no number counts as black.
+    pub fn from_equirectangular(width: u32, height: u32, pixel: impl Fn(u32, u32) -> Rgb) -> Sky {
+        let angle = |i: u32| TAU * ((f64::from(i) + 0.5) / f64::from(width) - 0.5);
+        let columns: Vec<(f64, f64)> =
+            (0..width).map(|i| (libm::cos(angle(i)), libm::sin(angle(i)))).collect();
+        let mut sums = [DVec3::ZERO; 9];
+        for j in 0..height {
+            // Over a row's columns: the mean, and those with cos, sin, cos 2, sin 2 of the angle.
+            let mut row = [DVec3::ZERO; 5];
+            for (i, &(cos, sin)) in (0..width).zip(&columns) {
+                let p =
+                    pixel(i, j).to_array().map(|v| if v.is_finite() { f64::from(v.max(0.0)) } else { 0.0 });
+                let p = DVec3::from(p);
+                for (sum, k) in row.iter_mut().zip([1.0, cos, sin, cos * cos - sin * sin, 2.0 * cos * sin]) {
+                    *sum += p * k;
+                }
+            }
+            let edge = |j: f64| libm::cos(PI * j / f64::from(height));
+            let (top, bottom) = (f64::from(j), f64::from(j) + 1.0);
+            let solid_angle = TAU * (edge(top) - edge(bottom)) / f64::from(width);
+            let (y, s) = (edge(top + 0.5), libm::sin(PI * (top + 0.5) / f64::from(height)));
+            let [one, x, z, cos2, sin2] = row.map(|sum| sum * solid_angle);
+            let harmonics = [
+                one,
+                x * s,
+                one * y,
+                z * s,
+                x * (s * y),
+                z * (s * y),
+                sin2 * (0.5 * s * s),
+                one * (3.0 * y * y - 1.0),
+                cos2 * (s * s),
+            ];
+            for ((sum, h), norm) in sums.iter_mut().zip(harmonics).zip(NORMS) {
+                *sum += h * norm;
+            }
+        }
+        Sky { coefficients: sums }
+    }
+
+    /// I_a for a surface of unit normal `n`: its irradiance over π, so that an even environment's is
+    /// its radiance.
+    pub fn ambient(&self, n: DVec3) -> Rgb {
+        let DVec3 { x, y, z } = n;
+        let harmonics = [1.0, x, y, z, x * y, y * z, z * x, 3.0 * y * y - 1.0, x * x - z * z];
+        let mut sum = DVec3::ZERO;
+        for (((c, h), norm), cosine) in self.coefficients.iter().zip(harmonics).zip(NORMS).zip(COSINE) {
+            sum += *c * (h * norm * cosine);
+        }
+        sum.max(DVec3::ZERO).as_vec3()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn normals() -> impl Iterator<Item = DVec3> {
+        let all =
+            [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1], [3, -2, 1], [-1, 4, 2]];
+        all.into_iter().map(|n| DVec3::from(n.map(f64::from)).normalize())
+    }
+
+    #[test]
+    fn an_even_sky_is_even() {
+        let sky = Sky::from_equirectangular(64, 32, |_, _| Rgb::new(0.25, 1.0, 3.0));
+        for n in normals() {
+            assert!(sky.ambient(n).abs_diff_eq(Rgb::new(0.25, 1.0, 3.0), 1e-2), "{n}: {}", sky.ambient(n));
+        }
+    }
+
+    #[test]
+    fn a_cosine_sky_is_exact() {
+        // L = 1 + .8 y + .5 x: the cosine takes a third of what is of first order.
+        let at = |i: u32, j: u32| {
+            let (a, b) = (TAU * ((f64::from(i) + 0.5) / 512.0 - 0.5), PI * (f64::from(j) + 0.5) / 256.0);
+            Rgb::splat((1.0 + 0.8 * b.cos() + 0.5 * b.sin() * a.cos()) as f32)
+        };
+        let sky = Sky::from_equirectangular(512, 256, at);
+        for n in normals() {
+            let expected = 1.0 + (0.8 * n.y + 0.5 * n.x) * 2.0 / 3.0;
+            assert!((f64::from(sky.ambient(n).x) - expected).abs() < 1e-3, "{n}");
+        }
+    }
+
+    #[test]
+    fn the_middle_is_x_and_its_right_is_z() {
+        let spot = |column: u32, row: u32| {
+            let sky = Sky::from_equirectangular(64, 32, |i, j| {
+                if i.abs_diff(column) <= 1 && j.abs_diff(row) <= 1 { Rgb::ONE } else { Rgb::ZERO }
+            });
+            let light = |n: &DVec3| sky.ambient(*n).x;
+            normals().take(6).max_by(|a, b| light(a).total_cmp(&light(b))).unwrap()
+        };
+        assert_eq!(spot(32, 16), DVec3::X);
+        assert_eq!(spot(48, 16), DVec3::Z);
+        assert_eq!(spot(16, 16), DVec3::NEG_Z);
+        assert_eq!((spot(20, 1), spot(20, 30)), (DVec3::Y, DVec3::NEG_Y));
+    }
+
+    #[test]
+    fn what_is_no_light_is_black() {
+        let sky = Sky::from_equirectangular(8, 4, |i, _| {
+            Rgb::new([f32::NAN, f32::INFINITY, -5.0][i as usize % 3], 0.0, 0.0)
+        });
+        assert_eq!(sky.ambient(DVec3::Y), Rgb::ZERO);
+    }
+}
