@@ -22,3 +22,8 @@ bench:
 # stadium, forest, slivers, soup, layers.
 scene kind triangles file *flags:
     cargo run --release -q -p blinn-scenes -- {{kind}} {{triangles}} {{file}} {{flags}}
+
+# blinn's rays, builds and frames beside Embree's: `just bench-peers rays --quick`, and without words
+# all of docs/performance.md. `just bench-peers programs` measures whole programs.
+bench-peers *words:
+    bash benches/peers/run {{words}}

@@ -1,0 +1,162 @@
+"""Whole programs, from a scene file to a picture of 1280 x 720, by turns: `just bench-peers programs`.
+
+Wall and CPU seconds and peak memory of the process, medians of rounds. A program that cannot be had is
+skipped, loudly. `--quick`: three rounds, the small files; `--only NAME`: one of the files.
+`--turntable` is kept for the 36 frames of a turntable.
+"""
+
+import argparse
+import json
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent / "programs"
+SCENES, WORK = ROOT / "target/scenes", ROOT / "target/peers"
+PYTHON = WORK / "venv/bin/python"
+BLINN, GENERATOR = ROOT / "target/release/blinn", ROOT / "target/release/blinn-scenes"
+FILES = {
+    "scan-70k.obj": ("70k",), "scan-76k.glb": ("76k", "--textured"),
+    "scan-1.1m.glb": ("1.1m", "--textured"), "scan-1.1m.obj": ("1.1m",),
+}
+VIEW = {".obj": ["--view-point", "0.62,0.42,1.75", "--look-at", "0,0,0", "--yfov", "42", "--lights", "none",
+                 "--point-light", "3,4,2,30"], ".glb": []}
+
+
+def has(module, python=PYTHON):
+    done = subprocess.run([python, "-c", f"import {module}"], capture_output=True) if python else None
+    return done is not None and done.returncode == 0
+
+
+def blender_python():
+    """A Python with bpy: the one named by BPY_PYTHON, or our own."""
+    named = os.environ.get("BPY_PYTHON")
+    return next((p for p in (named, PYTHON) if p and has("bpy", p)), None)
+
+
+def set_up():
+    """Installs what pip has; says what Debian has."""
+    if not PYTHON.exists():
+        subprocess.run([sys.executable, "-m", "venv", WORK / "venv"], check=True)
+    for package, module in (("f3d==4.0.0", "f3d"), ("mitsuba==3.9.1", "mitsuba"), ("filly==0.2.1", "filly"),
+                            ("pillow", "PIL")):
+        if not has(module):
+            subprocess.run([PYTHON, "-m", "pip", "install", "--quiet", package], check=False)
+    SCENES.mkdir(parents=True, exist_ok=True)
+    made_by = GENERATOR.stat().st_mtime
+    for name, (count, *flags) in FILES.items():
+        stale = not (SCENES / name).exists() or (SCENES / name).stat().st_mtime < made_by
+        if stale:
+            subprocess.run([GENERATOR, "scan", count, SCENES / name, *flags], check=True)
+        pov = (SCENES / name).with_suffix(".pov")
+        if name.endswith(".obj") and (stale or not pov.exists()):
+            subprocess.run([sys.executable, HERE / "obj_to_pov.py", SCENES / name, pov], check=True)
+
+
+def programs(quick):
+    """name: (files' endings, samples, shadows, command by (scene, picture)); None where it cannot be had."""
+    def script(name, *rest, python=PYTHON):
+        return lambda scene, out: [python, HERE / name, scene, out, *rest]
+
+    def blinn(*flags):
+        return lambda scene, out: [BLINN, "render", scene, "-o", out, "--size", "1280x720", "-q", *flags,
+                                   *VIEW[scene.suffix]]
+
+    def viewer(scene, out):
+        return ["viewer", "-i", scene, "-o", Path(out).with_suffix(".ppm"), "--size", "1280", "720",
+                "--vp", "0.62", "0.42", "1.75", "--vi", "0", "0", "0", "--fov", "42"]
+
+    def povray(scene, out):
+        return ["povray", f"+I{scene.with_suffix('.pov')}", f"+O{out}", "+W1280", "+H720", "-D", "-A", "+WT2", "-GA", "-V"]
+
+    both, obj, glb = (".obj", ".glb"), (".obj",), (".glb",)
+    mitsuba, filly, bpy = has("mitsuba"), has("filly"), blender_python()
+    rows = {
+        "blinn": (both, 1, True, blinn("-s", "1")),
+        "f3d": (both, 1, False, script("with_f3d.py") if has("f3d") else None),
+        "filly": (glb, 1, False, script("with_filly.py") if filly else None),
+        "filly, shadows": (glb, 1, True, script("with_filly.py", "shadows") if filly else None),
+        "Embree's viewer": (obj, 1, False, viewer if shutil.which("viewer") else None),
+        "POV-Ray": (obj, 1, True, povray if shutil.which("povray") else None),
+        "Mitsuba scalar": (obj, 1, True, script("with_mitsuba.py", "1", "scalar_rgb") if mitsuba else None),
+        "Mitsuba llvm": (obj, 1, True, script("with_mitsuba.py", "1", "llvm_ad_rgb") if mitsuba else None),
+        "Cycles": (both, 1, True, script("with_cycles.py", "1", python=bpy) if bpy else None),
+        "blinn, 16": (both, 16, True, blinn("-s", "16")),
+        "Mitsuba llvm, 16": (obj, 16, True, script("with_mitsuba.py", "16", "llvm_ad_rgb") if mitsuba else None),
+        "Mitsuba scalar, 16": (obj, 16, True, script("with_mitsuba.py", "16", "scalar_rgb") if mitsuba else None),
+        "Cycles, 16": (both, 16, True, script("with_cycles.py", "16", python=bpy) if bpy else None),
+    }
+    return {k: v for k, v in rows.items() if not quick or v[1] == 1}
+
+
+def run(command, out):
+    """(wall s, CPU s, peak MB) of a process, or a string that says what went wrong."""
+    out.unlink(missing_ok=True)
+    start = time.perf_counter()
+    with open(WORK / "last.log", "w") as log:
+        process = subprocess.Popen([str(c) for c in command], stdout=log, stderr=log, cwd=WORK)
+        _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    wall = time.perf_counter() - start
+    made = out.exists() or out.with_suffix(".ppm").exists()
+    if process.returncode != 0 or not made:
+        tail = (WORK / "last.log").read_text(errors="replace").strip().splitlines()[-1:]
+        return f"exit {process.returncode}{'' if made else ', no picture'}: {' '.join(tail)[:160]}"
+    return wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1e3
+
+
+def measure(name, rounds):
+    scene = SCENES / name
+    runs, broken = {}, {}
+    for turn in range(rounds + 1):
+        for program, (endings, _, _, command) in programs_had.items():
+            if scene.suffix not in endings or program in broken:
+                continue
+            out = WORK / f"{name}-{program.replace(' ', '-').replace(',', '')}.png"
+            result = run(command(scene, out), out)
+            if isinstance(result, str):
+                broken[program] = result
+                print(f"!! {program} on {name}: SKIPPED, {result}", file=sys.stderr)
+            elif turn:  # The first warms up files and caches.
+                runs.setdefault(program, []).append(result)
+    rows = []
+    for program, results in runs.items():
+        wall, cpu, peak = (statistics.median(column) for column in zip(*results))
+        _, samples, shadows, _ = programs_had[program]
+        rows.append({"file": name, "program": program, "samples": samples, "shadows": shadows, "wall": wall,
+                     "cpu": cpu, "peak MB": peak})
+    own = {row["samples"]: row for row in rows if row["program"].startswith("blinn")}
+    print(f"\n### {name}, medians of {rounds}\n| program | samples | shadows | wall s | CPU s | peak MB "
+          "| blinn's wall to it | blinn's CPU to it |\n|---|---|---|---|---|---|---|---|")
+    for row in sorted(rows, key=lambda r: (r["samples"], r["wall"])):
+        mine = own.get(row["samples"])
+        ratio = [f"{mine[k] / row[k]:.2f}" if mine else "" for k in ("wall", "cpu")]
+        print(f"| {row['program']} | {row['samples']} | {'yes' if row['shadows'] else 'no'} | {row['wall']:.2f} "
+              f"| {row['cpu']:.2f} | {row['peak MB']:.0f} | {ratio[0]} | {ratio[1]} |", flush=True)
+    return rows
+
+
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("--quick", action="store_true")
+parser.add_argument("--rounds", type=int, default=5)
+parser.add_argument("--only", choices=FILES)
+parser.add_argument("--turntable", action="store_true")
+arguments = parser.parse_args()
+if arguments.turntable:
+    sys.exit("blinn has no turntable yet: there is nothing to measure")
+set_up()
+programs_had = {}
+for name, row in programs(arguments.quick).items():
+    if row[3] is None:
+        print(f"!! {name}: NOT INSTALLED, SKIPPED (povray, embree-tools: Debian; f3d, mitsuba, filly: pip; "
+              "Cycles: BPY_PYTHON=a Python with bpy)", file=sys.stderr)
+    else:
+        programs_had[name] = row
+files = [arguments.only] if arguments.only else [f for f in FILES if not arguments.quick or "1.1m" not in f]
+figures = [row for name in files for row in measure(name, 3 if arguments.quick else arguments.rounds)]
+(WORK / "programs.json").write_text(json.dumps(figures, indent=1))

@@ -1,0 +1,42 @@
+//! blinn beside Embree: the same meshes, the same rays, the same process, by turns.
+
+mod embree;
+mod engines;
+mod frame;
+mod measure;
+mod options;
+mod rays;
+mod scene;
+
+use std::process::ExitCode;
+
+use embree::Embree;
+use options::{Mode, Options};
+use serde_json::json;
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    match run(&words) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(words: &[String]) -> Result<(), String> {
+    let options = Options::parse(words)?;
+    let embree = || Embree::open(&options.embree);
+    let figures = match options.mode {
+        Mode::Rays => measure::rays(&options, &embree()?)?,
+        Mode::Build => measure::builds(&options, &embree()?)?,
+        Mode::Scale => measure::scale(&options, &embree()?)?,
+        Mode::Frame => frame::frames(&options)?,
+    };
+    if let Some(path) = &options.json {
+        let text = json!({"mode": words[0], "rounds": options.rounds, "figures": figures});
+        std::fs::write(path, format!("{text:#}\n")).map_err(|e| format!("{}: {e}", path.display()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,125 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use blinn_scenes::{Kind, count};
+
+use crate::rays::Film;
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Rays a second beside Embree.
+    Rays,
+    /// Build times and bytes beside Embree.
+    Build,
+    /// Time per ray from 10 thousand triangles to 10 million.
+    Scale,
+    /// Whole frames: two threads against one, and what is not tracing.
+    Frame,
+}
+
+/// The plan.
+pub struct Options {
+    pub mode: Mode,
+    pub scenes: Vec<(Kind, usize)>,
+    pub threads: Vec<usize>,
+    pub rounds: usize,
+    pub film: Film,
+    pub json: Option<PathBuf>,
+    pub embree: PathBuf,
+}
+
+pub const USAGE: &str = "usage: blinn-peers rays|build|scale|frame [KIND:TRIANGLES …] [options]
+  --quick           480 × 270 pixels, three rounds, smaller scenes
+  --threads LIST    threads to measure with [default: 1,2]
+  --rounds N        rounds by turns, of which the medians count [default: 5]
+  --size WxH        pixels [default: 1920x1080]
+  --tile N          side of a tile, which is a batch, in pixels [default: 32]
+  --samples N       samples for each pixel [default: 1]
+  --json FILE       writes all figures
+  --embree FOLDER   where libembree4 lies [default: target/embree/embreex.libs]
+A scene is a kind and a count of triangles: scan:70k, interior:1.4m.";
+
+impl Options {
+    pub fn parse(words: &[String]) -> Result<Options, String> {
+        let mut words = words.iter().map(String::as_str);
+        let mode = match words.next() {
+            Some("rays") => Mode::Rays,
+            Some("build") => Mode::Build,
+            Some("scale") => Mode::Scale,
+            Some("frame") => Mode::Frame,
+            _ => return Err(USAGE.into()),
+        };
+        let mut options = Options {
+            mode,
+            scenes: Vec::new(),
+            threads: vec![1, 2],
+            rounds: 5,
+            film: Film { width: 1920, height: 1080, tile: 32, samples: 1 },
+            json: None,
+            embree: "target/embree/embreex.libs".into(),
+        };
+        let mut quick = false;
+        while let Some(word) = words.next() {
+            let mut value = || words.next().ok_or(format!("{word} needs a value\n{USAGE}"));
+            match word {
+                "--quick" => quick = true,
+                "--threads" => {
+                    options.threads =
+                        value()?.split(',').map(|n| number(n, 256)).collect::<Result<_, _>>()?;
+                }
+                "--rounds" => options.rounds = number(value()?, 1000)?,
+                "--size" => {
+                    let (w, h) = value()?.split_once('x').ok_or("--size is WxH")?;
+                    options.film.width = number(w, 16384)? as u32;
+                    options.film.height = number(h, 16384)? as u32;
+                }
+                "--tile" => options.film.tile = number(value()?, 4096)? as u32,
+                "--samples" => options.film.samples = number(value()?, 4096)? as u32,
+                "--json" => options.json = Some(value()?.into()),
+                "--embree" => options.embree = value()?.into(),
+                scene => {
+                    let (kind, size) = scene.split_once(':').ok_or(format!("what is '{scene}'?\n{USAGE}"))?;
+                    options.scenes.push((kind.parse()?, count(size)?));
+                }
+            }
+        }
+        if quick {
+            options.film = Film { width: 480, height: 270, ..options.film };
+            options.rounds = options.rounds.min(3);
+        }
+        if options.scenes.is_empty() {
+            options.scenes = usual(mode, quick);
+        }
+        Ok(options)
+    }
+}
+
+fn number(word: &str, most: usize) -> Result<usize, String> {
+    match word.parse() {
+        Ok(n) if (1..=most).contains(&n) => Ok(n),
+        _ => Err(format!("'{word}' is no number from 1 to {most}")),
+    }
+}
+
+/// The scenes that docs/performance.md has goals for.
+fn usual(mode: Mode, quick: bool) -> Vec<(Kind, usize)> {
+    let scans = |counts: &[usize]| counts.iter().map(|&n| (Kind::Scan, n)).collect::<Vec<_>>();
+    match (mode, quick) {
+        (Mode::Rays, false) => {
+            vec![
+                (Kind::Scan, 70_000),
+                (Kind::Interior, 1_400_000),
+                (Kind::Scan, 1_100_000),
+                (Kind::Scan, 8_000_000),
+            ]
+        }
+        (Mode::Rays, true) => vec![(Kind::Scan, 70_000), (Kind::Interior, 400_000)],
+        (Mode::Build, false) => scans(&[70_000, 1_100_000, 8_000_000]),
+        (Mode::Build, true) => scans(&[70_000, 1_100_000]),
+        (Mode::Scale, false) => scans(&[10_000, 100_000, 1_000_000, 10_000_000]),
+        (Mode::Scale, true) => scans(&[10_000, 100_000, 1_000_000]),
+        (Mode::Frame, _) => scans(&[70_000, 1_100_000]),
+    }
+}

@@ -1,0 +1,239 @@
+//! The rays that both sides trace: made once, from the hits of the eye rays, in the batches that a
+//! tile of a picture gives.
+
+use blinn::accel::{Accel, Cutout, RayBatch, SegmentBatch, Shared};
+use blinn::geometry::{HitId, Ray, offset_point};
+use blinn::integrator::Surface;
+use blinn::scene::PosedScene;
+use blinn_scenes::Scene;
+use glam::{Vec3, vec3};
+
+/// Nothing is cut out of the scenes here.
+pub struct Opaque;
+
+impl Cutout for Opaque {
+    fn keeps(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
+        true
+    }
+
+    fn transmits(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
+        Vec3::ZERO
+    }
+}
+
+/// A picture's size and how it is cut up.
+#[derive(Clone, Copy, Debug)]
+pub struct Film {
+    pub width: u32,
+    pub height: u32,
+    /// Side of a tile in pixels.
+    pub tile: u32,
+    /// Samples for each pixel.
+    pub samples: u32,
+}
+
+/// A tile's rays as blinn takes them.
+pub enum Batch {
+    Closest(RayBatch),
+    Any(SegmentBatch),
+}
+
+impl Batch {
+    pub fn len(&self) -> usize {
+        match self {
+            Batch::Closest(rays) => rays.len(),
+            Batch::Any(segments) => segments.len(),
+        }
+    }
+
+    /// Origin, direction and greatest t of ray `i`, as Embree takes it.
+    pub fn ray(&self, i: usize) -> (Vec3, Vec3, f32) {
+        match self {
+            Batch::Closest(rays) => (rays.origins[i], rays.directions[i], rays.t_max[i]),
+            Batch::Any(s) => match s.shared {
+                Shared::Direction(d) => (s.from[i], d, f32::INFINITY),
+                Shared::Origin(light) => (s.from[i], light - s.from[i], 1.0),
+                Shared::None => (s.from[i], s.to[i] - s.from[i], 1.0),
+            },
+        }
+    }
+}
+
+/// Rays of one kind.
+pub struct Set {
+    pub name: &'static str,
+    /// One for each tile.
+    pub batches: Vec<Batch>,
+    /// For each batch its rays in squares of 4 × 4 pixels: the order that suits Embree's packets,
+    /// as the order of rows suits blinn's batches.
+    pub squares: Vec<Vec<u32>>,
+}
+
+impl Set {
+    pub fn rays(&self) -> usize {
+        self.batches.iter().map(Batch::len).sum()
+    }
+
+    /// Whether all end in one place, so that they can be traced from there too.
+    pub fn from_light(&self) -> Option<Vec3> {
+        match self.batches.first() {
+            Some(Batch::Any(SegmentBatch { shared: Shared::Origin(light), .. })) => Some(*light),
+            _ => None,
+        }
+    }
+}
+
+/// A tile's samples: where they are on the film (0…1, y upward), and which square each is in.
+struct Tile {
+    samples: Vec<(f32, f32)>,
+    squares: Vec<u32>,
+}
+
+/// A number in 0…1 for a sample and a purpose.
+fn random(i: u32, purpose: u32) -> f32 {
+    let mut x = i.wrapping_mul(0x9e37_79b9) ^ purpose.wrapping_mul(0x85eb_ca6b);
+    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
+    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+    ((x ^ (x >> 16)) >> 8) as f32 / (1u32 << 24) as f32
+}
+
+fn tiles(film: Film) -> Vec<Tile> {
+    let mut tiles = Vec::new();
+    for (top, left) in (0..film.height)
+        .step_by(film.tile as usize)
+        .flat_map(|y| (0..film.width).step_by(film.tile as usize).map(move |x| (y, x)))
+    {
+        let mut tile = Tile { samples: Vec::new(), squares: Vec::new() };
+        for y in top..(top + film.tile).min(film.height) {
+            for x in left..(left + film.tile).min(film.width) {
+                for s in 0..film.samples {
+                    let id = (y * film.width + x) * film.samples + s;
+                    let at = |purpose| if film.samples == 1 { 0.5 } else { random(id, purpose) };
+                    let (u, v) =
+                        ((x as f32 + at(1)) / film.width as f32, (y as f32 + at(2)) / film.height as f32);
+                    tile.samples.push((u, 1.0 - v));
+                    // Squares by rows of the tile, then the sample, then the place in the square.
+                    let (i, j) = (x - left, y - top);
+                    let square = (j / 4) * film.tile.div_ceil(4) + i / 4;
+                    tile.squares.push((square * film.samples + s) * 16 + (j % 4) * 4 + i % 4);
+                }
+            }
+        }
+        tiles.push(tile);
+    }
+    tiles
+}
+
+/// Indices in the order of their squares.
+fn by_square(squares: &[u32]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..squares.len() as u32).collect();
+    order.sort_by_key(|&i| squares[i as usize]);
+    order
+}
+
+/// What a scene's eye sees, and the rays that follow from it.
+pub struct Rays {
+    pub eye: Set,
+    pub orthographic: Set,
+    /// To a point light, one for each hit.
+    pub shadow: Set,
+    /// To a sun, one for each hit.
+    pub sun: Set,
+    /// Closest hit, anywhere over the surface.
+    pub bounce: Set,
+    /// Any hit, anywhere over the surface, to the scene's end and to a fiftieth of its size.
+    pub open: Set,
+    pub near: Set,
+}
+
+impl Rays {
+    pub fn all(&self) -> [&Set; 7] {
+        [&self.eye, &self.shadow, &self.sun, &self.orthographic, &self.bounce, &self.open, &self.near]
+    }
+
+    pub fn new(scene: &Scene, posed: &PosedScene, accel: &Accel, film: Film) -> Rays {
+        let set = |name| Set { name, batches: Vec::new(), squares: Vec::new() };
+        let mut rays = Rays {
+            eye: set("eye"),
+            orthographic: set("orthographic"),
+            shadow: set("shadow, point"),
+            sun: set("shadow, sun"),
+            bounce: set("bounce"),
+            open: set("any hit, long"),
+            near: set("any hit, short"),
+        };
+        let (eye, forward) = (Vec3::from(scene.eye), (Vec3::from(scene.target) - Vec3::from(scene.eye)));
+        let (right, distance) = (forward.cross(Vec3::Y).normalize(), forward.length());
+        let forward = forward.normalize();
+        let up = right.cross(forward);
+        let high = (scene.yfov.to_radians() * 0.5).tan();
+        let wide = high * film.width as f32 / film.height as f32;
+        let size = distance.max(1e-3);
+        let mut id = 0;
+        for tile in tiles(film) {
+            let mut perspective = RayBatch { shared: Shared::Origin(eye), ..RayBatch::default() };
+            let mut parallel = RayBatch { shared: Shared::Direction(forward), ..RayBatch::default() };
+            for &(x, y) in &tile.samples {
+                let across = right * ((2.0 * x - 1.0) * wide) + up * ((2.0 * y - 1.0) * high);
+                let near = RayBatch::from_near(0.0);
+                perspective.push(eye, forward + across, near, f32::INFINITY);
+                parallel.push(eye + across * distance, forward, near, f32::INFINITY);
+            }
+            let mut hits = Vec::new();
+            accel.intersect(&perspective, &Opaque, &mut hits);
+            let from_here = |shared| SegmentBatch { shared, ..SegmentBatch::default() };
+            let (light, to_sun) = (Vec3::from(scene.light), -Vec3::from(scene.sun).normalize());
+            let mut shadow = from_here(Shared::Origin(light));
+            let mut sun = from_here(Shared::Direction(to_sun));
+            let (mut open, mut near) = (from_here(Shared::None), from_here(Shared::None));
+            let mut bounce = RayBatch::default();
+            let mut squares = Vec::new();
+            for (i, hit) in hits.iter().enumerate() {
+                id += 1;
+                if hit.is_miss() {
+                    continue;
+                }
+                squares.push(tile.squares[i]);
+                let ray = Ray { o: perspective.origins[i], d: perspective.directions[i] };
+                let surface = Surface::at(posed, hit.id, ray);
+                let mut n = surface.n_g.as_vec3();
+                let from = |towards: Vec3| offset_point(surface.p, surface.p_error, n, towards);
+                shadow.push(from(light - surface.p), light, hit.id);
+                sun.push(from(to_sun), Vec3::ZERO, hit.id);
+                if n.dot(ray.d) > 0.0 {
+                    n = -n;
+                }
+                let d = over(n, random(id, 3), random(id, 4));
+                let o = offset_point(surface.p, surface.p_error, n, n);
+                bounce.push(o, d, RayBatch::from_near(0.0), f32::INFINITY);
+                open.push(o, o + d * (4.0 * size), hit.id);
+                near.push(o, o + d * (0.02 * size), hit.id);
+            }
+            let full = by_square(&tile.squares);
+            let hit = by_square(&squares);
+            for (set, batch, order) in [
+                (&mut rays.eye, Batch::Closest(perspective), &full),
+                (&mut rays.orthographic, Batch::Closest(parallel), &full),
+                (&mut rays.shadow, Batch::Any(shadow), &hit),
+                (&mut rays.sun, Batch::Any(sun), &hit),
+                (&mut rays.bounce, Batch::Closest(bounce), &hit),
+                (&mut rays.open, Batch::Any(open), &hit),
+                (&mut rays.near, Batch::Any(near), &hit),
+            ] {
+                set.batches.push(batch);
+                set.squares.push(order.clone());
+            }
+        }
+        rays
+    }
+}
+
+/// A direction over the plane of unit normal `n`, by its cosine.
+fn over(n: Vec3, a: f32, b: f32) -> Vec3 {
+    let side = if n.y.abs() < 0.9 { vec3(0.0, 1.0, 0.0) } else { vec3(1.0, 0.0, 0.0) };
+    let x = side.cross(n).normalize();
+    let y = n.cross(x);
+    let (sin, cos) = (a * std::f32::consts::TAU).sin_cos();
+    let r = b.sqrt();
+    x * (r * cos) + y * (r * sin) + n * (1.0 - b).max(0.0).sqrt()
+}

@@ -1,0 +1,39 @@
+//! A generated scene as blinn's.
+
+use blinn::scene::{Instance, Local, Material, Mesh, Node, PoseSettings, PosedScene, Scene, pose};
+use glam::{DAffine3, DVec3, Vec3};
+
+/// The scene with its meshes and instances; lights and camera stay with the generator's.
+pub fn convert(from: &blinn_scenes::Scene) -> Scene {
+    let mesh = |m: &blinn_scenes::Mesh| Mesh {
+        name: m.name.clone(),
+        positions: m.positions.iter().map(|&p| Vec3::from(p)).collect(),
+        triangles: m.triangles.clone(),
+        ..Mesh::default()
+    };
+    let node = |i: &blinn_scenes::Instance| {
+        let [x, y, z, o] = i.columns.map(|c| DVec3::from(c.map(f64::from)));
+        Node { local: Local::Matrix(DAffine3::from_cols(x, y, z, o)), visible: true, ..Node::default() }
+    };
+    let instance = |(i, from): (usize, &blinn_scenes::Instance)| Instance {
+        node: i as u32,
+        mesh: from.mesh as u32,
+        object: 1 + i as u32,
+        placement: None,
+        skin: None,
+    };
+    Scene {
+        name: from.name.clone(),
+        nodes: from.instances.iter().map(node).collect(),
+        meshes: from.meshes.iter().map(mesh).collect(),
+        materials: vec![Material { double_sided: true, ..Material::default() }],
+        instances: from.instances.iter().enumerate().map(instance).collect(),
+        ..Scene::default()
+    }
+}
+
+/// Posed where it stands, so that both sides have the same numbers.
+pub fn posed(scene: &Scene) -> Result<PosedScene<'_>, String> {
+    let settings = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
+    pose(scene, &settings).map_err(|e| e.to_string())
+}
