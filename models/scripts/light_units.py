@@ -2,7 +2,7 @@
 
     PYTHON light_units.py      PYTHON has `bpy==5.0.1` and `OpenEXR`
 
-KIND_MODE.glb: a floor, a wall and a ball, of one colour each, under a point (60 W), a spot (200 W) or a sun (3 W/m²),
+KIND_MODE.glb: a floor, a wall and a ball, of one colour each, under a point (400 W), a spot (400 W) or a sun (3 W/m²),
 written as Standard (SPEC), Unitless (COMPAT) or Raw (RAW). KIND.exr: the radiance of the same scene by Cycles in
 Blender's own units (R, G, B as half floats, 48 × 36, row 0 on top): Lambertian, direct light alone, one sample through
 each pixel's centre. Lights have no size, since files do not carry one.
@@ -19,7 +19,7 @@ import OpenEXR
 from files import folder
 
 WIDTH, HEIGHT = 48, 36
-LIGHTS = {"point": ("POINT", 60), "spot": ("SPOT", 200), "sun": ("SUN", 3)}
+LIGHTS = {"point": ("POINT", 400), "spot": ("SPOT", 400), "sun": ("SUN", 3)}
 MODES = ["SPEC", "COMPAT", "RAW"]
 out = folder("tests/light-units")
 
