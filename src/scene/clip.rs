@@ -13,8 +13,10 @@ const MOST: usize = 257;
 const LEAST: usize = 9;
 /// Vertices that are looked at, in all moments together, where that leaves moments enough.
 const BUDGET: usize = 1 << 25;
-/// Moments from one key to the next.
+/// Moments from one key to the next, at most.
 const BETWEEN: usize = 4;
+/// Moments from which on keys are close enough by themselves.
+const CLOSE: usize = 64;
 
 impl PosedScene<'_> {
     /// A sphere around all that is visible at any time of the animations that play, in world
@@ -23,6 +25,10 @@ impl PosedScene<'_> {
     ///
     /// Keys and times between them are looked at; as many as a large scene can bear.
     pub fn clip_sphere(&self) -> Sphere {
+        *self.over_clip.get_or_init(|| self.find_clip_sphere())
+    }
+
+    fn find_clip_sphere(&self) -> Sphere {
         let playing = playing(self.scene, self.animation()).unwrap_or_default();
         let moving = moving(self.scene, &playing);
         let vertices: usize =
@@ -141,7 +147,7 @@ fn moments(playing: &[&Animation], most: usize) -> Vec<f64> {
         // Evenly through the keys, the first and the last among them.
         return (0..most).map(|i| key(i * last / (most - 1))).collect();
     }
-    let steps = ((most - 1) / last.max(1)).clamp(1, BETWEEN);
+    let steps = (CLOSE.min(most - 1) / last.max(1)).clamp(1, BETWEEN);
     let between = (0..last)
         .flat_map(|i| (0..steps).map(move |s| key(i) + (key(i + 1) - key(i)) * s as f64 / steps as f64));
     between.chain([key(last)]).collect()

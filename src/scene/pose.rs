@@ -4,6 +4,7 @@
 //! where the scene is, however far from the origin a node placed it.
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 
@@ -92,6 +93,8 @@ pub struct PosedScene<'s> {
     animation: AnimationChoice,
     /// Of all that is visible, relative to the centre.
     bounds: Aabb,
+    /// What the whole clip takes up, once it was asked for.
+    pub(super) over_clip: OnceLock<Sphere>,
 }
 
 /// Poses `scene`.
@@ -157,6 +160,7 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
         visible: shown,
         animation: at.animation.clone(),
         bounds: Aabb::EMPTY,
+        over_clip: OnceLock::new(),
     };
     posed.place(&weights);
     posed.bounds = posed.measure();
