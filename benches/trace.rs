@@ -1,15 +1,18 @@
-//! Build, rays and whole frames on a generated sphere. `cargo bench`; ratios within one run are
+//! Build, rays and whole frames on a generated sphere, and on a floor with a large texture. `cargo bench`; ratios within one run are
 //! what counts, since machines drift.
 
 use std::hint::black_box;
 
 use blinn::accel::{Accel, BuildSettings, Cutout, HitBatch, RayBatch, Shared};
-use blinn::geometry::HitId;
-use blinn::integrator::{Frame, Phong};
+use blinn::geometry::{HitId, Rgba};
+use blinn::integrator::{Frame, Integrator, Phong, Sample, Scratch};
 use blinn::render::{RenderSettings, render};
-use blinn::scene::{Instance, Lighting, Material, Mesh, Node, PoseSettings, PosedScene, Scene, View, pose};
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use glam::Vec3;
+use blinn::scene::{
+    Channels, ColorInput, Footprint, Image, Instance, Lighting, Material, Mesh, Mips, Node, PoseSettings,
+    PosedScene, Reading, Scene, Texels, Texture, TextureRef, UvTransform, View, pose,
+};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Nothing is cut out of an opaque scene.
 struct Opaque;
@@ -89,5 +92,71 @@ fn trace(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, trace);
+/// Integrates with every sample a point: textures at their finest.
+struct Points;
+
+impl Integrator for Points {
+    fn render(&self, frame: &Frame, samples: &[Sample], scratch: &mut Scratch, out: &mut [Rgba]) {
+        let points: Vec<Sample> = samples.iter().map(|s| Sample { size: [0.0; 2], ..*s }).collect();
+        Phong::default().render(frame, &points, scratch, out);
+    }
+}
+
+/// A floor of tiles up to the horizon, of one photograph's size.
+fn floor(side: u32) -> Scene {
+    let texels = (0..side * side * 3).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let (channels, texels) = (Channels::Rgb, Texels::U8(texels));
+    let image =
+        Image { name: String::new(), width: side, height: side, channels, texels, mips: Mips::default() };
+    let texture = TextureRef { texture: 0, uv_set: 0, transform: UvTransform::IDENTITY };
+    let corners = [(-1.0f32, -1.0f32), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
+    let mesh = Mesh {
+        positions: corners.map(|(x, z)| Vec3::new(x * 100.0, 0.0, z * 100.0)).to_vec(),
+        uvs: vec![corners.map(|(x, z)| Vec2::new(x, z) * 10.0).to_vec()],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Default::default()
+    };
+    let base = ColorInput { factor: Vec3::ONE, texture: Some(texture) };
+    Scene {
+        nodes: vec![Node { visible: true, ..Default::default() }],
+        meshes: vec![mesh],
+        materials: vec![Material { base, double_sided: true, ..Default::default() }],
+        textures: vec![Texture::default()],
+        images: vec![image],
+        instances: vec![Instance { node: 0, mesh: 0, object: 1, placement: None, skin: None }],
+        ..Default::default()
+    }
+}
+
+fn textures(c: &mut Criterion) {
+    let scene = floor(4096);
+    let posed = pose(&scene, &PoseSettings::default()).unwrap();
+    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let settings = RenderSettings { width: 320, height: 180, samples: 1, ..Default::default() };
+    let view = View {
+        view_point: Some(DVec3::new(0.0, 1.5, 0.0)),
+        view_dir: Some(DVec3::new(0.0, -0.2, -1.0)),
+        ..Default::default()
+    };
+    let (camera, _) = view.resolve(&posed, settings.width, settings.height).unwrap();
+    let lit = Lighting::default().resolve(&posed, &camera);
+    let frame = Frame::new(&posed, &accel, camera, &lit);
+    let mut group = c.benchmark_group("textured floor");
+    group.sample_size(10);
+    for (name, how) in [("points", &Points as &dyn Integrator), ("filtered", &Phong::default())] {
+        group.bench_function(name, |b| b.iter(|| render(black_box(&frame), how, &settings, &()).unwrap()));
+    }
+    let wide = Footprint { right: Vec2::X, up: Vec2::Y };
+    group.bench_function("pyramid of 4096 x 4096", |b| {
+        let fresh = || vec![Image { mips: Mips::default(), ..scene.images[0].clone() }];
+        b.iter_batched(
+            fresh,
+            |images| scene.textures[0].filtered(&images, Vec2::ZERO, &wide, Reading::Color),
+            BatchSize::PerIteration,
+        );
+    });
+    group.finish();
+}
+
+criterion_group!(benches, trace, textures);
 criterion_main!(benches);

@@ -1,6 +1,6 @@
 //! Rays and what they hit.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// A half-line `r(t) = o + t·d`. The direction need not be unit length: eye rays are `s − e`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,6 +9,15 @@ pub struct Ray {
     pub o: Vec3,
     /// Direction; `t` counts in its length.
     pub d: Vec3,
+}
+
+/// How an eye ray changes from a sample to the next one on the film: to the right, and upward.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct RayDifferential {
+    /// Of the origin.
+    pub o: [DVec3; 2],
+    /// Of the direction.
+    pub d: [DVec3; 2],
 }
 
 /// Which triangle of which instance: indices into the posed scene's instances and into that

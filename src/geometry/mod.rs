@@ -12,7 +12,7 @@ mod transform;
 pub use basis::{Basis, coordinate_system};
 pub use bounds::{Aabb, Sphere};
 pub use error::{EPSILON, offset_point, point_error};
-pub use hit::{Hit, HitId, Ray};
+pub use hit::{Hit, HitId, Ray, RayDifferential};
 pub use sampling::{concentric_disc, cosine_hemisphere};
 pub use transform::{Transform, cofactor};
 

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::{Limits, ktx2};
-use crate::scene::{Channels, Image, Texels};
+use crate::scene::{Channels, Image, Mips, Texels};
 
 /// Decodes an image, its format judged by its bytes alone.
 ///
@@ -30,7 +30,7 @@ pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image,
         reader.limits(decoder_limits);
         texels(reader.decode().map_err(|e| wrong(&e))?)
     };
-    Ok(Image { name: name.to_string(), width, height, channels, texels })
+    Ok(Image { name: name.to_string(), width, height, channels, texels, mips: Mips::default() })
 }
 
 /// What was decoded, as it is stored; layouts that nothing here has become RGBA.

@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3, Vec4Swizzles};
 use super::Surface;
 use crate::geometry::Rgb;
 use crate::scene::{
-    AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, PosedScene, Reflectance,
+    AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, PosedScene, Reading, Reflectance,
     ScalarInput,
 };
 
@@ -49,7 +49,7 @@ pub struct Overrides {
 
 impl ColorInput {
     fn at(&self, posed: &PosedScene, surface: &Surface) -> Rgb {
-        self.factor * surface.texture(posed, self.texture.as_ref(), true).xyz()
+        self.factor * surface.texture(posed, self.texture.as_ref(), Reading::Color).xyz()
     }
 }
 
@@ -61,7 +61,7 @@ impl ScalarInput {
     /// The texture's channel alone; 1 without a texture.
     fn texel(&self, posed: &PosedScene, surface: &Surface) -> f32 {
         let Some((texture, channel)) = &self.texture else { return 1.0 };
-        let t = surface.texture(posed, Some(texture), false);
+        let t = surface.texture(posed, Some(texture), Reading::Data);
         match channel {
             Channel4::R => t.x,
             Channel4::G => t.y,
@@ -72,19 +72,20 @@ impl ScalarInput {
     }
 }
 
-/// Opacity of a material at a point: 0 or 1 for MASK, 0…1 for BLEND.
+/// Opacity of a material at a point: 0 or 1 for MASK, 0…1 for BLEND. Masks are cut from the finest
+/// texels: of means, a distant fence would be all there or all gone.
 pub(super) fn alpha(posed: &PosedScene, material: &Material, surface: &Surface) -> f32 {
-    let opacity = || {
+    let opacity = |surface: &Surface| {
         let mut alpha = material.alpha.at(posed, surface) * surface.color().w;
         if material.alpha_from_base {
-            alpha *= surface.texture(posed, material.base.texture.as_ref(), true).w;
+            alpha *= surface.texture(posed, material.base.texture.as_ref(), Reading::Covered).w;
         }
         alpha
     };
     match material.alpha_mode {
         AlphaMode::Opaque => 1.0,
-        AlphaMode::Mask(cutoff) => f32::from(opacity() >= cutoff),
-        AlphaMode::Blend => opacity().clamp(0.0, 1.0),
+        AlphaMode::Mask(cutoff) => f32::from(opacity(&surface.as_point()) >= cutoff),
+        AlphaMode::Blend => opacity(surface).clamp(0.0, 1.0),
     }
 }
 
@@ -102,12 +103,16 @@ pub(super) fn transmitted(posed: &PosedScene, material: &Material, surface: &Sur
 
 /// Base × texture × vertex colour.
 pub(super) fn base_color(posed: &PosedScene, material: &Material, surface: &Surface) -> Rgb {
-    material.base.at(posed, surface) * surface.color().xyz()
+    let counts = material.alpha_from_base && material.alpha_mode != AlphaMode::Opaque;
+    let reading = if counts { Reading::Covered } else { Reading::Color };
+    let texel = surface.texture(posed, material.base.texture.as_ref(), reading);
+    material.base.factor * texel.xyz() * surface.color().xyz()
 }
 
 impl Coefficients {
-    /// The coefficients at `surface`.
-    pub fn at(posed: &PosedScene, surface: &Surface, overrides: &Overrides) -> Coefficients {
+    /// The coefficients at `surface`. `roughening` is what its normals' spread adds to α²
+    /// ([`Surface::shading_normals`]); the lecture's own p stays what the file says.
+    pub fn at(posed: &PosedScene, surface: &Surface, roughening: f32, overrides: &Overrides) -> Coefficients {
         let material = &posed.materials[surface.material as usize];
         let color = base_color(posed, material, surface);
         let mut k = Coefficients {
@@ -138,6 +143,9 @@ impl Coefficients {
                 (k.k_a, k.k_d, k.k_e) = (Rgb::ZERO, Rgb::ZERO, color);
             }
         }
+        if roughening > 0.0 && !matches!(material.reflectance, Reflectance::Mtl(_)) {
+            k.widen(roughening);
+        }
         if material.occlusion.texture.is_some() {
             let texel = material.occlusion.texel(posed, surface);
             k.k_a *= 1.0 + material.occlusion.factor * (texel - 1.0);
@@ -152,6 +160,15 @@ impl Coefficients {
         k.k_s = overrides.k_s.unwrap_or(k.k_s);
         k.shininess = overrides.shininess.unwrap_or(k.shininess);
         k
+    }
+
+    /// Adds `roughening` to the highlight's α²: the sum over the normals that a sample stands for of
+    /// lobes with the exponent p is, nearly, one lobe with a smaller exponent and as much light.
+    fn widen(&mut self, roughening: f32) {
+        let alpha_2 = (2.0 / (self.shininess + 2.0) + roughening).min(1.0);
+        let p = 2.0 / alpha_2 - 2.0;
+        self.k_s *= (p + 2.0) / (self.shininess + 2.0);
+        self.shininess = p;
     }
 
     fn mtl(&mut self, mtl: &MtlReflectance, posed: &PosedScene, surface: &Surface) {

@@ -8,6 +8,7 @@ mod aov;
 mod coefficients;
 mod cryptomatte;
 mod draws;
+mod footprint;
 mod ground;
 mod occlusion;
 mod phong;
@@ -19,7 +20,7 @@ mod surface;
 use glam::{DVec3, UVec2};
 
 use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch};
-use crate::geometry::{Rgb, Rgba};
+use crate::geometry::{RayDifferential, Rgb, Rgba};
 use crate::scene::{Camera, Ground, Lit, PosedLight, PosedScene, Sky};
 
 pub use alpha::Materials;
@@ -70,6 +71,8 @@ pub struct Sample {
     pub pixel: UVec2,
     /// Which of the pixel's samples.
     pub index: u32,
+    /// Width and height of the film that it stands for: what is finer is averaged. 0 for a point.
+    pub size: [f64; 2],
 }
 
 /// Memory that an integrator reuses from tile to tile.
@@ -140,6 +143,11 @@ impl<'a> Frame<'a> {
     /// I_a at a surface of shading normal `n`.
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
         self.sky.map_or(self.ambient, |sky| sky.ambient(n))
+    }
+
+    /// How an eye ray changes over the film that `sample` stands for.
+    pub(crate) fn differential(&self, sample: &Sample) -> RayDifferential {
+        self.camera.differential(sample.size[0], sample.size[1])
     }
 
     /// The unit vector from a point on an eye ray back to the eye.

@@ -56,7 +56,7 @@ impl Integrator for Phong {
         let mut ground = frame.meet_ground(&scratch.rays);
         for _ in 0..MAX_LAYERS {
             frame.accel.intersect(&scratch.rays, &materials, &mut scratch.hits);
-            let mut points = self.points(frame, scratch, &whose, &mut ground);
+            let mut points = self.points(frame, scratch, samples, &whose, &mut ground);
             self.ambient(frame, &mut points, draws, scratch);
             self.shade(frame, &mut points, draws, scratch);
             for point in &points {
@@ -82,6 +82,7 @@ impl Phong {
         &self,
         frame: &Frame<'s>,
         scratch: &Scratch,
+        samples: &[Sample],
         whose: &[usize],
         ground: &mut [Option<f64>],
     ) -> Vec<Point<'s>> {
@@ -96,9 +97,9 @@ impl Phong {
             if hit.is_miss() {
                 continue;
             }
-            let surface = Surface::at(frame.posed, hit.id, ray);
-            let k = Coefficients::at(frame.posed, &surface, &frame.overrides);
-            let n = surface.shading_normal(frame.posed);
+            let surface = Surface::seen(frame.posed, hit.id, ray, &frame.differential(&samples[sample]));
+            let (n, roughening) = surface.shading_normals(frame.posed);
+            let k = Coefficients::at(frame.posed, &surface, roughening, &frame.overrides);
             let v = frame.to_eye(ray.d);
             let (radiance, unshadowed) = (Rgb::ZERO, Rgb::ZERO);
             points.push(Point { sample, place: Place::Surface(surface), k, n, v, radiance, unshadowed });

@@ -2,8 +2,9 @@
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
-use crate::geometry::{HitId, Ray, offset_point, point_error};
-use crate::scene::{Mesh, PosedScene, TextureRef};
+use super::footprint::Spread;
+use crate::geometry::{HitId, Ray, RayDifferential, offset_point, point_error};
+use crate::scene::{Footprint, Mesh, PosedScene, Reading, TextureRef};
 
 /// A point on a surface, seen from somewhere. Positions are relative to the scene's centre.
 #[derive(Clone, Copy, Debug)]
@@ -24,13 +25,22 @@ pub struct Surface<'s> {
     pub b: [f32; 3],
     /// Index of the material.
     pub material: u32,
+    /// How much of the surface a sample stands for.
+    pub(super) spread: Spread,
     mesh: &'s Mesh,
     corners: [u32; 3],
 }
 
 impl<'s> Surface<'s> {
-    /// The point where `ray` meets triangle `id`, which it is known to hit.
+    /// The point where `ray` meets triangle `id`, which it is known to hit. Its textures are looked
+    /// up at their finest.
     pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> Surface<'s> {
+        Surface::seen(posed, id, ray, &RayDifferential::default())
+    }
+
+    /// The same seen by an eye ray that stands for those up to `differential` away: textures and
+    /// normals are averaged over what they see.
+    pub fn seen(posed: &PosedScene<'s>, id: HitId, ray: Ray, differential: &RayDifferential) -> Surface<'s> {
         let mesh = posed.mesh(id.instance);
         let corners = mesh.triangles[id.triangle as usize];
         let world = posed.world_triangle(id);
@@ -46,11 +56,13 @@ impl<'s> Surface<'s> {
         let front = wound.dot(d) <= 0.0;
         let n_g = if front { wound } else { -wound };
 
+        let mut spread = Spread::over(differential, (p - o, d), [e1, e2], wound);
         let normals = posed.normals(id.instance);
         let n_v = if normals.is_empty() {
             n_g
         } else {
             let n = corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero());
+            spread.bend(n, b);
             let n = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
             // Files whose normals point against their winding are lit all the same.
             let n = n.try_normalize().unwrap_or(n_g);
@@ -65,6 +77,7 @@ impl<'s> Surface<'s> {
             front,
             b: b.map(|b| b as f32),
             material: mesh.material,
+            spread,
             mesh,
             corners,
         }
@@ -101,13 +114,34 @@ impl<'s> Surface<'s> {
         (0..3).map(|i| n[i] * side * ((-above(i)).max(0.0) * b[i])).sum()
     }
 
+    /// The same place as a point that stands for nothing about it.
+    pub fn as_point(&self) -> Surface<'s> {
+        Surface { spread: Spread::POINT, ..*self }
+    }
+
     /// Texture coordinates of a set; the origin where the mesh has no such set.
     pub fn uv(&self, set: u32) -> Vec2 {
-        let Some(uvs) = self.mesh.uvs.get(set as usize).filter(|uvs| !uvs.is_empty()) else {
-            return Vec2::ZERO;
-        };
-        let [a, b, c] = self.corners.map(|c| uvs[c as usize]);
+        let [a, b, c] = self.uvs(set);
         a * self.b[0] + b * self.b[1] + c * self.b[2]
+    }
+
+    fn uvs(&self, set: u32) -> [Vec2; 3] {
+        let Some(uvs) = self.mesh.uvs.get(set as usize).filter(|uvs| !uvs.is_empty()) else {
+            return [Vec2::ZERO; 3];
+        };
+        self.corners.map(|c| uvs[c as usize])
+    }
+
+    /// Where a texture is looked up, and over what.
+    fn place(&self, t: &TextureRef) -> (Vec2, Footprint) {
+        let step = |by: Vec2| t.transform.step(by);
+        let over = if self.spread.is_point() {
+            Footprint::POINT
+        } else {
+            let [right, up] = self.spread.of_uv(self.uvs(t.uv_set));
+            Footprint { right: step(right), up: step(up) }
+        };
+        (t.transform.apply(self.uv(t.uv_set)), over)
     }
 
     /// The vertex colour, linear RGBA; white where there is none.
@@ -119,21 +153,28 @@ impl<'s> Surface<'s> {
         a * self.b[0] + b * self.b[1] + c * self.b[2]
     }
 
-    /// A texture at this point; white where it is missing.
-    pub fn texture(&self, posed: &PosedScene, texture: Option<&TextureRef>, srgb: bool) -> Vec4 {
+    /// A texture over what this point stands for; white where it is missing.
+    pub fn texture(&self, posed: &PosedScene, texture: Option<&TextureRef>, reading: Reading) -> Vec4 {
         let Some(t) = texture else { return Vec4::ONE };
-        let uv = t.transform.apply(self.uv(t.uv_set));
-        posed.scene.textures[t.texture as usize].sample(&posed.scene.images, uv, srgb)
+        let (uv, over) = self.place(t);
+        posed.scene.textures[t.texture as usize].filtered(&posed.scene.images, uv, &over, reading)
     }
 
     /// The shading normal: `n_v`, moved by the material's normal map where there is one and the
     /// mesh has tangents. The bitangent is made in object space, then transformed, so that
     /// mirrored and sheared nodes keep it right; a back face turns the whole frame.
     pub fn shading_normal(&self, posed: &PosedScene) -> DVec3 {
-        let Some(map) = posed.materials[self.material as usize].normal else { return self.n_v };
+        self.shading_normals(posed).0
+    }
+
+    /// The mean of the shading normals that this point stands for, and what their spread adds to a
+    /// highlight's α²: of the smooth surface, which turns, and of the normal map.
+    pub fn shading_normals(&self, posed: &PosedScene) -> (DVec3, f32) {
+        let turns = self.spread.roughening();
+        let Some(map) = posed.materials[self.material as usize].normal else { return (self.n_v, turns) };
         let (normals, tangents) = (posed.normals(self.id.instance), posed.tangents(self.id.instance));
         if normals.is_empty() || tangents.is_empty() {
-            return self.n_v;
+            return (self.n_v, turns);
         }
         let transform = &posed.instances[self.id.instance as usize].transform;
         let weights = self.b.map(f64::from);
@@ -145,12 +186,15 @@ impl<'s> Surface<'s> {
             frame[1] += transform.vector(bitangent).normalize_or_zero() * b;
             frame[2] += transform.normal(n).normalize_or_zero() * b;
         }
-        let texel = self.texture(posed, Some(&map.texture), false);
-        let m = (texel.truncate() * 2.0 - Vec3::ONE).as_dvec3();
-        let scale = f64::from(map.scale);
+        let texture = &posed.scene.textures[map.texture.texture as usize];
+        let (uv, over) = self.place(&map.texture);
+        let (m, variance) = texture.normal(&posed.scene.images, uv, &over);
+        let (m, scale) = (m.as_dvec3(), f64::from(map.scale));
         let n = frame[0] * (m.x * scale) + frame[1] * (m.y * scale) + frame[2] * m.z;
         let side = if frame[2].dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
-        (n * side).try_normalize().unwrap_or(self.n_v)
+        // α² is twice the variance of a slope.
+        let roughening = turns + 2.0 * variance * map.scale * map.scale;
+        ((n * side).try_normalize().unwrap_or(self.n_v), roughening)
     }
 }
 

@@ -73,6 +73,13 @@ impl Filter {
 }
 
 impl Prepared {
+    /// Width in pixels of the box that spreads as far: of the same variance.
+    pub fn width(&self) -> f64 {
+        let square = |ends: &[f64]| 0.25 * (ends[0] + ends[1]) * (ends[0] + ends[1]);
+        let variance = self.inverse.windows(2).map(square).sum::<f64>() / STEPS as f64;
+        (12.0 * variance).sqrt()
+    }
+
     /// The offset in pixels from the pixel's centre for a number in 0…1.
     pub fn offset(&self, u: f32) -> f64 {
         let x = f64::from(u) * STEPS as f64;
@@ -85,6 +92,21 @@ impl Prepared {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_filter_is_as_wide_as_a_box_of_its_variance() {
+        // The variances of a box, 1/12, and of a tent, 1/6; the other two by their integrals.
+        let wide = [
+            (Filter::Box, 1.0),
+            (Filter::Tent, 2f64.sqrt()),
+            (Filter::Gaussian, 1.6594),
+            (Filter::BlackmanHarris, 1.4394),
+        ];
+        for (filter, expected) in wide {
+            let width = filter.prepare().width();
+            assert!((width / expected - 1.0).abs() < 2e-3, "{filter:?}: {width}");
+        }
+    }
 
     #[test]
     fn offsets_are_distributed_as_the_filter() {

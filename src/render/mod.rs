@@ -74,6 +74,13 @@ impl RenderSettings {
         self.crop.unwrap_or(Crop { x: 0, y: 0, width: self.width, height: self.height })
     }
 
+    /// Width and height of the film that one of a pixel's samples stands for: of the filter, which is
+    /// so many pixels wide, its share.
+    fn film_per_sample(&self, filter_width: f64) -> [f64; 2] {
+        let side = filter_width / f64::from(self.samples.max(1)).sqrt();
+        [side / f64::from(self.width), side / f64::from(self.height)]
+    }
+
     /// Where a pixel is sampled, by index.
     fn samples_of(
         &self,
@@ -97,7 +104,7 @@ impl RenderSettings {
     fn sample(&self, pixel: UVec2, index: u32, offset: (f64, f64)) -> Sample {
         let x = (f64::from(pixel.x) + offset.0) / f64::from(self.width);
         let down = (f64::from(pixel.y) + offset.1) / f64::from(self.height);
-        Sample { x, y: 1.0 - down, pixel, index }
+        Sample { x, y: 1.0 - down, size: [0.0; 2], pixel, index }
     }
 }
 
@@ -143,13 +150,15 @@ pub fn render(
     let filter = settings.filter.prepare();
     let film = Film::new(settings.window());
     let n = settings.samples.max(1) as usize;
+    let size = settings.film_per_sample(filter.width());
     film.tiles(settings.tile).into_par_iter().for_each_init(Work::default, |work, tile| {
         if watch.cancelled() {
             return;
         }
         work.samples.clear();
         for pixel in tile.pixels() {
-            work.samples.extend(settings.samples_of(pixel, &sampler, &filter));
+            let of_pixel = settings.samples_of(pixel, &sampler, &filter);
+            work.samples.extend(of_pixel.map(|place| Sample { size, ..place }));
         }
         work.colors.clear();
         work.colors.resize(work.samples.len(), Rgba::ZERO);

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{FileCamera, FileProjection};
-use crate::geometry::{Basis, Ray};
+use crate::geometry::{Basis, Ray, RayDifferential};
 
 /// How the view rectangle is looked through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +78,16 @@ impl Camera {
             Projection::Orthographic => (e + across, -self.basis.w),
         };
         Ray { o: o.as_vec3(), d: d.as_vec3() }
+    }
+
+    /// How eye rays change with a step of `x` to the right and of `y` upward on the film, in the units
+    /// of [`Camera::eye_ray`]; the same everywhere, since that is linear in both.
+    pub fn differential(&self, x: f64, y: f64) -> RayDifferential {
+        let steps = [self.basis.u * (self.view_width * x), self.basis.v * (self.view_height * y)];
+        match self.projection {
+            Projection::Perspective => RayDifferential { o: [DVec3::ZERO; 2], d: steps },
+            Projection::Orthographic => RayDifferential { o: steps, d: [DVec3::ZERO; 2] },
+        }
     }
 
     /// How far one unit of an eye ray's t goes along −w: depth = t times this.

@@ -9,11 +9,14 @@ mod camera;
 mod clip;
 mod clip_bounds;
 mod driven;
+mod footprint;
 mod framing;
 mod ground;
+mod image;
 mod light;
 mod material;
 mod mesh;
+mod mips;
 mod node;
 mod pose;
 mod rig;
@@ -26,21 +29,24 @@ pub use animation::{Animation, Channel, Interpolation, Keys, Target};
 pub use camera::{Camera, Clip, Fit, Orbit, Projection, View, ViewError};
 pub use clip_bounds::clip_bounds;
 pub use driven::{CameraField, LightField, MaterialField, Slot};
+pub use footprint::Footprint;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
 pub use ground::{Ground, GroundKind};
+pub use image::{Channels, Image, Texels, linear_to_srgb, srgb_to_linear};
 pub use light::{Cone, Incident, Light, LightKind, LightUnits, PosedKind, PosedLight};
 pub use material::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
     ScalarInput, SurfaceClass,
 };
 pub use mesh::{Influences, Mesh, MorphTarget};
+pub use mips::{Mips, Reading};
 pub use node::{Instance, Local, Node};
 pub use pose::{AnimationChoice, Deformed, PoseError, PoseSettings, PosedInstance, PosedScene, pose};
 pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
 pub use select::{Glob, NothingFound, Selection};
 pub use skin::Skin;
 pub use sky::Sky;
-pub use texture::{Channels, Filter, Image, Texels, Texture, TextureRef, UvTransform, Wrap, srgb_to_linear};
+pub use texture::{Filter, Texture, TextureRef, UvTransform, Wrap};
 
 /// The format a scene came in, for the defaults that depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -1,8 +1,9 @@
-//! Images and how they are looked up.
+//! How images are looked up.
 
-use std::sync::OnceLock;
+use glam::{Vec2, Vec4};
 
-use glam::{Vec2, Vec3, Vec4};
+use super::image::{Image, Plane, decode_colors};
+use super::mips::Reading;
 
 /// What a texture does outside 0…1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -26,46 +27,8 @@ pub enum Filter {
     Linear,
 }
 
-/// What an image's channels hold, as its file stored them: nothing is widened on the way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channels {
-    /// Grey.
-    L = 1,
-    /// Grey and alpha.
-    La = 2,
-    /// Red, green and blue.
-    Rgb = 3,
-    /// Red, green, blue and alpha; not premultiplied.
-    Rgba = 4,
-}
-
-/// The numbers of an image: row-major, row 0 on top, the channels of a texel side by side.
-#[derive(Clone, Debug)]
-pub enum Texels {
-    /// 8 bits a channel.
-    U8(Vec<u8>),
-    /// 16 bits a channel.
-    U16(Vec<u16>),
-}
-
-/// A decoded image. Whether its colours are sRGB-encoded is for whoever looks it up to say, by the
-/// last argument of [`Texture::sample`].
-#[derive(Clone, Debug)]
-pub struct Image {
-    /// Its name or file name.
-    pub name: String,
-    /// Texels to the right.
-    pub width: u32,
-    /// Texels downwards.
-    pub height: u32,
-    /// What a texel has.
-    pub channels: Channels,
-    /// `width · height` texels of that many channels.
-    pub texels: Texels,
-}
-
 /// An image with its sampler.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Texture {
     /// Index of the image.
     pub image: u32,
@@ -102,9 +65,14 @@ impl UvTransform {
         UvTransform { offset, rotation, scale, x_axis, y_axis }
     }
 
+    /// What a small step in the coordinates becomes.
+    pub fn step(&self, by: Vec2) -> Vec2 {
+        self.x_axis * by.x + self.y_axis * by.y
+    }
+
     /// Applies it.
     pub fn apply(&self, uv: Vec2) -> Vec2 {
-        self.x_axis * uv.x + self.y_axis * uv.y + self.offset
+        self.step(uv) + self.offset
     }
 
     /// t.
@@ -149,6 +117,10 @@ pub struct TextureRef {
 impl Wrap {
     /// The texel that `i` of `n` stands for.
     fn texel(self, i: i64, n: i64) -> usize {
+        // Mostly it is that texel itself, and divisions are slow.
+        if (0..n).contains(&i) {
+            return i as usize;
+        }
         let i = match self {
             Wrap::Repeat => i.rem_euclid(n),
             Wrap::Clamp => i.clamp(0, n - 1),
@@ -175,144 +147,66 @@ impl Wrap {
     }
 }
 
-impl Image {
-    /// Bytes of its texels.
-    pub fn bytes(&self) -> u64 {
-        match &self.texels {
-            Texels::U8(t) => t.len() as u64,
-            Texels::U16(t) => 2 * t.len() as u64,
-        }
-    }
-
-    /// Texel `i` of the row-major list as stored: red, green, blue, alpha in 0…1, neither decoded
-    /// nor filtered. Grey is all three colours; alpha is 1 where there is none.
-    pub fn stored(&self, i: usize) -> Vec4 {
-        let n = self.channels as usize;
-        let at = |c: usize| match &self.texels {
-            Texels::U8(t) => linear_table()[usize::from(t[n * i + c])],
-            Texels::U16(t) => f32::from(t[n * i + c]) / 65535.0,
-        };
-        spread(self.channels, at)
-    }
-
-    fn texel(&self, x: usize, y: usize, srgb: bool) -> Vec4 {
-        let i = y * self.width as usize + x;
-        if !srgb {
-            return self.stored(i);
-        }
-        let n = self.channels as usize;
-        match &self.texels {
-            Texels::U8(t) => {
-                let mut v = spread(self.channels, |c| srgb_table()[usize::from(t[n * i + c])]);
-                // The table decodes colours; alpha is linear always.
-                if matches!(self.channels, Channels::La | Channels::Rgba) {
-                    v.w = f32::from(t[n * i + n - 1]) / 255.0;
-                }
-                v
-            }
-            Texels::U16(_) => {
-                let v = self.stored(i);
-                Vec4::new(srgb_to_linear(v.x), srgb_to_linear(v.y), srgb_to_linear(v.z), v.w)
-            }
-        }
-    }
-}
-
-/// The four channels of a texel that has some of them.
-fn spread(channels: Channels, at: impl Fn(usize) -> f32) -> Vec4 {
-    match channels {
-        Channels::L => Vec3::splat(at(0)).extend(1.0),
-        Channels::La => Vec3::splat(at(0)).extend(at(1)),
-        Channels::Rgb => Vec4::new(at(0), at(1), at(2), 1.0),
-        Channels::Rgba => Vec4::new(at(0), at(1), at(2), at(3)),
-    }
-}
-
 impl Texture {
-    /// The texture's value at `uv` at its finest level, colours decoded from sRGB where `srgb` says
-    /// so; alpha is linear always.
-    pub fn sample(&self, images: &[Image], uv: Vec2, srgb: bool) -> Vec4 {
-        let image = &images[self.image as usize];
-        let (w, h) = (i64::from(image.width), i64::from(image.height));
-        let [wu, wv] = self.wrap;
-        let (x, y) = (wu.fold(uv.x) * w as f64, wv.fold(uv.y) * h as f64);
+    /// The texture's value at `uv` at its finest: colours decoded from sRGB, numbers as they are.
+    pub fn sample(&self, images: &[Image], uv: Vec2, reading: Reading) -> Vec4 {
+        self.finest(images[self.image as usize].plane(), uv, reading)
+    }
+
+    /// The same of the image itself.
+    pub(super) fn finest(&self, image: Plane, uv: Vec2, reading: Reading) -> Vec4 {
+        let colors = reading != Reading::Data;
         if self.filter == Filter::Nearest {
-            return image.texel(wu.texel(x.floor() as i64, w), wv.texel(y.floor() as i64, h), srgb);
+            let [wu, wv] = self.wrap;
+            let place = |wrap: Wrap, x: f32, n: u32| {
+                wrap.texel((wrap.fold(x) * f64::from(n)).floor() as i64, i64::from(n))
+            };
+            let i = place(wv, uv.y, image.height) * image.width as usize + place(wu, uv.x, image.width);
+            return if colors { image.decoded(i) } else { image.stored(i) };
         }
-        let (x, y) = (x - 0.5, y - 0.5);
+        match (colors, self.decode_last) {
+            (false, _) => self.bilinear(image, uv, Plane::stored),
+            (true, false) => self.bilinear(image, uv, Plane::decoded),
+            (true, true) => decode_colors(self.bilinear(image, uv, Plane::stored)),
+        }
+    }
+
+    /// Interpolates between the four texels about `uv`.
+    pub(super) fn bilinear<'a>(
+        &self,
+        plane: Plane<'a>,
+        uv: Vec2,
+        texel: impl Fn(&Plane<'a>, usize) -> Vec4,
+    ) -> Vec4 {
+        let (w, h) = (i64::from(plane.width), i64::from(plane.height));
+        let [wu, wv] = self.wrap;
+        let (x, y) = (wu.fold(uv.x) * w as f64 - 0.5, wv.fold(uv.y) * h as f64 - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = ((x - x0) as f32, (y - y0) as f32);
         let (x0, y0) = (x0 as i64, y0 as i64);
         let (xa, xb) = (wu.texel(x0, w), wu.texel(x0 + 1, w));
-        let (ya, yb) = (wv.texel(y0, h), wv.texel(y0 + 1, h));
-        let first = srgb && !self.decode_last;
-        let top = image.texel(xa, ya, first) * (1.0 - fx) + image.texel(xb, ya, first) * fx;
-        let bottom = image.texel(xa, yb, first) * (1.0 - fx) + image.texel(xb, yb, first) * fx;
-        let v = top * (1.0 - fy) + bottom * fy;
-        if srgb && self.decode_last { Vec3::from(v.truncate().to_array().map(decode)).extend(v.w) } else { v }
+        let (ya, yb) = (wv.texel(y0, h) * w as usize, wv.texel(y0 + 1, h) * w as usize);
+        let at = |i: usize| texel(&plane, i);
+        let top = at(ya + xa) * (1.0 - fx) + at(ya + xb) * fx;
+        let bottom = at(yb + xa) * (1.0 - fx) + at(yb + xb) * fx;
+        top * (1.0 - fy) + bottom * fy
     }
-}
-
-/// IEC 61966-2-1: an encoded value in 0…1 to linear light.
-pub fn srgb_to_linear(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { libm::powf((v + 0.055) / 1.055, 2.4) }
-}
-
-/// [`srgb_to_linear`] between two codes of 8 bits, within 1e-5 of it.
-fn decode(v: f32) -> f32 {
-    let x = (v * 255.0).clamp(0.0, 255.0);
-    let low = (x as usize).min(254);
-    let [a, b] = [srgb_table()[low], srgb_table()[low + 1]];
-    a + (b - a) * (x - low as f32)
-}
-
-fn srgb_table() -> &'static [f32; 256] {
-    static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)))
-}
-
-fn linear_table() -> &'static [f32; 256] {
-    static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| std::array::from_fn(|i| i as f32 / 255.0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Channels, Mips, Texels, srgb_to_linear};
 
     fn ramp() -> [Image; 1] {
-        [image(Channels::L, Texels::U8(vec![0, 255]))]
-    }
-
-    /// Two texels side by side.
-    fn image(channels: Channels, texels: Texels) -> Image {
-        Image { name: String::new(), width: 2, height: 1, channels, texels }
-    }
-
-    #[test]
-    fn every_layout_is_read_as_four_channels() {
-        let eight = |channels, texels: &[u8]| image(channels, Texels::U8(texels.to_vec()));
-        let half = srgb_to_linear(51.0 / 255.0);
-        for (image, stored, decoded) in [
-            (eight(Channels::L, &[0, 51]), [0.2, 0.2, 0.2, 1.0], [half, half, half, 1.0]),
-            (eight(Channels::La, &[0, 0, 51, 51]), [0.2; 4], [half, half, half, 0.2]),
-            (eight(Channels::Rgb, &[0, 0, 0, 255, 0, 51]), [1.0, 0.0, 0.2, 1.0], [1.0, 0.0, half, 1.0]),
-            (
-                eight(Channels::Rgba, &[0, 0, 0, 0, 255, 0, 51, 51]),
-                [1.0, 0.0, 0.2, 0.2],
-                [1.0, 0.0, half, 0.2],
-            ),
-            (image(Channels::La, Texels::U16(vec![0, 0, 13107, 13107])), [0.2; 4], [half, half, half, 0.2]),
-        ] {
-            assert!(image.stored(1).abs_diff_eq(stored.into(), 1e-7), "{image:?}");
-            assert!(image.texel(1, 0, true).abs_diff_eq(decoded.into(), 1e-7), "{image:?}");
-            assert_eq!(image.texel(1, 0, false), image.stored(1));
-        }
+        let texels = Texels::U8(vec![0, 255]);
+        let mips = Mips::default();
+        [Image { name: String::new(), width: 2, height: 1, channels: Channels::L, texels, mips }]
     }
 
     fn at(wrap: Wrap, filter: Filter, u: f32) -> f32 {
         let texture = Texture { image: 0, wrap: [wrap; 2], filter, decode_last: false };
-        texture.sample(&ramp(), Vec2::new(u, 0.5), false).x
+        texture.sample(&ramp(), Vec2::new(u, 0.5), Reading::Data).x
     }
 
     #[test]
@@ -340,14 +234,10 @@ mod tests {
     fn colours_are_decoded_before_or_after_they_are_filtered() {
         let middle = |decode_last| {
             let texture = Texture { image: 0, wrap: [Wrap::Clamp; 2], filter: Filter::Linear, decode_last };
-            texture.sample(&ramp(), Vec2::splat(0.5), true).x
+            texture.sample(&ramp(), Vec2::splat(0.5), Reading::Color).x
         };
         assert_eq!(middle(false), 0.5);
         assert!((middle(true) - srgb_to_linear(0.5)).abs() < 1e-5);
-        for i in 0..=4096 {
-            let v = i as f32 / 4096.0;
-            assert!((decode(v) - srgb_to_linear(v)).abs() < 1e-5, "{v}");
-        }
     }
 
     #[test]

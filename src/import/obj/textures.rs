@@ -11,7 +11,10 @@ use super::super::image::{decode, decoded_bytes};
 use super::super::uri::{Folder, printable};
 use super::map::Map;
 use super::mtl::Mtl;
-use crate::scene::{Channels, Filter, Image, Texels, Texture, TextureRef, UvTransform, Wrap, srgb_to_linear};
+use crate::scene::{
+    Channels, Filter, Image, Mips, Texels, Texture, TextureRef, UvTransform, Wrap, linear_to_srgb,
+    srgb_to_linear,
+};
 
 /// Reads a file by a name from another system, another folder, or in another case: as written,
 /// beside the MTL, beside the OBJ, and by its base name in both.
@@ -168,10 +171,7 @@ pub(super) fn looks_like_normals(image: &Image) -> bool {
 
 /// The image with its colours times its alpha, in linear light, and opaque.
 fn over_black(image: &Image) -> Image {
-    let channel = |v: f32, alpha: f32| {
-        let linear = srgb_to_linear(v) * alpha;
-        if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * libm::powf(linear, 1.0 / 2.4) - 0.055 }
-    };
+    let channel = |v: f32, alpha: f32| linear_to_srgb(srgb_to_linear(v) * alpha);
     let colors = (0..image.width as usize * image.height as usize).into_par_iter().flat_map_iter(|i| {
         let v = image.stored(i);
         [v.x, v.y, v.z].map(|c| channel(c, v.w))
@@ -181,7 +181,8 @@ fn over_black(image: &Image) -> Image {
         Texels::U16(_) => Texels::U16(colors.map(|v| (v * 65535.0).round() as u16).collect()),
     };
     let Image { name, width, height, .. } = image;
-    Image { name: name.clone(), width: *width, height: *height, channels: Channels::Rgb, texels }
+    let (width, height) = (*width, *height);
+    Image { name: name.clone(), width, height, channels: Channels::Rgb, texels, mips: Mips::default() }
 }
 
 /// Whether any texel is not opaque.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
 use crate::import::{Limits, LoadOptions};
-use crate::scene::{AlphaMode, Channel4, Filter, Material, Reflectance, Scene, Wrap};
+use crate::scene::{AlphaMode, Channel4, Filter, Material, Reading, Reflectance, Scene, Wrap};
 
 fn png(color: [u8; 4]) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
@@ -103,7 +103,7 @@ fn texture_transforms_on_every_slot() {
 
 fn base_texture(scene: &Scene) -> Option<Vec4> {
     let slot = scene.materials[0].base.texture?;
-    Some(scene.textures[slot.texture as usize].sample(&scene.images, Vec2::splat(0.5), true))
+    Some(scene.textures[slot.texture as usize].sample(&scene.images, Vec2::splat(0.5), Reading::Color))
 }
 
 const BASE: &str = r#"{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}"#;
