@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use blinn::accel::{Accel, BuildSettings, Cutout, HitBatch, RayBatch, Shared};
 use blinn::geometry::{HitId, Rgba};
-use blinn::integrator::{Frame, Integrator, Phong, Sample, Scratch};
+use blinn::integrator::{Frame, Integrator, LowDiscrepancy, Phong, Sample, Scratch};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
     Channels, ColorInput, Footprint, Image, Instance, Lighting, Material, Mesh, Mips, Node, PoseSettings,
@@ -96,9 +96,16 @@ fn trace(c: &mut Criterion) {
 struct Points;
 
 impl Integrator for Points {
-    fn render(&self, frame: &Frame, samples: &[Sample], scratch: &mut Scratch, out: &mut [Rgba]) {
+    fn render(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        draws: &LowDiscrepancy,
+        scratch: &mut Scratch,
+        out: &mut [Rgba],
+    ) {
         let points: Vec<Sample> = samples.iter().map(|s| Sample { size: [0.0; 2], ..*s }).collect();
-        Phong::default().render(frame, &points, scratch, out);
+        Phong::default().render(frame, &points, draws, scratch, out);
     }
 }
 

@@ -32,7 +32,7 @@ fn picture(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let posed = pose(scene, &PoseSettings::default()).unwrap();
-        let (accel, _) = Accel::build(&posed, &BuildSettings { preset });
+        let (accel, _) = Accel::build(&posed, &BuildSettings { preset, ..BuildSettings::default() });
         let settings = RenderSettings { width: 96, height: 54, samples: 3, tile, ..Default::default() };
         let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
         let mut lighting = Lighting { plain_ambient: true, ..Default::default() };

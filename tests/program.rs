@@ -552,3 +552,33 @@ fn a_picture_of_light_lights_by_direction() {
         "neither Radiance HDR nor OpenEXR",
     );
 }
+
+/// `BLINN_SIMD` picks the instructions, never the picture.
+#[test]
+fn every_tier_renders_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/still-life/still-life.glb");
+    let render = |tier: &str| {
+        let out = format!("{tier}.png");
+        let output = Command::new(env!("CARGO_BIN_EXE_blinn"))
+            .args(["render", scene, "-o", &out, "--size", "96x54", "-s", "2", "-q"])
+            .env("BLINN_SIMD", tier)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let bytes = |tier: &str| std::fs::read(folder.path().join(format!("{tier}.png"))).unwrap();
+    assert_eq!(render("portable"), (Some(0), String::new()));
+    for tier in blinn::accel::Tier::ALL {
+        if tier.available() {
+            assert_eq!(render(tier.name()).0, Some(0));
+            assert!(bytes(tier.name()) == bytes("portable"), "{tier:?}");
+        } else {
+            assert_eq!(render(tier.name()).0, Some(2));
+        }
+    }
+    let (code, error) = render("sse9");
+    assert_eq!(code, Some(2));
+    assert!(error.contains("'sse9' is none of portable, avx2, avx512"), "{error}");
+}

@@ -2,7 +2,7 @@
 
 mod common;
 
-use blinn::accel::{Accel, Preset, RayBatch, SegmentBatch};
+use blinn::accel::{Accel, BuildSettings, Preset, RayBatch, SegmentBatch, Shared, Tier};
 use blinn::geometry::{Hit, HitId};
 use blinn::scene::{PosedScene, Scene, SurfaceClass};
 use common::{Holes, Rng};
@@ -98,12 +98,12 @@ fn rays(posed: &PosedScene, count: usize) -> Vec<(Vec3, Vec3)> {
 const MOST: usize = 12;
 
 /// The first hits along every ray, one after the other, as far as `MOST`.
-fn layers(accel: &Accel, rays: &[(Vec3, Vec3)], cull: bool) -> Vec<Vec<Hit>> {
+fn layers(accel: &Accel, rays: &[(Vec3, Vec3)], cull: bool, shared: Shared) -> Vec<Vec<Hit>> {
     let mut found = vec![Vec::new(); rays.len()];
     let mut open: Vec<usize> = (0..rays.len()).collect();
     let mut hits = Vec::new();
     while !open.is_empty() {
-        let mut batch = RayBatch { cull, ..RayBatch::default() };
+        let mut batch = RayBatch { shared, cull, ..RayBatch::default() };
         for &i in &open {
             let after = found[i].last().copied().unwrap_or(RayBatch::from_near(0.0));
             batch.push(rays[i].0, rays[i].1, after, 5.0);
@@ -133,7 +133,8 @@ fn bits(layers: &[Vec<Hit>]) -> Vec<Vec<(u32, HitId)>> {
     layers.iter().map(|l| l.iter().map(|hit| (hit.t.to_bits(), hit.id)).collect()).collect()
 }
 
-/// All layers, shadows and transmittances of every preset are those of asking every triangle.
+/// All layers, shadows and transmittances of every preset and tier are those of asking every
+/// triangle.
 #[test]
 fn every_tree_answers_as_no_tree_does() {
     let all = scenes();
@@ -142,26 +143,96 @@ fn every_tree_answers_as_no_tree_does() {
         let posed = common::posed(scene);
         let rays = rays(&posed, if *name == "soup" { 100 } else { 500 });
         let segments = segments(&rays);
-        let answers = |preset| {
-            let accel = common::build_with(&posed, preset);
+        let answers = |preset, tier| {
+            let accel = Accel::build(&posed, &BuildSettings { preset, tier }).0;
             let (mut occluded, mut light) = (Vec::new(), Vec::new());
             accel.occluded(&segments, &Holes, &mut occluded);
             accel.transmittance(&segments, &Holes, &mut light);
             let light: Vec<[u32; 3]> = light.iter().map(|l| l.to_array().map(f32::to_bits)).collect();
-            let seen = [false, true].map(|cull| bits(&layers(&accel, &rays, cull)));
+            let seen = [false, true].map(|cull| bits(&layers(&accel, &rays, cull, Shared::None)));
             (seen, occluded, light)
         };
-        let flat = answers(Preset::Flat);
+        let flat = answers(Preset::Flat, Tier::Portable);
         let hits = flat.0[0].iter().flatten().filter(|hit| hit.1 != HitId::NONE).count();
         assert!(hits > 200, "{name}: only {hits} hits to compare");
-        for preset in [Preset::Fast, Preset::Medium, Preset::Slow] {
-            let tree = answers(preset);
+        let medium = common::tiers().map(|tier| (Preset::Medium, tier));
+        for (preset, tier) in medium.chain([Preset::Fast, Preset::Slow].map(|p| (p, Tier::best()))) {
+            let tree = answers(preset, tier);
             for (i, ray) in rays.iter().enumerate() {
                 for cull in 0..2 {
-                    assert_eq!(tree.0[cull][i], flat.0[cull][i], "{name} {preset:?}: ray {i} {ray:?}");
+                    assert_eq!(
+                        tree.0[cull][i], flat.0[cull][i],
+                        "{name} {preset:?} {tier:?}: ray {i} {ray:?}"
+                    );
                 }
-                assert_eq!(tree.1[i], flat.1[i], "{name} {preset:?}: shadow {i}");
-                assert_eq!(tree.2[i], flat.2[i], "{name} {preset:?}: light {i}");
+                assert_eq!(tree.1[i], flat.1[i], "{name} {preset:?} {tier:?}: shadow {i}");
+                assert_eq!(tree.2[i], flat.2[i], "{name} {preset:?} {tier:?}: light {i}");
+            }
+        }
+    }
+}
+
+/// What rays of a packet share, and 64 of them: from one place or along one way, near each other,
+/// many at vertices and edges.
+fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool) -> (Shared, Vec<(Vec3, Vec3)>) {
+    let instance = rng.below(posed.instances.len()) as u32;
+    let triangles = posed.mesh(instance).triangles.len();
+    let first = rng.below(triangles);
+    let corner = |triangle: usize, corner: usize| {
+        posed.world_triangle(HitId { instance, triangle: (triangle % triangles) as u32 })[corner % 3]
+    };
+    let o = (rng.in_cube() * 4.0).as_vec3();
+    let d = if rng.one_in(4) { Vec3::new(0.0, -2.0, 0.0) } else { corner(first, 0) - o };
+    let spread = 10f64.powf(-4.0 * rng.unit());
+    let target = |rng: &mut Rng| {
+        let v = corner(first + rng.below(4), rng.below(3));
+        match rng.below(3) {
+            0 => v,
+            1 => v.lerp(corner(first, rng.below(3)), rng.unit() as f32),
+            _ => v + (rng.in_cube() * spread).as_vec3(),
+        }
+    };
+    let rays = (0..64).map(|_| target(rng)).map(|to| if along { (to - d, d) } else { (o, to - o) }).collect();
+    (if along { Shared::Direction(d) } else { Shared::Origin(o) }, rays)
+}
+
+/// Rays that are told to share something, and so may be traced together, meet what they meet one
+/// by one: every layer, shadow and transmittance, on every tier.
+#[test]
+fn packets_answer_as_single_rays_do() {
+    for (name, scene) in &scenes() {
+        let posed = common::posed(scene);
+        let single = Accel::build(&posed, &BuildSettings { preset: Preset::Medium, tier: Tier::Portable }).0;
+        for tier in common::tiers() {
+            let accel = Accel::build(&posed, &BuildSettings { preset: Preset::Medium, tier }).0;
+            let mut rng = Rng::new(3);
+            for n in 0..60 {
+                let (shared, rays) = bundle(&posed, &mut rng, n % 3 == 2);
+                let context = format!("{name} {tier:?} {n} {shared:?}");
+                let cull = n % 2 == 0;
+                let together = bits(&layers(&accel, &rays, cull, shared));
+                assert_eq!(together, bits(&layers(&single, &rays, cull, Shared::None)), "{context}");
+                // Towards the light, if it is one.
+                let segments = |rays: &[(Vec3, Vec3)]| {
+                    let mut segments = SegmentBatch { shared, ..SegmentBatch::default() };
+                    for &(o, d) in rays {
+                        let source = HitId { instance: 0, triangle: 3 };
+                        match shared {
+                            Shared::Origin(light) => segments.push(light + d * 0.9, light, source),
+                            _ => segments.push(o, o, source),
+                        }
+                    }
+                    segments
+                };
+                let ask = |accel: &Accel, rays: &[(Vec3, Vec3)]| {
+                    let (mut blocked, mut light) = (Vec::new(), Vec::new());
+                    accel.occluded(&segments(rays), &Holes, &mut blocked);
+                    accel.transmittance(&segments(rays), &Holes, &mut light);
+                    let light = light.iter().map(|l| l.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+                    blocked.into_iter().zip(light).collect::<Vec<_>>()
+                };
+                let one_by_one: Vec<_> = rays.iter().flat_map(|&ray| ask(&single, &[ray])).collect();
+                assert_eq!(ask(&accel, &rays), one_by_one, "{context}");
             }
         }
     }
@@ -181,7 +252,7 @@ fn layers_are_in_order_and_complete() {
     let posed = common::posed(&scene);
     let accel = common::build(&posed);
     let ray = [(Vec3::new(0.3, 0.1, 2.0), Vec3::new(0.0, 0.0, -2.0))];
-    let found = &layers(&accel, &ray, false)[0];
+    let found = &layers(&accel, &ray, false, Shared::None)[0];
     assert_eq!(found.len(), 5 + 1);
     assert!(found.windows(2).all(|w| w[0].before(&w[1])));
     assert!(found[..5].iter().all(|hit| hit.t == 1.0));
@@ -239,6 +310,10 @@ fn an_update_is_as_good_as_a_build() {
         let (new, report) = Accel::build(&posed, &Default::default());
         assert_eq!(kept.update(&posed), report);
         let rays = rays(&posed, 1000);
-        assert_eq!(bits(&layers(&kept, &rays, false)), bits(&layers(&new, &rays, false)), "step {step}");
+        assert_eq!(
+            bits(&layers(&kept, &rays, false, Shared::None)),
+            bits(&layers(&new, &rays, false, Shared::None)),
+            "step {step}"
+        );
     }
 }

@@ -4,13 +4,19 @@
 //! the same place, however wound, share one entry that lists them all; entries with exactly equal
 //! boxes share one slot of the tree. Without that, thousands of equal boxes make a builder take
 //! minutes over a tree as deep as they are many.
+//!
+//! Nearly all triangles are alone in their box, so most of the work is to find that out: a first
+//! walk sets a bit for each box's hash, and where it is set already, a bit in a second table.
+//! Only boxes with a bit in the second table are compared.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
 use super::CleanReport;
+use super::block::GROUP;
 use super::hit::{Corners, Unfit};
-use super::tree::Box3;
-use crate::geometry::HitId;
+use super::wide::Box3;
 use crate::scene::SurfaceClass;
 
 /// What a ray needs to know of a triangle's surface.
@@ -22,138 +28,212 @@ pub(super) struct Look {
     pub reversed: bool,
 }
 
-/// Triangles in one place that look alike, by rising id.
+/// Triangles in one place that look alike, by rising index.
 #[derive(Clone, Debug)]
 pub(super) struct Alike {
     pub look: Look,
-    pub ids: Vec<HitId>,
-}
-
-/// Who is at an entry.
-#[derive(Clone, Debug)]
-pub(super) enum Face {
-    /// One triangle, as almost always.
-    One(HitId, Look),
-    /// The index of a list of several.
-    Many(u32),
+    pub ids: Vec<u32>,
 }
 
 /// A triangle to be cleaned. `look.reversed` says that the corners' winding is that of the back.
+#[derive(Clone, Copy)]
 pub(super) struct Raw {
     pub v: [glam::Vec3; 3],
-    pub id: HitId,
     pub look: Look,
 }
 
-/// Entries by slot: the triangles of slot i are the next `sizes[i]` entries.
+impl Raw {
+    /// Its corners in the order of the hit test, and how it looks with them.
+    pub fn sorted(self) -> Result<(Corners, Look), Unfit> {
+        let (corners, turned) = Corners::new(self.v)?;
+        Ok((corners, Look { reversed: self.look.reversed ^ turned, ..self.look }))
+    }
+}
+
+/// Slots of a tree: box i belongs to slot i.
 #[derive(Default)]
 pub(super) struct Cleaned {
     pub boxes: Vec<Box3>,
-    pub sizes: Vec<u32>,
-    pub corners: Vec<Corners>,
-    pub faces: Vec<Face>,
+    /// An entry (the index of a triangle, or [`GROUP`] and that of a group), or [`PILE`] and the
+    /// index of a pile.
+    pub slots: Vec<u32>,
+    /// Entries with equal boxes.
+    pub piles: Vec<Vec<u32>>,
+    /// Triangles in one place.
     pub groups: Vec<Vec<Alike>>,
     pub report: CleanReport,
 }
 
-struct Kept {
-    corners: Corners,
-    id: HitId,
-    look: Look,
+/// Marks the index of a pile.
+const PILE: u32 = GROUP | 1 << 30;
+
+/// Most triangles that a tree can hold: their indices share 32 bits with two marks.
+pub(super) const MOST: usize = 1 << 30;
+
+impl Cleaned {
+    /// The entries of a slot.
+    pub fn entries(&self, slot: u32) -> &[u32] {
+        let entry = &self.slots[slot as usize];
+        match entry & PILE {
+            PILE => &self.piles[(entry & !PILE) as usize],
+            _ => std::slice::from_ref(entry),
+        }
+    }
 }
 
-/// Cleans `raw(0..count)`, which come by rising id.
-pub(super) fn clean(count: usize, raw: impl Fn(usize) -> Raw + Sync) -> Cleaned {
-    let judged: Vec<Result<Kept, Unfit>> = (0..count)
-        .into_par_iter()
-        .with_min_len(4096)
-        .map(|i| {
-            let Raw { v, id, mut look } = raw(i);
-            let (corners, turned) = Corners::new(v)?;
-            look.reversed ^= turned;
-            Ok(Kept { corners, id, look })
-        })
-        .collect();
-    let unfit = |what| judged.iter().filter(|j| matches!(j, Err(u) if *u == what)).count() as u64;
-    let report = CleanReport {
-        non_finite: unfit(Unfit::NonFinite),
-        zero_area: unfit(Unfit::ZeroArea),
-        ..CleanReport::default()
-    };
-    let kept: Vec<Kept> = judged.into_iter().flatten().collect();
-    let mut out = Cleaned { report, ..Cleaned::default() };
-    let order = by_place(&kept);
-    let same_box = |a: &u32, b: &u32| bounds(&kept, *a) == bounds(&kept, *b);
-    let mut slots: Vec<&[u32]> = order.chunk_by(same_box).collect();
-    // Back to the file's order, in which neighbours lie together.
-    slots.par_sort_unstable_by_key(|slot| slot[0]);
-    for slot in slots {
-        let before = out.corners.len();
-        for place in
-            slot.chunk_by(|a, b| kept[*a as usize].corners.bits() == kept[*b as usize].corners.bits())
-        {
-            out.add(&kept, place);
+/// What a walk over some triangles finds.
+#[derive(Default)]
+struct Walked {
+    boxes: Vec<Box3>,
+    slots: Vec<u32>,
+    report: CleanReport,
+}
+
+/// Cleans `raw(0..count)`. Those beyond [`MOST`] are left out.
+pub(super) fn clean(count: usize, raw: &(impl Fn(usize) -> Raw + Sync)) -> Cleaned {
+    const CHUNK: usize = 1 << 14;
+    let count = count.min(MOST);
+    let (seen, again) = (Bits::new(count), Bits::new(count));
+    let walk = |start: usize| {
+        let mut out = Walked::default();
+        for i in start..count.min(start + CHUNK) {
+            match Corners::new(raw(i).v) {
+                Ok((corners, _)) => {
+                    let bounds = corners.bounds();
+                    let hash = hash(&bounds);
+                    if seen.set(hash) {
+                        again.set(hash);
+                    }
+                    out.boxes.push(bounds);
+                    out.slots.push(i as u32);
+                }
+                Err(Unfit::NonFinite) => out.report.non_finite += 1,
+                Err(Unfit::ZeroArea) => out.report.zero_area += 1,
+            }
         }
-        out.boxes.push(kept[slot[0] as usize].corners.bounds());
-        out.sizes.push((out.corners.len() - before) as u32);
+        out
+    };
+    let walked: Vec<Walked> = (0..count.div_ceil(CHUNK)).into_par_iter().map(|i| walk(i * CHUNK)).collect();
+    let mut out = Cleaned::default();
+    out.boxes.reserve_exact(walked.iter().map(|w| w.boxes.len()).sum());
+    out.slots.reserve_exact(out.boxes.capacity());
+    for part in walked {
+        out.boxes.extend(part.boxes);
+        out.slots.extend(part.slots);
+        out.report.add(part.report, 1);
     }
+    out.share(&again, raw);
     out
 }
 
-fn bounds(kept: &[Kept], i: u32) -> Box3 {
-    kept[i as usize].corners.bounds()
-}
+/// A table of bits, 16 for each thing that is entered.
+struct Bits(Vec<AtomicU64>);
 
-/// Indices in an order that has equal boxes together, within those equal corners, and within
-/// those the lowest id first.
-fn by_place(kept: &[Kept]) -> Vec<u32> {
-    let mut keys: Vec<(u64, u32)> = kept
-        .par_iter()
-        .enumerate()
-        .map(|(i, k)| {
-            let (lo, hi) = k.corners.bounds();
-            let bits = [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z].map(f32::to_bits);
-            (bits.into_iter().fold(0, mix), i as u32)
-        })
-        .collect();
-    keys.par_sort_unstable();
-    // Within equal hashes (hardly ever more than one): by the boxes and corners themselves.
-    for run in keys.chunk_by_mut(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
-        run.sort_unstable_by_key(|&(_, i)| {
-            let corners = &kept[i as usize].corners;
-            let (lo, hi) = corners.bounds();
-            let box_bits = [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z].map(f32::to_bits);
-            (box_bits, corners.bits(), i)
-        });
+impl Bits {
+    fn new(count: usize) -> Bits {
+        let words = (count / 4).next_power_of_two().max(16);
+        Bits((0..words).map(|_| AtomicU64::new(0)).collect())
     }
-    keys.into_iter().map(|(_, i)| i).collect()
+
+    fn place(&self, hash: u64) -> (&AtomicU64, u64) {
+        (&self.0[(hash >> 6) as usize & (self.0.len() - 1)], 1 << (hash & 63))
+    }
+
+    /// True where the bit was set before.
+    fn set(&self, hash: u64) -> bool {
+        let (word, bit) = self.place(hash);
+        word.fetch_or(bit, Relaxed) & bit != 0
+    }
+
+    fn get(&self, hash: u64) -> bool {
+        let (word, bit) = self.place(hash);
+        word.load(Relaxed) & bit != 0
+    }
 }
 
-/// A step of a 64-bit hash: multiply by an odd constant, fold the high bits down.
-fn mix(hash: u64, bits: u32) -> u64 {
-    let x = (hash ^ u64::from(bits)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    x ^ (x >> 29)
+/// A 64-bit hash of a box: each step multiplies by an odd constant and folds the high bits down.
+fn hash((lo, hi): &Box3) -> u64 {
+    [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z].into_iter().fold(0, |hash: u64, x| {
+        let x = (hash ^ u64::from(x.to_bits())).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        x ^ (x >> 29)
+    })
+}
+
+fn box_bits((lo, hi): &Box3) -> [u32; 6] {
+    [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z].map(f32::to_bits)
 }
 
 impl Cleaned {
-    /// Adds the triangles of one place.
-    fn add(&mut self, kept: &[Kept], place: &[u32]) {
-        let first = &kept[place[0] as usize];
-        self.corners.push(first.corners);
-        if place.len() == 1 {
-            self.faces.push(Face::One(first.id, first.look));
-            return;
+    /// Brings slots together that have equal boxes. Only those with a bit in `again` can.
+    fn share(&mut self, again: &Bits, raw: &(impl Fn(usize) -> Raw + Sync)) {
+        let mut suspects: Vec<u32> = (0..self.boxes.len() as u32)
+            .into_par_iter()
+            .with_min_len(1 << 14)
+            .filter(|&slot| again.get(hash(&self.boxes[slot as usize])))
+            .collect();
+        let boxes = &self.boxes;
+        let key = |slot: &u32| (hash(&boxes[*slot as usize]), *slot);
+        suspects.par_sort_unstable_by_key(key);
+        let mut gone = vec![];
+        let mut slots = std::mem::take(&mut self.slots);
+        for same_hash in suspects.chunk_by_mut(|a, b| key(a).0 == key(b).0).filter(|run| run.len() > 1) {
+            same_hash.sort_unstable_by_key(|&slot| (box_bits(&self.boxes[slot as usize]), slot));
+            let same_box =
+                |a: &u32, b: &u32| box_bits(&self.boxes[*a as usize]) == box_bits(&self.boxes[*b as usize]);
+            for run in same_hash.chunk_by(same_box).filter(|run| run.len() > 1) {
+                let ids: Vec<u32> = run.iter().map(|&slot| slots[slot as usize]).collect();
+                let mut entries = group(&ids, raw, &mut self.groups, &mut self.report);
+                slots[run[0] as usize] = match entries.len() {
+                    1 => entries[0],
+                    _ => {
+                        entries.shrink_to_fit();
+                        self.piles.push(entries);
+                        PILE | (self.piles.len() - 1) as u32
+                    }
+                };
+                gone.extend_from_slice(&run[1..]);
+            }
+        }
+        self.slots = slots;
+        if !gone.is_empty() {
+            let mut stays = vec![true; self.slots.len()];
+            gone.iter().for_each(|&slot| stays[slot as usize] = false);
+            let mut stay = stays.iter();
+            self.boxes.retain(|_| *stay.next().unwrap_or(&true));
+            let mut stay = stays.iter();
+            self.slots.retain(|_| *stay.next().unwrap_or(&true));
+        }
+    }
+}
+
+/// The entries for triangles with equal boxes: those in exactly one place share one.
+fn group(
+    ids: &[u32],
+    raw: &impl Fn(usize) -> Raw,
+    groups: &mut Vec<Vec<Alike>>,
+    report: &mut CleanReport,
+) -> Vec<u32> {
+    let mut placed: Vec<([u32; 9], u32, Look)> = ids
+        .iter()
+        .filter_map(|&id| raw(id as usize).sorted().ok().map(|(corners, look)| (corners.bits(), id, look)))
+        .collect();
+    placed.sort_unstable();
+    let mut entries = Vec::new();
+    for place in placed.chunk_by(|a, b| a.0 == b.0) {
+        if let [(_, id, _)] = place {
+            entries.push(*id);
+            continue;
         }
         let mut alike: Vec<Alike> = Vec::new();
-        for &i in place {
-            let Kept { id, look, .. } = kept[i as usize];
+        for &(_, id, look) in place {
             match alike.iter_mut().find(|a| a.look == look) {
                 Some(a) => a.ids.push(id),
                 None => alike.push(Alike { look, ids: vec![id] }),
             }
         }
-        self.report.coincident += place.len() as u64 - 1;
-        self.faces.push(Face::Many(self.groups.len() as u32));
-        self.groups.push(alike);
+        report.coincident += place.len() as u64 - 1;
+        entries.push(GROUP | groups.len() as u32);
+        groups.push(alike);
     }
+    entries
 }

@@ -8,32 +8,41 @@
 //! the rays in a batch, or threads.
 
 mod batch;
+mod block;
 mod clean;
+mod collapse;
 mod hit;
+mod packet;
 mod query;
-mod tree;
+mod simd;
 mod triangles;
 mod two_level;
+mod wide;
 
 pub use batch::{Cutout, HitBatch, RayBatch, SegmentBatch, Shared};
+pub use simd::Tier;
 
 use std::collections::BTreeMap;
-
-use glam::Vec3;
 
 use crate::geometry::{Hit, HitId, Rgb};
 use crate::scene::{PosedScene, SurfaceClass};
 use clean::{Look, Raw};
+use hit::FrameRay;
+use packet::{Answers, PacketStack, RAYS};
 use query::{Asked, Blocking, Closest, Query, passes};
-use tree::Stack;
-use triangles::{FrameRay, Triangles};
+use simd::{Job, Simd};
+use triangles::{Spans, Triangles};
 use two_level::{Plan, Top};
+use wide::Stack;
 
 /// How trees are built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildSettings {
     /// How much time a tree is worth. The picture never depends on it.
     pub preset: Preset,
+    /// Instructions that rays are traced with: the best there are, by default. The picture never
+    /// depends on it.
+    pub tier: Tier,
 }
 
 /// obvhs's presets.
@@ -140,27 +149,14 @@ impl Accel {
     /// The closest hit of every ray after its `after`. `hits` becomes as long as `rays`.
     pub fn intersect(&self, rays: &RayBatch, cutouts: &dyn Cutout, hits: &mut HitBatch) {
         hits.clear();
-        let mut lane = Lane::new(self);
-        for i in 0..rays.len() {
-            let (o, d) = (rays.origins[i], rays.directions[i]);
-            let best = Hit { t: rays.t_max[i], id: HitId::NONE };
-            let asked = Asked { o, d, cutouts };
-            let mut query = Closest { asked, cull: rays.cull, after: rays.after[i], best };
-            lane.trace(o, d, &mut query);
-            hits.push(if query.best.is_miss() { Hit::MISS } else { query.best });
-        }
+        self.settings.tier.run(Intersect { accel: self, rays, cutouts, hits });
     }
 
     /// Whether anything stands in the way of every segment: opaque surfaces, and cutouts where
     /// they are kept. Translucent surfaces do not count. `out` becomes as long as `segments`.
     pub fn occluded(&self, segments: &SegmentBatch, cutouts: &dyn Cutout, out: &mut Vec<bool>) {
         out.clear();
-        let mut lane = Lane::new(self);
-        for i in 0..segments.len() {
-            let mut query = blocking(segments, i, cutouts, None);
-            lane.trace(query.asked.o, query.asked.d, &mut query);
-            out.push(query.blocked);
-        }
+        self.settings.tier.run(Occluded { accel: self, segments, cutouts, out });
     }
 
     /// How much light passes along every segment: none where anything opaque or a kept cutout is
@@ -168,15 +164,7 @@ impl Accel {
     /// order of (t, id). `out` becomes as long as `segments`.
     pub fn transmittance(&self, segments: &SegmentBatch, cutouts: &dyn Cutout, out: &mut Vec<Rgb>) {
         out.clear();
-        let mut lane = Lane::new(self);
-        let mut passing = Vec::new();
-        for i in 0..segments.len() {
-            passing.clear();
-            let mut query = blocking(segments, i, cutouts, Some(&mut passing));
-            lane.trace(query.asked.o, query.asked.d, &mut query);
-            let (asked, blocked) = (query.asked, query.blocked);
-            out.push(if blocked { Rgb::ZERO } else { passes(&mut passing, asked) });
-        }
+        self.settings.tier.run(Transmittance { accel: self, segments, cutouts, out });
     }
 
     /// True where something visible lets part of the light through; else [`Accel::occluded`] says
@@ -206,6 +194,131 @@ impl Accel {
     }
 }
 
+/// [`Accel::intersect`].
+struct Intersect<'a> {
+    accel: &'a Accel,
+    rays: &'a RayBatch,
+    cutouts: &'a dyn Cutout,
+    hits: &'a mut HitBatch,
+}
+
+impl Job for Intersect<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Intersect { accel, rays, cutouts, hits } = self;
+        let mut lane = Lane::new(accel);
+        let mut packets = PacketStack::default();
+        for (first, count) in packets_of(rays.len()) {
+            if count > FEW && rays.shared != Shared::None && accel.top.is_world() {
+                let scratch = (&mut packets, &mut lane.stack);
+                if packet::intersect::<S>(&accel.world, (rays, first, count), cutouts, hits, scratch) {
+                    continue;
+                }
+            }
+            for i in first..first + count {
+                let (o, d) = (rays.origins[i], rays.directions[i]);
+                let best = Hit { t: rays.t_max[i], id: HitId::NONE };
+                let asked = Asked { o, d, cutouts };
+                let mut query = Closest { asked, cull: rays.cull, after: rays.after[i], best };
+                if let Some(ray) = FrameRay::new(o.as_dvec3(), d.as_dvec3()) {
+                    lane.trace::<S>(&ray, &mut query);
+                }
+                hits.push(if query.best.is_miss() { Hit::MISS } else { query.best });
+            }
+        }
+    }
+}
+
+/// [`Accel::occluded`].
+struct Occluded<'a> {
+    accel: &'a Accel,
+    segments: &'a SegmentBatch,
+    cutouts: &'a dyn Cutout,
+    out: &'a mut Vec<bool>,
+}
+
+impl Job for Occluded<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Occluded { accel, segments, cutouts, out } = self;
+        let mut lane = Lane::new(accel);
+        let mut packets = PacketStack::default();
+        for (first, count) in packets_of(segments.len()) {
+            if count > FEW && segments.shared != Shared::None && accel.top.is_world() {
+                let mut answers = Answers { blocked: 0, passing: None };
+                let scratch = (&mut packets, &mut lane.stack);
+                let some = (segments, first, count);
+                if packet::occluded::<S>(&accel.world, some, cutouts, &mut answers, scratch) {
+                    out.extend((0..count).map(|i| answers.blocked >> i & 1 == 1));
+                    continue;
+                }
+            }
+            for i in first..first + count {
+                let (ray, mut query) = blocking(segments, i, cutouts, None);
+                if let Some(ray) = ray {
+                    lane.trace::<S>(&ray, &mut query);
+                }
+                out.push(query.blocked);
+            }
+        }
+    }
+}
+
+/// [`Accel::transmittance`].
+struct Transmittance<'a> {
+    accel: &'a Accel,
+    segments: &'a SegmentBatch,
+    cutouts: &'a dyn Cutout,
+    out: &'a mut Vec<Rgb>,
+}
+
+impl Job for Transmittance<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Transmittance { accel, segments, cutouts, out } = self;
+        let mut lane = Lane::new(accel);
+        let mut packets = PacketStack::default();
+        let mut passing: [Vec<Hit>; RAYS] = std::array::from_fn(|_| Vec::new());
+        for (first, count) in packets_of(segments.len()) {
+            passing.iter_mut().for_each(Vec::clear);
+            let mut answers = Answers { blocked: 0, passing: Some(&mut passing) };
+            let scratch = (&mut packets, &mut lane.stack);
+            let some = (segments, first, count);
+            let together = count > FEW && segments.shared != Shared::None && accel.top.is_world();
+            let together =
+                together && packet::occluded::<S>(&accel.world, some, cutouts, &mut answers, scratch);
+            let mut blocked = answers.blocked;
+            if !together {
+                for (i, passing) in passing.iter_mut().enumerate().take(count) {
+                    let (ray, mut query) = blocking(segments, first + i, cutouts, Some(passing));
+                    if let Some(ray) = ray {
+                        lane.trace::<S>(&ray, &mut query);
+                    }
+                    blocked |= u64::from(query.blocked) << i;
+                }
+            }
+            for (i, passing) in passing.iter_mut().enumerate().take(count) {
+                let asked = blocking(segments, first + i, cutouts, None).1.asked;
+                out.push(if blocked >> i & 1 == 1 { Rgb::ZERO } else { passes(passing, asked) });
+            }
+        }
+    }
+}
+
+/// So few rays are traced one by one.
+const FEW: usize = 8;
+
+/// The first and the number of each packet's rays.
+fn packets_of(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).step_by(RAYS).map(move |first| (first, RAYS.min(count - first)))
+}
+
 /// What tracing one ray after another needs.
 struct Lane<'a> {
     accel: &'a Accel,
@@ -218,29 +331,32 @@ impl<'a> Lane<'a> {
         Lane { accel, meshes: accel.meshes.values().collect(), stack: Stack::default() }
     }
 
-    /// Rays that are not finite or have no direction meet nothing.
-    fn trace(&mut self, o: Vec3, d: Vec3, query: &mut impl Query) {
-        if let Some(ray) = FrameRay::new(o, d) {
-            let Accel { top, world, .. } = self.accel;
-            top.visit(&ray, world, &self.meshes, query, &mut self.stack);
-        }
+    #[inline(always)]
+    fn trace<S: Simd>(&mut self, ray: &FrameRay, query: &mut impl Query) {
+        let Accel { top, world, .. } = self.accel;
+        top.visit::<S, _>(ray, world, &self.meshes, query, &mut self.stack);
     }
 }
 
-/// Segment `i` as a question. A segment ends strictly short of its light, at t = 1.
+/// Segment `i` as a question, and the line that it is on; none for segments that are nowhere or go
+/// nowhere, which nothing blocks. A segment ends strictly short of its light, at t = 1. Those to a
+/// point are traced from there, as packets are, so that both are the same line to the bit.
 fn blocking<'a, 'p>(
     segments: &SegmentBatch,
     i: usize,
     cutouts: &'a dyn Cutout,
     passing: Option<&'p mut Vec<Hit>>,
-) -> Blocking<'a, 'p> {
-    let o = segments.from[i];
-    let (d, end) = match segments.shared {
-        Shared::Direction(d) => (d, f32::INFINITY),
-        Shared::Origin(light) => (light - o, 1.0),
-        Shared::None => (segments.to[i] - o, 1.0),
+) -> (Option<FrameRay>, Blocking<'a, 'p>) {
+    let from = segments.from[i];
+    let (o, d, end, ray) = match segments.shared {
+        Shared::Direction(d) => (from, d, f32::INFINITY, FrameRay::new(from.as_dvec3(), d.as_dvec3())),
+        Shared::Origin(light) => (light, from - light, 1.0, FrameRay::backward(from, light)),
+        Shared::None => {
+            (segments.to[i], from - segments.to[i], 1.0, FrameRay::backward(from, segments.to[i]))
+        }
     };
-    Blocking { asked: Asked { o, d, cutouts }, end, source: segments.source[i], blocked: false, passing }
+    let asked = Asked { o, d, cutouts };
+    (ray, Blocking { asked, end, source: segments.source[i], blocked: false, passing })
 }
 
 /// How an instance's triangles look in a world tree.
@@ -251,20 +367,16 @@ fn look(posed: &PosedScene, instance: u32) -> Look {
 }
 
 fn world_triangles(posed: &PosedScene, plan: &Plan, preset: Preset) -> Triangles {
-    // Where each instance's triangles begin in the count of all.
-    let mut starts = Vec::with_capacity(plan.world.len());
-    let mut count = 0;
-    for &(instance, _) in &plan.world {
-        starts.push(count);
-        count += posed.mesh(instance).triangles.len();
-    }
+    let owners = plan.world.iter().map(|&(instance, _)| (instance, posed.mesh(instance).triangles.len()));
+    let (spans, count) = Spans::new(owners);
     let looks: Vec<Look> = plan.world.iter().map(|&(instance, _)| look(posed, instance)).collect();
+    let finder = spans.clone();
     let raw = |i: usize| {
-        let which = starts.partition_point(|&start| start <= i) - 1;
-        let id = HitId { instance: plan.world[which].0, triangle: (i - starts[which]) as u32 };
-        Raw { v: posed.world_triangle(id), id, look: looks[which] }
+        let (which, triangle) = finder.find(i as u32);
+        let id = HitId { instance: plan.world[which].0, triangle };
+        Raw { v: posed.world_triangle(id), look: looks[which] }
     };
-    Triangles::build(count, raw, preset)
+    Triangles::build((spans, count), raw, preset)
 }
 
 fn mesh_triangles(posed: &PosedScene, mesh: u32, preset: Preset) -> Triangles {
@@ -272,10 +384,6 @@ fn mesh_triangles(posed: &PosedScene, mesh: u32, preset: Preset) -> Triangles {
     let material = &posed.materials[mesh.material as usize];
     // Not reversed where the instance mirrors: a mirrored ray sees the side it saw before.
     let look = Look { class: material.class(), single_sided: !material.double_sided, reversed: false };
-    let raw = |i: usize| Raw {
-        v: mesh.triangles[i].map(|v| mesh.positions[v as usize]),
-        id: HitId { instance: 0, triangle: i as u32 },
-        look,
-    };
-    Triangles::build(mesh.triangles.len(), raw, preset)
+    let raw = |i: usize| Raw { v: mesh.triangles[i].map(|v| mesh.positions[v as usize]), look };
+    Triangles::build(Spans::new([(0, mesh.triangles.len())].into_iter()), raw, preset)
 }

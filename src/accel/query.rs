@@ -6,30 +6,35 @@ use glam::Vec3;
 
 use super::Cutout;
 use super::clean::Look;
+use super::triangles::Spans;
 use crate::geometry::{Hit, HitId, Rgb};
 use crate::scene::SurfaceClass;
 
 /// Triangles in one place that look alike, by rising id.
 #[derive(Clone, Copy)]
 pub(super) struct Ids<'a> {
-    pub ids: &'a [HitId],
+    /// Indices.
+    pub ids: &'a [u32],
+    /// What they mean.
+    pub spans: &'a Spans,
     /// The instance, where a shared mesh was met.
     pub instance: Option<u32>,
 }
 
 impl Ids<'_> {
-    fn own(&self, id: HitId) -> HitId {
+    fn own(&self, index: u32) -> HitId {
+        let id = self.spans.id(index);
         HitId { instance: self.instance.unwrap_or(id.instance), ..id }
     }
 
     /// All of them.
     fn iter(&self) -> impl Iterator<Item = HitId> {
-        self.ids.iter().map(|&id| self.own(id))
+        self.ids.iter().map(|&index| self.own(index))
     }
 
     /// Those greater than `id`.
     fn after(&self, id: HitId) -> Self {
-        let first = self.ids.partition_point(|&i| self.own(i) <= id);
+        let first = self.ids.partition_point(|&index| self.own(index) <= id);
         Ids { ids: &self.ids[first..], ..*self }
     }
 }

@@ -1,152 +1,283 @@
 //! A tree over triangles in one frame.
 
-use glam::{DVec3, Vec3};
+use std::marker::PhantomData;
 
-use super::clean::{Alike, Cleaned, Face, Look, Raw, clean};
-use super::hit::{Corners, TestRay};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::block::{Block, CAPACITY, GROUP};
+use super::clean::{Alike, Cleaned, Look, Raw, clean};
+use super::collapse::{self, Collapsed};
+use super::hit::{Corners, FrameRay, Met, TestRay};
 use super::query::{Ids, Query};
-use super::tree::{Box3, BoxRay, Stack, Tree};
+use super::simd::{Part, Simd};
+use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide};
 use super::{CleanReport, Preset};
+use crate::geometry::HitId;
+
+/// Whose triangle an index is.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Spans {
+    /// Where each instance's triangles begin in the count of all.
+    starts: Vec<u32>,
+    instances: Vec<u32>,
+}
+
+impl Spans {
+    /// Adds the next `count` triangles, of an instance.
+    pub fn new(of: impl Iterator<Item = (u32, usize)>) -> (Spans, usize) {
+        let (mut spans, mut count) = (Spans::default(), 0usize);
+        for (instance, triangles) in of {
+            spans.starts.push(count.min(u32::MAX as usize) as u32);
+            spans.instances.push(instance);
+            count += triangles;
+        }
+        (spans, count)
+    }
+
+    /// The instance of a triangle (its place in the order that was given) and the triangle there.
+    pub fn find(&self, index: u32) -> (usize, u32) {
+        let which = match self.starts.len() {
+            1 => 0,
+            _ => self.starts.partition_point(|&start| start <= index).saturating_sub(1),
+        };
+        (which, index - self.starts.get(which).copied().unwrap_or(0))
+    }
+
+    /// The id of a triangle.
+    pub fn id(&self, index: u32) -> HitId {
+        let (which, triangle) = self.find(index);
+        HitId { instance: self.instances.get(which).copied().unwrap_or(0), triangle }
+    }
+
+    /// The index of a triangle, if it is here.
+    pub fn index(&self, id: HitId) -> Option<u32> {
+        let which = self.instances.binary_search(&id.instance).ok()?;
+        Some(self.starts[which] + id.triangle)
+    }
+}
 
 /// Triangles and the tree over them.
 #[derive(Debug, Default)]
 pub(super) struct Triangles {
-    tree: Tree,
-    /// In the order of the leaves. Apart from `faces`, which hits alone need.
-    corners: Vec<Corners>,
-    faces: Vec<Face>,
+    pub tree: Wide,
+    /// Leaf n of the tree begins at blocks[n].
+    pub blocks: Vec<Block>,
+    pub spans: Spans,
     groups: Vec<Vec<Alike>>,
+    entries: usize,
     /// Around all of them; `None` where there are none.
     pub bounds: Option<Box3>,
     pub report: CleanReport,
-    centre: DVec3,
-    radius: f64,
-}
-
-/// A ray in the frame of a tree. Its parameter times `unit` is the caller's t.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FrameRay {
-    pub o: Vec3,
-    pub d: Vec3,
-    pub unit: f64,
-}
-
-impl FrameRay {
-    /// A ray whose direction is brought to about unit length by a power of two, so that neither
-    /// huge nor tiny directions overflow anything. `None` for rays that are nowhere or go nowhere.
-    pub fn new(o: Vec3, d: Vec3) -> Option<FrameRay> {
-        let size = d.abs().max_element();
-        if !(o.is_finite() && d.is_finite() && size > 0.0) {
-            return None;
-        }
-        // The power of two below `size`: its exponent alone, read from the bits of the f64.
-        let power = f64::from_bits(f64::from(size).to_bits() & 0x7ff0_0000_0000_0000);
-        let unit = 1.0 / power;
-        Some(FrameRay { o, d: (d.as_dvec3() * unit).as_vec3(), unit })
-    }
-
-    /// A caller's t as this ray's parameter.
-    pub fn parameter(&self, t: f32) -> f32 {
-        (f64::from(t) / self.unit) as f32
-    }
-
-    /// What trees need to know of the limit and start of a query.
-    pub fn limit(&self, query: &impl Query) -> f32 {
-        BoxRay::limit(self.parameter(query.limit()))
-    }
+    pub centre: DVec3,
+    pub radius: f64,
 }
 
 impl Triangles {
-    /// A tree over `raw(0..count)`, which come by rising id.
-    pub fn build(count: usize, raw: impl Fn(usize) -> Raw + Sync, preset: Preset) -> Triangles {
-        let Cleaned { boxes, sizes, corners, faces, groups, report } = clean(count, raw);
-        let (mut tree, order) = Tree::build(&boxes, preset);
-        let mut starts = Vec::with_capacity(sizes.len());
-        let mut sum = 0;
-        for &size in &sizes {
-            starts.push(sum);
-            sum += size;
-        }
-        tree.widen(&order.iter().map(|&slot| sizes[slot as usize]).collect::<Vec<_>>());
-        let entries = || {
-            order.iter().flat_map(|&slot| {
-                let first = starts[slot as usize] as usize;
-                first..first + sizes[slot as usize] as usize
-            })
-        };
-        let bounds = boxes.into_iter().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    /// A tree over the triangles `raw(0..)` that `spans` tells the owners of.
+    pub fn build(
+        (spans, count): (Spans, usize),
+        raw: impl Fn(usize) -> Raw + Sync,
+        preset: Preset,
+    ) -> Triangles {
+        let cleaned = clean(count, &raw);
+        let size = |slot: u32| cleaned.entries(slot).len() as u32;
+        let Collapsed { wide, members, ends } =
+            collapse::build(&cleaned.boxes, size, CAPACITY as u32, preset);
+        let bounds = wide.root.is_some().then_some(wide.bounds);
         let (lo, hi) = bounds.map_or((DVec3::ZERO, DVec3::ZERO), |(a, b)| (a.as_dvec3(), b.as_dvec3()));
+        let mut tree = wide;
+        let Cleaned { groups, report, .. } = &cleaned;
+        let entries: usize = (0..cleaned.slots.len()).map(|slot| size(slot as u32) as usize).sum();
+        let blocks = fill(&cleaned, &mut tree, &members, &ends, &raw);
         Triangles {
-            corners: entries().map(|i| corners[i]).collect(),
-            faces: entries().map(|i| faces[i].clone()).collect(),
             tree,
-            groups,
+            blocks,
+            spans,
+            groups: groups.clone(),
+            entries,
             bounds,
-            report,
+            report: *report,
             centre: 0.5 * (lo + hi),
             radius: 0.5 * lo.distance(hi),
         }
     }
 
-    /// Tells `query` of the triangles that `ray` meets, in any order. False once it has stopped.
-    /// `instance` is whose triangles they are, where a shared mesh does not say.
-    pub fn visit<Q: Query>(
+    /// Tells `query` of the triangles that `ray` meets under `from`, in any order. False once it
+    /// has stopped. `instance` is whose triangles they are, where a shared mesh does not say.
+    #[inline(always)]
+    pub fn visit<S: Simd, Q: Query>(
         &self,
+        from: u32,
         ray: &FrameRay,
         instance: Option<u32>,
         query: &mut Q,
         stack: &mut Stack,
     ) -> bool {
-        let boxes = BoxRay::new(ray.o, ray.d, 0.0, ray.parameter(query.start()));
-        let test = TestRay::new(ray.o, ray.d, ray.unit, self.centre, self.radius);
-        let mut limit = ray.limit(query);
-        self.tree.walk(&boxes, stack, limit, |entries, _| {
-            let first = entries.start;
-            for (i, corners) in self.corners[entries].iter().enumerate() {
-                if !test.may_hit(corners) {
-                    continue;
-                }
-                let Some(met) = test.meet(corners) else { continue };
-                let mut tell = |look: Look, ids| {
-                    let back = met.against == look.reversed;
-                    query.meet(met.t, look, back, Ids { ids, instance })
-                };
-                let stopped = match &self.faces[first + i] {
-                    Face::One(id, look) => tell(*look, std::slice::from_ref(id)).is_break(),
-                    Face::Many(group) => {
-                        self.groups[*group as usize].iter().any(|a| tell(a.look, &a.ids).is_break())
-                    }
-                };
-                if stopped {
-                    return None;
-                }
-                limit = ray.limit(query);
-            }
-            Some(limit)
-        })
+        S::call(Visit { triangles: self, from, ray, instance, query, stack })
+    }
+
+    /// Tells `query` that a ray has met a triangle of a block. True where it stops.
+    #[inline(always)]
+    pub fn tell(
+        &self,
+        block: &Block,
+        lane: usize,
+        met: Met,
+        instance: Option<u32>,
+        query: &mut impl Query,
+    ) -> bool {
+        let entry = block.ids[lane];
+        let mut tell = |look: Look, ids: &[u32]| {
+            let ids = Ids { ids, spans: &self.spans, instance };
+            query.meet(met.t, look, met.against == look.reversed, ids).is_break()
+        };
+        match entry & GROUP {
+            0 => tell(block.look(lane), std::slice::from_ref(&entry)),
+            _ => self.groups[(entry & !GROUP) as usize].iter().any(|a| tell(a.look, &a.ids)),
+        }
+    }
+
+    /// A place in the blocks: block times capacity plus lane.
+    #[inline(always)]
+    pub fn at(&self, entry: u32) -> (&Block, usize) {
+        (&self.blocks[entry as usize / CAPACITY], entry as usize % CAPACITY)
+    }
+
+    /// The greatest coordinate.
+    pub fn size(&self) -> f32 {
+        let (lo, hi) = self.bounds.unwrap_or_default();
+        lo.abs().max(hi.abs()).max_element()
     }
 
     /// True where no triangle can be hit.
     pub fn is_empty(&self) -> bool {
-        self.corners.is_empty()
+        self.blocks.is_empty()
     }
 
     /// Entries: triangles, coincident ones counted once.
     pub fn entries(&self) -> usize {
-        self.corners.len()
+        self.entries
     }
 
     /// Inner nodes of its tree.
     pub fn nodes(&self) -> usize {
-        self.tree.nodes()
+        self.tree.nodes.len()
     }
 
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
-        let lists: usize = self.groups.iter().flatten().map(|a| a.ids.len() * size_of::<u64>()).sum();
-        self.tree.bytes()
-            + self.corners.capacity() * size_of::<Corners>()
-            + self.faces.capacity() * size_of::<Face>()
-            + lists
+        let lists: usize = self.groups.iter().flatten().map(|a| a.ids.len() * size_of::<u32>()).sum();
+        self.tree.bytes() + self.blocks.capacity() * size_of::<Block>() + lists
     }
+}
+
+/// What trees need to know of the limit of a query.
+pub(super) fn limit(ray: &FrameRay, query: &impl Query) -> f32 {
+    BoxRay::limit(ray.parameter(query.limit()))
+}
+
+/// [`Triangles::visit`].
+struct Visit<'a, Q> {
+    triangles: &'a Triangles,
+    from: u32,
+    ray: &'a FrameRay,
+    instance: Option<u32>,
+    query: &'a mut Q,
+    stack: &'a mut Stack,
+}
+
+impl<S: Simd, Q: Query> Part<S> for Visit<'_, Q> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let Visit { triangles, from, ray, instance, query, stack } = self;
+        let boxes = BoxRay::new(ray.o, ray.d, 0.0, ray.parameter(query.start()));
+        let test = TestRay::new(ray, triangles.centre, triangles.radius);
+        let limit = limit(ray, query);
+        let mut leaves = Meeting { triangles, ray, test, instance, query, limit, simd: PhantomData };
+        triangles.tree.walk::<S>(from, &boxes, stack, limit, &mut leaves)
+    }
+}
+
+/// A ray at the leaves.
+struct Meeting<'a, S, Q> {
+    triangles: &'a Triangles,
+    ray: &'a FrameRay,
+    test: TestRay,
+    instance: Option<u32>,
+    query: &'a mut Q,
+    limit: f32,
+    simd: PhantomData<S>,
+}
+
+impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
+    #[inline(always)]
+    fn enter(&mut self, leaf: u32, _: &mut Stack) -> Option<f32> {
+        for block in &self.triangles.blocks[leaf as usize..] {
+            let candidates = self.test.candidates::<S>(block, self.limit);
+            let mut possible = candidates.possible;
+            while possible != 0 {
+                let lane = possible.trailing_zeros() as usize & (CAPACITY - 1);
+                possible &= possible - 1;
+                let v = block.corners(lane);
+                let met =
+                    if candidates.sure >> lane & 1 == 1 { self.ray.place(&v) } else { self.ray.judge(&v) };
+                let Some(met) = met else { continue };
+                if self.triangles.tell(block, lane, met, self.instance, self.query) {
+                    return None;
+                }
+                self.limit = limit(self.ray, self.query);
+            }
+            if block.last() {
+                break;
+            }
+        }
+        Some(self.limit)
+    }
+}
+
+/// Fills the blocks of all leaves, and gives the tree their places.
+fn fill(
+    cleaned: &Cleaned,
+    tree: &mut Wide,
+    members: &[u32],
+    ends: &[u32],
+    raw: &(impl Fn(usize) -> Raw + Sync),
+) -> Vec<Block> {
+    let slots = |leaf: usize| {
+        let start = if leaf == 0 { 0 } else { ends[leaf - 1] };
+        &members[start as usize..ends[leaf] as usize]
+    };
+    let triangle = |entry: u32| -> Option<(Corners, u32, Look)> {
+        let index = match entry & GROUP {
+            0 => entry,
+            _ => cleaned.groups[(entry & !GROUP) as usize].first()?.ids[0],
+        };
+        let (corners, look) = raw(index as usize).sorted().ok()?;
+        Some((corners, entry, look))
+    };
+    let made: Vec<(Block, bool)> = (0..ends.len())
+        .into_par_iter()
+        .with_min_len(1024)
+        .flat_map_iter(|leaf| {
+            let entries = slots(leaf).iter().flat_map(|&slot| cleaned.entries(slot));
+            let triangles: Vec<_> = entries.filter_map(|&entry| triangle(entry)).collect();
+            let count = triangles.len().div_ceil(CAPACITY);
+            (0..count).map(move |i| {
+                let last = i + 1 == count;
+                let end = triangles.len().min((i + 1) * CAPACITY);
+                (Block::new(&triangles[i * CAPACITY..end], last), i == 0)
+            })
+        })
+        .collect();
+    if made.len() > ends.len() {
+        let firsts: Vec<u32> = (0..made.len() as u32).filter(|&i| made[i as usize].1).collect();
+        let children = tree.nodes.iter_mut().flat_map(|node| node.child.iter_mut());
+        for child in children.chain(&mut tree.root).filter(|child| **child & LEAF != 0) {
+            *child = LEAF | firsts.get((*child & !LEAF) as usize).copied().unwrap_or(0);
+        }
+    }
+    made.into_iter().map(|(block, _)| block).collect()
 }

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::Preset;
-use super::hit::HUGE;
+use super::collapse::{self, Collapsed};
+use super::hit::{FrameRay, HUGE, power_of_two};
 use super::query::Query;
-use super::tree::{Box3, BoxRay, Stack, Tree};
-use super::triangles::{FrameRay, Triangles};
-use crate::geometry::EPSILON;
+use super::simd::Simd;
+use super::triangles::{Triangles, limit};
+use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide};
 use crate::scene::PosedScene;
 
 /// Which instances share trees, and which triangles go into the world tree.
@@ -75,12 +76,12 @@ impl Frame {
         fits.then_some(Frame { to_world, to_local, condition })
     }
 
-    /// A ray in this frame, with the same parameter: its direction keeps the frame's scale. Both
-    /// are rounded to f32 once, and that one ray meets the whole mesh, so no crack can open.
-    fn ray(&self, ray: &FrameRay) -> FrameRay {
-        let o = self.to_local * (ray.o.as_dvec3() - self.to_world.translation);
-        let d = self.to_local * ray.d.as_dvec3();
-        FrameRay { o: o.as_vec3(), d: d.as_vec3(), unit: ray.unit }
+    /// A ray in this frame. That one line meets the whole mesh, so no crack can open.
+    pub fn ray(&self, ray: &FrameRay) -> FrameRay {
+        let o = self.to_local * (ray.o - self.to_world.translation);
+        let d = self.to_local * ray.d;
+        let power = power_of_two(d.abs().max_element().max(f64::MIN_POSITIVE));
+        FrameRay { o, d: d / power, unit: ray.unit / power, ..*ray }
     }
 
     /// The world box of a local box.
@@ -115,14 +116,15 @@ enum Part {
 
 /// The tree over the world tree and all placed trees.
 ///
-/// A ray taken into a frame is rounded there, by half an ulp of each component of o and d. Seen
-/// from the world it then passes where it should to within ε/2·condition·(2|o| + 3|T| + |p|), with
-/// T the frame's translation and p the place. So the boxes here are padded, for each ray, by a
-/// generous multiple of that.
+/// A ray taken into a frame is rounded there, in f64. Seen from the world it then passes where it
+/// should to within ε/2·condition·(2|o| + 3|T| + |p|), with T the frame's translation and p the
+/// place. So the boxes here are padded, for each ray, by a generous multiple of that.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Top {
-    tree: Tree,
+    tree: Wide,
     parts: Vec<Part>,
+    /// Leaf n of the tree holds the parts before ends[n] that leaf n − 1 does not.
+    ends: Vec<u32>,
     /// The padding for a ray from the centre of the world.
     pad: f32,
     /// Added to it for each unit of distance.
@@ -144,8 +146,8 @@ impl Top {
         parts.sort_by_key(|(_, b)| bits(b));
         let slots: Vec<&[(Part, Box3)]> = parts.chunk_by(|a, b| bits(&a.1) == bits(&b.1)).collect();
         let boxes: Vec<Box3> = slots.iter().map(|slot| slot[0].1).collect();
-        let (mut tree, order) = Tree::build(&boxes, preset);
-        tree.widen(&order.iter().map(|&slot| slots[slot as usize].len() as u32).collect::<Vec<_>>());
+        let size = |slot: u32| slots[slot as usize].len() as u32;
+        let Collapsed { wide, members, ends } = collapse::build(&boxes, size, 1, preset);
         let mut reach = 0f64;
         let mut condition = 0f64;
         for (part, (lo, hi)) in &parts {
@@ -155,13 +157,28 @@ impl Top {
                 condition = condition.max(frame.condition);
             }
         }
-        let per = 8.0 * f64::from(EPSILON) * condition;
-        let parts = order.iter().flat_map(|&slot| slots[slot as usize].iter().map(|(p, _)| *p)).collect();
-        Top { tree, parts, pad: (per * reach) as f32, pad_per_distance: per as f32 }
+        let per = 8.0 * f64::EPSILON * condition;
+        let mut top =
+            Top { tree: wide, pad: (per * reach) as f32, pad_per_distance: per as f32, ..Top::default() };
+        let mut first = 0;
+        for end in ends {
+            for &slot in &members[first..end as usize] {
+                top.parts.extend(slots[slot as usize].iter().map(|(part, _)| *part));
+            }
+            first = end as usize;
+            top.ends.push(top.parts.len() as u32);
+        }
+        top
+    }
+
+    /// True where there is the world tree and nothing else.
+    pub fn is_world(&self) -> bool {
+        matches!(self.parts[..], [Part::World])
     }
 
     /// Tells `query` of the triangles that `ray` meets, in any order.
-    pub fn visit<Q: Query>(
+    #[inline(always)]
+    pub fn visit<S: Simd, Q: Query>(
         &self,
         ray: &FrameRay,
         world: &Triangles,
@@ -169,35 +186,63 @@ impl Top {
         query: &mut Q,
         stack: &mut Stack,
     ) {
-        if let [Part::World] = self.parts[..] {
-            world.visit(ray, None, query, stack);
+        let Some(root) = self.tree.root else { return };
+        if self.is_world() {
+            let root = world.tree.root.unwrap_or(LEAF);
+            world.visit::<S, Q>(root, ray, None, query, stack);
             return;
         }
-        let pad = self.pad + self.pad_per_distance * ray.o.abs().max_element();
+        let pad = self.pad + self.pad_per_distance * ray.o.abs().max_element() as f32;
         let boxes = BoxRay::new(ray.o, ray.d, pad, ray.parameter(query.start()));
-        self.tree.walk(&boxes, stack, ray.limit(query), |parts, stack| {
-            for part in &self.parts[parts] {
-                let goes_on = match part {
-                    Part::World => world.visit(ray, None, query, stack),
-                    Part::Placed { instance, tree, frame } => {
-                        meshes[*tree].visit(&frame.ray(ray), Some(*instance), query, stack)
-                    }
-                };
-                if !goes_on {
-                    return None;
-                }
-            }
-            Some(ray.limit(query))
-        });
+        let limit = limit(ray, query);
+        self.tree.walk::<S>(
+            root,
+            &boxes,
+            stack,
+            limit,
+            &mut Entering { top: self, ray, world, meshes, query },
+        );
     }
 
     /// Inner nodes of its tree.
     pub fn nodes(&self) -> usize {
-        self.tree.nodes()
+        self.tree.nodes.len()
     }
 
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
-        self.tree.bytes() + self.parts.capacity() * size_of::<Part>()
+        self.tree.bytes()
+            + self.parts.capacity() * size_of::<Part>()
+            + self.ends.capacity() * size_of::<u32>()
+    }
+}
+
+/// A ray at the leaves of the upper tree.
+struct Entering<'a, Q> {
+    top: &'a Top,
+    ray: &'a FrameRay,
+    world: &'a Triangles,
+    meshes: &'a [&'a Triangles],
+    query: &'a mut Q,
+}
+
+impl<S: Simd, Q: Query> Leaves<S> for Entering<'_, Q> {
+    #[inline(always)]
+    fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32> {
+        let ends = &self.top.ends;
+        let first = if leaf == 0 { 0 } else { ends[leaf as usize - 1] };
+        for part in &self.top.parts[first as usize..ends[leaf as usize] as usize] {
+            let (triangles, ray, instance) = match part {
+                Part::World => (self.world, *self.ray, None),
+                Part::Placed { instance, tree, frame } => {
+                    (self.meshes[*tree], frame.ray(self.ray), Some(*instance))
+                }
+            };
+            let root = triangles.tree.root.unwrap_or(LEAF);
+            if !triangles.visit::<S, Q>(root, &ray, instance, self.query, stack) {
+                return None;
+            }
+        }
+        Some(limit(self.ray, self.query))
     }
 }

@@ -10,6 +10,7 @@ use super::args::{
     ProjectionArg, RenderArgs, SceneArgs, TimeArgs, UnitsArg, UpArg, ViewArg,
 };
 use super::values::{Ao, Exposure, Layers};
+use crate::accel::{BuildSettings, Tier};
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml, load_sky};
@@ -43,6 +44,7 @@ pub(super) struct Job {
     pub quiet: bool,
     pub size: Option<(u32, u32)>,
     pub settings: RenderSettings,
+    pub build: BuildSettings,
     pub background: Background,
     pub exposure: Option<Exposure>,
     /// `None`: by where the scene comes from.
@@ -73,6 +75,7 @@ impl Job {
             IntegratorArg::Color => Stage::Color,
         };
         idle(&args.light, stage)?;
+        let build = BuildSettings { tier: tier(std::env::var_os("BLINN_SIMD"))?, ..Default::default() };
         let background = match (image.background, image.no_background, stage) {
             (_, true, _) => Background::Transparent,
             (Some(given), _, _) => given,
@@ -114,6 +117,7 @@ impl Job {
             quiet: args.common.quiet,
             size: image.size,
             settings,
+            build,
             background,
             exposure: image.exposure,
             view_transform: match image.view {
@@ -301,6 +305,17 @@ fn lighting(args: &LightArgs) -> Result<Lighting, Usage> {
         sky: sky.map_err(|e| Usage(format!("--hdri: {e}")))?,
         radius: args.light_radius.unwrap_or(0.0) as f32,
     })
+}
+
+/// The instructions to trace with: those that `BLINN_SIMD` names, else the best there are.
+fn tier(asked: Option<std::ffi::OsString>) -> Result<Tier, Usage> {
+    let Some(asked) = asked.filter(|asked| !asked.is_empty()) else { return Ok(Tier::best()) };
+    let names = || Tier::ALL.map(Tier::name).join(", ");
+    match Tier::ALL.into_iter().find(|tier| asked == tier.name()) {
+        Some(tier) if tier.available() => Ok(tier),
+        Some(tier) => Err(Usage(format!("BLINN_SIMD: this processor has no {}", tier.name()))),
+        None => Err(Usage(format!("BLINN_SIMD: '{}' is none of {}", asked.to_string_lossy(), names()))),
+    }
 }
 
 /// The format that all pictures of this job have.

@@ -11,7 +11,7 @@ use super::job::{Job, Target, natural_size};
 use super::progress::Reporter;
 use super::values::{Ao, Exposure, Layers};
 use super::{Summary, Usage};
-use crate::accel::{Accel, BuildSettings, CleanReport};
+use crate::accel::{Accel, CleanReport};
 use crate::display::{Display, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::load;
@@ -114,7 +114,7 @@ fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
     }
 
     let start = Instant::now();
-    let (accel, cleaned) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, cleaned) = Accel::build(&posed, &job.build);
     reporter.stage("build", start, "");
     if let Some(text) = left_out(&cleaned) {
         teller.warn(&text)?;
@@ -255,7 +255,7 @@ fn exposure(
         measure(frame.posed, frame.accel)?
     } else {
         let posed = pose(scene, &PoseSettings { time: 0.0, animation: animation.clone(), centre: None })?;
-        measure(&posed, &Accel::build(&posed, &BuildSettings::default()).0)?
+        measure(&posed, &Accel::build(&posed, &job.build).0)?
     };
     teller.reporter.stage("meter", start, "");
     let Some(metered) = metered else {

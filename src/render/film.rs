@@ -22,11 +22,22 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// Its pixels, row by row.
+    /// Its pixels along Morton's curve: any run of them lies close together, so that rays through
+    /// them can be traced together.
     pub fn pixels(self) -> impl Iterator<Item = UVec2> {
-        let columns = move |y| (self.x..self.x + self.width).map(move |x| UVec2::new(x, y));
-        (self.y..self.y + self.height).flat_map(columns)
+        let side = self.width.max(self.height).next_power_of_two();
+        (0..side * side)
+            .map(|i| UVec2::new(every_other_bit(i), every_other_bit(i >> 1)))
+            .filter(move |p| p.x < self.width && p.y < self.height)
+            .map(move |p| UVec2::new(self.x, self.y) + p)
     }
+}
+
+/// The even bits of a number, side by side.
+fn every_other_bit(x: u32) -> u32 {
+    [(1, 0x3333_3333), (2, 0x0f0f_0f0f), (4, 0x00ff_00ff), (8, 0x0000_ffff)]
+        .into_iter()
+        .fold(x & 0x5555_5555, |x, (shift, mask)| (x | x >> shift) & mask)
 }
 
 /// A finished tile: a colour for each of its pixels.
@@ -34,7 +45,7 @@ impl Tile {
 pub struct TileBuffer {
     /// Where it goes.
     pub tile: Tile,
-    /// Premultiplied linear RGBA, row by row.
+    /// Premultiplied linear RGBA, in the order of [`Tile::pixels`].
     pub colors: Vec<Rgba>,
 }
 
@@ -72,9 +83,10 @@ impl Film {
         Film { window, colors: Mutex::new(vec![Rgba::ZERO; pixels]) }
     }
 
-    /// The tiles that cover it, of `side` by `side` pixels where they fit.
+    /// The tiles that cover it, of `side` by `side` pixels (4096 at most) where they fit.
     pub fn tiles(&self, side: u32) -> Vec<Tile> {
-        let side = side.max(1);
+        // Tiles are walked along a square's curve, which counts in 32 bits.
+        let side = side.clamp(1, 1 << 12);
         let w = self.window;
         let starts = |from: u32, len: u32| (0..len.div_ceil(side)).map(move |i| from + i * side);
         let mut tiles = Vec::new();
@@ -90,12 +102,10 @@ impl Film {
 
     /// Takes a finished tile.
     pub fn put(&self, buffer: &TileBuffer) {
-        let tile = buffer.tile;
         let mut colors = self.colors.lock().unwrap_or_else(|e| e.into_inner());
-        for (row, line) in buffer.colors.chunks_exact(tile.width as usize).enumerate() {
-            let y = tile.y as usize - self.window.y as usize + row;
-            let at = y * self.window.width as usize + (tile.x - self.window.x) as usize;
-            colors[at..at + line.len()].copy_from_slice(line);
+        for (p, color) in buffer.tile.pixels().zip(&buffer.colors) {
+            let (x, y) = ((p.x - self.window.x) as usize, (p.y - self.window.y) as usize);
+            colors[y * self.window.width as usize + x] = *color;
         }
     }
 

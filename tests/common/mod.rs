@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use blinn::accel::{Accel, BuildSettings, Cutout, Preset};
+use blinn::accel::{Accel, BuildSettings, Cutout, Preset, Tier};
 use blinn::geometry::HitId;
 use blinn::scene::{
     AlphaMode, Instance, Local, Material, Mesh, Node, PoseSettings, PosedScene, Scene, SurfaceClass, pose,
@@ -205,8 +205,13 @@ pub fn build(posed: &PosedScene) -> Accel {
     Accel::build(posed, &BuildSettings::default()).0
 }
 
+/// The tiers that this processor has.
+pub fn tiers() -> impl Iterator<Item = Tier> {
+    Tier::ALL.into_iter().filter(|tier| tier.available())
+}
+
 pub fn build_with(posed: &PosedScene, preset: Preset) -> Accel {
-    Accel::build(posed, &BuildSettings { preset }).0
+    Accel::build(posed, &BuildSettings { preset, ..BuildSettings::default() }).0
 }
 
 /// Cutouts that are there, and glass that darkens by an amount of its own.

@@ -104,8 +104,9 @@ fn tiles(film: Film) -> Vec<Tile> {
         .flat_map(|y| (0..film.width).step_by(film.tile as usize).map(move |x| (y, x)))
     {
         let mut tile = Tile { samples: Vec::new(), squares: Vec::new() };
-        for y in top..(top + film.tile).min(film.height) {
-            for x in left..(left + film.tile).min(film.width) {
+        for (i, j) in along_z(film.tile) {
+            let (x, y) = (left + i, top + j);
+            if x < film.width && y < film.height {
                 for s in 0..film.samples {
                     let id = (y * film.width + x) * film.samples + s;
                     let at = |purpose| if film.samples == 1 { 0.5 } else { random(id, purpose) };
@@ -113,7 +114,6 @@ fn tiles(film: Film) -> Vec<Tile> {
                         ((x as f32 + at(1)) / film.width as f32, (y as f32 + at(2)) / film.height as f32);
                     tile.samples.push((u, 1.0 - v));
                     // Squares by rows of the tile, then the sample, then the place in the square.
-                    let (i, j) = (x - left, y - top);
                     let square = (j / 4) * film.tile.div_ceil(4) + i / 4;
                     tile.squares.push((square * film.samples + s) * 16 + (j % 4) * 4 + i % 4);
                 }
@@ -122,6 +122,19 @@ fn tiles(film: Film) -> Vec<Tile> {
         tiles.push(tile);
     }
     tiles
+}
+
+/// The pixels of a tile along Morton's curve, as blinn's renderer goes through them.
+fn along_z(side: u32) -> impl Iterator<Item = (u32, u32)> {
+    let even = |mut x: u32| {
+        x &= 0x5555_5555;
+        for (shift, mask) in [(1, 0x3333_3333), (2, 0x0f0f_0f0f), (4, 0x00ff_00ff), (8, 0x0000_ffff)] {
+            x = (x | x >> shift) & mask;
+        }
+        x
+    };
+    let whole = side.next_power_of_two();
+    (0..whole * whole).map(move |i| (even(i), even(i >> 1))).filter(move |&(x, y)| x < side && y < side)
 }
 
 /// Indices in the order of their squares.

@@ -1,0 +1,99 @@
+//! Four triangles side by side, as leaves hold them.
+
+use glam::Vec3;
+
+use super::clean::Look;
+use super::hit::Corners;
+use crate::scene::SurfaceClass;
+
+/// Triangles in a block.
+pub(super) const CAPACITY: usize = 4;
+
+/// Up to four triangles. Lanes that are not used repeat the last one that is.
+#[derive(Clone, Debug)]
+#[repr(C, align(16))]
+pub(super) struct Block {
+    /// By corner, axis, triangle.
+    pub v: [[[f32; CAPACITY]; 3]; 3],
+    /// What stands where: an index of a triangle, or [`GROUP`] and that of a group.
+    pub ids: [u32; CAPACITY],
+    /// At least the length of every edge at a first corner.
+    pub edge: f32,
+    /// Four bits for each triangle.
+    looks: u16,
+    /// Triangles that are alone in their place and there wherever they are met.
+    pub plain: u8,
+    /// Of those, the ones that light does not pass.
+    pub opaque: u8,
+    /// Number of triangles; with [`LAST`] where the leaf ends here.
+    count: u8,
+}
+
+/// Marks the index of a group of triangles in one place.
+pub(super) const GROUP: u32 = 1 << 31;
+const LAST: u8 = 1 << 7;
+
+impl Block {
+    /// A block of 1 to 4 triangles. `last` ends a leaf.
+    pub fn new(triangles: &[(Corners, u32, Look)], last: bool) -> Block {
+        let mut block = Block {
+            v: [[[0.0; CAPACITY]; 3]; 3],
+            ids: [0; CAPACITY],
+            edge: 0.0,
+            looks: 0,
+            plain: 0,
+            opaque: 0,
+            count: triangles.len() as u8 | if last { LAST } else { 0 },
+        };
+        for lane in 0..CAPACITY {
+            let (corners, id, look) = triangles[lane.min(triangles.len() - 1)];
+            for (v, corner) in block.v.iter_mut().zip(corners.v()) {
+                for axis in 0..3 {
+                    v[axis][lane] = corner[axis];
+                }
+            }
+            block.ids[lane] = id;
+            block.edge = block.edge.max(corners.edge());
+            block.looks |=
+                (look.class as u16 | u16::from(look.single_sided) << 2 | u16::from(look.reversed) << 3)
+                    << (4 * lane);
+            let plain = id & GROUP == 0 && look.class != SurfaceClass::Cutout;
+            block.plain |= u8::from(plain) << lane;
+            block.opaque |= u8::from(plain && look.class == SurfaceClass::Opaque) << lane;
+        }
+        block
+    }
+
+    /// Number of triangles.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        usize::from(self.count & !LAST)
+    }
+
+    /// A bit for each triangle.
+    #[inline(always)]
+    pub fn used(&self) -> u32 {
+        (1 << self.count()) - 1
+    }
+
+    /// True where the leaf ends here.
+    #[inline(always)]
+    pub fn last(&self) -> bool {
+        self.count & LAST != 0
+    }
+
+    pub fn corners(&self, lane: usize) -> [Vec3; 3] {
+        self.v.map(|v| Vec3::new(v[0][lane], v[1][lane], v[2][lane]))
+    }
+
+    #[inline(always)]
+    pub fn look(&self, lane: usize) -> Look {
+        let bits = self.looks >> (4 * lane);
+        let class = match bits & 3 {
+            0 => SurfaceClass::Opaque,
+            1 => SurfaceClass::Cutout,
+            _ => SurfaceClass::Translucent,
+        };
+        Look { class, single_sided: bits & 4 != 0, reversed: bits & 8 != 0 }
+    }
+}

@@ -1,0 +1,332 @@
+//! Sixty-four rays that share an origin or a direction, through a tree together.
+//!
+//! Four planes around all of them cull a node's eight children at once; a child that is left is
+//! tested against each ray in groups of sixteen; what depends on the shared part and a triangle
+//! alone is computed once for all. Where few rays of a packet remain, they go on alone.
+//!
+//! f32 decides only what its error bounds prove. Every ray carries an interval that the t of its
+//! closest hit so far lies in; hits that are neither surely inside nor surely outside of a
+//! triangle, or of that interval, go to the same judgement in f64 as a single ray's, and t is
+//! computed there for whatever won. So packets answer as single rays do, to the bit.
+
+mod beam;
+mod closest;
+mod frustum;
+mod shadow;
+
+use super::block::Block;
+use super::hit::W_SCALE;
+use super::simd::{Lanes, Part, Simd};
+use super::triangles::Triangles;
+use super::wide::{GROW, LEAF, Octant, WIDTH};
+use beam::Beam;
+use frustum::Frustum;
+
+pub(super) use closest::intersect;
+pub(super) use shadow::{Answers, occluded};
+
+/// Rays in a group.
+pub(super) const GROUP: usize = 16;
+/// Groups in a packet.
+pub(super) const GROUPS: usize = 4;
+/// Rays in a packet.
+pub(super) const RAYS: usize = GROUP * GROUPS;
+
+/// With so many rays left or fewer, they go on alone.
+const FEW: u32 = 3;
+
+/// A number for each ray.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub(super) struct PerRay<T>([[T; GROUP]; GROUPS]);
+
+impl<T: Copy> PerRay<T> {
+    fn splat(x: T) -> Self {
+        PerRay([[x; GROUP]; GROUPS])
+    }
+
+    fn set(&mut self, ray: usize, x: T) {
+        self.0[ray / GROUP][ray % GROUP] = x;
+    }
+
+    fn get(&self, ray: usize) -> T {
+        self.0[ray / GROUP][ray % GROUP]
+    }
+}
+
+/// Rays, in the parameter of directions that were multiplied by `scale`.
+#[derive(Debug)]
+pub(super) struct Packet {
+    /// By axis what rays do not share: their directions, or their origins.
+    own: [PerRay<f32>; 3],
+    /// 1 over the directions, where those are not shared.
+    reciprocal: [PerRay<f32>; 3],
+    /// What comes surely before this has no effect.
+    start: PerRay<f32>,
+    /// The t that nothing beyond matters lies between these; −1 where a ray is done.
+    lower: PerRay<f32>,
+    upper: PerRay<f32>,
+    /// The rays that are not done, by group.
+    live: [u32; GROUPS],
+    /// Parameter of a packet times this: parameter of the caller.
+    unit: f64,
+}
+
+/// Children that a packet has yet to visit.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PacketStack(Vec<Pending>);
+
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    node: u32,
+    slot: u8,
+    groups: u8,
+    /// No ray is there before this.
+    near: f32,
+}
+
+/// What becomes of hits.
+trait Verdict<S: Simd> {
+    /// Triangles of a block whose sure hits need no further thought.
+    fn plain(&self, block: &Block) -> u8;
+
+    /// Rays of group `g` that triangle `lane` of a block means nothing to.
+    fn ignores(&self, block: &Block, lane: usize, g: usize) -> u32;
+
+    /// True where back faces of single-sided triangles are not seen.
+    fn culls(&self) -> bool;
+
+    /// Rays `mask` of group `g` surely meet a plain triangle in front of all that they met before,
+    /// at depth/det give or take slack/det.
+    fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, entry: u32, hit: Sure<S::F16>);
+
+    /// A ray may meet triangle `lane` of a block: it has to be judged.
+    fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32);
+
+    /// A ray goes on alone under `child`.
+    fn go_alone(&mut self, packet: &mut Packet, ray: usize, child: u32);
+}
+
+/// Where a sure hit is.
+#[derive(Clone, Copy)]
+struct Sure<L> {
+    depth: L,
+    det: L,
+    slack: L,
+}
+
+impl Packet {
+    fn new(unit: f64) -> Packet {
+        let zero = PerRay::splat(0.0);
+        let none = PerRay::splat(-1.0);
+        Packet {
+            own: [zero.clone(), zero.clone(), zero.clone()],
+            reciprocal: [zero.clone(), zero.clone(), zero.clone()],
+            start: zero,
+            lower: none.clone(),
+            upper: none,
+            live: [0; GROUPS],
+            unit,
+        }
+    }
+
+    /// A ray is done.
+    fn finish(&mut self, ray: usize) {
+        self.live[ray / GROUP] &= !(1 << (ray % GROUP));
+        self.lower.set(ray, -1.0);
+        self.upper.set(ray, -1.0);
+    }
+
+    /// A ray's closest hit so far is at a caller's t.
+    fn limit(&mut self, ray: usize, t: f32) {
+        let t = (f64::from(t) / self.unit) as f32;
+        self.lower.set(ray, t);
+        self.upper.set(ray, t);
+    }
+
+    /// Nothing beyond this matters to any ray.
+    #[inline(always)]
+    fn farthest<S: Simd>(&self) -> f32 {
+        let mut most = S::F16::load(&self.upper.0[0]);
+        for upper in &self.upper.0[1..] {
+            most = most.max(S::F16::load(upper));
+        }
+        let mut each = [0.0; GROUP];
+        most.store(&mut each);
+        each.into_iter().fold(-1.0, f32::max) * GROW
+    }
+
+    /// Leads the rays through a tree.
+    #[inline(always)]
+    fn trace<S: Simd, B: Beam<S>, V: Verdict<S>>(
+        &mut self,
+        triangles: &Triangles,
+        beam: &B,
+        frustum: &Frustum,
+        verdict: &mut V,
+        stack: &mut PacketStack,
+    ) {
+        S::call(Trace { packet: self, triangles, beam, frustum, verdict, stack });
+    }
+
+    /// Rays `masks` at a leaf. True where anything changed.
+    #[inline(always)]
+    fn meet_leaf<S: Simd, B: Beam<S>>(
+        &mut self,
+        triangles: &Triangles,
+        beam: &B,
+        first: u32,
+        masks: [u32; GROUPS],
+        verdict: &mut impl Verdict<S>,
+    ) -> bool {
+        let mut changed = false;
+        for (index, block) in triangles.blocks.iter().enumerate().skip(first as usize) {
+            let prepared = beam.prepare(block);
+            let slack = beam.slack(block);
+            let (side, minus) = (S::F16::splat(slack.side), S::F16::splat(-slack.side));
+            let (unsure, facing) = (S::F16::splat(slack.depth), S::F16::splat(slack.facing));
+            for (g, &mask) in masks.iter().enumerate() {
+                if mask == 0 {
+                    continue;
+                }
+                for lane in 0..block.count() {
+                    let sides = beam.sides(self, g, &prepared, lane);
+                    let (u, v) = (sides.u, sides.v);
+                    let w = (sides.det - u - v) * S::F16::splat(W_SCALE);
+                    let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
+                    // Written so that NaN stays possible.
+                    let outside = least.lt(minus) & side.lt(greatest);
+                    let mut possible = mask & self.live[g] & !outside;
+                    if possible == 0 {
+                        continue;
+                    }
+                    let det = sides.det.abs();
+                    let depth = sides.depth.flipped_by(sides.det);
+                    let certain = facing.lt(det);
+                    let start = S::F16::load(&self.start.0[g]) * det;
+                    let (before, behind) = (depth - unsure, depth + unsure);
+                    let beyond = (S::F16::load(&self.upper.0[g]) * det).lt(before) | behind.lt(start);
+                    possible &= !(beyond & certain);
+                    if possible == 0 {
+                        continue;
+                    }
+                    if verdict.culls() {
+                        let look = block.look(lane);
+                        if look.single_sided {
+                            let against = sides.det.lt(S::F16::splat(0.0));
+                            let back = if look.reversed { against } else { !against };
+                            possible &= !(back & certain);
+                        }
+                    }
+                    possible &= !verdict.ignores(block, lane, g);
+                    if possible == 0 {
+                        continue;
+                    }
+                    changed = true;
+                    let entry = (index * super::block::CAPACITY + lane) as u32;
+                    let mut sure = 0;
+                    if verdict.plain(block) >> lane & 1 == 1 {
+                        let inside = side.lt(least) | greatest.lt(minus);
+                        let nearer = behind.lt(S::F16::load(&self.lower.0[g]) * det) & start.lt(before);
+                        sure = possible & certain & inside & nearer;
+                        if sure != 0 {
+                            verdict.take(self, g, sure, entry, Sure { depth, det, slack: unsure });
+                        }
+                    }
+                    let mut doubtful = possible & !sure;
+                    while doubtful != 0 {
+                        verdict.judge(self, g * GROUP + doubtful.trailing_zeros() as usize, entry);
+                        doubtful &= doubtful - 1;
+                    }
+                }
+            }
+            if block.last() {
+                break;
+            }
+        }
+        changed
+    }
+}
+
+/// [`Packet::trace`].
+struct Trace<'a, B, V> {
+    packet: &'a mut Packet,
+    triangles: &'a Triangles,
+    beam: &'a B,
+    frustum: &'a Frustum,
+    verdict: &'a mut V,
+    stack: &'a mut PacketStack,
+}
+
+impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Trace { packet, triangles, beam, frustum, verdict, stack } = self;
+        let Some(root) = triangles.tree.root else { return };
+        let stack = &mut stack.0;
+        stack.clear();
+        if root & LEAF != 0 {
+            let masks = packet.live;
+            packet.meet_leaf::<S, B>(triangles, beam, root & !LEAF, masks, verdict);
+            return;
+        }
+        let nodes = &triangles.tree.nodes;
+        let octant = Octant::of(frustum.mean());
+        let mut farthest = packet.farthest::<S>();
+        let all = (0..GROUPS).filter(|&g| packet.live[g] != 0).fold(0u8, |all, g| all | 1 << g);
+        let (mut here, mut groups) = (root, all);
+        loop {
+            let node = &nodes[here as usize];
+            let (hit, near) = frustum.meets::<S>(node, farthest);
+            if hit != 0 {
+                for i in 0..node.count().min(WIDTH) {
+                    let slot = node.nth(i, octant);
+                    if hit >> slot & 1 == 1 {
+                        stack.push(Pending { node: here, slot: slot as u8, groups, near: near[slot] });
+                    }
+                }
+            }
+            (here, groups) = loop {
+                let Some(next) = stack.pop() else { return };
+                if !(next.near <= farthest) {
+                    continue;
+                }
+                let node = &nodes[next.node as usize];
+                let slot = usize::from(next.slot) & (WIDTH - 1);
+                let planes = beam.planes(node, slot);
+                let (mut masks, mut entering, mut still) = ([0; GROUPS], 0, 0u8);
+                for (g, mask) in masks.iter_mut().enumerate() {
+                    if next.groups >> g & 1 == 1 {
+                        *mask = beam.enters(packet, g, &planes) & packet.live[g];
+                        entering += mask.count_ones();
+                        still |= u8::from(*mask != 0) << g;
+                    }
+                }
+                if entering == 0 {
+                    continue;
+                }
+                let child = node.child[slot];
+                if child & LEAF != 0 {
+                    if packet.meet_leaf::<S, B>(triangles, beam, child & !LEAF, masks, verdict) {
+                        farthest = packet.farthest::<S>();
+                    }
+                } else if entering <= FEW {
+                    for (g, mask) in masks.iter_mut().enumerate() {
+                        while *mask != 0 {
+                            verdict.go_alone(packet, g * GROUP + mask.trailing_zeros() as usize, child);
+                            *mask &= *mask - 1;
+                        }
+                    }
+                    farthest = packet.farthest::<S>();
+                } else {
+                    break (child, still);
+                }
+                if farthest < 0.0 {
+                    return;
+                }
+            }
+        }
+    }
+}

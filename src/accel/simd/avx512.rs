@@ -1,0 +1,186 @@
+//! AVX-512: sixteen lanes in a register, and masks of their own.
+//!
+//! Every function here is inlined into [`run`], which is compiled with these instructions and
+//! entered only where the processor has them: that is why each intrinsic below may be used.
+#![allow(unsafe_code)]
+
+use std::arch::x86_64::*;
+use std::ops::{Add, Mul, Sub};
+
+use super::avx2::A4;
+use super::{Job, Lanes, Part, Simd};
+
+pub(super) struct Avx512;
+
+impl Simd for Avx512 {
+    type F4 = A4;
+    type F8 = Z8;
+    type F16 = Z16;
+
+    #[inline(always)]
+    fn call<J: Part<Self>>(job: J) -> J::Output {
+        // SAFETY: this is reached from `run` alone, which the processor was asked for.
+        unsafe { part(job) }
+    }
+}
+
+pub(super) fn available() -> bool {
+    super::avx2::available()
+        && is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512vl")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512bw")
+}
+
+/// # Safety
+/// As [`run`].
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn part<J: Part<Avx512>>(job: J) -> J::Output {
+    job.run()
+}
+
+/// # Safety
+/// The processor has AVX-512 F, VL, DQ and BW, AVX2 and FMA.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn run<J: Job>(job: J) -> J::Output {
+    job.run::<Avx512>()
+}
+
+/// Eight lanes.
+#[derive(Clone, Copy)]
+pub(super) struct Z8(__m256);
+
+/// Sixteen lanes.
+#[derive(Clone, Copy)]
+pub(super) struct Z16(__m512);
+
+macro_rules! lanes {
+    ($name:ident, $n:literal, $mask:ident, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
+     $mul:ident, $div:ident, $fmadd:ident, $fmsub:ident, $min:ident, $max:ident, $and:ident, $andnot:ident,
+     $xor:ident, $cmp:ident, $blend:ident) => {
+        impl Add for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, o: Self) -> Self {
+                // SAFETY: see the top of the file; so for all below.
+                $name(unsafe { $add(self.0, o.0) })
+            }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, o: Self) -> Self {
+                $name(unsafe { $sub(self.0, o.0) })
+            }
+        }
+        impl Mul for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, o: Self) -> Self {
+                $name(unsafe { $mul(self.0, o.0) })
+            }
+        }
+        impl Lanes<$n> for $name {
+            #[inline(always)]
+            fn splat(x: f32) -> Self {
+                $name(unsafe { $set1(x) })
+            }
+            #[inline(always)]
+            fn load(from: &[f32; $n]) -> Self {
+                // SAFETY: as above, and `from` is as long as a register.
+                $name(unsafe { $load(from.as_ptr()) })
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [f32; $n]) {
+                // SAFETY: as above, and `to` is as long as a register.
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                $name(unsafe { $fmadd(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            fn mul_sub(self, b: Self, c: Self) -> Self {
+                $name(unsafe { $fmsub(self.0, b.0, c.0) })
+            }
+            // The instruction gives its second operand where either is NaN.
+            #[inline(always)]
+            fn min(self, o: Self) -> Self {
+                $name(unsafe { $min(self.0, o.0) })
+            }
+            #[inline(always)]
+            fn max(self, o: Self) -> Self {
+                $name(unsafe { $max(self.0, o.0) })
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $name(unsafe { $andnot($set1(-0.0), self.0) })
+            }
+            #[inline(always)]
+            fn flipped_by(self, o: Self) -> Self {
+                $name(unsafe { $xor(self.0, $and($set1(-0.0), o.0)) })
+            }
+            #[inline(always)]
+            fn div(self, o: Self) -> Self {
+                $name(unsafe { $div(self.0, o.0) })
+            }
+            #[inline(always)]
+            fn lt(self, o: Self) -> u32 {
+                u32::from(unsafe { $cmp::<_CMP_LT_OQ>(self.0, o.0) })
+            }
+            #[inline(always)]
+            fn le(self, o: Self) -> u32 {
+                u32::from(unsafe { $cmp::<_CMP_LE_OQ>(self.0, o.0) })
+            }
+            #[inline(always)]
+            fn or_else(self, mask: u32, o: Self) -> Self {
+                $name(unsafe { $blend(mask as $mask, o.0, self.0) })
+            }
+        }
+    };
+}
+
+lanes!(
+    Z8,
+    8,
+    __mmask8,
+    _mm256_set1_ps,
+    _mm256_loadu_ps,
+    _mm256_storeu_ps,
+    _mm256_add_ps,
+    _mm256_sub_ps,
+    _mm256_mul_ps,
+    _mm256_div_ps,
+    _mm256_fmadd_ps,
+    _mm256_fmsub_ps,
+    _mm256_min_ps,
+    _mm256_max_ps,
+    _mm256_and_ps,
+    _mm256_andnot_ps,
+    _mm256_xor_ps,
+    _mm256_cmp_ps_mask,
+    _mm256_mask_blend_ps
+);
+
+lanes!(
+    Z16,
+    16,
+    __mmask16,
+    _mm512_set1_ps,
+    _mm512_loadu_ps,
+    _mm512_storeu_ps,
+    _mm512_add_ps,
+    _mm512_sub_ps,
+    _mm512_mul_ps,
+    _mm512_div_ps,
+    _mm512_fmadd_ps,
+    _mm512_fmsub_ps,
+    _mm512_min_ps,
+    _mm512_max_ps,
+    _mm512_and_ps,
+    _mm512_andnot_ps,
+    _mm512_xor_ps,
+    _mm512_cmp_ps_mask,
+    _mm512_mask_blend_ps
+);

@@ -1,0 +1,209 @@
+//! Lanes of f32, by processor.
+//!
+//! Traversal is written once, over [`Simd`], and compiled for each tier; which one runs is chosen
+//! when trees are built. Tiers may round differently (some fuse multiply and add): f32 numbers
+//! here only ever prove something within an error bound that covers both, so answers are the same
+//! to the bit on all of them.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod pair;
+mod portable;
+
+use std::ops::{Add, Mul, Sub};
+
+/// N numbers that are worked on at once. Masks are bits, lane 0 the lowest.
+pub(super) trait Lanes<const N: usize>:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+{
+    /// The same number in every lane.
+    fn splat(x: f32) -> Self;
+    fn load(from: &[f32; N]) -> Self;
+    fn store(self, to: &mut [f32; N]);
+    /// self·b + c, rounded once or twice.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// self·b − c, rounded once or twice.
+    fn mul_sub(self, b: Self, c: Self) -> Self;
+    /// The lesser; `other` where `self` is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The greater; `other` where `self` is NaN.
+    fn max(self, other: Self) -> Self;
+    fn abs(self) -> Self;
+    /// Negated where `sign` has its sign bit set.
+    fn flipped_by(self, sign: Self) -> Self;
+    fn div(self, other: Self) -> Self;
+    /// Where self < other; false where either is NaN.
+    fn lt(self, other: Self) -> u32;
+    /// Where self ≤ other; false where either is NaN.
+    fn le(self, other: Self) -> u32;
+    /// `self` where `mask` has a bit, else `other`.
+    fn or_else(self, mask: u32, other: Self) -> Self;
+
+    /// Where numbers are `x`.
+    #[inline(always)]
+    fn matching(of: &[u32; N], x: u32) -> u32 {
+        (0..N).fold(0, |mask, i| mask | u32::from(of[i] == x) << i)
+    }
+
+    /// Writes `x` where `mask` has a bit.
+    #[inline(always)]
+    fn put(mask: u32, to: &mut [u32; N], x: u32) {
+        for (i, to) in to.iter_mut().enumerate() {
+            *to = if mask >> i & 1 == 1 { x } else { *to };
+        }
+    }
+}
+
+/// A tier: the widths that traversal works in.
+pub(super) trait Simd {
+    /// The triangles of a block.
+    type F4: Lanes<4>;
+    /// The children of a node.
+    type F8: Lanes<8>;
+    /// A group of rays.
+    type F16: Lanes<16>;
+
+    /// Runs a job of this tier as a function of its own, which is not inlined into its caller.
+    fn call<J: Part<Self>>(job: J) -> J::Output
+    where
+        Self: Sized;
+}
+
+/// A part of a job that is compiled as a function of its own: it keeps code small.
+pub(super) trait Part<S: Simd> {
+    type Output;
+    /// Must be `#[inline(always)]`, as a [`Job`]'s.
+    fn run(self) -> Self::Output;
+}
+
+/// Work that is compiled for every tier.
+pub(super) trait Job {
+    type Output;
+    /// Must be `#[inline(always)]`, as everything generic over [`Simd`] that it calls: only what is
+    /// inlined into a tier's entry is compiled with that tier's instructions.
+    fn run<S: Simd>(self) -> Self::Output;
+}
+
+/// Instructions that traversal may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Tier {
+    /// What every processor of the target has: SSE2 on x86-64, NEON on AArch64.
+    Portable,
+    /// AVX2 and FMA.
+    Avx2,
+    /// AVX-512 F, VL, DQ and BW.
+    Avx512,
+}
+
+impl Tier {
+    /// All tiers, the plainest first.
+    pub const ALL: [Tier; 3] = [Tier::Portable, Tier::Avx2, Tier::Avx512];
+
+    /// The name that `BLINN_SIMD` takes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Tier::Portable => "portable",
+            Tier::Avx2 => "avx2",
+            Tier::Avx512 => "avx512",
+        }
+    }
+
+    /// True where this processor can run it.
+    pub fn available(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        match self {
+            Tier::Portable => true,
+            Tier::Avx2 => avx2::available(),
+            Tier::Avx512 => avx512::available(),
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        (self == Tier::Portable)
+    }
+
+    /// The best that this processor can run.
+    pub fn best() -> Tier {
+        Tier::ALL.into_iter().rev().find(|tier| tier.available()).unwrap_or(Tier::Portable)
+    }
+
+    /// Runs `job` with this tier's instructions, or with the portable ones where this processor
+    /// lacks them.
+    #[allow(unsafe_code)]
+    pub(super) fn run<J: Job>(self, job: J) -> J::Output {
+        #[cfg(target_arch = "x86_64")]
+        match self {
+            // SAFETY: the processor was just seen to have the instructions.
+            Tier::Avx512 if self.available() => return unsafe { avx512::run(job) },
+            // SAFETY: as above.
+            Tier::Avx2 if self.available() => return unsafe { avx2::run(job) },
+            _ => {}
+        }
+        job.run::<portable::Portable>()
+    }
+}
+
+impl Default for Tier {
+    fn default() -> Self {
+        Tier::best()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every operation on every tier that runs here.
+    struct AllOps;
+
+    fn check<const N: usize, L: Lanes<N>>() {
+        let a: [f32; N] = std::array::from_fn(|i| i as f32 - 2.5);
+        let b: [f32; N] = std::array::from_fn(|i| 1.5 - (i * i % 7) as f32);
+        let (x, y) = (L::load(&a), L::load(&b));
+        let out = |l: L| {
+            let mut to = [0.0; N];
+            l.store(&mut to);
+            to
+        };
+        let each = |f: &dyn Fn(usize) -> f32| std::array::from_fn::<f32, N, _>(f);
+        let bits = |f: &dyn Fn(usize) -> bool| (0..N).map(|i| u32::from(f(i)) << i).sum::<u32>();
+        assert_eq!(out(x + y), each(&|i| a[i] + b[i]));
+        assert_eq!(out(x - y), each(&|i| a[i] - b[i]));
+        assert_eq!(out(x * y), each(&|i| a[i] * b[i]));
+        assert_eq!(out(x.div(y)), each(&|i| a[i] / b[i]));
+        assert_eq!(out(x.mul_add(y, x)), each(&|i| a[i] * b[i] + a[i]));
+        assert_eq!(out(x.mul_sub(y, x)), each(&|i| a[i] * b[i] - a[i]));
+        assert_eq!(out(x.min(y)), each(&|i| a[i].min(b[i])));
+        assert_eq!(out(x.max(y)), each(&|i| a[i].max(b[i])));
+        assert_eq!(out(x.abs()), each(&|i| a[i].abs()));
+        assert_eq!(out(x.flipped_by(y)), each(&|i| if b[i] < 0.0 { -a[i] } else { a[i] }));
+        assert_eq!(x.lt(y), bits(&|i| a[i] < b[i]));
+        assert_eq!(x.le(x), (1u64 << N).wrapping_sub(1) as u32);
+        let mask = 0x5a5a_3c69 & (1u64 << N).wrapping_sub(1) as u32;
+        assert_eq!(out(x.or_else(mask, y)), each(&|i| if mask >> i & 1 == 1 { a[i] } else { b[i] }));
+        let mut ids: [u32; N] = std::array::from_fn(|i| i as u32 % 3);
+        assert_eq!(L::matching(&ids, 2), bits(&|i| i % 3 == 2));
+        L::put(mask, &mut ids, 9);
+        assert!((0..N).all(|i| ids[i] == if mask >> i & 1 == 1 { 9 } else { i as u32 % 3 }));
+        let nan = L::splat(f32::NAN);
+        assert_eq!((out(nan.min(x)), out(nan.max(x))), (a, a));
+        assert_eq!((nan.lt(x), x.lt(nan), nan.le(nan)), (0, 0, 0));
+    }
+
+    impl Job for AllOps {
+        type Output = ();
+        #[inline(always)]
+        fn run<S: Simd>(self) {
+            check::<4, S::F4>();
+            check::<8, S::F8>();
+            check::<16, S::F16>();
+        }
+    }
+
+    #[test]
+    fn lanes_do_what_numbers_do() {
+        for tier in Tier::ALL.into_iter().filter(|tier| tier.available()) {
+            tier.run(AllOps);
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! A tree with eight children to a node, and the way of single rays through it. It knows boxes
+//! alone: what is in its leaves is its users' affair.
+
+use glam::{DVec3, Vec3};
+
+use super::hit::splat;
+use super::simd::{Lanes, Simd};
+use crate::geometry::EPSILON;
+
+/// A box: its lowest and its highest corner.
+pub(super) type Box3 = (Vec3, Vec3);
+
+/// Children of a node.
+pub(super) const WIDTH: usize = 8;
+
+/// An inner node's index, or a leaf's number with this bit.
+pub(super) const LEAF: u32 = 1 << 31;
+
+/// Eight boxes, by axis and then lowest and highest, and what is in them.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    pub planes: [[[f32; WIDTH]; 2]; 3],
+    /// [`LEAF`] and a leaf's number, or a node's index. The first `count` are there; the boxes of
+    /// the others are inside out.
+    pub child: [u32; WIDTH],
+    /// Slots in the order in which rays of each octant had best ask them, the last first, three
+    /// bits for each octant: order[i] >> 3·octant & 7 is the slot to be pushed i-th. The lowest
+    /// bit of an octant's number is set where x rises along the ray.
+    order: [u32; WIDTH],
+}
+
+/// An order takes the lower 24 bits; the count of children sits above those of the first.
+const COUNT_SHIFT: u32 = 24;
+
+impl Node {
+    pub fn new(children: &[(Box3, u32)]) -> Node {
+        let mut node = Node {
+            planes: [[[f32::MAX; WIDTH], [-f32::MAX; WIDTH]]; 3],
+            child: [LEAF; WIDTH],
+            order: [0; WIDTH],
+        };
+        for (slot, &((lo, hi), child)) in children.iter().enumerate() {
+            node.child[slot] = child;
+            for axis in 0..3 {
+                node.planes[axis][0][slot] = lo[axis];
+                node.planes[axis][1][slot] = hi[axis];
+            }
+        }
+        node.sort(children.len());
+        node
+    }
+
+    /// The order of children for each octant: by how far along its diagonal their middles are,
+    /// farthest first.
+    fn sort(&mut self, count: usize) {
+        let middle = |axis: usize, slot: usize| {
+            // Halves first: the sum of two huge numbers would be infinite.
+            0.5 * self.planes[axis][0][slot] + 0.5 * self.planes[axis][1][slot]
+        };
+        self.order = std::array::from_fn(|i| i as u32 * 0x0024_9249);
+        // An octant and its opposite are each other's reverse.
+        for octant in 0..4u32 {
+            let mut slots: [(f32, u32); WIDTH] = std::array::from_fn(|slot| {
+                let along = |axis: usize| {
+                    if octant >> axis & 1 == 1 { middle(axis, slot) } else { -middle(axis, slot) }
+                };
+                (along(0) + along(1) + along(2), slot as u32)
+            });
+            slots[..count].sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            for i in 0..count {
+                let (there, back) = (3 * octant, 3 * (7 - octant));
+                self.order[i] = self.order[i] & !(7 << there | 7 << back)
+                    | slots[i].1 << there
+                    | slots[count - 1 - i].1 << back;
+            }
+        }
+        self.order[0] |= (count as u32) << COUNT_SHIFT;
+    }
+
+    /// Number of children.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        (self.order[0] >> COUNT_SHIFT) as usize
+    }
+
+    /// The slot to be pushed `i`-th for rays of an octant.
+    #[inline(always)]
+    pub fn nth(&self, i: usize, octant: Octant) -> usize {
+        (self.order[i] >> octant.0 & 7) as usize
+    }
+}
+
+/// Three times the number of an octant of directions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Octant(u32);
+
+impl Octant {
+    pub fn of(d: Vec3) -> Octant {
+        let bit = |x: f32| u32::from(x >= 0.0);
+        Octant(3 * (bit(d.x) | bit(d.y) << 1 | bit(d.z) << 2))
+    }
+}
+
+/// A tree over boxes.
+#[derive(Clone, Debug)]
+pub(super) struct Wide {
+    /// Parents before their children.
+    pub nodes: Vec<Node>,
+    /// What a ray begins with; `None` for an empty tree.
+    pub root: Option<u32>,
+    /// Around everything.
+    pub bounds: Box3,
+}
+
+impl Default for Wide {
+    fn default() -> Self {
+        Wide { nodes: Vec::new(), root: None, bounds: (Vec3::MAX, Vec3::MIN) }
+    }
+}
+
+impl Wide {
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>()
+    }
+}
+
+/// What a ray has yet to visit, with where it enters it. One for each batch, reused ray after ray.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stack(Vec<(u32, f32)>);
+
+/// What happens at leaves.
+pub(super) trait Leaves<S: Simd> {
+    /// The ray enters the box of leaf `leaf`. The limit from there on, or `None` to stop.
+    fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32>;
+}
+
+impl Wide {
+    /// Leads a ray through what is under `from`, near children first. Leaves are entered no
+    /// farther than `limit`. False where it was stopped.
+    #[inline(always)]
+    pub fn walk<S: Simd>(
+        &self,
+        from: u32,
+        ray: &BoxRay,
+        stack: &mut Stack,
+        mut limit: f32,
+        leaves: &mut impl Leaves<S>,
+    ) -> bool {
+        let base = stack.0.len();
+        let (near_scale, near_shift): ([S::F8; 3], [S::F8; 3]) =
+            (splat(ray.near_scale), splat(ray.near_shift));
+        let (far_scale, far_shift): ([S::F8; 3], [S::F8; 3]) = (splat(ray.far_scale), splat(ray.far_shift));
+        let start = S::F8::splat(ray.start);
+        let mut here = from;
+        loop {
+            if here & LEAF == 0 {
+                let node = &self.nodes[here as usize];
+                let near = |axis: usize| {
+                    S::F8::load(&node.planes[axis][ray.near_end[axis]])
+                        .mul_sub(near_scale[axis], near_shift[axis])
+                };
+                let far = |axis: usize| {
+                    S::F8::load(&node.planes[axis][1 - ray.near_end[axis]])
+                        .mul_sub(far_scale[axis], far_shift[axis])
+                };
+                // NaN comes of infinity minus infinity, and says nothing: the other side decides.
+                let enters = near(0).max(near(1).max(near(2).max(start)));
+                let leaves = far(0).min(far(1).min(far(2).min(S::F8::splat(limit))));
+                let hit = enters.le(leaves);
+                if hit != 0 {
+                    if hit & (hit - 1) == 0 {
+                        here = node.child[hit.trailing_zeros() as usize & 7];
+                        continue;
+                    }
+                    let mut t = [0.0; WIDTH];
+                    enters.store(&mut t);
+                    for i in 0..node.count().min(WIDTH) {
+                        let slot = node.nth(i, ray.octant);
+                        if hit >> slot & 1 == 1 {
+                            stack.0.push((node.child[slot], t[slot]));
+                        }
+                    }
+                }
+            } else {
+                match leaves.enter(here & !LEAF, stack) {
+                    Some(to) => limit = to,
+                    None => {
+                        stack.0.truncate(base);
+                        return false;
+                    }
+                }
+            }
+            loop {
+                if stack.0.len() <= base {
+                    return true;
+                }
+                match stack.0.pop() {
+                    Some((next, near)) if near <= limit => {
+                        here = next;
+                        break;
+                    }
+                    Some(_) => {}
+                    None => return true,
+                }
+            }
+        }
+    }
+}
+
+/// A ray prepared for boxes.
+///
+/// A plane b is met at b/d − o/d, fused. The near sides get shifts and scales that can only bring
+/// them nearer, the far sides such that can only take them farther, by more than roundings can do
+/// in the other direction: those of o, d, 1/d and the results are each relative to their numbers,
+/// and make 4ε at most of o/d and of t. So the test is conservative wherever the ray comes from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BoxRay {
+    near_scale: Vec3,
+    near_shift: Vec3,
+    far_scale: Vec3,
+    far_shift: Vec3,
+    /// For each axis which end of a box is met first.
+    near_end: [usize; 3],
+    octant: Octant,
+    /// Boxes that end before this are behind the ray.
+    start: f32,
+}
+
+/// Relative slack of what is far.
+pub(super) const GROW: f32 = 1.0 + 8.0 * EPSILON;
+/// Relative slack of what is near.
+pub(super) const SHRINK: f32 = 1.0 - 8.0 * EPSILON;
+
+/// A component of a direction that is less than this counts as this: its reciprocal is finite.
+pub(super) const LEAST: f32 = 1e-30;
+
+/// The reciprocals of a direction's components.
+pub(super) fn reciprocal(d: Vec3) -> Vec3 {
+    let one = |x: f32| 1.0 / if x.abs() < LEAST { LEAST.copysign(x) } else { x };
+    Vec3::new(one(d.x), one(d.y), one(d.z))
+}
+
+impl BoxRay {
+    /// Boxes count as wider by `pad` on every side.
+    pub fn new(o: DVec3, d: DVec3, pad: f32, start: f32) -> BoxRay {
+        let (o, d) = (o.as_vec3(), d.as_vec3());
+        let r = reciprocal(d);
+        let (near_scale, far_scale) = (r * (1.0 - 4.0 * EPSILON), r * (1.0 + 4.0 * EPSILON));
+        let slack = (4.0 * EPSILON * o.abs() + pad) * r.abs();
+        BoxRay {
+            near_scale,
+            near_shift: o * near_scale + slack,
+            far_scale,
+            far_shift: o * far_scale - slack,
+            near_end: r.to_array().map(|x| usize::from(x < 0.0)),
+            octant: Octant::of(d),
+            start: start * SHRINK,
+        }
+    }
+
+    /// The limit for a t, with slack for the rounding of the boxes' near sides.
+    pub fn limit(t: f32) -> f32 {
+        t * GROW
+    }
+}
