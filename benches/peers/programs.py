@@ -117,7 +117,7 @@ def measure(name, rounds):
         for program, (endings, _, _, command) in programs_had.items():
             if scene.suffix not in endings or program in broken:
                 continue
-            out = WORK / f"{name}-{program.replace(' ', '-').replace(',', '')}.png"
+            out = WORK / f"{name}-{''.join(c for c in program if c.isalnum())}.png"
             result = run(command(scene, out), out)
             if isinstance(result, str):
                 broken[program] = result

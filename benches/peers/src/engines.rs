@@ -106,7 +106,7 @@ impl Way {
 
     /// All for a set; the first is the plain single ray.
     pub fn all(set: &Set) -> Vec<Way> {
-        let ends: &[bool] = if set.from_light().is_some() { &[false, true] } else { &[false] };
+        let ends: &[bool] = if set.light().is_some() { &[false, true] } else { &[false] };
         let mut ways = Vec::new();
         for &from_light in ends {
             ways.push(Way { width: 1, coherent: false, from_light });
@@ -260,7 +260,25 @@ impl<'s> Flat<'s> {
 
 /// The share of rays where one side hits and the other does not, or t differs by over 1e-4.
 pub fn differing(a: &Found, b: &Found) -> f64 {
-    let differs = |(a, b): (&f32, &f32)| a != b && !((a - b).abs() <= 1e-4 * a.abs().max(b.abs()));
+    let differs = |(&a, &b): (&f32, &f32)| {
+        // Infinity is a miss: no multiple of it may excuse a difference.
+        let both = a.is_finite() && b.is_finite();
+        if both { (a - b).abs() > 1e-4 * a.abs().max(b.abs()) } else { a.to_bits() != b.to_bits() }
+    };
     let pairs = || a.iter().flatten().zip(b.iter().flatten());
     pairs().filter(|&p| differs(p)).count() as f64 / pairs().count().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misses_differ_from_hits_and_near_distances_agree() {
+        let miss = f32::INFINITY;
+        let ours = vec![vec![1.0, miss, 0.0, miss], vec![2.0, 3.0, 1e-3, miss]];
+        let theirs = vec![vec![1.00005, miss, miss, 0.0], vec![2.001, 3.0, 1e-3, 4.0]];
+        assert_eq!(differing(&ours, &ours), 0.0);
+        assert_eq!(differing(&ours, &theirs), 4.0 / 8.0);
+    }
 }

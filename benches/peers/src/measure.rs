@@ -148,8 +148,7 @@ fn print_row(threads: usize, set: &Set, row: &Row) {
 /// Times all by turns. A first round, which does not count, warms up and lets go of the ways that
 /// are far behind.
 fn compare(set: &Set, accel: &Accel, built: &[Built; 2], threads: usize, rounds: usize) -> Row {
-    let flats =
-        [false, true].map(|light| (!light || set.from_light().is_some()).then(|| Flat::new(set, light)));
+    let flats = [false, true].map(|light| (!light || set.light().is_some()).then(|| Flat::new(set, light)));
     let time = |way: Way, robust: bool| {
         let flat = flats[usize::from(way.from_light)].as_ref();
         flat.map_or(f64::INFINITY, |flat| flat.time(&built[usize::from(robust)], way, threads))

@@ -75,7 +75,7 @@ impl Set {
     }
 
     /// Whether all end in one place, so that they can be traced from there too.
-    pub fn from_light(&self) -> Option<Vec3> {
+    pub fn light(&self) -> Option<Vec3> {
         match self.batches.first() {
             Some(Batch::Any(SegmentBatch { shared: Shared::Origin(light), .. })) => Some(*light),
             _ => None,
