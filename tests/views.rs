@@ -79,7 +79,7 @@ fn an_orbit_counts_from_the_front_to_the_right_and_up() {
 fn an_orbit_without_a_distance_shows_everything() {
     for name in ["assembly/assembly.glb", "tests/cube.obj"] {
         let scene = scene(name);
-        for (azimuth, elevation) in [(0.0, 0.0), (37.0, 20.0), (200.0, -60.0), (10.0, 90.0)] {
+        for (azimuth, elevation) in [(0.0, 15.0), (37.0, 20.0), (200.0, -60.0), (10.0, 90.0)] {
             for projection in [Projection::Perspective, Projection::Orthographic] {
                 let orbit = orbit(azimuth, elevation, None);
                 let view = View { orbit, projection: Some(projection), ..View::default() };
