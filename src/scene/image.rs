@@ -81,44 +81,36 @@ impl Plane<'_> {
     pub fn stored(&self, i: usize) -> Vec4 {
         let n = self.channels as usize;
         match &self.texels {
-            Texels::U8(t) => spread(self.channels, 255.0, |c| f32::from(t[n * i + c])) / 255.0,
-            Texels::U16(t) => spread(self.channels, 65535.0, |c| f32::from(t[n * i + c])) / 65535.0,
+            Texels::U8(t) => spread(&t[n * i..][..n], 255.0, f32::from, f32::from) / 255.0,
+            Texels::U16(t) => spread(&t[n * i..][..n], 65535.0, f32::from, f32::from) / 65535.0,
         }
     }
 
     /// The same with colours decoded from sRGB; alpha is linear always.
     pub fn decoded(&self, i: usize) -> Vec4 {
         let n = self.channels as usize;
-        let has_alpha = matches!(self.channels, Channels::La | Channels::Rgba);
-        let last = n * i + n - 1;
         match &self.texels {
             Texels::U8(t) => {
                 let table = srgb_table();
-                let mut v = spread(self.channels, 1.0, |c| table[usize::from(t[n * i + c])]);
-                if has_alpha {
-                    v.w = f32::from(t[last]) / 255.0;
-                }
-                v
+                spread(&t[n * i..][..n], 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 255.0)
             }
             Texels::U16(t) => {
                 let table = srgb_table_16();
-                let mut v = spread(self.channels, 1.0, |c| table[usize::from(t[n * i + c])]);
-                if has_alpha {
-                    v.w = f32::from(t[last]) / 65535.0;
-                }
-                v
+                spread(&t[n * i..][..n], 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 65535.0)
             }
         }
     }
 }
 
 /// The four channels of a texel that has some of them.
-fn spread(channels: Channels, opaque: f32, at: impl Fn(usize) -> f32) -> Vec4 {
-    match channels {
-        Channels::L => Vec3::splat(at(0)).extend(opaque),
-        Channels::La => Vec3::splat(at(0)).extend(at(1)),
-        Channels::Rgb => Vec4::new(at(0), at(1), at(2), opaque),
-        Channels::Rgba => Vec4::new(at(0), at(1), at(2), at(3)),
+#[inline]
+fn spread<T: Copy>(texel: &[T], opaque: f32, color: impl Fn(T) -> f32, alpha: impl Fn(T) -> f32) -> Vec4 {
+    match *texel {
+        [l] => Vec3::splat(color(l)).extend(opaque),
+        [l, a] => Vec3::splat(color(l)).extend(alpha(a)),
+        [r, g, b] => Vec4::new(color(r), color(g), color(b), opaque),
+        [r, g, b, a, ..] => Vec4::new(color(r), color(g), color(b), alpha(a)),
+        [] => Vec4::ZERO,
     }
 }
 
