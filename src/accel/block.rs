@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::clean::Look;
-use super::hit::Corners;
+use super::corners::Corners;
 use crate::scene::SurfaceClass;
 
 /// Triangles in a block.
@@ -82,8 +82,11 @@ impl Block {
         self.count & LAST != 0
     }
 
+    /// The corners of a triangle.
+    #[inline(always)]
     pub fn corners(&self, lane: usize) -> [Vec3; 3] {
-        self.v.map(|v| Vec3::new(v[0][lane], v[1][lane], v[2][lane]))
+        let corner = |k: usize| Vec3::new(self.v[k][0][lane], self.v[k][1][lane], self.v[k][2][lane]);
+        [corner(0), corner(1), corner(2)]
     }
 
     #[inline(always)]

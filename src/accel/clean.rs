@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::CleanReport;
 use super::block::GROUP;
-use super::hit::{Corners, Unfit};
+use super::corners::{Corners, Unfit};
 use super::wide::Box3;
 use crate::scene::SurfaceClass;
 

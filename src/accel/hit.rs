@@ -18,20 +18,8 @@
 
 use glam::{DVec3, Vec3};
 
-use super::block::Block;
-use super::simd::{Lanes, Simd};
+use super::corners::{TINY_LENGTH, extent};
 use crate::geometry::EPSILON;
-
-/// Coordinates beyond this are refused: their products would overflow.
-pub(super) const HUGE: f32 = 1e18;
-
-/// The corners of a triangle, as the hit test wants them.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Corners {
-    v: [Vec3; 3],
-    /// At least the length of the two edges at `v[0]`.
-    edge: f32,
-}
 
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,80 +30,14 @@ pub(super) struct Met {
     pub against: bool,
 }
 
-/// Why a triangle cannot be hit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unfit {
-    NonFinite,
-    ZeroArea,
-}
-
-impl Corners {
-    /// Puts the corners into an order that depends on the positions alone, so that triangles in
-    /// the same place have bit for bit the same t however they are wound. True comes with them
-    /// where that turned the winding round.
-    pub fn new(mut v: [Vec3; 3]) -> Result<(Corners, bool), Unfit> {
-        if !v.iter().all(|p| p.abs().max_element() <= HUGE && p.is_finite()) {
-            return Err(Unfit::NonFinite);
-        }
-        let (e1, e2) = ((v[1].as_dvec3() - v[0].as_dvec3()), (v[2].as_dvec3() - v[0].as_dvec3()));
-        if e1.cross(e2) == DVec3::ZERO {
-            return Err(Unfit::ZeroArea);
-        }
-        let mut turned = false;
-        for (i, j) in [(0, 1), (1, 2), (0, 1)] {
-            if v[j].to_array().partial_cmp(&v[i].to_array()) == Some(std::cmp::Ordering::Less) {
-                v.swap(i, j);
-                turned = !turned;
-            }
-        }
-        // −0 is 0: equal places must have equal bits, for they are compared by them.
-        let v = v.map(|p| p + Vec3::ZERO);
-        let long = |i: usize| (v[i].as_dvec3() - v[0].as_dvec3()).length();
-        let edge = (long(1).max(long(2)) * (1.0 + 4.0 * f64::from(EPSILON))) as f32;
-        Ok((Corners { v, edge: edge.max(f32::MIN_POSITIVE) }, turned))
-    }
-
-    /// The corners.
-    pub fn v(&self) -> &[Vec3; 3] {
-        &self.v
-    }
-
-    /// At least the length of the two edges at the first corner.
-    pub fn edge(&self) -> f32 {
-        self.edge
-    }
-
-    /// The bits of the nine coordinates.
-    pub fn bits(&self) -> [u32; 9] {
-        let [a, b, c] = self.v.map(|p| p.to_array().map(f32::to_bits));
-        [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
-    }
-
-    /// Its box for trees: wider by a few ulps of the greatest coordinate, so that it is flat
-    /// nowhere and rays along its faces are not lost.
-    pub fn bounds(&self) -> (Vec3, Vec3) {
-        let (lo, hi, size) = extent(&self.v);
-        let pad = Vec3::splat(3.0 * EPSILON * size + 4.0 * TINY_LENGTH);
-        (lo - pad, hi + pad)
-    }
-}
-
-/// The box of three corners, unpadded, and its greatest coordinate.
-fn extent([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3, f32) {
-    let (lo, hi) = (a.min(*b).min(*c), a.max(*b).max(*c));
-    (lo, hi, lo.abs().max(hi.abs()).max_element())
-}
-
-/// Padding for things at the very origin. Times the largest reciprocal of a direction it is still
-/// farther than anything can be.
-const TINY_LENGTH: f32 = 1e-20;
-
 /// A line that triangles are judged against, in their frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FrameRay {
     pub o: DVec3,
     pub d: DVec3,
-    /// Times this, a parameter counts in the direction that the caller gave.
+    /// A parameter of this line is this many times the caller's: a power of two.
+    pub size: f64,
+    /// 1 / size.
     pub unit: f64,
     /// True for the way from a light to a surface: t counts from the surface at its end, where it
     /// has to be exact, and ends at the light.
@@ -125,24 +47,32 @@ pub(super) struct FrameRay {
 impl FrameRay {
     /// A ray whose direction is brought to about unit length by a power of two, so that neither
     /// huge nor tiny directions overflow anything. `None` for rays that are nowhere or go nowhere.
+    #[inline(always)]
     pub fn new(o: DVec3, d: DVec3) -> Option<FrameRay> {
-        let size = d.abs().max_element();
-        if !(o.is_finite() && d.is_finite() && size >= f64::MIN_POSITIVE) {
+        let longest = d.x.abs().max(d.y.abs()).max(d.z.abs());
+        // Times 0 what is infinite or no number is no number, and so is every sum with it.
+        let finite = (o.x + d.x) * 0.0 + (o.y + d.y) * 0.0 + (o.z + d.z) * 0.0 == 0.0;
+        if !(finite && longest >= f64::MIN_POSITIVE) {
             return None;
         }
-        let unit = 1.0 / power_of_two(size);
-        Some(FrameRay { o, d: d * unit, unit, backward: false })
+        let size = power_of_two(longest);
+        let unit = inverse(size);
+        Some(FrameRay { o, d: d * unit, size, unit, backward: false })
     }
 
     /// The way from a light to a surface. Only triangles between the two are on it.
+    #[inline(always)]
     pub fn backward(from: Vec3, light: Vec3) -> Option<FrameRay> {
         let (from, light) = (from.as_dvec3(), light.as_dvec3());
-        FrameRay::new(light, from - light).map(|ray| FrameRay { backward: true, ..ray })
+        let mut ray = FrameRay::new(light, from - light)?;
+        ray.backward = true;
+        Some(ray)
     }
 
     /// A caller's t as this ray's parameter; the ends of a backward ray are both 0 and 1.
+    #[inline(always)]
     pub fn parameter(&self, t: f32) -> f32 {
-        (f64::from(t) / self.unit) as f32
+        (f64::from(t) * self.size) as f32
     }
 
     /// Where the line meets the triangle, judged beyond doubt; only at a positive t.
@@ -168,19 +98,20 @@ impl FrameRay {
     }
 
     /// Where the line meets a triangle that it is known to go through.
+    #[inline(always)]
     pub fn place(&self, v: &[Vec3; 3]) -> Option<Met> {
-        let v64 = v.map(|p| p.as_dvec3());
-        let (e1, e2) = (v64[1] - v64[0], v64[2] - v64[0]);
+        let v0 = v[0].as_dvec3();
+        let (e1, e2) = (v[1].as_dvec3() - v0, v[2].as_dvec3() - v0);
         let n = e1.cross(e2);
         let det = n.dot(self.d);
-        let max = |p: DVec3| p.abs().max_element();
+        let max = |p: DVec3| p.x.abs().max(p.y.abs()).max(p.z.abs());
         let size = max(self.d) * max(e1) * max(e2);
         // Edge-on or NaN: its neighbours own the ray.
         let faces = det.abs() > TOLERANCE * size;
         if !faces {
             return None;
         }
-        let mut t = n.dot(v64[0] - self.o) / det;
+        let mut t = n.dot(v0 - self.o) / det;
         if det.abs() < FACING * size {
             t = self.within(v, t);
         }
@@ -209,9 +140,41 @@ impl FrameRay {
     }
 }
 
+/// Where lines from `o` along `d` meet triangles that they are known to go through and that
+/// surely face them ([`Slack::facing`]): the t of [`FrameRay::place`], to the bit, of many at once.
+/// Directions have been divided by `size`, a power of two about as long as they were. All by axis.
+#[inline(always)]
+pub(super) fn place_many<const N: usize>(
+    o: &[[f32; N]; 3],
+    d: &[[f32; N]; 3],
+    v: &[[[f32; N]; 3]; 3],
+    size: f64,
+) -> [f32; N] {
+    let mut t = [0.0; N];
+    let unit = inverse(size);
+    for i in 0..N {
+        let corner =
+            |k: usize| DVec3::new(f64::from(v[k][0][i]), f64::from(v[k][1][i]), f64::from(v[k][2][i]));
+        let own =
+            |of: &[[f32; N]; 3]| DVec3::new(f64::from(of[0][i]), f64::from(of[1][i]), f64::from(of[2][i]));
+        let v0 = corner(0);
+        let n = (corner(1) - v0).cross(corner(2) - v0);
+        let det = n.dot(own(d));
+        t[i] = (n.dot(v0 - own(o)) / det * unit) as f32;
+    }
+    t
+}
+
 /// The power of two below a positive number: its exponent alone.
+#[inline(always)]
 pub(super) fn power_of_two(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & 0x7ff0_0000_0000_0000)
+}
+
+/// 1 over a power of two, by its exponent.
+#[inline(always)]
+pub(super) fn inverse(power: f64) -> f64 {
+    f64::from_bits((2046u64 << 52).wrapping_sub(power.to_bits()))
 }
 
 /// In units of a product's factors, below what an f64 triple product counts as zero.
@@ -220,164 +183,11 @@ const TOLERANCE: f64 = 48.0 * f64::EPSILON;
 /// In units of its factors, from what determinant on a triangle faces the ray enough for t to need
 /// no care: rounding moves it by less than 2⁻³³ of the triangle's size and distance then, far
 /// within the slack of boxes. A power of two.
-const FACING: f64 = 1.0 / 65536.0;
-
-/// f32 bounds for the lines of one or more rays and the triangles of one tree.
-///
-/// With c = v₀ − o, e₁ = v₁ − v₀, e₂ = v₂ − v₀: u = d·(e₂×c), v = d·(c×e₁), det = d·(e₁×e₂),
-/// w = det − u − v. A hit has u, v, w all of one sign. Edge-relative forms such as these are
-/// uncertain over a far thinner strip than the textbook's d·(a×b) with both corners relative to
-/// the origin. With ε = 2⁻²³ and 2-norms |δu|, |δv| ≤ 5ε|d||e||c| and |δw| ≤ 12ε|d||e|(|c| + |e|/2);
-/// one ε more is for o and d, which may have been rounded to f32 themselves.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
-    /// The bound on u, v and scaled w is `edge·(per_edge + edge·per_area) + least`.
-    per_edge: f32,
-    per_area: f32,
-    least: f32,
-    /// The bound on t·|det| is `edge²·(depth + edge·16ε) + least`.
-    depth: f32,
-    /// Signs of determinants beyond `edge²·facing` are certain, and [`FrameRay::place`] takes no
-    /// care of their t.
-    facing: f32,
-}
-
-/// How much larger the bound is for w than for u and v.
-pub(super) const W_SCALE: f32 = 5.0 / 12.0;
-
-/// What [`Bounds`] say of one block.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Slack {
-    /// Of u, v and scaled w.
-    pub side: f32,
-    /// Of t·|det|.
-    pub depth: f32,
-    /// Least |det| that is certain.
-    pub facing: f32,
-}
-
-impl Bounds {
-    /// For directions no longer than `length`, and corners no farther from the origins than `far`;
-    /// `rounded` is the size of origins that were rounded to f32, else 0.
-    pub fn new(length: f64, far: f64, rounded: f64) -> Bounds {
-        // Where f32 products could overflow nothing is proven in f32, and all is left to f64.
-        let safe = length.max(1.0) * far.max(1e-6) * far < 1e36;
-        let epsilon = f64::from(EPSILON) * (1.0 + 1e-5);
-        let k = 6.0 * epsilon * length;
-        let or_infinite = |x: f64| if safe { x as f32 } else { f32::INFINITY };
-        Bounds {
-            per_edge: or_infinite(k * (far + rounded)),
-            per_area: (0.5 * k) as f32,
-            least: (1e-34 * length.max(1.0)) as f32,
-            depth: or_infinite(16.0 * epsilon * (far + rounded)),
-            facing: or_infinite(1.1 * FACING * length),
-        }
-    }
-
-    /// For triangles whose edges are no longer than `edge`.
-    #[inline(always)]
-    pub fn of(&self, edge: f32) -> Slack {
-        Slack {
-            side: edge * (self.per_edge + edge * self.per_area) + self.least,
-            depth: edge * edge * (self.depth + edge * (16.0 * EPSILON)) + self.least,
-            facing: edge * edge * self.facing + self.least,
-        }
-    }
-}
-
-/// A ray prepared for the blocks of one tree.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TestRay {
-    o: Vec3,
-    d: Vec3,
-    bounds: Bounds,
-}
-
-/// Which triangles of a block a ray meets, as bits.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Candidates {
-    /// Perhaps.
-    pub possible: u32,
-    /// Of those, surely.
-    pub sure: u32,
-}
-
-impl TestRay {
-    /// A ray for triangles that lie within `radius` of `centre`.
-    pub fn new(ray: &FrameRay, centre: DVec3, radius: f64) -> TestRay {
-        let (o, d) = (ray.o.as_vec3(), ray.d.as_vec3());
-        let far = ray.o.distance(centre) + radius;
-        let rounded = if o.as_dvec3() == ray.o { 0.0 } else { ray.o.length() };
-        TestRay { o, d, bounds: Bounds::new(ray.d.length(), far, rounded) }
-    }
-
-    /// The triangles of `block` that the ray may meet before `limit`.
-    #[inline(always)]
-    pub fn candidates<S: Simd>(&self, block: &Block, limit: f32) -> Candidates {
-        let (o, d): (Lanes3<S::F4>, Lanes3<S::F4>) = (splat(self.o), splat(self.d));
-        let [v0, v1, v2] = corners::<S::F4>(block);
-        let (c, e1, e2) = (sub(v0, o), sub(v1, v0), sub(v2, v0));
-        let n = cross(e1, e2);
-        let (det, depth) = (dot(d, n), dot(c, n));
-        let (u, v) = (dot(d, cross(e2, c)), dot(d, cross(c, e1)));
-        let w = (det - u - v) * S::F4::splat(W_SCALE);
-        let slack = self.bounds.of(block.edge);
-        let (side, minus) = (S::F4::splat(slack.side), S::F4::splat(-slack.side));
-        let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
-        // Written so that NaN stays a candidate.
-        let outside = least.lt(minus) & side.lt(greatest);
-        let mut possible = block.used() & !outside;
-        if possible == 0 {
-            return Candidates::default();
-        }
-        let facing = S::F4::splat(slack.facing).lt(det.abs());
-        let (det, depth) = (det.abs(), depth.flipped_by(det));
-        let unsure = S::F4::splat(slack.depth);
-        let beyond = (det * S::F4::splat(limit)).lt(depth - unsure) | (depth + unsure).lt(S::F4::splat(0.0));
-        possible &= !(beyond & facing);
-        Candidates { possible, sure: possible & facing & (side.lt(least) | greatest.lt(minus)) }
-    }
-}
-
-/// A vector of lanes.
-pub(super) type Lanes3<L> = [L; 3];
-
-/// Three of something, by axis. Unlike an array's own `map` it is always inlined, without which
-/// lanes would pass through memory.
-#[inline(always)]
-pub(super) fn by_axis<T>(of: impl Fn(usize) -> T) -> [T; 3] {
-    [of(0), of(1), of(2)]
-}
-
-/// A vector in all lanes.
-#[inline(always)]
-pub(super) fn splat<const N: usize, L: Lanes<N>>(x: Vec3) -> Lanes3<L> {
-    [L::splat(x.x), L::splat(x.y), L::splat(x.z)]
-}
-
-/// The corners of a block.
-#[inline(always)]
-pub(super) fn corners<L: Lanes<4>>(block: &Block) -> [Lanes3<L>; 3] {
-    by_axis(|corner| by_axis(|axis| L::load(&block.v[corner][axis])))
-}
-
-#[inline(always)]
-pub(super) fn sub<const N: usize, L: Lanes<N>>(a: Lanes3<L>, b: Lanes3<L>) -> Lanes3<L> {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-pub(super) fn dot<const N: usize, L: Lanes<N>>(a: Lanes3<L>, b: Lanes3<L>) -> L {
-    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
-}
-
-#[inline(always)]
-pub(super) fn cross<const N: usize, L: Lanes<N>>(a: Lanes3<L>, b: Lanes3<L>) -> Lanes3<L> {
-    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
-}
+pub(super) const FACING: f64 = 1.0 / 65536.0;
 
 #[cfg(test)]
 mod tests {
+    use super::super::corners::{Corners, Unfit};
     use super::*;
 
     /// Whole numbers from −`n` to `n`.
@@ -426,8 +236,13 @@ mod tests {
             let (det, num) = (sides.iter().sum::<i64>(), triple(a, b, c));
             let expected = (inside && det != 0 && num.signum() * det.signum() > 0)
                 .then(|| (num as f64 / det as f64) as f32);
-            let ray =
-                FrameRay { o: to_vec3(o).as_dvec3(), d: to_vec3(d).as_dvec3(), unit: 1.0, backward: false };
+            let ray = FrameRay {
+                o: to_vec3(o).as_dvec3(),
+                d: to_vec3(d).as_dvec3(),
+                size: 1.0,
+                unit: 1.0,
+                backward: false,
+            };
             let met = ray.judge(tri.v());
             assert_eq!(met.map(|m| m.t), expected, "{v:?} {o:?} {d:?}");
             hits += usize::from(met.is_some());
@@ -441,7 +256,7 @@ mod tests {
     fn the_order_of_corners_does_not_show() {
         let v = [Vec3::new(0.1, -0.0, 0.3), Vec3::new(1.7, 0.2, 0.1), Vec3::new(0.3, 1.1, -0.4)];
         let (o, d) = (DVec3::new(0.5, 0.3, 7.3), DVec3::new(0.01, 0.02, -1.3));
-        let ray = FrameRay { o, d, unit: 1.0, backward: false };
+        let ray = FrameRay { o, d, size: 1.0, unit: 1.0, backward: false };
         let (tri, turned) = Corners::new(v).unwrap();
         let met = ray.judge(tri.v()).unwrap();
         for (order, odd) in [([1, 2, 0], false), ([2, 0, 1], false), ([1, 0, 2], true), ([2, 1, 0], true)] {

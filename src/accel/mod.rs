@@ -9,9 +9,12 @@
 
 mod batch;
 mod block;
+mod bounds;
 mod clean;
 mod collapse;
+mod corners;
 mod hit;
+mod lanes;
 mod packet;
 mod query;
 mod simd;
@@ -149,6 +152,7 @@ impl Accel {
     /// The closest hit of every ray after its `after`. `hits` becomes as long as `rays`.
     pub fn intersect(&self, rays: &RayBatch, cutouts: &dyn Cutout, hits: &mut HitBatch) {
         hits.clear();
+        hits.resize(rays.len(), Hit::MISS);
         self.settings.tier.run(Intersect { accel: self, rays, cutouts, hits });
     }
 
@@ -213,11 +217,12 @@ impl Job for Intersect<'_> {
         for (first, count) in packets_of(rays.len()) {
             if count > FEW && rays.shared != Shared::None && accel.top.is_world() {
                 let scratch = (&mut packets, &mut lane.stack);
-                if packet::intersect::<S>(&accel.world, (rays, first, count), cutouts, hits, scratch) {
+                let out = &mut hits[first..first + count];
+                if packet::intersect::<S>(&accel.world, (rays, first, count), cutouts, out, scratch) {
                     continue;
                 }
             }
-            for i in first..first + count {
+            for (i, hit) in hits.iter_mut().enumerate().skip(first).take(count) {
                 let (o, d) = (rays.origins[i], rays.directions[i]);
                 let best = Hit { t: rays.t_max[i], id: HitId::NONE };
                 let asked = Asked { o, d, cutouts };
@@ -225,7 +230,9 @@ impl Job for Intersect<'_> {
                 if let Some(ray) = FrameRay::new(o.as_dvec3(), d.as_dvec3()) {
                     lane.trace::<S>(&ray, &mut query);
                 }
-                hits.push(if query.best.is_miss() { Hit::MISS } else { query.best });
+                if !query.best.is_miss() {
+                    *hit = query.best;
+                }
             }
         }
     }
@@ -341,6 +348,7 @@ impl<'a> Lane<'a> {
 /// Segment `i` as a question, and the line that it is on; none for segments that are nowhere or go
 /// nowhere, which nothing blocks. A segment ends strictly short of its light, at t = 1. Those to a
 /// point are traced from there, as packets are, so that both are the same line to the bit.
+#[inline(always)]
 fn blocking<'a, 'p>(
     segments: &SegmentBatch,
     i: usize,

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use glam::Vec3;
 
 use super::Cutout;
+use super::block::Block;
 use super::clean::Look;
 use super::triangles::Spans;
 use crate::geometry::{Hit, HitId, Rgb};
@@ -47,6 +48,12 @@ pub(super) trait Query {
     /// Nothing before this t matters.
     fn start(&self) -> f32;
 
+    /// What t has to be less than for any opaque triangle there to be the whole answer.
+    fn end(&self) -> Option<f32>;
+
+    /// The ray surely meets a plain triangle before [`Query::end`]. True where that is the answer.
+    fn blocks(&mut self, block: &Block, lane: usize, ids: Ids<'_>) -> bool;
+
     /// The ray meets the triangles `ids` at `t`. Breaks where the answer is known.
     fn meet(&mut self, t: f32, look: Look, back: bool, ids: Ids<'_>) -> ControlFlow<()>;
 }
@@ -69,14 +76,27 @@ pub(super) struct Closest<'a> {
 }
 
 impl Query for Closest<'_> {
+    #[inline(always)]
     fn limit(&self) -> f32 {
         self.best.t
     }
 
+    #[inline(always)]
     fn start(&self) -> f32 {
         self.after.t
     }
 
+    #[inline(always)]
+    fn end(&self) -> Option<f32> {
+        None
+    }
+
+    #[inline(always)]
+    fn blocks(&mut self, _: &Block, _: usize, _: Ids<'_>) -> bool {
+        false
+    }
+
+    #[inline(always)]
     fn meet(&mut self, t: f32, look: Look, back: bool, ids: Ids<'_>) -> ControlFlow<()> {
         let seen = !(self.cull && back && look.single_sided);
         if !seen || t > self.best.t || t < self.after.t {
@@ -109,14 +129,28 @@ pub(super) struct Blocking<'a, 'p> {
 }
 
 impl Query for Blocking<'_, '_> {
+    #[inline(always)]
     fn limit(&self) -> f32 {
         self.end
     }
 
+    #[inline(always)]
     fn start(&self) -> f32 {
         0.0
     }
 
+    #[inline(always)]
+    fn end(&self) -> Option<f32> {
+        Some(self.end)
+    }
+
+    #[inline(always)]
+    fn blocks(&mut self, block: &Block, lane: usize, ids: Ids<'_>) -> bool {
+        self.blocked = block.opaque >> lane & 1 == 1 && ids.iter().all(|id| id != self.source);
+        self.blocked
+    }
+
+    #[inline(always)]
     fn meet(&mut self, t: f32, look: Look, _: bool, ids: Ids<'_>) -> ControlFlow<()> {
         if t >= self.end {
             return ControlFlow::Continue(());

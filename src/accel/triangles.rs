@@ -6,9 +6,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::block::{Block, CAPACITY, GROUP};
+use super::bounds::TestRay;
 use super::clean::{Alike, Cleaned, Look, Raw, clean};
 use super::collapse::{self, Collapsed};
-use super::hit::{Corners, FrameRay, Met, TestRay};
+use super::corners::Corners;
+use super::hit::{FrameRay, Met};
 use super::query::{Ids, Query};
 use super::simd::{Part, Simd};
 use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide};
@@ -36,6 +38,7 @@ impl Spans {
     }
 
     /// The instance of a triangle (its place in the order that was given) and the triangle there.
+    #[inline(always)]
     pub fn find(&self, index: u32) -> (usize, u32) {
         let which = match self.starts.len() {
             1 => 0,
@@ -45,14 +48,19 @@ impl Spans {
     }
 
     /// The id of a triangle.
+    #[inline(always)]
     pub fn id(&self, index: u32) -> HitId {
         let (which, triangle) = self.find(index);
         HitId { instance: self.instances.get(which).copied().unwrap_or(0), triangle }
     }
 
     /// The index of a triangle, if it is here.
+    #[inline(always)]
     pub fn index(&self, id: HitId) -> Option<u32> {
-        let which = self.instances.binary_search(&id.instance).ok()?;
+        let which = match self.instances[..] {
+            [only] if only == id.instance => 0,
+            _ => self.instances.binary_search(&id.instance).ok()?,
+        };
         Some(self.starts[which] + id.triangle)
     }
 }
@@ -138,6 +146,12 @@ impl Triangles {
         }
     }
 
+    /// The one triangle of a lane that holds no group.
+    #[inline(always)]
+    fn own<'b>(&'b self, block: &'b Block, lane: usize, instance: Option<u32>) -> Ids<'b> {
+        Ids { ids: std::slice::from_ref(&block.ids[lane]), spans: &self.spans, instance }
+    }
+
     /// A place in the blocks: block times capacity plus lane.
     #[inline(always)]
     pub fn at(&self, entry: u32) -> (&Block, usize) {
@@ -173,6 +187,7 @@ impl Triangles {
 }
 
 /// What trees need to know of the limit of a query.
+#[inline(always)]
 pub(super) fn limit(ray: &FrameRay, query: &impl Query) -> f32 {
     BoxRay::limit(ray.parameter(query.limit()))
 }
@@ -194,7 +209,7 @@ impl<S: Simd, Q: Query> Part<S> for Visit<'_, Q> {
     fn run(self) -> bool {
         let Visit { triangles, from, ray, instance, query, stack } = self;
         let boxes = BoxRay::new(ray.o, ray.d, 0.0, ray.parameter(query.start()));
-        let test = TestRay::new(ray, triangles.centre, triangles.radius);
+        let test = TestRay::new(ray, triangles.centre, triangles.radius, query.end());
         let limit = limit(ray, query);
         let mut leaves = Meeting { triangles, ray, test, instance, query, limit, simd: PhantomData };
         triangles.tree.walk::<S>(from, &boxes, stack, limit, &mut leaves)
@@ -218,9 +233,21 @@ impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
         for block in &self.triangles.blocks[leaf as usize..] {
             let candidates = self.test.candidates::<S>(block, self.limit);
             let mut possible = candidates.possible;
+            if possible == 0 {
+                if block.last() {
+                    break;
+                }
+                continue;
+            }
             while possible != 0 {
                 let lane = possible.trailing_zeros() as usize & (CAPACITY - 1);
                 possible &= possible - 1;
+                if candidates.between >> lane & 1 == 1 {
+                    let ids = self.triangles.own(block, lane, self.instance);
+                    if self.query.blocks(block, lane, ids) {
+                        return None;
+                    }
+                }
                 let v = block.corners(lane);
                 let met =
                     if candidates.sure >> lane & 1 == 1 { self.ray.place(&v) } else { self.ray.judge(&v) };

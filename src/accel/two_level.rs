@@ -7,7 +7,8 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::Preset;
 use super::collapse::{self, Collapsed};
-use super::hit::{FrameRay, HUGE, power_of_two};
+use super::corners::HUGE;
+use super::hit::{FrameRay, power_of_two};
 use super::query::Query;
 use super::simd::Simd;
 use super::triangles::{Triangles, limit};
@@ -81,7 +82,7 @@ impl Frame {
         let o = self.to_local * (ray.o - self.to_world.translation);
         let d = self.to_local * ray.d;
         let power = power_of_two(d.abs().max_element().max(f64::MIN_POSITIVE));
-        FrameRay { o, d: d / power, unit: ray.unit / power, ..*ray }
+        FrameRay { o, d: d / power, size: ray.size * power, unit: ray.unit / power, ..*ray }
     }
 
     /// The world box of a local box.

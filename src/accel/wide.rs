@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::hit::splat;
+use super::lanes::splat;
 use super::simd::{Lanes, Simd};
 use crate::geometry::EPSILON;
 
@@ -84,10 +84,20 @@ impl Node {
         (self.order[0] >> COUNT_SHIFT) as usize
     }
 
-    /// The slot to be pushed `i`-th for rays of an octant.
+    /// A bit for each child.
     #[inline(always)]
-    pub fn nth(&self, i: usize, octant: Octant) -> usize {
-        (self.order[i] >> octant.0 & 7) as usize
+    pub fn used(&self) -> u32 {
+        (1 << self.count()) - 1
+    }
+
+    /// Slots in the order of pushing for rays of an octant, in the lowest three bits of each.
+    #[inline(always)]
+    pub fn order(&self, octant: Octant) -> [u32; WIDTH] {
+        let mut order = self.order;
+        for slot in &mut order {
+            *slot >>= octant.0;
+        }
+        order
     }
 }
 
@@ -96,6 +106,7 @@ impl Node {
 pub(super) struct Octant(u32);
 
 impl Octant {
+    #[inline(always)]
     pub fn of(d: Vec3) -> Octant {
         let bit = |x: f32| u32::from(x >= 0.0);
         Octant(3 * (bit(d.x) | bit(d.y) << 1 | bit(d.z) << 2))
@@ -127,8 +138,55 @@ impl Wide {
 }
 
 /// What a ray has yet to visit, with where it enters it. One for each batch, reused ray after ray.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Stack(Vec<(u32, f32)>);
+#[derive(Clone, Debug)]
+pub(super) struct Stack {
+    child: Vec<u32>,
+    near: Vec<f32>,
+    /// Entries in use.
+    top: usize,
+}
+
+impl Default for Stack {
+    fn default() -> Self {
+        Stack { child: vec![0; 256], near: vec![0.0; 256], top: 0 }
+    }
+}
+
+impl Stack {
+    /// Room for eight more.
+    #[inline(always)]
+    fn room(&mut self) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
+        if self.top + WIDTH > self.child.len() {
+            self.grow();
+        }
+        let range = self.top..self.top + WIDTH;
+        // As long as that always: it cannot fail.
+        let near = self.near[range.clone()].first_chunk_mut();
+        let child = self.child[range].first_chunk_mut();
+        match (near, child) {
+            (Some(near), Some(child)) => (near, child),
+            _ => unreachable!("ranges have their length"),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self) {
+        let size = 2 * (self.top + WIDTH);
+        self.child.resize(size, 0);
+        self.near.resize(size, 0.0);
+    }
+
+    /// The entry on top, if there is one above `base`.
+    #[inline(always)]
+    fn pop(&mut self, base: usize) -> Option<(u32, f32)> {
+        if self.top <= base {
+            return None;
+        }
+        self.top -= 1;
+        self.child.get(self.top).copied().zip(self.near.get(self.top).copied())
+    }
+}
 
 /// What happens at leaves.
 pub(super) trait Leaves<S: Simd> {
@@ -148,7 +206,7 @@ impl Wide {
         mut limit: f32,
         leaves: &mut impl Leaves<S>,
     ) -> bool {
-        let base = stack.0.len();
+        let base = stack.top;
         let (near_scale, near_shift): ([S::F8; 3], [S::F8; 3]) =
             (splat(ray.near_scale), splat(ray.near_shift));
         let (far_scale, far_shift): ([S::F8; 3], [S::F8; 3]) = (splat(ray.far_scale), splat(ray.far_shift));
@@ -174,29 +232,20 @@ impl Wide {
                         here = node.child[hit.trailing_zeros() as usize & 7];
                         continue;
                     }
-                    let mut t = [0.0; WIDTH];
-                    enters.store(&mut t);
-                    for i in 0..node.count().min(WIDTH) {
-                        let slot = node.nth(i, ray.octant);
-                        if hit >> slot & 1 == 1 {
-                            stack.0.push((node.child[slot], t[slot]));
-                        }
-                    }
+                    S::arrange(hit, node.order(ray.octant), (enters, &node.child), stack.room());
+                    stack.top += hit.count_ones() as usize;
                 }
             } else {
                 match leaves.enter(here & !LEAF, stack) {
                     Some(to) => limit = to,
                     None => {
-                        stack.0.truncate(base);
+                        stack.top = base;
                         return false;
                     }
                 }
             }
             loop {
-                if stack.0.len() <= base {
-                    return true;
-                }
-                match stack.0.pop() {
+                match stack.pop(base) {
                     Some((next, near)) if near <= limit => {
                         here = next;
                         break;
@@ -237,6 +286,7 @@ pub(super) const SHRINK: f32 = 1.0 - 8.0 * EPSILON;
 pub(super) const LEAST: f32 = 1e-30;
 
 /// The reciprocals of a direction's components.
+#[inline(always)]
 pub(super) fn reciprocal(d: Vec3) -> Vec3 {
     let one = |x: f32| 1.0 / if x.abs() < LEAST { LEAST.copysign(x) } else { x };
     Vec3::new(one(d.x), one(d.y), one(d.z))
@@ -244,6 +294,7 @@ pub(super) fn reciprocal(d: Vec3) -> Vec3 {
 
 impl BoxRay {
     /// Boxes count as wider by `pad` on every side.
+    #[inline(always)]
     pub fn new(o: DVec3, d: DVec3, pad: f32, start: f32) -> BoxRay {
         let (o, d) = (o.as_vec3(), d.as_vec3());
         let r = reciprocal(d);
@@ -254,13 +305,14 @@ impl BoxRay {
             near_shift: o * near_scale + slack,
             far_scale,
             far_shift: o * far_scale - slack,
-            near_end: r.to_array().map(|x| usize::from(x < 0.0)),
+            near_end: [usize::from(r.x < 0.0), usize::from(r.y < 0.0), usize::from(r.z < 0.0)],
             octant: Octant::of(d),
             start: start * SHRINK,
         }
     }
 
     /// The limit for a t, with slack for the rounding of the boxes' near sides.
+    #[inline(always)]
     pub fn limit(t: f32) -> f32 {
         t * GROW
     }

@@ -33,6 +33,7 @@ fn run(words: &[String]) -> Result<(), String> {
         Mode::Build => measure::builds(&options, &embree()?)?,
         Mode::Scale => measure::scale(&options, &embree()?)?,
         Mode::Frame => frame::frames(&options)?,
+        Mode::Alone => measure::alone(&options)?,
     };
     if let Some(path) = &options.json {
         let text = json!({"mode": words[0], "rounds": options.rounds, "figures": figures});

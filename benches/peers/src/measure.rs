@@ -90,6 +90,29 @@ pub fn rays(options: &Options, embree: &Embree) -> Result<Value, String> {
     Ok(out.into())
 }
 
+/// blinn's rays a second alone: what a profiler is pointed at.
+pub fn alone(options: &Options) -> Result<Value, String> {
+    let mut out = Vec::new();
+    for &(kind, triangles) in &options.scenes {
+        let made = kind.make(triangles);
+        let scene = convert(&made);
+        let posed = posed(&scene)?;
+        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let rays = Rays::new(&made, &posed, &accel, options.film);
+        for set in rays.all().into_iter().filter(|set| options.only.as_deref().is_none_or(|o| o == set.name))
+        {
+            for &threads in &options.threads {
+                let times = (0..options.rounds).map(|_| ours(&accel, set, threads)).collect();
+                let rate = set.rays() as f64 / median(times) / 1e6;
+                println!("{}, {threads} thread(s), {}: {rate:.2} Mray/s", title(&made), set.name);
+                out.push(json!({"scene": made.name, "triangles": made.stored(), "threads": threads,
+                    "rays": set.name, "blinn": rate}));
+            }
+        }
+    }
+    Ok(out.into())
+}
+
 fn about(options: &Options) -> String {
     let film = options.film;
     format!(

@@ -17,6 +17,8 @@ pub enum Mode {
     Scale,
     /// Whole frames: two threads against one, and what is not tracing.
     Frame,
+    /// blinn's rays alone, for profilers.
+    Alone,
 }
 
 /// The plan.
@@ -28,15 +30,18 @@ pub struct Options {
     pub film: Film,
     pub json: Option<PathBuf>,
     pub embree: PathBuf,
+    /// The one kind of rays to trace.
+    pub only: Option<String>,
 }
 
-pub const USAGE: &str = "usage: blinn-peers rays|build|scale|frame [KIND:TRIANGLES …] [options]
+pub const USAGE: &str = "usage: blinn-peers rays|build|scale|frame|alone [KIND:TRIANGLES …] [options]
   --quick           480 × 270 pixels, three rounds, smaller scenes
   --threads LIST    threads to measure with [default: 1,2]
   --rounds N        rounds by turns, of which the medians count [default: 5]
   --size WxH        pixels [default: 1920x1080]
   --tile N          side of a tile, which is a batch, in pixels [default: 32]
   --samples N       samples for each pixel [default: 1]
+  --only NAME       of `alone`: the kind of rays
   --json FILE       writes all figures
   --embree FOLDER   where libembree4 lies [default: target/embree/embreex.libs]
 A scene is a kind and a count of triangles: scan:70k, interior:1.4m.";
@@ -49,6 +54,7 @@ impl Options {
             Some("build") => Mode::Build,
             Some("scale") => Mode::Scale,
             Some("frame") => Mode::Frame,
+            Some("alone") => Mode::Alone,
             _ => return Err(USAGE.into()),
         };
         let mut options = Options {
@@ -59,6 +65,7 @@ impl Options {
             film: Film { width: 1920, height: 1080, tile: 32, samples: 1 },
             json: None,
             embree: "target/embree/embreex.libs".into(),
+            only: None,
         };
         let mut quick = false;
         while let Some(word) = words.next() {
@@ -77,6 +84,7 @@ impl Options {
                 }
                 "--tile" => options.film.tile = number(value()?, 4096)? as u32,
                 "--samples" => options.film.samples = number(value()?, 4096)? as u32,
+                "--only" => options.only = Some(value()?.into()),
                 "--json" => options.json = Some(value()?.into()),
                 "--embree" => options.embree = value()?.into(),
                 scene => {
@@ -120,6 +128,7 @@ fn usual(mode: Mode, quick: bool) -> Vec<(Kind, usize)> {
         (Mode::Build, true) => scans(&[70_000, 1_100_000]),
         (Mode::Scale, false) => scans(&[10_000, 100_000, 1_000_000, 10_000_000]),
         (Mode::Scale, true) => scans(&[10_000, 100_000, 1_000_000]),
+        (Mode::Alone, _) => scans(&[70_000]),
         (Mode::Frame, _) => scans(&[70_000, 1_100_000]),
     }
 }

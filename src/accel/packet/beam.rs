@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::super::block::{Block, CAPACITY};
-use super::super::hit::{Bounds, Slack, by_axis, corners, cross, dot, splat, sub};
+use super::super::bounds::{Bounds, Slack};
+use super::super::lanes::{by_axis, corners, cross, dot, splat, sub};
 use super::super::simd::{Lanes, Simd};
 use super::super::wide::{GROW, Node, SHRINK};
 use super::Packet;

@@ -4,14 +4,15 @@ use glam::Vec3;
 
 use super::super::batch::{Cutout, RayBatch, Shared};
 use super::super::block::{Block, CAPACITY};
-use super::super::hit::{Bounds, FrameRay, power_of_two};
+use super::super::bounds::Bounds;
+use super::super::hit::{FrameRay, inverse, place_many};
 use super::super::query::{Asked, Closest, Query};
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::{Stack, reciprocal};
 use super::beam::{Direction, Origin};
 use super::frustum::Frustum;
-use super::{GROUP, GROUPS, Packet, PacketStack, PerRay, RAYS, Sure, Verdict};
+use super::{GROUP, GROUPS, Packet, PacketStack, PerRay, Sure, Verdict, whole};
 use crate::geometry::{EPSILON, Hit, HitId};
 
 /// No triangle yet.
@@ -20,70 +21,75 @@ const NONE: u32 = u32::MAX;
 const EXACT: u32 = u32::MAX - 1;
 
 /// Finds the closest hits of rays `first..first + count` (at most a packet of them), if they go
-/// together well enough; else nothing is done and false comes back.
+/// together well enough, and puts those that are hits into `out`; else nothing is done and false
+/// comes back.
 #[inline(always)]
 pub fn intersect<S: Simd>(
     triangles: &Triangles,
     (rays, first, count): (&RayBatch, usize, usize),
     cutouts: &dyn Cutout,
-    out: &mut Vec<Hit>,
+    out: &mut [Hit],
     (packets, stack): (&mut PacketStack, &mut Stack),
 ) -> bool {
     let range = first..first + count;
-    let directions = &rays.directions[range.clone()];
-    let origins = &rays.origins[range.clone()];
-    let (after, t_max) = (&rays.after[range.clone()], &rays.t_max[range]);
-    let longest = directions.iter().fold(Vec3::ZERO, |most, d| most.max(d.abs())).max_element();
-    let farthest = origins.iter().fold(Vec3::ZERO, |most, o| most.max(o.abs())).max_element();
-    let fits = |d: &Vec3| d.is_finite() && *d != Vec3::ZERO;
-    if !(longest > 1e-30 && longest < 1e30 && farthest < 1e30 && directions.iter().all(fits)) {
-        return false;
-    }
-    if !origins.iter().all(|o| o.is_finite()) || t_max.iter().any(|t| t.is_nan()) {
-        return false;
-    }
-    let power = power_of_two(f64::from(longest));
-    let shrink = (1.0 / power) as f32;
-    let mut packet = Packet::new(1.0 / power);
-    for ray in 0..RAYS {
-        let of = ray.min(count - 1);
-        let own = match rays.shared {
-            Shared::Direction(_) => origins[of],
-            _ => directions[of] * shrink,
-        };
-        (0..3).for_each(|axis| packet.own[axis].set(ray, own[axis]));
-        let parameter = |t: f32| (f64::from(t) * power) as f32;
-        packet.start.set(ray, parameter(after[of].t));
-        let limit = parameter(t_max[of]);
-        if ray < count && limit > 0.0 {
-            packet.lower.set(ray, limit);
-            packet.upper.set(ray, limit);
-            packet.live[ray / GROUP] |= 1 << (ray % GROUP);
+    let (mut room, mut after, mut t_max) = (None, None, None);
+    let Some(after) = whole(&rays.after[range.clone()], &mut after) else { return false };
+    let Some(t_max) = whole(&rays.t_max[range.clone()], &mut t_max) else { return false };
+    let mut packet = Packet::new();
+    let (own, length) = match rays.shared {
+        Shared::Origin(o) => {
+            let own = whole(&rays.directions[range], &mut room);
+            let own = own.and_then(|own| packet.take_own::<S>(own, Vec3::ZERO));
+            (own.filter(|&(least, _)| least > 0.0 && o.abs().max_element() < 1e30), None)
         }
-    }
-    let mut verdict = Nearest {
-        triangles,
-        rays: (rays, first),
-        cutouts,
-        best: PerRay::splat(NONE),
-        hits: [Hit::MISS; RAYS],
-        stack,
+        Shared::Direction(_) => {
+            let own = whole(&rays.origins[range], &mut room);
+            let d = rays.directions[first];
+            (own.and_then(|own| packet.take_own::<S>(own, Vec3::ZERO)), Some(d))
+        }
+        Shared::None => return false,
     };
+    let Some((_, most)) = own else { return false };
+    if !packet.normalize(length.map_or(most, |d| d.abs().max_element())) {
+        return false;
+    }
+    packet.enliven(count);
+    let by = packet.size as f32;
+    let (scale, zero, none) = (S::F16::splat(by), S::F16::splat(0.0), S::F16::splat(-1.0));
+    for g in 0..GROUPS {
+        let mut starts = [0.0; GROUP];
+        for (start, after) in starts.iter_mut().zip(&after.as_chunks::<GROUP>().0[g]) {
+            *start = after.t;
+        }
+        (S::F16::load(&starts) * scale).store(&mut packet.start.0[g]);
+        let limit = S::F16::load(&t_max.as_chunks::<GROUP>().0[g]);
+        if limit.le(S::F16::splat(f32::INFINITY)) != (1 << GROUP) - 1 {
+            return false;
+        }
+        packet.live[g] &= zero.lt(limit);
+        let limit = (limit * scale).or_else(packet.live[g], none);
+        limit.store(&mut packet.lower.0[g]);
+        limit.store(&mut packet.upper.0[g]);
+    }
+    let shrink = inverse(packet.size) as f32;
+    let mut verdict =
+        Nearest { triangles, rays: (rays, first), cutouts, best: PerRay::splat(NONE), hits: out, stack };
     let (centre, radius) = (triangles.centre, triangles.radius);
     let size = triangles.size();
-    match rays.shared {
+    let shares = match rays.shared {
         Shared::Origin(o) => {
-            let near_end = packet.invert::<S>();
+            let near_end = packet.invert::<S>(shrink);
             let Some(frustum) = Frustum::from_origin::<S>(&packet, o, size) else { return false };
-            let length = f64::from(longest * shrink) * 3f64.sqrt();
+            let length = f64::from(most * shrink) * 3f64.sqrt();
             let far = o.as_dvec3().distance(centre) + radius;
             let beam = Origin { o, pad: Vec3::ZERO, bounds: Bounds::new(length, far, 0.0), near_end };
             packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
+            (Some(o), None)
         }
         Shared::Direction(_) => {
-            let d = directions[0] * shrink;
+            let d = rays.directions[first] * shrink;
             let Some(frustum) = Frustum::along::<S>(&packet, d, size, radius as f32) else { return false };
-            let far = origins.iter().fold(0f64, |far, o| far.max(o.as_dvec3().distance(centre))) + radius;
+            let far = packet.reach::<S>(centre) + radius;
             let beam = Direction {
                 d,
                 reciprocal: reciprocal(d),
@@ -91,27 +97,26 @@ pub fn intersect<S: Simd>(
                 bounds: Bounds::new(d.as_dvec3().length(), far, 0.0),
             };
             packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
+            (None, Some(d))
         }
         Shared::None => return false,
-    }
-    for ray in 0..count {
-        let hit = verdict.settled(ray);
-        out.push(if hit.is_miss() { Hit::MISS } else { hit });
-    }
+    };
+    verdict.settle(&packet, shares);
     true
 }
 
 impl Packet {
-    /// Fills in the reciprocals of the rays' own directions. Which end of boxes comes first on
-    /// each axis, where they agree on it.
+    /// Multiplies the rays' own directions by `shrink` and fills in the reciprocals. Which end of
+    /// boxes comes first on each axis, where they agree on it.
     #[inline(always)]
-    pub(super) fn invert<S: Simd>(&mut self) -> Option<[usize; 3]> {
+    pub(super) fn invert<S: Simd>(&mut self, shrink: f32) -> Option<[usize; 3]> {
         let (mut ends, mut agree) = ([0; 3], true);
         let least = S::F16::splat(super::super::wide::LEAST);
         for (axis, end) in ends.iter_mut().enumerate() {
             let (mut some, mut all) = (0, u32::MAX);
             for g in 0..GROUPS {
-                let d = S::F16::load(&self.own[axis].0[g]);
+                let d = S::F16::load(&self.own[axis].0[g]) * S::F16::splat(shrink);
+                d.store(&mut self.own[axis].0[g]);
                 let r = S::F16::splat(1.0).div(d.abs().max(least)).flipped_by(d);
                 r.store(&mut self.reciprocal[axis].0[g]);
                 let negative = r.lt(S::F16::splat(0.0));
@@ -132,8 +137,8 @@ struct Nearest<'a, 's> {
     cutouts: &'a dyn Cutout,
     /// What each ray hit: [`NONE`], [`EXACT`] or the place of a plain triangle in the blocks.
     best: PerRay<u32>,
-    /// The hits of those that are [`EXACT`].
-    hits: [Hit; RAYS],
+    /// Where hits go: at once for those that are [`EXACT`].
+    hits: &'s mut [Hit],
     stack: &'s mut Stack,
 }
 
@@ -153,6 +158,41 @@ impl<'a> Nearest<'a, '_> {
                 let (block, lane) = self.triangles.at(entry);
                 let met = self.line(ray).and_then(|line| line.place(&block.corners(lane)));
                 met.map_or(Hit::MISS, |met| Hit { t: met.t, id: self.triangles.spans.id(block.ids[lane]) })
+            }
+        }
+    }
+
+    /// Computes where sure hits are, given what all rays share: an origin, or a direction as long
+    /// as the packet's.
+    #[inline(always)]
+    fn settle(&mut self, packet: &Packet, (o, d): (Option<Vec3>, Option<Vec3>)) {
+        let blocks = &self.triangles.blocks[..];
+        for (g, hits) in self.hits.chunks_mut(GROUP).enumerate() {
+            let mut v = [[[0f32; GROUP]; 3]; 3];
+            let mut ids = [0; GROUP];
+            let mut sure = 0u32;
+            for (i, &entry) in self.best.0[g].iter().enumerate() {
+                if entry >= EXACT {
+                    continue;
+                }
+                let Some(block) = blocks.get(entry as usize / CAPACITY) else { continue };
+                let lane = entry as usize % CAPACITY;
+                sure |= 1 << i;
+                ids[i] = block.ids[lane];
+                for (to, from) in v.as_flattened_mut().iter_mut().zip(block.v.as_flattened()) {
+                    to[i] = from[lane];
+                }
+            }
+            if sure == 0 {
+                continue;
+            }
+            let shared = |v: Vec3| [[v.x; GROUP], [v.y; GROUP], [v.z; GROUP]];
+            let own = [packet.own[0].0[g], packet.own[1].0[g], packet.own[2].0[g]];
+            let t = place_many(&o.map_or(own, shared), &d.map_or(own, shared), &v, packet.size);
+            for (i, hit) in hits.iter_mut().enumerate().take(GROUP) {
+                if sure >> i & 1 == 1 && t[i] > 0.0 && t[i] < f32::INFINITY {
+                    *hit = Hit { t: t[i], id: self.triangles.spans.id(ids[i]) };
+                }
             }
         }
     }

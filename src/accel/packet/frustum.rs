@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::super::hit::by_axis;
+use super::super::lanes::by_axis;
 use super::super::simd::{Lanes, Simd};
-use super::super::wide::{Node, WIDTH};
-use super::{GROUP, GROUPS, Packet};
+use super::super::wide::Node;
+use super::{GROUPS, Packet};
 use crate::geometry::EPSILON;
 
 /// What all rays of a packet are inside of. With k the axis that they mostly run along, and a and
@@ -46,17 +46,20 @@ impl Frustum {
             slowest = slowest.min(along);
             around.add(load(&packet.own, a) * along, load(&packet.own, b) * along);
         }
-        let (slowest, [u0, u1, v0, v1]) = (least::<S>(slowest), around.ends());
+        let (slowest, [u0, u1, v0, v1]) = (slowest.least(), around.ends());
         if !(slowest > 0.0 && u1 - u0 <= SPREAD && v1 - v0 <= SPREAD) {
             return None;
         }
         let wider = |x: f32| 8.0 * EPSILON * (1.0 + x.abs());
         let (u0, u1, v0, v1) = (u0 - wider(u0), u1 + wider(u1), v0 - wider(v0), v1 + wider(v1));
         let slopes = [-u0 * sign, u1 * sign, -v0 * sign, v1 * sign];
-        let steepest = slopes.into_iter().fold(0.0, |m: f32, s| m.max(s.abs()));
+        let steepest = u0.abs().max(u1.abs()).max(v0.abs()).max(v1.abs());
         let slack = 8.0 * EPSILON * (1.0 + steepest) * (size + o.abs().max_element());
         let side = [o[a], -o[a], o[b], -o[b]];
-        let least = std::array::from_fn(|i| side[i] + slopes[i] * o[k] - slack);
+        let mut least = [0.0; 4];
+        for i in 0..4 {
+            least[i] = side[i] + slopes[i] * o[k] - slack;
+        }
         let scale = sign * slowest;
         let shift = scale * o[k];
         let late = slack * slowest;
@@ -67,7 +70,7 @@ impl Frustum {
     /// are too far apart.
     #[inline(always)]
     pub fn along<S: Simd>(packet: &Packet, d: Vec3, size: f32, radius: f32) -> Option<Frustum> {
-        let (axes, sign) = axes(d);
+        let (axes, _) = axes(d);
         let [k, a, b] = axes;
         let (u, v, scale) = (d[a] / d[k], d[b] / d[k], 1.0 / d[k]);
         let (mut around, mut along) = (Around::<S>::new(), Around::<S>::new());
@@ -83,11 +86,10 @@ impl Frustum {
         if !(u1 - u0 <= 0.1 * radius && v1 - v0 <= 0.1 * radius && scale.is_finite()) {
             return None;
         }
-        let far_off = -least::<S>(S::F16::splat(0.0) - most);
+        let far_off = most.greatest();
         let slack = 16.0 * EPSILON * (1.0 + u.abs().max(v.abs())) * (size + far_off);
         let least = [u0 - slack, -u1 - slack, v0 - slack, -v1 - slack];
         let late = slack * scale.abs();
-        let _ = sign;
         Some(Frustum {
             axes,
             slopes: [-u, u, -v, v],
@@ -105,7 +107,7 @@ impl Frustum {
 
     /// The children of a node that rays may meet before `farthest`, and before what they cannot.
     #[inline(always)]
-    pub fn meets<S: Simd>(&self, node: &Node, farthest: f32) -> (u32, [f32; WIDTH]) {
+    pub fn meets<S: Simd>(&self, node: &Node, farthest: f32) -> (u32, S::F8) {
         let [k, a, b] = self.axes;
         let plane = |axis: usize, end: usize| S::F8::load(&node.planes[axis][end]);
         let splat = S::F8::splat;
@@ -119,9 +121,7 @@ impl Frustum {
             let sum = if i % 2 == 0 { along + plane(axis, 1) } else { along - plane(axis, 0) };
             hit &= splat(self.least[i]).le(sum);
         }
-        let mut each = [0.0; WIDTH];
-        near.store(&mut each);
-        (hit & ((1 << node.count()) - 1), each)
+        (hit & node.used(), near)
     }
 }
 
@@ -151,26 +151,18 @@ impl<S: Simd> Around<S> {
     #[inline(always)]
     fn ends(self) -> [f32; 4] {
         let [u0, u1, v0, v1] = self.0;
-        let most = |x: S::F16| -least::<S>(S::F16::splat(0.0) - x);
-        [least::<S>(u0), most(u1), least::<S>(v0), most(v1)]
+        [u0.least(), u1.greatest(), v0.least(), v1.greatest()]
     }
 }
 
-#[inline(always)]
-fn least<S: Simd>(x: S::F16) -> f32 {
-    let mut each = [0.0; GROUP];
-    x.store(&mut each);
-    each.into_iter().fold(f32::INFINITY, f32::min)
-}
-
+/// The sum of what rays do not share.
 #[inline(always)]
 fn sum<S: Simd>(of: &[super::PerRay<f32>; 3]) -> Vec3 {
-    let axis = |of: &super::PerRay<f32>| {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|g| &of.0[g]);
+    let mut sums = Vec3::ZERO;
+    for axis in 0..3 {
+        let [a, b, c, d] = &of[axis].0;
         let (a, b, c, d) = (S::F16::load(a), S::F16::load(b), S::F16::load(c), S::F16::load(d));
-        let mut each = [0.0; GROUP];
-        ((a + b) + (c + d)).store(&mut each);
-        each.into_iter().sum()
-    };
-    Vec3::new(axis(&of[0]), axis(&of[1]), axis(&of[2]))
+        sums[axis] = ((a + b) + (c + d)).sum();
+    }
+    sums
 }

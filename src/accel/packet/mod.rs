@@ -14,11 +14,15 @@ mod closest;
 mod frustum;
 mod shadow;
 
+use glam::{DVec3, Vec3};
+
 use super::block::Block;
-use super::hit::W_SCALE;
+use super::bounds::W_SCALE;
+use super::hit::power_of_two;
 use super::simd::{Lanes, Part, Simd};
 use super::triangles::Triangles;
 use super::wide::{GROW, LEAF, Octant, WIDTH};
+use crate::geometry::EPSILON;
 use beam::Beam;
 use frustum::Frustum;
 
@@ -35,20 +39,46 @@ pub(super) const RAYS: usize = GROUP * GROUPS;
 /// With so many rays left or fewer, they go on alone.
 const FEW: u32 = 3;
 
+/// The components of a group's vectors, by axis.
+#[inline(always)]
+fn columns(of: &[Vec3; GROUP]) -> [[f32; GROUP]; 3] {
+    let mut columns = [[0.0; GROUP]; 3];
+    for (i, v) in of.iter().enumerate() {
+        columns[0][i] = v.x;
+        columns[1][i] = v.y;
+        columns[2][i] = v.z;
+    }
+    columns
+}
+
+/// What a packet's rays have, the last one's repeated where there are fewer.
+#[inline(always)]
+fn whole<'a, T: Copy>(of: &'a [T], room: &'a mut Option<[T; RAYS]>) -> Option<&'a [T; RAYS]> {
+    if let Some(whole) = of.first_chunk() {
+        return Some(whole);
+    }
+    let room = room.insert([*of.last()?; RAYS]);
+    room[..of.len()].copy_from_slice(of);
+    Some(room)
+}
+
 /// A number for each ray.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub(super) struct PerRay<T>([[T; GROUP]; GROUPS]);
 
 impl<T: Copy> PerRay<T> {
+    #[inline(always)]
     fn splat(x: T) -> Self {
         PerRay([[x; GROUP]; GROUPS])
     }
 
+    #[inline(always)]
     fn set(&mut self, ray: usize, x: T) {
         self.0[ray / GROUP][ray % GROUP] = x;
     }
 
+    #[inline(always)]
     fn get(&self, ray: usize) -> T {
         self.0[ray / GROUP][ray % GROUP]
     }
@@ -68,21 +98,57 @@ pub(super) struct Packet {
     upper: PerRay<f32>,
     /// The rays that are not done, by group.
     live: [u32; GROUPS],
-    /// Parameter of a packet times this: parameter of the caller.
-    unit: f64,
+    /// What comes before this may have no effect.
+    sure_start: f32,
+    /// This many times a caller's parameter: a parameter of the packet. A power of two.
+    size: f64,
 }
 
 /// Children that a packet has yet to visit.
-#[derive(Clone, Debug, Default)]
-pub(super) struct PacketStack(Vec<Pending>);
+#[derive(Clone, Debug)]
+pub(super) struct PacketStack {
+    pending: Vec<Pending>,
+    /// Entries in use.
+    top: usize,
+}
 
-#[derive(Clone, Copy, Debug)]
+/// The children of a node.
+#[derive(Clone, Copy, Debug, Default)]
 struct Pending {
     node: u32,
-    slot: u8,
-    groups: u8,
-    /// No ray is there before this.
-    near: f32,
+    /// A bit for each group that may enter them.
+    groups: u32,
+    /// The slots of those that are left, the next one last.
+    slots: [u32; WIDTH],
+    /// No ray enters them before this.
+    near: [f32; WIDTH],
+    left: u32,
+}
+
+/// The slots of a node.
+const SLOTS: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
+
+impl Default for PacketStack {
+    fn default() -> Self {
+        PacketStack { pending: vec![Pending::default(); 64], top: 0 }
+    }
+}
+
+impl PacketStack {
+    /// Room for the children of one more node.
+    #[inline(always)]
+    fn room(&mut self) -> &mut Pending {
+        if self.top >= self.pending.len() {
+            self.grow();
+        }
+        &mut self.pending[self.top]
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self) {
+        self.pending.resize(2 * (self.top + 1), Pending::default());
+    }
 }
 
 /// What becomes of hits.
@@ -116,7 +182,8 @@ struct Sure<L> {
 }
 
 impl Packet {
-    fn new(unit: f64) -> Packet {
+    #[inline(always)]
+    fn new() -> Packet {
         let zero = PerRay::splat(0.0);
         let none = PerRay::splat(-1.0);
         Packet {
@@ -126,7 +193,65 @@ impl Packet {
             lower: none.clone(),
             upper: none,
             live: [0; GROUPS],
-            unit,
+            sure_start: 0.0,
+            size: 1.0,
+        }
+    }
+
+    /// Takes what rays do not share, less `base`. The least and the greatest of the vectors'
+    /// longest components; `None` where any is not finite or too large to be worked with.
+    #[inline(always)]
+    fn take_own<S: Simd>(&mut self, of: &[Vec3; RAYS], base: Vec3) -> Option<(f32, f32)> {
+        let (mut least, mut greatest) = (S::F16::splat(f32::INFINITY), S::F16::splat(0.0));
+        let zero = S::F16::splat(0.0);
+        let mut fits = (1 << GROUP) - 1;
+        for (g, of) in of.as_chunks::<GROUP>().0.iter().enumerate() {
+            let columns = columns(of);
+            let mut sum = zero;
+            let mut longest = zero;
+            for axis in 0..3 {
+                let x = S::F16::load(&columns[axis]) - S::F16::splat(base[axis]);
+                x.store(&mut self.own[axis].0[g]);
+                // Times 0 what is infinite or no number is no number.
+                sum = x.mul_add(zero, sum);
+                longest = x.abs().max(longest);
+            }
+            fits &= sum.le(zero);
+            least = longest.min(least);
+            greatest = longest.max(greatest);
+        }
+        let (least, greatest) = (least.least(), greatest.greatest());
+        (fits == (1 << GROUP) - 1 && greatest < 1e30).then_some((least, greatest))
+    }
+
+    /// At least how far from `centre` what rays do not share is.
+    #[inline(always)]
+    fn reach<S: Simd>(&self, centre: DVec3) -> f64 {
+        let middle = centre.as_vec3();
+        let mut most = S::F16::splat(0.0);
+        for axis in 0..3 {
+            for g in 0..GROUPS {
+                most = (S::F16::load(&self.own[axis].0[g]) - S::F16::splat(middle[axis])).abs().max(most);
+            }
+        }
+        let rounding = 4.0 * f64::from(EPSILON) * (f64::from(most.greatest()) + centre.length());
+        f64::from(most.greatest()) * 3f64.sqrt() + rounding
+    }
+
+    /// Divides directions that are `longest` in any component by the power of two below that.
+    /// False where they are out of all proportion.
+    #[inline(always)]
+    fn normalize(&mut self, longest: f32) -> bool {
+        self.size = power_of_two(f64::from(longest));
+        longest > 1e-30 && longest < 1e30
+    }
+
+    /// The first `count` rays are there.
+    #[inline(always)]
+    fn enliven(&mut self, count: usize) {
+        let all = if count < RAYS { (1 << count) - 1 } else { u64::MAX };
+        for (g, live) in self.live.iter_mut().enumerate() {
+            *live = (all >> (g * GROUP)) as u32 & ((1 << GROUP) - 1);
         }
     }
 
@@ -139,7 +264,7 @@ impl Packet {
 
     /// A ray's closest hit so far is at a caller's t.
     fn limit(&mut self, ray: usize, t: f32) {
-        let t = (f64::from(t) / self.unit) as f32;
+        let t = (f64::from(t) * self.size) as f32;
         self.lower.set(ray, t);
         self.upper.set(ray, t);
     }
@@ -147,13 +272,8 @@ impl Packet {
     /// Nothing beyond this matters to any ray.
     #[inline(always)]
     fn farthest<S: Simd>(&self) -> f32 {
-        let mut most = S::F16::load(&self.upper.0[0]);
-        for upper in &self.upper.0[1..] {
-            most = most.max(S::F16::load(upper));
-        }
-        let mut each = [0.0; GROUP];
-        most.store(&mut each);
-        each.into_iter().fold(-1.0, f32::max) * GROW
+        let upper = |g: usize| S::F16::load(&self.upper.0[g]);
+        upper(0).max(upper(1)).max(upper(2).max(upper(3))).greatest() * GROW
     }
 
     /// Leads the rays through a tree.
@@ -227,7 +347,8 @@ impl Packet {
                     let mut sure = 0;
                     if verdict.plain(block) >> lane & 1 == 1 {
                         let inside = side.lt(least) | greatest.lt(minus);
-                        let nearer = behind.lt(S::F16::load(&self.lower.0[g]) * det) & start.lt(before);
+                        let nearer = behind.lt(S::F16::load(&self.lower.0[g]) * det)
+                            & start.max(S::F16::splat(self.sure_start) * det).lt(before);
                         sure = possible & certain & inside & nearer;
                         if sure != 0 {
                             verdict.take(self, g, sure, entry, Sure { depth, det, slack: unsure });
@@ -265,8 +386,7 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
     fn run(self) {
         let Trace { packet, triangles, beam, frustum, verdict, stack } = self;
         let Some(root) = triangles.tree.root else { return };
-        let stack = &mut stack.0;
-        stack.clear();
+        stack.top = 0;
         if root & LEAF != 0 {
             let masks = packet.live;
             packet.meet_leaf::<S, B>(triangles, beam, root & !LEAF, masks, verdict);
@@ -275,33 +395,40 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
         let nodes = &triangles.tree.nodes;
         let octant = Octant::of(frustum.mean());
         let mut farthest = packet.farthest::<S>();
-        let all = (0..GROUPS).filter(|&g| packet.live[g] != 0).fold(0u8, |all, g| all | 1 << g);
-        let (mut here, mut groups) = (root, all);
+        let mut groups = 0;
+        for g in 0..GROUPS {
+            groups |= u32::from(packet.live[g] != 0) << g;
+        }
+        let mut here = root;
         loop {
             let node = &nodes[here as usize];
             let (hit, near) = frustum.meets::<S>(node, farthest);
             if hit != 0 {
-                for i in 0..node.count().min(WIDTH) {
-                    let slot = node.nth(i, octant);
-                    if hit >> slot & 1 == 1 {
-                        stack.push(Pending { node: here, slot: slot as u8, groups, near: near[slot] });
-                    }
-                }
+                let next = stack.room();
+                (next.node, next.groups, next.left) = (here, groups, hit.count_ones());
+                S::arrange(hit, node.order(octant), (near, &SLOTS), (&mut next.near, &mut next.slots));
+                stack.top += 1;
             }
             (here, groups) = loop {
-                let Some(next) = stack.pop() else { return };
-                if !(next.near <= farthest) {
+                let Some(next) = stack.pending[..stack.top].last_mut() else { return };
+                if next.left == 0 {
+                    stack.top -= 1;
+                    continue;
+                }
+                next.left -= 1;
+                let last = next.left as usize & (WIDTH - 1);
+                if !(next.near[last] <= farthest) {
                     continue;
                 }
                 let node = &nodes[next.node as usize];
-                let slot = usize::from(next.slot) & (WIDTH - 1);
+                let slot = next.slots[last] as usize & (WIDTH - 1);
                 let planes = beam.planes(node, slot);
-                let (mut masks, mut entering, mut still) = ([0; GROUPS], 0, 0u8);
+                let (mut masks, mut entering, mut still) = ([0; GROUPS], 0, 0);
                 for (g, mask) in masks.iter_mut().enumerate() {
                     if next.groups >> g & 1 == 1 {
                         *mask = beam.enters(packet, g, &planes) & packet.live[g];
                         entering += mask.count_ones();
-                        still |= u8::from(*mask != 0) << g;
+                        still |= u32::from(*mask != 0) << g;
                     }
                 }
                 if entering == 0 {

@@ -5,13 +5,14 @@ use glam::Vec3;
 use super::super::batch::{Cutout, SegmentBatch, Shared};
 use super::super::block::Block;
 use super::super::blocking;
-use super::super::hit::{Bounds, power_of_two};
+use super::super::bounds::{Bounds, LIGHT};
+use super::super::hit::inverse;
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::{Stack, reciprocal};
 use super::beam::{Direction, Origin};
 use super::frustum::Frustum;
-use super::{GROUP, Packet, PacketStack, PerRay, RAYS, Sure, Verdict};
+use super::{GROUP, GROUPS, Packet, PacketStack, PerRay, RAYS, Sure, Verdict, whole};
 use crate::geometry::Hit;
 
 /// What is known of the segments of a packet.
@@ -32,70 +33,53 @@ pub fn occluded<S: Simd>(
     answers: &mut Answers<'_>,
     (packets, stack): (&mut PacketStack, &mut Stack),
 ) -> bool {
-    let from = &segments.from[first..first + count];
-    let farthest = from.iter().fold(Vec3::ZERO, |most, o| most.max(o.abs())).max_element();
-    if !(farthest < 1e30 && from.iter().all(|o| o.is_finite())) {
-        return false;
-    }
-    let (centre, radius, size) = (triangles.centre, triangles.radius, triangles.size());
-    // The longest of what is divided by a power of two to be about 1.
-    let longest = match segments.shared {
+    let mut room = None;
+    let Some(from) = whole(&segments.from[first..first + count], &mut room) else { return false };
+    let mut packet = Packet::new();
+    let (own, length) = match segments.shared {
         Shared::Origin(light) => {
-            let far = from.iter().fold(Vec3::ZERO, |most, &p| most.max((p - light).abs()));
-            if from.contains(&light) {
-                return false;
-            }
-            far.max_element()
+            let own = packet.take_own::<S>(from, light);
+            (own.filter(|&(least, _)| least > 0.0 && light.abs().max_element() < 1e30), None)
         }
-        Shared::Direction(d) if d.is_finite() => d.abs().max_element(),
-        _ => return false,
+        Shared::Direction(d) => (packet.take_own::<S>(from, Vec3::ZERO), Some(d)),
+        Shared::None => return false,
     };
-    if !(longest > 1e-30 && longest < 1e30) {
+    let Some((_, most)) = own else { return false };
+    if !packet.normalize(length.map_or(most, |d| d.abs().max_element())) {
         return false;
     }
-    let power = power_of_two(f64::from(longest));
-    let mut packet = Packet::new(1.0 / power);
-    let mut verdict = Blocked {
-        triangles,
-        segments: (segments, first),
-        cutouts,
-        sources: PerRay::splat(u32::MAX),
-        answers,
-        stack,
-    };
+    packet.enliven(count);
     let end = match segments.shared {
-        Shared::Origin(_) => power as f32,
+        Shared::Origin(_) => packet.size as f32,
         _ => f32::INFINITY,
     };
-    for ray in 0..RAYS {
-        let of = ray.min(count - 1);
-        let own = match segments.shared {
-            Shared::Origin(light) => ((from[of].as_dvec3() - light.as_dvec3()) / power).as_vec3(),
-            _ => from[of],
-        };
-        (0..3).for_each(|axis| packet.own[axis].set(ray, own[axis]));
-        if ray < count {
-            packet.lower.set(ray, end);
-            packet.upper.set(ray, end);
-            packet.live[ray / GROUP] |= 1 << (ray % GROUP);
-            if let Some(index) = triangles.spans.index(segments.source[first + ray]) {
-                verdict.sources.set(ray, index);
-            }
-        }
+    let none = S::F16::splat(-1.0);
+    for g in 0..GROUPS {
+        let end = S::F16::splat(end).or_else(packet.live[g], none);
+        end.store(&mut packet.lower.0[g]);
+        end.store(&mut packet.upper.0[g]);
     }
+    let mut sources = PerRay::splat(u32::MAX);
+    for (ray, &source) in segments.source[first..first + count].iter().enumerate() {
+        sources.set(ray, triangles.spans.index(source).unwrap_or(u32::MAX));
+    }
+    let shrink = inverse(packet.size) as f32;
+    let mut verdict = Blocked { triangles, segments: (segments, first), cutouts, sources, answers, stack };
+    let (centre, radius, size) = (triangles.centre, triangles.radius, triangles.size());
     match segments.shared {
         Shared::Origin(o) => {
-            let near_end = packet.invert::<S>();
+            packet.sure_start = LIGHT * packet.size as f32;
+            let near_end = packet.invert::<S>(shrink);
             let Some(frustum) = Frustum::from_origin::<S>(&packet, o, size) else { return false };
-            let length = f64::from(longest) / power * 3f64.sqrt();
+            let length = f64::from(most * shrink) * 3f64.sqrt();
             let far = o.as_dvec3().distance(centre) + radius;
             let beam = Origin { o, pad: Vec3::ZERO, bounds: Bounds::new(length, far, 0.0), near_end };
             packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
         }
         Shared::Direction(d) => {
-            let d = d * (1.0 / power) as f32;
+            let d = d * shrink;
             let Some(frustum) = Frustum::along::<S>(&packet, d, size, radius as f32) else { return false };
-            let far = from.iter().fold(0f64, |far, o| far.max(o.as_dvec3().distance(centre))) + radius;
+            let far = packet.reach::<S>(centre) + radius;
             let beam = Direction {
                 d,
                 reciprocal: reciprocal(d),

@@ -18,6 +18,26 @@ impl Simd for Avx2 {
     type F16 = Pair<A8>;
 
     #[inline(always)]
+    fn arrange(
+        mask: u32,
+        order: [u32; 8],
+        (numbers, words): (A8, &[u32; 8]),
+        to: (&mut [f32; 8], &mut [u32; 8]),
+    ) {
+        // SAFETY: see the top of the file; arrays are as long as registers, and rows of the table
+        // half as long as one.
+        unsafe {
+            let order = _mm256_loadu_si256(order.as_ptr().cast());
+            let mask = _mm256_movemask_ps(_mm256_permutevar8x32_ps(spread8(mask), order)) as usize & 255;
+            let front = _mm256_cvtepu8_epi32(_mm_loadl_epi64(FRONT[mask].as_ptr().cast()));
+            let order = _mm256_permutevar8x32_epi32(order, front);
+            let words = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(words.as_ptr().cast()), order);
+            _mm256_storeu_ps(to.0.as_mut_ptr(), _mm256_permutevar8x32_ps(numbers.0, order));
+            _mm256_storeu_si256(to.1.as_mut_ptr().cast(), words);
+        }
+    }
+
+    #[inline(always)]
     fn call<J: Part<Self>>(job: J) -> J::Output {
         // SAFETY: this is reached from `run` alone, which the processor was asked for.
         unsafe { part(job) }
@@ -56,6 +76,24 @@ pub(super) struct A4(__m128);
 #[derive(Clone, Copy)]
 pub(super) struct A8(__m256);
 
+/// For each mask its lanes in a row.
+static FRONT: [[u8; 8]; 256] = {
+    let mut front = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut end) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 == 1 {
+                front[mask][end] = lane as u8;
+                end += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    front
+};
+
 /// Which lanes of `mask` have a bit, as a vector of all ones or zeros.
 #[inline(always)]
 fn spread4(mask: u32) -> __m128 {
@@ -78,7 +116,7 @@ fn spread8(mask: u32) -> __m256 {
 macro_rules! lanes {
     ($name:ident, $n:literal, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
      $mul:ident, $div:ident, $fmadd:ident, $fmsub:ident, $min:ident, $max:ident, $and:ident, $andnot:ident,
-     $xor:ident, $cmp:ident, $movemask:ident, $blendv:ident, $spread:ident) => {
+     $xor:ident, $cmp:ident, $movemask:ident, $blendv:ident, $spread:ident, { $($own:tt)* }) => {
         impl Add for $name {
             type Output = Self;
             #[inline(always)]
@@ -157,6 +195,7 @@ macro_rules! lanes {
             fn or_else(self, mask: u32, o: Self) -> Self {
                 $name(unsafe { $blendv(o.0, self.0, $spread(mask)) })
             }
+            $($own)*
         }
     };
 }
@@ -181,7 +220,8 @@ lanes!(
     _mm_cmp_ps,
     _mm_movemask_ps,
     _mm_blendv_ps,
-    spread4
+    spread4,
+    {}
 );
 
 lanes!(
@@ -204,5 +244,24 @@ lanes!(
     _mm256_cmp_ps,
     _mm256_movemask_ps,
     _mm256_blendv_ps,
-    spread8
+    spread8,
+    {
+        #[inline(always)]
+        fn matching(of: &[u32; 8], x: u32) -> u32 {
+            // SAFETY: as above, and `of` is as long as a register.
+            unsafe {
+                let same =
+                    _mm256_cmpeq_epi32(_mm256_loadu_si256(of.as_ptr().cast()), _mm256_set1_epi32(x as i32));
+                _mm256_movemask_ps(_mm256_castsi256_ps(same)) as u32
+            }
+        }
+        #[inline(always)]
+        fn put(mask: u32, to: &mut [u32; 8], x: u32) {
+            // SAFETY: as above, and `to` is as long as a register.
+            unsafe {
+                let lanes = _mm256_castps_si256(spread8(mask));
+                _mm256_maskstore_epi32(to.as_mut_ptr().cast(), lanes, _mm256_set1_epi32(x as i32));
+            }
+        }
+    }
 );

@@ -18,6 +18,25 @@ impl Simd for Avx512 {
     type F16 = Z16;
 
     #[inline(always)]
+    fn arrange(
+        mask: u32,
+        order: [u32; 8],
+        (numbers, words): (Z8, &[u32; 8]),
+        to: (&mut [f32; 8], &mut [u32; 8]),
+    ) {
+        // SAFETY: see the top of the file; arrays are as long as registers.
+        unsafe {
+            let order = _mm256_loadu_si256(order.as_ptr().cast());
+            let mask =
+                _mm256_movepi32_mask(_mm256_permutevar8x32_epi32(_mm256_movm_epi32(mask as u8), order));
+            let words = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(words.as_ptr().cast()), order);
+            let numbers = _mm256_permutevar8x32_ps(numbers.0, order);
+            _mm256_storeu_ps(to.0.as_mut_ptr(), _mm256_maskz_compress_ps(mask, numbers));
+            _mm256_storeu_si256(to.1.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(mask, words));
+        }
+    }
+
+    #[inline(always)]
     fn call<J: Part<Self>>(job: J) -> J::Output {
         // SAFETY: this is reached from `run` alone, which the processor was asked for.
         unsafe { part(job) }
@@ -58,7 +77,7 @@ pub(super) struct Z16(__m512);
 macro_rules! lanes {
     ($name:ident, $n:literal, $mask:ident, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
      $mul:ident, $div:ident, $fmadd:ident, $fmsub:ident, $min:ident, $max:ident, $and:ident, $andnot:ident,
-     $xor:ident, $cmp:ident, $blend:ident) => {
+     $xor:ident, $cmp:ident, $blend:ident, { $($own:tt)* }) => {
         impl Add for $name {
             type Output = Self;
             #[inline(always)]
@@ -137,6 +156,7 @@ macro_rules! lanes {
             fn or_else(self, mask: u32, o: Self) -> Self {
                 $name(unsafe { $blend(mask as $mask, o.0, self.0) })
             }
+            $($own)*
         }
     };
 }
@@ -160,7 +180,8 @@ lanes!(
     _mm256_andnot_ps,
     _mm256_xor_ps,
     _mm256_cmp_ps_mask,
-    _mm256_mask_blend_ps
+    _mm256_mask_blend_ps,
+    {}
 );
 
 lanes!(
@@ -182,5 +203,40 @@ lanes!(
     _mm512_andnot_ps,
     _mm512_xor_ps,
     _mm512_cmp_ps_mask,
-    _mm512_mask_blend_ps
+    _mm512_mask_blend_ps,
+    {
+        #[inline(always)]
+        fn least(self) -> f32 {
+            // SAFETY: as above.
+            unsafe { _mm512_reduce_min_ps(self.0) }
+        }
+        #[inline(always)]
+        fn sum(self) -> f32 {
+            // SAFETY: as above.
+            unsafe { _mm512_reduce_add_ps(self.0) }
+        }
+        #[inline(always)]
+        fn greatest(self) -> f32 {
+            // SAFETY: as above.
+            unsafe { _mm512_reduce_max_ps(self.0) }
+        }
+        #[inline(always)]
+        fn matching(of: &[u32; 16], x: u32) -> u32 {
+            // SAFETY: as above, and `of` is as long as a register.
+            u32::from(unsafe {
+                _mm512_cmpeq_epi32_mask(_mm512_loadu_si512(of.as_ptr().cast()), _mm512_set1_epi32(x as i32))
+            })
+        }
+        #[inline(always)]
+        fn put(mask: u32, to: &mut [u32; 16], x: u32) {
+            // SAFETY: as above, and `to` is as long as a register.
+            unsafe {
+                _mm512_mask_storeu_epi32(
+                    to.as_mut_ptr().cast(),
+                    mask as __mmask16,
+                    _mm512_set1_epi32(x as i32),
+                );
+            }
+        }
+    }
 );

@@ -41,6 +41,30 @@ pub(super) trait Lanes<const N: usize>:
     /// `self` where `mask` has a bit, else `other`.
     fn or_else(self, mask: u32, other: Self) -> Self;
 
+    /// The least of the lanes, none of which may be NaN.
+    #[inline(always)]
+    fn least(self) -> f32 {
+        let mut each = [0.0; N];
+        self.store(&mut each);
+        halved(each, f32::min)
+    }
+
+    /// The greatest of the lanes, none of which may be NaN.
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        let mut each = [0.0; N];
+        self.store(&mut each);
+        halved(each, f32::max)
+    }
+
+    /// The sum of the lanes, rounded in some order.
+    #[inline(always)]
+    fn sum(self) -> f32 {
+        let mut each = [0.0; N];
+        self.store(&mut each);
+        halved(each, |a, b| a + b)
+    }
+
     /// Where numbers are `x`.
     #[inline(always)]
     fn matching(of: &[u32; N], x: u32) -> u32 {
@@ -56,6 +80,19 @@ pub(super) trait Lanes<const N: usize>:
     }
 }
 
+/// N numbers, a power of two, folded to one by halves.
+#[inline(always)]
+fn halved<const N: usize>(mut each: [f32; N], of: impl Fn(f32, f32) -> f32) -> f32 {
+    let mut half = N / 2;
+    while half > 0 {
+        for i in 0..half {
+            each[i] = of(each[i], each[i + half]);
+        }
+        half /= 2;
+    }
+    each[0]
+}
+
 /// A tier: the widths that traversal works in.
 pub(super) trait Simd {
     /// The triangles of a block.
@@ -64,6 +101,25 @@ pub(super) trait Simd {
     type F8: Lanes<8>;
     /// A group of rays.
     type F16: Lanes<16>;
+
+    /// Moves the numbers and words of the lanes in `mask` to the front of `to`, in the order that
+    /// lanes have in `order` (the lowest three bits of each). What is behind them is of no value.
+    #[inline(always)]
+    fn arrange(
+        mask: u32,
+        order: [u32; 8],
+        (numbers, words): (Self::F8, &[u32; 8]),
+        to: (&mut [f32; 8], &mut [u32; 8]),
+    ) {
+        let mut each = [0.0; 8];
+        numbers.store(&mut each);
+        let mut end = 0;
+        for lane in order {
+            let lane = lane as usize & 7;
+            (to.0[end & 7], to.1[end & 7]) = (each[lane], words[lane]);
+            end += (mask >> lane & 1) as usize;
+        }
+    }
 
     /// Runs a job of this tier as a function of its own, which is not inlined into its caller.
     fn call<J: Part<Self>>(job: J) -> J::Output
@@ -177,6 +233,8 @@ mod tests {
         assert_eq!(out(x.max(y)), each(&|i| a[i].max(b[i])));
         assert_eq!(out(x.abs()), each(&|i| a[i].abs()));
         assert_eq!(out(x.flipped_by(y)), each(&|i| if b[i] < 0.0 { -a[i] } else { a[i] }));
+        assert_eq!(x.least(), a[0]);
+        assert_eq!((x.greatest(), x.sum()), (a[N - 1], a.iter().sum()));
         assert_eq!(x.lt(y), bits(&|i| a[i] < b[i]));
         assert_eq!(x.le(x), (1u64 << N).wrapping_sub(1) as u32);
         let mask = 0x5a5a_3c69 & (1u64 << N).wrapping_sub(1) as u32;
@@ -190,6 +248,21 @@ mod tests {
         assert_eq!((nan.lt(x), x.lt(nan), nan.le(nan)), (0, 0, 0));
     }
 
+    fn arranged<S: Simd>() {
+        let numbers: [f32; 8] = std::array::from_fn(|i| i as f32);
+        let words: [u32; 8] = std::array::from_fn(|i| 10 + i as u32);
+        // What is above three bits does not count.
+        let order = [3, 0, 8 + 7, 1, 2, 16 + 6, 5, 4];
+        for mask in 0..256 {
+            let (mut some, mut other) = ([f32::NAN; 8], [0; 8]);
+            S::arrange(mask, order, (S::F8::load(&numbers), &words), (&mut some, &mut other));
+            let expected = order.into_iter().map(|lane| lane & 7).filter(|lane| mask >> lane & 1 == 1);
+            let count = mask.count_ones() as usize;
+            assert!(expected.clone().map(|lane| lane as f32).eq(some[..count].iter().copied()));
+            assert!(expected.map(|lane| 10 + lane).eq(other[..count].iter().copied()));
+        }
+    }
+
     impl Job for AllOps {
         type Output = ();
         #[inline(always)]
@@ -197,6 +270,7 @@ mod tests {
             check::<4, S::F4>();
             check::<8, S::F8>();
             check::<16, S::F16>();
+            arranged::<S>();
         }
     }
 

@@ -90,6 +90,29 @@ macro_rules! paired {
             fn or_else(self, mask: u32, o: Self) -> Self {
                 Pair(self.0.or_else(mask & ((1 << $half) - 1), o.0), self.1.or_else(mask >> $half, o.1))
             }
+            #[inline(always)]
+            fn least(self) -> f32 {
+                self.0.min(self.1).least()
+            }
+            #[inline(always)]
+            fn sum(self) -> f32 {
+                (self.0 + self.1).sum()
+            }
+            #[inline(always)]
+            fn greatest(self) -> f32 {
+                self.0.max(self.1).greatest()
+            }
+            #[inline(always)]
+            fn matching(of: &[u32; $whole], x: u32) -> u32 {
+                let (halves, _) = of.as_chunks::<$half>();
+                L::matching(&halves[0], x) | L::matching(&halves[1], x) << $half
+            }
+            #[inline(always)]
+            fn put(mask: u32, to: &mut [u32; $whole], x: u32) {
+                let (halves, _) = to.as_chunks_mut::<$half>();
+                L::put(mask & ((1 << $half) - 1), &mut halves[0], x);
+                L::put(mask >> $half, &mut halves[1], x);
+            }
         }
     };
 }
