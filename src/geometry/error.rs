@@ -10,6 +10,7 @@ pub const EPSILON: f32 = f32::EPSILON;
 ///
 /// This is where shadow rays start: the distance follows from the arithmetic that made `p`, so
 /// it is right at every scale. A constant epsilon is not.
+#[inline]
 pub fn offset_point(p: Vec3, p_error: Vec3, n_g: Vec3, towards: Vec3) -> Vec3 {
     let d = n_g.abs().dot(p_error);
     let n = if towards.dot(n_g) < 0.0 { -n_g } else { n_g };
@@ -34,6 +35,7 @@ pub fn offset_point(p: Vec3, p_error: Vec3, n_g: Vec3, towards: Vec3) -> Vec3 {
 /// be in one plane are rounded in the world: half an ulp each, 4ε·max|v| for all of them. And where
 /// rays meet a shared mesh in its own frame they are rounded there, which the transform carries
 /// into the world.
+#[inline]
 pub fn point_error(world: [Vec3; 3], local: [Vec3; 3], to_world: &DAffine3) -> Vec3 {
     let largest = |v: [Vec3; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
     let m = to_world.matrix3.abs().as_mat3();

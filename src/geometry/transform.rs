@@ -29,21 +29,25 @@ impl Transform {
     }
 
     /// A point, rounded once to f32.
+    #[inline]
     pub fn point(&self, p: Vec3) -> Vec3 {
         self.affine.transform_point3(p.as_dvec3()).as_vec3()
     }
 
     /// A point in f64.
+    #[inline]
     pub fn point_f64(&self, p: Vec3) -> DVec3 {
         self.affine.transform_point3(p.as_dvec3())
     }
 
     /// A direction such as a tangent; not normalised.
+    #[inline]
     pub fn vector(&self, v: Vec3) -> DVec3 {
         self.affine.transform_vector3(v.as_dvec3())
     }
 
     /// A normal; not normalised. A mirrored shading normal keeps to the mirrored surface's side.
+    #[inline]
     pub fn normal(&self, n: Vec3) -> DVec3 {
         self.normal * n.as_dvec3()
     }

@@ -219,6 +219,10 @@ pub fn lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
     if below_one >= 1.0 {
         return if p == 0.0 { 1.0 } else { 0.0 };
     }
+    // The power is below e^(−p·below_one): here, too little for any f32.
+    if f64::from(p) * below_one > 104.0 {
+        return 0.0;
+    }
     libm::exp(f64::from(p) * libm::log1p(-below_one))
 }
 

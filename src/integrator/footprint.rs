@@ -14,6 +14,21 @@ pub(super) struct Spread {
     turn: f32,
 }
 
+/// What barycentrics 1 and 2 of a triangle change by along a step in its plane: the step's product
+/// with these.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Steps {
+    b: [DVec3; 2],
+}
+
+impl Steps {
+    /// For a triangle with edges `e1` and `e2` and unit normal `n`. Not finite where it has no area.
+    pub fn new([e1, e2]: [DVec3; 2], n: DVec3) -> Steps {
+        let per_area = 1.0 / e1.cross(e2).dot(n);
+        Steps { b: [e2.cross(n) * per_area, n.cross(e1) * per_area] }
+    }
+}
+
 /// What of |∂n|² is added to α², twice the variance of a place in the footprint, and at most how much
 /// in all: Tokuyoshi and Kaplanyan, “Improved Geometric Specular Antialiasing”, 2019.
 const PER_TURN: f32 = 2.0 / 12.0;
@@ -23,24 +38,16 @@ impl Spread {
     /// A sample that stands for nothing but its point.
     pub const POINT: Spread = Spread { b: [Vec2::ZERO; 2], turn: 0.0 };
 
-    /// Of a ray through the point at `way` from its origin, along `d`, on a triangle with these edges
-    /// and this normal.
-    pub fn over(
-        differential: &RayDifferential,
-        (way, d): (DVec3, DVec3),
-        [e1, e2]: [DVec3; 2],
-        n: DVec3,
-    ) -> Spread {
-        if *differential == RayDifferential::default() {
-            return Spread::POINT;
-        }
+    /// Of a ray through the point at `way` from its origin, along `d`, on a triangle of unit normal
+    /// `n`.
+    pub fn over(differential: &RayDifferential, (way, d): (DVec3, DVec3), steps: &Steps, n: DVec3) -> Spread {
         let t = way.dot(d) / d.length_squared();
-        let (area, facing) = (e1.cross(e2).dot(n), d.dot(n));
+        let per_facing = 1.0 / d.dot(n);
         let along = |i: usize| {
             // The neighbour at the same t, brought back to the plane along the ray.
             let beside = differential.o[i] + differential.d[i] * t;
-            let step = beside - d * (beside.dot(n) / facing);
-            Vec2::new((step.cross(e2).dot(n) / area) as f32, (e1.cross(step).dot(n) / area) as f32)
+            let step = beside - d * (beside.dot(n) * per_facing);
+            Vec2::new(step.dot(steps.b[0]) as f32, step.dot(steps.b[1]) as f32)
         };
         Spread { b: [along(0), along(1)], turn: 0.0 }
     }
@@ -49,17 +56,13 @@ impl Spread {
         *self == Spread::POINT
     }
 
-    /// Takes the turn of the normals `n` at the corners into account, at barycentrics `b`.
-    pub fn bend(&mut self, n: [DVec3; 3], b: [f64; 3]) {
-        if self.is_point() {
-            return;
-        }
-        let sum = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
-        let length = sum.length();
-        let middle = sum / length;
+    /// Takes the turn of the normals `n` at the corners into account, where `middle` is their mean
+    /// by barycentrics, which was multiplied by `per_length` to be of unit length.
+    pub fn bend(&mut self, n: [DVec3; 3], middle: DVec3, per_length: f64) {
+        let edges = [n[1] - n[0], n[2] - n[0]];
         let turn = |step: Vec2| {
-            let by = (n[1] - n[0]) * f64::from(step.x) + (n[2] - n[0]) * f64::from(step.y);
-            ((by - middle * middle.dot(by)) / length).length_squared()
+            let by = edges[0] * f64::from(step.x) + edges[1] * f64::from(step.y);
+            ((by - middle * middle.dot(by)) * per_length).length_squared()
         };
         self.turn = (turn(self.b[0]) + turn(self.b[1])) as f32;
     }
@@ -80,9 +83,20 @@ impl Spread {
 mod tests {
     use super::*;
 
+    fn square() -> Steps {
+        Steps::new([DVec3::X, DVec3::Y], DVec3::Z)
+    }
+
+    fn bent(mut s: Spread, n: [DVec3; 3], b: [f64; 3]) -> Spread {
+        let sum = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
+        let per_length = sum.length_recip();
+        s.bend(n, sum * per_length, per_length);
+        s
+    }
+
     /// Looking down at the square (0, 0)…(1, 1) from `way` above its corner, a step of `x` and `y`.
     fn spread(way: DVec3, o: [DVec3; 2], d: [DVec3; 2]) -> Spread {
-        Spread::over(&RayDifferential { o, d }, (way, way), [DVec3::X, DVec3::Y], DVec3::Z)
+        Spread::over(&RayDifferential { o, d }, (way, way), &square(), DVec3::Z)
     }
 
     const STEPS: [DVec3; 2] = [DVec3::new(0.01, 0.0, 0.0), DVec3::new(0.0, 0.02, 0.0)];
@@ -95,12 +109,8 @@ mod tests {
         for s in [spread(down, still, STEPS), spread(down, STEPS, still)] {
             assert_eq!(s.b, [Vec2::new(0.01, 0.0), Vec2::new(0.0, 0.02)]);
         }
-        let far = Spread::over(
-            &RayDifferential { o: still, d: STEPS },
-            (down, down / 4.0),
-            [DVec3::X, DVec3::Y],
-            DVec3::Z,
-        );
+        let far =
+            Spread::over(&RayDifferential { o: still, d: STEPS }, (down, down / 4.0), &square(), DVec3::Z);
         assert_eq!(far.b, [Vec2::new(0.04, 0.0), Vec2::new(0.0, 0.08)]);
     }
 
@@ -121,18 +131,18 @@ mod tests {
 
     #[test]
     fn a_sphere_turns_by_the_step_over_its_radius() {
-        let mut s = spread(DVec3::new(0.0, 0.0, -8.0), STEPS, [DVec3::ZERO; 2]);
+        let s = spread(DVec3::new(0.0, 0.0, -8.0), STEPS, [DVec3::ZERO; 2]);
         let r = 50.0;
         let n = [DVec3::new(0.0, 0.0, r), DVec3::new(1.0, 0.0, r), DVec3::new(0.0, 1.0, r)];
-        s.bend(n.map(DVec3::normalize), [1.0, 0.0, 0.0]);
+        let s = bent(s, n.map(DVec3::normalize), [1.0, 0.0, 0.0]);
         let expected = (0.01 * 0.01 + 0.02 * 0.02) / (r * r) as f32;
         assert!((s.turn / expected - 1.0).abs() < 1e-2, "{} {expected}", s.turn);
     }
 
     #[test]
     fn edge_on_and_cancelling_normals_are_limited() {
-        let mut s = spread(DVec3::X, [DVec3::ZERO; 2], STEPS);
-        s.bend([DVec3::Z, DVec3::X, -DVec3::Z], [0.5, 0.0, 0.5]);
+        let s = spread(DVec3::X, [DVec3::ZERO; 2], STEPS);
+        let s = bent(s, [DVec3::Z, DVec3::X, -DVec3::Z], [0.5, 0.0, 0.5]);
         assert_eq!(s.roughening(), MOST);
         assert_eq!(Spread::POINT.roughening(), 0.0);
     }

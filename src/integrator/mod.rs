@@ -8,6 +8,7 @@ mod aov;
 mod coefficients;
 mod cryptomatte;
 mod draws;
+mod facet;
 mod footprint;
 mod ground;
 mod occlusion;
@@ -145,9 +146,9 @@ impl<'a> Frame<'a> {
         self.sky.map_or(self.ambient, |sky| sky.ambient(n))
     }
 
-    /// How an eye ray changes over the film that `sample` stands for.
-    pub(crate) fn differential(&self, sample: &Sample) -> RayDifferential {
-        self.camera.differential(sample.size[0], sample.size[1])
+    /// How an eye ray changes over a film of this size that it stands for; `None` for a point.
+    pub(crate) fn differential(&self, [x, y]: [f64; 2]) -> Option<RayDifferential> {
+        (x != 0.0 || y != 0.0).then(|| self.camera.differential(x, y))
     }
 
     /// The unit vector from a point on an eye ray back to the eye.

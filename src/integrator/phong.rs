@@ -6,10 +6,11 @@
 
 use super::coefficients::lobe;
 use super::draws::Draws;
+use super::facet::LastFacet;
 use super::occlusion::ambient_free;
 use super::point::{Place, Point};
 use super::shadow::find_free;
-use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch, Surface};
+use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch};
 use crate::geometry::{Ray, Rgb, Rgba};
 use crate::scene::Incident;
 
@@ -87,6 +88,8 @@ impl Phong {
         ground: &mut [Option<f64>],
     ) -> Vec<Point<'s>> {
         let mut points = Vec::with_capacity(whose.len());
+        let mut facet = LastFacet::default();
+        let (mut size, mut differential) = ([0.0; 2], None);
         for (i, (hit, &sample)) in scratch.hits.iter().zip(whose).enumerate() {
             let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
             // t of a hit is right to an ulp or so: what lies on the ground is before it.
@@ -97,7 +100,11 @@ impl Phong {
             if hit.is_miss() {
                 continue;
             }
-            let surface = Surface::seen(frame.posed, hit.id, ray, &frame.differential(&samples[sample]));
+            if samples[sample].size != size {
+                size = samples[sample].size;
+                differential = frame.differential(size);
+            }
+            let surface = facet.of(frame.posed, hit.id).seen(ray, differential.as_ref());
             let (n, roughening) = surface.shading_normals(frame.posed);
             let k = Coefficients::at(frame.posed, &surface, roughening, &frame.overrides);
             let v = frame.to_eye(ray.d);

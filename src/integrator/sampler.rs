@@ -31,6 +31,16 @@ pub struct LowDiscrepancy {
     pub count: u32,
 }
 
+impl LowDiscrepancy {
+    /// The places of a pixel's samples on the film: what [`Sampler::get`] says of dimensions 0 and 1,
+    /// for indices below the count.
+    pub(crate) fn on_film(&self, pixel: UVec2) -> impl Fn(u32) -> [f32; 2] {
+        let count = self.count.max(1);
+        let flips = mix(mix(pack(self.seed, 0) ^ mix(0)) ^ pack(pixel.x, pixel.y));
+        move |index| [0, 1].map(|axis| on_film(flips, count, index, axis))
+    }
+}
+
 /// How much of its row and column a film sample wanders over. The middle alone has the least error;
 /// a little more costs nothing measurable and keeps samples off lines that scenes are modelled on.
 const WANDER: f64 = 0.25;
@@ -43,15 +53,14 @@ impl Sampler for LowDiscrepancy {
         let (pair, axis) = (dimension / 2, dimension % 2);
         let key = mix(pack(self.seed, set) ^ mix(u64::from(pair)));
         match pair {
-            0 => on_film(key, pixel, count, index, axis),
+            0 => on_film(mix(key ^ pack(pixel.x, pixel.y)), count, index, axis),
             _ => over_screen(key, pixel, count, index, axis),
         }
     }
 }
 
-/// Hammersley's set, other in each pixel.
-fn on_film(key: u64, pixel: UVec2, count: u32, index: u32, axis: u32) -> f32 {
-    let flips = mix(key ^ pack(pixel.x, pixel.y));
+/// Hammersley's set, other in each pixel by `flips`.
+fn on_film(flips: u64, count: u32, index: u32, axis: u32) -> f32 {
     // Which index has which column differs too, or else one index would lean to one side all over
     // the screen.
     let first = ((flips >> 32) * u64::from(count)) >> 32;
@@ -217,6 +226,19 @@ mod tests {
                 for pixel in pixels(4) {
                     let points = points(sampler, pixel, 0);
                     assert!(one_each(&points, count, 1) && one_each(&points, 1, count), "{count} {pixel}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn places_on_the_film_are_the_first_pair() {
+        for count in [1, 2, 7, 16] {
+            let sampler = LowDiscrepancy { seed: 11, count };
+            for pixel in pixels(5) {
+                let place = sampler.on_film(pixel);
+                for i in 0..count {
+                    assert_eq!(place(i), [0, 1].map(|axis| sampler.get(pixel, i, axis)));
                 }
             }
         }

@@ -2,8 +2,9 @@
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
+use super::facet::Facet;
 use super::footprint::Spread;
-use crate::geometry::{HitId, Ray, RayDifferential, offset_point, point_error};
+use crate::geometry::{HitId, Ray, offset_point};
 use crate::scene::{Footprint, Mesh, PosedScene, Reading, TextureRef};
 
 /// A point on a surface, seen from somewhere. Positions are relative to the scene's centre.
@@ -27,60 +28,15 @@ pub struct Surface<'s> {
     pub material: u32,
     /// How much of the surface a sample stands for.
     pub(super) spread: Spread,
-    mesh: &'s Mesh,
-    corners: [u32; 3],
+    pub(super) mesh: &'s Mesh,
+    pub(super) corners: [u32; 3],
 }
 
 impl<'s> Surface<'s> {
     /// The point where `ray` meets triangle `id`, which it is known to hit. Its textures are looked
     /// up at their finest.
     pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> Surface<'s> {
-        Surface::seen(posed, id, ray, &RayDifferential::default())
-    }
-
-    /// The same seen by an eye ray that stands for those up to `differential` away: textures and
-    /// normals are averaged over what they see.
-    pub fn seen(posed: &PosedScene<'s>, id: HitId, ray: Ray, differential: &RayDifferential) -> Surface<'s> {
-        let mesh = posed.mesh(id.instance);
-        let corners = mesh.triangles[id.triangle as usize];
-        let world = posed.world_triangle(id);
-        let [v0, v1, v2] = world.map(|v| v.as_dvec3());
-        let (e1, e2) = (v1 - v0, v2 - v0);
-        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
-        let b = barycentrics(o - v0, d, e1, e2);
-        let p = v0 * b[0] + v1 * b[1] + v2 * b[2];
-
-        let transform = &posed.instances[id.instance as usize].transform;
-        let wound = e1.cross(e2) * if transform.flips { -1.0 } else { 1.0 };
-        let wound = wound.try_normalize().unwrap_or(-d.normalize_or(DVec3::NEG_Z));
-        let front = wound.dot(d) <= 0.0;
-        let n_g = if front { wound } else { -wound };
-
-        let mut spread = Spread::over(differential, (p - o, d), [e1, e2], wound);
-        let normals = posed.normals(id.instance);
-        let n_v = if normals.is_empty() {
-            n_g
-        } else {
-            let n = corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero());
-            spread.bend(n, b);
-            let n = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
-            // Files whose normals point against their winding are lit all the same.
-            let n = n.try_normalize().unwrap_or(n_g);
-            if n.dot(n_g) < 0.0 { -n } else { n }
-        };
-        Surface {
-            id,
-            p: p.as_vec3(),
-            p_error: point_error(world, posed.local_triangle(id), &transform.affine),
-            n_g,
-            n_v,
-            front,
-            b: b.map(|b| b as f32),
-            material: mesh.material,
-            spread,
-            mesh,
-            corners,
-        }
+        Facet::new(posed, id).seen(ray, None)
     }
 
     /// Where a shadow ray towards `l` starts: clear of the triangle's rounding, and, where the light
@@ -196,19 +152,4 @@ impl<'s> Surface<'s> {
         let roughening = turns + 2.0 * variance * map.scale * map.scale;
         ((n * side).try_normalize().unwrap_or(self.n_v), roughening)
     }
-}
-
-/// Barycentrics of the point where o + t·d crosses the triangle, from `s` = o − v0 and its edges;
-/// pulled onto the triangle where rounding left it.
-fn barycentrics(s: DVec3, d: DVec3, e1: DVec3, e2: DVec3) -> [f64; 3] {
-    let across = d.cross(e2);
-    let det = e1.dot(across);
-    let u = s.dot(across) / det;
-    let v = d.dot(s.cross(e1)) / det;
-    if !(u.is_finite() && v.is_finite()) {
-        return [1.0 / 3.0; 3];
-    }
-    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
-    let sum = u + v;
-    if sum > 1.0 { [0.0, u / sum, v / sum] } else { [1.0 - sum, u, v] }
 }

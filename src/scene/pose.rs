@@ -226,11 +226,13 @@ impl<'s> PosedScene<'s> {
     }
 
     /// The mesh that an instance draws.
+    #[inline]
     pub fn mesh(&self, instance: u32) -> &'s Mesh {
         &self.scene.meshes[self.scene.instances[instance as usize].mesh as usize]
     }
 
     /// An instance's vertices as posed, in the frame that its transform takes to the world.
+    #[inline]
     pub fn positions(&self, instance: u32) -> &[Vec3] {
         match self.deformed_of(instance) {
             Some(d) => &d.positions,
@@ -239,6 +241,7 @@ impl<'s> PosedScene<'s> {
     }
 
     /// Likewise its normals; empty means flat.
+    #[inline]
     pub fn normals(&self, instance: u32) -> &[Vec3] {
         match self.deformed_of(instance) {
             Some(d) => &d.normals,
@@ -254,21 +257,27 @@ impl<'s> PosedScene<'s> {
         }
     }
 
+    #[inline]
     fn deformed_of(&self, instance: u32) -> Option<&Deformed> {
         self.instances[instance as usize].deformed.map(|d| &self.deformed[d as usize])
     }
 
     /// A triangle's corners in the frame that the instance's transform takes to the world.
+    #[inline]
     pub fn local_triangle(&self, id: HitId) -> [Vec3; 3] {
         let positions = self.positions(id.instance);
-        self.mesh(id.instance).triangles[id.triangle as usize].map(|v| positions[v as usize])
+        // Not by `map`, which is not always inlined: trees ask this of every triangle.
+        let [a, b, c] = self.mesh(id.instance).triangles[id.triangle as usize];
+        [positions[a as usize], positions[b as usize], positions[c as usize]]
     }
 
     /// A triangle's corners in the world, relative to the centre, each rounded once to f32. Trees
     /// over world triangles hold exactly these.
+    #[inline]
     pub fn world_triangle(&self, id: HitId) -> [Vec3; 3] {
         let transform = &self.instances[id.instance as usize].transform;
-        self.local_triangle(id).map(|p| transform.point(p))
+        let [a, b, c] = self.local_triangle(id);
+        [transform.point(a), transform.point(b), transform.point(c)]
     }
 
     /// Walks every visible vertex.

@@ -1,0 +1,119 @@
+//! A triangle as shading sees it: what all points on it share. Neighbouring samples mostly see the
+//! same one.
+
+use glam::{DVec3, Vec3};
+
+use super::footprint::{Spread, Steps};
+use super::surface::Surface;
+use crate::geometry::{HitId, Ray, RayDifferential, point_error};
+use crate::scene::{Mesh, PosedScene};
+
+/// A triangle in the world, relative to the scene's centre.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facet<'s> {
+    /// Which triangle.
+    pub id: HitId,
+    mesh: &'s Mesh,
+    corners: [u32; 3],
+    v: [DVec3; 3],
+    /// The edges at the first corner.
+    e: [DVec3; 2],
+    /// Unit normal of the front; `None` where the triangle has no area to speak of.
+    front: Option<DVec3>,
+    /// Points on it are right to within ± this.
+    p_error: Vec3,
+    /// Unit normals at the corners, where the mesh has any.
+    n: Option<[DVec3; 3]>,
+    steps: Steps,
+}
+
+impl<'s> Facet<'s> {
+    /// Triangle `id` of a posed scene.
+    pub fn new(posed: &PosedScene<'s>, id: HitId) -> Facet<'s> {
+        let mesh = posed.mesh(id.instance);
+        let corners = mesh.triangles[id.triangle as usize];
+        let transform = &posed.instances[id.instance as usize].transform;
+        let positions = posed.positions(id.instance);
+        let local = corners.map(|c| positions[c as usize]);
+        let world = local.map(|p| transform.point(p));
+        let v = world.map(|v| v.as_dvec3());
+        let e = [v[1] - v[0], v[2] - v[0]];
+        let wound = e[0].cross(e[1]) * if transform.flips { -1.0 } else { 1.0 };
+        let front = wound.try_normalize();
+        let normals = posed.normals(id.instance);
+        let n = (!normals.is_empty())
+            .then(|| corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero()));
+        let p_error = point_error(world, local, &transform.affine);
+        let steps = Steps::new(e, front.unwrap_or(DVec3::ZERO));
+        Facet { id, mesh, corners, v, e, front, p_error, n, steps }
+    }
+
+    /// The point where `ray` meets it, which it is known to do; seen by an eye ray that stands for
+    /// those up to `differential` away, if there is one.
+    pub fn seen(&self, ray: Ray, differential: Option<&RayDifferential>) -> Surface<'s> {
+        let [v0, v1, v2] = self.v;
+        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+        let b = barycentrics(o - v0, d, self.e);
+        let p = v0 * b[0] + v1 * b[1] + v2 * b[2];
+        let wound = self.front.unwrap_or_else(|| -d.normalize_or(DVec3::NEG_Z));
+        let front = wound.dot(d) <= 0.0;
+        let n_g = if front { wound } else { -wound };
+        let mut spread =
+            differential.map_or(Spread::POINT, |by| Spread::over(by, (p - o, d), &self.steps, wound));
+        let n_v = self.n.map_or(n_g, |n| {
+            let sum = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
+            let per_length = sum.length_recip();
+            let middle = sum * per_length;
+            if differential.is_some() {
+                spread.bend(n, middle, per_length);
+            }
+            // Files whose normals point against their winding are lit all the same.
+            let fits = per_length.is_finite() && per_length > 0.0;
+            let n = if fits { middle } else { n_g };
+            if n.dot(n_g) < 0.0 { -n } else { n }
+        });
+        Surface {
+            id: self.id,
+            p: p.as_vec3(),
+            p_error: self.p_error,
+            n_g,
+            n_v,
+            front,
+            b: [b[0] as f32, b[1] as f32, b[2] as f32],
+            material: self.mesh.material,
+            spread,
+            mesh: self.mesh,
+            corners: self.corners,
+        }
+    }
+}
+
+/// The facet that was asked for last.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LastFacet<'s>(Option<Facet<'s>>);
+
+impl<'s> LastFacet<'s> {
+    /// Triangle `id`, made anew only where it is another than the last.
+    pub fn of(&mut self, posed: &PosedScene<'s>, id: HitId) -> &Facet<'s> {
+        match &mut self.0 {
+            Some(last) if last.id == id => {}
+            last => *last = Some(Facet::new(posed, id)),
+        }
+        self.0.get_or_insert_with(|| Facet::new(posed, id))
+    }
+}
+
+/// Barycentrics of the point where o + t·d crosses the triangle, from `s` = o − v0 and its edges;
+/// pulled onto the triangle where rounding left it.
+fn barycentrics(s: DVec3, d: DVec3, [e1, e2]: [DVec3; 2]) -> [f64; 3] {
+    let across = d.cross(e2);
+    let det = e1.dot(across);
+    let u = s.dot(across) / det;
+    let v = d.dot(s.cross(e1)) / det;
+    if !(u.is_finite() && v.is_finite()) {
+        return [1.0 / 3.0; 3];
+    }
+    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+    let sum = u + v;
+    if sum > 1.0 { [0.0, u / sum, v / sum] } else { [1.0 - sum, u, v] }
+}
