@@ -1,5 +1,6 @@
 //! Whole files or none.
 
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::{RwLock, RwLockWriteGuard};
@@ -29,13 +30,16 @@ pub enum Replace {
 /// # Errors
 /// What the system said, or that the file exists where it must not be replaced.
 pub fn write_atomically(path: &Path, bytes: &[u8], replace: Replace) -> io::Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if replace == Replace::No && path.exists() {
-        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it exists, and --no-overwrite was given"));
-    }
-    if path.is_dir() {
-        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
-    }
+    write_whole(path, replace, |file| file.write_all(bytes))
+}
+
+/// As [`write_atomically`], of what `write` puts into the file.
+pub(super) fn write_whole(
+    path: &Path,
+    replace: Replace,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> io::Result<()> {
+    may_write(path, replace)?;
     let _writing = WRITING.read().unwrap_or_else(|e| e.into_inner());
     let mut builder = tempfile::Builder::new();
     builder.prefix(".blinn-").suffix(".part");
@@ -45,8 +49,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8], replace: Replace) -> io::Resu
         // As any program's files: the umask takes away what it must.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder).map_err(without_path)?;
-    file.write_all(bytes)?;
+    let mut file = builder.tempfile_in(folder(path)).map_err(without_path)?;
+    write(file.as_file_mut())?;
     file.as_file().sync_data()?;
     match replace {
         Replace::Yes => file.persist(path),
@@ -54,6 +58,26 @@ pub fn write_atomically(path: &Path, bytes: &[u8], replace: Replace) -> io::Resu
     }
     .map(drop)
     .map_err(|e| e.error)
+}
+
+/// A file without a name, on the disk that `path` is on: it is gone when the process is, however that ends.
+pub(super) fn nameless_beside(path: &Path) -> io::Result<File> {
+    tempfile::tempfile_in(folder(path)).map_err(without_path)
+}
+
+/// Whether a file may appear at `path`.
+pub(super) fn may_write(path: &Path, replace: Replace) -> io::Result<()> {
+    if replace == Replace::No && path.exists() {
+        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it exists, and --no-overwrite was given"));
+    }
+    if path.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
+    }
+    Ok(())
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// The system's own words: the passing name, which tempfile adds, means nothing to anyone.

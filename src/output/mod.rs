@@ -4,6 +4,7 @@ mod atomic;
 mod cryptomatte;
 mod exr;
 mod jpeg;
+mod moving;
 mod png;
 mod preview;
 mod webp;
@@ -15,6 +16,7 @@ use crate::display::Display;
 use crate::render::{Crop, Layer, Matte, Pixels};
 
 pub use atomic::{Replace, hold_writes, write_atomically};
+pub use moving::{Moving, MovingFormat, MovingSettings};
 pub use preview::{preview, preview_matte};
 
 /// A picture ready to be written: colour, layers, and how it is shown.

@@ -1,0 +1,143 @@
+//! Moving pictures: frames go in one by one, and a file appears when they are all there.
+//!
+//! Frames are encoded as they come, into a nameless file; memory does not grow with their number.
+
+mod apng;
+mod change;
+mod clock;
+mod gif;
+mod palette;
+mod spool;
+#[cfg(test)]
+mod tests;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::{Replace, SaveError};
+use spool::Spool;
+
+/// File formats for moving pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MovingFormat {
+    /// 255 colours a frame, alpha on or off; at most 50 frames a second.
+    Gif,
+    /// Without loss, straight alpha.
+    Apng,
+    /// Lossy, or without loss at quality 100; straight alpha.
+    Webp,
+    /// H.264, opaque.
+    Mp4,
+    /// A page to turn the picture in.
+    Html,
+}
+
+impl MovingFormat {
+    /// By a file name's ending.
+    pub fn of(path: &Path) -> Option<MovingFormat> {
+        match path.extension()?.to_ascii_lowercase().to_str()? {
+            "gif" => Some(MovingFormat::Gif),
+            "apng" => Some(MovingFormat::Apng),
+            _ => None,
+        }
+    }
+}
+
+/// What all frames share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovingSettings {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Frames a second.
+    pub fps: f64,
+    /// Whether it starts over for ever; else it is shown once and stops at its last frame.
+    pub repeat: bool,
+    /// 1 to 100, for formats that lose something.
+    pub quality: u8,
+    /// What becomes of a file that is there already.
+    pub replace: Replace,
+}
+
+/// A moving picture that is being written.
+pub struct Moving {
+    path: PathBuf,
+    settings: MovingSettings,
+    encoder: Box<dyn Encoder>,
+    body: Spool,
+    frames: u64,
+}
+
+/// What a format does with frames. What it writes is the file's body: often its head has to say what is
+/// known only at the end.
+trait Encoder: Send {
+    /// Encodes one more frame, of the right size.
+    fn frame(&mut self, pixels: &[[u8; 4]], body: &mut Spool) -> io::Result<()>;
+
+    /// Writes what comes after all frames, and returns what stands before them.
+    fn finish(self: Box<Self>, body: &mut Spool) -> io::Result<Vec<u8>>;
+}
+
+impl Moving {
+    /// Begins a moving picture. There is no file at `path` before [`Moving::finish`].
+    ///
+    /// # Errors
+    /// Sizes and rates that the format cannot hold; a place that nothing can be written to.
+    pub fn create(path: &Path, format: MovingFormat, settings: &MovingSettings) -> Result<Moving, SaveError> {
+        let begin = || -> io::Result<(Box<dyn Encoder>, Spool)> {
+            if settings.width == 0 || settings.height == 0 {
+                return Err(invalid("a picture has at least one pixel".into()));
+            }
+            if !(settings.fps.is_finite() && settings.fps > 0.0) {
+                return Err(invalid(format!("{} is no number of frames a second", settings.fps)));
+            }
+            let encoder: Box<dyn Encoder> = match format {
+                MovingFormat::Gif => Box::new(gif::Gif::new(settings)?),
+                MovingFormat::Apng => Box::new(apng::Apng::new(settings)?),
+                other => return Err(invalid(format!("{other:?} is not written yet"))),
+            };
+            Ok((encoder, Spool::beside(path, settings.replace)?))
+        };
+        let path = path.to_path_buf();
+        match begin() {
+            Ok((encoder, body)) => Ok(Moving { path, settings: *settings, encoder, body, frames: 0 }),
+            Err(cause) => Err(SaveError { path, cause }),
+        }
+    }
+
+    /// Adds a frame: straight alpha, display values, row-major, row 0 on top.
+    ///
+    /// # Errors
+    /// A frame of another size, what the format cannot hold, and a full disk.
+    pub fn push(&mut self, rgba: &[[u8; 4]]) -> Result<(), SaveError> {
+        let MovingSettings { width, height, .. } = self.settings;
+        let added = if rgba.len() as u64 == u64::from(width) * u64::from(height) {
+            self.encoder.frame(rgba, &mut self.body)
+        } else {
+            Err(invalid(format!("a frame of {} pixels is not {width}x{height}", rgba.len())))
+        };
+        self.frames += 1;
+        added.map_err(|cause| SaveError { path: self.path.clone(), cause })
+    }
+
+    /// Makes the file appear, whole.
+    ///
+    /// # Errors
+    /// No frames; what the system said. There is no file then.
+    pub fn finish(self) -> Result<(), SaveError> {
+        let Moving { path, settings, encoder, mut body, frames } = self;
+        let publish = || {
+            if frames == 0 {
+                return Err(invalid("it has no frames".into()));
+            }
+            let head = encoder.finish(&mut body)?;
+            body.publish(&head, &path, settings.replace)
+        };
+        publish().map_err(|cause| SaveError { path: path.clone(), cause })
+    }
+}
+
+fn invalid(text: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, text)
+}
