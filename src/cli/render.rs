@@ -19,8 +19,7 @@ use crate::integrator::{Frame, Occlusion, Phong, Stage};
 use crate::output::{Format, Part, Picture, save};
 use crate::render::{RenderSettings, meter, render, render_aovs, render_mattes};
 use crate::scene::{
-    AnimationChoice, Camera, Ground, GroundKind, PoseSettings, PosedScene, Scene, Selection, View,
-    clip_bounds, pose,
+    AnimationChoice, Camera, Ground, GroundKind, PoseSettings, PosedScene, Scene, Selection, View, pose,
 };
 
 pub(super) fn run(args: &RenderArgs) -> Result<Summary, Usage> {
@@ -119,7 +118,7 @@ fn picture(job: &Job, scene: &Scene, teller: &mut Teller) -> Result<Picture> {
     if let Some(text) = left_out(&cleaned) {
         teller.warn(&text)?;
     }
-    let surroundings = Surroundings::of(job, scene, &animation)?;
+    let surroundings = Surroundings::of(job, &posed);
     let shot = Shot { job, posed: &posed, accel: &accel, occlusion: surroundings.occlusion };
     let mut frame = shot.frame(camera);
     let integrator = Phong { stage: job.stage };
@@ -159,19 +158,19 @@ impl Surroundings {
     /// Share of the scene's diagonal that occlusion looks for things in the way.
     const NEAR: f64 = 0.25;
 
-    fn of(job: &Job, scene: &Scene, animation: &AnimationChoice) -> Result<Surroundings> {
-        let bounds = match (job.ground, job.ao) {
-            (None, None) => return Ok(Surroundings { occlusion: None, ground: None }),
-            _ => clip_bounds(scene, animation)?,
-        };
+    fn of(job: &Job, posed: &PosedScene) -> Surroundings {
+        if job.ground.is_none() && job.ao.is_none() {
+            return Surroundings { occlusion: None, ground: None };
+        }
+        let bounds = posed.clip_bounds();
         let occlusion = |ao: Ao| Occlusion {
             samples: ao.samples,
             distance: ao.distance.unwrap_or(Surroundings::NEAR * bounds.extent().length()),
         };
-        Ok(Surroundings {
+        Surroundings {
             occlusion: job.ao.map(occlusion),
             ground: job.ground.map(|kind| Ground::under(&bounds, kind)),
-        })
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! What a scene takes up over the whole of its animation, so that a framed view stands still.
+//! What a scene takes up over the whole of its animation: what must not change from frame to frame, a
+//! framed view or a ground, is taken from here.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -18,33 +19,53 @@ const BETWEEN: usize = 4;
 /// Moments from which on keys are close enough by themselves.
 const CLOSE: usize = 64;
 
+/// What a scene takes up while its animations play, in world coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OverClip {
+    bounds: Aabb,
+    sphere: Sphere,
+}
+
 impl PosedScene<'_> {
-    /// A sphere around all that is visible at any time of the animations that play, in world
-    /// coordinates: the same one whatever moment this is. Without animations it is
-    /// [`PosedScene::bounding_sphere`].
+    /// The bounds of all that is visible at any time of the animations that play, in world coordinates:
+    /// the same ones whatever moment this is. Without animations they are [`PosedScene::bounds`].
     ///
     /// Keys and times between them are looked at; as many as a large scene can bear.
-    pub fn clip_sphere(&self) -> Sphere {
-        *self.over_clip.get_or_init(|| self.find_clip_sphere())
+    pub fn clip_bounds(&self) -> Aabb {
+        self.over_clip().bounds
     }
 
-    fn find_clip_sphere(&self) -> Sphere {
+    /// A sphere around all that is visible at any time of the animations that play, in world
+    /// coordinates: the same one whatever moment this is. Without animations it is
+    /// [`PosedScene::bounding_sphere`]. As wide as [`PosedScene::clip_bounds`], and as small as holds every
+    /// vertex that was looked at.
+    pub fn clip_sphere(&self) -> Sphere {
+        self.over_clip().sphere
+    }
+
+    fn over_clip(&self) -> &OverClip {
+        self.over_clip.get_or_init(|| self.look_through_clip())
+    }
+
+    fn look_through_clip(&self) -> OverClip {
         let playing = playing(self.scene, self.animation()).unwrap_or_default();
         let moving = moving(self.scene, &playing);
         let vertices: usize =
             (0..moving.len()).filter(|&i| moving[i]).map(|i| self.mesh(i as u32).positions.len()).sum();
         let most = (BUDGET / vertices.max(1)).clamp(LEAST, MOST);
         let moments = moments(&playing, most);
-        if moments.is_empty() || !moving.contains(&true) {
-            return self.bounding_sphere();
-        }
+        // The centre is nobody's, so that not even rounding depends on this moment.
         let at = |time: f64| {
             let animation = self.animation().clone();
-            pose(self.scene, &PoseSettings { time, animation, centre: Some(self.centre) })
+            pose(self.scene, &PoseSettings { time, animation, centre: Some(DVec3::ZERO) })
+        };
+        let first = moments.first().filter(|_| moving.contains(&true)).and_then(|&time| at(time).ok());
+        let Some(first) = first else {
+            return OverClip { bounds: self.bounds(), sphere: self.bounding_sphere() };
         };
 
         // What stands still counts once, the rest at every moment.
-        let still = self.boxes(|i| !moving[i]);
+        let still = first.boxes(|i| !moving[i]);
         let moved: Vec<(f64, Vec<(u32, Aabb)>)> = moments
             .into_par_iter()
             .filter_map(|time| Some((time, at(time).ok()?.boxes(|i| moving[i]))))
@@ -57,7 +78,7 @@ impl PosedScene<'_> {
 
         // Vertices are looked at again only in boxes that reach farther than any vertex so far.
         let mut r2 = 0f64;
-        self.raise(&still, middle, &mut r2);
+        first.raise(&still, middle, &mut r2);
         let mut moved: Vec<_> =
             moved.into_iter().map(|(t, boxes)| (farthest(&boxes, middle), t, boxes)).collect();
         moved.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -69,7 +90,7 @@ impl PosedScene<'_> {
                 posed.raise(&boxes, middle, &mut r2);
             }
         }
-        Sphere { centre: middle + self.centre, radius: if r2 > 0.0 { r2.sqrt() } else { 1.0 } }
+        OverClip { bounds, sphere: Sphere { centre: middle, radius: if r2 > 0.0 { r2.sqrt() } else { 1.0 } } }
     }
 
     /// The bounds of visible instances, relative to the centre.
@@ -156,7 +177,7 @@ fn moments(playing: &[&Animation], most: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{AnimationChoice, Channel, Instance, Interpolation, Keys, Mesh, Node};
+    use crate::scene::{AnimationChoice, Channel, Instance, Interpolation, Keys, Local, Mesh, Node};
     use glam::{DQuat, Vec3};
 
     fn keys(times: &[f32], values: &[f32], width: usize) -> Keys {
@@ -198,7 +219,7 @@ mod tests {
         let whole = sphere(&scene, 0.0, AnimationChoice::Default);
         for time in [0.0, 0.3, 1.0, 1.7, 2.0, 9.0] {
             let at = sphere(&scene, time, AnimationChoice::Default);
-            assert!(at.centre.distance(whole.centre) < 1e-9 && (at.radius - whole.radius).abs() < 1e-9);
+            assert_eq!(at, whole, "to the bit");
             let settings = PoseSettings { time, ..Default::default() };
             let own = pose(&scene, &settings).unwrap().bounding_sphere();
             assert!(own.centre.distance(whole.centre) + own.radius < whole.radius * 1.1, "{time}");
@@ -231,5 +252,34 @@ mod tests {
         let few = moments(&[&clip(&long)], 9);
         assert_eq!((few.len(), few[0], few[4], few[8]), (9, 0.0, 500.0, 1000.0));
         assert!(moments(&[], 9).is_empty());
+    }
+
+    #[test]
+    fn a_ball_that_falls_has_its_ground_where_it_lands() {
+        let local = Local::Trs { translation: DVec3::Y * 7.0, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
+        let mesh = Mesh { positions: vec![Vec3::NEG_ONE, Vec3::ONE], ..Mesh::default() };
+        let keys = Keys {
+            times: vec![0.0, 1.0, 2.0],
+            values: vec![0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 3.0, 4.0, 0.0],
+            width: 3,
+            interpolation: Interpolation::Linear,
+        };
+        let channel = Channel { target: Target::Translation(0), keys };
+        let scene = Scene {
+            nodes: vec![Node { local, visible: true, ..Node::default() }],
+            meshes: vec![mesh],
+            instances: vec![Instance { node: 0, mesh: 0, object: 1, placement: None, skin: None }],
+            animations: vec![Animation { name: String::new(), channels: vec![channel] }],
+            ..Scene::default()
+        };
+        let bounds = |time: f64, animation: AnimationChoice| {
+            pose(&scene, &PoseSettings { time, animation, centre: None }).unwrap().clip_bounds()
+        };
+        for time in [0.0, 0.5, 1.9] {
+            let over = bounds(time, AnimationChoice::Default);
+            assert_eq!((over.min, over.max), (DVec3::new(-1.0, -1.0, -1.0), DVec3::new(4.0, 6.0, 1.0)));
+        }
+        let rest = bounds(0.0, AnimationChoice::Rest);
+        assert_eq!((rest.min.y, rest.max.y), (6.0, 8.0));
     }
 }

@@ -7,7 +7,6 @@
 mod animation;
 mod camera;
 mod clip;
-mod clip_bounds;
 mod driven;
 mod footprint;
 mod framing;
@@ -27,7 +26,6 @@ mod texture;
 
 pub use animation::{Animation, Channel, Interpolation, Keys, Target};
 pub use camera::{Camera, Clip, Fit, Orbit, Projection, View, ViewError};
-pub use clip_bounds::clip_bounds;
 pub use driven::{CameraField, LightField, MaterialField, Slot};
 pub use footprint::Footprint;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};

@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 
+use super::clip::OverClip;
 use super::{
     Animation, FileCamera, Light, LightKind, LightUnits, Local, Material, Mesh, PosedKind, PosedLight, Scene,
     Skin, Target, light::Cone,
@@ -94,7 +95,7 @@ pub struct PosedScene<'s> {
     /// Of all that is visible, relative to the centre.
     bounds: Aabb,
     /// What the whole clip takes up, once it was asked for.
-    pub(super) over_clip: OnceLock<Sphere>,
+    pub(super) over_clip: OnceLock<OverClip>,
 }
 
 /// Poses `scene`.
