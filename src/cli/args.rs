@@ -24,6 +24,8 @@ pub(super) struct Cli {
 pub(super) enum Command {
     /// Renders an image of each scene
     Render(Box<RenderArgs>),
+    /// Makes a moving picture of finished frames
+    Assemble(AssembleArgs),
     /// Says what is in a scene
     Info(InfoArgs),
 }
@@ -47,6 +49,38 @@ pub(super) struct SceneArgs {
     /// New normals, smooth across edges of less than ANGLE degrees, or none [default: the file's]
     #[arg(long, value_name = "ANGLE|off", value_parser = values::smooth)]
     pub smooth: Option<Smooth>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct AssembleArgs {
+    /// PNG, JPEG or WebP files of one size, or folders that hold one series of them; they come in the
+    /// order of their numbers
+    #[arg(required = true, value_name = "FRAMES")]
+    pub frames: Vec<PathBuf>,
+    /// Output: a .gif, .apng, .webp, .mp4 or .html
+    #[arg(short, long, value_name = "OUT", help_heading = "Output")]
+    pub output: PathBuf,
+    /// Frames a second
+    #[arg(long, default_value_t = 24.0, value_parser = values::positive, help_heading = "Time")]
+    pub fps: f64,
+    /// Whether it starts over at its end (an .mp4 leaves that to its player)
+    #[arg(long, value_enum, default_value_t = LoopArg::Forever, help_heading = "Time")]
+    pub r#loop: LoopArg,
+    /// Quality, 1 to 100, of .webp (100: without loss), .mp4 and .html [default: 90]
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100), help_heading = "Output")]
+    pub quality: Option<u8>,
+    /// What is behind frames that are transparent [default: what is behind the picture]
+    #[arg(long, value_name = "COLOR|transparent", value_parser = values::background, help_heading = "Image")]
+    pub background: Option<Background>,
+    /// Refuses to replace a file
+    #[arg(long, help_heading = "Output")]
+    pub no_overwrite: bool,
+    /// Makes a missing frame an error
+    #[arg(long, help_heading = "Process")]
+    pub strict: bool,
+    /// Says nothing but errors
+    #[arg(short, long, help_heading = "Process")]
+    pub quiet: bool,
 }
 
 #[derive(Debug, Args)]
@@ -331,5 +365,6 @@ choices! {
     IntegratorArg { Phong, Shadow, Diffuse, Color }
     GroundArg { Shadow, Plane }
     CullArg { Auto, Off }
+    LoopArg { Forever, Once }
     ProgressArg { Auto, Plain, Json, None }
 }

@@ -1,10 +1,12 @@
 //! The program: words on the command line to plans, plans to files.
 
 mod args;
+mod assemble;
 mod info;
 mod job;
 mod progress;
 mod render;
+mod sequence;
 mod signals;
 mod values;
 
@@ -37,6 +39,7 @@ pub fn run() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Assemble(args) => assemble::run(args),
         Command::Info(args) => info::run(args),
     };
     match outcome {

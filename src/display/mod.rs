@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::geometry::{Rgb, Rgba};
 use crate::render::Pixels;
-use crate::scene::{Format, Source};
+use crate::scene::{Format, Source, srgb_to_linear};
 
 /// How linear light becomes display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,6 +51,14 @@ pub struct Display {
 /// sRGB's encoding of linear light in 0…1.
 pub fn linear_to_srgb(v: f32) -> f32 {
     if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * libm::powf(v, 1.0 / 2.4) - 0.055 }
+}
+
+/// A pixel of a picture, sRGB and straight alpha, over a linear colour: as [`Display`] puts light over it.
+pub fn over([r, g, b, alpha]: [u8; 4], background: Rgb) -> [u8; 4] {
+    let alpha = f32::from(alpha) / 255.0;
+    let light = Vec3::from_array([r, g, b].map(|v| srgb_to_linear(f32::from(v) / 255.0)));
+    let shown = light * alpha + background * (1.0 - alpha);
+    [srgb8(shown.x), srgb8(shown.y), srgb8(shown.z), 255]
 }
 
 impl ViewTransform {
@@ -169,6 +177,19 @@ mod tests {
         assert_eq!(one(PLAIN, half)[0], srgb8(0.5));
         let over = Display { ev: 3.0, background: Background::Color(Rgb::splat(0.2)), ..PLAIN };
         assert_eq!(one(over, Rgba::ZERO), [srgb8(0.2), srgb8(0.2), srgb8(0.2), 255]);
+    }
+
+    #[test]
+    fn a_background_behind_bytes_is_the_one_behind_light() {
+        let background = Rgb::new(0.2, 0.5, 0.9);
+        let display = Display { background: Background::Color(background), ..PLAIN };
+        for alpha in [0, 1, 77, 128, 254, 255] {
+            let straight = [250, 30, 128, alpha];
+            let a = f32::from(alpha) / 255.0;
+            let light = [250, 30, 128].map(|v: u8| srgb_to_linear(f32::from(v) / 255.0) * a);
+            assert_eq!(over(straight, background), one(display, Vec3::from_array(light).extend(a)));
+        }
+        assert_eq!(over([1, 2, 3, 255], background), [1, 2, 3, 255]);
     }
 
     #[test]

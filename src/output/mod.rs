@@ -16,7 +16,7 @@ use crate::display::Display;
 use crate::render::{Crop, Layer, Matte, Pixels};
 
 pub use atomic::{Replace, hold_writes, write_atomically};
-pub use moving::{Moving, MovingFormat, MovingSettings};
+pub use moving::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
 pub use preview::{preview, preview_matte};
 
 /// A picture ready to be written: colour, layers, and how it is shown.

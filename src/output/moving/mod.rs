@@ -6,10 +6,14 @@ mod apng;
 mod change;
 mod clock;
 mod gif;
+mod html;
+mod mp4;
 mod palette;
 mod spool;
 #[cfg(test)]
 mod tests;
+mod webp;
+mod yuv;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -26,22 +30,34 @@ pub enum MovingFormat {
     Apng,
     /// Lossy, or without loss at quality 100; straight alpha.
     Webp,
-    /// H.264, opaque.
+    /// H.264, 4:2:0, opaque; at most 3840x2160. Odd sides get a pixel more.
     Mp4,
-    /// A page to turn the picture in.
+    /// One page that needs nothing else, in which the picture is turned by drag, keys and touch; frames as
+    /// in WebP. `#play` behind its address starts it.
     Html,
 }
 
 impl MovingFormat {
-    /// By a file name's ending.
+    /// By a file name's ending. A `.webp` may also be a single picture.
     pub fn of(path: &Path) -> Option<MovingFormat> {
         match path.extension()?.to_ascii_lowercase().to_str()? {
             "gif" => Some(MovingFormat::Gif),
             "apng" => Some(MovingFormat::Apng),
+            "webp" => Some(MovingFormat::Webp),
+            "mp4" => Some(MovingFormat::Mp4),
+            "html" => Some(MovingFormat::Html),
             _ => None,
         }
     }
+
+    /// Whether quality means anything.
+    pub fn is_lossy(self) -> bool {
+        matches!(self, MovingFormat::Webp | MovingFormat::Mp4 | MovingFormat::Html)
+    }
 }
+
+/// The quality where none is given.
+pub const MOVING_QUALITY: u8 = 90;
 
 /// What all frames share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,7 +111,9 @@ impl Moving {
             let encoder: Box<dyn Encoder> = match format {
                 MovingFormat::Gif => Box::new(gif::Gif::new(settings)?),
                 MovingFormat::Apng => Box::new(apng::Apng::new(settings)?),
-                other => return Err(invalid(format!("{other:?} is not written yet"))),
+                MovingFormat::Webp => Box::new(webp::Webp::new(settings)?),
+                MovingFormat::Mp4 => Box::new(mp4::Mp4::new(settings)?),
+                MovingFormat::Html => Box::new(html::Html::new(path, settings)?),
             };
             Ok((encoder, Spool::beside(path, settings.replace)?))
         };

@@ -1,6 +1,7 @@
 //! Few colours for many: a palette of a frame's own, and its pixels by numbers in it.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use quantette::color_map::{IndexedColorMap, NearestNeighborColorMap};
 use quantette::color_space::srgb8_to_oklab;
@@ -50,12 +51,9 @@ fn exactly(pixels: &[Option<[u8; 3]>]) -> Option<Indexed> {
     let mut numbers: HashMap<[u8; 3], u8> = HashMap::new();
     let mut palette = Vec::new();
     for &rgb in pixels.iter().flatten() {
-        let next = numbers.len();
-        if !numbers.contains_key(&rgb) {
-            if next == usize::from(COLOURS) {
-                return None;
-            }
-            numbers.insert(rgb, next as u8);
+        if let Entry::Vacant(place) = numbers.entry(rgb) {
+            let number = u8::try_from(palette.len() / 3).ok().filter(|&n| n < COLOURS)?;
+            place.insert(number);
             palette.extend(rgb);
         }
     }
@@ -145,8 +143,8 @@ mod tests {
             for i in places {
                 let at = usize::from(indexed.indices[i]) * 3;
                 assert_ne!(indexed.indices[i], indexed.nothing);
-                for c in 0..3 {
-                    off[c] += i32::from(indexed.palette[at + c]) - i32::from(ramp[i].unwrap()[c]);
+                for (c, off) in off.iter_mut().enumerate() {
+                    *off += i32::from(indexed.palette[at + c]) - i32::from(ramp[i].unwrap()[c]);
                 }
                 count += 1;
             }

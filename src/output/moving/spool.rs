@@ -22,7 +22,6 @@ impl Spool {
     }
 
     /// Bytes so far.
-    #[allow(dead_code)]
     pub fn length(&self) -> u64 {
         self.length
     }

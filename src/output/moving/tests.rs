@@ -139,3 +139,110 @@ fn what_cannot_be_written_is_an_error_in_words() {
     refused(&path, MovingFormat::Gif, &with(|s| s.replace = Replace::No), "--no-overwrite");
     assert_eq!(std::fs::read(&path).unwrap(), b"mine");
 }
+
+/// Chunks of a RIFF file, after its header.
+fn riff(mut rest: &[u8]) -> Vec<([u8; 4], &[u8])> {
+    let mut all = Vec::new();
+    while let [a, b, c, d, e, f, g, h, after @ ..] = rest {
+        let length = u32::from_le_bytes([*e, *f, *g, *h]) as usize;
+        all.push(([*a, *b, *c, *d], &after[..length]));
+        rest = &after[length + length % 2..];
+    }
+    all
+}
+
+#[test]
+fn a_webp_shows_its_frames() {
+    use image::AnimationDecoder;
+    for (ground, repeat) in [([10, 20, 30, 255], true), ([0; 4], false)] {
+        let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, ground)).into();
+        let settings = MovingSettings { quality: 100, repeat, ..SETTINGS };
+        let bytes = written(MovingFormat::Webp, &settings, &frames);
+        assert_eq!(u32::from_le_bytes(bytes[4..8].try_into().unwrap()) as usize, bytes.len() - 8);
+        let chunks = riff(&bytes[12..]);
+        assert_eq!((chunks[0].0, chunks[1].0), (*b"VP8X", *b"ANIM"));
+        assert_eq!(chunks[1].1[4..], [u8::from(!repeat), 0]);
+        let delay = |frame: &[u8]| u32::from_le_bytes([frame[12], frame[13], frame[14], 0]);
+        assert_eq!(chunks[2..].iter().map(|c| delay(c.1)).collect::<Vec<_>>(), [83, 84, 83, 83, 84]);
+
+        let decoder = image::codecs::webp::WebPDecoder::new(io::Cursor::new(&bytes)).unwrap();
+        let shown = decoder.into_frames().collect_frames().unwrap();
+        assert_eq!(shown.len(), 5);
+        for (i, (shown, expected)) in shown.iter().zip(&frames).enumerate() {
+            // What colour nothing has is nobody's concern.
+            let seen = |p: &[u8; 4]| if p[3] == 0 { [0; 4] } else { *p };
+            let shown: Vec<_> = shown.buffer().as_raw().as_chunks::<4>().0.iter().map(seen).collect();
+            assert!(shown == *expected, "frame {i}");
+        }
+    }
+    let noise = |i: u32| {
+        (0..1200u32).map(move |p| [0, 1, 2].map(|c| (p * 3 + c + i).wrapping_mul(2_654_435_761) >> 24))
+    };
+    let noisy: Vec<Vec<[u8; 4]>> =
+        (0..3).map(|i| noise(i).map(|[r, g, b]| [r as u8, g as u8, b as u8, 255]).collect()).collect();
+    let length = |quality| written(MovingFormat::Webp, &MovingSettings { quality, ..SETTINGS }, &noisy).len();
+    assert!(length(10) < length(90));
+}
+
+/// The box at `path`, by names.
+fn boxed<'a>(mut inside: &'a [u8], path: &[&[u8; 4]]) -> &'a [u8] {
+    let Some((name, deeper)) = path.split_first() else { return inside };
+    loop {
+        let length = u32::from_be_bytes(inside[..4].try_into().unwrap()) as usize;
+        if inside[4..8] == name[..] {
+            return boxed(&inside[8..length], deeper);
+        }
+        inside = &inside[length..];
+    }
+}
+
+fn be(bytes: &[u8], at: usize) -> u32 {
+    u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap())
+}
+
+#[test]
+fn an_mp4_has_its_index_in_front_and_its_frames_where_that_says() {
+    let frames: Vec<_> = (0..30).map(|i| frame(i, [10, 20, 30, 255])).collect();
+    let bytes = written(MovingFormat::Mp4, &MovingSettings { fps: 7.5, ..SETTINGS }, &frames);
+    assert_eq!(&bytes[4..8], b"ftyp");
+    let stbl = boxed(&bytes, &[b"moov", b"trak", b"mdia", b"minf", b"stbl"]);
+    let sizes = boxed(stbl, &[b"stsz"]);
+    assert_eq!(be(sizes, 8), 30);
+    let at = be(boxed(stbl, &[b"stco"]), 8) as usize;
+    assert_eq!(&bytes[at - 4..at], b"mdat");
+    let all: u32 = (0..30).map(|i| be(sizes, 12 + 4 * i)).sum();
+    assert_eq!(at + all as usize, bytes.len());
+    // The first slice is of a frame that stands alone; two seconds later there is another.
+    assert_eq!(bytes[at + 4] & 31, 5);
+    let alone = boxed(stbl, &[b"stss"]);
+    assert_eq!((be(alone, 4), be(alone, 8), be(alone, 12)), (2, 1, 16));
+    let times = boxed(stbl, &[b"stts"]);
+    // After two dates, of 64 bits in the second version of this box.
+    let header = boxed(&bytes, &[b"moov", b"trak", b"mdia", b"mdhd"]);
+    let scale = be(header, if header[0] == 1 { 20 } else { 12 });
+    assert_eq!((be(times, 8), be(times, 12), scale), (30, 1000, 7500));
+    assert_eq!(bytes, written(MovingFormat::Mp4, &MovingSettings { fps: 7.5, ..SETTINGS }, &frames));
+
+    let small = written(MovingFormat::Mp4, &MovingSettings { quality: 10, ..SETTINGS }, &frames);
+    assert!(small.len() * 2 < bytes.len(), "{} {}", small.len(), bytes.len());
+    let folder = tempfile::tempdir().unwrap();
+    let mut moving = Moving::create(&folder.path().join("a.mp4"), MovingFormat::Mp4, &SETTINGS).unwrap();
+    assert!(moving.push(&frame(0, [0; 4])).unwrap_err().to_string().contains("no transparency"));
+}
+
+#[test]
+fn a_page_holds_every_frame_and_its_title_is_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a<b>&{{width}}.html");
+    let mut moving = Moving::create(&path, MovingFormat::Html, &SETTINGS).unwrap();
+    for i in 0..4 {
+        moving.push(&frame(i, [0; 4])).unwrap();
+    }
+    moving.finish().unwrap();
+    let page = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(page.matches("\n\"UklGR").count(), 4);
+    assert!(page.contains("<title>a&lt;b&gt;&amp;&#123;&#123;width}}</title>"));
+    assert!(page.contains("width=\"40\" height=\"30\"") && page.contains("FPS = 12, REPEAT = true"));
+    assert!(!page.contains("{{") && page.ends_with("</html>\n"));
+    assert!(!page.contains("http"), "nothing is fetched");
+}

@@ -1,0 +1,161 @@
+//! Frames as files: which they are, in which order, and which are missing.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+
+/// Endings of files that frames are read from.
+const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
+
+/// The frames that were named, those of folders among them, in the order of their numbers; never `output`.
+///
+/// # Errors
+/// A folder that cannot be read, that has no frames, or more than one series of them.
+pub(super) fn frames(named: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
+    let mut all = Vec::new();
+    for path in named {
+        if path.is_dir() {
+            all.extend(of_folder(path, output)?);
+        } else {
+            all.push(path.clone());
+        }
+    }
+    all.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()));
+    Ok(all)
+}
+
+fn of_folder(folder: &Path, output: &Path) -> Result<Vec<PathBuf>> {
+    let cannot = || format!("{} cannot be read", folder.display());
+    let mut series: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).with_context(cannot)? {
+        let path = entry.with_context(cannot)?.path();
+        let ending = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
+        let image = ending.is_some_and(|e| ENDINGS.contains(&e.as_str()));
+        let same =
+            path.file_name() == output.file_name() && path.canonicalize().ok() == output.canonicalize().ok();
+        if image && path.is_file() && !same {
+            series.entry(pattern(&path)).or_default().push(path);
+        }
+    }
+    let names: Vec<&String> = series.keys().collect();
+    match names[..] {
+        [] => bail!("{}: no .png, .jpg or .webp is in it", folder.display()),
+        [_] => Ok(series.into_values().flatten().collect()),
+        [first, second, ..] => {
+            bail!(
+                "{} holds {} series, {first} and {second} among them: name the frames of one",
+                folder.display(),
+                names.len()
+            )
+        }
+    }
+}
+
+/// A file's name with `#` for its number.
+fn pattern(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    match number_in(path) {
+        Some((range, _)) => format!("{}#{}", &name[..range.start], &name[range.end..]),
+        None => name,
+    }
+}
+
+/// The last digits of a name before its ending, and what they count.
+fn number_in(path: &Path) -> Option<(std::ops::Range<usize>, u64)> {
+    let stem = path.file_stem()?.to_string_lossy().into_owned();
+    let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
+    let begin = stem[..end].trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    Some((begin..end, stem[begin..end].parse().ok()?))
+}
+
+/// Numbers that a sequence lacks, as text: those between its frames, where these go on by equal steps.
+pub(super) fn missing(frames: &[PathBuf]) -> Option<String> {
+    let numbers: Vec<u64> = frames.iter().map(|f| number_in(f).map(|(_, n)| n)).collect::<Option<_>>()?;
+    let alike = frames.windows(2).all(|two| pattern(&two[0]) == pattern(&two[1]));
+    let step = numbers.windows(2).filter_map(|two| two[1].checked_sub(two[0])).filter(|&s| s > 0).min()?;
+    if !alike {
+        return None;
+    }
+    let gap = |two: &[u64]| match two[1].saturating_sub(two[0]) {
+        apart if apart <= step => None,
+        apart if apart == 2 * step => Some(format!("{}", two[0] + step)),
+        _ => Some(format!("{} to {}", two[0] + step, two[1] - step)),
+    };
+    let gaps: Vec<String> = numbers.windows(2).filter_map(gap).collect();
+    (!gaps.is_empty()).then(|| gaps.join(", "))
+}
+
+/// Texts by their parts, digits as numbers: `a9` comes before `a10`.
+fn natural(a: &str, b: &str) -> Ordering {
+    let digits = |s: &str| s.len() - s.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+    let (mut left, mut right) = (a, b);
+    loop {
+        let (x, y) = (digits(left), digits(right));
+        if x > 0 && y > 0 {
+            let (m, n) = (left[..x].trim_start_matches('0'), right[..y].trim_start_matches('0'));
+            match m.len().cmp(&n.len()).then(m.cmp(n)) {
+                Ordering::Equal => (left, right) = (&left[x..], &right[y..]),
+                other => return other,
+            }
+            continue;
+        }
+        let (mut l, mut r) = (left.chars(), right.chars());
+        match (l.next(), r.next()) {
+            (Some(c), Some(d)) if c == d => (left, right) = (l.as_str(), r.as_str()),
+            // Equal but for leading zeros: any order will do, if it is one.
+            (None, None) => return a.cmp(b),
+            (c, d) => return c.cmp(&d),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paths(names: &[&str]) -> Vec<PathBuf> {
+        names.iter().map(PathBuf::from).collect()
+    }
+
+    #[test]
+    fn numbers_count_as_numbers() {
+        let named = paths(&["f/a10.png", "f/a9.png", "f/a010.png", "f/a1b2.png", "f/a1b11.png", "f/é2.png"]);
+        let sorted = frames(&named, Path::new("x.gif")).unwrap();
+        let expected = ["f/a1b2.png", "f/a1b11.png", "f/a9.png", "f/a010.png", "f/a10.png", "f/é2.png"];
+        assert_eq!(sorted, paths(&expected));
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let lacks = |names: &[&str]| missing(&paths(names));
+        assert_eq!(lacks(&["a_1.png", "a_2.png", "a_3.png"]), None);
+        assert_eq!(lacks(&["a_1.png", "a_2.png", "a_4.png", "a_9.png"]).as_deref(), Some("3, 5 to 8"));
+        assert_eq!(lacks(&["a_10.png", "a_20.png", "a_30.png"]), None, "every tenth");
+        assert_eq!(lacks(&["a_10.png", "a_20.png", "a_40.png"]).as_deref(), Some("30"));
+        assert_eq!(lacks(&["front.png", "back.png"]), None);
+        assert_eq!(lacks(&["a_1.png", "b_3.png", "b_4.png"]), None, "not one series");
+        assert_eq!(lacks(&["a_1.png"]), None);
+        assert_eq!(lacks(&["a_99999999999999999999999.png", "a_2.png"]), None);
+    }
+
+    #[test]
+    fn a_folder_has_one_series() {
+        let folder = tempfile::tempdir().unwrap();
+        let inside = |name: &str| folder.path().join(name);
+        let of = |output: &str| frames(&[folder.path().to_path_buf()], &inside(output));
+        assert!(of("x.gif").unwrap_err().to_string().contains("no .png"));
+        for name in ["c_2.png", "c_1.PNG", "c_10.png", "notes.txt", "all.webp"] {
+            std::fs::write(inside(name), "").unwrap();
+        }
+        // `.PNG` and `.png` are two series; what is written is in none.
+        let text = of("all.webp").unwrap_err().to_string();
+        assert!(text.contains("2 series, c_#.PNG and c_#.png"), "{text}");
+        std::fs::remove_file(inside("c_1.PNG")).unwrap();
+        assert_eq!(of("all.webp").unwrap(), [inside("c_2.png"), inside("c_10.png")]);
+        std::fs::write(inside("c_2.depth.png"), "").unwrap();
+        assert!(of("all.webp").unwrap_err().to_string().contains("name the frames"));
+    }
+}

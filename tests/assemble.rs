@@ -1,0 +1,95 @@
+//! `blinn assemble`, as a user meets it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A frame of one colour.
+fn frame(path: &Path, size: (u32, u32), rgba: [u8; 4]) {
+    image::RgbaImage::from_pixel(size.0, size.1, image::Rgba(rgba)).save(path).unwrap();
+}
+
+fn assemble(folder: &Path, words: &str) -> Output {
+    let words = words.split_whitespace();
+    Command::new(env!("CARGO_BIN_EXE_blinn"))
+        .arg("assemble")
+        .args(words)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+#[track_caller]
+fn told(output: &Output, code: i32, text: &str) {
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{error}");
+    assert!(error.contains(text) && error.lines().count() == 1, "{error}");
+}
+
+fn three_frames() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("f")).unwrap();
+    for (i, grey) in [(2, 100), (10, 150), (9, 200)] {
+        frame(&folder.path().join(format!("f/a_{i}.png")), (32, 18), [grey, grey, grey, 255]);
+    }
+    folder
+}
+
+#[test]
+fn frames_come_in_the_order_of_their_numbers() {
+    let folder = three_frames();
+    let out = assemble(folder.path(), "f/a_10.png f/a_2.png f/a_9.png -o a.gif --fps 10 -q");
+    assert_eq!((out.status.code(), out.stderr.len()), (Some(0), 0));
+    let bytes = std::fs::read(folder.path().join("a.gif")).unwrap();
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(&bytes[..]).unwrap();
+    for grey in [100, 200, 150] {
+        let shown = decoder.read_next_frame().unwrap().unwrap();
+        assert_eq!((shown.delay, &shown.buffer[..4]), (10, &[grey, grey, grey, 255][..]));
+    }
+}
+
+#[test]
+fn missing_numbers_are_a_warning_and_an_error_when_that_is_asked_for() {
+    let folder = three_frames();
+    let out = assemble(folder.path(), "f -o a.apng");
+    let error = String::from_utf8_lossy(&out.stderr);
+    assert_eq!(error, "warning: a.apng: frames are missing: 3 to 8\nwrote a.apng\n");
+    assert_eq!(out.status.code(), Some(0));
+    told(&assemble(folder.path(), "f -o b.apng --strict"), 1, "frames are missing: 3 to 8");
+    assert!(!folder.path().join("b.apng").exists());
+}
+
+#[test]
+fn every_ending_makes_a_file_and_alpha_needs_a_background_where_there_is_none() {
+    let folder = three_frames();
+    frame(&folder.path().join("f/a_9.png"), (32, 18), [255, 0, 0, 128]);
+    for name in ["a.gif", "a.apng", "a.webp", "a.html"] {
+        let out = assemble(folder.path(), &format!("f -o {name} -q"));
+        assert_eq!(out.status.code(), Some(0), "{name}");
+        assert!(folder.path().join(name).metadata().unwrap().len() > 100, "{name}");
+    }
+    told(
+        &assemble(folder.path(), "f -o a.mp4 -q"),
+        1,
+        "f/a_9.png: a.mp4 cannot be written: an MP4 has no transparency",
+    );
+    assert_eq!(assemble(folder.path(), "f -o a.mp4 -q --background #ffffff").status.code(), Some(0));
+}
+
+#[test]
+fn what_makes_no_sense_is_said_in_one_line() {
+    let folder = three_frames();
+    told(&assemble(folder.path(), "f -o a.avi"), 2, "must end in .gif, .apng, .webp, .mp4 or .html");
+    told(&assemble(folder.path(), "f -o a.gif --quality 50"), 2, "--quality is of .webp, .mp4 and .html");
+    told(&assemble(folder.path(), "f/b.png -o a.gif"), 1, "f/b.png cannot be read");
+    std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
+    told(&assemble(folder.path(), "text.png -o a.gif"), 1, "text.png: frames are .png, .jpg or .webp");
+    frame(&folder.path().join("f/a_3.png"), (18, 32), [0, 0, 0, 255]);
+    told(&assemble(folder.path(), "f -o a.gif -q"), 1, "f/a_3.png is 18x32, and f/a_2.png 32x18");
+    std::fs::write(folder.path().join("kept.gif"), "kept").unwrap();
+    told(&assemble(folder.path(), "f/a_2.png -o kept.gif --no-overwrite"), 1, "--no-overwrite");
+    assert_eq!(std::fs::read(folder.path().join("kept.gif")).unwrap(), b"kept");
+    let left = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 3, "f, text.png, kept.gif");
+}
