@@ -1,0 +1,95 @@
+"""How far the lecture's terms are from GGX, by what their coefficients are made of: the table of docs/design.md.
+
+    python docs/scripts/ggx.py            # needs numpy
+
+A ball of base colour .8 fills a square picture, seen from far away (v is +Z everywhere) and lit by one sun of
+irradiance π from 0, 30, 60 and 90 degrees beside the viewer, at roughness .1, .2, … 1. The reference is a microfacet
+surface: GGX's distribution, Smith's height-correlated masking, Schlick's Fresnel term with F0 = .04 for dielectrics
+and the base colour for metals, over a Lambertian base that gets the share 1 − F0 and is none for metals. What differs
+is the mean over the ball's pixels of |Δ|, in steps of 255 of sRGB, clipped at white; then the mean over lights and
+roughnesses. `tests/ggx.rs` measures the first row through the whole renderer.
+"""
+
+import numpy as np
+
+BASE, SIDE = 0.8, 256
+ROUGHNESSES = np.arange(1, 11) / 10
+ANGLES = np.radians([0, 30, 60, 90])
+
+
+def ball():
+    """Normals of the ball's pixels."""
+    at = (np.arange(SIDE) + 0.5) / SIDE * 2 - 1
+    x, y = np.meshgrid(at, at)
+    r2 = x * x + y * y
+    inside = r2 < 1
+    return np.stack([x[inside], y[inside], np.sqrt(1 - r2[inside])], -1)
+
+
+NORMALS = ball()
+VIEW = np.array([0.0, 0.0, 1.0])
+
+
+def srgb(v):
+    v = np.clip(v, 0, 1)
+    return 255 * np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055)
+
+
+def cosines(angle):
+    light = np.array([np.sin(angle), 0, np.cos(angle)])
+    half = (light + VIEW) / np.linalg.norm(light + VIEW)
+    return NORMALS @ light, NORMALS @ half, NORMALS @ VIEW, half @ VIEW
+
+
+def f0_of(metallic):
+    return 0.04 + (BASE - 0.04) * metallic
+
+
+def ggx(metallic, roughness, angle):
+    nl, nh, nv, vh = cosines(angle)
+    lit, nl = nl > 0, np.maximum(nl, 1e-6)
+    a2, f0 = roughness**4, f0_of(metallic)
+    distribution = a2 / (np.pi * (nh * nh * (a2 - 1) + 1) ** 2)
+    masking = lambda c: (np.sqrt(1 + a2 * (1 / c**2 - 1)) - 1) / 2
+    seen = 1 / (1 + masking(nl) + masking(nv))
+    fresnel = f0 + (1 - f0) * (1 - vh) ** 5
+    specular = distribution * fresnel * seen / (4 * nl * nv)
+    diffuse = BASE * (1 - metallic) * (1 - f0) / np.pi
+    return np.where(lit, np.pi * (specular + diffuse) * nl, 0)
+
+
+def ours(metallic, roughness):
+    """The mapping of src/integrator/coefficients.rs."""
+    alpha, f0 = max(roughness, 0.1) ** 2, f0_of(metallic)
+    p = 2 / alpha**2 - 2
+    return BASE * (1 - metallic) * (1 - 0.04) + 0.35 * f0 * alpha, f0 * (1 - alpha) * (p + 2) / 8, p
+
+
+def plain(metallic, roughness):
+    """As much light in the highlight as in the microfacets', and nothing else."""
+    alpha, f0 = max(roughness, 0.1) ** 2, f0_of(metallic)
+    p = 2 / alpha**2 - 2
+    return BASE * (1 - metallic) * (1 - 0.04), f0 * (p + 2) / 8, p
+
+
+def exporters(metallic, roughness):
+    """p = 1000·(1 − roughness)², as Blender's OBJ exporter has it, and k_s = F0."""
+    return BASE * (1 - metallic), f0_of(metallic), 1000 * (1 - roughness) ** 2
+
+
+def blinn(coefficients, angle):
+    k_d, k_s, p = coefficients
+    nl, nh, _, _ = cosines(angle)
+    return np.where(nl > 0, k_d * np.maximum(nl, 0) + k_s * np.maximum(nh, 0) ** p, 0)
+
+
+def difference(mapping, metallic):
+    pairs = [(r, a) for r in ROUGHNESSES for a in ANGLES]
+    off = [np.abs(srgb(blinn(mapping(metallic, r), a)) - srgb(ggx(metallic, r, a))).mean() for r, a in pairs]
+    return np.mean(off)
+
+
+if __name__ == "__main__":
+    print("| mapping | dielectric | metal |\n|---|---|---|")
+    for mapping in (ours, plain, exporters):
+        print(f"| {mapping.__name__} | {difference(mapping, 0):.2f} | {difference(mapping, 1):.2f} |")
