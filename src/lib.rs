@@ -41,6 +41,7 @@
 #![warn(missing_docs)]
 
 pub mod accel;
+pub mod batch;
 pub mod cli;
 pub mod display;
 pub mod geometry;

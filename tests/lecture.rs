@@ -69,6 +69,7 @@ fn seen(scene: &Scene, eye: DVec3, lights: &[PosedLight], ambient: Rgb, stage: S
         shadows: true,
         occlusion: None,
         ground: None,
+        placed: glam::DAffine3::IDENTITY,
     };
     let settings = RenderSettings { width: 1, height: 1, samples: 1, ..Default::default() };
     let pixels = render(&frame, &Phong { stage }, &settings, &()).unwrap();

@@ -46,7 +46,7 @@ impl Shot {
 
     fn frame<'a>(&self, posed: &'a PosedScene, accel: &'a Accel) -> Frame<'a> {
         let rig = Rig { lights: self.lights.clone(), ambient: Rgb::splat(self.ambient), sky: None };
-        let lit = Lit { rig, by_file: false, assumed: false, note: String::new() };
+        let lit = Lit { rig, sources: Vec::new(), by_file: false, assumed: false, note: String::new() };
         let (camera, _) = self.view.resolve(posed, self.size.0, self.size.1).unwrap();
         let (shadows, occlusion, ground) = (self.shadows, self.occlusion, self.ground);
         let mut frame = Frame { shadows, occlusion, ground, ..Frame::new(posed, accel, camera, &lit) };

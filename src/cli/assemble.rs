@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use image::ImageReader;
 
-use super::args::{AssembleArgs, LoopArg, ProgressArg};
+use super::args::{AssembleArgs, LoopArg};
 use super::progress::Reporter;
 use super::sequence::{frames, missing};
-use super::{Summary, Usage};
+use super::{Summary, Usage, describe, one_line};
 use crate::display::{Background, over};
 use crate::output::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings, Replace};
 
@@ -24,9 +24,13 @@ pub(super) fn run(args: &AssembleArgs) -> Result<Summary, Usage> {
     if args.quality.is_some() && !format.is_lossy() {
         return Err(Usage("--quality is of .webp, .mp4 and .html alone: leave it out".into()));
     }
-    let reporter = Reporter::new(ProgressArg::None, args.quiet, false, false);
+    let reporter = Reporter::new(&args.telling, 1, args.quiet);
+    let failure = assemble(args, format, &reporter).err().map(|e| one_line(&describe(output, &e)));
+    if let Some(line) = &failure {
+        reporter.fail(line);
+    }
     let mut summary = Summary::default();
-    summary.add(output, assemble(args, format, &reporter));
+    summary.add(failure);
     Ok(summary)
 }
 
@@ -67,9 +71,13 @@ fn assemble(args: &AssembleArgs, format: MovingFormat, reporter: &Reporter) -> R
         }
         moving.push(&frame.pixels).map_err(|e| anyhow::Error::new(e).context(path.display().to_string()))
     };
+    reporter.frames(&args.output, frames.len());
+    let step = || reporter.watch(&args.output, 1).finish();
     push(opening, first)?;
+    step();
     for path in rest {
         push(read(path)?, path)?;
+        step();
     }
     moving.finish()?;
     reporter.wrote(&args.output);

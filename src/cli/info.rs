@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::args::InfoArgs;
 use super::job::load_options;
-use super::{Summary, Usage};
+use super::{Summary, Usage, one_line};
 use crate::import::{Warning, load};
 use crate::scene::{
     AnimationChoice, FileProjection, Format, LightKind, PoseSettings, Reflectance, Scene, pose,
@@ -30,9 +30,13 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
         match outcome {
             Ok(facts) => {
                 all.push(Value::Object(facts));
-                summary.add(path, Ok(()));
+                summary.add(None);
             }
-            Err(e) => summary.add(path, Err(e)),
+            Err(e) => {
+                let line = one_line(&super::describe(path, &e));
+                eprintln!("blinn: {line}");
+                summary.add(Some(line));
+            }
         }
     }
     let text = if !args.json {

@@ -2,14 +2,21 @@
 
 mod args;
 mod assemble;
+mod config;
 mod info;
 mod job;
+mod metering;
 mod progress;
 mod render;
+mod report;
 mod sequence;
 mod signals;
+mod studio;
 mod values;
+mod words;
+mod work;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -28,7 +35,11 @@ const USAGE: u8 = 2;
 /// line is wrong, 130 or 143 interrupted or terminated.
 pub fn run() -> ExitCode {
     signals::watch();
-    let cli = match Cli::try_parse() {
+    let words = match config::with_file(words::join_frames(std::env::args_os())) {
+        Ok(words) => words,
+        Err(usage) => return usage.exit(),
+    };
+    let cli = match Cli::try_parse_from(&words) {
         Ok(cli) => cli,
         Err(e) => {
             let asked = matches!(e.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
@@ -37,21 +48,24 @@ pub fn run() -> ExitCode {
             return ExitCode::from(if asked { DONE } else { USAGE });
         }
     };
+    if cli.command.process().is_some_and(|process| process.print_config) {
+        // A closed pipe is no error.
+        let _ = std::io::stdout().lock().write_all(config::print(&words).as_bytes());
+        return ExitCode::from(DONE);
+    }
     let outcome = match &cli.command {
-        Command::Render(args) => render::run(args),
+        Command::Render(args) => render::render(args),
+        Command::Turntable(args) => render::turntable(args),
         Command::Assemble(args) => assemble::run(args),
         Command::Info(args) => info::run(args),
     };
     match outcome {
-        Ok(Summary { failed: 0, .. }) => ExitCode::from(DONE),
+        Ok(summary) if summary.failed.is_empty() => ExitCode::from(DONE),
         Ok(summary) => {
             summary.report();
             ExitCode::from(FAILED)
         }
-        Err(Usage(line)) => {
-            eprintln!("blinn: {line}");
-            ExitCode::from(USAGE)
-        }
+        Err(usage) => usage.exit(),
     }
 }
 
@@ -59,26 +73,33 @@ pub fn run() -> ExitCode {
 #[derive(Debug)]
 struct Usage(String);
 
+impl Usage {
+    fn exit(self) -> ExitCode {
+        eprintln!("blinn: {}", one_line(&self.0));
+        ExitCode::from(USAGE)
+    }
+}
+
 /// What became of the scenes.
 #[derive(Debug, Default)]
 struct Summary {
     scenes: usize,
-    failed: usize,
+    /// What went wrong, in a line for each scene.
+    failed: Vec<String>,
 }
 
 impl Summary {
-    /// Notes a scene's outcome; a failure is told at once, in one line.
-    fn add(&mut self, scene: &std::path::Path, outcome: anyhow::Result<()>) {
+    /// Notes a scene's outcome: what went wrong, in one line that was told.
+    fn add(&mut self, failure: Option<String>) {
         self.scenes += 1;
-        if let Err(e) = outcome {
-            self.failed += 1;
-            eprintln!("blinn: {}", one_line(&describe(scene, &e)));
-        }
+        self.failed.extend(failure);
     }
 
+    /// Tells of all failures once more, where they may have scrolled away.
     fn report(&self) {
         if self.scenes > 1 {
-            eprintln!("blinn: {} of {} scenes failed", self.failed, self.scenes);
+            eprintln!("blinn: {} of {} scenes failed:", self.failed.len(), self.scenes);
+            self.failed.iter().for_each(|line| eprintln!("  {line}"));
         }
     }
 }

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::import::Smooth;
-use crate::integrator::Aov;
+use crate::integrator::{Aov, MatteKind};
 use crate::render::Crop;
 use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
 
@@ -52,6 +52,23 @@ pub(super) fn smooth(text: &str) -> Result<Smooth, String> {
 /// An angle in degrees, to radians.
 pub(super) fn angle(text: &str) -> Result<f64, String> {
     number(text).map(f64::to_radians)
+}
+
+/// An angle within a quarter turn of the horizon, in degrees, to radians.
+pub(super) fn elevation(text: &str) -> Result<f64, String> {
+    let v = number(text)?;
+    if v.abs() <= 90.0 { Ok(v.to_radians()) } else { Err("the elevation is within ±90 degrees".into()) }
+}
+
+/// `x`, `y`, `z` or `X,Y,Z`, of unit length.
+pub(super) fn axis(text: &str) -> Result<DVec3, String> {
+    let axis = match text {
+        "x" => DVec3::X,
+        "y" => DVec3::Y,
+        "z" => DVec3::Z,
+        _ => vector(text).map_err(|e| format!("{e}; or x, y, z"))?,
+    };
+    axis.try_normalize().ok_or_else(|| "an axis has a length".to_string())
 }
 
 /// `AZIMUTH,ELEVATION[,DISTANCE]`, angles in degrees.
@@ -200,6 +217,15 @@ pub(super) struct Layers {
     pub aovs: Vec<Aov>,
     /// Mattes of objects and materials.
     pub cryptomatte: bool,
+}
+
+impl Layers {
+    /// Names of the pictures that show them.
+    pub fn names(&self) -> Vec<String> {
+        let aovs = self.aovs.iter().map(|aov| aov.name().to_string());
+        let mattes = MatteKind::ALL.iter().filter(|_| self.cryptomatte);
+        aovs.chain(mattes.map(|kind| format!("{CRYPTOMATTE}-{}", kind.name()))).collect()
+    }
 }
 
 const CRYPTOMATTE: &str = "cryptomatte";

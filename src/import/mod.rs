@@ -85,6 +85,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
         obj::load(path, &folder, options)?
     };
     scene.name = name;
+    scene.source.files = folder.asked();
     // What a Blender user has seen of these files, Blender filtered.
     let by_blender = scene.source.is_blender();
     scene.textures.iter_mut().for_each(|t| t.decode_last = by_blender);

@@ -1,18 +1,22 @@
 //! From a reference in a file to bytes, without leaving the scene's folder.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Mutex;
 
 use percent_encoding::percent_decode_str;
 
 use super::error::LoadError;
 
 /// The folder that a scene's references are relative to.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Folder {
     path: PathBuf,
     allow_outside: bool,
+    /// Names of files that were looked for, there or not.
+    asked: Mutex<BTreeSet<String>>,
 }
 
 /// Why a reference gives no bytes. The text completes "…: ".
@@ -36,7 +40,8 @@ impl Folder {
     /// The folder that holds `scene`.
     pub fn of(scene: &Path, allow_outside: bool) -> Folder {
         let parent = scene.parent().filter(|p| !p.as_os_str().is_empty());
-        Folder { path: parent.unwrap_or(Path::new(".")).to_path_buf(), allow_outside }
+        let path = parent.unwrap_or(Path::new(".")).to_path_buf();
+        Folder { path, allow_outside, asked: Mutex::default() }
     }
 
     /// Reads what a glTF URI names: a data URI, or a file by its percent-encoded relative path.
@@ -55,11 +60,21 @@ impl Folder {
 
     /// Reads a file by a relative path as files of any system write it.
     pub fn read_file(&self, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
-        let path = self.resolve(name)?;
+        let found = self.resolve(name);
+        if !matches!(found, Err(Unreadable::Refused(_))) {
+            let asked = name.replace('\\', "/");
+            self.asked.lock().unwrap_or_else(|e| e.into_inner()).insert(asked);
+        }
+        let path = found?;
         match read_limited(&path, limit) {
             Ok(bytes) => Ok(bytes),
             Err(e) => Err(Unreadable::Missing(format!("'{name}' cannot be read: {e}"))),
         }
+    }
+
+    /// The names of all files that were looked for, relative to this folder.
+    pub fn asked(self) -> Vec<String> {
+        self.asked.into_inner().unwrap_or_else(|e| e.into_inner()).into_iter().collect()
     }
 
     /// A name of a file that is there and differs from `name` in the case of letters alone, in its

@@ -98,12 +98,13 @@ impl Aov {
             return;
         };
         let vector = |out: &mut Vec<f32>, v: DVec3| out.extend(v.as_vec3().to_array());
+        let turned = |n: DVec3| frame.placed.matrix3 * n;
         match self {
             Aov::Depth => out.push((f64::from(hit.t) * frame.camera.depth_per_t()) as f32),
-            Aov::Normal => vector(out, s.shading_normal(frame.posed)),
-            Aov::VertexNormal => vector(out, s.n_v),
-            Aov::GeometricNormal => vector(out, s.n_g),
-            Aov::Position => vector(out, s.p.as_dvec3() + frame.posed.centre),
+            Aov::Normal => vector(out, turned(s.shading_normal(frame.posed))),
+            Aov::VertexNormal => vector(out, turned(s.n_v)),
+            Aov::GeometricNormal => vector(out, turned(s.n_g)),
+            Aov::Position => vector(out, frame.placed.transform_point3(s.p.as_dvec3() + frame.posed.centre)),
             Aov::Albedo => {
                 let material = &frame.posed.materials[s.material as usize];
                 let color: Rgb = base_color(frame.posed, material, s);

@@ -18,7 +18,7 @@ mod sampler;
 mod shadow;
 mod surface;
 
-use glam::{DVec3, UVec2};
+use glam::{DAffine3, DVec3, UVec2};
 
 use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch};
 use crate::geometry::{RayDifferential, Rgb, Rgba};
@@ -58,6 +58,8 @@ pub struct Frame<'a> {
     pub occlusion: Option<Occlusion>,
     /// A ground below the scene.
     pub ground: Option<Ground>,
+    /// Scene to world: moves nothing unless the frame was [`Frame::turned`].
+    pub placed: DAffine3,
 }
 
 /// A sample of a pixel, at a place on the film: x to the right and y upward, both 0…1 over the whole
@@ -118,7 +120,22 @@ impl<'a> Frame<'a> {
             shadows: true,
             occlusion: None,
             ground: None,
+            placed: DAffine3::IDENTITY,
         }
+    }
+
+    /// The same frame with the scene moved by a rotation and a shift, while camera, lights and sky
+    /// stand still. It is those that are moved, the other way: the scene's trees stay as they are,
+    /// and rays meet them as ever. A ground takes a turn about the vertical through its middle alone.
+    pub fn turned(mut self, motion: &DAffine3) -> Frame<'a> {
+        if *motion == DAffine3::IDENTITY {
+            return self;
+        }
+        let back = motion.inverse();
+        self.camera = self.camera.moved(&back);
+        self.lights = self.lights.iter().map(|light| light.moved(&back, self.posed.centre)).collect();
+        self.placed = *motion * self.placed;
+        self
     }
 
     /// Fills `rays` with the eye rays of `samples`, cut at the camera's planes.
@@ -143,7 +160,7 @@ impl<'a> Frame<'a> {
 
     /// I_a at a surface of shading normal `n`.
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
-        self.sky.map_or(self.ambient, |sky| sky.ambient(n))
+        self.sky.map_or(self.ambient, |sky| sky.ambient(self.placed.matrix3 * n))
     }
 
     /// How an eye ray changes over a film of this size that it stands for; `None` for a point.

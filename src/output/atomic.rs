@@ -65,6 +65,12 @@ pub(super) fn nameless_beside(path: &Path) -> io::Result<File> {
     tempfile::tempfile_in(folder(path)).map_err(without_path)
 }
 
+/// Tries whether a file could be written at `path`. No file is seen there meanwhile.
+pub(super) fn try_to_write(path: &Path, replace: Replace) -> io::Result<()> {
+    may_write(path, replace)?;
+    tempfile::tempfile_in(folder(path)).map(drop).map_err(without_path)
+}
+
 /// Whether a file may appear at `path`.
 pub(super) fn may_write(path: &Path, replace: Replace) -> io::Result<()> {
     if replace == Replace::No && path.exists() {

@@ -1,6 +1,8 @@
 //! OpenEXR: one part, colour as R G B A and every layer as `name.channel`, linear.
 
-use std::io::{self, Cursor};
+use std::fs::File;
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::path::Path;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
@@ -37,8 +39,10 @@ pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
         None => (Vec2(0, 0), size),
     };
     let text = |value: &str| ExrText::from_bytes_unchecked(value.bytes().collect());
+    let stamp = picture.stamp.iter().map(|stamp| (super::stamp::KEY.to_string(), stamp.clone()));
     let other = mattes.iter().flat_map(cryptomatte::Layers::metadata);
-    let other = other.map(|(key, value)| (text(&key), AttributeValue::Text(text(&value)))).collect();
+    let other =
+        other.chain(stamp).map(|(key, value)| (text(&key), AttributeValue::Text(text(&value)))).collect();
     let software_name = Some(concat!("blinn ", env!("CARGO_PKG_VERSION")).into());
     let attributes = LayerAttributes { software_name, layer_position: position, other, ..Default::default() };
     let layer = ExrLayer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
@@ -89,6 +93,42 @@ fn sort_attributes(file: &mut [u8]) {
     if let Some(header) = file.get_mut(MAGIC_AND_VERSION..at) {
         header.copy_from_slice(&attributes.concat());
     }
+}
+
+/// The text of the attribute of that name in a header that `file` begins with.
+pub(super) fn attribute<'f>(file: &'f [u8], name: &str) -> Option<&'f [u8]> {
+    let mut at = 8;
+    while let Some(length) = attribute_length(file.get(at..)?) {
+        let bytes = &file[at..at + length];
+        if let Some(rest) = bytes.strip_prefix(name.as_bytes()).and_then(|b| b.strip_prefix(b"\0string\0")) {
+            return rest.get(4..);
+        }
+        at += length;
+    }
+    None
+}
+
+/// Whether the file that begins with `head` ends where its last chunk does.
+pub(super) fn is_whole(head: &[u8], path: &Path) -> bool {
+    let mut at = 8;
+    while let Some(length) = attribute_length(head.get(at..).unwrap_or_default()) {
+        at += length;
+    }
+    // A zero ends the header; then come the places of the chunks, and directly behind those the first.
+    let table = at + 1;
+    let place = |at: usize| Some(u64::from_le_bytes(*head.get(at..)?.first_chunk()?));
+    let end = || {
+        let count = place(table)?.checked_sub(table as u64)? / 8;
+        let last = place(table.checked_add(usize::try_from(count).ok()?.checked_sub(1)?.checked_mul(8)?)?)?;
+        let mut file = File::open(path).ok()?;
+        let mut chunk = [0; 8];
+        file.seek(SeekFrom::Start(last)).ok()?;
+        file.read_exact(&mut chunk).ok()?;
+        let [_, _, _, _, size @ ..] = chunk;
+        let end = last.checked_add(8)?.checked_add(u64::from(u32::from_le_bytes(size)))?;
+        Some(end == file.metadata().ok()?.len())
+    };
+    end() == Some(true)
 }
 
 /// The length of the attribute that `bytes` begin with: name, type, size and value. `None` at the

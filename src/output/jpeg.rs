@@ -6,7 +6,12 @@ use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
 /// Encodes opaque 8-bit RGBA with a quality of 1 to 100.
-pub(super) fn encode(width: u32, height: u32, pixels: &[[u8; 4]], quality: u8) -> io::Result<Vec<u8>> {
+pub(super) fn encode(
+    (width, height): (u32, u32),
+    pixels: &[[u8; 4]],
+    quality: u8,
+    stamp: Option<&str>,
+) -> io::Result<Vec<u8>> {
     const MOST: u32 = u16::MAX as u32;
     if width > MOST || height > MOST {
         return Err(super::too_large("a JPEG", MOST, width, height));
@@ -19,5 +24,8 @@ pub(super) fn encode(width: u32, height: u32, pixels: &[[u8; 4]], quality: u8) -
     let mut out = Vec::new();
     let encoder = JpegEncoder::new_with_quality(&mut out, quality.clamp(1, 100));
     encoder.write_image(&rgb, width, height, ExtendedColorType::Rgb8).map_err(io::Error::other)?;
+    if let Some(stamp) = stamp {
+        super::stamp::into_jpeg(&mut out, stamp);
+    }
     Ok(out)
 }

@@ -7,6 +7,8 @@ mod jpeg;
 mod moving;
 mod png;
 mod preview;
+mod stamp;
+mod thumbnail;
 mod webp;
 
 use std::io;
@@ -18,6 +20,8 @@ use crate::render::{Crop, Layer, Matte, Pixels};
 pub use atomic::{Replace, hold_writes, write_atomically};
 pub use moving::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
 pub use preview::{preview, preview_matte};
+pub use stamp::read_stamp;
+pub use thumbnail::thumbnail;
 
 /// A picture ready to be written: colour, layers, and how it is shown.
 #[derive(Clone, Debug)]
@@ -32,6 +36,8 @@ pub struct Picture {
     pub display: Display,
     /// Where this is a part of a larger picture: that one.
     pub part: Option<Part>,
+    /// A line of ASCII that its files keep, for [`read_stamp`] to find again.
+    pub stamp: Option<String>,
 }
 
 /// Where a part lies in its picture.
@@ -48,7 +54,7 @@ pub struct Part {
 impl Picture {
     /// A whole picture without layers.
     pub fn new(pixels: Pixels, display: Display) -> Picture {
-        Picture { pixels, layers: Vec::new(), mattes: Vec::new(), display, part: None }
+        Picture { pixels, layers: Vec::new(), mattes: Vec::new(), display, part: None, stamp: None }
     }
 }
 
@@ -97,15 +103,14 @@ impl Format {
     /// What the encoder says; sizes that the format cannot hold.
     pub fn encode(self, picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
         let Picture { pixels, display, .. } = picture;
-        let (width, height) = (pixels.width, pixels.height);
+        let size = (pixels.width, pixels.height);
+        let stamp = picture.stamp.as_deref();
         match self {
-            Format::Png if depth == Depth::Sixteen => {
-                png::encode16(width, height, &display.to_rgba16(pixels))
-            }
-            Format::Png => png::encode8(width, height, &display.to_rgba8(pixels)),
+            Format::Png if depth == Depth::Sixteen => png::encode16(size, &display.to_rgba16(pixels), stamp),
+            Format::Png => png::encode8(size, &display.to_rgba8(pixels), stamp),
             Format::Exr => exr::encode(picture, depth),
-            Format::Jpeg(quality) => jpeg::encode(width, height, &display.to_rgba8(pixels), quality),
-            Format::Webp => webp::encode(width, height, &display.to_rgba8(pixels)),
+            Format::Jpeg(quality) => jpeg::encode(size, &display.to_rgba8(pixels), quality, stamp),
+            Format::Webp => webp::encode(size, &display.to_rgba8(pixels), stamp),
         }
     }
 
@@ -145,13 +150,21 @@ pub fn save(
         let mattes = mattes.map(|m| (format!("cryptomatte-{}", m.kind.name()), preview_matte(m)));
         for (name, image) in layers.chain(mattes) {
             let beside = path.with_extension(format!("{name}.png"));
-            let bytes =
-                png::encode8(picture.pixels.width, picture.pixels.height, &image).map_err(failed(&beside))?;
+            let size = (picture.pixels.width, picture.pixels.height);
+            let bytes = png::encode8(size, &image, picture.stamp.as_deref()).map_err(failed(&beside))?;
             write_atomically(&beside, &bytes, replace).map_err(failed(&beside))?;
             written.push(beside);
         }
     }
     Ok(written)
+}
+
+/// Finds out whether `path` could be written, without writing it.
+///
+/// # Errors
+/// As [`save`].
+pub fn check_writable(path: &Path, replace: Replace) -> Result<(), SaveError> {
+    atomic::try_to_write(path, replace).map_err(|cause| SaveError { path: path.to_path_buf(), cause })
 }
 
 /// A picture that could not be written. There is no part of it on disk.

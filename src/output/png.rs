@@ -3,30 +3,37 @@
 use std::io;
 
 /// Encodes 8-bit RGBA; without an alpha channel where all is opaque.
-pub(super) fn encode8(width: u32, height: u32, pixels: &[[u8; 4]]) -> io::Result<Vec<u8>> {
+pub(super) fn encode8(
+    (width, height): (u32, u32),
+    pixels: &[[u8; 4]],
+    stamp: Option<&str>,
+) -> io::Result<Vec<u8>> {
     if pixels.iter().all(|p| p[3] == 255) {
         let rgb: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
-        return encode(width, height, png::ColorType::Rgb, png::BitDepth::Eight, &rgb);
+        return encode((width, height), (png::ColorType::Rgb, png::BitDepth::Eight), &rgb, stamp);
     }
-    encode(width, height, png::ColorType::Rgba, png::BitDepth::Eight, pixels.as_flattened())
+    encode((width, height), (png::ColorType::Rgba, png::BitDepth::Eight), pixels.as_flattened(), stamp)
 }
 
 /// Encodes 16-bit RGBA; without an alpha channel where all is opaque.
-pub(super) fn encode16(width: u32, height: u32, pixels: &[[u16; 4]]) -> io::Result<Vec<u8>> {
+pub(super) fn encode16(
+    (width, height): (u32, u32),
+    pixels: &[[u16; 4]],
+    stamp: Option<&str>,
+) -> io::Result<Vec<u8>> {
     let opaque = pixels.iter().all(|p| p[3] == u16::MAX);
     let channels = if opaque { 3 } else { 4 };
     let bytes: Vec<u8> =
         pixels.iter().flat_map(|p| p[..channels].iter().flat_map(|v| v.to_be_bytes())).collect();
     let color = if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba };
-    encode(width, height, color, png::BitDepth::Sixteen, &bytes)
+    encode((width, height), (color, png::BitDepth::Sixteen), &bytes, stamp)
 }
 
 fn encode(
-    width: u32,
-    height: u32,
-    color: png::ColorType,
-    depth: png::BitDepth,
+    (width, height): (u32, u32),
+    (color, depth): (png::ColorType, png::BitDepth),
     bytes: &[u8],
+    stamp: Option<&str>,
 ) -> io::Result<Vec<u8>> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, width, height);
@@ -34,6 +41,9 @@ fn encode(
     encoder.set_depth(depth);
     encoder.set_compression(png::Compression::Fast);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    if let Some(stamp) = stamp {
+        encoder.add_text_chunk(super::stamp::KEY.into(), stamp.into())?;
+    }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(bytes)?;
     writer.finish()?;

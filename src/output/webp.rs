@@ -2,22 +2,28 @@
 
 use std::io;
 
-use image::ExtendedColorType;
-use image::codecs::webp::WebPEncoder;
+use image_webp::{ColorType, WebPEncoder};
 
 /// Encodes 8-bit RGBA; without an alpha channel where all is opaque.
-pub(super) fn encode(width: u32, height: u32, pixels: &[[u8; 4]]) -> io::Result<Vec<u8>> {
+pub(super) fn encode(
+    (width, height): (u32, u32),
+    pixels: &[[u8; 4]],
+    stamp: Option<&str>,
+) -> io::Result<Vec<u8>> {
     const MOST: u32 = 1 << 14;
     if width > MOST || height > MOST {
         return Err(super::too_large("a WebP", MOST, width, height));
     }
     let mut out = Vec::new();
-    let encoder = WebPEncoder::new_lossless(&mut out);
+    let mut encoder = WebPEncoder::new(&mut out);
+    if let Some(stamp) = stamp {
+        encoder.set_xmp_metadata(super::stamp::xmp(stamp));
+    }
     let written = if pixels.iter().all(|p| p[3] == u8::MAX) {
         let rgb: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
-        encoder.encode(&rgb, width, height, ExtendedColorType::Rgb8)
+        encoder.encode(&rgb, width, height, ColorType::Rgb8)
     } else {
-        encoder.encode(pixels.as_flattened(), width, height, ExtendedColorType::Rgba8)
+        encoder.encode(pixels.as_flattened(), width, height, ColorType::Rgba8)
     };
     written.map_err(io::Error::other)?;
     Ok(out)

@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::pose::playing;
-use super::{Animation, PoseSettings, PosedScene, Scene, Target, pose};
+use super::{Animation, AnimationChoice, PoseError, PoseSettings, PosedScene, Scene, Target, pose};
 use crate::geometry::{Aabb, Sphere};
 
 /// Moments that are looked at, at most.
@@ -24,6 +24,14 @@ const CLOSE: usize = 64;
 pub(super) struct OverClip {
     bounds: Aabb,
     sphere: Sphere,
+}
+
+/// When the animations that play end, in seconds; 0 where nothing moves.
+///
+/// # Errors
+/// An animation index that the scene does not have.
+pub fn clip_end(scene: &Scene, animation: &AnimationChoice) -> Result<f64, PoseError> {
+    Ok(playing(scene, animation)?.iter().map(|a| f64::from(a.duration())).fold(0.0, f64::max))
 }
 
 impl PosedScene<'_> {

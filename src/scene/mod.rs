@@ -23,9 +23,11 @@ mod select;
 mod skin;
 mod sky;
 mod texture;
+mod turn;
 
 pub use animation::{Animation, Channel, Interpolation, Keys, Target};
 pub use camera::{Camera, Clip, Fit, Orbit, Projection, View, ViewError};
+pub use clip::clip_end;
 pub use driven::{CameraField, LightField, MaterialField, Slot};
 pub use footprint::Footprint;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
@@ -45,6 +47,7 @@ pub use select::{Glob, NothingFound, Selection};
 pub use skin::Skin;
 pub use sky::Sky;
 pub use texture::{Filter, Texture, TextureRef, UvTransform, Wrap};
+pub use turn::Turn;
 
 /// The format a scene came in, for the defaults that depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -67,6 +70,9 @@ pub struct Source {
     pub extensions: Vec<String>,
     /// Scenes in the file, by name, and which of them this is.
     pub scenes: Vec<String>,
+    /// Files that it refers to, by their names relative to its own folder, whether they are there
+    /// or not.
+    pub files: Vec<String>,
     /// Names of material variants.
     pub variants: Vec<String>,
 }

@@ -216,6 +216,15 @@ pub(super) fn playing<'s>(
 }
 
 impl<'s> PosedScene<'s> {
+    /// The same scene at another moment: animation and centre are this one's, and what it found
+    /// out about the whole clip stays known.
+    pub fn at(&self, time: f64) -> PosedScene<'s> {
+        let settings = PoseSettings { time, animation: self.animation.clone(), centre: Some(self.centre) };
+        let mut posed = pose(self.scene, &settings).unwrap_or_else(|_| self.clone());
+        posed.over_clip = self.over_clip.clone();
+        posed
+    }
+
     /// Which animations play.
     pub fn animation(&self) -> &AnimationChoice {
         &self.animation

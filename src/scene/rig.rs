@@ -140,6 +140,8 @@ const BLENDER_AMBIENT: f32 = 0.05;
 pub struct Lit {
     /// Lights and ambient.
     pub rig: Rig,
+    /// Where its lights come from.
+    pub sources: Vec<LightSource>,
     /// True where lights of the file take part, in the file's strengths.
     pub by_file: bool,
     /// True where the ambient colour is Blender's world, beside lights that Blender's exporter wrote
@@ -166,7 +168,7 @@ impl Lighting {
         let mut rig = Rig::default();
         let mut words = Vec::new();
         let mut by_file = false;
-        for source in sources {
+        for &source in &sources {
             let (added, what) = match source {
                 LightSource::File => {
                     by_file = !file.is_empty();
@@ -215,6 +217,6 @@ impl Lighting {
             let [r, g, b] = rig.ambient.to_array();
             note += &format!("; ambient {r:.3},{g:.3},{b:.3}");
         }
-        Lit { rig, by_file, assumed, note }
+        Lit { rig, sources, by_file, assumed, note }
     }
 }

@@ -78,6 +78,7 @@ pub(super) fn scene(
 fn source(doc: &Document<'_>) -> Source {
     let root = doc.root();
     Source {
+        files: Vec::new(),
         format: Format::Gltf,
         generator: root.asset.generator.clone().unwrap_or_default(),
         extensions: root.extensions_used.clone(),

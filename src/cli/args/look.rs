@@ -1,126 +1,20 @@
-//! The raw words of the command line.
+//! Words about how a picture looks: image, camera, lights, shading.
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::Args;
 use glam::DVec3;
 
-use super::values::{self, Ao, Exposure, Layers};
+use super::choices::*;
+use crate::cli::values::{self, Ao, Exposure, Layers};
 use crate::display::Background;
 use crate::geometry::Rgb;
-use crate::import::Smooth;
 use crate::render::Crop;
 use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
 
-/// Renders glTF and OBJ mesh scenes on the CPU.
-#[derive(Debug, Parser)]
-#[command(name = "blinn", version, max_term_width = 100, arg_required_else_help = true)]
-pub(super) struct Cli {
-    #[command(subcommand)]
-    pub command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-pub(super) enum Command {
-    /// Renders an image of each scene
-    Render(Box<RenderArgs>),
-    /// Makes a moving picture of finished frames
-    Assemble(AssembleArgs),
-    /// Says what is in a scene
-    Info(InfoArgs),
-}
-
-/// A scene file and how it is read.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Scene")]
-pub(super) struct SceneArgs {
-    /// Scene files: .gltf, .glb or .obj
-    #[arg(required = true, value_name = "SCENE")]
-    pub scenes: Vec<PathBuf>,
-    /// Scene of the file, by name or index
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub scene: Option<String>,
-    /// Material variant of a glTF file, by name; none for its default materials
-    #[arg(long, value_name = "NAME")]
-    pub variant: Option<String>,
-    /// Which way is up in the file
-    #[arg(long, value_enum, default_value_t = UpArg::Y)]
-    pub up: UpArg,
-    /// New normals, smooth across edges of less than ANGLE degrees, or none [default: the file's]
-    #[arg(long, value_name = "ANGLE|off", value_parser = values::smooth)]
-    pub smooth: Option<Smooth>,
-}
-
-#[derive(Debug, Args)]
-pub(super) struct AssembleArgs {
-    /// PNG, JPEG or WebP files of one size, or folders that hold one series of them; they come in the
-    /// order of their numbers
-    #[arg(required = true, value_name = "FRAMES")]
-    pub frames: Vec<PathBuf>,
-    /// Output: a .gif, .apng, .webp, .mp4 or .html
-    #[arg(short, long, value_name = "OUT", help_heading = "Output")]
-    pub output: PathBuf,
-    /// Frames a second
-    #[arg(long, default_value_t = 24.0, value_parser = values::positive, help_heading = "Time")]
-    pub fps: f64,
-    /// Whether it starts over at its end (an .mp4 leaves that to its player)
-    #[arg(long, value_enum, default_value_t = LoopArg::Forever, help_heading = "Time")]
-    pub r#loop: LoopArg,
-    /// Quality, 1 to 100, of .webp (100: without loss), .mp4 and .html [default: 90]
-    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100), help_heading = "Output")]
-    pub quality: Option<u8>,
-    /// What is behind frames that are transparent [default: what is behind the picture]
-    #[arg(long, value_name = "COLOR|transparent", value_parser = values::background, help_heading = "Image")]
-    pub background: Option<Background>,
-    /// Refuses to replace a file
-    #[arg(long, help_heading = "Output")]
-    pub no_overwrite: bool,
-    /// Makes a missing frame an error
-    #[arg(long, help_heading = "Process")]
-    pub strict: bool,
-    /// Says nothing but errors
-    #[arg(short, long, help_heading = "Process")]
-    pub quiet: bool,
-}
-
-#[derive(Debug, Args)]
-pub(super) struct InfoArgs {
-    #[command(flatten)]
-    pub scene: SceneArgs,
-    /// Prints JSON
-    #[arg(long, help_heading = "Output")]
-    pub json: bool,
-    #[command(flatten)]
-    pub common: CommonArgs,
-}
-
-#[derive(Debug, Args)]
-pub(super) struct RenderArgs {
-    #[command(flatten)]
-    pub scene: SceneArgs,
-    #[command(flatten)]
-    pub image: ImageArgs,
-    #[command(flatten)]
-    pub camera: CameraArgs,
-    #[command(flatten)]
-    pub light: LightArgs,
-    #[command(flatten)]
-    pub shading: ShadingArgs,
-    #[command(flatten)]
-    pub time: TimeArgs,
-    #[command(flatten)]
-    pub process: ProcessArgs,
-    #[command(flatten)]
-    pub common: CommonArgs,
-}
-
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Image")]
-pub(super) struct ImageArgs {
-    /// Output: a .png, .exr, .jpg or .webp, a folder/, or - for a PNG on standard output; {stem}, {parent} and
-    /// {index} stand for the scene [default: {stem}.png]
-    #[arg(short, long, value_name = "OUT", help_heading = "Output")]
-    pub output: Option<PathBuf>,
+pub struct ImageArgs {
     /// Width and height in pixels [default: 1280x720, or the shape of the file's camera]
     #[arg(long, alias = "resolution", value_name = "WxH", value_parser = values::size)]
     pub size: Option<(u32, u32)>,
@@ -143,12 +37,6 @@ pub(super) struct ImageArgs {
     /// From linear light to the screen; auto is agx for Blender's glTF files, else standard
     #[arg(long, value_enum, default_value_t = ViewArg::Auto)]
     pub view: ViewArg,
-    /// Bits a channel: 8 or 16 in PNG, 16 or 32 in EXR
-    #[arg(long, value_parser = ["8", "16", "32"], help_heading = "Output")]
-    pub depth: Option<String>,
-    /// Quality of a JPEG, 1 to 100 [default: 90]
-    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100), help_heading = "Output")]
-    pub quality: Option<u8>,
     /// Layers: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask,
     /// object-id, material-id, cryptomatte
     #[arg(long, value_name = "LIST", value_parser = values::layers, help_heading = "Output")]
@@ -159,14 +47,11 @@ pub(super) struct ImageArgs {
     /// Varies the samples' places
     #[arg(long, default_value_t = 0)]
     pub seed: u32,
-    /// Refuses to replace a file
-    #[arg(long, help_heading = "Output")]
-    pub no_overwrite: bool,
 }
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
-pub(super) struct CameraArgs {
+pub struct CameraArgs {
     /// Camera of the file, by name or index
     #[arg(long, alias = "camera-index", value_name = "NAME|INDEX")]
     pub camera: Option<String>,
@@ -230,7 +115,7 @@ pub(super) struct CameraArgs {
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Lights")]
-pub(super) struct LightArgs {
+pub struct LightArgs {
     /// file, headlight, three-point: a list, or none [default: file, else three-point]
     #[arg(long, value_name = "LIST", value_parser = values::lights)]
     pub lights: Option<std::vec::Vec<LightSource>>,
@@ -273,7 +158,7 @@ pub(super) struct LightArgs {
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shading")]
-pub(super) struct ShadingArgs {
+pub struct ShadingArgs {
     /// How far through the lecture: colour, Lambert, Lambert with shadows, all
     #[arg(long, value_enum, default_value_t = IntegratorArg::Phong)]
     pub integrator: IntegratorArg,
@@ -296,75 +181,4 @@ pub(super) struct ShadingArgs {
     /// Whether single-sided materials are seen from behind
     #[arg(long, value_enum, default_value_t = CullArg::Auto)]
     pub cull: CullArg,
-}
-
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Time")]
-pub(super) struct TimeArgs {
-    /// Moment of the animation
-    #[arg(long, value_name = "SECONDS", value_parser = values::number, allow_hyphen_values = true)]
-    pub time: Option<f64>,
-    /// Moment by frame number: N/fps
-    #[arg(long, value_name = "N", conflicts_with = "time", value_parser = values::number, allow_hyphen_values = true)]
-    pub frame: Option<f64>,
-    /// Frames a second
-    #[arg(long, default_value_t = 24.0, value_parser = values::positive)]
-    pub fps: f64,
-    /// Animation by name or index, all, or none for the rest pose
-    #[arg(long, value_name = "NAME|INDEX|all|none")]
-    pub animation: Option<String>,
-}
-
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Process")]
-pub(super) struct ProcessArgs {
-    /// Threads [default: the processors this process may use]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
-    /// How progress is told on standard error
-    #[arg(long, value_enum, default_value_t = ProgressArg::Auto)]
-    pub progress: ProgressArg,
-    /// Prints the time of each stage
-    #[arg(long)]
-    pub perf: bool,
-    /// Says what was chosen: camera, lights, exposure
-    #[arg(short, long)]
-    pub verbose: bool,
-}
-
-/// What every command takes.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Process")]
-pub(super) struct CommonArgs {
-    /// Reads files outside the scene's folder too
-    #[arg(long)]
-    pub allow_outside: bool,
-    /// Makes a warning an error
-    #[arg(long)]
-    pub strict: bool,
-    /// Says nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
-}
-
-macro_rules! choices {
-    ($($(#[$doc:meta])* $name:ident { $($variant:ident),* })*) => { $(
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-        pub(super) enum $name { $($variant),* }
-    )* };
-}
-
-choices! {
-    UpArg { Y, Z }
-    FilterArg { Box, Tent, Gaussian, BlackmanHarris }
-    ViewArg { Auto, Standard, Agx, PbrNeutral, Raw }
-    ProjectionArg { Perspective, Orthographic }
-    FitArg { Auto, Horizontal, Vertical }
-    UnitsArg { Auto, Standard, Unitless, Raw }
-    IntegratorArg { Phong, Shadow, Diffuse, Color }
-    GroundArg { Shadow, Plane }
-    CullArg { Auto, Off }
-    LoopArg { Forever, Once }
-    ProgressArg { Auto, Plain, Json, None }
 }

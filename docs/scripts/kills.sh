@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# Kills a job of pictures at random instants, again and again, and looks at what is left each time.
+#
+#   bash docs/scripts/kills.sh target/release/blinn models/cornell/cornell.glb 200
+#
+# What must hold: every picture that is there can be decoded, and a last run completes the job with the
+# very files of one that nothing happened to. Needs Python with Pillow.
+set -euo pipefail
+blinn=$(realpath "$1") scene=$(realpath "$2") kills=${3:-200}
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder"
+job() { "$blinn" turntable "$scene" --count 20 --size 160x90 --resume -q -o "$1/####.png"; }
+
+started=$(date +%s%N)
+job whole
+took=$((($(date +%s%N) - started) / 1000000))
+undecodable=0 rounds=0
+for ((i = 0; i < kills; i++)); do
+    # Once all are there, they are made anew.
+    if [ "$(find killed -name '*.png' 2>/dev/null | wc -l)" = 20 ]; then
+        diff -rq whole killed >&2
+        rm -rf killed
+        rounds=$((rounds + 1))
+    fi
+    job killed &
+    pid=$!
+    sleep "$(awk -v r="$RANDOM" -v t="$took" 'BEGIN { print r / 32768 * t / 1000 / 2 }')"
+    kill -9 "$pid" 2>/dev/null || true
+    wait "$pid" 2>/dev/null || true
+    undecodable=$((undecodable + $(python3 - <<'PY'
+import glob
+from PIL import Image
+
+bad = 0
+for name in glob.glob("killed/*.png"):
+    try:
+        Image.open(name).load()
+    except Exception:
+        bad += 1
+print(bad)
+PY
+    )))
+    # What a killed process was writing keeps its passing name.
+    rm -f killed/.blinn-*.part
+done
+job killed
+diff -r whole killed
+echo "$kills kills, $rounds jobs completed on the way: $undecodable files undecodable, the rest as if never killed"

@@ -1,0 +1,177 @@
+//! What files are called: patterns, filled in for a scene and a frame.
+
+use std::borrow::Cow;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+/// A file name with places to fill in: `{stem}` or `{model}`, `{parent}`, `{index}`, and for the
+/// frame's number `####`, `%04d` or `{frame:04}`. What looks like none of those stands for itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Template(Vec<Piece>);
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Piece {
+    Text(String),
+    Stem,
+    Parent,
+    Index,
+    /// Padded with zeros to so many digits.
+    Frame(usize),
+}
+
+/// What a name is filled in with.
+#[derive(Clone, Copy, Debug)]
+pub struct Name<'a> {
+    /// The scene's file.
+    pub scene: &'a Path,
+    /// Which scene of the batch, from 1.
+    pub index: usize,
+    /// The frame's number.
+    pub frame: i64,
+}
+
+/// Digits of a frame's number where no pattern says.
+const DIGITS: usize = 4;
+/// Digits that anyone may want.
+const MOST_DIGITS: usize = 32;
+
+impl Template {
+    /// Reads a pattern. Every text is one.
+    pub fn parse(text: &str) -> Template {
+        let mut pieces = Vec::new();
+        let mut rest = text;
+        while let Some(c) = rest.chars().next() {
+            if let Some((piece, after)) = place(rest) {
+                pieces.push(piece);
+                rest = after;
+                continue;
+            }
+            match pieces.last_mut() {
+                Some(Piece::Text(text)) => text.push(c),
+                _ => pieces.push(Piece::Text(c.into())),
+            }
+            rest = &rest[c.len_utf8()..];
+        }
+        Template(pieces)
+    }
+
+    /// Whether a frame's number is part of the name.
+    pub fn numbers_frames(&self) -> bool {
+        self.0.iter().any(|piece| matches!(piece, Piece::Frame(_)))
+    }
+
+    /// With `_####` before the ending, unless frames have a number already.
+    pub fn numbered(mut self) -> Template {
+        if self.numbers_frames() {
+            return self;
+        }
+        let number = [Piece::Text("_".into()), Piece::Frame(DIGITS)];
+        match self.0.pop() {
+            Some(Piece::Text(last)) => {
+                let name = last.rfind(['/', '\\']).map_or(0, |i| i + 1);
+                let ending = last[name..].rfind('.').map_or(last.len(), |i| name + i);
+                let (before, ending) = last.split_at(ending);
+                if !before.is_empty() {
+                    self.0.push(Piece::Text(before.into()));
+                }
+                self.0.extend(number);
+                self.0.push(Piece::Text(ending.into()));
+            }
+            other => self.0.extend(other.into_iter().chain(number)),
+        }
+        self
+    }
+
+    /// The name for a scene and a frame.
+    pub fn fill(&self, name: &Name) -> PathBuf {
+        let mut out = String::new();
+        for piece in &self.0 {
+            match piece {
+                Piece::Text(t) => out.push_str(t),
+                Piece::Stem => out.push_str(&text(name.scene.file_stem())),
+                Piece::Parent => out.push_str(&text(name.scene.parent().and_then(Path::file_name))),
+                Piece::Index => out.push_str(&name.index.to_string()),
+                Piece::Frame(width) => {
+                    let sign = if name.frame < 0 { "-" } else { "" };
+                    out.push_str(&format!("{sign}{:0width$}", name.frame.unsigned_abs(), width = *width));
+                }
+            }
+        }
+        out.into()
+    }
+}
+
+fn text(part: Option<&OsStr>) -> Cow<'_, str> {
+    part.map(OsStr::to_string_lossy).unwrap_or_default()
+}
+
+/// The place to fill in that `text` begins with, and what follows it.
+fn place(text: &str) -> Option<(Piece, &str)> {
+    let width = |digits: &str| digits.parse::<usize>().ok().map(|w| w.min(MOST_DIGITS));
+    if let Some((key, after)) = text.strip_prefix('{').and_then(|rest| rest.split_once('}')) {
+        let piece = match key {
+            "stem" | "model" => Piece::Stem,
+            "parent" => Piece::Parent,
+            "index" => Piece::Index,
+            "frame" => Piece::Frame(0),
+            _ => Piece::Frame(width(key.strip_prefix("frame:")?)?),
+        };
+        return Some((piece, after));
+    }
+    let after = text.trim_start_matches('#');
+    if after.len() < text.len() {
+        return Some((Piece::Frame((text.len() - after.len()).min(MOST_DIGITS)), after));
+    }
+    let (digits, after) = text.strip_prefix('%')?.split_once('d')?;
+    if digits.is_empty() {
+        return Some((Piece::Frame(0), after));
+    }
+    let all_digits = digits.bytes().all(|b| b.is_ascii_digit());
+    all_digits.then(|| width(digits)).flatten().map(|w| (Piece::Frame(w), after))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn filled(template: &Template, frame: i64) -> String {
+        let scene = Path::new("shots/Ä robot.glb");
+        template.fill(&Name { scene, index: 3, frame }).to_str().unwrap().into()
+    }
+
+    #[test]
+    fn names_are_filled_in() {
+        for (template, expected) in [
+            ("{stem}.png", "Ä robot.png"),
+            ("out/{parent}-{model}-{index}.exr", "out/shots-Ä robot-3.exr"),
+            ("f_####.png", "f_0007.png"),
+            ("f_%04d.png", "f_0007.png"),
+            ("f_%d.png", "f_7.png"),
+            ("f_{frame}.png", "f_7.png"),
+            ("f_{frame:05}.png", "f_00007.png"),
+            ("100%.png", "100%.png"),
+            ("%xd.png", "%xd.png"),
+            ("{other}.png", "{other}.png"),
+            ("{frame:x}.png", "{frame:x}.png"),
+            ("{.png", "{.png"),
+        ] {
+            assert_eq!(filled(&Template::parse(template), 7), expected);
+        }
+        assert_eq!(filled(&Template::parse("f_####.png"), 12345), "f_12345.png");
+        assert_eq!(filled(&Template::parse("f_####.png"), -7), "f_-0007.png");
+    }
+
+    #[test]
+    fn several_frames_are_numbered_before_the_ending() {
+        for (template, expected) in [
+            ("a.png", "a_0007.png"),
+            ("b.d/a", "b.d/a_0007"),
+            ("{stem}.exr", "Ä robot_0007.exr"),
+            ("{stem}", "Ä robot_0007"),
+            ("a.{index}", "a.3_0007"),
+            ("##.png", "07.png"),
+        ] {
+            assert_eq!(filled(&Template::parse(template).numbered(), 7), expected);
+        }
+    }
+}

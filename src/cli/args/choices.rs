@@ -1,0 +1,28 @@
+//! Words of which there are only so many.
+
+use clap::ValueEnum;
+
+macro_rules! choices {
+    ($($(#[$doc:meta])* $name:ident { $($variant:ident),* })*) => { $(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+        pub enum $name { $($variant),* }
+    )* };
+}
+
+choices! {
+    UpArg { Y, Z }
+    FilterArg { Box, Tent, Gaussian, BlackmanHarris }
+    ViewArg { Auto, Standard, Agx, PbrNeutral, Raw }
+    ProjectionArg { Perspective, Orthographic }
+    FitArg { Auto, Horizontal, Vertical }
+    UnitsArg { Auto, Standard, Unitless, Raw }
+    IntegratorArg { Phong, Shadow, Diffuse, Color }
+    GroundArg { Shadow, Plane }
+    CullArg { Auto, Off }
+    TurnArg { Model, Camera }
+    DirectionArg { Ccw, Cw }
+    EaseArg { None, InOut }
+    LoopArg { Forever, Once }
+    ProgressArg { Auto, Plain, Json, Openjd, None }
+}

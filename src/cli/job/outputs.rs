@@ -1,0 +1,157 @@
+//! Where pictures go, in which format.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use super::{Look, Shot};
+use crate::batch::{Contents, Key, Name, Template};
+use crate::cli::Usage;
+use crate::cli::args::OutputArgs;
+use crate::cli::values::Layers;
+use crate::display::Background;
+use crate::output::{Depth, Format, Replace, read_stamp};
+
+/// Where one picture goes.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Target {
+    /// To standard output, as PNG.
+    Stdout,
+    /// To a file.
+    File(PathBuf),
+}
+
+/// Where all pictures go.
+#[derive(Clone, Debug)]
+pub struct Outputs {
+    /// Names of files; `None` for standard output.
+    template: Option<Template>,
+    pub format: Format,
+    pub depth: Depth,
+    pub replace: Replace,
+    /// Whether finished pictures are kept.
+    pub resume: bool,
+    /// Names of pictures beside each, of its layers.
+    beside: Vec<String>,
+}
+
+impl Outputs {
+    /// `many`: of each scene.
+    pub fn new(args: &OutputArgs, many: bool, look: &Look) -> Result<Outputs, Usage> {
+        let output = args.output.as_deref();
+        let stdout = output == Some(Path::new("-"));
+        if stdout && many {
+            return Err(Usage(
+                "-o -: standard output takes one picture, and several frames are asked for".into(),
+            ));
+        }
+        if stdout && look.layers != Layers::default() {
+            return Err(Usage("--aov: standard output takes one picture; give -o a file's name".into()));
+        }
+        let text = pattern(output);
+        let mut format = match Format::of(Path::new(&text)) {
+            _ if stdout => Format::Png,
+            Some(format) => format,
+            None => {
+                return Err(Usage(format!(
+                    "-o {text}: the name must end in .png, .exr, .jpg or .webp, or in / for a folder"
+                )));
+            }
+        };
+        if let Some(asked) = args.quality {
+            match &mut format {
+                Format::Jpeg(quality) => *quality = asked,
+                _ => return Err(Usage("--quality is of JPEGs alone, and -o names none".into())),
+            }
+        }
+        if look.background == Background::Transparent && matches!(format, Format::Jpeg(_)) {
+            return Err(Usage(
+                "a JPEG has no transparency: give a --background COLOR, or write .png, .webp or .exr".into(),
+            ));
+        }
+        let template = Template::parse(&text);
+        let template = if many { template.numbered() } else { template };
+        Ok(Outputs {
+            template: (!stdout).then_some(template),
+            format,
+            depth: depth(args.depth.as_deref(), format)?,
+            resume: args.resume,
+            beside: match format.holds_layers() {
+                true => Vec::new(),
+                false => look.layers.names(),
+            },
+            replace: if args.no_overwrite { Replace::No } else { Replace::Yes },
+        })
+    }
+
+    /// Where a picture of the `index`-th scene, from 1, goes.
+    pub fn target(&self, scene: &Path, index: usize, shot: &Shot) -> Target {
+        match &self.template {
+            Some(template) => Target::File(template.fill(&Name { scene, index, frame: shot.frame })),
+            None => Target::Stdout,
+        }
+    }
+
+    /// All files that a picture becomes, with those of its layers.
+    pub fn files(&self, target: &Target) -> Vec<PathBuf> {
+        let Target::File(path) = target else { return Vec::new() };
+        let beside = self.beside.iter().map(|layer| path.with_extension(format!("{layer}.png")));
+        std::iter::once(path.clone()).chain(beside).collect()
+    }
+
+    /// Whether a picture is there already, as it would be made now.
+    pub fn has(&self, target: &Target, key: Key, scene: &Path, contents: &mut Contents) -> bool {
+        let files = self.files(target);
+        let mut is_it =
+            |file: &PathBuf| read_stamp(file).is_some_and(|stamp| contents.still_hold(&stamp, key, scene));
+        !files.is_empty() && files.iter().all(|file| is_it(file))
+    }
+
+    /// Refuses to write two pictures to one file. Where the frames are known only once a scene is
+    /// read, the first of each is looked at.
+    pub fn check_names(&self, scenes: &[PathBuf], shots: &[Shot]) -> Result<(), Usage> {
+        let first = [Shot { frame: 1, time: 0.0, angle: 0.0 }];
+        let shots = if shots.is_empty() { &first[..] } else { shots };
+        let mut taken: HashMap<Target, &PathBuf> = HashMap::new();
+        for (index, scene) in scenes.iter().enumerate() {
+            for shot in shots {
+                let target = self.target(scene, index + 1, shot);
+                let Some(other) = taken.insert(target.clone(), scene) else { continue };
+                let (one, two) = (other.display(), scene.display());
+                return Err(Usage(match target {
+                    Target::Stdout => {
+                        "-o -: standard output takes one picture, and several scenes were given".into()
+                    }
+                    Target::File(path) => format!(
+                        "{one} and {two} would both be written to {}: use {{stem}}, {{parent}} or {{index}} in -o",
+                        path.display()
+                    ),
+                }));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The pattern that names files.
+fn pattern(output: Option<&Path>) -> String {
+    let Some(output) = output else { return "{stem}.png".into() };
+    let text = output.to_string_lossy().into_owned();
+    if text.ends_with('/') || text.ends_with(std::path::MAIN_SEPARATOR) || output.is_dir() {
+        format!("{}/{{stem}}.png", text.trim_end_matches(['/', std::path::MAIN_SEPARATOR]))
+    } else {
+        text
+    }
+}
+
+fn depth(asked: Option<&str>, format: Format) -> Result<Depth, Usage> {
+    let wrong = |asked: &str, has: &str| Err(Usage(format!("--depth {asked}: {has} bits a channel")));
+    match (asked, format) {
+        (None, _) | (Some("32"), Format::Exr) => Ok(Depth::Usual),
+        (Some("16"), Format::Png | Format::Exr) => Ok(Depth::Sixteen),
+        (Some("8"), Format::Png | Format::Jpeg(_) | Format::Webp) => Ok(Depth::Eight),
+        (Some(other), Format::Exr) => wrong(other, "an EXR has 16 or 32"),
+        (Some(other), Format::Png) => wrong(other, "a PNG has 8 or 16"),
+        (Some(other), Format::Jpeg(_)) => wrong(other, "a JPEG has 8"),
+        (Some(other), Format::Webp) => wrong(other, "a WebP has 8"),
+    }
+}

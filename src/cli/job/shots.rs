@@ -1,0 +1,104 @@
+//! Which pictures are made of each scene.
+
+use crate::batch::{Chunk, FrameList};
+use crate::cli::args::{MomentArgs, TimeArgs};
+
+/// One picture of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shot {
+    /// Its number.
+    pub frame: i64,
+    /// The moment that it shows, in seconds.
+    pub time: f64,
+    /// How far a turntable has turned, in radians.
+    pub angle: f64,
+}
+
+/// The pictures of each scene.
+#[derive(Clone, Debug)]
+pub enum Shots {
+    /// One.
+    One(Shot),
+    /// Those, of every scene.
+    These(Vec<Shot>),
+    /// One for each frame of an animation.
+    Clip {
+        /// Which; `None` for all of the clip.
+        frames: Option<FrameList>,
+        /// Frames a second.
+        fps: f64,
+        /// Which share of them.
+        chunk: Option<Chunk>,
+    },
+}
+
+impl Shots {
+    pub fn of_clip(time: &TimeArgs, moment: &MomentArgs) -> Shots {
+        if let Some(frames) = &time.frames {
+            return Shots::Clip { frames: frames.clone(), fps: time.fps, chunk: time.chunk };
+        }
+        let seconds = moment.time.or(time.frame.map(|n| n / time.fps)).unwrap_or(0.0);
+        Shots::One(Shot { frame: time.frame.map_or(1, |n| n as i64), time: seconds, angle: 0.0 })
+    }
+
+    /// Whether files are numbered.
+    pub fn are_many(&self) -> bool {
+        !matches!(self, Shots::One(_))
+    }
+
+    /// The pictures, if that needs no look at the scene.
+    pub fn known(&self) -> Option<Vec<Shot>> {
+        match self {
+            Shots::Clip { frames: None, .. } => None,
+            _ => Some(self.of(0.0)),
+        }
+    }
+
+    /// The pictures of a scene whose clip ends after so many seconds.
+    pub fn of(&self, clip_end: f64) -> Vec<Shot> {
+        match self {
+            Shots::One(shot) => vec![*shot],
+            Shots::These(shots) => shots.clone(),
+            Shots::Clip { frames, fps, chunk } => {
+                let whole = frames.clone().unwrap_or_else(|| whole_clip(clip_end, *fps));
+                let frames = whole.frames();
+                let share = chunk.map_or(0..frames.len(), |chunk| chunk.of(frames.len()));
+                let shot = |&frame: &i64| Shot { frame, time: frame as f64 / fps, angle: 0.0 };
+                frames[share].iter().map(shot).collect()
+            }
+        }
+    }
+}
+
+/// Frames from 1 until the clip has ended; one where nothing moves.
+fn whole_clip(end: f64, fps: f64) -> FrameList {
+    // Key times are f32: the last frame's may lie a little late.
+    let last = (end * fps - 1e-3).ceil();
+    FrameList::up_to(last.clamp(1.0, crate::batch::MOST_FRAMES as f64) as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clip_is_all_frames_up_to_its_end() {
+        let last = |end: f64| whole_clip(end, 24.0).frames().len();
+        assert_eq!((last(0.0), last(1.0), last(f64::from(10f32 / 24.0)), last(0.43)), (1, 24, 10, 11));
+        assert_eq!(last(f64::INFINITY), crate::batch::MOST_FRAMES);
+    }
+
+    #[test]
+    fn shares_are_of_the_list_as_given() {
+        let shots = Shots::Clip {
+            frames: Some(FrameList::parse("10-1:-3").unwrap()),
+            fps: 10.0,
+            chunk: Some(Chunk::parse("2/2").unwrap()),
+        };
+        let shots = shots.known().unwrap();
+        assert_eq!(
+            shots,
+            [Shot { frame: 4, time: 0.4, angle: 0.0 }, Shot { frame: 1, time: 0.1, angle: 0.0 }]
+        );
+    }
+}

@@ -1,0 +1,64 @@
+//! Turntables: which frames there are, and how far round each is.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::{Look, Shot, Shots};
+use crate::batch::FrameList;
+use crate::cli::Usage;
+use crate::cli::args::{DirectionArg, EaseArg, TurnArg, TurnArgs};
+use crate::scene::{DEFAULT_VIEW_DIR, Orbit};
+
+/// What a turntable turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turning {
+    /// The axis, of unit length.
+    pub axis: DVec3,
+    /// True: the camera goes around the scene. False: the scene turns in front of camera and lights.
+    pub camera: bool,
+}
+
+pub fn turning(args: &TurnArgs) -> Turning {
+    Turning { axis: args.axis.unwrap_or(DVec3::Y), camera: args.turn == TurnArg::Camera }
+}
+
+/// Places the camera at its elevation, on the side that framed views look from.
+pub fn place_camera(args: &TurnArgs, look: &mut Look) -> Result<(), Usage> {
+    let upright = args.axis.unwrap_or(DVec3::Y).abs() == DVec3::Y;
+    if look.ground.is_some() && !upright && args.turn == TurnArg::Model {
+        return Err(Usage(
+            "--ground: a model that turns about this --axis would go through it: take --turn camera".into(),
+        ));
+    }
+    if let Some(elevation) = args.elevation {
+        let azimuth = libm::atan2(-DEFAULT_VIEW_DIR.x, -DEFAULT_VIEW_DIR.z);
+        look.view.orbit = Some(Orbit { azimuth, elevation, distance: None });
+    }
+    Ok(())
+}
+
+/// The frames of a turn, at one moment of the scene.
+pub fn shots(args: &TurnArgs, time: f64) -> Result<Shots, Usage> {
+    let frames = args.only.clone().unwrap_or_else(|| FrameList::up_to(args.count));
+    let frames = frames.frames();
+    if let Some(beyond) = frames.iter().find(|f| !(1..=i64::from(args.count)).contains(f)) {
+        return Err(Usage(format!("--only {beyond}: the frames are 1 to {}", args.count)));
+    }
+    let share = args.chunk.map_or(0..frames.len(), |chunk| chunk.of(frames.len()));
+    let shot = |&frame: &i64| Shot { frame, time, angle: angle(args, frame) };
+    Ok(Shots::These(frames[share].iter().map(shot).collect()))
+}
+
+fn angle(args: &TurnArgs, frame: i64) -> f64 {
+    let s = (frame - 1) as f64 / f64::from(args.count);
+    let s = match args.ease {
+        EaseArg::None => s,
+        EaseArg::InOut => s * s * (3.0 - 2.0 * s),
+    };
+    let turned = match args.direction {
+        DirectionArg::Ccw => TAU * s,
+        DirectionArg::Cw => -TAU * s,
+    };
+    args.start + turned
+}

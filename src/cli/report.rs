@@ -1,0 +1,106 @@
+//! `--report FILE.html`: a page with all pictures of a job, their times and warnings.
+
+use std::fs::File;
+use std::io::{Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+
+use crate::output::{Picture, Replace, thumbnail, write_atomically};
+
+/// A page that grows with each picture, in a file without a name, so that memory does not.
+pub(super) struct Report {
+    path: PathBuf,
+    page: File,
+    since: Instant,
+    pictures: usize,
+    failed: usize,
+}
+
+/// Width and height of a thumbnail, at most.
+const SIDE: u32 = 192;
+
+const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>blinn</title>\n<style>\n\
+body { font: 14px/1.4 sans-serif; margin: 2em; background: #fff; color: #222 }\n\
+h2 { font-size: 1em; margin: 2em 0 .5em; overflow-wrap: anywhere }\n\
+figure { display: inline-block; vertical-align: top; margin: 0 .75em .75em 0; max-width: 192px }\n\
+figcaption { font-size: 12px; color: #555; overflow-wrap: anywhere }\n\
+img { display: block; border: 1px solid #ccc }\n\
+.warning { color: #8a5a00 } .failed { color: #b00020 }\n\
+</style>\n";
+
+impl Report {
+    pub fn new(path: &Path) -> Result<Report> {
+        let page = tempfile::tempfile().context("a file for the report")?;
+        Ok(Report { path: path.to_path_buf(), page, since: Instant::now(), pictures: 0, failed: 0 })
+    }
+
+    /// A scene is begun.
+    pub fn scene(&mut self, scene: &Path) -> Result<()> {
+        self.add(&format!("<h2>{}</h2>\n", escaped(&scene.to_string_lossy())))
+    }
+
+    /// A picture was written.
+    pub fn picture(&mut self, picture: &Picture, file: &Path, took: Duration) -> Result<()> {
+        let small = BASE64_STANDARD.encode(thumbnail(picture, SIDE)?);
+        let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
+        self.pictures += 1;
+        self.add(&format!(
+            "<figure><a href=\"{}\"><img alt=\"\" src=\"data:image/jpeg;base64,{small}\"></a><figcaption>{} \
+             &middot; {:.2} s</figcaption></figure>\n",
+            escaped(&self.link(file)),
+            escaped(&name),
+            took.as_secs_f64()
+        ))
+    }
+
+    /// A scene is done: what was to be said of it.
+    pub fn scene_done(&mut self, warnings: &[String], kept: usize, error: Option<&str>) -> Result<()> {
+        if kept > 0 {
+            self.add(&format!("<p>{kept} pictures were there already.</p>\n"))?;
+        }
+        for warning in warnings {
+            self.add(&format!("<p class=\"warning\">warning: {}</p>\n", escaped(warning)))?;
+        }
+        self.failed += usize::from(error.is_some());
+        error.map_or(Ok(()), |e| self.add(&format!("<p class=\"failed\">{}</p>\n", escaped(e))))
+    }
+
+    /// Writes the page.
+    pub fn finish(mut self) -> Result<PathBuf> {
+        let Report { pictures, failed, .. } = self;
+        let seconds = self.since.elapsed().as_secs_f64();
+        let mut page = format!("{HEAD}<p>{pictures} pictures in {seconds:.1} s");
+        if failed > 0 {
+            page += &format!(", <span class=\"failed\">{failed} scenes failed</span>");
+        }
+        page += ".</p>\n";
+        self.page.rewind()?;
+        self.page.read_to_string(&mut page)?;
+        page += "</html>\n";
+        write_atomically(&self.path, page.as_bytes(), Replace::Yes)
+            .with_context(|| format!("{} cannot be written", self.path.display()))?;
+        Ok(self.path)
+    }
+
+    fn add(&mut self, html: &str) -> Result<()> {
+        self.page.write_all(html.as_bytes()).context("the report cannot be written")
+    }
+
+    /// From the page to a file: relative where it lies below the page's folder.
+    fn link(&self, file: &Path) -> String {
+        let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        let (page, file) = (whole(&self.path), whole(file));
+        let below = page.parent().and_then(|folder| file.strip_prefix(folder).ok());
+        let path = below.unwrap_or(&file).to_string_lossy().replace('\\', "/");
+        // What would end a path in a link, and what begins an escape.
+        path.replace('%', "%25").replace('?', "%3F").replace('#', "%23")
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

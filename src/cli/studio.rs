@@ -1,0 +1,241 @@
+//! A scene set up for its pictures: whatever all frames share is found once, so that nothing
+//! flickers, and any share of the frames is the same pictures as the whole.
+
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use glam::DVec3;
+
+use super::job::{Job, Look, Shot, Turning};
+use super::metering::{self, Exposed};
+use super::progress::Teller;
+use super::values::{Ao, Layers};
+use crate::accel::{Accel, BuildSettings, CleanReport};
+use crate::display::{Display, ViewTransform};
+use crate::integrator::{Frame, Occlusion, Phong};
+use crate::output::{Part, Picture};
+use crate::render::{RenderSettings, Watch, render, render_aovs, render_mattes};
+use crate::scene::{
+    Camera, Ground, GroundKind, Lighting, PoseSettings, PosedScene, Scene, Turn, clip_end, pose,
+};
+
+/// A scene with all that its pictures share.
+pub(super) struct Studio<'a> {
+    pub look: &'a Look,
+    pub teller: &'a Teller<'a>,
+    build: BuildSettings,
+    /// When the clip ends, in seconds: the last pose holds from there on.
+    pub end: f64,
+    /// What a turntable turns about.
+    pivot: DVec3,
+    settings: RenderSettings,
+    surroundings: Surroundings,
+    /// Its sources and its ambient colour are those of the clip's start.
+    pub lighting: Lighting,
+    display: Display,
+}
+
+/// A scene at one moment.
+pub(super) struct Moment<'s> {
+    time: f64,
+    pub posed: PosedScene<'s>,
+    /// Its trees, from when they are first needed.
+    pub accel: Option<Accel>,
+}
+
+impl<'a> Studio<'a> {
+    /// Sets up `scene`; with it comes the scene at the start of its clip.
+    pub fn new(job: &'a Job, scene: &'a Scene, teller: &'a Teller<'a>) -> Result<(Studio<'a>, Moment<'a>)> {
+        let look = &job.look;
+        let animation = look.animation(scene)?;
+        let start = Instant::now();
+        let posed = pose(scene, &PoseSettings { time: 0.0, animation: animation.clone(), centre: None })?;
+        teller.stage("pose", start, "");
+        let mut moment = Moment { time: 0.0, posed, accel: None };
+
+        let (width, height) = look.size_for(scene);
+        let settings = RenderSettings { width, height, ..look.settings };
+        check_crop(&settings)?;
+        let (camera, notes) = look.view.resolve(&moment.posed, width, height)?;
+        for warning in &notes.warnings {
+            teller.warn(warning)?;
+        }
+        let lit = look.lighting.resolve(&moment.posed, &camera);
+        teller.note(&format!("lights: {}", lit.note));
+        let mut studio = Studio {
+            look,
+            teller,
+            build: job.build,
+            end: clip_end(scene, &animation)?,
+            // What framed views are framed about, so that they hold all the way round.
+            pivot: look.turning.map_or(DVec3::ZERO, |_| moment.posed.clip_sphere().centre),
+            settings,
+            surroundings: Surroundings::of(look, &moment.posed),
+            lighting: Lighting {
+                sources: Some(lit.sources.clone()),
+                ambient: Some(lit.rig.ambient),
+                ..look.lighting.clone()
+            },
+            display: Display {
+                ev: 0.0,
+                view: look.view_transform.unwrap_or_else(|| ViewTransform::of(&scene.source)),
+                background: look.background,
+            },
+        };
+        let Exposed { ev, ambient } = metering::expose(&studio, &mut moment, &lit)?;
+        studio.display.ev = ev;
+        studio.lighting.ambient = ambient.or(studio.lighting.ambient);
+        if look.ground == Some(GroundKind::Shadow) && lit.rig.lights.is_empty() && look.ao.is_none() {
+            teller.warn("--ground shadow shows nothing: no light casts a shadow, and --ao is not given")?;
+        }
+        Ok((studio, moment))
+    }
+
+    /// True where `moment` is what is seen at `time`.
+    pub fn is_at(&self, moment: &Moment, time: f64) -> bool {
+        moment.time == time.min(self.end)
+    }
+
+    /// The scene at `time`, with its trees, out of what it was at another. Trees of a moment that
+    /// has been are made to fit: less work where little moves.
+    pub fn at(&self, time: f64, other: &Moment<'a>, trees: Option<Accel>) -> Result<Moment<'a>> {
+        let time = time.min(self.end);
+        let start = Instant::now();
+        let posed = other.posed.at(time);
+        self.teller.stage("pose", start, "");
+        let mut moment = Moment { time, posed, accel: None };
+        match trees {
+            Some(mut accel) => {
+                let start = Instant::now();
+                let cleaned = accel.update(&moment.posed);
+                moment.accel = Some(accel);
+                self.teller.stage("update", start, "");
+                self.tell(&cleaned)?;
+            }
+            None => self.build(&mut moment)?,
+        }
+        Ok(moment)
+    }
+
+    /// Builds the trees of a moment that has none.
+    pub fn build(&self, moment: &mut Moment) -> Result<()> {
+        if moment.accel.is_some() {
+            return Ok(());
+        }
+        let start = Instant::now();
+        let (accel, cleaned) = Accel::build(&moment.posed, &self.build);
+        moment.accel = Some(accel);
+        self.teller.stage("build", start, "");
+        self.tell(&cleaned)
+    }
+
+    fn tell(&self, cleaned: &CleanReport) -> Result<()> {
+        left_out(cleaned).map_or(Ok(()), |text| self.teller.warn(&text))
+    }
+
+    /// What `camera` sees, without a ground.
+    pub fn frame<'m>(&self, moment: &'m Moment<'m>, camera: Camera) -> Result<Frame<'m>> {
+        let Some(accel) = &moment.accel else { bail!("the scene has no trees") };
+        let lit = self.lighting.resolve(&moment.posed, &camera);
+        Ok(Frame {
+            overrides: self.look.overrides,
+            cull: self.look.cull,
+            shadows: self.look.shadows,
+            occlusion: self.surroundings.occlusion,
+            ..Frame::new(&moment.posed, accel, camera, &lit)
+        })
+    }
+
+    /// What `camera` sees once it, or the scene, is turned.
+    fn turned<'m>(&self, angle: f64, moment: &'m Moment<'m>, camera: Camera) -> Result<Frame<'m>> {
+        let Some(Turning { axis, camera: by_camera }) = self.look.turning else {
+            return self.frame(moment, camera);
+        };
+        let motion = Turn { axis, pivot: self.pivot, angle }.motion();
+        if by_camera {
+            self.frame(moment, camera.moved(&motion))
+        } else {
+            Ok(self.frame(moment, camera)?.turned(&motion))
+        }
+    }
+
+    /// Pixels of a picture.
+    pub fn pixels(&self) -> u64 {
+        let window = self.settings.window();
+        u64::from(window.width) * u64::from(window.height)
+    }
+
+    /// Renders a picture of the scene at its moment.
+    pub fn picture(&self, shot: &Shot, moment: &Moment, watch: &dyn Watch) -> Result<Picture> {
+        let settings = &self.settings;
+        let (width, height) = (settings.width, settings.height);
+        let (camera, _) = self.look.view.resolve(&moment.posed, width, height)?;
+        let frame = self.turned(shot.angle, moment, camera)?;
+        // The ground comes last: it changes neither what is framed nor what is metered.
+        let frame = Frame { ground: self.surroundings.ground, ..frame };
+
+        let start = Instant::now();
+        let pixels = render(&frame, &Phong { stage: self.look.stage }, settings, watch)?;
+        let what = format!("{width}x{height}, {} samples, frame {}", settings.samples, shot.frame);
+        self.teller.stage("render", start, &what);
+        let start = Instant::now();
+        let layers = render_aovs(&frame, &self.look.layers.aovs, settings, &())?;
+        let mattes = match self.look.layers.cryptomatte {
+            true => render_mattes(&frame, settings, &())?,
+            false => Vec::new(),
+        };
+        if self.look.layers != Layers::default() {
+            self.teller.stage("layers", start, "");
+        }
+        let part = settings.crop.map(|crop| Part { crop, width, height });
+        Ok(Picture { layers, mattes, part, ..Picture::new(pixels, self.display) })
+    }
+}
+
+fn check_crop(settings: &RenderSettings) -> Result<()> {
+    let (width, height) = (settings.width, settings.height);
+    if let Some(crop) = settings.crop
+        && (u64::from(crop.x) + u64::from(crop.width) > u64::from(width)
+            || u64::from(crop.y) + u64::from(crop.height) > u64::from(height))
+    {
+        bail!("--crop reaches beyond the picture of {width}x{height} pixels");
+    }
+    Ok(())
+}
+
+/// What is sized by the scene, over the whole clip: no frame differs.
+struct Surroundings {
+    occlusion: Option<Occlusion>,
+    ground: Option<Ground>,
+}
+
+impl Surroundings {
+    /// Share of the scene's diagonal that occlusion looks for things in the way.
+    const NEAR: f64 = 0.25;
+
+    fn of(look: &Look, posed: &PosedScene) -> Surroundings {
+        if look.ground.is_none() && look.ao.is_none() {
+            return Surroundings { occlusion: None, ground: None };
+        }
+        let bounds = posed.clip_bounds();
+        let occlusion = |ao: Ao| Occlusion {
+            samples: ao.samples,
+            distance: ao.distance.unwrap_or(Surroundings::NEAR * bounds.extent().length()),
+        };
+        Surroundings {
+            occlusion: look.ao.map(occlusion),
+            ground: look.ground.map(|kind| Ground::under(&bounds, kind)),
+        }
+    }
+}
+
+fn left_out(report: &CleanReport) -> Option<String> {
+    let mut parts = Vec::new();
+    if report.non_finite > 0 {
+        parts.push(format!("{} with vertices that are not finite numbers", report.non_finite));
+    }
+    if report.zero_area > 0 {
+        parts.push(format!("{} without area", report.zero_area));
+    }
+    (!parts.is_empty()).then(|| format!("triangles left out: {}", parts.join(", ")))
+}

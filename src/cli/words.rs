@@ -1,0 +1,63 @@
+//! The words of a command line, before they are read.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use crate::batch::FrameList;
+
+/// `--frames LIST` becomes `--frames=LIST`, and `--frames` without a list stays alone: what follows
+/// it is then a scene or another flag.
+pub(super) fn join_frames(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut out: Vec<OsString> = Vec::new();
+    let mut flags = true;
+    for word in words {
+        match out.last_mut() {
+            Some(last) if flags && last == "--frames" && is_list(&word) => {
+                last.push("=");
+                last.push(word);
+            }
+            _ => {
+                flags &= word != "--";
+                out.push(word);
+            }
+        }
+    }
+    out
+}
+
+/// Whether a word is a list of frames, or was meant as one.
+fn is_list(word: &OsString) -> bool {
+    let Some(text) = word.to_str() else { return false };
+    let ending = Path::new(text).extension().and_then(|e| e.to_str()).unwrap_or_default();
+    let is_scene = ["glb", "gltf", "obj"].iter().any(|e| ending.eq_ignore_ascii_case(e));
+    let is_else = is_scene || text.starts_with(['-', '@']) || Path::new(text).exists();
+    FrameList::parse(text).is_ok() || !is_else
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_belongs_to_its_flag_and_a_scene_does_not() {
+        let joined = |line: &str| {
+            let words = join_frames(line.split(' ').map(OsString::from));
+            words.iter().map(|w| w.to_str().unwrap()).collect::<Vec<_>>().join(" ")
+        };
+        for (line, expected) in [
+            ("render --frames 1-4 a.glb", "render --frames=1-4 a.glb"),
+            ("render --frames -4--2 a.glb", "render --frames=-4--2 a.glb"),
+            ("render --frames 1..4", "render --frames=1..4"),
+            ("render --frames a.GLB", "render --frames a.GLB"),
+            ("render --frames @list.txt", "render --frames @list.txt"),
+            ("render --frames Cargo.toml", "render --frames Cargo.toml"),
+            ("render --frames -s 1", "render --frames -s 1"),
+            ("render --frames 1-x a.glb", "render --frames=1-x a.glb"),
+            ("render --frames=3 7", "render --frames=3 7"),
+            ("render a.glb --frames", "render a.glb --frames"),
+            ("render -- --frames 3", "render -- --frames 3"),
+        ] {
+            assert_eq!(joined(line), expected);
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Turntables: a scene turned in front of its camera.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::{Camera, PosedKind, PosedLight};
+use crate::geometry::Basis;
+
+/// A turn about an axis through a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// Unit length.
+    pub axis: DVec3,
+    /// A point on the axis, in world coordinates.
+    pub pivot: DVec3,
+    /// Radians, counter-clockwise as seen from the axis's tip.
+    pub angle: f64,
+}
+
+impl Turn {
+    /// The motion that it is. None at all, to the bit, by an angle of 0; and whatever lies along a
+    /// coordinate axis stays there when turned about that axis.
+    pub fn motion(&self) -> DAffine3 {
+        if self.angle == 0.0 {
+            return DAffine3::IDENTITY;
+        }
+        let (sin, cos) = (libm::sin(self.angle), libm::cos(self.angle));
+        let turned = |v: DVec3| {
+            let along = self.axis * self.axis.dot(v);
+            let across = v - along;
+            along + across * cos + self.axis.cross(across) * sin
+        };
+        let matrix3 = DMat3::from_cols(turned(DVec3::X), turned(DVec3::Y), turned(DVec3::Z));
+        DAffine3 { matrix3, translation: self.pivot - matrix3 * self.pivot }
+    }
+}
+
+impl Camera {
+    /// This camera moved by a rotation and a shift.
+    pub fn moved(&self, motion: &DAffine3) -> Camera {
+        let turned = |v: DVec3| motion.matrix3 * v;
+        let Basis { u, v, w } = self.basis;
+        let basis = Basis { u: turned(u), v: turned(v), w: turned(w) };
+        Camera { view_point: motion.transform_point3(self.view_point), basis, ..*self }
+    }
+}
+
+impl PosedLight {
+    /// This light, in a scene with that centre, moved by a rotation and a shift.
+    pub fn moved(&self, motion: &DAffine3, centre: DVec3) -> PosedLight {
+        let place = |p: glam::Vec3| (motion.transform_point3(p.as_dvec3() + centre) - centre).as_vec3();
+        let way = |d: glam::Vec3| (motion.matrix3 * d.as_dvec3()).as_vec3();
+        let kind = match self.kind {
+            PosedKind::Point { position } => PosedKind::Point { position: place(position) },
+            PosedKind::Spot { position, direction, cone } => {
+                PosedKind::Spot { position: place(position), direction: way(direction), cone }
+            }
+            PosedKind::Directional { direction } => PosedKind::Directional { direction: way(direction) },
+        };
+        PosedLight { kind, ..*self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, TAU};
+
+    #[test]
+    fn a_quarter_turn_about_up_takes_the_front_to_the_right() {
+        let turn = Turn { axis: DVec3::Y, pivot: DVec3::new(1.0, 5.0, 2.0), angle: FRAC_PI_2 };
+        let moved = turn.motion().transform_point3(DVec3::new(1.0, 7.0, 3.0));
+        assert!(moved.abs_diff_eq(DVec3::new(2.0, 7.0, 2.0), 1e-15), "{moved}");
+    }
+
+    #[test]
+    fn up_stays_up_and_nothing_is_nothing_to_the_bit() {
+        for i in 0..36 {
+            let angle = TAU * f64::from(i) / 36.0;
+            let motion = Turn { axis: DVec3::Y, pivot: DVec3::new(0.1, 0.2, 0.3), angle }.motion();
+            assert_eq!(motion.matrix3 * DVec3::Y, DVec3::Y);
+            assert!((motion.inverse() * motion).abs_diff_eq(DAffine3::IDENTITY, 1e-15));
+        }
+        let none = Turn { axis: DVec3::new(0.6, 0.0, 0.8), pivot: DVec3::splat(0.1), angle: 0.0 };
+        assert_eq!(none.motion(), DAffine3::IDENTITY);
+    }
+}

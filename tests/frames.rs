@@ -1,0 +1,425 @@
+//! Many frames and many files, as their users and farms see them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn model(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).to_str().unwrap().to_string()
+}
+
+fn blinn(folder: &Path, line: &str) -> Output {
+    let words = line.split_whitespace();
+    Command::new(env!("CARGO_BIN_EXE_blinn")).args(words).current_dir(folder).output().unwrap()
+}
+
+/// Runs it and returns what it told.
+#[track_caller]
+fn runs(folder: &Path, line: &str) -> String {
+    let output = blinn(folder, line);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{line}: {told}");
+    told
+}
+
+/// The command line is refused before anything is done.
+#[track_caller]
+fn refused(folder: &Path, line: &str, says: &str) {
+    let before = files(folder);
+    let output = blinn(folder, line);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{line}: {told}");
+    assert!(told.contains(says), "{line} told: {told}");
+    assert!(files(folder) == before, "{line} left something behind");
+}
+
+/// All files in a folder and what is in them.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_string();
+        if path.is_dir() {
+            all.extend(files(&path).into_iter().map(|(inside, bytes)| (format!("{name}/{inside}"), bytes)));
+        } else {
+            all.insert(name, fs::read(&path).unwrap());
+        }
+    }
+    all
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    files(folder).into_keys().collect()
+}
+
+fn folder() -> (tempfile::TempDir, PathBuf) {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().to_path_buf();
+    (dir, path)
+}
+
+const SMALL: &str = "--size 32x18 -s 1";
+
+#[test]
+fn frames_are_numbered_files() {
+    let (_dir, at) = folder();
+    let figure = model("figure/figure.glb");
+    runs(&at, &format!("render {figure} {SMALL} --frames 3,1 -q"));
+    assert_eq!(names(&at), ["figure_0001.png", "figure_0003.png"]);
+    for (out, expected) in [
+        ("a/##.png", "a/02.png"),
+        ("b/%03d.jpg", "b/002.jpg"),
+        ("c/x{frame:05}.webp", "c/x00002.webp"),
+        ("d/", "d/figure_0002.png"),
+        ("e/x.exr", "e/x_0002.exr"),
+        ("{parent}/{model}-{index}.png", "figure/figure-1_0002.png"),
+    ] {
+        runs(&at, &format!("render {figure} {SMALL} --frames 2 -q -o {out}"));
+        assert!(at.join(expected).is_file(), "{out}");
+    }
+}
+
+#[test]
+fn any_share_of_a_clip_is_the_same_pictures_as_the_whole() {
+    let (_dir, at) = folder();
+    let figure = model("figure/figure.glb");
+    let line = format!("render {figure} {SMALL} --fps 8 --ao 4 --ground plane -q");
+    runs(&at, &format!("{line} --frames -o whole/#.png"));
+    let whole = files(&at.join("whole"));
+    assert!(whole.len() > 4, "{:?}", whole.keys());
+    let count = whole.len();
+    for i in 1..=3 {
+        runs(&at, &format!("{line} --frames --chunk {i}/3 -o parts/#.png"));
+    }
+    assert!(files(&at.join("parts")) == whole);
+    runs(&at, &format!("{line} --frames {count}-1:-1 -o backwards/#.png --threads 1"));
+    assert!(files(&at.join("backwards")) == whole);
+    // And one alone is that one.
+    runs(&at, &format!("{line} --frame 3 -o one.png"));
+    assert!(fs::read(at.join("one.png")).unwrap() == whole["3.png"]);
+    // It moves, and stands still after its end.
+    assert!(whole["1.png"] != whole["3.png"]);
+    runs(&at, &format!("{line} --frames 1000,{count} -o end/#.png"));
+    let end = files(&at.join("end"));
+    assert!(end["1000.png"] == end[&format!("{count}.png")]);
+}
+
+#[test]
+fn a_clip_of_nothing_is_one_frame() {
+    let (_dir, at) = folder();
+    runs(&at, &format!("render --frames {} {SMALL} -q", model("cornell/cornell.glb")));
+    assert_eq!(names(&at), ["cornell_0001.png"]);
+}
+
+#[test]
+fn wrong_lists_and_names_are_found_before_anything_is_rendered() {
+    let (_dir, at) = folder();
+    let (figure, cornell) = (model("figure/figure.glb"), model("cornell/cornell.glb"));
+    for (flags, says) in [
+        ("--frames 1-x", "'1-x' is no frame"),
+        ("--frames 3-1", "leads away"),
+        ("--frames 1-9999999", "more than 1000000"),
+        ("--frames 1-3 --frame 2", "--frame"),
+        ("--frames 1-3 --time 2", "--time"),
+        ("--chunk 1/2", "--frames"),
+        ("--frames 1-3 --chunk 3/2", "I/N"),
+        ("--frames 1-3 -o -", "several frames"),
+        ("--frames -o a.png", "would both be written to a_0001.png"),
+        ("-o a/{frame}.png", "would both be written to a/1.png"),
+        ("--frames 1-20 -o {index}#.png", "would both be written to 111.png"),
+    ] {
+        // Eleven scenes, so that the 1st and the 11th may meet.
+        let scenes = vec![figure.as_str(); 10].join(" ");
+        refused(&at, &format!("render {scenes} {cornell} {flags}"), says);
+    }
+    refused(&at, "render @missing.txt", "@missing.txt");
+}
+
+#[test]
+fn lists_name_scenes_and_a_bad_one_does_not_stop_the_rest() {
+    let (_dir, at) = folder();
+    fs::write(at.join("bad.glb"), b"glTF and nothing").unwrap();
+    let list =
+        format!("# scenes\n{}\n\nbad.glb\n{}\n", model("lecture/lecture.obj"), model("cornell/cornell.obj"));
+    fs::write(at.join("list.txt"), list).unwrap();
+    let output = blinn(&at, &format!("render @list.txt missing.obj {SMALL} -o out/{{stem}}.png"));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert_eq!(names(&at.join("out")), ["cornell.png", "lecture.png"]);
+    let last: Vec<&str> = told.lines().rev().take(3).collect();
+    assert!(last[2].contains("2 of 4 scenes failed"), "{told}");
+    assert!(last[1].contains("bad.glb") && last[0].contains("missing.obj"), "{told}");
+}
+
+fn pixels(path: &Path) -> image::RgbImage {
+    image::open(path).unwrap().into_rgb8()
+}
+
+/// The mean difference of two pictures, of 255.
+fn apart(a: &image::RgbImage, b: &image::RgbImage) -> f64 {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let sum: u64 = a.as_raw().iter().zip(b.as_raw()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    sum as f64 / a.as_raw().len() as f64
+}
+
+#[test]
+fn a_turntable_goes_once_around() {
+    let (_dir, at) = folder();
+    let scene = model("still-life/still-life.glb");
+    runs(&at, &format!("turntable {scene} {SMALL} --count 4 -q"));
+    let all = files(&at);
+    let expected: Vec<String> = (1..=4).map(|i| format!("still-life_000{i}.png")).collect();
+    assert!(all.keys().eq(&expected), "{:?}", all.keys());
+    runs(&at, &format!("render {scene} {SMALL} -q -o once.png"));
+    let first = pixels(&at.join(&expected[0]));
+    assert!(pixels(&at.join("once.png")) == first, "the first frame is the picture itself");
+    let distinct: std::collections::BTreeSet<_> = all.values().collect();
+    assert_eq!(distinct.len(), 4);
+    // Farms render some of the frames; they are the same.
+    runs(&at, &format!("turntable --frames 4 {scene} {SMALL} --only 2,4 -q -o only/"));
+    runs(&at, &format!("turntable {scene} {SMALL} --count 4 --chunk 2/2 -q -o share/"));
+    assert_eq!(names(&at.join("only")), [&expected[1][..], &expected[3]]);
+    assert_eq!(names(&at.join("share")), [&expected[2][..], &expected[3]]);
+    for part in ["only", "share"] {
+        assert!(files(&at.join(part)).iter().all(|(name, bytes)| all[name] == *bytes), "{part}");
+    }
+    // The other way round, and from elsewhere on.
+    runs(&at, &format!("turntable {scene} {SMALL} --count 4 --direction cw -q -o cw/#.png"));
+    assert!(apart(&pixels(&at.join("cw/2.png")), &pixels(&at.join(&expected[3]))) < 0.1);
+    runs(&at, &format!("turntable {scene} {SMALL} --count 4 --start 90 -q -o on/#.png"));
+    assert!(apart(&pixels(&at.join("on/1.png")), &pixels(&at.join(&expected[1]))) < 0.1);
+}
+
+/// The scene is turned in the file itself, and the turntable's frame must be what `render` makes of it.
+#[test]
+fn a_turning_model_is_the_model_turned() {
+    let (_dir, at) = folder();
+    let quarter = |[x, y, z]: [f64; 3]| [z, y, -x];
+    let corners = [[-1., 0., -1.], [2., 0., -1.], [-1., 0., 1.], [-1., 3., -1.]];
+    let faces = "f 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n";
+    let obj = |turned: bool| {
+        // Turned about the middle of the bounds, which is (.5, ., 0).
+        let place =
+            |c: [f64; 3]| if turned { quarter([c[0] - 0.5, c[1], c[2]]) } else { [c[0] - 0.5, c[1], c[2]] };
+        corners.map(place).map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat() + faces
+    };
+    fs::write(at.join("a.obj"), obj(false)).unwrap();
+    fs::write(at.join("b.obj"), obj(true)).unwrap();
+    let flags = "--size 64x36 -s 4 --view-point 3,5,8 --look-at 0,1,0 --yfov 40 --point-light 4,6,3,40 \
+                 --sun -1,-1,-.3,.4 --ambient .1,.1,.1 --ground plane --aov position,normal";
+    runs(&at, &format!("turntable a.obj {flags} --count 4 --only 2 -q -o turned_#.exr"));
+    runs(&at, &format!("render b.obj {flags} -q -o still.exr"));
+    let read = |name: &str| {
+        let image = exr::prelude::read_all_flat_layers_from_file(at.join(name)).unwrap();
+        let channels = image.layer_data[0].channel_data.list.clone();
+        channels.into_iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect::<Vec<_>>()))
+    };
+    let mut looked_at = 0;
+    for ((name, turned), (_, still)) in read("turned_2.exr").zip(read("still.exr")) {
+        // Rounding moves an edge over a sample here and there.
+        let off = turned.iter().zip(&still).filter(|(a, b)| (*a - *b).abs() > 1e-3).count();
+        assert!(off <= turned.len() / 200, "{name}: {off} of {} pixels differ", turned.len());
+        looked_at += 1;
+    }
+    assert_eq!(looked_at, 10);
+}
+
+#[test]
+fn a_turning_camera_takes_its_lights_along_and_leaves_the_files() {
+    let (_dir, at) = folder();
+    fs::write(
+        at.join("a.obj"),
+        "v -1 0 -1\nv 2 0 -1\nv -1 0 1\nv -1 3 -1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n",
+    )
+    .unwrap();
+    let frame = |flags: &str, out: &str| {
+        runs(&at, &format!("turntable a.obj --size 64x36 -s 4 --count 4 --only 2 -q {flags} -o {out}#.png"));
+        pixels(&at.join(format!("{out}2.png")))
+    };
+    let model = frame("--lights three-point", "model");
+    // Lights that are fixed to the camera: no matter which of the two moves.
+    let camera = frame("--lights three-point --turn camera --direction cw", "camera");
+    assert!(apart(&model, &camera) < 0.3, "{}", apart(&model, &camera));
+    let sun = "--sun -1,-1,-.3,1";
+    let lit = (frame(sun, "sun-model"), frame(&format!("{sun} --turn camera --direction cw"), "sun-camera"));
+    assert!(apart(&lit.0, &lit.1) > 3.0, "a sun stands still: {}", apart(&lit.0, &lit.1));
+}
+
+#[test]
+fn wrong_turntables_are_refused() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    for (flags, says) in [
+        ("--count 0", "0"),
+        ("--count 4 --only 5", "the frames are 1 to 4"),
+        ("--axis 0,0,0", "has a length"),
+        ("--axis x --ground plane", "--turn camera"),
+        ("--elevation 91", "±90"),
+        ("--elevation 9 --orbit 1,2", "--orbit"),
+        ("-o -", "several frames"),
+        ("--frame 2", "--frame"),
+    ] {
+        refused(&at, &format!("turntable {scene} {flags}"), says);
+    }
+}
+
+/// Pictures of every format are kept as long as nothing that they were made of changes.
+#[test]
+fn finished_pictures_are_kept_until_something_changes() {
+    let (_dir, at) = folder();
+    for name in [
+        "textured.gltf",
+        "textured.bin",
+        "planks.png",
+        "tin base.png",
+        "tin_metal_rough.png",
+        "tin_normal.png",
+    ] {
+        fs::copy(model(&format!("textured/{name}")), at.join(name)).unwrap();
+    }
+    for out in ["o/a#.png", "o/b#.exr", "o/c#.jpg", "o/d#.webp"] {
+        let layers = if out.ends_with("exr") { "" } else { "--aov depth,cryptomatte" };
+        let line = format!("turntable textured.gltf {SMALL} --count 2 {layers} -o {out} --resume");
+        let wrote = |flags: &str| runs(&at, &format!("{line} {flags}")).matches("wrote ").count();
+        let each = if layers.is_empty() { 1 } else { 4 };
+        assert_eq!(wrote(""), 2 * each, "{out}");
+        let whole = files(&at.join("o"));
+        assert_eq!(wrote("--threads 1 -v --progress plain"), 0, "{out}");
+        assert_eq!(wrote("--only 2"), 0, "{out}");
+        // What is missing or broken is made again, and nothing else.
+        let first = at.join(out.replace('#', "1"));
+        fs::write(&first, &fs::read(&first).unwrap()[..200]).unwrap();
+        assert_eq!(wrote(""), each, "{out}");
+        if !layers.is_empty() {
+            fs::remove_file(first.with_extension("depth.png")).unwrap();
+            assert_eq!(wrote(""), each, "{out}");
+        }
+        assert!(files(&at.join("o")) == whole, "{out}");
+        assert_eq!(wrote("--seed 5"), 2 * each, "{out}: another setting");
+        assert_eq!(wrote("--start 10"), 2 * each, "{out}: other angles");
+    }
+    // Another texture, a missing one, and one that is back.
+    let line = format!("render textured.gltf {SMALL} -o t.png --resume");
+    let wrote = || runs(&at, &line).contains("wrote t.png");
+    assert!(wrote() && !wrote());
+    let planks = fs::read(at.join("planks.png")).unwrap();
+    fs::copy(at.join("tin base.png"), at.join("planks.png")).unwrap();
+    assert!(wrote() && !wrote());
+    fs::remove_file(at.join("planks.png")).unwrap();
+    assert!(wrote() && !wrote());
+    fs::write(at.join("planks.png"), planks).unwrap();
+    assert!(wrote() && !wrote());
+    refused(&at, &format!("{line} --no-overwrite"), "--no-overwrite");
+}
+
+/// Killed again and again, a job ends with the very files of one that nothing happened to.
+#[cfg(unix)]
+#[test]
+fn what_was_killed_is_resumed() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    let line =
+        |out: &str| format!("turntable {scene} --size 64x36 -s 4 --count 12 --resume -q -o {out}/#.png");
+    runs(&at, &line("whole"));
+    for i in 0..8 {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
+            .args(line("killed").split_whitespace())
+            .current_dir(&at)
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(10 + 23 * i));
+        let _ = child.kill();
+        child.wait().unwrap();
+        for name in names(&at).iter().filter(|n| n.starts_with("killed/") && n.ends_with(".png")) {
+            image::open(at.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        }
+    }
+    runs(&at, &line("killed"));
+    let finished: BTreeMap<_, _> =
+        files(&at.join("killed")).into_iter().filter(|(name, _)| name.ends_with(".png")).collect();
+    assert!(finished == files(&at.join("whole")));
+}
+
+#[test]
+fn progress_for_farms_is_in_their_words() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    let told = runs(&at, &format!("turntable {scene} {SMALL} --count 4 --progress openjd"));
+    let told_percent: Vec<u32> =
+        told.lines().filter_map(|l| l.strip_prefix("openjd_progress: ")?.parse().ok()).collect();
+    assert!(told_percent.is_sorted() && told_percent.last() == Some(&100), "{told}");
+    assert!(told_percent.len() >= 4 && told.contains("openjd_status: "), "{told}");
+    let output = blinn(&at, &format!("render missing.glb {scene} {SMALL} --progress openjd"));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("openjd_fail: missing.glb") && told.contains("openjd_progress: 100"), "{told}");
+    let told = runs(&at, &format!("turntable {scene} {SMALL} --count 4 --progress json"));
+    let events: Vec<serde_json::Value> = told.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let last = events.iter().rfind(|e| e["event"] == "progress").unwrap();
+    assert_eq!((&last["percent"], &last["frames"]), (&100.into(), &4.into()));
+    assert_eq!(events.iter().filter(|e| e["event"] == "wrote").count(), 4);
+}
+
+#[test]
+fn settings_come_from_a_file_and_the_command_line_wins() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    let config = format!(
+        "scenes = [{scene:?}]\nsize = \"32x18\"\nsamples = 2\nbackground = \"#ff0000\"\ncamera = 0\n\
+         view-point = [0, 1.5, 9]\nno-shadows = true\npoint-light = [\"0,1,0,5\", \"1,1,0,2\"]\nquiet = true\n"
+    );
+    fs::write(at.join("c.toml"), config).unwrap();
+    runs(&at, "render --config c.toml -o a.png");
+    let words = "--size 32x18 -s 2 --background #ff0000 --camera 0 --view-point 0,1.5,9 --no-shadows \
+                 --point-light 0,1,0,5 --point-light 1,1,0,2 -q";
+    runs(&at, &format!("render {scene} {words} -o b.png"));
+    let read = |name: &str| fs::read(at.join(name)).unwrap();
+    assert!(read("a.png") == read("b.png"));
+    // What excludes a setting takes its place too.
+    runs(&at, "render --config c.toml --size 16x9 --no-background -o c.png");
+    let small = image::open(at.join("c.png")).unwrap();
+    assert_eq!((small.width(), small.color().has_alpha()), (16, true));
+    // Printed settings are a file again.
+    let printed = blinn(&at, "render --config c.toml -s 3 --print-config").stdout;
+    fs::write(at.join("d.toml"), &printed).unwrap();
+    assert!(String::from_utf8_lossy(&printed).contains("samples = 3"));
+    runs(&at, "render --config d.toml -s 2 -o d.png");
+    assert!(read("d.png") == read("a.png"));
+    for (text, says) in [
+        ("sizes = 3", "'sizes' is no setting of render"),
+        ("size = \"1\"", "1280x720"),
+        ("size = true", "'size' cannot be true"),
+        ("a = 1\nb = = 2", "line 2"),
+        ("config = \"c.toml\"", "'config' is no setting"),
+    ] {
+        fs::write(at.join("e.toml"), text).unwrap();
+        refused(&at, &format!("render {scene} --config e.toml"), says);
+    }
+    refused(&at, &format!("render {scene} --config none.toml"), "none.toml");
+    // A clip's frames, with and without a list.
+    fs::write(at.join("f.toml"), "frames = true\nfps = 2\nsize = \"16x9\"").unwrap();
+    let figure = model("figure/figure.glb");
+    let all = blinn(&at, &format!("render {figure} --config f.toml --dry-run")).stdout;
+    assert!(String::from_utf8(all).unwrap().lines().count() > 1);
+    let one = blinn(&at, &format!("render {figure} --config f.toml --frames 7 --dry-run")).stdout;
+    assert_eq!(String::from_utf8(one).unwrap(), "figure_0007.png\n");
+}
+
+#[test]
+fn a_report_shows_all_pictures_and_what_went_wrong() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    let before = format!("turntable {scene} missing<.glb {SMALL} --count 3 -o out/{{stem}}_#.png");
+    let dry = blinn(&at, &format!("{before} --dry-run --report out/r.html"));
+    assert_eq!(String::from_utf8(dry.stdout).unwrap().lines().count(), 6);
+    assert!(names(&at).is_empty());
+    let output = blinn(&at, &format!("{before} --report out/r.html"));
+    assert_eq!(output.status.code(), Some(1));
+    let page = fs::read_to_string(at.join("out/r.html")).unwrap();
+    assert_eq!(page.matches("<figure>").count(), 3);
+    for expected in
+        ["href=\"cornell_2.png\"", "data:image/jpeg;base64,", "missing&lt;.glb", "1 scenes failed"]
+    {
+        assert!(page.contains(expected), "{expected}: {page}");
+    }
+}
