@@ -130,7 +130,7 @@ fn wrong_lists_and_names_are_found_before_anything_is_rendered() {
         ("--frames 1-20 -o {index}#.png", "would both be written to 111.png"),
     ] {
         // Eleven scenes, so that the 1st and the 11th may meet.
-        let scenes = vec![figure.as_str(); 10].join(" ");
+        let scenes = [figure.as_str(); 10].join(" ");
         refused(&at, &format!("render {scenes} {cornell} {flags}"), says);
     }
     refused(&at, "render @missing.txt", "@missing.txt");

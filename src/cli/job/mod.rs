@@ -37,7 +37,7 @@ impl Job {
     pub fn render(args: &RenderArgs) -> Result<Job, Usage> {
         let look = Look::new(&args.look, &args.scene, args.moment.animation.as_deref(), &args.common)?;
         let shots = Shots::of_clip(&args.time, &args.moment);
-        Ok(Job {
+        Job {
             scenes: scenes::list(&args.scene.scenes)?,
             outputs: Outputs::new(&args.output, shots.are_many(), &look)?,
             shots,
@@ -46,7 +46,7 @@ impl Job {
             strict: args.common.strict,
             dry_run: args.process.dry_run,
         }
-        .checked()?)
+        .checked()
     }
 
     /// What `blinn turntable` was asked for.
@@ -56,7 +56,7 @@ impl Job {
         look.turning = Some(turntable::turning(&args.turn));
         turntable::place_camera(&args.turn, &mut look)?;
         let shots = turntable::shots(&args.turn, args.moment.time.unwrap_or(0.0))?;
-        Ok(Job {
+        Job {
             scenes: scenes::list(&args.scene.scenes)?,
             outputs: Outputs::new(&args.output, shots.are_many(), &look)?,
             shots,
@@ -65,7 +65,7 @@ impl Job {
             strict: args.common.strict,
             dry_run: args.process.dry_run,
         }
-        .checked()?)
+        .checked()
     }
 
     /// What decides a picture beside the files that it is made from.

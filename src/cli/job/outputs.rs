@@ -101,9 +101,9 @@ impl Outputs {
     /// Whether a picture is there already, as it would be made now.
     pub fn has(&self, target: &Target, key: Key, scene: &Path, contents: &mut Contents) -> bool {
         let files = self.files(target);
-        let mut is_it =
+        let is_it =
             |file: &PathBuf| read_stamp(file).is_some_and(|stamp| contents.still_hold(&stamp, key, scene));
-        !files.is_empty() && files.iter().all(|file| is_it(file))
+        !files.is_empty() && files.iter().all(is_it)
     }
 
     /// Refuses to write two pictures to one file. Where the frames are known only once a scene is
