@@ -1,5 +1,7 @@
 //! `blinn assemble`: finished frames → a moving picture.
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -93,8 +95,9 @@ struct Opened {
 
 fn read(path: &PathBuf) -> Result<Opened> {
     let cannot = || format!("{} cannot be read as a frame", path.display());
-    let mut reader =
-        ImageReader::open(path).with_context(cannot)?.with_guessed_format().with_context(cannot)?;
+    // By what is in it, whatever its name.
+    let file = BufReader::new(File::open(path).with_context(cannot)?);
+    let mut reader = ImageReader::new(file).with_guessed_format().with_context(cannot)?;
     use image::ImageFormat::{Jpeg, Png, WebP};
     if !matches!(reader.format(), Some(Png | Jpeg | WebP)) {
         bail!("{}: frames are .png, .jpg or .webp", path.display());

@@ -110,22 +110,24 @@ pub(super) fn attribute<'f>(file: &'f [u8], name: &str) -> Option<&'f [u8]> {
 
 /// Whether the file that begins with `head` ends where its last chunk does.
 pub(super) fn is_whole(head: &[u8], path: &Path) -> bool {
-    let mut at = 8;
+    let (mut at, mut tiled) = (8, false);
     while let Some(length) = attribute_length(head.get(at..).unwrap_or_default()) {
+        tiled |= head[at..].starts_with(b"tiles\0");
         at += length;
     }
     // A zero ends the header; then come the places of the chunks, and directly behind those the first.
     let table = at + 1;
+    // A chunk begins with its place, a tile's four numbers or a line's one, and its size.
+    let place_length = if tiled { 16 } else { 4 };
     let place = |at: usize| Some(u64::from_le_bytes(*head.get(at..)?.first_chunk()?));
     let end = || {
         let count = place(table)?.checked_sub(table as u64)? / 8;
         let last = place(table.checked_add(usize::try_from(count).ok()?.checked_sub(1)?.checked_mul(8)?)?)?;
         let mut file = File::open(path).ok()?;
-        let mut chunk = [0; 8];
-        file.seek(SeekFrom::Start(last)).ok()?;
-        file.read_exact(&mut chunk).ok()?;
-        let [_, _, _, _, size @ ..] = chunk;
-        let end = last.checked_add(8)?.checked_add(u64::from(u32::from_le_bytes(size)))?;
+        let mut size = [0; 4];
+        file.seek(SeekFrom::Start(last.checked_add(place_length)?)).ok()?;
+        file.read_exact(&mut size).ok()?;
+        let end = last.checked_add(place_length + 4)?.checked_add(u64::from(u32::from_le_bytes(size)))?;
         Some(end == file.metadata().ok()?.len())
     };
     end() == Some(true)
