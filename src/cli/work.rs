@@ -77,9 +77,11 @@ impl Work<'_> {
                 Ok((picture, since.elapsed()))
             },
             |i, (picture, took)| {
-                let key = self.job.key(&shots[i]);
-                let stamp = certain.then(|| self.contents.stamp(key, path, &scene.source.files));
-                self.write(&Picture { stamp, ..picture }, &self.target(&shots[i]), took)
+                let (key, target) = (self.job.key(&shots[i]), self.target(&shots[i]));
+                // Standard output keeps nothing that could be asked for its stamp.
+                let stamped = certain && target != Target::Stdout;
+                let stamp = stamped.then(|| self.contents.stamp(key, path, &scene.source.files));
+                self.write(&Picture { stamp, ..picture }, &target, took)
             },
         )
     }
