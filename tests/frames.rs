@@ -1,63 +1,14 @@
 //! Many frames and many files, as their users and farms see them.
 
+#[path = "common/program.rs"]
+mod program;
+
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
+use std::process::Command;
 
-fn model(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).to_str().unwrap().to_string()
-}
-
-fn blinn(folder: &Path, line: &str) -> Output {
-    let words = line.split_whitespace();
-    Command::new(env!("CARGO_BIN_EXE_blinn")).args(words).current_dir(folder).output().unwrap()
-}
-
-/// Runs it and returns what it told.
-#[track_caller]
-fn runs(folder: &Path, line: &str) -> String {
-    let output = blinn(folder, line);
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{line}: {told}");
-    told
-}
-
-/// The command line is refused before anything is done.
-#[track_caller]
-fn refused(folder: &Path, line: &str, says: &str) {
-    let before = files(folder);
-    let output = blinn(folder, line);
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{line}: {told}");
-    assert!(told.contains(says), "{line} told: {told}");
-    assert!(files(folder) == before, "{line} left something behind");
-}
-
-/// All files in a folder and what is in them.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_str().unwrap().to_string();
-        if path.is_dir() {
-            all.extend(files(&path).into_iter().map(|(inside, bytes)| (format!("{name}/{inside}"), bytes)));
-        } else {
-            all.insert(name, fs::read(&path).unwrap());
-        }
-    }
-    all
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    files(folder).into_keys().collect()
-}
-
-fn folder() -> (tempfile::TempDir, PathBuf) {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().to_path_buf();
-    (dir, path)
-}
+use program::*;
 
 const SMALL: &str = "--size 32x18 -s 1";
 

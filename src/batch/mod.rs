@@ -1,11 +1,14 @@
-//! Many frames, or many files: which frames there are, and what their files are called.
+//! Many frames, or many files: which frames there are, what their files are called, and where they
+//! were seen from.
 
 mod fingerprint;
 mod frames;
 mod names;
 mod pipeline;
+mod transforms;
 
 pub use fingerprint::{Contents, Key, written_since};
 pub use frames::{Chunk, FrameList, MOST_FRAMES};
 pub use names::{Name, Template};
 pub use pipeline::overlap;
+pub use transforms::{Dataset, DatasetView, WorldUp};

@@ -10,6 +10,7 @@ use image::ImageReader;
 use super::args::{AssembleArgs, LoopArg};
 use super::progress::Reporter;
 use super::sequence::{frames, missing};
+use super::work::folder_of;
 use super::{Summary, Usage, describe, one_line};
 use crate::display::{Background, over};
 use crate::output::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings, Replace};
@@ -55,6 +56,7 @@ fn assemble(args: &AssembleArgs, format: MovingFormat, reporter: &Reporter) -> R
         quality: args.quality.unwrap_or(MOVING_QUALITY),
         replace: if args.no_overwrite { Replace::No } else { Replace::Yes },
     };
+    folder_of(&args.output)?;
     let mut moving = Moving::create(&args.output, format, &settings)?;
     let mut push = |mut frame: Opened, path: &Path| -> Result<()> {
         if (frame.width, frame.height) != (settings.width, settings.height) {

@@ -3,10 +3,12 @@
 mod args;
 mod assemble;
 mod config;
+mod dataset;
 mod info;
 mod job;
 mod metering;
 mod progress;
+mod reel;
 mod render;
 mod report;
 mod sequence;

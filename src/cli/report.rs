@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use crate::output::{Picture, Replace, thumbnail, write_atomically};
+use crate::output::{Replace, write_atomically};
 
 /// A page that grows with each picture, in a file without a name, so that memory does not.
 pub(super) struct Report {
@@ -19,9 +19,6 @@ pub(super) struct Report {
     pictures: usize,
     failed: usize,
 }
-
-/// Width and height of a thumbnail, at most.
-const SIDE: u32 = 192;
 
 const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>blinn</title>\n<style>\n\
 body { font: 14px/1.4 sans-serif; margin: 2em; background: #fff; color: #222 }\n\
@@ -33,6 +30,9 @@ img { display: block; border: 1px solid #ccc }\n\
 </style>\n";
 
 impl Report {
+    /// Width and height of a thumbnail, at most.
+    pub const SIDE: u32 = 192;
+
     pub fn new(path: &Path) -> Result<Report> {
         let page = tempfile::tempfile().context("a file for the report")?;
         Ok(Report { path: path.to_path_buf(), page, since: Instant::now(), pictures: 0, failed: 0 })
@@ -43,9 +43,9 @@ impl Report {
         self.add(&format!("<h2>{}</h2>\n", escaped(&scene.to_string_lossy())))
     }
 
-    /// A picture was written.
-    pub fn picture(&mut self, picture: &Picture, file: &Path, took: Duration) -> Result<()> {
-        let small = BASE64_STANDARD.encode(thumbnail(picture, SIDE)?);
+    /// A picture was written: `small` is a JPEG of it.
+    pub fn picture(&mut self, small: &[u8], file: &Path, took: Duration) -> Result<()> {
+        let small = BASE64_STANDARD.encode(small);
         let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
         self.pictures += 1;
         self.add(&format!(

@@ -4,8 +4,9 @@
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 
+use super::dataset::depth_step;
 use super::job::{Job, Look, Shot, Turning};
 use super::metering::{self, Exposed};
 use super::progress::Teller;
@@ -33,6 +34,12 @@ pub(super) struct Studio<'a> {
     /// Its sources and its ambient colour are those of the clip's start.
     pub lighting: Lighting,
     display: Display,
+    /// Where lights that are fixed to the camera stand in a dataset: what its views show is lit alike.
+    rest: Option<Camera>,
+    /// What a dataset's depth is counted in.
+    depth_step: Option<f64>,
+    /// From the scene's world to that of layers.
+    world: DMat3,
 }
 
 /// A scene at one moment.
@@ -81,6 +88,12 @@ impl<'a> Studio<'a> {
                 view: look.view_transform.unwrap_or_else(|| ViewTransform::of(&scene.source)),
                 background: look.background,
             },
+            rest: match job.views {
+                Some(_) => Some(look.view.at_rest().resolve(&moment.posed, width, height)?.0),
+                None => None,
+            },
+            depth_step: depth_step(job, &moment.posed, (width, height))?,
+            world: job.views.map_or(DMat3::IDENTITY, |views| views.up.turn()),
         };
         let Exposed { ev, ambient } = metering::expose(&studio, &mut moment, &lit)?;
         studio.display.ev = ev;
@@ -136,7 +149,7 @@ impl<'a> Studio<'a> {
     /// What `camera` sees, without a ground.
     pub fn frame<'m>(&self, moment: &'m Moment<'m>, camera: Camera) -> Result<Frame<'m>> {
         let Some(accel) = &moment.accel else { bail!("the scene has no trees") };
-        let lit = self.lighting.resolve(&moment.posed, &camera);
+        let lit = self.lighting.resolve(&moment.posed, self.rest.as_ref().unwrap_or(&camera));
         Ok(Frame {
             overrides: self.look.overrides,
             cull: self.look.cull,
@@ -159,17 +172,23 @@ impl<'a> Studio<'a> {
         }
     }
 
+    /// Width and height of a picture.
+    pub fn size(&self) -> (u32, u32) {
+        let window = self.settings.window();
+        (window.width, window.height)
+    }
+
     /// Pixels of a picture.
     pub fn pixels(&self) -> u64 {
-        let window = self.settings.window();
-        u64::from(window.width) * u64::from(window.height)
+        let (width, height) = self.size();
+        u64::from(width) * u64::from(height)
     }
 
     /// Renders a picture of the scene at its moment.
     pub fn picture(&self, shot: &Shot, moment: &Moment, watch: &dyn Watch) -> Result<Picture> {
         let settings = &self.settings;
         let (width, height) = (settings.width, settings.height);
-        let (camera, _) = self.look.view.resolve(&moment.posed, width, height)?;
+        let camera = self.look.camera(shot, &moment.posed, (width, height))?;
         let frame = self.turned(shot.angle, moment, camera)?;
         // The ground comes last: it changes neither what is framed nor what is metered.
         let frame = Frame { ground: self.surroundings.ground, ..frame };
@@ -179,7 +198,9 @@ impl<'a> Studio<'a> {
         let what = format!("{width}x{height}, {} samples, frame {}", settings.samples, shot.frame);
         self.teller.stage("render", start, &what);
         let start = Instant::now();
-        let layers = render_aovs(&frame, &self.look.layers.aovs, settings, &())?;
+        // Places and directions are said in the world that a dataset is in.
+        let placed = DAffine3::from_mat3(self.world) * frame.placed;
+        let layers = render_aovs(&Frame { placed, ..frame.clone() }, &self.look.layers.aovs, settings, &())?;
         let mattes = match self.look.layers.cryptomatte {
             true => render_mattes(&frame, settings, &())?,
             false => Vec::new(),
@@ -188,7 +209,8 @@ impl<'a> Studio<'a> {
             self.teller.stage("layers", start, "");
         }
         let part = settings.crop.map(|crop| Part { crop, width, height });
-        Ok(Picture { layers, mattes, part, ..Picture::new(pixels, self.display) })
+        let depth_step = self.depth_step;
+        Ok(Picture { layers, mattes, part, depth_step, ..Picture::new(pixels, self.display) })
     }
 }
 

@@ -7,13 +7,15 @@ use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Context, Result};
 
-use super::job::{Job, Shot, Target};
+use super::dataset;
+use super::job::{Form, Job, Shot, Target};
 use super::progress::Teller;
+use super::reel::Reel;
 use super::report::Report;
 use super::studio::{Moment, Studio};
 use crate::batch::{Contents, overlap, written_since};
 use crate::import::load;
-use crate::output::{Format, Picture, check_writable, save};
+use crate::output::{Picture, check_writable, save, thumbnail};
 use crate::scene::{Scene, Selection, clip_end};
 
 /// What is to be done for one scene.
@@ -35,7 +37,8 @@ impl Work<'_> {
         let begun = SystemTime::now();
         // Whatever is there already need not be read.
         let known = self.job.shots.known().map(|shots| self.missing(shots));
-        if let Some(shots) = known.as_ref().filter(|shots| shots.is_empty() || self.job.dry_run) {
+        let nothing_left = |shots: &[Shot]| shots.is_empty() && self.job.views.is_none();
+        if let Some(shots) = known.as_ref().filter(|shots| nothing_left(shots) || self.job.dry_run) {
             return self.list(shots);
         }
         let scene = self.read()?;
@@ -46,17 +49,30 @@ impl Work<'_> {
                 self.missing(self.job.shots.of(end))
             }
         };
-        if shots.is_empty() || self.job.dry_run {
+        if self.job.dry_run {
             return self.list(&shots);
         }
-        // A folder that nothing can be written to is found before anything is rendered.
-        if let Target::File(file) = self.target(&shots[0]) {
+        if let Some(views) = &self.job.views {
+            let file = views.file(&self.job.outputs, self.path, self.index);
             folder_of(&file)?;
             check_writable(&file, self.job.outputs.replace)?;
         }
-        // A picture of files that changed meanwhile is of neither what they were nor what they are.
-        let certain = !written_since(begun, self.path, &scene.source.files);
-        self.make(&scene, &shots, certain)
+        if let Some(first) = shots.first() {
+            // A folder that nothing can be written to is found before anything is rendered.
+            if let Target::File(file) = self.target(first) {
+                folder_of(&file)?;
+                check_writable(&file, self.job.outputs.replace)?;
+            }
+            // A picture of files that changed meanwhile is of neither what they were nor what they are.
+            let certain = !written_since(begun, self.path, &scene.source.files);
+            self.make(&scene, &shots, certain)?;
+        }
+        // Pictures come first: where this file is, they are.
+        if let Some(views) = &self.job.views {
+            let file = dataset::write(self.job, views, &scene, self.path, self.index)?;
+            self.teller.reporter.wrote(&file);
+        }
+        Ok(())
     }
 
     /// Makes the pictures: while one is rendered, the scene is posed and its trees are built for the
@@ -65,6 +81,12 @@ impl Work<'_> {
         let (path, reporter) = (self.path, self.teller.reporter);
         reporter.frames(path, shots.len());
         let (studio, start) = Studio::new(self.job, scene, self.teller)?;
+        let mut reel = match (self.job.outputs.form, self.target(&shots[0])) {
+            (Form::Moving(playing), Target::File(file)) => {
+                Some(Reel::new(&file, &playing, studio.size(), self.job.outputs.replace)?)
+            }
+            _ => None,
+        };
         let mut start = Some(start);
         overlap(
             shots.len(),
@@ -77,13 +99,34 @@ impl Work<'_> {
                 Ok((picture, since.elapsed()))
             },
             |i, (picture, took)| {
+                if let Some(reel) = &mut reel {
+                    return self.add(reel, &picture, took);
+                }
                 let (key, target) = (self.job.key(&shots[i]), self.target(&shots[i]));
                 // Standard output keeps nothing that could be asked for its stamp.
                 let stamped = certain && target != Target::Stdout;
                 let stamp = stamped.then(|| self.contents.stamp(key, path, &scene.source.files));
                 self.write(&Picture { stamp, ..picture }, &target, took)
             },
-        )
+        )?;
+        reel.map_or(Ok(()), |reel| self.publish(reel))
+    }
+
+    /// Adds a frame to a moving picture.
+    fn add(&self, reel: &mut Reel, picture: &Picture, took: Duration) -> Result<()> {
+        let start = Instant::now();
+        reel.add(picture, took)?;
+        self.teller.stage("encode", start, "");
+        Ok(())
+    }
+
+    /// Makes a moving picture appear.
+    fn publish(&mut self, reel: Reel) -> Result<()> {
+        let start = Instant::now();
+        let done = reel.finish()?;
+        self.teller.stage("save", start, "");
+        self.teller.reporter.wrote(&done.file);
+        self.report.as_mut().map_or(Ok(()), |report| report.picture(&done.small, &done.file, done.took))
     }
 
     fn target(&self, shot: &Shot) -> Target {
@@ -107,7 +150,12 @@ impl Work<'_> {
     /// With `--dry-run`: what would be written.
     fn list(&self, shots: &[Shot]) -> Result<()> {
         let mut out = std::io::stdout().lock();
-        for file in shots.iter().flat_map(|shot| self.job.outputs.files(&self.target(shot))) {
+        let mut files: Vec<_> =
+            shots.iter().flat_map(|shot| self.job.outputs.files(&self.target(shot))).collect();
+        // Frames of a moving picture share a file.
+        files.dedup();
+        files.extend(self.job.views.map(|views| views.file(&self.job.outputs, self.path, self.index)));
+        for file in files {
             // A closed pipe is no error.
             let _ = writeln!(out, "{}", file.display());
         }
@@ -133,9 +181,10 @@ impl Work<'_> {
     fn write(&mut self, picture: &Picture, target: &Target, took: Duration) -> Result<()> {
         let start = Instant::now();
         let outputs = &self.job.outputs;
+        let Form::Pictures(format, depth) = outputs.form else { return Ok(()) };
         match target {
             Target::Stdout => {
-                let bytes = Format::Png.encode(picture, outputs.depth).context("standard output")?;
+                let bytes = format.encode(picture, depth).context("standard output")?;
                 match std::io::stdout().lock().write_all(&bytes) {
                     Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {}
                     other => other.context("standard output")?,
@@ -143,11 +192,11 @@ impl Work<'_> {
             }
             Target::File(file) => {
                 folder_of(file)?;
-                for written in save(picture, file, outputs.format, outputs.depth, outputs.replace)? {
+                for written in save(picture, file, format, depth, outputs.replace)? {
                     self.teller.reporter.wrote(&written);
                 }
                 if let Some(report) = &mut self.report {
-                    report.picture(picture, file, took)?;
+                    report.picture(&thumbnail(picture, Report::SIDE)?, file, took)?;
                 }
             }
         }
@@ -184,7 +233,7 @@ fn moment<'s>(
 }
 
 /// Makes the folder of a file if it is missing.
-fn folder_of(file: &Path) -> Result<()> {
+pub(super) fn folder_of(file: &Path) -> Result<()> {
     let Some(folder) = file.parent().filter(|f| !f.as_os_str().is_empty()) else { return Ok(()) };
     std::fs::create_dir_all(folder).with_context(|| format!("folder {} cannot be made", folder.display()))
 }

@@ -15,11 +15,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::display::Display;
+use crate::integrator::Aov;
 use crate::render::{Crop, Layer, Matte, Pixels};
 
 pub use atomic::{Replace, hold_writes, write_atomically};
 pub use moving::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
-pub use preview::{preview, preview_matte};
+pub use preview::{depth_steps, preview, preview_matte};
 pub use stamp::read_stamp;
 pub use thumbnail::thumbnail;
 
@@ -36,6 +37,9 @@ pub struct Picture {
     pub display: Display,
     /// Where this is a part of a larger picture: that one.
     pub part: Option<Part>,
+    /// Set where the picture of a depth layer is to be measured: metres to a step of 16 bits, in which 0
+    /// is nothing at all. Otherwise it is a preview.
+    pub depth_step: Option<f64>,
     /// A line of ASCII that its files keep, for [`read_stamp`] to find again.
     pub stamp: Option<String>,
 }
@@ -54,7 +58,15 @@ pub struct Part {
 impl Picture {
     /// A whole picture without layers.
     pub fn new(pixels: Pixels, display: Display) -> Picture {
-        Picture { pixels, layers: Vec::new(), mattes: Vec::new(), display, part: None, stamp: None }
+        Picture {
+            pixels,
+            layers: Vec::new(),
+            mattes: Vec::new(),
+            display,
+            part: None,
+            depth_step: None,
+            stamp: None,
+        }
     }
 }
 
@@ -145,13 +157,23 @@ pub fn save(
     write_atomically(path, &bytes, replace).map_err(failed(path))?;
     let mut written = vec![path.to_path_buf()];
     if !format.holds_layers() {
-        let layers = picture.layers.iter().map(|l| (l.aov.name().to_string(), preview(l)));
+        let size = (picture.pixels.width, picture.pixels.height);
+        let stamp = picture.stamp.as_deref();
+        let layers = picture.layers.iter().map(|layer| {
+            let bytes = match picture.depth_step.filter(|_| layer.aov == Aov::Depth) {
+                Some(step) => png::encode_grey16(size, &depth_steps(layer, step), stamp),
+                None => png::encode8(size, &preview(layer), stamp),
+            };
+            (layer.aov.name().to_string(), bytes)
+        });
         let mattes = picture.mattes.iter();
-        let mattes = mattes.map(|m| (format!("cryptomatte-{}", m.kind.name()), preview_matte(m)));
-        for (name, image) in layers.chain(mattes) {
+        let mattes = mattes.map(|matte| {
+            let name = format!("cryptomatte-{}", matte.kind.name());
+            (name, png::encode8(size, &preview_matte(matte), stamp))
+        });
+        for (name, bytes) in layers.chain(mattes) {
             let beside = path.with_extension(format!("{name}.png"));
-            let size = (picture.pixels.width, picture.pixels.height);
-            let bytes = png::encode8(size, &image, picture.stamp.as_deref()).map_err(failed(&beside))?;
+            let bytes = bytes.map_err(failed(&beside))?;
             write_atomically(&beside, &bytes, replace).map_err(failed(&beside))?;
             written.push(beside);
         }

@@ -29,6 +29,12 @@ pub(super) fn encode16(
     encode((width, height), (color, png::BitDepth::Sixteen), &bytes, stamp)
 }
 
+/// Encodes 16-bit numbers that are no colours.
+pub(super) fn encode_grey16(size: (u32, u32), values: &[u16], stamp: Option<&str>) -> io::Result<Vec<u8>> {
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_be_bytes()).collect();
+    encode(size, (png::ColorType::Grayscale, png::BitDepth::Sixteen), &bytes, stamp)
+}
+
 fn encode(
     (width, height): (u32, u32),
     (color, depth): (png::ColorType, png::BitDepth),

@@ -37,6 +37,12 @@ pub fn preview(layer: &Layer) -> Vec<[u8; 4]> {
         .collect()
 }
 
+/// Depths in steps of so many metres: 1 … 65535, and 0 where nothing is hit.
+pub fn depth_steps(layer: &Layer, step: f64) -> Vec<u16> {
+    let steps = |z: f32| (f64::from(z) / step).round().clamp(1.0, f64::from(u16::MAX)) as u16;
+    layer.values.iter().map(|&z| if z.is_finite() { steps(z) } else { 0 }).collect()
+}
+
 /// Texture coordinates in 0…1, repeated outside.
 fn tiled(v: f32) -> f32 {
     if (0.0..=1.0).contains(&v) { v } else { v.rem_euclid(1.0) }
@@ -121,6 +127,12 @@ mod tests {
         assert!(grey[1] == 255 && grey[1] > grey[2] && grey[2] > grey[3] && grey[3] > 20, "{grey:?}");
         let none = preview(&Layer { aov: Aov::Depth, values: vec![f32::INFINITY; 3] });
         assert!(none.iter().all(|p| *p == [0, 0, 0, 255]));
+    }
+
+    #[test]
+    fn depths_are_counted_in_steps() {
+        let layer = Layer { aov: Aov::Depth, values: vec![f32::INFINITY, 0.0, 1.0, 1.26, 1e9] };
+        assert_eq!(depth_steps(&layer, 0.5), [0, 1, 2, 3, u16::MAX]);
     }
 
     #[test]

@@ -139,6 +139,19 @@ pub struct Orbit {
     pub distance: Option<f64>,
 }
 
+impl Orbit {
+    /// The `i`-th, from 0, of `n` places all around, from the top down: a Fibonacci sphere, on which
+    /// every place has as much room as any other, and none is straight above or below.
+    pub fn of_sphere(i: u32, n: u32) -> Orbit {
+        /// 2π (1 − 1/φ).
+        const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+        // Bands of equal height have equal areas, by Archimedes.
+        let height = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n.max(1));
+        let turn = f64::from(i) * GOLDEN_ANGLE;
+        Orbit { azimuth: turn % std::f64::consts::TAU, elevation: libm::asin(height), distance: None }
+    }
+}
+
 /// A view as asked for, in the lecture's words: whatever is `None` comes from the camera of the
 /// file, or from framing the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -210,6 +223,33 @@ impl FileCamera {
             Fit::Vertical => height,
             Fit::Horizontal => height * own / picture,
             Fit::Auto => height * own.max(1.0) / picture.max(1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_on_a_sphere_are_apart_alike() {
+        for n in [1, 2, 20, 500] {
+            let place = |i: u32| {
+                let Orbit { azimuth, elevation, .. } = Orbit::of_sphere(i, n);
+                let (y, r) = (libm::sin(elevation), libm::cos(elevation));
+                DVec3::new(r * libm::sin(azimuth), y, r * libm::cos(azimuth))
+            };
+            let all: Vec<DVec3> = (0..n).map(place).collect();
+            let middle = all.iter().sum::<DVec3>() / f64::from(n);
+            assert!(n < 20 || middle.length() < 0.05, "{n}: {middle}");
+            // As far as they would be apart in a plane of as much area, packed as closely as can be.
+            let room = (8.0 * std::f64::consts::PI / 3f64.sqrt() / f64::from(n)).sqrt();
+            for (i, a) in all.iter().enumerate() {
+                assert!(a.y.abs() < 1.0);
+                let near = all.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, b)| a.distance(*b));
+                let nearest = near.fold(2.0, f64::min);
+                assert!(n < 20 || (0.8..1.0).contains(&(nearest / room)), "{n}: {i} {nearest} of {room}");
+            }
         }
     }
 }

@@ -40,4 +40,18 @@ pub struct TurnArgs {
     /// Whether it starts and ends gently
     #[arg(long, value_enum, default_value_t = EaseArg::None)]
     pub ease: EaseArg,
+    /// Instead of a turn a dataset: N views from all around, evenly, with depth, normal and mask
+    /// beside each, and transforms.json that says where from. Lights stand still; --camera lends its
+    /// lens, --look-at is the middle
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
+          conflicts_with_all = ["count", "turn", "axis", "start", "direction", "elevation", "ease", "orbit",
+                                "view_point", "view_dir", "view_up", "camera_xml", "camera_azimuth_angle",
+                                "camera_elevation_angle"])]
+    pub views: Option<u32>,
+    /// Which way is up in transforms.json [default: z, as the tools expect]
+    #[arg(long, value_enum, requires = "views")]
+    pub nerf_up: Option<UpArg>,
+    /// Frames a second of a moving picture [default: 24]
+    #[arg(long, value_parser = values::positive)]
+    pub fps: Option<f64>,
 }

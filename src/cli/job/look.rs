@@ -1,6 +1,6 @@
 //! What pictures look like, resolved: all that decides their pixels, but for scene and frame.
 
-use super::Turning;
+use super::{Shot, Turning};
 use crate::accel::Tier;
 use crate::cli::Usage;
 use crate::cli::args::{
@@ -14,7 +14,8 @@ use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml, load_
 use crate::integrator::{Overrides, Stage};
 use crate::render::{Filter, RenderSettings};
 use crate::scene::{
-    AnimationChoice, Fit, GroundKind, LightUnits, Lighting, Projection, Scene, Selection, View,
+    AnimationChoice, Camera, Fit, GroundKind, LightUnits, Lighting, PosedScene, Projection, Scene, Selection,
+    View, ViewError,
 };
 
 /// Longer side of a picture whose size was not given.
@@ -135,6 +136,12 @@ impl Look {
                 anyhow::bail!("no animation '{asked}' in the file; it has: {names}")
             }
         }
+    }
+
+    /// The camera of a shot, for a picture of that size.
+    pub fn camera(&self, shot: &Shot, posed: &PosedScene, size: (u32, u32)) -> Result<Camera, ViewError> {
+        let view = View { orbit: shot.orbit.or(self.view.orbit), ..self.view.clone() };
+        Ok(view.resolve(posed, size.0, size.1)?.0)
     }
 
     /// Width and height: as given, else the file camera's shape, else 16:9.

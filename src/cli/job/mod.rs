@@ -1,7 +1,9 @@
 //! From words to a plan: what is rendered, how, and where it goes. Whatever can be found wrong
 //! without reading a scene is found here.
 
+mod dataset;
 mod look;
+mod moving;
 mod outputs;
 mod scenes;
 mod shots;
@@ -14,8 +16,10 @@ use super::args::{RenderArgs, TurntableArgs};
 use crate::accel::BuildSettings;
 use crate::batch::Key;
 
+pub use dataset::Views;
 pub use look::{Look, load_options, natural_size};
-pub use outputs::{Outputs, Target};
+pub use moving::Playing;
+pub use outputs::{Form, Outputs, Series, Target};
 pub use shots::{Shot, Shots};
 pub use turntable::Turning;
 
@@ -27,6 +31,8 @@ pub struct Job {
     pub look: Look,
     pub outputs: Outputs,
     pub build: BuildSettings,
+    /// Set for datasets.
+    pub views: Option<Views>,
     pub strict: bool,
     /// Whether files are only named.
     pub dry_run: bool,
@@ -37,12 +43,15 @@ impl Job {
     pub fn render(args: &RenderArgs) -> Result<Job, Usage> {
         let look = Look::new(&args.look, &args.scene, args.moment.animation.as_deref(), &args.common)?;
         let shots = Shots::of_clip(&args.time, &args.moment);
+        let share = args.time.chunk.map(|_| "--chunk");
+        let series = Series { many: shots.are_many(), fps: Some(args.time.fps), share };
         Job {
             scenes: scenes::list(&args.scene.scenes)?,
-            outputs: Outputs::new(&args.output, shots.are_many(), &look)?,
+            outputs: Outputs::new(&args.output, &series, &look)?,
             shots,
             look,
             build: BuildSettings { tier: look::tier(std::env::var_os("BLINN_SIMD"))?, ..Default::default() },
+            views: None,
             strict: args.common.strict,
             dry_run: args.process.dry_run,
         }
@@ -53,15 +62,25 @@ impl Job {
     pub fn turntable(args: &TurntableArgs) -> Result<Job, Usage> {
         let animation = args.moment.animation.as_deref();
         let mut look = Look::new(&args.look, &args.scene, animation, &args.common)?;
-        look.turning = Some(turntable::turning(&args.turn));
-        turntable::place_camera(&args.turn, &mut look)?;
+        let views = args.turn.views.map(|count| Views::new(count, args, &mut look)).transpose()?;
+        if views.is_none() {
+            look.turning = Some(turntable::turning(&args.turn));
+            turntable::place_camera(&args.turn, &mut look)?;
+        }
         let shots = turntable::shots(&args.turn, args.moment.time.unwrap_or(0.0))?;
+        let outputs = Outputs::new(&args.output, &turntable::series(&args.turn), &look)?;
+        if args.turn.fps.is_some() && !matches!(outputs.form, Form::Moving(_)) {
+            return Err(Usage(
+                "--fps is of moving pictures, and -o names none: write .gif, .apng, .mp4 or .html".into(),
+            ));
+        }
         Job {
             scenes: scenes::list(&args.scene.scenes)?,
-            outputs: Outputs::new(&args.output, shots.are_many(), &look)?,
+            outputs,
             shots,
             look,
             build: BuildSettings { tier: look::tier(std::env::var_os("BLINN_SIMD"))?, ..Default::default() },
+            views,
             strict: args.common.strict,
             dry_run: args.process.dry_run,
         }
@@ -70,12 +89,20 @@ impl Job {
 
     /// What decides a picture beside the files that it is made from.
     pub fn key(&self, shot: &Shot) -> Key {
-        Key::of(&(&self.look, self.outputs.format, self.outputs.depth, shot.time, shot.angle))
+        Key::of(&(
+            &self.look,
+            self.outputs.form,
+            shot.time,
+            shot.angle,
+            shot.orbit,
+            self.views.map(|v| (v.count, v.up)),
+        ))
     }
 
     /// Refuses names that collide.
     fn checked(self) -> Result<Job, Usage> {
         self.outputs.check_names(&self.scenes, &self.shots.known().unwrap_or_default())?;
+        self.views.map_or(Ok(()), |views| views.check_names(&self.scenes, &self.outputs))?;
         Ok(self)
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use super::moving::{self, Playing};
 use super::{Look, Shot};
 use crate::batch::{Contents, Key, Name, Template};
 use crate::cli::Usage;
@@ -20,13 +21,32 @@ pub enum Target {
     File(PathBuf),
 }
 
+/// What the pictures of a scene become.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// A file each.
+    Pictures(Format, Depth),
+    /// One file.
+    Moving(Playing),
+}
+
+/// The pictures of each scene, as far as their files depend on them.
+#[derive(Clone, Copy, Debug)]
+pub struct Series {
+    /// Whether they are numbered.
+    pub many: bool,
+    /// Frames a second, where they are played; `None` where that was not said.
+    pub fps: Option<f64>,
+    /// The flag by which they are a share of a whole.
+    pub share: Option<&'static str>,
+}
+
 /// Where all pictures go.
 #[derive(Clone, Debug)]
 pub struct Outputs {
     /// Names of files; `None` for standard output.
     template: Option<Template>,
-    pub format: Format,
-    pub depth: Depth,
+    pub form: Form,
     pub replace: Replace,
     /// Whether finished pictures are kept.
     pub resume: bool,
@@ -35,52 +55,43 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// `many`: of each scene.
-    pub fn new(args: &OutputArgs, many: bool, look: &Look) -> Result<Outputs, Usage> {
+    pub fn new(args: &OutputArgs, series: &Series, look: &Look) -> Result<Outputs, Usage> {
         let output = args.output.as_deref();
-        let stdout = output == Some(Path::new("-"));
-        if stdout && many {
+        let text = pattern(output);
+        let moving = moving::format(Path::new(&text));
+        let mut outputs = Outputs {
+            template: Some(Template::parse(&text)),
+            form: match moving {
+                Some(format) => Form::Moving(Playing::new(format, args, series, look)?),
+                None => pictures(&text, args, look)?,
+            },
+            replace: if args.no_overwrite { Replace::No } else { Replace::Yes },
+            resume: args.resume,
+            beside: Vec::new(),
+        };
+        let Form::Pictures(format, _) = outputs.form else { return Ok(outputs) };
+        if args.r#loop.is_some() {
+            return Err(Usage(
+                "--loop is of moving pictures, and -o names none: write .gif, .apng, .mp4 or .html".into(),
+            ));
+        }
+        if !format.holds_layers() {
+            outputs.beside = look.layers.names();
+        }
+        if output != Some(Path::new("-")) {
+            outputs.template = outputs.template.map(|t| if series.many { t.numbered() } else { t });
+            return Ok(outputs);
+        }
+        outputs.template = None;
+        if series.many {
             return Err(Usage(
                 "-o -: standard output takes one picture, and several frames are asked for".into(),
             ));
         }
-        if stdout && look.layers != Layers::default() {
+        if look.layers != Layers::default() {
             return Err(Usage("--aov: standard output takes one picture; give -o a file's name".into()));
         }
-        let text = pattern(output);
-        let mut format = match Format::of(Path::new(&text)) {
-            _ if stdout => Format::Png,
-            Some(format) => format,
-            None => {
-                return Err(Usage(format!(
-                    "-o {text}: the name must end in .png, .exr, .jpg or .webp, or in / for a folder"
-                )));
-            }
-        };
-        if let Some(asked) = args.quality {
-            match &mut format {
-                Format::Jpeg(quality) => *quality = asked,
-                _ => return Err(Usage("--quality is of JPEGs alone, and -o names none".into())),
-            }
-        }
-        if look.background == Background::Transparent && matches!(format, Format::Jpeg(_)) {
-            return Err(Usage(
-                "a JPEG has no transparency: give a --background COLOR, or write .png, .webp or .exr".into(),
-            ));
-        }
-        let template = Template::parse(&text);
-        let template = if many { template.numbered() } else { template };
-        Ok(Outputs {
-            template: (!stdout).then_some(template),
-            format,
-            depth: depth(args.depth.as_deref(), format)?,
-            resume: args.resume,
-            beside: match format.holds_layers() {
-                true => Vec::new(),
-                false => look.layers.names(),
-            },
-            replace: if args.no_overwrite { Replace::No } else { Replace::Yes },
-        })
+        Ok(outputs)
     }
 
     /// Where a picture of the `index`-th scene, from 1, goes.
@@ -98,6 +109,11 @@ impl Outputs {
         std::iter::once(path.clone()).chain(beside).collect()
     }
 
+    /// Whether layers are inside the pictures.
+    pub fn holds_layers(&self) -> bool {
+        matches!(self.form, Form::Pictures(format, _) if format.holds_layers())
+    }
+
     /// Whether a picture is there already, as it would be made now.
     pub fn has(&self, target: &Target, key: Key, scene: &Path, contents: &mut Contents) -> bool {
         let files = self.files(target);
@@ -109,8 +125,9 @@ impl Outputs {
     /// Refuses to write two pictures to one file. Where the frames are known only once a scene is
     /// read, the first of each is looked at.
     pub fn check_names(&self, scenes: &[PathBuf], shots: &[Shot]) -> Result<(), Usage> {
-        let first = [Shot { frame: 1, time: 0.0, angle: 0.0 }];
-        let shots = if shots.is_empty() { &first[..] } else { shots };
+        let first = [Shot::at(1, 0.0)];
+        let one_file = shots.is_empty() || matches!(self.form, Form::Moving(_));
+        let shots = if one_file { &first[..] } else { shots };
         let mut taken: HashMap<Target, &PathBuf> = HashMap::new();
         for (index, scene) in scenes.iter().enumerate() {
             for shot in shots {
@@ -141,6 +158,32 @@ fn pattern(output: Option<&Path>) -> String {
     } else {
         text
     }
+}
+
+/// The format of single pictures that are called so.
+fn pictures(name: &str, args: &OutputArgs, look: &Look) -> Result<Form, Usage> {
+    let mut format = match Format::of(Path::new(name)) {
+        _ if name == "-" => Format::Png,
+        Some(format) => format,
+        None => {
+            return Err(Usage(format!(
+                "-o {name}: the name must end in .png, .exr, .jpg, .webp, .gif, .apng, .mp4 or .html, or in / \
+                 for a folder"
+            )));
+        }
+    };
+    if let Some(asked) = args.quality {
+        match &mut format {
+            Format::Jpeg(quality) => *quality = asked,
+            _ => return Err(Usage("--quality is of .jpg, .mp4 and .html alone, and -o names none".into())),
+        }
+    }
+    if look.background == Background::Transparent && matches!(format, Format::Jpeg(_)) {
+        return Err(Usage(
+            "a JPEG has no transparency: give a --background COLOR, or write .png, .webp or .exr".into(),
+        ));
+    }
+    Ok(Form::Pictures(format, depth(args.depth.as_deref(), format)?))
 }
 
 fn depth(asked: Option<&str>, format: Format) -> Result<Depth, Usage> {

@@ -2,6 +2,7 @@
 
 use crate::batch::{Chunk, FrameList};
 use crate::cli::args::{MomentArgs, TimeArgs};
+use crate::scene::Orbit;
 
 /// One picture of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +13,15 @@ pub struct Shot {
     pub time: f64,
     /// How far a turntable has turned, in radians.
     pub angle: f64,
+    /// From where around the scene it is seen, in a dataset.
+    pub orbit: Option<Orbit>,
+}
+
+impl Shot {
+    /// A frame at a moment, of nothing that turns.
+    pub fn at(frame: i64, time: f64) -> Shot {
+        Shot { frame, time, angle: 0.0, orbit: None }
+    }
 }
 
 /// The pictures of each scene.
@@ -38,7 +48,7 @@ impl Shots {
             return Shots::Clip { frames: frames.clone(), fps: time.fps, chunk: time.chunk };
         }
         let seconds = moment.time.or(time.frame.map(|n| n / time.fps)).unwrap_or(0.0);
-        Shots::One(Shot { frame: time.frame.map_or(1, |n| n as i64), time: seconds, angle: 0.0 })
+        Shots::One(Shot::at(time.frame.map_or(1, |n| n as i64), seconds))
     }
 
     /// Whether files are numbered.
@@ -63,7 +73,7 @@ impl Shots {
                 let whole = frames.clone().unwrap_or_else(|| whole_clip(clip_end, *fps));
                 let frames = whole.frames();
                 let share = chunk.map_or(0..frames.len(), |chunk| chunk.of(frames.len()));
-                let shot = |&frame: &i64| Shot { frame, time: frame as f64 / fps, angle: 0.0 };
+                let shot = |&frame: &i64| Shot::at(frame, frame as f64 / fps);
                 frames[share].iter().map(shot).collect()
             }
         }
@@ -96,9 +106,6 @@ mod tests {
             chunk: Some(Chunk::parse("2/2").unwrap()),
         };
         let shots = shots.known().unwrap();
-        assert_eq!(
-            shots,
-            [Shot { frame: 4, time: 0.4, angle: 0.0 }, Shot { frame: 1, time: 0.1, angle: 0.0 }]
-        );
+        assert_eq!(shots, [Shot::at(4, 0.4), Shot::at(1, 0.1)]);
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::{Look, Shot, Shots};
+use super::{Look, Series, Shot, Shots, dataset};
 use crate::batch::FrameList;
 use crate::cli::Usage;
 use crate::cli::args::{DirectionArg, EaseArg, TurnArg, TurnArgs};
@@ -40,14 +40,24 @@ pub fn place_camera(args: &TurnArgs, look: &mut Look) -> Result<(), Usage> {
 
 /// The frames of a turn, at one moment of the scene.
 pub fn shots(args: &TurnArgs, time: f64) -> Result<Shots, Usage> {
-    let frames = args.only.clone().unwrap_or_else(|| FrameList::up_to(args.count));
+    let count = args.views.unwrap_or(args.count);
+    let frames = args.only.clone().unwrap_or_else(|| FrameList::up_to(count));
     let frames = frames.frames();
-    if let Some(beyond) = frames.iter().find(|f| !(1..=i64::from(args.count)).contains(f)) {
-        return Err(Usage(format!("--only {beyond}: the frames are 1 to {}", args.count)));
+    if let Some(beyond) = frames.iter().find(|f| !(1..=i64::from(count)).contains(f)) {
+        return Err(Usage(format!("--only {beyond}: the frames are 1 to {count}")));
     }
     let share = args.chunk.map_or(0..frames.len(), |chunk| chunk.of(frames.len()));
-    let shot = |&frame: &i64| Shot { frame, time, angle: angle(args, frame) };
+    let shot = |&frame: &i64| match args.views {
+        Some(count) => dataset::shot(frame, count, time),
+        None => Shot { angle: angle(args, frame), ..Shot::at(frame, time) },
+    };
     Ok(Shots::These(frames[share].iter().map(shot).collect()))
+}
+
+/// What its files depend on.
+pub fn series(args: &TurnArgs) -> Series {
+    let share = args.only.as_ref().map(|_| "--only").or(args.chunk.map(|_| "--chunk"));
+    Series { many: true, fps: args.fps, share }
 }
 
 fn angle(args: &TurnArgs, frame: i64) -> f64 {
