@@ -80,7 +80,7 @@ fn trace(c: &mut Criterion) {
             let at = |v: u32, n: u32| (f64::from(v) + 0.5) / f64::from(n);
             let ray = frame.camera.eye_ray(at(x, settings.width), at(y, settings.height), posed.centre);
             rays.shared = Shared::Origin(ray.o);
-            rays.push(ray.o, ray.d, RayBatch::from_near(0.0), f32::INFINITY);
+            rays.push(ray.o, ray.d);
         }
     }
     let mut hits = HitBatch::new();

@@ -19,7 +19,7 @@ fn build(scene: &Scene) -> (Accel, CleanReport) {
 
 fn shoot(accel: &Accel, o: Vec3, d: Vec3) -> Hit {
     let mut batch = RayBatch::default();
-    batch.push(o, d, RayBatch::from_near(0.0), f32::INFINITY);
+    batch.push(o, d);
     let mut hits = Vec::new();
     accel.intersect(&batch, &Plain, &mut hits);
     hits[0]
@@ -89,9 +89,9 @@ fn a_hundred_thousand_triangles_in_one_place_are_no_trouble() {
             let scene = common::scene(mesh.clone(), &[DAffine3::IDENTITY; 2][..placed]);
             let start = Instant::now();
             let (accel, report) = build(&scene);
-            let mut batch = RayBatch::default();
+            let mut batch = RayBatch { far: 1e9, ..RayBatch::default() };
             for i in 0..if name == "boxed" { 3 } else { 50 } {
-                batch.push(Vec3::new(0.1, 0.2, 5.0 + i as f32), Vec3::NEG_Z, RayBatch::from_near(0.0), 1e9);
+                batch.push(Vec3::new(0.1, 0.2, 5.0 + i as f32), Vec3::NEG_Z);
             }
             let mut hits = Vec::new();
             accel.intersect(&batch, &Plain, &mut hits);
@@ -113,12 +113,12 @@ fn coincident_triangles_are_all_there() {
     let scene = common::scene(many(1000, |_| corner), &[DAffine3::IDENTITY; 2]);
     let (accel, _) = build(&scene);
     let mut batch = RayBatch::default();
-    batch.push(DOWN.0, DOWN.1, RayBatch::from_near(0.0), f32::INFINITY);
+    batch.push(DOWN.0, DOWN.1);
     let mut hits = Vec::new();
     for i in 0..2000 {
         accel.intersect(&batch, &Plain, &mut hits);
         assert_eq!(hits[0], Hit { t: 2.0, id: HitId { instance: i / 1000, triangle: i % 1000 } });
-        batch.after[0] = hits[0];
+        batch.after = hits.clone();
     }
     accel.intersect(&batch, &Plain, &mut hits);
     assert!(hits[0].is_miss());
@@ -170,8 +170,8 @@ fn absurd_rays_miss() {
         shoot(&accel, Vec3::splat(3e38), Vec3::NEG_ONE);
         assert!(shoot(&accel, Vec3::ZERO, Vec3::new(f32::from_bits(1), 0.0, 0.0)).is_miss());
         // A limit that is not a number is no limit that anything keeps.
-        let mut batch = RayBatch::default();
-        batch.push(Vec3::ZERO, Vec3::X, RayBatch::from_near(0.0), f32::NAN);
+        let mut batch = RayBatch { far: f32::NAN, ..RayBatch::default() };
+        batch.push(Vec3::ZERO, Vec3::X);
         let mut hits = Vec::new();
         accel.intersect(&batch, &Plain, &mut hits);
         assert!(hits[0].is_miss());

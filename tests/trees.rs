@@ -103,10 +103,11 @@ fn layers(accel: &Accel, rays: &[(Vec3, Vec3)], cull: bool, shared: Shared) -> V
     let mut open: Vec<usize> = (0..rays.len()).collect();
     let mut hits = Vec::new();
     while !open.is_empty() {
-        let mut batch = RayBatch { shared, cull, ..RayBatch::default() };
+        let mut batch = RayBatch { shared, cull, far: 5.0, ..RayBatch::default() };
         for &i in &open {
-            let after = found[i].last().copied().unwrap_or(RayBatch::from_near(0.0));
-            batch.push(rays[i].0, rays[i].1, after, 5.0);
+            batch.push(rays[i].0, rays[i].1);
+            // None before the first round.
+            batch.after.extend(found[i].last());
         }
         accel.intersect(&batch, &Holes, &mut hits);
         open = open
@@ -279,10 +280,10 @@ fn back_faces_are_culled_where_they_are_single_sided() {
             let posed = common::posed(&scene);
             let accel = common::build(&posed);
             let middle = posed.instances[0].transform.affine.translation.as_vec3();
-            let mut batch = RayBatch { cull: true, ..RayBatch::default() };
+            let mut batch = RayBatch { cull: true, far: 10.0, ..RayBatch::default() };
             for side in [1.0, -1.0] {
                 let o = middle + Vec3::new(0.2, 0.3, 3.0 * side);
-                batch.push(o, Vec3::NEG_Z * side, RayBatch::from_near(0.0), 10.0);
+                batch.push(o, Vec3::NEG_Z * side);
             }
             let mut hits = Vec::new();
             accel.intersect(&batch, &Holes, &mut hits);

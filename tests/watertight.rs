@@ -18,7 +18,7 @@ fn misses(accel: &Accel, instance: u32, rays: impl Iterator<Item = (Vec3, Vec3)>
 fn misses_of(accel: &Accel, instance: u32, shared: Shared, rays: impl Iterator<Item = (Vec3, Vec3)>) -> u64 {
     let mut batch = RayBatch { shared, ..RayBatch::default() };
     for (o, d) in rays {
-        batch.push(o, d, RayBatch::from_near(0.0), f32::INFINITY);
+        batch.push(o, d);
     }
     let mut hits = Vec::new();
     accel.intersect(&batch, &Plain, &mut hits);

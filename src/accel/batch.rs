@@ -16,7 +16,7 @@ pub enum Shared {
     None,
 }
 
-/// Rays to be intersected. The arrays are parallel.
+/// Rays to be intersected. The arrays are parallel; `after` may be empty instead.
 #[derive(Clone, Debug)]
 pub struct RayBatch {
     /// What they share.
@@ -27,11 +27,13 @@ pub struct RayBatch {
     pub origins: Vec<Vec3>,
     /// Directions, any length but zero.
     pub directions: Vec<Vec3>,
-    /// Only surfaces that come later than this in the order of (t, id) are hit. Start with
-    /// [`RayBatch::from_near`]; give a hit to find the one behind it, coincident ones included.
-    pub after: Vec<Hit>,
+    /// Only surfaces with t at least this, and above 0, are hit.
+    pub near: f32,
     /// Only surfaces with t at most this are hit.
-    pub t_max: Vec<f32>,
+    pub far: f32,
+    /// Where it is not empty: only surfaces that come later than this in the order of (t, id) are
+    /// hit, `near` or not. A hit finds the one behind it, coincident ones included.
+    pub after: Vec<Hit>,
 }
 
 impl Default for RayBatch {
@@ -41,17 +43,25 @@ impl Default for RayBatch {
             cull: false,
             origins: Vec::new(),
             directions: Vec::new(),
+            near: 0.0,
+            far: f32::INFINITY,
             after: Vec::new(),
-            t_max: Vec::new(),
         }
     }
 }
 
 impl RayBatch {
-    /// The start of the order: everything with t ≥ `near` and t > 0 comes after it.
-    pub fn from_near(near: f32) -> Hit {
-        let t = if near > 0.0 { near.next_down() } else { 0.0 };
+    /// The start of the order: everything that counts from `near` on comes after it.
+    #[inline]
+    pub(super) fn start(&self) -> Hit {
+        let t = if self.near > 0.0 { self.near.next_down() } else { 0.0 };
         Hit { t, id: HitId::NONE }
+    }
+
+    /// What the hit of ray `i` has to come after.
+    #[inline]
+    pub(super) fn after(&self, i: usize) -> Hit {
+        self.after.get(i).copied().unwrap_or_else(|| self.start())
     }
 
     /// Empties it, keeping its memory.
@@ -59,15 +69,12 @@ impl RayBatch {
         self.origins.clear();
         self.directions.clear();
         self.after.clear();
-        self.t_max.clear();
     }
 
     /// Adds a ray.
-    pub fn push(&mut self, o: Vec3, d: Vec3, after: Hit, t_max: f32) {
+    pub fn push(&mut self, o: Vec3, d: Vec3) {
         self.origins.push(o);
         self.directions.push(d);
-        self.after.push(after);
-        self.t_max.push(t_max);
     }
 
     /// Keeps the rays of ascending indices `kept`, each to go on behind its hit.
@@ -75,13 +82,11 @@ impl RayBatch {
         for (to, &from) in kept.iter().enumerate() {
             self.origins[to] = self.origins[from];
             self.directions[to] = self.directions[from];
-            self.t_max[to] = self.t_max[from];
-            self.after[to] = hits[from];
         }
         self.origins.truncate(kept.len());
         self.directions.truncate(kept.len());
-        self.after.truncate(kept.len());
-        self.t_max.truncate(kept.len());
+        self.after.clear();
+        self.after.extend(kept.iter().map(|&from| hits[from]));
     }
 
     /// Number of rays.

@@ -11,6 +11,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use obvhs::Boundable;
+use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use super::CleanReport;
@@ -20,7 +22,7 @@ use super::wide::Box3;
 use crate::scene::SurfaceClass;
 
 /// What a ray needs to know of a triangle's surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Look {
     pub class: SurfaceClass,
     pub single_sided: bool,
@@ -50,15 +52,36 @@ impl Raw {
     }
 }
 
-/// Slots of a tree: box i belongs to slot i.
-#[derive(Default)]
-pub(super) struct Cleaned {
-    pub boxes: Vec<Box3>,
+/// What a tree has a box for.
+#[derive(Clone, Copy)]
+pub(super) struct Slot {
+    /// The corners of its first triangle, which are those of all in a group.
+    pub corners: Corners,
+    /// How that looks.
+    pub look: Look,
     /// An entry (the index of a triangle, or [`GROUP`] and that of a group), or [`PILE`] and the
     /// index of a pile.
-    pub slots: Vec<u32>,
+    entry: u32,
+}
+
+impl Slot {
+    /// What cannot be hit.
+    const UNFIT: u32 = u32::MAX;
+}
+
+impl Boundable for Slot {
+    fn aabb(&self) -> Aabb {
+        let (lo, hi) = self.corners.bounds();
+        Aabb { min: lo.into(), max: hi.into() }
+    }
+}
+
+/// Slots of a tree.
+#[derive(Default)]
+pub(super) struct Cleaned {
+    pub slots: Vec<Slot>,
     /// Entries with equal boxes.
-    pub piles: Vec<Vec<u32>>,
+    piles: Vec<Vec<u32>>,
     /// Triangles in one place.
     pub groups: Vec<Vec<Alike>>,
     pub report: CleanReport,
@@ -68,12 +91,12 @@ pub(super) struct Cleaned {
 const PILE: u32 = GROUP | 1 << 30;
 
 /// Most triangles that a tree can hold: their indices share 32 bits with two marks.
-pub(super) const MOST: usize = 1 << 30;
+pub(super) const MOST: usize = (1 << 30) - 1;
 
 impl Cleaned {
     /// The entries of a slot.
     pub fn entries(&self, slot: u32) -> &[u32] {
-        let entry = &self.slots[slot as usize];
+        let entry = &self.slots[slot as usize].entry;
         match entry & PILE {
             PILE => &self.piles[(entry & !PILE) as usize],
             _ => std::slice::from_ref(entry),
@@ -81,47 +104,38 @@ impl Cleaned {
     }
 }
 
-/// What a walk over some triangles finds.
-#[derive(Default)]
-struct Walked {
-    boxes: Vec<Box3>,
-    slots: Vec<u32>,
-    report: CleanReport,
-}
-
 /// Cleans `raw(0..count)`. Those beyond [`MOST`] are left out.
 pub(super) fn clean(count: usize, raw: &(impl Fn(usize) -> Raw + Sync)) -> Cleaned {
-    const CHUNK: usize = 1 << 14;
     let count = count.min(MOST);
     let (seen, again) = (Bits::new(count), Bits::new(count));
-    let walk = |start: usize| {
-        let mut out = Walked::default();
-        for i in start..count.min(start + CHUNK) {
-            match Corners::new(raw(i).v) {
-                Ok((corners, _)) => {
-                    let bounds = corners.bounds();
-                    let hash = hash(&bounds);
-                    if seen.set(hash) {
-                        again.set(hash);
-                    }
-                    out.boxes.push(bounds);
-                    out.slots.push(i as u32);
+    let (non_finite, zero_area) = (AtomicU64::new(0), AtomicU64::new(0));
+    let slot = |i: usize| {
+        let raw = raw(i);
+        match raw.sorted() {
+            Ok((corners, look)) => {
+                let hash = hash(&corners.bounds());
+                if seen.set(hash) {
+                    again.set(hash);
                 }
-                Err(Unfit::NonFinite) => out.report.non_finite += 1,
-                Err(Unfit::ZeroArea) => out.report.zero_area += 1,
+                Slot { corners, look, entry: i as u32 }
+            }
+            Err(unfit) => {
+                let counter = if unfit == Unfit::NonFinite { &non_finite } else { &zero_area };
+                counter.fetch_add(1, Relaxed);
+                Slot { corners: Corners::NOWHERE, look: raw.look, entry: Slot::UNFIT }
             }
         }
-        out
     };
-    let walked: Vec<Walked> = (0..count.div_ceil(CHUNK)).into_par_iter().map(|i| walk(i * CHUNK)).collect();
-    let mut out = Cleaned::default();
-    out.boxes.reserve_exact(walked.iter().map(|w| w.boxes.len()).sum());
-    out.slots.reserve_exact(out.boxes.capacity());
-    for part in walked {
-        out.boxes.extend(part.boxes);
-        out.slots.extend(part.slots);
-        out.report.add(part.report, 1);
+    let mut slots: Vec<Slot> = (0..count).into_par_iter().with_min_len(1 << 12).map(slot).collect();
+    let report = CleanReport {
+        non_finite: non_finite.into_inner(),
+        zero_area: zero_area.into_inner(),
+        ..CleanReport::default()
+    };
+    if report != CleanReport::default() {
+        slots.retain(|slot| slot.entry != Slot::UNFIT);
     }
+    let mut out = Cleaned { slots, report, ..Cleaned::default() };
     out.share(&again, raw);
     out
 }
@@ -166,40 +180,41 @@ fn box_bits((lo, hi): &Box3) -> [u32; 6] {
 impl Cleaned {
     /// Brings slots together that have equal boxes. Only those with a bit in `again` can.
     fn share(&mut self, again: &Bits, raw: &(impl Fn(usize) -> Raw + Sync)) {
-        let mut suspects: Vec<u32> = (0..self.boxes.len() as u32)
+        let slots = &self.slots;
+        let bounds = |slot: u32| slots[slot as usize].corners.bounds();
+        let mut suspects: Vec<(u64, u32)> = (0..slots.len() as u32)
             .into_par_iter()
             .with_min_len(1 << 14)
-            .filter(|&slot| again.get(hash(&self.boxes[slot as usize])))
+            .map(|slot| (hash(&bounds(slot)), slot))
+            .filter(|&(hash, _)| again.get(hash))
             .collect();
-        let boxes = &self.boxes;
-        let key = |slot: &u32| (hash(&boxes[*slot as usize]), *slot);
-        suspects.par_sort_unstable_by_key(key);
+        suspects.par_sort_unstable();
+        // (the slot that stays, what becomes of its entry)
+        let mut shared: Vec<(u32, Vec<u32>)> = Vec::new();
         let mut gone = vec![];
-        let mut slots = std::mem::take(&mut self.slots);
-        for same_hash in suspects.chunk_by_mut(|a, b| key(a).0 == key(b).0).filter(|run| run.len() > 1) {
-            same_hash.sort_unstable_by_key(|&slot| (box_bits(&self.boxes[slot as usize]), slot));
-            let same_box =
-                |a: &u32, b: &u32| box_bits(&self.boxes[*a as usize]) == box_bits(&self.boxes[*b as usize]);
-            for run in same_hash.chunk_by(same_box).filter(|run| run.len() > 1) {
-                let ids: Vec<u32> = run.iter().map(|&slot| slots[slot as usize]).collect();
-                let mut entries = group(&ids, raw, &mut self.groups, &mut self.report);
-                slots[run[0] as usize] = match entries.len() {
-                    1 => entries[0],
-                    _ => {
-                        entries.shrink_to_fit();
-                        self.piles.push(entries);
-                        PILE | (self.piles.len() - 1) as u32
-                    }
-                };
-                gone.extend_from_slice(&run[1..]);
+        let (groups, report) = (&mut self.groups, &mut self.report);
+        for same_hash in suspects.chunk_by_mut(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
+            let bits = |of: &(u64, u32)| box_bits(&bounds(of.1));
+            same_hash.sort_unstable_by_key(|of| (bits(of), of.1));
+            for run in same_hash.chunk_by(|a, b| bits(a) == bits(b)).filter(|run| run.len() > 1) {
+                let ids: Vec<u32> = run.iter().map(|of| slots[of.1 as usize].entry).collect();
+                shared.push((run[0].1, group(&ids, raw, groups, report)));
+                gone.extend(run[1..].iter().map(|of| of.1));
             }
         }
-        self.slots = slots;
+        for (slot, mut entries) in shared {
+            self.slots[slot as usize].entry = match entries[..] {
+                [only] => only,
+                _ => {
+                    entries.shrink_to_fit();
+                    self.piles.push(entries);
+                    PILE | (self.piles.len() - 1) as u32
+                }
+            };
+        }
         if !gone.is_empty() {
             let mut stays = vec![true; self.slots.len()];
             gone.iter().for_each(|&slot| stays[slot as usize] = false);
-            let mut stay = stays.iter();
-            self.boxes.retain(|_| *stay.next().unwrap_or(&true));
             let mut stay = stays.iter();
             self.slots.retain(|_| *stay.next().unwrap_or(&true));
         }

@@ -1,33 +1,22 @@
 //! From obvhs's binary tree to a wide one.
-//!
-//! Which binary nodes become wide ones is decided by dynamic programming over expected costs (a
-//! box is met in proportion to its surface): for each binary node the cheapest forest of up to
-//! 1…7 wide children that covers it (Ylitie, Karras and Laine, Efficient Incoherent Ray Traversal
-//! on GPUs Through Compressed Wide BVHs, 2017, section 3.3). Nothing here recurses: trees may be as
-//! deep as they have entries.
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
-use obvhs::{BvhBuildParams, ploc::PlocSearchDistance};
+use obvhs::{Boundable, BvhBuildParams, ploc::PlocSearchDistance};
 use rayon::prelude::*;
 
 use super::Preset;
+use super::forest::{Child, Grown, Leaves, Part, cut};
 use super::wide::{Box3, LEAF, Node, WIDTH, Wide};
 
-/// A tree over `boxes` and what is in each leaf: leaf i holds the next `ends[i] − ends[i − 1]` of
+/// A tree over boxes and what is in each leaf: leaf i holds the next `ends[i] − ends[i − 1]` of
 /// `members`, which are indices of boxes.
 pub(super) struct Collapsed {
     pub wide: Wide,
     pub members: Vec<u32>,
     pub ends: Vec<u32>,
 }
-
-/// Cost of visiting a node, in units of what a leaf costs besides its entries.
-const NODE_COST: f32 = 1.0;
-/// Cost of a leaf: so much, and so much for each entry.
-const LEAF_COST: f32 = 0.6;
-const ENTRY_COST: f32 = 0.2;
 
 /// obvhs's parameters; `None` for no tree. One entry to a leaf: leaves are made here.
 fn params(preset: Preset) -> Option<BvhBuildParams> {
@@ -45,176 +34,200 @@ fn params(preset: Preset) -> Option<BvhBuildParams> {
     }
 }
 
+/// Parts that a tree is cut into, so that all threads can work on it. The tree does not depend on
+/// how many threads there are.
+const PARTS: usize = 64;
+
 /// Builds a tree over `boxes`, box i holding `sizes(i)` entries, with leaves of at most `capacity`
 /// entries, or of one box that holds more. Equal boxes should be one box: a great many of them
 /// make the builder very slow.
-pub(super) fn build(boxes: &[Box3], sizes: impl Fn(u32) -> u32, capacity: u32, preset: Preset) -> Collapsed {
-    let bounds = boxes.par_iter().copied().reduce(|| (Vec3::MAX, Vec3::MIN), union);
-    let all = 0..boxes.len() as u32;
+pub(super) fn build<T: Boundable>(
+    boxes: &[T],
+    sizes: impl Fn(u32) -> u32 + Sync,
+    capacity: u32,
+    preset: Preset,
+) -> Collapsed {
     let Some(params) = params(preset).filter(|_| boxes.len() > 1) else {
+        let all = 0..boxes.len() as u32;
         let root = (!boxes.is_empty()).then_some(LEAF);
-        let wide = Wide { root, bounds, ..Wide::default() };
+        let wide = Wide { root, bounds: around(boxes), ..Wide::default() };
         return Collapsed { wide, ends: root.map(|_| all.end).into_iter().collect(), members: all.collect() };
     };
-    let boxes: Vec<obvhs::aabb::Aabb> = boxes
-        .par_iter()
-        .map(|&(min, max)| obvhs::aabb::Aabb { min: Vec3A::from(min), max: Vec3A::from(max) })
+    let built = build_bvh2(boxes, params, &mut std::time::Duration::default());
+    collapse(&built, PARTS, &Leaves { sizes, capacity })
+}
+
+fn around<T: Boundable>(boxes: &[T]) -> Box3 {
+    let one = |of: &T| {
+        let aabb = of.aabb();
+        (Vec3::from(aabb.min), Vec3::from(aabb.max))
+    };
+    boxes.par_iter().map(one).reduce(|| (Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+fn collapse(built: &Bvh2, parts: usize, leaves: &Leaves<impl Fn(u32) -> u32 + Sync>) -> Collapsed {
+    let plan = |root: u32, below: &[(u32, Part)]| Part::plan(built, root, below, leaves);
+    let parts: Vec<(u32, Part)> =
+        cut(built, parts).into_par_iter().map(|root| (root, plan(root, &[]))).collect();
+    let top = plan(0, &parts);
+    let mut grown = vec![top.grow(built, 1, &parts, leaves.capacity)];
+    let roots: Vec<usize> = (0..parts.len() as u32)
+        .map(|part| grown[0].asked.iter().find(|asked| asked.0 == part).map_or(0, |asked| asked.1))
         .collect();
-    let built = build_bvh2(&boxes, params, &mut std::time::Duration::default());
-    drop(boxes);
-    let forest = Forest::plan(&built, &sizes, capacity);
-    forest.emit(&built, bounds)
+    let grow = |((_, part), &roots): (&(u32, Part), &usize)| match roots {
+        0 => Grown::none(),
+        _ => part.grow(built, roots, &[], leaves.capacity),
+    };
+    grown.par_extend(parts.par_iter().zip(&roots).map(grow));
+    drop(parts);
+    let aabb = built.nodes[0].aabb();
+    join(&grown, (aabb.min.into(), aabb.max.into()))
 }
 
-fn union(a: Box3, b: Box3) -> Box3 {
-    (a.0.min(b.0), a.1.max(b.1))
+/// One tree of the top and the parts under it.
+fn join(grown: &[Grown], bounds: Box3) -> Collapsed {
+    // Where each part's nodes, leaves and members begin among all.
+    let mut starts = vec![[0usize; 3]];
+    for part in grown {
+        let [nodes, leaves, members] = starts[starts.len() - 1];
+        starts.push([nodes + part.nodes(), leaves + part.ends.len(), members + part.members.len()]);
+    }
+    let [nodes, leaves, members] = starts[grown.len()];
+    let placed = |child: &Child, part: usize| match *child {
+        Child::Leaf(bounds, leaf) => (bounds, LEAF | (starts[part][1] as u32 + leaf)),
+        Child::Node(bounds, node) => (bounds, starts[part][0] as u32 + node),
+        // A part has none of its own.
+        Child::Part(_) => (bounds, LEAF),
+    };
+    let node = |i: usize| {
+        let part = starts.partition_point(|start| start[0] <= i) - 1;
+        let of = &grown[part];
+        let own = i - starts[part][0];
+        let mut children = [(bounds, LEAF); WIDTH];
+        let mut count = 0;
+        let mut add = |child: (Box3, u32)| {
+            children[count] = child;
+            count += 1;
+        };
+        for child in &of.children[of.starts[own]..of.starts[own + 1]] {
+            match child {
+                Child::Part(k) => {
+                    let k = *k as usize + 1;
+                    grown[k].roots.iter().for_each(|root| add(placed(root, k)));
+                }
+                own => add(placed(own, part)),
+            }
+        }
+        Node::new(&children[..count])
+    };
+    let nodes = (0..nodes).into_par_iter().with_min_len(256).map(node).collect();
+    let mut all = Vec::with_capacity(members);
+    let mut ends = Vec::with_capacity(leaves);
+    for (part, start) in grown.iter().zip(&starts) {
+        all.extend_from_slice(&part.members);
+        ends.extend(part.ends.iter().map(|end| start[2] as u32 + end));
+    }
+    let root = grown[0].roots.first().map(|root| placed(root, 0).1);
+    Collapsed { wide: Wide { nodes, root, bounds }, members: all, ends }
 }
 
-/// Of at most how many roots the cheapest forest of a node has how many, and how many of those are
-/// under its first child.
-#[derive(Clone, Copy, Default)]
-struct Choice(u8);
+#[cfg(test)]
+mod tests {
+    use glam::Vec3A;
+    use obvhs::aabb::Aabb;
 
-impl Choice {
-    fn new(roots: usize, first: usize) -> Choice {
-        Choice((roots << 4 | first) as u8)
+    use super::*;
+
+    /// Boxes here and there, crowded in places.
+    fn boxes(count: u32) -> Vec<Aabb> {
+        let mut state = 1u64;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1 << 24) as f32
+        };
+        let one = |_| {
+            let place = Vec3A::new(next(), next(), next());
+            let min = place * place * 100.0;
+            Aabb { min, max: min + Vec3A::new(next(), next(), next()) * 0.1 }
+        };
+        (0..count).map(one).collect()
     }
 
-    fn roots(self) -> usize {
-        usize::from(self.0 >> 4)
+    fn made(built: &Bvh2, parts: usize, sizes: impl Fn(u32) -> u32 + Sync) -> Collapsed {
+        collapse(built, parts, &Leaves { sizes, capacity: 4 })
     }
 
-    fn first(self) -> usize {
-        usize::from(self.0 & 15)
+    /// What each wide node and each leaf has, in no order.
+    fn rows(of: &Collapsed) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
+        let node = |node: &Node| -> Vec<u32> {
+            let planes = |slot: usize| node.planes.as_flattened().iter().map(move |p| p[slot].to_bits());
+            (0..node.count()).flat_map(planes).collect()
+        };
+        let mut nodes: Vec<Vec<u32>> = of.wide.nodes.iter().map(node).collect();
+        let starts = std::iter::once(&0).chain(&of.ends);
+        let mut leaves: Vec<Vec<u32>> =
+            starts.zip(&of.ends).map(|(&a, &b)| of.members[a as usize..b as usize].to_vec()).collect();
+        nodes.sort();
+        leaves.sort();
+        (nodes, leaves)
     }
-}
 
-/// The cheapest forests of all binary nodes.
-struct Forest {
-    capacity: u32,
-    /// Entries under each node.
-    entries: Vec<u32>,
-    /// choices[n][i]: for at most i + 1 roots. The last says how a wide node is made of n.
-    choices: Vec<[Choice; WIDTH]>,
-}
+    #[test]
+    fn a_tree_in_parts_is_the_tree_as_a_whole() {
+        let boxes = boxes(20_000);
+        let built = build_bvh2(&boxes, params(Preset::Fast).unwrap(), &mut std::time::Duration::default());
+        let sizes = |i: u32| if i.is_multiple_of(50) { 6 } else { 1 };
+        let whole = rows(&made(&built, 1, sizes));
+        for parts in [2, 7, 64, 150] {
+            assert!(cut(&built, parts).len() >= parts);
+            assert!(rows(&made(&built, parts, sizes)) == whole, "{parts} parts");
+        }
+    }
 
-impl Forest {
-    fn plan(built: &Bvh2, sizes: &impl Fn(u32) -> u32, capacity: u32) -> Forest {
-        let nodes = &built.nodes;
-        let mut entries = vec![0u32; nodes.len()];
-        let mut choices = vec![[Choice::new(1, 0); WIDTH]; nodes.len()];
-        // costs[n][i]: of at most i + 1 roots.
-        let mut costs = vec![[0f32; WIDTH - 1]; nodes.len()];
-        for i in upwards(built) {
-            let i = i as usize;
-            let node = &nodes[i];
-            let (a, b) = (node.first_index as usize, node.first_index as usize + 1);
-            entries[i] = match node.is_leaf() {
-                true => sizes(built.primitive_indices[a]),
-                false => entries[a].saturating_add(entries[b]),
-            };
-            let area = half_area(node.aabb());
-            if node.is_leaf() || entries[i] <= capacity {
-                costs[i] = [area * (LEAF_COST + ENTRY_COST * entries[i] as f32); WIDTH - 1];
+    #[test]
+    fn parents_come_first_and_every_box_is_in_one_leaf_within_all_its_parents() {
+        let boxes = boxes(20_000);
+        let built = build_bvh2(&boxes, params(Preset::Medium).unwrap(), &mut std::time::Duration::default());
+        let made = made(&built, PARTS, |_| 1);
+        let mut seen = vec![0; boxes.len()];
+        let mut todo = vec![(made.wide.root.unwrap(), made.wide.bounds)];
+        let mut nodes = 0;
+        while let Some((child, (lo, hi))) = todo.pop() {
+            if child & LEAF != 0 {
+                let leaf = (child & !LEAF) as usize;
+                let start = if leaf == 0 { 0 } else { made.ends[leaf - 1] };
+                for &member in &made.members[start as usize..made.ends[leaf] as usize] {
+                    let Aabb { min, max } = boxes[member as usize];
+                    assert!(lo.cmple(min.into()).all() && hi.cmpge(max.into()).all());
+                    seen[member as usize] += 1;
+                }
                 continue;
             }
-            // Two roots and more; then one, which is a wide node over the best eight or fewer.
-            let (mut best, mut choice) = ([f32::INFINITY; WIDTH], [Choice::default(); WIDTH]);
-            for roots in 2..=WIDTH {
-                (best[roots - 1], choice[roots - 1]) = (best[roots - 2], choice[roots - 2]);
-                for first in 1..roots {
-                    let sum = costs[a][first - 1] + costs[b][roots - first - 1];
-                    if sum < best[roots - 1] {
-                        (best[roots - 1], choice[roots - 1]) = (sum, Choice::new(roots, first));
-                    }
-                }
+            nodes += 1;
+            let node = &made.wide.nodes[child as usize];
+            for slot in 0..node.count() {
+                let corner = |end: usize| Vec3::from([0, 1, 2].map(|axis| node.planes[axis][end][slot]));
+                let inside = (corner(0), corner(1));
+                assert!(lo.cmple(inside.0).all() && hi.cmpge(inside.1).all());
+                assert!(node.child[slot] & LEAF != 0 || node.child[slot] > child);
+                todo.push((node.child[slot], inside));
             }
-            let whole = best[WIDTH - 1] + area * NODE_COST;
-            for roots in 1..WIDTH {
-                if whole <= best[roots - 1] {
-                    (best[roots - 1], choice[roots - 1]) = (whole, Choice::new(1, 0));
-                }
-                costs[i][roots - 1] = best[roots - 1];
-            }
-            choices[i] = choice;
         }
-        Forest { capacity, entries, choices }
+        assert!(seen.iter().all(|&times| times == 1));
+        assert_eq!(nodes, made.wide.nodes.len());
     }
 
-    /// Makes the wide tree, parents before children.
-    fn emit(&self, built: &Bvh2, bounds: Box3) -> Collapsed {
-        let nodes = &built.nodes;
-        let is_leaf = |i: u32| nodes[i as usize].is_leaf() || self.entries[i as usize] <= self.capacity;
-        let mut members = Vec::with_capacity(built.primitive_indices.len());
-        let mut ends: Vec<u32> = Vec::new();
-        let mut under = Vec::new();
-        let mut leaf = |root: u32| {
-            under.push(root);
-            while let Some(i) = under.pop() {
-                let node = &nodes[i as usize];
-                match node.is_leaf() {
-                    true => members.push(built.primitive_indices[node.first_index as usize]),
-                    false => under.extend([node.first_index + 1, node.first_index]),
-                }
-            }
-            ends.push(members.len() as u32);
-            LEAF | (ends.len() - 1) as u32
+    /// Costs that overflow still make a tree.
+    #[test]
+    fn huge_boxes_make_a_tree() {
+        let huge = |i: u32| {
+            let min = Vec3A::splat(-1e18 + i as f32 * 1e12);
+            Aabb { min, max: Vec3A::splat(1e18) }
         };
-        if is_leaf(0) {
-            let root = Some(leaf(0));
-            return Collapsed { wide: Wide { root, bounds, ..Wide::default() }, members, ends };
+        let boxes: Vec<Aabb> = (0..300).map(huge).collect();
+        for preset in [Preset::Fast, Preset::Medium] {
+            let made = build(&boxes, |_| 1, 4, preset);
+            assert_eq!((made.members.len(), *made.ends.last().unwrap()), (300, 300));
         }
-        // The children of all wide nodes, one node after the other, and where each node's begin.
-        let mut children: Vec<(Box3, u32)> = Vec::new();
-        let mut starts = Vec::new();
-        // (a binary node that becomes a wide one, the child that it is)
-        let mut todo: Vec<(u32, Option<usize>)> = vec![(0, None)];
-        let mut roots: Vec<(u32, usize)> = Vec::new();
-        while let Some((i, child)) = todo.pop() {
-            if let Some(child) = child {
-                children[child].1 = starts.len() as u32;
-            }
-            starts.push(children.len());
-            let split = |i: u32, choice: Choice| {
-                let first = nodes[i as usize].first_index;
-                [(first + 1, choice.roots() - choice.first()), (first, choice.first())]
-            };
-            roots.extend(split(i, self.choices[i as usize][WIDTH - 1]));
-            while let Some((i, count)) = roots.pop() {
-                let choice = self.choices[i as usize][count - 1];
-                if !is_leaf(i) && choice.roots() > 1 {
-                    roots.extend(split(i, choice));
-                    continue;
-                }
-                let aabb = nodes[i as usize].aabb();
-                if !is_leaf(i) {
-                    todo.push((i, Some(children.len())));
-                }
-                children.push(((aabb.min.into(), aabb.max.into()), if is_leaf(i) { leaf(i) } else { 0 }));
-            }
-        }
-        starts.push(children.len());
-        let nodes = starts.par_windows(2).map(|range| Node::new(&children[range[0]..range[1]])).collect();
-        Collapsed { wide: Wide { nodes, root: Some(0), bounds }, members, ends }
     }
-}
-
-/// The nodes of a tree, children before parents.
-fn upwards(built: &Bvh2) -> impl Iterator<Item = u32> {
-    let mut order: Vec<u32> = Vec::with_capacity(built.nodes.len());
-    order.push(0);
-    let mut at = 0;
-    while let Some(&i) = order.get(at) {
-        let node = &built.nodes[i as usize];
-        if !node.is_leaf() {
-            order.extend([node.first_index, node.first_index + 1]);
-        }
-        at += 1;
-    }
-    order.into_iter().rev()
-}
-
-fn half_area(b: &obvhs::aabb::Aabb) -> f32 {
-    let d = b.max - b.min;
-    d.x * d.y + d.y * d.z + d.z * d.x
 }

@@ -23,6 +23,9 @@ pub(super) enum Unfit {
 }
 
 impl Corners {
+    /// Of no triangle.
+    pub const NOWHERE: Corners = Corners { v: [Vec3::ZERO; 3], edge: 0.0 };
+
     /// Puts the corners into an order that depends on the positions alone, so that triangles in
     /// the same place have bit for bit the same t however they are wound. True comes with them
     /// where that turned the winding round.

@@ -13,6 +13,7 @@ mod bounds;
 mod clean;
 mod collapse;
 mod corners;
+mod forest;
 mod hit;
 mod lanes;
 mod packet;
@@ -224,9 +225,9 @@ impl Job for Intersect<'_> {
             }
             for (i, hit) in hits.iter_mut().enumerate().skip(first).take(count) {
                 let (o, d) = (rays.origins[i], rays.directions[i]);
-                let best = Hit { t: rays.t_max[i], id: HitId::NONE };
+                let best = Hit { t: rays.far, id: HitId::NONE };
                 let asked = Asked { o, d, cutouts };
-                let mut query = Closest { asked, cull: rays.cull, after: rays.after[i], best };
+                let mut query = Closest { asked, cull: rays.cull, after: rays.after(i), best };
                 if let Some(ray) = FrameRay::new(o.as_dvec3(), d.as_dvec3()) {
                     lane.trace::<S>(&ray, &mut query);
                 }

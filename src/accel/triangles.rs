@@ -91,7 +91,7 @@ impl Triangles {
         let cleaned = clean(count, &raw);
         let size = |slot: u32| cleaned.entries(slot).len() as u32;
         let Collapsed { wide, members, ends } =
-            collapse::build(&cleaned.boxes, size, CAPACITY as u32, preset);
+            collapse::build(&cleaned.slots, size, CAPACITY as u32, preset);
         let bounds = wide.root.is_some().then_some(wide.bounds);
         let (lo, hi) = bounds.map_or((DVec3::ZERO, DVec3::ZERO), |(a, b)| (a.as_dvec3(), b.as_dvec3()));
         let mut tree = wide;
@@ -212,7 +212,7 @@ impl<S: Simd, Q: Query> Part<S> for Visit<'_, Q> {
         let test = TestRay::new(ray, triangles.centre, triangles.radius, query.end());
         let limit = limit(ray, query);
         let mut leaves = Meeting { triangles, ray, test, instance, query, limit, simd: PhantomData };
-        triangles.tree.walk::<S>(from, &boxes, stack, limit, &mut leaves)
+        triangles.tree.walk::<S, _>(from, &boxes, stack, limit, &mut leaves)
     }
 }
 
@@ -228,6 +228,8 @@ struct Meeting<'a, S, Q> {
 }
 
 impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
+    const FIRST: bool = Q::ANY;
+
     #[inline(always)]
     fn enter(&mut self, leaf: u32, _: &mut Stack) -> Option<f32> {
         for block in &self.triangles.blocks[leaf as usize..] {
@@ -277,7 +279,15 @@ fn fill(
         let start = if leaf == 0 { 0 } else { ends[leaf - 1] };
         &members[start as usize..ends[leaf] as usize]
     };
-    let triangle = |entry: u32| -> Option<(Corners, u32, Look)> {
+    let blocks = |leaf: usize| {
+        let entries = slots(leaf).iter().map(|&slot| cleaned.entries(slot).len()).sum::<usize>();
+        entries.div_ceil(CAPACITY)
+    };
+    let triangle = |slot: u32, entry: u32, others: bool| -> Option<(Corners, u32, Look)> {
+        let slot = &cleaned.slots[slot as usize];
+        if !others {
+            return Some((slot.corners, entry, slot.look));
+        }
         let index = match entry & GROUP {
             0 => entry,
             _ => cleaned.groups[(entry & !GROUP) as usize].first()?.ids[0],
@@ -285,26 +295,37 @@ fn fill(
         let (corners, look) = raw(index as usize).sorted().ok()?;
         Some((corners, entry, look))
     };
-    let made: Vec<(Block, bool)> = (0..ends.len())
-        .into_par_iter()
-        .with_min_len(1024)
-        .flat_map_iter(|leaf| {
-            let entries = slots(leaf).iter().flat_map(|&slot| cleaned.entries(slot));
-            let triangles: Vec<_> = entries.filter_map(|&entry| triangle(entry)).collect();
-            let count = triangles.len().div_ceil(CAPACITY);
-            (0..count).map(move |i| {
-                let last = i + 1 == count;
-                let end = triangles.len().min((i + 1) * CAPACITY);
-                (Block::new(&triangles[i * CAPACITY..end], last), i == 0)
-            })
-        })
-        .collect();
-    if made.len() > ends.len() {
-        let firsts: Vec<u32> = (0..made.len() as u32).filter(|&i| made[i as usize].1).collect();
-        let children = tree.nodes.iter_mut().flat_map(|node| node.child.iter_mut());
-        for child in children.chain(&mut tree.root).filter(|child| **child & LEAF != 0) {
-            *child = LEAF | firsts.get((*child & !LEAF) as usize).copied().unwrap_or(0);
+    let block = |leaf: usize, nth: usize| {
+        let entries = slots(leaf).iter().flat_map(|&slot| {
+            let entries = cleaned.entries(slot);
+            entries.iter().map(move |&entry| (slot, entry, entries.len() > 1))
+        });
+        let mut entries = entries.skip(nth * CAPACITY);
+        let mut triangles = [(Corners::NOWHERE, 0, Look::default()); CAPACITY];
+        let mut count = 0;
+        for (to, (slot, entry, others)) in triangles.iter_mut().zip(&mut entries) {
+            if let Some(triangle) = triangle(slot, entry, others) {
+                *to = triangle;
+                count += 1;
+            }
         }
+        Block::new(&triangles[..count.max(1)], entries.next().is_none())
+    };
+    let counts: Vec<usize> = (0..ends.len()).into_par_iter().with_min_len(1 << 12).map(blocks).collect();
+    if counts.iter().all(|&count| count == 1) {
+        return (0..ends.len()).into_par_iter().with_min_len(256).map(|leaf| block(leaf, 0)).collect();
     }
-    made.into_iter().map(|(block, _)| block).collect()
+    let owners = counts.iter().enumerate().flat_map(|(leaf, &count)| (0..count).map(move |nth| (leaf, nth)));
+    let owners: Vec<(usize, usize)> = owners.collect();
+    let mut firsts = Vec::with_capacity(counts.len());
+    let mut first = 0;
+    for count in counts {
+        firsts.push(first as u32);
+        first += count;
+    }
+    let children = tree.nodes.iter_mut().flat_map(|node| node.child.iter_mut());
+    for child in children.chain(&mut tree.root).filter(|child| **child & LEAF != 0) {
+        *child = LEAF | firsts.get((*child & !LEAF) as usize).copied().unwrap_or(0);
+    }
+    owners.into_par_iter().with_min_len(256).map(|(leaf, nth)| block(leaf, nth)).collect()
 }

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
+use obvhs::aabb::Aabb;
 
 use super::Preset;
 use super::collapse::{self, Collapsed};
@@ -146,7 +147,11 @@ impl Top {
         let bits = |b: &Box3| [b.0.to_array(), b.1.to_array()].map(|p| p.map(f32::to_bits));
         parts.sort_by_key(|(_, b)| bits(b));
         let slots: Vec<&[(Part, Box3)]> = parts.chunk_by(|a, b| bits(&a.1) == bits(&b.1)).collect();
-        let boxes: Vec<Box3> = slots.iter().map(|slot| slot[0].1).collect();
+        let boxes: Vec<Aabb> = slots
+            .iter()
+            .map(|slot| slot[0].1)
+            .map(|(lo, hi)| Aabb { min: lo.into(), max: hi.into() })
+            .collect();
         let size = |slot: u32| slots[slot as usize].len() as u32;
         let Collapsed { wide, members, ends } = collapse::build(&boxes, size, 1, preset);
         let mut reach = 0f64;
@@ -196,7 +201,7 @@ impl Top {
         let pad = self.pad + self.pad_per_distance * ray.o.abs().max_element() as f32;
         let boxes = BoxRay::new(ray.o, ray.d, pad, ray.parameter(query.start()));
         let limit = limit(ray, query);
-        self.tree.walk::<S>(
+        self.tree.walk::<S, _>(
             root,
             &boxes,
             stack,
@@ -228,6 +233,8 @@ struct Entering<'a, Q> {
 }
 
 impl<S: Simd, Q: Query> Leaves<S> for Entering<'_, Q> {
+    const FIRST: bool = false;
+
     #[inline(always)]
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32> {
         let ends = &self.top.ends;

@@ -145,11 +145,11 @@ impl<'a> Frame<'a> {
         rays.clear();
         rays.cull = self.cull;
         let per_t = self.camera.depth_per_t();
-        let near = RayBatch::from_near((self.camera.clip.near / per_t) as f32);
-        let far = (self.camera.clip.far / per_t) as f32;
+        rays.near = (self.camera.clip.near / per_t) as f32;
+        rays.far = (self.camera.clip.far / per_t) as f32;
         for s in samples {
             let ray = self.camera.eye_ray(s.x, s.y, self.posed.centre);
-            rays.push(ray.o, ray.d, near, far);
+            rays.push(ray.o, ray.d);
         }
         rays.shared = match (self.camera.projection, rays.is_empty()) {
             (_, true) => Shared::None,

@@ -189,9 +189,10 @@ impl Material {
 }
 
 /// What rays need to know of a material without looking at it closely.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SurfaceClass {
     /// Blocks everything.
+    #[default]
     Opaque,
     /// There or not there, by an alpha test.
     Cutout,

@@ -112,7 +112,7 @@ fn tiles(frame: &Frame, settings: &RenderSettings) -> Vec<Tile> {
                     let (u, v) = ((f64::from(x) + s) / f64::from(w), 1.0 - (f64::from(y) + t) / f64::from(h));
                     let ray = frame.camera.eye_ray(u, v, frame.posed.centre);
                     eye.shared = Shared::Origin(ray.o);
-                    eye.push(ray.o, ray.d, RayBatch::from_near(0.0), f32::INFINITY);
+                    eye.push(ray.o, ray.d);
                 }
             }
         }

@@ -49,7 +49,7 @@ impl Batch {
     /// Origin, direction and greatest t of ray `i`, as Embree takes it.
     pub fn ray(&self, i: usize) -> (Vec3, Vec3, f32) {
         match self {
-            Batch::Closest(rays) => (rays.origins[i], rays.directions[i], rays.t_max[i]),
+            Batch::Closest(rays) => (rays.origins[i], rays.directions[i], rays.far),
             Batch::Any(s) => match s.shared {
                 Shared::Direction(d) => (s.from[i], d, f32::INFINITY),
                 Shared::Origin(light) => (s.from[i], light - s.from[i], 1.0),
@@ -188,9 +188,8 @@ impl Rays {
             let mut parallel = RayBatch { shared: Shared::Direction(forward), ..RayBatch::default() };
             for &(x, y) in &tile.samples {
                 let across = right * ((2.0 * x - 1.0) * wide) + up * ((2.0 * y - 1.0) * high);
-                let near = RayBatch::from_near(0.0);
-                perspective.push(eye, forward + across, near, f32::INFINITY);
-                parallel.push(eye + across * distance, forward, near, f32::INFINITY);
+                perspective.push(eye, forward + across);
+                parallel.push(eye + across * distance, forward);
             }
             let mut hits = Vec::new();
             accel.intersect(&perspective, &Opaque, &mut hits);
@@ -218,7 +217,7 @@ impl Rays {
                 }
                 let d = over(n, random(id, 3), random(id, 4));
                 let o = offset_point(surface.p, surface.p_error, n, n);
-                bounce.push(o, d, RayBatch::from_near(0.0), f32::INFINITY);
+                bounce.push(o, d);
                 open.push(o, o + d * (4.0 * size), hit.id);
                 near.push(o, o + d * (0.02 * size), hit.id);
             }

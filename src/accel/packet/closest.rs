@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::super::batch::{Cutout, RayBatch, Shared};
-use super::super::block::{Block, CAPACITY};
+use super::super::block::Block;
 use super::super::bounds::Bounds;
 use super::super::hit::{FrameRay, inverse, place_many};
 use super::super::query::{Asked, Closest, Query};
@@ -32,18 +32,16 @@ pub fn intersect<S: Simd>(
     (packets, stack): (&mut PacketStack, &mut Stack),
 ) -> bool {
     let range = first..first + count;
-    let (mut room, mut after, mut t_max) = (None, None, None);
-    let Some(after) = whole(&rays.after[range.clone()], &mut after) else { return false };
-    let Some(t_max) = whole(&rays.t_max[range.clone()], &mut t_max) else { return false };
+    let mut room = None;
     let mut packet = Packet::new();
     let (own, length) = match rays.shared {
         Shared::Origin(o) => {
-            let own = whole(&rays.directions[range], &mut room);
+            let own = whole(&rays.directions[range.clone()], &mut room);
             let own = own.and_then(|own| packet.take_own::<S>(own, Vec3::ZERO));
             (own.filter(|&(least, _)| least > 0.0 && o.abs().max_element() < 1e30), None)
         }
         Shared::Direction(_) => {
-            let own = whole(&rays.origins[range], &mut room);
+            let own = whole(&rays.origins[range.clone()], &mut room);
             let d = rays.directions[first];
             (own.and_then(|own| packet.take_own::<S>(own, Vec3::ZERO)), Some(d))
         }
@@ -55,19 +53,16 @@ pub fn intersect<S: Simd>(
     }
     packet.enliven(count);
     let by = packet.size as f32;
-    let (scale, zero, none) = (S::F16::splat(by), S::F16::splat(0.0), S::F16::splat(-1.0));
+    if !(rays.far > 0.0) {
+        return false;
+    }
+    match rays.after.get(range) {
+        None => packet.start = PerRay::splat(rays.start().t * by),
+        Some(after) => after.iter().enumerate().for_each(|(i, after)| packet.start.set(i, after.t * by)),
+    }
+    let (limit, none) = (S::F16::splat(rays.far * by), S::F16::splat(-1.0));
     for g in 0..GROUPS {
-        let mut starts = [0.0; GROUP];
-        for (start, after) in starts.iter_mut().zip(&after.as_chunks::<GROUP>().0[g]) {
-            *start = after.t;
-        }
-        (S::F16::load(&starts) * scale).store(&mut packet.start.0[g]);
-        let limit = S::F16::load(&t_max.as_chunks::<GROUP>().0[g]);
-        if limit.le(S::F16::splat(f32::INFINITY)) != (1 << GROUP) - 1 {
-            return false;
-        }
-        packet.live[g] &= zero.lt(limit);
-        let limit = (limit * scale).or_else(packet.live[g], none);
+        let limit = limit.or_else(packet.live[g], none);
         limit.store(&mut packet.lower.0[g]);
         limit.store(&mut packet.upper.0[g]);
     }
@@ -101,7 +96,7 @@ pub fn intersect<S: Simd>(
         }
         Shared::None => return false,
     };
-    verdict.settle(&packet, shares);
+    verdict.settle::<S>(&packet, shares);
     true
 }
 
@@ -152,7 +147,7 @@ impl<'a> Nearest<'a, '_> {
     #[inline(always)]
     fn settled(&self, ray: usize) -> Hit {
         match self.best.get(ray) {
-            NONE => Hit { t: self.rays.0.t_max[self.rays.1 + ray], id: HitId::NONE },
+            NONE => Hit { t: self.rays.0.far, id: HitId::NONE },
             EXACT => self.hits[ray],
             entry => {
                 let (block, lane) = self.triangles.at(entry);
@@ -165,33 +160,27 @@ impl<'a> Nearest<'a, '_> {
     /// Computes where sure hits are, given what all rays share: an origin, or a direction as long
     /// as the packet's.
     #[inline(always)]
-    fn settle(&mut self, packet: &Packet, (o, d): (Option<Vec3>, Option<Vec3>)) {
-        let blocks = &self.triangles.blocks[..];
+    fn settle<S: Simd>(&mut self, packet: &Packet, (o, d): (Option<Vec3>, Option<Vec3>)) {
+        let Triangles { blocks, spans, .. } = self.triangles;
         for (g, hits) in self.hits.chunks_mut(GROUP).enumerate() {
-            let mut v = [[[0f32; GROUP]; 3]; 3];
-            let mut ids = [0; GROUP];
-            let mut sure = 0u32;
-            for (i, &entry) in self.best.0[g].iter().enumerate() {
-                if entry >= EXACT {
-                    continue;
-                }
-                let Some(block) = blocks.get(entry as usize / CAPACITY) else { continue };
-                let lane = entry as usize % CAPACITY;
-                sure |= 1 << i;
-                ids[i] = block.ids[lane];
-                for (to, from) in v.as_flattened_mut().iter_mut().zip(block.v.as_flattened()) {
-                    to[i] = from[lane];
-                }
-            }
+            let places = &self.best.0[g];
+            let sure = S::F16::below(places, EXACT) & ((1 << hits.len()) - 1) as u32;
             if sure == 0 {
                 continue;
             }
+            let found = S::gather(blocks, places, sure);
             let shared = |v: Vec3| [[v.x; GROUP], [v.y; GROUP], [v.z; GROUP]];
             let own = [packet.own[0].0[g], packet.own[1].0[g], packet.own[2].0[g]];
-            let t = place_many(&o.map_or(own, shared), &d.map_or(own, shared), &v, packet.size);
-            for (i, hit) in hits.iter_mut().enumerate().take(GROUP) {
-                if sure >> i & 1 == 1 && t[i] > 0.0 && t[i] < f32::INFINITY {
-                    *hit = Hit { t: t[i], id: self.triangles.spans.id(ids[i]) };
+            let t = place_many(&o.map_or(own, shared), &d.map_or(own, shared), &found.v, packet.size);
+            let mut left = sure;
+            while left != 0 {
+                let i = left.trailing_zeros() as usize & (GROUP - 1);
+                left &= left - 1;
+                if t[i] > 0.0
+                    && t[i] < f32::INFINITY
+                    && let Some(hit) = hits.get_mut(i)
+                {
+                    *hit = Hit { t: t[i], id: spans.id(found.ids[i]) };
                 }
             }
         }
@@ -201,7 +190,7 @@ impl<'a> Nearest<'a, '_> {
         let (rays, first) = self.rays;
         let i = first + ray;
         let asked = Asked { o: rays.origins[i], d: rays.directions[i], cutouts: self.cutouts };
-        Closest { asked, cull: rays.cull, after: rays.after[i], best: self.settled(ray) }
+        Closest { asked, cull: rays.cull, after: rays.after(i), best: self.settled(ray) }
     }
 
     fn answer(&mut self, packet: &mut Packet, ray: usize, query: &Closest) {
@@ -255,5 +244,3 @@ impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
         self.answer(packet, ray, &query);
     }
 }
-
-const _: () = assert!(CAPACITY == 4);

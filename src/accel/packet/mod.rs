@@ -39,18 +39,6 @@ pub(super) const RAYS: usize = GROUP * GROUPS;
 /// With so many rays left or fewer, they go on alone.
 const FEW: u32 = 3;
 
-/// The components of a group's vectors, by axis.
-#[inline(always)]
-fn columns(of: &[Vec3; GROUP]) -> [[f32; GROUP]; 3] {
-    let mut columns = [[0.0; GROUP]; 3];
-    for (i, v) in of.iter().enumerate() {
-        columns[0][i] = v.x;
-        columns[1][i] = v.y;
-        columns[2][i] = v.z;
-    }
-    columns
-}
-
 /// What a packet's rays have, the last one's repeated where there are fewer.
 #[inline(always)]
 fn whole<'a, T: Copy>(of: &'a [T], room: &'a mut Option<[T; RAYS]>) -> Option<&'a [T; RAYS]> {
@@ -206,11 +194,11 @@ impl Packet {
         let zero = S::F16::splat(0.0);
         let mut fits = (1 << GROUP) - 1;
         for (g, of) in of.as_chunks::<GROUP>().0.iter().enumerate() {
-            let columns = columns(of);
+            let columns = S::columns(of);
             let mut sum = zero;
             let mut longest = zero;
             for axis in 0..3 {
-                let x = S::F16::load(&columns[axis]) - S::F16::splat(base[axis]);
+                let x = columns[axis] - S::F16::splat(base[axis]);
                 x.store(&mut self.own[axis].0[g]);
                 // Times 0 what is infinite or no number is no number.
                 sum = x.mul_add(zero, sum);

@@ -7,10 +7,39 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Mul, Sub};
 
+use glam::Vec3;
+
+use super::super::block::{Block, CAPACITY};
 use super::avx2::A4;
-use super::{Job, Lanes, Part, Simd};
+use super::{Gathered, Job, Lanes, Part, Simd};
 
 pub(super) struct Avx512;
+
+/// Words of a block. Its corners come first, four triangles side by side.
+const WORDS: usize = size_of::<Block>() / 4;
+const _: () =
+    assert!(size_of::<Block>() == 4 * WORDS && CAPACITY == 4 && std::mem::offset_of!(Block, v) == 0);
+
+/// Where the components of sixteen vectors are among their 48 numbers, by axis: in the first two
+/// registers of them, or, as [`THIRD`] says, in the third.
+const COLUMN: [[u32; 16]; 3] = {
+    let mut column = [[0; 16]; 3];
+    let mut i = 0;
+    while i < 48 {
+        column[i % 3][i / 3] = (i % 32) as u32;
+        i += 1;
+    }
+    column
+};
+const THIRD: [__mmask16; 3] = {
+    let mut third = [0; 3];
+    let mut i = 32;
+    while i < 48 {
+        third[i % 3] |= 1 << (i / 3);
+        i += 1;
+    }
+    third
+};
 
 impl Simd for Avx512 {
     type F4 = A4;
@@ -34,6 +63,52 @@ impl Simd for Avx512 {
             _mm256_storeu_ps(to.0.as_mut_ptr(), _mm256_maskz_compress_ps(mask, numbers));
             _mm256_storeu_si256(to.1.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(mask, words));
         }
+    }
+
+    #[inline(always)]
+    fn columns(of: &[Vec3; 16]) -> [Z16; 3] {
+        // SAFETY: see the top of the file; vectors are three numbers and nothing else, so there are
+        // three registers of them, and tables are as long as a register.
+        unsafe {
+            let from = of.as_ptr().cast::<f32>();
+            let (a, b, c) =
+                (_mm512_loadu_ps(from), _mm512_loadu_ps(from.add(16)), _mm512_loadu_ps(from.add(32)));
+            let column = |axis: usize| {
+                let index = _mm512_loadu_si512(COLUMN[axis].as_ptr().cast());
+                let low = _mm512_permutex2var_ps(a, index, b);
+                Z16(_mm512_mask_permutexvar_ps(low, THIRD[axis], index, c))
+            };
+            [column(0), column(1), column(2)]
+        }
+    }
+
+    #[inline(always)]
+    fn gather(blocks: &[Block], places: &[u32; 16], mask: u32) -> Gathered {
+        // Offsets have 31 bits.
+        if blocks.len() > i32::MAX as usize / WORDS {
+            return super::gather_singly(blocks, places, mask);
+        }
+        let mut all = Gathered::default();
+        // SAFETY: see the top of the file. Lanes are read only where their place is one of a block's,
+        // and what is read there are numbers of it.
+        unsafe {
+            let places = _mm512_loadu_si512(places.as_ptr().cast());
+            let block = _mm512_srli_epi32::<2>(places);
+            let there = _mm512_set1_epi32(blocks.len() as i32);
+            let mask = _mm512_mask_cmplt_epu32_mask(mask as __mmask16, block, there);
+            let lane = _mm512_and_si512(places, _mm512_set1_epi32(CAPACITY as i32 - 1));
+            let first = _mm512_add_epi32(_mm512_mullo_epi32(block, _mm512_set1_epi32(WORDS as i32)), lane);
+            let read = |word: usize| {
+                let from = blocks.as_ptr().cast::<f32>().wrapping_add(word);
+                _mm512_mask_i32gather_ps::<4>(_mm512_setzero_ps(), mask, first, from.cast())
+            };
+            for (i, to) in all.v.as_flattened_mut().iter_mut().enumerate() {
+                _mm512_storeu_ps(to.as_mut_ptr(), read(CAPACITY * i));
+            }
+            let ids = read(std::mem::offset_of!(Block, ids) / 4);
+            _mm512_storeu_ps(all.ids.as_mut_ptr().cast(), ids);
+        }
+        all
     }
 
     #[inline(always)]
@@ -225,6 +300,13 @@ lanes!(
             // SAFETY: as above, and `of` is as long as a register.
             u32::from(unsafe {
                 _mm512_cmpeq_epi32_mask(_mm512_loadu_si512(of.as_ptr().cast()), _mm512_set1_epi32(x as i32))
+            })
+        }
+        #[inline(always)]
+        fn below(of: &[u32; 16], x: u32) -> u32 {
+            // SAFETY: as above, and `of` is as long as a register.
+            u32::from(unsafe {
+                _mm512_cmplt_epu32_mask(_mm512_loadu_si512(of.as_ptr().cast()), _mm512_set1_epi32(x as i32))
             })
         }
         #[inline(always)]
