@@ -4,10 +4,10 @@
 use std::f64::consts::{PI, TAU};
 
 use blinn::accel::{Accel, BuildSettings};
-use blinn::display::linear_to_srgb;
 use blinn::geometry::Rgb;
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
+use blinn::scene::linear_to_srgb;
 use blinn::scene::{
     ColorInput, Dielectric, Instance, Lighting, Material, Mesh, Node, PoseSettings, PosedLight, Projection,
     Reflectance, ScalarInput, Scene, View, pose,

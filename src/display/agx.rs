@@ -254,9 +254,9 @@ fn to_light(v: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::linear_to_srgb;
     use super::super::reference::AGX;
     use super::*;
+    use crate::scene::linear_to_srgb;
 
     fn close(input: [f32; 3], theirs: [f32; 3]) {
         let ours = agx(Rgb::from(input)).to_array().map(linear_to_srgb);

@@ -29,9 +29,9 @@ pub(super) fn pbr_neutral(rgb: Rgb) -> Rgb {
 
 #[cfg(test)]
 mod tests {
-    use super::super::linear_to_srgb;
     use super::super::reference::NEUTRAL;
     use super::*;
+    use crate::scene::linear_to_srgb;
 
     #[test]
     fn it_is_khronoss() {

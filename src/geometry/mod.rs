@@ -6,6 +6,7 @@ mod basis;
 mod bounds;
 mod error;
 mod hit;
+mod power;
 mod sampling;
 mod transform;
 
@@ -13,6 +14,7 @@ pub use basis::{Basis, coordinate_system};
 pub use bounds::{Aabb, Sphere};
 pub use error::{EPSILON, offset_point, point_error};
 pub use hit::{Hit, HitId, Ray, RayDifferential};
+pub use power::power_below_one;
 pub use sampling::{concentric_disc, cosine_hemisphere};
 pub use transform::{Transform, cofactor};
 

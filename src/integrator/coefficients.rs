@@ -9,7 +9,7 @@
 use glam::{DVec3, Vec3, Vec4Swizzles};
 
 use super::Surface;
-use crate::geometry::Rgb;
+use crate::geometry::{Rgb, power_below_one};
 use crate::scene::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, PosedScene, Reading, Reflectance,
     ScalarInput,
@@ -216,14 +216,8 @@ impl Dielectric {
 pub fn lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
     let Some(h) = (v + l).try_normalize() else { return 0.0 };
     let below_one = 0.5 * (n - h).length_squared();
-    if below_one >= 1.0 {
-        return if p == 0.0 { 1.0 } else { 0.0 };
-    }
-    // The power is below e^(−p·below_one): here, too little for any f32.
-    if f64::from(p) * below_one > 104.0 {
-        return 0.0;
-    }
-    libm::exp(f64::from(p) * libm::log1p(-below_one))
+    // Behind the surface the cosine is 0, and 0⁰ is 1.
+    power_below_one(below_one.min(1.0), f64::from(p))
 }
 
 #[cfg(test)]

@@ -1,5 +1,4 @@
-//! A triangle as shading sees it: what all points on it share. Neighbouring samples mostly see the
-//! same one.
+//! A triangle as shading sees it: what all points on it share.
 
 use glam::{DVec3, Vec3};
 
@@ -88,18 +87,26 @@ impl<'s> Facet<'s> {
     }
 }
 
-/// The facet that was asked for last.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct LastFacet<'s>(Option<Facet<'s>>);
+/// The facets that were asked for lately: neighbouring rays meet the same few.
+#[derive(Debug)]
+pub(super) struct Facets<'s>(Vec<Option<Facet<'s>>>);
 
-impl<'s> LastFacet<'s> {
-    /// Triangle `id`, made anew only where it is another than the last.
+impl<'s> Facets<'s> {
+    /// How many are kept; a power of two.
+    const KEPT: usize = 64;
+
+    pub fn new() -> Facets<'s> {
+        Facets(vec![None; Facets::KEPT])
+    }
+
+    /// Triangle `id`, made anew only where it is not kept.
     pub fn of(&mut self, posed: &PosedScene<'s>, id: HitId) -> &Facet<'s> {
-        match &mut self.0 {
-            Some(last) if last.id == id => {}
-            last => *last = Some(Facet::new(posed, id)),
+        // Neighbours in a file mostly are neighbours in space.
+        let kept = &mut self.0[(id.triangle ^ id.instance.wrapping_mul(7)) as usize % Facets::KEPT];
+        if kept.as_ref().is_some_and(|facet| facet.id != id) {
+            *kept = None;
         }
-        self.0.get_or_insert_with(|| Facet::new(posed, id))
+        kept.get_or_insert_with(|| Facet::new(posed, id))
     }
 }
 

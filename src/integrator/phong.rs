@@ -6,7 +6,7 @@
 
 use super::coefficients::lobe;
 use super::draws::Draws;
-use super::facet::LastFacet;
+use super::facet::Facets;
 use super::occlusion::ambient_free;
 use super::point::{Place, Point};
 use super::shadow::find_free;
@@ -88,7 +88,7 @@ impl Phong {
         ground: &mut [Option<f64>],
     ) -> Vec<Point<'s>> {
         let mut points = Vec::with_capacity(whose.len());
-        let mut facet = LastFacet::default();
+        let mut facets = Facets::new();
         let (mut size, mut differential) = ([0.0; 2], None);
         for (i, (hit, &sample)) in scratch.hits.iter().zip(whose).enumerate() {
             let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
@@ -104,7 +104,7 @@ impl Phong {
                 size = samples[sample].size;
                 differential = frame.differential(size);
             }
-            let surface = facet.of(frame.posed, hit.id).seen(ray, differential.as_ref());
+            let surface = facets.of(frame.posed, hit.id).seen(ray, differential.as_ref());
             let (n, roughening) = surface.shading_normals(frame.posed);
             let k = Coefficients::at(frame.posed, &surface, roughening, &frame.overrides);
             let v = frame.to_eye(ray.d);

@@ -37,7 +37,7 @@ impl LowDiscrepancy {
     pub(crate) fn on_film(&self, pixel: UVec2) -> impl Fn(u32) -> [f32; 2] {
         let count = self.count.max(1);
         let flips = mix(mix(pack(self.seed, 0) ^ mix(0)) ^ pack(pixel.x, pixel.y));
-        move |index| [0, 1].map(|axis| on_film(flips, count, index, axis))
+        move |index| on_film(flips, count, index)
     }
 }
 
@@ -53,25 +53,31 @@ impl Sampler for LowDiscrepancy {
         let (pair, axis) = (dimension / 2, dimension % 2);
         let key = mix(pack(self.seed, set) ^ mix(u64::from(pair)));
         match pair {
-            0 => on_film(mix(key ^ pack(pixel.x, pixel.y)), count, index, axis),
+            0 => on_film(mix(key ^ pack(pixel.x, pixel.y)), count, index)[axis as usize],
             _ => over_screen(key, pixel, count, index, axis),
         }
     }
 }
 
 /// Hammersley's set, other in each pixel by `flips`.
-fn on_film(flips: u64, count: u32, index: u32, axis: u32) -> f32 {
+fn on_film(flips: u64, count: u32, index: u32) -> [f32; 2] {
     // Which index has which column differs too, or else one index would lean to one side all over
     // the screen.
     let first = ((flips >> 32) * u64::from(count)) >> 32;
     let column = (u64::from(index) + first) as u32;
     let column =
         if u64::from(index) + first < u64::from(count) { column } else { column.wrapping_sub(count) };
+    let row = scrambled_row(column, count, flips);
+    let wander = mix(flips ^ pack(column, 0));
+    let per_count = 1.0 / f64::from(count);
+    let at = |stratum: u32, wander: u32| {
+        let off = f64::from(wander) * (1.0 / (1u64 << 32) as f64) - 0.5;
+        let at = (f64::from(stratum) + 0.5 + WANDER * off) * per_count;
+        (at as f32).min(1.0f32.next_down())
+    };
+    let (one, other) = (at(column, (wander >> 32) as u32), at(row, wander as u32));
     // Bit 0 is free: it lets neither axis be the better one.
-    let stratum = if u64::from(axis) == flips & 1 { column } else { scrambled_row(column, count, flips) };
-    let wander = unit(mix(flips ^ pack(column, axis))) - 0.5;
-    let at = (f64::from(stratum) + 0.5 + WANDER * wander) / f64::from(count);
-    (at as f32).min(1.0f32.next_down())
+    if flips & 1 == 0 { [one, other] } else { [other, one] }
 }
 
 /// The row of a column: its place among all columns when these are ordered by their binary digits
@@ -154,11 +160,6 @@ fn mix(x: u64) -> u64 {
     let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     x ^ (x >> 31)
-}
-
-/// The upper bits as a number in 0…1.
-fn unit(x: u64) -> f64 {
-    (x >> 11) as f64 / (1u64 << 53) as f64
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
 //! Images: texels as their files stored them, and what they decode to.
 
-use std::sync::OnceLock;
-
 use glam::{Vec3, Vec4};
 
 use super::mips::Mips;
+use super::srgb;
 
 /// What an image's channels hold, as its file stored them: nothing is widened on the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,11 +90,11 @@ impl Plane<'_> {
         let n = self.channels as usize;
         match &self.texels {
             Texels::U8(t) => {
-                let table = srgb_table();
+                let table = srgb::from_8();
                 spread(&t[n * i..][..n], 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 255.0)
             }
             Texels::U16(t) => {
-                let table = srgb_table_16();
+                let table = srgb::from_16();
                 spread(&t[n * i..][..n], 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 65535.0)
             }
         }
@@ -114,63 +113,10 @@ fn spread<T: Copy>(texel: &[T], opaque: f32, color: impl Fn(T) -> f32, alpha: im
     }
 }
 
-/// IEC 61966-2-1: an encoded value in 0…1 to linear light.
-pub fn srgb_to_linear(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { libm::powf((v + 0.055) / 1.055, 2.4) }
-}
-
-/// The way back: linear light in 0…1 to an encoded value.
-pub fn linear_to_srgb(v: f32) -> f32 {
-    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * libm::powf(v, 1.0 / 2.4) - 0.055 }
-}
-
-/// Colours, not alpha, from sRGB to linear light.
-pub(super) fn decode_colors(v: Vec4) -> Vec4 {
-    Vec4::new(decode(v.x), decode(v.y), decode(v.z), v.w)
-}
-
-/// [`srgb_to_linear`] between two codes of 8 bits, within 1e-5 of it.
-pub(super) fn decode(v: f32) -> f32 {
-    let x = (v * 255.0).clamp(0.0, 255.0);
-    let low = (x as usize).min(254);
-    let [a, b] = [srgb_table()[low], srgb_table()[low + 1]];
-    a + (b - a) * (x - low as f32)
-}
-
-/// The nearest of the 8-bit codes for linear light.
-pub(super) fn encode_8(v: f32) -> u8 {
-    /// Where each code gives way to the next, and the code at each of so many steps of light.
-    struct Codes {
-        ends: [f32; 255],
-        first: [u8; STEPS + 1],
-    }
-    const STEPS: usize = 4095;
-    static CODES: OnceLock<Codes> = OnceLock::new();
-    let codes = CODES.get_or_init(|| {
-        let ends = std::array::from_fn(|i| srgb_to_linear((i as f32 + 0.5) / 255.0));
-        let below = |i: usize| ends.partition_point(|&end: &f32| end <= i as f32 / STEPS as f32);
-        Codes { ends, first: std::array::from_fn(|i| below(i) as u8) }
-    });
-    let mut code = codes.first[(v.clamp(0.0, 1.0) * STEPS as f32) as usize];
-    while code < 255 && v >= codes.ends[usize::from(code)] {
-        code += 1;
-    }
-    code
-}
-
-fn srgb_table() -> &'static [f32; 256] {
-    static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)))
-}
-
-fn srgb_table_16() -> &'static [f32] {
-    static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
-    TABLE.get_or_init(|| (0..=u16::MAX).map(|i| srgb_to_linear(f32::from(i) / 65535.0)).collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::srgb_to_linear;
 
     /// Two texels side by side.
     fn image(channels: Channels, texels: Texels) -> Image {
@@ -195,26 +141,5 @@ mod tests {
             assert!(image.stored(1).abs_diff_eq(stored.into(), 1e-7), "{image:?}");
             assert!(image.plane().decoded(1).abs_diff_eq(decoded.into(), 1e-7), "{image:?}");
         }
-    }
-
-    #[test]
-    fn decoding_between_codes_is_near() {
-        for i in 0..=4096 {
-            let v = i as f32 / 4096.0;
-            assert!((decode(v) - srgb_to_linear(v)).abs() < 1e-5, "{v}");
-        }
-    }
-
-    #[test]
-    fn encoding_finds_the_nearest_code() {
-        for i in 0..=100_000 {
-            let v = i as f32 / 100_000.0;
-            let exact = linear_to_srgb(v) * 255.0;
-            assert!((exact - f32::from(encode_8(v))).abs() < 0.501, "{v}: {exact}");
-        }
-        for code in 0..=255u8 {
-            assert_eq!(encode_8(srgb_to_linear(f32::from(code) / 255.0)), code);
-        }
-        assert_eq!((encode_8(0.5), encode_8(f32::NAN), encode_8(2.0)), (188, 0, 255));
     }
 }

@@ -10,7 +10,8 @@ use std::sync::OnceLock;
 
 use glam::Vec4;
 
-use super::image::{Channels, Plane, Texels, decode_colors, encode_8, linear_to_srgb};
+use super::image::{Channels, Plane, Texels};
+use super::srgb::{decode_colors, linear_to_srgb, linear_to_srgb8};
 
 /// What the numbers of a texture say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,7 +103,7 @@ fn pyramid(image: Plane, mean: Mean) -> Vec<Level> {
                 |v| (linear_to_srgb(v) * 65535.0 + 0.5) as u16,
             ))
         } else {
-            Texels::U8(stored(&coarser, mean, channels, |v| (v * 255.0 + 0.5) as u8, encode_8))
+            Texels::U8(stored(&coarser, mean, channels, |v| (v * 255.0 + 0.5) as u8, linear_to_srgb8))
         };
         levels.push(Level { width: half.0 as u32, height: half.1 as u32, channels, texels });
         (finer, size) = (coarser, half);

@@ -22,6 +22,7 @@ mod rig;
 mod select;
 mod skin;
 mod sky;
+mod srgb;
 mod texture;
 mod turn;
 
@@ -32,7 +33,7 @@ pub use driven::{CameraField, LightField, MaterialField, Slot};
 pub use footprint::Footprint;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
 pub use ground::{Ground, GroundKind};
-pub use image::{Channels, Image, Texels, linear_to_srgb, srgb_to_linear};
+pub use image::{Channels, Image, Texels};
 pub use light::{Cone, Incident, Light, LightKind, LightUnits, PosedKind, PosedLight};
 pub use material::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
@@ -46,6 +47,7 @@ pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_poin
 pub use select::{Glob, NothingFound, Selection};
 pub use skin::Skin;
 pub use sky::Sky;
+pub use srgb::{linear_to_srgb, linear_to_srgb8, srgb_to_linear};
 pub use texture::{Filter, Texture, TextureRef, UvTransform, Wrap};
 pub use turn::Turn;
 

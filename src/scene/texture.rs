@@ -2,8 +2,9 @@
 
 use glam::{Vec2, Vec4};
 
-use super::image::{Image, Plane, decode_colors};
+use super::image::{Image, Plane};
 use super::mips::Reading;
+use super::srgb::decode_colors;
 
 /// What a texture does outside 0…1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -135,16 +136,24 @@ impl Wrap {
     /// Brings a coordinate near 0…1 where that changes nothing, so that large ones keep their
     /// fraction and infinite ones do no harm.
     fn fold(self, x: f32) -> f64 {
+        /// From here on an f32 is an even number.
+        const WHOLE: f64 = (1u64 << 25) as f64;
         let x = f64::from(x);
-        if !x.is_finite() {
-            return 0.0;
-        }
         match self {
-            Wrap::Repeat => x - x.floor(),
-            Wrap::Mirror => x - 2.0 * (0.5 * x).floor(),
+            _ if !x.is_finite() => 0.0,
             Wrap::Clamp => x.clamp(-1.0, 2.0),
+            _ if x.abs() >= WHOLE => 0.0,
+            Wrap::Repeat => x - floor(x) as f64,
+            Wrap::Mirror => x - 2.0 * floor(0.5 * x) as f64,
         }
     }
+}
+
+/// The whole number at or below `x`, which is well within i64. The processors that this must run on
+/// have no instruction for it, but one that rounds towards 0.
+fn floor(x: f64) -> i64 {
+    let i = x as i64;
+    i - i64::from(i as f64 > x)
 }
 
 impl Texture {
@@ -158,9 +167,8 @@ impl Texture {
         let colors = reading != Reading::Data;
         if self.filter == Filter::Nearest {
             let [wu, wv] = self.wrap;
-            let place = |wrap: Wrap, x: f32, n: u32| {
-                wrap.texel((wrap.fold(x) * f64::from(n)).floor() as i64, i64::from(n))
-            };
+            let place =
+                |wrap: Wrap, x: f32, n: u32| wrap.texel(floor(wrap.fold(x) * f64::from(n)), i64::from(n));
             let i = place(wv, uv.y, image.height) * image.width as usize + place(wu, uv.x, image.width);
             return if colors { image.decoded(i) } else { image.stored(i) };
         }
@@ -181,9 +189,8 @@ impl Texture {
         let (w, h) = (i64::from(plane.width), i64::from(plane.height));
         let [wu, wv] = self.wrap;
         let (x, y) = (wu.fold(uv.x) * w as f64 - 0.5, wv.fold(uv.y) * h as f64 - 0.5);
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = ((x - x0) as f32, (y - y0) as f32);
-        let (x0, y0) = (x0 as i64, y0 as i64);
+        let (x0, y0) = (floor(x), floor(y));
+        let (fx, fy) = ((x - x0 as f64) as f32, (y - y0 as f64) as f32);
         let (xa, xb) = (wu.texel(x0, w), wu.texel(x0 + 1, w));
         let (ya, yb) = (wv.texel(y0, h) * w as usize, wv.texel(y0 + 1, h) * w as usize);
         let at = |i: usize| texel(&plane, i);
