@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail};
 use image::ImageReader;
 
 use super::args::{AssembleArgs, LoopArg};
+use super::panics::caught;
 use super::progress::Reporter;
 use super::sequence::{frames, missing};
 use super::work::folder_of;
@@ -28,7 +29,7 @@ pub(super) fn run(args: &AssembleArgs) -> Result<Summary, Usage> {
         return Err(Usage("--quality is of .webp, .mp4 and .html alone: leave it out".into()));
     }
     let reporter = Reporter::new(&args.telling, 1, args.quiet);
-    let failure = assemble(args, format, &reporter).err().map(|e| one_line(&describe(output, &e)));
+    let failure = caught(|| assemble(args, format, &reporter)).err().map(|e| one_line(&describe(output, &e)));
     if let Some(line) = &failure {
         reporter.fail(line);
     }

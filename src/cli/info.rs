@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::args::InfoArgs;
 use super::job::load_options;
+use super::panics::caught;
 use super::{Summary, Usage, one_line};
 use crate::import::{Warning, load};
 use crate::scene::{
@@ -17,7 +18,8 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     let mut summary = Summary::default();
     let mut all = Vec::new();
     for path in &args.scene.scenes {
-        let outcome = load(path, &options).map_err(anyhow::Error::from).and_then(|(scene, warnings)| {
+        let outcome = caught(|| {
+            let (scene, warnings) = load(path, &options)?;
             if args.common.strict
                 && let Some(warning) = warnings.first()
             {

@@ -6,7 +6,9 @@ mod config;
 mod dataset;
 mod info;
 mod job;
+mod memory;
 mod metering;
+mod panics;
 mod progress;
 mod reel;
 mod render;
@@ -37,6 +39,14 @@ const USAGE: u8 = 2;
 /// line is wrong, 130 or 143 interrupted or terminated.
 pub fn run() -> ExitCode {
     signals::watch();
+    panics::keep_quiet();
+    panics::caught(|| Ok(carry_out())).unwrap_or_else(|e| {
+        eprintln!("blinn: {}", one_line(&e.to_string()));
+        ExitCode::from(FAILED)
+    })
+}
+
+fn carry_out() -> ExitCode {
     let words = match config::with_file(words::join_frames(std::env::args_os())) {
         Ok(words) => words,
         Err(usage) => return usage.exit(),

@@ -2,6 +2,8 @@
 
 use super::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use super::job::Job;
+use super::{memory, panics};
+
 use super::progress::{Reporter, Teller};
 use super::report::Report;
 use super::work::Work;
@@ -35,7 +37,7 @@ fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, U
         let (index, contents) = (i + 1, Contents::default());
         let told = report.as_mut().map_or(Ok(()), |report| report.scene(path));
         let mut work = Work { job, index, path, teller: &teller, report: report.as_mut(), contents, kept: 0 };
-        let outcome = told.and_then(|()| work.run());
+        let outcome = told.and_then(|()| panics::caught(|| work.run()));
         let kept = work.kept;
         reporter.scene_done(path);
         let failure = outcome.as_ref().err().map(|e| one_line(&describe(path, e)));
@@ -52,6 +54,9 @@ fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, U
             // Nothing more can be written: one line for it is enough.
             break;
         }
+    }
+    if let Some(peak) = memory::peak() {
+        reporter.perf(&format!("memory   {:>10}  at most", memory::text(peak)));
     }
     match report.map(Report::finish) {
         None => {}

@@ -38,6 +38,29 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     if v > 0.0 { Ok(v) } else { Err("must be greater than zero".into()) }
 }
 
+/// A number of bytes, with or without a unit: 1073741824, 1GiB, 1.5 GB.
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
+    const UNITS: [(&str, u64); 10] = [
+        ("TIB", 1 << 40),
+        ("GIB", 1 << 30),
+        ("MIB", 1 << 20),
+        ("KIB", 1 << 10),
+        ("TB", 1_000_000_000_000),
+        ("GB", 1_000_000_000),
+        ("MB", 1_000_000),
+        ("KB", 1000),
+        ("B", 1),
+        ("", 1),
+    ];
+    let upper = text.trim().to_ascii_uppercase();
+    let cut =
+        |&(name, unit): &(&str, u64)| Some((upper.strip_suffix(name)?.trim_end().parse::<f64>().ok()?, unit));
+    match UNITS.iter().find_map(cut) {
+        Some((count, unit)) if count > 0.0 && count.is_finite() => Ok((count * unit as f64) as u64),
+        _ => Err("expected a number of bytes, such as 4GiB or 800MB".into()),
+    }
+}
+
 /// An angle in degrees up to 180, or `off`.
 pub(super) fn smooth(text: &str) -> Result<Smooth, String> {
     if text == "off" {

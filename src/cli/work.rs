@@ -9,12 +9,13 @@ use anyhow::{Context, Result};
 
 use super::dataset;
 use super::job::{Form, Job, Shot, Target};
+use super::memory;
 use super::progress::Teller;
 use super::reel::Reel;
 use super::report::Report;
 use super::studio::{Moment, Studio};
 use crate::batch::{Contents, overlap, written_since};
-use crate::import::load;
+use crate::import::{Limits, LoadOptions, load};
 use crate::output::{Picture, check_writable, save, thumbnail};
 use crate::scene::{Scene, Selection, clip_end};
 
@@ -79,6 +80,7 @@ impl Work<'_> {
     /// next, and the one before is encoded and written.
     fn make(&mut self, scene: &Scene, shots: &[Shot], certain: bool) -> Result<()> {
         let (path, reporter) = (self.path, self.teller.reporter);
+        memory::check(self.job, scene, shots.len())?;
         reporter.frames(path, shots.len());
         let (studio, start) = Studio::new(self.job, scene, self.teller)?;
         let mut reel = match (self.job.outputs.form, self.target(&shots[0])) {
@@ -164,8 +166,9 @@ impl Work<'_> {
 
     fn read(&self) -> Result<Scene> {
         let start = Instant::now();
-        let Job { look, .. } = self.job;
-        let (mut scene, warnings) = load(self.path, &look.load)?;
+        let Job { look, max_memory, .. } = self.job;
+        let limits = max_memory.map_or(look.load.limits.clone(), Limits::within);
+        let (mut scene, warnings) = load(self.path, &LoadOptions { limits, ..look.load.clone() })?;
         scene.select(&look.selection)?;
         self.teller.stage("load", start, &format!("{} triangles", scene.drawn_triangles()));
         for warning in &warnings {

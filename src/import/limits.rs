@@ -19,6 +19,8 @@ pub struct Limits {
     pub image_pixels: u64,
     /// Bytes of all images once decoded.
     pub texture_bytes: u64,
+    /// Bytes of memory that the scene takes while it is read, by an estimate made beforehand.
+    pub memory_bytes: u64,
 }
 
 impl Default for Limits {
@@ -32,6 +34,21 @@ impl Default for Limits {
             decompressed_bytes: 16 << 30,
             image_pixels: 1 << 28,
             texture_bytes: 16 << 30,
+            memory_bytes: u64::MAX,
+        }
+    }
+}
+
+impl Limits {
+    /// The usual limits, for a scene that takes no more than `bytes` of memory while it is read.
+    pub fn within(bytes: u64) -> Limits {
+        let usual = Limits::default();
+        Limits {
+            file_bytes: usual.file_bytes.min(bytes),
+            decompressed_bytes: usual.decompressed_bytes.min(bytes),
+            texture_bytes: usual.texture_bytes.min(bytes),
+            memory_bytes: bytes,
+            ..usual
         }
     }
 }

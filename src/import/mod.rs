@@ -11,6 +11,7 @@ mod gltf;
 mod image;
 mod ktx2;
 mod limits;
+mod memory;
 mod obj;
 mod sky;
 mod smooth;

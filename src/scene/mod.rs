@@ -5,6 +5,7 @@
 //! with +Y up.
 
 mod animation;
+mod bytes;
 mod camera;
 mod clip;
 mod driven;

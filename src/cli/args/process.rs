@@ -46,6 +46,9 @@ pub struct ProcessArgs {
     /// Threads [default: the processors this process may use]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+    /// Refuses scenes that would take more memory than this, such as 4GiB or 800MB
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    pub max_memory: Option<u64>,
     #[command(flatten)]
     pub telling: TellArgs,
     /// Writes a page with all pictures, their times and warnings

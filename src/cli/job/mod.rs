@@ -34,6 +34,8 @@ pub struct Job {
     /// Set for datasets.
     pub views: Option<Views>,
     pub strict: bool,
+    /// Bytes of memory that a scene and its pictures may take.
+    pub max_memory: Option<u64>,
     /// Whether files are only named.
     pub dry_run: bool,
 }
@@ -53,6 +55,7 @@ impl Job {
             build: BuildSettings { tier: look::tier(std::env::var_os("BLINN_SIMD"))?, ..Default::default() },
             views: None,
             strict: args.common.strict,
+            max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
         }
         .checked()
@@ -82,6 +85,7 @@ impl Job {
             build: BuildSettings { tier: look::tier(std::env::var_os("BLINN_SIMD"))?, ..Default::default() },
             views,
             strict: args.common.strict,
+            max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
         }
         .checked()

@@ -108,8 +108,13 @@ impl Reporter {
 
     /// A stage's time, for `--perf`.
     pub fn stage(&self, name: &str, since: Instant, what: &str) {
+        self.perf(&format!("{name:<8} {:>10.1} ms  {what}", since.elapsed().as_secs_f64() * 1e3));
+    }
+
+    /// Another line for `--perf`.
+    pub fn perf(&self, text: &str) {
         if self.perf {
-            self.line(&format!("perf: {name:<8} {:>10.1} ms  {what}", since.elapsed().as_secs_f64() * 1e3));
+            self.line(&format!("perf: {text}"));
         }
     }
 

@@ -129,6 +129,7 @@ fn primitives(
     }
     LoadError::check("vertices", vertices, doc.limits.vertices)?;
     LoadError::check("triangles", triangles, doc.limits.triangles)?;
+    doc.budget.meshes(vertices, triangles)?;
     Ok(out)
 }
 

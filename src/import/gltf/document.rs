@@ -12,6 +12,7 @@ use super::extensions;
 use super::meshopt::{self, Filter, Mode};
 use super::repair::{self, Json};
 use crate::import::error::{LoadError, Warnings};
+use crate::import::memory::Budget;
 use crate::import::uri::{Folder, printable};
 use crate::import::{Limits, LoadOptions};
 
@@ -23,6 +24,7 @@ pub(super) struct Document<'a> {
     pub json: Json,
     pub folder: &'a Folder,
     pub limits: &'a Limits,
+    pub budget: Budget,
     buffers: Vec<Cow<'a, [u8]>>,
     /// What compressed buffer views hold, decompressed when first asked for.
     plain: Vec<OnceLock<Result<Vec<u8>, String>>>,
@@ -44,17 +46,27 @@ impl<'a> Document<'a> {
         options: &'a LoadOptions,
         warnings: &mut Warnings,
     ) -> Result<Document<'a>, LoadError> {
+        let budget = Budget::of(options.limits.memory_bytes);
+        budget.charge((container.json.len() + container.bin.map_or(0, <[u8]>::len)) as u64)?;
+        budget.json(container.json.len())?;
         let json = repair::parse(container.json, warnings)?;
         extensions::judge(&json, warnings)?;
         let limits = &options.limits;
         let buffers = (0..json.root.buffers.len())
-            .map(|i| buffer(&json.root, i, container.bin, folder, limits, warnings))
-            .collect::<Result<_, _>>()?;
+            .map(|i| {
+                let bytes = buffer(&json.root, i, container.bin, folder, limits, warnings)?;
+                if let Cow::Owned(read) = &bytes {
+                    budget.charge(read.len() as u64)?;
+                }
+                Ok(bytes)
+            })
+            .collect::<Result<_, LoadError>>()?;
         let compressed = json.root.buffer_views.iter().filter_map(Compressed::of);
         let total = compressed.fold(0u64, |sum, c| sum.saturating_add(c.count.saturating_mul(c.stride)));
         LoadError::check("bytes of decompressed buffer views", total, limits.decompressed_bytes)?;
+        budget.charge(total)?;
         let plain = json.root.buffer_views.iter().map(|_| OnceLock::new()).collect();
-        Ok(Document { json, folder, limits, buffers, plain, zero_bytes: AtomicU64::new(0) })
+        Ok(Document { json, folder, limits, budget, buffers, plain, zero_bytes: AtomicU64::new(0) })
     }
 
     pub fn root(&self) -> &Root {

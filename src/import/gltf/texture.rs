@@ -100,8 +100,10 @@ impl Images {
         }
         let files: Vec<Result<File<'_>, String>> = new.par_iter().map(|&i| bytes(doc, i)).collect();
         let sizes = files.iter().flatten().map(|(_, bytes)| image::decoded_bytes(bytes));
-        self.bytes = sizes.fold(self.bytes, u64::saturating_add);
+        let new_bytes = sizes.fold(0, u64::saturating_add);
+        self.bytes = self.bytes.saturating_add(new_bytes);
         LoadError::check("bytes of decoded textures", self.bytes, doc.limits.texture_bytes)?;
+        doc.budget.images(new_bytes)?;
         let decoded: Vec<Result<Image, String>> = files
             .into_par_iter()
             .map(|file| file.and_then(|(name, bytes)| image::decode(&name, &bytes, doc.limits)))

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::super::error::Warnings;
+use super::super::memory::Budget;
 use super::super::uri::Folder;
 use super::super::{Limits, LoadOptions};
 use super::{carefully, quickly, scene};
@@ -133,7 +134,7 @@ fn told(scene: &Scene, warnings: &[String]) -> String {
 fn finish(read: (super::Parsed, String), warnings: Warnings) -> Result<String, String> {
     let folder = Folder::of(std::path::Path::new("nowhere/x.obj"), false);
     let (parsed, generator) = read;
-    match scene(parsed, generator, &folder, &LoadOptions::default(), warnings) {
+    match scene(parsed, generator, &folder, &LoadOptions::default(), &Budget::of(u64::MAX), warnings) {
         Ok((scene, w)) => Ok(told(&scene, &w.iter().map(ToString::to_string).collect::<Vec<_>>())),
         Err(e) => Err(e.to_string()),
     }

@@ -30,6 +30,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::error::{LoadError, Warning, Warnings};
+use super::memory::Budget;
 use super::uri::{Folder, printable};
 use super::{Limits, LoadOptions, Up};
 use crate::scene::{Format, Instance, Local, Node, Scene, Source};
@@ -47,15 +48,19 @@ pub(super) fn load(
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let mut warnings = Warnings::default();
     let limits = &options.limits;
+    let budget = Budget::of(limits.memory_bytes);
     let file = super::uri::open_scene_file(path, limits.file_bytes)?;
+    let bytes = file.get_ref().metadata().map_err(|e| LoadError::io(path, e))?.len();
+    budget.obj(bytes)?;
     let (parsed, generator) = match quickly(file, STRETCH, limits) {
         Some(read) => read,
         None => {
+            budget.obj_with_care(bytes)?;
             let bytes = super::uri::read_scene_file(path, limits.file_bytes)?;
             carefully(&bytes, limits, &mut warnings)?
         }
     };
-    scene(parsed, generator, folder, options, warnings)
+    scene(parsed, generator, folder, options, &budget, warnings)
 }
 
 /// Well-formed text, on all threads; `None` for any other.
@@ -82,6 +87,7 @@ fn scene(
     generator: String,
     folder: &Folder,
     options: &LoadOptions,
+    budget: &Budget,
     mut warnings: Warnings,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let mut counted = |n: u64, what: &str| {
@@ -112,7 +118,7 @@ fn scene(
             warnings.add("", format!("material '{name}' is not in the MTL: shown matte white"));
         }
     }
-    let mut images = Library::load(&mtls, folder, &options.limits, &mut warnings)?;
+    let mut images = Library::load(&mtls, folder, &options.limits, budget, &mut warnings)?;
 
     let mut scene = Scene {
         source: Source { format: Format::Obj, generator, ..Default::default() },

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
 use super::super::image::{decode, decoded_bytes};
+use super::super::memory::Budget;
 use super::super::uri::{Folder, printable};
 use super::map::Map;
 use super::mtl::Mtl;
@@ -64,6 +65,7 @@ impl Library {
         materials: &[&Mtl],
         folder: &Folder,
         limits: &Limits,
+        budget: &Budget,
         warnings: &mut Warnings,
     ) -> Result<Library, LoadError> {
         let mut wanted: Vec<(String, String)> = Vec::new();
@@ -82,6 +84,7 @@ impl Library {
         let sizes = files.iter().flatten().map(|bytes| decoded_bytes(bytes));
         let total = sizes.fold(0u64, u64::saturating_add);
         LoadError::check("bytes of decoded textures", total, limits.texture_bytes)?;
+        budget.images(total)?;
         let decoded: Vec<Result<Image, String>> = files
             .into_par_iter()
             .zip(&wanted)

@@ -19,6 +19,7 @@ fn options() -> LoadOptions {
         image_pixels: small,
         decompressed_bytes: 1 << 20,
         texture_bytes: small,
+        ..Limits::default()
     };
     LoadOptions { limits, ..LoadOptions::default() }
 }

@@ -1,0 +1,37 @@
+//! How much memory a scene takes.
+
+use std::mem::size_of_val;
+
+use super::{Image, Mesh, MorphTarget, Scene};
+
+impl Scene {
+    /// Bytes of its large arrays: meshes, images with all their smaller copies, animations. What there is
+    /// one of for each node or material is left out.
+    pub fn bytes(&self) -> u64 {
+        let meshes: usize = self.meshes.iter().map(Mesh::bytes).sum();
+        let images: u64 = self.images.iter().map(Image::bytes).sum();
+        let keys = self.animations.iter().flat_map(|a| &a.channels).map(|c| &c.keys);
+        let keys: usize = keys.map(|k| size_of_val(&k.times[..]) + size_of_val(&k.values[..])).sum();
+        // A pyramid is a third of its image.
+        (meshes + keys) as u64 + images + images / 3
+    }
+}
+
+impl Mesh {
+    fn bytes(&self) -> usize {
+        let uvs: usize = self.uvs.iter().map(|set| size_of_val(&set[..])).sum();
+        let morph = |m: &MorphTarget| {
+            size_of_val(&m.positions[..]) + size_of_val(&m.normals[..]) + size_of_val(&m.tangents[..])
+        };
+        let morphs: usize = self.morphs.iter().map(morph).sum();
+        size_of_val(&self.positions[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.tangents[..])
+            + size_of_val(&self.colors[..])
+            + size_of_val(&self.influences.joints[..])
+            + size_of_val(&self.influences.weights[..])
+            + uvs
+            + morphs
+    }
+}

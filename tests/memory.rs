@@ -1,0 +1,83 @@
+//! `--max-memory`: what would take more is refused before it is taken, and what is let through takes
+//! no more.
+#![cfg(target_os = "linux")]
+
+use std::path::Path;
+use std::process::Command;
+
+/// Scenes of all kinds, with flags that take memory of their own.
+const SCENES: [(&str, &str); 10] = [
+    ("cornell/cornell.obj", "--size 640x360"),
+    ("cornell/cornell.glb", "--size 1920x1080"),
+    ("textured/textured.obj", "--size 320x180"),
+    ("textured/textured.gltf", "--size 320x180 --aov depth,normal,position,albedo"),
+    ("still-life/still-life.glb", "--size 640x360 --aov cryptomatte"),
+    ("assembly/assembly.glb", "--size 1280x720"),
+    ("figure/figure.glb", "--size 320x180 --frames=1-4"),
+    ("tests/closed_sphere.obj", "--size 320x180"),
+    ("tests/gltf/instances_gpu.glb", "--size 320x180"),
+    ("tests/gltf/torus_meshopt_filters.glb", "--size 64x64"),
+];
+
+/// Runs with that much memory allowed; gives what it told, where it failed.
+fn run(folder: &Path, (scene, flags): (&str, &str), allowed: u64) -> Result<String, String> {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(scene);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
+    command
+        .arg("render")
+        .arg(scene)
+        .args(flags.split_whitespace())
+        .args(["-s", "1", "-o", "a.exr", "--perf"]);
+    command.args(["--max-memory", &allowed.to_string(), "--threads", "2"]).current_dir(folder);
+    let output = command.output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    if output.status.success() { Ok(told) } else { Err(told) }
+}
+
+/// The first number of a text after `mark`, with its unit.
+fn bytes_after(text: &str, mark: &str) -> Option<f64> {
+    let mut words = text[text.find(mark)? + mark.len()..].split_whitespace();
+    let number: f64 = words.next()?.parse().ok()?;
+    let unit = match words.next()? {
+        "GiB" => 1u64 << 30,
+        "MiB" => 1 << 20,
+        "KiB" => 1 << 10,
+        _ => 1,
+    };
+    Some(number * unit as f64)
+}
+
+/// The last number before `mark`.
+fn number_before(text: &str, mark: &str) -> Option<f64> {
+    text[..text.find(mark)?].split_whitespace().next_back()?.parse().ok()
+}
+
+#[test]
+fn what_is_let_through_takes_no_more_than_was_allowed() {
+    let dir = tempfile::tempdir().unwrap();
+    for case in SCENES {
+        let (mut allowed, mut refused) = (1 << 20, 0);
+        let told = loop {
+            match run(dir.path(), case, allowed) {
+                Ok(told) => break told,
+                Err(told) => {
+                    refused += 1;
+                    assert!(refused < 20, "{case:?}: {told}");
+                    // What a file says by itself, to the byte; then what its pictures take, to a tenth.
+                    let more = number_before(&told, "is over the limit")
+                        .or_else(|| bytes_after(&told, "would take about").map(|b| b * 1.01));
+                    let more = more.unwrap_or_else(|| panic!("{case:?}: {told}")).ceil() as u64;
+                    assert!(more > allowed, "{case:?}: {told}");
+                    allowed = more;
+                    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0, "{case:?}");
+                }
+            }
+        };
+        let peak = bytes_after(&told, "perf: memory").unwrap_or_else(|| panic!("{told}")) as u64;
+        println!("{case:?}: {} MiB allowed, {} MiB taken", allowed >> 20, peak >> 20);
+        assert!(refused >= 1 && peak <= allowed, "{case:?}: {peak} of {allowed} bytes");
+        for file in std::fs::read_dir(dir.path()).unwrap() {
+            std::fs::remove_file(file.unwrap().path()).unwrap();
+        }
+    }
+}
