@@ -1,0 +1,173 @@
+//! What happens around a render: disks that fill up, folders that cannot be written to, inputs that
+//! vanish, pipes that close, another process at the same work. One clear line, and nothing partial.
+#![cfg(unix)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+fn model(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
+    path.to_str().unwrap().to_string()
+}
+
+fn command(folder: &Path, line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
+    command.args(line.split_whitespace()).current_dir(folder);
+    command
+}
+
+fn blinn(folder: &Path, line: &str) -> Output {
+    command(folder, line).output().unwrap()
+}
+
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    entries.filter(|p| p.is_file()).map(|p| (p.file_name().unwrap().into(), fs::read(&p).unwrap())).collect()
+}
+
+/// The only line on standard error, of a program that failed in order.
+fn failed(output: &Output) -> String {
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert_eq!(told.lines().count(), 1, "{told}");
+    assert!(told.starts_with("blinn: ") && !told.contains("panicked"), "{told}");
+    told
+}
+
+/// Whatever is written: an image of each format, its layers, a page, a moving picture.
+#[test]
+fn a_disk_that_fills_up_leaves_nothing_partial() {
+    let scene = model("still-life/still-life.glb");
+    for (out, flags) in [
+        ("a.png", ""),
+        ("a.exr", ""),
+        ("a.jpg", "--quality 100"),
+        ("a.webp", ""),
+        ("a.exr", "--aov depth,normal"),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        // Files may have a block of 1024 bytes, and the signal that a larger one brings is not fatal.
+        let line = format!(
+            "ulimit -f 1; exec '{}' render '{scene}' --size 160x90 -s 1 {flags} -o {out}",
+            env!("CARGO_BIN_EXE_blinn")
+        );
+        let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
+        let told = failed(&output);
+        assert!(told.contains(&format!("{out} cannot be written")), "{told}");
+        assert!(files(dir.path()).is_empty(), "{out} {flags}");
+    }
+}
+
+#[test]
+fn moving_pictures_are_whole_or_not_there() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let made = blinn(dir.path(), &format!("turntable {scene} --size 128x128 -s 1 --count 3 -q -o f/#.png"));
+    assert!(made.status.success());
+    for out in ["a.gif", "a.apng", "a.webp", "a.mp4", "a.html"] {
+        let line = format!("ulimit -f 1; exec '{}' assemble f -o {out} -q", env!("CARGO_BIN_EXE_blinn"));
+        let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
+        let told = failed(&output);
+        assert!(told.contains(out), "{told}");
+        assert!(files(dir.path()).is_empty(), "{out}");
+    }
+}
+
+/// `/proc` is a folder that not even root writes to.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_that_cannot_be_written_to_is_found_before_anything_is_rendered() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("still-life/still-life.glb");
+    let start = Instant::now();
+    let told = failed(&blinn(dir.path(), &format!("render {scene} -s 4096 -o /proc/a.png")));
+    assert!(told.contains("/proc/a.png"), "{told}");
+    let told = failed(&blinn(dir.path(), &format!("render {scene} -s 4096 -o /proc/new/a.png")));
+    assert!(told.contains("/proc/new"), "{told}");
+    // The pictures themselves would take minutes.
+    assert!(start.elapsed() < Duration::from_secs(30));
+}
+
+fn wait_for(what: &Path, child: &mut Child) {
+    let start = Instant::now();
+    while !what.exists() {
+        assert!(child.try_wait().unwrap().is_none() || what.exists(), "it ended without {}", what.display());
+        assert!(start.elapsed() < Duration::from_secs(100));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// What was read is in memory: frames go on when their scene is gone.
+#[test]
+fn inputs_may_vanish_once_they_are_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let inputs = dir.path().join("inputs");
+    fs::create_dir(&inputs).unwrap();
+    for name in ["textured.obj", "textured.mtl", "planks.png", "tin base.png"] {
+        fs::copy(model(&format!("textured/{name}")), inputs.join(name)).unwrap();
+    }
+    let line = "turntable inputs/textured.obj --size 96x54 -s 4 --count 12 -q -o out/#.png";
+    let mut child = command(dir.path(), line).stderr(Stdio::piped()).spawn().unwrap();
+    wait_for(&dir.path().join("out/1.png"), &mut child);
+    fs::remove_dir_all(&inputs).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+    assert_eq!(files(&dir.path().join("out")).len(), 12);
+    // Asked again, it says what is missing, and keeps what there is.
+    let told = failed(&blinn(dir.path(), line));
+    assert!(told.contains("inputs/textured.obj"), "{told}");
+    assert_eq!(files(&dir.path().join("out")).len(), 12);
+}
+
+/// Half a file is what is left while another program writes it.
+#[test]
+fn an_input_that_is_cut_off_meanwhile_is_an_error_or_a_picture() {
+    let dir = tempfile::tempdir().unwrap();
+    let whole = fs::read(model("cornell/cornell.glb")).unwrap();
+    for share in [0, 1, 2, 3] {
+        fs::write(dir.path().join("a.glb"), &whole[..whole.len() * share / 4]).unwrap();
+        failed(&blinn(dir.path(), "render a.glb --size 8x8 -o a.png"));
+        assert_eq!(files(dir.path()).len(), 1);
+    }
+}
+
+/// Whoever reads the output has seen enough: no error, as for any program in a pipe.
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    for line in [
+        format!("render {scene} --size 320x180 -s 1 -q -o -"),
+        format!("render {scene} --dry-run --frames=1-100000"),
+        format!("info {scene} --json"),
+        "render --help".to_string(),
+        format!("render {scene} --print-config"),
+    ] {
+        let mut child =
+            command(dir.path(), &line).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && told.is_empty(), "{line}: {:?} {told}", output.status);
+    }
+}
+
+/// Several processes at the same frames: each file is whole at any time, and what it is alone.
+#[test]
+fn processes_may_share_a_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let line = |out: &str| {
+        format!("turntable {scene} --size 48x27 -s 1 --count 8 --threads 1 -q --resume -o {out}/#.png")
+    };
+    assert!(blinn(dir.path(), &line("alone")).status.success());
+    let children: Vec<Child> =
+        (0..3).map(|_| command(dir.path(), &line("shared")).spawn().unwrap()).collect();
+    for mut child in children {
+        assert!(child.wait().unwrap().success());
+    }
+    assert_eq!(files(&dir.path().join("shared")), files(&dir.path().join("alone")));
+}
