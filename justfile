@@ -27,3 +27,24 @@ scene kind triangles file *flags:
 # all of docs/performance.md. `just bench-peers programs` measures whole programs.
 bench-peers *words:
     bash benches/peers/run {{words}}
+
+# Every mutant of every seed: nearly 800,000, in some 16 minutes of one processor.
+fuzz-full:
+    cargo test --locked --test mutations -- --ignored --nocapture
+
+# The share of them that every test run tries.
+fuzz-smoke:
+    cargo test --locked --test mutations -- --nocapture
+
+# Licences, bans and sources of what blinn is made of; needs cargo-deny. `just deny advisories` asks the
+# database of known defects too, which needs a network.
+deny *more:
+    cargo deny check bans licenses sources {{more}}
+
+# The same bytes on any number of threads, for any tiles and instructions: 225 pictures of each scene.
+determinism:
+    cargo test --locked --test determinism -- --ignored --nocapture
+
+# Ten thousand frames in one process.
+soak:
+    cargo test --locked --release --test soak -- --ignored --nocapture

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use blinn::accel::{Accel, BuildSettings, Preset};
+use blinn::accel::{Accel, BuildSettings, Preset, Tier};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame, Occlusion, Phong};
 use blinn::render::{Pixels, RenderSettings, render, render_aovs};
@@ -29,10 +29,21 @@ fn picture(
     preset: Preset,
     light: Light,
 ) -> (Pixels, Vec<Vec<u32>>) {
+    let build = BuildSettings { preset, ..BuildSettings::default() };
+    picture_with(scene, threads, tile, build, light)
+}
+
+fn picture_with(
+    scene: &Scene,
+    threads: usize,
+    tile: u32,
+    build: BuildSettings,
+    light: Light,
+) -> (Pixels, Vec<Vec<u32>>) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let posed = pose(scene, &PoseSettings::default()).unwrap();
-        let (accel, _) = Accel::build(&posed, &BuildSettings { preset, ..BuildSettings::default() });
+        let (accel, _) = Accel::build(&posed, &build);
         let settings = RenderSettings { width: 96, height: 54, samples: 3, tile, ..Default::default() };
         let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
         let mut lighting = Lighting { plain_ambient: true, ..Default::default() };
@@ -50,6 +61,10 @@ fn picture(
     })
 }
 
+fn bits(p: &Pixels) -> Vec<u32> {
+    p.colors.iter().flat_map(|c| c.to_array().map(f32::to_bits)).collect()
+}
+
 #[test]
 fn threads_tiles_and_trees_do_not_show() {
     for name in SCENES {
@@ -65,9 +80,6 @@ fn threads_tiles_and_trees_do_not_show() {
                 (8, 64, Preset::Medium),
             ] {
                 let got = picture(&scene, threads, tile, preset, light);
-                let bits = |p: &Pixels| {
-                    p.colors.iter().flat_map(|c| c.to_array().map(f32::to_bits)).collect::<Vec<_>>()
-                };
                 assert!(
                     bits(&got.0) == bits(&expected.0),
                     "{name}: {threads} threads, tiles of {tile}, {preset:?}, {light:?}"
@@ -75,5 +87,29 @@ fn threads_tiles_and_trees_do_not_show() {
                 assert!(got.1 == expected.1, "{name}: layers of {threads} threads, {preset:?}");
             }
         }
+    }
+}
+
+/// Threads × tiles × tiers of instructions, five times each.
+#[test]
+#[ignore = "takes minutes: just determinism"]
+fn the_whole_matrix_is_one_picture() {
+    for name in SCENES {
+        let scene = scene(name);
+        let light = Light::Soft(GroundKind::Shadow);
+        let expected = picture(&scene, 1, 16, Preset::Medium, light);
+        let mut pictures = 0;
+        for tier in Tier::ALL.into_iter().filter(|t| t.available()) {
+            let build = BuildSettings { tier, ..BuildSettings::default() };
+            for (threads, tile) in [1, 2, 3, 8, 64].into_iter().flat_map(|n| [7, 16, 64].map(|t| (n, t))) {
+                for _ in 0..5 {
+                    let got = picture_with(&scene, threads, tile, build, light);
+                    let same = bits(&got.0) == bits(&expected.0) && got.1 == expected.1;
+                    assert!(same, "{name}: {threads} threads, tiles of {tile}, {tier:?}");
+                    pictures += 1;
+                }
+            }
+        }
+        println!("{name}: {pictures} pictures");
     }
 }
