@@ -1,0 +1,110 @@
+//! A picture does not depend on where its scene is and how large: everything about rays is relative.
+
+use std::path::Path;
+
+use blinn::accel::{Accel, BuildSettings};
+use blinn::import::{LoadOptions, load};
+use blinn::integrator::{Frame, Occlusion, Phong};
+use blinn::render::{Pixels, RenderSettings, render};
+use blinn::scene::{
+    FileProjection, Ground, GroundKind, LightKind, Lighting, Local, PoseSettings, Scene, View, pose,
+};
+use glam::{DAffine3, DVec3};
+
+/// Scenes with cameras, lamps, cut-outs and glass.
+const SCENES: [&str; 2] = ["cornell/cornell.glb", "alpha/alpha.glb"];
+
+fn scene(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
+    // At rest: what moves it are lengths too, and nothing that a picture shows.
+    Scene { animations: Vec::new(), ..load(&path, &LoadOptions::default()).unwrap().0 }
+}
+
+/// The scene as its author would have made it `s` times as large: whatever is a length with it, and
+/// intensities by the square, so that as much light arrives.
+fn scaled(mut scene: Scene, s: f64) -> Scene {
+    moved(&mut scene, DAffine3::from_scale(DVec3::splat(s)));
+    for camera in &mut scene.cameras {
+        camera.znear *= s;
+        camera.zfar *= s;
+        if let FileProjection::Orthographic { xmag, ymag } = &mut camera.projection {
+            *xmag *= s;
+            *ymag *= s;
+        }
+    }
+    for light in &mut scene.lights {
+        light.range *= s as f32;
+        if !matches!(light.kind, LightKind::Directional) {
+            light.intensity *= (s * s) as f32;
+        }
+    }
+    scene
+}
+
+/// Moves all that has no node above it.
+fn moved(scene: &mut Scene, by: DAffine3) {
+    for node in scene.nodes.iter_mut().filter(|n| n.parent.is_none()) {
+        node.local = Local::Matrix(by * node.local.affine());
+    }
+}
+
+/// With shadows of wide lights, occlusion and a ground, all sized by `s`.
+fn picture(scene: &Scene, s: f64) -> Pixels {
+    let posed = pose(scene, &PoseSettings::default()).unwrap();
+    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let settings = RenderSettings { width: 64, height: 36, samples: 4, ..Default::default() };
+    let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
+    // A sun's radius is an angle, and one radius is for all lights.
+    let suns = scene.lights.iter().any(|l| matches!(l.kind, LightKind::Directional));
+    let radius = if suns { 0.0 } else { (0.05 * s) as f32 };
+    let lighting = Lighting { radius, plain_ambient: true, ..Default::default() };
+    let lit = lighting.resolve(&posed, &camera);
+    let occlusion = Some(Occlusion { samples: 4, distance: s });
+    let ground = Some(Ground::under(&posed.bounds(), GroundKind::Plane));
+    let frame = Frame { occlusion, ground, ..Frame::new(&posed, &accel, camera, &lit) };
+    render(&frame, &Phong::default(), &settings, &()).unwrap()
+}
+
+/// The largest difference of a channel, on display.
+fn apart(a: &Pixels, b: &Pixels) -> f32 {
+    let shown = |v: f32| blinn::scene::linear_to_srgb(v.clamp(0.0, 1.0));
+    let all = a.colors.iter().zip(&b.colors);
+    all.flat_map(|(a, b)| (*a).to_array().into_iter().zip(b.to_array()))
+        .map(|(a, b)| (shown(a) - shown(b)).abs())
+        .fold(0.0, f32::max)
+}
+
+#[test]
+fn powers_of_two_change_nothing() {
+    for name in SCENES {
+        let usual = picture(&scene(name), 1.0);
+        assert!(usual.colors.iter().any(|c| c.x > 0.05), "{name} shows something");
+        for power in [-20, 20] {
+            let s = 2f64.powi(power);
+            let bits = |p: &Pixels| -> Vec<u32> {
+                p.colors.iter().flat_map(|c| c.to_array().map(f32::to_bits)).collect()
+            };
+            let other = picture(&scaled(scene(name), s), s);
+            let differ = bits(&usual).iter().zip(bits(&other)).filter(|(a, b)| **a != *b).count();
+            assert_eq!(differ, 0, "{name} × 2^{power}: apart by {}", apart(&usual, &other));
+        }
+    }
+}
+
+#[test]
+fn other_scales_and_places_change_nothing_that_shows() {
+    for name in SCENES {
+        let usual = picture(&scene(name), 1.0);
+        for power in [-6, -3, 3, 6] {
+            let s = 10f64.powi(power);
+            let off = apart(&usual, &picture(&scaled(scene(name), s), s));
+            println!("{name} × 10^{power}: {off}");
+            assert!(off <= 1.0 / 255.0, "{name} × 10^{power}: {off}");
+        }
+        let mut far = scene(name);
+        moved(&mut far, DAffine3::from_translation(DVec3::new(1e5, -1e5, 1e5)));
+        let off = apart(&usual, &picture(&far, 1.0));
+        println!("{name}, moved: {off}");
+        assert!(off <= 1.0 / 255.0, "{name}, moved: {off}");
+    }
+}
