@@ -48,3 +48,7 @@ determinism:
 # Ten thousand frames in one process.
 soak:
     cargo test --locked --release --test soak -- --ignored --nocapture
+
+# Bad files' outcomes, written anew: read what changed.
+bad-files:
+    GOLDEN=update cargo test --locked --test bad_files

@@ -12,7 +12,9 @@ use crate::scene::{Channels, Image, Mips, Texels};
 /// # Errors
 /// A sentence that says what is wrong with it.
 pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image, String> {
-    let wrong = |e: &dyn std::fmt::Display| format!("image '{name}' cannot be decoded: {e}");
+    // Libraries end some of their messages with a line break.
+    let one_line = |e: &dyn std::fmt::Display| e.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    let wrong = |e: &dyn std::fmt::Display| format!("image '{name}' cannot be decoded: {}", one_line(e));
     let (width, height) = size(bytes).map_err(|e| wrong(&e))?;
     let pixels = u64::from(width) * u64::from(height);
     if pixels == 0 || pixels > limits.image_pixels {
