@@ -42,9 +42,6 @@ impl Ids<'_> {
 
 /// A question, told of every triangle that a ray meets in any order.
 pub(super) trait Query {
-    /// True where any of many triangles can be the whole answer.
-    const ANY: bool;
-
     /// Nothing beyond this t matters.
     fn limit(&self) -> f32;
 
@@ -79,8 +76,6 @@ pub(super) struct Closest<'a> {
 }
 
 impl Query for Closest<'_> {
-    const ANY: bool = false;
-
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.best.t
@@ -134,8 +129,6 @@ pub(super) struct Blocking<'a, 'p> {
 }
 
 impl Query for Blocking<'_, '_> {
-    const ANY: bool = true;
-
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.end

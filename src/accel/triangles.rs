@@ -212,7 +212,7 @@ impl<S: Simd, Q: Query> Part<S> for Visit<'_, Q> {
         let test = TestRay::new(ray, triangles.centre, triangles.radius, query.end());
         let limit = limit(ray, query);
         let mut leaves = Meeting { triangles, ray, test, instance, query, limit, simd: PhantomData };
-        triangles.tree.walk::<S, _>(from, &boxes, stack, limit, &mut leaves)
+        triangles.tree.walk::<S>(from, &boxes, stack, limit, &mut leaves)
     }
 }
 
@@ -228,8 +228,6 @@ struct Meeting<'a, S, Q> {
 }
 
 impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
-    const FIRST: bool = Q::ANY;
-
     #[inline(always)]
     fn enter(&mut self, leaf: u32, _: &mut Stack) -> Option<f32> {
         for block in &self.triangles.blocks[leaf as usize..] {

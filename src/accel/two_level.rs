@@ -201,7 +201,7 @@ impl Top {
         let pad = self.pad + self.pad_per_distance * ray.o.abs().max_element() as f32;
         let boxes = BoxRay::new(ray.o, ray.d, pad, ray.parameter(query.start()));
         let limit = limit(ray, query);
-        self.tree.walk::<S, _>(
+        self.tree.walk::<S>(
             root,
             &boxes,
             stack,
@@ -233,8 +233,6 @@ struct Entering<'a, Q> {
 }
 
 impl<S: Simd, Q: Query> Leaves<S> for Entering<'_, Q> {
-    const FIRST: bool = false;
-
     #[inline(always)]
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32> {
         let ends = &self.top.ends;

@@ -30,9 +30,8 @@ pub(super) struct Node {
     order: [u32; WIDTH],
 }
 
-/// An order takes the lower 24 bits; above those of the first sits the count of children, above those
-/// of the second a bit for each that is a leaf.
-const SPARE: u32 = 24;
+/// An order takes the lower 24 bits; the count of children sits above those of the first.
+const COUNT_SHIFT: u32 = 24;
 
 impl Node {
     pub fn new(children: &[(Box3, u32)]) -> Node {
@@ -76,21 +75,13 @@ impl Node {
                     | slots[count - 1 - i].1 << back;
             }
         }
-        self.order[0] |= (count as u32) << SPARE;
-        let leaf = |slot: usize| u32::from(self.child[slot] & LEAF != 0) << slot;
-        self.order[1] |= (0..count).map(leaf).sum::<u32>() << SPARE;
+        self.order[0] |= (count as u32) << COUNT_SHIFT;
     }
 
     /// Number of children.
     #[inline(always)]
     pub fn count(&self) -> usize {
-        (self.order[0] >> SPARE) as usize
-    }
-
-    /// A bit for each child that is a leaf.
-    #[inline(always)]
-    fn leaves(&self) -> u32 {
-        self.order[1] >> SPARE
+        (self.order[0] >> COUNT_SHIFT) as usize
     }
 
     /// A bit for each child.
@@ -199,10 +190,6 @@ impl Stack {
 
 /// What happens at leaves.
 pub(super) trait Leaves<S: Simd> {
-    /// Leaves of a node are entered at once, before what is under its other children: they may make
-    /// those needless.
-    const FIRST: bool;
-
     /// The ray enters the box of leaf `leaf`. The limit from there on, or `None` to stop.
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32>;
 }
@@ -211,13 +198,13 @@ impl Wide {
     /// Leads a ray through what is under `from`, near children first. Leaves are entered no
     /// farther than `limit`. False where it was stopped.
     #[inline(always)]
-    pub fn walk<S: Simd, L: Leaves<S>>(
+    pub fn walk<S: Simd>(
         &self,
         from: u32,
         ray: &BoxRay,
         stack: &mut Stack,
         mut limit: f32,
-        leaves: &mut L,
+        leaves: &mut impl Leaves<S>,
     ) -> bool {
         let base = stack.top;
         let (near_scale, near_shift): ([S::F8; 3], [S::F8; 3]) =
@@ -238,23 +225,8 @@ impl Wide {
                 };
                 // NaN comes of infinity minus infinity, and says nothing: the other side decides.
                 let enters = near(0).max(near(1).max(near(2).max(start)));
-                let ends = far(0).min(far(1).min(far(2).min(S::F8::splat(limit))));
-                let mut hit = enters.le(ends);
-                if L::FIRST {
-                    let mut first = hit & node.leaves();
-                    hit &= !first;
-                    while first != 0 {
-                        let leaf = node.child[first.trailing_zeros() as usize & 7];
-                        first &= first - 1;
-                        match leaves.enter(leaf & !LEAF, stack) {
-                            Some(to) => limit = to,
-                            None => {
-                                stack.top = base;
-                                return false;
-                            }
-                        }
-                    }
-                }
+                let leaves = far(0).min(far(1).min(far(2).min(S::F8::splat(limit))));
+                let hit = enters.le(leaves);
                 if hit != 0 {
                     if hit & (hit - 1) == 0 {
                         here = node.child[hit.trailing_zeros() as usize & 7];
