@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use crate::output::{Replace, write_atomically};
+use crate::output::{Replace, escape_html, write_atomically};
 
 /// A page that grows with each picture, in a file without a name, so that memory does not.
 pub(super) struct Report {
@@ -40,7 +40,7 @@ impl Report {
 
     /// A scene is begun.
     pub fn scene(&mut self, scene: &Path) -> Result<()> {
-        self.add(&format!("<h2>{}</h2>\n", escaped(&scene.to_string_lossy())))
+        self.add(&format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy())))
     }
 
     /// A picture was written: `small` is a JPEG of it.
@@ -51,8 +51,8 @@ impl Report {
         self.add(&format!(
             "<figure><a href=\"{}\"><img alt=\"\" src=\"data:image/jpeg;base64,{small}\"></a><figcaption>{} \
              &middot; {:.2} s</figcaption></figure>\n",
-            escaped(&self.link(file)),
-            escaped(&name),
+            escape_html(&self.link(file)),
+            escape_html(&name),
             took.as_secs_f64()
         ))
     }
@@ -63,10 +63,10 @@ impl Report {
             self.add(&format!("<p>{kept} pictures were there already.</p>\n"))?;
         }
         for warning in warnings {
-            self.add(&format!("<p class=\"warning\">warning: {}</p>\n", escaped(warning)))?;
+            self.add(&format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning)))?;
         }
         self.failed += usize::from(error.is_some());
-        error.map_or(Ok(()), |e| self.add(&format!("<p class=\"failed\">{}</p>\n", escaped(e))))
+        error.map_or(Ok(()), |e| self.add(&format!("<p class=\"failed\">{}</p>\n", escape_html(e))))
     }
 
     /// Writes the page.
@@ -99,8 +99,4 @@ impl Report {
         // What would end a path in a link, and what begins an escape.
         path.replace('%', "%25").replace('?', "%3F").replace('#', "%23")
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -82,42 +82,38 @@ fn floats(values: impl Iterator<Item = f32>, half: bool) -> FlatSamples {
 /// order that changes from run to run, and a picture shall always be the same bytes. The header's
 /// length stays, so all that follows it holds.
 fn sort_attributes(file: &mut [u8]) {
-    const MAGIC_AND_VERSION: usize = 8;
-    let mut attributes = Vec::new();
-    let mut at = MAGIC_AND_VERSION;
-    while let Some(length) = attribute_length(file.get(at..).unwrap_or_default()) {
-        attributes.push(file[at..at + length].to_vec());
-        at += length;
+    let mut sorted: Vec<&[u8]> = attributes(file).collect();
+    sorted.sort();
+    let header = sorted.concat();
+    if let Some(place) = file.get_mut(MAGIC_AND_VERSION..MAGIC_AND_VERSION + header.len()) {
+        place.copy_from_slice(&header);
     }
-    attributes.sort();
-    if let Some(header) = file.get_mut(MAGIC_AND_VERSION..at) {
-        header.copy_from_slice(&attributes.concat());
-    }
+}
+
+const MAGIC_AND_VERSION: usize = 8;
+
+/// The attributes of the header that a file begins with.
+fn attributes(file: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = file.get(MAGIC_AND_VERSION..).unwrap_or_default();
+    std::iter::from_fn(move || {
+        let (first, after) = rest.split_at_checked(attribute_length(rest)?)?;
+        rest = after;
+        Some(first)
+    })
 }
 
 /// The text of the attribute of that name in a header that `file` begins with.
 pub(super) fn attribute<'f>(file: &'f [u8], name: &str) -> Option<&'f [u8]> {
-    let mut at = 8;
-    while let Some(length) = attribute_length(file.get(at..)?) {
-        let bytes = &file[at..at + length];
-        if let Some(rest) = bytes.strip_prefix(name.as_bytes()).and_then(|b| b.strip_prefix(b"\0string\0")) {
-            return rest.get(4..);
-        }
-        at += length;
-    }
-    None
+    let text = |attribute: &'f [u8]| attribute.strip_prefix(name.as_bytes())?.strip_prefix(b"\0string\0");
+    attributes(file).find_map(text)?.get(4..)
 }
 
 /// Whether the file that begins with `head` ends where its last chunk does.
 pub(super) fn is_whole(head: &[u8], path: &Path) -> bool {
-    let (mut at, mut tiled) = (8, false);
-    while let Some(length) = attribute_length(head.get(at..).unwrap_or_default()) {
-        tiled |= head[at..].starts_with(b"tiles\0");
-        at += length;
-    }
     // A zero ends the header; then come the places of the chunks, and directly behind those the first.
-    let table = at + 1;
+    let table = MAGIC_AND_VERSION + attributes(head).map(<[u8]>::len).sum::<usize>() + 1;
     // A chunk begins with its place, a tile's four numbers or a line's one, and its size.
+    let tiled = attributes(head).any(|attribute| attribute.starts_with(b"tiles\0"));
     let place_length = if tiled { 16 } else { 4 };
     let place = |at: usize| Some(u64::from_le_bytes(*head.get(at..)?.first_chunk()?));
     let end = || {

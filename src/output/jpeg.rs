@@ -16,11 +16,10 @@ pub(super) fn encode(
     if width > MOST || height > MOST {
         return Err(super::too_large("a JPEG", MOST, width, height));
     }
-    if pixels.iter().any(|p| p[3] != u8::MAX) {
+    let Some(rgb) = super::opaque(pixels) else {
         let what = "a JPEG has no transparency: give a background, or write PNG or WebP";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
-    }
-    let rgb: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+    };
     let mut out = Vec::new();
     let encoder = JpegEncoder::new_with_quality(&mut out, quality.clamp(1, 100));
     encoder.write_image(&rgb, width, height, ExtendedColorType::Rgb8).map_err(io::Error::other)?;

@@ -132,6 +132,17 @@ impl Format {
     }
 }
 
+/// The pixels without their alpha, where all of it is full.
+fn opaque(pixels: &[[u8; 4]]) -> Option<Vec<u8>> {
+    let full = pixels.iter().all(|p| p[3] == u8::MAX);
+    full.then(|| pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect())
+}
+
+/// Text as HTML, in quotes too.
+pub fn escape_html(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
 fn too_large(what: &str, most: u32, width: u32, height: u32) -> io::Error {
     let text = format!("{what} has at most {most} pixels a side, not {width}x{height}: write PNG or EXR");
     io::Error::new(io::ErrorKind::InvalidInput, text)

@@ -3,16 +3,11 @@
 use std::io;
 
 /// Encodes 8-bit RGBA; without an alpha channel where all is opaque.
-pub(super) fn encode8(
-    (width, height): (u32, u32),
-    pixels: &[[u8; 4]],
-    stamp: Option<&str>,
-) -> io::Result<Vec<u8>> {
-    if pixels.iter().all(|p| p[3] == 255) {
-        let rgb: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
-        return encode((width, height), (png::ColorType::Rgb, png::BitDepth::Eight), &rgb, stamp);
+pub(super) fn encode8(size: (u32, u32), pixels: &[[u8; 4]], stamp: Option<&str>) -> io::Result<Vec<u8>> {
+    match super::opaque(pixels) {
+        Some(rgb) => encode(size, (png::ColorType::Rgb, png::BitDepth::Eight), &rgb, stamp),
+        None => encode(size, (png::ColorType::Rgba, png::BitDepth::Eight), pixels.as_flattened(), stamp),
     }
-    encode((width, height), (png::ColorType::Rgba, png::BitDepth::Eight), pixels.as_flattened(), stamp)
 }
 
 /// Encodes 16-bit RGBA; without an alpha channel where all is opaque.

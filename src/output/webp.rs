@@ -19,11 +19,9 @@ pub(super) fn encode(
     if let Some(stamp) = stamp {
         encoder.set_xmp_metadata(super::stamp::xmp(stamp));
     }
-    let written = if pixels.iter().all(|p| p[3] == u8::MAX) {
-        let rgb: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
-        encoder.encode(&rgb, width, height, ColorType::Rgb8)
-    } else {
-        encoder.encode(pixels.as_flattened(), width, height, ColorType::Rgba8)
+    let written = match super::opaque(pixels) {
+        Some(rgb) => encoder.encode(&rgb, width, height, ColorType::Rgb8),
+        None => encoder.encode(pixels.as_flattened(), width, height, ColorType::Rgba8),
     };
     written.map_err(io::Error::other)?;
     Ok(out)

@@ -9,6 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::spool::Spool;
 use super::webp;
 use super::{Encoder, MovingSettings};
+use crate::output::escape_html;
 
 /// The page; frames go where [`FRAMES`] stands.
 const PAGE: &str = include_str!("player.html");
@@ -39,7 +40,8 @@ impl Encoder for Html {
         let (head, tail) = PAGE.split_once(FRAMES).unwrap_or((PAGE, ""));
         body.write_all(tail.as_bytes())?;
         let values = [
-            ("{{title}}", escaped(&self.title)),
+            // A title says nothing of other values.
+            ("{{title}}", escape_html(&self.title).replace('{', "&#123;")),
             ("{{width}}", width.to_string()),
             ("{{height}}", height.to_string()),
             ("{{fps}}", fps.to_string()),
@@ -47,21 +49,4 @@ impl Encoder for Html {
         ];
         Ok(values.iter().fold(head.to_string(), |page, (name, value)| page.replace(name, value)).into_bytes())
     }
-}
-
-/// Text as HTML, in quotes too.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            // A title says nothing of other values.
-            '{' => out.push_str("&#123;"),
-            c => out.push(c),
-        }
-    }
-    out
 }
