@@ -71,9 +71,8 @@ fn collapse(built: &Bvh2, parts: usize, leaves: &Leaves<impl Fn(u32) -> u32 + Sy
         cut(built, parts).into_par_iter().map(|root| (root, plan(root, &[]))).collect();
     let top = plan(0, &parts);
     let mut grown = vec![top.grow(built, 1, &parts, leaves.capacity)];
-    let roots: Vec<usize> = (0..parts.len() as u32)
-        .map(|part| grown[0].asked.iter().find(|asked| asked.0 == part).map_or(0, |asked| asked.1))
-        .collect();
+    let mut roots = vec![0; parts.len()];
+    grown[0].asked.iter().for_each(|&(part, count)| roots[part as usize] = count);
     let grow = |((_, part), &roots): (&(u32, Part), &usize)| match roots {
         0 => Grown::none(),
         _ => part.grow(built, roots, &[], leaves.capacity),

@@ -2,12 +2,10 @@
 
 use super::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use super::job::Job;
-use super::{memory, panics};
-
 use super::progress::{Reporter, Teller};
 use super::report::Report;
 use super::work::Work;
-use super::{Summary, Usage, describe, one_line};
+use super::{Summary, Usage, describe, memory, one_line, panics};
 use crate::batch::Contents;
 use crate::output::SaveError;
 

@@ -96,11 +96,15 @@ impl<'s> Facets<'s> {
     const KEPT: usize = 64;
 
     pub fn new() -> Facets<'s> {
-        Facets(vec![None; Facets::KEPT])
+        Facets(Vec::new())
     }
 
     /// Triangle `id`, made anew only where it is not kept.
     pub fn of(&mut self, posed: &PosedScene<'s>, id: HitId) -> &Facet<'s> {
+        // Where nothing is hit there is nothing to keep.
+        if self.0.is_empty() {
+            self.0.resize(Facets::KEPT, None);
+        }
         // Neighbours in a file mostly are neighbours in space.
         let kept = &mut self.0[(id.triangle ^ id.instance.wrapping_mul(7)) as usize % Facets::KEPT];
         if kept.as_ref().is_some_and(|facet| facet.id != id) {
