@@ -2,9 +2,9 @@
 
 mod common;
 
-use blinn::accel::{Accel, BuildSettings, Preset, RayBatch, SegmentBatch, Shared, Tier};
+use blinn::accel::{Accel, BuildSettings, Flatten, Preset, RayBatch, SegmentBatch, Shared, Tier};
 use blinn::geometry::{Hit, HitId};
-use blinn::scene::{PosedScene, Scene, SurfaceClass};
+use blinn::scene::{Animation, Channel, Interpolation, Keys, PosedScene, Scene, SurfaceClass, Target};
 use common::{Holes, Rng};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -59,6 +59,11 @@ fn scenes() -> Vec<(&'static str, Scene)> {
             common::add(&mut mixed, mesh, common::material(class, !double_sided), &at);
         }
     }
+    // The last pairs may come and go: they are moving things that keep their places.
+    let moving = mixed.nodes.len() as u32 / 2..mixed.nodes.len() as u32;
+    let keys = Keys { times: vec![0.0], values: vec![1.0], width: 1, interpolation: Interpolation::Step };
+    let channels = moving.map(|node| Channel { target: Target::Visibility(node), keys: keys.clone() });
+    mixed.animations.push(Animation { name: String::new(), channels: channels.collect() });
     let fan = common::fan(60, DVec3::new(0.6, 0.0, 0.8), rng);
     vec![
         ("sphere", common::scene(common::sphere(24), &identity)),
@@ -134,18 +139,24 @@ fn bits(layers: &[Vec<Hit>]) -> Vec<Vec<(u32, HitId)>> {
     layers.iter().map(|l| l.iter().map(|hit| (hit.t.to_bits(), hit.id)).collect()).collect()
 }
 
+/// All in the world's trees, and all that can be in trees of its own.
+const FLATTENED: [Flatten; 2] = [Flatten { still: 1 << 20, moving: 1 << 18 }, Flatten::NOTHING];
+
 /// All layers, shadows and transmittances of every preset and tier are those of asking every
 /// triangle.
 #[test]
 fn every_tree_answers_as_no_tree_does() {
     let all = scenes();
     assert_eq!(all.len(), 8);
-    for (name, scene) in &all {
+    for ((name, scene), flatten) in all.iter().flat_map(|scene| FLATTENED.map(|flatten| (scene, flatten))) {
         let posed = common::posed(scene);
+        if flatten == Flatten::NOTHING && posed.instances.len() == 1 {
+            continue;
+        }
         let rays = rays(&posed, if *name == "soup" { 100 } else { 500 });
         let segments = segments(&rays);
         let answers = |preset, tier| {
-            let accel = Accel::build(&posed, &BuildSettings { preset, tier }).0;
+            let accel = Accel::build(&posed, &BuildSettings { preset, tier, flatten }).0;
             let (mut occluded, mut light) = (Vec::new(), Vec::new());
             accel.occluded(&segments, &Holes, &mut occluded);
             accel.transmittance(&segments, &Holes, &mut light);
@@ -201,15 +212,20 @@ fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool) -> (Shared, Vec<(Vec3,
 /// by one: every layer, shadow and transmittance, on every tier.
 #[test]
 fn packets_answer_as_single_rays_do() {
-    for (name, scene) in &scenes() {
+    let all = scenes();
+    for ((name, scene), flatten) in all.iter().flat_map(|scene| FLATTENED.map(|flatten| (scene, flatten))) {
         let posed = common::posed(scene);
-        let single = Accel::build(&posed, &BuildSettings { preset: Preset::Medium, tier: Tier::Portable }).0;
+        if flatten == Flatten::NOTHING && posed.instances.len() == 1 {
+            continue;
+        }
+        let settings = |tier| BuildSettings { preset: Preset::Medium, tier, flatten };
+        let single = Accel::build(&posed, &settings(Tier::Portable)).0;
         for tier in common::tiers() {
-            let accel = Accel::build(&posed, &BuildSettings { preset: Preset::Medium, tier }).0;
+            let accel = Accel::build(&posed, &settings(tier)).0;
             let mut rng = Rng::new(3);
             for n in 0..60 {
                 let (shared, rays) = bundle(&posed, &mut rng, n % 3 == 2);
-                let context = format!("{name} {tier:?} {n} {shared:?}");
+                let context = format!("{name} {flatten:?} {tier:?} {n} {shared:?}");
                 let cull = n % 2 == 0;
                 let together = bits(&layers(&accel, &rays, cull, shared));
                 assert_eq!(together, bits(&layers(&single, &rays, cull, Shared::None)), "{context}");
@@ -293,11 +309,45 @@ fn back_faces_are_culled_where_they_are_single_sided() {
     }
 }
 
+/// What is drawn in few triangles goes into the world; the rest has trees of its own, the smallest
+/// meshes last. What moves is in a world of its own.
+#[test]
+fn worlds_take_as_much_as_they_are_told_to() {
+    let mut scene = Scene::default();
+    let opaque = || common::material(SurfaceClass::Opaque, false);
+    let at = |x: f64| DAffine3::from_translation(DVec3::X * x);
+    // 3 × 2, 2 × 8 and 1 × 18 triangles, and 1 × 32 that move.
+    common::add(&mut scene, common::grid(1, 1), opaque(), &[at(0.0), at(2.0), at(4.0)]);
+    common::add(&mut scene, common::grid(2, 1), opaque(), &[at(6.0), at(8.0)]);
+    common::add(&mut scene, common::grid(3, 1), opaque(), &[at(10.0)]);
+    common::add(&mut scene, common::grid(4, 1), opaque(), &[at(12.0)]);
+    let keys = Keys { times: vec![0.0], values: vec![1.0], width: 1, interpolation: Interpolation::Step };
+    let channels = vec![Channel { target: Target::Visibility(6), keys }];
+    scene.animations.push(Animation { name: String::new(), channels });
+    let posed = common::posed(&scene);
+    let stats = |still: u64, moving: u64| {
+        let flatten = Flatten { still, moving };
+        let accel = Accel::build(&posed, &BuildSettings { flatten, ..BuildSettings::default() }).0;
+        (accel.stats().trees, accel.stats().entries)
+    };
+    assert_eq!(stats(1000, 1000), (2, 6 + 16 + 18 + 32), "still and moving");
+    assert_eq!(stats(1000, 31), (2, 6 + 16 + 18 + 32), "what moves has a tree of its own");
+    assert_eq!(stats(22, 32), (2, 6 + 16 + 18 + 32));
+    assert_eq!(stats(21, 32), (3, 6 + 8 + 18 + 32), "the larger mesh has its own");
+    assert_eq!(stats(5, 0), (4, 2 + 8 + 18 + 32), "both have");
+}
+
 /// After an update the answers are those of a new build.
 #[test]
 fn an_update_is_as_good_as_a_build() {
+    for flatten in FLATTENED {
+        update_as_good_as_build(&BuildSettings { flatten, ..BuildSettings::default() });
+    }
+}
+
+fn update_as_good_as_build(settings: &BuildSettings) {
     let mut scene = scenes().swap_remove(6).1;
-    let (mut kept, _) = Accel::build(&common::posed(&scene), &Default::default());
+    let (mut kept, _) = Accel::build(&common::posed(&scene), settings);
     for step in 0..3 {
         for (i, node) in scene.nodes.iter_mut().enumerate() {
             let turn = DAffine3::from_rotation_x(0.3 * (i + step) as f64);
@@ -308,7 +358,7 @@ fn an_update_is_as_good_as_a_build() {
             node.visible = !(step == 2 && i > 0 && i < 5);
         }
         let posed = common::posed(&scene);
-        let (new, report) = Accel::build(&posed, &Default::default());
+        let (new, report) = Accel::build(&posed, settings);
         assert_eq!(kept.update(&posed), report);
         let rays = rays(&posed, 1000);
         assert_eq!(

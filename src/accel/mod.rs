@@ -1,7 +1,8 @@
 //! Where rays meet triangles: obvhs trees, traversed in batches, with one watertight hit test.
 //!
-//! Two levels: a tree for each mesh that is drawn more than once, one world tree for all other
-//! triangles, and a tree over those. A hit is (instance, triangle), whatever tree found it.
+//! Two trees in the world, one for what stands still and one for what moves; for large meshes that
+//! are drawn more than once or move as they are, trees of their own and a tree over those. A hit is
+//! (instance, triangle), whatever tree found it.
 //!
 //! Which triangle is hit, and at which t, is the hit test's to say (`hit.rs`); trees only spare it
 //! the triangles that are not there. So no answer depends on the tree, its preset, the order of
@@ -17,6 +18,7 @@ mod forest;
 mod hit;
 mod lanes;
 mod packet;
+mod plan;
 mod query;
 mod simd;
 mod triangles;
@@ -24,6 +26,7 @@ mod two_level;
 mod wide;
 
 pub use batch::{Cutout, HitBatch, RayBatch, SegmentBatch, Shared};
+pub use plan::Flatten;
 pub use simd::Tier;
 
 use std::collections::BTreeMap;
@@ -33,10 +36,11 @@ use crate::scene::{PosedScene, SurfaceClass};
 use clean::{Look, Raw};
 use hit::FrameRay;
 use packet::{Answers, PacketStack, RAYS};
+use plan::{Plan, World};
 use query::{Asked, Blocking, Closest, Query, passes};
 use simd::{Job, Simd};
 use triangles::{Spans, Triangles};
-use two_level::{Plan, Top};
+use two_level::Top;
 use wide::Stack;
 
 /// How trees are built.
@@ -47,6 +51,8 @@ pub struct BuildSettings {
     /// Instructions that rays are traced with: the best there are, by default. The picture never
     /// depends on it.
     pub tier: Tier,
+    /// Which shared meshes go into a world's tree. The picture depends on it by the rounding of t.
+    pub flatten: Flatten,
 }
 
 /// obvhs's presets.
@@ -87,7 +93,7 @@ impl CleanReport {
 /// What trees are made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AccelStats {
-    /// Trees over triangles: the world's and one for each shared mesh.
+    /// Trees over triangles: the world's two and one for each mesh that has its own.
     pub trees: usize,
     /// Inner nodes of all trees.
     pub nodes: usize,
@@ -102,8 +108,9 @@ pub struct AccelStats {
 pub struct Accel {
     settings: BuildSettings,
     plan: Plan,
-    world: Triangles,
-    /// Shared trees, by mesh.
+    /// What stands still, and what moves.
+    worlds: [Triangles; 2],
+    /// Trees of their own, by mesh.
     meshes: BTreeMap<u32, Triangles>,
     top: Top,
     translucent: bool,
@@ -115,7 +122,7 @@ impl Accel {
         let mut accel = Accel {
             settings: *settings,
             plan: Plan::default(),
-            world: Triangles::default(),
+            worlds: Default::default(),
             meshes: BTreeMap::new(),
             top: Top::default(),
             translucent: false,
@@ -124,27 +131,30 @@ impl Accel {
         (accel, report)
     }
 
-    /// Follows the scene it was built of to another pose. Where nothing but instances of shared
-    /// meshes moved, the upper level alone is built again.
+    /// Follows the scene it was built of to another pose. What stands still is not built again; of
+    /// large meshes that move as they are, the upper level alone is.
     pub fn update(&mut self, posed: &PosedScene) -> CleanReport {
-        let preset = self.settings.preset;
-        let plan = Plan::new(posed);
-        let bent = plan.world.iter().any(|&(i, _)| posed.instances[i as usize].deformed.is_some());
-        // An instance that has stopped bending has the same transform and another shape.
-        if bent || self.plan.world != plan.world || self.bent(posed) {
-            self.world = world_triangles(posed, &plan, preset);
+        let BuildSettings { preset, flatten, .. } = self.settings;
+        let plan = Plan::new(posed, flatten);
+        let [still, moving] = &mut self.worlds;
+        if self.plan.still != plan.still {
+            *still = world_triangles(posed, &plan.still, preset);
         }
-        self.meshes.retain(|mesh, _| plan.shared.contains_key(mesh));
-        for &mesh in plan.shared.keys() {
+        if self.plan.moving != plan.moving || plan.bends(posed) {
+            *moving = world_triangles(posed, &plan.moving, preset);
+        }
+        self.meshes.retain(|mesh, _| plan.placed.contains_key(mesh));
+        for &mesh in plan.placed.keys() {
             self.meshes.entry(mesh).or_insert_with(|| mesh_triangles(posed, mesh, preset));
         }
-        self.top = Top::build(&self.world, &plan, &self.meshes, preset);
+        self.top = Top::build(&plan, &self.meshes, preset);
         self.translucent = posed.instances.iter().enumerate().any(|(i, instance)| {
             instance.visible && look(posed, i as u32).class == SurfaceClass::Translucent
         });
-        let mut report = self.world.report;
+        let mut report = CleanReport::default();
+        self.worlds.iter().for_each(|world| report.add(world.report, 1));
         for (mesh, triangles) in &self.meshes {
-            report.add(triangles.report, plan.shared[mesh].len() as u64);
+            report.add(triangles.report, plan.placed[mesh].len() as u64);
         }
         self.plan = plan;
         report
@@ -180,7 +190,7 @@ impl Accel {
 
     /// Counts for reports.
     pub fn stats(&self) -> AccelStats {
-        let trees = || [&self.world].into_iter().chain(self.meshes.values()).filter(|t| !t.is_empty());
+        let trees = || self.worlds.iter().chain(self.meshes.values()).filter(|t| !t.is_empty());
         AccelStats {
             trees: trees().count(),
             nodes: trees().map(Triangles::nodes).sum::<usize>() + self.top.nodes(),
@@ -189,13 +199,9 @@ impl Accel {
         }
     }
 
-    /// True where the world tree may hold an instance that bent and does so no more.
-    fn bent(&self, posed: &PosedScene) -> bool {
-        let may_bend = |i: u32| {
-            let mesh = posed.mesh(i);
-            !mesh.morphs.is_empty() || mesh.influences.per_vertex > 0
-        };
-        self.plan.world.iter().any(|&(i, _)| may_bend(i))
+    /// True where rays of a batch can go together first of all.
+    fn together(&self, shared: Shared, count: usize) -> bool {
+        count > FEW && shared != Shared::None && self.worlds.iter().any(|world| !world.is_empty())
     }
 }
 
@@ -216,20 +222,22 @@ impl Job for Intersect<'_> {
         let mut lane = Lane::new(accel);
         let mut packets = PacketStack::default();
         for (first, count) in packets_of(rays.len()) {
-            if count > FEW && rays.shared != Shared::None && accel.top.is_world() {
+            let mut together = accel.together(rays.shared, count);
+            if together {
                 let scratch = (&mut packets, &mut lane.stack);
                 let out = &mut hits[first..first + count];
-                if packet::intersect::<S>(&accel.world, (rays, first, count), cutouts, out, scratch) {
-                    continue;
-                }
+                together = packet::intersect::<S>(&accel.worlds, (rays, first, count), cutouts, out, scratch);
+            }
+            if together && accel.top.is_empty() {
+                continue;
             }
             for (i, hit) in hits.iter_mut().enumerate().skip(first).take(count) {
                 let (o, d) = (rays.origins[i], rays.directions[i]);
-                let best = Hit { t: rays.far, id: HitId::NONE };
+                let best = if hit.is_miss() { Hit { t: rays.far, id: HitId::NONE } } else { *hit };
                 let asked = Asked { o, d, cutouts };
                 let mut query = Closest { asked, cull: rays.cull, after: rays.after(i), best };
                 if let Some(ray) = FrameRay::new(o.as_dvec3(), d.as_dvec3()) {
-                    lane.trace::<S>(&ray, &mut query);
+                    lane.trace::<S>(&ray, !together, &mut query);
                 }
                 if !query.best.is_miss() {
                     *hit = query.best;
@@ -256,21 +264,27 @@ impl Job for Occluded<'_> {
         let mut lane = Lane::new(accel);
         let mut packets = PacketStack::default();
         for (first, count) in packets_of(segments.len()) {
-            if count > FEW && segments.shared != Shared::None && accel.top.is_world() {
-                let mut answers = Answers { blocked: 0, passing: None };
-                let scratch = (&mut packets, &mut lane.stack);
-                let some = (segments, first, count);
-                if packet::occluded::<S>(&accel.world, some, cutouts, &mut answers, scratch) {
-                    out.extend((0..count).map(|i| answers.blocked >> i & 1 == 1));
-                    continue;
+            let mut answers = Answers { blocked: 0, passing: None };
+            let scratch = (&mut packets, &mut lane.stack);
+            let together = accel.together(segments.shared, count)
+                && packet::occluded::<S>(
+                    &accel.worlds,
+                    (segments, first, count),
+                    cutouts,
+                    &mut answers,
+                    scratch,
+                );
+            let rest = !together || !accel.top.is_empty();
+            for i in 0..count {
+                let mut blocked = answers.blocked >> i & 1 == 1;
+                if rest && !blocked {
+                    let (ray, mut query) = blocking(segments, first + i, cutouts, None);
+                    if let Some(ray) = ray {
+                        lane.trace::<S>(&ray, !together, &mut query);
+                    }
+                    blocked = query.blocked;
                 }
-            }
-            for i in first..first + count {
-                let (ray, mut query) = blocking(segments, i, cutouts, None);
-                if let Some(ray) = ray {
-                    lane.trace::<S>(&ray, &mut query);
-                }
-                out.push(query.blocked);
+                out.push(blocked);
             }
         }
     }
@@ -298,18 +312,22 @@ impl Job for Transmittance<'_> {
             let mut answers = Answers { blocked: 0, passing: Some(&mut passing) };
             let scratch = (&mut packets, &mut lane.stack);
             let some = (segments, first, count);
-            let together = count > FEW && segments.shared != Shared::None && accel.top.is_world();
-            let together =
-                together && packet::occluded::<S>(&accel.world, some, cutouts, &mut answers, scratch);
+            let together = accel.together(segments.shared, count)
+                && packet::occluded::<S>(&accel.worlds, some, cutouts, &mut answers, scratch);
             let mut blocked = answers.blocked;
             if !together {
-                for (i, passing) in passing.iter_mut().enumerate().take(count) {
-                    let (ray, mut query) = blocking(segments, first + i, cutouts, Some(passing));
-                    if let Some(ray) = ray {
-                        lane.trace::<S>(&ray, &mut query);
-                    }
-                    blocked |= u64::from(query.blocked) << i;
+                passing.iter_mut().for_each(Vec::clear);
+            }
+            let rest = !together || !accel.top.is_empty();
+            for (i, passing) in passing.iter_mut().enumerate().take(count) {
+                if !rest || blocked >> i & 1 == 1 {
+                    continue;
                 }
+                let (ray, mut query) = blocking(segments, first + i, cutouts, Some(passing));
+                if let Some(ray) = ray {
+                    lane.trace::<S>(&ray, !together, &mut query);
+                }
+                blocked |= u64::from(query.blocked) << i;
             }
             for (i, passing) in passing.iter_mut().enumerate().take(count) {
                 let asked = blocking(segments, first + i, cutouts, None).1.asked;
@@ -339,10 +357,21 @@ impl<'a> Lane<'a> {
         Lane { accel, meshes: accel.meshes.values().collect(), stack: Stack::default() }
     }
 
+    /// Tells `query` of what `ray` meets in placed trees and, unless that has been asked, in the
+    /// world's.
     #[inline(always)]
-    fn trace<S: Simd>(&mut self, ray: &FrameRay, query: &mut impl Query) {
-        let Accel { top, world, .. } = self.accel;
-        top.visit::<S, _>(ray, world, &self.meshes, query, &mut self.stack);
+    fn trace<S: Simd>(&mut self, ray: &FrameRay, worlds: bool, query: &mut impl Query) {
+        let Accel { top, worlds: [still, moving], .. } = self.accel;
+        let stack = &mut self.stack;
+        let mut go_on = true;
+        for world in [still, moving].into_iter().filter(|_| worlds) {
+            if let (true, Some(root)) = (go_on, world.tree.root) {
+                go_on = world.visit::<S, _>(root, ray, None, query, stack);
+            }
+        }
+        if go_on {
+            top.visit::<S, _>(ray, &self.meshes, query, stack);
+        }
     }
 }
 
@@ -375,14 +404,14 @@ fn look(posed: &PosedScene, instance: u32) -> Look {
     Look { class: material.class(), single_sided: !material.double_sided, reversed }
 }
 
-fn world_triangles(posed: &PosedScene, plan: &Plan, preset: Preset) -> Triangles {
-    let owners = plan.world.iter().map(|&(instance, _)| (instance, posed.mesh(instance).triangles.len()));
+fn world_triangles(posed: &PosedScene, world: &World, preset: Preset) -> Triangles {
+    let owners = world.iter().map(|&(instance, _)| (instance, posed.mesh(instance).triangles.len()));
     let (spans, count) = Spans::new(owners);
-    let looks: Vec<Look> = plan.world.iter().map(|&(instance, _)| look(posed, instance)).collect();
+    let looks: Vec<Look> = world.iter().map(|&(instance, _)| look(posed, instance)).collect();
     let finder = spans.clone();
     let raw = |i: usize| {
         let (which, triangle) = finder.find(i as u32);
-        let id = HitId { instance: plan.world[which].0, triangle };
+        let id = HitId { instance: world[which].0, triangle };
         Raw { v: posed.world_triangle(id), look: looks[which] }
     };
     Triangles::build((spans, count), raw, preset)

@@ -1,5 +1,4 @@
-//! The upper level: which triangles share a tree in their own frame, which go into the world's,
-//! and the tree over those trees.
+//! The upper level: trees in frames of their own, placed in the world, and the tree over them.
 
 use std::collections::BTreeMap;
 
@@ -10,59 +9,26 @@ use super::Preset;
 use super::collapse::{self, Collapsed};
 use super::corners::HUGE;
 use super::hit::{FrameRay, power_of_two};
+use super::plan::Plan;
 use super::query::Query;
 use super::simd::Simd;
 use super::triangles::{Triangles, limit};
 use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide};
-use crate::scene::PosedScene;
-
-/// Which instances share trees, and which triangles go into the world tree.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Plan {
-    /// Instances in the world tree, with where they are.
-    pub world: Vec<(u32, DAffine3)>,
-    /// The instances of every shared mesh, by mesh.
-    pub shared: BTreeMap<u32, Vec<(u32, Frame)>>,
-}
 
 /// A frame that rays can be taken into.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Frame {
-    to_world: DAffine3,
+    pub to_world: DAffine3,
     to_local: DMat3,
     /// How many times larger than its parts a sum of products with `to_local` and then its
     /// inverse may become: 1 for plain scaling, up to 3 for rotations, more for shears.
     condition: f64,
 }
 
-impl Plan {
-    /// Meshes that several visible instances draw as they are get a shared tree.
-    pub fn new(posed: &PosedScene) -> Plan {
-        let mut plan = Plan::default();
-        for (i, instance) in posed.instances.iter().enumerate().filter(|(_, i)| i.visible) {
-            let mesh = posed.scene.instances[i].mesh;
-            let to_world = instance.transform.affine;
-            match Frame::new(to_world).filter(|_| instance.deformed.is_none()) {
-                Some(frame) => plan.shared.entry(mesh).or_default().push((i as u32, frame)),
-                None => plan.world.push((i as u32, to_world)),
-            }
-        }
-        plan.shared.retain(|_, drawn| {
-            let shared = drawn.len() > 1;
-            if !shared {
-                plan.world.extend(drawn.iter().map(|(i, frame)| (*i, frame.to_world)));
-            }
-            shared
-        });
-        plan.world.sort_unstable_by_key(|&(i, _)| i);
-        plan
-    }
-}
-
 impl Frame {
     /// `None` for transforms that flatten, that shear or stretch so much that f32 would suffer,
-    /// or whose numbers are out of all proportion: what they place goes into the world tree.
-    fn new(to_world: DAffine3) -> Option<Frame> {
+    /// or whose numbers are out of all proportion: what they place goes into a world tree.
+    pub fn new(to_world: DAffine3) -> Option<Frame> {
         let m = to_world.matrix3;
         let to_local = m.inverse();
         let rows = |m: DMat3| [m.row(0).abs(), m.row(1).abs(), m.row(2).abs()];
@@ -104,19 +70,16 @@ impl Frame {
     }
 }
 
-/// Something that the upper tree holds.
+/// An instance of a shared mesh.
 #[derive(Clone, Copy, Debug)]
-enum Part {
-    World,
-    /// An instance of a shared mesh; the index is that of the mesh's tree.
-    Placed {
-        instance: u32,
-        tree: usize,
-        frame: Frame,
-    },
+struct Placed {
+    instance: u32,
+    /// The index of the mesh's tree.
+    tree: usize,
+    frame: Frame,
 }
 
-/// The tree over the world tree and all placed trees.
+/// The tree over all placed trees.
 ///
 /// A ray taken into a frame is rounded there, in f64. Seen from the world it then passes where it
 /// should to within ε/2·condition·(2|o| + 3|T| + |p|), with T the frame's translation and p the
@@ -124,7 +87,7 @@ enum Part {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Top {
     tree: Wide,
-    parts: Vec<Part>,
+    parts: Vec<Placed>,
     /// Leaf n of the tree holds the parts before ends[n] that leaf n − 1 does not.
     ends: Vec<u32>,
     /// The padding for a ray from the centre of the world.
@@ -134,19 +97,19 @@ pub(super) struct Top {
 }
 
 impl Top {
-    /// A tree over `world` and the instances that `plan` places.
-    pub fn build(world: &Triangles, plan: &Plan, meshes: &BTreeMap<u32, Triangles>, preset: Preset) -> Top {
-        let mut parts: Vec<(Part, Box3)> = world.bounds.map(|b| (Part::World, b)).into_iter().collect();
+    /// A tree over the instances that `plan` places.
+    pub fn build(plan: &Plan, meshes: &BTreeMap<u32, Triangles>, preset: Preset) -> Top {
+        let mut parts: Vec<(Placed, Box3)> = Vec::new();
         for (tree, (mesh, local)) in meshes.iter().enumerate() {
             let Some(bounds) = local.bounds else { continue };
-            for &(instance, frame) in plan.shared.get(mesh).into_iter().flatten() {
-                parts.push((Part::Placed { instance, tree, frame }, frame.world_box(bounds)));
+            for &(instance, frame) in plan.placed.get(mesh).into_iter().flatten() {
+                parts.push((Placed { instance, tree, frame }, frame.world_box(bounds)));
             }
         }
         // Equal boxes share a slot here too: a thousand instances in one place are not a chain.
         let bits = |b: &Box3| [b.0.to_array(), b.1.to_array()].map(|p| p.map(f32::to_bits));
         parts.sort_by_key(|(_, b)| bits(b));
-        let slots: Vec<&[(Part, Box3)]> = parts.chunk_by(|a, b| bits(&a.1) == bits(&b.1)).collect();
+        let slots: Vec<&[(Placed, Box3)]> = parts.chunk_by(|a, b| bits(&a.1) == bits(&b.1)).collect();
         let boxes: Vec<Aabb> = slots
             .iter()
             .map(|slot| slot[0].1)
@@ -156,12 +119,10 @@ impl Top {
         let Collapsed { wide, members, ends } = collapse::build(&boxes, size, 1, preset);
         let mut reach = 0f64;
         let mut condition = 0f64;
-        for (part, (lo, hi)) in &parts {
-            if let Part::Placed { frame, .. } = part {
-                let place = f64::from(lo.abs().max(hi.abs()).max_element());
-                reach = reach.max(place + frame.to_world.translation.abs().max_element());
-                condition = condition.max(frame.condition);
-            }
+        for (Placed { frame, .. }, (lo, hi)) in &parts {
+            let place = f64::from(lo.abs().max(hi.abs()).max_element());
+            reach = reach.max(place + frame.to_world.translation.abs().max_element());
+            condition = condition.max(frame.condition);
         }
         let per = 8.0 * f64::EPSILON * condition;
         let mut top =
@@ -177,37 +138,25 @@ impl Top {
         top
     }
 
-    /// True where there is the world tree and nothing else.
-    pub fn is_world(&self) -> bool {
-        matches!(self.parts[..], [Part::World])
+    /// True where nothing is placed.
+    pub fn is_empty(&self) -> bool {
+        self.tree.root.is_none()
     }
 
-    /// Tells `query` of the triangles that `ray` meets, in any order.
+    /// Tells `query` of the triangles that `ray` meets, in any order. False once it has stopped.
     #[inline(always)]
     pub fn visit<S: Simd, Q: Query>(
         &self,
         ray: &FrameRay,
-        world: &Triangles,
         meshes: &[&Triangles],
         query: &mut Q,
         stack: &mut Stack,
-    ) {
-        let Some(root) = self.tree.root else { return };
-        if self.is_world() {
-            let root = world.tree.root.unwrap_or(LEAF);
-            world.visit::<S, Q>(root, ray, None, query, stack);
-            return;
-        }
+    ) -> bool {
+        let Some(root) = self.tree.root else { return true };
         let pad = self.pad + self.pad_per_distance * ray.o.abs().max_element() as f32;
         let boxes = BoxRay::new(ray.o, ray.d, pad, ray.parameter(query.start()));
         let limit = limit(ray, query);
-        self.tree.walk::<S>(
-            root,
-            &boxes,
-            stack,
-            limit,
-            &mut Entering { top: self, ray, world, meshes, query },
-        );
+        self.tree.walk::<S>(root, &boxes, stack, limit, &mut Entering { top: self, ray, meshes, query })
     }
 
     /// Inner nodes of its tree.
@@ -218,7 +167,7 @@ impl Top {
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
         self.tree.bytes()
-            + self.parts.capacity() * size_of::<Part>()
+            + self.parts.capacity() * size_of::<Placed>()
             + self.ends.capacity() * size_of::<u32>()
     }
 }
@@ -227,7 +176,6 @@ impl Top {
 struct Entering<'a, Q> {
     top: &'a Top,
     ray: &'a FrameRay,
-    world: &'a Triangles,
     meshes: &'a [&'a Triangles],
     query: &'a mut Q,
 }
@@ -237,15 +185,11 @@ impl<S: Simd, Q: Query> Leaves<S> for Entering<'_, Q> {
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32> {
         let ends = &self.top.ends;
         let first = if leaf == 0 { 0 } else { ends[leaf as usize - 1] };
-        for part in &self.top.parts[first as usize..ends[leaf as usize] as usize] {
-            let (triangles, ray, instance) = match part {
-                Part::World => (self.world, *self.ray, None),
-                Part::Placed { instance, tree, frame } => {
-                    (self.meshes[*tree], frame.ray(self.ray), Some(*instance))
-                }
-            };
+        for Placed { instance, tree, frame } in &self.top.parts[first as usize..ends[leaf as usize] as usize]
+        {
+            let triangles = self.meshes[*tree];
             let root = triangles.tree.root.unwrap_or(LEAF);
-            if !triangles.visit::<S, Q>(root, &ray, instance, self.query, stack) {
+            if !triangles.visit::<S, Q>(root, &frame.ray(self.ray), Some(*instance), self.query, stack) {
                 return None;
             }
         }

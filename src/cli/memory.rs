@@ -4,6 +4,7 @@
 use anyhow::{Result, bail};
 
 use super::job::Job;
+use crate::accel::Flatten;
 use crate::scene::Scene;
 
 /// The program itself, its threads and what they work with.
@@ -31,8 +32,9 @@ pub(super) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
     let drawn = scene.drawn_triangles();
     let bends = |m: &crate::scene::Mesh| !m.morphs.is_empty() || m.influences.per_vertex > 0;
     let moving = scene.meshes.iter().filter(|m| bends(m)).map(|m| m.positions.len() as u64).sum::<u64>();
-    // What is drawn twice shares a tree, unless it bends.
-    let in_trees = if moving > 0 { drawn } else { triangles.min(drawn) };
+    // What is drawn twice shares a tree, unless it bends or is small.
+    let Flatten { still, moving: rebuilt } = job.build.flatten;
+    let in_trees = if moving > 0 { drawn } else { drawn.min(triangles + still + rebuilt) };
     let moment = TREE * in_trees
         + MOVED * moving * (drawn / triangles.max(1)).max(1)
         + INSTANCE * scene.instances.len() as u64;

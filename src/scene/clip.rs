@@ -57,7 +57,7 @@ impl PosedScene<'_> {
 
     fn look_through_clip(&self) -> OverClip {
         let playing = playing(self.scene, self.animation()).unwrap_or_default();
-        let moving = moving(self.scene, &playing);
+        let moving = self.scene.moving(playing.iter().copied());
         let vertices: usize =
             (0..moving.len()).filter(|&i| moving[i]).map(|i| self.mesh(i as u32).positions.len()).sum();
         let most = (BUDGET / vertices.max(1)).clamp(LEAST, MOST);
@@ -138,28 +138,30 @@ fn farthest(boxes: &[(u32, Aabb)], middle: DVec3) -> f64 {
     boxes.iter().filter(|(_, b)| !b.is_empty()).map(|(_, b)| far(b)).fold(0.0, f64::max)
 }
 
-/// Which instances move, bend, come or go.
-fn moving(scene: &Scene, playing: &[&Animation]) -> Vec<bool> {
-    let mut moved = vec![false; scene.nodes.len()];
-    let mut bent = vec![false; scene.nodes.len()];
-    for channel in playing.iter().flat_map(|a| &a.channels) {
-        match channel.target {
-            Target::Translation(n) | Target::Rotation(n) | Target::Scale(n) | Target::Visibility(n) => {
-                moved[n as usize] = true;
+impl Scene {
+    /// Which instances move, bend, come or go while animations play.
+    pub fn moving<'a>(&self, playing: impl IntoIterator<Item = &'a Animation>) -> Vec<bool> {
+        let mut moved = vec![false; self.nodes.len()];
+        let mut bent = vec![false; self.nodes.len()];
+        for channel in playing.into_iter().flat_map(|a| &a.channels) {
+            match channel.target {
+                Target::Translation(n) | Target::Rotation(n) | Target::Scale(n) | Target::Visibility(n) => {
+                    moved[n as usize] = true;
+                }
+                Target::Weights(n) | Target::Weight(n, _) => bent[n as usize] = true,
+                Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
             }
-            Target::Weights(n) | Target::Weight(n, _) => bent[n as usize] = true,
-            Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
         }
+        for (i, node) in self.nodes.iter().enumerate() {
+            moved[i] |= node.parent.is_some_and(|p| moved[p as usize]);
+        }
+        let skin_moves = |s: u32| self.skins[s as usize].joints.iter().any(|&j| moved[j as usize]);
+        let skins: Vec<bool> = (0..self.skins.len() as u32).map(skin_moves).collect();
+        let of = |i: &super::Instance| {
+            moved[i.node as usize] || bent[i.node as usize] || i.skin.is_some_and(|s| skins[s as usize])
+        };
+        self.instances.iter().map(of).collect()
     }
-    for (i, node) in scene.nodes.iter().enumerate() {
-        moved[i] |= node.parent.is_some_and(|p| moved[p as usize]);
-    }
-    let skin_moves = |s: u32| scene.skins[s as usize].joints.iter().any(|&j| moved[j as usize]);
-    let skins: Vec<bool> = (0..scene.skins.len() as u32).map(skin_moves).collect();
-    let of = |i: &super::Instance| {
-        moved[i.node as usize] || bent[i.node as usize] || i.skin.is_some_and(|s| skins[s as usize])
-    };
-    scene.instances.iter().map(of).collect()
 }
 
 /// The times of all keys that move something and times between them, `most` at most.

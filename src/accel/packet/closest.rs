@@ -20,12 +20,12 @@ const NONE: u32 = u32::MAX;
 /// The hit is known exactly.
 const EXACT: u32 = u32::MAX - 1;
 
-/// Finds the closest hits of rays `first..first + count` (at most a packet of them), if they go
-/// together well enough, and puts those that are hits into `out`; else nothing is done and false
-/// comes back.
+/// Finds the closest hits of rays `first..first + count` (at most a packet of them) in several trees,
+/// if they go together well enough, and puts those that are hits into `out`, which holds misses; else
+/// false comes back, and `out` may hold hits in some of the trees.
 #[inline(always)]
 pub fn intersect<S: Simd>(
-    triangles: &Triangles,
+    trees: &[Triangles],
     (rays, first, count): (&RayBatch, usize, usize),
     cutouts: &dyn Cutout,
     out: &mut [Hit],
@@ -67,22 +67,27 @@ pub fn intersect<S: Simd>(
         limit.store(&mut packet.upper.0[g]);
     }
     let shrink = inverse(packet.size) as f32;
-    let mut verdict =
-        Nearest { triangles, rays: (rays, first), cutouts, best: PerRay::splat(NONE), hits: out, stack };
-    let (centre, radius) = (triangles.centre, triangles.radius);
-    let size = triangles.size();
-    let shares = match rays.shared {
-        Shared::Origin(o) => {
-            let near_end = packet.invert::<S>(shrink);
+    let (shares, near_end) = match rays.shared {
+        Shared::Origin(o) => ((Some(o), None), packet.invert::<S>(shrink)),
+        _ => ((None, Some(rays.directions[first] * shrink)), None),
+    };
+    let mut best = PerRay::splat(NONE);
+    for (nth, triangles) in trees.iter().filter(|tree| !tree.is_empty()).enumerate() {
+        if nth > 0 {
+            let known = |ray: usize| if out[ray].is_miss() { NONE } else { EXACT };
+            (0..count).for_each(|ray| best.set(ray, known(ray)));
+        }
+        let mut verdict =
+            Nearest { triangles, rays: (rays, first), cutouts, best: best.clone(), hits: &mut *out, stack };
+        let (centre, radius) = (triangles.centre, triangles.radius);
+        let size = triangles.size();
+        if let (Some(o), _) = shares {
             let Some(frustum) = Frustum::from_origin::<S>(&packet, o, size) else { return false };
             let length = f64::from(most * shrink) * 3f64.sqrt();
             let far = o.as_dvec3().distance(centre) + radius;
             let beam = Origin { o, pad: Vec3::ZERO, bounds: Bounds::new(length, far, 0.0), near_end };
             packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
-            (Some(o), None)
-        }
-        Shared::Direction(_) => {
-            let d = rays.directions[first] * shrink;
+        } else if let (_, Some(d)) = shares {
             let Some(frustum) = Frustum::along::<S>(&packet, d, size, radius as f32) else { return false };
             let far = packet.reach::<S>(centre) + radius;
             let beam = Direction {
@@ -92,11 +97,9 @@ pub fn intersect<S: Simd>(
                 bounds: Bounds::new(d.as_dvec3().length(), far, 0.0),
             };
             packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
-            (None, Some(d))
         }
-        Shared::None => return false,
-    };
-    verdict.settle::<S>(&packet, shares);
+        verdict.settle::<S>(&packet, shares);
+    }
     true
 }
 

@@ -23,11 +23,12 @@ pub(in crate::accel) struct Answers<'p> {
     pub passing: Option<&'p mut [Vec<Hit>; RAYS]>,
 }
 
-/// Asks what is in the way of segments `first..first + count` (at most a packet of them), if they
-/// go together well enough; else nothing is done and false comes back.
+/// Asks what of several trees is in the way of segments `first..first + count` (at most a packet of
+/// them), if they go together well enough; else false comes back, and some of the trees may have been
+/// asked.
 #[inline(always)]
 pub fn occluded<S: Simd>(
-    triangles: &Triangles,
+    trees: &[Triangles],
     (segments, first, count): (&SegmentBatch, usize, usize),
     cutouts: &dyn Cutout,
     answers: &mut Answers<'_>,
@@ -59,36 +60,44 @@ pub fn occluded<S: Simd>(
         end.store(&mut packet.lower.0[g]);
         end.store(&mut packet.upper.0[g]);
     }
-    let mut sources = PerRay::splat(u32::MAX);
-    for (ray, &source) in segments.source[first..first + count].iter().enumerate() {
-        sources.set(ray, triangles.spans.index(source).unwrap_or(u32::MAX));
-    }
     let shrink = inverse(packet.size) as f32;
-    let mut verdict = Blocked { triangles, segments: (segments, first), cutouts, sources, answers, stack };
-    let (centre, radius, size) = (triangles.centre, triangles.radius, triangles.size());
-    match segments.shared {
-        Shared::Origin(o) => {
-            packet.sure_start = LIGHT * packet.size as f32;
-            let near_end = packet.invert::<S>(shrink);
-            let Some(frustum) = Frustum::from_origin::<S>(&packet, o, size) else { return false };
-            let length = f64::from(most * shrink) * 3f64.sqrt();
-            let far = o.as_dvec3().distance(centre) + radius;
-            let beam = Origin { o, pad: Vec3::ZERO, bounds: Bounds::new(length, far, 0.0), near_end };
-            packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
+    let mut near_end = None;
+    if let Shared::Origin(_) = segments.shared {
+        packet.sure_start = LIGHT * packet.size as f32;
+        near_end = packet.invert::<S>(shrink);
+    }
+    for triangles in trees.iter().filter(|tree| !tree.is_empty()) {
+        let mut sources = PerRay::splat(u32::MAX);
+        for (ray, &source) in segments.source[first..first + count].iter().enumerate() {
+            sources.set(ray, triangles.spans.index(source).unwrap_or(u32::MAX));
         }
-        Shared::Direction(d) => {
-            let d = d * shrink;
-            let Some(frustum) = Frustum::along::<S>(&packet, d, size, radius as f32) else { return false };
-            let far = packet.reach::<S>(centre) + radius;
-            let beam = Direction {
-                d,
-                reciprocal: reciprocal(d),
-                pad: Vec3::ZERO,
-                bounds: Bounds::new(d.as_dvec3().length(), far, 0.0),
-            };
-            packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
+        let segments = (segments, first);
+        let mut verdict = Blocked { triangles, segments, cutouts, sources, answers: &mut *answers, stack };
+        let (centre, radius, size) = (triangles.centre, triangles.radius, triangles.size());
+        match segments.0.shared {
+            Shared::Origin(o) => {
+                let Some(frustum) = Frustum::from_origin::<S>(&packet, o, size) else { return false };
+                let length = f64::from(most * shrink) * 3f64.sqrt();
+                let far = o.as_dvec3().distance(centre) + radius;
+                let beam = Origin { o, pad: Vec3::ZERO, bounds: Bounds::new(length, far, 0.0), near_end };
+                packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
+            }
+            Shared::Direction(d) => {
+                let d = d * shrink;
+                let Some(frustum) = Frustum::along::<S>(&packet, d, size, radius as f32) else {
+                    return false;
+                };
+                let far = packet.reach::<S>(centre) + radius;
+                let beam = Direction {
+                    d,
+                    reciprocal: reciprocal(d),
+                    pad: Vec3::ZERO,
+                    bounds: Bounds::new(d.as_dvec3().length(), far, 0.0),
+                };
+                packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
+            }
+            Shared::None => return false,
         }
-        Shared::None => return false,
     }
     true
 }

@@ -1,0 +1,113 @@
+//! Which triangles go into the world's trees, and which share a tree in their own frame.
+//!
+//! Rays go through a world's tree together and through placed ones alone, so what is drawn in few
+//! triangles goes into the world, however often its mesh is drawn. What keeps its place and what may
+//! move are worlds of their own: from pose to pose, the second alone is built again.
+//!
+//! A hit in a frame of its own is rounded there, and its t may differ in the last bit from that in the
+//! world. So what goes where depends on the scene and its pose alone, never on what was rendered before:
+//! frames have the same bytes however they are shared out.
+
+use std::collections::BTreeMap;
+
+use glam::DAffine3;
+
+use super::two_level::Frame;
+use crate::scene::PosedScene;
+
+/// Instances with where they are, by rising index.
+pub(super) type World = Vec<(u32, DAffine3)>;
+
+/// What goes where.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Plan {
+    /// What no animation moves.
+    pub still: World,
+    /// What may move or bend, and is built again with every pose.
+    pub moving: World,
+    /// The instances of every mesh that has a tree of its own, by mesh.
+    pub placed: BTreeMap<u32, Vec<(u32, Frame)>>,
+}
+
+/// Instances of one mesh that keep its shape.
+struct Drawn {
+    mesh: u32,
+    moves: bool,
+    instances: Vec<(u32, Frame)>,
+}
+
+/// Triangles, each as often as it is drawn, that a world takes from meshes that could have trees of
+/// their own: the smallest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Flatten {
+    /// Of meshes that are drawn more than once. Every one costs its memory, and its time to build once.
+    pub still: u64,
+    /// Of meshes that move. Every one costs its time to build with every frame.
+    pub moving: u64,
+}
+
+impl Default for Flatten {
+    fn default() -> Self {
+        Flatten { still: 1 << 20, moving: 1 << 18 }
+    }
+}
+
+impl Flatten {
+    /// Every mesh that can gets a tree of its own.
+    pub const NOTHING: Flatten = Flatten { still: 0, moving: 0 };
+}
+
+impl Plan {
+    /// Decides for all that is visible.
+    pub fn new(posed: &PosedScene, flatten: Flatten) -> Plan {
+        let mut plan = Plan::default();
+        let moving = posed.scene.moving(&posed.scene.animations);
+        let mut rigid: BTreeMap<(bool, u32), Drawn> = BTreeMap::new();
+        for (i, instance) in posed.instances.iter().enumerate().filter(|(_, i)| i.visible) {
+            let to_world = instance.transform.affine;
+            let mesh = posed.scene.instances[i].mesh;
+            let moves = moving[i];
+            let keeps = instance.deformed.is_none() && !(moves && may_bend(posed, i as u32));
+            match Frame::new(to_world).filter(|_| keeps) {
+                Some(frame) => {
+                    let new = || Drawn { mesh, moves, instances: Vec::new() };
+                    rigid.entry((moves, mesh)).or_insert_with(new).instances.push((i as u32, frame));
+                }
+                None if moves => plan.moving.push((i as u32, to_world)),
+                None => plan.still.push((i as u32, to_world)),
+            }
+        }
+        let triangles = |drawn: &Drawn| {
+            let one = posed.scene.meshes[drawn.mesh as usize].triangles.len() as u64;
+            one * drawn.instances.len() as u64
+        };
+        let mut rigid: Vec<(u64, Drawn)> = rigid.into_values().map(|d| (triangles(&d), d)).collect();
+        rigid.sort_by_key(|(triangles, drawn)| (*triangles, drawn.mesh));
+        let mut left = flatten;
+        for (triangles, Drawn { mesh, moves, instances }) in rigid {
+            let left = if moves { &mut left.moving } else { &mut left.still };
+            // What stands still in one place costs a world no more than a tree of its own would.
+            let single = !moves && instances.len() == 1;
+            if single || triangles <= *left {
+                *left -= if single { 0 } else { triangles };
+                let world = if moves { &mut plan.moving } else { &mut plan.still };
+                world.extend(instances.iter().map(|(i, frame)| (*i, frame.to_world)));
+            } else {
+                plan.placed.entry(mesh).or_default().extend(instances);
+            }
+        }
+        plan.still.sort_unstable_by_key(|&(i, _)| i);
+        plan.moving.sort_unstable_by_key(|&(i, _)| i);
+        plan
+    }
+
+    /// True where what moves may have another shape now, though it is where it was.
+    pub fn bends(&self, posed: &PosedScene) -> bool {
+        self.moving.iter().any(|&(i, _)| may_bend(posed, i))
+    }
+}
+
+/// Whether an instance can be drawn in another shape than its mesh's.
+fn may_bend(posed: &PosedScene, instance: u32) -> bool {
+    !posed.mesh(instance).morphs.is_empty() || posed.scene.instances[instance as usize].skin.is_some()
+}
