@@ -2,7 +2,12 @@
 //! against 1,024 samples. docs/antialiasing.md has the table; `cargo test --test antialiasing -- --nocapture`
 //! prints it.
 
-use blinn::render::{Filter, LowDiscrepancy, Sampler};
+mod common;
+
+use blinn::geometry::Rgba;
+use blinn::integrator::{Frame, Integrator, Sample, Scratch};
+use blinn::render::{Adaptive, Crop, Filter, LowDiscrepancy, RenderSettings, Sampler, render};
+use blinn::scene::{Lighting, Scene, View};
 use glam::UVec2;
 
 /// Pictures are this many pixels wide and high.
@@ -110,5 +115,62 @@ fn beats_a_plain_stratified_pattern_on_edges_zone_plate_and_floor() {
                 assert!(ours < 0.95 * plain, "{filter:?}, {name}, {count} samples: {ours} against {plain}");
             }
         }
+    }
+}
+
+/// A bright disc before nothing, whose edge is the only thing there is to see.
+struct Disc;
+
+impl Integrator for Disc {
+    fn render(&self, _: &Frame, samples: &[Sample], _: &LowDiscrepancy, _: &mut Scratch, out: &mut [Rgba]) {
+        for (s, out) in samples.iter().zip(out) {
+            let r2 = (s.x - 0.5).powi(2) + (s.y - 0.47).powi(2);
+            *out = if r2 < 0.09 { Rgba::new(0.9, 0.5, 0.1, 1.0) } else { Rgba::ZERO };
+        }
+    }
+}
+
+fn disc(settings: &RenderSettings) -> Vec<Rgba> {
+    let scene = Scene::default();
+    let posed = common::posed(&scene);
+    let accel = common::build(&posed);
+    let (camera, _) = View::default().resolve(&posed, 97, 61).unwrap();
+    let lit = Lighting::default().resolve(&posed, &camera);
+    let frame = Frame::new(&posed, &accel, camera, &lit);
+    render(&frame, &Disc, settings, &()).unwrap().colors
+}
+
+/// Adaptive sampling has nearly the error of all samples for all pixels on an edge, and leaves what is even at its
+/// four; parts of a picture and tiles of any size are sampled as the whole is.
+#[test]
+fn adaptive_samples_go_where_the_picture_changes() {
+    let settings = |samples| RenderSettings { width: 97, height: 61, samples, ..RenderSettings::default() };
+    let adaptive = |threshold| Some(Adaptive { threshold, ev: 0.0 });
+    let some = RenderSettings { adaptive: adaptive(0.08), ..settings(64) };
+    let (truth, four, all, chosen) =
+        (disc(&settings(4096)), disc(&settings(4)), disc(&settings(64)), disc(&some));
+    let error = |found: &[Rgba]| {
+        let sum: f64 = found.iter().zip(&truth).map(|(a, b)| f64::from((*a - *b).length_squared())).sum();
+        f64::sqrt(sum / truth.len() as f64)
+    };
+    let (of_four, of_all, of_chosen) = (error(&four), error(&all), error(&chosen));
+    println!("four {of_four:.5}, 64 {of_all:.5}, adaptive {of_chosen:.5}");
+    assert!(of_chosen < 1.2 * of_all && of_chosen < 0.2 * of_four);
+    let changed = chosen.iter().zip(&four).filter(|(a, b)| a != b).count();
+    assert!(changed < chosen.len() / 5, "{changed} pixels were thought uneven");
+
+    assert_eq!(
+        disc(&RenderSettings { adaptive: adaptive(1.0), ..settings(64) }),
+        four,
+        "no pixel differs so"
+    );
+    for tile in [1, 7, 4096] {
+        assert_eq!(disc(&RenderSettings { tile, ..some }), chosen, "tiles of {tile}");
+    }
+    for crop in [(30, 11, 33, 20), (31, 12, 1, 1), (96, 60, 1, 1), (0, 0, 97, 61)] {
+        let (x, y, width, height) = crop;
+        let part = disc(&RenderSettings { crop: Some(Crop { x, y, width, height }), ..some });
+        let rows = (y..y + height).flat_map(|y| (x..x + width).map(move |x| (y * 97 + x) as usize));
+        assert_eq!(part, rows.map(|i| chosen[i]).collect::<Vec<_>>(), "{crop:?}");
     }
 }

@@ -15,7 +15,7 @@ use crate::accel::{Accel, BuildSettings, CleanReport};
 use crate::display::{Display, ViewTransform};
 use crate::integrator::{Frame, Occlusion, Phong};
 use crate::output::{Part, Picture};
-use crate::render::{RenderSettings, Watch, render, render_aovs, render_mattes};
+use crate::render::{Adaptive, RenderSettings, Watch, render, render_aovs, render_mattes};
 use crate::scene::{
     Camera, Ground, GroundKind, Lighting, PoseSettings, PosedScene, Scene, Turn, clip_end, pose,
 };
@@ -97,6 +97,7 @@ impl<'a> Studio<'a> {
         };
         let Exposed { ev, ambient } = metering::expose(&studio, &mut moment, &lit)?;
         studio.display.ev = ev;
+        studio.settings.adaptive = settings.adaptive.map(|adaptive| Adaptive { ev, ..adaptive });
         studio.lighting.ambient = ambient.or(studio.lighting.ambient);
         if look.ground == Some(GroundKind::Shadow) && lit.rig.lights.is_empty() && look.ao.is_none() {
             teller.warn("--ground shadow shows nothing: no light casts a shadow, and --ao is not given")?;

@@ -200,6 +200,12 @@ pub(super) fn exposure(text: &str) -> Result<Exposure, String> {
     if ev.abs() <= 100.0 { Ok(Exposure::Stops(ev)) } else { Err("must be within ±100 stops".into()) }
 }
 
+/// A part of the whole.
+pub(super) fn share(text: &str) -> Result<f32, String> {
+    let v = number(text)?;
+    if (0.0..=1.0).contains(&v) { Ok(v as f32) } else { Err("must be from 0 to 1".into()) }
+}
+
 /// The radius of lights.
 pub(super) fn radius(text: &str) -> Result<f64, String> {
     let v = number(text)?;

@@ -3,6 +3,7 @@
 //! The same bytes on any number of threads and for any tile size: a pixel's samples depend on the
 //! pixel alone, and are added in the order of their index.
 
+mod adaptive;
 mod film;
 mod filter;
 mod mattes;
@@ -17,6 +18,7 @@ use crate::geometry::Rgba;
 use crate::integrator::{Aov, Frame, Integrator, Sample, Scratch, first_hits};
 
 pub use crate::integrator::{LowDiscrepancy, Sampler};
+pub use adaptive::Adaptive;
 pub use film::{Film, Layer, Pixels, Tile, TileBuffer};
 pub use filter::Filter;
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};
@@ -48,6 +50,8 @@ pub struct RenderSettings {
     pub filter: Filter,
     /// Varies the samples' places.
     pub seed: u32,
+    /// Only some pixels get more than four samples; `None`: all do.
+    pub adaptive: Option<Adaptive>,
     /// The part that is rendered; `None` for all.
     pub crop: Option<Crop>,
     /// Side of a tile in pixels. The picture never depends on it.
@@ -62,6 +66,7 @@ impl Default for RenderSettings {
             samples: 4,
             filter: Filter::BlackmanHarris,
             seed: 0,
+            adaptive: None,
             crop: None,
             tile: 32,
         }
@@ -147,32 +152,79 @@ pub fn render(
     settings: &RenderSettings,
     watch: &dyn Watch,
 ) -> Result<Pixels, Cancelled> {
-    let sampler = LowDiscrepancy { seed: settings.seed, count: settings.samples };
-    let filter = settings.filter.prepare();
+    match settings.adaptive {
+        Some(adaptive) if settings.samples > adaptive::FIRST => {
+            adaptive::render(frame, integrator, settings, adaptive, watch)
+        }
+        _ => equally(frame, integrator, settings, watch),
+    }
+}
+
+/// Renders with as many samples for every pixel.
+fn equally(
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    settings: &RenderSettings,
+    watch: &dyn Watch,
+) -> Result<Pixels, Cancelled> {
+    let sampling = Sampling::of(settings);
     let film = Film::new(settings.window());
-    let n = settings.samples.max(1) as usize;
-    let size = settings.film_per_sample(filter.width());
     film.tiles(settings.tile).into_par_iter().for_each_init(Work::default, |work, tile| {
         if watch.cancelled() {
             return;
         }
+        let colors = sampling.means(frame, integrator, tile.pixels(), work);
+        film.put(&TileBuffer { tile, colors });
+        watch.pixels_done(u64::from(tile.width) * u64::from(tile.height));
+    });
+    if watch.cancelled() { Err(Cancelled) } else { Ok(film.finish()) }
+}
+
+/// How the pixels of a picture are sampled.
+struct Sampling<'a> {
+    settings: &'a RenderSettings,
+    sampler: LowDiscrepancy,
+    filter: filter::Prepared,
+    /// What of the film a sample stands for.
+    size: [f64; 2],
+}
+
+impl Sampling<'_> {
+    fn of(settings: &RenderSettings) -> Sampling<'_> {
+        let filter = settings.filter.prepare();
+        Sampling {
+            settings,
+            sampler: LowDiscrepancy { seed: settings.seed, count: settings.samples },
+            size: settings.film_per_sample(filter.width()),
+            filter,
+        }
+    }
+
+    /// The colours of pixels: the means of their samples.
+    fn means(
+        &self,
+        frame: &Frame,
+        integrator: &dyn Integrator,
+        pixels: impl Iterator<Item = UVec2>,
+        work: &mut Work,
+    ) -> Vec<Rgba> {
+        let Sampling { settings, sampler, filter, size } = self;
+        let n = settings.samples.max(1) as usize;
         work.samples.clear();
-        for pixel in tile.pixels() {
-            let of_pixel = settings.samples_of(pixel, &sampler, &filter);
-            work.samples.extend(of_pixel.map(|place| Sample { size, ..place }));
+        for pixel in pixels {
+            let of_pixel = settings.samples_of(pixel, sampler, filter);
+            work.samples.extend(of_pixel.map(|place| Sample { size: *size, ..place }));
         }
         work.colors.clear();
         work.colors.resize(work.samples.len(), Rgba::ZERO);
         // Pixels go together as far as what is known of their points stays in a processor's cache.
         let some = (IN_CACHE / n).max(1) * n;
         for (samples, colors) in work.samples.chunks(some).zip(work.colors.chunks_mut(some)) {
-            integrator.render(frame, samples, &sampler, &mut work.scratch, colors);
+            integrator.render(frame, samples, sampler, &mut work.scratch, colors);
         }
         let mean = |samples: &[Rgba]| samples.iter().fold(Rgba::ZERO, |a, &b| a + b) / n as f32;
-        film.put(&TileBuffer { tile, colors: work.colors.chunks_exact(n).map(mean).collect() });
-        watch.pixels_done(u64::from(tile.width) * u64::from(tile.height));
-    });
-    if watch.cancelled() { Err(Cancelled) } else { Ok(film.finish()) }
+        work.colors.chunks_exact(n).map(mean).collect()
+    }
 }
 
 /// Renders layers of what lies behind each pixel's centre.

@@ -12,7 +12,7 @@ use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml, load_sky};
 use crate::integrator::{Overrides, Stage};
-use crate::render::{Filter, RenderSettings};
+use crate::render::{Adaptive, Filter, RenderSettings};
 use crate::scene::{
     AnimationChoice, Camera, Fit, GroundKind, LightUnits, Lighting, PosedScene, Projection, Scene, Selection,
     View, ViewError,
@@ -68,6 +68,11 @@ impl Look {
         {
             return Err(Usage(format!("--crop reaches beyond the picture of {w}x{h} pixels")));
         }
+        if image.adaptive.is_some() && image.samples <= 4 {
+            return Err(Usage(
+                "--adaptive chooses who gets more than four samples: give --samples 16".into(),
+            ));
+        }
         Ok(Look {
             load: load_options(scene, common),
             selection: Selection { only: shading.only_objects.clone(), hide: shading.hide.clone() },
@@ -82,6 +87,8 @@ impl Look {
                     FilterArg::BlackmanHarris => Filter::BlackmanHarris,
                 },
                 seed: image.seed,
+                // The stops are known when the scene is.
+                adaptive: image.adaptive.map(|threshold| Adaptive { threshold, ev: 0.0 }),
                 crop: image.crop,
                 tile: if image.samples > 16 { 16 } else { 32 },
                 ..Default::default()
