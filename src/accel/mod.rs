@@ -35,7 +35,7 @@ use crate::geometry::{Hit, HitId, Rgb};
 use crate::scene::{PosedScene, SurfaceClass};
 use clean::{Look, Raw};
 use hit::FrameRay;
-use packet::{Answers, PacketStack, RAYS};
+use packet::{Answers, GROUP, PacketStack, RAYS};
 use plan::{Plan, World};
 use query::{Asked, Blocking, Closest, Query, passes};
 use simd::{Job, Simd};
@@ -221,12 +221,16 @@ impl Job for Intersect<'_> {
         let Intersect { accel, rays, cutouts, hits } = self;
         let mut lane = Lane::new(accel);
         let mut packets = PacketStack::default();
-        for (first, count) in packets_of(rays.len()) {
+        let mut bundles = Bundles::of(rays.len());
+        while let Some((first, count)) = bundles.pop() {
             let mut together = accel.together(rays.shared, count);
             if together {
                 let scratch = (&mut packets, &mut lane.stack);
                 let out = &mut hits[first..first + count];
                 together = packet::intersect::<S>(&accel.worlds, (rays, first, count), cutouts, out, scratch);
+                if !together && bundles.split(first, count) {
+                    continue;
+                }
             }
             if together && accel.top.is_empty() {
                 continue;
@@ -263,17 +267,17 @@ impl Job for Occluded<'_> {
         let Occluded { accel, segments, cutouts, out } = self;
         let mut lane = Lane::new(accel);
         let mut packets = PacketStack::default();
-        for (first, count) in packets_of(segments.len()) {
+        let mut bundles = Bundles::of(segments.len());
+        while let Some((first, count)) = bundles.pop() {
             let mut answers = Answers { blocked: 0, passing: None };
-            let scratch = (&mut packets, &mut lane.stack);
-            let together = accel.together(segments.shared, count)
-                && packet::occluded::<S>(
-                    &accel.worlds,
-                    (segments, first, count),
-                    cutouts,
-                    &mut answers,
-                    scratch,
-                );
+            let mut together = accel.together(segments.shared, count);
+            if together {
+                let (some, scratch) = ((segments, first, count), (&mut packets, &mut lane.stack));
+                together = packet::occluded::<S>(&accel.worlds, some, cutouts, &mut answers, scratch);
+                if !together && bundles.split(first, count) {
+                    continue;
+                }
+            }
             let rest = !together || !accel.top.is_empty();
             for i in 0..count {
                 let mut blocked = answers.blocked >> i & 1 == 1;
@@ -307,16 +311,23 @@ impl Job for Transmittance<'_> {
         let mut lane = Lane::new(accel);
         let mut packets = PacketStack::default();
         let mut passing: [Vec<Hit>; RAYS] = std::array::from_fn(|_| Vec::new());
-        for (first, count) in packets_of(segments.len()) {
+        let mut bundles = Bundles::of(segments.len());
+        while let Some((first, count)) = bundles.pop() {
             passing.iter_mut().for_each(Vec::clear);
-            let mut answers = Answers { blocked: 0, passing: Some(&mut passing) };
-            let scratch = (&mut packets, &mut lane.stack);
-            let some = (segments, first, count);
-            let together = accel.together(segments.shared, count)
-                && packet::occluded::<S>(&accel.worlds, some, cutouts, &mut answers, scratch);
-            let mut blocked = answers.blocked;
-            if !together {
-                passing.iter_mut().for_each(Vec::clear);
+            let mut blocked = 0;
+            let mut together = accel.together(segments.shared, count);
+            if together {
+                let mut answers = Answers { blocked: 0, passing: Some(&mut passing) };
+                let (some, scratch) = ((segments, first, count), (&mut packets, &mut lane.stack));
+                together = packet::occluded::<S>(&accel.worlds, some, cutouts, &mut answers, scratch);
+                blocked = answers.blocked;
+                if !together {
+                    if bundles.split(first, count) {
+                        continue;
+                    }
+                    // All trees are asked once more.
+                    passing.iter_mut().for_each(Vec::clear);
+                }
             }
             let rest = !together || !accel.top.is_empty();
             for (i, passing) in passing.iter_mut().enumerate().take(count) {
@@ -340,9 +351,42 @@ impl Job for Transmittance<'_> {
 /// So few rays are traced one by one.
 const FEW: usize = 8;
 
-/// The first and the number of each packet's rays.
-fn packets_of(count: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..count).step_by(RAYS).map(move |first| (first, RAYS.min(count - first)))
+/// Rays of a batch that are tried together, by their first and their number: as many as a packet
+/// holds, and where those are too far apart, a group's worth.
+struct Bundles {
+    next: usize,
+    len: usize,
+    /// Parts of the one before, the next one last.
+    parts: [(usize, usize); RAYS / GROUP],
+    left: usize,
+}
+
+impl Bundles {
+    fn of(len: usize) -> Bundles {
+        Bundles { next: 0, len, parts: Default::default(), left: 0 }
+    }
+
+    fn pop(&mut self) -> Option<(usize, usize)> {
+        if self.left > 0 {
+            self.left -= 1;
+            return Some(self.parts[self.left]);
+        }
+        let first = self.next;
+        self.next += RAYS.min(self.len - first);
+        (first < self.next).then(|| (first, self.next - first))
+    }
+
+    /// Has those just popped come again in parts, unless they are too few.
+    fn split(&mut self, first: usize, count: usize) -> bool {
+        let split = count > GROUP;
+        if split {
+            self.left = count.div_ceil(GROUP);
+            for (part, i) in self.parts[..self.left].iter_mut().rev().zip(0..) {
+                *part = (first + i * GROUP, GROUP.min(count - i * GROUP));
+            }
+        }
+        split
+    }
 }
 
 /// What tracing one ray after another needs.

@@ -124,6 +124,7 @@ pub struct Flat<'s> {
     any: bool,
     /// Origin, direction, far; for each batch padded to a multiple of 16.
     batches: Vec<[Vec<f32>; 7]>,
+    near: f32,
 }
 
 impl<'s> Flat<'s> {
@@ -131,9 +132,9 @@ impl<'s> Flat<'s> {
         let batches = set.batches.iter().zip(&set.squares).map(|(batch, order)| {
             let mut rows: [Vec<f32>; 7] = Default::default();
             for &i in order {
-                let (mut o, mut d, far) = batch.ray(i as usize);
+                let (mut o, mut d, mut far) = batch.ray(i as usize);
                 if from_light {
-                    (o, d) = (o + d, -d);
+                    (o, d, far) = (o + d, -d, far - set.margin);
                 }
                 for (row, x) in rows.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, far]) {
                     row.push(x);
@@ -145,7 +146,7 @@ impl<'s> Flat<'s> {
             rows
         });
         let any = matches!(set.batches.first(), Some(Batch::Any(_)));
-        Flat { set, any, batches: batches.collect() }
+        Flat { set, any, batches: batches.collect(), near: if from_light { 0.0 } else { set.margin } }
     }
 
     /// Seconds to trace all.
@@ -182,7 +183,7 @@ impl<'s> Flat<'s> {
         for i in 0..self.set.batches[batch].len() {
             let mut ray = Ray {
                 o: [ox[i], oy[i], oz[i]],
-                near: 0.0,
+                near: self.near,
                 d: [dx[i], dy[i], dz[i]],
                 time: 0.0,
                 far: far[i],
@@ -233,7 +234,7 @@ impl<'s> Flat<'s> {
         // SAFETY: a structure of numbers; zeros are numbers.
         let mut packet: Packet<N> = unsafe { zeroed() };
         packet.mask = [!0; N];
-        packet.numbers[NEAR] = [0.0; N];
+        packet.numbers[NEAR] = [self.near; N];
         for first in (0..count).step_by(N) {
             let live = (count - first).min(N);
             let mut valid = Valid([0; N]);

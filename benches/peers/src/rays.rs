@@ -67,7 +67,17 @@ pub struct Set {
     /// For each batch its rays in squares of 4 × 4 pixels: the order that suits Embree's packets,
     /// as the order of rows suits blinn's batches.
     pub squares: Vec<Vec<u32>>,
+    /// What comes before this t means nothing to Embree, whose hits are not exact enough to leave a
+    /// surface without meeting it: blinn's are, and it gets no such margin.
+    pub margin: f32,
 }
+
+/// That margin, in sizes of the scene.
+const MARGIN: f32 = 1e-4;
+
+/// Lengths of rays that ask for any hit, in sizes of the scene.
+const LONG: f32 = 4.0;
+const SHORT: f32 = 0.02;
 
 impl Set {
     pub fn rays(&self) -> usize {
@@ -165,16 +175,6 @@ impl Rays {
     }
 
     pub fn new(scene: &Scene, posed: &PosedScene, accel: &Accel, film: Film) -> Rays {
-        let set = |name| Set { name, batches: Vec::new(), squares: Vec::new() };
-        let mut rays = Rays {
-            eye: set("eye"),
-            orthographic: set("orthographic"),
-            shadow: set("shadow, point"),
-            sun: set("shadow, sun"),
-            bounce: set("bounce"),
-            open: set("any hit, long"),
-            near: set("any hit, short"),
-        };
         let (eye, forward) = (Vec3::from(scene.eye), (Vec3::from(scene.target) - Vec3::from(scene.eye)));
         let (right, distance) = (forward.cross(Vec3::Y).normalize(), forward.length());
         let forward = forward.normalize();
@@ -182,6 +182,16 @@ impl Rays {
         let high = (scene.yfov.to_radians() * 0.5).tan();
         let wide = high * film.width as f32 / film.height as f32;
         let size = distance.max(1e-3);
+        let set = |name, margin| Set { name, batches: Vec::new(), squares: Vec::new(), margin };
+        let mut rays = Rays {
+            eye: set("eye", 0.0),
+            orthographic: set("orthographic", 0.0),
+            shadow: set("shadow, point", MARGIN),
+            sun: set("shadow, sun", MARGIN * size),
+            bounce: set("bounce", MARGIN * size),
+            open: set("any hit, long", MARGIN / LONG),
+            near: set("any hit, short", MARGIN / SHORT),
+        };
         let mut id = 0;
         for tile in tiles(film) {
             let mut perspective = RayBatch { shared: Shared::Origin(eye), ..RayBatch::default() };
@@ -218,8 +228,8 @@ impl Rays {
                 let d = over(n, random(id, 3), random(id, 4));
                 let o = offset_point(surface.p, surface.p_error, n, n);
                 bounce.push(o, d);
-                open.push(o, o + d * (4.0 * size), hit.id);
-                near.push(o, o + d * (0.02 * size), hit.id);
+                open.push(o, o + d * (LONG * size), hit.id);
+                near.push(o, o + d * (SHORT * size), hit.id);
             }
             let full = by_square(&tile.squares);
             let hit = by_square(&squares);

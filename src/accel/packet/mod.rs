@@ -150,6 +150,11 @@ trait Verdict<S: Simd> {
     /// True where back faces of single-sided triangles are not seen.
     fn culls(&self) -> bool;
 
+    /// True where what is far is asked first: rays that leave surfaces are together again out there.
+    fn starts_far(&self) -> bool {
+        false
+    }
+
     /// Rays `mask` of group `g` surely meet a plain triangle in front of all that they met before,
     /// at depth/det give or take slack/det.
     fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, entry: u32, hit: Sure<S::F16>);
@@ -381,7 +386,8 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
             return;
         }
         let nodes = &triangles.tree.nodes;
-        let octant = Octant::of(frustum.mean());
+        let way = if verdict.starts_far() { -frustum.mean() } else { frustum.mean() };
+        let octant = Octant::of(way);
         let mut farthest = packet.farthest::<S>();
         let mut groups = 0;
         for g in 0..GROUPS {

@@ -137,6 +137,11 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
     }
 
     #[inline(always)]
+    fn starts_far(&self) -> bool {
+        matches!(self.segments.0.shared, Shared::Direction(_))
+    }
+
+    #[inline(always)]
     fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, _: u32, _: Sure<S::F16>) {
         self.answers.blocked |= u64::from(mask) << (g * GROUP);
         packet.live[g] &= !mask;
