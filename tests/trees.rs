@@ -184,6 +184,39 @@ fn every_tree_answers_as_no_tree_does() {
     }
 }
 
+/// The walk that counts steps finds what the others find, whichever the instructions, and counts alike.
+#[test]
+fn the_counting_walk_meets_the_same_hits() {
+    for (name, scene) in &scenes() {
+        let posed = common::posed(scene);
+        let rays = rays(&posed, 300);
+        let mut batch = RayBatch { cull: true, far: 5.0, ..RayBatch::default() };
+        rays.iter().for_each(|(o, d)| batch.push(*o, *d));
+        let accel = Accel::build(&posed, &BuildSettings::default()).0;
+        let counted = accel.count_steps(&batch, &Holes);
+        let mut hits = Vec::new();
+        accel.intersect(&batch, &Holes, &mut hits);
+        let (mut nodes, mut asked) = (0, 0);
+        for (i, (hit, steps)) in counted.iter().enumerate() {
+            assert_eq!((hit.t.to_bits(), hit.id), (hits[i].t.to_bits(), hits[i].id), "{name}: ray {i}");
+            assert!(hit.is_miss() || steps.blocks > 0, "{name}: ray {i}");
+            nodes += steps.nodes;
+            asked += steps.blocks;
+        }
+        let portable = BuildSettings { tier: Tier::Portable, ..BuildSettings::default() };
+        assert_eq!(Accel::build(&posed, &portable).0.count_steps(&batch, &Holes), counted, "{name}");
+        // Trees spare rays most of what is there, and without one nothing is spared.
+        let flat = BuildSettings { preset: Preset::Flat, ..BuildSettings::default() };
+        let flat = Accel::build(&posed, &flat).0;
+        let all: u32 = flat.count_steps(&batch, &Holes).iter().map(|(_, steps)| steps.blocks).sum();
+        assert!(nodes > 0 && asked < all, "{name}: {nodes} nodes, {asked} of {all} blocks");
+        let (cost, flat_cost) = (accel.sah_cost(), flat.sah_cost());
+        assert!(cost > 1.0 && cost < flat_cost, "{name}: {cost} of {flat_cost}");
+    }
+    let empty = Scene::default();
+    assert_eq!(Accel::build(&common::posed(&empty), &BuildSettings::default()).0.sah_cost(), 0.0);
+}
+
 /// What rays of a packet share, and 64 of them: from one place or along one way, near each other,
 /// many at vertices and edges.
 fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool) -> (Shared, Vec<(Vec3, Vec3)>) {

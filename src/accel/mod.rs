@@ -21,6 +21,7 @@ mod packet;
 mod plan;
 mod query;
 mod simd;
+mod steps;
 mod triangles;
 mod two_level;
 mod wide;
@@ -28,6 +29,7 @@ mod wide;
 pub use batch::{Cutout, HitBatch, RayBatch, SegmentBatch, Shared};
 pub use plan::Flatten;
 pub use simd::Tier;
+pub use steps::Steps;
 
 use std::collections::BTreeMap;
 

@@ -72,11 +72,11 @@ impl Frame {
 
 /// An instance of a shared mesh.
 #[derive(Clone, Copy, Debug)]
-struct Placed {
-    instance: u32,
+pub(super) struct Placed {
+    pub instance: u32,
     /// The index of the mesh's tree.
-    tree: usize,
-    frame: Frame,
+    pub tree: usize,
+    pub frame: Frame,
 }
 
 /// The tree over all placed trees.
@@ -86,7 +86,7 @@ struct Placed {
 /// place. So the boxes here are padded, for each ray, by a generous multiple of that.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Top {
-    tree: Wide,
+    pub tree: Wide,
     parts: Vec<Placed>,
     /// Leaf n of the tree holds the parts before ends[n] that leaf n − 1 does not.
     ends: Vec<u32>,
@@ -138,6 +138,19 @@ impl Top {
         top
     }
 
+    /// What a leaf of the tree holds.
+    #[inline(always)]
+    pub fn parts(&self, leaf: u32) -> &[Placed] {
+        let first = if leaf == 0 { 0 } else { self.ends[leaf as usize - 1] };
+        &self.parts[first as usize..self.ends[leaf as usize] as usize]
+    }
+
+    /// How much wider its boxes are for a ray from `o`.
+    #[inline(always)]
+    pub fn pad(&self, o: DVec3) -> f32 {
+        self.pad + self.pad_per_distance * o.abs().max_element() as f32
+    }
+
     /// True where nothing is placed.
     pub fn is_empty(&self) -> bool {
         self.tree.root.is_none()
@@ -153,8 +166,7 @@ impl Top {
         stack: &mut Stack,
     ) -> bool {
         let Some(root) = self.tree.root else { return true };
-        let pad = self.pad + self.pad_per_distance * ray.o.abs().max_element() as f32;
-        let boxes = BoxRay::new(ray.o, ray.d, pad, ray.parameter(query.start()));
+        let boxes = BoxRay::new(ray.o, ray.d, self.pad(ray.o), ray.parameter(query.start()));
         let limit = limit(ray, query);
         self.tree.walk::<S>(root, &boxes, stack, limit, &mut Entering { top: self, ray, meshes, query })
     }
@@ -183,10 +195,7 @@ struct Entering<'a, Q> {
 impl<S: Simd, Q: Query> Leaves<S> for Entering<'_, Q> {
     #[inline(always)]
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32> {
-        let ends = &self.top.ends;
-        let first = if leaf == 0 { 0 } else { ends[leaf as usize - 1] };
-        for Placed { instance, tree, frame } in &self.top.parts[first as usize..ends[leaf as usize] as usize]
-        {
+        for Placed { instance, tree, frame } in self.top.parts(leaf) {
             let triangles = self.meshes[*tree];
             let root = triangles.tree.root.unwrap_or(LEAF);
             if !triangles.visit::<S, Q>(root, &frame.ray(self.ray), Some(*instance), self.query, stack) {

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::coefficients::{alpha, base_color};
 use super::{Frame, Materials, Sample, Scratch, Surface};
+use crate::accel::{RayBatch, Steps};
 use crate::geometry::{Hit, Ray, Rgb};
 use crate::scene::AlphaMode;
 
@@ -33,11 +34,14 @@ pub enum Aov {
     ObjectId,
     /// Which material, from 1; 0 for none.
     MaterialId,
+    /// What the eye ray cost: nodes and blocks of the trees that it looked into until its first hit was
+    /// known. Counted where nothing is hit, too.
+    Steps,
 }
 
 impl Aov {
     /// All of them.
-    pub const ALL: [Aov; 10] = [
+    pub const ALL: [Aov; 11] = [
         Aov::Depth,
         Aov::Normal,
         Aov::VertexNormal,
@@ -48,6 +52,7 @@ impl Aov {
         Aov::Mask,
         Aov::ObjectId,
         Aov::MaterialId,
+        Aov::Steps,
     ];
 
     /// Its name, and the names of its channels behind the dot.
@@ -63,6 +68,7 @@ impl Aov {
             Aov::Mask => ("mask", "A"),
             Aov::ObjectId => ("object-id", "I"),
             Aov::MaterialId => ("material-id", "I"),
+            Aov::Steps => ("steps", "NB"),
         }
     }
 
@@ -83,7 +89,7 @@ impl Aov {
 
     /// Whether its numbers count things.
     pub fn is_id(self) -> bool {
-        matches!(self, Aov::ObjectId | Aov::MaterialId)
+        matches!(self, Aov::ObjectId | Aov::MaterialId | Aov::Steps)
     }
 
     /// Its value where nothing is hit.
@@ -93,6 +99,10 @@ impl Aov {
 
     /// Appends its value at a first hit.
     pub fn of(self, frame: &Frame, first: &FirstHit, out: &mut Vec<f32>) {
+        if self == Aov::Steps {
+            let Steps { nodes, blocks } = first.steps(frame);
+            return out.extend([nodes as f32, blocks as f32]);
+        }
         let Some((hit, s)) = &first.surface else {
             out.extend(std::iter::repeat_n(self.nothing(), self.width()));
             return;
@@ -114,6 +124,8 @@ impl Aov {
             Aov::Mask => out.push(1.0),
             Aov::ObjectId => out.push(frame.posed.scene.instances[s.id.instance as usize].object as f32),
             Aov::MaterialId => out.push((s.material + 1) as f32),
+            // Has no need of a surface.
+            Aov::Steps => {}
         }
     }
 }
@@ -122,13 +134,24 @@ impl Aov {
 /// alpha texture leaves nothing at all: those are holes.
 #[derive(Clone, Debug)]
 pub struct FirstHit<'s> {
+    sample: Sample,
     surface: Option<(Hit, Surface<'s>)>,
+}
+
+impl FirstHit<'_> {
+    /// What the eye ray of its sample takes to its first hit.
+    fn steps(&self, frame: &Frame) -> Steps {
+        let mut ray = RayBatch::default();
+        frame.eye_rays(std::slice::from_ref(&self.sample), &mut ray);
+        let counted = frame.accel.count_steps(&ray, &Materials(frame.posed));
+        counted.first().map(|(_, steps)| *steps).unwrap_or_default()
+    }
 }
 
 /// The first hits of eye rays through `samples`.
 pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scratch) -> Vec<FirstHit<'s>> {
     frame.eye_rays(samples, &mut scratch.rays);
-    let mut found: Vec<FirstHit> = samples.iter().map(|_| FirstHit { surface: None }).collect();
+    let mut found: Vec<FirstHit> = samples.iter().map(|&sample| FirstHit { sample, surface: None }).collect();
     let mut whose: Vec<usize> = (0..samples.len()).collect();
     while !whose.is_empty() {
         frame.accel.intersect(&scratch.rays, &Materials(frame.posed), &mut scratch.hits);

@@ -6,12 +6,14 @@ use crate::integrator::Aov;
 use crate::render::{Layer, Matte};
 
 /// An 8-bit picture of a layer: depth from near (bright) to far (dark) by ratios, directions as colours,
-/// positions over their own range, ids as distinct colours, nothing as black.
+/// positions over their own range, ids as distinct colours, steps as heat from none to [`hottest`], nothing
+/// as black.
 pub fn preview(layer: &Layer) -> Vec<[u8; 4]> {
     let width = layer.aov.width();
     let ranges: Vec<(f32, f32)> =
         (0..width).map(|i| range(layer.values.iter().skip(i).step_by(width))).collect();
     let depths = if layer.aov == Aov::Depth { near_and_far(&layer.values) } else { (1.0, 1.0) };
+    let hottest = if layer.aov == Aov::Steps { hottest(layer) } else { 1.0 };
     let scaled = |v: f32, (low, high): (f32, f32)| if high > low { (v - low) / (high - low) } else { 0.5 };
     let nothing = |v: &[f32]| v.iter().all(|&x| x == layer.aov.nothing());
     layer
@@ -31,10 +33,37 @@ pub fn preview(layer: &Layer) -> Vec<[u8; 4]> {
                 Aov::Uv => [byte(tiled(v[0])), byte(tiled(v[1])), 0],
                 Aov::Mask => [byte(v[0]); 3],
                 Aov::ObjectId | Aov::MaterialId => id_color(v[0] as u32),
+                Aov::Steps => heat((v[0] + v[1]) / hottest),
             };
             [rgb[0], rgb[1], rgb[2], 255]
         })
         .collect()
+}
+
+/// The steps, nodes and blocks together, that a preview of [`Aov::Steps`] shows brightest: all but one
+/// pixel in two hundred are below. At least 1.
+pub fn hottest(layer: &Layer) -> f32 {
+    let mut all: Vec<f32> = layer.values.chunks_exact(layer.aov.width()).map(|v| v.iter().sum()).collect();
+    all.sort_by(f32::total_cmp);
+    let at = (all.len().saturating_sub(1) as f64 * 0.995).round() as usize;
+    all.get(at).copied().unwrap_or(1.0).max(1.0)
+}
+
+/// Colours from 0 to 1 that grow brighter all the way: black, blue, purple, red, orange, yellow, white.
+pub fn heat(v: f32) -> [u8; 3] {
+    const STOPS: [[f32; 3]; 7] = [
+        [0.0, 0.0, 0.0],
+        [0.09, 0.07, 0.33],
+        [0.42, 0.07, 0.48],
+        [0.77, 0.2, 0.3],
+        [0.95, 0.48, 0.1],
+        [0.98, 0.83, 0.3],
+        [1.0, 1.0, 0.9],
+    ];
+    let place = v.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
+    let first = (place as usize).min(STOPS.len() - 2);
+    let share = place - first as f32;
+    [0, 1, 2].map(|i| byte(STOPS[first][i] + share * (STOPS[first + 1][i] - STOPS[first][i])))
 }
 
 /// Depths in steps of so many metres: 1 … 65535, and 0 where nothing is hit.
@@ -127,6 +156,17 @@ mod tests {
         assert!(grey[1] == 255 && grey[1] > grey[2] && grey[2] > grey[3] && grey[3] > 20, "{grey:?}");
         let none = preview(&Layer { aov: Aov::Depth, values: vec![f32::INFINITY; 3] });
         assert!(none.iter().all(|p| *p == [0, 0, 0, 255]));
+    }
+
+    #[test]
+    fn more_steps_are_brighter() {
+        let values: Vec<f32> = (0..400u16).flat_map(|i| [f32::from(i), 0.0]).collect();
+        let shown = preview(&Layer { aov: Aov::Steps, values });
+        let brightness = |p: &[u8; 4]| 0.3 * f32::from(p[0]) + 0.6 * f32::from(p[1]) + 0.1 * f32::from(p[2]);
+        let shown: Vec<f32> = shown.iter().map(brightness).collect();
+        assert!(shown.windows(2).all(|w| w[1] > w[0] - 1.0), "{shown:?}");
+        assert!(shown[0] == 0.0 && shown[398] > 250.0, "{shown:?}");
+        assert_eq!(hottest(&Layer { aov: Aov::Steps, values: Vec::new() }), 1.0);
     }
 
     #[test]

@@ -12,6 +12,7 @@ macro_rules! choices {
 
 choices! {
     UpArg { Y, Z }
+    HeatmapArg { Steps }
     FilterArg { Box, Tent, Gaussian, BlackmanHarris }
     ViewArg { Auto, Standard, Agx, PbrNeutral, Raw }
     ProjectionArg { Perspective, Orthographic }

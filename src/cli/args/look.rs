@@ -42,9 +42,13 @@ pub struct ImageArgs {
     #[arg(long, value_enum, default_value_t = ViewArg::Auto)]
     pub view: ViewArg,
     /// Layers: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask,
-    /// object-id, material-id, cryptomatte
+    /// object-id, material-id, steps, cryptomatte
     #[arg(long, value_name = "LIST", value_parser = values::layers, help_heading = "Output")]
     pub aov: Option<Layers>,
+    /// Adds a picture of what each pixel's eye ray costs: steps through the trees; the layer of that
+    /// name in an EXR
+    #[arg(long, value_enum, value_name = "steps", help_heading = "Output")]
+    pub heatmap: Option<HeatmapArg>,
     /// Renders a part: left, top, width, height in pixels
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
     pub crop: Option<Crop>,

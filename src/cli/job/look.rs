@@ -4,14 +4,14 @@ use super::{Shot, Turning};
 use crate::accel::Tier;
 use crate::cli::Usage;
 use crate::cli::args::{
-    CameraArgs, CommonArgs, CullArg, FilterArg, FitArg, GroundArg, IntegratorArg, LightArgs, LookArgs,
-    ProjectionArg, SceneArgs, ShadingArgs, UnitsArg, UpArg, ViewArg,
+    CameraArgs, CommonArgs, CullArg, FilterArg, FitArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
+    LightArgs, LookArgs, ProjectionArg, SceneArgs, ShadingArgs, UnitsArg, UpArg, ViewArg,
 };
 use crate::cli::values::{Ao, Exposure, Layers};
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml, load_sky};
-use crate::integrator::{Overrides, Stage};
+use crate::integrator::{Aov, Overrides, Stage};
 use crate::render::{Adaptive, Filter, RenderSettings};
 use crate::scene::{
     AnimationChoice, Camera, Fit, GroundKind, LightUnits, Lighting, PosedScene, Projection, Scene, Selection,
@@ -108,7 +108,7 @@ impl Look {
                 ViewArg::PbrNeutral => Some(ViewTransform::PbrNeutral),
                 ViewArg::Raw => Some(ViewTransform::Raw),
             },
-            layers: image.aov.clone().unwrap_or_default(),
+            layers: layers(image),
             view: view(camera)?,
             lighting: lighting(light)?,
             shadows: !light.no_shadows,
@@ -191,6 +191,13 @@ pub fn load_options(args: &SceneArgs, common: &CommonArgs) -> LoadOptions {
         smooth: args.smooth.unwrap_or_default(),
         allow_outside: common.allow_outside,
     }
+}
+
+fn layers(args: &ImageArgs) -> Layers {
+    let mut layers = args.aov.clone().unwrap_or_default();
+    let heatmap = args.heatmap.map(|HeatmapArg::Steps| Aov::Steps);
+    layers.aovs.extend(heatmap.filter(|aov| !layers.aovs.contains(aov)));
+    layers
 }
 
 fn overrides(args: &ShadingArgs) -> Overrides {
