@@ -18,6 +18,10 @@ corpus which="":
 bench:
     cargo bench
 
+# The standard scenes measured, with a page: `just suite` or `just suite 10k,70k,1.1m --compare old.json`.
+suite *words:
+    cargo run --release -q -- bench --suite {{words}} --json target/bench.json --report target/bench.html
+
 # Writes a generated scene: `just scene scan 1.1m target/scenes/scan.glb`. Kinds: scan, interior,
 # stadium, forest, slivers, soup, layers.
 scene kind triangles file *flags:

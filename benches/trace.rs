@@ -1,10 +1,13 @@
-//! Build, rays and whole frames on a generated sphere, and on a floor with a large texture. `cargo bench`; ratios within one run are
-//! what counts, since machines drift.
+//! Build, rays and whole frames of the generated scan, and of a floor with a large texture. `cargo bench`;
+//! ratios within one run are what counts, since machines drift (`blinn bench` is for more than that).
 
 use std::hint::black_box;
 
-use blinn::accel::{Accel, BuildSettings, Cutout, HitBatch, RayBatch, Shared};
-use blinn::geometry::{HitId, Rgba};
+use blinn::accel::{Accel, BuildSettings};
+use blinn::bench::scenes::Kind;
+use blinn::bench::{Rays, Subject};
+use blinn::geometry::Rgba;
+use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Integrator, LowDiscrepancy, Phong, Sample, Scratch};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
@@ -14,50 +17,6 @@ use blinn::scene::{
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, Vec2, Vec3};
 
-/// Nothing is cut out of an opaque scene.
-struct Opaque;
-
-impl Cutout for Opaque {
-    fn keeps(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
-        true
-    }
-
-    fn transmits(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
-        Vec3::ZERO
-    }
-}
-
-/// A bumpy sphere of about `2·rings²` triangles.
-fn sphere(rings: u32) -> Scene {
-    let mut mesh = Mesh::default();
-    let columns = rings;
-    for i in 0..=rings {
-        for j in 0..=columns {
-            let (theta, phi) = (
-                std::f32::consts::PI * i as f32 / rings as f32,
-                std::f32::consts::TAU * j as f32 / columns as f32,
-            );
-            let r = 1.0 + 0.02 * ((9.0 * theta).sin() * (11.0 * phi).sin());
-            mesh.positions.push(Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()) * r);
-        }
-    }
-    for i in 0..rings {
-        for j in 0..columns {
-            let a = i * (columns + 1) + j;
-            let b = a + columns + 1;
-            mesh.triangles.push([a, a + 1, b + 1]);
-            mesh.triangles.push([a, b + 1, b]);
-        }
-    }
-    Scene {
-        nodes: vec![Node { visible: true, ..Default::default() }],
-        meshes: vec![mesh],
-        materials: vec![Material { double_sided: true, ..Default::default() }],
-        instances: vec![Instance { node: 0, mesh: 0, object: 1, placement: None, skin: None }],
-        ..Default::default()
-    }
-}
-
 fn frame<'a>(posed: &'a PosedScene<'a>, accel: &'a Accel, settings: &RenderSettings) -> Frame<'a> {
     let (camera, _) = View::default().resolve(posed, settings.width, settings.height).unwrap();
     let lit = Lighting::default().resolve(posed, &camera);
@@ -65,28 +24,27 @@ fn frame<'a>(posed: &'a PosedScene<'a>, accel: &'a Accel, settings: &RenderSetti
 }
 
 fn trace(c: &mut Criterion) {
-    let scene = sphere(200);
+    let subject = Subject::made(Kind::Scan, 70_000).unwrap();
+    let (scene, _) = load(&subject.file, &LoadOptions::default()).unwrap();
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
     let settings = RenderSettings { width: 320, height: 180, samples: 1, ..Default::default() };
-    let mut group = c.benchmark_group("sphere 80k");
+    let mut group = c.benchmark_group(subject.name.as_str());
     group.sample_size(10);
     group.bench_function("build", |b| b.iter(|| Accel::build(black_box(&posed), &BuildSettings::default())));
 
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
     let frame = frame(&posed, &accel, &settings);
-    let mut rays = RayBatch::default();
-    for y in 0..settings.height {
-        for x in 0..settings.width {
-            let at = |v: u32, n: u32| (f64::from(v) + 0.5) / f64::from(n);
-            let ray = frame.camera.eye_ray(at(x, settings.width), at(y, settings.height), posed.centre);
-            rays.shared = Shared::Origin(ray.o);
-            rays.push(ray.o, ray.d);
-        }
+    let rays = Rays::new(&frame, &settings);
+    for (name, count, trace) in [
+        ("eye rays", rays.eye(), Rays::trace_eye as fn(&Rays, &Accel, &PosedScene) -> u64),
+        ("shadow rays", rays.from_hits(), Rays::trace_shadow),
+        ("incoherent rays", rays.from_hits(), Rays::trace_incoherent),
+    ] {
+        group.throughput(Throughput::Elements(count));
+        group.bench_function(name, |b| b.iter(|| trace(black_box(&rays), &accel, &posed)));
     }
-    let mut hits = HitBatch::new();
-    group.throughput(Throughput::Elements(rays.len() as u64));
-    group.bench_function("eye rays", |b| b.iter(|| accel.intersect(black_box(&rays), &Opaque, &mut hits)));
-    group.bench_function("frame, three lights", |b| {
+    group.throughput(Throughput::Elements(u64::from(settings.width) * u64::from(settings.height)));
+    group.bench_function("frame, two lights", |b| {
         b.iter(|| render(black_box(&frame), &Phong::default(), &settings, &()).unwrap())
     });
     group.finish();

@@ -42,6 +42,7 @@
 
 pub mod accel;
 pub mod batch;
+pub mod bench;
 pub mod cli;
 pub mod display;
 pub mod geometry;

@@ -1,5 +1,4 @@
-//! What a job takes in memory: as estimated before it is taken, for `--max-memory`, and as it was, for
-//! `--perf`.
+//! What a job takes in memory: as estimated before it is taken, for `--max-memory`, and in words.
 
 use anyhow::{Result, bail};
 
@@ -59,13 +58,6 @@ pub(super) fn check(job: &Job, scene: &Scene, frames: usize) -> Result<()> {
         );
     }
     Ok(())
-}
-
-/// The most memory that this process has had, where the system says so.
-pub(super) fn peak() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kib| kib << 10)
 }
 
 /// Bytes in words, to a tenth.

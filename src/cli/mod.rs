@@ -2,6 +2,7 @@
 
 mod args;
 mod assemble;
+mod bench;
 mod config;
 mod dataset;
 mod info;
@@ -47,7 +48,7 @@ pub fn run() -> ExitCode {
 }
 
 fn carry_out() -> ExitCode {
-    let words = match config::with_file(words::join_frames(std::env::args_os())) {
+    let words = match config::with_file(words::join_lists(std::env::args_os())) {
         Ok(words) => words,
         Err(usage) => return usage.exit(),
     };
@@ -70,6 +71,7 @@ fn carry_out() -> ExitCode {
         Command::Turntable(args) => render::turntable(args),
         Command::Assemble(args) => assemble::run(args),
         Command::Info(args) => info::run(args),
+        Command::Bench(args) => bench::run(args),
     };
     match outcome {
         Ok(summary) if summary.failed.is_empty() => ExitCode::from(DONE),

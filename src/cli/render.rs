@@ -7,6 +7,7 @@ use super::report::Report;
 use super::work::Work;
 use super::{Summary, Usage, describe, memory, one_line, panics};
 use crate::batch::Contents;
+use crate::bench::memory::peak;
 use crate::output::SaveError;
 
 pub(super) fn render(args: &RenderArgs) -> Result<Summary, Usage> {
@@ -53,7 +54,7 @@ fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, U
             break;
         }
     }
-    if let Some(peak) = memory::peak() {
+    if let Some(peak) = peak() {
         reporter.perf(&format!("memory   {:>10}  at most", memory::text(peak)));
     }
     match report.map(Report::finish) {

@@ -1,6 +1,7 @@
 //! Ctrl-C and termination: the process ends at once, but never while a file is being written, so
 //! that nothing partial stays behind.
 
+use crate::bench::sweep;
 use crate::output::hold_writes;
 
 /// Exit code of an interrupted process.
@@ -8,6 +9,7 @@ const INTERRUPTED: i32 = 130;
 
 fn end(code: i32) -> ! {
     let _no_file_is_half_written = hold_writes();
+    sweep();
     eprintln!("\nblinn: {}", if code == INTERRUPTED { "interrupted" } else { "terminated" });
     std::process::exit(code)
 }

@@ -4,15 +4,19 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use crate::batch::FrameList;
+use crate::bench::scenes;
 
 /// `--frames LIST` becomes `--frames=LIST`, and `--frames` without a list stays alone: what follows
-/// it is then a scene or another flag.
-pub(super) fn join_frames(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+/// it is then a scene or another flag. So does `--suite`.
+pub(super) fn join_lists(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut out: Vec<OsString> = Vec::new();
     let mut flags = true;
     for word in words {
         match out.last_mut() {
-            Some(last) if flags && last == "--frames" && is_list(&word) => {
+            Some(last)
+                if flags
+                    && (last == "--frames" && is_list(&word) || last == "--suite" && is_sizes(&word)) =>
+            {
                 last.push("=");
                 last.push(word);
             }
@@ -34,6 +38,17 @@ fn is_list(word: &OsString) -> bool {
     FrameList::parse(text).is_ok() || !is_else
 }
 
+/// Whether a word is the sizes of a suite, or was meant as such.
+fn is_sizes(word: &OsString) -> bool {
+    let Some(text) = word.to_str() else { return false };
+    sizes(text).is_ok() || text.starts_with(|c: char| c.is_ascii_digit()) && !Path::new(text).exists()
+}
+
+/// Counts of triangles: `70k,1.1m`.
+pub(super) fn sizes(text: &str) -> Result<Vec<usize>, String> {
+    text.split(',').map(|word| scenes::count(word.trim())).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -41,7 +56,7 @@ mod tests {
     #[test]
     fn a_list_belongs_to_its_flag_and_a_scene_does_not() {
         let joined = |line: &str| {
-            let words = join_frames(line.split(' ').map(OsString::from));
+            let words = join_lists(line.split(' ').map(OsString::from));
             words.iter().map(|w| w.to_str().unwrap()).collect::<Vec<_>>().join(" ")
         };
         for (line, expected) in [
@@ -56,6 +71,10 @@ mod tests {
             ("render --frames=3 7", "render --frames=3 7"),
             ("render a.glb --frames", "render a.glb --frames"),
             ("render -- --frames 3", "render -- --frames 3"),
+            ("bench --suite 70k,1.1m a.glb", "bench --suite=70k,1.1m a.glb"),
+            ("bench --suite 70q", "bench --suite=70q"),
+            ("bench --suite a.glb", "bench --suite a.glb"),
+            ("bench --suite --json a", "bench --suite --json a"),
         ] {
             assert_eq!(joined(line), expected);
         }

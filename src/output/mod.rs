@@ -20,9 +20,17 @@ use crate::render::{Crop, Layer, Matte, Pixels};
 
 pub use atomic::{Replace, hold_writes, write_atomically};
 pub use moving::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
-pub use preview::{depth_steps, preview, preview_matte};
+pub use preview::{depth_steps, heat, hottest, preview, preview_matte};
 pub use stamp::read_stamp;
 pub use thumbnail::thumbnail;
+
+/// The bytes of a PNG of straight 8-bit sRGB with alpha, row-major, row 0 on top.
+///
+/// # Errors
+/// What the encoder says.
+pub fn encode_png(size: (u32, u32), pixels: &[[u8; 4]]) -> io::Result<Vec<u8>> {
+    png::encode8(size, pixels, None)
+}
 
 /// A picture ready to be written: colour, layers, and how it is shown.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use blinn::accel::{Accel, BuildSettings};
-use blinn_scenes::Scene;
+use blinn_scenes::{Scene, size};
 use serde_json::{Value, json};
 
 use crate::embree::{Built, Embree};
@@ -24,12 +24,6 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, String> {
 
 fn title(scene: &Scene) -> String {
     format!("{} {}", scene.name, size(scene.stored()))
-}
-
-/// `70k`, `1.1m`.
-fn size(triangles: usize) -> String {
-    let n = triangles as f64;
-    if triangles < 1_000_000 { format!("{:.0}k", n / 1e3) } else { format!("{:.1}m", n / 1e6) }
 }
 
 /// One way with its times.

@@ -1,6 +1,7 @@
 //! The raw words of the command line.
 
 mod assemble;
+mod bench;
 mod choices;
 mod look;
 mod output;
@@ -15,6 +16,7 @@ use super::values;
 use crate::import::Smooth;
 
 pub use assemble::AssembleArgs;
+pub use bench::BenchArgs;
 pub use choices::*;
 pub use look::{CameraArgs, ImageArgs, LightArgs, ShadingArgs};
 pub use output::OutputArgs;
@@ -39,6 +41,8 @@ pub enum Command {
     Assemble(AssembleArgs),
     /// Says what is in a scene
     Info(InfoArgs),
+    /// Measures reading, trees, rays, frames and memory
+    Bench(Box<BenchArgs>),
 }
 
 impl Command {
@@ -47,7 +51,7 @@ impl Command {
         match self {
             Command::Render(args) => Some(&args.process),
             Command::Turntable(args) => Some(&args.process),
-            Command::Assemble(_) | Command::Info(_) => None,
+            Command::Assemble(_) | Command::Info(_) | Command::Bench(_) => None,
         }
     }
 }

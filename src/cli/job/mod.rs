@@ -17,7 +17,7 @@ use crate::accel::BuildSettings;
 use crate::batch::Key;
 
 pub use dataset::Views;
-pub use look::{Look, load_options, natural_size};
+pub use look::{Look, load_options, natural_size, tier};
 pub use moving::Playing;
 pub use outputs::{Form, Outputs, Series, Target};
 pub use shots::{Shot, Shots};

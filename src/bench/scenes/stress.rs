@@ -1,9 +1,9 @@
 //! What trees of boxes find hard: slivers, soup, coincident layers.
 
-use crate::mesh::Mesh;
-use crate::noise::Random;
-use crate::vector::{add, scale};
-use crate::{Instance, Scene};
+use super::mesh::Mesh;
+use super::noise::Random;
+use super::vector::{add, scale};
+use super::{Instance, Scene};
 
 fn alone(mesh: Mesh) -> Scene {
     Scene {

@@ -1,11 +1,11 @@
 //! A hall: a room of twelve triangles, fluted columns, tables, shelves of books, and statues that
 //! carry nearly all the triangles. Everything stands where it is, in meshes of its own.
 
-use crate::mesh::Mesh;
-use crate::noise::Random;
-use crate::scan::surface;
-use crate::shapes::placed;
-use crate::{Instance, Scene};
+use super::mesh::Mesh;
+use super::noise::Random;
+use super::scan::surface;
+use super::shapes::placed;
+use super::{Instance, Scene};
 
 const STATUES: usize = 19;
 

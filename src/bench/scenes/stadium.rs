@@ -1,9 +1,9 @@
 //! The teapot in the stadium: a place 400 metres wide of a few thousand triangles, and in its
 //! middle, 10 centimetres large, all the others.
 
-use crate::mesh::Mesh;
-use crate::scan::surface;
-use crate::{Instance, Scene};
+use super::mesh::Mesh;
+use super::scan::surface;
+use super::{Instance, Scene};
 
 /// The stadium.
 pub fn scene(triangles: usize) -> Scene {

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::noise::fractal;
-use crate::vector::{cross, sub, unit};
-use crate::{Mesh, Scene};
+use super::noise::fractal;
+use super::vector::{cross, sub, unit};
+use super::{Mesh, Scene};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED: u32 = 5125;
@@ -155,7 +155,7 @@ fn nodes(scene: &Scene) -> Vec<Value> {
         .instances
         .iter()
         .map(|i| {
-            let plain = *i == crate::Instance::still(i.mesh);
+            let plain = *i == super::Instance::still(i.mesh);
             if plain { json!({"mesh": i.mesh}) } else { json!({"mesh": i.mesh, "matrix": matrix(i.columns)}) }
         })
         .collect();

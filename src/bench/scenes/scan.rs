@@ -1,10 +1,10 @@
 //! A scanned object: a sphere pulled into lobes, bent, wrinkled and roughened, with detail from
 //! its whole size down to single triangles, as a clay figure through a scanner has.
 
-use crate::mesh::Mesh;
-use crate::noise::{fractal, mix};
-use crate::vector::dot;
-use crate::{Instance, Scene};
+use super::mesh::Mesh;
+use super::noise::{fractal, mix};
+use super::vector::dot;
+use super::{Instance, Scene};
 
 /// The object, within about a unit of the origin.
 pub fn scene(triangles: usize) -> Scene {
@@ -124,12 +124,12 @@ fn direction(p: [f64; 3]) -> [f64; 3] {
 type Lobe = ([f32; 3], f64, f64);
 
 fn lobes(seed: u64) -> Vec<Lobe> {
-    let mut random = crate::noise::Random::new(seed);
+    let mut random = super::noise::Random::new(seed);
     (0..7)
         .map(|i| {
             let d = [0; 3].map(|_| random.between(-1.0, 1.0));
             let (high, sharp) = if i < 2 { (0.42, 16.0) } else { (0.24, 8.0) };
-            (crate::vector::unit(d), high * f64::from(random.between(0.7, 1.1)), sharp)
+            (super::vector::unit(d), high * f64::from(random.between(0.7, 1.1)), sharp)
         })
         .collect()
 }

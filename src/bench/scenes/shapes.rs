@@ -1,6 +1,6 @@
 //! Boxes, columns, grids, places.
 
-use crate::mesh::Mesh;
+use super::mesh::Mesh;
 
 const QUADS: [[u32; 4]; 6] =
     [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];

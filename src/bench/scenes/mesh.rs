@@ -1,6 +1,6 @@
 //! Meshes in memory.
 
-use crate::vector::{add, cross, sub, unit};
+use super::vector::{add, cross, sub, unit};
 
 /// Indexed triangles, counter-clockwise from outside.
 #[derive(Clone, Debug, Default, PartialEq)]

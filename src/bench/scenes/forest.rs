@@ -1,10 +1,10 @@
 //! A forest: a few kinds of trees, each drawn many times, on a rolling ground.
 
-use crate::mesh::Mesh;
-use crate::noise::{Random, fractal};
-use crate::scan::surface;
-use crate::shapes::placed;
-use crate::{Instance, Scene};
+use super::mesh::Mesh;
+use super::noise::{Random, fractal};
+use super::scan::surface;
+use super::shapes::placed;
+use super::{Instance, Scene};
 
 const KINDS: usize = 5;
 const TREES: usize = 10_000;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Result, Write};
 use std::path::Path;
 
-use crate::Scene;
+use super::Scene;
 
 /// Writes the scene as OBJ, every instance by itself, and its colours as an MTL beside it. Normals
 /// are those of smooth meshes; an OBJ has neither camera nor lights.

@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""Whether Chromium shows the page that `blinn bench --report` writes.
+
+    report.py BLINN [PICTURE.png]
+
+From the file system and without a network: no request, no error, every plot and picture with a size, no text that
+runs out of its plot. With a name, the page as it looks is written there.
+"""
+import base64
+import os
+import sys
+import tempfile
+
+from moving import BLINN, Chromium, run
+
+PICTURE = os.path.abspath(sys.argv[2]) if len(sys.argv) > 2 else None
+LITTLE = "--size 160x90 --rounds 2 --threads 1,2 -q".split()
+PARTS = ["compared", "stages", "rays", "threads", "steps", "figures"]
+
+# Texts that reach beyond their drawing, and drawings without anything in them.
+OUTSIDE = """Array.from(document.querySelectorAll('svg text')).filter(t => {
+    const a = t.getBoundingClientRect(), b = t.closest('svg').getBoundingClientRect();
+    return a.left < b.left - 1 || a.right > b.right + 1 || a.top < b.top - 1 || a.bottom > b.bottom + 1;
+}).map(t => t.textContent)"""
+EMPTY = """Array.from(document.querySelectorAll('svg, img')).filter(e => {
+    const r = e.getBoundingClientRect();
+    return r.width < 50 || r.height < 10 || (e.tagName == 'IMG' && e.naturalWidth != 160);
+}).length"""
+
+
+def check(browser):
+    run(BLINN, "bench", "--suite", "3k", *LITTLE, "--json", "a.json")
+    run(BLINN, "bench", "--suite", "2k,4k", *LITTLE, "--compare", "a.json", "--report", "report.html")
+    browser.call("Log.enable")
+    browser.open("report.html")
+    assert browser.says("Array.from(document.querySelectorAll('h2')).map(h => h.id)") == PARTS
+    assert browser.says("performance.getEntriesByType('resource').filter(r => !r.name.startsWith('data:')).length") == 0
+    browser.until("Array.from(document.images).every(i => i.complete)", True)
+    assert browser.says(EMPTY) == 0, "a plot or a picture is empty"
+    assert browser.says(OUTSIDE) == [], browser.says(OUTSIDE)
+    plots, pictures = (browser.says(f"document.querySelectorAll('{kind}').length") for kind in ("svg", "img"))
+    scenes = 12  # seven kinds, of which all but two come in both sizes
+    assert pictures == scenes and plots == 2 * scenes + 2, (plots, pictures)
+    assert browser.says("document.documentElement.scrollWidth <= window.innerWidth"), "the page is wider than the window"
+    if PICTURE:
+        shot = browser.call("Page.captureScreenshot", captureBeyondViewport=True)
+        with open(PICTURE, "wb") as file:
+            file.write(base64.b64decode(shot["data"]))
+    print(f"report.html: {os.path.getsize('report.html')} bytes, {plots} plots and {pictures} pictures, without a network")
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        os.chdir(folder)
+        browser = Chromium()
+        try:
+            check(browser)
+        finally:
+            browser.process.kill()
+            browser.process.wait()

@@ -1,0 +1,232 @@
+//! A run: round after round, every scene, every number of threads, every stage.
+
+use std::hint::black_box;
+
+use anyhow::{Context, Result};
+
+use super::calibration::Calibration;
+use super::figures::{Figures, SceneFigures, Settings, Stage, StageFigures, TreeFigures};
+use super::page::HeatMap;
+use super::rays::Rays;
+use super::subject::Subject;
+use super::turns::{Taken, Turns};
+use crate::accel::{Accel, AccelStats, BuildSettings, Tier};
+use crate::display::{Background, Display, ViewTransform};
+use crate::geometry::Rgb;
+use crate::import::{LoadOptions, Warning, load};
+use crate::integrator::{Aov, Frame, Phong};
+use crate::output::{Depth, Format, Picture};
+use crate::render::{RenderSettings, meter, render, render_aovs};
+use crate::scene::{Lighting, PoseSettings, PosedScene, Scene, View, pose};
+
+/// How a run is made.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// How files are read.
+    pub load: LoadOptions,
+    /// Pixels and samples of pictures; rays go through the pixels' centres.
+    pub render: RenderSettings,
+    /// Rounds over all scenes.
+    pub rounds: u32,
+    /// Numbers of threads.
+    pub threads: Vec<usize>,
+    /// Instructions to trace with.
+    pub tier: Tier,
+    /// True: with pictures of what eye rays cost.
+    pub heat_maps: bool,
+    /// The command line, for the record.
+    pub command: Vec<String>,
+}
+
+/// What a run found.
+#[derive(Debug)]
+pub struct Measurement {
+    /// The figures.
+    pub figures: Figures,
+    /// Pictures of what eye rays cost, where they were asked for.
+    pub heat_maps: Vec<HeatMap>,
+    /// Scenes that could not be measured: their index, and why.
+    pub failed: Vec<(usize, anyhow::Error)>,
+}
+
+/// What a run tells of itself as it goes.
+pub trait Listener {
+    /// A round of a scene begins.
+    fn begins(&mut self, subject: &Subject, round: u32);
+    /// What reading the scene warned of, once. An error is the scene's.
+    ///
+    /// # Errors
+    /// Where a warning is one.
+    fn warned(&mut self, subject: &Subject, warnings: &[Warning]) -> Result<()>;
+}
+
+/// A scene's outcomes so far.
+#[derive(Default)]
+struct Record {
+    triangles: u64,
+    tree: TreeFigures,
+    /// (stage, threads, rays, the rounds' outcomes)
+    rows: Vec<(Stage, usize, Option<u64>, Vec<Taken>)>,
+    failed: Option<anyhow::Error>,
+}
+
+impl Record {
+    fn add(&mut self, stage: Stage, threads: usize, rays: Option<u64>, taken: Taken) {
+        match self.rows.iter_mut().find(|row| (row.0, row.1) == (stage, threads)) {
+            Some(row) => row.3.push(taken),
+            None => self.rows.push((stage, threads, rays, vec![taken])),
+        }
+    }
+
+    fn figures(&self, name: &str) -> SceneFigures {
+        let row = |(stage, threads, rays, rounds): &(Stage, usize, Option<u64>, Vec<Taken>)| {
+            StageFigures::of(*stage, *threads, *rays, rounds)
+        };
+        let mut stages: Vec<StageFigures> = self.rows.iter().map(row).collect();
+        stages.sort_by_key(|s| (s.threads, s.stage));
+        let tree = Some(self.tree.clone());
+        SceneFigures { name: name.into(), triangles: self.triangles, tree, stages }
+    }
+}
+
+/// Measures. A scene that fails does not keep the others from being measured.
+///
+/// # Errors
+/// Where so many threads cannot be had.
+pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -> Result<Measurement> {
+    let calibration = Calibration::new();
+    let mut records: Vec<Record> = subjects.iter().map(|_| Record::default()).collect();
+    let mut heat_maps = Vec::new();
+    for round in 0..plan.rounds {
+        for (subject, record) in subjects.iter().zip(&mut records) {
+            if record.failed.is_some() {
+                continue;
+            }
+            listener.begins(subject, round + 1);
+            for (i, &threads) in plan.threads.iter().enumerate() {
+                let turns =
+                    Turns::new(&calibration, threads).with_context(|| format!("--threads {threads}"))?;
+                let first = round == 0 && i == 0;
+                let mut pass = Pass { plan, subject, turns: &turns, threads, record };
+                match pass.run(first, listener) {
+                    Ok(map) => heat_maps.extend(map),
+                    Err(e) => {
+                        record.failed = Some(e);
+                        break;
+                    }
+                }
+            }
+        }
+    }
+    let settings = Settings {
+        command: plan.command.clone(),
+        width: plan.render.width,
+        height: plan.render.height,
+        samples: plan.render.samples,
+        rounds: plan.rounds,
+        threads: plan.threads.iter().map(|&threads| threads as u32).collect(),
+        simd: plan.tier.name().into(),
+        debug_build: cfg!(debug_assertions),
+        ..Settings::default()
+    };
+    let measured = subjects.iter().zip(&records).filter(|(_, record)| record.failed.is_none());
+    let scenes = measured.map(|(subject, record)| record.figures(&subject.name)).collect();
+    let failed =
+        records.into_iter().enumerate().filter_map(|(i, record)| Some((i, record.failed?))).collect();
+    Ok(Measurement { figures: Figures::new(settings, scenes), heat_maps, failed })
+}
+
+/// One round of one scene on so many threads.
+struct Pass<'a> {
+    plan: &'a Plan,
+    subject: &'a Subject,
+    turns: &'a Turns<'a>,
+    threads: usize,
+    record: &'a mut Record,
+}
+
+impl Pass<'_> {
+    fn run(&mut self, first: bool, listener: &mut dyn Listener) -> Result<Option<HeatMap>> {
+        let (plan, turns) = (self.plan, self.turns);
+        let (taken, loaded) = turns.take(|| load(&self.subject.file, &plan.load));
+        let (scene, warnings) = loaded?;
+        if first {
+            listener.warned(self.subject, &warnings)?;
+        }
+        self.add(Stage::Load, None, taken);
+        let posed = turns.install(|| pose(&scene, &PoseSettings::default()))?;
+
+        let build = BuildSettings { tier: plan.tier, ..BuildSettings::default() };
+        let (taken, (accel, _)) = turns.take(|| Accel::build(&posed, &build));
+        self.add(Stage::Build, None, taken);
+        if first {
+            self.record.triangles = scene.drawn_triangles();
+            self.record.tree = tree(&accel);
+        }
+
+        let (frame, display) = turns.install(|| set_up(plan, &scene, &posed, &accel))?;
+        let rays = turns.install(|| Rays::new(&frame, &plan.render));
+        let (taken, hits) = turns.take(|| black_box(rays.trace_eye(&accel, &posed)));
+        self.add(Stage::Eye, Some(rays.eye()), taken);
+        if hits > 0 {
+            let (taken, _) = turns.take(|| black_box(rays.trace_shadow(&accel, &posed)));
+            self.add(Stage::Shadow, Some(rays.from_hits()), taken);
+            let (taken, _) = turns.take(|| black_box(rays.trace_incoherent(&accel, &posed)));
+            self.add(Stage::Incoherent, Some(rays.from_hits()), taken);
+        }
+        drop(rays);
+
+        let (taken, pixels) = turns.take(|| render(&frame, &Phong::default(), &plan.render, &()));
+        self.add(Stage::Frame, None, taken);
+        let picture = Picture::new(pixels?, display);
+        let (taken, png) = turns.take(|| Format::Png.encode(&picture, Depth::Usual));
+        png?;
+        self.add(Stage::Encode, None, taken);
+
+        if !(first && plan.heat_maps) {
+            return Ok(None);
+        }
+        let layers = turns.install(|| render_aovs(&frame, &[Aov::Steps], &plan.render, &()))?;
+        let layer = layers.first().context("a layer of steps")?;
+        Ok(Some(HeatMap::new(&self.subject.name, layer, (plan.render.width, plan.render.height))?))
+    }
+
+    fn add(&mut self, stage: Stage, rays: Option<u64>, taken: Taken) {
+        self.record.add(stage, self.threads, rays, taken);
+    }
+}
+
+fn tree(accel: &Accel) -> TreeFigures {
+    let AccelStats { nodes, entries, bytes, .. } = accel.stats();
+    let finite = |v: f64| Some(v).filter(|v| v.is_finite());
+    TreeFigures {
+        nodes: nodes as u64,
+        entries: entries as u64,
+        bytes: bytes as u64,
+        bytes_per_triangle: finite(bytes as f64 / entries as f64),
+        sah_cost: finite(accel.sah_cost()),
+    }
+}
+
+/// The scene as `render` shows it: through its first camera or framed, lit by its lights or by three.
+fn set_up<'a>(
+    plan: &Plan,
+    scene: &Scene,
+    posed: &'a PosedScene<'a>,
+    accel: &'a Accel,
+) -> Result<(Frame<'a>, Display)> {
+    let RenderSettings { width, height, .. } = plan.render;
+    let (camera, _) = View::default().resolve(posed, width, height)?;
+    let lit = Lighting::default().resolve(posed, &camera);
+    let frame = Frame::new(posed, accel, camera, &lit);
+    let metered = match lit.by_file {
+        true => meter(&frame, &Phong::default(), f64::from(width) / f64::from(height), &())?,
+        false => None,
+    };
+    let display = Display {
+        ev: metered.map_or(0.0, |metered| metered.ev),
+        view: ViewTransform::of(&scene.source),
+        background: Background::Color(Rgb::splat(0.05)),
+    };
+    Ok((frame, display))
+}

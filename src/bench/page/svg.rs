@@ -1,0 +1,137 @@
+//! Plots as SVG text.
+
+use std::fmt::Write;
+
+use crate::output::escape_html;
+
+/// Colours of series, apart for most eyes, and told apart by their order in the legend.
+pub(super) const COLORS: [&str; 7] =
+    ["#3366aa", "#d9822b", "#3a9151", "#b3446c", "#7a6bc2", "#8c6d31", "#4aa3a2"];
+
+/// The colour of series `i`.
+pub(super) fn color(i: usize) -> &'static str {
+    COLORS[i % COLORS.len()]
+}
+
+/// A scale from numbers to places.
+#[derive(Clone, Copy)]
+pub(super) struct Scale {
+    low: f64,
+    high: f64,
+    from: f64,
+    to: f64,
+    log: bool,
+}
+
+impl Scale {
+    /// `low` lands on `from`, `high` on `to`.
+    pub fn linear((low, high): (f64, f64), (from, to): (f64, f64)) -> Scale {
+        Scale { low, high, from, to, log: false }
+    }
+
+    /// The same by ratios; of positive numbers.
+    pub fn log((low, high): (f64, f64), (from, to): (f64, f64)) -> Scale {
+        Scale { low: libm::log10(low), high: libm::log10(high), from, to, log: true }
+    }
+
+    pub fn at(&self, v: f64) -> f64 {
+        let v = if self.log { libm::log10(v) } else { v };
+        let share = if self.high > self.low { (v - self.low) / (self.high - self.low) } else { 0.5 };
+        self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
+    }
+}
+
+/// Round numbers from 0 to `high`, about five of them.
+pub(super) fn ticks(high: f64) -> Vec<f64> {
+    let rough = high / 4.0;
+    if !(rough > 0.0 && rough.is_finite()) {
+        return vec![0.0];
+    }
+    let power = libm::pow(10.0, libm::floor(libm::log10(rough)));
+    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough).unwrap_or(rough);
+    (0..=8).map(|i| f64::from(i) * step).take_while(|v| *v <= high * 1.0001).collect()
+}
+
+/// A drawing.
+pub(super) struct Svg {
+    text: String,
+}
+
+impl Svg {
+    /// Of so many units, described for those who cannot see it.
+    pub fn new(width: f64, height: f64, label: &str) -> Svg {
+        let label = escape_html(label);
+        let text = format!(
+            "<svg role=\"img\" aria-label=\"{label}\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" xmlns=\"http://www.w3.org/2000/svg\">\n"
+        );
+        Svg { text }
+    }
+
+    pub fn line(&mut self, (x0, y0): (f64, f64), (x1, y1): (f64, f64), style: &str) {
+        let _ = writeln!(
+            self.text,
+            "<line x1=\"{x0:.1}\" y1=\"{y0:.1}\" x2=\"{x1:.1}\" y2=\"{y1:.1}\" {style}/>"
+        );
+    }
+
+    /// A rectangle with a text that shows when it is pointed at.
+    pub fn bar(&mut self, (x, y): (f64, f64), (width, height): (f64, f64), fill: &str, title: &str) {
+        let title = escape_html(title);
+        let _ = writeln!(
+            self.text,
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"{fill}\">\
+             <title>{title}</title></rect>"
+        );
+    }
+
+    /// A dot with such a text.
+    pub fn dot(&mut self, (x, y): (f64, f64), fill: &str, title: &str) {
+        let title = escape_html(title);
+        let _ = writeln!(
+            self.text,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"{fill}\"><title>{title}</title></circle>"
+        );
+    }
+
+    /// Text that begins (`start`), is centred (`middle`) or ends (`end`) at a place.
+    pub fn text(&mut self, (x, y): (f64, f64), anchor: &str, text: &str) {
+        let text = escape_html(text);
+        let _ = writeln!(self.text, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{text}</text>");
+    }
+
+    /// A row of coloured names from a place on.
+    pub fn legend(&mut self, (mut x, y): (f64, f64), names: impl Iterator<Item = String>) {
+        for (i, name) in names.enumerate() {
+            self.bar((x, y - 9.0), (10.0, 10.0), color(i), &name);
+            self.text((x + 14.0, y), "start", &name);
+            x += 34.0 + 6.6 * name.chars().count() as f64;
+        }
+    }
+
+    pub fn finish(self) -> String {
+        self.text + "</svg>\n"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round() {
+        assert_eq!(ticks(10.0), [0.0, 5.0, 10.0]);
+        assert_eq!(ticks(3.9), [0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(ticks(0.0), [0.0]);
+        assert_eq!(ticks(f64::NAN), [0.0]);
+        assert!(ticks(1e300).len() > 1 && ticks(1e-300).len() > 1);
+    }
+
+    #[test]
+    fn scales_stay_in_their_place() {
+        let log = Scale::log((10.0, 1000.0), (0.0, 100.0));
+        assert!((log.at(100.0) - 50.0).abs() < 1e-9);
+        assert_eq!(log.at(1e9), 100.0);
+        assert_eq!(Scale::linear((1.0, 1.0), (0.0, 10.0)).at(1.0), 5.0);
+    }
+}
