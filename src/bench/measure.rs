@@ -2,8 +2,6 @@
 
 use std::hint::black_box;
 
-use anyhow::{Context, Result};
-
 use super::calibration::Calibration;
 use super::figures::{Figures, SceneFigures, Settings, Stage, StageFigures, TreeFigures};
 use super::page::HeatMap;
@@ -13,11 +11,11 @@ use super::turns::{Taken, Turns};
 use crate::accel::{Accel, AccelStats, BuildSettings, Tier};
 use crate::display::{Background, Display, ViewTransform};
 use crate::geometry::Rgb;
-use crate::import::{LoadOptions, Warning, load};
+use crate::import::{LoadError, LoadOptions, Warning, load};
 use crate::integrator::{Aov, Frame, Phong};
 use crate::output::{Depth, Format, Picture};
-use crate::render::{RenderSettings, meter, render, render_aovs};
-use crate::scene::{Lighting, PoseSettings, PosedScene, Scene, View, pose};
+use crate::render::{Cancelled, RenderSettings, meter, render, render_aovs};
+use crate::scene::{Lighting, PoseError, PoseSettings, PosedScene, Scene, View, ViewError, pose};
 
 /// How a run is made.
 #[derive(Clone, Debug)]
@@ -46,18 +44,49 @@ pub struct Measurement {
     /// Pictures of what eye rays cost, where they were asked for.
     pub heat_maps: Vec<HeatMap>,
     /// Scenes that could not be measured: their index, and why.
-    pub failed: Vec<(usize, anyhow::Error)>,
+    pub failed: Vec<(usize, MeasureError)>,
+}
+
+/// Why a scene could not be measured, in one line.
+#[derive(Debug, thiserror::Error)]
+pub enum MeasureError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// It cannot be posed.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+    /// It cannot be looked at.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// Its picture cannot be encoded.
+    #[error("a picture cannot be encoded: {0}")]
+    Encode(#[from] std::io::Error),
+    /// A picture was not finished.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// So many threads cannot be had.
+    #[error("{threads} threads cannot be had: {cause}; ask for fewer")]
+    Threads {
+        /// How many.
+        threads: usize,
+        /// Why not.
+        cause: rayon::ThreadPoolBuildError,
+    },
+    /// The listener would not have it.
+    #[error("{0}")]
+    Refused(String),
 }
 
 /// What a run tells of itself as it goes.
 pub trait Listener {
     /// A round of a scene begins.
     fn begins(&mut self, subject: &Subject, round: u32);
-    /// What reading the scene warned of, once. An error is the scene's.
+    /// What reading the scene warned of, once.
     ///
     /// # Errors
-    /// Where a warning is one.
-    fn warned(&mut self, subject: &Subject, warnings: &[Warning]) -> Result<()>;
+    /// Why the scene shall not be measured then.
+    fn warned(&mut self, subject: &Subject, warnings: &[Warning]) -> Result<(), String>;
 }
 
 /// A scene's outcomes so far.
@@ -67,7 +96,7 @@ struct Record {
     tree: TreeFigures,
     /// (stage, threads, rays, the rounds' outcomes)
     rows: Vec<(Stage, usize, Option<u64>, Vec<Taken>)>,
-    failed: Option<anyhow::Error>,
+    failed: Option<MeasureError>,
 }
 
 impl Record {
@@ -90,10 +119,7 @@ impl Record {
 }
 
 /// Measures. A scene that fails does not keep the others from being measured.
-///
-/// # Errors
-/// Where so many threads cannot be had.
-pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -> Result<Measurement> {
+pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -> Measurement {
     let calibration = Calibration::new();
     let mut records: Vec<Record> = subjects.iter().map(|_| Record::default()).collect();
     let mut heat_maps = Vec::new();
@@ -104,11 +130,14 @@ pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -
             }
             listener.begins(subject, round + 1);
             for (i, &threads) in plan.threads.iter().enumerate() {
-                let turns =
-                    Turns::new(&calibration, threads).with_context(|| format!("--threads {threads}"))?;
                 let first = round == 0 && i == 0;
-                let mut pass = Pass { plan, subject, turns: &turns, threads, record };
-                match pass.run(first, listener) {
+                let turns = Turns::new(&calibration, threads);
+                let done =
+                    turns.map_err(|cause| MeasureError::Threads { threads, cause }).and_then(|turns| {
+                        Pass { plan, subject, turns: &turns, threads, record: &mut *record }
+                            .run(first, listener)
+                    });
+                match done {
                     Ok(map) => heat_maps.extend(map),
                     Err(e) => {
                         record.failed = Some(e);
@@ -133,7 +162,7 @@ pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -
     let scenes = measured.map(|(subject, record)| record.figures(&subject.name)).collect();
     let failed =
         records.into_iter().enumerate().filter_map(|(i, record)| Some((i, record.failed?))).collect();
-    Ok(Measurement { figures: Figures::new(settings, scenes), heat_maps, failed })
+    Measurement { figures: Figures::new(settings, scenes), heat_maps, failed }
 }
 
 /// One round of one scene on so many threads.
@@ -146,12 +175,12 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    fn run(&mut self, first: bool, listener: &mut dyn Listener) -> Result<Option<HeatMap>> {
+    fn run(&mut self, first: bool, listener: &mut dyn Listener) -> Result<Option<HeatMap>, MeasureError> {
         let (plan, turns) = (self.plan, self.turns);
         let (taken, loaded) = turns.take(|| load(&self.subject.file, &plan.load));
         let (scene, warnings) = loaded?;
         if first {
-            listener.warned(self.subject, &warnings)?;
+            listener.warned(self.subject, &warnings).map_err(MeasureError::Refused)?;
         }
         self.add(Stage::Load, None, taken);
         let posed = turns.install(|| pose(&scene, &PoseSettings::default()))?;
@@ -187,8 +216,9 @@ impl Pass<'_> {
             return Ok(None);
         }
         let layers = turns.install(|| render_aovs(&frame, &[Aov::Steps], &plan.render, &()))?;
-        let layer = layers.first().context("a layer of steps")?;
-        Ok(Some(HeatMap::new(&self.subject.name, layer, (plan.render.width, plan.render.height))?))
+        let size = (plan.render.width, plan.render.height);
+        let map = layers.first().map(|layer| HeatMap::new(&self.subject.name, layer, size));
+        Ok(map.transpose()?)
     }
 
     fn add(&mut self, stage: Stage, rays: Option<u64>, taken: Taken) {
@@ -214,7 +244,7 @@ fn set_up<'a>(
     scene: &Scene,
     posed: &'a PosedScene<'a>,
     accel: &'a Accel,
-) -> Result<(Frame<'a>, Display)> {
+) -> Result<(Frame<'a>, Display), MeasureError> {
     let RenderSettings { width, height, .. } = plan.render;
     let (camera, _) = View::default().resolve(posed, width, height)?;
     let lit = Lighting::default().resolve(posed, &camera);

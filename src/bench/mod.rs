@@ -23,7 +23,7 @@ mod waiting;
 pub use calibration::Calibration;
 pub use compare::{Change, Comparison, Verdict, compare};
 pub use figures::{Figures, FiguresError, Machine, SceneFigures, Settings, Stage, StageFigures, TreeFigures};
-pub use measure::{Listener, Measurement, Plan, measure};
+pub use measure::{Listener, MeasureError, Measurement, Plan, measure};
 pub use page::{HeatMap, duration, page};
 pub use rays::Rays;
 pub use subject::{Subject, SubjectError, suite, sweep};

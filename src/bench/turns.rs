@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::calibration::Calibration;
 use super::memory;
 use super::stats::median;
-use super::waiting::waited;
+use super::waiting::Shares;
 
 /// Measures on so many threads.
 pub struct Turns<'a> {
@@ -20,6 +20,8 @@ const LEAST: usize = 3;
 const ENOUGH: f64 = 0.1;
 /// Turns, at most.
 const MOST: usize = 25;
+/// What takes less than this, in seconds, is done several times a turn.
+const SHORT: f64 = 0.002;
 /// The workload takes about this share of what is measured.
 const SHARE: f64 = 0.15;
 
@@ -40,14 +42,18 @@ pub struct Taken {
 #[derive(Clone, Copy)]
 struct Span {
     wall: f64,
-    waited: f64,
+    /// The same without what others had of the processors.
+    own: f64,
 }
 
 impl Span {
-    /// The part that this process had the processors.
-    fn own(self) -> f64 {
-        // A clock too coarse for both leaves something.
-        (self.wall - self.waited).max(0.01 * self.wall).max(1e-9)
+    /// Of `threads` threads. They wait side by side, so that each waiting second is a share of one; but a
+    /// thread may also wait while it is not needed, so the work itself, evenly shared, is the least.
+    fn new(wall: f64, shares: Shares, threads: usize) -> Span {
+        let threads = threads as f64;
+        let own = (wall - shares.waiting / threads).max(shares.running / threads).clamp(0.0, wall);
+        // A clock too coarse for it leaves something.
+        Span { wall, own: own.max(1e-9) }
     }
 }
 
@@ -71,44 +77,75 @@ impl<'a> Turns<'a> {
     /// does not count, warms up; the memory is that of it.
     pub fn take<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Taken, T) {
         let tells_peak = memory::forget_peak();
-        let mut made = self.pool.install(&work);
+        let (first, mut made) = self.time(|| self.pool.install(&work));
         let peak_bytes = memory::peak().filter(|_| tells_peak);
+        // What takes hardly any time is done several times a turn.
+        let repeats = (SHORT / first.own).clamp(1.0, 1000.0) as usize;
         let (mut seconds, mut relative) = (Vec::new(), Vec::new());
-        let (mut wall, mut waited) = (0.0, 0.0);
+        let (mut wall, mut own) = (0.0, 0.0);
         let mut times = 1;
         let mut before = self.calibrate(times);
         while seconds.len() < LEAST || (wall < ENOUGH && seconds.len() < MOST) {
             // What was made before is let go of before the clock runs.
             drop(made);
-            let (span, new) = self.time(|| self.pool.install(&work));
+            let (span, new) = self.time(|| {
+                for _ in 1..repeats {
+                    self.pool.install(&work);
+                }
+                self.pool.install(&work)
+            });
             made = new;
             let after = self.calibrate(times);
-            seconds.push(span.own());
-            relative.push(span.own() / (0.5 * (before + after)));
+            let once = span.own / repeats as f64;
+            seconds.push(once);
+            relative.push(once / (0.5 * (before + after)));
             wall += span.wall;
-            waited += span.waited;
-            let wanted = (SHARE * span.own() / after).clamp(1.0, 64.0) as usize;
+            own += span.own;
+            let wanted = (SHARE * span.own / after).clamp(1.0, 64.0) as usize;
             before = if wanted == times { after } else { self.calibrate(wanted) };
             times = wanted;
         }
         let middle = |values: Vec<f64>| median(values).unwrap_or(f64::NAN);
-        let share = if wall > 0.0 { (waited / wall).min(1.0) } else { 0.0 };
-        let taken = Taken { seconds: middle(seconds), relative: middle(relative), waited: share, peak_bytes };
-        (taken, made)
+        let waited = if wall > 0.0 { 1.0 - own / wall } else { 0.0 };
+        (
+            Taken {
+                seconds: middle(seconds),
+                relative: middle(relative),
+                waited: waited.clamp(0.0, 1.0),
+                peak_bytes,
+            },
+            made,
+        )
     }
 
     /// Seconds of the workload done once by every thread: the mean of several.
     fn calibrate(&self, times: usize) -> f64 {
         let work = || self.pool.broadcast(|_| (0..times).for_each(|_| self.calibration.run()));
-        self.time(work).0.own() / times as f64
+        self.time(work).0.own / times as f64
     }
 
     fn time<T>(&self, work: impl FnOnce() -> T) -> (Span, T) {
-        let (before, start) = (waited(), Instant::now());
+        let (before, start) = (Shares::now(), Instant::now());
         let made = work();
         let wall = start.elapsed().as_secs_f64();
-        // Threads wait side by side.
-        let waited = (waited() - before).max(0.0) / self.threads as f64;
-        (Span { wall, waited }, made)
+        (Span::new(wall, Shares::since(before), self.threads), made)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waiting_is_taken_off_and_work_is_not() {
+        let own = |wall, running, waiting, threads| Span::new(wall, Shares { running, waiting }, threads).own;
+        assert_eq!(own(1.0, 0.0, 0.0, 2), 1.0);
+        assert_eq!(own(1.0, 0.25, 0.75, 1), 0.25);
+        // Two threads that wait at once.
+        assert_eq!(own(1.0, 1.0, 1.0, 2), 0.5);
+        // Threads that waited although nobody needed them.
+        assert_eq!(own(1.0, 0.5, 3.0, 2), 0.25);
+        // Counts that are a little ahead of the clock.
+        assert_eq!(own(1.0, 2.5, 0.0, 2), 1.0);
     }
 }

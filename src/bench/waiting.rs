@@ -1,13 +1,36 @@
-//! How long this process's threads stood in line for a processor.
+//! What this process's threads had of the processors, as the system counts it.
 
-/// Seconds that all threads of this process have waited, ready to run, while others had the processors.
-/// Grows; 0 where the system does not tell (only Linux does).
-pub fn waited() -> f64 {
-    let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return 0.0 };
-    let of_task = |task: std::fs::DirEntry| {
-        let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
-        // Nanoseconds on a processor, nanoseconds waiting for one, turns.
-        text.split_whitespace().nth(1)?.parse::<u64>().ok()
-    };
-    tasks.flatten().filter_map(of_task).sum::<u64>() as f64 * 1e-9
+/// Seconds of all threads together. They grow; 0 where the system does not tell (only Linux does).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shares {
+    /// On a processor.
+    pub running: f64,
+    /// In line for one, ready to run.
+    pub waiting: f64,
+}
+
+impl Shares {
+    /// Up to now.
+    pub fn now() -> Shares {
+        let mut shares = Shares::default();
+        let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return shares };
+        for task in tasks.flatten() {
+            let Ok(text) = std::fs::read_to_string(task.path().join("schedstat")) else { continue };
+            // Nanoseconds on a processor, nanoseconds waiting for one, turns.
+            let mut numbers = text.split_whitespace().map_while(|word| word.parse::<u64>().ok());
+            shares.running += numbers.next().unwrap_or(0) as f64 * 1e-9;
+            shares.waiting += numbers.next().unwrap_or(0) as f64 * 1e-9;
+        }
+        shares
+    }
+
+    /// From `before` to now.
+    pub fn since(before: Shares) -> Shares {
+        let now = Shares::now();
+        // A thread that ended takes its share with it.
+        Shares {
+            running: (now.running - before.running).max(0.0),
+            waiting: (now.waiting - before.waiting).max(0.0),
+        }
+    }
 }

@@ -5,7 +5,7 @@ mod table;
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 
 use super::args::BenchArgs;
 use super::job::tier;
@@ -109,12 +109,15 @@ fn measured(args: &BenchArgs, plan: &Plan, summary: &mut Summary) -> Result<Opti
         subjects.push(Subject::made(kind, triangles)?);
     }
     let mut teller = Teller { quiet: args.common.quiet, strict: args.common.strict, rounds: plan.rounds };
-    let Measurement { figures, heat_maps, failed } = measure(plan, &subjects, &mut teller)?;
+    let Measurement { figures, heat_maps, failed } = measure(plan, &subjects, &mut teller);
     for (i, error) in failed {
         let subject = &subjects[i];
         fail(
             summary,
-            &describe(if subject.is_made() { Path::new(&subject.name) } else { &subject.file }, &error),
+            &describe(
+                if subject.is_made() { Path::new(&subject.name) } else { &subject.file },
+                &error.into(),
+            ),
         );
     }
     Ok((!figures.scenes.is_empty()).then_some((figures, heat_maps)))
@@ -167,10 +170,10 @@ impl Listener for Teller {
         }
     }
 
-    fn warned(&mut self, subject: &Subject, warnings: &[Warning]) -> Result<()> {
+    fn warned(&mut self, subject: &Subject, warnings: &[Warning]) -> Result<(), String> {
         for warning in warnings {
             if self.strict {
-                bail!("{warning} (an error because of --strict)");
+                return Err(format!("{warning} (an error because of --strict)"));
             }
             if !self.quiet {
                 eprintln!("warning: {}", one_line(&format!("{}: {warning}", subject.name)));
