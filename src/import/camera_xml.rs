@@ -93,17 +93,18 @@ fn set(view: &mut View, name: &str, text: &str) -> Result<(), String> {
         [x, y, z] => Ok(DVec3::new(x, y, z)),
         _ => Err("expected three numbers".to_string()),
     };
-    let number = || match numbers()?[..] {
-        [v] => Ok(v),
+    let length = || match numbers()?[..] {
+        [v] if v > 0.0 => Ok(v),
+        [v] => Err(format!("expected a number above zero, not {v}")),
         _ => Err("expected one number".to_string()),
     };
     match name {
         "viewPoint" => view.view_point = Some(vector()?),
         "viewDir" => view.view_dir = Some(vector()?),
         "viewUp" => view.view_up = Some(vector()?),
-        "projDistance" => view.proj_distance = Some(number()?),
-        "viewWidth" => view.view_width = Some(number()?),
-        "viewHeight" => view.view_height = Some(number()?),
+        "projDistance" => view.proj_distance = Some(length()?),
+        "viewWidth" => view.view_width = Some(length()?),
+        "viewHeight" => view.view_height = Some(length()?),
         other => return Err(format!("no such part of a camera: '{other}'")),
     }
     Ok(())
@@ -146,6 +147,10 @@ mod tests {
             ("<camera type=\"Fisheye\"></camera>", "no camera type"),
             ("<camera><viewPoint>1 2</viewPoint></camera>", "three numbers"),
             ("<camera><viewPoint>1 2 x</viewPoint></camera>", "'x' is not a number"),
+            ("<camera><viewWidth>0</viewWidth></camera>", "<viewWidth>: expected a number above zero, not 0"),
+            ("<camera><projDistance>-6</projDistance></camera>", "above zero, not -6"),
+            ("<camera><viewHeight>1 2</viewHeight></camera>", "expected one number"),
+            ("<camera><viewSide>1</viewSide></camera>", "no such part of a camera: 'viewSide'"),
             ("<camera><viewDir>1 2 3</viewDir></camera>", "needs <viewPoint>"),
             ("<camera><viewDir>1 2 3</viewDir>", "does not end"),
         ] {

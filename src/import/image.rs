@@ -7,6 +7,10 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use super::{Limits, ktx2};
 use crate::scene::{Channels, Image, Mips, Texels};
 
+/// What textures may be, beside KTX2.
+const TEXTURES: [ImageFormat; 5] =
+    [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP, ImageFormat::Bmp, ImageFormat::Tga];
+
 /// Decodes an image, its format judged by its bytes alone.
 ///
 /// # Errors
@@ -54,7 +58,7 @@ fn texels(image: DynamicImage) -> (Channels, Texels) {
 /// Bytes that [`decode`] makes of it, by its header; 0 where it has none that can be read.
 pub(crate) fn decoded_bytes(bytes: &[u8]) -> u64 {
     if ktx2::is_ktx2(bytes) {
-        return ktx2::size(bytes).map_or(0, |(w, h)| 4 * u64::from(w) * u64::from(h));
+        return ktx2::size(bytes).map_or(0, |(w, h)| (4 * u64::from(w)).saturating_mul(u64::from(h)));
     }
     reader(bytes).ok().and_then(|r| r.into_decoder().ok()).map_or(0, |d| d.total_bytes())
 }
@@ -72,11 +76,15 @@ fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     if reader.format().is_none() && looks_like_tga(bytes) {
         reader.set_format(ImageFormat::Tga);
     }
-    let light = matches!(reader.format(), Some(ImageFormat::Hdr | ImageFormat::OpenExr));
-    if reader.format().is_none() || light {
-        return Err("neither PNG, JPEG, WebP, KTX2, BMP nor TGA by its bytes".into());
+    let textures = "PNG, JPEG, WebP, KTX2, BMP and TGA are read";
+    match reader.format() {
+        None => Err(format!("it is of no format that is known by its bytes: {textures}")),
+        Some(other) if !TEXTURES.contains(&other) => {
+            let name = other.extensions_str().first().unwrap_or(&"").to_uppercase();
+            Err(format!("it is a file of {name}, which is not read: {textures}; save it as one of them"))
+        }
+        Some(_) => Ok(reader),
     }
-    Ok(reader)
 }
 
 /// TGA has no magic number: its header makes sense, or not.
@@ -142,11 +150,19 @@ mod tests {
     #[test]
     fn what_is_no_image_or_too_large_is_refused() {
         let refused = |bytes: &[u8], limits: &Limits| decode("x", bytes, limits).unwrap_err();
-        let error = refused(b"what", &Limits::default());
-        assert_eq!(
-            error,
-            "image 'x' cannot be decoded: neither PNG, JPEG, WebP, KTX2, BMP nor TGA by its bytes"
-        );
+        let told = |bytes: &[u8]| refused(bytes, &Limits::default());
+        let read = "PNG, JPEG, WebP, KTX2, BMP and TGA are read";
+        let wrong = "image 'x' cannot be decoded: it is";
+        assert_eq!(told(b"what"), format!("{wrong} of no format that is known by its bytes: {read}"));
+        for (bytes, name) in [(&b"GIF89a\x01\0\x01\0"[..], "GIF"), (b"II*\0\x08\0\0\0", "TIFF")] {
+            let expected =
+                format!("{wrong} a file of {name}, which is not read: {read}; save it as one of them");
+            assert_eq!(told(bytes), expected);
+        }
+        // Sides whose product is more than u64 has.
+        let huge = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &[0xff; 68]].concat();
+        assert_eq!(decoded_bytes(&huge), u64::MAX);
+        assert!(told(&huge).contains("4294967295x4294967295 pixels"));
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/models/tests/images/rgb.png");
         let bytes = std::fs::read(path).unwrap();
         let small = Limits { image_pixels: 100, ..Limits::default() };

@@ -26,12 +26,29 @@ pub(crate) enum Unreadable {
     Refused(String),
     /// There is no such file, or it cannot be read.
     Missing(String),
+    /// There is one, of more bytes than were allowed.
+    TooLarge {
+        /// All of that.
+        text: String,
+        /// How many bytes it has.
+        bytes: u64,
+    },
 }
 
 impl Unreadable {
     pub fn text(&self) -> &str {
         match self {
-            Unreadable::Refused(s) | Unreadable::Missing(s) => s,
+            Unreadable::Refused(text) | Unreadable::Missing(text) | Unreadable::TooLarge { text, .. } => text,
+        }
+    }
+
+    /// What is too large is no picture without it, but none at all: who set the limit wants to know.
+    pub fn over_limit(&self, allowed: u64) -> Option<LoadError> {
+        match *self {
+            Unreadable::TooLarge { bytes, .. } => {
+                Some(LoadError::Limit { name: "file size in bytes", asked: bytes, allowed })
+            }
+            _ => None,
         }
     }
 }
@@ -68,7 +85,15 @@ impl Folder {
         let path = found?;
         match read_limited(&path, limit) {
             Ok(bytes) => Ok(bytes),
-            Err(e) => Err(Unreadable::Missing(format!("'{name}' cannot be read: {e}"))),
+            Err(e) => {
+                let text = format!("'{}' cannot be read: {e}", printable(name));
+                match std::fs::metadata(&path) {
+                    Ok(file) if e.kind() == io::ErrorKind::FileTooLarge => {
+                        Err(Unreadable::TooLarge { text, bytes: file.len() })
+                    }
+                    _ => Err(Unreadable::Missing(text)),
+                }
+            }
         }
     }
 
@@ -191,7 +216,10 @@ pub(crate) fn printable(name: &str) -> String {
         .chars()
         .take(120)
         .flat_map(|c| {
-            let escaped = if c.is_control() { c.escape_default().collect::<String>() } else { c.to_string() };
+            // What turns the direction of writing shows a name as another.
+            let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+            let escaped =
+                if c.is_control() || turns { c.escape_default().collect::<String>() } else { c.to_string() };
             escaped.chars().collect::<Vec<_>>()
         })
         .collect();
@@ -253,6 +281,12 @@ mod tests {
         }
         let allowed = Folder { allow_outside: true, ..folder };
         assert_eq!(allowed.read_uri("../canary", 100).unwrap(), b"outside");
+    }
+
+    #[test]
+    fn names_are_fit_for_a_line() {
+        assert_eq!(printable("a\x1b[31m\n\u{202e}b é"), r"a\u{1b}[31m\n\u{202e}b é");
+        assert_eq!(printable(&"x".repeat(200)).chars().count(), 121);
     }
 
     #[test]

@@ -85,8 +85,8 @@ pub(super) fn decode(
         return Err(wrong(format!("the Draco stream names a vertex past its {count}")));
     }
     let mut attributes = HashMap::new();
-    let ids = extension.get("attributes").and_then(Value::as_object);
-    for (name, id) in ids.into_iter().flatten() {
+    let ids = extension.get("attributes").and_then(Value::as_object).filter(|ids| !ids.is_empty());
+    for (name, id) in ids.ok_or_else(|| wrong("names no attributes".into()))? {
         let id = id.as_u64().and_then(|id| u32::try_from(id).ok());
         let attribute = id.and_then(|id| mesh.attribute_by_unique_id(id));
         let attribute = attribute.ok_or_else(|| wrong(format!("the Draco stream has no {name}")))?;

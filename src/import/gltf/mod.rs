@@ -26,6 +26,7 @@ mod repair;
 mod tests;
 mod texture;
 mod topology;
+mod values;
 mod variants;
 
 use super::error::{LoadError, Warning, Warnings};

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value};
 
 use crate::import::error::LoadError;
+use crate::import::uri::printable;
 
 /// Where an index stands, and the array that it points into. `[]` is every item of an array,
 /// `{}` every value of an object.
@@ -101,7 +102,7 @@ fn render(path: &[Step<'_>]) -> String {
             Step::Key(key) if text.is_empty() => text.push_str(key),
             Step::Key(key) => {
                 text.push('.');
-                text.push_str(key);
+                text.push_str(&printable(key));
             }
             Step::Index(i) => text.push_str(&format!("[{i}]")),
         }
@@ -115,7 +116,7 @@ fn slots(value: &Value, path: &mut String, textures: usize) -> Result<(), LoadEr
     for (key, field) in map.iter().filter(|(k, _)| *k != "extras") {
         let length = path.len();
         path.push('.');
-        path.push_str(key);
+        path.push_str(&printable(key));
         if key.ends_with("Texture") {
             let index = field.as_object().and_then(|m: &Map<_, _>| m.get("index")).and_then(Value::as_u64);
             if let Some(index) = index.filter(|&i| i >= textures as u64) {

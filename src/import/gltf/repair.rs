@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use ::gltf::json::Root;
 use serde_json::{Map, Value, json};
 
-use super::references;
+use super::{references, values};
 use crate::import::error::{LoadError, Warnings};
+use crate::import::uri::printable;
 
 /// What is said to files of the old format, wherever it shows.
 pub(super) const VERSION_1: &str =
@@ -25,6 +26,10 @@ pub(super) struct Json {
 
 /// Reads, repairs and types the JSON.
 pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadError> {
+    if text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff") || text.iter().take(4).any(|&b| b == 0)
+    {
+        return Err(LoadError::parse("JSON", "the text is not UTF-8 but UTF-16: save it as UTF-8"));
+    }
     let text = String::from_utf8_lossy(text);
     if matches!(text, std::borrow::Cow::Owned(_)) {
         warnings.add("JSON", "bytes that are not UTF-8 were replaced");
@@ -47,6 +52,7 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
     references::check(&value)?;
     let pointers = pointers(&mut value);
     fill(&mut value, warnings);
+    values::mend(&mut value, warnings);
     let root = serde_path_to_error::deserialize(value).map_err(|e| {
         let path = e.path().to_string();
         LoadError::parse(path, e.into_inner())
@@ -70,9 +76,14 @@ fn version(root: &mut Map<String, Value>, warnings: &mut Warnings) -> Result<(),
     match &found {
         None => warnings.add("asset.version", "is missing; read as glTF 2.0"),
         Some(v) if v != "2" && !v.starts_with("2.") => {
+            let v = printable(v);
             return Err(LoadError::Unsupported(format!("glTF version {v} is not known; 2.0 is read")));
         }
-        Some(_) => {}
+        Some(v) => {
+            if asset["version"].is_number() {
+                warnings.add("asset.version", format_args!("{v} is a number, and was read as text"));
+            }
+        }
     }
     if !asset.is_object() {
         *asset = json!({});
@@ -166,7 +177,10 @@ impl Floats {
 }
 
 /// Objects under `value[key]`, each with its index.
-fn items<'v>(value: &'v mut Value, key: &str) -> impl Iterator<Item = (usize, &'v mut Map<String, Value>)> {
+pub(super) fn items<'v>(
+    value: &'v mut Value,
+    key: &str,
+) -> impl Iterator<Item = (usize, &'v mut Map<String, Value>)> {
     let list = value.get_mut(key).and_then(Value::as_array_mut).map(|a| a.iter_mut()).into_iter().flatten();
     list.enumerate().filter_map(|(i, v)| v.as_object_mut().map(|o| (i, o)))
 }
@@ -299,6 +313,10 @@ mod tests {
         let error = |text| read(text).0.unwrap_err().to_string();
         assert_eq!(error("{\"asset\":"), "JSON, line 1 column 9: EOF while parsing a value");
         assert!(error("[]").contains("no JSON object"));
+        for text in [&b"\xff\xfe{\0}\0"[..], b"\xfe\xff\0{\0}", b"{\0}\0"] {
+            let error = parse(text, &mut Warnings::default()).unwrap_err().to_string();
+            assert!(error.contains("save it as UTF-8"), "{error}");
+        }
         assert!(error(r#"{"asset":{"version":"1.0"}}"#).contains("glTF 1.0"));
         assert!(error(r#"{"meshes":{"a":{}}}"#).contains("glTF 1.0"));
         assert!(error(r#"{"asset":{"version":"3.0"}}"#).contains("version 3.0"));
