@@ -37,7 +37,7 @@ pub fn load_sky(path: &Path, limits: &Limits) -> Result<Sky, LoadError> {
     let (width, height) = reader()?.into_dimensions().map_err(wrong)?;
     let pixels = u64::from(width) * u64::from(height);
     LoadError::check("pixels of the picture of light", pixels, MAX_PIXELS.min(limits.image_pixels))?;
-    if height == 0 || width != 2 * height {
+    if height == 0 || u64::from(width) != 2 * u64::from(height) {
         let rule = format!("an equirectangular picture is twice as wide as high, not {width}x{height}");
         return Err(LoadError::invalid(&place, rule));
     }
@@ -90,6 +90,10 @@ mod tests {
         says(&file(dir.path(), "square.exr", 16, 16), &limits, "twice as wide as high, not 16x16");
         let good = file(dir.path(), "good.hdr", 32, 16);
         says(&good, &Limits { image_pixels: 100, ..Limits::default() }, "512 is over the limit of 100");
+        // Twice its height is no u32.
+        let flat = dir.path().join("flat.hdr");
+        std::fs::write(&flat, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2147483648 +X 0\n").unwrap();
+        says(&flat, &limits, "twice as wide as high, not 0x2147483648");
         let text = dir.path().join("text.hdr");
         std::fs::write(&text, "hello").unwrap();
         says(&text, &limits, "neither Radiance HDR nor OpenEXR");

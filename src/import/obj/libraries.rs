@@ -8,6 +8,9 @@ use super::super::uri::{Folder, printable};
 use super::mtl::{self, Mtl};
 use super::{text, textures};
 
+/// Number signs of a name that are looked at.
+const COMMENTS: usize = 16;
+
 /// All materials of all MTLs.
 #[derive(Default)]
 pub(super) struct Libraries {
@@ -27,13 +30,20 @@ impl Libraries {
         warnings: &mut Warnings,
     ) -> Libraries {
         let mut out = Libraries { complete: true, ..Default::default() };
+        // A file that is named a thousand times is read once.
+        let mut known: HashMap<String, Result<(), String>> = HashMap::new();
         for line in lines {
             let read = |name: &str| {
-                let bytes = textures::find(folder, "", name, options.limits.file_bytes)?;
-                Ok((name.to_string(), bytes))
+                if let Some(outcome) = known.get(name) {
+                    return outcome.clone().map(|()| None);
+                }
+                let bytes = textures::find(folder, "", name, options.limits.file_bytes);
+                let bytes = bytes.map_err(|e| e.text().to_string());
+                known.insert(name.to_string(), bytes.as_ref().map(drop).map_err(String::clone));
+                Ok(Some((name.to_string(), bytes?)))
             };
             let (found, missing) = named(line, read);
-            for (name, bytes) in found {
+            for (name, bytes) in found.into_iter().flatten() {
                 let (text, guessed) = text::decode(&bytes);
                 let place = printable(&name);
                 if guessed {
@@ -69,19 +79,24 @@ impl Libraries {
     /// The material of that name: exactly, or else as exporters alter names, or else without what
     /// may be a comment.
     pub fn material(&self, name: &str) -> Option<&Mtl> {
-        let unquoted = name.trim_matches('"');
         let [exact, bare, lower] = &self.by_name;
-        let found = exact.get(name).or_else(|| bare.get(unquoted));
-        match found.or_else(|| lower.get(&unquoted.to_lowercase())) {
-            Some(&i) => self.all.get(i),
-            None => name.rsplit_once('#').and_then(|(front, _)| self.material(front.trim_end())),
-        }
+        let find = |name: &str| {
+            let unquoted = name.trim_matches('"');
+            let found = exact.get(name).or_else(|| bare.get(unquoted));
+            self.all.get(*found.or_else(|| lower.get(&unquoted.to_lowercase()))?)
+        };
+        std::iter::successors(Some(name), without_comment).take(COMMENTS).find_map(find)
     }
+}
+
+/// A name up to its last number sign, if it has one.
+fn without_comment<'n>(name: &&'n str) -> Option<&'n str> {
+    name.rsplit_once('#').map(|(front, _)| front.trim_end())
 }
 
 /// What a `mtllib` line names, read: the whole line as one name; or else each of its words, which
 /// may be quoted; or else one name whose spaces have backslashes. And what could not be read.
-fn named<T>(line: &str, read: impl Fn(&str) -> Result<T, String>) -> (Vec<T>, Vec<String>) {
+fn named<T>(line: &str, mut read: impl FnMut(&str) -> Result<T, String>) -> (Vec<T>, Vec<String>) {
     let whole = match read(line.trim_matches('"')) {
         Ok(found) => return (vec![found], Vec::new()),
         Err(why) => why,
@@ -120,6 +135,35 @@ fn words(line: &str) -> Vec<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Number signs begin comments, and names are looked up without them: not a million times.
+    #[test]
+    fn a_name_of_number_signs_does_no_harm() {
+        let mut libraries = Libraries::default();
+        for name in ["a", "a # b"] {
+            let material = Mtl { name: name.into(), ..Mtl::default() };
+            libraries.add(material, "a.mtl", &mut Warnings::default());
+        }
+        let found = |name: &str| libraries.material(name).map(|m| m.name.clone());
+        assert_eq!(found("a # b # c").as_deref(), Some("a # b"));
+        assert_eq!(found("a # c # c").as_deref(), Some("a"));
+        assert_eq!(found(&"#".repeat(1 << 20)), None);
+    }
+
+    #[test]
+    fn a_library_named_again_and_again_is_read_once() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("a.mtl"), "newmtl a\n").unwrap();
+        let folder = Folder::of(&dir.path().join("a.obj"), false);
+        let lines = ["a.mtl a.mtl b.mtl", "a.mtl", "b.mtl a.mtl", "b.mtl b.mtl b.mtl"].map(String::from);
+        let mut warnings = Warnings::default();
+        let libraries = Libraries::read(&lines, &folder, &LoadOptions::default(), &mut warnings);
+        assert_eq!(libraries.all.len(), 1);
+        // Neither is a material given again, nor is the missing one told twice.
+        let told = warnings.into_vec();
+        assert_eq!(told.iter().filter(|w| w.what.contains("'b.mtl'")).count(), 1, "{told:?}");
+        assert!(told.iter().all(|w| !w.what.contains("again")), "{told:?}");
+    }
 
     #[test]
     fn lines_are_one_name_or_several_or_quoted_or_escaped() {
