@@ -48,6 +48,8 @@ fn every_limit_holds_at_the_limit_and_not_one_past() {
         judge(name, |l, n| l.vertices = n);
         judge(name, |l, n| l.triangles = n);
     }
+    // Files that others refer to, too.
+    judge("textured/textured.gltf", |l, n| l.file_bytes = n);
     judge("tests/gltf/instances_gpu.glb", |l, n| l.instances = n);
     judge("tests/gltf/strip_draco.glb", |l, n| l.vertices = n);
     judge("tests/gltf/strip_draco.glb", |l, n| l.triangles = n);
@@ -75,6 +77,26 @@ fn pictures_hold_their_limit() {
         let (kept, told) = left(most - 1);
         assert!(kept <= all.len() - large && told >= 1, "{name}: {kept} kept, {told} told");
     }
+}
+
+/// A texture's file that is too large is no missing one, which would be white: nothing is shown.
+#[test]
+fn files_of_textures_hold_the_limit_of_files() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.obj");
+    fs::copy(model("textured/planks.png"), dir.path().join("planks.png")).unwrap();
+    fs::write(dir.path().join("a.mtl"), "newmtl a\nmap_Kd planks.png\n").unwrap();
+    fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n").unwrap();
+    let size = fs::metadata(dir.path().join("planks.png")).unwrap().len();
+    let with = |file_bytes| read(&path, Limits { file_bytes, ..Limits::default() });
+    assert_eq!(with(size).unwrap().0.images.len(), 1);
+    match with(size - 1) {
+        Err(LoadError::Limit { asked, allowed, .. }) => assert_eq!((asked, allowed), (size, size - 1)),
+        other => panic!("{other:?}"),
+    }
+    // What is read of it counts as memory, and what is decoded of it once more.
+    let charged = |memory_bytes| read(&path, Limits { memory_bytes, ..Limits::default() }).is_ok();
+    assert!(!charged(size) && charged(64 << 20));
 }
 
 /// A glTF of nodes, saved.

@@ -1,6 +1,7 @@
 //! The file in memory: its typed JSON and its buffers.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -13,7 +14,7 @@ use super::meshopt::{self, Filter, Mode};
 use super::repair::{self, Json};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::memory::Budget;
-use crate::import::uri::{Folder, printable};
+use crate::import::uri::{Folder, Unreadable, printable};
 use crate::import::{Limits, LoadOptions};
 
 /// Bytes that accessors without data may stand for, in all.
@@ -25,7 +26,9 @@ pub(super) struct Document<'a> {
     pub folder: &'a Folder,
     pub limits: &'a Limits,
     pub budget: Budget,
-    buffers: Vec<Cow<'a, [u8]>>,
+    files: Vec<Cow<'a, [u8]>>,
+    /// Which of them each buffer is: a file that is named a thousand times is read once.
+    buffers: Vec<usize>,
     /// What compressed buffer views hold, decompressed when first asked for.
     plain: Vec<OnceLock<Result<Vec<u8>, String>>>,
     zero_bytes: AtomicU64,
@@ -52,21 +55,38 @@ impl<'a> Document<'a> {
         let json = repair::parse(container.json, warnings)?;
         extensions::judge(&json, warnings)?;
         let limits = &options.limits;
-        let buffers = (0..json.root.buffers.len())
-            .map(|i| {
-                let bytes = buffer(&json.root, i, container.bin, folder, limits, warnings)?;
-                if let Cow::Owned(read) = &bytes {
-                    budget.charge(read.len() as u64)?;
-                }
-                Ok(bytes)
-            })
-            .collect::<Result<_, LoadError>>()?;
+        let (mut files, mut buffers) = (Vec::new(), Vec::with_capacity(json.root.buffers.len()));
+        let mut known: HashMap<&str, usize> = HashMap::new();
+        let mut left = limits.file_bytes;
+        for (i, buffer) in json.root.buffers.iter().enumerate() {
+            let again = buffer.uri.as_deref().and_then(|uri| known.get(uri).copied());
+            let file = again.map_or_else(
+                || -> Result<usize, LoadError> {
+                    let bytes = read(buffer, i, container.bin, folder, left)?;
+                    if let Cow::Owned(read) = &bytes {
+                        budget.charge(read.len() as u64)?;
+                        // Together no more than one file may have: there is no end to names of one.
+                        left = left.saturating_sub(read.len() as u64);
+                    }
+                    files.push(bytes);
+                    Ok(files.len() - 1)
+                },
+                Ok,
+            )?;
+            known.extend(buffer.uri.as_deref().map(|uri| (uri, file)));
+            let (has, wanted) = (files[file].len() as u64, buffer.byte_length.0);
+            if has < wanted && !is_fallback(buffer) {
+                let what = format!("has {has} bytes where byteLength promises {wanted}");
+                warnings.add(format_args!("buffers[{i}]"), what);
+            }
+            buffers.push(file);
+        }
         let compressed = json.root.buffer_views.iter().filter_map(Compressed::of);
         let total = compressed.fold(0u64, |sum, c| sum.saturating_add(c.count.saturating_mul(c.stride)));
         LoadError::check("bytes of decompressed buffer views", total, limits.decompressed_bytes)?;
         budget.charge(total)?;
         let plain = json.root.buffer_views.iter().map(|_| OnceLock::new()).collect();
-        Ok(Document { json, folder, limits, budget, buffers, plain, zero_bytes: AtomicU64::new(0) })
+        Ok(Document { json, folder, limits, budget, files, buffers, plain, zero_bytes: AtomicU64::new(0) })
     }
 
     pub fn root(&self) -> &Root {
@@ -93,7 +113,7 @@ impl<'a> Document<'a> {
 
     /// Part of a buffer, or how it is none.
     fn stretch(&self, buffer: usize, offset: u64, length: u64) -> Result<&[u8], String> {
-        let whole: &[u8] = self.buffers.get(buffer).map_or(&[], |b| b);
+        let whole: &[u8] = self.buffers.get(buffer).map_or(&[], |&file| &self.files[file]);
         let end = offset.checked_add(length).filter(|&end| end <= whole.len() as u64);
         end.map(|end| &whole[offset as usize..end as usize]).ok_or_else(|| {
             let has = whole.len();
@@ -167,34 +187,29 @@ fn is_fallback(buffer: &::gltf::json::Buffer) -> bool {
     buffer.extensions.as_ref().is_some_and(|e| MESHOPT.iter().any(|name| e.others.contains_key(*name)))
 }
 
-fn buffer<'a>(
-    root: &Root,
+/// What a buffer holds, of at most `limit` bytes.
+fn read<'a>(
+    buffer: &::gltf::json::Buffer,
     index: usize,
     bin: Option<&'a [u8]>,
     folder: &Folder,
-    limits: &Limits,
-    warnings: &mut Warnings,
+    limit: u64,
 ) -> Result<Cow<'a, [u8]>, LoadError> {
     let place = format!("buffers[{index}]");
-    let buffer = &root.buffers[index];
-    let wanted = buffer.byte_length.0;
-    let bytes = match (&buffer.uri, bin) {
+    Ok(match (&buffer.uri, bin) {
         (Some(uri), _) => {
-            let read = folder.read_uri(uri, limits.file_bytes);
-            Cow::Owned(read.map_err(|e| LoadError::invalid(format_args!("{place}.uri"), e.text()))?)
+            let wrong = |e: Unreadable| {
+                let invalid = || LoadError::invalid(format_args!("{place}.uri"), e.text());
+                e.over_limit(limit).unwrap_or_else(invalid)
+            };
+            Cow::Owned(folder.read_uri(uri, limit).map_err(wrong)?)
         }
         (None, Some(bin)) if index == 0 => Cow::Borrowed(bin),
         // A placeholder for what meshopt decompresses into.
-        (None, _) if is_fallback(buffer) => return Ok(Cow::default()),
-        (None, _) if wanted == 0 => Cow::default(),
+        (None, _) if is_fallback(buffer) || buffer.byte_length.0 == 0 => Cow::default(),
         (None, _) => {
             let rule = "has no uri, and the file has no binary chunk for it";
             return Err(LoadError::invalid(place, rule));
         }
-    };
-    if (bytes.len() as u64) < wanted {
-        let has = bytes.len();
-        warnings.add(place, format_args!("has {has} bytes where byteLength promises {wanted}"));
-    }
-    Ok(bytes)
+    })
 }

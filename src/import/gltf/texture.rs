@@ -98,7 +98,8 @@ impl Images {
                 new.push(source);
             }
         }
-        let files: Vec<Result<File<'_>, String>> = new.par_iter().map(|&i| bytes(doc, i)).collect();
+        let files: Vec<_> = new.par_iter().map(|&i| bytes(doc, i)).collect();
+        let files: Vec<Result<File<'_>, String>> = files.into_iter().collect::<Result<_, LoadError>>()?;
         let sizes = files.iter().flatten().map(|(_, bytes)| image::decoded_bytes(bytes));
         let new_bytes = sizes.fold(0, u64::saturating_add);
         self.bytes = self.bytes.saturating_add(new_bytes);
@@ -148,22 +149,34 @@ fn sources(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) -> Vec<u
     offers
 }
 
-/// The file that holds an image, with a name for it.
-fn bytes<'d>(doc: &'d Document<'_>, index: usize) -> Result<File<'d>, String> {
+/// The file that holds an image, with a name for it, or why there is none.
+///
+/// # Errors
+/// More bytes than are allowed.
+fn bytes<'d>(doc: &'d Document<'_>, index: usize) -> Result<Result<File<'d>, String>, LoadError> {
     let json = &doc.root().images[index];
     let is_data = |uri: &str| uri.trim_start().get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:"));
     let file = json.uri.as_deref().filter(|uri| !is_data(uri));
     let name = json.name.as_deref().filter(|n| !n.is_empty()).or(file);
     let name = name.map_or_else(|| format!("images[{index}]"), printable);
     let bytes = match (&json.uri, json.buffer_view) {
-        (_, Some(view)) => Cow::Borrowed(doc.view(view.value()).map_err(|e| e.to_string())?.bytes),
-        (Some(uri), None) => {
-            let read = doc.folder.read_uri(uri, doc.limits.file_bytes);
-            Cow::Owned(read.map_err(|e| format!("image '{name}': {}", e.text()))?)
-        }
-        (None, None) => return Err(format!("image '{name}' has neither uri nor bufferView")),
+        (_, Some(view)) => match doc.view(view.value()) {
+            Ok(view) => Cow::Borrowed(view.bytes),
+            Err(e) => return Ok(Err(e.to_string())),
+        },
+        (Some(uri), None) => match doc.folder.read_uri(uri, doc.limits.file_bytes) {
+            Ok(bytes) => {
+                doc.budget.charge(bytes.len() as u64)?;
+                Cow::Owned(bytes)
+            }
+            Err(e) => {
+                let missing = || Ok(Err(format!("image '{name}': {}", e.text())));
+                return e.over_limit(doc.limits.file_bytes).map_or_else(missing, Err);
+            }
+        },
+        (None, None) => return Ok(Err(format!("image '{name}' has neither uri nor bufferView"))),
     };
-    Ok((name, bytes))
+    Ok(Ok((name, bytes)))
 }
 
 fn sampled(doc: &Document<'_>, texture: usize, image: u32) -> Texture {

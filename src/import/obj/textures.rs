@@ -9,7 +9,7 @@ use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
 use super::super::image::{decode, decoded_bytes};
 use super::super::memory::Budget;
-use super::super::uri::{Folder, printable};
+use super::super::uri::{Folder, Unreadable, printable};
 use super::map::Map;
 use super::mtl::Mtl;
 use crate::scene::{
@@ -19,7 +19,7 @@ use crate::scene::{
 
 /// Reads a file by a name from another system, another folder, or in another case: as written,
 /// beside the MTL, beside the OBJ, and by its base name in both.
-pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Result<Vec<u8>, String> {
+pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
     let unified = name.replace('\\', "/");
     let base = unified.rsplit('/').next().unwrap_or(&unified).to_string();
     let join = |folder: &str, name: &str| {
@@ -32,6 +32,7 @@ pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Res
         }
         match folder.read_file(&candidate, limit) {
             Ok(bytes) => return Ok(bytes),
+            Err(error @ Unreadable::TooLarge { .. }) => return Err(error),
             Err(_) => {
                 if let Some(other_case) = folder.in_other_case(&candidate)
                     && let Ok(bytes) = folder.read_file(&other_case, limit)
@@ -43,8 +44,7 @@ pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Res
         tried.push(candidate);
     }
     // The first attempt says why: refused, or not there.
-    let why = folder.read_file(&join(beside, &unified), limit).err();
-    Err(why.map_or_else(|| format!("'{}' cannot be read", printable(name)), |e| e.text().to_string()))
+    folder.read_file(&join(beside, &unified), limit)
 }
 
 /// Images and textures of all materials.
@@ -78,8 +78,12 @@ impl Library {
                 }
             }
         }
-        let files: Vec<Result<Vec<u8>, String>> =
-            wanted.par_iter().map(|(beside, name)| find(folder, beside, name, limits.file_bytes)).collect();
+        let read = |(beside, name): &(String, String)| match find(folder, beside, name, limits.file_bytes) {
+            Ok(bytes) => budget.charge(bytes.len() as u64).map(|()| Ok(bytes)),
+            Err(e) => e.over_limit(limits.file_bytes).map_or_else(|| Ok(Err(e.text().to_string())), Err),
+        };
+        let files: Vec<_> = wanted.par_iter().map(read).collect();
+        let files: Vec<Result<Vec<u8>, String>> = files.into_iter().collect::<Result<_, LoadError>>()?;
         // By their headers first: what is too much is not decoded at all.
         let sizes = files.iter().flatten().map(|bytes| decoded_bytes(bytes));
         let total = sizes.fold(0u64, u64::saturating_add);

@@ -218,3 +218,25 @@ fn damaged_compression() {
     }
     assert!(damaged == 3200 && (100..3200).contains(&refused), "{refused} of {damaged} refused");
 }
+
+/// A file of a few kilobytes could ask for the same bytes a thousand times.
+#[test]
+fn buffers_of_one_file_take_its_memory_once() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("a.bin"), [0; 3000]).unwrap();
+    let limits = Limits { file_bytes: 10_000, ..Limits::default() };
+    let options = LoadOptions { limits, ..LoadOptions::default() };
+    let load = |uri: &dyn Fn(usize) -> String| {
+        let mut fixture = Fixture::triangle();
+        for i in 0..100 {
+            fixture.push("buffers", json!({"byteLength": 3001, "uri": uri(i)}));
+        }
+        let folder = crate::import::uri::Folder::of(&dir.path().join("a.glb"), false);
+        load(&fixture.glb(), &folder, &options)
+    };
+    let (_, warnings) = load(&|_| "a.bin".into()).unwrap();
+    assert_eq!(warnings.iter().filter(|w| w.what.contains("byteLength promises 3001")).count(), 100);
+    // Other names of the same file have no end: all together are bound.
+    let error = load(&|i| format!("{}a.bin", "./".repeat(i))).unwrap_err().to_string();
+    assert_eq!(error, "file size in bytes: 3000 is over the limit of 1000");
+}
