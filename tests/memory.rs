@@ -52,6 +52,25 @@ fn number_before(text: &str, mark: &str) -> Option<f64> {
     text[..text.find(mark)?].split_whitespace().next_back()?.parse().ok()
 }
 
+/// A small file that asks for a lot: 16,000 meshes of the same 65,000 vertices.
+#[test]
+fn vertices_that_are_asked_for_again_and_again_are_counted() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = dir.path().join("a.gltf");
+    let primitive = r#"{"attributes": {"POSITION": 0}}"#;
+    let json = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+        "meshes": [{{"primitives": [{}]}}], "buffers": [{{"byteLength": 780000, "uri": "a.bin"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 780000}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 65000}}]}}"#,
+        vec![primitive; 16_000].join(",")
+    );
+    std::fs::write(&scene, json).unwrap();
+    std::fs::write(dir.path().join("a.bin"), vec![0; 780_000]).unwrap();
+    let told = run(dir.path(), (scene.to_str().unwrap(), "--size 16x16"), 4 << 30).unwrap_err();
+    assert!(told.contains("bytes of memory") && told.contains("over the limit of 4294967296"), "{told}");
+}
+
 #[test]
 fn what_is_let_through_takes_no_more_than_was_allowed() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,5 +1,7 @@
 //! What a job takes in memory: as estimated before it is taken, for `--max-memory`, and in words.
 
+use std::path::Path;
+
 use anyhow::{Result, bail};
 
 use super::job::Job;
@@ -46,18 +48,36 @@ pub(super) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
     (PROGRAM + scene.bytes() + moments * moment).saturating_add(picture.saturating_mul(pictures))
 }
 
-/// Refuses what would take more than was allowed.
+/// Refuses what would take more than was allowed, or more than there is.
 pub(super) fn check(job: &Job, scene: &Scene, frames: usize) -> Result<()> {
-    let Some(allowed) = job.max_memory else { return Ok(()) };
+    let (allowed, who) = match job.max_memory {
+        Some(bytes) => (bytes, "--max-memory allows"),
+        None => (installed().unwrap_or(u64::MAX), "without --max-memory there are"),
+    };
     let needed = estimate(job, scene, frames);
     if needed > allowed {
         bail!(
-            "it would take about {} of memory, and --max-memory allows {}: allow more, or take a smaller --size or fewer --aov",
+            "it would take about {} of memory, and {who} {}: allow more, or take a smaller --size or fewer --aov",
             text(needed),
             text(allowed)
         );
     }
     Ok(())
+}
+
+/// The memory that this process may have, where the system says so: the machine's, or less in a control group.
+pub(super) fn installed() -> Option<u64> {
+    let meminfo = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let total = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    let total = total.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024);
+    let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let group = groups.lines().find_map(|line| line.strip_prefix("0::/")).unwrap_or_default();
+    // A group is bound by those above it too.
+    let limits = Path::new(group).ancestors().filter_map(|group| {
+        let file = Path::new("/sys/fs/cgroup").join(group).join("memory.max");
+        std::fs::read_to_string(file).ok()?.trim().parse::<u64>().ok()
+    });
+    limits.chain([total]).min()
 }
 
 /// Bytes in words, to a tenth.
@@ -66,5 +86,16 @@ pub(super) fn text(bytes: u64) -> String {
     match UNITS.into_iter().find(|(unit, _)| bytes >= *unit) {
         Some((unit, name)) => format!("{:.1} {name}", bytes as f64 / unit as f64),
         None => format!("{bytes} bytes"),
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_memory_and_this_process_takes_less() {
+        let (most, now) = (installed().unwrap(), peak().unwrap());
+        assert!(now > 1 << 20 && most > now, "{now} of {most}");
     }
 }

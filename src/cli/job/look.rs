@@ -7,6 +7,7 @@ use crate::cli::args::{
     CameraArgs, CommonArgs, CullArg, FilterArg, FitArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
     LightArgs, LookArgs, ProjectionArg, SceneArgs, ShadingArgs, UnitsArg, UpArg, ViewArg,
 };
+use crate::cli::memory;
 use crate::cli::values::{Ao, Exposure, Layers};
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
@@ -181,7 +182,8 @@ pub fn natural_size(scene: &Scene, camera: Option<usize>) -> (u32, u32) {
 /// How scene files are read.
 pub fn load_options(args: &SceneArgs, common: &CommonArgs) -> LoadOptions {
     LoadOptions {
-        limits: Limits::default(),
+        // More than there is would end the program, and perhaps others.
+        limits: Limits { memory_bytes: memory::installed().unwrap_or(u64::MAX), ..Limits::default() },
         scene: args.scene.clone().map_or(SceneChoice::Default, SceneChoice::Named),
         variant: args.variant.clone(),
         up: match args.up {
