@@ -9,6 +9,7 @@ mod bytes;
 mod camera;
 mod clip;
 mod driven;
+mod extent;
 mod footprint;
 mod framing;
 mod ground;

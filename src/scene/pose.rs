@@ -13,7 +13,7 @@ use super::{
     Animation, FileCamera, Light, LightKind, LightUnits, Local, Material, Mesh, PosedKind, PosedLight, Scene,
     Skin, Target, light::Cone,
 };
-use crate::geometry::{Aabb, HitId, Sphere, Transform};
+use crate::geometry::{Aabb, HitId, Transform};
 
 /// Which animations play.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -93,7 +93,7 @@ pub struct PosedScene<'s> {
     visible: Vec<bool>,
     animation: AnimationChoice,
     /// Of all that is visible, relative to the centre.
-    bounds: Aabb,
+    pub(super) bounds: Aabb,
     /// What the whole clip takes up, once it was asked for.
     pub(super) over_clip: OnceLock<OverClip>,
 }
@@ -290,18 +290,6 @@ impl<'s> PosedScene<'s> {
         [transform.point(a), transform.point(b), transform.point(c)]
     }
 
-    /// Walks every visible vertex.
-    fn measure(&self) -> Aabb {
-        let mut bounds = Aabb::EMPTY;
-        for (i, instance) in self.instances.iter().enumerate().filter(|(_, i)| i.visible) {
-            // A shared mesh's vertices are walked once for each instance: exact, and cheap enough.
-            for &p in self.positions(i as u32) {
-                bounds.add(instance.transform.point_f64(p));
-            }
-        }
-        bounds
-    }
-
     /// The bounds of all that is visible, in world coordinates (the centre added back).
     pub fn bounds(&self) -> Aabb {
         let b = self.bounds;
@@ -312,23 +300,6 @@ impl<'s> PosedScene<'s> {
     pub fn reach(&self) -> f64 {
         let b = self.bounds;
         if b.is_empty() { 0.0 } else { b.min.abs().max(b.max.abs()).length() }
-    }
-
-    /// A sphere around all that is visible, in world coordinates: about the middle of the bounds,
-    /// as small as holds every vertex. Radius 1 where there is nothing.
-    pub fn bounding_sphere(&self) -> Sphere {
-        let middle = self.bounds.centre();
-        let mut r2 = 0f64;
-        for (i, instance) in self.instances.iter().enumerate().filter(|(_, i)| i.visible) {
-            for &p in self.positions(i as u32) {
-                let p = instance.transform.point_f64(p);
-                if p.is_finite() {
-                    r2 = r2.max(p.distance_squared(middle));
-                }
-            }
-        }
-        let radius = if r2 > 0.0 { r2.sqrt() } else { 1.0 };
-        Sphere { centre: middle + self.centre, radius }
     }
 
     /// The file's lights in the lecture's units, times `scale`.
