@@ -40,6 +40,22 @@ fuzz-full:
 fuzz-smoke:
     cargo test --locked --test mutations -- --nocapture
 
+# Looks for inputs that break a target of tests/fuzz (`just fuzz` lists them), for so many seconds; needs
+# cargo-fuzz and a nightly compiler. What is new goes to target/fuzzing, a crash to tests/fuzz/artifacts.
+fuzz target="" seconds="600":
+    #!/usr/bin/env bash
+    set -euo pipefail
+    export CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16
+    if [ -z "{{target}}" ]; then exec cargo fuzz list --fuzz-dir tests/fuzz; fi
+    mkdir -p "target/fuzzing/{{target}}"
+    cargo +nightly fuzz run --fuzz-dir tests/fuzz --target-dir target/fuzzing --sanitizer none {{target}} \
+        "target/fuzzing/{{target}}" "tests/fuzz/corpus/{{target}}" -- \
+        -max_total_time={{seconds}} -max_len=4096 -timeout=10 -rss_limit_mb=2048
+
+# The lines of src/import that tests reach; needs cargo-llvm-cov and the llvm-tools component.
+coverage:
+    cargo llvm-cov --locked --ignore-filename-regex '^(?!.*src/import/)' --summary-only
+
 # Licences, bans and sources of what blinn is made of; needs cargo-deny. `just deny advisories` asks the
 # database of known defects too, which needs a network.
 deny *more:

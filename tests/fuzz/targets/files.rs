@@ -1,0 +1,51 @@
+//! Bytes that are a file, or one that a scene refers to.
+
+use std::fs;
+use std::path::Path;
+
+use blinn::import::{load_camera_xml, load_sky};
+
+use super::{limits, look, made};
+
+pub fn glb(bytes: &[u8], folder: &Path) -> bool {
+    let path = folder.join("a.glb");
+    fs::write(&path, bytes).unwrap();
+    look(&path)
+}
+
+pub fn obj(bytes: &[u8], folder: &Path) -> bool {
+    fs::write(folder.join("a.mtl"), made::MTL).unwrap();
+    let path = folder.join("a.obj");
+    fs::write(&path, bytes).unwrap();
+    look(&path)
+}
+
+pub fn mtl(bytes: &[u8], folder: &Path) -> bool {
+    const OBJ: &str =
+        "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 3/1 2/1 1/1\n";
+    fs::write(folder.join("a.mtl"), bytes).unwrap();
+    let path = folder.join("a.obj");
+    fs::write(&path, OBJ).unwrap();
+    look(&path)
+}
+
+/// A picture of any format on a triangle.
+pub fn image(bytes: &[u8], folder: &Path) -> bool {
+    fs::write(folder.join("a.img"), bytes).unwrap();
+    let path = folder.join("a.gltf");
+    fs::write(&path, made::pictured("a.img")).unwrap();
+    look(&path)
+}
+
+/// Radiance HDR or OpenEXR.
+pub fn sky(bytes: &[u8], folder: &Path) -> bool {
+    let path = folder.join("a.hdr");
+    fs::write(&path, bytes).unwrap();
+    load_sky(&path, &limits()).is_ok()
+}
+
+pub fn camera(bytes: &[u8], folder: &Path) -> bool {
+    let path = folder.join("a.xml");
+    fs::write(&path, bytes).unwrap();
+    load_camera_xml(&path).is_ok()
+}
