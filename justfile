@@ -14,6 +14,33 @@ golden:
 corpus which="":
     bash .ci/corpus {{which}}
 
+# The book of docs/, as a site in target/book; needs mdbook.
+book:
+    mdbook build docs
+
+# docs/reference.md, from the program's own help.
+reference:
+    GOLDEN=update cargo test --locked --test help
+
+# The gallery's pictures and its page; needs Python with pillow.
+gallery *names:
+    cargo build --release --locked
+    python3 docs/scripts/gallery.py target/release/blinn {{names}}
+
+# What README and docs tell to type, and their links.
+docs *pages:
+    cargo build --release --locked
+    python3 .ci/docs.py target/release/blinn {{pages}}
+
+# A program that needs no library of the machine it runs on.
+static:
+    RUSTFLAGS="-C target-feature=+crt-static" cargo build --release --locked --target x86_64-unknown-linux-gnu
+
+# That program with its man pages and completions as a Debian package; needs cargo-deb.
+deb: static
+    bash docs/scripts/packaging.sh target/x86_64-unknown-linux-gnu/release/blinn target/packaging
+    cargo deb --no-build --no-strip --target x86_64-unknown-linux-gnu
+
 # Criterion benches.
 bench:
     cargo bench

@@ -1,0 +1,250 @@
+"""The pictures of docs/gallery.md, and that page: each by the command that stands below it. Those of other pages too.
+
+    python docs/scripts/gallery.py BLINN [NAME…]
+
+NAME is that of a picture; without one all are made, and the page is written anew. Needs pillow.
+"""
+
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from PIL import Image
+
+from pictures import squares
+
+ROOT = Path(__file__).resolve().parents[2]
+IMAGES = ROOT / "docs/images"
+LARGEST = 300_000
+PAPER = (250, 250, 248)
+
+
+@dataclass
+class Shot:
+    """A picture: the command that makes its files, and in how many columns they stand."""
+
+    name: str
+    title: str
+    text: str
+    command: str
+    files: list = None
+    columns: int = 1
+
+
+SHOTS = [
+    Shot(
+        "still-life",
+        "A still life",
+        "Point, spot and sun of the file, made soft, with ambient occlusion: metals and dielectrics of roughness .12 to .95.",
+        "blinn render models/still-life/still-life.glb --light-radius .12 --ao 64 -s 32 --size 960x640 -o still-life.png",
+    ),
+    Shot(
+        "cornell",
+        "A room with one lamp",
+        "The shadows of a lamp as wide as its panel. No light bounces: the ambient term stands for it, darkened in corners.",
+        "blinn render models/cornell/cornell.glb --light-radius .22 --ambient .09,.085,.08 --ao 64,1 -s 32 --size 640x640 "
+        "-o cornell.png",
+    ),
+    Shot(
+        "tower",
+        "A toy on any page",
+        "A transparent background (here over squares), and of the ground nothing but the shadow.",
+        "blinn render models/tower/tower.glb --background transparent --ground shadow --light-radius .18 --ao 64 -s 32 "
+        "--size 720x540 -o tower.png",
+    ),
+    Shot(
+        "plant",
+        "Leaves and panes",
+        "Cut-out leaves, two panes of coloured glass one behind the other, vertex colours; shadows of all of them.",
+        "blinn render models/alpha/alpha.glb --light-radius .06 -s 32 --ao 32 --size 720x540 -o plant.png",
+    ),
+    Shot(
+        "assembly",
+        "A gear, cut open",
+        "Bolts, balls and planets are instances of one mesh each. Three lights that go with the camera.",
+        "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 38,24 --zoom 1.45 --lights three-point --ao 64 "
+        "-s 32 --background '#e9e7e2' --light-radius .05 --size 840x600 -o assembly.png",
+    ),
+    Shot(
+        "clay",
+        "In clay",
+        "One matt material for everything, no lights, and an ambient term by how much of it arrives.",
+        "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 38,24 --zoom 1.45 --lights none --ambient .9,.88,.84 "
+        "--ao 64 --kd .82,.8,.76 --ks 0,0,0 --view standard --exposure 0 --background '#ffffff' -s 32 --size 840x600 -o clay.png",
+    ),
+    Shot(
+        "plan",
+        "From above, without perspective",
+        "An orthographic view along the axis, lit by a sun.",
+        "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 90,0 --projection orthographic --zoom 2.2 "
+        "--lights none --sun -1,-.7,-.5,1.6 --ambient .22,.22,.24 --ao 64 -s 32 --background '#10131a' --size 720x720 -o plan.png",
+    ),
+    Shot(
+        "tin",
+        "Painted tin on planks",
+        "Base colour, metallic-roughness and normal maps, averaged over what each sample sees.",
+        "blinn render models/textured/textured.glb --light-radius .08 --ao 32 -s 32 --size 800x600 -o tin.png",
+    ),
+    Shot(
+        "turntable",
+        "Once around",
+        "Eight frames of a turntable; camera and lights stand still.",
+        "blinn turntable models/textured/textured.glb --only-objects 'Tin*' --count 8 --elevation 20 --ground shadow "
+        "--background '#dfe3e6' --lights none --sun .8,-1.4,-1,1.1 --ambient .3,.3,.3 --light-radius .08 -s 32 --size 240x260 "
+        "-o turn_####.png",
+        [f"turn_{i:04}.png" for i in range(1, 9)],
+        4,
+    ),
+    Shot(
+        "walk",
+        "A walk",
+        "Skin of seventeen joints and a morph target, posed at six moments.",
+        "blinn render models/figure/figure.glb --frames 4-44:8 --lights three-point --ground shadow --background '#efe9df' "
+        "--light-radius .05 --ao 32 -s 32 --size 160x320 -o walk_####.png",
+        [f"walk_{i:04}.png" for i in range(4, 45, 8)],
+        6,
+    ),
+    Shot(
+        "layers",
+        "What lies behind the pixels",
+        "Layers for compositing and for learning: depth, normals, albedo, position, objects, Cryptomatte.",
+        "blinn render models/still-life/still-life.glb --aov depth,normal,albedo,position,object-id,cryptomatte "
+        "--size 360x240 -s 16 -o layers.png",
+        [f"layers.{n}.png" for n in ("depth", "normal", "albedo", "position", "object-id", "cryptomatte-object")],
+        3,
+    ),
+    Shot(
+        "lecture",
+        "The lecture's scene",
+        "By the lecture's own camera block, with two lamps and an ambient term.",
+        "blinn render models/lecture/lecture.obj --camera-xml models/lecture/view-1.xml --lights none --point-light 6,8,4.5,90 "
+        "--point-light 7,3,-6,20,.6,.8,1 --ambient .08,.08,.08 --light-radius .5 --ao 32 -s 32 --size 960x540 -o lecture.png",
+    ),
+    Shot(
+        "stages",
+        "Its stages",
+        "Colour; Lambert; Lambert with shadows; the whole sum. (The command is the last one's.)",
+        "for stage in color diffuse shadow phong; do blinn render models/lecture/lecture.obj --integrator $stage "
+        "--camera-xml models/lecture/view-2.xml --lights none --point-light 6,8,4.5,90 --point-light 7,3,-6,20 "
+        "--ambient .05,.05,.05 -s 16 --size 400x225 -o stage-$stage.png; done",
+        [f"stage-{s}.png" for s in ("color", "diffuse", "shadow", "phong")],
+        2,
+    ),
+    Shot(
+        "night",
+        "Two lamps at night",
+        "The same figure between a warm lamp and a cold one.",
+        "blinn render models/figure/figure.glb --frame 12 --lights none --point-light -1.6,2.2,1.2,5.5,1,.55,.22 "
+        "--point-light 1.8,1.4,-1,7,.25,.45,1 --ambient .012,.014,.02 --ground plane --light-radius .12 --ks .25,.25,.25 "
+        "--shininess 40 --background '#07080c' --orbit 20,8 --zoom 1.15 -s 32 --size 600x720 -o night.png",
+    ),
+    Shot(
+        "gloss",
+        "From chalk to billiard ball",
+        "The exponent p, from 4 to 1024, on one sphere.",
+        "for p in 4 16 64 256 1024; do blinn render models/tests/closed_sphere.obj --smooth 180 --view-point 0,0,6 --look-at 0,0,0 "
+        "--yfov 21 --lights none --point-light 3,4,5,45 --point-light -5,1,2,6,.5,.7,1 --kd .5,.06,.05 --ks .7,.7,.7 "
+        "--shininess $p --ambient .04,.04,.05 --background '#22252b' -s 32 --size 190x190 -o gloss-$p.png; done",
+        [f"gloss-{p}.png" for p in (4, 16, 64, 256, 1024)],
+        5,
+    ),
+]
+
+SOFT = "--light-radius .15 --ao 32 -s 16 --background '#d9d4c8'"
+TOWER = "blinn render models/tower/tower.glb --size 640x360"
+TURN = [f"turn_{i:04}.png" for i in range(1, 25, 4)]
+
+# Pictures of other pages, which have the commands.
+OTHERS = [
+    Shot("tutorial-first", "", "", f"{TOWER} -o first.png"),
+    Shot("tutorial-soft", "", "", f"{TOWER} {SOFT} -o soft.png"),
+    Shot("tutorial-ground", "", "", f"{TOWER} {SOFT} --ground shadow -o ground.png"),
+    Shot(
+        "tutorial-turn",
+        "",
+        "",
+        "blinn turntable models/tower/tower.glb --count 24 --only 1-24:4 --size 240x180 --ground shadow --light-radius .15 "
+        "-s 16 --background '#d9d4c8' -o turn_####.png",
+        TURN,
+        3,
+    ),
+    Shot(
+        "product",
+        "",
+        "",
+        "blinn render models/textured/textured.glb --only-objects 'Tin*' --orbit 25,20 --size 480x480 --background transparent "
+        "--ground shadow --lights three-point --light-radius .05 -s 16 --view pbr-neutral -o tin.png",
+    ),
+]
+
+
+def over_squares(image):
+    if image.mode != "RGBA":
+        return image.convert("RGB")
+    under = squares(image.size)
+    under.paste(image, mask=image.getchannel("A"))
+    return under
+
+
+def sheet(images, columns, gap=6):
+    """Pictures of one size side by side."""
+    if len(images) == 1:
+        return images[0]
+    width, height = images[0].size
+    rows = -(-len(images) // columns)
+    paper = Image.new("RGB", (columns * (width + gap) - gap, rows * (height + gap) - gap), PAPER)
+    for i, image in enumerate(images):
+        paper.paste(image, (i % columns * (width + gap), i // columns * (height + gap)))
+    return paper
+
+
+def make(blinn, shot):
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        (folder / "models").symlink_to(ROOT / "models")
+        path = f"{blinn.parent}{os.pathsep}{os.environ['PATH']}"
+        command = ["bash", "-euc", shot.command]
+        subprocess.run(command, check=True, cwd=folder, env={**os.environ, "PATH": path}, stderr=subprocess.DEVNULL)
+        files = shot.files or [shlex.split(shot.command)[-1]]
+        picture = sheet([over_squares(Image.open(folder / f)) for f in files], shot.columns)
+    out = IMAGES / (f"gallery-{shot.name}.jpg" if shot.title else f"{shot.name}.jpg")
+    for quality in (92, 88, 84, 78):
+        picture.save(out, quality=quality, optimize=True, progressive=True)
+        if out.stat().st_size <= LARGEST:
+            break
+    print(f"{out.relative_to(ROOT)}: {picture.size[0]}x{picture.size[1]}, {out.stat().st_size} bytes", flush=True)
+
+
+def wrapped(command, width=100):
+    """A command on several lines, as a shell takes it."""
+    lines, line = [], ""
+    for word in command.split(" "):
+        if line and len(line) + len(word) > width:
+            lines.append(line)
+            line = "   "
+        line = f"{line} {word}" if line else word
+    return " \\\n".join(lines + [line])
+
+
+def page():
+    lines = ["# Gallery", "", "Made by `docs/scripts/gallery.py`: each picture by the command below it.", ""]
+    for shot in SHOTS:
+        lines += [f"## {shot.title}", "", f"![{shot.title}](images/gallery-{shot.name}.jpg)", "", shot.text, ""]
+        lines += ["```sh", wrapped(shot.command), "```", ""]
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def main():
+    blinn, names = Path(sys.argv[1]).resolve(), sys.argv[2:]
+    for shot in SHOTS + OTHERS:
+        if not names or shot.name in names:
+            make(blinn, shot)
+    (ROOT / "docs/gallery.md").write_text(page())
+
+
+if __name__ == "__main__":
+    main()
