@@ -2,7 +2,11 @@
 //! shininess, hits by a bounding volume hierarchy, and the Blinn-Phong shading of a classic
 //! ray-tracing lecture — eye rays, Lambert, shadows, many lights, ambient, specular.
 //!
-//! A picture is made in four steps, each of which can be had alone:
+//! # A picture in four steps
+//!
+//! **file → [`Scene`](scene::Scene) → [`PosedScene`](scene::PosedScene) → [`Accel`](accel::Accel) →
+//! [`Pixels`](render::Pixels) → file.** Each step can be had alone, and each takes what the one before
+//! it made.
 //!
 //! ```
 //! use blinn::accel::{Accel, BuildSettings};
@@ -37,8 +41,72 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! # Where the eye stands
+//!
+//! A [`View`](scene::View) is what was asked for, a [`Camera`](scene::Camera) what rays start from. A view
+//! that says nothing is the file's first camera, or frames the scene; each of its fields replaces a
+//! part. Metres, radians, and +Y up throughout. Vectors are [`glam`]'s.
+//!
+//! ```
+//! # use blinn::import::{LoadOptions, load};
+//! # use blinn::scene::{PoseSettings, pose};
+//! use blinn::glam::DVec3;
+//! use blinn::scene::View;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let (scene, _) = load("models/lecture/lecture.obj".as_ref(), &LoadOptions::default())?;
+//! # let posed = pose(&scene, &PoseSettings::default())?;
+//! let view = View {
+//!     view_point: Some(DVec3::new(10.0, 4.2, 6.0)),
+//!     look_at: Some(DVec3::ZERO),
+//!     yfov: Some(21_f64.to_radians()),
+//!     ..View::default()
+//! };
+//! let (camera, _notes) = view.resolve(&posed, 640, 360)?;
+//! // The lecture's basis: w points away from what is looked at.
+//! assert!(camera.basis.w.dot(DVec3::new(10.0, 4.2, 6.0)) > 0.0);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Moments
+//!
+//! [`pose`](scene::pose()) puts a scene where it is at a time in seconds; the scene itself never changes. One
+//! [`Accel`](accel::Accel) follows by [`update`](accel::Accel::update), which is cheaper than to build.
+//!
+//! ```
+//! # use blinn::accel::{Accel, BuildSettings};
+//! # use blinn::import::{LoadOptions, load};
+//! use blinn::scene::{PoseSettings, pose};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let (scene, _) = load("models/figure/figure.glb".as_ref(), &LoadOptions::default())?;
+//! let at = |time| pose(&scene, &PoseSettings { time, ..Default::default() });
+//! let (start, later) = (at(0.0)?, at(0.5)?);
+//! assert_ne!(start.bounds(), later.bounds());
+//! let (mut accel, _) = Accel::build(&start, &BuildSettings::default());
+//! let _left_out = accel.update(&later);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Layers
+//!
+//! [`render_aovs`](render::render_aovs) gives what lies behind each pixel's centre as arrays, row-major,
+//! row 0 on top: [`Aov`](integrator::Aov) lists them. More such programs, which also show progress and how
+//! to cancel, are in `docs/examples`.
+//!
+//! # Errors, panics, threads
+//!
+//! Every error says what, where and what to do. No file makes this library panic or take memory without
+//! bound: [`Limits`](import::Limits) are compared before anything is taken. Work is spread over rayon's
+//! current pool; the bytes of a picture are the same on any number of threads.
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
+
+/// The vectors and matrices of this crate's interfaces.
+pub use glam;
 
 pub mod accel;
 pub mod batch;

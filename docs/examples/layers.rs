@@ -1,0 +1,31 @@
+//! Layers as arrays: how far everything is, which way it faces, and what it is.
+//!
+//!     cargo run --release --example layers models/cornell/cornell.glb
+
+use std::error::Error;
+
+use blinn::accel::{Accel, BuildSettings};
+use blinn::import::{LoadOptions, load};
+use blinn::integrator::{Aov, Frame};
+use blinn::render::{RenderSettings, render_aovs};
+use blinn::scene::{Lighting, PoseSettings, View, pose};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let file = std::env::args().nth(1).ok_or("say which scene")?;
+    let (scene, _) = load(file.as_ref(), &LoadOptions::default())?;
+    let posed = pose(&scene, &PoseSettings::default())?;
+    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let settings = RenderSettings { width: 160, height: 160, ..Default::default() };
+    let (camera, _) = View::default().resolve(&posed, settings.width, settings.height)?;
+    let lit = Lighting::default().resolve(&posed, &camera);
+    let frame = Frame::new(&posed, &accel, camera, &lit);
+
+    let wanted = [Aov::Depth, Aov::Normal, Aov::ObjectId];
+    for layer in render_aovs(&frame, &wanted, &settings, &())? {
+        // Row-major, row 0 on top, `width` numbers for each pixel: an array of H × W × C.
+        let channels = layer.aov.width();
+        let middle = (80 * 160 + 80) * channels;
+        println!("{} at the middle: {:?}", layer.aov.name(), &layer.values[middle..middle + channels]);
+    }
+    Ok(())
+}

@@ -1,0 +1,34 @@
+//! Renders to memory: a scene in, rows of RGBA bytes out, no file written.
+//!
+//!     cargo run --release --example memory models/textured/textured.glb
+
+use std::error::Error;
+
+use blinn::accel::{Accel, BuildSettings};
+use blinn::display::{Background, Display, ViewTransform};
+use blinn::import::{LoadOptions, load};
+use blinn::integrator::{Frame, Phong};
+use blinn::render::{RenderSettings, render};
+use blinn::scene::{Lighting, PoseSettings, View, pose};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let file = std::env::args().nth(1).ok_or("say which scene")?;
+    let (scene, warnings) = load(file.as_ref(), &LoadOptions::default())?;
+    warnings.iter().for_each(|warning| eprintln!("{warning}"));
+
+    let posed = pose(&scene, &PoseSettings::default())?;
+    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let settings = RenderSettings { width: 320, height: 240, ..Default::default() };
+    let (camera, _) = View::default().resolve(&posed, settings.width, settings.height)?;
+    let lit = Lighting::default().resolve(&posed, &camera);
+    let frame = Frame::new(&posed, &accel, camera, &lit);
+    let pixels = render(&frame, &Phong::default(), &settings, &())?;
+
+    // Linear light becomes bytes: straight alpha, row 0 on top.
+    let view = ViewTransform::of(&scene.source);
+    let display = Display { ev: 0.0, view, background: Background::Transparent };
+    let bytes: Vec<[u8; 4]> = display.to_rgba8(&pixels);
+    let covered = bytes.iter().filter(|pixel| pixel[3] > 0).count();
+    println!("{}x{} pixels, {covered} of them covered", pixels.width, pixels.height);
+    Ok(())
+}

@@ -1,0 +1,58 @@
+//! The examples of docs/examples do what they say.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Cargo builds examples before tests run, beside the folder of the tests' programs.
+fn example(name: &str, words: &[&str]) -> String {
+    let folder = Path::new(env!("CARGO_BIN_EXE_blinn")).parent().unwrap();
+    let program: PathBuf = folder.join("examples").join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
+    let root = env!("CARGO_MANIFEST_DIR");
+    let output = Command::new(&program).args(words).current_dir(root).output();
+    let output = output.unwrap_or_else(|e| panic!("{}: {e} (cargo build --examples)", program.display()));
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn memory_has_pixels() {
+    let told = example("memory", &["models/textured/textured.glb"]);
+    assert!(told.starts_with("320x240 pixels, "), "{told}");
+    let covered: usize = told.split(' ').nth(2).unwrap().parse().unwrap();
+    assert!(covered > 10_000, "{told}");
+}
+
+#[test]
+fn a_camera_path_is_eight_pictures_that_differ() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = example("camera_path", &["models/lecture/lecture.glb", folder.path().to_str().unwrap()]);
+    assert_eq!(told.lines().count(), 8, "{told}");
+    let mut pictures: Vec<Vec<u8>> =
+        std::fs::read_dir(&folder).unwrap().map(|e| std::fs::read(e.unwrap().path()).unwrap()).collect();
+    pictures.sort();
+    pictures.dedup();
+    assert_eq!(pictures.len(), 8);
+}
+
+#[test]
+fn layers_are_numbers() {
+    let told = example("layers", &["models/cornell/cornell.glb"]);
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!(lines.len(), 3, "{told}");
+    let numbers = |line: &str| -> Vec<f32> {
+        let list = line.split_once('[').unwrap().1.trim_end_matches(']');
+        list.split(", ").map(|n| n.parse().unwrap()).collect()
+    };
+    assert!(numbers(lines[0])[0] > 0.1, "{told}");
+    let length: f32 = numbers(lines[1]).iter().map(|x| x * x).sum();
+    assert!((length - 1.0).abs() < 1e-5, "{told}");
+    assert!(numbers(lines[2])[0] >= 1.0, "{told}");
+}
+
+#[test]
+fn progress_is_cancelled_half_way() {
+    let told = example("progress", &["models/still-life/still-life.glb"]);
+    let pixels: u64 =
+        told.trim().strip_prefix("cancelled after ").unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((480 * 320 / 2..480 * 320).contains(&pixels), "{told}");
+}
