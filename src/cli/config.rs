@@ -4,17 +4,19 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::parser::ValueSource;
-use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory};
+use clap::{Arg, ArgAction, ArgMatches, Command};
 use toml::{Table, Value};
 
-use super::Usage;
-use super::args::Cli;
+use super::{Usage, help};
+
+/// Flags that no file sets.
+const NOT_SETTINGS: [&str; 4] = ["config", "print-config", "help", "help-all"];
 
 /// The words of a command line, with those of its `--config` file put in where it says nothing
 /// itself.
 pub(super) fn with_file(mut words: Vec<OsString>) -> Result<Vec<OsString>, Usage> {
     // What is still missing may be in the file, so this look does not mind.
-    let lenient = Cli::command().ignore_errors(true).try_get_matches_from(&words);
+    let lenient = help::full().ignore_errors(true).try_get_matches_from(&words);
     let Some((name, given)) = lenient.as_ref().ok().and_then(ArgMatches::subcommand) else {
         return Ok(words);
     };
@@ -25,7 +27,7 @@ pub(super) fn with_file(mut words: Vec<OsString>) -> Result<Vec<OsString>, Usage
         let line = e.span().map_or(1, |at| 1 + text[..at.start.min(text.len())].matches('\n').count());
         wrong(format!("line {line}: {}", e.message()))
     })?;
-    let mut cli = Cli::command();
+    let mut cli = help::full();
     cli.build();
     let Some(command) = cli.find_subcommand(name) else { return Ok(words) };
     let from_file = in_words(command, given, &table).map_err(wrong)?;
@@ -41,9 +43,7 @@ fn in_words(command: &Command, given: &ArgMatches, table: &Table) -> Result<Vec<
     let all_given: Vec<&Arg> = command.get_arguments().filter(|arg| is_given(arg)).collect();
     let mut words = Vec::new();
     for (key, value) in table {
-        let named = |arg: &&Arg| {
-            name(arg) == Some(key.as_str()) && !matches!(key.as_str(), "config" | "print-config")
-        };
+        let named = |arg: &&Arg| name(arg) == Some(key.as_str()) && !NOT_SETTINGS.contains(&key.as_str());
         let Some(arg) = command.get_arguments().find(named) else {
             return Err(format!("'{key}' is no setting of {}", command.get_name()));
         };
@@ -109,16 +109,16 @@ impl IsNumber for Value {
 
 /// All settings of a command line with their defaults, as a file that `--config` takes.
 pub(super) fn print(words: &[OsString]) -> String {
-    let matches = Cli::command().try_get_matches_from(words);
+    let matches = help::full().try_get_matches_from(words);
     let Some((name_of, given)) = matches.as_ref().ok().and_then(ArgMatches::subcommand) else {
         return String::new();
     };
-    let mut cli = Cli::command();
+    let mut cli = help::full();
     cli.build();
     let mut table = Table::new();
     for arg in cli.find_subcommand(name_of).into_iter().flat_map(Command::get_arguments) {
         let id = arg.get_id().as_str();
-        let Some(key) = name(arg).filter(|key| !matches!(*key, "config" | "print-config" | "help")) else {
+        let Some(key) = name(arg).filter(|key| !NOT_SETTINGS.contains(key)) else {
             continue;
         };
         let raw = given.try_get_raw(id).ok().flatten();

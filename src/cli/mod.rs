@@ -3,12 +3,16 @@
 mod args;
 mod assemble;
 mod bench;
+mod complaint;
 mod config;
 mod dataset;
+mod foreign;
+mod help;
 mod info;
 mod job;
 mod memory;
 mod metering;
+mod packaging;
 mod panics;
 mod progress;
 mod reel;
@@ -24,7 +28,7 @@ mod work;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::FromArgMatches;
 use clap::error::ErrorKind;
 
 use args::{Cli, Command};
@@ -52,14 +56,10 @@ fn carry_out() -> ExitCode {
         Ok(words) => words,
         Err(usage) => return usage.exit(),
     };
-    let cli = match Cli::try_parse_from(&words) {
+    let parsed = help::command_line(&words).try_get_matches_from(&words);
+    let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
-        Err(e) => {
-            let asked = matches!(e.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
-            // A closed pipe is no error: `blinn --help | head -1`.
-            let _ = e.print();
-            return ExitCode::from(if asked { DONE } else { USAGE });
-        }
+        Err(e) => return instead_of_work(&e, &words),
     };
     if cli.command.process().is_some_and(|process| process.print_config) {
         // A closed pipe is no error.
@@ -72,6 +72,8 @@ fn carry_out() -> ExitCode {
         Command::Assemble(args) => assemble::run(args),
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Completions(args) => packaging::completions(args),
+        Command::Man(args) => packaging::man(args),
     };
     match outcome {
         Ok(summary) if summary.failed.is_empty() => ExitCode::from(DONE),
@@ -80,6 +82,23 @@ fn carry_out() -> ExitCode {
             ExitCode::from(FAILED)
         }
         Err(usage) => usage.exit(),
+    }
+}
+
+/// What was asked for instead of work, or what is wrong with how it was asked for.
+fn instead_of_work(found: &clap::Error, words: &[std::ffi::OsString]) -> ExitCode {
+    // A closed pipe is no error: `blinn --help | head -1`.
+    let print = || drop(found.print());
+    match found.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            print();
+            ExitCode::from(DONE)
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            print();
+            ExitCode::from(USAGE)
+        }
+        _ => Usage(complaint::one_line(found, words)).exit(),
     }
 }
 

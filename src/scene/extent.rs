@@ -90,7 +90,8 @@ mod tests {
         let mut positions: Vec<Vec3> = (0..50).map(|i| vector(7 * i).as_vec3()).collect();
         positions.extend([Vec3::NAN, Vec3::INFINITY]);
         let mesh = Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() };
-        let mut scene = Scene { materials: vec![Material::default()], meshes: vec![mesh], ..Scene::default() };
+        let mut scene =
+            Scene { materials: vec![Material::default()], meshes: vec![mesh], ..Scene::default() };
         for i in 0..copies {
             let k = 1000 * i;
             let matrix3 = DMat3::from_cols(vector(k), vector(k + 3), vector(k + 6));

@@ -5,6 +5,7 @@ mod bench;
 mod choices;
 mod look;
 mod output;
+mod packaging;
 mod process;
 mod turn;
 
@@ -20,6 +21,7 @@ pub use bench::BenchArgs;
 pub use choices::*;
 pub use look::{CameraArgs, ImageArgs, LightArgs, ShadingArgs};
 pub use output::OutputArgs;
+pub use packaging::{CompletionsArgs, ManArgs};
 pub use process::{CommonArgs, MomentArgs, ProcessArgs, TellArgs, TimeArgs};
 pub use turn::TurnArgs;
 
@@ -43,6 +45,10 @@ pub enum Command {
     Info(InfoArgs),
     /// Measures reading, trees, rays, frames and memory
     Bench(Box<BenchArgs>),
+    /// Prints completions for a shell
+    Completions(CompletionsArgs),
+    /// Prints a page for man
+    Man(ManArgs),
 }
 
 impl Command {
@@ -51,7 +57,7 @@ impl Command {
         match self {
             Command::Render(args) => Some(&args.process),
             Command::Turntable(args) => Some(&args.process),
-            Command::Assemble(_) | Command::Info(_) | Command::Bench(_) => None,
+            _ => None,
         }
     }
 }
