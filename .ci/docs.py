@@ -91,7 +91,7 @@ def try_page(page):
             count, wrong = count + ran, wrong + failures
     told = f"; left out for want of {'; '.join(left_out)}" if left_out else ""
     if count or left_out:
-        print(f"{page.relative_to(ROOT)}: {count} commands{told}", flush=True)
+        print(f"{page.relative_to(ROOT)}: {count} commands{told}", *wrong, sep="\n  ", flush=True)
     return count, [f"{page.relative_to(ROOT)}: {w}" for w in wrong]
 
 
