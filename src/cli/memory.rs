@@ -92,6 +92,7 @@ pub(super) fn text(bytes: u64) -> String {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
+    use crate::bench::memory::peak;
 
     #[test]
     fn there_is_memory_and_this_process_takes_less() {

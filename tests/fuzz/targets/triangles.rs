@@ -98,7 +98,7 @@ fn answers_agree(u: &mut Unstructured) -> Result<bool> {
     let mut shadows = SegmentBatch { shared: Shared::None, ..SegmentBatch::default() };
     for _ in 0..u.int_in_range(1..=64)? {
         let to = place(u)?;
-        rays.push(origin, to, RayBatch::from_near(0.0), f32::INFINITY);
+        rays.push(origin, to);
         shadows.push(place(u)?, to, HitId::NONE);
     }
     let (mut hits, mut others) = (Vec::new(), Vec::new());
