@@ -1,6 +1,7 @@
 //! Which frames: Open Job Description's range expressions, and shares of them.
 
 use std::collections::HashSet;
+use std::fmt;
 use std::ops::Range;
 
 /// Frame numbers, in the order in which they were asked for, each once.
@@ -40,9 +41,54 @@ impl FrameList {
         FrameList((1..=i64::from(last)).collect())
     }
 
+    /// Those frames, in increasing order.
+    pub fn ascending(frames: impl IntoIterator<Item = i64>) -> FrameList {
+        let mut frames: Vec<i64> = frames.into_iter().collect();
+        frames.sort_unstable();
+        frames.dedup();
+        FrameList(frames)
+    }
+
     /// The frames.
     pub fn frames(&self) -> &[i64] {
         &self.0
+    }
+
+    /// Whether every frame is the next one's neighbour.
+    pub fn is_contiguous(&self) -> bool {
+        self.0.windows(2).all(|two| two[0].checked_add(1) == Some(two[1]))
+    }
+}
+
+/// As [`FrameList::parse`] reads it: `1-3,7,9-21:3`.
+impl fmt::Display for FrameList {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let mut rest = &self.0[..];
+        let mut comma = "";
+        while let [first, after @ ..] = rest {
+            let step = after.first().and_then(|next| next.checked_sub(*first)).unwrap_or(0);
+            let alike = |two: &&[i64]| two[1].checked_sub(two[0]) == Some(step);
+            let steps = rest.windows(2).take_while(alike).count();
+            let last = rest[steps];
+            // Two frames are no range.
+            let length = match (steps, step) {
+                (0 | 1, _) => {
+                    write!(f, "{comma}{first}")?;
+                    1
+                }
+                (_, 1) => {
+                    write!(f, "{comma}{first}-{last}")?;
+                    steps + 1
+                }
+                _ => {
+                    write!(f, "{comma}{first}-{last}:{step}")?;
+                    steps + 1
+                }
+            };
+            rest = &rest[length..];
+            comma = ",";
+        }
+        Ok(())
     }
 }
 
@@ -157,6 +203,29 @@ mod tests {
         for many in ["1-1000001", "1-600000,700001-1200001", "-9223372036854775808-9223372036854775807"] {
             assert!(FrameList::parse(many).unwrap_err().contains("more than"), "{many}");
         }
+    }
+
+    #[test]
+    fn lists_are_written_as_they_are_read() {
+        for (frames, text) in [
+            (&[7][..], "7"),
+            (&[7, 8], "7,8"),
+            (&[1, 2, 3, 4], "1-4"),
+            (&[1, 3, 5, 7, 8, 9, 20], "1-7:2,8,9,20"),
+            (&[-4, -3, -2, 0], "-4--2,0"),
+            (&[10, 7, 4, 1], "10-1:-3"),
+            (
+                &[i64::MIN, 0, i64::MAX - 1, i64::MAX],
+                "-9223372036854775808,0,9223372036854775806,9223372036854775807",
+            ),
+        ] {
+            let list = FrameList(frames.to_vec());
+            assert_eq!(list.to_string(), text);
+            assert_eq!(FrameList::parse(text), Ok(list));
+        }
+        let ascending = FrameList::ascending([9, 1, 2, 9, 3]);
+        assert_eq!(ascending.frames(), [1, 2, 3, 9]);
+        assert!(!ascending.is_contiguous() && FrameList::up_to(3).is_contiguous());
     }
 
     #[test]

@@ -55,6 +55,11 @@ impl Template {
         Template(pieces)
     }
 
+    /// Whether there is nothing to fill in.
+    pub fn is_plain(&self) -> bool {
+        self.0.iter().all(|piece| matches!(piece, Piece::Text(_)))
+    }
+
     /// Whether a frame's number is part of the name.
     pub fn numbers_frames(&self) -> bool {
         self.0.iter().any(|piece| matches!(piece, Piece::Frame(_)))

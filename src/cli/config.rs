@@ -17,9 +17,7 @@ const NOT_SETTINGS: [&str; 4] = ["config", "print-config", "help", "help-all"];
 pub(super) fn with_file(mut words: Vec<OsString>) -> Result<Vec<OsString>, Usage> {
     // What is still missing may be in the file, so this look does not mind.
     let lenient = help::full().ignore_errors(true).try_get_matches_from(&words);
-    let Some((name, given)) = lenient.as_ref().ok().and_then(ArgMatches::subcommand) else {
-        return Ok(words);
-    };
+    let Some((path_of, given)) = lenient.as_ref().ok().and_then(deepest) else { return Ok(words) };
     let Ok(Some(path)) = given.try_get_one::<PathBuf>("config") else { return Ok(words) };
     let wrong = |what: String| Usage(format!("--config {}: {what}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
@@ -27,14 +25,39 @@ pub(super) fn with_file(mut words: Vec<OsString>) -> Result<Vec<OsString>, Usage
         let line = e.span().map_or(1, |at| 1 + text[..at.start.min(text.len())].matches('\n').count());
         wrong(format!("line {line}: {}", e.message()))
     })?;
-    let mut cli = help::full();
-    cli.build();
-    let Some(command) = cli.find_subcommand(name) else { return Ok(words) };
+    let cli = built();
+    let Some(command) = command_at(&cli, &path_of) else { return Ok(words) };
     let from_file = in_words(command, given, &table).map_err(wrong)?;
     // Directly behind the command's name.
-    let place = words.iter().position(|w| w == name).map_or(words.len(), |i| i + 1);
+    let behind = |from: usize, name: &&str| {
+        words[from..].iter().position(|w| w == name).map_or(words.len(), |i| from + i + 1)
+    };
+    let place = path_of.iter().fold(1.min(words.len()), behind);
     words.splice(place..place, from_file);
     Ok(words)
+}
+
+/// The names of the commands in a command line, such as `job`, `slurm` and `render`, and what was given to
+/// the last of them.
+pub(super) fn deepest(matches: &ArgMatches) -> Option<(Vec<&str>, &ArgMatches)> {
+    let (mut names, mut given) = (Vec::new(), matches);
+    while let Some((name, below)) = given.subcommand() {
+        names.push(name);
+        given = below;
+    }
+    (!names.is_empty()).then_some((names, given))
+}
+
+/// The program's words, with those that clap adds.
+pub(super) fn built() -> Command {
+    let mut cli = help::full();
+    cli.build();
+    cli
+}
+
+/// The command that is called so.
+pub(super) fn command_at<'c>(cli: &'c Command, names: &[&str]) -> Option<&'c Command> {
+    names.iter().try_fold(cli, |command, name| command.find_subcommand(name))
 }
 
 /// What `table` says and the command line does not, nor anything that excludes it.
@@ -110,13 +133,12 @@ impl IsNumber for Value {
 /// All settings of a command line with their defaults, as a file that `--config` takes.
 pub(super) fn print(words: &[OsString]) -> String {
     let matches = help::full().try_get_matches_from(words);
-    let Some((name_of, given)) = matches.as_ref().ok().and_then(ArgMatches::subcommand) else {
+    let Some((names, given)) = matches.as_ref().ok().and_then(deepest) else {
         return String::new();
     };
-    let mut cli = help::full();
-    cli.build();
+    let cli = built();
     let mut table = Table::new();
-    for arg in cli.find_subcommand(name_of).into_iter().flat_map(Command::get_arguments) {
+    for arg in command_at(&cli, &names).into_iter().flat_map(Command::get_arguments) {
         let id = arg.get_id().as_str();
         let Some(key) = name(arg).filter(|key| !NOT_SETTINGS.contains(key)) else {
             continue;

@@ -13,6 +13,7 @@ use crate::render::{Metering, meter};
 use crate::scene::{Lit, View};
 
 /// How pictures are exposed.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Exposed {
     /// Stops.
     pub ev: f64,

@@ -6,6 +6,7 @@ mod bench;
 mod complaint;
 mod config;
 mod dataset;
+mod farm;
 mod foreign;
 mod help;
 mod info;
@@ -74,6 +75,7 @@ fn carry_out() -> ExitCode {
         Command::Bench(args) => bench::run(args),
         Command::Completions(args) => packaging::completions(args),
         Command::Man(args) => packaging::man(args),
+        Command::Job(args) => farm::run(args, &words),
     };
     match outcome {
         Ok(summary) if summary.failed.is_empty() => ExitCode::from(DONE),

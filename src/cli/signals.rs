@@ -1,13 +1,24 @@
 //! Ctrl-C and termination: the process ends at once, but never while a file is being written, so
 //! that nothing partial stays behind.
 
+use std::time::Duration;
+
 use crate::bench::sweep;
 use crate::output::hold_writes;
 
 /// Exit code of an interrupted process.
 const INTERRUPTED: i32 = 130;
 
+/// How long a file that is being written may take. Farms kill whoever has not ended two seconds after
+/// they were told to, or a little later.
+const PATIENCE: Duration = Duration::from_millis(1500);
+
 fn end(code: i32) -> ! {
+    // A disk that hangs, as one behind a network may, holds nobody up. What it leaves has a passing name.
+    std::thread::spawn(move || {
+        std::thread::sleep(PATIENCE);
+        std::process::exit(code)
+    });
     let _no_file_is_half_written = hold_writes();
     sweep();
     eprintln!("\nblinn: {}", if code == INTERRUPTED { "interrupted" } else { "terminated" });

@@ -33,6 +33,8 @@ pub(super) struct Studio<'a> {
     surroundings: Surroundings,
     /// Its sources and its ambient colour are those of the clip's start.
     pub lighting: Lighting,
+    /// How its pictures are exposed, by hand or by meter.
+    pub exposed: Exposed,
     display: Display,
     /// Where lights that are fixed to the camera stand in a dataset: what its views show is lit alike.
     rest: Option<Camera>,
@@ -83,6 +85,7 @@ impl<'a> Studio<'a> {
                 ambient: Some(lit.rig.ambient),
                 ..look.lighting.clone()
             },
+            exposed: Exposed::default(),
             display: Display {
                 ev: 0.0,
                 view: look.view_transform.unwrap_or_else(|| ViewTransform::of(&scene.source)),
@@ -95,10 +98,11 @@ impl<'a> Studio<'a> {
             depth_step: depth_step(job, &moment.posed, (width, height))?,
             world: job.views.map_or(DMat3::IDENTITY, |views| views.up.turn()),
         };
-        let Exposed { ev, ambient } = metering::expose(&studio, &mut moment, &lit)?;
+        studio.exposed = metering::expose(&studio, &mut moment, &lit)?;
+        let ev = studio.exposed.ev;
         studio.display.ev = ev;
         studio.settings.adaptive = settings.adaptive.map(|adaptive| Adaptive { ev, ..adaptive });
-        studio.lighting.ambient = ambient.or(studio.lighting.ambient);
+        studio.lighting.ambient = studio.exposed.ambient.or(studio.lighting.ambient);
         if look.ground == Some(GroundKind::Shadow) && lit.rig.lights.is_empty() && look.ao.is_none() {
             teller.warn("--ground shadow shows nothing: no light casts a shadow, and --ao is not given")?;
         }

@@ -42,7 +42,7 @@ impl Work<'_> {
         if let Some(shots) = known.as_ref().filter(|shots| nothing_left(shots) || self.job.dry_run) {
             return self.list(shots);
         }
-        let scene = self.read()?;
+        let scene = read(self.job, self.path, self.teller)?;
         let shots = match known {
             Some(shots) => shots,
             None => {
@@ -164,22 +164,6 @@ impl Work<'_> {
         Ok(())
     }
 
-    fn read(&self) -> Result<Scene> {
-        let start = Instant::now();
-        let Job { look, max_memory, .. } = self.job;
-        let limits = max_memory.map_or(look.load.limits.clone(), Limits::within);
-        let (mut scene, warnings) = load(self.path, &LoadOptions { limits, ..look.load.clone() })?;
-        scene.select(&look.selection)?;
-        self.teller.stage("load", start, &format!("{} triangles", scene.drawn_triangles()));
-        for warning in &warnings {
-            self.teller.warn(&warning.to_string())?;
-        }
-        if scene.instances.is_empty() && look.selection != Selection::default() {
-            self.teller.warn("--hide and --only-objects leave nothing to see")?;
-        }
-        Ok(scene)
-    }
-
     /// Writes a finished picture.
     fn write(&mut self, picture: &Picture, target: &Target, took: Duration) -> Result<()> {
         let start = Instant::now();
@@ -206,6 +190,23 @@ impl Work<'_> {
         self.teller.stage("save", start, "");
         Ok(())
     }
+}
+
+/// Reads a scene, of which what is hidden is left out.
+pub(super) fn read(job: &Job, path: &Path, teller: &Teller) -> Result<Scene> {
+    let start = Instant::now();
+    let Job { look, max_memory, .. } = job;
+    let limits = max_memory.map_or(look.load.limits.clone(), Limits::within);
+    let (mut scene, warnings) = load(path, &LoadOptions { limits, ..look.load.clone() })?;
+    scene.select(&look.selection)?;
+    teller.stage("load", start, &format!("{} triangles", scene.drawn_triangles()));
+    for warning in &warnings {
+        teller.warn(&warning.to_string())?;
+    }
+    if scene.instances.is_empty() && look.selection != Selection::default() {
+        teller.warn("--hide and --only-objects leave nothing to see")?;
+    }
+    Ok(scene)
 }
 
 /// The scene at `time`: as it was `before`, or at the clip's `start`, where nothing moves until then.

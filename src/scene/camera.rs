@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{FileCamera, FileProjection};
+use super::{FileCamera, FileProjection, Scene};
 use crate::geometry::{Basis, Ray, RayDifferential};
 
 /// How the view rectangle is looked through.
@@ -195,6 +195,11 @@ impl View {
     pub fn is_its_own(&self) -> bool {
         let directed = self.view_dir.is_some() || self.look_at.is_some();
         self.orbit.is_some() || (self.view_point.is_some() && directed)
+    }
+
+    /// Whether a camera of `scene`'s file takes part in it.
+    pub fn is_of_file(&self, scene: &Scene) -> bool {
+        self.camera.is_some() || !(self.is_its_own() || scene.cameras.is_empty())
     }
 
     /// This view without what moves around or closer in it: scenes are metered so.

@@ -3,6 +3,7 @@
 mod assemble;
 mod bench;
 mod choices;
+mod farm;
 mod look;
 mod output;
 mod packaging;
@@ -19,6 +20,7 @@ use crate::import::Smooth;
 pub use assemble::AssembleArgs;
 pub use bench::BenchArgs;
 pub use choices::*;
+pub use farm::{EngineArgs, FramesArgs, JobArgs};
 pub use look::{CameraArgs, ImageArgs, LightArgs, ShadingArgs};
 pub use output::OutputArgs;
 pub use packaging::{CompletionsArgs, ManArgs};
@@ -49,6 +51,8 @@ pub enum Command {
     Completions(CompletionsArgs),
     /// Prints a page for man
     Man(ManArgs),
+    /// Describes frames as a job for a farm
+    Job(JobArgs),
 }
 
 impl Command {
@@ -57,6 +61,7 @@ impl Command {
         match self {
             Command::Render(args) => Some(&args.process),
             Command::Turntable(args) => Some(&args.process),
+            Command::Job(args) => Some(args.engine.frames().process()),
             _ => None,
         }
     }

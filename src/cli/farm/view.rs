@@ -1,0 +1,47 @@
+//! A framed view in flags, so that no task looks over the whole clip to frame it.
+
+use crate::scene::{Camera, Clip, Projection};
+
+/// The flags that a whole camera takes the place of.
+pub const REPLACED: [&str; 19] = [
+    "camera",
+    "view-point",
+    "view-dir",
+    "look-at",
+    "view-up",
+    "proj-distance",
+    "view-width",
+    "view-height",
+    "yfov",
+    "projection",
+    "camera-orthographic",
+    "orbit",
+    "elevation",
+    "zoom",
+    "camera-azimuth-angle",
+    "camera-elevation-angle",
+    "camera-xml",
+    "clip",
+    "fit",
+];
+
+/// A camera in the lecture's words, every number exact. `None` where nothing is in view: such a camera has
+/// no extent that a flag could say.
+pub fn flags(camera: &Camera) -> Option<Vec<String>> {
+    let Camera { view_point, basis, view_width, view_height, proj_distance, projection, clip } = *camera;
+    let vector = |v: glam::DVec3| v.is_finite().then(|| format!("{},{},{}", v.x, v.y, v.z));
+    let length = |d: f64| (d > 0.0 && d.is_finite()).then(|| d.to_string());
+    Some(vec![
+        format!("--view-point={}", vector(view_point)?),
+        format!("--view-dir={}", vector(-basis.w)?),
+        format!("--view-up={}", vector(basis.v)?),
+        format!("--proj-distance={}", length(proj_distance)?),
+        format!("--view-width={}", length(view_width)?),
+        format!("--view-height={}", length(view_height)?),
+        match projection {
+            Projection::Perspective => "--projection=perspective".into(),
+            Projection::Orthographic => "--projection=orthographic".into(),
+        },
+        if clip == Clip::OFF { "--clip=off".into() } else { format!("--clip={},{}", clip.near, clip.far) },
+    ])
+}
