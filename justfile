@@ -81,7 +81,8 @@ fuzz target="" seconds="600":
 
 # The lines of src/import that tests reach; needs cargo-llvm-cov and the llvm-tools component.
 coverage:
-    cargo llvm-cov --locked --ignore-filename-regex '^(?!.*src/import/)' --summary-only
+    cargo llvm-cov --locked --summary-only \
+        --ignore-filename-regex 'src/(accel|batch|bench|cli|display|geometry|integrator|output|render|scene)/|src/(lib|main)\.rs|tests/|benches/'
 
 # Licences, bans and sources of what blinn is made of; needs cargo-deny. `just deny advisories` asks the
 # database of known defects too, which needs a network.
