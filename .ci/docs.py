@@ -7,6 +7,8 @@ Each page's blocks run in order in a folder of their own, which holds the models
 - ```console: `$ command` and what it prints, where … stands for anything.
 - ```sh needs NAME…: only where these programs are there (`bpy` is a Python that has it).
 - ```sh clone: not run: these are of a clone, and .ci/run has its own way to them.
+- ```sh gallery: not run: docs/scripts/gallery.py runs them, and writes their page.
+- ```sh farm: not run: these are of a farm, and .ci/farm.py runs their like.
 """
 
 import fnmatch
@@ -81,7 +83,7 @@ def try_page(page):
             shutil.copytree(ROOT / name, folder / name)
         for info, text in FENCE.findall(page.read_text()):
             kind, *words = info.split() or [""]
-            if kind not in ("sh", "console") or words[:1] == ["clone"]:
+            if kind not in ("sh", "console") or words[:1] in (["clone"], ["farm"], ["gallery"]):
                 continue
             missing = [p for p in words[1:] if words[0] == "needs" and not is_there(p)]
             if missing:

@@ -40,61 +40,61 @@ SHOTS = [
         "still-life",
         "A still life",
         "Point, spot and sun of the file, made soft, with ambient occlusion: metals and dielectrics of roughness .12 to .95.",
-        "blinn render models/still-life/still-life.glb --light-radius .12 --ao 64 -s 32 --size 960x640 -o still-life.png",
+        "blinn render models/still-life/still-life.glb --light-radius .12 --ao 64 -s 32 --adaptive .04 --size 960x640 -o still-life.png",
     ),
     Shot(
         "cornell",
         "A room with one lamp",
         "The shadows of a lamp as wide as its panel. No light bounces: the ambient term stands for it, darkened in corners.",
-        "blinn render models/cornell/cornell.glb --light-radius .22 --ambient .09,.085,.08 --ao 64,1 -s 32 --size 640x640 "
+        "blinn render models/cornell/cornell.glb --light-radius .22 --ambient .09,.085,.08 --ao 64,1 -s 32 --adaptive .04 --size 640x640 "
         "-o cornell.png",
     ),
     Shot(
         "tower",
         "A toy on any page",
         "A transparent background (here over squares), and of the ground nothing but the shadow.",
-        "blinn render models/tower/tower.glb --background transparent --ground shadow --light-radius .18 --ao 64 -s 32 "
+        "blinn render models/tower/tower.glb --background transparent --ground shadow --light-radius .18 --ao 64 -s 32 --adaptive .04 "
         "--size 720x540 -o tower.png",
     ),
     Shot(
         "plant",
         "Leaves and panes",
         "Cut-out leaves, two panes of coloured glass one behind the other, vertex colours; shadows of all of them.",
-        "blinn render models/alpha/alpha.glb --light-radius .06 -s 32 --ao 32 --size 720x540 -o plant.png",
+        "blinn render models/alpha/alpha.glb --light-radius .06 -s 32 --adaptive .04 --ao 32 --size 720x540 -o plant.png",
     ),
     Shot(
         "assembly",
         "A gear, cut open",
         "Bolts, balls and planets are instances of one mesh each. Three lights that go with the camera.",
         "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 38,24 --zoom 1.45 --lights three-point --ao 64 "
-        "-s 32 --background '#e9e7e2' --light-radius .05 --size 840x600 -o assembly.png",
+        "-s 32 --adaptive .04 --background '#e9e7e2' --light-radius .05 --size 840x600 -o assembly.png",
     ),
     Shot(
         "clay",
-        "In clay",
-        "One matt material for everything, no lights, and an ambient term by how much of it arrives.",
+        "Without a light",
+        "No lights at all: an ambient term alone, by how much of it arrives.",
         "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 38,24 --zoom 1.45 --lights none --ambient .9,.88,.84 "
-        "--ao 64 --kd .82,.8,.76 --ks 0,0,0 --view standard --exposure 0 --background '#ffffff' -s 32 --size 840x600 -o clay.png",
+        "--ao 64 --view standard --exposure 0 --background '#ffffff' -s 32 --adaptive .04 --size 840x600 -o clay.png",
     ),
     Shot(
         "plan",
         "From above, without perspective",
         "An orthographic view along the axis, lit by a sun.",
         "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 90,0 --projection orthographic --zoom 2.2 "
-        "--lights none --sun -1,-.7,-.5,1.6 --ambient .22,.22,.24 --ao 64 -s 32 --background '#10131a' --size 720x720 -o plan.png",
+        "--lights none --sun -1,-.7,-.5,1.6 --ambient .22,.22,.24 --ao 64 -s 32 --adaptive .04 --background '#10131a' --size 720x720 -o plan.png",
     ),
     Shot(
         "tin",
         "Painted tin on planks",
         "Base colour, metallic-roughness and normal maps, averaged over what each sample sees.",
-        "blinn render models/textured/textured.glb --light-radius .08 --ao 32 -s 32 --size 800x600 -o tin.png",
+        "blinn render models/textured/textured.glb --light-radius .08 --ao 32 -s 32 --adaptive .04 --size 800x600 -o tin.png",
     ),
     Shot(
         "turntable",
         "Once around",
         "Eight frames of a turntable; camera and lights stand still.",
         "blinn turntable models/textured/textured.glb --only-objects 'Tin*' --count 8 --elevation 20 --ground shadow "
-        "--background '#dfe3e6' --lights none --sun .8,-1.4,-1,1.1 --ambient .3,.3,.3 --light-radius .08 -s 32 --size 240x260 "
+        "--background '#dfe3e6' --lights none --sun .8,-1.4,-1,1.1 --ambient .3,.3,.3 --light-radius .08 -s 32 --adaptive .04 --size 240x260 "
         "-o turn_####.png",
         [f"turn_{i:04}.png" for i in range(1, 9)],
         4,
@@ -104,7 +104,7 @@ SHOTS = [
         "A walk",
         "Skin of seventeen joints and a morph target, posed at six moments.",
         "blinn render models/figure/figure.glb --frames 4-44:8 --lights three-point --ground shadow --background '#efe9df' "
-        "--light-radius .05 --ao 32 -s 32 --size 160x320 -o walk_####.png",
+        "--light-radius .05 --ao 32 -s 32 --adaptive .04 --size 160x320 -o walk_####.png",
         [f"walk_{i:04}.png" for i in range(4, 45, 8)],
         6,
     ),
@@ -122,7 +122,7 @@ SHOTS = [
         "The lecture's scene",
         "By the lecture's own camera block, with two lamps and an ambient term.",
         "blinn render models/lecture/lecture.obj --camera-xml models/lecture/view-1.xml --lights none --point-light 6,8,4.5,90 "
-        "--point-light 7,3,-6,20,.6,.8,1 --ambient .08,.08,.08 --light-radius .5 --ao 32 -s 32 --size 960x540 -o lecture.png",
+        "--point-light 7,3,-6,20,.6,.8,1 --ambient .08,.08,.08 --light-radius .5 --ao 32 -s 32 --adaptive .04 --size 960x540 -o lecture.png",
     ),
     Shot(
         "stages",
@@ -140,7 +140,7 @@ SHOTS = [
         "The same figure between a warm lamp and a cold one.",
         "blinn render models/figure/figure.glb --frame 12 --lights none --point-light -1.6,2.2,1.2,5.5,1,.55,.22 "
         "--point-light 1.8,1.4,-1,7,.25,.45,1 --ambient .012,.014,.02 --ground plane --light-radius .12 --ks .25,.25,.25 "
-        "--shininess 40 --background '#07080c' --orbit 20,8 --zoom 1.15 -s 32 --size 600x720 -o night.png",
+        "--shininess 40 --background '#07080c' --orbit 20,8 --zoom 2.6 -s 32 --adaptive .04 --size 600x720 -o night.png",
     ),
     Shot(
         "gloss",
@@ -148,7 +148,7 @@ SHOTS = [
         "The exponent p, from 4 to 1024, on one sphere.",
         "for p in 4 16 64 256 1024; do blinn render models/tests/closed_sphere.obj --smooth 180 --view-point 0,0,6 --look-at 0,0,0 "
         "--yfov 21 --lights none --point-light 3,4,5,45 --point-light -5,1,2,6,.5,.7,1 --kd .5,.06,.05 --ks .7,.7,.7 "
-        "--shininess $p --ambient .04,.04,.05 --background '#22252b' -s 32 --size 190x190 -o gloss-$p.png; done",
+        "--shininess $p --ambient .04,.04,.05 --background '#22252b' -s 32 --adaptive .04 --size 190x190 -o gloss-$p.png; done",
         [f"gloss-{p}.png" for p in (4, 16, 64, 256, 1024)],
         5,
     ),
@@ -234,7 +234,7 @@ def page():
     lines = ["# Gallery", "", "Made by `docs/scripts/gallery.py`: each picture by the command below it.", ""]
     for shot in SHOTS:
         lines += [f"## {shot.title}", "", f"![{shot.title}](images/gallery-{shot.name}.jpg)", "", shot.text, ""]
-        lines += ["```sh", wrapped(shot.command), "```", ""]
+        lines += ["```sh gallery", wrapped(shot.command), "```", ""]
     return "\n".join(lines[:-1]) + "\n"
 
 

@@ -10,11 +10,13 @@ use clap::{Arg, ArgAction, Command, CommandFactory};
 use super::args::Cli;
 
 /// The screens. A command without one shows clap's own short help.
-static SCREENS: [(&str, &str); 4] = [
+static SCREENS: [(&str, &str); 6] = [
     ("render", include_str!("render.txt")),
     ("turntable", include_str!("turntable.txt")),
     ("assemble", include_str!("assemble.txt")),
     ("info", include_str!("info.txt")),
+    ("bench", include_str!("bench.txt")),
+    ("job", include_str!("job.txt")),
 ];
 
 /// The program's first screen: its commands, and a first command to try.
@@ -80,6 +82,11 @@ fn with_examples(command: Command) -> Command {
 mod tests {
     use super::*;
 
+    /// The arguments of a command and of those below it: a job's are its engines' and its frames'.
+    fn arguments(command: &Command) -> Box<dyn Iterator<Item = &Arg> + '_> {
+        Box::new(command.get_arguments().chain(command.get_subcommands().flat_map(arguments)))
+    }
+
     /// What a screen says cannot drift from the flags that there are.
     #[test]
     fn screens_name_flags_that_exist_and_examples_that_parse() {
@@ -87,8 +94,10 @@ mod tests {
         for (name, screen) in SCREENS {
             let cli = full();
             let command = cli.find_subcommand(name).expect(name);
-            for word in screen.split(|c: char| c.is_whitespace() || c == ':').filter(|w| w.starts_with('-')) {
-                let known = command.get_arguments().any(|arg| {
+            for word in
+                screen.split(|c: char| c.is_whitespace() || ":[,".contains(c)).filter(|w| w.starts_with('-'))
+            {
+                let known = arguments(command).any(|arg| {
                     arg.get_long().is_some_and(|long| word.strip_prefix("--") == Some(long))
                         || arg.get_short().is_some_and(|short| word == format!("-{short}"))
                 });
