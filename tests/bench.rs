@@ -259,7 +259,7 @@ fn files_of_others_are_refused_before_anything_is_measured() {
         refused(&folder, &format!("bench scene.glb --compare {file}"), says);
         refused(&folder, &format!("bench --from {file}"), file);
     }
-    refused(&folder, "bench", "required");
+    refused(&folder, "bench", "needs SCENE");
     refused(&folder, "bench --suite 70q", "70q");
     refused(&folder, "bench --suite=0", "no count of triangles");
     refused(&folder, "bench a.glb --rounds 0", "0");

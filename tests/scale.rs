@@ -11,14 +11,9 @@ use blinn::scene::{
 };
 use glam::{DAffine3, DVec3};
 
-/// Scenes with cameras, lamps of each kind, cut-outs, glass, and copies of one thing in two ways.
-const SCENES: [&str; 5] = [
-    "cornell/cornell.glb",
-    "alpha/alpha.glb",
-    "tests/lights.glb",
-    "tests/gltf/instances_gpu.glb",
-    "assembly/assembly.glb",
-];
+/// Scenes with cameras, lamps of each kind, cut-outs, glass, and copies of one thing.
+const SCENES: [&str; 4] =
+    ["cornell/cornell.glb", "alpha/alpha.glb", "tests/lights.glb", "assembly/assembly.glb"];
 
 fn scene(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);

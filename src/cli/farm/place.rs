@@ -33,6 +33,8 @@ impl Base {
     /// # Errors
     /// What no text of a job can hold.
     pub fn place(&self, path: &Path) -> Result<Place, Usage> {
+        // The folder of a bare name.
+        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
         let whole = absolute(path).map_err(|e| Usage(format!("{}: {e}", path.display())))?;
         let inside = whole.strip_prefix(&self.0).ok().filter(|rest| {
             // What leaves the base again may come back, or not: links decide.

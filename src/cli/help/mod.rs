@@ -10,13 +10,15 @@ use clap::{Arg, ArgAction, Command, CommandFactory};
 use super::args::Cli;
 
 /// The screens. A command without one shows clap's own short help.
-static SCREENS: [(&str, &str); 6] = [
+static SCREENS: [(&str, &str); 8] = [
     ("render", include_str!("render.txt")),
     ("turntable", include_str!("turntable.txt")),
     ("assemble", include_str!("assemble.txt")),
     ("info", include_str!("info.txt")),
     ("bench", include_str!("bench.txt")),
     ("job", include_str!("job.txt")),
+    ("completions", include_str!("completions.txt")),
+    ("man", include_str!("man.txt")),
 ];
 
 /// The program's first screen: its commands, and a first command to try.
@@ -105,7 +107,7 @@ mod tests {
                 flags += 1;
             }
             for line in screen.lines().filter_map(|l| l.strip_prefix("  blinn ")) {
-                let words = line.split(" #").next().into_iter().flat_map(str::split_whitespace);
+                let words = line.split(" # ").next().into_iter().flat_map(str::split_whitespace);
                 let parsed = full().try_get_matches_from(std::iter::once("blinn").chain(words));
                 assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
                 examples += 1;

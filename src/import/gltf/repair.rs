@@ -284,7 +284,11 @@ mod tests {
             "accessors":[{"count":3.0,"componentType":5126.0,"type":"VEC3"}]}"#;
         let (json, warnings) = read(text);
         assert_eq!(json.unwrap().root.accessors[0].count.0, 3);
-        assert_eq!(warnings, ["scene: 7 integers are written as floats, and were read as integers"]);
+        let said = [
+            "asset.version: 2.0 is a number, and was read as text",
+            "scene: 7 integers are written as floats, and were read as integers",
+        ];
+        assert_eq!(warnings, said);
     }
 
     #[test]
