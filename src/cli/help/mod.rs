@@ -97,7 +97,7 @@ mod tests {
             let cli = full();
             let command = cli.find_subcommand(name).expect(name);
             for word in
-                screen.split(|c: char| c.is_whitespace() || ":[,".contains(c)).filter(|w| w.starts_with('-'))
+                screen.split(|c: char| c.is_whitespace() || ":[,=".contains(c)).filter(|w| w.starts_with('-'))
             {
                 let known = arguments(command).any(|arg| {
                     arg.get_long().is_some_and(|long| word.strip_prefix("--") == Some(long))
