@@ -4,14 +4,12 @@ use glam::Vec3;
 
 use super::super::batch::{Cutout, RayBatch, Shared};
 use super::super::block::Block;
-use super::super::bounds::Bounds;
-use super::super::hit::{FrameRay, inverse, place_many};
+use super::super::hit::{FrameRay, place_many};
 use super::super::query::{Asked, Closest, Query};
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
-use super::super::wide::{Stack, reciprocal};
-use super::beam::{Direction, Origin};
-use super::frustum::Frustum;
+use super::super::wide::Stack;
+use super::lines::Lines;
 use super::{GROUP, GROUPS, Packet, PacketStack, PerRay, Sure, Verdict, whole};
 use crate::geometry::{EPSILON, Hit, HitId};
 
@@ -66,66 +64,25 @@ pub fn intersect<S: Simd>(
         limit.store(&mut packet.lower.0[g]);
         limit.store(&mut packet.upper.0[g]);
     }
-    let shrink = inverse(packet.size) as f32;
-    let (shares, near_end) = match rays.shared {
-        Shared::Origin(o) => ((Some(o), None), packet.invert::<S>(shrink)),
-        _ => ((None, Some(rays.directions[first] * shrink)), None),
+    // Told once for all of them, and so the same to the bit.
+    let shared = match rays.shared {
+        Shared::Direction(_) => Shared::Direction(rays.directions[first]),
+        shared => shared,
     };
-    let mut best = PerRay::splat(NONE);
+    let Some(lines) = packet.lines::<S>(shared, most) else { return false };
     for (nth, triangles) in trees.iter().filter(|tree| !tree.is_empty()).enumerate() {
+        let mut best = PerRay::splat(NONE);
         if nth > 0 {
             let known = |ray: usize| if out[ray].is_miss() { NONE } else { EXACT };
             (0..count).for_each(|ray| best.set(ray, known(ray)));
         }
-        let mut verdict =
-            Nearest { triangles, rays: (rays, first), cutouts, best: best.clone(), hits: &mut *out, stack };
-        let (centre, radius) = (triangles.centre, triangles.radius);
-        let size = triangles.size();
-        if let (Some(o), _) = shares {
-            let Some(frustum) = Frustum::from_origin::<S>(&packet, o, size) else { return false };
-            let length = f64::from(most * shrink) * 3f64.sqrt();
-            let far = o.as_dvec3().distance(centre) + radius;
-            let beam = Origin { o, pad: Vec3::ZERO, bounds: Bounds::new(length, far, 0.0), near_end };
-            packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
-        } else if let (_, Some(d)) = shares {
-            let Some(frustum) = Frustum::along::<S>(&packet, d, size, radius as f32) else { return false };
-            let far = packet.reach::<S>(centre) + radius;
-            let beam = Direction {
-                d,
-                reciprocal: reciprocal(d),
-                pad: Vec3::ZERO,
-                bounds: Bounds::new(d.as_dvec3().length(), far, 0.0),
-            };
-            packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
+        let mut verdict = Nearest { triangles, rays: (rays, first), cutouts, best, hits: &mut *out, stack };
+        if !packet.lead::<S, _>(triangles, &lines, &mut verdict, packets) {
+            return false;
         }
-        verdict.settle::<S>(&packet, shares);
+        verdict.settle::<S>(&packet, &lines);
     }
     true
-}
-
-impl Packet {
-    /// Multiplies the rays' own directions by `shrink` and fills in the reciprocals. Which end of
-    /// boxes comes first on each axis, where they agree on it.
-    #[inline(always)]
-    pub(super) fn invert<S: Simd>(&mut self, shrink: f32) -> Option<[usize; 3]> {
-        let (mut ends, mut agree) = ([0; 3], true);
-        let least = S::F16::splat(super::super::wide::LEAST);
-        for (axis, end) in ends.iter_mut().enumerate() {
-            let (mut some, mut all) = (0, u32::MAX);
-            for g in 0..GROUPS {
-                let d = S::F16::load(&self.own[axis].0[g]) * S::F16::splat(shrink);
-                d.store(&mut self.own[axis].0[g]);
-                let r = S::F16::splat(1.0).div(d.abs().max(least)).flipped_by(d);
-                r.store(&mut self.reciprocal[axis].0[g]);
-                let negative = r.lt(S::F16::splat(0.0));
-                some |= negative;
-                all &= negative;
-            }
-            *end = usize::from(some != 0);
-            agree &= some == 0 || all == (1 << GROUP) - 1;
-        }
-        agree.then_some(ends)
-    }
 }
 
 /// The closest hits of a packet, as far as it has got.
@@ -160,10 +117,10 @@ impl<'a> Nearest<'a, '_> {
         }
     }
 
-    /// Computes where sure hits are, given what all rays share: an origin, or a direction as long
-    /// as the packet's.
+    /// Computes where sure hits are.
     #[inline(always)]
-    fn settle<S: Simd>(&mut self, packet: &Packet, (o, d): (Option<Vec3>, Option<Vec3>)) {
+    fn settle<S: Simd>(&mut self, packet: &Packet, lines: &Lines) {
+        let (o, d) = lines.shared();
         let Triangles { blocks, spans, .. } = self.triangles;
         for (g, hits) in self.hits.chunks_mut(GROUP).enumerate() {
             let places = &self.best.0[g];

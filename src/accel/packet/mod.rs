@@ -12,6 +12,7 @@
 mod beam;
 mod closest;
 mod frustum;
+mod lines;
 mod shadow;
 
 use glam::{DVec3, Vec3};

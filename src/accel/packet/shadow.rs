@@ -5,13 +5,10 @@ use glam::Vec3;
 use super::super::batch::{Cutout, SegmentBatch, Shared};
 use super::super::block::Block;
 use super::super::blocking;
-use super::super::bounds::{Bounds, LIGHT};
-use super::super::hit::inverse;
+use super::super::bounds::LIGHT;
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
-use super::super::wide::{Stack, reciprocal};
-use super::beam::{Direction, Origin};
-use super::frustum::Frustum;
+use super::super::wide::Stack;
 use super::{GROUP, GROUPS, Packet, PacketStack, PerRay, RAYS, Sure, Verdict, whole};
 use crate::geometry::Hit;
 
@@ -60,12 +57,10 @@ pub fn occluded<S: Simd>(
         end.store(&mut packet.lower.0[g]);
         end.store(&mut packet.upper.0[g]);
     }
-    let shrink = inverse(packet.size) as f32;
-    let mut near_end = None;
     if let Shared::Origin(_) = segments.shared {
         packet.sure_start = LIGHT * packet.size as f32;
-        near_end = packet.invert::<S>(shrink);
     }
+    let Some(lines) = packet.lines::<S>(segments.shared, most) else { return false };
     for triangles in trees.iter().filter(|tree| !tree.is_empty()) {
         let mut sources = PerRay::splat(u32::MAX);
         for (ray, &source) in segments.source[first..first + count].iter().enumerate() {
@@ -73,30 +68,8 @@ pub fn occluded<S: Simd>(
         }
         let segments = (segments, first);
         let mut verdict = Blocked { triangles, segments, cutouts, sources, answers: &mut *answers, stack };
-        let (centre, radius, size) = (triangles.centre, triangles.radius, triangles.size());
-        match segments.0.shared {
-            Shared::Origin(o) => {
-                let Some(frustum) = Frustum::from_origin::<S>(&packet, o, size) else { return false };
-                let length = f64::from(most * shrink) * 3f64.sqrt();
-                let far = o.as_dvec3().distance(centre) + radius;
-                let beam = Origin { o, pad: Vec3::ZERO, bounds: Bounds::new(length, far, 0.0), near_end };
-                packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
-            }
-            Shared::Direction(d) => {
-                let d = d * shrink;
-                let Some(frustum) = Frustum::along::<S>(&packet, d, size, radius as f32) else {
-                    return false;
-                };
-                let far = packet.reach::<S>(centre) + radius;
-                let beam = Direction {
-                    d,
-                    reciprocal: reciprocal(d),
-                    pad: Vec3::ZERO,
-                    bounds: Bounds::new(d.as_dvec3().length(), far, 0.0),
-                };
-                packet.trace::<S, _, _>(triangles, &beam, &frustum, &mut verdict, packets);
-            }
-            Shared::None => return false,
+        if !packet.lead::<S, _>(triangles, &lines, &mut verdict, packets) {
+            return false;
         }
     }
     true
