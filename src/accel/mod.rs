@@ -21,6 +21,7 @@ mod packet;
 mod plan;
 mod query;
 mod simd;
+mod spans;
 mod steps;
 mod triangles;
 mod two_level;
@@ -28,6 +29,7 @@ mod wide;
 
 pub use batch::{Cutout, HitBatch, RayBatch, SegmentBatch, Shared};
 pub use plan::Flatten;
+pub(crate) use simd::Columnwise;
 pub use simd::Tier;
 pub use steps::Steps;
 
@@ -40,8 +42,9 @@ use hit::FrameRay;
 use packet::{Answers, GROUP, PacketStack, RAYS};
 use plan::{Plan, World};
 use query::{Asked, Blocking, Closest, Query, passes};
-use simd::{Job, Simd};
-use triangles::{Spans, Triangles};
+use simd::{Job, Plain, Simd};
+use spans::Spans;
+use triangles::Triangles;
 use two_level::Top;
 use wide::Stack;
 
@@ -182,6 +185,11 @@ impl Accel {
     pub fn transmittance(&self, segments: &SegmentBatch, cutouts: &dyn Cutout, out: &mut Vec<Rgb>) {
         out.clear();
         self.settings.tier.run(Transmittance { accel: self, segments, cutouts, out });
+    }
+
+    /// Runs what has nothing to do with trees with the instructions that they are traversed with.
+    pub(crate) fn columnwise(&self, job: impl Columnwise) {
+        self.settings.tier.run(Plain(job));
     }
 
     /// True where something visible lets part of the light through; else [`Accel::occluded`] says
@@ -407,17 +415,15 @@ impl<'a> Lane<'a> {
     /// world's.
     #[inline(always)]
     fn trace<S: Simd>(&mut self, ray: &FrameRay, worlds: bool, query: &mut impl Query) {
-        let Accel { top, worlds: [still, moving], .. } = self.accel;
-        let stack = &mut self.stack;
-        let mut go_on = true;
-        for world in [still, moving].into_iter().filter(|_| worlds) {
-            if let (true, Some(root)) = (go_on, world.tree.root) {
-                go_on = world.visit::<S, _>(root, ray, None, query, stack);
+        let Accel { top, worlds: trees, .. } = self.accel;
+        for world in trees.iter().filter(|_| worlds) {
+            if let Some(root) = world.tree.root
+                && !world.visit::<S, _>(root, ray, None, query, &mut self.stack)
+            {
+                return;
             }
         }
-        if go_on {
-            top.visit::<S, _>(ray, &self.meshes, query, stack);
-        }
+        top.visit::<S, _>(ray, &self.meshes, query, &mut self.stack);
     }
 }
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::Cutout;
 use super::block::Block;
 use super::clean::Look;
-use super::triangles::Spans;
+use super::spans::Spans;
 use crate::geometry::{Hit, HitId, Rgb};
 use crate::scene::SurfaceClass;
 

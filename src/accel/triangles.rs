@@ -13,57 +13,9 @@ use super::corners::Corners;
 use super::hit::{FrameRay, Met};
 use super::query::{Ids, Query};
 use super::simd::{Part, Simd};
+use super::spans::Spans;
 use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide};
 use super::{CleanReport, Preset};
-use crate::geometry::HitId;
-
-/// Whose triangle an index is.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Spans {
-    /// Where each instance's triangles begin in the count of all.
-    starts: Vec<u32>,
-    instances: Vec<u32>,
-}
-
-impl Spans {
-    /// Adds the next `count` triangles, of an instance.
-    pub fn new(of: impl Iterator<Item = (u32, usize)>) -> (Spans, usize) {
-        let (mut spans, mut count) = (Spans::default(), 0usize);
-        for (instance, triangles) in of {
-            spans.starts.push(count.min(u32::MAX as usize) as u32);
-            spans.instances.push(instance);
-            count += triangles;
-        }
-        (spans, count)
-    }
-
-    /// The instance of a triangle (its place in the order that was given) and the triangle there.
-    #[inline(always)]
-    pub fn find(&self, index: u32) -> (usize, u32) {
-        let which = match self.starts.len() {
-            1 => 0,
-            _ => self.starts.partition_point(|&start| start <= index).saturating_sub(1),
-        };
-        (which, index - self.starts.get(which).copied().unwrap_or(0))
-    }
-
-    /// The id of a triangle.
-    #[inline(always)]
-    pub fn id(&self, index: u32) -> HitId {
-        let (which, triangle) = self.find(index);
-        HitId { instance: self.instances.get(which).copied().unwrap_or(0), triangle }
-    }
-
-    /// The index of a triangle, if it is here.
-    #[inline(always)]
-    pub fn index(&self, id: HitId) -> Option<u32> {
-        let which = match self.instances[..] {
-            [only] if only == id.instance => 0,
-            _ => self.instances.binary_search(&id.instance).ok()?,
-        };
-        Some(self.starts[which] + id.triangle)
-    }
-}
 
 /// Triangles and the tree over them.
 #[derive(Debug, Default)]

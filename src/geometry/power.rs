@@ -5,56 +5,55 @@ use std::f64::consts::{LN_2, LOG2_E, SQRT_2};
 /// (1 − x)^p for x in 0…1 and p ≥ 0, within 1e-9 of its size; 0 where it is below e⁻¹⁰⁴, which is too
 /// little for any f32.
 ///
-/// It is told x, and not 1 − x, whose digits are lost just where a large power needs them.
-#[inline]
+/// It is told x, and not 1 − x, whose digits are lost just where a large power needs them. Nothing
+/// branches here, so that many can be computed at once.
+#[inline(always)]
 pub fn power_below_one(x: f64, p: f64) -> f64 {
-    // ln(1 − x) ≤ −x.
-    if p * x > LEAST {
-        return 0.0;
-    }
     let y = p * ln_below_one(x);
+    let power = if y < -LEAST { 0.0 } else { exp(y) };
     // x of 1 is −∞, and with a p of 0 no number: 0⁰ is 1.
-    if y.is_nan() {
-        return 1.0;
-    }
-    if y < -LEAST { 0.0 } else { exp(y) }
+    if y.is_nan() { 1.0 } else { power }
 }
 
 /// Where an f32 ends.
 const LEAST: f64 = 104.0;
 
 /// ln(1 − x) for x in 0…1: −∞ at 1.
-#[inline]
+#[inline(always)]
 fn ln_below_one(x: f64) -> f64 {
     // 1 − x = m·2^e, with m about 1; s = (m − 1)/(m + 1), and ln m = 2 artanh s.
-    let (s, e) = if x < 1.0 - 0.5 * SQRT_2 {
-        (-x / (2.0 - x), 0.0)
-    } else if x < 1.0 {
-        let bits = (1.0 - x).to_bits();
-        let (m, e) = (f64::from_bits(bits & FRACTION | ONE), (bits >> 52) as f64 - 1023.0);
-        let (m, e) = if m > SQRT_2 { (0.5 * m, e + 1.0) } else { (m, e) };
-        ((m - 1.0) / (m + 1.0), e)
-    } else {
-        return f64::NEG_INFINITY;
-    };
+    let bits = (1.0 - x).to_bits();
+    let m = f64::from_bits(bits & FRACTION | ONE);
+    // A whole number below 2⁵² as the last digits of a sum with it.
+    let exponent = f64::from_bits(bits >> 52 | WHOLE.to_bits()) - WHOLE;
+    let over = m > SQRT_2;
+    let (m, e) = if over { (0.5 * m, exponent - 1022.0) } else { (m, exponent - 1023.0) };
+    // Near 0 the digits of x are those of the result.
+    let little = x < 1.0 - 0.5 * SQRT_2;
+    let (above, below, e) = if little { (-x, 2.0 - x, 0.0) } else { (m - 1.0, m + 1.0, e) };
+    let s = above / below;
     let z = s * s;
-    let artanh =
-        1.0 + z * (1.0 / 3.0 + z * (0.2 + z * (1.0 / 7.0 + z * (1.0 / 9.0 + z * (1.0 / 11.0 + z / 13.0)))));
-    2.0 * s * artanh + e * LN_2
+    let artanh = 1.0
+        + z * (1.0 / 3.0
+            + z * (1.0 / 5.0 + z * (1.0 / 7.0 + z * (1.0 / 9.0 + z * (1.0 / 11.0 + z * (1.0 / 13.0))))));
+    let ln = 2.0 * s * artanh + e * LN_2;
+    if x < 1.0 { ln } else { f64::NEG_INFINITY }
 }
 
 /// The bits of 1, and those of what comes after the point.
 const ONE: u64 = 1023 << 52;
 const FRACTION: u64 = (1 << 52) - 1;
+/// From here on numbers have no digits after the point.
+const WHOLE: f64 = (1u64 << 52) as f64;
 
-/// e^y for y in −104…0.
-#[inline]
+/// e^y for y in −104…0; of no value elsewhere.
+#[inline(always)]
 fn exp(y: f64) -> f64 {
     // y = k·ln 2 + r, r within half of ln 2 of 0; k is a whole number because that is where this
-    // sum's digits end.
-    const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;
-    let k = (y * LOG2_E + ROUNDING) - ROUNDING;
-    let r = y - k * LN_2;
+    // sum's digits end, and its last digits are k.
+    const ROUNDING: f64 = 1.5 * WHOLE;
+    let rounded = y * LOG2_E + ROUNDING;
+    let r = y - (rounded - ROUNDING) * LN_2;
     let series = 1.0
         + r * (1.0
             + r * (1.0 / 2.0
@@ -62,8 +61,8 @@ fn exp(y: f64) -> f64 {
                     + r * (1.0 / 24.0
                         + r * (1.0 / 120.0
                             + r * (1.0 / 720.0
-                                + r * (1.0 / 5040.0 + r * (1.0 / 40320.0 + r / 362_880.0))))))));
-    series * f64::from_bits(((k as i64 + 1023) as u64) << 52)
+                                + r * (1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362_880.0)))))))));
+    series * f64::from_bits(rounded.to_bits().wrapping_add(1023) << 52)
 }
 
 #[cfg(test)]

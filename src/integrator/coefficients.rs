@@ -110,9 +110,8 @@ pub(super) fn base_color(posed: &PosedScene, material: &Material, surface: &Surf
 }
 
 impl Coefficients {
-    /// The coefficients at `surface`. `roughening` is what its normals' spread adds to α²
-    /// ([`Surface::shading_normals`]); the lecture's own p stays what the file says.
-    pub fn at(posed: &PosedScene, surface: &Surface, roughening: f32, overrides: &Overrides) -> Coefficients {
+    /// The coefficients at `surface`, as its material and its textures say.
+    fn at(posed: &PosedScene, surface: &Surface) -> Coefficients {
         let material = &posed.materials[surface.material as usize];
         let color = base_color(posed, material, surface);
         let mut k = Coefficients {
@@ -143,9 +142,6 @@ impl Coefficients {
                 (k.k_a, k.k_d, k.k_e) = (Rgb::ZERO, Rgb::ZERO, color);
             }
         }
-        if roughening > 0.0 && !matches!(material.reflectance, Reflectance::Mtl(_)) {
-            k.widen(roughening);
-        }
         if material.occlusion.texture.is_some() {
             let texel = material.occlusion.texel(posed, surface);
             k.k_a *= 1.0 + material.occlusion.factor * (texel - 1.0);
@@ -156,9 +152,6 @@ impl Coefficients {
             k.k_a *= 1.0 - t;
             k.through = color * t;
         }
-        k.k_d = overrides.k_d.unwrap_or(k.k_d);
-        k.k_s = overrides.k_s.unwrap_or(k.k_s);
-        k.shininess = overrides.shininess.unwrap_or(k.shininess);
         k
     }
 
@@ -184,6 +177,44 @@ impl Coefficients {
         let f0 = f0_d + (base - f0_d) * metallic;
         self.k_d = base * ((1.0 - metallic) * (1.0 - f0_d.max_element())) + f0 * (0.35 * alpha);
         (self.k_s, self.shininess) = highlight(f0, alpha);
+    }
+}
+
+/// Coefficients of one surface after the other. Where a material is the same all over, and so for the
+/// next surface as for the last, they are computed once.
+#[derive(Debug, Default)]
+pub(super) struct Lookup {
+    /// The last material that is the same all over.
+    last: Option<(u32, Coefficients)>,
+}
+
+impl Lookup {
+    /// The coefficients at `surface`. `roughening` is what its normals' spread adds to α²
+    /// ([`Surface::shading_normals`]); the lecture's own p stays what the file says.
+    pub fn at(
+        &mut self,
+        posed: &PosedScene,
+        surface: &Surface,
+        roughening: f32,
+        overrides: &Overrides,
+    ) -> Coefficients {
+        let material = &posed.materials[surface.material as usize];
+        let mut k = match self.last {
+            Some((last, k)) if last == surface.material && !surface.is_colored() => k,
+            _ => {
+                let k = Coefficients::at(posed, surface);
+                let even = !material.is_textured() && !surface.is_colored();
+                self.last = if even { Some((surface.material, k)) } else { self.last };
+                k
+            }
+        };
+        if roughening > 0.0 && !matches!(material.reflectance, Reflectance::Mtl(_)) {
+            k.widen(roughening);
+        }
+        k.k_d = overrides.k_d.unwrap_or(k.k_d);
+        k.k_s = overrides.k_s.unwrap_or(k.k_s);
+        k.shininess = overrides.shininess.unwrap_or(k.shininess);
+        k
     }
 }
 
@@ -213,11 +244,14 @@ impl Dielectric {
 ///
 /// n·h loses its digits near 1, just where a narrow lobe needs them, so it comes from the distance
 /// of n and h: n·h = 1 − |n − h|²/2.
+#[inline(always)]
 pub fn lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
-    let Some(h) = (v + l).try_normalize() else { return 0.0 };
-    let below_one = 0.5 * (n - h).length_squared();
+    let h = v + l;
+    let per_length = 1.0 / h.length();
+    let below_one = 0.5 * (n - h * per_length).length_squared();
     // Behind the surface the cosine is 0, and 0⁰ is 1.
-    power_below_one(below_one.min(1.0), f64::from(p))
+    let lobe = power_below_one(below_one.min(1.0), f64::from(p));
+    if per_length.is_finite() { lobe } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::footprint::{Spread, Steps};
 use super::surface::Surface;
-use crate::geometry::{HitId, Ray, RayDifferential, point_error};
+use crate::geometry::{HitId, Ray, RayDifferential, offset_point, point_error};
 use crate::scene::{Mesh, PosedScene};
 
 /// A triangle in the world, relative to the scene's centre.
@@ -15,8 +15,6 @@ pub(super) struct Facet<'s> {
     mesh: &'s Mesh,
     corners: [u32; 3],
     v: [DVec3; 3],
-    /// The edges at the first corner.
-    e: [DVec3; 2],
     /// Unit normal of the front; `None` where the triangle has no area to speak of.
     front: Option<DVec3>,
     /// Points on it are right to within ± this.
@@ -44,7 +42,7 @@ impl<'s> Facet<'s> {
             .then(|| corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero()));
         let p_error = point_error(world, local, &transform.affine);
         let steps = Steps::new(e, front.unwrap_or(DVec3::ZERO));
-        Facet { id, mesh, corners, v, e, front, p_error, n, steps }
+        Facet { id, mesh, corners, v, front, p_error, n, steps }
     }
 
     /// The point where `ray` meets it, which it is known to do; seen by an eye ray that stands for
@@ -52,13 +50,16 @@ impl<'s> Facet<'s> {
     pub fn seen(&self, ray: Ray, differential: Option<&RayDifferential>) -> Surface<'s> {
         let [v0, v1, v2] = self.v;
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
-        let b = barycentrics(o - v0, d, self.e);
-        let p = v0 * b[0] + v1 * b[1] + v2 * b[2];
         let wound = self.front.unwrap_or_else(|| -d.normalize_or(DVec3::NEG_Z));
-        let front = wound.dot(d) <= 0.0;
+        let facing = wound.dot(d);
+        let per_facing = 1.0 / facing;
+        let t = (v0 - o).dot(wound) * per_facing;
+        let b = on_triangle(self.steps.of(o - v0 + d * t));
+        let p = v0 * b[0] + v1 * b[1] + v2 * b[2];
+        let front = facing <= 0.0;
         let n_g = if front { wound } else { -wound };
-        let mut spread =
-            differential.map_or(Spread::POINT, |by| Spread::over(by, (p - o, d), &self.steps, wound));
+        let over = |by| Spread::over(by, (t, d), &self.steps, (wound, per_facing));
+        let mut spread = differential.map_or(Spread::POINT, over);
         let n_v = self.n.map_or(n_g, |n| {
             let sum = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
             let per_length = sum.length_recip();
@@ -71,10 +72,12 @@ impl<'s> Facet<'s> {
             let n = if fits { middle } else { n_g };
             if n.dot(n_g) < 0.0 { -n } else { n }
         });
+        let (p, towards) = (p.as_vec3(), n_g.as_vec3());
         Surface {
             id: self.id,
-            p: p.as_vec3(),
+            p,
             p_error: self.p_error,
+            clear: offset_point(p, self.p_error, towards, towards),
             n_g,
             n_v,
             front,
@@ -114,13 +117,9 @@ impl<'s> Facets<'s> {
     }
 }
 
-/// Barycentrics of the point where o + t·d crosses the triangle, from `s` = o − v0 and its edges;
-/// pulled onto the triangle where rounding left it.
-fn barycentrics(s: DVec3, d: DVec3, [e1, e2]: [DVec3; 2]) -> [f64; 3] {
-    let across = d.cross(e2);
-    let det = e1.dot(across);
-    let u = s.dot(across) / det;
-    let v = d.dot(s.cross(e1)) / det;
+/// All three barycentrics of a point, of which 1 and 2 are `u` and `v`; pulled onto the triangle where
+/// rounding left it.
+fn on_triangle([u, v]: [f64; 2]) -> [f64; 3] {
     if !(u.is_finite() && v.is_finite()) {
         return [1.0 / 3.0; 3];
     }

@@ -15,7 +15,7 @@ pub(super) struct Spread {
 }
 
 /// What barycentrics 1 and 2 of a triangle change by along a step in its plane: the step's product
-/// with these.
+/// with these. From the first corner, where both are 0, they are the barycentrics themselves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Steps {
     b: [DVec3; 2],
@@ -26,6 +26,11 @@ impl Steps {
     pub fn new([e1, e2]: [DVec3; 2], n: DVec3) -> Steps {
         let per_area = 1.0 / e1.cross(e2).dot(n);
         Steps { b: [e2.cross(n) * per_area, n.cross(e1) * per_area] }
+    }
+
+    /// What barycentrics 1 and 2 change by along `step`.
+    pub fn of(&self, step: DVec3) -> [f64; 2] {
+        [step.dot(self.b[0]), step.dot(self.b[1])]
     }
 }
 
@@ -38,16 +43,19 @@ impl Spread {
     /// A sample that stands for nothing but its point.
     pub const POINT: Spread = Spread { b: [Vec2::ZERO; 2], turn: 0.0 };
 
-    /// Of a ray through the point at `way` from its origin, along `d`, on a triangle of unit normal
-    /// `n`.
-    pub fn over(differential: &RayDifferential, (way, d): (DVec3, DVec3), steps: &Steps, n: DVec3) -> Spread {
-        let t = way.dot(d) / d.length_squared();
-        let per_facing = 1.0 / d.dot(n);
+    /// Of a ray along `d` that has come as far as `t`, on a triangle of unit normal `n`, with 1/(d·n).
+    pub fn over(
+        differential: &RayDifferential,
+        (t, d): (f64, DVec3),
+        steps: &Steps,
+        (n, per_facing): (DVec3, f64),
+    ) -> Spread {
         let along = |i: usize| {
             // The neighbour at the same t, brought back to the plane along the ray.
             let beside = differential.o[i] + differential.d[i] * t;
             let step = beside - d * (beside.dot(n) * per_facing);
-            Vec2::new(step.dot(steps.b[0]) as f32, step.dot(steps.b[1]) as f32)
+            let [u, v] = steps.of(step);
+            Vec2::new(u as f32, v as f32)
         };
         Spread { b: [along(0), along(1)], turn: 0.0 }
     }
@@ -96,7 +104,7 @@ mod tests {
 
     /// Looking down at the square (0, 0)…(1, 1) from `way` above its corner, a step of `x` and `y`.
     fn spread(way: DVec3, o: [DVec3; 2], d: [DVec3; 2]) -> Spread {
-        Spread::over(&RayDifferential { o, d }, (way, way), &square(), DVec3::Z)
+        Spread::over(&RayDifferential { o, d }, (1.0, way), &square(), (DVec3::Z, 1.0 / way.z))
     }
 
     const STEPS: [DVec3; 2] = [DVec3::new(0.01, 0.0, 0.0), DVec3::new(0.0, 0.02, 0.0)];
@@ -109,8 +117,12 @@ mod tests {
         for s in [spread(down, still, STEPS), spread(down, STEPS, still)] {
             assert_eq!(s.b, [Vec2::new(0.01, 0.0), Vec2::new(0.0, 0.02)]);
         }
-        let far =
-            Spread::over(&RayDifferential { o: still, d: STEPS }, (down, down / 4.0), &square(), DVec3::Z);
+        let far = Spread::over(
+            &RayDifferential { o: still, d: STEPS },
+            (4.0, down / 4.0),
+            &square(),
+            (DVec3::Z, 4.0 / down.z),
+        );
         assert_eq!(far.b, [Vec2::new(0.04, 0.0), Vec2::new(0.0, 0.08)]);
     }
 

@@ -14,6 +14,7 @@ mod ground;
 mod occlusion;
 mod phong;
 mod point;
+mod reach;
 mod sampler;
 mod shadow;
 mod surface;
@@ -89,6 +90,7 @@ pub struct Scratch {
     /// From places on a light to its centre.
     pub(crate) within: SegmentBatch,
     pub(crate) within_free: Vec<Rgb>,
+    pub(crate) columns: reach::Columns,
 }
 
 /// Turns samples into colours: linear RGB premultiplied by alpha, 0 where nothing is seen.

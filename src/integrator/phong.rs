@@ -4,15 +4,14 @@
 //!
 //! over the lights that a shadow ray reaches, plus what the surface emits itself.
 
-use super::coefficients::lobe;
+use super::coefficients::Lookup;
 use super::draws::Draws;
 use super::facet::Facets;
 use super::occlusion::ambient_free;
 use super::point::{Place, Point};
 use super::shadow::find_free;
-use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch};
+use super::{Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch};
 use crate::geometry::{Ray, Rgb, Rgba};
-use crate::scene::Incident;
 
 /// The lecture's stages: each adds to the one before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,7 +87,7 @@ impl Phong {
         ground: &mut [Option<f64>],
     ) -> Vec<Point<'s>> {
         let mut points = Vec::with_capacity(whose.len());
-        let mut facets = Facets::new();
+        let (mut facets, mut coefficients) = (Facets::new(), Lookup::default());
         let (mut size, mut differential) = ([0.0; 2], None);
         for (i, (hit, &sample)) in scratch.hits.iter().zip(whose).enumerate() {
             let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
@@ -106,7 +105,7 @@ impl Phong {
             }
             let surface = facets.of(frame.posed, hit.id).seen(ray, differential.as_ref());
             let (n, roughening) = surface.shading_normals(frame.posed);
-            let k = Coefficients::at(frame.posed, &surface, roughening, &frame.overrides);
+            let k = coefficients.at(frame.posed, &surface, roughening, &frame.overrides);
             let v = frame.to_eye(ray.d);
             let (radiance, unshadowed) = (Rgb::ZERO, Rgb::ZERO);
             points.push(Point { sample, place: Place::Surface(surface), k, n, v, radiance, unshadowed });
@@ -139,41 +138,24 @@ impl Phong {
         if self.stage == Stage::Color {
             return;
         }
+        let mut columns = std::mem::take(&mut scratch.columns);
+        columns.set(points);
         for (which, light) in frame.lights.iter().enumerate() {
-            let lit: Vec<(usize, Incident)> = points
-                .iter()
-                .enumerate()
-                .filter_map(|(i, point)| {
-                    let incident = light.incident(point.place.p())?;
-                    // Nothing where the light sees one side of the surface and the eye the other.
-                    let facing = point.n.dot(incident.l) > 0.0 && point.place.n_v().dot(incident.l) > 0.0;
-                    facing.then_some((i, incident))
-                })
-                .collect();
+            let reached = columns.reached(frame.accel, light, self.stage == Stage::Phong);
             if frame.shadows && self.stage != Stage::Diffuse {
-                find_free(frame, which, points, &lit, draws, scratch);
+                find_free(frame, which, points, &reached, draws, scratch);
             } else {
                 scratch.free.clear();
-                scratch.free.resize(lit.len(), Rgb::ONE);
+                scratch.free.resize(reached.len(), Rgb::ONE);
             }
-            for (&(i, incident), &free) in lit.iter().zip(&scratch.free) {
-                let point = &mut points[i];
-                let reflected = self.reflected(point, incident);
+            for (light, &free) in reached.iter().zip(&scratch.free) {
+                let point = &mut points[light.point];
+                let reflected = light.reflected(&point.k);
                 point.radiance += free * reflected;
                 point.unshadowed += reflected;
             }
         }
-    }
-
-    /// k_d (I/r²) max(0, n·l) + k_s (I/r²) max(0, n·h)^p.
-    fn reflected(&self, point: &Point, Incident { l, arriving }: Incident) -> Rgb {
-        let (n, k) = (point.n, &point.k);
-        let diffuse = k.k_d * n.dot(l).max(0.0) as f32;
-        if self.stage != Stage::Phong || k.k_s == Rgb::ZERO {
-            return arriving * diffuse;
-        }
-        let specular = k.k_s * lobe(n, l, point.v, k.shininess) as f32;
-        arriving * (diffuse + specular)
+        scratch.columns = columns;
     }
 
     /// Keeps the rays that something still shows through, each to go on behind its hit.

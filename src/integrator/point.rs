@@ -57,6 +57,16 @@ impl Place<'_> {
         }
     }
 
+    /// Where shadow rays start whose light does not graze the surface, and the triangle that cannot be in
+    /// their way.
+    pub fn clear(&self) -> (Vec3, HitId) {
+        match self {
+            Place::Surface(s) => (s.clear, s.id),
+            // A point of the ground is at its height exactly.
+            Place::Ground { p, .. } => (offset_point(*p, Vec3::ZERO, Vec3::Y, Vec3::Y), HitId::NONE),
+        }
+    }
+
     /// Where a shadow ray towards `l` starts, and the triangle that cannot be in its way.
     pub fn start(&self, posed: &PosedScene, l: DVec3) -> (Vec3, HitId) {
         match self {
@@ -66,8 +76,7 @@ impl Place<'_> {
                 let above = s.n_g.dot(l) > 0.0;
                 (s.shadow_origin(posed, l), if above { s.id } else { HitId::NONE })
             }
-            // A point of the ground is at its height exactly.
-            Place::Ground { p, .. } => (offset_point(*p, Vec3::ZERO, Vec3::Y, Vec3::Y), HitId::NONE),
+            Place::Ground { .. } => self.clear(),
         }
     }
 }

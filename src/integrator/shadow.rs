@@ -4,23 +4,24 @@ use glam::{DVec3, Vec3};
 
 use super::draws::{Draws, Purpose};
 use super::point::Point;
+use super::reach::Reached;
 use super::{Frame, Materials, Scratch};
 use crate::accel::{SegmentBatch, Shared};
 use crate::geometry::{HitId, Rgb};
-use crate::scene::{Incident, PosedKind};
+use crate::scene::PosedKind;
 
 /// Fills `scratch.free` with how much of light `which`'s way to each lit point is free, by colour.
 pub(super) fn find_free(
     frame: &Frame,
     which: usize,
     points: &[Point],
-    lit: &[(usize, Incident)],
+    reached: &[Reached],
     draws: Draws,
     scratch: &mut Scratch,
 ) {
     let light = &frame.lights[which];
     if light.radius > 0.0 {
-        return find_free_from_disc(frame, which, points, lit, draws, scratch);
+        return find_free_from_disc(frame, which, points, reached, draws, scratch);
     }
     let segments = &mut scratch.segments;
     segments.clear();
@@ -28,17 +29,18 @@ pub(super) fn find_free(
         PosedKind::Directional { direction } => Shared::Direction(-direction),
         PosedKind::Point { position } | PosedKind::Spot { position, .. } => Shared::Origin(position),
     };
-    for &(i, incident) in lit {
-        let (from, source) = points[i].place.start(frame.posed, incident.l);
+    for to in reached {
+        let start = to.start.unwrap_or_else(|| points[to.point].place.start(frame.posed, to.incident.l));
+        let (from, source) = start;
         segments.push(from, light.position().unwrap_or_default(), source);
     }
     trace(frame, segments, &mut scratch.blocked, &mut scratch.free);
     if frame.solid_ground().is_none() {
         return;
     }
-    for (k, &(_, incident)) in lit.iter().enumerate() {
+    for (k, to) in reached.iter().enumerate() {
         let from = scratch.segments.from[k];
-        let towards = light.position().map_or(incident.l, |p| p.as_dvec3() - from.as_dvec3());
+        let towards = light.position().map_or(to.incident.l, |p| p.as_dvec3() - from.as_dvec3());
         if frame.below_ground(from, towards, light.position().is_none()) {
             scratch.free[k] = Rgb::ZERO;
         }
@@ -52,7 +54,7 @@ fn find_free_from_disc(
     frame: &Frame,
     which: usize,
     points: &[Point],
-    lit: &[(usize, Incident)],
+    reached: &[Reached],
     draws: Draws,
     scratch: &mut Scratch,
 ) {
@@ -61,10 +63,10 @@ fn find_free_from_disc(
     segments.clear();
     segments.shared = Shared::None;
     // Below the horizon of the smooth surface, where no ray need be asked.
-    let mut hidden = Vec::with_capacity(lit.len());
-    for &(i, incident) in lit {
-        let place = &points[i].place;
-        let off = light.off_centre(incident.l, draws.one(points[i].sample, Purpose::Light(which)));
+    let mut hidden = Vec::with_capacity(reached.len());
+    for &Reached { point, incident, .. } in reached {
+        let place = &points[point].place;
+        let off = light.off_centre(incident.l, draws.one(points[point].sample, Purpose::Light(which)));
         let p = place.p().as_dvec3();
         let towards = match light.position() {
             Some(centre) => centre.as_dvec3() + off - p,

@@ -16,6 +16,8 @@ pub struct Surface<'s> {
     pub p: Vec3,
     /// The true point is within ± this of `p`.
     pub p_error: Vec3,
+    /// `p`, moved off the triangle by that error to `n_g`'s side.
+    pub clear: Vec3,
     /// Geometric normal, unit length, to the viewer's side.
     pub n_g: DVec3,
     /// Vertex normals interpolated (or `n_g`), unit length, on `n_g`'s side.
@@ -32,6 +34,21 @@ pub struct Surface<'s> {
     pub(super) corners: [u32; 3],
 }
 
+/// How far towards the smooth surface rays start that leave at an angle of this cosine to the triangle's
+/// normal: 0…1.
+fn lifted(cos: f64) -> f64 {
+    /// Cosine from which on light does not graze; Cycles' default.
+    const GRAZING: f64 = 0.1;
+    (1.0 - cos / GRAZING).clamp(0.0, 1.0)
+}
+
+/// Whether light grazes a triangle whose normal's cosine to its direction is `cos`. If not, rays towards
+/// it start at [`Surface::clear`].
+#[inline(always)]
+pub(super) fn grazes(cos: f64) -> bool {
+    lifted(cos) > 0.0
+}
+
 impl<'s> Surface<'s> {
     /// The point where `ray` meets triangle `id`, which it is known to hit. Its textures are looked
     /// up at their finest.
@@ -44,12 +61,13 @@ impl<'s> Surface<'s> {
     /// the smooth surface would not have. Steeper light starts at the triangle: coarse surfaces
     /// would lose the shadows of what stands on them.
     pub fn shadow_origin(&self, posed: &PosedScene, l: DVec3) -> Vec3 {
-        /// Cosine from which on light does not graze; Cycles' default.
-        const GRAZING: f64 = 0.1;
-        let lifted = (1.0 - self.n_g.dot(l) / GRAZING).clamp(0.0, 1.0);
-        let n_g = self.n_g.as_vec3();
-        let p = if lifted > 0.0 { self.p + (self.lift(posed) * lifted).as_vec3() } else { self.p };
-        offset_point(p, self.p_error, n_g, n_g)
+        let lifted = lifted(self.n_g.dot(l));
+        if lifted > 0.0 {
+            let n_g = self.n_g.as_vec3();
+            offset_point(self.p + (self.lift(posed) * lifted).as_vec3(), self.p_error, n_g, n_g)
+        } else {
+            self.clear
+        }
     }
 
     /// From `p` to the surface that bulges from the corners along their normals: `p` is raised to
@@ -98,6 +116,11 @@ impl<'s> Surface<'s> {
             Footprint { right: step(right), up: step(up) }
         };
         (t.transform.apply(self.uv(t.uv_set)), over)
+    }
+
+    /// True where vertices have colours.
+    pub(super) fn is_colored(&self) -> bool {
+        !self.mesh.colors.is_empty()
     }
 
     /// The vertex colour, linear RGBA; white where there is none.

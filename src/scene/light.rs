@@ -100,15 +100,17 @@ impl Cone {
         Cone { cos_inner: libm::cosf(inner), cos_outer: libm::cosf(outer) }
     }
 
+    /// All around.
+    const NONE: Cone = Cone { cos_inner: -2.0, cos_outer: -2.0 };
+
     /// KHR_lights_punctual's falloff at an angle of that cosine from the axis. Equal angles are a
     /// step, as Blender writes them.
+    #[inline(always)]
     pub fn falloff(&self, cos_angle: f32) -> f32 {
         let width = self.cos_inner - self.cos_outer;
-        if width <= 0.0 {
-            return if cos_angle >= self.cos_outer { 1.0 } else { 0.0 };
-        }
+        let step = if cos_angle >= self.cos_outer { 1.0 } else { 0.0 };
         let s = ((cos_angle - self.cos_outer) / width).clamp(0.0, 1.0);
-        s * s
+        if width <= 0.0 { step } else { s * s }
     }
 }
 
@@ -192,30 +194,67 @@ impl PosedLight {
         a * at.x + b * at.y
     }
 
+    /// How its light travels.
+    pub fn way(&self) -> Way {
+        let lamp = |position: Vec3, axis: Vec3, cone| Lamp {
+            position: position.as_dvec3(),
+            axis: axis.as_dvec3(),
+            cone,
+            range: f64::from(self.range),
+        };
+        match self.kind {
+            PosedKind::Directional { direction } => Way::Sun(-direction.as_dvec3().normalize()),
+            PosedKind::Point { position } => Way::Lamp(lamp(position, Vec3::ZERO, Cone::NONE)),
+            PosedKind::Spot { position, direction, cone } => Way::Lamp(lamp(position, direction, cone)),
+        }
+    }
+
     /// What reaches `p` if nothing is in the way; `None` where nothing does.
     pub fn incident(&self, p: Vec3) -> Option<Incident> {
-        let (l, arriving) = match self.kind {
-            PosedKind::Directional { direction } => (-direction.as_dvec3().normalize(), self.intensity),
-            PosedKind::Point { position } | PosedKind::Spot { position, .. } => {
-                let to_light = position.as_dvec3() - p.as_dvec3();
-                let r2 = to_light.length_squared();
-                if !(r2 > 0.0) {
-                    return None;
-                }
-                let r = r2.sqrt();
-                let l = to_light / r;
-                let mut strength = 1.0;
-                if let PosedKind::Spot { direction, cone, .. } = self.kind {
-                    strength *= cone.falloff(-l.dot(direction.as_dvec3()) as f32);
-                }
-                if self.range.is_finite() {
-                    let q = (r / f64::from(self.range)).powi(2);
-                    strength *= (1.0 - q * q).clamp(0.0, 1.0) as f32;
-                }
-                (l, self.intensity * (f64::from(strength) / r2) as f32)
-            }
+        let (l, share) = match self.way() {
+            Way::Sun(l) => (l, 1.0),
+            Way::Lamp(lamp) => lamp.towards(p),
         };
+        let arriving = self.intensity * share;
         (arriving.max_element() > 0.0).then_some(Incident { l, arriving })
+    }
+}
+
+/// How a light's light travels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way {
+    /// Along one direction: the way to the light, unit length. All of it arrives.
+    Sun(DVec3),
+    /// From one place.
+    Lamp(Lamp),
+}
+
+/// A light at a position, prepared for many points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    position: DVec3,
+    axis: DVec3,
+    cone: Cone,
+    range: f64,
+}
+
+impl Lamp {
+    /// The way to it from `p`, unit length, and what its intensity is multiplied by there: 1/r²,
+    /// cone and range. 0 at the very place, where there is no way.
+    ///
+    /// Nothing branches here, so that many points can be asked for at once.
+    #[inline(always)]
+    pub fn towards(&self, p: Vec3) -> (DVec3, f32) {
+        let to_light = self.position - p.as_dvec3();
+        let r2 = to_light.length_squared();
+        let r = r2.sqrt();
+        let l = to_light * (1.0 / r);
+        let q = r / self.range;
+        let q2 = q * q;
+        let within = (1.0 - q2 * q2).clamp(0.0, 1.0) as f32;
+        let strength = self.cone.falloff(-l.dot(self.axis) as f32) * within;
+        let share = (f64::from(strength) / r2) as f32;
+        (l, if r2 > 0.0 { share } else { 0.0 })
     }
 }
 

@@ -182,6 +182,23 @@ impl Default for Material {
 }
 
 impl Material {
+    /// True where textures say what it is from place to place, its normal map aside.
+    pub fn is_textured(&self) -> bool {
+        let (color, scalar) =
+            (|of: &ColorInput| of.texture.is_some(), |of: &ScalarInput| of.texture.is_some());
+        let reflectance = match &self.reflectance {
+            Reflectance::Mtl(mtl) => mtl.ambient.as_ref().is_some_and(color) || color(&mtl.specular),
+            Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
+                let Dielectric { specular, specular_color, ior: _ } = dielectric;
+                [metallic, roughness, specular].into_iter().any(scalar) || color(specular_color)
+            }
+            Reflectance::SpecularGlossiness { specular, glossiness } => color(specular) || scalar(glossiness),
+            Reflectance::Unlit => false,
+        };
+        let scalars = [&self.alpha, &self.occlusion, &self.transmission];
+        reflectance || color(&self.base) || color(&self.emission) || scalars.into_iter().any(scalar)
+    }
+
     /// True where a ray may pass through this material in part.
     pub fn is_translucent(&self) -> bool {
         self.alpha_mode == AlphaMode::Blend || self.transmission.factor > 0.0

@@ -36,7 +36,7 @@ pub use footprint::Footprint;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
 pub use ground::{Ground, GroundKind};
 pub use image::{Channels, Image, Texels};
-pub use light::{Cone, Incident, Light, LightKind, LightUnits, PosedKind, PosedLight};
+pub use light::{Cone, Incident, Lamp, Light, LightKind, LightUnits, PosedKind, PosedLight, Way};
 pub use material::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
     ScalarInput, SurfaceClass,

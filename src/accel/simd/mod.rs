@@ -197,6 +197,25 @@ pub(super) trait Job {
     fn run<S: Simd>(self) -> Self::Output;
 }
 
+/// Plain arithmetic over columns of numbers, which is compiled for every tier: what of it can be done
+/// to many at once, is. It must be `#[inline(always)]`, as all that it calls.
+pub(crate) trait Columnwise {
+    /// Does it.
+    fn run(self);
+}
+
+/// [`Columnwise`] as a job.
+pub(super) struct Plain<C>(pub C);
+
+impl<C: Columnwise> Job for Plain<C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        self.0.run();
+    }
+}
+
 /// Instructions that traversal may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Tier {
