@@ -140,7 +140,7 @@ fn bits(layers: &[Vec<Hit>]) -> Vec<Vec<(u32, HitId)>> {
 }
 
 /// All in the world's trees, and all that can be in trees of its own.
-const FLATTENED: [Flatten; 2] = [Flatten { still: 1 << 20, moving: 1 << 18 }, Flatten::NOTHING];
+const FLATTENED: [Flatten; 2] = [Flatten::USUAL, Flatten::NOTHING];
 
 /// All layers, shadows and transmittances of every preset and tier are those of asking every
 /// triangle.

@@ -48,11 +48,13 @@ pub struct Flatten {
 
 impl Default for Flatten {
     fn default() -> Self {
-        Flatten { still: 1 << 20, moving: 1 << 18 }
+        Flatten::USUAL
     }
 }
 
 impl Flatten {
+    /// Where packets gain more than copies cost.
+    pub const USUAL: Flatten = Flatten { still: 1 << 20, moving: 1 << 18 };
     /// Every mesh that can gets a tree of its own.
     pub const NOTHING: Flatten = Flatten { still: 0, moving: 0 };
 }

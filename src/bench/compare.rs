@@ -3,13 +3,12 @@
 use super::figures::{Figures, SceneFigures, StageFigures};
 use super::stats::{median, spread};
 
-/// Changes below this are never told: what two runs of one program on one machine agree within once they
-/// are calibrated.
+/// Changes below this are never told: what two runs of one program on one machine should agree within
+/// once they are calibrated.
 const FLOOR: f64 = 0.05;
 /// The same of what does not depend on time: trees.
 const TREE_FLOOR: f64 = 0.01;
-/// So many standard errors are no accident: with a hundred figures of five rounds each, one run in
-/// thousands.
+/// So many standard errors are taken for no accident, among hundreds of figures of a few rounds each.
 const SURE: f64 = 5.0;
 /// The standard error of a median to that of a mean.
 const OF_MEDIAN: f64 = 1.2533;

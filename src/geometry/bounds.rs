@@ -45,6 +45,12 @@ impl Aabb {
         if self.is_empty() { DVec3::ZERO } else { 0.5 * self.min + 0.5 * self.max }
     }
 
+    /// The squared distance of its farthest corner from `p`; 0 for an empty box.
+    pub fn farthest_squared(&self, p: DVec3) -> f64 {
+        let far = (self.min - p).abs().max((self.max - p).abs());
+        if self.is_empty() { 0.0 } else { far.length_squared() }
+    }
+
     /// Size along each axis; zero for an empty box.
     pub fn extent(&self) -> DVec3 {
         if self.is_empty() { DVec3::ZERO } else { self.max - self.min }

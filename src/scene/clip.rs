@@ -87,8 +87,9 @@ impl PosedScene<'_> {
         // Vertices are looked at again only in boxes that reach farther than any vertex so far.
         let mut r2 = 0f64;
         first.raise(&still, middle, &mut r2);
-        let mut moved: Vec<_> =
-            moved.into_iter().map(|(t, boxes)| (farthest(&boxes, middle), t, boxes)).collect();
+        let farthest =
+            |boxes: &[(u32, Aabb)]| boxes.iter().map(|(_, b)| b.farthest_squared(middle)).fold(0.0, f64::max);
+        let mut moved: Vec<_> = moved.into_iter().map(|(t, boxes)| (farthest(&boxes), t, boxes)).collect();
         moved.sort_by(|a, b| b.0.total_cmp(&a.0));
         for (far, time, boxes) in moved {
             if far <= r2 {
@@ -118,7 +119,7 @@ impl PosedScene<'_> {
     /// Raises `r2` to the squared distance of the farthest vertex in `boxes` from `middle`.
     fn raise(&self, boxes: &[(u32, Aabb)], middle: DVec3, r2: &mut f64) {
         for (i, bounds) in boxes {
-            if farthest(&[(*i, *bounds)], middle) <= *r2 {
+            if bounds.farthest_squared(middle) <= *r2 {
                 continue;
             }
             let transform = &self.instances[*i as usize].transform;
@@ -130,12 +131,6 @@ impl PosedScene<'_> {
             }
         }
     }
-}
-
-/// The squared distance of the farthest corner of any box.
-fn farthest(boxes: &[(u32, Aabb)], middle: DVec3) -> f64 {
-    let far = |b: &Aabb| (b.min - middle).abs().max((b.max - middle).abs()).length_squared();
-    boxes.iter().filter(|(_, b)| !b.is_empty()).map(|(_, b)| far(b)).fold(0.0, f64::max)
 }
 
 impl Scene {

@@ -30,8 +30,7 @@ impl PosedScene<'_> {
         let middle = self.bounds.centre();
         let mut r2 = 0f64;
         for (i, instance) in self.instances.iter().enumerate().filter(|(_, i)| i.visible) {
-            let far = |b: Aabb| (b.min - middle).abs().max((b.max - middle).abs()).length_squared();
-            if self.box_about(i, &shared).is_some_and(|b| far(b) <= r2) {
+            if self.box_about(i, &shared).is_some_and(|b| b.farthest_squared(middle) <= r2) {
                 continue;
             }
             for &p in self.positions(i as u32) {
