@@ -9,9 +9,7 @@ use super::job::load_options;
 use super::panics::caught;
 use super::{Summary, Usage, one_line};
 use crate::import::{Warning, load};
-use crate::scene::{
-    AnimationChoice, FileProjection, Format, LightKind, PoseSettings, Reflectance, Scene, pose,
-};
+use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, Reflectance, Scene, pose};
 
 pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     let options = load_options(&args.scene, &args.common);
@@ -91,9 +89,7 @@ fn describe(scene: &Scene, warnings: &[Warning]) -> anyhow::Result<Facts> {
         "lights": scene.lights.iter().map(|l| json!({
             "name": l.name,
             "node": node(l.node),
-            "kind": match l.kind {
-                LightKind::Point => "point", LightKind::Spot { .. } => "spot", LightKind::Directional => "directional",
-            },
+            "kind": l.kind.name(),
             "color": l.color.to_array(),
             "intensity": l.intensity,
         })).collect::<Vec<_>>(),

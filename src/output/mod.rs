@@ -106,6 +106,9 @@ pub enum Format {
 pub const JPEG_QUALITY: u8 = 90;
 
 impl Format {
+    /// The endings of file names, as people are told them.
+    pub const ENDINGS: &str = ".png, .exr, .jpg, .webp";
+
     /// By a file name's ending.
     pub fn of(path: &Path) -> Option<Format> {
         match path.extension()?.to_ascii_lowercase().to_str()? {
@@ -114,6 +117,16 @@ impl Format {
             "jpg" | "jpeg" => Some(Format::Jpeg(JPEG_QUALITY)),
             "webp" => Some(Format::Webp),
             _ => None,
+        }
+    }
+
+    /// What a picture of it is called, and the bits a channel that it can have.
+    pub fn depths(self) -> (&'static str, &'static [(u8, Depth)]) {
+        match self {
+            Format::Png => ("a PNG", &[(8, Depth::Eight), (16, Depth::Sixteen)]),
+            Format::Exr => ("an EXR", &[(16, Depth::Sixteen), (32, Depth::Usual)]),
+            Format::Jpeg(_) => ("a JPEG", &[(8, Depth::Eight)]),
+            Format::Webp => ("a WebP", &[(8, Depth::Eight)]),
         }
     }
 

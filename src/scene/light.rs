@@ -1,6 +1,6 @@
 //! Lights: as files give them, and as the lecture's formula wants them.
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::Source;
 use crate::geometry::{Rgb, concentric_disc, coordinate_system};
@@ -19,6 +19,28 @@ pub enum LightKind {
     },
     /// Parallel light down its node's −Z.
     Directional,
+}
+
+impl LightKind {
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            LightKind::Point => "point",
+            LightKind::Spot { .. } => "spot",
+            LightKind::Directional => "directional",
+        }
+    }
+
+    /// The same at a place, its light travelling along `direction` of unit length.
+    pub fn posed(self, position: Vec3, direction: Vec3) -> PosedKind {
+        match self {
+            LightKind::Point => PosedKind::Point { position },
+            LightKind::Spot { inner, outer } => {
+                PosedKind::Spot { position, direction, cone: Cone::new(inner, outer) }
+            }
+            LightKind::Directional => PosedKind::Directional { direction },
+        }
+    }
 }
 
 /// A light of the file, at a node. Node scale never changes its strength.
@@ -184,6 +206,20 @@ impl PosedLight {
             PosedKind::Point { position } | PosedKind::Spot { position, .. } => Some(position),
             PosedKind::Directional { .. } => None,
         }
+    }
+
+    /// This light, in a scene with that centre, moved by a rotation and a shift.
+    pub fn moved(&self, motion: &DAffine3, centre: DVec3) -> PosedLight {
+        let place = |p: Vec3| (motion.transform_point3(p.as_dvec3() + centre) - centre).as_vec3();
+        let way = |d: Vec3| (motion.matrix3 * d.as_dvec3()).as_vec3();
+        let kind = match self.kind {
+            PosedKind::Point { position } => PosedKind::Point { position: place(position) },
+            PosedKind::Spot { position, direction, cone } => {
+                PosedKind::Spot { position: place(position), direction: way(direction), cone }
+            }
+            PosedKind::Directional { direction } => PosedKind::Directional { direction: way(direction) },
+        };
+        PosedLight { kind, ..*self }
     }
 
     /// From the light's middle to a place on it: of the disc that it is to whoever sees it towards

@@ -10,8 +10,7 @@ use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use super::clip::OverClip;
 use super::{
-    Animation, FileCamera, Light, LightKind, LightUnits, Local, Material, Mesh, PosedKind, PosedLight, Scene,
-    Skin, Target, light::Cone,
+    Animation, FileCamera, Light, LightUnits, Local, Material, Mesh, PosedLight, Scene, Skin, Target,
 };
 use crate::geometry::{Aabb, HitId, Transform};
 
@@ -312,13 +311,7 @@ impl<'s> PosedScene<'s> {
                 let position = (to_world.translation - self.centre).as_vec3();
                 let travels = -to_world.matrix3.z_axis;
                 let direction = travels.normalize_or(DVec3::NEG_Z).as_vec3();
-                let kind = match light.kind {
-                    LightKind::Point => PosedKind::Point { position },
-                    LightKind::Directional => PosedKind::Directional { direction },
-                    LightKind::Spot { inner, outer } => {
-                        PosedKind::Spot { position, direction, cone: Cone::new(inner, outer) }
-                    }
-                };
+                let kind = light.kind.posed(position, direction);
                 let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
                 PosedLight { kind, intensity, range: light.range, radius: 0.0 }
             })

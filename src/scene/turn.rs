@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Camera, PosedKind, PosedLight};
+use super::Camera;
 use crate::geometry::Basis;
 
 /// A turn about an axis through a point.
@@ -41,22 +41,6 @@ impl Camera {
         let Basis { u, v, w } = self.basis;
         let basis = Basis { u: turned(u), v: turned(v), w: turned(w) };
         Camera { view_point: motion.transform_point3(self.view_point), basis, ..*self }
-    }
-}
-
-impl PosedLight {
-    /// This light, in a scene with that centre, moved by a rotation and a shift.
-    pub fn moved(&self, motion: &DAffine3, centre: DVec3) -> PosedLight {
-        let place = |p: glam::Vec3| (motion.transform_point3(p.as_dvec3() + centre) - centre).as_vec3();
-        let way = |d: glam::Vec3| (motion.matrix3 * d.as_dvec3()).as_vec3();
-        let kind = match self.kind {
-            PosedKind::Point { position } => PosedKind::Point { position: place(position) },
-            PosedKind::Spot { position, direction, cone } => {
-                PosedKind::Spot { position: place(position), direction: way(direction), cone }
-            }
-            PosedKind::Directional { direction } => PosedKind::Directional { direction: way(direction) },
-        };
-        PosedLight { kind, ..*self }
     }
 }
 

@@ -167,8 +167,8 @@ fn pictures(name: &str, args: &OutputArgs, look: &Look) -> Result<Form, Usage> {
         Some(format) => format,
         None => {
             return Err(Usage(format!(
-                "-o {name}: the name must end in .png, .exr, .jpg, .webp, .gif, .apng, .mp4 or .html, or in / \
-                 for a folder"
+                "-o {name}: the name must end in {}, .gif, .apng, .mp4 or .html, or in / for a folder",
+                Format::ENDINGS
             )));
         }
     };
@@ -187,14 +187,10 @@ fn pictures(name: &str, args: &OutputArgs, look: &Look) -> Result<Form, Usage> {
 }
 
 fn depth(asked: Option<&str>, format: Format) -> Result<Depth, Usage> {
-    let wrong = |asked: &str, has: &str| Err(Usage(format!("--depth {asked}: {has} bits a channel")));
-    match (asked, format) {
-        (None, _) | (Some("32"), Format::Exr) => Ok(Depth::Usual),
-        (Some("16"), Format::Png | Format::Exr) => Ok(Depth::Sixteen),
-        (Some("8"), Format::Png | Format::Jpeg(_) | Format::Webp) => Ok(Depth::Eight),
-        (Some(other), Format::Exr) => wrong(other, "an EXR has 16 or 32"),
-        (Some(other), Format::Png) => wrong(other, "a PNG has 8 or 16"),
-        (Some(other), Format::Jpeg(_)) => wrong(other, "a JPEG has 8"),
-        (Some(other), Format::Webp) => wrong(other, "a WebP has 8"),
-    }
+    let Some(asked) = asked else { return Ok(Depth::Usual) };
+    let (name, depths) = format.depths();
+    let bits: Vec<String> = depths.iter().map(|(bits, _)| bits.to_string()).collect();
+    let found = bits.iter().position(|bits| bits == asked);
+    let wrong = || Usage(format!("--depth {asked}: {name} has {} bits a channel", bits.join(" or ")));
+    found.map(|i| depths[i].1).ok_or_else(wrong)
 }
