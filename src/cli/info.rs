@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 use super::args::InfoArgs;
 use super::job::load_options;
 use super::panics::caught;
-use super::{Summary, Usage, one_line};
-use crate::import::{Warning, load};
+use super::{Summary, Usage, memory, one_line};
+use crate::import::{LoadOptions, Warning, load};
 use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, Reflectance, Scene, pose};
 
 pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
-    let options = load_options(&args.scene, &args.common);
+    let options = LoadOptions { limits: memory::usual_limits(), ..load_options(&args.scene, &args.common) };
     let mut summary = Summary::default();
     let mut all = Vec::new();
     for path in &args.scene.scenes {

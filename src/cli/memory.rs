@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 
 use super::job::Job;
 use crate::accel::Flatten;
+use crate::import::Limits;
 use crate::scene::Scene;
 
 /// The program itself, its threads and what they work with.
@@ -63,6 +64,11 @@ pub(super) fn check(job: &Job, scene: &Scene, frames: usize) -> Result<()> {
         );
     }
     Ok(())
+}
+
+/// What a scene may ask for without --max-memory. More than there is would end the program, and perhaps others.
+pub(super) fn usual_limits() -> Limits {
+    Limits { memory_bytes: installed().unwrap_or(u64::MAX), ..Limits::default() }
 }
 
 /// The memory that this process may have, where the system says so: the machine's, or less in a control group.

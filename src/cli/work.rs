@@ -196,7 +196,7 @@ impl Work<'_> {
 pub(super) fn read(job: &Job, path: &Path, teller: &Teller) -> Result<Scene> {
     let start = Instant::now();
     let Job { look, max_memory, .. } = job;
-    let limits = max_memory.map_or(look.load.limits.clone(), Limits::within);
+    let limits = max_memory.map_or_else(memory::usual_limits, Limits::within);
     let (mut scene, warnings) = load(path, &LoadOptions { limits, ..look.load.clone() })?;
     scene.select(&look.selection)?;
     teller.stage("load", start, &format!("{} triangles", scene.drawn_triangles()));

@@ -7,7 +7,6 @@ use crate::cli::args::{
     CameraArgs, CommonArgs, CullArg, FilterArg, FitArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
     LightArgs, LookArgs, ProjectionArg, SceneArgs, ShadingArgs, UnitsArg, UpArg, ViewArg,
 };
-use crate::cli::memory;
 use crate::cli::values::{Ao, Exposure, Layers};
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
@@ -179,11 +178,10 @@ pub fn natural_size(scene: &Scene, camera: Option<usize>) -> (u32, u32) {
     }
 }
 
-/// How scene files are read.
+/// How scene files are read, within limits that no machine has a part in: pictures carry a hash of it.
 pub fn load_options(args: &SceneArgs, common: &CommonArgs) -> LoadOptions {
     LoadOptions {
-        // More than there is would end the program, and perhaps others.
-        limits: Limits { memory_bytes: memory::installed().unwrap_or(u64::MAX), ..Limits::default() },
+        limits: Limits::default(),
         scene: args.scene.clone().map_or(SceneChoice::Default, SceneChoice::Named),
         variant: args.variant.clone(),
         up: match args.up {
@@ -307,5 +305,21 @@ pub fn tier(asked: Option<std::ffi::OsString>) -> Result<Tier, Usage> {
         Some(tier) if tier.available() => Ok(tier),
         Some(tier) => Err(Usage(format!("BLINN_SIMD: this processor has no {}", tier.name()))),
         None => Err(Usage(format!("BLINN_SIMD: '{}' is none of {}", asked.to_string_lossy(), names()))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::cli::args::{Cli, Command};
+
+    /// Pictures carry a hash of how their scenes are read. Machines of other memory make the same pictures.
+    #[test]
+    fn no_machine_has_a_part_in_how_scenes_are_read() {
+        let cli = Cli::try_parse_from(["blinn", "render", "a.glb"]).unwrap();
+        let Command::Render(args) = cli.command else { panic!("another command") };
+        assert_eq!(load_options(&args.scene, &args.common).limits, Limits::default());
     }
 }
