@@ -33,15 +33,25 @@ fn commands() -> Vec<String> {
     names
 }
 
+/// The commands below `job`, whose pages are their own.
+const ENGINES: [&str; 2] = ["job openjd", "job slurm"];
+
+/// Every command with a page, those that stand behind another one too.
+fn pages() -> impl Iterator<Item = String> {
+    commands().into_iter().chain(ENGINES.map(String::from))
+}
+
 #[test]
 fn help_is_one_screen() {
-    let screens = commands().into_iter().map(|name| format!("{name} --help"));
+    let frames = ENGINES.iter().flat_map(|job| ["render", "turntable"].map(|name| format!("{job} {name}")));
+    let screens = pages().chain(frames).map(|name| format!("{name} --help"));
     for line in screens.chain(["--help".to_string()]) {
         let screen = prints(&line);
         assert!(screen.lines().count() <= 24, "{line}: {} lines", screen.lines().count());
         for row in screen.lines() {
             assert!(row.chars().count() <= 80, "{line}: {row}");
         }
+        assert!(line == "--help" || screen.contains("\nExamples:\n  blinn "), "{line}: {screen}");
         assert_eq!(screen, prints(&line.replace("--help", "-h")));
     }
 }
@@ -69,7 +79,7 @@ fn the_reference_is_the_program_s_own_help() {
     let page = fs::read_to_string(&path).unwrap();
     let (by_hand, _) = page.split_once(HERE).expect("a mark after which help follows");
     let mut expected = format!("{by_hand}{HERE}\n");
-    for name in commands() {
+    for name in pages() {
         let help = prints(&format!("{name} --help-all"));
         let rows: Vec<&str> = help.lines().map(str::trim_end).collect();
         expected += &format!("\n## blinn {name}\n\n```text\n{}\n```\n", rows.join("\n").trim_end());
@@ -122,6 +132,12 @@ fn what_is_wrong_is_said_in_one_line_with_what_would_be_right() {
         ("xyzzy", "there is no command 'xyzzy': there are render, turntable, "),
         ("completions tcsh", "possible values: bash, elvish, fish, powershell, zsh"),
         ("man xyzzy", "there is no command 'xyzzy'"),
+        ("man job xyzzy", "there is no command 'job xyzzy'"),
+        ("bench a.glb --from c.json", "SCENE cannot be used with --from"),
+        ("job slurm -o a.sh", "blinn job slurm needs render or turntable: see blinn job slurm --help"),
+        ("job slurm render a.glb --quux", "blinn job slurm render has no --quux"),
+        ("job slurm --count 8 turntable a.glb", "it stands behind turntable"),
+        ("job slurm turntable a.glb --at-once 8", "it stands before turntable"),
     ] {
         refused(&at, line, says);
         let told = String::from_utf8(blinn(&at, line).stderr).unwrap();
@@ -143,15 +159,53 @@ fn completions_know_commands_and_flags() {
 fn every_command_has_a_page_with_its_flags() {
     let page = prints("man");
     assert!(page.contains(".TH blinn 1") && page.contains("Exit codes"), "{page}");
-    for name in commands() {
+    let titled = |page: &str, name: &str| {
+        let title = name.replace(' ', "-");
+        page.contains(&format!(".TH blinn-{title} 1"))
+            || page.contains(&format!(".TH blinn\\-{} 1", title.replace('-', "\\-")))
+    };
+    for name in pages() {
         let page = prints(&format!("man {name}"));
-        assert!(
-            page.contains(&format!(".TH blinn\\-{name} 1")) || page.contains(&format!(".TH blinn-{name} 1"))
-        );
+        assert!(titled(&page, &name), "{name}: {page}");
         let help = prints(&format!("{name} --help-all"));
         let flags = help.split_whitespace().filter(|w| w.starts_with("--") && w.len() > 2);
         for flag in flags.filter(|w| w[2..].chars().all(|c| c.is_ascii_lowercase() || c == '-')) {
             assert!(page.contains(&flag.replace('-', "\\-")), "{name}: {flag}");
         }
+    }
+}
+
+/// A page that is named in another one is there.
+#[test]
+fn pages_name_pages_that_there_are() {
+    let known: Vec<String> = pages().map(|name| format!("blinn-{}(1)", name.replace(' ', "-"))).collect();
+    let mut named = 0;
+    for line in pages().map(|name| format!("man {name}")).chain(["man".into()]) {
+        let page = prints(&line).replace("\\-", "-");
+        for other in page.split_whitespace().filter(|w| w.starts_with("blinn-") && w.ends_with("(1)")) {
+            assert!(known.iter().any(|name| name == other), "{line} names {other}");
+            named += 1;
+        }
+    }
+    assert!(named >= known.len(), "{named}");
+}
+
+/// Whoever runs tasks for Open Job Description learns why from the task itself.
+#[test]
+fn a_wrong_command_line_is_told_in_a_farm_s_words_too() {
+    let (_dir, at) = folder();
+    fs::write(at.join("c.toml"), "progress = \"openjd\"\nquux = 1\n").unwrap();
+    for line in [
+        "render a.glb --quux --progress openjd",
+        "render a.glb --progress=openjd --size 100",
+        "turntable a.glb --only 99 --progress=openjd",
+        "render a.glb --config c.toml --progress openjd",
+    ] {
+        let output = blinn(&at, line);
+        let told = String::from_utf8(output.stderr).unwrap();
+        let lines: Vec<&str> = told.lines().collect();
+        assert_eq!((output.status.code(), lines.len()), (Some(2), 2), "{line} told: {told}");
+        let why = lines[1].strip_prefix("blinn: ").unwrap();
+        assert_eq!(lines[0], format!("openjd_fail: {why}"), "{line}");
     }
 }

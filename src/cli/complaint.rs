@@ -11,13 +11,14 @@ use super::{foreign, help};
 /// One line for what clap found wrong with `words`.
 pub(super) fn one_line(error: &Error, words: &[OsString]) -> String {
     let cli = help::full();
-    let command = words.iter().skip(1).find_map(|w| cli.find_subcommand(w));
-    let name = command.map_or("blinn".to_string(), |c| format!("blinn {}", c.get_name()));
     let context = Context(error);
     let flag = context.text(ContextKind::InvalidArg);
+    let called = called(&cli, words, flag.as_deref());
+    let names: Vec<&str> = called.iter().map(|command| command.get_name()).collect();
+    let name = names.join(" ");
     let value = context.text(ContextKind::InvalidValue).unwrap_or_default();
     match (error.kind(), flag) {
-        (ErrorKind::UnknownArgument, Some(flag)) => unknown(&cli, &name, &flag, &context),
+        (ErrorKind::UnknownArgument, Some(flag)) => unknown(&called, &name, &flag, &context),
         (ErrorKind::InvalidValue, Some(flag)) => {
             let possible = context.list(ContextKind::ValidValue).join(", ");
             let possible =
@@ -44,6 +45,12 @@ pub(super) fn one_line(error: &Error, words: &[OsString]) -> String {
                 missing.iter().map(|m| m.replace(['<', '>'], "").replace("...", "")).collect();
             format!("{name} needs {}: see {name} --help", missing.join(", "))
         }
+        (ErrorKind::MissingSubcommand, _) => {
+            let below: Vec<&str> = called
+                .last()
+                .map_or(Vec::new(), |last| last.get_subcommands().map(Command::get_name).collect());
+            format!("{name} needs {}: see {name} --help", below.join(" or "))
+        }
         (ErrorKind::InvalidSubcommand, _) => {
             let word = context.text(ContextKind::InvalidSubcommand).unwrap_or_default();
             no_command(&cli, &word, &context)
@@ -52,14 +59,33 @@ pub(super) fn one_line(error: &Error, words: &[OsString]) -> String {
     }
 }
 
-/// A flag that a command has not: another program's, another command's, or misspelt.
-fn unknown(cli: &Command, name: &str, flag: &str, context: &Context) -> String {
-    let others: Vec<String> = cli
-        .get_subcommands()
-        .filter(|c| flag.strip_prefix("--").is_some_and(|long| has(c, long)))
-        .map(|c| format!("blinn {}", c.get_name()))
-        .collect();
+/// The commands that words call before `flag`, one below the other: the program, `job`, `slurm`, `render`.
+fn called<'c>(cli: &'c Command, words: &[OsString], flag: Option<&str>) -> Vec<&'c Command> {
+    let is_flag = |word: &OsString| word.to_str().is_some_and(|w| w.split('=').next() == flag);
+    let mut called = vec![cli];
+    for word in words.iter().skip(1).take_while(|word| !is_flag(word)) {
+        called.extend(called.last().and_then(|command| command.find_subcommand(word)));
+    }
+    called
+}
+
+/// A flag that the last of the called commands has not: another program's, another command's, or misspelt.
+fn unknown(called: &[&Command], name: &str, flag: &str, context: &Context) -> String {
+    let has = |command: &Command| flag.strip_prefix("--").is_some_and(|long| has(command, long));
+    let names = |command: &Command, before: &str| -> Vec<String> {
+        let with = command.get_subcommands().filter(|c| has(c));
+        with.map(|c| format!("{before}{}", c.get_name())).collect()
+    };
     let what = format!("{name} has no {flag}");
+    if let [.., above, last] = called {
+        if let [first, ..] = &names(last, "")[..] {
+            return format!("{what}: it stands behind {first}");
+        }
+        if has(above) {
+            return format!("{what}: it stands before {}", last.get_name());
+        }
+    }
+    let others = called.first().map_or(Vec::new(), |cli| names(cli, "blinn "));
     if let Some(here) = foreign::called_here(flag) {
         return match here.strip_prefix("nothing: ") {
             Some(why) => format!("{what}, and needs none: {why}"),
@@ -115,9 +141,10 @@ fn clap_s_own(error: &Error) -> String {
     text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_string()
 }
 
-/// A flag without its value's name: `--size <WxH>` is `--size`, and `<SHELL>` is `SHELL`.
+/// A flag without its value's name: `--size <WxH>` is `--size`, and `[SCENE]...` is `SCENE`.
 fn bare(flag: &str) -> &str {
-    flag.split([' ', '=', '[']).next().unwrap_or(flag).trim_matches(['<', '>'])
+    let word = |c: char| !c.is_whitespace() && !"=<>[].".contains(c);
+    flag.split(|c| !word(c)).find(|part| !part.is_empty()).unwrap_or(flag)
 }
 
 /// The name of a flag's value: `WxH` of `--size <WxH>`.

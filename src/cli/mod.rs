@@ -26,6 +26,7 @@ mod values;
 mod words;
 mod work;
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -53,9 +54,10 @@ pub fn run() -> ExitCode {
 }
 
 fn carry_out() -> ExitCode {
-    let words = match config::with_file(words::join_lists(std::env::args_os())) {
+    let given = words::join_lists(std::env::args_os());
+    let words = match config::with_file(given.clone()) {
         Ok(words) => words,
-        Err(usage) => return usage.exit(),
+        Err(usage) => return usage.exit(&given),
     };
     let parsed = help::command_line(&words).try_get_matches_from(&words);
     let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
@@ -83,12 +85,12 @@ fn carry_out() -> ExitCode {
             summary.report();
             ExitCode::from(FAILED)
         }
-        Err(usage) => usage.exit(),
+        Err(usage) => usage.exit(&words),
     }
 }
 
 /// What was asked for instead of work, or what is wrong with how it was asked for.
-fn instead_of_work(found: &clap::Error, words: &[std::ffi::OsString]) -> ExitCode {
+fn instead_of_work(found: &clap::Error, words: &[OsString]) -> ExitCode {
     // A closed pipe is no error: `blinn --help | head -1`.
     let print = || drop(found.print());
     match found.kind() {
@@ -100,7 +102,7 @@ fn instead_of_work(found: &clap::Error, words: &[std::ffi::OsString]) -> ExitCod
             print();
             ExitCode::from(USAGE)
         }
-        _ => Usage(complaint::one_line(found, words)).exit(),
+        _ => Usage(complaint::one_line(found, words)).exit(words),
     }
 }
 
@@ -109,8 +111,13 @@ fn instead_of_work(found: &clap::Error, words: &[std::ffi::OsString]) -> ExitCod
 struct Usage(String);
 
 impl Usage {
-    fn exit(self) -> ExitCode {
-        eprintln!("blinn: {}", one_line(&self.0));
+    /// Tells what is wrong with `words`.
+    fn exit(self, words: &[OsString]) -> ExitCode {
+        let line = one_line(&self.0);
+        if progress::is_for_openjd(words) {
+            eprintln!("openjd_fail: {line}");
+        }
+        eprintln!("blinn: {line}");
         ExitCode::from(USAGE)
     }
 }

@@ -12,7 +12,7 @@ pub struct CompletionsArgs {
 
 #[derive(Debug, Args)]
 pub struct ManArgs {
-    /// The command that the page is about [default: blinn itself]
+    /// The command that the page is about, such as render or job slurm [default: blinn itself]
     #[arg(value_name = "COMMAND")]
-    pub command: Option<String>,
+    pub command: Vec<String>,
 }

@@ -2,12 +2,11 @@
 
 use std::ffi::OsString;
 
+use clap::ArgAction;
 use clap::parser::ValueSource;
-use clap::{ArgAction, CommandFactory};
 
-use crate::cli::Usage;
-use crate::cli::args::Cli;
 use crate::cli::config::{built, command_at, deepest};
+use crate::cli::{Usage, help};
 
 /// A flag of the command that renders, by its own name even where an alias was given.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,7 +27,7 @@ impl Given {
     /// # Errors
     /// Values that no text of a job can hold.
     pub fn of(words: &[OsString]) -> Result<Given, Usage> {
-        let matches = Cli::command().try_get_matches_from(words);
+        let matches = help::full().try_get_matches_from(words);
         let Some((names, given)) = matches.as_ref().ok().and_then(deepest) else {
             return Ok(Given(Vec::new()));
         };

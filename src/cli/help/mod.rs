@@ -9,14 +9,16 @@ use clap::{Arg, ArgAction, Command, CommandFactory};
 
 use super::args::Cli;
 
-/// The screens. A command without one shows clap's own short help.
-static SCREENS: [(&str, &str); 8] = [
+/// The screens, by the words that call a command.
+static SCREENS: [(&str, &str); 10] = [
     ("render", include_str!("render.txt")),
     ("turntable", include_str!("turntable.txt")),
     ("assemble", include_str!("assemble.txt")),
     ("info", include_str!("info.txt")),
     ("bench", include_str!("bench.txt")),
     ("job", include_str!("job.txt")),
+    ("job openjd", include_str!("job_openjd.txt")),
+    ("job slurm", include_str!("job_slurm.txt")),
     ("completions", include_str!("completions.txt")),
     ("man", include_str!("man.txt")),
 ];
@@ -45,22 +47,47 @@ Exit codes: 0 all done; 1 something failed, and the rest was done; 2 the command
 /// The command line as clap knows it; its `--help` is the screens, unless `words` ask for everything.
 pub(super) fn command_line(words: &[OsString]) -> Command {
     let everything = words.iter().take_while(|w| *w != "--").any(|w| w == "--help-all");
-    let screen = |command: Command| {
-        let screen = SCREENS.iter().find(|(name, _)| command.get_name() == *name);
-        match screen {
-            Some((_, screen)) if !everything => command.override_help(*screen),
-            _ => command,
-        }
-    };
-    let first = |cli: Command| if everything { cli.flatten_help(true) } else { cli.help_template(FIRST) };
-    first(full().mut_subcommands(screen))
+    if everything {
+        return full().flatten_help(true);
+    }
+    all_below(full().help_template(FIRST), "", &|command, called| match screen(&command, called) {
+        Some(screen) => command.override_help(screen),
+        None => command,
+    })
 }
 
 /// The command line with everything that is said about it.
 pub(super) fn full() -> Command {
-    help_flags(Cli::command())
-        .after_long_help(EXIT_CODES)
-        .mut_subcommands(|command| with_examples(help_flags(command)))
+    let said = |command, called: &str| with_examples(help_flags(command), called);
+    all_below(help_flags(Cli::command()).after_long_help(EXIT_CODES), "", &said)
+}
+
+/// `command` with all commands below it as `change` makes them, which is told the words that call each.
+fn all_below(command: Command, called: &str, change: &dyn Fn(Command, &str) -> Command) -> Command {
+    command.mut_subcommands(|below| {
+        let called = format!("{called} {}", below.get_name()).trim_start().to_string();
+        all_below(change(below, &called), &called, change)
+    })
+}
+
+fn written(called: &str) -> Option<&'static str> {
+    SCREENS.iter().find(|(name, _)| *name == called).map(|(_, screen)| *screen)
+}
+
+/// The screen of a command that is called so. What a job renders takes the words of the command of that
+/// name, so it has that one's screen with the job's own headline, usage and examples.
+fn screen(command: &Command, called: &str) -> Option<String> {
+    if let Some(screen) = written(called) {
+        return Some(screen.to_string());
+    }
+    let (engine, name) = called.rsplit_once(' ')?;
+    let calls = |text: &str| text.replace(&format!("blinn {name}"), &format!("blinn {called}"));
+    let parts: Vec<&str> = written(name)?.split("\n\n").collect();
+    let [_, usage, options, _, last] = parts[..] else { return None };
+    let is_its = |line: &&str| !line.starts_with(' ') || line.contains(&format!(" {name} "));
+    let examples: Vec<&str> = examples(engine)?.lines().filter(is_its).collect();
+    let about = command.get_about()?;
+    Some([&about.to_string(), &calls(usage), options, &examples.join("\n"), &calls(last)].join("\n\n"))
 }
 
 fn help_flags(command: Command) -> Command {
@@ -72,12 +99,16 @@ fn help_flags(command: Command) -> Command {
 }
 
 /// The examples of a command's screen, below what clap says about it.
-fn with_examples(command: Command) -> Command {
-    let screen = SCREENS.iter().find(|(name, _)| command.get_name() == *name);
-    match screen.and_then(|(_, text)| text.split("\n\n").find(|part| part.starts_with("Examples:"))) {
+fn with_examples(command: Command, called: &str) -> Command {
+    match examples(called) {
         Some(examples) => command.after_long_help(examples),
         None => command,
     }
+}
+
+/// The part of a screen that has its examples.
+fn examples(called: &str) -> Option<&'static str> {
+    written(called)?.split("\n\n").find(|part| part.starts_with("Examples:"))
 }
 
 #[cfg(test)]
@@ -89,13 +120,18 @@ mod tests {
         Box::new(command.get_arguments().chain(command.get_subcommands().flat_map(arguments)))
     }
 
+    /// The command that these words call.
+    fn find<'c>(cli: &'c Command, called: &str) -> &'c Command {
+        called.split(' ').fold(cli, |command, name| command.find_subcommand(name).expect(called))
+    }
+
     /// What a screen says cannot drift from the flags that there are.
     #[test]
     fn screens_name_flags_that_exist_and_examples_that_parse() {
         let (mut flags, mut examples) = (0, 0);
         for (name, screen) in SCREENS {
             let cli = full();
-            let command = cli.find_subcommand(name).expect(name);
+            let command = find(&cli, name);
             for word in
                 screen.split(|c: char| c.is_whitespace() || ":[,=".contains(c)).filter(|w| w.starts_with('-'))
             {
@@ -107,7 +143,7 @@ mod tests {
                 flags += 1;
             }
             for line in screen.lines().filter_map(|l| l.strip_prefix("  blinn ")) {
-                let words = line.split(" # ").next().into_iter().flat_map(str::split_whitespace);
+                let words = line.split_whitespace().take_while(|word| !["#", ">"].contains(word));
                 let parsed = full().try_get_matches_from(std::iter::once("blinn").chain(words));
                 assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
                 examples += 1;
@@ -116,11 +152,26 @@ mod tests {
         assert!(flags > 70 && examples > 10, "{flags} flags, {examples} examples");
     }
 
+    /// What a job renders shows the options of the command of that name, as the job's.
+    #[test]
+    fn frames_of_a_job_have_a_screen_too() {
+        for engine in ["openjd", "slurm"] {
+            for name in ["render", "turntable"] {
+                let called = format!("job {engine} {name}");
+                let screen = screen(find(&full(), &called), &called).expect(&called);
+                assert!(screen.contains(&format!("Usage: blinn {called} SCENE")), "{screen}");
+                assert!(screen.contains("--orbit") && screen.contains(&format!("blinn {called} --help-all")));
+                let examples: Vec<&str> = screen.lines().filter(|l| l.starts_with("  blinn ")).collect();
+                assert!(examples.len() == 1 && examples[0].contains(&format!(" {name} ")), "{examples:?}");
+            }
+        }
+    }
+
     #[test]
     fn every_headline_of_a_screen_is_its_command_s_own() {
         for (name, screen) in SCREENS {
             let cli = full();
-            let about = cli.find_subcommand(name).and_then(Command::get_about).expect(name).to_string();
+            let about = find(&cli, name).get_about().expect(name).to_string();
             assert!(screen.starts_with(&about), "{name}: {about}");
         }
     }

@@ -3,6 +3,7 @@
 mod tally;
 mod teller;
 
+use std::ffi::OsString;
 use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -37,6 +38,12 @@ enum Style {
     Json,
     OpenJd,
     None,
+}
+
+/// Whether words that could not be read ask for what an Open Job Description's engine listens to.
+pub(super) fn is_for_openjd(words: &[OsString]) -> bool {
+    words.iter().any(|w| w == "--progress=openjd")
+        || words.windows(2).any(|w| w[0] == "--progress" && w[1] == "openjd")
 }
 
 /// The bar's length.
