@@ -36,10 +36,12 @@ docs *pages:
 static:
     RUSTFLAGS="-C target-feature=+crt-static" cargo build --release --locked --target x86_64-unknown-linux-gnu
 
-# That program with its man pages and completions as a Debian package; needs cargo-deb.
+# That program with its man pages and completions as a Debian package; needs cargo-deb. DEBFULLNAME and
+# DEBEMAIL say who makes it.
 deb: static
     bash docs/scripts/packaging.sh target/x86_64-unknown-linux-gnu/release/blinn target/packaging
-    cargo deb --no-build --no-strip --target x86_64-unknown-linux-gnu
+    cargo deb --no-build --no-strip --target x86_64-unknown-linux-gnu \
+        --maintainer "${DEBFULLNAME:-The blinn developers} <${DEBEMAIL:-blinn@localhost}>"
 
 # Criterion benches.
 bench:
