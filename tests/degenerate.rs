@@ -5,7 +5,7 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use blinn::accel::{Accel, BuildSettings, CleanReport, RayBatch, SegmentBatch, Shared};
+use blinn::accel::{Accel, BuildSettings, CleanReport, Preset, RayBatch, SegmentBatch, Shared};
 use blinn::geometry::{Hit, HitId};
 use blinn::scene::{Mesh, PoseSettings, Scene, pose};
 use common::Plain;
@@ -172,5 +172,74 @@ fn absurd_rays_miss() {
         let mut hits = Vec::new();
         accel.intersect(&batch, &Plain, &mut hits);
         assert!(hits[0].is_miss());
+    }
+}
+
+/// The one answer of all trees and tiers, for what is far larger than scenes are: these triangles and some
+/// others like them, so that there is a tree.
+fn huge(triangle: [Vec3; 3], others: [Vec3; 3], o: Vec3, d: Vec3) -> Hit {
+    let all = many(24, |i| if i == 7 { triangle } else { others.map(|v| v * (1.0 + i as f32 / 64.0)) });
+    let scene = common::scene(all, &[DAffine3::IDENTITY]);
+    let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() }).unwrap();
+    let mut answers = Vec::new();
+    for preset in [Preset::Flat, Preset::Fast, Preset::Medium, Preset::Slow] {
+        for tier in common::tiers() {
+            let (accel, _) = Accel::build(&posed, &BuildSettings { preset, tier, ..Default::default() });
+            answers.push(shoot(&accel, o, d));
+            for shared in [Shared::Origin(o), Shared::Direction(d)] {
+                let mut batch = RayBatch { shared, ..RayBatch::default() };
+                (0..64).for_each(|_| batch.push(o, d));
+                let mut hits = Vec::new();
+                accel.intersect(&batch, &Plain, &mut hits);
+                answers.extend(hits);
+            }
+        }
+    }
+    assert!(answers.iter().all(|hit| *hit == answers[0]), "{answers:?}");
+    answers[0]
+}
+
+/// Three lengths of 1e13 are no f32: depths were infinite, and hits behind the ray.
+#[test]
+fn products_of_three_huge_lengths_prove_nothing() {
+    let triangle = [
+        Vec3::new(1.164e12, 0.0, 3.492e12),
+        Vec3::new(-4.656e12, -5.046e12, -5.245e12),
+        Vec3::new(-2.328e12, 7.458e12, -3.492e12),
+    ];
+    let aside = triangle.map(|v| v * Vec3::new(0.5, 0.5, -0.5) + Vec3::new(8e12, -2e13, 1e13));
+    let hit = huge(triangle, aside, Vec3::new(0.5, 2.0, 3.5), Vec3::new(-1.44, 1.5, 1.0));
+    assert_eq!(hit.id.triangle, 7);
+    assert!((hit.t / 4.36e11 - 1.0).abs() < 1e-2, "{hit:?}");
+}
+
+/// Seen from 1e18 away, all sides of a triangle of 1e11 by .02 are less than f64 can tell from zero. The ray
+/// passes it by the whole distance.
+#[test]
+fn what_is_too_thin_to_tell_is_not_hit_beside_its_box() {
+    let thin = [
+        Vec3::new(1e18, 1.5, -1.277832),
+        Vec3::new(1e18, 1.5, -1.2993164),
+        Vec3::new(9.999989e17, 1.4946289, -1.2939453),
+    ];
+    let aside = [Vec3::new(-1.0, 9.0, 2.0), Vec3::new(-3.0, 8.0, 2.0), Vec3::new(-2.0, 9.0, 4.0)];
+    let o = Vec3::new(-3.68, -1.36, -1.0);
+    assert!(huge(thin, aside, o, Vec3::ONE).is_miss());
+}
+
+/// The quotient of an origin's coordinate and the least direction is no f32 either: a fused product and
+/// difference then said that the box was left before it was entered.
+#[test]
+fn rays_along_planes_enter_boxes_however_far_out_they_start() {
+    let upright = [
+        Vec3::new(1.4946289, 0.27661133, 1e18),
+        Vec3::new(2.5, -3.7579346, -0.43103027),
+        Vec3::new(-2.6763916, -3.0, -2.3046875),
+    ];
+    let aside = [Vec3::new(9.0, 9.0, 2.0), Vec3::new(8.0, 8.0, 2.0), Vec3::new(9.0, 9.0, 4.0)];
+    let o = Vec3::new(1.4990234, -3.526001, 4.2687242e8);
+    for d in [Vec3::new(0.115600586, -2.0, 0.0), Vec3::new(1.2834473, -1.5635986, -0.0)] {
+        let hit = huge(upright, aside, o, d);
+        assert!(hit.id.triangle == 7 && hit.t > 0.04 && hit.t < 0.07, "{hit:?}");
     }
 }

@@ -50,17 +50,20 @@ impl Bounds {
     /// `rounded` is the size of origins that were rounded to f32, else 0.
     #[inline(always)]
     pub fn new(length: f64, far: f64, rounded: f64) -> Bounds {
-        // Where f32 products could overflow nothing is proven in f32, and all is left to f64.
-        let safe = length.max(1.0) * far.max(1e-6) * far < 1e36;
+        // Where f32 products could overflow nothing is proven in f32, and all is left to f64. Sides are
+        // products of two lengths, t·det is one of three: c·n is no more than 12·far³ on the way. It
+        // counts only where the determinant is certain.
+        let sides = length.max(1.0) * far.max(1e-6) * far < 1e36;
+        let depths = sides && far * far * far < 1e37;
         let epsilon = f64::from(EPSILON) * (1.0 + 1e-5);
         let k = 6.0 * epsilon * length;
-        let or_infinite = |x: f64| if safe { x as f32 } else { f32::INFINITY };
+        let or_infinite = |x: f64, safe: bool| if safe { x as f32 } else { f32::INFINITY };
         Bounds {
-            per_edge: or_infinite(k * (far + rounded)),
+            per_edge: or_infinite(k * (far + rounded), sides),
             per_area: (0.5 * k) as f32,
             least: (1e-34 * length.max(1.0)) as f32,
-            depth: or_infinite(16.0 * epsilon * (far + rounded)),
-            facing: or_infinite(1.1 * FACING * length),
+            depth: or_infinite(16.0 * epsilon * (far + rounded), depths),
+            facing: or_infinite(1.1 * FACING * length, depths),
         }
     }
 

@@ -86,20 +86,27 @@ impl FrameRay {
         let a = v64.map(|p| p - self.o);
         let max = |p: DVec3| p.abs().max_element();
         let tolerance = TOLERANCE * max(self.d);
-        let (mut negative, mut positive) = (false, false);
+        let (mut negative, mut positive, mut doubtful) = (false, false, false);
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             let e = v64[j] - v64[i];
             let side = self.d.dot((a[i] + a[j]).cross(e));
             let zero = tolerance * (max(a[i]) + max(a[j])) * max(e);
             negative |= side < -zero;
             positive |= side > zero;
+            doubtful |= side.abs() <= zero;
         }
-        if negative && positive { None } else { self.place(v) }
+        if negative && positive { None } else { self.place_on(v, doubtful) }
     }
 
     /// Where the line meets a triangle that it is known to go through.
     #[inline(always)]
     pub fn place(&self, v: &[Vec3; 3]) -> Option<Met> {
+        self.place_on(v, false)
+    }
+
+    /// The same; `doubtful` where a side counted as zero.
+    #[inline(always)]
+    fn place_on(&self, v: &[Vec3; 3], doubtful: bool) -> Option<Met> {
         let v0 = v[0].as_dvec3();
         let (e1, e2) = (v[1].as_dvec3() - v0, v[2].as_dvec3() - v0);
         let n = e1.cross(e2);
@@ -112,8 +119,8 @@ impl FrameRay {
             return None;
         }
         let mut t = n.dot(v0 - self.o) / det;
-        if det.abs() < FACING * size {
-            t = self.within(v, t);
+        if doubtful || det.abs() < FACING * size {
+            t = self.within(v, t)?;
         }
         let along = t * self.unit;
         let t = if self.backward { 1.0 - along } else { along } as f32;
@@ -123,10 +130,15 @@ impl FrameRay {
     /// `t` moved into the part of the ray that is in the triangle's box (which is wider than the
     /// triangle by what rounding may have done to the judgement, and narrower than its box in
     /// the tree). Only triangles that are very nearly edge-on have a `t` that needs it.
+    ///
+    /// `None` where the ray passes the box by. It goes through no triangle there: it was taken to, since
+    /// seen from so far or along so thin a triangle all its sides are less than f64 can tell from zero.
+    /// No tree would find such a hit.
     #[inline(never)]
-    fn within(&self, v: &[Vec3; 3], t: f64) -> f64 {
+    fn within(&self, v: &[Vec3; 3], t: f64) -> Option<f64> {
         let (lo, hi, size) = extent(v);
-        let pad = DVec3::splat(f64::from(EPSILON * size) + f64::from(TINY_LENGTH));
+        let rounding = 8.0 * f64::EPSILON * self.o.abs().max_element();
+        let pad = DVec3::splat(f64::from(EPSILON * size) + f64::from(TINY_LENGTH) + rounding);
         let (lo, hi) = (lo.as_dvec3() - pad - self.o, hi.as_dvec3() + pad - self.o);
         let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
         for k in 0..3 {
@@ -134,9 +146,11 @@ impl FrameRay {
                 let (x, y) = (lo[k] / self.d[k], hi[k] / self.d[k]);
                 near = near.max(x.min(y));
                 far = far.min(x.max(y));
+            } else if lo[k] > 0.0 || hi[k] < 0.0 {
+                return None;
             }
         }
-        t.min(far).max(near)
+        (near <= far).then(|| t.min(far).max(near))
     }
 }
 

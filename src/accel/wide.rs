@@ -285,6 +285,9 @@ pub(super) const SHRINK: f32 = 1.0 - 8.0 * EPSILON;
 /// A component of a direction that is less than this counts as this: its reciprocal is finite.
 pub(super) const LEAST: f32 = 1e-30;
 
+/// The most that o/d may be.
+const MOST_SHIFT: f32 = 1e37;
+
 /// The reciprocals of a direction's components.
 #[inline(always)]
 pub(super) fn reciprocal(d: Vec3) -> Vec3 {
@@ -297,7 +300,8 @@ impl BoxRay {
     #[inline(always)]
     pub fn new(o: DVec3, d: DVec3, pad: f32, start: f32) -> BoxRay {
         let (o, d) = (o.as_vec3(), d.as_vec3());
-        let r = reciprocal(d);
+        // Not so large that o/d were infinite: a fused b/d − o/d would be, too, on the wrong side.
+        let r = reciprocal(d).clamp(-MOST_SHIFT / o.abs(), MOST_SHIFT / o.abs());
         let (near_scale, far_scale) = (r * (1.0 - 4.0 * EPSILON), r * (1.0 + 4.0 * EPSILON));
         let slack = (4.0 * EPSILON * o.abs() + pad) * r.abs();
         BoxRay {
