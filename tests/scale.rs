@@ -12,8 +12,13 @@ use blinn::scene::{
 use glam::{DAffine3, DVec3};
 
 /// Scenes with cameras, lamps of each kind, cut-outs, glass, and copies of one thing.
-const SCENES: [&str; 4] =
-    ["cornell/cornell.glb", "alpha/alpha.glb", "tests/lights.glb", "assembly/assembly.glb"];
+const SCENES: [&str; 5] = [
+    "cornell/cornell.glb",
+    "alpha/alpha.glb",
+    "tests/lights.glb",
+    "assembly/assembly.glb",
+    "tests/gltf/instances_gpu.glb",
+];
 
 fn scene(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
@@ -55,8 +60,9 @@ fn picture(scene: &Scene, s: f64) -> Pixels {
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
     let settings = RenderSettings { width: 64, height: 36, samples: 4, ..Default::default() };
     let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
-    // A sun's radius is an angle, and one radius is for all lights.
-    let suns = scene.lights.iter().any(|l| matches!(l.kind, LightKind::Directional));
+    // A sun's radius is an angle, and one radius is for all lights. The rig of a scene without any is suns.
+    let suns =
+        scene.lights.is_empty() || scene.lights.iter().any(|l| matches!(l.kind, LightKind::Directional));
     let radius = if suns { 0.0 } else { (0.05 * s) as f32 };
     let lighting = Lighting { radius, plain_ambient: true, ..Default::default() };
     let lit = lighting.resolve(&posed, &camera);
