@@ -81,6 +81,15 @@ fuzz target="" seconds="600":
         "target/fuzzing/{{target}}" "tests/fuzz/corpus/{{target}}" -- \
         -max_total_time={{seconds}} -max_len=4096 -timeout=10 -rss_limit_mb=2048
 
+# What Miri says of rays' arithmetic: the portable tier, the hit test and geometry; needs a nightly compiler
+# with the miri component. Slow: some of the tests try millions.
+miri *tests="accel::hit accel::simd::portable geometry":
+    MIRIFLAGS=-Zmiri-disable-isolation cargo +nightly miri test --locked --lib -- {{tests}} --skip the_judgement_is_exact
+
+# The oldest compiler that Cargo.toml promises; needs it installed.
+msrv:
+    cargo +1.92 check --locked --all-targets
+
 # The lines of src/import that tests reach; needs cargo-llvm-cov and the llvm-tools component.
 coverage:
     cargo llvm-cov --locked --summary-only \
