@@ -98,6 +98,7 @@ fn scene(
     counted(parsed.lines_and_points, "lines and points are not shown");
     counted(parsed.degenerate, "faces with fewer than three vertices left out");
     counted(parsed.too_large, "concave polygons with too many corners are cut as if they were convex");
+    counted(parsed.crossing, "polygons of many corners that cross themselves are cut as if they were convex");
     if parsed.segments.is_empty() {
         return Err(LoadError::invalid("OBJ", "no faces: there is nothing to draw"));
     }

@@ -52,6 +52,8 @@ pub(super) struct Parsed {
     pub degenerate: u64,
     /// Polygons that are too large to be cut rightly.
     pub too_large: u64,
+    /// Polygons that cross themselves and are too large to be cut with care.
+    pub crossing: u64,
 }
 
 impl Parsed {
@@ -98,12 +100,12 @@ impl Parsed {
             segments[segment.block].push(segment);
         }
         let positions = &self.positions;
-        let done: Vec<(Vec<Corner>, u64)> = blocks
+        let done: Vec<(Vec<Corner>, [u64; 2])> = blocks
             .into_par_iter()
             .zip(segments)
             .map(|(block, segments)| {
                 if block.arities.is_empty() {
-                    return (block.corners, 0);
+                    return (block.corners, [0, 0]);
                 }
                 let mut cut = Triangulator::default();
                 let mut out = Vec::with_capacity(3 * block.triangles());
@@ -122,12 +124,13 @@ impl Parsed {
                     }
                     segment.range = first..out.len() / 3;
                 }
-                (out, cut.too_large)
+                (out, [cut.too_large, cut.crossing])
             })
             .collect();
-        for (triangles, too_large) in done {
+        for (triangles, [too_large, crossing]) in done {
             self.triangles.push(triangles);
             self.too_large += too_large;
+            self.crossing += crossing;
         }
     }
 

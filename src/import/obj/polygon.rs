@@ -7,11 +7,17 @@ use glam::{DVec2, DVec3, Vec3};
 /// takes a time that grows with the square of them.
 const MOST_CORNERS: usize = 10_000;
 
+/// The same for polygons that cross themselves, which have no right triangles: looking for ears that are
+/// not there takes a hundred times as long as finding those that are.
+const MOST_CROSSING: usize = 64;
+
 /// Cuts polygons, one after the other in the same memory.
 #[derive(Default)]
 pub(super) struct Triangulator {
     /// Concave polygons with too many corners.
     pub too_large: u64,
+    /// Polygons that cross themselves, with too many corners for that.
+    pub crossing: u64,
     corners: Vec<DVec3>,
     flat: Vec<DVec2>,
     earcut: Earcut<f64>,
@@ -28,6 +34,8 @@ impl Triangulator {
         if self.corners.len() > 3 && self.flatten() && !is_convex(&self.flat) {
             if self.flat.len() > MOST_CORNERS {
                 self.too_large += 1;
+            } else if self.flat.len() > MOST_CROSSING && crosses_itself(&self.flat) {
+                self.crossing += 1;
             } else {
                 self.cut_ears();
             }
@@ -83,6 +91,35 @@ fn is_convex(p: &[DVec2]) -> bool {
         }
     }
     turns_left && changes <= 3
+}
+
+/// True where two edges of a polygon cross. Those that touch, or nearly, do not.
+fn crosses_itself(p: &[DVec2]) -> bool {
+    let (lo, hi) = p.iter().fold((p[0], p[0]), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
+    // Along its longer side fewer edges lie side by side.
+    let turned = hi.x - lo.x < hi.y - lo.y;
+    let at = |i: usize| if turned { p[i % p.len()].perp() } else { p[i % p.len()] };
+    let mut edges: Vec<[DVec2; 2]> = (0..p.len())
+        .map(|i| if at(i).x <= at(i + 1).x { [at(i), at(i + 1)] } else { [at(i + 1), at(i)] })
+        .collect();
+    edges.sort_unstable_by(|a, b| a[0].x.total_cmp(&b[0].x));
+    edges.iter().enumerate().any(|(i, a)| {
+        let beside = edges[i + 1..].iter().take_while(|b| b[0].x < a[1].x);
+        beside
+            .filter(|b| a[0].y.min(a[1].y) < b[0].y.max(b[1].y) && b[0].y.min(b[1].y) < a[0].y.max(a[1].y))
+            .any(|b| parts(a, b) && parts(b, a))
+    })
+}
+
+/// True where the ends of `b` lie clearly on either side of the line through `a`.
+fn parts(a: &[DVec2; 2], b: &[DVec2; 2]) -> bool {
+    let along = a[1] - a[0];
+    let [left, right] = b.map(|end| {
+        let to = end - a[0];
+        let side = along.perp_dot(to);
+        if side.abs() > 1e-9 * (along.length_squared() * to.length_squared()).sqrt() { side } else { 0.0 }
+    });
+    left * right < 0.0
 }
 
 #[cfg(test)]
@@ -198,6 +235,57 @@ mod tests {
         let (count, signed, total) = area(&on_plane(&points));
         assert_eq!(count, 8);
         assert!((signed - 12.0).abs() < 1e-5 && (total - 12.0).abs() < 1e-5, "{signed} {total}");
+    }
+
+    /// Stars of thousands of corners, in the hundreds, took minutes.
+    #[test]
+    fn polygons_that_cross_themselves_are_cut_without_ado() {
+        let star = |corners: usize| -> Vec<Vec3> {
+            let at = |i: usize| {
+                let angle = i as f32;
+                Vec3::new(angle.cos() * (1 + i % 7) as f32, angle.sin() * (1 + i % 5) as f32, 0.0)
+            };
+            (0..corners).map(at).collect()
+        };
+        let mut cut = Triangulator::default();
+        let start = std::time::Instant::now();
+        for _ in 0..300 {
+            assert_eq!(cut.triangulate(star(3000).into_iter()).count(), 3 * 2998);
+        }
+        assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+        assert_eq!((cut.crossing, cut.too_large), (300, 0));
+        // Few corners are worth the time.
+        cut.triangulate(star(MOST_CROSSING).into_iter()).count();
+        assert_eq!(cut.crossing, 300);
+    }
+
+    /// Gears, combs upright and lying, a spiral, and a gear whose hole hangs on a bridge, all turned out of
+    /// their axes.
+    #[test]
+    fn what_does_not_cross_itself_is_not_taken_to() {
+        let around = |n: usize, r: &dyn Fn(usize) -> f64| -> Vec<DVec2> {
+            (0..n).map(|i| DVec2::from_angle(i as f64 / n as f64 * std::f64::consts::TAU) * r(i)).collect()
+        };
+        let gear = around(500, &|i| if i % 2 == 0 { 1.0 } else { 0.5 });
+        let comb: Vec<DVec2> = (0..500)
+            .map(|i| DVec2::new(f64::from(i), if i % 2 == 0 { 1.0 } else { 5000.0 }))
+            .chain([DVec2::new(500.0, -1.0), DVec2::new(0.0, -1.0)])
+            .collect();
+        let arm = |by: f64| {
+            (0..500).map(move |i| DVec2::from_angle(f64::from(i) * 0.1) * (by + f64::from(i) * 0.1))
+        };
+        let spiral: Vec<DVec2> = arm(1.0).chain(arm(1.3).collect::<Vec<_>>().into_iter().rev()).collect();
+        let hole = around(101, &|_| 0.2);
+        let bridged: Vec<DVec2> = [&gear[..], &gear[..1], &hole, &hole[..1]].concat();
+        let lying = comb.iter().map(|p| p.perp()).collect();
+        for (i, mut shape) in [gear, comb, lying, spiral, bridged].into_iter().enumerate() {
+            for turn in [0.0, 0.3, 1.1] {
+                let turned: Vec<DVec2> = shape.iter().map(|p| DVec2::from_angle(turn).rotate(*p)).collect();
+                assert!(!crosses_itself(&turned), "shape {i} turned by {turn}");
+            }
+            shape.swap(100, 300);
+            assert!(crosses_itself(&shape), "shape {i}");
+        }
     }
 
     #[test]
