@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use blinn::accel::{Accel, BuildSettings};
-use blinn::import::{Limits, LoadError, LoadOptions, Warning, load};
+use blinn::import::{Limits, LoadError, LoadOptions, Warning, load, load_sky};
 use blinn::scene::{PoseSettings, Scene, pose};
 use serde_json::{Value, json};
 
@@ -76,6 +76,39 @@ fn pictures_hold_their_limit() {
         assert_eq!(left(most), (all.len(), 0), "{name}");
         let (kept, told) = left(most - 1);
         assert!(kept <= all.len() - large && told >= 1, "{name}: {kept} kept, {told} told");
+    }
+}
+
+/// Each limit of a picture of light lets pass what it names, and not one byte or pixel less.
+#[test]
+fn pictures_of_light_hold_their_limits() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["a.hdr", "b.exr"] {
+        let path = dir.path().join(name);
+        let blue: image::DynamicImage =
+            image::ImageBuffer::from_pixel(32, 16, image::Rgb([0.0, 0.5, 2.0f32])).into();
+        blue.save(&path).unwrap();
+        let (bytes, pixels) = (fs::metadata(&path).unwrap().len(), 32 * 16);
+        let cases: [(u64, fn(&mut Limits, u64)); 3] = [
+            (bytes, |l, n| l.file_bytes = n),
+            (pixels, |l, n| l.image_pixels = n),
+            // Its text, and four floats for each pixel in the decoder and out of it.
+            (bytes + pixels * 32, |l, n| l.memory_bytes = n),
+        ];
+        for (most, set) in cases {
+            let with = |allowed: u64| {
+                let mut limits = Limits::default();
+                set(&mut limits, allowed);
+                load_sky(&path, &limits)
+            };
+            with(most).unwrap_or_else(|e| panic!("{name} at {most}: {e}"));
+            match with(most - 1) {
+                Err(LoadError::Limit { asked, allowed, .. }) => {
+                    assert_eq!((asked, allowed), (most, most - 1), "{name}");
+                }
+                other => panic!("{name} one past {most}: {other:?}"),
+            }
+        }
     }
 }
 

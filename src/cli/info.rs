@@ -12,7 +12,7 @@ use crate::import::{LoadOptions, Warning, load};
 use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, Reflectance, Scene, pose};
 
 pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
-    let options = LoadOptions { limits: memory::usual_limits(), ..load_options(&args.scene, &args.common) };
+    let options = LoadOptions { limits: memory::limits(None), ..load_options(&args.scene, &args.common) };
     let mut summary = Summary::default();
     let mut all = Vec::new();
     for path in &args.scene.scenes {

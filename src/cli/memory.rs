@@ -24,6 +24,13 @@ const LAYER: u64 = 16;
 /// Bytes of a pixel's mattes, while they are gathered and ranked.
 const MATTES: u64 = 256;
 
+/// What may be read: within `--max-memory`, else within what there is. More than that would end the
+/// program, and perhaps others.
+pub(super) fn limits(max_memory: Option<u64>) -> Limits {
+    let all = || Limits { memory_bytes: installed().unwrap_or(u64::MAX), ..Limits::default() };
+    max_memory.map_or_else(all, Limits::within)
+}
+
 /// Bytes that pictures of `scene`, which is read, may take at most.
 pub(super) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
     let look = &job.look;
@@ -64,11 +71,6 @@ pub(super) fn check(job: &Job, scene: &Scene, frames: usize) -> Result<()> {
         );
     }
     Ok(())
-}
-
-/// What a scene may ask for without --max-memory. More than there is would end the program, and perhaps others.
-pub(super) fn usual_limits() -> Limits {
-    Limits { memory_bytes: installed().unwrap_or(u64::MAX), ..Limits::default() }
 }
 
 /// The memory that this process may have, where the system says so: the machine's, or less in a control group.

@@ -15,7 +15,7 @@ use super::reel::Reel;
 use super::report::Report;
 use super::studio::{Moment, Studio};
 use crate::batch::{Contents, overlap, written_since};
-use crate::import::{Limits, LoadOptions, load};
+use crate::import::{LoadOptions, load};
 use crate::output::{Picture, check_writable, save, thumbnail};
 use crate::scene::{Scene, Selection, clip_end};
 
@@ -195,8 +195,8 @@ impl Work<'_> {
 /// Reads a scene, of which what is hidden is left out.
 pub(super) fn read(job: &Job, path: &Path, teller: &Teller) -> Result<Scene> {
     let start = Instant::now();
-    let Job { look, max_memory, .. } = job;
-    let limits = max_memory.map_or_else(memory::usual_limits, Limits::within);
+    let look = &job.look;
+    let limits = memory::limits(job.max_memory);
     let (mut scene, warnings) = load(path, &LoadOptions { limits, ..look.load.clone() })?;
     scene.select(&look.selection)?;
     teller.stage("load", start, &format!("{} triangles", scene.drawn_triangles()));

@@ -7,20 +7,25 @@ use image::{ImageFormat, ImageReader};
 
 use super::Limits;
 use super::error::LoadError;
+use super::memory::Budget;
 use super::uri::read_scene_file;
 use crate::geometry::Rgb;
 use crate::scene::Sky;
 
 /// No picture of light is larger: 16384 × 8192.
 const MAX_PIXELS: u64 = 1 << 27;
+/// Bytes of a pixel while it is decoded: as four floats, in the decoder and out of it.
+const PIXEL: u64 = 32;
 
 /// Reads the light around a scene from a .hdr or .exr file, twice as wide as high; judged by its
-/// bytes.
+/// bytes. Nothing of it is kept but nine colours, so limits count it apart from scenes.
 ///
 /// # Errors
 /// A file that cannot be read, is neither, is damaged, too large, or of another shape.
 pub fn load_sky(path: &Path, limits: &Limits) -> Result<Sky, LoadError> {
-    let bytes = read_scene_file(path, limits.file_bytes)?;
+    let budget = Budget::of(limits.memory_bytes);
+    let bytes = read_scene_file(path, limits.file_bytes.min(limits.memory_bytes))?;
+    budget.charge(bytes.len() as u64)?;
     let place = path.display();
     let wrong =
         |e: image::ImageError| LoadError::parse(&place, format!("the picture cannot be decoded: {e}"));
@@ -41,9 +46,10 @@ pub fn load_sky(path: &Path, limits: &Limits) -> Result<Sky, LoadError> {
         let rule = format!("an equirectangular picture is twice as wide as high, not {width}x{height}");
         return Err(LoadError::invalid(&place, rule));
     }
+    budget.charge(pixels * PIXEL)?;
     let mut reader = reader()?;
     let mut decoder_limits = image::Limits::default();
-    decoder_limits.max_alloc = Some((pixels * 32).max(64 << 20));
+    decoder_limits.max_alloc = Some((pixels * PIXEL).max(64 << 20));
     reader.limits(decoder_limits);
     let picture = reader.decode().map_err(wrong)?.into_rgb32f();
     Ok(Sky::from_equirectangular(width, height, |x, y| Rgb::from(picture.get_pixel(x, y).0)))

@@ -26,6 +26,7 @@ const DEFAULT_SIZE: (u32, u32) = (1280, 720);
 /// Everything that decides what is in a picture, but for its scene and its frame.
 #[derive(Clone, Debug)]
 pub struct Look {
+    /// With the usual limits: how much may be taken is the process's affair, and decides on no picture.
     pub load: LoadOptions,
     pub selection: Selection,
     pub animation: Option<String>,
@@ -54,6 +55,7 @@ impl Look {
         scene: &SceneArgs,
         animation: Option<&str>,
         common: &CommonArgs,
+        limits: &Limits,
     ) -> Result<Look, Usage> {
         let LookArgs { image, camera, light, shading } = args;
         let stage = match shading.integrator {
@@ -110,7 +112,7 @@ impl Look {
             },
             layers: layers(image),
             view: view(camera)?,
-            lighting: lighting(light)?,
+            lighting: lighting(light, limits)?,
             shadows: !light.no_shadows,
             ao: light.ao,
             ground: light.ground.map(|ground| match ground {
@@ -278,8 +280,8 @@ fn idle(args: &LightArgs, stage: Stage) -> Result<(), Usage> {
     Ok(())
 }
 
-fn lighting(args: &LightArgs) -> Result<Lighting, Usage> {
-    let sky = args.hdri.as_ref().map(|path| load_sky(path, &Limits::default())).transpose();
+fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, Usage> {
+    let sky = args.hdri.as_ref().map(|path| load_sky(path, limits)).transpose();
     Ok(Lighting {
         sources: args.lights.clone(),
         given: args.point_light.iter().chain(&args.sun).copied().collect(),

@@ -11,8 +11,8 @@ mod turntable;
 
 use std::path::PathBuf;
 
-use super::Usage;
 use super::args::{RenderArgs, TurntableArgs};
+use super::{Usage, memory};
 use crate::accel::BuildSettings;
 use crate::batch::Key;
 
@@ -43,7 +43,9 @@ pub struct Job {
 impl Job {
     /// What `blinn render` was asked for.
     pub fn render(args: &RenderArgs) -> Result<Job, Usage> {
-        let look = Look::new(&args.look, &args.scene, args.moment.animation.as_deref(), &args.common)?;
+        let limits = memory::limits(args.process.max_memory);
+        let animation = args.moment.animation.as_deref();
+        let look = Look::new(&args.look, &args.scene, animation, &args.common, &limits)?;
         let shots = Shots::of_clip(&args.time, &args.moment);
         let share = args.time.chunk.map(|_| "--chunk");
         let series = Series { many: shots.are_many(), fps: Some(args.time.fps), share };
@@ -64,7 +66,8 @@ impl Job {
     /// What `blinn turntable` was asked for.
     pub fn turntable(args: &TurntableArgs) -> Result<Job, Usage> {
         let animation = args.moment.animation.as_deref();
-        let mut look = Look::new(&args.look, &args.scene, animation, &args.common)?;
+        let limits = memory::limits(args.process.max_memory);
+        let mut look = Look::new(&args.look, &args.scene, animation, &args.common, &limits)?;
         let views = args.turn.views.map(|count| Views::new(count, args, &mut look)).transpose()?;
         if views.is_none() {
             look.turning = Some(turntable::turning(&args.turn));
