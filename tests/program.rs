@@ -553,6 +553,47 @@ fn a_picture_of_light_lights_by_direction() {
     );
 }
 
+/// `--max-memory` holds for it too, and before it is decoded.
+#[test]
+fn a_picture_of_light_stays_within_the_memory_allowed() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/cube.obj");
+    // A header alone: 512 MiB and its text.
+    let text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2896 +X 5792\n";
+    fs::write(dir.path().join("light.hdr"), text).unwrap();
+    let needed = 2896 * 5792 * 32 + text.len();
+    let with = |allowed: usize, says: &str| {
+        let (scene, allowed) = (scene.to_str().unwrap(), allowed.to_string());
+        let args = ["render", scene, "--hdri", "light.hdr", "--max-memory", &allowed];
+        fails(dir.path(), &args, 2, says);
+    };
+    with(needed - 1, &format!("bytes of memory: {needed} is over the limit of {}", needed - 1));
+    with(needed, "the picture cannot be decoded");
+}
+
+/// What a decoder panics at, on whichever thread, costs its scene and no other.
+#[cfg(debug_assertions)]
+#[test]
+fn a_decoder_that_panics_costs_its_scene_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    let scenes = ["textured/textured.obj", "tests/cube.obj"].map(model);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
+    command.arg("render").args(&scenes).args(["--size", "16x16", "-s", "1"]).current_dir(dir.path());
+    let output = command.env("BLINN_TEST_PANIC", "planks.png").output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert_eq!(names(dir.path()), ["cube.png"], "{told}");
+    let of: Vec<&str> = told.lines().filter(|line| line.contains("textured.obj")).collect();
+    assert!(!of.is_empty() && told.contains("wrote cube.png"), "{told}");
+    for line in of {
+        assert!(
+            line.contains("please report it with the file: left: 1  right: 2 (src/import/image.rs:"),
+            "{told}"
+        );
+    }
+    assert!(!told.contains("panicked") && !told.contains("backtrace") && told.lines().count() <= 4, "{told}");
+}
+
 /// `BLINN_SIMD` picks the instructions, never the picture.
 #[test]
 fn every_tier_renders_the_same_bytes() {
