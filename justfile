@@ -40,7 +40,7 @@ static:
 # DEBEMAIL say who makes it.
 deb: static
     bash docs/scripts/packaging.sh target/x86_64-unknown-linux-gnu/release/blinn target/packaging
-    cargo deb --no-build --no-strip --target x86_64-unknown-linux-gnu \
+    cargo deb --no-build --strip --target x86_64-unknown-linux-gnu \
         --maintainer "${DEBFULLNAME:-The blinn developers} <${DEBEMAIL:-blinn@localhost}>"
 
 # Criterion benches.
