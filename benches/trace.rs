@@ -11,11 +11,12 @@ use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Integrator, LowDiscrepancy, Phong, Sample, Scratch};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    Channels, ColorInput, Footprint, Image, Instance, Lighting, Material, Mesh, Mips, Node, PoseSettings,
-    PosedScene, Reading, Scene, Texels, Texture, TextureRef, UvTransform, View, pose,
+    Animation, Channel, Channels, ColorInput, Footprint, Image, Instance, Interpolation, Keys, Lighting,
+    Material, Mesh, Mips, MorphTarget, Node, PoseSettings, PosedScene, Reading, Scene, Target, Texels,
+    Texture, TextureRef, UvTransform, View, pose,
 };
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Quat, Vec2, Vec3};
 
 fn frame<'a>(posed: &'a PosedScene<'a>, accel: &'a Accel, settings: &RenderSettings) -> Frame<'a> {
     let (camera, _) = View::default().resolve(posed, settings.width, settings.height).unwrap();
@@ -47,6 +48,43 @@ fn trace(c: &mut Criterion) {
     group.bench_function("frame, two lights", |b| {
         b.iter(|| render(black_box(&frame), &Phong::default(), &settings, &()).unwrap())
     });
+    group.finish();
+}
+
+/// A scan that is twisted about its axis by a clip: trees built anew for a moment, and trees that follow
+/// it there from the one before; rays through both.
+fn bending(c: &mut Criterion) {
+    let subject = Subject::made(Kind::Scan, 70_000).unwrap();
+    let (mut scene, _) = load(&subject.file, &LoadOptions::default()).unwrap();
+    let mesh = &mut scene.meshes[0];
+    let twist = |p: &Vec3| Quat::from_rotation_y(2.5 * p.y) * *p - *p;
+    let positions = mesh.positions.iter().map(twist).collect();
+    mesh.morphs = vec![MorphTarget { positions, ..MorphTarget::default() }];
+    mesh.morph_weights = vec![0.0];
+    let target = Target::Weights(scene.instances[0].node);
+    let (times, values) = (vec![0.0, 1.0], vec![0.0, 1.0]);
+    let keys = Keys { times, values, width: 1, interpolation: Interpolation::Linear };
+    scene.animations = vec![Animation { name: String::new(), channels: vec![Channel { target, keys }] }];
+    let rest = pose(&scene, &PoseSettings::default()).unwrap();
+    // At a third of the way trees that follow are nearly as long as they may become.
+    let moments = [1.0 / 3.0, 1.0 / 3.0 - 1.0 / 24.0].map(|time| rest.at(time));
+    let mut group = c.benchmark_group(format!("{}, twisted", subject.name));
+    group.sample_size(10);
+    let new = |posed: &PosedScene| Accel::build(posed, &BuildSettings::default()).0;
+    group.bench_function("built anew", |b| b.iter(|| new(black_box(&moments[0]))));
+    let mut kept = new(&rest);
+    let mut next = moments.iter().cycle();
+    group.bench_function("followed", |b| b.iter(|| kept.update(next.next().unwrap())));
+    kept.update(&moments[0]);
+    let settings = RenderSettings { width: 320, height: 180, samples: 1, ..Default::default() };
+    for (name, accel) in [("new tree", new(&moments[0])), ("tree that followed", kept)] {
+        let frame = frame(&moments[0], &accel, &settings);
+        let rays = Rays::new(&frame, &settings);
+        group.bench_function(format!("eye rays, {name}"), |b| b.iter(|| rays.trace_eye(&accel, &moments[0])));
+        group.bench_function(format!("incoherent rays, {name}"), |b| {
+            b.iter(|| rays.trace_incoherent(&accel, &moments[0]))
+        });
+    }
     group.finish();
 }
 
@@ -123,5 +161,5 @@ fn textures(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, trace, textures);
+criterion_group!(benches, trace, bending, textures);
 criterion_main!(benches);

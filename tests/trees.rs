@@ -4,7 +4,9 @@ mod common;
 
 use blinn::accel::{Accel, BuildSettings, Flatten, Preset, RayBatch, SegmentBatch, Shared, Tier};
 use blinn::geometry::{Hit, HitId};
-use blinn::scene::{Animation, Channel, Interpolation, Keys, PosedScene, Scene, SurfaceClass, Target};
+use blinn::scene::{
+    Animation, Channel, Interpolation, Keys, MorphTarget, PosedScene, Scene, SurfaceClass, Target,
+};
 use common::{Holes, Rng};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -399,5 +401,96 @@ fn update_as_good_as_build(settings: &BuildSettings) {
             bits(&layers(&new, &rays, false, Shared::None)),
             "step {step}"
         );
+    }
+}
+
+/// A soup twice, the second one aside, and what its weights do: bring the second to the first, bend all,
+/// take the area from some, scatter all.
+fn bending() -> Scene {
+    let rng = &mut Rng::new(5);
+    let mut mesh = common::soup(2000, 0.2, rng);
+    // In steps that sums are exact in.
+    let coarse = |p: Vec3| (p * 4096.0).round() / 4096.0;
+    mesh.positions.iter_mut().for_each(|p| *p = coarse(*p));
+    let aside = Vec3::new(0.5, 0.25, 0.0);
+    let (first, vertices) = (mesh.positions.clone(), mesh.positions.len() as u32);
+    mesh.positions.extend(first.iter().map(|p| p + aside));
+    mesh.triangles.extend_from_within(..);
+    let half = mesh.triangles.len() / 2;
+    mesh.triangles[half..].iter_mut().flatten().for_each(|v| *v += vertices);
+    // None of these can be hit, and some of them never.
+    mesh.triangles.extend([[0, 0, 1], [4, 5, 5]]);
+    let few = |i: usize| i % first.len() < 300;
+    let each = |f: &mut dyn FnMut(usize, Vec3) -> Vec3| MorphTarget {
+        positions: (0..2 * first.len()).map(|i| f(i, first[i % first.len()])).collect(),
+        ..MorphTarget::default()
+    };
+    mesh.morphs = vec![
+        each(&mut |i, _| if i < first.len() { Vec3::ZERO } else { -aside }),
+        each(&mut |i, p| if few(i) { Vec3::ZERO } else { coarse(Vec3::new(0.0, p.x * p.x, 0.3 * p.y)) }),
+        each(&mut |i, p| if few(i) { Vec3::new(0.0, -p.y, -p.z) } else { Vec3::ZERO }),
+        each(&mut |_, _| coarse((rng.in_cube() * 2.0).as_vec3())),
+    ];
+    mesh.morph_weights = vec![0.0; 4];
+    let mut scene = common::scene(mesh, &[DAffine3::IDENTITY]);
+    scene.nodes[0].weights = vec![0.0; 4];
+    scene
+}
+
+/// Trees that were built for one shape answer for another as new ones do, and leave out the same.
+#[test]
+fn trees_follow_what_bends() {
+    let mut scene = bending();
+    let (mut kept, _) = Accel::build(&common::posed(&scene), &BuildSettings::default());
+    let (mut coincident, mut flat) = (0, 0);
+    for weights in [
+        [0.0, 0.125, 0.0, 0.0],
+        [0.0, 0.25, 0.0, 0.0],
+        [0.0, 0.25, 1.0, 0.0],
+        [0.0, 0.375, 1.0, 0.0],
+        [1.0, 0.375, 0.0, 0.0],
+        [1.0, 0.5, 0.0, 0.0],
+        [1.0, 0.5, 0.0, 1.0],
+        [0.0, 0.5, 0.0, 1.0],
+    ] {
+        scene.nodes[0].weights = weights.to_vec();
+        let posed = common::posed(&scene);
+        let (new, report) = Accel::build(&posed, &BuildSettings::default());
+        assert_eq!(kept.update(&posed), report, "{weights:?}");
+        coincident += report.coincident;
+        flat += report.zero_area;
+        let rays = rays(&posed, 500);
+        let segments = segments(&rays);
+        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+        kept.occluded(&segments, &Holes, &mut ours);
+        new.occluded(&segments, &Holes, &mut theirs);
+        assert_eq!(ours, theirs, "{weights:?}");
+        let seen = |accel: &Accel| bits(&layers(accel, &rays, false, Shared::None));
+        assert_eq!(seen(&kept), seen(&new), "{weights:?}");
+    }
+    assert!(coincident > 3900 && flat > 300, "{coincident} in one place, {flat} flat");
+}
+
+/// Where an animation makes glass of a wall, trees that were built before know it.
+#[test]
+fn trees_follow_what_becomes_glass() {
+    for flatten in FLATTENED {
+        let settings = BuildSettings { flatten, ..BuildSettings::default() };
+        let mut scene = Scene::default();
+        let at = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::X)];
+        common::add(&mut scene, common::sphere(8), common::material(SurfaceClass::Opaque, true), &at);
+        let (mut kept, _) = Accel::build(&common::posed(&scene), &settings);
+        scene.materials[0].transmission.factor = 0.5;
+        let posed = common::posed(&scene);
+        let new = Accel::build(&posed, &settings).0;
+        kept.update(&posed);
+        let segments = segments(&rays(&posed, 500));
+        let light = |accel: &Accel| {
+            let mut light = Vec::new();
+            accel.transmittance(&segments, &Holes, &mut light);
+            light
+        };
+        assert_eq!(light(&kept), light(&new));
+        assert!(light(&new).iter().any(|l| l.x > 0.0 && l.x < 1.0), "something is seen through");
     }
 }

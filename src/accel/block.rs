@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::clean::Look;
-use super::corners::Corners;
+use super::corners::{Corners, padded};
+use super::wide::Box3;
 use crate::scene::SurfaceClass;
 
 /// Triangles in a block.
@@ -87,6 +88,12 @@ impl Block {
     pub fn corners(&self, lane: usize) -> [Vec3; 3] {
         let corner = |k: usize| Vec3::new(self.v[k][0][lane], self.v[k][1][lane], self.v[k][2][lane]);
         [corner(0), corner(1), corner(2)]
+    }
+
+    /// The box of all, as trees have it.
+    pub fn bounds(&self) -> Box3 {
+        let of = |lane| padded(&self.corners(lane));
+        (0..self.count()).map(of).fold((Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 
     #[inline(always)]

@@ -5,9 +5,7 @@
 //! boxes share one slot of the tree. Without that, thousands of equal boxes make a builder take
 //! minutes over a tree as deep as they are many.
 //!
-//! Nearly all triangles are alone in their box, so most of the work is to find that out: a first
-//! walk sets a bit for each box's hash, and where it is set already, a bit in a second table.
-//! Only boxes with a bit in the second table are compared.
+//! Nearly all triangles are alone in their box, so most of the work is to find that out (`again.rs`).
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -16,6 +14,7 @@ use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use super::CleanReport;
+use super::again::Again;
 use super::block::GROUP;
 use super::corners::{Corners, Unfit};
 use super::wide::Box3;
@@ -107,16 +106,13 @@ impl Cleaned {
 /// Cleans `raw(0..count)`. Those beyond [`MOST`] are left out.
 pub(super) fn clean(count: usize, raw: &(impl Fn(usize) -> Raw + Sync)) -> Cleaned {
     let count = count.min(MOST);
-    let (seen, again) = (Bits::new(count), Bits::new(count));
+    let again = Again::new(count);
     let (non_finite, zero_area) = (AtomicU64::new(0), AtomicU64::new(0));
     let slot = |i: usize| {
         let raw = raw(i);
         match raw.sorted() {
             Ok((corners, look)) => {
-                let hash = hash(&corners.bounds());
-                if seen.set(hash) {
-                    again.set(hash);
-                }
+                again.see(&corners.bounds());
                 Slot { corners, look, entry: i as u32 }
             }
             Err(unfit) => {
@@ -140,53 +136,19 @@ pub(super) fn clean(count: usize, raw: &(impl Fn(usize) -> Raw + Sync)) -> Clean
     out
 }
 
-/// A table of bits, 16 for each thing that is entered.
-struct Bits(Vec<AtomicU64>);
-
-impl Bits {
-    fn new(count: usize) -> Bits {
-        let words = (count / 4).next_power_of_two().max(16);
-        Bits((0..words).map(|_| AtomicU64::new(0)).collect())
-    }
-
-    fn place(&self, hash: u64) -> (&AtomicU64, u64) {
-        (&self.0[(hash >> 6) as usize & (self.0.len() - 1)], 1 << (hash & 63))
-    }
-
-    /// True where the bit was set before.
-    fn set(&self, hash: u64) -> bool {
-        let (word, bit) = self.place(hash);
-        word.fetch_or(bit, Relaxed) & bit != 0
-    }
-
-    fn get(&self, hash: u64) -> bool {
-        let (word, bit) = self.place(hash);
-        word.load(Relaxed) & bit != 0
-    }
-}
-
-/// A 64-bit hash of a box: each step multiplies by an odd constant and folds the high bits down.
-fn hash((lo, hi): &Box3) -> u64 {
-    [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z].into_iter().fold(0, |hash: u64, x| {
-        let x = (hash ^ u64::from(x.to_bits())).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        x ^ (x >> 29)
-    })
-}
-
 fn box_bits((lo, hi): &Box3) -> [u32; 6] {
     [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z].map(f32::to_bits)
 }
 
 impl Cleaned {
-    /// Brings slots together that have equal boxes. Only those with a bit in `again` can.
-    fn share(&mut self, again: &Bits, raw: &(impl Fn(usize) -> Raw + Sync)) {
+    /// Brings slots together that have equal boxes.
+    fn share(&mut self, again: &Again, raw: &(impl Fn(usize) -> Raw + Sync)) {
         let slots = &self.slots;
         let bounds = |slot: u32| slots[slot as usize].corners.bounds();
         let mut suspects: Vec<(u64, u32)> = (0..slots.len() as u32)
             .into_par_iter()
             .with_min_len(1 << 14)
-            .map(|slot| (hash(&bounds(slot)), slot))
-            .filter(|&(hash, _)| again.get(hash))
+            .filter_map(|slot| Some((again.repeated(&bounds(slot))?, slot)))
             .collect();
         suspects.par_sort_unstable();
         // (the slot that stays, what becomes of its entry)
@@ -239,16 +201,21 @@ fn group(
             entries.push(*id);
             continue;
         }
-        let mut alike: Vec<Alike> = Vec::new();
-        for &(_, id, look) in place {
-            match alike.iter_mut().find(|a| a.look == look) {
-                Some(a) => a.ids.push(id),
-                None => alike.push(Alike { look, ids: vec![id] }),
-            }
-        }
         report.coincident += place.len() as u64 - 1;
         entries.push(GROUP | groups.len() as u32);
-        groups.push(alike);
+        groups.push(alike(place.iter().map(|&(_, id, look)| (id, look))));
     }
     entries
+}
+
+/// Triangles in one place, by rising index, by how they look.
+pub(super) fn alike(place: impl Iterator<Item = (u32, Look)>) -> Vec<Alike> {
+    let mut alike: Vec<Alike> = Vec::new();
+    for (id, look) in place {
+        match alike.iter_mut().find(|a| a.look == look) {
+            Some(a) => a.ids.push(id),
+            None => alike.push(Alike { look, ids: vec![id] }),
+        }
+    }
+    alike
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::wide::Box3;
 use crate::geometry::EPSILON;
 
 /// Coordinates beyond this are refused: their products would overflow.
@@ -71,13 +72,18 @@ impl Corners {
         [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
     }
 
-    /// Its box for trees: wider by a few ulps of the greatest coordinate, so that it is flat
-    /// nowhere and rays along its faces are not lost.
-    pub fn bounds(&self) -> (Vec3, Vec3) {
-        let (lo, hi, size) = extent(&self.v);
-        let pad = Vec3::splat(3.0 * EPSILON * size + 4.0 * TINY_LENGTH);
-        (lo - pad, hi + pad)
+    /// Its box for trees.
+    pub fn bounds(&self) -> Box3 {
+        padded(&self.v)
     }
+}
+
+/// The box of three corners for trees: wider by a few ulps of the greatest coordinate, so that it is
+/// flat nowhere and rays along its faces are not lost.
+pub(super) fn padded(corners: &[Vec3; 3]) -> Box3 {
+    let (lo, hi, size) = extent(corners);
+    let pad = Vec3::splat(3.0 * EPSILON * size + 4.0 * TINY_LENGTH);
+    (lo - pad, hi + pad)
 }
 
 /// The box of three corners, unpadded, and its greatest coordinate.

@@ -8,6 +8,7 @@
 //! the triangles that are not there. So no answer depends on the tree, its preset, the order of
 //! the rays in a batch, or threads.
 
+mod again;
 mod batch;
 mod block;
 mod bounds;
@@ -20,6 +21,7 @@ mod lanes;
 mod packet;
 mod plan;
 mod query;
+mod refit;
 mod simd;
 mod spans;
 mod steps;
@@ -40,7 +42,7 @@ use crate::scene::{PosedScene, SurfaceClass};
 use clean::{Look, Raw};
 use hit::FrameRay;
 use packet::{Answers, GROUP, PacketStack, RAYS};
-use plan::{Plan, World};
+use plan::{Member, Plan, World};
 use query::{Asked, Blocking, Closest, Query, passes};
 use simd::{Job, Plain, Simd};
 use spans::Spans;
@@ -146,20 +148,25 @@ impl Accel {
             *still = world_triangles(posed, &plan.still, preset);
         }
         if self.plan.moving != plan.moving || plan.bends(posed) {
-            *moving = world_triangles(posed, &plan.moving, preset);
+            let instances = |world: &'_ World| world.iter().map(|member| member.instance).collect::<Vec<_>>();
+            let same = instances(&self.plan.moving) == instances(&plan.moving);
+            let spans = moving.spans.clone();
+            if !(same && moving.refit(world_raw(posed, &plan.moving, &spans))) {
+                *moving = world_triangles(posed, &plan.moving, preset);
+            }
         }
-        self.meshes.retain(|mesh, _| plan.placed.contains_key(mesh));
-        for &mesh in plan.placed.keys() {
-            self.meshes.entry(mesh).or_insert_with(|| mesh_triangles(posed, mesh, preset));
+        let look = |plan: &Plan, mesh: &u32| plan.placed.get(mesh).map(|placed| placed.look);
+        self.meshes.retain(|mesh, _| look(&plan, mesh) == look(&self.plan, mesh));
+        for (&mesh, placed) in &plan.placed {
+            let build = || mesh_triangles(posed, mesh, placed.look, preset);
+            self.meshes.entry(mesh).or_insert_with(build);
         }
         self.top = Top::build(&plan, &self.meshes, preset);
-        self.translucent = posed.instances.iter().enumerate().any(|(i, instance)| {
-            instance.visible && look(posed, i as u32).class == SurfaceClass::Translucent
-        });
+        self.translucent = plan.looks().any(|look| look.class == SurfaceClass::Translucent);
         let mut report = CleanReport::default();
         self.worlds.iter().for_each(|world| report.add(world.report, 1));
         for (mesh, triangles) in &self.meshes {
-            report.add(triangles.report, plan.placed[mesh].len() as u64);
+            report.add(triangles.report, plan.placed[mesh].frames.len() as u64);
         }
         self.plan = plan;
         report
@@ -449,31 +456,24 @@ fn blocking<'a, 'p>(
     (ray, Blocking { asked, end, source: segments.source[i], blocked: false, passing })
 }
 
-/// How an instance's triangles look in a world tree.
-fn look(posed: &PosedScene, instance: u32) -> Look {
-    let material = &posed.materials[posed.mesh(instance).material as usize];
-    let reversed = posed.instances[instance as usize].transform.flips;
-    Look { class: material.class(), single_sided: !material.double_sided, reversed }
+/// The triangles of a world, as trees take them.
+fn world_raw<'a>(posed: &'a PosedScene, world: &'a World, spans: &'a Spans) -> impl Fn(usize) -> Raw + 'a {
+    |i| {
+        let (which, triangle) = spans.find(i as u32);
+        let Member { instance, look, .. } = world[which];
+        Raw { v: posed.world_triangle(HitId { instance, triangle }), look }
+    }
 }
 
 fn world_triangles(posed: &PosedScene, world: &World, preset: Preset) -> Triangles {
-    let owners = world.iter().map(|&(instance, _)| (instance, posed.mesh(instance).triangles.len()));
-    let (spans, count) = Spans::new(owners);
-    let looks: Vec<Look> = world.iter().map(|&(instance, _)| look(posed, instance)).collect();
+    let of = |member: &Member| (member.instance, posed.mesh(member.instance).triangles.len());
+    let (spans, count) = Spans::new(world.iter().map(of));
     let finder = spans.clone();
-    let raw = |i: usize| {
-        let (which, triangle) = finder.find(i as u32);
-        let id = HitId { instance: world[which].0, triangle };
-        Raw { v: posed.world_triangle(id), look: looks[which] }
-    };
-    Triangles::build((spans, count), raw, preset)
+    Triangles::build((spans, count), world_raw(posed, world, &finder), preset)
 }
 
-fn mesh_triangles(posed: &PosedScene, mesh: u32, preset: Preset) -> Triangles {
+fn mesh_triangles(posed: &PosedScene, mesh: u32, look: Look, preset: Preset) -> Triangles {
     let mesh = &posed.scene.meshes[mesh as usize];
-    let material = &posed.materials[mesh.material as usize];
-    // Not reversed where the instance mirrors: a mirrored ray sees the side it saw before.
-    let look = Look { class: material.class(), single_sided: !material.double_sided, reversed: false };
     let raw = |i: usize| Raw { v: mesh.triangles[i].map(|v| mesh.positions[v as usize]), look };
     Triangles::build(Spans::new([(0, mesh.triangles.len())].into_iter()), raw, preset)
 }

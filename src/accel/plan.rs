@@ -12,11 +12,29 @@ use std::collections::BTreeMap;
 
 use glam::DAffine3;
 
+use super::clean::Look;
 use super::two_level::Frame;
 use crate::scene::PosedScene;
 
-/// Instances with where they are, by rising index.
-pub(super) type World = Vec<(u32, DAffine3)>;
+/// An instance whose triangles are in a world's tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Member {
+    pub instance: u32,
+    pub to_world: DAffine3,
+    pub look: Look,
+}
+
+/// Its members, by rising index.
+pub(super) type World = Vec<Member>;
+
+/// A mesh that has a tree of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Placed {
+    /// How it looks in its own frame.
+    pub look: Look,
+    /// Its instances.
+    pub frames: Vec<(u32, Frame)>,
+}
 
 /// What goes where.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,8 +43,8 @@ pub(super) struct Plan {
     pub still: World,
     /// What may move or bend, and is built again with every pose.
     pub moving: World,
-    /// The instances of every mesh that has a tree of its own, by mesh.
-    pub placed: BTreeMap<u32, Vec<(u32, Frame)>>,
+    /// Meshes with trees of their own.
+    pub placed: BTreeMap<u32, Placed>,
 }
 
 /// Instances of one mesh that keep its shape.
@@ -75,8 +93,8 @@ impl Plan {
                     let new = || Drawn { mesh, moves, instances: Vec::new() };
                     rigid.entry((moves, mesh)).or_insert_with(new).instances.push((i as u32, frame));
                 }
-                None if moves => plan.moving.push((i as u32, to_world)),
-                None => plan.still.push((i as u32, to_world)),
+                None if moves => plan.moving.push(member(posed, i as u32, to_world)),
+                None => plan.still.push(member(posed, i as u32, to_world)),
             }
         }
         let triangles = |drawn: &Drawn| {
@@ -93,20 +111,43 @@ impl Plan {
             if single || triangles <= *left {
                 *left -= if single { 0 } else { triangles };
                 let world = if moves { &mut plan.moving } else { &mut plan.still };
-                world.extend(instances.iter().map(|(i, frame)| (*i, frame.to_world)));
+                world.extend(instances.iter().map(|(i, frame)| member(posed, *i, frame.to_world)));
             } else {
-                plan.placed.entry(mesh).or_default().extend(instances);
+                let new = || Placed { look: mesh_look(posed, mesh), frames: Vec::new() };
+                plan.placed.entry(mesh).or_insert_with(new).frames.extend(instances);
             }
         }
-        plan.still.sort_unstable_by_key(|&(i, _)| i);
-        plan.moving.sort_unstable_by_key(|&(i, _)| i);
+        plan.still.sort_unstable_by_key(|member| member.instance);
+        plan.moving.sort_unstable_by_key(|member| member.instance);
         plan
+    }
+
+    /// How all that is visible looks.
+    pub fn looks(&self) -> impl Iterator<Item = Look> {
+        let worlds = self.still.iter().chain(&self.moving).map(|member| member.look);
+        worlds.chain(self.placed.values().map(|placed| placed.look))
     }
 
     /// True where what moves may have another shape now, though it is where it was.
     pub fn bends(&self, posed: &PosedScene) -> bool {
-        self.moving.iter().any(|&(i, _)| may_bend(posed, i))
+        self.moving.iter().any(|member| may_bend(posed, member.instance))
     }
+}
+
+fn member(posed: &PosedScene, instance: u32, to_world: DAffine3) -> Member {
+    let reversed = posed.instances[instance as usize].transform.flips;
+    Member {
+        instance,
+        to_world,
+        look: Look { reversed, ..mesh_look(posed, posed.scene.instances[instance as usize].mesh) },
+    }
+}
+
+/// How a mesh looks in its own frame. Not reversed where an instance mirrors it: a mirrored ray sees the
+/// side it saw before. It is the pose's to say, for animations drive materials too.
+fn mesh_look(posed: &PosedScene, mesh: u32) -> Look {
+    let material = &posed.materials[posed.scene.meshes[mesh as usize].material as usize];
+    Look { class: material.class(), single_sided: !material.double_sided, reversed: false }
 }
 
 /// Whether an instance can be drawn in another shape than its mesh's.

@@ -4,14 +4,14 @@
 //! The counting walk is a plain one of its own, of one ray at a time in f64, so that tracing counts
 //! nothing. It meets the same nodes in the same order as single rays do, whatever the instructions.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::batch::{Cutout, RayBatch};
 use super::hit::FrameRay;
 use super::query::{Asked, Closest, Query};
 use super::triangles::{Triangles, limit};
 use super::two_level::Placed;
-use super::wide::{Box3, LEAF, Node, Octant, SHRINK, Wide, reciprocal};
+use super::wide::{Box3, LEAF, Octant, SHRINK, Wide, reciprocal};
 use super::{Accel, Lane};
 use crate::geometry::{EPSILON, Hit, HitId};
 
@@ -70,7 +70,7 @@ impl Accel {
 }
 
 /// The nodes that a line through a tree's box meets, plus for each leaf that it meets what is in it.
-fn expected(tree: &Wide, in_leaf: impl Fn(u32) -> f64) -> f64 {
+pub(super) fn expected(tree: &Wide, in_leaf: impl Fn(u32) -> f64) -> f64 {
     let Some(root) = tree.root else { return 0.0 };
     if root & LEAF != 0 {
         return in_leaf(root & !LEAF);
@@ -82,15 +82,10 @@ fn expected(tree: &Wide, in_leaf: impl Fn(u32) -> f64) -> f64 {
     for node in &tree.nodes {
         for slot in 0..node.count() {
             let child = node.child[slot];
-            cost += share(bounds(node, slot)) * if child & LEAF == 0 { 1.0 } else { in_leaf(child & !LEAF) };
+            cost += share(node.bounds(slot)) * if child & LEAF == 0 { 1.0 } else { in_leaf(child & !LEAF) };
         }
     }
     cost
-}
-
-fn bounds(node: &Node, slot: usize) -> Box3 {
-    let corner = |end: usize| Vec3::from([0, 1, 2].map(|axis| node.planes[axis][end][slot]));
-    (corner(0), corner(1))
 }
 
 fn area((lo, hi): Box3) -> f64 {
@@ -156,7 +151,7 @@ impl Counter<'_, '_> {
             let to = f64::from(limit(ray, &self.query));
             for slot in node.order(boxes.octant).map(|slot| slot as usize & 7) {
                 if slot < node.count()
-                    && let Some(near) = boxes.enters(bounds(node, slot), start, to)
+                    && let Some(near) = boxes.enters(node.bounds(slot), start, to)
                 {
                     stack.push((node.child[slot], near));
                 }

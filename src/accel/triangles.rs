@@ -24,13 +24,17 @@ pub(super) struct Triangles {
     /// Leaf n of the tree begins at blocks[n].
     pub blocks: Vec<Block>,
     pub spans: Spans,
-    groups: Vec<Vec<Alike>>,
+    /// Triangles, with those that were left out.
+    pub count: usize,
+    pub groups: Vec<Vec<Alike>>,
     entries: usize,
     /// Around all of them; `None` where there are none.
     pub bounds: Option<Box3>,
     pub report: CleanReport,
     pub centre: DVec3,
     pub radius: f64,
+    /// What its tree cost rays when it was built, once it has been refitted.
+    pub built_cost: Option<f64>,
 }
 
 impl Triangles {
@@ -44,23 +48,29 @@ impl Triangles {
         let size = |slot: u32| cleaned.entries(slot).len() as u32;
         let Collapsed { wide, members, ends } =
             collapse::build(&cleaned.slots, size, CAPACITY as u32, preset);
-        let bounds = wide.root.is_some().then_some(wide.bounds);
-        let (lo, hi) = bounds.map_or((DVec3::ZERO, DVec3::ZERO), |(a, b)| (a.as_dvec3(), b.as_dvec3()));
         let mut tree = wide;
         let Cleaned { groups, report, .. } = &cleaned;
         let entries: usize = (0..cleaned.slots.len()).map(|slot| size(slot as u32) as usize).sum();
         let blocks = fill(&cleaned, &mut tree, &members, &ends, &raw);
-        Triangles {
+        let mut triangles = Triangles {
             tree,
             blocks,
             spans,
+            count,
             groups: groups.clone(),
             entries,
-            bounds,
             report: *report,
-            centre: 0.5 * (lo + hi),
-            radius: 0.5 * lo.distance(hi),
-        }
+            ..Triangles::default()
+        };
+        triangles.enclose();
+        triangles
+    }
+
+    /// Says what its tree's box is.
+    pub fn enclose(&mut self) {
+        self.bounds = self.tree.root.map(|_| self.tree.bounds);
+        let (lo, hi) = self.bounds.map_or((DVec3::ZERO, DVec3::ZERO), |(a, b)| (a.as_dvec3(), b.as_dvec3()));
+        (self.centre, self.radius) = (0.5 * (lo + hi), 0.5 * lo.distance(hi));
     }
 
     /// Tells `query` of the triangles that `ray` meets under `from`, in any order. False once it

@@ -102,7 +102,7 @@ impl Top {
         let mut parts: Vec<(Placed, Box3)> = Vec::new();
         for (tree, (mesh, local)) in meshes.iter().enumerate() {
             let Some(bounds) = local.bounds else { continue };
-            for &(instance, frame) in plan.placed.get(mesh).into_iter().flatten() {
+            for &(instance, frame) in plan.placed.get(mesh).into_iter().flat_map(|placed| &placed.frames) {
                 parts.push((Placed { instance, tree, frame }, frame.world_box(bounds)));
             }
         }

@@ -40,20 +40,31 @@ impl Node {
             child: [LEAF; WIDTH],
             order: [0; WIDTH],
         };
-        for (slot, &((lo, hi), child)) in children.iter().enumerate() {
+        for (slot, &(bounds, child)) in children.iter().enumerate() {
             node.child[slot] = child;
-            for axis in 0..3 {
-                node.planes[axis][0][slot] = lo[axis];
-                node.planes[axis][1][slot] = hi[axis];
-            }
+            node.put(slot, bounds);
         }
         node.sort(children.len());
         node
     }
 
+    /// The box of a child.
+    pub fn bounds(&self, slot: usize) -> Box3 {
+        let corner = |end: usize| Vec3::from(self.planes.map(|planes| planes[end][slot]));
+        (corner(0), corner(1))
+    }
+
+    /// Gives a child another box.
+    pub fn put(&mut self, slot: usize, (lo, hi): Box3) {
+        for axis in 0..3 {
+            self.planes[axis][0][slot] = lo[axis];
+            self.planes[axis][1][slot] = hi[axis];
+        }
+    }
+
     /// The order of children for each octant: by how far along its diagonal their middles are,
     /// farthest first.
-    fn sort(&mut self, count: usize) {
+    pub fn sort(&mut self, count: usize) {
         let middle = |axis: usize, slot: usize| {
             // Halves first: the sum of two huge numbers would be infinite.
             0.5 * self.planes[axis][0][slot] + 0.5 * self.planes[axis][1][slot]
