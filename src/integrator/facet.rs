@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::footprint::{Spread, Steps};
 use super::surface::Surface;
-use crate::geometry::{HitId, Ray, RayDifferential, offset_point, point_error};
+use crate::geometry::{HitId, Ray, RayDifferential, point_error};
 use crate::scene::{Mesh, PosedScene};
 
 /// A triangle in the world, relative to the scene's centre.
@@ -72,12 +72,10 @@ impl<'s> Facet<'s> {
             let n = if fits { middle } else { n_g };
             if n.dot(n_g) < 0.0 { -n } else { n }
         });
-        let (p, towards) = (p.as_vec3(), n_g.as_vec3());
         Surface {
             id: self.id,
-            p,
+            p: p.as_vec3(),
             p_error: self.p_error,
-            clear: offset_point(p, self.p_error, towards, towards),
             n_g,
             n_v,
             front,

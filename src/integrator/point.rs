@@ -61,7 +61,7 @@ impl Place<'_> {
     /// their way.
     pub fn clear(&self) -> (Vec3, HitId) {
         match self {
-            Place::Surface(s) => (s.clear, s.id),
+            Place::Surface(s) => (s.clear(), s.id),
             // A point of the ground is at its height exactly.
             Place::Ground { p, .. } => (offset_point(*p, Vec3::ZERO, Vec3::Y, Vec3::Y), HitId::NONE),
         }

@@ -16,8 +16,6 @@ pub struct Surface<'s> {
     pub p: Vec3,
     /// The true point is within ± this of `p`.
     pub p_error: Vec3,
-    /// `p`, moved off the triangle by that error to `n_g`'s side.
-    pub clear: Vec3,
     /// Geometric normal, unit length, to the viewer's side.
     pub n_g: DVec3,
     /// Vertex normals interpolated (or `n_g`), unit length, on `n_g`'s side.
@@ -62,12 +60,17 @@ impl<'s> Surface<'s> {
     /// would lose the shadows of what stands on them.
     pub fn shadow_origin(&self, posed: &PosedScene, l: DVec3) -> Vec3 {
         let lifted = lifted(self.n_g.dot(l));
-        if lifted > 0.0 {
-            let n_g = self.n_g.as_vec3();
-            offset_point(self.p + (self.lift(posed) * lifted).as_vec3(), self.p_error, n_g, n_g)
-        } else {
-            self.clear
-        }
+        if lifted > 0.0 { self.above(self.p + (self.lift(posed) * lifted).as_vec3()) } else { self.clear() }
+    }
+
+    /// `p`, moved off the triangle by its error to `n_g`'s side.
+    pub fn clear(&self) -> Vec3 {
+        self.above(self.p)
+    }
+
+    fn above(&self, p: Vec3) -> Vec3 {
+        let n_g = self.n_g.as_vec3();
+        offset_point(p, self.p_error, n_g, n_g)
     }
 
     /// From `p` to the surface that bulges from the corners along their normals: `p` is raised to
