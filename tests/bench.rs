@@ -68,6 +68,11 @@ fn a_run_keeps_everything_that_it_says() {
             assert!(rounds.len() == 2 && rounds.iter().all(|v| v.as_f64().unwrap() > 0.0), "{s}");
         }
         assert!((0.0..=1.0).contains(&s["waited"].as_f64().unwrap()), "{s}");
+        // Where the system tells it.
+        if cfg!(target_os = "linux") {
+            let peaks = s["peak_bytes"].as_array().unwrap();
+            assert!(peaks.len() == 2 && peaks.iter().all(|v| v.as_u64().unwrap() > 1 << 20), "{s}");
+        }
         let rays = match s["stage"].as_str().unwrap() {
             "eye" => 32 * 18..=32 * 18,
             "shadow" | "incoherent" => 1..=32 * 18,
@@ -84,6 +89,23 @@ fn a_run_keeps_everything_that_it_says() {
     assert_eq!(of("shadow")["rays"], of("incoherent")["rays"]);
     // All of it is in the table too, in as many lines.
     assert_eq!(told.lines().filter(|line| once.iter().any(|s| line.starts_with(s))).count(), 14, "{told}");
+}
+
+/// The memory of a little scene is the same whether a large one was measured before it or not.
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_is_that_of_the_scene_alone() {
+    let (_guard, folder) = folder();
+    let (large, little) = (model("assembly/assembly.glb"), model("cornell/cornell.obj"));
+    let encode = |scenes: &str| {
+        prints(&folder, &format!("bench {scenes} {LITTLE} --json figures.json"));
+        let figures = read(&folder.join("figures.json"));
+        let scene = figures["scenes"].as_array().unwrap().last().unwrap();
+        let stage = scene["stages"].as_array().unwrap().last().unwrap();
+        stage["peak_bytes"][0].as_f64().unwrap()
+    };
+    let (alone, after) = (encode(&little), encode(&format!("{large} {little}")));
+    assert!((after / alone - 1.0).abs() < 0.1, "{alone} alone, {after} after another");
 }
 
 #[test]

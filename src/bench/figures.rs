@@ -172,7 +172,7 @@ pub struct StageFigures {
     /// The same in units of the calibration, timed by turns with it.
     #[serde(default)]
     pub relative: Vec<Option<f64>>,
-    /// Of each round the most bytes that the process had meanwhile.
+    /// The most bytes that a process had meanwhile that measured nothing else.
     #[serde(default)]
     pub peak_bytes: Vec<Option<u64>>,
     /// Share of the time that other programs had the processors: the median round's.
@@ -204,7 +204,7 @@ impl StageFigures {
             rays,
             seconds: finite(|t| t.seconds),
             relative: finite(|t| t.relative),
-            peak_bytes: rounds.iter().map(|taken| taken.peak_bytes).collect(),
+            peak_bytes: rounds.iter().filter_map(|t| t.peak_bytes).map(Some).collect(),
             waited: median(rounds.iter().map(|taken| taken.waited)),
             median_seconds: None,
             median_relative: None,
@@ -245,6 +245,18 @@ impl StageFigures {
     }
 }
 
+impl SceneFigures {
+    /// Takes the memory from what another process found of the same scene.
+    pub fn add_memory(&mut self, from: &SceneFigures) {
+        for stage in &mut self.stages {
+            let same = |other: &&StageFigures| (other.stage, other.threads) == (stage.stage, stage.threads);
+            if let Some(other) = from.stages.iter().find(same) {
+                stage.peak_bytes.extend(&other.peak_bytes);
+            }
+        }
+    }
+}
+
 impl Figures {
     pub(super) fn new(settings: Settings, scenes: Vec<SceneFigures>) -> Figures {
         let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
@@ -278,7 +290,11 @@ impl Figures {
         Figures::parse(&text).map_err(error)
     }
 
-    fn parse(text: &[u8]) -> Result<Figures, String> {
+    /// Reads the text of such a file.
+    ///
+    /// # Errors
+    /// What keeps it from being read.
+    pub fn parse(text: &[u8]) -> Result<Figures, String> {
         /// What tells such a file from others.
         #[derive(Deserialize)]
         struct Head {

@@ -32,6 +32,9 @@ pub struct Plan {
     pub tier: Tier,
     /// True: with pictures of what eye rays cost.
     pub heat_maps: bool,
+    /// True: nothing is timed, and everything is done once for the memory that it takes. A process keeps
+    /// much of what it had for what came before, so that this is for one that measures nothing else.
+    pub memory: bool,
     /// The command line, for the record.
     pub command: Vec<String>,
 }
@@ -120,7 +123,7 @@ impl Record {
 
 /// Measures. A scene that fails does not keep the others from being measured.
 pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -> Measurement {
-    let calibration = Calibration::new();
+    let calibration = (!plan.memory).then_some(Calibration);
     let mut records: Vec<Record> = subjects.iter().map(|_| Record::default()).collect();
     let mut heat_maps = Vec::new();
     for round in 0..plan.rounds {
@@ -131,7 +134,7 @@ pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -
             listener.begins(subject, round + 1);
             for (i, &threads) in plan.threads.iter().enumerate() {
                 let first = round == 0 && i == 0;
-                let turns = Turns::new(&calibration, threads);
+                let turns = Turns::new(calibration, threads);
                 let done =
                     turns.map_err(|cause| MeasureError::Threads { threads, cause }).and_then(|turns| {
                         Pass { plan, subject, turns: &turns, threads, record: &mut *record }
@@ -169,7 +172,7 @@ pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -
 struct Pass<'a> {
     plan: &'a Plan,
     subject: &'a Subject,
-    turns: &'a Turns<'a>,
+    turns: &'a Turns,
     threads: usize,
     record: &'a mut Record,
 }

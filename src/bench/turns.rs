@@ -1,4 +1,4 @@
-//! Timing by turns: the workload, some work, the workload again.
+//! Timing by turns: the workload, some work, the workload again. Or once, for the memory that it takes.
 
 use std::time::Instant;
 
@@ -8,8 +8,9 @@ use super::stats::median;
 use super::waiting::Shares;
 
 /// Measures on so many threads.
-pub struct Turns<'a> {
-    calibration: &'a Calibration,
+pub struct Turns {
+    /// What work takes turns with; `None` where its memory is measured.
+    calibration: Option<Calibration>,
     pool: rayon::ThreadPool,
     threads: usize,
 }
@@ -17,24 +18,24 @@ pub struct Turns<'a> {
 /// Least number of turns that count.
 const LEAST: usize = 3;
 /// Turns go on until they took this long together, in seconds.
-const ENOUGH: f64 = 0.1;
+const ENOUGH: f64 = 0.2;
 /// Turns, at most.
-const MOST: usize = 25;
+const MOST: usize = 50;
 /// What takes less than this, in seconds, is done several times a turn.
 const SHORT: f64 = 0.002;
-/// The workload takes about this share of what is measured.
-const SHARE: f64 = 0.15;
+/// The workload takes about this share of what is measured: less of it would be the noisier of the two.
+const SHARE: f64 = 0.4;
 
 /// What one round said about some work.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken {
-    /// Seconds, without the waiting.
+    /// Seconds, without the waiting; NaN where it was not timed.
     pub seconds: f64,
     /// The same in units of the workload.
     pub relative: f64,
     /// Share of the time that others had the processors.
     pub waited: f64,
-    /// The most memory that the process had meanwhile.
+    /// The most memory that the process had meanwhile; `None` where that was not measured.
     pub peak_bytes: Option<u64>,
 }
 
@@ -57,13 +58,13 @@ impl Span {
     }
 }
 
-impl<'a> Turns<'a> {
+impl Turns {
     /// # Errors
     /// Where so many threads cannot be had.
     pub fn new(
-        calibration: &'a Calibration,
+        calibration: Option<Calibration>,
         threads: usize,
-    ) -> Result<Turns<'a>, rayon::ThreadPoolBuildError> {
+    ) -> Result<Turns, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         Ok(Turns { calibration, pool, threads })
     }
@@ -73,18 +74,31 @@ impl<'a> Turns<'a> {
         self.pool.install(work)
     }
 
-    /// Does `work` again and again, and tells what it took and what it made at last. A first time, which
-    /// does not count, warms up; the memory is that of it.
+    /// Does `work`, and tells what it took and what it made at last.
     pub fn take<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Taken, T) {
+        match self.calibration {
+            Some(calibration) => self.timed(calibration, work),
+            None => self.once(work),
+        }
+    }
+
+    /// Does it once.
+    fn once<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Taken, T) {
         let tells_peak = memory::forget_peak();
-        let (first, mut made) = self.time(|| self.pool.install(&work));
+        let made = self.pool.install(&work);
         let peak_bytes = memory::peak().filter(|_| tells_peak);
+        (Taken { seconds: f64::NAN, relative: f64::NAN, waited: 0.0, peak_bytes }, made)
+    }
+
+    /// Does it again and again. A first time, which does not count, warms up.
+    fn timed<T: Send>(&self, calibration: Calibration, work: impl Fn() -> T + Sync) -> (Taken, T) {
+        let (first, mut made) = self.time(|| self.pool.install(&work));
         // What takes hardly any time is done several times a turn.
         let repeats = (SHORT / first.own).clamp(1.0, 1000.0) as usize;
         let (mut seconds, mut relative) = (Vec::new(), Vec::new());
         let (mut wall, mut own) = (0.0, 0.0);
         let mut times = 1;
-        let mut before = self.calibrate(times);
+        let mut before = self.calibrate(calibration, times);
         while seconds.len() < LEAST || (wall < ENOUGH && seconds.len() < MOST) {
             // What was made before is let go of before the clock runs.
             drop(made);
@@ -95,33 +109,38 @@ impl<'a> Turns<'a> {
                 self.pool.install(&work)
             });
             made = new;
-            let after = self.calibrate(times);
+            let after = self.calibrate(calibration, times);
             let once = span.own / repeats as f64;
             seconds.push(once);
             relative.push(once / (0.5 * (before + after)));
             wall += span.wall;
             own += span.own;
             let wanted = (SHARE * span.own / after).clamp(1.0, 64.0) as usize;
-            before = if wanted == times { after } else { self.calibrate(wanted) };
+            before = if wanted == times { after } else { self.calibrate(calibration, wanted) };
             times = wanted;
         }
         let middle = |values: Vec<f64>| median(values).unwrap_or(f64::NAN);
         let waited = if wall > 0.0 { 1.0 - own / wall } else { 0.0 };
-        (
-            Taken {
-                seconds: middle(seconds),
-                relative: middle(relative),
-                waited: waited.clamp(0.0, 1.0),
-                peak_bytes,
-            },
-            made,
-        )
+        let taken = Taken {
+            seconds: middle(seconds),
+            relative: middle(relative),
+            waited: waited.clamp(0.0, 1.0),
+            peak_bytes: None,
+        };
+        (taken, made)
     }
 
-    /// Seconds of the workload done once by every thread: the mean of several.
-    fn calibrate(&self, times: usize) -> f64 {
-        let work = || self.pool.broadcast(|_| (0..times).for_each(|_| self.calibration.run()));
-        self.time(work).0.own / times as f64
+    /// Seconds of the workload done once: the mean over all threads, and of several. Each times itself, for
+    /// work is shared evenly among threads, and waking them up is no part of it.
+    fn calibrate(&self, calibration: Calibration, times: usize) -> f64 {
+        let before = Shares::now();
+        let walls = self.pool.broadcast(|_| {
+            let start = Instant::now();
+            (0..times).for_each(|_| calibration.run());
+            start.elapsed().as_secs_f64()
+        });
+        let wall = walls.iter().sum::<f64>() / walls.len() as f64;
+        Span::new(wall, Shares::since(before), self.threads).own / times as f64
     }
 
     fn time<T>(&self, work: impl FnOnce() -> T) -> (Span, T) {

@@ -45,6 +45,10 @@ pub struct BenchArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Measuring",
           value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<Vec<u16>>,
+    /// Does everything once and writes the memory that it took as JSON to standard output: what a bench
+    /// asks of processes of its own
+    #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "json", "report", "compare"])]
+    pub memory: bool,
     #[command(flatten)]
     pub common: CommonArgs,
 }

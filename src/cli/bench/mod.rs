@@ -1,5 +1,6 @@
 //! `blinn bench`: measures, keeps, shows and compares.
 
+mod memory;
 mod table;
 
 use std::io::Write;
@@ -53,6 +54,10 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
             }
         },
     };
+    if args.memory {
+        let _ = std::io::stdout().lock().write_all(figures.to_json().as_bytes());
+        return Ok(summary);
+    }
     let compared = old.map(|old| compare(&old, &figures));
     let mut text = table::figures(&figures);
     text += &compared.as_ref().map(table::comparison).unwrap_or_default();
@@ -89,6 +94,7 @@ fn plan(args: &BenchArgs) -> Result<Plan, Usage> {
         threads: unique,
         tier: tier(std::env::var_os("BLINN_SIMD"))?,
         heat_maps: args.report.is_some(),
+        memory: args.memory,
         command: std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect(),
     })
 }
@@ -109,7 +115,14 @@ fn measured(args: &BenchArgs, plan: &Plan, summary: &mut Summary) -> Result<Opti
         subjects.push(Subject::made(kind, triangles)?);
     }
     let mut teller = Teller { quiet: args.common.quiet, strict: args.common.strict, rounds: plan.rounds };
-    let Measurement { figures, heat_maps, failed } = measure(plan, &subjects, &mut teller);
+    let Measurement { mut figures, heat_maps, failed } = measure(plan, &subjects, &mut teller);
+    if !plan.memory {
+        let measured = |i: &usize| failed.iter().all(|(other, _)| other != i);
+        let measured = (0..subjects.len()).filter(measured).map(|i| &subjects[i]);
+        for (scene, subject) in figures.scenes.iter_mut().zip(measured) {
+            memory::add(scene, subject, plan, args);
+        }
+    }
     for (i, error) in failed {
         let subject = &subjects[i];
         fail(
