@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "structures are laid out as Embree has them")]
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
+use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 use std::ptr::null_mut;
 use std::sync::atomic::{AtomicIsize, Ordering};
@@ -90,11 +91,11 @@ type Monitor = extern "C" fn(Handle, isize, bool) -> bool;
 
 macro_rules! api {
     ($($field:ident = $name:ident: fn($($arg:ty),*) $(-> $out:ty)?;)*) => {
-        /// The functions, and the library that holds them.
+        /// The functions. The library that holds them is never closed: TBB's threads outlive every device,
+        /// and would go on in code that is gone.
         pub struct Embree {
             $(pub $field: unsafe extern "C" fn($($arg),*) $(-> $out)?,)*
-            _library: Library,
-            _needed: Option<Library>,
+            _libraries: ManuallyDrop<(Library, Option<Library>)>,
         }
 
         impl Embree {
@@ -104,8 +105,7 @@ macro_rules! api {
                 unsafe {
                     Ok(Embree {
                         $($field: *library.get(concat!(stringify!($name), "\0").as_bytes())?,)*
-                        _library: library,
-                        _needed: needed,
+                        _libraries: ManuallyDrop::new((library, needed)),
                     })
                 }
             }
