@@ -136,7 +136,7 @@ mod tests {
     fn scene(copies: u32) -> Scene {
         let number = |i: u32| f64::from((i.wrapping_mul(2_654_435_761) >> 8) % 2001) / 1000.0 - 1.0;
         let vector = |i: u32| DVec3::new(number(i), number(i + 1), number(i + 2));
-        let mut positions: Vec<Vec3> = (0..50).map(|i| vector(7 * i).as_vec3()).collect();
+        let mut positions: Vec<Vec3> = (0..500).map(|i| vector(7 * i).as_vec3()).collect();
         positions.extend([Vec3::NAN, Vec3::INFINITY]);
         let mesh = Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() };
         let mut scene =
@@ -149,6 +149,17 @@ mod tests {
             scene.instances.push(Instance { node: i, mesh: 0, object: i + 1, placement: None, skin: None });
         }
         scene
+    }
+
+    /// How many vertices it takes to know the bounds.
+    fn looked_at(posed: &PosedScene) -> usize {
+        let within =
+            |found: &(Aabb, usize), b: Aabb| found.0.min.cmple(b.min).all() && found.0.max.cmpge(b.max).all();
+        let count = |found: &mut (Aabb, usize), p: DVec3| {
+            found.0.add(p);
+            found.1 += 1;
+        };
+        posed.over_vertices((Aabb::EMPTY, 0), within, count).1
     }
 
     #[test]
@@ -166,6 +177,9 @@ mod tests {
         let middle = posed.bounds.centre();
         let far = all().filter(|p| p.is_finite()).map(|p| p.distance_squared(middle)).fold(0.0, f64::max);
         assert_eq!(sphere, Sphere { centre: middle + posed.centre, radius: far.sqrt() });
+        // And nearly all are passed over.
+        let looked = looked_at(&posed);
+        assert!(looked < all().count() / 6, "{looked} of {}", all().count());
     }
 
     /// Of copies in one place, each but for roundings as wide as all, few vertices are looked at.
@@ -178,14 +192,8 @@ mod tests {
         scene.meshes[0].positions = (0..6400).map(|i| of_sphere(i).as_vec3()).collect();
         scene.nodes.iter_mut().for_each(|node| node.local = Local::default());
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
-        let looked = std::cell::Cell::new(0);
-        let within = |bounds: &Aabb, b: Aabb| bounds.min.cmple(b.min).all() && bounds.max.cmpge(b.max).all();
-        let bounds = posed.over_vertices(Aabb::EMPTY, within, |bounds, p| {
-            looked.set(looked.get() + 1);
-            bounds.add(p);
-        });
-        assert_eq!(bounds, posed.measure());
-        let all = 6400 * copies;
-        assert!(looked.get() < all / 5, "{} of {all}", looked.get());
+        let looked = looked_at(&posed);
+        let all = 6400 * copies as usize;
+        assert!(looked < all / 5, "{looked} of {all}");
     }
 }
