@@ -139,7 +139,8 @@ impl Accel {
     }
 
     /// Follows the scene it was built of to another pose. What stands still is not built again; of
-    /// large meshes that move as they are, the upper level alone is.
+    /// large meshes that move as they are, the upper level alone is; the tree of what else moves or
+    /// bends is fitted to its new places, unless a new one is better.
     pub fn update(&mut self, posed: &PosedScene) -> CleanReport {
         let BuildSettings { preset, flatten, .. } = self.settings;
         let plan = Plan::new(posed, flatten);
@@ -148,8 +149,8 @@ impl Accel {
             *still = world_triangles(posed, &plan.still, preset);
         }
         if self.plan.moving != plan.moving || plan.bends(posed) {
-            let instances = |world: &'_ World| world.iter().map(|member| member.instance).collect::<Vec<_>>();
-            let same = instances(&self.plan.moving) == instances(&plan.moving);
+            let instance = |member: &Member| member.instance;
+            let same = self.plan.moving.iter().map(instance).eq(plan.moving.iter().map(instance));
             let spans = moving.spans.clone();
             if !(same && moving.refit(world_raw(posed, &plan.moving, &spans))) {
                 *moving = world_triangles(posed, &plan.moving, preset);

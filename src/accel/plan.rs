@@ -2,7 +2,7 @@
 //!
 //! Rays go through a world's tree together and through placed ones alone, so what is drawn in few
 //! triangles goes into the world, however often its mesh is drawn. What keeps its place and what may
-//! move are worlds of their own: from pose to pose, the second alone is built again.
+//! move are worlds of their own: from pose to pose, the second alone has work.
 //!
 //! A hit in a frame of its own is rounded there, and its t may differ in the last bit from that in the
 //! world. So what goes where depends on the scene and its pose alone, never on what was rendered before:
@@ -29,7 +29,7 @@ pub(super) type World = Vec<Member>;
 
 /// A mesh that has a tree of its own.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Placed {
+pub(super) struct PlacedMesh {
     /// How it looks in its own frame.
     pub look: Look,
     /// Its instances.
@@ -41,10 +41,10 @@ pub(super) struct Placed {
 pub(super) struct Plan {
     /// What no animation moves.
     pub still: World,
-    /// What may move or bend, and is built again with every pose.
+    /// What may move or bend: its tree is refitted, or built again, with every pose.
     pub moving: World,
     /// Meshes with trees of their own.
-    pub placed: BTreeMap<u32, Placed>,
+    pub placed: BTreeMap<u32, PlacedMesh>,
 }
 
 /// Instances of one mesh that keep its shape.
@@ -113,7 +113,7 @@ impl Plan {
                 let world = if moves { &mut plan.moving } else { &mut plan.still };
                 world.extend(instances.iter().map(|(i, frame)| member(posed, *i, frame.to_world)));
             } else {
-                let new = || Placed { look: mesh_look(posed, mesh), frames: Vec::new() };
+                let new = || PlacedMesh { look: mesh_look(posed, mesh), frames: Vec::new() };
                 plan.placed.entry(mesh).or_insert_with(new).frames.extend(instances);
             }
         }
@@ -136,11 +136,8 @@ impl Plan {
 
 fn member(posed: &PosedScene, instance: u32, to_world: DAffine3) -> Member {
     let reversed = posed.instances[instance as usize].transform.flips;
-    Member {
-        instance,
-        to_world,
-        look: Look { reversed, ..mesh_look(posed, posed.scene.instances[instance as usize].mesh) },
-    }
+    let look = mesh_look(posed, posed.scene.instances[instance as usize].mesh);
+    Member { instance, to_world, look: Look { reversed, ..look } }
 }
 
 /// How a mesh looks in its own frame. Not reversed where an instance mirrors it: a mirrored ray sees the

@@ -68,7 +68,7 @@ impl Triangles {
         if !self.blocks.par_iter_mut().with_min_len(256).all(fill) {
             return false;
         }
-        let suspects = |block: &'_ Block| {
+        let suspects = |block: &Block| {
             let corners = (0..block.count()).map(|lane| block.corners(lane));
             let bits = |v: [Vec3; 3]| v.map(|p| p.to_array().map(f32::to_bits));
             corners.filter(|v| again.repeated(&padded(v)).is_some()).map(bits).collect::<Vec<_>>()

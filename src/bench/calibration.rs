@@ -9,8 +9,8 @@ const LANES: usize = 8;
 
 /// A fixed amount of work of the kind that tracing is, as far as the processor goes: integers, products and
 /// comparisons of floats, random boxes met by a ray. What it takes tells how fast the machine is at the
-/// moment. It leaves memory alone: of reads it was found that they vary by themselves, with what was in the
-/// caches before, far more than tracing does.
+/// moment. It leaves memory alone: how long reads take depends on what was in the caches before, and follows
+/// what tracing takes less well (docs/design.md).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Calibration;
 
