@@ -122,6 +122,12 @@ impl Octant {
         let bit = |x: f32| u32::from(x >= 0.0);
         Octant(3 * (bit(d.x) | bit(d.y) << 1 | bit(d.z) << 2))
     }
+
+    /// That of the directions back.
+    #[inline(always)]
+    pub fn opposite(self) -> Octant {
+        Octant(21 - self.0)
+    }
 }
 
 /// A tree over boxes.
@@ -237,14 +243,12 @@ impl Wide {
                 // NaN comes of infinity minus infinity, and says nothing: the other side decides.
                 let enters = near(0).max(near(1).max(near(2).max(start)));
                 let leaves = far(0).min(far(1).min(far(2).min(S::F8::splat(limit))));
-                let hit = enters.le(leaves);
-                if hit != 0 {
-                    if hit & (hit - 1) == 0 {
-                        here = node.child[hit.trailing_zeros() as usize & 7];
-                        continue;
-                    }
-                    S::arrange(hit, node.order(ray.octant), (enters, &node.child), stack.room());
-                    stack.top += hit.count_ones() as usize;
+                let orders = [node.order(ray.octant), node.order(ray.octant.opposite())];
+                let (count, nearest) = S::meeting((enters, leaves), orders, &node.child, stack.room());
+                if count > 0 {
+                    stack.top += count - 1;
+                    here = nearest;
+                    continue;
                 }
             } else {
                 match leaves.enter(here & !LEAF, stack) {

@@ -65,6 +65,34 @@ impl Simd for Avx512 {
         }
     }
 
+    /// Every step waits for the one before to say where it goes. So the nearest child comes out of a
+    /// register, by an order of its own, and what is pushed is nobody's concern until it is popped.
+    #[inline(always)]
+    fn meeting(
+        (enters, leaves): (Z8, Z8),
+        orders: [[u32; 8]; 2],
+        words: &[u32; 8],
+        to: (&mut [f32; 8], &mut [u32; 8]),
+    ) -> (usize, u32) {
+        // SAFETY: see the top of the file; arrays are as long as registers.
+        unsafe {
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let ordered = |order: &[u32; 8]| {
+                let order = _mm256_loadu_si256(order.as_ptr().cast());
+                let enters = _mm256_permutevar8x32_ps(enters.0, order);
+                let leaves = _mm256_permutevar8x32_ps(leaves.0, order);
+                let mask = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enters, leaves);
+                let words = _mm256_permutevar8x32_epi32(words, order);
+                (mask, enters, _mm256_maskz_compress_epi32(mask, words))
+            };
+            let (mask, enters, words) = ordered(&orders[0]);
+            let (_, _, nearest) = ordered(&orders[1]);
+            _mm256_storeu_ps(to.0.as_mut_ptr(), _mm256_maskz_compress_ps(mask, enters));
+            _mm256_storeu_si256(to.1.as_mut_ptr().cast(), words);
+            (mask.count_ones() as usize, _mm256_cvtsi256_si32(nearest) as u32)
+        }
+    }
+
     #[inline(always)]
     fn columns(of: &[Vec3; 16]) -> [Z16; 3] {
         // SAFETY: see the top of the file; vectors are three numbers and nothing else, so there are

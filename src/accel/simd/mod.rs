@@ -131,6 +131,24 @@ pub(super) trait Simd {
         }
     }
 
+    /// Where `enters` ≤ `leaves`: [`Simd::arrange`]s those lanes by the first of `orders`, of which the
+    /// second is the reverse as far as such lanes go. How many they are, and the last one's word.
+    #[inline(always)]
+    fn meeting(
+        (enters, leaves): (Self::F8, Self::F8),
+        orders: [[u32; 8]; 2],
+        words: &[u32; 8],
+        to: (&mut [f32; 8], &mut [u32; 8]),
+    ) -> (usize, u32) {
+        let mask = enters.le(leaves);
+        let count = mask.count_ones() as usize;
+        if count <= 1 {
+            return (count, words[mask.trailing_zeros() as usize & 7]);
+        }
+        Self::arrange(mask, orders[0], (enters, words), (to.0, &mut *to.1));
+        (count, to.1[count - 1 & 7])
+    }
+
     /// The components of vectors, by axis.
     #[inline(always)]
     fn columns(of: &[Vec3; 16]) -> [Self::F16; 3] {
@@ -341,6 +359,29 @@ mod tests {
         }
     }
 
+    fn meetings<S: Simd>() {
+        let words: [u32; 8] = std::array::from_fn(|i| 10 + i as u32);
+        let order = [3, 0, 8 + 7, 1, 2, 16 + 6, 5, 4];
+        let mut back = order;
+        back.reverse();
+        let enters: [f32; 8] = std::array::from_fn(|i| i as f32);
+        for mask in 0..256u32 {
+            // Equal counts as meeting, and what is no number does not.
+            let leaves = enters
+                .map(|x| if mask >> x as u32 & 1 == 1 { x } else { [x - 0.5, f32::NAN][x as usize % 2] });
+            let (mut near, mut pushed) = ([f32::NAN; 8], [0; 8]);
+            let of = (S::F8::load(&enters), S::F8::load(&leaves));
+            let (count, last) = S::meeting(of, [order, back], &words, (&mut near, &mut pushed));
+            let expected: Vec<u32> =
+                order.map(|lane| lane & 7).into_iter().filter(|l| mask >> l & 1 == 1).collect();
+            assert_eq!(count, expected.len());
+            assert!(expected.last().is_none_or(|lane| last == 10 + lane), "{mask:b}");
+            for (i, &lane) in expected.iter().enumerate().filter(|_| count > 1) {
+                assert_eq!((near[i], pushed[i]), (lane as f32, 10 + lane), "{mask:b}");
+            }
+        }
+    }
+
     fn gathered<S: Simd>() {
         let vectors: [Vec3; 16] = std::array::from_fn(|i| Vec3::new(0.5, 1.5, 2.5) + 3.0 * i as f32);
         for (axis, column) in S::columns(&vectors).into_iter().enumerate() {
@@ -383,6 +424,7 @@ mod tests {
             check::<8, S::F8>();
             check::<16, S::F16>();
             arranged::<S>();
+            meetings::<S>();
             gathered::<S>();
         }
     }
