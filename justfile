@@ -93,7 +93,7 @@ msrv:
 # The lines of src/import that tests reach; needs cargo-llvm-cov and the llvm-tools component.
 coverage:
     cargo llvm-cov --locked --summary-only \
-        --ignore-filename-regex 'src/(accel|batch|bench|cli|display|geometry|integrator|output|render|scene)/|src/(lib|main)\.rs|tests/|benches/'
+        --ignore-filename-regex 'src/(accel|batch|bench|cli|display|geometry|integrator|output|render|scene)/|src/(lib|main)\.rs|tests/|benches/' -- --skip a_hundred_thousand_triangles
 
 # Licences, bans and sources of what blinn is made of; needs cargo-deny. `just deny advisories` asks the
 # database of known defects too, which needs a network.
