@@ -237,6 +237,21 @@ fn what_is_too_thin_to_tell_is_not_hit_beside_its_box() {
     assert!(huge(thin, aside, o, Vec3::ONE).is_miss());
 }
 
+/// Far out along one axis, f64 cannot tell the sides of a triangle of 1e-32 from zero; across it, it tells
+/// well that the ray passes by, and every tree said so.
+#[test]
+fn what_is_too_far_to_tell_is_not_hit_beside_its_box() {
+    let tiny = [
+        Vec3::new(3.347_341_8e-32, -2.677_873_4e-32, 2.677_873_4e-32),
+        Vec3::new(-6.348_181_6e-33, 5.355_747e-32, 8.033_62e-32),
+        Vec3::new(2.488_931_8e-32, 0.0, 1.338_936_7e-32),
+    ];
+    let aside = [Vec3::new(9.0, 9.0, 2.0), Vec3::new(8.0, 8.0, 2.0), Vec3::new(9.0, 9.0, 4.0)];
+    let o = Vec3::new(2.677_873_4e-32, 2.677_873_4e-32, -5688.127_4);
+    let d = Vec3::new(3.369_530_2e-20, 3.369_530_2e-20, 0.087_949_984);
+    assert!(huge(tiny, aside, o, d).is_miss());
+}
+
 /// The quotient of an origin's coordinate and the least direction is no f32 either: a fused product and
 /// difference then said that the box was left before it was entered.
 #[test]

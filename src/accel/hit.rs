@@ -137,8 +137,9 @@ impl FrameRay {
     #[inline(never)]
     fn within(&self, v: &[Vec3; 3], t: f64) -> Option<f64> {
         let (lo, hi, size) = extent(v);
-        let rounding = 8.0 * f64::EPSILON * self.o.abs().max_element();
-        let pad = DVec3::splat(f64::from(EPSILON * size) + f64::from(TINY_LENGTH) + rounding);
+        // Axis by axis: far out along one of them, the others may be exact.
+        let rounding = 8.0 * f64::EPSILON * self.o.abs();
+        let pad = f64::from(EPSILON * size) + f64::from(TINY_LENGTH) + rounding;
         let (lo, hi) = (lo.as_dvec3() - pad - self.o, hi.as_dvec3() + pad - self.o);
         let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
         for k in 0..3 {

@@ -237,6 +237,10 @@ pub fn render_aovs(
     settings: &RenderSettings,
     watch: &dyn Watch,
 ) -> Result<Vec<Layer>, Cancelled> {
+    // Without layers no ray need be traced.
+    if aovs.is_empty() {
+        return Ok(Vec::new());
+    }
     let window = settings.window();
     let rows: Vec<Vec<Vec<f32>>> = (window.y..window.y + window.height)
         .into_par_iter()
