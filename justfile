@@ -70,7 +70,8 @@ fuzz-smoke:
     cargo test --locked --test mutations -- --nocapture
 
 # Looks for inputs that break a target of tests/fuzz (`just fuzz` lists them), for so many seconds; needs
-# cargo-fuzz and a nightly compiler. What is new goes to target/fuzzing, a crash to tests/fuzz/artifacts.
+# cargo-fuzz and a nightly compiler. What is new goes to target/fuzzing, a crash to tests/fuzz/artifacts,
+# and with its mend to tests/fuzz/corpus.
 fuzz target="" seconds="600":
     #!/usr/bin/env bash
     set -euo pipefail
@@ -92,8 +93,10 @@ msrv:
 
 # The lines of src/import that tests reach; needs cargo-llvm-cov and the llvm-tools component.
 coverage:
-    cargo llvm-cov --locked --summary-only \
-        --ignore-filename-regex 'src/(accel|batch|bench|cli|display|geometry|integrator|output|render|scene)/|src/(lib|main)\.rs|tests/|benches/' -- --skip a_hundred_thousand_triangles
+    cargo llvm-cov --locked --summary-only --lib \
+        --test escapes --test limits --test light_units --test mutations --test pictures --test pitfalls \
+        --test program --test references --test twins \
+        --ignore-filename-regex 'src/(accel|batch|bench|cli|display|geometry|integrator|output|render|scene)/|src/(lib|main)\.rs|tests/|benches/'
 
 # Licences, bans and sources of what blinn is made of; needs cargo-deny. `just deny advisories` asks the
 # database of known defects too, which needs a network.

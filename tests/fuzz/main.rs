@@ -8,7 +8,7 @@ use std::path::Path;
 
 use targets::TARGETS;
 
-/// Inputs of a target, with their names: the corpus's, then what made a target panic once.
+/// Inputs of a target, with their names. What broke it once is kept among them.
 fn kept(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus").join(target);
     let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
