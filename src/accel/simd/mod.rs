@@ -146,7 +146,7 @@ pub(super) trait Simd {
             return (count, words[mask.trailing_zeros() as usize & 7]);
         }
         Self::arrange(mask, orders[0], (enters, words), (to.0, &mut *to.1));
-        (count, to.1[count - 1 & 7])
+        (count, to.1[(count - 1) & 7])
     }
 
     /// The components of vectors, by axis.
