@@ -247,7 +247,7 @@ fn what_is_too_far_to_tell_is_not_hit_beside_its_box() {
         Vec3::new(2.488_931_8e-32, 0.0, 1.338_936_7e-32),
     ];
     let aside = [Vec3::new(9.0, 9.0, 2.0), Vec3::new(8.0, 8.0, 2.0), Vec3::new(9.0, 9.0, 4.0)];
-    let o = Vec3::new(2.677_873_4e-32, 2.677_873_4e-32, -5688.127_4);
+    let o = Vec3::new(2.677_873_4e-32, 2.677_873_4e-32, -5_688.127_4);
     let d = Vec3::new(3.369_530_2e-20, 3.369_530_2e-20, 0.087_949_984);
     assert!(huge(tiny, aside, o, d).is_miss());
 }
