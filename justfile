@@ -84,7 +84,7 @@ fuzz target="" seconds="600":
 
 # What Miri says of rays' arithmetic: the portable tier, the hit test and geometry; needs a nightly compiler
 # with the miri component. Slow: some of the tests try millions.
-miri *tests="accel::hit accel::simd::portable geometry":
+miri *tests="accel::hit accel::simd::tests geometry":
     MIRIFLAGS=-Zmiri-disable-isolation cargo +nightly miri test --locked --lib -- {{tests}} --skip the_judgement_is_exact
 
 # The oldest compiler that Cargo.toml promises; needs it installed.
