@@ -23,6 +23,8 @@ const ENOUGH: f64 = 0.2;
 const MOST: usize = 50;
 /// What takes less than this, in seconds, is done several times a turn.
 const SHORT: f64 = 0.002;
+/// Times that the workload is done in a row, at least: a median has a middle.
+const FEWEST: usize = 3;
 /// The workload takes about this share of what is measured: less of it would be the noisier of the two.
 const SHARE: f64 = 0.4;
 
@@ -97,7 +99,7 @@ impl Turns {
         let repeats = (SHORT / first.own).clamp(1.0, 1000.0) as usize;
         let (mut seconds, mut relative) = (Vec::new(), Vec::new());
         let (mut wall, mut own) = (0.0, 0.0);
-        let mut times = 1;
+        let mut times = FEWEST;
         let mut before = self.calibrate(calibration, times);
         while seconds.len() < LEAST || (wall < ENOUGH && seconds.len() < MOST) {
             // What was made before is let go of before the clock runs.
@@ -115,7 +117,7 @@ impl Turns {
             relative.push(once / (0.5 * (before + after)));
             wall += span.wall;
             own += span.own;
-            let wanted = (SHARE * span.own / after).clamp(1.0, 64.0) as usize;
+            let wanted = (SHARE * span.own / after).clamp(FEWEST as f64, 64.0) as usize;
             before = if wanted == times { after } else { self.calibrate(calibration, wanted) };
             times = wanted;
         }
@@ -130,17 +132,20 @@ impl Turns {
         (taken, made)
     }
 
-    /// Seconds of the workload done once: the mean over all threads, and of several. Each times itself, for
-    /// work is shared evenly among threads, and waking them up is no part of it.
+    /// Seconds of the workload done once: the median of several, the mean over all threads. Each times itself,
+    /// for work is shared evenly among threads, and waking them up is no part of it; nor is a first time, after
+    /// other work.
     fn calibrate(&self, calibration: Calibration, times: usize) -> f64 {
-        let before = Shares::now();
-        let walls = self.pool.broadcast(|_| {
-            let start = Instant::now();
-            (0..times).for_each(|_| calibration.run());
-            start.elapsed().as_secs_f64()
+        let medians = self.pool.broadcast(|_| {
+            calibration.run();
+            let once = || {
+                let start = Instant::now();
+                calibration.run();
+                start.elapsed().as_secs_f64()
+            };
+            median((0..times).map(|_| once())).unwrap_or(f64::NAN)
         });
-        let wall = walls.iter().sum::<f64>() / walls.len() as f64;
-        Span::new(wall, Shares::since(before), self.threads).own / times as f64
+        medians.iter().sum::<f64>() / medians.len() as f64
     }
 
     fn time<T>(&self, work: impl FnOnce() -> T) -> (Span, T) {
