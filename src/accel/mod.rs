@@ -27,6 +27,7 @@ mod spans;
 mod steps;
 mod triangles;
 mod two_level;
+mod wedge;
 mod wide;
 
 pub use batch::{Cutout, HitBatch, RayBatch, SegmentBatch, Shared};

@@ -170,13 +170,13 @@ impl Default for Stack {
 }
 
 impl Stack {
-    /// Room for eight more.
+    /// Room for eight more from `top` on.
     #[inline(always)]
-    fn room(&mut self) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
-        if self.top + WIDTH > self.child.len() {
-            self.grow();
+    fn room(&mut self, top: usize) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
+        if top + WIDTH > self.child.len() {
+            self.grow(top);
         }
-        let range = self.top..self.top + WIDTH;
+        let range = top..top + WIDTH;
         // As long as that always: it cannot fail.
         let near = self.near[range.clone()].first_chunk_mut();
         let child = self.child[range].first_chunk_mut();
@@ -188,20 +188,10 @@ impl Stack {
 
     #[cold]
     #[inline(never)]
-    fn grow(&mut self) {
-        let size = 2 * (self.top + WIDTH);
+    fn grow(&mut self, top: usize) {
+        let size = 2 * (top + WIDTH);
         self.child.resize(size, 0);
         self.near.resize(size, 0.0);
-    }
-
-    /// The entry on top, if there is one above `base`.
-    #[inline(always)]
-    fn pop(&mut self, base: usize) -> Option<(u32, f32)> {
-        if self.top <= base {
-            return None;
-        }
-        self.top -= 1;
-        self.child.get(self.top).copied().zip(self.near.get(self.top).copied())
     }
 }
 
@@ -223,7 +213,9 @@ impl Wide {
         mut limit: f32,
         leaves: &mut impl Leaves<S>,
     ) -> bool {
+        // Kept here, not in memory: every step waits for it.
         let base = stack.top;
+        let mut top = base;
         let (near_scale, near_shift): ([S::F8; 3], [S::F8; 3]) =
             (splat(ray.near_scale), splat(ray.near_shift));
         let (far_scale, far_shift): ([S::F8; 3], [S::F8; 3]) = (splat(ray.far_scale), splat(ray.far_shift));
@@ -244,13 +236,14 @@ impl Wide {
                 let enters = near(0).max(near(1).max(near(2).max(start)));
                 let leaves = far(0).min(far(1).min(far(2).min(S::F8::splat(limit))));
                 let orders = [node.order(ray.octant), node.order(ray.octant.opposite())];
-                let (count, nearest) = S::meeting((enters, leaves), orders, &node.child, stack.room());
+                let (count, nearest) = S::meeting((enters, leaves), orders, &node.child, stack.room(top));
                 if count > 0 {
-                    stack.top += count - 1;
+                    top += count - 1;
                     here = nearest;
                     continue;
                 }
             } else {
+                stack.top = top;
                 match leaves.enter(here & !LEAF, stack) {
                     Some(to) => limit = to,
                     None => {
@@ -260,13 +253,17 @@ impl Wide {
                 }
             }
             loop {
-                match stack.pop(base) {
-                    Some((next, near)) if near <= limit => {
-                        here = next;
-                        break;
-                    }
-                    Some(_) => {}
-                    None => return true,
+                stack.top = base;
+                if top == base {
+                    return true;
+                }
+                top -= 1;
+                let (Some(&next), Some(&near)) = (stack.child.get(top), stack.near.get(top)) else {
+                    return true;
+                };
+                if near <= limit {
+                    here = next;
+                    break;
                 }
             }
         }

@@ -62,7 +62,7 @@ impl Frame<'_> {
             place: Place::Ground { p, catches },
             k,
             n: DVec3::Y,
-            v: self.to_eye(ray.d),
+            d: ray.d,
             radiance: Rgb::ZERO,
             unshadowed: Rgb::ZERO,
         })

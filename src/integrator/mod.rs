@@ -160,6 +160,13 @@ impl<'a> Frame<'a> {
         };
     }
 
+    /// False where samples between two places on the film, x and y, see nothing.
+    pub(crate) fn may_see(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        let at = |x: f64, y: f64| self.camera.eye_ray(x, y, self.posed.centre);
+        let around = || [at(low[0], low[1]), at(high[0], low[1]), at(high[0], high[1]), at(low[0], high[1])];
+        self.ground.is_some() || self.accel.may_meet(&around())
+    }
+
     /// I_a at a surface of shading normal `n`.
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
         self.sky.map_or(self.ambient, |sky| sky.ambient(self.placed.matrix3 * n))
@@ -168,10 +175,5 @@ impl<'a> Frame<'a> {
     /// How an eye ray changes over a film of this size that it stands for; `None` for a point.
     pub(crate) fn differential(&self, [x, y]: [f64; 2]) -> Option<RayDifferential> {
         (x != 0.0 || y != 0.0).then(|| self.camera.differential(x, y))
-    }
-
-    /// The unit vector from a point on an eye ray back to the eye.
-    pub(crate) fn to_eye(&self, direction: glam::Vec3) -> DVec3 {
-        -direction.as_dvec3().normalize()
     }
 }

@@ -106,9 +106,9 @@ impl Phong {
             let surface = facets.of(frame.posed, hit.id).seen(ray, differential.as_ref());
             let (n, roughening) = surface.shading_normals(frame.posed);
             let k = coefficients.at(frame.posed, &surface, roughening, &frame.overrides);
-            let v = frame.to_eye(ray.d);
             let (radiance, unshadowed) = (Rgb::ZERO, Rgb::ZERO);
-            points.push(Point { sample, place: Place::Surface(surface), k, n, v, radiance, unshadowed });
+            let place = Place::Surface(surface);
+            points.push(Point { sample, place, k, n, d: ray.d, radiance, unshadowed });
         }
         points
     }
@@ -139,7 +139,7 @@ impl Phong {
             return;
         }
         let mut columns = std::mem::take(&mut scratch.columns);
-        columns.set(points);
+        columns.set(frame.accel, points);
         for (which, light) in frame.lights.iter().enumerate() {
             let reached = columns.reached(frame.accel, light, self.stage == Stage::Phong);
             if frame.shadows && self.stage != Stage::Diffuse {

@@ -24,8 +24,8 @@ pub(super) struct Point<'s> {
     pub k: Coefficients,
     /// Shading normal.
     pub n: DVec3,
-    /// To the eye.
-    pub v: DVec3,
+    /// Of the eye ray that met it, as long as that came.
+    pub d: Vec3,
     /// L, as far as it is summed up.
     pub radiance: Rgb,
     /// The same, were nothing in the way of any light.

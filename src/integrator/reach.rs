@@ -31,7 +31,8 @@ struct Group {
     /// Where rays towards light start that does not graze, and what cannot be in their way.
     clear: [Column<f32>; 3],
     id: Column<HitId>,
-    /// To the eye.
+    /// Of the eye rays, and, of unit length, back to the eye.
+    d: [Column<f32>; 3],
     v: [Column<f64>; 3],
     shininess: Column<f32>,
     /// Points that are there.
@@ -81,7 +82,7 @@ impl Reached {
 
 impl Columns {
     /// Takes `points` in place of all before.
-    pub(super) fn set(&mut self, points: &[Point]) {
+    pub(super) fn set(&mut self, accel: &Accel, points: &[Point]) {
         self.0.resize(points.len().div_ceil(LANES), Group::NONE);
         for (group, points) in self.0.iter_mut().zip(points.chunks(LANES)) {
             group.count = points.len();
@@ -96,12 +97,13 @@ impl Columns {
                     group.n_v[axis][i] = n_v[axis];
                     group.n_g[axis][i] = n_g[axis];
                     group.clear[axis][i] = clear[axis];
-                    group.v[axis][i] = point.v[axis];
+                    group.d[axis][i] = point.d[axis];
                 }
                 group.id[i] = id;
                 group.shininess[i] = point.k.shininess;
             }
         }
+        accel.columnwise(ToEye(&mut self.0));
     }
 
     /// The points that `light` reaches on the side that is seen, if nothing is in the way; with
@@ -121,6 +123,7 @@ impl Group {
         n_g: [[0.0; LANES]; 3],
         clear: [[0.0; LANES]; 3],
         id: [HitId::NONE; LANES],
+        d: [[0.0; LANES]; 3],
         v: [[0.0; LANES]; 3],
         shininess: [0.0; LANES],
         count: 0,
@@ -156,6 +159,22 @@ impl Group {
 #[inline(always)]
 fn vector(of: &[Column<f64>; 3], i: usize) -> DVec3 {
     DVec3::new(of[0][i], of[1][i], of[2][i])
+}
+
+/// Fills in the ways to the eye, where highlights need them.
+struct ToEye<'a>(&'a mut [Group]);
+
+impl Columnwise for ToEye<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for group in self.0.iter_mut().filter(|group| group.shines) {
+            for i in 0..LANES {
+                let d = Vec3::new(group.d[0][i], group.d[1][i], group.d[2][i]).as_dvec3();
+                let v = -(d * d.length_recip());
+                (group.v[0][i], group.v[1][i], group.v[2][i]) = (v.x, v.y, v.z);
+            }
+        }
+    }
 }
 
 /// [`Columns::reached`].

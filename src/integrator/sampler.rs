@@ -32,12 +32,17 @@ pub struct LowDiscrepancy {
 }
 
 impl LowDiscrepancy {
-    /// The places of a pixel's samples on the film: what [`Sampler::get`] says of dimensions 0 and 1,
-    /// for indices below the count.
-    pub(crate) fn on_film(&self, pixel: UVec2) -> impl Fn(u32) -> [f32; 2] {
-        let count = self.count.max(1);
-        let flips = mix(mix(pack(self.seed, 0) ^ mix(0)) ^ pack(pixel.x, pixel.y));
-        move |index| on_film(flips, count, index)
+    /// What makes a pixel's places on the film other than its neighbour's.
+    #[inline(always)]
+    pub(crate) fn flips(&self, pixel: UVec2) -> u64 {
+        mix(mix(pack(self.seed, 0) ^ mix(0)) ^ pack(pixel.x, pixel.y))
+    }
+
+    /// The places of N samples on the film, x and y: what [`Sampler::get`] says of dimensions 0 and 1,
+    /// for indices below the count and the flips of their pixels.
+    #[inline(always)]
+    pub(crate) fn on_film<const N: usize>(&self, flips: &[u64; N], index: &[u32; N]) -> [[f32; N]; 2] {
+        on_film(flips, self.count.max(1), index)
     }
 }
 
@@ -53,50 +58,66 @@ impl Sampler for LowDiscrepancy {
         let (pair, axis) = (dimension / 2, dimension % 2);
         let key = mix(pack(self.seed, set) ^ mix(u64::from(pair)));
         match pair {
-            0 => on_film(mix(key ^ pack(pixel.x, pixel.y)), count, index)[axis as usize],
+            0 => on_film(&[mix(key ^ pack(pixel.x, pixel.y))], count, &[index])[axis as usize][0],
             _ => over_screen(key, pixel, count, index, axis),
         }
     }
 }
 
-/// Hammersley's set, other in each pixel by `flips`.
-fn on_film(flips: u64, count: u32, index: u32) -> [f32; 2] {
-    // Which index has which column differs too, or else one index would lean to one side all over
-    // the screen.
-    let first = ((flips >> 32) * u64::from(count)) >> 32;
-    let column = (u64::from(index) + first) as u32;
-    let column =
-        if u64::from(index) + first < u64::from(count) { column } else { column.wrapping_sub(count) };
-    let row = scrambled_row(column, count, flips);
-    let wander = mix(flips ^ pack(column, 0));
+/// Hammersley's set, other in each pixel by `flips`: N places of it at once.
+#[inline(always)]
+fn on_film<const N: usize>(flips: &[u64; N], count: u32, index: &[u32; N]) -> [[f32; N]; 2] {
+    let mut column = [0; N];
+    for i in 0..N {
+        // Which index has which column differs too, or else one index would lean to one side all over
+        // the screen.
+        let first = (((flips[i] >> 32) * u64::from(count)) >> 32) as u32;
+        let before_end = count - first;
+        column[i] = if index[i] < before_end { first.wrapping_add(index[i]) } else { index[i] - before_end };
+    }
+    let row = scrambled_rows(&column, count, flips);
     let per_count = 1.0 / f64::from(count);
-    let at = |stratum: u32, wander: u32| {
-        let off = f64::from(wander) * (1.0 / (1u64 << 32) as f64) - 0.5;
-        let at = (f64::from(stratum) + 0.5 + WANDER * off) * per_count;
-        (at as f32).min(1.0f32.next_down())
-    };
-    let (one, other) = (at(column, (wander >> 32) as u32), at(row, wander as u32));
-    // Bit 0 is free: it lets neither axis be the better one.
-    if flips & 1 == 0 { [one, other] } else { [other, one] }
+    let mut places = [[0.0; N]; 2];
+    for i in 0..N {
+        let wander = mix(flips[i] ^ pack(column[i], 0));
+        let at = |stratum: u32, wander: u32| {
+            let off = f64::from(wander) * (1.0 / (1u64 << 32) as f64) - 0.5;
+            let at = (f64::from(stratum) + 0.5 + WANDER * off) * per_count;
+            (at as f32).min(1.0f32.next_down())
+        };
+        let (one, other) = (at(column[i], (wander >> 32) as u32), at(row[i], wander as u32));
+        // Bit 0 is free: it lets neither axis be the better one.
+        let straight = flips[i] & 1 == 0;
+        places[0][i] = if straight { one } else { other };
+        places[1][i] = if straight { other } else { one };
+    }
+    places
 }
 
-/// The row of a column: its place among all columns when these are ordered by their binary digits
+/// The rows of columns: each one's place among all when these are ordered by their binary digits
 /// from the lowest up, and at each node of that tree a random bit says which half comes first.
 /// Halves of a count that is no power of two are uneven, and rows stay one for each column.
-fn scrambled_row(column: u32, count: u32, mut flips: u64) -> u32 {
-    let (mut row, mut node, mut rest, mut left) = (0, 1u32, column, count);
-    while left > 1 {
+#[inline(always)]
+fn scrambled_rows<const N: usize>(column: &[u32; N], count: u32, flips: &[u64; N]) -> [u32; N] {
+    let (mut flips, mut rest) = (*flips, *column);
+    let (mut row, mut node, mut left) = ([0; N], [1u32; N], [count; N]);
+    let levels = u32::BITS - (count - 1).leading_zeros();
+    for level in 0..levels {
         // A word has the bits of six levels.
-        if node >= 64 {
-            flips = mix(flips ^ u64::from(node));
-            node = 1;
+        if level > 0 && level % 6 == 0 {
+            for i in 0..N {
+                flips[i] = mix(flips[i] ^ u64::from(node[i]));
+                node[i] = 1;
+            }
         }
-        let odd = rest & 1;
-        let flip = (flips >> node) as u32 & 1;
-        // The even half has one more when they differ.
-        let own = left / 2 + (left & (odd ^ 1));
-        row += (odd ^ flip) * (left - own);
-        (left, rest, node) = (own, rest / 2, 2 * node + odd);
+        for i in 0..N {
+            let odd = rest[i] & 1;
+            let flip = (flips[i] >> node[i]) as u32 & 1;
+            // The even half has one more when they differ. One alone has no halves.
+            let own = if left[i] > 1 { left[i] / 2 + (left[i] & (odd ^ 1)) } else { left[i] };
+            row[i] += (odd ^ flip) * (left[i] - own);
+            (left[i], rest[i], node[i]) = (own, rest[i] / 2, 2 * node[i] + odd);
+        }
     }
     row
 }
@@ -150,11 +171,13 @@ fn morton(pixel: UVec2) -> u64 {
     spread(pixel.x) | (spread(pixel.y) << 1)
 }
 
+#[inline(always)]
 fn pack(high: u32, low: u32) -> u64 {
     (u64::from(high) << 32) | u64::from(low)
 }
 
 /// A hash (a step of SplitMix64).
+#[inline(always)]
 fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -234,12 +257,13 @@ mod tests {
 
     #[test]
     fn places_on_the_film_are_the_first_pair() {
-        for count in [1, 2, 7, 16] {
+        for count in [1, 2, 7, 16, 1000] {
             let sampler = LowDiscrepancy { seed: 11, count };
             for pixel in pixels(5) {
-                let place = sampler.on_film(pixel);
-                for i in 0..count {
-                    assert_eq!(place(i), [0, 1].map(|axis| sampler.get(pixel, i, axis)));
+                let index: [u32; 16] = std::array::from_fn(|i| i as u32 % count);
+                let places = sampler.on_film(&[sampler.flips(pixel); 16], &index);
+                for (k, &i) in index.iter().enumerate() {
+                    assert_eq!(places.map(|p| p[k]), [0, 1].map(|axis| sampler.get(pixel, i, axis)));
                 }
             }
         }
@@ -286,7 +310,7 @@ mod tests {
         for (count, orders) in [(4, 8), (8, 128)] {
             let mut found = std::collections::BTreeMap::new();
             for i in 0..100 * orders {
-                let row = |column| scrambled_row(column, count, mix(i));
+                let row = |column| scrambled_rows(&[column], count, &[mix(i)])[0];
                 *found.entry((0..count).map(row).collect::<Vec<_>>()).or_insert(0) += 1;
             }
             assert_eq!(found.len() as u64, orders);

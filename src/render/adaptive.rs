@@ -8,7 +8,9 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use super::{Cancelled, Crop, Film, Pixels, RenderSettings, Sampling, TileBuffer, Watch, Work, equally};
+use super::{
+    Cancelled, Crop, Film, Pixels, RenderSettings, Sampling, TileBuffer, Watch, Work, equally, means,
+};
 use crate::geometry::Rgba;
 use crate::integrator::{Frame, Integrator};
 
@@ -66,7 +68,8 @@ pub(super) fn render(
         }
         let chosen: Vec<bool> = tile.pixels().map(blocks_apart).collect();
         let pixels = tile.pixels().zip(&chosen).filter(|(_, chosen)| **chosen).map(|(p, _)| p);
-        let mut more = sampling.means(frame, integrator, pixels, work).into_iter();
+        let pixels: Vec<UVec2> = pixels.collect();
+        let mut more = means(&sampling, frame, integrator, &pixels, work).into_iter();
         let colors = tile.pixels().zip(chosen).map(|(p, chosen)| {
             let few = few.colors[at(p)];
             match chosen.then(|| more.next()).flatten() {

@@ -22,7 +22,7 @@ const STEPS: usize = 1024;
 #[derive(Clone, Debug)]
 pub struct Prepared {
     /// Offsets at equal steps of probability.
-    inverse: Vec<f64>,
+    inverse: Box<[f64; STEPS + 1]>,
 }
 
 impl Filter {
@@ -61,14 +61,14 @@ impl Filter {
             integral[i + 1] = integral[i] + 0.5 * (self.value(at(i)) + self.value(at(i + 1)));
         }
         let total = integral[fine];
-        let inverse = (0..=STEPS).map(|k| {
+        let inverse = |k: usize| {
             let wanted = total * k as f64 / STEPS as f64;
             let i = integral.partition_point(|&v| v < wanted).clamp(1, fine);
             let (a, b) = (integral[i - 1], integral[i]);
             let f = if b > a { (wanted - a) / (b - a) } else { 0.0 };
             at(i - 1) + f * 2.0 * r / fine as f64
-        });
-        Prepared { inverse: inverse.collect() }
+        };
+        Prepared { inverse: Box::new(std::array::from_fn(inverse)) }
     }
 }
 
@@ -81,10 +81,11 @@ impl Prepared {
     }
 
     /// The offset in pixels from the pixel's centre for a number in 0…1.
+    #[inline(always)]
     pub fn offset(&self, u: f32) -> f64 {
         let x = f64::from(u) * STEPS as f64;
-        let i = (x as usize).min(STEPS - 1);
-        let f = x - i as f64;
+        let i = (x as i32).clamp(0, STEPS as i32 - 1);
+        let (f, i) = (x - f64::from(i), i as usize);
         self.inverse[i] * (1.0 - f) + self.inverse[i + 1] * f
     }
 }

@@ -3,7 +3,7 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use super::{Cancelled, LowDiscrepancy, RenderSettings, Watch};
+use super::{Cancelled, RenderSettings, Sampling, Watch};
 use crate::integrator::{Frame, MatteKind, Sample, Scratch, covers};
 use crate::scene::Scene;
 
@@ -53,25 +53,23 @@ pub fn render_mattes(
     settings: &RenderSettings,
     watch: &dyn Watch,
 ) -> Result<Vec<Matte>, Cancelled> {
-    let n = settings.samples.max(1) as usize;
-    let sampler = LowDiscrepancy { seed: settings.seed, count: settings.samples };
-    let filter = settings.filter.prepare();
+    let sampling = Sampling::of(settings);
+    let n = sampling.count();
     let window = settings.window();
     let columns: Vec<u32> = (window.x..window.x + window.width).collect();
     type Sums = [Vec<(u32, f64)>; MatteKind::ALL.len()];
     let rows: Vec<Vec<Sums>> = (window.y..window.y + window.height)
         .into_par_iter()
-        .map_init(Scratch::default, |scratch, y| {
+        .map_init(<(Scratch, Vec<Sample>)>::default, |(scratch, samples), y| {
             let mut row = Vec::new();
             for part in columns.chunks((BATCH / n).max(1)) {
                 if watch.cancelled() {
                     break;
                 }
-                let pixels = part.iter().map(|&x| UVec2::new(x, y));
-                let samples: Vec<Sample> =
-                    pixels.flat_map(|p| settings.samples_of(p, &sampler, &filter)).collect();
+                let pixels: Vec<UVec2> = part.iter().map(|&x| UVec2::new(x, y)).collect();
+                sampling.samples(frame.accel, &pixels, samples);
                 let mut sums = vec![Sums::default(); part.len()];
-                covers(frame, &samples, scratch, |sample, cover| {
+                covers(frame, samples, scratch, |sample, cover| {
                     for (kind, sums) in MatteKind::ALL.iter().zip(&mut sums[sample / n]) {
                         add(sums, cover.id(*kind), cover.coverage);
                     }

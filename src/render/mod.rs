@@ -8,6 +8,7 @@ mod film;
 mod filter;
 mod mattes;
 mod meter;
+mod sampling;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -23,6 +24,7 @@ pub use film::{Film, Layer, Pixels, Tile, TileBuffer};
 pub use filter::Filter;
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
+use sampling::Sampling;
 
 /// A rectangle of pixels, row 0 on top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,34 +81,8 @@ impl RenderSettings {
         self.crop.unwrap_or(Crop { x: 0, y: 0, width: self.width, height: self.height })
     }
 
-    /// Width and height of the film that one of a pixel's samples stands for: of the filter, which is
-    /// so many pixels wide, its share.
-    fn film_per_sample(&self, filter_width: f64) -> [f64; 2] {
-        let side = filter_width / f64::from(self.samples.max(1)).sqrt();
-        [side / f64::from(self.width), side / f64::from(self.height)]
-    }
-
-    /// Where a pixel is sampled, by index.
-    fn samples_of(
-        &self,
-        pixel: UVec2,
-        sampler: &LowDiscrepancy,
-        filter: &filter::Prepared,
-    ) -> impl Iterator<Item = Sample> {
-        let n = self.samples.max(1);
-        let place = sampler.on_film(pixel);
-        (0..n).map(move |index| {
-            let (dx, dy) = if n == 1 {
-                (0.0, 0.0)
-            } else {
-                let [x, y] = place(index);
-                (filter.offset(x), filter.offset(y))
-            };
-            self.sample(pixel, index, (0.5 + dx, 0.5 + dy))
-        })
-    }
-
     /// A pixel's sample at `offset` pixels from its upper left corner.
+    #[inline(always)]
     fn sample(&self, pixel: UVec2, index: u32, offset: (f64, f64)) -> Sample {
         let x = (f64::from(pixel.x) + offset.0) / f64::from(self.width);
         let down = (f64::from(pixel.y) + offset.1) / f64::from(self.height);
@@ -173,58 +149,39 @@ fn equally(
         if watch.cancelled() {
             return;
         }
-        let colors = sampling.means(frame, integrator, tile.pixels(), work);
+        let pixels: Vec<UVec2> = tile.pixels().collect();
+        let colors = means(&sampling, frame, integrator, &pixels, work);
         film.put(&TileBuffer { tile, colors });
         watch.pixels_done(u64::from(tile.width) * u64::from(tile.height));
     });
     if watch.cancelled() { Err(Cancelled) } else { Ok(film.finish()) }
 }
 
-/// How the pixels of a picture are sampled.
-struct Sampling<'a> {
-    settings: &'a RenderSettings,
-    sampler: LowDiscrepancy,
-    filter: filter::Prepared,
-    /// What of the film a sample stands for.
-    size: [f64; 2],
-}
-
-impl Sampling<'_> {
-    fn of(settings: &RenderSettings) -> Sampling<'_> {
-        let filter = settings.filter.prepare();
-        Sampling {
-            settings,
-            sampler: LowDiscrepancy { seed: settings.seed, count: settings.samples },
-            size: settings.film_per_sample(filter.width()),
-            filter,
+/// The colours of pixels: the means of their samples.
+fn means(
+    sampling: &Sampling,
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    pixels: &[UVec2],
+    work: &mut Work,
+) -> Vec<Rgba> {
+    let n = sampling.count();
+    let mut means = Vec::with_capacity(pixels.len());
+    // Pixels go together as far as what is known of their points stays in a processor's cache.
+    for some in pixels.chunks((IN_CACHE / n).max(1)) {
+        let [low, high] = sampling.film_of(some);
+        if !frame.may_see(low, high) {
+            means.resize(means.len() + some.len(), Rgba::ZERO);
+            continue;
         }
-    }
-
-    /// The colours of pixels: the means of their samples.
-    fn means(
-        &self,
-        frame: &Frame,
-        integrator: &dyn Integrator,
-        pixels: impl Iterator<Item = UVec2>,
-        work: &mut Work,
-    ) -> Vec<Rgba> {
-        let Sampling { settings, sampler, filter, size } = self;
-        let n = settings.samples.max(1) as usize;
-        work.samples.clear();
-        for pixel in pixels {
-            let of_pixel = settings.samples_of(pixel, sampler, filter);
-            work.samples.extend(of_pixel.map(|place| Sample { size: *size, ..place }));
-        }
+        sampling.samples(frame.accel, some, &mut work.samples);
         work.colors.clear();
         work.colors.resize(work.samples.len(), Rgba::ZERO);
-        // Pixels go together as far as what is known of their points stays in a processor's cache.
-        let some = (IN_CACHE / n).max(1) * n;
-        for (samples, colors) in work.samples.chunks(some).zip(work.colors.chunks_mut(some)) {
-            integrator.render(frame, samples, sampler, &mut work.scratch, colors);
-        }
+        integrator.render(frame, &work.samples, &sampling.sampler, &mut work.scratch, &mut work.colors);
         let mean = |samples: &[Rgba]| samples.iter().fold(Rgba::ZERO, |a, &b| a + b) / n as f32;
-        work.colors.chunks_exact(n).map(mean).collect()
+        means.extend(work.colors.chunks_exact(n).map(mean));
     }
+    means
 }
 
 /// Renders layers of what lies behind each pixel's centre.

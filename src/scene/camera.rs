@@ -68,6 +68,7 @@ impl Camera {
     /// `v = b + (t − b)·y`.
     /// - Perspective: `s = e + u·u + v·v − d·w`; origin e, direction s − e.
     /// - Orthographic: origin e + u·u + v·v, direction −w.
+    #[inline]
     pub fn eye_ray(&self, x: f64, y: f64, centre: DVec3) -> Ray {
         let (r, t) = (0.5 * self.view_width, 0.5 * self.view_height);
         let (l, b) = (-r, -t);

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::super::batch::{Cutout, RayBatch, Shared};
 use super::super::block::Block;
-use super::super::hit::{FrameRay, place_many};
+use super::super::hit::{FrameRay, Places};
 use super::super::query::{Asked, Closest, Query};
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
@@ -121,26 +121,33 @@ impl<'a> Nearest<'a, '_> {
     #[inline(always)]
     fn settle<S: Simd>(&mut self, packet: &Packet, lines: &Lines) {
         let (o, d) = lines.shared();
-        let Triangles { blocks, spans, .. } = self.triangles;
         for (g, hits) in self.hits.chunks_mut(GROUP).enumerate() {
-            let places = &self.best.0[g];
-            let sure = S::F16::below(places, EXACT) & ((1 << hits.len()) - 1) as u32;
+            let entries = &self.best.0[g];
+            let sure = S::F16::below(entries, EXACT) & ((1 << hits.len()) - 1) as u32;
             if sure == 0 {
                 continue;
             }
-            let found = S::gather(blocks, places, sure);
             let shared = |v: Vec3| [[v.x; GROUP], [v.y; GROUP], [v.z; GROUP]];
             let own = [packet.own[0].0[g], packet.own[1].0[g], packet.own[2].0[g]];
-            let t = place_many(&o.map_or(own, shared), &d.map_or(own, shared), &found.v, packet.size);
+            let mut places = Places::of(&o.map_or(own, shared), &d.map_or(own, shared));
+            let mut ids = [HitId::NONE; GROUP];
             let mut left = sure;
             while left != 0 {
-                let i = left.trailing_zeros() as usize & (GROUP - 1);
-                left &= left - 1;
-                if t[i] > 0.0
-                    && t[i] < f32::INFINITY
-                    && let Some(hit) = hits.get_mut(i)
-                {
-                    *hit = Hit { t: t[i], id: spans.id(found.ids[i]) };
+                // Neighbours mostly meet the same triangle.
+                let entry = entries[left.trailing_zeros() as usize & (GROUP - 1)];
+                let its = S::F16::matching(entries, entry) & left;
+                left &= !its;
+                let (block, lane) = self.triangles.at(entry);
+                places.meet(its, &block.corners(lane));
+                let id = self.triangles.spans.id(block.ids[lane]);
+                for (i, to) in ids.iter_mut().enumerate() {
+                    *to = if its >> i & 1 == 1 { id } else { *to };
+                }
+            }
+            let t = places.t(packet.size);
+            for (i, hit) in hits.iter_mut().enumerate() {
+                if sure >> i & 1 == 1 && t[i] > 0.0 && t[i] < f32::INFINITY {
+                    *hit = Hit { t: t[i], id: ids[i] };
                 }
             }
         }

@@ -9,16 +9,10 @@ use std::ops::{Add, Mul, Sub};
 
 use glam::Vec3;
 
-use super::super::block::{Block, CAPACITY};
 use super::avx2::A4;
-use super::{Gathered, Job, Lanes, Part, Simd};
+use super::{Job, Lanes, Part, Simd};
 
 pub(super) struct Avx512;
-
-/// Words of a block. Its corners come first, four triangles side by side.
-const WORDS: usize = size_of::<Block>() / 4;
-const _: () =
-    assert!(size_of::<Block>() == 4 * WORDS && CAPACITY == 4 && std::mem::offset_of!(Block, v) == 0);
 
 /// Where the components of sixteen vectors are among their 48 numbers, by axis: in the first two
 /// registers of them, or, as [`THIRD`] says, in the third.
@@ -108,35 +102,6 @@ impl Simd for Avx512 {
             };
             [column(0), column(1), column(2)]
         }
-    }
-
-    #[inline(always)]
-    fn gather(blocks: &[Block], places: &[u32; 16], mask: u32) -> Gathered {
-        // Offsets have 31 bits.
-        if blocks.len() > i32::MAX as usize / WORDS {
-            return super::gather_singly(blocks, places, mask);
-        }
-        let mut all = Gathered::default();
-        // SAFETY: see the top of the file. Lanes are read only where their place is one of a block's,
-        // and what is read there are numbers of it.
-        unsafe {
-            let places = _mm512_loadu_si512(places.as_ptr().cast());
-            let block = _mm512_srli_epi32::<2>(places);
-            let there = _mm512_set1_epi32(blocks.len() as i32);
-            let mask = _mm512_mask_cmplt_epu32_mask(mask as __mmask16, block, there);
-            let lane = _mm512_and_si512(places, _mm512_set1_epi32(CAPACITY as i32 - 1));
-            let first = _mm512_add_epi32(_mm512_mullo_epi32(block, _mm512_set1_epi32(WORDS as i32)), lane);
-            let read = |word: usize| {
-                let from = blocks.as_ptr().cast::<f32>().wrapping_add(word);
-                _mm512_mask_i32gather_ps::<4>(_mm512_setzero_ps(), mask, first, from.cast())
-            };
-            for (i, to) in all.v.as_flattened_mut().iter_mut().enumerate() {
-                _mm512_storeu_ps(to.as_mut_ptr(), read(CAPACITY * i));
-            }
-            let ids = read(std::mem::offset_of!(Block, ids) / 4);
-            _mm512_storeu_ps(all.ids.as_mut_ptr().cast(), ids);
-        }
-        all
     }
 
     #[inline(always)]

@@ -16,8 +16,6 @@ use std::ops::{Add, Mul, Sub};
 
 use glam::Vec3;
 
-use super::block::{Block, CAPACITY};
-
 /// N numbers that are worked on at once. Masks are bits, lane 0 the lowest.
 pub(super) trait Lanes<const N: usize>:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
@@ -161,43 +159,10 @@ pub(super) trait Simd {
         [Self::F16::load(&columns[0]), Self::F16::load(&columns[1]), Self::F16::load(&columns[2])]
     }
 
-    /// The triangles at `places` (so many times [`CAPACITY`] into `blocks`, and a lane), for the lanes
-    /// of `mask`. The others', and those of places that are not there, are of no value.
-    #[inline(always)]
-    fn gather(blocks: &[Block], places: &[u32; 16], mask: u32) -> Gathered {
-        gather_singly(blocks, places, mask)
-    }
-
     /// Runs a job of this tier as a function of its own, which is not inlined into its caller.
     fn call<J: Part<Self>>(job: J) -> J::Output
     where
         Self: Sized;
-}
-
-/// [`Simd::gather`], one lane after the other.
-#[inline(always)]
-fn gather_singly(blocks: &[Block], places: &[u32; 16], mask: u32) -> Gathered {
-    let mut all = Gathered::default();
-    let mut left = mask;
-    while left != 0 {
-        let i = left.trailing_zeros() as usize & 15;
-        left &= left - 1;
-        let (block, lane) = (places[i] as usize / CAPACITY, places[i] as usize % CAPACITY);
-        let Some(block) = blocks.get(block) else { continue };
-        all.ids[i] = block.ids[lane];
-        for (to, from) in all.v.as_flattened_mut().iter_mut().zip(block.v.as_flattened()) {
-            to[i] = from[lane];
-        }
-    }
-    all
-}
-
-/// Triangles, lane by lane.
-#[derive(Default)]
-pub(super) struct Gathered {
-    /// By corner and axis.
-    pub v: [[[f32; 16]; 3]; 3],
-    pub ids: [u32; 16],
 }
 
 /// A part of a job that is compiled as a function of its own: it keeps code small.
@@ -299,10 +264,7 @@ impl Default for Tier {
 
 #[cfg(test)]
 mod tests {
-    use super::super::clean::Look;
-    use super::super::corners::Corners;
     use super::*;
-    use crate::scene::SurfaceClass;
 
     /// Every operation on every tier that runs here.
     struct AllOps;
@@ -382,38 +344,13 @@ mod tests {
         }
     }
 
-    fn gathered<S: Simd>() {
+    fn columns<S: Simd>() {
         let vectors: [Vec3; 16] = std::array::from_fn(|i| Vec3::new(0.5, 1.5, 2.5) + 3.0 * i as f32);
         for (axis, column) in S::columns(&vectors).into_iter().enumerate() {
             let mut out = [0.0; 16];
             column.store(&mut out);
             assert!((0..16).all(|i| out[i] == vectors[i][axis]));
         }
-        let look = Look { class: SurfaceClass::Opaque, single_sided: false, reversed: false };
-        let corners = |i: usize| {
-            let at = |k: usize| Vec3::new((9 * i + k) as f32, (k * k) as f32, i as f32 * 0.5);
-            Corners::new([at(0), at(1), at(2)]).unwrap().0
-        };
-        let blocks: Vec<Block> = (0..5)
-            .map(|b| {
-                let of: Vec<_> = (4 * b..4 * b + 4).map(|i| (corners(i), 100 + i as u32, look)).collect();
-                Block::new(&of, true)
-            })
-            .collect();
-        let mut places: [u32; 16] = std::array::from_fn(|i| (i as u32 * 7) % 20);
-        let mask = 0b1011_0111_0101_1101;
-        places[1] = u32::MAX;
-        let found = S::gather(&blocks, &places, mask);
-        for i in (0..16).filter(|i| mask >> i & 1 == 1) {
-            let expected = corners(places[i] as usize);
-            assert_eq!(found.ids[i], 100 + places[i]);
-            for (k, corner) in expected.v().iter().enumerate() {
-                assert_eq!([0, 1, 2].map(|axis| found.v[k][axis][i]), corner.to_array());
-            }
-        }
-        // What is not there is not read.
-        S::gather(&blocks, &[20; 16], 0xffff);
-        S::gather(&[], &[0; 16], 0xffff);
     }
 
     impl Job for AllOps {
@@ -425,7 +362,7 @@ mod tests {
             check::<16, S::F16>();
             arranged::<S>();
             meetings::<S>();
-            gathered::<S>();
+            columns::<S>();
         }
     }
 
