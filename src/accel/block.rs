@@ -11,7 +11,7 @@ use crate::scene::SurfaceClass;
 pub(super) const CAPACITY: usize = 4;
 
 /// Up to four triangles. Lanes that are not used repeat the last one that is.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(16))]
 pub(super) struct Block {
     /// By corner, axis, triangle.
@@ -28,6 +28,8 @@ pub(super) struct Block {
     pub opaque: u8,
     /// Number of triangles; with [`LAST`] where the leaf ends here.
     count: u8,
+    /// Makes it whole words.
+    rest: [u8; 7],
 }
 
 /// Marks the index of a group of triangles in one place.
@@ -45,6 +47,7 @@ impl Block {
             plain: 0,
             opaque: 0,
             count: triangles.len() as u8 | if last { LAST } else { 0 },
+            rest: [0; 7],
         };
         for lane in 0..CAPACITY {
             let (corners, id, look) = triangles[lane.min(triangles.len() - 1)];

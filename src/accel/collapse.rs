@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::Preset;
 use super::forest::{Child, Grown, Leaves, Part, cut};
+use super::pages::Pages;
 use super::wide::{Box3, LEAF, Node, WIDTH, Wide};
 
 /// A tree over boxes and what is in each leaf: leaf i holds the next `ends[i] − ends[i − 1]` of
@@ -119,7 +120,7 @@ fn join(grown: &[Grown], bounds: Box3) -> Collapsed {
         }
         Node::new(&children[..count])
     };
-    let nodes = (0..nodes).into_par_iter().with_min_len(256).map(node).collect();
+    let nodes = Pages::filled(nodes, node);
     let mut all = Vec::with_capacity(members);
     let mut ends = Vec::with_capacity(leaves);
     for (part, start) in grown.iter().zip(&starts) {

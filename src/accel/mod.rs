@@ -19,6 +19,7 @@ mod forest;
 mod hit;
 mod lanes;
 mod packet;
+mod pages;
 mod plan;
 mod query;
 mod refit;

@@ -79,7 +79,7 @@ pub(super) fn expected(tree: &Wide, in_leaf: impl Fn(u32) -> f64) -> f64 {
     // A box without any surface is met in its entirety or not at all.
     let share = |bounds: Box3| if whole > 0.0 { (area(bounds) / whole).min(1.0) } else { 1.0 };
     let mut cost = 1.0;
-    for node in &tree.nodes {
+    for node in tree.nodes.iter() {
         for slot in 0..node.count() {
             let child = node.child[slot];
             cost += share(node.bounds(slot)) * if child & LEAF == 0 { 1.0 } else { in_leaf(child & !LEAF) };

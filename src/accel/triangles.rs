@@ -11,6 +11,7 @@ use super::clean::{Alike, Cleaned, Look, Raw, clean};
 use super::collapse::{self, Collapsed};
 use super::corners::Corners;
 use super::hit::{FrameRay, Met};
+use super::pages::Pages;
 use super::query::{Ids, Query};
 use super::simd::{Part, Simd};
 use super::spans::Spans;
@@ -22,7 +23,7 @@ use super::{CleanReport, Preset};
 pub(super) struct Triangles {
     pub tree: Wide,
     /// Leaf n of the tree begins at blocks[n].
-    pub blocks: Vec<Block>,
+    pub blocks: Pages<Block>,
     pub spans: Spans,
     /// Triangles, with those that were left out.
     pub count: usize,
@@ -144,7 +145,7 @@ impl Triangles {
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
         let lists: usize = self.groups.iter().flatten().map(|a| a.ids.len() * size_of::<u32>()).sum();
-        self.tree.bytes() + self.blocks.capacity() * size_of::<Block>() + lists
+        self.tree.bytes() + self.blocks.bytes() + lists
     }
 }
 
@@ -234,7 +235,7 @@ fn fill(
     members: &[u32],
     ends: &[u32],
     raw: &(impl Fn(usize) -> Raw + Sync),
-) -> Vec<Block> {
+) -> Pages<Block> {
     let slots = |leaf: usize| {
         let start = if leaf == 0 { 0 } else { ends[leaf - 1] };
         &members[start as usize..ends[leaf] as usize]
@@ -273,7 +274,7 @@ fn fill(
     };
     let counts: Vec<usize> = (0..ends.len()).into_par_iter().with_min_len(1 << 12).map(blocks).collect();
     if counts.iter().all(|&count| count == 1) {
-        return (0..ends.len()).into_par_iter().with_min_len(256).map(|leaf| block(leaf, 0)).collect();
+        return Pages::filled(ends.len(), |leaf| block(leaf, 0));
     }
     let owners = counts.iter().enumerate().flat_map(|(leaf, &count)| (0..count).map(move |nth| (leaf, nth)));
     let owners: Vec<(usize, usize)> = owners.collect();
@@ -287,5 +288,5 @@ fn fill(
     for child in children.chain(&mut tree.root).filter(|child| **child & LEAF != 0) {
         *child = LEAF | firsts.get((*child & !LEAF) as usize).copied().unwrap_or(0);
     }
-    owners.into_par_iter().with_min_len(256).map(|(leaf, nth)| block(leaf, nth)).collect()
+    Pages::filled(owners.len(), |i| block(owners[i].0, owners[i].1))
 }

@@ -84,7 +84,7 @@ pub(super) struct Placed {
 /// A ray taken into a frame is rounded there, in f64. Seen from the world it then passes where it
 /// should to within ε/2·condition·(2|o| + 3|T| + |p|), with T the frame's translation and p the
 /// place. So the boxes here are padded, for each ray, by a generous multiple of that.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Top {
     pub tree: Wide,
     parts: Vec<Placed>,

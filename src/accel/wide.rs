@@ -4,6 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use super::lanes::splat;
+use super::pages::Pages;
 use super::simd::{Lanes, Simd};
 use crate::geometry::EPSILON;
 
@@ -17,7 +18,7 @@ pub(super) const WIDTH: usize = 8;
 pub(super) const LEAF: u32 = 1 << 31;
 
 /// Eight boxes, by axis and then lowest and highest, and what is in them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct Node {
     pub planes: [[[f32; WIDTH]; 2]; 3],
@@ -131,10 +132,10 @@ impl Octant {
 }
 
 /// A tree over boxes.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Wide {
     /// Parents before their children.
-    pub nodes: Vec<Node>,
+    pub nodes: Pages<Node>,
     /// What a ray begins with; `None` for an empty tree.
     pub root: Option<u32>,
     /// Around everything.
@@ -143,14 +144,14 @@ pub(super) struct Wide {
 
 impl Default for Wide {
     fn default() -> Self {
-        Wide { nodes: Vec::new(), root: None, bounds: (Vec3::MAX, Vec3::MIN) }
+        Wide { nodes: Pages::default(), root: None, bounds: (Vec3::MAX, Vec3::MIN) }
     }
 }
 
 impl Wide {
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<Node>()
+        self.nodes.bytes()
     }
 }
 
@@ -220,10 +221,11 @@ impl Wide {
             (splat(ray.near_scale), splat(ray.near_shift));
         let (far_scale, far_shift): ([S::F8; 3], [S::F8; 3]) = (splat(ray.far_scale), splat(ray.far_shift));
         let start = S::F8::splat(ray.start);
+        let nodes: &[Node] = &self.nodes;
         let mut here = from;
         loop {
             if here & LEAF == 0 {
-                let node = &self.nodes[here as usize];
+                let node = &nodes[here as usize];
                 let near = |axis: usize| {
                     S::F8::load(&node.planes[axis][ray.near_end[axis]])
                         .mul_sub(near_scale[axis], near_shift[axis])

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::footprint::{Spread, Steps};
 use super::surface::Surface;
 use crate::geometry::{HitId, Ray, RayDifferential, point_error};
-use crate::scene::{Mesh, PosedScene};
+use crate::scene::{Mesh, PosedScene, Reflectance};
 
 /// A triangle in the world, relative to the scene's centre.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +22,8 @@ pub(super) struct Facet<'s> {
     /// Unit normals at the corners, where the mesh has any.
     n: Option<[DVec3; 3]>,
     steps: Steps,
+    /// True where it is the same to what is seen how much of it a sample stands for.
+    even: bool,
 }
 
 impl<'s> Facet<'s> {
@@ -42,12 +44,17 @@ impl<'s> Facet<'s> {
             .then(|| corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero()));
         let p_error = point_error(world, local, &transform.affine);
         let steps = Steps::new(e, front.unwrap_or(DVec3::ZERO));
-        Facet { id, mesh, corners, v, front, p_error, n, steps }
+        let material = &posed.materials[mesh.material as usize];
+        let even = matches!(material.reflectance, Reflectance::Mtl(_))
+            && material.normal.is_none()
+            && !material.is_textured();
+        Facet { id, mesh, corners, v, front, p_error, n, steps, even }
     }
 
     /// The point where `ray` meets it, which it is known to do; seen by an eye ray that stands for
     /// those up to `differential` away, if there is one.
     pub fn seen(&self, ray: Ray, differential: Option<&RayDifferential>) -> Surface<'s> {
+        let differential = differential.filter(|_| !self.even);
         let [v0, v1, v2] = self.v;
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         let wound = self.front.unwrap_or_else(|| -d.normalize_or(DVec3::NEG_Z));

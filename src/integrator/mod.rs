@@ -104,6 +104,13 @@ pub trait Integrator: Sync {
         scratch: &mut Scratch,
         out: &mut [Rgba],
     );
+
+    /// False where all samples between two places on the film, x and y, are 0 for sure: they need not be
+    /// asked for.
+    fn may_see(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
+        let _ = (frame, low, high);
+        true
+    }
 }
 
 impl<'a> Frame<'a> {
@@ -160,7 +167,7 @@ impl<'a> Frame<'a> {
         };
     }
 
-    /// False where samples between two places on the film, x and y, see nothing.
+    /// False where samples between two places on the film, x and y, see neither scene nor ground.
     pub(crate) fn may_see(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let at = |x: f64, y: f64| self.camera.eye_ray(x, y, self.posed.centre);
         let around = || [at(low[0], low[1]), at(high[0], low[1]), at(high[0], high[1]), at(low[0], high[1])];

@@ -73,6 +73,10 @@ impl Integrator for Phong {
             *out = seen.extend(1.0 - (open.x + open.y + open.z) / 3.0);
         }
     }
+
+    fn may_see(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
+        frame.may_see(low, high)
+    }
 }
 
 impl Phong {

@@ -170,7 +170,7 @@ fn means(
     // Pixels go together as far as what is known of their points stays in a processor's cache.
     for some in pixels.chunks((IN_CACHE / n).max(1)) {
         let [low, high] = sampling.film_of(some);
-        if !frame.may_see(low, high) {
+        if !integrator.may_see(frame, low, high) {
             means.resize(means.len() + some.len(), Rgba::ZERO);
             continue;
         }

@@ -22,7 +22,7 @@ use super::bounds::W_SCALE;
 use super::hit::power_of_two;
 use super::simd::{Lanes, Part, Simd};
 use super::triangles::Triangles;
-use super::wide::{GROW, LEAF, Octant, WIDTH};
+use super::wide::{GROW, LEAF, Node, Octant, WIDTH};
 use crate::geometry::EPSILON;
 use beam::Beam;
 use frustum::Frustum;
@@ -386,7 +386,7 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
             packet.meet_leaf::<S, B>(triangles, beam, root & !LEAF, masks, verdict);
             return;
         }
-        let nodes = &triangles.tree.nodes;
+        let nodes: &[Node] = &triangles.tree.nodes;
         let way = if verdict.starts_far() { -frustum.mean() } else { frustum.mean() };
         let octant = Octant::of(way);
         let mut farthest = packet.farthest::<S>();
