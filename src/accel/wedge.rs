@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::Accel;
-use super::triangles::Triangles;
 use super::wide::{Box3, LEAF, Wide};
 use crate::geometry::Ray;
 
@@ -28,11 +27,9 @@ impl Accel {
     /// way, can meet a triangle. True says nothing.
     pub fn may_meet(&self, around: &[Ray; 4]) -> bool {
         let wedge = Wedge::between(around);
-        self.worlds
-            .iter()
-            .map(|Triangles { tree, .. }| tree)
-            .chain([&self.top.tree])
-            .any(|tree| wedge.meets(tree))
+        let pad = around.iter().fold(0f32, |pad, ray| pad.max(self.top.pad(ray.o.as_dvec3())));
+        self.worlds.iter().any(|world| wedge.meets(&world.tree, 0.0))
+            || wedge.meets(&self.top.tree, f64::from(pad))
     }
 }
 
@@ -48,24 +45,24 @@ impl Wedge {
         }))
     }
 
-    /// True where a leaf of the tree is between the rays, as far as boxes say.
-    fn meets(&self, tree: &Wide) -> bool {
-        let Some(root) = tree.root.filter(|_| !self.excludes(tree.bounds)) else { return false };
+    /// True where a leaf of the tree, whose boxes are `pad` wider, is between the rays, as far as boxes say.
+    fn meets(&self, tree: &Wide, pad: f64) -> bool {
+        let Some(root) = tree.root.filter(|_| !self.excludes(tree.bounds, pad)) else { return false };
         let mut todo = vec![root];
         while let Some(here) = todo.pop() {
             if here & LEAF != 0 {
                 return true;
             }
             let node = &tree.nodes[here as usize];
-            let inside = (0..node.count()).filter(|&slot| !self.excludes(node.bounds(slot)));
+            let inside = (0..node.count()).filter(|&slot| !self.excludes(node.bounds(slot), pad));
             todo.extend(inside.map(|slot| node.child[slot]));
         }
         false
     }
 
-    /// True where all of a box is on the outer side of a plane.
-    fn excludes(&self, (lo, hi): Box3) -> bool {
-        let (lo, hi) = (lo.as_dvec3(), hi.as_dvec3());
+    /// True where all of a box, so much wider, is on the outer side of a plane.
+    fn excludes(&self, (lo, hi): Box3, pad: f64) -> bool {
+        let (lo, hi) = (lo.as_dvec3() - pad, hi.as_dvec3() + pad);
         let size = lo.abs().max(hi.abs());
         self.0.iter().any(|plane| {
             let innermost = (lo * plane.n).max(hi * plane.n).element_sum();
@@ -113,26 +110,26 @@ mod tests {
                     // Ten times as far, rays from the eye are ten times as far apart.
                     let by = if parallel { 1.0 } else { 10.0 };
                     let place = Vec3::new(x * by, y * by, -10.0);
-                    assert_eq!(wedge.meets(&tree(&[place])), i == 0, "{place}");
+                    assert_eq!(wedge.meets(&tree(&[place]), 0.0), i == 0, "{place}");
                 }
                 // A tree about the rays without a leaf between them.
                 let beside = [Vec3::new(-50.0, -50.0, -10.0), Vec3::new(50.0, 50.0, -10.0)];
-                assert!(!wedge.meets(&tree(&beside)));
-                assert!(wedge.meets(&tree(&[beside[0], Vec3::new(0.5, 0.5, -10.0), beside[1]])));
+                assert!(!wedge.meets(&tree(&beside), 0.0));
+                assert!(wedge.meets(&tree(&[beside[0], Vec3::new(0.5, 0.5, -10.0), beside[1]]), 0.0));
             }
         }
         // Behind the eye there is nothing to see.
         let wedge = Wedge::between(&around([0.0, 0.0], [1.0, 1.0], false, [0, 1, 2, 3]));
-        assert!(!wedge.meets(&tree(&[Vec3::new(-5.0, -5.0, 10.0)])));
-        assert!(!wedge.meets(&Wide::default()));
+        assert!(!wedge.meets(&tree(&[Vec3::new(-5.0, -5.0, 10.0)]), 0.0));
+        assert!(!wedge.meets(&Wide::default(), 0.0));
     }
 
     /// Where the planes are no numbers nothing is left out.
     #[test]
     fn doubt_leaves_nothing_out() {
         let nowhere = Ray { o: Vec3::NAN, d: Vec3::NAN };
-        assert!(Wedge::between(&[nowhere; 4]).meets(&tree(&[Vec3::ONE])));
+        assert!(Wedge::between(&[nowhere; 4]).meets(&tree(&[Vec3::ONE]), 0.0));
         let same = Ray { o: Vec3::ZERO, d: Vec3::NEG_Z };
-        assert!(Wedge::between(&[same; 4]).meets(&tree(&[Vec3::ONE])));
+        assert!(Wedge::between(&[same; 4]).meets(&tree(&[Vec3::ONE]), 0.0));
     }
 }
