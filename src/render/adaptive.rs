@@ -8,9 +8,7 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use super::{
-    Cancelled, Crop, Film, Pixels, RenderSettings, Sampling, TileBuffer, Watch, Work, equally, means,
-};
+use super::{Cancelled, Crop, Film, Pixels, RenderSettings, Sampling, Watch, by_tile, equally, means};
 use crate::geometry::Rgba;
 use crate::integrator::{Frame, Integrator};
 
@@ -62,10 +60,7 @@ pub(super) fn render(
     let sampling = Sampling::of(&others);
     let (n, all) = (settings.samples as f32, (FIRST + settings.samples) as f32);
     let film = Film::new(settings.window());
-    film.tiles(settings.tile).into_par_iter().for_each_init(Work::default, |work, tile| {
-        if watch.cancelled() {
-            return;
-        }
+    by_tile(film, settings, watch, |tile, work| {
         let chosen: Vec<bool> = tile.pixels().map(blocks_apart).collect();
         let pixels = tile.pixels().zip(&chosen).filter(|(_, chosen)| **chosen).map(|(p, _)| p);
         let pixels: Vec<UVec2> = pixels.collect();
@@ -77,10 +72,8 @@ pub(super) fn render(
                 None => few,
             }
         });
-        film.put(&TileBuffer { tile, colors: colors.collect() });
-        watch.pixels_done(u64::from(tile.width) * u64::from(tile.height));
-    });
-    if watch.cancelled() { Err(Cancelled) } else { Ok(film.finish()) }
+        colors.collect()
+    })
 }
 
 /// What is rendered with all blocks that it touches and all their neighbours: a part of a picture is

@@ -33,6 +33,12 @@ impl Tile {
     }
 }
 
+/// The number of a place along Morton's curve.
+fn along_curve(x: u32, y: u32) -> u64 {
+    let spread = |v: u32| (0..32).fold(0, |bits, i| bits | u64::from(v >> i & 1) << (2 * i));
+    spread(x) | spread(y) << 1
+}
+
 /// The even bits of a number, side by side.
 fn every_other_bit(x: u32) -> u32 {
     [(1, 0x3333_3333), (2, 0x0f0f_0f0f), (4, 0x00ff_00ff), (8, 0x0000_ffff)]
@@ -83,7 +89,8 @@ impl Film {
         Film { window, colors: Mutex::new(vec![Rgba::ZERO; pixels]) }
     }
 
-    /// The tiles that cover it, of `side` by `side` pixels (4096 at most) where they fit.
+    /// The tiles that cover it, of `side` by `side` pixels (4096 at most) where they fit, along Morton's
+    /// curve: those that are rendered at the same time lie close together, and share what caches hold.
     pub fn tiles(&self, side: u32) -> Vec<Tile> {
         // Tiles are walked along a square's curve, which counts in 32 bits.
         let side = side.clamp(1, 1 << 12);
@@ -97,6 +104,7 @@ impl Film {
                 tiles.push(Tile { x, y, width, height });
             }
         }
+        tiles.sort_by_key(|tile| along_curve((tile.x - w.x) / side, (tile.y - w.y) / side));
         tiles
     }
 
@@ -126,6 +134,9 @@ mod tests {
         for side in [1, 8, 16, 64] {
             let film = Film::new(window);
             let mut seen = std::collections::HashSet::new();
+            let places: Vec<u64> =
+                film.tiles(side).iter().map(|t| along_curve((t.x - 3) / side, (t.y - 5) / side)).collect();
+            assert!(places.is_sorted());
             for tile in film.tiles(side) {
                 for p in tile.pixels() {
                     assert!(seen.insert(p));

@@ -145,13 +145,25 @@ fn equally(
 ) -> Result<Pixels, Cancelled> {
     let sampling = Sampling::of(settings);
     let film = Film::new(settings.window());
-    film.tiles(settings.tile).into_par_iter().for_each_init(Work::default, |work, tile| {
+    by_tile(film, settings, watch, |tile, work| {
+        let pixels: Vec<UVec2> = tile.pixels().collect();
+        means(&sampling, frame, integrator, &pixels, work)
+    })
+}
+
+/// Fills a film with what `colors` says of each tile, in the order of [`Tile::pixels`]. Threads take the
+/// next tile when they are done with one: halves of a picture are seldom as much work.
+fn by_tile(
+    film: Film,
+    settings: &RenderSettings,
+    watch: &dyn Watch,
+    colors: impl Fn(Tile, &mut Work) -> Vec<Rgba> + Sync,
+) -> Result<Pixels, Cancelled> {
+    film.tiles(settings.tile).into_iter().par_bridge().for_each_init(Work::default, |work, tile| {
         if watch.cancelled() {
             return;
         }
-        let pixels: Vec<UVec2> = tile.pixels().collect();
-        let colors = means(&sampling, frame, integrator, &pixels, work);
-        film.put(&TileBuffer { tile, colors });
+        film.put(&TileBuffer { tile, colors: colors(tile, work) });
         watch.pixels_done(u64::from(tile.width) * u64::from(tile.height));
     });
     if watch.cancelled() { Err(Cancelled) } else { Ok(film.finish()) }
