@@ -190,7 +190,7 @@ pub(super) struct Lookup {
 
 impl Lookup {
     /// The coefficients at `surface`. `roughening` is what its normals' spread adds to α²
-    /// ([`Surface::shading_normals`]); the lecture's own p stays what the file says.
+    /// ([`Surface::shading_normals`]).
     pub fn at(
         &mut self,
         posed: &PosedScene,
@@ -208,7 +208,7 @@ impl Lookup {
                 k
             }
         };
-        if roughening > 0.0 && !matches!(material.reflectance, Reflectance::Mtl(_)) {
+        if roughening > 0.0 && widens(material) {
             k.widen(roughening);
         }
         k.k_d = overrides.k_d.unwrap_or(k.k_d);
@@ -216,6 +216,11 @@ impl Lookup {
         k.shininess = overrides.shininess.unwrap_or(k.shininess);
         k
     }
+}
+
+/// Whether highlights widen with the normals that a sample sees: the lecture's own p stays what the file says.
+pub(super) fn widens(material: &Material) -> bool {
+    !matches!(material.reflectance, Reflectance::Mtl(_))
 }
 
 /// α of a perceptual roughness, kept above what point lights and f32 can show.

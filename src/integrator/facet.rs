@@ -2,10 +2,11 @@
 
 use glam::{DVec3, Vec3};
 
+use super::coefficients::widens;
 use super::footprint::{Spread, Steps};
 use super::surface::Surface;
 use crate::geometry::{HitId, Ray, RayDifferential, point_error};
-use crate::scene::{Mesh, PosedScene, Reflectance};
+use crate::scene::{Mesh, PosedScene};
 
 /// A triangle in the world, relative to the scene's centre.
 #[derive(Clone, Copy, Debug)]
@@ -45,9 +46,7 @@ impl<'s> Facet<'s> {
         let p_error = point_error(world, local, &transform.affine);
         let steps = Steps::new(e, front.unwrap_or(DVec3::ZERO));
         let material = &posed.materials[mesh.material as usize];
-        let even = matches!(material.reflectance, Reflectance::Mtl(_))
-            && material.normal.is_none()
-            && !material.is_textured();
+        let even = !widens(material) && material.normal.is_none() && !material.is_textured();
         Facet { id, mesh, corners, v, front, p_error, n, steps, even }
     }
 

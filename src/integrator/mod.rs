@@ -31,6 +31,7 @@ pub use coefficients::{Coefficients, Overrides, lobe};
 pub use cryptomatte::{Cover, MatteKind, covers};
 pub use occlusion::Occlusion;
 pub use phong::{Phong, Stage};
+pub(crate) use sampler::morton;
 pub use sampler::{LowDiscrepancy, Sampler};
 pub use surface::Surface;
 

@@ -159,7 +159,7 @@ fn pascal(mut v: u64) -> u64 {
 }
 
 /// The pixel's number along Morton's curve: the bits of x and y in turn.
-fn morton(pixel: UVec2) -> u64 {
+pub(crate) fn morton(pixel: UVec2) -> u64 {
     let spread = |v: u32| {
         let mut v = u64::from(v);
         v = (v | (v << 16)) & 0x0000_ffff_0000_ffff;

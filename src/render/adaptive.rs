@@ -8,7 +8,7 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use super::{Cancelled, Crop, Film, Pixels, RenderSettings, Sampling, Watch, by_tile, equally, means};
+use super::{Cancelled, Crop, Pixels, RenderSettings, Sampling, Watch, by_tile, equally, means};
 use crate::geometry::Rgba;
 use crate::integrator::{Frame, Integrator};
 
@@ -59,8 +59,7 @@ pub(super) fn render(
     let others = RenderSettings { seed: settings.seed.wrapping_add(1), ..*settings };
     let sampling = Sampling::of(&others);
     let (n, all) = (settings.samples as f32, (FIRST + settings.samples) as f32);
-    let film = Film::new(settings.window());
-    by_tile(film, settings, watch, |tile, work| {
+    by_tile(settings, watch, |tile, work| {
         let chosen: Vec<bool> = tile.pixels().map(blocks_apart).collect();
         let pixels = tile.pixels().zip(&chosen).filter(|(_, chosen)| **chosen).map(|(p, _)| p);
         let pixels: Vec<UVec2> = pixels.collect();

@@ -6,7 +6,7 @@ use glam::UVec2;
 
 use super::Crop;
 use crate::geometry::Rgba;
-use crate::integrator::Aov;
+use crate::integrator::{Aov, morton};
 
 /// A rectangle of the film, in the whole picture's pixels, row 0 on top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,12 +31,6 @@ impl Tile {
             .filter(move |p| p.x < self.width && p.y < self.height)
             .map(move |p| UVec2::new(self.x, self.y) + p)
     }
-}
-
-/// The number of a place along Morton's curve.
-fn along_curve(x: u32, y: u32) -> u64 {
-    let spread = |v: u32| (0..32).fold(0, |bits, i| bits | u64::from(v >> i & 1) << (2 * i));
-    spread(x) | spread(y) << 1
 }
 
 /// The even bits of a number, side by side.
@@ -104,7 +98,7 @@ impl Film {
                 tiles.push(Tile { x, y, width, height });
             }
         }
-        tiles.sort_by_key(|tile| along_curve((tile.x - w.x) / side, (tile.y - w.y) / side));
+        tiles.sort_by_key(|tile| morton(UVec2::new(tile.x - w.x, tile.y - w.y) / side));
         tiles
     }
 
@@ -134,9 +128,8 @@ mod tests {
         for side in [1, 8, 16, 64] {
             let film = Film::new(window);
             let mut seen = std::collections::HashSet::new();
-            let places: Vec<u64> =
-                film.tiles(side).iter().map(|t| along_curve((t.x - 3) / side, (t.y - 5) / side)).collect();
-            assert!(places.is_sorted());
+            let place = |t: &Tile| morton(UVec2::new(t.x - window.x, t.y - window.y) / side);
+            assert!(film.tiles(side).is_sorted_by_key(place));
             for tile in film.tiles(side) {
                 for p in tile.pixels() {
                     assert!(seen.insert(p));

@@ -144,21 +144,20 @@ fn equally(
     watch: &dyn Watch,
 ) -> Result<Pixels, Cancelled> {
     let sampling = Sampling::of(settings);
-    let film = Film::new(settings.window());
-    by_tile(film, settings, watch, |tile, work| {
+    by_tile(settings, watch, |tile, work| {
         let pixels: Vec<UVec2> = tile.pixels().collect();
         means(&sampling, frame, integrator, &pixels, work)
     })
 }
 
-/// Fills a film with what `colors` says of each tile, in the order of [`Tile::pixels`]. Threads take the
+/// A picture of what `colors` says of each tile, in the order of [`Tile::pixels`]. Threads take the
 /// next tile when they are done with one: halves of a picture are seldom as much work.
 fn by_tile(
-    film: Film,
     settings: &RenderSettings,
     watch: &dyn Watch,
     colors: impl Fn(Tile, &mut Work) -> Vec<Rgba> + Sync,
 ) -> Result<Pixels, Cancelled> {
+    let film = Film::new(settings.window());
     film.tiles(settings.tile).into_iter().par_bridge().for_each_init(Work::default, |work, tile| {
         if watch.cancelled() {
             return;

@@ -8,7 +8,7 @@ use crate::integrator::{LowDiscrepancy, Sample};
 
 /// How the pixels of a picture are sampled.
 pub(super) struct Sampling<'a> {
-    pub settings: &'a RenderSettings,
+    settings: &'a RenderSettings,
     pub sampler: LowDiscrepancy,
     filter: filter::Prepared,
     /// What of the film a sample stands for.
