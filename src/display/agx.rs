@@ -13,9 +13,9 @@
 //! - `troy`: the sigmoid of Jed Smith and Troy Sobotka (SB2383).
 
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::geometry::Rgb;
+use super::lattice::{Lattice, NODES};
+use super::{AT_ONCE, Lights};
 
 type Matrix = [[f64; 3]; 3];
 
@@ -25,8 +25,6 @@ const SCENE_TO_EGAMUT: [[f32; 3]; 3] = [
     [0.076_220_706, 0.787_971_8, 0.135_807_47],
     [0.065_526_71, 0.164_546_76, 0.769_926_5],
 ];
-/// `config`: log2 of the light at both ends of AgX's table, as it is looked up.
-const LOG2: [f32; 2] = [-12.473_93, 12.526_069];
 const MID_GREY: f64 = 0.18;
 /// `eary`: stops around mid grey that AgX's nodes stand for.
 const NODE_STOPS: [f64; 2] = [-10.0, 15.0];
@@ -67,76 +65,6 @@ const SHOULDER: f64 = 0.7151982862790444;
 const HUE_SHARE: f64 = 0.4;
 /// The exponent between light and what the table holds.
 const POWER: f64 = 2.4;
-
-const NODES: usize = 57;
-const STRIDES: [usize; 3] = [NODES * NODES, NODES, 1];
-
-/// [`formation`] at logarithmic steps of each channel.
-struct Lattice {
-    /// The light that nodes stand for along an axis.
-    axis: [f64; NODES],
-    /// Bits of the three channels of each node; [`UNKNOWN`] until it is first asked for. Threads that
-    /// ask for the same node at once all compute the same.
-    nodes: Vec<[AtomicU32; 3]>,
-}
-
-/// No channel of a node has these bits: it is a NaN.
-const UNKNOWN: u32 = u32::MAX;
-
-impl Lattice {
-    fn get() -> &'static Lattice {
-        static LATTICE: OnceLock<Lattice> = OnceLock::new();
-        LATTICE.get_or_init(|| {
-            let low = libm::log2(MID_GREY) + NODE_STOPS[0];
-            let step = (NODE_STOPS[1] - NODE_STOPS[0]) / (NODES - 1) as f64;
-            let unknown = || std::array::from_fn(|_| AtomicU32::new(UNKNOWN));
-            Lattice {
-                axis: std::array::from_fn(|i| libm::exp2(low + step * i as f64)),
-                nodes: std::iter::repeat_with(unknown).take(NODES.pow(3)).collect(),
-            }
-        })
-    }
-
-    fn node(&self, index: usize) -> [f32; 3] {
-        let node = &self.nodes[index];
-        let known = [0, 1, 2].map(|c| node[c].load(Ordering::Relaxed));
-        if !known.contains(&UNKNOWN) {
-            return known.map(f32::from_bits);
-        }
-        let value = formation(STRIDES.map(|stride| self.axis[index / stride % NODES])).map(|v| v as f32);
-        for (slot, v) in node.iter().zip(value) {
-            slot.store(v.to_bits(), Ordering::Relaxed);
-        }
-        value
-    }
-
-    /// Tetrahedral interpolation: from the cell's lowest corner along the axes, the furthest one first.
-    fn at(&self, light: [f32; 3]) -> [f32; 3] {
-        const STEPS_PER_STOP: f32 = (NODES - 1) as f32 / (LOG2[1] - LOG2[0]);
-        let mut index = 0;
-        let mut axes = [(0.0, 0); 3];
-        for ((axis, v), stride) in axes.iter_mut().zip(light).zip(STRIDES) {
-            // NaN becomes the smallest light here.
-            let t = (libm::log2f(v.max(f32::MIN_POSITIVE)) - LOG2[0]) * STEPS_PER_STOP;
-            let t = t.clamp(0.0, (NODES - 1) as f32);
-            let cell = (t as usize).min(NODES - 2);
-            index += cell * stride;
-            *axis = (t - cell as f32, stride);
-        }
-        axes.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut from = self.node(index);
-        let mut out = from;
-        for (fraction, stride) in axes {
-            index += stride;
-            let to = self.node(index);
-            for c in 0..3 {
-                out[c] += fraction * (to[c] - from[c]);
-            }
-            from = to;
-        }
-        out
-    }
-}
 
 fn times(m: &Matrix, c: [f64; 3]) -> [f64; 3] {
     m.map(|row| dot(row, c))
@@ -234,11 +162,27 @@ fn formation(egamut: [f64; 3]) -> [f64; 3] {
     c.map(|v| libm::pow(v.max(0.0), 1.0 / POWER).min(1.0))
 }
 
+/// The table, whose nodes are not known yet.
+fn lattice() -> &'static Lattice {
+    static LATTICE: OnceLock<Lattice> = OnceLock::new();
+    LATTICE.get_or_init(|| {
+        let low = libm::log2(MID_GREY) + NODE_STOPS[0];
+        let step = (NODE_STOPS[1] - NODE_STOPS[0]) / (NODES - 1) as f64;
+        Lattice::new(formation, std::array::from_fn(|i| libm::exp2(low + step * i as f64)))
+    })
+}
+
 /// Scene-linear Rec.709 to display-linear Rec.709 in 0…1. NaN is black, infinite light white.
-pub(super) fn agx(rgb: Rgb) -> Rgb {
-    // Infinities of both signs cancel to NaN, and NaN is in all three: black. Infinity alone is white.
-    let egamut = SCENE_TO_EGAMUT.map(|row| row[0] * rgb.x + row[1] * rgb.y + row[2] * rgb.z);
-    Rgb::from(Lattice::get().at(egamut).map(to_light))
+pub(super) fn agx(rgb: &Lights) -> Lights {
+    let mut egamut = [[0.0; AT_ONCE]; 3];
+    for (out, row) in egamut.iter_mut().zip(SCENE_TO_EGAMUT) {
+        for (i, v) in out.iter_mut().enumerate() {
+            // Infinities of both signs cancel to NaN, and NaN is in all three: black. Infinity alone is
+            // white.
+            *v = row[0] * rgb[0][i] + row[1] * rgb[1][i] + row[2] * rgb[2][i];
+        }
+    }
+    lattice().at(&egamut).map(|channel| channel.map(to_light))
 }
 
 /// v to the power 2.4 for 0…1, within 1e-7, by a table.
@@ -259,7 +203,7 @@ mod tests {
     use crate::scene::linear_to_srgb;
 
     fn close(input: [f32; 3], theirs: [f32; 3]) {
-        let ours = agx(Rgb::from(input)).to_array().map(linear_to_srgb);
+        let ours = agx(&input.map(|v| [v; AT_ONCE])).map(|channel| linear_to_srgb(channel[AT_ONCE - 1]));
         for (a, b) in ours.into_iter().zip(theirs) {
             assert!((a - b).abs() * 255.0 < 0.02, "{input:?}: {ours:?}, not {theirs:?}");
         }

@@ -1,6 +1,7 @@
 //! From linear light to what a screen shows: exposure, view transform, sRGB.
 
 mod agx;
+mod lattice;
 mod neutral;
 #[cfg(test)]
 mod reference;
@@ -27,6 +28,14 @@ pub enum ViewTransform {
     /// Clipped and stored as it is, without encoding.
     Raw,
 }
+
+/// Pixels that are shown at once, so that processors work on several.
+const AT_ONCE: usize = 16;
+/// Pixels of a thread's share.
+const PART: usize = 256 * AT_ONCE;
+
+/// Linear light of pixels: red, green, blue.
+type Lights = [[f32; AT_ONCE]; 3];
 
 /// What is behind everything.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,53 +77,79 @@ impl ViewTransform {
 }
 
 impl Display {
-    /// Display-linear colour and straight alpha of a premultiplied scene colour.
-    fn show(&self, pixel: Rgba, gain: f32) -> (Rgb, f32) {
-        let alpha = pixel.w.clamp(0.0, 1.0);
-        let straight = if alpha > 0.0 { pixel.truncate() / alpha } else { Rgb::ZERO };
-        let light = straight * gain;
-        let shown = match self.view {
-            // NaN fails both comparisons of max and min in favour of the bound.
-            ViewTransform::Standard | ViewTransform::Raw => light.max(Vec3::ZERO).min(Vec3::ONE),
-            ViewTransform::Agx => agx::agx(light),
-            ViewTransform::PbrNeutral => neutral::pbr_neutral(light),
+    /// Display-linear colours and straight alphas of premultiplied scene colours.
+    fn show(&self, pixels: &[Rgba; AT_ONCE], gain: f32) -> (Lights, [f32; AT_ONCE]) {
+        let alpha = pixels.map(|p| p.w.clamp(0.0, 1.0));
+        let mut light = [[0.0; AT_ONCE]; 3];
+        for (c, channel) in light.iter_mut().enumerate() {
+            for (i, v) in channel.iter_mut().enumerate() {
+                *v = if alpha[i] > 0.0 { pixels[i][c] / alpha[i] * gain } else { 0.0 };
+            }
+        }
+        let mut shown = match self.view {
+            // NaN is less than nothing here.
+            ViewTransform::Standard | ViewTransform::Raw => {
+                light.map(|channel| channel.map(|v| if v > 0.0 { v.min(1.0) } else { 0.0 }))
+            }
+            ViewTransform::Agx => agx::agx(&light),
+            ViewTransform::PbrNeutral => neutral::pbr_neutral(&light),
         };
         match self.background {
             Background::Transparent => (shown, alpha),
-            Background::Color(b) => (shown * alpha + b * (1.0 - alpha), 1.0),
+            Background::Color(b) => {
+                for (channel, b) in shown.iter_mut().zip(b.to_array()) {
+                    for (v, alpha) in channel.iter_mut().zip(alpha) {
+                        *v = *v * alpha + b * (1.0 - alpha);
+                    }
+                }
+                (shown, [1.0; AT_ONCE])
+            }
         }
     }
 
-    fn gain(&self) -> f32 {
-        libm::exp2(self.ev) as f32
+    /// Pixels as numbers: colours by `color`, alpha by `alpha`.
+    fn encoded<T: Copy + Default + Send + Sync>(
+        &self,
+        pixels: &Pixels,
+        color: impl Fn(f32) -> T + Sync,
+        alpha: impl Fn(f32) -> T + Sync,
+    ) -> Vec<[T; 4]> {
+        let gain = libm::exp2(self.ev) as f32;
+        let show = |some: &[Rgba; AT_ONCE]| -> [[T; 4]; AT_ONCE] {
+            let ([r, g, b], a) = self.show(some, gain);
+            std::array::from_fn(|i| [color(r[i]), color(g[i]), color(b[i]), alpha(a[i])])
+        };
+        // Much of many pictures.
+        let nothing = show(&[Rgba::ZERO; AT_ONCE]);
+        let part = |(out, pixels): (&mut [[T; 4]], &[Rgba])| {
+            for (out, pixels) in out.chunks_mut(AT_ONCE).zip(pixels.chunks(AT_ONCE)) {
+                let mut some = [Rgba::ZERO; AT_ONCE];
+                some[..pixels.len()].copy_from_slice(pixels);
+                let shown = if some == [Rgba::ZERO; AT_ONCE] { nothing } else { show(&some) };
+                out.copy_from_slice(&shown[..pixels.len()]);
+            }
+        };
+        let mut out = vec![[T::default(); 4]; pixels.colors.len()];
+        out.par_chunks_mut(PART).zip(pixels.colors.par_chunks(PART)).for_each(part);
+        out
     }
 
     /// Straight RGBA, 8 bits a channel, row-major, row 0 on top.
     pub fn to_rgba8(&self, pixels: &Pixels) -> Vec<[u8; 4]> {
-        let gain = self.gain();
-        let encode = |v: f32| match self.view {
-            ViewTransform::Raw => (v * 255.0 + 0.5) as u8,
-            _ => linear_to_srgb8(v),
-        };
-        let one = |&pixel: &Rgba| {
-            let (c, alpha) = self.show(pixel, gain);
-            [encode(c.x), encode(c.y), encode(c.z), (alpha * 255.0 + 0.5) as u8]
-        };
-        pixels.colors.par_iter().map(one).collect()
+        let linear = |v: f32| (v * 255.0 + 0.5) as u8;
+        match self.view {
+            ViewTransform::Raw => self.encoded(pixels, linear, linear),
+            _ => self.encoded(pixels, linear_to_srgb8, linear),
+        }
     }
 
     /// Straight RGBA, 16 bits a channel.
     pub fn to_rgba16(&self, pixels: &Pixels) -> Vec<[u16; 4]> {
-        let gain = self.gain();
-        let encode = |v: f32| match self.view {
-            ViewTransform::Raw => (v * 65535.0 + 0.5) as u16,
-            _ => (linear_to_srgb(v) * 65535.0 + 0.5) as u16,
-        };
-        let one = |&pixel: &Rgba| {
-            let (c, alpha) = self.show(pixel, gain);
-            [encode(c.x), encode(c.y), encode(c.z), (alpha * 65535.0 + 0.5) as u16]
-        };
-        pixels.colors.par_iter().map(one).collect()
+        let linear = |v: f32| (v * 65535.0 + 0.5) as u16;
+        match self.view {
+            ViewTransform::Raw => self.encoded(pixels, linear, linear),
+            _ => self.encoded(pixels, |v| linear(linear_to_srgb(v)), linear),
+        }
     }
 
     /// Linear premultiplied RGBA for files of linear light: neither exposure nor view transform,

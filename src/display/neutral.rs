@@ -2,6 +2,7 @@
 //!
 //! Source: <https://github.com/KhronosGroup/ToneMapping>, `PBR_Neutral/README.md`.
 
+use super::{AT_ONCE, Lights};
 use crate::geometry::Rgb;
 
 /// Reflectance of dielectrics seen along the surface, which is taken off first.
@@ -12,7 +13,18 @@ const START: f32 = 0.8 - F90;
 const DESATURATION: f32 = 0.15;
 
 /// Scene-linear Rec.709 to display-linear Rec.709 in 0…1. NaN and negatives are black.
-pub(super) fn pbr_neutral(rgb: Rgb) -> Rgb {
+pub(super) fn pbr_neutral(light: &Lights) -> Lights {
+    let mut shown = *light;
+    for i in 0..AT_ONCE {
+        let color = one(Rgb::from([0, 1, 2].map(|c| light[c][i])));
+        for (channel, v) in shown.iter_mut().zip(color.to_array()) {
+            channel[i] = v;
+        }
+    }
+    shown
+}
+
+fn one(rgb: Rgb) -> Rgb {
     // NaN fails max in favour of the bound.
     let rgb = rgb.max(Rgb::ZERO).min(Rgb::splat(1e30));
     let x = rgb.min_element();
@@ -36,7 +48,7 @@ mod tests {
     #[test]
     fn it_is_khronoss() {
         for (input, theirs) in NEUTRAL {
-            let ours = pbr_neutral(Rgb::from(input)).to_array().map(linear_to_srgb);
+            let ours = one(Rgb::from(input)).to_array().map(linear_to_srgb);
             for (a, b) in ours.into_iter().zip(theirs) {
                 assert!((a - b).abs() * 255.0 < 0.02, "{input:?}: {ours:?}, not {theirs:?}");
             }
@@ -46,9 +58,9 @@ mod tests {
     #[test]
     fn base_colours_stay_and_everything_is_within_bounds() {
         // Less the reflectance at the surface, as the formula's text says.
-        assert!(pbr_neutral(Rgb::new(0.6, 0.3, 0.2)).abs_diff_eq(Rgb::new(0.56, 0.26, 0.16), 1e-6));
+        assert!(one(Rgb::new(0.6, 0.3, 0.2)).abs_diff_eq(Rgb::new(0.56, 0.26, 0.16), 1e-6));
         for c in [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e9] {
-            let shown = pbr_neutral(Rgb::new(c, 0.5, 0.1));
+            let shown = one(Rgb::new(c, 0.5, 0.1));
             assert!(shown.cmpge(Rgb::ZERO).all() && shown.cmple(Rgb::ONE).all(), "{c}: {shown}");
         }
     }

@@ -17,28 +17,33 @@ pub fn linear_to_srgb(v: f32) -> f32 {
 /// The byte of linear light, rounded exactly; 0 and 255 for less and more than there is, 0 for what is
 /// no number.
 pub fn linear_to_srgb8(v: f32) -> u8 {
-    /// The light at which each byte gives way to the next, and the byte at each of so many steps of
-    /// light: from there it is a step or two.
+    /// The light at which each byte gives way to the next, and the byte of the least light in each
+    /// bucket: those of a power of two are as wide, and narrower than any byte's light, so that at most
+    /// one byte ends within each.
     struct Bytes {
-        ends: [f32; 255],
-        first: [u8; STEPS + 1],
+        ends: [f32; 256],
+        first: [u8; BUCKETS + 1],
     }
-    const STEPS: usize = 4095;
+    /// Below all but the first byte.
+    const LEAST: f32 = 1.0 / 8192.0;
+    const SHIFT: u32 = 23 - 7;
+    const BUCKETS: usize = 13 << 7;
     static BYTES: OnceLock<Bytes> = OnceLock::new();
     let bytes = BYTES.get_or_init(|| {
         let ends = std::array::from_fn(|i| {
             let e = (i as f64 + 0.5) / 255.0;
             let linear = if e <= 0.04045 { e / 12.92 } else { libm::pow((e + 0.055) / 1.055, 2.4) };
-            linear as f32
+            // The last has no end.
+            if i < 255 { linear as f32 } else { f32::INFINITY }
         });
-        let below = |i: usize| ends.partition_point(|&end: &f32| end <= i as f32 / STEPS as f32);
+        let low = |i: usize| f32::from_bits(LEAST.to_bits() + ((i as u32) << SHIFT));
+        let below = |i: usize| ends.partition_point(|&end: &f32| end <= low(i));
         Bytes { ends, first: std::array::from_fn(|i| below(i) as u8) }
     });
-    let mut byte = bytes.first[(v.clamp(0.0, 1.0) * STEPS as f32) as usize];
-    while byte < 255 && v >= bytes.ends[usize::from(byte)] {
-        byte += 1;
-    }
-    byte
+    // NaN, too, is less.
+    let v = if v > LEAST { v.min(1.0) } else { LEAST };
+    let first = bytes.first[((v.to_bits() - LEAST.to_bits()) >> SHIFT) as usize];
+    first + u8::from(v >= bytes.ends[usize::from(first)])
 }
 
 /// What each byte stands for.
@@ -84,6 +89,16 @@ mod tests {
             let v = i as f32 / 100_000.0;
             let exact = linear_to_srgb(v) * 255.0;
             assert!((exact - f32::from(linear_to_srgb8(v))).abs() < 0.501, "{v}: {exact}");
+        }
+        // On both sides of where one byte gives way to the next.
+        for byte in 0..255u8 {
+            let end = (f64::from(byte) + 0.5) / 255.0;
+            let light = if end <= 0.04045 { end / 12.92 } else { libm::pow((end + 0.055) / 1.055, 2.4) };
+            let light = light as f32;
+            assert_eq!(
+                [light.next_down(), light, light.next_up()].map(linear_to_srgb8),
+                [byte, byte + 1, byte + 1]
+            );
         }
         assert_eq!([0.5, f32::NAN, 2.0, f32::INFINITY, -1.0].map(linear_to_srgb8), [188, 0, 255, 255, 0]);
     }
