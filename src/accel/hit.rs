@@ -155,59 +155,6 @@ impl FrameRay {
     }
 }
 
-/// Where many lines meet triangles that they are known to go through and that surely face them
-/// ([`Slack::facing`]): the t of [`FrameRay::place`], to the bit.
-#[derive(Clone, Debug)]
-pub(super) struct Places<const N: usize> {
-    /// By axis, of each line: its origin, and its direction divided by a power of two about as long.
-    o: [[f64; N]; 3],
-    d: [[f64; N]; 3],
-    /// t is a quotient.
-    above: [f64; N],
-    below: [f64; N],
-}
-
-impl<const N: usize> Places<N> {
-    /// Of lines from `o` along `d`, by axis.
-    #[inline(always)]
-    pub fn of(o: &[[f32; N]; 3], d: &[[f32; N]; 3]) -> Self {
-        let mut places = Places { o: [[0.0; N]; 3], d: [[0.0; N]; 3], above: [0.0; N], below: [1.0; N] };
-        for axis in 0..3 {
-            for i in 0..N {
-                places.o[axis][i] = f64::from(o[axis][i]);
-                places.d[axis][i] = f64::from(d[axis][i]);
-            }
-        }
-        places
-    }
-
-    /// The lines of `mask` meet this triangle: what is its own is computed once.
-    #[inline(always)]
-    pub fn meet(&mut self, mask: u32, v: &[Vec3; 3]) {
-        let v0 = v[0].as_dvec3();
-        let n = (v[1].as_dvec3() - v0).cross(v[2].as_dvec3() - v0);
-        for i in 0..N {
-            let own = |of: &[[f64; N]; 3]| DVec3::new(of[0][i], of[1][i], of[2][i]);
-            let (above, below) = (n.dot(v0 - own(&self.o)), n.dot(own(&self.d)));
-            let its = mask >> i & 1 == 1;
-            self.above[i] = if its { above } else { self.above[i] };
-            self.below[i] = if its { below } else { self.below[i] };
-        }
-    }
-
-    /// Where each met the last that it met, in the parameter of directions that are `size` times as
-    /// long.
-    #[inline(always)]
-    pub fn t(&self, size: f64) -> [f32; N] {
-        let unit = inverse(size);
-        let mut t = [0.0; N];
-        for (i, t) in t.iter_mut().enumerate() {
-            *t = (self.above[i] / self.below[i] * unit) as f32;
-        }
-        t
-    }
-}
-
 /// The power of two below a positive number: its exponent alone.
 #[inline(always)]
 pub(super) fn power_of_two(x: f64) -> f64 {

@@ -43,7 +43,7 @@ use crate::geometry::{Hit, HitId, Rgb};
 use crate::scene::{PosedScene, SurfaceClass};
 use clean::{Look, Raw};
 use hit::FrameRay;
-use packet::{Answers, GROUP, PacketStack, RAYS};
+use packet::{Answers, GROUP, Packet, PacketStack, RAYS};
 use plan::{Member, Plan, World};
 use query::{Asked, Blocking, Closest, Query, passes};
 use simd::{Job, Plain, Simd};
@@ -240,12 +240,12 @@ impl Job for Intersect<'_> {
     fn run<S: Simd>(self) {
         let Intersect { accel, rays, cutouts, hits } = self;
         let mut lane = Lane::new(accel);
-        let mut packets = PacketStack::default();
+        let (mut packet, mut packets) = (Packet::default(), PacketStack::default());
         let mut bundles = Bundles::of(rays.len());
         while let Some((first, count)) = bundles.pop() {
             let mut together = accel.together(rays.shared, count);
             if together {
-                let scratch = (&mut packets, &mut lane.stack);
+                let scratch = (&mut packet, &mut packets, &mut lane.stack);
                 let out = &mut hits[first..first + count];
                 together = packet::intersect::<S>(&accel.worlds, (rays, first, count), cutouts, out, scratch);
                 if !together && bundles.split(first, count) {
@@ -286,22 +286,27 @@ impl Job for Occluded<'_> {
     fn run<S: Simd>(self) {
         let Occluded { accel, segments, cutouts, out } = self;
         let mut lane = Lane::new(accel);
-        let mut packets = PacketStack::default();
+        let (mut packet, mut packets) = (Packet::default(), PacketStack::default());
         let mut bundles = Bundles::of(segments.len());
         while let Some((first, count)) = bundles.pop() {
             let mut answers = Answers { blocked: 0, passing: None };
             let mut together = accel.together(segments.shared, count);
             if together {
-                let (some, scratch) = ((segments, first, count), (&mut packets, &mut lane.stack));
+                let (some, scratch) =
+                    ((segments, first, count), (&mut packet, &mut packets, &mut lane.stack));
                 together = packet::occluded::<S>(&accel.worlds, some, cutouts, &mut answers, scratch);
                 if !together && bundles.split(first, count) {
                     continue;
                 }
             }
             let rest = !together || !accel.top.is_empty();
+            if !rest {
+                out.extend((0..count).map(|i| answers.blocked >> i & 1 == 1));
+                continue;
+            }
             for i in 0..count {
                 let mut blocked = answers.blocked >> i & 1 == 1;
-                if rest && !blocked {
+                if !blocked {
                     let (ray, mut query) = blocking(segments, first + i, cutouts, None);
                     if let Some(ray) = ray {
                         lane.trace::<S>(&ray, !together, &mut query);
@@ -329,7 +334,7 @@ impl Job for Transmittance<'_> {
     fn run<S: Simd>(self) {
         let Transmittance { accel, segments, cutouts, out } = self;
         let mut lane = Lane::new(accel);
-        let mut packets = PacketStack::default();
+        let (mut packet, mut packets) = (Packet::default(), PacketStack::default());
         let mut passing: [Vec<Hit>; RAYS] = std::array::from_fn(|_| Vec::new());
         let mut bundles = Bundles::of(segments.len());
         while let Some((first, count)) = bundles.pop() {
@@ -338,7 +343,8 @@ impl Job for Transmittance<'_> {
             let mut together = accel.together(segments.shared, count);
             if together {
                 let mut answers = Answers { blocked: 0, passing: Some(&mut passing) };
-                let (some, scratch) = ((segments, first, count), (&mut packets, &mut lane.stack));
+                let (some, scratch) =
+                    ((segments, first, count), (&mut packet, &mut packets, &mut lane.stack));
                 together = packet::occluded::<S>(&accel.worlds, some, cutouts, &mut answers, scratch);
                 blocked = answers.blocked;
                 if !together {

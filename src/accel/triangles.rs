@@ -174,7 +174,8 @@ impl<S: Simd, Q: Query> Part<S> for Visit<'_, Q> {
         let boxes = BoxRay::new(ray.o, ray.d, 0.0, ray.parameter(query.start()));
         let test = TestRay::new(ray, triangles.centre, triangles.radius, query.end());
         let limit = limit(ray, query);
-        let mut leaves = Meeting { triangles, ray, test, instance, query, limit, simd: PhantomData };
+        let blocks: &[Block] = &triangles.blocks;
+        let mut leaves = Meeting { triangles, blocks, ray, test, instance, query, limit, simd: PhantomData };
         triangles.tree.walk::<S>(from, &boxes, stack, limit, &mut leaves)
     }
 }
@@ -182,6 +183,7 @@ impl<S: Simd, Q: Query> Part<S> for Visit<'_, Q> {
 /// A ray at the leaves.
 struct Meeting<'a, S, Q> {
     triangles: &'a Triangles,
+    blocks: &'a [Block],
     ray: &'a FrameRay,
     test: TestRay,
     instance: Option<u32>,
@@ -193,7 +195,7 @@ struct Meeting<'a, S, Q> {
 impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
     #[inline(always)]
     fn enter(&mut self, leaf: u32, _: &mut Stack) -> Option<f32> {
-        for block in &self.triangles.blocks[leaf as usize..] {
+        for block in &self.blocks[leaf as usize..] {
             let candidates = self.test.candidates::<S>(block, self.limit);
             let mut possible = candidates.possible;
             if possible == 0 {

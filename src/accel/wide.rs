@@ -31,6 +31,12 @@ pub(super) struct Node {
     order: [u32; WIDTH],
 }
 
+/// The row of the lowest or the highest sides on an axis.
+#[inline(always)]
+pub(super) fn row(axis: usize, end: usize) -> usize {
+    2 * axis + end
+}
+
 /// An order takes the lower 24 bits; the count of children sits above those of the first.
 const COUNT_SHIFT: u32 = 24;
 
@@ -53,6 +59,12 @@ impl Node {
     pub fn bounds(&self, slot: usize) -> Box3 {
         let corner = |end: usize| Vec3::from(self.planes.map(|planes| planes[end][slot]));
         (corner(0), corner(1))
+    }
+
+    /// Everything by rows of eight: those of a box's sides come first, by [`row`].
+    #[inline(always)]
+    pub fn rows(&self) -> &[[f32; WIDTH]; 8] {
+        bytemuck::cast_ref(self)
     }
 
     /// Gives a child another box.

@@ -6,7 +6,7 @@ use super::super::block::{Block, CAPACITY};
 use super::super::bounds::{Bounds, Slack};
 use super::super::lanes::{by_axis, corners, cross, dot, splat, sub};
 use super::super::simd::{Lanes, Simd};
-use super::super::wide::{GROW, Node, SHRINK};
+use super::super::wide::{GROW, Node, SHRINK, row};
 use super::Packet;
 
 /// A box: for each axis the plane that is met first and the one that is met last, as the beam
@@ -47,8 +47,6 @@ pub(super) trait Beam<S: Simd> {
 /// Rays from one origin.
 pub(super) struct Origin {
     pub o: Vec3,
-    /// How far `o` may be from where it ought to be.
-    pub pad: Vec3,
     pub bounds: Bounds,
     /// Which end of a box is met first, where all rays agree on it.
     pub near_end: Option<[usize; 3]>,
@@ -59,10 +57,7 @@ impl<S: Simd> Beam<S> for Origin {
     fn planes(&self, node: &Node, slot: usize) -> Planes {
         let ends = self.near_end.unwrap_or([0; 3]);
         by_axis(|axis| {
-            let at = |end: usize| {
-                let pad = if end == 0 { -self.pad[axis] } else { self.pad[axis] };
-                node.planes[axis][end][slot] - self.o[axis] + pad
-            };
+            let at = |end: usize| node.rows()[row(axis, end) & 7][slot & 7] - self.o[axis];
             let (near, far) = (at(ends[axis]), at(1 - ends[axis]));
             if self.near_end.is_some() { [near * SHRINK, far * GROW] } else { [near, far] }
         })
@@ -113,8 +108,6 @@ impl<S: Simd> Beam<S> for Origin {
 pub(super) struct Direction {
     pub d: Vec3,
     pub reciprocal: Vec3,
-    /// How far origins may be from where they ought to be.
-    pub pad: Vec3,
     pub bounds: Bounds,
 }
 
@@ -123,9 +116,7 @@ impl<S: Simd> Beam<S> for Direction {
     fn planes(&self, node: &Node, slot: usize) -> Planes {
         by_axis(|axis| {
             let first = usize::from(self.reciprocal[axis] < 0.0);
-            let at = |end: usize| {
-                node.planes[axis][end][slot] + if end == 0 { -self.pad[axis] } else { self.pad[axis] }
-            };
+            let at = |end: usize| node.rows()[row(axis, end) & 7][slot & 7];
             [at(first), at(1 - first)]
         })
     }

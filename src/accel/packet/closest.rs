@@ -3,14 +3,15 @@
 use glam::Vec3;
 
 use super::super::batch::{Cutout, RayBatch, Shared};
-use super::super::block::Block;
-use super::super::hit::{FrameRay, Places};
+use super::super::block::{Block, CAPACITY};
+use super::super::hit::FrameRay;
 use super::super::query::{Asked, Closest, Query};
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::Stack;
 use super::lines::Lines;
-use super::{GROUP, GROUPS, Packet, PacketStack, PerRay, Sure, Verdict, whole};
+use super::places::Places;
+use super::{GROUP, Packet, PacketStack, PerRay, Sure, Verdict, whole};
 use crate::geometry::{EPSILON, Hit, HitId};
 
 /// No triangle yet.
@@ -27,49 +28,29 @@ pub fn intersect<S: Simd>(
     (rays, first, count): (&RayBatch, usize, usize),
     cutouts: &dyn Cutout,
     out: &mut [Hit],
-    (packets, stack): (&mut PacketStack, &mut Stack),
+    (packet, packets, stack): (&mut Packet, &mut PacketStack, &mut Stack),
 ) -> bool {
     let range = first..first + count;
     let mut room = None;
-    let mut packet = Packet::new();
-    let (own, length) = match rays.shared {
-        Shared::Origin(o) => {
-            let own = whole(&rays.directions[range.clone()], &mut room);
-            let own = own.and_then(|own| packet.take_own::<S>(own, Vec3::ZERO));
-            (own.filter(|&(least, _)| least > 0.0 && o.abs().max_element() < 1e30), None)
-        }
-        Shared::Direction(_) => {
-            let own = whole(&rays.origins[range.clone()], &mut room);
-            let d = rays.directions[first];
-            (own.and_then(|own| packet.take_own::<S>(own, Vec3::ZERO)), Some(d))
-        }
-        Shared::None => return false,
+    S::prefetch(match rays.shared {
+        Shared::Direction(_) => rays.origins.get(range.end..),
+        _ => rays.directions.get(range.end..),
+    });
+    // What is shared is told once for all of them, and so the same to the bit.
+    let lines = match rays.shared {
+        Shared::Origin(o) => whole(&rays.directions[range.clone()], &mut room)
+            .and_then(|directions| packet.take_directions::<S>(o, directions, Vec3::ZERO)),
+        Shared::Direction(_) => whole(&rays.origins[range.clone()], &mut room)
+            .and_then(|origins| packet.take_origins::<S>(rays.directions[first], origins)),
+        Shared::None => None,
     };
-    let Some((_, most)) = own else { return false };
-    if !packet.normalize(length.map_or(most, |d| d.abs().max_element())) {
-        return false;
+    let Some(lines) = lines.filter(|_| rays.far > 0.0) else { return false };
+    packet.begin::<S>(count, rays.start().t, rays.far);
+    if let Some(after) = rays.after.get(range) {
+        packet.starts = None;
+        let by = packet.size as f32;
+        after.iter().enumerate().for_each(|(i, after)| packet.start.set(i, after.t * by));
     }
-    packet.enliven(count);
-    let by = packet.size as f32;
-    if !(rays.far > 0.0) {
-        return false;
-    }
-    match rays.after.get(range) {
-        None => packet.start = PerRay::splat(rays.start().t * by),
-        Some(after) => after.iter().enumerate().for_each(|(i, after)| packet.start.set(i, after.t * by)),
-    }
-    let (limit, none) = (S::F16::splat(rays.far * by), S::F16::splat(-1.0));
-    for g in 0..GROUPS {
-        let limit = limit.or_else(packet.live[g], none);
-        limit.store(&mut packet.lower.0[g]);
-        limit.store(&mut packet.upper.0[g]);
-    }
-    // Told once for all of them, and so the same to the bit.
-    let shared = match rays.shared {
-        Shared::Direction(_) => Shared::Direction(rays.directions[first]),
-        shared => shared,
-    };
-    let Some(lines) = packet.lines::<S>(shared, most) else { return false };
     for (nth, triangles) in trees.iter().filter(|tree| !tree.is_empty()).enumerate() {
         let mut best = PerRay::splat(NONE);
         if nth > 0 {
@@ -80,7 +61,7 @@ pub fn intersect<S: Simd>(
         if !packet.lead::<S, _>(triangles, &lines, &mut verdict, packets) {
             return false;
         }
-        verdict.settle::<S>(&packet, &lines);
+        verdict.settle::<S>(packet, &lines);
     }
     true
 }
@@ -98,9 +79,15 @@ struct Nearest<'a, 's> {
 }
 
 impl<'a> Nearest<'a, '_> {
+    #[inline(always)]
     fn line(&self, ray: usize) -> Option<FrameRay> {
         let (rays, first) = self.rays;
-        FrameRay::new(rays.origins[first + ray].as_dvec3(), rays.directions[first + ray].as_dvec3())
+        // What is shared is nearer than what each ray has of it.
+        let (o, d) = match rays.shared {
+            Shared::Origin(o) => (o, rays.directions[first + ray]),
+            _ => (rays.origins[first + ray], rays.directions[first + ray]),
+        };
+        FrameRay::new(o.as_dvec3(), d.as_dvec3())
     }
 
     /// A ray's closest hit so far, exactly.
@@ -120,34 +107,38 @@ impl<'a> Nearest<'a, '_> {
     /// Computes where sure hits are.
     #[inline(always)]
     fn settle<S: Simd>(&mut self, packet: &Packet, lines: &Lines) {
-        let (o, d) = lines.shared();
+        let blocks: &[Block] = &self.triangles.blocks;
         for (g, hits) in self.hits.chunks_mut(GROUP).enumerate() {
             let entries = &self.best.0[g];
-            let sure = S::F16::below(entries, EXACT) & ((1 << hits.len()) - 1) as u32;
+            let mut sure = S::F16::below(entries, EXACT) & ((1 << hits.len()) - 1) as u32;
             if sure == 0 {
                 continue;
             }
-            let shared = |v: Vec3| [[v.x; GROUP], [v.y; GROUP], [v.z; GROUP]];
-            let own = [packet.own[0].0[g], packet.own[1].0[g], packet.own[2].0[g]];
-            let mut places = Places::of(&o.map_or(own, shared), &d.map_or(own, shared));
-            let mut ids = [HitId::NONE; GROUP];
+            let mut places = Places::of(packet, lines, g);
+            let mut ids = [[0; GROUP]; 2];
             let mut left = sure;
             while left != 0 {
                 // Neighbours mostly meet the same triangle.
                 let entry = entries[left.trailing_zeros() as usize & (GROUP - 1)];
                 let its = S::F16::matching(entries, entry) & left;
                 left &= !its;
-                let (block, lane) = self.triangles.at(entry);
-                places.meet(its, &block.corners(lane));
+                let (block, lane) = (&blocks[entry as usize / CAPACITY], entry as usize % CAPACITY);
+                places.meet::<S>(its, &block.corners(lane));
                 let id = self.triangles.spans.id(block.ids[lane]);
-                for (i, to) in ids.iter_mut().enumerate() {
-                    *to = if its >> i & 1 == 1 { id } else { *to };
-                }
+                S::F16::put(its, &mut ids[0], id.instance);
+                S::F16::put(its, &mut ids[1], id.triangle);
             }
             let t = places.t(packet.size);
-            for (i, hit) in hits.iter_mut().enumerate() {
-                if sure >> i & 1 == 1 && t[i] > 0.0 && t[i] < f32::INFINITY {
-                    *hit = Hit { t: t[i], id: ids[i] };
+            let along = S::F16::load(&t);
+            sure &= S::F16::splat(0.0).lt(along) & along.lt(S::F16::splat(f32::INFINITY));
+            let hit = |i: usize| Hit { t: t[i], id: HitId { instance: ids[0][i], triangle: ids[1][i] } };
+            if sure == (1 << GROUP) - 1
+                && let Some(hits) = hits.first_chunk_mut()
+            {
+                *hits = std::array::from_fn::<Hit, GROUP, _>(hit);
+            } else {
+                for (i, to) in hits.iter_mut().enumerate().filter(|(i, _)| sure >> i & 1 == 1) {
+                    *to = hit(i);
                 }
             }
         }
@@ -156,7 +147,8 @@ impl<'a> Nearest<'a, '_> {
     fn question(&self, ray: usize) -> Closest<'a> {
         let (rays, first) = self.rays;
         let i = first + ray;
-        let asked = Asked { o: rays.origins[i], d: rays.directions[i], cutouts: self.cutouts };
+        let o = if let Shared::Origin(o) = rays.shared { o } else { rays.origins[i] };
+        let asked = Asked { o, d: rays.directions[i], cutouts: self.cutouts };
         Closest { asked, cull: rays.cull, after: rays.after(i), best: self.settled(ray) }
     }
 

@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use super::super::lanes::by_axis;
 use super::super::simd::{Lanes, Simd};
-use super::super::wide::Node;
-use super::{GROUPS, Packet};
+use super::super::wide::{Node, row};
+use super::{GROUP, GROUPS, Packet};
 use crate::geometry::EPSILON;
 
 /// What all rays of a packet are inside of. With k the axis that they mostly run along, and a and
@@ -13,8 +13,12 @@ use crate::geometry::EPSILON;
 /// box is outside of it where its farthest corner is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frustum {
-    /// k, a, b.
-    axes: [usize; 3],
+    /// Rows of a node: for each plane that of k whose corner is the farthest.
+    rows: [usize; 4],
+    /// Those of a's and b's ends, as planes ask for them.
+    ends: [usize; 4],
+    /// Of k where boxes begin and where they end.
+    along: [usize; 2],
     /// Of planes a low, a high, b low, b high: the factor of k, and the least that the sum may be.
     slopes: [f32; 4],
     least: [f32; 4],
@@ -22,7 +26,21 @@ pub(super) struct Frustum {
     scale: f32,
     near: f32,
     far: f32,
-    /// Directions of the rays, about.
+    /// The direction of a ray, about.
+    mean: Vec3,
+}
+
+/// Directions from one origin, in parts of what they are along one axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cone {
+    /// k, a, b.
+    axes: [usize; 3],
+    /// That of every direction along k.
+    sign: f32,
+    /// The ends of a/|k| and of b/|k|, rounding included.
+    tangents: [f32; 4],
+    /// The least 1/|k|.
+    slowest: f32,
     mean: Vec3,
 }
 
@@ -30,28 +48,65 @@ pub(super) struct Frustum {
 /// is missed by all rays.
 const SPREAD: f32 = 0.1;
 
-impl Frustum {
-    /// Around rays from one origin: their directions are the packet's own, in all lanes. `None`
-    /// where they spread too far. `size` is the greatest coordinate of the tree.
+impl Cone {
+    /// Around the packet's own directions, in all lanes, whose reciprocals are known; `mean` is
+    /// about one of them. `None` where they spread too far or not all are about as long.
     #[inline(always)]
-    pub fn from_origin<S: Simd>(packet: &Packet, o: Vec3, size: f32) -> Option<Frustum> {
-        let mean = sum::<S>(&packet.own);
+    pub fn around<S: Simd>(packet: &Packet, mean: Vec3) -> Option<Cone> {
         let (axes, sign) = axes(mean);
         let [k, a, b] = axes;
         let mut around = Around::<S>::new();
-        let mut slowest = S::F16::splat(f32::INFINITY);
+        let (mut slowest, mut fastest) = (S::F16::splat(f32::INFINITY), S::F16::splat(0.0));
+        let own = |axis: usize, g: usize| S::F16::load(&packet.own[axis].0[g]);
+        let mut sum = S::F16::splat(0.0);
         for g in 0..GROUPS {
-            let load = |from: &[super::PerRay<f32>; 3], axis: usize| S::F16::load(&from[axis].0[g]);
-            let along = load(&packet.reciprocal, k) * S::F16::splat(sign);
-            slowest = slowest.min(along);
-            around.add(load(&packet.own, a) * along, load(&packet.own, b) * along);
+            let along = S::F16::load(&packet.reciprocal[k].0[g]) * S::F16::splat(sign);
+            (slowest, fastest) = (slowest.min(along), fastest.max(along));
+            let (u, v) = (own(a, g) * along, own(b, g) * along);
+            around.add(u, v);
+            sum = sum + (u + v);
         }
-        let (slowest, [u0, u1, v0, v1]) = (slowest.least(), around.ends());
-        if !(slowest > 0.0 && u1 - u0 <= SPREAD && v1 - v0 <= SPREAD) {
+        let (slowest, fastest) = (slowest.least(), fastest.greatest());
+        let [u0, u1, v0, v1] = around.ends();
+        // Comparisons lose what is no number; a sum does not.
+        let numbers = sum.le(S::F16::splat(f32::INFINITY)) == (1 << GROUP) - 1;
+        let ordinary = slowest > LEAST_SPEED && fastest < 1.0 / LEAST_SPEED;
+        if !(numbers && ordinary && u1 - u0 <= SPREAD && v1 - v0 <= SPREAD) {
             return None;
         }
         let wider = |x: f32| 8.0 * EPSILON * (1.0 + x.abs());
-        let (u0, u1, v0, v1) = (u0 - wider(u0), u1 + wider(u1), v0 - wider(v0), v1 + wider(v1));
+        let tangents = [u0 - wider(u0), u1 + wider(u1), v0 - wider(v0), v1 + wider(v1)];
+        Some(Cone { axes, sign, tangents, slowest, mean })
+    }
+
+    /// At least the length of every direction.
+    #[inline(always)]
+    pub fn length(&self) -> f64 {
+        let [u0, u1, v0, v1] = self.tangents.map(|x| f64::from(x * x));
+        (1.0 + 1e-6) / f64::from(self.slowest) * (1.0 + u0.max(u1) + v0.max(v1)).sqrt()
+    }
+
+    /// Which end of boxes comes first on each axis, where all rays surely agree on it.
+    #[inline(always)]
+    pub fn near_end(&self) -> Option<[usize; 3]> {
+        let [k, a, b] = self.axes;
+        let [u0, u1, v0, v1] = self.tangents;
+        let mut ends = [0; 3];
+        ends[k] = usize::from(self.sign < 0.0);
+        ends[a] = usize::from(u0 < 0.0);
+        ends[b] = usize::from(v0 < 0.0);
+        ((u0 > 0.0 || u1 < 0.0) && (v0 > 0.0 || v1 < 0.0)).then_some(ends)
+    }
+}
+
+/// 1/|k| of directions that are worked with as they are lies between this and its reciprocal.
+const LEAST_SPEED: f32 = 1.0 / 65536.0;
+
+impl Frustum {
+    /// Of rays from `o`. `size` is the greatest coordinate of the tree.
+    #[inline(always)]
+    pub fn from_origin(cone: &Cone, o: Vec3, size: f32) -> Frustum {
+        let &Cone { axes: [k, a, b], sign, tangents: [u0, u1, v0, v1], slowest, mean } = cone;
         let slopes = [-u0 * sign, u1 * sign, -v0 * sign, v1 * sign];
         let steepest = u0.abs().max(u1.abs()).max(v0.abs()).max(v1.abs());
         let slack = 8.0 * EPSILON * (1.0 + steepest) * (size + o.abs().max_element());
@@ -63,7 +118,28 @@ impl Frustum {
         let scale = sign * slowest;
         let shift = scale * o[k];
         let late = slack * slowest;
-        Some(Frustum { axes, slopes, least, scale, near: shift + late, far: shift - late, mean })
+        Frustum::new([k, a, b], (slopes, least), (scale, shift + late, shift - late), mean)
+    }
+
+    #[inline(always)]
+    fn new(
+        [k, a, b]: [usize; 3],
+        (slopes, least): ([f32; 4], [f32; 4]),
+        (scale, near, far): (f32, f32, f32),
+        mean: Vec3,
+    ) -> Frustum {
+        let first = usize::from(scale < 0.0);
+        Frustum {
+            rows: slopes.map(|slope| row(k, usize::from(slope >= 0.0))),
+            ends: [row(a, 1), row(a, 0), row(b, 1), row(b, 0)],
+            along: [row(k, first), row(k, 1 - first)],
+            slopes,
+            least,
+            scale,
+            near,
+            far,
+            mean,
+        }
     }
 
     /// Around rays along `d`: their origins are the packet's own, in all lanes. `None` where they
@@ -90,15 +166,7 @@ impl Frustum {
         let slack = 16.0 * EPSILON * (1.0 + u.abs().max(v.abs())) * (size + far_off);
         let least = [u0 - slack, -u1 - slack, v0 - slack, -v1 - slack];
         let late = slack * scale.abs();
-        Some(Frustum {
-            axes,
-            slopes: [-u, u, -v, v],
-            least,
-            scale,
-            near: last + late,
-            far: first - late,
-            mean: d,
-        })
+        Some(Frustum::new(axes, ([-u, u, -v, v], least), (scale, last + late, first - late), d))
     }
 
     pub fn mean(&self) -> Vec3 {
@@ -108,17 +176,16 @@ impl Frustum {
     /// The children of a node that rays may meet before `farthest`, and before what they cannot.
     #[inline(always)]
     pub fn meets<S: Simd>(&self, node: &Node, farthest: f32) -> (u32, S::F8) {
-        let [k, a, b] = self.axes;
-        let plane = |axis: usize, end: usize| S::F8::load(&node.planes[axis][end]);
+        let rows = node.rows();
+        let sides = |row: usize| S::F8::load(&rows[row & 7]);
         let splat = S::F8::splat;
-        let first = usize::from(self.scale < 0.0);
-        let near = plane(k, first).mul_sub(splat(self.scale), splat(self.near));
-        let far = plane(k, 1 - first).mul_sub(splat(self.scale), splat(self.far));
+        let near = sides(self.along[0]).mul_sub(splat(self.scale), splat(self.near));
+        let far = sides(self.along[1]).mul_sub(splat(self.scale), splat(self.far));
         let mut hit = near.le(splat(farthest)) & splat(0.0).le(far);
         for i in 0..4 {
-            let axis = if i < 2 { a } else { b };
-            let along = plane(k, usize::from(self.slopes[i] >= 0.0)) * splat(self.slopes[i]);
-            let sum = if i % 2 == 0 { along + plane(axis, 1) } else { along - plane(axis, 0) };
+            let (along, end) = (sides(self.rows[i]), sides(self.ends[i]));
+            let slope = splat(self.slopes[i]);
+            let sum = if i % 2 == 0 { along.mul_add(slope, end) } else { along.mul_sub(slope, end) };
             hit &= splat(self.least[i]).le(sum);
         }
         (hit & node.used(), near)
@@ -153,16 +220,4 @@ impl<S: Simd> Around<S> {
         let [u0, u1, v0, v1] = self.0;
         [u0.least(), u1.greatest(), v0.least(), v1.greatest()]
     }
-}
-
-/// The sum of what rays do not share.
-#[inline(always)]
-fn sum<S: Simd>(of: &[super::PerRay<f32>; 3]) -> Vec3 {
-    let mut sums = Vec3::ZERO;
-    for axis in 0..3 {
-        let [a, b, c, d] = &of[axis].0;
-        let (a, b, c, d) = (S::F16::load(a), S::F16::load(b), S::F16::load(c), S::F16::load(d));
-        sums[axis] = ((a + b) + (c + d)).sum();
-    }
-    sums
 }

@@ -2,54 +2,91 @@
 
 use glam::Vec3;
 
-use super::super::batch::Shared;
 use super::super::bounds::Bounds;
-use super::super::hit::inverse;
+use super::super::hit::{inverse, power_of_two};
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::{LEAST, reciprocal};
 use super::beam::{Direction, Origin};
-use super::frustum::Frustum;
-use super::{GROUP, GROUPS, Packet, PacketStack, Verdict};
+use super::frustum::{Cone, Frustum};
+use super::{Packet, PacketStack, RAYS, Verdict};
 
 /// The lines that a packet's rays are on, in its own parameter.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lines {
     /// From one place.
-    From {
-        o: Vec3,
-        /// At least the length of every direction.
-        length: f64,
-        /// Which end of boxes comes first on each axis, where all rays agree on it.
-        near_end: Option<[usize; 3]>,
-    },
+    From(Vec3, Cone),
     /// Along one direction.
     Along(Vec3),
 }
 
-impl Lines {
-    /// The origin that is shared, or the direction.
-    pub fn shared(&self) -> (Option<Vec3>, Option<Vec3>) {
-        match *self {
-            Lines::From { o, .. } => (Some(o), None),
-            Lines::Along(d) => (None, Some(d)),
-        }
-    }
-}
+/// Directions whose longest component is between these are worked with as they are.
+const ORDINARY: [f32; 2] = [1.0 / 4096.0, 4096.0];
 
 impl Packet {
-    /// Prepares what rays do not share, whose longest component is `most`, for tracing. `None` where
-    /// they share nothing.
+    /// Takes rays from `o` along what `of` is from `base`. `None` where they do not go together.
     #[inline(always)]
-    pub(super) fn lines<S: Simd>(&mut self, shared: Shared, most: f32) -> Option<Lines> {
-        let shrink = inverse(self.size) as f32;
-        match shared {
-            Shared::Origin(o) => {
-                let length = f64::from(most * shrink) * 3f64.sqrt();
-                Some(Lines::From { o, length, near_end: self.invert::<S>(shrink) })
+    pub(super) fn take_directions<S: Simd>(
+        &mut self,
+        o: Vec3,
+        of: &[Vec3; RAYS],
+        base: Vec3,
+    ) -> Option<Lines> {
+        if !(o.abs().max_element() < 1e30) {
+            return None;
+        }
+        self.size = 1.0;
+        let mean = 0.5 * ((of[0] - base) + (of[RAYS - 1] - base));
+        let longest = mean.abs().max_element();
+        let cone = if longest > ORDINARY[0] && longest < ORDINARY[1] {
+            self.fill::<S>(of, base);
+            Cone::around::<S>(self, mean)
+        } else {
+            let longest = of.iter().map(|v| (v - base).abs().max_element()).fold(0.0, f32::max);
+            if !(longest > 1e-30 && longest < 1e30) {
+                return None;
             }
-            Shared::Direction(d) => Some(Lines::Along(d * shrink)),
-            Shared::None => None,
+            self.size = power_of_two(f64::from(longest));
+            let shrink = inverse(self.size) as f32;
+            self.fill::<S>(&of.map(|v| (v - base) * shrink), Vec3::ZERO);
+            Cone::around::<S>(self, mean * shrink)
+        };
+        cone.map(|cone| Lines::From(o, cone))
+    }
+
+    /// Takes rays along `d` from what `of` says. `None` where they do not go together.
+    #[inline(always)]
+    pub(super) fn take_origins<S: Simd>(&mut self, d: Vec3, of: &[Vec3; RAYS]) -> Option<Lines> {
+        let (zero, mut fits) = (S::F16::splat(0.0), S::F16::splat(0.0));
+        let mut greatest = zero;
+        for (g, of) in of.as_chunks().0.iter().enumerate() {
+            for (own, x) in self.own.iter_mut().zip(S::columns(of)) {
+                x.store(&mut own.0[g]);
+                // Times 0 what is infinite or no number is no number.
+                fits = x.mul_add(zero, fits);
+                greatest = x.abs().max(greatest);
+            }
+        }
+        let longest = d.abs().max_element();
+        if !(fits.sum() == 0.0 && greatest.greatest() < 1e30 && longest > 1e-30 && longest < 1e30) {
+            return None;
+        }
+        self.size = power_of_two(f64::from(longest));
+        Some(Lines::Along(d * inverse(self.size) as f32))
+    }
+
+    /// Takes directions, and their reciprocals.
+    #[inline(always)]
+    fn fill<S: Simd>(&mut self, of: &[Vec3; RAYS], base: Vec3) {
+        let least = S::F16::splat(LEAST);
+        for (g, of) in of.as_chunks().0.iter().enumerate() {
+            let columns = S::columns(of);
+            for axis in 0..3 {
+                let d = columns[axis] - S::F16::splat(base[axis]);
+                d.store(&mut self.own[axis].0[g]);
+                let r = S::F16::splat(1.0).div(d.abs().max(least)).flipped_by(d);
+                r.store(&mut self.reciprocal[axis].0[g]);
+            }
         }
     }
 
@@ -64,10 +101,11 @@ impl Packet {
     ) -> bool {
         let (centre, radius, size) = (triangles.centre, triangles.radius, triangles.size());
         match *lines {
-            Lines::From { o, length, near_end } => {
-                let Some(frustum) = Frustum::from_origin::<S>(self, o, size) else { return false };
+            Lines::From(o, ref cone) => {
+                let frustum = Frustum::from_origin(cone, o, size);
                 let far = o.as_dvec3().distance(centre) + radius;
-                let beam = Origin { o, pad: Vec3::ZERO, bounds: Bounds::new(length, far, 0.0), near_end };
+                let bounds = Bounds::new(cone.length(), far, 0.0);
+                let beam = Origin { o, bounds, near_end: cone.near_end() };
                 self.trace::<S, _, _>(triangles, &beam, &frustum, verdict, stack);
             }
             Lines::Along(d) => {
@@ -76,35 +114,11 @@ impl Packet {
                 let beam = Direction {
                     d,
                     reciprocal: reciprocal(d),
-                    pad: Vec3::ZERO,
                     bounds: Bounds::new(d.as_dvec3().length(), far, 0.0),
                 };
                 self.trace::<S, _, _>(triangles, &beam, &frustum, verdict, stack);
             }
         }
         true
-    }
-
-    /// Multiplies the rays' own directions by `shrink` and fills in the reciprocals. Which end of
-    /// boxes comes first on each axis, where they agree on it.
-    #[inline(always)]
-    fn invert<S: Simd>(&mut self, shrink: f32) -> Option<[usize; 3]> {
-        let (mut ends, mut agree) = ([0; 3], true);
-        let least = S::F16::splat(LEAST);
-        for (axis, end) in ends.iter_mut().enumerate() {
-            let (mut some, mut all) = (0, u32::MAX);
-            for g in 0..GROUPS {
-                let d = S::F16::load(&self.own[axis].0[g]) * S::F16::splat(shrink);
-                d.store(&mut self.own[axis].0[g]);
-                let r = S::F16::splat(1.0).div(d.abs().max(least)).flipped_by(d);
-                r.store(&mut self.reciprocal[axis].0[g]);
-                let negative = r.lt(S::F16::splat(0.0));
-                some |= negative;
-                all &= negative;
-            }
-            *end = usize::from(some != 0);
-            agree &= some == 0 || all == (1 << GROUP) - 1;
-        }
-        agree.then_some(ends)
     }
 }

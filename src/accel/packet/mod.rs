@@ -13,13 +13,13 @@ mod beam;
 mod closest;
 mod frustum;
 mod lines;
+mod places;
 mod shadow;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::block::Block;
 use super::bounds::W_SCALE;
-use super::hit::power_of_two;
 use super::simd::{Lanes, Part, Simd};
 use super::triangles::Triangles;
 use super::wide::{GROW, LEAF, Node, Octant, WIDTH};
@@ -51,6 +51,23 @@ fn whole<'a, T: Copy>(of: &'a [T], room: &'a mut Option<[T; RAYS]>) -> Option<&'
     Some(room)
 }
 
+impl Default for Packet {
+    fn default() -> Self {
+        let zero = PerRay::splat(0.0);
+        Packet {
+            own: [zero.clone(), zero.clone(), zero.clone()],
+            reciprocal: [zero.clone(), zero.clone(), zero.clone()],
+            start: zero.clone(),
+            starts: Some(0.0),
+            lower: zero.clone(),
+            upper: zero,
+            live: [0; GROUPS],
+            sure_start: 0.0,
+            size: 1.0,
+        }
+    }
+}
+
 /// A number for each ray.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
@@ -73,7 +90,8 @@ impl<T: Copy> PerRay<T> {
     }
 }
 
-/// Rays, in the parameter of directions that were multiplied by `scale`.
+/// Rays, in the parameter of directions that were divided by `size`. One for each batch, filled again
+/// and again.
 #[derive(Debug)]
 pub(super) struct Packet {
     /// By axis what rays do not share: their directions, or their origins.
@@ -82,6 +100,8 @@ pub(super) struct Packet {
     reciprocal: [PerRay<f32>; 3],
     /// What comes surely before this has no effect.
     start: PerRay<f32>,
+    /// The number that all of these are, if it is one.
+    starts: Option<f32>,
     /// The t that nothing beyond matters lies between these; −1 where a ray is done.
     lower: PerRay<f32>,
     upper: PerRay<f32>,
@@ -89,7 +109,8 @@ pub(super) struct Packet {
     live: [u32; GROUPS],
     /// What comes before this may have no effect.
     sure_start: f32,
-    /// This many times a caller's parameter: a parameter of the packet. A power of two.
+    /// This many times a caller's parameter: a parameter of the packet. A power of two, and 1 for
+    /// directions of ordinary lengths.
     size: f64,
 }
 
@@ -176,46 +197,24 @@ struct Sure<L> {
 }
 
 impl Packet {
+    /// Takes the first `count` rays, which begin at `start` and of which nothing matters beyond `end`,
+    /// in a caller's parameter.
     #[inline(always)]
-    fn new() -> Packet {
-        let zero = PerRay::splat(0.0);
-        let none = PerRay::splat(-1.0);
-        Packet {
-            own: [zero.clone(), zero.clone(), zero.clone()],
-            reciprocal: [zero.clone(), zero.clone(), zero.clone()],
-            start: zero,
-            lower: none.clone(),
-            upper: none,
-            live: [0; GROUPS],
-            sure_start: 0.0,
-            size: 1.0,
+    fn begin<S: Simd>(&mut self, count: usize, start: f32, end: f32) {
+        let by = self.size as f32;
+        if self.starts != Some(start * by) {
+            self.start = PerRay::splat(start * by);
+            self.starts = Some(start * by);
         }
-    }
-
-    /// Takes what rays do not share, less `base`. The least and the greatest of the vectors'
-    /// longest components; `None` where any is not finite or too large to be worked with.
-    #[inline(always)]
-    fn take_own<S: Simd>(&mut self, of: &[Vec3; RAYS], base: Vec3) -> Option<(f32, f32)> {
-        let (mut least, mut greatest) = (S::F16::splat(f32::INFINITY), S::F16::splat(0.0));
-        let zero = S::F16::splat(0.0);
-        let mut fits = (1 << GROUP) - 1;
-        for (g, of) in of.as_chunks::<GROUP>().0.iter().enumerate() {
-            let columns = S::columns(of);
-            let mut sum = zero;
-            let mut longest = zero;
-            for axis in 0..3 {
-                let x = columns[axis] - S::F16::splat(base[axis]);
-                x.store(&mut self.own[axis].0[g]);
-                // Times 0 what is infinite or no number is no number.
-                sum = x.mul_add(zero, sum);
-                longest = x.abs().max(longest);
-            }
-            fits &= sum.le(zero);
-            least = longest.min(least);
-            greatest = longest.max(greatest);
+        let all = if count < RAYS { (1 << count) - 1 } else { u64::MAX };
+        let (end, none) = (S::F16::splat(end * by), S::F16::splat(-1.0));
+        for g in 0..GROUPS {
+            self.live[g] = (all >> (g * GROUP)) as u32 & ((1 << GROUP) - 1);
+            let end = end.or_else(self.live[g], none);
+            end.store(&mut self.lower.0[g]);
+            end.store(&mut self.upper.0[g]);
         }
-        let (least, greatest) = (least.least(), greatest.greatest());
-        (fits == (1 << GROUP) - 1 && greatest < 1e30).then_some((least, greatest))
+        self.sure_start = 0.0;
     }
 
     /// At least how far from `centre` what rays do not share is.
@@ -230,23 +229,6 @@ impl Packet {
         }
         let rounding = 4.0 * f64::from(EPSILON) * (f64::from(most.greatest()) + centre.length());
         f64::from(most.greatest()) * 3f64.sqrt() + rounding
-    }
-
-    /// Divides directions that are `longest` in any component by the power of two below that.
-    /// False where they are out of all proportion.
-    #[inline(always)]
-    fn normalize(&mut self, longest: f32) -> bool {
-        self.size = power_of_two(f64::from(longest));
-        longest > 1e-30 && longest < 1e30
-    }
-
-    /// The first `count` rays are there.
-    #[inline(always)]
-    fn enliven(&mut self, count: usize) {
-        let all = if count < RAYS { (1 << count) - 1 } else { u64::MAX };
-        for (g, live) in self.live.iter_mut().enumerate() {
-            *live = (all >> (g * GROUP)) as u32 & ((1 << GROUP) - 1);
-        }
     }
 
     /// A ray is done.
@@ -287,14 +269,14 @@ impl Packet {
     #[inline(always)]
     fn meet_leaf<S: Simd, B: Beam<S>>(
         &mut self,
-        triangles: &Triangles,
+        blocks: &[Block],
         beam: &B,
         first: u32,
         masks: [u32; GROUPS],
         verdict: &mut impl Verdict<S>,
     ) -> bool {
         let mut changed = false;
-        for (index, block) in triangles.blocks.iter().enumerate().skip(first as usize) {
+        for (index, block) in blocks.iter().enumerate().skip(first as usize) {
             let prepared = beam.prepare(block);
             let slack = beam.slack(block);
             let (side, minus) = (S::F16::splat(slack.side), S::F16::splat(-slack.side));
@@ -380,10 +362,11 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
     fn run(self) {
         let Trace { packet, triangles, beam, frustum, verdict, stack } = self;
         let Some(root) = triangles.tree.root else { return };
+        let blocks: &[Block] = &triangles.blocks;
         stack.top = 0;
         if root & LEAF != 0 {
             let masks = packet.live;
-            packet.meet_leaf::<S, B>(triangles, beam, root & !LEAF, masks, verdict);
+            packet.meet_leaf::<S, B>(blocks, beam, root & !LEAF, masks, verdict);
             return;
         }
         let nodes: &[Node] = &triangles.tree.nodes;
@@ -431,7 +414,7 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
                 }
                 let child = node.child[slot];
                 if child & LEAF != 0 {
-                    if packet.meet_leaf::<S, B>(triangles, beam, child & !LEAF, masks, verdict) {
+                    if packet.meet_leaf::<S, B>(blocks, beam, child & !LEAF, masks, verdict) {
                         farthest = packet.farthest::<S>();
                     }
                 } else if entering <= FEW {

@@ -1,7 +1,5 @@
 //! Segments by the packet: is anything in the way?
 
-use glam::Vec3;
-
 use super::super::batch::{Cutout, SegmentBatch, Shared};
 use super::super::block::Block;
 use super::super::blocking;
@@ -9,8 +7,8 @@ use super::super::bounds::LIGHT;
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::Stack;
-use super::{GROUP, GROUPS, Packet, PacketStack, PerRay, RAYS, Sure, Verdict, whole};
-use crate::geometry::Hit;
+use super::{GROUP, Packet, PacketStack, PerRay, RAYS, Sure, Verdict, whole};
+use crate::geometry::{Hit, HitId};
 
 /// What is known of the segments of a packet.
 pub(in crate::accel) struct Answers<'p> {
@@ -29,42 +27,30 @@ pub fn occluded<S: Simd>(
     (segments, first, count): (&SegmentBatch, usize, usize),
     cutouts: &dyn Cutout,
     answers: &mut Answers<'_>,
-    (packets, stack): (&mut PacketStack, &mut Stack),
+    (packet, packets, stack): (&mut Packet, &mut PacketStack, &mut Stack),
 ) -> bool {
     let mut room = None;
+    S::prefetch(segments.from.get(first + count..));
     let Some(from) = whole(&segments.from[first..first + count], &mut room) else { return false };
-    let mut packet = Packet::new();
-    let (own, length) = match segments.shared {
-        Shared::Origin(light) => {
-            let own = packet.take_own::<S>(from, light);
-            (own.filter(|&(least, _)| least > 0.0 && light.abs().max_element() < 1e30), None)
-        }
-        Shared::Direction(d) => (packet.take_own::<S>(from, Vec3::ZERO), Some(d)),
+    let (lines, end) = match segments.shared {
+        Shared::Origin(light) => (packet.take_directions::<S>(light, from, light), 1.0),
+        Shared::Direction(d) => (packet.take_origins::<S>(d, from), f32::INFINITY),
         Shared::None => return false,
     };
-    let Some((_, most)) = own else { return false };
-    if !packet.normalize(length.map_or(most, |d| d.abs().max_element())) {
-        return false;
-    }
-    packet.enliven(count);
-    let end = match segments.shared {
-        Shared::Origin(_) => packet.size as f32,
-        _ => f32::INFINITY,
-    };
-    let none = S::F16::splat(-1.0);
-    for g in 0..GROUPS {
-        let end = S::F16::splat(end).or_else(packet.live[g], none);
-        end.store(&mut packet.lower.0[g]);
-        end.store(&mut packet.upper.0[g]);
-    }
+    let Some(lines) = lines else { return false };
+    packet.begin::<S>(count, 0.0, end);
     if let Shared::Origin(_) = segments.shared {
         packet.sure_start = LIGHT * packet.size as f32;
     }
-    let Some(lines) = packet.lines::<S>(segments.shared, most) else { return false };
     for triangles in trees.iter().filter(|tree| !tree.is_empty()) {
         let mut sources = PerRay::splat(u32::MAX);
+        let mut last = (HitId::NONE, u32::MAX);
         for (ray, &source) in segments.source[first..first + count].iter().enumerate() {
-            sources.set(ray, triangles.spans.index(source).unwrap_or(u32::MAX));
+            // Neighbours mostly start on the same triangle.
+            if source != last.0 {
+                last = (source, triangles.spans.index(source).unwrap_or(u32::MAX));
+            }
+            sources.set(ray, last.1);
         }
         let segments = (segments, first);
         let mut verdict = Blocked { triangles, segments, cutouts, sources, answers: &mut *answers, stack };

@@ -105,6 +105,21 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn put(mask: u32, to: &mut [f64; 16], numbers: &[f64; 16]) {
+        // SAFETY: see the top of the file; both are as long as two registers.
+        unsafe {
+            let (to, from) = (to.as_mut_ptr(), numbers.as_ptr());
+            _mm512_mask_storeu_pd(to, mask as __mmask8, _mm512_loadu_pd(from));
+            _mm512_mask_storeu_pd(to.add(8), (mask >> 8) as __mmask8, _mm512_loadu_pd(from.add(8)));
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(of: Option<&[Vec3]>) {
+        super::avx2::Avx2::prefetch(of);
+    }
+
+    #[inline(always)]
     fn call<J: Part<Self>>(job: J) -> J::Output {
         // SAFETY: this is reached from `run` alone, which the processor was asked for.
         unsafe { part(job) }

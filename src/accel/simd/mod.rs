@@ -159,6 +159,20 @@ pub(super) trait Simd {
         [Self::F16::load(&columns[0]), Self::F16::load(&columns[1]), Self::F16::load(&columns[2])]
     }
 
+    /// Has the vectors of a packet fetched, if there are any: they are wanted soon.
+    #[inline(always)]
+    fn prefetch(of: Option<&[Vec3]>) {
+        let _ = of;
+    }
+
+    /// Writes numbers where `mask` has a bit.
+    #[inline(always)]
+    fn put(mask: u32, to: &mut [f64; 16], numbers: &[f64; 16]) {
+        for (i, (to, &x)) in to.iter_mut().zip(numbers).enumerate() {
+            *to = if mask >> i & 1 == 1 { x } else { *to };
+        }
+    }
+
     /// Runs a job of this tier as a function of its own, which is not inlined into its caller.
     fn call<J: Part<Self>>(job: J) -> J::Output
     where
@@ -353,6 +367,15 @@ mod tests {
         }
     }
 
+    fn puts<S: Simd>() {
+        let numbers: [f64; 16] = std::array::from_fn(|i| i as f64);
+        for mask in [0, 1, 0x5a3c, 0x80ff, 0xffff] {
+            let mut to = [-1.0; 16];
+            S::put(mask, &mut to, &numbers);
+            assert!((0..16).all(|i| to[i] == if mask >> i & 1 == 1 { numbers[i] } else { -1.0 }));
+        }
+    }
+
     impl Job for AllOps {
         type Output = ();
         #[inline(always)]
@@ -363,6 +386,7 @@ mod tests {
             arranged::<S>();
             meetings::<S>();
             columns::<S>();
+            puts::<S>();
         }
     }
 
