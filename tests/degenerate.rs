@@ -185,6 +185,51 @@ fn absurd_rays_miss() {
     }
 }
 
+/// Directions of any lengths, and some among them that are none, are answered together as they are alone.
+#[test]
+fn odd_directions_do_no_harm_to_their_packet() {
+    let scene = common::scene(common::sphere(5), &[DAffine3::IDENTITY]);
+    let posed = pose(&scene, &PoseSettings::default()).unwrap();
+    let o = Vec3::new(0.3, 0.2, 3.0);
+    let rays: Vec<Vec3> = (0..64)
+        .map(|i| Vec3::new((i % 8) as f32, (i / 8) as f32, 0.0) * 0.02 - Vec3::new(0.4, 0.3, 2.5))
+        .collect();
+    let mut found = 0;
+    for tier in common::tiers() {
+        let (accel, _) = Accel::build(&posed, &BuildSettings { tier, ..Default::default() });
+        let mut check = |directions: &[Vec3]| {
+            let ask = |shared: Shared| {
+                let mut batch = RayBatch { shared, ..RayBatch::default() };
+                directions.iter().for_each(|&d| batch.push(o, d));
+                let mut hits = Vec::new();
+                accel.intersect(&batch, &Plain, &mut hits);
+                hits
+            };
+            let hits = ask(Shared::Origin(o));
+            assert_eq!(hits, ask(Shared::None), "{directions:?}");
+            found += hits.iter().filter(|hit| !hit.is_miss()).count();
+        };
+        for size in [1e-37, 1e-30, 1e-12, 1e-4, 2e-4, 1.0, 4e3, 5e3, 1e12, 1e30, 1e37] {
+            check(&rays.iter().map(|d| d * size).collect::<Vec<_>>());
+        }
+        // Lengths that have nothing to do with each other.
+        check(&rays.iter().zip(-31..).map(|(d, i)| d * 2f32.powi(i)).collect::<Vec<_>>());
+        for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -0.0] {
+            for place in [0, 17, 63] {
+                for axis in 0..4 {
+                    let mut some = rays.clone();
+                    match axis {
+                        3 => some[place] = Vec3::splat(odd),
+                        _ => some[place][axis] = odd,
+                    }
+                    check(&some);
+                }
+            }
+        }
+    }
+    assert!(found > 1000, "{found}");
+}
+
 /// The one answer of all trees and tiers, for what is far larger than scenes are: these triangles and some
 /// others like them, so that there is a tree.
 fn huge(triangle: [Vec3; 3], others: [Vec3; 3], o: Vec3, d: Vec3) -> Hit {
