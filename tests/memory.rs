@@ -100,3 +100,48 @@ fn what_is_let_through_takes_no_more_than_was_allowed() {
         }
     }
 }
+
+/// Batches keep no memory from scene to scene: at most a fifth more than the largest takes alone.
+#[cfg(target_env = "gnu")]
+#[test]
+fn a_batch_takes_hardly_more_than_its_largest_scene() {
+    const FILES: [&str; 5] = [
+        "assembly/assembly.glb",
+        "still-life/still-life.glb",
+        "textured/textured.obj",
+        "figure/figure.glb",
+        "cornell/cornell.obj",
+    ];
+    let peak = |scenes: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let list: Vec<String> =
+            scenes.iter().map(|s| format!("{}/models/{s}\n", env!("CARGO_MANIFEST_DIR"))).collect();
+        std::fs::write(folder.path().join("list"), list.concat()).unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_blinn"))
+            .args([
+                "render",
+                "@list",
+                "-o",
+                "{index}.png",
+                "--size",
+                "160x90",
+                "-s",
+                "1",
+                "--perf",
+                "--threads",
+                "2",
+            ])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{told}");
+        assert_eq!(told.matches("wrote").count(), scenes.len(), "{told}");
+        bytes_after(&told, "perf: memory").unwrap()
+    };
+    let largest = FILES.map(|file| peak(&[file])).into_iter().fold(0.0, f64::max);
+    let many: Vec<&str> = FILES.into_iter().cycle().take(60).collect();
+    let batch = peak(&many);
+    println!("{largest} bytes at most alone, {batch} in a batch");
+    assert!(batch < 1.25 * largest, "{batch} of {largest} bytes");
+}

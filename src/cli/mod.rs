@@ -8,6 +8,7 @@ mod config;
 mod dataset;
 mod farm;
 mod foreign;
+mod frugal;
 mod help;
 mod info;
 mod job;
