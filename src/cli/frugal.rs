@@ -2,28 +2,27 @@
 //!
 //! The system's allocator learns from a large buffer that is freed to keep the next ones, and keeps small
 //! ones for each thread: after many scenes it holds as much again as any of them needs. It takes other
-//! advice, but only from the environment in which a program begins; so a batch begins once more.
+//! advice, but only from the environment in which a program begins; so a batch begins once more. All of
+//! this is of glibc on Linux: other allocators take no such advice.
 
-/// From so many scenes on: each takes a little longer where what it freed has to be asked for again.
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::process::CommandExt;
+
+/// From so many scenes on: each takes up to a quarter longer, as what it freed has to be asked for again.
 const MANY: usize = 8;
 
 /// Where glibc reads advice.
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
 const TUNABLES: &str = "GLIBC_TUNABLES";
 
 /// Buffers from 256 KiB on come from the system and go back to it, what is free at an end of the rest goes
 /// back from 128 KiB on, and threads keep nothing of their own.
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
 const ADVICE: &str =
     "glibc.malloc.mmap_threshold=262144:glibc.malloc.trim_threshold=131072:glibc.malloc.tcache_count=0";
 
 /// Begins this process once more, with advice for its allocator, if it is to render many scenes. It goes on
 /// as it is where it had advice already, where that cannot be, and where it read what is read but once.
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub(super) fn begin_again(scenes: usize) {
-    use std::os::unix::process::CommandExt;
-
     let mut words = std::env::args_os();
     let name = words.next();
     let words: Vec<_> = words.collect();
@@ -41,24 +40,17 @@ pub(super) fn begin_again(scenes: usize) {
 }
 
 /// Whether a word, `@word` or `--flag=word` is standard input, a pipe or a device.
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
-fn is_a_stream(word: &std::ffi::OsStr) -> bool {
-    use std::os::unix::ffi::OsStrExt;
-
+fn is_a_stream(word: &OsStr) -> bool {
     let bytes = word.as_bytes();
     let begins = bytes.iter().position(|&b| b == b'=').map_or(0, |at| at + 1);
     [0, 1, begins].into_iter().any(|begins| {
-        let name = std::ffi::OsStr::from_bytes(bytes.get(begins..).unwrap_or_default());
+        let name = OsStr::from_bytes(bytes.get(begins..).unwrap_or_default());
         let found = std::fs::metadata(name);
         name == "-" || found.is_ok_and(|found| !found.is_file() && !found.is_dir())
     })
 }
 
-/// Other allocators take no such advice.
-#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
-pub(super) fn begin_again(_: usize) {}
-
-#[cfg(all(test, target_os = "linux", target_env = "gnu"))]
+#[cfg(test)]
 mod tests {
     use super::is_a_stream;
 

@@ -8,6 +8,7 @@ mod config;
 mod dataset;
 mod farm;
 mod foreign;
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod frugal;
 mod help;
 mod info;

@@ -5,7 +5,7 @@ use super::job::Job;
 use super::progress::{Reporter, Teller};
 use super::report::Report;
 use super::work::Work;
-use super::{Summary, Usage, describe, frugal, memory, one_line, panics};
+use super::{Summary, Usage, describe, memory, one_line, panics};
 use crate::batch::Contents;
 use crate::bench::memory::peak;
 use crate::output::SaveError;
@@ -21,8 +21,9 @@ pub(super) fn turntable(args: &TurntableArgs) -> Result<Summary, Usage> {
 
 /// Makes all pictures of a job. What goes wrong with a scene does not keep the others from theirs.
 fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, Usage> {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
     if !job.dry_run {
-        frugal::begin_again(job.scenes.len());
+        super::frugal::begin_again(job.scenes.len());
     }
     if let Some(threads) = process.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
