@@ -47,7 +47,6 @@ pub fn intersect<S: Simd>(
     let Some(lines) = lines.filter(|_| rays.far > 0.0) else { return false };
     packet.begin::<S>(count, rays.start().t, rays.far);
     if let Some(after) = rays.after.get(range) {
-        packet.starts = None;
         let by = packet.size as f32;
         after.iter().enumerate().for_each(|(i, after)| packet.start.set(i, after.t * by));
     }
@@ -79,14 +78,20 @@ struct Nearest<'a, 's> {
 }
 
 impl<'a> Nearest<'a, '_> {
+    /// A ray's origin and direction. A shared origin is at hand; each ray's own of it is far off in memory.
+    #[inline(always)]
+    fn ray(&self, ray: usize) -> (Vec3, Vec3) {
+        let (rays, first) = self.rays;
+        let d = rays.directions[first + ray];
+        match rays.shared {
+            Shared::Origin(o) => (o, d),
+            _ => (rays.origins[first + ray], d),
+        }
+    }
+
     #[inline(always)]
     fn line(&self, ray: usize) -> Option<FrameRay> {
-        let (rays, first) = self.rays;
-        // What is shared is nearer than what each ray has of it.
-        let (o, d) = match rays.shared {
-            Shared::Origin(o) => (o, rays.directions[first + ray]),
-            _ => (rays.origins[first + ray], rays.directions[first + ray]),
-        };
+        let (o, d) = self.ray(ray);
         FrameRay::new(o.as_dvec3(), d.as_dvec3())
     }
 
@@ -146,10 +151,9 @@ impl<'a> Nearest<'a, '_> {
 
     fn question(&self, ray: usize) -> Closest<'a> {
         let (rays, first) = self.rays;
-        let i = first + ray;
-        let o = if let Shared::Origin(o) = rays.shared { o } else { rays.origins[i] };
-        let asked = Asked { o, d: rays.directions[i], cutouts: self.cutouts };
-        Closest { asked, cull: rays.cull, after: rays.after(i), best: self.settled(ray) }
+        let (o, d) = self.ray(ray);
+        let asked = Asked { o, d, cutouts: self.cutouts };
+        Closest { asked, cull: rays.cull, after: rays.after(first + ray), best: self.settled(ray) }
     }
 
     fn answer(&mut self, packet: &mut Packet, ray: usize, query: &Closest) {

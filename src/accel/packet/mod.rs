@@ -58,7 +58,6 @@ impl Default for Packet {
             own: [zero.clone(), zero.clone(), zero.clone()],
             reciprocal: [zero.clone(), zero.clone(), zero.clone()],
             start: zero.clone(),
-            starts: Some(0.0),
             lower: zero.clone(),
             upper: zero,
             live: [0; GROUPS],
@@ -100,8 +99,6 @@ pub(super) struct Packet {
     reciprocal: [PerRay<f32>; 3],
     /// What comes surely before this has no effect.
     start: PerRay<f32>,
-    /// The number that all of these are, if it is one.
-    starts: Option<f32>,
     /// The t that nothing beyond matters lies between these; −1 where a ray is done.
     lower: PerRay<f32>,
     upper: PerRay<f32>,
@@ -202,14 +199,12 @@ impl Packet {
     #[inline(always)]
     fn begin<S: Simd>(&mut self, count: usize, start: f32, end: f32) {
         let by = self.size as f32;
-        if self.starts != Some(start * by) {
-            self.start = PerRay::splat(start * by);
-            self.starts = Some(start * by);
-        }
         let all = if count < RAYS { (1 << count) - 1 } else { u64::MAX };
-        let (end, none) = (S::F16::splat(end * by), S::F16::splat(-1.0));
+        let (start, end) = (S::F16::splat(start * by), S::F16::splat(end * by));
+        let none = S::F16::splat(-1.0);
         for g in 0..GROUPS {
             self.live[g] = (all >> (g * GROUP)) as u32 & ((1 << GROUP) - 1);
+            start.store(&mut self.start.0[g]);
             let end = end.or_else(self.live[g], none);
             end.store(&mut self.lower.0[g]);
             end.store(&mut self.upper.0[g]);
