@@ -5,6 +5,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use super::simd::prefetch;
 use super::wide::Box3;
 
 /// Both tables.
@@ -19,9 +20,12 @@ impl Again {
         Again { seen: Bits::new(count), again: Bits::new(count) }
     }
 
-    /// Takes note of a box.
-    pub fn see(&self, of: &Box3) {
-        let hash = hash(of);
+    /// Takes note of boxes.
+    pub fn watch(&self) -> Watch<'_> {
+        Watch { again: self, late: [None; LATE], next: 0 }
+    }
+
+    fn see(&self, hash: u64) {
         if self.seen.set(hash) {
             self.again.set(hash);
         }
@@ -31,6 +35,36 @@ impl Again {
     pub fn repeated(&self, of: &Box3) -> Option<u64> {
         let hash = hash(of);
         self.again.get(hash).then_some(hash)
+    }
+}
+
+/// Boxes between being told of and being noted.
+const LATE: usize = 16;
+
+/// Takes note of boxes, each only when some more have been told of. The tables are large and boxes lie all
+/// over them: meanwhile the memory comes that the note goes to.
+pub(super) struct Watch<'a> {
+    again: &'a Again,
+    late: [Option<u64>; LATE],
+    next: usize,
+}
+
+impl Watch<'_> {
+    /// Takes note of a box.
+    pub fn see(&mut self, of: &Box3) {
+        let hash = hash(of);
+        prefetch(self.again.seen.place(hash).0);
+        let slot = &mut self.late[self.next % LATE];
+        self.next = self.next.wrapping_add(1);
+        if let Some(hash) = slot.replace(hash) {
+            self.again.see(hash);
+        }
+    }
+}
+
+impl Drop for Watch<'_> {
+    fn drop(&mut self) {
+        self.late.iter().flatten().for_each(|&hash| self.again.see(hash));
     }
 }
 
@@ -61,8 +95,9 @@ impl Bits {
 
 /// A 64-bit hash of a box: each step multiplies by an odd constant and folds the high bits down.
 fn hash((lo, hi): &Box3) -> u64 {
-    [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z].into_iter().fold(0, |hash: u64, x| {
-        let x = (hash ^ u64::from(x.to_bits())).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let pair = |a: f32, b: f32| u64::from(a.to_bits()) | u64::from(b.to_bits()) << 32;
+    [pair(lo.x, lo.y), pair(lo.z, hi.x), pair(hi.y, hi.z)].into_iter().fold(0, |hash: u64, x| {
+        let x = (hash ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         x ^ (x >> 29)
     })
 }

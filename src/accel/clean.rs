@@ -14,7 +14,7 @@ use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use super::CleanReport;
-use super::again::Again;
+use super::again::{Again, Watch};
 use super::block::GROUP;
 use super::corners::{Corners, Unfit};
 use super::wide::Box3;
@@ -108,11 +108,11 @@ pub(super) fn clean(count: usize, raw: &(impl Fn(usize) -> Raw + Sync)) -> Clean
     let count = count.min(MOST);
     let again = Again::new(count);
     let (non_finite, zero_area) = (AtomicU64::new(0), AtomicU64::new(0));
-    let slot = |i: usize| {
+    let slot = |watch: &mut Watch, i: usize| {
         let raw = raw(i);
         match raw.sorted() {
             Ok((corners, look)) => {
-                again.see(&corners.bounds());
+                watch.see(&corners.bounds());
                 Slot { corners, look, entry: i as u32 }
             }
             Err(unfit) => {
@@ -122,7 +122,8 @@ pub(super) fn clean(count: usize, raw: &(impl Fn(usize) -> Raw + Sync)) -> Clean
             }
         }
     };
-    let mut slots: Vec<Slot> = (0..count).into_par_iter().with_min_len(1 << 12).map(slot).collect();
+    let mut slots: Vec<Slot> =
+        (0..count).into_par_iter().with_min_len(1 << 12).map_init(|| again.watch(), slot).collect();
     let report = CleanReport {
         non_finite: non_finite.into_inner(),
         zero_area: zero_area.into_inner(),

@@ -7,7 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::CleanReport;
-use super::again::Again;
+use super::again::{Again, Watch};
 use super::block::{Block, CAPACITY, GROUP};
 use super::clean::{Look, MOST, Raw, alike};
 use super::corners::{Corners, Unfit, padded};
@@ -50,7 +50,7 @@ impl Triangles {
     fn refill(&mut self, raw: &(impl Fn(usize) -> Raw + Sync)) -> bool {
         let groups = &self.groups;
         let again = Again::new(self.entries());
-        let fill = |block: &mut Block| {
+        let fill = |watch: &mut Watch, block: &mut Block| {
             let mut triangles = [(Corners::NOWHERE, 0, Look::default()); CAPACITY];
             let count = block.count();
             for (to, &entry) in triangles.iter_mut().zip(&block.ids[..count]) {
@@ -59,13 +59,14 @@ impl Triangles {
                     _ => groups[(entry & !GROUP) as usize][0].ids[0],
                 };
                 let Ok((corners, look)) = raw(index as usize).sorted() else { return false };
-                again.see(&corners.bounds());
+                watch.see(&corners.bounds());
                 *to = (corners, entry, look);
             }
             *block = Block::new(&triangles[..count], block.last());
             true
         };
-        if !self.blocks.par_iter_mut().with_min_len(256).all(fill) {
+        let filled = self.blocks.par_iter_mut().with_min_len(256).map_init(|| again.watch(), fill);
+        if !filled.all(|fits| fits) {
             return false;
         }
         let suspects = |block: &Block| {

@@ -16,6 +16,20 @@ use std::ops::{Add, Mul, Sub};
 
 use glam::Vec3;
 
+/// Has the processor fetch something that is to be read or written soon. It changes nothing but the time.
+#[inline(always)]
+pub(super) fn prefetch<T>(of: &T) {
+    #[cfg(target_arch = "x86_64")]
+    #[allow(unsafe_code)]
+    // SAFETY: every processor of the kind has the instruction, nothing is read, and what is there is ours.
+    unsafe {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(of).cast());
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = of;
+}
+
 /// N numbers that are worked on at once. Masks are bits, lane 0 the lowest.
 pub(super) trait Lanes<const N: usize>:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
