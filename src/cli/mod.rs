@@ -1,5 +1,7 @@
 //! The program: words on the command line to plans, plans to files.
 
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod advice;
 mod args;
 mod assemble;
 mod bench;
@@ -8,8 +10,6 @@ mod config;
 mod dataset;
 mod farm;
 mod foreign;
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
-mod frugal;
 mod help;
 mod info;
 mod job;

@@ -23,7 +23,7 @@ pub(super) fn turntable(args: &TurntableArgs) -> Result<Summary, Usage> {
 fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, Usage> {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     if !job.dry_run {
-        super::frugal::begin_again(job.scenes.len());
+        super::advice::begin_again(job);
     }
     if let Some(threads) = process.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
