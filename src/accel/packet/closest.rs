@@ -11,7 +11,7 @@ use super::super::triangles::Triangles;
 use super::super::wide::Stack;
 use super::lines::Lines;
 use super::places::Places;
-use super::{GROUP, Packet, PacketStack, PerRay, Sure, Verdict, whole};
+use super::{GROUP, Packet, PacketStack, PerRay, Sure, Verdict, fetch, whole};
 use crate::geometry::{EPSILON, Hit, HitId};
 
 /// No triangle yet.
@@ -32,7 +32,7 @@ pub fn intersect<S: Simd>(
 ) -> bool {
     let range = first..first + count;
     let mut room = None;
-    S::prefetch(match rays.shared {
+    fetch(match rays.shared {
         Shared::Direction(_) => rays.origins.get(range.end..),
         _ => rays.directions.get(range.end..),
     });

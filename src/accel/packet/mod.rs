@@ -16,11 +16,11 @@ mod lines;
 mod places;
 mod shadow;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::block::Block;
 use super::bounds::W_SCALE;
-use super::simd::{Lanes, Part, Simd};
+use super::simd::{Lanes, Part, Simd, prefetch};
 use super::triangles::Triangles;
 use super::wide::{GROW, LEAF, Node, Octant, WIDTH};
 use crate::geometry::EPSILON;
@@ -39,6 +39,14 @@ pub(super) const RAYS: usize = GROUP * GROUPS;
 
 /// With so many rays left or fewer, they go on alone.
 const FEW: u32 = 3;
+
+/// Has the vectors of the packet that comes next fetched, if there is one.
+#[inline(always)]
+fn fetch(next: Option<&[Vec3]>) {
+    let next = next.unwrap_or_default();
+    // A processor fetches 64 bytes at once.
+    next[..next.len().min(RAYS)].chunks(64 / size_of::<Vec3>()).for_each(prefetch);
+}
 
 /// What a packet's rays have, the last one's repeated where there are fewer.
 #[inline(always)]

@@ -7,7 +7,7 @@ use super::super::bounds::LIGHT;
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::Stack;
-use super::{GROUP, Packet, PacketStack, PerRay, RAYS, Sure, Verdict, whole};
+use super::{GROUP, Packet, PacketStack, PerRay, RAYS, Sure, Verdict, fetch, whole};
 use crate::geometry::{Hit, HitId};
 
 /// What is known of the segments of a packet.
@@ -30,7 +30,7 @@ pub fn occluded<S: Simd>(
     (packet, packets, stack): (&mut Packet, &mut PacketStack, &mut Stack),
 ) -> bool {
     let mut room = None;
-    S::prefetch(segments.from.get(first + count..));
+    fetch(segments.from.get(first + count..));
     let Some(from) = whole(&segments.from[first..first + count], &mut room) else { return false };
     let (lines, end) = match segments.shared {
         Shared::Origin(light) => (packet.take_directions::<S>(light, from, light), 1.0),

@@ -7,9 +7,6 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Mul, Sub};
 
-use glam::Vec3;
-
-use super::super::packet::RAYS;
 use super::pair::Pair;
 use super::{Job, Lanes, Part, Simd};
 
@@ -37,15 +34,6 @@ impl Simd for Avx2 {
             let words = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(words.as_ptr().cast()), order);
             _mm256_storeu_ps(to.0.as_mut_ptr(), _mm256_permutevar8x32_ps(numbers.0, order));
             _mm256_storeu_si256(to.1.as_mut_ptr().cast(), words);
-        }
-    }
-
-    #[inline(always)]
-    fn prefetch(of: Option<&[Vec3]>) {
-        let of = of.unwrap_or_default();
-        for line in of[..of.len().min(RAYS)].chunks(64 / size_of::<Vec3>()) {
-            // SAFETY: see the top of the file; nothing is read, and whatever is there is ours.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) }
         }
     }
 

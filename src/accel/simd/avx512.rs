@@ -115,11 +115,6 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn prefetch(of: Option<&[Vec3]>) {
-        super::avx2::Avx2::prefetch(of);
-    }
-
-    #[inline(always)]
     fn call<J: Part<Self>>(job: J) -> J::Output {
         // SAFETY: this is reached from `run` alone, which the processor was asked for.
         unsafe { part(job) }

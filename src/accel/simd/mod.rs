@@ -16,9 +16,10 @@ use std::ops::{Add, Mul, Sub};
 
 use glam::Vec3;
 
-/// Has the processor fetch something that is to be read or written soon. It changes nothing but the time.
+/// Has the processor fetch what something begins with, which is to be read or written soon. It changes nothing
+/// but the time.
 #[inline(always)]
-pub(super) fn prefetch<T>(of: &T) {
+pub(super) fn prefetch<T: ?Sized>(of: &T) {
     #[cfg(target_arch = "x86_64")]
     #[allow(unsafe_code)]
     // SAFETY: every processor of the kind has the instruction, nothing is read, and what is there is ours.
@@ -171,12 +172,6 @@ pub(super) trait Simd {
             columns[2][i] = v.z;
         }
         [Self::F16::load(&columns[0]), Self::F16::load(&columns[1]), Self::F16::load(&columns[2])]
-    }
-
-    /// Has the vectors of a packet fetched, if there are any: they are wanted soon.
-    #[inline(always)]
-    fn prefetch(of: Option<&[Vec3]>) {
-        let _ = of;
     }
 
     /// Writes numbers where `mask` has a bit.
