@@ -1,6 +1,6 @@
 //! Advice to the system's allocator, for what a process is about to do.
 //!
-//! Small scenes are done soonest where memory comes in large pages and many at once: a fifth of a picture of 70
+//! Small scenes are done soonest where memory comes in large pages and many at once: a sixth of a picture of 70
 //! thousand triangles goes into asking for pages else. Many scenes shall take no more memory than their
 //! largest, or little more; but the allocator learns from a large buffer that is freed to keep the next ones,
 //! and keeps small ones for each thread.
@@ -26,8 +26,8 @@ const TUNABLES: &str = "GLIBC_TUNABLES";
 /// Large pages where there are any, and 16 MiB of pages at once.
 const FAST: &str = "glibc.malloc.hugetlb=1:glibc.malloc.top_pad=16777216";
 
-/// Scenes of larger files than this, in bytes, ask for so many large pages that the system may be longer at
-/// finding them than they save.
+/// Scenes of larger files than this, in bytes, may take longer with large pages: the system works twice as long
+/// for those of a million triangles as for small pages.
 const SMALL: u64 = 16 << 20;
 
 /// With less memory than this, in bytes, none is taken for the sake of time: the fast way takes some 10 MiB more.
