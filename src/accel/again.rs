@@ -31,10 +31,9 @@ impl Again {
         }
     }
 
-    /// The hash of a box that, perhaps, was seen more than once; `None` for one that was not.
-    pub fn repeated(&self, of: &Box3) -> Option<u64> {
-        let hash = hash(of);
-        self.again.get(hash).then_some(hash)
+    /// False for a box that was not seen more than once.
+    pub fn repeated(&self, of: &Box3) -> bool {
+        self.again.get(hash(of))
     }
 }
 

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::clean::Look;
-use super::corners::{Corners, padded};
+use super::clean::{Fit, Look};
+use super::corners::padded;
 use super::wide::Box3;
 use crate::scene::SurfaceClass;
 
@@ -38,7 +38,7 @@ const LAST: u8 = 1 << 7;
 
 impl Block {
     /// A block of 1 to 4 triangles. `last` ends a leaf.
-    pub fn new(triangles: &[(Corners, u32, Look)], last: bool) -> Block {
+    pub fn new(triangles: &[Fit], last: bool) -> Block {
         let mut block = Block {
             v: [[[0.0; CAPACITY]; 3]; 3],
             ids: [0; CAPACITY],
@@ -50,7 +50,7 @@ impl Block {
             rest: [0; 7],
         };
         for lane in 0..CAPACITY {
-            let (corners, id, look) = triangles[lane.min(triangles.len() - 1)];
+            let Fit { corners, id, look } = triangles[lane.min(triangles.len() - 1)];
             for (v, corner) in block.v.iter_mut().zip(corners.v()) {
                 for axis in 0..3 {
                     v[axis][lane] = corner[axis];

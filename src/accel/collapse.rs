@@ -1,142 +1,245 @@
-//! From obvhs's binary tree to a wide one.
+//! From obvhs's binary trees to a wide one.
+//!
+//! Each region has a tree of its own, which one thread makes and collapses while all of it is in its
+//! processor's cache; trees of large scenes as a whole would wait for memory most of the time. Of each a few
+//! branches are taken, and one more tree is made over those of all: so what sticks out of a region,
+//! such as a large floor between small things, is met near the root and not in its region.
 
 use glam::Vec3;
+use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams, ploc::PlocSearchDistance};
 use rayon::prelude::*;
 
 use super::Preset;
-use super::forest::{Child, Grown, Leaves, Part, cut};
+use super::forest::{Child, Forest, Grown};
 use super::pages::Pages;
+use super::regions::{Key, Regions};
 use super::wide::{Box3, LEAF, Node, WIDTH, Wide};
 
-/// A tree over boxes and what is in each leaf: leaf i holds the next `ends[i] − ends[i − 1]` of
-/// `members`, which are indices of boxes.
-pub(super) struct Collapsed {
-    pub wide: Wide,
-    pub members: Vec<u32>,
-    pub ends: Vec<u32>,
+/// Boxes that lie together, and what is in them.
+pub(super) trait Region {
+    /// What leaves hold.
+    type Leaves: Send + Sync;
+
+    /// Equal boxes should be one: a great many of them make the builder very slow.
+    fn boxes(&self) -> &[Aabb];
+
+    /// How many entries of a leaf are in a box.
+    fn entries(&self, i: u32) -> u32;
+
+    /// Makes leaves, each of the boxes of these indices.
+    fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Self::Leaves>;
 }
 
-/// obvhs's parameters; `None` for no tree. One entry to a leaf: leaves are made here.
-fn params(preset: Preset) -> Option<BvhBuildParams> {
-    let one = |params: BvhBuildParams| BvhBuildParams { pre_split: false, max_prims_per_leaf: 1, ..params };
+/// What leaves of a region hold, in places.
+pub(super) struct Filled<L> {
+    pub leaves: L,
+    /// Each leaf's first place.
+    pub firsts: Vec<u32>,
+    pub places: u32,
+}
+
+/// How a tree is made; `None` for no tree.
+fn plan(preset: Preset) -> Option<Plan> {
+    let plan = |params: BvhBuildParams, region: usize| {
+        // One box to a leaf: leaves are made here.
+        let params = BvhBuildParams { pre_split: false, max_prims_per_leaf: 1, ..params };
+        Some(Plan { params, region })
+    };
     match preset {
         Preset::Flat => None,
-        Preset::Fast => Some(one(BvhBuildParams::fastest_build())),
-        Preset::Medium => Some(one(BvhBuildParams {
-            ploc_search_distance: PlocSearchDistance::Low,
-            search_depth_threshold: 2,
-            reinsertion_batch_ratio: 0.02,
-            ..BvhBuildParams::fast_build()
-        })),
-        Preset::Slow => Some(one(BvhBuildParams::slow_build())),
+        Preset::Fast => plan(BvhBuildParams::fastest_build(), REGION),
+        Preset::Medium => plan(medium(PlocSearchDistance::Low, 0.02), REGION),
+        Preset::Slow => plan(BvhBuildParams::slow_build(), usize::MAX),
     }
 }
 
-/// Parts that a tree is cut into, so that all threads can work on it. The tree does not depend on
-/// how many threads there are.
-const PARTS: usize = 64;
+#[derive(Clone, Copy)]
+struct Plan {
+    params: BvhBuildParams,
+    /// Most boxes in a region.
+    region: usize,
+}
 
-/// Builds a tree over `boxes`, box i holding `sizes(i)` entries, with leaves of at most `capacity`
-/// entries, or of one box that holds more. Equal boxes should be one box: a great many of them
-/// make the builder very slow.
-pub(super) fn build<T: Boundable>(
+/// Neighbours are sought as far from the first round on as from the last: fewer nodes and blocks come of it.
+const fn medium(ploc_search_distance: PlocSearchDistance, reinsertion_batch_ratio: f32) -> BvhBuildParams {
+    BvhBuildParams {
+        ploc_search_distance,
+        search_depth_threshold: 0,
+        reinsertion_batch_ratio,
+        max_prims_per_leaf: 1,
+        ..BvhBuildParams::fast_build()
+    }
+}
+
+/// Boxes whose tree is made in a processor's own cache.
+const REGION: usize = 4096;
+/// Of how many branches a region's tree is taken for the tree over all.
+const BRANCHES: usize = 16;
+
+/// Builds a tree over `boxes`, by regions that `open` makes of their keys, with leaves of at most `capacity`
+/// entries, or of one box that holds more. A leaf's number is that of its first place, where one region's
+/// places come after the other's. What leaves hold comes by the region.
+///
+/// The tree depends on the boxes alone, and not on how many threads there are.
+pub(super) fn build<T: Boundable + Sync, R: Region>(
     boxes: &[T],
-    sizes: impl Fn(u32) -> u32 + Sync,
+    open: impl Fn(&[Key]) -> R + Sync,
     capacity: u32,
     preset: Preset,
-) -> Collapsed {
-    let Some(params) = params(preset).filter(|_| boxes.len() > 1) else {
-        let all = 0..boxes.len() as u32;
-        let root = (!boxes.is_empty()).then_some(LEAF);
-        let wide = Wide { root, bounds: around(boxes), ..Wide::default() };
-        return Collapsed { wide, ends: root.map(|_| all.end).into_iter().collect(), members: all.collect() };
-    };
-    let built = build_bvh2(boxes, params, &mut std::time::Duration::default());
-    collapse(&built, PARTS, &Leaves { sizes, capacity })
+) -> (Wide, Vec<Filled<R::Leaves>>) {
+    let plan = plan(preset);
+    let regions = Regions::new(boxes, plan.map_or(usize::MAX, |plan| plan.region));
+    let branches = if regions.len() > 1 { BRANCHES } else { 1 };
+    let part = |keys: &[Key]| Part::new(open(keys), capacity, plan, branches);
+    let (parts, leaves): (Vec<Part>, Vec<_>) = regions.par_iter().with_max_len(1).map(part).unzip();
+    (join(&parts, &leaves), leaves)
 }
 
-fn around<T: Boundable>(boxes: &[T]) -> Box3 {
-    let one = |of: &T| {
-        let aabb = of.aabb();
-        (Vec3::from(aabb.min), Vec3::from(aabb.max))
-    };
-    boxes.par_iter().map(one).reduce(|| (Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)))
+/// What became of a region.
+struct Part {
+    grown: Grown,
+    /// What stands for each of its branches.
+    roots: Vec<Child>,
 }
 
-fn collapse(built: &Bvh2, parts: usize, leaves: &Leaves<impl Fn(u32) -> u32 + Sync>) -> Collapsed {
-    let plan = |root: u32, below: &[(u32, Part)]| Part::plan(built, root, below, leaves);
-    let parts: Vec<(u32, Part)> =
-        cut(built, parts).into_par_iter().map(|root| (root, plan(root, &[]))).collect();
-    let top = plan(0, &parts);
-    let mut grown = vec![top.grow(built, 1, &parts, leaves.capacity)];
-    let mut roots = vec![0; parts.len()];
-    grown[0].asked.iter().for_each(|&(part, count)| roots[part as usize] = count);
-    let grow = |((_, part), &roots): (&(u32, Part), &usize)| match roots {
-        0 => Grown::none(),
-        _ => part.grow(built, roots, &[], leaves.capacity),
-    };
-    grown.par_extend(parts.par_iter().zip(&roots).map(grow));
-    drop(parts);
-    let aabb = built.nodes[0].aabb();
-    join(&grown, (aabb.min.into(), aabb.max.into()))
-}
-
-/// One tree of the top and the parts under it.
-fn join(grown: &[Grown], bounds: Box3) -> Collapsed {
-    // Where each part's nodes, leaves and members begin among all.
-    let mut starts = vec![[0usize; 3]];
-    for part in grown {
-        let [nodes, leaves, members] = starts[starts.len() - 1];
-        starts.push([nodes + part.nodes(), leaves + part.ends.len(), members + part.members.len()]);
-    }
-    let [nodes, leaves, members] = starts[grown.len()];
-    let placed = |child: &Child, part: usize| match *child {
-        Child::Leaf(bounds, leaf) => (bounds, LEAF | (starts[part][1] as u32 + leaf)),
-        Child::Node(bounds, node) => (bounds, starts[part][0] as u32 + node),
-        // A part has none of its own.
-        Child::Part(_) => (bounds, LEAF),
-    };
-    let node = |i: usize| {
-        let part = starts.partition_point(|start| start[0] <= i) - 1;
-        let of = &grown[part];
-        let own = i - starts[part][0];
-        let mut children = [(bounds, LEAF); WIDTH];
-        let mut count = 0;
-        let mut add = |child: (Box3, u32)| {
-            children[count] = child;
-            count += 1;
-        };
-        for child in &of.children[of.starts[own]..of.starts[own + 1]] {
-            match child {
-                Child::Part(k) => {
-                    let k = *k as usize + 1;
-                    grown[k].roots.iter().for_each(|root| add(placed(root, k)));
-                }
-                own => add(placed(own, part)),
+impl Part {
+    fn new<R: Region>(
+        region: R,
+        capacity: u32,
+        plan: Option<Plan>,
+        branches: usize,
+    ) -> (Part, Filled<R::Leaves>) {
+        let mut grown = Grown::default();
+        let boxes = region.boxes();
+        let roots = match plan {
+            Some(plan) => {
+                let built = binary(boxes, plan.params);
+                let forest = Forest::new(&built, |i| region.entries(i), capacity);
+                forest.branches(branches).into_iter().map(|i| forest.grow(i, &mut grown)).collect()
             }
-        }
-        Node::new(&children[..count])
-    };
-    let nodes = Pages::filled(nodes, node);
-    let mut all = Vec::with_capacity(members);
-    let mut ends = Vec::with_capacity(leaves);
-    for (part, start) in grown.iter().zip(&starts) {
-        all.extend_from_slice(&part.members);
-        ends.extend(part.ends.iter().map(|end| start[2] as u32 + end));
+            None => {
+                vec![grown.all(boxes.len() as u32, union(boxes.iter().map(|b| (b.min.into(), b.max.into()))))]
+            }
+        };
+        let leaves = region.leaves(grown.leaves());
+        (Part { grown, roots }, leaves)
     }
-    let root = grown[0].roots.first().map(|root| placed(root, 0).1);
-    Collapsed { wide: Wide { nodes, root, bounds }, members: all, ends }
+}
+
+fn binary(boxes: &[Aabb], params: BvhBuildParams) -> Bvh2 {
+    build_bvh2(boxes, params, &mut std::time::Duration::default())
+}
+
+fn union(boxes: impl Iterator<Item = Box3>) -> Box3 {
+    boxes.fold((Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// The tree over branches, whose leaves are one branch each: what stands for all of it. They are few, and so
+/// many rays pass here that time is well spent.
+fn over(branches: &[(usize, Child)], top: &mut Grown) -> Child {
+    let boxes = branches.iter().map(|(_, root)| root.bounds());
+    let boxes: Vec<Aabb> = boxes.map(|(lo, hi)| Aabb { min: lo.into(), max: hi.into() }).collect();
+    let built = binary(&boxes, medium(PlocSearchDistance::Medium, 1.0));
+    // Boxes that hold more than there is room for are never put together.
+    Forest::new(&built, |_| 2, 1).grow(0, top)
+}
+
+/// One tree of all parts.
+fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Wide {
+    let roots: Vec<(usize, Child)> = parts
+        .iter()
+        .enumerate()
+        .flat_map(|(part, of)| of.roots.iter().map(move |&root| (part, root)))
+        .collect();
+    let mut top = Grown::default();
+    let highest = (roots.len() > 1).then(|| over(&roots, &mut top));
+    // Where each part's nodes and places begin among all. The first nodes are those over the branches.
+    let mut next = (top.nodes() as u32, 0);
+    let start = |(part, leaves): (&Part, &Filled<L>)| {
+        let after = (next.0 + part.grown.nodes() as u32, next.1 + leaves.places);
+        std::mem::replace(&mut next, after)
+    };
+    let starts: Vec<(u32, u32)> = parts.iter().zip(leaves).map(start).collect();
+    let placed = |(part, child): (usize, Child)| match child {
+        Child::Leaf(bounds, leaf) => (bounds, LEAF | (starts[part].1 + leaves[part].firsts[leaf as usize])),
+        Child::Node(bounds, node) => (bounds, starts[part].0 + node),
+    };
+    // A leaf of the top is a branch.
+    let above = |child: Child| match child {
+        Child::Leaf(_, leaf) => placed(roots[top.leaf(leaf as usize)[0] as usize]),
+        Child::Node(bounds, node) => (bounds, node),
+    };
+    let count = |part: &usize| match part {
+        0 => top.nodes(),
+        part => parts[part - 1].grown.nodes(),
+    };
+    let numbers: Vec<usize> = (0..=parts.len()).collect();
+    let nodes = Pages::filled(&numbers, count, |&part, nodes: &mut [Node]| {
+        for (i, node) in nodes.iter_mut().enumerate() {
+            let mut children = [(Box3::default(), LEAF); WIDTH];
+            let own = if part == 0 { top.node(i) } else { parts[part - 1].grown.node(i) };
+            for (to, &child) in children.iter_mut().zip(own) {
+                *to = if part == 0 { above(child) } else { placed((part - 1, child)) };
+            }
+            *node = Node::new(&children[..own.len()]);
+        }
+    });
+    let root = match highest {
+        Some(root) => Some(above(root).1),
+        None => roots.first().map(|&root| placed(root).1),
+    };
+    Wide { nodes, root, bounds: union(roots.iter().map(|(_, root)| root.bounds())) }
 }
 
 #[cfg(test)]
 mod tests {
     use glam::Vec3A;
-    use obvhs::aabb::Aabb;
 
     use super::*;
+
+    const CAPACITY: u32 = 4;
+
+    /// Boxes by their indices; of every fiftieth two together fill a leaf.
+    struct Few {
+        boxes: Vec<Aabb>,
+        indices: Vec<u32>,
+    }
+
+    fn entries(i: u32) -> u32 {
+        if i.is_multiple_of(50) { 6 } else { 1 }
+    }
+
+    impl Region for Few {
+        type Leaves = Vec<Vec<u32>>;
+
+        fn boxes(&self) -> &[Aabb] {
+            &self.boxes
+        }
+
+        fn entries(&self, i: u32) -> u32 {
+            entries(self.indices[i as usize])
+        }
+
+        fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Self::Leaves> {
+            let leaves: Vec<Vec<u32>> =
+                members.map(|leaf| leaf.iter().map(|&i| self.indices[i as usize]).collect()).collect();
+            let places = leaves.len() as u32;
+            Filled { leaves, firsts: (0..places).collect(), places }
+        }
+    }
+
+    /// A tree and what is in its leaves.
+    fn made(boxes: &[Aabb], preset: Preset) -> (Wide, Vec<Vec<u32>>) {
+        let open = |keys: &[Key]| {
+            let indices: Vec<u32> = keys.iter().map(|key| key.index() as u32).collect();
+            Few { boxes: indices.iter().map(|&i| boxes[i as usize]).collect(), indices }
+        };
+        let (wide, leaves) = build(boxes, open, CAPACITY, preset);
+        (wide, leaves.into_iter().flat_map(|filled| filled.leaves).collect())
+    }
 
     /// Boxes here and there, crowded in places.
     fn boxes(count: u32) -> Vec<Aabb> {
@@ -153,50 +256,16 @@ mod tests {
         (0..count).map(one).collect()
     }
 
-    fn made(built: &Bvh2, parts: usize, sizes: impl Fn(u32) -> u32 + Sync) -> Collapsed {
-        collapse(built, parts, &Leaves { sizes, capacity: 4 })
-    }
-
-    /// What each wide node and each leaf has, in no order.
-    fn rows(of: &Collapsed) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
-        let node = |node: &Node| -> Vec<u32> {
-            let planes = |slot: usize| node.planes.as_flattened().iter().map(move |p| p[slot].to_bits());
-            (0..node.count()).flat_map(planes).collect()
-        };
-        let mut nodes: Vec<Vec<u32>> = of.wide.nodes.iter().map(node).collect();
-        let starts = std::iter::once(&0).chain(&of.ends);
-        let mut leaves: Vec<Vec<u32>> =
-            starts.zip(&of.ends).map(|(&a, &b)| of.members[a as usize..b as usize].to_vec()).collect();
-        nodes.sort();
-        leaves.sort();
-        (nodes, leaves)
-    }
-
-    #[test]
-    fn a_tree_in_parts_is_the_tree_as_a_whole() {
-        let boxes = boxes(20_000);
-        let built = build_bvh2(&boxes, params(Preset::Fast).unwrap(), &mut std::time::Duration::default());
-        let sizes = |i: u32| if i.is_multiple_of(50) { 6 } else { 1 };
-        let whole = rows(&made(&built, 1, sizes));
-        for parts in [2, 7, 64, 150] {
-            assert!(cut(&built, parts).len() >= parts);
-            assert!(rows(&made(&built, parts, sizes)) == whole, "{parts} parts");
-        }
-    }
-
-    #[test]
-    fn parents_come_first_and_every_box_is_in_one_leaf_within_all_its_parents() {
-        let boxes = boxes(20_000);
-        let built = build_bvh2(&boxes, params(Preset::Medium).unwrap(), &mut std::time::Duration::default());
-        let made = made(&built, PARTS, |_| 1);
+    /// That every box is in one leaf, within all that is above it, and no leaf has too much.
+    fn check(boxes: &[Aabb], (wide, leaves): &(Wide, Vec<Vec<u32>>)) {
         let mut seen = vec![0; boxes.len()];
-        let mut todo = vec![(made.wide.root.unwrap(), made.wide.bounds)];
+        let mut todo: Vec<(u32, Box3)> = wide.root.map(|root| (root, wide.bounds)).into_iter().collect();
         let mut nodes = 0;
         while let Some((child, (lo, hi))) = todo.pop() {
             if child & LEAF != 0 {
-                let leaf = (child & !LEAF) as usize;
-                let start = if leaf == 0 { 0 } else { made.ends[leaf - 1] };
-                for &member in &made.members[start as usize..made.ends[leaf] as usize] {
+                let members = &leaves[(child & !LEAF) as usize];
+                assert!(members.len() == 1 || members.iter().map(|&i| entries(i)).sum::<u32>() <= CAPACITY);
+                for &member in members {
                     let Aabb { min, max } = boxes[member as usize];
                     assert!(lo.cmple(min.into()).all() && hi.cmpge(max.into()).all());
                     seen[member as usize] += 1;
@@ -204,17 +273,59 @@ mod tests {
                 continue;
             }
             nodes += 1;
-            let node = &made.wide.nodes[child as usize];
+            let node = &wide.nodes[child as usize];
             for slot in 0..node.count() {
-                let corner = |end: usize| Vec3::from([0, 1, 2].map(|axis| node.planes[axis][end][slot]));
-                let inside = (corner(0), corner(1));
+                let inside = node.bounds(slot);
                 assert!(lo.cmple(inside.0).all() && hi.cmpge(inside.1).all());
-                assert!(node.child[slot] & LEAF != 0 || node.child[slot] > child);
+                assert!(
+                    node.child[slot] & LEAF != 0 || node.child[slot] > child,
+                    "a child before its parent"
+                );
                 todo.push((node.child[slot], inside));
             }
         }
         assert!(seen.iter().all(|&times| times == 1));
-        assert_eq!(nodes, made.wide.nodes.len());
+        assert_eq!(nodes, wide.nodes.len());
+    }
+
+    #[test]
+    fn parents_come_first_and_every_box_is_in_one_leaf_within_all_its_parents() {
+        let boxes = boxes(20_000);
+        for preset in [Preset::Fast, Preset::Medium, Preset::Slow] {
+            for count in [1, 2, 5, 300, REGION, REGION + 1, boxes.len()] {
+                check(&boxes[..count], &made(&boxes[..count], preset));
+            }
+        }
+        let (nothing, leaves) = made(&[], Preset::Medium);
+        assert!(nothing.root.is_none() && leaves.is_empty());
+    }
+
+    #[test]
+    fn a_tree_does_not_depend_on_threads() {
+        let boxes = boxes(20_000);
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let (wide, leaves) = pool.install(|| made(&boxes, Preset::Medium));
+            (bytemuck::cast_slice::<Node, u8>(&wide.nodes).to_vec(), wide.root, leaves)
+        };
+        assert!(with(1) == with(3));
+    }
+
+    /// A wall across a crowd of small things is met near the root, and makes none of their boxes larger.
+    #[test]
+    fn what_sticks_out_of_its_region_is_met_near_the_root() {
+        let mut boxes = boxes(20_000);
+        boxes[7] = Aabb { min: Vec3A::new(0.0, 50.0, 0.0), max: Vec3A::new(100.0, 50.0, 100.0) };
+        let (wide, leaves) = made(&boxes, Preset::Medium);
+        let mut depth = 0;
+        let mut level = vec![wide.root.unwrap()];
+        let is_wall = |child: u32| child & LEAF != 0 && leaves[(child & !LEAF) as usize].contains(&7);
+        while !level.iter().any(|&child| is_wall(child)) {
+            let nodes = level.iter().filter(|&&child| child & LEAF == 0).map(|&i| &wide.nodes[i as usize]);
+            level = nodes.flat_map(|node| node.child[..node.count()].to_vec()).collect();
+            depth += 1;
+        }
+        assert!(depth <= 2, "{depth}");
     }
 
     /// Costs that overflow still make a tree.
@@ -225,9 +336,8 @@ mod tests {
             Aabb { min, max: Vec3A::splat(1e18) }
         };
         let boxes: Vec<Aabb> = (0..300).map(huge).collect();
-        for preset in [Preset::Fast, Preset::Medium] {
-            let made = build(&boxes, |_| 1, 4, preset);
-            assert_eq!((made.members.len(), *made.ends.last().unwrap()), (300, 300));
+        for preset in [Preset::Fast, Preset::Medium, Preset::Slow] {
+            check(&boxes, &made(&boxes, preset));
         }
     }
 }

@@ -33,16 +33,21 @@ struct Line([u8; 64]);
 /// From this many bytes on, large pages are asked for. A large page has mostly half as many.
 const LARGE: usize = 4 << 20;
 
-/// Parts that are filled at once.
-const PART: usize = 256;
-
 impl<T: Pod + Send + Sync> Pages<T> {
-    /// `len` times what `of` says, by the index.
-    pub fn filled(len: usize, of: impl Fn(usize) -> T + Sync) -> Self {
-        let mut pages = Pages { memory: Memory::of(len * size_of::<T>()), len, what: PhantomData };
-        pages.par_chunks_mut(PART).enumerate().for_each(|(part, to)| {
-            to.iter_mut().zip(part * PART..).for_each(|(to, i)| *to = of(i));
-        });
+    /// As many for each of `parts` as `len` says, with what `fill` makes of them.
+    pub fn filled<P: Sync>(
+        parts: &[P],
+        len: impl Fn(&P) -> usize,
+        fill: impl Fn(&P, &mut [T]) + Sync,
+    ) -> Self {
+        let all = parts.iter().map(&len).sum();
+        let mut pages = Pages { memory: Memory::of(all * size_of::<T>()), len: all, what: PhantomData };
+        let mut rest: &mut [T] = &mut pages;
+        let mut chunks = Vec::with_capacity(parts.len());
+        for part in parts {
+            chunks.push(rest.split_off_mut(..len(part)).unwrap_or_default());
+        }
+        parts.par_iter().zip(chunks).with_max_len(1).for_each(|(part, chunk)| fill(part, chunk));
         pages
     }
 
@@ -105,8 +110,15 @@ mod tests {
     #[test]
     fn few_and_many_are_what_they_were_filled_with() {
         let many = LARGE / 8;
-        for len in [0, 1, PART - 1, PART, 3 * PART + 7, many - 1, many, many + 1] {
-            let mut pages = Pages::filled(len, |i| i as u64 * 3);
+        for lens in [&[][..], &[0], &[1], &[3, 0, 700], &[many - 1], &[7, many - 7], &[many, 0, 5]] {
+            let len: usize = lens.iter().sum();
+            let starts = lens.iter().scan(0, |next, &len| Some((std::mem::replace(next, *next + len), len)));
+            let parts: Vec<(usize, usize)> = starts.collect();
+            let fill = |part: &(usize, usize), to: &mut [u64]| {
+                assert_eq!(to.len(), part.1);
+                to.iter_mut().zip(part.0..).for_each(|(to, i)| *to = 3 * i as u64);
+            };
+            let mut pages = Pages::filled(&parts, |part| part.1, fill);
             assert_eq!(matches!(pages.memory, Memory::Large(_)), len >= many);
             assert_eq!((pages.len(), pages.bytes()), (len, 8 * len));
             assert!(pages.iter().zip(0..).all(|(&x, i)| x == 3 * i));

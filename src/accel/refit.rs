@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use super::CleanReport;
 use super::again::{Again, Watch};
 use super::block::{Block, CAPACITY, GROUP};
-use super::clean::{Look, MOST, Raw, alike};
+use super::clean::{Fit, Look, MOST, Raw};
 use super::corners::{Corners, Unfit, padded};
+use super::neighbours::alike;
 use super::steps::expected;
 use super::triangles::Triangles;
 use super::wide::{Box3, LEAF, Node, Wide};
@@ -51,7 +52,7 @@ impl Triangles {
         let groups = &self.groups;
         let again = Again::new(self.entries());
         let fill = |watch: &mut Watch, block: &mut Block| {
-            let mut triangles = [(Corners::NOWHERE, 0, Look::default()); CAPACITY];
+            let mut triangles = [Fit::NOWHERE; CAPACITY];
             let count = block.count();
             for (to, &entry) in triangles.iter_mut().zip(&block.ids[..count]) {
                 let index = match entry & GROUP {
@@ -60,7 +61,7 @@ impl Triangles {
                 };
                 let Ok((corners, look)) = raw(index as usize).sorted() else { return false };
                 watch.see(&corners.bounds());
-                *to = (corners, entry, look);
+                *to = Fit { corners, look, id: entry };
             }
             *block = Block::new(&triangles[..count], block.last());
             true
@@ -72,7 +73,7 @@ impl Triangles {
         let suspects = |block: &Block| {
             let corners = (0..block.count()).map(|lane| block.corners(lane));
             let bits = |v: [Vec3; 3]| v.map(|p| p.to_array().map(f32::to_bits));
-            corners.filter(|v| again.repeated(&padded(v)).is_some()).map(bits).collect::<Vec<_>>()
+            corners.filter(|v| again.repeated(&padded(v))).map(bits).collect::<Vec<_>>()
         };
         let mut places: Vec<_> = self.blocks.par_iter().with_min_len(256).flat_map_iter(suspects).collect();
         places.par_sort_unstable();

@@ -3,19 +3,19 @@
 use std::marker::PhantomData;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::block::{Block, CAPACITY, GROUP};
 use super::bounds::TestRay;
-use super::clean::{Alike, Cleaned, Look, Raw, clean};
-use super::collapse::{self, Collapsed};
-use super::corners::Corners;
+use super::clean::{Look, Raw, clean};
+use super::collapse::{self, Filled};
 use super::hit::{FrameRay, Met};
+use super::neighbours::{self, Alike, Neighbours};
 use super::pages::Pages;
 use super::query::{Ids, Query};
+use super::regions::Key;
 use super::simd::{Part, Simd};
 use super::spans::Spans;
-use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide};
+use super::wide::{Box3, BoxRay, Leaves, Stack, Wide};
 use super::{CleanReport, Preset};
 
 /// Triangles and the tree over them.
@@ -45,24 +45,25 @@ impl Triangles {
         raw: impl Fn(usize) -> Raw + Sync,
         preset: Preset,
     ) -> Triangles {
-        let cleaned = clean(count, &raw);
-        let size = |slot: u32| cleaned.entries(slot).len() as u32;
-        let Collapsed { wide, members, ends } =
-            collapse::build(&cleaned.slots, size, CAPACITY as u32, preset);
-        let mut tree = wide;
-        let Cleaned { groups, report, .. } = &cleaned;
-        let entries: usize = (0..cleaned.slots.len()).map(|slot| size(slot as u32) as usize).sum();
-        let blocks = fill(&cleaned, &mut tree, &members, &ends, &raw);
-        let mut triangles = Triangles {
-            tree,
-            blocks,
-            spans,
-            count,
-            groups: groups.clone(),
-            entries,
-            report: *report,
-            ..Triangles::default()
+        let (fit, mut report) = clean(count, raw);
+        let open = |keys: &[Key]| Neighbours::new(&fit, keys);
+        let (tree, parts) = collapse::build(&fit, open, CAPACITY as u32, preset);
+        report.coincident = parts.iter().map(|part| part.leaves.coincident).sum();
+        let entries = parts.iter().map(|part| part.leaves.len()).sum();
+        // How many groups there are before each part's.
+        let mut next = 0;
+        let before = |part: Filled<neighbours::Leaves>| {
+            let after = next + part.leaves.groups.len() as u32;
+            (part, std::mem::replace(&mut next, after))
         };
+        let mut parts: Vec<(Filled<neighbours::Leaves>, u32)> = parts.into_iter().map(before).collect();
+        let places = |(part, _): &(Filled<neighbours::Leaves>, u32)| part.places as usize;
+        let blocks = Pages::filled(&parts, places, |(part, groups), blocks: &mut [Block]| {
+            part.leaves.fill(&fit, *groups, blocks);
+        });
+        let groups = parts.iter_mut().flat_map(|(part, _)| std::mem::take(&mut part.leaves.groups)).collect();
+        let mut triangles =
+            Triangles { tree, blocks, spans, count, groups, entries, report, ..Triangles::default() };
         triangles.enclose();
         triangles
     }
@@ -228,67 +229,4 @@ impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
         }
         Some(self.limit)
     }
-}
-
-/// Fills the blocks of all leaves, and gives the tree their places.
-fn fill(
-    cleaned: &Cleaned,
-    tree: &mut Wide,
-    members: &[u32],
-    ends: &[u32],
-    raw: &(impl Fn(usize) -> Raw + Sync),
-) -> Pages<Block> {
-    let slots = |leaf: usize| {
-        let start = if leaf == 0 { 0 } else { ends[leaf - 1] };
-        &members[start as usize..ends[leaf] as usize]
-    };
-    let blocks = |leaf: usize| {
-        let entries = slots(leaf).iter().map(|&slot| cleaned.entries(slot).len()).sum::<usize>();
-        entries.div_ceil(CAPACITY)
-    };
-    let triangle = |slot: u32, entry: u32, others: bool| -> Option<(Corners, u32, Look)> {
-        let slot = &cleaned.slots[slot as usize];
-        if !others {
-            return Some((slot.corners, entry, slot.look));
-        }
-        let index = match entry & GROUP {
-            0 => entry,
-            _ => cleaned.groups[(entry & !GROUP) as usize].first()?.ids[0],
-        };
-        let (corners, look) = raw(index as usize).sorted().ok()?;
-        Some((corners, entry, look))
-    };
-    let block = |leaf: usize, nth: usize| {
-        let entries = slots(leaf).iter().flat_map(|&slot| {
-            let entries = cleaned.entries(slot);
-            entries.iter().map(move |&entry| (slot, entry, entries.len() > 1))
-        });
-        let mut entries = entries.skip(nth * CAPACITY);
-        let mut triangles = [(Corners::NOWHERE, 0, Look::default()); CAPACITY];
-        let mut count = 0;
-        for (to, (slot, entry, others)) in triangles.iter_mut().zip(&mut entries) {
-            if let Some(triangle) = triangle(slot, entry, others) {
-                *to = triangle;
-                count += 1;
-            }
-        }
-        Block::new(&triangles[..count.max(1)], entries.next().is_none())
-    };
-    let counts: Vec<usize> = (0..ends.len()).into_par_iter().with_min_len(1 << 12).map(blocks).collect();
-    if counts.iter().all(|&count| count == 1) {
-        return Pages::filled(ends.len(), |leaf| block(leaf, 0));
-    }
-    let owners = counts.iter().enumerate().flat_map(|(leaf, &count)| (0..count).map(move |nth| (leaf, nth)));
-    let owners: Vec<(usize, usize)> = owners.collect();
-    let mut firsts = Vec::with_capacity(counts.len());
-    let mut first = 0;
-    for count in counts {
-        firsts.push(first as u32);
-        first += count;
-    }
-    let children = tree.nodes.iter_mut().flat_map(|node| node.child.iter_mut());
-    for child in children.chain(&mut tree.root).filter(|child| **child & LEAF != 0) {
-        *child = LEAF | firsts.get((*child & !LEAF) as usize).copied().unwrap_or(0);
-    }
-    Pages::filled(owners.len(), |i| block(owners[i].0, owners[i].1))
 }

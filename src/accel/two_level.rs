@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
+use obvhs::Boundable;
 use obvhs::aabb::Aabb;
 
 use super::Preset;
-use super::collapse::{self, Collapsed};
+use super::collapse::{self, Filled, Region};
 use super::corners::HUGE;
 use super::hit::{FrameRay, power_of_two};
 use super::plan::Plan;
 use super::query::Query;
+use super::regions::Key;
 use super::simd::Simd;
 use super::triangles::{Triangles, limit};
 use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide};
@@ -79,6 +81,43 @@ pub(super) struct Placed {
     pub frame: Frame,
 }
 
+/// Instances whose boxes are equal.
+#[derive(Clone, Copy)]
+struct Slot<'a>(&'a [(Placed, Box3)]);
+
+impl Boundable for Slot<'_> {
+    fn aabb(&self) -> Aabb {
+        let (lo, hi) = self.0[0].1;
+        Aabb { min: lo.into(), max: hi.into() }
+    }
+}
+
+/// Slots of a region.
+struct Slots<'a> {
+    boxes: Vec<Aabb>,
+    slots: Vec<Slot<'a>>,
+}
+
+impl Region for Slots<'_> {
+    /// What each leaf holds.
+    type Leaves = Vec<Vec<Placed>>;
+
+    fn boxes(&self) -> &[Aabb] {
+        &self.boxes
+    }
+
+    fn entries(&self, i: u32) -> u32 {
+        self.slots[i as usize].0.len() as u32
+    }
+
+    fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Self::Leaves> {
+        let placed = |&i: &u32| self.slots[i as usize].0.iter().map(|(part, _)| *part);
+        let leaves: Vec<Vec<Placed>> = members.map(|leaf| leaf.iter().flat_map(placed).collect()).collect();
+        let places = leaves.len() as u32;
+        Filled { leaves, firsts: (0..places).collect(), places }
+    }
+}
+
 /// The tree over all placed trees.
 ///
 /// A ray taken into a frame is rounded there, in f64. Seen from the world it then passes where it
@@ -109,14 +148,12 @@ impl Top {
         // Equal boxes share a slot here too: a thousand instances in one place are not a chain.
         let bits = |b: &Box3| [b.0.to_array(), b.1.to_array()].map(|p| p.map(f32::to_bits));
         parts.sort_by_key(|(_, b)| bits(b));
-        let slots: Vec<&[(Placed, Box3)]> = parts.chunk_by(|a, b| bits(&a.1) == bits(&b.1)).collect();
-        let boxes: Vec<Aabb> = slots
-            .iter()
-            .map(|slot| slot[0].1)
-            .map(|(lo, hi)| Aabb { min: lo.into(), max: hi.into() })
-            .collect();
-        let size = |slot: u32| slots[slot as usize].len() as u32;
-        let Collapsed { wide, members, ends } = collapse::build(&boxes, size, 1, preset);
+        let slots: Vec<Slot> = parts.chunk_by(|a, b| bits(&a.1) == bits(&b.1)).map(Slot).collect();
+        let open = |keys: &[Key]| {
+            let slots: Vec<Slot> = keys.iter().map(|key| slots[key.index()]).collect();
+            Slots { boxes: slots.iter().map(Slot::aabb).collect(), slots }
+        };
+        let (tree, leaves) = collapse::build(&slots, open, 1, preset);
         let mut reach = 0f64;
         let mut condition = 0f64;
         for (Placed { frame, .. }, (lo, hi)) in &parts {
@@ -125,14 +162,9 @@ impl Top {
             condition = condition.max(frame.condition);
         }
         let per = 8.0 * f64::EPSILON * condition;
-        let mut top =
-            Top { tree: wide, pad: (per * reach) as f32, pad_per_distance: per as f32, ..Top::default() };
-        let mut first = 0;
-        for end in ends {
-            for &slot in &members[first..end as usize] {
-                top.parts.extend(slots[slot as usize].iter().map(|(part, _)| *part));
-            }
-            first = end as usize;
+        let mut top = Top { tree, pad: (per * reach) as f32, pad_per_distance: per as f32, ..Top::default() };
+        for leaf in leaves.into_iter().flat_map(|filled| filled.leaves) {
+            top.parts.extend(leaf);
             top.ends.push(top.parts.len() as u32);
         }
         top
