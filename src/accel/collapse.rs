@@ -198,6 +198,7 @@ fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Wide {
 mod tests {
     use glam::Vec3A;
 
+    use super::super::steps::expected;
     use super::*;
 
     const CAPACITY: u32 = 4;
@@ -311,21 +312,21 @@ mod tests {
         assert!(with(1) == with(3));
     }
 
-    /// A wall across a crowd of small things is met near the root, and makes none of their boxes larger.
+    /// Walls across a crowd of small things hang near the root: where each made its region's box as large as
+    /// itself, a line would meet half as many nodes again.
     #[test]
-    fn what_sticks_out_of_its_region_is_met_near_the_root() {
+    fn what_sticks_out_of_its_region_costs_others_nothing() {
         let mut boxes = boxes(20_000);
-        boxes[7] = Aabb { min: Vec3A::new(0.0, 50.0, 0.0), max: Vec3A::new(100.0, 50.0, 100.0) };
-        let (wide, leaves) = made(&boxes, Preset::Medium);
-        let mut depth = 0;
-        let mut level = vec![wide.root.unwrap()];
-        let is_wall = |child: u32| child & LEAF != 0 && leaves[(child & !LEAF) as usize].contains(&7);
-        while !level.iter().any(|&child| is_wall(child)) {
-            let nodes = level.iter().filter(|&&child| child & LEAF == 0).map(|&i| &wide.nodes[i as usize]);
-            level = nodes.flat_map(|node| node.child[..node.count()].to_vec()).collect();
-            depth += 1;
+        for (i, wall) in boxes.iter_mut().take(100).enumerate() {
+            let y = i as f32;
+            *wall = Aabb { min: Vec3A::new(0.0, y, 0.0), max: Vec3A::new(100.0, y, 100.0) };
         }
-        assert!(depth <= 2, "{depth}");
+        let cost = |preset: Preset| {
+            let (wide, leaves) = made(&boxes, preset);
+            expected(&wide, |leaf| leaves[leaf as usize].len() as f64)
+        };
+        let (regions, whole) = (cost(Preset::Medium), cost(Preset::Slow));
+        assert!(regions < 1.1 * whole, "{regions} {whole}");
     }
 
     /// Costs that overflow still make a tree.

@@ -33,6 +33,8 @@ pub struct Change {
     pub what: String,
     /// What it is now to what it was.
     pub ratio: f64,
+    /// The same by the quickest turns, for times of one thread.
+    pub by_least: Option<f64>,
     /// How far from 1 the ratio may lie by accident.
     pub noise: f64,
     /// What follows from both.
@@ -101,7 +103,10 @@ pub fn compare(old: &Figures, new: &Figures) -> Comparison {
                 continue;
             }
             let times = [before, stage].map(|s| times(s, calibrated));
-            out.changes.extend(change(&now.name, &what, times, typical.time));
+            let by_least = by_least(before, stage, calibrated);
+            out.changes.extend(
+                change(&now.name, &what, times, typical.time).map(|change| Change { by_least, ..change }),
+            );
             let peaks = [before, stage].map(peaks);
             out.changes.extend(change(&now.name, &format!("{what}, memory"), peaks, typical.memory));
         }
@@ -144,6 +149,13 @@ fn times(stage: &StageFigures, calibrated: bool) -> Vec<f64> {
         true => positive(stage.relative()),
         false => positive(stage.seconds.iter().copied().flatten()),
     }
+}
+
+/// The quickest turn of one thread, now to then.
+fn by_least(then: &StageFigures, now: &StageFigures, calibrated: bool) -> Option<f64> {
+    let least = |s: &StageFigures| if calibrated { s.least_relative } else { s.least_seconds };
+    let ratio = least(now)? / least(then)?;
+    Some(ratio).filter(|ratio| now.threads == 1 && ratio.is_finite() && *ratio > 0.0)
 }
 
 fn peaks(stage: &StageFigures) -> Vec<f64> {
@@ -192,7 +204,14 @@ fn judged(scene: &str, what: &str, ratio: f64, noise: f64) -> Change {
         log if log < -noise => Verdict::Less,
         _ => Verdict::Same,
     };
-    Change { scene: scene.into(), what: what.into(), ratio, noise: libm::expm1(noise), verdict }
+    Change {
+        scene: scene.into(),
+        what: what.into(),
+        ratio,
+        by_least: None,
+        noise: libm::expm1(noise),
+        verdict,
+    }
 }
 
 fn trees(then: &SceneFigures, now: &SceneFigures, out: &mut Vec<Change>) {
@@ -225,7 +244,9 @@ mod tests {
                 let taken = |round: usize| {
                     let shift = ((seed + 7 * scene + 3 * i + 5 * round) % 11) as f64 / 5.0 - 1.0;
                     let relative = factor * (1.0 + 0.01 * shift);
-                    Taken { seconds: relative * 0.001, relative, waited: 0.1, peak_bytes: Some(1 << 20) }
+                    let seconds = relative * 0.001;
+                    let (least, least_workload) = (0.9 * seconds, 0.0009);
+                    Taken { seconds, relative, least, least_workload, waited: 0.1, peak_bytes: Some(1 << 20) }
                 };
                 StageFigures::of(stage, 1, None, &(0..rounds).map(taken).collect::<Vec<_>>())
             })
@@ -253,6 +274,23 @@ mod tests {
             assert!(slower.is_worse() && slower.moved().count() == 35);
             assert!(!faster.is_worse() && faster.moved().all(|c| c.verdict == Verdict::Less));
             assert_eq!(faster.moved().count(), 35);
+        }
+    }
+
+    #[test]
+    fn quickest_turns_are_a_second_opinion_on_one_thread() {
+        let (mut old, mut new) = (run(1.0, 5, 0), run(1.5, 5, 0));
+        new.scenes[1].stages[0].least_relative = None;
+        new.scenes[2].stages[0].threads = 2;
+        old.scenes[2].stages[0].threads = 2;
+        for change in compare(&old, &new).changes {
+            let told = match (change.scene.as_str(), change.what.as_str()) {
+                (_, what) if what.ends_with("memory") => None,
+                ("scene 1", "load, 1 thread") | ("scene 2", "load, 2 threads") => None,
+                _ => Some(1.5),
+            };
+            let by_least = change.by_least.map(|ratio| (ratio * 1000.0).round() / 1000.0);
+            assert_eq!(by_least, told, "{change:?}");
         }
     }
 

@@ -175,6 +175,13 @@ pub struct StageFigures {
     /// The most bytes that a process had meanwhile that measured nothing else.
     #[serde(default)]
     pub peak_bytes: Vec<Option<u64>>,
+    /// Seconds of the quickest turn of all rounds.
+    #[serde(default)]
+    pub least_seconds: Option<f64>,
+    /// The same in units of the calibration at its quickest. On one thread two runs agree about it better than about
+    /// medians; on several it is luck.
+    #[serde(default)]
+    pub least_relative: Option<f64>,
     /// Share of the time that other programs had the processors: the median round's.
     #[serde(default)]
     pub waited: Option<f64>,
@@ -198,6 +205,9 @@ impl StageFigures {
         let finite = |value: fn(&Taken) -> f64| -> Vec<Option<f64>> {
             rounds.iter().map(|taken| Some(value(taken)).filter(|v| v.is_finite())).collect()
         };
+        let least = |value: fn(&Taken) -> f64| {
+            rounds.iter().map(value).filter(|v| v.is_finite()).min_by(f64::total_cmp)
+        };
         let mut figures = StageFigures {
             stage,
             threads: threads as u32,
@@ -205,6 +215,8 @@ impl StageFigures {
             seconds: finite(|t| t.seconds),
             relative: finite(|t| t.relative),
             peak_bytes: rounds.iter().filter_map(|t| t.peak_bytes).map(Some).collect(),
+            least_seconds: least(|t| t.least),
+            least_relative: least(|t| t.least).zip(least(|t| t.least_workload)).map(|(of, unit)| of / unit),
             waited: median(rounds.iter().map(|taken| taken.waited)),
             median_seconds: None,
             median_relative: None,

@@ -35,6 +35,9 @@ pub struct Taken {
     pub seconds: f64,
     /// The same in units of the workload.
     pub relative: f64,
+    /// Seconds of the quickest turn, and of the workload at its quickest.
+    pub least: f64,
+    pub least_workload: f64,
     /// Share of the time that others had the processors.
     pub waited: f64,
     /// The most memory that the process had meanwhile; `None` where that was not measured.
@@ -89,7 +92,16 @@ impl Turns {
         let tells_peak = memory::forget_peak();
         let made = self.pool.install(&work);
         let peak_bytes = memory::peak().filter(|_| tells_peak);
-        (Taken { seconds: f64::NAN, relative: f64::NAN, waited: 0.0, peak_bytes }, made)
+        let none = f64::NAN;
+        let untimed = Taken {
+            seconds: none,
+            relative: none,
+            least: none,
+            least_workload: none,
+            waited: 0.0,
+            peak_bytes,
+        };
+        (untimed, made)
     }
 
     /// Does it again and again. A first time, which does not count, warms up.
@@ -98,7 +110,7 @@ impl Turns {
         // What takes hardly any time is done several times a turn.
         let repeats = (SHORT / first.own).clamp(1.0, 1000.0) as usize;
         let (mut seconds, mut relative) = (Vec::new(), Vec::new());
-        let (mut wall, mut own) = (0.0, 0.0);
+        let (mut wall, mut own, mut least_workload) = (0.0, 0.0, f64::INFINITY);
         let mut times = FEWEST;
         let mut before = self.calibrate(calibration, times);
         while seconds.len() < LEAST || (wall < ENOUGH && seconds.len() < MOST) {
@@ -115,6 +127,7 @@ impl Turns {
             let once = span.own / repeats as f64;
             seconds.push(once);
             relative.push(once / (0.5 * (before + after)));
+            least_workload = before.min(after).min(least_workload);
             wall += span.wall;
             own += span.own;
             let wanted = (SHARE * span.own / after).clamp(FEWEST as f64, 64.0) as usize;
@@ -124,6 +137,8 @@ impl Turns {
         let middle = |values: Vec<f64>| median(values).unwrap_or(f64::NAN);
         let waited = if wall > 0.0 { 1.0 - own / wall } else { 0.0 };
         let taken = Taken {
+            least: seconds.iter().copied().fold(f64::INFINITY, f64::min),
+            least_workload,
             seconds: middle(seconds),
             relative: middle(relative),
             waited: waited.clamp(0.0, 1.0),

@@ -45,13 +45,14 @@ pub(super) fn stages(figures: &Figures) -> String {
             cell(s.stage.name()),
             cell(&s.threads.to_string()),
             optional(s.median(), duration),
+            optional(s.least_seconds, duration),
             optional(s.mrays(), |v| format!("{v:.2}")),
             optional(s.spread_of_rounds(), |v| format!("{:.1} %", 100.0 * v)),
             optional(s.waited, |v| format!("{:.0} %", 100.0 * v)),
             optional(s.peak(), |v| format!("{:.0} MiB", v / f64::from(1 << 20))),
         ]);
     }
-    table(&["scene", "stage", "threads", "time", "Mray/s", "spread", "waited", "peak memory"], &rows)
+    table(&["scene", "stage", "threads", "time", "least", "Mray/s", "spread", "waited", "peak memory"], &rows)
 }
 
 /// What moved, and beneath it everything.
@@ -76,8 +77,9 @@ pub(super) fn comparison(compared: &Comparison) -> String {
             format!("<td class=\"word\">{}</td>", escape_html(&change.what)),
             cell(&format!("{:.3}", change.ratio)),
             optional(Some(change.noise), |v| format!("{:.1} %", 100.0 * v)),
+            optional(change.by_least, |v| format!("{v:.3}")),
             verdict.to_string(),
         ]);
     }
-    out + &table(&["scene", "cost of", "now to then", "noise", ""], &rows)
+    out + &table(&["scene", "cost of", "now to then", "noise", "by least", ""], &rows)
 }

@@ -32,7 +32,8 @@ pub(super) fn figures(figures: &Figures) -> String {
     let mut out = String::new();
     for scene in &figures.scenes {
         out += &head(scene);
-        let mut rows = vec![cells(["stage", "threads", "time", "Mray/s", "spread", "waited", "memory"])];
+        let mut rows =
+            vec![cells(["stage", "threads", "time", "least", "Mray/s", "spread", "waited", "memory"])];
         rows.extend(scene.stages.iter().map(row));
         out += &columns(&rows);
         out.push('\n');
@@ -59,6 +60,7 @@ fn row(s: &StageFigures) -> Vec<String> {
         s.stage.name().to_string(),
         s.threads.to_string(),
         or_dash(s.median(), duration),
+        or_dash(s.least_seconds, duration),
         or_dash(s.mrays(), |v| format!("{v:.2}")),
         or_dash(s.spread_of_rounds(), |v| format!("{:.1} %", 100.0 * v)),
         or_dash(s.waited, |v| format!("{:.0} %", 100.0 * v)),
@@ -68,7 +70,7 @@ fn row(s: &StageFigures) -> Vec<String> {
 
 /// All ratios, what is to be said, and at the end what moved.
 pub(super) fn comparison(compared: &Comparison) -> String {
-    let mut rows = vec![cells(["cost, now to then", "ratio", "noise", ""])];
+    let mut rows = vec![cells(["cost, now to then", "ratio", "noise", "by least", ""])];
     let name = |c: &Change| format!("{}: {}", one_line(&c.scene), one_line(&c.what));
     let noise = |c: &Change| or_dash(Some(c.noise), |v| format!("{:.1} %", 100.0 * v));
     for change in &compared.changes {
@@ -77,7 +79,13 @@ pub(super) fn comparison(compared: &Comparison) -> String {
             Verdict::Less => "less",
             Verdict::More => "MORE",
         };
-        rows.push(vec![name(change), format!("{:.3}", change.ratio), noise(change), verdict.into()]);
+        rows.push(vec![
+            name(change),
+            format!("{:.3}", change.ratio),
+            noise(change),
+            or_dash(change.by_least, |v| format!("{v:.3}")),
+            verdict.into(),
+        ]);
     }
     let mut out = columns(&rows);
     out.push('\n');
