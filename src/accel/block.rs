@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::clean::{Fit, Look};
 use super::corners::padded;
-use super::wide::Box3;
+use super::wide::{Box3, union};
 use crate::scene::SurfaceClass;
 
 /// Triangles in a block.
@@ -95,8 +95,7 @@ impl Block {
 
     /// The box of all, as trees have it.
     pub fn bounds(&self) -> Box3 {
-        let of = |lane| padded(&self.corners(lane));
-        (0..self.count()).map(of).fold((Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)))
+        union((0..self.count()).map(|lane| padded(&self.corners(lane))))
     }
 
     #[inline(always)]

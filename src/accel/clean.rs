@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::CleanReport;
 use super::corners::{Corners, Unfit};
+use super::wide::aabb;
 use crate::scene::SurfaceClass;
 
 /// What a ray needs to know of a triangle's surface.
@@ -56,8 +57,7 @@ impl Fit {
 
 impl Boundable for Fit {
     fn aabb(&self) -> Aabb {
-        let (lo, hi) = self.corners.bounds();
-        Aabb { min: lo.into(), max: hi.into() }
+        aabb(self.corners.bounds())
     }
 }
 

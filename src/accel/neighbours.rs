@@ -12,6 +12,7 @@ use super::block::{Block, CAPACITY, GROUP};
 use super::clean::{Fit, Look};
 use super::collapse::{Filled, Region};
 use super::regions::Key;
+use super::wide::bits;
 
 /// Triangles in one place that look alike, by rising index.
 #[derive(Clone, Debug)]
@@ -67,10 +68,7 @@ impl Neighbours {
     /// Takes the triangles of a cell.
     fn share(&mut self, all: &[Fit], mut cell: Vec<u32>) {
         let of = |&i: &u32| &all[i as usize];
-        let bounds = |i: &u32| {
-            let (lo, hi) = of(i).corners.bounds();
-            [lo, hi].map(|p| p.to_array().map(f32::to_bits))
-        };
+        let bounds = |i: &u32| bits(of(i).corners.bounds());
         cell.sort_unstable_by_key(|i| (bounds(i), of(i).corners.bits(), *i));
         for pile in cell.chunk_by(|a, b| bounds(a) == bounds(b)) {
             if let [only] = pile {
@@ -98,7 +96,7 @@ impl Neighbours {
 }
 
 impl Region for Neighbours {
-    type Leaves = Leaves;
+    type Leaves = Held;
 
     fn boxes(&self) -> &[Aabb] {
         &self.boxes
@@ -111,10 +109,10 @@ impl Region for Neighbours {
         }
     }
 
-    fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Leaves> {
+    fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Held> {
         let Neighbours { boxes, slots, piles, groups, coincident } = self;
         let entries = Vec::with_capacity(boxes.len());
-        let mut leaves = Leaves { entries, ends: Vec::new(), others: Vec::new(), groups, coincident };
+        let mut leaves = Held { entries, ends: Vec::new(), others: Vec::new(), groups, coincident };
         let mut firsts = Vec::new();
         let mut places = 0;
         for leaf in members {
@@ -135,7 +133,7 @@ impl Region for Neighbours {
 }
 
 /// What the leaves of a region hold.
-pub(super) struct Leaves {
+pub(super) struct Held {
     /// The index of a triangle among all, or [`GROUP`] and an index of `others`; and where each leaf's end.
     entries: Vec<u32>,
     ends: Vec<u32>,
@@ -145,7 +143,7 @@ pub(super) struct Leaves {
     pub coincident: u64,
 }
 
-impl Leaves {
+impl Held {
     fn pile(&mut self, pile: &[Fit]) {
         for &entry in pile {
             self.entries.push(GROUP | self.others.len() as u32);

@@ -14,7 +14,7 @@ use super::corners::{Corners, Unfit, padded};
 use super::neighbours::alike;
 use super::steps::expected;
 use super::triangles::Triangles;
-use super::wide::{Box3, LEAF, Node, Wide};
+use super::wide::{Box3, LEAF, Node, Wide, union};
 
 /// A tree that costs rays so many times what it did when it was built is built again.
 const GROWTH: f64 = 1.25;
@@ -101,10 +101,6 @@ impl Triangles {
 fn leaf_bounds(blocks: &[Block]) -> Box3 {
     let end = blocks.iter().position(Block::last).map_or(blocks.len(), |last| last + 1);
     union(blocks[..end].iter().map(Block::bounds))
-}
-
-fn union(boxes: impl Iterator<Item = Box3>) -> Box3 {
-    boxes.fold((Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 impl Wide {

@@ -1,7 +1,7 @@
 //! Which boxes lie together.
 //!
 //! Boxes are put along Morton's curve by their middles, and the curve is cut where its cells end, until
-//! at most so many are in each region. So a region is a cube that no other one shares (but for what
+//! at most so many are in each region. So a region is a piece of space that no other one shares (but for what
 //! sticks out of it), and a processor's cache holds all that is in it.
 
 use std::ops::Range;
@@ -92,8 +92,9 @@ fn order<T: Boundable + Sync>(boxes: &[T], keys: &mut [Key]) {
         let aabb = boxes[key.index()].aabb();
         Vec3::from(0.5 * (aabb.min + aabb.max))
     };
-    let middles = keys.par_iter().with_min_len(1 << 12).map(|key| (middle(key), middle(key)));
-    let (lo, hi) = middles.reduce(|| (Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let middles = keys.par_iter().with_min_len(1 << 12).map(middle);
+    let (lo, hi) =
+        middles.map(|p| (p, p)).reduce(|| (Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)));
     // Cells are cubes.
     let extent = (hi - lo).max_element();
     let last = UVec3::splat((1 << BITS) - 1);

@@ -9,7 +9,7 @@ use super::bounds::TestRay;
 use super::clean::{Look, Raw, clean};
 use super::collapse::{self, Filled};
 use super::hit::{FrameRay, Met};
-use super::neighbours::{self, Alike, Neighbours};
+use super::neighbours::{Alike, Held, Neighbours};
 use super::pages::Pages;
 use super::query::{Ids, Query};
 use super::regions::Key;
@@ -52,12 +52,12 @@ impl Triangles {
         let entries = parts.iter().map(|part| part.leaves.len()).sum();
         // How many groups there are before each part's.
         let mut next = 0;
-        let before = |part: Filled<neighbours::Leaves>| {
+        let before = |part: Filled<Held>| {
             let after = next + part.leaves.groups.len() as u32;
             (part, std::mem::replace(&mut next, after))
         };
-        let mut parts: Vec<(Filled<neighbours::Leaves>, u32)> = parts.into_iter().map(before).collect();
-        let places = |(part, _): &(Filled<neighbours::Leaves>, u32)| part.places as usize;
+        let mut parts: Vec<(Filled<Held>, u32)> = parts.into_iter().map(before).collect();
+        let places = |(part, _): &(Filled<Held>, u32)| part.places as usize;
         let blocks = Pages::filled(&parts, places, |(part, groups), blocks: &mut [Block]| {
             part.leaves.fill(&fit, *groups, blocks);
         });

@@ -15,7 +15,7 @@ use super::query::Query;
 use super::regions::Key;
 use super::simd::Simd;
 use super::triangles::{Triangles, limit};
-use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide};
+use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide, aabb, bits};
 
 /// A frame that rays can be taken into.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,8 +87,7 @@ struct Slot<'a>(&'a [(Placed, Box3)]);
 
 impl Boundable for Slot<'_> {
     fn aabb(&self) -> Aabb {
-        let (lo, hi) = self.0[0].1;
-        Aabb { min: lo.into(), max: hi.into() }
+        aabb(self.0[0].1)
     }
 }
 
@@ -146,9 +145,8 @@ impl Top {
             }
         }
         // Equal boxes share a slot here too: a thousand instances in one place are not a chain.
-        let bits = |b: &Box3| [b.0.to_array(), b.1.to_array()].map(|p| p.map(f32::to_bits));
-        parts.sort_by_key(|(_, b)| bits(b));
-        let slots: Vec<Slot> = parts.chunk_by(|a, b| bits(&a.1) == bits(&b.1)).map(Slot).collect();
+        parts.sort_by_key(|(_, b)| bits(*b));
+        let slots: Vec<Slot> = parts.chunk_by(|a, b| bits(a.1) == bits(b.1)).map(Slot).collect();
         let open = |keys: &[Key]| {
             let slots: Vec<Slot> = keys.iter().map(|key| slots[key.index()]).collect();
             Slots { boxes: slots.iter().map(Slot::aabb).collect(), slots }

@@ -2,6 +2,7 @@
 //! alone: what is in its leaves is its users' affair.
 
 use glam::{DVec3, Vec3};
+use obvhs::aabb::Aabb;
 
 use super::lanes::splat;
 use super::pages::Pages;
@@ -10,6 +11,21 @@ use crate::geometry::EPSILON;
 
 /// A box: its lowest and its highest corner.
 pub(super) type Box3 = (Vec3, Vec3);
+
+/// Around all of some boxes; inside out where there are none.
+pub(super) fn union(boxes: impl Iterator<Item = Box3>) -> Box3 {
+    boxes.fold((Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// A box's bits, which tell equal ones.
+pub(super) fn bits((lo, hi): Box3) -> [[u32; 3]; 2] {
+    [lo, hi].map(|p| p.to_array().map(f32::to_bits))
+}
+
+/// A box as obvhs has it.
+pub(super) fn aabb((lo, hi): Box3) -> Aabb {
+    Aabb { min: lo.into(), max: hi.into() }
+}
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;

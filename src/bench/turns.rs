@@ -35,8 +35,9 @@ pub struct Taken {
     pub seconds: f64,
     /// The same in units of the workload.
     pub relative: f64,
-    /// Seconds of the quickest turn, and of the workload at its quickest.
+    /// Seconds of the quickest turn.
     pub least: f64,
+    /// Seconds of the workload at its quickest.
     pub least_workload: f64,
     /// Share of the time that others had the processors.
     pub waited: f64,
