@@ -13,9 +13,10 @@ use rayon::prelude::*;
 
 use super::Preset;
 use super::forest::{Child, Forest, Grown};
+use super::odds::Odds;
 use super::pages::Pages;
 use super::regions::{Key, Regions};
-use super::wide::{Box3, LEAF, Node, WIDTH, Wide, aabb, union};
+use super::wide::{Box3, LEAF, Node, WIDTH, Wide, aabb, box3, union};
 
 /// Boxes that lie together, and what is in them.
 pub(super) trait Region {
@@ -38,6 +39,8 @@ pub(super) struct Filled<L> {
     /// Each leaf's first place.
     pub firsts: Vec<u32>,
     pub places: u32,
+    /// Each leaf's odds.
+    pub odds: Vec<Odds>,
 }
 
 /// How a tree is made; `None` for no tree.
@@ -104,26 +107,35 @@ fn planned<T: Boundable + Sync, R: Region>(
 /// What became of a region.
 struct Part {
     grown: Grown,
-    /// What stands for each of its branches.
-    roots: Vec<Child>,
+    branches: Vec<Branch>,
+}
+
+/// A part of a tree.
+#[derive(Clone, Copy)]
+struct Branch {
+    /// What stands for it.
+    root: Child,
+    odds: Odds,
 }
 
 impl Part {
     fn new<R: Region>(region: R, capacity: u32, plan: Option<Plan>) -> (Part, Filled<R::Leaves>) {
         let mut grown = Grown::default();
         let boxes = region.boxes();
-        let roots = match plan {
+        let roots: Vec<Child> = match plan {
             Some(plan) => {
                 let built = binary(boxes, plan.params);
                 let forest = Forest::new(&built, |i| region.entries(i), capacity);
                 forest.branches(plan.branches).into_iter().map(|i| forest.grow(i, &mut grown)).collect()
             }
             None => {
-                vec![grown.all(boxes.len() as u32, union(boxes.iter().map(|b| (b.min.into(), b.max.into()))))]
+                vec![grown.all(boxes.len() as u32, union(boxes.iter().map(box3)))]
             }
         };
         let leaves = region.leaves(grown.leaves());
-        (Part { grown, roots }, leaves)
+        let odds = grown.arrange(&leaves.odds);
+        let branch = |root: Child| Branch { root, odds: root.odds(&leaves.odds, &odds) };
+        (Part { branches: roots.into_iter().map(branch).collect(), grown }, leaves)
     }
 }
 
@@ -135,23 +147,25 @@ fn binary(boxes: &[Aabb], params: BvhBuildParams) -> Bvh2 {
 
 /// The tree over branches, whose leaves are one branch each: what stands for all of it. They are few, and so
 /// many rays pass here that time is well spent.
-fn over(branches: &[(usize, Child)], top: &mut Grown) -> Child {
-    let boxes = branches.iter().map(|(_, root)| root.bounds());
-    let boxes: Vec<Aabb> = boxes.map(aabb).collect();
+fn over(branches: &[(usize, Branch)], top: &mut Grown) -> Branch {
+    let boxes: Vec<Aabb> = branches.iter().map(|(_, branch)| aabb(branch.root.bounds())).collect();
     let built = binary(&boxes, medium(PlocSearchDistance::Medium, 1.0));
     // Boxes that hold more than there is room for are never put together.
-    Forest::new(&built, |_| 2, 1).grow(0, top)
+    let root = Forest::new(&built, |_| 2, 1).grow(0, top);
+    let leaves: Vec<Odds> = top.leaves().map(|leaf| branches[leaf[0] as usize].1.odds).collect();
+    let nodes = top.arrange(&leaves);
+    Branch { root, odds: root.odds(&leaves, &nodes) }
 }
 
 /// One tree of all parts.
 fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Wide {
-    let roots: Vec<(usize, Child)> = parts
+    let branches: Vec<(usize, Branch)> = parts
         .iter()
         .enumerate()
-        .flat_map(|(part, of)| of.roots.iter().map(move |&root| (part, root)))
+        .flat_map(|(part, of)| of.branches.iter().map(move |&branch| (part, branch)))
         .collect();
     let mut top = Grown::default();
-    let highest = (roots.len() > 1).then(|| over(&roots, &mut top));
+    let highest = (branches.len() > 1).then(|| over(&branches, &mut top));
     // Where each part's nodes and places begin among all. The first nodes are those over the branches.
     let mut next = (top.nodes() as u32, 0);
     let start = |(part, leaves): (&Part, &Filled<L>)| {
@@ -159,13 +173,16 @@ fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Wide {
         std::mem::replace(&mut next, after)
     };
     let starts: Vec<(u32, u32)> = parts.iter().zip(leaves).map(start).collect();
-    let placed = |(part, child): (usize, Child)| match child {
+    let placed = |part: usize, child: Child| match child {
         Child::Leaf(bounds, leaf) => (bounds, LEAF | (starts[part].1 + leaves[part].firsts[leaf as usize])),
         Child::Node(bounds, node) => (bounds, starts[part].0 + node),
     };
     // A leaf of the top is a branch.
     let above = |child: Child| match child {
-        Child::Leaf(_, leaf) => placed(roots[top.leaf(leaf as usize)[0] as usize]),
+        Child::Leaf(_, leaf) => {
+            let (part, branch) = branches[top.leaf(leaf as usize)[0] as usize];
+            placed(part, branch.root)
+        }
         Child::Node(bounds, node) => (bounds, node),
     };
     let count = |part: &usize| match part {
@@ -178,21 +195,24 @@ fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Wide {
             let mut children = [(Box3::default(), LEAF); WIDTH];
             let own = if part == 0 { top.node(i) } else { parts[part - 1].grown.node(i) };
             for (to, &child) in children.iter_mut().zip(own) {
-                *to = if part == 0 { above(child) } else { placed((part - 1, child)) };
+                *to = if part == 0 { above(child) } else { placed(part - 1, child) };
             }
             *node = Node::new(&children[..own.len()]);
         }
     });
-    let root = match highest {
-        Some(root) => Some(above(root).1),
-        None => roots.first().map(|&root| placed(root).1),
+    let root = match (highest, branches.first()) {
+        (Some(all), _) => Some((above(all.root).1, all.odds)),
+        (None, Some(&(part, only))) => Some((placed(part, only.root).1, only.odds)),
+        (None, None) => None,
     };
-    Wide { nodes, root, bounds: union(roots.iter().map(|(_, root)| root.bounds())) }
+    let (root, odds) = root.unzip();
+    let bounds = union(branches.iter().map(|(_, branch)| branch.root.bounds()));
+    Wide { nodes, root, bounds, odds: odds.unwrap_or_default() }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3A;
+    use glam::{Vec3, Vec3A};
 
     use super::super::steps::expected;
     use super::*;
@@ -224,8 +244,14 @@ mod tests {
             let leaves: Vec<Vec<u32>> =
                 members.map(|leaf| leaf.iter().map(|&i| self.indices[i as usize]).collect()).collect();
             let places = leaves.len() as u32;
-            Filled { leaves, firsts: (0..places).collect(), places }
+            let odds = leaves.iter().map(|leaf| odds(leaf)).collect();
+            Filled { leaves, firsts: (0..places).collect(), places, odds }
         }
+    }
+
+    /// Some leaves stop much, some little, some nothing.
+    fn odds(leaf: &[u32]) -> Odds {
+        Odds::of_leaf((Vec3::ZERO, Vec3::ONE), f64::from(leaf[0] % 7) / 2.0, 1 + leaf.len() as u32 / 3)
     }
 
     /// A tree and what is in its leaves.
@@ -295,6 +321,27 @@ mod tests {
         }
         let (nothing, leaves) = made(&[], plan(Preset::Medium));
         assert!(nothing.root.is_none() && leaves.is_empty());
+    }
+
+    #[test]
+    fn children_that_stop_most_for_least_come_first() {
+        let boxes = boxes(20_000);
+        for preset in [Preset::Medium, Preset::Slow] {
+            let (wide, leaves) = made(&boxes, plan(preset));
+            let mut nodes = vec![Odds::default(); wide.nodes.len()];
+            for (i, node) in wide.nodes.iter().enumerate().rev() {
+                let of = |slot: usize| match node.child[slot] {
+                    child if child & LEAF != 0 => odds(&leaves[(child & !LEAF) as usize]),
+                    child => nodes[child as usize],
+                };
+                let children: Vec<(Box3, Odds)> =
+                    (0..node.count()).map(|slot| (node.bounds(slot), of(slot))).collect();
+                assert!(children.windows(2).all(|two| two[0].1.worth() >= two[1].1.worth()), "{children:?}");
+                let whole = union(children.iter().map(|child| child.0));
+                nodes[i] = Odds::of_all(whole, children.into_iter());
+            }
+            assert_eq!(nodes[0], wide.odds);
+        }
     }
 
     #[test]

@@ -37,7 +37,7 @@ impl Corners {
         if !(numbers && largest.max_element() <= HUGE) {
             return Err(Unfit::NonFinite);
         }
-        let (e1, e2) = ((v[1].as_dvec3() - v[0].as_dvec3()), (v[2].as_dvec3() - v[0].as_dvec3()));
+        let (e1, e2) = edges(&v);
         if e1.cross(e2) == DVec3::ZERO {
             return Err(Unfit::ZeroArea);
         }
@@ -72,10 +72,22 @@ impl Corners {
         [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
     }
 
+    /// The area between them.
+    pub fn area(&self) -> f64 {
+        let (e1, e2) = edges(&self.v);
+        0.5 * e1.cross(e2).length()
+    }
+
     /// Its box for trees.
     pub fn bounds(&self) -> Box3 {
         padded(&self.v)
     }
+}
+
+/// The edges at the first corner.
+#[inline(always)]
+fn edges(v: &[Vec3; 3]) -> (DVec3, DVec3) {
+    (v[1].as_dvec3() - v[0].as_dvec3(), v[2].as_dvec3() - v[0].as_dvec3())
 }
 
 /// The box of three corners for trees: wider by a few ulps of the greatest coordinate, so that it is

@@ -7,9 +7,12 @@
 //!
 //! Nothing here recurses: trees may be as deep as they have entries.
 
+use std::ops::Range;
+
 use obvhs::bvh2::Bvh2;
 
-use super::wide::{Box3, WIDTH};
+use super::odds::Odds;
+use super::wide::{Box3, WIDTH, box3, union};
 
 /// Cost of visiting a node, in units of what a leaf costs besides its entries.
 const NODE_COST: f32 = 1.0;
@@ -75,6 +78,14 @@ impl Child {
             Child::Leaf(bounds, _) | Child::Node(bounds, _) => bounds,
         }
     }
+
+    /// Its odds, of those of all leaves and nodes.
+    pub fn odds(&self, leaves: &[Odds], nodes: &[Odds]) -> Odds {
+        match *self {
+            Child::Leaf(_, leaf) => leaves[leaf as usize],
+            Child::Node(_, node) => nodes[node as usize],
+        }
+    }
 }
 
 /// Wide nodes and leaves, parents before children.
@@ -103,8 +114,33 @@ impl Grown {
 
     /// The children of a wide node.
     pub fn node(&self, i: usize) -> &[Child] {
+        &self.children[self.range(i)]
+    }
+
+    fn range(&self, i: usize) -> Range<usize> {
         let start = if i == 0 { 0 } else { self.ends[i - 1] };
-        &self.children[start as usize..self.ends[i] as usize]
+        start as usize..self.ends[i] as usize
+    }
+
+    /// Puts the children of each wide node in the order in which rays that ask for any hit ask them, and
+    /// returns the nodes' odds.
+    pub fn arrange(&mut self, leaves: &[Odds]) -> Vec<Odds> {
+        let mut nodes = vec![Odds::default(); self.nodes()];
+        for i in (0..self.nodes()).rev() {
+            let range = self.range(i);
+            let children = &mut self.children[range];
+            let (mut order, mut before) = ([(0.0, 0); WIDTH], [children[0]; WIDTH]);
+            let order = &mut order[..children.len()];
+            for (slot, (child, key)) in children.iter().zip(order.iter_mut()).enumerate() {
+                *key = (child.odds(leaves, &nodes).worth(), slot);
+                before[slot] = *child;
+            }
+            order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            children.iter_mut().zip(order).for_each(|(child, (_, slot))| *child = before[*slot]);
+            let known = children.iter().map(|child| (child.bounds(), child.odds(leaves, &nodes)));
+            nodes[i] = Odds::of_all(union(children.iter().map(Child::bounds)), known);
+        }
+        nodes
     }
 
     /// What is in a leaf.
@@ -250,8 +286,7 @@ impl<'a> Forest<'a> {
     }
 
     fn bounds(&self, i: usize) -> Box3 {
-        let aabb = self.built.nodes[self.nodes[i].node as usize].aabb();
-        (aabb.min.into(), aabb.max.into())
+        box3(self.built.nodes[self.nodes[i].node as usize].aabb())
     }
 }
 

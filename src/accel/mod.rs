@@ -19,6 +19,7 @@ mod forest;
 mod hit;
 mod lanes;
 mod neighbours;
+mod odds;
 mod packet;
 mod pages;
 mod plan;

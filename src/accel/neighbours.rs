@@ -11,8 +11,9 @@ use obvhs::aabb::Aabb;
 use super::block::{Block, CAPACITY, GROUP};
 use super::clean::{Fit, Look};
 use super::collapse::{Filled, Region};
+use super::odds::{Odds, stopping};
 use super::regions::Key;
-use super::wide::bits;
+use super::wide::{bits, box3, union};
 
 /// Triangles in one place that look alike, by rising index.
 #[derive(Clone, Debug)]
@@ -33,12 +34,19 @@ pub(super) fn alike(place: impl Iterator<Item = (u32, Look)>) -> Vec<Alike> {
     alike
 }
 
+/// How much area stops light.
+fn area(fit: &Fit) -> f64 {
+    fit.corners.area() * stopping(fit.look.class)
+}
+
 /// The triangles of a region.
 #[derive(Default)]
 pub(super) struct Neighbours {
     boxes: Vec<Aabb>,
     /// What is in each box: the index of a triangle among all, or [`GROUP`] and that of a pile.
     slots: Vec<u32>,
+    /// How much area stops light in each box.
+    areas: Vec<f64>,
     /// Entries with equal boxes. The id of an entry is a triangle's, or [`GROUP`] and that of a group.
     piles: Vec<Vec<Fit>>,
     groups: Vec<Vec<Alike>>,
@@ -50,19 +58,25 @@ impl Neighbours {
     /// Those of `all` that `keys` tells of, by cell.
     pub fn new(all: &[Fit], keys: &[Key]) -> Neighbours {
         let (boxes, slots) = (Vec::with_capacity(keys.len()), Vec::with_capacity(keys.len()));
-        let mut own = Neighbours { boxes, slots, ..Neighbours::default() };
+        let areas = Vec::with_capacity(keys.len());
+        let mut own = Neighbours { boxes, slots, areas, ..Neighbours::default() };
         for cell in keys.chunk_by(|a, b| a.cell() == b.cell()) {
             match cell {
-                [key] => own.add(&all[key.index()], key.index() as u32),
+                [key] => {
+                    let fit = &all[key.index()];
+                    own.add(fit.aabb(), key.index() as u32, area(fit));
+                }
                 _ => own.share(all, cell.iter().map(|key| key.index() as u32).collect()),
             }
         }
         own
     }
 
-    fn add(&mut self, fit: &Fit, slot: u32) {
-        self.boxes.push(fit.aabb());
+    /// Adds a box, and how much area in it stops light.
+    fn add(&mut self, bounds: Aabb, slot: u32, area: f64) {
+        self.boxes.push(bounds);
         self.slots.push(slot);
+        self.areas.push(area);
     }
 
     /// Takes the triangles of a cell.
@@ -72,12 +86,13 @@ impl Neighbours {
         cell.sort_unstable_by_key(|i| (bounds(i), of(i).corners.bits(), *i));
         for pile in cell.chunk_by(|a, b| bounds(a) == bounds(b)) {
             if let [only] = pile {
-                self.add(of(only), *only);
+                self.add(of(only).aabb(), *only, area(of(only)));
                 continue;
             }
             let places = pile.chunk_by(|a, b| of(a).corners.bits() == of(b).corners.bits());
-            let entries = places.map(|place| self.entry(all, place)).collect();
-            self.add(of(&pile[0]), GROUP | self.piles.len() as u32);
+            let entries: Vec<Fit> = places.map(|place| self.entry(all, place)).collect();
+            let area = entries.iter().map(area).sum();
+            self.add(entries[0].aabb(), GROUP | self.piles.len() as u32, area);
             self.piles.push(entries);
         }
     }
@@ -110,10 +125,10 @@ impl Region for Neighbours {
     }
 
     fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Held> {
-        let Neighbours { boxes, slots, piles, groups, coincident } = self;
+        let Neighbours { boxes, slots, areas, piles, groups, coincident } = self;
         let entries = Vec::with_capacity(boxes.len());
         let mut leaves = Held { entries, ends: Vec::new(), others: Vec::new(), groups, coincident };
-        let mut firsts = Vec::new();
+        let (mut firsts, mut odds) = (Vec::new(), Vec::new());
         let mut places = 0;
         for leaf in members {
             let start = leaves.entries.len();
@@ -126,9 +141,12 @@ impl Region for Neighbours {
             let end = leaves.entries.len();
             leaves.ends.push(end as u32);
             firsts.push(places);
-            places += (end - start).div_ceil(CAPACITY) as u32;
+            let blocks = (end - start).div_ceil(CAPACITY) as u32;
+            places += blocks;
+            let bounds = union(leaf.iter().map(|&i| box3(&boxes[i as usize])));
+            odds.push(Odds::of_leaf(bounds, leaf.iter().map(|&i| areas[i as usize]).sum(), blocks));
         }
-        Filled { leaves, firsts, places }
+        Filled { leaves, firsts, places, odds }
     }
 }
 

@@ -42,6 +42,9 @@ impl Ids<'_> {
 
 /// A question, told of every triangle that a ray meets in any order.
 pub(super) trait Query {
+    /// True where any hit that stops it is the whole answer.
+    const ANY: bool;
+
     /// Nothing beyond this t matters.
     fn limit(&self) -> f32;
 
@@ -76,6 +79,8 @@ pub(super) struct Closest<'a> {
 }
 
 impl Query for Closest<'_> {
+    const ANY: bool = false;
+
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.best.t
@@ -129,6 +134,8 @@ pub(super) struct Blocking<'a, 'p> {
 }
 
 impl Query for Blocking<'_, '_> {
+    const ANY: bool = true;
+
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.end

@@ -10,6 +10,7 @@ use super::Preset;
 use super::collapse::{self, Filled, Region};
 use super::corners::HUGE;
 use super::hit::{FrameRay, power_of_two};
+use super::odds::Odds;
 use super::plan::Plan;
 use super::query::Query;
 use super::regions::Key;
@@ -95,6 +96,8 @@ impl Boundable for Slot<'_> {
 struct Slots<'a> {
     boxes: Vec<Aabb>,
     slots: Vec<Slot<'a>>,
+    /// Of each mesh's tree.
+    odds: &'a [Odds],
 }
 
 impl Region for Slots<'_> {
@@ -112,8 +115,14 @@ impl Region for Slots<'_> {
     fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Self::Leaves> {
         let placed = |&i: &u32| self.slots[i as usize].0.iter().map(|(part, _)| *part);
         let leaves: Vec<Vec<Placed>> = members.map(|leaf| leaf.iter().flat_map(placed).collect()).collect();
+        // A mesh fills the box of its instance about as it fills its own.
+        let own = |leaf: &Vec<Placed>| {
+            let everywhere = (Vec3::ZERO, Vec3::ONE);
+            Odds::of_all(everywhere, leaf.iter().map(|part| (everywhere, self.odds[part.tree])))
+        };
+        let odds = leaves.iter().map(own).collect();
         let places = leaves.len() as u32;
-        Filled { leaves, firsts: (0..places).collect(), places }
+        Filled { leaves, firsts: (0..places).collect(), places, odds }
     }
 }
 
@@ -147,9 +156,10 @@ impl Top {
         // Equal boxes share a slot here too: a thousand instances in one place are not a chain.
         parts.sort_by_key(|(_, b)| bits(*b));
         let slots: Vec<Slot> = parts.chunk_by(|a, b| bits(a.1) == bits(b.1)).map(Slot).collect();
+        let odds: Vec<Odds> = meshes.values().map(|mesh| mesh.tree.odds).collect();
         let open = |keys: &[Key]| {
             let slots: Vec<Slot> = keys.iter().map(|key| slots[key.index()]).collect();
-            Slots { boxes: slots.iter().map(Slot::aabb).collect(), slots }
+            Slots { boxes: slots.iter().map(Slot::aabb).collect(), slots, odds: &odds }
         };
         let (tree, leaves) = collapse::build(&slots, open, 1, preset);
         let mut reach = 0f64;
@@ -198,7 +208,7 @@ impl Top {
         let Some(root) = self.tree.root else { return true };
         let boxes = BoxRay::new(ray.o, ray.d, self.pad(ray.o), ray.parameter(query.start()));
         let limit = limit(ray, query);
-        self.tree.walk::<S>(root, &boxes, stack, limit, &mut Entering { top: self, ray, meshes, query })
+        self.tree.walk::<S, _>(root, &boxes, stack, limit, &mut Entering { top: self, ray, meshes, query })
     }
 
     /// Inner nodes of its tree.
@@ -223,6 +233,8 @@ struct Entering<'a, Q> {
 }
 
 impl<S: Simd, Q: Query> Leaves<S> for Entering<'_, Q> {
+    const ANY: bool = Q::ANY;
+
     #[inline(always)]
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32> {
         for Placed { instance, tree, frame } in self.top.parts(leaf) {

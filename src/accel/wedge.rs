@@ -86,7 +86,7 @@ mod tests {
         let leaves: Vec<(Box3, u32)> = places.iter().map(small).collect();
         let (lo, hi) = leaves.iter().fold((Vec3::MAX, Vec3::MIN), |a, (b, _)| (a.0.min(b.0), a.1.max(b.1)));
         let nodes = Pages::filled(&[leaves], |_| 1, |leaves, to| to.fill(Node::new(leaves)));
-        Wide { nodes, root: Some(0), bounds: (lo, hi) }
+        Wide { nodes, root: Some(0), bounds: (lo, hi), ..Wide::default() }
     }
 
     /// Rays down −z through the corners of a rectangle one unit away, or beside each other.

@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use obvhs::aabb::Aabb;
 
 use super::lanes::splat;
+use super::odds::Odds;
 use super::pages::Pages;
 use super::simd::{Lanes, Simd};
 use crate::geometry::EPSILON;
@@ -22,6 +23,11 @@ pub(super) fn bits((lo, hi): Box3) -> [[u32; 3]; 2] {
     [lo, hi].map(|p| p.to_array().map(f32::to_bits))
 }
 
+/// A box of obvhs's.
+pub(super) fn box3(aabb: &Aabb) -> Box3 {
+    (aabb.min.into(), aabb.max.into())
+}
+
 /// A box as obvhs has it.
 pub(super) fn aabb((lo, hi): Box3) -> Aabb {
     Aabb { min: lo.into(), max: hi.into() }
@@ -33,15 +39,20 @@ pub(super) const WIDTH: usize = 8;
 /// An inner node's index, or a leaf's number with this bit.
 pub(super) const LEAF: u32 = 1 << 31;
 
+/// The slots of a node in the order in which their children stop rays soonest ([`Odds`]).
+pub(super) const FIRST_SLOTS: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
+/// The last of them first, to be pushed.
+pub(super) const LAST_SLOTS: [u32; WIDTH] = [7, 6, 5, 4, 3, 2, 1, 0];
+
 /// Eight boxes, by axis and then lowest and highest, and what is in them.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct Node {
     pub planes: [[[f32; WIDTH]; 2]; 3],
     /// [`LEAF`] and a leaf's number, or a node's index. The first `count` are there; the boxes of
-    /// the others are inside out.
+    /// the others are inside out. What any-hit rays had best ask first comes first.
     pub child: [u32; WIDTH],
-    /// Slots in the order in which rays of each octant had best ask them, the last first, three
+    /// Slots in the order in which rays of each octant come to them, the last first, three
     /// bits for each octant: order[i] >> 3·octant & 7 is the slot to be pushed i-th. The lowest
     /// bit of an octant's number is set where x rises along the ray.
     order: [u32; WIDTH],
@@ -168,11 +179,13 @@ pub(super) struct Wide {
     pub root: Option<u32>,
     /// Around everything.
     pub bounds: Box3,
+    /// Of everything, when it was built.
+    pub odds: Odds,
 }
 
 impl Default for Wide {
     fn default() -> Self {
-        Wide { nodes: Pages::default(), root: None, bounds: (Vec3::MAX, Vec3::MIN) }
+        Wide { nodes: Pages::default(), root: None, bounds: (Vec3::MAX, Vec3::MIN), odds: Odds::default() }
     }
 }
 
@@ -226,21 +239,24 @@ impl Stack {
 
 /// What happens at leaves.
 pub(super) trait Leaves<S: Simd> {
+    /// True where any hit will do: children go by their odds, and not by what is nearest.
+    const ANY: bool;
+
     /// The ray enters the box of leaf `leaf`. The limit from there on, or `None` to stop.
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32>;
 }
 
 impl Wide {
-    /// Leads a ray through what is under `from`, near children first. Leaves are entered no
+    /// Leads a ray through what is under `from`, near children first unless any hit will do. Leaves are entered no
     /// farther than `limit`. False where it was stopped.
     #[inline(always)]
-    pub fn walk<S: Simd>(
+    pub fn walk<S: Simd, L: Leaves<S>>(
         &self,
         from: u32,
         ray: &BoxRay,
         stack: &mut Stack,
         mut limit: f32,
-        leaves: &mut impl Leaves<S>,
+        leaves: &mut L,
     ) -> bool {
         // Kept here, not in memory: every step waits for it.
         let base = stack.top;
@@ -265,11 +281,14 @@ impl Wide {
                 // NaN comes of infinity minus infinity, and says nothing: the other side decides.
                 let enters = near(0).max(near(1).max(near(2).max(start)));
                 let leaves = far(0).min(far(1).min(far(2).min(S::F8::splat(limit))));
-                let orders = [node.order(ray.octant), node.order(ray.octant.opposite())];
-                let (count, nearest) = S::meeting((enters, leaves), orders, &node.child, stack.room(top));
+                let orders = match L::ANY {
+                    true => [LAST_SLOTS, FIRST_SLOTS],
+                    false => [node.order(ray.octant), node.order(ray.octant.opposite())],
+                };
+                let (count, first) = S::meeting((enters, leaves), orders, &node.child, stack.room(top));
                 if count > 0 {
                     top += count - 1;
-                    here = nearest;
+                    here = first;
                     continue;
                 }
             } else {

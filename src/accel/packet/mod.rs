@@ -22,7 +22,7 @@ use super::block::Block;
 use super::bounds::W_SCALE;
 use super::simd::{Lanes, Part, Simd, prefetch};
 use super::triangles::Triangles;
-use super::wide::{GROW, LEAF, Node, Octant, WIDTH};
+use super::wide::{FIRST_SLOTS, GROW, LAST_SLOTS, LEAF, Node, Octant, WIDTH};
 use crate::geometry::EPSILON;
 use beam::Beam;
 use frustum::Frustum;
@@ -140,9 +140,6 @@ struct Pending {
     left: u32,
 }
 
-/// The slots of a node.
-const SLOTS: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
-
 impl Default for PacketStack {
     fn default() -> Self {
         PacketStack { pending: vec![Pending::default(); 64], top: 0 }
@@ -177,8 +174,8 @@ trait Verdict<S: Simd> {
     /// True where back faces of single-sided triangles are not seen.
     fn culls(&self) -> bool;
 
-    /// True where what is far is asked first: rays that leave surfaces are together again out there.
-    fn starts_far(&self) -> bool {
+    /// True where children go by their odds, and not by what is nearest.
+    fn by_odds(&self) -> bool {
         false
     }
 
@@ -373,8 +370,8 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
             return;
         }
         let nodes: &[Node] = &triangles.tree.nodes;
-        let way = if verdict.starts_far() { -frustum.mean() } else { frustum.mean() };
-        let octant = Octant::of(way);
+        let octant = Octant::of(frustum.mean());
+        let by_odds = verdict.by_odds();
         let mut farthest = packet.farthest::<S>();
         let mut groups = 0;
         for g in 0..GROUPS {
@@ -387,7 +384,8 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
             if hit != 0 {
                 let next = stack.room();
                 (next.node, next.groups, next.left) = (here, groups, hit.count_ones());
-                S::arrange(hit, node.order(octant), (near, &SLOTS), (&mut next.near, &mut next.slots));
+                let order = if by_odds { LAST_SLOTS } else { node.order(octant) };
+                S::arrange(hit, order, (near, &FIRST_SLOTS), (&mut next.near, &mut next.slots));
                 stack.top += 1;
             }
             (here, groups) = loop {

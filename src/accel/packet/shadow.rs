@@ -95,8 +95,9 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
         false
     }
 
+    /// Rays from a lamp are together near it, and those of the sun nowhere.
     #[inline(always)]
-    fn starts_far(&self) -> bool {
+    fn by_odds(&self) -> bool {
         matches!(self.segments.0.shared, Shared::Direction(_))
     }
 
