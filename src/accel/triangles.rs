@@ -177,7 +177,10 @@ impl<S: Simd, Q: Query> Part<S> for Visit<'_, Q> {
         let limit = limit(ray, query);
         let blocks: &[Block] = &triangles.blocks;
         let mut leaves = Meeting { triangles, blocks, ray, test, instance, query, limit, simd: PhantomData };
-        triangles.tree.walk::<S, _>(from, &boxes, stack, limit, &mut leaves)
+        match Q::ANY {
+            true => triangles.tree.walk_any::<S>(from, &boxes, stack, limit, &mut leaves),
+            false => triangles.tree.walk::<S>(from, &boxes, stack, limit, &mut leaves),
+        }
     }
 }
 
@@ -194,8 +197,6 @@ struct Meeting<'a, S, Q> {
 }
 
 impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
-    const ANY: bool = Q::ANY;
-
     #[inline(always)]
     fn enter(&mut self, leaf: u32, _: &mut Stack) -> Option<f32> {
         for block in &self.blocks[leaf as usize..] {

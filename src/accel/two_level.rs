@@ -208,7 +208,11 @@ impl Top {
         let Some(root) = self.tree.root else { return true };
         let boxes = BoxRay::new(ray.o, ray.d, self.pad(ray.o), ray.parameter(query.start()));
         let limit = limit(ray, query);
-        self.tree.walk::<S, _>(root, &boxes, stack, limit, &mut Entering { top: self, ray, meshes, query })
+        let mut leaves = Entering { top: self, ray, meshes, query };
+        match Q::ANY {
+            true => self.tree.walk_any::<S>(root, &boxes, stack, limit, &mut leaves),
+            false => self.tree.walk::<S>(root, &boxes, stack, limit, &mut leaves),
+        }
     }
 
     /// Inner nodes of its tree.
@@ -233,8 +237,6 @@ struct Entering<'a, Q> {
 }
 
 impl<S: Simd, Q: Query> Leaves<S> for Entering<'_, Q> {
-    const ANY: bool = Q::ANY;
-
     #[inline(always)]
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32> {
         for Placed { instance, tree, frame } in self.top.parts(leaf) {

@@ -239,56 +239,37 @@ impl Stack {
 
 /// What happens at leaves.
 pub(super) trait Leaves<S: Simd> {
-    /// True where any hit will do: children go by their odds, and not by what is nearest.
-    const ANY: bool;
-
     /// The ray enters the box of leaf `leaf`. The limit from there on, or `None` to stop.
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32>;
 }
 
 impl Wide {
-    /// Leads a ray through what is under `from`, near children first unless any hit will do. Leaves are entered no
+    /// Leads a ray through what is under `from`, near children first. Leaves are entered no
     /// farther than `limit`. False where it was stopped.
     #[inline(always)]
-    pub fn walk<S: Simd, L: Leaves<S>>(
+    pub fn walk<S: Simd>(
         &self,
         from: u32,
         ray: &BoxRay,
         stack: &mut Stack,
         mut limit: f32,
-        leaves: &mut L,
+        leaves: &mut impl Leaves<S>,
     ) -> bool {
         // Kept here, not in memory: every step waits for it.
         let base = stack.top;
         let mut top = base;
-        let (near_scale, near_shift): ([S::F8; 3], [S::F8; 3]) =
-            (splat(ray.near_scale), splat(ray.near_shift));
-        let (far_scale, far_shift): ([S::F8; 3], [S::F8; 3]) = (splat(ray.far_scale), splat(ray.far_shift));
-        let start = S::F8::splat(ray.start);
+        let slabs: Slabs<S> = Slabs::new(ray);
         let nodes: &[Node] = &self.nodes;
         let mut here = from;
         loop {
             if here & LEAF == 0 {
                 let node = &nodes[here as usize];
-                let near = |axis: usize| {
-                    S::F8::load(&node.planes[axis][ray.near_end[axis]])
-                        .mul_sub(near_scale[axis], near_shift[axis])
-                };
-                let far = |axis: usize| {
-                    S::F8::load(&node.planes[axis][1 - ray.near_end[axis]])
-                        .mul_sub(far_scale[axis], far_shift[axis])
-                };
-                // NaN comes of infinity minus infinity, and says nothing: the other side decides.
-                let enters = near(0).max(near(1).max(near(2).max(start)));
-                let leaves = far(0).min(far(1).min(far(2).min(S::F8::splat(limit))));
-                let orders = match L::ANY {
-                    true => [LAST_SLOTS, FIRST_SLOTS],
-                    false => [node.order(ray.octant), node.order(ray.octant.opposite())],
-                };
-                let (count, first) = S::meeting((enters, leaves), orders, &node.child, stack.room(top));
+                let orders = [node.order(ray.octant), node.order(ray.octant.opposite())];
+                let meets = slabs.meets(node, limit);
+                let (count, nearest) = S::meeting(meets, orders, &node.child, stack.room(top));
                 if count > 0 {
                     top += count - 1;
-                    here = first;
+                    here = nearest;
                     continue;
                 }
             } else {
@@ -316,6 +297,89 @@ impl Wide {
                 }
             }
         }
+    }
+
+    /// [`Wide::walk`] for a ray that asks for any hit up to `limit`: it goes by the children's odds, whose
+    /// order is that of the slots.
+    #[inline(always)]
+    pub fn walk_any<S: Simd>(
+        &self,
+        from: u32,
+        ray: &BoxRay,
+        stack: &mut Stack,
+        limit: f32,
+        leaves: &mut impl Leaves<S>,
+    ) -> bool {
+        let base = stack.top;
+        let mut top = base;
+        let slabs: Slabs<S> = Slabs::new(ray);
+        let nodes: &[Node] = &self.nodes;
+        let mut here = from;
+        loop {
+            if here & LEAF == 0 {
+                let node = &nodes[here as usize];
+                let (enters, leaves) = slabs.meets(node, limit);
+                let met = enters.le(leaves);
+                if met != 0 {
+                    // A node and the slots that are left of it, not its children one by one.
+                    let ((_, room), left) = (stack.room(top), met & (met - 1));
+                    (room[0], room[1]) = (here, left);
+                    top += if left == 0 { 0 } else { 2 };
+                    here = node.child[met.trailing_zeros() as usize & (WIDTH - 1)];
+                    continue;
+                }
+            } else {
+                stack.top = top;
+                let goes_on = leaves.enter(here & !LEAF, stack).is_some();
+                stack.top = base;
+                if !goes_on {
+                    return false;
+                }
+            }
+            if top == base {
+                return true;
+            }
+            let Some([node, left]) = stack.child[..top].last_chunk_mut() else { return true };
+            here = nodes[*node as usize].child[left.trailing_zeros() as usize & (WIDTH - 1)];
+            *left &= *left - 1;
+            top -= if *left == 0 { 2 } else { 0 };
+        }
+    }
+}
+
+/// A ray and eight boxes at once.
+struct Slabs<S: Simd> {
+    near: ([S::F8; 3], [S::F8; 3]),
+    far: ([S::F8; 3], [S::F8; 3]),
+    start: S::F8,
+    /// For each axis which end of a box is met first.
+    near_end: [usize; 3],
+}
+
+impl<S: Simd> Slabs<S> {
+    #[inline(always)]
+    fn new(ray: &BoxRay) -> Self {
+        Slabs {
+            near: (splat(ray.near_scale), splat(ray.near_shift)),
+            far: (splat(ray.far_scale), splat(ray.far_shift)),
+            start: S::F8::splat(ray.start),
+            near_end: ray.near_end,
+        }
+    }
+
+    /// Where the ray enters a node's boxes, and where it leaves them or is at its end.
+    #[inline(always)]
+    fn meets(&self, node: &Node, limit: f32) -> (S::F8, S::F8) {
+        let side = |axis: usize, end: usize, (scale, shift): ([S::F8; 3], [S::F8; 3])| {
+            S::F8::load(&node.planes[axis][end]).mul_sub(scale[axis], shift[axis])
+        };
+        let near = |axis: usize| side(axis, self.near_end[axis], self.near);
+        let far = |axis: usize| side(axis, 1 - self.near_end[axis], self.far);
+        // NaN comes of infinity minus infinity, and says nothing: the other side decides.
+        (
+            near(0).max(near(1).max(near(2).max(self.start))),
+            far(0).min(far(1).min(far(2).min(S::F8::splat(limit)))),
+        )
     }
 }
 
