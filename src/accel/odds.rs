@@ -4,7 +4,7 @@
 //! are asked first that stop most lines for the least work, and not the nearest: a wall before the furniture.
 //! (Ize and Hansen, RTSAH Traversal Order for Occlusion Rays, 2011, weigh the two children of binary nodes.)
 
-use super::wide::Box3;
+use super::wide::{Box3, half_surface};
 use crate::scene::SurfaceClass;
 
 /// What is known of the lines through a box.
@@ -27,16 +27,16 @@ impl Odds {
     /// Of a leaf of so many blocks, whose surfaces stop light as much as `area` does.
     pub fn of_leaf(bounds: Box3, area: f64, blocks: u32) -> Odds {
         // A line through a convex body meets a flat thing within in proportion to both its sides.
-        let stops = (2.0 * area / surface(bounds).max(f64::MIN_POSITIVE)).min(1.0);
+        let stops = (area / half_surface(bounds).max(f64::MIN_POSITIVE)).min(1.0);
         Odds { stops, costs: f64::from(blocks) }
     }
 
     /// Of what holds others, in the order in which they are asked.
     pub fn of_all(whole: Box3, children: impl Iterator<Item = (Box3, Odds)>) -> Odds {
-        let whole = surface(whole).max(f64::MIN_POSITIVE);
+        let whole = half_surface(whole).max(f64::MIN_POSITIVE);
         let (mut costs, mut left) = (1.0, 1.0);
         for (bounds, odds) in children {
-            let share = (surface(bounds) / whole).min(1.0);
+            let share = (half_surface(bounds) / whole).min(1.0);
             costs += share * odds.costs * left;
             left *= 1.0 - share * odds.stops;
         }
@@ -56,11 +56,6 @@ pub(super) fn stopping(class: SurfaceClass) -> f64 {
         SurfaceClass::Cutout => 0.5,
         SurfaceClass::Translucent => 0.0,
     }
-}
-
-fn surface((lo, hi): Box3) -> f64 {
-    let d = hi.as_dvec3() - lo.as_dvec3();
-    2.0 * (d.x * d.y + d.y * d.z + d.z * d.x)
 }
 
 #[cfg(test)]

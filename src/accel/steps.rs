@@ -11,7 +11,7 @@ use super::hit::FrameRay;
 use super::query::{Asked, Closest, Query};
 use super::triangles::{Triangles, limit};
 use super::two_level::Placed;
-use super::wide::{Box3, LEAF, Octant, SHRINK, Wide, reciprocal};
+use super::wide::{Box3, LEAF, Octant, SHRINK, Wide, half_surface, reciprocal};
 use super::{Accel, Lane};
 use crate::geometry::{EPSILON, Hit, HitId};
 
@@ -63,8 +63,10 @@ impl Accel {
         trees.push((self.top.tree.bounds, placed));
         trees.retain(|&(_, cost)| cost > 0.0);
         let all = trees.iter().map(|tree| tree.0).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let share =
-            |bounds: Box3| all.filter(|all| area(*all) > 0.0).map_or(1.0, |all| area(bounds) / area(all));
+        let share = |bounds: Box3| {
+            all.filter(|all| half_surface(*all) > 0.0)
+                .map_or(1.0, |all| half_surface(bounds) / half_surface(all))
+        };
         trees.iter().map(|&(bounds, cost)| cost * share(bounds)).sum()
     }
 }
@@ -75,9 +77,9 @@ pub(super) fn expected(tree: &Wide, in_leaf: impl Fn(u32) -> f64) -> f64 {
     if root & LEAF != 0 {
         return in_leaf(root & !LEAF);
     }
-    let whole = area(tree.bounds);
+    let whole = half_surface(tree.bounds);
     // A box without any surface is met in its entirety or not at all.
-    let share = |bounds: Box3| if whole > 0.0 { (area(bounds) / whole).min(1.0) } else { 1.0 };
+    let share = |bounds: Box3| if whole > 0.0 { (half_surface(bounds) / whole).min(1.0) } else { 1.0 };
     let mut cost = 1.0;
     for node in tree.nodes.iter() {
         for slot in 0..node.count() {
@@ -86,11 +88,6 @@ pub(super) fn expected(tree: &Wide, in_leaf: impl Fn(u32) -> f64) -> f64 {
         }
     }
     cost
-}
-
-fn area((lo, hi): Box3) -> f64 {
-    let d = hi.as_dvec3() - lo.as_dvec3();
-    d.x * d.y + d.y * d.z + d.z * d.x
 }
 
 /// A ray on its way.

@@ -77,16 +77,16 @@ mod tests {
     use glam::Vec3;
 
     use super::super::pages::Pages;
-    use super::super::wide::Node;
+    use super::super::wide::{Node, union};
     use super::*;
 
     /// A tree of small boxes about `places`.
     fn tree(places: &[Vec3]) -> Wide {
         let small = |&p: &Vec3| ((p - 0.01, p + 0.01), LEAF);
         let leaves: Vec<(Box3, u32)> = places.iter().map(small).collect();
-        let (lo, hi) = leaves.iter().fold((Vec3::MAX, Vec3::MIN), |a, (b, _)| (a.0.min(b.0), a.1.max(b.1)));
+        let bounds = union(leaves.iter().map(|(bounds, _)| *bounds));
         let nodes = Pages::filled(&[leaves], |_| 1, |leaves, to| to.fill(Node::new(leaves)));
-        Wide { nodes, root: Some(0), bounds: (lo, hi), ..Wide::default() }
+        Wide { nodes, root: Some(0), bounds, ..Wide::default() }
     }
 
     /// Rays down −z through the corners of a rectangle one unit away, or beside each other.

@@ -18,6 +18,12 @@ pub(super) fn union(boxes: impl Iterator<Item = Box3>) -> Box3 {
     boxes.fold((Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
+/// Half of a box's surface: lines meet it in proportion.
+pub(super) fn half_surface((lo, hi): Box3) -> f64 {
+    let d = hi.as_dvec3() - lo.as_dvec3();
+    d.x * d.y + d.y * d.z + d.z * d.x
+}
+
 /// A box's bits, which tell equal ones.
 pub(super) fn bits((lo, hi): Box3) -> [[u32; 3]; 2] {
     [lo, hi].map(|p| p.to_array().map(f32::to_bits))
