@@ -171,3 +171,58 @@ fn processes_may_share_a_folder() {
     }
     assert_eq!(files(&dir.path().join("shared")), files(&dir.path().join("alone")));
 }
+
+/// What was asked for on standard output is all there, or it is an error.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_standard_output_does_not_take_is_an_error() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/triangle.glb");
+    for line in [
+        format!("render {scene} --size 8x8 -o -"),
+        format!("render {scene} --dry-run"),
+        format!("render {scene} --print-config"),
+        format!("info {scene}"),
+        format!("info {scene} --json"),
+        format!("job slurm turntable {scene}"),
+        "completions bash".to_string(),
+        "man".to_string(),
+        "--help".to_string(),
+    ] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let told = failed(&command(dir.path(), &line).stdout(full).output().unwrap());
+        assert!(told.contains("standard output cannot be written"), "{line}: {told}");
+    }
+    // A few bytes fit, and nothing of what follows.
+    let line = format!(
+        "head -c 1016 /dev/zero > cut; ulimit -f 1; exec '{}' render {scene} --size 30x20 -o - >> cut",
+        env!("CARGO_BIN_EXE_blinn")
+    );
+    let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
+    assert!(failed(&output).contains("standard output cannot be written"));
+}
+
+/// Nobody hears what happens: it happens all the same, and the exit code says how it ended.
+#[cfg(target_os = "linux")]
+#[test]
+fn work_goes_on_where_standard_error_takes_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let (one, two) = (model("tests/triangle.glb"), model("cornell/cornell.glb"));
+    let size = "--size 8x8 -s 1";
+    for (line, code) in [
+        (format!("render {one} {two} {size} --progress plain -v --perf -o {{stem}}.png"), 0),
+        (format!("render missing.glb {one} {two} {size} --progress json -o {{stem}}.png"), 1),
+        (format!("info missing.glb {one}"), 1),
+        (format!("render {one} --size 8"), 2),
+        ("render --progress openjd --size 8".to_string(), 2),
+        (format!("bench {one} --size 8x8 --rounds 1 --threads 1"), 0),
+    ] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = command(dir.path(), &line).stderr(full).output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{line}");
+        if line.starts_with("render") && code < 2 {
+            assert_eq!(files(dir.path()).len(), 2, "{line}");
+            files(dir.path()).keys().for_each(|name| fs::remove_file(dir.path().join(name)).unwrap());
+        }
+    }
+}

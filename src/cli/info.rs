@@ -1,10 +1,9 @@
 //! `blinn info`: what is in a scene.
 
-use std::io::Write;
-
 use serde_json::{Value, json};
 
 use super::args::InfoArgs;
+use super::console::{print, tell};
 use super::job::load_options;
 use super::panics::caught;
 use super::{Summary, Usage, memory, one_line};
@@ -34,7 +33,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
             }
             Err(e) => {
                 let line = one_line(&super::describe(path, &e));
-                eprintln!("blinn: {line}");
+                tell(&format!("blinn: {line}"));
                 summary.add(Some(line));
             }
         }
@@ -46,8 +45,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     } else {
         format!("{:#}\n", Value::Array(all))
     };
-    // A closed pipe is no error.
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    summary.note(print(text.as_bytes()));
     Ok(summary)
 }
 

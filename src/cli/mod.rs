@@ -7,6 +7,7 @@ mod assemble;
 mod bench;
 mod complaint;
 mod config;
+mod console;
 mod dataset;
 mod farm;
 mod foreign;
@@ -29,13 +30,13 @@ mod words;
 mod work;
 
 use std::ffi::OsString;
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::FromArgMatches;
 use clap::error::ErrorKind;
 
 use args::{Cli, Command};
+use console::tell;
 
 /// Everything was done.
 const DONE: u8 = 0;
@@ -50,7 +51,7 @@ pub fn run() -> ExitCode {
     signals::watch();
     panics::keep_quiet();
     panics::caught(|| Ok(carry_out())).unwrap_or_else(|e| {
-        eprintln!("blinn: {}", one_line(&e.to_string()));
+        tell(&format!("blinn: {}", one_line(&e.to_string())));
         ExitCode::from(FAILED)
     })
 }
@@ -67,9 +68,7 @@ fn carry_out() -> ExitCode {
         Err(e) => return instead_of_work(&e, &words),
     };
     if cli.command.process().is_some_and(|process| process.print_config) {
-        // A closed pipe is no error.
-        let _ = std::io::stdout().lock().write_all(config::print(&words).as_bytes());
-        return ExitCode::from(DONE);
+        return Summary::of_printing(console::print(config::print(&words).as_bytes())).exit();
     }
     let outcome = match &cli.command {
         Command::Render(args) => render::render(args),
@@ -82,26 +81,20 @@ fn carry_out() -> ExitCode {
         Command::Job(args) => farm::run(args, &words),
     };
     match outcome {
-        Ok(summary) if summary.failed.is_empty() => ExitCode::from(DONE),
-        Ok(summary) => {
-            summary.report();
-            ExitCode::from(FAILED)
-        }
+        Ok(summary) => summary.exit(),
         Err(usage) => usage.exit(&words),
     }
 }
 
 /// What was asked for instead of work, or what is wrong with how it was asked for.
 fn instead_of_work(found: &clap::Error, words: &[OsString]) -> ExitCode {
-    // A closed pipe is no error: `blinn --help | head -1`.
-    let print = || drop(found.print());
     match found.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            print();
-            ExitCode::from(DONE)
+            Summary::of_printing(console::printed(found.print())).exit()
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            print();
+            // It goes to standard error.
+            let _ = found.print();
             ExitCode::from(USAGE)
         }
         _ => Usage(complaint::one_line(found, words)).exit(words),
@@ -117,9 +110,9 @@ impl Usage {
     fn exit(self, words: &[OsString]) -> ExitCode {
         let line = one_line(&self.0);
         if progress::is_for_openjd(words) {
-            eprintln!("openjd_fail: {line}");
+            tell(&format!("openjd_fail: {line}"));
         }
-        eprintln!("blinn: {line}");
+        tell(&format!("blinn: {line}"));
         ExitCode::from(USAGE)
     }
 }
@@ -130,6 +123,8 @@ struct Summary {
     scenes: usize,
     /// What went wrong, in a line for each scene.
     failed: Vec<String>,
+    /// Whether anything else went wrong, of which was told.
+    otherwise: bool,
 }
 
 impl Summary {
@@ -139,12 +134,28 @@ impl Summary {
         self.failed.extend(failure);
     }
 
-    /// Tells of all failures once more, where they may have scrolled away.
-    fn report(&self) {
-        if self.scenes > 1 {
-            eprintln!("blinn: {} of {} scenes failed:", self.failed.len(), self.scenes);
-            self.failed.iter().for_each(|line| eprintln!("  {line}"));
+    /// Of nothing but what was printed.
+    fn of_printing(printed: anyhow::Result<()>) -> Summary {
+        let mut summary = Summary::default();
+        summary.note(printed);
+        summary
+    }
+
+    /// Notes an outcome that is of no scene, and tells of it where it is a failure.
+    fn note(&mut self, outcome: anyhow::Result<()>) {
+        if let Err(e) = outcome {
+            self.otherwise = true;
+            tell(&format!("blinn: {}", one_line(&format!("{e:#}"))));
         }
+    }
+
+    /// What the program exits with. Tells of all failures once more, where they may have scrolled away.
+    fn exit(self) -> ExitCode {
+        if self.scenes > 1 && !self.failed.is_empty() {
+            tell(&format!("blinn: {} of {} scenes failed:", self.failed.len(), self.scenes));
+            self.failed.iter().for_each(|line| tell(&format!("  {line}")));
+        }
+        ExitCode::from(if self.failed.is_empty() && !self.otherwise { DONE } else { FAILED })
     }
 }
 

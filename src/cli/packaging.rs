@@ -1,16 +1,14 @@
 //! What packagers ask for: completions for shells, pages for `man`.
 
-use std::io::Write;
-
 use super::args::{CompletionsArgs, ManArgs};
 use super::config::command_at;
-use super::{Summary, Usage, help};
+use super::{Summary, Usage, console, help};
 
 /// `blinn completions SHELL`.
 pub(super) fn completions(args: &CompletionsArgs) -> Result<Summary, Usage> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut help::full(), "blinn", &mut text);
-    print(&text)
+    Ok(Summary::of_printing(console::print(&text)))
 }
 
 /// `blinn man [COMMAND…]`.
@@ -24,7 +22,8 @@ pub(super) fn man(args: &ManArgs) -> Result<Summary, Usage> {
     let mut text = Vec::new();
     let page = clap_mangen::Man::new(command.clone()).source(concat!("blinn ", env!("CARGO_PKG_VERSION")));
     page.render(&mut text).map_err(|e| Usage(e.to_string()))?;
-    print(frames_of_jobs(&String::from_utf8_lossy(&text)).as_bytes())
+    let page = frames_of_jobs(&String::from_utf8_lossy(&text));
+    Ok(Summary::of_printing(console::print(page.as_bytes())))
 }
 
 /// What a job renders has the words of the command of that name, and its page.
@@ -37,10 +36,4 @@ fn frames_of_jobs(page: &str) -> String {
         }
     }
     page
-}
-
-fn print(text: &[u8]) -> Result<Summary, Usage> {
-    // A closed pipe is no error.
-    let _ = std::io::stdout().lock().write_all(text);
-    Ok(Summary::default())
 }

@@ -3,6 +3,7 @@
 
 use std::time::Duration;
 
+use super::console::tell;
 use crate::bench::sweep;
 use crate::output::hold_writes;
 
@@ -21,7 +22,7 @@ fn end(code: i32) -> ! {
     });
     let _no_file_is_half_written = hold_writes();
     sweep();
-    eprintln!("\nblinn: {}", if code == INTERRUPTED { "interrupted" } else { "terminated" });
+    tell(&format!("\nblinn: {}", if code == INTERRUPTED { "interrupted" } else { "terminated" }));
     std::process::exit(code)
 }
 

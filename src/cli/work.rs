@@ -1,12 +1,12 @@
 //! The pictures of one scene, from its file to theirs.
 
-use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Context, Result};
 
+use super::console::print;
 use super::dataset;
 use super::job::{Form, Job, Shot, Target};
 use super::memory;
@@ -151,17 +151,12 @@ impl Work<'_> {
 
     /// With `--dry-run`: what would be written.
     fn list(&self, shots: &[Shot]) -> Result<()> {
-        let mut out = std::io::stdout().lock();
         let mut files: Vec<_> =
             shots.iter().flat_map(|shot| self.job.outputs.files(&self.target(shot))).collect();
         // Frames of a moving picture share a file.
         files.dedup();
         files.extend(self.job.views.map(|views| views.file(&self.job.outputs, self.path, self.index)));
-        for file in files {
-            // A closed pipe is no error.
-            let _ = writeln!(out, "{}", file.display());
-        }
-        Ok(())
+        print(files.iter().map(|file| format!("{}\n", file.display())).collect::<String>().as_bytes())
     }
 
     /// Writes a finished picture.
@@ -172,10 +167,7 @@ impl Work<'_> {
         match target {
             Target::Stdout => {
                 let bytes = format.encode(picture, depth).context("standard output")?;
-                match std::io::stdout().lock().write_all(&bytes) {
-                    Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {}
-                    other => other.context("standard output")?,
-                }
+                print(&bytes)?;
             }
             Target::File(file) => {
                 folder_of(file)?;

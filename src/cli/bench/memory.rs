@@ -5,6 +5,8 @@ use std::process::{Command, Stdio};
 
 use crate::bench::{Figures, Plan, SceneFigures, Subject};
 use crate::cli::args::BenchArgs;
+use crate::cli::console::tell;
+use crate::cli::one_line;
 
 /// Rounds, at most: memory differs by little.
 const ROUNDS: u32 = 3;
@@ -15,13 +17,13 @@ pub(super) fn add(scene: &mut SceneFigures, subject: &Subject, plan: &Plan, args
     for threads in &plan.threads {
         for round in 0..plan.rounds.min(ROUNDS) {
             if !args.common.quiet && round == 0 {
-                eprintln!("memory on {threads} threads: {}", super::one_line(&subject.name));
+                tell(&format!("memory on {threads} threads: {}", one_line(&subject.name)));
             }
             match measured(subject, plan, *threads, args) {
                 Ok(found) => scene.add_memory(&found),
                 Err(why) => {
-                    let name = super::one_line(&subject.name);
-                    eprintln!("warning: {name}: its memory cannot be measured: {}", super::one_line(&why));
+                    let name = &subject.name;
+                    tell(&one_line(&format!("warning: {name}: its memory cannot be measured: {why}")));
                     return;
                 }
             }

@@ -3,12 +3,12 @@
 mod memory;
 mod table;
 
-use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 
 use super::args::BenchArgs;
+use super::console::{print, tell};
 use super::job::tier;
 use super::{Summary, Usage, describe, one_line, panics};
 use crate::bench::{
@@ -55,14 +55,13 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
         },
     };
     if args.memory {
-        let _ = std::io::stdout().lock().write_all(figures.to_json().as_bytes());
+        summary.note(print(figures.to_json().as_bytes()));
         return Ok(summary);
     }
     let compared = old.map(|old| compare(&old, &figures));
     let mut text = table::figures(&figures);
     text += &compared.as_ref().map(table::comparison).unwrap_or_default();
-    // A closed pipe is no error.
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    summary.note(print(text.as_bytes()));
     let report = || page(&figures, &heat_maps, compared.as_ref());
     keep(&mut summary, args, args.json.as_deref(), || figures.to_json());
     keep(&mut summary, args, args.report.as_deref(), report);
@@ -110,7 +109,7 @@ fn measured(args: &BenchArgs, plan: &Plan, summary: &mut Summary) -> Result<Opti
     let sizes = args.suite.as_ref().map(|sizes| sizes.as_deref().unwrap_or(&[USUAL_SIZE]));
     for (kind, triangles) in sizes.map(suite).unwrap_or_default() {
         if !args.common.quiet {
-            eprintln!("making {kind} of {triangles} triangles");
+            tell(&format!("making {kind} of {triangles} triangles"));
         }
         subjects.push(Subject::made(kind, triangles)?);
     }
@@ -139,7 +138,7 @@ fn measured(args: &BenchArgs, plan: &Plan, summary: &mut Summary) -> Result<Opti
 /// Tells of a failure, once: there are few, and they do not scroll away.
 fn fail(summary: &mut Summary, text: &str) {
     let line = one_line(text);
-    eprintln!("blinn: {line}");
+    tell(&format!("blinn: {line}"));
     summary.failed.push(line);
 }
 
@@ -151,7 +150,7 @@ fn keep(summary: &mut Summary, args: &BenchArgs, file: Option<&Path>, text: impl
     });
     match written {
         Ok(()) if args.common.quiet => {}
-        Ok(()) => eprintln!("wrote {}", file.display()),
+        Ok(()) => tell(&format!("wrote {}", file.display())),
         Err(e) => fail(summary, &format!("{e:#}")),
     }
 }
@@ -179,7 +178,7 @@ struct Teller {
 impl Listener for Teller {
     fn begins(&mut self, subject: &Subject, round: u32) {
         if !self.quiet {
-            eprintln!("round {round} of {}: {}", self.rounds, one_line(&subject.name));
+            tell(&format!("round {round} of {}: {}", self.rounds, one_line(&subject.name)));
         }
     }
 
@@ -189,7 +188,7 @@ impl Listener for Teller {
                 return Err(format!("{warning} (an error because of --strict)"));
             }
             if !self.quiet {
-                eprintln!("warning: {}", one_line(&format!("{}: {warning}", subject.name)));
+                tell(&one_line(&format!("warning: {}: {warning}", subject.name)));
             }
         }
         Ok(())

@@ -12,12 +12,12 @@ mod task;
 mod view;
 
 use std::ffi::OsString;
-use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use super::args::{EngineArgs, FramesArgs, JobArgs};
+use super::console::print;
 use super::job::Job;
 use super::panics::caught;
 use super::progress::{Reporter, Teller};
@@ -60,11 +60,7 @@ pub(super) fn run(args: &JobArgs, words: &[OsString]) -> Result<Summary, Usage> 
 
 fn write(text: &str, output: Option<&Path>, reporter: &Reporter) -> Result<()> {
     let Some(path) = output else {
-        return match std::io::stdout().lock().write_all(text.as_bytes()) {
-            // A closed pipe is no error.
-            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-            other => other.context("standard output"),
-        };
+        return print(text.as_bytes());
     };
     super::work::folder_of(path)?;
     let written = write_atomically(path, text.as_bytes(), Replace::Yes);

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::{ProgressArg, TellArgs};
+use super::console::tell;
 use super::one_line;
 use crate::render::Watch;
 use tally::Tally;
@@ -75,8 +76,8 @@ impl Reporter {
     /// A line on standard error, above the bar if there is one.
     fn line(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None => eprintln!("{text}"),
+            Some(bar) => bar.suspend(|| tell(text)),
+            None => tell(text),
         }
     }
 
