@@ -226,3 +226,27 @@ fn work_goes_on_where_standard_error_takes_nothing() {
         }
     }
 }
+
+/// Links lead to files that are replaced, and what is no file is written into.
+#[test]
+fn links_and_devices_stay_what_they_are() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let scene = model("tests/triangle.glb");
+    fs::create_dir(at("there")).unwrap();
+    for (link, to) in [("a.png", "there/a.png"), ("null.html", "/dev/null"), ("out.json", "/dev/stdout")] {
+        std::os::unix::fs::symlink(to, at(link)).unwrap();
+    }
+    let run = |line: String| {
+        let output = blinn(dir.path(), &line);
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        output
+    };
+    for _ in 0..2 {
+        run(format!("render {scene} --size 8x8 -o a.png --report null.html"));
+        assert!(image::open(at("there/a.png")).is_ok() && at("a.png").is_symlink());
+        assert!(at("null.html").is_symlink() && files(&at("there")).len() == 1);
+    }
+    let told = run(format!("bench {scene} --size 8x8 --rounds 1 --threads 1 -q --json out.json")).stdout;
+    assert!(String::from_utf8_lossy(&told).trim_end().ends_with('}') && at("out.json").is_symlink());
+}

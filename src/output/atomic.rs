@@ -1,9 +1,11 @@
 //! Whole files or none.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::{RwLock, RwLockWriteGuard};
+
+use super::place::Place;
 
 /// Read by whoever writes a file, written by whoever must not find one half-written.
 static WRITING: RwLock<()> = RwLock::new(());
@@ -25,7 +27,8 @@ pub enum Replace {
 }
 
 /// Writes `bytes` under a passing name beside `path`, and moves them there when they are all on
-/// disk. On any error, and when the process is stopped in order, nothing is left behind.
+/// disk. On any error, and when the process is stopped in order, nothing is left behind. A link to a
+/// file stays one, to the new file; pipes and devices are written into.
 ///
 /// # Errors
 /// What the system said, or that the file exists where it must not be replaced.
@@ -41,6 +44,10 @@ pub(super) fn write_whole(
 ) -> io::Result<()> {
     may_write(path, replace)?;
     let _writing = WRITING.read().unwrap_or_else(|e| e.into_inner());
+    let path = match Place::of(path)? {
+        Place::File(path) => path,
+        Place::Stream(path) => return write(&mut OpenOptions::new().append(true).open(path)?),
+    };
     let mut builder = tempfile::Builder::new();
     builder.prefix(".blinn-").suffix(".part");
     #[cfg(unix)]
@@ -49,7 +56,7 @@ pub(super) fn write_whole(
         // As any program's files: the umask takes away what it must.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder(path)).map_err(without_path)?;
+    let mut file = builder.tempfile_in(folder(&path)).map_err(without_path)?;
     write(file.as_file_mut())?;
     file.as_file().sync_data()?;
     match replace {
@@ -62,18 +69,23 @@ pub(super) fn write_whole(
 
 /// A file without a name, on the disk that `path` is on: it is gone when the process is, however that ends.
 pub(super) fn nameless_beside(path: &Path) -> io::Result<File> {
-    tempfile::tempfile_in(folder(path)).map_err(without_path)
+    let (Place::File(path) | Place::Stream(path)) = Place::of(path)?;
+    tempfile::tempfile_in(folder(&path)).map_err(without_path)
 }
 
 /// Tries whether a file could be written at `path`. No file is seen there meanwhile.
 pub(super) fn try_to_write(path: &Path, replace: Replace) -> io::Result<()> {
     may_write(path, replace)?;
-    tempfile::tempfile_in(folder(path)).map(drop).map_err(without_path)
+    match Place::of(path)? {
+        Place::File(path) => tempfile::tempfile_in(folder(&path)).map(drop).map_err(without_path),
+        // Who is at a pipe's other end would see that it was opened.
+        Place::Stream(_) => Ok(()),
+    }
 }
 
 /// Whether a file may appear at `path`.
 pub(super) fn may_write(path: &Path, replace: Replace) -> io::Result<()> {
-    if replace == Replace::No && path.exists() {
+    if replace == Replace::No && path.exists() && matches!(Place::of(path)?, Place::File(_)) {
         return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it exists, and --no-overwrite was given"));
     }
     if path.is_dir() {
@@ -105,6 +117,34 @@ mod tests {
         assert!(write_atomically(&path, b"three", Replace::No).is_err());
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
         assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_pipes_stay_what_they_are() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        let write = |name: &str| write_atomically(&at(name), name.as_bytes(), Replace::Yes);
+        std::fs::create_dir(at("sub")).unwrap();
+        std::fs::write(at("sub/old"), "").unwrap();
+        for (link, target) in [("to old", "sub/old"), ("to new", "sub/new"), ("to null", "/dev/null")] {
+            std::os::unix::fs::symlink(target, at(link)).unwrap();
+            write(link).unwrap();
+            assert!(at(link).is_symlink(), "{link}");
+        }
+        assert!(write_atomically(&at("to old"), b"kept", Replace::No).is_err());
+        write_atomically(&at("to null"), b"nothing is replaced", Replace::No).unwrap();
+        assert_eq!(std::fs::read(at("sub/old")).unwrap(), b"to old");
+        assert_eq!(std::fs::read(at("sub/new")).unwrap(), b"to new");
+        assert_eq!(std::fs::read_dir(at("sub")).unwrap().count(), 2);
+        assert!(std::process::Command::new("mkfifo").arg(at("pipe")).status().unwrap().success());
+        try_to_write(&at("pipe"), Replace::Yes).unwrap();
+        let reader = std::thread::spawn({
+            let pipe = at("pipe");
+            move || std::fs::read(pipe)
+        });
+        write("pipe").unwrap();
+        assert_eq!(reader.join().unwrap().unwrap(), b"pipe");
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod cryptomatte;
 mod exr;
 mod jpeg;
 mod moving;
+mod place;
 mod png;
 mod preview;
 mod stamp;
@@ -20,6 +21,7 @@ use crate::render::{Crop, Layer, Matte, Pixels};
 
 pub use atomic::{Replace, hold_writes, write_atomically};
 pub use moving::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
+pub use place::identity;
 pub use preview::{depth_steps, heat, hottest, preview, preview_matte};
 pub use stamp::read_stamp;
 pub use thumbnail::thumbnail;

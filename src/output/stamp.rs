@@ -33,6 +33,10 @@ pub fn read_stamp(path: &Path) -> Option<String> {
 
 /// A file's first bytes, its last eight, and its length.
 fn ends(path: &Path) -> io::Result<(Vec<u8>, Vec<u8>, u64)> {
+    if !path.metadata()?.is_file() {
+        // A pipe would wait for whoever writes to it.
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
     let (mut head, mut tail) = (Vec::new(), Vec::new());
