@@ -250,3 +250,21 @@ fn links_and_devices_stay_what_they_are() {
     let told = run(format!("bench {scene} --size 8x8 --rounds 1 --threads 1 -q --json out.json")).stdout;
     assert!(String::from_utf8_lossy(&told).trim_end().ends_with('}') && at("out.json").is_symlink());
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_ends_a_batch_and_says_what_is_left() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["a.glb", "b.glb", "c.glb", "d.glb"] {
+        fs::copy(model("tests/triangle.glb"), dir.path().join(name)).unwrap();
+    }
+    std::os::unix::fs::symlink("/dev/full", dir.path().join("b.png")).unwrap();
+    let output = blinn(dir.path(), "render a.glb b.glb c.glb d.glb --size 8x8 -q");
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(
+        told.contains("blinn: 1 of 4 scenes failed, 2 were not begun:\n  b.glb: b.png cannot be"),
+        "{told}"
+    );
+    assert!(dir.path().join("a.png").exists() && !dir.path().join("c.png").exists());
+}

@@ -121,6 +121,8 @@ impl Usage {
 #[derive(Debug, Default)]
 struct Summary {
     scenes: usize,
+    /// Scenes that were not begun.
+    left: usize,
     /// What went wrong, in a line for each scene.
     failed: Vec<String>,
     /// Whether anything else went wrong, of which was told.
@@ -151,8 +153,10 @@ impl Summary {
 
     /// What the program exits with. Tells of all failures once more, where they may have scrolled away.
     fn exit(self) -> ExitCode {
-        if self.scenes > 1 && !self.failed.is_empty() {
-            tell(&format!("blinn: {} of {} scenes failed:", self.failed.len(), self.scenes));
+        let all = self.scenes + self.left;
+        if all > 1 && !self.failed.is_empty() {
+            let left = if self.left > 0 { format!(", {} were not begun", self.left) } else { String::new() };
+            tell(&format!("blinn: {} of {all} scenes failed{left}:", self.failed.len()));
             self.failed.iter().for_each(|line| tell(&format!("  {line}")));
         }
         ExitCode::from(if self.failed.is_empty() && !self.otherwise { DONE } else { FAILED })

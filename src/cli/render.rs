@@ -55,6 +55,7 @@ fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, U
         summary.add(failure);
         if outcome.as_ref().is_err_and(disk_is_full) {
             // Nothing more can be written: one line for it is enough.
+            summary.left = job.scenes.len() - index;
             break;
         }
     }
