@@ -268,3 +268,63 @@ fn a_full_disk_ends_a_batch_and_says_what_is_left() {
     );
     assert!(dir.path().join("a.png").exists() && !dir.path().join("c.png").exists());
 }
+
+/// A picture's own name is often that of a texture beside its scene.
+#[test]
+fn nothing_is_written_over_what_a_scene_is_read_from() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["negative.obj", "negative.mtl", "negative.png"] {
+        fs::copy(model(&format!("tests/{name}")), dir.path().join(name)).unwrap();
+    }
+    let obj = fs::read_to_string(dir.path().join("negative.obj")).unwrap();
+    let mtl = fs::read_to_string(dir.path().join("negative.mtl")).unwrap();
+    fs::write(dir.path().join("bumpy.obj"), obj.replace("negative.mtl", "bumpy.mtl")).unwrap();
+    fs::write(dir.path().join("bumpy.mtl"), mtl.replace("negative.png", "bumpy.normal.png")).unwrap();
+    fs::copy(model("tests/negative.png"), dir.path().join("bumpy.normal.png")).unwrap();
+    std::os::unix::fs::symlink("negative.png", dir.path().join("link.png")).unwrap();
+    let before = files(dir.path());
+    for (line, names) in [
+        ("negative.obj", "negative.png is read for negative.obj"),
+        ("negative.obj --no-overwrite", "negative.png is read"),
+        ("negative.obj -o ./negative.png", "negative.png is read"),
+        ("negative.obj -o link.png", "link.png is read"),
+        ("bumpy.obj --aov normal", "bumpy.normal.png is read for bumpy.obj"),
+        ("negative.obj -o new.png --report negative.png", "--report negative.png: that file is read"),
+    ] {
+        let told = failed(&blinn(dir.path(), &format!("render {line} --size 16x16 -s 1")));
+        assert!(told.contains(names) && told.contains("name another"), "{line}: {told}");
+        assert!(files(dir.path()) == before, "{line}");
+    }
+    assert!(blinn(dir.path(), "render negative.obj --size 16x16 -s 1 -o out/").status.success());
+}
+
+/// A page that cannot be written is no reason to render for an hour first.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_report_that_cannot_be_written_is_found_before_anything_is_rendered() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/triangle.glb");
+    fs::write(dir.path().join("r.html"), "mine").unwrap();
+    let before = files(dir.path());
+    let render = |flags: &str| command(dir.path(), &format!("render {scene} --size 8x8 -o a.png {flags}"));
+    let told = failed(&render("--no-overwrite --report r.html").output().unwrap());
+    assert!(told.contains("r.html cannot be written") && told.contains("--no-overwrite"), "{told}");
+    let told = failed(&render("--report /proc/new/r.html").output().unwrap());
+    assert!(told.contains("/proc/new"), "{told}");
+    let told = failed(&render("--report new.html").env("TMPDIR", "/proc").output().unwrap());
+    assert!(told.contains("--report: new.html"), "{told}");
+    assert!(files(dir.path()) == before);
+    assert!(render("--report rep/r.html").output().unwrap().status.success());
+    assert!(dir.path().join("rep/r.html").is_file());
+}
+
+#[test]
+fn a_layer_that_must_be_kept_keeps_the_picture_away() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/triangle.glb");
+    fs::write(dir.path().join("a_2.depth.png"), "mine").unwrap();
+    let line = format!("turntable {scene} --count 2 --size 8x8 --aov depth --no-overwrite -o a_#.png");
+    let told = failed(&blinn(dir.path(), &line));
+    assert!(told.contains("a_2.depth.png cannot be written"), "{told}");
+    assert_eq!(files(dir.path()).len(), 1, "nothing was rendered");
+}

@@ -376,3 +376,42 @@ fn a_report_shows_all_pictures_and_what_went_wrong() {
         assert!(page.contains(expected), "{expected}: {page}");
     }
 }
+
+/// Whatever is written: pictures, their layers, a moving picture, a page.
+#[test]
+fn names_that_collide_in_any_of_their_files_are_refused() {
+    let (_dir, at) = folder();
+    for name in ["t.glb", "t.depth.glb"] {
+        fs::copy(model("tests/triangle.glb"), at.join(name)).unwrap();
+    }
+    for (line, says) in [
+        (
+            "render t.glb t.depth.glb --aov depth",
+            "t.glb and t.depth.glb would both be written to t.depth.png",
+        ),
+        ("turntable t.glb --count 2 -o z.html --report ./z.html", "t.glb and --report would both"),
+        ("render t.glb -o zz.png --report zz.png", "t.glb and --report would both"),
+        ("turntable t.glb --views 3 -o v/ --report v/transforms.json", "t.glb and --report would both"),
+        ("bench t.glb --json b --report ./b", "--json and --report would both be written to ./b"),
+        ("render t.glb --report ./t.glb", "--report ./t.glb: that file is read"),
+        ("bench t.glb --json t.glb", "--json t.glb: that file is read"),
+        ("job slurm -o t.glb turntable t.glb", "-o t.glb: that file is read"),
+    ] {
+        refused(&at, line, says);
+    }
+}
+
+/// How many frames there are only the scenes say.
+#[test]
+fn names_that_collide_at_a_later_frame_are_refused_too() {
+    let (_dir, at) = folder();
+    for name in ["figure.glb", "figure1.glb"] {
+        fs::copy(model("figure/figure.glb"), at.join(name)).unwrap();
+    }
+    let line =
+        |out: &str| format!("render figure.glb figure1.glb --frames --size 2x2 -s 1 -o {out} --dry-run");
+    refused(&at, &line("{stem}{frame}.png"), "would both be written to figure11");
+    // Ten thousand frames would collide, and there are not so many.
+    runs(&at, &line("{stem}####.png"));
+    runs(&at, &line("{stem}_{frame}.png"));
+}

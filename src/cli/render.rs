@@ -29,12 +29,18 @@ fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, U
         let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
         pool.build_global().map_err(|e| Usage(format!("--threads {threads}: {e}")))?;
     }
+    job.check_clips()?;
     let reporter = Reporter::new(&process.telling, job.scenes.len(), quiet);
-    let mut report = match process.report.as_deref().filter(|_| !job.dry_run).map(Report::new) {
-        None => None,
-        Some(report) => Some(report.map_err(|e| Usage(format!("--report: {e:#}")))?),
-    };
     let mut summary = Summary::default();
+    let report = process.report.as_deref().filter(|_| !job.dry_run);
+    let mut report = match report.map(|file| Report::new(file, job.outputs.replace)).transpose() {
+        Ok(report) => report,
+        Err(e) => {
+            reporter.fail(&one_line(&format!("--report: {e:#}")));
+            summary.otherwise = true;
+            return Ok(summary);
+        }
+    };
     for (i, path) in job.scenes.iter().enumerate() {
         let teller = Teller::new(&reporter, path, job.strict);
         let (index, contents) = (i + 1, Contents::default());
@@ -63,12 +69,11 @@ fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, U
         reporter.perf(&format!("memory   {:>10}  at most", memory::text(peak)));
     }
     match report.map(Report::finish) {
-        None => {}
-        Some(Ok(page)) => reporter.wrote(&page),
+        None | Some(Ok(None)) => {}
+        Some(Ok(Some(page))) => reporter.wrote(&page),
         Some(Err(e)) => {
-            let line = one_line(&format!("{e:#}"));
-            reporter.fail(&line);
-            summary.failed.push(line);
+            reporter.fail(&one_line(&format!("{e:#}")));
+            summary.otherwise = true;
         }
     }
     Ok(summary)

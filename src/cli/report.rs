@@ -5,15 +5,20 @@ use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use crate::output::{Replace, escape_html, write_atomically};
+use super::job::{Claims, Writer};
+use super::work::folder_of;
+use crate::output::{Replace, check_writable, escape_html, write_atomically};
 
 /// A page that grows with each picture, in a file without a name, so that memory does not.
 pub(super) struct Report {
     path: PathBuf,
+    replace: Replace,
+    /// Whether a scene is read from the file that it would be.
+    refused: bool,
     page: File,
     since: Instant,
     pictures: usize,
@@ -33,9 +38,29 @@ impl Report {
     /// Width and height of a thumbnail, at most.
     pub const SIDE: u32 = 192;
 
-    pub fn new(path: &Path) -> Result<Report> {
-        let page = tempfile::tempfile().context("a file for the report")?;
-        Ok(Report { path: path.to_path_buf(), page, since: Instant::now(), pictures: 0, failed: 0 })
+    /// Finds out at once whether it could be written.
+    pub fn new(path: &Path, replace: Replace) -> Result<Report> {
+        folder_of(path)?;
+        check_writable(path, replace)?;
+        let page = tempfile::tempfile()
+            .with_context(|| format!("{}: what it is made of needs a passing file", path.display()))?;
+        Ok(Report {
+            path: path.to_path_buf(),
+            replace,
+            refused: false,
+            page,
+            since: Instant::now(),
+            pictures: 0,
+            failed: 0,
+        })
+    }
+
+    /// Refuses to write over what a scene is read from, now and in the end.
+    pub fn spare(&mut self, claims: &Claims) -> Result<()> {
+        claims.spare(&self.path, Writer::Flag("--report")).map_err(|why| {
+            self.refused = true;
+            Error::msg(why)
+        })
     }
 
     /// A scene is begun.
@@ -69,8 +94,11 @@ impl Report {
         error.map_or(Ok(()), |e| self.add(&format!("<p class=\"failed\">{}</p>\n", escape_html(e))))
     }
 
-    /// Writes the page.
-    pub fn finish(mut self) -> Result<PathBuf> {
+    /// Writes the page, unless it was refused and told so.
+    pub fn finish(mut self) -> Result<Option<PathBuf>> {
+        if self.refused {
+            return Ok(None);
+        }
         let Report { pictures, failed, .. } = self;
         let seconds = self.since.elapsed().as_secs_f64();
         let mut page = format!("{HEAD}<p>{pictures} pictures in {seconds:.1} s");
@@ -81,9 +109,9 @@ impl Report {
         self.page.rewind()?;
         self.page.read_to_string(&mut page)?;
         page += "</html>\n";
-        write_atomically(&self.path, page.as_bytes(), Replace::Yes)
+        write_atomically(&self.path, page.as_bytes(), self.replace)
             .with_context(|| format!("{} cannot be written", self.path.display()))?;
-        Ok(self.path)
+        Ok(Some(self.path))
     }
 
     fn add(&mut self, html: &str) -> Result<()> {

@@ -4,11 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 
 use super::console::print;
 use super::dataset;
-use super::job::{Form, Job, Shot, Target};
+use super::job::{Claims, Form, Job, Shot, Target, Writer};
 use super::memory;
 use super::progress::Teller;
 use super::reel::Reel;
@@ -16,7 +16,7 @@ use super::report::Report;
 use super::studio::{Moment, Studio};
 use crate::batch::{Contents, overlap, written_since};
 use crate::import::{LoadOptions, load};
-use crate::output::{Picture, check_writable, save, thumbnail};
+use crate::output::{Picture, check_free, check_writable, save, thumbnail};
 use crate::scene::{Scene, Selection, clip_end};
 
 /// What is to be done for one scene.
@@ -53,17 +53,8 @@ impl Work<'_> {
         if self.job.dry_run {
             return self.list(&shots);
         }
-        if let Some(views) = &self.job.views {
-            let file = views.file(&self.job.outputs, self.path, self.index);
-            folder_of(&file)?;
-            check_writable(&file, self.job.outputs.replace)?;
-        }
-        if let Some(first) = shots.first() {
-            // A folder that nothing can be written to is found before anything is rendered.
-            if let Target::File(file) = self.target(first) {
-                folder_of(&file)?;
-                check_writable(&file, self.job.outputs.replace)?;
-            }
+        self.check_files(&scene, &shots)?;
+        if !shots.is_empty() {
             // A picture of files that changed meanwhile is of neither what they were nor what they are.
             let certain = !written_since(begun, self.path, &scene.source.files);
             self.make(&scene, &shots, certain)?;
@@ -72,6 +63,25 @@ impl Work<'_> {
         if let Some(views) = &self.job.views {
             let file = dataset::write(self.job, views, &scene, self.path, self.index)?;
             self.teller.reporter.wrote(&file);
+        }
+        Ok(())
+    }
+
+    /// Refuses what could not be written in the end, or must not be, before anything is rendered.
+    fn check_files(&mut self, scene: &Scene, shots: &[Shot]) -> Result<()> {
+        let replace = self.job.outputs.replace;
+        let claims = Claims::of_scene(self.path, &scene.source.files);
+        if let Some(report) = &mut self.report {
+            report.spare(&claims)?;
+        }
+        let files = self.job.files(self.path, self.index, shots);
+        for file in &files {
+            claims.spare(file, Writer::Scene(self.path)).map_err(Error::msg)?;
+            check_free(file, replace)?;
+        }
+        if let Some(first) = files.first() {
+            folder_of(first)?;
+            check_writable(first, replace)?;
         }
         Ok(())
     }
@@ -151,11 +161,7 @@ impl Work<'_> {
 
     /// With `--dry-run`: what would be written.
     fn list(&self, shots: &[Shot]) -> Result<()> {
-        let mut files: Vec<_> =
-            shots.iter().flat_map(|shot| self.job.outputs.files(&self.target(shot))).collect();
-        // Frames of a moving picture share a file.
-        files.dedup();
-        files.extend(self.job.views.map(|views| views.file(&self.job.outputs, self.path, self.index)));
+        let files = self.job.files(self.path, self.index, shots);
         print(files.iter().map(|file| format!("{}\n", file.display())).collect::<String>().as_bytes())
     }
 

@@ -187,32 +187,40 @@ pub fn save(
         let path = path.to_path_buf();
         move |cause| SaveError { path, cause }
     };
+    let names = picture.layers.iter().map(|layer| layer.aov.name().to_string());
+    let names = names.chain(picture.mattes.iter().map(|matte| format!("cryptomatte-{}", matte.kind.name())));
+    let beside = names.map(|name| path.with_extension(format!("{name}.png")));
+    let beside: Vec<PathBuf> = if format.holds_layers() { Vec::new() } else { beside.collect() };
+    // What stands in a layer's way is found before the picture is there.
+    check_free(path, replace)?;
+    beside.iter().try_for_each(|file| check_free(file, replace))?;
     let bytes = format.encode(picture, depth).map_err(failed(path))?;
     write_atomically(path, &bytes, replace).map_err(failed(path))?;
     let mut written = vec![path.to_path_buf()];
     if !format.holds_layers() {
         let size = (picture.pixels.width, picture.pixels.height);
         let stamp = picture.stamp.as_deref();
-        let layers = picture.layers.iter().map(|layer| {
-            let bytes = match picture.depth_step.filter(|_| layer.aov == Aov::Depth) {
+        let layers =
+            picture.layers.iter().map(|layer| match picture.depth_step.filter(|_| layer.aov == Aov::Depth) {
                 Some(step) => png::encode_grey16(size, &depth_steps(layer, step), stamp),
                 None => png::encode8(size, &preview(layer), stamp),
-            };
-            (layer.aov.name().to_string(), bytes)
-        });
-        let mattes = picture.mattes.iter();
-        let mattes = mattes.map(|matte| {
-            let name = format!("cryptomatte-{}", matte.kind.name());
-            (name, png::encode8(size, &preview_matte(matte), stamp))
-        });
-        for (name, bytes) in layers.chain(mattes) {
-            let beside = path.with_extension(format!("{name}.png"));
-            let bytes = bytes.map_err(failed(&beside))?;
-            write_atomically(&beside, &bytes, replace).map_err(failed(&beside))?;
-            written.push(beside);
+            });
+        let mattes = picture.mattes.iter().map(|matte| png::encode8(size, &preview_matte(matte), stamp));
+        for (file, bytes) in beside.into_iter().zip(layers.chain(mattes)) {
+            let bytes = bytes.map_err(failed(&file))?;
+            write_atomically(&file, &bytes, replace).map_err(failed(&file))?;
+            written.push(file);
         }
     }
     Ok(written)
+}
+
+/// Whether a file may appear at `path`, by what is there now.
+///
+/// # Errors
+/// That it is a folder, or exists where it must not be replaced.
+pub fn check_free(path: &Path, replace: Replace) -> Result<(), SaveError> {
+    atomic::may_write(path, replace).map_err(|cause| SaveError { path: path.to_path_buf(), cause })
 }
 
 /// Finds out whether `path` could be written, without writing it.

@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 
 use super::args::BenchArgs;
 use super::console::{print, tell};
-use super::job::tier;
+use super::job::{Claims, Writer, tier};
 use super::{Summary, Usage, describe, one_line, panics};
 use crate::bench::{
     Comparison, Figures, HeatMap, Listener, Measurement, Plan, Subject, Verdict, compare, measure, page,
@@ -35,8 +35,10 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
         .map_err(|e| Usage(format!("--compare: {e}")))?;
     let from =
         args.from.as_deref().map(Figures::read).transpose().map_err(|e| Usage(format!("--from: {e}")))?;
+    let mut claims = Claims::of_read(&args.scenes);
     for (flag, file) in [("--json", &args.json), ("--report", &args.report)] {
         if let Some(file) = file {
+            claims.write(file, Writer::Flag(flag)).map_err(Usage)?;
             super::work::folder_of(file).map_err(|e| Usage(format!("{flag}: {e:#}")))?;
             check_writable(file, Replace::Yes).map_err(|e| Usage(format!("{flag}: {e}")))?;
         }

@@ -18,7 +18,7 @@ use anyhow::Result;
 
 use super::args::{EngineArgs, FramesArgs, JobArgs};
 use super::console::print;
-use super::job::Job;
+use super::job::{Claims, Job, Writer};
 use super::panics::caught;
 use super::progress::{Reporter, Teller};
 use super::{Summary, Usage, describe, one_line};
@@ -34,6 +34,9 @@ pub(super) fn run(args: &JobArgs, words: &[OsString]) -> Result<Summary, Usage> 
         FramesArgs::Turntable(args) => (Job::turntable(args)?, args.common.quiet),
     };
     let output = engine.job().output.as_deref();
+    if let Some(file) = output {
+        Claims::of_read(&job.scenes).spare(file, Writer::Flag("-o")).map_err(Usage)?;
+    }
     let given = Given::of(words)?;
     let base = Base::of(output)?;
     let plan = task::Plan::new(engine, &job, given, &base)?;

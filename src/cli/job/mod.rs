@@ -1,6 +1,8 @@
 //! From words to a plan: what is rendered, how, and where it goes. Whatever can be found wrong
 //! without reading a scene is found here.
 
+mod claims;
+mod clips;
 mod dataset;
 mod look;
 mod moving;
@@ -9,13 +11,14 @@ mod scenes;
 mod shots;
 mod turntable;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::args::{RenderArgs, TurntableArgs};
+use super::args::{LookArgs, ProcessArgs, RenderArgs, TurntableArgs};
 use super::{Usage, memory};
 use crate::accel::BuildSettings;
 use crate::batch::Key;
 
+pub use claims::{Claims, Writer};
 pub use dataset::Views;
 pub use look::{Look, load_options, natural_size, tier};
 pub use moving::Playing;
@@ -60,7 +63,7 @@ impl Job {
             max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
         }
-        .checked()
+        .checked(&args.look, &args.process)
     }
 
     /// What `blinn turntable` was asked for.
@@ -91,7 +94,7 @@ impl Job {
             max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
         }
-        .checked()
+        .checked(&args.look, &args.process)
     }
 
     /// What decides a picture beside the files that it is made from.
@@ -106,10 +109,33 @@ impl Job {
         ))
     }
 
-    /// Refuses names that collide.
-    fn checked(self) -> Result<Job, Usage> {
-        self.outputs.check_names(&self.scenes, &self.shots.known().unwrap_or_default())?;
+    /// All files that the `index`-th scene's pictures become, and what lies beside them.
+    pub fn files(&self, scene: &Path, index: usize, shots: &[Shot]) -> Vec<PathBuf> {
+        let of = |shot| self.outputs.files(&self.outputs.target(scene, index, shot));
+        let mut files: Vec<PathBuf> = shots.iter().flat_map(of).collect();
+        // Frames of a moving picture share a file.
+        files.dedup();
+        files.extend(self.views.map(|views| views.file(&self.outputs, scene, index)));
+        files
+    }
+
+    /// Refuses names that collide, and those of files that are read. Where the frames are known only once
+    /// a scene is read, the first of each is looked at.
+    fn checked(self, look: &LookArgs, process: &ProcessArgs) -> Result<Job, Usage> {
+        let given = [&look.light.hdri, &look.camera.camera_xml, &process.config];
+        let mut claims = Claims::of_read(self.scenes.iter().chain(given.into_iter().flatten()));
+        self.outputs.check_stdout(&self.scenes)?;
         self.views.map_or(Ok(()), |views| views.check_names(&self.scenes, &self.outputs))?;
+        let shots = self.shots.known().filter(|shots| !shots.is_empty());
+        let shots = shots.unwrap_or_else(|| vec![Shot::at(1, 0.0)]);
+        for (i, scene) in self.scenes.iter().enumerate() {
+            for file in self.files(scene, i + 1, &shots) {
+                claims.write(&file, Writer::Scene(scene)).map_err(Usage)?;
+            }
+        }
+        if let Some(report) = &process.report {
+            claims.write(report, Writer::Flag("--report")).map_err(Usage)?;
+        }
         Ok(self)
     }
 }

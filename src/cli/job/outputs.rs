@@ -1,6 +1,5 @@
 //! Where pictures go, in which format.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::moving::{self, Playing};
@@ -122,30 +121,14 @@ impl Outputs {
         !files.is_empty() && files.iter().all(is_it)
     }
 
-    /// Refuses to write two pictures to one file. Where the frames are known only once a scene is
-    /// read, the first of each is looked at.
-    pub fn check_names(&self, scenes: &[PathBuf], shots: &[Shot]) -> Result<(), Usage> {
-        let first = [Shot::at(1, 0.0)];
-        let one_file = shots.is_empty() || matches!(self.form, Form::Moving(_));
-        let shots = if one_file { &first[..] } else { shots };
-        let mut taken: HashMap<Target, &PathBuf> = HashMap::new();
-        for (index, scene) in scenes.iter().enumerate() {
-            for shot in shots {
-                let target = self.target(scene, index + 1, shot);
-                let Some(other) = taken.insert(target.clone(), scene) else { continue };
-                let (one, two) = (other.display(), scene.display());
-                return Err(Usage(match target {
-                    Target::Stdout => {
-                        "-o -: standard output takes one picture, and several scenes were given".into()
-                    }
-                    Target::File(path) => format!(
-                        "{one} and {two} would both be written to {}: use {{stem}}, {{parent}} or {{index}} in -o",
-                        path.display()
-                    ),
-                }));
+    /// Refuses to write more than one picture to standard output.
+    pub fn check_stdout(&self, scenes: &[PathBuf]) -> Result<(), Usage> {
+        match (&self.template, scenes) {
+            (None, [_, _, ..]) => {
+                Err(Usage("-o -: standard output takes one picture, and several scenes were given".into()))
             }
+            _ => Ok(()),
         }
-        Ok(())
     }
 }
 
