@@ -328,3 +328,25 @@ fn a_layer_that_must_be_kept_keeps_the_picture_away() {
     assert!(told.contains("a_2.depth.png cannot be written"), "{told}");
     assert_eq!(files(dir.path()).len(), 1, "nothing was rendered");
 }
+
+/// Names are bytes: two that are no text are two, and a pattern is text or refused.
+#[cfg(target_os = "linux")]
+#[test]
+fn names_that_are_no_text_are_kept_or_refused() {
+    use std::os::unix::ffi::OsStrExt;
+    let dir = tempfile::tempdir().unwrap();
+    let name = |bytes: &[u8]| std::ffi::OsStr::from_bytes(bytes).to_os_string();
+    let scenes = [name(b"a\xff.glb"), name(b"a\xfe.glb")];
+    for scene in &scenes {
+        fs::copy(model("tests/triangle.glb"), dir.path().join(scene)).unwrap();
+    }
+    let output = command(dir.path(), "render --size 8x8 -q").args(&scenes).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(dir.path().join(name(b"a\xff.png")).exists() && dir.path().join(name(b"a\xfe.png")).exists());
+    let before = files(dir.path());
+    let out = name(b"o\xff.png");
+    let output = command(dir.path(), "render -o").arg(out).arg(&scenes[0]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("UTF-8"));
+    assert!(files(dir.path()) == before);
+}

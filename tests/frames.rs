@@ -415,3 +415,21 @@ fn names_that_collide_at_a_later_frame_are_refused_too() {
     runs(&at, &line("{stem}####.png"));
     runs(&at, &line("{stem}_{frame}.png"));
 }
+
+#[test]
+fn folders_that_are_there_are_meant_as_they_are_called() {
+    let (_dir, at) = folder();
+    fs::create_dir_all(at.join("C#/t{stem}")).unwrap();
+    fs::copy(model("tests/triangle.glb"), at.join("t.glb")).unwrap();
+    let named = |flags: &str| {
+        let told = blinn(&at, &format!("render t.glb {flags} --dry-run")).stdout;
+        String::from_utf8(told).unwrap().trim().to_string()
+    };
+    assert_eq!(named("-o C#/"), "C#/t.png");
+    assert_eq!(named("-o C#"), "C#/t.png");
+    assert_eq!(named("-o C#/t{stem}/{stem}.png"), "C#/t{stem}/t.png");
+    assert_eq!(named("-o D#/a.png"), "D1/a.png");
+    // The folder of a bare name is the current one.
+    let here = at.canonicalize().unwrap().file_name().unwrap().to_str().unwrap().to_string();
+    assert_eq!(named("-o {parent}/{stem}.png"), format!("{here}/t.png"));
+}

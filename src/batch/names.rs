@@ -1,7 +1,6 @@
 //! What files are called: patterns, filled in for a scene and a frame.
 
-use std::borrow::Cow;
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 /// A file name with places to fill in: `{stem}` or `{model}`, `{parent}`, `{index}`, and for the
@@ -55,6 +54,13 @@ impl Template {
         Template(pieces)
     }
 
+    /// A pattern inside a folder, whose name stands for itself.
+    pub fn within(folder: &str, name: &str) -> Template {
+        let mut pieces = vec![Piece::Text(folder.into())];
+        pieces.extend(Template::parse(name).0);
+        Template(pieces)
+    }
+
     /// Whether there is nothing to fill in.
     pub fn is_plain(&self) -> bool {
         self.0.iter().all(|piece| matches!(piece, Piece::Text(_)))
@@ -89,16 +95,16 @@ impl Template {
 
     /// The name for a scene and a frame.
     pub fn fill(&self, name: &Name) -> PathBuf {
-        let mut out = String::new();
+        let mut out = OsString::new();
         for piece in &self.0 {
             match piece {
-                Piece::Text(t) => out.push_str(t),
-                Piece::Stem => out.push_str(&text(name.scene.file_stem())),
-                Piece::Parent => out.push_str(&text(name.scene.parent().and_then(Path::file_name))),
-                Piece::Index => out.push_str(&name.index.to_string()),
+                Piece::Text(t) => out.push(t),
+                Piece::Stem => out.push(name.scene.file_stem().unwrap_or_default()),
+                Piece::Parent => out.push(folder_name(name.scene)),
+                Piece::Index => out.push(name.index.to_string()),
                 Piece::Frame(width) => {
                     let sign = if name.frame < 0 { "-" } else { "" };
-                    out.push_str(&format!("{sign}{:0width$}", name.frame.unsigned_abs(), width = *width));
+                    out.push(format!("{sign}{:0width$}", name.frame.unsigned_abs(), width = *width));
                 }
             }
         }
@@ -106,8 +112,11 @@ impl Template {
     }
 }
 
-fn text(part: Option<&OsStr>) -> Cow<'_, str> {
-    part.map(OsStr::to_string_lossy).unwrap_or_default()
+/// The name of the folder that holds a scene, which a bare name does not say, nor one behind `..`.
+fn folder_name(scene: &Path) -> OsString {
+    let folder = scene.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = |folder: &Path| folder.file_name().map(OsStr::to_os_string);
+    name(folder).or_else(|| name(&folder.canonicalize().ok()?)).unwrap_or_default()
 }
 
 /// The place to fill in that `text` begins with, and what follows it.
@@ -164,6 +173,34 @@ mod tests {
         }
         assert_eq!(filled(&Template::parse("f_####.png"), 12345), "f_12345.png");
         assert_eq!(filled(&Template::parse("f_####.png"), -7), "f_-0007.png");
+    }
+
+    #[test]
+    fn a_folder_has_a_name_wherever_one_is() {
+        let here = std::env::current_dir().unwrap().file_name().unwrap().to_os_string();
+        for scene in ["a.glb", "./a.glb", "src/../a.glb"] {
+            assert_eq!(folder_name(Path::new(scene)), here, "{scene}");
+        }
+        assert_eq!(folder_name(Path::new("src/cli/../a.glb")), "src");
+        assert_eq!(folder_name(Path::new("not/there/a.glb")), "there");
+        assert_eq!(folder_name(Path::new("/a.glb")), "");
+    }
+
+    #[test]
+    fn a_given_folder_is_not_filled_in() {
+        assert_eq!(filled(&Template::within("C#/{stem}/", "{stem}_#.png"), 7), "C#/{stem}/Ä robot_7.png");
+        assert_eq!(filled(&Template::within("C#/", "a.png").numbered(), 7), "C#/a_0007.png");
+        assert!(!Template::within("C#/", "a.png").numbers_frames());
+    }
+
+    /// Two scenes whose names are no text have two pictures.
+    #[cfg(unix)]
+    #[test]
+    fn names_keep_their_bytes() {
+        use std::os::unix::ffi::OsStrExt;
+        let scene = Path::new(OsStr::from_bytes(b"a\xff.glb"));
+        let name = Template::parse("{stem}_#.png").fill(&Name { scene, index: 1, frame: 2 });
+        assert_eq!(name.as_os_str().as_bytes(), b"a\xff_2.png");
     }
 
     #[test]

@@ -29,7 +29,13 @@ pub fn format(name: &std::path::Path) -> Option<MovingFormat> {
 
 impl Playing {
     /// Refuses whatever is of single pictures, and says how to get there all the same.
-    pub fn new(format: MovingFormat, args: &OutputArgs, series: &Series, look: &Look) -> Result<Self, Usage> {
+    pub fn new(
+        format: MovingFormat,
+        template: &Template,
+        args: &OutputArgs,
+        series: &Series,
+        look: &Look,
+    ) -> Result<Self, Usage> {
         let name = args.output.as_deref().unwrap_or("".as_ref()).display().to_string();
         let refused = |what: &str| Err(Usage(format!("-o {name}: {what}")));
         let then = "render frames (-o frames/####.png), then take blinn assemble";
@@ -38,7 +44,7 @@ impl Playing {
                 "a moving picture is of many: add --frames, take blinn turntable, or write a .png",
             );
         }
-        if Template::parse(&name).numbers_frames() {
+        if template.numbers_frames() {
             return refused("all frames go into one file: leave their number out of its name");
         }
         if let Some(share) = series.share {

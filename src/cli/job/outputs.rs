@@ -1,6 +1,6 @@
 //! Where pictures go, in which format.
 
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, is_separator};
 
 use super::moving::{self, Playing};
 use super::{Look, Shot};
@@ -56,17 +56,17 @@ pub struct Outputs {
 impl Outputs {
     pub fn new(args: &OutputArgs, series: &Series, look: &Look) -> Result<Outputs, Usage> {
         let output = args.output.as_deref();
-        let text = pattern(output);
-        let moving = moving::format(Path::new(&text));
+        let text = pattern(output)?;
+        let template = template(&text);
         let mut outputs = Outputs {
-            template: Some(Template::parse(&text)),
-            form: match moving {
-                Some(format) => Form::Moving(Playing::new(format, args, series, look)?),
+            form: match moving::format(Path::new(&text)) {
+                Some(format) => Form::Moving(Playing::new(format, &template, args, series, look)?),
                 None => pictures(&text, args, look)?,
             },
             replace: if args.no_overwrite { Replace::No } else { Replace::Yes },
             resume: args.resume,
             beside: Vec::new(),
+            template: Some(template),
         };
         let Form::Pictures(format, _) = outputs.form else { return Ok(outputs) };
         if args.r#loop.is_some() {
@@ -133,14 +133,24 @@ impl Outputs {
 }
 
 /// The pattern that names files.
-fn pattern(output: Option<&Path>) -> String {
-    let Some(output) = output else { return "{stem}.png".into() };
-    let text = output.to_string_lossy().into_owned();
-    if text.ends_with('/') || text.ends_with(std::path::MAIN_SEPARATOR) || output.is_dir() {
-        format!("{}/{{stem}}.png", text.trim_end_matches(['/', std::path::MAIN_SEPARATOR]))
+fn pattern(output: Option<&Path>) -> Result<String, Usage> {
+    let Some(output) = output else { return Ok("{stem}.png".into()) };
+    let Some(text) = output.to_str() else {
+        let name = output.display();
+        return Err(Usage(format!("-o {name}: patterns are UTF-8 text, and this name is not: take another")));
+    };
+    Ok(if text.ends_with(is_separator) || output.is_dir() {
+        format!("{}/{{stem}}.png", text.trim_end_matches(is_separator))
     } else {
-        text
-    }
+        text.into()
+    })
+}
+
+/// What a pattern fills in. A folder that is there is meant as it is called.
+fn template(pattern: &str) -> Template {
+    let mut folders = pattern.rmatch_indices(is_separator).map(|(i, _)| pattern.split_at(i + 1));
+    let (folder, name) = folders.find(|(folder, _)| Path::new(folder).is_dir()).unwrap_or(("", pattern));
+    Template::within(folder, name)
 }
 
 /// The format of single pictures that are called so.
