@@ -69,7 +69,7 @@ fn jpeg_and_webp_show_what_a_png_shows() {
     assert!(bytes("a.JPEG").starts_with(b"\xff\xd8\xff") && bytes("a.webp").starts_with(b"RIFF"));
 }
 
-/// Larger than the format can say: an error in one line, and no file.
+/// Larger than the format can say: found before the scene is read, and no file.
 #[test]
 fn sizes_that_a_format_cannot_hold_are_told() {
     let dir = tempfile::tempdir().unwrap();
@@ -78,7 +78,7 @@ fn sizes_that_a_format_cannot_hold_are_told() {
         &["render", &model("tests/cube.obj"), "--size", "16385x1", "-s", "1", "-o", "a.webp"],
     );
     let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(told.contains("at most 16384 pixels a side, not 16385x1"), "{told}");
     assert!(std::fs::read_dir(dir.path()).unwrap().next().is_none());
 }

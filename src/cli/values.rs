@@ -27,6 +27,12 @@ pub(super) fn vector(text: &str) -> Result<DVec3, String> {
     exactly::<3>(text, "X,Y,Z").map(DVec3::from_array)
 }
 
+/// `X,Y,Z`, but not all zero.
+pub(super) fn direction(text: &str) -> Result<DVec3, String> {
+    let direction = vector(text)?;
+    direction.try_normalize().map(|_| direction).ok_or_else(|| "a direction has a length".to_string())
+}
+
 /// A finite number.
 pub(super) fn number(text: &str) -> Result<f64, String> {
     exactly::<1>(text, "a number").map(|[v]| v)

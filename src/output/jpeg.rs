@@ -12,10 +12,6 @@ pub(super) fn encode(
     quality: u8,
     stamp: Option<&str>,
 ) -> io::Result<Vec<u8>> {
-    const MOST: u32 = u16::MAX as u32;
-    if width > MOST || height > MOST {
-        return Err(super::too_large("a JPEG", MOST, width, height));
-    }
     let Some(rgb) = super::opaque(pixels) else {
         let what = "a JPEG has no transparency: give a background, or write PNG or WebP";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, what));

@@ -132,6 +132,23 @@ impl Format {
         }
     }
 
+    /// Whether a picture may have so many columns and rows.
+    ///
+    /// # Errors
+    /// How many it may have.
+    pub fn check_size(self, (width, height): (u32, u32)) -> io::Result<()> {
+        let (what, most) = match self {
+            Format::Png | Format::Exr => return Ok(()),
+            Format::Jpeg(_) => ("a JPEG", u32::from(u16::MAX)),
+            Format::Webp => ("a WebP", 1 << 14),
+        };
+        if width <= most && height <= most {
+            return Ok(());
+        }
+        let text = format!("{what} has at most {most} pixels a side, not {width}x{height}: write PNG or EXR");
+        Err(io::Error::new(io::ErrorKind::InvalidInput, text))
+    }
+
     /// The picture's bytes in this format.
     ///
     /// # Errors
@@ -140,6 +157,7 @@ impl Format {
         let Picture { pixels, display, .. } = picture;
         let size = (pixels.width, pixels.height);
         let stamp = picture.stamp.as_deref();
+        self.check_size(size)?;
         match self {
             Format::Png if depth == Depth::Sixteen => png::encode16(size, &display.to_rgba16(pixels), stamp),
             Format::Png => png::encode8(size, &display.to_rgba8(pixels), stamp),
@@ -164,11 +182,6 @@ fn opaque(pixels: &[[u8; 4]]) -> Option<Vec<u8>> {
 /// Text as HTML, in quotes too.
 pub fn escape_html(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-fn too_large(what: &str, most: u32, width: u32, height: u32) -> io::Error {
-    let text = format!("{what} has at most {most} pixels a side, not {width}x{height}: write PNG or EXR");
-    io::Error::new(io::ErrorKind::InvalidInput, text)
 }
 
 /// Writes a picture, and previews `OUT.<aov>.png` of its layers beside formats that hold none.

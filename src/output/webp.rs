@@ -10,10 +10,6 @@ pub(super) fn encode(
     pixels: &[[u8; 4]],
     stamp: Option<&str>,
 ) -> io::Result<Vec<u8>> {
-    const MOST: u32 = 1 << 14;
-    if width > MOST || height > MOST {
-        return Err(super::too_large("a WebP", MOST, width, height));
-    }
     let mut out = Vec::new();
     let mut encoder = WebPEncoder::new(&mut out);
     if let Some(stamp) = stamp {

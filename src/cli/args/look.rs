@@ -67,14 +67,14 @@ pub struct CameraArgs {
     #[arg(long, alias = "camera-position", value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub view_point: Option<DVec3>,
     /// The view direction −w
-    #[arg(long, alias = "camera-direction", value_name = "X,Y,Z", value_parser = values::vector,
+    #[arg(long, alias = "camera-direction", value_name = "X,Y,Z", value_parser = values::direction,
           allow_hyphen_values = true, conflicts_with = "look_at")]
     pub view_dir: Option<DVec3>,
     /// Instead of a direction: a point to look at
     #[arg(long, alias = "camera-focal-point", value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub look_at: Option<DVec3>,
     /// Up in the picture
-    #[arg(long, alias = "camera-view-up", value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    #[arg(long, alias = "camera-view-up", value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub view_up: Option<DVec3>,
     /// Distance d of the view rectangle
     #[arg(long, value_name = "D", value_parser = values::positive)]
