@@ -60,6 +60,37 @@ fn missing_numbers_are_a_warning_and_an_error_when_that_is_asked_for() {
     assert!(!folder.path().join("b.apng").exists());
 }
 
+/// `*.webp` names what was made the last time too.
+#[test]
+fn what_is_written_is_no_frame() {
+    let folder = three_frames();
+    for i in [1, 2] {
+        frame(&folder.path().join(format!("f/{i}.webp")), (32, 18), [90, 90, 90, 255]);
+    }
+    let line = "f/1.webp f/2.webp f/../f/all.webp -o f/all.webp -q";
+    assert_eq!(assemble(folder.path(), "f/1.webp f/2.webp -o f/all.webp -q").status.code(), Some(0));
+    let once = std::fs::read(folder.path().join("f/all.webp")).unwrap();
+    assert_eq!(assemble(folder.path(), line).status.code(), Some(0));
+    assert!(std::fs::read(folder.path().join("f/all.webp")).unwrap() == once);
+    told(&assemble(folder.path(), "f/all.webp -o f/all.webp"), 1, "there are no frames");
+}
+
+#[test]
+fn a_frame_that_is_cut_off_is_an_error() {
+    let folder = three_frames();
+    let noise =
+        image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([((x * 37) ^ (y * 91)) as u8, x as u8, 9]));
+    for ending in ["png", "jpg", "webp"] {
+        let file = folder.path().join(format!("cut.{ending}"));
+        noise.save(&file).unwrap();
+        let line = format!("cut.{ending} -o a.gif -q");
+        assert_eq!(assemble(folder.path(), &line).status.code(), Some(0), "{ending}");
+        let bytes = std::fs::read(&file).unwrap();
+        std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+        told(&assemble(folder.path(), &line), 1, &format!("cut.{ending} cannot be read as a frame"));
+    }
+}
+
 #[test]
 fn every_ending_makes_a_file_and_alpha_needs_a_background_where_there_is_none() {
     let folder = three_frames();

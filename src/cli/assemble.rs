@@ -1,7 +1,6 @@
 //! `blinn assemble`: finished frames → a moving picture.
 
-use std::fs::File;
-use std::io::BufReader;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -12,7 +11,7 @@ use super::panics::caught;
 use super::progress::Reporter;
 use super::sequence::{frames, missing};
 use super::work::folder_of;
-use super::{Summary, Usage, describe, one_line};
+use super::{Summary, Usage, describe, jpeg, one_line};
 use crate::display::{Background, over};
 use crate::output::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings, Replace};
 
@@ -99,11 +98,14 @@ struct Opened {
 fn read(path: &PathBuf) -> Result<Opened> {
     let cannot = || format!("{} cannot be read as a frame", path.display());
     // By what is in it, whatever its name.
-    let file = BufReader::new(File::open(path).with_context(cannot)?);
-    let mut reader = ImageReader::new(file).with_guessed_format().with_context(cannot)?;
+    let bytes = std::fs::read(path).with_context(cannot)?;
+    let mut reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format().with_context(cannot)?;
     use image::ImageFormat::{Jpeg, Png, WebP};
     if !matches!(reader.format(), Some(Png | Jpeg | WebP)) {
         bail!("{}: frames are .png, .jpg or .webp", path.display());
+    }
+    if reader.format() == Some(Jpeg) && !jpeg::is_whole(&bytes) {
+        bail!("{} cannot be read as a frame: it is cut off", path.display());
     }
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(MOST_BYTES);

@@ -14,6 +14,7 @@ mod foreign;
 mod help;
 mod info;
 mod job;
+mod jpeg;
 mod memory;
 mod metering;
 mod packaging;

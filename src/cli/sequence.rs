@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
+use crate::output::identity;
+
 /// Endings of files that frames are read from.
 const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
 
@@ -19,12 +21,17 @@ pub(super) fn frames(named: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
     for path in named {
         if path.is_dir() {
             all.extend(of_folder(path, output)?);
-        } else {
+        } else if !is_output(path, output) {
             all.push(path.clone());
         }
     }
     all.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()));
     Ok(all)
+}
+
+/// Whether a frame would be what was made of frames before.
+fn is_output(path: &Path, output: &Path) -> bool {
+    identity(path) == identity(output)
 }
 
 fn of_folder(folder: &Path, output: &Path) -> Result<Vec<PathBuf>> {
@@ -34,9 +41,7 @@ fn of_folder(folder: &Path, output: &Path) -> Result<Vec<PathBuf>> {
         let path = entry.with_context(cannot)?.path();
         let ending = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
         let image = ending.is_some_and(|e| ENDINGS.contains(&e.as_str()));
-        let same =
-            path.file_name() == output.file_name() && path.canonicalize().ok() == output.canonicalize().ok();
-        if image && path.is_file() && !same {
+        if image && path.is_file() && !is_output(&path, output) {
             series.entry(pattern(&path)).or_default().push(path);
         }
     }
