@@ -244,6 +244,25 @@ fn p08_mirrored_nodes_turn_their_winding() {
     assert_eq!(seen(&file.load().0), 0, "mirrored along z it shows its back");
 }
 
+/// A skin's joints place its vertices, and its node still says which side is the front.
+#[test]
+fn p08_mirrored_nodes_turn_the_winding_of_skins() {
+    let mut file = File::triangle();
+    let view = file.view(&[0; 12]);
+    let joints = json!({"bufferView": view, "componentType": 5121, "type": "VEC4", "count": 3});
+    let joints = file.push("accessors", joints);
+    file.json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
+    file.attribute("WEIGHTS_0", "VEC4", &[1.0, 0.0, 0.0, 0.0].repeat(3));
+    file.push("skins", json!({"joints": [1]}));
+    file.json["nodes"] = json!([{"mesh": 0, "skin": 0}, {"name": "joint"},
+        {"scale": [-1, 1, 1], "translation": [1, 0, 0], "children": [0, 1]}]);
+    file.json["scenes"][0]["nodes"] = json!([2]);
+    let scene = file.load().0;
+    assert!(seen(&scene) > 20);
+    let normals = look(&scene, Aov::GeometricNormal);
+    assert!(normals.as_chunks::<3>().0.iter().all(|n| *n == [0.0; 3] || *n == [0.0, 0.0, 1.0]));
+}
+
 #[test]
 fn p09_without_normals_a_mesh_is_flat() {
     let mut file = File::triangle();

@@ -8,6 +8,11 @@ pub fn cofactor(m: DMat3) -> DMat3 {
     DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
 }
 
+/// True where it turns left into right.
+fn mirrors(affine: &DAffine3) -> bool {
+    affine.matrix3.determinant() < 0.0
+}
+
 /// A local-to-world transform prepared for points, directions and normals.
 #[derive(Clone, Copy, Debug)]
 pub struct Transform {
@@ -16,16 +21,22 @@ pub struct Transform {
     /// Normals: the cofactor matrix times the determinant's sign, so that a normal stays on the
     /// side that its surface shows.
     normal: DMat3,
-    /// True where the transform mirrors, so that winding turns round.
+    /// True where winding turns round: where the transform mirrors, unless another says
+    /// ([`Transform::wound_by`]).
     pub flips: bool,
 }
 
 impl Transform {
     /// Prepares `affine`.
     pub fn new(affine: DAffine3) -> Transform {
-        let flips = affine.matrix3.determinant() < 0.0;
+        let flips = mirrors(&affine);
         let sign = if flips { -1.0 } else { 1.0 };
         Transform { affine, normal: cofactor(affine.matrix3) * sign, flips }
+    }
+
+    /// The same, for triangles that `other` says the winding of.
+    pub fn wound_by(self, other: &DAffine3) -> Transform {
+        Transform { flips: mirrors(other), ..self }
     }
 
     /// A point, rounded once to f32.

@@ -328,6 +328,8 @@ impl<'s> PosedScene<'s> {
             if let Some(placement) = instance.placement {
                 to_world *= placement;
             }
+            // glTF has it say which side is the front even where joints place the vertices.
+            let winding = to_world;
             let own = &weights[node];
             let shape: &[f32] = if own.is_empty() { &mesh.morph_weights } else { own };
             let skin = instance.skin.filter(|_| mesh.influences.per_vertex > 0);
@@ -345,7 +347,8 @@ impl<'s> PosedScene<'s> {
                 self.deformed.len() as u32 - 1
             });
             let visible = self.visible[node];
-            self.instances.push(PosedInstance { transform: Transform::new(to_world), deformed, visible });
+            let transform = Transform::new(to_world).wound_by(&winding);
+            self.instances.push(PosedInstance { transform, deformed, visible });
         }
     }
 
@@ -384,9 +387,7 @@ impl<'s> PosedScene<'s> {
         self.centre = centre;
         self.bounds = Aabb { min: self.bounds.min - centre, max: self.bounds.max - centre };
         for instance in &mut self.instances {
-            let mut affine = instance.transform.affine;
-            affine.translation -= centre;
-            instance.transform = Transform::new(affine);
+            instance.transform.affine.translation -= centre;
         }
     }
 }
