@@ -2,7 +2,7 @@
 
 mod common;
 
-use blinn::accel::{Accel, BuildSettings, Flatten, Preset, RayBatch, SegmentBatch, Shared, Tier};
+use blinn::accel::{Accel, BuildSettings, Cutout, Flatten, Preset, RayBatch, SegmentBatch, Shared, Tier};
 use blinn::geometry::{Hit, HitId};
 use blinn::scene::{
     Animation, Channel, Interpolation, Keys, MorphTarget, PosedScene, Scene, SurfaceClass, Target,
@@ -288,6 +288,78 @@ fn packets_answer_as_single_rays_do() {
             }
         }
     }
+}
+
+/// All of it lets half of the light through.
+struct Halved;
+
+impl Cutout for Halved {
+    fn keeps(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
+        true
+    }
+
+    fn transmits(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
+        Vec3::splat(0.5)
+    }
+}
+
+/// Where light passes, a sheet is one layer also on its edges and vertices: to whatever ray, whichever
+/// way the triangles are wound, in the world's tree and in one of its own.
+#[test]
+fn a_sheet_that_light_passes_is_one_layer() {
+    let mut rng = Rng::new(5);
+    let mut bumpy = common::grid(4, 2);
+    for p in &mut bumpy.positions {
+        p.z = rng.below(5) as f32 * 0.25;
+    }
+    let fan = common::fan(16, DVec3::Z, &mut rng);
+    let turned = DAffine3::from_rotation_y(1.0) * DAffine3::from_rotation_x(0.5);
+    let mut on_edges = 0;
+    let here = DAffine3::IDENTITY;
+    let sheets = [(common::grid(4, 2), here), (bumpy, here), (fan.clone(), here), (fan, turned)];
+    for (mesh, placed) in sheets {
+        let mut scene = Scene::default();
+        let beside = DAffine3::from_translation(DVec3::X * 100.0) * placed;
+        common::add(&mut scene, mesh, common::material(SurfaceClass::Translucent, true), &[placed, beside]);
+        let posed = common::posed(&scene);
+        // Vertices, and the middles of edges: those of no other triangle are at the sheet's rim.
+        let triangles = (0..posed.mesh(0).triangles.len() as u32)
+            .map(|triangle| posed.world_triangle(HitId { instance: 0, triangle }))
+            .collect::<Vec<_>>();
+        let places: Vec<Vec3> =
+            triangles.iter().flat_map(|v| [v[0], 0.5 * (v[0] + v[1]), 0.5 * (v[1] + v[2])]).collect();
+        let middle = (placed.transform_point3(DVec3::ZERO) - posed.centre).as_vec3();
+        let inside = |p: &&Vec3| (**p - middle).abs().max_element() < 0.6;
+        let normal = placed.transform_vector3(DVec3::Z).as_vec3();
+        let eye = middle + 4.0 * normal + Vec3::new(0.125, 0.25, 0.0);
+        let through: Vec<&Vec3> = places.iter().filter(inside).collect();
+        for flatten in FLATTENED {
+            for tier in common::tiers() {
+                let settings = BuildSettings { preset: Preset::Medium, tier, flatten };
+                let accel = Accel::build(&posed, &settings).0;
+                let from_eye: Vec<_> = through.iter().map(|&&p| (eye, p - eye)).collect();
+                let along: Vec<_> = through.iter().map(|&&p| (p + 4.0 * normal, -normal)).collect();
+                let all = [
+                    (Shared::Origin(eye), &from_eye),
+                    (Shared::None, &from_eye),
+                    (Shared::Direction(-normal), &along),
+                    (Shared::None, &along),
+                ];
+                for (shared, rays) in all {
+                    for (found, ray) in layers(&accel, rays, false, shared).iter().zip(rays) {
+                        assert_eq!(found.len(), 2, "{ray:?} {flatten:?} {tier:?} {shared:?}: {found:?}");
+                        on_edges += 1;
+                    }
+                }
+                let mut segments = SegmentBatch { shared: Shared::Origin(eye), ..SegmentBatch::default() };
+                from_eye.iter().for_each(|&(o, d)| segments.push(o + 2.0 * d, eye, HitId::NONE));
+                let mut light = Vec::new();
+                accel.transmittance(&segments, &Halved, &mut light);
+                assert!(light.iter().all(|l| *l == Vec3::splat(0.5)), "{light:?}");
+            }
+        }
+    }
+    assert!(on_edges > 1000, "{on_edges}");
 }
 
 /// Layers come in the order of (t, id), each triangle once; all coincident ones are there.

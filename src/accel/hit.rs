@@ -7,6 +7,10 @@
 //! mesh is therefore inside at least one of the triangles there: no cracks, whatever the angle,
 //! the distance or the scale, and no other code may decide otherwise.
 //!
+//! So it may be inside several of them, too. That does no harm where what is met first blocks all
+//! else; where light passes, each would count. Whoever has the ray still when it is turned a little,
+//! always the same way, owns it ([`Met::owned`]): one of all that meet there.
+//!
 //! **Where** is always computed in f64 from the f32 corners, kept within the triangle's own box
 //! and rounded once to f32. So t is right to about one ulp, never depends on which lane or tree
 //! found it, and a box around the triangle never begins behind it: a traversal that skips boxes
@@ -28,6 +32,8 @@ pub(super) struct Met {
     /// True where the ray runs against the corners' normal: they go round counter-clockwise as
     /// the ray sees them.
     pub against: bool,
+    /// False where it goes through an edge or a vertex that another triangle has the better right to.
+    pub owned: bool,
 }
 
 /// A line that triangles are judged against, in their frame.
@@ -87,15 +93,26 @@ impl FrameRay {
         let max = |p: DVec3| p.abs().max_element();
         let tolerance = TOLERANCE * max(self.d);
         let (mut negative, mut positive, mut doubtful) = (false, false, false);
+        // The same of a ray that is turned a little.
+        let (mut below, mut above) = (false, false);
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             let e = v64[j] - v64[i];
-            let side = self.d.dot((a[i] + a[j]).cross(e));
+            let line = (a[i] + a[j]).cross(e);
+            let side = self.d.dot(line);
             let zero = tolerance * (max(a[i]) + max(a[j])) * max(e);
             negative |= side < -zero;
             positive |= side > zero;
-            doubtful |= side.abs() <= zero;
+            if side.abs() <= zero {
+                doubtful = true;
+                let turned = TURN.dot(line);
+                (below, above) = (below || turned < 0.0, above || turned > 0.0);
+            }
         }
-        if negative && positive { None } else { self.place_on(v, doubtful) }
+        if negative && positive {
+            return None;
+        }
+        let owned = !((negative || below) && (positive || above));
+        self.place_on(v, doubtful).map(|met| Met { owned, ..met })
     }
 
     /// Where the line meets a triangle that it is known to go through.
@@ -124,7 +141,7 @@ impl FrameRay {
         }
         let along = t * self.unit;
         let t = if self.backward { 1.0 - along } else { along } as f32;
-        (along > 0.0 && t > 0.0 && t.is_finite()).then_some(Met { t, against: det < 0.0 })
+        (along > 0.0 && t > 0.0 && t.is_finite()).then_some(Met { t, against: det < 0.0, owned: true })
     }
 
     /// `t` moved into the part of the ray that is in the triangle's box (which is wider than the
@@ -169,6 +186,11 @@ pub(super) fn inverse(power: f64) -> f64 {
 
 /// In units of a product's factors, below what an f64 triple product counts as zero.
 const TOLERANCE: f64 = 48.0 * f64::EPSILON;
+
+/// Which way a ray through an edge or a vertex is turned to tell whose it is. The sign of a side that is
+/// zero becomes that of its change, which is opposite in the two triangles at an edge: so the ray is in
+/// one of them, as in one of all around a vertex. No model's edges lie along this.
+const TURN: DVec3 = DVec3::new(0.347_296_355, 0.618_033_989, -0.705_285_234);
 
 /// In units of its factors, from what determinant on a triangle faces the ray enough for t to need
 /// no care: rounding moves it by less than 2⁻³³ of the triangle's size and distance then, far

@@ -17,6 +17,7 @@ use super::simd::{Part, Simd};
 use super::spans::Spans;
 use super::wide::{Box3, BoxRay, Leaves, Stack, Wide};
 use super::{CleanReport, Preset};
+use crate::scene::SurfaceClass;
 
 /// Triangles and the tree over them.
 #[derive(Debug, Default)]
@@ -101,6 +102,10 @@ impl Triangles {
     ) -> bool {
         let entry = block.ids[lane];
         let mut tell = |look: Look, ids: &[u32]| {
+            // What blocks may do so twice.
+            if look.class == SurfaceClass::Translucent && !met.owned {
+                return false;
+            }
             let ids = Ids { ids, spans: &self.spans, instance };
             query.meet(met.t, look, met.against == look.reversed, ids).is_break()
         };
