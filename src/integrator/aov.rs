@@ -177,7 +177,10 @@ const NOTHING: f32 = 1.0 / 512.0;
 fn is_hole(frame: &Frame, surface: &Surface) -> bool {
     let material = &frame.posed.materials[surface.material as usize];
     // A material that is transparent all over is there to be found.
-    material.alpha_mode == AlphaMode::Blend
-        && material.alpha.factor > NOTHING
-        && alpha(frame.posed, material, surface) < NOTHING
+    let left = || alpha(frame.posed, material, surface);
+    match material.alpha_mode {
+        AlphaMode::Opaque => false,
+        AlphaMode::Mask(_) => left() == 0.0,
+        AlphaMode::Blend => material.alpha.factor > NOTHING && left() < NOTHING,
+    }
 }

@@ -32,7 +32,7 @@ pub struct Coefficients {
     pub color: Rgb,
     /// Coverage: 1 opaque … 0 not there.
     pub alpha: f32,
-    /// What passes through the covered part: transmission × base colour.
+    /// What passes through the covered part: transmission × (1 − metallic) × base colour.
     pub through: Rgb,
 }
 
@@ -93,12 +93,21 @@ pub(super) fn alpha(posed: &PosedScene, material: &Material, surface: &Surface) 
 /// what it transmits.
 pub(super) fn transmitted(posed: &PosedScene, material: &Material, surface: &Surface) -> Rgb {
     let alpha = alpha(posed, material, surface);
-    let through = if material.transmission.factor > 0.0 {
-        material.transmission.at(posed, surface) * base_color(posed, material, surface)
-    } else {
-        Rgb::ZERO
-    };
+    let share = transmission(posed, material, surface);
+    let through = if share > 0.0 { share * base_color(posed, material, surface) } else { Rgb::ZERO };
     Rgb::splat(1.0 - alpha) + through * alpha
+}
+
+/// How much of what a dielectric would scatter passes through instead: T, where it is no metal.
+fn transmission(posed: &PosedScene, material: &Material, surface: &Surface) -> f32 {
+    if !material.transmits() {
+        return 0.0;
+    }
+    let metallic = match &material.reflectance {
+        Reflectance::MetallicRoughness { metallic, .. } => metallic.at(posed, surface).clamp(0.0, 1.0),
+        _ => 0.0,
+    };
+    material.transmission.at(posed, surface).clamp(0.0, 1.0) * (1.0 - metallic)
 }
 
 /// Base × texture × vertex colour.
@@ -146,8 +155,8 @@ impl Coefficients {
             let texel = material.occlusion.texel(posed, surface);
             k.k_a *= 1.0 + material.occlusion.factor * (texel - 1.0);
         }
-        if material.transmission.factor > 0.0 {
-            let t = material.transmission.at(posed, surface).clamp(0.0, 1.0);
+        let t = transmission(posed, material, surface);
+        if t > 0.0 {
             k.k_d *= 1.0 - t;
             k.k_a *= 1.0 - t;
             k.through = color * t;

@@ -150,7 +150,7 @@ pub struct Material {
     pub normal: Option<NormalMap>,
     /// Ambient occlusion: 1 + strength·(texture − 1).
     pub occlusion: ScalarInput,
-    /// Transmission T: replaces the diffuse term alone.
+    /// Transmission T: replaces the diffuse term alone, of which metals have none.
     pub transmission: ScalarInput,
     /// False: back faces are not seen by eye rays.
     pub double_sided: bool,
@@ -201,7 +201,15 @@ impl Material {
 
     /// True where a ray may pass through this material in part.
     pub fn is_translucent(&self) -> bool {
-        self.alpha_mode == AlphaMode::Blend || self.transmission.factor > 0.0
+        self.alpha_mode == AlphaMode::Blend || self.transmits()
+    }
+
+    /// True where light may pass through its covered part. What passes is part of what a dielectric
+    /// would scatter: metals let nothing through.
+    pub fn transmits(&self) -> bool {
+        let metal = matches!(&self.reflectance, Reflectance::MetallicRoughness { metallic, .. }
+            if metallic.factor >= 1.0 && metallic.texture.is_none());
+        self.transmission.factor > 0.0 && !metal
     }
 }
 
@@ -211,9 +219,9 @@ pub enum SurfaceClass {
     /// Blocks everything.
     #[default]
     Opaque,
-    /// There or not there, by an alpha test.
+    /// There or not there, by an alpha test, and opaque where it is.
     Cutout,
-    /// Lets part of the light through.
+    /// Lets part of the light through, or may not be there.
     Translucent,
 }
 
@@ -221,8 +229,8 @@ impl Material {
     /// Its class.
     pub fn class(&self) -> SurfaceClass {
         match self.alpha_mode {
-            AlphaMode::Mask(_) => SurfaceClass::Cutout,
             _ if self.is_translucent() => SurfaceClass::Translucent,
+            AlphaMode::Mask(_) => SurfaceClass::Cutout,
             _ => SurfaceClass::Opaque,
         }
     }
