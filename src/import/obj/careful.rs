@@ -11,7 +11,7 @@ use glam::{Vec3, Vec4};
 use super::super::error::{LoadError, Warnings};
 use super::super::{Limits, uri::printable};
 use super::block::{Block, Corner, NONE, Statement};
-use super::text::{self, Line, lines, number, split_keyword};
+use super::text::{self, Line, lines, mantissa, number, split_keyword};
 
 /// Reads the text of an OBJ: one block, whose indices all count from the start.
 pub(super) fn read(text: &str, limits: &Limits, warnings: &mut Warnings) -> Result<Block, LoadError> {
@@ -23,6 +23,7 @@ pub(super) fn read(text: &str, limits: &Limits, warnings: &mut Warnings) -> Resu
         totals: totals(text),
         without: None,
         polypaint: Vec::new(),
+        odd: None,
     };
     for line in lines(text) {
         reader.line(&line)?;
@@ -41,6 +42,8 @@ struct Reader<'l> {
     without: Option<(usize, u64)>,
     /// ZBrush's colours, by vertex.
     polypaint: Vec<Vec4>,
+    /// The first number with an exponent that is none, and where it is.
+    odd: Option<String>,
 }
 
 impl Reader<'_> {
@@ -50,11 +53,11 @@ impl Reader<'_> {
         match keyword {
             "v" => self.vertex(line, rest)?,
             "vt" => {
-                let v = numbers(line, "vt", rest, 1)?;
+                let v = self.numbers(line, "vt", rest, 1)?;
                 self.block.uvs.push([v[0], v.get(1).copied().unwrap_or(0.0)]);
             }
             "vn" => {
-                let v = numbers(line, "vn", rest, 3)?;
+                let v = self.numbers(line, "vn", rest, 3)?;
                 self.block.normals.push(Vec3::new(v[0], v[1], v[2]));
             }
             "f" | "fo" => self.face(line, rest)?,
@@ -80,7 +83,7 @@ impl Reader<'_> {
     /// x y z, perhaps w, perhaps a colour of three or four numbers.
     fn vertex(&mut self, line: &Line, rest: &str) -> Result<(), LoadError> {
         LoadError::check("vertices", self.block.positions.len() as u64 + 1, self.limits.vertices)?;
-        let v = numbers(line, "v", rest, 3)?;
+        let v = self.numbers(line, "v", rest, 3)?;
         let color = match v[3..] {
             [r, g, b] => Some(Vec4::new(r, g, b, 1.0)),
             [r, g, b, a, ..] => Some(Vec4::new(r, g, b, a)),
@@ -143,6 +146,9 @@ impl Reader<'_> {
             );
             warnings.add(format!("line {line}"), what);
         }
+        if let Some(place) = self.odd {
+            warnings.add(place, "numbers whose exponents make no sense: read without them");
+        }
         if !self.unknown.is_empty() {
             warnings.add("", format!("statements not understood and left out: {}", self.unknown.join(", ")));
         }
@@ -153,21 +159,32 @@ impl Reader<'_> {
         through_tobj(&mut self.block)?;
         Ok(self.block)
     }
-}
 
-/// At least `least` numbers.
-fn numbers(line: &Line, keyword: &str, rest: &str, least: usize) -> Result<Vec<f32>, LoadError> {
-    let one = |word: &str| match number(word) {
-        Some(v) => Ok(v),
-        None => Err(LoadError::parse(line.place(word), format!("'{}' is not a number", printable(word)))),
-    };
-    let values: Vec<f32> = rest.split_whitespace().map(one).collect::<Result<_, _>>()?;
-    if values.len() < least {
-        let found = values.len();
-        let place = line.place(line.text.get(..keyword.len()).unwrap_or(""));
-        return Err(LoadError::parse(place, format!("{keyword} needs {least} numbers, not {found}")));
+    /// At least `least` numbers.
+    fn numbers(
+        &mut self,
+        line: &Line,
+        keyword: &str,
+        rest: &str,
+        least: usize,
+    ) -> Result<Vec<f32>, LoadError> {
+        let mut one = |word: &str| {
+            let read = number(word).or_else(|| {
+                let front = mantissa(word)?;
+                self.odd.get_or_insert_with(|| line.place(word));
+                Some(front)
+            });
+            let wrong = || format!("'{}' is not a number", printable(word));
+            read.ok_or_else(|| LoadError::parse(line.place(word), wrong()))
+        };
+        let values: Vec<f32> = rest.split_whitespace().map(&mut one).collect::<Result<_, _>>()?;
+        if values.len() < least {
+            let found = values.len();
+            let place = line.place(line.text.get(..keyword.len()).unwrap_or(""));
+            return Err(LoadError::parse(place, format!("{keyword} needs {least} numbers, not {found}")));
+        }
+        Ok(values)
     }
-    Ok(values)
 }
 
 /// How many vertices, coordinates and normals the file has.

@@ -258,6 +258,35 @@ fn blender_shows_colours_over_black_where_alpha_is_not_used() {
     }
 }
 
+/// Leaves: one picture with colours and alpha. Where alpha is 0, its colours have no say.
+#[test]
+fn a_picture_that_is_its_own_alpha_is_read_as_one() {
+    let image = png([255, 200, 0, 128]);
+    for (map_d, own) in
+        [("map_d t.png", true), ("map_d -imfchan r t.png", false), ("map_d -s 2 2 t.png", false)]
+    {
+        let mtl = format!("newmtl m\nmap_Kd t.png\n{map_d}\n");
+        let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+        let (scene, _) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", &image)]).unwrap();
+        let m = &scene.materials[0];
+        assert_eq!((m.alpha_from_base, m.alpha.texture.is_none()), (own, own), "{map_d}");
+        assert_eq!(m.alpha_mode, crate::scene::AlphaMode::Blend);
+    }
+}
+
+/// Names may be followed by comments, or have number signs.
+#[test]
+fn comments_behind_names_are_none_of_them() {
+    let image = png([9, 9, 9, 255]);
+    for (given, asked) in [("m # c", "m"), ("m", "m # c"), ("m # c", "m # c"), ("m #1 # c", "m #1")] {
+        let mtl = format!("newmtl {given}\nmap_Kd t.png # c\nnewmtl other\n");
+        let obj = format!("{SQUARE}mtllib a.mtl # c\nusemtl {asked}\nf 1/1 2/2 3/3\n");
+        let (scene, warnings) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", &image)]).unwrap();
+        assert!(warnings.is_empty(), "{given} {asked}: {warnings:?}");
+        assert!(scene.materials[0].base.texture.is_some());
+    }
+}
+
 /// Pitfall 31.
 #[test]
 fn several_materials_have_their_own_textures_and_some_none() {

@@ -8,9 +8,6 @@ use super::super::uri::{Folder, printable};
 use super::mtl::{self, Mtl};
 use super::{text, textures};
 
-/// Number signs of a name that are looked at.
-const COMMENTS: usize = 16;
-
 /// All materials of all MTLs.
 #[derive(Default)]
 pub(super) struct Libraries {
@@ -70,6 +67,9 @@ impl Libraries {
         if self.by_name[0].contains_key(&exact) {
             warnings.add(place, format!("material '{}' is given again: the later counts", printable(&exact)));
         }
+        if let Some(name) = text::without_comment(&bare) {
+            self.by_name[2].entry(name.to_lowercase()).or_insert(new);
+        }
         self.by_name[2].insert(bare.to_lowercase(), new);
         self.by_name[1].insert(bare, new);
         self.by_name[0].insert(exact, new);
@@ -85,13 +85,8 @@ impl Libraries {
             let found = exact.get(name).or_else(|| bare.get(unquoted));
             self.all.get(*found.or_else(|| lower.get(&unquoted.to_lowercase()))?)
         };
-        std::iter::successors(Some(name), without_comment).take(COMMENTS).find_map(find)
+        text::readings(name).find_map(find)
     }
-}
-
-/// A name up to its last number sign, if it has one.
-fn without_comment<'n>(name: &&'n str) -> Option<&'n str> {
-    name.rsplit_once('#').map(|(front, _)| front.trim_end())
 }
 
 /// What a `mtllib` line names, read: the whole line as one name; or else each of its words, which

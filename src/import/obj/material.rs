@@ -31,12 +31,18 @@ pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings
         factor: mtl.ke.unwrap_or(if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO }),
         texture: library.texture(mtl, mtl.map_ke.as_ref()),
     };
-    let (alpha, alpha_mode) = alpha(mtl, library, warnings);
+    let (mut alpha, alpha_mode) = alpha(mtl, library, warnings);
+    // One picture with both: then colours that alpha hides have no say in their mean.
+    let own = base.texture.as_ref().is_some_and(|base| alpha.texture == Some((*base, Channel4::A)));
+    if own {
+        alpha.texture = None;
+    }
     let reflectance = if mtl.is_physical() { physical(mtl, library) } else { literal(mtl, library) };
     Material {
         name: mtl.name.clone(),
         base,
         alpha,
+        alpha_from_base: own,
         alpha_mode,
         reflectance,
         emission,

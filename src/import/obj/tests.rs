@@ -142,6 +142,20 @@ fn lines_points_and_degenerate_faces_are_counted() {
     assert_eq!(warnings.len(), 3, "{warnings:?}");
 }
 
+/// assimp's file of number formats has some that are none.
+#[test]
+fn numbers_with_odd_exponents_are_read_without_them() {
+    let text = "v 0 0 0\nv 1 0 3.1+e2\nv 0 -2-e1 0\nf 1 2 3\n";
+    let (scene, warnings) = read(text, &[]).unwrap();
+    let p = &scene.meshes[0].positions;
+    assert_eq!((p[1], p[2]), (Vec3::new(1.0, 0.0, 3.1), Vec3::new(0.0, -2.0, 0.0)));
+    assert!(
+        warnings.len() == 1 && warnings[0].starts_with("line 2, column 7, at '3.1+e2': "),
+        "{warnings:?}"
+    );
+    assert!(error("v 0 0 1,5\n").contains("'1,5' is not a number"));
+}
+
 #[test]
 fn errors_name_the_line_and_the_word() {
     for (obj, says) in [

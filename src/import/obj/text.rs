@@ -69,6 +69,19 @@ pub(super) const POLYPAINT: &str = "#MRGB";
 /// Keywords that a name follows: there a backslash is a path's, and `#` part of the name.
 const NAMED: [&str; 6] = ["o", "g", "usemtl", "mtllib", "newmtl", "usemap"];
 
+/// Number signs of a name that are looked at.
+const COMMENTS: usize = 16;
+
+/// A name up to its last number sign, if it has one.
+pub(super) fn without_comment(name: &str) -> Option<&str> {
+    name.rsplit_once('#').map(|(front, _)| front.trim_end())
+}
+
+/// What may be meant where a name stands: all of it, or as much as is no comment.
+pub(super) fn readings(name: &str) -> impl Iterator<Item = &str> {
+    std::iter::successors(Some(name), |name| without_comment(name)).take(COMMENTS)
+}
+
 fn takes_name(text: &str) -> bool {
     let word = text.split_whitespace().next().unwrap_or("");
     NAMED.contains(&word)
@@ -175,6 +188,13 @@ pub(super) fn number(word: &str) -> Option<f32> {
     let fortran =
         word.contains(['d', 'D']) && word.bytes().all(|b| b.is_ascii_digit() || b"+-.dD".contains(&b));
     fortran.then(|| word.replace(['d', 'D'], "e").parse().ok()).flatten()
+}
+
+/// A number whose exponent is none, as in `3.1+e2`: what stands before it.
+pub(super) fn mantissa(word: &str) -> Option<f32> {
+    let at = word.char_indices().skip(1).find(|(_, c)| "+-eE".contains(*c))?.0;
+    let exponent = word[at..].bytes().all(|b| b.is_ascii_digit() || b"+-.eE".contains(&b));
+    exponent.then(|| number(&word[..at])).flatten()
 }
 
 /// What an `s` line turns on; 0 is off, as is whatever is no number.

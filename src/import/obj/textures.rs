@@ -12,14 +12,23 @@ use super::super::memory::Budget;
 use super::super::uri::{Folder, Unreadable, printable};
 use super::map::Map;
 use super::mtl::Mtl;
+use super::text::readings;
 use crate::scene::{
     Channels, Filter, Image, Mips, Texels, Texture, TextureRef, UvTransform, Wrap, linear_to_srgb,
     srgb_to_linear,
 };
 
-/// Reads a file by a name from another system, another folder, or in another case: as written,
-/// beside the MTL, beside the OBJ, and by its base name in both.
+/// Reads a file by a name from another system, another folder, in another case, or with a comment
+/// behind it.
 pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
+    let whole = find_named(folder, beside, name, limit);
+    // A name is more likely to have a number sign than to be followed by a comment.
+    let shorter = || readings(name).skip(1).find_map(|name| find_named(folder, beside, name, limit).ok());
+    whole.or_else(|error| shorter().ok_or(error))
+}
+
+/// By its name as written, beside the MTL, beside the OBJ, and by its base name in both.
+fn find_named(folder: &Folder, beside: &str, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
     let unified = name.replace('\\', "/");
     let base = unified.rsplit('/').next().unwrap_or(&unified).to_string();
     let join = |folder: &str, name: &str| {
