@@ -2,21 +2,31 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, percent_encode, utf8_percent_encode};
 use twox_hash::XxHash3_128;
+
+use crate::import::open_regular;
 
 /// What stands between a stamp's words, and what XML minds, is encoded in names.
 const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'/');
 
+/// What a stamp says of a file that was not read.
+const UNREAD: &str = "-";
+
+/// What a stamp's key ends in where every warning was an error.
+const STRICT: &str = "+strict";
+
 /// All that a picture depends on but the files it is made from: settings, frame, and the program's
 /// version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Key(u128);
+pub struct Key {
+    hash: u128,
+    strict: bool,
+}
 
 impl Key {
     /// The key of anything whose debug form says all about it.
@@ -31,42 +41,53 @@ impl Key {
         let mut sink = Sink(XxHash3_128::new());
         // A sink of this kind never fails.
         let _ = write!(sink, "{} {what:?}", env!("CARGO_PKG_VERSION"));
-        Key(sink.0.finish_128())
+        Key { hash: sink.0.finish_128(), strict: false }
+    }
+
+    /// The same where every warning is an error. Such pictures do for anyone, and others, which may
+    /// have been made with a warning, not for this key.
+    pub fn strict(self, strict: bool) -> Key {
+        Key { strict, ..self }
+    }
+
+    fn word(self) -> String {
+        format!("{:032x}{}", self.hash, if self.strict { STRICT } else { "" })
+    }
+
+    /// Whether a picture that was made by the key of that word will do for this one.
+    fn takes(self, word: &str) -> bool {
+        word == Key { strict: true, ..self }.word() || !self.strict && word == self.word()
     }
 }
 
 /// What is in files, each read once.
-#[derive(Debug, Default)]
-pub struct Contents(HashMap<PathBuf, Option<u128>>);
+#[derive(Debug)]
+pub struct Contents {
+    known: HashMap<PathBuf, String>,
+    /// Bytes of a file that is read, at most.
+    limit: u64,
+}
 
 impl Contents {
-    /// A hash of the file's bytes; `None` where it cannot be read.
-    fn of(&mut self, path: &Path) -> Option<u128> {
-        *self.0.entry(path.to_path_buf()).or_insert_with(|| {
-            let mut file = File::open(path).ok().filter(|f| f.metadata().is_ok_and(|m| m.is_file()))?;
-            let (mut hash, mut buffer) = (XxHash3_128::new(), vec![0; 1 << 18]);
-            loop {
-                match file.read(&mut buffer) {
-                    Ok(0) => return Some(hash.finish_128()),
-                    Ok(n) => hash.write(&buffer[..n]),
-                    Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
-                    Err(_) => return None,
-                }
-            }
-        })
+    /// Of files that whoever makes the pictures reads: those of no more than `limit` bytes.
+    pub fn within(limit: u64) -> Contents {
+        Contents { known: HashMap::new(), limit }
+    }
+
+    /// A hash of the file's bytes as text; `-` where it cannot be read.
+    fn of(&mut self, path: &Path) -> &str {
+        let limit = self.limit;
+        let hashed = || hash(path, limit).map_or(UNREAD.into(), |hash| format!("{hash:032x}"));
+        self.known.entry(path.to_path_buf()).or_insert_with(hashed)
     }
 
     /// The stamp of a picture of `scene`, which refers to files by their names relative to its folder:
-    /// the key, then each file with what is in it, `-` where there is none. It knows no folder, so
+    /// the key, then each file with what is in it, `-` where it cannot be read. It knows no folder, so
     /// that a stamp holds wherever a scene is moved with its files.
     pub fn stamp(&mut self, key: Key, scene: &Path, referred: &[String]) -> String {
-        let mut stamp = format!("1 {:032x}", key.0);
-        let own = scene.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        for name in std::iter::once(&own).chain(referred) {
-            let content = match self.of(&beside(scene, name)) {
-                Some(hash) => format!("{hash:032x}"),
-                None => "-".into(),
-            };
+        let mut stamp = format!("1 {} {}={}", key.word(), self.of(scene), own_name(scene));
+        for name in referred {
+            let content = self.of(&beside(scene, name));
             let _ = write!(stamp, " {content}={}", utf8_percent_encode(name, ENCODED));
         }
         stamp
@@ -75,18 +96,40 @@ impl Contents {
     /// Whether a picture with that stamp is what `key` would make of `scene` today.
     pub fn still_hold(&mut self, stamp: &str, key: Key, scene: &Path) -> bool {
         let mut words = stamp.split(' ');
-        if words.next() != Some("1") || words.next() != Some(&format!("{:032x}", key.0)) {
+        if words.next() != Some("1") || !words.next().is_some_and(|word| key.takes(word)) {
             return false;
         }
-        let decoded = |name: &str| percent_decode_str(name).decode_utf8_lossy().into_owned();
-        let files: Vec<(String, Option<u128>)> = words
-            .filter_map(|word| word.split_once('='))
-            .map(|(content, name)| (decoded(name), u128::from_str_radix(content, 16).ok()))
-            .collect();
-        let own = scene.file_name().map(|n| n.to_string_lossy());
-        files.first().is_some_and(|(name, _)| Some(name.as_str()) == own.as_deref())
-            && files.iter().all(|(name, content)| self.of(&beside(scene, name)) == *content)
+        let own = words.next().and_then(|word| word.split_once('='));
+        // Of a scene that cannot be read nothing is known, so nothing is the same.
+        own.is_some_and(|(content, name)| {
+            name == own_name(scene) && content != UNREAD && content == self.of(scene)
+        }) && words.all(|word| {
+            word.split_once('=').is_some_and(|(content, name)| {
+                let name = percent_decode_str(name).decode_utf8_lossy();
+                content == self.of(&beside(scene, &name))
+            })
+        })
     }
+}
+
+/// A hash of the bytes of a regular file that has no more than `limit` of them.
+fn hash(path: &Path, limit: u64) -> Option<u128> {
+    let mut file = open_regular(path, limit).ok()?.take(limit);
+    let (mut hash, mut buffer) = (XxHash3_128::new(), vec![0; 1 << 18]);
+    loop {
+        match file.read(&mut buffer) {
+            Ok(0) => return Some(hash.finish_128()),
+            Ok(n) => hash.write(&buffer[..n]),
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(_) => return None,
+        }
+    }
+}
+
+/// A scene's name without its folder, byte by byte: it may be no text.
+fn own_name(scene: &Path) -> String {
+    let name = scene.file_name().unwrap_or_default();
+    percent_encode(name.as_encoded_bytes(), ENCODED).to_string()
 }
 
 fn beside(scene: &Path, name: &str) -> PathBuf {
@@ -108,6 +151,10 @@ pub fn written_since(then: SystemTime, scene: &Path, referred: &[String]) -> boo
 mod tests {
     use super::*;
 
+    fn contents() -> Contents {
+        Contents::within(1 << 20)
+    }
+
     #[test]
     fn a_stamp_holds_until_something_changes() {
         let dir = tempfile::tempdir().unwrap();
@@ -116,13 +163,13 @@ mod tests {
         std::fs::write(at("x=\"1\".png"), "x").unwrap();
         let referred = ["x=\"1\".png".to_string(), "missing.bin".to_string()];
         let (scene, key) = (at("a b.gltf"), Key::of(&("size", 3)));
-        let stamp = Contents::default().stamp(key, &scene, &referred);
+        let stamp = contents().stamp(key, &scene, &referred);
         assert!(stamp.is_ascii() && !stamp.contains(['"', '<', '&', '\n']), "{stamp}");
-        let holds = |key: Key, scene: &Path| Contents::default().still_hold(&stamp, key, scene);
+        let holds = |key: Key, scene: &Path| contents().still_hold(&stamp, key, scene);
         assert!(holds(key, &scene));
         assert!(!holds(Key::of(&("size", 4)), &scene));
-        assert!(!Contents::default().still_hold("", key, &scene));
-        assert!(!Contents::default().still_hold(&stamp[..34], key, &scene));
+        assert!(!contents().still_hold("", key, &scene));
+        assert!(!contents().still_hold(&stamp[..34], key, &scene));
         std::fs::copy(&scene, at("c.gltf")).unwrap();
         assert!(!holds(key, &at("c.gltf")));
         std::fs::write(at("missing.bin"), "").unwrap();
@@ -130,5 +177,45 @@ mod tests {
         std::fs::remove_file(at("missing.bin")).unwrap();
         std::fs::write(at("x=\"1\".png"), "y").unwrap();
         assert!(!holds(key, &scene), "another content");
+    }
+
+    /// A picture that may have been made with a warning is none that `--strict` keeps.
+    #[test]
+    fn a_strict_stamp_does_for_anyone_and_another_not_for_the_strict() {
+        let dir = tempfile::tempdir().unwrap();
+        let scene = dir.path().join("a.gltf");
+        std::fs::write(&scene, "{}").unwrap();
+        let key = Key::of(&1);
+        for (made, asked, holds) in
+            [(false, false, true), (false, true, false), (true, false, true), (true, true, true)]
+        {
+            let stamp = contents().stamp(key.strict(made), &scene, &[]);
+            assert_eq!(contents().still_hold(&stamp, key.strict(asked), &scene), holds, "{stamp}");
+        }
+    }
+
+    /// What the importers refuse is not read here either, and a stamp that names it holds.
+    #[test]
+    fn what_is_no_file_or_too_large_counts_as_missing() {
+        let dir = tempfile::tempdir().unwrap();
+        let scene = dir.path().join("a.gltf");
+        std::fs::write(&scene, "{}").unwrap();
+        std::fs::create_dir(dir.path().join("folder")).unwrap();
+        let huge = std::fs::File::create(dir.path().join("huge.mtl")).unwrap();
+        huge.set_len(2 << 20).unwrap();
+        let (key, referred) = (Key::of(&1), ["folder".to_string(), "huge.mtl".to_string()]);
+        let stamp = contents().stamp(key, &scene, &referred);
+        assert!(stamp.ends_with(" -=folder -=huge.mtl"), "{stamp}");
+        assert!(contents().still_hold(&stamp, key, &scene));
+    }
+
+    /// Nothing is known of a scene that cannot be read, whatever was known of it before.
+    #[test]
+    fn an_unreadable_scene_holds_no_stamp() {
+        let dir = tempfile::tempdir().unwrap();
+        let scene = dir.path().join("gone.gltf");
+        let stamp = contents().stamp(Key::of(&1), &scene, &[]);
+        assert!(stamp.ends_with(" -=gone.gltf"), "{stamp}");
+        assert!(!contents().still_hold(&stamp, Key::of(&1), &scene));
     }
 }

@@ -43,7 +43,7 @@ fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, U
     };
     for (i, path) in job.scenes.iter().enumerate() {
         let teller = Teller::new(&reporter, path, job.strict);
-        let (index, contents) = (i + 1, Contents::default());
+        let (index, contents) = (i + 1, Contents::within(memory::limits(job.max_memory).file_bytes));
         let told = report.as_mut().map_or(Ok(()), |report| report.scene(path));
         let mut work = Work { job, index, path, teller: &teller, report: report.as_mut(), contents, kept: 0 };
         let outcome = told.and_then(|()| panics::caught(|| work.run()));

@@ -171,32 +171,38 @@ pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadEr
 
 /// Opens the scene's own file, of which no more than `limit` bytes are read.
 pub(crate) fn open_scene_file(path: &Path, limit: u64) -> Result<io::Take<File>, LoadError> {
-    // Looked at before it is opened: opening a pipe nobody writes to would wait for ever.
-    let metadata = std::fs::metadata(path).map_err(|e| LoadError::io(path, e))?;
-    if !metadata.is_file() {
-        let why = io::Error::new(io::ErrorKind::InvalidInput, "not a regular file");
-        return Err(LoadError::io(path, why));
-    }
-    LoadError::check("file size in bytes", metadata.len(), limit)?;
-    Ok(File::open(path).map_err(|e| LoadError::io(path, e))?.take(limit))
+    open_regular(path, limit).map(|file| file.take(limit)).map_err(|e| match std::fs::metadata(path) {
+        Ok(file) if e.kind() == io::ErrorKind::FileTooLarge => {
+            LoadError::Limit { name: "file size in bytes", asked: file.len(), allowed: limit }
+        }
+        _ => LoadError::io(path, e),
+    })
 }
 
-/// Reads a regular file of at most `limit` bytes: no folders, pipes or devices, which may never
+/// Opens a regular file of at most `limit` bytes: no folders, pipes or devices, which may never
 /// end.
-fn read_limited(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+///
+/// # Errors
+/// That it is none, that it is larger, or what the system says.
+pub(crate) fn open_regular(path: &Path, limit: u64) -> io::Result<File> {
     // Looked at before it is opened: opening a pipe nobody writes to would wait for ever.
     let metadata = std::fs::metadata(path)?;
     if !metadata.is_file() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
     }
-    let too_large =
-        || io::Error::new(io::ErrorKind::FileTooLarge, format!("larger than the limit of {limit} bytes"));
-    if metadata.len() > limit {
-        return Err(too_large());
-    }
-    let mut bytes = Vec::with_capacity(metadata.len() as usize);
-    File::open(path)?.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
+    if metadata.len() > limit { Err(too_large(limit)) } else { File::open(path) }
+}
+
+fn too_large(limit: u64) -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, format!("larger than the limit of {limit} bytes"))
+}
+
+/// Reads a regular file of at most `limit` bytes.
+fn read_limited(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let file = open_regular(path, limit)?;
+    let mut bytes = Vec::with_capacity(file.metadata()?.len().min(limit) as usize);
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
 }
 
 fn decode_data_uri(uri: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {

@@ -26,7 +26,7 @@ pub struct OutputArgs {
     #[arg(long, value_enum)]
     pub r#loop: Option<LoopArg>,
     /// Keeps pictures that were made by the same version from the same files with the same
-    /// settings, and makes what is missing
+    /// settings, and makes what is missing; with --strict, keeps what was made with it
     #[arg(long, conflicts_with = "no_overwrite")]
     pub resume: bool,
     /// Refuses to replace a file

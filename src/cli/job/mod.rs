@@ -107,6 +107,7 @@ impl Job {
             shot.orbit,
             self.views.map(|v| (v.count, v.up)),
         ))
+        .strict(self.strict)
     }
 
     /// All files that the `index`-th scene's pictures become, and what lies beside them.
