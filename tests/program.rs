@@ -334,26 +334,106 @@ fn every_flag_is_taken() {
     assert!(names(dir.path()).contains(&"a.depth.png".to_string()));
 }
 
+/// A render that takes long, begun by a shell's `line`, where `$BLINN` stands for it.
+#[cfg(unix)]
+fn long_render(folder: &Path, line: &str) -> std::process::Child {
+    let scene = model("still-life/still-life.glb");
+    let render = format!("'{}' render '{}' -s 4096 -o a.png", env!("CARGO_BIN_EXE_blinn"), scene.display());
+    Command::new("sh")
+        .args(["-c", &line.replace("$BLINN", &render)])
+        .current_dir(folder)
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+#[cfg(unix)]
+fn send(signal: &str, child: &std::process::Child) {
+    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
 /// Interrupted in the middle of a long render: the exit code says how, and nothing is left.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_render_leaves_nothing() {
-    let scene = model("still-life/still-life.glb");
-    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+    for (signal, code) in [("-HUP", 129), ("-INT", 130), ("-TERM", 143)] {
         let dir = tempfile::tempdir().unwrap();
-        let args = ["render", scene.to_str().unwrap(), "-s", "4096", "-o", "a.png", "--progress", "plain"];
-        let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
-            .args(args)
-            .current_dir(dir.path())
-            .stderr(std::process::Stdio::null())
-            .spawn()
-            .unwrap();
+        let mut child = long_render(dir.path(), "exec $BLINN --progress plain");
         std::thread::sleep(std::time::Duration::from_millis(500));
         assert!(child.try_wait().unwrap().is_none(), "it is still rendering");
-        let killed = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
-        assert!(killed.success());
+        send(signal, &child);
         assert_eq!(child.wait().unwrap().code(), Some(code));
         assert!(names(dir.path()).is_empty());
+    }
+}
+
+/// What `nohup` begins goes on when the terminal is gone.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_hangup_that_was_ignored_stays_ignored() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut child = long_render(dir.path(), "trap '' HUP; exec $BLINN");
+    let a_moment = std::time::Duration::from_millis(500);
+    std::thread::sleep(a_moment);
+    send("-HUP", &child);
+    std::thread::sleep(a_moment);
+    assert!(child.try_wait().unwrap().is_none(), "it is still rendering");
+    send("-TERM", &child);
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+}
+
+/// A signal is heeded whenever it comes: while the process begins once more with advice for its allocator,
+/// too.
+#[cfg(unix)]
+#[test]
+fn a_signal_in_the_first_moments_is_not_lost() {
+    let dir = tempfile::tempdir().unwrap();
+    for i in 0..60 {
+        let mut child = long_render(dir.path(), "exec $BLINN");
+        std::thread::sleep(std::time::Duration::from_micros(500 + 100 * i));
+        send("-TERM", &child);
+        let ended = (0..100).any(|_| {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+            child.try_wait().unwrap().is_some()
+        });
+        let _ = child.kill();
+        child.wait().unwrap();
+        assert!(ended, "run {i}");
+    }
+}
+
+/// Threads that a user may not have: one line.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_process_without_threads_says_so() {
+    // The system holds everyone to their limits but root.
+    let shell = |line: &str| {
+        let id = Command::new("id").arg("-u").output().unwrap().stdout;
+        let mut command = match id.as_slice() {
+            b"0\n" => {
+                let mut command = Command::new("setpriv");
+                command.args(["--reuid=65534", "--regid=65534", "--clear-groups", "bash"]);
+                command
+            }
+            _ => Command::new("bash"),
+        };
+        command.args(["-c", line]).current_dir("/").output()
+    };
+    let (program, scene) = (env!("CARGO_BIN_EXE_blinn"), model("cornell/cornell.glb"));
+    let may = format!("test -x '{program}' && test -r '{}'", scene.display());
+    if !shell(&may).is_ok_and(|output| output.status.success()) {
+        return;
+    }
+    for command in ["render --dry-run", "info"] {
+        for most in [1, 2] {
+            let line = format!("ulimit -u {most}; exec '{program}' {command} '{}' -q", scene.display());
+            let output = shell(&line).unwrap();
+            let told = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.code(), Some(1), "{line}: {told}");
+            assert!(told.starts_with("blinn: no thread could be started: "), "{line}: {told}");
+            assert_eq!(told.lines().count(), 1, "{told}");
+        }
     }
 }
 
@@ -626,4 +706,21 @@ fn every_tier_renders_the_same_bytes() {
     let (code, error) = render("sse9");
     assert_eq!(code, Some(2));
     assert!(error.contains("'sse9' is none of portable, avx2, avx512"), "{error}");
+}
+
+/// What is read but once is not lost where the process begins once more, whoever names it.
+#[test]
+fn scenes_of_a_config_may_come_from_standard_input() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("c.toml"), "scenes = [\"@-\"]\nsize = \"32x18\"\nsamples = 1\n").unwrap();
+    let scene = model("tests/triangle.glb");
+    fs::write(dir.path().join("list"), scene.to_str().unwrap()).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_blinn"))
+        .args(["render", "--config", "c.toml"])
+        .current_dir(dir.path())
+        .stdin(fs::File::open(dir.path().join("list")).unwrap())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(names(dir.path()).contains(&"triangle.png".to_string()));
 }

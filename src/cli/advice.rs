@@ -9,7 +9,7 @@
 //! which takes two or three milliseconds. All of this is of glibc on Linux: other allocators take no such
 //! advice.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
@@ -40,8 +40,9 @@ const FRUGAL: &str =
     "glibc.malloc.mmap_threshold=262144:glibc.malloc.trim_threshold=131072:glibc.malloc.tcache_count=0";
 
 /// Begins this process once more, with advice for its allocator that suits a job. It goes on as it is where
-/// none does, where it had advice already, where that cannot be, and where it read what is read but once.
-pub(super) fn begin_again(job: &Job) {
+/// none does, where it had advice already, where that cannot be, and where it read what is read but once:
+/// `words` are those of the command line and of its `--config`.
+pub(super) fn begin_again(job: &Job, words: &[OsString]) {
     let small = |scene: &PathBuf| std::fs::metadata(scene).is_ok_and(|file| file.len() <= SMALL);
     let roomy = || job.max_memory.is_none() && memory::limits(None).memory_bytes >= ROOMY;
     let advice = match job.scenes.len() {
@@ -49,15 +50,14 @@ pub(super) fn begin_again(job: &Job) {
         _ if job.scenes.iter().all(small) && roomy() => FAST,
         _ => return,
     };
-    let mut words = std::env::args_os();
-    let name = words.next();
-    let words: Vec<_> = words.collect();
     if std::env::var_os(TUNABLES).is_some() || words.iter().any(|word| is_a_stream(word)) {
         return;
     }
+    let mut given = std::env::args_os();
+    let name = given.next();
     let Ok(program) = std::env::current_exe() else { return };
     let mut command = std::process::Command::new(&program);
-    command.args(words).env(TUNABLES, advice);
+    command.args(given).env(TUNABLES, advice);
     if let Some(name) = name {
         command.arg0(name);
     }

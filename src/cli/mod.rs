@@ -47,9 +47,8 @@ const FAILED: u8 = 1;
 const USAGE: u8 = 2;
 
 /// Runs the program and returns what it exits with: 0 all done, 1 something failed, 2 the command
-/// line is wrong, 130 or 143 interrupted or terminated.
+/// line is wrong, 129, 130 or 143 hung up, interrupted or terminated.
 pub fn run() -> ExitCode {
-    signals::watch();
     panics::keep_quiet();
     panics::caught(|| Ok(carry_out())).unwrap_or_else(|e| {
         tell(&format!("blinn: {}", one_line(&e.to_string())));
@@ -71,9 +70,16 @@ fn carry_out() -> ExitCode {
     if cli.command.process().is_some_and(|process| process.print_config) {
         return Summary::of_printing(console::print(config::print(&words).as_bytes())).exit();
     }
+    // What renders sets out by itself, once it knows with how many threads.
+    if !matches!(cli.command, Command::Render(_) | Command::Turntable(_))
+        && let Err(e) = set_out(None)
+    {
+        eprintln!("blinn: {e}");
+        return ExitCode::from(FAILED);
+    }
     let outcome = match &cli.command {
-        Command::Render(args) => render::render(args),
-        Command::Turntable(args) => render::turntable(args),
+        Command::Render(args) => render::render(args, &words),
+        Command::Turntable(args) => render::turntable(args, &words),
         Command::Assemble(args) => assemble::run(args),
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args),
@@ -85,6 +91,16 @@ fn carry_out() -> ExitCode {
         Ok(summary) => summary.exit(),
         Err(usage) => usage.exit(&words),
     }
+}
+
+/// Readies the process for work: signals are watched for, and there are threads, or as many as processors.
+fn set_out(threads: Option<u16>) -> anyhow::Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from));
+    let started = signals::watch().map_err(|e| e.to_string());
+    started.and_then(|()| pool.build_global().map_err(|e| e.to_string())).map_err(|e| {
+        let remedy = "let this user have more processes (ulimit -u), or take fewer --threads";
+        anyhow::anyhow!("no thread could be started: {e}: {remedy}")
+    })
 }
 
 /// What was asked for instead of work, or what is wrong with how it was asked for.

@@ -1,5 +1,7 @@
 //! `blinn render` and `blinn turntable`: pictures of each scene.
 
+use std::ffi::OsString;
+
 use super::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use super::job::Job;
 use super::progress::{Reporter, Teller};
@@ -10,28 +12,31 @@ use crate::batch::Contents;
 use crate::bench::memory::peak;
 use crate::output::SaveError;
 
-pub(super) fn render(args: &RenderArgs) -> Result<Summary, Usage> {
-    carry_out(&Job::render(args)?, &args.process, args.common.quiet)
+pub(super) fn render(args: &RenderArgs, words: &[OsString]) -> Result<Summary, Usage> {
+    carry_out(&Job::render(args)?, words, &args.process, args.common.quiet)
 }
 
 /// The same with the scene turned a little from frame to frame.
-pub(super) fn turntable(args: &TurntableArgs) -> Result<Summary, Usage> {
-    carry_out(&Job::turntable(args)?, &args.process, args.common.quiet)
+pub(super) fn turntable(args: &TurntableArgs, words: &[OsString]) -> Result<Summary, Usage> {
+    carry_out(&Job::turntable(args)?, words, &args.process, args.common.quiet)
 }
 
-/// Makes all pictures of a job. What goes wrong with a scene does not keep the others from theirs.
-fn carry_out(job: &Job, process: &ProcessArgs, quiet: bool) -> Result<Summary, Usage> {
+/// Makes all pictures of a job that `words` ask for. What goes wrong with a scene does not keep the others
+/// from theirs.
+fn carry_out(job: &Job, words: &[OsString], process: &ProcessArgs, quiet: bool) -> Result<Summary, Usage> {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     if !job.dry_run {
-        super::advice::begin_again(job);
+        super::advice::begin_again(job, words);
     }
-    if let Some(threads) = process.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
-        pool.build_global().map_err(|e| Usage(format!("--threads {threads}: {e}")))?;
-    }
-    job.check_clips()?;
     let reporter = Reporter::new(&process.telling, job.scenes.len(), quiet);
     let mut summary = Summary::default();
+    // Only now: a process that begins again knows nothing of a signal that it was sent before.
+    if let Err(e) = super::set_out(process.threads) {
+        reporter.fail(&one_line(&e.to_string()));
+        summary.otherwise = true;
+        return Ok(summary);
+    }
+    job.check_clips()?;
     let report = process.report.as_deref().filter(|_| !job.dry_run);
     let mut report = match report.map(|file| Report::new(file, job.outputs.replace)).transpose() {
         Ok(report) => report,

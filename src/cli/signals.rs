@@ -1,5 +1,5 @@
-//! Ctrl-C and termination: the process ends at once, but never while a file is being written, so
-//! that nothing partial stays behind.
+//! Ctrl-C, termination and a terminal that hangs up: the process ends at once, but never while a file is
+//! being written, so that nothing partial stays behind.
 
 use std::time::Duration;
 
@@ -7,43 +7,69 @@ use super::console::tell;
 use crate::bench::sweep;
 use crate::output::hold_writes;
 
-/// Exit code of an interrupted process.
-const INTERRUPTED: i32 = 130;
+/// What a process exits with that a signal ended: this and the signal's number.
+const SIGNALLED: i32 = 128;
 
 /// How long a file that is being written may take. Farms kill whoever has not ended two seconds after
 /// they were told to, or a little later.
 const PATIENCE: Duration = Duration::from_millis(1500);
 
-fn end(code: i32) -> ! {
+/// Ends the process as `signal` asks for.
+fn end(signal: i32) -> ! {
     // A disk that hangs, as one behind a network may, holds nobody up. What it leaves has a passing name.
-    std::thread::spawn(move || {
+    // Where no thread is to be had the disk has to answer.
+    let _ = std::thread::Builder::new().spawn(move || {
         std::thread::sleep(PATIENCE);
-        std::process::exit(code)
+        std::process::exit(SIGNALLED + signal)
     });
     let _no_file_is_half_written = hold_writes();
     sweep();
-    tell(&format!("\nblinn: {}", if code == INTERRUPTED { "interrupted" } else { "terminated" }));
-    std::process::exit(code)
+    let what = match signal {
+        1 => "hung up",
+        2 => "interrupted",
+        _ => "terminated",
+    };
+    // Whoever hung up reads nothing, and there may be nothing left to write to.
+    tell(&format!("\nblinn: {what}"));
+    std::process::exit(SIGNALLED + signal)
 }
 
 /// Watches for signals from now on. Where they cannot be watched the system's way of ending a
 /// process holds.
+///
+/// # Errors
+/// No thread can be had to watch for them.
 #[cfg(unix)]
-pub(super) fn watch() {
-    use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+pub(super) fn watch() -> std::io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
     // A file that grows too large is then an error of that file, not the end of the process.
     let _ = signal_hook::flag::register(SIGXFSZ, Default::default());
-    if let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) {
-        std::thread::spawn(move || {
-            if let Some(signal) = signals.forever().next() {
-                end(128 + signal);
-            }
-        });
+    let mut watched = vec![SIGINT, SIGTERM];
+    if is_heeded(SIGHUP) {
+        watched.push(SIGHUP);
     }
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new(watched) {
+        std::thread::Builder::new().spawn(move || {
+            if let Some(signal) = signals.forever().next() {
+                end(signal);
+            }
+        })?;
+    }
+    Ok(())
+}
+
+/// Whether a signal is known not to be ignored by this process: `nohup` begins it so that one is.
+#[cfg(unix)]
+fn is_heeded(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    ignored.is_some_and(|mask| mask >> (signal - 1) & 1 == 0)
 }
 
 /// Watches for signals from now on.
 #[cfg(not(unix))]
-pub(super) fn watch() {
-    let _ = ctrlc::set_handler(|| end(INTERRUPTED));
+pub(super) fn watch() -> std::io::Result<()> {
+    let _ = ctrlc::set_handler(|| end(2));
+    Ok(())
 }

@@ -41,8 +41,8 @@ blinn COMMAND --help is one screen about a command, --help-all all of it.
 
 /// What a program exits with, for `--help-all` and man pages.
 const EXIT_CODES: &str = "\
-Exit codes: 0 all done; 1 something failed, and the rest was done; 2 the command line is wrong; 130 and \
-143 interrupted or terminated, with no partial file left.";
+Exit codes: 0 all done; 1 something failed, and the rest was done; 2 the command line is wrong; 129, \
+130 and 143 hung up, interrupted or terminated, with no partial file left.";
 
 /// The command line as clap knows it; its `--help` is the screens, unless `words` ask for everything.
 pub(super) fn command_line(words: &[OsString]) -> Command {
