@@ -68,7 +68,11 @@ fn carry_out() -> ExitCode {
         Err(e) => return instead_of_work(&e, &words),
     };
     if cli.command.process().is_some_and(|process| process.print_config) {
-        return Summary::of_printing(console::print(config::print(&words).as_bytes())).exit();
+        let settings = match config::print(&words) {
+            Ok(settings) => settings,
+            Err(usage) => return usage.exit(&words),
+        };
+        return Summary::of_printing(console::print(settings.as_bytes())).exit();
     }
     // What renders sets out by itself, once it knows with how many threads.
     if !matches!(cli.command, Command::Render(_) | Command::Turntable(_))
