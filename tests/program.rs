@@ -724,3 +724,20 @@ fn scenes_of_a_config_may_come_from_standard_input() {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(names(dir.path()).contains(&"triangle.png".to_string()));
 }
+
+#[test]
+fn lists_name_scenes_for_every_command() {
+    let dir = tempfile::tempdir().unwrap();
+    let (one, two) = (model("tests/triangle.glb"), model("tests/cube.obj"));
+    fs::write(dir.path().join("list"), format!("{}\n{}\n", one.display(), two.display())).unwrap();
+    let output = blinn(dir.path(), &["info", "@list", "--json"]);
+    let facts: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(facts.as_array().map(Vec::len), Some(2));
+    let bench =
+        ["bench", "@list", "--size", "8x8", "--rounds", "1", "--threads", "1", "--json", "b.json", "-q"];
+    let output = blinn(dir.path(), &bench);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.contains("triangle") && table.contains("cube"), "{table}");
+    fails(dir.path(), &["info", "@gone"], 2, "@gone: the list cannot be read");
+}

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::args::InfoArgs;
 use super::console::{print, tell};
-use super::job::load_options;
+use super::job::{load_options, scene_list};
 use super::panics::caught;
 use super::{Summary, Usage, memory, one_line};
 use crate::import::{LoadOptions, Warning, load};
@@ -12,9 +12,10 @@ use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, Reflec
 
 pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     let options = LoadOptions { limits: memory::limits(None), ..load_options(&args.scene, &args.common) };
+    let scenes = scene_list(&args.scene.scenes)?;
     let mut summary = Summary::default();
     let mut all = Vec::new();
-    for path in &args.scene.scenes {
+    for path in &scenes {
         let outcome = caught(|| {
             let (scene, warnings) = load(path, &options)?;
             if args.common.strict
@@ -40,7 +41,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     }
     let text = if !args.json {
         all.iter().map(text).collect::<Vec<_>>().join("\n")
-    } else if args.scene.scenes.len() == 1 {
+    } else if scenes.len() == 1 {
         all.first().map(|v| format!("{v:#}\n")).unwrap_or_default()
     } else {
         format!("{:#}\n", Value::Array(all))

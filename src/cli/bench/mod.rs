@@ -3,13 +3,13 @@
 mod memory;
 mod table;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
 use super::args::BenchArgs;
 use super::console::{print, tell};
-use super::job::{Claims, Writer, tier};
+use super::job::{Claims, Writer, scene_list, tier};
 use super::{Summary, Usage, describe, one_line, panics};
 use crate::bench::{
     Comparison, Figures, HeatMap, Listener, Measurement, Plan, Subject, Verdict, compare, measure, page,
@@ -26,6 +26,7 @@ const USUAL_PICTURE: (u32, u32) = (640, 360);
 
 pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
     let plan = plan(args)?;
+    let scenes = if args.scenes.is_empty() { Vec::new() } else { scene_list(&args.scenes)? };
     // Whatever would be in vain is found before minutes of measuring.
     let old = args
         .compare
@@ -46,7 +47,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
     let mut summary = Summary::default();
     let (figures, heat_maps) = match from {
         Some(figures) => (figures, Vec::new()),
-        None => match panics::caught(|| measured(args, &plan, &mut summary)) {
+        None => match panics::caught(|| measured(args, &scenes, &plan, &mut summary)) {
             Ok(Some(measurement)) => measurement,
             // Every scene has failed, and was told.
             Ok(None) => return Ok(summary),
@@ -106,8 +107,13 @@ fn usual_threads(all: usize) -> Vec<usize> {
 }
 
 /// Measures all that was asked for.
-fn measured(args: &BenchArgs, plan: &Plan, summary: &mut Summary) -> Result<Option<(Figures, Vec<HeatMap>)>> {
-    let mut subjects: Vec<Subject> = args.scenes.iter().map(|path| Subject::file(path)).collect();
+fn measured(
+    args: &BenchArgs,
+    scenes: &[PathBuf],
+    plan: &Plan,
+    summary: &mut Summary,
+) -> Result<Option<(Figures, Vec<HeatMap>)>> {
+    let mut subjects: Vec<Subject> = scenes.iter().map(|path| Subject::file(path)).collect();
     let sizes = args.suite.as_ref().map(|sizes| sizes.as_deref().unwrap_or(&[USUAL_SIZE]));
     for (kind, triangles) in sizes.map(suite).unwrap_or_default() {
         if !args.common.quiet {

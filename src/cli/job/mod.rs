@@ -23,6 +23,7 @@ pub use dataset::Views;
 pub use look::{Look, load_options, natural_size, tier};
 pub use moving::Playing;
 pub use outputs::{Form, Outputs, Series, Target};
+pub use scenes::list as scene_list;
 pub use shots::{Shot, Shots};
 pub use turntable::Turning;
 
