@@ -30,7 +30,8 @@ pub(super) fn one_line(error: &Error, words: &[OsString]) -> String {
             }
         }
         (ErrorKind::ValueValidation, Some(flag)) => {
-            format!("{} {value}: {}", bare(&flag), reason(error))
+            let written = called.last().and_then(|command| as_written(command, bare(&flag), words));
+            format!("{} {value}: {}", written.as_deref().unwrap_or(bare(&flag)), reason(error))
         }
         (ErrorKind::ArgumentConflict, Some(flag)) => match &context.list(ContextKind::PriorArg)[..] {
             [prior] if *prior == flag => format!("{} cannot be given twice", bare(&flag)),
@@ -67,6 +68,14 @@ fn called<'c>(cli: &'c Command, words: &[OsString], flag: Option<&str>) -> Vec<&
         called.extend(called.last().and_then(|command| command.find_subcommand(word)));
     }
     called
+}
+
+/// The other name of a flag by which `words` call it, if they do.
+fn as_written(command: &Command, flag: &str, words: &[OsString]) -> Option<String> {
+    let long = flag.strip_prefix("--")?;
+    let others = command.get_arguments().find(|arg| arg.get_long() == Some(long))?.get_all_aliases()?;
+    let names = words.iter().filter_map(|word| word.to_str()?.strip_prefix("--")?.split('=').next());
+    names.into_iter().find(|name| others.contains(name)).map(|name| format!("--{name}"))
 }
 
 /// A flag that the last of the called commands has not: another program's, another command's, or misspelt.

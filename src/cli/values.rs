@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::batch::FrameList;
 use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::import::Smooth;
@@ -280,6 +281,15 @@ pub(super) fn layers(text: &str) -> Result<Layers, String> {
         }
     }
     Ok(layers)
+}
+
+/// How many frames a turn has.
+pub(super) fn frame_count(text: &str) -> Result<u32, String> {
+    let count = text.parse().ok().filter(|count| (1..=1_000_000).contains(count));
+    count.ok_or_else(|| {
+        let some = if FrameList::parse(text).is_ok() { text } else { "LIST" };
+        format!("expected how many frames go once around, 1 to 1000000; --only {some} renders some of them")
+    })
 }
 
 /// Where light comes from: a list, or `none`.

@@ -1,13 +1,17 @@
 //! The words of a command line, before they are read.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
+use clap::{Arg, Command};
+
+use super::help;
 use crate::batch::FrameList;
 use crate::bench::scenes;
 
 /// `--frames LIST` becomes `--frames=LIST`, and `--frames` without a list stays alone: what follows
-/// it is then a scene or another flag. So does `--suite`.
+/// it is then a scene or another flag. So does `--suite`. And `--FLAG -1` becomes `--FLAG=-1`, as no flag
+/// is a number: what is wrong with it is then that flag's to say.
 pub(super) fn join_lists(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut out: Vec<OsString> = Vec::new();
     let mut flags = true;
@@ -15,7 +19,9 @@ pub(super) fn join_lists(words: impl IntoIterator<Item = OsString>) -> Vec<OsStr
         match out.last_mut() {
             Some(last)
                 if flags
-                    && (last == "--frames" && is_list(&word) || last == "--suite" && is_sizes(&word)) =>
+                    && (last == "--frames" && is_list(&word)
+                        || last == "--suite" && is_sizes(&word)
+                        || is_negative(&word) && takes_value(last)) =>
             {
                 last.push("=");
                 last.push(word);
@@ -36,6 +42,25 @@ fn is_list(word: &OsString) -> bool {
     let is_scene = ["glb", "gltf", "obj"].iter().any(|e| ending.eq_ignore_ascii_case(e));
     let is_else = is_scene || text.starts_with(['-', '@']) || Path::new(text).exists();
     FrameList::parse(text).is_ok() || !is_else
+}
+
+/// Whether a word is a number below zero, or begins with one.
+fn is_negative(word: &OsStr) -> bool {
+    let digits = word.to_str().and_then(|text| text.strip_prefix('-'));
+    digits.is_some_and(|text| text.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
+}
+
+/// Whether a word is the long name of an option, of whichever command.
+fn takes_value(word: &OsStr) -> bool {
+    fn has(command: &Command, long: &str) -> bool {
+        let is = |arg: &Arg| {
+            let named =
+                arg.get_long() == Some(long) || arg.get_all_aliases().is_some_and(|a| a.contains(&long));
+            named && arg.get_action().takes_values()
+        };
+        command.get_arguments().any(is) || command.get_subcommands().any(|below| has(below, long))
+    }
+    word.to_str().and_then(|text| text.strip_prefix("--")).is_some_and(|long| has(&help::full(), long))
 }
 
 /// Whether a word is the sizes of a suite, or was meant as such.
@@ -71,6 +96,10 @@ mod tests {
             ("render --frames=3 7", "render --frames=3 7"),
             ("render a.glb --frames", "render a.glb --frames"),
             ("render -- --frames 3", "render -- --frames 3"),
+            ("render --zoom -1 --clip -.5,2 a.glb", "render --zoom=-1 --clip=-.5,2 a.glb"),
+            ("render --camera-index -1 -q -1", "render --camera-index=-1 -q -1"),
+            ("render --quiet -1 --zoom -x", "render --quiet -1 --zoom -x"),
+            ("render -- --zoom -1", "render -- --zoom -1"),
             ("bench --suite 70k,1.1m a.glb", "bench --suite=70k,1.1m a.glb"),
             ("bench --suite 70q", "bench --suite=70q"),
             ("bench --suite a.glb", "bench --suite a.glb"),

@@ -136,9 +136,9 @@ pub struct LightArgs {
     /// What the file's numbers mean
     #[arg(long, value_enum, default_value_t = UnitsArg::Auto)]
     pub light_units: UnitsArg,
-    /// Multiplies the file's lights
-    #[arg(long, value_name = "F", default_value_t = 1.0, value_parser = values::positive)]
-    pub light_scale: f64,
+    /// Multiplies the file's lights [default: 1]
+    #[arg(long, value_name = "F", value_parser = values::positive)]
+    pub light_scale: Option<f64>,
     /// The lecture's I_a
     #[arg(long, value_name = "COLOR", value_parser = values::color)]
     pub ambient: Option<Rgb>,

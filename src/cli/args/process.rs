@@ -35,9 +35,9 @@ pub struct TimeArgs {
     /// Of those frames, the I-th of N shares
     #[arg(long, value_name = "I/N", requires = "frames", value_parser = Chunk::parse)]
     pub chunk: Option<Chunk>,
-    /// Frames a second
-    #[arg(long, default_value_t = 24.0, value_parser = values::positive)]
-    pub fps: f64,
+    /// Frames a second [default: 24]
+    #[arg(long, value_parser = values::positive)]
+    pub fps: Option<f64>,
 }
 
 #[derive(Debug, Args)]

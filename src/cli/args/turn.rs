@@ -12,7 +12,7 @@ use crate::cli::values;
 pub struct TurnArgs {
     /// Frames once around; the first is not repeated at the end
     #[arg(long, alias = "frames", value_name = "N", default_value_t = 36,
-          value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+          value_parser = values::frame_count)]
     pub count: u32,
     /// Renders just these frames, which keep their numbers: 1-36:2, 1-3,7,9-11
     #[arg(long, value_name = "LIST", value_parser = FrameList::parse)]

@@ -36,7 +36,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
         .map_err(|e| Usage(format!("--compare: {e}")))?;
     let from =
         args.from.as_deref().map(Figures::read).transpose().map_err(|e| Usage(format!("--from: {e}")))?;
-    let mut claims = Claims::of_read(&args.scenes);
+    let mut claims = Claims::of_read(&scenes);
     for (flag, file) in [("--json", &args.json), ("--report", &args.report)] {
         if let Some(file) = file {
             claims.write(file, Writer::Flag(flag)).map_err(Usage)?;

@@ -14,8 +14,8 @@ use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml, load_
 use crate::integrator::{Aov, Overrides, Stage};
 use crate::render::{Adaptive, Filter, RenderSettings};
 use crate::scene::{
-    AnimationChoice, Camera, Fit, GroundKind, LightUnits, Lighting, PosedScene, Projection, Scene, Selection,
-    View, ViewError,
+    AnimationChoice, Camera, Fit, GroundKind, LightSource, LightUnits, Lighting, PosedScene, Projection,
+    Scene, Selection, View, ViewError,
 };
 
 /// Longer side of a picture whose size was not given.
@@ -257,6 +257,14 @@ fn idle(args: &LightArgs, stage: Stage) -> Result<(), Usage> {
     {
         return Err(Usage(format!("--light-radius softens shadows, and {without} has none: leave one out")));
     }
+    if let Some(sources) = args.lights.as_ref().filter(|sources| !sources.contains(&LightSource::File))
+        && args.light_scale.is_some()
+    {
+        let without = if sources.is_empty() { "none" } else { "without file" };
+        return Err(Usage(format!(
+            "--light-scale multiplies the file's lights, and --lights {without} leaves them out: leave one out"
+        )));
+    }
     if args.ao.is_some() && stage != Stage::Phong {
         return Err(Usage(
             "--ao weights the ambient term, which only --integrator phong has: leave one out".into(),
@@ -291,7 +299,7 @@ fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, Usage> {
             UnitsArg::Unitless => LightUnits::Unitless,
             UnitsArg::Raw => LightUnits::Raw,
         },
-        scale: args.light_scale as f32,
+        scale: args.light_scale.unwrap_or(1.0) as f32,
         ambient: args.ambient,
         plain_ambient: args.ao.is_some(),
         sky: sky.map_err(|e| Usage(format!("--hdri: {e}")))?,

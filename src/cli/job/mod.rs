@@ -50,9 +50,9 @@ impl Job {
         let limits = memory::limits(args.process.max_memory);
         let animation = args.moment.animation.as_deref();
         let look = Look::new(&args.look, &args.scene, animation, &args.common, &limits)?;
-        let shots = Shots::of_clip(&args.time, &args.moment);
+        let shots = Shots::of_clip(&args.time, &args.moment)?;
         let share = args.time.chunk.map(|_| "--chunk");
-        let series = Series { many: shots.are_many(), fps: Some(args.time.fps), share };
+        let series = Series { many: shots.are_many(), fps: args.time.fps, share };
         Job {
             scenes: scenes::list(&args.scene.scenes)?,
             outputs: Outputs::new(&args.output, &series, &look)?,

@@ -7,6 +7,7 @@ use crate::cli::values::Layers;
 use crate::display::Background;
 use crate::output::{MOVING_QUALITY, MovingFormat};
 
+use super::shots::USUAL_FPS;
 use super::{Look, Series};
 
 /// How all frames of a scene become one file.
@@ -67,7 +68,7 @@ impl Playing {
         }
         Ok(Playing {
             format,
-            fps: series.fps.unwrap_or(24.0),
+            fps: series.fps.unwrap_or(USUAL_FPS),
             repeat: args.r#loop != Some(LoopArg::Once),
             quality: args.quality.unwrap_or(MOVING_QUALITY),
         })

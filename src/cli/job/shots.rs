@@ -1,8 +1,12 @@
 //! Which pictures are made of each scene.
 
 use crate::batch::{Chunk, FrameList};
+use crate::cli::Usage;
 use crate::cli::args::{MomentArgs, TimeArgs};
 use crate::scene::Orbit;
+
+/// Frames a second, where nothing else is said.
+pub const USUAL_FPS: f64 = 24.0;
 
 /// One picture of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,12 +47,16 @@ pub enum Shots {
 }
 
 impl Shots {
-    pub fn of_clip(time: &TimeArgs, moment: &MomentArgs) -> Shots {
-        if let Some(frames) = &time.frames {
-            return Shots::Clip { frames: frames.clone(), fps: time.fps, chunk: time.chunk };
+    pub fn of_clip(time: &TimeArgs, moment: &MomentArgs) -> Result<Shots, Usage> {
+        let fps = time.fps.unwrap_or(USUAL_FPS);
+        match (&time.frames, time.frame) {
+            (Some(frames), _) => Ok(Shots::Clip { frames: frames.clone(), fps, chunk: time.chunk }),
+            (None, Some(frame)) => Ok(Shots::One(Shot::at(frame as i64, frame / fps))),
+            (None, None) if time.fps.is_some() => {
+                Err(Usage("--fps counts frames: add --frame N or --frames, or leave it out".into()))
+            }
+            (None, None) => Ok(Shots::One(Shot::at(1, moment.time.unwrap_or(0.0)))),
         }
-        let seconds = moment.time.or(time.frame.map(|n| n / time.fps)).unwrap_or(0.0);
-        Shots::One(Shot::at(time.frame.map_or(1, |n| n as i64), seconds))
     }
 
     /// Whether files are numbered.
