@@ -741,3 +741,22 @@ fn lists_name_scenes_for_every_command() {
     assert!(table.contains("triangle") && table.contains("cube"), "{table}");
     fails(dir.path(), &["info", "@gone"], 2, "@gone: the list cannot be read");
 }
+
+/// Addresses that a process may not have are memory that there is not.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_bound_on_addresses_refuses_a_scene_and_not_the_next() {
+    let dir = tempfile::tempdir().unwrap();
+    let (one, two) = (model("tests/triangle.glb"), model("cornell/cornell.glb"));
+    let line = format!(
+        "ulimit -v 3000000; exec '{}' render '{}' '{}' --size 16384x16384 -s 1",
+        env!("CARGO_BIN_EXE_blinn"),
+        one.display(),
+        two.display()
+    );
+    let output = Command::new("sh").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    // Each at once, and both again at the end.
+    assert_eq!(told.matches("without --max-memory there are 2.9 GiB").count(), 4, "{told}");
+}

@@ -73,7 +73,8 @@ pub(super) fn check(job: &Job, scene: &Scene, frames: usize) -> Result<()> {
     Ok(())
 }
 
-/// The memory that this process may have, where the system says so: the machine's, or less in a control group.
+/// The memory that this process may have, where the system says so: the machine's, or less in a control group or
+/// by `ulimit`.
 pub(super) fn installed() -> Option<u64> {
     let meminfo = std::fs::read_to_string("/proc/meminfo").ok()?;
     let total = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
@@ -85,7 +86,18 @@ pub(super) fn installed() -> Option<u64> {
         let file = Path::new("/sys/fs/cgroup").join(group).join("memory.max");
         std::fs::read_to_string(file).ok()?.trim().parse::<u64>().ok()
     });
-    limits.chain([total]).min()
+    let own = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
+    limits.chain(addresses(&own)).chain([total]).min()
+}
+
+/// The bytes that a process may have addresses for, by `/proc/self/limits`.
+fn addresses(limits: &str) -> impl Iterator<Item = u64> {
+    let soft = |line: &str| {
+        let kinds = ["Max address space", "Max data size"];
+        let values = kinds.into_iter().find_map(|kind| line.strip_prefix(kind))?;
+        values.split_whitespace().next()?.parse::<u64>().ok()
+    };
+    limits.lines().filter_map(soft)
 }
 
 /// Bytes in words, to a tenth.
@@ -101,6 +113,15 @@ pub(super) fn text(bytes: u64) -> String {
 mod tests {
     use super::*;
     use crate::bench::memory::peak;
+
+    #[test]
+    fn what_a_process_may_address_bounds_its_memory() {
+        let limits = "Limit                     Soft Limit           Hard Limit           Units     \n\
+                      Max data size             unlimited            unlimited            bytes     \n\
+                      Max processes             1                    2                    processes \n\
+                      Max address space         3072000000           unlimited            bytes     \n";
+        assert_eq!(addresses(limits).collect::<Vec<_>>(), [3_072_000_000]);
+    }
 
     #[test]
     fn there_is_memory_and_this_process_takes_less() {
