@@ -742,6 +742,16 @@ fn lists_name_scenes_for_every_command() {
     fails(dir.path(), &["info", "@gone"], 2, "@gone: the list cannot be read");
 }
 
+#[test]
+fn a_file_of_another_kind_is_told_to_be_none() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, bytes) in [("a.glb", &b"\x89PNG\r\n\x1a\n"[..]), ("b.gltf", b"hello"), ("c.glb", b"")] {
+        fs::write(dir.path().join(name), bytes).unwrap();
+        fails(dir.path(), &["render", name], 1, "this is no glTF file");
+    }
+    fails(dir.path(), &["render", "gone.glb", "--dry-run"], 1, "gone.glb: ");
+}
+
 /// Addresses that a process may not have are memory that there is not.
 #[cfg(target_os = "linux")]
 #[test]

@@ -15,7 +15,7 @@ use super::reel::Reel;
 use super::report::Report;
 use super::studio::{Moment, Studio};
 use crate::batch::{Contents, overlap, written_since};
-use crate::import::{LoadOptions, load};
+use crate::import::{LoadOptions, load, open_scene_file};
 use crate::output::{Picture, check_free, check_writable, save, thumbnail};
 use crate::scene::{Scene, Selection, clip_end};
 
@@ -38,6 +38,10 @@ impl Work<'_> {
         let begun = SystemTime::now();
         // Whatever is there already need not be read.
         let known = self.job.shots.known().map(|shots| self.missing(shots));
+        if self.job.dry_run {
+            // Whatever is there may be a scene; what is not there is none.
+            open_scene_file(self.path, memory::limits(self.job.max_memory).file_bytes)?;
+        }
         let nothing_left = |shots: &[Shot]| shots.is_empty() && self.job.views.is_none();
         if let Some(shots) = known.as_ref().filter(|shots| nothing_left(shots) || self.job.dry_run) {
             return self.list(shots);

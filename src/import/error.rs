@@ -33,7 +33,7 @@ pub enum LoadError {
         rule: String,
     },
     /// More of something than was allowed.
-    #[error("{name}: {asked} is over the limit of {allowed}")]
+    #[error("{name}: {asked} is over the limit of {allowed}{}", remedy(.name))]
     Limit {
         /// What there is too much of.
         name: &'static str,
@@ -45,6 +45,14 @@ pub enum LoadError {
     /// Well-formed, and not something that blinn can show.
     #[error("{0}")]
     Unsupported(String),
+}
+
+/// What is too much memory.
+pub(crate) const MEMORY: &str = "bytes of memory";
+
+/// What to do about too much of something, where a flag helps.
+fn remedy(name: &str) -> &'static str {
+    if name == MEMORY { ": --max-memory allows more" } else { "" }
 }
 
 impl LoadError {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::error::LoadError;
+use super::error::{LoadError, MEMORY};
 
 /// Bytes of a vertex with all that it usually has, as stored and once more as it is read.
 const VERTEX: u64 = 120;
@@ -33,7 +33,7 @@ impl Budget {
     pub fn charge(&self, bytes: u64) -> Result<(), LoadError> {
         // Half of what u64 counts is more than there is, and two halves do not wrap around.
         let before = self.taken.fetch_add(bytes.min(1 << 60), Ordering::Relaxed);
-        LoadError::check("bytes of memory", before.saturating_add(bytes), self.allowed)
+        LoadError::check(MEMORY, before.saturating_add(bytes), self.allowed)
     }
 
     /// The text of a glTF.

@@ -28,7 +28,7 @@ pub use error::{LoadError, Warning};
 pub use limits::Limits;
 pub use sky::load_sky;
 pub use smooth::Smooth;
-pub(crate) use uri::open_regular;
+pub(crate) use uri::{open_regular, open_scene_file};
 
 /// Which of a file's scenes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

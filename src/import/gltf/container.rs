@@ -7,6 +7,10 @@ const CHUNK_HEADER: usize = 8;
 const JSON: u32 = 0x4E4F_534A;
 const BIN: u32 = 0x004E_4942;
 
+/// What is wrong with a file of another kind that is called `.glb` or `.gltf`.
+const NEITHER: &str =
+    "this is no glTF file: it begins neither with 'glTF', as a .glb, nor with '{', as a .gltf";
+
 /// The JSON text and the binary chunk of a file.
 #[derive(Debug)]
 pub(super) struct Container<'a> {
@@ -19,7 +23,11 @@ pub(super) struct Container<'a> {
 /// Takes a file apart. Chunks beyond the two that glTF defines are passed over, as the format asks.
 pub(super) fn split<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Container<'a>, LoadError> {
     if !bytes.starts_with(b"glTF") {
-        return Ok(Container { json: without_mark(bytes), bin: None });
+        let json = without_mark(bytes);
+        return match json.iter().find(|byte| !byte.is_ascii_whitespace()) {
+            Some(b'{') => Ok(Container { json, bin: None }),
+            _ => Err(LoadError::parse("byte 0", NEITHER)),
+        };
     }
     let word = |at: usize| {
         bytes
