@@ -78,7 +78,7 @@ fn carry_out() -> ExitCode {
     if !matches!(cli.command, Command::Render(_) | Command::Turntable(_))
         && let Err(e) = set_out(None)
     {
-        eprintln!("blinn: {e}");
+        tell(&format!("blinn: {e}"));
         return ExitCode::from(FAILED);
     }
     let outcome = match &cli.command {
