@@ -303,12 +303,17 @@ fn pipes_in_the_place_of_files_hold_nobody_up() {
     assert_eq!(told.matches("not a regular file").count(), 2, "{told}");
     assert_eq!(told.matches("wrote ").count(), 2, "{told}");
     assert!(!run(&line).contains("wrote "), "what cannot be read is still the same");
-    // In place of a texture that was read, and of the picture itself.
+    // In place of an MTL that was read, and of the picture itself, whose stamp is looked for: it is written into.
     fs::remove_file(at.join("map.mtl")).unwrap();
     pipe("map.mtl");
     fs::remove_file(at.join("a.png")).unwrap();
     pipe("a.png");
+    let reader = std::thread::spawn({
+        let pipe = at.join("a.png");
+        move || fs::read(pipe).unwrap()
+    });
     assert!(run(&line).contains("wrote b.png"));
+    assert!(reader.join().unwrap().starts_with(b"\x89PNG"));
 }
 
 /// Names of any bytes are told apart.
