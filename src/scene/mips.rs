@@ -6,7 +6,7 @@
 //! that are only ever seen magnified have none. Levels are stored as the image is, in 8 or 16 bits and
 //! with colours encoded, so that a pyramid is a third of its image.
 
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use glam::Vec4;
 
@@ -124,12 +124,18 @@ fn fill(out: &mut [Vec4], width: usize, at: &(dyn Fn(usize, usize) -> Vec4 + Syn
     };
     let threads = if out.len() < 1 << 16 { 1 } else { rayon::current_num_threads().clamp(1, 16) };
     let rows = (out.len() / width).div_ceil(threads);
-    let (own, others) = out.split_at_mut((rows * width).min(out.len()));
-    std::thread::scope(|scope| {
-        for (i, part) in others.chunks_mut(rows * width).enumerate() {
-            scope.spawn(move || fill_rows((i + 1) * rows, part));
+    let parts = Mutex::new(out.chunks_mut(rows * width).enumerate());
+    let next = || parts.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let work = || {
+        while let Some((i, part)) = next() {
+            fill_rows(i * rows, part);
         }
-        fill_rows(0, own);
+    };
+    std::thread::scope(|scope| {
+        // Where there are no more threads, those that are there do it.
+        let helps = |_: &usize| std::thread::Builder::new().spawn_scoped(scope, work).is_ok();
+        let _ = (1..threads).take_while(helps).count();
+        work();
     });
 }
 
