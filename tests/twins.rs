@@ -244,7 +244,7 @@ fn read(posed: &PosedScene, pointer: &str) -> Option<Vec<f64>> {
         [.., "lights", i, "range"] => f(light(i).range),
         [.., "lights", i, "spot", name] => {
             let PosedKind::Spot { cone, .. } = light(i).kind else { return None };
-            let cos = if name == "outerConeAngle" { cone.cos_outer } else { cone.cos_inner };
+            let cos = if name == "outerConeAngle" { cone.cos_outer } else { cone.cos_outer + cone.width };
             vec![f64::from(cos).acos()]
         }
         ["cameras", i, ..] => match posed.cameras[i.parse::<usize>().unwrap()].projection {

@@ -32,11 +32,13 @@ impl LightKind {
     }
 
     /// The same at a place, its light travelling along `direction` of unit length.
-    pub fn posed(self, position: Vec3, direction: Vec3) -> PosedKind {
+    /// Between a spot's cones it is as `source` means it.
+    pub fn posed(self, position: Vec3, direction: Vec3, source: &Source) -> PosedKind {
         match self {
             LightKind::Point => PosedKind::Point { position },
             LightKind::Spot { inner, outer } => {
-                PosedKind::Spot { position, direction, cone: Cone::new(inner, outer) }
+                let cone = if source.is_blender() { Cone::of_blender } else { Cone::new };
+                PosedKind::Spot { position, direction, cone: cone(inner, outer) }
             }
             LightKind::Directional => PosedKind::Directional { direction },
         }
@@ -107,32 +109,42 @@ impl LightUnits {
     }
 }
 
-/// A spot light's cone as cosines of its half angles.
+/// A spot light's cone, and how its light ends there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Cosine of the inner half angle.
-    pub cos_inner: f32,
-    /// Cosine of the outer half angle.
+    /// Cosine of the half angle beyond which nothing arrives.
     pub cos_outer: f32,
+    /// From how much more of a cosine on everything does.
+    pub width: f32,
+    /// What arrives from s of that on is s²(from[0] + from[1]·s).
+    from: [f32; 2],
 }
 
 impl Cone {
-    /// From half angles in radians.
+    /// KHR_lights_punctual's, from half angles in radians: the square of the cosine's way.
     pub fn new(inner: f32, outer: f32) -> Cone {
-        Cone { cos_inner: libm::cosf(inner), cos_outer: libm::cosf(outer) }
+        let cos_outer = libm::cosf(outer);
+        Cone { cos_outer, width: libm::cosf(inner) - cos_outer, from: [1.0, 0.0] }
+    }
+
+    /// Blender's, from the half angles that it writes: `inner` is the part of `outer` that is no blend. The
+    /// cosine's way goes over that part of all that there is within the cone, and is smoothed at both ends.
+    pub fn of_blender(inner: f32, outer: f32) -> Cone {
+        let cos_outer = libm::cosf(outer);
+        let blend = if outer > 0.0 { 1.0 - inner / outer } else { 0.0 };
+        Cone { cos_outer, width: (1.0 - cos_outer) * blend, from: [3.0, -2.0] }
     }
 
     /// All around.
-    const NONE: Cone = Cone { cos_inner: -2.0, cos_outer: -2.0 };
+    const NONE: Cone = Cone { cos_outer: -2.0, width: 0.0, from: [1.0, 0.0] };
 
-    /// KHR_lights_punctual's falloff at an angle of that cosine from the axis. Equal angles are a
-    /// step, as Blender writes them.
+    /// How much arrives at an angle of that cosine from the axis. Equal angles are a step, as Blender
+    /// writes them.
     #[inline(always)]
     pub fn falloff(&self, cos_angle: f32) -> f32 {
-        let width = self.cos_inner - self.cos_outer;
         let step = if cos_angle >= self.cos_outer { 1.0 } else { 0.0 };
-        let s = ((cos_angle - self.cos_outer) / width).clamp(0.0, 1.0);
-        if width <= 0.0 { step } else { s * s }
+        let s = ((cos_angle - self.cos_outer) / self.width).clamp(0.0, 1.0);
+        if self.width <= 0.0 { step } else { s * s * (self.from[0] + self.from[1] * s) }
     }
 }
 
@@ -303,9 +315,23 @@ mod tests {
         let cone = Cone::new(0.5, 1.0);
         assert_eq!(cone.falloff(0.999), 1.0);
         assert_eq!(cone.falloff(0.5), 0.0);
-        let middle = 0.5 * (cone.cos_inner + cone.cos_outer);
+        let middle = cone.cos_outer + 0.5 * cone.width;
         assert!((cone.falloff(middle) - 0.25).abs() < 1e-6);
         let step = Cone::new(0.7, 0.7);
+        assert_eq!((step.falloff(0.9), step.falloff(0.5)), (1.0, 0.0));
+    }
+
+    /// Blender 5.0's: smoothstep((cos − cos_outer) / ((1 − cos_outer)·blend)).
+    #[test]
+    fn blenders_spots_fall_off_as_in_blender() {
+        let (outer, blend) = (0.5f32, 0.4);
+        let cone = Cone::of_blender(outer * (1.0 - blend), outer);
+        for degrees in 0..40 {
+            let cos = libm::cosf((degrees as f32).to_radians());
+            let s = ((cos - libm::cosf(outer)) / ((1.0 - libm::cosf(outer)) * blend)).clamp(0.0, 1.0);
+            assert!((cone.falloff(cos) - s * s * (3.0 - 2.0 * s)).abs() < 1e-5, "{degrees}");
+        }
+        let step = Cone::of_blender(0.7, 0.7);
         assert_eq!((step.falloff(0.9), step.falloff(0.5)), (1.0, 0.0));
     }
 

@@ -311,7 +311,7 @@ impl<'s> PosedScene<'s> {
                 let position = (to_world.translation - self.centre).as_vec3();
                 let travels = -to_world.matrix3.z_axis;
                 let direction = travels.normalize_or(DVec3::NEG_Z).as_vec3();
-                let kind = light.kind.posed(position, direction);
+                let kind = light.kind.posed(position, direction, &self.scene.source);
                 let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
                 PosedLight { kind, intensity, range: light.range, radius: 0.0 }
             })
