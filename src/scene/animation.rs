@@ -113,7 +113,8 @@ impl Keys {
     }
 
     fn span(&self, time: f64) -> Span {
-        let after = self.times.partition_point(|&t| f64::from(t) <= time);
+        // As precisely as keys are given: the one of frame 4 of 30 a second may be a little behind 4/30.
+        let after = self.times.partition_point(|&t| t <= time as f32);
         if after == 0 {
             return Span::At(0);
         }
@@ -121,7 +122,7 @@ impl Keys {
             return Span::At(after - 1);
         }
         let (t0, t1) = (f64::from(self.times[after - 1]), f64::from(self.times[after]));
-        Span::Between { key: after - 1, s: (time - t0) / (t1 - t0), dt: t1 - t0 }
+        Span::Between { key: after - 1, s: ((time - t0) / (t1 - t0)).max(0.0), dt: t1 - t0 }
     }
 
     fn part(&self, key: usize, part: usize) -> impl Iterator<Item = f64> + '_ {
@@ -185,6 +186,19 @@ mod tests {
         for (t, s, l) in [(0.0, 2.0, 2.0), (1.0, 2.0, 2.0), (2.0, 2.0, 3.0), (3.0, 4.0, 4.0), (9.0, 4.0, 4.0)]
         {
             assert_eq!((step.sample(t)[0], linear.sample(t)[0]), (s, l), "at {t}");
+        }
+    }
+
+    /// Keys are f32, and lie a little behind or before the f64 time of the frame that they are of.
+    #[test]
+    fn a_step_is_taken_at_the_frame_of_its_key() {
+        for frame in 1..200 {
+            for fps in [24.0, 25.0, 30.0, 60.0] {
+                let time = f64::from(frame) / fps;
+                let keys = Keys { times: vec![0.0, time as f32], ..keys(Interpolation::Step, &[2.0, 4.0]) };
+                assert_eq!(keys.sample(time)[0], 4.0, "frame {frame} of {fps}");
+                assert_eq!(keys.sample(time - 1e-4)[0], 2.0, "before frame {frame} of {fps}");
+            }
         }
     }
 
