@@ -1,9 +1,10 @@
 //! The lecture's orthonormal camera basis.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// The camera basis of the lecture: `u` to the right, `v` up, `w` against the view direction.
-/// All unit length, mutually perpendicular, right-handed.
+/// All unit length, mutually perpendicular and right-handed, but for a file's camera below what mirrors or
+/// shears.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis {
     /// To the right in the picture.
@@ -27,6 +28,19 @@ impl Basis {
         }
         let u = side.normalize();
         Some(Basis { u, v: w.cross(u), w })
+    }
+
+    /// The axes of what `to_world` places, as long as one: mirrored and sheared where it does that. `None`
+    /// where they do not span space.
+    pub fn of_placed(to_world: DMat3) -> Option<Basis> {
+        let [u, v, w] = [to_world.x_axis, to_world.y_axis, to_world.z_axis].map(DVec3::try_normalize);
+        let basis = Basis { u: u?, v: v?, w: w? };
+        (basis.volume().abs() > 1e-6).then_some(basis)
+    }
+
+    /// What u, v and w span: 1 where they are the lecture's, less where they shear, below 0 where they mirror.
+    pub fn volume(&self) -> f64 {
+        self.u.cross(self.v).dot(self.w)
     }
 
     /// Like [`Basis::from_view`], falling back to the up direction −Z, then +Y, where `view_up`

@@ -141,6 +141,7 @@ impl View {
                 view_point: None,
                 view_dir: DEFAULT_VIEW_DIR,
                 view_up: DVec3::Y,
+                placed: None,
                 view_height: 2.0 * libm::tan(0.5 * DEFAULT_YFOV),
                 proj_distance: 1.0,
                 projection: Projection::Perspective,
@@ -157,6 +158,7 @@ impl View {
             view_point: (!orbit).then_some(to_world.translation),
             view_dir: -to_world.matrix3.z_axis,
             view_up: to_world.matrix3.y_axis,
+            placed: Basis::of_placed(to_world.matrix3).filter(|axes| (axes.volume() - 1.0).abs() > 1e-9),
             view_height: camera.view_height(self.fit, picture),
             proj_distance: 1.0,
             projection: match camera.projection {
@@ -200,6 +202,9 @@ impl View {
             None => {
                 // A file camera turned elsewhere keeps the world upright, not its own roll.
                 let turned = self.view_dir.is_some() || self.look_at.is_some();
+                if let Some(placed) = start.placed.filter(|_| !turned) {
+                    return Ok(placed);
+                }
                 let up = if turned { DVec3::Y } else { start.view_up };
                 Basis::from_view_or_any_up(dir, up).ok_or_else(|| parallel(up))
             }
@@ -213,6 +218,8 @@ struct Start {
     view_point: Option<DVec3>,
     view_dir: DVec3,
     view_up: DVec3,
+    /// The axes of a file's camera where what it is below mirrors or shears them.
+    placed: Option<Basis>,
     view_height: f64,
     proj_distance: f64,
     projection: Projection,

@@ -25,10 +25,13 @@ pub const REPLACED: [&str; 19] = [
     "fit",
 ];
 
-/// A camera in the lecture's words, every number exact. `None` where nothing is in view: such a camera has
-/// no extent that a flag could say.
+/// A camera in the lecture's words, every number exact. `None` where nothing is in view, as such a camera has
+/// no extent that a flag could say, and for a file's that mirrors or shears.
 pub fn flags(camera: &Camera) -> Option<Vec<String>> {
     let Camera { view_point, basis, view_width, view_height, proj_distance, projection, clip } = *camera;
+    if (basis.volume() - 1.0).abs() > 1e-9 {
+        return None;
+    }
     let vector = |v: glam::DVec3| v.is_finite().then(|| format!("{},{},{}", v.x, v.y, v.z));
     let length = |d: f64| (d > 0.0 && d.is_finite()).then(|| d.to_string());
     Some(vec![
