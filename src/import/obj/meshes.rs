@@ -45,7 +45,7 @@ pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<(Vec<(MeshKe
         members[mesh].1.push(i);
     }
     let mut table = Table::new(parsed.positions.len());
-    smooth(&mut parsed, &mut table)?;
+    LoadError::check("normals", parsed.normals.len() as u64, u64::from(NONE) - 1)?;
     let bad = |n: &mut Vec3| {
         *n = unit(*n);
         *n == Vec3::ZERO
@@ -75,47 +75,6 @@ fn unit(n: Vec3) -> Vec3 {
 fn face_normal(corners: &[Corner; 3], positions: &[Vec3]) -> Option<DVec3> {
     let [a, b, c] = corners.map(|c| positions[c.v as usize].as_dvec3());
     (b - a).cross(c - a).try_normalize()
-}
-
-/// Gives the corners of smoothing groups normals: the mean of the group's triangles about the
-/// vertex, each weighted by its angle there.
-fn smooth(parsed: &mut Parsed, table: &mut Table) -> Result<(), LoadError> {
-    /// Triangles that are looked at together.
-    const BATCH: usize = 1 << 14;
-    let Parsed { positions, normals, triangles, segments, .. } = parsed;
-    let base = normals.len() as u64;
-    let mut sums: Vec<DVec3> = Vec::new();
-    for segment in segments.iter().filter(|s| s.key.smoothing != 0) {
-        let of_segment = &mut triangles[segment.block].as_chunks_mut::<3>().0[segment.range.clone()];
-        for batch in of_segment.chunks_mut(BATCH) {
-            let weighted: Vec<[DVec3; 3]> =
-                batch.par_iter().with_min_len(1 << 10).map(|t| weighted(t, positions)).collect();
-            // Summed one after the other: the same sums whatever the number of threads.
-            for (t, weighted) in batch.iter_mut().zip(weighted) {
-                for (corner, n) in t.iter_mut().zip(weighted) {
-                    let i = table.number(corner.v, segment.key.smoothing, 0);
-                    match sums.get_mut(i as usize) {
-                        Some(sum) => *sum += n,
-                        None => sums.push(n),
-                    }
-                    corner.vn = (base + u64::from(i)).min(u64::from(NONE)) as u32;
-                }
-            }
-        }
-    }
-    LoadError::check("normals", base + sums.len() as u64, u64::from(NONE) - 1)?;
-    normals.extend(sums.iter().map(|n| n.normalize_or_zero().as_vec3()));
-    Ok(())
-}
-
-/// A triangle's normal times its angle at each corner.
-fn weighted(corners: &[Corner; 3], positions: &[Vec3]) -> [DVec3; 3] {
-    let Some(n) = face_normal(corners, positions) else { return [DVec3::ZERO; 3] };
-    let p = corners.map(|c| positions[c.v as usize].as_dvec3());
-    std::array::from_fn(|k| {
-        let to = |other: usize| (p[other % 3] - p[k]).normalize_or_zero();
-        n * libm::acos(to(k + 1).dot(to(k + 2)).clamp(-1.0, 1.0))
-    })
 }
 
 /// Corners that agree in vertex, texture coordinate and normal become one. A corner without a

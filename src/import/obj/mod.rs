@@ -18,6 +18,7 @@ mod mtl;
 mod parsed;
 mod polygon;
 mod scan;
+mod smoothing;
 mod stretches;
 mod table;
 mod text;

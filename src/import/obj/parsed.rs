@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::block::{Block, Corner, Statement};
 use super::polygon::Triangulator;
+use super::smoothing::smooth;
 
 /// What the faces of a segment have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -88,6 +89,7 @@ impl Parsed {
             }
             out.colors.resize(out.positions.len(), Vec4::ONE);
         }
+        smooth(&mut blocks, &out.segments, &out.positions, &mut out.normals);
         out.triangulate(blocks);
         Some(out)
     }

@@ -134,6 +134,19 @@ fn vertex_colours_on_all_or_some() {
     assert_eq!(some.meshes[0].colors, [Vec4::ONE, Vec4::new(0.0, 1.0, 0.0, 0.5), Vec4::ONE]);
 }
 
+/// A smooth polygon that is not flat has one normal, however it is cut.
+#[test]
+fn smoothing_groups_are_of_faces_and_not_of_what_they_are_cut_into() {
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 .5\nv 0 1 0\ns 1\n";
+    // Twice its area as a vector: (v3 − v1) × (v4 − v2).
+    let n = Vec3::new(1.0, 1.0, 0.5).cross(Vec3::new(-1.0, 1.0, 0.0)).normalize();
+    for face in ["f 1 2 3 4", "f 2 3 4 1"] {
+        let (scene, _) = read(format!("{corners}{face}\n"), &[]).unwrap();
+        let normals = &scene.meshes[0].normals;
+        assert!(normals.len() == 4 && normals.iter().all(|m| m.distance(n) < 1e-6), "{face}: {normals:?}");
+    }
+}
+
 /// Pitfall 35: nothing fills lines and points.
 #[test]
 fn lines_points_and_degenerate_faces_are_counted() {
