@@ -331,6 +331,27 @@ fn p12_normal_maps_get_tangents_and_mirrored_ones_their_own() {
     assert!(straight[0] > 0.9 && mirrored[0] < -0.9, "{straight:?} {mirrored:?}");
 }
 
+/// A map is of the surface before it is scaled: its normal goes to the world as normals do, by the inverse.
+#[test]
+fn p12_normal_maps_are_scaled_with_their_surface() {
+    // Half a step along x for .866 up.
+    let mut file = textured(json!({}), &png([191, 128, 238, 255]));
+    file.json["materials"][0] = json!({"normalTexture": {"index": 0}});
+    file.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    let slope = |scale: Value| {
+        file.json["nodes"][0]["scale"] = scale;
+        let n = corner(&file.load().0, Aov::Normal);
+        n[0] / n[2]
+    };
+    let mut slope = slope;
+    let plain = slope(json!([1, 1, 1]));
+    assert!((plain - 0.5 / 0.866).abs() < 0.01, "{plain}");
+    for (scale, expected) in [(json!([2, 1, 1]), 0.5), (json!([1, 1, 0.5]), 0.5), (json!([2, 2, 2]), 1.0)] {
+        let scaled = slope(scale.clone());
+        assert!((scaled / plain - expected).abs() < 1e-4, "{scale}: {scaled}");
+    }
+}
+
 #[test]
 fn p13_unknown_extensions_do_no_harm() {
     let mut file = File::triangle();
@@ -436,6 +457,28 @@ fn p19_a_nodes_scale_changes_no_light_and_no_camera() {
         View::default().resolve(&posed, 8, 8).unwrap().0
     };
     assert_eq!(camera(json!([1, 1, 1])), camera(json!([5, 2, 3])));
+}
+
+/// What mirrors a camera mirrors its picture, as in Blender and three.js.
+#[test]
+fn p19_a_mirrored_camera_sees_things_mirrored() {
+    let camera = |scale: Value, turn: Value| {
+        let mut file = File::triangle();
+        file.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}));
+        let child = file.push("nodes", json!({"camera": 0, "rotation": turn}));
+        file.node(json!({"children": [child], "scale": scale, "translation": [0, 0, 3]}));
+        let scene = file.load().0;
+        let posed = pose(&scene, &PoseSettings::default()).unwrap();
+        View::default().resolve(&posed, 8, 8).unwrap().0.basis
+    };
+    let straight = json!([0, 0, 0, 1]);
+    let mirrored = camera(json!([-2, 2, 2]), straight.clone());
+    assert_eq!((mirrored.u, mirrored.v, mirrored.w), (DVec3::NEG_X, DVec3::Y, DVec3::Z));
+    assert_eq!(camera(json!([2, 3, 4]), straight.clone()), camera(json!([1, 1, 1]), straight));
+    // An eighth of a turn about z, drawn out along x.
+    let sheared = camera(json!([3, 1, 1]), json!([0, 0, 0.382_683_43, 0.923_879_53]));
+    let (u, v) = (DVec3::new(3.0, 1.0, 0.0).normalize(), DVec3::new(-3.0, 1.0, 0.0).normalize());
+    assert!(sheared.u.distance(u) < 1e-6 && sheared.v.distance(v) < 1e-6 && sheared.w == DVec3::Z);
 }
 
 #[test]

@@ -40,7 +40,7 @@ pub(super) fn apply(scene: &mut Scene, smooth: Smooth) {
     }
     for mesh in &mut scene.meshes {
         if let Some(map) = scene.materials.get(mesh.material as usize).and_then(|m| m.normal) {
-            tangents::generate(mesh, &map.texture);
+            tangents::generate(mesh, &map.texture, &scene.source);
         }
     }
 }

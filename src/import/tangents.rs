@@ -8,14 +8,17 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::flat;
-use crate::scene::{Influences, Mesh, MorphTarget, TextureRef};
+use crate::scene::{Influences, Mesh, MorphTarget, Source, TextureRef, UvTransform};
 
 /// Faces that may meet in a place: MikkTSpace compares each with each.
 const MOST_FACES: u32 = 1024;
 
 /// Gives `mesh` tangents along the coordinates of `map`, unless it has some. Vertices where the
 /// frames of neighbouring faces differ are split; a flat mesh gets its faces' normals.
-pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef) {
+///
+/// The frame follows what the map's transform turns or mirrors, but not in Blender's files: its normal maps
+/// have the axes of the coordinates themselves, and so have the tangents that it writes.
+pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
     let has_uvs = mesh.uvs.get(map.uv_set as usize).is_some_and(|s| !s.is_empty());
     if !has_uvs || !mesh.tangents.is_empty() {
         return;
@@ -24,8 +27,8 @@ pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef) {
         flat::give_normals(mesh);
     }
     let uvs = &mesh.uvs[map.uv_set as usize];
-    // The map's own axes: what it turns or mirrors, the frame follows.
-    let uvs: Vec<Vec2> = uvs.iter().map(|&uv| map.transform.apply(uv)).collect();
+    let axes = if source.is_blender() { UvTransform::IDENTITY } else { map.transform };
+    let uvs: Vec<Vec2> = uvs.iter().map(|&uv| axes.apply(uv)).collect();
     let Faces { plain, copies } = faces(mesh, &uvs);
     let tangents = vec![None; mesh.triangles.len() * 3];
     let mut corners = Corners { mesh, uvs: &uvs, faces: &plain, tangents };
@@ -238,6 +241,19 @@ mod tests {
     use super::*;
     use crate::scene::UvTransform;
 
+    /// A map that is turned turns the frame, but in Blender's files.
+    #[test]
+    fn the_frame_follows_the_map_as_its_program_has_it() {
+        let quarter = UvTransform::khr(Vec2::ZERO, std::f32::consts::FRAC_PI_2, Vec2::ONE);
+        let map = TextureRef { transform: quarter, ..map() };
+        for (generator, along) in [("", Vec3::Y), ("Khronos glTF Blender I/O v5.0.21", Vec3::X)] {
+            let mut mesh = square();
+            generate(&mut mesh, &map, &Source { generator: generator.into(), ..Source::default() });
+            let t = mesh.tangents[0].truncate();
+            assert!(t.dot(along).abs() > 0.999, "{generator}: {t}");
+        }
+    }
+
     fn map() -> TextureRef {
         TextureRef { texture: 0, uv_set: 0, transform: UvTransform::IDENTITY }
     }
@@ -258,7 +274,7 @@ mod tests {
     #[test]
     fn an_upright_image_has_the_frame_of_its_plane() {
         let mut mesh = square();
-        generate(&mut mesh, &map());
+        generate(&mut mesh, &map(), &Source::default());
         // t along +u, and b = cross(n, t)·w along the image's up.
         assert_eq!(mesh.tangents, [Vec4::new(1.0, 0.0, 0.0, 1.0); 4]);
         assert_eq!(mesh.positions.len(), 4);
@@ -270,7 +286,7 @@ mod tests {
         // The second triangle is folded back onto the image.
         mesh.uvs[0][3] = Vec2::new(1.0, 1.0);
         mesh.colors = (0..4).map(|i| Vec4::splat(i as f32)).collect();
-        generate(&mut mesh, &map());
+        generate(&mut mesh, &map(), &Source::default());
         assert_eq!((mesh.positions.len(), mesh.tangents.len(), mesh.uvs[0].len()), (6, 6, 6));
         let signs: Vec<[f32; 3]> =
             mesh.triangles.iter().map(|t| t.map(|v| mesh.tangents[v as usize].w)).collect();
@@ -291,7 +307,7 @@ mod tests {
             mesh.positions[2] = Vec3::splat(wild);
             mesh.uvs[0][1] = Vec2::splat(wild);
             mesh.normals[0] = Vec3::splat(wild);
-            generate(&mut mesh, &map());
+            generate(&mut mesh, &map(), &Source::default());
             assert_eq!(mesh.tangents.len(), mesh.positions.len());
         }
     }
@@ -320,7 +336,7 @@ mod tests {
         #[test]
         fn tangled_meshes_keep_their_shape(mesh in tangle()) {
             let mut split = mesh.clone();
-            generate(&mut split, &map());
+            generate(&mut split, &map(), &Source::default());
             assert_eq!(split.tangents.len(), split.positions.len());
             assert_eq!(split.uvs[0].len(), split.positions.len());
             for (a, b) in mesh.triangles.as_flattened().iter().zip(split.triangles.as_flattened()) {
@@ -335,9 +351,9 @@ mod tests {
         let mut mesh = square();
         mesh.uvs[0][3] = Vec2::new(1.0, 1.0);
         let mut alone = mesh.clone();
-        generate(&mut alone, &map());
+        generate(&mut alone, &map(), &Source::default());
         mesh.triangles.extend([[1, 2, 0], [3, 0, 2]]);
-        generate(&mut mesh, &map());
+        generate(&mut mesh, &map(), &Source::default());
         assert_eq!((&mesh.positions, &mesh.tangents), (&alone.positions, &alone.tangents));
         let turned: Vec<[u32; 3]> = [mesh.triangles[2], mesh.triangles[3]]
             .iter()
@@ -353,7 +369,7 @@ mod tests {
         let start = std::time::Instant::now();
         let mut same = square();
         same.triangles = same.triangles.repeat(n / 2);
-        generate(&mut same, &map());
+        generate(&mut same, &map(), &Source::default());
         assert_eq!(same.positions.len(), 4);
         // One place, coordinates of their own; a fan about one vertex; no area at all.
         for kind in 0..3 {
@@ -371,7 +387,7 @@ mod tests {
                 mesh.uvs[0].extend([Vec2::new(shift, 0.0), Vec2::new(shift + 1.0, f), Vec2::new(shift, 1.0)]);
                 mesh.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
             }
-            generate(&mut mesh, &map());
+            generate(&mut mesh, &map(), &Source::default());
             assert!(mesh.tangents.iter().all(|t| t.is_finite()));
         }
         // Quadratic time would be minutes.

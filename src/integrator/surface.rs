@@ -159,23 +159,23 @@ impl<'s> Surface<'s> {
             return (self.n_v, turns);
         }
         let transform = &posed.instances[self.id.instance as usize].transform;
-        let weights = self.b.map(f64::from);
-        let mut frame = [DVec3::ZERO; 3];
-        for (corner, b) in self.corners.iter().zip(weights) {
-            let (n, t) = (normals[*corner as usize], tangents[*corner as usize]);
-            let bitangent = n.cross(t.truncate()) * t.w;
-            frame[0] += transform.vector(t.truncate()).normalize_or_zero() * b;
-            frame[1] += transform.vector(bitangent).normalize_or_zero() * b;
-            frame[2] += transform.normal(n).normalize_or_zero() * b;
+        // Where the map was baked, before anything is scaled: what it makes of the normal is then taken to
+        // the world as normals are.
+        let (mut n, mut t) = (Vec3::ZERO, Vec4::ZERO);
+        for (&corner, b) in self.corners.iter().zip(self.b) {
+            n += normals[corner as usize] * b;
+            t += tangents[corner as usize] * b;
         }
+        let frame = [t.truncate(), n.cross(t.truncate()) * t.w, n].map(|axis| axis.as_dvec3());
         let texture = &posed.scene.textures[map.texture.texture as usize];
         let (uv, over) = self.place(&map.texture);
         let (m, variance) = texture.normal(&posed.scene.images, uv, &over);
         let (m, scale) = (m.as_dvec3(), f64::from(map.scale));
-        let n = frame[0] * (m.x * scale) + frame[1] * (m.y * scale) + frame[2] * m.z;
-        let side = if frame[2].dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
+        let mapped = frame[0] * (m.x * scale) + frame[1] * (m.y * scale) + frame[2] * m.z;
+        let to_world = |n: DVec3| transform.normal(n.as_vec3());
+        let side = if to_world(frame[2]).dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
         // α² is twice the variance of a slope.
         let roughening = turns + 2.0 * variance * map.scale * map.scale;
-        ((n * side).try_normalize().unwrap_or(self.n_v), roughening)
+        ((to_world(mapped) * side).try_normalize().unwrap_or(self.n_v), roughening)
     }
 }

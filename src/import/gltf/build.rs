@@ -221,7 +221,7 @@ impl Scene {
         }
         self.meshes.par_iter_mut().for_each(|mesh| {
             if let Some(map) = surfaces.materials[mesh.material as usize].normal {
-                tangents::generate(mesh, &map.texture);
+                tangents::generate(mesh, &map.texture, &self.source);
             }
         });
         ids

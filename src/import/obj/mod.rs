@@ -155,7 +155,7 @@ fn scene(
         }
         if let Some(map) = scene.materials[mesh.material as usize].normal {
             // A normal map turns the normals of flat faces too.
-            super::tangents::generate(&mut mesh, &map.texture);
+            super::tangents::generate(&mut mesh, &map.texture, &scene.source);
         }
         let (mesh_id, object) = (i as u32, key.object + 1);
         scene.instances.push(Instance { node: 0, mesh: mesh_id, object, placement: None, skin: None });
