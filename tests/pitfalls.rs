@@ -352,6 +352,21 @@ fn p12_normal_maps_are_scaled_with_their_surface() {
     }
 }
 
+/// A map's scale is of its x and y, and in Blender's files its strength: below 1, z goes to 1 with it.
+#[test]
+fn p12_normal_maps_are_scaled_as_their_program_means_it() {
+    let mut file = textured(json!({}), &png([219, 128, 219, 255]));
+    file.json["materials"][0] = json!({"normalTexture": {"index": 0, "scale": 0.5}});
+    file.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    // The map's normal is 45 degrees away.
+    for (generator, degrees) in [("other", 26.565), ("Khronos glTF Blender I/O v5.0.21", 22.5)] {
+        file.json["asset"]["generator"] = json!(generator);
+        let n = corner(&file.load().0, Aov::Normal);
+        let found = n[0].atan2(n[2]).to_degrees();
+        assert!((found - degrees).abs() < 0.3, "{generator}: {found}");
+    }
+}
+
 #[test]
 fn p13_unknown_extensions_do_no_harm() {
     let mut file = File::triangle();

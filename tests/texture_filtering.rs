@@ -339,7 +339,7 @@ fn ball(roughness: f32, bumpy: bool) -> Scene {
             roughness: ScalarInput::new(roughness),
             dielectric: Dielectric::default(),
         },
-        normal: bumpy.then(|| NormalMap { texture: reference(0), scale: 1.0 }),
+        normal: bumpy.then(|| NormalMap { texture: reference(0), scale: 1.0, blends: false }),
         ..Default::default()
     };
     scene(vec![sphere()], vec![material], vec![bumps()])

@@ -171,9 +171,10 @@ impl<'s> Surface<'s> {
         let (uv, over) = self.place(&map.texture);
         let (m, variance) = texture.normal(&posed.scene.images, uv, &over);
         let (m, scale) = (m.as_dvec3(), f64::from(map.scale));
-        let mapped = frame[0] * (m.x * scale) + frame[1] * (m.y * scale) + frame[2] * m.z;
         let to_world = |n: DVec3| transform.normal(n.as_vec3());
         let side = if to_world(frame[2]).dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
+        let up = if map.blends { 1.0 + (m.z - 1.0) * scale.min(1.0) } else { m.z };
+        let mapped = (frame[0] * m.x + frame[1] * m.y) * scale + frame[2] * up;
         // α² is twice the variance of a slope.
         let roughening = turns + 2.0 * variance * map.scale * map.scale;
         ((to_world(mapped) * side).try_normalize().unwrap_or(self.n_v), roughening)

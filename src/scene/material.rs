@@ -58,8 +58,11 @@ impl ScalarInput {
 pub struct NormalMap {
     /// The texture, read as linear data.
     pub texture: TextureRef,
-    /// Multiplies x and y.
+    /// How much of it is seen; 1 is all.
     pub scale: f32,
+    /// `scale` multiplies x and y. True: below 1 it takes z to 1 as well, as Blender's strength does, so that
+    /// the normal goes from the surface's own to the map's.
+    pub blends: bool,
 }
 
 /// What becomes of alpha.

@@ -39,6 +39,9 @@ pub(super) fn scene(
     let mut scene = Scene { source: source(doc), ..Scene::default() };
     let mesh_ids = scene.add_meshes(meshes?, &wanted, &surfaces);
     scene.materials = surfaces.materials;
+    // Its exporter writes its maps' strengths as they are.
+    let blends = scene.source.is_blender();
+    scene.materials.iter_mut().filter_map(|m| m.normal.as_mut()).for_each(|map| map.blends = blends);
     scene.images = surfaces.textures.images;
     scene.textures = surfaces.textures.textures;
     scene.add_nodes(doc, &placed, options.up);

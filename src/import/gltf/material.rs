@@ -54,7 +54,7 @@ pub(super) fn read(json: &gltf::Material, find: &mut dyn FnMut(usize) -> Option<
         normal: json.normal_texture.as_ref().and_then(|n| {
             let transform = n.extensions.as_ref().and_then(|e| raw_transform(&e.others));
             let texture = slots.texture(n.index.value(), n.tex_coord, transform.as_ref())?;
-            Some(NormalMap { texture, scale: n.scale })
+            Some(NormalMap { texture, scale: n.scale, blends: false })
         }),
         occlusion: json.occlusion_texture.as_ref().map_or(ScalarInput::new(1.0), |o| {
             let transform = o.extensions.as_ref().and_then(|e| raw_transform(&e.others));

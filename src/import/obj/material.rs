@@ -170,5 +170,5 @@ fn normal(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Option<N
         warnings.add("", format!("bump map '{}' holds heights, which are not shown", printable(&map.file)));
         return None;
     }
-    Some(NormalMap { texture: library.texture(mtl, Some(map))?, scale: map.bump })
+    Some(NormalMap { texture: library.texture(mtl, Some(map))?, scale: map.bump, blends: mtl.by_blender })
 }
