@@ -413,5 +413,35 @@ fn morph(mesh: &Mesh, weights: &[f32]) -> Deformed {
     for n in &mut shape.normals {
         *n = n.normalize_or_zero();
     }
+    for t in &mut shape.tangents {
+        *t = t.truncate().normalize_or_zero().extend(t.w);
+    }
     shape
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::MorphTarget;
+
+    /// What normal maps build on keeps its length, whatever a target adds.
+    #[test]
+    fn morphed_normals_and_tangents_have_unit_length() {
+        let target = MorphTarget {
+            positions: vec![Vec3::X],
+            normals: vec![Vec3::X],
+            tangents: vec![Vec3::new(1.0, 0.0, -1.0)],
+            ..MorphTarget::default()
+        };
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO],
+            normals: vec![Vec3::Z],
+            tangents: vec![Vec4::new(1.0, 0.0, 0.0, -1.0)],
+            morphs: vec![target],
+            ..Mesh::default()
+        };
+        let shape = morph(&mesh, &[1.0]);
+        assert!(shape.normals[0].is_normalized());
+        assert!(shape.tangents[0].truncate().is_normalized() && shape.tangents[0].w == -1.0);
+    }
 }
