@@ -38,8 +38,13 @@ impl Basis {
         (basis.volume().abs() > 1e-6).then_some(basis)
     }
 
+    /// False where the axes shear or mirror.
+    pub fn is_lectures(&self) -> bool {
+        (self.volume() - 1.0).abs() <= 1e-9
+    }
+
     /// What u, v and w span: 1 where they are the lecture's, less where they shear, below 0 where they mirror.
-    pub fn volume(&self) -> f64 {
+    fn volume(&self) -> f64 {
         self.u.cross(self.v).dot(self.w)
     }
 

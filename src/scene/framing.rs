@@ -158,7 +158,7 @@ impl View {
             view_point: (!orbit).then_some(to_world.translation),
             view_dir: -to_world.matrix3.z_axis,
             view_up: to_world.matrix3.y_axis,
-            placed: Basis::of_placed(to_world.matrix3).filter(|axes| (axes.volume() - 1.0).abs() > 1e-9),
+            placed: Basis::of_placed(to_world.matrix3).filter(|axes| !axes.is_lectures()),
             view_height: camera.view_height(self.fit, picture),
             proj_distance: 1.0,
             projection: match camera.projection {

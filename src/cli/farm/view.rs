@@ -29,7 +29,7 @@ pub const REPLACED: [&str; 19] = [
 /// no extent that a flag could say, and for a file's that mirrors or shears.
 pub fn flags(camera: &Camera) -> Option<Vec<String>> {
     let Camera { view_point, basis, view_width, view_height, proj_distance, projection, clip } = *camera;
-    if (basis.volume() - 1.0).abs() > 1e-9 {
+    if !basis.is_lectures() {
         return None;
     }
     let vector = |v: glam::DVec3| v.is_finite().then(|| format!("{},{},{}", v.x, v.y, v.z));
