@@ -69,6 +69,12 @@ fn face_normal(mesh: &Mesh, t: &[u32; 3]) -> Option<DVec3> {
     (b - a).cross(c - a).try_normalize()
 }
 
+/// The angle of a face at its corner `p`, between the edges to its neighbours; radians.
+pub(super) fn angle_at(p: DVec3, neighbours: [DVec3; 2]) -> f64 {
+    let [a, b] = neighbours.map(|q| (q - p).normalize_or_zero());
+    libm::acos(a.dot(b).clamp(-1.0, 1.0))
+}
+
 /// Makes the normals of some meshes as if they were one. `least` is the cosine that the normals of
 /// two faces have at least where their common edge is smooth.
 fn by_angle(meshes: &mut [Mesh], group: &[usize], least: f64) {
@@ -97,8 +103,7 @@ fn by_angle(meshes: &mut [Mesh], group: &[usize], least: f64) {
     for (i, (m, t)) in faces.iter().enumerate() {
         let p = t.map(|v| meshes[*m].positions[v as usize].as_dvec3());
         for k in 0..3 {
-            let to = |other: usize| (p[other % 3] - p[k]).normalize_or_zero();
-            let angle = libm::acos(to(k + 1).dot(to(k + 2)).clamp(-1.0, 1.0));
+            let angle = angle_at(p[k], [p[(k + 1) % 3], p[(k + 2) % 3]]);
             sums[roots[3 * i + k] as usize] += normals[i] * angle;
         }
     }

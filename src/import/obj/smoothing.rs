@@ -4,6 +4,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::super::smooth::angle_at;
 use super::block::{Block, Corner, NONE};
 use super::parsed::Segment;
 use super::table::Table;
@@ -73,8 +74,5 @@ fn weighted<'a>(face: &'a [Corner], positions: &'a [Vec3]) -> impl Iterator<Item
     // Twice the face's area as a vector: across the mean of what is not flat.
     let area = (1..face.len().max(2) - 1).map(|k| (at(k) - origin).cross(at(k + 1) - origin)).sum::<DVec3>();
     let n = area.try_normalize().unwrap_or(DVec3::ZERO);
-    (0..face.len()).map(move |k| {
-        let to = |other: usize| (at(other) - at(k)).normalize_or_zero();
-        n * libm::acos(to(k + 1).dot(to(k + face.len() - 1)).clamp(-1.0, 1.0))
-    })
+    (0..face.len()).map(move |k| n * angle_at(at(k), [at(k + 1), at(k + face.len() - 1)]))
 }
