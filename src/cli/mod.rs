@@ -97,7 +97,7 @@ fn carry_out() -> ExitCode {
     }
 }
 
-/// Readies the process for work: signals are watched for, and there are threads, or as many as processors.
+/// Readies the process for work: signals are watched for, and so many threads wait, or one for each processor.
 fn set_out(threads: Option<u16>) -> anyhow::Result<()> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from));
     let started = signals::watch().map_err(|e| e.to_string());

@@ -17,11 +17,14 @@ const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
 /// # Errors
 /// A folder that cannot be read, that has no frames, or more than one series of them.
 pub(super) fn frames(named: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
+    // What was made of frames before is none.
+    let output = identity(output);
+    let is_output = |path: &Path| identity(path) == output;
     let mut all = Vec::new();
     for path in named {
         if path.is_dir() {
-            all.extend(of_folder(path, output)?);
-        } else if !is_output(path, output) {
+            all.extend(of_folder(path, is_output)?);
+        } else if !is_output(path) {
             all.push(path.clone());
         }
     }
@@ -29,19 +32,14 @@ pub(super) fn frames(named: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
     Ok(all)
 }
 
-/// Whether a frame would be what was made of frames before.
-fn is_output(path: &Path, output: &Path) -> bool {
-    identity(path) == identity(output)
-}
-
-fn of_folder(folder: &Path, output: &Path) -> Result<Vec<PathBuf>> {
+fn of_folder(folder: &Path, is_output: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>> {
     let cannot = || format!("{} cannot be read", folder.display());
     let mut series: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
     for entry in std::fs::read_dir(folder).with_context(cannot)? {
         let path = entry.with_context(cannot)?.path();
         let ending = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
         let image = ending.is_some_and(|e| ENDINGS.contains(&e.as_str()));
-        if image && path.is_file() && !is_output(&path, output) {
+        if image && path.is_file() && !is_output(&path) {
             series.entry(pattern(&path)).or_default().push(path);
         }
     }
