@@ -40,7 +40,7 @@ def run(*command, code=0, **options):
     return done.stdout
 
 
-def until(what, found, seconds=30):
+def until(what, found, seconds=60):
     """Waits for something to be found."""
     end = time.time() + seconds
     while not (value := found()):
@@ -138,7 +138,7 @@ def openjd():
         until("frames", lambda: len(frames(out)) >= 5)
         for pid in workers(out):
             os.kill(pid, signal.SIGKILL)
-        assert first.wait(30) != 0, "the engine did not notice"
+        assert first.wait(60) != 0, "the engine did not notice"
     finally:
         first.kill()
     kept = {file: os.stat(file).st_mtime_ns for file in frames(out)}
@@ -265,11 +265,11 @@ def slurm():
         before = workers(out)
         told = time.time()
         run("scontrol", "requeue", f"{array}_{running[0]}")
-        until("end of the task", lambda: sum(map(alive, before)) < len(before), 5)
+        until("end of the task", lambda: sum(map(alive, before)) < len(before))
         took = time.time() - told
         kept = {name: os.stat(name).st_mtime_ns for name in frames(out)}
         assert len(kept) < COUNT, "the tasks had ended before one was told to"
-        until("moving picture", lambda: cluster.state(assembled) == ["COMPLETED"], 60)
+        until("moving picture", lambda: cluster.state(assembled) == ["COMPLETED"], 180)
         logs = "".join(open(log).read() for log in glob.glob("slurm/slurm-*.out"))
         assert "blinn: terminated" in logs, f"it did not end by itself: {logs}"
         restarts = cluster.ask("scontrol", "--oneliner", "show", "job", f"{array}_{running[0]}")
@@ -280,7 +280,7 @@ def slurm():
         # Where a frame fails, nothing is assembled.
         os.environ["BLINN"] = "/bin/false"
         array, assembled = [line.split()[-1] for line in run("bash", os.path.join("slurm", file)).splitlines()]
-        until("failure", lambda: cluster.state(assembled) == ["CANCELLED"], 30)
+        until("failure", lambda: cluster.state(assembled) == ["CANCELLED"])
         print("slurm: where a task fails, what waits for it is taken out of the queue")
     finally:
         cluster.stop()

@@ -4,6 +4,8 @@
 mod program;
 
 use std::fs;
+#[cfg(unix)]
+use std::io::BufRead;
 use std::process::Command;
 
 use program::*;
@@ -142,11 +144,11 @@ fn a_moving_picture_is_whole_or_not_there() {
         let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
             .args(line.split(' '))
             .current_dir(&at)
-            .stderr(std::process::Stdio::null())
+            .stderr(std::process::Stdio::piped())
             .spawn()
             .unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(400));
-        assert!(child.try_wait().unwrap().is_none(), "it is still rendering");
+        let told = std::io::BufReader::new(child.stderr.as_mut().unwrap());
+        assert!(told.lines().any(|line| line.unwrap().contains('%')), "it ended");
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let status = child.wait().unwrap();
         assert_eq!((status.code(), status.signal()), (code, died));

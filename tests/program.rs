@@ -1,6 +1,8 @@
 //! The program as its users and their scripts see it: exit codes, one clear line, whole files.
 
 use std::fs;
+#[cfg(unix)]
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -334,17 +336,25 @@ fn every_flag_is_taken() {
     assert!(names(dir.path()).contains(&"a.depth.png".to_string()));
 }
 
-/// A render that takes long, begun by a shell's `line`, where `$BLINN` stands for it.
+/// A render that takes some seconds, begun by a shell's `line`, where `$BLINN` stands for it.
 #[cfg(unix)]
 fn long_render(folder: &Path, line: &str) -> std::process::Child {
     let scene = model("still-life/still-life.glb");
-    let render = format!("'{}' render '{}' -s 4096 -o a.png", env!("CARGO_BIN_EXE_blinn"), scene.display());
+    let look = "--size 160x90 -s 2048 -o a.png --progress plain";
+    let render = format!("'{}' render '{}' {look}", env!("CARGO_BIN_EXE_blinn"), scene.display());
     Command::new("sh")
         .args(["-c", &line.replace("$BLINN", &render)])
         .current_dir(folder)
-        .stderr(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap()
+}
+
+/// Waits until a render tells how far it is.
+#[cfg(unix)]
+fn is_rendering(child: &mut std::process::Child) {
+    let told = std::io::BufReader::new(child.stderr.as_mut().unwrap());
+    assert!(told.lines().any(|line| line.unwrap().contains('%')), "it ended");
 }
 
 #[cfg(unix)]
@@ -359,9 +369,8 @@ fn send(signal: &str, child: &std::process::Child) {
 fn an_interrupted_render_leaves_nothing() {
     for (signal, code) in [("-HUP", 129), ("-INT", 130), ("-TERM", 143)] {
         let dir = tempfile::tempdir().unwrap();
-        let mut child = long_render(dir.path(), "exec $BLINN --progress plain");
-        std::thread::sleep(std::time::Duration::from_millis(500));
-        assert!(child.try_wait().unwrap().is_none(), "it is still rendering");
+        let mut child = long_render(dir.path(), "exec $BLINN");
+        is_rendering(&mut child);
         send(signal, &child);
         assert_eq!(child.wait().unwrap().code(), Some(code));
         assert!(names(dir.path()).is_empty());
@@ -374,10 +383,9 @@ fn an_interrupted_render_leaves_nothing() {
 fn a_hangup_that_was_ignored_stays_ignored() {
     let dir = tempfile::tempdir().unwrap();
     let mut child = long_render(dir.path(), "trap '' HUP; exec $BLINN");
-    let a_moment = std::time::Duration::from_millis(500);
-    std::thread::sleep(a_moment);
+    is_rendering(&mut child);
     send("-HUP", &child);
-    std::thread::sleep(a_moment);
+    std::thread::sleep(std::time::Duration::from_millis(500));
     assert!(child.try_wait().unwrap().is_none(), "it is still rendering");
     send("-TERM", &child);
     assert_eq!(child.wait().unwrap().code(), Some(143));
