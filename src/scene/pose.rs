@@ -6,13 +6,13 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use glam::{DAffine3, DVec3, Vec3, Vec4};
+use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 
 use super::clip::OverClip;
 use super::{
     Animation, FileCamera, Light, LightUnits, Local, Material, Mesh, PosedLight, Scene, Skin, Target,
 };
-use crate::geometry::{Aabb, HitId, Transform};
+use crate::geometry::{Aabb, HitId, Transform, cofactor};
 
 /// Which animations play.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -354,27 +354,24 @@ impl<'s> PosedScene<'s> {
 
     /// Linear blend skinning: the joints' transforms alone place the vertices, in the world.
     fn bend(&self, shape: &mut Deformed, mesh: &Mesh, skin: &Skin) {
-        let joints: Vec<Transform> = skin
-            .joints
-            .iter()
-            .zip(&skin.inverse_bind)
-            .map(|(&joint, &inverse)| Transform::new(self.node_to_world[joint as usize] * inverse))
-            .collect();
+        let placed = |(&joint, inverse): (&u32, &DAffine3)| self.node_to_world[joint as usize] * *inverse;
+        let joints: Vec<DAffine3> = skin.joints.iter().zip(&skin.inverse_bind).map(placed).collect();
+        let for_normals: Vec<DMat3> = joints.iter().map(|joint| for_normals(joint.matrix3)).collect();
         let n = mesh.influences.per_vertex;
         for v in 0..shape.positions.len() {
             let pairs = (v * n..(v + 1) * n)
                 .map(|i| (mesh.influences.joints[i] as usize, f64::from(mesh.influences.weights[i])))
                 .filter(|&(j, w)| w != 0.0 && j < joints.len());
-            let mut blend = glam::DMat3::ZERO;
-            let mut shift = DVec3::ZERO;
+            let mut to_world = DAffine3::ZERO;
+            let mut turned = DMat3::ZERO;
             for (j, w) in pairs {
-                blend += joints[j].affine.matrix3 * w;
-                shift += joints[j].affine.translation * w;
+                to_world.matrix3 += joints[j].matrix3 * w;
+                to_world.translation += joints[j].translation * w;
+                turned += for_normals[j] * w;
             }
-            let to_world = DAffine3 { matrix3: blend, translation: shift };
             shape.positions[v] = to_world.transform_point3(shape.positions[v].as_dvec3()).as_vec3();
             if let Some(normal) = shape.normals.get_mut(v) {
-                *normal = Transform::new(to_world).normal(*normal).normalize_or_zero().as_vec3();
+                *normal = (turned * normal.as_dvec3()).normalize_or_zero().as_vec3();
             }
             if let Some(tangent) = shape.tangents.get_mut(v) {
                 let t = to_world.transform_vector3(tangent.truncate().as_dvec3());
@@ -390,6 +387,16 @@ impl<'s> PosedScene<'s> {
             instance.transform.affine.translation -= centre;
         }
     }
+}
+
+/// What a joint's `m` does to the normals it bends: its inverse transpose, as large as `m` is on the whole, so that normals
+/// are blended as vectors are. What turns and scales evenly is its own; what flattens stays finite.
+fn for_normals(m: DMat3) -> DMat3 {
+    let cofactor = cofactor(m);
+    let axes = [cofactor.x_axis, cofactor.y_axis, cofactor.z_axis];
+    let area = (axes.map(DVec3::length_squared).iter().sum::<f64>() / 3.0).sqrt();
+    let side = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    if area > 0.0 { cofactor * (side / area.sqrt()) } else { DMat3::ZERO }
 }
 
 /// A mesh with its morph targets blended in.
@@ -423,6 +430,25 @@ fn morph(mesh: &Mesh, weights: &[f32]) -> Deformed {
 mod tests {
     use super::*;
     use crate::scene::MorphTarget;
+
+    /// A joint weighs as much in a normal as in the position, so a bend has the normals of three.js.
+    #[test]
+    fn a_joint_that_turns_and_scales_evenly_moves_normals_as_it_moves_vectors() {
+        for scale in [1.0, 1e-3, -2.0] {
+            let m = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1) * scale;
+            assert!(for_normals(m).abs_diff_eq(m, 1e-14));
+        }
+    }
+
+    #[test]
+    fn normals_stay_perpendicular_to_what_a_joint_stretches() {
+        let m = DMat3::from_diagonal(DVec3::new(4.0, 1.0, 1.0));
+        let normal = for_normals(m) * DVec3::new(1.0, 1.0, 0.0);
+        assert!(normal.dot(m * DVec3::new(1.0, -1.0, 0.0)).abs() < 1e-12);
+        let flat = for_normals(DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)));
+        assert!(flat.is_finite() && (flat * DVec3::Y).y > 0.0);
+        assert_eq!(for_normals(DMat3::from_diagonal(DVec3::X)), DMat3::ZERO);
+    }
 
     /// What normal maps build on keeps its length, whatever a target adds.
     #[test]

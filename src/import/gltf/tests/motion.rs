@@ -1,10 +1,10 @@
 //! Animations and skins.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use serde_json::{Value, json};
 
 use super::super::fixture::{Fixture, bytes_of};
-use crate::scene::{Interpolation, Target};
+use crate::scene::{Interpolation, PoseSettings, Target, pose};
 
 /// A triangle with one channel on node 0, two keys.
 fn animated(path: &str, interpolation: &str, kind: &str, width: usize, values: &[f32]) -> Fixture {
@@ -154,6 +154,21 @@ fn skins() {
     let (scene, warnings) = fixture.load();
     let expected = [DAffine3::from_translation(DVec3::NEG_Z), DAffine3::IDENTITY];
     assert_eq!((&scene.skins[0].inverse_bind[..], warnings.len()), (&expected[..], 1));
+}
+
+/// Halfway round a corner the blend is no rotation, and its inverse transpose is not what viewers show.
+#[test]
+fn joints_bend_normals_as_they_bend_vectors() {
+    let mut fixture = skinned();
+    let normals = fixture.vec3(&[[0.6, 0.0, 0.8]; 3]);
+    fixture.primitive()["attributes"]["NORMAL"] = json!(normals);
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    // A quarter turn about z.
+    fixture.json["nodes"][2]["rotation"] = json!([0, 0, half, half]);
+    let (scene, _) = fixture.load();
+    let posed = pose(&scene, &PoseSettings::default()).unwrap();
+    let expected = Vec3::new(0.3, 0.3, 0.8).normalize();
+    assert!(posed.normals(0)[0].abs_diff_eq(expected, 1e-6), "{}", posed.normals(0)[0]);
 }
 
 #[test]
