@@ -12,7 +12,7 @@ use blinn::scene::{
     ColorInput, Dielectric, Instance, Lighting, Material, Mesh, Node, PoseSettings, PosedLight, Projection,
     Reflectance, ScalarInput, Scene, View, pose,
 };
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 const BASE: f64 = 0.8;
 const SIDE: u32 = 256;
@@ -37,9 +37,8 @@ fn ball() -> Mesh {
     mesh
 }
 
-/// Red of each pixel, seen from far away and lit from `angle` beside the eye.
-fn seen(mesh: &Mesh, metallic: f64, roughness: f64, angle: f64) -> Vec<f64> {
-    let material = Material {
+fn physical(metallic: f64, roughness: f64) -> Material {
+    Material {
         base: ColorInput::new(Rgb::splat(BASE as f32)),
         reflectance: Reflectance::MetallicRoughness {
             metallic: ScalarInput::new(metallic as f32),
@@ -47,7 +46,11 @@ fn seen(mesh: &Mesh, metallic: f64, roughness: f64, angle: f64) -> Vec<f64> {
             dielectric: Dielectric::default(),
         },
         ..Default::default()
-    };
+    }
+}
+
+/// Red of each pixel, seen from far away and lit from `angle` beside the eye.
+fn seen(mesh: &Mesh, material: Material, ambient: Rgb, angle: f64) -> Vec<f64> {
     let scene = Scene {
         materials: vec![material],
         meshes: vec![mesh.clone()],
@@ -70,7 +73,7 @@ fn seen(mesh: &Mesh, metallic: f64, roughness: f64, angle: f64) -> Vec<f64> {
     let frame = Frame {
         // An irradiance of π, in the lecture's units, which leave out that of the Lambertian surface.
         lights: vec![PosedLight::sun(-DVec3::new(angle.sin(), 0.0, angle.cos()), Rgb::ONE)],
-        ambient: Rgb::ZERO,
+        ambient,
         shadows: false,
         ..Frame::new(&posed, &accel, camera, &lit)
     };
@@ -113,7 +116,7 @@ fn difference(metallic: f64) -> f64 {
         (1..=10).flat_map(|r| [0.0f64, 30.0, 60.0, 90.0].map(|d| (f64::from(r) / 10.0, d)))
     {
         let angle = degrees.to_radians();
-        let picture = seen(&mesh, metallic, roughness, angle);
+        let picture = seen(&mesh, physical(metallic, roughness), Rgb::ZERO, angle);
         let on = normals.iter().zip(&picture).filter_map(|(n, got)| n.map(|n| (n, *got)));
         let off: Vec<f64> =
             on.map(|(n, got)| (shown(got) - shown(ggx(n, metallic, roughness, angle))).abs()).collect();
@@ -131,4 +134,16 @@ fn the_mapping_is_as_near_to_ggx_as_design_md_says() {
     println!("mean difference to GGX: dielectric {dielectric:.2}, metal {metal:.2}");
     assert!((dielectric - 0.35).abs() < 0.1, "{dielectric}");
     assert!((metal - 12.14).abs() < 0.4, "{metal}");
+}
+
+/// Files write normals of no length, and some that are no numbers: those have no turn to widen a highlight by.
+#[test]
+fn normals_that_say_nothing_are_as_good_as_none() {
+    let flat = Mesh { normals: Vec::new(), ..ball() };
+    let expected = seen(&flat, physical(1.0, 0.3), Rgb::ZERO, 0.5);
+    assert!(expected.iter().any(|&light| light > 1.0), "there is a highlight");
+    for nothing in [Vec3::ZERO, Vec3::NAN] {
+        let mesh = Mesh { normals: vec![nothing; flat.positions.len()], ..flat.clone() };
+        assert_eq!(seen(&mesh, physical(1.0, 0.3), Rgb::ZERO, 0.5), expected, "{nothing}");
+    }
 }

@@ -70,11 +70,11 @@ impl<'s> Facet<'s> {
             let sum = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
             let per_length = sum.length_recip();
             let middle = sum * per_length;
-            if differential.is_some() {
+            let fits = per_length.is_finite() && per_length > 0.0;
+            if fits && differential.is_some() {
                 spread.bend(n, middle, per_length);
             }
             // Files whose normals point against their winding are lit all the same.
-            let fits = per_length.is_finite() && per_length > 0.0;
             let n = if fits { middle } else { n_g };
             if n.dot(n_g) < 0.0 { -n } else { n }
         });
