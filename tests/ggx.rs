@@ -147,3 +147,25 @@ fn normals_that_say_nothing_are_as_good_as_none() {
         assert_eq!(seen(&mesh, physical(1.0, 0.3), Rgb::ZERO, 0.5), expected, "{nothing}");
     }
 }
+
+/// Rough ones too, which have little but what their microfacets scatter, and what is ambient.
+#[test]
+fn a_metal_by_specular_and_glossiness_is_the_metal_by_base_and_roughness() {
+    let mesh = ball();
+    for roughness in [0.2, 0.6, 1.0] {
+        let twin = Material {
+            base: ColorInput::new(Rgb::ZERO),
+            reflectance: Reflectance::SpecularGlossiness {
+                specular: ColorInput::new(Rgb::splat(BASE as f32)),
+                glossiness: ScalarInput::new(1.0 - roughness as f32),
+            },
+            ..Default::default()
+        };
+        let ambient = Rgb::splat(0.1);
+        let expected = seen(&mesh, physical(1.0, roughness), ambient, 0.5);
+        let got = seen(&mesh, twin, ambient, 0.5);
+        assert!(expected.iter().any(|&light| light > 0.3), "{roughness}");
+        let apart = got.iter().zip(&expected).map(|(a, b)| (a - b).abs() / (1e-3 + b)).fold(0.0, f64::max);
+        assert!(apart < 1e-4, "roughness {roughness}: {apart} apart");
+    }
+}

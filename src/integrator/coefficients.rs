@@ -142,10 +142,11 @@ impl Coefficients {
             }
             Reflectance::SpecularGlossiness { specular, glossiness } => {
                 let f0 = specular.at(posed, surface).clamp(Vec3::ZERO, Vec3::ONE);
-                let rough = 1.0 - glossiness.at(posed, surface).clamp(0.0, 1.0);
-                let alpha = alpha_of(rough);
-                k.k_d = color * (1.0 - f0.max_element());
-                (k.k_s, k.shininess) = highlight(f0, alpha);
+                let roughness = 1.0 - glossiness.at(posed, surface).clamp(0.0, 1.0);
+                let diffuse = color * (1.0 - f0.max_element());
+                // All that it reflects, as a metal's base colour is.
+                k.k_a = diffuse + f0;
+                k.microfacets(diffuse, f0, roughness);
             }
             Reflectance::Unlit => {
                 (k.k_a, k.k_d, k.k_e) = (Rgb::ZERO, Rgb::ZERO, color);
@@ -182,9 +183,14 @@ impl Coefficients {
     }
 
     fn metallic_roughness(&mut self, base: Rgb, metallic: f32, roughness: f32, f0_d: Rgb) {
+        let diffuse = base * ((1.0 - metallic) * (1.0 - f0_d.max_element()));
+        self.microfacets(diffuse, f0_d + (base - f0_d) * metallic, roughness);
+    }
+
+    /// A matt layer under microfacets, which scatter the more the rougher they are.
+    fn microfacets(&mut self, diffuse: Rgb, f0: Rgb, roughness: f32) {
         let alpha = alpha_of(roughness);
-        let f0 = f0_d + (base - f0_d) * metallic;
-        self.k_d = base * ((1.0 - metallic) * (1.0 - f0_d.max_element())) + f0 * (0.35 * alpha);
+        self.k_d = diffuse + f0 * (0.35 * alpha);
         (self.k_s, self.shininess) = highlight(f0, alpha);
     }
 }
