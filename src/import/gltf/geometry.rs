@@ -5,6 +5,7 @@ use ::gltf::json::validation::Checked;
 use glam::{Vec2, Vec3, Vec4};
 
 use super::accessor::{Accessor, Pick};
+use super::color;
 use super::document::Document;
 use super::draco::{self, Packed};
 use super::topology::{self, Order};
@@ -273,13 +274,11 @@ impl<'d> Attributes<'_, 'd> {
         if self.json.attributes.contains_key(&Checked::Valid(Semantic::Colors(1))) {
             warnings.add("", "vertex colours beyond the first set (COLOR_1 and on) are not shown");
         }
-        let Some(accessor) = self.open(Semantic::Colors(0), &[3, 4], warnings)? else {
+        let Some(accessor) = self.open(Semantic::Colors(0), color::WIDTHS, warnings)? else {
             return Ok(Vec::new());
         };
-        Ok(match accessor.width {
-            4 => accessor.floats(self.pick),
-            _ => accessor.floats::<3, Vec3>(self.pick).into_iter().map(|c| c.extend(1.0)).collect(),
-        })
+        let place = format!("{}.attributes.COLOR_0", self.place);
+        Ok(color::read(&accessor, self.pick, &place, warnings))
     }
 
     fn influences(&self, warnings: &mut Warnings) -> Result<Influences, LoadError> {

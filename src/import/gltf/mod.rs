@@ -6,6 +6,7 @@
 mod accessor;
 mod animation;
 mod build;
+mod color;
 mod container;
 mod document;
 mod draco;

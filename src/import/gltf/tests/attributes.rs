@@ -149,6 +149,20 @@ fn joint_weights_sum_to_one() {
     assert_eq!(eight.weights[..8], [0.25, 0.25, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0]);
 }
 
+/// A colour that is no number would be a pixel that is none.
+#[test]
+fn colours_that_are_no_numbers_count_as_one() {
+    let mut fixture = Fixture::triangle();
+    let colors =
+        fixture.vec4(&[[f32::NAN, 0.5, 0.25, f32::INFINITY], [0.5; 4], [0.0, f32::NEG_INFINITY, 0.0, 1.0]]);
+    fixture.primitive()["attributes"]["COLOR_0"] = json!(colors);
+    let (scene, warnings) = fixture.load();
+    let expected = [Vec4::new(1.0, 0.5, 0.25, 1.0), Vec4::splat(0.5), Vec4::new(0.0, 1.0, 0.0, 1.0)];
+    assert_eq!(scene.meshes[0].colors, expected);
+    let said = "meshes[0].primitives[0].attributes.COLOR_0: 2 of its colours have numbers that are not finite, taken as 1";
+    assert_eq!(warnings, [said]);
+}
+
 #[test]
 fn morph_targets_with_names_and_sparse_accessors() {
     let mut fixture = Fixture::triangle();
