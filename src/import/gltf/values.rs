@@ -1,5 +1,6 @@
 //! Values that the format has not: each is told, with what was taken instead.
 
+use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 
 use serde_json::{Map, Value, json};
@@ -13,6 +14,9 @@ type Object = Map<String, Value>;
 /// Tells them, and mends those that the readers would not understand.
 pub(super) fn mend(root: &mut Value, warnings: &mut Warnings) {
     let targets: Vec<usize> = items(root, "meshes").map(|(_, mesh)| morph_targets(mesh)).collect();
+    for (i, mesh) in items(root, "meshes") {
+        still_attributes(mesh, &format!("meshes[{i}]"), warnings);
+    }
     for ((i, mesh), &targets) in items(root, "meshes").zip(&targets) {
         weights(mesh, targets, format_args!("meshes[{i}].weights"), warnings);
     }
@@ -72,6 +76,24 @@ fn choice(
         let what = format!("{} is none of {list}; the first is taken", printable(&value.to_string()));
         warnings.add(format_args!("{place}.{key}"), what.replace('"', "'"));
         *value = known.first().cloned().unwrap_or_default();
+    }
+}
+
+/// Tells what morph targets move and the picture does not: the typed JSON has no place for it.
+fn still_attributes(mesh: &Object, place: &str, warnings: &mut Warnings) {
+    const MOVED: [&str; 3] = ["POSITION", "NORMAL", "TANGENT"];
+    let primitives = mesh.get("primitives").and_then(Value::as_array).into_iter().flatten();
+    for (i, primitive) in primitives.enumerate() {
+        let targets = primitive.get("targets").and_then(Value::as_array).into_iter().flatten();
+        let names = targets.filter_map(Value::as_object).flat_map(Object::keys);
+        // Names with an underscore are a program's own.
+        let still: BTreeSet<&String> =
+            names.filter(|name| !MOVED.contains(&name.as_str()) && !name.starts_with('_')).collect();
+        for name in still {
+            let place = format!("{place}.primitives[{i}].targets");
+            warnings
+                .add(place, format_args!("{} does not morph, and stays as the mesh has it", printable(name)));
+        }
     }
 }
 
@@ -171,7 +193,7 @@ mod tests {
         let (mended, words) = told(json!({
             "nodes": [{"rotation": [0, 0, 0, 0], "weights": [1, 1], "mesh": 0},
                 {"extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"_ID": 0}}}}],
-            "meshes": [{"weights": [], "primitives": [{"targets": [{}]}]}],
+            "meshes": [{"weights": [], "primitives": [{"targets": [{"POSITION": 0, "COLOR_0": 0, "_X": 0}]}]}],
             "materials": [{"alphaMode": "blend"}],
             "samplers": [{"wrapS": 5}],
             "animations": [{"samplers": [{}, {"interpolation": "SMOOTH"}]}],
@@ -183,6 +205,7 @@ mod tests {
         assert_eq!(
             words,
             [
+                "meshes[0].primitives[0].targets: COLOR_0 does not morph, and stays as the mesh has it",
                 "meshes[0].weights: 0 for 1 morph targets; the last are taken as 0",
                 "nodes[0].weights: 2 for 1 morph targets; the last have no effect",
                 "nodes[0].rotation: is a quaternion of no length; taken as no rotation",
