@@ -126,7 +126,7 @@ fn floor(side: u32) -> Scene {
         materials: vec![Material { base, double_sided: true, ..Default::default() }],
         textures: vec![Texture::default()],
         images: vec![image],
-        instances: vec![Instance { node: 0, mesh: 0, object: 1, placement: None, skin: None }],
+        instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
         ..Default::default()
     }
 }

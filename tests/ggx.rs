@@ -55,7 +55,7 @@ fn seen(mesh: &Mesh, material: Material, ambient: Rgb, angle: f64) -> Vec<f64> {
         materials: vec![material],
         meshes: vec![mesh.clone()],
         nodes: vec![Node { visible: true, ..Default::default() }],
-        instances: vec![Instance { node: 0, mesh: 0, object: 1, placement: None, skin: None }],
+        instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
         ..Default::default()
     };
     let posed = pose(&scene, &PoseSettings::default()).unwrap();

@@ -42,7 +42,7 @@ fn squares(at: &[(DVec3, DQuat)], material: Material) -> Scene {
         let local = Local::Trs { translation, rotation, scale: DVec3::ONE };
         scene.nodes.push(Node { local, visible: true, ..Default::default() });
         let object = i as u32 + 1;
-        scene.instances.push(Instance { node: i as u32, mesh: 0, object, placement: None, skin: None });
+        scene.instances.push(Instance { node: i as u32, mesh: 0, object, ..Instance::default() });
     }
     scene
 }

@@ -533,3 +533,16 @@ fn p20_the_order_of_blended_faces_in_the_file_does_not_matter() {
     assert!(colors.iter().any(|c| c.y > c.x && c.x > 0.0), "green over red");
     assert_eq!(colors, picture([1, 0]));
 }
+
+/// Of copies, by EXT_mesh_gpu_instancing: three.js's `_COLOR_0` multiplies what vertices and material say.
+#[test]
+fn a_copy_has_a_colour_of_its_own() {
+    let mut file = File::triangle();
+    file.material(json!({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 1, 1, 1]}}));
+    file.attribute("COLOR_0", "VEC3", &[1.0, 0.5, 1.0].repeat(3));
+    let places = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
+    let colors = file.floats("VEC3", &[0.5, 0.25, 0.125, 1.0, 1.0, 1.0]);
+    file.json["nodes"][0]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places, "_COLOR_0": colors}}});
+    assert_eq!(corner(&file.load().0, Aov::Albedo), [0.25, 0.125, 0.125]);
+}

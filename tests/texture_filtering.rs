@@ -76,7 +76,7 @@ fn unlit() -> Material {
 
 fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, images: Vec<Image>) -> Scene {
     let textures = (0..images.len() as u32).map(|image| Texture { image, ..Texture::default() }).collect();
-    let instance = |mesh| Instance { node: 0, mesh, object: 1, placement: None, skin: None };
+    let instance = |mesh| Instance { node: 0, mesh, object: 1, ..Instance::default() };
     Scene {
         nodes: vec![Node { visible: true, ..Default::default() }],
         instances: (0..meshes.len() as u32).map(instance).collect(),

@@ -197,7 +197,7 @@ mod tests {
             triangles: triangles.to_vec(),
             ..Default::default()
         };
-        let instance = |mesh: u32| Instance { node: 0, mesh, object: 1, placement: None, skin: None };
+        let instance = |mesh: u32| Instance { node: 0, mesh, object: 1, ..Instance::default() };
         Scene {
             nodes: vec![Node { visible: true, ..Default::default() }],
             meshes: parts.iter().map(mesh).collect(),

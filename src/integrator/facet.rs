@@ -23,6 +23,8 @@ pub(super) struct Facet<'s> {
     /// Unit normals at the corners, where the mesh has any.
     n: Option<[DVec3; 3]>,
     steps: Steps,
+    /// The instance's own colour.
+    tint: Option<Vec3>,
     /// True where it is the same to what is seen how much of it a sample stands for.
     even: bool,
 }
@@ -47,7 +49,8 @@ impl<'s> Facet<'s> {
         let steps = Steps::new(e, front.unwrap_or(DVec3::ZERO));
         let material = &posed.materials[mesh.material as usize];
         let even = !widens(material) && material.normal.is_none() && !material.is_textured();
-        Facet { id, mesh, corners, v, front, p_error, n, steps, even }
+        let tint = posed.scene.instances[id.instance as usize].color;
+        Facet { id, mesh, corners, v, front, p_error, n, steps, tint, even }
     }
 
     /// The point where `ray` meets it, which it is known to do; seen by an eye ray that stands for
@@ -90,6 +93,7 @@ impl<'s> Facet<'s> {
             spread,
             mesh: self.mesh,
             corners: self.corners,
+            tint: self.tint,
         }
     }
 }

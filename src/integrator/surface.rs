@@ -30,6 +30,7 @@ pub struct Surface<'s> {
     pub(super) spread: Spread,
     pub(super) mesh: &'s Mesh,
     pub(super) corners: [u32; 3],
+    pub(super) tint: Option<Vec3>,
 }
 
 /// How far towards the smooth surface rays start that leave at an angle of this cosine to the triangle's
@@ -121,18 +122,19 @@ impl<'s> Surface<'s> {
         (t.transform.apply(self.uv(t.uv_set)), over)
     }
 
-    /// True where vertices have colours.
+    /// True where vertices or the instance have colours.
     pub(super) fn is_colored(&self) -> bool {
-        !self.mesh.colors.is_empty()
+        self.tint.is_some() || !self.mesh.colors.is_empty()
     }
 
-    /// The vertex colour, linear RGBA; white where there is none.
+    /// The vertex colour times the instance's, linear RGBA; white where there is none.
     pub fn color(&self) -> Vec4 {
+        let tint = self.tint.map_or(Vec4::ONE, |tint| tint.extend(1.0));
         if self.mesh.colors.is_empty() {
-            return Vec4::ONE;
+            return tint;
         }
         let [a, b, c] = self.corners.map(|c| self.mesh.colors[c as usize]);
-        a * self.b[0] + b * self.b[1] + c * self.b[2]
+        (a * self.b[0] + b * self.b[1] + c * self.b[2]) * tint
     }
 
     /// A texture over what this point stands for; white where it is missing.

@@ -201,7 +201,7 @@ mod tests {
         scene.meshes = vec![mesh(3.0), mesh(0.0)];
         for i in 0..2 {
             scene.nodes.push(Node { visible: true, ..Node::default() });
-            scene.instances.push(Instance { node: i, mesh: i, object: i + 1, placement: None, skin: None });
+            scene.instances.push(Instance { node: i, mesh: i, object: i + 1, ..Instance::default() });
         }
         let turn = |angle: f64| {
             let q = DQuat::from_rotation_y(angle).as_quat();
@@ -273,7 +273,7 @@ mod tests {
         let scene = Scene {
             nodes: vec![Node { local, visible: true, ..Node::default() }],
             meshes: vec![mesh],
-            instances: vec![Instance { node: 0, mesh: 0, object: 1, placement: None, skin: None }],
+            instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
             animations: vec![Animation { name: String::new(), channels: vec![channel] }],
             ..Scene::default()
         };

@@ -146,7 +146,7 @@ mod tests {
             let matrix3 = DMat3::from_cols(vector(k), vector(k + 3), vector(k + 6));
             let local = Local::Matrix(DAffine3 { matrix3, translation: 5.0 * vector(k + 9) });
             scene.nodes.push(Node { local, visible: true, ..Node::default() });
-            scene.instances.push(Instance { node: i, mesh: 0, object: i + 1, placement: None, skin: None });
+            scene.instances.push(Instance { node: i, mesh: 0, object: i + 1, ..Instance::default() });
         }
         scene
     }

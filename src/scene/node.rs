@@ -1,6 +1,6 @@
 //! The scene graph, flattened: every node once for each place it is drawn.
 
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
 
 /// A node's own transform, relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub struct Node {
 }
 
 /// A mesh drawn at a node.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Instance {
     /// The node that places it.
     pub node: u32,
@@ -80,4 +80,6 @@ pub struct Instance {
     pub placement: Option<DAffine3>,
     /// The skin that bends it; the node's transform does not count then.
     pub skin: Option<u32>,
+    /// Linear RGB that multiplies its vertex colours.
+    pub color: Option<Vec3>,
 }

@@ -194,7 +194,7 @@ mod tests {
         for node in [1, 3, 4, 5] {
             scene.objects.push(scene.nodes[node as usize].name.clone());
             let object = scene.objects.len() as u32;
-            scene.instances.push(Instance { node, mesh: 0, object, placement: None, skin: None });
+            scene.instances.push(Instance { node, mesh: 0, object, ..Instance::default() });
         }
         let light = |node: u32| Light {
             name: String::new(),

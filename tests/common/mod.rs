@@ -177,7 +177,7 @@ pub fn add(scene: &mut Scene, mut mesh: Mesh, material: Material, placed: &[DAff
         let local = Local::Matrix(to_world);
         scene.nodes.push(Node { local, visible: true, ..Node::default() });
         let mesh = scene.meshes.len() as u32;
-        scene.instances.push(Instance { node, mesh, object: 1, placement: None, skin: None });
+        scene.instances.push(Instance { node, mesh, object: 1, ..Instance::default() });
     }
     scene.meshes.push(mesh);
 }

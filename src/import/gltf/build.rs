@@ -11,6 +11,7 @@ use super::animation::{Places, animations, skin};
 use super::document::Document;
 use super::geometry::{self, PrimitiveId};
 use super::graph::{self, Placed};
+use super::instancing::Drawn;
 use super::texture::Textures;
 use super::{instancing, light, material, topology, variants};
 use crate::import::error::{LoadError, Warnings};
@@ -290,12 +291,9 @@ impl Instances<'_, '_> {
             Some(skin) => self.skin(scene, skin.value(), warnings)?,
             None => None,
         };
-        let placements = match instancing::count(self.doc, json) {
-            Some(_) => {
-                let all = instancing::placements(self.doc, index, warnings)?;
-                all.into_iter().map(Some).collect()
-            }
-            None => vec![None],
+        let copies = match instancing::count(self.doc, json) {
+            Some(_) => instancing::copies(self.doc, index, warnings)?,
+            None => vec![Drawn::default()],
         };
         let meshes = self.mesh_ids.get(&mesh).map_or(&[][..], Vec::as_slice);
         if let Some(skin) = skin.filter(|&s| self.fitted.insert((s, mesh))) {
@@ -307,11 +305,11 @@ impl Instances<'_, '_> {
                 warnings.add(format_args!("nodes[{index}].skin"), what);
             }
         }
-        for placement in placements {
+        for Drawn { placement, color } in copies {
             let name = json.name.as_ref().or(self.doc.root().meshes[mesh].name.as_ref());
             scene.objects.push(name.cloned().unwrap_or_default());
             let object = scene.objects.len() as u32;
-            let draw = |&mesh: &u32| Instance { node, mesh, object, placement, skin };
+            let draw = |&mesh: &u32| Instance { node, mesh, object, placement, skin, color };
             scene.instances.extend(meshes.iter().map(draw));
         }
         Ok(())

@@ -158,7 +158,7 @@ fn scene(
             super::tangents::generate(&mut mesh, &map.texture, &scene.source);
         }
         let (mesh_id, object) = (i as u32, key.object + 1);
-        scene.instances.push(Instance { node: 0, mesh: mesh_id, object, placement: None, skin: None });
+        scene.instances.push(Instance { node: 0, mesh: mesh_id, object, ..Instance::default() });
         scene.meshes.push(mesh);
     }
     (scene.images, scene.textures) = (images.images, images.textures);

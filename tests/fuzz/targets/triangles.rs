@@ -73,7 +73,7 @@ fn scene(u: &mut Unstructured) -> Result<Scene> {
         let local = Local::Matrix(moved * DAffine3::from_scale(DVec3::splat(f64::from(number(u)?))));
         let node = scene.nodes.len() as u32;
         scene.nodes.push(Node { local, visible: true, ..Node::default() });
-        scene.instances.push(Instance { node, mesh: 0, object: node + 1, placement: None, skin: None });
+        scene.instances.push(Instance { node, mesh: 0, object: node + 1, ..Instance::default() });
     }
     Ok(scene)
 }

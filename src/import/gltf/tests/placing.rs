@@ -52,6 +52,21 @@ fn instancing_makes_objects_of_copies() {
     assert_eq!((scene.objects.len(), warnings.len()), (2, 1));
 }
 
+/// As three.js writes them for an InstancedMesh.
+#[test]
+fn copies_have_colours_of_their_own() {
+    let mut fixture = Fixture::triangle();
+    let translation = fixture.vec3(&[[0.0; 3], [0.0, 0.0, 1.0]]);
+    let color = fixture.vec3(&[[1.0, 0.5, 0.0], [0.0, f32::NAN, 1.0]]);
+    fixture.json["nodes"][0]["extensions"] = json!({"EXT_mesh_gpu_instancing":
+        {"attributes": {"TRANSLATION": translation, "_COLOR_0": color}}});
+    let (scene, warnings) = fixture.load();
+    let colors: Vec<_> = scene.instances.iter().map(|i| i.color).collect();
+    assert_eq!(colors, [Some(Vec3::new(1.0, 0.5, 0.0)), Some(Vec3::new(0.0, 1.0, 1.0))]);
+    let place = "nodes[0].extensions.EXT_mesh_gpu_instancing.attributes._COLOR_0";
+    assert_eq!(warnings, [format!("{place}: 1 of its colours have numbers that are not finite, taken as 1")]);
+}
+
 #[test]
 fn instances_are_counted_before_they_are_made() {
     let mut fixture = Fixture::triangle();
