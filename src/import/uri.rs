@@ -131,8 +131,8 @@ impl Folder {
         }
         let relative = name.replace('\\', "/");
         let outside = "leads out of the scene's folder and was not read (--allow-outside would)";
-        let scheme = relative.split_once(':').is_some_and(|(s, _)| !s.is_empty() && !s.contains('/'));
-        if relative.contains("://") || (scheme && !self.allow_outside) {
+        // Without slashes a colon is a letter of a name, but for a drive's, which is a path's prefix where there are drives.
+        if relative.contains("://") {
             return refuse("is not a file beside the scene and was not read");
         }
         if self.allow_outside {
@@ -257,6 +257,18 @@ mod tests {
         }
         assert_eq!(folder.read_uri("DATA:;base64,aGk =", 100).unwrap(), b"hi");
         assert_eq!(folder.read_uri("data:,hi", 100).unwrap(), b"hi");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_colon_is_a_letter_of_a_name() {
+        let (dir, folder) = folder();
+        std::fs::write(dir.path().join("scene/c:d.png"), b"inside").unwrap();
+        for uri in ["c:d.png", "c%3Ad.png", "./c:d.png"] {
+            assert_eq!(folder.read_uri(uri, 100).unwrap(), b"inside", "{uri}");
+        }
+        let missing = folder.read_uri("c:e.png", 100).unwrap_err();
+        assert!(missing.text().starts_with("'c:e.png' cannot be read: "), "{missing:?}");
     }
 
     #[test]
