@@ -67,12 +67,15 @@ impl Folder {
         if trimmed.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")) {
             return decode_data_uri(trimmed, limit);
         }
-        let decoded = percent_decode_str(uri).decode_utf8_lossy().into_owned();
-        // The decoded name first; a file may also be named with a literal '%20'.
-        match self.read_file(&decoded, limit) {
-            Err(Unreadable::Missing(_)) if decoded != uri => self.read_file(uri, limit),
-            other => other,
-        }
+        let decode = |uri: &str| percent_decode_str(uri).decode_utf8_lossy().into_owned();
+        let instead = |name: String| {
+            move |why| {
+                if matches!(why, Unreadable::Missing(_)) { self.read_file(&name, limit) } else { Err(why) }
+            }
+        };
+        // The decoded name first; a file may also be named with a literal '%20', and '?v=3' be for a server.
+        let path = uri.split(['?', '#']).next().unwrap_or(uri);
+        self.read_file(&decode(uri), limit).or_else(instead(uri.into())).or_else(instead(decode(path)))
     }
 
     /// Reads a file by a relative path as files of any system write it.
@@ -257,6 +260,18 @@ mod tests {
         }
         assert_eq!(folder.read_uri("DATA:;base64,aGk =", 100).unwrap(), b"hi");
         assert_eq!(folder.read_uri("data:,hi", 100).unwrap(), b"hi");
+    }
+
+    #[test]
+    fn what_is_for_a_server_is_no_part_of_a_name_unless_a_file_has_it() {
+        let (dir, folder) = folder();
+        for uri in ["tex/a%20b.png?v=3", "tex/a b.png?v=3#top", "tex/a%20b.png#top"] {
+            assert_eq!(folder.read_uri(uri, 100).unwrap(), b"inside", "{uri}");
+        }
+        std::fs::write(dir.path().join("scene/tex/a b.png#top"), b"own").unwrap();
+        assert_eq!(folder.read_uri("tex/a%20b.png#top", 100).unwrap(), b"own");
+        let missing = folder.read_uri("none.png?v=3", 100).unwrap_err();
+        assert!(missing.text().starts_with("'none.png' cannot be read: "), "{missing:?}");
     }
 
     #[test]
