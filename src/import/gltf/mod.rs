@@ -19,6 +19,7 @@ mod instancing;
 mod light;
 mod material;
 mod meshopt;
+mod nonfinite;
 mod pointer;
 mod references;
 mod registry;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use ::gltf::json::Root;
 use serde_json::{Map, Value, json};
 
-use super::{references, values};
+use super::{nonfinite, references, values};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::uri::printable;
 
@@ -34,7 +34,7 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
     if matches!(text, std::borrow::Cow::Owned(_)) {
         warnings.add("JSON", "bytes that are not UTF-8 were replaced");
     }
-    let mut value: Value = serde_json::from_str(&text).map_err(|e| {
+    let mut value = read(&text, warnings).map_err(|e| {
         let place = format!("JSON, line {} column {}", e.line(), e.column());
         let what = e.to_string();
         LoadError::parse(place, what.split(" at line ").next().unwrap_or(&what))
@@ -58,6 +58,18 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
         LoadError::parse(path, e.into_inner())
     })?;
     Ok(Json { root, pointers })
+}
+
+/// Reads JSON; text that is none once more without the numbers that JSON has not.
+fn read(text: &str, warnings: &mut Warnings) -> serde_json::Result<Value> {
+    serde_json::from_str(text).or_else(|error| match nonfinite::as_null(text) {
+        (_, 0) => Err(error),
+        (mended, count) => {
+            warnings
+                .add("JSON", format_args!("{count} NaN or Infinity, which JSON has not, were read as null"));
+            serde_json::from_str(&mended)
+        }
+    })
 }
 
 /// Judges `asset.version`, and supplies it where it is missing or a number.
@@ -289,6 +301,15 @@ mod tests {
             "scene: 7 integers are written as floats, and were read as integers",
         ];
         assert_eq!(warnings, said);
+    }
+
+    #[test]
+    fn numbers_that_json_has_not_are_null() {
+        let text = r#"{"asset":{"version":"2.0","extras":{"quality":NaN}},"accessors":[{"count":1,
+            "componentType":5126,"type":"SCALAR","max":[Infinity],"min":[-Infinity]}]}"#;
+        let (json, warnings) = read(text);
+        assert_eq!(json.unwrap().root.accessors.len(), 1);
+        assert_eq!(warnings, ["JSON: 3 NaN or Infinity, which JSON has not, were read as null"]);
     }
 
     #[test]
