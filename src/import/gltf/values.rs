@@ -13,6 +13,27 @@ type Object = Map<String, Value>;
 
 /// Tells them, and mends those that the readers would not understand.
 pub(super) fn mend(root: &mut Value, warnings: &mut Warnings) {
+    if let Some(root) = root.as_object_mut() {
+        index(root, "scene", "scene", warnings);
+    }
+    for (list, key) in INDICES {
+        for (i, object) in items(root, list) {
+            index(object, key, format_args!("{list}[{i}].{key}"), warnings);
+        }
+    }
+    for (i, mesh) in items(root, "meshes") {
+        let primitives = mesh.get_mut("primitives").and_then(Value::as_array_mut).into_iter().flatten();
+        for (j, object) in primitives.enumerate().filter_map(|(j, p)| Some((j, p.as_object_mut()?))) {
+            for key in ["indices", "material"] {
+                index(object, key, format_args!("meshes[{i}].primitives[{j}].{key}"), warnings);
+            }
+        }
+    }
+    for (list, key) in FLAGS {
+        for (i, object) in items(root, list) {
+            flag(object, key, &format!("{list}[{i}]"), warnings);
+        }
+    }
     let targets: Vec<usize> = items(root, "meshes").map(|(_, mesh)| morph_targets(mesh)).collect();
     for (i, mesh) in items(root, "meshes") {
         still_attributes(mesh, &format!("meshes[{i}]"), warnings);
@@ -55,6 +76,36 @@ pub(super) fn mend(root: &mut Value, warnings: &mut Warnings) {
         for (i, object) in items(lights, "lights") {
             light(object, &format!("extensions.KHR_lights_punctual.lights[{i}]"), warnings);
         }
+    }
+}
+
+/// Indices that an object can do without: some write −1 for none.
+const INDICES: [(&str, &str); 8] = [
+    ("nodes", "mesh"),
+    ("nodes", "skin"),
+    ("nodes", "camera"),
+    ("images", "bufferView"),
+    ("textures", "source"),
+    ("textures", "sampler"),
+    ("skins", "inverseBindMatrices"),
+    ("skins", "skeleton"),
+];
+
+fn index(object: &mut Object, key: &str, place: impl std::fmt::Display, warnings: &mut Warnings) {
+    if object.get(key).and_then(Value::as_i64).is_some_and(|i| i < 0) {
+        warnings.add(place, "is below zero; taken as none");
+        object.remove(key);
+    }
+}
+
+/// What is true or false, and some write as 1 or 0.
+const FLAGS: [(&str, &str); 2] = [("materials", "doubleSided"), ("accessors", "normalized")];
+
+fn flag(object: &mut Object, key: &str, place: &str, warnings: &mut Warnings) {
+    if let Some(number) = number(object, key) {
+        let meant = number != 0.0;
+        warnings.add(format_args!("{place}.{key}"), format_args!("{number} is a number; taken as {meant}"));
+        object.insert(key.into(), json!(meant));
     }
 }
 
@@ -193,8 +244,10 @@ mod tests {
         let (mended, words) = told(json!({
             "nodes": [{"rotation": [0, 0, 0, 0], "weights": [1, 1], "mesh": 0},
                 {"extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"_ID": 0}}}}],
-            "meshes": [{"weights": [], "primitives": [{"targets": [{"POSITION": 0, "COLOR_0": 0, "_X": 0}]}]}],
-            "materials": [{"alphaMode": "blend"}],
+            "meshes": [{"weights": [], "primitives": [{"material": -1,
+                "targets": [{"POSITION": 0, "COLOR_0": 0, "_X": 0}]}]}],
+            "materials": [{"alphaMode": "blend"}, {"doubleSided": 1}],
+            "textures": [{"sampler": -1, "source": 0}],
             "samplers": [{"wrapS": 5}],
             "animations": [{"samplers": [{}, {"interpolation": "SMOOTH"}]}],
             "cameras": [{"perspective": {"znear": -1, "zfar": 0}}],
@@ -205,6 +258,9 @@ mod tests {
         assert_eq!(
             words,
             [
+                "textures[0].sampler: is below zero; taken as none",
+                "meshes[0].primitives[0].material: is below zero; taken as none",
+                "materials[1].doubleSided: 1 is a number; taken as true",
                 "meshes[0].primitives[0].targets: COLOR_0 does not morph, and stays as the mesh has it",
                 "meshes[0].weights: 0 for 1 morph targets; the last are taken as 0",
                 "nodes[0].weights: 2 for 1 morph targets; the last have no effect",
@@ -227,7 +283,8 @@ mod tests {
                 ),
             ]
         );
-        assert_eq!(mended["materials"][0]["alphaMode"], "OPAQUE");
+        assert_eq!(mended["materials"], json!([{"alphaMode": "OPAQUE"}, {"doubleSided": true}]));
+        assert_eq!(mended["textures"], json!([{"source": 0}]));
         assert_eq!(mended["samplers"][0]["wrapS"], 10497);
         assert_eq!(mended["animations"][0]["samplers"][1]["interpolation"], "LINEAR");
         assert_eq!(mended["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"], 0);
