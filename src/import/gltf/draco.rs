@@ -65,6 +65,10 @@ pub(super) fn decode(
     let extension = extension(json).unwrap_or(&Value::Null);
     let view = extension.get("bufferView").and_then(Value::as_u64);
     let view = view.ok_or_else(|| wrong("names no bufferView".into()))?;
+    let ids = extension.get("attributes").and_then(Value::as_object).filter(|ids| !ids.is_empty());
+    // Without any, encoders know of no vertices, and cut indices to eight bits.
+    let ids =
+        ids.ok_or_else(|| wrong("names no attributes: save the file without Draco compression".into()))?;
     let bytes = doc.view(view as usize)?.bytes;
     // Room for a dozen attributes of four floats each.
     let limits = DecodeLimits::default()
@@ -85,8 +89,7 @@ pub(super) fn decode(
         return Err(wrong(format!("the Draco stream names a vertex past its {count}")));
     }
     let mut attributes = HashMap::new();
-    let ids = extension.get("attributes").and_then(Value::as_object).filter(|ids| !ids.is_empty());
-    for (name, id) in ids.ok_or_else(|| wrong("names no attributes".into()))? {
+    for (name, id) in ids {
         let id = id.as_u64().and_then(|id| u32::try_from(id).ok());
         let attribute = id.and_then(|id| mesh.attribute_by_unique_id(id));
         let attribute = attribute.ok_or_else(|| wrong(format!("the Draco stream has no {name}")))?;

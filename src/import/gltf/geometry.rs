@@ -2,6 +2,7 @@
 
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
+use ::gltf::json::{self as gltf, Index};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::accessor::{Accessor, Pick};
@@ -128,9 +129,12 @@ fn unpack(
     match draco::decode(doc, json, place, size(doc, json)) {
         Ok(packed) => Ok(Some(packed)),
         Err(error) => {
+            let stored = |index: &Index<gltf::Accessor>| {
+                let accessor = doc.root().accessors.get(index.value());
+                accessor.is_some_and(|a| a.buffer_view.is_some() || a.sparse.is_some())
+            };
             let positions = json.attributes.get(&Checked::Valid(Semantic::Positions));
-            let positions = positions.and_then(|i| doc.root().accessors.get(i.value()));
-            if positions.is_none_or(|a| a.buffer_view.is_none()) {
+            if !positions.is_some_and(stored) || !json.indices.as_ref().is_none_or(stored) {
                 return Err(error);
             }
             warnings.add(place, format_args!("{error}; the uncompressed data is used"));
@@ -314,7 +318,7 @@ impl<'d> Attributes<'_, 'd> {
         let json = &self.doc.root().meshes[id.mesh];
         let names = json.extras.as_ref().map_or_else(Vec::new, |e| target_names(e.get()));
         for (i, target) in self.json.targets.iter().flatten().enumerate() {
-            let mut read = |index: Option<::gltf::json::Index<_>>, name: &str, wanted: bool| {
+            let mut read = |index: Option<Index<_>>, name: &str, wanted: bool| {
                 let Some(index) = index.filter(|_| wanted) else { return Ok(Vec::new()) };
                 let place = format!("{}.targets[{i}].{name}", self.place);
                 let accessor = Accessor::open(self.doc, index.value(), warnings)?;

@@ -196,3 +196,24 @@ fn attributes_that_do_not_fit_are_left_out() {
     assert!(scene.meshes[0].normals.is_empty() && scene.meshes[0].uvs.is_empty());
     assert_eq!(warnings.len(), 2, "{warnings:?}");
 }
+
+/// Encoders write such streams where every attribute is sparse, with indices cut to eight bits.
+#[test]
+fn a_draco_stream_without_attributes_is_replaced_by_what_the_file_stores() {
+    let mut fixture = Fixture::triangle();
+    fixture.primitive()["extensions"] =
+        json!({"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}});
+    let indices = fixture.indices(&[0, 1, 2]);
+    fixture.primitive()["indices"] = json!(indices);
+    let (indices, values) = (fixture.view(&[1]), fixture.view(&bytes_of(&[2.0f32, 0.0, 0.0])));
+    fixture.json["accessors"][0]["sparse"] = json!({"count": 1,
+        "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}});
+    fixture.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+    let (scene, warnings) = fixture.load();
+    assert_eq!(scene.meshes[0].positions[1], Vec3::new(2.0, 0.0, 0.0));
+    assert!(warnings[0].ends_with("; the uncompressed data is used"), "{warnings:?}");
+    // Nothing is stored of the indices but how many there are.
+    fixture.json["accessors"][2].as_object_mut().unwrap().remove("bufferView");
+    let error = fixture.error();
+    assert!(error.ends_with("names no attributes: save the file without Draco compression"), "{error}");
+}
