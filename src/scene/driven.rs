@@ -13,6 +13,12 @@ use super::{
 pub enum MaterialField {
     /// Base colour and alpha (4 numbers).
     Base,
+    /// The same of a material of specular and glossiness.
+    Diffuse,
+    /// Its specular colour (3 numbers).
+    SpecularF0,
+    /// Its glossiness factor.
+    Glossiness,
     /// The metallic factor.
     Metallic,
     /// The roughness factor.
@@ -48,6 +54,10 @@ pub enum MaterialField {
 pub enum Slot {
     /// Base colour and alpha.
     Base,
+    /// The same of a material of specular and glossiness.
+    Diffuse,
+    /// Its specular colour and glossiness.
+    SpecularGlossiness,
     /// Metallic and roughness.
     MetallicRoughness,
     /// Normal map.
@@ -100,8 +110,8 @@ impl MaterialField {
     /// How many numbers it is.
     pub fn width(self) -> usize {
         match self {
-            MaterialField::Base => 4,
-            MaterialField::Emission | MaterialField::SpecularColor => 3,
+            MaterialField::Base | MaterialField::Diffuse => 4,
+            MaterialField::Emission | MaterialField::SpecularColor | MaterialField::SpecularF0 => 3,
             MaterialField::Offset(_) | MaterialField::Scale(_) => 2,
             _ => 1,
         }
@@ -121,7 +131,11 @@ impl Material {
         let at = |i: usize| v.get(i).copied().unwrap_or(0.0) as f32;
         let vec3 = || Vec3::new(at(0), at(1), at(2));
         match field {
-            MaterialField::Base => (self.base.factor, self.alpha.factor) = (vec3(), at(3)),
+            MaterialField::Base | MaterialField::Diffuse => {
+                if self.is_glossy() == (field == MaterialField::Diffuse) {
+                    (self.base.factor, self.alpha.factor) = (vec3(), at(3));
+                }
+            }
             MaterialField::AlphaCutoff => {
                 if let AlphaMode::Mask(cutoff) = &mut self.alpha_mode {
                     *cutoff = at(0);
@@ -141,28 +155,21 @@ impl Material {
             }
             MaterialField::Rotation(slot) => self.slot(slot, |t| t.transform.set_rotation(at(0))),
             MaterialField::Scale(slot) => self.slot(slot, |t| t.transform.set_scale(Vec2::new(at(0), at(1)))),
-            _ => {
-                let Reflectance::MetallicRoughness { metallic, roughness, dielectric } =
-                    &mut self.reflectance
-                else {
-                    return;
-                };
-                match field {
-                    MaterialField::Metallic => metallic.factor = at(0),
-                    MaterialField::Roughness => roughness.factor = at(0),
-                    MaterialField::Ior => dielectric.ior = at(0),
-                    MaterialField::Specular => dielectric.specular.factor = at(0),
-                    _ => dielectric.specular_color.factor = vec3(),
-                }
-            }
+            _ => self.reflectance.drive(field, vec3()),
         }
+    }
+
+    /// A material that the metallic-roughness fields beside it in the file say nothing about.
+    fn is_glossy(&self) -> bool {
+        matches!(self.reflectance, Reflectance::SpecularGlossiness { .. })
     }
 
     /// Changes the textures of a slot.
     fn slot(&mut self, slot: Slot, change: impl Fn(&mut TextureRef)) {
+        let base = if self.is_glossy() { Slot::Diffuse } else { Slot::Base };
         let scalar = |input: &mut ScalarInput| input.texture.iter_mut().for_each(|(t, _)| change(t));
         match (slot, &mut self.reflectance) {
-            (Slot::Base, _) => self.base.texture.iter_mut().for_each(&change),
+            (slot, _) if slot == base => self.base.texture.iter_mut().for_each(&change),
             (Slot::Normal, _) => self.normal.iter_mut().for_each(|n| change(&mut n.texture)),
             (Slot::Occlusion, _) => scalar(&mut self.occlusion),
             (Slot::Emission, _) => self.emission.texture.iter_mut().for_each(&change),
@@ -171,6 +178,10 @@ impl Material {
                 scalar(metallic);
                 scalar(roughness);
             }
+            (Slot::SpecularGlossiness, Reflectance::SpecularGlossiness { specular, glossiness }) => {
+                specular.texture.iter_mut().for_each(&change);
+                scalar(glossiness);
+            }
             (Slot::Specular, Reflectance::MetallicRoughness { dielectric, .. }) => {
                 scalar(&mut dielectric.specular);
             }
@@ -178,6 +189,29 @@ impl Material {
                 dielectric.specular_color.texture.iter_mut().for_each(&change);
             }
             _ => {}
+        }
+    }
+}
+
+impl Reflectance {
+    /// Sets a field of three numbers, or to the first of them.
+    fn drive(&mut self, field: MaterialField, v: Vec3) {
+        use MaterialField as F;
+        match self {
+            Reflectance::MetallicRoughness { metallic, roughness, dielectric } => match field {
+                F::Metallic => metallic.factor = v.x,
+                F::Roughness => roughness.factor = v.x,
+                F::Ior => dielectric.ior = v.x,
+                F::Specular => dielectric.specular.factor = v.x,
+                F::SpecularColor => dielectric.specular_color.factor = v,
+                _ => {}
+            },
+            Reflectance::SpecularGlossiness { specular, glossiness } => match field {
+                F::SpecularF0 => specular.factor = v,
+                F::Glossiness => glossiness.factor = v.x,
+                _ => {}
+            },
+            Reflectance::Mtl(_) | Reflectance::Unlit => {}
         }
     }
 }
@@ -216,5 +250,31 @@ impl FileCamera {
             (CameraField::Zfar, _) => self.zfar = if v > self.znear { v } else { f64::INFINITY },
             _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::ColorInput;
+
+    #[test]
+    fn fields_of_the_other_workflow_change_nothing() {
+        let glossy = Reflectance::SpecularGlossiness {
+            specular: ColorInput::new(Vec3::ONE),
+            glossiness: ScalarInput::new(1.0),
+        };
+        let mut material = Material { reflectance: glossy, ..Material::default() };
+        let before = format!("{material:?}");
+        for field in [MaterialField::Base, MaterialField::Roughness, MaterialField::SpecularColor] {
+            material.drive(field, &[0.5; 4]);
+        }
+        assert_eq!(format!("{material:?}"), before);
+        material.drive(MaterialField::SpecularF0, &[0.25; 3]);
+        material.drive(MaterialField::Glossiness, &[0.5]);
+        let Reflectance::SpecularGlossiness { specular, glossiness } = &material.reflectance else {
+            panic!()
+        };
+        assert_eq!((specular.factor, glossiness.factor), (Vec3::splat(0.25), 0.5));
     }
 }

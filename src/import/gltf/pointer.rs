@@ -42,6 +42,8 @@ fn index(text: &str) -> Option<usize> {
     text.parse().ok()
 }
 
+const GLOSSY: &str = "KHR_materials_pbrSpecularGlossiness";
+
 fn material(field: &[&str]) -> Option<MaterialField> {
     use MaterialField as F;
     Some(match *field {
@@ -57,6 +59,9 @@ fn material(field: &[&str]) -> Option<MaterialField> {
         ["extensions", "KHR_materials_specular", "specularFactor"] => F::Specular,
         ["extensions", "KHR_materials_specular", "specularColorFactor"] => F::SpecularColor,
         ["extensions", "KHR_materials_transmission", "transmissionFactor"] => F::Transmission,
+        ["extensions", GLOSSY, "diffuseFactor"] => F::Diffuse,
+        ["extensions", GLOSSY, "specularFactor"] => F::SpecularF0,
+        ["extensions", GLOSSY, "glossinessFactor"] => F::Glossiness,
         [ref slot @ .., "extensions", "KHR_texture_transform", part] => {
             let slot = self::slot(slot)?;
             match part {
@@ -80,6 +85,8 @@ fn slot(path: &[&str]) -> Option<Slot> {
         ["extensions", "KHR_materials_specular", "specularTexture"] => Slot::Specular,
         ["extensions", "KHR_materials_specular", "specularColorTexture"] => Slot::SpecularColor,
         ["extensions", "KHR_materials_transmission", "transmissionTexture"] => Slot::Transmission,
+        ["extensions", GLOSSY, "diffuseTexture"] => Slot::Diffuse,
+        ["extensions", GLOSSY, "specularGlossinessTexture"] => Slot::SpecularGlossiness,
         _ => return None,
     })
 }

@@ -124,6 +124,25 @@ fn pointers() {
     }
 }
 
+/// What such a material says of metallic and roughness is for readers that do not know the extension.
+#[test]
+fn pointers_into_specular_and_glossiness() {
+    let mut fixture = animated("pointer", "STEP", "VEC4", 4, &[0.25, 0.25, 0.25, 0.5].repeat(2));
+    let glossy = "KHR_materials_pbrSpecularGlossiness";
+    fixture.push("materials", json!({"extensions": {glossy: {}}}));
+    fixture.primitive()["material"] = json!(0);
+    let mut driven = |pointer: &str| {
+        fixture.json["animations"][0]["channels"][0]["target"] = json!({"path": "pointer",
+            "extensions": {"KHR_animation_pointer": {"pointer": format!("/materials/0/{pointer}")}}});
+        let (scene, warnings) = fixture.load();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let posed = pose(&scene, &PoseSettings { time: 1.0, ..PoseSettings::default() }).unwrap();
+        (posed.materials[0].base.factor, posed.materials[0].alpha.factor)
+    };
+    assert_eq!(driven("pbrMetallicRoughness/baseColorFactor"), (Vec3::ONE, 1.0));
+    assert_eq!(driven(&format!("extensions/{glossy}/diffuseFactor")), (Vec3::splat(0.25), 0.5));
+}
+
 fn skinned() -> Fixture {
     let mut fixture = Fixture::triangle();
     let joints = fixture.accessor(5121, "VEC4", 3, &[0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
