@@ -14,6 +14,8 @@ use super::error::LoadError;
 #[derive(Debug)]
 pub(crate) struct Folder {
     path: PathBuf,
+    /// The scene's own name, without what says its format.
+    scene: String,
     allow_outside: bool,
     /// Names of files that were looked for, there or not.
     asked: Mutex<BTreeSet<String>>,
@@ -58,7 +60,13 @@ impl Folder {
     pub fn of(scene: &Path, allow_outside: bool) -> Folder {
         let parent = scene.parent().filter(|p| !p.as_os_str().is_empty());
         let path = parent.unwrap_or(Path::new(".")).to_path_buf();
-        Folder { path, allow_outside, asked: Mutex::default() }
+        let scene = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Folder { path, scene, allow_outside, asked: Mutex::default() }
+    }
+
+    /// What a file is called that goes with the scene and is named as it is.
+    pub fn namesake(&self, extension: &str) -> String {
+        format!("{}.{extension}", self.scene)
     }
 
     /// Reads what a glTF URI names: a data URI, or a file by its percent-encoded relative path.

@@ -182,6 +182,33 @@ fn materials_without_any_mtl_are_told_once() {
     assert_eq!(warnings, ["the file names 2 materials and no MTL: they are shown matte white"]);
 }
 
+/// Files that were renamed together, and files that name none: Blender asks the namesake, too.
+#[test]
+fn an_mtl_named_as_the_obj_has_what_others_lack() {
+    let faces = format!("{SQUARE}usemtl m\nf 1 2 3\nusemtl n\nf 1 3 4\n");
+    let green: (&str, &[u8]) = ("scene.mtl", b"newmtl m\nKd 0 1 0\nnewmtl n\nKd 0 1 0\nwhat 1\n");
+    for (line, other, told) in [
+        ("mtllib untitled.mtl\n", "", "MTL 'untitled.mtl' cannot be read"),
+        ("", "", "the file names no MTL: 'scene.mtl'"),
+        ("mtllib a.mtl\n", "newmtl other\n", "'scene.mtl', which is named as the OBJ, is read"),
+        ("mtllib a.mtl\n", "newmtl m\nKd 1 0 0\n", "'scene.mtl', which is named as the OBJ, is read"),
+    ] {
+        let obj = format!("{line}{faces}");
+        let (scene, warnings) = read(&obj, &[("a.mtl", other.as_bytes()), green]).unwrap();
+        let first = if other.contains("newmtl m") { Rgb::X } else { Rgb::Y };
+        let colors: Vec<Rgb> = scene.materials.iter().map(|m| m.base.factor).collect();
+        assert_eq!(colors, [first, Rgb::Y], "{warnings:?}");
+        assert!(warnings.len() == 2 && warnings.iter().any(|w| w.contains(told)), "{warnings:?}");
+        // One that has none of them is not asked further.
+        let (_, warnings) = read(&obj, &[("scene.mtl", b"newmtl strange\nwhat 1\n")]).unwrap();
+        assert!(warnings.len() == 1 && warnings[0].ends_with("matte white"), "{warnings:?}");
+    }
+    // Where nothing is lacking, it has no say, nor a word.
+    let files: [(&str, &[u8]); 2] = [("a.mtl", b"newmtl m\nnewmtl n\n"), green];
+    let (scene, warnings) = read(format!("mtllib a.mtl\n{faces}"), &files).unwrap();
+    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::ONE, "{warnings:?}");
+}
+
 #[test]
 fn decoded_textures_are_limited_by_their_headers_and_their_depth() {
     let mut deep = std::io::Cursor::new(Vec::new());

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::super::LoadOptions;
+use super::super::Limits;
 use super::super::error::Warnings;
 use super::super::uri::{Folder, printable};
 use super::mtl::{self, Mtl};
@@ -14,19 +14,59 @@ pub(super) struct Libraries {
     all: Vec<Mtl>,
     /// Names as written, without quotes, and in lower case, in the order in which they are asked.
     by_name: [HashMap<String, usize>; 3],
-    /// False where an MTL was missing: no wonder if materials are.
-    pub complete: bool,
+    /// What the MTL has that is named as the OBJ: asked for what all others lack.
+    namesake: Option<Box<Libraries>>,
 }
 
 impl Libraries {
-    /// Reads what `mtllib` lines name. What is missing costs a warning.
+    /// Reads what `mtllib` lines name and, as Blender does, the MTL that is named as the OBJ where that
+    /// leaves some of its `materials` out. What is missing costs a warning.
     pub fn read(
         lines: &[String],
+        materials: &[String],
         folder: &Folder,
-        options: &LoadOptions,
+        limits: &Limits,
         warnings: &mut Warnings,
     ) -> Libraries {
-        let mut out = Libraries { complete: true, ..Default::default() };
+        let mut out = Libraries::default();
+        let missing = out.read_named(lines, folder, limits, warnings);
+        let namesake = folder.namesake("mtl");
+        let found = out.read_namesake(&namesake, &out.lacking(materials), folder, limits, warnings);
+        let namesake = format!("'{}', which is named as the OBJ, is read", printable(&namesake));
+        let instead = format!("{namesake} instead");
+        let then = if found { instead.as_str() } else { "its materials are shown matte white" };
+        for why in &missing {
+            warnings.add("", format!("MTL {why}; {then}"));
+        }
+        let lacking = out.lacking(materials);
+        if lines.is_empty() && found {
+            warnings.add("", format!("the file names no MTL: {namesake}"));
+        } else if lines.is_empty() && !lacking.is_empty() {
+            let count = lacking.len();
+            let what = format!("the file names {count} materials and no MTL: they are shown matte white");
+            warnings.add("", what);
+        } else if missing.is_empty() && found {
+            warnings.add("", format!("{namesake} for materials that the MTL lacks"));
+        }
+        // Where an MTL is missing, it is no wonder if materials are.
+        if found || missing.is_empty() && !lines.is_empty() {
+            for name in lacking {
+                let name = printable(name);
+                warnings.add("", format!("material '{name}' is not in the MTL: shown matte white"));
+            }
+        }
+        out
+    }
+
+    /// Reads what `mtllib` lines name. Returns what could not be read, and why.
+    fn read_named(
+        &mut self,
+        lines: &[String],
+        folder: &Folder,
+        limits: &Limits,
+        warnings: &mut Warnings,
+    ) -> Vec<String> {
+        let mut all_missing = Vec::new();
         // A file that is named a thousand times is read once.
         let mut known: HashMap<String, Result<(), String>> = HashMap::new();
         for line in lines {
@@ -34,30 +74,61 @@ impl Libraries {
                 if let Some(outcome) = known.get(name) {
                     return outcome.clone().map(|()| None);
                 }
-                let bytes = textures::find(folder, "", name, options.limits.file_bytes);
+                let bytes = textures::find(folder, "", name, limits.file_bytes);
                 let bytes = bytes.map_err(|e| e.text().to_string());
                 known.insert(name.to_string(), bytes.as_ref().map(drop).map_err(String::clone));
                 Ok(Some((name.to_string(), bytes?)))
             };
             let (found, missing) = named(line, read);
             for (name, bytes) in found.into_iter().flatten() {
-                let (text, guessed) = text::decode(&bytes);
-                let place = printable(&name);
-                if guessed {
-                    warnings.add(&place, "the text is not UTF-8: read as Windows-1252");
-                }
-                let unified = name.replace('\\', "/");
-                let beside = unified.rsplit_once('/').map_or("", |(folder, _)| folder);
-                for material in mtl::parse(&text, &place, beside, warnings) {
-                    out.add(material, &place, warnings);
-                }
+                self.parse(&name, &bytes, warnings);
             }
-            for why in missing {
-                out.complete = false;
-                warnings.add("", format!("MTL {why}; its materials are shown matte white"));
-            }
+            all_missing.extend(missing);
         }
-        out
+        all_missing
+    }
+
+    /// Reads the MTL of that name if it has any of the materials that are `lacking`: then true.
+    fn read_namesake(
+        &mut self,
+        name: &str,
+        lacking: &[&str],
+        folder: &Folder,
+        limits: &Limits,
+        warnings: &mut Warnings,
+    ) -> bool {
+        if lacking.is_empty() {
+            return false;
+        }
+        let Ok(bytes) = textures::find_named(folder, "", name, limits.file_bytes) else { return false };
+        let (mut namesake, mut told) = (Libraries::default(), Warnings::default());
+        namesake.parse(name, &bytes, &mut told);
+        if lacking.iter().all(|name| namesake.material(name).is_none()) {
+            return false;
+        }
+        warnings.extend(told);
+        self.namesake = Some(Box::new(namesake));
+        true
+    }
+
+    /// Which of these materials have a name and are in no MTL.
+    fn lacking<'a>(&self, materials: &'a [String]) -> Vec<&'a str> {
+        let names = materials.iter().map(String::as_str);
+        names.filter(|name| !name.is_empty() && self.material(name).is_none()).collect()
+    }
+
+    /// Adds the materials of an MTL.
+    fn parse(&mut self, name: &str, bytes: &[u8], warnings: &mut Warnings) {
+        let (text, guessed) = text::decode(bytes);
+        let place = printable(name);
+        if guessed {
+            warnings.add(&place, "the text is not UTF-8: read as Windows-1252");
+        }
+        let unified = name.replace('\\', "/");
+        let beside = unified.rsplit_once('/').map_or("", |(folder, _)| folder);
+        for material in mtl::parse(&text, &place, beside, warnings) {
+            self.add(material, &place, warnings);
+        }
     }
 
     /// Adds a material. One that is given again counts as given last, as in other programs.
@@ -85,7 +156,8 @@ impl Libraries {
             let found = exact.get(name).or_else(|| bare.get(unquoted));
             self.all.get(*found.or_else(|| lower.get(&unquoted.to_lowercase()))?)
         };
-        text::readings(name).find_map(find)
+        let namesake = || self.namesake.as_ref()?.material(name);
+        text::readings(name).find_map(find).or_else(namesake)
     }
 }
 
@@ -152,7 +224,7 @@ mod tests {
         let folder = Folder::of(&dir.path().join("a.obj"), false);
         let lines = ["a.mtl a.mtl b.mtl", "a.mtl", "b.mtl a.mtl", "b.mtl b.mtl b.mtl"].map(String::from);
         let mut warnings = Warnings::default();
-        let libraries = Libraries::read(&lines, &folder, &LoadOptions::default(), &mut warnings);
+        let libraries = Libraries::read(&lines, &[], &folder, &Limits::default(), &mut warnings);
         assert_eq!(libraries.all.len(), 1);
         // Neither is a material given again, nor is the missing one told twice.
         let told = warnings.into_vec();

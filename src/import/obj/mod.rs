@@ -104,22 +104,10 @@ fn scene(
         return Err(LoadError::invalid("OBJ", "no faces: there is nothing to draw"));
     }
     colors::to_linear(&mut parsed.colors, &mut warnings);
-    let libraries = Libraries::read(&parsed.libraries, folder, options, &mut warnings);
+    let libraries =
+        Libraries::read(&parsed.libraries, &parsed.materials, folder, &options.limits, &mut warnings);
     let used: Vec<Option<&Mtl>> = parsed.materials.iter().map(|name| libraries.material(name)).collect();
     let mtls: Vec<&Mtl> = used.iter().flatten().copied().collect();
-    let lacking = parsed.materials.iter().zip(&used).filter(|(name, mtl)| mtl.is_none() && !name.is_empty());
-    if parsed.libraries.is_empty() {
-        let lacking = lacking.count();
-        if lacking > 0 {
-            let what = format!("the file names {lacking} materials and no MTL: they are shown matte white");
-            warnings.add("", what);
-        }
-    } else if libraries.complete {
-        for (name, _) in lacking {
-            let name = printable(name);
-            warnings.add("", format!("material '{name}' is not in the MTL: shown matte white"));
-        }
-    }
     let mut images = Library::load(&mtls, folder, &options.limits, budget, &mut warnings)?;
 
     let mut scene = Scene {

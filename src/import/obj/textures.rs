@@ -27,8 +27,13 @@ pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Res
     whole.or_else(|error| shorter().ok_or(error))
 }
 
-/// By its name as written, beside the MTL, beside the OBJ, and by its base name in both.
-fn find_named(folder: &Folder, beside: &str, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
+/// Reads a file by its name as written, beside the MTL, beside the OBJ, and by its base name in both.
+pub(super) fn find_named(
+    folder: &Folder,
+    beside: &str,
+    name: &str,
+    limit: u64,
+) -> Result<Vec<u8>, Unreadable> {
     let unified = name.replace('\\', "/");
     let base = unified.rsplit('/').next().unwrap_or(&unified).to_string();
     let join = |folder: &str, name: &str| {
