@@ -285,6 +285,23 @@ fn blender_shows_colours_over_black_where_alpha_is_not_used() {
     }
 }
 
+/// Maya writes Kd 0 beside a map_Kd, others the like: it hides no map that is there.
+#[test]
+fn a_factor_of_0_beside_a_map_that_was_read_is_none() {
+    let of = |mtl: &str| with_mtl(&format!("newmtl m\n{mtl}"));
+    let (m, warnings) = of("Kd 0 0 0\nmap_Kd tex/t 1.png\nKe 0 0 0\nmap_Ke tex/t 1.png\n");
+    assert_eq!((m.base.factor, m.emission.factor, warnings.len()), (Rgb::ONE, Rgb::ONE, 0), "{warnings:?}");
+    let (m, warnings) = of("Pm 0\nmap_Pm tex/t 1.png\nPr 0\nmap_Pr tex/t 1.png\n");
+    let Reflectance::MetallicRoughness { metallic, roughness, .. } = m.reflectance else { panic!("{m:?}") };
+    assert_eq!((metallic.factor, roughness.factor, warnings.len()), (1.0, 1.0, 0), "{warnings:?}");
+    // Without the map it is black, and so is the lecture's product of Ks and its map.
+    let (m, _) = of("Kd 0 0 0\nmap_Kd gone.png\nKe 0 0 0\nKs 0 0 0\nmap_Ks tex/t 1.png\nNs 9\n");
+    let Reflectance::Mtl(mtl) = m.reflectance else { panic!("{m:?}") };
+    assert_eq!((m.base.factor, m.emission.factor, mtl.specular.factor), (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO));
+    // Any other factor counts.
+    assert_eq!(of("Kd 0 .5 0\nmap_Kd tex/t 1.png\n").0.base.factor, Rgb::new(0.0, 0.5, 0.0));
+}
+
 /// Leaves: one picture with colours and alpha. Where alpha is 0, its colours have no say.
 #[test]
 fn a_picture_that_is_its_own_alpha_is_read_as_one() {

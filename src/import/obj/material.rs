@@ -11,7 +11,7 @@ use super::textures::{Library, has_alpha, looks_like_normals};
 use crate::geometry::Rgb;
 use crate::scene::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
-    ScalarInput,
+    ScalarInput, TextureRef,
 };
 
 /// What faces without a material get: matte white.
@@ -25,12 +25,11 @@ pub(super) fn default_material() -> Material {
 
 /// The scene's material for an MTL's.
 pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Material {
-    let kd = mtl.kd.unwrap_or(Rgb::ONE);
-    let base = ColorInput { factor: kd, texture: library.color(mtl, mtl.map_kd.as_ref()) };
-    let emission = ColorInput {
-        factor: mtl.ke.unwrap_or(if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO }),
-        texture: library.texture(mtl, mtl.map_ke.as_ref()),
-    };
+    let texture = library.color(mtl, mtl.map_kd.as_ref());
+    let base = ColorInput { factor: beside(mtl.kd, &texture).unwrap_or(Rgb::ONE), texture };
+    let texture = library.texture(mtl, mtl.map_ke.as_ref());
+    let unsaid = if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO };
+    let emission = ColorInput { factor: beside(mtl.ke, &texture).unwrap_or(unsaid), texture };
     let (mut alpha, alpha_mode) = alpha(mtl, library, warnings);
     // One picture with both: then colours that alpha hides have no say in their mean.
     let own = base.texture.as_ref().is_some_and(|base| alpha.texture == Some((*base, Channel4::A)));
@@ -51,6 +50,12 @@ pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings
         double_sided: true,
         ..Default::default()
     }
+}
+
+/// A factor, where it means something: beside a map, Maya and others write 0 for "see the map", which
+/// times the map would be black.
+fn beside<T: Default + PartialEq>(factor: Option<T>, map: &Option<TextureRef>) -> Option<T> {
+    factor.filter(|factor| map.is_none() || *factor != T::default())
 }
 
 impl Mtl {
@@ -94,20 +99,17 @@ fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
 /// illum is 3.
 fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
     let from_ns = mtl.ns.map(|ns| 1.0 - (ns.clamp(0.0, 1000.0) / 1000.0).sqrt());
-    // A map alone counts as it is.
-    let or_map = |given: Option<f32>, map: &Option<Map>, missing: f32| {
-        given.unwrap_or(if map.is_some() { 1.0 } else { missing })
-    };
-    let roughness = or_map(mtl.roughness.or(from_ns), &mtl.map_roughness, 0.5);
     let by_ka = if mtl.by_blender && mtl.illum == Some(3) { mtl.ka.map(|ka| ka.x) } else { None };
-    let metallic = or_map(mtl.metallic.or(by_ka), &mtl.map_metallic, 0.0);
-    let mut scalar = |factor: f32, map: &Option<Map>| ScalarInput {
-        factor: factor.clamp(0.0, 1.0),
-        texture: library.texture(mtl, map.as_ref()).map(|t| (t, Channel4::Mean)),
+    let mut scalar = |given: Option<f32>, map: &Option<Map>, missing: f32| {
+        let texture = library.texture(mtl, map.as_ref());
+        // A map alone counts as it is.
+        let unsaid = if map.is_some() { 1.0 } else { missing };
+        let factor = beside(given, &texture).unwrap_or(unsaid).clamp(0.0, 1.0);
+        ScalarInput { factor, texture: texture.map(|t| (t, Channel4::Mean)) }
     };
     Reflectance::MetallicRoughness {
-        metallic: scalar(metallic, &mtl.map_metallic),
-        roughness: scalar(roughness, &mtl.map_roughness),
+        metallic: scalar(mtl.metallic.or(by_ka), &mtl.map_metallic, 0.0),
+        roughness: scalar(mtl.roughness.or(from_ns), &mtl.map_roughness, 0.5),
         dielectric: dielectric(mtl),
     }
 }
