@@ -135,6 +135,38 @@ fn blenders_specular_level_is_its_ks() {
     assert_eq!(of("Ks 1 1 1\nillum 2\n"), (1.0, 2.0, 1.5));
 }
 
+/// Blender 2.93 wrote the colour of an input that its map has taken: .8 darkened every texture.
+#[test]
+fn blenders_maps_take_the_places_of_factors() {
+    let of = |head: &str, map: &str| {
+        with_mtl(&format!("{head}\nnewmtl m\nNs 225\nKd .8 .8 .8\nKe .1 .1 .1\nmap_Kd {map}\nmap_Ke {map}\n"))
+            .0
+    };
+    for (head, kd, ke) in [
+        ("# Blender MTL File: 'x.blend'", 1.0, 1.0),
+        ("# Blender 5.0.1 MTL File: 'x.blend'", 1.0, 1.0),
+        ("# Other", 0.8, 0.1),
+    ] {
+        let m = of(head, "tex/t 1.png");
+        assert_eq!((m.base.factor, m.emission.factor), (Rgb::splat(kd), Rgb::splat(ke)), "{head}");
+        assert_eq!(of(head, "gone.png").base.factor, Rgb::splat(0.8), "{head}");
+    }
+}
+
+/// Roughness .5 of Blender 2.93 is Ns ((1 − .5)·30)².
+#[test]
+fn roughness_of_old_blenders_is_by_their_law() {
+    for (head, ns, expected) in [
+        ("# Blender MTL File: 'x.blend'", "225", 0.5),
+        ("# Blender MTL File: 'x.blend'", "950", 0.0),
+        ("# Blender 5.0.1 MTL File: 'x.blend'", "250", 0.5),
+    ] {
+        let m = with_mtl(&format!("{head}\nnewmtl m\nNs {ns}\n")).0;
+        let Reflectance::MetallicRoughness { roughness, .. } = m.reflectance else { panic!("{m:?}") };
+        assert!((roughness.factor - expected).abs() < 1e-6, "{head} {ns}: {roughness:?}");
+    }
+}
+
 #[test]
 fn the_filter_of_physical_glass_is_its_transmission() {
     let of = |mtl: &str| with_mtl(&format!("newmtl m\n{mtl}"));

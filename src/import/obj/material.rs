@@ -26,10 +26,10 @@ pub(super) fn default_material() -> Material {
 /// The scene's material for an MTL's.
 pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Material {
     let texture = library.color(mtl, mtl.map_kd.as_ref());
-    let base = ColorInput { factor: beside(mtl.kd, &texture).unwrap_or(Rgb::ONE), texture };
+    let base = ColorInput { factor: mtl.beside(mtl.kd, &texture).unwrap_or(Rgb::ONE), texture };
     let texture = library.texture(mtl, mtl.map_ke.as_ref());
     let unsaid = if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO };
-    let emission = ColorInput { factor: beside(mtl.ke, &texture).unwrap_or(unsaid), texture };
+    let emission = ColorInput { factor: mtl.beside(mtl.ke, &texture).unwrap_or(unsaid), texture };
     let (mut alpha, alpha_mode) = alpha(mtl, library, warnings);
     // One picture with both: then colours that alpha hides have no say in their mean.
     let own = base.texture.as_ref().is_some_and(|base| alpha.texture == Some((*base, Channel4::A)));
@@ -52,17 +52,23 @@ pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings
     }
 }
 
-/// A factor, where it means something: beside a map, Maya and others write 0 for "see the map", which
-/// times the map would be black.
-fn beside<T: Default + PartialEq>(factor: Option<T>, map: &Option<TextureRef>) -> Option<T> {
-    factor.filter(|factor| map.is_none() || *factor != T::default())
-}
-
 impl Mtl {
     /// Blender writes its roughness into Ns, and a Ks that means nothing.
     fn is_physical(&self) -> bool {
         let maps = self.map_roughness.is_some() || self.map_metallic.is_some();
         self.by_blender || self.roughness.is_some() || self.metallic.is_some() || maps
+    }
+
+    /// A factor, where it means something. Beside a map, Blender writes what an input without the map
+    /// would be, and Maya and others 0, which times the map would be black.
+    fn beside<T: Default + PartialEq>(&self, factor: Option<T>, map: &Option<TextureRef>) -> Option<T> {
+        factor.filter(|factor| map.is_none() || !self.by_blender && *factor != T::default())
+    }
+
+    /// The roughness behind Ns by Blender's law, which was ((1 − r)·30)² once.
+    fn roughness_of_ns(&self) -> Option<f32> {
+        let most = if self.by_old_blender { 900.0 } else { 1000.0 };
+        self.ns.map(|ns| 1.0 - (ns.clamp(0.0, most) / most).sqrt())
     }
 
     /// illum 2 where there is none.
@@ -98,18 +104,17 @@ fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
 /// Pr and Pm, or what Blender makes of them: Ns = 1000·(1 − r)², and Ka as the metallic value where
 /// illum is 3.
 fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
-    let from_ns = mtl.ns.map(|ns| 1.0 - (ns.clamp(0.0, 1000.0) / 1000.0).sqrt());
     let by_ka = if mtl.by_blender && mtl.illum == Some(3) { mtl.ka.map(|ka| ka.x) } else { None };
     let mut scalar = |given: Option<f32>, map: &Option<Map>, missing: f32| {
         let texture = library.texture(mtl, map.as_ref());
         // A map alone counts as it is.
         let unsaid = if map.is_some() { 1.0 } else { missing };
-        let factor = beside(given, &texture).unwrap_or(unsaid).clamp(0.0, 1.0);
+        let factor = mtl.beside(given, &texture).unwrap_or(unsaid).clamp(0.0, 1.0);
         ScalarInput { factor, texture: texture.map(|t| (t, Channel4::Mean)) }
     };
     Reflectance::MetallicRoughness {
         metallic: scalar(mtl.metallic.or(by_ka), &mtl.map_metallic, 0.0),
-        roughness: scalar(mtl.roughness.or(from_ns), &mtl.map_roughness, 0.5),
+        roughness: scalar(mtl.roughness.or(mtl.roughness_of_ns()), &mtl.map_roughness, 0.5),
         dielectric: dielectric(mtl),
     }
 }

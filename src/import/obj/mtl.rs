@@ -13,6 +13,8 @@ pub(super) struct Mtl {
     /// Where the MTL lies, relative to the OBJ: textures are relative to it.
     pub folder: String,
     pub by_blender: bool,
+    /// By Blender's older exporter (2.93's), which did not write its version into MTLs.
+    pub by_old_blender: bool,
     pub ka: Option<Rgb>,
     pub kd: Option<Rgb>,
     pub ks: Option<Rgb>,
@@ -39,7 +41,9 @@ pub(super) struct Mtl {
 
 /// Reads an MTL. `place` names the file in warnings.
 pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnings) -> Vec<Mtl> {
-    let by_blender = text.trim_start_matches('\u{feff}').trim_start().starts_with("# Blender");
+    let head = text.trim_start_matches('\u{feff}').trim_start();
+    let by_blender = head.starts_with("# Blender");
+    let by_old_blender = head.starts_with("# Blender MTL File");
     let mut all: Vec<Mtl> = Vec::new();
     for line in lines(text) {
         let (keyword, rest) = split_keyword(&line.text);
@@ -48,6 +52,7 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
                 name: rest.to_string(),
                 folder: folder.to_string(),
                 by_blender,
+                by_old_blender,
                 ..Default::default()
             });
             continue;
