@@ -153,6 +153,27 @@ fn blenders_maps_take_the_places_of_factors() {
     }
 }
 
+/// So Blender writes its maps by default: roughness, metallic and specular level.
+#[test]
+fn blenders_maps_by_lecture_words_are_physical() {
+    let maps = "map_Ns tex/t 1.png\nmap_refl tex/t 1.png\nmap_Ks tex/t 1.png\n";
+    let of =
+        |head: &str| with_mtl(&format!("{head}\nnewmtl m\nNs 250\nKa 1 1 1\nKs .5 .5 .5\nillum 2\n{maps}"));
+    let (m, warnings) = of("# Blender 5.0.1 MTL File");
+    let Reflectance::MetallicRoughness { metallic, roughness, dielectric } = m.reflectance else {
+        panic!("{m:?}")
+    };
+    assert!(warnings.is_empty(), "{warnings:?}");
+    for input in [metallic, roughness, dielectric.specular] {
+        assert!(input.factor == 1.0 && input.texture.is_some(), "{input:?}");
+    }
+    // A level of .5 is what the index says.
+    assert_eq!(dielectric.specular_color.factor, Rgb::splat(2.0));
+    // Others' are something else.
+    let (m, warnings) = of("# Other");
+    assert!(matches!(m.reflectance, Reflectance::Mtl(_)) && warnings.len() == 2, "{warnings:?}");
+}
+
 /// Roughness .5 of Blender 2.93 is Ns ((1 − .5)·30)².
 #[test]
 fn roughness_of_old_blenders_is_by_their_law() {

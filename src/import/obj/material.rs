@@ -115,19 +115,24 @@ fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
     Reflectance::MetallicRoughness {
         metallic: scalar(mtl.metallic.or(by_ka), &mtl.map_metallic, 0.0),
         roughness: scalar(mtl.roughness.or(mtl.roughness_of_ns()), &mtl.map_roughness, 0.5),
-        dielectric: dielectric(mtl),
+        dielectric: dielectric(mtl, library),
     }
 }
 
 /// Ni is the index of refraction; 1 is what other exporters write who have none. Blender writes its
-/// specular level into Ks: .5 is what the index says, 0 is none.
-fn dielectric(mtl: &Mtl) -> Dielectric {
+/// specular level into Ks or map_Ks: .5 is what the index says, 0 is none.
+fn dielectric(mtl: &Mtl, library: &mut Library) -> Dielectric {
     let default = Dielectric::default();
-    let level = mtl.ks.filter(|_| mtl.by_blender).map_or(1.0, |ks| 2.0 * ks.max_element().max(0.0));
+    let map = if mtl.by_blender { library.texture(mtl, mtl.map_ks.as_ref()) } else { None };
+    let level = match mtl.ks.filter(|_| mtl.by_blender) {
+        _ if map.is_some() => 2.0,
+        Some(ks) => 2.0 * ks.max_element().max(0.0),
+        None => 1.0,
+    };
     let meant = |&ni: &f32| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0);
     Dielectric {
         ior: mtl.ni.filter(meant).unwrap_or(default.ior),
-        specular: ScalarInput::new(level.min(1.0)),
+        specular: ScalarInput { factor: level.min(1.0), texture: map.map(|t| (t, Channel4::Mean)) },
         specular_color: ColorInput::new(Vec3::splat(level.max(1.0))),
     }
 }

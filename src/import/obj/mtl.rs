@@ -122,6 +122,9 @@ impl Mtl {
             "map_d" | "map_opacity" => return set(&mut self.map_d, rest),
             "map_pr" => return set(&mut self.map_roughness, rest),
             "map_pm" => return set(&mut self.map_metallic, rest),
+            // Blender's words for the same, where it is not told to write physical ones.
+            "map_ns" if self.by_blender => return set(&mut self.map_roughness, rest),
+            "refl" | "map_refl" if self.by_blender => return set(&mut self.map_metallic, rest),
             "norm" => {
                 self.normal_is_bump = false;
                 return set(&mut self.map_normal, rest);
