@@ -109,9 +109,10 @@ impl Mtl {
             "illum" => self.illum = Some(scalar()? as i64),
             key @ ("d" | "tr") => {
                 let value = number(rest.trim_start_matches("-halo").trim()).map_or_else(scalar, Ok)?;
-                let twice = self.d.is_some();
-                self.d = Some(if key == "d" { value } else { 1.0 - value });
-                if twice {
+                let value = if key == "d" { value } else { 1.0 - value };
+                let before = self.d.replace(value);
+                // 3ds Max writes both, with four decimals.
+                if before.is_some_and(|before| (before - value).abs() > 1e-3) {
                     return Err(Left::TransparencyTwice);
                 }
             }
@@ -137,17 +138,21 @@ impl Mtl {
             "bump" | "map_bump" => {}
             "disp" | "map_disp" => return Err(Left::Unsupported("displacement (disp) is not shown")),
             "refl" | "map_refl" => return Err(Left::Unsupported("reflection maps (refl) are not shown")),
-            "pc" | "pcr" | "ps" | "aniso" | "anisor" => {
-                if scalar()? != 0.0 {
-                    return Err(Left::Unknown);
-                }
-            }
+            // What a coat of Pc and a stretch of aniso are like, of which those two tell.
+            "pcr" | "anisor" => {}
             // Of reflections of surroundings, and of edges that are smoothed always.
             "sharpness" | "map_aat" => {}
+            // Exporters write all that they know, and 0 for what a material has not.
+            _ if is_zero(rest) => {}
             _ => return Err(Left::Unknown),
         }
         Ok(())
     }
+}
+
+/// Numbers, all 0.
+fn is_zero(rest: &str) -> bool {
+    !rest.is_empty() && rest.split_whitespace().all(|word| number(word) == Some(0.0))
 }
 
 /// Three numbers, or one for all three.
@@ -227,6 +232,24 @@ mod tests {
     fn physical_extras_that_are_not_shown_are_told_once() {
         let (_, warnings) = one("newmtl a\nPs .5\nPc .5\naniso 0\nnewmtl b\nPs .2\n");
         assert_eq!(warnings, ["a.mtl: 'Ps' is not shown", "a.mtl: 'Pc' is not shown"]);
+    }
+
+    /// Blender's default cube, 3ds Max's d beside Tr, and ModelIO's list of everything.
+    #[test]
+    fn what_says_nothing_is_no_warning() {
+        for text in [
+            "Ps 0\nPc 0\nPcr .03\naniso 0\nanisor .5\n",
+            "d 1\nTr 0\n",
+            "d .7\nTr .3\n",
+            "ao 0 0 0\nsubsurface 0 0 0\nsheenTint 0.0\n",
+        ] {
+            let (_, warnings) = one(&format!("newmtl a\n{text}"));
+            assert!(warnings.is_empty(), "{text}: {warnings:?}");
+        }
+        for text in ["Pc .5\nPcr .03\n", "d 1\nTr 1\n", "ao 0 .5 0\n", "ao\n"] {
+            let (_, warnings) = one(&format!("newmtl a\n{text}"));
+            assert_eq!(warnings.len(), 1, "{text}: {warnings:?}");
+        }
     }
 
     #[test]
