@@ -178,7 +178,9 @@ fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarIn
 fn normal(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Option<NormalMap> {
     let map = mtl.map_normal.as_ref()?;
     let image = library.image(mtl, map)?;
-    if mtl.normal_is_bump && !looks_like_normals(&library.images[image as usize]) {
+    // Blender writes normal maps alone into bump; its older exporter's may have been heights.
+    let certain = !mtl.normal_is_bump || mtl.by_blender && !mtl.by_old_blender;
+    if !certain && !looks_like_normals(&library.images[image as usize]) {
         warnings.add("", format!("bump map '{}' holds heights, which are not shown", printable(&map.file)));
         return None;
     }

@@ -311,6 +311,29 @@ fn bump_maps_that_are_normal_maps_are_shown() {
     assert!(scene.materials[0].normal.is_none() && warnings.len() == 1);
 }
 
+/// Atlases of normals, baked on black or on nothing; Blender's own files have no heights.
+#[test]
+fn a_background_makes_no_heights_of_normals() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1/1 2/2/1 3/3/1\n");
+    let shown = |head: &str, background: [u8; 4], normal: [u8; 4]| {
+        let mut image = image::RgbaImage::from_pixel(4, 4, image::Rgba(background));
+        image.put_pixel(0, 0, image::Rgba(normal));
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+        let mtl = format!("{head}\nnewmtl m\nmap_Bump n.png\n");
+        let files: [(&str, &[u8]); 2] = [("a.mtl", mtl.as_bytes()), ("n.png", &bytes.into_inner())];
+        read(&obj, &files).unwrap().0.materials[0].normal.is_some()
+    };
+    let (blue, grey) = ([128, 128, 255, 255], [128, 128, 128, 255]);
+    assert!(shown("# Other", [0, 0, 0, 255], blue) && shown("# Other", [90, 90, 90, 0], blue));
+    // Games keep other things in alpha.
+    assert!(shown("# Other", [128, 128, 255, 0], [128, 128, 255, 0]));
+    assert!(!shown("# Other", [0, 0, 0, 255], grey) && !shown("# Other", [0; 4], [0; 4]));
+    assert!(shown("# Blender 5.0.1 MTL File", [90, 90, 90, 255], blue));
+    // Before, there may have been heights.
+    assert!(!shown("# Blender MTL File: 'x.blend'", [90, 90, 90, 255], grey));
+}
+
 #[test]
 fn z_up_turns_everything() {
     let dir = tempfile::tempdir().unwrap();

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{DVec4, Vec2};
+use glam::{DVec4, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::Limits;
@@ -182,11 +182,19 @@ impl Mtl {
     }
 }
 
-/// Whether an image holds tangent-space normals: mostly blue, red and green about the middle.
+/// Whether an image holds tangent-space normals. What is black is around them, where nothing was
+/// baked, and so is what has no alpha, unless alpha is something else.
 pub(super) fn looks_like_normals(image: &Image) -> bool {
     let count = image.width as usize * image.height as usize;
-    let sum: DVec4 = (0..count).map(|i| image.stored(i).as_dvec4()).sum();
-    let [r, g, b, _] = (sum / count as f64).to_array();
+    let texels = || (0..count).map(|i| image.stored(i)).filter(|v| v.truncate() != Vec3::ZERO);
+    are_normals(texels().filter(|v| v.w > 0.0)) || are_normals(texels())
+}
+
+/// Mostly blue, red and green about the middle.
+fn are_normals(texels: impl Iterator<Item = Vec4>) -> bool {
+    // The last counts them.
+    let sum: DVec4 = texels.map(|v| v.truncate().as_dvec3().extend(1.0)).sum();
+    let [r, g, b, _] = (sum / sum.w).to_array();
     (0.3..0.7).contains(&r) && (0.3..0.7).contains(&g) && b > 0.65 && b > r + 0.1
 }
 
