@@ -90,7 +90,7 @@ impl Folder {
     pub fn read_file(&self, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
         let found = self.resolve(name);
         if !matches!(found, Err(Unreadable::Refused(_))) {
-            let asked = name.replace('\\', "/");
+            let asked = self.from_here(name);
             self.asked.lock().unwrap_or_else(|e| e.into_inner()).insert(asked);
         }
         let path = found?;
@@ -116,7 +116,7 @@ impl Folder {
     /// A name of a file that is there and differs from `name` in the case of letters alone, in its
     /// folders' names too.
     pub fn in_other_case(&self, name: &str) -> Option<String> {
-        let unified = name.replace('\\', "/");
+        let unified = self.from_here(name);
         let mut found = String::from(".");
         for part in unified.split('/').filter(|part| !part.is_empty() && *part != ".") {
             let exact = format!("{found}/{part}");
@@ -134,13 +134,26 @@ impl Folder {
         Some(found)
     }
 
+    /// A name with this system's slashes; and relative where it is a whole path that leads through this
+    /// folder, judged by its words alone: nothing elsewhere is asked whether it is there.
+    fn from_here(&self, name: &str) -> String {
+        let name = name.replace('\\', "/");
+        let whole = Path::new(&name);
+        if !whole.is_absolute() {
+            return name;
+        }
+        let homes = [std::path::absolute(&self.path), self.path.canonicalize()];
+        let inside = homes.iter().flatten().find_map(|home| whole.strip_prefix(home).ok());
+        inside.map(|inside| inside.to_string_lossy().into_owned()).unwrap_or(name)
+    }
+
     /// The path of `name`, proved to lie within the folder unless that is not asked for.
     pub fn resolve(&self, name: &str) -> Result<PathBuf, Unreadable> {
         let refuse = |why: &str| Err(Unreadable::Refused(format!("'{}' {why}", printable(name))));
         if name.is_empty() || name.contains('\0') {
             return refuse("is not a file name");
         }
-        let relative = name.replace('\\', "/");
+        let relative = self.from_here(name);
         let outside = "leads out of the scene's folder and was not read (--allow-outside would)";
         // Without slashes a colon is a letter of a name, but for a drive's, which is a path's prefix where there are drives.
         if relative.contains("://") {
@@ -268,6 +281,27 @@ mod tests {
         }
         assert_eq!(folder.read_uri("DATA:;base64,aGk =", 100).unwrap(), b"hi");
         assert_eq!(folder.read_uri("data:,hi", 100).unwrap(), b"hi");
+    }
+
+    /// Exporters write textures' whole paths, which may still be right.
+    #[test]
+    fn whole_paths_into_the_folder_are_read() {
+        let (dir, folder) = folder();
+        let whole = |name: &str| dir.path().join("scene").join(name).to_string_lossy().into_owned();
+        assert_eq!(folder.read_file(&whole("tex/a b.png"), 100).unwrap(), b"inside");
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(dir.path().join("scene"), dir.path().join("other")).unwrap();
+            let folder = Folder::of(&dir.path().join("other/scene.gltf"), false);
+            for way in ["scene/tex/a b.png", "other/tex/a b.png"] {
+                let path = dir.path().canonicalize().unwrap().join(way);
+                assert_eq!(folder.read_file(&path.to_string_lossy(), 100).unwrap(), b"inside", "{way}");
+            }
+            std::os::unix::fs::symlink(dir.path().join("canary"), dir.path().join("scene/link")).unwrap();
+        }
+        for name in ["../canary", "tex/../../canary", "link", ""] {
+            assert!(folder.read_file(&whole(name), 100).is_err(), "{name}");
+        }
     }
 
     #[test]
