@@ -153,7 +153,9 @@ fn transmission(mtl: &Mtl, warnings: &mut Warnings) -> ScalarInput {
 
 fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarInput, AlphaMode) {
     let mut factor = mtl.d.unwrap_or(1.0).clamp(0.0, 1.0);
-    if factor == 0.0 && mtl.map_d.is_none() && mtl.illum() <= 2 {
+    // Others mean the opposite; Blender says by illum that it means it.
+    let meant = mtl.by_blender && mtl.illum() > 2;
+    if factor == 0.0 && mtl.map_d.is_none() && !meant {
         let name = printable(&mtl.name);
         warnings.add("", format!("material '{name}' is wholly transparent by its d or Tr: taken as opaque"));
         factor = 1.0;

@@ -243,7 +243,11 @@ fn transparency_by_d_or_tr() {
     assert_eq!(alpha("Tr .25\n"), (0.75, AlphaMode::Blend, 0));
     assert_eq!(alpha("d .5\nTr .25\n"), (0.75, AlphaMode::Blend, 1));
     assert_eq!(alpha("d 1\n"), (1.0, AlphaMode::Opaque, 0));
-    assert_eq!(alpha("d 0\n"), (1.0, AlphaMode::Opaque, 1));
+    for unseen in ["d 0\n", "Tr 1\n", "Tr 1\nillum 4\n", "d 0\nillum 9\n"] {
+        assert_eq!(alpha(unseen), (1.0, AlphaMode::Opaque, 1), "{unseen}");
+    }
+    let (by_blender, _) = with_mtl("# Blender 5.0.1 MTL File\nnewmtl m\nd 0\nillum 9\n");
+    assert_eq!(by_blender.alpha.factor, 0.0);
 }
 
 /// Pitfalls 27 and 28: names of other systems and machines, and blanks behind names.
