@@ -26,9 +26,8 @@ fn option_values(word: &str) -> Option<usize> {
     match word {
         "-s" | "-o" | "-t" => Some(3),
         "-mm" => Some(2),
-        "-bm" | "-boost" | "-texres" | "-clamp" | "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-type" => {
-            Some(1)
-        }
+        "-bm" | "-boost" | "-texres" | "-clamp" | "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-type"
+        | "-colorspace" => Some(1),
         _ => None,
     }
 }
@@ -61,8 +60,8 @@ pub(super) fn read(rest: &str) -> Option<(Map, Vec<&str>)> {
         while values.len() < most && !text.is_empty() {
             let (value, after) = split_keyword(text);
             let fits = match word {
-                "-clamp" | "-blendu" | "-blendv" | "-cc" => matches!(value, "on" | "off"),
-                "-imfchan" | "-type" => true,
+                "-clamp" | "-blendu" | "-blendv" | "-cc" => is(value, "on") || is(value, "off"),
+                "-imfchan" | "-type" | "-colorspace" => true,
                 _ => number(value).is_some(),
             };
             if !fits {
@@ -79,20 +78,27 @@ pub(super) fn read(rest: &str) -> Option<(Map, Vec<&str>)> {
     (!map.file.is_empty()).then_some((map, left))
 }
 
+/// Values of options count in any case.
+fn is(value: &str, word: &str) -> bool {
+    value.eq_ignore_ascii_case(word)
+}
+
 impl Map {
     /// False where the option would change the picture, and does not.
     fn set(&mut self, option: &str, values: &[&str]) -> bool {
+        let first = values.first().copied().unwrap_or("");
         let at = |i: usize, missing: f32| values.get(i).and_then(|v| number(v)).unwrap_or(missing);
         match option {
             "-s" => self.scale = Vec2::new(at(0, 1.0), at(1, 1.0)),
             "-o" => self.offset = Vec2::new(at(0, 0.0), at(1, 0.0)),
             "-bm" => self.bump = at(0, 1.0),
-            "-clamp" => self.clamp = values.first() == Some(&"on"),
-            "-imfchan" => self.channel = values.first().and_then(|v| v.chars().next()),
+            "-clamp" => self.clamp = is(first, "on"),
+            "-imfchan" => self.channel = first.chars().next().map(|c| c.to_ascii_lowercase()),
             "-mm" => return (at(0, 0.0), at(1, 1.0)) == (0.0, 1.0),
             "-t" | "-boost" => return (0..3).all(|i| at(i, 0.0) == 0.0),
-            "-cc" => return values.first() != Some(&"on"),
-            "-blendu" | "-blendv" => return values.first() != Some(&"off"),
+            "-cc" => return !is(first, "on"),
+            "-blendu" | "-blendv" => return !is(first, "off"),
+            "-colorspace" => return is(first, "sRGB"),
             _ => {}
         }
         true

@@ -217,6 +217,9 @@ mod tests {
             assert_eq!((map.clamp, map.bump, map.channel), (true, 0.5, Some('g')));
             assert!(warnings.is_empty());
         }
+        let (m, warnings) = one("newmtl a\nMap_Kd -clamp ON -colorspace sRGB tex#1.png\n");
+        let map = m.map_kd.unwrap();
+        assert!(map.file == "tex#1.png" && map.clamp && warnings.is_empty(), "{map:?} {warnings:?}");
     }
 
     #[test]
@@ -224,6 +227,8 @@ mod tests {
         let (m, warnings) = one("newmtl a\nmap_Kd -mm 0.1 2 -t .5 -blendu off -cc off a.png\n");
         assert_eq!(m.map_kd.unwrap().file, "a.png");
         assert!(warnings.len() == 1 && warnings[0].contains("-mm -t -blendu left out"), "{warnings:?}");
+        let (_, warnings) = one("newmtl a\nmap_Kd -colorspace linear a.png\n");
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
         let (_, warnings) = one("newmtl a\nmap_Kd -mm 0 1 -t 0 0 0 -blendu on -texres 512 a.png\n");
         assert!(warnings.is_empty(), "{warnings:?}");
     }

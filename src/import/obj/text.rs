@@ -67,7 +67,8 @@ impl Line<'_> {
 pub(super) const POLYPAINT: &str = "#MRGB";
 
 /// Keywords that a name follows: there a backslash is a path's, and `#` part of the name.
-const NAMED: [&str; 6] = ["o", "g", "usemtl", "mtllib", "newmtl", "usemap"];
+const NAMED: [&str; 11] =
+    ["o", "g", "usemtl", "mtllib", "newmtl", "usemap", "bump", "norm", "disp", "decal", "refl"];
 
 /// Number signs of a name that are looked at.
 const COMMENTS: usize = 16;
@@ -84,9 +85,8 @@ pub(super) fn readings(name: &str) -> impl Iterator<Item = &str> {
 
 fn takes_name(text: &str) -> bool {
     let word = text.split_whitespace().next().unwrap_or("");
-    NAMED.contains(&word)
-        || word.starts_with("map_")
-        || matches!(word, "bump" | "norm" | "disp" | "decal" | "refl")
+    NAMED.iter().any(|name| word.eq_ignore_ascii_case(name))
+        || word.get(..4).is_some_and(|front| front.eq_ignore_ascii_case("map_"))
 }
 
 /// The lines that say something: CR, LF or both end them, a backslash at the end joins the next,
@@ -245,6 +245,10 @@ mod tests {
     #[test]
     fn comments_end_data_but_belong_to_names() {
         assert_eq!(all("# c\nv 1 # x\n\nusemtl red #2"), [(2, "v 1".into()), (4, "usemtl red #2".into())]);
+        // MTLs' keywords count in any case.
+        for line in ["Map_Kd tex#1.png", "NEWMTL a#1", "Bump a#1", "Refl a#1"] {
+            assert_eq!(all(line), [(1, line.into())]);
+        }
     }
 
     #[test]
