@@ -122,7 +122,7 @@ impl Libraries {
         let (text, guessed) = text::decode(bytes);
         let place = printable(name);
         if guessed {
-            warnings.add(&place, "the text is not UTF-8: read as Windows-1252");
+            warnings.add(&place, "lines that are not UTF-8 were read as Windows-1252");
         }
         let unified = name.replace('\\', "/");
         let beside = unified.rsplit_once('/').map_or("", |(folder, _)| folder);

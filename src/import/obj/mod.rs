@@ -74,7 +74,7 @@ fn quickly(file: impl Read + Send, stretch: usize, limits: &Limits) -> Option<(P
 fn carefully(bytes: &[u8], limits: &Limits, warnings: &mut Warnings) -> Result<(Parsed, String), LoadError> {
     let (text, guessed) = text::decode(bytes);
     if guessed {
-        warnings.add("", "the text is not UTF-8: read as Windows-1252");
+        warnings.add("", "lines that are not UTF-8 were read as Windows-1252");
     }
     let block = careful::read(&text, limits, warnings)?;
     // The reader has checked every index itself.

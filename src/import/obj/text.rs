@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::super::uri::printable;
 
 /// Text of a file: UTF-8, UTF-16 with or without a byte-order mark, else Windows-1252. True where
-/// the last was a guess.
+/// the last was a guess, of whole lines: a comment of another program's leaves the names as they are.
 pub(super) fn decode(bytes: &[u8]) -> (Cow<'_, str>, bool) {
     use encoding_rs::{Encoding, WINDOWS_1252};
     if let Some((encoding, mark)) = Encoding::for_bom(bytes) {
@@ -14,10 +14,15 @@ pub(super) fn decode(bytes: &[u8]) -> (Cow<'_, str>, bool) {
     if let Some(encoding) = unmarked_utf16(bytes) {
         return (encoding.decode_without_bom_handling(bytes).0, false);
     }
-    match std::str::from_utf8(bytes) {
-        Ok(text) => (Cow::Borrowed(text), false),
-        Err(_) => (WINDOWS_1252.decode_without_bom_handling(bytes).0, true),
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        return (Cow::Borrowed(text), false);
     }
+    let lines = bytes.split_inclusive(|b| matches!(b, b'\n' | b'\r'));
+    let text = lines.map(|line| match std::str::from_utf8(line) {
+        Ok(line) => Cow::Borrowed(line),
+        Err(_) => WINDOWS_1252.decode_without_bom_handling(line).0,
+    });
+    (text.collect::<String>().into(), true)
 }
 
 /// UTF-16 without a mark: every second byte of what is mostly ASCII is zero.
@@ -263,6 +268,8 @@ mod tests {
             assert_eq!(decode(&utf16), ("v 1 2 3\no é\n".into(), false));
         }
         assert_eq!(decode(b"o caf\xe9"), ("o café".into(), true));
+        let mixed = [&b"# caf\xe9\r\nusemtl "[..], "Küche\n".as_bytes()].concat();
+        assert_eq!(decode(&mixed), ("# café\r\nusemtl Küche\n".into(), true));
     }
 
     #[test]
