@@ -282,6 +282,8 @@ fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
         m.base.texture.is_none() && warnings.len() == 1 && warnings[0].contains("nowhere.png"),
         "{warnings:?}"
     );
+    let (_, warnings) = with_mtl("newmtl m\nbump nowhere.png\n");
+    assert!(warnings.len() == 1 && warnings[0].ends_with("; shown without it"), "{warnings:?}");
     let obj = format!("{SQUARE}mtllib gone.mtl\nusemtl m\nf 1 2 3\n");
     let (scene, warnings) = read(&obj, &[]).unwrap();
     assert!(warnings.len() == 1 && warnings[0].contains("gone.mtl"), "{warnings:?}");

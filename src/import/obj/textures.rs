@@ -1,6 +1,6 @@
 //! The images that MTLs name: found, read and decoded once each.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use glam::{DVec4, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -83,13 +83,16 @@ impl Library {
         warnings: &mut Warnings,
     ) -> Result<Library, LoadError> {
         let mut wanted: Vec<(String, String)> = Vec::new();
-        let mut seen = HashSet::new();
+        // Whether a factor is left where the map is missing: of normals nothing is.
+        let mut multiplies: HashMap<(String, String), bool> = HashMap::new();
         for material in materials {
-            for map in material.maps() {
+            let factors = material.maps_of_factors().map(|map| (map, true));
+            for (map, of_factor) in factors.chain(material.map_normal.iter().map(|map| (map, false))) {
                 let key = (material.folder.clone(), map.file.clone());
-                if seen.insert(key.clone()) {
+                *multiplies.entry(key.clone()).or_insert_with(|| {
                     wanted.push(key);
-                }
+                    false
+                }) |= of_factor;
             }
         }
         let read = |(beside, name): &(String, String)| match find(folder, beside, name, limits.file_bytes) {
@@ -116,7 +119,8 @@ impl Library {
                     Some(library.images.len() as u32 - 1)
                 }
                 Err(why) => {
-                    warnings.add("", format!("texture {why}; shown as if white"));
+                    let then = if multiplies[&key] { "shown as if white" } else { "shown without it" };
+                    warnings.add("", format!("texture {why}; {then}"));
                     None
                 }
             };
@@ -167,7 +171,7 @@ impl Library {
 }
 
 impl Mtl {
-    fn maps(&self) -> impl Iterator<Item = &Map> {
+    fn maps_of_factors(&self) -> impl Iterator<Item = &Map> {
         let all = [
             &self.map_ka,
             &self.map_kd,
@@ -176,7 +180,6 @@ impl Mtl {
             &self.map_d,
             &self.map_roughness,
             &self.map_metallic,
-            &self.map_normal,
         ];
         all.into_iter().flatten()
     }
