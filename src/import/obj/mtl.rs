@@ -69,6 +69,9 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
             }
             Err(Left::Unknown) => warnings.add(place, format!("'{}' is not shown", printable(keyword))),
             Err(Left::TransparencyTwice) => warnings.add(here, "both d and Tr: the later counts"),
+            Err(Left::Negative) => {
+                warnings.add(here, format!("{}: what is below 0 counts as 0", printable(keyword)))
+            }
             Err(Left::Unsupported(what)) => warnings.add(place, what),
             Err(Left::Options(which)) => {
                 let keyword = printable(keyword);
@@ -85,6 +88,7 @@ enum Left {
     Unknown,
     TransparencyTwice,
     Unsupported(&'static str),
+    Negative,
     /// The map is used without these options.
     Options(String),
 }
@@ -97,11 +101,11 @@ impl Mtl {
             value.ok_or_else(|| Left::Bad(format!("'{}' is not a number", printable(word))))
         };
         match keyword.to_ascii_lowercase().as_str() {
-            "ka" => self.ka = Some(color(rest)?),
-            "kd" => self.kd = Some(color(rest)?),
-            "ks" => self.ks = Some(color(rest)?),
-            "ke" => self.ke = Some(color(rest)?),
-            "tf" => self.tf = Some(color(rest)?),
+            "ka" => return set_color(&mut self.ka, rest),
+            "kd" => return set_color(&mut self.kd, rest),
+            "ks" => return set_color(&mut self.ks, rest),
+            "ke" => return set_color(&mut self.ke, rest),
+            "tf" => return set_color(&mut self.tf, rest),
             "ns" => self.ns = Some(scalar()?),
             "ni" => self.ni = Some(scalar()?),
             "pr" => self.roughness = Some(scalar()?),
@@ -167,6 +171,13 @@ fn color(rest: &str) -> Result<Rgb, Left> {
         Some([r, g, b, ..]) if (r + g + b).is_finite() => Ok(Rgb::new(*r, *g, *b)),
         _ => Err(Left::Bad(format!("'{}' is not a colour", printable(rest)))),
     }
+}
+
+/// Reads a colour into its place; none takes light away.
+fn set_color(slot: &mut Option<Rgb>, rest: &str) -> Result<(), Left> {
+    let color = color(rest)?;
+    *slot = Some(color.max(Rgb::ZERO));
+    if color.min_element() < 0.0 { Err(Left::Negative) } else { Ok(()) }
 }
 
 /// Reads a texture into its place, even where some of its options do not count.
@@ -237,6 +248,13 @@ mod tests {
     fn physical_extras_that_are_not_shown_are_told_once() {
         let (_, warnings) = one("newmtl a\nPs .5\nPc .5\naniso 0\nnewmtl b\nPs .2\n");
         assert_eq!(warnings, ["a.mtl: 'Ps' is not shown", "a.mtl: 'Pc' is not shown"]);
+    }
+
+    #[test]
+    fn no_colour_takes_light_away() {
+        let (m, warnings) = one("newmtl a\nKd -1 .5 -.25\nKs -0 0 0\n");
+        assert_eq!((m.kd, m.ks), (Some(Rgb::new(0.0, 0.5, 0.0)), Some(Rgb::ZERO)));
+        assert_eq!(warnings, ["a.mtl, line 2: Kd: what is below 0 counts as 0"]);
     }
 
     /// Blender's default cube, 3ds Max's d beside Tr, and ModelIO's list of everything.
