@@ -384,6 +384,17 @@ fn comments_behind_names_are_none_of_them() {
     }
 }
 
+#[test]
+fn the_first_of_a_pictures_tiles_is_shown() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+    let mtl: (&str, &[u8]) = ("a.mtl", b"newmtl m\nmap_Kd wood.<UDIM>.png\n");
+    let (scene, warnings) = read(&obj, &[mtl, ("wood.1001.png", &png([9, 9, 9, 255]))]).unwrap();
+    assert!(scene.materials[0].base.texture.is_some());
+    assert_eq!(warnings, ["texture 'wood.<UDIM>.png': of its tiles, 1001 is shown everywhere"]);
+    let (_, warnings) = read(&obj, &[mtl]).unwrap();
+    assert!(warnings.len() == 1 && warnings[0].contains("'wood.1001.png'"), "{warnings:?}");
+}
+
 /// Pitfall 31.
 #[test]
 fn several_materials_have_their_own_textures_and_some_none() {

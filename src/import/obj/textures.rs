@@ -61,12 +61,38 @@ pub(super) fn find_named(
     folder.read_file(&join(beside, &unified), limit)
 }
 
+/// The first tile of a picture that is several, each with its number in the place of `<UDIM>`.
+fn first_tile(name: &str) -> Option<String> {
+    name.contains("<UDIM>").then(|| name.replace("<UDIM>", "1001"))
+}
+
+/// A map's file: beside which MTL, and its name as written.
+type Key = (String, String);
+
+/// The files of all maps, each once; and whether a factor is left where one is missing: of normals
+/// nothing is.
+fn wanted(materials: &[&Mtl]) -> (Vec<Key>, HashMap<Key, bool>) {
+    let mut wanted = Vec::new();
+    let mut multiplies: HashMap<Key, bool> = HashMap::new();
+    for material in materials {
+        let factors = material.maps_of_factors().map(|map| (map, true));
+        for (map, of_factor) in factors.chain(material.map_normal.iter().map(|map| (map, false))) {
+            let key = (material.folder.clone(), map.file.clone());
+            *multiplies.entry(key.clone()).or_insert_with(|| {
+                wanted.push(key);
+                false
+            }) |= of_factor;
+        }
+    }
+    (wanted, multiplies)
+}
+
 /// Images and textures of all materials.
 #[derive(Default)]
 pub(super) struct Library {
     pub images: Vec<Image>,
     pub textures: Vec<Texture>,
-    image_of: HashMap<(String, String), Option<u32>>,
+    image_of: HashMap<Key, Option<u32>>,
     /// By image, and whether it is clamped.
     texture_of: HashMap<(u32, bool), u32>,
     /// Copies of images whose colours are shown over black.
@@ -82,22 +108,13 @@ impl Library {
         budget: &Budget,
         warnings: &mut Warnings,
     ) -> Result<Library, LoadError> {
-        let mut wanted: Vec<(String, String)> = Vec::new();
-        // Whether a factor is left where the map is missing: of normals nothing is.
-        let mut multiplies: HashMap<(String, String), bool> = HashMap::new();
-        for material in materials {
-            let factors = material.maps_of_factors().map(|map| (map, true));
-            for (map, of_factor) in factors.chain(material.map_normal.iter().map(|map| (map, false))) {
-                let key = (material.folder.clone(), map.file.clone());
-                *multiplies.entry(key.clone()).or_insert_with(|| {
-                    wanted.push(key);
-                    false
-                }) |= of_factor;
+        let (wanted, multiplies) = wanted(materials);
+        let read = |(beside, name): &Key| {
+            let name = &first_tile(name).unwrap_or_else(|| name.clone());
+            match find(folder, beside, name, limits.file_bytes) {
+                Ok(bytes) => budget.charge(bytes.len() as u64).map(|()| Ok(bytes)),
+                Err(e) => e.over_limit(limits.file_bytes).map_or_else(|| Ok(Err(e.text().to_string())), Err),
             }
-        }
-        let read = |(beside, name): &(String, String)| match find(folder, beside, name, limits.file_bytes) {
-            Ok(bytes) => budget.charge(bytes.len() as u64).map(|()| Ok(bytes)),
-            Err(e) => e.over_limit(limits.file_bytes).map_or_else(|| Ok(Err(e.text().to_string())), Err),
         };
         let files: Vec<_> = wanted.par_iter().map(read).collect();
         let files: Vec<Result<Vec<u8>, String>> = files.into_iter().collect::<Result<_, LoadError>>()?;
@@ -115,6 +132,10 @@ impl Library {
         for (key, image) in wanted.into_iter().zip(decoded) {
             let id = match image {
                 Ok(image) => {
+                    if first_tile(&key.1).is_some() {
+                        let name = printable(&key.1);
+                        warnings.add("", format!("texture '{name}': of its tiles, 1001 is shown everywhere"));
+                    }
                     library.images.push(image);
                     Some(library.images.len() as u32 - 1)
                 }
