@@ -105,7 +105,11 @@ fn depths_lie_on_the_mesh() {
             };
             assert_eq!(frame["depth_file_path"], frame["depth_path"]);
             let normals = beside(&folder, frame, "normal_file_path").into_rgb8();
-            let mask = beside(&folder, frame, "mask_path").into_luma8();
+            // nerfstudio refuses masks of more than one channel.
+            let mask = match beside(&folder, frame, "mask_path") {
+                image::DynamicImage::ImageLuma8(mask) => mask,
+                other => panic!("{:?} is not 8-bit grey", other.color()),
+            };
             let to_world = matrix(frame);
             let mut hits = 0;
             for (i, j, depth) in depths.enumerate_pixels() {

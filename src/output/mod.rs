@@ -213,11 +213,12 @@ pub fn save(
     if !format.holds_layers() {
         let size = (picture.pixels.width, picture.pixels.height);
         let stamp = picture.stamp.as_deref();
-        let layers =
-            picture.layers.iter().map(|layer| match picture.depth_step.filter(|_| layer.aov == Aov::Depth) {
-                Some(step) => png::encode_grey16(size, &depth_steps(layer, step), stamp),
-                None => png::encode8(size, &preview(layer), stamp),
-            });
+        let layers = picture.layers.iter().map(|layer| match (layer.aov, picture.depth_step) {
+            (Aov::Depth, Some(step)) => png::encode_grey16(size, &depth_steps(layer, step), stamp),
+            // Who takes masks looks for one channel.
+            (Aov::Mask, _) => png::encode_grey8(size, &preview(layer), stamp),
+            _ => png::encode8(size, &preview(layer), stamp),
+        });
         let mattes = picture.mattes.iter().map(|matte| png::encode8(size, &preview_matte(matte), stamp));
         for (file, bytes) in beside.into_iter().zip(layers.chain(mattes)) {
             let bytes = bytes.map_err(failed(&file))?;

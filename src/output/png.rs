@@ -24,6 +24,12 @@ pub(super) fn encode16(
     encode((width, height), (color, png::BitDepth::Sixteen), &bytes, stamp)
 }
 
+/// Encodes the red of 8-bit RGBA alone, as grey.
+pub(super) fn encode_grey8(size: (u32, u32), pixels: &[[u8; 4]], stamp: Option<&str>) -> io::Result<Vec<u8>> {
+    let bytes: Vec<u8> = pixels.iter().map(|p| p[0]).collect();
+    encode(size, (png::ColorType::Grayscale, png::BitDepth::Eight), &bytes, stamp)
+}
+
 /// Encodes 16-bit numbers that are no colours.
 pub(super) fn encode_grey16(size: (u32, u32), values: &[u16], stamp: Option<&str>) -> io::Result<Vec<u8>> {
     let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_be_bytes()).collect();
