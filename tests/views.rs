@@ -96,6 +96,20 @@ fn an_orbit_without_a_distance_shows_everything() {
     }
 }
 
+/// What a camera of the file cuts off is measured from where that stands.
+#[test]
+fn an_orbit_does_not_cut_at_the_planes_of_the_files_camera() {
+    let mut scene = scene("lecture/lecture.glb");
+    (scene.cameras[0].znear, scene.cameras[0].zfar) = (1e-3, 2e-3);
+    let there = View { camera: Some("0".into()), ..View::default() };
+    assert_eq!(camera(&scene, &there).clip, Clip { near: 1e-3, far: 2e-3 });
+    let around = View { orbit: orbit(30.0, 20.0, None), ..there };
+    assert_eq!(camera(&scene, &around).clip, Clip::OFF);
+    assert!(layer(&scene, &around, 0.0, Aov::Mask).contains(&1.0));
+    let clip = Clip { near: 0.5, far: 9.0 };
+    assert_eq!(camera(&scene, &View { clip: Some(clip), ..around }).clip, clip);
+}
+
 #[test]
 fn f3ds_angles_go_around_what_is_looked_at() {
     let scene = scene("tests/cube.obj");

@@ -165,7 +165,8 @@ impl View {
                 FileProjection::Perspective { .. } => Projection::Perspective,
                 FileProjection::Orthographic { .. } => Projection::Orthographic,
             },
-            clip: Clip { near: camera.znear, far: camera.zfar },
+            // Planes are measured from the camera's own place.
+            clip: if orbit { Clip::OFF } else { Clip { near: camera.znear, far: camera.zfar } },
             sphere,
         })
     }

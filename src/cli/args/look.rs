@@ -113,7 +113,7 @@ pub struct CameraArgs {
     /// The lecture's <camera> block
     #[arg(long, value_name = "FILE", conflicts_with = "camera")]
     pub camera_xml: Option<PathBuf>,
-    /// Near and far plane [default: the file camera's, else off]
+    /// Near and far plane [default: the file camera's, off with --orbit]
     #[arg(long, value_name = "NEAR,FAR|off", value_parser = values::clip)]
     pub clip: Option<Clip>,
     /// What a file's camera keeps where the picture has another shape
