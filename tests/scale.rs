@@ -98,6 +98,35 @@ fn powers_of_two_change_nothing() {
     }
 }
 
+/// The numbers are not the same, but the mesh is: what f32 cannot say of its places is not lost.
+#[test]
+fn an_obj_in_a_surveyors_coordinates_looks_as_at_the_origin() {
+    let dir = tempfile::tempdir().unwrap();
+    let read = |origin: DVec3| {
+        let mut text = String::new();
+        for i in 0..33 {
+            for j in 0..33 {
+                let (x, z) = (f64::from(i) * 0.25, f64::from(j) * 0.25);
+                let p = origin + DVec3::new(x, (x * 1.3).sin() * (z * 0.9).cos(), z);
+                text += &format!("v {:.4} {:.4} {:.4}\n", p.x, p.y, p.z);
+            }
+        }
+        let corner = |i: i32, j: i32| 33 * i + j + 1;
+        for (i, j) in (0..32).flat_map(|i| (0..32).map(move |j| (i, j))) {
+            let square = [corner(i, j), corner(i, j + 1), corner(i + 1, j + 1), corner(i + 1, j)];
+            text += &format!("f {} {} {} {}\n", square[0], square[1], square[2], square[3]);
+        }
+        let path = dir.path().join("hills.obj");
+        std::fs::write(&path, text).unwrap();
+        load(&path, &LoadOptions::default()).unwrap().0
+    };
+    let near = picture(&read(DVec3::ZERO), 1.0);
+    let far = picture(&read(DVec3::new(500_000.0, 120.0, 5_300_000.0)), 1.0);
+    // Facets at an edge may be the other one.
+    let same = near.colors.iter().zip(&far.colors).filter(|(a, b)| a.abs_diff_eq(**b, 1.0 / 255.0)).count();
+    assert!(same * 100 >= near.colors.len() * 99, "{same} of {}", near.colors.len());
+}
+
 #[test]
 fn other_scales_and_places_change_nothing_that_shows() {
     for name in SCENES {

@@ -6,17 +6,25 @@
 
 use std::fmt::Write;
 
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
 use super::super::error::{LoadError, Warnings};
 use super::super::{Limits, uri::printable};
 use super::block::{Block, Corner, NONE, Statement};
+use super::far;
 use super::text::{self, Line, lines, mantissa, number, split_keyword};
 
-/// Reads the text of an OBJ: one block, whose indices all count from the start.
-pub(super) fn read(text: &str, limits: &Limits, warnings: &mut Warnings) -> Result<Block, LoadError> {
+/// Reads the text of an OBJ: one block, whose indices all count from the start and whose positions are
+/// relative to `origin`.
+pub(super) fn read(
+    text: &str,
+    limits: &Limits,
+    origin: Option<DVec3>,
+    warnings: &mut Warnings,
+) -> Result<Block, LoadError> {
     let mut reader = Reader {
         limits,
+        origin,
         block: Block::default(),
         triangles: 0,
         unknown: Vec::new(),
@@ -33,6 +41,7 @@ pub(super) fn read(text: &str, limits: &Limits, warnings: &mut Warnings) -> Resu
 
 struct Reader<'l> {
     limits: &'l Limits,
+    origin: Option<DVec3>,
     block: Block,
     triangles: u64,
     unknown: Vec<String>,
@@ -89,7 +98,9 @@ impl Reader<'_> {
             [r, g, b, a, ..] => Some(Vec4::new(r, g, b, a)),
             _ => None,
         };
-        self.block.vertex(Vec3::new(v[0], v[1], v[2]), color);
+        let position = Vec3::new(v[0], v[1], v[2]);
+        let position = self.origin.map_or(position, |origin| far::relative(rest, position, origin));
+        self.block.vertex(position, color);
         Ok(())
     }
 

@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
-use super::super::error::Warnings;
+use glam::DVec3;
+
 use super::super::memory::Budget;
 use super::super::uri::Folder;
 use super::super::{Limits, LoadOptions};
-use super::{carefully, quickly, scene};
+use super::{Read, carefully, quickly, scene};
 use crate::scene::Scene;
 
 /// A generator of numbers that are the same everywhere.
@@ -131,10 +132,9 @@ fn told(scene: &Scene, warnings: &[String]) -> String {
     )
 }
 
-fn finish(read: (super::Parsed, String), warnings: Warnings) -> Result<String, String> {
+fn finish(read: Read) -> Result<String, String> {
     let folder = Folder::of(std::path::Path::new("nowhere/x.obj"), false);
-    let (parsed, generator) = read;
-    match scene(parsed, generator, &folder, &LoadOptions::default(), &Budget::of(u64::MAX), warnings) {
+    match scene(read, &folder, &LoadOptions::default(), &Budget::of(u64::MAX)) {
         Ok((scene, w)) => Ok(told(&scene, &w.iter().map(ToString::to_string).collect::<Vec<_>>())),
         Err(e) => Err(e.to_string()),
     }
@@ -147,11 +147,12 @@ fn both_readers_make_the_same_scenes() {
     let (mut scenes, mut cases) = (0, 0);
     for _ in 0..6000 {
         let text = obj(&mut random);
-        let fast = quickly(text.as_bytes(), 100, &limits).unwrap_or_else(|| panic!("gave up at:\n{text}"));
-        let mut warnings = Warnings::default();
+        let origin = random.chance(4).then_some(DVec3::new(5e5, 4e6, -1e-3));
+        let fast =
+            quickly(text.as_bytes(), 100, &limits, origin).unwrap_or_else(|| panic!("gave up at:\n{text}"));
         let careful =
-            carefully(text.as_bytes(), &limits, &mut warnings).unwrap_or_else(|e| panic!("{e} in:\n{text}"));
-        let (fast, careful) = (finish(fast, Warnings::default()), finish(careful, warnings));
+            carefully(text.as_bytes(), &limits, origin).unwrap_or_else(|e| panic!("{e} in:\n{text}"));
+        let (fast, careful) = (finish(fast), finish(careful));
         assert!(fast == careful, "{text}\nfast: {fast:?}\n\ncareful: {careful:?}");
         scenes += usize::from(fast.is_ok());
         cases += 1;
@@ -173,12 +174,12 @@ fn the_fast_reader_never_accepts_what_the_careful_one_refuses_or_reads_otherwise
                 *b"\0 \t\n\r\\#/-+.0e9fvnts\x80\xff\x0b,o".get(random.below(27) as usize).unwrap_or(&b'x');
         }
         cases += 1;
-        let Some(fast) = quickly(&text[..], 100, &limits) else { continue };
+        let origin = random.chance(4).then_some(DVec3::new(-3.5, 1e7, 2e5));
+        let Some(fast) = quickly(&text[..], 100, &limits, origin) else { continue };
         taken += 1;
-        let mut warnings = Warnings::default();
         let shown = String::from_utf8_lossy(&text).into_owned();
-        let careful = carefully(&text, &limits, &mut warnings).unwrap_or_else(|e| panic!("{e} in:\n{shown}"));
-        let (fast, careful) = (finish(fast, Warnings::default()), finish(careful, warnings));
+        let careful = carefully(&text, &limits, origin).unwrap_or_else(|e| panic!("{e} in:\n{shown}"));
+        let (fast, careful) = (finish(fast), finish(careful));
         assert!(fast == careful, "{shown}\nfast: {fast:?}\n\ncareful: {careful:?}");
     }
     assert_eq!(cases, 20_000);
@@ -202,7 +203,7 @@ fn tobj_reads_plain_files_the_same() {
         let options = tobj::LoadOptions { single_index: false, ..Default::default() };
         let none = |_: &std::path::Path| Ok((Vec::new(), Default::default()));
         let model = tobj::load_obj_buf(&mut text.as_bytes(), &options, none).unwrap().0.remove(0).mesh;
-        let (parsed, _) = quickly(text.as_bytes(), 200, &Limits::default()).unwrap();
+        let parsed = quickly(text.as_bytes(), 200, &Limits::default(), None).unwrap().parsed;
         let corners: Vec<_> = parsed.triangles.concat();
         assert_eq!(corners.len(), model.indices.len(), "case {case}");
         for (i, corner) in corners.iter().enumerate() {
@@ -227,10 +228,7 @@ fn any_number_of_threads_reads_the_same() {
     for _ in 0..100 {
         let text = obj(&mut random);
         let read = |pool: &rayon::ThreadPool| {
-            pool.install(|| {
-                let read = quickly(text.as_bytes(), 64, &Limits::default()).unwrap();
-                finish(read, Warnings::default())
-            })
+            pool.install(|| finish(quickly(text.as_bytes(), 64, &Limits::default(), None).unwrap()))
         };
         let [one, two, five] = pools.each_ref().map(read);
         assert!(one == two && two == five, "{text}");

@@ -9,6 +9,7 @@ mod block;
 mod careful;
 mod colors;
 mod digits;
+mod far;
 mod float;
 mod libraries;
 mod map;
@@ -25,7 +26,6 @@ mod text;
 mod textures;
 
 use std::collections::HashMap;
-use std::io::Read;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -47,50 +47,77 @@ pub(super) fn load(
     folder: &Folder,
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
-    let mut warnings = Warnings::default();
     let limits = &options.limits;
     let budget = Budget::of(limits.memory_bytes);
+    let mut read = read_text(path, limits, &budget, None)?;
+    if let Some(middle) = far::middle(&read.parsed) {
+        // Only what is kept is in memory: the first reading goes before the second comes.
+        drop(read);
+        read = read_text(path, limits, &Budget::of(limits.memory_bytes), Some(middle))?;
+    }
+    scene(read, folder, options, &budget)
+}
+
+/// An OBJ's own text, read.
+struct Read {
+    parsed: Parsed,
+    /// What positions are relative to, where that is not where the file has its origin.
+    origin: Option<DVec3>,
+    generator: String,
+    warnings: Warnings,
+}
+
+/// Reads the text of a file, quickly where it can.
+fn read_text(
+    path: &Path,
+    limits: &Limits,
+    budget: &Budget,
+    origin: Option<DVec3>,
+) -> Result<Read, LoadError> {
     let file = super::uri::open_scene_file(path, limits.file_bytes)?;
     let bytes = file.get_ref().metadata().map_err(|e| LoadError::io(path, e))?.len();
     budget.obj(bytes)?;
-    let (parsed, generator) = match quickly(file, STRETCH, limits) {
-        Some(read) => read,
-        None => {
-            budget.obj_with_care(bytes)?;
-            let bytes = super::uri::read_scene_file(path, limits.file_bytes)?;
-            carefully(&bytes, limits, &mut warnings)?
-        }
-    };
-    scene(parsed, generator, folder, options, &budget, warnings)
+    if let Some(read) = quickly(file, STRETCH, limits, origin) {
+        return Ok(read);
+    }
+    budget.obj_with_care(bytes)?;
+    carefully(&super::uri::read_scene_file(path, limits.file_bytes)?, limits, origin)
 }
 
 /// Well-formed text, on all threads; `None` for any other.
-fn quickly(file: impl Read + Send, stretch: usize, limits: &Limits) -> Option<(Parsed, String)> {
-    let (blocks, head) = scan::read(file, stretch, limits)?;
-    Some((Parsed::new(blocks)?, generator(&text::decode(&head).0)))
+fn quickly(
+    file: impl std::io::Read + Send,
+    stretch: usize,
+    limits: &Limits,
+    origin: Option<DVec3>,
+) -> Option<Read> {
+    let (blocks, head) = scan::read(file, stretch, limits, origin)?;
+    let generator = generator(&text::decode(&head).0);
+    Some(Read { parsed: Parsed::new(blocks)?, origin, generator, warnings: Warnings::default() })
 }
 
 /// Any text, by tobj, with what it has to say.
-fn carefully(bytes: &[u8], limits: &Limits, warnings: &mut Warnings) -> Result<(Parsed, String), LoadError> {
+fn carefully(bytes: &[u8], limits: &Limits, origin: Option<DVec3>) -> Result<Read, LoadError> {
+    let mut warnings = Warnings::default();
     let (text, guessed) = text::decode(bytes);
     if guessed {
         warnings.add("", "lines that are not UTF-8 were read as Windows-1252");
     }
-    let block = careful::read(&text, limits, warnings)?;
+    let block = careful::read(&text, limits, origin, &mut warnings)?;
     // The reader has checked every index itself.
     let parsed = Parsed::new(vec![block]);
-    Ok((parsed.ok_or_else(|| LoadError::invalid("OBJ", "a face points at nothing"))?, generator(&text)))
+    let parsed = parsed.ok_or_else(|| LoadError::invalid("OBJ", "a face points at nothing"))?;
+    Ok(Read { parsed, origin, generator: generator(&text), warnings })
 }
 
 /// What was read, with materials, as a scene.
 fn scene(
-    mut parsed: Parsed,
-    generator: String,
+    read: Read,
     folder: &Folder,
     options: &LoadOptions,
     budget: &Budget,
-    mut warnings: Warnings,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
+    let Read { mut parsed, origin, generator, mut warnings } = read;
     let mut counted = |n: u64, what: &str| {
         if n > 0 {
             warnings.add("", format!("{n} {what}"));
@@ -115,10 +142,7 @@ fn scene(
         objects: parsed.objects.clone(),
         ..Default::default()
     };
-    let local = match options.up {
-        Up::Y => Local::IDENTITY,
-        Up::Z => Local::Matrix(DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y))),
-    };
+    let local = Local::Matrix(to_world(options.up, origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
     let (meshes, left_out) = meshes::meshes(parsed, &options.limits)?;
     if left_out > 0 {
@@ -151,6 +175,15 @@ fn scene(
     }
     (scene.images, scene.textures) = (images.images, images.textures);
     Ok((scene, warnings.into_vec()))
+}
+
+/// From coordinates relative to `origin` to the world.
+fn to_world(up: Up, origin: Option<DVec3>) -> DAffine3 {
+    let turn = match up {
+        Up::Y => DMat3::IDENTITY,
+        Up::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+    };
+    DAffine3 { matrix3: turn, translation: turn * origin.unwrap_or_default() }
 }
 
 /// The first comment, where exporters name themselves.

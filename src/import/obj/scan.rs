@@ -7,20 +7,21 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::Limits;
 use super::block::{Block, Corner, NONE, Statement};
 use super::stretches::Stretches;
-use super::{digits, float, text};
+use super::{digits, far, float, text};
 
-/// The blocks of a file, each of about `stretch` bytes, and how the file begins; or `None` where it
-/// takes a more careful reader.
+/// The blocks of a file, each of about `stretch` bytes, with positions relative to `origin`, and how the
+/// file begins; or `None` where it takes a more careful reader.
 pub(super) fn read(
     file: impl std::io::Read + Send,
     stretch: usize,
     limits: &Limits,
+    origin: Option<DVec3>,
 ) -> Option<(Vec<Block>, Vec<u8>)> {
     let source = Mutex::new(Stretches::new(file, stretch));
     let (vertices, triangles) = (AtomicU64::new(0), AtomicU64::new(0));
@@ -41,7 +42,7 @@ pub(super) fn read(
             let Some((index, bytes)) = next.map(|index| (index, buffer.as_slice())) else {
                 return Some(out);
             };
-            let block = Scanner { bytes, at: 0, block: Block::default() }.read().filter(|block| {
+            let block = Scanner { bytes, at: 0, block: Block::default(), origin }.read().filter(|block| {
                 within(&vertices, block.positions.len(), limits.vertices)
                     && within(&triangles, block.triangles(), limits.triangles)
             });
@@ -63,6 +64,7 @@ struct Scanner<'t> {
     bytes: &'t [u8],
     at: usize,
     block: Block,
+    origin: Option<DVec3>,
 }
 
 impl<'t> Scanner<'t> {
@@ -123,7 +125,11 @@ impl<'t> Scanner<'t> {
 
     /// x y z, perhaps w, perhaps a colour of three or four numbers.
     fn vertex(&mut self) -> Option<()> {
-        let (position, at) = three(self.bytes, self.at + 1)?;
+        let (mut position, at) = three(self.bytes, self.at + 1)?;
+        if let Some(origin) = self.origin {
+            let text = std::str::from_utf8(&self.bytes[self.at + 1..at]).ok()?;
+            position = far::relative(text, position, origin);
+        }
         self.at = at;
         let mut more = [0.0; 4];
         let mut count = 0;

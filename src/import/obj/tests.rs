@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::super::{LoadError, LoadOptions, Up, load};
 use crate::geometry::Rgb;
-use crate::scene::{AlphaMode, Material, Mesh, Reflectance, Scene};
-use glam::{Vec2, Vec3, Vec4};
+use crate::scene::{AlphaMode, Local, Material, Mesh, Reflectance, Scene};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 /// Loads `obj` with further files beside it.
 pub(super) fn read(
@@ -23,6 +23,13 @@ pub(super) fn read(
     fs::write(&path, obj).unwrap();
     let (scene, warnings) = load(&path, &LoadOptions::default())?;
     Ok((scene, warnings.iter().map(ToString::to_string).collect()))
+}
+
+fn load_with(obj: &str, options: &LoadOptions) -> Scene {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("scene.obj");
+    fs::write(&path, obj).unwrap();
+    load(&path, options).unwrap().0
 }
 
 pub(super) fn scene(obj: &str) -> Scene {
@@ -132,6 +139,33 @@ fn vertex_colours_on_all_or_some() {
     assert_eq!(all.meshes[0].colors[1], Vec4::new(0.0, 1.0, 0.0, 1.0));
     let (some, _) = read("v 0 0 0\nv 1 0 0 0 1 0 .5\nv 0 1 0 1.0\nf 1 2 3", &[]).unwrap();
     assert_eq!(some.meshes[0].colors, [Vec4::ONE, Vec4::new(0.0, 1.0, 0.0, 0.5), Vec4::ONE]);
+}
+
+/// In a surveyor's coordinates, metres in the millions, f32 has steps of half a metre.
+#[test]
+fn far_from_the_origin_vertices_keep_their_distances() {
+    let faces = "f 1 2 3\nf 1 3 4\n";
+    // The last line is the careful reader's.
+    for more in ["", "f 1 2 \\\n3\n"] {
+        let text = format!(
+            "v 500000.125 5300000.001 7\nv 500001.25 5300000 7.5\nv 500001 5300000.75 8\n\
+             v 500000.000 5300001.000 7.125\n{faces}{more}"
+        );
+        let (scene, warnings) = read(&text, &[]).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let Local::Matrix(to_world) = scene.nodes[0].local else { panic!("a matrix") };
+        let first = to_world.transform_point3(scene.meshes[0].positions[0].as_dvec3());
+        assert!(first.abs_diff_eq(DVec3::new(500000.125, 5300000.001, 7.0), 1e-7), "{first}");
+        let options = LoadOptions { up: Up::Z, ..LoadOptions::default() };
+        let turned = load_with(&text, &options).nodes[0].local.affine();
+        let first = turned.transform_point3(scene.meshes[0].positions[0].as_dvec3());
+        assert!(first.abs_diff_eq(DVec3::new(500000.125, 7.0, -5300000.001), 1e-7), "{first}");
+    }
+    // One face at the origin, and nothing is moved: what is there keeps its digits.
+    let near = "v 0.1 0 0\nv 1e6 0 0\nv 1e6 1e6 0\nf 2 3 1\nf 1 2 3\n";
+    let scene = scene(near);
+    assert_eq!(scene.nodes[0].local.affine(), DAffine3::IDENTITY);
+    assert!(scene.meshes[0].positions.contains(&Vec3::new(0.1, 0.0, 0.0)));
 }
 
 /// A smooth polygon that is not flat has one normal, however it is cut.
