@@ -4,6 +4,8 @@ use glam::{Vec3, Vec4};
 
 /// In place of an index: the corner has none.
 pub(super) const NONE: u32 = u32::MAX;
+/// In place of a colour: the vertex has none.
+pub(super) const COLORLESS: Vec4 = Vec4::NEG_INFINITY;
 /// Marks an index that counts from the start of its block: the rest is [`RELATIVE_ZERO`] more.
 const RELATIVE: u32 = 1 << 31;
 const RELATIVE_ZERO: i64 = 1 << 30;
@@ -44,7 +46,7 @@ pub(super) struct Mark {
 #[derive(Debug, Default)]
 pub(super) struct Block {
     pub positions: Vec<Vec3>,
-    /// As the file writes them; shorter than `positions` where the last ones have none.
+    /// As the file writes them, or [`COLORLESS`]; shorter than `positions` where the last ones have none.
     pub colors: Vec<Vec4>,
     pub uvs: Vec<[f32; 2]>,
     pub normals: Vec<Vec3>,
@@ -75,7 +77,7 @@ impl Block {
     #[inline]
     pub fn vertex(&mut self, position: Vec3, color: Option<Vec4>) {
         if let Some(color) = color {
-            self.colors.resize(self.positions.len(), Vec4::ONE);
+            self.colors.resize(self.positions.len(), COLORLESS);
             self.colors.push(color);
         }
         self.positions.push(position);

@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::block::{Block, Corner, Statement};
+use super::block::{Block, COLORLESS, Corner, Statement};
 use super::polygon::Triangulator;
 use super::smoothing::smooth;
 
@@ -36,8 +36,8 @@ pub(super) struct Segment {
 #[derive(Debug, Default)]
 pub(super) struct Parsed {
     pub positions: Vec<Vec3>,
-    /// By vertex, as the file writes them; empty where no vertex has one, white where this one has
-    /// none.
+    /// By vertex, as the file writes them; empty where no vertex has one, [`COLORLESS`] where this one
+    /// has none.
     pub colors: Vec<Vec4>,
     pub uvs: Vec<[f32; 2]>,
     pub normals: Vec<Vec3>,
@@ -84,10 +84,10 @@ impl Parsed {
         out.normals = joined(&mut blocks, |b| std::mem::take(&mut b.normals));
         if blocks.iter().any(|b| !b.colors.is_empty()) {
             for (block, own) in blocks.iter_mut().zip(&before) {
-                out.colors.resize(own[0], Vec4::ONE);
+                out.colors.resize(own[0], COLORLESS);
                 out.colors.append(&mut block.colors);
             }
-            out.colors.resize(out.positions.len(), Vec4::ONE);
+            out.colors.resize(out.positions.len(), COLORLESS);
         }
         smooth(&mut blocks, &out.segments, &out.positions, &mut out.normals);
         out.triangulate(blocks);
