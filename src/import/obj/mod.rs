@@ -20,6 +20,7 @@ mod parsed;
 mod polygon;
 mod scan;
 mod smoothing;
+mod straight;
 mod stretches;
 mod table;
 mod text;

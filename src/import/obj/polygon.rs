@@ -3,6 +3,8 @@
 use earcut::Earcut;
 use glam::{DVec2, DVec3, Vec3};
 
+use super::straight::{is_straight, split_edges, turning};
+
 /// Corners of a concave polygon beyond which it is cut as if it were convex: cutting ear by ear
 /// takes a time that grows with the square of them.
 const MOST_CORNERS: usize = 10_000;
@@ -26,13 +28,18 @@ pub(super) struct Triangulator {
 
 impl Triangulator {
     /// Triangles of a polygon, as indices into its corners by threes, wound as it is. Convex ones
-    /// are a fan from the first corner; concave ones are cut ear by ear on their plane.
+    /// are a fan from the first corner, or from the first that turns where triangles would have no area;
+    /// concave ones are cut ear by ear on their plane.
     pub fn triangulate(&mut self, corners: impl Iterator<Item = Vec3>) -> impl Iterator<Item = usize> {
         self.corners.clear();
         self.corners.extend(corners.map(|p| p.as_dvec3()));
         self.out.clear();
-        if self.corners.len() > 3 && self.flatten() && !is_convex(&self.flat) {
-            if self.flat.len() > MOST_CORNERS {
+        if self.corners.len() > 3 && self.flatten() {
+            if is_convex(&self.flat) {
+                if fan_is_flat(&self.flat) {
+                    self.pass_by_straight();
+                }
+            } else if self.flat.len() > MOST_CORNERS {
                 self.too_large += 1;
             } else if self.flat.len() > MOST_CROSSING && crosses_itself(&self.flat) {
                 self.crossing += 1;
@@ -46,8 +53,18 @@ impl Triangulator {
         self.out.iter().copied()
     }
 
+    /// Cuts a convex polygon as a fan between the corners that turn.
+    #[cold]
+    fn pass_by_straight(&mut self) {
+        let turning = turning(&self.flat);
+        self.out.extend(turning.windows(2).skip(1).flat_map(|pair| [turning[0], pair[0], pair[1]]));
+        split_edges(&self.flat, &mut self.out);
+    }
+
     fn cut_ears(&mut self) {
-        self.earcut.earcut(self.flat.iter().map(|p| p.to_array()), &[], &mut self.out);
+        let turning = turning(&self.flat);
+        self.earcut.earcut(turning.iter().map(|&i| self.flat[i].to_array()), &[], &mut self.out);
+        self.out.iter_mut().for_each(|i| *i = turning[*i]);
         for t in self.out.as_chunks_mut::<3>().0 {
             let [a, b, c] = t.map(|i| self.flat[i]);
             // The plane is laid so that the polygon runs counter-clockwise.
@@ -55,6 +72,7 @@ impl Triangulator {
                 t.swap(1, 2);
             }
         }
+        split_edges(&self.flat, &mut self.out);
     }
 
     /// The polygon on its own plane (Newell's), counter-clockwise. False without area.
@@ -69,6 +87,12 @@ impl Triangulator {
         self.flat.extend(p.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))));
         true
     }
+}
+
+/// True where a convex polygon's fan from its first corner has triangles without area.
+fn fan_is_flat(p: &[DVec2]) -> bool {
+    let n = p.len();
+    is_straight([p[0], p[1], p[2]]) || is_straight([p[n - 2], p[n - 1], p[0]])
 }
 
 /// True where a counter-clockwise polygon turns left at every corner, once around.
@@ -184,6 +208,31 @@ mod tests {
             corners.reverse();
             let (_, signed, total) = area(&corners);
             assert!((signed + expected).abs() < 1e-5 && (total - expected).abs() < 1e-5);
+        }
+    }
+
+    /// Without a triangle that has no area, and without leaving out the corners between.
+    #[test]
+    fn corners_on_straight_edges_are_corners_of_triangles() {
+        let square = [(0, 0), (1, 0), (3, 0), (4, 0), (4, 1), (4, 4), (2, 4), (1, 4), (0, 4), (0, 3), (0, 2)];
+        let triangle = [(0, 0), (1, 0), (2, 0), (3, 0), (0, 3)];
+        let ell = [(0, 0), (1, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2), (0, 1)];
+        for (points, expected) in [(&square[..], 16.0), (&triangle, 4.5), (&ell, 4.0)] {
+            for turn in [0.0, 0.7f32] {
+                let at =
+                    |&(x, y): &(i32, i32)| glam::Vec2::from_angle(turn).rotate(glam::ivec2(x, y).as_vec2());
+                let mut corners: Vec<Vec3> = points.iter().map(|p| at(p).extend(0.0)).collect();
+                for _ in 0..points.len() {
+                    let triangles = triangulate(&corners);
+                    let (count, signed, total) = area(&corners);
+                    assert_eq!(count, points.len() - 2);
+                    assert!((signed - expected).abs() < 1e-4 && (total - expected).abs() < 1e-4);
+                    assert!((0..points.len()).all(|i| triangles.as_flattened().contains(&i)));
+                    let double = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).z;
+                    assert!(triangles.iter().all(|t| double(t.map(|i| corners[i])) > 0.5), "{triangles:?}");
+                    corners.rotate_left(1);
+                }
+            }
         }
     }
 
