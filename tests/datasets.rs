@@ -91,6 +91,9 @@ fn depths_lie_on_the_mesh() {
         let (w, h) = (number(&all["w"]), number(&all["h"]));
         let expected = 2.0 * (0.5 * w / number(&all["fl_x"])).atan();
         assert!((number(&all["camera_angle_x"]) - expected).abs() < 1e-12);
+        let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| number(&all["aabb"][i][k])));
+        let (low, high) = (to_file(corner(0)), to_file(corner(1)));
+        assert!(low.min(high) == LOW && low.max(high) == HIGH && corner(0).cmple(corner(1)).all());
         let step = number(&all["integer_depth_scale"]);
         let frames = all["frames"].as_array().unwrap();
         assert_eq!(frames.len(), 7);

@@ -4,6 +4,7 @@
 use glam::{DMat3, DMat4, DVec3};
 use serde_json::{Map, Value, json};
 
+use crate::geometry::Aabb;
 use crate::render::Crop;
 use crate::scene::Camera;
 
@@ -46,6 +47,8 @@ pub struct Dataset {
     pub window: Crop,
     /// The world's up.
     pub up: WorldUp,
+    /// What holds the scene, in the world that is rendered.
+    pub bounds: Aabb,
     /// Metres that a step of an integer depth stands for, where there are such.
     pub depth_step: Option<f64>,
 }
@@ -75,6 +78,10 @@ impl Dataset {
             all.insert("w".into(), json!(w));
             all.insert("h".into(), json!(h));
         }
+        // instant-ngp looks for the scene here, and else near the origin alone.
+        if !self.bounds.is_empty() {
+            all.insert("aabb".into(), self.aabb());
+        }
         all.extend(self.depth_step.map(|step| ("integer_depth_scale".into(), json!(step))));
         all.insert("frames".into(), views.iter().map(|view| self.frame(view)).collect());
         format!("{:#}\n", Value::Object(all))
@@ -86,6 +93,16 @@ impl Dataset {
         frame.extend(view.layers.iter().map(|(key, name)| (key.to_string(), json!(name))));
         frame.insert("transform_matrix".into(), self.matrix(&view.camera));
         Value::Object(frame)
+    }
+
+    /// The lowest and the highest corner.
+    fn aabb(&self) -> Value {
+        let mut turned = Aabb::EMPTY;
+        turned.add(self.up.turn() * self.bounds.min);
+        turned.add(self.up.turn() * self.bounds.max);
+        // No zero has a sign.
+        let corner = |p: DVec3| p.to_array().map(|x| x + 0.0);
+        json!([corner(turned.min), corner(turned.max)])
     }
 
     /// Camera to world, row by row.

@@ -49,6 +49,7 @@ pub(super) fn write(job: &Job, views: &Views, scene: &Scene, path: &Path, index:
         size,
         window: RenderSettings { width, height, ..look.settings }.window(),
         up: views.up,
+        bounds: posed.bounds(),
         depth_step: depth_step(job, &start, size)?,
     };
     let file = views.file(outputs, path, index);
