@@ -6,7 +6,7 @@ use blinn::integrator::{Frame, Overrides, Phong, Stage};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
     Camera, ColorInput, Instance, Local, Material, Mesh, MtlReflectance, Node, PoseSettings, PosedLight,
-    Projection, Reflectance, Scene, View, pose,
+    Projection, Reflectance, Scene, Sky, View, pose,
 };
 use glam::{DQuat, DVec3, Vec3};
 
@@ -51,6 +51,18 @@ const FLAT: (DVec3, DQuat) = (DVec3::ZERO, DQuat::IDENTITY);
 
 /// L of what an eye at `eye` sees at the origin, slightly off the square's diagonal.
 fn seen(scene: &Scene, eye: DVec3, lights: &[PosedLight], ambient: Rgb, stage: Stage) -> Vec3 {
+    seen_under(scene, eye, lights, ambient, None, stage)
+}
+
+/// The same under a sky.
+fn seen_under(
+    scene: &Scene,
+    eye: DVec3,
+    lights: &[PosedLight],
+    ambient: Rgb,
+    sky: Option<Sky>,
+    stage: Stage,
+) -> Vec3 {
     let settings = PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() };
     let posed = pose(scene, &settings).unwrap();
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -63,7 +75,7 @@ fn seen(scene: &Scene, eye: DVec3, lights: &[PosedLight], ambient: Rgb, stage: S
         camera,
         lights: lights.to_vec(),
         ambient,
-        sky: None,
+        sky,
         overrides: Overrides::default(),
         cull: true,
         shadows: true,
@@ -92,6 +104,19 @@ fn close(got: f32, expected: f64, tolerance: f64) {
 }
 
 const EYE: DVec3 = DVec3::new(0.0, 0.0, 5.0);
+
+/// Ka weighs I_a, the lecture's one number. The light of a sky is reflected by k_d, whatever Ka says: many
+/// exporters write none.
+#[test]
+fn a_sky_lights_what_is_matt_by_its_diffuse_colour() {
+    let (k_a, k_d, light) = (Rgb::new(0.0, 0.2, 0.2), Rgb::new(0.5, 0.25, 0.125), Rgb::new(2.0, 1.0, 4.0));
+    let scene = squares(&[FLAT], material(k_a, k_d, Rgb::ZERO, 1.0));
+    let lit = seen(&scene, EYE, &[], light, Stage::Phong);
+    assert!(lit.abs_diff_eq(k_a * light, 1e-6), "{lit}");
+    let sky = Sky::from_equirectangular(64, 32, |_, _| light);
+    let under = seen_under(&scene, EYE, &[], Rgb::ZERO, Some(sky), Stage::Phong);
+    assert!(under.abs_diff_eq(k_d * light, 1e-2), "{under}");
+}
 
 fn lecture_view(proj_distance: f64) -> View {
     View {

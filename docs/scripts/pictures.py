@@ -190,7 +190,8 @@ OPTION_SHEETS = [
     Sheet(
         "ao",
         "Ambient occlusion",
-        "The ambient term by how much of it arrives; here nothing but that term. Few rays suffice.",
+        "The ambient term by how much of it arrives; here nothing but that term. Few rays suffice. "
+        "An MTL's `Ka 0 0 0` leaves none: without that line k_a is the diffuse colour, and with `--hdri` it always is.",
         "assembly/assembly.glb",
         ["", "--ao 4", "--ao 16", "--ao 64", "--ao 64,.02", "--ao 64,inf"],
         "--lights none --ambient .8,.8,.8 --exposure 0 --view standard",

@@ -120,7 +120,7 @@ pub(super) fn base_color(posed: &PosedScene, material: &Material, surface: &Surf
 
 impl Coefficients {
     /// The coefficients at `surface`, as its material and its textures say.
-    fn at(posed: &PosedScene, surface: &Surface) -> Coefficients {
+    fn at(posed: &PosedScene, surface: &Surface, under_sky: bool) -> Coefficients {
         let material = &posed.materials[surface.material as usize];
         let color = base_color(posed, material, surface);
         let mut k = Coefficients {
@@ -134,7 +134,7 @@ impl Coefficients {
             through: Rgb::ZERO,
         };
         match &material.reflectance {
-            Reflectance::Mtl(mtl) => k.mtl(mtl, posed, surface),
+            Reflectance::Mtl(mtl) => k.mtl(mtl, posed, surface, under_sky),
             Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
                 let metallic = metallic.at(posed, surface).clamp(0.0, 1.0);
                 let roughness = roughness.at(posed, surface).clamp(0.0, 1.0);
@@ -174,8 +174,10 @@ impl Coefficients {
         self.shininess = p;
     }
 
-    fn mtl(&mut self, mtl: &MtlReflectance, posed: &PosedScene, surface: &Surface) {
-        if let Some(ambient) = &mtl.ambient {
+    fn mtl(&mut self, mtl: &MtlReflectance, posed: &PosedScene, surface: &Surface, under_sky: bool) {
+        // Ka weighs the lecture's I_a. What a sky sends is light like any other, which matt surfaces
+        // reflect by their diffuse colour.
+        if let Some(ambient) = mtl.ambient.as_ref().filter(|_| !under_sky) {
             self.k_a = ambient.at(posed, surface);
         }
         self.k_s = mtl.specular.at(posed, surface);
@@ -197,13 +199,19 @@ impl Coefficients {
 
 /// Coefficients of one surface after the other. Where a material is the same all over, and so for the
 /// next surface as for the last, they are computed once.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Lookup {
+    /// Whether ambient light comes from a sky.
+    under_sky: bool,
     /// The last material that is the same all over.
     last: Option<(u32, Coefficients)>,
 }
 
 impl Lookup {
+    pub fn new(under_sky: bool) -> Lookup {
+        Lookup { under_sky, last: None }
+    }
+
     /// The coefficients at `surface`. `roughening` is what its normals' spread adds to α²
     /// ([`Surface::shading_normals`]).
     pub fn at(
@@ -217,7 +225,7 @@ impl Lookup {
         let mut k = match self.last {
             Some((last, k)) if last == surface.material && !surface.is_colored() => k,
             _ => {
-                let k = Coefficients::at(posed, surface);
+                let k = Coefficients::at(posed, surface, self.under_sky);
                 let even = !material.is_textured() && !surface.is_colored();
                 self.last = if even { Some((surface.material, k)) } else { self.last };
                 k

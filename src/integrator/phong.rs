@@ -91,7 +91,7 @@ impl Phong {
         ground: &mut [Option<f64>],
     ) -> Vec<Point<'s>> {
         let mut points = Vec::with_capacity(whose.len());
-        let (mut facets, mut coefficients) = (Facets::new(), Lookup::default());
+        let (mut facets, mut coefficients) = (Facets::new(), Lookup::new(frame.sky.is_some()));
         let (mut size, mut differential) = ([0.0; 2], None);
         for (i, (hit, &sample)) in scratch.hits.iter().zip(whose).enumerate() {
             let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
