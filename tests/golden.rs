@@ -85,7 +85,7 @@ fn path(model: &str) -> PathBuf {
 fn shots() -> Vec<(&'static str, Shot)> {
     let phong = || Shot::lecture(Stage::Phong);
     let none = Rgb::ZERO;
-    let only_specular = Overrides { k_d: Some(none), k_s: Some(Rgb::ONE), shininess: Some(30.0) };
+    let only_specular = Overrides { k_d: Some(none), k_s: Some(Rgb::ONE), shininess: Some(30.0), k_e: None };
     let ambient =
         Lighting { sources: Some(Vec::new()), ambient: Some(Rgb::splat(0.6)), ..Default::default() };
     let mut two_lights = phong().lighting;

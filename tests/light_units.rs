@@ -77,6 +77,25 @@ fn with_the_right_unit_a_diffuse_scene_equals_blenders() {
     }
 }
 
+/// Runs the program, and gives its picture and what it told.
+fn picture(folder: &Path, scene: &Path, flags: &[&str], out: &str) -> (image::GrayImage, String) {
+    let fixed = ["render", scene.to_str().unwrap(), "--size", "48x36", "-s", "1", "-v", "-o", out];
+    let output = Command::new(env!("CARGO_BIN_EXE_blinn"))
+        .args(fixed)
+        .args(flags)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    (image::open(folder.join(out)).unwrap().into_luma8(), told)
+}
+
+/// What the log says of a picture's exposure.
+fn exposure(told: &str) -> &str {
+    told.lines().find_map(|l| l.strip_prefix("exposure: ")).unwrap_or_else(|| panic!("{told}"))
+}
+
 /// Whatever the mode, the picture that a user gets without a flag is a picture, and the log's line
 /// makes the same again.
 #[test]
@@ -85,22 +104,9 @@ fn every_mode_is_exposed_and_the_log_says_how() {
     for kind in KINDS {
         for (mode, _) in MODES {
             let scene = folder().join(format!("{kind}_{mode}.glb"));
-            let picture = |flags: &[&str], out: &str| {
-                let fixed =
-                    ["render", scene.to_str().unwrap(), "--size", "48x36", "-s", "1", "-v", "-o", out];
-                let output = Command::new(env!("CARGO_BIN_EXE_blinn"))
-                    .args(fixed)
-                    .args(flags)
-                    .current_dir(dir.path())
-                    .output()
-                    .unwrap();
-                let told = String::from_utf8(output.stderr).unwrap();
-                assert_eq!(output.status.code(), Some(0), "{told}");
-                (image::open(dir.path().join(out)).unwrap().into_luma8(), told)
-            };
+            let picture = |flags: &[&str], out: &str| picture(dir.path(), &scene, flags, out);
             let (usual, told) = picture(&[], "a.png");
-            let line =
-                told.lines().find_map(|l| l.strip_prefix("exposure: ")).unwrap_or_else(|| panic!("{told}"));
+            let line = exposure(&told);
             let mut sorted = usual.to_vec();
             sorted.sort();
             let at = |share: usize| sorted[(sorted.len() - 1) * share / 100];
@@ -110,6 +116,59 @@ fn every_mode_is_exposed_and_the_log_says_how() {
             assert!(high - low > 60, "{kind} {mode}: {low} to {high}, {line}");
             let flags: Vec<&str> = line.split_whitespace().collect();
             assert!(picture(&flags, "b.png").0 == usual, "{kind} {mode}: {line} makes it again");
+        }
+    }
+}
+
+/// A scene of the folder with its ball, the third material, changed.
+fn with_ball(scene: &str, change: serde_json::Value) -> Vec<u8> {
+    let glb = std::fs::read(folder().join(scene)).unwrap();
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    let (json, bin) = glb[20..].split_at(length);
+    let mut json: serde_json::Value = serde_json::from_slice(json).unwrap();
+    for (key, value) in change.as_object().unwrap() {
+        json["materials"][2][key] = value.clone();
+    }
+    let mut text = json.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let all = (20 + text.len() + bin.len()) as u32;
+    let head = [&b"glTF\x02\0\0\0"[..], &all.to_le_bytes(), &(text.len() as u32).to_le_bytes(), b"JSON"];
+    [head.concat(), text, bin.to_vec()].concat()
+}
+
+/// What shines by itself is in no unit: it tells nothing about the lights', and stays as bright as it is.
+#[test]
+fn what_emits_is_neither_metered_nor_scaled_with_the_lights() {
+    let dir = tempfile::tempdir().unwrap();
+    let unlit = serde_json::json!({"extensions": {"KHR_materials_unlit": {}}});
+    let emits = serde_json::json!({"emissiveFactor": [1, 1, 1],
+        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}});
+    for (mode, _) in &MODES[1..] {
+        let scene = format!("point_{mode}.glb");
+        let (plain, told) = picture(dir.path(), &folder().join(&scene), &[], "plain.png");
+        for (name, ball) in [("unlit", &unlit), ("emits", &emits)] {
+            let changed = dir.path().join("changed.glb");
+            std::fs::write(&changed, with_ball(&scene, ball.clone())).unwrap();
+            let picture = |flags: &[&str]| picture(dir.path(), &changed, flags, "ball.png");
+            let scale = |told: &str| {
+                let last = exposure(told).split(' ').next_back().unwrap();
+                last.parse::<f64>().unwrap_or_else(|_| panic!("{told}"))
+            };
+            let (usual, others) = picture(&[]);
+            let ratio = scale(&others) / scale(&told);
+            assert!((0.9..1.1).contains(&ratio), "{name} {mode}: {others}, without {told}");
+            // The ball by itself, where it is bright enough to be told from the background.
+            let (alone, _) = picture(&["--lights", "none", "--ambient", "0,0,0", "--exposure", "0"]);
+            let mut shines = 0;
+            for ((usual, alone), plain) in usual.iter().zip(alone.iter()).zip(plain.iter()) {
+                if *alone > 100 {
+                    shines += 1;
+                    assert!(name == "emits" || usual == alone, "{name} {mode}: {usual}, not {alone}");
+                } else {
+                    assert!(usual.abs_diff(*plain) < 10, "{name} {mode}: {usual}, without {plain}");
+                }
+            }
+            assert!(shines > 20, "{name} {mode}: {shines}");
         }
     }
 }

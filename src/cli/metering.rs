@@ -8,7 +8,7 @@ use super::job::natural_size;
 use super::studio::{Moment, Studio};
 use super::values::Exposure;
 use crate::geometry::Rgb;
-use crate::integrator::{Frame, Phong, Stage};
+use crate::integrator::{Phong, Stage};
 use crate::render::{Metering, meter};
 use crate::scene::{Lit, View};
 
@@ -17,13 +17,13 @@ use crate::scene::{Lit, View};
 pub(super) struct Exposed {
     /// Stops.
     pub ev: f64,
-    /// Takes the place of the ambient colour.
-    pub ambient: Option<Rgb>,
+    /// Multiplies the file's lights, where they are in another unit than the usual one.
+    pub light_scale: Option<f32>,
 }
 
 impl Exposed {
     fn at(ev: f64) -> Exposed {
-        Exposed { ev, ambient: None }
+        Exposed { ev, light_scale: None }
     }
 }
 
@@ -41,30 +41,47 @@ pub(super) fn expose<'a>(studio: &Studio<'a>, start: &mut Moment<'a>, lit: &Lit)
     }
     studio.build(start)?;
     let since = Instant::now();
-    let metered = metered(studio, start, lit.assumed)?;
+    // What the lights' unit is shows in the lights alone.
+    let lights =
+        if lit.assumed && look.stage != Stage::Color { metered(studio, start, Seen::Lights)? } else { None };
+    let metered = match lights {
+        Some(lights) if look.exposure.is_none() || !is_near(&lights) => Some(lights),
+        _ => metered(studio, start, Seen::All)?,
+    };
     studio.teller.stage("meter", since, "");
+    if let Some(lights) = lights.filter(|lights| !is_near(lights)) {
+        // No file says which unit it is. All else that shines — the world, what emits, what is not lit — is
+        // in none, and stays what it is beside them.
+        let light_scale = look.lighting.scale * libm::exp2(lights.ev) as f32;
+        let light_scale = light_scale.clamp(f32::MIN_POSITIVE, f32::MAX);
+        studio.teller.note(&format!("exposure: --exposure 0 --light-scale {light_scale}"));
+        return Ok(Exposed { ev: 0.0, light_scale: Some(light_scale) });
+    }
     let Some(metered) = metered else {
         studio.teller.warn("nothing that the camera sees is lit: exposure 0")?;
         return Ok(Exposed::at(0.0));
     };
     // Blender's files near mid-grey are exposed as their author saw them.
-    let near = metered.below_mid_grey.abs() <= 4.0;
-    let keep = look.exposure.is_none() && start.posed.scene.source.is_blender() && near;
+    let keep = look.exposure.is_none() && start.posed.scene.source.is_blender() && is_near(&metered);
     let ev = if keep { 0.0 } else { (metered.ev * 1e4).round() / 1e4 };
-    if near || !lit.assumed {
-        studio.teller.note(&format!("exposure: --exposure {ev}"));
-        return Ok(Exposed::at(ev));
-    }
-    // Far from it, the lights are in another unit than the usual one — no file says which — and the
-    // world, which is in none, stays what it is beside them.
-    let ambient = lit.rig.ambient * libm::exp2(-ev) as f32;
-    let [r, g, b] = ambient.to_array();
-    studio.teller.note(&format!("exposure: --exposure {ev} --ambient {r},{g},{b}"));
-    Ok(Exposed { ev, ambient: Some(ambient) })
+    studio.teller.note(&format!("exposure: --exposure {ev}"));
+    Ok(Exposed::at(ev))
 }
 
-/// `assumed`: what the lights' unit is shows in the lights alone.
-fn metered(studio: &Studio, start: &Moment, assumed: bool) -> Result<Option<Metering>> {
+/// True near mid-grey.
+fn is_near(metered: &Metering) -> bool {
+    metered.below_mid_grey.abs() <= 4.0
+}
+
+/// What is metered.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Seen {
+    All,
+    /// What lights shine on.
+    Lights,
+}
+
+fn metered(studio: &Studio, start: &Moment, seen: Seen) -> Result<Option<Metering>> {
     let scene = start.posed.scene;
     // The shape is the camera's, not the picture's: thumbnails are exposed as their originals.
     let (width, height) = natural_size(scene, (!scene.cameras.is_empty()).then_some(0));
@@ -75,13 +92,11 @@ fn metered(studio: &Studio, start: &Moment, assumed: bool) -> Result<Option<Mete
         View { clip: studio.look.view.clip, ..View::default() }
     };
     let (camera, _) = view.resolve(&start.posed, width, height)?;
-    let frame = studio.frame(start, camera)?;
-    let integrator = Phong { stage: studio.look.stage };
-    if assumed {
-        let unlit = Frame { ambient: Rgb::ZERO, ..frame.clone() };
-        if let Some(metered) = meter(&unlit, &integrator, aspect, &())? {
-            return Ok(Some(metered));
-        }
+    let mut frame = studio.frame(start, camera)?;
+    if seen == Seen::Lights {
+        frame.ambient = Rgb::ZERO;
+        frame.sky = None;
+        frame.overrides.k_e = Some(Rgb::ZERO);
     }
-    Ok(meter(&frame, &integrator, aspect, &())?)
+    Ok(meter(&frame, &Phong { stage: studio.look.stage }, aspect, &())?)
 }

@@ -17,7 +17,7 @@ use crate::integrator::{Frame, Occlusion, Phong};
 use crate::output::{Part, Picture};
 use crate::render::{Adaptive, RenderSettings, Watch, render, render_aovs, render_mattes};
 use crate::scene::{
-    Camera, Ground, GroundKind, Lighting, PoseSettings, PosedScene, Scene, Turn, clip_end, pose,
+    Camera, Ground, GroundKind, Lighting, Lit, PoseSettings, PosedScene, Scene, Turn, clip_end, pose,
 };
 
 /// A scene with all that its pictures share.
@@ -80,11 +80,7 @@ impl<'a> Studio<'a> {
             pivot: look.turning.map_or(DVec3::ZERO, |_| moment.posed.clip_sphere().centre),
             settings,
             surroundings: Surroundings::of(look, &moment.posed),
-            lighting: Lighting {
-                sources: Some(lit.sources.clone()),
-                ambient: Some(lit.rig.ambient),
-                ..look.lighting.clone()
-            },
+            lighting: settled(look.lighting.clone(), &lit),
             exposed: Exposed::default(),
             display: Display {
                 ev: 0.0,
@@ -102,7 +98,11 @@ impl<'a> Studio<'a> {
         let ev = studio.exposed.ev;
         studio.display.ev = ev;
         studio.settings.adaptive = settings.adaptive.map(|adaptive| Adaptive { ev, ..adaptive });
-        studio.lighting.ambient = studio.exposed.ambient.or(studio.lighting.ambient);
+        if let Some(scale) = studio.exposed.light_scale {
+            let scaled = Lighting { scale, ..look.lighting.clone() };
+            let lit = scaled.resolve(&moment.posed, &camera);
+            studio.lighting = settled(scaled, &lit);
+        }
         if look.ground == Some(GroundKind::Shadow) && lit.rig.lights.is_empty() && look.ao.is_none() {
             teller.warn("--ground shadow shows nothing: no light casts a shadow, and --ao is not given")?;
         }
@@ -217,6 +217,11 @@ impl<'a> Studio<'a> {
         let depth_step = self.depth_step;
         Ok(Picture { layers, mattes, part, depth_step, ..Picture::new(pixels, self.display) })
     }
+}
+
+/// The same lighting for every frame: its sources and its ambient colour are those that were resolved.
+fn settled(lighting: Lighting, lit: &Lit) -> Lighting {
+    Lighting { sources: Some(lit.sources.clone()), ambient: Some(lit.rig.ambient), ..lighting }
 }
 
 fn check_crop(settings: &RenderSettings) -> Result<()> {

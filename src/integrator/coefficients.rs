@@ -45,6 +45,8 @@ pub struct Overrides {
     pub k_s: Option<Rgb>,
     /// Replaces p.
     pub shininess: Option<f32>,
+    /// Replaces k_e, and the colour of what is not lit.
+    pub k_e: Option<Rgb>,
 }
 
 impl ColorInput {
@@ -237,6 +239,7 @@ impl Lookup {
         k.k_d = overrides.k_d.unwrap_or(k.k_d);
         k.k_s = overrides.k_s.unwrap_or(k.k_s);
         k.shininess = overrides.shininess.unwrap_or(k.shininess);
+        k.k_e = overrides.k_e.unwrap_or(k.k_e);
         k
     }
 }

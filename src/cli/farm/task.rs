@@ -182,14 +182,11 @@ impl<'a> Plan<'a> {
 
         let mut given = self.given.without(&OWN);
         let mut resolved = vec![format!("--size={width}x{height}")];
-        let Exposed { ev, ambient } = studio.exposed;
+        let Exposed { ev, light_scale } = studio.exposed;
         resolved.push(format!("--exposure={ev}"));
-        // What is all around takes the place of an even ambient light.
-        if let Some(ambient) = ambient.filter(|_| look.lighting.sky.is_none()) {
-            given = given.without(&["ambient"]);
-            // f64 says an f32 exactly.
-            let [r, g, b] = ambient.to_array().map(f64::from);
-            resolved.push(format!("--ambient={r},{g},{b}"));
+        if let Some(light_scale) = light_scale {
+            given = given.without(&["light-scale"]);
+            resolved.push(format!("--light-scale={light_scale}"));
         }
         // What a file's camera sees is in the file, and may move; a dataset has many views.
         if job.views.is_none() && !look.view.is_of_file(&scene) {

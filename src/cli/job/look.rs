@@ -203,7 +203,7 @@ fn layers(args: &ImageArgs) -> Layers {
 }
 
 fn overrides(args: &ShadingArgs) -> Overrides {
-    Overrides { k_d: args.kd, k_s: args.ks, shininess: args.shininess.map(|p| p as f32) }
+    Overrides { k_d: args.kd, k_s: args.ks, shininess: args.shininess.map(|p| p as f32), k_e: None }
 }
 
 fn view(args: &CameraArgs) -> Result<View, Usage> {
