@@ -13,7 +13,7 @@ use super::geometry::{self, PrimitiveId};
 use super::graph::{self, Placed};
 use super::instancing::Drawn;
 use super::texture::Textures;
-use super::{instancing, light, material, topology, variants};
+use super::{blender, instancing, light, material, topology, variants};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::{LoadOptions, Up};
 use crate::scene::{Format, Instance, Local, Material, Mesh, Node, Scene, Source};
@@ -40,9 +40,6 @@ pub(super) fn scene(
     let mut scene = Scene { source: source(doc), ..Scene::default() };
     let mesh_ids = scene.add_meshes(meshes?, &wanted, &surfaces);
     scene.materials = surfaces.materials;
-    // Its exporter writes its maps' strengths as they are.
-    let blends = scene.source.is_blender();
-    scene.materials.iter_mut().filter_map(|m| m.normal.as_mut()).for_each(|map| map.blends = blends);
     scene.images = surfaces.textures.images;
     scene.textures = surfaces.textures.textures;
     scene.add_nodes(doc, &placed, options.up);
@@ -76,6 +73,10 @@ pub(super) fn scene(
     }
     let places = Places { nodes: &copies, materials: &surfaces.of_file, lights: &lit, cameras: &cameras };
     scene.animations = animations(doc, &places, warnings)?;
+    if scene.source.is_blender() {
+        blender::restore(&mut scene);
+    }
+    scene.add_tangents();
     Ok(scene)
 }
 
@@ -206,8 +207,7 @@ impl Surfaces {
 }
 
 impl Scene {
-    /// Stores the meshes that there are, with tangents where their material needs them, and says
-    /// which scene meshes each of the file's meshes became.
+    /// Stores the meshes that there are, and says which scene meshes each of the file's meshes became.
     fn add_meshes(
         &mut self,
         meshes: Vec<Option<Mesh>>,
@@ -223,12 +223,17 @@ impl Scene {
                 self.meshes.push(mesh);
             }
         }
+        ids
+    }
+
+    /// Gives meshes tangents whose material needs them.
+    fn add_tangents(&mut self) {
+        let (materials, source) = (&self.materials, &self.source);
         self.meshes.par_iter_mut().for_each(|mesh| {
-            if let Some(map) = surfaces.materials[mesh.material as usize].normal {
-                tangents::generate(mesh, &map.texture, &self.source);
+            if let Some(map) = &materials[mesh.material as usize].normal {
+                tangents::generate(mesh, &map.texture, source);
             }
         });
-        ids
     }
 
     /// The walk's nodes, below one more that turns the world where +Z is up in the file.

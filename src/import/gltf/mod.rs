@@ -5,6 +5,7 @@
 
 mod accessor;
 mod animation;
+mod blender;
 mod build;
 mod color;
 mod container;

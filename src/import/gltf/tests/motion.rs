@@ -143,7 +143,7 @@ fn pointers_into_specular_and_glossiness() {
     assert_eq!(driven(&format!("extensions/{glossy}/diffuseFactor")), (Vec3::splat(0.25), 0.5));
 }
 
-fn skinned() -> Fixture {
+pub(super) fn skinned() -> Fixture {
     let mut fixture = Fixture::triangle();
     let joints = fixture.accessor(5121, "VEC4", 3, &[0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
     let weights = fixture.vec4(&[[0.5, 0.5, 0.0, 0.0]; 3]);

@@ -1,0 +1,43 @@
+//! What Blender's exporter writes otherwise than glTF means it, taken back.
+
+use std::collections::HashMap;
+
+use glam::{DMat3, Vec3};
+
+use crate::scene::{Mesh, Scene};
+
+/// Makes of a scene out of Blender's exporter what it was in Blender.
+pub(super) fn restore(scene: &mut Scene) {
+    // Its exporter writes its maps' strengths as they are.
+    scene.materials.iter_mut().filter_map(|m| m.normal.as_mut()).for_each(|map| map.blends = true);
+    restore_normals(scene);
+}
+
+/// Normals of skinned meshes are to be those of the world at rest. The exporter takes them there from the
+/// armature's frame by its matrix A, where A⁻ᵀ would be right; so they are A⁻ᵀA⁻¹ away from that.
+///
+/// A bone at rest is A·B, its own B without scale, and its inverse bind matrix M = (A·B)⁻¹: so
+/// A⁻ᵀA⁻¹ = MᵀM, whichever bone it is and whether or not the armature is in the file.
+fn restore_normals(scene: &mut Scene) {
+    let skins: HashMap<u32, u32> = scene.instances.iter().filter_map(|i| Some((i.mesh, i.skin?))).collect();
+    for (mesh, skin) in skins {
+        let Some(bind) = scene.skins[skin as usize].inverse_bind.first() else { continue };
+        let stretch = bind.matrix3.transpose() * bind.matrix3;
+        scene.meshes[mesh as usize].map_normals(&stretch);
+    }
+}
+
+impl Mesh {
+    /// Takes every normal, at rest and as morphed, through a matrix.
+    fn map_normals(&mut self, by: &DMat3) {
+        let map = |n: Vec3| (*by * n.as_dvec3()).try_normalize().map_or(n, |n| n.as_vec3());
+        let Mesh { normals, morphs, .. } = self;
+        let mapped: Vec<Vec3> = normals.iter().map(|&n| map(n)).collect();
+        for target in morphs {
+            for ((d, &n), &to) in target.normals.iter_mut().zip(&*normals).zip(&mapped) {
+                *d = map(n + *d) - to;
+            }
+        }
+        *normals = mapped;
+    }
+}

@@ -1,0 +1,55 @@
+//! What Blender's exporter writes otherwise than glTF means it.
+
+use glam::{DMat3, DMat4, DVec3, Vec3};
+use serde_json::json;
+
+use super::super::fixture::Fixture;
+use super::motion::skinned;
+use crate::scene::{Mesh, Scene};
+
+/// The same file by Blender and by another program.
+fn by_both(mut fixture: Fixture) -> [Scene; 2] {
+    ["Khronos glTF Blender I/O v5.0.21", ""].map(|generator| {
+        fixture.json["asset"]["generator"] = json!(generator);
+        fixture.load().0
+    })
+}
+
+fn near(found: &[Vec3], expected: &[Vec3]) -> bool {
+    found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| a.abs_diff_eq(*b, 1e-5))
+}
+
+/// A triangle under an armature that is scaled, turned and sheared, with a target that turns its normal: the
+/// exporter takes normals of the armature's frame to the world as it takes places there.
+#[test]
+fn normals_of_skinned_meshes_are_those_of_the_bent_surface() {
+    let turn = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_y(0.4);
+    let armature = DMat3::from_diagonal(DVec3::new(1.2, 0.8, 1.0))
+        * turn
+        * DMat3::from_diagonal(DVec3::new(1.0, 1.0, 1.8));
+    let inside = [Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.8, -0.6), Vec3::Z];
+    let target = [Vec3::Y, Vec3::new(0.6, 0.8, 0.0), Vec3::Z];
+    let through = |by: DMat3| move |n: &Vec3| (by * n.as_dvec3()).normalize().as_vec3();
+    let written = inside.map(|n| through(armature)(&n));
+    let deltas: Vec<Vec3> = target.iter().zip(written).map(|(n, base)| through(armature)(n) - base).collect();
+
+    let mut fixture = skinned();
+    let normals = fixture.vec3(&written.map(|n| n.to_array()));
+    let deltas = fixture.vec3(&deltas.iter().map(|n| n.to_array()).collect::<Vec<_>>());
+    fixture.primitive()["attributes"]["NORMAL"] = json!(normals);
+    fixture.primitive()["targets"] = json!([{"NORMAL": deltas}]);
+    // Whatever the bones' own axes.
+    let bones = [DMat3::from_rotation_z(1.0), DMat3::from_rotation_y(2.0)];
+    let bind = bones.map(|bone| DMat4::from_mat3(armature * bone).inverse().as_mat4().to_cols_array());
+    let bind = fixture.floats("MAT4", 16, bind.as_flattened());
+    fixture.json["skins"][0]["inverseBindMatrices"] = json!(bind);
+
+    let [blender, other] = by_both(fixture);
+    let morphed = |mesh: &Mesh| -> Vec<Vec3> {
+        mesh.normals.iter().zip(&mesh.morphs[0].normals).map(|(n, d)| *n + *d).collect()
+    };
+    let right = through(armature.inverse().transpose());
+    assert!(near(&blender.meshes[0].normals, &inside.map(|n| right(&n))));
+    assert!(near(&morphed(&blender.meshes[0]), &target.map(|n| right(&n))));
+    assert!(near(&other.meshes[0].normals, &written));
+}
