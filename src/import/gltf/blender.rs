@@ -10,7 +10,15 @@ use crate::scene::{Mesh, Scene};
 pub(super) fn restore(scene: &mut Scene) {
     // Its exporter writes its maps' strengths as they are.
     scene.materials.iter_mut().filter_map(|m| m.normal.as_mut()).for_each(|map| map.blends = true);
+    scene.meshes.iter_mut().for_each(forget_tangents);
     restore_normals(scene);
+}
+
+/// Blender's own shading takes tangents along the coordinates of the normal map. Those in its files are along
+/// the mesh's main ones, and of skinned meshes they lack the turn of the armature.
+fn forget_tangents(mesh: &mut Mesh) {
+    mesh.tangents.clear();
+    mesh.morphs.iter_mut().for_each(|target| target.tangents.clear());
 }
 
 /// Normals of skinned meshes are to be those of the world at rest. The exporter takes them there from the

@@ -1,9 +1,10 @@
 //! What Blender's exporter writes otherwise than glTF means it.
 
-use glam::{DMat3, DMat4, DVec3, Vec3};
+use glam::{DMat3, DMat4, DVec3, Vec3, Vec4};
 use serde_json::json;
 
 use super::super::fixture::Fixture;
+use super::looks::textured;
 use super::motion::skinned;
 use crate::scene::{Mesh, Scene};
 
@@ -52,4 +53,18 @@ fn normals_of_skinned_meshes_are_those_of_the_bent_surface() {
     assert!(near(&blender.meshes[0].normals, &inside.map(|n| right(&n))));
     assert!(near(&morphed(&blender.meshes[0]), &target.map(|n| right(&n))));
     assert!(near(&other.meshes[0].normals, &written));
+}
+
+/// Blender's own normal maps take no notice of them, and they are not along every map's coordinates.
+#[test]
+fn written_tangents_do_not_count() {
+    let mut fixture = textured(json!({"normalTexture": {"index": 0}}));
+    let tangents = fixture.vec4(&[[0.0, 1.0, 0.0, -1.0]; 3]);
+    fixture.primitive()["attributes"]["TANGENT"] = json!(tangents);
+    let deltas = fixture.vec3(&[[0.0, 0.0, 1.0]; 3]);
+    fixture.primitive()["targets"] = json!([{"TANGENT": deltas}]);
+    let [blender, other] = by_both(fixture);
+    assert_eq!(blender.meshes[0].tangents, [Vec4::new(1.0, 0.0, 0.0, -1.0); 3]);
+    assert_eq!(other.meshes[0].tangents, [Vec4::new(0.0, 1.0, 0.0, -1.0); 3]);
+    assert_eq!([&blender, &other].map(|s| s.meshes[0].morphs[0].tangents.len()), [0, 3]);
 }

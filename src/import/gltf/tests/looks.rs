@@ -18,7 +18,7 @@ fn png(color: [u8; 4]) -> Vec<u8> {
 }
 
 /// A textured triangle, its one image in the binary chunk.
-fn textured(material: Value) -> Fixture {
+pub(super) fn textured(material: Value) -> Fixture {
     let mut fixture = Fixture::triangle();
     let view = fixture.view(&png([255, 0, 0, 255]));
     fixture.push("images", json!({"name": "red", "bufferView": view, "mimeType": "image/jpeg"}));
