@@ -20,7 +20,7 @@ pub(super) struct Facet<'s> {
     front: Option<DVec3>,
     /// Points on it are right to within ± this.
     p_error: Vec3,
-    /// Unit normals at the corners, where the mesh has any.
+    /// Normals at the corners, as they are blended, where the mesh has any.
     n: Option<[DVec3; 3]>,
     steps: Steps,
     /// The instance's own colour.
@@ -43,8 +43,11 @@ impl<'s> Facet<'s> {
         let wound = e[0].cross(e[1]) * if transform.flips { -1.0 } else { 1.0 };
         let front = wound.try_normalize();
         let normals = posed.normals(id.instance);
-        let n = (!normals.is_empty())
-            .then(|| corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero()));
+        let normal = |c: u32| {
+            let n = transform.normal(normals[c as usize]);
+            if mesh.smooth_in_own_frame { n } else { n.normalize_or_zero() }
+        };
+        let n = (!normals.is_empty()).then(|| corners.map(normal));
         let p_error = point_error(world, local, &transform.affine);
         let steps = Steps::new(e, front.unwrap_or(DVec3::ZERO));
         let material = &posed.materials[mesh.material as usize];
@@ -134,4 +137,46 @@ fn on_triangle([u, v]: [f64; 2]) -> [f64; 3] {
     let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
     let sum = u + v;
     if sum > 1.0 { [0.0, u / sum, v / sum] } else { [1.0 - sum, u, v] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, Local, Material, Node, PoseSettings, Scene, pose};
+    use glam::DAffine3;
+
+    /// Cycles' two ways, under a scale that is not even.
+    #[test]
+    fn normals_are_blended_in_the_world_or_in_the_meshs_own_frame() {
+        let normals = [Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.8, 0.6), Vec3::Z];
+        let scale = DVec3::new(1.0, 0.25, 1.0);
+        let expected = |own: bool| {
+            let world = normals.map(|n| n.as_dvec3() / scale);
+            let each = world.map(|n| if own { n } else { n.normalize() });
+            (each[0] * 0.5 + each[1] * 0.25 + each[2] * 0.25).normalize()
+        };
+        assert!(expected(true).dot(expected(false)) < 0.99);
+        for own in [false, true] {
+            let mesh = Mesh {
+                positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+                triangles: vec![[0, 1, 2]],
+                normals: normals.into(),
+                smooth_in_own_frame: own,
+                ..Mesh::default()
+            };
+            let local = Local::Matrix(DAffine3::from_scale(scale));
+            let scene = Scene {
+                meshes: vec![mesh],
+                nodes: vec![Node { local, visible: true, ..Node::default() }],
+                instances: vec![Instance { node: 0, mesh: 0, object: 1, placement: None, skin: None }],
+                materials: vec![Material::default()],
+                ..Scene::default()
+            };
+            let settings = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
+            let posed = pose(&scene, &settings).unwrap();
+            let ray = Ray { o: Vec3::new(0.25, 0.0625, 1.0), d: Vec3::NEG_Z };
+            let n = Facet::new(&posed, HitId { instance: 0, triangle: 0 }).seen(ray, None).n_v;
+            assert!(n.abs_diff_eq(expected(own), 1e-6), "{own}: {n}, not {}", expected(own));
+        }
+    }
 }

@@ -14,6 +14,9 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Unit vertex normals; empty means flat.
     pub normals: Vec<Vec3>,
+    /// True: between vertices, normals are blended in the mesh's own frame, then taken to the world. Else
+    /// each is of unit length in the world before. The two differ where a node scales unevenly.
+    pub smooth_in_own_frame: bool,
     /// Unit tangents with the bitangent's sign in w, along the set of the normal map.
     pub tangents: Vec<Vec4>,
     /// Texture coordinates by set, as glTF has them: v runs down from the image's top.

@@ -12,6 +12,7 @@ pub(super) fn restore(scene: &mut Scene) {
     scene.materials.iter_mut().filter_map(|m| m.normal.as_mut()).for_each(|map| map.blends = true);
     scene.meshes.iter_mut().for_each(forget_tangents);
     restore_normals(scene);
+    keep_shared_normals(scene);
 }
 
 /// Blender's own shading takes tangents along the coordinates of the normal map. Those in its files are along
@@ -32,6 +33,16 @@ fn restore_normals(scene: &mut Scene) {
         let Some(bind) = scene.skins[skin as usize].inverse_bind.first() else { continue };
         let stretch = bind.matrix3.transpose() * bind.matrix3;
         scene.meshes[mesh as usize].map_normals(&stretch);
+    }
+}
+
+/// Blender smooths a mesh that several objects share in the mesh's own frame, and any other in the world.
+fn keep_shared_normals(scene: &mut Scene) {
+    let mut users = vec![0u32; scene.meshes.len()];
+    scene.instances.iter().for_each(|instance| users[instance.mesh as usize] += 1);
+    for (mesh, users) in scene.meshes.iter_mut().zip(users) {
+        // Objects that are bent have meshes of their own.
+        mesh.smooth_in_own_frame = users > 1 && mesh.morphs.is_empty() && mesh.influences.per_vertex == 0;
     }
 }
 

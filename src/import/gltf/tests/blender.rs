@@ -68,3 +68,21 @@ fn written_tangents_do_not_count() {
     assert_eq!(other.meshes[0].tangents, [Vec4::new(0.0, 1.0, 0.0, -1.0); 3]);
     assert_eq!([&blender, &other].map(|s| s.meshes[0].morphs[0].tangents.len()), [0, 3]);
 }
+
+/// By nodes that share it or by instancing; but not what is bent for each.
+#[test]
+fn a_shared_mesh_is_smoothed_in_its_own_frame() {
+    let own = |fixture: &Fixture| by_both(fixture.clone()).map(|s| s.meshes[0].smooth_in_own_frame);
+    assert_eq!(own(&Fixture::triangle()), [false; 2]);
+    let mut twice = Fixture::triangle();
+    twice.node(json!({"mesh": 0, "scale": [1, 3, 1]}));
+    assert_eq!(own(&twice), [true, false]);
+    let mut crowd = Fixture::triangle();
+    let places = crowd.vec3(&[[0.0; 3], [2.0; 3]]);
+    crowd.json["nodes"][0]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places}}});
+    assert_eq!(own(&crowd), [true, false]);
+    let deltas = twice.vec3(&[[0.0; 3]; 3]);
+    twice.primitive()["targets"] = json!([{"POSITION": deltas}]);
+    assert_eq!(own(&twice), [false; 2]);
+}
