@@ -212,7 +212,10 @@ fn a_small_radius_is_nearly_none_and_none_is_a_point() {
 fn a_lamp_wider_than_its_housing_does_not_leak() {
     let kinds = |position: Vec3| {
         let cone = Cone::new(1.0, 1.5);
-        [PosedKind::Point { position }, PosedKind::Spot { position, direction: Vec3::NEG_Y, cone }]
+        [
+            PosedKind::Point { position },
+            PosedKind::Spot { position, direction: Vec3::NEG_Y, cone, to_round: None },
+        ]
     };
     let view = down(DVec3::new(0.0, 0.5, 0.0), 8.0, (32, 32));
     for housed in [true, false] {

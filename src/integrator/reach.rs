@@ -197,6 +197,9 @@ impl Columnwise for Reach<'_> {
             match way {
                 Way::Sun(l) => group.arrive(&mut to, |_| (l, 1.0)),
                 Way::Lamp(lamp) => group.arrive(&mut to, |p| lamp.towards(p)),
+                Way::Stretched(lamp, to_round) => {
+                    group.arrive(&mut to, |p| lamp.towards_stretched(p, &to_round))
+                }
             }
             let some = to.scale[..group.count].iter().any(|&scale| scale > 0.0);
             match highlights && group.shines {

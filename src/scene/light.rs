@@ -1,6 +1,6 @@
 //! Lights: as files give them, and as the lecture's formula wants them.
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::Source;
 use crate::geometry::{Rgb, concentric_disc, coordinate_system};
@@ -31,14 +31,19 @@ impl LightKind {
         }
     }
 
-    /// The same at a place, its light travelling along `direction` of unit length.
-    /// Between a spot's cones it is as `source` means it.
-    pub fn posed(self, position: Vec3, direction: Vec3, source: &Source) -> PosedKind {
+    /// The same at a place, at a node that turns and scales as `node` does. A spot's cone is what `source`
+    /// means by it: Blender's scales with its node.
+    pub fn posed(self, position: Vec3, node: &DMat3, source: &Source) -> PosedKind {
+        let direction = (-node.z_axis).normalize_or(DVec3::NEG_Z).as_vec3();
         match self {
             LightKind::Point => PosedKind::Point { position },
+            LightKind::Spot { inner, outer } if source.is_blender() => {
+                let cone = Cone::of_blender(inner, outer);
+                PosedKind::Spot { position, direction, cone, to_round: to_round(node) }
+            }
             LightKind::Spot { inner, outer } => {
-                let cone = if source.is_blender() { Cone::of_blender } else { Cone::new };
-                PosedKind::Spot { position, direction, cone: cone(inner, outer) }
+                let cone = Cone::new(inner, outer);
+                PosedKind::Spot { position, direction, cone, to_round: None }
             }
             LightKind::Directional => PosedKind::Directional { direction },
         }
@@ -148,6 +153,15 @@ impl Cone {
     }
 }
 
+/// The inverse of what a node does, where that is more than to turn and to scale evenly.
+fn to_round(node: &DMat3) -> Option<DMat3> {
+    let squares = node.transpose() * *node;
+    let even = DMat3::IDENTITY * squares.x_axis.x;
+    // Numbers of a file are right to some 1e-7.
+    let is_even = squares.abs_diff_eq(even, 1e-5 * squares.x_axis.x);
+    Some(node.inverse()).filter(|inverse| !is_even && inverse.is_finite())
+}
+
 /// Where a posed light is. Positions are relative to the posed scene's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PosedKind {
@@ -164,6 +178,8 @@ pub enum PosedKind {
         direction: Vec3,
         /// Its cone.
         cone: Cone,
+        /// Takes directions of the world to where the cone is round about −Z. `None` where it is in the world.
+        to_round: Option<DMat3>,
     },
     /// Far away.
     Directional {
@@ -226,8 +242,9 @@ impl PosedLight {
         let way = |d: Vec3| (motion.matrix3 * d.as_dvec3()).as_vec3();
         let kind = match self.kind {
             PosedKind::Point { position } => PosedKind::Point { position: place(position) },
-            PosedKind::Spot { position, direction, cone } => {
-                PosedKind::Spot { position: place(position), direction: way(direction), cone }
+            PosedKind::Spot { position, direction, cone, to_round } => {
+                let to_round = to_round.map(|to_round| to_round * motion.matrix3.transpose());
+                PosedKind::Spot { position: place(position), direction: way(direction), cone, to_round }
             }
             PosedKind::Directional { direction } => PosedKind::Directional { direction: way(direction) },
         };
@@ -253,7 +270,10 @@ impl PosedLight {
         match self.kind {
             PosedKind::Directional { direction } => Way::Sun(-direction.as_dvec3().normalize()),
             PosedKind::Point { position } => Way::Lamp(lamp(position, Vec3::ZERO, Cone::NONE)),
-            PosedKind::Spot { position, direction, cone } => Way::Lamp(lamp(position, direction, cone)),
+            PosedKind::Spot { position, direction, cone, to_round } => {
+                let lamp = lamp(position, direction, cone);
+                to_round.map_or(Way::Lamp(lamp), |to_round| Way::Stretched(lamp, to_round))
+            }
         }
     }
 
@@ -262,6 +282,7 @@ impl PosedLight {
         let (l, share) = match self.way() {
             Way::Sun(l) => (l, 1.0),
             Way::Lamp(lamp) => lamp.towards(p),
+            Way::Stretched(lamp, to_round) => lamp.towards_stretched(p, &to_round),
         };
         let arriving = self.intensity * share;
         (arriving.max_element() > 0.0).then_some(Incident { l, arriving })
@@ -275,6 +296,8 @@ pub enum Way {
     Sun(DVec3),
     /// From one place.
     Lamp(Lamp),
+    /// From one place, within a cone that is round where the matrix takes directions to.
+    Stretched(Lamp, DMat3),
 }
 
 /// A light at a position, prepared for many points.
@@ -293,6 +316,21 @@ impl Lamp {
     /// Nothing branches here, so that many points can be asked for at once.
     #[inline(always)]
     pub fn towards(&self, p: Vec3) -> (DVec3, f32) {
+        self.through(p, |l| -l.dot(self.axis))
+    }
+
+    /// The same within a cone that is round where `to_round` takes directions to.
+    #[inline(always)]
+    pub fn towards_stretched(&self, p: Vec3, to_round: &DMat3) -> (DVec3, f32) {
+        self.through(p, |l| {
+            let l = *to_round * l;
+            l.z / l.length()
+        })
+    }
+
+    /// `cos_angle` is that from the cone's axis, by the way to the light.
+    #[inline(always)]
+    fn through(&self, p: Vec3, cos_angle: impl Fn(DVec3) -> f64) -> (DVec3, f32) {
         let to_light = self.position - p.as_dvec3();
         let r2 = to_light.length_squared();
         let r = r2.sqrt();
@@ -300,7 +338,7 @@ impl Lamp {
         let q = r / self.range;
         let q2 = q * q;
         let within = (1.0 - q2 * q2).clamp(0.0, 1.0) as f32;
-        let strength = self.cone.falloff(-l.dot(self.axis) as f32) * within;
+        let strength = self.cone.falloff(cos_angle(l) as f32) * within;
         let share = (f64::from(strength) / r2) as f32;
         (l, if r2 > 0.0 { share } else { 0.0 })
     }
@@ -333,6 +371,43 @@ mod tests {
         }
         let step = Cone::of_blender(0.7, 0.7);
         assert_eq!((step.falloff(0.9), step.falloff(0.5)), (1.0, 0.0));
+    }
+
+    /// Cycles': the cosine is taken where the light's own transform is undone, sheared or not.
+    #[test]
+    fn blenders_cones_are_stretched_with_their_nodes() {
+        let blender = Source { generator: "Khronos glTF Blender I/O v5.0.21".into(), ..Source::default() };
+        let turn = DMat3::from_rotation_x(0.3);
+        let spot = LightKind::Spot { inner: 0.3, outer: 0.5 };
+        let places = || (0..400).map(|i| Vec3::new((i % 20) as f32 - 9.5, (i / 20) as f32 - 9.5, -9.0));
+        for (scale, stretched) in
+            [(DVec3::new(1.0, 2.0, 0.7), true), (DVec3::new(2.0, -2.0, 2.0), false), (DVec3::X, false)]
+        {
+            for node in [turn * DMat3::from_diagonal(scale), DMat3::from_diagonal(scale) * turn] {
+                let light = |source| PosedLight {
+                    kind: spot.posed(Vec3::ZERO, &node, source),
+                    ..PosedLight::point(Vec3::ZERO, Vec3::ONE)
+                };
+                let (light, round) = (light(&blender), light(&Source::default()));
+                let is_stretched = |light: &PosedLight| matches!(light.way(), Way::Stretched(..));
+                assert!(is_stretched(&light) == stretched && !is_stretched(&round), "{scale}");
+                let motion = DAffine3::from_rotation_y(0.8);
+                let lit = places().filter(|&p| light.incident(p).is_some()).count();
+                assert!((10..390).contains(&lit) || !stretched, "{node}: {lit}");
+                for p in places().filter(|_| stretched) {
+                    let local = (node.inverse() * p.as_dvec3()).normalize();
+                    let cone = Cone::of_blender(0.3, 0.5);
+                    let expected = cone.falloff(-local.z as f32) / p.length_squared();
+                    let at = |light: PosedLight, p| light.incident(p).map_or(0.0, |i| i.arriving.x);
+                    assert!((at(light, p) - expected).abs() < 1e-6, "{node} {p}");
+                    let moved = motion.transform_point3(p.as_dvec3()).as_vec3();
+                    assert!(
+                        (at(light.moved(&motion, DVec3::ZERO), moved) - expected).abs() < 1e-6,
+                        "{node} {p}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

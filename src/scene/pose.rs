@@ -309,9 +309,7 @@ impl<'s> PosedScene<'s> {
             .map(|light| {
                 let to_world = self.node_to_world[light.node as usize];
                 let position = (to_world.translation - self.centre).as_vec3();
-                let travels = -to_world.matrix3.z_axis;
-                let direction = travels.normalize_or(DVec3::NEG_Z).as_vec3();
-                let kind = light.kind.posed(position, direction, &self.scene.source);
+                let kind = light.kind.posed(position, &to_world.matrix3, &self.scene.source);
                 let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
                 PosedLight { kind, intensity, range: light.range, radius: 0.0 }
             })
