@@ -234,6 +234,36 @@ fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
     fails(dir.path(), &["info", shoe.to_str().unwrap(), "--variant", "Nobody"], 1, "'Day', 'Dusk', 'Night'");
 }
 
+/// Without a choice the first of clips that drive the same plays, and -v says so.
+#[test]
+fn animations_that_do_not_play_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(model("tests/triangle.gltf")).unwrap();
+    let mut scene: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let accessors = scene["accessors"].as_array_mut().unwrap();
+    // Accessors without bytes are zeros: one key.
+    let zeros = ["SCALAR", "VEC3"].map(|kind| {
+        accessors.push(serde_json::json!({"componentType": 5126, "count": 1, "type": kind}));
+        accessors.len() - 1
+    });
+    let clip = |name: &str| {
+        serde_json::json!({"name": name, "samplers": [{"input": zeros[0], "output": zeros[1]}],
+            "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]})
+    };
+    scene["animations"] = ["Idle", "Walk", "Run"].map(clip).into();
+    fs::write(dir.path().join("clips.gltf"), scene.to_string()).unwrap();
+    let told = |flags: &[&str]| {
+        let fixed = ["render", "clips.gltf", "--size", "8x8", "-v", "-o", "a.png"];
+        String::from_utf8(blinn(dir.path(), &[&fixed[..], flags].concat()).stderr).unwrap()
+    };
+    let usual = told(&[]);
+    assert!(usual.contains("animation: 'Idle'; left out: 'Walk', 'Run'"), "{usual}");
+    for chosen in ["Walk", "all", "none"] {
+        let told = told(&["--animation", chosen]);
+        assert!(told.contains("wrote a.png") && !told.contains("left out"), "{chosen}: {told}");
+    }
+}
+
 #[test]
 fn a_variant_changes_the_picture() {
     let dir = tempfile::tempdir().unwrap();

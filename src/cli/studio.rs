@@ -17,7 +17,8 @@ use crate::integrator::{Frame, Occlusion, Phong};
 use crate::output::{Part, Picture};
 use crate::render::{Adaptive, RenderSettings, Watch, render, render_aovs, render_mattes};
 use crate::scene::{
-    Camera, Ground, GroundKind, Lighting, Lit, PoseSettings, PosedScene, Scene, Turn, clip_end, pose,
+    Animation, AnimationChoice, Camera, Ground, GroundKind, Lighting, Lit, PoseSettings, PosedScene, Scene,
+    Turn, clip_end, playing, pose,
 };
 
 /// A scene with all that its pictures share.
@@ -57,6 +58,9 @@ impl<'a> Studio<'a> {
     pub fn new(job: &'a Job, scene: &'a Scene, teller: &'a Teller<'a>) -> Result<(Studio<'a>, Moment<'a>)> {
         let look = &job.look;
         let animation = look.animation(scene)?;
+        if let Some(text) = idle(scene, &animation)? {
+            teller.note(&text);
+        }
         let start = Instant::now();
         let posed = pose(scene, &PoseSettings { time: 0.0, animation: animation.clone(), centre: None })?;
         teller.stage("pose", start, "");
@@ -222,6 +226,16 @@ impl<'a> Studio<'a> {
 /// The same lighting for every frame: its sources and its ambient colour are those that were resolved.
 fn settled(lighting: Lighting, lit: &Lit) -> Lighting {
     Lighting { sources: Some(lit.sources.clone()), ambient: Some(lit.rig.ambient), ..lighting }
+}
+
+/// Which animations do not play for want of a choice, in words.
+fn idle(scene: &Scene, choice: &AnimationChoice) -> Result<Option<String>> {
+    let (plays, idle) = scene.animations.split_at(playing(scene, choice)?.len());
+    let names = |of: &[Animation]| of.iter().map(|a| format!("'{}'", a.name)).collect::<Vec<_>>().join(", ");
+    let (plays, others) = (names(plays), names(idle));
+    let text =
+        format!("animation: {plays}; left out: {others}: some drive the same, and --animation chooses");
+    Ok((*choice == AnimationChoice::Default && !idle.is_empty()).then_some(text))
 }
 
 fn check_crop(settings: &RenderSettings) -> Result<()> {

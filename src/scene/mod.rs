@@ -44,7 +44,9 @@ pub use material::{
 pub use mesh::{Influences, Mesh, MorphTarget};
 pub use mips::{Mips, Reading};
 pub use node::{Instance, Local, Node};
-pub use pose::{AnimationChoice, Deformed, PoseError, PoseSettings, PosedInstance, PosedScene, pose};
+pub use pose::{
+    AnimationChoice, Deformed, PoseError, PoseSettings, PosedInstance, PosedScene, playing, pose,
+};
 pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
 pub use select::{Glob, NothingFound, Selection};
 pub use skin::Skin;

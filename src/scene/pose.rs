@@ -192,10 +192,11 @@ fn trs<'a>(local: &'a mut Cow<'_, Local>) -> (&'a mut DVec3, &'a mut glam::DQuat
     }
 }
 
-pub(super) fn playing<'s>(
-    scene: &'s Scene,
-    choice: &AnimationChoice,
-) -> Result<Vec<&'s Animation>, PoseError> {
+/// The animations of a scene that play.
+///
+/// # Errors
+/// An animation index that the scene does not have.
+pub fn playing<'s>(scene: &'s Scene, choice: &AnimationChoice) -> Result<Vec<&'s Animation>, PoseError> {
     let all = &scene.animations;
     Ok(match *choice {
         AnimationChoice::Rest => Vec::new(),
