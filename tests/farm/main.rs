@@ -48,6 +48,7 @@ fn tasks_make_the_pictures_of_one_process() {
         fs::copy(model(name), at.join(Path::new(name).file_name().unwrap())).unwrap();
     }
     fs::copy(model("tests/lights.glb"), at.join("lights.glb")).unwrap();
+    fs::copy(model("tests/light-units/point_COMPAT.glb"), at.join("unitless.glb")).unwrap();
     fs::copy(model("cornell/cornell.glb"), at.join("cornell.glb")).unwrap();
     fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
     for (i, work) in [
@@ -62,6 +63,7 @@ fn tasks_make_the_pictures_of_one_process() {
         "render figure.glb --frames --fps 3",
         "render figure.glb --frames 7,1-5:2 --fps 6 --orbit 10,5",
         "render lights.glb --frames 1-3 --light-scale 300",
+        "turntable unitless.glb --count 3 --ao 4 --light-scale .5",
     ]
     .iter()
     .enumerate()
