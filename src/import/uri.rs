@@ -90,7 +90,7 @@ impl Folder {
     pub fn read_file(&self, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
         let found = self.resolve(name);
         if !matches!(found, Err(Unreadable::Refused(_))) {
-            let asked = self.from_here(name);
+            let asked = self.relative(name);
             self.asked.lock().unwrap_or_else(|e| e.into_inner()).insert(asked);
         }
         let path = found?;
@@ -116,7 +116,7 @@ impl Folder {
     /// A name of a file that is there and differs from `name` in the case of letters alone, in its
     /// folders' names too.
     pub fn in_other_case(&self, name: &str) -> Option<String> {
-        let unified = self.from_here(name);
+        let unified = self.relative(name);
         let mut found = String::from(".");
         for part in unified.split('/').filter(|part| !part.is_empty() && *part != ".") {
             let exact = format!("{found}/{part}");
@@ -136,7 +136,7 @@ impl Folder {
 
     /// A name with this system's slashes; and relative where it is a whole path that leads through this
     /// folder, judged by its words alone: nothing elsewhere is asked whether it is there.
-    fn from_here(&self, name: &str) -> String {
+    fn relative(&self, name: &str) -> String {
         let name = name.replace('\\', "/");
         let whole = Path::new(&name);
         if !whole.is_absolute() {
@@ -153,7 +153,7 @@ impl Folder {
         if name.is_empty() || name.contains('\0') {
             return refuse("is not a file name");
         }
-        let relative = self.from_here(name);
+        let relative = self.relative(name);
         let outside = "leads out of the scene's folder and was not read (--allow-outside would)";
         // Without slashes a colon is a letter of a name, but for a drive's, which is a path's prefix where there are drives.
         if relative.contains("://") {

@@ -168,7 +168,14 @@ mod tests {
             let scene = Scene {
                 meshes: vec![mesh],
                 nodes: vec![Node { local, visible: true, ..Node::default() }],
-                instances: vec![Instance { node: 0, mesh: 0, object: 1, placement: None, skin: None }],
+                instances: vec![Instance {
+                    node: 0,
+                    mesh: 0,
+                    object: 1,
+                    placement: None,
+                    skin: None,
+                    color: None,
+                }],
                 materials: vec![Material::default()],
                 ..Scene::default()
             };
