@@ -76,14 +76,16 @@ impl Folder {
             return decode_data_uri(trimmed, limit);
         }
         let decode = |uri: &str| percent_decode_str(uri).decode_utf8_lossy().into_owned();
-        let instead = |name: String| {
-            move |why| {
-                if matches!(why, Unreadable::Missing(_)) { self.read_file(&name, limit) } else { Err(why) }
-            }
-        };
         // The decoded name first; a file may also be named with a literal '%20', and '?v=3' be for a server.
         let path = uri.split(['?', '#']).next().unwrap_or(uri);
-        self.read_file(&decode(uri), limit).or_else(instead(uri.into())).or_else(instead(decode(path)))
+        let names = [decode(uri), uri.into(), decode(path)];
+        let mut found = self.read_file(&names[0], limit);
+        for (i, name) in names.iter().enumerate().skip(1) {
+            if matches!(found, Err(Unreadable::Missing(_))) && !names[..i].contains(name) {
+                found = self.read_file(name, limit);
+            }
+        }
+        found
     }
 
     /// Reads a file by a relative path as files of any system write it.
@@ -155,7 +157,8 @@ impl Folder {
         }
         let relative = self.relative(name);
         let outside = "leads out of the scene's folder and was not read (--allow-outside would)";
-        // Without slashes a colon is a letter of a name, but for a drive's, which is a path's prefix where there are drives.
+        // Without slashes a colon is a letter of a name, but for a drive's, which is a path's prefix where
+        // there are drives.
         if relative.contains("://") {
             return refuse("is not a file beside the scene and was not read");
         }
