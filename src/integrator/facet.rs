@@ -168,14 +168,7 @@ mod tests {
             let scene = Scene {
                 meshes: vec![mesh],
                 nodes: vec![Node { local, visible: true, ..Node::default() }],
-                instances: vec![Instance {
-                    node: 0,
-                    mesh: 0,
-                    object: 1,
-                    placement: None,
-                    skin: None,
-                    color: None,
-                }],
+                instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
                 materials: vec![Material::default()],
                 ..Scene::default()
             };

@@ -388,8 +388,8 @@ impl<'s> PosedScene<'s> {
     }
 }
 
-/// What a joint's `m` does to the normals it bends: its inverse transpose, as large as `m` is on the whole, so that normals
-/// are blended as vectors are. What turns and scales evenly is its own; what flattens stays finite.
+/// What a joint's `m` does to the normals it bends: its inverse transpose, as large as `m` is on the whole, so
+/// that normals are blended as vectors are. What turns and scales evenly is its own; what flattens stays finite.
 fn for_normals(m: DMat3) -> DMat3 {
     let cofactor = cofactor(m);
     let axes = [cofactor.x_axis, cofactor.y_axis, cofactor.z_axis];

@@ -8,7 +8,8 @@ use crate::import::error::Warnings;
 /// How many numbers a colour may have.
 pub(super) const WIDTHS: &[usize] = &[3, 4];
 
-/// Reads colours of one of [`WIDTHS`]; what is no number counts as 1, which leaves the material's colour as it is.
+/// Reads colours of one of [`WIDTHS`]; what is no number counts as 1, which leaves the material's colour as
+/// it is.
 pub(super) fn read(
     accessor: &Accessor<'_>,
     pick: Pick<'_>,

@@ -124,11 +124,8 @@ fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
 fn dielectric(mtl: &Mtl, library: &mut Library) -> Dielectric {
     let default = Dielectric::default();
     let map = if mtl.by_blender { library.texture(mtl, mtl.map_ks.as_ref()) } else { None };
-    let level = match mtl.ks.filter(|_| mtl.by_blender) {
-        _ if map.is_some() => 2.0,
-        Some(ks) => 2.0 * ks.max_element().max(0.0),
-        None => 1.0,
-    };
+    let given = mtl.ks.filter(|_| mtl.by_blender);
+    let level = if map.is_some() { 2.0 } else { given.map_or(1.0, |ks| 2.0 * ks.max_element()) };
     let meant = |&ni: &f32| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0);
     Dielectric {
         ior: mtl.ni.filter(meant).unwrap_or(default.ior),
