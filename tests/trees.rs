@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use blinn::accel::{Accel, BuildSettings, Cutout, Flatten, Preset, RayBatch, SegmentBatch, Shared, Tier};
 use blinn::geometry::{Hit, HitId};
 use blinn::scene::{
@@ -300,6 +302,55 @@ impl Cutout for Halved {
 
     fn transmits(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
         Vec3::splat(0.5)
+    }
+}
+
+/// [`Halved`], with a note of how often it was asked.
+#[derive(Default)]
+struct Counted(AtomicUsize);
+
+impl Cutout for Counted {
+    fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
+        Halved.keeps(id, o, d)
+    }
+
+    fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3 {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        Halved.transmits(id, o, d)
+    }
+}
+
+/// Of a thousand panes that each halve the light, as many are asked as leave some of it; a few let
+/// through the product of theirs.
+#[test]
+fn light_is_followed_until_none_is_left() {
+    for (panes, left, most) in [(17, 0.5f32.powi(17), 17), (18, 0.0, 18), (1000, 0.0, 19)] {
+        let mut scene = Scene::default();
+        let placed: Vec<_> =
+            (0..panes).map(|i| DAffine3::from_translation(DVec3::Z * 0.01 * f64::from(i))).collect();
+        common::add(
+            &mut scene,
+            common::grid(1, 2),
+            common::material(SurfaceClass::Translucent, true),
+            &placed,
+        );
+        let posed = common::posed(&scene);
+        let (near, far) = (DVec3::new(0.1, 0.2, -1.0), DVec3::new(0.1, 0.2, 11.0));
+        let [light, far] = [near, far].map(|p| (p - posed.centre).as_vec3());
+        for (tier, flatten) in common::tiers().flat_map(|tier| FLATTENED.map(|flatten| (tier, flatten))) {
+            let settings = BuildSettings { preset: Preset::Medium, tier, flatten };
+            let accel = Accel::build(&posed, &settings).0;
+            for shared in [Shared::None, Shared::Origin(light), Shared::Direction(-Vec3::Z)] {
+                let mut segments = SegmentBatch { shared, ..SegmentBatch::default() };
+                (0..40).for_each(|i| segments.push(far + Vec3::X * 0.01 * i as f32, light, HitId::NONE));
+                let (asked, mut free) = (Counted::default(), Vec::new());
+                accel.transmittance(&segments, &asked, &mut free);
+                assert!(free.iter().all(|&free| free == Vec3::splat(left)), "{tier:?} {shared:?}: {free:?}");
+                // Packets that go on alone may ask once more.
+                let asked = asked.0.into_inner();
+                assert!(asked <= 2 * 40 * most, "{panes} {tier:?} {flatten:?} {shared:?}: {asked}");
+            }
+        }
     }
 }
 

@@ -156,7 +156,7 @@ pub trait Cutout: Sync {
     /// arguments alone.
     fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool;
 
-    /// How much light passes where the ray meets the triangle: 0 blocks, 1 is air. Called for
-    /// translucent triangles only.
+    /// How much light passes where the ray meets the triangle: 0 blocks, 1 is air, and nothing is beyond
+    /// those. Called for translucent triangles only, by the same rules.
     fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3;
 }

@@ -22,6 +22,7 @@ mod neighbours;
 mod odds;
 mod packet;
 mod pages;
+mod passing;
 mod plan;
 mod query;
 mod refit;
@@ -47,8 +48,9 @@ use crate::scene::{PosedScene, SurfaceClass};
 use clean::{Look, Raw};
 use hit::FrameRay;
 use packet::{Answers, GROUP, Packet, PacketStack, RAYS};
+use passing::Passing;
 use plan::{Member, Plan, World};
-use query::{Asked, Blocking, Closest, Query, passes};
+use query::{Asked, Blocking, Closest, Query};
 use simd::{Job, Plain, Simd};
 use spans::Spans;
 use triangles::Triangles;
@@ -194,7 +196,7 @@ impl Accel {
 
     /// How much light passes along every segment: none where anything opaque or a kept cutout is
     /// in the way, else the product of what the translucent surfaces on it transmit, taken in the
-    /// order of (t, id). `out` becomes as long as `segments`.
+    /// order of (t, id), and none where that is less than 2⁻¹⁷. `out` becomes as long as `segments`.
     pub fn transmittance(&self, segments: &SegmentBatch, cutouts: &dyn Cutout, out: &mut Vec<Rgb>) {
         out.clear();
         self.settings.tier.run(Transmittance { accel: self, segments, cutouts, out });
@@ -338,10 +340,10 @@ impl Job for Transmittance<'_> {
         let Transmittance { accel, segments, cutouts, out } = self;
         let mut lane = Lane::new(accel);
         let (mut packet, mut packets) = (Packet::default(), PacketStack::default());
-        let mut passing: [Vec<Hit>; RAYS] = std::array::from_fn(|_| Vec::new());
+        let mut passing: [Passing; RAYS] = std::array::from_fn(|_| Passing::default());
         let mut bundles = Bundles::of(segments.len());
         while let Some((first, count)) = bundles.pop() {
-            passing.iter_mut().for_each(Vec::clear);
+            passing.iter_mut().for_each(Passing::clear);
             let mut blocked = 0;
             let mut together = accel.together(segments.shared, count);
             if together {
@@ -355,7 +357,7 @@ impl Job for Transmittance<'_> {
                         continue;
                     }
                     // All trees are asked once more.
-                    passing.iter_mut().for_each(Vec::clear);
+                    passing.iter_mut().for_each(Passing::clear);
                 }
             }
             let rest = !together || !accel.top.is_empty();
@@ -370,8 +372,7 @@ impl Job for Transmittance<'_> {
                 blocked |= u64::from(query.blocked) << i;
             }
             for (i, passing) in passing.iter_mut().enumerate().take(count) {
-                let asked = blocking(segments, first + i, cutouts, None).1.asked;
-                out.push(if blocked >> i & 1 == 1 { Rgb::ZERO } else { passes(passing, asked) });
+                out.push(if blocked >> i & 1 == 1 { Rgb::ZERO } else { passing.light() });
             }
         }
     }
@@ -454,7 +455,7 @@ fn blocking<'a, 'p>(
     segments: &SegmentBatch,
     i: usize,
     cutouts: &'a dyn Cutout,
-    passing: Option<&'p mut Vec<Hit>>,
+    passing: Option<&'p mut Passing>,
 ) -> (Option<FrameRay>, Blocking<'a, 'p>) {
     let from = segments.from[i];
     let (o, d, end, ray) = match segments.shared {

@@ -7,8 +7,9 @@ use glam::Vec3;
 use super::Cutout;
 use super::block::Block;
 use super::clean::Look;
+use super::passing::Passing;
 use super::spans::Spans;
-use crate::geometry::{Hit, HitId, Rgb};
+use crate::geometry::{Hit, HitId};
 use crate::scene::SurfaceClass;
 
 /// Triangles in one place that look alike, by rising id.
@@ -123,14 +124,15 @@ impl Query for Closest<'_> {
     }
 }
 
-/// Whether something blocks a segment; with `passing`, what does not block it is kept there.
+/// Whether something blocks a segment; with `passing`, what passes through what does not block it is kept
+/// there, and where that is nothing, it is blocked.
 pub(super) struct Blocking<'a, 'p> {
     pub asked: Asked<'a>,
     /// The segment ends before this t.
     pub end: f32,
     pub source: HitId,
     pub blocked: bool,
-    pub passing: Option<&'p mut Vec<Hit>>,
+    pub passing: Option<&'p mut Passing>,
 }
 
 impl Query for Blocking<'_, '_> {
@@ -170,24 +172,9 @@ impl Query for Blocking<'_, '_> {
             (SurfaceClass::Cutout, _) => others.any(|id| cutouts.keeps(id, o, d)),
             (SurfaceClass::Translucent, None) => false,
             (SurfaceClass::Translucent, Some(passing)) => {
-                passing.extend(others.map(|id| Hit { t, id }));
-                false
+                others.any(|id| passing.pass(Hit { t, id }, self.asked))
             }
         };
         if self.blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
-}
-
-/// The light that passes through the surfaces at `hits`. They are sorted first: products of floats
-/// depend on their order, and the order in which a tree finds them must not show.
-pub(super) fn passes(hits: &mut [Hit], asked: Asked<'_>) -> Rgb {
-    hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.id.cmp(&b.id)));
-    let mut light = Rgb::ONE;
-    for hit in hits {
-        light *= asked.cutouts.transmits(hit.id, asked.o, asked.d);
-        if light == Rgb::ZERO {
-            break;
-        }
-    }
-    light
 }

@@ -19,6 +19,7 @@ impl Cutout for Materials<'_> {
 
     fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Rgb {
         let surface = Surface::at(self.0, id, Ray { o, d });
-        transmitted(self.0, &self.0.materials[surface.material as usize], &surface)
+        // Colours beyond 1 do not make light more on its way.
+        transmitted(self.0, &self.0.materials[surface.material as usize], &surface).clamp(Rgb::ZERO, Rgb::ONE)
     }
 }

@@ -36,6 +36,8 @@ pub struct Phong {
 
 /// Surfaces along one eye ray that are looked through before the rest is let go.
 const MAX_LAYERS: usize = 4096;
+/// Less than this share of what is behind is nothing.
+const FAINT: f32 = 1.0 / (1 << 20) as f32;
 
 impl Integrator for Phong {
     fn render(
@@ -63,6 +65,9 @@ impl Integrator for Phong {
                 let (shown, passes) = point.layer();
                 seen[point.sample] += open[point.sample] * shown;
                 open[point.sample] *= passes;
+                if open[point.sample].max_element() < FAINT {
+                    open[point.sample] = Rgb::ZERO;
+                }
             }
             self.go_on_behind(scratch, &mut whose, &open);
             if whose.is_empty() {
@@ -111,6 +116,10 @@ impl Phong {
             let (n, roughening) = surface.shading_normals(frame.posed);
             let k = coefficients.at(frame.posed, &surface, roughening, &frame.overrides);
             let (radiance, unshadowed) = (Rgb::ZERO, Rgb::ZERO);
+            // Nobody sees how what is not there is lit.
+            if k.alpha == 0.0 {
+                continue;
+            }
             let place = Place::Surface(surface);
             points.push(Point { sample, place, k, n, d: ray.d, radiance, unshadowed });
         }

@@ -4,18 +4,19 @@ use super::super::batch::{Cutout, SegmentBatch, Shared};
 use super::super::block::Block;
 use super::super::blocking;
 use super::super::bounds::LIGHT;
+use super::super::passing::Passing;
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::Stack;
 use super::{GROUP, Packet, PacketStack, PerRay, RAYS, Sure, Verdict, fetch, whole};
-use crate::geometry::{Hit, HitId};
+use crate::geometry::HitId;
 
 /// What is known of the segments of a packet.
 pub(in crate::accel) struct Answers<'p> {
     /// A bit for each that is blocked.
     pub blocked: u64,
-    /// What does not block them, if that is asked.
-    pub passing: Option<&'p mut [Vec<Hit>; RAYS]>,
+    /// What passes through what does not block them, if that is asked.
+    pub passing: Option<&'p mut [Passing; RAYS]>,
 }
 
 /// Asks what of several trees is in the way of segments `first..first + count` (at most a packet of

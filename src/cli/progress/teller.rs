@@ -1,5 +1,7 @@
 //! Telling of one scene.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
@@ -11,8 +13,8 @@ pub(in crate::cli) struct Teller<'a> {
     pub reporter: &'a Reporter,
     scene: &'a Path,
     strict: bool,
-    /// What it warned of: once for all frames.
-    warned: Mutex<Vec<String>>,
+    /// What it warned of, once for all frames, and how many warnings came before.
+    warned: Mutex<HashMap<String, usize>>,
 }
 
 impl<'a> Teller<'a> {
@@ -26,16 +28,19 @@ impl<'a> Teller<'a> {
             anyhow::bail!("{text} (an error because of --strict)");
         }
         let mut warned = self.warned.lock().unwrap_or_else(|e| e.into_inner());
-        if !warned.iter().any(|known| known == text) {
-            warned.push(text.into());
+        let before = warned.len();
+        if let Entry::Vacant(new) = warned.entry(text.into()) {
+            new.insert(before);
             self.reporter.warn(self.scene, text);
         }
         Ok(())
     }
 
-    /// All that it warned of.
+    /// All that it warned of, in that order.
     pub fn warnings(self) -> Vec<String> {
-        self.warned.into_inner().unwrap_or_else(|e| e.into_inner())
+        let mut warned = Vec::from_iter(self.warned.into_inner().unwrap_or_else(|e| e.into_inner()));
+        warned.sort_unstable_by_key(|(_, before)| *before);
+        warned.into_iter().map(|(text, _)| text).collect()
     }
 
     /// Something that was chosen.
@@ -46,5 +51,30 @@ impl<'a> Teller<'a> {
     /// A stage's time, for `--perf`.
     pub fn stage(&self, name: &str, since: Instant, what: &str) {
         self.reporter.stage(name, since, what);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::cli::args::TellArgs;
+
+    #[derive(Parser)]
+    struct Args {
+        #[command(flatten)]
+        telling: TellArgs,
+    }
+
+    #[test]
+    fn each_warning_is_told_once_in_the_order_they_came() {
+        let reporter = Reporter::new(&Args::parse_from(["blinn"]).telling, 1, true);
+        let teller = Teller::new(&reporter, Path::new("a.glb"), false);
+        let texts: Vec<String> = (0..1000).map(|i| format!("no texture {}", i * 7919 % 1000)).collect();
+        for text in texts.iter().chain(&texts) {
+            assert!(teller.warn(text).is_ok());
+        }
+        assert_eq!(teller.warnings(), texts);
     }
 }
