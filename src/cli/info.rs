@@ -140,6 +140,22 @@ fn inline(value: &Value) -> String {
             shown.map(|(k, v)| format!("{k} {}", inline(v))).collect::<Vec<_>>().join(", ")
         }
         Value::Array(list) => list.iter().map(inline).collect::<Vec<_>>().join(" "),
+        // A factor that the file gives as .6 is not .6000000238 to people.
+        Value::Number(n) => match n.as_f64().filter(|x| n.is_f64() && f64::from(*x as f32) == *x) {
+            Some(x) => (x as f32).to_string(),
+            None => n.to_string(),
+        },
         other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_as_short_as_they_were_given() {
+        let value = json!({"base": [0.6f32, 1.0f32, 0.25f32], "count": 3, "seconds": 0.1f64});
+        assert_eq!(inline(&value), "base 0.6 1 0.25, count 3, seconds 0.1");
     }
 }

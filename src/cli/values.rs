@@ -287,7 +287,8 @@ pub(super) fn layers(text: &str) -> Result<Layers, String> {
 pub(super) fn frame_count(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|count| (1..=1_000_000).contains(count));
     count.ok_or_else(|| {
-        let some = if FrameList::parse(text).is_ok() { text } else { "LIST" };
+        let listed = text.parse::<u64>().is_err() && FrameList::parse(text).is_ok();
+        let some = if listed { text } else { "LIST" };
         format!("expected how many frames go once around, 1 to 1000000; --only {some} renders some of them")
     })
 }

@@ -27,6 +27,7 @@ const USUAL_PICTURE: (u32, u32) = (640, 360);
 pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
     let plan = plan(args)?;
     let scenes = if args.scenes.is_empty() { Vec::new() } else { scene_list(&args.scenes)? };
+    let mut summary = Summary::default();
     // Whatever would be in vain is found before minutes of measuring.
     let old = args
         .compare
@@ -41,10 +42,12 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
         if let Some(file) = file {
             claims.write(file, Writer::Flag(flag)).map_err(Usage)?;
             super::work::folder_of(file).map_err(|e| Usage(format!("{flag}: {e:#}")))?;
-            check_writable(file, Replace::Yes).map_err(|e| Usage(format!("{flag}: {e}")))?;
+            if let Err(e) = check_writable(file, Replace::Yes) {
+                fail(&mut summary, &format!("{flag}: {e}"));
+                return Ok(summary);
+            }
         }
     }
-    let mut summary = Summary::default();
     let (figures, heat_maps) = match from {
         Some(figures) => (figures, Vec::new()),
         None => match panics::caught(|| measured(args, &scenes, &plan, &mut summary)) {

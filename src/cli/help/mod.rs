@@ -143,8 +143,9 @@ mod tests {
                 flags += 1;
             }
             for line in screen.lines().filter_map(|l| l.strip_prefix("  blinn ")) {
-                let words = line.split_whitespace().take_while(|word| !["#", ">"].contains(word));
-                let parsed = full().try_get_matches_from(std::iter::once("blinn").chain(words));
+                // As a shell does it: what follows a bare number sign is a comment.
+                let words = shlex::split(line).expect(line).into_iter().take_while(|word| word != ">");
+                let parsed = full().try_get_matches_from(std::iter::once("blinn".into()).chain(words));
                 assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
                 examples += 1;
             }

@@ -4,6 +4,7 @@
 use glam::Vec2;
 
 use super::text::{number, split_keyword};
+use crate::scene::Channel4;
 
 /// A texture as an MTL names it.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +19,7 @@ pub(super) struct Map {
     /// `-bm`.
     pub bump: f32,
     /// `-imfchan`.
-    pub channel: Option<char>,
+    pub channel: Option<Channel4>,
 }
 
 /// How many values an option takes at most; `None` for words that are no option.
@@ -87,13 +88,24 @@ impl Map {
     /// False where the option would change the picture, and does not.
     fn set(&mut self, option: &str, values: &[&str]) -> bool {
         let first = values.first().copied().unwrap_or("");
+        if values.iter().any(|v| number(v).is_some_and(|v| !v.is_finite())) {
+            return false;
+        }
         let at = |i: usize, missing: f32| values.get(i).and_then(|v| number(v)).unwrap_or(missing);
         match option {
             "-s" => self.scale = Vec2::new(at(0, 1.0), at(1, 1.0)),
             "-o" => self.offset = Vec2::new(at(0, 0.0), at(1, 0.0)),
             "-bm" => self.bump = at(0, 1.0),
             "-clamp" => self.clamp = is(first, "on"),
-            "-imfchan" => self.channel = first.chars().next().map(|c| c.to_ascii_lowercase()),
+            "-imfchan" => {
+                self.channel = first.chars().next().map(|c| match c.to_ascii_lowercase() {
+                    'r' => Channel4::R,
+                    'g' => Channel4::G,
+                    'b' => Channel4::B,
+                    'm' => Channel4::A,
+                    _ => Channel4::Mean,
+                });
+            }
             "-mm" => return (at(0, 0.0), at(1, 1.0)) == (0.0, 1.0),
             "-t" | "-boost" => return (0..3).all(|i| at(i, 0.0) == 0.0),
             "-cc" => return !is(first, "on"),

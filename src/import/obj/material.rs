@@ -110,7 +110,8 @@ fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
         // A map alone counts as it is.
         let unsaid = if map.is_some() { 1.0 } else { missing };
         let factor = mtl.beside(given, &texture).unwrap_or(unsaid).clamp(0.0, 1.0);
-        ScalarInput { factor, texture: texture.map(|t| (t, Channel4::Mean)) }
+        let channel = map.as_ref().and_then(|map| map.channel).unwrap_or(Channel4::Mean);
+        ScalarInput { factor, texture: texture.map(|t| (t, channel)) }
     };
     Reflectance::MetallicRoughness {
         metallic: scalar(mtl.metallic.or(by_ka), &mtl.map_metallic, 0.0),
@@ -160,11 +161,7 @@ fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarIn
     let texture = mtl.map_d.as_ref().and_then(|map| {
         let image = library.image(mtl, map)?;
         let channel = match map.channel {
-            Some('r') => Channel4::R,
-            Some('g') => Channel4::G,
-            Some('b') => Channel4::B,
-            Some('m') => Channel4::A,
-            Some(_) => Channel4::Mean,
+            Some(channel) => channel,
             None if has_alpha(&library.images[image as usize]) => Channel4::A,
             None => Channel4::Mean,
         };

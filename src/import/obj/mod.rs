@@ -111,6 +111,18 @@ fn carefully(bytes: &[u8], limits: &Limits, origin: Option<DVec3>) -> Result<Rea
     Ok(Read { parsed, origin, generator: generator(&text), warnings })
 }
 
+/// Why a text without faces is no scene: perhaps it is no OBJ at all.
+fn nothing_to_draw(parsed: &Parsed, warnings: Warnings) -> LoadError {
+    if parsed.positions.is_empty() {
+        return LoadError::invalid(
+            "OBJ",
+            "no vertices and no faces: only .gltf, .glb and .obj files are read",
+        );
+    }
+    let told: String = warnings.into_vec().iter().map(|warning| format!("; {warning}")).collect();
+    LoadError::invalid("OBJ", format!("no faces: there is nothing to draw{told}"))
+}
+
 /// What was read, with materials, as a scene.
 fn scene(
     read: Read,
@@ -129,7 +141,7 @@ fn scene(
     counted(parsed.too_large, "concave polygons with too many corners are cut as if they were convex");
     counted(parsed.crossing, "polygons of many corners that cross themselves are cut as if they were convex");
     if parsed.segments.is_empty() {
-        return Err(LoadError::invalid("OBJ", "no faces: there is nothing to draw"));
+        return Err(nothing_to_draw(&parsed, warnings));
     }
     colors::to_linear(&mut parsed.colors, &mut warnings);
     let libraries =

@@ -112,7 +112,8 @@ impl Mtl {
             "pm" => self.metallic = Some(scalar()?),
             "illum" => self.illum = Some(scalar()? as i64),
             key @ ("d" | "tr") => {
-                let value = number(rest.trim_start_matches("-halo").trim()).map_or_else(scalar, Ok)?;
+                let value = number(rest.trim_start_matches("-halo").trim()).filter(|v| v.is_finite());
+                let value = value.map_or_else(scalar, Ok)?;
                 let value = if key == "d" { value } else { 1.0 - value };
                 let before = self.d.replace(value);
                 // 3ds Max writes both, with four decimals.
@@ -120,10 +121,10 @@ impl Mtl {
                     return Err(Left::TransparencyTwice);
                 }
             }
-            "map_ka" => return set(&mut self.map_ka, rest),
-            "map_kd" => return set(&mut self.map_kd, rest),
-            "map_ks" => return set(&mut self.map_ks, rest),
-            "map_ke" => return set(&mut self.map_ke, rest),
+            "map_ka" => return set_colors(&mut self.map_ka, rest),
+            "map_kd" => return set_colors(&mut self.map_kd, rest),
+            "map_ks" => return set_colors(&mut self.map_ks, rest),
+            "map_ke" => return set_colors(&mut self.map_ke, rest),
             "map_d" | "map_opacity" => return set(&mut self.map_d, rest),
             "map_pr" => return set(&mut self.map_roughness, rest),
             "map_pm" => return set(&mut self.map_metallic, rest),
@@ -187,9 +188,19 @@ fn set(slot: &mut Option<Map>, rest: &str) -> Result<(), Left> {
     if left.is_empty() { Ok(()) } else { Err(Left::Options(left.join(" "))) }
 }
 
+/// The same for a texture of colours, of which no one channel is taken.
+fn set_colors(slot: &mut Option<Map>, rest: &str) -> Result<(), Left> {
+    let read = set(slot, rest);
+    match slot.as_mut().and_then(|map| map.channel.take()) {
+        Some(_) if read.is_ok() => Err(Left::Options("-imfchan".into())),
+        _ => read,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Channel4;
     use glam::Vec2;
 
     fn one(text: &str) -> (Mtl, Vec<String>) {
@@ -221,11 +232,11 @@ mod tests {
             "my  tex 2.png -s 2 3 1 -o .5 -clamp on -bm 0.5 -imfchan g",
             "-clamp on -imfchan g -s 2 3 \"my  tex 2.png\" -o .5 -bm 0.5",
         ] {
-            let (m, warnings) = one(&format!("newmtl a\nmap_Kd {text} \t\n"));
-            let map = m.map_kd.unwrap();
+            let (m, warnings) = one(&format!("newmtl a\nmap_Pr {text} \t\n"));
+            let map = m.map_roughness.unwrap();
             assert_eq!(map.file, "my  tex 2.png", "{text}");
             assert_eq!((map.scale, map.offset), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.0)));
-            assert_eq!((map.clamp, map.bump, map.channel), (true, 0.5, Some('g')));
+            assert_eq!((map.clamp, map.bump, map.channel), (true, 0.5, Some(Channel4::G)));
             assert!(warnings.is_empty());
         }
         let (m, warnings) = one("newmtl a\nMap_Kd -clamp ON -colorspace sRGB tex#1.png\n");
@@ -238,8 +249,12 @@ mod tests {
         let (m, warnings) = one("newmtl a\nmap_Kd -mm 0.1 2 -t .5 -blendu off -cc off a.png\n");
         assert_eq!(m.map_kd.unwrap().file, "a.png");
         assert!(warnings.len() == 1 && warnings[0].contains("-mm -t -blendu left out"), "{warnings:?}");
-        let (_, warnings) = one("newmtl a\nmap_Kd -colorspace linear a.png\n");
-        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        for options in ["-colorspace linear", "-imfchan r", "-s nan 1", "-o 1 inf", "-bm nan"] {
+            let (m, warnings) = one(&format!("newmtl a\nmap_Kd {options} a.png\n"));
+            assert_eq!(warnings.len(), 1, "{options}: {warnings:?}");
+            let map = m.map_kd.unwrap();
+            assert_eq!((map.scale, map.offset, map.bump), (Vec2::ONE, Vec2::ZERO, 1.0), "{options}");
+        }
         let (_, warnings) = one("newmtl a\nmap_Kd -mm 0 1 -t 0 0 0 -blendu on -texres 512 a.png\n");
         assert!(warnings.is_empty(), "{warnings:?}");
     }

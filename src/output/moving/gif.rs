@@ -36,7 +36,7 @@ impl Gif {
         if fps > MOST_FRAMES || clock.delay(0) > u64::from(u16::MAX) {
             return Err(invalid(format!(
                 "a GIF has at most {MOST_FRAMES} frames a second, and one in 655 s at least, not {fps}: \
-                 give another --fps, or write .apng, .webp or .mp4"
+                 give another --fps, or write .apng or .mp4"
             )));
         }
         let mut writer = Writer::new(Vec::new(), columns, rows, &[]).map_err(plain)?;

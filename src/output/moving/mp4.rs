@@ -68,7 +68,7 @@ impl Mp4 {
         if long > MOST.0 || short > MOST.1 || short < LEAST {
             let text = format!(
                 "an MP4 has at most {}x{} pixels, upright or not, and at least {LEAST} a side, not \
-                 {width}x{height}: give another --size, or write frames and .webp",
+                 {width}x{height}: give another --size, or write .apng",
                 MOST.0, MOST.1
             );
             return Err(invalid(text));
