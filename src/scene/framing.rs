@@ -41,14 +41,12 @@ impl View {
         let picture = f64::from(n_x) / f64::from(n_y);
         self.check()?;
         let mut notes = ViewNotes::default();
-        let mut start = self.start(posed, picture)?;
-        if let Some(projection) = self.projection {
-            start.change_projection(projection);
-        }
+        let start = self.start(posed, picture)?;
+        let projection = self.projection.unwrap_or(start.projection);
 
         let basis = self.basis(&start, self.view_point)?;
         let distance = self.orbit.and_then(|o| o.distance);
-        let view_point = self.view_point.or(distance.map(|far| start.sphere.centre + basis.w * far));
+        let view_point = self.view_point.or_else(|| distance.map(|far| start.middle() + basis.w * far));
         let d = self.proj_distance.unwrap_or(start.proj_distance);
         // A distance alone zooms, as in the lecture's two views; an angle holds at any distance.
         let height = match (self.view_height, self.yfov) {
@@ -68,7 +66,7 @@ impl View {
             (Some(w), None) => (w, w / picture),
             (None, Some(h)) => (h * picture, h),
             (None, None) => {
-                let h = start.view_height;
+                let h = start.view_height_by(projection);
                 (h * picture, h)
             }
         };
@@ -79,17 +77,17 @@ impl View {
             view_width,
             view_height,
             proj_distance: d,
-            projection: start.projection,
+            projection,
             clip,
         };
         if view_point.is_none() && start.view_point.is_none() {
-            camera.stand_back(start.sphere);
-        } else if distance.is_some() && camera.projection == Projection::Orthographic {
-            camera.widen(start.sphere.radius);
+            camera.stand_back(start.sphere());
+        } else if distance.is_some() && projection == Projection::Orthographic {
+            camera.widen(start.sphere().radius);
         }
         if self.turn != (0.0, 0.0) {
-            let up = self.view_up.unwrap_or(DVec3::Y);
-            camera.turn(self.look_at, start.sphere, up, self.turn);
+            let pivot = self.look_at.unwrap_or_else(|| camera.in_view(start.middle()));
+            camera.turn(pivot, self.view_up.unwrap_or(DVec3::Y), self.turn);
         }
         if let Some(zoom) = self.zoom {
             camera.view_width /= zoom;
@@ -120,7 +118,7 @@ impl View {
     }
 
     /// The camera before any part of it is replaced.
-    fn start(&self, posed: &PosedScene, picture: f64) -> Result<Start, ViewError> {
+    fn start<'a>(&self, posed: &'a PosedScene, picture: f64) -> Result<Start<'a>, ViewError> {
         let scene = posed.scene;
         let index = match &self.camera {
             Some(name) => Some(scene.find_camera(name).ok_or_else(|| {
@@ -136,8 +134,14 @@ impl View {
             None if self.is_its_own() || scene.cameras.is_empty() => None,
             None => Some(0),
         };
+        let orbit = self.orbit.is_some();
+        let middle = self.look_at.filter(|_| orbit);
         let Some(index) = index else {
             return Ok(Start {
+                posed,
+                // The view stands still while things move.
+                over_clip: true,
+                middle,
                 view_point: None,
                 view_dir: DEFAULT_VIEW_DIR,
                 view_up: DVec3::Y,
@@ -146,15 +150,14 @@ impl View {
                 proj_distance: 1.0,
                 projection: Projection::Perspective,
                 clip: Clip::OFF,
-                // The view stands still while things move.
-                sphere: self.around(posed.clip_sphere()),
             });
         };
-        let orbit = self.orbit.is_some();
-        let sphere = if orbit { self.around(posed.clip_sphere()) } else { posed.bounding_sphere() };
         let camera = &posed.cameras[index];
         let to_world = posed.node_to_world(camera.node);
         Ok(Start {
+            posed,
+            over_clip: orbit,
+            middle,
             view_point: (!orbit).then_some(to_world.translation),
             view_dir: -to_world.matrix3.z_axis,
             view_up: to_world.matrix3.y_axis,
@@ -167,16 +170,7 @@ impl View {
             },
             // Planes are measured from the camera's own place.
             clip: if orbit { Clip::OFF } else { Clip { near: camera.znear, far: camera.zfar } },
-            sphere,
         })
-    }
-
-    /// What an orbit goes around: as large as the scene, about the point to look at.
-    fn around(&self, sphere: Sphere) -> Sphere {
-        match (self.orbit, self.look_at) {
-            (Some(_), Some(centre)) => Sphere { centre, ..sphere },
-            _ => sphere,
-        }
     }
 
     fn basis(&self, start: &Start, view_point: Option<DVec3>) -> Result<Basis, ViewError> {
@@ -188,14 +182,14 @@ impl View {
                 None => Ok(own),
             };
         }
-        let from = view_point.or(start.view_point).unwrap_or(start.sphere.centre);
-        let dir = match (self.view_dir, self.look_at) {
-            (Some(dir), _) => dir,
-            (None, Some(at)) if view_point.is_some() || start.view_point.is_some() => at - from,
+        let from = view_point.or(start.view_point);
+        let dir = match (self.view_dir, self.look_at, from) {
+            (Some(dir), ..) => dir,
+            (None, Some(at), Some(from)) => at - from,
             _ => start.view_dir,
         };
         if !(dir.length() > 0.0 && dir.is_finite()) {
-            return Err(ViewError::NoDirection(from.to_string()));
+            return Err(ViewError::NoDirection(from.unwrap_or_else(|| start.middle()).to_string()));
         }
         let parallel = |up: DVec3| ViewError::ParallelUp { up: up.to_string(), dir: dir.to_string() };
         match self.view_up {
@@ -214,7 +208,12 @@ impl View {
 }
 
 /// What the asked-for parts replace.
-struct Start {
+struct Start<'a> {
+    posed: &'a PosedScene<'a>,
+    /// True: the sphere holds the whole clip, else this moment.
+    over_clip: bool,
+    /// Where the sphere's middle is put: an orbit goes around the point to look at.
+    middle: Option<DVec3>,
     /// `None`: stand back until the sphere fits.
     view_point: Option<DVec3>,
     view_dir: DVec3,
@@ -225,26 +224,35 @@ struct Start {
     proj_distance: f64,
     projection: Projection,
     clip: Clip,
-    sphere: Sphere,
 }
 
-impl Start {
-    /// Another projection of the same view: what stands at the scene's centre keeps its size.
-    fn change_projection(&mut self, projection: Projection) {
+impl Start<'_> {
+    /// What is framed and gone around. Every vertex is looked at for it, at many moments of a clip: only
+    /// what cannot do without asks for it.
+    fn sphere(&self) -> Sphere {
+        let sphere = if self.over_clip { self.posed.clip_sphere() } else { self.posed.bounding_sphere() };
+        Sphere { centre: self.middle.unwrap_or(sphere.centre), ..sphere }
+    }
+
+    fn middle(&self) -> DVec3 {
+        self.middle.unwrap_or_else(|| self.sphere().centre)
+    }
+
+    /// The height of the same view in `projection`: what stands at the scene's centre keeps its size.
+    fn view_height_by(&self, projection: Projection) -> f64 {
         if projection == self.projection {
-            return;
+            return self.view_height;
         }
         let distance = match self.view_point {
-            Some(e) => (self.sphere.centre - e).dot(self.view_dir.normalize_or_zero()),
+            Some(e) => (self.middle() - e).dot(self.view_dir.normalize_or_zero()),
             None => 0.0,
         };
-        self.view_height = match (projection, distance > 0.0) {
+        match (projection, distance > 0.0) {
             (Projection::Orthographic, true) => self.view_height * distance,
-            (Projection::Orthographic, false) => 2.0 * MARGIN * self.sphere.radius,
+            (Projection::Orthographic, false) => 2.0 * MARGIN * self.sphere().radius,
             (Projection::Perspective, true) => self.view_height / distance,
             (Projection::Perspective, false) => 2.0 * libm::tan(0.5 * DEFAULT_YFOV),
-        };
-        self.projection = projection;
+        }
     }
 }
 
@@ -274,13 +282,15 @@ impl Camera {
         }
     }
 
-    /// Goes around `at`, or what lies in the view's middle as far away as the sphere, by angles to
-    /// the right about `up`, and then upwards.
-    fn turn(&mut self, at: Option<DVec3>, sphere: Sphere, up: DVec3, (azimuth, elevation): (f64, f64)) {
+    /// What lies in the view's middle as far away as `middle`; `middle` itself where that is behind.
+    fn in_view(&self, middle: DVec3) -> DVec3 {
         let ahead = -self.basis.w;
-        let depth = (sphere.centre - self.view_point).dot(ahead);
-        let in_view = if depth > 0.0 { self.view_point + ahead * depth } else { sphere.centre };
-        let pivot = at.unwrap_or(in_view);
+        let depth = (middle - self.view_point).dot(ahead);
+        if depth > 0.0 { self.view_point + ahead * depth } else { middle }
+    }
+
+    /// Goes around `pivot` by angles to the right about `up`, and then upwards.
+    fn turn(&mut self, pivot: DVec3, up: DVec3, (azimuth, elevation): (f64, f64)) {
         let mut turned = [self.view_point - pivot, self.basis.u, self.basis.v, self.basis.w];
         let about = |axis: DVec3, angle: f64, all: &mut [DVec3; 4]| {
             let Some(axis) = axis.try_normalize() else { return };
