@@ -58,6 +58,26 @@ fn any_share_of_a_clip_is_the_same_pictures_as_the_whole() {
     assert!(picture("1000.png") == picture(&format!("{count}.png")));
 }
 
+/// What a framed view holds is found once for all its pictures, and `--perf` says how long it took; a view that
+/// stands somewhere does not ask for it.
+#[test]
+fn a_clip_is_looked_through_once_and_told() {
+    let (_dir, at) = folder();
+    let figure = model("figure/figure.glb");
+    for (flags, times) in [
+        ("render --orbit 30,20 --frames 1-4 -o a.png", 1),
+        ("turntable --count 3 -o b.png", 1),
+        ("turntable --views 3 -o c/", 1),
+        ("turntable --views 3 -o d/x.exr", 1),
+        ("render --frames 1-4 --ground plane -o e.png", 1),
+        ("render --frames 1-4 --view-point 2,1,2 --look-at 0,1,0 -o f.png", 0),
+        ("render --orbit 30,20 --animation none -o g.png", 0),
+    ] {
+        let told = runs(&at, &format!("{flags} {figure} --size 16x12 -s 1 --perf"));
+        assert_eq!(told.matches("perf: clip ").count(), times, "{flags}: {told}");
+    }
+}
+
 #[test]
 fn a_clip_of_nothing_is_one_frame() {
     let (_dir, at) = folder();

@@ -71,10 +71,36 @@ fn vertices_that_are_asked_for_again_and_again_are_counted() {
     assert!(told.contains("bytes of memory") && told.contains("over the limit of 4294967296"), "{told}");
 }
 
+/// An animated crowd of nodes where nothing is drawn but one triangle: what counts is how they all stand at
+/// a moment, and every thread looks at one.
+fn write_nodes(scene: &Path) {
+    let json = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [{}]}}], "nodes": [{{"mesh": 0}}{}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+        "animations": [{{"channels": [{{"sampler": 0, "target": {{"node": 0, "path": "translation"}}}}],
+            "samplers": [{{"input": 1, "output": 0}}]}}],
+        "buffers": [{{"byteLength": 48, "uri": "a.bin"}}], "bufferViews": [{{"buffer": 0, "byteLength": 48}}],
+        "accessors": [
+            {{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3}},
+            {{"bufferView": 0, "byteOffset": 36, "componentType": 5126, "type": "SCALAR", "count": 3,
+                "min": [0], "max": [2]}}]}}"#,
+        (0..=NODES).map(|i| i.to_string()).collect::<Vec<_>>().join(","),
+        ",{}".repeat(NODES)
+    );
+    std::fs::write(scene, json).unwrap();
+    let numbers = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 2.0];
+    let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+    std::fs::write(scene.with_extension("bin"), bytes).unwrap();
+}
+
+const NODES: usize = 200_000;
+
 #[test]
 fn what_is_let_through_takes_no_more_than_was_allowed() {
-    let dir = tempfile::tempdir().unwrap();
-    for case in SCENES {
+    let (dir, scenes) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let nodes = scenes.path().join("a.gltf");
+    write_nodes(&nodes);
+    for case in SCENES.into_iter().chain([(nodes.to_str().unwrap(), "--size 64x64")]) {
         let (mut allowed, mut refused) = (1 << 20, 0);
         let told = loop {
             match run(dir.path(), case, allowed) {

@@ -46,6 +46,37 @@ fn orbit(azimuth: f64, elevation: f64, distance: Option<f64>) -> Option<Orbit> {
     Some(Orbit { azimuth: azimuth.to_radians(), elevation: elevation.to_radians(), distance })
 }
 
+/// Every vertex is looked at for it, at many moments.
+#[test]
+fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {
+    let figure = scene("figure/figure.glb");
+    let posed = || pose(&figure, &PoseSettings::default()).unwrap();
+    let stand = View { view_point: Some(DVec3::ONE), look_at: Some(DVec3::ZERO), ..View::default() };
+    let around = View { orbit: orbit(30.0, 20.0, Some(5.0)), look_at: Some(DVec3::Y), ..View::default() };
+    let ortho = Some(Projection::Orthographic);
+    let upright = View { projection: ortho, view_height: Some(2.0), ..stand.clone() };
+    let turned = View { turn: (0.3, 0.1), zoom: Some(2.0), ..stand.clone() };
+    for view in [&stand, &upright, &turned, &around] {
+        let posed = posed();
+        view.resolve(&posed, 64, 48).unwrap();
+        assert_eq!(posed.clip_moments(), None, "{view:?}");
+    }
+    let wide = View { projection: ortho, ..stand };
+    let framed = View { orbit: orbit(30.0, 20.0, None), ..View::default() };
+    let far = View { projection: ortho, ..around };
+    for view in [&wide, &framed, &far] {
+        let posed = posed();
+        view.resolve(&posed, 64, 48).unwrap();
+        assert!(posed.clip_moments() > Some(1), "{view:?}");
+    }
+    // What one moment finds out another knows, whichever was there first.
+    let (start, later) = (posed(), posed().at(0.5));
+    assert_eq!((start.clip_moments(), later.clip_moments()), (None, None));
+    let later = start.at(0.5);
+    framed.resolve(&later, 64, 48).unwrap();
+    assert!(later.clip_moments() > Some(1) && start.clip_moments() == later.clip_moments());
+}
+
 #[test]
 fn an_orbit_counts_from_the_front_to_the_right_and_up() {
     let scene = scene("tests/cube.obj");

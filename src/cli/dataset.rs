@@ -9,7 +9,7 @@ use crate::batch::{Dataset, DatasetView};
 use crate::integrator::Aov;
 use crate::output::{SaveError, write_atomically};
 use crate::render::RenderSettings;
-use crate::scene::{PoseSettings, PosedScene, Scene, clip_end, pose};
+use crate::scene::{OverClip, PoseSettings, PosedScene, Scene, clip_end, pose};
 
 /// The keys by which tools look for a layer.
 const KEYS: [(Aov, &[&str]); 3] = [
@@ -19,12 +19,19 @@ const KEYS: [(Aov, &[&str]); 3] = [
 ];
 
 /// Writes it for the `index`-th scene. It is of all views, whichever were rendered: those of a farm's
-/// shares are the same.
-pub(super) fn write(job: &Job, views: &Views, scene: &Scene, path: &Path, index: usize) -> Result<PathBuf> {
+/// shares are the same. `over_clip` is what the pictures' moments shared.
+pub(super) fn write(
+    job: &Job,
+    views: &Views,
+    scene: &Scene,
+    over_clip: &OverClip,
+    path: &Path,
+    index: usize,
+) -> Result<PathBuf> {
     let Job { look, outputs, .. } = job;
     let animation = look.animation(scene)?;
     let time = views.time.min(clip_end(scene, &animation)?);
-    let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?;
+    let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?.sharing(over_clip);
     let posed = start.at(time);
     let size @ (width, height) = look.size_for(scene);
     let mut all = Vec::new();

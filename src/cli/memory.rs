@@ -17,6 +17,10 @@ const TREE: u64 = 320;
 const INSTANCE: u64 = 1024;
 /// Bytes of a vertex that moves, at one moment.
 const MOVED: u64 = 64;
+/// Bytes of a node as it is stored, or as it stands at a moment.
+const NODE: u64 = 256;
+/// Bytes of a vertex while a clip is looked through: its share of boxes, to which each morph target adds one.
+const BOXES: u64 = 16;
 /// Bytes of a pixel: on the film, on display, encoded.
 const PIXEL: u64 = 64;
 /// Bytes of a number of a layer: on the film, shown or encoded.
@@ -44,16 +48,24 @@ pub(super) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
     // What is drawn twice shares a tree, unless it bends or is small.
     let Flatten { still, moving: rebuilt } = job.build.flatten;
     let in_trees = if moving > 0 { drawn } else { drawn.min(triangles + still + rebuilt) };
-    let moment = TREE * in_trees
-        + MOVED * moving * (drawn / triangles.max(1)).max(1)
-        + INSTANCE * scene.instances.len() as u64;
+    let nodes = NODE * scene.nodes.len() as u64;
+    let posed = MOVED * moving * (drawn / triangles.max(1)).max(1)
+        + INSTANCE * scene.instances.len() as u64
+        + 2 * nodes;
+    let moment = TREE * in_trees + posed;
+    // What a clip takes up is found before there are trees: each thread looks at a moment.
+    let boxes = |m: &crate::scene::Mesh| m.positions.len() as u64 * (BOXES + m.morphs.len() as u64);
+    let boxes: u64 = scene.meshes.iter().map(boxes).sum();
+    let looks = if scene.animations.is_empty() { 0 } else { rayon::current_num_threads() as u64 };
+    let looking = posed + nodes * looks + if looks > 0 { boxes } else { 0 };
     let layers: u64 = look.layers.aovs.iter().map(|aov| LAYER * aov.width() as u64).sum();
     let mattes = if look.layers.cryptomatte { MATTES } else { 0 };
     let picture = pixels.saturating_mul(PIXEL + layers + mattes);
     // With many frames one is prepared and one written while one is rendered.
     let (moments, pictures) =
         if frames > 1 { (if scene.animations.is_empty() { 1 } else { 2 }, 2) } else { (1, 1) };
-    (PROGRAM + scene.bytes() + moments * moment).saturating_add(picture.saturating_mul(pictures))
+    (PROGRAM + scene.bytes() + (moments * moment).max(looking))
+        .saturating_add(picture.saturating_mul(pictures))
 }
 
 /// Refuses what would take more than was allowed, or more than there is.

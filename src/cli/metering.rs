@@ -4,13 +4,14 @@ use std::time::Instant;
 
 use anyhow::Result;
 
+use super::framed::looking;
 use super::job::natural_size;
 use super::studio::{Moment, Studio};
 use super::values::Exposure;
 use crate::geometry::Rgb;
 use crate::integrator::{Phong, Stage};
 use crate::render::{Metering, meter};
-use crate::scene::{Lit, View};
+use crate::scene::{Camera, Lit, View};
 
 /// How pictures are exposed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,14 +40,18 @@ pub(super) fn expose<'a>(studio: &Studio<'a>, start: &mut Moment<'a>, lit: &Lit)
     if !automatic {
         return Ok(Exposed::at(0.0));
     }
+    let camera = camera(studio, start)?;
     studio.build(start)?;
     let since = Instant::now();
     // What the lights' unit is shows in the lights alone.
-    let lights =
-        if lit.assumed && look.stage != Stage::Color { metered(studio, start, Seen::Lights)? } else { None };
+    let lights = if lit.assumed && look.stage != Stage::Color {
+        metered(studio, start, camera, Seen::Lights)?
+    } else {
+        None
+    };
     let metered = match lights {
         Some(lights) if look.exposure.is_none() || !is_near(&lights) => Some(lights),
-        _ => metered(studio, start, Seen::All)?,
+        _ => metered(studio, start, camera, Seen::All)?,
     };
     studio.teller.stage("meter", since, "");
     if let Some(lights) = lights.filter(|lights| !is_near(lights)) {
@@ -81,17 +86,26 @@ enum Seen {
     Lights,
 }
 
-fn metered(studio: &Studio, start: &Moment, seen: Seen) -> Result<Option<Metering>> {
+/// Through which is metered, and the shape of what it sees: the camera's, not the picture's, so that thumbnails
+/// are exposed as their originals.
+fn camera(studio: &Studio, start: &Moment) -> Result<(Camera, f64)> {
     let scene = start.posed.scene;
-    // The shape is the camera's, not the picture's: thumbnails are exposed as their originals.
     let (width, height) = natural_size(scene, (!scene.cameras.is_empty()).then_some(0));
-    let aspect = f64::from(width) / f64::from(height);
     let view = if scene.cameras.is_empty() {
         studio.look.view.at_rest()
     } else {
         View { clip: studio.look.view.clip, ..View::default() }
     };
-    let (camera, _) = view.resolve(&start.posed, width, height)?;
+    let (camera, _) = looking(studio.teller, &start.posed, || view.resolve(&start.posed, width, height))?;
+    Ok((camera, f64::from(width) / f64::from(height)))
+}
+
+fn metered(
+    studio: &Studio,
+    start: &Moment,
+    (camera, aspect): (Camera, f64),
+    seen: Seen,
+) -> Result<Option<Metering>> {
     let mut frame = studio.frame(start, camera)?;
     if seen == Seen::Lights {
         frame.ambient = Rgb::ZERO;

@@ -11,6 +11,7 @@ mod console;
 mod dataset;
 mod farm;
 mod foreign;
+mod framed;
 mod help;
 mod info;
 mod job;

@@ -4,21 +4,21 @@
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3};
 
-use super::dataset::depth_step;
+use super::framed::{Framed, looking};
 use super::job::{Job, Look, Shot, Turning};
 use super::metering::{self, Exposed};
 use super::progress::Teller;
-use super::values::{Ao, Layers};
+use super::values::Layers;
 use crate::accel::{Accel, BuildSettings, CleanReport};
 use crate::display::{Display, ViewTransform};
-use crate::integrator::{Frame, Occlusion, Phong};
+use crate::integrator::{Frame, Phong};
 use crate::output::{Part, Picture};
 use crate::render::{Adaptive, RenderSettings, Watch, render, render_aovs, render_mattes};
 use crate::scene::{
-    Animation, AnimationChoice, Camera, Ground, GroundKind, Lighting, Lit, PoseSettings, PosedScene, Scene,
-    Turn, clip_end, playing, pose,
+    Animation, AnimationChoice, Camera, GroundKind, Lighting, Lit, PoseSettings, PosedScene, Scene, Turn,
+    clip_end, playing, pose,
 };
 
 /// A scene with all that its pictures share.
@@ -28,19 +28,13 @@ pub(super) struct Studio<'a> {
     build: BuildSettings,
     /// When the clip ends, in seconds: the last pose holds from there on.
     pub end: f64,
-    /// What a turntable turns about.
-    pivot: DVec3,
     settings: RenderSettings,
-    surroundings: Surroundings,
+    framed: Framed,
     /// Its sources and its ambient colour are those of the clip's start.
     pub lighting: Lighting,
     /// How its pictures are exposed, by hand or by meter.
     pub exposed: Exposed,
     display: Display,
-    /// Where lights that are fixed to the camera stand in a dataset: what its views show is lit alike.
-    rest: Option<Camera>,
-    /// What a dataset's depth is counted in.
-    depth_step: Option<f64>,
     /// From the scene's world to that of layers.
     world: DMat3,
 }
@@ -69,10 +63,11 @@ impl<'a> Studio<'a> {
         let (width, height) = look.size_for(scene);
         let settings = RenderSettings { width, height, ..look.settings };
         check_crop(&settings)?;
-        let (camera, notes) = look.view.resolve(&moment.posed, width, height)?;
-        for warning in &notes.warnings {
+        let framed = looking(teller, &moment.posed, || Framed::of(job, &moment.posed, (width, height)))?;
+        for warning in &framed.notes.warnings {
             teller.warn(warning)?;
         }
+        let camera = framed.camera;
         let lit = look.lighting.resolve(&moment.posed, &camera);
         teller.note(&format!("lights: {}", lit.note));
         let mut studio = Studio {
@@ -80,10 +75,8 @@ impl<'a> Studio<'a> {
             teller,
             build: job.build,
             end: clip_end(scene, &animation)?,
-            // What framed views are framed about, so that they hold all the way round.
-            pivot: look.turning.map_or(DVec3::ZERO, |_| moment.posed.clip_sphere().centre),
             settings,
-            surroundings: Surroundings::of(look, &moment.posed),
+            framed,
             lighting: settled(look.lighting.clone(), &lit),
             exposed: Exposed::default(),
             display: Display {
@@ -91,11 +84,6 @@ impl<'a> Studio<'a> {
                 view: look.view_transform.unwrap_or_else(|| ViewTransform::of(&scene.source)),
                 background: look.background,
             },
-            rest: match job.views {
-                Some(_) => Some(look.view.at_rest().resolve(&moment.posed, width, height)?.0),
-                None => None,
-            },
-            depth_step: depth_step(job, &moment.posed, (width, height))?,
             world: job.views.map_or(DMat3::IDENTITY, |views| views.up.turn()),
         };
         studio.exposed = metering::expose(&studio, &mut moment, &lit)?;
@@ -158,12 +146,12 @@ impl<'a> Studio<'a> {
     /// What `camera` sees, without a ground.
     pub fn frame<'m>(&self, moment: &'m Moment<'m>, camera: Camera) -> Result<Frame<'m>> {
         let Some(accel) = &moment.accel else { bail!("the scene has no trees") };
-        let lit = self.lighting.resolve(&moment.posed, self.rest.as_ref().unwrap_or(&camera));
+        let lit = self.lighting.resolve(&moment.posed, self.framed.rest.as_ref().unwrap_or(&camera));
         Ok(Frame {
             overrides: self.look.overrides,
             cull: self.look.cull,
             shadows: self.look.shadows,
-            occlusion: self.surroundings.occlusion,
+            occlusion: self.framed.occlusion,
             ..Frame::new(&moment.posed, accel, camera, &lit)
         })
     }
@@ -173,7 +161,7 @@ impl<'a> Studio<'a> {
         let Some(Turning { axis, camera: by_camera }) = self.look.turning else {
             return self.frame(moment, camera);
         };
-        let motion = Turn { axis, pivot: self.pivot, angle }.motion();
+        let motion = Turn { axis, pivot: self.framed.pivot, angle }.motion();
         if by_camera {
             self.frame(moment, camera.moved(&motion))
         } else {
@@ -200,7 +188,7 @@ impl<'a> Studio<'a> {
         let camera = self.look.camera(shot, &moment.posed, (width, height))?;
         let frame = self.turned(shot.angle, moment, camera)?;
         // The ground comes last: it changes neither what is framed nor what is metered.
-        let frame = Frame { ground: self.surroundings.ground, ..frame };
+        let frame = Frame { ground: self.framed.ground, ..frame };
 
         let start = Instant::now();
         let pixels = render(&frame, &Phong { stage: self.look.stage }, settings, watch)?;
@@ -218,7 +206,7 @@ impl<'a> Studio<'a> {
             self.teller.stage("layers", start, "");
         }
         let part = settings.crop.map(|crop| Part { crop, width, height });
-        let depth_step = self.depth_step;
+        let depth_step = self.framed.depth_step;
         Ok(Picture { layers, mattes, part, depth_step, ..Picture::new(pixels, self.display) })
     }
 }
@@ -247,32 +235,6 @@ fn check_crop(settings: &RenderSettings) -> Result<()> {
         bail!("--crop reaches beyond the picture of {width}x{height} pixels");
     }
     Ok(())
-}
-
-/// What is sized by the scene, over the whole clip: no frame differs.
-struct Surroundings {
-    occlusion: Option<Occlusion>,
-    ground: Option<Ground>,
-}
-
-impl Surroundings {
-    /// Share of the scene's diagonal that occlusion looks for things in the way.
-    const NEAR: f64 = 0.25;
-
-    fn of(look: &Look, posed: &PosedScene) -> Surroundings {
-        if look.ground.is_none() && look.ao.is_none() {
-            return Surroundings { occlusion: None, ground: None };
-        }
-        let bounds = posed.clip_bounds();
-        let occlusion = |ao: Ao| Occlusion {
-            samples: ao.samples,
-            distance: ao.distance.unwrap_or(Surroundings::NEAR * bounds.extent().length()),
-        };
-        Surroundings {
-            occlusion: look.ao.map(occlusion),
-            ground: look.ground.map(|kind| Ground::under(&bounds, kind)),
-        }
-    }
 }
 
 fn left_out(report: &CleanReport) -> Option<String> {

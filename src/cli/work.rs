@@ -17,7 +17,7 @@ use super::studio::{Moment, Studio};
 use crate::batch::{Contents, overlap, written_since};
 use crate::import::{LoadOptions, load, open_scene_file};
 use crate::output::{Picture, check_free, check_writable, save, thumbnail};
-use crate::scene::{Scene, Selection, clip_end};
+use crate::scene::{OverClip, Scene, Selection, clip_end};
 
 /// What is to be done for one scene.
 pub(super) struct Work<'a> {
@@ -58,14 +58,15 @@ impl Work<'_> {
             return self.list(&shots);
         }
         self.check_files(&scene, &shots)?;
+        let mut over_clip = OverClip::default();
         if !shots.is_empty() {
             // A picture of files that changed meanwhile is of neither what they were nor what they are.
             let certain = !written_since(begun, self.path, &scene.source.files);
-            self.make(&scene, &shots, certain)?;
+            over_clip = self.make(&scene, &shots, certain)?;
         }
         // Pictures come first: where this file is, they are.
         if let Some(views) = &self.job.views {
-            let file = dataset::write(self.job, views, &scene, self.path, self.index)?;
+            let file = dataset::write(self.job, views, &scene, &over_clip, self.path, self.index)?;
             self.teller.reporter.wrote(&file);
         }
         Ok(())
@@ -91,12 +92,13 @@ impl Work<'_> {
     }
 
     /// Makes the pictures: while one is rendered, the scene is posed and its trees are built for the
-    /// next, and the one before is encoded and written.
-    fn make(&mut self, scene: &Scene, shots: &[Shot], certain: bool) -> Result<()> {
+    /// next, and the one before is encoded and written. Gives what is known of the clip then.
+    fn make(&mut self, scene: &Scene, shots: &[Shot], certain: bool) -> Result<OverClip> {
         let (path, reporter) = (self.path, self.teller.reporter);
         memory::check(self.job, scene, shots.len())?;
         reporter.frames(path, shots.len());
         let (studio, start) = Studio::new(self.job, scene, self.teller)?;
+        let over_clip = start.posed.over_clip().clone();
         let mut reel = match (self.job.outputs.form, self.target(&shots[0])) {
             (Form::Moving(playing), Target::File(file)) => {
                 Some(Reel::new(&file, &playing, studio.size(), self.job.outputs.replace)?)
@@ -125,7 +127,8 @@ impl Work<'_> {
                 self.write(&Picture { stamp, ..picture }, &target, took)
             },
         )?;
-        reel.map_or(Ok(()), |reel| self.publish(reel))
+        reel.map_or(Ok(()), |reel| self.publish(reel))?;
+        Ok(over_clip)
     }
 
     /// Adds a frame to a moving picture.

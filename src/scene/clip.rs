@@ -1,29 +1,29 @@
 //! What a scene takes up over the whole of its animation: what must not change from frame to frame, a
 //! framed view or a ground, is taken from here.
 
-use glam::DVec3;
-use rayon::prelude::*;
+use std::sync::{Arc, OnceLock};
 
 use super::pose::playing;
-use super::{Animation, AnimationChoice, PoseError, PoseSettings, PosedScene, Scene, Target, pose};
+use super::walk::Walk;
+use super::{Animation, AnimationChoice, PoseError, PosedScene, Scene, Target};
 use crate::geometry::{Aabb, Sphere};
 
-/// Moments that are looked at, at most.
-const MOST: usize = 257;
-/// And at least, however large the scene.
-const LEAST: usize = 9;
-/// Vertices that are looked at, in all moments together, where that leaves moments enough.
-const BUDGET: usize = 1 << 25;
 /// Moments from one key to the next, at most.
 const BETWEEN: usize = 4;
 /// Moments from which on keys are close enough by themselves.
 const CLOSE: usize = 64;
 
-/// What a scene takes up while its animations play, in world coordinates.
+/// What a scene takes up while its animations play: known to all moments of a clip once one of them was asked.
+#[derive(Clone, Debug, Default)]
+pub struct OverClip(Arc<OnceLock<Extent>>);
+
+/// The same in world coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct OverClip {
+struct Extent {
     bounds: Aabb,
     sphere: Sphere,
+    /// How many were looked at.
+    moments: usize,
 }
 
 /// When the animations that play end, in seconds; 0 where nothing moves.
@@ -40,7 +40,7 @@ impl PosedScene<'_> {
     ///
     /// Keys and times between them are looked at; as many as a large scene can bear.
     pub fn clip_bounds(&self) -> Aabb {
-        self.over_clip().bounds
+        self.extent().bounds
     }
 
     /// A sphere around all that is visible at any time of the animations that play, in world
@@ -48,88 +48,39 @@ impl PosedScene<'_> {
     /// [`PosedScene::bounding_sphere`]. As wide as [`PosedScene::clip_bounds`], and as small as holds every
     /// vertex that was looked at.
     pub fn clip_sphere(&self) -> Sphere {
-        self.over_clip().sphere
+        self.extent().sphere
     }
 
-    fn over_clip(&self) -> &OverClip {
-        self.over_clip.get_or_init(|| self.look_through_clip())
+    /// How many moments of the animations were looked at, if [`PosedScene::clip_bounds`] or
+    /// [`PosedScene::clip_sphere`] was asked for at this moment or another of the same clip; 0 where nothing
+    /// moves.
+    pub fn clip_moments(&self) -> Option<usize> {
+        self.over_clip.0.get().map(|extent| extent.moments)
     }
 
-    fn look_through_clip(&self) -> OverClip {
+    /// What this moment shares with others of its clip.
+    pub(crate) fn over_clip(&self) -> &OverClip {
+        &self.over_clip
+    }
+
+    /// This moment, which shares that with others: of the same scene and the same animations.
+    pub(crate) fn sharing(mut self, over_clip: &OverClip) -> Self {
+        self.over_clip = over_clip.clone();
+        self
+    }
+
+    fn extent(&self) -> &Extent {
+        self.over_clip.0.get_or_init(|| self.look_through_clip())
+    }
+
+    fn look_through_clip(&self) -> Extent {
         let playing = playing(self.scene, self.animation()).unwrap_or_default();
-        let moving = self.scene.moving(playing.iter().copied());
-        let vertices: usize =
-            (0..moving.len()).filter(|&i| moving[i]).map(|i| self.mesh(i as u32).positions.len()).sum();
-        let most = (BUDGET / vertices.max(1)).clamp(LEAST, MOST);
-        let moments = moments(&playing, most);
-        // The centre is nobody's, so that not even rounding depends on this moment.
-        let at = |time: f64| {
-            let animation = self.animation().clone();
-            pose(self.scene, &PoseSettings { time, animation, centre: Some(DVec3::ZERO) })
-        };
-        let first = moments.first().filter(|_| moving.contains(&true)).and_then(|&time| at(time).ok());
-        let Some(first) = first else {
-            return OverClip { bounds: self.bounds(), sphere: self.bounding_sphere() };
-        };
-
-        // What stands still counts once, the rest at every moment.
-        let still = first.boxes(|i| !moving[i]);
-        let moved: Vec<(f64, Vec<(u32, Aabb)>)> = moments
-            .into_par_iter()
-            .filter_map(|time| Some((time, at(time).ok()?.boxes(|i| moving[i]))))
-            .collect();
-        let mut bounds = Aabb::EMPTY;
-        for (_, b) in still.iter().chain(moved.iter().flat_map(|(_, boxes)| boxes)) {
-            bounds.join(b);
+        let walk = Walk::new(self.scene, playing);
+        if walk.moments.is_empty() {
+            return Extent { bounds: self.bounds(), sphere: self.bounding_sphere(), moments: 0 };
         }
-        let middle = bounds.centre();
-
-        // Vertices are looked at again only in boxes that reach farther than any vertex so far.
-        let mut r2 = 0f64;
-        first.raise(&still, middle, &mut r2);
-        let farthest =
-            |boxes: &[(u32, Aabb)]| boxes.iter().map(|(_, b)| b.farthest_squared(middle)).fold(0.0, f64::max);
-        let mut moved: Vec<_> = moved.into_iter().map(|(t, boxes)| (farthest(&boxes), t, boxes)).collect();
-        moved.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (far, time, boxes) in moved {
-            if far <= r2 {
-                break;
-            }
-            if let Ok(posed) = at(time) {
-                posed.raise(&boxes, middle, &mut r2);
-            }
-        }
-        OverClip { bounds, sphere: Sphere { centre: middle, radius: if r2 > 0.0 { r2.sqrt() } else { 1.0 } } }
-    }
-
-    /// The bounds of visible instances, relative to the centre.
-    fn boxes(&self, which: impl Fn(usize) -> bool) -> Vec<(u32, Aabb)> {
-        let chosen = (0..self.instances.len()).filter(|&i| self.instances[i].visible && which(i));
-        chosen
-            .map(|i| {
-                let mut bounds = Aabb::EMPTY;
-                for &p in self.positions(i as u32) {
-                    bounds.add(self.instances[i].transform.point_f64(p));
-                }
-                (i as u32, bounds)
-            })
-            .collect()
-    }
-
-    /// Raises `r2` to the squared distance of the farthest vertex in `boxes` from `middle`.
-    fn raise(&self, boxes: &[(u32, Aabb)], middle: DVec3, r2: &mut f64) {
-        for (i, bounds) in boxes {
-            if bounds.farthest_squared(middle) <= *r2 {
-                continue;
-            }
-            let transform = &self.instances[*i as usize].transform;
-            for &p in self.positions(*i) {
-                let p = transform.point_f64(p);
-                if p.is_finite() {
-                    *r2 = r2.max(p.distance_squared(middle));
-                }
-            }
-        }
+        let (bounds, sphere) = walk.measure();
+        Extent { bounds, sphere, moments: walk.moments.len() }
     }
 }
 
@@ -160,7 +111,7 @@ impl Scene {
 }
 
 /// The times of all keys that move something and times between them, `most` at most.
-fn moments(playing: &[&Animation], most: usize) -> Vec<f64> {
+pub(super) fn moments(playing: &[&Animation], most: usize) -> Vec<f64> {
     let moves = |t: &Target| !matches!(t, Target::Material(..) | Target::Light(..) | Target::Camera(..));
     let channels = playing.iter().flat_map(|a| &a.channels).filter(|c| moves(&c.target));
     let mut keys: Vec<f32> = channels.flat_map(|c| c.keys.times.iter().copied()).collect();
@@ -182,8 +133,8 @@ fn moments(playing: &[&Animation], most: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{AnimationChoice, Channel, Instance, Interpolation, Keys, Local, Mesh, Node};
-    use glam::{DQuat, Vec3};
+    use crate::scene::{Channel, Instance, Interpolation, Keys, Local, Mesh, Node, PoseSettings, pose};
+    use glam::{DQuat, DVec3, Vec3};
 
     fn keys(times: &[f32], values: &[f32], width: usize) -> Keys {
         Keys { times: times.to_vec(), values: values.to_vec(), width, interpolation: Interpolation::Linear }
@@ -232,6 +183,17 @@ mod tests {
         // A half circle of radius 3.1 about the origin, seen from above.
         assert!((whole.radius - 3.1).abs() < 0.5 && whole.radius < 3.5, "{whole:?}");
         assert!((whole.centre.z + 1.55).abs() < 0.01, "half way out: {whole:?}");
+    }
+
+    #[test]
+    fn moments_that_share_it_find_it_once() {
+        let scene = scene();
+        let posed = || pose(&scene, &PoseSettings::default()).unwrap();
+        let first = posed();
+        let second = posed().sharing(first.over_clip());
+        assert_eq!(first.clip_moments(), None);
+        let sphere = second.clip_sphere();
+        assert_eq!((first.clip_moments(), first.clip_sphere()), (Some(5), sphere));
     }
 
     #[test]

@@ -39,23 +39,11 @@ impl PosedScene<'_> {
     ) -> T {
         let crowds = self.crowds();
         for (i, instance) in self.instances.iter().enumerate().filter(|(_, i)| i.visible) {
-            let to_world = &instance.transform;
-            let add_all = |found: &mut T, points: &[Vec3]| {
-                points.iter().for_each(|&p| add(found, to_world.point_f64(p)));
-            };
+            let to_world = &instance.transform.affine;
             let own = crowds[self.scene.instances[i].mesh as usize].as_ref();
-            let Some(own) = own.filter(|_| instance.deformed.is_none()) else {
-                add_all(&mut found, self.positions(i as u32));
-                continue;
-            };
-            let passed = |found: &T, b: &Aabb| !b.is_empty() && within(found, box_about(&to_world.affine, b));
-            if passed(&found, &own.around) {
-                continue;
-            }
-            for (points, b) in own.points.chunks(own.size).zip(&own.boxes) {
-                if !passed(&found, b) {
-                    add_all(&mut found, points);
-                }
+            match own.filter(|_| instance.deformed.is_none()) {
+                Some(own) => own.over_vertices(to_world, &mut found, &within, &add),
+                None => add_all(to_world, self.positions(i as u32), &mut found, &add),
             }
         }
         found
@@ -72,7 +60,7 @@ impl PosedScene<'_> {
 
 /// The vertices of a mesh, in its own coordinates, in crowds of such as lie together: of many copies side
 /// by side each may widen the bounds a little, but only few of its vertices do.
-struct Crowds<'m> {
+pub(super) struct Crowds<'m> {
     points: Cow<'m, [Vec3]>,
     /// Points of a crowd, but for the last.
     size: usize,
@@ -83,7 +71,7 @@ struct Crowds<'m> {
 /// Meshes that are drawn more rarely are one crowd: to sort them would take longer.
 const MANY: usize = 16;
 /// Points of a crowd of those that are sorted.
-const CROWD: usize = 64;
+pub(super) const CROWD: usize = 64;
 
 impl<'m> Crowds<'m> {
     fn new(positions: &'m [Vec3], drawn: usize) -> Crowds<'m> {
@@ -93,12 +81,46 @@ impl<'m> Crowds<'m> {
             size = CROWD;
             points.to_mut().sort_by_cached_key(|p| morton(p.as_dvec3(), &around));
         }
+        Crowds::of(points, size, around)
+    }
+
+    /// Of vertices that stay in their order: files mostly have neighbours one after another.
+    pub fn in_order(positions: &'m [Vec3]) -> Crowds<'m> {
+        Crowds::of(Cow::Borrowed(positions), CROWD, box_of(positions))
+    }
+
+    fn of(points: Cow<'m, [Vec3]>, size: usize, around: Aabb) -> Crowds<'m> {
         let boxes = points.chunks(size).map(box_of).collect();
         Crowds { points, size, boxes, around }
     }
+
+    /// Has `add` count the vertices in where `to_world` takes them, but for those in boxes of which `within`
+    /// says that they change nothing.
+    pub fn over_vertices<T>(
+        &self,
+        to_world: &DAffine3,
+        found: &mut T,
+        within: impl Fn(&T, Aabb) -> bool,
+        add: impl Fn(&mut T, DVec3),
+    ) {
+        let passed = |found: &T, b: &Aabb| !b.is_empty() && within(found, box_about(to_world, b));
+        if passed(found, &self.around) {
+            return;
+        }
+        for (points, b) in self.points.chunks(self.size).zip(&self.boxes) {
+            if !passed(found, b) {
+                add_all(to_world, points, found, &add);
+            }
+        }
+    }
 }
 
-fn box_of(points: &[Vec3]) -> Aabb {
+/// Has `add` count every one of `points` in.
+pub(super) fn add_all<T>(to_world: &DAffine3, points: &[Vec3], found: &mut T, add: impl Fn(&mut T, DVec3)) {
+    points.iter().for_each(|&p| add(found, to_world.transform_point3(p.as_dvec3())));
+}
+
+pub(super) fn box_of(points: &[Vec3]) -> Aabb {
     let mut bounds = Aabb::EMPTY;
     points.iter().for_each(|p| bounds.add(p.as_dvec3()));
     bounds
@@ -114,7 +136,7 @@ fn morton(p: DVec3, within: &Aabb) -> u32 {
 }
 
 /// A box that holds all of `own` once it is placed, whatever is rounded.
-fn box_about(to_world: &DAffine3, own: &Aabb) -> Aabb {
+pub(super) fn box_about(to_world: &DAffine3, own: &Aabb) -> Aabb {
     let columns = [to_world.matrix3.x_axis, to_world.matrix3.y_axis, to_world.matrix3.z_axis];
     let (middle, half) = (own.centre(), 0.5 * own.extent());
     let spread = |by: DVec3| {

@@ -5,6 +5,8 @@
 //! with +Y up.
 
 mod animation;
+mod bend;
+mod bent_crowds;
 mod bytes;
 mod camera;
 mod clip;
@@ -25,12 +27,15 @@ mod select;
 mod skin;
 mod sky;
 mod srgb;
+mod stance;
 mod texture;
 mod turn;
+mod walk;
 
 pub use animation::{Animation, Channel, Interpolation, Keys, Target};
+pub use bend::Deformed;
 pub use camera::{Camera, Clip, Fit, Orbit, Projection, View, ViewError};
-pub use clip::clip_end;
+pub use clip::{OverClip, clip_end};
 pub use driven::{CameraField, LightField, MaterialField, Slot};
 pub use footprint::Footprint;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
@@ -44,9 +49,7 @@ pub use material::{
 pub use mesh::{Influences, Mesh, MorphTarget};
 pub use mips::{Mips, Reading};
 pub use node::{Instance, Local, Node};
-pub use pose::{
-    AnimationChoice, Deformed, PoseError, PoseSettings, PosedInstance, PosedScene, playing, pose,
-};
+pub use pose::{AnimationChoice, PoseError, PoseSettings, PosedInstance, PosedScene, playing, pose};
 pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
 pub use select::{Glob, NothingFound, Selection};
 pub use skin::Skin;

@@ -1,0 +1,110 @@
+//! How the nodes of a scene stand at one moment, and what follows for what is drawn at them. A pose is
+//! made of it.
+
+use std::borrow::Cow;
+
+use glam::DAffine3;
+
+use super::bend::Bend;
+use super::{Animation, Instance, Local, Scene, Target};
+
+/// The nodes of a scene at one moment.
+pub(super) struct Stance<'s> {
+    scene: &'s Scene,
+    /// Node to world.
+    pub node_to_world: Vec<DAffine3>,
+    /// Whether a node, and all above it, is shown.
+    pub visible: Vec<bool>,
+    weights: Vec<Cow<'s, [f32]>>,
+}
+
+/// An instance at that moment.
+pub(super) struct Placed<'a> {
+    /// Its vertices, as bent, to the world.
+    pub to_world: DAffine3,
+    /// Says which side is the front.
+    pub winding: DAffine3,
+    /// `None`: its mesh is what the file says.
+    pub bend: Option<Bend<'a>>,
+}
+
+impl<'s> Stance<'s> {
+    /// Where `playing` has put the nodes at `time`, in seconds.
+    pub fn of(scene: &'s Scene, playing: &[&Animation], time: f64) -> Stance<'s> {
+        let mut locals: Vec<Cow<'_, Local>> = scene.nodes.iter().map(|n| Cow::Borrowed(&n.local)).collect();
+        let mut weights: Vec<Cow<'s, [f32]>> =
+            scene.nodes.iter().map(|n| Cow::Borrowed(&n.weights[..])).collect();
+        let mut visible: Vec<bool> = scene.nodes.iter().map(|n| n.visible).collect();
+        for channel in playing.iter().flat_map(|a| &a.channels) {
+            let keys = &channel.keys;
+            match channel.target {
+                Target::Translation(n) => *trs(&mut locals[n as usize]).0 = keys.sample_vec3(time),
+                Target::Rotation(n) => *trs(&mut locals[n as usize]).1 = keys.sample_rotation(time),
+                Target::Scale(n) => *trs(&mut locals[n as usize]).2 = keys.sample_vec3(time),
+                Target::Weights(n) => {
+                    weights[n as usize] = keys.sample(time).iter().map(|&w| w as f32).collect();
+                }
+                Target::Weight(n, k) => {
+                    let own = weights[n as usize].to_mut();
+                    if own.is_empty() {
+                        *own = scene.default_weights(n);
+                    }
+                    if let Some(w) = own.get_mut(k as usize) {
+                        *w = keys.sample(time)[0] as f32;
+                    }
+                }
+                Target::Visibility(n) => visible[n as usize] = keys.sample(time)[0] > 0.5,
+                Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
+            }
+        }
+        // Parents stand before their children, so one pass does it however deep the graph is.
+        let mut node_to_world: Vec<DAffine3> = Vec::with_capacity(scene.nodes.len());
+        for (i, (node, local)) in scene.nodes.iter().zip(&locals).enumerate() {
+            let above = node.parent.map_or(DAffine3::IDENTITY, |p| node_to_world[p as usize]);
+            node_to_world.push(above * local.affine());
+            visible[i] &= node.parent.is_none_or(|p| visible[p as usize]);
+        }
+        Stance { scene, node_to_world, visible, weights }
+    }
+
+    /// Where `instance` is, and how its mesh is bent.
+    pub fn place(&self, instance: &Instance) -> Placed<'_> {
+        let mesh = &self.scene.meshes[instance.mesh as usize];
+        let node = instance.node as usize;
+        let mut to_world = self.node_to_world[node];
+        if let Some(placement) = instance.placement {
+            to_world *= placement;
+        }
+        // glTF has it say which side is the front even where joints place the vertices.
+        let winding = to_world;
+        let own = &self.weights[node];
+        let shape: &[f32] = if own.is_empty() { &mesh.morph_weights } else { own };
+        let skin = instance.skin.filter(|_| mesh.influences.per_vertex > 0);
+        let skin = skin.map(|skin| &self.scene.skins[skin as usize]);
+        if skin.is_some() {
+            to_world = DAffine3::IDENTITY;
+        }
+        Placed { to_world, winding, bend: Bend::new(mesh, shape, skin, &self.node_to_world) }
+    }
+}
+
+impl Scene {
+    /// The weights that the meshes at a node have where the node gives none.
+    fn default_weights(&self, node: u32) -> Vec<f32> {
+        let drawn = self.instances.iter().find(|i| i.node == node);
+        drawn.map_or_else(Vec::new, |i| self.meshes[i.mesh as usize].morph_weights.clone())
+    }
+}
+
+/// The scale-rotation-translation of a local transform about to be animated.
+fn trs<'a>(local: &'a mut Cow<'_, Local>) -> (&'a mut glam::DVec3, &'a mut glam::DQuat, &'a mut glam::DVec3) {
+    let local = local.to_mut();
+    if let Local::Matrix(m) = *local {
+        let (scale, rotation, translation) = m.to_scale_rotation_translation();
+        *local = Local::Trs { translation, rotation, scale };
+    }
+    match local {
+        Local::Trs { translation, rotation, scale } => (translation, rotation, scale),
+        Local::Matrix(_) => unreachable!("just decomposed"),
+    }
+}
