@@ -46,6 +46,22 @@ fn orbit(azimuth: f64, elevation: f64, distance: Option<f64>) -> Option<Orbit> {
     Some(Orbit { azimuth: azimuth.to_radians(), elevation: elevation.to_radians(), distance })
 }
 
+/// What `-v` tells: a scene may have many cameras, or none.
+#[test]
+fn a_view_says_where_it_comes_from() {
+    let (textured, cube) = (scene("textured/textured.gltf"), scene("tests/cube.obj"));
+    let from = |scene: &Scene, view: View| {
+        view.resolve(&pose(scene, &PoseSettings::default()).unwrap(), 64, 48).unwrap().1.from
+    };
+    let name = &textured.nodes[textured.cameras[0].node as usize].name;
+    assert_eq!(from(&textured, View::default()), format!("the file's 0 '{name}'"));
+    let around = View { orbit: orbit(30.0, 20.0, None), ..View::default() };
+    assert_eq!(from(&textured, around), "the whole scene, framed, from --orbit");
+    assert_eq!(from(&cube, View::default()), "the whole scene, framed");
+    let stand = View { view_point: Some(DVec3::splat(3.0)), look_at: Some(DVec3::ZERO), ..View::default() };
+    assert_eq!(from(&textured, stand), "from where it was asked for");
+}
+
 /// Every vertex is looked at for it, at many moments.
 #[test]
 fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {

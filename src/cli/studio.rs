@@ -64,6 +64,7 @@ impl<'a> Studio<'a> {
         let settings = RenderSettings { width, height, ..look.settings };
         check_crop(&settings)?;
         let framed = looking(teller, &moment.posed, || Framed::of(job, &moment.posed, (width, height)))?;
+        teller.note(&format!("camera: {}", framed.notes.from));
         for warning in &framed.notes.warnings {
             teller.warn(warning)?;
         }

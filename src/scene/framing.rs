@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Camera, Clip, FileProjection, Orbit, PosedScene, Projection, View, ViewError};
+use super::{Camera, Clip, FileProjection, Orbit, PosedScene, Projection, Scene, View, ViewError};
 use crate::geometry::{Basis, Sphere};
 
 /// Where the framed view looks from: right of the front, above.
@@ -24,6 +24,8 @@ pub fn frame_sphere(radius: f64, half_width: f64, half_height: f64) -> f64 {
 /// What resolving a view gives beside the camera.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewNotes {
+    /// Where the view comes from, in words.
+    pub from: String,
     /// Things that the user should know.
     pub warnings: Vec<String>,
 }
@@ -40,8 +42,8 @@ impl View {
     pub fn resolve(&self, posed: &PosedScene, n_x: u32, n_y: u32) -> Result<(Camera, ViewNotes), ViewError> {
         let picture = f64::from(n_x) / f64::from(n_y);
         self.check()?;
-        let mut notes = ViewNotes::default();
         let start = self.start(posed, picture)?;
+        let mut notes = ViewNotes { from: self.from(posed.scene, start.of_file), ..ViewNotes::default() };
         let projection = self.projection.unwrap_or(start.projection);
 
         let basis = self.basis(&start, self.view_point)?;
@@ -117,6 +119,19 @@ impl View {
         Ok(())
     }
 
+    /// Where the view comes from, in words: one of the file's cameras, or what there is without.
+    fn from(&self, scene: &Scene, of_file: Option<usize>) -> String {
+        let start = match of_file {
+            Some(i) => {
+                let name = &scene.nodes[scene.cameras[i].node as usize].name;
+                format!("the file's {i} '{name}'")
+            }
+            None if self.view_point.is_some() && self.is_its_own() => "from where it was asked for".into(),
+            None => "the whole scene, framed".into(),
+        };
+        if self.orbit.is_some() { format!("{start}, from --orbit") } else { start }
+    }
+
     /// The camera before any part of it is replaced.
     fn start<'a>(&self, posed: &'a PosedScene, picture: f64) -> Result<Start<'a>, ViewError> {
         let scene = posed.scene;
@@ -138,6 +153,7 @@ impl View {
         let middle = self.look_at.filter(|_| orbit);
         let Some(index) = index else {
             return Ok(Start {
+                of_file: None,
                 posed,
                 // The view stands still while things move.
                 over_clip: true,
@@ -155,6 +171,7 @@ impl View {
         let camera = &posed.cameras[index];
         let to_world = posed.node_to_world(camera.node);
         Ok(Start {
+            of_file: Some(index),
             posed,
             over_clip: orbit,
             middle,
@@ -209,6 +226,8 @@ impl View {
 
 /// What the asked-for parts replace.
 struct Start<'a> {
+    /// Which of the file's cameras it is, if any.
+    of_file: Option<usize>,
     posed: &'a PosedScene<'a>,
     /// True: the sphere holds the whole clip, else this moment.
     over_clip: bool,
