@@ -39,7 +39,7 @@ pub(super) struct Filled<L> {
     /// Each leaf's first place.
     pub firsts: Vec<u32>,
     pub places: u32,
-    /// Each leaf's odds.
+    /// Each leaf's odds, until the region's nodes have theirs.
     pub odds: Vec<Odds>,
 }
 
@@ -132,10 +132,14 @@ impl Part {
                 vec![grown.all(boxes.len() as u32, union(boxes.iter().map(box3)))]
             }
         };
-        let leaves = region.leaves(grown.leaves());
+        let mut leaves = region.leaves(grown.leaves());
         let odds = grown.arrange(&leaves.odds);
         let branch = |root: Child| Branch { root, odds: root.odds(&leaves.odds, &odds) };
-        (Part { branches: roots.into_iter().map(branch).collect(), grown }, leaves)
+        let branches = roots.into_iter().map(branch).collect();
+        // All regions are held at once: no more of each than it takes to join them.
+        grown.keep_nodes();
+        leaves.odds = Vec::new();
+        (Part { branches, grown }, leaves)
     }
 }
 

@@ -149,6 +149,13 @@ impl Grown {
         &self.members[start as usize..self.leaves[i] as usize]
     }
 
+    /// Forgets what is in the leaves, and what room there was for more.
+    pub fn keep_nodes(&mut self) {
+        (self.members, self.leaves) = (Vec::new(), Vec::new());
+        self.children.shrink_to_fit();
+        self.ends.shrink_to_fit();
+    }
+
     /// What is in each leaf.
     pub fn leaves(&self) -> impl ExactSizeIterator<Item = &[u32]> {
         (0..self.leaves.len()).map(|i| self.leaf(i))

@@ -169,12 +169,12 @@ impl Accel {
             let build = || mesh_triangles(posed, mesh, placed.look, preset);
             self.meshes.entry(mesh).or_insert_with(build);
         }
-        self.top = Top::build(&plan, &self.meshes, preset);
+        self.top = Top::build(posed, &plan, &self.meshes, preset);
         self.translucent = plan.looks().any(|look| look.class == SurfaceClass::Translucent);
         let mut report = CleanReport::default();
         self.worlds.iter().for_each(|world| report.add(world.report, 1));
         for (mesh, triangles) in &self.meshes {
-            report.add(triangles.report, plan.placed[mesh].frames.len() as u64);
+            report.add(triangles.report, plan.placed[mesh].instances.len() as u64);
         }
         self.plan = plan;
         report

@@ -14,6 +14,7 @@ use glam::DAffine3;
 
 use super::clean::Look;
 use super::two_level::Frame;
+use crate::geometry::Transform;
 use crate::scene::PosedScene;
 
 /// An instance whose triangles are in a world's tree.
@@ -32,8 +33,8 @@ pub(super) type World = Vec<Member>;
 pub(super) struct PlacedMesh {
     /// How it looks in its own frame.
     pub look: Look,
-    /// Its instances.
-    pub frames: Vec<(u32, Frame)>,
+    /// Its instances, each in a [`Frame`].
+    pub instances: Vec<u32>,
 }
 
 /// What goes where.
@@ -51,7 +52,7 @@ pub(super) struct Plan {
 struct Drawn {
     mesh: u32,
     moves: bool,
-    instances: Vec<(u32, Frame)>,
+    instances: Vec<u32>,
 }
 
 /// Triangles, each as often as it is drawn, that a world takes from meshes that could have trees of
@@ -88,13 +89,12 @@ impl Plan {
             let mesh = posed.scene.instances[i].mesh;
             let moves = moving[i];
             let keeps = instance.deformed.is_none() && !(moves && may_bend(posed, i as u32));
-            match Frame::new(to_world).filter(|_| keeps) {
-                Some(frame) => {
-                    let new = || Drawn { mesh, moves, instances: Vec::new() };
-                    rigid.entry((moves, mesh)).or_insert_with(new).instances.push((i as u32, frame));
-                }
-                None if moves => plan.moving.push(member(posed, i as u32, to_world)),
-                None => plan.still.push(member(posed, i as u32, to_world)),
+            if keeps && Frame::new(to_world).is_some() {
+                let new = || Drawn { mesh, moves, instances: Vec::new() };
+                rigid.entry((moves, mesh)).or_insert_with(new).instances.push(i as u32);
+            } else {
+                let world = if moves { &mut plan.moving } else { &mut plan.still };
+                world.push(member(posed, i as u32));
             }
         }
         let triangles = |drawn: &Drawn| {
@@ -111,10 +111,10 @@ impl Plan {
             if single || triangles <= *left {
                 *left -= if single { 0 } else { triangles };
                 let world = if moves { &mut plan.moving } else { &mut plan.still };
-                world.extend(instances.iter().map(|(i, frame)| member(posed, *i, frame.to_world)));
+                world.extend(instances.iter().map(|&i| member(posed, i)));
             } else {
-                let new = || PlacedMesh { look: mesh_look(posed, mesh), frames: Vec::new() };
-                plan.placed.entry(mesh).or_insert_with(new).frames.extend(instances);
+                let new = || PlacedMesh { look: mesh_look(posed, mesh), instances: Vec::new() };
+                plan.placed.entry(mesh).or_insert_with(new).instances.extend(instances);
             }
         }
         plan.still.sort_unstable_by_key(|member| member.instance);
@@ -134,8 +134,8 @@ impl Plan {
     }
 }
 
-fn member(posed: &PosedScene, instance: u32, to_world: DAffine3) -> Member {
-    let reversed = posed.instances[instance as usize].transform.flips;
+fn member(posed: &PosedScene, instance: u32) -> Member {
+    let Transform { affine: to_world, flips: reversed, .. } = posed.instances[instance as usize].transform;
     let look = mesh_look(posed, posed.scene.instances[instance as usize].mesh);
     Member { instance, to_world, look: Look { reversed, ..look } }
 }

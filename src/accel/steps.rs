@@ -57,7 +57,7 @@ impl Accel {
         };
         let meshes: Vec<f64> = self.meshes.values().map(blocks).collect();
         let placed = expected(&self.top.tree, |leaf| {
-            self.top.parts(leaf).iter().map(|part: &Placed| meshes[part.tree]).sum()
+            self.top.parts(leaf).iter().map(|part: &Placed| meshes[part.tree as usize]).sum()
         });
         let mut trees: Vec<(Box3, f64)> = self.worlds.iter().map(|w| (w.tree.bounds, blocks(w))).collect();
         trees.push((self.top.tree.bounds, placed));
@@ -106,7 +106,7 @@ impl Counter<'_, '_> {
         let pad = f64::from(top.pad(ray.o));
         self.walk(&top.tree, ray, pad, |counter, leaf| {
             for Placed { instance, tree, frame } in top.parts(leaf) {
-                let triangles = counter.lane.meshes[*tree];
+                let triangles = counter.lane.meshes[*tree as usize];
                 counter.enter_triangles(triangles, &frame.ray(ray), Some(*instance));
             }
         });

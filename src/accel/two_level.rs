@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
+use rayon::prelude::*;
 
 use super::Preset;
 use super::collapse::{self, Filled, Region};
@@ -17,60 +18,67 @@ use super::regions::Key;
 use super::simd::Simd;
 use super::triangles::{Triangles, limit};
 use super::wide::{Box3, BoxRay, LEAF, Leaves, Stack, Wide, aabb, bits};
+use crate::scene::PosedScene;
 
 /// A frame that rays can be taken into.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
-    pub to_world: DAffine3,
+    /// Where it begins, in the world.
+    origin: DVec3,
     to_local: DMat3,
-    /// How many times larger than its parts a sum of products with `to_local` and then its
-    /// inverse may become: 1 for plain scaling, up to 3 for rotations, more for shears.
-    condition: f64,
+}
+
+/// The absolute values of a matrix's rows.
+fn rows(m: DMat3) -> [DVec3; 3] {
+    [m.row(0).abs(), m.row(1).abs(), m.row(2).abs()]
+}
+
+/// How many times larger than its parts a sum of products with `to_local` and then `to_world`, its inverse, may
+/// become: 1 for plain scaling, up to 3 for rotations, more for shears.
+fn condition(to_world: DMat3, to_local: DMat3) -> f64 {
+    let back_sums = DVec3::from(rows(to_local).map(|row| row.element_sum()));
+    rows(to_world).into_iter().map(|row| row.dot(back_sums)).fold(0.0, f64::max)
 }
 
 impl Frame {
     /// `None` for transforms that flatten, that shear or stretch so much that f32 would suffer,
     /// or whose numbers are out of all proportion: what they place goes into a world tree.
     pub fn new(to_world: DAffine3) -> Option<Frame> {
-        let m = to_world.matrix3;
+        let DAffine3 { matrix3: m, translation: origin } = to_world;
         let to_local = m.inverse();
-        let rows = |m: DMat3| [m.row(0).abs(), m.row(1).abs(), m.row(2).abs()];
-        let (out, back) = (rows(m), rows(to_local));
-        let back_sums = DVec3::from(back.map(|row| row.element_sum()));
-        let condition = out.into_iter().map(|row| row.dot(back_sums)).fold(0.0, f64::max);
-        let largest = |rows: [DVec3; 3]| rows.into_iter().map(DVec3::max_element).fold(0.0, f64::max);
-        let fits = condition < 1e4
-            && largest(out) < 1e12
-            && largest(back) < 1e12
-            && to_world.translation.abs().max_element() < f64::from(HUGE);
+        let largest = |m: DMat3| rows(m).into_iter().map(DVec3::max_element).fold(0.0, f64::max);
+        let fits = condition(m, to_local) < 1e4
+            && largest(m) < 1e12
+            && largest(to_local) < 1e12
+            && origin.abs().max_element() < f64::from(HUGE);
         // Written so that NaN does not fit.
-        fits.then_some(Frame { to_world, to_local, condition })
+        fits.then_some(Frame { origin, to_local })
     }
 
     /// A ray in this frame. That one line meets the whole mesh, so no crack can open.
     pub fn ray(&self, ray: &FrameRay) -> FrameRay {
-        let o = self.to_local * (ray.o - self.to_world.translation);
+        let o = self.to_local * (ray.o - self.origin);
         let d = self.to_local * ray.d;
         let power = power_of_two(d.abs().max_element().max(f64::MIN_POSITIVE));
         FrameRay { o, d: d / power, size: ray.size * power, unit: ray.unit / power, ..*ray }
     }
+}
 
-    /// The world box of a local box.
-    fn world_box(&self, (lo, hi): Box3) -> Box3 {
-        let mut bounds = crate::geometry::Aabb::EMPTY;
-        for corner in 0..8u32 {
-            let at = |k: usize| if corner >> k & 1 == 0 { lo[k] } else { hi[k] };
-            bounds.add(self.to_world.transform_point3(Vec3::new(at(0), at(1), at(2)).as_dvec3()));
-        }
-        let down = |x: f64| (x as f32).next_down();
-        let up = |x: f64| (x as f32).next_up();
-        let (min, max) = (bounds.min, bounds.max);
-        let lowest = Vec3::new(down(min.x), down(min.y), down(min.z));
-        let highest = Vec3::new(up(max.x), up(max.y), up(max.z));
-        // Nothing is seen beyond the magnitude that triangles are refused at.
-        let huge = Vec3::splat(HUGE);
-        (lowest.clamp(-huge, huge), highest.clamp(-huge, huge))
+/// The world box of a local box.
+fn world_box(to_world: &DAffine3, (lo, hi): Box3) -> Box3 {
+    let mut bounds = crate::geometry::Aabb::EMPTY;
+    for corner in 0..8u32 {
+        let at = |k: usize| if corner >> k & 1 == 0 { lo[k] } else { hi[k] };
+        bounds.add(to_world.transform_point3(Vec3::new(at(0), at(1), at(2)).as_dvec3()));
     }
+    let down = |x: f64| (x as f32).next_down();
+    let up = |x: f64| (x as f32).next_up();
+    let (min, max) = (bounds.min, bounds.max);
+    let lowest = Vec3::new(down(min.x), down(min.y), down(min.z));
+    let highest = Vec3::new(up(max.x), up(max.y), up(max.z));
+    // Nothing is seen beyond the magnitude that triangles are refused at.
+    let huge = Vec3::splat(HUGE);
+    (lowest.clamp(-huge, huge), highest.clamp(-huge, huge))
 }
 
 /// An instance of a shared mesh.
@@ -78,18 +86,33 @@ impl Frame {
 pub(super) struct Placed {
     pub instance: u32,
     /// The index of the mesh's tree.
-    pub tree: usize,
+    pub tree: u32,
     pub frame: Frame,
+}
+
+/// What of an instance the tree is built of. There may be millions: frames come when those are gone.
+#[derive(Clone, Copy)]
+struct Boxed {
+    instance: u32,
+    tree: u32,
+    bounds: Box3,
 }
 
 /// Instances whose boxes are equal.
 #[derive(Clone, Copy)]
-struct Slot<'a>(&'a [(Placed, Box3)]);
+struct Slot<'a>(&'a [Boxed]);
 
 impl Boundable for Slot<'_> {
     fn aabb(&self) -> Aabb {
-        aabb(self.0[0].1)
+        aabb(self.0[0].bounds)
     }
+}
+
+/// What leaves hold: instances and their trees, one leaf after the other, and where each leaf's end.
+#[derive(Default)]
+struct Held {
+    parts: Vec<(u32, u32)>,
+    ends: Vec<u32>,
 }
 
 /// Slots of a region.
@@ -101,8 +124,7 @@ struct Slots<'a> {
 }
 
 impl Region for Slots<'_> {
-    /// What each leaf holds.
-    type Leaves = Vec<Vec<Placed>>;
+    type Leaves = Held;
 
     fn boxes(&self) -> &[Aabb] {
         &self.boxes
@@ -113,16 +135,19 @@ impl Region for Slots<'_> {
     }
 
     fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Self::Leaves> {
-        let placed = |&i: &u32| self.slots[i as usize].0.iter().map(|(part, _)| *part);
-        let leaves: Vec<Vec<Placed>> = members.map(|leaf| leaf.iter().flat_map(placed).collect()).collect();
-        // A mesh fills the box of its instance about as it fills its own.
-        let own = |leaf: &Vec<Placed>| {
+        let (mut held, mut odds) = (Held::default(), Vec::new());
+        for leaf in members {
+            let first = held.parts.len();
+            let boxed = leaf.iter().flat_map(|&i| self.slots[i as usize].0);
+            held.parts.extend(boxed.map(|part| (part.instance, part.tree)));
+            held.ends.push(held.parts.len() as u32);
+            // A mesh fills the box of its instance about as it fills its own.
             let everywhere = (Vec3::ZERO, Vec3::ONE);
-            Odds::of_all(everywhere, leaf.iter().map(|part| (everywhere, self.odds[part.tree])))
-        };
-        let odds = leaves.iter().map(own).collect();
-        let places = leaves.len() as u32;
-        Filled { leaves, firsts: (0..places).collect(), places, odds }
+            let own = held.parts[first..].iter().map(|&(_, tree)| (everywhere, self.odds[tree as usize]));
+            odds.push(Odds::of_all(everywhere, own));
+        }
+        let places = held.ends.len() as u32;
+        Filled { leaves: held, firsts: (0..places).collect(), places, odds }
     }
 }
 
@@ -145,35 +170,44 @@ pub(super) struct Top {
 
 impl Top {
     /// A tree over the instances that `plan` places.
-    pub fn build(plan: &Plan, meshes: &BTreeMap<u32, Triangles>, preset: Preset) -> Top {
-        let mut parts: Vec<(Placed, Box3)> = Vec::new();
-        for (tree, (mesh, local)) in meshes.iter().enumerate() {
-            let Some(bounds) = local.bounds else { continue };
-            for &(instance, frame) in plan.placed.get(mesh).into_iter().flat_map(|placed| &placed.frames) {
-                parts.push((Placed { instance, tree, frame }, frame.world_box(bounds)));
+    pub fn build(posed: &PosedScene, plan: &Plan, meshes: &BTreeMap<u32, Triangles>, preset: Preset) -> Top {
+        let to_world = |instance: u32| posed.instances[instance as usize].transform.affine;
+        let mut parts: Vec<Boxed> =
+            Vec::with_capacity(plan.placed.values().map(|placed| placed.instances.len()).sum());
+        let (mut reach, mut most) = (0f64, 0f64);
+        for (tree, (mesh, local)) in (0..).zip(meshes) {
+            let (Some(bounds), Some(placed)) = (local.bounds, plan.placed.get(mesh)) else { continue };
+            for &instance in &placed.instances {
+                let to_world = to_world(instance);
+                let Some(frame) = Frame::new(to_world) else { continue };
+                let bounds = world_box(&to_world, bounds);
+                parts.push(Boxed { instance, tree, bounds });
+                let place = f64::from(bounds.0.abs().max(bounds.1.abs()).max_element());
+                reach = reach.max(place + frame.origin.abs().max_element());
+                most = most.max(condition(to_world.matrix3, frame.to_local));
             }
         }
         // Equal boxes share a slot here too: a thousand instances in one place are not a chain.
-        parts.sort_by_key(|(_, b)| bits(*b));
-        let slots: Vec<Slot> = parts.chunk_by(|a, b| bits(a.1) == bits(b.1)).map(Slot).collect();
+        parts.par_sort_by_key(|part| bits(part.bounds));
+        let slots: Vec<Slot> = parts.chunk_by(|a, b| bits(a.bounds) == bits(b.bounds)).map(Slot).collect();
         let odds: Vec<Odds> = meshes.values().map(|mesh| mesh.tree.odds).collect();
         let open = |keys: &[Key]| {
             let slots: Vec<Slot> = keys.iter().map(|key| slots[key.index()]).collect();
             Slots { boxes: slots.iter().map(Slot::aabb).collect(), slots, odds: &odds }
         };
         let (tree, leaves) = collapse::build(&slots, open, 1, preset);
-        let mut reach = 0f64;
-        let mut condition = 0f64;
-        for (Placed { frame, .. }, (lo, hi)) in &parts {
-            let place = f64::from(lo.abs().max(hi.abs()).max_element());
-            reach = reach.max(place + frame.to_world.translation.abs().max_element());
-            condition = condition.max(frame.condition);
-        }
-        let per = 8.0 * f64::EPSILON * condition;
+        drop(slots);
+        drop(parts);
+        let per = 8.0 * f64::EPSILON * most;
         let mut top = Top { tree, pad: (per * reach) as f32, pad_per_distance: per as f32, ..Top::default() };
-        for leaf in leaves.into_iter().flat_map(|filled| filled.leaves) {
-            top.parts.extend(leaf);
-            top.ends.push(top.parts.len() as u32);
+        top.parts.reserve_exact(leaves.iter().map(|filled| filled.leaves.parts.len()).sum());
+        top.ends.reserve_exact(leaves.iter().map(|filled| filled.leaves.ends.len()).sum());
+        for Held { parts, ends } in leaves.into_iter().map(|filled| filled.leaves) {
+            let before = top.parts.len() as u32;
+            top.ends.extend(ends.into_iter().map(|end| before + end));
+            let placed =
+                |(instance, tree)| Some(Placed { instance, tree, frame: Frame::new(to_world(instance))? });
+            top.parts.extend(parts.into_iter().filter_map(placed));
         }
         top
     }
@@ -240,12 +274,23 @@ impl<S: Simd, Q: Query> Leaves<S> for Entering<'_, Q> {
     #[inline(always)]
     fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32> {
         for Placed { instance, tree, frame } in self.top.parts(leaf) {
-            let triangles = self.meshes[*tree];
+            let triangles = self.meshes[*tree as usize];
             let root = triangles.tree.root.unwrap_or(LEAF);
             if !triangles.visit::<S, Q>(root, &frame.ray(self.ray), Some(*instance), self.query, stack) {
                 return None;
             }
         }
         Some(limit(self.ray, self.query))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// There may be millions of both.
+    #[test]
+    fn instances_are_small() {
+        assert!(size_of::<Placed>() <= 104 && size_of::<Boxed>() <= 32);
     }
 }

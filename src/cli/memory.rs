@@ -13,12 +13,12 @@ use crate::scene::Scene;
 const PROGRAM: u64 = 48 << 20;
 /// Bytes of a triangle in the trees while they are built.
 const TREE: u64 = 320;
-/// Bytes of an instance: its place, its share of the trees over instances.
-const INSTANCE: u64 = 1024;
+/// Bytes of an instance at one moment: its place, its share of the tree over instances while that is built.
+const INSTANCE: u64 = 512;
+/// Bytes of a node at one moment.
+const NODE: u64 = 112;
 /// Bytes of a vertex that moves, at one moment.
 const MOVED: u64 = 64;
-/// Bytes of a node as it is stored, or as it stands at a moment.
-const NODE: u64 = 256;
 /// Bytes of a vertex while a clip is looked through: its share of boxes, to which each morph target adds one.
 const BOXES: u64 = 16;
 /// Bytes of a pixel: on the film, on display, encoded.
@@ -45,13 +45,11 @@ pub(super) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
     let drawn = scene.drawn_triangles();
     let bends = |m: &crate::scene::Mesh| !m.morphs.is_empty() || m.influences.per_vertex > 0;
     let moving = scene.meshes.iter().filter(|m| bends(m)).map(|m| m.positions.len() as u64).sum::<u64>();
-    // What is drawn twice shares a tree, unless it bends or is small.
-    let Flatten { still, moving: rebuilt } = job.build.flatten;
-    let in_trees = if moving > 0 { drawn } else { drawn.min(triangles + still + rebuilt) };
+    // What is drawn twice shares a tree, unless it bends.
+    let in_trees = if moving > 0 { drawn } else { in_trees(scene, job.build.flatten).min(drawn) };
     let nodes = NODE * scene.nodes.len() as u64;
-    let posed = MOVED * moving * (drawn / triangles.max(1)).max(1)
-        + INSTANCE * scene.instances.len() as u64
-        + 2 * nodes;
+    let posed =
+        MOVED * moving * (drawn / triangles.max(1)).max(1) + INSTANCE * scene.instances.len() as u64 + nodes;
     let moment = TREE * in_trees + posed;
     // What a clip takes up is found before there are trees: each thread looks at a moment.
     let boxes = |m: &crate::scene::Mesh| m.positions.len() as u64 * (BOXES + m.morphs.len() as u64);
@@ -66,6 +64,25 @@ pub(super) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
         if frames > 1 { (if scene.animations.is_empty() { 1 } else { 2 }, 2) } else { (1, 1) };
     (PROGRAM + scene.bytes() + (moments * moment).max(looking))
         .saturating_add(picture.saturating_mul(pictures))
+}
+
+/// Triangles in all trees at most, where none bend: of a mesh that is drawn twice its own, or all that are drawn of
+/// it while a world may take them.
+fn in_trees(scene: &Scene, flatten: Flatten) -> u64 {
+    let Flatten { still, moving } = flatten;
+    let mut drawn = vec![0u64; scene.meshes.len()];
+    for mesh in scene.instances.iter().map(|instance| instance.mesh as usize) {
+        drawn[mesh] += scene.meshes[mesh].triangles.len() as u64;
+    }
+    let (mut own, mut taken) = (0, 0);
+    for (mesh, drawn) in scene.meshes.iter().zip(drawn) {
+        let triangles = (mesh.triangles.len() as u64).min(drawn);
+        // Of what moves and what does not, a world takes each by itself.
+        let most = if scene.animations.is_empty() { still } else { u64::MAX };
+        own += triangles;
+        taken += if drawn <= most { drawn - triangles } else { 0 };
+    }
+    own + taken.min(still + moving)
 }
 
 /// Refuses what would take more than was allowed, or more than there is.

@@ -10,8 +10,15 @@ const VERTEX: u64 = 120;
 const TRIANGLE: u64 = 24;
 /// Bytes of an image as it is decoded, for each that it has afterwards.
 const DECODING: u64 = 2;
-/// Bytes of a JSON document's tree, for each of its text.
-const JSON: u64 = 16;
+/// Bytes of a JSON document's tree: for each of its text, of which most may be one long word; for each object
+/// with its first value, typed once more; and for each further value and each array.
+const JSON: u64 = 2;
+const JSON_OBJECT: u64 = 768;
+const JSON_VALUE: u64 = 128;
+/// Bytes of a node as it is placed, once for each path to it.
+const NODE: u64 = 320;
+/// Bytes of an instance, as stored and as it is read.
+const INSTANCE: u64 = 256;
 /// Bytes that an OBJ takes while it is read, for each of its text.
 const OBJ: u64 = 5;
 /// The same where it is repaired.
@@ -37,8 +44,14 @@ impl Budget {
     }
 
     /// The text of a glTF.
-    pub fn json(&self, bytes: usize) -> Result<(), LoadError> {
-        self.charge((bytes as u64).saturating_mul(JSON))
+    pub fn json(&self, text: &[u8]) -> Result<(), LoadError> {
+        let count = |marks: &[u8]| text.iter().filter(|byte| marks.contains(byte)).count() as u64;
+        self.charge(JSON * text.len() as u64 + JSON_OBJECT * count(b"{") + JSON_VALUE * count(b"[,"))
+    }
+
+    /// What is drawn, and what places it.
+    pub fn places(&self, nodes: u64, instances: u64) -> Result<(), LoadError> {
+        self.charge(nodes.saturating_mul(NODE).saturating_add(instances.saturating_mul(INSTANCE)))
     }
 
     /// The text of an OBJ.

@@ -4,16 +4,23 @@ use std::mem::size_of_val;
 
 use super::{Image, Mesh, MorphTarget, Scene};
 
+/// Bytes that an allocator may take for itself, for each piece of memory.
+const ALLOCATED: usize = 16;
+
 impl Scene {
-    /// Bytes of its large arrays: meshes, images with all their smaller copies, animations. What there is
-    /// one of for each node or material is left out.
+    /// Bytes of its large arrays: nodes and what hangs at them, meshes, images with all their smaller copies,
+    /// animations. What there is one of for each material is left out.
     pub fn bytes(&self) -> u64 {
         let meshes: usize = self.meshes.iter().map(Mesh::bytes).sum();
         let images: u64 = self.images.iter().map(Image::bytes).sum();
         let keys = self.animations.iter().flat_map(|a| &a.channels).map(|c| &c.keys);
         let keys: usize = keys.map(|k| size_of_val(&k.times[..]) + size_of_val(&k.values[..])).sum();
+        let text = |name: &String| name.capacity() + ALLOCATED;
+        let nodes: usize = self.nodes.iter().map(|node| size_of_val(node) + text(&node.name)).sum();
+        let objects: usize = self.objects.iter().map(|name| size_of_val(name) + text(name)).sum();
+        let drawn = size_of_val(&self.instances[..]) + objects;
         // A pyramid is a third of its image.
-        (meshes + keys) as u64 + images + images / 3
+        (nodes + drawn + meshes + keys) as u64 + images + images / 3
     }
 }
 

@@ -48,7 +48,8 @@ pub use material::{
 };
 pub use mesh::{Influences, Mesh, MorphTarget};
 pub use mips::{Mips, Reading};
-pub use node::{Instance, Local, Node};
+pub(crate) use node::rotation;
+pub use node::{Instance, Local, Node, Placement};
 pub use pose::{AnimationChoice, PoseError, PoseSettings, PosedInstance, PosedScene, playing, pose};
 pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
 pub use select::{Glob, NothingFound, Selection};

@@ -1,6 +1,6 @@
 //! The scene graph, flattened: every node once for each place it is drawn.
 
-use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3, Quat, Vec3};
 
 /// A node's own transform, relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +51,34 @@ impl Local {
     }
 }
 
+/// A rotation of unit length from x, y, z, w; none where the numbers make none.
+pub(crate) fn rotation(xyzw: [f32; 4]) -> DQuat {
+    let q = Quat::from_array(xyzw).as_dquat();
+    if q.is_finite() && q.length_squared() > 0.0 { q.normalize() } else { DQuat::IDENTITY }
+}
+
+/// Where a copy of a mesh is below its node, in the file's own numbers: there may be millions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Translation in metres.
+    pub translation: Vec3,
+    /// Rotation as x, y, z, w, of any length.
+    pub rotation: [f32; 4],
+    /// Scale along each axis.
+    pub scale: Vec3,
+}
+
+impl Placement {
+    /// Scale, then rotate, then translate.
+    pub fn affine(&self) -> DAffine3 {
+        DAffine3::from_scale_rotation_translation(
+            self.scale.as_dvec3(),
+            rotation(self.rotation),
+            self.translation.as_dvec3(),
+        )
+    }
+}
+
 /// A node of the scene graph. Files may reach a node by several paths: then it stands here once
 /// for each, so that this is a forest.
 #[derive(Clone, Debug, Default)]
@@ -77,9 +105,20 @@ pub struct Instance {
     /// The object it belongs to, counted from 1 (AOV `object-id`).
     pub object: u32,
     /// A further transform below the node's (EXT_mesh_gpu_instancing).
-    pub placement: Option<DAffine3>,
+    pub placement: Option<Placement>,
     /// The skin that bends it; the node's transform does not count then.
     pub skin: Option<u32>,
     /// Linear RGB that multiplies its vertex colours.
     pub color: Option<Vec3>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// There may be millions.
+    #[test]
+    fn instances_are_small() {
+        assert!(size_of::<Instance>() <= 80);
+    }
 }

@@ -1,7 +1,7 @@
 //! How the nodes of a scene stand at one moment, and what follows for what is drawn at them. A pose is
 //! made of it.
 
-use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use glam::DAffine3;
 
@@ -15,7 +15,8 @@ pub(super) struct Stance<'s> {
     pub node_to_world: Vec<DAffine3>,
     /// Whether a node, and all above it, is shown.
     pub visible: Vec<bool>,
-    weights: Vec<Cow<'s, [f32]>>,
+    /// Of the nodes that are driven to others than their own.
+    weights: BTreeMap<u32, Vec<f32>>,
 }
 
 /// An instance at that moment.
@@ -31,21 +32,28 @@ pub(super) struct Placed<'a> {
 impl<'s> Stance<'s> {
     /// Where `playing` has put the nodes at `time`, in seconds.
     pub fn of(scene: &'s Scene, playing: &[&Animation], time: f64) -> Stance<'s> {
-        let mut locals: Vec<Cow<'_, Local>> = scene.nodes.iter().map(|n| Cow::Borrowed(&n.local)).collect();
-        let mut weights: Vec<Cow<'s, [f32]>> =
-            scene.nodes.iter().map(|n| Cow::Borrowed(&n.weights[..])).collect();
+        // Of the nodes that are driven: they are few.
+        let mut locals: BTreeMap<u32, Local> = BTreeMap::new();
+        let mut weights: BTreeMap<u32, Vec<f32>> = BTreeMap::new();
+        let local = |n: u32| scene.nodes[n as usize].local;
         let mut visible: Vec<bool> = scene.nodes.iter().map(|n| n.visible).collect();
         for channel in playing.iter().flat_map(|a| &a.channels) {
             let keys = &channel.keys;
             match channel.target {
-                Target::Translation(n) => *trs(&mut locals[n as usize]).0 = keys.sample_vec3(time),
-                Target::Rotation(n) => *trs(&mut locals[n as usize]).1 = keys.sample_rotation(time),
-                Target::Scale(n) => *trs(&mut locals[n as usize]).2 = keys.sample_vec3(time),
+                Target::Translation(n) => {
+                    *trs(locals.entry(n).or_insert_with(|| local(n))).0 = keys.sample_vec3(time);
+                }
+                Target::Rotation(n) => {
+                    *trs(locals.entry(n).or_insert_with(|| local(n))).1 = keys.sample_rotation(time);
+                }
+                Target::Scale(n) => {
+                    *trs(locals.entry(n).or_insert_with(|| local(n))).2 = keys.sample_vec3(time);
+                }
                 Target::Weights(n) => {
-                    weights[n as usize] = keys.sample(time).iter().map(|&w| w as f32).collect();
+                    weights.insert(n, keys.sample(time).iter().map(|&w| w as f32).collect());
                 }
                 Target::Weight(n, k) => {
-                    let own = weights[n as usize].to_mut();
+                    let own = weights.entry(n).or_insert_with(|| scene.nodes[n as usize].weights.clone());
                     if own.is_empty() {
                         *own = scene.default_weights(n);
                     }
@@ -59,7 +67,8 @@ impl<'s> Stance<'s> {
         }
         // Parents stand before their children, so one pass does it however deep the graph is.
         let mut node_to_world: Vec<DAffine3> = Vec::with_capacity(scene.nodes.len());
-        for (i, (node, local)) in scene.nodes.iter().zip(&locals).enumerate() {
+        for (i, node) in scene.nodes.iter().enumerate() {
+            let local = locals.get(&(i as u32)).unwrap_or(&node.local);
             let above = node.parent.map_or(DAffine3::IDENTITY, |p| node_to_world[p as usize]);
             node_to_world.push(above * local.affine());
             visible[i] &= node.parent.is_none_or(|p| visible[p as usize]);
@@ -73,11 +82,11 @@ impl<'s> Stance<'s> {
         let node = instance.node as usize;
         let mut to_world = self.node_to_world[node];
         if let Some(placement) = instance.placement {
-            to_world *= placement;
+            to_world *= placement.affine();
         }
         // glTF has it say which side is the front even where joints place the vertices.
         let winding = to_world;
-        let own = &self.weights[node];
+        let own = self.weights.get(&instance.node).unwrap_or(&self.scene.nodes[node].weights);
         let shape: &[f32] = if own.is_empty() { &mesh.morph_weights } else { own };
         let skin = instance.skin.filter(|_| mesh.influences.per_vertex > 0);
         let skin = skin.map(|skin| &self.scene.skins[skin as usize]);
@@ -97,8 +106,7 @@ impl Scene {
 }
 
 /// The scale-rotation-translation of a local transform about to be animated.
-fn trs<'a>(local: &'a mut Cow<'_, Local>) -> (&'a mut glam::DVec3, &'a mut glam::DQuat, &'a mut glam::DVec3) {
-    let local = local.to_mut();
+fn trs(local: &mut Local) -> (&mut glam::DVec3, &mut glam::DQuat, &mut glam::DVec3) {
     if let Local::Matrix(m) = *local {
         let (scale, rotation, translation) = m.to_scale_rotation_translation();
         *local = Local::Trs { translation, rotation, scale };

@@ -16,7 +16,7 @@ use super::texture::Textures;
 use super::{blender, instancing, light, material, topology, variants};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::{LoadOptions, Up};
-use crate::scene::{Format, Instance, Local, Material, Mesh, Node, Scene, Source};
+use crate::scene::{Format, Instance, Local, Material, Mesh, Node, Scene, Source, rotation};
 
 /// Builds the scene that `options` ask for.
 pub(super) fn scene(
@@ -101,7 +101,8 @@ fn check_instances(doc: &Document<'_>, placed: &[Placed]) -> Result<(), LoadErro
         primitives.saturating_mul(instancing::count(doc, node).unwrap_or(1))
     };
     let total = placed.iter().fold(0u64, |sum, p| sum.saturating_add(drawn(p)));
-    LoadError::check("instances", total, doc.limits.instances)
+    LoadError::check("instances", total, doc.limits.instances)?;
+    doc.budget.places(placed.len() as u64, total)
 }
 
 /// The primitives to read, each once, in the order of the walk.
@@ -266,7 +267,7 @@ fn local(json: &JsonNode) -> Local {
     let vec = |v: Option<[f32; 3]>, or| v.map_or(or, |v| DVec3::from(v.map(f64::from)));
     Local::Trs {
         translation: vec(json.translation, DVec3::ZERO),
-        rotation: instancing::rotation(json.rotation.unwrap_or_default().0),
+        rotation: rotation(json.rotation.unwrap_or_default().0),
         scale: vec(json.scale, DVec3::ONE),
     }
 }

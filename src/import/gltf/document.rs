@@ -51,7 +51,7 @@ impl<'a> Document<'a> {
     ) -> Result<Document<'a>, LoadError> {
         let budget = Budget::of(options.limits.memory_bytes);
         budget.charge((container.json.len() + container.bin.map_or(0, <[u8]>::len)) as u64)?;
-        budget.json(container.json.len())?;
+        budget.json(container.json)?;
         let json = repair::parse(container.json, warnings)?;
         extensions::judge(&json, warnings)?;
         let limits = &options.limits;

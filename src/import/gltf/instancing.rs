@@ -1,12 +1,13 @@
 //! EXT_mesh_gpu_instancing: many copies of one node's mesh.
 
 use ::gltf::json::Node;
-use glam::{DAffine3, DQuat, DVec3, Quat, Vec3};
+use glam::Vec3;
 
 use super::accessor::{Accessor, Pick};
 use super::color;
 use super::document::Document;
 use crate::import::error::{LoadError, Warnings};
+use crate::scene::Placement;
 
 const NAME: &str = "EXT_mesh_gpu_instancing";
 
@@ -23,7 +24,7 @@ const COLOR: (&str, &[usize]) = ("_COLOR_0", color::WIDTHS);
 /// What a node's mesh is drawn as, once.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Drawn {
-    pub placement: Option<DAffine3>,
+    pub placement: Option<Placement>,
     pub color: Option<Vec3>,
 }
 
@@ -67,20 +68,13 @@ pub(super) fn copies(
     let scale = scale.map(|a| a.floats::<3, Vec3>(pick));
     let color = color.map(|a| color::read(&a, pick, &place("_COLOR_0"), warnings));
     let copy = |i: usize| {
-        let vec = |list: &Option<Vec<Vec3>>, or| list.as_ref().map_or(or, |l: &Vec<Vec3>| l[i].as_dvec3());
-        let turn = rotation.as_ref().map_or(DQuat::IDENTITY, |r| self::rotation(r[i]));
-        let placement = DAffine3::from_scale_rotation_translation(
-            vec(&scale, DVec3::ONE),
-            turn,
-            vec(&translation, DVec3::ZERO),
-        );
+        let vec = |list: &Option<Vec<Vec3>>, or| list.as_ref().map_or(or, |l: &Vec<Vec3>| l[i]);
+        let placement = Placement {
+            translation: vec(&translation, Vec3::ZERO),
+            rotation: rotation.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |r| r[i]),
+            scale: vec(&scale, Vec3::ONE),
+        };
         Drawn { placement: Some(placement), color: color.as_ref().map(|c| c[i].truncate()) }
     };
     Ok((0..n).map(copy).collect())
-}
-
-/// A rotation of unit length from x, y, z, w; none where the numbers make none.
-pub(super) fn rotation(xyzw: [f32; 4]) -> DQuat {
-    let q = Quat::from_array(xyzw).as_dquat();
-    if q.is_finite() && q.length_squared() > 0.0 { q.normalize() } else { DQuat::IDENTITY }
 }
