@@ -6,12 +6,16 @@ use std::path::Path;
 use std::process::Command;
 
 /// Scenes of all kinds, with flags that take memory of their own.
-const SCENES: [(&str, &str); 10] = [
+const SCENES: [(&str, &str); 11] = [
     ("cornell/cornell.obj", "--size 640x360"),
     ("cornell/cornell.glb", "--size 1920x1080"),
     ("textured/textured.obj", "--size 320x180"),
     ("textured/textured.gltf", "--size 320x180 --aov depth,normal,position,albedo"),
     ("still-life/still-life.glb", "--size 640x360 --aov cryptomatte"),
+    (
+        "still-life/still-life.glb",
+        "--size 960x540 --aov depth,normal,position,albedo,uv,mask,object-id,cryptomatte",
+    ),
     ("assembly/assembly.glb", "--size 1280x720"),
     ("figure/figure.glb", "--size 320x180 --frames=1-4"),
     ("tests/closed_sphere.obj", "--size 320x180"),

@@ -24,7 +24,7 @@ const BOXES: u64 = 16;
 /// Bytes of a pixel: on the film, on display, encoded.
 const PIXEL: u64 = 64;
 /// Bytes of a number of a layer: on the film, shown or encoded.
-const LAYER: u64 = 16;
+const LAYER: u64 = 12;
 /// Bytes of a pixel's mattes, while they are gathered and ranked.
 const MATTES: u64 = 256;
 

@@ -152,17 +152,16 @@ impl Display {
         }
     }
 
-    /// Linear premultiplied RGBA for files of linear light: neither exposure nor view transform,
-    /// only the background.
-    pub fn to_linear(&self, pixels: &Pixels) -> Vec<Rgba> {
-        let one = |&p: &Rgba| match self.background {
-            Background::Transparent => p,
+    /// A pixel as linear premultiplied RGBA for files of linear light: neither exposure nor view
+    /// transform, only the background.
+    pub fn linear(&self, pixel: Rgba) -> Rgba {
+        match self.background {
+            Background::Transparent => pixel,
             Background::Color(b) => {
-                let under = p.truncate() + b * (1.0 - p.w);
+                let under = pixel.truncate() + b * (1.0 - pixel.w);
                 Vec4::new(under.x, under.y, under.z, 1.0)
             }
-        };
-        pixels.colors.iter().map(one).collect()
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
+use super::exr::Values;
 use crate::integrator::MatteKind;
 use crate::render::{MATTE_RANKS, Matte};
 
@@ -80,16 +81,15 @@ impl<'m> Layers<'m> {
         text
     }
 
-    /// Channels `name00.R`, id and coverage of two ranks in every four.
-    pub fn channels(&self) -> impl Iterator<Item = (String, Vec<f32>)> + '_ {
+    /// Channels `name00.R`, id and coverage of two ranks in every four, with their values by pixel.
+    pub fn channels(&self) -> impl Iterator<Item = (String, Values<'_>)> {
         (0..MATTE_RANKS).flat_map(move |rank| {
             let [id, coverage] = if rank % 2 == 0 { ["R", "G"] } else { ["B", "A"] };
             let name = |letter: &str| format!("{}{:02}.{letter}", self.name, rank / 2);
-            let all = move |f: fn(&Self, (u32, f32)) -> f32| {
-                let at = |i| self.matte.pixel(i).get(rank).map_or(0.0, |&cover| f(self, cover));
-                (0..self.matte.len()).map(at).collect()
-            };
-            [(name(id), all(|s, c| s.id(c.0))), (name(coverage), all(|_, c| c.1))]
+            let cover = move |i| self.matte.pixel(i).get(rank).copied().unwrap_or_default();
+            let ids: Values = Box::new(move |i| self.id(cover(i).0));
+            let shares: Values = Box::new(move |i| cover(i).1);
+            [(name(id), ids), (name(coverage), shares)]
         })
     }
 

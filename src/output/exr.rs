@@ -4,10 +4,19 @@ use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use exr::block::lines::LineRefMut;
+use exr::block::writer::ChunksWriter;
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::image::write::layers::{LayersWriter, WritableLayers};
+use exr::image::write::samples::{SamplesWriter, WritableSamples};
+use exr::math::RoundingMode;
+use exr::meta::attribute::{LevelMode, SampleType};
+use exr::meta::header::Header;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, Image, ImageAttributes, IntegerBounds,
     Layer as ExrLayer, LayerAttributes, SmallVec, Text as ExrText, Vec2, WritableImage, f16,
 };
+use rayon::prelude::*;
 
 use super::{Depth, Picture, cryptomatte};
 use crate::integrator::Aov;
@@ -16,19 +25,19 @@ use crate::render::Layer;
 /// Encodes a picture. Everything is 32-bit floats, ids 32-bit integers; `Sixteen` makes colour,
 /// normals and albedo half.
 pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
-    let half = depth == Depth::Sixteen;
-    let colors = picture.display.to_linear(&picture.pixels);
-    let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
-    for (i, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
-        channels.push(AnyChannel::new(name, floats(colors.iter().map(|c| c[i]), half)));
+    let kind = if depth == Depth::Sixteen { SampleType::F16 } else { SampleType::F32 };
+    let mattes: Vec<_> = picture.mattes.iter().map(cryptomatte::Layers::new).collect();
+    let mut channels: SmallVec<[AnyChannel<Channel>; 4]> = SmallVec::new();
+    for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+        let values: Values = Box::new(move |i| picture.display.linear(picture.pixels.colors[i])[c]);
+        channels.push(AnyChannel::new(name, Channel { kind, values }));
     }
     for layer in &picture.layers {
-        add_layer(layer, half, &mut channels);
+        add_layer(layer, kind, &mut channels);
     }
-    let mattes: Vec<_> = picture.mattes.iter().map(cryptomatte::Layers::new).collect();
     for (name, values) in mattes.iter().flat_map(cryptomatte::Layers::channels) {
         // Ids lose their meaning with any bit of theirs.
-        channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(values)));
+        channels.push(AnyChannel::new(name.as_str(), Channel { kind: SampleType::F32, values }));
     }
     let size = Vec2(picture.pixels.width as usize, picture.pixels.height as usize);
     // The display window is the whole picture, the data window what was rendered of it.
@@ -47,35 +56,94 @@ pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
     let attributes = LayerAttributes { software_name, layer_position: position, other, ..Default::default() };
     let layer = ExrLayer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
     let image = Image::new(ImageAttributes::new(IntegerBounds::new((0, 0), whole)), layer);
-    let mut bytes = Cursor::new(Vec::new());
-    let written = image.write().non_parallel().to_buffered(&mut bytes);
-    written.map_err(io::Error::other)?;
-    let mut bytes = bytes.into_inner();
+    let mut bytes = file(&image).map_err(io::Error::other)?;
     sort_attributes(&mut bytes);
     Ok(bytes)
 }
 
-fn add_layer(layer: &Layer, half: bool, channels: &mut SmallVec<[AnyChannel<FlatSamples>; 4]>) {
+fn add_layer<'p>(layer: &'p Layer, kind: SampleType, channels: &mut SmallVec<[AnyChannel<Channel<'p>>; 4]>) {
     let (name, letters) = layer.aov.channels();
     let width = layer.aov.width();
-    let shortened = matches!(layer.aov, Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal | Aov::Albedo);
-    for (i, letter) in letters.chars().enumerate() {
-        let values = layer.values.iter().skip(i).step_by(width).copied();
-        let samples = if layer.aov.is_id() {
-            FlatSamples::U32(values.map(|v| v as u32).collect())
-        } else {
-            floats(values, half && shortened)
-        };
-        channels.push(AnyChannel::new(format!("{name}.{letter}").as_str(), samples));
+    let kind = match layer.aov {
+        aov if aov.is_id() => SampleType::U32,
+        Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal | Aov::Albedo => kind,
+        _ => SampleType::F32,
+    };
+    for (c, letter) in letters.chars().enumerate() {
+        let values: Values = Box::new(move |i| layer.values[width * i + c]);
+        channels.push(AnyChannel::new(format!("{name}.{letter}").as_str(), Channel { kind, values }));
     }
 }
 
-fn floats(values: impl Iterator<Item = f32>, half: bool) -> FlatSamples {
-    if half {
-        FlatSamples::F16(values.map(f16::from_f32).collect())
-    } else {
-        FlatSamples::F32(values.collect())
+/// What a channel has at each pixel.
+pub(super) type Values<'p> = Box<dyn Fn(usize) -> f32 + Sync + 'p>;
+
+/// A channel, whose values are asked for when they are written: there is no copy of all of them.
+struct Channel<'p> {
+    kind: SampleType,
+    values: Values<'p>,
+}
+
+impl<'c> WritableSamples<'c> for Channel<'_>
+where
+    Self: 'c,
+{
+    type Writer = Rows<'c>;
+
+    fn sample_type(&self) -> SampleType {
+        self.kind
     }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&'c self, header: &Header) -> Rows<'c> {
+        Rows { kind: self.kind, values: &self.values, width: header.layer_size.width() }
+    }
+}
+
+/// A channel of a picture so many pixels wide.
+struct Rows<'c> {
+    kind: SampleType,
+    values: &'c (dyn Fn(usize) -> f32 + Sync),
+    width: usize,
+}
+
+impl SamplesWriter for Rows<'_> {
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        let first = line.location.position.y() * self.width + line.location.position.x();
+        let value = |i: usize| (self.values)(first + i);
+        // Lines are as long as their channel's numbers are: it cannot fail.
+        let _ = match self.kind {
+            SampleType::F16 => line.write_samples(|i| f16::from_f32(value(i))),
+            SampleType::F32 => line.write_samples(value),
+            SampleType::U32 => line.write_samples(|i| value(i) as u32),
+        };
+    }
+}
+
+/// Blocks of which threads make their part of the file before it is written: of few there is little to hold.
+const AT_ONCE: usize = 32;
+
+/// An image's file. It does not depend on how many threads there are.
+fn file<'i, L: WritableLayers<'i>>(image: &'i Image<L>) -> exr::error::Result<Vec<u8>> {
+    let headers = image.write().infer_meta_data();
+    let pixels = image.layer_data.create_writer(&headers);
+    let mut bytes = Cursor::new(Vec::new());
+    exr::block::write(&mut bytes, headers, true, |meta, file| {
+        let blocks: Vec<(usize, BlockIndex)> = meta.enumerate_ordered_header_block_indices().collect();
+        for some in blocks.chunks(AT_ONCE) {
+            let pack = |&(place, index): &(usize, BlockIndex)| {
+                let data = pixels.extract_uncompressed_block(&meta.headers, index);
+                (place, UncompressedBlock { index, data }.compress_to_chunk(&meta.headers))
+            };
+            let packed: Vec<_> = some.par_iter().with_max_len(1).map(pack).collect();
+            packed.into_iter().try_for_each(|(place, chunk)| file.write_chunk(place, chunk?))?;
+        }
+        Ok(())
+    })?;
+    Ok(bytes.into_inner())
 }
 
 /// Puts a header's attributes in the order of their names. The encoder keeps some of them in an
@@ -139,4 +207,46 @@ fn attribute_length(bytes: &[u8]) -> Option<usize> {
     let (size, rest) = bytes.get(value..)?.split_first_chunk::<4>()?;
     let size = u32::from_le_bytes(*size) as usize;
     (size <= rest.len()).then_some(value + 4 + size)
+}
+
+#[cfg(test)]
+mod tests {
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+    use glam::Vec4;
+
+    use super::*;
+    use crate::display::{Background, Display, ViewTransform};
+    use crate::render::Pixels;
+
+    /// Of more blocks than are made at once, and some cut short.
+    #[test]
+    fn blocks_are_where_they_belong_whoever_makes_them() {
+        let (width, height) = (450, 390);
+        let color = |i: u32| Vec4::new(i as f32, (i % width) as f32, 1.0 / i as f32, 1.0);
+        let colors = (0..width * height).map(color).collect();
+        let ids = Layer { aov: Aov::ObjectId, values: (0..width * height).map(|i| i as f32).collect() };
+        let display = Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
+        let picture =
+            Picture { layers: vec![ids], ..Picture::new(Pixels { width, height, colors }, display) };
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| encode(&picture, Depth::Usual).unwrap())
+        };
+        let bytes = with(1);
+        assert!(bytes == with(3));
+        let read = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+        let layer = read.all_attributes().from_buffered(Cursor::new(bytes)).unwrap().layer_data;
+        for channel in layer.channel_data.list {
+            let name = channel.name.to_string();
+            let found = channel.sample_data.values_as_f32();
+            let expected = picture.pixels.colors.iter().enumerate().map(|(i, color)| match name.as_str() {
+                "R" => color.x,
+                "G" => color.y,
+                "B" => color.z,
+                "A" => color.w,
+                _ => i as f32,
+            });
+            assert!(found.eq(expected), "{name}");
+        }
+    }
 }
