@@ -5,7 +5,7 @@ use std::fs;
 use super::super::{LoadError, LoadOptions, Smooth, load};
 use super::tests::{SQUARE, error, png, read, scene, with_mtl};
 use crate::geometry::Rgb;
-use crate::scene::Reflectance;
+use crate::scene::{Channel4, Reflectance, ScalarInput};
 use glam::Vec3;
 
 #[test]
@@ -353,6 +353,28 @@ fn a_factor_of_0_beside_a_map_that_was_read_is_none() {
     assert_eq!((m.base.factor, m.emission.factor, mtl.specular.factor), (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO));
     // Any other factor counts.
     assert_eq!(of("Kd 0 .5 0\nmap_Kd tex/t 1.png\n").0.base.factor, Rgb::new(0.0, 0.5, 0.0));
+}
+
+/// Occlusion, roughness and metal in one picture; a channel of no map is told.
+#[test]
+fn a_map_s_channel_is_the_one_that_counts() {
+    let image = png([255, 51, 204, 255]);
+    let of = |mtl: &str| {
+        let mtl = format!("newmtl m\n{mtl}");
+        let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+        let (mut scene, warnings) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("orm.png", &image)]).unwrap();
+        (scene.materials.remove(0), warnings)
+    };
+    let (m, warnings) = of("map_Pr -imfchan g orm.png\nmap_Pm -imfchan b orm.png\n");
+    let Reflectance::MetallicRoughness { metallic, roughness, .. } = m.reflectance else { panic!("{m:?}") };
+    let channel = |of: ScalarInput| of.texture.unwrap().1;
+    assert_eq!((channel(roughness), channel(metallic)), (Channel4::G, Channel4::B));
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let (m, warnings) = of("map_Kd -imfchan r orm.png\n");
+    assert!(m.base.texture.is_some());
+    assert_eq!(warnings, ["a.mtl, line 2: map_Kd: -imfchan left out, the texture is used without"]);
+    let (m, warnings) = of("d nan\nmap_d orm.png\n");
+    assert_eq!((m.alpha.factor, warnings.len()), (1.0, 1), "{warnings:?}");
 }
 
 /// Leaves: one picture with colours and alpha. Where alpha is 0, its colours have no say.

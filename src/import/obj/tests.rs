@@ -214,8 +214,8 @@ fn errors_name_the_line_and_the_word() {
         ("v 0 0 0\nf x 1 1\n", "'x' is not a vertex index"),
         ("v 0 0 0\nf /1 1 1\n", "names no vertex"),
         ("v 0 0 0\nf 99999999999999999999 1 1\n", "is not a vertex index"),
-        ("# empty\n", "nothing to draw"),
-        ("", "nothing to draw"),
+        ("# empty\n", "only .gltf, .glb and .obj files are read"),
+        ("V 0 0 0\nF 1 1 1\n", "only .gltf, .glb and .obj files are read"),
         ("v 0 0 0\nl 1 1\n", "nothing to draw"),
     ] {
         let told = error(obj);
