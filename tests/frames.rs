@@ -419,6 +419,14 @@ fn progress_for_farms_is_in_their_words() {
     let last = events.iter().rfind(|e| e["event"] == "progress").unwrap();
     assert_eq!((&last["percent"], &last["frames"]), (&100.into(), &4.into()));
     assert_eq!(events.iter().filter(|e| e["event"] == "wrote").count(), 4);
+    let output = blinn(&at, &format!("render missing.glb {scene} {SMALL} --progress json"));
+    let told = String::from_utf8(output.stderr).unwrap();
+    let events: Vec<serde_json::Value> = told.lines().filter_map(|l| serde_json::from_str(l).ok()).collect();
+    let failed: Vec<_> = events.iter().filter(|e| e["event"] == "failed").collect();
+    assert!(failed.len() == 1 && failed[0]["text"].as_str().unwrap().starts_with("missing.glb"), "{told}");
+    // What is no event is for people.
+    let mut others = told.lines().filter(|l| serde_json::from_str::<serde_json::Value>(l).is_err());
+    assert!(others.all(|l| l.starts_with("blinn: ") || l.contains("missing.glb")), "{told}");
 }
 
 #[test]

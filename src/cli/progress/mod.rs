@@ -99,10 +99,12 @@ impl Reporter {
         }
     }
 
-    /// A failure, in one line; however quiet.
+    /// A failure, in one line for people, however quiet; and in the words of whoever else listens.
     pub fn fail(&self, line: &str) {
-        if self.style == Style::OpenJd {
-            self.line(&format!("openjd_fail: {line}"));
+        match self.style {
+            Style::OpenJd => self.line(&format!("openjd_fail: {line}")),
+            Style::Json => self.json(serde_json::json!({"event": "failed", "text": line})),
+            _ => {}
         }
         self.line(&format!("blinn: {line}"));
     }

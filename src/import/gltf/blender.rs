@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use glam::{DMat3, Vec3};
 
-use crate::scene::{Mesh, Scene};
+use super::material;
+use crate::scene::{Material, Mesh, Reflectance, Scene};
 
 /// Makes of a scene out of Blender's exporter what it was in Blender.
 pub(super) fn restore(scene: &mut Scene) {
@@ -13,6 +14,16 @@ pub(super) fn restore(scene: &mut Scene) {
     scene.meshes.iter_mut().for_each(forget_tangents);
     restore_normals(scene);
     keep_shared_normals(scene);
+}
+
+/// What has no material is matte in Blender, and seen from both sides; glTF's default is a metal's front. White
+/// it stays, as other readers have it, where Blender shows .8.
+pub(super) fn bare() -> Material {
+    let mut bare = Material { double_sided: true, ..material::default() };
+    if let Reflectance::MetallicRoughness { metallic, .. } = &mut bare.reflectance {
+        metallic.factor = 0.0;
+    }
+    bare
 }
 
 /// Blender's own shading takes tangents along the coordinates of the normal map. Those in its files are along

@@ -31,13 +31,15 @@ pub(super) fn scene(
 
     let variant = variants::choose(doc, options.variant.as_deref())?;
     let wanted = primitives(doc, &placed, warnings)?;
+    let source = source(doc);
+    let bare = if source.is_blender() { blender::bare() } else { material::default() };
     let ((meshes, mesh_warnings), surfaces) =
-        rayon::join(|| read_meshes(doc, &wanted), || Surfaces::read(doc, &wanted, variant));
+        rayon::join(|| read_meshes(doc, &wanted), || Surfaces::read(doc, &wanted, variant, bare));
     warnings.extend(mesh_warnings);
     let (surfaces, surface_warnings) = surfaces?;
     warnings.extend(surface_warnings);
 
-    let mut scene = Scene { source: source(doc), ..Scene::default() };
+    let mut scene = Scene { source, ..Scene::default() };
     let mesh_ids = scene.add_meshes(meshes?, &wanted, &surfaces);
     scene.materials = surfaces.materials;
     scene.images = surfaces.textures.images;
@@ -167,10 +169,12 @@ struct Surfaces {
 }
 
 impl Surfaces {
+    /// `bare` is what has no material.
     fn read(
         doc: &Document<'_>,
         wanted: &[PrimitiveId],
         variant: Option<usize>,
+        bare: Material,
     ) -> Result<(Surfaces, Warnings), LoadError> {
         let mut warnings = Warnings::default();
         let mut order: Vec<Option<usize>> = Vec::new();
@@ -199,7 +203,7 @@ impl Surfaces {
         let textures = Textures::read(doc, &used, &mut warnings)?;
         let read = |index: &Option<usize>| match json(index) {
             Some(material) => material::read(material, &mut |texture| textures.get(texture)),
-            None => material::default(),
+            None => bare.clone(),
         };
         let materials = order.iter().map(read).collect();
         let of_file = ids.into_iter().filter_map(|(index, id)| Some((index?, id))).collect();

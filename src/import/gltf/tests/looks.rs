@@ -45,6 +45,19 @@ fn defaults_are_gltfs() {
     assert!(scene.materials[0].alpha_from_base && !scene.materials[0].double_sided);
 }
 
+/// Blender's exporter writes none for what has none in Blender, where that is matte and has no back.
+#[test]
+fn what_blender_gives_no_material_is_matte_from_both_sides() {
+    let mut fixture = Fixture::triangle();
+    fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.0.21");
+    let (scene, _) = fixture.load();
+    let Reflectance::MetallicRoughness { metallic, roughness, .. } = scene.materials[0].reflectance else {
+        panic!("not metallic-roughness")
+    };
+    assert_eq!((metallic.factor, roughness.factor), (0.0, 1.0));
+    assert!(scene.materials[0].base.factor == Vec3::ONE && scene.materials[0].double_sided);
+}
+
 #[test]
 fn metallic_roughness_with_its_textures() {
     let m = material(json!({"name": "m", "doubleSided": true, "alphaMode": "MASK",
