@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::block::{Block, COLORLESS, Corner, Statement};
-use super::polygon::Triangulator;
+use super::polygon::{MOST_SQUARES, Triangulator, pay};
 use super::smoothing::smooth;
 
 /// What the faces of a segment have in common.
@@ -102,14 +102,25 @@ impl Parsed {
             segments[segment.block].push(segment);
         }
         let positions = &self.positions;
+        // What those before have left, wherever blocks begin.
+        let mut left = MOST_SQUARES;
+        let lefts: Vec<u64> = blocks
+            .iter()
+            .map(|block| {
+                let before = left;
+                block.arities.iter().for_each(|&arity| _ = pay(&mut left, arity as usize));
+                before
+            })
+            .collect();
         let done: Vec<(Vec<Corner>, [u64; 2])> = blocks
             .into_par_iter()
             .zip(segments)
-            .map(|(block, segments)| {
+            .zip(lefts)
+            .map(|((block, segments), left)| {
                 if block.arities.is_empty() {
                     return (block.corners, [0, 0]);
                 }
-                let mut cut = Triangulator::default();
+                let mut cut = Triangulator::with(left);
                 let mut out = Vec::with_capacity(3 * block.triangles());
                 let mut start = 0;
                 for segment in segments {

@@ -5,9 +5,21 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::straight::{is_straight, split_edges, turning};
 
-/// Corners of a concave polygon beyond which it is cut as if it were convex: cutting ear by ear
-/// takes a time that grows with the square of them.
-const MOST_CORNERS: usize = 10_000;
+/// Corners up to which a polygon is cut right whatever it costs.
+const MANY_CORNERS: usize = 10_000;
+
+/// What all larger polygons of a file may cost, in squares of their corners: finding out whether they cross
+/// themselves and cutting them ear by ear takes a time that grows so at worst, a second or three for 100,000.
+pub(super) const MOST_SQUARES: u64 = 16 * 100_000 * 100_000;
+
+/// Takes what a polygon may cost from what is `left` of [`MOST_SQUARES`]; false where that is too little.
+pub(super) fn pay(left: &mut u64, corners: usize) -> bool {
+    let n = corners as u64;
+    let squares = if corners > MANY_CORNERS { n.saturating_mul(n) } else { 0 };
+    let rest = left.checked_sub(squares);
+    *left = rest.unwrap_or(*left);
+    rest.is_some()
+}
 
 /// The same for polygons that cross themselves, which have no right triangles: looking for ears that are
 /// not there takes a hundred times as long as finding those that are.
@@ -16,7 +28,9 @@ const MOST_CROSSING: usize = 64;
 /// Cuts polygons, one after the other in the same memory.
 #[derive(Default)]
 pub(super) struct Triangulator {
-    /// Concave polygons with too many corners.
+    /// What is left of [`MOST_SQUARES`].
+    left: u64,
+    /// Concave polygons with more corners than that.
     pub too_large: u64,
     /// Polygons that cross themselves, with too many corners for that.
     pub crossing: u64,
@@ -27,6 +41,11 @@ pub(super) struct Triangulator {
 }
 
 impl Triangulator {
+    /// With so much left of [`MOST_SQUARES`].
+    pub fn with(left: u64) -> Triangulator {
+        Triangulator { left, ..Triangulator::default() }
+    }
+
     /// Triangles of a polygon, as indices into its corners by threes, wound as it is. Convex ones
     /// are a fan from the first corner, or from the first that turns where triangles would have no area;
     /// concave ones are cut ear by ear on their plane.
@@ -34,12 +53,14 @@ impl Triangulator {
         self.corners.clear();
         self.corners.extend(corners.map(|p| p.as_dvec3()));
         self.out.clear();
+        // Convex ones too, so that numbers of corners alone say what is left for the next.
+        let paid = pay(&mut self.left, self.corners.len());
         if self.corners.len() > 3 && self.flatten() {
             if is_convex(&self.flat) {
                 if fan_is_flat(&self.flat) {
                     self.pass_by_straight();
                 }
-            } else if self.flat.len() > MOST_CORNERS {
+            } else if !paid {
                 self.too_large += 1;
             } else if self.flat.len() > MOST_CROSSING && crosses_itself(&self.flat) {
                 self.crossing += 1;
@@ -346,8 +367,42 @@ mod tests {
             up.chain(down).collect()
         };
         assert_eq!(triangulate(&comb(3000)).len(), 3000);
-        let mut cut = Triangulator::default();
+        let mut cut = Triangulator::with(MOST_SQUARES);
         assert_eq!(cut.triangulate(comb(1_000_000).into_iter()).count(), 3_000_000);
         assert_eq!(cut.too_large, 1);
+    }
+
+    /// Outlines of lands and of machines' parts: a coast of 60,000 corners, and a second one that would cost
+    /// more than is left. Small ones are cut all the same.
+    #[test]
+    fn large_outlines_are_cut_right_as_long_as_they_do_not_add_up() {
+        let coast = |n: usize| -> Vec<Vec3> {
+            let at = |i: usize| {
+                let angle = i as f32 / n as f32 * std::f32::consts::TAU;
+                let r = (0..12).map(|k| 0.3 * 0.55f32.powi(k) * (angle * 1.9f32.powi(k).round() * 3.0).sin());
+                let r = 2.0 + r.sum::<f32>();
+                Vec3::new(r * angle.cos(), r * angle.sin(), 0.0)
+            };
+            (0..n).map(at).collect()
+        };
+        let over = |corners: &[Vec3], triangles: &[usize]| -> f64 {
+            let double = |t: &[usize; 3]| {
+                let [a, b, c] = t.map(|i| corners[i].as_dvec3());
+                (b - a).cross(c - a).length()
+            };
+            triangles.as_chunks::<3>().0.iter().map(double).sum()
+        };
+        let own = |corners: &[Vec3]| -> f64 {
+            let next = corners.iter().cycle().skip(1);
+            corners.iter().zip(next).map(|(a, b)| a.as_dvec3().cross(b.as_dvec3()).z).sum()
+        };
+        let mut cut = Triangulator::with(2 * 60_000 * 60_000 - 1);
+        for (n, right) in [(60_000, true), (60_000, false), (9_000, true)] {
+            let corners = coast(n);
+            let triangles: Vec<usize> = cut.triangulate(corners.iter().copied()).collect();
+            let more = over(&corners, &triangles) / own(&corners) - 1.0;
+            assert_eq!(more.abs() < 1e-9, right, "{n}: {more}");
+        }
+        assert_eq!((cut.too_large, cut.crossing), (1, 0));
     }
 }
