@@ -102,6 +102,8 @@ fn what_makes_no_moving_picture_is_refused_with_the_way_to_it() {
         ("-o a.png --fps 12", "--fps is of moving pictures"),
         ("--fps 12", "--fps is of moving pictures"),
         ("-o a.gif --fps 0", "greater than zero"),
+        ("-o a.gif --fps 60", "at most 50 frames a second"),
+        ("-o a.mp4 --fps 1e-9", "frames a second, not 0.000000001"),
         ("-o a.gif --loop twice", "forever, once"),
     ] {
         refused(&at, &format!("turntable {scene} {flags}"), says);
@@ -115,7 +117,7 @@ fn what_the_format_cannot_hold_is_one_line() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
     for (flags, says) in [
-        ("--size 32x18 --fps 60 -o a.gif", "a.gif cannot be written: "),
+        ("--size 65536x1 -o a.gif", "a.gif cannot be written: a GIF has at most"),
         ("--size 8x8 -o a.mp4", "a.mp4 cannot be written: an MP4 has at most"),
     ] {
         let output = blinn(&at, &format!("turntable {scene} -s 1 --count 2 {flags}"));

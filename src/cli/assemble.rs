@@ -27,6 +27,7 @@ pub(super) fn run(args: &AssembleArgs) -> Result<Summary, Usage> {
     if args.quality.is_some() && !format.is_lossy() {
         return Err(Usage("--quality is of .webp, .mp4 and .html alone: leave it out".into()));
     }
+    format.check_rate(args.fps).map_err(|text| Usage(format!("-o {}: {text}", output.display())))?;
     let reporter = Reporter::new(&args.telling, 1, args.quiet);
     let failure = caught(|| assemble(args, format, &reporter)).err().map(|e| one_line(&describe(output, &e)));
     if let Some(line) = &failure {

@@ -66,9 +66,13 @@ impl Playing {
         if look.background == Background::Transparent && format == MovingFormat::Mp4 {
             return refused("an MP4 has no transparency: give a --background COLOR, or write .apng or .html");
         }
+        let fps = series.fps.unwrap_or(USUAL_FPS);
+        if let Err(text) = format.check_rate(fps) {
+            return refused(&text);
+        }
         Ok(Playing {
             format,
-            fps: series.fps.unwrap_or(USUAL_FPS),
+            fps,
             repeat: args.r#loop != Some(LoopArg::Once),
             quality: args.quality.unwrap_or(MOVING_QUALITY),
         })

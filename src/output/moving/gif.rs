@@ -26,19 +26,28 @@ pub(super) struct Gif {
     written: u64,
 }
 
+fn clock(fps: f64) -> Clock {
+    Clock { fps, ticks: 100.0 }
+}
+
+/// Says what is wrong with a rate that there is no delay for.
+pub(super) fn check_rate(fps: f64) -> Result<(), String> {
+    if fps > MOST_FRAMES || clock(fps).delay(0) > u64::from(u16::MAX) {
+        return Err(format!(
+            "a GIF has at most {MOST_FRAMES} frames a second, and one in 655 s at least, not {fps}: \
+             give another --fps, or write .apng or .mp4"
+        ));
+    }
+    Ok(())
+}
+
 impl Gif {
     pub fn new(settings: &MovingSettings) -> io::Result<Gif> {
         let MovingSettings { width, height, fps, repeat, .. } = *settings;
         let (Ok(columns), Ok(rows)) = (u16::try_from(width), u16::try_from(height)) else {
             return Err(invalid(format!("a GIF has at most 65535 pixels a side, not {width}x{height}")));
         };
-        let clock = Clock { fps, ticks: 100.0 };
-        if fps > MOST_FRAMES || clock.delay(0) > u64::from(u16::MAX) {
-            return Err(invalid(format!(
-                "a GIF has at most {MOST_FRAMES} frames a second, and one in 655 s at least, not {fps}: \
-                 give another --fps, or write .apng or .mp4"
-            )));
-        }
+        let clock = clock(fps);
         let mut writer = Writer::new(Vec::new(), columns, rows, &[]).map_err(plain)?;
         if repeat {
             writer.set_repeat(Repeat::Infinite).map_err(plain)?;

@@ -38,6 +38,19 @@ pub enum MovingFormat {
 }
 
 impl MovingFormat {
+    /// Whether it can be shown at so many frames a second.
+    ///
+    /// # Errors
+    /// A sentence about a rate that it cannot hold, and what to do.
+    pub fn check_rate(self, fps: f64) -> Result<(), String> {
+        match self {
+            _ if !(fps.is_finite() && fps > 0.0) => Err(format!("{fps} is no number of frames a second")),
+            MovingFormat::Gif => gif::check_rate(fps),
+            MovingFormat::Mp4 => mp4::check_rate(fps),
+            MovingFormat::Apng | MovingFormat::Webp | MovingFormat::Html => Ok(()),
+        }
+    }
+
     /// By a file name's ending. A `.webp` may also be a single picture.
     pub fn of(path: &Path) -> Option<MovingFormat> {
         match path.extension()?.to_ascii_lowercase().to_str()? {
@@ -105,9 +118,7 @@ impl Moving {
             if settings.width == 0 || settings.height == 0 {
                 return Err(invalid("a picture has at least one pixel".into()));
             }
-            if !(settings.fps.is_finite() && settings.fps > 0.0) {
-                return Err(invalid(format!("{} is no number of frames a second", settings.fps)));
-            }
+            format.check_rate(settings.fps).map_err(invalid)?;
             let encoder: Box<dyn Encoder> = match format {
                 MovingFormat::Gif => Box::new(gif::Gif::new(settings)?),
                 MovingFormat::Apng => Box::new(apng::Apng::new(settings)?),

@@ -61,6 +61,19 @@ pub(super) struct Mp4 {
     independent: Vec<u32>,
 }
 
+/// Ticks of its clock in a second.
+fn ticks(fps: f64) -> f64 {
+    (fps * f64::from(FRAME_TICKS)).round()
+}
+
+/// Says what is wrong with a rate that there is no clock for.
+pub(super) fn check_rate(fps: f64) -> Result<(), String> {
+    if (1.0..=1e9).contains(&ticks(fps)) {
+        return Ok(());
+    }
+    Err(format!("an MP4 has .001 to 1000000 frames a second, not {fps}: give another --fps"))
+}
+
 impl Mp4 {
     pub fn new(settings: &MovingSettings) -> io::Result<Mp4> {
         let MovingSettings { width, height, fps, quality, .. } = *settings;
@@ -72,10 +85,6 @@ impl Mp4 {
                 MOST.0, MOST.1
             );
             return Err(invalid(text));
-        }
-        let ticks = (fps * f64::from(FRAME_TICKS)).round();
-        if !(1.0..=1e9).contains(&ticks) {
-            return Err(invalid(format!("an MP4 has .001 to 1000000 frames a second, not {fps}")));
         }
         let qp = (51.0 - 0.35 * f32::from(quality.clamp(1, 100))).round() as u8;
         let config = EncoderConfig::new()
@@ -96,7 +105,7 @@ impl Mp4 {
             .vui(VuiConfig::bt709());
         Ok(Mp4 {
             settings: *settings,
-            timescale: ticks as u32,
+            timescale: ticks(fps) as u32,
             encoder: H264::with_api_config(OpenH264API::from_source(), config).map_err(io::Error::other)?,
             sequence: Vec::new(),
             picture: Vec::new(),
