@@ -5,12 +5,16 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::straight::{is_straight, split_edges, turning};
 
+/// Corners of a convex polygon beyond which it is no fan. A fan's triangles all reach from one corner to the far
+/// side, and so do their boxes: rays would have to look at most of them.
+const MOST_OF_FAN: usize = 32;
+
 /// Corners up to which a polygon is cut right whatever it costs.
 const MANY_CORNERS: usize = 10_000;
 
 /// What all larger polygons of a file may cost, in squares of their corners: finding out whether they cross
 /// themselves and cutting them ear by ear takes a time that grows so at worst, a second or three for 100,000.
-pub(super) const MOST_SQUARES: u64 = 16 * 100_000 * 100_000;
+pub(super) const MOST_SQUARES: u64 = 100 * 100_000 * 100_000;
 
 /// Takes what a polygon may cost from what is `left` of [`MOST_SQUARES`]; false where that is too little.
 pub(super) fn pay(left: &mut u64, corners: usize) -> bool {
@@ -47,8 +51,8 @@ impl Triangulator {
     }
 
     /// Triangles of a polygon, as indices into its corners by threes, wound as it is. Convex ones
-    /// are a fan from the first corner, or from the first that turns where triangles would have no area;
-    /// concave ones are cut ear by ear on their plane.
+    /// are a fan from the first corner, or from the first that turns where triangles would have no area,
+    /// and with many corners halved again and again; concave ones are cut ear by ear on their plane.
     pub fn triangulate(&mut self, corners: impl Iterator<Item = Vec3>) -> impl Iterator<Item = usize> {
         self.corners.clear();
         self.corners.extend(corners.map(|p| p.as_dvec3()));
@@ -57,7 +61,9 @@ impl Triangulator {
         let paid = pay(&mut self.left, self.corners.len());
         if self.corners.len() > 3 && self.flatten() {
             if is_convex(&self.flat) {
-                if fan_is_flat(&self.flat) {
+                if self.flat.len() > MOST_OF_FAN {
+                    self.halve();
+                } else if fan_is_flat(&self.flat) {
                     self.pass_by_straight();
                 }
             } else if !paid {
@@ -79,6 +85,27 @@ impl Triangulator {
     fn pass_by_straight(&mut self) {
         let turning = turning(&self.flat);
         self.out.extend(turning.windows(2).skip(1).flat_map(|pair| [turning[0], pair[0], pair[1]]));
+        split_edges(&self.flat, &mut self.out);
+    }
+
+    /// Cuts a convex polygon into a triangle of far corners, and what is left on its sides by halves.
+    fn halve(&mut self) {
+        let mut turning = turning(&self.flat);
+        if turning.len() < 3 {
+            // So many corners that none of them turns enough.
+            turning = (0..self.flat.len()).collect();
+        }
+        let n = turning.len();
+        let third = [0, n / 3, 2 * n / 3, n];
+        self.out.extend(third[..3].iter().map(|&i| turning[i]));
+        let mut sides: Vec<[usize; 2]> = third.windows(2).map(|side| [side[0], side[1]]).collect();
+        while let Some([a, b]) = sides.pop() {
+            if b - a > 1 {
+                let middle = (a + b) / 2;
+                self.out.extend([a, middle, b % n].map(|i| turning[i]));
+                sides.extend([[a, middle], [middle, b]]);
+            }
+        }
         split_edges(&self.flat, &mut self.out);
     }
 
@@ -195,6 +222,51 @@ mod tests {
     fn convex_polygons_are_fans_from_the_first_corner() {
         let out = triangulate(&on_plane(&[(0.0, 0.0), (1.0, 0.0), (1.5, 1.0), (0.5, 2.0), (-0.5, 1.0)]));
         assert_eq!(out, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    }
+
+    /// Round lids: of a fan's triangles most cross the middle of the lid.
+    #[test]
+    fn lids_of_many_corners_are_cut_so_that_few_triangles_lie_anywhere() {
+        for n in [33usize, 34, 100, 1000, 10_000] {
+            let angle = |i: usize| i as f64 / n as f64 * std::f64::consts::TAU;
+            let corners: Vec<Vec3> =
+                (0..n).map(|i| DVec2::from_angle(angle(i)).extend(0.0).as_vec3()).collect();
+            let triangles = triangulate(&corners);
+            let (count, signed, total) = area(&corners);
+            let right = 0.5 * n as f32 * angle(1).sin() as f32;
+            assert_eq!(count, n - 2);
+            assert!(
+                (signed / right - 1.0).abs() < 1e-4 && (total / right - 1.0).abs() < 1e-4,
+                "{n}: {total}"
+            );
+            for at in [DVec2::ZERO, DVec2::new(0.3, -0.2), DVec2::new(-0.5, 0.7)] {
+                let holds = |t: &&[usize; 3]| {
+                    let t = t.map(|i| corners[i].truncate().as_dvec2());
+                    let (lo, hi) = (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
+                    lo.cmple(at).all() && hi.cmpge(at).all()
+                };
+                let boxes = triangles.iter().filter(holds).count();
+                assert!(boxes < 12, "{n}: {boxes} boxes at {at}");
+            }
+        }
+    }
+
+    /// A stadium's outline, whose straight sides have corners too.
+    #[test]
+    fn lids_with_straight_sides_have_all_their_corners() {
+        let half = |by: f64| {
+            let round = (0..=40).map(move |i| DVec2::from_angle(f64::from(i) / 40.0 * std::f64::consts::PI));
+            let side = (1..20).map(|i| DVec2::new(-1.0, -0.1 * f64::from(i)));
+            round.chain(side).map(move |p| DVec2::from_angle(by).rotate(p + DVec2::Y))
+        };
+        let corners: Vec<Vec3> =
+            half(0.0).chain(half(std::f64::consts::PI)).map(|p| p.extend(0.0).as_vec3()).collect();
+        let triangles = triangulate(&corners);
+        let (count, signed, total) = area(&corners);
+        let right = 4.0 + 40.0 * (std::f32::consts::PI / 40.0).sin();
+        assert_eq!(count, corners.len() - 2);
+        assert!((signed - right).abs() < 1e-4 && (total - right).abs() < 1e-4, "{signed} {total} {right}");
+        assert!((0..corners.len()).all(|i| triangles.as_flattened().contains(&i)));
     }
 
     /// Pitfall 21: concave polygons do not fold.
