@@ -181,7 +181,7 @@ fn set_color(slot: &mut Option<Rgb>, rest: &str) -> Result<(), Left> {
     if color.min_element() < 0.0 { Err(Left::Negative) } else { Ok(()) }
 }
 
-/// Reads a texture into its place, even where some of its options do not count.
+/// Reads a texture of numbers into its place, even where some of its options do not count.
 fn set(slot: &mut Option<Map>, rest: &str) -> Result<(), Left> {
     let (map, left) = map::read(rest).ok_or_else(|| Left::Bad("no file is named".into()))?;
     *slot = Some(map);
@@ -191,10 +191,14 @@ fn set(slot: &mut Option<Map>, rest: &str) -> Result<(), Left> {
 /// The same for a texture of colours, of which no one channel is taken.
 fn set_colors(slot: &mut Option<Map>, rest: &str) -> Result<(), Left> {
     let read = set(slot, rest);
-    match slot.as_mut().and_then(|map| map.channel.take()) {
-        Some(_) if read.is_ok() => Err(Left::Options("-imfchan".into())),
-        _ => read,
+    if slot.as_mut().and_then(|map| map.channel.take()).is_none() {
+        return read;
     }
+    Err(match read {
+        Err(Left::Options(others)) => Left::Options(format!("{others} -imfchan")),
+        Err(other) => other,
+        Ok(()) => Left::Options("-imfchan".into()),
+    })
 }
 
 #[cfg(test)]
@@ -255,6 +259,8 @@ mod tests {
             let map = m.map_kd.unwrap();
             assert_eq!((map.scale, map.offset, map.bump), (Vec2::ONE, Vec2::ZERO, 1.0), "{options}");
         }
+        let (_, warnings) = one("newmtl a\nmap_Kd -imfchan r -t .5 a.png\n");
+        assert!(warnings.len() == 1 && warnings[0].contains("-t -imfchan left out"), "{warnings:?}");
         let (_, warnings) = one("newmtl a\nmap_Kd -mm 0 1 -t 0 0 0 -blendu on -texres 512 a.png\n");
         assert!(warnings.is_empty(), "{warnings:?}");
     }
