@@ -12,7 +12,7 @@ use blinn::scene::{
 use common::{Holes, Rng};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
-/// The eight scenes.
+/// The nine scenes.
 fn scenes() -> Vec<(&'static str, Scene)> {
     let rng = &mut Rng::new(1);
     let identity = [DAffine3::IDENTITY];
@@ -29,6 +29,10 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         })
         .collect();
     doubled.triangles.extend(copies);
+    // Some of its copies face the other way, where only one side is seen.
+    let mut turned = Scene::default();
+    let single_sided = common::material(SurfaceClass::Opaque, false);
+    common::add(&mut turned, doubled.clone(), single_sided, &identity);
     let mut slivers = common::fan(3000, rng.direction(), rng);
     slivers.positions[0] = slivers.positions[1] * 0.999;
     let place = |rng: &mut Rng, scale: DVec3| {
@@ -75,6 +79,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("grid", common::scene(common::grid(60, 1), &identity)),
         ("soup", common::scene(common::soup(20_000, 0.1, rng), &identity)),
         ("coincident", common::scene(doubled, &identity)),
+        ("turned", turned),
         ("slivers", common::scene(slivers, &identity)),
         ("instances", instances),
         ("mixed", mixed),
@@ -151,7 +156,7 @@ const FLATTENED: [Flatten; 2] = [Flatten::USUAL, Flatten::NOTHING];
 #[test]
 fn every_tree_answers_as_no_tree_does() {
     let all = scenes();
-    assert_eq!(all.len(), 8);
+    assert_eq!(all.len(), 9);
     for ((name, scene), flatten) in all.iter().flat_map(|scene| FLATTENED.map(|flatten| (scene, flatten))) {
         let posed = common::posed(scene);
         if flatten == Flatten::NOTHING && posed.instances.len() == 1 {

@@ -58,9 +58,10 @@ impl Block {
             }
             block.ids[lane] = id;
             block.edge = block.edge.max(corners.edge());
-            block.looks |=
-                (look.class as u16 | u16::from(look.single_sided) << 2 | u16::from(look.reversed) << 3)
-                    << (4 * lane);
+            // Triangles in one place may be wound either way: which of them are seen from a side each says.
+            let single_sided = look.single_sided && id & GROUP == 0;
+            block.looks |= (look.class as u16 | u16::from(single_sided) << 2 | u16::from(look.reversed) << 3)
+                << (4 * lane);
             let plain = id & GROUP == 0 && look.class != SurfaceClass::Cutout;
             block.plain |= u8::from(plain) << lane;
             block.opaque |= u8::from(plain && look.class == SurfaceClass::Opaque) << lane;
@@ -98,6 +99,7 @@ impl Block {
         union((0..self.count()).map(|lane| padded(&self.corners(lane))))
     }
 
+    /// How a triangle looks; a group of them as one that is seen from both sides.
     #[inline(always)]
     pub fn look(&self, lane: usize) -> Look {
         let bits = self.looks >> (4 * lane);
