@@ -10,22 +10,31 @@ pub const EPSILON: f32 = f32::EPSILON;
 ///
 /// This is where shadow rays start: the distance follows from the arithmetic that made `p`, so
 /// it is right at every scale. A constant epsilon is not.
-#[inline]
+#[inline(always)]
 pub fn offset_point(p: Vec3, p_error: Vec3, n_g: Vec3, towards: Vec3) -> Vec3 {
     let d = n_g.abs().dot(p_error);
     let n = if towards.dot(n_g) < 0.0 { -n_g } else { n_g };
     let moved = p + n * d;
-    let away = |moved: f32, n: f32| {
-        if n > 0.0 {
-            moved.next_up()
-        } else if n < 0.0 {
-            moved.next_down()
-        } else {
-            moved
-        }
-    };
     Vec3::new(away(moved.x, n.x), away(moved.y, n.y), away(moved.z, n.z))
 }
+
+/// The next number after `moved` on the side that `n` points to: `f32::next_up` and `f32::next_down`,
+/// without branches, so that compilers can do many at once.
+#[inline(always)]
+fn away(moved: f32, n: f32) -> f32 {
+    let bits = moved.to_bits();
+    let magnitude = bits & 0x7fff_ffff;
+    let (up, down) = (n > 0.0, n < 0.0);
+    let outward = up == (moved > 0.0);
+    // From 0 both ways lead outward.
+    let stepped = if outward { bits.wrapping_add(1) } else { bits.wrapping_sub(1) };
+    let smallest = if up { 1 } else { 0x8000_0001 };
+    let next = if magnitude == 0 { smallest } else { stepped };
+    let last = if outward { INFINITY } else { INFINITY + 1 };
+    f32::from_bits(if (up | down) & (magnitude < last) { next } else { bits })
+}
+
+const INFINITY: u32 = f32::INFINITY.to_bits();
 
 /// How far, along each axis, a point on a triangle may be from the surface that rays meet: the
 /// `p_error` of a point interpolated between the corners in f64 and rounded to f32.
@@ -45,6 +54,19 @@ pub fn point_error(world: [Vec3; 3], local: [Vec3; 3], to_world: &DAffine3) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_next_number_away_is_the_standard_librarys() {
+        let numbers = [0.0, 1e-45, 1e-38, 1.0, 1.5, 3e38, f32::MAX, f32::MIN_POSITIVE, f32::INFINITY];
+        for moved in numbers.into_iter().flat_map(|x| [x, -x]) {
+            assert_eq!(away(moved, 0.5).to_bits(), moved.next_up().to_bits(), "{moved}");
+            assert_eq!(away(moved, -0.5).to_bits(), moved.next_down().to_bits(), "{moved}");
+            for n in [0.0, -0.0, f32::NAN] {
+                assert_eq!(away(moved, n).to_bits(), moved.to_bits());
+            }
+        }
+        assert!(away(f32::NAN, 1.0).is_nan() && away(f32::NAN, -1.0).is_nan());
+    }
 
     #[test]
     fn the_offset_clears_the_error_box_on_the_asked_side() {

@@ -214,33 +214,47 @@ impl Lookup {
         Lookup { under_sky, last: None }
     }
 
-    /// The coefficients at `surface`. `roughening` is what its normals' spread adds to α²
-    /// ([`Surface::shading_normals`]).
-    pub fn at(
+    /// The coefficients of a material that nothing but itself says how it looks, at any `surface`.
+    pub fn plain<'s>(
         &mut self,
-        posed: &PosedScene,
-        surface: &Surface,
+        posed: &PosedScene<'s>,
+        material: u32,
+        surface: impl FnOnce() -> Surface<'s>,
+    ) -> Coefficients {
+        match self.last {
+            Some((last, k)) if last == material => k,
+            _ => {
+                let k = self.at(posed, &surface());
+                self.last = Some((material, k));
+                k
+            }
+        }
+    }
+
+    /// The coefficients at `surface`.
+    pub fn at(&self, posed: &PosedScene, surface: &Surface) -> Coefficients {
+        Coefficients::at(posed, surface, self.under_sky)
+    }
+}
+
+impl Coefficients {
+    /// The same for whoever sees normals spread over a surface of this material, which adds `roughening` to
+    /// α² ([`Surface::shading_normals`]), and where `overrides` say otherwise.
+    #[inline]
+    pub(super) fn as_seen(
+        mut self,
+        material: &Material,
         roughening: f32,
         overrides: &Overrides,
     ) -> Coefficients {
-        let material = &posed.materials[surface.material as usize];
-        let mut k = match self.last {
-            Some((last, k)) if last == surface.material && !surface.is_colored() => k,
-            _ => {
-                let k = Coefficients::at(posed, surface, self.under_sky);
-                let even = !material.is_textured() && !surface.is_colored();
-                self.last = if even { Some((surface.material, k)) } else { self.last };
-                k
-            }
-        };
         if roughening > 0.0 && widens(material) {
-            k.widen(roughening);
+            self.widen(roughening);
         }
-        k.k_d = overrides.k_d.unwrap_or(k.k_d);
-        k.k_s = overrides.k_s.unwrap_or(k.k_s);
-        k.shininess = overrides.shininess.unwrap_or(k.shininess);
-        k.k_e = overrides.k_e.unwrap_or(k.k_e);
-        k
+        self.k_d = overrides.k_d.unwrap_or(self.k_d);
+        self.k_s = overrides.k_s.unwrap_or(self.k_s);
+        self.shininess = overrides.shininess.unwrap_or(self.shininess);
+        self.k_e = overrides.k_e.unwrap_or(self.k_e);
+        self
     }
 }
 

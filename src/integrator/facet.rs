@@ -3,9 +3,11 @@
 use glam::{DVec3, Vec3};
 
 use super::coefficients::widens;
+use super::columns::{Columns, Found, Group, Met, Rays, TOGETHER};
 use super::footprint::{Spread, Steps};
 use super::surface::Surface;
-use crate::geometry::{HitId, Ray, RayDifferential, point_error};
+use crate::accel::{Accel, Columnwise};
+use crate::geometry::{HitId, Ray, RayDifferential, offset_point, point_error};
 use crate::scene::{Mesh, PosedScene};
 
 /// A triangle in the world, relative to the scene's centre.
@@ -20,11 +22,15 @@ pub(super) struct Facet<'s> {
     front: Option<DVec3>,
     /// Points on it are right to within ± this.
     p_error: Vec3,
-    /// Normals at the corners, as they are blended, where the mesh has any.
-    n: Option<[DVec3; 3]>,
+    /// Normals at the corners, as they are blended; 0 where the mesh has none.
+    n: [DVec3; 3],
     steps: Steps,
     /// The instance's own colour.
     tint: Option<Vec3>,
+    /// Index of the material.
+    pub material: u32,
+    /// True where nothing but the material says what is seen: no texture, no colour.
+    pub plain: bool,
     /// True where it is the same to what is seen how much of it a sample stands for.
     even: bool,
 }
@@ -47,53 +53,104 @@ impl<'s> Facet<'s> {
             let n = transform.normal(normals[c as usize]);
             if mesh.smooth_in_own_frame { n } else { n.normalize_or_zero() }
         };
-        let n = (!normals.is_empty()).then(|| corners.map(normal));
+        let n = if normals.is_empty() { [DVec3::ZERO; 3] } else { corners.map(normal) };
         let p_error = point_error(world, local, &transform.affine);
         let steps = Steps::new(e, front.unwrap_or(DVec3::ZERO));
         let material = &posed.materials[mesh.material as usize];
         let even = !widens(material) && material.normal.is_none() && !material.is_textured();
         let tint = posed.scene.instances[id.instance as usize].color;
-        Facet { id, mesh, corners, v, front, p_error, n, steps, tint, even }
+        let colored = tint.is_some() || !mesh.colors.is_empty();
+        let plain = !(colored || material.normal.is_some() || material.is_textured());
+        let material = mesh.material;
+        Facet { id, mesh, corners, v, front, p_error, n, steps, tint, material, plain, even }
     }
 
     /// The point where `ray` meets it, which it is known to do; seen by an eye ray that stands for
     /// those up to `differential` away, if there is one.
     pub fn seen(&self, ray: Ray, differential: Option<&RayDifferential>) -> Surface<'s> {
+        self.surface(&self.met(self.front_to(ray), ray, differential.filter(|_| !self.even)))
+    }
+
+    /// The same for the first `count` of `rays`, whose points are added to `columns`: all that meet one
+    /// triangle have so much in common that they go by the column.
+    pub fn meet(
+        &self,
+        accel: &Accel,
+        rays: &Rays,
+        count: usize,
+        differential: Option<RayDifferential>,
+        columns: &mut Columns,
+    ) {
         let differential = differential.filter(|_| !self.even);
+        let (group, at) = columns.more(count);
+        match self.front {
+            Some(front) if count > 1 => {
+                accel.columnwise(Meet { facet: *self, front, rays, differential, group, at });
+            }
+            _ => {
+                for i in 0..count {
+                    let ray = rays.get(i);
+                    let met = self.met(self.front_to(ray), ray, differential.as_ref());
+                    group.put_one(at + i, ray.d, &met);
+                }
+            }
+        }
+    }
+
+    /// Its front's normal; without area it faces whoever looks.
+    #[inline(always)]
+    fn front_to(&self, ray: Ray) -> DVec3 {
+        match self.front {
+            Some(front) => front,
+            None => -ray.d.as_dvec3().normalize_or(DVec3::NEG_Z),
+        }
+    }
+
+    #[inline(always)]
+    fn met(&self, wound: DVec3, ray: Ray, differential: Option<&RayDifferential>) -> Met {
         let [v0, v1, v2] = self.v;
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
-        let wound = self.front.unwrap_or_else(|| -d.normalize_or(DVec3::NEG_Z));
         let facing = wound.dot(d);
         let per_facing = 1.0 / facing;
         let t = (v0 - o).dot(wound) * per_facing;
         let b = on_triangle(self.steps.of(o - v0 + d * t));
         let p = v0 * b[0] + v1 * b[1] + v2 * b[2];
-        let front = facing <= 0.0;
-        let n_g = if front { wound } else { -wound };
-        let over = |by| Spread::over(by, (t, d), &self.steps, (wound, per_facing));
-        let mut spread = differential.map_or(Spread::POINT, over);
-        let n_v = self.n.map_or(n_g, |n| {
-            let sum = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
-            let per_length = sum.length_recip();
-            let middle = sum * per_length;
-            let fits = per_length.is_finite() && per_length > 0.0;
-            if fits && differential.is_some() {
-                spread.bend(n, middle, per_length);
-            }
-            // Files whose normals point against their winding are lit all the same.
-            let n = if fits { middle } else { n_g };
-            if n.dot(n_g) < 0.0 { -n } else { n }
-        });
+        let n_g = if facing <= 0.0 { wound } else { -wound };
+        let mut spread = Spread::POINT;
+        if let Some(by) = differential {
+            spread = Spread::over(by, (t, d), &self.steps, (wound, per_facing));
+        }
+        // Flat triangles have none, and no sum of them that fits.
+        let n = self.n;
+        let sum = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
+        let per_length = sum.length_recip();
+        let middle = sum * per_length;
+        let fits = (per_length < f64::INFINITY) & (per_length > 0.0);
+        if differential.is_some() {
+            spread.bend(n, middle, per_length, fits);
+        }
+        // Files whose normals point against their winding are lit all the same.
+        let against = middle.dot(n_g) < 0.0;
+        let n_v = if against { -middle } else { middle };
+        let n_v = if fits { n_v } else { n_g };
+        let (p, n) = (p.as_vec3(), n_g.as_vec3());
+        let clear = offset_point(p, self.p_error, n, n);
+        Met { p, clear, n_g, n_v, b: [b[0] as f32, b[1] as f32, b[2] as f32], spread }
+    }
+
+    /// What is where a ray has met it.
+    pub fn surface(&self, met: &Met) -> Surface<'s> {
         Surface {
             id: self.id,
-            p: p.as_vec3(),
+            p: met.p,
             p_error: self.p_error,
-            n_g,
-            n_v,
-            front,
-            b: [b[0] as f32, b[1] as f32, b[2] as f32],
-            material: self.mesh.material,
-            spread,
+            n_g: met.n_g,
+            n_v: met.n_v,
+            // Without area it faces whoever looks.
+            front: self.front.is_none_or(|front| front.dot(met.n_g) > 0.0),
+            b: met.b,
+            material: self.material,
+            spread: met.spread,
             mesh: self.mesh,
             corners: self.corners,
             tint: self.tint,
@@ -101,49 +158,74 @@ impl<'s> Facet<'s> {
     }
 }
 
-/// The facets that were asked for lately: neighbouring rays meet the same few.
-#[derive(Debug)]
-pub(super) struct Facets<'s>(Vec<Option<Facet<'s>>>);
+/// [`Facet::meet`]. A job so small that the compiler sees through its loops.
+struct Meet<'a, 's> {
+    facet: Facet<'s>,
+    front: DVec3,
+    rays: &'a Rays,
+    differential: Option<RayDifferential>,
+    group: &'a mut Group,
+    at: usize,
+}
 
-impl<'s> Facets<'s> {
-    /// How many are kept; a power of two.
-    const KEPT: usize = 64;
-
-    pub fn new() -> Facets<'s> {
-        Facets(Vec::new())
-    }
-
-    /// Triangle `id`, made anew only where it is not kept.
-    pub fn of(&mut self, posed: &PosedScene<'s>, id: HitId) -> &Facet<'s> {
-        // Where nothing is hit there is nothing to keep.
-        if self.0.is_empty() {
-            self.0.resize(Facets::KEPT, None);
+impl Columnwise for Meet<'_, '_> {
+    #[inline(always)]
+    fn run(self) {
+        let Meet { facet, front, rays, differential, group, at } = self;
+        // By value: what the loops read is then nothing that they write.
+        let rays = *rays;
+        let mut found = Found::NONE;
+        match differential {
+            None => {
+                for i in 0..TOGETHER {
+                    found.set(i, &facet.met(front, rays.get(i), None));
+                }
+            }
+            Some(by) => {
+                for i in 0..TOGETHER {
+                    found.set(i, &facet.met(front, rays.get(i), Some(&by)));
+                }
+            }
         }
-        // Neighbours in a file mostly are neighbours in space.
-        let kept = &mut self.0[(id.triangle ^ id.instance.wrapping_mul(7)) as usize % Facets::KEPT];
-        if kept.as_ref().is_some_and(|facet| facet.id != id) {
-            *kept = None;
-        }
-        kept.get_or_insert_with(|| Facet::new(posed, id))
+        group.put(at, &rays, &found);
     }
 }
 
 /// All three barycentrics of a point, of which 1 and 2 are `u` and `v`; pulled onto the triangle where
 /// rounding left it.
+#[inline(always)]
 fn on_triangle([u, v]: [f64; 2]) -> [f64; 3] {
-    if !(u.is_finite() && v.is_finite()) {
-        return [1.0 / 3.0; 3];
-    }
+    let finite = u.is_finite() & v.is_finite();
     let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
     let sum = u + v;
-    if sum > 1.0 { [0.0, u / sum, v / sum] } else { [1.0 - sum, u, v] }
+    let beyond = sum > 1.0;
+    let per = if beyond { sum } else { 1.0 };
+    let b = [if beyond { 0.0 } else { 1.0 - sum }, u / per, v / per];
+    let third = 1.0 / 3.0;
+    [if finite { b[0] } else { third }, if finite { b[1] } else { third }, if finite { b[2] } else { third }]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accel::{BuildSettings, Tier};
     use crate::scene::{Instance, Local, Material, Node, PoseSettings, Scene, pose};
     use glam::DAffine3;
+
+    /// One mesh under a transform.
+    fn placed(mesh: Mesh, transform: DAffine3) -> Scene {
+        Scene {
+            meshes: vec![mesh],
+            nodes: vec![Node { local: Local::Matrix(transform), visible: true, ..Node::default() }],
+            instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
+            materials: vec![Material::default()],
+            ..Scene::default()
+        }
+    }
+
+    fn about_origin() -> PoseSettings {
+        PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() }
+    }
 
     /// Cycles' two ways, under a scale that is not even.
     #[test]
@@ -164,19 +246,60 @@ mod tests {
                 smooth_in_own_frame: own,
                 ..Mesh::default()
             };
-            let local = Local::Matrix(DAffine3::from_scale(scale));
-            let scene = Scene {
-                meshes: vec![mesh],
-                nodes: vec![Node { local, visible: true, ..Node::default() }],
-                instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
-                materials: vec![Material::default()],
-                ..Scene::default()
-            };
-            let settings = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
-            let posed = pose(&scene, &settings).unwrap();
+            let scene = placed(mesh, DAffine3::from_scale(scale));
+            let posed = pose(&scene, &about_origin()).unwrap();
             let ray = Ray { o: Vec3::new(0.25, 0.0625, 1.0), d: Vec3::NEG_Z };
             let n = Facet::new(&posed, HitId { instance: 0, triangle: 0 }).seen(ray, None).n_v;
             assert!(n.abs_diff_eq(expected(own), 1e-6), "{own}: {n}, not {}", expected(own));
+        }
+    }
+
+    /// Smooth, flat, without area, from both sides, edge on and past the edges; any number of rays, with
+    /// and without neighbours, on every tier.
+    #[test]
+    fn rays_together_find_what_each_finds_alone() {
+        let corners =
+            [Vec3::ZERO, Vec3::new(1.0, 0.1, 0.0), Vec3::new(0.2, 1.0, 0.3), Vec3::new(2.0, 0.2, 0.0)];
+        let normals = [Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, -0.8, 0.6), -Vec3::Z];
+        let step = |x, y, z| DVec3::new(x, y, z) * 0.01;
+        let by = RayDifferential { o: [DVec3::ZERO; 2], d: [step(1.0, 0.2, 0.0), step(0.0, 1.0, -0.3)] };
+        let ray = |i: usize| {
+            let [x, y] = [i % 5, i / 5 % 7].map(|k| k as f32 * 0.3 - 0.4);
+            let o = if i % 3 == 2 { Vec3::new(0.3, 0.4, -2.0) } else { Vec3::new(0.1, -0.2, 3.0) };
+            let d = Vec3::new(x, y, 0.0) - o;
+            Ray { o, d: if i % 11 == 10 { Vec3::new(1.0, 0.1, 0.0) } else { d } }
+        };
+        for smooth in [false, true] {
+            let mesh = Mesh {
+                positions: corners.into(),
+                triangles: vec![[0, 1, 2], [2, 3, 1], [0, 1, 3], [1, 1, 2]],
+                normals: if smooth { normals.into() } else { Vec::new() },
+                ..Mesh::default()
+            };
+            let turn = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.2);
+            let scene = placed(mesh, turn);
+            let posed = pose(&scene, &about_origin()).unwrap();
+            for tier in Tier::ALL.into_iter().filter(|tier| tier.available()) {
+                let accel = Accel::build(&posed, &BuildSettings { tier, ..BuildSettings::default() }).0;
+                let (mut columns, mut next) = (Columns::default(), 0);
+                for (triangle, differential) in (0..4).flat_map(|t| [(t, None), (t, Some(by))]) {
+                    let facet = Facet::new(&posed, HitId { instance: 0, triangle });
+                    for count in (1..=TOGETHER).cycle().take(40) {
+                        let count = count.min(columns.room());
+                        let mut rays = Rays::NONE;
+                        (0..count).for_each(|i| rays.set(i, ray(next + i)));
+                        facet.meet(&accel, &rays, count, differential, &mut columns);
+                        for i in next..next + count {
+                            let (group, at) = columns.of(i);
+                            // NaN is one number here.
+                            let together = format!("{:?}", facet.surface(&group.met(at)));
+                            let alone = format!("{:?}", facet.seen(ray(i), differential.as_ref()));
+                            assert_eq!(together, alone, "{tier:?} {smooth} {triangle} {count}");
+                        }
+                        next += count;
+                    }
+                }
+            }
         }
     }
 }

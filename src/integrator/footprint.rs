@@ -29,8 +29,16 @@ impl Steps {
     }
 
     /// What barycentrics 1 and 2 change by along `step`.
+    #[inline(always)]
     pub fn of(&self, step: DVec3) -> [f64; 2] {
         [step.dot(self.b[0]), step.dot(self.b[1])]
+    }
+
+    /// The same to the neighbour that is `beside` at the same t, brought back to the plane along `d`.
+    #[inline(always)]
+    fn along(&self, beside: DVec3, d: DVec3, (n, per_facing): (DVec3, f64)) -> Vec2 {
+        let [u, v] = self.of(beside - d * (beside.dot(n) * per_facing));
+        Vec2::new(u as f32, v as f32)
     }
 }
 
@@ -44,20 +52,31 @@ impl Spread {
     pub const POINT: Spread = Spread { b: [Vec2::ZERO; 2], turn: 0.0 };
 
     /// Of a ray along `d` that has come as far as `t`, on a triangle of unit normal `n`, with 1/(d·n).
+    #[inline(always)]
     pub fn over(
         differential: &RayDifferential,
         (t, d): (f64, DVec3),
         steps: &Steps,
         (n, per_facing): (DVec3, f64),
     ) -> Spread {
-        let along = |i: usize| {
-            // The neighbour at the same t, brought back to the plane along the ray.
-            let beside = differential.o[i] + differential.d[i] * t;
-            let step = beside - d * (beside.dot(n) * per_facing);
-            let [u, v] = steps.of(step);
-            Vec2::new(u as f32, v as f32)
-        };
-        Spread { b: [along(0), along(1)], turn: 0.0 }
+        let RayDifferential { o: [o0, o1], d: [d0, d1] } = *differential;
+        let (right, up) = (o0 + d0 * t, o1 + d1 * t);
+        Spread { b: [steps.along(right, d, (n, per_facing)), steps.along(up, d, (n, per_facing))], turn: 0.0 }
+    }
+
+    /// How many numbers say all about it.
+    pub const NUMBERS: usize = 5;
+
+    /// Those numbers.
+    #[inline(always)]
+    pub fn numbers(&self) -> [f32; Spread::NUMBERS] {
+        [self.b[0].x, self.b[0].y, self.b[1].x, self.b[1].y, self.turn]
+    }
+
+    /// From those numbers.
+    #[inline(always)]
+    pub fn of_numbers([a, b, c, d, turn]: [f32; Spread::NUMBERS]) -> Spread {
+        Spread { b: [Vec2::new(a, b), Vec2::new(c, d)], turn }
     }
 
     pub fn is_point(&self) -> bool {
@@ -65,14 +84,16 @@ impl Spread {
     }
 
     /// Takes the turn of the normals `n` at the corners into account, where `middle` is their mean
-    /// by barycentrics, which was multiplied by `per_length` to be of unit length.
-    pub fn bend(&mut self, n: [DVec3; 3], middle: DVec3, per_length: f64) {
+    /// by barycentrics, which was multiplied by `per_length` to be of unit length; `fits`: it could be.
+    #[inline(always)]
+    pub fn bend(&mut self, n: [DVec3; 3], middle: DVec3, per_length: f64, fits: bool) {
         let edges = [n[1] - n[0], n[2] - n[0]];
-        let turn = |step: Vec2| {
+        let mut turn = 0.0;
+        for step in self.b {
             let by = edges[0] * f64::from(step.x) + edges[1] * f64::from(step.y);
-            ((by - middle * middle.dot(by)) * per_length).length_squared()
-        };
-        self.turn = (turn(self.b[0]) + turn(self.b[1])) as f32;
+            turn += ((by - middle * middle.dot(by)) * per_length).length_squared();
+        }
+        self.turn = if fits { turn as f32 } else { self.turn };
     }
 
     /// The two steps in texture coordinates, of which these are the corners'.
@@ -98,7 +119,7 @@ mod tests {
     fn bent(mut s: Spread, n: [DVec3; 3], b: [f64; 3]) -> Spread {
         let sum = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
         let per_length = sum.length_recip();
-        s.bend(n, sum * per_length, per_length);
+        s.bend(n, sum * per_length, per_length, true);
         s
     }
 

@@ -2,8 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::point::{Place, Point};
-use super::{Coefficients, Frame};
+use super::point::Point;
+use super::seen::Seen;
+use super::{Coefficients, Frame, Stage};
 use crate::accel::RayBatch;
 use crate::geometry::{Ray, Rgb};
 use crate::scene::{Ground, GroundKind};
@@ -34,16 +35,16 @@ impl Frame<'_> {
         (0..rays.len()).map(meet).collect()
     }
 
-    /// The ground where an eye ray meets it at `t`; `None` where it has thinned to nothing.
-    pub(super) fn ground_point<'s>(&self, sample: usize, ray: Ray, t: f64) -> Option<Point<'s>> {
-        let ground = self.ground.as_ref()?;
+    /// Adds the ground where a sample's eye ray meets it at `t`, unless it has thinned to nothing.
+    pub(super) fn add_ground(&self, seen: &mut Seen, stage: Stage, sample: usize, ray: Ray, t: f64) {
+        let Some(ground) = self.ground.as_ref() else { return };
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         let at = (o + d * t).as_vec3();
         let p = Vec3::new(at.x, self.height(ground), at.z);
         let from_middle = p.as_dvec3() + self.posed.centre - ground.middle;
         let alpha = ground.presence(from_middle.length());
         if !(p.is_finite() && alpha > 0.0) {
-            return None;
+            return;
         }
         let catches = ground.kind == GroundKind::Shadow;
         let color = if catches { Rgb::ONE } else { Ground::GREY };
@@ -57,14 +58,6 @@ impl Frame<'_> {
             alpha,
             through: Rgb::ZERO,
         };
-        Some(Point {
-            sample,
-            place: Place::Ground { p, catches },
-            k,
-            n: DVec3::Y,
-            d: ray.d,
-            radiance: Rgb::ZERO,
-            unshadowed: Rgb::ZERO,
-        })
+        seen.add_ground(Point::of_ground(sample, k, stage.unlit(self, &k, DVec3::Y), catches), p, ray.d);
     }
 }

@@ -6,6 +6,7 @@
 mod alpha;
 mod aov;
 mod coefficients;
+mod columns;
 mod cryptomatte;
 mod draws;
 mod facet;
@@ -16,8 +17,10 @@ mod phong;
 mod point;
 mod reach;
 mod sampler;
+mod seen;
 mod shadow;
 mod surface;
+mod triangles;
 
 use glam::{DAffine3, DVec3, UVec2};
 
@@ -91,7 +94,7 @@ pub struct Scratch {
     /// From places on a light to its centre.
     pub(crate) within: SegmentBatch,
     pub(crate) within_free: Vec<Rgb>,
-    pub(crate) columns: reach::Columns,
+    pub(crate) kept: seen::Kept,
 }
 
 /// Turns samples into colours: linear RGB premultiplied by alpha, 0 where nothing is seen.

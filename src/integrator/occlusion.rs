@@ -1,7 +1,8 @@
 //! Ambient occlusion: how much of the light that comes from all sides arrives at a point.
 
+use super::columns::vector;
 use super::draws::{Draws, Purpose};
-use super::point::Point;
+use super::seen::Seen;
 use super::{Frame, Scratch};
 use crate::accel::Shared;
 use crate::geometry::{Rgb, cosine_hemisphere};
@@ -20,7 +21,7 @@ pub struct Occlusion {
 pub(super) fn ambient_free(
     frame: &Frame,
     occlusion: Occlusion,
-    points: &[Point],
+    seen: &Seen,
     asked: &[usize],
     draws: Draws,
     scratch: &mut Scratch,
@@ -32,12 +33,13 @@ pub(super) fn ambient_free(
         segments.clear();
         segments.shared = Shared::None;
         for &i in asked {
-            let point = &points[i];
-            let n_g = point.place.n_g();
-            let l = cosine_hemisphere(point.n, draws.part(point.sample, Purpose::Ambient, part, parts));
+            let (group, at) = seen.columns.of(i);
+            let n_g = vector(&group.n_g, at);
+            let draw = draws.part(seen.points[i].sample, Purpose::Ambient, part, parts);
+            let l = cosine_hemisphere(seen.n(i), draw);
             // Where the shading normal leans over, what would go into the surface is mirrored out.
             let l = l - n_g * (2.0 * l.dot(n_g).min(0.0));
-            let (from, source) = point.place.start(frame.posed, l);
+            let (from, source) = seen.start(frame.posed, i, l);
             let far = occlusion.distance.min(frame.beyond(from));
             segments.push(from, (from.as_dvec3() + l * far).as_vec3(), source);
         }

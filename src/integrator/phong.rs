@@ -4,13 +4,17 @@
 //!
 //! over the lights that a shadow ray reaches, plus what the surface emits itself.
 
+use glam::DVec3;
+
 use super::coefficients::Lookup;
+use super::columns::{Columns, vector};
 use super::draws::Draws;
-use super::facet::Facets;
 use super::occlusion::ambient_free;
-use super::point::{Place, Point};
+use super::point::Point;
+use super::reach::{look_back, reached};
+use super::seen::Seen;
 use super::shadow::find_free;
-use super::{Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch};
+use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch};
 use crate::geometry::{Ray, Rgb, Rgba};
 
 /// The lecture's stages: each adds to the one before.
@@ -25,6 +29,19 @@ pub enum Stage {
     /// Ambient, diffuse, specular, shadows, emission.
     #[default]
     Phong,
+}
+
+impl Stage {
+    /// What needs no light in particular: k_e + k_a I_a, where all stages count; the ambient term as if
+    /// all of it arrived.
+    #[inline(always)]
+    pub(super) fn unlit(self, frame: &Frame, k: &Coefficients, n: DVec3) -> Rgb {
+        match self {
+            Stage::Color => k.color,
+            Stage::Diffuse | Stage::Shadow => Rgb::ZERO,
+            Stage::Phong => k.k_e + k.k_a * frame.ambient_at(n),
+        }
+    }
 }
 
 /// Blinn-Phong, to the stage that is asked for.
@@ -58,10 +75,10 @@ impl Integrator for Phong {
         let mut ground = frame.meet_ground(&scratch.rays);
         for _ in 0..MAX_LAYERS {
             frame.accel.intersect(&scratch.rays, &materials, &mut scratch.hits);
-            let mut points = self.points(frame, scratch, samples, &whose, &mut ground);
-            self.ambient(frame, &mut points, draws, scratch);
-            self.shade(frame, &mut points, draws, scratch);
-            for point in &points {
+            let mut layer = self.points(frame, scratch, samples, &whose, &mut ground);
+            self.occlude(frame, &mut layer, draws, scratch);
+            self.shade(frame, &mut layer, draws, scratch);
+            for point in &layer.points {
                 let (shown, passes) = point.layer();
                 seen[point.sample] += open[point.sample] * shown;
                 open[point.sample] *= passes;
@@ -69,6 +86,7 @@ impl Integrator for Phong {
                     open[point.sample] = Rgb::ZERO;
                 }
             }
+            layer.give_back(&mut scratch.kept);
             self.go_on_behind(scratch, &mut whose, &open);
             if whose.is_empty() {
                 break;
@@ -90,85 +108,94 @@ impl Phong {
     fn points<'s>(
         &self,
         frame: &Frame<'s>,
-        scratch: &Scratch,
+        scratch: &mut Scratch,
         samples: &[Sample],
         whose: &[usize],
         ground: &mut [Option<f64>],
-    ) -> Vec<Point<'s>> {
-        let mut points = Vec::with_capacity(whose.len());
-        let (mut facets, mut coefficients) = (Facets::new(), Lookup::new(frame.sky.is_some()));
-        let (mut size, mut differential) = ([0.0; 2], None);
-        for (i, (hit, &sample)) in scratch.hits.iter().zip(whose).enumerate() {
+    ) -> Seen<'s> {
+        let mut seen = Seen::nothing(&mut scratch.kept);
+        // The ground goes first, for it is before what a sample sees besides.
+        let on_ground = if ground.is_empty() { 0 } else { whose.len() };
+        for (i, (hit, &sample)) in scratch.hits.iter().zip(whose).enumerate().take(on_ground) {
             let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
             // t of a hit is right to an ulp or so: what lies on the ground is before it.
             let before = |t: &mut f64| hit.is_miss() || (*t as f32) < hit.t.next_down();
             if let Some(t) = ground.get_mut(sample).and_then(|t| t.take_if(before)) {
-                points.extend(frame.ground_point(sample, ray, t));
+                frame.add_ground(&mut seen, self.stage, sample, ray, t);
             }
-            if hit.is_miss() {
-                continue;
-            }
-            if samples[sample].size != size {
-                size = samples[sample].size;
-                differential = frame.differential(size);
-            }
-            let surface = facets.of(frame.posed, hit.id).seen(ray, differential.as_ref());
-            let (n, roughening) = surface.shading_normals(frame.posed);
-            let k = coefficients.at(frame.posed, &surface, roughening, &frame.overrides);
-            let (radiance, unshadowed) = (Rgb::ZERO, Rgb::ZERO);
-            // Nobody sees how what is not there is lit.
-            if k.alpha == 0.0 {
-                continue;
-            }
-            let place = Place::Surface(surface);
-            points.push(Point { sample, place, k, n, d: ray.d, radiance, unshadowed });
         }
-        points
+        seen.find(frame, scratch, samples, whose);
+        let Seen { points, columns, facets, samples, .. } = &mut seen;
+        let mut coefficients = Lookup::new(frame.sky.is_some());
+        for (which, (facet, end)) in facets.iter().enumerate() {
+            let material = &frame.posed.materials[facet.material as usize];
+            let first = points.len();
+            let surface = |columns: &Columns, i: usize| facet.surface(&columns.met(i));
+            let plain = facet
+                .plain
+                .then(|| coefficients.plain(frame.posed, facet.material, || surface(columns, first)));
+            for (i, &sample) in samples.iter().enumerate().take(*end).skip(first) {
+                let (n, roughening, k) = match plain {
+                    Some(k) => {
+                        let (group, at) = columns.of(i);
+                        (vector(&group.n_v, at), group.roughening(at), k)
+                    }
+                    None => {
+                        let surface = surface(columns, i);
+                        let (n, roughening) = surface.shading_normals(frame.posed);
+                        (n, roughening, coefficients.at(frame.posed, &surface))
+                    }
+                };
+                let k = k.as_seen(material, roughening, &frame.overrides);
+                // Nobody sees how what is not there is lit: it faces no light.
+                let n = if k.alpha == 0.0 { DVec3::ZERO } else { n };
+                let (group, at) = columns.of_mut(i);
+                group.put_material(at, n, k.shininess);
+                group.shines |= k.k_s != Rgb::ZERO;
+                let radiance = self.stage.unlit(frame, &k, n);
+                points.push(Point::on(sample, (facet.id, which), k, radiance));
+            }
+        }
+        seen
     }
 
-    /// k_e + k_a I_a: what needs no light in particular, the ambient term as far as it arrives.
-    fn ambient(&self, frame: &Frame, points: &mut [Point], draws: Draws, scratch: &mut Scratch) {
-        for point in points.iter_mut() {
-            point.radiance = match self.stage {
-                Stage::Color => point.k.color,
-                Stage::Diffuse | Stage::Shadow => Rgb::ZERO,
-                Stage::Phong => point.k.k_e + point.k.k_a * frame.ambient_at(point.n),
-            };
-            point.unshadowed = point.radiance;
-        }
+    /// Where ambient light does not arrive whole: how much does.
+    fn occlude(&self, frame: &Frame, seen: &mut Seen, draws: Draws, scratch: &mut Scratch) {
         let Some(occlusion) = frame.occlusion.filter(|_| self.stage == Stage::Phong) else { return };
-        let lit = |&i: &usize| points[i].k.k_a * frame.ambient_at(points[i].n) != Rgb::ZERO;
-        let asked: Vec<usize> = (0..points.len()).filter(lit).collect();
-        let free = ambient_free(frame, occlusion, points, &asked, draws, scratch);
+        let ambient = |i: usize| seen.points[i].k.k_a * frame.ambient_at(seen.n(i));
+        let lit = |&i: &usize| seen.points[i].k.alpha > 0.0 && ambient(i) != Rgb::ZERO;
+        let asked: Vec<usize> = (0..seen.points.len()).filter(lit).collect();
+        let free = ambient_free(frame, occlusion, seen, &asked, draws, scratch);
         for (i, free) in asked.into_iter().zip(free) {
-            let k = &points[i].k;
-            points[i].radiance = k.k_e + k.k_a * frame.ambient_at(points[i].n) * free;
+            let (k, n) = (seen.points[i].k, seen.n(i));
+            seen.points[i].radiance = k.k_e + k.k_a * frame.ambient_at(n) * free;
         }
     }
 
     /// Loops over the lights and adds what each contributes where it is not blocked.
-    fn shade(&self, frame: &Frame, points: &mut [Point], draws: Draws, scratch: &mut Scratch) {
+    fn shade(&self, frame: &Frame, seen: &mut Seen, draws: Draws, scratch: &mut Scratch) {
         if self.stage == Stage::Color {
             return;
         }
-        let mut columns = std::mem::take(&mut scratch.columns);
-        columns.set(frame.accel, points);
+        let highlights = self.stage == Stage::Phong;
+        if highlights {
+            look_back(frame.accel, &mut seen.columns);
+        }
         for (which, light) in frame.lights.iter().enumerate() {
-            let reached = columns.reached(frame.accel, light, self.stage == Stage::Phong);
+            let mut reached = reached(frame.accel, seen, light, highlights);
             if frame.shadows && self.stage != Stage::Diffuse {
-                find_free(frame, which, points, &reached, draws, scratch);
+                find_free(frame, which, seen, &mut reached, draws, scratch);
             } else {
                 scratch.free.clear();
                 scratch.free.resize(reached.len(), Rgb::ONE);
             }
             for (light, &free) in reached.iter().zip(&scratch.free) {
-                let point = &mut points[light.point];
+                let point = &mut seen.points[light.point];
                 let reflected = light.reflected(&point.k);
                 point.radiance += free * reflected;
                 point.unshadowed += reflected;
             }
         }
-        scratch.columns = columns;
     }
 
     /// Keeps the rays that something still shows through, each to go on behind its hit.

@@ -2,9 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
+use super::columns::{narrow, vector};
 use super::draws::{Draws, Purpose};
-use super::point::Point;
 use super::reach::Reached;
+use super::seen::Seen;
 use super::{Frame, Materials, Scratch};
 use crate::accel::{SegmentBatch, Shared};
 use crate::geometry::{HitId, Rgb};
@@ -14,14 +15,14 @@ use crate::scene::PosedKind;
 pub(super) fn find_free(
     frame: &Frame,
     which: usize,
-    points: &[Point],
-    reached: &[Reached],
+    seen: &Seen,
+    reached: &mut [Reached],
     draws: Draws,
     scratch: &mut Scratch,
 ) {
     let light = &frame.lights[which];
     if light.radius > 0.0 {
-        return find_free_from_disc(frame, which, points, reached, draws, scratch);
+        return find_free_from_disc(frame, which, seen, reached, draws, scratch);
     }
     let segments = &mut scratch.segments;
     segments.clear();
@@ -29,11 +30,12 @@ pub(super) fn find_free(
         PosedKind::Directional { direction } => Shared::Direction(-direction),
         PosedKind::Point { position } | PosedKind::Spot { position, .. } => Shared::Origin(position),
     };
-    for to in reached {
-        let start = to.start.unwrap_or_else(|| points[to.point].place.start(frame.posed, to.incident.l));
-        let (from, source) = start;
-        segments.push(from, light.position().unwrap_or_default(), source);
-    }
+    let grazing = reached.iter_mut().filter(|to| to.start.is_none());
+    grazing.for_each(|to| to.start = Some(seen.start(frame.posed, to.point, to.incident.l)));
+    let start = |to: &Reached| to.start.unwrap_or((Vec3::ZERO, HitId::NONE));
+    segments.from.extend(reached.iter().map(|to| start(to).0));
+    segments.to.resize(reached.len(), light.position().unwrap_or_default());
+    segments.source.extend(reached.iter().map(|to| start(to).1));
     trace(frame, segments, &mut scratch.blocked, &mut scratch.free);
     if frame.solid_ground().is_none() {
         return;
@@ -53,7 +55,7 @@ pub(super) fn find_free(
 fn find_free_from_disc(
     frame: &Frame,
     which: usize,
-    points: &[Point],
+    seen: &Seen,
     reached: &[Reached],
     draws: Draws,
     scratch: &mut Scratch,
@@ -65,15 +67,15 @@ fn find_free_from_disc(
     // Below the horizon of the smooth surface, where no ray need be asked.
     let mut hidden = Vec::with_capacity(reached.len());
     for &Reached { point, incident, .. } in reached {
-        let place = &points[point].place;
-        let off = light.off_centre(incident.l, draws.one(points[point].sample, Purpose::Light(which)));
-        let p = place.p().as_dvec3();
+        let (group, at) = seen.columns.of(point);
+        let off = light.off_centre(incident.l, draws.one(seen.points[point].sample, Purpose::Light(which)));
+        let p = narrow(&group.p, at).as_dvec3();
         let towards = match light.position() {
             Some(centre) => centre.as_dvec3() + off - p,
             None => incident.l + off,
         };
         let l = towards.normalize_or(incident.l);
-        let (from, source) = place.start(frame.posed, l);
+        let (from, source) = seen.start(frame.posed, point, l);
         let to = match light.position() {
             Some(_) => (p + towards).as_vec3(),
             None => (from.as_dvec3() + l * frame.beyond(from)).as_vec3(),
@@ -81,7 +83,7 @@ fn find_free_from_disc(
         segments.push(from, to, source);
         let towards = to.as_dvec3() - from.as_dvec3();
         let below = frame.below_ground(from, towards, light.position().is_none());
-        hidden.push(below || place.n_v().dot(l) <= 0.0);
+        hidden.push(below || vector(&group.n_v, at).dot(l) <= 0.0);
     }
     trace(frame, segments, &mut scratch.blocked, &mut scratch.free);
     for (free, _) in scratch.free.iter_mut().zip(&hidden).filter(|(_, hidden)| **hidden) {

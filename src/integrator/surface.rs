@@ -122,11 +122,6 @@ impl<'s> Surface<'s> {
         (t.transform.apply(self.uv(t.uv_set)), over)
     }
 
-    /// True where vertices or the instance have colours.
-    pub(super) fn is_colored(&self) -> bool {
-        self.tint.is_some() || !self.mesh.colors.is_empty()
-    }
-
     /// The vertex colour times the instance's, linear RGBA; white where there is none.
     pub fn color(&self) -> Vec4 {
         let tint = self.tint.map_or(Vec4::ONE, |tint| tint.extend(1.0));
