@@ -76,14 +76,26 @@ impl Folder {
             return decode_data_uri(trimmed, limit);
         }
         let decode = |uri: &str| percent_decode_str(uri).decode_utf8_lossy().into_owned();
-        // The decoded name first; a file may also be named with a literal '%20', and '?v=3' be for a server.
+        // The decoded name first; a file may also be named with a literal '%20', and '?v=3' be for a server. What is
+        // nowhere by its exact name may be there in another case.
         let path = uri.split(['?', '#']).next().unwrap_or(uri);
-        let names = [decode(uri), uri.into(), decode(path)];
+        let mut names = vec![decode(uri)];
+        for name in [uri.into(), decode(path)] {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let missing = |found: &Result<_, _>| matches!(found, Err(Unreadable::Missing(_)));
         let mut found = self.read_file(&names[0], limit);
-        for (i, name) in names.iter().enumerate().skip(1) {
-            if matches!(found, Err(Unreadable::Missing(_))) && !names[..i].contains(name) {
+        for name in &names[1..] {
+            if missing(&found) {
                 found = self.read_file(name, limit);
             }
+        }
+        if missing(&found) {
+            let others = names.iter().filter_map(|name| self.in_other_case(name));
+            let other = others.map(|name| self.read_file(&name, limit)).find(|other| !missing(other));
+            found = other.unwrap_or(found);
         }
         found
     }
@@ -317,6 +329,30 @@ mod tests {
         assert_eq!(folder.read_uri("tex/a%20b.png#top", 100).unwrap(), b"own");
         let missing = folder.read_uri("none.png?v=3", 100).unwrap_err();
         assert!(missing.text().starts_with("'none.png' cannot be read: "), "{missing:?}");
+    }
+
+    /// Where a file was made, the case of letters may not have counted.
+    #[test]
+    fn what_is_missing_is_found_in_another_case() {
+        let (dir, folder) = folder();
+        for uri in ["Tex/A%20b.PNG", "TEX\\A B.png", "tex/../Tex/A b.png?v=3", "./tex/a%20B.png"] {
+            assert_eq!(folder.read_uri(uri, 100).unwrap(), b"inside", "{uri}");
+        }
+        // A name that is there by its letter goes first, in whichever way it is written.
+        std::fs::write(dir.path().join("scene/%41.png"), b"as written").unwrap();
+        std::fs::write(dir.path().join("scene/A.PNG"), b"other case").unwrap();
+        assert_eq!(folder.read_uri("%41.png", 100).unwrap(), b"as written");
+        std::fs::remove_file(dir.path().join("scene/%41.png")).unwrap();
+        assert_eq!(folder.read_uri("%41.png", 100).unwrap(), b"other case");
+        assert!(matches!(folder.read_uri("a.png", 5), Err(Unreadable::TooLarge { bytes: 10, .. })));
+        let missing = folder.read_uri("tex/B.png", 100).unwrap_err();
+        assert!(missing.text().starts_with("'tex/B.png' cannot be read: "), "{missing:?}");
+        // The same may be read as by an exact name: nothing outside.
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(dir.path().join("canary"), dir.path().join("scene/link")).unwrap();
+        for uri in ["../Canary", "Tex/../../Canary", "LINK", "../SCENE/../canary"] {
+            assert!(folder.read_uri(uri, 100).is_err(), "{uri}");
+        }
     }
 
     #[test]
