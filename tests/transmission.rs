@@ -82,6 +82,28 @@ fn metals_let_no_light_through() {
     assert_eq!(shown(1.0, 1.0, 0.0), Vec3::ZERO);
 }
 
+/// KHR_materials_unlit stands above what other extensions say: its colour is all there is.
+#[test]
+fn what_is_not_lit_lets_no_light_through() {
+    let lit = Reflectance::MetallicRoughness {
+        metallic: ScalarInput::new(0.0),
+        roughness: ScalarInput::new(1.0),
+        dielectric: Dielectric::default(),
+    };
+    // The eye sees no more than that through it, and the wall is in its shadow: beside an alpha, too.
+    for alpha_mode in [AlphaMode::Opaque, AlphaMode::Blend] {
+        let shown = |transmission: f32| {
+            let (alpha, transmission) = (ScalarInput::new(0.5), ScalarInput::new(transmission));
+            let pane =
+                Material { reflectance: Reflectance::Unlit, alpha, alpha_mode, transmission, ..glass(0.0) };
+            seen_through(pane, lit, 1.0)
+        };
+        assert_eq!(shown(1.0), shown(0.0));
+    }
+    let pane = Material { reflectance: Reflectance::Unlit, ..glass(0.0) };
+    assert_eq!(seen_through(pane, Reflectance::Unlit, 1.0)[40].truncate(), Vec3::new(0.25, 0.5, 1.0));
+}
+
 /// A mask cuts holes, and what it keeps is glass to light as it is to the eye.
 #[test]
 fn light_falls_through_what_a_mask_keeps_of_glass() {

@@ -208,11 +208,16 @@ impl Material {
     }
 
     /// True where light may pass through its covered part. What passes is part of what a dielectric
-    /// would scatter: metals let nothing through.
+    /// would scatter: metals let nothing through, and neither does what shows its colour and nothing else.
     pub fn transmits(&self) -> bool {
-        let metal = matches!(&self.reflectance, Reflectance::MetallicRoughness { metallic, .. }
-            if metallic.factor >= 1.0 && metallic.texture.is_none());
-        self.transmission.factor > 0.0 && !metal
+        let scatters = match &self.reflectance {
+            Reflectance::MetallicRoughness { metallic, .. } => {
+                metallic.factor < 1.0 || metallic.texture.is_some()
+            }
+            Reflectance::Mtl(_) | Reflectance::SpecularGlossiness { .. } => true,
+            Reflectance::Unlit => false,
+        };
+        self.transmission.factor > 0.0 && scatters
     }
 }
 
