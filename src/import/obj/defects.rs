@@ -5,7 +5,7 @@ use std::fs;
 use super::super::{LoadError, LoadOptions, Smooth, load};
 use super::tests::{SQUARE, error, png, read, scene, with_mtl};
 use crate::geometry::Rgb;
-use crate::scene::{Channel4, Reflectance, ScalarInput};
+use crate::scene::{AlphaMode, Channel4, Reflectance, ScalarInput};
 use glam::Vec3;
 
 #[test]
@@ -355,6 +355,26 @@ fn a_factor_of_0_beside_a_map_that_was_read_is_none() {
     assert_eq!(of("Kd 0 .5 0\nmap_Kd tex/t 1.png\n").0.base.factor, Rgb::new(0.0, 0.5, 0.0));
 }
 
+/// Nor does a `d 0`, or a `Tr 1`, beside a map_d: nothing would be left to see.
+#[test]
+fn a_density_of_0_beside_a_map_that_was_read_is_none() {
+    let of = |mtl: &str| {
+        let (m, warnings) = with_mtl(mtl);
+        (m.alpha.factor, m.alpha.texture.is_some(), m.alpha_mode, warnings.len())
+    };
+    let blender = "# Blender 5.0.1\nnewmtl m\nillum 9\n";
+    for mtl in ["newmtl m\nd 0\n", "newmtl m\nTr 1\n", "newmtl m\nillum 4\nd 0\n", &format!("{blender}d 0\n")]
+    {
+        let beside = of(&format!("{mtl}map_d tex/t 1.png\n"));
+        assert_eq!(beside, (1.0, true, AlphaMode::Blend, 0), "{mtl}");
+    }
+    // Any other counts. Without the map it is opaque, and said to be, as is that the map is missing.
+    assert_eq!(of("newmtl m\nd .5\nmap_d tex/t 1.png\n"), (0.5, true, AlphaMode::Blend, 0));
+    assert_eq!(of("newmtl m\nd 0\nmap_d gone.png\n"), (1.0, false, AlphaMode::Opaque, 2));
+    // Unless Blender means it.
+    assert_eq!(of(&format!("{blender}d 0\n")), (0.0, false, AlphaMode::Blend, 0));
+}
+
 /// Occlusion, roughness and metal in one picture; a channel of no map is told.
 #[test]
 fn a_map_s_channel_is_the_one_that_counts() {
@@ -389,7 +409,7 @@ fn a_picture_that_is_its_own_alpha_is_read_as_one() {
         let (scene, _) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", &image)]).unwrap();
         let m = &scene.materials[0];
         assert_eq!((m.alpha_from_base, m.alpha.texture.is_none()), (own, own), "{map_d}");
-        assert_eq!(m.alpha_mode, crate::scene::AlphaMode::Blend);
+        assert_eq!(m.alpha_mode, AlphaMode::Blend);
     }
 }
 

@@ -150,14 +150,6 @@ fn transmission(mtl: &Mtl, warnings: &mut Warnings) -> ScalarInput {
 }
 
 fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarInput, AlphaMode) {
-    let mut factor = mtl.d.unwrap_or(1.0).clamp(0.0, 1.0);
-    // Others mean the opposite; Blender says by illum that it means it.
-    let meant = mtl.by_blender && mtl.illum() > 2;
-    if factor == 0.0 && mtl.map_d.is_none() && !meant {
-        let name = printable(&mtl.name);
-        warnings.add("", format!("material '{name}' is wholly transparent by its d or Tr: taken as opaque"));
-        factor = 1.0;
-    }
     let texture = mtl.map_d.as_ref().and_then(|map| {
         let image = library.image(mtl, map)?;
         let channel = match map.channel {
@@ -167,6 +159,17 @@ fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarIn
         };
         Some((library.texture(mtl, Some(map))?, channel))
     });
+    let mut factor = mtl.d.unwrap_or(1.0).clamp(0.0, 1.0);
+    // Others mean the opposite; Blender says by illum that it means it. Beside a map 0 is what the map replaces,
+    // as with other factors.
+    let meant = mtl.by_blender && mtl.illum() > 2;
+    if factor == 0.0 && (texture.is_some() || !meant) {
+        if texture.is_none() {
+            let what = "is wholly transparent by its d or Tr: taken as opaque";
+            warnings.add("", format!("material '{}' {what}", printable(&mtl.name)));
+        }
+        factor = 1.0;
+    }
     let blends = factor < 1.0 || texture.is_some();
     (ScalarInput { factor, texture }, if blends { AlphaMode::Blend } else { AlphaMode::Opaque })
 }
