@@ -181,8 +181,8 @@ OPTION_SHEETS = [
     Sheet(
         "transparency",
         "Transparency",
-        "Cut-out leaves and panes of glass, in any order and depth, for the eye and for shadows. With `--background "
-        "transparent` alpha says where there is nothing (here over squares).",
+        "Cut-out leaves and panes of glass, in any order and depth, for the eye (up to 4,096 surfaces) and for shadows. "
+        "With `--background transparent` alpha says where there is nothing (here over squares).",
         "alpha/alpha.glb",
         ["--background .05,.05,.05", "--background #8fb3d9", "--background transparent"],
         "--hide Wall --hide Floor",
