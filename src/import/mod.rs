@@ -12,6 +12,7 @@ mod image;
 mod ktx2;
 mod limits;
 mod memory;
+mod names;
 mod obj;
 mod sky;
 mod smooth;

@@ -9,6 +9,7 @@ use std::sync::Mutex;
 use percent_encoding::percent_decode_str;
 
 use super::error::LoadError;
+use super::names;
 
 /// The folder that a scene's references are relative to.
 #[derive(Debug)]
@@ -77,7 +78,7 @@ impl Folder {
         }
         let decode = |uri: &str| percent_decode_str(uri).decode_utf8_lossy().into_owned();
         // The decoded name first; a file may also be named with a literal '%20', and '?v=3' be for a server. What is
-        // nowhere by its exact name may be there in another case.
+        // nowhere by its exact name may be there by one that is alike.
         let path = uri.split(['?', '#']).next().unwrap_or(uri);
         let mut names = vec![decode(uri)];
         for name in [uri.into(), decode(path)] {
@@ -93,7 +94,7 @@ impl Folder {
             }
         }
         if missing(&found) {
-            let others = names.iter().filter_map(|name| self.in_other_case(name));
+            let others = names.iter().filter_map(|name| self.alike(name));
             let other = others.map(|name| self.read_file(&name, limit)).find(|other| !missing(other));
             found = other.unwrap_or(found);
         }
@@ -127,9 +128,9 @@ impl Folder {
         self.asked.into_inner().unwrap_or_else(|e| e.into_inner()).into_iter().collect()
     }
 
-    /// A name of a file that is there and differs from `name` in the case of letters alone, in its
-    /// folders' names too.
-    pub fn in_other_case(&self, name: &str) -> Option<String> {
+    /// A name of a file that is there and differs from `name` alone in the case of letters and in what
+    /// they are put together from, in its folders' names too.
+    pub fn alike(&self, name: &str) -> Option<String> {
         let unified = self.relative(name);
         let mut found = String::from(".");
         for part in unified.split('/').filter(|part| !part.is_empty() && *part != ".") {
@@ -138,11 +139,12 @@ impl Folder {
                 found = exact;
                 continue;
             }
-            let lower = part.to_lowercase();
+            let (caseless, apart) = (names::caseless(part), names::apart(part));
             let entries = std::fs::read_dir(self.resolve(&found).ok()?).ok()?;
-            let names = entries.flatten().filter_map(|e| e.file_name().into_string().ok());
-            // The first by name, so that the same folder always gives the same answer.
-            let other = names.filter(|n| n.to_lowercase() == lower).min()?;
+            let there = entries.flatten().filter_map(|e| e.file_name().into_string().ok());
+            let alike = there.filter(|name| names::caseless(name) == caseless);
+            // One in the same case, or the first by name, so that the same folder always gives the same answer.
+            let other = alike.min_by_key(|name| (names::apart(name) != apart, name.clone()))?;
             found = format!("{found}/{other}");
         }
         Some(found)
@@ -353,6 +355,24 @@ mod tests {
         for uri in ["../Canary", "Tex/../../Canary", "LINK", "../SCENE/../canary"] {
             assert!(folder.read_uri(uri, 100).is_err(), "{uri}");
         }
+    }
+
+    /// A Mac's disks took letters with accents apart, and archives keep them so.
+    #[test]
+    fn what_is_missing_is_found_by_letters_put_together_in_another_way() {
+        let (dir, folder) = folder();
+        let there = |name: &str| std::fs::write(dir.path().join("scene/tex").join(name), name).unwrap();
+        let apart = "u\u{308}.png";
+        there(apart);
+        for uri in ["tex/%C3%BC.png", "tex/\u{fc}.png", "TEX/\u{dc}.PNG"] {
+            assert_eq!(folder.read_uri(uri, 100).unwrap(), apart.as_bytes(), "{uri}");
+        }
+        // A file in the same case goes before one in another, and the exact name before both.
+        there("U\u{308}.png");
+        assert_eq!(folder.read_uri("tex/\u{fc}.png", 100).unwrap(), apart.as_bytes());
+        there("\u{fc}.png");
+        assert_eq!(folder.read_uri("tex/%C3%BC.png", 100).unwrap(), "\u{fc}.png".as_bytes());
+        assert!(folder.read_uri("tex/u.png", 100).is_err());
     }
 
     #[test]

@@ -293,6 +293,17 @@ fn folders_in_another_case_are_found() {
     assert!(scene.materials[0].base.texture.is_some() && warnings.is_empty(), "{warnings:?}");
 }
 
+/// Of an MTL and its texture with their accents apart, as a Mac's archives have them.
+#[test]
+fn names_in_another_normal_form_are_found() {
+    let mtl = "newmtl Ka\u{308}se\nmap_Kd Ku\u{308}che/T\u{fc}r.png\n".as_bytes();
+    let obj = format!("{SQUARE}mtllib H\u{f6}lle.mtl\nusemtl K\u{e4}se\nf 1/1 2/2 3/3\n");
+    let files: [(&str, &[u8]); 2] =
+        [("Ho\u{308}lle.mtl", mtl), ("K\u{fc}che/Tu\u{308}r.png", &png([9, 9, 9, 255]))];
+    let (scene, warnings) = read(obj, &files).unwrap();
+    assert!(scene.materials[0].base.texture.is_some() && warnings.is_empty(), "{warnings:?}");
+}
+
 #[test]
 fn smoothing_by_angle_is_for_all_faces_whatever_the_file_says() {
     let dir = tempfile::tempdir().unwrap();

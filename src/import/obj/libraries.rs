@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::super::Limits;
 use super::super::error::Warnings;
+use super::super::names::{apart, caseless};
 use super::super::uri::{Folder, printable};
 use super::mtl::{self, Mtl};
 use super::{text, textures};
@@ -12,7 +13,8 @@ use super::{text, textures};
 #[derive(Default)]
 pub(super) struct Libraries {
     all: Vec<Mtl>,
-    /// Names as written, without quotes, and in lower case, in the order in which they are asked.
+    /// Names as written, without quotes and with letters taken apart, and in lower case, in the order in which
+    /// they are asked.
     by_name: [HashMap<String, usize>; 3],
     /// What the MTL has that is named as the OBJ: asked for what all others lack.
     namesake: Option<Box<Libraries>>,
@@ -139,10 +141,10 @@ impl Libraries {
             warnings.add(place, format!("material '{}' is given again: the later counts", printable(&exact)));
         }
         if let Some(name) = text::without_comment(&bare) {
-            self.by_name[2].entry(name.to_lowercase()).or_insert(new);
+            self.by_name[2].entry(caseless(name)).or_insert(new);
         }
-        self.by_name[2].insert(bare.to_lowercase(), new);
-        self.by_name[1].insert(bare, new);
+        self.by_name[2].insert(caseless(&bare), new);
+        self.by_name[1].insert(apart(&bare), new);
         self.by_name[0].insert(exact, new);
         self.all.push(material);
     }
@@ -153,8 +155,8 @@ impl Libraries {
         let [exact, bare, lower] = &self.by_name;
         let find = |name: &str| {
             let unquoted = name.trim_matches('"');
-            let found = exact.get(name).or_else(|| bare.get(unquoted));
-            self.all.get(*found.or_else(|| lower.get(&unquoted.to_lowercase()))?)
+            let found = exact.get(name).or_else(|| bare.get(&apart(unquoted)));
+            self.all.get(*found.or_else(|| lower.get(&caseless(unquoted)))?)
         };
         let namesake = || self.namesake.as_ref()?.material(name);
         text::readings(name).find_map(find).or_else(namesake)
@@ -215,6 +217,23 @@ mod tests {
         assert_eq!(found("a # b # c").as_deref(), Some("a # b"));
         assert_eq!(found("a # c # c").as_deref(), Some("a"));
         assert_eq!(found(&"#".repeat(1 << 20)), None);
+    }
+
+    /// Programs on a Mac write some names with their accents apart.
+    #[test]
+    fn names_are_found_by_letters_put_together_in_another_way() {
+        let mut libraries = Libraries::default();
+        for name in ["Ka\u{308}se", "ka\u{308}se", "\u{fc}", "u\u{308}"] {
+            let material = Mtl { name: name.into(), ..Mtl::default() };
+            libraries.add(material, "a.mtl", &mut Warnings::default());
+        }
+        let found = |name: &str| libraries.material(name).map(|m| m.name.clone());
+        for (name, expected) in [("K\u{e4}se", "Ka\u{308}se"), ("\"k\u{e4}se\"", "ka\u{308}se")] {
+            assert_eq!(found(name).as_deref(), Some(expected), "{name}");
+        }
+        assert!(found("K\u{c4}SE").is_some() && found("Kase").is_none());
+        // Each of two that look the same is found by its own letters.
+        assert!(["\u{fc}", "u\u{308}"].iter().all(|name| found(name).as_deref() == Some(name)));
     }
 
     #[test]

@@ -18,8 +18,8 @@ use crate::scene::{
     srgb_to_linear,
 };
 
-/// Reads a file by a name from another system, another folder, in another case, or with a comment
-/// behind it.
+/// Reads a file by a name from another system, another folder, in another case or form of Unicode, or with a
+/// comment behind it.
 pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
     let whole = find_named(folder, beside, name, limit);
     // A name is more likely to have a number sign than to be followed by a comment.
@@ -48,8 +48,8 @@ pub(super) fn find_named(
             Ok(bytes) => return Ok(bytes),
             Err(error @ Unreadable::TooLarge { .. }) => return Err(error),
             Err(_) => {
-                if let Some(other_case) = folder.in_other_case(&candidate)
-                    && let Ok(bytes) = folder.read_file(&other_case, limit)
+                if let Some(alike) = folder.alike(&candidate)
+                    && let Ok(bytes) = folder.read_file(&alike, limit)
                 {
                     return Ok(bytes);
                 }
