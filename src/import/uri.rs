@@ -1,6 +1,6 @@
 //! From a reference in a file to bytes, without leaving the scene's folder.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
@@ -20,6 +20,9 @@ pub(crate) struct Folder {
     allow_outside: bool,
     /// Names of files that were looked for, there or not.
     asked: Mutex<BTreeSet<String>>,
+    /// What is in folders that names were looked for in, by what all that are alike have in common. Thousands of
+    /// files may be missing, and thousands be there.
+    listed: Mutex<HashMap<PathBuf, HashMap<String, Vec<String>>>>,
 }
 
 /// Why a reference gives no bytes. The text completes "…: ".
@@ -62,7 +65,7 @@ impl Folder {
         let parent = scene.parent().filter(|p| !p.as_os_str().is_empty());
         let path = parent.unwrap_or(Path::new(".")).to_path_buf();
         let scene = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Folder { path, scene, allow_outside, asked: Mutex::default() }
+        Folder { path, scene, allow_outside, asked: Mutex::default(), listed: Mutex::default() }
     }
 
     /// What a file is called that goes with the scene and is named as it is.
@@ -139,15 +142,28 @@ impl Folder {
                 found = exact;
                 continue;
             }
-            let (caseless, apart) = (names::caseless(part), names::apart(part));
-            let entries = std::fs::read_dir(self.resolve(&found).ok()?).ok()?;
-            let there = entries.flatten().filter_map(|e| e.file_name().into_string().ok());
-            let alike = there.filter(|name| names::caseless(name) == caseless);
-            // One in the same case, or the first by name, so that the same folder always gives the same answer.
-            let other = alike.min_by_key(|name| (names::apart(name) != apart, name.clone()))?;
+            let other = self.alike_in(&found, part)?;
             found = format!("{found}/{other}");
         }
         Some(found)
+    }
+
+    /// What in this folder is named like `part`.
+    fn alike_in(&self, folder: &str, part: &str) -> Option<String> {
+        let path = self.resolve(folder).ok()?;
+        let mut listed = self.listed.lock().unwrap_or_else(|e| e.into_inner());
+        let listed = listed.entry(path).or_insert_with_key(|path| {
+            let mut there: HashMap<String, Vec<String>> = HashMap::new();
+            let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
+            for name in entries.filter_map(|entry| entry.file_name().into_string().ok()) {
+                there.entry(names::caseless(&name)).or_default().push(name);
+            }
+            there
+        });
+        // One in the same case, or the first by name, so that the same folder always gives the same answer.
+        let apart = names::apart(part);
+        let alike = listed.get(&names::caseless(part))?.iter();
+        alike.min_by_key(|&name| (names::apart(name) != apart, name)).cloned()
     }
 
     /// A name with this system's slashes; and relative where it is a whole path that leads through this
@@ -336,13 +352,14 @@ mod tests {
     /// Where a file was made, the case of letters may not have counted.
     #[test]
     fn what_is_missing_is_found_in_another_case() {
-        let (dir, folder) = folder();
+        let (dir, mut folder) = folder();
         for uri in ["Tex/A%20b.PNG", "TEX\\A B.png", "tex/../Tex/A b.png?v=3", "./tex/a%20B.png"] {
             assert_eq!(folder.read_uri(uri, 100).unwrap(), b"inside", "{uri}");
         }
         // A name that is there by its letter goes first, in whichever way it is written.
         std::fs::write(dir.path().join("scene/%41.png"), b"as written").unwrap();
         std::fs::write(dir.path().join("scene/A.PNG"), b"other case").unwrap();
+        folder = Folder::of(&dir.path().join("scene/scene.gltf"), false);
         assert_eq!(folder.read_uri("%41.png", 100).unwrap(), b"as written");
         std::fs::remove_file(dir.path().join("scene/%41.png")).unwrap();
         assert_eq!(folder.read_uri("%41.png", 100).unwrap(), b"other case");
@@ -352,25 +369,38 @@ mod tests {
         // The same may be read as by an exact name: nothing outside.
         #[cfg(unix)]
         std::os::unix::fs::symlink(dir.path().join("canary"), dir.path().join("scene/link")).unwrap();
+        folder = Folder::of(&dir.path().join("scene/scene.gltf"), false);
         for uri in ["../Canary", "Tex/../../Canary", "LINK", "../SCENE/../canary"] {
             assert!(folder.read_uri(uri, 100).is_err(), "{uri}");
         }
     }
 
+    #[test]
+    fn a_folder_is_looked_through_once() {
+        let (dir, folder) = folder();
+        assert!(folder.alike("tex/C.png").is_none());
+        std::fs::write(dir.path().join("scene/tex/c.png"), b"too late").unwrap();
+        assert!(folder.alike("tex/C.png").is_none());
+        assert!(Folder::of(&dir.path().join("scene/scene.gltf"), false).alike("tex/C.png").is_some());
+    }
+
     /// A Mac's disks took letters with accents apart, and archives keep them so.
     #[test]
     fn what_is_missing_is_found_by_letters_put_together_in_another_way() {
-        let (dir, folder) = folder();
-        let there = |name: &str| std::fs::write(dir.path().join("scene/tex").join(name), name).unwrap();
+        let (dir, _) = folder();
+        let there = |name: &str| {
+            std::fs::write(dir.path().join("scene/tex").join(name), name).unwrap();
+            Folder::of(&dir.path().join("scene/scene.gltf"), false)
+        };
         let apart = "u\u{308}.png";
-        there(apart);
+        let mut folder = there(apart);
         for uri in ["tex/%C3%BC.png", "tex/\u{fc}.png", "TEX/\u{dc}.PNG"] {
             assert_eq!(folder.read_uri(uri, 100).unwrap(), apart.as_bytes(), "{uri}");
         }
         // A file in the same case goes before one in another, and the exact name before both.
-        there("U\u{308}.png");
+        folder = there("U\u{308}.png");
         assert_eq!(folder.read_uri("tex/\u{fc}.png", 100).unwrap(), apart.as_bytes());
-        there("\u{fc}.png");
+        folder = there("\u{fc}.png");
         assert_eq!(folder.read_uri("tex/%C3%BC.png", 100).unwrap(), "\u{fc}.png".as_bytes());
         assert!(folder.read_uri("tex/u.png", 100).is_err());
     }
