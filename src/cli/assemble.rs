@@ -11,8 +11,9 @@ use super::panics::caught;
 use super::progress::Reporter;
 use super::sequence::{frames, missing};
 use super::work::folder_of;
-use super::{Summary, Usage, describe, jpeg, one_line};
+use super::{Summary, Usage, describe, one_line};
 use crate::display::{Background, over};
+use crate::import::jpeg;
 use crate::output::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings, Replace};
 
 /// What a frame may take while it is decoded.

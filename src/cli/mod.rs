@@ -15,7 +15,6 @@ mod framed;
 mod help;
 mod info;
 mod job;
-mod jpeg;
 mod memory;
 mod metering;
 mod packaging;

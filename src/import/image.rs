@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
-use super::{Limits, ktx2};
+use super::{Limits, jpeg, ktx2};
 use crate::scene::{Channels, Image, Mips, Texels};
 
 /// What textures may be, beside KTX2.
@@ -33,11 +33,18 @@ pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image,
     let (channels, texels) = if ktx2::is_ktx2(bytes) {
         (Channels::Rgba, Texels::U8(ktx2::decode(bytes).map_err(|e| wrong(&e))?))
     } else {
-        let mut reader = reader(bytes).map_err(|e| wrong(&e))?;
-        let mut decoder_limits = image::Limits::default();
-        decoder_limits.max_alloc = Some((pixels * 16).max(64 << 20));
-        reader.limits(decoder_limits);
-        texels(reader.decode().map_err(|e| wrong(&e))?)
+        let decode = |bytes: &[u8]| {
+            let mut reader = reader(bytes)?;
+            let mut decoder_limits = image::Limits::default();
+            decoder_limits.max_alloc = Some((pixels * 16).max(64 << 20));
+            reader.limits(decoder_limits);
+            reader.decode().map_err(|e| e.to_string())
+        };
+        let image = match image::guess_format(bytes) {
+            Ok(ImageFormat::Jpeg) => jpeg::decoded(bytes, decode).map_err(|e| wrong(&e))?,
+            _ => Some(decode(bytes).map_err(|e| wrong(&e))?),
+        };
+        texels(image.ok_or_else(|| wrong(&"it is cut off"))?)
     };
     Ok(Image { name: name.to_string(), width, height, channels, texels, mips: Mips::default() })
 }

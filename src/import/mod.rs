@@ -9,6 +9,7 @@ mod error;
 mod flat;
 mod gltf;
 mod image;
+pub(crate) mod jpeg;
 mod ktx2;
 mod limits;
 mod memory;
