@@ -1,7 +1,7 @@
 //! The file in memory: its typed JSON and its buffers.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -58,7 +58,13 @@ impl<'a> Document<'a> {
         let (mut files, mut buffers) = (Vec::new(), Vec::with_capacity(json.root.buffers.len()));
         let mut known: HashMap<&str, usize> = HashMap::new();
         let mut left = limits.file_bytes;
+        let needed: HashSet<u64> = json.root.buffer_views.iter().map(stored_in).collect();
         for (i, buffer) in json.root.buffers.iter().enumerate() {
+            if is_fallback(buffer) && !needed.contains(&(i as u64)) {
+                buffers.push(files.len());
+                files.push(Cow::default());
+                continue;
+            }
             let again = buffer.uri.as_deref().and_then(|uri| known.get(uri).copied());
             let file = again.map_or_else(
                 || -> Result<usize, LoadError> {
@@ -183,6 +189,12 @@ impl<'d> Compressed<'d> {
     }
 }
 
+/// The buffer that a view's bytes are in, compressed where they are.
+fn stored_in(view: &::gltf::json::buffer::View) -> u64 {
+    Compressed::of(view).map_or(view.buffer.value() as u64, |compressed| compressed.buffer)
+}
+
+/// Whether a buffer is what meshopt decompresses into: for readers that cannot, it may have a file.
 fn is_fallback(buffer: &::gltf::json::Buffer) -> bool {
     buffer.extensions.as_ref().is_some_and(|e| MESHOPT.iter().any(|name| e.others.contains_key(*name)))
 }

@@ -240,3 +240,27 @@ fn buffers_of_one_file_take_its_memory_once() {
     let error = load(&|i| format!("{}a.bin", "./".repeat(i))).unwrap_err().to_string();
     assert_eq!(error, "file size in bytes: 3000 is over the limit of 1000");
 }
+
+/// gltfpack -cf writes what its compressed views are in plain, and not everyone hands that on.
+#[test]
+fn a_buffer_that_nobody_reads_may_be_missing() {
+    let from = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf");
+    let to = tempfile::tempdir().unwrap();
+    for name in ["patch_pack_cf.gltf", "patch_pack_cf.bin"] {
+        std::fs::copy(from.join(name), to.path().join(name)).unwrap();
+    }
+    let load = |folder: &std::path::Path| {
+        let options = LoadOptions::default();
+        crate::import::load(&folder.join("patch_pack_cf.gltf"), &options).map_err(|e| e.to_string())
+    };
+    let ((whole, _), (alone, warnings)) = (load(&from).unwrap(), load(to.path()).unwrap());
+    assert_eq!((whole.meshes[0].positions.clone(), vec![]), (alone.meshes[0].positions.clone(), warnings));
+    // A view that is not compressed needs it.
+    let file = to.path().join("patch_pack_cf.gltf");
+    let mut json: Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    let views = json["bufferViews"].as_array_mut().unwrap();
+    let view = views.iter_mut().find(|view| !view["extensions"].is_null()).unwrap();
+    view.as_object_mut().unwrap().remove("extensions");
+    std::fs::write(&file, json.to_string()).unwrap();
+    assert!(load(to.path()).unwrap_err().contains("patch_pack_cf.fallback.bin"));
+}
