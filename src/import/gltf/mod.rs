@@ -3,6 +3,7 @@
 //! The JSON is typed by `gltf::json`, and nothing else of that family is used: its importer and its
 //! accessor views trust the file.
 
+mod absent;
 mod accessor;
 mod animation;
 mod blender;

@@ -2,14 +2,24 @@
 
 const WORDS: [&str; 3] = ["NaN", "Infinity", "-Infinity"];
 
-/// The text with `null` in the place of each, and how many there are.
-pub(super) fn as_null(text: &str) -> (String, usize) {
+/// What [`as_null`] makes of a text.
+#[derive(Debug, PartialEq)]
+pub(super) struct Mended {
+    pub text: String,
+    pub count: usize,
+    /// Line and column, in characters from 1, of the first that was replaced.
+    pub first: (usize, usize),
+}
+
+/// The text with `null` in the place of each; `None` where there are none.
+pub(super) fn as_null(text: &str) -> Option<Mended> {
     let bytes = text.as_bytes();
-    let (mut out, mut count) = (String::with_capacity(text.len()), 0);
+    let (mut out, mut count, mut first) = (String::with_capacity(text.len()), 0, None);
     let (mut copied, mut at) = (0, 0);
     while at < bytes.len() {
         let word = WORDS.iter().find(|word| bytes[at..].starts_with(word.as_bytes()));
         if let Some(word) = word {
+            first.get_or_insert(at);
             out.push_str(&text[copied..at]);
             out.push_str("null");
             at += word.len();
@@ -21,7 +31,10 @@ pub(super) fn as_null(text: &str) -> (String, usize) {
         }
     }
     out.push_str(&text[copied..]);
-    (out, count)
+    let before = &text[..first?];
+    let line = before.rsplit('\n').next().unwrap_or(before);
+    let first = (before.matches('\n').count() + 1, line.chars().count() + 1);
+    Some(Mended { text: out, count, first })
 }
 
 /// Behind the quotation mark that ends a string, of which the first byte is at `at`.
@@ -40,9 +53,10 @@ mod tests {
     fn words_alone_are_replaced() {
         let text = r#"{"NaN":[NaN,-Infinity , Infinity],"a\"NaN":"NaN \\","é":-1}"#;
         let expected = r#"{"NaN":[null,null , null],"a\"NaN":"NaN \\","é":-1}"#;
-        assert_eq!(as_null(text), (expected.into(), 3));
+        assert_eq!(as_null(text), Some(Mended { text: expected.into(), count: 3, first: (1, 9) }));
+        assert_eq!(as_null("[\n\"é\", NaN]").unwrap().first, (2, 6));
         for broken in ["", "\"", "\"\\", "NaN\"\\é", "-"] {
-            assert!(as_null(broken).1 <= 1, "{broken}");
+            assert!(as_null(broken).is_none_or(|mended| mended.count == 1), "{broken}");
         }
     }
 }

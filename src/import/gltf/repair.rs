@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use ::gltf::json::Root;
 use serde_json::{Map, Value, json};
 
-use super::{nonfinite, references, values};
+use super::{absent, nonfinite, references, values};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::uri::printable;
 
@@ -39,6 +39,7 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
         let what = e.to_string();
         LoadError::parse(place, what.split(" at line ").next().unwrap_or(&what))
     })?;
+    absent::drop_nulls(&mut value);
     let Some(root) = value.as_object_mut() else {
         return Err(LoadError::parse("JSON", "the file holds no JSON object, so it is no glTF"));
     };
@@ -62,13 +63,15 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
 
 /// Reads JSON; text that is none once more without the numbers that JSON has not.
 fn read(text: &str, warnings: &mut Warnings) -> serde_json::Result<Value> {
-    serde_json::from_str(text).or_else(|error| match nonfinite::as_null(text) {
-        (_, 0) => Err(error),
-        (mended, count) => {
-            warnings
-                .add("JSON", format_args!("{count} NaN or Infinity, which JSON has not, were read as null"));
-            serde_json::from_str(&mended)
-        }
+    serde_json::from_str(text).or_else(|error| {
+        let Some(mended) = nonfinite::as_null(text) else { return Err(error) };
+        let mut value = serde_json::from_str(&mended.text)?;
+        absent::drop_gaps(&mut value);
+        let what = "NaN or Infinity, which JSON has not, were read as null, and numbers with them left out";
+        let (line, column) = mended.first;
+        warnings
+            .add(format_args!("JSON, line {line} column {column}"), format_args!("{} {what}", mended.count));
+        Ok(value)
     })
 }
 
@@ -231,7 +234,7 @@ fn pointers(value: &mut Value) -> HashMap<(usize, usize), String> {
 fn fill(value: &mut Value, warnings: &mut Warnings) {
     let mut supply =
         |place: String, object: &mut Map<String, Value>, key: &str, default: Value, warn: bool| {
-            if object.get(key).is_none_or(Value::is_null) {
+            if !object.contains_key(key) {
                 object.insert(key.into(), default);
                 if warn {
                     warnings
@@ -309,7 +312,36 @@ mod tests {
             "componentType":5126,"type":"SCALAR","max":[Infinity],"min":[-Infinity]}]}"#;
         let (json, warnings) = read(text);
         assert_eq!(json.unwrap().root.accessors.len(), 1);
-        assert_eq!(warnings, ["JSON: 3 NaN or Infinity, which JSON has not, were read as null"]);
+        let said = "JSON, line 1 column 47: 3 NaN or Infinity, which JSON has not, were read as null, and \
+                    numbers with them left out";
+        assert_eq!(warnings, [said]);
+    }
+
+    #[test]
+    fn what_is_null_is_not_there() {
+        let text = r#"{"asset":{"version":"2.0","generator":null},"scene":null,"skins":null,"extensions":null,
+            "extensionsUsed":null,"buffers":[{"byteLength":3,"uri":null}],"bufferViews":[{"buffer":0,
+            "byteLength":3,"byteStride":null,"byteOffset":null}],"accessors":[{"count":1,"componentType":5126,
+            "type":"SCALAR","normalized":null,"sparse":null,"byteOffset":null}],"images":[{"mimeType":null}],
+            "samplers":[{"wrapS":null,"magFilter":null}],"textures":[{"source":0,"sampler":null}],
+            "materials":[{"alphaMode":null,"alphaCutoff":null,"doubleSided":null,"emissiveFactor":null,
+            "extensions":null,"pbrMetallicRoughness":{"metallicFactor":null,"baseColorTexture":{"index":0,
+            "texCoord":null}}},{"pbrMetallicRoughness":null}],"meshes":[{"weights":null,"primitives":[
+            {"attributes":{"POSITION":0,"NORMAL":null},"mode":null,"targets":null}]}],
+            "nodes":[{"mesh":0,"translation":null,"extensions":null}]}"#;
+        let (json, warnings) = read(text);
+        let root = json.unwrap().root;
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!(root.materials[0].pbr_metallic_roughness.metallic_factor.0, 1.0);
+        assert_eq!(root.meshes[0].primitives[0].attributes.len(), 1);
+    }
+
+    #[test]
+    fn numbers_with_some_that_json_has_not_are_not_there() {
+        let (json, warnings) =
+            read("{\"asset\":{\"version\":\"2.0\"},\n\"nodes\":[{\"translation\":[NaN,0,1]}]}");
+        assert_eq!((json.unwrap().root.nodes[0].translation, warnings.len()), (None, 1));
+        assert!(warnings[0].starts_with("JSON, line 2 column 26: 1 NaN"), "{warnings:?}");
     }
 
     #[test]
