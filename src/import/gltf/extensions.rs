@@ -1,11 +1,38 @@
 //! Which extensions are shown, and what is said of the others.
 
+use std::collections::BTreeSet;
+
 use ::gltf::json::Root;
+use serde_json::Value;
 
 use super::registry::Support::{Approximated, Data, NotShown, Refused, Shown};
 use super::registry::support;
 use super::repair::Json;
 use crate::import::error::{LoadError, Warnings};
+
+/// The names of the extensions that anything in the file has, listed by it or not.
+pub(super) fn met(root: &Value) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    gather(root, &mut names);
+    names
+}
+
+/// The JSON parser bounds the depth, so recursion does no harm.
+fn gather(value: &Value, names: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(object) => {
+            for (name, member) in object.iter().filter(|(name, _)| *name != "extras") {
+                if let Some(extensions) = member.as_object().filter(|_| name == "extensions") {
+                    let new = extensions.keys().filter(|name| !names.contains(*name)).cloned();
+                    names.extend(new.collect::<Vec<_>>());
+                }
+                gather(member, names);
+            }
+        }
+        Value::Array(items) => items.iter().for_each(|item| gather(item, names)),
+        _ => {}
+    }
+}
 
 /// Refuses what the file requires and this reader lacks; warns of what it merely uses.
 pub(super) fn judge(json: &Json, warnings: &mut Warnings) -> Result<(), LoadError> {
@@ -25,7 +52,7 @@ pub(super) fn judge(json: &Json, warnings: &mut Warnings) -> Result<(), LoadErro
         let list = missing.join(", ");
         return Err(LoadError::Unsupported(format!("the file requires what is not supported: {list}")));
     }
-    for name in extensions_used {
+    for name in extensions_used.iter().chain(extensions_required).chain(&json.extensions) {
         let quoted = super::super::uri::printable(name);
         match support(name) {
             Some(Shown | Data) => {}
@@ -64,5 +91,23 @@ mod tests {
         let names = ["MSFT_texture_dds", "ACME_x", "KHR_materials_sheen", "KHR_lights_punctual"];
         let (_, warnings) = with(&["KHR_materials_sheen"], &names).load();
         assert_eq!(warnings.len(), 3, "{warnings:?}");
+    }
+
+    #[test]
+    fn what_no_list_has_is_told_once() {
+        let mut fixture = with(&["KHR_materials_sheen"], &[]);
+        let coat = json!({"extensions": {"KHR_materials_clearcoat": {"clearcoatNormalTexture": {
+            "extensions": {"ACME_x": {}}}}}, "extras": {"extensions": {"ACME_y": {}}}});
+        fixture.push("materials", coat.clone());
+        fixture.push("materials", coat);
+        let (_, warnings) = fixture.load();
+        assert_eq!(
+            warnings,
+            [
+                "KHR_materials_sheen: the sheen is not shown",
+                "ACME_x is not known, and was ignored",
+                "KHR_materials_clearcoat: the coat is not shown"
+            ]
+        );
     }
 }

@@ -1,11 +1,11 @@
 //! JSON text to a value tree, with the slips that exporters make put right.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use ::gltf::json::Root;
 use serde_json::{Map, Value, json};
 
-use super::{absent, nonfinite, references, values};
+use super::{absent, extensions, nonfinite, references, values};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::uri::printable;
 
@@ -22,6 +22,8 @@ pub(super) struct Json {
     /// KHR_animation_pointer's JSON pointers by animation and channel, but for those that drive a
     /// node as core channels do.
     pub pointers: HashMap<(usize, usize), String>,
+    /// Names of the extensions that are met in it, listed or not.
+    pub extensions: BTreeSet<String>,
 }
 
 /// Reads, repairs and types the JSON.
@@ -52,13 +54,14 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
     }
     references::check(&value)?;
     let pointers = pointers(&mut value);
+    let extensions = extensions::met(&value);
     fill(&mut value, warnings);
     values::mend(&mut value, warnings);
     let root = serde_path_to_error::deserialize(value).map_err(|e| {
         let path = e.path().to_string();
         LoadError::parse(path, e.into_inner())
     })?;
-    Ok(Json { root, pointers })
+    Ok(Json { root, pointers, extensions })
 }
 
 /// Reads JSON; text that is none once more without the numbers that JSON has not.
