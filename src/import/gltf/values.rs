@@ -3,7 +3,11 @@
 use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 
+use ::gltf::json::Camera;
+use ::gltf::json::extensions::scene::khr_lights_punctual::Light;
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
+use serde_path_to_error::Segment;
 
 use super::repair::items;
 use crate::import::error::Warnings;
@@ -66,6 +70,7 @@ pub(super) fn mend(root: &mut Value, warnings: &mut Warnings) {
         }
     }
     for (i, object) in items(root, "cameras") {
+        sensible::<Camera>(object, &format!("cameras[{i}]"), warnings);
         for kind in ["perspective", "orthographic"] {
             if let Some(object) = object.get(kind).and_then(Value::as_object) {
                 clips(object, &format!("cameras[{i}].{kind}"), warnings);
@@ -191,7 +196,30 @@ fn clips(object: &Object, place: &str, warnings: &mut Warnings) {
     }
 }
 
+/// Leaves out members that cannot be read as a `T`, of a kind that is no kind where there is none: what
+/// remains is the reader's to judge, and nothing else in the file suffers.
+fn sensible<T: DeserializeOwned>(object: &mut Object, place: &str, warnings: &mut Warnings) {
+    loop {
+        object.entry("type").or_insert_with(|| json!(""));
+        let Err(error) = serde_path_to_error::deserialize::<_, T>(Value::Object(object.clone())) else {
+            return;
+        };
+        let Some(Segment::Map { key }) = error.path().iter().next() else { return };
+        if object.remove(key).is_none() {
+            return;
+        }
+        let what = format!("{}; '{}' is left out", error.inner(), printable(key));
+        warnings.add(format_args!("{place}.{}", error.path()), what);
+    }
+}
+
 fn light(object: &mut Object, place: &str, warnings: &mut Warnings) {
+    if let Some(color) = object.get_mut("color").and_then(Value::as_array_mut).filter(|c| c.len() > 3) {
+        let what = format!("{} numbers where a colour has 3; the first are taken", color.len());
+        warnings.add(format_args!("{place}.color"), what);
+        color.truncate(3);
+    }
+    sensible::<Light>(object, place, warnings);
     if let Some(intensity) = number(object, "intensity").filter(|&i| i < 0.0) {
         warnings
             .add(format_args!("{place}.intensity"), format_args!("{intensity} is below zero; taken as 0"));
@@ -232,8 +260,9 @@ mod tests {
             "materials": [{"alphaMode": "BLEND"}, {}],
             "samplers": [{"wrapS": 33071, "wrapT": 10497}],
             "animations": [{"samplers": [{"interpolation": "STEP"}, {}]}],
-            "cameras": [{"perspective": {"znear": 0.1, "zfar": 9}}, {"orthographic": {"znear": 0, "zfar": 1}}],
-            "extensions": {"KHR_lights_punctual": {"lights": [{"intensity": 0, "range": 2,
+            "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1, "zfar": 9}},
+                {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 1}}],
+            "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 0, "range": 2,
                 "spot": {"innerConeAngle": 0, "outerConeAngle": std::f32::consts::FRAC_PI_2}}]}},
         });
         assert_eq!(told(good.clone()), (good, Vec::new()));
@@ -250,8 +279,8 @@ mod tests {
             "textures": [{"sampler": -1, "source": 0}],
             "samplers": [{"wrapS": 5}],
             "animations": [{"samplers": [{}, {"interpolation": "SMOOTH"}]}],
-            "cameras": [{"perspective": {"znear": -1, "zfar": 0}}],
-            "extensions": {"KHR_lights_punctual": {"lights": [{"intensity": -2, "range": 0,
+            "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": -1, "zfar": 0}}],
+            "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": -2, "range": 0,
                 "spot": {"innerConeAngle": -1, "outerConeAngle": 4}}]}},
         }));
         let light = "extensions.KHR_lights_punctual.lights[0]";
@@ -288,5 +317,30 @@ mod tests {
         assert_eq!(mended["samplers"][0]["wrapS"], 10497);
         assert_eq!(mended["animations"][0]["samplers"][1]["interpolation"], "LINEAR");
         assert_eq!(mended["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"], 0);
+    }
+
+    #[test]
+    fn lights_and_cameras_that_make_no_sense_cost_no_file() {
+        let (mended, words) = told(json!({
+            "cameras": [{"perspective": {"yfov": 1, "znear": 1}}, {"type": 5},
+                {"type": "perspective", "perspective": {"yfov": "wide"}}],
+            "extensions": {"KHR_lights_punctual": {"lights": [{"intensity": 3}, {"type": "point", "intensity": "3"},
+                {"type": "point", "color": [1, 0.5, 0.25, 1]}, {"type": "point", "color": [1]}]}},
+        }));
+        let left = "is left out";
+        assert_eq!(words.len(), 5, "{words:?}");
+        assert!(words[0].starts_with("cameras[1].type: ") && words[0].ends_with(&format!("'type' {left}")));
+        assert!(words[1].starts_with("cameras[2].perspective.yfov: "), "{words:?}");
+        let lights = "extensions.KHR_lights_punctual.lights";
+        assert!(words[2].starts_with(&format!("{lights}[1].intensity: ")), "{words:?}");
+        assert_eq!(
+            words[3],
+            format!("{lights}[2].color: 4 numbers where a colour has 3; the first are taken")
+        );
+        assert!(words[4].starts_with(&format!("{lights}[3].color")) && words[4].ends_with(left), "{words:?}");
+        assert_eq!(mended["cameras"][0]["type"], "");
+        let kept = json!([{"intensity": 3, "type": ""}, {"type": "point"},
+            {"type": "point", "color": [1, 0.5, 0.25]}, {"type": "point"}]);
+        assert_eq!(mended["extensions"]["KHR_lights_punctual"]["lights"], kept);
     }
 }
