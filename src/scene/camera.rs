@@ -117,6 +117,11 @@ pub enum ViewError {
     /// The view direction has no length.
     #[error("the view direction has no length: view point and look-at are the same point {0}")]
     NoDirection(String),
+    /// A camera of the file looks nowhere.
+    #[error(
+        "the file's camera '{0}' looks nowhere: its node, or one above it, has a scale of 0; give a --view-dir"
+    )]
+    Flattened(String),
     /// A number that makes no picture.
     #[error("{what} must be {rule}, not {value}")]
     OutOfRange {

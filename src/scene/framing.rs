@@ -205,6 +205,12 @@ impl View {
             (None, Some(at), Some(from)) => at - from,
             _ => start.view_dir,
         };
+        let asked = self.view_dir.is_some() || self.look_at.is_some();
+        if let (Some(camera), false, false) = (start.of_file, asked, dir.length() > 0.0) {
+            let scene = start.posed.scene;
+            let node = &scene.nodes[scene.cameras[camera].node as usize];
+            return Err(ViewError::Flattened(node.name.clone()));
+        }
         if !(dir.length() > 0.0 && dir.is_finite()) {
             return Err(ViewError::NoDirection(from.unwrap_or_else(|| start.middle()).to_string()));
         }

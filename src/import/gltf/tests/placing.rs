@@ -193,3 +193,17 @@ fn buffers_in_data_uris() {
     let (scene, _) = fixture.load();
     assert_eq!(scene.meshes[0].positions[0], Vec3::new(9.0, 0.0, 0.0));
 }
+
+#[test]
+fn a_camera_below_a_scale_of_0_is_named() {
+    let mut fixture = Fixture::triangle();
+    fixture.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}));
+    fixture.node(json!({"name": "eye", "camera": 0, "scale": [0, 0, 0]}));
+    let (scene, _) = fixture.load();
+    let posed = crate::scene::pose(&scene, &crate::scene::PoseSettings::default()).unwrap();
+    let view = crate::scene::View::default();
+    let error = view.resolve(&posed, 4, 4).unwrap_err().to_string();
+    assert!(error.starts_with("the file's camera 'eye' looks nowhere: "), "{error}");
+    let turned = crate::scene::View { view_dir: Some(glam::DVec3::NEG_Z), ..view };
+    assert!(turned.resolve(&posed, 4, 4).is_ok());
+}
