@@ -288,6 +288,16 @@ impl<'d> Attributes<'_, 'd> {
     fn influences(&self, warnings: &mut Warnings) -> Result<Influences, LoadError> {
         let mut sets: Vec<JointSet> = Vec::new();
         for set in 0..JOINT_SETS {
+            let has = |name| self.json.attributes.contains_key(&Checked::Valid(name));
+            let alone = match (has(Semantic::Joints(set)), has(Semantic::Weights(set))) {
+                (true, false) => Some(("JOINTS", "WEIGHTS")),
+                (false, true) => Some(("WEIGHTS", "JOINTS")),
+                _ => None,
+            };
+            if let Some((one, other)) = alone {
+                let place = format!("{}.attributes.{one}_{set}", self.place);
+                warnings.add(place, format_args!("there is no {other}_{set} with it; left out"));
+            }
             let joints = self.open(Semantic::Joints(set), &[4], warnings)?;
             let weights = self.open(Semantic::Weights(set), &[4], warnings)?;
             let (Some(joints), Some(weights)) = (joints, weights) else { break };

@@ -217,3 +217,13 @@ fn a_draco_stream_without_attributes_is_replaced_by_what_the_file_stores() {
     let error = fixture.error();
     assert!(error.ends_with("names no attributes: save the file without Draco compression"), "{error}");
 }
+
+#[test]
+fn joints_without_weights_are_told() {
+    let mut fixture = Fixture::triangle();
+    let joints = fixture.accessor(5121, "VEC4", 3, &[0; 12]);
+    fixture.primitive()["attributes"]["JOINTS_0"] = json!(joints);
+    let (scene, warnings) = fixture.load();
+    let said = "meshes[0].primitives[0].attributes.JOINTS_0: there is no WEIGHTS_0 with it; left out";
+    assert_eq!((scene.meshes[0].influences.per_vertex, warnings), (0, vec![said.to_string()]));
+}
