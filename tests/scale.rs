@@ -11,12 +11,13 @@ use blinn::scene::{
 };
 use glam::{DAffine3, DVec3};
 
-/// Scenes with cameras, lamps of each kind, cut-outs, glass, and copies of one thing.
-const SCENES: [&str; 5] = [
+/// Scenes with cameras, lamps of each kind, cut-outs, glass, copies of one thing, and what joints place.
+const SCENES: [&str; 6] = [
     "cornell/cornell.glb",
     "alpha/alpha.glb",
     "tests/lights.glb",
     "assembly/assembly.glb",
+    "figure/figure.glb",
     "tests/gltf/instances_gpu.glb",
 ];
 

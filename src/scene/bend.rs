@@ -23,8 +23,10 @@ pub(super) struct Bend<'a> {
     mesh: &'a Mesh,
     /// Of its morph targets.
     pub weights: &'a [f32],
-    /// Where each joint takes what is bound to it, in the world; `None` for a mesh without skin.
+    /// Where each joint takes what is bound to it, from `origin` on; `None` for a mesh without skin.
     pub joints: Option<Vec<DAffine3>>,
+    /// Where in the world bent positions begin: zero for a mesh without skin, which its node places.
+    pub origin: DVec3,
 }
 
 impl<'a> Bend<'a> {
@@ -38,7 +40,21 @@ impl<'a> Bend<'a> {
         let morphed = mesh.morphs.iter().zip(weights).any(|(_, &w)| w != 0.0);
         let placed = |(&joint, inverse): (&u32, &DAffine3)| node_to_world[joint as usize] * *inverse;
         let joints = skin.map(|skin| skin.joints.iter().zip(&skin.inverse_bind).map(placed).collect());
-        (morphed || joints.is_some()).then_some(Bend { mesh, weights, joints })
+        (morphed || joints.is_some()).then(|| Bend { mesh, weights, joints, origin: DVec3::ZERO }.at_home())
+    }
+
+    /// Has positions begin where the joints take the first vertex. About it f32 has its precision, and weights may
+    /// sum to a little more or less than one, however far from the world's origin that is.
+    fn at_home(mut self) -> Bend<'a> {
+        let Some((joints, first)) = self.joints.as_ref().zip(self.mesh.positions.first()) else {
+            return self;
+        };
+        let at = self.together(0, joints).transform_point3(first.as_dvec3());
+        if at.is_finite() {
+            self.origin = at;
+            self.joints.iter_mut().flatten().for_each(|joint| joint.translation -= at);
+        }
+        self
     }
 
     /// The whole mesh.
@@ -62,11 +78,16 @@ impl<'a> Bend<'a> {
         }
         if let Some(joints) = &self.joints {
             for (p, v) in into.iter_mut().zip(vertices) {
-                let mut to_world = DAffine3::ZERO;
-                self.influences(v, joints).for_each(|(j, w)| blend(&mut to_world, &joints[j], w));
-                *p = to_world.transform_point3(p.as_dvec3()).as_vec3();
+                *p = self.together(v, joints).transform_point3(p.as_dvec3()).as_vec3();
             }
         }
+    }
+
+    /// Where the joints that a vertex follows take it.
+    fn together(&self, vertex: usize, joints: &[DAffine3]) -> DAffine3 {
+        let mut placed = DAffine3::ZERO;
+        self.influences(vertex, joints).for_each(|(j, w)| blend(&mut placed, &joints[j], w));
+        placed
     }
 
     /// The joints that a vertex follows, with their weights.
@@ -110,22 +131,22 @@ impl<'a> Bend<'a> {
         shape
     }
 
-    /// Linear blend skinning: the joints' transforms alone place the vertices, in the world.
+    /// Linear blend skinning: the joints' transforms alone place the vertices.
     fn take_along(&self, shape: &mut Deformed, joints: &[DAffine3]) {
         let for_normals: Vec<DMat3> = joints.iter().map(|joint| for_normals(joint.matrix3)).collect();
         for v in 0..shape.positions.len() {
-            let mut to_world = DAffine3::ZERO;
+            let mut placed = DAffine3::ZERO;
             let mut turned = DMat3::ZERO;
             for (j, w) in self.influences(v, joints) {
-                blend(&mut to_world, &joints[j], w);
+                blend(&mut placed, &joints[j], w);
                 turned += for_normals[j] * w;
             }
-            shape.positions[v] = to_world.transform_point3(shape.positions[v].as_dvec3()).as_vec3();
+            shape.positions[v] = placed.transform_point3(shape.positions[v].as_dvec3()).as_vec3();
             if let Some(normal) = shape.normals.get_mut(v) {
                 *normal = (turned * normal.as_dvec3()).normalize_or_zero().as_vec3();
             }
             if let Some(tangent) = shape.tangents.get_mut(v) {
-                let t = to_world.transform_vector3(tangent.truncate().as_dvec3());
+                let t = placed.transform_vector3(tangent.truncate().as_dvec3());
                 *tangent = t.normalize_or_zero().as_vec3().extend(tangent.w);
             }
         }
@@ -133,9 +154,9 @@ impl<'a> Bend<'a> {
 }
 
 /// Adds a joint's share.
-fn blend(to_world: &mut DAffine3, joint: &DAffine3, w: f64) {
-    to_world.matrix3 += joint.matrix3 * w;
-    to_world.translation += joint.translation * w;
+fn blend(placed: &mut DAffine3, joint: &DAffine3, w: f64) {
+    placed.matrix3 += joint.matrix3 * w;
+    placed.translation += joint.translation * w;
 }
 
 /// What a joint's `m` does to the normals it bends: its inverse transpose, as large as `m` is on the whole, so

@@ -90,10 +90,12 @@ impl<'s> Stance<'s> {
         let shape: &[f32] = if own.is_empty() { &mesh.morph_weights } else { own };
         let skin = instance.skin.filter(|_| mesh.influences.per_vertex > 0);
         let skin = skin.map(|skin| &self.scene.skins[skin as usize]);
-        if skin.is_some() {
-            to_world = DAffine3::IDENTITY;
+        let bend = Bend::new(mesh, shape, skin, &self.node_to_world);
+        if let Some(bend) = bend.as_ref().filter(|_| skin.is_some()) {
+            // Joints alone place the vertices.
+            to_world = DAffine3::from_translation(bend.origin);
         }
-        Placed { to_world, winding, bend: Bend::new(mesh, shape, skin, &self.node_to_world) }
+        Placed { to_world, winding, bend }
     }
 }
 
