@@ -143,6 +143,34 @@ fn an_orbit_without_a_distance_shows_everything() {
     }
 }
 
+/// Whatever it goes around.
+#[test]
+fn an_orbit_around_another_point_shows_everything_too() {
+    let scene = scene("tests/cube.obj");
+    for at in [DVec3::new(0.0, -3.0, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(50.0, 20.0, -30.0)] {
+        for projection in [Projection::Perspective, Projection::Orthographic] {
+            let orbit = orbit(30.0, 20.0, None);
+            let view = View { orbit, look_at: Some(at), projection: Some(projection), ..View::default() };
+            let camera = camera(&scene, &view);
+            let posed = pose(&scene, &PoseSettings::default()).unwrap();
+            let middle = posed.bounding_sphere();
+            near((camera.view_point - at).normalize(), camera.basis.w);
+            // The sphere touches no plane through the eye and an edge of the view rectangle.
+            let to = middle.centre - camera.view_point;
+            let (x, y, depth) = (to.dot(camera.basis.u), to.dot(camera.basis.v), -to.dot(camera.basis.w));
+            assert!(depth > middle.radius);
+            for (across, extent) in [(x, camera.view_width), (y, camera.view_height)] {
+                let half = 0.5 * extent / camera.proj_distance;
+                let room = match projection {
+                    Projection::Perspective => (half * depth - across.abs()) / (1.0 + half * half).sqrt(),
+                    Projection::Orthographic => 0.5 * extent - across.abs(),
+                };
+                assert!(room > middle.radius, "{projection:?} about {at}: {room} for {}", middle.radius);
+            }
+        }
+    }
+}
+
 /// What a camera of the file cuts off is measured from where that stands.
 #[test]
 fn an_orbit_does_not_cut_at_the_planes_of_the_files_camera() {

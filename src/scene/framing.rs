@@ -256,7 +256,11 @@ impl Start<'_> {
     /// what cannot do without asks for it.
     fn sphere(&self) -> Sphere {
         let sphere = if self.over_clip { self.posed.clip_sphere() } else { self.posed.bounding_sphere() };
-        Sphere { centre: self.middle.unwrap_or(sphere.centre), ..sphere }
+        match self.middle {
+            // Far enough to hold all of the scene's own, and so all of the scene however it is turned.
+            Some(centre) => Sphere { centre, radius: sphere.radius + centre.distance(sphere.centre) },
+            None => sphere,
+        }
     }
 
     fn middle(&self) -> DVec3 {
