@@ -171,6 +171,29 @@ fn an_orbit_around_another_point_shows_everything_too() {
     }
 }
 
+/// In a file without a camera a point to look at is what all is framed about, and a place looks at the middle.
+#[test]
+fn a_point_alone_is_looked_at_or_from() {
+    let scene = scene("tests/cube.obj");
+    let framed = camera(&scene, &View::default());
+    let middle = pose(&scene, &PoseSettings::default()).unwrap().bounding_sphere();
+    let at = middle.centre + DVec3::new(0.0, -3.0, 0.0);
+    let about = camera(&scene, &View { look_at: Some(at), ..View::default() });
+    assert_eq!(about.basis, framed.basis);
+    near((about.view_point - at).normalize(), framed.basis.w);
+    let distance = framed.view_point.distance(middle.centre) * (1.0 + 3.0 / middle.radius);
+    assert!((about.view_point.distance(at) / distance - 1.0).abs() < 1e-9);
+
+    for eye in [DVec3::new(-4.0, 1.0, -3.0), DVec3::new(0.0, 9.0, 0.0)] {
+        let from = camera(&scene, &View { view_point: Some(eye), ..View::default() });
+        assert_eq!(from.view_point, eye);
+        near(from.basis.w, (eye - middle.centre).normalize());
+    }
+    // From the middle itself any way is as good as another.
+    let inside = camera(&scene, &View { view_point: Some(middle.centre), ..View::default() });
+    near(inside.basis.w, framed.basis.w);
+}
+
 /// What a camera of the file cuts off is measured from where that stands.
 #[test]
 fn an_orbit_does_not_cut_at_the_planes_of_the_files_camera() {

@@ -34,8 +34,8 @@ impl View {
     /// The camera for a picture of `n_x` by `n_y` pixels of `posed`.
     ///
     /// A named camera, or the file's first where no view point comes together with a direction,
-    /// is the start, and what is asked for replaces parts of it. Without any, the scene's bounding
-    /// sphere is framed.
+    /// is the start, and what is asked for replaces parts of it. Without any, a sphere around the scene
+    /// is framed, about the point to look at if there is one; a view point alone looks at the scene's middle.
     ///
     /// # Errors
     /// An unknown camera, an up direction parallel to the view, or numbers that make no picture.
@@ -126,7 +126,7 @@ impl View {
                 let name = &scene.nodes[scene.cameras[i].node as usize].name;
                 format!("the file's {i} '{name}'")
             }
-            None if self.view_point.is_some() && self.is_its_own() => "from where it was asked for".into(),
+            None if self.view_point.is_some() => "from where it was asked for".into(),
             None => "the whole scene, framed".into(),
         };
         if self.orbit.is_some() { format!("{start}, from --orbit") } else { start }
@@ -150,7 +150,8 @@ impl View {
             None => Some(0),
         };
         let orbit = self.orbit.is_some();
-        let middle = self.look_at.filter(|_| orbit);
+        let framed = orbit || (index.is_none() && self.view_point.is_none());
+        let middle = self.look_at.filter(|_| framed);
         let Some(index) = index else {
             return Ok(Start {
                 of_file: None,
@@ -203,6 +204,7 @@ impl View {
         let dir = match (self.view_dir, self.look_at, from) {
             (Some(dir), ..) => dir,
             (None, Some(at), Some(from)) => at - from,
+            (None, None, Some(from)) if start.of_file.is_none() => start.to_middle(from),
             _ => start.view_dir,
         };
         let asked = self.view_dir.is_some() || self.look_at.is_some();
@@ -237,7 +239,8 @@ struct Start<'a> {
     posed: &'a PosedScene<'a>,
     /// True: the sphere holds the whole clip, else this moment.
     over_clip: bool,
-    /// Where the sphere's middle is put: an orbit goes around the point to look at.
+    /// Where the sphere's middle is put: what goes around the point to look at, or stands back from it, does so
+    /// from there.
     middle: Option<DVec3>,
     /// `None`: stand back until the sphere fits.
     view_point: Option<DVec3>,
@@ -265,6 +268,12 @@ impl Start<'_> {
 
     fn middle(&self) -> DVec3 {
         self.middle.unwrap_or_else(|| self.sphere().centre)
+    }
+
+    /// The way from a point to the middle of what there is; where it is there already, the usual one.
+    fn to_middle(&self, from: DVec3) -> DVec3 {
+        let dir = self.middle() - from;
+        dir.try_normalize().map_or(self.view_dir, |_| dir)
     }
 
     /// The height of the same view in `projection`: what stands at the scene's centre keeps its size.
