@@ -113,6 +113,7 @@ fn what_makes_no_sense_is_said_in_one_line() {
     let folder = three_frames();
     told(&assemble(folder.path(), "f -o a.avi"), 2, "must end in .gif, .apng, .webp, .mp4 or .html");
     told(&assemble(folder.path(), "f -o a.gif --quality 50"), 2, "--quality is of .webp, .mp4 and .html");
+    told(&assemble(folder.path(), "f -o a.gif --direction cw"), 2, "--direction is of .html alone");
     told(&assemble(folder.path(), "f/b.png -o a.gif"), 1, "f/b.png cannot be read");
     std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
     told(&assemble(folder.path(), "text.png -o a.gif"), 1, "text.png: frames are .png, .jpg or .webp");

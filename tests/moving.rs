@@ -35,6 +35,29 @@ fn all_frames_become_one_file() {
     assert!(fs::read(at.join("one/spin.gif")).unwrap() == one["spin.gif"]);
 }
 
+/// A drag on a page takes what is in front along: a camera that goes one way sees the model go the other.
+#[test]
+fn a_page_is_dragged_the_way_that_its_picture_turns() {
+    let (_dir, at) = folder();
+    let turn = format!("turntable {} {SMALL} --count 3 -q", model("still-life/still-life.glb"));
+    for (flags, way) in [
+        ("", "1"),
+        ("--direction cw", "-1"),
+        ("--turn camera", "-1"),
+        ("--turn camera --direction cw", "1"),
+        ("--axis 0,-1,0", "-1"),
+        ("--axis x", "1"),
+    ] {
+        runs(&at, &format!("{turn} {flags} -o spin.html"));
+        let page = fs::read_to_string(at.join("spin.html")).unwrap();
+        assert!(page.contains(&format!("WAY = {way};")), "{flags}");
+    }
+    runs(&at, &format!("{turn} --direction cw -o spin.html"));
+    runs(&at, &format!("{turn} --direction cw -o frames/####.png"));
+    runs(&at, "assemble frames --direction cw -q -o two/spin.html");
+    assert!(fs::read(at.join("spin.html")).unwrap() == fs::read(at.join("two/spin.html")).unwrap());
+}
+
 #[test]
 fn an_animation_plays_as_fast_as_it_is() {
     let (_dir, at) = folder();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use image::ImageReader;
 
-use super::args::{AssembleArgs, LoopArg};
+use super::args::{AssembleArgs, DirectionArg, LoopArg};
 use super::panics::caught;
 use super::progress::Reporter;
 use super::sequence::{frames, missing};
@@ -27,6 +27,9 @@ pub(super) fn run(args: &AssembleArgs) -> Result<Summary, Usage> {
     };
     if args.quality.is_some() && !format.is_lossy() {
         return Err(Usage("--quality is of .webp, .mp4 and .html alone: leave it out".into()));
+    }
+    if args.direction.is_some() && format != MovingFormat::Html {
+        return Err(Usage("--direction is of .html alone: leave it out".into()));
     }
     format.check_rate(args.fps).map_err(|text| Usage(format!("-o {}: {text}", output.display())))?;
     let reporter = Reporter::new(&args.telling, 1, args.quiet);
@@ -57,6 +60,7 @@ fn assemble(args: &AssembleArgs, format: MovingFormat, reporter: &Reporter) -> R
         repeat: args.r#loop == LoopArg::Forever,
         quality: args.quality.unwrap_or(MOVING_QUALITY),
         replace: if args.no_overwrite { Replace::No } else { Replace::Yes },
+        clockwise: args.direction == Some(DirectionArg::Cw),
     };
     folder_of(&args.output)?;
     let mut moving = Moving::create(&args.output, format, &settings)?;

@@ -26,8 +26,9 @@ pub(super) struct Done {
 
 impl Reel {
     pub fn new(file: &Path, playing: &Playing, size: (u32, u32), replace: Replace) -> Result<Reel> {
-        let Playing { format, fps, repeat, quality } = *playing;
-        let settings = MovingSettings { width: size.0, height: size.1, fps, repeat, quality, replace };
+        let Playing { format, fps, repeat, quality, clockwise } = *playing;
+        let (width, height) = size;
+        let settings = MovingSettings { width, height, fps, repeat, quality, replace, clockwise };
         let done = Done { file: file.to_path_buf(), small: Vec::new(), took: Duration::ZERO };
         Ok(Reel { moving: Moving::create(file, format, &settings)?, done })
     }

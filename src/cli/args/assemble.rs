@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::super::values;
-use super::{LoopArg, TellArgs};
+use super::{DirectionArg, LoopArg, TellArgs};
 use crate::display::Background;
 
 #[derive(Debug, Args)]
@@ -26,6 +26,9 @@ pub struct AssembleArgs {
     /// Quality, 1 to 100, of .webp (100: without loss), .mp4 and .html [default: 90]
     #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100), help_heading = "Output")]
     pub quality: Option<u8>,
+    /// Which way what the frames show turns, as seen from above: drags on an .html take it along [default: ccw]
+    #[arg(long, value_enum, help_heading = "Turntable")]
+    pub direction: Option<DirectionArg>,
     /// What is behind frames that are transparent [default: what is behind the picture]
     #[arg(long, value_name = "COLOR|transparent", value_parser = values::background, help_heading = "Image")]
     pub background: Option<Background>,

@@ -271,7 +271,7 @@ fn split(output: Option<&Path>) -> Result<(PathBuf, String), Usage> {
 }
 
 fn playing_flags(playing: &Playing) -> Vec<String> {
-    let Playing { format, fps, repeat, quality } = *playing;
+    let Playing { format, fps, repeat, quality, clockwise } = *playing;
     let mut flags = vec![format!("--fps={fps}")];
     if !repeat {
         flags.push("--loop=once".into());
@@ -279,12 +279,22 @@ fn playing_flags(playing: &Playing) -> Vec<String> {
     if MovingFormat::is_lossy(format) {
         flags.push(format!("--quality={quality}"));
     }
+    if clockwise && format == MovingFormat::Html {
+        flags.push("--direction=cw".into());
+    }
     flags
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_page_is_told_which_way_its_frames_turn() {
+        let playing = |format| Playing { format, fps: 24.0, repeat: true, quality: 90, clockwise: true };
+        assert_eq!(playing_flags(&playing(MovingFormat::Html)).last().unwrap(), "--direction=cw");
+        assert!(!playing_flags(&playing(MovingFormat::Mp4)).concat().contains("direction"));
+    }
 
     #[test]
     fn the_folder_of_pictures_is_cut_off_their_names() {

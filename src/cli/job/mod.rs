@@ -52,7 +52,7 @@ impl Job {
         let look = Look::new(&args.look, &args.scene, animation, &args.common, &limits)?;
         let shots = Shots::of_clip(&args.time, &args.moment)?;
         let share = args.time.chunk.map(|_| "--chunk");
-        let series = Series { many: shots.are_many(), fps: args.time.fps, share };
+        let series = Series { many: shots.are_many(), fps: args.time.fps, share, clockwise: false };
         Job {
             scenes: scenes::list(&args.scene.scenes)?,
             outputs: Outputs::new(&args.output, &series, &look)?,

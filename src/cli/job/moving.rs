@@ -20,6 +20,8 @@ pub struct Playing {
     pub repeat: bool,
     /// 1 to 100, for formats that lose something.
     pub quality: u8,
+    /// Which way a turntable is seen to turn.
+    pub clockwise: bool,
 }
 
 /// The format of a name that stands for all frames. A `.webp` stands for one: frames to such a name are
@@ -75,6 +77,7 @@ impl Playing {
             fps,
             repeat: args.r#loop != Some(LoopArg::Once),
             quality: args.quality.unwrap_or(MOVING_QUALITY),
+            clockwise: series.clockwise,
         })
     }
 }

@@ -38,6 +38,8 @@ pub struct Series {
     pub fps: Option<f64>,
     /// The flag by which they are a share of a whole.
     pub share: Option<&'static str>,
+    /// Whether what turns is seen to do so clockwise from above.
+    pub clockwise: bool,
 }
 
 /// Where all pictures go.

@@ -57,7 +57,14 @@ pub fn shots(args: &TurnArgs, time: f64) -> Result<Shots, Usage> {
 /// What its files depend on.
 pub fn series(args: &TurnArgs) -> Series {
     let share = args.only.as_ref().map(|_| "--only").or(args.chunk.map(|_| "--chunk"));
-    Series { many: true, fps: args.fps, share }
+    // A camera that goes one way sees the scene go the other.
+    let turns = [
+        args.turn == TurnArg::Camera,
+        args.direction == DirectionArg::Cw,
+        args.axis.is_some_and(|axis| axis.y < 0.0),
+    ];
+    let clockwise = turns.into_iter().fold(false, |clockwise, other| clockwise != other);
+    Series { many: true, fps: args.fps, share, clockwise }
 }
 
 fn angle(args: &TurnArgs, frame: i64) -> f64 {

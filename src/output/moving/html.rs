@@ -36,7 +36,7 @@ impl Encoder for Html {
     }
 
     fn finish(self: Box<Self>, body: &mut Spool) -> io::Result<Vec<u8>> {
-        let MovingSettings { width, height, fps, repeat, .. } = self.settings;
+        let MovingSettings { width, height, fps, repeat, clockwise, .. } = self.settings;
         let (head, tail) = PAGE.split_once(FRAMES).unwrap_or((PAGE, ""));
         body.write_all(tail.as_bytes())?;
         let values = [
@@ -46,6 +46,7 @@ impl Encoder for Html {
             ("{{height}}", height.to_string()),
             ("{{fps}}", fps.to_string()),
             ("{{repeat}}", repeat.to_string()),
+            ("{{way}}", if clockwise { "-1" } else { "1" }.to_string()),
         ];
         Ok(values.iter().fold(head.to_string(), |page, (name, value)| page.replace(name, value)).into_bytes())
     }

@@ -87,6 +87,8 @@ pub struct MovingSettings {
     pub quality: u8,
     /// What becomes of a file that is there already.
     pub replace: Replace,
+    /// Whether what turns does so clockwise, as seen from above: drags on a page take it along.
+    pub clockwise: bool,
 }
 
 /// A moving picture that is being written.

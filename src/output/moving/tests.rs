@@ -4,8 +4,15 @@ use std::path::Path;
 
 use super::*;
 
-pub(super) const SETTINGS: MovingSettings =
-    MovingSettings { width: 40, height: 30, fps: 12.0, repeat: true, quality: 90, replace: Replace::Yes };
+pub(super) const SETTINGS: MovingSettings = MovingSettings {
+    width: 40,
+    height: 30,
+    fps: 12.0,
+    repeat: true,
+    quality: 90,
+    replace: Replace::Yes,
+    clockwise: false,
+};
 
 /// A disc that goes around on a ground, or on nothing.
 pub(super) fn frame(i: u32, ground: [u8; 4]) -> Vec<[u8; 4]> {
