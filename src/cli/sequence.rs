@@ -1,12 +1,13 @@
 //! Frames as files: which they are, in which order, and which are missing.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
+use std::path::{Display, Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
+use super::values::Layers;
 use crate::output::identity;
 
 /// Endings of files that frames are read from.
@@ -15,7 +16,8 @@ const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
 /// The frames that were named, those of folders among them, in the order of their numbers; never `output`.
 ///
 /// # Errors
-/// A folder that cannot be read, that has no frames, or more than one series of them.
+/// A folder that cannot be read, that has no frames, or more than one series of them; pictures beside previews
+/// of their own layers.
 pub(super) fn frames(named: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
     // What was made of frames before is none.
     let output = identity(output);
@@ -28,8 +30,24 @@ pub(super) fn frames(named: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
             all.push(path.clone());
         }
     }
+    if let Some((picture, layer)) = beside_layer(&all) {
+        bail!("{picture} and its layer {layer} are no series: name the frames of one");
+    }
     all.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()));
     Ok(all)
+}
+
+/// A picture and a preview of one of its layers, which lies beside it under its name.
+fn beside_layer(frames: &[PathBuf]) -> Option<(Display<'_>, Display<'_>)> {
+    let layers = Layers::all().names();
+    let whole: HashMap<PathBuf, &PathBuf> = frames.iter().map(|f| (f.with_extension(""), f)).collect();
+    frames.iter().find_map(|frame| {
+        let name = frame.with_extension("");
+        let layer = name.extension()?.to_str()?;
+        let picture =
+            layers.iter().any(|known| known == layer).then(|| whole.get(&name.with_extension("")))??;
+        Some((picture.display(), frame.display()))
+    })
 }
 
 fn of_folder(folder: &Path, is_output: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>> {
@@ -162,3 +180,16 @@ mod tests {
         assert!(of("all.webp").unwrap_err().to_string().contains("name the frames"));
     }
 }
+    #[test]
+    fn previews_of_layers_are_no_frames_of_their_pictures() {
+        let of = |names: &[&str]| frames(&paths(names), Path::new("x.gif")).map(|all| all.len());
+        for layer in ["depth", "vertex-normal", "cryptomatte-object"] {
+            let preview = format!("f/a_1.{layer}.png");
+            let text = of(&["f/a_1.webp", "f/a_2.webp", &preview]).unwrap_err().to_string();
+            assert!(text.contains(&format!("f/a_1.webp and its layer {preview}")), "{text}");
+        }
+        // Those alone are a series, and so is what is only called alike.
+        assert_eq!(of(&["f/a_1.depth.png", "f/a_2.depth.png"]).unwrap(), 2);
+        assert_eq!(of(&["f/a.png", "f/a.left.png", "g/a.depth.png"]).unwrap(), 3);
+    }
+

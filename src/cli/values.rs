@@ -256,6 +256,11 @@ pub(super) struct Layers {
 }
 
 impl Layers {
+    /// All that there are.
+    pub fn all() -> Layers {
+        Layers { aovs: Aov::ALL.to_vec(), cryptomatte: true }
+    }
+
     /// Names of the pictures that show them.
     pub fn names(&self) -> Vec<String> {
         let aovs = self.aovs.iter().map(|aov| aov.name().to_string());
