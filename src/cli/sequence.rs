@@ -85,41 +85,57 @@ fn pattern(path: &Path) -> String {
 }
 
 /// The last digits of a name before its ending, and what they count.
-fn number_in(path: &Path) -> Option<(std::ops::Range<usize>, u64)> {
+fn number_in(path: &Path) -> Option<(std::ops::Range<usize>, i64)> {
     let stem = path.file_stem()?.to_string_lossy().into_owned();
     let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
-    let begin = stem[..end].trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    let digits = stem[..end].trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    let begin = match stem[..digits].strip_suffix('-') {
+        Some(before) if is_minus(before.chars().next_back()) => before.len(),
+        _ => digits,
+    };
     Some((begin..end, stem[begin..end].parse().ok()?))
+}
+
+/// Whether a dash between such a letter and digits is a number's sign: in `a-2` it only sets the number off.
+fn is_minus(before: Option<char>) -> bool {
+    before.is_none_or(|c| !c.is_alphanumeric())
 }
 
 /// Numbers that a sequence lacks, as text: those between its frames, where these go on by equal steps.
 pub(super) fn missing(frames: &[PathBuf]) -> Option<String> {
-    let numbers: Vec<u64> = frames.iter().map(|f| number_in(f).map(|(_, n)| n)).collect::<Option<_>>()?;
+    let numbers: Vec<i64> = frames.iter().map(|f| number_in(f).map(|(_, n)| n)).collect::<Option<_>>()?;
     let alike = frames.windows(2).all(|two| pattern(&two[0]) == pattern(&two[1]));
     let step = numbers.windows(2).filter_map(|two| two[1].checked_sub(two[0])).filter(|&s| s > 0).min()?;
     if !alike {
         return None;
     }
-    let gap = |two: &[u64]| match two[1].saturating_sub(two[0]) {
+    let gap = |two: &[i64]| match two[1].saturating_sub(two[0]) {
         apart if apart <= step => None,
-        apart if apart == 2 * step => Some(format!("{}", two[0] + step)),
+        apart if apart == step.saturating_mul(2) => Some(format!("{}", two[0] + step)),
         _ => Some(format!("{} to {}", two[0] + step, two[1] - step)),
     };
     let gaps: Vec<String> = numbers.windows(2).filter_map(gap).collect();
     (!gaps.is_empty()).then(|| gaps.join(", "))
 }
 
-/// Texts by their parts, digits as numbers: `a9` comes before `a10`.
+/// Texts by their parts, digits as numbers: `a9` comes before `a10`, and `-2` before `-1`.
 fn natural(a: &str, b: &str) -> Ordering {
     let digits = |s: &str| s.len() - s.trim_start_matches(|c: char| c.is_ascii_digit()).len();
     let (mut left, mut right) = (a, b);
     loop {
+        // Up to here both are alike, but for leading zeros.
+        let begins = is_minus(a[..a.len() - left.len()].chars().next_back());
+        let below_zero = |s: &str| begins && s.strip_prefix('-').is_some_and(|rest| digits(rest) > 0);
+        let below = below_zero(left) && below_zero(right);
+        if below {
+            (left, right) = (&left[1..], &right[1..]);
+        }
         let (x, y) = (digits(left), digits(right));
         if x > 0 && y > 0 {
             let (m, n) = (left[..x].trim_start_matches('0'), right[..y].trim_start_matches('0'));
             match m.len().cmp(&n.len()).then(m.cmp(n)) {
                 Ordering::Equal => (left, right) = (&left[x..], &right[y..]),
-                other => return other,
+                other => return if below { other.reverse() } else { other },
             }
             continue;
         }
@@ -149,6 +165,30 @@ mod tests {
         assert_eq!(sorted, paths(&expected));
     }
 
+    /// As `--frames=-2-2 -o f/####.png` names them.
+    #[test]
+    fn numbers_below_zero_come_first() {
+        for prefix in ["", "a_", "a-"] {
+            let name = |number: &str| format!("f/{prefix}{number}.png");
+            let all = ["-0010", "-0002", "-0001", "0000", "0001"].map(name).to_vec();
+            let expected = all.iter().map(PathBuf::from).collect::<Vec<_>>();
+            let named: Vec<PathBuf> = [3, 0, 4, 2, 1].map(|i| expected[i].clone()).into();
+            assert_eq!(frames(&named, Path::new("x.gif")).unwrap(), expected);
+            assert_eq!(missing(&expected).as_deref(), Some("-9 to -3"));
+        }
+        // What only sets a number off is no sign.
+        let apart = paths(&["f/a-1.png", "f/a-2.png", "f/a-4.png"]);
+        assert_eq!(frames(&apart, Path::new("x.gif")).unwrap(), apart);
+        assert_eq!(missing(&apart).as_deref(), Some("3"));
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["-0001.png", "0000.png", "0001.png"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let found = frames(&[folder.path().to_path_buf()], Path::new("x.gif")).unwrap();
+        assert_eq!(found.len(), 3);
+        assert!(found[0].ends_with("-0001.png"));
+    }
+
     #[test]
     fn what_is_missing_is_named() {
         let lacks = |names: &[&str]| missing(&paths(names));
@@ -160,6 +200,19 @@ mod tests {
         assert_eq!(lacks(&["a_1.png", "b_3.png", "b_4.png"]), None, "not one series");
         assert_eq!(lacks(&["a_1.png"]), None);
         assert_eq!(lacks(&["a_99999999999999999999999.png", "a_2.png"]), None);
+    }
+
+    #[test]
+    fn previews_of_layers_are_no_frames_of_their_pictures() {
+        let of = |names: &[&str]| frames(&paths(names), Path::new("x.gif")).map(|all| all.len());
+        for layer in ["depth", "vertex-normal", "cryptomatte-object"] {
+            let preview = format!("f/a_1.{layer}.png");
+            let text = of(&["f/a_1.webp", "f/a_2.webp", &preview]).unwrap_err().to_string();
+            assert!(text.contains(&format!("f/a_1.webp and its layer {preview}")), "{text}");
+        }
+        // Those alone are a series, and so is what is only called alike.
+        assert_eq!(of(&["f/a_1.depth.png", "f/a_2.depth.png"]).unwrap(), 2);
+        assert_eq!(of(&["f/a.png", "f/a.left.png", "g/a.depth.png"]).unwrap(), 3);
     }
 
     #[test]
@@ -180,16 +233,3 @@ mod tests {
         assert!(of("all.webp").unwrap_err().to_string().contains("name the frames"));
     }
 }
-    #[test]
-    fn previews_of_layers_are_no_frames_of_their_pictures() {
-        let of = |names: &[&str]| frames(&paths(names), Path::new("x.gif")).map(|all| all.len());
-        for layer in ["depth", "vertex-normal", "cryptomatte-object"] {
-            let preview = format!("f/a_1.{layer}.png");
-            let text = of(&["f/a_1.webp", "f/a_2.webp", &preview]).unwrap_err().to_string();
-            assert!(text.contains(&format!("f/a_1.webp and its layer {preview}")), "{text}");
-        }
-        // Those alone are a series, and so is what is only called alike.
-        assert_eq!(of(&["f/a_1.depth.png", "f/a_2.depth.png"]).unwrap(), 2);
-        assert_eq!(of(&["f/a.png", "f/a.left.png", "g/a.depth.png"]).unwrap(), 3);
-    }
-
