@@ -502,6 +502,33 @@ fn names_that_collide_in_any_of_their_files_are_refused() {
         fs::copy(model("tests/triangle.glb"), at.join(name)).unwrap();
     }
     for (line, says) in [
+/// `-` is standard output, for whatever is written, and takes one thing.
+#[test]
+fn a_dash_is_standard_output() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    let out = |line: &str| {
+        let output = blinn(&at, line);
+        assert_eq!(output.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let page = out(&format!("render {scene} {SMALL} -o a.png --report -"));
+    assert!(page.starts_with("<!doctype html>") && page.contains("href=\"a.png\""), "{page}");
+    assert_eq!(names(&at), ["a.png"]);
+    let job = out(&format!("job slurm -o - render {scene} --frames 1-2 -o out/#.png"));
+    assert!(job.starts_with("#!"), "{job}");
+    fs::write(at.join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let measured = "bench a.obj --size 16x9 --rounds 1 --threads 1";
+    let figures = out(&format!("{measured} --json -"));
+    assert!(serde_json::from_str::<serde_json::Value>(&figures).is_ok(), "{figures}");
+    assert_eq!(names(&at), ["a.obj", "a.png"]);
+    fs::write(at.join("old.json"), figures).unwrap();
+    assert!(out("bench --from old.json --report -").starts_with("<!doctype html>"));
+    assert_eq!(names(&at), ["a.obj", "a.png", "old.json"]);
+    refused(&at, &format!("render {scene} -o - --report -"), "both be written to standard output");
+    refused(&at, &format!("{measured} --json - --report -"), "both be written to -");
+}
+
         (
             "render t.glb t.depth.glb --aov depth",
             "t.glb and t.depth.glb would both be written to t.depth.png",

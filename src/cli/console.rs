@@ -2,7 +2,14 @@
 
 use std::io::{self, ErrorKind, Write, stderr, stdout};
 
+use std::path::Path;
+
 use anyhow::{Context, Result};
+
+/// Whether a file's name stands for standard output.
+pub(super) fn is_stdout(name: &Path) -> bool {
+    name == Path::new("-")
+}
 
 /// Tells a line on standard error. Where it cannot be told, work goes on.
 pub(super) fn tell(line: &str) {

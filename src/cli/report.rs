@@ -9,6 +9,7 @@ use anyhow::{Context, Error, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
+use super::console::{is_stdout, print};
 use super::job::{Claims, Writer};
 use super::work::folder_of;
 use crate::output::{Replace, check_writable, escape_html, write_atomically};
@@ -40,8 +41,10 @@ impl Report {
 
     /// Finds out at once whether it could be written.
     pub fn new(path: &Path, replace: Replace) -> Result<Report> {
-        folder_of(path)?;
-        check_writable(path, replace)?;
+        if !is_stdout(path) {
+            folder_of(path)?;
+            check_writable(path, replace)?;
+        }
         let page = tempfile::tempfile()
             .with_context(|| format!("{}: what it is made of needs a passing file", path.display()))?;
         Ok(Report {
@@ -94,7 +97,7 @@ impl Report {
         error.map_or(Ok(()), |e| self.add(&format!("<p class=\"failed\">{}</p>\n", escape_html(e))))
     }
 
-    /// Writes the page, unless it was refused and told so.
+    /// Writes the page, unless it was refused and told so, and returns the file that there is then.
     pub fn finish(mut self) -> Result<Option<PathBuf>> {
         if self.refused {
             return Ok(None);
@@ -111,6 +114,9 @@ impl Report {
         page += "</html>\n";
         write_atomically(&self.path, page.as_bytes(), self.replace)
             .with_context(|| format!("{} cannot be written", self.path.display()))?;
+        if is_stdout(&self.path) {
+            return print(page.as_bytes()).map(|()| None);
+        }
         Ok(Some(self.path))
     }
 

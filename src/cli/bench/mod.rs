@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use super::args::BenchArgs;
-use super::console::{print, tell};
+use super::console::{is_stdout, print, tell};
 use super::job::{Claims, Writer, scene_list, tier};
 use super::{Summary, Usage, describe, one_line, panics};
 use crate::bench::{
@@ -41,6 +41,9 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
     for (flag, file) in [("--json", &args.json), ("--report", &args.report)] {
         if let Some(file) = file {
             claims.write(file, Writer::Flag(flag)).map_err(Usage)?;
+            if is_stdout(file) {
+                continue;
+            }
             super::work::folder_of(file).map_err(|e| Usage(format!("{flag}: {e:#}")))?;
             if let Err(e) = check_writable(file, Replace::Yes) {
                 fail(&mut summary, &format!("{flag}: {e}"));
@@ -67,7 +70,12 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
     let compared = old.map(|old| compare(&old, &figures));
     let mut text = table::figures(&figures);
     text += &compared.as_ref().map(table::comparison).unwrap_or_default();
-    summary.note(print(text.as_bytes()));
+    // Standard output takes one thing, whole.
+    if [&args.json, &args.report].into_iter().flatten().any(|file| is_stdout(file)) {
+        tell(text.trim_end());
+    } else {
+        summary.note(print(text.as_bytes()));
+    }
     let report = || page(&figures, &heat_maps, compared.as_ref());
     keep(&mut summary, args, args.json.as_deref(), || figures.to_json());
     keep(&mut summary, args, args.report.as_deref(), report);
@@ -155,6 +163,9 @@ fn fail(summary: &mut Summary, text: &str) {
 
 fn keep(summary: &mut Summary, args: &BenchArgs, file: Option<&Path>, text: impl FnOnce() -> String) {
     let Some(file) = file else { return };
+    if is_stdout(file) {
+        return summary.note(print(text().as_bytes()));
+    }
     let written = super::work::folder_of(file).and_then(|()| {
         write_atomically(file, text().as_bytes(), Replace::Yes)
             .with_context(|| format!("{} cannot be written", file.display()))

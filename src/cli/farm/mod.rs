@@ -17,7 +17,7 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::args::{EngineArgs, FramesArgs, JobArgs};
-use super::console::print;
+use super::console::{is_stdout, print};
 use super::job::{Claims, Job, Writer};
 use super::panics::caught;
 use super::progress::{Reporter, Teller};
@@ -33,7 +33,7 @@ pub(super) fn run(args: &JobArgs, words: &[OsString]) -> Result<Summary, Usage> 
         FramesArgs::Render(args) => (Job::render(args)?, args.common.quiet),
         FramesArgs::Turntable(args) => (Job::turntable(args)?, args.common.quiet),
     };
-    let output = engine.job().output.as_deref();
+    let output = engine.job().output.as_deref().filter(|output| !is_stdout(output));
     if let Some(file) = output {
         Claims::of_read(&job.scenes).spare(file, Writer::Flag("-o")).map_err(Usage)?;
     }

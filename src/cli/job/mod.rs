@@ -14,6 +14,7 @@ mod turntable;
 use std::path::{Path, PathBuf};
 
 use super::args::{LookArgs, ProcessArgs, RenderArgs, TurntableArgs};
+use super::console::is_stdout;
 use super::{Usage, memory};
 use crate::accel::BuildSettings;
 use crate::batch::Key;
@@ -126,7 +127,8 @@ impl Job {
     fn checked(self, look: &LookArgs, process: &ProcessArgs) -> Result<Job, Usage> {
         let given = [&look.light.hdri, &look.camera.camera_xml, &process.config];
         let mut claims = Claims::of_read(self.scenes.iter().chain(given.into_iter().flatten()));
-        self.outputs.check_stdout(&self.scenes)?;
+        let report = process.report.as_deref();
+        self.outputs.check_stdout(&self.scenes, report.is_some_and(is_stdout))?;
         self.views.map_or(Ok(()), |views| views.check_names(&self.scenes, &self.outputs))?;
         let shots = self.shots.known().filter(|shots| !shots.is_empty());
         let shots = shots.unwrap_or_else(|| vec![Shot::at(1, 0.0)]);
@@ -135,7 +137,7 @@ impl Job {
                 claims.write(&file, Writer::Scene(scene)).map_err(Usage)?;
             }
         }
-        if let Some(report) = &process.report {
+        if let Some(report) = report.filter(|report| !is_stdout(report)) {
             claims.write(report, Writer::Flag("--report")).map_err(Usage)?;
         }
         Ok(self)

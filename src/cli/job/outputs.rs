@@ -123,9 +123,12 @@ impl Outputs {
         !files.is_empty() && files.iter().all(is_it)
     }
 
-    /// Refuses to write more than one picture to standard output.
-    pub fn check_stdout(&self, scenes: &[PathBuf]) -> Result<(), Usage> {
+    /// Refuses to write more than one picture to standard output, or another thing beside it.
+    pub fn check_stdout(&self, scenes: &[PathBuf], report: bool) -> Result<(), Usage> {
         match (&self.template, scenes) {
+            (None, _) if report => {
+                Err(Usage("-o - and --report - would both be written to standard output: name a file".into()))
+            }
             (None, [_, _, ..]) => {
                 Err(Usage("-o -: standard output takes one picture, and several scenes were given".into()))
             }
