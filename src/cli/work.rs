@@ -51,7 +51,7 @@ impl Work<'_> {
             Some(shots) => shots,
             None => {
                 let end = clip_end(&scene, &self.job.look.animation(&scene)?)?;
-                self.missing(self.job.shots.of(end))
+                self.missing(self.job.shots.of(end)?)
             }
         };
         if self.job.dry_run {

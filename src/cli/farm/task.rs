@@ -208,7 +208,7 @@ impl<'a> Plan<'a> {
         }
         let flags = [given.words(), resolved].concat();
 
-        let shots: Vec<i64> = job.shots.of(studio.end).iter().map(|shot| shot.frame).collect();
+        let shots: Vec<i64> = job.shots.of(studio.end)?.iter().map(|shot| shot.frame).collect();
         let frames = FrameList::ascending(shots.iter().copied());
         let mut pattern = self.pattern;
         let mut assembly = None;

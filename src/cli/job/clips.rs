@@ -44,7 +44,7 @@ impl Job {
     fn shots_of_file(&self, scene: &Path) -> Option<Vec<Shot>> {
         let limits = memory::limits(self.max_memory);
         let (scene, _) = load(scene, &LoadOptions { limits, ..self.look.load.clone() }).ok()?;
-        Some(self.shots.of(clip_end(&scene, &self.look.animation(&scene).ok()?).ok()?))
+        self.shots.of(clip_end(&scene, &self.look.animation(&scene).ok()?).ok()?).ok()
     }
 }
 

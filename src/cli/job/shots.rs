@@ -1,6 +1,8 @@
 //! Which pictures are made of each scene.
 
-use crate::batch::{Chunk, FrameList};
+use anyhow::{Result, bail};
+
+use crate::batch::{Chunk, FrameList, MOST_FRAMES};
 use crate::cli::Usage;
 use crate::cli::args::{MomentArgs, TimeArgs};
 use crate::scene::Orbit;
@@ -47,7 +49,7 @@ pub enum Shots {
 }
 
 impl Shots {
-    pub fn of_clip(time: &TimeArgs, moment: &MomentArgs) -> Result<Shots, Usage> {
+    pub fn of_clip(time: &TimeArgs, moment: &MomentArgs) -> std::result::Result<Shots, Usage> {
         let fps = time.fps.unwrap_or(USUAL_FPS);
         match (&time.frames, time.frame) {
             (Some(frames), _) => Ok(Shots::Clip { frames: frames.clone(), fps, chunk: time.chunk }),
@@ -68,31 +70,37 @@ impl Shots {
     pub fn known(&self) -> Option<Vec<Shot>> {
         match self {
             Shots::Clip { frames: None, .. } => None,
-            _ => Some(self.of(0.0)),
+            _ => self.of(0.0).ok(),
         }
     }
 
     /// The pictures of a scene whose clip ends after so many seconds.
-    pub fn of(&self, clip_end: f64) -> Vec<Shot> {
-        match self {
+    ///
+    /// # Errors
+    /// More frames than a list holds.
+    pub fn of(&self, clip_end: f64) -> Result<Vec<Shot>> {
+        Ok(match self {
             Shots::One(shot) => vec![*shot],
             Shots::These(shots) => shots.clone(),
             Shots::Clip { frames, fps, chunk } => {
-                let whole = frames.clone().unwrap_or_else(|| whole_clip(clip_end, *fps));
+                let whole = frames.clone().map_or_else(|| whole_clip(clip_end, *fps), Ok)?;
                 let frames = whole.frames();
                 let share = chunk.map_or(0..frames.len(), |chunk| chunk.of(frames.len()));
                 let shot = |&frame: &i64| Shot::at(frame, frame as f64 / fps);
                 frames[share].iter().map(shot).collect()
             }
-        }
+        })
     }
 }
 
 /// Frames from 1 until the clip has ended; one where nothing moves.
-fn whole_clip(end: f64, fps: f64) -> FrameList {
+fn whole_clip(end: f64, fps: f64) -> Result<FrameList> {
     // Key times are f32: the last frame's may lie a little late.
-    let last = (end * fps - 1e-3).ceil();
-    FrameList::up_to(last.clamp(1.0, crate::batch::MOST_FRAMES as f64) as u32)
+    let last = (end * fps - 1e-3).ceil().max(1.0);
+    if last > MOST_FRAMES as f64 {
+        bail!("--frames: {end} seconds at --fps {fps} are more than {MOST_FRAMES} frames: list some of them");
+    }
+    Ok(FrameList::up_to(last as u32))
 }
 
 #[cfg(test)]
@@ -101,9 +109,13 @@ mod tests {
 
     #[test]
     fn a_clip_is_all_frames_up_to_its_end() {
-        let last = |end: f64| whole_clip(end, 24.0).frames().len();
+        let last = |end: f64| whole_clip(end, 24.0).unwrap().frames().len();
         assert_eq!((last(0.0), last(1.0), last(f64::from(10f32 / 24.0)), last(0.43)), (1, 24, 10, 11));
-        assert_eq!(last(f64::INFINITY), crate::batch::MOST_FRAMES);
+        assert_eq!(last(1e6 / 24.0), MOST_FRAMES);
+        for (end, fps) in [(1e6 / 24.0 + 0.1, 24.0), (1.0, 1e9), (1.0, 1e300), (f64::INFINITY, 24.0)] {
+            let told = whole_clip(end, fps).unwrap_err().to_string();
+            assert!(told.contains("more than 1000000 frames"), "{told}");
+        }
     }
 
     #[test]
