@@ -321,6 +321,18 @@ fn info_tells_what_is_there_in_text_and_json() {
     assert_eq!(json["lights"][0]["kind"], "point");
 }
 
+/// What `render` warns of when it builds trees is in the file already.
+#[test]
+fn info_tells_of_triangles_that_cannot_be_seen() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 3 4\n";
+    fs::write(dir.path().join("a.obj"), text).unwrap();
+    let output = blinn(dir.path(), &["info", "a.obj", "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["warnings"], serde_json::json!(["triangles left out: 1 without area"]));
+    fails(dir.path(), &["info", "a.obj", "--strict"], 1, "1 without area");
+}
+
 #[test]
 fn every_flag_is_taken() {
     let dir = tempfile::tempdir().unwrap();

@@ -6,9 +6,11 @@ use super::args::InfoArgs;
 use super::console::{print, tell};
 use super::job::{load_options, scene_list};
 use super::panics::caught;
+use super::studio::left_out;
 use super::{Summary, Usage, memory, one_line};
-use crate::import::{LoadOptions, Warning, load};
-use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, Reflectance, Scene, pose};
+use crate::accel::{Accel, BuildSettings};
+use crate::import::{LoadOptions, load};
+use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, PosedScene, Reflectance, pose};
 
 pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     let options = LoadOptions { limits: memory::limits(None), ..load_options(&args.scene, &args.common) };
@@ -18,12 +20,18 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     for path in &scenes {
         let outcome = caught(|| {
             let (scene, warnings) = load(path, &options)?;
+            let posed =
+                pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
+            // What pictures lack is found where trees are built.
+            let (_, cleaned) = Accel::build(&posed, &BuildSettings::default());
+            let warnings = warnings.iter().map(ToString::to_string);
+            let warnings: Vec<String> = warnings.chain(left_out(&cleaned)).collect();
             if args.common.strict
                 && let Some(warning) = warnings.first()
             {
                 anyhow::bail!("{warning} (an error because of --strict)");
             }
-            let mut facts = describe(&scene, &warnings)?;
+            let mut facts = describe(&posed, &warnings);
             facts.insert("file".into(), json!(path.to_string_lossy()));
             Ok(facts)
         });
@@ -52,8 +60,8 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
 
 type Facts = serde_json::Map<String, Value>;
 
-fn describe(scene: &Scene, warnings: &[Warning]) -> anyhow::Result<Facts> {
-    let posed = pose(scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
+fn describe(posed: &PosedScene, warnings: &[String]) -> Facts {
+    let scene = posed.scene;
     let bounds = posed.bounds();
     let corner = |v: glam::DVec3| if bounds.is_empty() { Value::Null } else { json!(v.to_array()) };
     let node = |n: u32| &scene.nodes[n as usize].name;
@@ -108,9 +116,9 @@ fn describe(scene: &Scene, warnings: &[Warning]) -> anyhow::Result<Facts> {
         "skins": scene.skins.len(),
         "variants": scene.source.variants,
         "extensions": scene.source.extensions,
-        "warnings": warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "warnings": warnings,
     });
-    Ok(value.as_object().cloned().unwrap_or_default())
+    value.as_object().cloned().unwrap_or_default()
 }
 
 /// The same facts for people.

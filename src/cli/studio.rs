@@ -238,7 +238,8 @@ fn check_crop(settings: &RenderSettings) -> Result<()> {
     Ok(())
 }
 
-fn left_out(report: &CleanReport) -> Option<String> {
+/// What pictures lack of a scene, in words.
+pub(super) fn left_out(report: &CleanReport) -> Option<String> {
     let mut parts = Vec::new();
     if report.non_finite > 0 {
         parts.push(format!("{} with vertices that are not finite numbers", report.non_finite));
