@@ -162,7 +162,7 @@ fn what_makes_no_job_is_refused() {
     // What only the scene tells.
     for (line, says) in [
         ("job openjd turntable missing.glb", "missing.glb"),
-        ("job openjd turntable cube.obj -o {{stem}}#.png", "cannot say two opening braces"),
+        ("job openjd turntable cube.obj -o {{stem}}#.png", "cannot say two braces together"),
         ("job slurm render cube.obj --frames 4-1:-1 -o a.gif", "in the order of its frames' numbers"),
     ] {
         let output = blinn(&at, line);

@@ -36,9 +36,19 @@ pub fn template(task: &Task, target_seconds: u32, reporter: &Reporter) -> Result
 }
 
 fn name(task: &Task) -> String {
-    // Two braces would begin something to fill in.
-    let name = format!("{} {}", task.command, task.stem()).replace("{{", "{ {");
-    name.chars().take(MOST_NAME).collect()
+    apart(&format!("{} {}", task.command, task.stem())).chars().take(MOST_NAME).collect()
+}
+
+/// Text with no two braces together: they would begin, or end, something to fill in.
+fn apart(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        if "{}".contains(c) && out.ends_with(c) {
+            out.push(' ');
+        }
+        out.push(c);
+    }
+    out
 }
 
 /// The parameter that stands for a file that a flag names.
@@ -174,8 +184,22 @@ fn script(args: Vec<String>) -> Value {
 
 /// Text that stands for itself.
 fn literal(text: &str) -> Result<String> {
-    if text.contains("{{") {
-        bail!("{text}: a template cannot say two opening braces: use another name");
+    if text.contains("{{") || text.contains("}}") {
+        bail!("{text}: a template cannot say two braces together: use another name");
     }
     Ok(text.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_braces_are_together() {
+        for (text, told) in [("a{{b}}", "a{ {b} }"), ("{{{", "{ { {"), ("}}}}", "} } } }"), ("{}{}", "{}{}")]
+        {
+            assert_eq!(apart(text), told);
+        }
+        assert!(literal("{{a").is_err() && literal("a}}").is_err() && literal("{a}").is_ok());
+    }
 }
