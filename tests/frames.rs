@@ -465,6 +465,10 @@ fn settings_come_from_a_file_and_the_command_line_wins() {
         refused(&at, &format!("render {scene} --config e.toml"), says);
     }
     refused(&at, &format!("render {scene} --config none.toml"), "none.toml");
+    // A bad value is told with the place that it stands in.
+    fs::write(at.join("e.toml"), "size = \"1\"\nview = \"dark\"").unwrap();
+    refused(&at, &format!("render {scene} --config e.toml"), "blinn: --config e.toml: --");
+    refused(&at, &format!("render {scene} --config e.toml --view agx --size 2"), "blinn: --size 2: ");
     // A clip's frames, with and without a list.
     fs::write(at.join("f.toml"), "frames = true\nfps = 2\nsize = \"16x9\"").unwrap();
     let figure = model("figure/figure.glb");
@@ -487,21 +491,17 @@ fn a_report_shows_all_pictures_and_what_went_wrong() {
     assert_eq!(output.status.code(), Some(1));
     let page = fs::read_to_string(at.join("out/r.html")).unwrap();
     assert_eq!(page.matches("<figure>").count(), 3);
-    for expected in
-        ["href=\"cornell_2.png\"", "data:image/jpeg;base64,", "missing&lt;.glb", "1 scenes failed"]
-    {
+    for expected in [
+        "href=\"cornell_2.png\"",
+        "data:image/jpeg;base64,",
+        "missing&lt;.glb",
+        "3 pictures in",
+        "1 scene failed",
+    ] {
         assert!(page.contains(expected), "{expected}: {page}");
     }
 }
 
-/// Whatever is written: pictures, their layers, a moving picture, a page.
-#[test]
-fn names_that_collide_in_any_of_their_files_are_refused() {
-    let (_dir, at) = folder();
-    for name in ["t.glb", "t.depth.glb"] {
-        fs::copy(model("tests/triangle.glb"), at.join(name)).unwrap();
-    }
-    for (line, says) in [
 /// `-` is standard output, for whatever is written, and takes one thing.
 #[test]
 fn a_dash_is_standard_output() {
@@ -529,6 +529,14 @@ fn a_dash_is_standard_output() {
     refused(&at, &format!("{measured} --json - --report -"), "both be written to -");
 }
 
+/// Whatever is written: pictures, their layers, a moving picture, a page.
+#[test]
+fn names_that_collide_in_any_of_their_files_are_refused() {
+    let (_dir, at) = folder();
+    for name in ["t.glb", "t.depth.glb"] {
+        fs::copy(model("tests/triangle.glb"), at.join(name)).unwrap();
+    }
+    for (line, says) in [
         (
             "render t.glb t.depth.glb --aov depth",
             "t.glb and t.depth.glb would both be written to t.depth.png",

@@ -6,10 +6,24 @@ use std::path::Path;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};
 
-use super::{foreign, help};
+use super::{config, foreign, help};
 
-/// One line for what clap found wrong with `words`.
-pub(super) fn one_line(error: &Error, words: &[OsString]) -> String {
+/// One line for what clap found wrong with `words`, which are those that were `given` and those of a file.
+pub(super) fn one_line(error: &Error, words: &[OsString], given: &[OsString]) -> String {
+    let line = of_words(error, words);
+    let refused = matches!(error.kind(), ErrorKind::InvalidValue | ErrorKind::ValueValidation);
+    let flag = Context(error).text(ContextKind::InvalidArg).filter(|_| refused);
+    let stands_in = |words: &[OsString], flag: &str| {
+        words.iter().any(|word| word.to_str().is_some_and(|word| word.split('=').next() == Some(flag)))
+    };
+    let of_file = |flag: String| stands_in(words, bare(&flag)) && !stands_in(given, bare(&flag));
+    match config::file_of(given).filter(|_| flag.is_some_and(of_file)) {
+        Some(file) => format!("--config {}: {line}", file.display()),
+        None => line,
+    }
+}
+
+fn of_words(error: &Error, words: &[OsString]) -> String {
     let cli = help::full();
     let context = Context(error);
     let flag = context.text(ContextKind::InvalidArg);

@@ -39,6 +39,12 @@ pub(super) fn with_file(mut words: Vec<OsString>) -> Result<Vec<OsString>, Usage
     Ok(words)
 }
 
+/// The settings file that a command line names.
+pub(super) fn file_of(words: &[OsString]) -> Option<PathBuf> {
+    let given = help::full().ignore_errors(true).try_get_matches_from(words).ok()?;
+    deepest(&given)?.1.try_get_one::<PathBuf>("config").ok().flatten().cloned()
+}
+
 /// The names of the commands in a command line, such as `job`, `slurm` and `render`, and what was given to
 /// the last of them.
 pub(super) fn deepest(matches: &ArgMatches) -> Option<(Vec<&str>, &ArgMatches)> {

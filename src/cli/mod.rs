@@ -65,7 +65,7 @@ fn carry_out() -> ExitCode {
     let parsed = help::command_line(&words).try_get_matches_from(&words);
     let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
-        Err(e) => return instead_of_work(&e, &words),
+        Err(e) => return instead_of_work(&e, &words, &given),
     };
     if cli.command.process().is_some_and(|process| process.print_config) {
         let settings = match config::print(&words) {
@@ -108,7 +108,7 @@ fn set_out(threads: Option<u16>) -> anyhow::Result<()> {
 }
 
 /// What was asked for instead of work, or what is wrong with how it was asked for.
-fn instead_of_work(found: &clap::Error, words: &[OsString]) -> ExitCode {
+fn instead_of_work(found: &clap::Error, words: &[OsString], given: &[OsString]) -> ExitCode {
     match found.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             Summary::of_printing(console::printed(found.print())).exit()
@@ -118,7 +118,7 @@ fn instead_of_work(found: &clap::Error, words: &[OsString]) -> ExitCode {
             let _ = found.print();
             ExitCode::from(USAGE)
         }
-        _ => Usage(complaint::one_line(found, words)).exit(words),
+        _ => Usage(complaint::one_line(found, words, given)).exit(words),
     }
 }
 

@@ -88,7 +88,8 @@ impl Report {
     /// A scene is done: what was to be said of it.
     pub fn scene_done(&mut self, warnings: &[String], kept: usize, error: Option<&str>) -> Result<()> {
         if kept > 0 {
-            self.add(&format!("<p>{kept} pictures were there already.</p>\n"))?;
+            let were = if kept == 1 { "picture was" } else { "pictures were" };
+            self.add(&format!("<p>{kept} {were} there already.</p>\n"))?;
         }
         for warning in warnings {
             self.add(&format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning)))?;
@@ -104,19 +105,20 @@ impl Report {
         }
         let Report { pictures, failed, .. } = self;
         let seconds = self.since.elapsed().as_secs_f64();
-        let mut page = format!("{HEAD}<p>{pictures} pictures in {seconds:.1} s");
+        let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+        let mut page = format!("{HEAD}<p>{} in {seconds:.1} s", of(pictures, "picture"));
         if failed > 0 {
-            page += &format!(", <span class=\"failed\">{failed} scenes failed</span>");
+            page += &format!(", <span class=\"failed\">{} failed</span>", of(failed, "scene"));
         }
         page += ".</p>\n";
         self.page.rewind()?;
         self.page.read_to_string(&mut page)?;
         page += "</html>\n";
-        write_atomically(&self.path, page.as_bytes(), self.replace)
-            .with_context(|| format!("{} cannot be written", self.path.display()))?;
         if is_stdout(&self.path) {
             return print(page.as_bytes()).map(|()| None);
         }
+        write_atomically(&self.path, page.as_bytes(), self.replace)
+            .with_context(|| format!("{} cannot be written", self.path.display()))?;
         Ok(Some(self.path))
     }
 

@@ -307,6 +307,7 @@ pub(super) fn lights(text: &str) -> Result<Vec<LightSource>, String> {
         "file" => Ok(LightSource::File),
         "headlight" => Ok(LightSource::Headlight),
         "three-point" => Ok(LightSource::ThreePoint),
+        "none" => Err("'none' stands alone: leave it out, or the others".to_string()),
         other => Err(format!("no lights '{other}': there are file, headlight, three-point and none")),
     };
     let mut list = Vec::new();
@@ -400,5 +401,6 @@ mod tests {
         assert!(lights("none").unwrap().is_empty());
         assert_eq!(lights("file,headlight").unwrap(), [LightSource::File, LightSource::Headlight]);
         assert!(lights("sun").is_err());
+        assert!(lights("none,file").unwrap_err().contains("'none' stands alone"));
     }
 }
