@@ -67,28 +67,55 @@ pub(super) const MOST: usize = (1 << 30) - 1;
 /// Marks a triangle that cannot be hit.
 const UNFIT: u32 = u32::MAX;
 
+/// What cannot be hit, by why.
+#[derive(Default)]
+struct Unfits {
+    non_finite: AtomicU64,
+    zero_area: AtomicU64,
+}
+
+impl Unfits {
+    fn count(&self, unfit: Unfit) {
+        let counter = if unfit == Unfit::NonFinite { &self.non_finite } else { &self.zero_area };
+        counter.fetch_add(1, Relaxed);
+    }
+
+    fn report(self) -> CleanReport {
+        let Unfits { non_finite, zero_area } = self;
+        CleanReport {
+            non_finite: non_finite.into_inner(),
+            zero_area: zero_area.into_inner(),
+            ..CleanReport::default()
+        }
+    }
+}
+
+/// The numbers of `raw(0..count)`, up to [`MOST`], in order and by all threads.
+fn numbers(count: usize) -> impl IndexedParallelIterator<Item = usize> {
+    (0..count.min(MOST)).into_par_iter().with_min_len(1 << 12)
+}
+
 /// Those of `raw(0..count)` that can be hit. Those beyond [`MOST`] are left out.
 pub(super) fn clean(count: usize, raw: impl Fn(usize) -> Raw + Sync) -> (Vec<Fit>, CleanReport) {
-    let (non_finite, zero_area) = (AtomicU64::new(0), AtomicU64::new(0));
-    let one = |i: usize| {
-        let raw = raw(i);
-        match raw.sorted() {
-            Ok((corners, look)) => Fit { corners, look, id: i as u32 },
-            Err(unfit) => {
-                let counter = if unfit == Unfit::NonFinite { &non_finite } else { &zero_area };
-                counter.fetch_add(1, Relaxed);
-                Fit::NOWHERE
-            }
+    let unfits = Unfits::default();
+    let one = |i: usize| match raw(i).sorted() {
+        Ok((corners, look)) => Fit { corners, look, id: i as u32 },
+        Err(unfit) => {
+            unfits.count(unfit);
+            Fit::NOWHERE
         }
     };
-    let mut fit: Vec<Fit> = (0..count.min(MOST)).into_par_iter().with_min_len(1 << 12).map(one).collect();
-    let report = CleanReport {
-        non_finite: non_finite.into_inner(),
-        zero_area: zero_area.into_inner(),
-        ..CleanReport::default()
-    };
+    let mut fit: Vec<Fit> = numbers(count).map(one).collect();
+    let report = unfits.report();
     if report != CleanReport::default() {
         fit.retain(|fit| fit.id != UNFIT);
     }
     (fit, report)
+}
+
+/// What [`clean`] would leave out.
+pub(super) fn left_out(count: usize, raw: impl Fn(usize) -> Raw + Sync) -> CleanReport {
+    let unfits = Unfits::default();
+    numbers(count).filter_map(|i| raw(i).sorted().err()).for_each(|unfit| unfits.count(unfit));
+    unfits.report()
 }

@@ -45,7 +45,7 @@ use std::collections::BTreeMap;
 
 use crate::geometry::{Hit, HitId, Rgb};
 use crate::scene::{PosedScene, SurfaceClass};
-use clean::{Look, Raw};
+use clean::{Look, Raw, left_out};
 use hit::FrameRay;
 use packet::{Answers, GROUP, Packet, PacketStack, RAYS};
 use passing::Passing;
@@ -97,6 +97,22 @@ pub struct CleanReport {
 }
 
 impl CleanReport {
+    /// What trees of a posed scene would leave out, without building them. Coincident triangles, which
+    /// they do not, are not counted.
+    pub fn of(posed: &PosedScene) -> CleanReport {
+        let plan = Plan::new(posed, Flatten::USUAL);
+        let mut report = CleanReport::default();
+        for world in [&plan.still, &plan.moving] {
+            let (spans, count) = world_spans(posed, world);
+            report.add(left_out(count, world_raw(posed, world, &spans)), 1);
+        }
+        for (&mesh, placed) in &plan.placed {
+            let (count, raw) = mesh_raw(posed, mesh, placed.look);
+            report.add(left_out(count, raw), placed.instances.len() as u64);
+        }
+        report
+    }
+
     fn add(&mut self, other: CleanReport, times: u64) {
         self.non_finite += other.non_finite * times;
         self.zero_area += other.zero_area * times;
@@ -478,15 +494,23 @@ fn world_raw<'a>(posed: &'a PosedScene, world: &'a World, spans: &'a Spans) -> i
     }
 }
 
+fn world_spans(posed: &PosedScene, world: &World) -> (Spans, usize) {
+    Spans::new(world.iter().map(|member| (member.instance, posed.mesh(member.instance).triangles.len())))
+}
+
 fn world_triangles(posed: &PosedScene, world: &World, preset: Preset) -> Triangles {
-    let of = |member: &Member| (member.instance, posed.mesh(member.instance).triangles.len());
-    let (spans, count) = Spans::new(world.iter().map(of));
+    let (spans, count) = world_spans(posed, world);
     let finder = spans.clone();
     Triangles::build((spans, count), world_raw(posed, world, &finder), preset)
 }
 
-fn mesh_triangles(posed: &PosedScene, mesh: u32, look: Look, preset: Preset) -> Triangles {
+fn mesh_raw<'a>(posed: &'a PosedScene, mesh: u32, look: Look) -> (usize, impl Fn(usize) -> Raw + 'a) {
     let mesh = &posed.scene.meshes[mesh as usize];
-    let raw = |i: usize| Raw { v: mesh.triangles[i].map(|v| mesh.positions[v as usize]), look };
-    Triangles::build(Spans::new([(0, mesh.triangles.len())].into_iter()), raw, preset)
+    let raw = move |i: usize| Raw { v: mesh.triangles[i].map(|v| mesh.positions[v as usize]), look };
+    (mesh.triangles.len(), raw)
+}
+
+fn mesh_triangles(posed: &PosedScene, mesh: u32, look: Look, preset: Preset) -> Triangles {
+    let (count, raw) = mesh_raw(posed, mesh, look);
+    Triangles::build(Spans::new([(0, count)].into_iter()), raw, preset)
 }

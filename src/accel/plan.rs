@@ -10,12 +10,12 @@
 
 use std::collections::BTreeMap;
 
-use glam::DAffine3;
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::clean::Look;
 use super::two_level::Frame;
 use crate::geometry::Transform;
-use crate::scene::PosedScene;
+use crate::scene::{PosedInstance, PosedScene};
 
 /// An instance whose triangles are in a world's tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +84,8 @@ impl Plan {
         let mut plan = Plan::default();
         let moving = posed.scene.moving(&posed.scene.animations);
         let mut rigid: BTreeMap<(bool, u32), Drawn> = BTreeMap::new();
-        for (i, instance) in posed.instances.iter().enumerate().filter(|(_, i)| i.visible) {
+        let seen = |i: &PosedInstance| i.visible && !vanishes(&i.transform.affine.matrix3);
+        for (i, instance) in posed.instances.iter().enumerate().filter(|(_, i)| seen(i)) {
             let to_world = instance.transform.affine;
             let mesh = posed.scene.instances[i].mesh;
             let moves = moving[i];
@@ -132,6 +133,12 @@ impl Plan {
     pub fn bends(&self, posed: &PosedScene) -> bool {
         self.moving.iter().any(|member| may_bend(posed, member.instance))
     }
+}
+
+/// Whether everything becomes a line or a point, as what animations scale to 0 to hide it.
+fn vanishes(to_world: &DMat3) -> bool {
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *to_world;
+    [x.cross(y), y.cross(z), z.cross(x)] == [DVec3::ZERO; 3]
 }
 
 fn member(posed: &PosedScene, instance: u32) -> Member {

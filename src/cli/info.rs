@@ -8,7 +8,7 @@ use super::job::{load_options, scene_list};
 use super::panics::caught;
 use super::studio::left_out;
 use super::{Summary, Usage, memory, one_line};
-use crate::accel::{Accel, BuildSettings};
+use crate::accel::CleanReport;
 use crate::import::{LoadOptions, load};
 use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, PosedScene, Reflectance, pose};
 
@@ -22,10 +22,8 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
             let (scene, warnings) = load(path, &options)?;
             let posed =
                 pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
-            // What pictures lack is found where trees are built.
-            let (_, cleaned) = Accel::build(&posed, &BuildSettings::default());
             let warnings = warnings.iter().map(ToString::to_string);
-            let warnings: Vec<String> = warnings.chain(left_out(&cleaned)).collect();
+            let warnings: Vec<String> = warnings.chain(left_out(&CleanReport::of(&posed))).collect();
             if args.common.strict
                 && let Some(warning) = warnings.first()
             {
