@@ -321,6 +321,17 @@ fn info_tells_what_is_there_in_text_and_json() {
     assert_eq!(json["lights"][0]["kind"], "point");
 }
 
+#[test]
+fn a_scene_without_anything_to_draw_is_told_of() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{}]}"#;
+    fs::write(dir.path().join("a.gltf"), text).unwrap();
+    let output = blinn(dir.path(), &["render", "a.gltf", "--size", "8x8"]);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && errors.contains("a.gltf: it has nothing to draw"), "{errors}");
+    fails(dir.path(), &["render", "a.gltf", "--size", "8x8", "--strict"], 1, "nothing to draw");
+}
+
 /// What `render` warns of when it builds trees is in the file already.
 #[test]
 fn info_tells_of_triangles_that_cannot_be_seen() {

@@ -17,7 +17,7 @@ use super::studio::{Moment, Studio};
 use crate::batch::{Contents, overlap, written_since};
 use crate::import::{LoadOptions, load, open_scene_file};
 use crate::output::{Picture, check_free, check_writable, save, thumbnail};
-use crate::scene::{OverClip, Scene, Selection, clip_end};
+use crate::scene::{OverClip, Scene, clip_end};
 
 /// What is to be done for one scene.
 pub(super) struct Work<'a> {
@@ -203,12 +203,15 @@ pub(super) fn read(job: &Job, path: &Path, teller: &Teller) -> Result<Scene> {
     let look = &job.look;
     let limits = memory::limits(job.max_memory);
     let (mut scene, warnings) = load(path, &LoadOptions { limits, ..look.load.clone() })?;
+    let empty = scene.instances.is_empty();
     scene.select(&look.selection)?;
     teller.stage("load", start, &format!("{} triangles", scene.drawn_triangles()));
     for warning in &warnings {
         teller.warn(&warning.to_string())?;
     }
-    if scene.instances.is_empty() && look.selection != Selection::default() {
+    if empty {
+        teller.warn("it has nothing to draw: no node of the scene has a mesh of triangles")?;
+    } else if scene.instances.is_empty() {
         teller.warn("--hide and --only-objects leave nothing to see")?;
     }
     Ok(scene)
