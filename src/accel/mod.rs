@@ -16,6 +16,7 @@ mod clean;
 mod collapse;
 mod corners;
 mod forest;
+mod gather;
 mod hit;
 mod lanes;
 mod neighbours;
@@ -45,14 +46,13 @@ use std::collections::BTreeMap;
 
 use crate::geometry::{Hit, HitId, Rgb};
 use crate::scene::{PosedScene, SurfaceClass};
-use clean::{Look, Raw, left_out};
+use gather::{mesh_triangles, world_raw, world_triangles};
 use hit::FrameRay;
 use packet::{Answers, GROUP, Packet, PacketStack, RAYS};
 use passing::Passing;
-use plan::{Member, Plan, World};
+use plan::{Member, Plan};
 use query::{Asked, Blocking, Closest, Query};
 use simd::{Job, Plain, Simd};
-use spans::Spans;
 use triangles::Triangles;
 use two_level::Top;
 use wide::Stack;
@@ -97,22 +97,6 @@ pub struct CleanReport {
 }
 
 impl CleanReport {
-    /// What trees of a posed scene would leave out, without building them. Coincident triangles, which
-    /// they do not, are not counted.
-    pub fn of(posed: &PosedScene) -> CleanReport {
-        let plan = Plan::new(posed, Flatten::USUAL);
-        let mut report = CleanReport::default();
-        for world in [&plan.still, &plan.moving] {
-            let (spans, count) = world_spans(posed, world);
-            report.add(left_out(count, world_raw(posed, world, &spans)), 1);
-        }
-        for (&mesh, placed) in &plan.placed {
-            let (count, raw) = mesh_raw(posed, mesh, placed.look);
-            report.add(left_out(count, raw), placed.instances.len() as u64);
-        }
-        report
-    }
-
     fn add(&mut self, other: CleanReport, times: u64) {
         self.non_finite += other.non_finite * times;
         self.zero_area += other.zero_area * times;
@@ -483,34 +467,4 @@ fn blocking<'a, 'p>(
     };
     let asked = Asked { o, d, cutouts };
     (ray, Blocking { asked, end, source: segments.source[i], blocked: false, passing })
-}
-
-/// The triangles of a world, as trees take them.
-fn world_raw<'a>(posed: &'a PosedScene, world: &'a World, spans: &'a Spans) -> impl Fn(usize) -> Raw + 'a {
-    |i| {
-        let (which, triangle) = spans.find(i as u32);
-        let Member { instance, look, .. } = world[which];
-        Raw { v: posed.world_triangle(HitId { instance, triangle }), look }
-    }
-}
-
-fn world_spans(posed: &PosedScene, world: &World) -> (Spans, usize) {
-    Spans::new(world.iter().map(|member| (member.instance, posed.mesh(member.instance).triangles.len())))
-}
-
-fn world_triangles(posed: &PosedScene, world: &World, preset: Preset) -> Triangles {
-    let (spans, count) = world_spans(posed, world);
-    let finder = spans.clone();
-    Triangles::build((spans, count), world_raw(posed, world, &finder), preset)
-}
-
-fn mesh_raw<'a>(posed: &'a PosedScene, mesh: u32, look: Look) -> (usize, impl Fn(usize) -> Raw + 'a) {
-    let mesh = &posed.scene.meshes[mesh as usize];
-    let raw = move |i: usize| Raw { v: mesh.triangles[i].map(|v| mesh.positions[v as usize]), look };
-    (mesh.triangles.len(), raw)
-}
-
-fn mesh_triangles(posed: &PosedScene, mesh: u32, look: Look, preset: Preset) -> Triangles {
-    let (count, raw) = mesh_raw(posed, mesh, look);
-    Triangles::build(Spans::new([(0, count)].into_iter()), raw, preset)
 }

@@ -1,0 +1,61 @@
+//! The triangles of a posed scene, as trees take them.
+
+use super::clean::{Look, Raw, left_out};
+use super::plan::{Flatten, Member, Plan, World};
+use super::spans::Spans;
+use super::triangles::Triangles;
+use super::{CleanReport, Preset};
+use crate::geometry::HitId;
+use crate::scene::PosedScene;
+
+impl CleanReport {
+    /// What trees of a posed scene would leave out, without building them. Coincident triangles, which
+    /// they do not, are not counted.
+    pub fn of(posed: &PosedScene) -> CleanReport {
+        let plan = Plan::new(posed, Flatten::USUAL);
+        let mut report = CleanReport::default();
+        for world in [&plan.still, &plan.moving] {
+            let (spans, count) = world_spans(posed, world);
+            report.add(left_out(count, world_raw(posed, world, &spans)), 1);
+        }
+        for (&mesh, placed) in &plan.placed {
+            let (count, raw) = mesh_raw(posed, mesh, placed.look);
+            report.add(left_out(count, raw), placed.instances.len() as u64);
+        }
+        report
+    }
+}
+
+/// The triangles of a world.
+pub(super) fn world_raw<'a>(
+    posed: &'a PosedScene,
+    world: &'a World,
+    spans: &'a Spans,
+) -> impl Fn(usize) -> Raw + 'a {
+    |i| {
+        let (which, triangle) = spans.find(i as u32);
+        let Member { instance, look, .. } = world[which];
+        Raw { v: posed.world_triangle(HitId { instance, triangle }), look }
+    }
+}
+
+fn world_spans(posed: &PosedScene, world: &World) -> (Spans, usize) {
+    Spans::new(world.iter().map(|member| (member.instance, posed.mesh(member.instance).triangles.len())))
+}
+
+pub(super) fn world_triangles(posed: &PosedScene, world: &World, preset: Preset) -> Triangles {
+    let (spans, count) = world_spans(posed, world);
+    let finder = spans.clone();
+    Triangles::build((spans, count), world_raw(posed, world, &finder), preset)
+}
+
+fn mesh_raw<'a>(posed: &'a PosedScene, mesh: u32, look: Look) -> (usize, impl Fn(usize) -> Raw + 'a) {
+    let mesh = &posed.scene.meshes[mesh as usize];
+    let raw = move |i: usize| Raw { v: mesh.triangles[i].map(|v| mesh.positions[v as usize]), look };
+    (mesh.triangles.len(), raw)
+}
+
+pub(super) fn mesh_triangles(posed: &PosedScene, mesh: u32, look: Look, preset: Preset) -> Triangles {
+    let (count, raw) = mesh_raw(posed, mesh, look);
+    Triangles::build(Spans::new([(0, count)].into_iter()), raw, preset)
+}
