@@ -1,7 +1,6 @@
 //! Standard error and standard output: the one is told what happens, the other gets what was asked for.
 
 use std::io::{self, ErrorKind, Write, stderr, stdout};
-
 use std::path::Path;
 
 use anyhow::{Context, Result};
