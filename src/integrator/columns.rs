@@ -74,7 +74,7 @@ impl Group {
 
 /// What a column's three numbers are at `i`.
 #[inline(always)]
-pub(super) fn vector(of: &Columns3<f64>, i: usize) -> DVec3 {
+pub(super) fn vector<const N: usize>(of: &[[f64; N]; 3], i: usize) -> DVec3 {
     DVec3::new(of[0][i], of[1][i], of[2][i])
 }
 

@@ -96,14 +96,9 @@ impl Group {
     fn lobes(&self, to: &mut Arrival) {
         for i in 0..LANES {
             let (n, v) = (vector(&self.n, i), vector(&self.v, i));
-            to.lobe[i] = lobe(n, wide(&to.l, i), v, self.shininess[i]) as f32;
+            to.lobe[i] = lobe(n, vector(&to.l, i), v, self.shininess[i]) as f32;
         }
     }
-}
-
-#[inline(always)]
-fn wide(of: &[Column<f64>; 3], i: usize) -> DVec3 {
-    DVec3::new(of[0][i], of[1][i], of[2][i])
 }
 
 /// [`reached`].
@@ -141,7 +136,7 @@ impl Columnwise for Reach<'_> {
                     let (point, clear) = (nth * LANES + i, narrow(&group.clear, i));
                     reached.push(Reached {
                         point,
-                        incident: Incident { l: wide(&to.l, i), arriving },
+                        incident: Incident { l: vector(&to.l, i), arriving },
                         cos: to.cos[i],
                         lobe: to.lobe[i],
                         start: (!grazes(to.cos_g[i])).then_some((clear, seen.points[point].id)),
