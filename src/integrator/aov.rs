@@ -117,10 +117,10 @@ impl Aov {
             Aov::Position => vector(out, frame.placed.transform_point3(s.p.as_dvec3() + frame.posed.centre)),
             Aov::Albedo => {
                 let material = &frame.posed.materials[s.material as usize];
-                let color: Rgb = base_color(frame.posed, material, s);
+                let color: Rgb = base_color(frame.posed, material, &s.on);
                 out.extend(color.to_array());
             }
-            Aov::Uv => out.extend(s.uv(0).to_array()),
+            Aov::Uv => out.extend(s.on.uv(0).to_array()),
             Aov::Mask => out.push(1.0),
             Aov::ObjectId => out.push(frame.posed.scene.instances[s.id.instance as usize].object as f32),
             Aov::MaterialId => out.push((s.material + 1) as f32),
@@ -177,7 +177,7 @@ const NOTHING: f32 = 1.0 / 512.0;
 fn is_hole(frame: &Frame, surface: &Surface) -> bool {
     let material = &frame.posed.materials[surface.material as usize];
     // A material that is transparent all over is there to be found.
-    let left = || alpha(frame.posed, material, surface);
+    let left = || alpha(frame.posed, material, &surface.on);
     match material.alpha_mode {
         AlphaMode::Opaque => false,
         AlphaMode::Mask(_) => left() == 0.0,

@@ -6,9 +6,10 @@
 //! k_d = base·(1 − metallic)·(1 − max F0_d) + .35·F0·α, k_s = F0·(1 − α)·(p + 2)/8,
 //! k_a = base·occlusion. It was fitted to GGX on a lit sphere: see docs/design.md.
 
-use glam::{DVec3, Vec3, Vec4Swizzles};
+use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 
 use super::Surface;
+use super::on_mesh::OnMesh;
 use crate::geometry::{Rgb, power_below_one};
 use crate::scene::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, PosedScene, Reading, Reflectance,
@@ -50,20 +51,20 @@ pub struct Overrides {
 }
 
 impl ColorInput {
-    fn at(&self, posed: &PosedScene, surface: &Surface) -> Rgb {
-        self.factor * surface.texture(posed, self.texture.as_ref(), Reading::Color).xyz()
+    fn at(&self, posed: &PosedScene, on: &OnMesh) -> Rgb {
+        self.factor * on.texture(posed, self.texture.as_ref(), Reading::Color).xyz()
     }
 }
 
 impl ScalarInput {
-    fn at(&self, posed: &PosedScene, surface: &Surface) -> f32 {
-        self.factor * self.texel(posed, surface)
+    fn at(&self, posed: &PosedScene, on: &OnMesh) -> f32 {
+        self.factor * self.texel(posed, on)
     }
 
     /// The texture's channel alone; 1 without a texture.
-    fn texel(&self, posed: &PosedScene, surface: &Surface) -> f32 {
+    fn texel(&self, posed: &PosedScene, on: &OnMesh) -> f32 {
         let Some((texture, channel)) = &self.texture else { return 1.0 };
-        let t = surface.texture(posed, Some(texture), Reading::Data);
+        let t = on.texture(posed, Some(texture), Reading::Data);
         match channel {
             Channel4::R => t.x,
             Channel4::G => t.y,
@@ -74,77 +75,94 @@ impl ScalarInput {
     }
 }
 
-/// Opacity of a material at a point: 0 or 1 for MASK, 0…1 for BLEND. Masks are cut from the finest
+/// Opacity of a material at a place: 0 or 1 for MASK, 0…1 for BLEND. Masks are cut from the finest
 /// texels: of means, a distant fence would be all there or all gone.
-pub(super) fn alpha(posed: &PosedScene, material: &Material, surface: &Surface) -> f32 {
-    let opacity = |surface: &Surface| {
-        let mut alpha = material.alpha.at(posed, surface) * surface.color().w;
-        if material.alpha_from_base {
-            alpha *= surface.texture(posed, material.base.texture.as_ref(), Reading::Covered).w;
-        }
-        alpha
+pub(super) fn alpha(posed: &PosedScene, material: &Material, on: &OnMesh) -> f32 {
+    let opacity = |on: &OnMesh| {
+        let base = if material.alpha_from_base { material.base.texture.as_ref() } else { None };
+        covering(posed, material, on, on.coverage(posed, base))
     };
     match material.alpha_mode {
         AlphaMode::Opaque => 1.0,
-        AlphaMode::Mask(cutoff) => f32::from(opacity(&surface.as_point()) >= cutoff),
-        AlphaMode::Blend => opacity(surface).clamp(0.0, 1.0),
+        AlphaMode::Mask(cutoff) => f32::from(opacity(&on.as_point()) >= cutoff),
+        AlphaMode::Blend => opacity(on).clamp(0.0, 1.0),
     }
+}
+
+/// Opacity where the base colour's texture has `texel` of it: before what the mode makes of it.
+fn covering(posed: &PosedScene, material: &Material, on: &OnMesh, texel: f32) -> f32 {
+    material.alpha.at(posed, on) * on.color().w * texel
 }
 
 /// What passes through a material at a point, of each colour: past its alpha, and tinted through
 /// what it transmits.
-pub(super) fn transmitted(posed: &PosedScene, material: &Material, surface: &Surface) -> Rgb {
-    let alpha = alpha(posed, material, surface);
-    let share = transmission(posed, material, surface);
-    let through = if share > 0.0 { share * base_color(posed, material, surface) } else { Rgb::ZERO };
+pub(super) fn transmitted(posed: &PosedScene, material: &Material, on: &OnMesh) -> Rgb {
+    let alpha = alpha(posed, material, on);
+    let share = transmission(posed, material, on);
+    let through = if share > 0.0 { share * base_color(posed, material, on) } else { Rgb::ZERO };
     Rgb::splat(1.0 - alpha) + through * alpha
 }
 
 /// How much of what a dielectric would scatter passes through instead: T, where it is no metal.
-fn transmission(posed: &PosedScene, material: &Material, surface: &Surface) -> f32 {
+fn transmission(posed: &PosedScene, material: &Material, on: &OnMesh) -> f32 {
     if !material.transmits() {
         return 0.0;
     }
     let metallic = match &material.reflectance {
-        Reflectance::MetallicRoughness { metallic, .. } => metallic.at(posed, surface).clamp(0.0, 1.0),
+        Reflectance::MetallicRoughness { metallic, .. } => metallic.at(posed, on).clamp(0.0, 1.0),
         _ => 0.0,
     };
-    material.transmission.at(posed, surface).clamp(0.0, 1.0) * (1.0 - metallic)
+    material.transmission.at(posed, on).clamp(0.0, 1.0) * (1.0 - metallic)
 }
 
 /// Base × texture × vertex colour.
-pub(super) fn base_color(posed: &PosedScene, material: &Material, surface: &Surface) -> Rgb {
+pub(super) fn base_color(posed: &PosedScene, material: &Material, on: &OnMesh) -> Rgb {
+    tinted(material, on, base_texel(posed, material, on))
+}
+
+/// What the base colour's texture has at a place.
+fn base_texel(posed: &PosedScene, material: &Material, on: &OnMesh) -> Vec4 {
     let counts = material.alpha_from_base && material.alpha_mode != AlphaMode::Opaque;
     let reading = if counts { Reading::Covered } else { Reading::Color };
-    let texel = surface.texture(posed, material.base.texture.as_ref(), reading);
-    material.base.factor * texel.xyz() * surface.color().xyz()
+    on.texture(posed, material.base.texture.as_ref(), reading)
+}
+
+fn tinted(material: &Material, on: &OnMesh, texel: Vec4) -> Rgb {
+    material.base.factor * texel.xyz() * on.color().xyz()
 }
 
 impl Coefficients {
-    /// The coefficients at `surface`, as its material and its textures say.
-    fn at(posed: &PosedScene, surface: &Surface, under_sky: bool) -> Coefficients {
-        let material = &posed.materials[surface.material as usize];
-        let color = base_color(posed, material, surface);
+    /// The coefficients of a material at a place, as it and its textures say.
+    fn at(posed: &PosedScene, material: &Material, on: &OnMesh, under_sky: bool) -> Coefficients {
+        let texel = base_texel(posed, material, on);
+        let alpha = match material.alpha_mode {
+            // One look at the texture says both.
+            AlphaMode::Blend if material.alpha_from_base => {
+                covering(posed, material, on, texel.w).clamp(0.0, 1.0)
+            }
+            _ => alpha(posed, material, on),
+        };
+        let color = tinted(material, on, texel);
         let mut k = Coefficients {
             k_a: color,
             k_d: color,
             k_s: Rgb::ZERO,
             shininess: 1.0,
-            k_e: material.emission.at(posed, surface) * material.emission_strength,
+            k_e: material.emission.at(posed, on) * material.emission_strength,
             color,
-            alpha: alpha(posed, material, surface),
+            alpha,
             through: Rgb::ZERO,
         };
         match &material.reflectance {
-            Reflectance::Mtl(mtl) => k.mtl(mtl, posed, surface, under_sky),
+            Reflectance::Mtl(mtl) => k.mtl(mtl, posed, on, under_sky),
             Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
-                let metallic = metallic.at(posed, surface).clamp(0.0, 1.0);
-                let roughness = roughness.at(posed, surface).clamp(0.0, 1.0);
-                k.metallic_roughness(color, metallic, roughness, dielectric.f0(posed, surface));
+                let metallic = metallic.at(posed, on).clamp(0.0, 1.0);
+                let roughness = roughness.at(posed, on).clamp(0.0, 1.0);
+                k.metallic_roughness(color, metallic, roughness, dielectric.f0(posed, on));
             }
             Reflectance::SpecularGlossiness { specular, glossiness } => {
-                let f0 = specular.at(posed, surface).clamp(Vec3::ZERO, Vec3::ONE);
-                let roughness = 1.0 - glossiness.at(posed, surface).clamp(0.0, 1.0);
+                let f0 = specular.at(posed, on).clamp(Vec3::ZERO, Vec3::ONE);
+                let roughness = 1.0 - glossiness.at(posed, on).clamp(0.0, 1.0);
                 let diffuse = color * (1.0 - f0.max_element());
                 // All that it reflects, as a metal's base colour is.
                 k.k_a = diffuse + f0;
@@ -155,10 +173,10 @@ impl Coefficients {
             }
         }
         if material.occlusion.texture.is_some() {
-            let texel = material.occlusion.texel(posed, surface);
+            let texel = material.occlusion.texel(posed, on);
             k.k_a *= 1.0 + material.occlusion.factor * (texel - 1.0);
         }
-        let t = transmission(posed, material, surface);
+        let t = transmission(posed, material, on);
         if t > 0.0 {
             k.k_d *= 1.0 - t;
             k.k_a *= 1.0 - t;
@@ -176,13 +194,13 @@ impl Coefficients {
         self.shininess = p;
     }
 
-    fn mtl(&mut self, mtl: &MtlReflectance, posed: &PosedScene, surface: &Surface, under_sky: bool) {
+    fn mtl(&mut self, mtl: &MtlReflectance, posed: &PosedScene, on: &OnMesh, under_sky: bool) {
         // Ka weighs the lecture's I_a. What a sky sends is light like any other, which matt surfaces
         // reflect by their diffuse colour.
         if let Some(ambient) = mtl.ambient.as_ref().filter(|_| !under_sky) {
-            self.k_a = ambient.at(posed, surface);
+            self.k_a = ambient.at(posed, on);
         }
-        self.k_s = mtl.specular.at(posed, surface);
+        self.k_s = mtl.specular.at(posed, on);
         self.shininess = mtl.shininess;
     }
 
@@ -233,7 +251,8 @@ impl Lookup {
 
     /// The coefficients at `surface`.
     pub fn at(&self, posed: &PosedScene, surface: &Surface) -> Coefficients {
-        Coefficients::at(posed, surface, self.under_sky)
+        let material = &posed.materials[surface.material as usize];
+        Coefficients::at(posed, material, &surface.on, self.under_sky)
     }
 }
 
@@ -278,10 +297,10 @@ fn highlight(f0: Rgb, alpha: f32) -> (Rgb, f32) {
 impl Dielectric {
     /// Reflectance at normal incidence: ((ior − 1)/(ior + 1))² × specular colour, at most 1, times
     /// the specular weight.
-    fn f0(&self, posed: &PosedScene, surface: &Surface) -> Rgb {
+    fn f0(&self, posed: &PosedScene, on: &OnMesh) -> Rgb {
         let r = (self.ior - 1.0) / (self.ior + 1.0);
-        let tinted = self.specular_color.at(posed, surface) * (r * r);
-        tinted.min(Vec3::ONE) * self.specular.at(posed, surface)
+        let tinted = self.specular_color.at(posed, on) * (r * r);
+        tinted.min(Vec3::ONE) * self.specular.at(posed, on)
     }
 }
 

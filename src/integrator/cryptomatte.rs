@@ -66,7 +66,7 @@ pub fn covers(frame: &Frame, samples: &[Sample], scratch: &mut Scratch, mut tell
         for (i, hit) in scratch.hits.iter().enumerate().filter(|(_, hit)| !hit.is_miss()) {
             let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
             let surface = Surface::at(frame.posed, hit.id, ray);
-            let alpha = alpha(frame.posed, &frame.posed.materials[surface.material as usize], &surface);
+            let alpha = alpha(frame.posed, &frame.posed.materials[surface.material as usize], &surface.on);
             let open = &mut open[whose[i]];
             let coverage = *open * alpha;
             *open -= coverage;

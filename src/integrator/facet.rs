@@ -4,7 +4,9 @@ use glam::{DVec3, Vec3};
 
 use super::coefficients::widens;
 use super::columns::{Columns, Found, Group, Met, Rays, TOGETHER};
-use super::footprint::{Spread, Steps};
+use super::flat::{Flat, OnFlat};
+use super::footprint::Spread;
+use super::on_mesh::OnMesh;
 use super::surface::Surface;
 use crate::accel::{Accel, Columnwise};
 use crate::geometry::{HitId, Ray, RayDifferential, offset_point, point_error};
@@ -17,14 +19,11 @@ pub(super) struct Facet<'s> {
     pub id: HitId,
     mesh: &'s Mesh,
     corners: [u32; 3],
-    v: [DVec3; 3],
-    /// Unit normal of the front; `None` where the triangle has no area to speak of.
-    front: Option<DVec3>,
+    flat: Flat,
     /// Points on it are right to within ± this.
     p_error: Vec3,
     /// Normals at the corners, as they are blended; 0 where the mesh has none.
     n: [DVec3; 3],
-    steps: Steps,
     /// The instance's own colour.
     tint: Option<Vec3>,
     /// Index of the material.
@@ -44,10 +43,6 @@ impl<'s> Facet<'s> {
         let positions = posed.positions(id.instance);
         let local = corners.map(|c| positions[c as usize]);
         let world = local.map(|p| transform.point(p));
-        let v = world.map(|v| v.as_dvec3());
-        let e = [v[1] - v[0], v[2] - v[0]];
-        let wound = e[0].cross(e[1]) * if transform.flips { -1.0 } else { 1.0 };
-        let front = wound.try_normalize();
         let normals = posed.normals(id.instance);
         let normal = |c: u32| {
             let n = transform.normal(normals[c as usize]);
@@ -55,20 +50,20 @@ impl<'s> Facet<'s> {
         };
         let n = if normals.is_empty() { [DVec3::ZERO; 3] } else { corners.map(normal) };
         let p_error = point_error(world, local, &transform.affine);
-        let steps = Steps::new(e, front.unwrap_or(DVec3::ZERO));
+        let flat = Flat::new(world, transform.flips);
         let material = &posed.materials[mesh.material as usize];
         let even = !widens(material) && material.normal.is_none() && !material.is_textured();
         let tint = posed.scene.instances[id.instance as usize].color;
         let colored = tint.is_some() || !mesh.colors.is_empty();
         let plain = !(colored || material.normal.is_some() || material.is_textured());
         let material = mesh.material;
-        Facet { id, mesh, corners, v, front, p_error, n, steps, tint, material, plain, even }
+        Facet { id, mesh, corners, flat, p_error, n, tint, material, plain, even }
     }
 
     /// The point where `ray` meets it, which it is known to do; seen by an eye ray that stands for
     /// those up to `differential` away, if there is one.
     pub fn seen(&self, ray: Ray, differential: Option<&RayDifferential>) -> Surface<'s> {
-        self.surface(&self.met(self.front_to(ray), ray, differential.filter(|_| !self.even)))
+        self.surface(&self.met(self.flat.front_to(ray), ray, differential.filter(|_| !self.even)))
     }
 
     /// The same for the first `count` of `rays`, whose points are added to `columns`: all that meet one
@@ -83,42 +78,30 @@ impl<'s> Facet<'s> {
     ) {
         let differential = differential.filter(|_| !self.even);
         let (group, at) = columns.more(count);
-        match self.front {
+        match self.flat.front {
             Some(front) if count > 1 => {
                 accel.columnwise(Meet { facet: *self, front, rays, differential, group, at });
             }
             _ => {
                 for i in 0..count {
                     let ray = rays.get(i);
-                    let met = self.met(self.front_to(ray), ray, differential.as_ref());
+                    let met = self.met(self.flat.front_to(ray), ray, differential.as_ref());
                     group.put_one(at + i, ray.d, &met);
                 }
             }
         }
     }
 
-    /// Its front's normal; without area it faces whoever looks.
     #[inline(always)]
-    fn front_to(&self, ray: Ray) -> DVec3 {
-        match self.front {
-            Some(front) => front,
-            None => -ray.d.as_dvec3().normalize_or(DVec3::NEG_Z),
-        }
-    }
-
-    #[inline(always)]
-    fn met(&self, wound: DVec3, ray: Ray, differential: Option<&RayDifferential>) -> Met {
-        let [v0, v1, v2] = self.v;
-        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
-        let facing = wound.dot(d);
-        let per_facing = 1.0 / facing;
-        let t = (v0 - o).dot(wound) * per_facing;
-        let b = on_triangle(self.steps.of(o - v0 + d * t));
+    fn met(&self, front: DVec3, ray: Ray, differential: Option<&RayDifferential>) -> Met {
+        let OnFlat { t, facing, per_facing, b } = self.flat.meet(front, ray);
+        let [v0, v1, v2] = self.flat.v;
         let p = v0 * b[0] + v1 * b[1] + v2 * b[2];
-        let n_g = if facing <= 0.0 { wound } else { -wound };
+        let n_g = if facing <= 0.0 { front } else { -front };
         let mut spread = Spread::POINT;
         if let Some(by) = differential {
-            spread = Spread::over(by, (t, d), &self.steps, (wound, per_facing));
+            let way = (t, ray.d.as_dvec3());
+            spread = Spread::over(by, way, &self.flat.steps, (front, per_facing));
         }
         // Flat triangles have none, and no sum of them that fits.
         let n = self.n;
@@ -147,13 +130,15 @@ impl<'s> Facet<'s> {
             n_g: met.n_g,
             n_v: met.n_v,
             // Without area it faces whoever looks.
-            front: self.front.is_none_or(|front| front.dot(met.n_g) > 0.0),
-            b: met.b,
+            front: self.flat.front.is_none_or(|front| front.dot(met.n_g) > 0.0),
             material: self.material,
-            spread: met.spread,
-            mesh: self.mesh,
-            corners: self.corners,
-            tint: self.tint,
+            on: OnMesh {
+                mesh: self.mesh,
+                corners: self.corners,
+                b: met.b,
+                spread: met.spread,
+                tint: self.tint,
+            },
         }
     }
 }
@@ -189,20 +174,6 @@ impl Columnwise for Meet<'_, '_> {
         }
         group.put(at, &rays, &found);
     }
-}
-
-/// All three barycentrics of a point, of which 1 and 2 are `u` and `v`; pulled onto the triangle where
-/// rounding left it.
-#[inline(always)]
-fn on_triangle([u, v]: [f64; 2]) -> [f64; 3] {
-    let finite = u.is_finite() & v.is_finite();
-    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
-    let sum = u + v;
-    let beyond = sum > 1.0;
-    let per = if beyond { sum } else { 1.0 };
-    let b = [if beyond { 0.0 } else { 1.0 - sum }, u / per, v / per];
-    let third = 1.0 / 3.0;
-    [if finite { b[0] } else { third }, if finite { b[1] } else { third }, if finite { b[2] } else { third }]
 }
 
 #[cfg(test)]

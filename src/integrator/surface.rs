@@ -1,11 +1,11 @@
 //! What is where a ray hits: the lecture's surface point, with everything shading asks of it.
 
-use glam::{DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
 use super::facet::Facet;
-use super::footprint::Spread;
+use super::on_mesh::OnMesh;
 use crate::geometry::{HitId, Ray, offset_point};
-use crate::scene::{Footprint, Mesh, PosedScene, Reading, TextureRef};
+use crate::scene::PosedScene;
 
 /// A point on a surface, seen from somewhere. Positions are relative to the scene's centre.
 #[derive(Clone, Copy, Debug)]
@@ -22,15 +22,10 @@ pub struct Surface<'s> {
     pub n_v: DVec3,
     /// True where the front is seen.
     pub front: bool,
-    /// Barycentrics of the triangle's three corners.
-    pub b: [f32; 3],
     /// Index of the material.
     pub material: u32,
-    /// How much of the surface a sample stands for.
-    pub(super) spread: Spread,
-    pub(super) mesh: &'s Mesh,
-    pub(super) corners: [u32; 3],
-    pub(super) tint: Option<Vec3>,
+    /// Where it is on its mesh.
+    pub(super) on: OnMesh<'s>,
 }
 
 /// How far towards the smooth surface rays start that leave at an angle of this cosine to the triangle's
@@ -83,60 +78,13 @@ impl<'s> Surface<'s> {
             return DVec3::ZERO;
         }
         let transform = &posed.instances[self.id.instance as usize].transform;
-        let n = self.corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero());
-        let b = self.b.map(f64::from);
+        let n = self.on.corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero());
+        let b = self.on.b.map(f64::from);
         let mean = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
         let side = if mean.dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
         let corners = posed.world_triangle(self.id).map(|v| v.as_dvec3());
         let above = |i: usize| (self.p.as_dvec3() - corners[i]).dot(n[i] * side);
         (0..3).map(|i| n[i] * side * ((-above(i)).max(0.0) * b[i])).sum()
-    }
-
-    /// The same place as a point that stands for nothing about it.
-    pub fn as_point(&self) -> Surface<'s> {
-        Surface { spread: Spread::POINT, ..*self }
-    }
-
-    /// Texture coordinates of a set; the origin where the mesh has no such set.
-    pub fn uv(&self, set: u32) -> Vec2 {
-        let [a, b, c] = self.uvs(set);
-        a * self.b[0] + b * self.b[1] + c * self.b[2]
-    }
-
-    fn uvs(&self, set: u32) -> [Vec2; 3] {
-        let Some(uvs) = self.mesh.uvs.get(set as usize).filter(|uvs| !uvs.is_empty()) else {
-            return [Vec2::ZERO; 3];
-        };
-        self.corners.map(|c| uvs[c as usize])
-    }
-
-    /// Where a texture is looked up, and over what.
-    fn place(&self, t: &TextureRef) -> (Vec2, Footprint) {
-        let step = |by: Vec2| t.transform.step(by);
-        let over = if self.spread.is_point() {
-            Footprint::POINT
-        } else {
-            let [right, up] = self.spread.of_uv(self.uvs(t.uv_set));
-            Footprint { right: step(right), up: step(up) }
-        };
-        (t.transform.apply(self.uv(t.uv_set)), over)
-    }
-
-    /// The vertex colour times the instance's, linear RGBA; white where there is none.
-    pub fn color(&self) -> Vec4 {
-        let tint = self.tint.map_or(Vec4::ONE, |tint| tint.extend(1.0));
-        if self.mesh.colors.is_empty() {
-            return tint;
-        }
-        let [a, b, c] = self.corners.map(|c| self.mesh.colors[c as usize]);
-        (a * self.b[0] + b * self.b[1] + c * self.b[2]) * tint
-    }
-
-    /// A texture over what this point stands for; white where it is missing.
-    pub fn texture(&self, posed: &PosedScene, texture: Option<&TextureRef>, reading: Reading) -> Vec4 {
-        let Some(t) = texture else { return Vec4::ONE };
-        let (uv, over) = self.place(t);
-        posed.scene.textures[t.texture as usize].filtered(&posed.scene.images, uv, &over, reading)
     }
 
     /// The shading normal: `n_v`, moved by the material's normal map where there is one and the
@@ -149,7 +97,7 @@ impl<'s> Surface<'s> {
     /// The mean of the shading normals that this point stands for, and what their spread adds to a
     /// highlight's α²: of the smooth surface, which turns, and of the normal map.
     pub fn shading_normals(&self, posed: &PosedScene) -> (DVec3, f32) {
-        let turns = self.spread.roughening();
+        let turns = self.on.spread.roughening();
         let Some(map) = posed.materials[self.material as usize].normal else { return (self.n_v, turns) };
         let (normals, tangents) = (posed.normals(self.id.instance), posed.tangents(self.id.instance));
         if normals.is_empty() || tangents.is_empty() {
@@ -159,13 +107,13 @@ impl<'s> Surface<'s> {
         // Where the map was baked, before anything is scaled: what it makes of the normal is then taken to
         // the world as normals are.
         let (mut n, mut t) = (Vec3::ZERO, Vec4::ZERO);
-        for (&corner, b) in self.corners.iter().zip(self.b) {
+        for (&corner, b) in self.on.corners.iter().zip(self.on.b) {
             n += normals[corner as usize] * b;
             t += tangents[corner as usize] * b;
         }
         let frame = [t.truncate(), n.cross(t.truncate()) * t.w, n].map(|axis| axis.as_dvec3());
         let texture = &posed.scene.textures[map.texture.texture as usize];
-        let (uv, over) = self.place(&map.texture);
+        let (uv, over) = self.on.place(&map.texture);
         let (m, variance) = texture.normal(&posed.scene.images, uv, &over);
         let (m, scale) = (m.as_dvec3(), f64::from(map.scale));
         let to_world = |n: DVec3| transform.normal(n.as_vec3());

@@ -99,6 +99,17 @@ impl Plane<'_> {
             }
         }
     }
+
+    /// Alpha alone.
+    pub fn alpha(&self, i: usize) -> f32 {
+        let n = self.channels as usize;
+        let last = n * (i + 1) - 1;
+        match (self.channels, &self.texels) {
+            (Channels::L | Channels::Rgb, _) => 1.0,
+            (_, Texels::U8(t)) => f32::from(t[last]) / 255.0,
+            (_, Texels::U16(t)) => f32::from(t[last]) / 65535.0,
+        }
+    }
 }
 
 /// The four channels of a texel that has some of them.

@@ -1,5 +1,7 @@
 //! How images are looked up.
 
+use std::ops::{Add, Mul};
+
 use glam::{Vec2, Vec4};
 
 use super::image::{Image, Plane};
@@ -166,10 +168,7 @@ impl Texture {
     pub(super) fn finest(&self, image: Plane, uv: Vec2, reading: Reading) -> Vec4 {
         let colors = reading != Reading::Data;
         if self.filter == Filter::Nearest {
-            let [wu, wv] = self.wrap;
-            let place =
-                |wrap: Wrap, x: f32, n: u32| wrap.texel(floor(wrap.fold(x) * f64::from(n)), i64::from(n));
-            let i = place(wv, uv.y, image.height) * image.width as usize + place(wu, uv.x, image.width);
+            let i = self.nearest(image, uv);
             return if colors { image.decoded(i) } else { image.stored(i) };
         }
         match (colors, self.decode_last) {
@@ -179,13 +178,29 @@ impl Texture {
         }
     }
 
+    /// The alpha of [`Texture::sample`], for less.
+    pub fn alpha(&self, images: &[Image], uv: Vec2) -> f32 {
+        let image = images[self.image as usize].plane();
+        match self.filter {
+            Filter::Nearest => image.alpha(self.nearest(image, uv)),
+            Filter::Linear => self.bilinear(image, uv, Plane::alpha),
+        }
+    }
+
+    /// The texel that `uv` is in.
+    fn nearest(&self, image: Plane, uv: Vec2) -> usize {
+        let [wu, wv] = self.wrap;
+        let place = |wrap: Wrap, x: f32, n: u32| wrap.texel(floor(wrap.fold(x) * f64::from(n)), i64::from(n));
+        place(wv, uv.y, image.height) * image.width as usize + place(wu, uv.x, image.width)
+    }
+
     /// Interpolates between the four texels about `uv`.
-    pub(super) fn bilinear<'a>(
+    pub(super) fn bilinear<'a, T: Add<Output = T> + Mul<f32, Output = T>>(
         &self,
         plane: Plane<'a>,
         uv: Vec2,
-        texel: impl Fn(&Plane<'a>, usize) -> Vec4,
-    ) -> Vec4 {
+        texel: impl Fn(&Plane<'a>, usize) -> T,
+    ) -> T {
         let (w, h) = (i64::from(plane.width), i64::from(plane.height));
         let [wu, wv] = self.wrap;
         let (x, y) = (wu.fold(uv.x) * w as f64 - 0.5, wv.fold(uv.y) * h as f64 - 0.5);
