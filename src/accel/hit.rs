@@ -81,6 +81,12 @@ impl FrameRay {
         (f64::from(t) * self.size) as f32
     }
 
+    /// Where the line meets the triangle, which it is `sure` to go through or else judged about.
+    #[inline(always)]
+    pub fn meet(&self, v: &[Vec3; 3], sure: bool) -> Option<Met> {
+        if sure { self.place(v) } else { self.judge(v) }
+    }
+
     /// Where the line meets the triangle, judged beyond doubt; only at a positive t.
     ///
     /// An edge from a to b (relative to the ray's origin) has the side d·((a + b)×(b − a)),

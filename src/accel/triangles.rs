@@ -222,10 +222,8 @@ impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
                         return None;
                     }
                 }
-                let v = block.corners(lane);
-                let met =
-                    if candidates.sure >> lane & 1 == 1 { self.ray.place(&v) } else { self.ray.judge(&v) };
-                let Some(met) = met else { continue };
+                let sure = candidates.sure >> lane & 1 == 1;
+                let Some(met) = self.ray.meet(&block.corners(lane), sure) else { continue };
                 if self.triangles.tell(block, lane, met, self.instance, self.query) {
                     return None;
                 }

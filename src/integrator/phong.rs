@@ -53,8 +53,8 @@ pub struct Phong {
 
 /// Surfaces along one eye ray that are looked through before the rest is let go.
 const MAX_LAYERS: usize = 4096;
-/// Less than this share of what is behind is nothing.
-const FAINT: f32 = 1.0 / (1 << 20) as f32;
+/// Less than this share of what is behind is nothing: of white behind black, not half a byte.
+const FAINT: f32 = 1.0 / (1 << 13) as f32;
 
 impl Integrator for Phong {
     fn render(

@@ -191,9 +191,9 @@ impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
         S::F16::put(mask, &mut self.best.0[g], entry);
     }
 
-    fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32) {
+    fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool) {
         let (block, lane) = self.triangles.at(entry);
-        let Some(met) = self.line(ray).and_then(|line| line.judge(&block.corners(lane))) else { return };
+        let Some(met) = self.line(ray).and_then(|line| line.meet(&block.corners(lane), sure)) else { return };
         let mut query = self.question(ray);
         self.triangles.tell(block, lane, met, None, &mut query);
         self.answer(packet, ray, &query);

@@ -183,8 +183,8 @@ trait Verdict<S: Simd> {
     /// at depth/det give or take slack/det.
     fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, entry: u32, hit: Sure<S::F16>);
 
-    /// A ray may meet triangle `lane` of a block: it has to be judged.
-    fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32);
+    /// A ray may meet a triangle, or is `sure` to go through it and to face it: it has to be judged.
+    fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool);
 
     /// A ray goes on alone under `child`.
     fn go_alone(&mut self, packet: &mut Packet, ray: usize, child: u32);
@@ -320,19 +320,20 @@ impl Packet {
                     }
                     changed = true;
                     let entry = (index * super::block::CAPACITY + lane) as u32;
+                    let inside = certain & (side.lt(least) | greatest.lt(minus));
                     let mut sure = 0;
                     if verdict.plain(block) >> lane & 1 == 1 {
-                        let inside = side.lt(least) | greatest.lt(minus);
                         let nearer = behind.lt(S::F16::load(&self.lower.0[g]) * det)
                             & start.max(S::F16::splat(self.sure_start) * det).lt(before);
-                        sure = possible & certain & inside & nearer;
+                        sure = possible & inside & nearer;
                         if sure != 0 {
                             verdict.take(self, g, sure, entry, Sure { depth, det, slack: unsure });
                         }
                     }
                     let mut doubtful = possible & !sure;
                     while doubtful != 0 {
-                        verdict.judge(self, g * GROUP + doubtful.trailing_zeros() as usize, entry);
+                        let ray = doubtful.trailing_zeros() as usize;
+                        verdict.judge(self, g * GROUP + ray, entry, inside >> ray & 1 == 1);
                         doubtful &= doubtful - 1;
                     }
                 }

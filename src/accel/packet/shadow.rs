@@ -112,11 +112,11 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
         }
     }
 
-    fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32) {
+    fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool) {
         let (block, lane) = self.triangles.at(entry);
         let passing = self.answers.passing.as_mut().map(|passing| &mut passing[ray]);
         let (line, mut query) = blocking(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
-        let Some(met) = line.and_then(|line| line.judge(&block.corners(lane))) else { return };
+        let Some(met) = line.and_then(|line| line.meet(&block.corners(lane), sure)) else { return };
         self.triangles.tell(block, lane, met, None, &mut query);
         if query.blocked {
             self.block(packet, ray);
