@@ -6,11 +6,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use blinn::accel::{Accel, BuildSettings, Cutout, Flatten, Preset, RayBatch, SegmentBatch, Shared, Tier};
 use blinn::geometry::{Hit, HitId};
+use blinn::integrator::Materials;
 use blinn::scene::{
-    Animation, Channel, Interpolation, Keys, MorphTarget, PosedScene, Scene, SurfaceClass, Target,
+    Animation, Channel, Channels, ColorInput, Image, Interpolation, Keys, Material, Mips, MorphTarget,
+    PosedScene, ScalarInput, Scene, SurfaceClass, Target, Texels, Texture, TextureRef, UvTransform, Wrap,
 };
 use common::{Holes, Rng};
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 
 /// The nine scenes.
 fn scenes() -> Vec<(&'static str, Scene)> {
@@ -620,5 +622,54 @@ fn trees_follow_what_becomes_glass() {
         };
         assert_eq!(light(&kept), light(&new));
         assert!(light(&new).iter().any(|l| l.x > 0.0 && l.x < 1.0), "something is seen through");
+    }
+}
+
+/// Translucent by its material, but its texture has no hole where it is looked up: it blocks light like
+/// anything opaque, until the texture moves. Trees that were built before know that, too.
+#[test]
+fn trees_follow_textures_that_move() {
+    for flatten in FLATTENED {
+        let settings = BuildSettings { flatten, ..BuildSettings::default() };
+        let mut scene = Scene::default();
+        let at = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::X)];
+        let mut mesh = common::sphere(8);
+        let half = |p: &Vec3| Vec2::new(0.25 + 0.2 * p.x, 0.5);
+        mesh.uvs = vec![mesh.positions.iter().map(half).collect()];
+        let by = |x: f32| {
+            let transform = UvTransform::khr(Vec2::new(x, 0.0), 0.0, Vec2::ONE);
+            Some(TextureRef { texture: 0, uv_set: 0, transform })
+        };
+        let base = ColorInput { texture: by(0.0), ..ColorInput::new(Vec3::ONE) };
+        let blend =
+            Material { base, alpha_from_base: true, ..common::material(SurfaceClass::Translucent, true) };
+        common::add(&mut scene, mesh, Material { alpha: ScalarInput::new(1.0), ..blend }, &at);
+        // The right half is clear.
+        let alphas = (0..64).flat_map(|i| [9, if i < 32 { 255 } else { 51 }]).collect();
+        scene.images.push(Image {
+            name: String::new(),
+            width: 64,
+            height: 1,
+            channels: Channels::La,
+            texels: Texels::U8(alphas),
+            mips: Mips::default(),
+        });
+        scene.textures.push(Texture { wrap: [Wrap::Clamp; 2], ..Texture::default() });
+        let light = |scene: &Scene, accel: &Accel| {
+            let (posed, mut light) = (common::posed(scene), Vec::new());
+            accel.transmittance(&segments(&rays(&posed, 500)), &Materials(&posed), &mut light);
+            light
+        };
+        let some = |light: &[Vec3]| light.iter().any(|l| l.x > 0.0 && l.x < 1.0);
+        let (mut kept, _) = Accel::build(&common::posed(&scene), &settings);
+        assert!(!kept.has_translucent() && !some(&light(&scene, &kept)));
+        for (offset, part) in [(0.1, true), (0.5, true), (0.0, false)] {
+            scene.materials[0].base.texture = by(offset);
+            let posed = common::posed(&scene);
+            kept.update(&posed);
+            let new = Accel::build(&posed, &settings).0;
+            assert_eq!(light(&scene, &kept), light(&scene, &new));
+            assert_eq!((new.has_translucent(), some(&light(&scene, &new))), (part, part), "{offset}");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! The triangles of a posed scene, as trees take them.
 
-use super::clean::{Look, Raw, left_out};
+use super::clean::{Raw, left_out};
+use super::looks::MeshLook;
 use super::plan::{Flatten, Member, Plan, World};
 use super::spans::Spans;
 use super::triangles::Triangles;
@@ -12,14 +13,14 @@ impl CleanReport {
     /// What trees of a posed scene would leave out, without building them. Coincident triangles, which
     /// they do not, are not counted.
     pub fn of(posed: &PosedScene) -> CleanReport {
-        let plan = Plan::new(posed, Flatten::USUAL);
+        let plan = Plan::new(posed, Flatten::USUAL, |mesh| MeshLook::by_material(posed, mesh));
         let mut report = CleanReport::default();
         for world in [&plan.still, &plan.moving] {
             let (spans, count) = world_spans(posed, world);
             report.add(left_out(count, world_raw(posed, world, &spans)), 1);
         }
         for (&mesh, placed) in &plan.placed {
-            let (count, raw) = mesh_raw(posed, mesh, placed.look);
+            let (count, raw) = mesh_raw(posed, mesh, &placed.look);
             report.add(left_out(count, raw), placed.instances.len() as u64);
         }
         report
@@ -34,8 +35,9 @@ pub(super) fn world_raw<'a>(
 ) -> impl Fn(usize) -> Raw + 'a {
     |i| {
         let (which, triangle) = spans.find(i as u32);
-        let Member { instance, look, .. } = world[which];
-        Raw { v: posed.world_triangle(HitId { instance, triangle }), look }
+        let Member { instance, look, .. } = &world[which];
+        let v = posed.world_triangle(HitId { instance: *instance, triangle });
+        Raw { v, look: look.of(triangle) }
     }
 }
 
@@ -49,13 +51,16 @@ pub(super) fn world_triangles(posed: &PosedScene, world: &World, preset: Preset)
     Triangles::build((spans, count), world_raw(posed, world, &finder), preset)
 }
 
-fn mesh_raw<'a>(posed: &'a PosedScene, mesh: u32, look: Look) -> (usize, impl Fn(usize) -> Raw + 'a) {
+fn mesh_raw<'a>(posed: &'a PosedScene, mesh: u32, look: &'a MeshLook) -> (usize, impl Fn(usize) -> Raw + 'a) {
     let mesh = &posed.scene.meshes[mesh as usize];
-    let raw = move |i: usize| Raw { v: mesh.triangles[i].map(|v| mesh.positions[v as usize]), look };
+    let raw = move |i: usize| {
+        let v = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
+        Raw { v, look: look.of(i as u32) }
+    };
     (mesh.triangles.len(), raw)
 }
 
-pub(super) fn mesh_triangles(posed: &PosedScene, mesh: u32, look: Look, preset: Preset) -> Triangles {
+pub(super) fn mesh_triangles(posed: &PosedScene, mesh: u32, look: &MeshLook, preset: Preset) -> Triangles {
     let (count, raw) = mesh_raw(posed, mesh, look);
     Triangles::build(Spans::new([(0, count)].into_iter()), raw, preset)
 }

@@ -19,6 +19,7 @@ mod forest;
 mod gather;
 mod hit;
 mod lanes;
+mod looks;
 mod neighbours;
 mod odds;
 mod packet;
@@ -45,12 +46,13 @@ pub use steps::Steps;
 use std::collections::BTreeMap;
 
 use crate::geometry::{Hit, HitId, Rgb};
-use crate::scene::{PosedScene, SurfaceClass};
+use crate::scene::PosedScene;
 use gather::{mesh_triangles, world_raw, world_triangles};
 use hit::FrameRay;
+use looks::Looks;
 use packet::{Answers, GROUP, Packet, PacketStack, RAYS};
 use passing::Passing;
-use plan::{Member, Plan};
+use plan::{Member, PlacedMesh, Plan};
 use query::{Asked, Blocking, Closest, Query};
 use simd::{Job, Plain, Simd};
 use triangles::Triangles;
@@ -121,6 +123,7 @@ pub struct AccelStats {
 #[derive(Debug)]
 pub struct Accel {
     settings: BuildSettings,
+    looks: Looks,
     plan: Plan,
     /// What stands still, and what moves.
     worlds: [Triangles; 2],
@@ -135,6 +138,7 @@ impl Accel {
     pub fn build(posed: &PosedScene, settings: &BuildSettings) -> (Accel, CleanReport) {
         let mut accel = Accel {
             settings: *settings,
+            looks: Looks::default(),
             plan: Plan::default(),
             worlds: Default::default(),
             meshes: BTreeMap::new(),
@@ -150,7 +154,7 @@ impl Accel {
     /// bends is fitted to its new places, unless a new one is better.
     pub fn update(&mut self, posed: &PosedScene) -> CleanReport {
         let BuildSettings { preset, flatten, .. } = self.settings;
-        let plan = Plan::new(posed, flatten);
+        let plan = Plan::new(posed, flatten, |mesh| self.looks.of(posed, mesh));
         let [still, moving] = &mut self.worlds;
         if self.plan.still != plan.still {
             *still = world_triangles(posed, &plan.still, preset);
@@ -163,14 +167,15 @@ impl Accel {
                 *moving = world_triangles(posed, &plan.moving, preset);
             }
         }
-        let look = |plan: &Plan, mesh: &u32| plan.placed.get(mesh).map(|placed| placed.look);
-        self.meshes.retain(|mesh, _| look(&plan, mesh) == look(&self.plan, mesh));
+        let before = &self.plan.placed;
+        let look = |placed: Option<&PlacedMesh>| placed.map(|placed| placed.look.clone());
+        self.meshes.retain(|mesh, _| look(plan.placed.get(mesh)) == look(before.get(mesh)));
         for (&mesh, placed) in &plan.placed {
-            let build = || mesh_triangles(posed, mesh, placed.look, preset);
+            let build = || mesh_triangles(posed, mesh, &placed.look, preset);
             self.meshes.entry(mesh).or_insert_with(build);
         }
         self.top = Top::build(posed, &plan, &self.meshes, preset);
-        self.translucent = plan.looks().any(|look| look.class == SurfaceClass::Translucent);
+        self.translucent = plan.is_translucent();
         let mut report = CleanReport::default();
         self.worlds.iter().for_each(|world| report.add(world.report, 1));
         for (mesh, triangles) in &self.meshes {

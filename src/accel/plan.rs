@@ -12,17 +12,17 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::clean::Look;
+use super::looks::MeshLook;
 use super::two_level::Frame;
 use crate::geometry::Transform;
 use crate::scene::{PosedInstance, PosedScene};
 
 /// An instance whose triangles are in a world's tree.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Member {
     pub instance: u32,
     pub to_world: DAffine3,
-    pub look: Look,
+    pub look: MeshLook,
 }
 
 /// Its members, by rising index.
@@ -32,7 +32,7 @@ pub(super) type World = Vec<Member>;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PlacedMesh {
     /// How it looks in its own frame.
-    pub look: Look,
+    pub look: MeshLook,
     /// Its instances, each in a [`Frame`].
     pub instances: Vec<u32>,
 }
@@ -79,8 +79,8 @@ impl Flatten {
 }
 
 impl Plan {
-    /// Decides for all that is visible.
-    pub fn new(posed: &PosedScene, flatten: Flatten) -> Plan {
+    /// Decides for all that is visible; `look` says how meshes look.
+    pub fn new(posed: &PosedScene, flatten: Flatten, mut look: impl FnMut(u32) -> MeshLook) -> Plan {
         let mut plan = Plan::default();
         let moving = posed.scene.moving(&posed.scene.animations);
         let mut rigid: BTreeMap<(bool, u32), Drawn> = BTreeMap::new();
@@ -95,7 +95,7 @@ impl Plan {
                 rigid.entry((moves, mesh)).or_insert_with(new).instances.push(i as u32);
             } else {
                 let world = if moves { &mut plan.moving } else { &mut plan.still };
-                world.push(member(posed, i as u32));
+                world.push(member(posed, i as u32, look(mesh)));
             }
         }
         let triangles = |drawn: &Drawn| {
@@ -112,9 +112,10 @@ impl Plan {
             if single || triangles <= *left {
                 *left -= if single { 0 } else { triangles };
                 let world = if moves { &mut plan.moving } else { &mut plan.still };
-                world.extend(instances.iter().map(|&i| member(posed, i)));
+                let look = look(mesh);
+                world.extend(instances.iter().map(|&i| member(posed, i, look.clone())));
             } else {
-                let new = || PlacedMesh { look: mesh_look(posed, mesh), instances: Vec::new() };
+                let new = || PlacedMesh { look: look(mesh), instances: Vec::new() };
                 plan.placed.entry(mesh).or_insert_with(new).instances.extend(instances);
             }
         }
@@ -123,10 +124,10 @@ impl Plan {
         plan
     }
 
-    /// How all that is visible looks.
-    pub fn looks(&self) -> impl Iterator<Item = Look> {
-        let worlds = self.still.iter().chain(&self.moving).map(|member| member.look);
-        worlds.chain(self.placed.values().map(|placed| placed.look))
+    /// True where something lets part of the light through, or may.
+    pub fn is_translucent(&self) -> bool {
+        let worlds = self.still.iter().chain(&self.moving).map(|member| &member.look);
+        worlds.chain(self.placed.values().map(|placed| &placed.look)).any(MeshLook::is_translucent)
     }
 
     /// True where what moves may have another shape now, though it is where it was.
@@ -141,17 +142,9 @@ fn vanishes(to_world: &DMat3) -> bool {
     [x.cross(y), y.cross(z), z.cross(x)] == [DVec3::ZERO; 3]
 }
 
-fn member(posed: &PosedScene, instance: u32) -> Member {
-    let Transform { affine: to_world, flips: reversed, .. } = posed.instances[instance as usize].transform;
-    let look = mesh_look(posed, posed.scene.instances[instance as usize].mesh);
-    Member { instance, to_world, look: Look { reversed, ..look } }
-}
-
-/// How a mesh looks in its own frame. Not reversed where an instance mirrors it: a mirrored ray sees the
-/// side it saw before. It is the pose's to say, for animations drive materials too.
-fn mesh_look(posed: &PosedScene, mesh: u32) -> Look {
-    let material = &posed.materials[posed.scene.meshes[mesh as usize].material as usize];
-    Look { class: material.class(), single_sided: !material.double_sided, reversed: false }
+fn member(posed: &PosedScene, instance: u32, look: MeshLook) -> Member {
+    let Transform { affine: to_world, flips, .. } = posed.instances[instance as usize].transform;
+    Member { instance, to_world, look: look.placed(flips) }
 }
 
 /// Whether an instance can be drawn in another shape than its mesh's.

@@ -2,6 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
+use super::lowest::Lowest;
+use super::material::Channel4;
 use super::mips::Mips;
 use super::srgb;
 
@@ -67,6 +69,11 @@ impl Image {
     /// nor filtered. Grey is all three colours; alpha is 1 where there is none.
     pub fn stored(&self, i: usize) -> Vec4 {
         self.plane().stored(i)
+    }
+
+    /// The least of a channel in its parts.
+    pub(super) fn lowest(&self, channel: Channel4) -> &Lowest {
+        self.mips.lowest(self.plane(), channel)
     }
 
     /// The image at its finest.

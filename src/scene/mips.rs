@@ -11,6 +11,8 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use glam::Vec4;
 
 use super::image::{Channels, Plane, Texels};
+use super::lowest::Lowest;
+use super::material::Channel4;
 use super::srgb::{decode_colors, linear_to_srgb, linear_to_srgb8};
 
 /// What the numbers of a texture say.
@@ -49,9 +51,12 @@ impl Mean {
     }
 }
 
-/// The smaller copies of an image.
+/// The smaller copies of an image: of its means, and of a channel's least numbers.
 #[derive(Clone, Debug, Default)]
-pub struct Mips([OnceLock<Vec<Level>>; 6]);
+pub struct Mips {
+    means: [OnceLock<Vec<Level>>; 6],
+    lowest: [OnceLock<Lowest>; 5],
+}
 
 /// One of them.
 #[derive(Clone, Debug)]
@@ -74,7 +79,12 @@ pub(super) const CLEAR: f32 = 1e-4;
 impl Mips {
     /// The smaller copies of `image`, from half its size down. Whoever comes first makes them.
     pub(super) fn of(&self, image: Plane, mean: Mean) -> &[Level] {
-        self.0[mean.place()].get_or_init(|| pyramid(image, mean))
+        self.means[mean.place()].get_or_init(|| pyramid(image, mean))
+    }
+
+    /// The least of a channel of `image` in its parts. Whoever comes first looks for them.
+    pub(super) fn lowest(&self, image: Plane, channel: Channel4) -> &Lowest {
+        self.lowest[channel as usize].get_or_init(|| Lowest::new(image, channel))
     }
 }
 

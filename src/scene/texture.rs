@@ -1,6 +1,6 @@
 //! How images are looked up.
 
-use std::ops::{Add, Mul};
+use std::ops::{Add, Mul, Range};
 
 use glam::{Vec2, Vec4};
 
@@ -78,6 +78,21 @@ impl UvTransform {
         self.step(uv) + self.offset
     }
 
+    /// By axis, what lies between the lowest and the highest of where three corners go, with slack for
+    /// how what is between them is rounded.
+    pub(super) fn bounds(&self, uv: [Vec2; 3]) -> [[f64; 2]; 2] {
+        let most = uv[0].abs().max(uv[1].abs()).max(uv[2].abs());
+        let reach = (self.x_axis * most.x).abs() + (self.y_axis * most.y).abs() + self.offset.abs();
+        // Where a corner is nowhere, all is: minima alone would pass over it.
+        let strays = f64::from((uv[0] + uv[1] + uv[2]).element_sum()) * 0.0;
+        let to = uv.map(|uv| self.apply(uv));
+        let (low, high) = (to[0].min(to[1]).min(to[2]), to[0].max(to[1]).max(to[2]));
+        [0, 1].map(|k| {
+            let slack = 16.0 * f64::from(f32::EPSILON) * f64::from(reach[k]) + strays;
+            [f64::from(low[k]) - slack, f64::from(high[k]) + slack]
+        })
+    }
+
     /// t.
     pub fn offset(&self) -> Vec2 {
         self.offset
@@ -135,6 +150,38 @@ impl Wrap {
         i as usize
     }
 
+    /// The texels of `n` that lookups between two coordinates touch, interpolated or not.
+    fn texels(self, [low, high]: [f64; 2], n: u32) -> [Range<usize>; 2] {
+        let all = [0..n as usize, 0..0];
+        let n = f64::from(n);
+        let (first, last) = ((low * n - 0.5).floor(), (high * n - 0.5).floor() + 1.0);
+        let inside = first >= 0.0 && last < n;
+        let range = |first: f64, last: f64| first as usize..last as usize + 1;
+        match self {
+            // NaN is nowhere.
+            _ if !(last - first + 1.0 < n) => all,
+            _ if inside => [range(first, last), 0..0],
+            Wrap::Clamp => [range(first.clamp(0.0, n - 1.0), last.clamp(0.0, n - 1.0)), 0..0],
+            Wrap::Repeat => {
+                let start = first.rem_euclid(n);
+                let end = start + (last - first);
+                if end < n { [range(start, end), 0..0] } else { [range(start, n - 1.0), range(0.0, end - n)] }
+            }
+            Wrap::Mirror => {
+                let start = first.rem_euclid(2.0 * n);
+                let end = start + (last - first);
+                match () {
+                    _ if end < n => [range(start, end), 0..0],
+                    _ if start >= n && end < 2.0 * n => {
+                        [range(2.0 * n - 1.0 - end, 2.0 * n - 1.0 - start), 0..0]
+                    }
+                    // Around an edge of the image.
+                    _ => all,
+                }
+            }
+        }
+    }
+
     /// Brings a coordinate near 0…1 where that changes nothing, so that large ones keep their
     /// fraction and infinite ones do no harm.
     fn fold(self, x: f32) -> f64 {
@@ -185,6 +232,11 @@ impl Texture {
             Filter::Nearest => image.alpha(self.nearest(image, uv)),
             Filter::Linear => self.bilinear(image, uv, Plane::alpha),
         }
+    }
+
+    /// By axis, the texels of an image of this size that lookups within `bounds` touch.
+    pub(super) fn texels(&self, bounds: [[f64; 2]; 2], size: [u32; 2]) -> [[Range<usize>; 2]; 2] {
+        [0, 1].map(|k| self.wrap[k].texels(bounds[k], size[k]))
     }
 
     /// The texel that `uv` is in.

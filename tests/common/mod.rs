@@ -7,7 +7,8 @@ use std::f64::consts::TAU;
 use blinn::accel::{Accel, BuildSettings, Cutout, Preset, Tier};
 use blinn::geometry::HitId;
 use blinn::scene::{
-    AlphaMode, Instance, Local, Material, Mesh, Node, PoseSettings, PosedScene, Scene, SurfaceClass, pose,
+    AlphaMode, Instance, Local, Material, Mesh, Node, PoseSettings, PosedScene, ScalarInput, Scene,
+    SurfaceClass, pose,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -194,7 +195,9 @@ pub fn material(class: SurfaceClass, double_sided: bool) -> Material {
         SurfaceClass::Cutout => AlphaMode::Mask(0.5),
         SurfaceClass::Translucent => AlphaMode::Blend,
     };
-    Material { alpha_mode, double_sided, ..Material::default() }
+    // Of what is not opaque, not all is known to be there.
+    let alpha = ScalarInput::new(if class == SurfaceClass::Opaque { 1.0 } else { 0.4 });
+    Material { alpha_mode, alpha, double_sided, ..Material::default() }
 }
 
 pub fn posed(scene: &Scene) -> PosedScene<'_> {
