@@ -177,6 +177,7 @@ fn p04_names_are_percent_encoded_or_not() {
         ("ü.png", "%C3%BC.png"),
     ] {
         let mut file = File::triangle();
+        file.attribute("TEXCOORD_0", "VEC2", &[0.0; 6]);
         file.push("images", json!({"uri": uri}));
         file.push("textures", json!({"source": 0}));
         file.material(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
@@ -184,6 +185,26 @@ fn p04_names_are_percent_encoded_or_not() {
         std::fs::write(folder.path().join(on_disk), png([255, 0, 0, 255])).unwrap();
         let (scene, warnings) = load(&path, &LoadOptions::default()).unwrap();
         assert_eq!((scene.images.len(), warnings.len()), (1, 0), "{on_disk} {warnings:?}");
+    }
+}
+
+#[test]
+fn textures_without_coordinates_are_told_of() {
+    let warnings_of = |set: u32, variant: &[&str]| {
+        let mut file = textured(json!({"mimeType": "image/png"}), &png([255, 0, 0, 255]));
+        file.json["materials"][0]["name"] = json!("wood");
+        let texture = json!({"index": 0, "texCoord": set});
+        file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = texture;
+        variant
+            .iter()
+            .for_each(|name| file.json["materials"][0][*name] = json!({"index": 0, "texCoord": set}));
+        file.load().1.into_iter().map(|w| w.to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(warnings_of(0, &["normalTexture"]), [""; 0]);
+    for others in [&[][..], &["normalTexture", "emissiveTexture"]] {
+        let warnings = warnings_of(1, others);
+        let [one] = &warnings[..] else { panic!("{warnings:?}") };
+        assert!(one.contains("\"wood\"") && one.contains("(set 1)"), "{one}");
     }
 }
 

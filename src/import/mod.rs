@@ -18,6 +18,7 @@ mod obj;
 mod sky;
 mod smooth;
 mod tangents;
+mod unmapped;
 mod uri;
 
 use std::io::Read;
@@ -80,7 +81,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     file.take(4096).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let folder = uri::Folder::of(path, options.allow_outside);
-    let (mut scene, warnings) = if looks_like_gltf(path, &head) {
+    let (mut scene, mut warnings) = if looks_like_gltf(path, &head) {
         gltf::load(&uri::read_scene_file(path, limit)?, &folder, options)?
     } else {
         if let Some(wanted) = options.variant.as_deref().filter(|v| *v != "none") {
@@ -88,6 +89,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
         }
         obj::load(path, &folder, options)?
     };
+    warnings.extend(unmapped::warnings(&scene));
     scene.name = name;
     scene.source.files = folder.asked();
     // What a Blender user has seen of these files, Blender filtered.

@@ -187,19 +187,36 @@ impl Default for Material {
 impl Material {
     /// True where textures say what it is from place to place, its normal map aside.
     pub fn is_textured(&self) -> bool {
-        let (color, scalar) =
-            (|of: &ColorInput| of.texture.is_some(), |of: &ScalarInput| of.texture.is_some());
-        let reflectance = match &self.reflectance {
-            Reflectance::Mtl(mtl) => mtl.ambient.as_ref().is_some_and(color) || color(&mtl.specular),
+        self.looks().into_iter().flatten().next().is_some()
+    }
+
+    /// Its textures, its normal map among them.
+    pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
+        let normal = self.normal.as_ref().map(|map| &map.texture);
+        self.looks().into_iter().flatten().chain(normal)
+    }
+
+    /// Its textures but for the normal map.
+    fn looks(&self) -> [Option<&TextureRef>; 9] {
+        fn color(of: &ColorInput) -> Option<&TextureRef> {
+            of.texture.as_ref()
+        }
+        fn scalar(of: &ScalarInput) -> Option<&TextureRef> {
+            of.texture.as_ref().map(|(texture, _)| texture)
+        }
+        let [a, b, c, d] = match &self.reflectance {
+            Reflectance::Mtl(mtl) => [mtl.ambient.as_ref().and_then(color), color(&mtl.specular), None, None],
             Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
                 let Dielectric { specular, specular_color, ior: _ } = dielectric;
-                [metallic, roughness, specular].into_iter().any(scalar) || color(specular_color)
+                [scalar(metallic), scalar(roughness), scalar(specular), color(specular_color)]
             }
-            Reflectance::SpecularGlossiness { specular, glossiness } => color(specular) || scalar(glossiness),
-            Reflectance::Unlit => false,
+            Reflectance::SpecularGlossiness { specular, glossiness } => {
+                [color(specular), scalar(glossiness), None, None]
+            }
+            Reflectance::Unlit => [None; 4],
         };
-        let scalars = [&self.alpha, &self.occlusion, &self.transmission];
-        reflectance || color(&self.base) || color(&self.emission) || scalars.into_iter().any(scalar)
+        let [alpha, occlusion, transmission] = [&self.alpha, &self.occlusion, &self.transmission].map(scalar);
+        [color(&self.base), color(&self.emission), alpha, occlusion, transmission, a, b, c, d]
     }
 
     /// True where a ray may pass through this material in part.
