@@ -163,15 +163,36 @@ impl Libraries {
     }
 }
 
-/// What a `mtllib` line names, read: the whole line as one name; or else each of its words, which
-/// may be quoted; or else one name whose spaces have backslashes. And what could not be read.
+/// What a `mtllib` line names, read: the whole line as one name, or else each of its names that end in `.mtl`.
+/// And what could not be read.
 fn named<T>(line: &str, mut read: impl FnMut(&str) -> Result<T, String>) -> (Vec<T>, Vec<String>) {
     let whole = match read(line.trim_matches('"')) {
         Ok(found) => return (vec![found], Vec::new()),
         Err(why) => why,
     };
-    let words = words(line);
-    if words.len() > 1 || words.first().is_some_and(|&w| w != line.trim_matches('"')) {
+    let names = ending(line);
+    let (mut found, mut missing) = (Vec::new(), Vec::new());
+    for name in &names {
+        let (f, m) = match read(name.trim_matches('"')) {
+            Ok(one) => (vec![one], Vec::new()),
+            Err(why) => worded(name, why, &mut read),
+        };
+        found.extend(f);
+        missing.extend(m);
+    }
+    // Where nothing is there, the line is told of as it stands.
+    if found.is_empty() { (found, vec![whole]) } else { (found, missing) }
+}
+
+/// What the words of a name that is not there as a whole name, which may be quoted; or else one name whose
+/// spaces have backslashes. And what could not be read.
+fn worded<T>(
+    name: &str,
+    whole: String,
+    read: &mut impl FnMut(&str) -> Result<T, String>,
+) -> (Vec<T>, Vec<String>) {
+    let words = words(name);
+    if words.len() > 1 || words.first().is_some_and(|&w| w != name.trim_matches('"')) {
         let (found, missing): (Vec<_>, Vec<_>) = words.iter().map(|w| read(w)).partition(Result::is_ok);
         if !found.is_empty() {
             return (
@@ -179,11 +200,33 @@ fn named<T>(line: &str, mut read: impl FnMut(&str) -> Result<T, String>) -> (Vec
                 missing.into_iter().filter_map(Result::err).collect(),
             );
         }
-        if let Ok(found) = read(&line.replace("\\ ", " ")) {
+        if let Ok(found) = read(&name.replace("\\ ", " ")) {
             return (vec![found], Vec::new());
         }
     }
     (Vec::new(), vec![whole])
+}
+
+/// A line cut behind each `.mtl`, up to a comment: several names on it may have spaces that nothing quotes.
+/// A line with quotes is left whole.
+fn ending(line: &str) -> Vec<&str> {
+    let mut out = Vec::new();
+    let mut rest = line.trim();
+    let quoted = line.contains('"');
+    let ends = |word: &str| !quoted && word.len() > 4 && word.to_ascii_lowercase().ends_with(".mtl");
+    while !rest.is_empty() && !rest.starts_with('#') {
+        let mut words = rest.split_inclusive(char::is_whitespace);
+        let mut length = 0;
+        // The first word that ends a name, or all of them.
+        let _ = words.find(|word| {
+            length += word.len();
+            ends(word.trim_end())
+        });
+        let (name, after) = rest.split_at(length);
+        out.push(name.trim_end());
+        rest = after.trim_start();
+    }
+    out
 }
 
 /// Words of a line, quoted ones whole, up to a comment.
@@ -268,6 +311,13 @@ mod tests {
             ("a.mtl # note", vec!["a.mtl"], 0),
             ("a.mtl x.mtl", vec!["a.mtl"], 1),
             ("x y.mtl", vec![], 1),
+            // Several names on a line whose spaces nothing quotes.
+            ("b c.mtl a.mtl", vec!["b c.mtl", "a.mtl"], 0),
+            ("a.mtl b c.mtl # note", vec!["a.mtl", "b c.mtl"], 0),
+            ("a.mtl b\\ c.mtl", vec!["a.mtl", "b c.mtl"], 0),
+            ("a.mtl \"b c.mtl\" e.mtl", vec!["a.mtl", "b c.mtl", "e.mtl"], 0),
+            ("x y.mtl b c.mtl", vec!["b c.mtl"], 1),
+            ("x y.mtl z.mtl", vec![], 1),
         ] {
             let (f, m) = named(line, read);
             assert_eq!((f, m.len()), (found.into_iter().map(String::from).collect(), missing), "{line}");
