@@ -11,6 +11,7 @@ mod gltf;
 mod image;
 pub(crate) mod jpeg;
 mod ktx2;
+mod lfs;
 mod limits;
 mod memory;
 mod names;
@@ -21,7 +22,7 @@ mod tangents;
 mod unmapped;
 mod uri;
 
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
 use crate::scene::Scene;
@@ -79,6 +80,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     let mut head = Vec::new();
     let file = uri::open_scene_file(path, limit)?;
     file.take(4096).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
+    if let Some(what) = lfs::advice(&head) {
+        return Err(LoadError::io(path, io::Error::new(io::ErrorKind::InvalidData, what)));
+    }
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let folder = uri::Folder::of(path, options.allow_outside);
     let (mut scene, mut warnings) = if looks_like_gltf(path, &head) {

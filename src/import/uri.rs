@@ -259,7 +259,11 @@ fn read_limited(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let file = open_regular(path, limit)?;
     let mut bytes = Vec::with_capacity(file.metadata()?.len().min(limit) as usize);
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
+    match super::lfs::advice(&bytes) {
+        _ if bytes.len() as u64 > limit => Err(too_large(limit)),
+        Some(what) => Err(io::Error::new(io::ErrorKind::InvalidData, what)),
+        None => Ok(bytes),
+    }
 }
 
 fn decode_data_uri(uri: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
