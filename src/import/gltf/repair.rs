@@ -107,7 +107,24 @@ fn version(root: &mut Map<String, Value>, warnings: &mut Warnings) -> Result<(),
         *asset = json!({});
     }
     asset["version"] = json!(found.unwrap_or_else(|| "2.0".into()));
+    least_version(asset, warnings);
     Ok(())
+}
+
+/// Warns of a file for programs that know more than glTF 2.0: what they know is not shown.
+fn least_version(asset: &mut Value, warnings: &mut Warnings) {
+    let least = match asset.get("minVersion") {
+        Some(Value::String(s)) => s.trim().to_string(),
+        Some(Value::Number(n)) => n.to_string(),
+        _ => return,
+    };
+    let mut parts = least.split('.').map(|part| part.parse::<u64>().unwrap_or(0));
+    if (parts.next(), parts.next()) > (Some(2), Some(0)) {
+        let least = printable(&least);
+        warnings
+            .add("asset.minVersion", format_args!("is {least}: what is newer than glTF 2.0 is not shown"));
+    }
+    asset["minVersion"] = json!(least);
 }
 
 /// Names of the fields that hold integers, in the core and in the extensions that are read.
@@ -307,6 +324,22 @@ mod tests {
             "scene: 7 integers are written as floats, and were read as integers",
         ];
         assert_eq!(warnings, said);
+    }
+
+    #[test]
+    fn files_for_newer_programs_are_told_of() {
+        let told = |least: &str| {
+            let (json, warnings) = read(&format!(r#"{{"asset":{{"version":"2.1","minVersion":{least}}}}}"#));
+            assert!(json.is_ok(), "{least}: {json:?}");
+            warnings
+        };
+        for (least, name) in [("\"2.1\"", "2.1"), ("3.0", "3.0"), ("\"2.10\"", "2.10"), ("\"3\"", "3")] {
+            let said = format!("asset.minVersion: is {name}: what is newer than glTF 2.0 is not shown");
+            assert_eq!(told(least), [said]);
+        }
+        for least in ["\"2.0\"", "\"2\"", "2.0", "\"1.0\"", "\"new\"", "null"] {
+            assert!(told(least).is_empty(), "{least}");
+        }
     }
 
     #[test]
