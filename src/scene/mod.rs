@@ -81,7 +81,7 @@ pub struct Source {
     pub generator: String,
     /// glTF extensions named by the file, in its order.
     pub extensions: Vec<String>,
-    /// Scenes in the file, by name, and which of them this is.
+    /// Scenes in the file, by name.
     pub scenes: Vec<String>,
     /// Files that it refers to, by their names relative to its own folder, whether they are there
     /// or not.
