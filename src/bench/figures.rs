@@ -149,11 +149,6 @@ impl Stage {
             Stage::Encode => "encode",
         }
     }
-
-    /// True where it is nothing but rays.
-    pub fn is_rays(self) -> bool {
-        matches!(self, Stage::Eye | Stage::Shadow | Stage::Incoherent)
-    }
 }
 
 /// A stage's figures. What is missing, or was no number, is null.
