@@ -294,6 +294,12 @@ mod tests {
         assert!(told.iter().all(|w| !w.what.contains("again")), "{told:?}");
     }
 
+    /// No name on it costs a look at all of the line.
+    #[test]
+    fn a_line_of_a_million_names_does_no_harm() {
+        assert_eq!(ending(&"a.mtl ".repeat(1 << 20)).len(), 1 << 20);
+    }
+
     #[test]
     fn lines_are_one_name_or_several_or_quoted_or_escaped() {
         let files = ["a.mtl", "b c.mtl", "d", "e.mtl"];
