@@ -7,7 +7,7 @@ use super::super::error::Warnings;
 use super::super::uri::printable;
 use super::map::Map;
 use super::mtl::Mtl;
-use super::textures::{Library, has_alpha, looks_like_normals};
+use super::textures::Library;
 use crate::geometry::Rgb;
 use crate::scene::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
@@ -154,7 +154,7 @@ fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarIn
         let image = library.image(mtl, map)?;
         let channel = match map.channel {
             Some(channel) => channel,
-            None if has_alpha(&library.images[image as usize]) => Channel4::A,
+            None if library.has_alpha(image) => Channel4::A,
             None => Channel4::Mean,
         };
         Some((library.texture(mtl, Some(map))?, channel))
@@ -179,7 +179,7 @@ fn normal(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Option<N
     let image = library.image(mtl, map)?;
     // Blender writes normal maps alone into bump; its older exporter's may have been heights.
     let certain = !mtl.normal_is_bump || mtl.by_blender && !mtl.by_old_blender;
-    if !certain && !looks_like_normals(&library.images[image as usize]) {
+    if !certain && !library.looks_like_normals(image) {
         warnings.add("", format!("bump map '{}' holds heights, which are not shown", printable(&map.file)));
         return None;
     }

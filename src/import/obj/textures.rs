@@ -97,6 +97,9 @@ pub(super) struct Library {
     texture_of: HashMap<(u32, bool), u32>,
     /// Copies of images whose colours are shown over black.
     over_black: HashMap<u32, u32>,
+    /// What looks at all of an image tell: hundreds of materials may share one.
+    has_alpha: HashMap<u32, bool>,
+    looks_like_normals: HashMap<u32, bool>,
 }
 
 impl Library {
@@ -160,7 +163,7 @@ impl Library {
     pub fn color(&mut self, material: &Mtl, map: Option<&Map>) -> Option<TextureRef> {
         let image = self.image(material, map?)?;
         let hidden = material.by_blender && material.map_d.is_none();
-        if !hidden || !has_alpha(&self.images[image as usize]) {
+        if !hidden || !self.has_alpha(image) {
             return self.texture(material, map);
         }
         let copy = *self.over_black.entry(image).or_insert_with(|| {
@@ -168,6 +171,19 @@ impl Library {
             self.images.len() as u32 - 1
         });
         Some(self.reference(copy, map?))
+    }
+
+    /// Whether any texel of an image is not opaque.
+    pub fn has_alpha(&mut self, image: u32) -> bool {
+        *self.has_alpha.entry(image).or_insert_with(|| has_alpha(&self.images[image as usize]))
+    }
+
+    /// Whether an image holds tangent-space normals.
+    pub fn looks_like_normals(&mut self, image: u32) -> bool {
+        *self
+            .looks_like_normals
+            .entry(image)
+            .or_insert_with(|| looks_like_normals(&self.images[image as usize]))
     }
 
     /// A map as a texture reference.
@@ -208,7 +224,7 @@ impl Mtl {
 
 /// Whether an image holds tangent-space normals. What is black is around them, where nothing was
 /// baked, and so is what has no alpha, unless alpha is something else.
-pub(super) fn looks_like_normals(image: &Image) -> bool {
+fn looks_like_normals(image: &Image) -> bool {
     let count = image.width as usize * image.height as usize;
     let texels = || (0..count).map(|i| image.stored(i)).filter(|v| v.truncate() != Vec3::ZERO);
     are_normals(texels().filter(|v| v.w > 0.0)) || are_normals(texels())
@@ -239,8 +255,32 @@ fn over_black(image: &Image) -> Image {
 }
 
 /// Whether any texel is not opaque.
-pub(super) fn has_alpha(image: &Image) -> bool {
+fn has_alpha(image: &Image) -> bool {
     let has_channel = matches!(image.channels, Channels::La | Channels::Rgba);
     let count = image.width as usize * image.height as usize;
     has_channel && (0..count).any(|i| image.stored(i).w != 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of an atlas that hundreds of materials share, this was nearly all of the time to load them.
+    #[test]
+    fn an_image_is_looked_at_once_however_many_materials_share_it() {
+        let image = |texel: [u8; 4]| Image {
+            name: String::new(),
+            width: 1,
+            height: 1,
+            channels: Channels::Rgba,
+            texels: Texels::U8(texel.to_vec()),
+            mips: Mips::default(),
+        };
+        let mut library = Library { images: vec![image([128, 128, 255, 255])], ..Library::default() };
+        assert!(!library.has_alpha(0) && library.looks_like_normals(0));
+        library.images = vec![image([255, 0, 0, 0])];
+        assert!(!library.has_alpha(0) && library.looks_like_normals(0));
+        library.images.push(image([255, 0, 0, 0]));
+        assert!(library.has_alpha(1) && !library.looks_like_normals(1));
+    }
 }
