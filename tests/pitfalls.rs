@@ -204,8 +204,14 @@ fn textures_without_coordinates_are_told_of() {
     for others in [&[][..], &["normalTexture", "emissiveTexture"]] {
         let warnings = warnings_of(1, others);
         let [one] = &warnings[..] else { panic!("{warnings:?}") };
-        assert!(one.contains("\"wood\"") && one.contains("(set 1)"), "{one}");
+        assert!(one.contains("'wood'") && one.contains("(set 1)"), "{one}");
     }
+    // As elsewhere, a name is cut, and shown in the direction in which it is written.
+    let mut file = textured(json!({"mimeType": "image/png"}), &png([255, 0, 0, 255]));
+    file.json["materials"][0]["name"] = json!(format!("\u{202e}{}", "wood".repeat(2500)));
+    file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = json!(1);
+    let one = file.load().1[0].to_string();
+    assert!(one.len() < 500 && one.contains("\\u{202e}wood"), "{one}");
 }
 
 /// The triangle with an image of its own as base colour.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::error::Warning;
+use super::uri::printable;
 use crate::scene::Scene;
 
 /// Tells of materials with textures whose coordinates their meshes lack: one place of the image is seen all
@@ -38,5 +39,5 @@ pub(super) fn warnings(scene: &Scene) -> Vec<Warning> {
 
 /// A thing by its name, if it has one.
 fn called(what: &str, name: &str) -> String {
-    if name.is_empty() { format!("a {what}") } else { format!("{what} {name:?}") }
+    if name.is_empty() { format!("a {what}") } else { format!("{what} '{}'", printable(name)) }
 }
