@@ -124,7 +124,8 @@ fn texts(arg: &Arg, value: &Value) -> Option<Vec<Option<String>>> {
         Value::Boolean(true) if may_stand_alone => Some(vec![None]),
         Value::Boolean(false) if may_stand_alone => Some(Vec::new()),
         _ if !arg.get_action().takes_values() => None,
-        Value::Array(list) if repeats && !list.iter().all(Value::is_number) => {
+        // A list of numbers is one value; an empty one is none.
+        Value::Array(list) if repeats && (list.is_empty() || !list.iter().all(Value::is_number)) => {
             list.iter().map(|one| text(one).map(Some)).collect()
         }
         one => Some(vec![Some(text(one)?)]),
@@ -285,6 +286,15 @@ mod tests {
             let expected = words(&format!("blinn {before} --samples=9 {rest}"));
             assert_eq!(with_file(words(&format!("blinn {before} {rest}"))).unwrap(), expected);
         }
+    }
+
+    #[test]
+    fn an_empty_list_says_nothing() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("c.toml");
+        std::fs::write(&file, "hide = []\nsun = []\nscenes = []").unwrap();
+        let line = words(&format!("blinn render a.glb --config {}", file.display()));
+        assert_eq!(with_file(line.clone()).unwrap(), line);
     }
 
     #[test]
