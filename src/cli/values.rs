@@ -10,10 +10,11 @@ use crate::integrator::{Aov, MatteKind};
 use crate::render::Crop;
 use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
 
-/// Numbers separated by commas.
+/// Numbers separated by commas, none of which becomes infinite in single precision.
 fn numbers(text: &str) -> Result<Vec<f64>, String> {
     let one = |part: &str| match part.trim().parse::<f64>() {
-        Ok(v) if v.is_finite() => Ok(v),
+        Ok(v) if v.abs() <= f64::from(f32::MAX) => Ok(v),
+        Ok(v) if v.is_finite() => Err(format!("'{part}' is too large")),
         _ => Err(format!("'{part}' is not a number")),
     };
     text.split(',').map(one).collect()
@@ -343,7 +344,7 @@ pub(super) fn point_light(text: &str) -> Result<GivenLight, String> {
 /// `DX,DY,DZ,E[,COLOR]`.
 pub(super) fn sun(text: &str) -> Result<GivenLight, String> {
     let (direction, intensity) = light(text, "DX,DY,DZ,E[,COLOR]")?;
-    if direction == DVec3::ZERO {
+    if direction.try_normalize().is_none() {
         return Err("a sun's direction has a length".into());
     }
     Ok(GivenLight::Sun { direction, intensity })
@@ -359,6 +360,17 @@ mod tests {
         for wrong in ["1,2", "1,2,3,4", "1,2,x", "", "1,,2", "nan,1,1", "inf,0,0"] {
             assert!(vector(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn numbers_that_single_precision_has_not_are_refused() {
+        for wrong in ["1e39", "-1e39", "1e300"] {
+            assert!(number(wrong).unwrap_err().contains("too large"), "{wrong}");
+        }
+        assert!(color("1e39,0,0").is_err() && sun("0,-1,0,1e39").is_err());
+        assert_eq!(number("-3e38").unwrap(), -3e38);
+        // It would shine straight down.
+        assert!(sun("1e-200,0,0,1").unwrap_err().contains("length"));
     }
 
     #[test]
