@@ -72,7 +72,8 @@ impl Gif {
         let [left, top, width, height] = [rect.x, rect.y, rect.width, rect.height].map(|v| v as u16);
         self.writer
             .write_frame(&Frame {
-                delay: self.clock.delay(self.written) as u16,
+                // Of a rate that is barely allowed, single delays are one hundredth too many.
+                delay: self.clock.delay(self.written).min(u16::MAX.into()) as u16,
                 dispose: if clear { DisposalMethod::Background } else { DisposalMethod::Keep },
                 transparent: Some(indexed.nothing),
                 needs_user_input: false,

@@ -86,6 +86,15 @@ fn a_gif_takes_alpha_by_half_and_ends_when_it_shall() {
     assert_eq!((shown[0].1[0], shown[0].1[1]), ([0; 4], [9, 9, 9, 255]));
 }
 
+/// A delay has sixteen bits; between those that fit, one of a slow rate may be rounded up to what does not.
+#[test]
+fn the_longest_delays_of_a_gif_do_not_become_none() {
+    let settings = MovingSettings { fps: 0.001_525_892_8, ..SETTINGS };
+    let frames: Vec<_> = (0..3).map(|i| frame(i, [0; 4])).collect();
+    let (_, shown) = shown_gif(&written(MovingFormat::Gif, &settings, &frames));
+    assert_eq!(shown.iter().map(|s| s.0).collect::<Vec<_>>(), [u16::MAX; 3]);
+}
+
 #[test]
 fn an_apng_shows_its_frames() {
     for (ground, repeat) in [([10, 20, 30, 255], true), ([7, 8, 9, 60], false)] {
