@@ -122,13 +122,20 @@ fn every_mode_is_exposed_and_the_log_says_how() {
 
 /// A scene of the folder with its ball, the third material, changed.
 fn with_ball(scene: &str, change: serde_json::Value) -> Vec<u8> {
+    changed(scene, |json| {
+        for (key, value) in change.as_object().unwrap() {
+            json["materials"][2][key] = value.clone();
+        }
+    })
+}
+
+/// A scene of the folder whose JSON is changed.
+fn changed(scene: &str, change: impl FnOnce(&mut serde_json::Value)) -> Vec<u8> {
     let glb = std::fs::read(folder().join(scene)).unwrap();
     let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
     let (json, bin) = glb[20..].split_at(length);
     let mut json: serde_json::Value = serde_json::from_slice(json).unwrap();
-    for (key, value) in change.as_object().unwrap() {
-        json["materials"][2][key] = value.clone();
-    }
+    change(&mut json);
     let mut text = json.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     let all = (20 + text.len() + bin.len()) as u32;
@@ -170,5 +177,27 @@ fn what_emits_is_neither_metered_nor_scaled_with_the_lights() {
             }
             assert!(shines > 20, "{name} {mode}: {shines}");
         }
+    }
+}
+
+/// A dark room with a pool of light is dark on purpose: its lights stay as they are, unless even the pool is dark.
+#[test]
+fn a_dark_room_with_a_bright_pool_keeps_its_lights() {
+    let dir = tempfile::tempdir().unwrap();
+    for (mode, usual) in [("SPEC", true), ("COMPAT", false), ("RAW", false)] {
+        let dark = |material: &mut serde_json::Value, shade: f64| {
+            material["pbrMetallicRoughness"] =
+                serde_json::json!({"baseColorFactor": [shade, shade, shade, 1], "metallicFactor": 0});
+            material["extensions"] = serde_json::json!({"KHR_materials_specular": {"specularFactor": 0}});
+        };
+        let glb = changed(&format!("point_{mode}.glb"), |json| {
+            let materials = json["materials"].as_array_mut().unwrap();
+            materials.iter_mut().for_each(|material| dark(material, 0.001));
+            dark(&mut materials[2], 1.0);
+        });
+        let scene = dir.path().join("room.glb");
+        std::fs::write(&scene, glb).unwrap();
+        let (_, told) = picture(dir.path(), &scene, &[], "room.png");
+        assert_eq!(exposure(&told) == "--exposure 0", usual, "{mode}: {told}");
     }
 }

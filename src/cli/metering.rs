@@ -10,7 +10,7 @@ use super::studio::{Moment, Studio};
 use super::values::Exposure;
 use crate::geometry::Rgb;
 use crate::integrator::{Phong, Stage};
-use crate::render::{Metering, meter};
+use crate::render::{MID_GREY, Metering, meter};
 use crate::scene::{Camera, Lit, View};
 
 /// How pictures are exposed.
@@ -50,11 +50,11 @@ pub(super) fn expose<'a>(studio: &Studio<'a>, start: &mut Moment<'a>, lit: &Lit)
         None
     };
     let metered = match lights {
-        Some(lights) if look.exposure.is_none() || !is_near(&lights) => Some(lights),
+        Some(lights) if look.exposure.is_none() || !is_usual(&lights) => Some(lights),
         _ => metered(studio, start, camera, Seen::All)?,
     };
     studio.teller.stage("meter", since, "");
-    if let Some(lights) = lights.filter(|lights| !is_near(lights)) {
+    if let Some(lights) = lights.filter(|lights| !is_usual(lights)) {
         // No file says which unit it is. All else that shines — the world, what emits, what is not lit — is
         // in none, and stays what it is beside them.
         let light_scale = look.lighting.scale * libm::exp2(lights.ev) as f32;
@@ -67,7 +67,7 @@ pub(super) fn expose<'a>(studio: &Studio<'a>, start: &mut Moment<'a>, lit: &Lit)
         return Ok(Exposed::at(0.0));
     };
     // Blender's files near mid-grey are exposed as their author saw them.
-    let keep = look.exposure.is_none() && start.posed.scene.source.is_blender() && is_near(&metered);
+    let keep = look.exposure.is_none() && start.posed.scene.source.is_blender() && is_usual(&metered);
     let ev = if keep { 0.0 } else { (metered.ev * 1e4).round() / 1e4 };
     studio.teller.note(&format!("exposure: --exposure {ev}"));
     Ok(Exposed::at(ev))
@@ -76,6 +76,12 @@ pub(super) fn expose<'a>(studio: &Studio<'a>, start: &mut Moment<'a>, lit: &Lit)
 /// True near mid-grey.
 fn is_near(metered: &Metering) -> bool {
     metered.below_mid_grey.abs() <= 4.0
+}
+
+/// True of light in the usual unit: near mid-grey, or mid-grey somewhere. A room that is dark but for the pool of a
+/// lamp is dark on purpose; in another unit, 54 times too weak at least, the pool would be dark, too.
+fn is_usual(light: &Metering) -> bool {
+    is_near(light) || light.below_mid_grey > 0.0 && light.brightest >= MID_GREY
 }
 
 /// What is metered.

@@ -18,6 +18,8 @@ pub struct Metering {
     pub ev: f64,
     /// Stops between the log-average and mid-grey; positive for a dark scene.
     pub below_mid_grey: f64,
+    /// The light that a hundredth of what is seen exceeds.
+    pub brightest: f64,
 }
 
 /// Meters a frame whose camera was made for a picture of width/height `aspect`. `None` where
@@ -51,7 +53,7 @@ fn measure(pixels: &Pixels) -> Option<Metering> {
     let log_average = seen.iter().map(|&l| libm::log2(l)).sum::<f64>() / seen.len() as f64;
     let below_mid_grey = libm::log2(MID_GREY) - log_average;
     let brightest = seen[(seen.len() - 1) * 99 / 100];
-    Some(Metering { ev: below_mid_grey.min(-libm::log2(brightest)), below_mid_grey })
+    Some(Metering { ev: below_mid_grey.min(-libm::log2(brightest)), below_mid_grey, brightest })
 }
 
 #[cfg(test)]
@@ -75,7 +77,7 @@ mod tests {
         let mut values = vec![0.01; 90];
         values.extend([1.0; 10]);
         let m = of(&values).unwrap();
-        assert!(m.ev.abs() < 1e-9 && m.below_mid_grey > 3.0);
+        assert!(m.ev.abs() < 1e-9 && m.below_mid_grey > 3.0 && m.brightest == 1.0);
     }
 
     #[test]
