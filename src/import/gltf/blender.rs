@@ -2,9 +2,11 @@
 
 use std::collections::HashMap;
 
+use ::gltf::json as gltf;
 use glam::{DMat3, Vec3};
 
 use super::material;
+use crate::import::error::Warnings;
 use crate::scene::{Material, Mesh, Reflectance, Scene};
 
 /// Makes of a scene out of Blender's exporter what it was in Blender.
@@ -20,10 +22,34 @@ pub(super) fn restore(scene: &mut Scene) {
 /// it stays, as other readers have it, where Blender shows .8.
 pub(super) fn bare() -> Material {
     let mut bare = Material { double_sided: true, ..material::default() };
-    if let Reflectance::MetallicRoughness { metallic, .. } = &mut bare.reflectance {
+    make_matte(&mut bare);
+    bare
+}
+
+/// Of shaders other than Principled and a few that emit, the exporter writes nothing but the material's name: to glTF a
+/// white and fully rough metal, which is dark where there is nothing to mirror. A Principled one that is just that
+/// looks the same in the file, and in Blender about as bright as matte white.
+pub(super) fn restore_shading(material: &mut Material, json: &gltf::Material, warnings: &mut Warnings) {
+    let pbr = &json.pbr_metallic_roughness;
+    let textured = pbr.base_color_texture.is_some() || pbr.metallic_roughness_texture.is_some();
+    let default = material::default();
+    let unsaid = !textured
+        && json.normal_texture.is_none()
+        && json.extensions.as_ref().is_none_or(|e| e.others.is_empty())
+        && (material.base, material.alpha) == (default.base, default.alpha)
+        && (material.reflectance, material.transmission) == (default.reflectance, default.transmission);
+    if unsaid {
+        make_matte(material);
+        let what = "says nothing of its shading, as Blender's exporter does of shaders other than Principled BSDF: \
+                    shown as matte white";
+        warnings.add("", format_args!("material '{}' {what}", material.name));
+    }
+}
+
+fn make_matte(material: &mut Material) {
+    if let Reflectance::MetallicRoughness { metallic, .. } = &mut material.reflectance {
         metallic.factor = 0.0;
     }
-    bare
 }
 
 /// Blender's own shading takes tangents along the coordinates of the normal map. Those in its files are along

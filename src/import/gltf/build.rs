@@ -32,9 +32,9 @@ pub(super) fn scene(
     let variant = variants::choose(doc, options.variant.as_deref())?;
     let wanted = primitives(doc, &placed, warnings)?;
     let source = source(doc);
-    let bare = if source.is_blender() { blender::bare() } else { material::default() };
+    let by_blender = source.is_blender();
     let ((meshes, mesh_warnings), surfaces) =
-        rayon::join(|| read_meshes(doc, &wanted), || Surfaces::read(doc, &wanted, variant, bare));
+        rayon::join(|| read_meshes(doc, &wanted), || Surfaces::read(doc, &wanted, variant, by_blender));
     warnings.extend(mesh_warnings);
     let (surfaces, surface_warnings) = surfaces?;
     warnings.extend(surface_warnings);
@@ -169,12 +169,12 @@ struct Surfaces {
 }
 
 impl Surfaces {
-    /// `bare` is what has no material.
+    /// The materials of what is wanted; `by_blender` where Blender's exporter wrote them.
     fn read(
         doc: &Document<'_>,
         wanted: &[PrimitiveId],
         variant: Option<usize>,
-        bare: Material,
+        by_blender: bool,
     ) -> Result<(Surfaces, Warnings), LoadError> {
         let mut warnings = Warnings::default();
         let mut order: Vec<Option<usize>> = Vec::new();
@@ -202,8 +202,15 @@ impl Surfaces {
         }
         let textures = Textures::read(doc, &used, &mut warnings)?;
         let read = |index: &Option<usize>| match json(index) {
-            Some(material) => material::read(material, &mut |texture| textures.get(texture)),
-            None => bare.clone(),
+            Some(json) => {
+                let mut material = material::read(json, &mut |texture| textures.get(texture));
+                if by_blender {
+                    blender::restore_shading(&mut material, json, &mut warnings);
+                }
+                material
+            }
+            None if by_blender => blender::bare(),
+            None => material::default(),
         };
         let materials = order.iter().map(read).collect();
         let of_file = ids.into_iter().filter_map(|(index, id)| Some((index?, id))).collect();

@@ -58,6 +58,34 @@ fn what_blender_gives_no_material_is_matte_from_both_sides() {
     assert!(scene.materials[0].base.factor == Vec3::ONE && scene.materials[0].double_sided);
 }
 
+/// Blender's exporter writes nothing but the name of a Diffuse BSDF.
+#[test]
+fn what_blender_says_nothing_of_is_matte_with_a_warning() {
+    let metallic = |m: Value, generator: &str| {
+        let mut fixture = textured(m);
+        fixture.json["asset"]["generator"] = json!(generator);
+        let (scene, warnings) = fixture.load();
+        let Reflectance::MetallicRoughness { metallic, .. } = scene.materials[0].reflectance else {
+            panic!()
+        };
+        (metallic.factor, warnings.iter().filter(|w| w.contains("'Clay' says nothing")).count())
+    };
+    let blender = "Khronos glTF Blender I/O v5.0.21";
+    let clay = json!({"name": "Clay", "doubleSided": true});
+    assert_eq!(metallic(clay.clone(), blender), (0.0, 1));
+    assert_eq!(metallic(clay, ""), (1.0, 0));
+    // What a Principled BSDF says of itself holds.
+    for said in [
+        json!({"name": "Clay", "pbrMetallicRoughness": {"baseColorFactor": [0.9, 0.9, 0.9, 1]}}),
+        json!({"name": "Clay", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}),
+        json!({"name": "Clay", "pbrMetallicRoughness": {"roughnessFactor": 0.5}}),
+        json!({"name": "Clay", "normalTexture": {"index": 0}}),
+        json!({"name": "Clay", "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}}),
+    ] {
+        assert_eq!(metallic(said.clone(), blender), (1.0, 0), "{said}");
+    }
+}
+
 #[test]
 fn metallic_roughness_with_its_textures() {
     let m = material(json!({"name": "m", "doubleSided": true, "alphaMode": "MASK",
