@@ -7,7 +7,7 @@ use glam::{DMat3, Vec3};
 
 use super::material;
 use crate::import::error::Warnings;
-use crate::scene::{Material, Mesh, Reflectance, Scene};
+use crate::scene::{LightField, LightKind, Material, Mesh, Reflectance, Scene, Target};
 
 /// Makes of a scene out of Blender's exporter what it was in Blender.
 pub(super) fn restore(scene: &mut Scene) {
@@ -16,6 +16,7 @@ pub(super) fn restore(scene: &mut Scene) {
     scene.meshes.iter_mut().for_each(forget_tangents);
     restore_normals(scene);
     keep_shared_normals(scene);
+    restore_intensities(scene);
 }
 
 /// What has no material is matte in Blender, and seen from both sides; glTF's default is a metal's front. White
@@ -80,6 +81,24 @@ fn keep_shared_normals(scene: &mut Scene) {
     for (mesh, users) in scene.meshes.iter_mut().zip(users) {
         // Objects that are bent have meshes of their own.
         mesh.smooth_in_own_frame = users > 1 && mesh.morphs.is_empty() && mesh.influences.per_vertex == 0;
+    }
+}
+
+/// The exporter writes a lamp's intensity in its unit, and the keys of that intensity in watts, or in 683 times that: of
+/// points and spots 4π times too much, of suns 683 times too little. One of the keys is the moment of the export, and
+/// tells.
+fn restore_intensities(scene: &mut Scene) {
+    let Scene { animations, lights, .. } = scene;
+    for channel in animations.iter_mut().flat_map(|animation| &mut animation.channels) {
+        let Target::Light(id, LightField::Intensity) = channel.target else { continue };
+        let light = &lights[id as usize];
+        let factor =
+            if light.kind == LightKind::Directional { 683.0 } else { 0.25 * std::f32::consts::FRAC_1_PI };
+        let values = &mut channel.keys.values;
+        let is_light = |v: f32| light.intensity > 0.0 && (v / light.intensity - 1.0).abs() < 1e-3;
+        if !values.iter().any(|&v| is_light(v)) && values.iter().any(|&v| is_light(v * factor)) {
+            values.iter_mut().for_each(|v| *v *= factor);
+        }
     }
 }
 

@@ -143,6 +143,37 @@ fn pointers_into_specular_and_glossiness() {
     assert_eq!(driven(&format!("extensions/{glossy}/diffuseFactor")), (Vec3::splat(0.25), 0.5));
 }
 
+/// Lamps of 80 W (or W/m²) at the first key, when they were exported, and of 800 at the second.
+#[test]
+fn blenders_keys_of_intensities_are_in_the_lights_unit() {
+    let four_pi = 4.0 * std::f32::consts::PI;
+    for (kind, intensity, keys, expected) in [
+        ("point", 80.0 * 683.0 / four_pi, [80.0 * 683.0, 800.0 * 683.0], 800.0 * 683.0 / four_pi),
+        ("point", 80.0 / four_pi, [80.0, 800.0], 800.0 / four_pi),
+        ("directional", 80.0 * 683.0, [80.0, 800.0], 800.0 * 683.0),
+        // Right as they are, or not to be told.
+        ("point", 80.0, [80.0, 800.0], 800.0),
+        ("directional", 80.0, [80.0, 800.0], 800.0),
+        ("point", 5.0, [80.0, 800.0], 800.0),
+        ("point", 0.0, [0.0, 800.0], 800.0),
+    ] {
+        for (generator, expected) in [("Khronos glTF Blender I/O v5.0.21", expected), ("", keys[1])] {
+            let mut fixture = animated("pointer", "LINEAR", "SCALAR", 1, &keys);
+            fixture.json["asset"]["generator"] = json!(generator);
+            fixture.json["extensions"]["KHR_lights_punctual"]["lights"] =
+                json!([{"type": kind, "intensity": intensity}]);
+            fixture.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = json!(0);
+            fixture.json["animations"][0]["channels"][0]["target"] = json!({"path": "pointer", "extensions":
+                {"KHR_animation_pointer": {"pointer": "/extensions/KHR_lights_punctual/lights/0/intensity"}}});
+            let last = fixture.load().0.animations[0].channels[0].keys.values[1];
+            assert!(
+                (last / expected - 1.0).abs() < 1e-5,
+                "{kind} {intensity} {generator}: {last}, not {expected}"
+            );
+        }
+    }
+}
+
 pub(super) fn skinned() -> Fixture {
     let mut fixture = Fixture::triangle();
     let joints = fixture.accessor(5121, "VEC4", 3, &[0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
