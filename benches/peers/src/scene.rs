@@ -19,8 +19,7 @@ pub fn convert(from: &blinn_scenes::Scene) -> Scene {
         node: i as u32,
         mesh: from.mesh as u32,
         object: 1 + i as u32,
-        placement: None,
-        skin: None,
+        ..Instance::default()
     };
     Scene {
         name: from.name.clone(),
