@@ -52,7 +52,7 @@ use hit::FrameRay;
 use looks::Looks;
 use packet::{Answers, GROUP, Packet, PacketStack, RAYS};
 use passing::Passing;
-use plan::{Member, PlacedMesh, Plan};
+use plan::{Member, Plan};
 use query::{Asked, Blocking, Closest, Query};
 use simd::{Job, Plain, Simd};
 use triangles::Triangles;
@@ -167,9 +167,7 @@ impl Accel {
                 *moving = world_triangles(posed, &plan.moving, preset);
             }
         }
-        let before = &self.plan.placed;
-        let look = |placed: Option<&PlacedMesh>| placed.map(|placed| placed.look.clone());
-        self.meshes.retain(|mesh, _| look(plan.placed.get(mesh)) == look(before.get(mesh)));
+        self.meshes.retain(|&mesh, _| plan.look(mesh) == self.plan.look(mesh));
         for (&mesh, placed) in &plan.placed {
             let build = || mesh_triangles(posed, mesh, &placed.look, preset);
             self.meshes.entry(mesh).or_insert_with(build);

@@ -124,6 +124,11 @@ impl Plan {
         plan
     }
 
+    /// How a mesh that has a tree of its own looks.
+    pub fn look(&self, mesh: u32) -> Option<&MeshLook> {
+        self.placed.get(&mesh).map(|placed| &placed.look)
+    }
+
     /// True where something lets part of the light through, or may.
     pub fn is_translucent(&self) -> bool {
         let worlds = self.still.iter().chain(&self.moving).map(|member| &member.look);
