@@ -19,7 +19,7 @@ const MOST_FACES: u32 = 1024;
 /// The frame follows what the map's transform turns or mirrors, but not in Blender's files: its normal maps
 /// have the axes of the coordinates themselves, and so have the tangents that it writes.
 pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
-    let has_uvs = mesh.uvs.get(map.uv_set as usize).is_some_and(|s| !s.is_empty());
+    let has_uvs = mesh.uv_set(map.uv_set).is_some();
     if !has_uvs || !mesh.tangents.is_empty() {
         return;
     }

@@ -16,7 +16,7 @@ pub(super) fn warnings(scene: &Scene) -> Vec<Warning> {
             scene.materials[mesh.material as usize].textures().map(|texture| texture.uv_set).collect();
         sets.sort_unstable();
         sets.dedup();
-        let lacks = |set: &u32| mesh.uvs.get(*set as usize).is_none_or(Vec::is_empty);
+        let lacks = |set: &u32| mesh.uv_set(*set).is_none();
         for set in sets.into_iter().filter(lacks) {
             lacking.entry((mesh.material, set)).or_insert((&mesh.name, 0)).1 += 1;
         }

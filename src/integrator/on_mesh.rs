@@ -25,10 +25,8 @@ impl<'s> OnMesh<'s> {
     pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> OnMesh<'s> {
         let mesh = posed.mesh(id.instance);
         let corners = mesh.triangles[id.triangle as usize];
-        let transform = &posed.instances[id.instance as usize].transform;
-        let positions = posed.positions(id.instance);
-        let world = corners.map(|c| transform.point(positions[c as usize]));
-        let flat = Flat::new(world, transform.flips);
+        let flips = posed.instances[id.instance as usize].transform.flips;
+        let flat = Flat::new(posed.world_triangle(id), flips);
         let b = flat.meet(flat.front_to(ray), ray).b;
         OnMesh {
             mesh,
@@ -51,10 +49,7 @@ impl<'s> OnMesh<'s> {
     }
 
     fn uvs(&self, set: u32) -> [Vec2; 3] {
-        let Some(uvs) = self.mesh.uvs.get(set as usize).filter(|uvs| !uvs.is_empty()) else {
-            return [Vec2::ZERO; 3];
-        };
-        self.corners.map(|c| uvs[c as usize])
+        self.mesh.uvs_at(self.corners, set)
     }
 
     /// Where a texture is looked up, and over what.

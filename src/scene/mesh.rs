@@ -33,6 +33,18 @@ pub struct Mesh {
     pub influences: Influences,
 }
 
+impl Mesh {
+    /// A set of texture coordinates, if it has that.
+    pub fn uv_set(&self, set: u32) -> Option<&[Vec2]> {
+        self.uvs.get(set as usize).filter(|uvs| !uvs.is_empty()).map(Vec::as_slice)
+    }
+
+    /// The texture coordinates of a set at a triangle's corners; the origin where there is no such set.
+    pub fn uvs_at(&self, corners: [u32; 3], set: u32) -> [Vec2; 3] {
+        self.uv_set(set).map_or([Vec2::ZERO; 3], |uvs| corners.map(|c| uvs[c as usize]))
+    }
+}
+
 /// Displacements from a mesh's rest shape; arrays are as long as the mesh's, or empty.
 #[derive(Clone, Debug, Default)]
 pub struct MorphTarget {

@@ -4,7 +4,6 @@
 //! or for a texture that merely could have some. So the alpha that a lookup can find on a triangle is
 //! bounded from below, by the least texel that it may touch; where that is opaque, rays need not ask.
 
-use glam::Vec2;
 use rayon::prelude::*;
 
 use super::material::{AlphaMode, Channel4, Material, SurfaceClass};
@@ -77,11 +76,10 @@ impl PosedScene<'_> {
         let [a, b, c] = corners.map(of_corner);
         let factor = material.alpha.factor * a.min(b).min(c);
         alphas.iter().fold(factor, |least, (t, channel)| {
-            let set = mesh.uvs.get(t.uv_set as usize).filter(|uvs| !uvs.is_empty());
-            let uv = corners.map(|c| set.map_or(Vec2::ZERO, |uvs| uvs[c as usize]));
             let texture = &self.scene.textures[t.texture as usize];
             let image = &self.scene.images[texture.image as usize];
-            let [across, down] = texture.texels(t.transform.bounds(uv), [image.width, image.height]);
+            let bounds = t.transform.bounds(mesh.uvs_at(corners, t.uv_set));
+            let [across, down] = texture.texels(bounds, [image.width, image.height]);
             let lowest = image.lowest(*channel);
             let parts = across.iter().flat_map(|x| down.iter().map(move |y| (x, y)));
             least * parts.map(|(x, y)| lowest.over(x, y)).fold(f32::INFINITY, f32::min)
