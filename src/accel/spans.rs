@@ -60,6 +60,20 @@ impl Spans {
         let place = *self.places.get(id.instance as usize)?;
         Some(self.starts.get(place as usize)? + id.triangle)
     }
+
+    /// Those of many, `u32::MAX` for one that is not here.
+    #[inline(always)]
+    pub fn indices(&self, of: &[HitId], to: &mut [u32]) {
+        let index = |id| self.index(id).unwrap_or(u32::MAX);
+        let Some(&HitId { instance, .. }) = of.first() else { return };
+        let start = index(HitId { instance, triangle: 0 });
+        // Neighbours mostly are one instance's: all are looked at without a branch, which is quicker.
+        if start != u32::MAX && of.iter().fold(true, |all, id| all & (id.instance == instance)) {
+            to.iter_mut().zip(of).for_each(|(to, id)| *to = start + id.triangle);
+        } else {
+            to.iter_mut().zip(of).for_each(|(to, &id)| *to = index(id));
+        }
+    }
 }
 
 #[cfg(test)]
@@ -90,6 +104,14 @@ mod tests {
                 }
             }
             assert_eq!(index as usize, count);
+            let ids: Vec<HitId> =
+                (0..count as u32).map(|index| spans.id(index)).chain([HitId::NONE]).collect();
+            let mut indices = vec![0; ids.len()];
+            for (first, end) in [(0, ids.len()), (0, count), (count / 3, count / 3 + 1)] {
+                spans.indices(&ids[first..end], &mut indices[first..end]);
+                let expected = |i: usize| if i < count { i as u32 } else { u32::MAX };
+                assert!((first..end).all(|i| indices[i] == expected(i)));
+            }
             assert_eq!(spans.index(HitId { instance: 2, triangle: 0 }).is_some(), list[0].0 == 0);
             assert_eq!(spans.index(HitId::NONE), None);
         }

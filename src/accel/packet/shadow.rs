@@ -9,7 +9,6 @@ use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::Stack;
 use super::{GROUP, Packet, PacketStack, PerRay, RAYS, Sure, Verdict, fetch, whole};
-use crate::geometry::HitId;
 
 /// What is known of the segments of a packet.
 pub(in crate::accel) struct Answers<'p> {
@@ -45,14 +44,7 @@ pub fn occluded<S: Simd>(
     }
     for triangles in trees.iter().filter(|tree| !tree.is_empty()) {
         let mut sources = PerRay::splat(u32::MAX);
-        let mut last = (HitId::NONE, u32::MAX);
-        for (ray, &source) in segments.source[first..first + count].iter().enumerate() {
-            // Neighbours mostly start on the same triangle.
-            if source != last.0 {
-                last = (source, triangles.spans.index(source).unwrap_or(u32::MAX));
-            }
-            sources.set(ray, last.1);
-        }
+        triangles.spans.indices(&segments.source[first..first + count], sources.0.as_flattened_mut());
         let segments = (segments, first);
         let mut verdict = Blocked { triangles, segments, cutouts, sources, answers: &mut *answers, stack };
         if !packet.lead::<S, _>(triangles, &lines, &mut verdict, packets) {
