@@ -22,7 +22,8 @@ pub struct RayDifferential {
 
 /// Which triangle of which instance: indices into the posed scene's instances and into that
 /// instance's mesh's triangles. Ordered, so that ties between equal distances have one answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct HitId {
     /// Index of the instance in the scene.
     pub instance: u32,
@@ -36,7 +37,8 @@ impl HitId {
 }
 
 /// The closest hit of a ray. Barycentrics are not kept: they are recomputed when shading.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Hit {
     /// Where along the ray, in lengths of its direction; +∞ for a miss.
     pub t: f32,

@@ -6,12 +6,15 @@ use super::super::block::{Block, CAPACITY};
 use super::super::bounds::{Bounds, Slack};
 use super::super::lanes::{by_axis, corners, cross, dot, splat, sub};
 use super::super::simd::{Lanes, Simd};
-use super::super::wide::{GROW, Node, SHRINK, row};
+use super::super::wide::{GROW, Node, SHRINK, WIDTH, row};
 use super::Packet;
 
 /// A box: for each axis the plane that is met first and the one that is met last, as the beam
 /// wants them.
 pub(super) type Planes = [[f32; 2]; 3];
+
+/// Those of all children of a node: by axis, first and last, child.
+pub(super) type Faces = [[[f32; WIDTH]; 2]; 3];
 
 /// What does not depend on the ray, of a triangle: three vectors and a number.
 #[repr(C, align(64))]
@@ -31,7 +34,8 @@ pub(super) struct Sides<L> {
 }
 
 pub(super) trait Beam<S: Simd> {
-    fn planes(&self, node: &Node, slot: usize) -> Planes;
+    /// The boxes of a node's children, as [`Beam::enters`] takes them one by one.
+    fn faces(&self, node: &Node, to: &mut Faces);
 
     /// The rays of group `g` that enter a box.
     fn enters(&self, packet: &Packet, g: usize, planes: &Planes) -> u32;
@@ -54,13 +58,15 @@ pub(super) struct Origin {
 
 impl<S: Simd> Beam<S> for Origin {
     #[inline(always)]
-    fn planes(&self, node: &Node, slot: usize) -> Planes {
+    fn faces(&self, node: &Node, to: &mut Faces) {
         let ends = self.near_end.unwrap_or([0; 3]);
-        by_axis(|axis| {
-            let at = |end: usize| node.rows()[row(axis, end) & 7][slot & 7] - self.o[axis];
-            let (near, far) = (at(ends[axis]), at(1 - ends[axis]));
-            if self.near_end.is_some() { [near * SHRINK, far * GROW] } else { [near, far] }
-        })
+        let wider = if self.near_end.is_some() { [SHRINK, GROW] } else { [1.0; 2] };
+        for axis in 0..3 {
+            let o = S::F8::splat(self.o[axis]);
+            let at = |end: usize| S::F8::load(&node.rows()[row(axis, end) & 7]);
+            ((at(ends[axis]) - o) * S::F8::splat(wider[0])).store(&mut to[axis][0]);
+            ((at(1 - ends[axis]) - o) * S::F8::splat(wider[1])).store(&mut to[axis][1]);
+        }
     }
 
     #[inline(always)]
@@ -113,12 +119,11 @@ pub(super) struct Direction {
 
 impl<S: Simd> Beam<S> for Direction {
     #[inline(always)]
-    fn planes(&self, node: &Node, slot: usize) -> Planes {
-        by_axis(|axis| {
+    fn faces(&self, node: &Node, to: &mut Faces) {
+        for (axis, (to, planes)) in to.iter_mut().zip(&node.planes).enumerate() {
             let first = usize::from(self.reciprocal[axis] < 0.0);
-            let at = |end: usize| node.rows()[row(axis, end) & 7][slot & 7];
-            [at(first), at(1 - first)]
-        })
+            *to = [planes[first], planes[1 - first]];
+        }
     }
 
     #[inline(always)]

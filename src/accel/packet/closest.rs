@@ -10,8 +10,8 @@ use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::Stack;
 use super::lines::Lines;
-use super::places::Places;
-use super::{GROUP, Packet, PacketStack, PerRay, Sure, Verdict, fetch, whole};
+use super::places::{BLOCKS, Met, Places};
+use super::{GROUP, GROUPS, Packet, PacketStack, PerRay, Sure, Verdict, fetch, whole};
 use crate::geometry::{EPSILON, Hit, HitId};
 
 /// No triangle yet.
@@ -112,38 +112,39 @@ impl<'a> Nearest<'a, '_> {
     /// Computes where sure hits are.
     #[inline(always)]
     fn settle<S: Simd>(&mut self, packet: &Packet, lines: &Lines) {
+        let mut left = [0; GROUPS];
+        for (left, (hits, best)) in left.iter_mut().zip(self.hits.chunks(GROUP).zip(&self.best.0)) {
+            *left = S::F16::below(best, EXACT) & ((1 << hits.len()) - 1) as u32;
+        }
+        if left == [0; GROUPS] {
+            return;
+        }
         let blocks: &[Block] = &self.triangles.blocks;
-        for (g, hits) in self.hits.chunks_mut(GROUP).enumerate() {
-            let entries = &self.best.0[g];
-            let mut sure = S::F16::below(entries, EXACT) & ((1 << hits.len()) - 1) as u32;
-            if sure == 0 {
-                continue;
+        let mut places = Places::new(lines);
+        let mut numbers = PerRay::splat(0);
+        let mut from = 0;
+        while from < GROUPS {
+            // Rays beside each other mostly meet the same few blocks.
+            let (mut held, mut its) = (0, [0; GROUPS]);
+            while from < GROUPS && held < BLOCKS {
+                if left[from] == 0 {
+                    from += 1;
+                    continue;
+                }
+                let entry = self.best.0[from][left[from].trailing_zeros() as usize & (GROUP - 1)];
+                let block = entry as usize / CAPACITY;
+                places.put(held, &blocks[block], &self.triangles.spans);
+                let four = ((block * CAPACITY) as u32, (held * CAPACITY) as u32);
+                for g in from..GROUPS {
+                    let here = S::F16::renumber(&self.best.0[g], four, &mut numbers.0[g]) & left[g];
+                    left[g] &= !here;
+                    its[g] |= here;
+                }
+                held += 1;
             }
-            let mut places = Places::of(packet, lines, g);
-            let mut ids = [[0; GROUP]; 2];
-            let mut left = sure;
-            while left != 0 {
-                // Neighbours mostly meet the same triangle.
-                let entry = entries[left.trailing_zeros() as usize & (GROUP - 1)];
-                let its = S::F16::matching(entries, entry) & left;
-                left &= !its;
-                let (block, lane) = (&blocks[entry as usize / CAPACITY], entry as usize % CAPACITY);
-                places.meet::<S>(its, &block.corners(lane));
-                let id = self.triangles.spans.id(block.ids[lane]);
-                S::F16::put(its, &mut ids[0], id.instance);
-                S::F16::put(its, &mut ids[1], id.triangle);
-            }
-            let t = places.t(packet.size);
-            let along = S::F16::load(&t);
-            sure &= S::F16::splat(0.0).lt(along) & along.lt(S::F16::splat(f32::INFINITY));
-            let hit = |i: usize| Hit { t: t[i], id: HitId { instance: ids[0][i], triangle: ids[1][i] } };
-            if sure == (1 << GROUP) - 1
-                && let Some(hits) = hits.first_chunk_mut()
-            {
-                *hits = std::array::from_fn::<Hit, GROUP, _>(hit);
-            } else {
-                for (i, to) in hits.iter_mut().enumerate().filter(|(i, _)| sure >> i & 1 == 1) {
-                    *to = hit(i);
+            for (g, hits) in self.hits.chunks_mut(GROUP).enumerate().take(GROUPS) {
+                if its[g] != 0 {
+                    put_hits::<S>(its[g], &places.of::<S>(packet, g, &numbers.0[g]), hits);
                 }
             }
         }
@@ -165,6 +166,26 @@ impl<'a> Nearest<'a, '_> {
     }
 }
 
+/// Writes the hits of the lines in `mask`.
+#[inline(always)]
+fn put_hits<S: Simd>(mask: u32, (t, ids): &Met, hits: &mut [Hit]) {
+    let along = S::F16::load(t);
+    let mut mask = mask & S::F16::splat(0.0).lt(along) & along.lt(S::F16::splat(f32::INFINITY));
+    if mask == (1 << GROUP) - 1
+        && let Some(hits) = hits.first_chunk_mut::<GROUP>()
+    {
+        S::rows([bytemuck::cast_ref(t), &ids[0], &ids[1]], bytemuck::cast_mut(hits));
+        return;
+    }
+    while mask != 0 {
+        let i = mask.trailing_zeros() as usize & (GROUP - 1);
+        if let Some(to) = hits.get_mut(i) {
+            *to = Hit { t: t[i], id: HitId { instance: ids[0][i], triangle: ids[1][i] } };
+        }
+        mask &= mask - 1;
+    }
+}
+
 impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
     #[inline(always)]
     fn plain(&self, block: &Block) -> u8 {
@@ -183,9 +204,10 @@ impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
 
     #[inline(always)]
     fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, entry: u32, hit: Sure<S::F16>) {
-        let wider = |x: S::F16, by: f32| x.div(hit.det) * S::F16::splat(by);
-        let lower = wider(hit.depth - hit.slack, 1.0 - 4.0 * EPSILON);
-        let upper = wider(hit.depth + hit.slack, 1.0 + 4.0 * EPSILON);
+        let over = hit.det.reciprocal();
+        let wider = |x: S::F16, by: f32| x * over * S::F16::splat(by);
+        let lower = wider(hit.depth - hit.slack, 1.0 - 8.0 * EPSILON);
+        let upper = wider(hit.depth + hit.slack, 1.0 + 8.0 * EPSILON);
         lower.or_else(mask, S::F16::load(&packet.lower.0[g])).store(&mut packet.lower.0[g]);
         upper.or_else(mask, S::F16::load(&packet.upper.0[g])).store(&mut packet.upper.0[g]);
         S::F16::put(mask, &mut self.best.0[g], entry);

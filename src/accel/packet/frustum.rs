@@ -31,7 +31,7 @@ pub(super) struct Frustum {
 }
 
 /// Directions from one origin, in parts of what they are along one axis.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cone {
     /// k, a, b.
     axes: [usize; 3],

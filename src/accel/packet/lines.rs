@@ -14,8 +14,8 @@ use super::{Packet, PacketStack, RAYS, Verdict};
 /// The lines that a packet's rays are on, in its own parameter.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lines {
-    /// From one place.
-    From(Vec3, Cone),
+    /// From one place, in the packet's cone.
+    From(Vec3),
     /// Along one direction.
     Along(Vec3),
 }
@@ -51,7 +51,8 @@ impl Packet {
             self.fill::<S>(&of.map(|v| (v - base) * shrink), Vec3::ZERO);
             Cone::around::<S>(self, mean * shrink)
         };
-        cone.map(|cone| Lines::From(o, cone))
+        self.cone = cone?;
+        Some(Lines::From(o))
     }
 
     /// Takes rays along `d` from what `of` says. `None` where they do not go together.
@@ -84,7 +85,7 @@ impl Packet {
             for axis in 0..3 {
                 let d = columns[axis] - S::F16::splat(base[axis]);
                 d.store(&mut self.own[axis].0[g]);
-                let r = S::F16::splat(1.0).div(d.abs().max(least)).flipped_by(d);
+                let r = d.abs().max(least).reciprocal().flipped_by(d);
                 r.store(&mut self.reciprocal[axis].0[g]);
             }
         }
@@ -101,7 +102,8 @@ impl Packet {
     ) -> bool {
         let (centre, radius, size) = (triangles.centre, triangles.radius, triangles.size());
         match *lines {
-            Lines::From(o, ref cone) => {
+            Lines::From(o) => {
+                let cone = &self.cone;
                 let frustum = Frustum::from_origin(cone, o, size);
                 let far = o.as_dvec3().distance(centre) + radius;
                 let bounds = Bounds::new(cone.length(), far, 0.0);

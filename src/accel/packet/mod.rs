@@ -18,14 +18,15 @@ mod shadow;
 
 use glam::{DVec3, Vec3};
 
-use super::block::Block;
+use super::block::{Block, CAPACITY};
 use super::bounds::W_SCALE;
-use super::simd::{Lanes, Part, Simd, prefetch};
+use super::lanes::by_axis;
+use super::simd::{Lanes, Part, Simd, prefetch, prefetch_whole};
 use super::triangles::Triangles;
 use super::wide::{FIRST_SLOTS, GROW, LAST_SLOTS, LEAF, Node, Octant, WIDTH};
 use crate::geometry::EPSILON;
-use beam::Beam;
-use frustum::Frustum;
+use beam::{Beam, Faces};
+use frustum::{Cone, Frustum};
 
 pub(super) use closest::intersect;
 pub(super) use shadow::{Answers, occluded};
@@ -40,12 +41,31 @@ pub(super) const RAYS: usize = GROUP * GROUPS;
 /// With so many rays left or fewer, they go on alone.
 const FEW: u32 = 3;
 
+/// The rays of a group.
+#[inline(always)]
+fn group_of(rays: u64, g: usize) -> u32 {
+    (rays >> (g * GROUP)) as u32 & ((1 << GROUP) - 1)
+}
+
 /// Has the vectors of the packet that comes next fetched, if there is one.
 #[inline(always)]
 fn fetch(next: Option<&[Vec3]>) {
     let next = next.unwrap_or_default();
     // A processor fetches 64 bytes at once.
     next[..next.len().min(RAYS)].chunks(64 / size_of::<Vec3>()).for_each(prefetch);
+}
+
+/// Trees of so many bytes are in a processor's cache for the most part, and fetching them ahead only takes time.
+const NEAR_BY: usize = 8 << 20;
+
+/// Has a child of a node fetched.
+#[inline(always)]
+fn fetch_child(child: u32, nodes: &[Node], blocks: &[Block]) {
+    if child & LEAF == 0 {
+        nodes.get(child as usize).into_iter().for_each(prefetch_whole);
+    } else {
+        blocks.get((child & !LEAF) as usize).into_iter().for_each(prefetch_whole);
+    }
 }
 
 /// What a packet's rays have, the last one's repeated where there are fewer.
@@ -70,6 +90,7 @@ impl Default for Packet {
             upper: zero,
             live: [0; GROUPS],
             sure_start: 0.0,
+            cone: Cone::default(),
             size: 1.0,
         }
     }
@@ -114,6 +135,8 @@ pub(super) struct Packet {
     live: [u32; GROUPS],
     /// What comes before this may have no effect.
     sure_start: f32,
+    /// Around the directions, where those are not shared.
+    cone: Cone,
     /// This many times a caller's parameter: a parameter of the packet. A power of two, and 1 for
     /// directions of ordinary lengths.
     size: f64,
@@ -138,11 +161,13 @@ struct Pending {
     /// No ray enters them before this.
     near: [f32; WIDTH],
     left: u32,
+    /// Their boxes, by slot.
+    faces: Faces,
 }
 
 impl Default for PacketStack {
     fn default() -> Self {
-        PacketStack { pending: vec![Pending::default(); 64], top: 0 }
+        PacketStack { pending: vec![Pending::default(); 16], top: 0 }
     }
 }
 
@@ -265,14 +290,14 @@ impl Packet {
         S::call(Trace { packet: self, triangles, beam, frustum, verdict, stack });
     }
 
-    /// Rays `masks` at a leaf. True where anything changed.
+    /// The rays in `entering` at a leaf. True where anything changed.
     #[inline(always)]
     fn meet_leaf<S: Simd, B: Beam<S>>(
         &mut self,
         blocks: &[Block],
         beam: &B,
         first: u32,
-        masks: [u32; GROUPS],
+        entering: u64,
         verdict: &mut impl Verdict<S>,
     ) -> bool {
         let mut changed = false;
@@ -281,7 +306,8 @@ impl Packet {
             let slack = beam.slack(block);
             let (side, minus) = (S::F16::splat(slack.side), S::F16::splat(-slack.side));
             let (unsure, facing) = (S::F16::splat(slack.depth), S::F16::splat(slack.facing));
-            for (g, &mask) in masks.iter().enumerate() {
+            for g in 0..GROUPS {
+                let mask = group_of(entering, g);
                 if mask == 0 {
                     continue;
                 }
@@ -299,13 +325,6 @@ impl Packet {
                     let det = sides.det.abs();
                     let depth = sides.depth.flipped_by(sides.det);
                     let certain = facing.lt(det);
-                    let start = S::F16::load(&self.start.0[g]) * det;
-                    let (before, behind) = (depth - unsure, depth + unsure);
-                    let beyond = (S::F16::load(&self.upper.0[g]) * det).lt(before) | behind.lt(start);
-                    possible &= !(beyond & certain);
-                    if possible == 0 {
-                        continue;
-                    }
                     if verdict.culls() {
                         let look = block.look(lane);
                         if look.single_sided {
@@ -315,22 +334,27 @@ impl Packet {
                         }
                     }
                     possible &= !verdict.ignores(block, lane, g);
-                    if possible == 0 {
+                    let start = S::F16::load(&self.start.0[g]);
+                    let inside = certain & (side.lt(least) | greatest.lt(minus));
+                    let (before, behind) = (depth - unsure, depth + unsure);
+                    let nearer = behind.lt(S::F16::load(&self.lower.0[g]) * det)
+                        & (start.max(S::F16::splat(self.sure_start)) * det).lt(before);
+                    let plain = u32::from(verdict.plain(block) >> lane & 1).wrapping_neg();
+                    let sure = possible & inside & nearer & plain;
+                    let mut doubtful = possible & !sure;
+                    if doubtful != 0 {
+                        let upper = S::F16::load(&self.upper.0[g]);
+                        let beyond = (upper * det).lt(before) | behind.lt(start * det);
+                        doubtful &= !(beyond & certain);
+                    }
+                    if sure | doubtful == 0 {
                         continue;
                     }
                     changed = true;
-                    let entry = (index * super::block::CAPACITY + lane) as u32;
-                    let inside = certain & (side.lt(least) | greatest.lt(minus));
-                    let mut sure = 0;
-                    if verdict.plain(block) >> lane & 1 == 1 {
-                        let nearer = behind.lt(S::F16::load(&self.lower.0[g]) * det)
-                            & start.max(S::F16::splat(self.sure_start) * det).lt(before);
-                        sure = possible & inside & nearer;
-                        if sure != 0 {
-                            verdict.take(self, g, sure, entry, Sure { depth, det, slack: unsure });
-                        }
+                    let entry = (index * CAPACITY + lane) as u32;
+                    if sure != 0 {
+                        verdict.take(self, g, sure, entry, Sure { depth, det, slack: unsure });
                     }
-                    let mut doubtful = possible & !sure;
                     while doubtful != 0 {
                         let ray = doubtful.trailing_zeros() as usize;
                         verdict.judge(self, g * GROUP + ray, entry, inside >> ray & 1 == 1);
@@ -366,13 +390,14 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
         let blocks: &[Block] = &triangles.blocks;
         stack.top = 0;
         if root & LEAF != 0 {
-            let masks = packet.live;
-            packet.meet_leaf::<S, B>(blocks, beam, root & !LEAF, masks, verdict);
+            let all = (0..GROUPS).fold(0, |all, g| all | u64::from(packet.live[g]) << (g * GROUP));
+            packet.meet_leaf::<S, B>(blocks, beam, root & !LEAF, all, verdict);
             return;
         }
         let nodes: &[Node] = &triangles.tree.nodes;
         let octant = Octant::of(frustum.mean());
         let by_odds = verdict.by_odds();
+        let far_off = size_of_val(nodes) + size_of_val(blocks) > NEAR_BY;
         let mut farthest = packet.farthest::<S>();
         let mut groups = 0;
         for g in 0..GROUPS {
@@ -387,6 +412,7 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
                 (next.node, next.groups, next.left) = (here, groups, hit.count_ones());
                 let order = if by_odds { LAST_SLOTS } else { node.order(octant) };
                 S::arrange(hit, order, (near, &FIRST_SLOTS), (&mut next.near, &mut next.slots));
+                beam.faces(node, &mut next.faces);
                 stack.top += 1;
             }
             (here, groups) = loop {
@@ -402,13 +428,19 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
                 }
                 let node = &nodes[next.node as usize];
                 let slot = next.slots[last] as usize & (WIDTH - 1);
-                let planes = beam.planes(node, slot);
-                let (mut masks, mut entering, mut still) = ([0; GROUPS], 0, 0);
-                for (g, mask) in masks.iter_mut().enumerate() {
+                if far_off && next.left > 0 {
+                    // What comes after this, unless this descends.
+                    let coming = next.slots[(next.left - 1) as usize & (WIDTH - 1)] as usize & (WIDTH - 1);
+                    fetch_child(node.child[coming], nodes, blocks);
+                }
+                let faces = &next.faces;
+                let planes = by_axis(|axis| [faces[axis][0][slot], faces[axis][1][slot]]);
+                // In a register: what goes through memory by parts is waited for.
+                let mut entering = 0u64;
+                for g in 0..GROUPS {
                     if next.groups >> g & 1 == 1 {
-                        *mask = beam.enters(packet, g, &planes) & packet.live[g];
-                        entering += mask.count_ones();
-                        still |= u32::from(*mask != 0) << g;
+                        let mask = beam.enters(packet, g, &planes) & packet.live[g];
+                        entering |= u64::from(mask) << (g * GROUP);
                     }
                 }
                 if entering == 0 {
@@ -416,19 +448,18 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, B, V> {
                 }
                 let child = node.child[slot];
                 if child & LEAF != 0 {
-                    if packet.meet_leaf::<S, B>(blocks, beam, child & !LEAF, masks, verdict) {
+                    if packet.meet_leaf::<S, B>(blocks, beam, child & !LEAF, entering, verdict) {
                         farthest = packet.farthest::<S>();
                     }
-                } else if entering <= FEW {
-                    for (g, mask) in masks.iter_mut().enumerate() {
-                        while *mask != 0 {
-                            verdict.go_alone(packet, g * GROUP + mask.trailing_zeros() as usize, child);
-                            *mask &= *mask - 1;
-                        }
+                } else if entering.count_ones() <= FEW {
+                    while entering != 0 {
+                        verdict.go_alone(packet, entering.trailing_zeros() as usize, child);
+                        entering &= entering - 1;
                     }
                     farthest = packet.farthest::<S>();
                 } else {
-                    break (child, still);
+                    let some = |g: usize| u32::from(group_of(entering, g) != 0) << g;
+                    break (child, some(0) | some(1) | some(2) | some(3));
                 }
                 if farthest < 0.0 {
                     return;

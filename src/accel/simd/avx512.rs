@@ -35,6 +35,27 @@ const THIRD: [__mmask16; 3] = {
     third
 };
 
+/// Where sixteen rows of three words come from, by register of rows: from the first two columns, or, as
+/// [`LAST`] says, from the third.
+const ROW: [[u32; 16]; 3] = {
+    let mut row = [[0; 16]; 3];
+    let mut i = 0;
+    while i < 48 {
+        row[i / 16][i % 16] = (i / 3 + i % 3 % 2 * 16) as u32;
+        i += 1;
+    }
+    row
+};
+const LAST: [__mmask16; 3] = {
+    let mut last = [0; 3];
+    let mut i = 2;
+    while i < 48 {
+        last[i / 16] |= 1 << (i % 16);
+        i += 3;
+    }
+    last
+};
+
 impl Simd for Avx512 {
     type F4 = A4;
     type F8 = Z8;
@@ -105,12 +126,46 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn put(mask: u32, to: &mut [f64; 16], numbers: &[f64; 16]) {
-        // SAFETY: see the top of the file; both are as long as two registers.
+    fn pick(table: &[f64; 16], of: &[u32; 16]) -> [f64; 16] {
+        // SAFETY: see the top of the file; tables are as long as two registers.
         unsafe {
-            let (to, from) = (to.as_mut_ptr(), numbers.as_ptr());
-            _mm512_mask_storeu_pd(to, mask as __mmask8, _mm512_loadu_pd(from));
-            _mm512_mask_storeu_pd(to.add(8), (mask >> 8) as __mmask8, _mm512_loadu_pd(from.add(8)));
+            let (low, high) = (_mm512_loadu_pd(table.as_ptr()), _mm512_loadu_pd(table.as_ptr().add(8)));
+            let mut to = [0.0; 16];
+            for half in [0, 8] {
+                let of = _mm512_cvtepu32_epi64(_mm256_loadu_si256(of.as_ptr().add(half).cast()));
+                _mm512_storeu_pd(to.as_mut_ptr().add(half), _mm512_permutex2var_pd(low, of, high));
+            }
+            to
+        }
+    }
+
+    #[inline(always)]
+    fn pick_words(table: &[u32; 16], of: &[u32; 16]) -> [u32; 16] {
+        // SAFETY: see the top of the file; tables are as long as a register.
+        unsafe {
+            let mut to = [0; 16];
+            let table = _mm512_loadu_si512(table.as_ptr().cast());
+            let of = _mm512_loadu_si512(of.as_ptr().cast());
+            _mm512_storeu_si512(to.as_mut_ptr().cast(), _mm512_permutexvar_epi32(of, table));
+            to
+        }
+    }
+
+    #[inline(always)]
+    fn rows([a, b, c]: [&[u32; 16]; 3], to: &mut [[u32; 3]; 16]) {
+        // SAFETY: see the top of the file; there are three registers of words on either side.
+        unsafe {
+            let (a, b, c) = (
+                _mm512_loadu_si512(a.as_ptr().cast()),
+                _mm512_loadu_si512(b.as_ptr().cast()),
+                _mm512_loadu_si512(c.as_ptr().cast()),
+            );
+            for part in 0..3 {
+                let from = _mm512_loadu_si512(ROW[part].as_ptr().cast());
+                let row = _mm512_permutex2var_epi32(a, from, b);
+                let row = _mm512_mask_permutexvar_epi32(row, LAST[part], from, c);
+                _mm512_storeu_si512(to.as_mut_ptr().cast::<u32>().add(16 * part).cast(), row);
+            }
         }
     }
 
@@ -283,6 +338,15 @@ lanes!(
     _mm512_cmp_ps_mask,
     _mm512_mask_blend_ps,
     {
+        /// A guess to 2⁻¹⁴ and one step of Newton's: the square of that is nothing beside the two roundings.
+        #[inline(always)]
+        fn reciprocal(self) -> Self {
+            // SAFETY: as above.
+            unsafe {
+                let guess = _mm512_rcp14_ps(self.0);
+                Z16(_mm512_mul_ps(guess, _mm512_fnmadd_ps(self.0, guess, _mm512_set1_ps(2.0))))
+            }
+        }
         #[inline(always)]
         fn least(self) -> f32 {
             // SAFETY: as above.
@@ -311,6 +375,18 @@ lanes!(
             u32::from(unsafe {
                 _mm512_cmplt_epu32_mask(_mm512_loadu_si512(of.as_ptr().cast()), _mm512_set1_epi32(x as i32))
             })
+        }
+        #[inline(always)]
+        fn renumber(of: &[u32; 16], (first, by): (u32, u32), to: &mut [u32; 16]) -> u32 {
+            // SAFETY: as above, and both are as long as a register.
+            unsafe {
+                let of = _mm512_loadu_si512(of.as_ptr().cast());
+                let nth = _mm512_sub_epi32(of, _mm512_set1_epi32(first as i32));
+                let mask = _mm512_cmplt_epu32_mask(nth, _mm512_set1_epi32(4));
+                let numbers = _mm512_add_epi32(nth, _mm512_set1_epi32(by as i32));
+                _mm512_mask_storeu_epi32(to.as_mut_ptr().cast(), mask, numbers);
+                u32::from(mask)
+            }
         }
         #[inline(always)]
         fn put(mask: u32, to: &mut [u32; 16], x: u32) {

@@ -20,15 +20,28 @@ use glam::Vec3;
 /// but the time.
 #[inline(always)]
 pub(super) fn prefetch<T: ?Sized>(of: &T) {
+    prefetch_at(of, 0);
+}
+
+/// Has all of something fetched.
+#[inline(always)]
+pub(super) fn prefetch_whole<T>(of: &T) {
+    for at in (0..size_of::<T>()).step_by(64) {
+        prefetch_at(of, at);
+    }
+}
+
+#[inline(always)]
+fn prefetch_at<T: ?Sized>(of: &T, at: usize) {
     #[cfg(target_arch = "x86_64")]
     #[allow(unsafe_code)]
-    // SAFETY: every processor of the kind has the instruction, nothing is read, and what is there is ours.
+    // SAFETY: every processor of the kind has the instruction, which reads nothing and takes any address.
     unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(of).cast());
+        _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(of).cast::<i8>().wrapping_add(at));
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = of;
+    let _ = (of, at);
 }
 
 /// N numbers that are worked on at once. Masks are bits, lane 0 the lowest.
@@ -51,6 +64,12 @@ pub(super) trait Lanes<const N: usize>:
     /// Negated where `sign` has its sign bit set.
     fn flipped_by(self, sign: Self) -> Self;
     fn div(self, other: Self) -> Self;
+    /// About 1 over it, off by no more than 1.1·2⁻²³ of that: of what neither it nor 1 over it is so small
+    /// that digits are lost.
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Self::splat(1.0).div(self)
+    }
     /// Where self < other; false where either is NaN.
     fn lt(self, other: Self) -> u32;
     /// Where self ≤ other; false where either is NaN.
@@ -92,6 +111,21 @@ pub(super) trait Lanes<const N: usize>:
     #[inline(always)]
     fn below(of: &[u32; N], x: u32) -> u32 {
         (0..N).fold(0, |mask, i| mask | u32::from(of[i] < x) << i)
+    }
+
+    /// Where numbers are among the four from `first` on: those are written to `to` as if the four were
+    /// those from `by` on.
+    #[inline(always)]
+    fn renumber(of: &[u32; N], (first, by): (u32, u32), to: &mut [u32; N]) -> u32 {
+        let mut mask = 0;
+        for (i, (of, to)) in of.iter().zip(to).enumerate() {
+            let nth = of.wrapping_sub(first);
+            if nth < 4 {
+                *to = by + nth;
+                mask |= 1 << i;
+            }
+        }
+        mask
     }
 
     /// Writes `x` where `mask` has a bit.
@@ -174,11 +208,23 @@ pub(super) trait Simd {
         [Self::F16::load(&columns[0]), Self::F16::load(&columns[1]), Self::F16::load(&columns[2])]
     }
 
-    /// Writes numbers where `mask` has a bit.
+    /// Numbers of a table.
     #[inline(always)]
-    fn put(mask: u32, to: &mut [f64; 16], numbers: &[f64; 16]) {
-        for (i, (to, &x)) in to.iter_mut().zip(numbers).enumerate() {
-            *to = if mask >> i & 1 == 1 { x } else { *to };
+    fn pick(table: &[f64; 16], of: &[u32; 16]) -> [f64; 16] {
+        of.map(|i| table[i as usize & 15])
+    }
+
+    /// Words of a table.
+    #[inline(always)]
+    fn pick_words(table: &[u32; 16], of: &[u32; 16]) -> [u32; 16] {
+        of.map(|i| table[i as usize & 15])
+    }
+
+    /// Columns of words as rows of them.
+    #[inline(always)]
+    fn rows(columns: [&[u32; 16]; 3], to: &mut [[u32; 3]; 16]) {
+        for (i, row) in to.iter_mut().enumerate() {
+            *row = columns.map(|column| column[i]);
         }
     }
 
@@ -292,6 +338,10 @@ mod tests {
     /// Every operation on every tier that runs here.
     struct AllOps;
 
+    fn mask_of<const N: usize>() -> u32 {
+        (1u64 << N).wrapping_sub(1) as u32
+    }
+
     fn check<const N: usize, L: Lanes<N>>() {
         let a: [f32; N] = std::array::from_fn(|i| i as f32 - 2.5);
         let b: [f32; N] = std::array::from_fn(|i| 1.5 - (i * i % 7) as f32);
@@ -316,14 +366,21 @@ mod tests {
         assert_eq!(x.least(), a[0]);
         assert_eq!((x.greatest(), x.sum()), (a[N - 1], a.iter().sum()));
         assert_eq!(x.lt(y), bits(&|i| a[i] < b[i]));
-        assert_eq!(x.le(x), (1u64 << N).wrapping_sub(1) as u32);
-        let mask = 0x5a5a_3c69 & (1u64 << N).wrapping_sub(1) as u32;
+        assert_eq!(x.le(x), mask_of::<N>());
+        let mask = 0x5a5a_3c69 & mask_of::<N>();
         assert_eq!(out(x.or_else(mask, y)), each(&|i| if mask >> i & 1 == 1 { a[i] } else { b[i] }));
         let mut ids: [u32; N] = std::array::from_fn(|i| i as u32 % 3);
         assert_eq!(L::matching(&ids, 2), bits(&|i| i % 3 == 2));
         assert_eq!(L::below(&ids, 2), bits(&|i| i % 3 != 2));
         L::put(mask, &mut ids, 9);
         assert!((0..N).all(|i| ids[i] == if mask >> i & 1 == 1 { 9 } else { i as u32 % 3 }));
+        let mut numbers = [9; N];
+        assert_eq!(
+            L::renumber(&std::array::from_fn(|i| i as u32), (2, 5), &mut numbers),
+            0x3c & mask_of::<N>()
+        );
+        assert!((0..N).all(|i| numbers[i] == if (2..6).contains(&i) { 3 + i as u32 } else { 9 }));
+        assert!(out(y.reciprocal()).iter().zip(b).all(|(r, b)| (r * b - 1.0).abs() < 3e-7 || b == 0.0));
         let nan = L::splat(f32::NAN);
         assert_eq!((out(nan.min(x)), out(nan.max(x))), (a, a));
         assert_eq!((nan.lt(x), x.lt(nan), nan.le(nan)), (0, 0, 0));
@@ -376,13 +433,15 @@ mod tests {
         }
     }
 
-    fn puts<S: Simd>() {
-        let numbers: [f64; 16] = std::array::from_fn(|i| i as f64);
-        for mask in [0, 1, 0x5a3c, 0x80ff, 0xffff] {
-            let mut to = [-1.0; 16];
-            S::put(mask, &mut to, &numbers);
-            assert!((0..16).all(|i| to[i] == if mask >> i & 1 == 1 { numbers[i] } else { -1.0 }));
-        }
+    fn tables<S: Simd>() {
+        let of: [u32; 16] = std::array::from_fn(|i| (i * i + 3) as u32 % 16);
+        let (numbers, words) =
+            (std::array::from_fn(|i| 0.5 + i as f64), std::array::from_fn(|i| 7 + i as u32));
+        assert_eq!(S::pick(&numbers, &of), of.map(|i| numbers[i as usize]));
+        assert_eq!(S::pick_words(&words, &of), of.map(|i| words[i as usize]));
+        let mut rows = [[0; 3]; 16];
+        S::rows([&of, &words, &[4; 16]], &mut rows);
+        assert!((0..16).all(|i| rows[i] == [of[i], words[i], 4]));
     }
 
     impl Job for AllOps {
@@ -395,7 +454,7 @@ mod tests {
             arranged::<S>();
             meetings::<S>();
             columns::<S>();
-            puts::<S>();
+            tables::<S>();
         }
     }
 
