@@ -30,7 +30,9 @@ def main(out):
     rgba.save(out / "rgba.png")
     grey.save(out / "grey.png")
     Image.fromarray(halves((204, 255), (51, 51)), "LA").save(out / "grey_alpha.png")
-    Image.fromarray(halves((52428,), (13107,), np.uint16)[..., 0]).save(out / "grey_16.png")
+    deep = Image.fromarray(halves((52428,), (13107,), np.uint16)[..., 0])
+    deep.save(out / "grey_16.png")
+    deep.save(out / "grey_16.tif", compression="tiff_adobe_deflate")
     rgb.convert("P", palette=Image.Palette.ADAPTIVE, colors=4).save(out / "palette.png")
     paletted = rgb.convert("P", palette=Image.Palette.ADAPTIVE, colors=2)
     green = paletted.getpixel((W - 1, 0))
@@ -44,6 +46,9 @@ def main(out):
     rgb.save(out / "lossy.webp", quality=95)
     rgb.save(out / "rgb.bmp")
     rgba.save(out / "rgba.tga")
+    rgb.save(out / "rgb.tif")
+    rgba.save(out / "lzw.tif", compression="tiff_lzw")
+    rgb.save(out / "frames.gif", save_all=True, append_images=[grey], duration=100)
 
 
 if __name__ == "__main__":

@@ -7,9 +7,16 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use super::{Limits, jpeg, ktx2};
 use crate::scene::{Channels, Image, Mips, Texels};
 
-/// What textures may be, beside KTX2.
-const TEXTURES: [ImageFormat; 5] =
-    [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP, ImageFormat::Bmp, ImageFormat::Tga];
+/// What textures may be, beside KTX2; of a GIF its first frame.
+const TEXTURES: [ImageFormat; 7] = [
+    ImageFormat::Png,
+    ImageFormat::Jpeg,
+    ImageFormat::WebP,
+    ImageFormat::Bmp,
+    ImageFormat::Tga,
+    ImageFormat::Tiff,
+    ImageFormat::Gif,
+];
 
 /// Decodes an image, its format judged by its bytes alone.
 ///
@@ -86,7 +93,7 @@ fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     if reader.format().is_none() && looks_like_tga(bytes) {
         reader.set_format(ImageFormat::Tga);
     }
-    let textures = "PNG, JPEG, WebP, KTX2, BMP and TGA are read";
+    let textures = "PNG, JPEG, WebP, KTX2, BMP, TGA, TIFF and GIF are read";
     match reader.format() {
         None => Err(format!("it is of no format that is known by its bytes: {textures}")),
         Some(other) if !TEXTURES.contains(&other) => {
@@ -142,6 +149,10 @@ mod tests {
             ("lossy.webp", Rgb, red, green, lossy),
             ("rgb.bmp", Rgb, red, green, exact),
             ("rgba.tga", Rgba, red, clear, exact),
+            ("rgb.tif", Rgb, red, green, exact),
+            ("lzw.tif", Rgba, red, clear, exact),
+            ("grey_16.tif", L, light, dark, exact),
+            ("frames.gif", Rgba, red, green, exact),
         ];
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/images");
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), cases.len());
@@ -161,14 +172,11 @@ mod tests {
     fn what_is_no_image_or_too_large_is_refused() {
         let refused = |bytes: &[u8], limits: &Limits| decode("x", bytes, limits).unwrap_err();
         let told = |bytes: &[u8]| refused(bytes, &Limits::default());
-        let read = "PNG, JPEG, WebP, KTX2, BMP and TGA are read";
+        let read = "PNG, JPEG, WebP, KTX2, BMP, TGA, TIFF and GIF are read";
         let wrong = "image 'x' cannot be decoded: it is";
         assert_eq!(told(b"what"), format!("{wrong} of no format that is known by its bytes: {read}"));
-        for (bytes, name) in [(&b"GIF89a\x01\0\x01\0"[..], "GIF"), (b"II*\0\x08\0\0\0", "TIFF")] {
-            let expected =
-                format!("{wrong} a file of {name}, which is not read: {read}; save it as one of them");
-            assert_eq!(told(bytes), expected);
-        }
+        let expected = format!("{wrong} a file of ICO, which is not read: {read}; save it as one of them");
+        assert_eq!(told(b"\0\0\x01\0\x01\0"), expected);
         // Sides whose product is more than u64 has.
         let huge = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &[0xff; 68]].concat();
         assert_eq!(decoded_bytes(&huge), u64::MAX);
@@ -179,6 +187,18 @@ mod tests {
         assert!(refused(&bytes, &small).contains("16x8 pixels, where 1 to 100 are allowed"));
         for end in 0..bytes.len() - 12 {
             assert!(decode("x", &bytes[..end], &Limits::default()).is_err(), "{end}");
+        }
+        // What is cut off is refused, or all that is shown was there.
+        for name in ["rgb.tif", "lzw.tif", "grey_16.tif", "frames.gif"] {
+            let path = format!("{}/models/tests/images/{name}", env!("CARGO_MANIFEST_DIR"));
+            let bytes = std::fs::read(path).unwrap();
+            let whole = decode("x", &bytes, &Limits::default()).unwrap();
+            for end in 0..bytes.len() {
+                if let Ok(image) = decode("x", &bytes[..end], &Limits::default()) {
+                    assert!((0..16 * 8).all(|i| image.stored(i) == whole.stored(i)), "{name}: {end}");
+                }
+            }
+            assert!(decode("x", &bytes[..bytes.len() / 2], &Limits::default()).is_err(), "{name}");
         }
     }
 }

@@ -91,10 +91,12 @@ fn pictures() -> Vec<Case> {
         bytes[at..at + size.len()].copy_from_slice(size);
         bytes
     };
-    let files: [(&str, Vec<u8>); 15] = [
+    let files: [(&str, Vec<u8>); 17] = [
         ("empty", Vec::new()),
         ("text", b"hello".to_vec()),
-        ("a GIF", b"GIF89a\x01\0\x01\0\0\0\0;".to_vec()),
+        ("an icon", b"\0\0\x01\0\x01\0".to_vec()),
+        ("a GIF without a frame", b"GIF89a\x01\0\x01\0\0\0\0;".to_vec()),
+        ("a TIFF cut off", cut("images/lzw.tif")),
         ("a PNG cut off", cut("images/rgb.png")),
         ("a PNG's signature alone", read("images/rgb.png")[..8].to_vec()),
         ("a PNG of no width", sized("images/rgb.png", 16, &[0; 4])),

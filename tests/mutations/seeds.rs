@@ -102,6 +102,8 @@ pub fn all() -> Vec<Seed> {
         "lossy.webp",
         "rgb.bmp",
         "rgba.tga",
+        "lzw.tif",
+        "frames.gif",
     ] {
         all.push(image(name, model(&format!("images/{name}"))));
     }
