@@ -36,6 +36,8 @@ const SPOILT: &[(&str, &str)] = &[
     ("/nodes/2/extensions/EXT_mesh_gpu_instancing/attributes/TRANSLATION", "1"),
     ("/nodes/2/extensions/EXT_mesh_gpu_instancing/attributes", REMOVE),
     ("/nodes/3/matrix", "[1, 0, 0]"),
+    ("/nodes/3/name", "[]"),
+    ("/materials/0/name", "42"),
     ("/meshes/0/primitives", REMOVE),
     ("/meshes/0/primitives/0/attributes", REMOVE),
     ("/meshes/0/primitives/0/attributes/POSITION", REMOVE),

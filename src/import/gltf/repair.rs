@@ -52,6 +52,7 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
         let what = format!("{} integers are written as floats, and were read as integers", floats.count);
         warnings.add(first, what);
     }
+    absent::mend_labels(&mut value, warnings);
     references::check(&value)?;
     let pointers = pointers(&mut value);
     let extensions = extensions::met(&value);
