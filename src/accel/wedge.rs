@@ -1,15 +1,17 @@
 //! Is there anything at all between four rays?
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::Accel;
-use super::wide::{Box3, LEAF, Wide};
+use super::lanes::by_axis;
+use super::simd::{Job, Lanes, Simd};
+use super::wide::{LEAF, Wide, row};
 use crate::geometry::Ray;
 
 /// What lies between four rays that leave one place, or all go one way: the inner sides of four planes.
 struct Wedge([Plane; 4]);
 
-/// A plane, not of unit length: what is on its inner side has a product with `n` of `at` or more.
+/// A plane: what is on its inner side has a product with `n`, of unit length, of `at` or more.
 #[derive(Clone, Copy)]
 struct Plane {
     n: DVec3,
@@ -18,22 +20,40 @@ struct Plane {
     size: f64,
 }
 
-/// A box counts as that much larger, relative to its place and the eye's: far more than rays in f32, and
-/// the boxes of trees, are off by.
+/// Boxes count as that much larger, relative to their tree's size and the eye's place: far more than rays in
+/// f32, and the boxes of trees, are off by.
 const SLACK: f64 = 1e-5;
 
 impl Accel {
     /// False where no ray between `around`, four in order about it that leave one place or all go one
     /// way, can meet a triangle. True says nothing.
     pub fn may_meet(&self, around: &[Ray; 4]) -> bool {
+        self.settings.tier.run(MayMeet { accel: self, around })
+    }
+}
+
+/// [`Accel::may_meet`].
+struct MayMeet<'a> {
+    accel: &'a Accel,
+    around: &'a [Ray; 4],
+}
+
+impl Job for MayMeet<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> bool {
+        let MayMeet { accel, around } = self;
         let wedge = Wedge::between(around);
-        let pad = around.iter().fold(0f32, |pad, ray| pad.max(self.top.pad(ray.o.as_dvec3())));
-        self.worlds.iter().any(|world| wedge.meets(&world.tree, 0.0))
-            || wedge.meets(&self.top.tree, f64::from(pad))
+        let top = &accel.top;
+        let pad = || around.iter().fold(0f32, |pad, ray| pad.max(top.pad(ray.o.as_dvec3())));
+        accel.worlds.iter().any(|world| wedge.meets::<S>(&world.tree, 0.0))
+            || (!top.is_empty() && wedge.meets::<S>(&top.tree, f64::from(pad())))
     }
 }
 
 impl Wedge {
+    #[inline(always)]
     fn between(around: &[Ray; 4]) -> Wedge {
         let rays = around.map(|ray| (ray.o.as_dvec3(), ray.d.as_dvec3()));
         let middle = rays.iter().map(|(o, d)| (*o + *d) * 0.25).sum::<DVec3>();
@@ -41,44 +61,57 @@ impl Wedge {
             let ((o, d), (next_o, next_d)) = (rays[i], rays[(i + 1) % 4]);
             let n = d.cross(next_o + next_d - o);
             let n = if n.dot(middle - o) < 0.0 { -n } else { n };
+            // No number where rays make no plane.
+            let n = n / n.length();
             Plane { n, at: n.dot(o), size: n.abs().dot(o.abs()) }
         }))
     }
 
     /// True where a leaf of the tree, whose boxes are `pad` wider, is between the rays, as far as boxes say.
-    fn meets(&self, tree: &Wide, pad: f64) -> bool {
-        let Some(root) = tree.root.filter(|_| !self.excludes(tree.bounds, pad)) else { return false };
-        let mut todo = vec![root];
+    #[inline(always)]
+    fn meets<S: Simd>(&self, tree: &Wide, pad: f64) -> bool {
+        let Some(root) = tree.root else { return false };
+        let (lo, hi) = tree.bounds;
+        let size = lo.abs().max(hi.abs()).as_dvec3() + pad;
+        let sides = self.0.map(|plane| {
+            let widths = plane.n.abs();
+            let least = plane.at - pad * widths.element_sum() - SLACK * (widths.dot(size) + plane.size);
+            (by_axis(|axis| row(axis, usize::from(plane.n[axis] > 0.0))), plane.n.as_vec3(), least as f32)
+        });
+        let mut todo = Vec::with_capacity(64);
+        todo.push(root);
         while let Some(here) = todo.pop() {
             if here & LEAF != 0 {
                 return true;
             }
             let node = &tree.nodes[here as usize];
-            let inside = (0..node.count()).filter(|&slot| !self.excludes(node.bounds(slot), pad));
-            todo.extend(inside.map(|slot| node.child[slot]));
+            let mut inside = node.used();
+            for &(innermost, n, least) in &sides {
+                inside &= !below::<S>(node.rows(), innermost, n, least);
+            }
+            while inside != 0 {
+                todo.push(node.child[inside.trailing_zeros() as usize & 7]);
+                inside &= inside - 1;
+            }
         }
         false
     }
+}
 
-    /// True where all of a box, so much wider, is on the outer side of a plane.
-    fn excludes(&self, (lo, hi): Box3, pad: f64) -> bool {
-        let (lo, hi) = (lo.as_dvec3() - pad, hi.as_dvec3() + pad);
-        let size = lo.abs().max(hi.abs());
-        self.0.iter().any(|plane| {
-            let innermost = (lo * plane.n).max(hi * plane.n).element_sum();
-            // Written so that what is no number excludes nothing.
-            innermost - plane.at < -SLACK * (plane.n.abs().dot(size) + plane.size)
-        })
-    }
+/// The children of which all is surely on the outer side of a plane. What is no number is not.
+#[inline(always)]
+fn below<S: Simd>(rows: &[[f32; 8]; 8], innermost: [usize; 3], n: Vec3, least: f32) -> u32 {
+    let along = |axis: usize| (S::F8::load(&rows[innermost[axis] & 7]), S::F8::splat(n[axis]));
+    let [(x, nx), (y, ny), (z, nz)] = [along(0), along(1), along(2)];
+    x.mul_add(nx, y.mul_add(ny, z * nz)).lt(S::F8::splat(least))
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::super::pages::Pages;
-    use super::super::wide::{Node, union};
+    use super::super::wide::{Box3, Node, union};
     use super::*;
+    use crate::accel::Tier;
 
     /// A tree of small boxes about `places`.
     fn tree(places: &[Vec3]) -> Wide {
@@ -87,6 +120,24 @@ mod tests {
         let bounds = union(leaves.iter().map(|(bounds, _)| *bounds));
         let nodes = Pages::filled(&[leaves], |_| 1, |leaves, to| to.fill(Node::new(leaves)));
         Wide { nodes, root: Some(0), bounds, ..Wide::default() }
+    }
+
+    impl Wedge {
+        /// On every tier.
+        fn finds(&self, tree: &Wide) -> bool {
+            struct Find<'a>(&'a Wedge, &'a Wide);
+            impl Job for Find<'_> {
+                type Output = bool;
+                #[inline(always)]
+                fn run<S: Simd>(self) -> bool {
+                    self.0.meets::<S>(self.1, 0.0)
+                }
+            }
+            let mut tiers = Tier::ALL.into_iter().filter(|tier| tier.available());
+            let found = tiers.next().is_some_and(|tier| tier.run(Find(self, tree)));
+            assert!(tiers.all(|tier| tier.run(Find(self, tree)) == found));
+            found
+        }
     }
 
     /// Rays down −z through the corners of a rectangle one unit away, or beside each other.
@@ -111,26 +162,26 @@ mod tests {
                     // Ten times as far, rays from the eye are ten times as far apart.
                     let by = if parallel { 1.0 } else { 10.0 };
                     let place = Vec3::new(x * by, y * by, -10.0);
-                    assert_eq!(wedge.meets(&tree(&[place]), 0.0), i == 0, "{place}");
+                    assert_eq!(wedge.finds(&tree(&[place])), i == 0, "{place}");
                 }
                 // A tree about the rays without a leaf between them.
                 let beside = [Vec3::new(-50.0, -50.0, -10.0), Vec3::new(50.0, 50.0, -10.0)];
-                assert!(!wedge.meets(&tree(&beside), 0.0));
-                assert!(wedge.meets(&tree(&[beside[0], Vec3::new(0.5, 0.5, -10.0), beside[1]]), 0.0));
+                assert!(!wedge.finds(&tree(&beside)));
+                assert!(wedge.finds(&tree(&[beside[0], Vec3::new(0.5, 0.5, -10.0), beside[1]])));
             }
         }
         // Behind the eye there is nothing to see.
         let wedge = Wedge::between(&around([0.0, 0.0], [1.0, 1.0], false, [0, 1, 2, 3]));
-        assert!(!wedge.meets(&tree(&[Vec3::new(-5.0, -5.0, 10.0)]), 0.0));
-        assert!(!wedge.meets(&Wide::default(), 0.0));
+        assert!(!wedge.finds(&tree(&[Vec3::new(-5.0, -5.0, 10.0)])));
+        assert!(!wedge.finds(&Wide::default()));
     }
 
     /// Where the planes are no numbers nothing is left out.
     #[test]
     fn doubt_leaves_nothing_out() {
         let nowhere = Ray { o: Vec3::NAN, d: Vec3::NAN };
-        assert!(Wedge::between(&[nowhere; 4]).meets(&tree(&[Vec3::ONE]), 0.0));
+        assert!(Wedge::between(&[nowhere; 4]).finds(&tree(&[Vec3::ONE])));
         let same = Ray { o: Vec3::ZERO, d: Vec3::NEG_Z };
-        assert!(Wedge::between(&[same; 4]).meets(&tree(&[Vec3::ONE]), 0.0));
+        assert!(Wedge::between(&[same; 4]).finds(&tree(&[Vec3::ONE])));
     }
 }
