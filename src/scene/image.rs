@@ -107,6 +107,57 @@ impl Plane<'_> {
         }
     }
 
+    /// [`Plane::stored`] of several texels, for those who look at all there are.
+    #[inline(always)]
+    pub fn all_stored<const N: usize>(&self, at: [usize; N]) -> [Vec4; N] {
+        match &self.texels {
+            Texels::U8(t) => self.all(t, at, 255.0, f32::from, f32::from).map(|texel| texel / 255.0),
+            Texels::U16(t) => self.all(t, at, 65535.0, f32::from, f32::from).map(|texel| texel / 65535.0),
+        }
+    }
+
+    /// [`Plane::decoded`] of several texels.
+    #[inline(always)]
+    pub fn all_decoded<const N: usize>(&self, at: [usize; N]) -> [Vec4; N] {
+        match &self.texels {
+            Texels::U8(t) => {
+                let table = srgb::from_8();
+                self.all(t, at, 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 255.0)
+            }
+            Texels::U16(t) => {
+                let table = srgb::from_16();
+                self.all(t, at, 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 65535.0)
+            }
+        }
+    }
+
+    /// Asks what texels have once, for all of them.
+    #[inline(always)]
+    fn all<T: Copy, const N: usize>(
+        &self,
+        texels: &[T],
+        at: [usize; N],
+        opaque: f32,
+        color: impl Fn(T) -> f32,
+        alpha: impl Fn(T) -> f32,
+    ) -> [Vec4; N] {
+        match self.channels {
+            Channels::L => at.map(|i| Vec3::splat(color(texels[i])).extend(opaque)),
+            Channels::La => at.map(|i| {
+                let [l, a] = channels(texels, i);
+                Vec3::splat(color(l)).extend(alpha(a))
+            }),
+            Channels::Rgb => at.map(|i| {
+                let [r, g, b] = channels(texels, i);
+                Vec4::new(color(r), color(g), color(b), opaque)
+            }),
+            Channels::Rgba => at.map(|i| {
+                let [r, g, b, a] = channels(texels, i);
+                Vec4::new(color(r), color(g), color(b), alpha(a))
+            }),
+        }
+    }
+
     /// Alpha alone.
     pub fn alpha(&self, i: usize) -> f32 {
         let n = self.channels as usize;
@@ -117,6 +168,13 @@ impl Plane<'_> {
             (_, Texels::U16(t)) => f32::from(t[last]) / 65535.0,
         }
     }
+}
+
+/// The numbers of texel `i`, which has so many.
+#[inline(always)]
+fn channels<T: Copy, const CHANNELS: usize>(texels: &[T], i: usize) -> [T; CHANNELS] {
+    let from = &texels[CHANNELS * i..][..CHANNELS];
+    std::array::from_fn(|channel| from[channel])
 }
 
 /// The four channels of a texel that has some of them.

@@ -90,55 +90,68 @@ impl Mips {
 
 fn pyramid(image: Plane, mean: Mean) -> Vec<Level> {
     let channels = if mean == Mean::Normals { Channels::Rgba } else { image.channels };
-    let sixteen = matches!(image.texels, Texels::U16(_));
     let mut levels = Vec::new();
     let mut size = (image.width as usize, image.height as usize);
     let mut finer: Vec<Vec4> = Vec::new();
     while size != (1, 1) {
         let half = ((size.0 / 2).max(1), (size.1 / 2).max(1));
-        let mut coarser = vec![Vec4::ZERO; half.0 * half.1];
-        if levels.is_empty() {
-            let averaged = |x, y| averaged(image, mean, x, y);
-            fill(&mut coarser, half.0, &|x, y| shrunk(size, half, (x, y), &averaged));
-        } else {
-            let at = |x: usize, y: usize| finer[y * size.0 + x];
-            fill(&mut coarser, half.0, &|x, y| shrunk(size, half, (x, y), &at));
-        }
-        let texels = if sixteen {
-            Texels::U16(stored(
-                &coarser,
-                mean,
-                channels,
-                |v| (v * 65535.0 + 0.5) as u16,
-                |v| (linear_to_srgb(v) * 65535.0 + 0.5) as u16,
-            ))
-        } else {
-            Texels::U8(stored(&coarser, mean, channels, |v| (v * 255.0 + 0.5) as u8, linear_to_srgb8))
+        let mut means = vec![Vec4::ZERO; half.0 * half.1];
+        let first = levels.is_empty();
+        let row = |y: usize, row: &mut [Vec4]| match first {
+            true => {
+                let one = |x, y| averaged(image, mean, [(x, y)])[0];
+                shrink(size, half, (y, row), one, |places| averaged(image, mean, places));
+            }
+            false => {
+                let one = |x: usize, y: usize| finer[y * size.0 + x];
+                shrink(size, half, (y, row), one, |places| places.map(|(x, y)| one(x, y)));
+            }
+        };
+        let row = (half.0, &row as &Row);
+        let texels = match image.texels {
+            Texels::U8(_) => {
+                let codes = (|v| (v * 255.0 + 0.5) as u8, linear_to_srgb8);
+                Texels::U8(fill(&mut means, row, channels, &|means, to| store(means, mean, codes, to)))
+            }
+            Texels::U16(_) => {
+                let codes = (|v| (v * 65535.0 + 0.5) as u16, |v| (linear_to_srgb(v) * 65535.0 + 0.5) as u16);
+                Texels::U16(fill(&mut means, row, channels, &|means, to| store(means, mean, codes, to)))
+            }
         };
         levels.push(Level { width: half.0 as u32, height: half.1 as u32, channels, texels });
-        (finer, size) = (coarser, half);
+        (finer, size) = (means, half);
     }
     levels
 }
 
-/// Computes every texel of rows of `width`. Large ones are divided among threads of their own:
-/// a task of a pool that waits for the pool, while another thread waits for the pyramid, may wait
+/// Computes the means of a row.
+type Row<'a> = dyn Fn(usize, &mut [Vec4]) + Sync + 'a;
+/// Makes texels of means.
+type Store<'a, T> = dyn Fn(&[Vec4], &mut [T]) + Sync + 'a;
+
+/// Computes means by rows of a width, and makes texels of them. Large ones are divided among threads of their
+/// own: a task of a pool that waits for the pool, while another thread waits for the pyramid, may wait
 /// for itself.
-fn fill(out: &mut [Vec4], width: usize, at: &(dyn Fn(usize, usize) -> Vec4 + Sync)) {
-    let fill_rows = |first: usize, rows: &mut [Vec4]| {
-        for (i, row) in rows.chunks_mut(width).enumerate() {
-            for (x, texel) in row.iter_mut().enumerate() {
-                *texel = at(x, first + i);
-            }
-        }
-    };
-    let threads = if out.len() < 1 << 16 { 1 } else { rayon::current_num_threads().clamp(1, 16) };
-    let rows = (out.len() / width).div_ceil(threads);
-    let parts = Mutex::new(out.chunks_mut(rows * width).enumerate());
+fn fill<T: Copy + Default + Send>(
+    means: &mut [Vec4],
+    (width, row): (usize, &Row),
+    channels: Channels,
+    store: &Store<T>,
+) -> Vec<T> {
+    let channels = channels as usize;
+    let mut texels = vec![T::default(); means.len() * channels];
+    let threads = if means.len() < 1 << 16 { 1 } else { rayon::current_num_threads().clamp(1, 16) };
+    // Small parts: what was computed is still at hand when texels are made of it.
+    let rows = (means.len() / width).div_ceil(threads).min((1 << 14) / width + 1);
+    let parts = means.chunks_mut(rows * width).zip(texels.chunks_mut(rows * width * channels));
+    let parts = Mutex::new(parts.enumerate());
     let next = || parts.lock().unwrap_or_else(PoisonError::into_inner).next();
     let work = || {
-        while let Some((i, part)) = next() {
-            fill_rows(i * rows, part);
+        while let Some((i, (means, texels))) = next() {
+            for (k, means) in means.chunks_mut(width).enumerate() {
+                row(i * rows + k, means);
+            }
+            store(means, texels);
         }
     };
     std::thread::scope(|scope| {
@@ -147,6 +160,27 @@ fn fill(out: &mut [Vec4], width: usize, at: &(dyn Fn(usize, usize) -> Vec4 + Syn
         let _ = (1..threads).take_while(helps).count();
         work();
     });
+    texels
+}
+
+/// A row of means, the `y`th of `half`, of what is at places of `size`, asked for one by one or by four.
+fn shrink(
+    size: (usize, usize),
+    half: (usize, usize),
+    (y, row): (usize, &mut [Vec4]),
+    one: impl Fn(usize, usize) -> Vec4,
+    four: impl Fn([(usize, usize); 4]) -> [Vec4; 4],
+) {
+    let even = size.0 == 2 * half.0 && size.1 == 2 * half.1;
+    for (x, mean) in row.iter_mut().enumerate() {
+        *mean = if even {
+            let (x, y) = (2 * x, 2 * y);
+            let [a, b, c, d] = four([(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]);
+            a * 0.25 + b * 0.25 + c * 0.25 + d * 0.25
+        } else {
+            shrunk(size, half, (x, y), &one)
+        };
+    }
 }
 
 /// The mean of what texel (x, y) of `half` covers of `size`: two texels along a side, or three of an
@@ -181,17 +215,17 @@ fn taps(i: usize, size: usize, half: usize) -> (usize, [f32; 3]) {
     (2 * i, [(half - i) as f32 / n, half as f32 / n, (i + 1) as f32 / n])
 }
 
-/// What is averaged of the image's texel (x, y).
-fn averaged(image: Plane, mean: Mean, x: usize, y: usize) -> Vec4 {
-    let i = y * image.width as usize + x;
+/// What is averaged of some of the image's texels.
+fn averaged<const N: usize>(image: Plane, mean: Mean, places: [(usize, usize); N]) -> [Vec4; N] {
+    let at = places.map(|(x, y)| y * image.width as usize + x);
     match mean {
-        Mean::Numbers => image.stored(i),
-        Mean::Light { covered } => weighed(image.decoded(i), covered),
-        Mean::Shown { covered } => shown(image, x, y, covered),
-        Mean::Normals => {
-            let v = image.stored(i).truncate() * 2.0 - 1.0;
+        Mean::Numbers => image.all_stored(at),
+        Mean::Light { covered } => image.all_decoded(at).map(|v| weighed(v, covered)),
+        Mean::Shown { covered } => places.map(|(x, y)| shown(image, x, y, covered)),
+        Mean::Normals => image.all_stored(at).map(|v| {
+            let v = v.truncate() * 2.0 - 1.0;
             v.normalize_or_zero().extend(0.0)
-        }
+        }),
     }
 }
 
@@ -220,15 +254,15 @@ fn shown(image: Plane, x: usize, y: usize, covered: bool) -> Vec4 {
 }
 
 /// Means as texels: `plain` makes a code of a number, `light` one of linear light.
-fn stored<T>(
+fn store<T>(
     means: &[Vec4],
     mean: Mean,
-    channels: Channels,
-    plain: impl Fn(f32) -> T,
-    light: impl Fn(f32) -> T,
-) -> Vec<T> {
-    let mut out = Vec::with_capacity(means.len() * channels as usize);
-    for &v in means {
+    (plain, light): (impl Fn(f32) -> T, impl Fn(f32) -> T),
+    texels: &mut [T],
+) {
+    let channels = texels.len() / means.len().max(1);
+    let colors = if channels < 3 { 1 } else { 3 };
+    for (&v, texel) in means.iter().zip(texels.chunks_exact_mut(channels.max(1))) {
         let (v, encoded) = match mean {
             Mean::Numbers => (v, false),
             Mean::Normals => (direction(v), false),
@@ -237,15 +271,14 @@ fn stored<T>(
             }
             Mean::Light { .. } | Mean::Shown { .. } => (v, true),
         };
-        let colors = if matches!(channels, Channels::L | Channels::La) { 1 } else { 3 };
-        for c in 0..colors {
-            out.push(if encoded { light(v[c]) } else { plain(v[c]) });
+        let (color, alpha) = texel.split_at_mut(colors);
+        for (c, to) in color.iter_mut().enumerate() {
+            *to = if encoded { light(v[c]) } else { plain(v[c]) };
         }
-        if matches!(channels, Channels::La | Channels::Rgba) {
-            out.push(plain(v.w));
+        for to in alpha {
+            *to = plain(v.w);
         }
     }
-    out
 }
 
 /// A mean of unit vectors as a texel: its direction, and the root of what its length lacks to 1.
