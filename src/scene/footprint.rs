@@ -47,6 +47,10 @@ impl Footprint {
         let (a, b) = (self.right * size, self.up * size);
         // Steps of unit length on the film become an ellipse; these are its covariances.
         let (xx, xy, yy) = (a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y);
+        // Both axes are shorter than a texel, for sure.
+        if xx + yy < 0.99 {
+            return None;
+        }
         let middle = 0.5 * (xx + yy);
         let half = 0.5 * (xx - yy);
         let apart = (half * half + xy * xy).sqrt();

@@ -189,6 +189,8 @@ impl Wrap {
         const WHOLE: f64 = (1u64 << 25) as f64;
         let x = f64::from(x);
         match self {
+            // Mostly it is there, and the rest takes long.
+            _ if (0.0..1.0).contains(&x) => x,
             _ if !x.is_finite() => 0.0,
             Wrap::Clamp => x.clamp(-1.0, 2.0),
             _ if x.abs() >= WHOLE => 0.0,
