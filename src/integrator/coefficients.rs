@@ -8,7 +8,6 @@
 
 use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 
-use super::Surface;
 use super::on_mesh::OnMesh;
 use crate::geometry::{Rgb, power_below_one};
 use crate::scene::{
@@ -185,15 +184,6 @@ impl Coefficients {
         k
     }
 
-    /// Adds `roughening` to the highlight's α²: the sum over the normals that a sample stands for of
-    /// lobes with the exponent p is, nearly, one lobe with a smaller exponent and as much light.
-    fn widen(&mut self, roughening: f32) {
-        let alpha_2 = (2.0 / (self.shininess + 2.0) + roughening).min(1.0);
-        let p = 2.0 / alpha_2 - 2.0;
-        self.k_s *= (p + 2.0) / (self.shininess + 2.0);
-        self.shininess = p;
-    }
-
     fn mtl(&mut self, mtl: &MtlReflectance, posed: &PosedScene, on: &OnMesh, under_sky: bool) {
         // Ka weighs the lecture's I_a. What a sky sends is light like any other, which matt surfaces
         // reflect by their diffuse colour.
@@ -217,58 +207,98 @@ impl Coefficients {
     }
 }
 
-/// Coefficients of one surface after the other. Where a material is the same all over, and so for the
-/// next surface as for the last, they are computed once.
+/// What points look like, one surface after the other. Where a material is the same all over, and so for the
+/// next surface as for the last, it is computed once.
 #[derive(Debug)]
-pub(super) struct Lookup {
+pub(super) struct Lookup<'a> {
+    /// All looks so far; points name theirs by its index.
+    looks: &'a mut Vec<Coefficients>,
+    overrides: &'a Overrides,
     /// Whether ambient light comes from a sky.
     under_sky: bool,
     /// The last material that is the same all over.
-    last: Option<(u32, Coefficients)>,
+    last: Option<(u32, Look)>,
 }
 
-impl Lookup {
-    pub fn new(under_sky: bool) -> Lookup {
-        Lookup { under_sky, last: None }
+/// What is known of a look beside its coefficients.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Look {
+    /// Which it is.
+    pub index: u32,
+    pub gloss: Gloss,
+}
+
+/// How a highlight follows the normals that a sample sees.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gloss {
+    /// The material's own exponent.
+    p: f32,
+    widens: bool,
+    /// The exponent that is given for all materials.
+    given: Option<f32>,
+    /// Whether k_s is.
+    fixed: bool,
+}
+
+impl<'a> Lookup<'a> {
+    pub fn new(looks: &'a mut Vec<Coefficients>, overrides: &'a Overrides, under_sky: bool) -> Lookup<'a> {
+        Lookup { looks, overrides, under_sky, last: None }
     }
 
-    /// The coefficients of a material that nothing but itself says how it looks, at any `surface`.
-    pub fn plain<'s>(
-        &mut self,
-        posed: &PosedScene<'s>,
-        material: u32,
-        surface: impl FnOnce() -> Surface<'s>,
-    ) -> Coefficients {
+    /// The look of a material that nothing but itself says how it looks, `on` a mesh anywhere.
+    pub fn plain(&mut self, posed: &PosedScene, material: u32, on: &OnMesh) -> Look {
         match self.last {
-            Some((last, k)) if last == material => k,
+            Some((last, look)) if last == material => look,
             _ => {
-                let k = self.at(posed, &surface());
-                self.last = Some((material, k));
-                k
+                let look = self.at(posed, material, on);
+                self.last = Some((material, look));
+                look
             }
         }
     }
 
-    /// The coefficients at `surface`.
-    pub fn at(&self, posed: &PosedScene, surface: &Surface) -> Coefficients {
-        let material = &posed.materials[surface.material as usize];
-        Coefficients::at(posed, material, &surface.on, self.under_sky)
+    /// The look of a material at a place.
+    pub fn at(&mut self, posed: &PosedScene, material: u32, on: &OnMesh) -> Look {
+        let material = &posed.materials[material as usize];
+        let k = Coefficients::at(posed, material, on, self.under_sky);
+        let Overrides { k_s, shininess: given, .. } = *self.overrides;
+        let gloss = Gloss { p: k.shininess, widens: widens(material), given, fixed: k_s.is_some() };
+        Look { index: add_look(self.looks, k.with(self.overrides)), gloss }
+    }
+
+    /// The coefficients of a look, without what normals make of its highlight.
+    #[inline(always)]
+    pub fn k(&self, look: Look) -> &Coefficients {
+        &self.looks[look.index as usize]
+    }
+}
+
+/// Adds a look, and says which it is.
+#[inline(always)]
+pub(super) fn add_look(looks: &mut Vec<Coefficients>, k: Coefficients) -> u32 {
+    looks.push(k);
+    (looks.len() - 1) as u32
+}
+
+impl Gloss {
+    /// The exponent for whoever sees normals spread over the surface, which adds `roughening` to α²
+    /// ([`Surface::shading_normals`](super::Surface::shading_normals)), and what k_s is multiplied by: the sum over those normals of lobes with
+    /// the exponent p is, nearly, one lobe with a smaller exponent and as much light.
+    #[inline(always)]
+    pub fn at(&self, roughening: f32) -> (f32, f32) {
+        // Without branches, so that columns of them go at once.
+        let alpha_2 = (2.0 / (self.p + 2.0) + roughening).min(1.0);
+        let wide = 2.0 / alpha_2 - 2.0;
+        let widens = self.widens & (roughening > 0.0);
+        let p = if widens { wide } else { self.p };
+        let factor = if widens & !self.fixed { (wide + 2.0) / (self.p + 2.0) } else { 1.0 };
+        (self.given.unwrap_or(p), factor)
     }
 }
 
 impl Coefficients {
-    /// The same for whoever sees normals spread over a surface of this material, which adds `roughening` to
-    /// α² ([`Surface::shading_normals`]), and where `overrides` say otherwise.
-    #[inline]
-    pub(super) fn as_seen(
-        mut self,
-        material: &Material,
-        roughening: f32,
-        overrides: &Overrides,
-    ) -> Coefficients {
-        if roughening > 0.0 && widens(material) {
-            self.widen(roughening);
-        }
+    /// The same where `overrides` say otherwise.
+    fn with(mut self, overrides: &Overrides) -> Coefficients {
         self.k_d = overrides.k_d.unwrap_or(self.k_d);
         self.k_s = overrides.k_s.unwrap_or(self.k_s);
         self.shininess = overrides.shininess.unwrap_or(self.shininess);

@@ -4,8 +4,11 @@
 //! numbers, over which the compiler runs the widest instructions there are. The formulas are sums,
 //! products, quotients and roots, each rounded as IEEE 754 says: the same bits on any machine.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 
+use super::coefficients::Gloss;
 use super::footprint::Spread;
 use crate::geometry::Ray;
 
@@ -47,7 +50,9 @@ pub(super) struct Group {
     pub n: Columns3<f64>,
     /// Of unit length, back to the eye; of value where some point has a highlight.
     pub v: Columns3<f64>,
+    /// Exponents of highlights, and what k_s is multiplied by.
     pub shininess: Column<f32>,
+    pub gloss: Column<f32>,
     /// True where some point has a highlight.
     pub shines: bool,
 }
@@ -67,6 +72,7 @@ impl Group {
             n: WIDE,
             v: WIDE,
             shininess: NARROW,
+            gloss: NARROW,
             shines: false,
         }
     };
@@ -119,6 +125,24 @@ impl Columns {
     #[inline(always)]
     pub(super) fn of_mut(&mut self, i: usize) -> (&mut Group, usize) {
         (&mut self.groups[i / LANES], i % LANES)
+    }
+
+    /// [`Group::place`] of point `i`.
+    #[inline(always)]
+    pub(super) fn place(&self, i: usize) -> ([f32; 3], Spread) {
+        let (group, at) = self.of(i);
+        group.place(at)
+    }
+
+    /// The groups of points, each with the places there.
+    #[inline(always)]
+    pub(super) fn stretches(
+        &mut self,
+        Range { start, end }: Range<usize>,
+    ) -> impl Iterator<Item = (&mut Group, Range<usize>)> {
+        let first = start / LANES;
+        let groups = self.groups[first..].iter_mut().zip((first * LANES..end).step_by(LANES));
+        groups.map(move |(group, from)| (group, start.max(from) - from..LANES.min(end - from)))
     }
 
     /// What was found at point `i`.
@@ -201,30 +225,43 @@ impl Group {
         }
     }
 
-    /// Point `i`'s shading normal and exponent.
+    /// Point `i`'s shading normal, exponent, and what k_s is multiplied by.
     #[inline(always)]
-    pub fn put_material(&mut self, i: usize, n: DVec3, shininess: f32) {
+    pub fn put_material(&mut self, i: usize, n: DVec3, (shininess, gloss): (f32, f32)) {
         set(&mut self.n, i, n.to_array());
-        self.shininess[i] = shininess;
+        (self.shininess[i], self.gloss[i]) = (shininess, gloss);
     }
 
-    /// What the normals that a sample sees at `i` add to a highlight's α².
+    /// The same of points whose vertex normals are what counts; of none where they are not `there`.
     #[inline(always)]
-    pub fn roughening(&self, i: usize) -> f32 {
-        self.met(i).spread.roughening()
+    pub fn put_plain(&mut self, at: Range<usize>, there: bool, gloss: &Gloss) {
+        for axis in 0..3 {
+            let (from, to) = (&self.n_v[axis][at.clone()], &mut self.n[axis][at.clone()]);
+            if there { to.copy_from_slice(from) } else { to.fill(0.0) }
+        }
+        for i in at {
+            (self.shininess[i], self.gloss[i]) = gloss.at(self.place(i).1.roughening());
+        }
+    }
+
+    /// Where on its triangle point `i` is, by barycentrics, and how much of that a sample stands for.
+    #[inline(always)]
+    pub fn place(&self, i: usize) -> ([f32; 3], Spread) {
+        let (b, s) = (&self.b, &self.spread);
+        ([b[0][i], b[1][i], b[2][i]], Spread::of_numbers([s[0][i], s[1][i], s[2][i], s[3][i], s[4][i]]))
     }
 
     /// What was found at `i`.
     #[inline(always)]
     pub fn met(&self, i: usize) -> Met {
-        let s = &self.spread;
+        let (b, spread) = self.place(i);
         Met {
             p: narrow(&self.p, i),
             clear: narrow(&self.clear, i),
             n_g: vector(&self.n_g, i),
             n_v: vector(&self.n_v, i),
-            b: [self.b[0][i], self.b[1][i], self.b[2][i]],
-            spread: Spread::of_numbers([s[0][i], s[1][i], s[2][i], s[3][i], s[4][i]]),
+            b,
+            spread,
         }
     }
 

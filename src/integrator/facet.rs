@@ -116,9 +116,38 @@ impl<'s> Facet<'s> {
         let against = middle.dot(n_g) < 0.0;
         let n_v = if against { -middle } else { middle };
         let n_v = if fits { n_v } else { n_g };
-        let (p, n) = (p.as_vec3(), n_g.as_vec3());
-        let clear = offset_point(p, self.p_error, n, n);
-        Met { p, clear, n_g, n_v, b: [b[0] as f32, b[1] as f32, b[2] as f32], spread }
+        let p = p.as_vec3();
+        Met { p, clear: self.above(p, n_g), n_g, n_v, b: [b[0] as f32, b[1] as f32, b[2] as f32], spread }
+    }
+
+    /// A place on it, moved off by its error to `n_g`'s side.
+    #[inline(always)]
+    fn above(&self, p: Vec3, n_g: DVec3) -> Vec3 {
+        let n_g = n_g.as_vec3();
+        offset_point(p, self.p_error, n_g, n_g)
+    }
+
+    /// Where a shadow ray from a point towards `l` starts ([`Surface::shadow_origin`]); the point by its
+    /// place and barycentrics, its geometric and its vertex normal.
+    pub fn shadow_origin(&self, (p, b): (Vec3, [f32; 3]), (n_g, n_v): (DVec3, DVec3), l: DVec3) -> Vec3 {
+        let lifted = lifted(n_g.dot(l));
+        if lifted > 0.0 {
+            self.above(p + (self.lift(p, b, n_v) * lifted).as_vec3(), n_g)
+        } else {
+            self.above(p, n_g)
+        }
+    }
+
+    /// From `p` to the surface that bulges from the corners along their normals: `p` is raised to
+    /// each corner's tangent plane where it lies below, weighted as the corners are (Hanika, Hacking
+    /// the Shadow Terminator, Ray Tracing Gems II, chapter 4).
+    fn lift(&self, p: Vec3, b: [f32; 3], n_v: DVec3) -> DVec3 {
+        let n = if self.mesh.smooth_in_own_frame { self.n.map(DVec3::normalize_or_zero) } else { self.n };
+        let b = b.map(f64::from);
+        let mean = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
+        let side = if mean.dot(n_v) < 0.0 { -1.0 } else { 1.0 };
+        let above = |i: usize| (p.as_dvec3() - self.flat.v[i]).dot(n[i] * side);
+        (0..3).map(|i| n[i] * side * ((-above(i)).max(0.0) * b[i])).sum()
     }
 
     /// What is where a ray has met it.
@@ -132,15 +161,30 @@ impl<'s> Facet<'s> {
             // Without area it faces whoever looks.
             front: self.flat.front.is_none_or(|front| front.dot(met.n_g) > 0.0),
             material: self.material,
-            on: OnMesh {
-                mesh: self.mesh,
-                corners: self.corners,
-                b: met.b,
-                spread: met.spread,
-                tint: self.tint,
-            },
+            on: self.on_mesh(met.b, met.spread),
         }
     }
+
+    /// Where that is on its mesh.
+    #[inline(always)]
+    pub fn on_mesh(&self, b: [f32; 3], spread: Spread) -> OnMesh<'s> {
+        OnMesh { mesh: self.mesh, corners: self.corners, b, spread, tint: self.tint }
+    }
+}
+
+/// How far towards the smooth surface rays start that leave at an angle of this cosine to the triangle's
+/// normal: 0…1.
+fn lifted(cos: f64) -> f64 {
+    /// Cosine from which on light does not graze; Cycles' default.
+    const GRAZING: f64 = 0.1;
+    (1.0 - cos / GRAZING).clamp(0.0, 1.0)
+}
+
+/// Whether light grazes a triangle whose normal's cosine to its direction is `cos`. If not, rays towards
+/// it start at [`Met::clear`].
+#[inline(always)]
+pub(super) fn grazes(cos: f64) -> bool {
+    lifted(cos) > 0.0
 }
 
 /// [`Facet::meet`]. A job so small that the compiler sees through its loops.

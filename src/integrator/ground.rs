@@ -58,6 +58,7 @@ impl Frame<'_> {
             alpha,
             through: Rgb::ZERO,
         };
-        seen.add_ground(Point::of_ground(sample, k, stage.unlit(self, &k, DVec3::Y), catches), p, ray.d);
+        let look = seen.add_look(k);
+        seen.add_ground(Point::of_ground(sample, look, stage.unlit(self, &k, DVec3::Y), catches), p, ray.d);
     }
 }

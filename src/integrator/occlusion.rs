@@ -39,7 +39,7 @@ pub(super) fn ambient_free(
             let l = cosine_hemisphere(seen.n(i), draw);
             // Where the shading normal leans over, what would go into the surface is mirrored out.
             let l = l - n_g * (2.0 * l.dot(n_g).min(0.0));
-            let (from, source) = seen.start(frame.posed, i, l);
+            let (from, source) = seen.start(i, l);
             let far = occlusion.distance.min(frame.beyond(from));
             segments.push(from, (from.as_dvec3() + l * far).as_vec3(), source);
         }

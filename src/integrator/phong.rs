@@ -6,8 +6,8 @@
 
 use glam::DVec3;
 
-use super::coefficients::Lookup;
-use super::columns::{Columns, vector};
+use super::coefficients::{Look, Lookup};
+use super::columns::vector;
 use super::draws::Draws;
 use super::occlusion::ambient_free;
 use super::point::Point;
@@ -79,7 +79,7 @@ impl Integrator for Phong {
             self.occlude(frame, &mut layer, draws, scratch);
             self.shade(frame, &mut layer, draws, scratch);
             for point in &layer.points {
-                let (shown, passes) = point.layer();
+                let (shown, passes) = point.layer(&layer.looks[point.look as usize]);
                 seen[point.sample] += open[point.sample] * shown;
                 open[point.sample] *= passes;
                 if open[point.sample].max_element() < FAINT {
@@ -125,35 +125,48 @@ impl Phong {
             }
         }
         seen.find(frame, scratch, samples, whose);
-        let Seen { points, columns, facets, samples, .. } = &mut seen;
-        let mut coefficients = Lookup::new(frame.sky.is_some());
+        let Seen { points, looks, columns, facets, samples, .. } = &mut seen;
+        let mut lookup = Lookup::new(looks, &frame.overrides, frame.sky.is_some());
         for (which, (facet, end)) in facets.iter().enumerate() {
+            let on = points.len()..*end;
             let material = &frame.posed.materials[facet.material as usize];
-            let first = points.len();
-            let surface = |columns: &Columns, i: usize| facet.surface(&columns.met(i));
-            let plain = facet
-                .plain
-                .then(|| coefficients.plain(frame.posed, facet.material, || surface(columns, first)));
-            for (i, &sample) in samples.iter().enumerate().take(*end).skip(first) {
-                let (n, roughening, k) = match plain {
-                    Some(k) => {
+            let point = |i: usize, look: Look, radiance| {
+                Point::on(samples[i], (facet.id, which), look.index, radiance)
+            };
+            // Nobody sees how what is not there is lit: it faces no light.
+            let there = |k: &Coefficients| k.alpha != 0.0;
+            if facet.plain {
+                let (b, spread) = columns.place(on.start);
+                let look = lookup.plain(frame.posed, facet.material, &facet.on_mesh(b, spread));
+                let k = lookup.k(look);
+                for (group, at) in columns.stretches(on.clone()) {
+                    group.put_plain(at, there(k), &look.gloss);
+                    group.shines |= k.k_s != Rgb::ZERO;
+                }
+                // Without a sky it is the same wherever they face.
+                let mut unlit = self.stage.unlit(frame, k, DVec3::ZERO);
+                points.extend(on.map(|i| {
+                    if frame.sky.is_some() {
                         let (group, at) = columns.of(i);
-                        (vector(&group.n_v, at), group.roughening(at), k)
+                        unlit = self.stage.unlit(frame, k, vector(&group.n, at));
                     }
-                    None => {
-                        let surface = surface(columns, i);
-                        let (n, roughening) = surface.shading_normals(frame.posed);
-                        (n, roughening, coefficients.at(frame.posed, &surface))
-                    }
-                };
-                let k = k.as_seen(material, roughening, &frame.overrides);
-                // Nobody sees how what is not there is lit: it faces no light.
-                let n = if k.alpha == 0.0 { DVec3::ZERO } else { n };
+                    point(i, look, unlit)
+                }));
+                continue;
+            }
+            for i in on {
                 let (group, at) = columns.of_mut(i);
-                group.put_material(at, n, k.shininess);
+                let (b, spread) = group.place(at);
+                let (n, roughening) = match material.normal {
+                    None => (vector(&group.n_v, at), spread.roughening()),
+                    Some(_) => facet.surface(&group.met(at)).shading_normals(frame.posed),
+                };
+                let look = lookup.at(frame.posed, facet.material, &facet.on_mesh(b, spread));
+                let k = lookup.k(look);
+                let n = if there(k) { n } else { DVec3::ZERO };
+                group.put_material(at, n, look.gloss.at(roughening));
                 group.shines |= k.k_s != Rgb::ZERO;
-                let radiance = self.stage.unlit(frame, &k, n);
-                points.push(Point::on(sample, (facet.id, which), k, radiance));
+                points.push(point(i, look, self.stage.unlit(frame, k, n)));
             }
         }
         seen
@@ -162,12 +175,12 @@ impl Phong {
     /// Where ambient light does not arrive whole: how much does.
     fn occlude(&self, frame: &Frame, seen: &mut Seen, draws: Draws, scratch: &mut Scratch) {
         let Some(occlusion) = frame.occlusion.filter(|_| self.stage == Stage::Phong) else { return };
-        let ambient = |i: usize| seen.points[i].k.k_a * frame.ambient_at(seen.n(i));
-        let lit = |&i: &usize| seen.points[i].k.alpha > 0.0 && ambient(i) != Rgb::ZERO;
+        let ambient = |i: usize| seen.k(i).k_a * frame.ambient_at(seen.n(i));
+        let lit = |&i: &usize| seen.k(i).alpha > 0.0 && ambient(i) != Rgb::ZERO;
         let asked: Vec<usize> = (0..seen.points.len()).filter(lit).collect();
         let free = ambient_free(frame, occlusion, seen, &asked, draws, scratch);
         for (i, free) in asked.into_iter().zip(free) {
-            let (k, n) = (seen.points[i].k, seen.n(i));
+            let (k, n) = (seen.k(i), seen.n(i));
             seen.points[i].radiance = k.k_e + k.k_a * frame.ambient_at(n) * free;
         }
     }
@@ -190,8 +203,8 @@ impl Phong {
                 scratch.free.resize(reached.len(), Rgb::ONE);
             }
             for (light, &free) in reached.iter().zip(&scratch.free) {
+                let reflected = light.reflected(seen.k(light.point));
                 let point = &mut seen.points[light.point];
-                let reflected = light.reflected(&point.k);
                 point.radiance += free * reflected;
                 point.unshadowed += reflected;
             }

@@ -15,7 +15,8 @@ pub(super) struct Point {
     pub facet: u32,
     /// True on a ground of which only shadows are seen.
     pub catches: bool,
-    pub k: Coefficients,
+    /// What it looks like ([`Seen::looks`](super::seen::Seen::looks)).
+    pub look: u32,
     /// L, as far as it is summed up.
     pub radiance: Rgb,
     /// The same, were nothing in the way of any light.
@@ -25,18 +26,18 @@ pub(super) struct Point {
 impl Point {
     /// On triangle `id`, the batch's `facet`th, with the light that needs no light in particular.
     #[inline(always)]
-    pub fn on(sample: usize, (id, facet): (HitId, usize), k: Coefficients, radiance: Rgb) -> Point {
-        Point { sample, id, facet: facet as u32, catches: false, k, radiance, unshadowed: radiance }
+    pub fn on(sample: usize, (id, facet): (HitId, usize), look: u32, radiance: Rgb) -> Point {
+        Point { sample, id, facet: facet as u32, catches: false, look, radiance, unshadowed: radiance }
     }
 
     /// On the ground, which `catches` shadows alone or is seen itself.
-    pub fn of_ground(sample: usize, k: Coefficients, radiance: Rgb, catches: bool) -> Point {
-        Point { catches, ..Point::on(sample, (HitId::NONE, u32::MAX as usize), k, radiance) }
+    pub fn of_ground(sample: usize, look: u32, radiance: Rgb, catches: bool) -> Point {
+        Point { catches, ..Point::on(sample, (HitId::NONE, u32::MAX as usize), look, radiance) }
     }
 
-    /// What the eye receives from here, by alpha, and what passes of all that is behind.
-    pub fn layer(&self) -> (Rgb, Rgb) {
-        let Coefficients { alpha, through, .. } = self.k;
+    /// What the eye receives from here, by alpha, and what passes of all that is behind; `k` is its look.
+    #[inline(always)]
+    pub fn layer(&self, &Coefficients { alpha, through, .. }: &Coefficients) -> (Rgb, Rgb) {
         if self.catches {
             return (Rgb::ZERO, Rgb::ONE - (Rgb::ONE - self.light_share()) * alpha);
         }

@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 
 use super::coefficients::{Coefficients, lobe};
 use super::columns::{Columns, Group, LANES, narrow, vector};
+use super::facet::grazes;
 use super::seen::Seen;
-use super::surface::grazes;
 use crate::accel::{Accel, Columnwise};
 use crate::geometry::{HitId, Rgb};
 use crate::scene::{Incident, PosedLight, Way};
@@ -36,6 +36,8 @@ pub(super) struct Reached {
     pub cos: f32,
     /// n·h^p; 0 where no highlights were asked for.
     pub lobe: f32,
+    /// What k_s is multiplied by.
+    pub gloss: f32,
     /// Where a shadow ray starts, and the triangle that cannot be in its way; `None` where the light
     /// grazes the surface, and it takes a closer look ([`Seen::start`]).
     pub start: Option<(Vec3, HitId)>,
@@ -44,7 +46,7 @@ pub(super) struct Reached {
 impl Reached {
     /// k_d (I/r²) max(0, n·l) + k_s (I/r²) max(0, n·h)^p.
     pub fn reflected(&self, k: &Coefficients) -> Rgb {
-        self.incident.arriving * (k.k_d * self.cos + k.k_s * self.lobe)
+        self.incident.arriving * (k.k_d * self.cos + k.k_s * self.gloss * self.lobe)
     }
 }
 
@@ -139,6 +141,7 @@ impl Columnwise for Reach<'_> {
                         incident: Incident { l: vector(&to.l, i), arriving },
                         cos: to.cos[i],
                         lobe: to.lobe[i],
+                        gloss: group.gloss[i],
                         start: (!grazes(to.cos_g[i])).then_some((clear, seen.points[point].id)),
                     });
                 }

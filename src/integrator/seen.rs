@@ -2,21 +2,21 @@
 
 use glam::{DVec3, Vec3};
 
+use super::coefficients::{Coefficients, add_look};
 use super::columns::{Columns, Met, Rays, TOGETHER, vector};
-use super::facet::Facet;
+use super::facet::{Facet, grazes};
 use super::footprint::Spread;
 use super::point::Point;
-use super::surface::grazes;
 use super::triangles::ByTriangle;
 use super::{Frame, Sample, Scratch};
 use crate::geometry::{HitId, Ray, offset_point};
-use crate::scene::PosedScene;
 
 /// Memory that is used again from batch to batch.
 #[derive(Default)]
 pub(crate) struct Kept {
     columns: Columns,
     points: Vec<Point>,
+    looks: Vec<Coefficients>,
     samples: Vec<usize>,
     by_triangle: ByTriangle,
 }
@@ -24,6 +24,8 @@ pub(crate) struct Kept {
 /// The points of a batch: what is known of each, and of the triangles that they are on.
 pub(super) struct Seen<'s> {
     pub points: Vec<Point>,
+    /// What they look like, which many share: all but what the normals that a sample sees make of highlights.
+    pub looks: Vec<Coefficients>,
     /// As many, once all points are made.
     pub columns: Columns,
     /// By the points on them, which follow each other: up to which.
@@ -36,17 +38,30 @@ pub(super) struct Seen<'s> {
 impl<'s> Seen<'s> {
     /// No points; `kept` lends its memory.
     pub fn nothing(kept: &mut Kept) -> Seen<'s> {
-        let Kept { mut columns, mut points, mut samples, by_triangle } = std::mem::take(kept);
+        let Kept { mut columns, mut points, mut looks, mut samples, by_triangle } = std::mem::take(kept);
         columns.clear();
         points.clear();
+        looks.clear();
         samples.clear();
-        Seen { points, columns, facets: Vec::new(), samples, by_triangle }
+        Seen { points, looks, columns, facets: Vec::new(), samples, by_triangle }
     }
 
     /// Gives the memory back.
     pub fn give_back(self, kept: &mut Kept) {
-        let Seen { points, columns, facets: _, samples, by_triangle } = self;
-        *kept = Kept { columns, points, samples, by_triangle };
+        let Seen { points, looks, columns, facets: _, samples, by_triangle } = self;
+        *kept = Kept { columns, points, looks, samples, by_triangle };
+    }
+
+    /// Adds a look for points to have.
+    #[inline(always)]
+    pub fn add_look(&mut self, k: Coefficients) -> u32 {
+        add_look(&mut self.looks, k)
+    }
+
+    /// What point `i` looks like.
+    #[inline(always)]
+    pub fn k(&self, i: usize) -> &Coefficients {
+        &self.looks[self.points[i].look as usize]
     }
 
     /// Adds a point of the ground, where a ray along `d` meets it. It is at its height exactly.
@@ -62,7 +77,7 @@ impl<'s> Seen<'s> {
         };
         let (group, at) = self.columns.more(1);
         group.put_one(at, d, &met);
-        group.put_material(at, n, point.k.shininess);
+        group.put_material(at, n, (1.0, 1.0));
         self.samples.push(point.sample);
         self.points.push(point);
     }
@@ -113,7 +128,7 @@ impl<'s> Seen<'s> {
     }
 
     /// Where a shadow ray from point `i` towards `l` starts, and the triangle that cannot be in its way.
-    pub fn start(&self, posed: &PosedScene, i: usize, l: DVec3) -> (Vec3, HitId) {
+    pub fn start(&self, i: usize, l: DVec3) -> (Vec3, HitId) {
         let met = self.columns.met(i);
         let cos_g = met.n_g.dot(l);
         match self.facet(i) {
@@ -121,7 +136,7 @@ impl<'s> Seen<'s> {
                 // A light that the smooth surface sees and the triangle does not is seen past the
                 // triangle's edge, or not at all.
                 let source = if cos_g > 0.0 { facet.id } else { HitId::NONE };
-                (facet.surface(&met).shadow_origin(posed, l), source)
+                (facet.shadow_origin((met.p, met.b), (met.n_g, met.n_v), l), source)
             }
             _ => (met.clear, self.points[i].id),
         }

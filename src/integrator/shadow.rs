@@ -31,7 +31,7 @@ pub(super) fn find_free(
         PosedKind::Point { position } | PosedKind::Spot { position, .. } => Shared::Origin(position),
     };
     let grazing = reached.iter_mut().filter(|to| to.start.is_none());
-    grazing.for_each(|to| to.start = Some(seen.start(frame.posed, to.point, to.incident.l)));
+    grazing.for_each(|to| to.start = Some(seen.start(to.point, to.incident.l)));
     let start = |to: &Reached| to.start.unwrap_or((Vec3::ZERO, HitId::NONE));
     segments.from.extend(reached.iter().map(|to| start(to).0));
     segments.to.resize(reached.len(), light.position().unwrap_or_default());
@@ -75,7 +75,7 @@ fn find_free_from_disc(
             None => incident.l + off,
         };
         let l = towards.normalize_or(incident.l);
-        let (from, source) = seen.start(frame.posed, point, l);
+        let (from, source) = seen.start(point, l);
         let to = match light.position() {
             Some(_) => (p + towards).as_vec3(),
             None => (from.as_dvec3() + l * frame.beyond(from)).as_vec3(),

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3, Vec4};
 
 use super::facet::Facet;
 use super::on_mesh::OnMesh;
-use crate::geometry::{HitId, Ray, offset_point};
+use crate::geometry::{HitId, Ray};
 use crate::scene::PosedScene;
 
 /// A point on a surface, seen from somewhere. Positions are relative to the scene's centre.
@@ -28,21 +28,6 @@ pub struct Surface<'s> {
     pub(super) on: OnMesh<'s>,
 }
 
-/// How far towards the smooth surface rays start that leave at an angle of this cosine to the triangle's
-/// normal: 0…1.
-fn lifted(cos: f64) -> f64 {
-    /// Cosine from which on light does not graze; Cycles' default.
-    const GRAZING: f64 = 0.1;
-    (1.0 - cos / GRAZING).clamp(0.0, 1.0)
-}
-
-/// Whether light grazes a triangle whose normal's cosine to its direction is `cos`. If not, rays towards
-/// it start at [`Surface::clear`].
-#[inline(always)]
-pub(super) fn grazes(cos: f64) -> bool {
-    lifted(cos) > 0.0
-}
-
 impl<'s> Surface<'s> {
     /// The point where `ray` meets triangle `id`, which it is known to hit. Its textures are looked
     /// up at their finest.
@@ -55,36 +40,7 @@ impl<'s> Surface<'s> {
     /// the smooth surface would not have. Steeper light starts at the triangle: coarse surfaces
     /// would lose the shadows of what stands on them.
     pub fn shadow_origin(&self, posed: &PosedScene, l: DVec3) -> Vec3 {
-        let lifted = lifted(self.n_g.dot(l));
-        if lifted > 0.0 { self.above(self.p + (self.lift(posed) * lifted).as_vec3()) } else { self.clear() }
-    }
-
-    /// `p`, moved off the triangle by its error to `n_g`'s side.
-    pub fn clear(&self) -> Vec3 {
-        self.above(self.p)
-    }
-
-    fn above(&self, p: Vec3) -> Vec3 {
-        let n_g = self.n_g.as_vec3();
-        offset_point(p, self.p_error, n_g, n_g)
-    }
-
-    /// From `p` to the surface that bulges from the corners along their normals: `p` is raised to
-    /// each corner's tangent plane where it lies below, weighted as the corners are (Hanika, Hacking
-    /// the Shadow Terminator, Ray Tracing Gems II, chapter 4).
-    fn lift(&self, posed: &PosedScene) -> DVec3 {
-        let normals = posed.normals(self.id.instance);
-        if normals.is_empty() {
-            return DVec3::ZERO;
-        }
-        let transform = &posed.instances[self.id.instance as usize].transform;
-        let n = self.on.corners.map(|c| transform.normal(normals[c as usize]).normalize_or_zero());
-        let b = self.on.b.map(f64::from);
-        let mean = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
-        let side = if mean.dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
-        let corners = posed.world_triangle(self.id).map(|v| v.as_dvec3());
-        let above = |i: usize| (self.p.as_dvec3() - corners[i]).dot(n[i] * side);
-        (0..3).map(|i| n[i] * side * ((-above(i)).max(0.0) * b[i])).sum()
+        Facet::new(posed, self.id).shadow_origin((self.p, self.on.b), (self.n_g, self.n_v), l)
     }
 
     /// The shading normal: `n_v`, moved by the material's normal map where there is one and the
