@@ -1,11 +1,11 @@
 //! Vertex colours as programs write them behind a vertex.
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::error::Warnings;
 use super::block::COLORLESS;
-use crate::scene::srgb_to_linear;
+use crate::scene::{Mesh, srgb_to_linear};
 
 /// What no sRGB number is: 10 would be two hundred times as bright as white.
 const BRIGHT: f32 = 10.0;
@@ -39,6 +39,21 @@ pub(super) fn to_linear(colors: &mut [Vec4], warnings: &mut Warnings) {
     if wrong > 0 {
         warnings.add("", format!("{wrong} vertex colours are no numbers that can be shown: taken as white"));
     }
+}
+
+/// True where a vertex has a colour, as written, that is not 0 0 0.
+pub(super) fn painted(colors: &[Vec4]) -> bool {
+    colors.iter().any(|c| c.is_finite() && c.truncate() != Vec3::ZERO)
+}
+
+/// Takes the colours from a mesh that is black all over: then true. In a file that is [`painted`], assimp writes
+/// 0 0 0 behind the vertices of the meshes that have none.
+pub(super) fn take_black(mesh: &mut Mesh) -> bool {
+    let black = !mesh.colors.is_empty() && mesh.colors.iter().all(|c| c.truncate() == Vec3::ZERO);
+    if black {
+        mesh.colors = Vec::new();
+    }
+    black
 }
 
 #[cfg(test)]

@@ -119,6 +119,23 @@ fn blenders_vertex_colours_are_srgb_and_no_part_of_its_materials() {
     assert!(scene.meshes[1].colors[0].x > 0.49);
 }
 
+/// assimp writes colours behind all vertices of a file as soon as one mesh has some.
+#[test]
+fn meshes_that_are_black_beside_painted_ones_have_no_colours() {
+    let vertices = |color: &str| format!("v 0 0 0 {color}\nv 1 0 0 {color}\nv 0 1 0 {color}\n");
+    let faces = "g a\nf 1 2 3\ng b\nf 4 5 6\ng c\nf 3 4 6\n";
+    let (scene, warnings) = read(vertices("1 .5 0") + &vertices("0 0 0") + faces, &[]).unwrap();
+    let has: Vec<bool> = scene.meshes.iter().map(|m| !m.colors.is_empty()).collect();
+    assert_eq!(has, [true, false, true]);
+    let said = "1 meshes whose vertex colours are all 0 0 0, beside others with colours: shown without them";
+    assert_eq!(warnings, [said]);
+    // Where all is black that has a colour, it is meant.
+    for others in ["0 0 0", ""] {
+        let (scene, warnings) = read(vertices(others) + &vertices("0 0 0") + faces, &[]).unwrap();
+        assert!(scene.meshes[1].colors[0].x == 0.0 && warnings.is_empty(), "{warnings:?}");
+    }
+}
+
 #[test]
 fn blenders_specular_level_is_its_ks() {
     let of = |mtl: &str| match with_mtl(&format!("# Blender 5.0.1 MTL File\nnewmtl m\nNs 250\n{mtl}"))

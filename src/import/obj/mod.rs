@@ -143,6 +143,7 @@ fn scene(
     if parsed.segments.is_empty() {
         return Err(nothing_to_draw(&parsed, warnings));
     }
+    let painted = colors::painted(&parsed.colors);
     colors::to_linear(&mut parsed.colors, &mut warnings);
     let libraries =
         Libraries::read(&parsed.libraries, &parsed.materials, folder, &options.limits, &mut warnings);
@@ -163,6 +164,7 @@ fn scene(
     }
     // Materials in the order in which faces use them; `None` is the default material.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
+    let mut black = 0;
     for (i, (key, mut mesh)) in meshes.into_iter().enumerate() {
         let mtl = key.material.and_then(|m| used[m as usize]);
         let slot = key.material.filter(|_| mtl.is_some());
@@ -178,6 +180,7 @@ fn scene(
             mesh.colors = Vec::new();
             warnings.add("", "vertex colours beside a material of Blender's are not part of it: left out");
         }
+        black += u64::from(painted && colors::take_black(&mut mesh));
         if let Some(map) = scene.materials[mesh.material as usize].normal {
             // A normal map turns the normals of flat faces too.
             super::tangents::generate(&mut mesh, &map.texture, &scene.source);
@@ -185,6 +188,11 @@ fn scene(
         let (mesh_id, object) = (i as u32, key.object + 1);
         scene.instances.push(Instance { node: 0, mesh: mesh_id, object, ..Instance::default() });
         scene.meshes.push(mesh);
+    }
+    if black > 0 {
+        let what =
+            "meshes whose vertex colours are all 0 0 0, beside others with colours: shown without them";
+        warnings.add("", format!("{black} {what}"));
     }
     (scene.images, scene.textures) = (images.images, images.textures);
     Ok((scene, warnings.into_vec()))
