@@ -15,6 +15,8 @@ pub(super) struct Mtl {
     pub by_blender: bool,
     /// By Blender's older exporter (2.93's), which did not write its version into MTLs.
     pub by_old_blender: bool,
+    /// By the Visualization Toolkit, PyVista's too, which writes opacity into Tr.
+    pub by_vtk: bool,
     pub ka: Option<Rgb>,
     pub kd: Option<Rgb>,
     pub ks: Option<Rgb>,
@@ -44,6 +46,7 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
     let head = text.trim_start_matches('\u{feff}').trim_start();
     let by_blender = head.starts_with("# Blender");
     let by_old_blender = head.starts_with("# Blender MTL File");
+    let by_vtk = head.starts_with("# wavefront mtl file written by the visualization toolkit");
     let mut all: Vec<Mtl> = Vec::new();
     for line in lines(text) {
         let (keyword, rest) = split_keyword(&line.text);
@@ -53,6 +56,7 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
                 folder: folder.to_string(),
                 by_blender,
                 by_old_blender,
+                by_vtk,
                 ..Default::default()
             });
             continue;
@@ -114,7 +118,7 @@ impl Mtl {
             key @ ("d" | "tr") => {
                 let value = number(rest.trim_start_matches("-halo").trim()).filter(|v| v.is_finite());
                 let value = value.map_or_else(scalar, Ok)?;
-                let value = if key == "d" { value } else { 1.0 - value };
+                let value = if key == "d" || self.by_vtk { value } else { 1.0 - value };
                 let before = self.d.replace(value);
                 // 3ds Max writes both, with four decimals.
                 if before.is_some_and(|before| (before - value).abs() > 1e-3) {
@@ -294,6 +298,17 @@ mod tests {
             let (_, warnings) = one(&format!("newmtl a\n{text}"));
             assert_eq!(warnings.len(), 1, "{text}: {warnings:?}");
         }
+    }
+
+    /// There Tr 1 is opaque.
+    #[test]
+    fn tr_of_the_visualization_toolkit_is_opacity() {
+        let vtk = "# wavefront mtl file written by the visualization toolkit\r\n\n";
+        for (tr, d) in [("Tr 1", 1.0), ("Tr 0.9", 0.9), ("d 0.5\nTr 0.5", 0.5)] {
+            let (m, warnings) = one(&format!("{vtk}newmtl a\n{tr}\n"));
+            assert!(m.d == Some(d) && warnings.is_empty(), "{tr}: {:?} {warnings:?}", m.d);
+        }
+        assert_eq!(one("# another\nnewmtl a\nTr 0.75\n").0.d, Some(0.25));
     }
 
     #[test]
