@@ -336,12 +336,28 @@ fn a_scene_without_anything_to_draw_is_told_of() {
 #[test]
 fn info_tells_of_triangles_that_cannot_be_seen() {
     let dir = tempfile::tempdir().unwrap();
-    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 3 4\n";
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n";
     fs::write(dir.path().join("a.obj"), text).unwrap();
     let output = blinn(dir.path(), &["info", "a.obj", "--json"]);
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(json["warnings"], serde_json::json!(["triangles left out: 1 without area"]));
-    fails(dir.path(), &["info", "a.obj", "--strict"], 1, "1 without area");
+    let said = "triangles left out: 1 with vertices that are not finite numbers";
+    assert_eq!(json["warnings"], serde_json::json!([said]));
+    fails(dir.path(), &["info", "a.obj", "--strict"], 1, said);
+    fails(dir.path(), &["render", "a.obj", "--size", "8x8", "--strict"], 1, said);
+}
+
+/// Poles of spheres, and nearly every file of a CAD program: no picture lacks them.
+#[test]
+fn triangles_without_area_are_counted_and_no_warning() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 3 4\n";
+    fs::write(dir.path().join("a.obj"), text).unwrap();
+    let output = blinn(dir.path(), &["info", "a.obj", "--json", "--strict"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&json["warnings"], &json["triangles_without_area"]), (&serde_json::json!([]), &1.into()));
+    let output = blinn(dir.path(), &["render", "a.obj", "--size", "8x8", "--strict", "--perf"]);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && told.contains("  1 triangles without area"), "{told}");
 }
 
 #[test]

@@ -23,13 +23,14 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
             let posed =
                 pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
             let warnings = warnings.iter().map(ToString::to_string);
-            let warnings: Vec<String> = warnings.chain(left_out(&CleanReport::of(&posed))).collect();
+            let cleaned = CleanReport::of(&posed);
+            let warnings: Vec<String> = warnings.chain(left_out(&cleaned)).collect();
             if args.common.strict
                 && let Some(warning) = warnings.first()
             {
                 anyhow::bail!("{warning} (an error because of --strict)");
             }
-            let mut facts = describe(&posed, &warnings);
+            let mut facts = describe(&posed, &cleaned, &warnings);
             facts.insert("file".into(), json!(path.to_string_lossy()));
             Ok(facts)
         });
@@ -58,7 +59,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
 
 type Facts = serde_json::Map<String, Value>;
 
-fn describe(posed: &PosedScene, warnings: &[String]) -> Facts {
+fn describe(posed: &PosedScene, cleaned: &CleanReport, warnings: &[String]) -> Facts {
     let scene = posed.scene;
     let bounds = posed.bounds();
     let corner = |v: glam::DVec3| if bounds.is_empty() { Value::Null } else { json!(v.to_array()) };
@@ -75,6 +76,7 @@ fn describe(posed: &PosedScene, warnings: &[String]) -> Facts {
         "instances": scene.instances.len(),
         "triangles": scene.drawn_triangles(),
         "triangles_stored": stored,
+        "triangles_without_area": cleaned.zero_area,
         "bounds": {"min": corner(bounds.min), "max": corner(bounds.max)},
         "materials": scene.materials.iter().map(|m| json!({
             "name": m.name,

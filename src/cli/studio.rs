@@ -120,7 +120,7 @@ impl<'a> Studio<'a> {
                 let start = Instant::now();
                 let cleaned = accel.update(&moment.posed);
                 moment.accel = Some(accel);
-                self.teller.stage("update", start, "");
+                self.teller.stage("update", start, &without_area(&cleaned));
                 self.tell(&cleaned)?;
             }
             None => self.build(&mut moment)?,
@@ -136,7 +136,7 @@ impl<'a> Studio<'a> {
         let start = Instant::now();
         let (accel, cleaned) = Accel::build(&moment.posed, &self.build);
         moment.accel = Some(accel);
-        self.teller.stage("build", start, "");
+        self.teller.stage("build", start, &without_area(&cleaned));
         self.tell(&cleaned)
     }
 
@@ -240,12 +240,14 @@ fn check_crop(settings: &RenderSettings) -> Result<()> {
 
 /// What pictures lack of a scene, in words.
 pub(super) fn left_out(report: &CleanReport) -> Option<String> {
-    let mut parts = Vec::new();
-    if report.non_finite > 0 {
-        parts.push(format!("{} with vertices that are not finite numbers", report.non_finite));
+    let count = report.non_finite;
+    (count > 0).then(|| format!("triangles left out: {count} with vertices that are not finite numbers"))
+}
+
+/// Triangles of which pictures lack nothing, in words: they cover no point, and nearly every program writes some.
+fn without_area(report: &CleanReport) -> String {
+    match report.zero_area {
+        0 => String::new(),
+        count => format!("{count} triangles without area"),
     }
-    if report.zero_area > 0 {
-        parts.push(format!("{} without area", report.zero_area));
-    }
-    (!parts.is_empty()).then(|| format!("triangles left out: {}", parts.join(", ")))
 }
