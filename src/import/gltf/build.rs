@@ -13,7 +13,7 @@ use super::geometry::{self, PrimitiveId};
 use super::graph::{self, Placed};
 use super::instancing::Drawn;
 use super::texture::Textures;
-use super::{blender, instancing, light, material, topology, variants};
+use super::{blender, extensions, instancing, light, material, topology, variants};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::{LoadOptions, Up};
 use crate::scene::{Format, Instance, Local, Material, Mesh, Node, Scene, Source, rotation};
@@ -35,8 +35,9 @@ pub(super) fn scene(
     let by_blender = source.is_blender();
     let ((meshes, mesh_warnings), surfaces) =
         rayon::join(|| read_meshes(doc, &wanted), || Surfaces::read(doc, &wanted, variant, by_blender));
-    warnings.extend(mesh_warnings);
     let (surfaces, surface_warnings) = surfaces?;
+    extensions::warn(&doc.json, |material| surfaces.of_file.contains_key(&material), warnings);
+    warnings.extend(mesh_warnings);
     warnings.extend(surface_warnings);
 
     let mut scene = Scene { source, ..Scene::default() };

@@ -42,7 +42,7 @@ pub(super) struct View<'d> {
 }
 
 impl<'a> Document<'a> {
-    /// Repairs and types the JSON, judges the extensions and reads the buffers.
+    /// Repairs and types the JSON, refuses what is required and not read, and reads the buffers.
     pub fn open(
         container: &Container<'a>,
         folder: &'a Folder,
@@ -53,7 +53,7 @@ impl<'a> Document<'a> {
         budget.charge((container.json.len() + container.bin.map_or(0, <[u8]>::len)) as u64)?;
         budget.json(container.json)?;
         let json = repair::parse(container.json, warnings)?;
-        extensions::judge(&json, warnings)?;
+        extensions::refuse(&json.root)?;
         let limits = &options.limits;
         let (mut files, mut buffers) = (Vec::new(), Vec::with_capacity(json.root.buffers.len()));
         let mut known: HashMap<&str, usize> = HashMap::new();

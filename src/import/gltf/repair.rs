@@ -1,6 +1,6 @@
 //! JSON text to a value tree, with the slips that exporters make put right.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 use ::gltf::json::Root;
 use serde_json::{Map, Value, json};
@@ -22,8 +22,8 @@ pub(super) struct Json {
     /// KHR_animation_pointer's JSON pointers by animation and channel, but for those that drive a
     /// node as core channels do.
     pub pointers: HashMap<(usize, usize), String>,
-    /// Names of the extensions that are met in it, listed or not.
-    pub extensions: BTreeSet<String>,
+    /// The extensions that are met in it, listed or not.
+    pub extensions: extensions::Met,
 }
 
 /// Reads, repairs and types the JSON.
@@ -55,7 +55,7 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
     absent::mend_labels(&mut value, warnings);
     references::check(&value)?;
     let pointers = pointers(&mut value);
-    let extensions = extensions::met(&value);
+    let extensions = extensions::met(&value, &pointers);
     fill(&mut value, warnings);
     values::mend(&mut value, warnings);
     let root = serde_path_to_error::deserialize(value).map_err(|e| {
