@@ -282,7 +282,7 @@ impl<'d> Attributes<'_, 'd> {
             return Ok(Vec::new());
         };
         let place = format!("{}.attributes.COLOR_0", self.place);
-        Ok(color::read(&accessor, self.pick, &place, warnings))
+        Ok(color::read(accessor, self.pick, &place, warnings))
     }
 
     fn influences(&self, warnings: &mut Warnings) -> Result<Influences, LoadError> {

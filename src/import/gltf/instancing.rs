@@ -66,7 +66,7 @@ pub(super) fn copies(
     let translation = translation.map(|a| a.floats::<3, Vec3>(pick));
     let rotation = rotation.map(|a| a.floats::<4, [f32; 4]>(pick));
     let scale = scale.map(|a| a.floats::<3, Vec3>(pick));
-    let color = color.map(|a| color::read(&a, pick, &place("_COLOR_0"), warnings));
+    let color = color.map(|a| color::read(a, pick, &place("_COLOR_0"), warnings));
     let copy = |i: usize| {
         let vec = |list: &Option<Vec<Vec3>>, or| list.as_ref().map_or(or, |l: &Vec<Vec3>| l[i]);
         let placement = Placement {

@@ -130,6 +130,21 @@ fn vertex_colours_of_every_kind() {
     }
 }
 
+/// Bytes as numbers would be light of 255.
+#[test]
+fn colours_in_integers_that_are_not_said_to_be_normalised_are() {
+    let mut fixture = Fixture::triangle();
+    let kinds = [(5121, vec![51; 9]), (5123, bytes_of(&[13107u16; 9])), (5121, vec![1; 9])];
+    for ((component, bytes), value) in kinds.into_iter().zip([0.2, 0.2, 1.0]) {
+        let colors = fixture.accessor(component, "VEC3", 3, &bytes);
+        fixture.primitive()["attributes"]["COLOR_0"] = json!(colors);
+        let (scene, warnings) = fixture.load();
+        assert_eq!(scene.meshes[0].colors, [Vec3::splat(value).extend(1.0); 3], "{component}");
+        let said = "meshes[0].primitives[0].attributes.COLOR_0: its integers are not said to be normalised, and were read as if they were";
+        assert_eq!(warnings, if value < 1.0 { vec![said] } else { vec![] }, "{component}");
+    }
+}
+
 #[test]
 fn joint_weights_sum_to_one() {
     let mut fixture = Fixture::triangle();
