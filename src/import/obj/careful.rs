@@ -78,6 +78,7 @@ impl Reader<'_> {
             "mtllib" => self.block.mark(Statement::Library(name())),
             // Points of curves and surfaces.
             "vp" => {}
+            idle if text::is_idle(idle) => {}
             text::POLYPAINT => self.paint(rest),
             other => {
                 let name = printable(other);

@@ -116,7 +116,16 @@ fn obj(random: &mut Random) -> String {
                 let _ = write!(text, "{word} {}{end}", random.pick(&["a", "b c", "", "ü"]));
             }
             _ => {
-                let line = random.pick(&["# note é", "", "l 1 2", "p 1", "   ", "mtllib gone.mtl"]);
+                let line = random.pick(&[
+                    "# note é",
+                    "",
+                    "l 1 2",
+                    "p 1",
+                    "   ",
+                    "mtllib gone.mtl",
+                    "lod 1",
+                    "usemap w",
+                ]);
                 let _ = write!(text, "{line}{end}");
             }
         }

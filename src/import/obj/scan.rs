@@ -244,6 +244,8 @@ impl<'t> Scanner<'t> {
                 self.block.lines_and_points += 1;
                 return Some(());
             }
+            "" => return Some(()),
+            idle if text::is_idle(idle) && !rest.contains('\\') => return Some(()),
             _ => return None,
         };
         self.block.mark(statement);

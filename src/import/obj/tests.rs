@@ -61,6 +61,16 @@ pub(super) const SQUARE: &str =
     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
 
 #[test]
+fn what_changes_no_picture_is_no_warning() {
+    // By the fast reader, and by the careful one, which knows vp.
+    for other in ["", "vp 1 2\n"] {
+        let idle = "usemap wood\nlod 2\nbevel on\nc_interp off\nshadow_obj a.obj\nmg 1 .5\n";
+        let scene = scene(&format!("{SQUARE}{other}{idle}f 1 2 3\n\u{1a}"));
+        assert_eq!(scene.meshes[0].triangles.len(), 1);
+    }
+}
+
+#[test]
 fn a_square_in_every_form_of_corner() {
     for (faces, uvs, normals) in [
         ("f 1 2 3 4", false, false),

@@ -157,8 +157,9 @@ fn comment(line: &str) -> Option<usize> {
     line.match_indices('#').map(|(at, _)| at).find(|&at| !odd(at))
 }
 
+/// Programs of DOS end a file with the character 1A.
 fn blank(c: char) -> bool {
-    c.is_whitespace() || c == '\0' || c == '\u{feff}'
+    c.is_whitespace() || matches!(c, '\0' | '\u{1a}' | '\u{feff}')
 }
 
 /// A line without what surrounds it.
@@ -172,6 +173,27 @@ pub(super) fn split_keyword(line: &str) -> (&str, &str) {
         Some((word, rest)) => (word, rest.trim()),
         None => (line, ""),
     }
+}
+
+/// Statements that say nothing of how faces look here: how edges and curves are drawn, which parts stand for others
+/// in the distance, in shadows and in mirrors, and textures by another way than a material's.
+const IDLE: [&str; 11] = [
+    "bevel",
+    "c_interp",
+    "ctech",
+    "d_interp",
+    "lod",
+    "maplib",
+    "mg",
+    "shadow_obj",
+    "stech",
+    "trace_obj",
+    "usemap",
+];
+
+/// True of a statement's keyword that changes no picture.
+pub(super) fn is_idle(keyword: &str) -> bool {
+    IDLE.contains(&keyword)
 }
 
 /// A number as forty years of programs wrote them: `1.5`, `.5`, `+3`, `1e-3`, Fortran's `1D-3`,
