@@ -16,6 +16,7 @@ mod limits;
 mod memory;
 mod names;
 mod obj;
+mod packed;
 mod sky;
 mod smooth;
 mod tangents;
@@ -82,6 +83,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     file.take(4096).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
     if let Some(what) = lfs::advice(&head) {
         return Err(LoadError::io(path, io::Error::new(io::ErrorKind::InvalidData, what)));
+    }
+    if let Some(what) = packed::advice(&head) {
+        return Err(LoadError::Unsupported(what.into()));
     }
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let folder = uri::Folder::of(path, options.allow_outside);

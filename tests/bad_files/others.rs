@@ -39,7 +39,7 @@ fn objs() -> Vec<Case> {
         ("a library without a name", "mtllib\nusemtl a\nf 1 2 3\n"),
         ("materials without a library", "usemtl a\nf 1 2 3\n"),
     ];
-    let alone: [(&str, &[u8]); 8] = [
+    let alone: [(&str, &[u8]); 10] = [
         ("an empty OBJ", b""),
         ("a comment alone", b"# nothing\n"),
         ("a vertex of two numbers", b"v 0 0\nf 1 1 1\n"),
@@ -47,6 +47,8 @@ fn objs() -> Vec<Case> {
         ("a normal of two numbers", b"v 0 0 0\nvn 0 1\nf 1//1 1//1 1//1\n"),
         ("a texture coordinate of nothing", b"v 0 0 0\nvt\n"),
         ("bytes of no text", b"\x00\x01\x02\xfe\xff\x80"),
+        ("compressed by gzip", b"\x1f\x8b\x08\0\0\0\0\0"),
+        ("an archive", b"PK\x03\x04\x14\0"),
         ("text that is no UTF-8", b"v 0 0 0\nv 1 0 0\nv 0 1 0\no caf\xe9\nf 1 2 3\n"),
     ];
     let all = with_vertices.into_iter().map(|(name, text)| (name, format!("{VERTICES}{text}").into_bytes()));
