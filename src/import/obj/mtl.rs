@@ -76,6 +76,14 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
             Err(Left::Negative) => {
                 warnings.add(here, format!("{}: what is below 0 counts as 0", printable(keyword)))
             }
+            Err(Left::Bytes) => {
+                let what = format!("{} reaches beyond 1: read as bytes from 0 to 255", printable(keyword));
+                warnings.add(place, what);
+            }
+            Err(Left::Bright(most)) => {
+                let keyword = printable(keyword);
+                warnings.add(here, format!("{keyword} reaches {most}, which is neither up to 1 nor a byte"));
+            }
             Err(Left::Unsupported(what)) => warnings.add(place, what),
             Err(Left::Options(which)) => {
                 let keyword = printable(keyword);
@@ -93,6 +101,10 @@ enum Left {
     TransparencyTwice,
     Unsupported(&'static str),
     Negative,
+    /// A colour of bytes.
+    Bytes,
+    /// A colour of this much.
+    Bright(f32),
     /// The map is used without these options.
     Options(String),
 }
@@ -105,9 +117,9 @@ impl Mtl {
             value.ok_or_else(|| Left::Bad(format!("'{}' is not a number", printable(word))))
         };
         match keyword.to_ascii_lowercase().as_str() {
-            "ka" => return set_color(&mut self.ka, rest),
-            "kd" => return set_color(&mut self.kd, rest),
-            "ks" => return set_color(&mut self.ks, rest),
+            "ka" => return set_share(&mut self.ka, rest),
+            "kd" => return set_share(&mut self.kd, rest),
+            "ks" => return set_share(&mut self.ks, rest),
             "ke" => return set_color(&mut self.ke, rest),
             "tf" => return set_color(&mut self.tf, rest),
             "ns" => self.ns = Some(scalar()?),
@@ -183,6 +195,24 @@ fn set_color(slot: &mut Option<Rgb>, rest: &str) -> Result<(), Left> {
     let color = color(rest)?;
     *slot = Some(color.max(Rgb::ZERO));
     if color.min_element() < 0.0 { Err(Left::Negative) } else { Ok(()) }
+}
+
+/// The most that a colour may be which says how much of the light is given back: brighter ones are another program's
+/// bytes, or wrong.
+const BRIGHT: f32 = 10.0;
+
+/// Reads a colour that says how much of the light is given back; whole numbers far beyond 1 are bytes.
+fn set_share(slot: &mut Option<Rgb>, rest: &str) -> Result<(), Left> {
+    set_color(slot, rest)?;
+    let Some(color) = slot else { return Ok(()) };
+    match color.max_element() {
+        most if most <= BRIGHT => Ok(()),
+        most if most <= 255.0 && color.fract() == Rgb::ZERO => {
+            *color /= 255.0;
+            Err(Left::Bytes)
+        }
+        most => Err(Left::Bright(most)),
+    }
 }
 
 /// Reads a texture of numbers into its place, even where some of its options do not count.
@@ -280,6 +310,23 @@ mod tests {
         let (m, warnings) = one("newmtl a\nKd -1 .5 -.25\nKs -0 0 0\n");
         assert_eq!((m.kd, m.ks), (Some(Rgb::new(0.0, 0.5, 0.0)), Some(Rgb::ZERO)));
         assert_eq!(warnings, ["a.mtl, line 2: Kd: what is below 0 counts as 0"]);
+    }
+
+    #[test]
+    fn colours_of_bytes_are_read_as_such() {
+        let (m, warnings) = one("newmtl a\nKd 255 51 0\nKs 255 255 255\nKe 20 0 0\nnewmtl b\nKd 0 255 1\n");
+        assert_eq!((m.kd, m.ks), (Some(Rgb::new(1.0, 0.2, 0.0)), Some(Rgb::ONE)));
+        assert_eq!(m.ke, Some(Rgb::new(20.0, 0.0, 0.0)));
+        let said = |key| format!("a.mtl: {key} reaches beyond 1: read as bytes from 0 to 255");
+        assert_eq!(warnings, [said("Kd"), said("Ks")]);
+        // What may be meant, and what can be neither.
+        let (m, warnings) = one("newmtl a\nKd 2 2 2\n");
+        assert!(m.kd == Some(Rgb::splat(2.0)) && warnings.is_empty(), "{warnings:?}");
+        for (kd, most) in [("300 0 0", "300"), ("20.5 0 0", "20.5")] {
+            let (_, warnings) = one(&format!("newmtl a\nKd {kd}\n"));
+            let said = format!("a.mtl, line 2: Kd reaches {most}, which is neither up to 1 nor a byte");
+            assert_eq!(warnings, [said]);
+        }
     }
 
     /// Blender's default cube, 3ds Max's d beside Tr, and ModelIO's list of everything.
