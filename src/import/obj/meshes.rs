@@ -30,9 +30,9 @@ impl MeshKey {
     }
 }
 
-/// Meshes in the order of their first faces, without their materials, and the count of triangles
-/// left out because two of their corners are one vertex.
-pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<(Vec<(MeshKey, Mesh)>, u64), LoadError> {
+/// Meshes in the order of their first faces, without their materials, and without triangles of which two
+/// corners are one vertex.
+pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<Vec<(MeshKey, Mesh)>, LoadError> {
     let mut of_key: HashMap<MeshKey, usize> = HashMap::new();
     let mut members: Vec<(MeshKey, Vec<usize>)> = Vec::new();
     for (i, segment) in parsed.segments.iter().enumerate() {
@@ -51,18 +51,17 @@ pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<(Vec<(MeshKe
         *n == Vec3::ZERO
     };
     let any_bad = parsed.normals.par_iter_mut().with_min_len(1 << 14).map(bad).reduce(|| false, |a, b| a | b);
-    let mut left_out = 0;
     let mut vertices = 0;
     let mut out = Vec::with_capacity(members.len());
     for (key, segments) in members {
         table.clear();
         let segments = segments.iter().map(|&i| &parsed.segments[i]);
-        let mesh = weld(&parsed, key, segments, any_bad, &mut table, &mut left_out);
+        let mesh = weld(&parsed, key, segments, any_bad, &mut table);
         vertices += mesh.positions.len() as u64;
         LoadError::check("vertices", vertices, limits.vertices)?;
         out.push((key, mesh));
     }
-    Ok((out, left_out))
+    Ok(out)
 }
 
 /// Of length one, or zero where there is no such vector.
@@ -85,15 +84,14 @@ fn weld<'p>(
     segments: impl Iterator<Item = &'p Segment> + Clone,
     any_bad: bool,
     table: &mut Table,
-    left_out: &mut u64,
 ) -> Mesh {
     let mut mesh = Mesh { name: parsed.objects[key.object as usize].clone(), ..Default::default() };
     mesh.triangles.reserve_exact(segments.clone().map(|s| s.range.len()).sum());
     let mut own_normals: Vec<(u32, Vec3)> = Vec::new();
     for t in segments.flat_map(|s| parsed.triangles_of(s)) {
         let [a, b, c] = t;
+        // Nothing is missing without it.
         if a.v == b.v || b.v == c.v || c.v == a.v {
-            *left_out += 1;
             continue;
         }
         mesh.triangles.push(t.map(|c| {

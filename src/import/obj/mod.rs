@@ -158,10 +158,7 @@ fn scene(
     };
     let local = Local::Matrix(to_world(options.up, origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
-    let (meshes, left_out) = meshes::meshes(parsed, &options.limits)?;
-    if left_out > 0 {
-        warnings.add("", format!("{left_out} triangles that use a vertex twice left out"));
-    }
+    let meshes = meshes::meshes(parsed, &options.limits)?;
     // Materials in the order in which faces use them; `None` is the default material.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
     let mut black = 0;
