@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -120,6 +121,47 @@ fn inputs_may_vanish_once_they_are_read() {
     let told = failed(&blinn(dir.path(), line));
     assert!(told.contains("inputs/textured.obj"), "{told}");
     assert_eq!(files(&dir.path().join("out")).len(), 12);
+}
+
+/// What is exported anew during the first frame, under whatever date, is not what the pictures are of.
+#[test]
+fn pictures_are_stamped_with_what_they_were_made_of() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let made = || {
+        fs::copy(model("textured/textured.obj"), at("a.obj")).unwrap();
+        for name in ["textured.mtl", "planks.png", "tin base.png"] {
+            fs::copy(model(&format!("textured/{name}")), at(name)).unwrap();
+        }
+    };
+    let long_ago = std::time::SystemTime::now() - Duration::from_secs(3600);
+    let replace = |name: &str, bytes: &[u8]| {
+        fs::write(at("passing"), bytes).unwrap();
+        fs::File::options().write(true).open(at("passing")).unwrap().set_modified(long_ago).unwrap();
+        fs::rename(at("passing"), at(name)).unwrap();
+    };
+    let scene = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec();
+    let planks = fs::read(model("textured/tin base.png")).unwrap();
+    for (name, bytes) in [("a.obj", &scene), ("planks.png", &planks)] {
+        made();
+        let line = "turntable a.obj --views 2 --size 160x90 -s 256 --resume --progress plain -o out/#.png";
+        let mut child = command(dir.path(), line).stderr(Stdio::piped()).spawn().unwrap();
+        let told = std::io::BufReader::new(child.stderr.take().unwrap());
+        let mut told = told.lines().map(Result::unwrap);
+        assert!(told.any(|line| line.contains('%')), "it ended");
+        assert!(!at("out/1.png").exists());
+        replace(name, bytes);
+        let rest: Vec<String> = told.collect();
+        assert!(child.wait().unwrap().success(), "{rest:?}");
+        let whole = files(&at("out"));
+        // The same settings as those of the pictures that are there.
+        assert!(blinn(dir.path(), &line.replace("--progress plain", "-q")).status.success());
+        let again = files(&at("out"));
+        assert!(again[Path::new("1.png")] != whole[Path::new("1.png")], "{name}");
+        assert!(blinn(dir.path(), &line.replace("out/", "new/").replace("--resume", "")).status.success());
+        assert!(again == files(&at("new")), "{name}: what is there is of one scene");
+        fs::remove_dir_all(at("out")).unwrap();
+    }
 }
 
 /// Half a file is what is left while another program writes it.

@@ -2,20 +2,17 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, percent_encode, utf8_percent_encode};
 use twox_hash::XxHash3_128;
 
 use crate::import::open_regular;
+use crate::scene::{Content, Hashing, Source};
 
 /// What stands between a stamp's words, and what XML minds, is encoded in names.
 const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'/');
-
-/// What a stamp says of a file that was not read.
-const UNREAD: &str = "-";
 
 /// What a stamp's key ends in where every warning was an error.
 const STRICT: &str = "+strict";
@@ -63,7 +60,7 @@ impl Key {
 /// What is in files, each read once.
 #[derive(Debug)]
 pub struct Contents {
-    known: HashMap<PathBuf, String>,
+    known: HashMap<PathBuf, Content>,
     /// Bytes of a file that is read, at most.
     limit: u64,
 }
@@ -74,23 +71,21 @@ impl Contents {
         Contents { known: HashMap::new(), limit }
     }
 
-    /// A hash of the file's bytes as text; `-` where it cannot be read.
-    fn of(&mut self, path: &Path) -> &str {
+    fn of(&mut self, path: &Path) -> Content {
         let limit = self.limit;
-        let hashed = || hash(path, limit).map_or(UNREAD.into(), |hash| format!("{hash:032x}"));
-        self.known.entry(path.to_path_buf()).or_insert_with(hashed)
+        let content = || content(path, limit).unwrap_or_default();
+        *self.known.entry(path.to_path_buf()).or_insert_with(content)
     }
 
-    /// The stamp of a picture of `scene`, which refers to files by their names relative to its folder:
-    /// the key, then each file with what is in it, `-` where it cannot be read. It knows no folder, so
-    /// that a stamp holds wherever a scene is moved with its files.
-    pub fn stamp(&mut self, key: Key, scene: &Path, referred: &[String]) -> String {
-        let mut stamp = format!("1 {} {}={}", key.word(), self.of(scene), own_name(scene));
-        for name in referred {
-            let content = self.of(&beside(scene, name));
-            let _ = write!(stamp, " {content}={}", utf8_percent_encode(name, ENCODED));
-        }
-        stamp
+    /// Takes what `scene` was made of for what is in its files. False where something else was found in
+    /// one of them before: it was replaced meanwhile.
+    pub fn agree(&mut self, scene: &Path, source: &Source) -> bool {
+        let others = source.files.iter().map(|file| (beside(scene, &file.name), file.content));
+        let all = std::iter::once((scene.to_path_buf(), source.content)).chain(others);
+        all.fold(true, |agreed, (path, content)| {
+            let before = self.known.insert(path, content);
+            agreed && before.is_none_or(|before| before == content)
+        })
     }
 
     /// Whether a picture with that stamp is what `key` would make of `scene` today.
@@ -102,26 +97,41 @@ impl Contents {
         let own = words.next().and_then(|word| word.split_once('='));
         // Of a scene that cannot be read nothing is known, so nothing is the same.
         own.is_some_and(|(content, name)| {
-            name == own_name(scene) && content != UNREAD && content == self.of(scene)
+            let today = self.of(scene);
+            name == own_name(scene) && today != Content::Unread && content == today.to_string()
         }) && words.all(|word| {
             word.split_once('=').is_some_and(|(content, name)| {
                 let name = percent_decode_str(name).decode_utf8_lossy();
-                content == self.of(&beside(scene, &name))
+                content == self.of(&beside(scene, &name)).to_string()
             })
         })
     }
 }
 
-/// A hash of the bytes of a regular file that has no more than `limit` of them.
-fn hash(path: &Path, limit: u64) -> Option<u128> {
-    let mut file = open_regular(path, limit).ok()?.take(limit);
-    let (mut hash, mut buffer) = (XxHash3_128::new(), vec![0; 1 << 18]);
+/// The stamp of a picture of a scene that was read from a file of that name: the key, then each file with
+/// what was in it, `-` where it could not be read. It knows no folder, so that a stamp holds wherever a scene
+/// is moved with its files. `None` where a file changed while it was read: nobody knows what the picture is of.
+pub fn stamp(key: Key, scene: &Path, source: &Source) -> Option<String> {
+    let mut contents = std::iter::once(source.content).chain(source.files.iter().map(|file| file.content));
+    if contents.any(|content| content == Content::Changing) {
+        return None;
+    }
+    let mut stamp = format!("1 {} {}={}", key.word(), source.content, own_name(scene));
+    for file in &source.files {
+        let _ = write!(stamp, " {}={}", file.content, utf8_percent_encode(&file.name, ENCODED));
+    }
+    Some(stamp)
+}
+
+/// What is in a regular file of no more than `limit` bytes.
+fn content(path: &Path, limit: u64) -> io::Result<Content> {
+    let mut file = Hashing::new(open_regular(path, limit)?.take(limit));
+    let mut buffer = vec![0; 1 << 18];
     loop {
         match file.read(&mut buffer) {
-            Ok(0) => return Some(hash.finish_128()),
-            Ok(n) => hash.write(&buffer[..n]),
-            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(_) => return None,
+            Ok(0) => return Ok(file.content()),
+            Err(e) if e.kind() != io::ErrorKind::Interrupted => return Err(e),
+            _ => {}
         }
     }
 }
@@ -136,23 +146,26 @@ fn beside(scene: &Path, name: &str) -> PathBuf {
     scene.parent().unwrap_or(Path::new("")).join(name)
 }
 
-/// True where one of the scene's files was written since `then`: what was read of it may not be
-/// what it holds now.
-pub fn written_since(then: SystemTime, scene: &Path, referred: &[String]) -> bool {
-    let now = SystemTime::now();
-    let own = std::iter::once(scene.to_path_buf());
-    own.chain(referred.iter().map(|name| beside(scene, name))).any(|path| {
-        let at = std::fs::metadata(path).and_then(|m| m.modified());
-        at.is_ok_and(|at| then <= at && at <= now)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::SourceFile;
 
     fn contents() -> Contents {
         Contents::within(1 << 20)
+    }
+
+    /// As an importer would have read them.
+    fn source(scene: &Path, referred: &[&str]) -> Source {
+        let mut contents = contents();
+        let mut file =
+            |name: &&str| SourceFile { name: name.to_string(), content: contents.of(&beside(scene, name)) };
+        let files = referred.iter().map(&mut file).collect();
+        Source { content: contents.of(scene), files, ..Source::default() }
+    }
+
+    fn stamped(key: Key, scene: &Path, referred: &[&str]) -> String {
+        stamp(key, scene, &source(scene, referred)).unwrap()
     }
 
     #[test]
@@ -161,9 +174,9 @@ mod tests {
         let at = |name: &str| dir.path().join(name);
         std::fs::write(at("a b.gltf"), "{}").unwrap();
         std::fs::write(at("x=\"1\".png"), "x").unwrap();
-        let referred = ["x=\"1\".png".to_string(), "missing.bin".to_string()];
+        let referred = ["x=\"1\".png", "missing.bin"];
         let (scene, key) = (at("a b.gltf"), Key::of(&("size", 3)));
-        let stamp = contents().stamp(key, &scene, &referred);
+        let stamp = stamped(key, &scene, &referred);
         assert!(stamp.is_ascii() && !stamp.contains(['"', '<', '&', '\n']), "{stamp}");
         let holds = |key: Key, scene: &Path| contents().still_hold(&stamp, key, scene);
         assert!(holds(key, &scene));
@@ -189,7 +202,7 @@ mod tests {
         for (made, asked, holds) in
             [(false, false, true), (false, true, false), (true, false, true), (true, true, true)]
         {
-            let stamp = contents().stamp(key.strict(made), &scene, &[]);
+            let stamp = stamped(key.strict(made), &scene, &[]);
             assert_eq!(contents().still_hold(&stamp, key.strict(asked), &scene), holds, "{stamp}");
         }
     }
@@ -203,8 +216,8 @@ mod tests {
         std::fs::create_dir(dir.path().join("folder")).unwrap();
         let huge = std::fs::File::create(dir.path().join("huge.mtl")).unwrap();
         huge.set_len(2 << 20).unwrap();
-        let (key, referred) = (Key::of(&1), ["folder".to_string(), "huge.mtl".to_string()]);
-        let stamp = contents().stamp(key, &scene, &referred);
+        let (key, referred) = (Key::of(&1), ["folder", "huge.mtl"]);
+        let stamp = stamped(key, &scene, &referred);
         assert!(stamp.ends_with(" -=folder -=huge.mtl"), "{stamp}");
         assert!(contents().still_hold(&stamp, key, &scene));
     }
@@ -214,8 +227,37 @@ mod tests {
     fn an_unreadable_scene_holds_no_stamp() {
         let dir = tempfile::tempdir().unwrap();
         let scene = dir.path().join("gone.gltf");
-        let stamp = contents().stamp(Key::of(&1), &scene, &[]);
+        let stamp = stamped(Key::of(&1), &scene, &[]);
         assert!(stamp.ends_with(" -=gone.gltf"), "{stamp}");
         assert!(!contents().still_hold(&stamp, Key::of(&1), &scene));
+    }
+
+    /// A stamp is of what was read, whatever the file holds by the time it is written.
+    #[test]
+    fn what_is_replaced_after_it_was_read_is_another() {
+        let dir = tempfile::tempdir().unwrap();
+        let scene = dir.path().join("a.gltf");
+        std::fs::write(&scene, "{}").unwrap();
+        let (key, read) = (Key::of(&1), source(&scene, &[]));
+        let mut before = contents();
+        assert!(before.agree(&scene, &read) && before.agree(&scene, &read));
+        std::fs::write(&scene, "{ }").unwrap();
+        let stamp = stamp(key, &scene, &read).unwrap();
+        assert!(!contents().still_hold(&stamp, key, &scene));
+        assert!(!before.agree(&scene, &source(&scene, &[])), "it was replaced");
+        assert!(!before.still_hold(&stamp, key, &scene), "and what was read last counts");
+    }
+
+    #[test]
+    fn what_changed_while_it_was_read_has_no_stamp() {
+        let changing = SourceFile { name: "a.png".into(), content: Content::Changing };
+        let own = Source { content: Content::of(b"{}"), ..Source::default() };
+        assert!(stamp(Key::of(&1), Path::new("a.gltf"), &own).is_some());
+        for source in [
+            Source { content: Content::Changing, ..own.clone() },
+            Source { files: vec![changing], ..own.clone() },
+        ] {
+            assert_eq!(stamp(Key::of(&1), Path::new("a.gltf"), &source), None);
+        }
     }
 }

@@ -7,7 +7,7 @@ mod names;
 mod pipeline;
 mod transforms;
 
-pub use fingerprint::{Contents, Key, written_since};
+pub use fingerprint::{Contents, Key, stamp};
 pub use frames::{Chunk, FrameList, MOST_FRAMES};
 pub use names::{Name, Template};
 pub use pipeline::overlap;

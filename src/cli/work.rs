@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result};
 
@@ -14,7 +14,7 @@ use super::progress::Teller;
 use super::reel::Reel;
 use super::report::Report;
 use super::studio::{Moment, Studio};
-use crate::batch::{Contents, overlap, written_since};
+use crate::batch::{Contents, overlap, stamp};
 use crate::import::{LoadOptions, load, open_scene_file};
 use crate::output::{Picture, check_free, check_writable, save, thumbnail};
 use crate::scene::{OverClip, Scene, clip_end};
@@ -35,7 +35,6 @@ pub(super) struct Work<'a> {
 
 impl Work<'_> {
     pub fn run(&mut self) -> Result<()> {
-        let begun = SystemTime::now();
         // Whatever is there already need not be read.
         let known = self.job.shots.known().map(|shots| self.missing(shots));
         if self.job.dry_run {
@@ -47,9 +46,11 @@ impl Work<'_> {
             return self.list(shots);
         }
         let scene = read(self.job, self.path, self.teller)?;
+        // What was there is of other files if these were replaced since it was looked at.
+        let agreed = self.contents.agree(self.path, &scene.source);
         let shots = match known {
-            Some(shots) => shots,
-            None => {
+            Some(shots) if agreed => shots,
+            _ => {
                 let end = clip_end(&scene, &self.job.look.animation(&scene)?)?;
                 self.missing(self.job.shots.of(end)?)
             }
@@ -60,9 +61,7 @@ impl Work<'_> {
         self.check_files(&scene, &shots)?;
         let mut over_clip = OverClip::default();
         if !shots.is_empty() {
-            // A picture of files that changed meanwhile is of neither what they were nor what they are.
-            let certain = !written_since(begun, self.path, &scene.source.files);
-            over_clip = self.make(&scene, &shots, certain)?;
+            over_clip = self.make(&scene, &shots)?;
         }
         // Pictures come first: where this file is, they are.
         if let Some(views) = &self.job.views {
@@ -75,7 +74,7 @@ impl Work<'_> {
     /// Refuses what could not be written in the end, or must not be, before anything is rendered.
     fn check_files(&mut self, scene: &Scene, shots: &[Shot]) -> Result<()> {
         let replace = self.job.outputs.replace;
-        let claims = Claims::of_scene(self.path, &scene.source.files);
+        let claims = Claims::of_scene(self.path, scene.source.names());
         if let Some(report) = &mut self.report {
             report.spare(&claims)?;
         }
@@ -93,7 +92,7 @@ impl Work<'_> {
 
     /// Makes the pictures: while one is rendered, the scene is posed and its trees are built for the
     /// next, and the one before is encoded and written. Gives what is known of the clip then.
-    fn make(&mut self, scene: &Scene, shots: &[Shot], certain: bool) -> Result<OverClip> {
+    fn make(&mut self, scene: &Scene, shots: &[Shot]) -> Result<OverClip> {
         let (path, reporter) = (self.path, self.teller.reporter);
         memory::check(self.job, scene, shots.len())?;
         reporter.frames(path, shots.len());
@@ -122,8 +121,8 @@ impl Work<'_> {
                 }
                 let (key, target) = (self.job.key(&shots[i]), self.target(&shots[i]));
                 // Standard output keeps nothing that could be asked for its stamp.
-                let stamped = certain && target != Target::Stdout;
-                let stamp = stamped.then(|| self.contents.stamp(key, path, &scene.source.files));
+                let kept = target != Target::Stdout;
+                let stamp = kept.then(|| stamp(key, path, &scene.source)).flatten();
                 self.write(&Picture { stamp, ..picture }, &target, took)
             },
         )?;

@@ -7,6 +7,7 @@
 mod camera_xml;
 mod error;
 mod flat;
+mod found;
 mod gltf;
 mod image;
 pub(crate) mod jpeg;
@@ -26,7 +27,7 @@ mod uri;
 use std::io::{self, Read};
 use std::path::Path;
 
-use crate::scene::Scene;
+use crate::scene::{Content, Scene};
 
 pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
@@ -90,7 +91,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let folder = uri::Folder::of(path, options.allow_outside);
     let (mut scene, mut warnings) = if looks_like_gltf(path, &head) {
-        gltf::load(&uri::read_scene_file(path, limit)?, &folder, options)?
+        let bytes = uri::read_scene_file(path, limit)?;
+        folder.found.scene(Content::of(&bytes));
+        gltf::load(&bytes, &folder, options)?
     } else {
         if let Some(wanted) = options.variant.as_deref().filter(|v| *v != "none") {
             return Err(gltf::missing_variant(wanted, &[]));
@@ -99,7 +102,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     };
     warnings.extend(unmapped::warnings(&scene));
     scene.name = name;
-    scene.source.files = folder.asked();
+    (scene.source.content, scene.source.files) = folder.found.all();
     // What a Blender user has seen of these files, Blender filtered.
     let by_blender = scene.source.is_blender();
     scene.textures.iter_mut().for_each(|t| t.decode_last = by_blender);

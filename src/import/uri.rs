@@ -1,6 +1,6 @@
 //! From a reference in a file to bytes, without leaving the scene's folder.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
@@ -9,7 +9,9 @@ use std::sync::Mutex;
 use percent_encoding::percent_decode_str;
 
 use super::error::LoadError;
+use super::found::Found;
 use super::names;
+use crate::scene::Content;
 
 /// The folder that a scene's references are relative to.
 #[derive(Debug)]
@@ -18,8 +20,8 @@ pub(crate) struct Folder {
     /// The scene's own name, without what says its format.
     scene: String,
     allow_outside: bool,
-    /// Names of files that were looked for, there or not.
-    asked: Mutex<BTreeSet<String>>,
+    /// What was in the files that were looked for, by names relative to this folder.
+    pub found: Found,
     /// What is in folders that names were looked for in, by what all that are alike have in common. Thousands of
     /// files may be missing, and thousands be there.
     listed: Mutex<HashMap<PathBuf, HashMap<String, Vec<String>>>>,
@@ -65,7 +67,7 @@ impl Folder {
         let parent = scene.parent().filter(|p| !p.as_os_str().is_empty());
         let path = parent.unwrap_or(Path::new(".")).to_path_buf();
         let scene = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Folder { path, scene, allow_outside, asked: Mutex::default(), listed: Mutex::default() }
+        Folder { path, scene, allow_outside, found: Found::default(), listed: Mutex::default() }
     }
 
     /// What a file is called that goes with the scene and is named as it is.
@@ -106,13 +108,18 @@ impl Folder {
 
     /// Reads a file by a relative path as files of any system write it.
     pub fn read_file(&self, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
-        let found = self.resolve(name);
-        if !matches!(found, Err(Unreadable::Refused(_))) {
-            let asked = self.relative(name);
-            self.asked.lock().unwrap_or_else(|e| e.into_inner()).insert(asked);
-        }
-        let path = found?;
-        match read_limited(&path, limit) {
+        let path = match self.resolve(name) {
+            Ok(path) => path,
+            Err(refused @ Unreadable::Refused(_)) => return Err(refused),
+            Err(e) => {
+                self.found.file(self.relative(name), Content::Unread);
+                return Err(e);
+            }
+        };
+        let read = read_limited(&path, limit);
+        let content = read.as_ref().map_or(Content::Unread, |bytes| Content::of(bytes));
+        self.found.file(self.relative(name), content);
+        match read.and_then(no_pointer) {
             Ok(bytes) => Ok(bytes),
             Err(e) => {
                 let text = format!("'{}' cannot be read: {e}", printable(name));
@@ -124,11 +131,6 @@ impl Folder {
                 }
             }
         }
-    }
-
-    /// The names of all files that were looked for, relative to this folder.
-    pub fn asked(self) -> Vec<String> {
-        self.asked.into_inner().unwrap_or_else(|e| e.into_inner()).into_iter().collect()
     }
 
     /// A name of a file that is there and differs from `name` alone in the case of letters and in what
@@ -228,7 +230,7 @@ pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadEr
     if metadata.is_file() {
         LoadError::check("file size in bytes", metadata.len(), limit)?;
     }
-    read_limited(path, limit).map_err(|e| LoadError::io(path, e))
+    read_limited(path, limit).and_then(no_pointer).map_err(|e| LoadError::io(path, e))
 }
 
 /// Opens the scene's own file, of which no more than `limit` bytes are read.
@@ -264,8 +266,12 @@ fn read_limited(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let file = open_regular(path, limit)?;
     let mut bytes = Vec::with_capacity(file.metadata()?.len().min(limit) as usize);
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
+}
+
+/// Refuses what stands for a file that lies elsewhere.
+fn no_pointer(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
     match super::lfs::advice(&bytes) {
-        _ if bytes.len() as u64 > limit => Err(too_large(limit)),
         Some(what) => Err(io::Error::new(io::ErrorKind::InvalidData, what)),
         None => Ok(bytes),
     }

@@ -10,6 +10,7 @@ mod bent_crowds;
 mod bytes;
 mod camera;
 mod clip;
+mod content;
 mod driven;
 mod extent;
 mod footprint;
@@ -38,6 +39,8 @@ pub use animation::{Animation, Channel, Interpolation, Keys, Target};
 pub use bend::Deformed;
 pub use camera::{Camera, Clip, Fit, Orbit, Projection, View, ViewError};
 pub use clip::{OverClip, clip_end};
+pub use content::Content;
+pub(crate) use content::Hashing;
 pub use driven::{CameraField, LightField, MaterialField, Slot};
 pub use footprint::Footprint;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
@@ -83,14 +86,29 @@ pub struct Source {
     pub extensions: Vec<String>,
     /// Scenes in the file, by name.
     pub scenes: Vec<String>,
-    /// Files that it refers to, by their names relative to its own folder, whether they are there
-    /// or not.
-    pub files: Vec<String>,
+    /// What was in the scene's own file.
+    pub content: Content,
+    /// Files that it refers to, whether they are there or not.
+    pub files: Vec<SourceFile>,
     /// Names of material variants.
     pub variants: Vec<String>,
 }
 
+/// A file that a scene refers to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourceFile {
+    /// Its name relative to the scene's own folder.
+    pub name: String,
+    /// What was in it.
+    pub content: Content,
+}
+
 impl Source {
+    /// The names of the files that it refers to.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().map(|file| file.name.as_str())
+    }
+
     /// True for files written by Blender's exporters.
     pub fn is_blender(&self) -> bool {
         self.generator.contains("Blender") || self.generator.contains("blender")

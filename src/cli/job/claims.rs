@@ -43,8 +43,8 @@ impl<'a> Claims<'a> {
     }
 
     /// Of a scene and the files that it refers to by these names.
-    pub fn of_scene(scene: &Path, referred: &[String]) -> Self {
-        let beside = referred.iter().map(|name| scene.with_file_name("").join(name));
+    pub fn of_scene<'n>(scene: &Path, referred: impl IntoIterator<Item = &'n str>) -> Self {
+        let beside = referred.into_iter().map(|name| scene.with_file_name("").join(name));
         Self::of_read(beside.chain([scene.to_path_buf()]))
     }
 
@@ -103,7 +103,7 @@ mod tests {
             std::fs::write(at(name), "").unwrap();
         }
         let (scene, other) = (at("a.glb"), at("b.glb"));
-        let mut claims = Claims::of_scene(&scene, &["sub/a.png".into(), "missing.png".into()]);
+        let mut claims = Claims::of_scene(&scene, ["sub/a.png", "missing.png"]);
         let mine = Writer::Scene(&scene);
         for name in ["a.glb", "sub/../a.glb", "sub/a.png"] {
             let said = claims.spare(&at(name), mine).unwrap_err();

@@ -86,12 +86,12 @@ pub(super) fn scene(
 fn source(doc: &Document<'_>) -> Source {
     let root = doc.root();
     Source {
-        files: Vec::new(),
         format: Format::Gltf,
         generator: root.asset.generator.clone().unwrap_or_default(),
         extensions: root.extensions_used.clone(),
         scenes: graph::scene_names(root),
         variants: variants::names(doc),
+        ..Source::default()
     }
 }
 

@@ -35,7 +35,7 @@ use super::error::{LoadError, Warning, Warnings};
 use super::memory::Budget;
 use super::uri::{Folder, printable};
 use super::{Limits, LoadOptions, Up};
-use crate::scene::{Format, Instance, Local, Node, Scene, Source};
+use crate::scene::{Content, Format, Hashing, Instance, Local, Node, Scene, Source};
 use libraries::Libraries;
 use mtl::Mtl;
 use parsed::Parsed;
@@ -50,11 +50,11 @@ pub(super) fn load(
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limits = &options.limits;
     let budget = Budget::of(limits.memory_bytes);
-    let mut read = read_text(path, limits, &budget, None)?;
+    let mut read = read_text(path, folder, limits, &budget, None)?;
     if let Some(middle) = far::middle(&read.parsed) {
         // Only what is kept is in memory: the first reading goes before the second comes.
         drop(read);
-        read = read_text(path, limits, &Budget::of(limits.memory_bytes), Some(middle))?;
+        read = read_text(path, folder, limits, &Budget::of(limits.memory_bytes), Some(middle))?;
     }
     scene(read, folder, options, &budget)
 }
@@ -71,6 +71,7 @@ struct Read {
 /// Reads the text of a file, quickly where it can.
 fn read_text(
     path: &Path,
+    folder: &Folder,
     limits: &Limits,
     budget: &Budget,
     origin: Option<DVec3>,
@@ -78,11 +79,15 @@ fn read_text(
     let file = super::uri::open_scene_file(path, limits.file_bytes)?;
     let bytes = file.get_ref().metadata().map_err(|e| LoadError::io(path, e))?.len();
     budget.obj(bytes)?;
-    if let Some(read) = quickly(file, STRETCH, limits, origin) {
+    let mut file = Hashing::new(file);
+    if let Some(read) = quickly(&mut file, STRETCH, limits, origin) {
+        folder.found.scene(file.content());
         return Ok(read);
     }
     budget.obj_with_care(bytes)?;
-    carefully(&super::uri::read_scene_file(path, limits.file_bytes)?, limits, origin)
+    let bytes = super::uri::read_scene_file(path, limits.file_bytes)?;
+    folder.found.scene(Content::of(&bytes));
+    carefully(&bytes, limits, origin)
 }
 
 /// Well-formed text, on all threads; `None` for any other.
