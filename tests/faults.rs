@@ -353,11 +353,30 @@ fn a_report_that_cannot_be_written_is_found_before_anything_is_rendered() {
     assert!(told.contains("r.html cannot be written") && told.contains("--no-overwrite"), "{told}");
     let told = failed(&render("--report /proc/new/r.html").output().unwrap());
     assert!(told.contains("/proc/new"), "{told}");
-    let told = failed(&render("--report new.html").env("TMPDIR", "/proc").output().unwrap());
-    assert!(told.contains("--report: new.html"), "{told}");
+    let told = failed(&render("--report -").env("TMPDIR", "/proc").output().unwrap());
+    assert!(told.contains("--report: -: what it is made of needs a passing file"), "{told}");
     assert!(files(dir.path()) == before);
+    assert!(render("--report new.html").env("TMPDIR", "/proc").output().unwrap().status.success());
+    assert!(fs::read_to_string(dir.path().join("new.html")).unwrap().ends_with("</figure>\n</html>\n"));
     assert!(render("--report rep/r.html").output().unwrap().status.success());
     assert!(dir.path().join("rep/r.html").is_file());
+}
+
+/// Pictures are made without their page, of which there is no part, and the exit code tells.
+#[test]
+fn a_report_that_grows_too_large_costs_no_picture() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["a.glb", "b.glb"] {
+        fs::copy(model("tests/triangle.glb"), dir.path().join(name)).unwrap();
+    }
+    let program = env!("CARGO_BIN_EXE_blinn");
+    let line = "turntable a.glb b.glb --count 30 --size 8x8 -q --report r.html -o out/{stem}_#.png";
+    let line = format!("ulimit -f 16; exec '{program}' {line}");
+    let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
+    let told = failed(&output);
+    assert!(told.starts_with("blinn: --report: r.html cannot be written: "), "{told}");
+    assert_eq!(files(&dir.path().join("out")).len(), 60);
+    assert!(!dir.path().join("r.html").exists());
 }
 
 #[test]

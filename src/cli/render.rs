@@ -49,19 +49,24 @@ fn carry_out(job: &Job, words: &[OsString], process: &ProcessArgs, quiet: bool) 
     for (i, path) in job.scenes.iter().enumerate() {
         let teller = Teller::new(&reporter, path, job.strict);
         let (index, contents) = (i + 1, Contents::within(memory::limits(job.max_memory).file_bytes));
-        let told = report.as_mut().map_or(Ok(()), |report| report.scene(path));
+        if let Some(report) = &mut report {
+            report.scene(path);
+        }
         let mut work = Work { job, index, path, teller: &teller, report: report.as_mut(), contents, kept: 0 };
-        let outcome = told.and_then(|()| panics::caught(|| work.run()));
+        let outcome = panics::caught(|| work.run());
         let kept = work.kept;
         reporter.scene_done(path);
         let failure = outcome.as_ref().err().map(|e| one_line(&describe(path, e)));
         if let Some(line) = &failure {
             reporter.fail(line);
         }
-        if let Some(report) = &mut report
-            && let Err(e) = report.scene_done(&teller.warnings(), kept, failure.as_deref())
+        if let Some(page) = &mut report
+            && let Err(e) = page.scene_done(&teller.warnings(), kept, failure.as_deref())
         {
-            reporter.fail(&one_line(&format!("{e:#}")));
+            // Pictures need no page.
+            reporter.fail(&one_line(&format!("--report: {e}")));
+            summary.otherwise = true;
+            report = None;
         }
         summary.add(failure);
         if outcome.as_ref().is_err_and(disk_is_full) {

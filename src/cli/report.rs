@@ -1,7 +1,7 @@
 //! `--report FILE.html`: a page with all pictures of a job, their times and warnings.
 
 use std::fs::File;
-use std::io::{Read, Seek, Write};
+use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -9,18 +9,21 @@ use anyhow::{Context, Error, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use super::console::{is_stdout, print};
+use super::console::{is_stdout, printed};
 use super::job::{Claims, Writer};
 use super::work::folder_of;
-use crate::output::{Replace, check_writable, escape_html, write_atomically};
+use crate::output::{Replace, SaveError, check_writable, escape_html, nameless_beside, write_whole};
 
-/// A page that grows with each picture, in a file without a name, so that memory does not.
+/// A page that grows with each picture, in a file without a name, so that memory does not. Where it cannot
+/// grow any more it is given up, and the pictures are made all the same.
 pub(super) struct Report {
     path: PathBuf,
     replace: Replace,
     /// Whether a scene is read from the file that it would be.
     refused: bool,
-    page: File,
+    page: BufWriter<File>,
+    /// Why it is given up.
+    broken: Option<io::Error>,
     since: Instant,
     pictures: usize,
     failed: usize,
@@ -41,17 +44,20 @@ impl Report {
 
     /// Finds out at once whether it could be written.
     pub fn new(path: &Path, replace: Replace) -> Result<Report> {
-        if !is_stdout(path) {
+        let passing = || format!("{}: what it is made of needs a passing file", path.display());
+        let page = if is_stdout(path) {
+            tempfile::tempfile().with_context(passing)?
+        } else {
             folder_of(path)?;
             check_writable(path, replace)?;
-        }
-        let page = tempfile::tempfile()
-            .with_context(|| format!("{}: what it is made of needs a passing file", path.display()))?;
+            nameless_beside(path).with_context(passing)?
+        };
         Ok(Report {
             path: path.to_path_buf(),
             replace,
             refused: false,
-            page,
+            page: BufWriter::new(page),
+            broken: None,
             since: Instant::now(),
             pictures: 0,
             failed: 0,
@@ -67,12 +73,12 @@ impl Report {
     }
 
     /// A scene is begun.
-    pub fn scene(&mut self, scene: &Path) -> Result<()> {
-        self.add(&format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy())))
+    pub fn scene(&mut self, scene: &Path) {
+        self.add(&format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy())));
     }
 
     /// A picture was written: `small` is a JPEG of it.
-    pub fn picture(&mut self, small: &[u8], file: &Path, took: Duration) -> Result<()> {
+    pub fn picture(&mut self, small: &[u8], file: &Path, took: Duration) {
         let small = BASE64_STANDARD.encode(small);
         let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
         self.pictures += 1;
@@ -82,28 +88,42 @@ impl Report {
             escape_html(&self.link(file)),
             escape_html(&name),
             took.as_secs_f64()
-        ))
+        ));
     }
 
     /// A scene is done: what was to be said of it.
-    pub fn scene_done(&mut self, warnings: &[String], kept: usize, error: Option<&str>) -> Result<()> {
+    ///
+    /// # Errors
+    /// Why the page is given up.
+    pub fn scene_done(
+        &mut self,
+        warnings: &[String],
+        kept: usize,
+        error: Option<&str>,
+    ) -> Result<(), SaveError> {
         if kept > 0 {
             let were = if kept == 1 { "picture was" } else { "pictures were" };
-            self.add(&format!("<p>{kept} {were} there already.</p>\n"))?;
+            self.add(&format!("<p>{kept} {were} there already.</p>\n"));
         }
         for warning in warnings {
-            self.add(&format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning)))?;
+            self.add(&format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning)));
         }
         self.failed += usize::from(error.is_some());
-        error.map_or(Ok(()), |e| self.add(&format!("<p class=\"failed\">{}</p>\n", escape_html(e))))
+        if let Some(e) = error {
+            self.add(&format!("<p class=\"failed\">{}</p>\n", escape_html(e)));
+        }
+        match self.broken.take() {
+            Some(cause) => Err(SaveError { path: self.path.clone(), cause }),
+            None => Ok(()),
+        }
     }
 
     /// Writes the page, unless it was refused and told so, and returns the file that there is then.
-    pub fn finish(mut self) -> Result<Option<PathBuf>> {
+    pub fn finish(self) -> Result<Option<PathBuf>> {
         if self.refused {
             return Ok(None);
         }
-        let Report { pictures, failed, .. } = self;
+        let (pictures, failed) = (self.pictures, self.failed);
         let seconds = self.since.elapsed().as_secs_f64();
         let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         let mut page = format!("{HEAD}<p>{} in {seconds:.1} s", of(pictures, "picture"));
@@ -111,19 +131,23 @@ impl Report {
             page += &format!(", <span class=\"failed\">{} failed</span>", of(failed, "scene"));
         }
         page += ".</p>\n";
-        self.page.rewind()?;
-        self.page.read_to_string(&mut page)?;
-        page += "</html>\n";
-        if is_stdout(&self.path) {
-            return print(page.as_bytes()).map(|()| None);
+        let Report { path, replace, page: body, .. } = self;
+        let cannot = || format!("{} cannot be written", path.display());
+        let mut body = body.into_inner().map_err(|e| e.into_error()).with_context(cannot)?;
+        body.rewind().with_context(cannot)?;
+        let mut whole = page.as_bytes().chain(body).chain(&b"</html>\n"[..]);
+        if is_stdout(&path) {
+            let written = io::copy(&mut whole, &mut io::stdout().lock()).map(drop);
+            return printed(written).map(|()| None);
         }
-        write_atomically(&self.path, page.as_bytes(), self.replace)
-            .with_context(|| format!("{} cannot be written", self.path.display()))?;
-        Ok(Some(self.path))
+        write_whole(&path, replace, |file| io::copy(&mut whole, file).map(drop)).with_context(cannot)?;
+        Ok(Some(path))
     }
 
-    fn add(&mut self, html: &str) -> Result<()> {
-        self.page.write_all(html.as_bytes()).context("the report cannot be written")
+    fn add(&mut self, html: &str) {
+        if self.broken.is_none() {
+            self.broken = self.page.write_all(html.as_bytes()).err();
+        }
     }
 
     /// From the page to a file: relative where it lies below the page's folder.

@@ -144,7 +144,10 @@ impl Work<'_> {
         let done = reel.finish()?;
         self.teller.stage("save", start, "");
         self.teller.reporter.wrote(&done.file);
-        self.report.as_mut().map_or(Ok(()), |report| report.picture(&done.small, &done.file, done.took))
+        if let Some(report) = &mut self.report {
+            report.picture(&done.small, &done.file, done.took);
+        }
+        Ok(())
     }
 
     fn target(&self, shot: &Shot) -> Target {
@@ -187,7 +190,7 @@ impl Work<'_> {
                     self.teller.reporter.wrote(&written);
                 }
                 if let Some(report) = &mut self.report {
-                    report.picture(&thumbnail(picture, Report::SIDE)?, file, took)?;
+                    report.picture(&thumbnail(picture, Report::SIDE)?, file, took);
                 }
             }
         }

@@ -37,7 +37,10 @@ pub fn write_atomically(path: &Path, bytes: &[u8], replace: Replace) -> io::Resu
 }
 
 /// As [`write_atomically`], of what `write` puts into the file.
-pub(super) fn write_whole(
+///
+/// # Errors
+/// As [`write_atomically`], or what `write` says.
+pub fn write_whole(
     path: &Path,
     replace: Replace,
     write: impl FnOnce(&mut File) -> io::Result<()>,
@@ -68,9 +71,16 @@ pub(super) fn write_whole(
 }
 
 /// A file without a name, on the disk that `path` is on: it is gone when the process is, however that ends.
-pub(super) fn nameless_beside(path: &Path) -> io::Result<File> {
-    let (Place::File(path) | Place::Stream(path)) = Place::of(path)?;
-    tempfile::tempfile_in(folder(&path)).map_err(without_path)
+/// For a pipe or a device, which is on none, it lies where passing files do.
+///
+/// # Errors
+/// What the system said.
+pub fn nameless_beside(path: &Path) -> io::Result<File> {
+    match Place::of(path)? {
+        Place::File(path) => tempfile::tempfile_in(folder(&path)),
+        Place::Stream(_) => tempfile::tempfile(),
+    }
+    .map_err(without_path)
 }
 
 /// Tries whether a file could be written at `path`. No file is seen there meanwhile.

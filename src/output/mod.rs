@@ -19,7 +19,7 @@ use crate::display::Display;
 use crate::integrator::Aov;
 use crate::render::{Crop, Layer, Matte, Pixels};
 
-pub use atomic::{Replace, hold_writes, write_atomically};
+pub use atomic::{Replace, hold_writes, nameless_beside, write_atomically, write_whole};
 pub use moving::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
 pub use place::identity;
 pub use preview::{depth_steps, heat, hottest, preview, preview_matte};
