@@ -127,6 +127,12 @@ fn what_makes_no_moving_picture_is_refused_with_the_way_to_it() {
         ("-o a.gif --fps 0", "greater than zero"),
         ("-o a.gif --fps 60", "at most 50 frames a second"),
         ("-o a.mp4 --fps 1e-9", "frames a second, not 0.000000001"),
+        ("-o a.apng --fps .01", "an APNG's frame lasts 6.5 s at most"),
+        ("-o a.gif --size 65536x1", "a GIF has at most 65535 pixels"),
+        ("-o a.html --size 1x16384", "a WebP has at most 16383 pixels"),
+        ("-o a.mp4 --size 8x8", "an MP4 has at most 3840x2160 pixels"),
+        ("-o a.mp4 --size 2160x3841", "an MP4 has at most 3840x2160 pixels"),
+        ("-o a.mp4 --size 64x64 --crop 0,0,8,8", "at least 16 a side, not 8x8"),
         ("-o a.gif --loop twice", "forever, once"),
     ] {
         refused(&at, &format!("turntable {scene} {flags}"), says);
@@ -139,15 +145,27 @@ fn what_makes_no_moving_picture_is_refused_with_the_way_to_it() {
 fn what_the_format_cannot_hold_is_one_line() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
-    for (flags, says) in [
-        ("--size 65536x1 -o a.gif", "a.gif cannot be written: a GIF has at most"),
-        ("--size 8x8 -o a.mp4", "a.mp4 cannot be written: an MP4 has at most"),
-    ] {
-        let output = blinn(&at, &format!("turntable {scene} -s 1 --count 2 {flags}"));
+    // How large it is the scene alone knows: a camera of a hundred to one.
+    let text = fs::read_to_string(model("tests/triangle.gltf")).unwrap();
+    let mut wide: serde_json::Value = serde_json::from_str(&text).unwrap();
+    wide["cameras"] = serde_json::json!([{"type": "perspective",
+        "perspective": {"yfov": 0.5, "znear": 0.1, "aspectRatio": 100.0}}]);
+    let nodes = wide["nodes"].as_array_mut().unwrap();
+    nodes.push(serde_json::json!({"camera": 0, "translation": [0, 0, 5]}));
+    let camera = nodes.len() - 1;
+    wide["scenes"][0]["nodes"].as_array_mut().unwrap().push(camera.into());
+    fs::write(at.join("wide.gltf"), wide.to_string()).unwrap();
+    for (command, says) in
+        [("", "a.mp4 cannot be written: an MP4 has"), ("job slurm ", "-o a.mp4: an MP4 has")]
+    {
+        let output = blinn(&at, &format!("{command}turntable wide.gltf -s 1 --count 2 -o a.mp4"));
         let told = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{told}");
         assert!(told.lines().count() == 1 && told.contains(says), "{told}");
+        assert!(output.stdout.is_empty());
     }
+    fs::remove_file(at.join("wide.gltf")).unwrap();
+    refused(&at, &format!("job slurm turntable {scene} --size 8x8 -o a.mp4"), "an MP4 has at most");
     fs::write(at.join("kept.gif"), "kept").unwrap();
     let output = blinn(&at, &format!("turntable {scene} {SMALL} --count 2 -o kept.gif --no-overwrite"));
     assert_eq!(output.status.code(), Some(1));

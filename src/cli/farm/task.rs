@@ -179,6 +179,10 @@ impl<'a> Plan<'a> {
         let (studio, start) = Studio::new(job, &scene, teller)?;
         let look = &job.look;
         let (width, height) = look.size_for(&scene);
+        if let Some((playing, file)) = &self.moving {
+            let refused = |text| anyhow::anyhow!("-o {file}: {text}");
+            playing.format.check_size(studio.size()).map_err(refused)?;
+        }
 
         let mut given = self.given.without(&OWN);
         let mut resolved = vec![format!("--size={width}x{height}")];

@@ -153,6 +153,11 @@ impl Look {
         Ok(view.resolve(posed, size.0, size.1)?.0)
     }
 
+    /// Width and height of what is rendered, where that needs no look at the scene.
+    pub fn known_size(&self) -> Option<(u32, u32)> {
+        self.settings.crop.map(|crop| (crop.width, crop.height)).or(self.size)
+    }
+
     /// Width and height: as given, else the file camera's shape, else 16:9.
     pub fn size_for(&self, scene: &Scene) -> (u32, u32) {
         if let Some(size) = self.size {

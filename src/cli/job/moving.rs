@@ -72,6 +72,11 @@ impl Playing {
         if let Err(text) = format.check_rate(fps) {
             return refused(&text);
         }
+        if let Some(size) = look.known_size()
+            && let Err(text) = format.check_size(size)
+        {
+            return refused(&text);
+        }
         Ok(Playing {
             format,
             fps,

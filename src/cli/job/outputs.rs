@@ -181,7 +181,7 @@ fn pictures(name: &str, args: &OutputArgs, look: &Look) -> Result<Form, Usage> {
             "a JPEG has no transparency: give a --background COLOR, or write .png, .webp or .exr".into(),
         ));
     }
-    if let Some(size) = look.settings.crop.map(|crop| (crop.width, crop.height)).or(look.size) {
+    if let Some(size) = look.known_size() {
         format.check_size(size).map_err(|e| Usage(format!("-o {name}: {e}")))?;
     }
     Ok(Form::Pictures(format, depth(args.depth.as_deref(), format)?))

@@ -24,13 +24,21 @@ pub(super) struct Apng {
     head: Vec<u8>,
 }
 
+fn clock(fps: f64) -> Clock {
+    Clock { fps, ticks: f64::from(TICKS) }
+}
+
+/// Says what is wrong with a rate that no delay is long enough for.
+pub(super) fn check_rate(fps: f64) -> Result<(), String> {
+    if clock(fps).delay(0) <= u64::from(u16::MAX) {
+        return Ok(());
+    }
+    Err(format!("an APNG's frame lasts 6.5 s at most: a rate of {fps} frames a second is too low"))
+}
+
 impl Apng {
     pub fn new(settings: &MovingSettings) -> io::Result<Apng> {
-        let clock = Clock { fps: settings.fps, ticks: f64::from(TICKS) };
-        if clock.delay(0) > u64::from(u16::MAX) {
-            return Err(invalid(format!("an APNG's frame lasts 6.5 s at most: --fps {}", settings.fps)));
-        }
-        let settings = *settings;
+        let (settings, clock) = (*settings, clock(settings.fps));
         Ok(Apng { settings, clock, before: Vec::new(), frames: 0, sequence: 0, head: Vec::new() })
     }
 

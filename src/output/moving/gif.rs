@@ -41,12 +41,23 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     Ok(())
 }
 
+/// Columns and rows in the numbers of a GIF.
+fn sides((width, height): (u32, u32)) -> Result<(u16, u16), String> {
+    match (u16::try_from(width), u16::try_from(height)) {
+        (Ok(columns), Ok(rows)) => Ok((columns, rows)),
+        _ => Err(format!("a GIF has at most 65535 pixels a side, not {width}x{height}")),
+    }
+}
+
+/// Says what is wrong with a size that no GIF has.
+pub(super) fn check_size(size: (u32, u32)) -> Result<(), String> {
+    sides(size).map(drop)
+}
+
 impl Gif {
     pub fn new(settings: &MovingSettings) -> io::Result<Gif> {
         let MovingSettings { width, height, fps, repeat, .. } = *settings;
-        let (Ok(columns), Ok(rows)) = (u16::try_from(width), u16::try_from(height)) else {
-            return Err(invalid(format!("a GIF has at most 65535 pixels a side, not {width}x{height}")));
-        };
+        let (columns, rows) = sides((width, height)).map_err(invalid)?;
         let clock = clock(fps);
         let mut writer = Writer::new(Vec::new(), columns, rows, &[]).map_err(plain)?;
         if repeat {

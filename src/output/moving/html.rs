@@ -22,7 +22,6 @@ pub(super) struct Html {
 
 impl Html {
     pub fn new(path: &Path, settings: &MovingSettings) -> io::Result<Html> {
-        webp::check_size(settings)?;
         let title = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         Ok(Html { settings: *settings, title })
     }

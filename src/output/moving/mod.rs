@@ -46,8 +46,24 @@ impl MovingFormat {
         match self {
             _ if !(fps.is_finite() && fps > 0.0) => Err(format!("{fps} is no number of frames a second")),
             MovingFormat::Gif => gif::check_rate(fps),
+            MovingFormat::Apng => apng::check_rate(fps),
+            MovingFormat::Webp => webp::check_rate(fps),
             MovingFormat::Mp4 => mp4::check_rate(fps),
-            MovingFormat::Apng | MovingFormat::Webp | MovingFormat::Html => Ok(()),
+            MovingFormat::Html => Ok(()),
+        }
+    }
+
+    /// Whether it can hold pictures of so many columns and rows.
+    ///
+    /// # Errors
+    /// A sentence about a size that it cannot hold.
+    pub fn check_size(self, size: (u32, u32)) -> Result<(), String> {
+        match self {
+            _ if size.0 == 0 || size.1 == 0 => Err("a picture has at least one pixel".into()),
+            MovingFormat::Gif => gif::check_size(size),
+            MovingFormat::Apng => Ok(()),
+            MovingFormat::Webp | MovingFormat::Html => webp::check_size(size),
+            MovingFormat::Mp4 => mp4::check_size(size),
         }
     }
 
@@ -117,9 +133,7 @@ impl Moving {
     /// Sizes and rates that the format cannot hold; a place that nothing can be written to.
     pub fn create(path: &Path, format: MovingFormat, settings: &MovingSettings) -> Result<Moving, SaveError> {
         let begin = || -> io::Result<(Box<dyn Encoder>, Spool)> {
-            if settings.width == 0 || settings.height == 0 {
-                return Err(invalid("a picture has at least one pixel".into()));
-            }
+            format.check_size((settings.width, settings.height)).map_err(invalid)?;
             format.check_rate(settings.fps).map_err(invalid)?;
             let encoder: Box<dyn Encoder> = match format {
                 MovingFormat::Gif => Box::new(gif::Gif::new(settings)?),

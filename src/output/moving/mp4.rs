@@ -74,18 +74,22 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     Err(format!("an MP4 has .001 to 1000000 frames a second, not {fps}: give another --fps"))
 }
 
+/// Says what is wrong with a size that the encoder does not take.
+pub(super) fn check_size((width, height): (u32, u32)) -> Result<(), String> {
+    let (long, short) = (width.max(height), width.min(height));
+    if long <= MOST.0 && short <= MOST.1 && short >= LEAST {
+        return Ok(());
+    }
+    Err(format!(
+        "an MP4 has at most {}x{} pixels, upright or not, and at least {LEAST} a side, not \
+         {width}x{height}: give another --size, or write .apng",
+        MOST.0, MOST.1
+    ))
+}
+
 impl Mp4 {
     pub fn new(settings: &MovingSettings) -> io::Result<Mp4> {
-        let MovingSettings { width, height, fps, quality, .. } = *settings;
-        let (long, short) = (width.max(height), width.min(height));
-        if long > MOST.0 || short > MOST.1 || short < LEAST {
-            let text = format!(
-                "an MP4 has at most {}x{} pixels, upright or not, and at least {LEAST} a side, not \
-                 {width}x{height}: give another --size, or write .apng",
-                MOST.0, MOST.1
-            );
-            return Err(invalid(text));
-        }
+        let MovingSettings { fps, quality, .. } = *settings;
         let qp = (51.0 - 0.35 * f32::from(quality.clamp(1, 100))).round() as u8;
         let config = EncoderConfig::new()
             .profile(Profile::High)

@@ -26,17 +26,22 @@ pub(super) struct Webp {
     alpha: bool,
 }
 
+fn clock(fps: f64) -> Clock {
+    Clock { fps, ticks: 1000.0 }
+}
+
+/// Says what is wrong with a rate that its milliseconds cannot count.
+pub(super) fn check_rate(fps: f64) -> Result<(), String> {
+    if fps <= 1000.0 && clock(fps).delay(0) <= LONGEST {
+        return Ok(());
+    }
+    Err(format!("a WebP counts milliseconds, 24 bits of them: --fps {fps}"))
+}
+
 impl Webp {
     pub fn new(settings: &MovingSettings) -> io::Result<Webp> {
-        check_size(settings)?;
-        let clock = Clock { fps: settings.fps, ticks: 1000.0 };
-        if settings.fps > 1000.0 || clock.delay(0) > LONGEST {
-            return Err(invalid(format!(
-                "a WebP counts milliseconds, 24 bits of them: --fps {}",
-                settings.fps
-            )));
-        }
-        Ok(Webp { settings: *settings, clock, before: Vec::new(), frames: 0, alpha: false })
+        let (settings, clock) = (*settings, clock(settings.fps));
+        Ok(Webp { settings, clock, before: Vec::new(), frames: 0, alpha: false })
     }
 }
 
@@ -90,14 +95,12 @@ impl Encoder for Webp {
     }
 }
 
-/// Refuses what no WebP holds.
-pub(super) fn check_size(settings: &MovingSettings) -> io::Result<()> {
-    let MovingSettings { width, height, .. } = *settings;
-    if width.max(height) > MOST {
-        let text = format!("a WebP has at most {MOST} pixels a side, not {width}x{height}");
-        return Err(invalid(text));
+/// Says what is wrong with a size that no WebP has.
+pub(super) fn check_size((width, height): (u32, u32)) -> Result<(), String> {
+    if width.max(height) <= MOST {
+        return Ok(());
     }
-    Ok(())
+    Err(format!("a WebP has at most {MOST} pixels a side, not {width}x{height}"))
 }
 
 /// A WebP of one picture; without loss at quality 100.
