@@ -44,10 +44,10 @@ pub(super) fn watch() -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
     // A file that grows too large is then an error of that file, not the end of the process.
     let _ = signal_hook::flag::register(SIGXFSZ, Default::default());
-    let mut watched = vec![SIGINT, SIGTERM];
-    if is_heeded(SIGHUP) {
-        watched.push(SIGHUP);
-    }
+    let ignored = ignored();
+    // Where nothing is known, a hangup is left to the system, which ignores it after `nohup`.
+    let is_heeded = |signal: i32| ignored.map_or(signal != SIGHUP, |mask| mask >> (signal - 1) & 1 == 0);
+    let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| is_heeded(*signal));
     if let Ok(mut signals) = signal_hook::iterator::Signals::new(watched) {
         std::thread::Builder::new().spawn(move || {
             if let Some(signal) = signals.forever().next() {
@@ -58,13 +58,13 @@ pub(super) fn watch() -> std::io::Result<()> {
     Ok(())
 }
 
-/// Whether a signal is known not to be ignored by this process: `nohup` begins it so that one is.
+/// The signals that this process was begun to ignore, a bit each, where the system tells: `nohup` has it ignore
+/// one, and a shell's script two of what it puts into the background.
 #[cfg(unix)]
-fn is_heeded(signal: i32) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    ignored.is_some_and(|mask| mask >> (signal - 1) & 1 == 0)
+fn ignored() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+    u64::from_str_radix(mask.trim(), 16).ok()
 }
 
 /// Watches for signals from now on.
