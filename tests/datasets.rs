@@ -222,6 +222,11 @@ fn shares_of_a_dataset_are_the_whole() {
     let expected = ["_0001.png", "_0001.depth.png", "_0001.normal.png", "_0001.mask.png"];
     let expected = expected.map(|name| format!("x/box{name}\n")).concat() + "x/transforms.json\n";
     assert_eq!(String::from_utf8(dry).unwrap(), expected);
+    // Shares that overwrite nothing have one file in common, which no other dataset's is.
+    for share in ["--chunk 1/2", "--chunk 2/2"] {
+        runs(&at, &format!("{line} -q -o new/#.png --no-overwrite {share}"));
+    }
+    assert!(files(&at.join("new")) == whole);
     let kept = blinn(&at, &format!("{line} -o parts/a#.png --no-overwrite"));
     assert_eq!(kept.status.code(), Some(1));
     assert!(!at.join("parts/a1.png").exists(), "found before anything is rendered");

@@ -304,6 +304,7 @@ fn an_existing_file_can_be_kept() {
     fs::write(dir.path().join("a.png"), "mine").unwrap();
     let args = ["render", scene.to_str().unwrap(), "--size", "8x8", "-o", "a.png", "--no-overwrite"];
     fails(dir.path(), &args, 1, "no-overwrite");
+    fails(dir.path(), &[&args[..], &["--dry-run"]].concat(), 1, "no-overwrite");
     assert_eq!(fs::read(dir.path().join("a.png")).unwrap(), b"mine");
 }
 
@@ -446,18 +447,21 @@ fn an_interrupted_render_leaves_nothing() {
     }
 }
 
-/// What `nohup` begins goes on when the terminal is gone.
+/// What `nohup` begins goes on when the terminal is gone, and what a script puts into the background when its
+/// terminal is interrupted.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_hangup_that_was_ignored_stays_ignored() {
+fn a_signal_that_was_ignored_stays_ignored() {
     let dir = tempfile::tempdir().unwrap();
-    let mut child = long_render(dir.path(), "trap '' HUP; exec $BLINN");
-    is_rendering(&mut child);
-    send("-HUP", &child);
-    std::thread::sleep(std::time::Duration::from_millis(500));
-    assert!(child.try_wait().unwrap().is_none(), "it is still rendering");
-    send("-TERM", &child);
-    assert_eq!(child.wait().unwrap().code(), Some(143));
+    for (ignored, ends, code) in [("HUP", "TERM", 143), ("INT", "TERM", 143), ("TERM", "INT", 130)] {
+        let mut child = long_render(dir.path(), &format!("trap '' {ignored}; exec $BLINN"));
+        is_rendering(&mut child);
+        send(&format!("-{ignored}"), &child);
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        assert!(child.try_wait().unwrap().is_none(), "it is still rendering");
+        send(&format!("-{ends}"), &child);
+        assert_eq!(child.wait().unwrap().code(), Some(code));
+    }
 }
 
 /// A signal is heeded whenever it comes: while the process begins once more with advice for its allocator,

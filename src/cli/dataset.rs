@@ -7,7 +7,7 @@ use anyhow::Result;
 use super::job::{Job, Target, Views};
 use crate::batch::{Dataset, DatasetView};
 use crate::integrator::Aov;
-use crate::output::{SaveError, write_atomically};
+use crate::output::{Replace, SaveError, check_free, write_atomically};
 use crate::render::RenderSettings;
 use crate::scene::{OverClip, PoseSettings, PosedScene, Scene, clip_end, pose};
 
@@ -18,8 +18,9 @@ const KEYS: [(Aov, &[&str]); 3] = [
     (Aov::Mask, &["mask_path"]),
 ];
 
-/// Writes it for the `index`-th scene. It is of all views, whichever were rendered: those of a farm's
-/// shares are the same. `over_clip` is what the pictures' moments shared.
+/// Writes it for the `index`-th scene, and returns the file unless it is there already and stays. It is of all
+/// views, whichever were rendered: those of a farm's shares are the same. `over_clip` is what the pictures'
+/// moments shared.
 pub(super) fn write(
     job: &Job,
     views: &Views,
@@ -27,7 +28,39 @@ pub(super) fn write(
     over_clip: &OverClip,
     path: &Path,
     index: usize,
-) -> Result<PathBuf> {
+) -> Result<Option<PathBuf>> {
+    let file = views.file(&job.outputs, path, index);
+    let text = text(job, views, scene, over_clip, path, index)?;
+    match write_atomically(&file, text.as_bytes(), job.outputs.replace) {
+        Ok(()) => Ok(Some(file)),
+        // Another share's is this one's.
+        Err(_) if job.outputs.replace == Replace::No && holds(&file, &text) => Ok(None),
+        Err(cause) => Err(SaveError { path: file, cause }.into()),
+    }
+}
+
+/// Refuses a file that is there and must stay, unless it is what would be written.
+pub(super) fn check(job: &Job, views: &Views, scene: &Scene, path: &Path, index: usize) -> Result<()> {
+    let file = views.file(&job.outputs, path, index);
+    let Err(error) = check_free(&file, job.outputs.replace) else { return Ok(()) };
+    if file.is_file() && holds(&file, &text(job, views, scene, &OverClip::default(), path, index)?) {
+        return Ok(());
+    }
+    Err(error.into())
+}
+
+fn holds(file: &Path, text: &str) -> bool {
+    std::fs::read(file).is_ok_and(|bytes| bytes == text.as_bytes())
+}
+
+fn text(
+    job: &Job,
+    views: &Views,
+    scene: &Scene,
+    over_clip: &OverClip,
+    path: &Path,
+    index: usize,
+) -> Result<String> {
     let Job { look, outputs, .. } = job;
     let animation = look.animation(scene)?;
     let time = views.time.min(clip_end(scene, &animation)?);
@@ -59,10 +92,7 @@ pub(super) fn write(
         bounds: posed.bounds(),
         depth_step: depth_step(job, &start, size)?,
     };
-    let file = views.file(outputs, path, index);
-    let written = write_atomically(&file, dataset.transforms(&all).as_bytes(), outputs.replace);
-    written.map_err(|cause| SaveError { path: file.clone(), cause })?;
-    Ok(file)
+    Ok(dataset.transforms(&all))
 }
 
 /// Metres that a step of 16-bit depth stands for: whatever a view could see has one. `None` where depth is

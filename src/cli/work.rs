@@ -1,6 +1,6 @@
 //! The pictures of one scene, from its file to theirs.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -65,8 +65,10 @@ impl Work<'_> {
         }
         // Pictures come first: where this file is, they are.
         if let Some(views) = &self.job.views {
-            let file = dataset::write(self.job, views, &scene, &over_clip, self.path, self.index)?;
-            self.teller.reporter.wrote(&file);
+            let written = dataset::write(self.job, views, &scene, &over_clip, self.path, self.index)?;
+            if let Some(file) = written {
+                self.teller.reporter.wrote(&file);
+            }
         }
         Ok(())
     }
@@ -81,13 +83,23 @@ impl Work<'_> {
         let files = self.job.files(self.path, self.index, shots);
         for file in &files {
             claims.spare(file, Writer::Scene(self.path)).map_err(Error::msg)?;
-            check_free(file, replace)?;
+        }
+        self.check_free(&files)?;
+        if let Some(views) = &self.job.views {
+            dataset::check(self.job, views, scene, self.path, self.index)?;
         }
         if let Some(first) = files.first() {
             folder_of(first)?;
             check_writable(first, replace)?;
         }
         Ok(())
+    }
+
+    /// Refuses files that are there and must stay. Of a dataset all shares write the same file.
+    fn check_free(&self, files: &[PathBuf]) -> Result<()> {
+        let shared = self.job.views.map(|views| views.file(&self.job.outputs, self.path, self.index));
+        let mut own = files.iter().filter(|file| Some(*file) != shared.as_ref());
+        own.try_for_each(|file| Ok(check_free(file, self.job.outputs.replace)?))
     }
 
     /// Makes the pictures: while one is rendered, the scene is posed and its trees are built for the
@@ -171,6 +183,7 @@ impl Work<'_> {
     /// With `--dry-run`: what would be written.
     fn list(&self, shots: &[Shot]) -> Result<()> {
         let files = self.job.files(self.path, self.index, shots);
+        self.check_free(&files)?;
         print(files.iter().map(|file| format!("{}\n", file.display())).collect::<String>().as_bytes())
     }
 
