@@ -305,7 +305,7 @@ fn a_full_disk_ends_a_batch_and_says_what_is_left() {
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{told}");
     assert!(
-        told.contains("blinn: 1 of 4 scenes failed, 2 were not begun:\n  b.glb: b.png cannot be"),
+        told.contains("blinn: 1 of 4 scenes failed, 2 were not begun:\nblinn:   b.glb: b.png cannot be"),
         "{told}"
     );
     assert!(dir.path().join("a.png").exists() && !dir.path().join("c.png").exists());

@@ -418,15 +418,21 @@ fn progress_for_farms_is_in_their_words() {
     let events: Vec<serde_json::Value> = told.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     let last = events.iter().rfind(|e| e["event"] == "progress").unwrap();
     assert_eq!((&last["percent"], &last["frames"]), (&100.into(), &4.into()));
-    assert_eq!(events.iter().filter(|e| e["event"] == "wrote").count(), 4);
-    let output = blinn(&at, &format!("render missing.glb {scene} {SMALL} --progress json"));
+    let wrote: Vec<_> = events.iter().filter(|e| e["event"] == "wrote").collect();
+    assert!(wrote.len() == 4 && wrote.iter().all(|e| e["scene"] == scene), "{told}");
+    let output = blinn(&at, &format!("render missing.glb {scene} {SMALL} --progress json --perf -v"));
     let told = String::from_utf8(output.stderr).unwrap();
     let events: Vec<serde_json::Value> = told.lines().filter_map(|l| serde_json::from_str(l).ok()).collect();
     let failed: Vec<_> = events.iter().filter(|e| e["event"] == "failed").collect();
     assert!(failed.len() == 1 && failed[0]["text"].as_str().unwrap().starts_with("missing.glb"), "{told}");
+    assert_eq!(failed[0]["scene"], "missing.glb");
+    let done = serde_json::json!({
+        "event": "done", "scenes": 2, "failed": 1, "left": 0, "wrote": 1, "kept": 0, "exit_code": 1
+    });
+    assert_eq!(events.last(), Some(&done), "{told}");
     // What is no event is for people.
     let mut others = told.lines().filter(|l| serde_json::from_str::<serde_json::Value>(l).is_err());
-    assert!(others.all(|l| l.starts_with("blinn: ") || l.contains("missing.glb")), "{told}");
+    assert!(others.all(|l| l.starts_with("blinn: ")), "{told}");
 }
 
 #[test]

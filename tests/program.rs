@@ -442,7 +442,9 @@ fn an_interrupted_render_leaves_nothing() {
         let mut child = long_render(dir.path(), "exec $BLINN");
         is_rendering(&mut child);
         send(signal, &child);
+        let told = std::io::read_to_string(child.stderr.as_mut().unwrap()).unwrap();
         assert_eq!(child.wait().unwrap().code(), Some(code));
+        assert!(told.lines().all(|line| !line.is_empty()) && told.contains("blinn: "), "{told:?}");
         assert!(names(dir.path()).is_empty());
     }
 }

@@ -35,10 +35,11 @@ pub(super) fn run(args: &AssembleArgs) -> Result<Summary, Usage> {
     let reporter = Reporter::new(&args.telling, 1, args.quiet);
     let failure = caught(|| assemble(args, format, &reporter)).err().map(|e| one_line(&describe(output, &e)));
     if let Some(line) = &failure {
-        reporter.fail(line);
+        reporter.fail(None, line);
     }
     let mut summary = Summary::default();
     summary.add(failure);
+    reporter.done(&summary);
     Ok(summary)
 }
 
@@ -90,7 +91,7 @@ fn assemble(args: &AssembleArgs, format: MovingFormat, reporter: &Reporter) -> R
         step();
     }
     moving.finish()?;
-    reporter.wrote(&args.output);
+    reporter.wrote(None, &args.output);
     Ok(())
 }
 

@@ -178,9 +178,13 @@ impl Summary {
         if all > 1 && !self.failed.is_empty() {
             let left = if self.left > 0 { format!(", {} were not begun", self.left) } else { String::new() };
             tell(&format!("blinn: {} of {all} scenes failed{left}:", self.failed.len()));
-            self.failed.iter().for_each(|line| tell(&format!("  {line}")));
+            self.failed.iter().for_each(|line| tell(&format!("blinn:   {line}")));
         }
-        ExitCode::from(if self.failed.is_empty() && !self.otherwise { DONE } else { FAILED })
+        ExitCode::from(self.code())
+    }
+
+    fn code(&self) -> u8 {
+        if self.failed.is_empty() && !self.otherwise { DONE } else { FAILED }
     }
 }
 

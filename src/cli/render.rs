@@ -21,18 +21,24 @@ pub(super) fn turntable(args: &TurntableArgs, words: &[OsString]) -> Result<Summ
     carry_out(&Job::turntable(args)?, words, &args.process, args.common.quiet)
 }
 
-/// Makes all pictures of a job that `words` ask for. What goes wrong with a scene does not keep the others
-/// from theirs.
+/// Makes all pictures of a job that `words` ask for.
 fn carry_out(job: &Job, words: &[OsString], process: &ProcessArgs, quiet: bool) -> Result<Summary, Usage> {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     if !job.dry_run {
         super::advice::begin_again(job, words);
     }
     let reporter = Reporter::new(&process.telling, job.scenes.len(), quiet);
+    let summary = each(job, process, &reporter)?;
+    reporter.done(&summary);
+    Ok(summary)
+}
+
+/// Makes the pictures of each scene. What goes wrong with one does not keep the others from theirs.
+fn each(job: &Job, process: &ProcessArgs, reporter: &Reporter) -> Result<Summary, Usage> {
     let mut summary = Summary::default();
     // Only now: a process that begins again knows nothing of a signal that it was sent before.
     if let Err(e) = super::set_out(process.threads) {
-        reporter.fail(&one_line(&e.to_string()));
+        reporter.fail(None, &one_line(&e.to_string()));
         summary.otherwise = true;
         return Ok(summary);
     }
@@ -41,13 +47,13 @@ fn carry_out(job: &Job, words: &[OsString], process: &ProcessArgs, quiet: bool) 
     let mut report = match report.map(|file| Report::new(file, job.outputs.replace)).transpose() {
         Ok(report) => report,
         Err(e) => {
-            reporter.fail(&one_line(&format!("--report: {e:#}")));
+            reporter.fail(None, &one_line(&format!("--report: {e:#}")));
             summary.otherwise = true;
             return Ok(summary);
         }
     };
     for (i, path) in job.scenes.iter().enumerate() {
-        let teller = Teller::new(&reporter, path, job.strict);
+        let teller = Teller::new(reporter, path, job.strict);
         let (index, contents) = (i + 1, Contents::within(memory::limits(job.max_memory).file_bytes));
         if let Some(report) = &mut report {
             report.scene(path);
@@ -58,13 +64,13 @@ fn carry_out(job: &Job, words: &[OsString], process: &ProcessArgs, quiet: bool) 
         reporter.scene_done(path);
         let failure = outcome.as_ref().err().map(|e| one_line(&describe(path, e)));
         if let Some(line) = &failure {
-            reporter.fail(line);
+            reporter.fail(Some(path), line);
         }
         if let Some(page) = &mut report
             && let Err(e) = page.scene_done(&teller.warnings(), kept, failure.as_deref())
         {
             // Pictures need no page.
-            reporter.fail(&one_line(&format!("--report: {e}")));
+            reporter.fail(None, &one_line(&format!("--report: {e}")));
             summary.otherwise = true;
             report = None;
         }
@@ -80,9 +86,9 @@ fn carry_out(job: &Job, words: &[OsString], process: &ProcessArgs, quiet: bool) 
     }
     match report.map(Report::finish) {
         None | Some(Ok(None)) => {}
-        Some(Ok(Some(page))) => reporter.wrote(&page),
+        Some(Ok(Some(page))) => reporter.wrote(None, &page),
         Some(Err(e)) => {
-            reporter.fail(&one_line(&format!("{e:#}")));
+            reporter.fail(None, &one_line(&format!("{e:#}")));
             summary.otherwise = true;
         }
     }

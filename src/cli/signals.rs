@@ -1,6 +1,7 @@
 //! Ctrl-C, termination and a terminal that hangs up: the process ends at once, but never while a file is
 //! being written, so that nothing partial stays behind.
 
+use std::io::IsTerminal;
 use std::time::Duration;
 
 use super::console::tell;
@@ -29,8 +30,10 @@ fn end(signal: i32) -> ! {
         2 => "interrupted",
         _ => "terminated",
     };
-    // Whoever hung up reads nothing, and there may be nothing left to write to.
-    tell(&format!("\nblinn: {what}"));
+    // Whoever hung up reads nothing, and there may be nothing left to write to. A terminal may show a bar, and
+    // the keys that were pressed.
+    let below = if std::io::stderr().is_terminal() { "\n" } else { "" };
+    tell(&format!("{below}blinn: {what}"));
     std::process::exit(SIGNALLED + signal)
 }
 

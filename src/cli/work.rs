@@ -67,7 +67,7 @@ impl Work<'_> {
         if let Some(views) = &self.job.views {
             let written = dataset::write(self.job, views, &scene, &over_clip, self.path, self.index)?;
             if let Some(file) = written {
-                self.teller.reporter.wrote(&file);
+                self.teller.reporter.wrote(Some(self.path), &file);
             }
         }
         Ok(())
@@ -155,7 +155,7 @@ impl Work<'_> {
         let start = Instant::now();
         let done = reel.finish()?;
         self.teller.stage("save", start, "");
-        self.teller.reporter.wrote(&done.file);
+        self.teller.reporter.wrote(Some(self.path), &done.file);
         if let Some(report) = &mut self.report {
             report.picture(&done.small, &done.file, done.took);
         }
@@ -200,7 +200,7 @@ impl Work<'_> {
             Target::File(file) => {
                 folder_of(file)?;
                 for written in save(picture, file, format, depth, outputs.replace)? {
-                    self.teller.reporter.wrote(&written);
+                    self.teller.reporter.wrote(Some(self.path), &written);
                 }
                 if let Some(report) = &mut self.report {
                     report.picture(&thumbnail(picture, Report::SIDE)?, file, took);

@@ -49,25 +49,26 @@ pub(super) fn run(args: &JobArgs, words: &[OsString]) -> Result<Summary, Usage> 
             EngineArgs::Openjd(args) => openjd::template(&task, args.target_seconds, &reporter)?,
             EngineArgs::Slurm(args) => slurm::script(&task, args.at_once)?,
         };
-        write(&text, output, &reporter)
+        write(&text, output, scene, &reporter)
     })
     .err()
     .map(|e| one_line(&describe(scene, &e)));
     if let Some(line) = &failure {
-        reporter.fail(line);
+        reporter.fail(Some(scene), line);
     }
     let mut summary = Summary::default();
     summary.add(failure);
+    reporter.done(&summary);
     Ok(summary)
 }
 
-fn write(text: &str, output: Option<&Path>, reporter: &Reporter) -> Result<()> {
+fn write(text: &str, output: Option<&Path>, scene: &Path, reporter: &Reporter) -> Result<()> {
     let Some(path) = output else {
         return print(text.as_bytes());
     };
     super::work::folder_of(path)?;
     let written = write_atomically(path, text.as_bytes(), Replace::Yes);
     written.map_err(|cause| SaveError { path: path.to_path_buf(), cause })?;
-    reporter.wrote(path);
+    reporter.wrote(Some(scene), path);
     Ok(())
 }

@@ -14,7 +14,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::{ProgressArg, TellArgs};
 use super::console::tell;
-use super::one_line;
+use super::{Summary, one_line};
 use crate::render::Watch;
 use tally::Tally;
 
@@ -30,6 +30,9 @@ pub(super) struct Reporter {
     tally: Mutex<Tally>,
     /// Steps of progress that were told.
     told: AtomicU64,
+    /// Files that were written, and pictures that were there already.
+    wrote: AtomicU64,
+    kept: AtomicU64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +73,8 @@ impl Reporter {
             bar,
             tally,
             told: AtomicU64::new(0),
+            wrote: AtomicU64::new(0),
+            kept: AtomicU64::new(0),
         }
     }
 
@@ -78,6 +83,14 @@ impl Reporter {
         match &self.bar {
             Some(bar) => bar.suspend(|| tell(text)),
             None => tell(text),
+        }
+    }
+
+    /// A line for people, whom programs that read events tell by how it begins.
+    fn remark(&self, text: &str) {
+        match self.style {
+            Style::Json => self.line(&format!("blinn: {text}")),
+            _ => self.line(text),
         }
     }
 
@@ -99,11 +112,14 @@ impl Reporter {
         }
     }
 
-    /// A failure, in one line for people, however quiet; and in the words of whoever else listens.
-    pub fn fail(&self, line: &str) {
+    /// A failure, of a scene if it is of one, in one line for people, however quiet; and in the words of
+    /// whoever else listens.
+    pub fn fail(&self, scene: Option<&Path>, line: &str) {
         match self.style {
             Style::OpenJd => self.line(&format!("openjd_fail: {line}")),
-            Style::Json => self.json(serde_json::json!({"event": "failed", "text": line})),
+            Style::Json => self.json(serde_json::json!({
+                "event": "failed", "scene": scene.map(Path::to_string_lossy), "text": line
+            })),
             _ => {}
         }
         self.line(&format!("blinn: {line}"));
@@ -112,7 +128,7 @@ impl Reporter {
     /// Something that was chosen.
     pub fn note(&self, text: &str) {
         if self.verbose && !self.quiet {
-            self.line(&one_line(text));
+            self.remark(&one_line(text));
         }
     }
 
@@ -124,21 +140,25 @@ impl Reporter {
     /// Another line for `--perf`.
     pub fn perf(&self, text: &str) {
         if self.perf {
-            self.line(&format!("perf: {text}"));
+            self.remark(&format!("perf: {text}"));
         }
     }
 
-    /// A file that was written.
-    pub fn wrote(&self, path: &Path) {
+    /// A file that was written, for a scene if it is for one.
+    pub fn wrote(&self, scene: Option<&Path>, path: &Path) {
+        self.wrote.fetch_add(1, Ordering::Relaxed);
         match self.style {
             _ if self.quiet => {}
-            Style::Json => self.json(serde_json::json!({"event": "wrote", "file": path.to_string_lossy()})),
+            Style::Json => self.json(serde_json::json!({
+                "event": "wrote", "scene": scene.map(Path::to_string_lossy), "file": path.to_string_lossy()
+            })),
             _ => self.line(&format!("wrote {}", path.display())),
         }
     }
 
     /// Pictures that were there already.
     pub fn kept(&self, scene: &Path, count: usize) {
+        self.kept.fetch_add(count as u64, Ordering::Relaxed);
         match self.style {
             _ if self.quiet || count == 0 => {}
             Style::Json => self.json(serde_json::json!({
@@ -160,6 +180,17 @@ impl Reporter {
     pub fn scene_done(&self, scene: &Path) {
         self.tally().scene_done();
         self.progress(scene);
+    }
+
+    /// There is nothing more to do: what came of it all.
+    pub fn done(&self, summary: &Summary) {
+        if self.style == Style::Json {
+            self.json(serde_json::json!({
+                "event": "done", "scenes": summary.scenes + summary.left, "failed": summary.failed.len(),
+                "left": summary.left, "wrote": self.wrote.load(Ordering::Relaxed),
+                "kept": self.kept.load(Ordering::Relaxed), "exit_code": summary.code(),
+            }));
+        }
     }
 
     /// Watches the render of a picture of so many pixels.
