@@ -88,7 +88,24 @@ fn a_frame_that_is_cut_off_is_an_error() {
         let bytes = std::fs::read(&file).unwrap();
         std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
         told(&assemble(folder.path(), &line), 1, &format!("cut.{ending} cannot be read as a frame"));
+        std::fs::write(&file, "").unwrap();
+        told(
+            &assemble(folder.path(), &line),
+            1,
+            &format!("cut.{ending} cannot be read as a frame: it is empty"),
+        );
     }
+    let file = folder.path().join("damaged.png");
+    noise.save(&file).unwrap();
+    let mut bytes = std::fs::read(&file).unwrap();
+    bytes[20] ^= 0xff;
+    std::fs::write(&file, bytes).unwrap();
+    let output = assemble(folder.path(), "damaged.png -o a.gif -q");
+    told(&output, 1, "damaged.png cannot be read as a frame: ");
+    let error = String::from_utf8(output.stderr).unwrap();
+    let mut parts: Vec<&str> = error.trim().split(": ").collect();
+    parts.sort_unstable();
+    assert!(parts.windows(2).all(|two| two[0] != two[1]), "nothing is said twice: {error}");
 }
 
 #[test]

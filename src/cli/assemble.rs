@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use image::ImageReader;
 
 use super::args::{AssembleArgs, DirectionArg, LoopArg};
@@ -106,6 +106,9 @@ fn read(path: &PathBuf) -> Result<Opened> {
     let cannot = || format!("{} cannot be read as a frame", path.display());
     // By what is in it, whatever its name.
     let bytes = std::fs::read(path).with_context(cannot)?;
+    if bytes.is_empty() {
+        bail!("{}: it is empty", cannot());
+    }
     let mut reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format().with_context(cannot)?;
     use image::ImageFormat::{Jpeg, Png, WebP};
     if !matches!(reader.format(), Some(Png | Jpeg | WebP)) {
@@ -117,7 +120,8 @@ fn read(path: &PathBuf) -> Result<Opened> {
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(MOST_BYTES);
     reader.limits(limits);
-    let image = reader.decode().with_context(cannot)?.into_rgba8();
+    // What it says has its cause in it.
+    let image = reader.decode().map_err(|e| anyhow!("{}: {e}", cannot()))?.into_rgba8();
     let (width, height) = image.dimensions();
     Ok(Opened { width, height, pixels: image.into_raw().as_chunks::<4>().0.to_vec() })
 }
