@@ -409,5 +409,12 @@ fn names_that_are_no_text_are_kept_or_refused() {
     let output = command(dir.path(), "render -o").arg(out).arg(&scenes[0]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("UTF-8"));
+    // The file that says where pictures were taken from is text.
+    let views = "turntable --views 2 --size 8x8 -q";
+    let output = command(dir.path(), views).arg(&scenes[0]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("is none: name them with -o"));
     assert!(files(dir.path()) == before);
+    let output = command(dir.path(), views).args(["-o", "out/#.png"]).arg(&scenes[0]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

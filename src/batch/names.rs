@@ -61,6 +61,16 @@ impl Template {
         Template(pieces)
     }
 
+    /// The first word in braces that would be filled in if it were a known one.
+    pub fn unknown(text: &str) -> Option<&str> {
+        let opens = text.match_indices('{').map(|(i, _)| &text[i..]);
+        opens.filter(|rest| place(rest).is_none()).find_map(|rest| {
+            let word = &rest[..=rest.find('}')?];
+            let letter = |c: char| c.is_ascii_alphanumeric() || "_:".contains(c);
+            (word.len() > 2 && word[1..word.len() - 1].chars().all(letter)).then_some(word)
+        })
+    }
+
     /// Whether there is nothing to fill in.
     pub fn is_plain(&self) -> bool {
         self.0.iter().all(|piece| matches!(piece, Piece::Text(_)))
@@ -173,6 +183,21 @@ mod tests {
         }
         assert_eq!(filled(&Template::parse("f_####.png"), 12345), "f_12345.png");
         assert_eq!(filled(&Template::parse("f_####.png"), -7), "f_-0007.png");
+    }
+
+    #[test]
+    fn words_that_stand_for_nothing_are_found() {
+        for (text, unknown) in [
+            ("{other}.png", Some("{other}")),
+            ("{stem}_{frames:04}.png", Some("{frames:04}")),
+            ("{frame:x}.png", Some("{frame:x}")),
+            ("{{stem}}.png", None),
+            ("{stem}_{frame:04}.png", None),
+            ("{}{ }{a b}{.png", None),
+            ("a}b{ä}.png", None),
+        ] {
+            assert_eq!(Template::unknown(text), unknown, "{text}");
+        }
     }
 
     #[test]

@@ -77,10 +77,18 @@ impl Views {
         for (i, scene) in scenes.iter().enumerate() {
             let file = self.file(outputs, scene, i + 1);
             let last = outputs.target(scene, i + 1, &shot(i64::from(self.count), self.count, self.time));
-            if !matches!(last, Target::File(last) if last.parent() == file.parent()) {
+            if !matches!(&last, Target::File(last) if last.parent() == file.parent()) {
                 return Err(Usage(
                     "--views: pictures of a dataset lie in one folder: number them by name".into(),
                 ));
+            }
+            if let Target::File(picture) = &last
+                && picture.file_name().is_some_and(|name| name.to_str().is_none())
+            {
+                return Err(Usage(format!(
+                    "--views: {FILE} names pictures in UTF-8 text, and {} is none: name them with -o",
+                    picture.display()
+                )));
             }
             if let Some(other) = taken.insert(file.clone(), scene) {
                 return Err(Usage(format!(

@@ -59,7 +59,14 @@ impl Outputs {
     pub fn new(args: &OutputArgs, series: &Series, look: &Look) -> Result<Outputs, Usage> {
         let output = args.output.as_deref();
         let text = pattern(output)?;
-        let template = template(&text);
+        let (folder, name) = apart(&text);
+        if let Some(word) = Template::unknown(name) {
+            return Err(Usage(format!(
+                "-o {text}: {word} stands for nothing: there are {{stem}}, {{model}}, {{parent}}, {{index}}, {{frame}} \
+                 and {{frame:04}}"
+            )));
+        }
+        let template = Template::within(folder, name);
         let mut outputs = Outputs {
             form: match moving::format(Path::new(&text)) {
                 Some(format) => Form::Moving(Playing::new(format, &template, args, series, look)?),
@@ -151,11 +158,10 @@ fn pattern(output: Option<&Path>) -> Result<String, Usage> {
     })
 }
 
-/// What a pattern fills in. A folder that is there is meant as it is called.
-fn template(pattern: &str) -> Template {
+/// A pattern's folder, and what follows it, which is filled in. A folder that is there is meant as it is called.
+fn apart(pattern: &str) -> (&str, &str) {
     let mut folders = pattern.rmatch_indices(is_separator).map(|(i, _)| pattern.split_at(i + 1));
-    let (folder, name) = folders.find(|(folder, _)| Path::new(folder).is_dir()).unwrap_or(("", pattern));
-    Template::within(folder, name)
+    folders.find(|(folder, _)| Path::new(folder).is_dir()).unwrap_or(("", pattern))
 }
 
 /// The format of single pictures that are called so.
