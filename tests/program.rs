@@ -160,6 +160,7 @@ fn wrong_command_lines_are_exit_2() {
         (vec!["render", scene, "--siz", "8x8"], "--siz"),
         (vec!["render", scene, "--size", "8"], "1280x720"),
         (vec!["render", scene, "-s", "0"], "0"),
+        (vec!["render", scene, "-o", "{name}.png"], "{name} stands for nothing: there are {stem}"),
         (vec!["render", scene, "-o", "a.tiff"], ".png, .exr, .jpg, .webp, .gif"),
         (vec!["render", scene, "-o", "a.jpg", "--no-background"], "a JPEG has no transparency"),
         (vec!["render", scene, "-o", "a.jpg", "--depth", "16"], "a JPEG has 8 bits"),
@@ -320,6 +321,31 @@ fn info_tells_what_is_there_in_text_and_json() {
     assert!(json["triangles"].as_u64().unwrap() > 10);
     assert_eq!(json["cameras"].as_array().unwrap().len(), 1);
     assert_eq!(json["lights"][0]["kind"], "point");
+    let ids = json["object_ids"].as_array().unwrap();
+    assert_eq!((ids.len() as u64, &ids[0]["id"]), (json["objects"].as_u64().unwrap(), &1.into()));
+    for (i, material) in json["materials"].as_array().unwrap().iter().enumerate() {
+        assert_eq!(json["material_ids"][i], serde_json::json!({"id": i + 1, "name": material["name"]}));
+    }
+}
+
+/// Whoever asks for JSON gets it of scenes that fail, too: an object for one, a list for several.
+#[test]
+fn info_in_json_tells_of_scenes_that_fail() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    fs::write(dir.path().join("broken.glb"), "glTF").unwrap();
+    let info = |scenes: &[&str]| -> serde_json::Value {
+        let output = blinn(dir.path(), &[&["info", "--json"], scenes].concat());
+        assert_eq!(output.status.code(), Some(1));
+        assert!(String::from_utf8(output.stderr).unwrap().starts_with("blinn: broken.glb"));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let alone = info(&["broken.glb"]);
+    assert_eq!(alone["file"], "broken.glb");
+    assert!(alone["error"].as_str().unwrap().starts_with("broken.glb: "), "{alone}");
+    let both = info(&["broken.glb", scene.to_str().unwrap()]);
+    assert_eq!((both.as_array().unwrap().len(), &both[0]), (2, &alone));
+    assert!(both[1]["error"].is_null() && both[1]["triangles"].is_u64(), "{both}");
 }
 
 #[test]

@@ -10,7 +10,9 @@ use super::studio::left_out;
 use super::{Summary, Usage, memory, one_line};
 use crate::accel::CleanReport;
 use crate::import::{LoadOptions, load};
-use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, PosedScene, Reflectance, pose};
+use crate::scene::{
+    AnimationChoice, FileProjection, Format, PoseSettings, PosedScene, Reflectance, Scene, pose,
+};
 
 pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     let options = LoadOptions { limits: memory::limits(None), ..load_options(&args.scene, &args.common) };
@@ -32,6 +34,9 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
             }
             let mut facts = describe(&posed, &cleaned, &warnings);
             facts.insert("file".into(), json!(path.to_string_lossy()));
+            if args.json {
+                facts.extend(ids(&scene));
+            }
             Ok(facts)
         });
         match outcome {
@@ -42,6 +47,9 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
             Err(e) => {
                 let line = one_line(&super::describe(path, &e));
                 tell(&format!("blinn: {line}"));
+                if args.json {
+                    all.push(json!({"file": path.to_string_lossy(), "error": line}));
+                }
                 summary.add(Some(line));
             }
         }
@@ -119,6 +127,17 @@ fn describe(posed: &PosedScene, cleaned: &CleanReport, warnings: &[String]) -> F
         "warnings": warnings,
     });
     value.as_object().cloned().unwrap_or_default()
+}
+
+/// What the numbers in layers stand for.
+fn ids(scene: &Scene) -> Facts {
+    let named = |names: &mut dyn Iterator<Item = &String>| -> Value {
+        names.enumerate().map(|(i, name)| json!({"id": i + 1, "name": name})).collect()
+    };
+    Facts::from_iter([
+        ("object_ids".into(), named(&mut scene.objects.iter())),
+        ("material_ids".into(), named(&mut scene.materials.iter().map(|material| &material.name))),
+    ])
 }
 
 /// The same facts for people.

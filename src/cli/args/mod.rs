@@ -92,7 +92,8 @@ pub struct SceneArgs {
 pub struct InfoArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Prints JSON
+    /// Prints JSON: an object, or a list of them where several scenes are named; one that fails has
+    /// its file and its error
     #[arg(long, help_heading = "Output")]
     pub json: bool,
     #[command(flatten)]
