@@ -59,3 +59,12 @@ pub fn folder() -> (tempfile::TempDir, PathBuf) {
     let path = dir.path().to_path_buf();
     (dir, path)
 }
+
+/// Whether processes begun here heed a signal: what a shell's script has in the background ignores interrupts.
+pub fn heeds(signal: &str) -> bool {
+    let number = [("-HUP", 1), ("-INT", 2), ("-TERM", 15)].iter().find(|(name, _)| *name == signal);
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.map_or(0, |mask| u64::from_str_radix(mask.trim(), 16).unwrap());
+    number.is_none_or(|(_, number)| ignored >> (number - 1) & 1 == 0)
+}
