@@ -7,14 +7,15 @@ use crate::cli::Usage;
 
 /// The scenes that `words` name: `@FILE` stands for the paths in FILE, one a line, as if they stood
 /// on the command line; `@-` reads them from standard input. Empty lines and those that begin with
-/// `#` do not count. A list is UTF-8, or UTF-16 where a byte order mark says so.
+/// `#` do not count. A list is UTF-8, or UTF-16 where a byte order mark says so. One with zeros has a path before
+/// each, whatever is in it, as `find -print0` writes it.
 pub fn list(words: &[PathBuf]) -> Result<Vec<PathBuf>, Usage> {
     let mut scenes = Vec::new();
     for word in words {
         match word.to_str().and_then(|text| text.strip_prefix('@')) {
             Some(list) if !word.exists() => {
                 let wrong = |e: io::Error| Usage(format!("@{list}: the list cannot be read: {e}"));
-                scenes.extend(lines(&read(list).and_then(unmarked).map_err(wrong)?));
+                scenes.extend(paths(&read(list).and_then(unmarked).map_err(wrong)?));
             }
             _ => scenes.push(word.clone()),
         }
@@ -50,9 +51,12 @@ fn unmarked(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
     }
 }
 
-fn lines(bytes: &[u8]) -> impl Iterator<Item = PathBuf> {
+fn paths(bytes: &[u8]) -> Vec<PathBuf> {
+    if bytes.contains(&0) {
+        return bytes.split(|&b| b == 0).filter(|text| !text.is_empty()).map(path).collect();
+    }
     let lines = bytes.split(|&b| b == b'\n').map(|line| line.trim_ascii());
-    lines.filter(|line| !line.is_empty() && !line.starts_with(b"#")).map(path)
+    lines.filter(|line| !line.is_empty() && !line.starts_with(b"#")).map(path).collect()
 }
 
 #[cfg(unix)]
@@ -72,8 +76,14 @@ mod tests {
 
     #[test]
     fn lists_have_a_path_a_line() {
-        let found: Vec<_> = lines(b"a.glb\r\n\n # no\n  b c.obj \n#d\nlast.gltf").collect();
+        let found = paths(b"a.glb\r\n\n # no\n  b c.obj \n#d\nlast.gltf");
         assert_eq!(found, ["a.glb", "b c.obj", "last.gltf"].map(PathBuf::from));
+    }
+
+    #[test]
+    fn lists_with_zeros_have_any_path() {
+        let found = paths(b"#a.glb\0 b.obj \0two\nlines.glb\0");
+        assert_eq!(found, ["#a.glb", " b.obj ", "two\nlines.glb"].map(PathBuf::from));
     }
 
     #[test]
