@@ -18,81 +18,82 @@ const KEYS: [(Aov, &[&str]); 3] = [
     (Aov::Mask, &["mask_path"]),
 ];
 
-/// Writes it for the `index`-th scene, and returns the file unless it is there already and stays. It is of all
-/// views, whichever were rendered: those of a farm's shares are the same. `over_clip` is what the pictures'
-/// moments shared.
-pub(super) fn write(
-    job: &Job,
-    views: &Views,
-    scene: &Scene,
-    over_clip: &OverClip,
-    path: &Path,
-    index: usize,
-) -> Result<Option<PathBuf>> {
-    let file = views.file(&job.outputs, path, index);
-    let text = text(job, views, scene, over_clip, path, index)?;
-    match write_atomically(&file, text.as_bytes(), job.outputs.replace) {
-        Ok(()) => Ok(Some(file)),
-        // Another share's is this one's.
-        Err(_) if job.outputs.replace == Replace::No && holds(&file, &text) => Ok(None),
-        Err(cause) => Err(SaveError { path: file, cause }.into()),
-    }
+/// That file, of one scene: read from `path`, the `index`-th of the job.
+pub(super) struct DatasetFile<'a> {
+    pub job: &'a Job,
+    pub views: &'a Views,
+    pub scene: &'a Scene,
+    pub path: &'a Path,
+    pub index: usize,
 }
 
-/// Refuses a file that is there and must stay, unless it is what would be written.
-pub(super) fn check(job: &Job, views: &Views, scene: &Scene, path: &Path, index: usize) -> Result<()> {
-    let file = views.file(&job.outputs, path, index);
-    let Err(error) = check_free(&file, job.outputs.replace) else { return Ok(()) };
-    if file.is_file() && holds(&file, &text(job, views, scene, &OverClip::default(), path, index)?) {
-        return Ok(());
+impl DatasetFile<'_> {
+    /// Writes it, and returns where unless it is there already and stays. It is of all views, whichever
+    /// were rendered: those of a farm's shares are the same. `over_clip` is what the pictures' moments shared.
+    pub fn write(&self, over_clip: &OverClip) -> Result<Option<PathBuf>> {
+        let (file, replace) = (self.file(), self.job.outputs.replace);
+        let text = self.text(over_clip)?;
+        match write_atomically(&file, text.as_bytes(), replace) {
+            Ok(()) => Ok(Some(file)),
+            // Another share's is this one's.
+            Err(_) if replace == Replace::No && holds(&file, &text) => Ok(None),
+            Err(cause) => Err(SaveError { path: file, cause }.into()),
+        }
     }
-    Err(error.into())
+
+    /// Refuses a file that is there and must stay, unless it is what would be written.
+    pub fn check(&self) -> Result<()> {
+        let file = self.file();
+        let Err(error) = check_free(&file, self.job.outputs.replace) else { return Ok(()) };
+        if file.is_file() && holds(&file, &self.text(&OverClip::default())?) {
+            return Ok(());
+        }
+        Err(error.into())
+    }
+
+    fn file(&self) -> PathBuf {
+        self.views.file(&self.job.outputs, self.path, self.index)
+    }
+
+    fn text(&self, over_clip: &OverClip) -> Result<String> {
+        let DatasetFile { job, views, scene, path, index } = *self;
+        let Job { look, outputs, .. } = job;
+        let animation = look.animation(scene)?;
+        let time = views.time.min(clip_end(scene, &animation)?);
+        let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?.sharing(over_clip);
+        let posed = start.at(time);
+        let size @ (width, height) = look.size_for(scene);
+        let mut all = Vec::new();
+        for shot in views.shots() {
+            let target = outputs.target(path, index, &shot);
+            let Target::File(picture) = &target else { continue };
+            let name = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let files = outputs.files(&target);
+            let beside = |aov: Aov| {
+                let expected = picture.with_extension(format!("{}.png", aov.name()));
+                files.iter().find(|file| **file == expected).map(|file| name(file))
+            };
+            let layers = KEYS.iter().filter_map(|&(aov, keys)| Some((keys, beside(aov)?)));
+            let layers = layers.flat_map(|(keys, file)| keys.iter().map(move |&key| (key, file.clone())));
+            all.push(DatasetView {
+                file: name(picture),
+                layers: layers.collect(),
+                camera: look.camera(&shot, &posed, size)?,
+            });
+        }
+        let dataset = Dataset {
+            size,
+            window: RenderSettings { width, height, ..look.settings }.window(),
+            up: views.up,
+            bounds: posed.bounds(),
+            depth_step: depth_step(job, &start, size)?,
+        };
+        Ok(dataset.transforms(&all))
+    }
 }
 
 fn holds(file: &Path, text: &str) -> bool {
     std::fs::read(file).is_ok_and(|bytes| bytes == text.as_bytes())
-}
-
-fn text(
-    job: &Job,
-    views: &Views,
-    scene: &Scene,
-    over_clip: &OverClip,
-    path: &Path,
-    index: usize,
-) -> Result<String> {
-    let Job { look, outputs, .. } = job;
-    let animation = look.animation(scene)?;
-    let time = views.time.min(clip_end(scene, &animation)?);
-    let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?.sharing(over_clip);
-    let posed = start.at(time);
-    let size @ (width, height) = look.size_for(scene);
-    let mut all = Vec::new();
-    for shot in views.shots() {
-        let target = outputs.target(path, index, &shot);
-        let Target::File(picture) = &target else { continue };
-        let name = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let files = outputs.files(&target);
-        let beside = |aov: Aov| {
-            let expected = picture.with_extension(format!("{}.png", aov.name()));
-            files.iter().find(|file| **file == expected).map(|file| name(file))
-        };
-        let layers = KEYS.iter().filter_map(|&(aov, keys)| Some((keys, beside(aov)?)));
-        let layers = layers.flat_map(|(keys, file)| keys.iter().map(move |&key| (key, file.clone())));
-        all.push(DatasetView {
-            file: name(picture),
-            layers: layers.collect(),
-            camera: look.camera(&shot, &posed, size)?,
-        });
-    }
-    let dataset = Dataset {
-        size,
-        window: RenderSettings { width, height, ..look.settings }.window(),
-        up: views.up,
-        bounds: posed.bounds(),
-        depth_step: depth_step(job, &start, size)?,
-    };
-    Ok(dataset.transforms(&all))
 }
 
 /// Metres that a step of 16-bit depth stands for: whatever a view could see has one. `None` where depth is

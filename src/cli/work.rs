@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Error, Result};
 
 use super::console::print;
-use super::dataset;
+use super::dataset::DatasetFile;
 use super::job::{Claims, Form, Job, Shot, Target, Writer};
 use super::memory;
 use super::progress::Teller;
@@ -64,11 +64,10 @@ impl Work<'_> {
             over_clip = self.make(&scene, &shots)?;
         }
         // Pictures come first: where this file is, they are.
-        if let Some(views) = &self.job.views {
-            let written = dataset::write(self.job, views, &scene, &over_clip, self.path, self.index)?;
-            if let Some(file) = written {
-                self.teller.reporter.wrote(Some(self.path), &file);
-            }
+        if let Some(dataset) = self.dataset(&scene)
+            && let Some(file) = dataset.write(&over_clip)?
+        {
+            self.teller.reporter.wrote(Some(self.path), &file);
         }
         Ok(())
     }
@@ -85,14 +84,19 @@ impl Work<'_> {
             claims.spare(file, Writer::Scene(self.path)).map_err(Error::msg)?;
         }
         self.check_free(&files)?;
-        if let Some(views) = &self.job.views {
-            dataset::check(self.job, views, scene, self.path, self.index)?;
+        if let Some(dataset) = self.dataset(scene) {
+            dataset.check()?;
         }
         if let Some(first) = files.first() {
             folder_of(first)?;
             check_writable(first, replace)?;
         }
         Ok(())
+    }
+
+    fn dataset<'s>(&'s self, scene: &'s Scene) -> Option<DatasetFile<'s>> {
+        let views = self.job.views.as_ref()?;
+        Some(DatasetFile { job: self.job, views, scene, path: self.path, index: self.index })
     }
 
     /// Refuses files that are there and must stay. Of a dataset all shares write the same file.
