@@ -87,6 +87,8 @@ pub enum LightField {
     InnerCone,
     /// Half angle of a spot's end, in radians.
     OuterCone,
+    /// The share of a spot's half angle over which its strength falls; the inner cone's, in other words.
+    Blend,
 }
 
 /// A number of a camera.
@@ -226,6 +228,7 @@ impl Light {
             (LightField::Range, _) => self.range = if at(0) > 0.0 { at(0) } else { f32::INFINITY },
             (LightField::InnerCone, LightKind::Spot { inner, .. }) => *inner = at(0),
             (LightField::OuterCone, LightKind::Spot { outer, .. }) => *outer = at(0),
+            (LightField::Blend, LightKind::Spot { inner, outer }) => *inner = *outer * (1.0 - at(0)),
             _ => {}
         }
     }

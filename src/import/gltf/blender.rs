@@ -1,13 +1,15 @@
 //! What Blender's exporter writes otherwise than glTF means it, taken back.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use ::gltf::json as gltf;
 use glam::{DMat3, Vec3};
 
 use super::material;
 use crate::import::error::Warnings;
-use crate::scene::{LightField, LightKind, Material, Mesh, Reflectance, Scene, Target};
+use crate::scene::{
+    Channel, Interpolation, Keys, LightField, LightKind, Material, Mesh, Reflectance, Scene, Target,
+};
 
 /// Makes of a scene out of Blender's exporter what it was in Blender.
 pub(super) fn restore(scene: &mut Scene) {
@@ -17,6 +19,7 @@ pub(super) fn restore(scene: &mut Scene) {
     restore_normals(scene);
     keep_shared_normals(scene);
     restore_intensities(scene);
+    restore_cones(scene);
 }
 
 /// What has no material is matte in Blender, and seen from both sides; glTF's default is a metal's front. White
@@ -99,6 +102,41 @@ fn restore_intensities(scene: &mut Scene) {
         if !values.iter().any(|&v| is_light(v)) && values.iter().any(|&v| is_light(v * factor)) {
             values.iter_mut().for_each(|v| *v *= factor);
         }
+    }
+}
+
+/// Blender has a spot's blend, the share of its cone over which light falls off, where glTF has an angle. The exporter
+/// writes keys of the blend as they are for the angle's, and where there are none the blend stays as the cone
+/// changes, not the angle. As with intensities one of the keys tells.
+fn restore_cones(scene: &mut Scene) {
+    let Scene { animations, lights, .. } = scene;
+    for channels in animations.iter_mut().map(|animation| &mut animation.channels) {
+        let (mut sized, mut blended) = (BTreeMap::new(), BTreeSet::new());
+        for Channel { target, keys } in channels.iter_mut() {
+            let Target::Light(id, field) = *target else { continue };
+            let LightKind::Spot { inner, outer } = lights[id as usize].kind else { continue };
+            let blend = 1.0 - inner / outer;
+            let has = |value: f32| keys.values.iter().any(|v| (v - value).abs() < 1e-4);
+            match field {
+                LightField::OuterCone if blend.is_finite() => {
+                    sized.insert(id, blend);
+                }
+                LightField::InnerCone => {
+                    blended.insert(id);
+                    if has(blend) && !has(inner) {
+                        *target = Target::Light(id, LightField::Blend);
+                    }
+                }
+                _ => {}
+            }
+        }
+        for (id, blend) in sized.into_iter().filter(|(id, _)| !blended.contains(id)) {
+            let keys =
+                Keys { times: vec![0.0], values: vec![blend], width: 1, interpolation: Interpolation::Step };
+            channels.push(Channel { target: Target::Light(id, LightField::Blend), keys });
+        }
+        // Behind the cones that they are shares of.
+        channels.sort_by_key(|channel| matches!(channel.target, Target::Light(_, LightField::Blend)));
     }
 }
 

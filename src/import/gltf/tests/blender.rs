@@ -6,7 +6,7 @@ use serde_json::json;
 use super::super::fixture::Fixture;
 use super::looks::textured;
 use super::motion::skinned;
-use crate::scene::{Mesh, Scene};
+use crate::scene::{LightUnits, Mesh, PoseSettings, PosedKind, Scene, pose};
 
 /// The same file by Blender and by another program.
 fn by_both(mut fixture: Fixture) -> [Scene; 2] {
@@ -85,4 +85,50 @@ fn a_shared_mesh_is_smoothed_in_its_own_frame() {
     let deltas = twice.vec3(&[[0.0; 3]; 3]);
     twice.primitive()["targets"] = json!([{"POSITION": deltas}]);
     assert_eq!(own(&twice), [false; 2]);
+}
+
+/// A spot of 0.8 with a blend of .25 from the file's first key to its second, by keys of cones and blends under the
+/// exporter's names; and its cones then by Blender and by another program.
+#[test]
+fn blends_of_spots_are_shares_of_their_cones() {
+    for (keys, by_blender, by_another) in [
+        // The blend alone, the size alone, and both.
+        (vec![("inner", [0.25, 0.75])], [0.2, 0.8], [0.75, 0.8]),
+        (vec![("outer", [0.8, 0.4])], [0.3, 0.4], [0.6, 0.4]),
+        (vec![("inner", [0.25, 0.75]), ("outer", [0.8, 0.4])], [0.1, 0.4], [0.75, 0.4]),
+        (vec![("outer", [0.8, 0.4]), ("inner", [0.25, 0.75])], [0.1, 0.4], [0.75, 0.4]),
+        // Angles, as glTF has them.
+        (vec![("inner", [0.6, 0.3]), ("outer", [0.8, 0.4])], [0.3, 0.4], [0.3, 0.4]),
+    ] {
+        let moving = by_both(spot([0.6, 0.8], &keys)).map(|scene| cone(&scene));
+        let right = [by_blender, by_another].map(|cones| by_both(spot(cones, &[])));
+        assert_eq!(moving, [cone(&right[0][0]), cone(&right[1][1])], "{keys:?}");
+    }
+}
+
+fn spot([inner, outer]: [f32; 2], keys: &[(&str, [f32; 2])]) -> Fixture {
+    let mut fixture = Fixture::triangle();
+    fixture.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "spot",
+        "spot": {"innerConeAngle": inner, "outerConeAngle": outer}}]}});
+    fixture.node(json!({"extensions": {"KHR_lights_punctual": {"light": 0}}}));
+    let times = fixture.floats("SCALAR", 1, &[0.0, 1.0]);
+    let (mut samplers, mut channels) = (vec![], vec![]);
+    for (cone, values) in keys {
+        let values = fixture.floats("SCALAR", 1, values);
+        let pointer = format!("/extensions/KHR_lights_punctual/lights/0/spot.{cone}ConeAngle");
+        channels.push(json!({"sampler": samplers.len(), "target": {"path": "pointer",
+            "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}}));
+        samplers.push(json!({"input": times, "output": values}));
+    }
+    if !keys.is_empty() {
+        fixture.push("animations", json!({"samplers": samplers, "channels": channels}));
+    }
+    fixture
+}
+
+/// What a scene's one spot lets through a second after its start, in parts of a million.
+fn cone(scene: &Scene) -> [i32; 2] {
+    let last = pose(scene, &PoseSettings { time: 1.0, ..PoseSettings::default() }).unwrap();
+    let PosedKind::Spot { cone, .. } = last.lights(LightUnits::Raw, 1.0)[0].kind else { panic!() };
+    [cone.cos_outer, cone.width].map(|v| (v * 1e6).round() as i32)
 }
