@@ -4,6 +4,7 @@
 //! tobj reads the numbers and faces of what it makes of it: plain text in which every index counts
 //! from one and faces stand sorted by their form.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
 use glam::{DVec3, Vec3, Vec4};
@@ -59,7 +60,7 @@ impl Reader<'_> {
     fn line(&mut self, line: &Line) -> Result<(), LoadError> {
         let (keyword, rest) = split_keyword(&line.text);
         let name = || rest.to_string();
-        match keyword {
+        match &*lower(keyword) {
             "v" => self.vertex(line, rest)?,
             "vt" => {
                 let v = self.numbers(line, "vt", rest, 1)?;
@@ -79,9 +80,9 @@ impl Reader<'_> {
             // Points of curves and surfaces.
             "vp" => {}
             idle if text::is_idle(idle) => {}
-            text::POLYPAINT => self.paint(rest),
-            other => {
-                let name = printable(other);
+            _ if keyword == text::POLYPAINT => self.paint(rest),
+            _ => {
+                let name = printable(keyword);
                 if self.unknown.len() < 20 && !self.unknown.contains(&name) {
                     self.unknown.push(name);
                 }
@@ -199,11 +200,20 @@ impl Reader<'_> {
     }
 }
 
+/// Some programs write keywords in capitals.
+fn lower(keyword: &str) -> Cow<'_, str> {
+    if keyword.contains(|c: char| c.is_ascii_uppercase()) {
+        Cow::Owned(keyword.to_ascii_lowercase())
+    } else {
+        Cow::Borrowed(keyword)
+    }
+}
+
 /// How many vertices, coordinates and normals the file has.
 fn totals(text: &str) -> [usize; 3] {
     let mut totals = [0; 3];
     for line in lines(text) {
-        match split_keyword(&line.text).0 {
+        match &*lower(split_keyword(&line.text).0) {
             "v" => totals[0] += 1,
             "vt" => totals[1] += 1,
             "vn" => totals[2] += 1,

@@ -351,17 +351,23 @@ fn normal_maps_on_flat_faces_have_their_frames() {
 #[test]
 fn blender_shows_colours_over_black_where_alpha_is_not_used() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
-    let image = png([255, 200, 0, 128]);
-    for (head, map_d, expected) in [
-        ("# Blender 5.0.1", "", [188u8, 147, 0, 255]),
-        ("# Blender 5.0.1", "map_d t.png", [255, 200, 0, 128]),
-        ("# Other", "", [255, 200, 0, 128]),
+    let soft = &png([255, 200, 0, 128])[..];
+    let grey = include_bytes!("../../../models/tests/images/grey_alpha.png");
+    let webp = include_bytes!("../../../models/tests/images/lossless.webp");
+    for (head, map_d, image, expected) in [
+        ("# Blender 5.0.1", "", soft, [128u8, 100, 0, 255]),
+        ("# Blender 5.0.1", "map_d t.png", soft, [255, 200, 0, 128]),
+        ("# Other", "", soft, [255, 200, 0, 128]),
+        // Of these it takes no notice of alpha.
+        ("# Blender 5.0.1", "", grey, [51; 4]),
+        ("# Blender 5.0.1", "", webp, [0, 255, 0, 51]),
     ] {
         let mtl = format!("{head}\nnewmtl m\nmap_Kd t.png\n{map_d}\n");
-        let (scene, _) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", &image)]).unwrap();
+        let (scene, _) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", image)]).unwrap();
         let texture = scene.materials[0].base.texture.unwrap().texture;
         let image = &scene.images[scene.textures[texture as usize].image as usize];
-        let texel = (image.stored(0) * 255.0).round().to_array();
+        let last = (image.width * image.height) as usize - 1;
+        let texel = (image.stored(last) * 255.0).round().to_array();
         assert_eq!(texel, expected.map(f32::from), "{head} {map_d}");
     }
 }

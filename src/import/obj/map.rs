@@ -1,5 +1,5 @@
 //! A texture in an MTL: its options, which stand before or after its name, and the name itself,
-//! which may have spaces.
+//! which may have spaces and words like theirs.
 
 use glam::Vec2;
 
@@ -36,6 +36,7 @@ fn option_values(word: &str) -> Option<usize> {
 /// A texture, and the options that would change the picture and are not known here. `None` where no
 /// file is named.
 pub(super) fn read(rest: &str) -> Option<(Map, Vec<&str>)> {
+    let rest = rest.trim();
     let mut left = Vec::new();
     let mut map = Map {
         file: String::new(),
@@ -45,17 +46,27 @@ pub(super) fn read(rest: &str) -> Option<(Map, Vec<&str>)> {
         bump: 1.0,
         channel: None,
     };
-    let mut name: Vec<&str> = Vec::new();
-    let mut text = rest.trim();
+    // The name so far, and what was known before options that seem to follow it.
+    let (mut name, mut before) = (0..0, None);
+    let mut text = rest;
     while !text.is_empty() {
         let (word, after) = split_keyword(text);
+        let at = rest.len() - text.len();
         let Some(most) = option_values(word) else {
-            // A run of the name, with the white space that follows it as written.
-            let gap = text.len() - word.len() - after.len();
-            name.push(&text[..word.len() + gap]);
+            if let Some(without) = before.take() {
+                if word.starts_with('#') {
+                    break;
+                }
+                // They are in its midst.
+                (map, left) = without;
+            }
+            name = if name.is_empty() { at } else { name.start }..at + word.len();
             text = after;
             continue;
         };
+        if !name.is_empty() && before.is_none() {
+            before = Some((map.clone(), left.clone()));
+        }
         let mut values = Vec::new();
         text = after;
         while values.len() < most && !text.is_empty() {
@@ -75,7 +86,7 @@ pub(super) fn read(rest: &str) -> Option<(Map, Vec<&str>)> {
             left.push(word);
         }
     }
-    map.file = name.concat().trim().trim_matches('"').to_string();
+    map.file = rest[name].trim_matches('"').to_string();
     (!map.file.is_empty()).then_some((map, left))
 }
 

@@ -178,7 +178,8 @@ fn is_zero(rest: &str) -> bool {
 
 /// Three numbers, or one for all three.
 fn color(rest: &str) -> Result<Rgb, Left> {
-    let words: Vec<&str> = rest.split_whitespace().collect();
+    // Some write commas between them.
+    let words: Vec<&str> = rest.split([' ', '\t', ',']).filter(|word| !word.is_empty()).collect();
     if matches!(words.first(), Some(&("spectral" | "xyz"))) {
         return Err(Left::Bad("only RGB colours are read".into()));
     }
@@ -250,7 +251,7 @@ mod tests {
     /// Pitfall 38 too: one number is grey.
     #[test]
     fn statements_are_read_and_a_bad_line_costs_that_line() {
-        let (m, warnings) = one("newmtl red #2\nKd 1 0.5 0\nKs x\nKa .2\nNs 1D2\nd 0.5\nTr 0.25\nwhat 1\n");
+        let (m, warnings) = one("newmtl red #2\nKd 1, 0.5,0\nKs x\nKa .2\nNs 1D2\nd 0.5\nTr 0.25\nwhat 1\n");
         assert_eq!(
             (m.name.as_str(), m.kd, m.ka, m.ns),
             ("red #2", Some(Rgb::new(1.0, 0.5, 0.0)), Some(Rgb::splat(0.2)), Some(100.0))
@@ -280,6 +281,22 @@ mod tests {
         let (m, warnings) = one("newmtl a\nMap_Kd -clamp ON -colorspace sRGB tex#1.png\n");
         let map = m.map_kd.unwrap();
         assert!(map.file == "tex#1.png" && map.clamp && warnings.is_empty(), "{map:?} {warnings:?}");
+    }
+
+    /// As folders are named, whose names Blender writes as they are.
+    #[test]
+    fn what_looks_like_options_in_the_midst_of_a_name_is_part_of_it() {
+        for (text, scale) in [
+            ("t/s11 -s 2 dir/a -bm 1 b.png", 1.0),
+            ("-s 4 4 4 t/s11 -s 2 dir/a -bm 1 b.png", 4.0),
+            ("t/s11 -s 2 dir/a -bm 1 b.png -s 4 4 4", 4.0),
+            ("t/s11 -s 2 dir/a -bm 1 b.png -s 4 4 4 # comment", 4.0),
+        ] {
+            let (m, warnings) = one(&format!("newmtl a\nmap_Kd {text}\n"));
+            let map = m.map_kd.unwrap();
+            assert_eq!((map.file.as_str(), map.bump), ("t/s11 -s 2 dir/a -bm 1 b.png", 1.0), "{text}");
+            assert!(map.scale.x == scale && warnings.is_empty(), "{text}: {map:?} {warnings:?}");
+        }
     }
 
     #[test]

@@ -227,7 +227,7 @@ fn errors_name_the_line_and_the_word() {
         ("v 0 0 0\nf /1 1 1\n", "names no vertex"),
         ("v 0 0 0\nf 99999999999999999999 1 1\n", "is not a vertex index"),
         ("# empty\n", "only .gltf, .glb and .obj files are read"),
-        ("V 0 0 0\nF 1 1 1\n", "only .gltf, .glb and .obj files are read"),
+        ("w 0 0 0\nh 1 1 1\n", "only .gltf, .glb and .obj files are read"),
         ("v 0 0 0\nl 1 1\n", "nothing to draw"),
     ] {
         let told = error(obj);
@@ -471,4 +471,17 @@ fn coordinates_that_the_file_lacks_are_done_without() {
     let (scene, warnings) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2/2/2 3/3/-3\n", &[]).unwrap();
     assert!(scene.meshes[0].uvs.is_empty() && scene.meshes[0].normals.is_empty());
     assert!(warnings.len() == 1 && warnings[0].contains("line 4"), "{warnings:?}");
+}
+
+#[test]
+fn keywords_may_be_in_capitals() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+    let shout = |line: &str| match line.split_once(' ') {
+        Some((keyword, rest)) => format!("{} {rest}\n", keyword.to_uppercase()),
+        None => format!("{line}\n"),
+    };
+    let (scene, warnings) =
+        read(obj.lines().map(shout).collect::<String>(), &[("a.mtl", b"newmtl m\nKd 0 1 0\n")]).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!((scene.drawn_triangles(), scene.materials[0].base.factor), (1, Rgb::Y));
 }

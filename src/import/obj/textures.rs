@@ -1,8 +1,9 @@
 //! The images that MTLs name: found, read and decoded once each.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DVec4, Vec2, Vec3, Vec4};
+use image::{ImageFormat, guess_format};
 use rayon::prelude::*;
 
 use super::super::Limits;
@@ -13,10 +14,7 @@ use super::super::uri::{Folder, Unreadable, printable};
 use super::map::Map;
 use super::mtl::Mtl;
 use super::text::readings;
-use crate::scene::{
-    Channels, Filter, Image, Mips, Texels, Texture, TextureRef, UvTransform, Wrap, linear_to_srgb,
-    srgb_to_linear,
-};
+use crate::scene::{Channels, Filter, Image, Mips, Texels, Texture, TextureRef, UvTransform, Wrap};
 
 /// Reads a file by a name from another system, another folder, in another case or form of Unicode, or with a
 /// comment behind it.
@@ -95,6 +93,8 @@ pub(super) struct Library {
     image_of: HashMap<Key, Option<u32>>,
     /// By image, and whether it is clamped.
     texture_of: HashMap<(u32, bool), u32>,
+    /// Images whose colours Blender never takes times their alpha.
+    straight: HashSet<u32>,
     /// Copies of images whose colours are shown over black.
     over_black: HashMap<u32, u32>,
     /// What looks at all of an image tell: hundreds of materials may share one.
@@ -126,21 +126,28 @@ impl Library {
         let total = sizes.fold(0u64, u64::saturating_add);
         LoadError::check("bytes of decoded textures", total, limits.texture_bytes)?;
         budget.images(total)?;
-        let decoded: Vec<Result<Image, String>> = files
+        let decoded: Vec<Result<(Image, bool), String>> = files
             .into_par_iter()
             .zip(&wanted)
-            .map(|(bytes, (_, name))| decode(&printable(name), &bytes?, limits))
+            .map(|(bytes, (_, name))| {
+                let bytes = bytes?;
+                Ok((decode(&printable(name), &bytes, limits)?, is_straight(&bytes)))
+            })
             .collect();
         let mut library = Library::default();
         for (key, image) in wanted.into_iter().zip(decoded) {
             let id = match image {
-                Ok(image) => {
+                Ok((image, straight)) => {
                     if first_tile(&key.1).is_some() {
                         let name = printable(&key.1);
                         warnings.add("", format!("texture '{name}': of its tiles, 1001 is shown everywhere"));
                     }
+                    let id = library.images.len() as u32;
                     library.images.push(image);
-                    Some(library.images.len() as u32 - 1)
+                    if straight {
+                        library.straight.insert(id);
+                    }
+                    Some(id)
                 }
                 Err(why) => {
                     let then = if multiplies[&key] { "shown as if white" } else { "shown without it" };
@@ -159,11 +166,11 @@ impl Library {
     }
 
     /// The map of a colour. Where a material of Blender's does not use the alpha of its texture,
-    /// Blender shows the texture's colour over black.
+    /// Blender shows the texture's colour over black; but not that of every kind of image.
     pub fn color(&mut self, material: &Mtl, map: Option<&Map>) -> Option<TextureRef> {
         let image = self.image(material, map?)?;
-        let hidden = material.by_blender && material.map_d.is_none();
-        if !hidden || !self.has_alpha(image) {
+        let hidden = material.by_blender && material.map_d.is_none() && !self.straight.contains(&image);
+        if !hidden || self.images[image as usize].channels != Channels::Rgba || !self.has_alpha(image) {
             return self.texture(material, map);
         }
         let copy = *self.over_black.entry(image).or_insert_with(|| {
@@ -238,20 +245,24 @@ fn are_normals(texels: impl Iterator<Item = Vec4>) -> bool {
     (0.3..0.7).contains(&r) && (0.3..0.7).contains(&g) && b > 0.65 && b > r + 0.1
 }
 
-/// The image with its colours times its alpha, in linear light, and opaque.
+/// The image with its colours times its alpha, as they are stored and rounded down, and opaque.
 fn over_black(image: &Image) -> Image {
-    let channel = |v: f32, alpha: f32| linear_to_srgb(srgb_to_linear(v) * alpha);
-    let colors = (0..image.width as usize * image.height as usize).into_par_iter().flat_map_iter(|i| {
-        let v = image.stored(i);
-        [v.x, v.y, v.z].map(|c| channel(c, v.w))
-    });
-    let texels = match image.texels {
-        Texels::U8(_) => Texels::U8(colors.map(|v| (v * 255.0).round() as u8).collect()),
-        Texels::U16(_) => Texels::U16(colors.map(|v| (v * 65535.0).round() as u16).collect()),
+    fn times<T: Copy>(texels: &[T], product: impl Fn(T, T) -> T) -> Vec<T> {
+        let texels = texels.as_chunks::<4>().0.iter();
+        texels.flat_map(|&[r, g, b, a]| [r, g, b].map(|c| product(c, a))).collect()
+    }
+    let texels = match &image.texels {
+        Texels::U8(t) => Texels::U8(times(t, |c, a| (u16::from(c) * u16::from(a) / 0xff) as u8)),
+        Texels::U16(t) => Texels::U16(times(t, |c, a| (u32::from(c) * u32::from(a) / 0xffff) as u16)),
     };
     let Image { name, width, height, .. } = image;
     let (width, height) = (*width, *height);
     Image { name: name.clone(), width, height, channels: Channels::Rgb, texels, mips: Mips::default() }
+}
+
+/// Whether an image is in a format of which Blender leaves the colours as they are, whatever their alpha.
+fn is_straight(bytes: &[u8]) -> bool {
+    matches!(guess_format(bytes), Ok(ImageFormat::WebP | ImageFormat::Bmp))
 }
 
 /// Whether any texel is not opaque.
