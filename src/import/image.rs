@@ -18,6 +18,9 @@ const TEXTURES: [ImageFormat; 7] = [
     ImageFormat::Gif,
 ];
 
+/// The last chunk of any PNG.
+const PNG_END: &[u8] = b"\0\0\0\0IEND\xaeB`\x82";
+
 /// Decodes an image, its format judged by its bytes alone.
 ///
 /// # Errors
@@ -49,6 +52,11 @@ pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image,
         };
         let image = match image::guess_format(bytes) {
             Ok(ImageFormat::Jpeg) => jpeg::decoded(bytes, decode).map_err(|e| wrong(&e))?,
+            // Where nothing else is missing the picture is whole.
+            Ok(ImageFormat::Png) => {
+                let ended = || decode(&[bytes, PNG_END].concat());
+                Some(decode(bytes).or_else(|what| ended().map_err(|_| wrong(&what)))?)
+            }
             _ => Some(decode(bytes).map_err(|e| wrong(&e))?),
         };
         texels(image.ok_or_else(|| wrong(&"it is cut off"))?)
@@ -185,8 +193,13 @@ mod tests {
         let bytes = std::fs::read(path).unwrap();
         let small = Limits { image_pixels: 100, ..Limits::default() };
         assert!(refused(&bytes, &small).contains("16x8 pixels, where 1 to 100 are allowed"));
-        for end in 0..bytes.len() - 12 {
+        for end in 0..bytes.len() - PNG_END.len() {
             assert!(decode("x", &bytes[..end], &Limits::default()).is_err(), "{end}");
+        }
+        // Its own end alone may be missing.
+        for end in bytes.len() - PNG_END.len()..=bytes.len() {
+            let image = decode("x", &bytes[..end], &Limits::default()).unwrap();
+            assert_eq!(image.stored(15), Vec4::new(0.0, 1.0, 0.0, 1.0), "{end}");
         }
         // What is cut off is refused, or all that is shown was there.
         for name in ["rgb.tif", "lzw.tif", "grey_16.tif", "frames.gif"] {

@@ -5,6 +5,7 @@
 //! wrong without harm becomes a [`Warning`], never silence.
 
 mod camera_xml;
+mod data_uri;
 mod error;
 mod flat;
 mod found;
@@ -18,6 +19,7 @@ mod memory;
 mod names;
 mod obj;
 mod packed;
+mod regular;
 mod sky;
 mod smooth;
 mod tangents;
@@ -32,9 +34,9 @@ use crate::scene::{Content, Scene};
 pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
 pub use limits::Limits;
+pub(crate) use regular::{open_regular, open_scene_file};
 pub use sky::load_sky;
 pub use smooth::Smooth;
-pub(crate) use uri::{open_regular, open_scene_file};
 
 /// Which of a file's scenes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -80,7 +82,7 @@ pub struct LoadOptions {
 pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limit = options.limits.file_bytes;
     let mut head = Vec::new();
-    let file = uri::open_scene_file(path, limit)?;
+    let file = regular::open_scene_file(path, limit)?;
     file.take(4096).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
     if let Some(what) = lfs::advice(&head) {
         return Err(LoadError::io(path, io::Error::new(io::ErrorKind::InvalidData, what)));
@@ -91,7 +93,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let folder = uri::Folder::of(path, options.allow_outside);
     let (mut scene, mut warnings) = if looks_like_gltf(path, &head) {
-        let bytes = uri::read_scene_file(path, limit)?;
+        let bytes = regular::read_scene_file(path, limit)?;
         folder.found.scene(Content::of(&bytes));
         gltf::load(&bytes, &folder, options)?
     } else {

@@ -8,7 +8,7 @@ use image::{ImageFormat, ImageReader};
 use super::Limits;
 use super::error::LoadError;
 use super::memory::Budget;
-use super::uri::read_scene_file;
+use super::regular::read_scene_file;
 use crate::geometry::Rgb;
 use crate::scene::Sky;
 

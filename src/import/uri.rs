@@ -1,16 +1,17 @@
 //! From a reference in a file to bytes, without leaving the scene's folder.
 
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::{Component, Path, PathBuf};
+use std::io;
+use std::path::{Component, MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::Mutex;
 
 use percent_encoding::percent_decode_str;
 
+use super::data_uri;
 use super::error::LoadError;
 use super::found::Found;
 use super::names;
+use super::regular::{no_pointer, read_limited};
 use crate::scene::Content;
 
 /// The folder that a scene's references are relative to.
@@ -79,7 +80,7 @@ impl Folder {
     pub fn read_uri(&self, uri: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
         let trimmed = uri.trim();
         if trimmed.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")) {
-            return decode_data_uri(trimmed, limit);
+            return data_uri::decode(trimmed, limit).map_err(Unreadable::Refused);
         }
         let decode = |uri: &str| percent_decode_str(uri).decode_utf8_lossy().into_owned();
         // The decoded name first; a file may also be named with a literal '%20', and '?v=3' be for a server. What is
@@ -173,17 +174,27 @@ impl Folder {
         alike.min_by_key(|&name| (names::apart(name) != apart, name)).cloned()
     }
 
-    /// A name with this system's slashes; and relative where it is a whole path that leads through this
-    /// folder, judged by its words alone: nothing elsewhere is asked whether it is there.
+    /// A name with this system's slashes and as few steps up as there can be; and relative where it is a whole path
+    /// that leads through this folder, or one that leaves it and comes back: judged by its words alone, so that
+    /// nothing elsewhere is asked whether it is there.
     fn relative(&self, name: &str) -> String {
         let name = name.replace('\\', "/");
-        let whole = Path::new(&name);
-        if !whole.is_absolute() {
-            return name;
+        // A whole path, as a URI has it.
+        let local = ["file://localhost", "file://"].iter().find_map(|front| name.strip_prefix(front));
+        let name = local.filter(|path| path.starts_with('/')).unwrap_or(&name);
+        if name.contains("://") {
+            return name.to_string();
         }
-        let homes = [std::path::absolute(&self.path), self.path.canonicalize()];
-        let inside = homes.iter().flatten().find_map(|home| whole.strip_prefix(home).ok());
-        inside.map(|inside| inside.to_string_lossy().into_owned()).unwrap_or(name)
+        let path = without_detours(Path::new(name));
+        let inside = if path.is_absolute() || path.starts_with("..") {
+            let homes = [std::path::absolute(&self.path), self.path.canonicalize()];
+            let inside =
+                |home: &PathBuf| without_detours(&home.join(&path)).strip_prefix(home).map(PathBuf::from);
+            homes.iter().flatten().find_map(|home| inside(home).ok())
+        } else {
+            None
+        };
+        inside.unwrap_or(path).to_string_lossy().replace(MAIN_SEPARATOR, "/")
     }
 
     /// The path of `name`, proved to lie within the folder unless that is not asked for.
@@ -224,68 +235,20 @@ impl Folder {
     }
 }
 
-/// Reads the scene's own file.
-pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadError> {
-    let metadata = std::fs::metadata(path).map_err(|e| LoadError::io(path, e))?;
-    if metadata.is_file() {
-        LoadError::check("file size in bytes", metadata.len(), limit)?;
-    }
-    read_limited(path, limit).and_then(no_pointer).map_err(|e| LoadError::io(path, e))
-}
-
-/// Opens the scene's own file, of which no more than `limit` bytes are read.
-pub(crate) fn open_scene_file(path: &Path, limit: u64) -> Result<io::Take<File>, LoadError> {
-    open_regular(path, limit).map(|file| file.take(limit)).map_err(|e| match std::fs::metadata(path) {
-        Ok(file) if e.kind() == io::ErrorKind::FileTooLarge => {
-            LoadError::Limit { name: "file size in bytes", asked: file.len(), allowed: limit }
+/// A path without steps that stay, and without those down that the next one up takes back, as URIs mean it: whether
+/// the folder between is there does not matter.
+fn without_detours(path: &Path) -> PathBuf {
+    let mut straight = PathBuf::new();
+    for step in path.components() {
+        match (step, straight.components().next_back()) {
+            (Component::CurDir, _) => {}
+            (Component::ParentDir, Some(Component::Normal(_))) => {
+                straight.pop();
+            }
+            _ => straight.push(step),
         }
-        _ => LoadError::io(path, e),
-    })
-}
-
-/// Opens a regular file of at most `limit` bytes: no folders, pipes or devices, which may never
-/// end.
-///
-/// # Errors
-/// That it is none, that it is larger, or what the system says.
-pub(crate) fn open_regular(path: &Path, limit: u64) -> io::Result<File> {
-    // Looked at before it is opened: opening a pipe nobody writes to would wait for ever.
-    let metadata = std::fs::metadata(path)?;
-    if !metadata.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
     }
-    if metadata.len() > limit { Err(too_large(limit)) } else { File::open(path) }
-}
-
-fn too_large(limit: u64) -> io::Error {
-    io::Error::new(io::ErrorKind::FileTooLarge, format!("larger than the limit of {limit} bytes"))
-}
-
-/// Reads a regular file of at most `limit` bytes.
-fn read_limited(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let file = open_regular(path, limit)?;
-    let mut bytes = Vec::with_capacity(file.metadata()?.len().min(limit) as usize);
-    file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
-}
-
-/// Refuses what stands for a file that lies elsewhere.
-fn no_pointer(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
-    match super::lfs::advice(&bytes) {
-        Some(what) => Err(io::Error::new(io::ErrorKind::InvalidData, what)),
-        None => Ok(bytes),
-    }
-}
-
-fn decode_data_uri(uri: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
-    let refuse = |e: String| Unreadable::Refused(format!("the data URI {e}"));
-    if uri.len() as u64 / 4 * 3 > limit {
-        return Err(refuse(format!("is larger than the limit of {limit} bytes")));
-    }
-    let lower = format!("data:{}", &uri[5..]);
-    let parsed = data_url::DataUrl::process(&lower).map_err(|e| refuse(format!("is malformed: {e:?}")))?;
-    let (bytes, _) = parsed.decode_to_vec().map_err(|e| refuse(format!("is not base64: {e}")))?;
-    Ok(bytes)
+    straight
 }
 
 /// A name fit for a line of text: control characters shown, long ones cut.
@@ -327,8 +290,7 @@ mod tests {
         for uri in ["tex/a b.png", "tex/a%20b.png", "tex\\a b.png", "./tex/a b.png", "tex/../tex/a b.png"] {
             assert_eq!(folder.read_uri(uri, 100).unwrap(), b"inside", "{uri}");
         }
-        assert_eq!(folder.read_uri("DATA:;base64,aGk =", 100).unwrap(), b"hi");
-        assert_eq!(folder.read_uri("data:,hi", 100).unwrap(), b"hi");
+        assert_eq!(folder.read_uri(" DATA:;base64,aGk =", 100).unwrap(), b"hi");
     }
 
     #[test]
@@ -355,6 +317,23 @@ mod tests {
         }
         for name in ["../canary", "tex/../../canary", "link", ""] {
             assert!(folder.read_file(&whole(name), 100).is_err(), "{name}");
+        }
+    }
+
+    /// As URIs are resolved: a folder that a name only passes through need not be there.
+    #[test]
+    fn steps_up_take_steps_down_back() {
+        let (dir, folder) = folder();
+        let here = std::path::absolute(dir.path().join("scene/tex/a b.png")).unwrap();
+        let here = here.to_str().unwrap().replace(' ', "%20");
+        for uri in ["none/../tex/a b.png", "../scene/tex/a b.png", "tex/../../scene/./tex//a b.png"] {
+            assert_eq!(folder.read_uri(uri, 100).unwrap(), b"inside", "{uri}");
+        }
+        for uri in [format!("file://{here}"), format!("file://localhost{here}")] {
+            assert_eq!(folder.read_uri(&uri, 100).unwrap(), b"inside", "{uri}");
+        }
+        for uri in ["none/../../canary", "../other/tex/a b.png", "file://tex/a b.png"] {
+            assert!(matches!(folder.read_uri(uri, 100), Err(Unreadable::Refused(_))), "{uri}");
         }
     }
 

@@ -27,6 +27,8 @@ pub(super) struct Document<'a> {
     pub limits: &'a Limits,
     pub budget: Budget,
     files: Vec<Cow<'a, [u8]>>,
+    /// Those of them that could not be read: where they are named, and why.
+    lost: HashMap<usize, (String, String)>,
     /// Which of them each buffer is: a file that is named a thousand times is read once.
     buffers: Vec<usize>,
     /// What compressed buffer views hold, decompressed when first asked for.
@@ -56,6 +58,7 @@ impl<'a> Document<'a> {
         extensions::refuse(&json.root)?;
         let limits = &options.limits;
         let (mut files, mut buffers) = (Vec::new(), Vec::with_capacity(json.root.buffers.len()));
+        let mut lost = HashMap::new();
         let mut known: HashMap<&str, usize> = HashMap::new();
         let mut left = limits.file_bytes;
         let needed: HashSet<u64> = json.root.buffer_views.iter().map(stored_in).collect();
@@ -68,7 +71,15 @@ impl<'a> Document<'a> {
             let again = buffer.uri.as_deref().and_then(|uri| known.get(uri).copied());
             let file = again.map_or_else(
                 || -> Result<usize, LoadError> {
-                    let bytes = read(buffer, i, container.bin, folder, left)?;
+                    let bytes = match read(buffer, i, container.bin, folder, left) {
+                        // Perhaps nothing that is drawn asks for it.
+                        Err(LoadError::Invalid { place, rule }) => {
+                            warnings.add(&place, format_args!("{rule}; what is in it is left out"));
+                            lost.insert(files.len(), (place, rule));
+                            Cow::default()
+                        }
+                        read => read?,
+                    };
                     if let Cow::Owned(read) = &bytes {
                         budget.charge(read.len() as u64)?;
                         // Together no more than one file may have: there is no end to names of one.
@@ -81,7 +92,7 @@ impl<'a> Document<'a> {
             )?;
             known.extend(buffer.uri.as_deref().map(|uri| (uri, file)));
             let (has, wanted) = (files[file].len() as u64, buffer.byte_length.0);
-            if has < wanted && !is_fallback(buffer) {
+            if has < wanted && !is_fallback(buffer) && !lost.contains_key(&file) {
                 let what = format!("has {has} bytes where byteLength promises {wanted}");
                 warnings.add(format_args!("buffers[{i}]"), what);
             }
@@ -92,7 +103,8 @@ impl<'a> Document<'a> {
         LoadError::check("bytes of decompressed buffer views", total, limits.decompressed_bytes)?;
         budget.charge(total)?;
         let plain = json.root.buffer_views.iter().map(|_| OnceLock::new()).collect();
-        Ok(Document { json, folder, limits, budget, files, buffers, plain, zero_bytes: AtomicU64::new(0) })
+        let zero_bytes = AtomicU64::new(0);
+        Ok(Document { json, folder, limits, budget, files, lost, buffers, plain, zero_bytes })
     }
 
     pub fn root(&self) -> &Root {
@@ -104,6 +116,11 @@ impl<'a> Document<'a> {
         let place = || format!("bufferViews[{index}]");
         let view = self.root().buffer_views.get(index);
         let view = view.ok_or_else(|| LoadError::invalid(place(), "there is no such buffer view"))?;
+        if let Some((place, rule)) =
+            self.buffers.get(stored_in(view) as usize).and_then(|file| self.lost.get(file))
+        {
+            return Err(LoadError::invalid(place, rule));
+        }
         let stride = view.byte_stride.map(|s| s.0);
         let Some(compressed) = Compressed::of(view) else {
             let bytes =

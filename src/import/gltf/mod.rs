@@ -21,6 +21,7 @@ mod instancing;
 mod light;
 mod material;
 mod meshopt;
+mod misshapen;
 mod nonfinite;
 mod pointer;
 mod references;

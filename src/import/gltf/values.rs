@@ -9,6 +9,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use serde_path_to_error::Segment;
 
+use super::misshapen;
 use super::repair::items;
 use crate::import::error::Warnings;
 use crate::import::uri::printable;
@@ -53,8 +54,10 @@ pub(super) fn mend(root: &mut Value, warnings: &mut Warnings) {
         node(object, &format!("nodes[{i}]"), warnings);
     }
     for (i, object) in items(root, "materials") {
+        let place = format!("materials[{i}]");
         let modes = ["OPAQUE", "MASK", "BLEND"].map(Value::from);
-        choice(object, "alphaMode", &modes, format_args!("materials[{i}]"), warnings);
+        choice(object, "alphaMode", &modes, &place, warnings);
+        misshapen::mend(object, &place, warnings);
     }
     for (i, object) in items(root, "samplers") {
         for key in ["wrapS", "wrapT"] {

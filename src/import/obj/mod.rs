@@ -76,7 +76,7 @@ fn read_text(
     budget: &Budget,
     origin: Option<DVec3>,
 ) -> Result<Read, LoadError> {
-    let file = super::uri::open_scene_file(path, limits.file_bytes)?;
+    let file = super::regular::open_scene_file(path, limits.file_bytes)?;
     let bytes = file.get_ref().metadata().map_err(|e| LoadError::io(path, e))?.len();
     budget.obj(bytes)?;
     let mut file = Hashing::new(file);
@@ -85,7 +85,7 @@ fn read_text(
         return Ok(read);
     }
     budget.obj_with_care(bytes)?;
-    let bytes = super::uri::read_scene_file(path, limits.file_bytes)?;
+    let bytes = super::regular::read_scene_file(path, limits.file_bytes)?;
     folder.found.scene(Content::of(&bytes));
     carefully(&bytes, limits, origin)
 }

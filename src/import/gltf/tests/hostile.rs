@@ -264,3 +264,33 @@ fn a_buffer_that_nobody_reads_may_be_missing() {
     std::fs::write(&file, json.to_string()).unwrap();
     assert!(load(to.path()).unwrap_err().contains("patch_pack_cf.fallback.bin"));
 }
+
+#[test]
+fn a_buffer_that_is_not_there_costs_what_is_in_it() {
+    let mut fixture = Fixture::triangle();
+    fixture.push("buffers", json!({"uri": "gone.bin", "byteLength": 36}));
+    let view = fixture.push("bufferViews", json!({"buffer": 1, "byteLength": 36}));
+    let gone =
+        json!({"bufferView": view, "byteOffset": 0, "componentType": 5126, "type": "VEC3", "count": 3});
+    let gone = fixture.push("accessors", gone);
+    fixture.push("meshes", json!({"primitives": [{"attributes": {"POSITION": gone}}]}));
+    let times = fixture.floats("SCALAR", 1, &[0.0, 1.0, 2.0]);
+    fixture.push(
+        "animations",
+        json!({"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+            "samplers": [{"input": times, "output": gone}]}),
+    );
+    fixture.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
+    fixture.push("textures", json!({"source": 0}));
+    fixture.push("materials", json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+    fixture.primitive()["material"] = json!(0);
+    let (scene, warnings) = fixture.load();
+    assert!(scene.drawn_triangles() == 1 && scene.animations[0].channels.is_empty());
+    let why = "buffers[1].uri: 'gone.bin' cannot be read: No such file or directory (os error 2)";
+    assert_eq!(warnings[0], format!("{why}; what is in it is left out"));
+    assert!(warnings.iter().any(|w| w.starts_with("animations[0].channels[0]: ")), "{warnings:?}");
+    assert!(warnings.iter().any(|w| w.ends_with("its textures are white")), "{warnings:?}");
+    // What is drawn cannot do without.
+    fixture.primitive()["attributes"]["POSITION"] = json!(gone);
+    assert_eq!(fixture.error(), why);
+}

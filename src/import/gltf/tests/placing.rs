@@ -171,8 +171,9 @@ fn an_empty_file_is_an_empty_scene() {
 }
 
 #[test]
-fn a_missing_buffer_is_an_error() {
+fn a_missing_buffer_of_what_is_drawn_is_an_error() {
     let mut fixture = Fixture::triangle();
+    fixture.json["bufferViews"][0]["buffer"] = json!(1);
     fixture.json["buffers"].as_array_mut().unwrap().push(json!({"byteLength": 4, "uri": "no such.bin"}));
     assert!(
         fixture.error().starts_with("buffers[1].uri: 'no such.bin' cannot be read"),
