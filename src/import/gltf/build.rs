@@ -33,6 +33,10 @@ pub(super) fn scene(
     let wanted = primitives(doc, &placed, warnings)?;
     let source = source(doc);
     let by_blender = source.is_blender();
+    // Those that no material of Blender's uses are behind the ones that one does, or behind white ones.
+    if !by_blender && wanted.iter().filter_map(|id| id.json(doc)).any(geometry::has_more_colors) {
+        warnings.add("", "vertex colours beyond the first set (COLOR_1 and on) are not shown");
+    }
     let ((meshes, mesh_warnings), surfaces) =
         rayon::join(|| read_meshes(doc, &wanted), || Surfaces::read(doc, &wanted, variant, by_blender));
     let (surfaces, surface_warnings) = surfaces?;

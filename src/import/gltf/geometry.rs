@@ -39,6 +39,11 @@ impl PrimitiveId {
     }
 }
 
+/// Whether a primitive has vertex colours that are not shown.
+pub(super) fn has_more_colors(primitive: &Primitive) -> bool {
+    primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(1)))
+}
+
 /// What a primitive is drawn as; unknown modes count as triangles.
 pub(super) fn mode(primitive: &Primitive) -> Mode {
     match primitive.mode {
@@ -275,9 +280,6 @@ impl<'d> Attributes<'_, 'd> {
     }
 
     fn colors(&self, warnings: &mut Warnings) -> Result<Vec<Vec4>, LoadError> {
-        if self.json.attributes.contains_key(&Checked::Valid(Semantic::Colors(1))) {
-            warnings.add("", "vertex colours beyond the first set (COLOR_1 and on) are not shown");
-        }
         let Some(accessor) = self.open(Semantic::Colors(0), color::WIDTHS, warnings)? else {
             return Ok(Vec::new());
         };

@@ -117,9 +117,9 @@ impl Images {
                 }
                 Err(why) => {
                     let then = if last {
-                        "its textures are white"
+                        "its textures are white, or flat as normal maps"
                     } else {
-                        "textures take what else they offer, or are white"
+                        "textures take what else they offer, or are white, or flat as normal maps"
                     };
                     warnings.add(format_args!("images[{source}]"), format_args!("{why}; {then}"));
                 }
@@ -144,7 +144,10 @@ fn sources(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) -> Vec<u
     if offers.is_empty() {
         let names = others.map(|o| o.keys().cloned().collect::<Vec<_>>().join(", ")).unwrap_or_default();
         let why = if names.is_empty() { String::new() } else { format!(" but in {}", printable(&names)) };
-        warnings.add(format_args!("textures[{texture}]"), format_args!("has no image{why}; it is white"));
+        warnings.add(
+            format_args!("textures[{texture}]"),
+            format_args!("has no image{why}; it is white, or flat as a normal map"),
+        );
     }
     offers
 }

@@ -87,6 +87,21 @@ fn a_shared_mesh_is_smoothed_in_its_own_frame() {
     assert_eq!(own(&twice), [false; 2]);
 }
 
+/// Of colours that no material uses it writes white ones as the first set.
+#[test]
+fn more_colours_than_one_set_are_a_loss_in_other_files_alone() {
+    let mut fixture = Fixture::triangle();
+    let colors = fixture.vec3(&[[1.0; 3]; 3]);
+    for set in ["COLOR_0", "COLOR_1"] {
+        fixture.primitive()["attributes"][set] = json!(colors);
+    }
+    let lost = "vertex colours beyond the first set (COLOR_1 and on) are not shown";
+    for (generator, told) in [("Khronos glTF Blender I/O v5.0.21", vec![]), ("", vec![lost])] {
+        fixture.json["asset"]["generator"] = json!(generator);
+        assert_eq!(fixture.load().1, told, "{generator}");
+    }
+}
+
 /// A spot of 0.8 with a blend of .25 from the file's first key to its second, by keys of cones and blends under the
 /// exporter's names; and its cones then by Blender and by another program.
 #[test]

@@ -197,7 +197,7 @@ fn an_image_that_cannot_be_read_is_white_and_named() {
     assert_eq!(base_texture(&scene), None);
     let said = [
         "MSFT_texture_dds is not read: fallbacks are used",
-        "textures[0]: has no image but in MSFT_texture_dds; it is white",
+        "textures[0]: has no image but in MSFT_texture_dds; it is white, or flat as a normal map",
     ];
     assert_eq!(warnings, said);
 }
