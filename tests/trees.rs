@@ -228,9 +228,9 @@ fn the_counting_walk_meets_the_same_hits() {
     assert_eq!(Accel::build(&common::posed(&empty), &BuildSettings::default()).0.sah_cost(), 0.0);
 }
 
-/// What rays of a packet share, and 64 of them: from one place or along one way, near each other,
-/// many at vertices and edges.
-fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool) -> (Shared, Vec<(Vec3, Vec3)>) {
+/// What rays of a packet share, and some of them: from one place or along one way, near each other,
+/// many at vertices and edges. Every sixteen have their own triangles to go to.
+fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool, count: usize) -> (Shared, Vec<(Vec3, Vec3)>) {
     let instance = rng.below(posed.instances.len()) as u32;
     let triangles = posed.mesh(instance).triangles.len();
     let first = rng.below(triangles);
@@ -240,7 +240,8 @@ fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool) -> (Shared, Vec<(Vec3,
     let o = (rng.in_cube() * 4.0).as_vec3();
     let d = if rng.one_in(4) { Vec3::new(0.0, -2.0, 0.0) } else { corner(first, 0) - o };
     let spread = 10f64.powf(-4.0 * rng.unit());
-    let target = |rng: &mut Rng| {
+    let target = |rng: &mut Rng, group: usize| {
+        let first = first + group % 5 * 2;
         let v = corner(first + rng.below(4), rng.below(3));
         match rng.below(3) {
             0 => v,
@@ -248,7 +249,8 @@ fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool) -> (Shared, Vec<(Vec3,
             _ => v + (rng.in_cube() * spread).as_vec3(),
         }
     };
-    let rays = (0..64).map(|_| target(rng)).map(|to| if along { (to - d, d) } else { (o, to - o) }).collect();
+    let targets = (0..count).map(|i| target(rng, i / 16));
+    let rays = targets.map(|to| if along { (to - d, d) } else { (o, to - o) }).collect();
     (if along { Shared::Direction(d) } else { Shared::Origin(o) }, rays)
 }
 
@@ -268,7 +270,9 @@ fn packets_answer_as_single_rays_do() {
             let accel = Accel::build(&posed, &settings(tier)).0;
             let mut rng = Rng::new(3);
             for n in 0..60 {
-                let (shared, rays) = bundle(&posed, &mut rng, n % 3 == 2);
+                // Whole packets, parts of them, and what does not fill a group.
+                let count = [64, 300, 23, 256][n % 4];
+                let (shared, rays) = bundle(&posed, &mut rng, n % 3 == 2, count);
                 let context = format!("{name} {flatten:?} {tier:?} {n} {shared:?}");
                 let cull = n % 2 == 0;
                 let together = bits(&layers(&accel, &rays, cull, shared));

@@ -50,7 +50,7 @@ use crate::scene::PosedScene;
 use gather::{mesh_triangles, world_raw, world_triangles};
 use hit::FrameRay;
 use looks::Looks;
-use packet::{Answers, GROUP, Packet, PacketStack, RAYS};
+use packet::{Answers, GROUP, GROUPS, Packet, PacketStack, RAYS};
 use passing::Passing;
 use plan::{Member, Plan};
 use query::{Asked, Blocking, Closest, Query};
@@ -297,7 +297,7 @@ impl Job for Occluded<'_> {
         let (mut packet, mut packets) = (Packet::default(), PacketStack::default());
         let mut bundles = Bundles::of(segments.len());
         while let Some((first, count)) = bundles.pop() {
-            let mut answers = Answers { blocked: 0, passing: None };
+            let mut answers = Answers { blocked: [0; GROUPS], passing: None };
             let mut together = accel.together(segments.shared, count);
             if together {
                 let (some, scratch) =
@@ -309,11 +309,11 @@ impl Job for Occluded<'_> {
             }
             let rest = !together || !accel.top.is_empty();
             if !rest {
-                out.extend((0..count).map(|i| answers.blocked >> i & 1 == 1));
+                out.extend((0..count).map(|i| answers.blocked(i)));
                 continue;
             }
             for i in 0..count {
-                let mut blocked = answers.blocked >> i & 1 == 1;
+                let mut blocked = answers.blocked(i);
                 if !blocked {
                     let (ray, mut query) = blocking(segments, first + i, cutouts, None);
                     if let Some(ray) = ray {
@@ -343,14 +343,14 @@ impl Job for Transmittance<'_> {
         let Transmittance { accel, segments, cutouts, out } = self;
         let mut lane = Lane::new(accel);
         let (mut packet, mut packets) = (Packet::default(), PacketStack::default());
-        let mut passing: [Passing; RAYS] = std::array::from_fn(|_| Passing::default());
+        let mut passing: Box<[Passing]> = (0..RAYS).map(|_| Passing::default()).collect();
         let mut bundles = Bundles::of(segments.len());
         while let Some((first, count)) = bundles.pop() {
             passing.iter_mut().for_each(Passing::clear);
-            let mut blocked = 0;
+            let mut blocked = [0; GROUPS];
             let mut together = accel.together(segments.shared, count);
             if together {
-                let mut answers = Answers { blocked: 0, passing: Some(&mut passing) };
+                let mut answers = Answers { blocked, passing: Some(&mut passing) };
                 let (some, scratch) =
                     ((segments, first, count), (&mut packet, &mut packets, &mut lane.stack));
                 together = packet::occluded::<S>(&accel.worlds, some, cutouts, &mut answers, scratch);
@@ -365,17 +365,15 @@ impl Job for Transmittance<'_> {
             }
             let rest = !together || !accel.top.is_empty();
             for (i, passing) in passing.iter_mut().enumerate().take(count) {
-                if !rest || blocked >> i & 1 == 1 {
-                    continue;
+                let mut blocked = blocked[i / GROUP] >> (i % GROUP) & 1 == 1;
+                if rest && !blocked {
+                    let (ray, mut query) = blocking(segments, first + i, cutouts, Some(&mut *passing));
+                    if let Some(ray) = ray {
+                        lane.trace::<S>(&ray, !together, &mut query);
+                    }
+                    blocked = query.blocked;
                 }
-                let (ray, mut query) = blocking(segments, first + i, cutouts, Some(passing));
-                if let Some(ray) = ray {
-                    lane.trace::<S>(&ray, !together, &mut query);
-                }
-                blocked |= u64::from(query.blocked) << i;
-            }
-            for (i, passing) in passing.iter_mut().enumerate().take(count) {
-                out.push(if blocked >> i & 1 == 1 { Rgb::ZERO } else { passing.light() });
+                out.push(if blocked { Rgb::ZERO } else { passing.light() });
             }
         }
     }
@@ -385,14 +383,17 @@ impl Job for Transmittance<'_> {
 const FEW: usize = 8;
 
 /// Rays of a batch that are tried together, by their first and their number: as many as a packet
-/// holds, and where those are too far apart, a group's worth.
+/// holds, and where those are too far apart, a quarter of that, and then a group's worth.
 struct Bundles {
     next: usize,
     len: usize,
-    /// Parts of the one before, the next one last.
-    parts: [(usize, usize); RAYS / GROUP],
+    /// Parts of those before, the next one last.
+    parts: [(usize, usize); 2 * PARTS],
     left: usize,
 }
+
+/// Parts that rays come again in.
+const PARTS: usize = 4;
 
 impl Bundles {
     fn of(len: usize) -> Bundles {
@@ -411,14 +412,16 @@ impl Bundles {
 
     /// Has those just popped come again in parts, unless they are too few.
     fn split(&mut self, first: usize, count: usize) -> bool {
-        let split = count > GROUP;
-        if split {
-            self.left = count.div_ceil(GROUP);
-            for (part, i) in self.parts[..self.left].iter_mut().rev().zip(0..) {
-                *part = (first + i * GROUP, GROUP.min(count - i * GROUP));
-            }
+        if count <= GROUP {
+            return false;
         }
-        split
+        let size = if count > RAYS / PARTS { RAYS / PARTS } else { GROUP };
+        let parts = count.div_ceil(size);
+        for (part, i) in self.parts[self.left..].iter_mut().zip((0..parts).rev()) {
+            *part = (first + i * size, size.min(count - i * size));
+        }
+        self.left += parts;
+        true
     }
 }
 

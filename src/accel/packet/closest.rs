@@ -11,7 +11,7 @@ use super::super::triangles::Triangles;
 use super::super::wide::Stack;
 use super::lines::Lines;
 use super::places::{BLOCKS, Met, Places};
-use super::{GROUP, GROUPS, Packet, PacketStack, PerRay, Sure, Verdict, fetch, whole};
+use super::{FOUR, GROUP, Packet, PacketStack, PerRay, Sure, Verdict, fetch, whole};
 use crate::geometry::{EPSILON, Hit, HitId};
 
 /// No triangle yet.
@@ -39,9 +39,9 @@ pub fn intersect<S: Simd>(
     // What is shared is told once for all of them, and so the same to the bit.
     let lines = match rays.shared {
         Shared::Origin(o) => whole(&rays.directions[range.clone()], &mut room)
-            .and_then(|directions| packet.take_directions::<S>(o, directions, Vec3::ZERO)),
+            .and_then(|directions| packet.take_directions::<S>(o, (directions, count), Vec3::ZERO)),
         Shared::Direction(_) => whole(&rays.origins[range.clone()], &mut room)
-            .and_then(|origins| packet.take_origins::<S>(rays.directions[first], origins)),
+            .and_then(|origins| packet.take_origins::<S>(rays.directions[first], (origins, count))),
         Shared::None => None,
     };
     let Some(lines) = lines.filter(|_| rays.far > 0.0) else { return false };
@@ -112,41 +112,9 @@ impl<'a> Nearest<'a, '_> {
     /// Computes where sure hits are.
     #[inline(always)]
     fn settle<S: Simd>(&mut self, packet: &Packet, lines: &Lines) {
-        let mut left = [0; GROUPS];
-        for (left, (hits, best)) in left.iter_mut().zip(self.hits.chunks(GROUP).zip(&self.best.0)) {
-            *left = S::F16::below(best, EXACT) & ((1 << hits.len()) - 1) as u32;
-        }
-        if left == [0; GROUPS] {
-            return;
-        }
-        let blocks: &[Block] = &self.triangles.blocks;
-        let mut places = Places::new(lines);
-        let mut numbers = PerRay::splat(0);
-        let mut from = 0;
-        while from < GROUPS {
-            // Rays beside each other mostly meet the same few blocks.
-            let (mut held, mut its) = (0, [0; GROUPS]);
-            while from < GROUPS && held < BLOCKS {
-                if left[from] == 0 {
-                    from += 1;
-                    continue;
-                }
-                let entry = self.best.0[from][left[from].trailing_zeros() as usize & (GROUP - 1)];
-                let block = entry as usize / CAPACITY;
-                places.put(held, &blocks[block], &self.triangles.spans);
-                let four = ((block * CAPACITY) as u32, (held * CAPACITY) as u32);
-                for g in from..GROUPS {
-                    let here = S::F16::renumber(&self.best.0[g], four, &mut numbers.0[g]) & left[g];
-                    left[g] &= !here;
-                    its[g] |= here;
-                }
-                held += 1;
-            }
-            for (g, hits) in self.hits.chunks_mut(GROUP).enumerate().take(GROUPS) {
-                if its[g] != 0 {
-                    put_hits::<S>(its[g], &places.of::<S>(packet, g, &numbers.0[g]), hits);
-                }
-            }
+        // Some groups at a time: neighbours mostly meet the same few blocks.
+        for (q, hits) in self.hits.chunks_mut(FOUR * GROUP).enumerate().take(packet.quads) {
+            settle_four::<S>(self.triangles, (packet, lines, q), &self.best.0[q], hits);
         }
     }
 
@@ -157,11 +125,59 @@ impl<'a> Nearest<'a, '_> {
         Closest { asked, cull: rays.cull, after: rays.after(first + ray), best: self.settled(ray) }
     }
 
-    fn answer(&mut self, packet: &mut Packet, ray: usize, query: &Closest) {
-        if !query.best.is_miss() {
+    /// True where anything changed.
+    fn answer(&mut self, packet: &mut Packet, ray: usize, query: &Closest) -> bool {
+        let changed = !query.best.is_miss() && (self.best.get(ray) != EXACT || self.hits[ray] != query.best);
+        if changed {
             self.best.set(ray, EXACT);
             self.hits[ray] = query.best;
             packet.limit(ray, query.limit());
+        }
+        changed
+    }
+}
+
+/// Computes where sure hits of four groups are.
+#[inline(always)]
+fn settle_four<S: Simd>(
+    triangles: &Triangles,
+    (packet, lines, q): (&Packet, &Lines, usize),
+    best: &[[u32; GROUP]; FOUR],
+    hits: &mut [Hit],
+) {
+    let mut left = [0; FOUR];
+    for (left, (hits, best)) in left.iter_mut().zip(hits.chunks(GROUP).zip(best)) {
+        *left = S::F16::below(best, EXACT) & ((1 << hits.len()) - 1) as u32;
+    }
+    if left == [0; FOUR] {
+        return;
+    }
+    let blocks: &[Block] = &triangles.blocks;
+    let mut places = Places::new(lines);
+    let mut numbers = [[0; GROUP]; FOUR];
+    let mut from = 0;
+    while from < FOUR {
+        let (mut held, mut its) = (0, [0; FOUR]);
+        while from < FOUR && held < BLOCKS {
+            if left[from] == 0 {
+                from += 1;
+                continue;
+            }
+            let entry = best[from][left[from].trailing_zeros() as usize & (GROUP - 1)];
+            let block = entry as usize / CAPACITY;
+            places.put(held, &blocks[block], &triangles.spans);
+            let four = ((block * CAPACITY) as u32, (held * CAPACITY) as u32);
+            for g in from..FOUR {
+                let here = S::F16::renumber(&best[g], four, &mut numbers[g]) & left[g];
+                left[g] &= !here;
+                its[g] |= here;
+            }
+            held += 1;
+        }
+        for (g, hits) in hits.chunks_mut(GROUP).enumerate().take(FOUR) {
+            if its[g] != 0 {
+                put_hits::<S>(its[g], &places.of::<S>(packet, q * FOUR + g, &numbers[g]), hits);
+            }
         }
     }
 }
@@ -208,9 +224,9 @@ impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
         let wider = |x: S::F16, by: f32| x * over * S::F16::splat(by);
         let lower = wider(hit.depth - hit.slack, 1.0 - 8.0 * EPSILON);
         let upper = wider(hit.depth + hit.slack, 1.0 + 8.0 * EPSILON);
-        lower.or_else(mask, S::F16::load(&packet.lower.0[g])).store(&mut packet.lower.0[g]);
-        upper.or_else(mask, S::F16::load(&packet.upper.0[g])).store(&mut packet.upper.0[g]);
-        S::F16::put(mask, &mut self.best.0[g], entry);
+        lower.or_else(mask, S::F16::load(packet.lower.group(g))).store(packet.lower.group_mut(g));
+        upper.or_else(mask, S::F16::load(packet.upper.group(g))).store(packet.upper.group_mut(g));
+        S::F16::put(mask, self.best.group_mut(g), entry);
     }
 
     fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool) {
@@ -222,10 +238,10 @@ impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
     }
 
     #[inline(always)]
-    fn go_alone(&mut self, packet: &mut Packet, ray: usize, child: u32) {
-        let Some(line) = self.line(ray) else { return };
+    fn go_alone(&mut self, packet: &mut Packet, ray: usize, child: u32) -> bool {
+        let Some(line) = self.line(ray) else { return false };
         let mut query = self.question(ray);
         self.triangles.visit::<S, _>(child, &line, None, &mut query, self.stack);
-        self.answer(packet, ray, &query);
+        self.answer(packet, ray, &query)
     }
 }

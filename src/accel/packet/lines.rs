@@ -6,10 +6,10 @@ use super::super::bounds::Bounds;
 use super::super::hit::{inverse, power_of_two};
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
-use super::super::wide::{LEAST, reciprocal};
+use super::super::wide::{LEAST, Octant};
 use super::beam::{Direction, Origin};
-use super::frustum::{Cone, Frustum};
-use super::{Packet, PacketStack, RAYS, Verdict};
+use super::window::{Cone, Windows};
+use super::{FOUR, GROUP, Packet, PacketStack, RAYS, Verdict};
 
 /// The lines that a packet's rays are on, in its own parameter.
 #[derive(Clone, Copy, Debug)]
@@ -24,23 +24,24 @@ pub(super) enum Lines {
 const ORDINARY: [f32; 2] = [1.0 / 4096.0, 4096.0];
 
 impl Packet {
-    /// Takes rays from `o` along what `of` is from `base`. `None` where they do not go together.
+    /// Takes `count` rays from `o` along what `of` is from `base`. `None` where they do not go together.
     #[inline(always)]
     pub(super) fn take_directions<S: Simd>(
         &mut self,
         o: Vec3,
-        of: &[Vec3; RAYS],
+        (of, count): (&[Vec3; RAYS], usize),
         base: Vec3,
     ) -> Option<Lines> {
+        self.quads = count.div_ceil(FOUR * GROUP);
         if !(o.abs().max_element() < 1e30) {
             return None;
         }
         self.size = 1.0;
         let mean = 0.5 * ((of[0] - base) + (of[RAYS - 1] - base));
         let longest = mean.abs().max_element();
-        let cone = if longest > ORDINARY[0] && longest < ORDINARY[1] {
+        let fits = if longest > ORDINARY[0] && longest < ORDINARY[1] {
             self.fill::<S>(of, base);
-            Cone::around::<S>(self, mean)
+            Cone::surround::<S>(self, mean)
         } else {
             let longest = of.iter().map(|v| (v - base).abs().max_element()).fold(0.0, f32::max);
             if !(longest > 1e-30 && longest < 1e30) {
@@ -49,27 +50,32 @@ impl Packet {
             self.size = power_of_two(f64::from(longest));
             let shrink = inverse(self.size) as f32;
             self.fill::<S>(&of.map(|v| (v - base) * shrink), Vec3::ZERO);
-            Cone::around::<S>(self, mean * shrink)
+            Cone::surround::<S>(self, mean * shrink)
         };
-        self.cone = cone?;
-        Some(Lines::From(o))
+        fits.then_some(Lines::From(o))
     }
 
-    /// Takes rays along `d` from what `of` says. `None` where they do not go together.
+    /// Takes `count` rays along `d` from what `of` says. `None` where they do not go together.
     #[inline(always)]
-    pub(super) fn take_origins<S: Simd>(&mut self, d: Vec3, of: &[Vec3; RAYS]) -> Option<Lines> {
+    pub(super) fn take_origins<S: Simd>(
+        &mut self,
+        d: Vec3,
+        (of, count): (&[Vec3; RAYS], usize),
+    ) -> Option<Lines> {
+        self.quads = count.div_ceil(FOUR * GROUP);
         let (zero, mut fits) = (S::F16::splat(0.0), S::F16::splat(0.0));
         let mut greatest = zero;
-        for (g, of) in of.as_chunks().0.iter().enumerate() {
+        for (g, of) in of.as_chunks().0.iter().enumerate().take(self.quads * FOUR) {
             for (own, x) in self.own.iter_mut().zip(S::columns(of)) {
-                x.store(&mut own.0[g]);
+                x.store(own.group_mut(g));
                 // Times 0 what is infinite or no number is no number.
                 fits = x.mul_add(zero, fits);
                 greatest = x.abs().max(greatest);
             }
         }
         let longest = d.abs().max_element();
-        if !(fits.sum() == 0.0 && greatest.greatest() < 1e30 && longest > 1e-30 && longest < 1e30) {
+        self.greatest = greatest.greatest();
+        if !(fits.sum() == 0.0 && self.greatest < 1e30 && longest > 1e-30 && longest < 1e30) {
             return None;
         }
         self.size = power_of_two(f64::from(longest));
@@ -80,13 +86,13 @@ impl Packet {
     #[inline(always)]
     fn fill<S: Simd>(&mut self, of: &[Vec3; RAYS], base: Vec3) {
         let least = S::F16::splat(LEAST);
-        for (g, of) in of.as_chunks().0.iter().enumerate() {
+        for (g, of) in of.as_chunks().0.iter().enumerate().take(self.quads * FOUR) {
             let columns = S::columns(of);
             for axis in 0..3 {
                 let d = columns[axis] - S::F16::splat(base[axis]);
-                d.store(&mut self.own[axis].0[g]);
+                d.store(self.own[axis].group_mut(g));
                 let r = d.abs().max(least).reciprocal().flipped_by(d);
-                r.store(&mut self.reciprocal[axis].0[g]);
+                r.store(self.reciprocal[axis].group_mut(g));
             }
         }
     }
@@ -100,25 +106,27 @@ impl Packet {
         verdict: &mut V,
         stack: &mut PacketStack,
     ) -> bool {
-        let (centre, radius, size) = (triangles.centre, triangles.radius, triangles.size());
+        let (centre, radius) = (triangles.centre, triangles.radius);
         match *lines {
             Lines::From(o) => {
                 let cone = &self.cone;
-                let frustum = Frustum::from_origin(cone, o, size);
                 let far = o.as_dvec3().distance(centre) + radius;
-                let bounds = Bounds::new(cone.length(), far, 0.0);
-                let beam = Origin { o, bounds, near_end: cone.near_end() };
-                self.trace::<S, _, _>(triangles, &beam, &frustum, verdict, stack);
+                let beam = Origin {
+                    o,
+                    axes: cone.axes,
+                    sign: cone.sign,
+                    slowest: cone.slowest,
+                    bounds: Bounds::new(cone.length(), far, 0.0),
+                    near_end: cone.near_end(),
+                };
+                let (windows, octant) = (cone.windows::<S>(self), Octant::of(cone.mean));
+                self.trace::<S, _, _>(triangles, &beam, (&windows, octant), verdict, stack);
             }
             Lines::Along(d) => {
-                let Some(frustum) = Frustum::along::<S>(self, d, size, radius as f32) else { return false };
-                let far = self.reach::<S>(centre) + radius;
-                let beam = Direction {
-                    d,
-                    reciprocal: reciprocal(d),
-                    bounds: Bounds::new(d.as_dvec3().length(), far, 0.0),
-                };
-                self.trace::<S, _, _>(triangles, &beam, &frustum, verdict, stack);
+                let size = triangles.size();
+                let Some(windows) = Windows::along::<S>(self, d, size, radius as f32) else { return false };
+                let beam = Direction::new(d, self.reach::<S>(centre) + radius, self.greatest.max(size));
+                self.trace::<S, _, _>(triangles, &beam, (&windows, Octant::of(d)), verdict, stack);
             }
         }
         true

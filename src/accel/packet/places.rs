@@ -102,7 +102,7 @@ impl Places {
         let n = by_axis(|axis| S::pick(&self.normal[axis], of));
         let n = |i: usize| DVec3::new(n[0][i], n[1][i], n[2][i]);
         let common = S::pick(&self.common, of);
-        let own = |i: usize| DVec3::from(by_axis(|axis| f64::from(packet.own[axis].0[g][i])));
+        let own = |i: usize| DVec3::from(by_axis(|axis| f64::from(packet.own[axis].group(g)[i])));
         let mut t = [0.0; GROUP];
         match self.shared {
             Shared::Origin(_) => {

@@ -8,14 +8,22 @@ use super::super::passing::Passing;
 use super::super::simd::{Lanes, Simd};
 use super::super::triangles::Triangles;
 use super::super::wide::Stack;
-use super::{GROUP, Packet, PacketStack, PerRay, RAYS, Sure, Verdict, fetch, whole};
+use super::{GROUP, Packet, PacketStack, PerRay, Rays, Sure, Verdict, fetch, whole};
 
 /// What is known of the segments of a packet.
 pub(in crate::accel) struct Answers<'p> {
-    /// A bit for each that is blocked.
-    pub blocked: u64,
+    /// Those that are blocked.
+    pub blocked: Rays,
     /// What passes through what does not block them, if that is asked.
-    pub passing: Option<&'p mut [Passing; RAYS]>,
+    pub passing: Option<&'p mut [Passing]>,
+}
+
+impl Answers<'_> {
+    /// Whether a segment is blocked.
+    #[inline(always)]
+    pub fn blocked(&self, ray: usize) -> bool {
+        self.blocked[ray / GROUP] >> (ray % GROUP) & 1 == 1
+    }
 }
 
 /// Asks what of several trees is in the way of segments `first..first + count` (at most a packet of
@@ -33,8 +41,8 @@ pub fn occluded<S: Simd>(
     fetch(segments.from.get(first + count..));
     let Some(from) = whole(&segments.from[first..first + count], &mut room) else { return false };
     let (lines, end) = match segments.shared {
-        Shared::Origin(light) => (packet.take_directions::<S>(light, from, light), 1.0),
-        Shared::Direction(d) => (packet.take_origins::<S>(d, from), f32::INFINITY),
+        Shared::Origin(light) => (packet.take_directions::<S>(light, (from, count), light), 1.0),
+        Shared::Direction(d) => (packet.take_origins::<S>(d, (from, count)), f32::INFINITY),
         Shared::None => return false,
     };
     let Some(lines) = lines else { return false };
@@ -44,7 +52,9 @@ pub fn occluded<S: Simd>(
     }
     for triangles in trees.iter().filter(|tree| !tree.is_empty()) {
         let mut sources = PerRay::splat(u32::MAX);
-        triangles.spans.indices(&segments.source[first..first + count], sources.0.as_flattened_mut());
+        triangles
+            .spans
+            .indices(&segments.source[first..first + count], sources.0.as_flattened_mut().as_flattened_mut());
         let segments = (segments, first);
         let mut verdict = Blocked { triangles, segments, cutouts, sources, answers: &mut *answers, stack };
         if !packet.lead::<S, _>(triangles, &lines, &mut verdict, packets) {
@@ -68,7 +78,7 @@ struct Blocked<'a, 's, 'p, 'q> {
 impl Blocked<'_, '_, '_, '_> {
     fn block(&mut self, packet: &mut Packet, ray: usize) {
         packet.finish(ray);
-        self.answers.blocked |= 1 << ray;
+        self.answers.blocked[ray / GROUP] |= 1 << (ray % GROUP);
     }
 }
 
@@ -80,7 +90,7 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
 
     #[inline(always)]
     fn ignores(&self, block: &Block, lane: usize, g: usize) -> u32 {
-        S::F16::matching(&self.sources.0[g], block.ids[lane])
+        S::F16::matching(self.sources.group(g), block.ids[lane])
     }
 
     #[inline(always)]
@@ -96,10 +106,10 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
 
     #[inline(always)]
     fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, _: u32, _: Sure<S::F16>) {
-        self.answers.blocked |= u64::from(mask) << (g * GROUP);
+        self.answers.blocked[g] |= mask;
         packet.live[g] &= !mask;
         let done = S::F16::splat(-1.0);
-        for limit in [&mut packet.lower.0[g], &mut packet.upper.0[g]] {
+        for limit in [packet.lower.group_mut(g), packet.upper.group_mut(g)] {
             done.or_else(mask, S::F16::load(limit)).store(limit);
         }
     }
@@ -116,13 +126,15 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
     }
 
     #[inline(always)]
-    fn go_alone(&mut self, packet: &mut Packet, ray: usize, child: u32) {
+    fn go_alone(&mut self, packet: &mut Packet, ray: usize, child: u32) -> bool {
         let passing = self.answers.passing.as_mut().map(|passing| &mut passing[ray]);
         let (line, mut query) = blocking(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
-        let Some(line) = line else { return };
+        let Some(line) = line else { return false };
         self.triangles.visit::<S, _>(child, &line, None, &mut query, self.stack);
-        if query.blocked {
+        let blocked = query.blocked;
+        if blocked {
             self.block(packet, ray);
         }
+        blocked
     }
 }

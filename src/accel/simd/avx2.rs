@@ -38,10 +38,45 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn four_times(of: &[f32; 4]) -> Pair<A8> {
+        // SAFETY: see the top of the file; `of` is as long as half a register.
+        Pair::twice(A8(unsafe {
+            let of = _mm_loadu_ps(of.as_ptr());
+            _mm256_set_m128(of, of)
+        }))
+    }
+
+    #[inline(always)]
+    fn least_of_each(of: [Pair<A8>; 4]) -> Pair<A8> {
+        of_each(of, A8::min)
+    }
+
+    #[inline(always)]
+    fn greatest_of_each(of: [Pair<A8>; 4]) -> Pair<A8> {
+        of_each(of, A8::max)
+    }
+
+    #[inline(always)]
     fn call<J: Part<Self>>(job: J) -> J::Output {
         // SAFETY: this is reached from `run` alone, which the processor was asked for.
         unsafe { part(job) }
     }
+}
+
+/// Four pairs of registers, each folded to one number in half a register.
+#[inline(always)]
+fn of_each(of: [Pair<A8>; 4], pick: impl Fn(A8, A8) -> A8) -> Pair<A8> {
+    let halves = |i: usize| pick(of[i].0, of[i].1);
+    let two = |a: A8, b: A8| {
+        // SAFETY: see the top of the file.
+        unsafe {
+            let low = A8(_mm256_permute2f128_ps::<0x20>(a.0, b.0));
+            let quarters = pick(low, A8(_mm256_permute2f128_ps::<0x31>(a.0, b.0)));
+            let pairs = pick(quarters, A8(_mm256_permute_ps::<0b01_00_11_10>(quarters.0)));
+            pick(pairs, A8(_mm256_permute_ps::<0b10_11_00_01>(pairs.0)))
+        }
+    };
+    Pair(two(halves(0), halves(1)), two(halves(2), halves(3)))
 }
 
 pub(super) fn available() -> bool {

@@ -56,6 +56,9 @@ const LAST: [__mmask16; 3] = {
     last
 };
 
+/// Every fourth lane of two registers, twice.
+const FOURTHS: [u32; 16] = [0, 4, 8, 12, 16, 20, 24, 28, 0, 4, 8, 12, 16, 20, 24, 28];
+
 impl Simd for Avx512 {
     type F4 = A4;
     type F8 = Z8;
@@ -170,9 +173,53 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn four_times(of: &[f32; 4]) -> Z16 {
+        // SAFETY: see the top of the file; `of` is as long as a quarter of a register.
+        Z16(unsafe { _mm512_broadcast_f32x4(_mm_loadu_ps(of.as_ptr())) })
+    }
+
+    #[inline(always)]
+    fn least_of_each(of: [Z16; 4]) -> Z16 {
+        of_each(of, Z16::min)
+    }
+
+    #[inline(always)]
+    fn greatest_of_each(of: [Z16; 4]) -> Z16 {
+        of_each(of, Z16::max)
+    }
+
+    #[inline(always)]
+    fn gathered([a, b, c, d]: [Z16; 4]) -> Z16 {
+        // SAFETY: see the top of the file; the table is as long as a register.
+        unsafe {
+            let index = _mm512_loadu_si512(FOURTHS.as_ptr().cast());
+            let (ab, cd) = (_mm512_permutex2var_ps(a.0, index, b.0), _mm512_permutex2var_ps(c.0, index, d.0));
+            Z16(_mm512_shuffle_f32x4::<0b01_00_01_00>(ab, cd))
+        }
+    }
+
+    #[inline(always)]
     fn call<J: Part<Self>>(job: J) -> J::Output {
         // SAFETY: this is reached from `run` alone, which the processor was asked for.
         unsafe { part(job) }
+    }
+}
+
+/// Four registers, each folded to one number in a quarter of a register: halves first, then quarters, then
+/// what is within them.
+#[inline(always)]
+fn of_each([a, b, c, d]: [Z16; 4], pick: impl Fn(Z16, Z16) -> Z16) -> Z16 {
+    // SAFETY: see the top of the file.
+    unsafe {
+        let halves = |a: Z16, b: Z16| {
+            let low = Z16(_mm512_shuffle_f32x4::<0b01_00_01_00>(a.0, b.0));
+            pick(low, Z16(_mm512_shuffle_f32x4::<0b11_10_11_10>(a.0, b.0)))
+        };
+        let (a, c) = (halves(a, b), halves(c, d));
+        let even = Z16(_mm512_shuffle_f32x4::<0b10_00_10_00>(a.0, c.0));
+        let quarters = pick(even, Z16(_mm512_shuffle_f32x4::<0b11_01_11_01>(a.0, c.0)));
+        let pairs = pick(quarters, Z16(_mm512_permute_ps::<0b01_00_11_10>(quarters.0)));
+        pick(pairs, Z16(_mm512_permute_ps::<0b10_11_00_01>(pairs.0)))
     }
 }
 
@@ -314,7 +361,17 @@ lanes!(
     _mm256_xor_ps,
     _mm256_cmp_ps_mask,
     _mm256_mask_blend_ps,
-    {}
+    {
+        /// As that of sixteen.
+        #[inline(always)]
+        fn reciprocal(self) -> Self {
+            // SAFETY: as above.
+            unsafe {
+                let guess = _mm256_rcp14_ps(self.0);
+                Z8(_mm256_mul_ps(guess, _mm256_fnmadd_ps(self.0, guess, _mm256_set1_ps(2.0))))
+            }
+        }
+    }
 );
 
 lanes!(

@@ -6,7 +6,14 @@ use super::Lanes;
 
 /// The lower and the upper half.
 #[derive(Clone, Copy)]
-pub(super) struct Pair<L>(L, L);
+pub(super) struct Pair<L>(pub L, pub L);
+
+impl<L: Copy> Pair<L> {
+    #[inline(always)]
+    pub fn twice(half: L) -> Self {
+        Pair(half, half)
+    }
+}
 
 impl<L: Add<Output = L>> Add for Pair<L> {
     type Output = Self;

@@ -14,6 +14,11 @@ impl Simd for Portable {
     type F8 = Pair<P4>;
     type F16 = Pair<Pair<P4>>;
 
+    #[inline(always)]
+    fn four_times(of: &[f32; 4]) -> Self::F16 {
+        Pair::twice(Pair::twice(P4::load(of)))
+    }
+
     #[inline(never)]
     fn call<J: Part<Self>>(job: J) -> J::Output {
         job.run()
