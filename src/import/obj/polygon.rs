@@ -1,13 +1,8 @@
 //! Polygons to triangles.
 
-use earcut::Earcut;
 use glam::{DVec2, DVec3, Vec3};
 
-use super::straight::{is_straight, split_edges, turning};
-
-/// Corners of a convex polygon beyond which it is no fan. A fan's triangles all reach from one corner to the far
-/// side, and so do their boxes: rays would have to look at most of them.
-const MOST_OF_FAN: usize = 32;
+use super::ears::Ears;
 
 /// Corners up to which a polygon is cut right whatever it costs.
 const MANY_CORNERS: usize = 10_000;
@@ -40,7 +35,7 @@ pub(super) struct Triangulator {
     pub crossing: u64,
     corners: Vec<DVec3>,
     flat: Vec<DVec2>,
-    earcut: Earcut<f64>,
+    ears: Ears,
     out: Vec<usize>,
 }
 
@@ -50,77 +45,34 @@ impl Triangulator {
         Triangulator { left, ..Triangulator::default() }
     }
 
-    /// Triangles of a polygon, as indices into its corners by threes, wound as it is. Convex ones
-    /// are a fan from the first corner, or from the first that turns where triangles would have no area,
-    /// and with many corners halved again and again; concave ones are cut ear by ear on their plane.
+    /// Triangles of a polygon, as indices into its corners by threes, wound as it is and cut as Blender does: on their
+    /// plane ear by ear, or else a fan from the first corner.
     pub fn triangulate(&mut self, corners: impl Iterator<Item = Vec3>) -> impl Iterator<Item = usize> {
         self.corners.clear();
         self.corners.extend(corners.map(|p| p.as_dvec3()));
         self.out.clear();
         // Convex ones too, so that numbers of corners alone say what is left for the next.
         let paid = pay(&mut self.left, self.corners.len());
-        if self.corners.len() > 3 && self.flatten() {
-            if is_convex(&self.flat) {
-                if self.flat.len() > MOST_OF_FAN {
-                    self.halve();
-                } else if fan_is_flat(&self.flat) {
-                    self.pass_by_straight();
-                }
-            } else if !paid {
+        if let [a, b, c, d] = self.corners[..] {
+            self.out.extend(if flips([b, c, d].map(|p| p - a)) {
+                [0, 1, 3, 1, 2, 3]
+            } else {
+                [0, 1, 2, 0, 2, 3]
+            });
+        } else if self.corners.len() > 4 && self.flatten() {
+            let convex = self.ears.look(&self.flat);
+            if !convex && !paid {
                 self.too_large += 1;
-            } else if self.flat.len() > MOST_CROSSING && crosses_itself(&self.flat) {
+            } else if !convex && self.flat.len() > MOST_CROSSING && crosses_itself(&self.flat) {
                 self.crossing += 1;
             } else {
-                self.cut_ears();
+                self.ears.cut(&self.flat, &mut self.out);
             }
         }
         if self.out.is_empty() {
             self.out.extend((2..self.corners.len()).flat_map(|i| [0, i - 1, i]));
         }
         self.out.iter().copied()
-    }
-
-    /// Cuts a convex polygon as a fan between the corners that turn.
-    #[cold]
-    fn pass_by_straight(&mut self) {
-        let turning = turning(&self.flat);
-        self.out.extend(turning.windows(2).skip(1).flat_map(|pair| [turning[0], pair[0], pair[1]]));
-        split_edges(&self.flat, &mut self.out);
-    }
-
-    /// Cuts a convex polygon into a triangle of far corners, and what is left on its sides by halves.
-    fn halve(&mut self) {
-        let mut turning = turning(&self.flat);
-        if turning.len() < 3 {
-            // So many corners that none of them turns enough.
-            turning = (0..self.flat.len()).collect();
-        }
-        let n = turning.len();
-        let third = [0, n / 3, 2 * n / 3, n];
-        self.out.extend(third[..3].iter().map(|&i| turning[i]));
-        let mut sides: Vec<[usize; 2]> = third.windows(2).map(|side| [side[0], side[1]]).collect();
-        while let Some([a, b]) = sides.pop() {
-            if b - a > 1 {
-                let middle = (a + b) / 2;
-                self.out.extend([a, middle, b % n].map(|i| turning[i]));
-                sides.extend([[a, middle], [middle, b]]);
-            }
-        }
-        split_edges(&self.flat, &mut self.out);
-    }
-
-    fn cut_ears(&mut self) {
-        let turning = turning(&self.flat);
-        self.earcut.earcut(turning.iter().map(|&i| self.flat[i].to_array()), &[], &mut self.out);
-        self.out.iter_mut().for_each(|i| *i = turning[*i]);
-        for t in self.out.as_chunks_mut::<3>().0 {
-            let [a, b, c] = t.map(|i| self.flat[i]);
-            // The plane is laid so that the polygon runs counter-clockwise.
-            if (b - a).perp_dot(c - a) < 0.0 {
-                t.swap(1, 2);
-            }
-        }
-        split_edges(&self.flat, &mut self.out);
     }
 
     /// The polygon on its own plane (Newell's), counter-clockwise. False without area.
@@ -137,32 +89,15 @@ impl Triangulator {
     }
 }
 
-/// True where a convex polygon's fan from its first corner has triangles without area.
-fn fan_is_flat(p: &[DVec2]) -> bool {
-    let n = p.len();
-    is_straight([p[0], p[1], p[2]]) || is_straight([p[n - 2], p[n - 1], p[0]])
-}
-
-/// True where a counter-clockwise polygon turns left at every corner, once around.
-fn is_convex(p: &[DVec2]) -> bool {
-    let n = p.len();
-    let edge = |i: usize| p[(i + 1) % n] - p[i % n];
-    // A turn of a millionth is rounding. The measure is the edges': a small notch in a large
-    // polygon is a notch.
-    let least = |a: DVec2, b: DVec2| -1e-6 * (a.length_squared() * b.length_squared()).sqrt();
-    let turns_left = (0..n).all(|i| edge(i).perp_dot(edge(i + 1)) >= least(edge(i), edge(i + 1)));
-    // A star turns left everywhere too, but goes around more than once: then x changes its
-    // direction more than twice.
-    let mut changes = 0;
-    let mut last = 0.0;
-    for i in 0..=n {
-        let x = edge(i).x;
-        if x != 0.0 {
-            changes += u32::from(last != 0.0 && (x > 0.0) != (last > 0.0));
-            last = x;
-        }
-    }
-    turns_left && changes <= 3
+/// True where a quad is not cut from its first corner, which the others are relative to, to the third: what is cut
+/// off would fold onto the rest, or be nothing.
+fn flips([b, c, d]: [DVec3; 3]) -> bool {
+    let areas = [b.cross(c), d.cross(c)];
+    // As little as numbers with six digits turn along a straight edge.
+    let least = |side: DVec3| 1e-12 * side.length_squared() * c.length_squared();
+    areas[0].dot(areas[1]) > 0.0
+        || areas[0].length_squared() <= least(b)
+        || areas[1].length_squared() <= least(d)
 }
 
 /// True where two edges of a polygon cross. Those that touch, or nearly, do not.
@@ -216,12 +151,6 @@ mod tests {
 
     fn on_plane(points: &[(f32, f32)]) -> Vec<Vec3> {
         points.iter().map(|&(x, y)| Vec3::new(x, y, 0.0)).collect()
-    }
-
-    #[test]
-    fn convex_polygons_are_fans_from_the_first_corner() {
-        let out = triangulate(&on_plane(&[(0.0, 0.0), (1.0, 0.0), (1.5, 1.0), (0.5, 2.0), (-0.5, 1.0)]));
-        assert_eq!(out, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
     }
 
     /// Round lids: of a fan's triangles most cross the middle of the lid.
