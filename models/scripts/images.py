@@ -48,6 +48,7 @@ def main(out):
     rgba.save(out / "rgba.tga")
     rgb.save(out / "rgb.tif")
     rgba.save(out / "lzw.tif", compression="tiff_lzw")
+    paletted.save(out / "palette.tif", compression="packbits")
     rgb.save(out / "frames.gif", save_all=True, append_images=[grey], duration=100)
 
 

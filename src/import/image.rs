@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
-use super::{Limits, jpeg, ktx2};
+use super::{Limits, jpeg, ktx2, tiff};
 use crate::scene::{Channels, Image, Mips, Texels};
 
 /// What textures may be, beside KTX2; of a GIF its first frame.
@@ -32,6 +32,8 @@ pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image,
     // No decoder is known to panic, and what becomes of one that does has to be seen: by tests alone.
     #[cfg(debug_assertions)]
     assert!(std::env::var_os("BLINN_TEST_PANIC").is_none_or(|at| at != name), "left: 1\n right: 2");
+    let (bytes, palette) = tiff::without_palette(bytes);
+    let bytes = &*bytes;
     let (width, height) = size(bytes).map_err(|e| wrong(&e))?;
     let pixels = u64::from(width) * u64::from(height);
     if pixels == 0 || pixels > limits.image_pixels {
@@ -59,9 +61,17 @@ pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image,
             }
             _ => Some(decode(bytes).map_err(|e| wrong(&e))?),
         };
-        texels(image.ok_or_else(|| wrong(&"it is cut off"))?)
+        texels(colored(image.ok_or_else(|| wrong(&"it is cut off"))?, palette))
     };
     Ok(Image { name: name.to_string(), width, height, channels, texels, mips: Mips::default() })
+}
+
+/// What was decoded, where it is numbers of a palette's colours with those in their places.
+fn colored(image: DynamicImage, palette: Option<tiff::Palette>) -> DynamicImage {
+    let (DynamicImage::ImageLuma8(numbers), Some(palette)) = (&image, palette) else { return image };
+    let (width, height) = numbers.dimensions();
+    let color = |x, y| image::Rgb(palette[usize::from(numbers.get_pixel(x, y).0[0])]);
+    image::RgbImage::from_fn(width, height, color).into()
 }
 
 /// What was decoded, as it is stored; layouts that nothing here has become RGBA.
@@ -85,7 +95,9 @@ pub(crate) fn decoded_bytes(bytes: &[u8]) -> u64 {
     if ktx2::is_ktx2(bytes) {
         return ktx2::size(bytes).map_or(0, |(w, h)| (4 * u64::from(w)).saturating_mul(u64::from(h)));
     }
-    reader(bytes).ok().and_then(|r| r.into_decoder().ok()).map_or(0, |d| d.total_bytes())
+    let (bytes, palette) = tiff::without_palette(bytes);
+    let stored = reader(&bytes).ok().and_then(|r| r.into_decoder().ok()).map_or(0, |d| d.total_bytes());
+    if palette.is_some() { stored.saturating_mul(3) } else { stored }
 }
 
 fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
@@ -159,6 +171,7 @@ mod tests {
             ("rgba.tga", Rgba, red, clear, exact),
             ("rgb.tif", Rgb, red, green, exact),
             ("lzw.tif", Rgba, red, clear, exact),
+            ("palette.tif", Rgb, red, green, exact),
             ("grey_16.tif", L, light, dark, exact),
             ("frames.gif", Rgba, red, green, exact),
         ];
@@ -202,7 +215,7 @@ mod tests {
             assert_eq!(image.stored(15), Vec4::new(0.0, 1.0, 0.0, 1.0), "{end}");
         }
         // What is cut off is refused, or all that is shown was there.
-        for name in ["rgb.tif", "lzw.tif", "grey_16.tif", "frames.gif"] {
+        for name in ["rgb.tif", "lzw.tif", "grey_16.tif", "palette.tif", "frames.gif"] {
             let path = format!("{}/models/tests/images/{name}", env!("CARGO_MANIFEST_DIR"));
             let bytes = std::fs::read(path).unwrap();
             let whole = decode("x", &bytes, &Limits::default()).unwrap();

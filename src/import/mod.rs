@@ -23,6 +23,7 @@ mod regular;
 mod sky;
 mod smooth;
 mod tangents;
+mod tiff;
 mod unmapped;
 mod uri;
 

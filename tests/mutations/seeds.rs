@@ -103,6 +103,7 @@ pub fn all() -> Vec<Seed> {
         "rgb.bmp",
         "rgba.tga",
         "lzw.tif",
+        "palette.tif",
         "frames.gif",
     ] {
         all.push(image(name, model(&format!("images/{name}"))));
