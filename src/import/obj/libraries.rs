@@ -294,6 +294,24 @@ mod tests {
         assert!(told.iter().all(|w| !w.what.contains("again")), "{told:?}");
     }
 
+    /// Another name, if it is there, goes before.
+    #[test]
+    fn names_that_are_uris_are_found() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = Folder::of(&dir.path().join("a.obj"), false);
+        let read = || {
+            let mut warnings = Warnings::default();
+            let lines = ["my%20own.mtl".to_string()];
+            let libraries = Libraries::read(&lines, &[], &folder, &Limits::default(), &mut warnings);
+            (libraries.all.iter().map(|m| m.name.clone()).collect::<String>(), warnings.into_vec().len())
+        };
+        assert_eq!(read(), (String::new(), 1));
+        std::fs::write(dir.path().join("my own.mtl"), "newmtl decoded\n").unwrap();
+        assert_eq!(read(), ("decoded".into(), 0));
+        std::fs::write(dir.path().join("my%20own.mtl"), "newmtl literal\n").unwrap();
+        assert_eq!(read(), ("literal".into(), 0));
+    }
+
     /// No name on it costs a look at all of the line.
     #[test]
     fn a_line_of_a_million_names_does_no_harm() {

@@ -302,6 +302,7 @@ fn textures_are_found_however_they_are_named() {
     for name in [
         "tex/t 1.png",
         "tex\\t 1.png",
+        "tex/t%201.png",
         "./tex/t 1.png",
         "TEX\\T 1.PNG",
         "\"tex/t 1.png\" ",

@@ -196,10 +196,14 @@ pub(super) fn is_idle(keyword: &str) -> bool {
     IDLE.contains(&keyword)
 }
 
-/// A number as forty years of programs wrote them: `1.5`, `.5`, `+3`, `1e-3`, Fortran's `1D-3`,
+/// A number as forty years of programs wrote them: `1.5`, `.5`, `+3`, `1e-3`, Fortran's `1D-3`, C's `1.5f`,
 /// and what C libraries write for none. Always rounded to the nearest `f32` at once.
 pub(super) fn number(word: &str) -> Option<f32> {
     if let Ok(v) = word.parse::<f32>() {
+        return Some(v);
+    }
+    // As in the text of programs.
+    if let Some(v) = word.strip_suffix(['f', 'F']).and_then(|word| word.parse().ok()) {
         return Some(v);
     }
     let bare = word.trim_start_matches(['-', '+']).to_ascii_lowercase();
@@ -298,6 +302,8 @@ mod tests {
     fn numbers_of_all_ages() {
         for (word, v) in
             [("1.5", 1.5), (".5", 0.5), ("5.", 5.0), ("+3", 3.0), ("1e+05", 1e5), ("-1.5D-3", -1.5e-3)]
+                .into_iter()
+                .chain([("1.5f", 1.5), ("1.F", 1.0), ("-2e1f", -20.0)])
         {
             assert_eq!(number(word), Some(v));
         }
@@ -306,7 +312,7 @@ mod tests {
         }
         assert_eq!(number("1.#INF"), Some(f32::INFINITY));
         assert_eq!(all("v 1.#QNAN 0 0 # x"), [(1, "v 1.#QNAN 0 0".into())]);
-        for word in ["", "x", "1.2.3", "d", "0x10", "--1"] {
+        for word in ["", "x", "1.2.3", "d", "0x10", "0x1f", "--1", "f", "-f", "1ff", "1.5m"] {
             assert_eq!(number(word), None, "{word}");
         }
     }

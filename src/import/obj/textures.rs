@@ -1,9 +1,11 @@
 //! The images that MTLs name: found, read and decoded once each.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use glam::{DVec4, Vec2, Vec3, Vec4};
 use image::{ImageFormat, guess_format};
+use percent_encoding::percent_decode_str;
 use rayon::prelude::*;
 
 use super::super::Limits;
@@ -16,13 +18,16 @@ use super::mtl::Mtl;
 use super::text::readings;
 use crate::scene::{Channels, Filter, Image, Mips, Texels, Texture, TextureRef, UvTransform, Wrap};
 
-/// Reads a file by a name from another system, another folder, in another case or form of Unicode, or with a
-/// comment behind it.
+/// Reads a file by a name from another system, another folder, in another case or form of Unicode, with a comment
+/// behind it, or as a URI has it.
 pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
     let whole = find_named(folder, beside, name, limit);
-    // A name is more likely to have a number sign than to be followed by a comment.
-    let shorter = || readings(name).skip(1).find_map(|name| find_named(folder, beside, name, limit).ok());
-    whole.or_else(|error| shorter().ok_or(error))
+    // A name is more likely to have a number sign than to be followed by a comment, and a per cent sign than to be
+    // a URI.
+    let decoded = || percent_decode_str(name).decode_utf8().ok().filter(|decoded| decoded != name);
+    let others = || readings(name).skip(1).map(Cow::Borrowed).chain(decoded());
+    let found = || others().find_map(|name| find_named(folder, beside, &name, limit).ok());
+    whole.or_else(|error| found().ok_or(error))
 }
 
 /// Reads a file by its name as written, beside the MTL, beside the OBJ, and by its base name in both.
