@@ -33,6 +33,7 @@ pub(super) fn read(
         without: None,
         polypaint: Vec::new(),
         odd: None,
+        free_forms: 0,
     };
     for line in lines(text) {
         reader.line(&line)?;
@@ -54,6 +55,7 @@ struct Reader<'l> {
     polypaint: Vec<Vec4>,
     /// The first number with an exponent that is none, and where it is.
     odd: Option<String>,
+    free_forms: u64,
 }
 
 impl Reader<'_> {
@@ -77,8 +79,8 @@ impl Reader<'_> {
             "s" => self.block.mark(Statement::Smoothing(text::smoothing(rest))),
             "usemtl" => self.block.mark(Statement::Material(name())),
             "mtllib" => self.block.mark(Statement::Library(name())),
-            // Points of curves and surfaces.
-            "vp" => {}
+            "curv" | "surf" | "bzp" | "bsp" | "cdc" | "cdp" => self.free_forms += 1,
+            part if text::is_of_free_forms(part) => {}
             idle if text::is_idle(idle) => {}
             _ if keyword == text::POLYPAINT => self.paint(rest),
             _ => {
@@ -161,6 +163,9 @@ impl Reader<'_> {
         }
         if let Some(place) = self.odd {
             warnings.add(place, "numbers whose exponents make no sense: read without them");
+        }
+        if self.free_forms > 0 {
+            warnings.add("", format!("{} curves and surfaces are not shown", self.free_forms));
         }
         if !self.unknown.is_empty() {
             warnings.add("", format!("statements not understood and left out: {}", self.unknown.join(", ")));

@@ -197,7 +197,14 @@ fn smoothing_groups_are_of_faces_and_not_of_what_they_are_cut_into() {
 fn lines_points_and_degenerate_faces_are_counted() {
     let (scene, warnings) = read(format!("{SQUARE}l 1 2 3\np 1\nf 1 2\nf 1 1 2\nf 1 2 3\n"), &[]).unwrap();
     assert_eq!(scene.meshes[0].triangles.len(), 1);
-    let said = ["2 lines and points are not shown", "1 faces with fewer than three vertices left out"];
+    let mut said =
+        vec!["2 lines and points are not shown", "1 faces with fewer than three vertices left out"];
+    assert_eq!(warnings, said);
+    // Nor are curves, as Blender writes them, and surfaces.
+    let curve =
+        "cstype bspline\ndeg 2\ncurv 1.0 5.0 -1 -2 -3\nparm u 0.0 1.0\nend\nsurf 0 1 0 1 1/1 2/2\nend\n";
+    let (_, warnings) = read(format!("{SQUARE}{curve}l 1 2 3\np 1\nf 1 2\nf 1 2 3\n"), &[]).unwrap();
+    said.insert(0, "2 curves and surfaces are not shown");
     assert_eq!(warnings, said);
 }
 

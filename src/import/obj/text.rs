@@ -196,6 +196,16 @@ pub(super) fn is_idle(keyword: &str) -> bool {
     IDLE.contains(&keyword)
 }
 
+/// What is said of curves and surfaces, beside that they are there.
+const OF_FREE_FORMS: [&str; 14] = [
+    "bmat", "con", "cstype", "curv2", "deg", "end", "hole", "parm", "res", "scrv", "sp", "step", "trim", "vp",
+];
+
+/// True of a statement's keyword that says something of a curve or surface.
+pub(super) fn is_of_free_forms(keyword: &str) -> bool {
+    OF_FREE_FORMS.contains(&keyword)
+}
+
 /// A number as forty years of programs wrote them: `1.5`, `.5`, `+3`, `1e-3`, Fortran's `1D-3`, C's `1.5f`,
 /// and what C libraries write for none. Always rounded to the nearest `f32` at once.
 pub(super) fn number(word: &str) -> Option<f32> {
