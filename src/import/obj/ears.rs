@@ -19,6 +19,8 @@ pub(super) struct Ears {
     odd: usize,
     /// For each corner one that lay in its triangle, or itself.
     in_way: Vec<usize>,
+    /// Looks around a polygon of many corners that found no ear: for corners that turn left, and for others.
+    failed: usize,
     grid: Grid,
 }
 
@@ -32,6 +34,7 @@ impl Ears {
         self.prev.extend((n - 1..n).chain(0..n - 1));
         self.turns.clear();
         self.turns.extend((0..n).map(|i| side([self.prev[i], i, self.next[i]].map(|k| p[k]))));
+        self.failed = 0;
         self.in_way.clear();
         self.in_way.extend(0..n);
         self.odd = self.turns.iter().filter(|&&turn| turn != Greater).count();
@@ -77,14 +80,16 @@ impl Ears {
     /// The next ear's tip from `start` on. What is straight is cut where nothing else can be, and anything where
     /// nothing is an ear, as where a polygon crosses itself.
     fn find(&mut self, p: &[DVec2], start: usize, left: usize, back: bool) -> usize {
-        for turn in [Greater, Equal] {
+        for (i, least) in [Greater, Equal].into_iter().enumerate().skip(self.failed) {
             let mut tip = start;
             for _ in 0..left {
-                if self.turns[tip] == turn && self.is_ear(p, tip) {
+                if self.turns[tip] >= least && self.is_ear(p, tip) {
                     return tip;
                 }
                 tip = if back { self.prev[tip] } else { self.next[tip] };
             }
+            // Many corners are not all asked again and again for what none of them had.
+            self.failed = if p.len() > MANY { i + 1 } else { 0 };
         }
         let mut all = std::iter::successors(Some(start), |&i| Some(self.next[i])).take(left);
         all.find(|&i| self.turns[i] != Less).unwrap_or(start)
