@@ -2,8 +2,7 @@
 
 use crate::scene::{Influences, Mesh, MorphTarget};
 
-/// Gives every triangle vertices of its own, with its normal. What bends later keeps the normals of
-/// its rest shape.
+/// Gives every triangle vertices of its own, with its normal.
 pub(super) fn give_normals(mesh: &mut Mesh) {
     let corners: Vec<u32> = mesh.triangles.as_flattened().to_vec();
     let Mesh { positions, tangents, uvs, colors, morphs, influences, .. } = mesh;

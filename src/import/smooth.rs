@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::tangents;
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Made, Mesh, Scene};
 
 /// Which normals are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,6 +29,7 @@ pub(super) fn apply(scene: &mut Scene, smooth: Smooth) {
     for mesh in &mut scene.meshes {
         mesh.normals = Vec::new();
         mesh.tangents = Vec::new();
+        mesh.made = Made::Nothing;
         for morph in &mut mesh.morphs {
             (morph.normals, morph.tangents) = (Vec::new(), Vec::new());
         }
@@ -64,24 +65,18 @@ fn groups(scene: &Scene) -> Vec<Vec<usize>> {
     groups
 }
 
-fn face_normal(mesh: &Mesh, t: &[u32; 3]) -> Option<DVec3> {
-    let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
-    (b - a).cross(c - a).try_normalize()
-}
-
 /// The angle of a face at its corner `p`, between the edges to its neighbours; radians.
 pub(super) fn angle_at(p: DVec3, neighbours: [DVec3; 2]) -> f64 {
     let [a, b] = neighbours.map(|q| (q - p).normalize_or_zero());
     libm::acos(a.dot(b).clamp(-1.0, 1.0))
 }
 
-/// Makes the normals of some meshes as if they were one. `least` is the cosine that the normals of
-/// two faces have at least where their common edge is smooth.
+/// Makes the normals of some meshes as if they were one, at rest and in the shapes of their morph targets.
+/// `least` is the cosine that the normals of two faces have at least, at rest, where their common edge is
+/// smooth.
 fn by_angle(meshes: &mut [Mesh], group: &[usize], least: f64) {
-    let faces: Vec<(usize, [u32; 3])> =
-        group.iter().flat_map(|&m| meshes[m].triangles.iter().map(move |t| (m, *t))).collect();
-    let normals: Vec<DVec3> =
-        faces.par_iter().map(|(m, t)| face_normal(&meshes[*m], t).unwrap_or_default()).collect();
+    let faces = faces(meshes, group);
+    let normals = face_normals(meshes, &faces, None);
     // Vertices in one place are one, whatever else they carry.
     let mut places: HashMap<[u32; 3], u32> = HashMap::new();
     let mut place_of: Vec<u32> = Vec::with_capacity(faces.len() * 3);
@@ -99,27 +94,79 @@ fn by_angle(meshes: &mut [Mesh], group: &[usize], least: f64) {
         join(&mut joined, a, b);
     }
     let roots: Vec<u32> = (0..joined.len() as u32).map(|c| root(&mut joined, c)).collect();
+    let mut start = 0;
+    for &m in group {
+        let corners = start..start + 3 * meshes[m].triangles.len();
+        split(&mut meshes[m], &roots[corners.clone()]);
+        start = corners.end;
+    }
+    let targets = group.iter().map(|&m| meshes[m].morphs.len()).max().unwrap_or(0);
+    for shape in [None].into_iter().chain((0..targets).map(Some)) {
+        let normals = corner_normals(meshes, group, shape, &roots);
+        let mut normals = &normals[..];
+        for &m in group {
+            let mesh = &mut meshes[m];
+            let own = normals.split_off(..3 * mesh.triangles.len()).unwrap_or_default();
+            give(mesh, shape, own);
+        }
+    }
+}
+
+/// Gives a mesh its corners' normals: its own, or what they differ from those in the shape of a morph target.
+fn give(mesh: &mut Mesh, shape: Option<usize>, corners: &[Vec3]) {
+    let corners = || mesh.triangles.as_flattened().iter().map(|&v| v as usize).zip(corners);
+    let Some(target) = shape else {
+        mesh.normals = vec![Vec3::Y; mesh.positions.len()];
+        corners().for_each(|(v, &normal)| mesh.normals[v] = normal);
+        return;
+    };
+    let Some(target) = mesh.morphs.get_mut(target).filter(|target| !target.positions.is_empty()) else {
+        return;
+    };
+    target.normals = vec![Vec3::ZERO; mesh.positions.len()];
+    corners().for_each(|(v, &normal)| target.normals[v] = normal - mesh.normals[v]);
+}
+
+/// The normals of faces at rest, or in the shape of a morph target; 0 without an area.
+fn face_normals(meshes: &[Mesh], faces: &[(usize, [u32; 3])], shape: Option<usize>) -> Vec<DVec3> {
+    let normal = |(m, t): &(usize, [u32; 3])| {
+        let [a, b, c] = corners(&meshes[*m], t, shape);
+        (b - a).cross(c - a).normalize_or_zero()
+    };
+    faces.par_iter().map(normal).collect()
+}
+
+/// Where a face's corners are at rest, or in the shape of a morph target.
+fn corners(mesh: &Mesh, t: &[u32; 3], shape: Option<usize>) -> [DVec3; 3] {
+    let target = shape.and_then(|target| mesh.morphs.get(target));
+    let moved = |v: u32| target.and_then(|t| t.positions.get(v as usize)).copied().unwrap_or_default();
+    t.map(|v| mesh.positions[v as usize].as_dvec3() + moved(v).as_dvec3())
+}
+
+/// The unit normal of each corner of some meshes in a shape: the mean of the faces whose corners have its root,
+/// weighted by their angles.
+fn corner_normals(meshes: &[Mesh], group: &[usize], shape: Option<usize>, roots: &[u32]) -> Vec<Vec3> {
+    let faces = faces(meshes, group);
+    let normals = face_normals(meshes, &faces, shape);
     let mut sums = vec![DVec3::ZERO; roots.len()];
     for (i, (m, t)) in faces.iter().enumerate() {
-        let p = t.map(|v| meshes[*m].positions[v as usize].as_dvec3());
+        let p = corners(&meshes[*m], t, shape);
         for k in 0..3 {
             let angle = angle_at(p[k], [p[(k + 1) % 3], p[(k + 2) % 3]]);
             sums[roots[3 * i + k] as usize] += normals[i] * angle;
         }
     }
-    let mut start = 0;
-    for &m in group {
-        let mesh = &mut meshes[m];
-        let corners = start..start + 3 * mesh.triangles.len();
-        split(mesh, &roots[corners.clone()]);
-        mesh.normals = vec![Vec3::Y; mesh.positions.len()];
-        for (corner, &v) in corners.clone().zip(mesh.triangles.as_flattened()) {
-            // Where faces cancel, one of their own.
-            let n = sums[roots[corner] as usize].try_normalize().unwrap_or(normals[corner / 3]);
-            mesh.normals[v as usize] = n.try_normalize().unwrap_or(DVec3::Y).as_vec3();
-        }
-        start = corners.end;
-    }
+    let unit = |(corner, &root): (usize, &u32)| {
+        // Where faces cancel, one of their own.
+        let n = sums[root as usize].try_normalize().unwrap_or(normals[corner / 3]);
+        n.try_normalize().unwrap_or(DVec3::Y).as_vec3()
+    };
+    roots.iter().enumerate().map(unit).collect()
+}
+
+/// The triangles of some meshes, each with its mesh.
+fn faces(meshes: &[Mesh], group: &[usize]) -> Vec<(usize, [u32; 3])> {
+    group.iter().flat_map(|&m| meshes[m].triangles.iter().map(move |t| (m, *t))).collect()
 }
 
 /// Pairs of corners that meet at the ends of smooth edges.
@@ -187,7 +234,7 @@ fn split(mesh: &mut Mesh, keys: &[u32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Instance, Material, Node};
+    use crate::scene::{Instance, Material, MorphTarget, Node};
 
     /// A scene of one mesh for each list of triangles, all of one object.
     fn scene(positions: &[[f32; 3]], parts: &[&[[u32; 3]]]) -> Scene {
@@ -286,6 +333,27 @@ mod tests {
         let mesh = &scene.meshes[0];
         assert_eq!(mesh.positions.len(), 2 + 2 * n as usize);
         assert!(mesh.normals[0].abs_diff_eq(Vec3::Y, 1e-5) && mesh.normals[1].abs_diff_eq(-Vec3::Y, 1e-5));
+    }
+
+    /// What is smooth at rest is smooth as it bends, and so bends its normals.
+    #[test]
+    fn morph_targets_have_normals_of_their_shapes() {
+        let mut scene = scene(&CORNER, &[&[FLOOR, WALL].concat()]);
+        // Lays the wall down, so that all lies in one plane.
+        let mut down = vec![Vec3::ZERO; 6];
+        down[4..].fill(Vec3::new(-1.0, -1.0, 0.0));
+        let target = MorphTarget { positions: down, normals: vec![Vec3::X; 6], ..MorphTarget::default() };
+        scene.meshes[0].morphs = vec![target, MorphTarget::default()];
+        for (angle, vertices) in [(120.0, 6), (30.0, 8)] {
+            let mut scene = scene.clone();
+            apply(&mut scene, Smooth::Angle(angle));
+            let Mesh { normals, morphs, .. } = &scene.meshes[0];
+            let deltas = (morphs[0].normals.len(), morphs[1].normals.len());
+            assert_eq!((normals.len(), deltas), (vertices, (vertices, 0)));
+            for (n, d) in normals.iter().zip(&morphs[0].normals) {
+                assert!((n + d).abs_diff_eq(Vec3::Y, 1e-6), "{n} and {d}");
+            }
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::flat;
-use crate::scene::{Influences, Mesh, MorphTarget, Source, TextureRef, UvTransform};
+use crate::scene::{Influences, Made, Mesh, MorphTarget, Source, TextureRef, UvTransform};
 
 /// Faces that may meet in a place: MikkTSpace compares each with each.
 const MOST_FACES: u32 = 1024;
@@ -23,8 +23,10 @@ pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
     if !has_uvs || !mesh.tangents.is_empty() {
         return;
     }
+    mesh.made = Made::Tangents;
     if mesh.normals.is_empty() {
         flat::give_normals(mesh);
+        mesh.made = Made::Frames;
     }
     let uvs = &mesh.uvs[map.uv_set as usize];
     let axes = if source.is_blender() { UvTransform::IDENTITY } else { map.transform };

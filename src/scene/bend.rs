@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 
+use super::carried::carry;
 use super::{Mesh, Skin};
 use crate::geometry::cofactor;
 
@@ -127,6 +128,9 @@ impl<'a> Bend<'a> {
         }
         for t in &mut shape.tangents {
             *t = t.truncate().normalize_or_zero().extend(t.w);
+        }
+        if weights.iter().any(|&w| w != 0.0) {
+            carry(mesh, &mut shape);
         }
         shape
     }

@@ -2,6 +2,8 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
+use super::Made;
+
 /// Indexed triangles of one material, in a local frame. Attribute arrays are as long as
 /// `positions`, or empty where the file has none.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +21,8 @@ pub struct Mesh {
     pub smooth_in_own_frame: bool,
     /// Unit tangents with the bitangent's sign in w, along the set of the normal map.
     pub tangents: Vec<Vec4>,
+    /// What of those the file does not have.
+    pub made: Made,
     /// Texture coordinates by set, as glTF has them: v runs down from the image's top.
     pub uvs: Vec<Vec<Vec2>>,
     /// Vertex colours, linear RGBA.

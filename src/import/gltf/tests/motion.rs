@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use serde_json::{Value, json};
 
 use super::super::fixture::{Fixture, bytes_of};
+use super::looks::textured;
 use crate::scene::{Interpolation, PoseSettings, Target, pose};
 
 /// A triangle with one channel on node 0, two keys.
@@ -231,4 +232,33 @@ fn skins_that_do_not_fit() {
     fixture.json["skins"][0]["joints"] = json!([1]);
     let (_, warnings) = fixture.load();
     assert_eq!(warnings, ["nodes[0].skin: its mesh names joint 1, and the skin has 1"]);
+}
+
+/// What the file has no frames for is lit as it is bent, as the specification asks.
+#[test]
+fn what_a_normal_map_builds_on_follows_morph_targets() {
+    // Without normals; with normals that a target does not change; with normals and tangents.
+    for (own, normal, tangent) in [
+        (&[][..], Vec3::NEG_Y, Vec3::X),
+        (&["NORMAL"], Vec3::Z, Vec3::X),
+        (&["NORMAL", "TANGENT"], Vec3::Z, Vec3::Y),
+    ] {
+        let mut fixture = textured(json!({"normalTexture": {"index": 0}}));
+        let upright = fixture.vec3(&[[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 1.0]]);
+        let tangents = fixture.vec4(&[[0.0, 1.0, 0.0, 1.0]; 3]);
+        let primitive = fixture.primitive();
+        primitive["targets"] = json!([{"POSITION": upright}]);
+        primitive["attributes"]["TANGENT"] = json!(tangents);
+        let attributes = primitive["attributes"].as_object_mut().unwrap();
+        attributes.retain(|name, _| own.contains(&&name[..]) || !["NORMAL", "TANGENT"].contains(&&name[..]));
+        fixture.json["meshes"][0]["weights"] = json!([1]);
+        let (scene, _) = fixture.load();
+        let posed = pose(&scene, &PoseSettings::default()).unwrap();
+        for (n, t) in posed.normals(0).iter().zip(posed.tangents(0)) {
+            assert!(
+                n.abs_diff_eq(normal, 1e-6) && t.truncate().abs_diff_eq(tangent, 1e-6),
+                "{own:?}: {n} {t}"
+            );
+        }
+    }
 }
