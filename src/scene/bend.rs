@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 
-use super::carried::carry;
+use super::carried::{Made, carry};
 use super::{Mesh, Skin};
 use crate::geometry::cofactor;
 
@@ -63,6 +63,10 @@ impl<'a> Bend<'a> {
         let mut shape = self.blended();
         if let Some(joints) = &self.joints {
             self.take_along(&mut shape, joints);
+            // What joints bend is no less flat for it.
+            if self.mesh.made == Made::Frames {
+                carry(self.mesh, &mut shape);
+            }
         }
         shape
     }

@@ -52,11 +52,11 @@ fn frame([a, b, c]: [Vec3; 3]) -> Option<DMat3> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec4;
+    use glam::{DAffine3, Vec4};
 
     use super::*;
-    use crate::scene::MorphTarget;
     use crate::scene::bend::Bend;
+    use crate::scene::{Influences, MorphTarget, Skin};
 
     /// A triangle in z = 0 whose third corner a target takes to `to`, by a weight of 1.
     fn bent(made: Made, to: Vec3) -> Deformed {
@@ -85,6 +85,26 @@ mod tests {
         let along = slanted.tangents[0].truncate();
         assert!(along.abs_diff_eq(Vec3::new(0.5f32.sqrt(), 0.5f32.sqrt(), 0.0), 1e-6), "{along}");
         assert_eq!(bent(Made::Nothing, Vec3::NEG_Z).tangents, [Vec4::new(0.0, 1.0, 0.0, -1.0); 3]);
+    }
+
+    /// Its normals were as smooth as its joints part gently, under a normal map alone.
+    #[test]
+    fn a_flat_triangle_stays_flat_where_joints_part() {
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]],
+            normals: vec![Vec3::Z; 3],
+            tangents: vec![Vec4::new(0.0, 1.0, 0.0, -1.0); 3],
+            influences: Influences { per_vertex: 1, joints: vec![0, 0, 1], weights: vec![1.0; 3] },
+            made: Made::Frames,
+            ..Mesh::default()
+        };
+        let skin = Skin { joints: vec![0, 1], inverse_bind: vec![DAffine3::IDENTITY; 2], ..Skin::default() };
+        let nodes = [DAffine3::IDENTITY, DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)];
+        let shape = Bend::new(&mesh, &[], Some(&skin), &nodes).unwrap().whole();
+        assert!(shape.normals.iter().all(|n| n.abs_diff_eq(Vec3::Y, 1e-6)), "{:?}", shape.normals);
+        let along = Vec4::new(0.0, 0.0, -1.0, -1.0);
+        assert!(shape.tangents.iter().all(|t| t.abs_diff_eq(along, 1e-6)), "{:?}", shape.tangents);
     }
 
     #[test]
