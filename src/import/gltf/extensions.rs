@@ -27,9 +27,11 @@ pub(super) type Met = BTreeMap<String, Users>;
 const FACTORS: &[(&str, &str)] = &[
     ("KHR_materials_anisotropy", "anisotropyStrength"),
     ("KHR_materials_clearcoat", "clearcoatFactor"),
+    ("KHR_materials_coat", "coatFactor"),
     ("KHR_materials_diffuse_roughness", "diffuseRoughnessFactor"),
     ("KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"),
     ("KHR_materials_dispersion", "dispersion"),
+    ("KHR_materials_fuzz", "fuzzFactor"),
     ("KHR_materials_iridescence", "iridescenceFactor"),
     ("KHR_materials_sheen", "sheenColorFactor"),
     ("KHR_materials_transmission", "transmissionFactor"),

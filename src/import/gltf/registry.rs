@@ -117,6 +117,11 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("KHR_technique_webgl", NotShown(BY_FACTORS)),
     ("WEB3D_quantized_attributes", Refused("save the file with KHR_mesh_quantization or none")),
     // Not in the registry, and common.
+    ("EXT_lights_area", NotShown("area lights are not shown")),
+    ("EXT_materials_bump", NotShown("bumps are not shown")),
+    ("KHR_materials_coat", NotShown("the coat is not shown")),
+    ("KHR_materials_fuzz", NotShown("the fuzz is not shown")),
+    ("KHR_materials_openpbr", NotShown(BY_FACTORS)),
     ("VRM", NotShown("materials are shown by their glTF factors, and nothing springs or looks")),
     ("VRMC_materials_mtoon", NotShown("toon shading is not shown")),
     ("VRMC_node_constraint", NotShown("constraints do not move nodes")),
@@ -172,6 +177,6 @@ mod tests {
         let mut names: Vec<&str> = KNOWN.iter().map(|(name, _)| *name).collect();
         names.sort_unstable();
         assert!(names.windows(2).all(|w| w[0] != w[1]));
-        assert_eq!(names.len(), 91);
+        assert_eq!(names.len(), 96);
     }
 }
