@@ -2,9 +2,9 @@
 //!
 //! Rays from one origin cross such a plane where their tangents say, rays along one direction where
 //! their origins are once these are moved along it. A group's rays all cross it within a rectangle, their
-//! window, and a box covers no more of it than a rectangle of its own: so all groups ask all children of
-//! a node at once, by six comparisons. A side of a triangle is linear in the two coordinates there, so a
-//! window also tells on which side of it all rays of a group surely are.
+//! window, and a box covers no more of it than a rectangle of its own: six comparisons tell which children
+//! of a node any ray may meet, and five which groups may meet a child. A side of a triangle is linear in
+//! the two coordinates there, so a window also tells on which side of it all rays of a group surely are.
 
 use glam::Vec3;
 
@@ -238,7 +238,7 @@ impl<L: Lanes<GROUP>> Windows<L> {
         Some(windows)
     }
 
-    /// How far what matters is.
+    /// How far along anything matters.
     #[inline(always)]
     pub fn last<S: Simd<F16 = L>>(&self, packet: &Packet) -> Last<L> {
         let none = L::splat(f32::NEG_INFINITY);
@@ -262,7 +262,7 @@ impl<L: Lanes<GROUP>> Windows<L> {
     #[inline(always)]
     pub fn shorten<S: Simd<F16 = L>>(&self, packet: &Packet, groups: u32, last: &mut Last<L>) {
         for q in 0..packet.quads {
-            if groups >> (q * FOUR) & 15 != 0 {
+            if groups >> (q * FOUR) & ((1 << FOUR) - 1) != 0 {
                 last.quads[q] = self.last_of::<S>(packet, q);
             }
         }
@@ -298,8 +298,8 @@ impl<L: Lanes<GROUP>> Windows<L> {
         L::splat(a).lt(self.width[0]) | L::splat(b).lt(self.width[1])
     }
 
-    /// The triangles of a block that all rays of each of four groups surely pass by, by group and triangle. A side is
-    /// a constant, and what it grows by across; beyond `certain` its sign is.
+    /// The triangles of a block that all rays of each of four groups surely pass by: a bit for each group and
+    /// triangle. A side is a constant and what it grows by across; its sign is certain beyond `certain`.
     #[inline(always)]
     pub fn pass_by(&self, q: usize, sides: &[[L; 3]; 3], certain: f32) -> u32 {
         let [u, v, w] = [self.ends(q, sides[0]), self.ends(q, sides[1]), self.ends(q, sides[2])];
@@ -307,9 +307,7 @@ impl<L: Lanes<GROUP>> Windows<L> {
         let below = u.1.min(v.1).min(w.1).lt(L::splat(-certain));
         below & L::splat(certain).lt(u.0.max(v.0).max(w.0))
     }
-}
 
-impl<L: Lanes<GROUP>> Windows<L> {
     /// The least and the greatest of a side over each window.
     #[inline(always)]
     fn ends(&self, q: usize, [at, a, b]: [L; 3]) -> (L, L) {
