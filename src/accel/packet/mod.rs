@@ -1,9 +1,10 @@
 //! Up to 256 rays that share an origin or a direction, through a tree together.
 //!
 //! They go by groups of sixteen. On a plane across the rays each group is a rectangle and so is each
-//! box: all groups ask a node's eight children at once, and all triangles of a block. Where only some
-//! groups are left, each of their rays is asked about; where few rays are, they go on alone. What
-//! depends on the shared part and a triangle alone is computed once for all.
+//! box: a node's eight children are asked about for all rays, each child for all groups, and the
+//! triangles of a block for four groups at once. At leaves, and at boxes smaller than a group's
+//! rectangle, each of its rays is asked; where few rays are left, they go on alone. What depends on
+//! the shared part and a triangle alone is computed once for all.
 //!
 //! f32 decides only what its error bounds prove. Every ray carries an interval that the t of its
 //! closest hit so far lies in; hits that are neither surely inside nor surely outside of a

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Every operation on every tier that runs here.
+/// All of them.
 struct AllOps;
 
 fn mask_of<const N: usize>() -> u32 {
