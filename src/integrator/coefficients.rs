@@ -336,16 +336,17 @@ impl Dielectric {
 
 /// The lecture's specular lobe `max(0, n·h)^p` for unit vectors, h the bisector of v and l.
 ///
-/// n·h loses its digits near 1, just where a narrow lobe needs them, so it comes from the distance
-/// of n and h: n·h = 1 − |n − h|²/2.
+/// n·h loses its digits near 1, just where a narrow lobe needs them, so it comes from the sine: of a
+/// vector h of any length, (n·h)² = 1 − |n × h|²/|h|². That takes no root either.
 #[inline(always)]
 pub fn lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
     let h = v + l;
-    let per_length = 1.0 / h.length();
-    let below_one = 0.5 * (n - h * per_length).length_squared();
+    let h2 = h.length_squared();
+    let sin2 = n.cross(h).length_squared() / h2;
     // Behind the surface the cosine is 0, and 0⁰ is 1.
-    let lobe = power_below_one(below_one.min(1.0), f64::from(p));
-    if per_length.is_finite() { lobe } else { 0.0 }
+    let below_one = if n.dot(h) > 0.0 { sin2.min(1.0) } else { 1.0 };
+    let lobe = power_below_one(below_one, 0.5 * f64::from(p));
+    if h2 > 0.0 { lobe } else { 0.0 }
 }
 
 #[cfg(test)]

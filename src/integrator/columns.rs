@@ -8,9 +8,10 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use super::coefficients::Gloss;
+use super::coefficients::{Coefficients, Gloss};
 use super::footprint::Spread;
-use crate::geometry::Ray;
+use super::shading::Shading;
+use crate::geometry::{Ray, Rgb};
 
 /// Points of a group.
 pub(super) const LANES: usize = 32;
@@ -22,12 +23,17 @@ pub(super) type Column<T> = [T; LANES + TOGETHER];
 /// Of what is three numbers.
 pub(super) type Columns3<T> = [Column<T>; 3];
 
+/// Nothing but zeros.
+pub(super) const NARROW3: Columns3<f32> = [[0.0; LANES + TOGETHER]; 3];
+pub(super) const WIDE3: Columns3<f64> = [[0.0; LANES + TOGETHER]; 3];
+
 /// What a ray finds where it meets a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
     pub p: Vec3,
-    /// Where rays towards light start that does not graze the triangle.
+    /// Where rays towards light start that does not graze the triangle, and the way up to the smooth surface.
     pub clear: Vec3,
+    pub up: Vec3,
     pub n_g: DVec3,
     pub n_v: DVec3,
     pub b: [f32; 3],
@@ -38,43 +44,30 @@ pub(super) struct Met {
 #[derive(Clone)]
 pub(super) struct Group {
     pub p: Columns3<f32>,
-    /// Where rays towards light start that does not graze.
+    /// Where rays towards light start that does not graze, and the way up to the smooth surface.
     pub clear: Columns3<f32>,
+    pub up: Columns3<f32>,
     /// Of the eye rays, as long as they came.
     pub d: Columns3<f32>,
     pub b: Columns3<f32>,
     pub spread: [Column<f32>; Spread::NUMBERS],
-    /// Geometric normals, vertex normals, shading normals.
+    /// Geometric normals, vertex normals.
     pub n_g: Columns3<f64>,
     pub n_v: Columns3<f64>,
-    pub n: Columns3<f64>,
-    /// Of unit length, back to the eye; of value where some point has a highlight.
-    pub v: Columns3<f64>,
-    /// Exponents of highlights, and what k_s is multiplied by.
-    pub shininess: Column<f32>,
-    pub gloss: Column<f32>,
-    /// True where some point has a highlight.
-    pub shines: bool,
+    pub shading: Shading,
 }
 
 impl Group {
-    const NONE: Group = {
-        const NARROW: Column<f32> = [0.0; LANES + TOGETHER];
-        const WIDE: Columns3<f64> = [[0.0; LANES + TOGETHER]; 3];
-        Group {
-            p: [NARROW; 3],
-            clear: [NARROW; 3],
-            d: [NARROW; 3],
-            b: [NARROW; 3],
-            spread: [NARROW; Spread::NUMBERS],
-            n_g: WIDE,
-            n_v: WIDE,
-            n: WIDE,
-            v: WIDE,
-            shininess: NARROW,
-            gloss: NARROW,
-            shines: false,
-        }
+    const NONE: Group = Group {
+        p: NARROW3,
+        clear: NARROW3,
+        up: NARROW3,
+        d: NARROW3,
+        b: NARROW3,
+        spread: [[0.0; LANES + TOGETHER]; Spread::NUMBERS],
+        n_g: WIDE3,
+        n_v: WIDE3,
+        shading: Shading::NONE,
     };
 }
 
@@ -90,8 +83,9 @@ pub(super) fn narrow(of: &Columns3<f32>, i: usize) -> Vec3 {
     Vec3::new(of[0][i], of[1][i], of[2][i])
 }
 
+/// Sets them.
 #[inline(always)]
-fn set<T: Copy>(to: &mut Columns3<T>, i: usize, [x, y, z]: [T; 3]) {
+pub(super) fn set<T: Copy>(to: &mut Columns3<T>, i: usize, [x, y, z]: [T; 3]) {
     (to[0][i], to[1][i], to[2][i]) = (x, y, z);
 }
 
@@ -108,10 +102,6 @@ impl Columns {
     }
 
     /// The groups, each with how many points it has.
-    pub(super) fn groups(&self) -> impl Iterator<Item = (&Group, usize)> {
-        self.groups.iter().zip(counts(self.count))
-    }
-
     pub(super) fn groups_mut(&mut self) -> impl Iterator<Item = (&mut Group, usize)> {
         self.groups.iter_mut().zip(counts(self.count))
     }
@@ -125,6 +115,13 @@ impl Columns {
     #[inline(always)]
     pub(super) fn of_mut(&mut self, i: usize) -> (&mut Group, usize) {
         (&mut self.groups[i / LANES], i % LANES)
+    }
+
+    /// [`Shading::light`] of point `i`.
+    #[inline(always)]
+    pub(super) fn light(&self, i: usize) -> (Rgb, Rgb) {
+        let (group, at) = self.of(i);
+        group.shading.light(at)
     }
 
     /// [`Group::place`] of point `i`.
@@ -145,13 +142,6 @@ impl Columns {
         groups.map(move |(group, from)| (group, start.max(from) - from..LANES.min(end - from)))
     }
 
-    /// What was found at point `i`.
-    #[inline(always)]
-    pub(super) fn met(&self, i: usize) -> Met {
-        let (group, at) = self.of(i);
-        group.met(at)
-    }
-
     /// How many more points the group of the next one can take.
     #[inline(always)]
     pub(super) fn room(&self) -> usize {
@@ -167,7 +157,7 @@ impl Columns {
         }
         self.count += points;
         let (group, at) = self.of_mut(at);
-        group.shines &= at > 0;
+        group.shading.shines &= at > 0;
         (group, at)
     }
 }
@@ -204,6 +194,7 @@ impl Group {
     pub fn put(&mut self, at: usize, rays: &Rays, found: &Found) {
         copy(&mut self.p, at, &found.p);
         copy(&mut self.clear, at, &found.clear);
+        copy(&mut self.up, at, &found.up);
         copy(&mut self.d, at, &[rays.0[3], rays.0[4], rays.0[5]]);
         copy(&mut self.b, at, &found.b);
         copy(&mut self.spread, at, &found.spread);
@@ -216,6 +207,7 @@ impl Group {
     pub fn put_one(&mut self, at: usize, d: Vec3, met: &Met) {
         set(&mut self.p, at, met.p.to_array());
         set(&mut self.clear, at, met.clear.to_array());
+        set(&mut self.up, at, met.up.to_array());
         set(&mut self.d, at, d.to_array());
         set(&mut self.b, at, met.b);
         set(&mut self.n_g, at, met.n_g.to_array());
@@ -225,30 +217,21 @@ impl Group {
         }
     }
 
-    /// Point `i`'s shading normal, exponent, and what k_s is multiplied by.
+    /// Takes how points `at` some places look that look alike, where vertex normals are shading normals. What is
+    /// behind them is overwritten.
     #[inline(always)]
-    pub fn put_material(&mut self, i: usize, n: DVec3, (shininess, gloss): (f32, f32)) {
-        set(&mut self.n, i, n.to_array());
-        (self.shininess[i], self.gloss[i]) = (shininess, gloss);
-    }
-
-    /// The same of points whose vertex normals are what counts; of none where they are not `there`.
-    #[inline(always)]
-    pub fn put_plain(&mut self, at: Range<usize>, there: bool, gloss: &Gloss) {
-        for axis in 0..3 {
-            let (from, to) = (&self.n_v[axis][at.clone()], &mut self.n[axis][at.clone()]);
-            if there { to.copy_from_slice(from) } else { to.fill(0.0) }
-        }
-        for i in at {
-            (self.shininess[i], self.gloss[i]) = gloss.at(self.place(i).1.roughening());
+    pub fn put_alike(&mut self, at: Range<usize>, look: (&Coefficients, &Gloss), unlit: Rgb) {
+        let Group { n_v, spread, shading, .. } = self;
+        let roughening = |i: usize| Spread::of_numbers(spread.each_ref().map(|s| s[i])).roughening();
+        for at in at.step_by(TOGETHER) {
+            shading.put_alike(at, n_v, look, roughening, unlit);
         }
     }
 
     /// Where on its triangle point `i` is, by barycentrics, and how much of that a sample stands for.
     #[inline(always)]
     pub fn place(&self, i: usize) -> ([f32; 3], Spread) {
-        let (b, s) = (&self.b, &self.spread);
-        ([b[0][i], b[1][i], b[2][i]], Spread::of_numbers([s[0][i], s[1][i], s[2][i], s[3][i], s[4][i]]))
+        (self.b.each_ref().map(|b| b[i]), Spread::of_numbers(self.spread.each_ref().map(|s| s[i])))
     }
 
     /// What was found at `i`.
@@ -258,6 +241,7 @@ impl Group {
         Met {
             p: narrow(&self.p, i),
             clear: narrow(&self.clear, i),
+            up: narrow(&self.up, i),
             n_g: vector(&self.n_g, i),
             n_v: vector(&self.n_v, i),
             b,
@@ -271,7 +255,7 @@ impl Group {
         for i in 0..LANES {
             let d = narrow(&self.d, i).as_dvec3();
             let v = -(d * d.length_recip());
-            set(&mut self.v, i, v.to_array());
+            set(&mut self.shading.v, i, v.to_array());
         }
     }
 }
@@ -291,6 +275,7 @@ fn copy<T: Copy, const N: usize>(to: &mut [Column<T>; N], at: usize, from: &[[T;
 pub(super) struct Found {
     p: [[f32; TOGETHER]; 3],
     clear: [[f32; TOGETHER]; 3],
+    up: [[f32; TOGETHER]; 3],
     b: [[f32; TOGETHER]; 3],
     spread: [[f32; TOGETHER]; Spread::NUMBERS],
     n_g: [[f64; TOGETHER]; 3],
@@ -302,6 +287,7 @@ impl Found {
     pub const NONE: Found = Found {
         p: [[0.0; TOGETHER]; 3],
         clear: [[0.0; TOGETHER]; 3],
+        up: [[0.0; TOGETHER]; 3],
         b: [[0.0; TOGETHER]; 3],
         spread: [[0.0; TOGETHER]; Spread::NUMBERS],
         n_g: [[0.0; TOGETHER]; 3],
@@ -313,6 +299,7 @@ impl Found {
         for k in 0..3 {
             self.p[k][i] = met.p[k];
             self.clear[k][i] = met.clear[k];
+            self.up[k][i] = met.up[k];
             self.b[k][i] = met.b[k];
             self.n_g[k][i] = met.n_g[k];
             self.n_v[k][i] = met.n_v[k];

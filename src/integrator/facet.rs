@@ -6,6 +6,7 @@ use super::coefficients::widens;
 use super::columns::{Columns, Found, Group, Met, Rays, TOGETHER};
 use super::flat::{Flat, OnFlat};
 use super::footprint::Spread;
+use super::lift::{Lift, start};
 use super::on_mesh::OnMesh;
 use super::surface::Surface;
 use crate::accel::{Accel, Columnwise};
@@ -24,6 +25,7 @@ pub(super) struct Facet<'s> {
     p_error: Vec3,
     /// Normals at the corners, as they are blended; 0 where the mesh has none.
     n: [DVec3; 3],
+    lift: Lift,
     /// The instance's own colour.
     tint: Option<Vec3>,
     /// Index of the material.
@@ -51,13 +53,14 @@ impl<'s> Facet<'s> {
         let n = if normals.is_empty() { [DVec3::ZERO; 3] } else { corners.map(normal) };
         let p_error = point_error(world, local, &transform.affine);
         let flat = Flat::new(world, transform.flips);
+        let lift = Lift::new(&flat.v, &n, !mesh.smooth_in_own_frame);
         let material = &posed.materials[mesh.material as usize];
         let even = !widens(material) && material.normal.is_none() && !material.is_textured();
         let tint = posed.scene.instances[id.instance as usize].color;
         let colored = tint.is_some() || !mesh.colors.is_empty();
         let plain = !(colored || material.normal.is_some() || material.is_textured());
         let material = mesh.material;
-        Facet { id, mesh, corners, flat, p_error, n, tint, material, plain, even }
+        Facet { id, mesh, corners, flat, p_error, n, lift, tint, material, plain, even }
     }
 
     /// The point where `ray` meets it, which it is known to do; seen by an eye ray that stands for
@@ -117,7 +120,8 @@ impl<'s> Facet<'s> {
         let n_v = if against { -middle } else { middle };
         let n_v = if fits { n_v } else { n_g };
         let p = p.as_vec3();
-        Met { p, clear: self.above(p, n_g), n_g, n_v, b: [b[0] as f32, b[1] as f32, b[2] as f32], spread }
+        let (clear, up) = (self.above(p, n_g), self.lift.up(b, against));
+        Met { p, clear, up, n_g, n_v, b: [b[0] as f32, b[1] as f32, b[2] as f32], spread }
     }
 
     /// A place on it, moved off by its error to `n_g`'s side.
@@ -130,24 +134,9 @@ impl<'s> Facet<'s> {
     /// Where a shadow ray from a point towards `l` starts ([`Surface::shadow_origin`]); the point by its
     /// place and barycentrics, its geometric and its vertex normal.
     pub fn shadow_origin(&self, (p, b): (Vec3, [f32; 3]), (n_g, n_v): (DVec3, DVec3), l: DVec3) -> Vec3 {
-        let lifted = lifted(n_g.dot(l));
-        if lifted > 0.0 {
-            self.above(p + (self.lift(p, b, n_v) * lifted).as_vec3(), n_g)
-        } else {
-            self.above(p, n_g)
-        }
-    }
-
-    /// From `p` to the surface that bulges from the corners along their normals: `p` is raised to
-    /// each corner's tangent plane where it lies below, weighted as the corners are (Hanika, Hacking
-    /// the Shadow Terminator, Ray Tracing Gems II, chapter 4).
-    fn lift(&self, p: Vec3, b: [f32; 3], n_v: DVec3) -> DVec3 {
-        let n = if self.mesh.smooth_in_own_frame { self.n.map(DVec3::normalize_or_zero) } else { self.n };
         let b = b.map(f64::from);
-        let mean = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
-        let side = if mean.dot(n_v) < 0.0 { -1.0 } else { 1.0 };
-        let above = |i: usize| (p.as_dvec3() - self.flat.v[i]).dot(n[i] * side);
-        (0..3).map(|i| n[i] * side * ((-above(i)).max(0.0) * b[i])).sum()
+        let against = (self.n[0] * b[0] + self.n[1] * b[1] + self.n[2] * b[2]).dot(n_v) < 0.0;
+        start(self.above(p, n_g), self.lift.up(b, against), n_g.dot(l))
     }
 
     /// What is where a ray has met it.
@@ -170,21 +159,6 @@ impl<'s> Facet<'s> {
     pub fn on_mesh(&self, b: [f32; 3], spread: Spread) -> OnMesh<'s> {
         OnMesh { mesh: self.mesh, corners: self.corners, b, spread, tint: self.tint }
     }
-}
-
-/// How far towards the smooth surface rays start that leave at an angle of this cosine to the triangle's
-/// normal: 0…1.
-fn lifted(cos: f64) -> f64 {
-    /// Cosine from which on light does not graze; Cycles' default.
-    const GRAZING: f64 = 0.1;
-    (1.0 - cos / GRAZING).clamp(0.0, 1.0)
-}
-
-/// Whether light grazes a triangle whose normal's cosine to its direction is `cos`. If not, rays towards
-/// it start at [`Met::clear`].
-#[inline(always)]
-pub(super) fn grazes(cos: f64) -> bool {
-    lifted(cos) > 0.0
 }
 
 /// [`Facet::meet`]. A job so small that the compiler sees through its loops.

@@ -66,8 +66,8 @@ fn on_triangle([u, v]: [f64; 2]) -> [f64; 3] {
     let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
     let sum = u + v;
     let beyond = sum > 1.0;
-    let per = if beyond { sum } else { 1.0 };
-    let b = [if beyond { 0.0 } else { 1.0 - sum }, u / per, v / per];
+    let per = if beyond { 1.0 / sum } else { 1.0 };
+    let b = [if beyond { 0.0 } else { 1.0 - sum }, u * per, v * per];
     let third = 1.0 / 3.0;
     [if finite { b[0] } else { third }, if finite { b[1] } else { third }, if finite { b[2] } else { third }]
 }

@@ -58,7 +58,7 @@ impl Frame<'_> {
             alpha,
             through: Rgb::ZERO,
         };
-        let look = seen.add_look(k);
-        seen.add_ground(Point::of_ground(sample, look, stage.unlit(self, &k, DVec3::Y), catches), p, ray.d);
+        let point = Point::of_ground(sample, seen.add_look(k), catches);
+        seen.add_ground(point, (p, ray.d), &k, stage.unlit(self, &k, DVec3::Y));
     }
 }

@@ -11,7 +11,7 @@ use super::columns::vector;
 use super::draws::Draws;
 use super::occlusion::ambient_free;
 use super::point::Point;
-use super::reach::{look_back, reached};
+use super::reach::{look_back, reach, sum_up};
 use super::seen::Seen;
 use super::shadow::find_free;
 use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch};
@@ -78,15 +78,22 @@ impl Integrator for Phong {
             let mut layer = self.points(frame, scratch, samples, &whose, &mut ground);
             self.occlude(frame, &mut layer, draws, scratch);
             self.shade(frame, &mut layer, draws, scratch);
-            for point in &layer.points {
-                let (shown, passes) = point.layer(&layer.looks[point.look as usize]);
-                seen[point.sample] += open[point.sample] * shown;
-                open[point.sample] *= passes;
-                if open[point.sample].max_element() < FAINT {
-                    open[point.sample] = Rgb::ZERO;
+            let mut all = true;
+            for (i, point) in layer.points.iter().enumerate() {
+                let (shown, passes) = point.layer(layer.k(i), layer.columns.light(i));
+                let (seen, open) = (&mut seen[point.sample], &mut open[point.sample]);
+                *seen += *open * shown;
+                *open *= passes;
+                if open.max_element() < FAINT {
+                    *open = Rgb::ZERO;
+                } else {
+                    all = false;
                 }
             }
             layer.give_back(&mut scratch.kept);
+            if all {
+                break;
+            }
             self.go_on_behind(scratch, &mut whose, &open);
             if whose.is_empty() {
                 break;
@@ -127,31 +134,24 @@ impl Phong {
         seen.find(frame, scratch, samples, whose);
         let Seen { points, looks, columns, facets, samples, .. } = &mut seen;
         let mut lookup = Lookup::new(looks, &frame.overrides, frame.sky.is_some());
-        for (which, (facet, end)) in facets.iter().enumerate() {
+        for (facet, end) in facets.iter() {
             let on = points.len()..*end;
             let material = &frame.posed.materials[facet.material as usize];
-            let point = |i: usize, look: Look, radiance| {
-                Point::on(samples[i], (facet.id, which), look.index, radiance)
-            };
-            // Nobody sees how what is not there is lit: it faces no light.
-            let there = |k: &Coefficients| k.alpha != 0.0;
+            let point = |i: usize, look: Look| Point::on(samples[i], facet.id, look.index);
             if facet.plain {
                 let (b, spread) = columns.place(on.start);
                 let look = lookup.plain(frame.posed, facet.material, &facet.on_mesh(b, spread));
                 let k = lookup.k(look);
-                for (group, at) in columns.stretches(on.clone()) {
-                    group.put_plain(at, there(k), &look.gloss);
-                    group.shines |= k.k_s != Rgb::ZERO;
-                }
                 // Without a sky it is the same wherever they face.
-                let mut unlit = self.stage.unlit(frame, k, DVec3::ZERO);
-                points.extend(on.map(|i| {
-                    if frame.sky.is_some() {
-                        let (group, at) = columns.of(i);
-                        unlit = self.stage.unlit(frame, k, vector(&group.n, at));
+                let unlit = self.stage.unlit(frame, k, DVec3::ZERO);
+                for (group, at) in columns.stretches(on.clone()) {
+                    group.put_alike(at.clone(), (k, &look.gloss), unlit);
+                    for i in at.filter(|_| frame.sky.is_some()) {
+                        let shading = &mut group.shading;
+                        shading.put_unlit(i, self.stage.unlit(frame, k, shading.n(i)));
                     }
-                    point(i, look, unlit)
-                }));
+                }
+                points.extend(on.map(|i| point(i, look)));
                 continue;
             }
             for i in on {
@@ -163,10 +163,8 @@ impl Phong {
                 };
                 let look = lookup.at(frame.posed, facet.material, &facet.on_mesh(b, spread));
                 let k = lookup.k(look);
-                let n = if there(k) { n } else { DVec3::ZERO };
-                group.put_material(at, n, look.gloss.at(roughening));
-                group.shines |= k.k_s != Rgb::ZERO;
-                points.push(point(i, look, self.stage.unlit(frame, k, n)));
+                group.shading.put(at, n, k, look.gloss.at(roughening), self.stage.unlit(frame, k, n));
+                points.push(point(i, look));
             }
         }
         seen
@@ -181,7 +179,9 @@ impl Phong {
         let free = ambient_free(frame, occlusion, seen, &asked, draws, scratch);
         for (i, free) in asked.into_iter().zip(free) {
             let (k, n) = (seen.k(i), seen.n(i));
-            seen.points[i].radiance = k.k_e + k.k_a * frame.ambient_at(n) * free;
+            let shadowed = k.k_e + k.k_a * frame.ambient_at(n) * free;
+            let (group, at) = seen.columns.of_mut(i);
+            group.shading.put_shadowed(at, shadowed);
         }
     }
 
@@ -195,19 +195,17 @@ impl Phong {
             look_back(frame.accel, &mut seen.columns);
         }
         for (which, light) in frame.lights.iter().enumerate() {
-            let mut reached = reached(frame.accel, seen, light, highlights);
+            reach(frame, seen, light, highlights);
             if frame.shadows && self.stage != Stage::Diffuse {
-                find_free(frame, which, seen, &mut reached, draws, scratch);
-            } else {
-                scratch.free.clear();
-                scratch.free.resize(reached.len(), Rgb::ONE);
+                find_free(frame, which, seen, draws, scratch);
+                for (to, &free) in
+                    seen.reached.iter().zip(&scratch.free).filter(|(_, free)| **free != Rgb::ONE)
+                {
+                    let (group, at) = seen.columns.of_mut(to.point);
+                    group.shading.withhold(at, free);
+                }
             }
-            for (light, &free) in reached.iter().zip(&scratch.free) {
-                let reflected = light.reflected(seen.k(light.point));
-                let point = &mut seen.points[light.point];
-                point.radiance += free * reflected;
-                point.unshadowed += reflected;
-            }
+            sum_up(frame.accel, &mut seen.columns);
         }
     }
 

@@ -2,13 +2,14 @@
 
 use glam::{DVec3, Vec3};
 
-use super::coefficients::{Coefficients, lobe};
+use super::Frame;
+use super::coefficients::lobe;
 use super::columns::{Columns, Group, LANES, narrow, vector};
-use super::facet::grazes;
+use super::lift::start;
 use super::seen::Seen;
 use crate::accel::{Accel, Columnwise};
-use crate::geometry::{HitId, Rgb};
-use crate::scene::{Incident, PosedLight, Way};
+use crate::geometry::Rgb;
+use crate::scene::{GroundKind, PosedLight, Way};
 
 /// A number of each point of a group.
 type Column<T> = [T; LANES];
@@ -16,13 +17,15 @@ type Column<T> = [T; LANES];
 /// A light at a group of points.
 struct Arrival {
     l: [Column<f64>; 3],
-    /// What the light's intensity is multiplied by; 0 where it reaches the surface from behind.
-    scale: Column<f32>,
+    /// I/r², or E, by colour; 0 where the light reaches the surface from behind.
+    arrives: [Column<f32>; 3],
     /// n·l.
     cos: Column<f32>,
     /// The geometric normal's.
     cos_g: Column<f64>,
-    /// n·h^p.
+    /// Where shadow rays start.
+    start: [Column<f32>; 3],
+    /// (n·h)^p.
     lobe: Column<f32>,
 }
 
@@ -31,23 +34,12 @@ struct Arrival {
 pub(super) struct Reached {
     /// Which.
     pub point: usize,
-    pub incident: Incident,
-    /// n·l.
-    pub cos: f32,
-    /// n·h^p; 0 where no highlights were asked for.
-    pub lobe: f32,
-    /// What k_s is multiplied by.
-    pub gloss: f32,
-    /// Where a shadow ray starts, and the triangle that cannot be in its way; `None` where the light
-    /// grazes the surface, and it takes a closer look ([`Seen::start`]).
-    pub start: Option<(Vec3, HitId)>,
-}
-
-impl Reached {
-    /// k_d (I/r²) max(0, n·l) + k_s (I/r²) max(0, n·h)^p.
-    pub fn reflected(&self, k: &Coefficients) -> Rgb {
-        self.incident.arriving * (k.k_d * self.cos + k.k_s * self.gloss * self.lobe)
-    }
+    /// The way to the light, unit length.
+    pub l: DVec3,
+    /// Where a shadow ray starts.
+    pub start: Vec3,
+    /// Whether the triangle itself sees the light.
+    pub above: bool,
 }
 
 /// Fills in the ways to the eye, where highlights need them.
@@ -61,90 +53,136 @@ impl Columnwise for LookBack<'_> {
     #[inline(always)]
     fn run(self) {
         for (group, _) in self.0.groups_mut() {
-            if group.shines {
+            if group.shading.shines {
                 group.look_back();
             }
         }
     }
 }
 
-/// The points that `light` reaches on the side that is seen, if nothing is in the way; with
-/// `highlights`, how those look.
-pub(super) fn reached(accel: &Accel, seen: &Seen, light: &PosedLight, highlights: bool) -> Vec<Reached> {
-    let mut reached = Vec::with_capacity(seen.points.len());
-    accel.columnwise(Reach { seen, light, highlights, reached: &mut reached });
-    reached
+/// What `light` gives the points of `seen` on the side that is seen, if nothing is in the way; with
+/// `highlights`, those too. [`Seen::reached`] says which points get some. [`sum_up`] adds it to their light,
+/// once what is in the way has been looked at.
+pub(super) fn reach(frame: &Frame, seen: &mut Seen, light: &PosedLight, highlights: bool) {
+    let Seen { columns, reached, .. } = seen;
+    reached.clear();
+    // Nobody else asks what the light would be without shadows.
+    let catches = frame.ground.is_some_and(|ground| ground.kind == GroundKind::Shadow);
+    frame.accel.columnwise(Reach { columns, light, highlights, catches, reached });
+}
+
+/// Adds what a light gives the points to their light.
+pub(super) fn sum_up(accel: &Accel, columns: &mut Columns) {
+    accel.columnwise(SumUp(columns));
+}
+
+struct SumUp<'a>(&'a mut Columns);
+
+impl Columnwise for SumUp<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (group, _) in self.0.groups_mut() {
+            group.shading.sum();
+        }
+    }
 }
 
 impl Group {
-    /// What a light gives, of which `towards` says the way to it from a point and its share there.
+    /// What a light of intensity `i` gives, of which `towards` says the way to it from a point and its share
+    /// there.
     #[inline(always)]
-    fn arrive(&self, to: &mut Arrival, towards: impl Fn(Vec3) -> (DVec3, f32)) {
+    fn arrive(&self, to: &mut Arrival, intensity: Rgb, towards: impl Fn(Vec3) -> (DVec3, f32)) {
         for i in 0..LANES {
             let (l, scale) = towards(narrow(&self.p, i));
-            let (cos, cos_v) = (vector(&self.n, i).dot(l), vector(&self.n_v, i).dot(l));
+            let (cos, cos_v) = (self.shading.n(i).dot(l), vector(&self.n_v, i).dot(l));
             // Nothing where the light sees one side of the surface and the eye the other.
             let facing = cos > 0.0 && cos_v > 0.0;
+            let scale = if facing { scale } else { 0.0 };
             to.l[0][i] = l.x;
             to.l[1][i] = l.y;
             to.l[2][i] = l.z;
-            to.scale[i] = if facing { scale } else { 0.0 };
+            to.arrives[0][i] = intensity.x * scale;
+            to.arrives[1][i] = intensity.y * scale;
+            to.arrives[2][i] = intensity.z * scale;
             to.cos[i] = cos as f32;
-            to.cos_g[i] = vector(&self.n_g, i).dot(l);
+            let cos_g = vector(&self.n_g, i).dot(l);
+            to.cos_g[i] = cos_g;
+            let start = start(narrow(&self.clear, i), narrow(&self.up, i), cos_g);
+            (to.start[0][i], to.start[1][i], to.start[2][i]) = (start.x, start.y, start.z);
         }
     }
 
     #[inline(always)]
     fn lobes(&self, to: &mut Arrival) {
         for i in 0..LANES {
-            let (n, v) = (vector(&self.n, i), vector(&self.v, i));
-            to.lobe[i] = lobe(n, vector(&to.l, i), v, self.shininess[i]) as f32;
+            let (n, v) = (self.shading.n(i), vector(&self.shading.v, i));
+            to.lobe[i] = lobe(n, vector(&to.l, i), v, self.shading.shininess[i]) as f32;
         }
     }
 }
 
-/// [`reached`].
+impl Arrival {
+    /// Which of the first `count` points get some, bit by bit.
+    #[inline(always)]
+    fn reached(&self, count: usize) -> u32 {
+        let mut bits = 0;
+        for i in 0..LANES {
+            let [r, g, b] = self.arrives.each_ref().map(|c| c[i] > 0.0);
+            bits |= u32::from(r | g | b) << i;
+        }
+        bits & (u32::MAX >> (LANES - count))
+    }
+}
+
+/// [`reach`].
 struct Reach<'a> {
-    seen: &'a Seen<'a>,
+    columns: &'a mut Columns,
     light: &'a PosedLight,
     highlights: bool,
+    catches: bool,
     reached: &'a mut Vec<Reached>,
 }
 
 impl Columnwise for Reach<'_> {
     #[inline(always)]
     fn run(self) {
-        let Reach { seen, light, highlights, reached } = self;
-        let none = [0.0; LANES];
-        let mut to =
-            Arrival { l: [[0.0; LANES]; 3], scale: none, cos: none, cos_g: [0.0; LANES], lobe: none };
-        let way = light.way();
-        for (nth, (group, count)) in seen.columns.groups().enumerate() {
+        let Reach { columns, light, highlights, catches, reached } = self;
+        let (none, none3) = ([0.0; LANES], [[0.0; LANES]; 3]);
+        let mut to = Arrival {
+            l: [[0.0; LANES]; 3],
+            arrives: none3,
+            cos: none,
+            cos_g: [0.0; LANES],
+            start: none3,
+            lobe: none,
+        };
+        let (way, intensity) = (light.way(), light.intensity);
+        for (nth, (group, count)) in columns.groups_mut().enumerate() {
             match way {
-                Way::Sun(l) => group.arrive(&mut to, |_| (l, 1.0)),
-                Way::Lamp(lamp) => group.arrive(&mut to, |p| lamp.towards(p)),
+                Way::Sun(l) => group.arrive(&mut to, intensity, |_| (l, 1.0)),
+                Way::Lamp(lamp) => group.arrive(&mut to, intensity, |p| lamp.towards(p)),
                 Way::Stretched(lamp, to_round) => {
-                    group.arrive(&mut to, |p| lamp.towards_stretched(p, &to_round))
+                    group.arrive(&mut to, intensity, |p| lamp.towards_stretched(p, &to_round))
                 }
             }
-            let some = to.scale[..count].iter().any(|&scale| scale > 0.0);
-            match highlights && group.shines {
-                true if some => group.lobes(&mut to),
+            let mut left = to.reached(count);
+            match highlights && group.shading.shines {
+                true if left != 0 => group.lobes(&mut to),
                 _ => to.lobe = none,
             }
-            for i in (0..count).filter(|_| some) {
-                let arriving = light.intensity * to.scale[i];
-                if arriving.max_element() > 0.0 {
-                    let (point, clear) = (nth * LANES + i, narrow(&group.clear, i));
-                    reached.push(Reached {
-                        point,
-                        incident: Incident { l: vector(&to.l, i), arriving },
-                        cos: to.cos[i],
-                        lobe: to.lobe[i],
-                        gloss: group.gloss[i],
-                        start: (!grazes(to.cos_g[i])).then_some((clear, seen.points[point].id)),
-                    });
-                }
+            group.shading.give(&to.arrives, &to.cos, &to.lobe);
+            if catches {
+                group.shading.sum_unshadowed();
+            }
+            while left != 0 {
+                let i = left.trailing_zeros() as usize % LANES;
+                left &= left - 1;
+                reached.push(Reached {
+                    point: nth * LANES + i,
+                    l: vector(&to.l, i),
+                    start: Vec3::from_array(to.start.each_ref().map(|s| s[i])),
+                    above: to.cos_g[i] > 0.0,
+                });
             }
         }
     }

@@ -3,13 +3,15 @@
 use glam::{DVec3, Vec3};
 
 use super::coefficients::{Coefficients, add_look};
-use super::columns::{Columns, Met, Rays, TOGETHER, vector};
-use super::facet::{Facet, grazes};
+use super::columns::{Columns, Met, Rays, TOGETHER, narrow, vector};
+use super::facet::Facet;
 use super::footprint::Spread;
+use super::lift::start;
 use super::point::Point;
+use super::reach::Reached;
 use super::triangles::ByTriangle;
 use super::{Frame, Sample, Scratch};
-use crate::geometry::{HitId, Ray, offset_point};
+use crate::geometry::{HitId, Ray, Rgb, offset_point};
 
 /// Memory that is used again from batch to batch.
 #[derive(Default)]
@@ -19,6 +21,7 @@ pub(crate) struct Kept {
     looks: Vec<Coefficients>,
     samples: Vec<usize>,
     by_triangle: ByTriangle,
+    reached: Vec<Reached>,
 }
 
 /// The points of a batch: what is known of each, and of the triangles that they are on.
@@ -33,23 +36,26 @@ pub(super) struct Seen<'s> {
     /// Whose each point of the columns is.
     pub samples: Vec<usize>,
     by_triangle: ByTriangle,
+    /// Those that the light at hand reaches, if nothing is in its way.
+    pub reached: Vec<Reached>,
 }
 
 impl<'s> Seen<'s> {
     /// No points; `kept` lends its memory.
     pub fn nothing(kept: &mut Kept) -> Seen<'s> {
-        let Kept { mut columns, mut points, mut looks, mut samples, by_triangle } = std::mem::take(kept);
+        let Kept { mut columns, mut points, mut looks, mut samples, by_triangle, reached } =
+            std::mem::take(kept);
         columns.clear();
         points.clear();
         looks.clear();
         samples.clear();
-        Seen { points, looks, columns, facets: Vec::new(), samples, by_triangle }
+        Seen { points, looks, columns, facets: Vec::new(), samples, by_triangle, reached }
     }
 
     /// Gives the memory back.
     pub fn give_back(self, kept: &mut Kept) {
-        let Seen { points, looks, columns, facets: _, samples, by_triangle } = self;
-        *kept = Kept { columns, points, looks, samples, by_triangle };
+        let Seen { points, looks, columns, facets: _, samples, by_triangle, reached } = self;
+        *kept = Kept { columns, points, looks, samples, by_triangle, reached };
     }
 
     /// Adds a look for points to have.
@@ -64,12 +70,14 @@ impl<'s> Seen<'s> {
         &self.looks[self.points[i].look as usize]
     }
 
-    /// Adds a point of the ground, where a ray along `d` meets it. It is at its height exactly.
-    pub fn add_ground(&mut self, point: Point, p: Vec3, d: Vec3) {
+    /// Adds a point of the ground, where a ray along `d` meets it, with its light without lights. It is at its
+    /// height exactly.
+    pub fn add_ground(&mut self, point: Point, (p, d): (Vec3, Vec3), k: &Coefficients, unlit: Rgb) {
         let (n, n_f32) = (DVec3::Y, Vec3::Y);
         let met = Met {
             p,
             clear: offset_point(p, Vec3::ZERO, n_f32, n_f32),
+            up: Vec3::ZERO,
             n_g: n,
             n_v: n,
             b: [0.0; 3],
@@ -77,7 +85,7 @@ impl<'s> Seen<'s> {
         };
         let (group, at) = self.columns.more(1);
         group.put_one(at, d, &met);
-        group.put_material(at, n, (1.0, 1.0));
+        group.shading.put(at, n, k, (1.0, 1.0), unlit);
         self.samples.push(point.sample);
         self.points.push(point);
     }
@@ -91,7 +99,10 @@ impl<'s> Seen<'s> {
         let (origins, directions) = (&scratch.rays.origins, &scratch.rays.directions);
         let size = |hit: u32| samples[whose[hit as usize]].size;
         let (mut last_size, mut differential) = ([0.0; 2], None);
+        // Mostly all have one.
+        let sizes_differ = samples.iter().any(|sample| sample.size != samples[0].size);
         let mut rays = Rays::NONE;
+        let mut theirs = [0; TOGETHER];
         for (id, first) in by_triangle.chains() {
             let facet = Facet::new(frame.posed, id);
             let mut at = Some(first);
@@ -102,43 +113,40 @@ impl<'s> Seen<'s> {
                 }
                 let most = TOGETHER.min(columns.room());
                 let mut count = 0;
-                while let Some(hit) = at.filter(|&hit| count < most && size(hit) == last_size) {
+                while let Some(hit) = at.filter(|&hit| !sizes_differ || size(hit) == last_size) {
+                    if count == most {
+                        break;
+                    }
                     rays.set(count, Ray { o: origins[hit as usize], d: directions[hit as usize] });
-                    all.push(whose[hit as usize]);
+                    theirs[count] = whose[hit as usize];
                     count += 1;
                     at = by_triangle.after(hit);
                 }
+                all.extend_from_slice(&theirs[..count]);
                 facet.meet(frame.accel, &rays, count, differential, columns);
             }
             facets.push((facet, all.len()));
         }
     }
 
-    /// The triangle of point `i`; `None` for one of the ground.
-    #[inline(always)]
-    pub fn facet(&self, i: usize) -> Option<&Facet<'s>> {
-        self.facets.get(self.points[i].facet as usize).map(|(facet, _)| facet)
-    }
-
     /// Shading normal of point `i`.
     #[inline(always)]
     pub fn n(&self, i: usize) -> DVec3 {
         let (group, at) = self.columns.of(i);
-        vector(&group.n, at)
+        group.shading.n(at)
     }
 
     /// Where a shadow ray from point `i` towards `l` starts, and the triangle that cannot be in its way.
     pub fn start(&self, i: usize, l: DVec3) -> (Vec3, HitId) {
-        let met = self.columns.met(i);
-        let cos_g = met.n_g.dot(l);
-        match self.facet(i) {
-            Some(facet) if grazes(cos_g) => {
-                // A light that the smooth surface sees and the triangle does not is seen past the
-                // triangle's edge, or not at all.
-                let source = if cos_g > 0.0 { facet.id } else { HitId::NONE };
-                (facet.shadow_origin((met.p, met.b), (met.n_g, met.n_v), l), source)
-            }
-            _ => (met.clear, self.points[i].id),
-        }
+        let (group, at) = self.columns.of(i);
+        let cos_g = vector(&group.n_g, at).dot(l);
+        (start(narrow(&group.clear, at), narrow(&group.up, at), cos_g), self.source(i, cos_g > 0.0))
+    }
+
+    /// The triangle that cannot be in the way of light to point `i`. Light that the smooth surface sees and the
+    /// triangle does not is not `above` it: it is seen past the triangle's edge, or not at all.
+    #[inline(always)]
+    pub fn source(&self, i: usize, above: bool) -> HitId {
+        if above { self.points[i].id } else { HitId::NONE }
     }
 }

@@ -12,17 +12,10 @@ use crate::geometry::{HitId, Rgb};
 use crate::scene::PosedKind;
 
 /// Fills `scratch.free` with how much of light `which`'s way to each lit point is free, by colour.
-pub(super) fn find_free(
-    frame: &Frame,
-    which: usize,
-    seen: &Seen,
-    reached: &mut [Reached],
-    draws: Draws,
-    scratch: &mut Scratch,
-) {
+pub(super) fn find_free(frame: &Frame, which: usize, seen: &Seen, draws: Draws, scratch: &mut Scratch) {
     let light = &frame.lights[which];
     if light.radius > 0.0 {
-        return find_free_from_disc(frame, which, seen, reached, draws, scratch);
+        return find_free_from_disc(frame, which, seen, draws, scratch);
     }
     let segments = &mut scratch.segments;
     segments.clear();
@@ -30,19 +23,18 @@ pub(super) fn find_free(
         PosedKind::Directional { direction } => Shared::Direction(-direction),
         PosedKind::Point { position } | PosedKind::Spot { position, .. } => Shared::Origin(position),
     };
-    let grazing = reached.iter_mut().filter(|to| to.start.is_none());
-    grazing.for_each(|to| to.start = Some(seen.start(to.point, to.incident.l)));
-    let start = |to: &Reached| to.start.unwrap_or((Vec3::ZERO, HitId::NONE));
-    segments.from.extend(reached.iter().map(|to| start(to).0));
-    segments.to.resize(reached.len(), light.position().unwrap_or_default());
-    segments.source.extend(reached.iter().map(|to| start(to).1));
+    let position = light.position().unwrap_or_default();
+    let reached = &seen.reached;
+    segments.from.extend(reached.iter().map(|to| to.start));
+    segments.source.extend(reached.iter().map(|to| seen.source(to.point, to.above)));
+    segments.to.resize(reached.len(), position);
     trace(frame, segments, &mut scratch.blocked, &mut scratch.free);
     if frame.solid_ground().is_none() {
         return;
     }
-    for (k, to) in reached.iter().enumerate() {
+    for (k, to) in seen.reached.iter().enumerate() {
         let from = scratch.segments.from[k];
-        let towards = light.position().map_or(to.incident.l, |p| p.as_dvec3() - from.as_dvec3());
+        let towards = light.position().map_or(to.l, |p| p.as_dvec3() - from.as_dvec3());
         if frame.below_ground(from, towards, light.position().is_none()) {
             scratch.free[k] = Rgb::ZERO;
         }
@@ -52,29 +44,22 @@ pub(super) fn find_free(
 /// The same for a light with a radius. Each sample looks at one place on the disc that the light is
 /// to its point: so many samples, so many shadow rays, and their mean is how much of the light is
 /// seen.
-fn find_free_from_disc(
-    frame: &Frame,
-    which: usize,
-    seen: &Seen,
-    reached: &[Reached],
-    draws: Draws,
-    scratch: &mut Scratch,
-) {
+fn find_free_from_disc(frame: &Frame, which: usize, seen: &Seen, draws: Draws, scratch: &mut Scratch) {
     let light = &frame.lights[which];
     let segments = &mut scratch.segments;
     segments.clear();
     segments.shared = Shared::None;
     // Below the horizon of the smooth surface, where no ray need be asked.
-    let mut hidden = Vec::with_capacity(reached.len());
-    for &Reached { point, incident, .. } in reached {
+    let mut hidden = Vec::with_capacity(seen.reached.len());
+    for &Reached { point, l: to_centre, .. } in &seen.reached {
         let (group, at) = seen.columns.of(point);
-        let off = light.off_centre(incident.l, draws.one(seen.points[point].sample, Purpose::Light(which)));
+        let off = light.off_centre(to_centre, draws.one(seen.points[point].sample, Purpose::Light(which)));
         let p = narrow(&group.p, at).as_dvec3();
         let towards = match light.position() {
             Some(centre) => centre.as_dvec3() + off - p,
-            None => incident.l + off,
+            None => to_centre + off,
         };
-        let l = towards.normalize_or(incident.l);
+        let l = towards.normalize_or(to_centre);
         let (from, source) = seen.start(point, l);
         let to = match light.position() {
             Some(_) => (p + towards).as_vec3(),

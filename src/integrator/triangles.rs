@@ -33,20 +33,36 @@ impl ByTriangle {
         self.next.resize(hits.len(), NONE);
         self.slots.clear();
         self.slots.resize(SLOTS, NONE);
+        // The chain of the hit before, which mostly goes on.
+        let mut now = Chain { id: HitId::NONE, first: NONE, last: NONE };
+        let mut now_at = NONE;
         for (i, id) in hits.iter().map(|hit| hit.id).enumerate().filter(|(_, id)| *id != HitId::NONE) {
             let i = i as u32;
+            if id == now.id {
+                self.next[now.last as usize] = i;
+                now.last = i;
+                continue;
+            }
+            if let Some(chain) = self.chains.get_mut(now_at as usize) {
+                chain.last = now.last;
+            }
             // Neighbours in a file mostly are neighbours in space.
             let slot = &mut self.slots[(id.triangle ^ id.instance.wrapping_mul(7)) as usize % SLOTS];
             match self.chains.get_mut(*slot as usize).filter(|chain| chain.id == id) {
                 Some(chain) => {
                     self.next[chain.last as usize] = i;
-                    chain.last = i;
+                    now = Chain { last: i, ..*chain };
                 }
                 None => {
                     *slot = self.chains.len() as u32;
-                    self.chains.push(Chain { id, first: i, last: i });
+                    now = Chain { id, first: i, last: i };
+                    self.chains.push(now);
                 }
             }
+            now_at = *slot;
+        }
+        if let Some(chain) = self.chains.get_mut(now_at as usize) {
+            chain.last = now.last;
         }
     }
 

@@ -236,7 +236,7 @@ pub fn render_aovs(
 }
 
 /// Samples whose points fit into a processor's second cache.
-const IN_CACHE: usize = 512;
+const IN_CACHE: usize = 1024;
 
 /// What a thread keeps from tile to tile.
 #[derive(Default)]

@@ -11,6 +11,8 @@ pub(super) struct Sampling<'a> {
     settings: &'a RenderSettings,
     pub sampler: LowDiscrepancy,
     filter: filter::Prepared,
+    /// What of the film a pixel is: quotients take long.
+    per_film: [f64; 2],
     /// What of the film a sample stands for.
     size: [f64; 2],
 }
@@ -23,6 +25,7 @@ impl Sampling<'_> {
             sampler: LowDiscrepancy { seed: settings.seed, count: settings.samples },
             size: film_per_sample(settings, filter.width()),
             filter,
+            per_film: [1.0 / f64::from(settings.width), 1.0 / f64::from(settings.height)],
         }
     }
 
@@ -35,10 +38,18 @@ impl Sampling<'_> {
     pub fn film_of(&self, pixels: &[UVec2]) -> [[f64; 2]; 2] {
         let (first, last) = pixels.iter().fold((UVec2::MAX, UVec2::MIN), |a, p| (a.0.min(*p), a.1.max(*p)));
         let radius = self.settings.filter.radius();
-        let at = |pixel: UVec2, offset: f64| self.settings.sample(pixel, 0, (offset, offset));
-        let (low, high) = (at(first, 0.5 - radius), at(last, 0.5 + radius));
+        let at = |pixel: UVec2, offset: f64| self.place(pixel, [offset, offset]);
+        let ([left, top], [right, bottom]) = (at(first, 0.5 - radius), at(last, 0.5 + radius));
+        [[left, bottom], [right, top]]
+    }
+
+    /// Where on the film something `offset` pixels from the upper left corner of `pixel` is.
+    #[inline(always)]
+    fn place(&self, pixel: UVec2, offset: [f64; 2]) -> [f64; 2] {
+        let x = (f64::from(pixel.x) + offset[0]) * self.per_film[0];
         // Pixels count downward.
-        [[low.x, high.y], [high.x, low.y]]
+        let down = (f64::from(pixel.y) + offset[1]) * self.per_film[1];
+        [x, 1.0 - down]
     }
 
     /// Puts the samples of `pixels` into `out`, each pixel's by their index, in place of what it held.
@@ -74,8 +85,9 @@ struct Places<'a, 'b> {
 impl Columnwise for Places<'_, '_> {
     #[inline(always)]
     fn run(self) {
-        let Places { sampling: &Sampling { settings, sampler, ref filter, size }, pixels, out } = self;
-        let count = settings.samples;
+        let Places { sampling, pixels, out } = self;
+        let Sampling { sampler, filter, size, .. } = sampling;
+        let count = sampling.settings.samples;
         let mut all = pixels.iter().flat_map(|&pixel| {
             let flips = sampler.flips(pixel);
             (0..count).map(move |index| (pixel, flips, index))
@@ -93,14 +105,11 @@ impl Columnwise for Places<'_, '_> {
                 *to = filter.offset(*from);
             }
             for i in 0..LANES {
-                let offset = (0.5 + at[0][i], 0.5 + at[1][i]);
-                let Sample { x, y, .. } = settings.sample(pixel[i], index[i], offset);
-                (at[0][i], at[1][i]) = (x, y);
+                [at[0][i], at[1][i]] = sampling.place(pixel[i], [0.5 + at[0][i], 0.5 + at[1][i]]);
             }
-            for i in 0..some {
-                let (x, y) = (at[0][i], at[1][i]);
-                out.push(Sample { x, y, pixel: pixel[i], index: index[i], size });
-            }
+            let sample =
+                |i: usize| Sample { x: at[0][i], y: at[1][i], pixel: pixel[i], index: index[i], size: *size };
+            out.extend((0..some).map(sample));
             left -= some;
         }
     }

@@ -265,7 +265,7 @@ impl PosedLight {
             position: position.as_dvec3(),
             axis: axis.as_dvec3(),
             cone,
-            range: f64::from(self.range),
+            per_range: 1.0 / f64::from(self.range),
         };
         match self.kind {
             PosedKind::Directional { direction } => Way::Sun(-direction.as_dvec3().normalize()),
@@ -306,7 +306,7 @@ pub struct Lamp {
     position: DVec3,
     axis: DVec3,
     cone: Cone,
-    range: f64,
+    per_range: f64,
 }
 
 impl Lamp {
@@ -334,12 +334,14 @@ impl Lamp {
         let to_light = self.position - p.as_dvec3();
         let r2 = to_light.length_squared();
         let r = r2.sqrt();
-        let l = to_light * (1.0 / r);
-        let q = r / self.range;
+        // Quotients and roots are most of what this takes.
+        let per_r = 1.0 / r;
+        let l = to_light * per_r;
+        let q = r * self.per_range;
         let q2 = q * q;
         let within = (1.0 - q2 * q2).clamp(0.0, 1.0) as f32;
         let strength = self.cone.falloff(cos_angle(l) as f32) * within;
-        let share = (f64::from(strength) / r2) as f32;
+        let share = (f64::from(strength) * per_r * per_r) as f32;
         (l, if r2 > 0.0 { share } else { 0.0 })
     }
 }
