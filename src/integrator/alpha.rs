@@ -121,7 +121,8 @@ mod tests {
                             let (u, v) = (any.next(), any.next());
                             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
                             let b = [1.0 - u - v, u, v];
-                            let on = OnMesh { mesh, corners, b, spread: Spread::POINT, tint: None };
+                            let on =
+                                OnMesh { mesh, corners, b, spread: Spread::POINT, tint: None, fetched: None };
                             least = least.min(alpha(&posed, material, &on));
                         }
                         let whole = least > 1.0 - 1e-5;

@@ -121,9 +121,7 @@ pub(super) fn base_color(posed: &PosedScene, material: &Material, on: &OnMesh) -
 
 /// What the base colour's texture has at a place.
 fn base_texel(posed: &PosedScene, material: &Material, on: &OnMesh) -> Vec4 {
-    let counts = material.alpha_from_base && material.alpha_mode != AlphaMode::Opaque;
-    let reading = if counts { Reading::Covered } else { Reading::Color };
-    on.texture(posed, material.base.texture.as_ref(), reading)
+    on.texture(posed, material.base.texture.as_ref(), material.base_reading())
 }
 
 fn tinted(material: &Material, on: &OnMesh, texel: Vec4) -> Rgb {
@@ -225,14 +223,13 @@ pub(super) struct Lookup<'a> {
 pub(super) struct Look {
     /// Which it is.
     pub index: u32,
-    pub gloss: Gloss,
+    /// The material's own exponent, whatever is given for all.
+    pub shininess: f32,
 }
 
 /// How a highlight follows the normals that a sample sees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gloss {
-    /// The material's own exponent.
-    p: f32,
     widens: bool,
     /// The exponent that is given for all materials.
     given: Option<f32>,
@@ -261,9 +258,14 @@ impl<'a> Lookup<'a> {
     pub fn at(&mut self, posed: &PosedScene, material: u32, on: &OnMesh) -> Look {
         let material = &posed.materials[material as usize];
         let k = Coefficients::at(posed, material, on, self.under_sky);
+        let shininess = k.shininess;
+        Look { index: add_look(self.looks, k.with(self.overrides)), shininess }
+    }
+
+    /// How highlights of a material follow normals.
+    pub fn gloss(&self, material: &Material) -> Gloss {
         let Overrides { k_s, shininess: given, .. } = *self.overrides;
-        let gloss = Gloss { p: k.shininess, widens: widens(material), given, fixed: k_s.is_some() };
-        Look { index: add_look(self.looks, k.with(self.overrides)), gloss }
+        Gloss { widens: widens(material), given, fixed: k_s.is_some() }
     }
 
     /// The coefficients of a look, without what normals make of its highlight.
@@ -281,17 +283,22 @@ pub(super) fn add_look(looks: &mut Vec<Coefficients>, k: Coefficients) -> u32 {
 }
 
 impl Gloss {
-    /// The exponent for whoever sees normals spread over the surface, which adds `roughening` to α²
-    /// ([`Surface::shading_normals`](super::Surface::shading_normals)), and what k_s is multiplied by: the sum over those normals of lobes with
-    /// the exponent p is, nearly, one lobe with a smaller exponent and as much light.
+    /// True where highlights are what the material says, whatever the normals.
+    pub fn is_as_said(&self) -> bool {
+        !self.widens && self.given.is_none()
+    }
+
+    /// The exponent for whoever sees normals spread over a surface with an exponent of its `own`, which adds
+    /// `roughening` to α² ([`Surface::shading_normals`](super::Surface::shading_normals)), and what k_s is multiplied
+    /// by: the sum over those normals of lobes is, nearly, one lobe with a smaller exponent and as much light.
     #[inline(always)]
-    pub fn at(&self, roughening: f32) -> (f32, f32) {
+    pub fn at(&self, own: f32, roughening: f32) -> (f32, f32) {
         // Without branches, so that columns of them go at once.
-        let alpha_2 = (2.0 / (self.p + 2.0) + roughening).min(1.0);
+        let alpha_2 = (2.0 / (own + 2.0) + roughening).min(1.0);
         let wide = 2.0 / alpha_2 - 2.0;
         let widens = self.widens & (roughening > 0.0);
-        let p = if widens { wide } else { self.p };
-        let factor = if widens & !self.fixed { (wide + 2.0) / (self.p + 2.0) } else { 1.0 };
+        let p = if widens { wide } else { own };
+        let factor = if widens & !self.fixed { (wide + 2.0) / (own + 2.0) } else { 1.0 };
         (self.given.unwrap_or(p), factor)
     }
 }

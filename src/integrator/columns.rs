@@ -9,7 +9,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 
 use super::coefficients::{Coefficients, Gloss};
-use super::footprint::Spread;
+use super::footprint::{Spread, roughening};
 use super::shading::Shading;
 use crate::geometry::{Ray, Rgb};
 
@@ -220,12 +220,20 @@ impl Group {
     /// Takes how points `at` some places look that look alike, where vertex normals are shading normals. What is
     /// behind them is overwritten.
     #[inline(always)]
-    pub fn put_alike(&mut self, at: Range<usize>, look: (&Coefficients, &Gloss), unlit: Rgb) {
-        let Group { n_v, spread, shading, .. } = self;
-        let roughening = |i: usize| Spread::of_numbers(spread.each_ref().map(|s| s[i])).roughening();
-        for at in at.step_by(TOGETHER) {
-            shading.put_alike(at, n_v, look, roughening, unlit);
+    pub fn put_alike(&mut self, at: Range<usize>, look: (&Coefficients, f32), gloss: &Gloss, unlit: Rgb) {
+        for at in at.clone().step_by(TOGETHER) {
+            self.shading.put_alike(at, &self.n_v, look, unlit);
         }
+        if !gloss.is_as_said() {
+            let roughening = self.roughening();
+            self.shading.widen(at, gloss, &roughening);
+        }
+    }
+
+    /// What the turns of smooth surfaces add to highlights' α².
+    #[inline(always)]
+    pub fn roughening(&self) -> Column<f32> {
+        self.spread[Spread::NUMBERS - 1].map(roughening)
     }
 
     /// Where on its triangle point `i` is, by barycentrics, and how much of that a sample stands for.

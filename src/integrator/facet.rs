@@ -1,6 +1,6 @@
 //! A triangle as shading sees it: what all points on it share.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::coefficients::widens;
 use super::columns::{Columns, Found, Group, Met, Rays, TOGETHER};
@@ -157,7 +157,12 @@ impl<'s> Facet<'s> {
     /// Where that is on its mesh.
     #[inline(always)]
     pub fn on_mesh(&self, b: [f32; 3], spread: Spread) -> OnMesh<'s> {
-        OnMesh { mesh: self.mesh, corners: self.corners, b, spread, tint: self.tint }
+        OnMesh { mesh: self.mesh, corners: self.corners, b, spread, tint: self.tint, fetched: None }
+    }
+
+    /// Texture coordinates of a set at its corners.
+    pub fn uvs(&self, set: u32) -> [Vec2; 3] {
+        self.mesh.uvs_at(self.corners, set)
     }
 }
 

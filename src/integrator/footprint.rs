@@ -79,6 +79,7 @@ impl Spread {
         Spread { b: [Vec2::new(a, b), Vec2::new(c, d)], turn }
     }
 
+    #[inline(always)]
     pub fn is_point(&self) -> bool {
         *self == Spread::POINT
     }
@@ -97,15 +98,22 @@ impl Spread {
     }
 
     /// The two steps in texture coordinates, of which these are the corners'.
+    #[inline(always)]
     pub fn of_uv(&self, [a, b, c]: [Vec2; 3]) -> [Vec2; 2] {
         self.b.map(|step| (b - a) * step.x + (c - a) * step.y)
     }
 
     /// What the turn of the smooth surface adds to a highlight's α².
     pub fn roughening(&self) -> f32 {
-        // Edge on, or where normals cancel, the turn is no number.
-        if self.turn.is_nan() { MOST } else { (PER_TURN * self.turn).min(MOST) }
+        roughening(self.turn)
     }
+}
+
+/// The same by the turn, which is the last of a spread's numbers.
+#[inline(always)]
+pub(super) fn roughening(turn: f32) -> f32 {
+    // Edge on, or where normals cancel, the turn is no number.
+    if turn.is_nan() { MOST } else { (PER_TURN * turn).min(MOST) }
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ mod columns;
 mod cryptomatte;
 mod draws;
 mod facet;
+mod fetched;
 mod flat;
 mod footprint;
 mod ground;

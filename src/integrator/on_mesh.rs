@@ -2,10 +2,11 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
+use super::fetched::Fetched;
 use super::flat::Flat;
 use super::footprint::Spread;
 use crate::geometry::{HitId, Ray};
-use crate::scene::{Footprint, Mesh, PosedScene, Reading, TextureRef};
+use crate::scene::{Footprint, Mesh, PosedScene, Reading, TextureRef, UvTransform};
 
 /// A place on a mesh, and how much of it a sample stands for.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +19,23 @@ pub(super) struct OnMesh<'s> {
     pub spread: Spread,
     /// The instance's own colour.
     pub tint: Option<Vec3>,
+    /// What textures were found to have here: the number is the place's there.
+    pub fetched: Option<(&'s Fetched<'s>, usize)>,
+}
+
+/// Texture coordinates between those of three corners.
+#[inline(always)]
+fn between([a, b, c]: [Vec2; 3], by: [f32; 3]) -> Vec2 {
+    a * by[0] + b * by[1] + c * by[2]
+}
+
+/// Where a texture is looked up, and over what: at barycentrics `b` of corners with these texture coordinates.
+#[inline(always)]
+pub(super) fn place(uvs: [Vec2; 3], b: [f32; 3], spread: Spread, to: &UvTransform) -> (Vec2, Footprint) {
+    let [right, up] = spread.of_uv(uvs).map(|by| to.step(by));
+    let point = spread.is_point();
+    let over = |step: Vec2| if point { Vec2::ZERO } else { step };
+    (to.apply(between(uvs, b)), Footprint { right: over(right), up: over(up) })
 }
 
 impl<'s> OnMesh<'s> {
@@ -34,18 +52,18 @@ impl<'s> OnMesh<'s> {
             b: b.map(|b| b as f32),
             spread: Spread::POINT,
             tint: posed.scene.instances[id.instance as usize].color,
+            fetched: None,
         }
     }
 
     /// The same place as a point that stands for nothing about it.
     pub fn as_point(&self) -> OnMesh<'s> {
-        OnMesh { spread: Spread::POINT, ..*self }
+        OnMesh { spread: Spread::POINT, fetched: None, ..*self }
     }
 
     /// Texture coordinates of a set; the origin where the mesh has no such set.
     pub fn uv(&self, set: u32) -> Vec2 {
-        let [a, b, c] = self.uvs(set);
-        a * self.b[0] + b * self.b[1] + c * self.b[2]
+        between(self.uvs(set), self.b)
     }
 
     fn uvs(&self, set: u32) -> [Vec2; 3] {
@@ -54,14 +72,7 @@ impl<'s> OnMesh<'s> {
 
     /// Where a texture is looked up, and over what.
     pub fn place(&self, t: &TextureRef) -> (Vec2, Footprint) {
-        let step = |by: Vec2| t.transform.step(by);
-        let over = if self.spread.is_point() {
-            Footprint::POINT
-        } else {
-            let [right, up] = self.spread.of_uv(self.uvs(t.uv_set));
-            Footprint { right: step(right), up: step(up) }
-        };
-        (t.transform.apply(self.uv(t.uv_set)), over)
+        place(self.uvs(t.uv_set), self.b, self.spread, &t.transform)
     }
 
     /// The vertex colour times the instance's, linear RGBA; white where there is none.
@@ -77,6 +88,9 @@ impl<'s> OnMesh<'s> {
     /// A texture over what this place stands for; white where it is missing.
     pub fn texture(&self, posed: &PosedScene, texture: Option<&TextureRef>, reading: Reading) -> Vec4 {
         let Some(t) = texture else { return Vec4::ONE };
+        if let Some(found) = self.fetched.and_then(|(fetched, i)| fetched.get(t, reading, i)) {
+            return found;
+        }
         let (uv, over) = self.place(t);
         posed.scene.textures[t.texture as usize].filtered(&posed.scene.images, uv, &over, reading)
     }

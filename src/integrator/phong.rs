@@ -9,7 +9,9 @@ use glam::DVec3;
 use super::coefficients::{Look, Lookup};
 use super::columns::vector;
 use super::draws::Draws;
+use super::fetched::Fetched;
 use super::occlusion::ambient_free;
+use super::on_mesh::OnMesh;
 use super::point::Point;
 use super::reach::{look_back, reach, sum_up};
 use super::seen::Seen;
@@ -133,10 +135,12 @@ impl Phong {
         }
         seen.find(frame, scratch, samples, whose);
         let Seen { points, looks, columns, facets, samples, .. } = &mut seen;
+        let mut fetched = Fetched::default();
         let mut lookup = Lookup::new(looks, &frame.overrides, frame.sky.is_some());
         for (facet, end) in facets.iter() {
             let on = points.len()..*end;
             let material = &frame.posed.materials[facet.material as usize];
+            let gloss = lookup.gloss(material);
             let point = |i: usize, look: Look| Point::on(samples[i], facet.id, look.index);
             if facet.plain {
                 let (b, spread) = columns.place(on.start);
@@ -145,7 +149,7 @@ impl Phong {
                 // Without a sky it is the same wherever they face.
                 let unlit = self.stage.unlit(frame, k, DVec3::ZERO);
                 for (group, at) in columns.stretches(on.clone()) {
-                    group.put_alike(at.clone(), (k, &look.gloss), unlit);
+                    group.put_alike(at.clone(), (k, look.shininess), &gloss, unlit);
                     for i in at.filter(|_| frame.sky.is_some()) {
                         let shading = &mut group.shading;
                         shading.put_unlit(i, self.stage.unlit(frame, k, shading.n(i)));
@@ -154,17 +158,25 @@ impl Phong {
                 points.extend(on.map(|i| point(i, look)));
                 continue;
             }
-            for i in on {
-                let (group, at) = columns.of_mut(i);
-                let (b, spread) = group.place(at);
-                let (n, roughening) = match material.normal {
-                    None => (vector(&group.n_v, at), spread.roughening()),
-                    Some(_) => facet.surface(&group.met(at)).shading_normals(frame.posed),
-                };
-                let look = lookup.at(frame.posed, facet.material, &facet.on_mesh(b, spread));
-                let k = lookup.k(look);
-                group.shading.put(at, n, k, look.gloss.at(roughening), self.stage.unlit(frame, k, n));
-                points.push(point(i, look));
+            let mut i = on.start;
+            for (group, at) in columns.stretches(on) {
+                fetched.fetch(frame.accel, frame.posed, facet, (group, at.clone()));
+                let mut roughening = group.roughening();
+                for at in at.clone() {
+                    let (b, spread) = group.place(at);
+                    let mut n = vector(&group.n_v, at);
+                    if material.normal.is_some() {
+                        let surface = facet.surface(&group.met(at));
+                        (n, roughening[at]) = surface.shading_normals(frame.posed);
+                    }
+                    let on = OnMesh { fetched: Some((&fetched, at)), ..facet.on_mesh(b, spread) };
+                    let look = lookup.at(frame.posed, facet.material, &on);
+                    let k = lookup.k(look);
+                    group.shading.put(at, n, (k, look.shininess), self.stage.unlit(frame, k, n));
+                    points.push(point(i, look));
+                    i += 1;
+                }
+                group.shading.widen(at, &gloss, &roughening);
             }
         }
         seen

@@ -85,7 +85,7 @@ impl<'s> Seen<'s> {
         };
         let (group, at) = self.columns.more(1);
         group.put_one(at, d, &met);
-        group.shading.put(at, n, k, (1.0, 1.0), unlit);
+        group.shading.put(at, n, (k, 1.0), unlit);
         self.samples.push(point.sample);
         self.points.push(point);
     }

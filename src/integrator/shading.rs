@@ -1,5 +1,7 @@
 //! How points look and what light they send to the eye, by the column.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::coefficients::{Coefficients, Gloss};
@@ -39,27 +41,26 @@ impl Shading {
         given: NARROW3,
     };
 
-    /// Takes what is known of point `i` before any light comes: its shading normal, its look with the exponent
-    /// and the factor of k_s that [`Gloss::at`] says, its light without lights.
+    /// Takes what is known of point `i` before any light comes: its shading normal, its look with an exponent, its
+    /// light without lights.
     #[inline(always)]
-    pub fn put(&mut self, i: usize, n: DVec3, k: &Coefficients, (shininess, factor): (f32, f32), unlit: Rgb) {
+    pub fn put(&mut self, i: usize, n: DVec3, (k, shininess): (&Coefficients, f32), unlit: Rgb) {
         set(&mut self.n, i, if k.alpha == 0.0 { [0.0; 3] } else { n.to_array() });
         set(&mut self.k_d, i, k.k_d.to_array());
-        set(&mut self.k_s, i, (k.k_s * factor).to_array());
+        set(&mut self.k_s, i, k.k_s.to_array());
         self.shininess[i] = shininess;
         self.shines |= k.k_s != Rgb::ZERO;
         self.put_unlit(i, unlit);
     }
 
     /// The same of points from place `at` on that look alike, [`TOGETHER`] of them, of which those behind the last
-    /// one are of no value: their normals are those in `n`, and `roughening` says what widens their highlights.
+    /// one are of no value; their normals are those in `n`.
     #[inline(always)]
     pub fn put_alike(
         &mut self,
         at: usize,
         n: &Columns3<f64>,
-        (k, gloss): (&Coefficients, &Gloss),
-        roughening: impl Fn(usize) -> f32,
+        (k, shininess): (&Coefficients, f32),
         unlit: Rgb,
     ) {
         // So that what follows stays within a column for sure.
@@ -69,9 +70,31 @@ impl Shading {
         put3(&mut self.k_d, at, |axis, _| k.k_d[axis]);
         put3(&mut self.light, at, |axis, _| unlit[axis]);
         put3(&mut self.unshadowed, at, |axis, _| unlit[axis]);
-        put3(&mut self.k_s, at, |axis, i| k.k_s[axis] * gloss.at(roughening(i)).1);
-        put(&mut self.shininess, at, |i| gloss.at(roughening(i)).0);
+        put3(&mut self.k_s, at, |axis, _| k.k_s[axis]);
+        put(&mut self.shininess, at, |_| shininess);
         self.shines |= k.k_s != Rgb::ZERO;
+    }
+
+    /// Widens the highlights of points `at` some places of one material by the `roughening` of each, and those of
+    /// what is behind them, which are of no value.
+    #[inline(always)]
+    pub fn widen(&mut self, at: Range<usize>, gloss: &Gloss, roughening: &Column<f32>) {
+        if gloss.is_as_said() {
+            return;
+        }
+        for at in at.step_by(TOGETHER) {
+            // So that what follows stays within a column for sure.
+            let at = at % LANES;
+            let mut factor = [0.0; TOGETHER];
+            for (i, factor) in factor.iter_mut().enumerate() {
+                (self.shininess[at + i], *factor) = gloss.at(self.shininess[at + i], roughening[at + i]);
+            }
+            for k_s in &mut self.k_s {
+                for (k_s, factor) in k_s[at..at + TOGETHER].iter_mut().zip(factor) {
+                    *k_s *= factor;
+                }
+            }
+        }
     }
 
     /// Point `i`'s light without lights.

@@ -41,16 +41,31 @@ struct Probes {
 }
 
 impl Footprint {
-    /// `None` where the footprint is within a texel of an image of this size.
-    fn probes(&self, width: u32, height: u32) -> Option<Probes> {
+    /// The steps in texels of an image of this size, as the covariances xx, xy and yy of the ellipse that steps of
+    /// unit length on the film become.
+    #[inline(always)]
+    fn ellipse(&self, width: u32, height: u32) -> [f32; 3] {
         let size = Vec2::new(width as f32, height as f32);
         let (a, b) = (self.right * size, self.up * size);
-        // Steps of unit length on the film become an ellipse; these are its covariances.
-        let (xx, xy, yy) = (a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y);
-        // Both axes are shorter than a texel, for sure.
-        if xx + yy < 0.99 {
+        [a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y]
+    }
+
+    /// True where it is within a texel of an image of this size for sure, as it mostly is where it is.
+    #[inline(always)]
+    pub(super) fn is_small(&self, width: u32, height: u32) -> bool {
+        let [xx, _, yy] = self.ellipse(width, height);
+        // Both axes of the ellipse are shorter than a texel.
+        xx + yy < 0.99
+    }
+
+    /// `None` where the footprint is within a texel of an image of this size.
+    fn probes(&self, width: u32, height: u32) -> Option<Probes> {
+        if self.is_small(width, height) {
             return None;
         }
+        let size = Vec2::new(width as f32, height as f32);
+        let (a, b) = (self.right * size, self.up * size);
+        let [xx, xy, yy] = self.ellipse(width, height);
         let middle = 0.5 * (xx + yy);
         let half = 0.5 * (xx - yy);
         let apart = (half * half + xy * xy).sqrt();

@@ -4,7 +4,7 @@
 use crate::geometry::Rgb;
 use glam::Vec3;
 
-use super::TextureRef;
+use super::{Reading, TextureRef};
 
 /// A channel of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -193,16 +193,26 @@ impl Material {
     /// Its textures, its normal map among them.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let normal = self.normal.as_ref().map(|map| &map.texture);
-        self.looks().into_iter().flatten().chain(normal)
+        self.lookups().map(|(texture, _)| texture).chain(normal)
     }
 
-    /// Its textures but for the normal map.
-    fn looks(&self) -> [Option<&TextureRef>; 9] {
-        fn color(of: &ColorInput) -> Option<&TextureRef> {
-            of.texture.as_ref()
+    /// What it looks up, but for the normal map.
+    pub(crate) fn lookups(&self) -> impl Iterator<Item = (&TextureRef, Reading)> {
+        self.looks().into_iter().flatten()
+    }
+
+    /// What its base colour's texture says.
+    pub(crate) fn base_reading(&self) -> Reading {
+        let counts = self.alpha_from_base && self.alpha_mode != AlphaMode::Opaque;
+        if counts { Reading::Covered } else { Reading::Color }
+    }
+
+    fn looks(&self) -> [Option<(&TextureRef, Reading)>; 9] {
+        fn color(of: &ColorInput) -> Option<(&TextureRef, Reading)> {
+            of.texture.as_ref().map(|texture| (texture, Reading::Color))
         }
-        fn scalar(of: &ScalarInput) -> Option<&TextureRef> {
-            of.texture.as_ref().map(|(texture, _)| texture)
+        fn scalar(of: &ScalarInput) -> Option<(&TextureRef, Reading)> {
+            of.texture.as_ref().map(|(texture, _)| (texture, Reading::Data))
         }
         let [a, b, c, d] = match &self.reflectance {
             Reflectance::Mtl(mtl) => [mtl.ambient.as_ref().and_then(color), color(&mtl.specular), None, None],
@@ -216,7 +226,8 @@ impl Material {
             Reflectance::Unlit => [None; 4],
         };
         let [alpha, occlusion, transmission] = [&self.alpha, &self.occlusion, &self.transmission].map(scalar);
-        [color(&self.base), color(&self.emission), alpha, occlusion, transmission, a, b, c, d]
+        let base = self.base.texture.as_ref().map(|texture| (texture, self.base_reading()));
+        [base, color(&self.emission), alpha, occlusion, transmission, a, b, c, d]
     }
 
     /// True where a ray may pass through this material in part.

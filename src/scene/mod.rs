@@ -19,6 +19,7 @@ mod framing;
 mod ground;
 mod image;
 mod light;
+mod lookups;
 mod lowest;
 mod material;
 mod mesh;
@@ -49,6 +50,7 @@ pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
 pub use ground::{Ground, GroundKind};
 pub use image::{Channels, Image, Texels};
 pub use light::{Cone, Incident, Lamp, Light, LightKind, LightUnits, PosedKind, PosedLight, Way};
+pub(crate) use lookups::Places;
 pub use material::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
     ScalarInput, SurfaceClass,

@@ -69,11 +69,13 @@ impl UvTransform {
     }
 
     /// What a small step in the coordinates becomes.
+    #[inline(always)]
     pub fn step(&self, by: Vec2) -> Vec2 {
         self.x_axis * by.x + self.y_axis * by.y
     }
 
     /// Applies it.
+    #[inline(always)]
     pub fn apply(&self, uv: Vec2) -> Vec2 {
         self.step(uv) + self.offset
     }
@@ -134,7 +136,8 @@ pub struct TextureRef {
 
 impl Wrap {
     /// The texel that `i` of `n` stands for.
-    fn texel(self, i: i64, n: i64) -> usize {
+    #[inline(always)]
+    pub(super) fn texel(self, i: i64, n: i64) -> usize {
         // Mostly it is that texel itself, and divisions are slow.
         if (0..n).contains(&i) {
             return i as usize;
@@ -184,7 +187,7 @@ impl Wrap {
 
     /// Brings a coordinate near 0…1 where that changes nothing, so that large ones keep their
     /// fraction and infinite ones do no harm.
-    fn fold(self, x: f32) -> f64 {
+    pub(super) fn fold(self, x: f32) -> f64 {
         /// From here on an f32 is an even number.
         const WHOLE: f64 = (1u64 << 25) as f64;
         let x = f64::from(x);
