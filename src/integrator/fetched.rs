@@ -15,9 +15,20 @@ use crate::scene::{Image, Places, PosedScene, Reading, Texture, TextureRef};
 pub(super) struct Fetched<'a> {
     /// Whose textures these are.
     material: Option<u32>,
-    /// The material's uses of textures, and in which column is what they find.
-    uses: Vec<(&'a TextureRef, Reading, usize)>,
-    columns: Vec<[Vec4; LANES]>,
+    /// The material's uses of textures.
+    uses: Vec<Use<'a>>,
+    columns: Vec<[Option<Vec4>; LANES]>,
+}
+
+/// A material's use of a texture.
+#[derive(Clone, Copy, Debug)]
+struct Use<'a> {
+    t: &'a TextureRef,
+    reading: Reading,
+    /// False: of a normal map, whose means over more than a texel are not a texture's.
+    all: bool,
+    /// In which column is what it finds.
+    column: usize,
 }
 
 impl<'a> Fetched<'a> {
@@ -33,11 +44,9 @@ impl<'a> Fetched<'a> {
             self.begin(posed, facet.material);
         }
         for (nth, out) in self.columns.iter_mut().enumerate() {
-            let Some(&(t, reading, _)) = self.uses.iter().find(|(.., column)| *column == nth) else {
-                continue;
-            };
-            let (texture, images) = (&posed.scene.textures[t.texture as usize], &posed.scene.images[..]);
-            accel.columnwise(Fetch { facet, group, at: at.clone(), texture, images, t, reading, out });
+            let Some(of) = self.uses.iter().find(|of| of.column == nth) else { continue };
+            let (texture, images) = (&posed.scene.textures[of.t.texture as usize], &posed.scene.images[..]);
+            accel.columnwise(Fetch { facet, group, at: at.clone(), texture, images, of, out });
         }
     }
 
@@ -45,22 +54,23 @@ impl<'a> Fetched<'a> {
     fn begin(&mut self, posed: &'a PosedScene, material: u32) {
         self.material = Some(material);
         self.uses.clear();
+        let material = &posed.materials[material as usize];
+        let map = material.normal.as_ref().map(|map| (&map.texture, Reading::Data, false));
         let mut columns = 0;
-        for (t, reading) in posed.materials[material as usize].lookups() {
-            let alike = |&&(other, read, _): &&(&TextureRef, Reading, usize)| *other == *t && read == reading;
-            let column = self.uses.iter().find(alike).map_or(columns, |(.., column)| *column);
+        for (t, reading, all) in material.lookups().map(|(t, reading)| (t, reading, true)).chain(map) {
+            let alike = |of: &&Use| (of.t, of.reading, of.all) == (t, reading, all);
+            let column = self.uses.iter().find(alike).map_or(columns, |of| of.column);
             columns = columns.max(column + 1);
-            self.uses.push((t, reading, column));
+            self.uses.push(Use { t, reading, all, column });
         }
-        self.columns.resize(columns, [Vec4::ZERO; LANES]);
+        self.columns.resize(columns, [None; LANES]);
     }
 
     /// What this use of a texture has found at point `i`, if it was asked.
     #[inline(always)]
     pub fn get(&self, t: &TextureRef, reading: Reading, i: usize) -> Option<Vec4> {
-        let asked =
-            |(use_, read, _): &&(&TextureRef, Reading, usize)| std::ptr::eq(*use_, t) && *read == reading;
-        self.uses.iter().find(asked).map(|(.., column)| self.columns[*column][i])
+        let asked = |of: &&Use| std::ptr::eq(of.t, t) && of.reading == reading;
+        self.uses.iter().find(asked).and_then(|of| self.columns[of.column][i])
     }
 }
 
@@ -71,15 +81,14 @@ struct Fetch<'a, 's> {
     at: Range<usize>,
     texture: &'a Texture,
     images: &'a [Image],
-    t: &'a TextureRef,
-    reading: Reading,
-    out: &'a mut [Vec4; LANES],
+    of: &'a Use<'a>,
+    out: &'a mut [Option<Vec4>; LANES],
 }
 
 impl Columnwise for Fetch<'_, '_> {
     #[inline(always)]
     fn run(self) {
-        let Fetch { facet, group, at, texture, images, t, reading, out } = self;
+        let Fetch { facet, group, at, texture, images, of: &Use { t, reading, all, .. }, out } = self;
         let uvs = facet.uvs(t.uv_set);
         for first in at.clone().step_by(TOGETHER) {
             let mut places = Places::<TOGETHER>::ORIGIN;
@@ -89,7 +98,7 @@ impl Columnwise for Fetch<'_, '_> {
                 places.set(i, uv, over);
             }
             let end = at.end.min(first + TOGETHER);
-            texture.filtered_together(images, &places, reading, &mut out[first..end]);
+            texture.filtered_together(images, &places, (reading, all), &mut out[first..end]);
         }
     }
 }

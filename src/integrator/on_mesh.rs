@@ -3,10 +3,10 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::fetched::Fetched;
-use super::flat::Flat;
+use super::flat::barycentrics;
 use super::footprint::Spread;
 use crate::geometry::{HitId, Ray};
-use crate::scene::{Footprint, Mesh, PosedScene, Reading, TextureRef, UvTransform};
+use crate::scene::{Footprint, Mesh, PosedScene, Reading, Texture, TextureRef, UvTransform};
 
 /// A place on a mesh, and how much of it a sample stands for.
 #[derive(Clone, Copy, Debug)]
@@ -43,13 +43,10 @@ impl<'s> OnMesh<'s> {
     pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> OnMesh<'s> {
         let mesh = posed.mesh(id.instance);
         let corners = mesh.triangles[id.triangle as usize];
-        let flips = posed.instances[id.instance as usize].transform.flips;
-        let flat = Flat::new(posed.world_triangle(id), flips);
-        let b = flat.meet(flat.front_to(ray), ray).b;
         OnMesh {
             mesh,
             corners,
-            b: b.map(|b| b as f32),
+            b: barycentrics(posed.world_triangle(id), ray).map(|b| b as f32),
             spread: Spread::POINT,
             tint: posed.scene.instances[id.instance as usize].color,
             fetched: None,
@@ -93,6 +90,16 @@ impl<'s> OnMesh<'s> {
         }
         let (uv, over) = self.place(t);
         posed.scene.textures[t.texture as usize].filtered(&posed.scene.images, uv, &over, reading)
+    }
+
+    /// The mean vector of a normal map over what this place stands for, and the variance of its slopes.
+    pub fn direction(&self, posed: &PosedScene, t: &TextureRef) -> (Vec3, f32) {
+        // A point of the map has no spread.
+        if let Some(found) = self.fetched.and_then(|(fetched, i)| fetched.get(t, Reading::Data, i)) {
+            return (Texture::direction(found), 0.0);
+        }
+        let (uv, over) = self.place(t);
+        posed.scene.textures[t.texture as usize].normal(&posed.scene.images, uv, &over)
     }
 
     /// A texture's alpha, as [`Reading::Covered`] has it; 1 where it is missing.

@@ -16,7 +16,7 @@ use super::point::Point;
 use super::reach::{look_back, reach, sum_up};
 use super::seen::Seen;
 use super::shadow::find_free;
-use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch};
+use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch, Surface};
 use crate::geometry::{Ray, Rgb, Rgba};
 
 /// The lecture's stages: each adds to the one before.
@@ -164,12 +164,12 @@ impl Phong {
                 let mut roughening = group.roughening();
                 for at in at.clone() {
                     let (b, spread) = group.place(at);
+                    let on = OnMesh { fetched: Some((&fetched, at)), ..facet.on_mesh(b, spread) };
                     let mut n = vector(&group.n_v, at);
                     if material.normal.is_some() {
-                        let surface = facet.surface(&group.met(at));
+                        let surface = Surface { on, ..facet.surface(&group.met(at)) };
                         (n, roughening[at]) = surface.shading_normals(frame.posed);
                     }
-                    let on = OnMesh { fetched: Some((&fetched, at)), ..facet.on_mesh(b, spread) };
                     let look = lookup.at(frame.posed, facet.material, &on);
                     let k = lookup.k(look);
                     group.shading.put(at, n, (k, look.shininess), self.stage.unlit(frame, k, n));

@@ -54,7 +54,7 @@ impl<'s> Surface<'s> {
     /// highlight's α²: of the smooth surface, which turns, and of the normal map.
     pub fn shading_normals(&self, posed: &PosedScene) -> (DVec3, f32) {
         let turns = self.on.spread.roughening();
-        let Some(map) = posed.materials[self.material as usize].normal else { return (self.n_v, turns) };
+        let Some(map) = &posed.materials[self.material as usize].normal else { return (self.n_v, turns) };
         let (normals, tangents) = (posed.normals(self.id.instance), posed.tangents(self.id.instance));
         if normals.is_empty() || tangents.is_empty() {
             return (self.n_v, turns);
@@ -68,9 +68,7 @@ impl<'s> Surface<'s> {
             t += tangents[corner as usize] * b;
         }
         let frame = [t.truncate(), n.cross(t.truncate()) * t.w, n].map(|axis| axis.as_dvec3());
-        let texture = &posed.scene.textures[map.texture.texture as usize];
-        let (uv, over) = self.on.place(&map.texture);
-        let (m, variance) = texture.normal(&posed.scene.images, uv, &over);
+        let (m, variance) = self.on.direction(posed, &map.texture);
         let (m, scale) = (m.as_dvec3(), f64::from(map.scale));
         let to_world = |n: DVec3| transform.normal(n.as_vec3());
         let side = if to_world(frame[2]).dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };

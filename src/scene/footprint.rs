@@ -142,20 +142,25 @@ impl Texture {
         if covered { (v.truncate() / (v.w + CLEAR)).extend(v.w) } else { v }
     }
 
+    /// The vector that a normal map's texel stands for.
+    pub fn direction(texel: Vec4) -> Vec3 {
+        texel.truncate() * 2.0 - Vec3::ONE
+    }
+
     /// The mean of a normal map's vectors over `footprint` about `uv`, and how far they spread: the
     /// variance of their slopes along each axis, by how much shorter than 1 the mean is (Toksvig,
     /// “Mipmapping Normal Maps”, 2005).
     pub fn normal(&self, images: &[Image], uv: Vec2, footprint: &Footprint) -> (Vec3, f32) {
         let image = &images[self.image as usize];
         let plane = image.plane();
-        let finest = |uv| self.finest(plane, uv, Reading::Data).truncate() * 2.0 - Vec3::ONE;
+        let finest = |uv| Texture::direction(self.finest(plane, uv, Reading::Data));
         let Some(probes) = footprint.probes(image.width, image.height) else {
             return (finest(uv), 0.0);
         };
         let unit = |uv| finest(uv).normalize_or_zero().extend(0.0);
         let smaller = |plane: Plane, uv| {
             let v = self.bilinear(plane, uv, Plane::stored);
-            let n = (v.truncate() * 2.0 - Vec3::ONE).normalize_or_zero();
+            let n = Texture::direction(v).normalize_or_zero();
             (n * (1.0 - v.w * v.w)).extend(0.0)
         };
         let mean = probes.through(uv, image.mips.of(plane, Mean::Normals), unit, smaller).truncate();

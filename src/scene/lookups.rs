@@ -78,14 +78,15 @@ impl<const N: usize> Between<N> {
 }
 
 impl Texture {
-    /// [`Texture::filtered`] at the first of `places`, as many as `out` takes.
+    /// [`Texture::filtered`] at the first of `places`, as many as `out` takes; nothing where a place stands for more
+    /// than a texel, unless `all` are asked for.
     #[inline(always)]
     pub fn filtered_together<const N: usize>(
         &self,
         images: &[Image],
         places: &Places<N>,
-        reading: Reading,
-        out: &mut [Vec4],
+        (reading, all): (Reading, bool),
+        out: &mut [Option<Vec4>],
     ) {
         let image = &images[self.image as usize];
         let plane = image.plane();
@@ -99,7 +100,8 @@ impl Texture {
         let colors = reading != Reading::Data;
         for (i, out) in out.iter_mut().enumerate().take(N) {
             if !(within[i] && interpolated) {
-                *out = self.filtered(images, places.uv(i), &places.over(i), reading);
+                let one_by_one = all || within[i];
+                *out = one_by_one.then(|| self.filtered(images, places.uv(i), &places.over(i), reading));
                 continue;
             }
             let (xa, xb, fx) = x.at(i, self.wrap[0], plane.width);
@@ -110,7 +112,7 @@ impl Texture {
                 if colors && !self.decode_last { plane.all_decoded(at) } else { plane.all_stored(at) };
             let (top, bottom) = (a * (1.0 - fx) + b * fx, c * (1.0 - fx) + d * fx);
             let value = top * (1.0 - fy) + bottom * fy;
-            *out = if colors && self.decode_last { decode_colors(value) } else { value };
+            *out = Some(if colors && self.decode_last { decode_colors(value) } else { value });
         }
     }
 }
@@ -149,12 +151,14 @@ mod tests {
                             for first in (0..120).step_by(N) {
                                 let mut places = Places::<N>::ORIGIN;
                                 (0..N).for_each(|i| places.set(i, place(first + i).0, place(first + i).1));
-                                let mut together = [Vec4::ZERO; N];
+                                let mut together = [None; N];
                                 let some = &mut together[..N - first % 3];
-                                texture.filtered_together(&images, &places, reading, some);
+                                let all = first % 16 == 0;
+                                texture.filtered_together(&images, &places, (reading, all), some);
                                 for (i, found) in some.iter().enumerate() {
                                     let (uv, over) = place(first + i);
                                     let alone = texture.filtered(&images, uv, &over, reading);
+                                    let alone = (all || over.is_small(7, 5)).then_some(alone);
                                     // NaN is one number here.
                                     assert_eq!(format!("{found:?}"), format!("{alone:?}"), "{uv} {over:?}");
                                 }
