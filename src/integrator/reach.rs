@@ -17,7 +17,7 @@ type Column<T> = [T; LANES];
 /// A light at a group of points.
 struct Arrival {
     l: [Column<f64>; 3],
-    /// I/r², or E, by colour; 0 where the light reaches the surface from behind.
+    /// I/r², or E, by colour; 0 where the light does not reach, as it does not from behind.
     arrives: [Column<f32>; 3],
     /// n·l.
     cos: Column<f32>,
@@ -88,7 +88,7 @@ impl Columnwise for SumUp<'_> {
 }
 
 impl Group {
-    /// What a light of intensity `i` gives, of which `towards` says the way to it from a point and its share
+    /// What a light of that `intensity` gives, of which `towards` says the way to it from a point and its share
     /// there.
     #[inline(always)]
     fn arrive(&self, to: &mut Arrival, intensity: Rgb, towards: impl Fn(Vec3) -> (DVec3, f32)) {
@@ -97,13 +97,15 @@ impl Group {
             let (cos, cos_v) = (self.shading.n(i).dot(l), vector(&self.n_v, i).dot(l));
             // Nothing where the light sees one side of the surface and the eye the other.
             let facing = cos > 0.0 && cos_v > 0.0;
-            let scale = if facing { scale } else { 0.0 };
+            // Of an infinite light too, nothing is nothing and not no number.
+            let arrives = intensity * scale;
+            let arrives = if facing && arrives.max_element() > 0.0 { arrives } else { Rgb::ZERO };
             to.l[0][i] = l.x;
             to.l[1][i] = l.y;
             to.l[2][i] = l.z;
-            to.arrives[0][i] = intensity.x * scale;
-            to.arrives[1][i] = intensity.y * scale;
-            to.arrives[2][i] = intensity.z * scale;
+            to.arrives[0][i] = arrives.x;
+            to.arrives[1][i] = arrives.y;
+            to.arrives[2][i] = arrives.z;
             to.cos[i] = cos as f32;
             let cos_g = vector(&self.n_g, i).dot(l);
             to.cos_g[i] = cos_g;
@@ -183,6 +185,51 @@ impl Columnwise for Reach<'_> {
                     start: Vec3::from_array(to.start.each_ref().map(|s| s[i])),
                     above: to.cos_g[i] > 0.0,
                 });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The points of a group all have one way to the light, and every other one turns away from it.
+    #[test]
+    fn what_a_light_does_not_reach_gets_nothing_of_it_however_strong() {
+        let mut columns = Columns::default();
+        let (group, _) = columns.more(LANES);
+        for i in 0..LANES {
+            let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+            (group.n_v[2][i], group.shading.n[2][i]) = (side, side);
+        }
+        let k = crate::integrator::Coefficients {
+            k_a: Rgb::ZERO,
+            k_d: Rgb::ONE,
+            k_s: Rgb::ZERO,
+            shininess: 1.0,
+            k_e: Rgb::ZERO,
+            color: Rgb::ONE,
+            alpha: 1.0,
+            through: Rgb::ZERO,
+        };
+        for (intensity, reached) in [(1.0, true), (f32::INFINITY, true), (0.0, false), (-1.0, false)] {
+            let light = PosedLight::sun(DVec3::NEG_Z, Rgb::splat(intensity));
+            for (group, _) in columns.groups_mut() {
+                for i in 0..LANES {
+                    let n = group.shading.n(i);
+                    group.shading.put(i, n, (&k, 1.0), Rgb::ZERO);
+                }
+            }
+            let mut list = Vec::new();
+            let (columns, points) = (&mut columns, &mut list);
+            Reach { columns, light: &light, highlights: false, catches: false, reached: points }.run();
+            SumUp(columns).run();
+            let expected: Vec<usize> = (0..LANES).step_by(2).filter(|_| reached).collect();
+            assert_eq!(list.iter().map(|to| to.point).collect::<Vec<_>>(), expected, "{intensity}");
+            for i in 0..LANES {
+                let given = if expected.contains(&i) { intensity } else { 0.0 };
+                assert_eq!(columns.light(i).0, Rgb::splat(given), "{intensity} {i}");
             }
         }
     }
