@@ -113,10 +113,8 @@ impl<'s> Seen<'s> {
                 }
                 let most = TOGETHER.min(columns.room());
                 let mut count = 0;
-                while let Some(hit) = at.filter(|&hit| !sizes_differ || size(hit) == last_size) {
-                    if count == most {
-                        break;
-                    }
+                let goes_along = |hit: &u32| !sizes_differ || size(*hit) == last_size;
+                while let Some(hit) = at.filter(|hit| count < most && goes_along(hit)) {
                     rays.set(count, Ray { o: origins[hit as usize], d: directions[hit as usize] });
                     theirs[count] = whose[hit as usize];
                     count += 1;

@@ -41,21 +41,19 @@ struct Probes {
 }
 
 impl Footprint {
-    /// The steps in texels of an image of this size, as the covariances xx, xy and yy of the ellipse that steps of
-    /// unit length on the film become.
+    /// The steps in texels of an image of this size.
     #[inline(always)]
-    fn ellipse(&self, width: u32, height: u32) -> [f32; 3] {
+    fn in_texels(&self, width: u32, height: u32) -> [Vec2; 2] {
         let size = Vec2::new(width as f32, height as f32);
-        let (a, b) = (self.right * size, self.up * size);
-        [a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y]
+        [self.right * size, self.up * size]
     }
 
     /// True where it is within a texel of an image of this size for sure, as it mostly is where it is.
     #[inline(always)]
     pub(super) fn is_small(&self, width: u32, height: u32) -> bool {
-        let [xx, _, yy] = self.ellipse(width, height);
+        let [a, b] = self.in_texels(width, height);
         // Both axes of the ellipse are shorter than a texel.
-        xx + yy < 0.99
+        (a.x * a.x + b.x * b.x) + (a.y * a.y + b.y * b.y) < 0.99
     }
 
     /// `None` where the footprint is within a texel of an image of this size.
@@ -64,8 +62,9 @@ impl Footprint {
             return None;
         }
         let size = Vec2::new(width as f32, height as f32);
-        let (a, b) = (self.right * size, self.up * size);
-        let [xx, xy, yy] = self.ellipse(width, height);
+        let [a, b] = self.in_texels(width, height);
+        // Steps of unit length on the film become an ellipse; these are its covariances.
+        let (xx, xy, yy) = (a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y);
         let middle = 0.5 * (xx + yy);
         let half = 0.5 * (xx - yy);
         let apart = (half * half + xy * xy).sqrt();

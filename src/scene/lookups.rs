@@ -9,7 +9,7 @@ use super::footprint::Footprint;
 use super::image::Image;
 use super::mips::Reading;
 use super::srgb::decode_colors;
-use super::texture::{Filter, Texture, Wrap};
+use super::texture::{Filter, Texture, Wrap, blend};
 
 /// Places of a texture, by the column, with what each stands for.
 #[derive(Clone, Copy, Debug)]
@@ -108,10 +108,9 @@ impl Texture {
             let (ya, yb, fy) = y.at(i, self.wrap[1], plane.height);
             let (ya, yb) = (ya * plane.width as usize, yb * plane.width as usize);
             let at = [ya + xa, ya + xb, yb + xa, yb + xb];
-            let [a, b, c, d] =
-                if colors && !self.decode_last { plane.all_decoded(at) } else { plane.all_stored(at) };
-            let (top, bottom) = (a * (1.0 - fx) + b * fx, c * (1.0 - fx) + d * fx);
-            let value = top * (1.0 - fy) + bottom * fy;
+            let decoded = colors && !self.decode_last;
+            let texels = if decoded { plane.all_decoded(at) } else { plane.all_stored(at) };
+            let value = blend(texels, [fx, fy]);
             *out = Some(if colors && self.decode_last { decode_colors(value) } else { value });
         }
     }

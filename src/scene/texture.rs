@@ -265,11 +265,18 @@ impl Texture {
         let (fx, fy) = ((x - x0 as f64) as f32, (y - y0 as f64) as f32);
         let (xa, xb) = (wu.texel(x0, w), wu.texel(x0 + 1, w));
         let (ya, yb) = (wv.texel(y0, h) * w as usize, wv.texel(y0 + 1, h) * w as usize);
-        let at = |i: usize| texel(&plane, i);
-        let top = at(ya + xa) * (1.0 - fx) + at(ya + xb) * fx;
-        let bottom = at(yb + xa) * (1.0 - fx) + at(yb + xb) * fx;
-        top * (1.0 - fy) + bottom * fy
+        blend([ya + xa, ya + xb, yb + xa, yb + xb].map(|i| texel(&plane, i)), [fx, fy])
     }
+}
+
+/// Interpolates between four texels, the two of the upper row first, by the shares of the right and the lower ones.
+#[inline(always)]
+pub(super) fn blend<T: Add<Output = T> + Mul<f32, Output = T>>(
+    [a, b, c, d]: [T; 4],
+    [fx, fy]: [f32; 2],
+) -> T {
+    let (top, bottom) = (a * (1.0 - fx) + b * fx, c * (1.0 - fx) + d * fx);
+    top * (1.0 - fy) + bottom * fy
 }
 
 #[cfg(test)]
