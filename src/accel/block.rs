@@ -12,7 +12,7 @@ pub(super) const CAPACITY: usize = 4;
 
 /// Up to four triangles. Lanes that are not used repeat the last one that is.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C, align(16))]
+#[repr(C)]
 pub(super) struct Block {
     /// By corner, axis, triangle.
     pub v: [[[f32; CAPACITY]; 3]; 3],
@@ -22,15 +22,15 @@ pub(super) struct Block {
     pub edge: f32,
     /// Four bits for each triangle.
     looks: u16,
-    /// Triangles that are alone in their place and there wherever they are met.
-    pub plain: u8,
-    /// Of those, the ones that light does not pass.
-    pub opaque: u8,
+    /// Triangles that are alone in their place and there wherever they are met; and, four bits higher, those
+    /// of them that light does not pass.
+    simple: u8,
     /// Number of triangles; with [`LAST`] where the leaf ends here.
     count: u8,
-    /// Makes it whole words.
-    rest: [u8; 7],
 }
+
+// A tree is mostly blocks, and rays wait for memory.
+const _: () = assert!(size_of::<Block>() == 168);
 
 /// Marks the index of a group of triangles in one place.
 pub(super) const GROUP: u32 = 1 << 31;
@@ -44,10 +44,8 @@ impl Block {
             ids: [0; CAPACITY],
             edge: 0.0,
             looks: 0,
-            plain: 0,
-            opaque: 0,
+            simple: 0,
             count: triangles.len() as u8 | if last { LAST } else { 0 },
-            rest: [0; 7],
         };
         for lane in 0..CAPACITY {
             let Fit { corners, id, look } = triangles[lane.min(triangles.len() - 1)];
@@ -63,8 +61,8 @@ impl Block {
             block.looks |= (look.class as u16 | u16::from(single_sided) << 2 | u16::from(look.reversed) << 3)
                 << (4 * lane);
             let plain = id & GROUP == 0 && look.class != SurfaceClass::Cutout;
-            block.plain |= u8::from(plain) << lane;
-            block.opaque |= u8::from(plain && look.class == SurfaceClass::Opaque) << lane;
+            let opaque = plain && look.class == SurfaceClass::Opaque;
+            block.simple |= (u8::from(plain) | u8::from(opaque) << CAPACITY) << lane;
         }
         block
     }
@@ -79,6 +77,18 @@ impl Block {
     #[inline(always)]
     pub fn used(&self) -> u32 {
         (1 << self.count()) - 1
+    }
+
+    /// A bit for each triangle that is alone in its place and there wherever it is met.
+    #[inline(always)]
+    pub fn plain(&self) -> u8 {
+        self.simple & ((1 << CAPACITY) - 1)
+    }
+
+    /// A bit for each of those that light does not pass.
+    #[inline(always)]
+    pub fn opaque(&self) -> u8 {
+        self.simple >> CAPACITY
     }
 
     /// True where the leaf ends here.

@@ -155,7 +155,7 @@ impl Query for Blocking<'_, '_> {
 
     #[inline(always)]
     fn blocks(&mut self, block: &Block, lane: usize, ids: Ids<'_>) -> bool {
-        self.blocked = block.opaque >> lane & 1 == 1 && ids.iter().all(|id| id != self.source);
+        self.blocked = block.opaque() >> lane & 1 == 1 && ids.iter().all(|id| id != self.source);
         self.blocked
     }
 

@@ -205,7 +205,7 @@ fn put_hits<S: Simd>(mask: u32, (t, ids): &Met, hits: &mut [Hit]) {
 impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
     #[inline(always)]
     fn plain(&self, block: &Block) -> u8 {
-        block.plain
+        block.plain()
     }
 
     #[inline(always)]

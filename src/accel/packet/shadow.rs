@@ -85,7 +85,7 @@ impl Blocked<'_, '_, '_, '_> {
 impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
     #[inline(always)]
     fn plain(&self, block: &Block) -> u8 {
-        block.opaque
+        block.opaque()
     }
 
     #[inline(always)]
