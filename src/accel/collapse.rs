@@ -12,6 +12,7 @@ use obvhs::{Boundable, BvhBuildParams, ploc::PlocSearchDistance};
 use rayon::prelude::*;
 
 use super::Preset;
+use super::fill::Capacity;
 use super::forest::{Child, Forest, Grown};
 use super::odds::Odds;
 use super::pages::Pages;
@@ -76,15 +77,15 @@ const fn medium(ploc_search_distance: PlocSearchDistance, reinsertion_batch_rati
 /// Boxes whose tree is made in a processor's own cache.
 const REGION: usize = 4096;
 
-/// Builds a tree over `boxes`, by regions that `open` makes of their keys, with leaves of at most `capacity`
-/// entries, or of one box that holds more. A leaf's number is that of its first place, where one region's
-/// places come after the other's. What leaves hold comes by the region.
+/// Builds a tree over `boxes`, by regions that `open` makes of their keys, with leaves of at most `capacity`,
+/// or of one box that holds more. A leaf's number is that of its first place, where one region's places come
+/// after the other's. What leaves hold comes by the region.
 ///
 /// The tree depends on the boxes alone, and not on how many threads there are.
 pub(super) fn build<T: Boundable + Sync, R: Region>(
     boxes: &[T],
     open: impl Fn(&[Key]) -> R + Sync,
-    capacity: u32,
+    capacity: Capacity,
     preset: Preset,
 ) -> (Wide, Vec<Filled<R::Leaves>>) {
     planned(boxes, open, capacity, plan(preset))
@@ -93,7 +94,7 @@ pub(super) fn build<T: Boundable + Sync, R: Region>(
 fn planned<T: Boundable + Sync, R: Region>(
     boxes: &[T],
     open: impl Fn(&[Key]) -> R + Sync,
-    capacity: u32,
+    capacity: Capacity,
     plan: Option<Plan>,
 ) -> (Wide, Vec<Filled<R::Leaves>>) {
     let regions = Regions::new(boxes, plan.map_or(usize::MAX, |plan| plan.region));
@@ -119,17 +120,17 @@ struct Branch {
 }
 
 impl Part {
-    fn new<R: Region>(region: R, capacity: u32, plan: Option<Plan>) -> (Part, Filled<R::Leaves>) {
+    fn new<R: Region>(region: R, capacity: Capacity, plan: Option<Plan>) -> (Part, Filled<R::Leaves>) {
         let mut grown = Grown::default();
         let boxes = region.boxes();
         let roots: Vec<Child> = match plan {
             Some(plan) => {
                 let built = binary(boxes, plan.params);
-                let forest = Forest::new(&built, |i| region.entries(i), capacity);
+                let forest = Forest::new(&built, boxes, |i| region.entries(i), capacity);
                 forest.branches(plan.branches).into_iter().map(|i| forest.grow(i, &mut grown)).collect()
             }
             None => {
-                vec![grown.all(boxes.len() as u32, union(boxes.iter().map(box3)))]
+                vec![grown.add_leaf(0..boxes.len() as u32, union(boxes.iter().map(box3)))]
             }
         };
         let mut leaves = region.leaves(grown.leaves());
@@ -155,7 +156,7 @@ fn over(branches: &[(usize, Branch)], top: &mut Grown) -> Branch {
     let boxes: Vec<Aabb> = branches.iter().map(|(_, branch)| aabb(branch.root.bounds())).collect();
     let built = binary(&boxes, medium(PlocSearchDistance::Medium, 1.0));
     // Boxes that hold more than there is room for are never put together.
-    let root = Forest::new(&built, |_| 2, 1).grow(0, top);
+    let root = Forest::new(&built, &boxes, |_| 2, Capacity::ONE).grow(0, top);
     let leaves: Vec<Odds> = top.leaves().map(|leaf| branches[leaf[0] as usize].1.odds).collect();
     let nodes = top.arrange(&leaves);
     Branch { root, odds: root.odds(&leaves, &nodes) }
@@ -221,9 +222,9 @@ mod tests {
     use super::super::steps::expected;
     use super::*;
 
-    const CAPACITY: u32 = 4;
+    const CAPACITY: Capacity = Capacity::BLOCKS;
 
-    /// Boxes by their indices; of every fiftieth two together fill a leaf.
+    /// Boxes by their indices; every fiftieth of them needs a second block.
     struct Few {
         boxes: Vec<Aabb>,
         indices: Vec<u32>,
@@ -291,7 +292,9 @@ mod tests {
         while let Some((child, (lo, hi))) = todo.pop() {
             if child & LEAF != 0 {
                 let members = &leaves[(child & !LEAF) as usize];
-                assert!(members.len() == 1 || members.iter().map(|&i| entries(i)).sum::<u32>() <= CAPACITY);
+                assert!(
+                    members.len() == 1 || members.iter().map(|&i| entries(i)).sum::<u32>() <= CAPACITY.leaf
+                );
                 for &member in members {
                     let Aabb { min, max } = boxes[member as usize];
                     assert!(lo.cmple(min.into()).all() && hi.cmpge(max.into()).all());

@@ -9,16 +9,15 @@
 
 use std::ops::Range;
 
+use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 
+use super::fill::{Capacity, Leaf, Shape, Siblings};
 use super::odds::Odds;
 use super::wide::{Box3, WIDTH, box3, union};
 
-/// Cost of visiting a node, in units of what a leaf costs besides its entries.
-const NODE_COST: f32 = 1.0;
-/// Cost of a leaf: so much, and so much for each entry.
-const LEAF_COST: f32 = 0.6;
-const ENTRY_COST: f32 = 0.2;
+/// A leaf of more than one block may cost so many times what a node costs that has the same in it: it weighs less.
+const LARGE_LEAF: f32 = 1.3;
 
 /// Of at most how many roots the cheapest forest of a node has how many, and how many of those are
 /// under its first child.
@@ -50,6 +49,8 @@ struct Own {
     second: u32,
     /// Entries under it.
     entries: u32,
+    /// True where all under it is one leaf, if it stands for that at all.
+    leaf: bool,
     /// choices[i]: for at most i + 1 roots. The last says how a wide node is made of it.
     choices: [Choice; WIDTH],
 }
@@ -57,10 +58,13 @@ struct Own {
 /// costs[i]: of at most i + 1 roots.
 type Costs = [f32; WIDTH - 1];
 
-/// What becomes of a binary tree.
-pub(super) struct Forest<'a> {
+/// What becomes of a binary tree over boxes.
+pub(super) struct Forest<'a, E> {
     built: &'a Bvh2,
-    capacity: u32,
+    boxes: &'a [Aabb],
+    /// How many entries a box holds.
+    entries: E,
+    capacity: Capacity,
     /// Parents before children.
     nodes: Vec<Own>,
 }
@@ -100,9 +104,9 @@ pub(super) struct Grown {
 }
 
 impl Grown {
-    /// One leaf of all of `count`, whose box this is.
-    pub fn all(&mut self, count: u32, bounds: Box3) -> Child {
-        self.members.extend(0..count);
+    /// Adds a leaf of these members, whose box this is.
+    pub fn add_leaf(&mut self, members: impl IntoIterator<Item = u32>, bounds: Box3) -> Child {
+        self.members.extend(members);
         self.leaves.push(self.members.len() as u32);
         Child::Leaf(bounds, self.leaves.len() as u32 - 1)
     }
@@ -162,34 +166,34 @@ impl Grown {
     }
 }
 
-impl<'a> Forest<'a> {
-    /// Decides on all of a tree: box i holds `entries(i)`, and a leaf of a wide tree at most `capacity`, or one
-    /// box that holds more.
-    pub fn new(built: &'a Bvh2, entries: impl Fn(u32) -> u32, capacity: u32) -> Forest<'a> {
-        let mut forest = Forest { built, capacity, nodes: order(built) };
+impl<'a, E: Fn(u32) -> u32> Forest<'a, E> {
+    /// Decides on all of a tree: box i holds `entries(i)`.
+    pub fn new(built: &'a Bvh2, boxes: &'a [Aabb], entries: E, capacity: Capacity) -> Forest<'a, E> {
+        let mut forest = Forest { built, boxes, entries, capacity, nodes: order(built) };
         let mut costs = vec![Costs::default(); forest.nodes.len()];
         for i in (0..forest.nodes.len()).rev() {
-            costs[i] = forest.decide(i, &costs, &entries);
+            costs[i] = forest.decide(i, &costs);
         }
         forest
     }
 
     /// Fills in node `i`, whose children's costs are known, and returns its own.
-    fn decide(&mut self, i: usize, costs: &[Costs], entries: impl Fn(u32) -> u32) -> Costs {
+    fn decide(&mut self, i: usize, costs: &[Costs]) -> Costs {
         let Own { node, second, .. } = self.nodes[i];
         let binary = &self.built.nodes[node as usize];
         let (a, b) = (i + 1, second as usize);
         let entries = match second {
-            0 => entries(self.built.primitive_indices[binary.first_index as usize]),
+            0 => (self.entries)(self.built.primitive_indices[binary.first_index as usize]),
             _ => self.nodes[a].entries.saturating_add(self.nodes[b].entries),
         };
         self.nodes[i].entries = entries;
-        let area = half_area(binary.aabb());
-        if second == 0 || entries <= self.capacity {
-            return [area * (LEAF_COST + ENTRY_COST * entries as f32); WIDTH - 1];
+        let as_leaf = Shape::new(*binary.aabb(), entries).cost;
+        if second == 0 || entries <= self.capacity.block {
+            self.nodes[i].leaf = true;
+            return [as_leaf; WIDTH - 1];
         }
-        // Two roots and more; then one, which is a wide node over the best eight or fewer. Where costs
-        // are infinite, its two children do.
+        // Two roots and more; then one, which is a wide node over the best eight or fewer, or one leaf. Where
+        // costs are infinite, its two children do.
         let (mut best, mut choice) = ([f32::INFINITY; WIDTH], [Choice::new(2, 1); WIDTH]);
         for roots in 2..=WIDTH {
             (best[roots - 1], choice[roots - 1]) = (best[roots - 2], choice[roots - 2]);
@@ -200,7 +204,9 @@ impl<'a> Forest<'a> {
                 }
             }
         }
-        let whole = best[WIDTH - 1] + area * NODE_COST;
+        let as_node = best[WIDTH - 1] + binary.aabb().half_area();
+        let leaf = entries <= self.capacity.leaf && as_leaf <= LARGE_LEAF * as_node;
+        let whole = if leaf { as_leaf } else { as_node };
         let mut own = Costs::default();
         for roots in 1..WIDTH {
             if whole <= best[roots - 1] {
@@ -208,16 +214,16 @@ impl<'a> Forest<'a> {
             }
             own[roots - 1] = best[roots - 1];
         }
-        self.nodes[i].choices = choice;
+        (self.nodes[i].choices, self.nodes[i].leaf) = (choice, leaf);
         own
     }
 
     /// Nodes that cover all of the tree: about `count`, the largest boxes replaced by what is in them.
     pub fn branches(&self, count: usize) -> Vec<usize> {
-        let area = |&i: &usize| half_area(self.built.nodes[self.nodes[i].node as usize].aabb());
+        let area = |&i: &usize| self.built.nodes[self.nodes[i].node as usize].aabb().half_area();
         let mut branches = vec![0];
         while branches.len() < count {
-            let inner = (0..branches.len()).filter(|&b| !self.is_leaf(branches[b]));
+            let inner = (0..branches.len()).filter(|&b| !self.nodes[branches[b]].leaf);
             let Some(largest) = inner.max_by(|&a, &b| area(&branches[a]).total_cmp(&area(&branches[b])))
             else {
                 break;
@@ -229,16 +235,12 @@ impl<'a> Forest<'a> {
         branches
     }
 
-    /// True where node `i` becomes a leaf.
-    fn is_leaf(&self, i: usize) -> bool {
-        self.nodes[i].second == 0 || self.nodes[i].entries <= self.capacity
-    }
-
     /// Makes the wide nodes and leaves of all under node `i`, and says what stands for it.
     pub fn grow(&self, i: usize, grown: &mut Grown) -> Child {
         let first = grown.ends.len() as u32;
-        if self.is_leaf(i) {
-            return Child::Leaf(self.bounds(i), self.leaf(i, grown));
+        if self.nodes[i].leaf {
+            let leaf = self.leaf(i);
+            return grown.add_leaf(leaf.boxes(), box3(&leaf.shape.bounds));
         }
         // Nodes that become wide ones, and where the numbers of all but the first go.
         let mut todo: Vec<(usize, Option<usize>)> = vec![(i, None)];
@@ -249,17 +251,21 @@ impl<'a> Forest<'a> {
                 *own = number;
             }
             open.extend(self.split(i, self.nodes[i].choices[WIDTH - 1]));
+            let mut siblings = Siblings::NONE;
             while let Some((i, count)) = open.pop() {
                 let choice = self.nodes[i].choices[count - 1];
-                let child = if self.is_leaf(i) {
-                    Child::Leaf(self.bounds(i), self.leaf(i, grown))
-                } else if choice.roots() > 1 {
+                if choice.roots() > 1 {
                     open.extend(self.split(i, choice));
-                    continue;
+                } else if self.nodes[i].leaf {
+                    siblings.push(self.leaf(i));
                 } else {
                     todo.push((i, Some(grown.children.len())));
-                    Child::Node(self.bounds(i), 0)
-                };
+                    grown.children.push(Child::Node(self.bounds(i), 0));
+                }
+            }
+            siblings.share_out(self.capacity, |i| self.own(i));
+            for leaf in siblings.leaves() {
+                let child = grown.add_leaf(leaf.boxes(), box3(&leaf.shape.bounds));
                 grown.children.push(child);
             }
             grown.ends.push(grown.children.len() as u32);
@@ -267,14 +273,21 @@ impl<'a> Forest<'a> {
         Child::Node(self.bounds(i), first)
     }
 
-    /// Makes a leaf of all under node `i`, and returns its number.
-    fn leaf(&self, i: usize, grown: &mut Grown) -> u32 {
+    /// Box `i`, and how many entries it has.
+    fn own(&self, i: u32) -> (Aabb, u32) {
+        (self.boxes[i as usize], (self.entries)(i))
+    }
+
+    /// A leaf of all under node `i`.
+    fn leaf(&self, i: usize) -> Leaf {
+        let mut leaf = Leaf::EMPTY;
         // Behind a node comes all that is under it.
         let mut open = 1;
         for own in &self.nodes[i..] {
             if own.second == 0 {
                 let first = self.built.nodes[own.node as usize].first_index;
-                grown.members.push(self.built.primitive_indices[first as usize]);
+                let i = self.built.primitive_indices[first as usize];
+                leaf.push(i, &self.own(i));
                 open -= 1;
             } else {
                 open += 1;
@@ -283,8 +296,7 @@ impl<'a> Forest<'a> {
                 break;
             }
         }
-        grown.leaves.push(grown.members.len() as u32);
-        grown.leaves.len() as u32 - 1
+        leaf
     }
 
     /// The children of node `i`, the first one last, with the roots that each may have.
@@ -308,7 +320,7 @@ fn order(built: &Bvh2) -> Vec<Own> {
             if let Some(parent) = parent.take() {
                 nodes[parent].second = i as u32;
             }
-            nodes.push(Own { node, second: 0, entries: 0, choices: [Choice::ONE; WIDTH] });
+            nodes.push(Own { node, second: 0, entries: 0, leaf: false, choices: [Choice::ONE; WIDTH] });
             let binary = &built.nodes[node as usize];
             if binary.is_leaf() {
                 break;
@@ -318,9 +330,4 @@ fn order(built: &Bvh2) -> Vec<Own> {
         }
     }
     nodes
-}
-
-fn half_area(b: &obvhs::aabb::Aabb) -> f32 {
-    let d = b.max - b.min;
-    d.x * d.y + d.y * d.z + d.z * d.x
 }

@@ -15,6 +15,7 @@ mod bounds;
 mod clean;
 mod collapse;
 mod corners;
+mod fill;
 mod forest;
 mod gather;
 mod hit;

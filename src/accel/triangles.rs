@@ -8,6 +8,7 @@ use super::block::{Block, CAPACITY, GROUP};
 use super::bounds::TestRay;
 use super::clean::{Look, Raw, clean};
 use super::collapse::{self, Filled};
+use super::fill::Capacity;
 use super::hit::{FrameRay, Met};
 use super::neighbours::{Alike, Held, Neighbours};
 use super::pages::Pages;
@@ -48,7 +49,7 @@ impl Triangles {
     ) -> Triangles {
         let (fit, mut report) = clean(count, raw);
         let open = |keys: &[Key]| Neighbours::new(&fit, keys);
-        let (tree, parts) = collapse::build(&fit, open, CAPACITY as u32, preset);
+        let (tree, parts) = collapse::build(&fit, open, Capacity::BLOCKS, preset);
         report.coincident = parts.iter().map(|part| part.leaves.coincident).sum();
         let entries = parts.iter().map(|part| part.leaves.len()).sum();
         // How many groups there are before each part's.

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::Preset;
 use super::collapse::{self, Filled, Region};
 use super::corners::HUGE;
+use super::fill::Capacity;
 use super::hit::{FrameRay, power_of_two};
 use super::odds::Odds;
 use super::plan::Plan;
@@ -195,7 +196,7 @@ impl Top {
             let slots: Vec<Slot> = keys.iter().map(|key| slots[key.index()]).collect();
             Slots { boxes: slots.iter().map(Slot::aabb).collect(), slots, odds: &odds }
         };
-        let (tree, leaves) = collapse::build(&slots, open, 1, preset);
+        let (tree, leaves) = collapse::build(&slots, open, Capacity::ONE, preset);
         drop(slots);
         drop(parts);
         let per = 8.0 * f64::EPSILON * most;
