@@ -181,7 +181,8 @@ impl Region for Neighbours {
 
     fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Held> {
         let Neighbours { boxes, slots, areas, piles, groups, coincident } = self;
-        let entries = Vec::with_capacity(boxes.len());
+        // Most boxes hold two.
+        let entries = Vec::with_capacity(2 * boxes.len());
         let mut leaves = Held { entries, ends: Vec::new(), others: Vec::new(), groups, coincident };
         let (mut firsts, mut odds) = (Vec::new(), Vec::new());
         let mut places = 0;
