@@ -18,7 +18,7 @@ corpus which="":
 book:
     mdbook build docs
 
-# docs/reference.md, from the program's own help.
+# docs/reference/command-line.md, from the program's own help.
 reference:
     GOLDEN=update cargo test --locked --test help
 
@@ -57,7 +57,7 @@ scene kind triangles file *flags:
     cargo run --release -q -p blinn-scenes -- {{kind}} {{triangles}} {{file}} {{flags}}
 
 # blinn's rays, builds and frames beside Embree's: `just bench-peers rays --quick`, and without words
-# all of docs/performance.md. `just bench-peers programs` measures whole programs.
+# all of docs/explanation/performance.md. `just bench-peers programs` measures whole programs.
 bench-peers *words:
     bash benches/peers/run {{words}}
 

@@ -29,7 +29,7 @@ LINK = re.compile(r"\]\(\s*<?([^()\s>]+)>?\s*\)")
 
 def pages():
     top = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md", "models/README.md")]
-    return top + sorted((ROOT / "docs").glob("*.md"))
+    return top + sorted((ROOT / "docs").rglob("*.md"))
 
 
 def is_there(program):

@@ -1,5 +1,5 @@
 //! The pixel's samples against a plain stratified pattern: the error of pictures that are formulas,
-//! against 1,024 samples. docs/antialiasing.md has the table; `cargo test --test antialiasing -- --nocapture`
+//! against 1,024 samples. docs/explanation/antialiasing.md has the table; `cargo test --test antialiasing -- --nocapture`
 //! prints it.
 
 mod common;

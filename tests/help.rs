@@ -71,11 +71,11 @@ fn help_all_has_every_flag_with_a_word_about_it() {
     }
 }
 
-/// docs/reference.md shows the help of this very program; `GOLDEN=update` writes it anew.
+/// docs/reference/command-line.md shows the help of this very program; `GOLDEN=update` writes it anew.
 #[test]
 fn the_reference_is_the_program_s_own_help() {
     const HERE: &str = "<!-- From here on: the program's own help. -->";
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference/command-line.md");
     let page = fs::read_to_string(&path).unwrap();
     let (by_hand, _) = page.split_once(HERE).expect("a mark after which help follows");
     let mut expected = format!("{by_hand}{HERE}\n");

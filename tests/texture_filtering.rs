@@ -1,7 +1,7 @@
 //! Textures over what a pixel sees of them, and highlights over the normals that it sees.
 //!
 //! `cargo test --test texture_filtering -- --ignored --nocapture` prints the tables of
-//! docs/antialiasing.md.
+//! docs/explanation/antialiasing.md.
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::{Rgb, Rgba};
@@ -413,7 +413,7 @@ fn shimmer(found: &[Vec<Rgba>], wanted: &[Vec<Rgba>]) -> f64 {
 }
 
 #[test]
-#[ignore = "prints the tables of docs/antialiasing.md"]
+#[ignore = "prints the tables of docs/explanation/antialiasing.md"]
 fn tables() {
     let counts = [1, 4, 16, 64];
     println!("| floor | | 1 sample | 4 samples | 16 samples | 64 samples |\n|---|---|---|---|---|---|");

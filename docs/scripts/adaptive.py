@@ -1,4 +1,4 @@
-"""What `--adaptive` saves: the table of docs/antialiasing.md.
+"""What `--adaptive` saves: the table of docs/explanation/antialiasing.md.
 
     python docs/scripts/adaptive.py BLINN            # needs numpy and OpenEXR
 

@@ -1,4 +1,4 @@
-"""The pictures of docs/gallery.md, and that page: each by the command that stands below it. Those of other pages too.
+"""The pictures of docs/tutorial/gallery.md, and that page: each by the command that stands below it. Those of other pages too.
 
     python docs/scripts/gallery.py BLINN [NAME…]
 
@@ -233,7 +233,7 @@ def wrapped(command, width=100):
 def page():
     lines = ["# Gallery", "", "Made by `docs/scripts/gallery.py`: each picture by the command below it.", ""]
     for shot in SHOTS:
-        lines += [f"## {shot.title}", "", f"![{shot.title}](images/gallery-{shot.name}.jpg)", "", shot.text, ""]
+        lines += [f"## {shot.title}", "", f"![{shot.title}](../images/gallery-{shot.name}.jpg)", "", shot.text, ""]
         lines += ["```sh gallery", wrapped(shot.command), "```", ""]
     return "\n".join(lines[:-1]) + "\n"
 
@@ -243,7 +243,7 @@ def main():
     for shot in SHOTS + OTHERS:
         if not names or shot.name in names:
             make(blinn, shot)
-    (ROOT / "docs/gallery.md").write_text(page())
+    (ROOT / "docs/tutorial/gallery.md").write_text(page())
 
 
 if __name__ == "__main__":

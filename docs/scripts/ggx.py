@@ -1,4 +1,4 @@
-"""How far the lecture's terms are from GGX, by what their coefficients are made of: the table of docs/design.md.
+"""How far the lecture's terms are from GGX, by what their coefficients are made of: the table of docs/explanation/architecture.md.
 
     python docs/scripts/ggx.py            # needs numpy
 

@@ -1,4 +1,4 @@
-"""The pictures of docs/options.md and docs/lecture.md, and those two pages: what each option does, in one sheet each.
+"""The pictures of docs/reference/options.md and docs/reference/lecture-charts.md, and those two pages: what each option does, in one sheet each.
 
     python docs/scripts/pictures.py BLINN [NAME…]
 
@@ -404,7 +404,7 @@ def page(title, opening, sheets):
     """A page of all sheets, made by this script so that it shows what was rendered."""
     lines = [f"# {title}", "", *opening, ""]
     for sheet in sheets:
-        lines += [f"## {sheet.title}", "", sheet.text, "", f"![{sheet.title}](images/{sheet.name}.jpg)", ""]
+        lines += [f"## {sheet.title}", "", sheet.text, "", f"![{sheet.title}](../images/{sheet.name}.jpg)", ""]
         made = {"{coarse}": "a ball of 96 faces", "{green}": "a green ball"}
         scene = made.get(sheet.scene, f"`models/{sheet.scene}`")
         shared = f", all with `{' '.join(sheet.flags.split())}`" if sheet.flags else ""
@@ -423,8 +423,8 @@ def main():
             if not names or sheet.name in names:
                 make(blinn, sheet, folder)
     made = "Made by `docs/scripts/pictures.py`, which renders every tile with the flags that stand below it."
-    (ROOT / "docs/lecture.md").write_text(page("The lecture's charts", [made], LECTURE_SHEETS))
-    (ROOT / "docs/options.md").write_text(
+    (ROOT / "docs/reference/lecture-charts.md").write_text(page("The lecture's charts", [made], LECTURE_SHEETS))
+    (ROOT / "docs/reference/options.md").write_text(
         page("What the options do", [made + " `blinn render --help` lists them all."], OPTION_SHEETS)
     )
 

@@ -16,7 +16,7 @@ pub trait Sampler: Sync {
 /// count is a power of two, also one in every other rectangle of area 1/count that halving yields.
 /// The pairing of rows and columns is Owen's nested scrambling (“Randomly Permuted (t,m,s)-Nets and
 /// (t,s)-Sequences”, 1995). Of what was measured for edges, lines, floors and zone plates, at all
-/// counts and filters, this has the least error; docs/antialiasing.md has the table.
+/// counts and filters, this has the least error; docs/explanation/antialiasing.md has the table.
 ///
 /// The other pairs (lights, directions, lens) are Sobol's (0,2)-sequence, each pair scrambled and
 /// shuffled on its own by hashes (Burley, “Practical Hash-based Owen Scrambling”, JCGT 9(4), 2020).

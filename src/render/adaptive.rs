@@ -3,7 +3,7 @@
 //! Every pixel gets four. Where those of a pixel and of one of its eight neighbours are apart on the
 //! screen, its block of 2 × 2 pixels gets all that were asked for, whose rays then still go together. A
 //! pixel's own samples say less of what is missing: edges and small shadows are overlooked by all of
-//! them at once. docs/antialiasing.md has what that costs and brings.
+//! them at once. docs/explanation/antialiasing.md has what that costs and brings.
 
 use glam::UVec2;
 use rayon::prelude::*;

@@ -111,7 +111,7 @@ fn number(word: &str, most: usize) -> Result<usize, String> {
     }
 }
 
-/// The scenes that docs/performance.md has goals for.
+/// The scenes that docs/explanation/performance.md has goals for.
 fn usual(mode: Mode, quick: bool) -> Vec<(Kind, usize)> {
     let scans = |counts: &[usize]| counts.iter().map(|&n| (Kind::Scan, n)).collect::<Vec<_>>();
     match (mode, quick) {

@@ -1,7 +1,7 @@
 //! What `--help` and `--help-all` print.
 //!
 //! `--help` is one screen, written by hand: a text for each command beside this file. `--help-all` is
-//! what clap makes of every flag, and docs/reference.md shows it.
+//! what clap makes of every flag, and docs/reference/command-line.md shows it.
 
 use std::ffi::OsString;
 

@@ -1,5 +1,5 @@
 //! Every extension that Khronos's registry lists, and what becomes of each here.
-//! `docs/gltf.md` shows this table; a test holds the two together.
+//! `docs/reference/gltf.md` shows this table; a test holds the two together.
 
 /// What becomes of an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -160,7 +160,7 @@ mod tests {
     /// `GOLDEN=update` writes the table into the page.
     #[test]
     fn the_documentation_has_this_table() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/gltf.md");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/gltf.md");
         let page = std::fs::read_to_string(path).unwrap();
         let (start, end) = ("<!-- extensions -->\n", "<!-- end of extensions -->");
         let (before, rest) = page.split_once(start).unwrap();
