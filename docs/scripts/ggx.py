@@ -1,4 +1,4 @@
-"""How far the lecture's terms are from GGX, by what their coefficients are made of: the table of docs/explanation/architecture.md.
+"""How far the lecture's terms are from GGX, by what their coefficients are made of: the table of docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md.
 
     python docs/scripts/ggx.py            # needs numpy
 
