@@ -1,8 +1,10 @@
-"""The pictures of docs/tutorial/gallery.md, and that page: each by the command that stands below it. Those of other pages too.
+"""Renders the pictures of docs/tutorial/gallery.md by the command below each, and writes the page.
+
+Also renders the pictures of other pages.
 
     python docs/scripts/gallery.py BLINN [NAME…]
 
-NAME is that of a picture; without one all are made, and the page is written anew. Needs pillow.
+NAME selects a picture; without one all are rendered. The page is written. Needs pillow.
 """
 
 import os
@@ -15,7 +17,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from pictures import squares
+from pictures import checkerboard
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs/images"
@@ -25,7 +27,7 @@ PAPER = (250, 250, 248)
 
 @dataclass
 class Shot:
-    """A picture: the command that makes its files, and in how many columns they stand."""
+    """A picture: the command that makes its files, and the number of columns that show them."""
 
     name: str
     title: str
@@ -39,40 +41,40 @@ SHOTS = [
     Shot(
         "still-life",
         "A still life",
-        "Point, spot and sun of the file, made soft, with ambient occlusion: metals and dielectrics of roughness .12 to .95.",
+        "The file's point light, spot and sun with soft shadows, and ambient occlusion: metals and dielectrics of roughness 0.12 to 0.95.",
         "blinn render models/still-life/still-life.glb --light-radius .12 --ao 64 -s 32 --adaptive .04 --size 960x640 -o still-life.png",
     ),
     Shot(
         "cornell",
         "A room with one lamp",
-        "The shadows of a lamp as wide as its panel. No light bounces: the ambient term stands for it, darkened in corners.",
+        "Shadows of a lamp as wide as its panel. The ambient term, with ambient occlusion, stands for indirect light.",
         "blinn render models/cornell/cornell.glb --light-radius .22 --ambient .09,.085,.08 --ao 64,1 -s 32 --adaptive .04 --size 640x640 "
         "-o cornell.png",
     ),
     Shot(
         "tower",
-        "A toy on any page",
-        "A transparent background (here over squares), and of the ground nothing but the shadow.",
+        "A toy for any page",
+        "A transparent background (here over a checkerboard) with a shadow catcher.",
         "blinn render models/tower/tower.glb --background transparent --ground shadow --light-radius .18 --ao 64 -s 32 --adaptive .04 "
         "--size 720x540 -o tower.png",
     ),
     Shot(
         "plant",
         "Leaves and panes",
-        "Cut-out leaves, two panes of coloured glass one behind the other, vertex colours; shadows of all of them.",
+        "Cut-out leaves, two panes of coloured glass one behind the other, vertex colours, and the shadows of all.",
         "blinn render models/alpha/alpha.glb --light-radius .06 -s 32 --adaptive .04 --ao 32 --size 720x540 -o plant.png",
     ),
     Shot(
         "assembly",
         "A gear, cut open",
-        "Bolts, balls and planets are instances of one mesh each. Three lights that go with the camera.",
+        "Bolts, balls and planet gears are instances of one mesh each. Three lights follow the camera.",
         "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 38,24 --zoom 1.45 --lights three-point --ao 64 "
         "-s 32 --adaptive .04 --background '#e9e7e2' --light-radius .05 --size 840x600 -o assembly.png",
     ),
     Shot(
         "clay",
         "Without a light",
-        "No lights at all: an ambient term alone, by how much of it arrives.",
+        "No lights: only the ambient term, with ambient occlusion.",
         "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 38,24 --zoom 1.45 --lights none --ambient .9,.88,.84 "
         "--ao 64 --view standard --exposure 0 --background '#ffffff' -s 32 --adaptive .04 --size 840x600 -o clay.png",
     ),
@@ -86,7 +88,7 @@ SHOTS = [
     Shot(
         "tin",
         "Painted tin on planks",
-        "Base colour, metallic-roughness and normal maps, averaged over what each sample sees.",
+        "Base colour, metallic-roughness and normal maps, filtered over the footprint of each sample.",
         "blinn render models/textured/textured.glb --light-radius .08 --ao 32 -s 32 --adaptive .04 --size 800x600 -o tin.png",
     ),
     Shot(
@@ -101,8 +103,8 @@ SHOTS = [
     ),
     Shot(
         "walk",
-        "A walk",
-        "Skin of seventeen joints and a morph target, posed at six moments.",
+        "A walk cycle",
+        "A skin of seventeen joints and a morph target, at six frames.",
         "blinn render models/figure/figure.glb --frames 4-44:8 --lights three-point --ground shadow --background '#efe9df' "
         "--light-radius .05 --ao 32 -s 32 --adaptive .04 --size 160x320 -o walk_####.png",
         [f"walk_{i:04}.png" for i in range(4, 45, 8)],
@@ -110,8 +112,8 @@ SHOTS = [
     ),
     Shot(
         "layers",
-        "What lies behind the pixels",
-        "Layers for compositing and for learning: depth, normals, albedo, position, objects, Cryptomatte.",
+        "Layers",
+        "AOVs for compositing and for learning: depth, normals, albedo, position, objects, Cryptomatte.",
         "blinn render models/still-life/still-life.glb --aov depth,normal,albedo,position,object-id,cryptomatte "
         "--size 360x240 -s 16 -o layers.png",
         [f"layers.{n}.png" for n in ("depth", "normal", "albedo", "position", "object-id", "cryptomatte-object")],
@@ -120,14 +122,14 @@ SHOTS = [
     Shot(
         "lecture",
         "The lecture's scene",
-        "By the lecture's own camera block, with two lamps and an ambient term.",
+        "With the lecture's own camera block, two lamps and an ambient term.",
         "blinn render models/lecture/lecture.obj --camera-xml models/lecture/view-1.xml --lights none --point-light 6,8,4.5,90 "
         "--point-light 7,3,-6,20,.6,.8,1 --ambient .08,.08,.08 --light-radius .5 --ao 32 -s 32 --adaptive .04 --size 960x540 -o lecture.png",
     ),
     Shot(
         "stages",
-        "Its stages",
-        "Colour; Lambert; Lambert with shadows; the whole sum. (The command is the last one's.)",
+        "Stages of the lecture",
+        "Colour; Lambert; Lambert with shadows; the full sum.",
         "for stage in color diffuse shadow phong; do blinn render models/lecture/lecture.obj --integrator $stage "
         "--camera-xml models/lecture/view-2.xml --lights none --point-light 6,8,4.5,90 --point-light 7,3,-6,20 "
         "--ambient .05,.05,.05 -s 16 --size 400x225 -o stage-$stage.png; done",
@@ -137,7 +139,7 @@ SHOTS = [
     Shot(
         "night",
         "Two lamps at night",
-        "The same figure between a warm lamp and a cold one.",
+        "The figure between a warm and a cold lamp.",
         "blinn render models/figure/figure.glb --frame 12 --lights none --point-light -1.6,2.2,1.2,5.5,1,.55,.22 "
         "--point-light 1.8,1.4,-1,7,.25,.45,1 --ambient .012,.014,.02 --ground plane --light-radius .12 --ks .25,.25,.25 "
         "--shininess 40 --background '#07080c' --orbit 20,8 --zoom 2.6 -s 32 --adaptive .04 --size 600x720 -o night.png",
@@ -158,7 +160,7 @@ SOFT = "--light-radius .15 --ao 32 -s 16 --background '#d9d4c8'"
 TOWER = "blinn render models/tower/tower.glb --size 640x360"
 TURN = [f"turn_{i:04}.png" for i in range(1, 25, 4)]
 
-# Pictures of other pages, which have the commands.
+# Pictures of other pages, which show the commands.
 OTHERS = [
     Shot("tutorial-first", "", "", f"{TOWER} -o first.png"),
     Shot("tutorial-soft", "", "", f"{TOWER} {SOFT} -o soft.png"),
@@ -182,16 +184,16 @@ OTHERS = [
 ]
 
 
-def over_squares(image):
+def over_checkerboard(image):
     if image.mode != "RGBA":
         return image.convert("RGB")
-    under = squares(image.size)
+    under = checkerboard(image.size)
     under.paste(image, mask=image.getchannel("A"))
     return under
 
 
 def sheet(images, columns, gap=6):
-    """Pictures of one size side by side."""
+    """Places pictures of one size in a grid."""
     if len(images) == 1:
         return images[0]
     width, height = images[0].size
@@ -210,7 +212,7 @@ def make(blinn, shot):
         command = ["bash", "-euc", shot.command]
         subprocess.run(command, check=True, cwd=folder, env={**os.environ, "PATH": path}, stderr=subprocess.DEVNULL)
         files = shot.files or [shlex.split(shot.command)[-1]]
-        picture = sheet([over_squares(Image.open(folder / f)) for f in files], shot.columns)
+        picture = sheet([over_checkerboard(Image.open(folder / f)) for f in files], shot.columns)
     out = IMAGES / (f"gallery-{shot.name}.jpg" if shot.title else f"{shot.name}.jpg")
     for quality in (92, 88, 84, 78):
         picture.save(out, quality=quality, optimize=True, progressive=True)
@@ -220,7 +222,7 @@ def make(blinn, shot):
 
 
 def wrapped(command, width=100):
-    """A command on several lines, as a shell takes it."""
+    """Breaks a command into several shell lines."""
     lines, line = [], ""
     for word in command.split(" "):
         if line and len(line) + len(word) > width:
@@ -231,7 +233,7 @@ def wrapped(command, width=100):
 
 
 def page():
-    lines = ["# Gallery", "", "Made by `docs/scripts/gallery.py`: each picture by the command below it.", ""]
+    lines = ["# Gallery", "", "Made by `docs/scripts/gallery.py`, each picture by the command below it.", ""]
     for shot in SHOTS:
         lines += [f"## {shot.title}", "", f"![{shot.title}](../images/gallery-{shot.name}.jpg)", "", shot.text, ""]
         lines += ["```sh gallery", wrapped(shot.command), "```", ""]

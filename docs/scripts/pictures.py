@@ -1,8 +1,10 @@
-"""The pictures of docs/reference/options.md and docs/reference/lecture-charts.md, and those two pages: what each option does, in one sheet each.
+"""Renders the pictures of docs/reference/options.md and docs/reference/lecture-charts.md, and writes both pages.
+
+Each option is one sheet of tiles.
 
     python docs/scripts/pictures.py BLINN [NAME…]
 
-NAME is that of a sheet; without one all are made, and the pages written anew. Needs pillow, and numpy for the sky.
+NAME selects a sheet; without one all are rendered. Both pages are written. Needs pillow, and numpy for the sky.
 """
 
 import subprocess
@@ -20,7 +22,7 @@ MODELS = ROOT / "models"
 STILL = "still-life/still-life.glb"
 LECTURE = "lecture/lecture.glb"
 BALL = "tests/closed_sphere.obj"
-SEEN = "--smooth 180 --view-point 0,0,6 --look-at 0,0,0 --yfov 22 --background #30343a --lights none"
+BALL_VIEW = "--smooth 180 --view-point 0,0,6 --look-at 0,0,0 --yfov 22 --background #30343a --lights none"
 LAMP = "--point-light 3,4,5,45"
 GAP, LABEL = 6, 22
 PAPER, INK = (250, 250, 248), (30, 30, 30)
@@ -28,7 +30,7 @@ PAPER, INK = (250, 250, 248), (30, 30, 30)
 
 @dataclass
 class Sheet:
-    """Tiles of one picture; each is its label and what it adds to the flags that all share."""
+    """A picture of labelled tiles. `tiles` are the flags of each, added to the common `flags`."""
 
     name: str
     title: str
@@ -42,28 +44,28 @@ class Sheet:
     labels: list = field(default_factory=list)
 
 
-def thrice(v):
-    """A grey as a colour."""
+def grey(v):
+    """Returns a grey as an R,G,B triple."""
     return ",".join([f"{v:g}".removeprefix("0") or "0"] * 3)
 
 
 def balls(name, title, text, tiles, columns, flags="", scene=BALL):
-    return Sheet(name, title, text, scene, tiles, f"{SEEN} {LAMP} {flags}", (150, 150), columns, "lecture")
+    return Sheet(name, title, text, scene, tiles, f"{BALL_VIEW} {LAMP} {flags}", (150, 150), columns, "lecture")
 
 
 LECTURE_SHEETS = [
     balls(
         "lecture-kd",
         "The diffuse coefficient",
-        "L = k_d (I/r²) max(0, n·l). The same light throughout: from left to right more of it is given back.",
-        [f"--kd {thrice(k)}" for k in (0.1, 0.25, 0.4, 0.6, 0.8, 1)],
+        "L = k_d (I/r²) max(0, n·l). The light is the same in all tiles; the surface reflects more of it from left to right.",
+        [f"--kd {grey(k)}" for k in (0.1, 0.25, 0.4, 0.6, 0.8, 1)],
         6,
         "--ks 0,0,0 --ambient 0,0,0",
     ),
     balls(
         "lecture-p",
         "The exponent p",
-        "max(0, n·h)^p: a larger p narrows the highlight, and changes nothing at its middle.",
+        "max(0, n·h)^p: a larger p narrows the highlight and keeps the value at its centre.",
         [f"--shininess {p}" for p in (2, 5, 10, 50, 200, 1000)],
         6,
         "--kd .1,.12,.3 --ks .7,.7,.7 --ambient 0,0,0",
@@ -71,17 +73,17 @@ LECTURE_SHEETS = [
     balls(
         "lecture-ks-p",
         "k_s and p together",
-        "k_s from top to bottom, p from left to right. Where both are small a ball looks like chalk; where both are "
-        "large, like a billiard ball.",
-        [f"--ks {thrice(k)} --shininess {p}" for k in (0.1, 0.3, 0.6, 1) for p in (5, 20, 100, 500)],
+        "k_s increases from top to bottom, p from left to right. With small values the ball looks like chalk, with "
+        "large ones like a billiard ball.",
+        [f"--ks {grey(k)} --shininess {p}" for k in (0.1, 0.3, 0.6, 1) for p in (5, 20, 100, 500)],
         4,
         "--kd .45,.1,.1 --ambient .03,.03,.03",
     ),
     balls(
         "lecture-ambient",
         "Ambient light",
-        "L = k_a I_a + …: without it, what no light reaches is black. With too much of it, everything is flat.",
-        [f"--ambient {thrice(a)}" for a in (0, 0.05, 0.15, 0.4)],
+        "L = k_a I_a + …: without it, points that no light reaches are black. With too much of it, shading looks flat.",
+        [f"--ambient {grey(a)}" for a in (0, 0.05, 0.15, 0.4)],
         4,
         "--ks .3,.3,.3 --shininess 60",
         "{green}",
@@ -89,7 +91,7 @@ LECTURE_SHEETS = [
     Sheet(
         "lecture-stages",
         "The lecture, step by step",
-        "The stages are integrators: the surface's colour; Lambert; Lambert with shadows; and the whole sum.",
+        "The integrators are stages of the sum: the surface's colour; Lambert; Lambert with shadows; the full sum.",
         "lecture/lecture.obj",
         ["--integrator color", "--integrator diffuse", "--integrator shadow", "--integrator phong"],
         "--camera-xml models/lecture/view-1.xml --point-light 6,8,4.5,90 --point-light 7,3,-6,20 --ambient .05,.05,.05 "
@@ -108,9 +110,9 @@ LAYERS = (
 OPTION_SHEETS = [
     Sheet(
         "lights",
-        "Where light comes from",
-        "`--lights` takes a list; without one, a file's own lights are used, or three lights fixed to the camera where it "
-        "has none. `--point-light` and `--sun` add to them.",
+        "Light sources",
+        "`--lights` takes a list. By default the file's own lights are used, or three lights fixed to the camera if it "
+        "has none. `--point-light` and `--sun` add lights.",
         LECTURE,
         [
             "--lights file",
@@ -123,9 +125,9 @@ OPTION_SHEETS = [
     ),
     Sheet(
         "light-units",
-        "What a file's numbers mean",
-        "Blender writes the same lamp in one of three units, and no file says which. All three come out exposed by default; "
-        "with the right `--light-units` and `--exposure 0` light is Blender's own, absolutely.",
+        "Light units",
+        "Blender writes the same lamp in one of three units, and the file does not record which. By default all three are "
+        "exposed alike; with the right `--light-units` and `--exposure 0` radiance equals Blender's.",
         "tests/light-units/point_SPEC.glb",
         [
             "",
@@ -146,15 +148,15 @@ OPTION_SHEETS = [
     Sheet(
         "exposure",
         "Exposure",
-        "Stops, or `auto`: mid-grey for what the first camera sees, never burning out more than a hundredth of it.",
+        "Stops, or `auto`: mid-grey for what the first camera sees, with at most a hundredth of it clipped.",
         STILL,
         ["--exposure -2", "--exposure -1", "--exposure 0", "--exposure 1", "--exposure 2", "--exposure auto"],
     ),
     Sheet(
         "view",
-        "From light to the screen",
+        "View transforms",
         "`agx` is what Blender shows, and the default for its files; `standard` clips; `pbr-neutral` keeps base colours; "
-        "`raw` leaves light as it is. One stop brighter than usual, to see what becomes of highlights.",
+        "`raw` applies nothing. One stop brighter than usual, to show highlights.",
         STILL,
         ["--view agx", "--view standard", "--view pbr-neutral", "--view raw"],
         "--exposure 1",
@@ -163,7 +165,7 @@ OPTION_SHEETS = [
     Sheet(
         "samples",
         "Samples",
-        "A part of a picture, four times as large. One sample is the pixel's middle; four are the default.",
+        "A part of a picture, magnified four times. One sample is at the pixel's centre; four are the default.",
         STILL,
         ["-s 1", "-s 4", "-s 16", "-s 64"],
         "--size 960x640 --crop 700,228,75,50",
@@ -182,7 +184,7 @@ OPTION_SHEETS = [
         "transparency",
         "Transparency",
         "Cut-out leaves and panes of glass, in any order and depth, for the eye (up to 4,096 surfaces) and for shadows. "
-        "With `--background transparent` alpha says where there is nothing (here over squares).",
+        "With `--background transparent`, alpha is 0 where nothing is hit (here over a checkerboard).",
         "alpha/alpha.glb",
         ["--background .05,.05,.05", "--background #8fb3d9", "--background transparent"],
         "--hide Wall --hide Floor",
@@ -190,23 +192,23 @@ OPTION_SHEETS = [
     Sheet(
         "ao",
         "Ambient occlusion",
-        "The ambient term by how much of it arrives; here nothing but that term. Few rays suffice. "
-        "An MTL's `Ka 0 0 0` leaves none: without that line k_a is the diffuse colour, and with `--hdri` it always is.",
+        "Weights the ambient term by the visible share of the surroundings; here no other light is on. Few rays suffice. "
+        "An MTL with `Ka 0 0 0` has no ambient term: without that line k_a is the diffuse colour, and with `--hdri` it always is.",
         "assembly/assembly.glb",
         ["", "--ao 4", "--ao 16", "--ao 64", "--ao 64,.02", "--ao 64,inf"],
         "--lights none --ambient .8,.8,.8 --exposure 0 --view standard",
     ),
     Sheet(
         "hdri",
-        "Light from all around",
-        "`--hdri` takes the ambient light from a picture of the surroundings: here a blue sky with a low sun.",
+        "Environment maps",
+        "`--hdri` takes the ambient light from an environment map: here a blue sky with a low sun.",
         STILL,
         ["--lights file", "--hdri {sky} --lights none", "--hdri {sky} --lights none --ao 32"],
     ),
     Sheet(
         "light-radius",
         "Soft shadows",
-        "Lamps are discs of this radius. Points by default.",
+        "Lights are discs of this radius. The default is 0, a point.",
         LECTURE,
         ["--light-radius 0", "--light-radius .2", "--light-radius .8"],
         "-s 32",
@@ -214,7 +216,7 @@ OPTION_SHEETS = [
     Sheet(
         "ground",
         "A ground",
-        "For scenes that bring none: a grey plane, or one of which only the shadow is seen, on a transparent background too.",
+        "For scenes without a floor: a grey plane, or a shadow catcher, also on a transparent background.",
         "textured/textured.glb",
         ["--background #d8d8d4", "--ground plane --background #d8d8d4", "--ground shadow --background #d8d8d4", "--ground shadow --background transparent"],
         "--only-objects Tin* --orbit 30,30 --lights none --sun 1,-1.6,.2,1 --light-radius .05 -s 16 --ambient .15,.15,.15",
@@ -223,8 +225,8 @@ OPTION_SHEETS = [
     Sheet(
         "aov",
         "Layers",
-        "Previews of `--aov`, as they stand beside a PNG. An EXR holds the numbers themselves. (The mask is that "
-        "of the scene under Transparency: here it would be white.)",
+        "Previews of `--aov`, as written beside a PNG. An EXR holds the values themselves. (The mask is that of the scene "
+        "under Transparency: here it would be white.)",
         STILL,
         [
             "@alpha/alpha.glb --hide Wall --hide Floor --aov mask" if a == "mask" else f"--aov {a}" for a in LAYERS
@@ -236,15 +238,15 @@ OPTION_SHEETS = [
     Sheet(
         "integrator",
         "Integrators",
-        "How far through the lecture: the surface's colour, Lambert, Lambert with shadows, the whole sum.",
+        "Stages of the lecture: the surface's colour, Lambert, Lambert with shadows, the full sum.",
         STILL,
         ["--integrator color", "--integrator diffuse", "--integrator shadow", "--integrator phong"],
         columns=2,
     ),
     Sheet(
         "orbit",
-        "Where the eye stands",
-        "`--orbit AZIMUTH,ELEVATION` around the middle of the scene, whatever camera it has; `--zoom`; "
+        "Camera positions",
+        "`--orbit AZIMUTH,ELEVATION` around the centre of the scene, whatever camera it has; `--zoom`; "
         "`--projection orthographic`.",
         "assembly/assembly.glb",
         [
@@ -258,15 +260,15 @@ OPTION_SHEETS = [
     ),
     Sheet(
         "override",
-        "The lecture's coefficients for everything",
-        "`--kd`, `--ks` and `--shininess` take the place of every material's.",
+        "Override the coefficients",
+        "`--kd`, `--ks` and `--shininess` replace those of every material.",
         LECTURE,
         ["", "--kd .7,.7,.7 --ks 0,0,0", "--ks .6,.6,.6 --shininess 100"],
     ),
     Sheet(
         "smooth",
         "Normals by angle",
-        "`--smooth` makes new normals; edges sharper than the angle stay. Facets of a coarse ball do not show in its own "
+        "`--smooth` recomputes normals; edges sharper than the angle stay sharp. Facets of a coarse ball do not show in its own "
         "shadow, whose border follows the smooth surface.",
         "{coarse}",
         ["--smooth off", "--smooth 20", "--smooth 180"],
@@ -275,14 +277,14 @@ OPTION_SHEETS = [
     ),
     Sheet(
         "select",
-        "What is shown",
-        "`--hide` and `--only-objects` take patterns of names; what is hidden casts no shadow.",
+        "Select objects",
+        "`--hide` and `--only-objects` take patterns of names; hidden objects cast no shadow.",
         "assembly/assembly.glb",
         ["", "--hide *ousing*", "--only-objects *lanet*"],
     ),
     Sheet(
         "time",
-        "Moments of an animation",
+        "Times of an animation",
         "`--time` in seconds, or `--frame` with `--fps`.",
         "figure/figure.glb",
         [f"--time {t}" for t in (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)],
@@ -296,8 +298,8 @@ def font(size):
     return ImageFont.load_default(size)
 
 
-def squares(size):
-    """What transparent pictures are shown over."""
+def checkerboard(size):
+    """Returns a checkerboard as background of transparent pictures."""
     image = Image.new("RGB", size, (205, 205, 205))
     draw = ImageDraw.Draw(image)
     for y in range(0, size[1], 10):
@@ -308,7 +310,7 @@ def squares(size):
 
 
 def sky(path):
-    """A blue sky over a brown ground with a low sun, in Radiance's format."""
+    """Writes a blue sky over brown ground with a low sun, in Radiance format."""
     v, u = np.mgrid[0:64, 0:128].astype(float)
     up, around = np.cos(np.pi * (v + 0.5) / 64), 2 * np.pi * (u + 0.5) / 128
     blue = np.where((up > 0)[..., None], [0.25, 0.4, 0.75], [0.12, 0.09, 0.06])
@@ -322,7 +324,7 @@ def sky(path):
 
 
 def coarse(path):
-    """A ball of 96 quadrilaterals."""
+    """Writes a ball of 96 quadrilaterals."""
     sys.path.insert(0, str(MODELS / "scripts"))
     from shapes import sphere
 
@@ -333,15 +335,15 @@ def coarse(path):
 
 
 def green(path):
-    """The models' ball, of a green material: its k_a is its k_d."""
+    """Writes the models' ball with a green material: its k_a is its k_d."""
     path.with_suffix(".mtl").write_text("newmtl green\nKd .3 .5 .25\n")
     path.write_text("mtllib green.mtl\nusemtl green\n" + (MODELS / BALL).read_text())
 
 
 def render(blinn, sheet, tile, folder):
-    places = {"sky": folder / "sky.hdr", "coarse": folder / "coarse.obj", "green": folder / "green.obj"}
-    words = tile.format(**places).split()
-    scene = words.pop(0)[1:] if tile.startswith("@") else sheet.scene.format(**places)
+    paths = {"sky": folder / "sky.hdr", "coarse": folder / "coarse.obj", "green": folder / "green.obj"}
+    words = tile.format(**paths).split()
+    scene = words.pop(0)[1:] if tile.startswith("@") else sheet.scene.format(**paths)
     flags = sheet.flags.split()
     layer, which = None, ""
     if "--aov" in words:
@@ -362,14 +364,14 @@ def render(blinn, sheet, tile, folder):
     if image.size != sheet.size:
         image = image.resize(sheet.size, Image.NEAREST)
     if image.mode == "RGBA":
-        under = squares(sheet.size)
+        under = checkerboard(sheet.size)
         under.paste(image, mask=image.getchannel("A"))
         image = under
     return image.convert("RGB")
 
 
-def fitted(text, width):
-    """A font in which the text is no wider."""
+def fit_font(text, width):
+    """Returns the largest font in which the text fits the width."""
     size = 13
     while size > 7 and font(size).getlength(text) > width:
         size -= 1
@@ -388,27 +390,27 @@ def make(blinn, sheet, folder):
         x = GAP + i % columns * (width + GAP)
         y = GAP + i // columns * (height + LABEL + GAP)
         paper.paste(render(blinn, sheet, tile, folder), (x, y))
-        text = sheet.labels[i] if sheet.labels else short(tile)
-        draw.text((x + 2, y + height + LABEL / 2), text, INK, fitted(text, width - 4), anchor="lm")
+        text = sheet.labels[i] if sheet.labels else label(tile)
+        draw.text((x + 2, y + height + LABEL / 2), text, INK, fit_font(text, width - 4), anchor="lm")
     out = IMAGES / f"{sheet.name}.jpg"
     paper.save(out, quality=84, optimize=True, progressive=True)
     print(f"{out.relative_to(ROOT)}: {out.stat().st_size} bytes")
 
 
-def short(tile):
-    """A tile's flags as a reader would write them."""
+def label(tile):
+    """Returns a tile's flags as a reader would type them."""
     return tile.replace("{sky}", "sky.hdr") or "(default)"
 
 
 def page(title, opening, sheets):
-    """A page of all sheets, made by this script so that it shows what was rendered."""
+    """Returns the Markdown page of all sheets."""
     lines = [f"# {title}", "", *opening, ""]
     for sheet in sheets:
         lines += [f"## {sheet.title}", "", sheet.text, "", f"![{sheet.title}](../images/{sheet.name}.jpg)", ""]
-        made = {"{coarse}": "a ball of 96 faces", "{green}": "a green ball"}
-        scene = made.get(sheet.scene, f"`models/{sheet.scene}`")
-        shared = f", all with `{' '.join(sheet.flags.split())}`" if sheet.flags else ""
-        lines += [f"Of {scene}{shared}.", ""]
+        generated = {"{coarse}": "a ball of 96 faces", "{green}": "a green ball"}
+        scene = generated.get(sheet.scene, f"`models/{sheet.scene}`")
+        shared = f"; common flags: `{' '.join(sheet.flags.split())}`" if sheet.flags else ""
+        lines += [f"Scene: {scene}{shared}.", ""]
     return "\n".join(lines[:-1]) + "\n"
 
 
@@ -422,10 +424,14 @@ def main():
         for sheet in LECTURE_SHEETS + OPTION_SHEETS:
             if not names or sheet.name in names:
                 make(blinn, sheet, folder)
-    made = "Made by `docs/scripts/pictures.py`, which renders every tile with the flags that stand below it."
+    write_pages()
+
+
+def write_pages():
+    made = "Made by `docs/scripts/pictures.py`, which renders each tile with the flags below it."
     (ROOT / "docs/reference/lecture-charts.md").write_text(page("The lecture's charts", [made], LECTURE_SHEETS))
     (ROOT / "docs/reference/options.md").write_text(
-        page("What the options do", [made + " `blinn render --help` lists them all."], OPTION_SHEETS)
+        page("Options in pictures", [made + " `blinn render --help-all` lists all options."], OPTION_SHEETS)
     )
 
 

@@ -1,4 +1,4 @@
-"""Writes tests/gltf/README.md: what every fixture is and how it was made, from the scripts and the expected values."""
+"""Writes tests/gltf/README.md: the content and origin of every fixture, from the scripts and the expected values."""
 
 import json
 import re
@@ -15,11 +15,11 @@ WHAT = {
     "strip.glb": "one TRIANGLE_STRIP primitive of 22 indices (20 triangles)",
     "strip_list.glb": "the same 20 triangles as a list",
     "instances.glb": "24 boxes and 6 tori as nodes under a turned parent; `Box 5` and `Ring 4` are mirrored",
-    "instances_gpu.glb": "the same by EXT_mesh_gpu_instancing, by hand: float TRS; the tori's rotations as normalised shorts",
-    "quantised.glb": "KHR_mesh_quantization by hand: i16 positions (not normalised) under a scaling node, i8 normals of stride 4, u16 UVs, i16 morph deltas at weight 0.5; i8 normalised positions and u8 UVs that are not normalised (0 to 3)",
+    "instances_gpu.glb": "the same with EXT_mesh_gpu_instancing, written by hand: float TRS; the tori's rotations as normalised shorts",
+    "quantised.glb": "KHR_mesh_quantization, written by hand: i16 positions (not normalised) under a scaling node, i8 normals of stride 4, u16 UVs, i16 morph deltas at weight 0.5; i8 normalised positions and u8 UVs that are not normalised (0 to 3)",
     "quantised_twin.glb": "the same in floats",
     "variants.glb": "Day, Dusk, Night over 3 primitives (nodes `All mapped`, `Day not mapped`, `Not mapped`). Materials by variant: first Plain → Sand, Rust, Ink; second Moss → Moss, Ink, Ink; third always Rust",
-    "pointers.glb": "animation `Show`: 19 pointers and 1 ordinary channel, values at 8 times in `pointers.json`; animation `Odd`: three pointers that lead nowhere (unknown extension, index out of range, a name) and must be passed over",
+    "pointers.glb": "animation `Show`: 19 pointers and 1 ordinary channel, values at 8 times in `pointers.json`; animation `Odd`: three invalid pointers (unknown extension, index out of range, a name) that must be ignored",
     "blender_plain.glb": "ring with texture and vertex colours, cone",
     "blender_skin_plain.glb": "tube with 2 bones and a shape key, two animations",
     "blender_instances_plain.glb": "12 cubes, linked copies",
@@ -27,16 +27,16 @@ WHAT = {
     "blender_variants.glb": "KHR_materials_variants as Blender writes it: the second primitive has no mapping for Night, so it keeps Moss",
     "basisu_twin.glb": "two boards: base colour and normal map OPAQUE; base colour with alpha BLEND; PNGs inside",
     "basisu.glb": "KHR_texture_basisu, required: ETC1S with mips, UASTC (linear), UASTC with Zstandard and alpha",
-    "basisu_fallback.glb": "KHR_texture_basisu with a PNG `source` beside it, not required; other boards than the twin's, both OPAQUE",
-    "basisu_linked.gltf": "KHR_texture_basisu, images and buffer as files (`ktx2/…`, `basisu_linked.bin`); note the images: another choice than `basisu.glb`'s",
+    "basisu_fallback.glb": "KHR_texture_basisu with a PNG `source` as fallback, not required; other boards than the twin's, both OPAQUE",
+    "basisu_linked.gltf": "KHR_texture_basisu, images and buffer as files (`ktx2/…`, `basisu_linked.bin`); other images than `basisu.glb`",
     "blender_webp.glb": "EXT_texture_webp, required",
-    "blender_webp_fallback.glb": "EXT_texture_webp beside a PNG, not required",
+    "blender_webp_fallback.glb": "EXT_texture_webp with a PNG fallback, not required",
     "blender_draco.glb": "Blender's Draco",
     "blender_draco_10.glb": "Blender's Draco at level 10, with tangents, 11/8/10 bits",
     "blender_skin_draco.glb": "Blender's Draco with skin and shape key (sequential; sparse morph deltas)",
     "blender_instances.glb": "EXT_mesh_gpu_instancing as Blender writes it",
-    "patch_draco_fallback.glb": "Draco not required, uncompressed accessors beside it",
-    "strip_draco_fallback.glb": "Draco in a TRIANGLE_STRIP primitive, not required; the plain strip beside it",
+    "patch_draco_fallback.glb": "Draco not required, uncompressed accessors as fallback",
+    "strip_draco_fallback.glb": "Draco in a TRIANGLE_STRIP primitive, not required; the uncompressed strip as fallback",
     "strip_draco.glb": "Draco in a TRIANGLE_STRIP primitive. Draco itself holds the 20 triangles as a list; the indices accessor says 22, the length of the strip. Draw the decoded triangles, not a strip through them",
     "torus_draco_partial.glb": "NORMAL (id 0), POSITION (id 1), TEXCOORD_0 (id 2) by Draco; the other five attributes are plain accessors in the same order",
     "quantised_draco.glb": "integer attributes (i16, i8, u16, u8) inside Draco with KHR_mesh_quantization, plain i16 morph deltas; WARNING: i8 normalised positions and u8 UVs",
@@ -46,7 +46,7 @@ WHAT = {
     "torus_draco_eb.glb": "edgebreaker, speed 5, default bits (14/10/8/12/12)",
     "torus_draco_eb_fast.glb": "edgebreaker, speed 10, few bits (8/6/6/7/6)",
     "torus_draco_seq.glb": "sequential, speed 5, default bits",
-    "patch_draco_morph.glb": "sequential with plain morph targets beside it",
+    "patch_draco_morph.glb": "sequential, with uncompressed morph targets",
     "torus_draco_eb_lossless.glb": "edgebreaker without quantisation",
     "torus_draco_lossless.glb": "sequential without quantisation, speed 10",
 }
@@ -88,11 +88,11 @@ def row(name, item, made):
     return f"| `{name}` | {item['bytes']:,} | {twin} | {item['world']['triangles']} | {'. '.join(about)} | {how} |"
 
 
-HEAD = "| file | bytes | twin | triangles | holds | made by |\n|---|---|---|---|---|---|\n"
+HEAD = "| file | bytes | twin | triangles | content | made by |\n|---|---|---|---|---|---|\n"
 
 TEXT = """# Fixtures for the glTF importer
 
-All geometry and all pictures come from the scripts in `models/scripts/compressed`; nothing is taken from anyone else. Its `build.sh`
+All geometry and all pictures are made by the scripts in `models/scripts/compressed`; nothing is third-party. Its `build.sh`
 makes everything again, to the byte (done twice and compared).
 
 Tools: node 20.20.2 with npm's draco3dgltf 1.5.7 (encoder), draco3d 1.5.9 (decoder), meshoptimizer 1.3.0, gltfpack 1.3.0,
@@ -103,38 +103,39 @@ animation pointers).
 
 ## What to assert
 
-`expected.json` (and `more/expected.json`) has for each file what `scene.mjs`, a reader of its own on draco3d and
-meshoptimizer's decoder, finds:
+`expected.json` (and `more/expected.json`) holds for each file the results of `scene.mjs`, an independent reader on draco3d
+and meshoptimizer's decoder:
 
 - `world`: of the default scene at rest (default morph weights, skins at rest, instances placed): triangles drawn, bounds,
   area, centroid by area; `facing` counts triangles that face their first vertex's normal (all of them, everywhere; a
-  mirrored node counts the other way round).
-- `poses` (twins only): bounds and area at 0.3 s and 0.7 s of animation 0.
+  mirrored node reverses the facing).
+- `poses` (uncompressed counterparts only): bounds and area at 0.3 s and 0.7 s of animation 0.
 - `primitives`: vertices, indices (after Draco; a strip as a list), attributes.
 - `draco`: `method`, `traversal`, points, faces; CRC-32 of the decoded indices (u32) and of each attribute
-  `[id, type, crc32]`, packed in the order the decoder gives. Another decoder's dequantisation may differ in a float's
+  `[id, type, crc32]`, packed in the order of the decoder. Another decoder's dequantization may differ in a float's
   last bit; compare with a tolerance then.
 - `meshopt`: rows of `[view, mode, filter, count, stride, first byte in hex, crc32, crc32 before the filter, fallback
-  the same]`. First bytes: a0 vertex codec 0 (EXT), a1 vertex codec 1 (KHR), e1 triangles, d1 sequences. What comes before
-  a filter is exact; after it the last bit may differ by decoder. `fallback the same` is false for triangles: each has its
-  corners turned.
-- `compared`: against the twin. Every triangle was paired with the twin's by its vertices (all attributes that both have);
+  the same]`. First bytes: a0 vertex codec 0 (EXT), a1 vertex codec 1 (KHR), e1 triangles, d1 sequences. Data before
+  a filter is exact; after it the last bit may differ by decoder. `fallback the same` is false for triangles: the vertices
+  of each are rotated.
+- `compared`: against the uncompressed counterpart (`twin`). Every triangle was paired with one of it by its vertices (all
+  attributes that both have);
   `triangles_that_differ` is 0 everywhere. `deviation` is the largest difference in any component (positions and normals
   in the world, colours as 0 to 1, UVs after KHR_texture_transform). `pose_deviation`: the largest distance at 0.3 s and
   0.7 s of animation 0.
 
-glTF Transform's reader gave the same bounds within 1e-4 for the 30 files that it can read and that have no skin, morph
+glTF Transform's reader finds the same bounds within 1e-4 for the 30 files that it can read and that have no skin, morph
 target or instances.
 
 CRC-32 is zlib's.
 
 ## Pitfalls these files show
 
-- gltfpack's quantised UVs need KHR_texture_transform of the texture that uses them (`torus_pack_*`, `patch_pack_*`: base
-  colour by TEXCOORD_0, occlusion by TEXCOORD_1); without a texture (`mixed_pack_*`) they cannot be brought back, so they
-  are left out of the comparison there. `ring_pack_cc_noq` and `instances_pack_*` have no UVs: gltfpack drops what no
+- gltfpack's quantized UVs need KHR_texture_transform of the texture that uses them (`torus_pack_*`, `patch_pack_*`: base
+  colour by TEXCOORD_0, occlusion by TEXCOORD_1); without a texture (`mixed_pack_*`) they cannot be dequantized, so they
+  are left out of the comparison there. `ring_pack_cc_noq` and `instances_pack_*` have no UVs: gltfpack drops UVs that no
   texture uses (no `-kv`).
-- A quantised skinned mesh has its scale in the inverse bind matrices; morph deltas are quantised with the mesh.
+- A quantized skinned mesh has its scale in the inverse bind matrices; morph deltas are quantized with the mesh.
 - gltfpack resamples at 30 Hz (`-af 0` keeps the keys): `pose_deviation` up to 0.002.
 - gltfpack puts several accessors into one view, and pads strides (`POSITION` i16 with stride 8).
 - `patch_pack_cf.gltf` names its fallback buffer by URI; elsewhere the fallback buffer has no URI and no data.
@@ -146,19 +147,19 @@ CRC-32 is zlib's.
 KTX = """
 ## KTX2 (`ktx2/`)
 
-`basis.json` has each file's command, format, scheme, transfer, levels with the CRC-32 of the RGBA8 that three.js'
-transcoder makes (target RGBA32, cut to the level's own size), PSNR against the PNG and the largest difference, for UASTC
+`basis.json` has each file's command, format, scheme, transfer, levels with the CRC-32 of the RGBA8 output of three.js'
+transcoder (target RGBA32, cropped to the level's own size), PSNR against the PNG and the largest difference, and for UASTC
 without Zstandard the number of blocks of each mode. `plain.json` has the CRC-32 of each level's unpacked bytes (after
-Zstandard or ZLIB) for the formats without Basis. `NAME.decoded.png` is what the transcoder made of some of them.
+Zstandard or ZLIB) for the formats without Basis. `NAME.decoded.png` is the transcoder's output for some of them.
 
-UASTC is unpacked as linear ASTC is (endpoints × 257, not × 256 + 128), also where the transfer is sRGB: the transcoder
-gives the same bytes for either, and only × 257 explains them (both checked). `alpha*` is 30 × 22 (KHR_texture_basisu wants
-multiples of 4, so these are right as KTX2 only). `random_uastc.ktx2` has 256 blocks of random bits, all 19 modes, that no
-encoder would make; these encoders' files lack the modes 3, 7 and 16.
+UASTC is unpacked like linear ASTC (endpoints × 257, not × 256 + 128), also where the transfer is sRGB: the transcoder
+returns the same bytes for either, and only × 257 explains them (both checked). `alpha*` is 30 × 22 (KHR_texture_basisu
+requires multiples of 4, so these are valid as KTX2 only). `random_uastc.ktx2` has 256 blocks of random bits, all 19 modes, that no
+encoder would produce; files of these encoders lack the modes 3, 7 and 16.
 
-The ETC1S files are small, so their PSNR is low by nature (two colours for a block): the exact CRC is the better test.
+The ETC1S files are small and have two colours per block, so their PSNR is low: the exact CRC is the better test.
 
-| file | bytes | size | levels | what | PSNR (alpha) |
+| file | bytes | size | levels | content | PSNR (alpha) |
 |---|---|---|---|---|---|
 """
 
@@ -166,7 +167,7 @@ The ETC1S files are small, so their PSNR is low by nature (two colours for a blo
 def main():
     made = commands()
     text = TEXT
-    for title, folder in (("## Files\n\n", OUT), ("\n## More (`more/`)\n\nWhat adds least to the rest; leave it out to save room.\n\n", OUT / "more")):
+    for title, folder in (("## Files\n\n", OUT), ("\n## More (`more/`)\n\nFixtures that add least; omit them to save space.\n\n", OUT / "more")):
         data = json.loads((folder / "expected.json").read_text())
         text += title + HEAD + "\n".join(row(n, i, made) for n, i in data.items()) + "\n"
     text += KTX
