@@ -1,14 +1,14 @@
-"""Runs what README and docs tell to type, and follows their links.
+"""Runs the commands of README and docs, and checks their links.
 
     python .ci/docs.py BLINN [PAGE…]
 
-Each page's blocks run in order in a folder of their own, which holds the models and has BLINN on its PATH:
-- ```sh: run by bash; each line has to succeed.
-- ```console: `$ command` and what it prints, where … stands for anything.
-- ```sh needs NAME…: only where these programs are there (`bpy` is a Python that has it).
-- ```sh clone: not run: these are of a clone, and .ci/run has its own way to them.
-- ```sh gallery: not run: docs/scripts/gallery.py runs them, and writes their page.
-- ```sh farm: not run: these are of a farm, and .ci/farm.py runs their like.
+The blocks of each page run in order in a temporary folder that holds the models, with BLINN on the PATH:
+- ```sh: run by bash; each line must succeed.
+- ```console: `$ command` and its output, where … matches anything.
+- ```sh needs NAME…: run only if these programs exist (`bpy` is a Python that has it).
+- ```sh clone: not run; needs a clone, and .ci/run covers it.
+- ```sh gallery: not run; docs/scripts/gallery.py runs them and writes the page.
+- ```sh farm: not run; needs a farm, and .ci/farm.py runs similar commands.
 """
 
 import fnmatch
@@ -23,7 +23,7 @@ from urllib.parse import unquote
 
 ROOT = Path(__file__).resolve().parents[1]
 FENCE = re.compile(r"^```(.*?)\n(.*?)^```$", re.S | re.M)
-# [text](target) and ![text](target), in which text may hold an image.
+# [text](target) and ![text](target); text may contain an image.
 LINK = re.compile(r"\]\(\s*<?([^()\s>]+)>?\s*\)")
 
 
@@ -32,7 +32,7 @@ def pages():
     return top + sorted((ROOT / "docs").rglob("*.md"))
 
 
-def is_there(program):
+def exists(program):
     if program == "bpy":
         return subprocess.run(["python", "-c", "import bpy"], capture_output=True).returncode == 0
     return shutil.which(program) is not None
@@ -46,37 +46,37 @@ def run(command, folder):
 
 
 def commands(text):
-    """Commands line by line; those that end in a backslash or hold a here-document go on."""
+    """Splits a block into commands, joining lines that end in a backslash; a block with a here-document is one command."""
     return [text] if "<<" in text else re.sub(r"\\\n", " ", text).splitlines()
 
 
 def script(text, folder):
-    wrong, count = [], 0
+    failures, count = [], 0
     for command in commands(text):
         if command.strip() and not command.lstrip().startswith("#"):
             count += 1
             done = run(command, folder)
             if done.returncode:
-                wrong.append(f"{command}\n    exit code {done.returncode}: {done.stdout.strip()[-600:]}")
-    return count, wrong
+                failures.append(f"{command}\n    exit code {done.returncode}: {done.stdout.strip()[-600:]}")
+    return count, failures
 
 
 def session(text, folder):
-    wrong, count = [], 0
+    failures, count = [], 0
     for part in re.split(r"^\$ ", text, flags=re.M)[1:]:
         command, _, expected = part.partition("\n")
         count += 1
-        said = run(command, folder).stdout.strip()
-        # Brackets are no pattern here.
+        output = run(command, folder).stdout.strip()
+        # Brackets are literal.
         pattern = re.sub(r"([\[?*])", r"[\1]", expected.strip()).replace("…", "*")
-        if not fnmatch.fnmatchcase(said, pattern):
-            wrong.append(f"{command}\n    printed: {said}\n    not: {expected.strip()}")
-    return count, wrong
+        if not fnmatch.fnmatchcase(output, pattern):
+            failures.append(f"{command}\n    printed: {output}\n    expected: {expected.strip()}")
+    return count, failures
 
 
 def try_page(page):
-    """How many commands it has that ran, and what went wrong."""
-    count, left_out, wrong = 0, [], []
+    """Runs a page's commands; returns their count and the failures."""
+    count, skipped, failures = 0, [], []
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         for name in ("models", "docs"):
@@ -85,27 +85,29 @@ def try_page(page):
             kind, *words = info.split() or [""]
             if kind not in ("sh", "console") or words[:1] in (["clone"], ["farm"], ["gallery"]):
                 continue
-            missing = [p for p in words[1:] if words[0] == "needs" and not is_there(p)]
+            missing = [p for p in words[1:] if words[0] == "needs" and not exists(p)]
             if missing:
-                left_out.append(", ".join(missing))
+                skipped.append(", ".join(missing))
                 continue
-            ran, failures = (script if kind == "sh" else session)(text, folder)
-            count, wrong = count + ran, wrong + failures
-    told = f"; left out for want of {'; '.join(left_out)}" if left_out else ""
-    if count or left_out:
-        print(f"{page.relative_to(ROOT)}: {count} commands{told}", *wrong, sep="\n  ", flush=True)
-    return count, [f"{page.relative_to(ROOT)}: {w}" for w in wrong]
+            ran, failed = (script if kind == "sh" else session)(text, folder)
+            count += ran
+            failures += failed
+    note = f"; skipped blocks that need {'; '.join(skipped)}" if skipped else ""
+    if count or skipped:
+        print(f"{page.relative_to(ROOT)}: {count} commands{note}", *failures, sep="\n  ", flush=True)
+    return count, [f"{page.relative_to(ROOT)}: {f}" for f in failures]
 
 
 def anchors(page):
-    """Headings as pages link to them."""
+    """Returns the anchors of a page: its headings and ids."""
     text = FENCE.sub("", page.read_text())
-    plain = [re.sub(r"[^\w\- ]", "", h.lower()).strip().replace(" ", "-") for h in re.findall(r"^#+ (.*)$", text, re.M)]
-    return set(plain) | set(re.findall(r'id="([^"]+)"', text))
+    headings = [re.sub(r"[^\w\- ]", "", h.lower()).strip().replace(" ", "-") for h in re.findall(r"^#+ (.*)$", text, re.M)]
+    return set(headings) | set(re.findall(r'id="([^"]+)"', text))
 
 
 def links(page):
-    count, wrong = 0, []
+    """Checks a page's relative links; returns their count and the failures."""
+    count, failures = 0, []
     for target in LINK.findall(FENCE.sub("", page.read_text())):
         if re.match(r"[a-z]+:", target):
             continue
@@ -113,25 +115,25 @@ def links(page):
         path, _, anchor = unquote(target).partition("#")
         file = (page.parent / path).resolve() if path else page
         if not file.exists() or not file.is_relative_to(ROOT):
-            wrong.append(f"{page.relative_to(ROOT)}: {target} leads nowhere")
+            failures.append(f"{page.relative_to(ROOT)}: {target}: no such file")
         elif anchor and file.suffix == ".md" and anchor not in anchors(file):
-            wrong.append(f"{page.relative_to(ROOT)}: {target}: there is no such heading")
-    return count, wrong
+            failures.append(f"{page.relative_to(ROOT)}: {target}: no such heading")
+    return count, failures
 
 
 def main():
     blinn = Path(sys.argv[1]).resolve()
-    assert blinn.name == "blinn", "the program is found by its name"
+    assert blinn.name == "blinn", "the executable must be called blinn, since commands find it by name"
     os.environ["PATH"] = f"{blinn.parent}{os.pathsep}{os.environ['PATH']}"
     chosen = [Path(p).resolve() for p in sys.argv[2:]] or pages()
-    found = [links(page) for page in chosen]
+    checked = [links(page) for page in chosen]
     ran = [try_page(page) for page in chosen]
-    wrong = [w for _, failures in found + ran for w in failures]
-    print(f"{sum(n for n, _ in ran)} commands and {sum(n for n, _ in found)} links of {len(chosen)} pages")
+    failures = [f for _, failed in checked + ran for f in failed]
+    print(f"{sum(n for n, _ in ran)} commands and {sum(n for n, _ in checked)} links of {len(chosen)} pages")
     if not sys.argv[2:]:
-        assert sum(n for n, _ in ran) > 40 and sum(n for n, _ in found) > 60, "pages were not read as they are written"
-    if wrong:
-        sys.exit("\n".join(wrong))
+        assert sum(n for n, _ in ran) > 40 and sum(n for n, _ in checked) > 60, "too few commands or links were found"
+    if failures:
+        sys.exit("\n".join(failures))
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Whether OpenEXR reads what blinn writes: channels, types, windows, and values that are known.
+"""Checks blinn's EXR files in OpenEXR: channels, types, windows and known values.
 
     exr.py BLINN
 
-Two squares in the plane z = 0, one metre wide, at x = -1…0 (red) and 0…1 (half transparent, blue), y = 0…1, are seen
-from z = 3 through a camera of 3 m × 2 m there: a pixel's centre is a known place. Needs numpy, OpenEXR and pillow.
+Two squares in the plane z = 0, one metre wide, at x = -1…0 (red) and 0…1 (half transparent, blue), y = 0…1, are rendered
+from z = 3 with a view of 3 m × 2 m in that plane, so the position of each pixel centre is known. Needs numpy, OpenEXR and pillow.
 """
 import json
 import os
@@ -57,7 +57,7 @@ def render(out, *flags):
 
 
 def read(path):
-    """Data and display window, texts, and the channels as OpenEXR has them."""
+    """Returns data and display window, text attributes, and channels as read by OpenEXR."""
     with OpenEXR.File(path, separate_channels=True) as file:
         assert len(file.parts) == 1, "one part"
         header = file.header()
@@ -73,8 +73,8 @@ def same(name, found, expected, tolerance=0.0):
     assert not wrong.any(), f"{name}: {wrong.sum()} differ, {found[wrong][:3]} for {expected[wrong][:3]}"
 
 
-def known_places(channels):
-    """Every value that the geometry gives."""
+def check_geometry(channels):
+    """Checks every value that follows from the geometry; returns the masks of both squares."""
     x = (np.arange(W) + 0.5) / W * 3 - 1.5
     y = 1 - (np.arange(H) + 0.5) / H * 2
     x, y = np.meshgrid(x, y)
@@ -102,8 +102,8 @@ def known_places(channels):
     return left, right
 
 
-def known_mattes(texts, channels, places):
-    """Names, metadata and coverages: one thing in each place, the second half transparent."""
+def check_cryptomatte(texts, channels, squares):
+    """Checks names, metadata and coverages: one object per square, the second half transparent."""
     for layer, names in MATTES.items():
         key = next(k for k, v in texts.items() if k.startswith("cryptomatte/") and v == layer)
         manifest = json.loads(texts[key.replace("/name", "/manifest")])
@@ -111,7 +111,7 @@ def known_mattes(texts, channels, places):
         assert texts[key.replace("/name", "/hash")] == "MurmurHash3_32"
         assert texts[key.replace("/name", "/conversion")] == "uint32_to_float32"
         first, cover = channels[f"{layer}00.R"].view(np.uint32), channels[f"{layer}00.G"]
-        left, right = places
+        left, right = squares
         red, glass = (int(manifest[n], 16) for n in names)
         same(f"{layer} id", first, np.where(left, red, np.where(right, glass, 0)))
         same(f"{layer} coverage", cover, np.where(left, 1, np.where(right, 0.5, 0)))
@@ -126,23 +126,23 @@ def main():
     assert sorted(full) == sorted(HALVES + FLOATS + IDS), sorted(full)
     for name, pixels in full.items():
         assert pixels.shape == (H, W) and pixels.dtype == (np.uint32 if name in IDS else np.float32), name
-    known_mattes(texts, full, known_places(full))
+    check_cryptomatte(texts, full, check_geometry(full))
 
-    # Half floats are the floats, rounded, and only where they suffice.
+    # Half floats are the rounded floats, only in channels where they suffice.
     _, _, half = read(render("half.exr", "--aov", AOVS, "--depth", "16"))
     assert sorted(half) == sorted(full)
     for name, pixels in half.items():
         assert pixels.dtype == (np.uint32 if name in IDS else np.float16 if name in HALVES else np.float32), name
         same(f"half {name}", pixels, full[name].astype(pixels.dtype))
 
-    # A crop is a part of the same picture, at its place.
+    # A crop is a part of the same picture, at its position.
     x, y, w, h = 31, 7, 40, 21
     windows, _, part = read(render("crop.exr", "--aov", AOVS, "--crop", f"{x},{y},{w},{h}"))
     assert windows == [(x, y, x + w - 1, y + h - 1), (0, 0, W - 1, H - 1)], windows
     for name, pixels in part.items():
         same(f"crop {name}", pixels, full[name][y : y + h, x : x + w])
 
-    # Premultiplied here, straight in a PNG.
+    # Premultiplied alpha here, straight alpha in PNG.
     _, _, clear = read(render("clear.exr", "--background", "transparent"))
     assert sorted(clear) == sorted(COLOR)
     render("clear.png", "--background", "transparent", "--depth", "8")

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Whether farms run the jobs that blinn describes: openjd-cli, and Slurm as one node.
+"""Runs blinn's farm jobs with openjd-cli and with Slurm on one node.
 
     farm.py BLINN [openjd|slurm]
 
-Each engine renders a turntable of twelve frames. A task is killed halfway; Slurm queues it again, and the Open Job
-Description job is run once more. What comes out is what one process on this machine makes, byte for byte. Slurm and
-munge run as this user in a folder and on ports of their own: a cluster that is there already does not notice, nor does
-another run of this script.
+Each engine renders a turntable of twelve frames. A task is killed halfway; Slurm requeues it, and the Open Job
+Description job is run again. The result equals that of one process on this machine, byte for byte. Slurm and munge run
+as this user in a folder and on ports of their own, so an existing cluster or another run of this script is not
+affected.
 """
 import getpass
 import glob
@@ -25,10 +25,10 @@ from PIL import Image
 
 BLINN = os.path.abspath(sys.argv[1])
 MODEL = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "models", "still-life", "still-life.glb")
-# A name that shells and templates could stumble over.
+# A name with special characters of shells and templates.
 SCENE = "still life's $(x) {a} \"&\".glb"
 COUNT = 12
-# Half a second a frame on one thread, two seconds a task: time enough to be killed in, wherever engines answer late.
+# Half a second a frame on one thread, two seconds a task: long enough to be killed, even if engines respond late.
 LOOK = ["--count", str(COUNT), "--size", "320x180", "-s", "256", "--elevation", "25", "--seed", "3"]
 MOVING = "spin of {stem}.apng"
 MADE = MOVING.replace("{stem}", SCENE.removesuffix(".glb"))
@@ -41,7 +41,7 @@ def run(*command, code=0, **options):
 
 
 def until(what, found, seconds=60):
-    """Waits for something to be found."""
+    """Waits until `found` returns a true value."""
     end = time.time() + seconds
     while not (value := found()):
         assert time.time() < end, f"no {what} within {seconds} s"
@@ -59,7 +59,7 @@ def frames(folder):
 
 
 def alive(pid):
-    """Whether a process is there and is no zombie."""
+    """Returns true if a process exists and is no zombie."""
     try:
         with open(f"/proc/{pid}/stat") as stat:
             return stat.read().rsplit(")", 1)[1].split()[0] != "Z"
@@ -68,7 +68,7 @@ def alive(pid):
 
 
 def workers(folder):
-    """Processes of BLINN that render to `folder`."""
+    """Returns the processes of BLINN that render to `folder`."""
     found = []
     for entry in glob.glob("/proc/[0-9]*"):
         try:
@@ -83,7 +83,7 @@ def workers(folder):
 
 
 def job(engine, *flags):
-    """A folder with a scene, and the job that renders it."""
+    """Makes a folder with a scene and the job that renders it; returns the job's file."""
     os.makedirs(engine)
     shutil.copy(MODEL, os.path.join(engine, SCENE))
     file = "job.json" if engine == "openjd" else "job.sh"
@@ -93,7 +93,7 @@ def job(engine, *flags):
 
 
 def local():
-    """The same without a farm, in one go: the moving picture, and its frames."""
+    """Renders the same without a farm: the animation file and its frames."""
     os.makedirs("local")
     shutil.copy(MODEL, os.path.join("local", SCENE))
     run(BLINN, "turntable", SCENE, "-o", MOVING, *LOOK, cwd="local")
@@ -124,7 +124,7 @@ def openjd():
     run(tool, "check", file, cwd="openjd")
     command = [tool, "run", file, "--job-param", f"Blinn={BLINN}"]
     out = os.path.abspath("openjd/out")
-    # As the words of a task would be in one process.
+    # The arguments of a task, as for one process.
     with open(os.path.join("openjd", file)) as text:
         template = json.load(text)
     words = template["steps"][0]["script"]["actions"]["onRun"]["args"]
@@ -138,27 +138,27 @@ def openjd():
         until("frames", lambda: len(frames(out)) >= 5)
         for pid in workers(out):
             os.kill(pid, signal.SIGKILL)
-        assert first.wait(60) != 0, "the engine did not notice"
+        assert first.wait(60) != 0, "the engine did not report the killed task"
     finally:
         first.kill()
     kept = {file: os.stat(file).st_mtime_ns for file in frames(out)}
     assert 5 <= len(kept) < COUNT, kept
     log = run(*command, cwd="openjd")
-    for said in ("openjd_progress: 100", "openjd_status: "):
-        assert said in log, f"no '{said}': {log}"
-    assert all(os.stat(file).st_mtime_ns == at for file, at in kept.items()), "finished frames were made again"
-    # What was killed outright could not tidy up.
+    for line in ("openjd_progress: 100", "openjd_status: "):
+        assert line in log, f"no '{line}': {log}"
+    assert all(os.stat(file).st_mtime_ns == at for file, at in kept.items()), "finished frames were rendered again"
+    # Killed processes leave partial files.
     for part in glob.glob(os.path.join(glob.escape(out), "**", ".blinn-*.part"), recursive=True):
         os.remove(part)
     compare("openjd", words)
-    # A task that fails says why.
+    # A failed task reports why.
     failed = subprocess.run([*command, "-p", "Frames=40-41", "--step", "Frames"], cwd="openjd", capture_output=True, text=True)
     assert failed.returncode != 0 and "the frames are 1 to 12" in failed.stdout + failed.stderr, failed
-    print(f"openjd: killed after {len(kept)} of {COUNT} frames, and run again: the same bytes")
+    print(f"openjd: killed after {len(kept)} of {COUNT} frames, and run again: same bytes")
 
 
 class Slurm:
-    """A cluster of this machine alone."""
+    """A cluster of one node, this machine."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -169,7 +169,7 @@ class Slurm:
         with open(at("munge.key"), "wb") as key:
             key.write(os.urandom(128))
         os.chmod(at("munge.key"), 0o600)
-        # Others may be on these ports between this look and the daemons': they would end with an error.
+        # Another process may take these ports before the daemons do: they would exit with an error.
         free = [socket.socket() for _ in range(2)]
         for one in free:
             one.bind(("127.0.0.1", 0))
@@ -186,7 +186,7 @@ SlurmUser={getpass.getuser()}
 SlurmdUser={getpass.getuser()}
 AuthType=auth/munge
 CryptoType=crypto/munge
-# What is queued again waits for its old credentials to expire.
+# A requeued task waits until its old credentials expire.
 AuthInfo=socket={at("munge.socket")},cred_expire=5
 StateSaveLocation={at("state")}
 SlurmdSpoolDir={at("spool")}
@@ -202,7 +202,7 @@ SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 SchedulerParameters=sched_interval=2,bf_interval=2,batch_sched_delay=0
 SlurmdParameters=config_overrides
-# Whoever is told to end and has not ended by itself in two seconds is killed, and says nothing.
+# A task that has not exited two seconds after SIGTERM is killed.
 KillWait=2
 JobFileAppend=1
 ReturnToService=2
@@ -232,7 +232,7 @@ PartitionName=all Nodes=farm Default=YES State=UP
         return subprocess.run(command, capture_output=True, text=True).stdout
 
     def state(self, task):
-        """COMPLETED, RUNNING and so on."""
+        """Returns the states of a task: COMPLETED, RUNNING and so on."""
         shown = self.ask("scontrol", "--oneliner", "show", "job", task)
         return [word.removeprefix("JobState=") for word in shown.split() if word.startswith("JobState=")]
 
@@ -263,25 +263,25 @@ def slurm():
         running = [n for n in (1, 2, 3) if cluster.state(f"{array}_{n}") == ["RUNNING"]]
         assert running, submitted
         before = workers(out)
-        told = time.time()
+        requested = time.time()
         run("scontrol", "requeue", f"{array}_{running[0]}")
         until("end of the task", lambda: sum(map(alive, before)) < len(before))
-        took = time.time() - told
+        took = time.time() - requested
         kept = {name: os.stat(name).st_mtime_ns for name in frames(out)}
-        assert len(kept) < COUNT, "the tasks had ended before one was told to"
-        until("moving picture", lambda: cluster.state(assembled) == ["COMPLETED"], 180)
+        assert len(kept) < COUNT, "all tasks had ended before one was requeued"
+        until("animation file", lambda: cluster.state(assembled) == ["COMPLETED"], 180)
         logs = "".join(open(log).read() for log in glob.glob("slurm/slurm-*.out"))
-        assert "blinn: terminated" in logs, f"it did not end by itself: {logs}"
+        assert "blinn: terminated" in logs, f"it did not exit on SIGTERM: {logs}"
         restarts = cluster.ask("scontrol", "--oneliner", "show", "job", f"{array}_{running[0]}")
         assert "Restarts=1" in restarts, restarts
-        assert all(os.stat(name).st_mtime_ns == at for name, at in kept.items()), "finished frames were made again"
+        assert all(os.stat(name).st_mtime_ns == at for name, at in kept.items()), "finished frames were rendered again"
         compare("slurm", words)
-        print(f"slurm: task {running[0]} stopped in {took:.1f} s at {len(kept)} of {COUNT} frames, and queued again: the same bytes")
-        # Where a frame fails, nothing is assembled.
+        print(f"slurm: task {running[0]} stopped in {took:.1f} s at {len(kept)} of {COUNT} frames, and requeued: same bytes")
+        # If a frame fails, nothing is assembled.
         os.environ["BLINN"] = "/bin/false"
         array, assembled = [line.split()[-1] for line in run("bash", os.path.join("slurm", file)).splitlines()]
         until("failure", lambda: cluster.state(assembled) == ["CANCELLED"])
-        print("slurm: where a task fails, what waits for it is taken out of the queue")
+        print("slurm: if a task fails, its dependent job leaves the queue")
     finally:
         cluster.stop()
 

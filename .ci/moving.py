@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Whether others play the moving pictures that blinn writes: ffprobe, ffmpeg and Chromium.
+"""Checks blinn's animation files in ffprobe, ffmpeg and Chromium.
 
     moving.py BLINN
 
-Twenty-four frames of known colours become every format. ffmpeg counts, times and decodes them; Chromium plays the MP4,
-and turns the page by drag, touch and keys, from the file system and without a network. Needs pillow and numpy.
+Twenty-four frames of known colours are written in every format. ffmpeg counts, times and decodes them. Chromium plays
+the MP4 and turns the page by drag, touch and keys, from the file system and without a network. Needs pillow and numpy.
 """
 import json
 import os
@@ -17,11 +17,11 @@ import numpy as np
 from PIL import Image
 
 BLINN = os.path.abspath(sys.argv[1])
-W, H, COUNT, FPS = 161, 90, 24, 12  # an odd width: the MP4 has a column more
+W, H, COUNT, FPS = 161, 90, 24, 12  # odd width: the MP4 has an extra column
 
 
 def frame(i):
-    """A colour for each frame, with a ramp across and a bar that goes around."""
+    """Returns a frame: its own colour, a horizontal ramp and a moving bar."""
     x, y = np.meshgrid(np.linspace(0, 1, W), np.linspace(0, 1, H))
     picture = np.stack([40 + 8 * i + 0 * x, 60 + 120 * x, 200 - 100 * y], -1)
     picture[30:60, (i * 6) % W : (i * 6) % W + 8] = (250, 240, 20)
@@ -49,7 +49,7 @@ def psnr(a, b):
 
 
 def files():
-    """Every format that ffmpeg reads: as many frames, as fast, and what they show."""
+    """Checks frame count, frame rate and pixels of every format that ffmpeg reads."""
     sources = np.stack([frame(i) for i in range(COUNT)]).astype(float)
     for name, least in (("a.gif", 34), ("a.apng", 90), ("a.mp4", 36)):
         run(BLINN, "assemble", "frames", "-o", name, "--fps", str(FPS))
@@ -60,14 +60,14 @@ def files():
         frames = decoded(name, W + 1 if name == "a.mp4" else W)
         worst = min(psnr(a, b) for a, b in zip(frames, sources, strict=True))
         assert worst > least, f"{name}: {worst:.1f} dB"
-        print(f"{name}: {COUNT} frames, {os.path.getsize(name)} bytes, {worst:.1f} dB at least")
+        print(f"{name}: {COUNT} frames, {os.path.getsize(name)} bytes, at least {worst:.1f} dB")
     video = probe("a.mp4")
     expected = dict(codec_name="h264", pix_fmt="yuv420p", width=W + 1, height=H, color_space="bt709", color_range="tv")
     assert {k: video[k] for k in expected} == expected, video
     assert video["level"] == 30 and video["profile"] == "High", (video["level"], video["profile"])
     data = open("a.mp4", "rb").read()
-    assert data.index(b"moov") < data.index(b"mdat"), "the index comes first"
-    # ffmpeg 5 reads no animated WebP; Pillow does, by Google's library.
+    assert data.index(b"moov") < data.index(b"mdat"), "the index must come first"
+    # ffmpeg 5 reads no animated WebP; Pillow does, with libwebp.
     run(BLINN, "assemble", "frames", "-o", "a.webp", "--fps", str(FPS), "--quality", "100")
     with Image.open("a.webp") as webp:
         assert webp.n_frames == COUNT and webp.info["loop"] == 0
@@ -78,7 +78,7 @@ def files():
 
 
 class Chromium:
-    """A headless browser, told what to do through a pipe."""
+    """A headless browser, controlled through a pipe."""
 
     def __init__(self):
         from_us, to_browser = os.pipe()
@@ -111,7 +111,7 @@ class Chromium:
         while True:
             answer = bytearray()
             while (byte := self.inn.read(1)) != b"\0":
-                assert byte, "the browser is gone"
+                assert byte, "the browser has exited"
                 answer += byte
             answer = json.loads(answer)
             if answer.get("id") == self.number:
@@ -130,7 +130,7 @@ class Chromium:
             time.sleep(0.05)
 
     def open(self, file, hash=""):
-        # Over a blank page: another hash alone would not load anything.
+        # Via a blank page: a change of the hash alone does not reload.
         self.call("Page.navigate", url="about:blank")
         self.call("Page.navigate", url="file://" + os.path.abspath(file) + hash)
         self.until("document.readyState", "complete")
@@ -147,7 +147,7 @@ class Chromium:
 
 
 def turns(browser):
-    """The page shows the frame that its place says, and follows drag, touch and keys."""
+    """Checks that the page shows the right frame after drag, touch and keys."""
     run(BLINN, "assemble", "frames", "-o", "a.html", "--fps", str(FPS))
     browser.open("a.html")
     drawn = "Number(document.getElementById('picture').dataset.drawn)"
@@ -169,7 +169,7 @@ def turns(browser):
         browser.mouse("mouseMoved", at(0.2 + 0.026 * step) , y)
     browser.mouse("mouseReleased", at(0.46), y)
     shows(1 + int(0.26 * COUNT))
-    # To the left, past the first frame: it goes around.
+    # To the left, past the first frame: wraps around.
     browser.mouse("mousePressed", at(0.9), y)
     browser.mouse("mouseMoved", at(0.44), y)
     browser.mouse("mouseReleased", at(0.44), y)
@@ -188,7 +188,7 @@ def turns(browser):
     shows(1 + int(0.51 * COUNT))
     assert browser.says("document.getElementById('picture').getAttribute('aria-valuenow')") == str(1 + int(0.51 * COUNT))
     assert browser.says("performance.getEntriesByType('resource').filter(r => !r.name.startsWith('data:')).length") == 0
-    # It plays when told so, and stops.
+    # The play button starts and stops.
     browser.key("Home")
     browser.says("document.getElementById('play').click()")
     browser.until(f"{drawn} > 4", True)
@@ -202,7 +202,7 @@ def turns(browser):
 
 
 def plays(browser):
-    """The MP4 runs to its end."""
+    """Checks that the MP4 plays to its end."""
     with open("video.html", "w") as page:
         page.write("<video id=v src=a.mp4 muted autoplay></video>")
     browser.open("video.html")

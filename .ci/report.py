@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Whether Chromium shows the page that `blinn bench --report` writes.
+"""Checks the page of `blinn bench --report` in Chromium.
 
     report.py BLINN [PICTURE.png]
 
-From the file system and without a network: no request, no error, every plot and picture with a size, no text that
-runs out of its plot. With a name, the page as it looks is written there.
+From the file system and without a network: no requests, no errors, no empty plots or pictures, no text outside its
+plot. With PICTURE.png, a screenshot is written there.
 """
 import base64
 import os
@@ -17,7 +17,7 @@ PICTURE = os.path.abspath(sys.argv[2]) if len(sys.argv) > 2 else None
 LITTLE = "--size 160x90 --rounds 2 --threads 1,2 -q".split()
 PARTS = ["compared", "stages", "rays", "threads", "steps", "figures"]
 
-# Texts that reach beyond their drawing, and drawings without anything in them.
+# Texts outside their drawing, and empty drawings.
 OUTSIDE = """Array.from(document.querySelectorAll('svg text')).filter(t => {
     const a = t.getBoundingClientRect(), b = t.closest('svg').getBoundingClientRect();
     return a.left < b.left - 1 || a.right > b.right + 1 || a.top < b.top - 1 || a.bottom > b.bottom + 1;
@@ -39,7 +39,7 @@ def check(browser):
     assert browser.says(EMPTY) == 0, "a plot or a picture is empty"
     assert browser.says(OUTSIDE) == [], browser.says(OUTSIDE)
     plots, pictures = (browser.says(f"document.querySelectorAll('{kind}').length") for kind in ("svg", "img"))
-    scenes = 12  # seven kinds, of which all but two come in both sizes
+    scenes = 12  # seven kinds, five of them in both sizes
     assert pictures == scenes and plots == 2 * scenes + 2, (plots, pictures)
     assert browser.says("document.documentElement.scrollWidth <= window.innerWidth"), "the page is wider than the window"
     if PICTURE:

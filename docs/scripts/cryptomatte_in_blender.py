@@ -1,10 +1,10 @@
-"""Whether Blender's compositor finds our cryptomattes: every object's and material's matte against the picture's ids.
+"""Checks Cryptomattes with Blender's compositor: the matte of every object and material against the picture's ids.
 
     PYTHON cryptomatte_in_blender.py BLINN SCENE     PYTHON has `bpy==5.0.1` and `OpenEXR`
 
 SCENE is rendered twice into EXRs: with one sample through each pixel's centre, where a matte must be 1 exactly where the
-id says so, and with 16 samples, where it must equal the coverages in the file. The Cryptomatte node is given the
-objects by name, so the names, their hashes and the manifest are Blender's to understand.
+id AOV has the id, and with 16 samples, where it must equal the coverages in the file. The Cryptomatte node selects
+objects by name, so Blender must understand names, hashes and manifest.
 """
 
 import json
@@ -28,7 +28,7 @@ def read(path):
 
 
 def compositor(image, folder):
-    """A function from a layer and a name to that matte, by Blender."""
+    """Returns a function from a layer and a name to that matte, rendered by Blender."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "BLENDER_WORKBENCH" if "BLENDER_WORKBENCH" in dir(bpy.types) else "CYCLES"
@@ -68,7 +68,7 @@ def names(header, layer):
 
 
 def coverage(channels, layer, bits):
-    """What the file says the thing with that id covers."""
+    """Returns the coverage of an id in the file."""
     total = np.zeros(SIZE[::-1], np.float32)
     for rank in range(6):
         id_channel, cover = ("R", "G") if rank % 2 == 0 else ("B", "A")
@@ -95,7 +95,7 @@ def main(folder):
                     assert ((theirs > 0.5) == own).all(), f"{layer} {name}: {((theirs > 0.5) != own).sum()} differ"
                 checked += 1
     assert checked > 4, "nothing was checked"
-    print(f"Blender {bpy.app.version_string}: {checked} mattes of {os.path.basename(SCENE)} are ours", file=sys.stderr)
+    print(f"Blender {bpy.app.version_string}: {checked} mattes of {os.path.basename(SCENE)} agree", file=sys.stderr)
 
 
 with tempfile.TemporaryDirectory() as folder:

@@ -1,13 +1,14 @@
-"""How far the lecture's terms are from GGX, by what their coefficients are made of: the table of docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md.
+"""Compares Blinn-Phong with GGX for several mappings of coefficients.
+
+Prints the table of docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md.
 
     python docs/scripts/ggx.py            # needs numpy
 
-A ball of base colour .8 fills a square picture, seen from far away (v is +Z everywhere) and lit by one sun of
-irradiance π from 0, 30, 60 and 90 degrees beside the viewer, at roughness .1, .2, … 1. The reference is a microfacet
-surface: GGX's distribution, Smith's height-correlated masking, Schlick's Fresnel term with F0 = .04 for dielectrics
-and the base colour for metals, over a Lambertian base that gets the share 1 − F0 and is none for metals. What differs
-is the mean over the ball's pixels of |Δ|, in steps of 255 of sRGB, clipped at white; then the mean over lights and
-roughnesses. `tests/ggx.rs` measures the first row through the whole renderer.
+A ball of base colour 0.8 fills a square picture, seen from far away (v is +Z everywhere) and lit by one sun of
+irradiance π at 0, 30, 60 and 90 degrees from the view direction, at roughness 0.1, 0.2, … 1. The reference is a microfacet
+surface: GGX's distribution, Smith's height-correlated masking, Schlick's Fresnel term with F0 = 0.04 for dielectrics
+and the base colour for metals, over a Lambertian base with the share 1 − F0, which metals lack. The
+difference is the mean of |ΔsRGB| of 255 over the ball's pixels, clipped at white, then over lights and roughnesses. `tests/ggx.rs` measures the first row through the whole renderer.
 """
 
 import numpy as np
@@ -18,7 +19,7 @@ ANGLES = np.radians([0, 30, 60, 90])
 
 
 def ball():
-    """Normals of the ball's pixels."""
+    """Returns the normals of the ball's pixels."""
     at = (np.arange(SIDE) + 0.5) / SIDE * 2 - 1
     x, y = np.meshgrid(at, at)
     r2 = x * x + y * y
@@ -51,9 +52,9 @@ def ggx(metallic, roughness, angle):
     a2, f0 = roughness**4, f0_of(metallic)
     distribution = a2 / (np.pi * (nh * nh * (a2 - 1) + 1) ** 2)
     masking = lambda c: (np.sqrt(1 + a2 * (1 / c**2 - 1)) - 1) / 2
-    seen = 1 / (1 + masking(nl) + masking(nv))
+    visible = 1 / (1 + masking(nl) + masking(nv))
     fresnel = f0 + (1 - f0) * (1 - vh) ** 5
-    specular = distribution * fresnel * seen / (4 * nl * nv)
+    specular = distribution * fresnel * visible / (4 * nl * nv)
     diffuse = BASE * (1 - metallic) * (1 - f0) / np.pi
     return np.where(lit, np.pi * (specular + diffuse) * nl, 0)
 
@@ -66,14 +67,14 @@ def ours(metallic, roughness):
 
 
 def plain(metallic, roughness):
-    """As much light in the highlight as in the microfacets', and nothing else."""
+    """Keeps the energy of the highlight and changes nothing else."""
     alpha, f0 = max(roughness, 0.1) ** 2, f0_of(metallic)
     p = 2 / alpha**2 - 2
     return BASE * (1 - metallic) * (1 - 0.04), f0 * (p + 2) / 8, p
 
 
 def exporters(metallic, roughness):
-    """p = 1000·(1 − roughness)², as Blender's OBJ exporter has it, and k_s = F0."""
+    """p = 1000·(1 − roughness)², as Blender's OBJ exporter writes it, and k_s = F0."""
     return BASE * (1 - metallic), f0_of(metallic), 1000 * (1 - roughness) ** 2
 
 

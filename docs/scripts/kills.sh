@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Kills a job of pictures at random instants, again and again, and looks at what is left each time.
+# Kills a job of pictures at random times, repeatedly, and checks the files that are left.
 #
 #   bash docs/scripts/kills.sh target/release/blinn models/cornell/cornell.glb 200
 #
-# What must hold: every picture that is there can be decoded, and a last run completes the job with the
-# very files of one that nothing happened to. Needs Python with Pillow.
+# Every existing picture must be decodable, and a last run must complete the job with the same files as an
+# uninterrupted one. Needs Python with Pillow.
 set -euo pipefail
 blinn=$(realpath "$1") scene=$(realpath "$2") kills=${3:-200}
 folder=$(mktemp -d)
@@ -17,13 +17,13 @@ started=$(date +%s%N)
 took=$((($(date +%s%N) - started) / 1000000))
 undecodable=0 rounds=0 finished=0
 for ((i = 0; i < kills; i++)); do
-    # Once all are there, they are made anew.
+    # Start again once all are complete.
     if [ "$(find killed -name '*.png' 2>/dev/null | wc -l)" = 20 ]; then
         diff -rq whole killed >&2
         rm -rf killed
         rounds=$((rounds + 1))
     fi
-    # Not through a function: that would run in a shell of its own, and die in the program's place.
+    # No function: it would run in a subshell, which would be killed in place of the program.
     "${job[@]}" "killed/####.png" &
     pid=$!
     sleep "$(awk -v r="$RANDOM" -v t="$took" 'BEGIN { print r / 32768 * t / 1000 / 2 }')"
@@ -42,11 +42,11 @@ for name in glob.glob("killed/*.png"):
 print(bad)
 PY
     )))
-    # What a killed process was writing keeps its passing name.
+    # A file that a killed process was writing keeps its temporary name.
     rm -f killed/.blinn-*.part
 done
 "${job[@]}" "killed/####.png"
 diff -r whole killed
-echo "$kills kills, $finished of them too late; $rounds jobs completed on the way: $undecodable files undecodable," \
-    "the rest as if never killed"
+echo "$kills kills, $finished of them after the end; $rounds jobs completed meanwhile; $undecodable files undecodable," \
+    "all others identical to an uninterrupted job"
 [ "$undecodable" = 0 ]

@@ -1,4 +1,4 @@
-"""What Blender's own OpenColorIO configuration makes of some colours, as a Rust table for the unit tests.
+"""Writes display colours of Blender's own OpenColorIO configuration as a Rust table for the unit tests.
 
     pip install opencolorio numpy
     python docs/scripts/view_reference.py PATH/datafiles/colormanagement/config.ocio > src/display/reference.rs
@@ -15,7 +15,7 @@ import PyOpenColorIO as ocio
 
 
 def shown(config, view, rgb):
-    """Display values of scene-linear colours; without OpenColorIO's own shortcuts of the arithmetic."""
+    """Returns display values of scene-linear colours, without OpenColorIO's arithmetic optimizations."""
     transform = ocio.DisplayViewTransform(src="Linear Rec.709", display="sRGB", view=view)
     cpu = config.getProcessor(transform).getOptimizedCPUProcessor(ocio.OPTIMIZATION_NONE)
     out = np.array(rgb, np.float32)
@@ -25,7 +25,7 @@ def shown(config, view, rgb):
 
 
 def short(rows):
-    """Four digits are enough to name a colour."""
+    """Rounds to four digits."""
     return [[float(f"{v:.4g}") for v in row] for row in rows]
 
 
@@ -58,7 +58,7 @@ def agx_colours():
 
 
 def neutral_colours():
-    """Nodes of Blender's table, where it holds Khronos's formula itself."""
+    """Nodes of Blender's table, where it equals Khronos's formula."""
     nodes = [(26, 26, 26), (20, 22, 19), (27, 10, 5), (29, 26, 15), (30, 30, 30),
              (33, 20, 20), (40, 30, 20), (5, 45, 38), (15, 25, 50), (56, 56, 56)]
     return [[float(np.float32(2.0 ** (-9.0 + 19.0 * k / 56.0))) for k in row] for row in nodes]
@@ -77,7 +77,7 @@ def main():
 
 
 def rust(values):
-    """The shortest digits of each as f32."""
+    """Returns the shortest f32 representation of each value."""
     digits = (np.format_float_positional(np.float32(v), trim="0") if v < 1e6 else f"{v:.0e}".replace("+", "") for v in values)
     return "[" + ", ".join(digits) + "]"
 

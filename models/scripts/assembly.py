@@ -32,7 +32,7 @@ def along_x(shape):
 
 
 def ring_gear(outer, h):
-    """The part of an internal gear that the cut leaves."""
+    """Returns the part of an internal gear that remains after the cut."""
     turned = [(hypot(x, y), (atan2(y, x) + pi / RING) % (2 * pi)) for x, y in gear_outline(RING, MODULE)]
     start, sweep = cut["start"], cut["sweep"]
     inner = sorted(((a - start) % (2 * pi), r) for r, a in turned if (a - start) % (2 * pi) <= sweep)
@@ -119,7 +119,7 @@ root = place("Assembly", None)
 
 
 def fasten(name, parent, at, rotation, with_nut=None):
-    """A washer and a bolt on a seat whose +Z points out of the surface; a nut so far below it."""
+    """Adds a washer and a bolt on a seat whose +Z points out of the surface, and a nut at the given depth below it."""
     seat = place(name, None, at, rotation, parent=parent)
     place(name + " washer", washer, parent=seat)
     place(name + " bolt", bolt, (0, 0, 0.025), parent=seat)

@@ -1,4 +1,4 @@
-"""What the Blender scripts share: a fresh scene, objects of Shapes, materials, lights, cameras, export."""
+"""Shared by the Blender scripts: an empty scene, objects from Shapes, materials, lights, cameras, export."""
 
 from math import radians
 
@@ -110,7 +110,7 @@ def bevelled(name, shape, mat, width, segments=2, **where):
 
 
 def aim(obj, target):
-    """Turns a camera or a light so that its −Z points at the target."""
+    """Rotates a camera or a light so that its −Z points at the target."""
     obj.rotation_euler = (Vector(target) - obj.location).to_track_quat("-Z", "Y").to_euler()
 
 

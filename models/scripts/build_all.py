@@ -1,7 +1,7 @@
 """Makes every model again: `python models/scripts/build_all.py`, with a Python that has bpy 5.0.1.
 
-A name or several (`build_all.py lecture tests`) makes only those. lecture and
-tests need no Blender; the rest do. Each scene runs in a process of its own.
+Names (`build_all.py lecture tests`) select scenes. lecture and tests need no
+Blender; the rest do. Each scene runs in its own process.
 """
 
 import subprocess

@@ -1,4 +1,4 @@
-"""Says what is in every glTF and OBJ of models/, and fails where a scene lacks what it is there to show."""
+"""Lists the content of every glTF and OBJ of models/, and fails if a scene lacks a feature that it is meant to show."""
 
 import json
 import struct

@@ -23,8 +23,11 @@ panel = material("Lamp", (0.8, 0.8, 0.8), 0.9, emission=("#fff1dc", 4))
 
 
 def wall(name, mat, location=(0, 0, 0), rotation=(0, 0, 0)):
-    """A square of 4 m where it belongs: walls share their corners to the last bit, which nodes that turn them by
-    rounded quaternions would not, and light shone through the seams."""
+    """Adds a square of 4 m with its rotation applied to the vertices.
+
+    Walls then share their corners to the last bit. Nodes with rounded quaternions would leave gaps between them,
+    through which light leaks.
+    """
     turn = Euler([radians(a) for a in rotation]).to_matrix()
     flat = grid(4, 4)
     verts = [tuple(round(c, 6) + 0.0 for c in turn @ Vector(v) + Vector(location)) for v in flat.verts]

@@ -149,7 +149,7 @@ for index, (x, y, z) in enumerate(verts):
     swell = max(0, cos((z - 1.36) / 0.22 * pi / 2)) if abs(z - 1.36) < 0.22 else 0
     breath.data[index].co = (x * (1 + 0.12 * swell), y * (1 + 0.3 * swell), z + 0.01 * swell)
 
-# The action: a walk on the spot, two steps in 48 frames; frame 49 would be frame 1 again.
+# The action: a walk on the spot, two steps in 48 frames; frame 49 would repeat frame 1.
 rig.animation_data_create()
 rig.animation_data.action = bpy.data.actions.new("Walk")
 for bone in rig.pose.bones:

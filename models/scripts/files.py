@@ -1,4 +1,4 @@
-"""Writers that need nothing but Python: PNG, glTF, GLB, OBJ."""
+"""Writers of PNG, glTF, GLB and OBJ in plain Python."""
 
 import base64
 import json

@@ -1,9 +1,9 @@
-"""Images of every kind that glTF and MTL files hold, for the decoder's test: needs Pillow and numpy.
+"""Writes one image of every format that glTF and MTL files use, for the decoder's test. Needs Pillow and numpy.
 
     PYTHON images.py OUT        OUT: models/tests/images
 
-Each shows the same 16 × 8 picture: left half red, right half green, in what the format can say of it; grey ones
-show light and dark, those with alpha are opaque on the left alone.
+Each shows the same 16 × 8 picture, as far as the format allows: left half red, right half green. Grey images show
+light and dark; images with alpha are opaque in the left half only.
 """
 
 import sys

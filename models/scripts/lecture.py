@@ -1,6 +1,6 @@
-"""The lecture's two views and something to see in them: lecture.obj/.mtl, lecture.glb, view-1.xml, view-2.xml.
+"""The lecture's two views of a small scene: lecture.obj/.mtl, lecture.glb, view-1.xml, view-2.xml.
 
-Plain Python, no Blender. Both views stand at (10, 4.2, 6) and look at the
+Plain Python, no Blender. Both views are at (10, 4.2, 6) and look at the
 origin; only the projection distance differs.
 """
 

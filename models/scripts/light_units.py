@@ -1,11 +1,11 @@
-"""One light of each kind in each of the exporter's lighting modes, and what Cycles makes of it: models/tests/light-units/.
+"""Writes models/tests/light-units/: one light of each kind in each of the exporter's lighting modes, and Cycles' radiance.
 
     PYTHON light_units.py      PYTHON has `bpy==5.0.1` and `OpenEXR`
 
 KIND_MODE.glb: a floor, a wall and a ball, of one colour each, under a point (400 W), a spot (400 W) or a sun (3 W/m²),
 written as Standard (SPEC), Unitless (COMPAT) or Raw (RAW). KIND.exr: the radiance of the same scene by Cycles in
-Blender's own units (R, G, B as half floats, 48 × 36, row 0 on top): Lambertian, direct light alone, one sample through
-each pixel's centre. Lights have no size, since files do not carry one.
+Blender's own units (R, G, B as half floats, 48 × 36, row 0 on top): Lambertian, direct light only, one sample through
+each pixel's centre. Lights have no size, since files do not store one.
 """
 
 import os
@@ -77,7 +77,7 @@ def scene(kind, power):
 
 
 def lambert():
-    """Cycles' Lambert in place of what the exporter was shown."""
+    """Replaces the exported material by Cycles' Lambertian one."""
     for material in bpy.data.materials:
         tree = material.node_tree
         color = tree.nodes["Principled BSDF"].inputs["Base Color"].default_value[:]

@@ -1,7 +1,7 @@
-"""Three small scenes for the references by Blender: models/tests/references/. Plain Python, no Blender.
+"""Writes the three small scenes of Blender's references, models/tests/references/. Plain Python, no Blender.
 
-wrap.gltf     nine boards: the wrap modes in either direction, KHR_texture_transform, a second UV set, alpha MASK
-motion.gltf   STEP, LINEAR and CUBICSPLINE on nodes in a hierarchy, a matrix node, a mirrored one, a twisted child
+wrap.gltf     nine boards: the wrap modes in both directions, KHR_texture_transform, a second UV set, alpha MASK
+motion.gltf   STEP, LINEAR and CUBICSPLINE on nodes in a hierarchy, a matrix node, a mirrored node, a sheared child
 groups.obj    n-gons (concave ones too), smoothing groups, negative indices, `\\` line ends, map_Kd with -s and -o
 """
 
@@ -19,7 +19,7 @@ out.mkdir(parents=True, exist_ok=True)
 
 
 def picture(alpha=False):
-    """8 × 8 pixels of which no two rows and no two columns are alike, and no two corners."""
+    """Returns 8 × 8 pixels with different rows, columns and corners."""
     rows = [[(30 + 28 * x, 220 - 26 * y, 200 if (x + y) % 2 else 40) for x in range(8)] for y in range(8)]
     rows[0][0] = (255, 0, 0)
     if alpha:
@@ -46,7 +46,7 @@ def board(gltf, name, at, material, low=-0.6, high=1.9, sets=1):
 
 
 def wrap():
-    """Where the directions differ, Blender's importer wraps by itself and misses the filter at seams: NEAREST there."""
+    """Returns a sampler; NEAREST where wrap modes differ by axis, since Blender's importer does not filter across seams then."""
     gltf = Gltf()
     gltf.json["extensionsUsed"] = ["KHR_texture_transform"]
     image, cut = embedded(gltf, picture()), embedded(gltf, picture(alpha=True))
@@ -77,7 +77,7 @@ def wrap():
 
 
 def wedge(gltf, name, colour):
-    """A box whose six corners of eight differ, so that no turn or mirror looks like another; without normals."""
+    """Returns a box without normals whose corners differ, so that no rotation or mirroring looks like another."""
     verts = [
         (-0.4, 0, -0.3),
         (0.4, 0, -0.3),
@@ -110,7 +110,7 @@ def motion():
     a = pi / 5  # columns: a turn about y, stretched along x, mirrored along z
     matrix = [1.3 * cos(a), 0, -1.3 * sin(a), 0, 0, 0.8, 0, 0, -sin(a), 0, -cos(a), 0, -0.6, -1.1, 0.2, 1]
     gltf.node("Matrix", mesh=gold, matrix=matrix)
-    # A turn inside an uneven scale: the world's matrix has shear.
+    # A rotation below a non-uniform scale: the world matrix has shear.
     uneven = gltf.node("Uneven", translation=[1.0, -1.1, 0], scale=[1.5, 0.7, 1])
     gltf.node("Twisted", uneven, mesh=green, rotation=[0, 0, sin(0.35), cos(0.35)])
 
@@ -190,7 +190,7 @@ def groups():
     vertices([(x - 0.4, y + 0.1, -0.2 * x) for x, y in letter])
     lines.extend(f"vt {x:.6g} {y:.6g}" for x, y in letter)
     lines.append("f " + " ".join(f"{k - 8}/{k - 8}" for k in range(8)))
-    # Two tubes of eight sides: smooth (group 3) with flat caps of eight corners; and flat.
+    # Two tubes of eight sides: a smooth one (group 3) with flat octagonal caps, and a flat one.
     for name, at, group, material in (("Smooth", 1.3, "3", "Plain"), ("Flat", 2.4, "0", "Other")):
         ring = [(at + 0.4 * cos(k * pi / 4), 0.4 * sin(k * pi / 4)) for k in range(8)]
         lines += [f"o {name} tube", f"usemtl {material}", f"s {group}"]

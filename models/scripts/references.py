@@ -1,4 +1,4 @@
-"""Reference buffers by Blender: what Cycles sees of our models, for the renderer's own buffers to be held against.
+"""Renders reference buffers of the models with Blender's Cycles, to compare with the renderer's own buffers.
 
     PYTHON references.py ROOT OUT [NAME…]     ROOT: the repository; OUT: cases.json and NAME.exr are written there
 
@@ -7,40 +7,40 @@ rendered by Cycles with one sample through each pixel's centre (a box filter 0.0
 Made twice, the files are the same to the byte.
 
 cases.json: `file` is relative to ROOT/models; without `time` it is the stored pose (`--animation none`), with it
-`animation` or all; file cameras keep their clip planes, the others have none (`--clip off`); `twins` shall look the
+`animation` or all; file cameras keep their clip planes, the others have none (`--clip off`); `twins` must look the
 same as the file.
 
-An EXR holds, row 0 at the top, half floats but for depth, 0 where nothing is hit:
+An EXR holds half floats (depth: floats), row 0 at the top, 0 where nothing is hit:
 
   mask.A        1 where something is hit
   depth.Z       distance along the viewing axis (a float, rounded to 1.2e-4 of its value)
-  normal.X/Y/Z  shading normal, with smoothing and normal map, in the world of the file (y up), turned to the viewer
+  normal.X/Y/Z  shading normal, with smoothing and normal map, in the file's world space (y up), facing the viewer
   albedo.R/G/B  base colour, linear: factor × texture × vertex colour; no metallic factor, no alpha
 
-Normals and colours are rounded to 1/512, since a repository holds these files.
+Normals and colours are rounded to 1/512, to keep the files small.
 
-A surface that MASK cuts away is not there; one that BLENDs is, whatever its alpha. All faces are seen from both sides.
+Surfaces cut away by MASK are not hit; BLEND surfaces are, whatever their alpha. All faces are double-sided.
 
-What Blender is not asked, since its importer is wrong there or says nothing:
+Not compared, because Blender's importer is wrong or has no answer:
 
-  * Textures: Cycles filters sRGB bytes before it decodes them. That is what is asked of files by Blender; for others
-    each picture is decoded here to linear floats first, as glTF asks. Wrap modes, transforms and the filter stay the
-    importer's and Cycles' own. (The importer also takes a picture for data wherever it serves as occlusion, roughness
-    or normal too, as `torus` has it.)
-  * Skins and morph targets: Blender stores a normal as angles to the normal that the mesh has of itself, and turns it
-    with that; glTF skins the normal as it is, and adds the target's own. `patch`, `quantised` and `torus-bent` have
-    no normals for this reason; the figure bends finely enough for the median and most of its pixels.
-  * CUBICSPLINE: the importer drops the tangents. Moments are keys, where every curve is at its value. LINEAR
-    rotations are mixed by component, not along the arc: keys again (times are multiples of 1/24 s, the scene has 24
+  * Textures: Cycles filters sRGB bytes before it decodes them. That is expected of files by Blender; for others each
+    picture is decoded to linear floats here first, as glTF requires. Wrap modes, transforms and the filter stay the
+    importer's and Cycles'. (The importer also reads a picture as data if it is used as occlusion, roughness or normal
+    too, as in `torus`.)
+  * Skins and morph targets: Blender stores a normal as angles to the mesh's own normal and rotates it
+    with that; glTF skins the normal itself, and adds the target's. `patch`, `quantised` and `torus-bent` have
+    no normals for this reason; the figure deforms little enough for the median and most of its pixels.
+  * CUBICSPLINE: the importer drops the tangents. Times are at keys, where every curve has its value. LINEAR
+    rotations are interpolated by component, not along the arc: at keys too (times are multiples of 1/24 s, the scene has 24
     frames/s).
-  * map_Bump: the OBJ importer reads a normal map's bytes as sRGB colours; it is told that they are data.
-  * Smoothing groups of an OBJ: the importer knows smooth and flat only, so groups in `groups` share no vertices; and
-    it forgets `s` at an `o`, so `lecture-obj`, where `s 1` comes first, has no normals here (its spheres would be
+  * map_Bump: the OBJ importer reads a normal map's bytes as sRGB colours; the script marks them as data.
+  * Smoothing groups of an OBJ: the importer distinguishes smooth and flat only, so groups in `groups` share no vertices; and
+    it resets `s` at an `o`, so `lecture-obj`, where `s 1` comes first, has no normals here (its spheres would be
     flat).
-  * No material: Blender has no colour for it. White (as glTF says) for glTF; the buffer is left out for OBJ.
-  * EXT_mesh_gpu_instancing, meshopt, KHR_texture_basisu: the plain twins stand for them, and for Draco.
+  * No material: Blender has no colour for it. White (as in glTF) for glTF; the buffer is left out for OBJ.
+  * EXT_mesh_gpu_instancing, meshopt, KHR_texture_basisu: represented by their uncompressed counterparts, like Draco.
   * Vertex colours are kept as sRGB bytes by the importer: 0.004 of difference, nothing above 1.
-  * Points and lines: Blender renders none, nor may we.
+  * Points and lines: Blender renders none, and blinn must not either.
 """
 
 import json
@@ -71,8 +71,8 @@ def parallel(eye, at, height, up=(0, 1, 0)):
 
 
 def case(name, file, view, size=(72, 54), time=None, animation=None, without=(), shows="", **limits):
-    """`view`: a camera's name, or look() or parallel(); `time` in seconds (None: the rest pose, animation none);
-    other names are limits of this case that are wider than elsewhere."""
+    """Adds a case. `view`: a camera's name, look() or parallel(); `time`: seconds, or None for the rest pose without
+    animation; other arguments: tolerances that are wider for this case."""
     return {
         "name": name,
         "file": file,
@@ -290,8 +290,8 @@ CASES = [
     ),
 ]
 
-# The same scene stored in another way, in the same folder: held against the same reference. Their own quantisation adds
-# to the difference; gltfpack resamples keys and drops what no texture uses.
+# The same scenes in other encodings, in the same folder, compared with the same reference. Their quantization adds to
+# the difference; gltfpack resamples keys and drops attributes that no texture uses.
 TWINS = {
     "torus": "torus_draco_eb torus_draco_eb_fast torus_draco_partial torus_draco_seq torus_meshopt_filters"
     " torus_meshopt_khr_filters torus_meshopt_khr_raw torus_meshopt_raw torus_pack_cc torus_pack_khr_cz",
@@ -314,14 +314,14 @@ def to_blender(p):
 
 
 def import_file(path, animated, temporary):
-    """Imports a file; without its animations for the stored pose, which the importer would replace by their start."""
+    """Imports a file. For the stored pose, removes animations, because the importer would apply their start."""
     if path.endswith(".obj"):
         bpy.ops.wm.obj_import(filepath=path, forward_axis="NEGATIVE_Z", up_axis="Y")
         return
     with open(path, "rb") as f:
         data = f.read()
     still = not animated and b'"animations"' in data
-    if still:  # the same length, so that a GLB stays right; such a file must hold its pictures and its buffer
+    if still:  # the same length keeps a GLB valid; such a file must contain its images and its buffer
         path = temporary + os.path.splitext(path)[1]
         with open(path, "wb") as f:
             f.write(data.replace(b'"animations"', b'"-nimations"', 1))
@@ -350,7 +350,7 @@ def pose(time, animation):
 
 
 def is_by_blender(path):
-    """Whether Blender wrote the file, as the renderer judges it: by its generator, or an OBJ's first line."""
+    """Returns true if Blender wrote the file, by its generator or an OBJ's first line, as the renderer decides."""
     head = Path(path).read_bytes()
     if path.endswith(".obj"):
         return b"Blender" in head.split(b"\n")[0]
@@ -363,7 +363,7 @@ LINEAR = {}
 
 
 def linear(image):
-    """The image as linear floats, so that Cycles filters light, not codes."""
+    """Returns the image as linear floats, so that Cycles filters linear light, not sRGB codes."""
     if image.name not in LINEAR:
         pixels = np.empty(len(image.pixels), np.float32)
         image.pixels.foreach_get(pixels)
@@ -380,7 +380,7 @@ def linear(image):
 
 
 def textures(socket):
-    """The texture nodes that lead to a socket."""
+    """Yields the texture nodes upstream of a socket."""
     for link in socket.links:
         if link.from_node.type == "TEX_IMAGE" and link.from_node.image:
             yield link.from_node
@@ -389,7 +389,7 @@ def textures(socket):
 
 
 def show_buffers(material, by_blender):
-    """Instead of the shading: light of the base colour, and a white diffuse surface that holds the normal."""
+    """Replaces the shader by emission of the base colour and a white diffuse surface with the normal."""
     tree = material.node_tree
     principled = [n for n in tree.nodes if n.type == "BSDF_PRINCIPLED"]
     if len(principled) != 1:
@@ -497,7 +497,7 @@ def buffers(channels, wanted):
     z = channels.get("Depth.V", channels.get("Depth.Z")).copy()
     out = {"mask.A": mask.astype(np.float16)}
     z[~mask] = 0
-    # Rounded, so that what is left compresses.
+    # Rounded for better compression.
     drop = 23 - DEPTH_BITS
     bits = ((z.view(np.uint32).astype(np.uint64) + (1 << drop - 1)) >> drop << drop).astype(np.uint32)
     out["depth.Z"] = bits.view(np.float32)

@@ -16,7 +16,7 @@ random = np.random.default_rng(11)
 
 
 def smooth_noise(h, w, cells):
-    """Values in 0…1 that repeat from side to side."""
+    """Returns tileable values in 0…1."""
     lattice = random.random((cells, cells))
     y, x = np.mgrid[0:h, 0:w].astype(float)
     y, x = y / h * cells, x / w * cells
@@ -35,14 +35,14 @@ def save(name, rgb):
 
 
 def normals(height, strength):
-    """A tangent-space normal map (green up) of a height field whose columns wrap round."""
+    """A tangent-space normal map (green up) of a height field that wraps horizontally."""
     dx = (np.roll(height, -1, 1) - np.roll(height, 1, 1)) * strength
     dy = -np.gradient(height, axis=0) * 2 * strength  # rows run downward
     n = np.stack([-dx, -dy, np.ones_like(height)], -1)
     return n / np.linalg.norm(n, axis=-1, keepdims=True) * 0.5 + 0.5
 
 
-# The tin's side, unrolled: u once round, v from the foot to the lid.
+# The tin's side, unrolled: u once around, v from the base to the lid.
 H, W = 512, 1024
 row, col = np.mgrid[0:H, 0:W]
 u, v = (col + 0.5) / W, 1 - (row + 0.5) / H

@@ -64,5 +64,5 @@ bpy.context.object.data.energy = 110
 
 path = Path(sys.argv[-1] if sys.argv[-1].endswith(".glb") else Path(__file__).parents[1] / "tower/tower.glb").absolute()
 path.parent.mkdir(parents=True, exist_ok=True)
-# The exporter leaves cameras and lights out unless it is told otherwise; nothing here has a texture.
+# By default the exporter leaves cameras and lights out; nothing here has a texture.
 bpy.ops.export_scene.gltf(filepath=str(path), export_cameras=True, export_lights=True, export_texcoords=False)

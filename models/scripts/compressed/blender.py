@@ -93,7 +93,7 @@ export(
     export_draco_mesh_compression_enable=True,
     export_draco_mesh_compression_level=6,
 )
-# Level 10 quantises more coarsely here and uses the dearest schemes.
+# Level 10 quantizes more coarsely here and uses the most expensive schemes.
 export(
     "blender_draco_10.glb",
     export_vertex_color="ACTIVE",
@@ -104,7 +104,7 @@ export(
     export_draco_normal_quantization=8,
     export_draco_texcoord_quantization=10,
 )
-# 2. WebP: instead of the PNG, and beside it.
+# 2. WebP: instead of the PNG, and with it as fallback.
 export("blender_webp.glb", export_vertex_color="ACTIVE", export_image_format="WEBP", export_image_quality=90)
 export(
     "blender_webp_fallback.glb",

@@ -1,4 +1,4 @@
-// KHR_draco_mesh_compression variants of our twins, written with draco3dgltf's encoder and our own JSON.
+// Writes KHR_draco_mesh_compression variants of the twins with draco3dgltf's encoder and JSON of our own.
 import draco3d from "draco3dgltf";
 import { join } from "node:path";
 import { Glb, OUT, WIDTH, bounds, bytes, load, plain } from "./file.mjs";
@@ -70,8 +70,8 @@ function copy(glb, file, index, done) {
   return done.get(index);
 }
 
-// `choose` says for a primitive (its index, itself) what to do: false for leaving it, or options for `encode`, with
-// `only` (the names to put into Draco; the others stay plain), `fallback` (uncompressed data beside it).
+// `choose` maps a primitive (its index, itself) to false (leave it) or to options for `encode`, with `only` (the names to
+// compress; the others stay uncompressed) and `fallback` (also write uncompressed data).
 function write(twin, name, choose) {
   const file = load(join(OUT, twin)), glb = new Glb(file), done = new Map();
   const keep = (i) => copy(glb, file, i, done);
@@ -113,7 +113,7 @@ function write(twin, name, choose) {
       }
       let flat = decoded.indices;
       if (p.mode === 5) {
-        // Sequential coding keeps the vertices, so the strip's own indices still hold.
+        // Sequential coding keeps the vertices, so the strip's own indices stay valid.
         flat = Uint32Array.from(plain(file, p.indices));
       }
       const small = decoded.points < 65535 ? Uint16Array.from(flat) : flat;
@@ -137,7 +137,7 @@ if (process.argv[1].endsWith("draco.mjs")) {
   const few = { POSITION: 8, NORMAL: 6, COLOR: 6, TEX_COORD: 7, GENERIC: 6 };
   const many = { POSITION: 20, NORMAL: 14, COLOR: 12, TEX_COORD: 16, GENERIC: 16 };
   const all = (o) => () => o;
-  // Speed chooses the prediction schemes: 0 the dearest (valence edgebreaker, multi-parallelogram, geometric normals).
+  // Speed selects the prediction schemes: 0 the most expensive (valence edgebreaker, multi-parallelogram, geometric normals).
   write("torus.glb", "torus_draco_eb.glb", all({ method: "edgebreaker" }));
   write("torus.glb", "torus_draco_eb_slow.glb", all({ method: "edgebreaker", encode: 0, decode: 0 }));
   write("torus.glb", "torus_draco_eb_fast.glb", all({ method: "edgebreaker", encode: 10, decode: 10, bits: few }));

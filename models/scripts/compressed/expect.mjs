@@ -1,5 +1,5 @@
-// Reads every fixture with scene.mjs and writes out/expected.json: what a correct reader finds, and how far each
-// compressed file lies from its twin. Fails where a file's triangles are not its twin's.
+// Reads every fixture with scene.mjs and writes out/expected.json: the results of a correct reader, and the deviation of
+// each compressed file from its twin. Fails if a file's triangles are not its twin's.
 import { mkdirSync, readFileSync, readdirSync, renameSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { OUT } from "./file.mjs";
@@ -54,7 +54,7 @@ function soup(scene, drawn) {
       for (const [n, { width, values }] of Object.entries(d.g.attributes)) {
         if (["POSITION", "NORMAL", "JOINTS_0", "WEIGHTS_0"].includes(n) || (n === "TANGENT" && d.g.p.targets)) continue;
         row[n] = [...values.subarray(v * width, (v + 1) * width)];
-        // gltfpack's quantised UVs mean nothing without a texture's transform.
+        // gltfpack's quantized UVs cannot be decoded without a texture's transform.
         if (n.startsWith("TEXCOORD") && !textures.length && scene.json.asset.generator?.startsWith("gltfpack")) delete row[n];
         if (n.startsWith("TEXCOORD") && !row[n]) continue;
         if (n.startsWith("COLOR") && width === 3) row[n].push(1);
@@ -165,7 +165,7 @@ function write(path, names) {
   writeFileSync(join(OUT, path), `{\n${text.join(",\n")}\n}\n`);
 }
 
-// What adds least to the rest goes to tests/gltf/more/, with its own expected.json.
+// Fixtures that add least go to tests/gltf/more/, with their own expected.json.
 const MORE = `torus_draco_eb_slow torus_draco_eb_many_bits torus_draco_lossless mixed_draco_two mixed_gt_draco patch_gt_draco
   torus_gt_draco ring_draco_eb ring_draco_seq torus_meshopt_filters16 torus_meshopt_khr_level0 torus_meshopt_khr_filters16
   mixed_meshopt_raw torus_pack_c torus_pack_quantised instances_pack_mi_cc patch_pack_normalised patch_pack_cc mixed_pack_quantised

@@ -51,7 +51,7 @@ export function plain({ json, buffers }, index) {
   return new Type(out.buffer);
 }
 
-// A GLB being written: the JSON of a source with its accessors and views taken away.
+// A GLB being written: the JSON of a source without its accessors and views.
 export class Glb {
   constructor(source) {
     this.json = structuredClone(source.json);
@@ -63,7 +63,7 @@ export class Glb {
     this.source = source;
   }
 
-  // Takes over the images that lie in the source's buffer.
+  // Copies the images of the source's buffer.
   keep_images() {
     for (const image of this.json.images ?? []) {
       if (image.bufferView === undefined) continue;

@@ -5,7 +5,7 @@ import struct
 import sys
 from pathlib import Path
 
-# Behind this folder, which has modules of the same names.
+# After this folder, which has modules of the same names.
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 from files import png  # noqa: E402, F401
 

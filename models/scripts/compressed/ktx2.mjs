@@ -1,5 +1,5 @@
 // ETC1S and UASTC in KTX2 (out/ktx2/): encodes the PNGs of images.py with two builds of Basis Universal, reads every
-// KTX2 back with ktx-parse and three.js' transcoder and writes what it found to out/ktx2/basis.json.
+// KTX2 back with ktx-parse and three.js' transcoder and writes the results to out/ktx2/basis.json.
 import { execFileSync } from "node:child_process";
 import { chmodSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";

@@ -1,6 +1,6 @@
-// EXT_ and KHR_meshopt_compression variants of our twins, written with meshoptimizer's encoder and our own JSON. The
-// order of vertices and of triangles is kept, so what is decoded can be held against the twin value by value (only a
-// triangle's first corner may change).
+// Writes EXT_ and KHR_meshopt_compression variants of the twins with meshoptimizer's encoder and JSON of our own. The
+// order of vertices and triangles is kept, so decoded data can be compared with the twin value by value (only a
+// triangle's first vertex may change).
 import { MeshoptEncoder as E } from "meshoptimizer";
 import { join } from "node:path";
 import { Glb, OUT, WIDTH, bounds, bytes, load, plain } from "./file.mjs";
@@ -38,7 +38,7 @@ function uses(json) {
   return use;
 }
 
-// What is coded for one accessor: the stride, the bytes before the codec, the mode, the filter and the accessor's new type.
+// The encoding of one accessor: the stride, the bytes before the codec, the mode, the filter and the accessor's new type.
 function prepare(file, index, use, o) {
   const a = file.json.accessors[index], raw = plain(file, index), size = bytes(raw).length / a.count;
   if (use === "triangles" || use === "indices") {
@@ -94,7 +94,7 @@ function write(twin, name, o) {
     const at = glb.push(data);
     const { bufferView, byteOffset, min, max, ...rest } = a;
     const size = { 5120: 1, 5121: 1, 5122: 2, 5123: 2 }[p.type.componentType ?? a.componentType] ?? 4;
-    // Vertex data always says its stride; the rest does where it is wider than a row.
+    // Vertex data always has a stride; other data where it is wider than a row.
     const strided = p.mode === "ATTRIBUTES" && (p.target || p.stride !== size * WIDTH[a.type]);
     length = (length + 3) & ~3;
     glb.json.bufferViews.push({

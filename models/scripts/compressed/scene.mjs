@@ -44,7 +44,7 @@ export class Scene {
     return data;
   }
 
-  // Raw values, tightly packed; sparse ones put in.
+  // Raw values, tightly packed, with sparse values applied.
   raw(i) {
     const a = this.json.accessors[i], width = WIDTH[a.type], Type = ARRAY[a.componentType], size = width * Type.BYTES_PER_ELEMENT;
     const out = new Uint8Array(size * a.count);

@@ -1,4 +1,4 @@
-"""The uncompressed twins, and the fixtures that need no encoder: variants, animation pointers, quantised by hand."""
+"""Writes the uncompressed twins and the fixtures that need no encoder: variants, animation pointers, manual quantization."""
 
 import json
 from math import cos, pi, sin
@@ -300,7 +300,7 @@ def variants():
 
 def pointers():
     """pointers: KHR_animation_pointer on materials, lights, a camera, node visibility and TRS, texture transform and
-    morph weights, with LINEAR, STEP and CUBICSPLINE. pointers.json says what holds at given times."""
+    morph weights, with LINEAR, STEP and CUBICSPLINE. pointers.json holds the expected values at given times."""
     g = Gltf()
     for name in (
         "KHR_animation_pointer",
@@ -374,7 +374,7 @@ def pointers():
         return rows
 
     def at(t, times, values, interpolation, tangents):
-        """The value at t, as the glTF specification's appendix C says (no pointer here is a quaternion)."""
+        """The value at t, by appendix C of the glTF specification (no pointer here is a quaternion)."""
         if t <= times[0]:
             return list(values[0])
         if t >= times[-1]:
@@ -448,7 +448,7 @@ def pointers():
     # One ordinary channel in the same animation.
     channel(g, show, 1, "rotation", [0, 2], "VEC4", [about((0, 1, 0), 0), about((0, 1, 0), 1)])
     g.add("animations", show)
-    # A second animation whose pointers must be passed over: an unknown extension, an index out of range.
+    # A second animation whose pointers must be ignored: an unknown extension, an index out of range.
     odd = {"name": "Odd", "channels": [], "samplers": []}
     for path in ("/materials/0/extensions/ACME_shimmer/amount", "/materials/99/alphaCutoff", "/nodes/0/name"):
         odd["samplers"].append({"input": show["samplers"][3]["input"], "output": show["samplers"][6]["output"]})

@@ -1,12 +1,12 @@
 #!/bin/sh
-# The fixtures made by other people's tools: gltfpack and glTF Transform. Run in this folder after sources.py.
+# Makes fixtures with gltfpack and glTF Transform. Run in this folder after sources.py.
 set -e
 OUT=../../tests/gltf
 BIN=node_modules/.bin
 pack() { node "$BIN/gltfpack" "$@" >/dev/null; }
 transform() { node "$BIN/gltf-transform" "$@" >/dev/null 2>&1; }
 
-# gltfpack without -c: quantisation alone (-kn keeps the names, -af 0 keeps the keys).
+# gltfpack without -c: quantization only (-kn keeps the names, -af 0 keeps the keys).
 pack -i $OUT/torus.glb -o $OUT/torus_pack_quantised.glb -kn -km -kv -vp 14 -vt 12 -vn 8 -at 16 -ar 12
 pack -i $OUT/patch.glb -o $OUT/patch_pack_quantised.glb -kn -km -kv -vp 12
 pack -i $OUT/patch.glb -o $OUT/patch_pack_normalised.glb -kn -km -kv -vpn -vn 8

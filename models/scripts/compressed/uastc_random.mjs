@@ -1,5 +1,5 @@
-// out/ktx2/random_uastc.ktx2: 256 UASTC blocks of pseudo-random bits, every mode 13 or 14 times, such as no encoder
-// makes; only blocks that Basis Universal's transcoder takes are kept. random_uastc.decoded.png is what it makes of them.
+// out/ktx2/random_uastc.ktx2: 256 UASTC blocks of pseudo-random bits, every mode 13 or 14 times, as no encoder
+// produces; only blocks that Basis Universal's transcoder accepts are kept. random_uastc.decoded.png is its output.
 import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
