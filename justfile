@@ -8,7 +8,7 @@ check:
 
 # Rewrite golden images. Check each changed image before committing it.
 golden:
-    GOLDEN=update cargo test --test golden
+    GOLDEN=update cargo test --test render golden::
 
 # Run the listed cases of the reference corpora; `just corpus all` runs all.
 corpus which="":
@@ -20,7 +20,7 @@ book:
 
 # Write docs/reference/command-line.md from the program's own help.
 reference:
-    GOLDEN=update cargo test --locked --test help
+    GOLDEN=update cargo test --locked --test cli help::
 
 # Render the gallery's pictures and write its page; needs Python with pillow.
 gallery *names:
@@ -63,11 +63,11 @@ bench-peers *words:
 
 # Import every mutant of every seed: nearly 800,000, in some 16 CPU minutes.
 fuzz-full:
-    cargo test --locked --test mutations -- --ignored --nocapture
+    cargo test --locked --test allocation mutations:: -- --ignored --nocapture
 
 # Import the mutants that every test run tries.
 fuzz-smoke:
-    cargo test --locked --test mutations -- --nocapture
+    cargo test --locked --test allocation mutations:: -- --nocapture
 
 # Fuzz a target of tests/fuzz (`just fuzz` lists them) for some seconds; needs cargo-fuzz and a nightly
 # compiler. New inputs go to target/fuzzing, a crash to tests/fuzz/artifacts; move it to tests/fuzz/corpus with
@@ -95,8 +95,7 @@ msrv:
 # a full disk, which leaves no room for its profile.
 coverage:
     cargo llvm-cov --locked --summary-only --lib \
-        --test escapes --test limits --test light_units --test mutations --test pictures --test pitfalls \
-        --test program --test references --test twins \
+        --test import --test robustness --test allocation --test cli \
         --ignore-filename-regex 'src/(accel|batch|bench|cli|display|geometry|integrator|output|render|scene)/|src/(lib|main)\.rs|tests/|benches/' -- --skip a_full_disk
 
 # Check licences, bans and sources of dependencies; needs cargo-deny. `just deny advisories` also checks the
@@ -106,12 +105,12 @@ deny *more:
 
 # Check for the same bytes with any threads, tiles and SIMD level: 225 pictures of each scene.
 determinism:
-    cargo test --locked --test determinism -- --ignored --nocapture
+    cargo test --locked --test render determinism:: -- --ignored --nocapture
 
 # Render ten thousand frames in one process.
 soak:
-    cargo test --locked --release --test soak -- --ignored --nocapture
+    cargo test --locked --release --test allocation soak:: -- --ignored --nocapture
 
 # Rewrite the expected results of bad files. Check what changed.
 bad-files:
-    GOLDEN=update cargo test --locked --test bad_files
+    GOLDEN=update cargo test --locked --test robustness bad_files::

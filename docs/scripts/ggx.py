@@ -8,7 +8,7 @@ A ball of base colour 0.8 fills a square picture, seen from far away (v is +Z ev
 irradiance π at 0, 30, 60 and 90 degrees from the view direction, at roughness 0.1, 0.2, … 1. The reference is a microfacet
 surface: GGX's distribution, Smith's height-correlated masking, Schlick's Fresnel term with F0 = 0.04 for dielectrics
 and the base colour for metals, over a Lambertian base with the share 1 − F0, which metals lack. The
-difference is the mean of |ΔsRGB| of 255 over the ball's pixels, clipped at white, then over lights and roughnesses. `tests/ggx.rs` measures the first row through the whole renderer.
+difference is the mean of |ΔsRGB| of 255 over the ball's pixels, clipped at white, then over lights and roughnesses. `tests/render/ggx_materials.rs` measures the first row through the whole renderer.
 """
 
 import numpy as np

@@ -1,5 +1,4 @@
 //! The program run in a folder of its own.
-#![allow(dead_code, reason = "every test takes what it needs")]
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use blinn::import::{load_camera_xml, load_sky};
 
-use super::{limits, look, made};
+use super::{limits, look, seed_files};
 
 pub fn glb(bytes: &[u8], folder: &Path) -> bool {
     let path = folder.join("a.glb");
@@ -14,7 +14,7 @@ pub fn glb(bytes: &[u8], folder: &Path) -> bool {
 }
 
 pub fn obj(bytes: &[u8], folder: &Path) -> bool {
-    fs::write(folder.join("a.mtl"), made::MTL).unwrap();
+    fs::write(folder.join("a.mtl"), seed_files::MTL).unwrap();
     let path = folder.join("a.obj");
     fs::write(&path, bytes).unwrap();
     look(&path)
@@ -33,7 +33,7 @@ pub fn mtl(bytes: &[u8], folder: &Path) -> bool {
 pub fn image(bytes: &[u8], folder: &Path) -> bool {
     fs::write(folder.join("a.img"), bytes).unwrap();
     let path = folder.join("a.gltf");
-    fs::write(&path, made::pictured("a.img")).unwrap();
+    fs::write(&path, seed_files::pictured("a.img")).unwrap();
     look(&path)
 }
 

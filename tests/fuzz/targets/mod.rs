@@ -5,10 +5,10 @@
 
 mod files;
 mod gltf;
-#[allow(dead_code, reason = "the mutations' seeds; some are what bytes are put into")]
-#[path = "../../mutations/made.rs"]
-mod made;
 mod obj;
+#[allow(dead_code, reason = "the mutations' seeds; some are what bytes are put into")]
+#[path = "../../common/seed_files.rs"]
+mod seed_files;
 mod streams;
 mod triangles;
 

@@ -1,0 +1,204 @@
+//! `render --frames` and `turntable` to moving pictures, as their users see them.
+
+use std::fs;
+#[cfg(unix)]
+use std::io::BufRead;
+use std::process::Command;
+
+use crate::common::program::*;
+
+const SMALL: &str = "--size 32x18 -s 1";
+const ENDINGS: [&str; 4] = ["gif", "apng", "mp4", "html"];
+
+/// What comes out is what `assemble` makes of the same frames, to the byte.
+#[test]
+fn all_frames_become_one_file() {
+    let (_dir, at) = folder();
+    let scene = model("still-life/still-life.glb");
+    let turn = format!("turntable {scene} {SMALL} --count 5 --start 20 -q");
+    runs(&at, &format!("{turn} -o frames/####.png"));
+    for ending in ENDINGS {
+        let told = runs(&at, &format!("{turn} --fps 12 --loop once -o one/spin.{ending}"));
+        assert_eq!(told, "");
+        runs(&at, &format!("assemble frames --fps 12 --loop once -q -o two/spin.{ending}"));
+    }
+    let one = files(&at.join("one"));
+    assert_eq!(one.keys().collect::<Vec<_>>(), ["spin.apng", "spin.gif", "spin.html", "spin.mp4"]);
+    for (name, bytes) in files(&at.join("two")) {
+        assert!(one[&name] == bytes, "{name}");
+    }
+    // On any number of threads.
+    runs(&at, &format!("{turn} --fps 12 --loop once --threads 1 -o one/spin.gif"));
+    assert!(fs::read(at.join("one/spin.gif")).unwrap() == one["spin.gif"]);
+}
+
+/// A drag on a page takes what is in front along: a camera that goes one way sees the model go the other.
+#[test]
+fn a_page_is_dragged_the_way_that_its_picture_turns() {
+    let (_dir, at) = folder();
+    let turn = format!("turntable {} {SMALL} --count 3 -q", model("still-life/still-life.glb"));
+    for (flags, way) in [
+        ("", "1"),
+        ("--direction cw", "-1"),
+        ("--turn camera", "-1"),
+        ("--turn camera --direction cw", "1"),
+        ("--axis 0,-1,0", "-1"),
+        ("--axis x", "1"),
+    ] {
+        runs(&at, &format!("{turn} {flags} -o spin.html"));
+        let page = fs::read_to_string(at.join("spin.html")).unwrap();
+        assert!(page.contains(&format!("WAY = {way};")), "{flags}");
+    }
+    runs(&at, &format!("{turn} --direction cw -o spin.html"));
+    runs(&at, &format!("{turn} --direction cw -o frames/####.png"));
+    runs(&at, "assemble frames --direction cw -q -o two/spin.html");
+    assert!(fs::read(at.join("spin.html")).unwrap() == fs::read(at.join("two/spin.html")).unwrap());
+}
+
+#[test]
+fn an_animation_plays_as_fast_as_it_is() {
+    let (_dir, at) = folder();
+    let line = format!("render {} {SMALL} --no-background -q --fps 5 --frames", model("figure/figure.glb"));
+    runs(&at, &format!("{line} -o frames/####.png"));
+    let count = files(&at.join("frames")).len();
+    assert!(count > 3);
+    runs(&at, &format!("{line} -o walk.apng"));
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(at.join("walk.apng")).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    assert_eq!(reader.info().animation_control().unwrap().num_frames as usize, count);
+    let mut buffer = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut buffer).unwrap();
+    let control = reader.info().frame_control().unwrap();
+    let seconds = f64::from(control.delay_num) / f64::from(control.delay_den);
+    assert!((seconds - 0.2).abs() < 1e-3, "{seconds}");
+    // Backwards, and a part: in the order that was asked for.
+    runs(&at, &format!("{line}=3-1:-1 -o back.apng"));
+    runs(&at, &format!("{line}=1-3 -o on.apng"));
+    assert!(fs::read(at.join("back.apng")).unwrap() != fs::read(at.join("on.apng")).unwrap());
+}
+
+#[test]
+fn each_scene_has_a_moving_picture_of_its_own() {
+    let (_dir, at) = folder();
+    let (a, b) = (model("cornell/cornell.glb"), model("figure/figure.glb"));
+    let line = format!("turntable {a} {b} {SMALL} --count 2");
+    let dry = blinn(&at, &format!("{line} -o out/{{stem}}.gif --dry-run"));
+    assert_eq!(String::from_utf8(dry.stdout).unwrap(), "out/cornell.gif\nout/figure.gif\n");
+    let told = runs(&at, &format!("{line} -o out/{{stem}}.gif --report out/r.html"));
+    assert!(told.ends_with("wrote out/cornell.gif\nwrote out/figure.gif\nwrote out/r.html\n"), "{told}");
+    let page = fs::read_to_string(at.join("out/r.html")).unwrap();
+    assert_eq!(page.matches("<figure>").count(), 2);
+    assert!(page.contains("href=\"figure.gif\""));
+    refused(&at, &format!("{line} -o spin.gif"), "would both be written to spin.gif");
+}
+
+/// A name without a number gets one, unless its ending is of moving pictures alone.
+#[test]
+fn a_webp_is_a_picture_of_each_frame() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    runs(&at, &format!("turntable {scene} {SMALL} --count 2 -q -o a.webp"));
+    assert_eq!(names(&at), ["a_0001.webp", "a_0002.webp"]);
+}
+
+#[test]
+fn what_makes_no_moving_picture_is_refused_with_the_way_to_it() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    for ending in ENDINGS {
+        refused(&at, &format!("render {scene} -o a.{ending}"), "add --frames, take blinn turntable");
+    }
+    for (flags, says) in [
+        ("-o a.gif --only 1-3", "--only leaves frames out: render frames"),
+        ("-o a.mp4 --chunk 1/2", "then take blinn assemble"),
+        ("-o a.apng --resume", "--resume keeps finished frames"),
+        ("-o a.html --aov depth", "no --aov"),
+        ("-o a.gif --depth 16", "8 bits a channel"),
+        ("-o a.gif --quality 50", "--quality is of"),
+        ("-o a_##.gif", "leave their number out"),
+        ("-o a.mp4 --background transparent", "an MP4 has no transparency"),
+        ("-o a.mp4 --no-background", "an MP4 has no transparency"),
+        ("-o a.png --loop once", "--loop is of moving pictures"),
+        ("-o a.png --fps 12", "--fps is of moving pictures"),
+        ("--fps 12", "--fps is of moving pictures"),
+        ("-o a.gif --fps 0", "greater than zero"),
+        ("-o a.gif --fps 60", "at most 50 frames a second"),
+        ("-o a.mp4 --fps 1e-9", "frames a second, not 0.000000001"),
+        ("-o a.apng --fps .01", "an APNG's frame lasts 6.5 s at most"),
+        ("-o a.gif --size 65536x1", "a GIF has at most 65535 pixels"),
+        ("-o a.html --size 1x16384", "a WebP has at most 16383 pixels"),
+        ("-o a.mp4 --size 8x8", "an MP4 has at most 3840x2160 pixels"),
+        ("-o a.mp4 --size 2160x3841", "an MP4 has at most 3840x2160 pixels"),
+        ("-o a.mp4 --size 64x64 --crop 0,0,8,8", "at least 16 a side, not 8x8"),
+        ("-o a.gif --loop twice", "forever, once"),
+    ] {
+        refused(&at, &format!("turntable {scene} {flags}"), says);
+    }
+    refused(&at, &format!("render {scene} --frames 1-4 --chunk 1/2 -o a.gif"), "--chunk leaves frames out");
+    refused(&at, &format!("render {scene} --loop once"), "--loop is of moving pictures");
+}
+
+#[test]
+fn what_the_format_cannot_hold_is_one_line() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    // How large it is the scene alone knows: a camera of a hundred to one.
+    let text = fs::read_to_string(model("tests/triangle.gltf")).unwrap();
+    let mut wide: serde_json::Value = serde_json::from_str(&text).unwrap();
+    wide["cameras"] = serde_json::json!([{"type": "perspective",
+        "perspective": {"yfov": 0.5, "znear": 0.1, "aspectRatio": 100.0}}]);
+    let nodes = wide["nodes"].as_array_mut().unwrap();
+    nodes.push(serde_json::json!({"camera": 0, "translation": [0, 0, 5]}));
+    let camera = nodes.len() - 1;
+    wide["scenes"][0]["nodes"].as_array_mut().unwrap().push(camera.into());
+    fs::write(at.join("wide.gltf"), wide.to_string()).unwrap();
+    for (command, says) in
+        [("", "a.mp4 cannot be written: an MP4 has"), ("job slurm ", "-o a.mp4: an MP4 has")]
+    {
+        let output = blinn(&at, &format!("{command}turntable wide.gltf -s 1 --count 2 -o a.mp4"));
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(told.lines().count() == 1 && told.contains(says), "{told}");
+        assert!(output.stdout.is_empty());
+    }
+    fs::remove_file(at.join("wide.gltf")).unwrap();
+    refused(&at, &format!("job slurm turntable {scene} --size 8x8 -o a.mp4"), "an MP4 has at most");
+    fs::write(at.join("kept.gif"), "kept").unwrap();
+    let output = blinn(&at, &format!("turntable {scene} {SMALL} --count 2 -o kept.gif --no-overwrite"));
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(names(&at), ["kept.gif"]);
+    assert_eq!(fs::read(at.join("kept.gif")).unwrap(), b"kept");
+}
+
+/// Terminated, killed, or on a full disk: there is no file, and no part of one.
+#[cfg(unix)]
+#[test]
+fn a_moving_picture_is_whole_or_not_there() {
+    use std::os::unix::process::ExitStatusExt;
+    let scene = model("cornell/cornell.glb");
+    let signals = [("-INT", Some(130), None), ("-TERM", Some(143), None), ("-KILL", None, Some(9))];
+    for (signal, code, died) in signals.into_iter().filter(|(signal, ..)| heeds(signal)) {
+        let (_dir, at) = folder();
+        let line = format!("turntable {scene} --count 4000 --size 64x36 -s 4 -o a.apng --progress plain");
+        let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
+            .args(line.split(' '))
+            .current_dir(&at)
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let told = std::io::BufReader::new(child.stderr.as_mut().unwrap());
+        assert!(told.lines().any(|line| line.unwrap().contains('%')), "it ended");
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let status = child.wait().unwrap();
+        assert_eq!((status.code(), status.signal()), (code, died));
+        assert!(names(&at).is_empty(), "{signal}: {:?}", names(&at));
+    }
+    let (_dir, at) = folder();
+    let program = env!("CARGO_BIN_EXE_blinn");
+    let line = format!("ulimit -f 4; exec '{program}' turntable '{scene}' --size 320x180 -s 1 -o a.apng");
+    let output = Command::new("bash").args(["-c", &line]).current_dir(&at).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.lines().count() == 1 && told.contains("a.apng cannot be written"), "{told}");
+    assert!(names(&at).is_empty());
+}

@@ -1,0 +1,257 @@
+//! `turntable --views`: what whoever reads a dataset relies on.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use glam::{DMat4, DVec3, DVec4};
+use serde_json::Value;
+
+use crate::common::program::*;
+
+/// A box without any symmetry.
+const LOW: DVec3 = DVec3::new(-1.0, 0.0, -3.0);
+const HIGH: DVec3 = DVec3::new(2.0, 1.0, 0.5);
+const SMALL: &str = "--size 48x36 -s 1";
+
+fn write_box(folder: &Path) {
+    let mut text = String::new();
+    for i in 0..8 {
+        let pick = |bit: usize, low: f64, high: f64| if i & bit > 0 { high } else { low };
+        let (x, y, z) = (pick(1, LOW.x, HIGH.x), pick(2, LOW.y, HIGH.y), pick(4, LOW.z, HIGH.z));
+        text += &format!("v {x} {y} {z}\n");
+    }
+    text += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    fs::write(folder.join("box.obj"), text).unwrap();
+}
+
+fn transforms(folder: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join("transforms.json")).unwrap()).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+fn matrix(frame: &Value) -> DMat4 {
+    let rows = frame["transform_matrix"].as_array().unwrap().iter();
+    let rows: Vec<Vec<f64>> = rows.map(|row| row.as_array().unwrap().iter().map(number).collect()).collect();
+    assert!(rows.len() == 4 && rows.iter().all(|row| row.len() == 4));
+    DMat4::from_cols_array(&std::array::from_fn(|i| rows[i % 4][i / 4]))
+}
+
+/// The dataset's world to the file's.
+fn from_z_up(p: DVec3) -> DVec3 {
+    DVec3::new(p.x, p.z, -p.y)
+}
+
+/// The point that a depth at a pixel stands for, in the dataset's world: a pinhole camera with OpenGL's
+/// axes.
+fn point(all: &Value, to_world: &DMat4, i: u32, j: u32, depth: f64) -> DVec3 {
+    let x = (f64::from(i) + 0.5 - number(&all["cx"])) / number(&all["fl_x"]);
+    let y = (f64::from(j) + 0.5 - number(&all["cy"])) / number(&all["fl_y"]);
+    (*to_world * DVec4::new(x * depth, -y * depth, -depth, 1.0)).truncate()
+}
+
+/// How far a point is from the box's surface, and the normal of the nearest side.
+fn side(p: DVec3) -> (f64, DVec3) {
+    let sides = [
+        (p.x - HIGH.x, DVec3::X),
+        (LOW.x - p.x, DVec3::NEG_X),
+        (p.y - HIGH.y, DVec3::Y),
+        (LOW.y - p.y, DVec3::NEG_Y),
+        (p.z - HIGH.z, DVec3::Z),
+        (LOW.z - p.z, DVec3::NEG_Z),
+    ];
+    // Outside of the nearest side's plane by this much, inside of all others.
+    sides.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
+}
+
+fn beside(folder: &Path, frame: &Value, key: &str) -> image::DynamicImage {
+    let name = frame[key].as_str().unwrap_or_else(|| panic!("{frame} has no {key}"));
+    image::open(folder.join(name)).unwrap()
+}
+
+/// Every depth lies on the mesh, through nothing but what `transforms.json` says.
+#[test]
+fn depths_lie_on_the_mesh() {
+    let (_dir, at) = folder();
+    write_box(&at);
+    for (flags, z_up) in [
+        ("", true),
+        ("--nerf-up y", false),
+        ("--nerf-up z --crop 9,5,31,22 --yfov 50 --look-at .2,.3,-1", true),
+        ("--view-width 1.2 --view-height .7", true),
+    ] {
+        let to_file = |p: DVec3| if z_up { from_z_up(p) } else { p };
+        runs(&at, &format!("turntable box.obj --views 7 {SMALL} {flags} -q -o ds/v_##.png"));
+        let (folder, all) = (at.join("ds"), transforms(&at.join("ds")));
+        let (w, h) = (number(&all["w"]), number(&all["h"]));
+        let expected = 2.0 * (0.5 * w / number(&all["fl_x"])).atan();
+        assert!((number(&all["camera_angle_x"]) - expected).abs() < 1e-12);
+        let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| number(&all["aabb"][i][k])));
+        let (low, high) = (to_file(corner(0)), to_file(corner(1)));
+        assert!(low.min(high) == LOW && low.max(high) == HIGH && corner(0).cmple(corner(1)).all());
+        let step = number(&all["integer_depth_scale"]);
+        let frames = all["frames"].as_array().unwrap();
+        assert_eq!(frames.len(), 7);
+        let mut seen = BTreeSet::new();
+        for (i, frame) in frames.iter().enumerate() {
+            assert_eq!(frame["file_path"], format!("v_0{}.png", i + 1));
+            let picture = beside(&folder, frame, "file_path");
+            assert_eq!((f64::from(picture.width()), f64::from(picture.height())), (w, h));
+            let depths = match beside(&folder, frame, "depth_path") {
+                image::DynamicImage::ImageLuma16(depths) => depths,
+                other => panic!("{:?} is not 16-bit grey", other.color()),
+            };
+            assert_eq!(frame["depth_file_path"], frame["depth_path"]);
+            let normals = beside(&folder, frame, "normal_file_path").into_rgb8();
+            // nerfstudio refuses masks of more than one channel.
+            let mask = match beside(&folder, frame, "mask_path") {
+                image::DynamicImage::ImageLuma8(mask) => mask,
+                other => panic!("{:?} is not 8-bit grey", other.color()),
+            };
+            let to_world = matrix(frame);
+            let mut hits = 0;
+            for (i, j, depth) in depths.enumerate_pixels() {
+                assert_eq!(mask.get_pixel(i, j).0[0] > 0, depth.0[0] > 0);
+                if depth.0[0] == 0 {
+                    continue;
+                }
+                hits += 1;
+                let p = point(&all, &to_world, i, j, f64::from(depth.0[0]) * step);
+                let (off, side) = side(to_file(p));
+                assert!(off.abs() < step, "{flags}: {p} is off by {off}, {step} a step");
+                // The normal is said in the same world; near an edge it may be the other side's.
+                let n = DVec3::from_array(normals.get_pixel(i, j).0.map(|v| f64::from(v) / 127.5 - 1.0));
+                let inside = side_distance(to_file(p));
+                assert!(to_file(n).dot(side) > 0.98 || inside < 2.0 * step, "{flags}: {n} at {p}");
+                seen.insert(side.to_array().map(|v| v as i32));
+            }
+            assert!(hits > 50, "{flags}: {hits} pixels see it");
+        }
+        assert_eq!(seen.len(), 6, "{flags}: from all around, all sides are seen");
+    }
+}
+
+/// How far a point on the box is from its next edge.
+fn side_distance(p: DVec3) -> f64 {
+    let mut to_sides = [p - LOW, HIGH - p].map(|d| d.abs().to_array()).concat();
+    to_sides.sort_by(f64::total_cmp);
+    to_sides[1]
+}
+
+#[test]
+fn an_exr_holds_its_layers_itself() {
+    let (_dir, at) = folder();
+    write_box(&at);
+    runs(&at, &format!("turntable box.obj --views 2 {SMALL} -q -o ds/#.exr"));
+    assert_eq!(names(&at.join("ds")), ["1.exr", "2.exr", "transforms.json"]);
+    let all = transforms(&at.join("ds"));
+    assert!(all.get("integer_depth_scale").is_none());
+    for frame in all["frames"].as_array().unwrap() {
+        assert!(frame.get("depth_path").is_none());
+        let file = at.join("ds").join(frame["file_path"].as_str().unwrap());
+        let image = exr::prelude::read_all_flat_layers_from_file(file).unwrap();
+        let channels: BTreeMap<String, Vec<f32>> = image.layer_data[0]
+            .channel_data
+            .list
+            .iter()
+            .map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()))
+            .collect();
+        let to_world = matrix(frame);
+        let mut hits = 0;
+        for (at, &depth) in channels["depth.Z"].iter().enumerate().filter(|(_, z)| z.is_finite()) {
+            let p = point(&all, &to_world, at as u32 % 48, at as u32 / 48, f64::from(depth));
+            assert!(side(from_z_up(p)).0.abs() < 1e-5, "{p}");
+            hits += 1;
+        }
+        assert!(hits > 50);
+    }
+}
+
+/// Lights stand still beside what they light, those that go with a camera too: a matt side has one colour
+/// in all views.
+#[test]
+fn all_views_are_lit_alike() {
+    let (_dir, at) = folder();
+    write_box(&at);
+    runs(&at, &format!("turntable box.obj --views 9 {SMALL} --ks 0,0,0 -q -o #.png"));
+    let all = transforms(&at);
+    let mut colors: BTreeMap<[i32; 3], BTreeSet<[u8; 3]>> = BTreeMap::new();
+    for frame in all["frames"].as_array().unwrap() {
+        let (picture, depths) = (beside(&at, frame, "file_path"), beside(&at, frame, "depth_path"));
+        let (picture, depths) = (picture.into_rgb8(), depths.into_luma16());
+        let to_world = matrix(frame);
+        for (i, j, depth) in depths.enumerate_pixels().filter(|(_, _, depth)| depth.0[0] > 0) {
+            let step = number(&all["integer_depth_scale"]);
+            let p = from_z_up(point(&all, &to_world, i, j, f64::from(depth.0[0]) * step));
+            if side_distance(p) > 0.01 {
+                colors.entry(side(p).1.to_array().map(|v| v as i32)).or_default().insert(picture[(i, j)].0);
+            }
+        }
+    }
+    assert_eq!(colors.len(), 6);
+    assert!(colors.values().all(|c| c.len() == 1), "{colors:?}");
+    assert!(colors.values().collect::<BTreeSet<_>>().len() > 3, "{colors:?}");
+}
+
+#[test]
+fn shares_of_a_dataset_are_the_whole() {
+    let (_dir, at) = folder();
+    write_box(&at);
+    let line = format!("turntable box.obj --views 4 {SMALL}");
+    runs(&at, &format!("{line} -q -o whole/#.png"));
+    let whole = files(&at.join("whole"));
+    assert_eq!(whole.len(), 4 * 4 + 1, "{:?}", whole.keys());
+    for share in ["--only 2-4", "--chunk 1/4"] {
+        runs(&at, &format!("{line} -q -o parts/#.png {share}"));
+        assert!(files(&at.join("parts"))["transforms.json"] == whole["transforms.json"]);
+    }
+    assert!(files(&at.join("parts")) == whole);
+    // What is there is kept; the file that describes it follows what is asked for now.
+    fs::remove_file(at.join("parts/transforms.json")).unwrap();
+    let told = runs(&at, &format!("{line} -o parts/#.png --resume"));
+    assert_eq!(told, "kept 4 of box.obj\nwrote parts/transforms.json\n");
+    assert!(files(&at.join("parts")) == whole);
+    let told = runs(&at, &format!("{line} -o parts/#.png --resume --nerf-up y"));
+    assert_eq!(told.matches("wrote ").count(), 17, "normals are said in that world: {told}");
+    let dry = blinn(&at, "turntable box.obj --views 1 -o x/ --dry-run").stdout;
+    let expected = ["_0001.png", "_0001.depth.png", "_0001.normal.png", "_0001.mask.png"];
+    let expected = expected.map(|name| format!("x/box{name}\n")).concat() + "x/transforms.json\n";
+    assert_eq!(String::from_utf8(dry).unwrap(), expected);
+    // Shares that overwrite nothing have one file in common, which no other dataset's is.
+    for share in ["--chunk 1/2", "--chunk 2/2"] {
+        runs(&at, &format!("{line} -q -o new/#.png --no-overwrite {share}"));
+    }
+    assert!(files(&at.join("new")) == whole);
+    let kept = blinn(&at, &format!("{line} -o parts/a#.png --no-overwrite"));
+    assert_eq!(kept.status.code(), Some(1));
+    assert!(!at.join("parts/a1.png").exists(), "found before anything is rendered");
+}
+
+#[test]
+fn what_is_no_dataset_is_refused() {
+    let (_dir, at) = folder();
+    write_box(&at);
+    for (flags, says) in [
+        ("--views 0", "0"),
+        ("--views 4 --count 4", "--count"),
+        ("--views 4 --frames 4", "--count"),
+        ("--views 4 --turn camera", "--turn"),
+        ("--views 4 --axis z", "--axis"),
+        ("--views 4 --orbit 1,2", "--orbit"),
+        ("--views 4 --view-point 1,2,3", "--view-point"),
+        ("--views 4 --projection orthographic", "perspective cameras alone"),
+        ("--views 4 --camera-orthographic", "perspective cameras alone"),
+        ("--views 4 --only 5", "the frames are 1 to 4"),
+        ("--views 4 -o a.gif", "of single pictures"),
+        ("--views 4 -o #/a.png", "in one folder"),
+        ("--views 4 -o -", "several frames"),
+        ("--views 4 box.obj -o ds/{index}_#.png", "would both have their ds/transforms.json"),
+        ("--nerf-up y", "--views"),
+    ] {
+        refused(&at, &format!("turntable box.obj {flags}"), says);
+    }
+    refused(&at, "render box.obj --views 4", "--views");
+}

@@ -1,0 +1,243 @@
+//! Jobs for farms, without any: what is printed, and what its tasks do where a test stands in for the engine.
+//! `.ci/farm.py` has the engines themselves.
+
+mod engines;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::common::program::*;
+use engines::*;
+
+const SMALL: &str = "--size 32x18 -s 1";
+
+/// What is printed for a small job, to the letter. `GOLDEN=update` writes it anew; read what changed.
+#[test]
+fn a_small_job_is_printed_so() {
+    let (_dir, at) = folder();
+    fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
+    let work = format!("turntable cube.obj {SMALL} --count 12 --elevation 20 -o out/{{stem}}_##.png");
+    for (name, line) in [
+        ("turntable.json", format!("job openjd --chunk-size 5 {work}")),
+        (
+            "turntable.sh",
+            format!("job slurm --chunk-size 5 --at-once 2 {work} --threads 2 --max-memory 1GiB"),
+        ),
+    ] {
+        let output = blinn(&at, &line);
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/farm").join(name);
+        if std::env::var_os("GOLDEN").is_some_and(|v| v == "update") {
+            fs::write(&golden, &output.stdout).unwrap();
+        }
+        let expected =
+            fs::read_to_string(&golden).unwrap_or_else(|e| panic!("{name}: {e}; GOLDEN=update makes it"));
+        assert_eq!(String::from_utf8(output.stdout).unwrap(), expected, "{name}");
+    }
+    assert_eq!(names(&at), ["cube.obj"], "nothing was rendered");
+}
+
+/// What is resolved into flags changes no pixel, whichever share a task has.
+#[test]
+fn tasks_make_the_pictures_of_one_process() {
+    let (_dir, at) = folder();
+    for name in ["lecture/lecture.obj", "lecture/lecture.mtl", "lecture/view-1.xml", "figure/figure.glb"] {
+        fs::copy(model(name), at.join(Path::new(name).file_name().unwrap())).unwrap();
+    }
+    fs::copy(model("tests/lights.glb"), at.join("lights.glb")).unwrap();
+    fs::copy(model("tests/light-units/point_COMPAT.glb"), at.join("unitless.glb")).unwrap();
+    fs::copy(model("cornell/cornell.glb"), at.join("cornell.glb")).unwrap();
+    fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
+    for (i, work) in [
+        "turntable cube.obj --count 4",
+        "turntable cube.obj --count 5 --only 2-4 --elevation -30 --zoom 1.7 --turn camera",
+        "turntable cube.obj --count 3 --orbit 40,25 --projection orthographic --zoom 2",
+        "turntable cube.obj --count 3 --camera-azimuth-angle 30 --yfov 20 --ground plane",
+        "turntable lecture.obj --count 3 --camera-xml view-1.xml --light-radius .1",
+        "turntable cornell.glb --count 3 --aov depth --view-point 0,1,3",
+        "turntable lights.glb --count 3 --exposure auto",
+        "turntable lights.glb --views 3",
+        "render figure.glb --frames --fps 3",
+        "render figure.glb --frames 7,1-5:2 --fps 6 --orbit 10,5",
+        "render lights.glb --frames 1-3 --light-scale 300",
+        "turntable unitless.glb --count 3 --ao 4 --light-scale .5",
+    ]
+    .iter()
+    .enumerate()
+    {
+        runs(&at, &format!("{work} {SMALL} -q -o plain{i}/#.png"));
+        let template =
+            template(&at, &format!("job openjd --chunk-size 2 {work} {SMALL} -q -o farm{i}/#.png"));
+        run_template(&at, &template);
+        let (expected, made) = (pixels(&at.join(format!("plain{i}"))), pixels(&at.join(format!("farm{i}"))));
+        assert!(expected.len() >= 3 && expected == made, "{work}: {expected:?} and {made:?}");
+    }
+}
+
+/// Names that a shell or a template could stumble over, in a folder of the like.
+#[test]
+fn odd_names_arrive_as_they_are() {
+    let (_dir, at) = folder();
+    let odd = "it's $(touch x) `y` \"&\" {stem} ä%d\\;.glb";
+    let folder = "a b's $HOME";
+    fs::copy(model("tests/triangle.glb"), at.join(odd)).unwrap();
+    let job = |engine: &str, out: &str, file: &str| {
+        let out = format!("{out}/{folder}/{{stem}}.gif");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
+        command.args(["job", engine, "--chunk-size", "2", "-o", file, "turntable", "--count", "5"]);
+        let output = command.args(SMALL.split(' ')).arg(odd).args(["-o", &out]).current_dir(&at).output();
+        let output = output.unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    job("openjd", "openjd", "job.json");
+    let text = fs::read_to_string(at.join("job.json")).unwrap();
+    run_template(&at, &serde_json::from_str(&text).unwrap());
+    job("slurm", "slurm", "job.sh");
+    let told = run_script(&at, "job.sh");
+    let made = odd.replace(".glb", ".gif");
+    let mut whole = Command::new(env!("CARGO_BIN_EXE_blinn"));
+    whole.args(["turntable", "--count", "5", "-q", "-o", "{stem}.gif"]).args(SMALL.split(' ')).arg(odd);
+    assert!(whole.current_dir(&at).status().unwrap().success());
+    let whole = fs::read(at.join(&made)).unwrap();
+    for engine in ["openjd", "slurm"] {
+        let file = at.join(engine).join(folder).join(&made);
+        assert!(
+            fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}: {told}", file.display())) == whole,
+            "{engine}"
+        );
+    }
+    assert!(!at.join("x").exists(), "a shell read the name");
+}
+
+/// What sbatch is asked for: the array, then what waits for it, both with the user's own options.
+#[cfg(unix)]
+#[test]
+fn a_script_submits_itself_and_what_waits_for_it() {
+    let (_dir, at) = folder();
+    fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
+    let work = format!("turntable cube.obj {SMALL} --count 7 -o spin.mp4 --fps 12 --quality 80 --loop once");
+    runs(&at, &format!("job slurm --chunk-size 3 -o jobs/job.sh {work}"));
+    let script = fs::read_to_string(at.join("jobs/job.sh")).unwrap();
+    assert!(script.contains("\n#SBATCH --array=1-3%100\n#SBATCH --requeue\n"), "{script}");
+    let asked = submit(&at, "jobs/job.sh", &["--partition=a b"]);
+    let [frames, assembly] = &asked[..] else { panic!("{asked:?}") };
+    assert_eq!(frames.words, ["--parsable", "--partition=a b", "./job.sh"]);
+    let waits = ["--parsable", "--dependency=afterok:1", "--kill-on-invalid-dep=yes", "--partition=a b"];
+    assert_eq!(assembly.words, waits);
+    let said = assembly.script.replace('\'', "");
+    assert!(said.contains("--fps=12 --loop=once --quality=80 --strict"), "{said}");
+    // Frames alone are one job.
+    runs(&at, &format!("job slurm -o frames.sh turntable cube.obj {SMALL} --count 7"));
+    assert_eq!(submit(&at, "frames.sh", &[]).len(), 1);
+}
+
+#[test]
+fn what_makes_no_job_is_refused() {
+    let (_dir, at) = folder();
+    for name in ["cube.obj", "triangle.glb"] {
+        fs::copy(model(&format!("tests/{name}")), at.join(name)).unwrap();
+    }
+    for (work, says) in [
+        ("render cube.obj", "add --frames"),
+        ("turntable cube.obj triangle.glb -o {stem}/#.png", "a job is of one scene, not 2"),
+        ("turntable cube.obj --chunk 1/2", "--chunk: the farm makes the shares"),
+        ("turntable cube.obj --no-overwrite", "--no-overwrite: a task that is run again"),
+        ("turntable cube.obj --report r.html", "--report: every task would write it"),
+        ("turntable cube.obj --dry-run", "--dry-run: a job is printed"),
+        ("turntable cube.obj -o -", "standard output takes one picture"),
+        ("turntable cube.obj --count 0", "--count"),
+        ("turntable cube.obj --nonsense", "--nonsense"),
+        ("assemble cube.obj", "assemble"),
+    ] {
+        for engine in ["openjd", "slurm"] {
+            refused(&at, &format!("job {engine} {work}"), says);
+        }
+    }
+    refused(&at, "job openjd --at-once 3 turntable cube.obj", "--at-once");
+    refused(&at, "job slurm --target-seconds 3 turntable cube.obj", "--target-seconds");
+    refused(&at, "job slurm --chunk-size 0 turntable cube.obj", "--chunk-size");
+    // What only the scene tells.
+    for (line, says) in [
+        ("job openjd turntable missing.glb", "missing.glb"),
+        ("job openjd turntable cube.obj -o {{stem}}#.png", "cannot say two braces together"),
+        ("job slurm render cube.obj --frames 4-1:-1 -o a.gif", "in the order of its frames' numbers"),
+    ] {
+        let output = blinn(&at, line);
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0), "{line}: {told}");
+        assert!(told.lines().last().is_some_and(|last| last.contains(says)), "{line}: {told}");
+    }
+    let frames: Vec<String> = (0..400i64).map(|i| (i * i).to_string()).collect();
+    let output = blinn(&at, &format!("job openjd render cube.obj --frames {}", frames.join(",")));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("make a job of each part"));
+}
+
+/// A template names what lies beside it, and is told the rest.
+#[test]
+fn what_lies_elsewhere_is_a_parameter_without_default() {
+    let (_dir, at) = folder();
+    fs::create_dir(at.join("jobs")).unwrap();
+    for name in ["lecture.obj", "lecture.mtl"] {
+        fs::copy(model(&format!("lecture/{name}")), at.join(name)).unwrap();
+    }
+    let line = format!("turntable lecture.obj {SMALL} --count 3 -o jobs/out/#.png");
+    let told = runs(&at, &format!("job openjd -o jobs/job.json {line}"));
+    let scene = at.join("lecture.obj");
+    assert!(told.contains(&format!("submit the job with the parameter Scene={}", scene.display())), "{told}");
+    let text = fs::read_to_string(at.join("jobs/job.json")).unwrap();
+    let template: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let default = |name: &str| {
+        let all = template["parameterDefinitions"].as_array().unwrap();
+        let found = all.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("{name}: {text}"));
+        found.get("default").cloned()
+    };
+    assert_eq!((default("Scene"), default("SceneFolder")), (None, None));
+    assert_eq!(default("Output"), Some("out".into()));
+    // A scene of one file needs no folder.
+    fs::copy(model("tests/triangle.glb"), at.join("triangle.glb")).unwrap();
+    let template = blinn(&at, &format!("job openjd turntable triangle.glb {SMALL}"));
+    let text = String::from_utf8(template.stdout).unwrap();
+    assert!(text.contains("\"triangle.glb\"") && !text.contains("SceneFolder"), "{text}");
+}
+
+/// Flags from a file are flags of the tasks, and so are aliases by their own names.
+#[test]
+fn settings_from_a_file_are_the_tasks_too() {
+    let (_dir, at) = folder();
+    fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
+    fs::write(at.join("c.toml"), "count = 4\nsamples = 2\nno-shadows = true\nexposure = 1\n").unwrap();
+    let told = |flags: &str| {
+        let output = blinn(&at, &format!("job openjd turntable cube.obj --config c.toml {flags}"));
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let text = told("--resolution 16x9 -s 3");
+    for expected in ["--count=4", "--samples=3", "--no-shadows", "--exposure=1", "--size=16x9", "\"1-4\""] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    assert!(!text.contains("--config") && !text.contains("--samples=2"), "{text}");
+    assert!(told("--print-config").contains("no-shadows = true"));
+}
+
+/// Several processes that write the same frames to one folder do not get into each other's way.
+#[test]
+fn several_writers_share_a_folder() {
+    let (_dir, at) = folder();
+    fs::copy(model("cornell/cornell.glb"), at.join("cornell.glb")).unwrap();
+    let line = |out: &str| format!("turntable cornell.glb {SMALL} --count 6 --resume -q -o {out}/####.png");
+    runs(&at, &line("whole"));
+    let writers: Vec<_> = (0..4)
+        .map(|_| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
+            command.args(line("shared").split(' ')).current_dir(&at).spawn().unwrap()
+        })
+        .collect();
+    for mut writer in writers {
+        assert!(writer.wait().unwrap().success());
+    }
+    assert!(files(&at.join("shared")) == files(&at.join("whole")));
+    // Shares that are empty are done.
+    runs(&at, "turntable cornell.glb --count 3 --chunk 1/5 -q -o none/#.png");
+    assert!(!at.join("none").exists());
+}

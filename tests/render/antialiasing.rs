@@ -1,0 +1,176 @@
+//! The pixel's samples against a plain stratified pattern: the error of pictures that are formulas,
+//! against 1,024 samples. docs/explanation/antialiasing.md has the table;
+//! `cargo test --test render antialiasing:: -- --nocapture` prints it.
+
+use blinn::geometry::Rgba;
+use blinn::integrator::{Frame, Integrator, Sample, Scratch};
+use blinn::render::{Adaptive, Crop, Filter, LowDiscrepancy, RenderSettings, Sampler, render};
+use blinn::scene::{Lighting, Scene, View};
+use glam::UVec2;
+
+use crate::common::scenes;
+
+/// Pictures are this many pixels wide and high.
+const SIDE: u32 = 64;
+
+/// What samplers are held against: one sample at random in each cell of rows of cells.
+struct Stratified {
+    count: u32,
+}
+
+impl Sampler for Stratified {
+    fn get(&self, pixel: UVec2, index: u32, dimension: u32) -> f32 {
+        let rows = f64::from(self.count).sqrt().round() as u32;
+        assert_eq!(self.count % rows, 0, "the test has counts that fill a rectangle");
+        let columns = self.count / rows;
+        let (cell, cells) = if dimension == 0 { (index % columns, columns) } else { (index / columns, rows) };
+        let mut state = 0x9e37_79b9_7f4a_7c15u64;
+        for word in [pixel.x, pixel.y, index, dimension] {
+            state = (state ^ u64::from(word)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            state ^= state >> 29;
+            state = state.wrapping_mul(0x94d0_49bb_1331_11eb);
+            state ^= state >> 32;
+        }
+        let jitter = (state >> 11) as f64 / (1u64 << 53) as f64;
+        (((f64::from(cell) + jitter) / f64::from(cells)) as f32).min(1.0f32.next_down())
+    }
+}
+
+/// A picture: its brightness at a place on the film, in pixels from the upper left corner.
+type Picture = Box<dyn Fn(f64, f64) -> f64>;
+
+/// Half planes with edges of sixteen slopes.
+fn edges() -> Vec<Picture> {
+    let edge = |k: i32| -> Picture {
+        let angle = (f64::from(k) + 0.13) / 16.0 * std::f64::consts::PI;
+        let (sin, cos) = libm::sincos(angle);
+        let offset = 0.37 * f64::from(k) % 1.0;
+        Box::new(move |x, y| f64::from(u8::from((x - 32.0) * cos + (y - 32.0) * sin > offset)))
+    };
+    (0..16).map(edge).collect()
+}
+
+/// Rings that narrow to 0.7 of a cycle per pixel in the far corner.
+fn zone_plate() -> Picture {
+    Box::new(|x, y| 0.5 + 0.5 * libm::sin((x * x + y * y) * std::f64::consts::PI / 128.0))
+}
+
+/// A chequered floor up to the horizon.
+fn floor() -> Picture {
+    let tiles = |x: f64, y: f64| {
+        if y < 8.0 {
+            return 0.5;
+        }
+        let depth = 40.0 / (y - 8.0);
+        let (u, v) = ((x - 29.3) * depth / 12.0, depth * 3.0);
+        f64::from((u.floor() as i64 + v.floor() as i64) & 1 == 0)
+    };
+    Box::new(tiles)
+}
+
+/// The pixels' values, picture after picture.
+fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: Filter) -> Vec<Vec<f64>> {
+    let filter = filter.prepare();
+    let mut values = vec![Vec::new(); pictures.len()];
+    for pixel in (0..SIDE * SIDE).map(|i| UVec2::new(i % SIDE, i / SIDE)) {
+        let at = |index, axis| 0.5 + filter.offset(sampler.get(pixel, index, axis));
+        let place = |index| (f64::from(pixel.x) + at(index, 0), f64::from(pixel.y) + at(index, 1));
+        let places: Vec<_> = (0..count).map(place).collect();
+        for (picture, values) in pictures.iter().zip(&mut values) {
+            let sum: f64 = places.iter().map(|&(x, y)| picture(x, y)).sum();
+            values.push(sum / f64::from(count));
+        }
+    }
+    values
+}
+
+/// The root of the mean square of the error over the pixels that are not all one colour.
+fn error(found: &[Vec<f64>], wanted: &[Vec<f64>]) -> f64 {
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (&a, &b) in found.iter().flatten().zip(wanted.iter().flatten()) {
+        if b > 0.0 && b < 1.0 {
+            (sum, n) = (sum + (a - b) * (a - b), n + 1.0);
+        }
+    }
+    f64::sqrt(sum / n)
+}
+
+#[test]
+fn beats_a_plain_stratified_pattern_on_edges_zone_plate_and_floor() {
+    let mut pictures = edges();
+    let slopes = pictures.len();
+    pictures.extend([zone_plate(), floor()]);
+    let scenes =
+        [("edges", 0..slopes), ("zone plate", slopes..slopes + 1), ("floor", slopes + 1..slopes + 2)];
+    for filter in [Filter::Box, Filter::Tent, Filter::Gaussian, Filter::BlackmanHarris] {
+        // Of another seed, so that no sample is part of what it is held against.
+        let wanted = draw(&pictures, &LowDiscrepancy { seed: 1, count: 1024 }, 1024, filter);
+        for count in [4, 16, 64] {
+            let ours = draw(&pictures, &LowDiscrepancy { seed: 0, count }, count, filter);
+            let plain = draw(&pictures, &Stratified { count }, count, filter);
+            for (name, range) in scenes.clone() {
+                let of = |values: &[Vec<f64>]| error(&values[range.clone()], &wanted[range.clone()]);
+                let (ours, plain) = (of(&ours), of(&plain));
+                println!("{filter:?} {name} {count}: {ours:.4}, stratified {plain:.4}, {:.2}", ours / plain);
+                assert!(ours < 0.95 * plain, "{filter:?}, {name}, {count} samples: {ours} against {plain}");
+            }
+        }
+    }
+}
+
+/// A bright disc before nothing, whose edge is the only thing there is to see.
+struct Disc;
+
+impl Integrator for Disc {
+    fn render(&self, _: &Frame, samples: &[Sample], _: &LowDiscrepancy, _: &mut Scratch, out: &mut [Rgba]) {
+        for (s, out) in samples.iter().zip(out) {
+            let r2 = (s.x - 0.5).powi(2) + (s.y - 0.47).powi(2);
+            *out = if r2 < 0.09 { Rgba::new(0.9, 0.5, 0.1, 1.0) } else { Rgba::ZERO };
+        }
+    }
+}
+
+fn disc(settings: &RenderSettings) -> Vec<Rgba> {
+    let scene = Scene::default();
+    let posed = scenes::posed(&scene);
+    let accel = scenes::build(&posed);
+    let (camera, _) = View::default().resolve(&posed, 97, 61).unwrap();
+    let lit = Lighting::default().resolve(&posed, &camera);
+    let frame = Frame::new(&posed, &accel, camera, &lit);
+    render(&frame, &Disc, settings, &()).unwrap().colors
+}
+
+/// Adaptive sampling has nearly the error of all samples for all pixels on an edge, and leaves what is even at its
+/// four; parts of a picture and tiles of any size are sampled as the whole is.
+#[test]
+fn adaptive_samples_go_where_the_picture_changes() {
+    let settings = |samples| RenderSettings { width: 97, height: 61, samples, ..RenderSettings::default() };
+    let adaptive = |threshold| Some(Adaptive { threshold, ev: 0.0 });
+    let some = RenderSettings { adaptive: adaptive(0.08), ..settings(64) };
+    let (truth, four, all, chosen) =
+        (disc(&settings(4096)), disc(&settings(4)), disc(&settings(64)), disc(&some));
+    let error = |found: &[Rgba]| {
+        let sum: f64 = found.iter().zip(&truth).map(|(a, b)| f64::from((*a - *b).length_squared())).sum();
+        f64::sqrt(sum / truth.len() as f64)
+    };
+    let (of_four, of_all, of_chosen) = (error(&four), error(&all), error(&chosen));
+    println!("four {of_four:.5}, 64 {of_all:.5}, adaptive {of_chosen:.5}");
+    assert!(of_chosen < 1.2 * of_all && of_chosen < 0.2 * of_four);
+    let changed = chosen.iter().zip(&four).filter(|(a, b)| a != b).count();
+    assert!(changed < chosen.len() / 5, "{changed} pixels were thought uneven");
+
+    assert_eq!(
+        disc(&RenderSettings { adaptive: adaptive(1.0), ..settings(64) }),
+        four,
+        "no pixel differs so"
+    );
+    for tile in [1, 7, 4096] {
+        assert_eq!(disc(&RenderSettings { tile, ..some }), chosen, "tiles of {tile}");
+    }
+    for crop in [(30, 11, 33, 20), (31, 12, 1, 1), (96, 60, 1, 1), (0, 0, 97, 61)] {
+        let (x, y, width, height) = crop;
+        let part = disc(&RenderSettings { crop: Some(Crop { x, y, width, height }), ..some });
+        let rows = (y..y + height).flat_map(|y| (x..x + width).map(move |x| (y * 97 + x) as usize));
+        assert_eq!(part, rows.map(|i| chosen[i]).collect::<Vec<_>>(), "{crop:?}");
+    }
+}

@@ -1,0 +1,180 @@
+//! Golden images: each term of the lecture on one small scene, and one picture of each model.
+//!
+//! No pixel may differ by more than 2 of 255. `GOLDEN=update` rewrites them; a failure leaves a
+//! strip of expected, actual and difference in target/golden.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use blinn::accel::{Accel, BuildSettings};
+use blinn::display::{Background, Display, ViewTransform};
+use blinn::geometry::Rgb;
+use blinn::import::{LoadOptions, load, load_camera_xml};
+use blinn::integrator::{Frame, Occlusion, Overrides, Phong, Stage};
+use blinn::render::{RenderSettings, render};
+use blinn::scene::{GivenLight, Ground, GroundKind, LightSource, Lighting, PoseSettings, View, pose};
+use glam::DVec3;
+
+const WIDTH: u32 = 96;
+const HEIGHT: u32 = 54;
+const TOLERANCE: u8 = 2;
+
+/// A picture of a model.
+#[derive(Clone)]
+struct Shot {
+    model: &'static str,
+    view: View,
+    lighting: Lighting,
+    stage: Stage,
+    overrides: Overrides,
+    time: f64,
+    ev: f64,
+    occlusion: Option<Occlusion>,
+    ground: Option<GroundKind>,
+    background: f32,
+}
+
+impl Shot {
+    fn of(model: &'static str) -> Shot {
+        Shot {
+            model,
+            view: View::default(),
+            lighting: Lighting::default(),
+            stage: Stage::Phong,
+            overrides: Overrides::default(),
+            time: 0.0,
+            ev: 0.0,
+            occlusion: None,
+            ground: None,
+            background: 0.05,
+        }
+    }
+
+    /// The lecture's scene and first view, lit by one point light and nothing else.
+    fn lecture(stage: Stage) -> Shot {
+        let view = load_camera_xml(&path("lecture/view-1.xml")).unwrap();
+        let light = GivenLight::Point { position: DVec3::new(4.0, 6.0, 1.0), intensity: Rgb::splat(40.0) };
+        let lighting = Lighting { sources: Some(Vec::new()), given: vec![light], ..Default::default() };
+        Shot { view, lighting, stage, ..Shot::of("lecture/lecture.obj") }
+    }
+
+    fn render(&self) -> Vec<[u8; 4]> {
+        let (scene, warnings) = load(&path(self.model), &LoadOptions::default()).unwrap();
+        assert!(warnings.is_empty(), "{}: {warnings:?}", self.model);
+        let posed = pose(&scene, &PoseSettings { time: self.time, ..Default::default() }).unwrap();
+        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let settings = RenderSettings { width: WIDTH, height: HEIGHT, samples: 4, ..Default::default() };
+        let (camera, _) = self.view.resolve(&posed, WIDTH, HEIGHT).unwrap();
+        let lit = self.lighting.resolve(&posed, &camera);
+        let frame = Frame {
+            overrides: self.overrides,
+            occlusion: self.occlusion,
+            ground: self.ground.map(|kind| Ground::under(&posed.bounds(), kind)),
+            ..Frame::new(&posed, &accel, camera, &lit)
+        };
+        let pixels = render(&frame, &Phong { stage: self.stage }, &settings, &()).unwrap();
+        let background = Background::Color(Rgb::splat(self.background));
+        Display { ev: self.ev, view: ViewTransform::Standard, background }.to_rgba8(&pixels)
+    }
+}
+
+fn path(model: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model)
+}
+
+fn shots() -> Vec<(&'static str, Shot)> {
+    let phong = || Shot::lecture(Stage::Phong);
+    let none = Rgb::ZERO;
+    let only_specular = Overrides { k_d: Some(none), k_s: Some(Rgb::ONE), shininess: Some(30.0), k_e: None };
+    let ambient =
+        Lighting { sources: Some(Vec::new()), ambient: Some(Rgb::splat(0.6)), ..Default::default() };
+    let mut two_lights = phong().lighting;
+    two_lights
+        .given
+        .push(GivenLight::Sun { direction: DVec3::new(1.0, -1.5, -2.0), intensity: Rgb::new(0.2, 0.3, 0.5) });
+    let with_ambient = Lighting { ambient: Some(Rgb::splat(0.1)), ..two_lights.clone() };
+    let soft = Lighting { radius: 0.8, ..phong().lighting };
+    let sky = Lighting { plain_ambient: true, ..Default::default() };
+    let occlusion = Some(Occlusion { samples: 16, distance: 1.0 });
+    let cube =
+        Shot { occlusion, lighting: Lighting { radius: 0.1, ..sky.clone() }, ..Shot::of("tests/cube.obj") };
+    let (plane, shadow) = (Some(GroundKind::Plane), Some(GroundKind::Shadow));
+    let view_2 = load_camera_xml(&path("lecture/view-2.xml")).unwrap();
+    let headlight = Lighting { sources: Some(vec![LightSource::Headlight]), ..Default::default() };
+    let camera = |name: &str| View { camera: Some(name.into()), ..Default::default() };
+    vec![
+        ("term_color", Shot::lecture(Stage::Color)),
+        ("term_diffuse", Shot::lecture(Stage::Diffuse)),
+        ("term_shadow", Shot::lecture(Stage::Shadow)),
+        ("term_specular", Shot { overrides: only_specular, ..phong() }),
+        ("term_ambient", Shot { lighting: ambient, ..phong() }),
+        ("term_two_lights", Shot { lighting: two_lights, ..phong() }),
+        ("term_sum", Shot { lighting: with_ambient.clone(), ..phong() }),
+        ("view_2", Shot { lighting: with_ambient, view: view_2, ..phong() }),
+        ("headlight", Shot { lighting: headlight, ..phong() }),
+        ("cornell", Shot::of("cornell/cornell.glb")),
+        ("cornell_obj", Shot::of("cornell/cornell.obj")),
+        ("still_life", Shot::of("still-life/still-life.glb")),
+        ("assembly", Shot::of("assembly/assembly.glb")),
+        ("textured", Shot::of("textured/textured.glb")),
+        ("textured_obj", Shot::of("textured/textured.obj")),
+        ("figure_0", Shot::of("figure/figure.glb")),
+        ("figure_half", Shot { time: 0.5, ..Shot::of("figure/figure.glb") }),
+        ("soft_shadow", Shot { lighting: soft, ..phong() }),
+        ("occlusion", Shot { lighting: sky, occlusion, ..Shot::of("cornell/cornell.glb") }),
+        ("ground_plane", Shot { ground: plane, ..cube.clone() }),
+        ("ground_shadow", Shot { ground: shadow, background: 1.0, ..cube }),
+        ("alpha", Shot::of("alpha/alpha.glb")),
+        ("alpha_second_camera", Shot { view: camera("1"), ..Shot::of("alpha/alpha.glb") }),
+    ]
+}
+
+#[test]
+fn pictures_are_as_they_were() {
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/render/golden");
+    let update = std::env::var("GOLDEN").is_ok_and(|v| v == "update");
+    let mut wrong = Vec::new();
+    for (name, shot) in shots() {
+        let actual = shot.render();
+        let file = golden.join(format!("{name}.png"));
+        if update {
+            fs::create_dir_all(&golden).unwrap();
+            save(&file, WIDTH, &actual);
+            assert!(fs::metadata(&file).unwrap().len() <= 20 * 1024, "{name} is over 20 KiB");
+            continue;
+        }
+        let expected =
+            image::open(&file).unwrap_or_else(|e| panic!("{name}: {e}; GOLDEN=update makes it")).into_rgba8();
+        assert_eq!((expected.width(), expected.height()), (WIDTH, HEIGHT));
+        let expected: Vec<[u8; 4]> = expected.pixels().map(|p| p.0).collect();
+        let beyond = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).any(|c| a[c].abs_diff(b[c]) > TOLERANCE);
+        let count = expected.iter().zip(&actual).filter(|&p| beyond(p)).count();
+        if count > 0 {
+            leave_strip(name, &expected, &actual);
+            wrong.push(format!("{name}: {count} pixels"));
+        }
+    }
+    assert!(wrong.is_empty(), "see target/golden: {wrong:?}");
+}
+
+fn save(file: &Path, width: u32, pixels: &[[u8; 4]]) {
+    let height = pixels.len() as u32 / width;
+    let rgb: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+    image::RgbImage::from_raw(width, height, rgb).unwrap().save(file).unwrap();
+}
+
+/// Expected, actual and eight times their difference, side by side.
+fn leave_strip(name: &str, expected: &[[u8; 4]], actual: &[[u8; 4]]) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/golden");
+    fs::create_dir_all(&folder).unwrap();
+    let row = WIDTH as usize;
+    let mut strip = Vec::new();
+    for (a, b) in expected.chunks(row).zip(actual.chunks(row)) {
+        strip.extend_from_slice(a);
+        strip.extend_from_slice(b);
+        let difference =
+            |(a, b): (&[u8; 4], &[u8; 4])| [0, 1, 2, 3].map(|c| a[c].abs_diff(b[c]).saturating_mul(8));
+        strip.extend(a.iter().zip(b).map(difference));
+    }
+    save(&folder.join(format!("{name}.png")), 3 * WIDTH, &strip);
+}

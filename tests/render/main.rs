@@ -1,0 +1,35 @@
+//! Pictures and rays against known answers: formulas, brute force, reference images, and each other. Nearly all
+//! tests call the library.
+//!
+//! - `antialiasing`: sampling error of pictures that are formulas
+//! - `bvh_queries`: every BVH query against brute force, bit for bit; refit and rebuild
+//! - `determinism`: the same bytes on any number of threads, tile size, BVH preset and SIMD level
+//! - `empty_tile_culling`: tiles that no ray can hit trace none
+//! - `ggx_materials`: physical materials against the GGX surface that they stand for
+//! - `golden`: reference images of each shading term and each model
+//! - `lecture`: every row of the lecture's formulas
+//! - `scale_invariance`: pictures at other scales and far from the origin
+//! - `self_shadowing`: offset ray origins, at every scale
+//! - `shadow_terminator`: smooth surfaces cast no faceted shadows on themselves
+//! - `soft_lighting`: lights with a radius, ambient occlusion, ground
+//! - `texture_filtering`: ray differentials, mip maps, alpha masks, specular antialiasing
+//! - `transmission`: blended panes, and the light that falls through them
+//! - `watertight`: no ray passes between adjacent triangles
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod antialiasing;
+mod bvh_queries;
+mod determinism;
+mod empty_tile_culling;
+mod ggx_materials;
+mod golden;
+mod lecture;
+mod scale_invariance;
+mod self_shadowing;
+mod shadow_terminator;
+mod soft_lighting;
+mod texture_filtering;
+mod transmission;
+mod watertight;

@@ -1,0 +1,86 @@
+//! No surface shadows itself, at any scale or distance, and whatever does stand in the light
+//! shadows, however near.
+
+use blinn::accel::{SegmentBatch, Shared};
+use blinn::geometry::{HitId, offset_point, point_error};
+use blinn::scene::{Scene, SurfaceClass};
+use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::common::scenes::{self, Placement, Plain, Rng};
+
+const RAYS: u64 = 200_000;
+
+/// How many of `RAYS` segments from points on a flat grid to lights above it are blocked. The
+/// points are made as shading makes them: interpolated in f64, rounded, lifted by their error.
+fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
+    let placed = placement.transforms(DVec3::new(2.0, 0.0, 0.0));
+    let mut scene = Scene::default();
+    let opaque = scenes::material(SurfaceClass::Opaque, true);
+    scenes::add(&mut scene, scenes::grid(40, 2), opaque.clone(), &placed);
+    if occluder {
+        // One sheet over everything, 1e-4 of the grid's size above it.
+        let mut sheet = scenes::grid(3, 2);
+        sheet.positions.iter_mut().for_each(|p| *p = *p * 4.0 + Vec3::new(1.0, 0.0, 1e-4));
+        scenes::add(&mut scene, sheet, opaque, &placed[..1]);
+    }
+    let posed = scenes::posed(&scene);
+    let accel = scenes::build(&posed);
+    let triangles = posed.mesh(0).triangles.len();
+    let to_world: DAffine3 = posed.instances[0].transform.affine;
+    let chunk = 5000;
+    let shoot = |seed: u64| {
+        let mut rng = Rng::new(seed);
+        let mut segments = SegmentBatch::default();
+        let above = |rng: &mut Rng| {
+            let elevation = 10f64.powf(-2.0 * rng.unit());
+            let around = std::f64::consts::TAU * rng.unit();
+            DVec3::new(around.cos(), around.sin(), elevation)
+        };
+        if sun {
+            let l = to_world.transform_vector3(above(&mut rng));
+            segments.shared = Shared::Direction(l.normalize().as_vec3());
+        }
+        for _ in 0..chunk {
+            let id = HitId { instance: 0, triangle: rng.below(triangles) as u32 };
+            let (world, local) = (posed.world_triangle(id), posed.local_triangle(id));
+            let [a, b, c] = world.map(|v| v.as_dvec3());
+            // Often on an edge or close to one, where the neighbours are.
+            let u = if rng.one_in(3) { 1e-6 * rng.unit() } else { rng.unit() };
+            let (u, v) = (u, rng.unit() * (1.0 - u));
+            let p = (a + (b - a) * u + (c - a) * v).as_vec3();
+            let n_g = (b - a).cross(c - a).normalize().as_vec3();
+            let error = point_error(world, local, &to_world);
+            let light = to_world.transform_point3(above(&mut rng) * 3.0).as_vec3();
+            let l = match segments.shared {
+                Shared::Direction(l) => l,
+                _ => light - p,
+            };
+            segments.push(offset_point(p, error, n_g, l), light, id);
+        }
+        let mut out = Vec::new();
+        accel.occluded(&segments, &Plain, &mut out);
+        assert_eq!(out.len(), chunk as usize);
+        out.iter().filter(|&&blocked| blocked).count() as u64
+    };
+    (0..RAYS / chunk).into_par_iter().map(shoot).sum()
+}
+
+/// 200,000 points of a flat grid at each placement, and as many under a sun: none in shadow.
+#[test]
+fn flat_surfaces_do_not_shadow_themselves() {
+    for placement in scenes::placements() {
+        for sun in [false, true] {
+            assert_eq!(blocked(placement, false, sun), 0, "false shadows at {placement:?}, sun {sun}");
+        }
+    }
+}
+
+/// The same points with a sheet 1e-4 of their size above them: all in shadow. An error bound
+/// that were too generous would lift points through it.
+#[test]
+fn near_occluders_still_shadow() {
+    for placement in scenes::placements() {
+        assert_eq!(blocked(placement, true, false), RAYS, "shadows at {placement:?}");
+    }
+}

@@ -1,0 +1,479 @@
+//! Textures over what a pixel sees of them, and highlights over the normals that it sees.
+//!
+//! `cargo test --test render texture_filtering:: -- --ignored --nocapture` prints the tables of
+//! docs/explanation/antialiasing.md.
+
+use blinn::accel::{Accel, BuildSettings};
+use blinn::geometry::{Rgb, Rgba};
+use blinn::integrator::{Aov, Frame, Integrator, LowDiscrepancy, Phong, Sample, Scratch};
+use blinn::render::{Crop, RenderSettings, render, render_aovs};
+use blinn::scene::{
+    AlphaMode, Channels, ColorInput, Dielectric, Filter, Image, Instance, Material, Mesh, Mips,
+    MtlReflectance, Node, NormalMap, PoseSettings, PosedLight, Reading, Reflectance, ScalarInput, Scene,
+    Texels, Texture, TextureRef, UvTransform, View, Wrap, pose,
+};
+use glam::{DVec3, Vec2, Vec3, Vec4};
+
+/// Every sample a point: textures at their finest, highlights as sharp as their material.
+struct Points;
+
+impl Integrator for Points {
+    fn render(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        draws: &LowDiscrepancy,
+        scratch: &mut Scratch,
+        out: &mut [Rgba],
+    ) {
+        let points: Vec<Sample> = samples.iter().map(|s| Sample { size: [0.0; 2], ..*s }).collect();
+        Phong::default().render(frame, &points, draws, scratch, out);
+    }
+}
+
+fn image(width: u32, height: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
+    let texels = (0..width * height).flat_map(|i| texel(i % width, i / width)).collect();
+    let (channels, texels) = (Channels::Rgba, Texels::U8(texels));
+    Image { name: String::new(), width, height, channels, texels, mips: Mips::default() }
+}
+
+fn grey(v: u8) -> [u8; 4] {
+    [v, v, v, 255]
+}
+
+/// 64 × 64 texels: a checker of 8 × 8 squares, black and white.
+fn checker() -> Image {
+    image(64, 64, |x, y| grey(if (x / 8 + y / 8).is_multiple_of(2) { 255 } else { 0 }))
+}
+
+/// Black and white stripes along v, 8 texels wide.
+fn stripes() -> Image {
+    image(64, 64, |x, _| grey(if (x / 8).is_multiple_of(2) { 255 } else { 0 }))
+}
+
+/// Every texel something else.
+fn noise() -> Image {
+    image(128, 128, |x, y| {
+        let n = (x + 128 * y + 1).wrapping_mul(2_654_435_761);
+        let n = (n ^ (n >> 15)).wrapping_mul(0x2c1b_3c6d);
+        [(n >> 8) as u8, (n >> 16) as u8, (n >> 24) as u8, 255]
+    })
+}
+
+fn reference(texture: u32) -> TextureRef {
+    TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY }
+}
+
+/// Shows its texture and nothing else.
+fn unlit() -> Material {
+    Material {
+        base: ColorInput { factor: Rgb::ONE, texture: Some(reference(0)) },
+        reflectance: Reflectance::Unlit,
+        double_sided: true,
+        ..Default::default()
+    }
+}
+
+fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, images: Vec<Image>) -> Scene {
+    let textures = (0..images.len() as u32).map(|image| Texture { image, ..Texture::default() }).collect();
+    let instance = |mesh| Instance { node: 0, mesh, object: 1, ..Instance::default() };
+    Scene {
+        nodes: vec![Node { visible: true, ..Default::default() }],
+        instances: (0..meshes.len() as u32).map(instance).collect(),
+        meshes,
+        materials,
+        textures,
+        images,
+        ..Default::default()
+    }
+}
+
+/// A square floor at y = 0 of 200 m, turned by `degrees`; one tile of texture for each `tile` metres.
+fn floor(degrees: f64, tile: f32) -> Mesh {
+    let (sin, cos) = libm::sincos(degrees.to_radians());
+    let corners = [(-1.0f32, -1.0f32), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
+    let turned = |(x, z): (f32, f32)| {
+        let (x, z) = (f64::from(x) * 100.0, f64::from(z) * 100.0);
+        Vec3::new((x * cos - z * sin) as f32, 0.0, (x * sin + z * cos) as f32)
+    };
+    Mesh {
+        positions: corners.map(turned).to_vec(),
+        uvs: vec![corners.map(|(x, z)| Vec2::new(x, z) * (100.0 / tile)).to_vec()],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Default::default()
+    }
+}
+
+/// Standing on the floor, looking along −z and a little down.
+fn standing() -> View {
+    View {
+        view_point: Some(DVec3::new(0.0, 1.5, 0.0)),
+        view_dir: Some(DVec3::new(0.0, -0.2, -1.0)),
+        yfov: Some(0.6),
+        ..Default::default()
+    }
+}
+
+/// A picture without lights, or with one.
+fn picture(
+    scene: &Scene,
+    view: &View,
+    light: Option<PosedLight>,
+    settings: RenderSettings,
+    integrator: &dyn Integrator,
+) -> Vec<Rgba> {
+    let posed = pose(scene, &PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() }).unwrap();
+    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (camera, _) = view.resolve(&posed, settings.width, settings.height).unwrap();
+    let frame = Frame { lights: light.into_iter().collect(), ..dark(&posed, &accel, camera) };
+    render(&frame, integrator, &settings, &()).unwrap().colors
+}
+
+fn dark<'a>(
+    posed: &'a blinn::scene::PosedScene<'a>,
+    accel: &'a Accel,
+    camera: blinn::scene::Camera,
+) -> Frame<'a> {
+    let nothing = blinn::scene::Lighting { sources: Some(Vec::new()), ..Default::default() };
+    let lit = nothing.resolve(posed, &camera);
+    Frame { ambient: Rgb::ZERO, ..Frame::new(posed, accel, camera, &lit) }
+}
+
+const SIZE: (u32, u32) = (96, 54);
+
+fn samples(samples: u32) -> RenderSettings {
+    RenderSettings { width: SIZE.0, height: SIZE.1, samples, ..Default::default() }
+}
+
+fn row(pixels: &[Rgba], y: u32) -> &[Rgba] {
+    &pixels[(y * SIZE.0) as usize..((y + 1) * SIZE.0) as usize]
+}
+
+fn root_mean_square(differences: impl Iterator<Item = Vec4>) -> f64 {
+    let (mut sum, mut n) = (0.0, 0);
+    for d in differences {
+        (sum, n) = (sum + f64::from(d.truncate().length_squared()) / 3.0, n + 1);
+    }
+    (sum / f64::from(n)).sqrt()
+}
+
+fn error(found: &[Rgba], wanted: &[Rgba]) -> f64 {
+    root_mean_square(found.iter().zip(wanted).map(|(&a, &b)| a - b))
+}
+
+/// The row of pixels in which the floor is `distance` metres away.
+fn row_at(distance: f64) -> u32 {
+    // tan of the angle below the view direction, over tan of half the field of view.
+    let below = libm::tan(libm::atan(1.5 / distance) - libm::atan(0.2));
+    ((0.5 + 0.5 * below / libm::tan(0.3)) * f64::from(SIZE.1)) as u32
+}
+
+#[test]
+fn a_far_checker_floor_is_the_mean_of_its_light_at_one_sample() {
+    let scene = scene(vec![floor(20.0, 1.0)], vec![unlit()], vec![checker()]);
+    let filtered = picture(&scene, &standing(), None, samples(1), &Phong::default());
+    let points = picture(&scene, &standing(), None, samples(1), &Points);
+    for y in row_at(90.0)..=row_at(40.0) {
+        // A pixel is wider than ten squares here, and a checker of light and dark is half as bright.
+        let off = |pixels: &[Rgba]| row(pixels, y).iter().map(|p| (p.x - 0.5).abs()).fold(0.0, f32::max);
+        assert!(off(&filtered) < 0.02, "row {y}: {}", off(&filtered));
+        assert!(off(&points) > 0.4, "row {y}: the same unfiltered would not do");
+    }
+}
+
+#[test]
+fn stripes_along_the_view_stay_sharp_where_they_recede() {
+    let scene = scene(vec![floor(0.0, 4.0)], vec![unlit()], vec![stripes()]);
+    let filtered = picture(&scene, &standing(), None, samples(1), &Phong::default());
+    // Stripes are .5 m wide. 9 m away a pixel is .1 m across and .65 m deep: averaged as deep as wide
+    // the contrast would be gone, and the checker's is.
+    let contrast = |pixels: &[Rgba]| {
+        let pixels = row(pixels, row_at(9.0)).iter().map(|p| p.x);
+        pixels.clone().fold(0.0, f32::max) - pixels.fold(1.0, f32::min)
+    };
+    assert!(contrast(&filtered) > 0.95, "{}", contrast(&filtered));
+    let across = Scene { meshes: vec![floor(90.0, 4.0)], ..scene.clone() };
+    let across = picture(&across, &standing(), None, samples(1), &Phong::default());
+    assert!(contrast(&across) < 0.3, "{}", contrast(&across));
+}
+
+#[test]
+fn a_mask_keeps_its_coverage_however_far() {
+    // A quarter of the fence is there: the mean of its alpha is below the cutoff.
+    let fence = image(16, 16, |x, y| [255, 255, 255, if x % 4 < 2 && y % 4 < 2 { 255 } else { 0 }]);
+    let material = Material { alpha_mode: AlphaMode::Mask(0.5), alpha_from_base: true, ..unlit() };
+    let scene = scene(vec![floor(10.0, 0.5)], vec![material], vec![fence]);
+    let settings = samples(64);
+    let pixels = picture(&scene, &standing(), None, settings, &Phong::default());
+    let rows = row_at(60.0)..row_at(10.0);
+    let coverage = |y: u32| row(&pixels, y).iter().map(|p| p.w).sum::<f32>() / SIZE.0 as f32;
+    assert!(rows.clone().all(|y| (0.15..0.3).contains(&coverage(y))));
+    // Bilinear alpha passes the cutoff on 2 + 3 − 2·ln 2 of 16 texels: corners are rounded.
+    let mean = rows.clone().map(coverage).sum::<f32>() / rows.len() as f32;
+    assert!((mean - (5.0 - 2.0 * std::f32::consts::LN_2) / 16.0).abs() < 0.005, "{mean}");
+}
+
+#[test]
+fn what_a_mask_cuts_away_does_not_colour_what_it_keeps() {
+    // White leaves; the rest is clear and black.
+    let leaves = image(64, 64, |x, y| if (x / 2 + y / 2).is_multiple_of(2) { [255; 4] } else { [0; 4] });
+    for (alpha_mode, least) in [(AlphaMode::Mask(0.5), 0.9), (AlphaMode::Blend, 0.98)] {
+        let material = Material { alpha_mode, alpha_from_base: true, ..unlit() };
+        let scene = scene(vec![floor(10.0, 1.0)], vec![material], vec![leaves.clone()]);
+        let pixels = picture(&scene, &standing(), None, samples(4), &Phong::default());
+        for p in row(&pixels, row_at(30.0)).iter().filter(|p| p.w > 0.0) {
+            // Premultiplied: as much white as there is coverage.
+            assert!(p.x >= least * p.w, "{alpha_mode:?}: {p}");
+        }
+    }
+}
+
+#[test]
+fn a_clear_pane_in_front_changes_nothing() {
+    let alone = scene(vec![floor(20.0, 1.0)], vec![unlit()], vec![checker()]);
+    let pane = Mesh {
+        positions: vec![Vec3::new(-9.0, -9.0, -1.0), Vec3::new(9.0, -9.0, -1.0), Vec3::new(0.0, 9.0, -1.0)],
+        triangles: vec![[0, 1, 2]],
+        material: 1,
+        ..Default::default()
+    };
+    let clear = Material {
+        alpha: ScalarInput::new(0.0),
+        alpha_mode: AlphaMode::Blend,
+        double_sided: true,
+        ..Default::default()
+    };
+    let behind = scene(vec![floor(20.0, 1.0), pane], vec![unlit(), clear], vec![checker()]);
+    let of = |scene: &Scene| picture(scene, &standing(), None, samples(1), &Phong::default());
+    assert_eq!(of(&alone), of(&behind));
+}
+
+#[test]
+fn layers_are_looked_up_at_their_finest() {
+    for decode_last in [false, true] {
+        let mut scene = scene(vec![floor(20.0, 1.0)], vec![unlit()], vec![noise()]);
+        scene.textures[0].decode_last = decode_last;
+        let posed = pose(&scene, &PoseSettings::default()).unwrap();
+        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let (camera, _) = standing().resolve(&posed, SIZE.0, SIZE.1).unwrap();
+        let frame = dark(&posed, &accel, camera);
+        let layers = render_aovs(&frame, &[Aov::Uv, Aov::Albedo, Aov::Mask], &samples(4), &()).unwrap();
+        let [uv, albedo, mask] = &layers[..] else { panic!("three layers") };
+        let mut seen = 0;
+        for (i, _) in mask.values.iter().enumerate().filter(|(_, m)| **m > 0.0) {
+            let uv = Vec2::new(uv.values[2 * i], uv.values[2 * i + 1]);
+            let texel = scene.textures[0].sample(&scene.images, uv, Reading::Color);
+            assert_eq!(albedo.values[3 * i..3 * i + 3], texel.to_array()[..3]);
+            seen += 1;
+        }
+        assert!(seen > 1000);
+    }
+}
+
+#[test]
+fn nearest_stays_nearest_where_texels_are_large() {
+    let mut scene = scene(vec![floor(0.0, 400.0)], vec![unlit()], vec![noise()]);
+    scene.textures[0].filter = Filter::Nearest;
+    let of = |integrator: &dyn Integrator| picture(&scene, &standing(), None, samples(1), integrator);
+    let (filtered, points) = (of(&Phong::default()), of(&Points));
+    // Texels are 3 m: up to 20 m away no pixel is as deep as one.
+    for y in row_at(15.0)..SIZE.1 {
+        assert_eq!(row(&filtered, y), row(&points, y));
+    }
+    assert_ne!(filtered, points);
+}
+
+#[test]
+fn eye_rays_change_as_their_differential_says() {
+    let scene = scene(vec![floor(0.0, 1.0)], vec![unlit()], vec![checker()]);
+    let posed = pose(&scene, &PoseSettings::default()).unwrap();
+    for projection in [blinn::scene::Projection::Perspective, blinn::scene::Projection::Orthographic] {
+        let view = View { projection: Some(projection), ..standing() };
+        let (camera, _) = view.resolve(&posed, 160, 90).unwrap();
+        let (a, b) = (camera.eye_ray(0.2, 0.3, DVec3::ZERO), camera.eye_ray(0.45, 0.8, DVec3::ZERO));
+        let step = camera.differential(0.25, 0.5);
+        assert!((b.o - a.o).abs_diff_eq((step.o[0] + step.o[1]).as_vec3(), 1e-5), "{projection:?}");
+        assert!((b.d - a.d).abs_diff_eq((step.d[0] + step.d[1]).as_vec3(), 1e-5), "{projection:?}");
+        assert_ne!(step, Default::default());
+    }
+}
+
+/// A unit sphere of smooth normals, with coordinates and tangents.
+fn sphere() -> Mesh {
+    let (rings, columns) = (48u32, 96u32);
+    let mut mesh = Mesh { uvs: vec![Vec::new()], ..Mesh::default() };
+    for (i, j) in (0..=rings).flat_map(|i| (0..=columns).map(move |j| (i, j))) {
+        let (u, v) = (f64::from(j) / f64::from(columns), f64::from(i) / f64::from(rings));
+        let (sin, cos) = libm::sincos(u * std::f64::consts::TAU);
+        let (out, up) = libm::sincos(v * std::f64::consts::PI);
+        let p = Vec3::new((out * sin) as f32, up as f32, (out * cos) as f32);
+        mesh.positions.push(p);
+        mesh.normals.push(p);
+        mesh.tangents.push(Vec4::new(cos as f32, 0.0, -sin as f32, 1.0));
+        mesh.uvs[0].push(Vec2::new(u as f32 * 4.0, v as f32 * 2.0));
+    }
+    for (i, j) in (0..rings).flat_map(|i| (0..columns).map(move |j| (i, j))) {
+        let a = i * (columns + 1) + j;
+        let b = a + columns + 1;
+        mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+    }
+    mesh
+}
+
+/// Dents and bumps of 16 texels across, with slopes up to .5.
+fn bumps() -> Image {
+    image(256, 256, |x, y| {
+        let slope = |v: u32| 0.5 * libm::sin((f64::from(v) + 0.5) / 16.0 * std::f64::consts::TAU);
+        let n = DVec3::new(-slope(x), -slope(y), 1.0).normalize();
+        let code = |v: f64| ((v * 0.5 + 0.5) * 255.0).round() as u8;
+        [code(n.x), code(n.y), code(n.z), 255]
+    })
+}
+
+/// A metal ball of this roughness, with or without bumps.
+fn ball(roughness: f32, bumpy: bool) -> Scene {
+    let material = Material {
+        base: ColorInput::new(Rgb::splat(0.8)),
+        reflectance: Reflectance::MetallicRoughness {
+            metallic: ScalarInput::new(1.0),
+            roughness: ScalarInput::new(roughness),
+            dielectric: Dielectric::default(),
+        },
+        normal: bumpy.then(|| NormalMap { texture: reference(0), scale: 1.0, blends: false }),
+        ..Default::default()
+    };
+    scene(vec![sphere()], vec![material], vec![bumps()])
+}
+
+/// A ball `distance` away: 400 pixels over that wide.
+fn towards_ball(distance: f64) -> View {
+    View {
+        view_point: Some(DVec3::new(0.0, 0.0, distance)),
+        look_at: Some(DVec3::ZERO),
+        yfov: Some(0.27),
+        ..Default::default()
+    }
+}
+
+fn sun() -> PosedLight {
+    PosedLight::sun(DVec3::new(-0.5, -0.6, -0.7), Rgb::ONE)
+}
+
+fn mean(pixels: &[Rgba]) -> f64 {
+    pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / pixels.len() as f64
+}
+
+#[test]
+fn highlights_finer_than_a_sample_keep_their_light() {
+    for (distance, bumpy) in [(60.0, false), (20.0, true)] {
+        let (ball, view) = (ball(0.15, bumpy), towards_ball(distance));
+        let of = |n, integrator: &dyn Integrator| picture(&ball, &view, Some(sun()), samples(n), integrator);
+        let wanted = of(256, &Points);
+        let (one, point) = (of(1, &Phong::default()), of(1, &Points));
+        assert!((mean(&one) / mean(&wanted) - 1.0).abs() < 0.15, "{bumpy}: {} {}", mean(&one), mean(&wanted));
+        assert!(error(&one, &wanted) < 0.5 * error(&point, &wanted), "{bumpy}");
+    }
+}
+
+#[test]
+fn the_lectures_own_shininess_stays_exact() {
+    let mut ball = ball(0.15, true);
+    ball.materials[0].reflectance = Reflectance::Mtl(MtlReflectance {
+        ambient: None,
+        specular: ColorInput::new(Rgb::ONE),
+        shininess: 200.0,
+    });
+    ball.materials[0].normal = None;
+    let of = |integrator: &dyn Integrator| {
+        picture(&ball, &towards_ball(40.0), Some(sun()), samples(1), integrator)
+    };
+    assert_eq!(of(&Phong::default()), of(&Points));
+}
+
+#[test]
+fn a_slow_turntable_does_not_shimmer() {
+    let turntable = |integrator: &dyn Integrator, n| -> Vec<Vec<Rgba>> {
+        let of = |i: i32| {
+            let scene = scene(vec![floor(30.0 + 0.5 * f64::from(i), 1.0)], vec![unlit()], vec![checker()]);
+            picture(&scene, &standing(), None, samples(n), integrator)
+        };
+        (0..3).map(of).collect()
+    };
+    let wanted = turntable(&Points, 144);
+    let of = |integrator: &dyn Integrator| shimmer(&turntable(integrator, 1), &wanted);
+    let (filtered, points) = (of(&Phong::default()), of(&Points));
+    assert!(filtered < 0.04 && points > 10.0 * filtered, "{filtered} filtered, {points} unfiltered");
+}
+
+/// How much of the change from frame to frame is error.
+fn shimmer(found: &[Vec<Rgba>], wanted: &[Vec<Rgba>]) -> f64 {
+    let change = |frames: &[Vec<Rgba>], f: usize, i: usize| frames[f + 1][i] - frames[f][i];
+    let all = (0..found.len() - 1).flat_map(|f| (0..found[f].len()).map(move |i| (f, i)));
+    root_mean_square(all.map(|(f, i)| change(found, f, i) - change(wanted, f, i)))
+}
+
+#[test]
+#[ignore = "prints the tables of docs/explanation/antialiasing.md"]
+fn tables() {
+    let counts = [1, 4, 16, 64];
+    println!("| floor | | 1 sample | 4 samples | 16 samples | 64 samples |\n|---|---|---|---|---|---|");
+    for (name, image, tile) in
+        [("checker", checker(), 1.0), ("noise", noise(), 2.0), ("stripes", stripes(), 1.0)]
+    {
+        let turntable = |integrator: &dyn Integrator, n| -> Vec<Vec<Rgba>> {
+            let of = |i: i32| {
+                let mesh = floor(30.0 + 0.5 * f64::from(i), tile);
+                let scene = scene(vec![mesh], vec![unlit()], vec![image.clone()]);
+                picture(&scene, &standing(), None, samples(n), integrator)
+            };
+            (0..4).map(of).collect()
+        };
+        let wanted = turntable(&Points, 1024);
+        for (how, integrator) in [("points", &Points as &dyn Integrator), ("filtered", &Phong::default())] {
+            let cells = counts.map(|n| {
+                let found = turntable(integrator, n);
+                format!("{:.4} ({:.4})", error(&found[0], &wanted[0]), shimmer(&found, &wanted))
+            });
+            println!("| {name} | {how} | {} |", cells.join(" | "));
+        }
+    }
+    println!("\n| ball | | 1 sample | 4 samples | 16 samples | 64 samples |\n|---|---|---|---|---|---|");
+    let balls =
+        [(0.1, 20.0, false), (0.2, 40.0, false), (0.3, 60.0, false), (0.1, 20.0, true), (0.3, 20.0, true)];
+    for (roughness, distance, bumpy) in balls {
+        let (ball, view) = (ball(roughness, bumpy), towards_ball(distance));
+        // The ball and a margin.
+        let side = (400.0 / distance) as u32 + 6;
+        let crop = Crop { x: (SIZE.0 - side) / 2, y: (SIZE.1 - side) / 2, width: side, height: side };
+        let of = |n, integrator: &dyn Integrator| {
+            let settings = RenderSettings { crop: Some(crop), ..samples(n) };
+            picture(&ball, &view, Some(sun()), settings, integrator)
+        };
+        let wanted = of(16_384, &Points);
+        for (how, integrator) in [("points", &Points as &dyn Integrator), ("filtered", &Phong::default())] {
+            let cells = counts.map(|n| {
+                let found = of(n, integrator);
+                format!("{:.4} ({:.2})", error(&found, &wanted), mean(&found) / mean(&wanted))
+            });
+            let kind = if bumpy { "bumpy" } else { "smooth" };
+            println!("| {kind}, roughness {roughness}, {distance} m | {how} | {} |", cells.join(" | "));
+        }
+    }
+}
+
+#[test]
+fn wraps_and_odd_sizes_shade_without_harm() {
+    let sizes = [(1, 1), (3, 5), (1, 7), (129, 2)];
+    for (wrap, (w, h)) in
+        [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp].into_iter().flat_map(|w| sizes.map(|s| (w, s)))
+    {
+        let grey = image(w, h, |_, _| grey(100));
+        let mut scene = scene(vec![floor(20.0, 0.7)], vec![unlit()], vec![grey]);
+        scene.textures[0].wrap = [wrap, Wrap::Repeat];
+        let pixels = picture(&scene, &standing(), None, samples(1), &Phong::default());
+        let wanted = blinn::scene::srgb_to_linear(100.0 / 255.0);
+        for p in pixels.iter().filter(|p| p.w > 0.0) {
+            assert!((p.x - wanted).abs() < 1e-5, "{wrap:?} {w} x {h}: {p}");
+        }
+    }
+}

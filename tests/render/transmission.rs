@@ -1,0 +1,121 @@
+//! What shows through a pane before a white wall, and what light falls through it.
+
+use blinn::geometry::{Rgb, Rgba};
+use blinn::integrator::{Frame, Phong};
+use blinn::render::{RenderSettings, render};
+use blinn::scene::{
+    AlphaMode, ColorInput, Dielectric, Lighting, Material, PosedKind, PosedLight, Projection, Reflectance,
+    ScalarInput, Scene, View,
+};
+use glam::{DAffine3, DVec3, Vec3};
+
+use crate::common::scenes;
+
+/// A pane of this in front of a wall, seen head on; a sun of this strength shines along the view. 9 × 9 pixels, whose
+/// middles are on the pane's diagonals.
+fn seen_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
+    let mut scene = Scene::default();
+    let wall = Material { reflectance: wall, double_sided: true, ..Material::default() };
+    let behind = DAffine3::from_translation(DVec3::NEG_Z) * DAffine3::from_scale(DVec3::splat(4.0));
+    scenes::add(&mut scene, scenes::grid(1, 2), wall, &[behind]);
+    scenes::add(&mut scene, scenes::grid(1, 2), pane, &[DAffine3::IDENTITY]);
+    let posed = scenes::posed(&scene);
+    let accel = scenes::build(&posed);
+    let view = View {
+        view_point: Some(DVec3::new(0.0, 0.0, 3.0)),
+        view_dir: Some(DVec3::NEG_Z),
+        projection: Some(Projection::Orthographic),
+        view_width: Some(1.5),
+        view_height: Some(1.5),
+        ..View::default()
+    };
+    let (camera, _) = view.resolve(&posed, 9, 9).unwrap();
+    let kind = PosedKind::Directional { direction: Vec3::NEG_Z };
+    let sun = PosedLight { kind, intensity: Rgb::splat(sun), range: f32::INFINITY, radius: 0.0 };
+    let nothing = Lighting { sources: Some(Vec::new()), ..Lighting::default() };
+    let lit = nothing.resolve(&posed, &camera);
+    let frame = Frame { lights: vec![sun], ambient: Rgb::ZERO, ..Frame::new(&posed, &accel, camera, &lit) };
+    let settings = RenderSettings { width: 9, height: 9, samples: 1, ..RenderSettings::default() };
+    render(&frame, &Phong::default(), &settings, &()).unwrap().colors
+}
+
+/// A pane that lets its base colour through, as metallic as that.
+fn glass(metallic: f32) -> Material {
+    Material {
+        base: ColorInput::new(Rgb::new(0.25, 0.5, 1.0)),
+        reflectance: Reflectance::MetallicRoughness {
+            metallic: ScalarInput::new(metallic),
+            roughness: ScalarInput::new(1.0),
+            dielectric: Dielectric::default(),
+        },
+        transmission: ScalarInput::new(1.0),
+        double_sided: true,
+        ..Material::default()
+    }
+}
+
+#[test]
+fn a_blended_pane_is_as_dense_on_its_diagonal_as_beside_it() {
+    let pane = Material {
+        base: ColorInput::new(Rgb::ZERO),
+        alpha: ScalarInput::new(0.5),
+        alpha_mode: AlphaMode::Blend,
+        reflectance: Reflectance::Unlit,
+        double_sided: true,
+        ..Material::default()
+    };
+    let pixels = seen_through(pane, Reflectance::Unlit, 0.0);
+    assert!(pixels.iter().all(|p| p.truncate() == Vec3::splat(0.5)), "{pixels:?}");
+}
+
+/// What passes is part of what a dielectric would scatter, and metals scatter nothing.
+#[test]
+fn metals_let_no_light_through() {
+    let shown = |metallic: f32, transmission: f32, sun: f32| {
+        let transmission = ScalarInput::new(transmission);
+        let pane = Material { transmission, ..glass(metallic) };
+        seen_through(pane, Reflectance::Unlit, sun)[40].truncate()
+    };
+    assert_eq!(shown(1.0, 1.0, 1.0), shown(1.0, 0.0, 1.0));
+    assert_eq!(shown(0.0, 1.0, 0.0), Vec3::new(0.25, 0.5, 1.0));
+    assert_eq!(shown(0.5, 1.0, 0.0), Vec3::new(0.125, 0.25, 0.5));
+    assert_eq!(shown(1.0, 1.0, 0.0), Vec3::ZERO);
+}
+
+/// KHR_materials_unlit stands above what other extensions say: its colour is all there is.
+#[test]
+fn what_is_not_lit_lets_no_light_through() {
+    let lit = Reflectance::MetallicRoughness {
+        metallic: ScalarInput::new(0.0),
+        roughness: ScalarInput::new(1.0),
+        dielectric: Dielectric::default(),
+    };
+    // The eye sees no more than that through it, and the wall is in its shadow: beside an alpha, too.
+    for alpha_mode in [AlphaMode::Opaque, AlphaMode::Blend] {
+        let shown = |transmission: f32| {
+            let (alpha, transmission) = (ScalarInput::new(0.5), ScalarInput::new(transmission));
+            let pane =
+                Material { reflectance: Reflectance::Unlit, alpha, alpha_mode, transmission, ..glass(0.0) };
+            seen_through(pane, lit, 1.0)
+        };
+        assert_eq!(shown(1.0), shown(0.0));
+    }
+    let pane = Material { reflectance: Reflectance::Unlit, ..glass(0.0) };
+    assert_eq!(seen_through(pane, Reflectance::Unlit, 1.0)[40].truncate(), Vec3::new(0.25, 0.5, 1.0));
+}
+
+/// A mask cuts holes, and what it keeps is glass to light as it is to the eye.
+#[test]
+fn light_falls_through_what_a_mask_keeps_of_glass() {
+    let of = |alpha_mode: AlphaMode| {
+        let wall = Reflectance::MetallicRoughness {
+            metallic: ScalarInput::new(0.0),
+            roughness: ScalarInput::new(1.0),
+            dielectric: Dielectric::default(),
+        };
+        seen_through(Material { alpha_mode, ..glass(0.0) }, wall, 1.0)
+    };
+    let opaque = of(AlphaMode::Opaque);
+    assert!(opaque[40].min_element() > 0.0, "the wall is lit: {}", opaque[40]);
+    assert_eq!(of(AlphaMode::Mask(0.5)), opaque);
+}

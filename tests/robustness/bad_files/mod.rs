@@ -1,0 +1,84 @@
+//! Files with one thing wrong, made by hand, each pinned to the kind of error that it is, the place
+//! that is named, and the words: `expected.txt` has a line for each (`nothing` where a value is taken
+//! as a harmless one without a word). `GOLDEN=update` writes it anew; read what changed.
+
+mod gltf;
+mod non_gltf;
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::Path;
+
+use blinn::import::{LoadError, LoadOptions, load, load_camera_xml, load_sky};
+
+/// A bad file: its name in the list, and files of which the first is read.
+pub struct Case {
+    pub name: String,
+    pub files: Vec<(&'static str, Vec<u8>)>,
+}
+
+impl Case {
+    pub fn new(name: impl Into<String>, file: &'static str, bytes: impl Into<Vec<u8>>) -> Case {
+        Case { name: name.into(), files: vec![(file, bytes.into())] }
+    }
+
+    pub fn with(mut self, file: &'static str, bytes: impl Into<Vec<u8>>) -> Case {
+        self.files.push((file, bytes.into()));
+        self
+    }
+}
+
+/// What becomes of it, in a line: the kind of error, its place and its words, or all warnings.
+fn outcome(case: &Case) -> String {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, bytes) in &case.files {
+        std::fs::write(dir.path().join(name), bytes).unwrap();
+    }
+    let path = dir.path().join(case.files[0].0);
+    let read = match path.extension().and_then(|e| e.to_str()) {
+        Some("hdr") => load_sky(&path, &LoadOptions::default().limits).map(|_| Vec::new()),
+        Some("xml") => load_camera_xml(&path).map(|_| Vec::new()),
+        _ => load(&path, &LoadOptions::default()).map(|(_, warnings)| warnings),
+    };
+    let text = match read {
+        Ok(warnings) => {
+            let words: Vec<_> = warnings.iter().map(ToString::to_string).collect();
+            if words.is_empty() { "nothing".into() } else { format!("warning | {}", words.join(" | ")) }
+        }
+        Err(LoadError::Io { path, cause }) => format!("Io | {} | {cause}", name_of(&path)),
+        Err(LoadError::Parse { place, what }) => format!("Parse | {place} | {what}"),
+        Err(LoadError::Invalid { place, rule }) => format!("Invalid | {place} | {rule}"),
+        Err(LoadError::Limit { name, asked, allowed }) => format!("Limit | {name} | {asked} of {allowed}"),
+        Err(LoadError::Unsupported(what)) => format!("Unsupported | | {what}"),
+    };
+    assert!(!text.contains('\n'), "{}: more than a line: {text}", case.name);
+    text.replace(&format!("{}/", dir.path().display()), "")
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+#[test]
+fn every_bad_file_is_known_by_its_kind_and_place() {
+    let cases: Vec<Case> = gltf::cases().into_iter().chain(non_gltf::cases()).collect();
+    assert!(cases.len() >= 120, "{}", cases.len());
+    let names: BTreeSet<&str> = cases.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names.len(), cases.len(), "a name twice");
+    let mut all = String::new();
+    for case in &cases {
+        let outcome = outcome(case);
+        // Errors say where.
+        assert!(!outcome.starts_with("Parse |  |") && !outcome.starts_with("Invalid |  |"), "{outcome}");
+        writeln!(all, "{}: {outcome}", case.name).unwrap();
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/robustness/bad_files/expected.txt");
+    if std::env::var_os("GOLDEN").is_some_and(|v| v == "update") {
+        std::fs::write(&path, &all).unwrap();
+    }
+    let expected = std::fs::read_to_string(&path).unwrap();
+    for (is, was) in all.lines().zip(expected.lines()) {
+        assert_eq!(is, was);
+    }
+    assert_eq!(all.lines().count(), expected.lines().count());
+}

@@ -1,0 +1,85 @@
+//! What fuzzers found worth keeping, tried again, and some thousands of inputs made up out of random bytes,
+//! always the same. `just fuzz TARGET` looks for more.
+
+#[path = "../fuzz/targets/mod.rs"]
+mod targets;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use targets::TARGETS;
+
+/// Inputs of a target, with their names. What broke it once is kept among them.
+fn kept(target: &str) -> Vec<(String, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus").join(target);
+    let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut all: Vec<_> = entries
+        .map(|entry| {
+            let entry = entry.unwrap();
+            (entry.file_name().into_string().unwrap(), std::fs::read(entry.path()).unwrap())
+        })
+        .collect();
+    all.sort();
+    all
+}
+
+/// Tries all inputs, and says how many got as far as they can.
+fn try_all(name: &str, inputs: impl IntoIterator<Item = (String, Vec<u8>)>) -> (usize, usize) {
+    let (_, target) = TARGETS.iter().find(|(n, _)| *n == name).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let (mut far, mut count) = (0, 0);
+    for (which, bytes) in inputs {
+        let outcome = catch_unwind(AssertUnwindSafe(|| target(&bytes, folder.path())));
+        far += usize::from(outcome.unwrap_or_else(|_| panic!("{name}: {which} panics")));
+        count += 1;
+    }
+    println!("{name}: {far} of {count} got far");
+    (far, count)
+}
+
+#[test]
+fn what_was_kept_does_no_harm() {
+    let mut size = 0;
+    for (name, _) in TARGETS {
+        let inputs = kept(name);
+        size += inputs.iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
+        let (far, count) = try_all(name, inputs);
+        assert!(far >= 1 && count >= 3, "{name}: {far} of {count} got far");
+    }
+    assert!(size <= 300 << 10, "the corpus has grown to {size} bytes");
+}
+
+/// Up to four thousand random bytes (xorshift64*).
+fn random(seed: u64) -> Vec<u8> {
+    let mut state = (seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut next = || {
+        state ^= state >> 12;
+        state ^= state << 25;
+        state ^= state >> 27;
+        state.wrapping_mul(0x2545_F491_4F6C_DD1D)
+    };
+    (0..32 + next() % 480).flat_map(|_| next().to_le_bytes()).collect()
+}
+
+/// Tries a target that makes sense of any bytes on so many inputs, a share of which has to get far.
+fn random_inputs(name: &str, count: u64, share: f64) {
+    let inputs = (0..count).map(|seed| (format!("seed {seed}"), random(seed)));
+    let (far, count) = try_all(name, inputs);
+    assert!(far as f64 >= share * count as f64, "{name}: only {far} of {count} got far");
+}
+
+#[test]
+fn gltf_of_any_parts() {
+    random_inputs("gltf", 1000, 0.05);
+}
+
+#[test]
+fn obj_of_any_statements() {
+    random_inputs("obj", 1000, 0.05);
+}
+
+/// With corners of up to 1e18 beside small ones, and rays that start within 1e9.
+#[test]
+fn rays_among_any_triangles() {
+    random_inputs("triangles", 1500, 0.3);
+}

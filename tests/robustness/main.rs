@@ -1,0 +1,23 @@
+//! Bad files, absurd geometry, full disks and small limits: an error that names the place, nothing partial, no
+//! panic, no read outside the scene's folder. `layering` holds the structure of the source.
+//!
+//! - `bad_files`: hand-made bad files, each with its expected error
+//! - `degenerate_geometry`: NaN, infinite, coincident and huge triangles and rays
+//! - `fuzz_corpus`: the corpus of the fuzz targets, and generated inputs for each
+//! - `import_limits`: each of `import::Limits`, at the limit and one past it
+//! - `io_failures`: disks that fill up, files that vanish, closed pipes, shared folders
+//! - `layering`: imports between folders go one way, no new import cycles between files, short files
+//! - `memory_limit`: `--max-memory` holds
+//! - `path_traversal`: references that lead out of a scene's folder
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad_files;
+mod degenerate_geometry;
+mod fuzz_corpus;
+mod import_limits;
+mod io_failures;
+mod layering;
+mod memory_limit;
+mod path_traversal;
