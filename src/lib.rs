@@ -105,6 +105,7 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
+pub(crate) mod simd;
 /// The vectors and matrices of this crate's interfaces.
 pub use glam;
 

@@ -8,57 +8,33 @@
 //! the triangles that are not there. So no answer depends on the tree, its preset, the order of
 //! the rays in a batch, or threads.
 
-mod again;
-mod batch;
-mod block;
-mod bounds;
-mod clean;
-mod collapse;
-mod corners;
-mod fill;
-mod forest;
-mod gather;
-mod hit;
-mod lanes;
-mod looks;
-mod neighbours;
-mod odds;
+mod build;
+mod bvh;
 mod packet;
-mod pages;
-mod passing;
-mod plan;
-mod query;
-mod refit;
-mod regions;
-mod simd;
-mod spans;
-mod steps;
-mod triangles;
-mod two_level;
-mod wedge;
-mod wide;
+mod ray_batch;
+mod traverse;
 
-pub use batch::{Cutout, HitBatch, RayBatch, SegmentBatch, Shared};
-pub use plan::Flatten;
-pub(crate) use simd::Columnwise;
-pub use simd::Tier;
-pub use steps::Steps;
+pub(crate) use crate::simd::Columnwise;
+pub use crate::simd::Tier;
+pub use build::instancing_plan::Flatten;
+pub use ray_batch::{Cutout, HitBatch, RayBatch, SegmentBatch, Shared};
+pub use traverse::traversal_stats::Steps;
 
 use std::collections::BTreeMap;
 
 use crate::geometry::{Hit, HitId, Rgb};
 use crate::scene::PosedScene;
-use gather::{mesh_triangles, world_raw, world_triangles};
-use hit::FrameRay;
-use looks::Looks;
+use crate::simd::{Job, Plain, Simd};
+use build::instancing_plan::{Member, Plan};
+use build::scene_triangles::{mesh_triangles, world_raw, world_triangles};
+use build::surface_flags::Looks;
+use bvh::blas::Triangles;
+use bvh::bvh8::Stack;
+use bvh::tlas::Top;
 use packet::{Answers, GROUP, GROUPS, Packet, PacketStack, RAYS};
-use passing::Passing;
-use plan::{Member, Plan};
-use query::{Asked, Blocking, Closest, Query};
-use simd::{Job, Plain, Simd};
-use triangles::Triangles;
-use two_level::Top;
-use wide::Stack;
+use traverse::hit::FrameRay;
+use traverse::query::{Asked, Blocking, Closest, Query};
+use traverse::transmittance::Passing;
 
 /// How trees are built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -233,8 +233,8 @@ fn trees(then: &SceneFigures, now: &SceneFigures, out: &mut Vec<Change>) {
 #[cfg(test)]
 mod tests {
     use super::super::figures::{Machine, Settings, Stage};
-    use super::super::turns::Taken;
     use super::*;
+    use crate::bench::interleaved_timer::Taken;
 
     /// A run of `scenes` scenes whose rounds scatter by about 1 %, all times multiplied by `factor` and
     /// the scattering's beginning at `seed`.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::calibration::Calibration;
 use super::stats::{median, spread};
-use super::turns::Taken;
+use crate::bench::interleaved_timer::Taken;
 
 /// What such a file says that it is.
 const FORMAT: &str = "blinn bench 1";

@@ -7,15 +7,16 @@ use super::figures::{Figures, SceneFigures, Settings, Stage, StageFigures, TreeF
 use super::page::HeatMap;
 use super::rays::Rays;
 use super::subject::Subject;
-use super::turns::{Taken, Turns};
 use crate::accel::{Accel, AccelStats, BuildSettings, Tier};
+use crate::bench::interleaved_timer::{Taken, Turns};
 use crate::display::{Background, Display, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::{LoadError, LoadOptions, Warning, load};
 use crate::integrator::{Aov, Frame, Phong};
 use crate::output::{Depth, Format, Picture};
 use crate::render::{Cancelled, RenderSettings, meter, render, render_aovs};
-use crate::scene::{Lighting, PoseError, PoseSettings, PosedScene, Scene, View, ViewError, pose};
+use crate::scene::pose;
+use crate::scene::{Lighting, PoseError, PoseSettings, PosedScene, Scene, View, ViewError};
 
 /// How a run is made.
 #[derive(Clone, Debug)]

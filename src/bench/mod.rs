@@ -8,7 +8,9 @@
 
 mod calibration;
 mod compare;
+mod cpu_wait;
 mod figures;
+mod interleaved_timer;
 mod machine;
 mod measure;
 pub mod memory;
@@ -17,8 +19,6 @@ mod rays;
 pub mod scenes;
 mod stats;
 mod subject;
-mod turns;
-mod waiting;
 
 pub use calibration::Calibration;
 pub use compare::{Change, Comparison, Verdict, compare};

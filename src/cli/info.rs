@@ -4,15 +4,15 @@ use serde_json::{Value, json};
 
 use super::args::InfoArgs;
 use super::console::{print, tell};
-use super::job::{load_options, scene_list};
-use super::panics::caught;
-use super::studio::left_out;
-use super::{Summary, Usage, memory, one_line};
+use super::{Summary, Usage, one_line};
 use crate::accel::CleanReport;
+use crate::cli::plan::memory;
+use crate::cli::plan::{load_options, scene_list};
+use crate::cli::run::panics::caught;
+use crate::cli::run::session::left_out;
 use crate::import::{LoadOptions, load};
-use crate::scene::{
-    AnimationChoice, FileProjection, Format, PoseSettings, PosedScene, Reflectance, Scene, pose,
-};
+use crate::scene::pose;
+use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, PosedScene, Reflectance, Scene};
 
 pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     let options = LoadOptions { limits: memory::limits(None), ..load_options(&args.scene, &args.common) };

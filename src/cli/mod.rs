@@ -1,34 +1,13 @@
 //! The program: words on the command line to plans, plans to files.
 
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
-mod advice;
 mod args;
-mod assemble;
 mod bench;
-mod complaint;
-mod config;
 mod console;
-mod dataset;
 mod farm;
-mod foreign;
-mod framed;
-mod help;
 mod info;
-mod job;
-mod memory;
-mod metering;
 mod packaging;
-mod panics;
-mod progress;
-mod reel;
-mod render;
-mod report;
-mod sequence;
-mod signals;
-mod studio;
-mod values;
-mod words;
-mod work;
+mod plan;
+mod run;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -49,26 +28,26 @@ const USAGE: u8 = 2;
 /// Runs the program and returns what it exits with: 0 all done, 1 something failed, 2 the command
 /// line is wrong, 129, 130 or 143 hung up, interrupted or terminated.
 pub fn run() -> ExitCode {
-    panics::keep_quiet();
-    panics::caught(|| Ok(carry_out())).unwrap_or_else(|e| {
+    run::panics::keep_quiet();
+    run::panics::caught(|| Ok(carry_out())).unwrap_or_else(|e| {
         tell(&format!("blinn: {}", one_line(&e.to_string())));
         ExitCode::from(FAILED)
     })
 }
 
 fn carry_out() -> ExitCode {
-    let given = words::join_lists(std::env::args_os());
-    let words = match config::with_file(given.clone()) {
+    let given = args::argv::join_lists(std::env::args_os());
+    let words = match args::config::with_file(given.clone()) {
         Ok(words) => words,
         Err(usage) => return usage.exit(&given),
     };
-    let parsed = help::command_line(&words).try_get_matches_from(&words);
+    let parsed = args::help::command_line(&words).try_get_matches_from(&words);
     let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(e) => return instead_of_work(&e, &words, &given),
     };
     if cli.command.process().is_some_and(|process| process.print_config) {
-        let settings = match config::print(&words) {
+        let settings = match args::config::print(&words) {
             Ok(settings) => settings,
             Err(usage) => return usage.exit(&words),
         };
@@ -82,9 +61,9 @@ fn carry_out() -> ExitCode {
         return ExitCode::from(FAILED);
     }
     let outcome = match &cli.command {
-        Command::Render(args) => render::render(args, &words),
-        Command::Turntable(args) => render::turntable(args, &words),
-        Command::Assemble(args) => assemble::run(args),
+        Command::Render(args) => run::render::render(args, &words),
+        Command::Turntable(args) => run::render::turntable(args, &words),
+        Command::Assemble(args) => run::assemble::run(args),
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Completions(args) => packaging::completions(args),
@@ -100,7 +79,7 @@ fn carry_out() -> ExitCode {
 /// Readies the process for work: signals are watched for, and so many threads wait, or one for each processor.
 fn set_out(threads: Option<u16>) -> anyhow::Result<()> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from));
-    let started = signals::watch().map_err(|e| e.to_string());
+    let started = run::signals::watch().map_err(|e| e.to_string());
     started.and_then(|()| pool.build_global().map_err(|e| e.to_string())).map_err(|e| {
         let remedy = "let this user have more processes (ulimit -u), or take fewer --threads";
         anyhow::anyhow!("no thread could be started: {e}: {remedy}")
@@ -118,7 +97,7 @@ fn instead_of_work(found: &clap::Error, words: &[OsString], given: &[OsString]) 
             let _ = found.print();
             ExitCode::from(USAGE)
         }
-        _ => Usage(complaint::one_line(found, words, given)).exit(words),
+        _ => Usage(args::usage_error::one_line(found, words, given)).exit(words),
     }
 }
 
@@ -130,7 +109,7 @@ impl Usage {
     /// Tells what is wrong with `words`.
     fn exit(self, words: &[OsString]) -> ExitCode {
         let line = one_line(&self.0);
-        if progress::is_for_openjd(words) {
+        if run::progress::is_for_openjd(words) {
             tell(&format!("openjd_fail: {line}"));
         }
         tell(&format!("blinn: {line}"));

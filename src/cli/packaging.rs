@@ -1,8 +1,9 @@
 //! What packagers ask for: completions for shells, pages for `man`.
 
 use super::args::{CompletionsArgs, ManArgs};
-use super::config::command_at;
-use super::{Summary, Usage, console, help};
+use super::{Summary, Usage, console};
+use crate::cli::args::config::command_at;
+use crate::cli::args::help;
 
 /// `blinn completions SHELL`.
 pub(super) fn completions(args: &CompletionsArgs) -> Result<Summary, Usage> {

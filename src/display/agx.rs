@@ -14,8 +14,8 @@
 
 use std::sync::OnceLock;
 
-use super::lattice::{Lattice, NODES};
 use super::{AT_ONCE, Lights};
+use crate::display::lut3d::{Lattice, NODES};
 
 type Matrix = [[f64; 3]; 3];
 

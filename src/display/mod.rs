@@ -1,7 +1,7 @@
 //! From linear light to what a screen shows: exposure, view transform, sRGB.
 
 mod agx;
-mod lattice;
+mod lut3d;
 mod neutral;
 #[cfg(test)]
 mod reference;

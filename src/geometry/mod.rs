@@ -2,19 +2,19 @@
 //!
 //! Everything here is plain arithmetic: no scene, no files, no threads.
 
+mod aabb;
 mod basis;
-mod bounds;
-mod error;
 mod hit;
 mod power;
+mod rounding_error;
 mod sampling;
 mod transform;
 
+pub use aabb::{Aabb, Sphere};
 pub use basis::{Basis, coordinate_system};
-pub use bounds::{Aabb, Sphere};
-pub use error::{EPSILON, offset_point, point_error};
 pub use hit::{Hit, HitId, Ray, RayDifferential};
 pub use power::power_below_one;
+pub use rounding_error::{EPSILON, offset_point, point_error};
 pub use sampling::{concentric_disc, cosine_hemisphere};
 pub use transform::{Transform, cofactor};
 

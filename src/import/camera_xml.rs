@@ -7,7 +7,7 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use super::error::LoadError;
-use super::regular::read_scene_file;
+use crate::import::files::read_file::read_scene_file;
 use crate::scene::{Projection, View};
 
 /// No camera block is longer than this.

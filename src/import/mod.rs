@@ -5,27 +5,16 @@
 //! wrong without harm becomes a [`Warning`], never silence.
 
 mod camera_xml;
-mod data_uri;
 mod error;
+mod files;
 mod flat;
-mod found;
 mod gltf;
-mod image;
-pub(crate) mod jpeg;
-mod ktx2;
-mod lfs;
-mod limits;
+pub(crate) mod image;
 mod memory;
-mod names;
+mod missing_uvs;
 mod obj;
-mod packed;
-mod regular;
-mod sky;
 mod smooth;
 mod tangents;
-mod tiff;
-mod unmapped;
-mod uri;
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -34,9 +23,9 @@ use crate::scene::{Content, Scene};
 
 pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
-pub use limits::Limits;
-pub(crate) use regular::{open_regular, open_scene_file};
-pub use sky::load_sky;
+pub use files::limits::Limits;
+pub(crate) use files::read_file::{open_regular, open_scene_file};
+pub use image::environment::load_sky;
 pub use smooth::Smooth;
 
 /// Which of a file's scenes.
@@ -83,18 +72,18 @@ pub struct LoadOptions {
 pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limit = options.limits.file_bytes;
     let mut head = Vec::new();
-    let file = regular::open_scene_file(path, limit)?;
+    let file = files::read_file::open_scene_file(path, limit)?;
     file.take(4096).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
-    if let Some(what) = lfs::advice(&head) {
+    if let Some(what) = files::git_lfs::advice(&head) {
         return Err(LoadError::io(path, io::Error::new(io::ErrorKind::InvalidData, what)));
     }
-    if let Some(what) = packed::advice(&head) {
+    if let Some(what) = files::archive_hint::advice(&head) {
         return Err(LoadError::Unsupported(what.into()));
     }
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    let folder = uri::Folder::of(path, options.allow_outside);
+    let folder = files::uri::Folder::of(path, options.allow_outside);
     let (mut scene, mut warnings) = if looks_like_gltf(path, &head) {
-        let bytes = regular::read_scene_file(path, limit)?;
+        let bytes = files::read_file::read_scene_file(path, limit)?;
         folder.found.scene(Content::of(&bytes));
         gltf::load(&bytes, &folder, options)?
     } else {
@@ -103,7 +92,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
         }
         obj::load(path, &folder, options)?
     };
-    warnings.extend(unmapped::warnings(&scene));
+    warnings.extend(missing_uvs::warnings(&scene));
     scene.name = name;
     (scene.source.content, scene.source.files) = folder.found.all();
     // What a Blender user has seen of these files, Blender filtered.

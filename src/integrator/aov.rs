@@ -5,10 +5,10 @@
 
 use glam::DVec3;
 
-use super::coefficients::{alpha, base_color};
 use super::{Frame, Materials, Sample, Scratch, Surface};
 use crate::accel::{RayBatch, Steps};
 use crate::geometry::{Hit, Ray, Rgb};
+use crate::integrator::material::coefficients::{alpha, base_color};
 use crate::scene::AlphaMode;
 
 /// A layer: one value for each pixel, of the first surface at the pixel's centre, never filtered.

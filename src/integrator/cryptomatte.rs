@@ -4,9 +4,9 @@
 //! So a blended pane shares its pixels with what is behind it, and glass — transmission — is a
 //! thing of its own that covers the rest. Cycles weighs both in the same way.
 
-use super::coefficients::alpha;
 use super::{Frame, Materials, Sample, Scratch, Surface};
 use crate::geometry::Ray;
+use crate::integrator::material::coefficients::alpha;
 
 /// What is told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

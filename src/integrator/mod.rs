@@ -3,29 +3,19 @@
 //! An integrator sees a whole tile of samples and asks the accelerator for batches; it never sees
 //! files or trees.
 
-mod alpha;
+mod ambient_occlusion;
 mod aov;
-mod coefficients;
-mod columns;
 mod cryptomatte;
-mod draws;
-mod facet;
-mod fetched;
-mod flat;
-mod footprint;
-mod ground;
-mod lift;
-mod occlusion;
-mod on_mesh;
+mod direct_light;
+mod ground_plane;
+mod material;
 mod phong;
 mod point;
-mod reach;
+mod sample_stream;
 mod sampler;
-mod seen;
-mod shading;
-mod shadow;
+mod shading_batch;
+mod shadow_rays;
 mod surface;
-mod triangles;
 
 use glam::{DAffine3, DVec3, UVec2};
 
@@ -33,15 +23,15 @@ use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch};
 use crate::geometry::{RayDifferential, Rgb, Rgba};
 use crate::scene::{Camera, Ground, Lit, PosedLight, PosedScene, Sky};
 
-pub use alpha::Materials;
+pub use ambient_occlusion::Occlusion;
 pub use aov::{Aov, FirstHit, first_hits};
-pub use coefficients::{Coefficients, Overrides, lobe};
 pub use cryptomatte::{Cover, MatteKind, covers};
-pub use occlusion::Occlusion;
+pub use material::coefficients::{Coefficients, Overrides, lobe};
+pub use material::hit_filter::Materials;
 pub use phong::{Phong, Stage};
 pub(crate) use sampler::morton;
 pub use sampler::{LowDiscrepancy, Sampler};
-pub use surface::Surface;
+pub use surface::surface_point::Surface;
 
 /// Everything that one picture is made from.
 #[derive(Clone, Debug)]
@@ -99,7 +89,7 @@ pub struct Scratch {
     /// From places on a light to its centre.
     pub(crate) within: SegmentBatch,
     pub(crate) within_free: Vec<Rgb>,
-    pub(crate) kept: seen::Kept,
+    pub(crate) kept: shading_batch::Kept,
 }
 
 /// Turns samples into colours: linear RGB premultiplied by alpha, 0 where nothing is seen.

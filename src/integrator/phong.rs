@@ -6,18 +6,18 @@
 
 use glam::DVec3;
 
-use super::coefficients::{Look, Lookup};
-use super::columns::vector;
-use super::draws::Draws;
-use super::fetched::Fetched;
-use super::occlusion::ambient_free;
-use super::on_mesh::OnMesh;
 use super::point::Point;
-use super::reach::{look_back, reach, sum_up};
-use super::seen::Seen;
-use super::shadow::find_free;
 use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch, Surface};
 use crate::geometry::{Ray, Rgb, Rgba};
+use crate::integrator::ambient_occlusion::ambient_free;
+use crate::integrator::direct_light::{look_back, reach, sum_up};
+use crate::integrator::material::coefficients::{Look, Lookup};
+use crate::integrator::sample_stream::Draws;
+use crate::integrator::shading_batch::Seen;
+use crate::integrator::shadow_rays::find_free;
+use crate::integrator::surface::points::vector;
+use crate::integrator::surface::texture_batch::Fetched;
+use crate::integrator::surface::texture_eval::OnMesh;
 
 /// The lecture's stages: each adds to the one before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

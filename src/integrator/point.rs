@@ -4,16 +4,16 @@ use super::Coefficients;
 use crate::geometry::{HitId, Rgb};
 
 /// A point about to be shaded. Where it is, which way it faces, and what light it sends, its
-/// [columns](super::columns::Columns) say.
+/// [columns](crate::integrator::surface::points::Columns) say.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
+pub(crate) struct Point {
     /// Whose eye ray met it.
     pub sample: usize,
     /// The triangle that it is on; [`HitId::NONE`] on the ground.
     pub id: HitId,
     /// True on a ground of which only shadows are seen.
     pub catches: bool,
-    /// What it looks like ([`Seen::looks`](super::seen::Seen::looks)).
+    /// What it looks like ([`Seen::looks`](crate::integrator::shading_batch::Seen::looks)).
     pub look: u32,
 }
 

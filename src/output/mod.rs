@@ -1,10 +1,10 @@
 //! Pixels to bytes on disk, always whole: a file appears under its name complete, or not at all.
 
+mod animation;
 mod atomic;
 mod cryptomatte;
 mod exr;
 mod jpeg;
-mod moving;
 mod place;
 mod png;
 mod preview;
@@ -19,8 +19,8 @@ use crate::display::Display;
 use crate::integrator::Aov;
 use crate::render::{Crop, Layer, Matte, Pixels};
 
+pub use animation::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
 pub use atomic::{Replace, hold_writes, nameless_beside, write_atomically, write_whole};
-pub use moving::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
 pub use place::identity;
 pub use preview::{depth_steps, heat, hottest, preview, preview_matte};
 pub use stamp::read_stamp;

@@ -5,68 +5,55 @@
 //! with +Y up.
 
 mod animation;
-mod bend;
-mod bent_crowds;
-mod bytes;
 mod camera;
-mod carried;
-mod clip;
 mod content;
-mod driven;
-mod extent;
-mod footprint;
 mod framing;
 mod ground;
-mod image;
 mod light;
-mod lookups;
-mod lowest;
 mod material;
+mod memory_size;
 mod mesh;
-mod mips;
 mod node;
-mod pose;
+mod opaque_triangles;
 mod rig;
 mod select;
 mod skin;
 mod sky;
-mod solid;
-mod srgb;
-mod stance;
 mod texture;
 mod turn;
-mod walk;
 
-pub use animation::{Animation, Channel, Interpolation, Keys, Target};
-pub use bend::Deformed;
+pub use animation::animated_properties::{CameraField, LightField, MaterialField, Slot};
+pub use animation::clip::{OverClip, clip_end};
+pub use animation::deform::Deformed;
+pub use animation::keyframes::{Animation, Channel, Interpolation, Keys, Target};
+pub use animation::pose::{
+    AnimationChoice, PoseError, PoseSettings, PosedInstance, PosedScene, playing, pose,
+};
+pub use animation::tangent_frames::Made;
 pub use camera::{Camera, Clip, Fit, Orbit, Projection, View, ViewError};
-pub use carried::Made;
-pub use clip::{OverClip, clip_end};
 pub use content::Content;
 pub(crate) use content::Hashing;
-pub use driven::{CameraField, LightField, MaterialField, Slot};
-pub use footprint::Footprint;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
 pub use ground::{Ground, GroundKind};
-pub use image::{Channels, Image, Texels};
 pub use light::{Cone, Incident, Lamp, Light, LightKind, LightUnits, PosedKind, PosedLight, Way};
-pub(crate) use lookups::Places;
 pub use material::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
     ScalarInput, SurfaceClass,
 };
 pub use mesh::{Influences, Mesh, MorphTarget};
-pub use mips::{Mips, Reading};
 pub(crate) use node::rotation;
 pub use node::{Instance, Local, Node, Placement};
-pub use pose::{AnimationChoice, PoseError, PoseSettings, PosedInstance, PosedScene, playing, pose};
+pub use opaque_triangles::Solid;
 pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
 pub use select::{Glob, NothingFound, Selection};
 pub use skin::Skin;
 pub use sky::Sky;
-pub use solid::Solid;
-pub use srgb::{linear_to_srgb, linear_to_srgb8, srgb_to_linear};
-pub use texture::{Filter, Texture, TextureRef, UvTransform, Wrap};
+pub use texture::anisotropic::Footprint;
+pub(crate) use texture::batch::Places;
+pub use texture::image::{Channels, Image, Texels};
+pub use texture::mips::{Mips, Reading};
+pub use texture::sampling::{Filter, Texture, TextureRef, UvTransform, Wrap};
+pub use texture::srgb::{linear_to_srgb, linear_to_srgb8, srgb_to_linear};
 pub use turn::Turn;
 
 /// The format a scene came in, for the defaults that depend on it.

@@ -173,9 +173,10 @@ impl Found {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::pose;
     use crate::scene::{
         Animation, Channel, Instance, Interpolation, Keys, LightField, LightKind, LightUnits, Mesh, Node,
-        PoseSettings, pose,
+        PoseSettings,
     };
 
     /// car ─┬─ body, ├─ wheels ─┬─ wheel.L, └─ wheel.R; and a lamp [1] with a light.

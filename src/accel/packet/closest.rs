@@ -2,17 +2,17 @@
 
 use glam::Vec3;
 
-use super::super::batch::{Cutout, RayBatch, Shared};
-use super::super::block::{Block, CAPACITY};
-use super::super::hit::FrameRay;
-use super::super::query::{Asked, Closest, Query};
-use super::super::simd::{Lanes, Simd};
-use super::super::triangles::Triangles;
-use super::super::wide::Stack;
-use super::lines::Lines;
-use super::places::{BLOCKS, Met, Places};
 use super::{FOUR, GROUP, Packet, PacketStack, PerRay, Sure, Verdict, fetch, whole};
+use crate::accel::bvh::blas::Triangles;
+use crate::accel::bvh::bvh8::Stack;
+use crate::accel::bvh::triangle4::{Block, CAPACITY};
+use crate::accel::packet::exact_hits::{BLOCKS, Met, Places};
+use crate::accel::packet::shared_ray::Lines;
+use crate::accel::ray_batch::{Cutout, RayBatch, Shared};
+use crate::accel::traverse::hit::FrameRay;
+use crate::accel::traverse::query::{Asked, Closest, Query};
 use crate::geometry::{EPSILON, Hit, HitId};
+use crate::simd::{Lanes, Simd};
 
 /// No triangle yet.
 const NONE: u32 = u32::MAX;

@@ -1,16 +1,16 @@
 //! A packet at a leaf.
 
-use super::super::block::{Block, CAPACITY};
-use super::super::bounds::W_SCALE;
-use super::super::simd::{Lanes, Simd};
-use super::beam::Beam;
-use super::window::Windows;
 use super::{FOUR, GROUP, GROUPS, Packet, QUADS, Sure, Verdict};
+use crate::accel::bvh::triangle4::{Block, CAPACITY};
+use crate::accel::packet::group_bounds::Windows;
+use crate::accel::packet::packet_kind::Beam;
+use crate::accel::traverse::error_bounds::W_SCALE;
+use crate::simd::{Lanes, Simd};
 
 impl Packet {
     /// The rays of `groups` at a leaf. The groups where anything changed.
     #[inline(always)]
-    pub(super) fn meet_leaf<S: Simd, B: Beam<S>>(
+    pub(crate) fn meet_leaf<S: Simd, B: Beam<S>>(
         &mut self,
         blocks: &[Block],
         (beam, windows): (&B, &Windows<S::F16>),

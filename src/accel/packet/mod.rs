@@ -11,38 +11,39 @@
 //! triangle, or of that interval, go to the same judgement in f64 as a single ray's, and t is
 //! computed there for whatever won. So packets answer as single rays do, to the bit.
 
-mod beam;
+mod any_hit;
 mod closest;
+mod exact_hits;
+pub(crate) mod frustum;
+mod group_bounds;
 mod leaf;
-mod lines;
-mod places;
-mod shadow;
-mod walk;
-mod window;
+mod packet_kind;
+mod shared_ray;
+mod traverse;
 
 use glam::{DVec3, Vec3};
 
-use super::block::Block;
-use super::simd::{Lanes, Simd, prefetch};
+use crate::accel::bvh::triangle4::Block;
 use crate::geometry::EPSILON;
-use window::Cone;
+use crate::simd::{Lanes, Simd, prefetch};
+use group_bounds::Cone;
 
-pub(super) use closest::intersect;
-pub(super) use shadow::{Answers, occluded};
-pub(super) use walk::PacketStack;
+pub(crate) use any_hit::{Answers, occluded};
+pub(crate) use closest::intersect;
+pub(crate) use traverse::PacketStack;
 
 /// Rays in a group.
-pub(super) const GROUP: usize = 16;
+pub(crate) const GROUP: usize = 16;
 /// Groups of which each fills as many lanes as a block has triangles, and how often there are so many.
 const FOUR: usize = 4;
 const QUADS: usize = 4;
 /// Groups in a packet.
-pub(super) const GROUPS: usize = QUADS * FOUR;
+pub(crate) const GROUPS: usize = QUADS * FOUR;
 /// Rays in a packet.
-pub(super) const RAYS: usize = GROUP * GROUPS;
+pub(crate) const RAYS: usize = GROUP * GROUPS;
 
 /// A bit for each ray of a packet, by group.
-pub(super) type Rays = [u32; GROUPS];
+pub(crate) type Rays = [u32; GROUPS];
 
 /// Has the first vectors of the packet that comes next fetched, if there is one: the processor goes on by
 /// itself.
@@ -86,7 +87,7 @@ impl Default for Packet {
 /// A number for each ray.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
-pub(super) struct PerRay<T>([[[T; GROUP]; FOUR]; QUADS]);
+pub(crate) struct PerRay<T>([[[T; GROUP]; FOUR]; QUADS]);
 
 impl<T: Copy> PerRay<T> {
     #[inline(always)]
@@ -127,7 +128,7 @@ impl PerRay<f32> {
 /// Rays, in the parameter of directions that were divided by `size`. One for each batch, filled again
 /// and again.
 #[derive(Debug)]
-pub(super) struct Packet {
+pub(crate) struct Packet {
     /// By axis what rays do not share: their directions, or their origins.
     own: [PerRay<f32>; 3],
     /// 1 over the directions, where those are not shared.
@@ -153,7 +154,7 @@ pub(super) struct Packet {
 }
 
 /// What becomes of hits.
-trait Verdict<S: Simd> {
+pub(crate) trait Verdict<S: Simd> {
     /// Triangles of a block whose sure hits need no further thought.
     fn plain(&self, block: &Block) -> u8;
 
@@ -181,7 +182,7 @@ trait Verdict<S: Simd> {
 
 /// Where a sure hit is.
 #[derive(Clone, Copy)]
-struct Sure<L> {
+pub(crate) struct Sure<L> {
     depth: L,
     det: L,
     slack: L,

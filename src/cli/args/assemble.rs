@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::super::values;
 use super::{DirectionArg, LoopArg, TellArgs};
+use crate::cli::args::values;
 use crate::display::Background;
 
 #[derive(Debug, Args)]

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::super::{values, words};
 use super::CommonArgs;
+use crate::cli::args::{argv, values};
 
 #[derive(Debug, Args)]
 pub struct BenchArgs {
@@ -15,7 +15,7 @@ pub struct BenchArgs {
     /// Measures the standard scenes too: all kinds, with as many triangles as each SIZE says, such as
     /// 70k or 10k,70k,1.1m [default SIZE: 70k]
     #[arg(long, value_name = "SIZES", num_args = 0..=1, require_equals = true, help_heading = "Scene",
-          value_parser = words::sizes)]
+          value_parser = argv::sizes)]
     pub suite: Option<Option<Vec<usize>>>,
     /// Takes the figures of an earlier run, and measures nothing
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["scenes", "suite"], help_heading = "Scene")]

@@ -1,30 +1,35 @@
 //! The raw words of the command line.
 
+pub(crate) mod argv;
 mod assemble;
 mod bench;
 mod choices;
+pub(crate) mod config;
 mod farm;
-mod look;
+pub(crate) mod foreign_flags;
+pub(crate) mod help;
 mod output;
 mod packaging;
 mod process;
+mod render_options;
 mod turn;
+pub(crate) mod usage_error;
+pub(crate) mod values;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use super::values;
 use crate::import::Smooth;
 
 pub use assemble::AssembleArgs;
 pub use bench::BenchArgs;
 pub use choices::*;
 pub use farm::{EngineArgs, FramesArgs, JobArgs};
-pub use look::{CameraArgs, ImageArgs, LightArgs, ShadingArgs};
 pub use output::OutputArgs;
 pub use packaging::{CompletionsArgs, ManArgs};
 pub use process::{CommonArgs, MomentArgs, ProcessArgs, TellArgs, TimeArgs};
+pub use render_options::{CameraArgs, ImageArgs, LightArgs, ShadingArgs};
 pub use turn::TurnArgs;
 
 /// Renders glTF and OBJ mesh scenes on the CPU.

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::choices::*;
 use crate::batch::{Chunk, FrameList};
-use crate::cli::values;
+use crate::cli::args::values;
 
 /// The moment that is shown.
 #[derive(Debug, Args)]

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::choices::*;
 use crate::batch::{Chunk, FrameList};
-use crate::cli::values;
+use crate::cli::args::values;
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Turntable")]

@@ -9,12 +9,13 @@ use anyhow::{Context, Result};
 
 use super::args::BenchArgs;
 use super::console::{is_stdout, print, tell};
-use super::job::{Claims, Writer, scene_list, tier};
-use super::{Summary, Usage, describe, one_line, panics};
+use super::{Summary, Usage, describe, one_line};
 use crate::bench::{
     Comparison, Figures, HeatMap, Listener, Measurement, Plan, Subject, Verdict, compare, measure, page,
     suite,
 };
+use crate::cli::plan::{Claims, Writer, scene_list, tier};
+use crate::cli::run::panics;
 use crate::import::{LoadOptions, Warning};
 use crate::output::{Replace, check_writable, write_atomically};
 use crate::render::RenderSettings;
@@ -44,7 +45,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
             if is_stdout(file) {
                 continue;
             }
-            super::work::folder_of(file).map_err(|e| Usage(format!("{flag}: {e:#}")))?;
+            crate::cli::run::scene_job::folder_of(file).map_err(|e| Usage(format!("{flag}: {e:#}")))?;
             if let Err(e) = check_writable(file, Replace::Yes) {
                 fail(&mut summary, &format!("{flag}: {e}"));
                 return Ok(summary);
@@ -166,7 +167,7 @@ fn keep(summary: &mut Summary, args: &BenchArgs, file: Option<&Path>, text: impl
     if is_stdout(file) {
         return summary.note(print(text().as_bytes()));
     }
-    let written = super::work::folder_of(file).and_then(|()| {
+    let written = crate::cli::run::scene_job::folder_of(file).and_then(|()| {
         write_atomically(file, text().as_bytes(), Replace::Yes)
             .with_context(|| format!("{} cannot be written", file.display()))
     });

@@ -5,8 +5,9 @@ use std::ffi::OsString;
 use clap::ArgAction;
 use clap::parser::ValueSource;
 
-use crate::cli::config::{built, command_at, deepest};
-use crate::cli::{Usage, help};
+use crate::cli::Usage;
+use crate::cli::args::config::{built, command_at, deepest};
+use crate::cli::args::help;
 
 /// A flag of the command that renders, by its own name even where an alias was given.
 #[derive(Clone, Debug, PartialEq, Eq)]

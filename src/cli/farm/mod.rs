@@ -18,10 +18,10 @@ use anyhow::Result;
 
 use super::args::{EngineArgs, FramesArgs, JobArgs};
 use super::console::{is_stdout, print};
-use super::job::{Claims, Job, Writer};
-use super::panics::caught;
-use super::progress::{Reporter, Teller};
 use super::{Summary, Usage, describe, one_line};
+use crate::cli::plan::{Claims, Job, Writer};
+use crate::cli::run::panics::caught;
+use crate::cli::run::progress::{Reporter, Teller};
 use crate::output::{Replace, SaveError, write_atomically};
 use given::Given;
 use place::Base;
@@ -66,7 +66,7 @@ fn write(text: &str, output: Option<&Path>, scene: &Path, reporter: &Reporter) -
     let Some(path) = output else {
         return print(text.as_bytes());
     };
-    super::work::folder_of(path)?;
+    crate::cli::run::scene_job::folder_of(path)?;
     let written = write_atomically(path, text.as_bytes(), Replace::Yes);
     written.map_err(|cause| SaveError { path: path.to_path_buf(), cause })?;
     reporter.wrote(Some(scene), path);

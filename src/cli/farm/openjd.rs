@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::place::Place;
 use super::task::{Assembly, Task};
-use crate::cli::progress::Reporter;
+use crate::cli::run::progress::Reporter;
 
 /// Characters that a parameter's value, or a job's name, may have.
 const MOST_VALUE: usize = 1024;

@@ -11,11 +11,11 @@ use super::view;
 use crate::batch::{FrameList, Template};
 use crate::cli::Usage;
 use crate::cli::args::{EngineArgs, FramesArgs};
-use crate::cli::job::{Form, Job, Playing, Shot, Target};
-use crate::cli::metering::Exposed;
-use crate::cli::progress::Teller;
-use crate::cli::studio::Studio;
-use crate::cli::work::read;
+use crate::cli::plan::{Form, Job, Playing, Shot, Target};
+use crate::cli::run::metering::Exposed;
+use crate::cli::run::progress::Teller;
+use crate::cli::run::scene_job::read;
+use crate::cli::run::session::Studio;
 use crate::output::MovingFormat;
 
 /// All that a job's tasks have in common: each renders some of the frames, and keeps what is finished.

@@ -8,9 +8,10 @@ use glam::{DAffine3, DMat4, Mat4};
 
 use super::accessor::{Accessor, Pick};
 use super::document::Document;
-use super::pointer::{self, Pointed};
+use super::pointer;
+use super::pointer::Pointed;
 use crate::import::error::{LoadError, Warnings};
-use crate::import::uri::printable;
+use crate::import::files::uri::printable;
 use crate::scene::{Animation, Channel, Interpolation, Keys, Skin, Target};
 
 /// Numbers in all channels together; each copy of a shared node has its own.

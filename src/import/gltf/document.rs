@@ -10,11 +10,13 @@ use serde_json::Value;
 
 use super::container::Container;
 use super::extensions;
-use super::meshopt::{self, Filter, Mode};
-use super::repair::{self, Json};
+use super::meshopt;
+use super::meshopt::{Filter, Mode};
+use super::repair;
+use super::repair::Json;
 use crate::import::error::{LoadError, Warnings};
+use crate::import::files::uri::{Folder, Unreadable, printable};
 use crate::import::memory::Budget;
-use crate::import::uri::{Folder, Unreadable, printable};
 use crate::import::{Limits, LoadOptions};
 
 /// Bytes that accessors without data may stand for, in all.

@@ -2,9 +2,10 @@
 
 use serde_json::{Value, json};
 
-use super::{container, document::Document};
+use super::container;
+use super::document::Document;
 use crate::import::error::{LoadError, Warnings};
-use crate::import::uri::Folder;
+use crate::import::files::uri::Folder;
 use crate::import::{LoadOptions, Warning};
 use crate::scene::Scene;
 

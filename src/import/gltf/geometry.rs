@@ -8,8 +8,10 @@ use glam::{Vec2, Vec3, Vec4};
 use super::accessor::{Accessor, Pick};
 use super::color;
 use super::document::Document;
-use super::draco::{self, Packed};
-use super::topology::{self, Order};
+use super::draco;
+use super::draco::Packed;
+use super::topology;
+use super::topology::Order;
 use crate::import::error::{LoadError, Warnings};
 use crate::scene::{Influences, Mesh, MorphTarget};
 

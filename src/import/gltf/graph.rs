@@ -4,7 +4,7 @@ use ::gltf::json::Root;
 
 use crate::import::SceneChoice;
 use crate::import::error::{LoadError, Warnings};
-use crate::import::uri::printable;
+use crate::import::files::uri::printable;
 
 /// A node of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

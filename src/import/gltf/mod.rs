@@ -3,7 +3,6 @@
 //! The JSON is typed by `gltf::json`, and nothing else of that family is used: its importer and its
 //! accessor views trust the file.
 
-mod absent;
 mod accessor;
 mod animation;
 mod blender;
@@ -20,9 +19,10 @@ mod graph;
 mod instancing;
 mod light;
 mod material;
+mod material_schema;
 mod meshopt;
-mod misshapen;
 mod nonfinite;
+mod null_members;
 mod pointer;
 mod references;
 mod registry;
@@ -31,11 +31,12 @@ mod repair;
 mod tests;
 mod texture;
 mod topology;
-mod values;
+mod validate;
 mod variants;
 
+use super::LoadOptions;
 use super::error::{LoadError, Warning, Warnings};
-use super::{LoadOptions, uri::Folder};
+use crate::import::files::uri::Folder;
 use crate::scene::Scene;
 
 pub(crate) use variants::missing as missing_variant;

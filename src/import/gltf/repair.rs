@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use ::gltf::json::Root;
 use serde_json::{Map, Value, json};
 
-use super::{absent, extensions, nonfinite, references, values};
+use super::{extensions, nonfinite, references};
 use crate::import::error::{LoadError, Warnings};
-use crate::import::uri::printable;
+use crate::import::files::uri::printable;
+use crate::import::gltf::{null_members, validate};
 
 /// What is said to files of the old format, wherever it shows.
 pub(super) const VERSION_1: &str =
@@ -41,7 +42,7 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
         let what = e.to_string();
         LoadError::parse(place, what.split(" at line ").next().unwrap_or(&what))
     })?;
-    absent::drop_nulls(&mut value);
+    null_members::drop_nulls(&mut value);
     let Some(root) = value.as_object_mut() else {
         return Err(LoadError::parse("JSON", "the file holds no JSON object, so it is no glTF"));
     };
@@ -52,12 +53,12 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<Json, LoadEr
         let what = format!("{} integers are written as floats, and were read as integers", floats.count);
         warnings.add(first, what);
     }
-    absent::mend_labels(&mut value, warnings);
+    null_members::mend_labels(&mut value, warnings);
     references::check(&value)?;
     let pointers = pointers(&mut value);
     let extensions = extensions::met(&value, &pointers);
     fill(&mut value, warnings);
-    values::mend(&mut value, warnings);
+    validate::mend(&mut value, warnings);
     let root = serde_path_to_error::deserialize(value).map_err(|e| {
         let path = e.path().to_string();
         LoadError::parse(path, e.into_inner())
@@ -70,7 +71,7 @@ fn read(text: &str, warnings: &mut Warnings) -> serde_json::Result<Value> {
     serde_json::from_str(text).or_else(|error| {
         let Some(mended) = nonfinite::as_null(text) else { return Err(error) };
         let mut value = serde_json::from_str(&mended.text)?;
-        absent::drop_gaps(&mut value);
+        null_members::drop_gaps(&mut value);
         let what = "NaN or Infinity, which JSON has not, were read as null, and numbers with them left out";
         let (line, column) = mended.first;
         warnings

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::document::Document;
 use crate::import::error::{LoadError, Warnings};
+use crate::import::files::uri::printable;
 use crate::import::image;
-use crate::import::uri::printable;
 use crate::scene::{Filter, Image, Texture, Wrap};
 
 /// An image's name and its encoded bytes.

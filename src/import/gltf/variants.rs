@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::document::Document;
 use crate::import::error::LoadError;
-use crate::import::uri::printable;
+use crate::import::files::uri::printable;
 
 const NAME: &str = "KHR_materials_variants";
 

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use glam::DVec3;
 
 use super::super::memory::Budget;
-use super::super::uri::Folder;
 use super::super::{Limits, LoadOptions};
 use super::{Read, carefully, quickly, scene};
+use crate::import::files::uri::Folder;
 use crate::scene::Scene;
 
 /// A generator of numbers that are the same everywhere.

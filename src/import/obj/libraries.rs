@@ -4,10 +4,11 @@ use std::collections::HashMap;
 
 use super::super::Limits;
 use super::super::error::Warnings;
-use super::super::names::{apart, caseless};
-use super::super::uri::{Folder, printable};
-use super::mtl::{self, Mtl};
+use super::mtl;
+use super::mtl::Mtl;
 use super::{text, textures};
+use crate::import::files::name_match::{apart, caseless};
+use crate::import::files::uri::{Folder, printable};
 
 /// All materials of all MTLs.
 #[derive(Default)]

@@ -4,11 +4,11 @@
 use glam::Vec3;
 
 use super::super::error::Warnings;
-use super::super::uri::printable;
 use super::map::Map;
 use super::mtl::Mtl;
 use super::textures::Library;
 use crate::geometry::Rgb;
+use crate::import::files::uri::printable;
 use crate::scene::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
     ScalarInput, TextureRef,

@@ -6,22 +6,22 @@
 //! polygons, smoothing groups, welding, MTLs and textures are our own.
 
 mod block;
-mod careful;
 mod colors;
 mod digits;
-mod ears;
-mod far;
+mod ear_clipping;
+mod fast_parser;
 mod float;
+mod lenient_parser;
 mod libraries;
+mod line_chunks;
 mod map;
 mod material;
 mod meshes;
 mod mtl;
 mod parsed;
 mod polygon;
-mod scan;
+mod recenter;
 mod smoothing;
-mod stretches;
 mod table;
 mod text;
 mod textures;
@@ -33,13 +33,13 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::error::{LoadError, Warning, Warnings};
 use super::memory::Budget;
-use super::uri::{Folder, printable};
 use super::{Limits, LoadOptions, Up};
+use crate::import::files::uri::{Folder, printable};
 use crate::scene::{Content, Format, Hashing, Instance, Local, Node, Scene, Source};
 use libraries::Libraries;
+use line_chunks::STRETCH;
 use mtl::Mtl;
 use parsed::Parsed;
-use stretches::STRETCH;
 use textures::Library;
 
 /// Reads an .obj with the MTLs and textures that it names.
@@ -51,7 +51,7 @@ pub(super) fn load(
     let limits = &options.limits;
     let budget = Budget::of(limits.memory_bytes);
     let mut read = read_text(path, folder, limits, &budget, None)?;
-    if let Some(middle) = far::middle(&read.parsed) {
+    if let Some(middle) = recenter::middle(&read.parsed) {
         // Only what is kept is in memory: the first reading goes before the second comes.
         drop(read);
         read = read_text(path, folder, limits, &Budget::of(limits.memory_bytes), Some(middle))?;
@@ -76,7 +76,7 @@ fn read_text(
     budget: &Budget,
     origin: Option<DVec3>,
 ) -> Result<Read, LoadError> {
-    let file = super::regular::open_scene_file(path, limits.file_bytes)?;
+    let file = crate::import::files::read_file::open_scene_file(path, limits.file_bytes)?;
     let bytes = file.get_ref().metadata().map_err(|e| LoadError::io(path, e))?.len();
     budget.obj(bytes)?;
     let mut file = Hashing::new(file);
@@ -85,7 +85,7 @@ fn read_text(
         return Ok(read);
     }
     budget.obj_with_care(bytes)?;
-    let bytes = super::regular::read_scene_file(path, limits.file_bytes)?;
+    let bytes = crate::import::files::read_file::read_scene_file(path, limits.file_bytes)?;
     folder.found.scene(Content::of(&bytes));
     carefully(&bytes, limits, origin)
 }
@@ -97,7 +97,7 @@ fn quickly(
     limits: &Limits,
     origin: Option<DVec3>,
 ) -> Option<Read> {
-    let (blocks, head) = scan::read(file, stretch, limits, origin)?;
+    let (blocks, head) = fast_parser::read(file, stretch, limits, origin)?;
     let generator = generator(&text::decode(&head).0);
     Some(Read { parsed: Parsed::new(blocks)?, origin, generator, warnings: Warnings::default() })
 }
@@ -109,7 +109,7 @@ fn carefully(bytes: &[u8], limits: &Limits, origin: Option<DVec3>) -> Result<Rea
     if guessed {
         warnings.add("", "lines that are not UTF-8 were read as Windows-1252");
     }
-    let block = careful::read(&text, limits, origin, &mut warnings)?;
+    let block = lenient_parser::read(&text, limits, origin, &mut warnings)?;
     // The reader has checked every index itself.
     let parsed = Parsed::new(vec![block]);
     let parsed = parsed.ok_or_else(|| LoadError::invalid("OBJ", "a face points at nothing"))?;

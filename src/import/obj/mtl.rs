@@ -1,10 +1,11 @@
 //! MTL text: what each material says, line by line. One bad line costs that line.
 
 use super::super::error::Warnings;
-use super::super::uri::printable;
-use super::map::{self, Map};
+use super::map;
+use super::map::Map;
 use super::text::{lines, number, split_keyword};
 use crate::geometry::Rgb;
+use crate::import::files::uri::printable;
 
 /// A material's statements; `None` where there is none.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::ears::Ears;
+use crate::import::obj::ear_clipping::Ears;
 
 /// Corners up to which a polygon is cut right whatever it costs.
 const MANY_CORNERS: usize = 10_000;

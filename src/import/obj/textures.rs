@@ -12,10 +12,10 @@ use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
 use super::super::image::{decode, decoded_bytes};
 use super::super::memory::Budget;
-use super::super::uri::{Folder, Unreadable, printable};
 use super::map::Map;
 use super::mtl::Mtl;
 use super::text::readings;
+use crate::import::files::uri::{Folder, Unreadable, printable};
 use crate::scene::{Channels, Filter, Image, Mips, Texels, Texture, TextureRef, UvTransform, Wrap};
 
 /// Reads a file by a name from another system, another folder, in another case or form of Unicode, with a comment

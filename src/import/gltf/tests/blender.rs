@@ -6,7 +6,8 @@ use serde_json::json;
 use super::super::fixture::Fixture;
 use super::looks::textured;
 use super::motion::skinned;
-use crate::scene::{LightUnits, Mesh, PoseSettings, PosedKind, Scene, pose};
+use crate::scene::pose;
+use crate::scene::{LightUnits, Mesh, PoseSettings, PosedKind, Scene};
 
 /// The same file by Blender and by another program.
 fn by_both(mut fixture: Fixture) -> [Scene; 2] {

@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 use super::super::fixture::{Fixture, bytes_of, folder};
 use super::super::load;
 use crate::import::{Limits, LoadOptions};
-use crate::scene::{AnimationChoice, PoseSettings, pose};
+use crate::scene::pose;
+use crate::scene::{AnimationChoice, PoseSettings};
 
 /// Limits that keep what a mutant asks for small.
 fn options() -> LoadOptions {
@@ -231,7 +232,7 @@ fn buffers_of_one_file_take_its_memory_once() {
         for i in 0..100 {
             fixture.push("buffers", json!({"byteLength": 3001, "uri": uri(i)}));
         }
-        let folder = crate::import::uri::Folder::of(&dir.path().join("a.glb"), false);
+        let folder = crate::import::files::uri::Folder::of(&dir.path().join("a.glb"), false);
         load(&fixture.glb(), &folder, &options)
     };
     let (_, warnings) = load(&|_| "a.bin".into()).unwrap();

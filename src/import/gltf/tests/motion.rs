@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 
 use super::super::fixture::{Fixture, bytes_of};
 use super::looks::textured;
-use crate::scene::{Interpolation, PoseSettings, Target, pose};
+use crate::scene::pose;
+use crate::scene::{Interpolation, PoseSettings, Target};
 
 /// A triangle with one channel on node 0, two keys.
 fn animated(path: &str, interpolation: &str, kind: &str, width: usize, values: &[f32]) -> Fixture {

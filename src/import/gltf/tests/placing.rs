@@ -5,7 +5,8 @@ use serde_json::json;
 
 use super::super::fixture::{Fixture, bytes_of};
 use crate::import::{Limits, LoadOptions, Up};
-use crate::scene::{AnimationChoice, FileProjection, LightKind, PoseSettings, Scene, pose};
+use crate::scene::pose;
+use crate::scene::{AnimationChoice, FileProjection, LightKind, PoseSettings, Scene};
 
 /// The middle of each instance's triangle in the world, at rest.
 fn corners(scene: &Scene) -> Vec<DVec3> {

@@ -1,0 +1,240 @@
+//! A tree over triangles in one frame.
+
+use std::marker::PhantomData;
+
+use glam::DVec3;
+
+use crate::accel::build::builder;
+use crate::accel::build::builder::Filled;
+use crate::accel::build::cluster_prims::{Alike, Held, Neighbours};
+use crate::accel::build::input_triangles::{Look, Raw, clean};
+use crate::accel::build::leaf_packing::Capacity;
+use crate::accel::build::morton_clusters::Key;
+use crate::accel::bvh::bvh8::{Box3, BoxRay, Leaves, Stack, Wide};
+use crate::accel::bvh::huge_pages::Pages;
+use crate::accel::bvh::triangle_ids::Spans;
+use crate::accel::bvh::triangle4::{Block, CAPACITY, GROUP};
+use crate::accel::traverse::error_bounds::TestRay;
+use crate::accel::traverse::hit::{FrameRay, Met};
+use crate::accel::traverse::query::{Ids, Query};
+use crate::accel::{CleanReport, Preset};
+use crate::scene::SurfaceClass;
+use crate::simd::{Part, Simd};
+
+/// Triangles and the tree over them.
+#[derive(Debug, Default)]
+pub(crate) struct Triangles {
+    pub tree: Wide,
+    /// Leaf n of the tree begins at blocks[n].
+    pub blocks: Pages<Block>,
+    pub spans: Spans,
+    /// Triangles, with those that were left out.
+    pub count: usize,
+    pub groups: Vec<Vec<Alike>>,
+    entries: usize,
+    /// Around all of them; `None` where there are none.
+    pub bounds: Option<Box3>,
+    pub report: CleanReport,
+    pub centre: DVec3,
+    pub radius: f64,
+    /// What its tree cost rays when it was built, once it has been refitted.
+    pub built_cost: Option<f64>,
+}
+
+impl Triangles {
+    /// A tree over the triangles `raw(0..)` that `spans` tells the owners of.
+    pub fn build(
+        (spans, count): (Spans, usize),
+        raw: impl Fn(usize) -> Raw + Sync,
+        preset: Preset,
+    ) -> Triangles {
+        let (fit, mut report) = clean(count, raw);
+        let open = |keys: &[Key]| Neighbours::new(&fit, keys);
+        let (tree, parts) = builder::build(&fit, open, Capacity::BLOCKS, preset);
+        report.coincident = parts.iter().map(|part| part.leaves.coincident).sum();
+        let entries = parts.iter().map(|part| part.leaves.len()).sum();
+        // How many groups there are before each part's.
+        let mut next = 0;
+        let before = |part: Filled<Held>| {
+            let after = next + part.leaves.groups.len() as u32;
+            (part, std::mem::replace(&mut next, after))
+        };
+        let mut parts: Vec<(Filled<Held>, u32)> = parts.into_iter().map(before).collect();
+        let places = |(part, _): &(Filled<Held>, u32)| part.places as usize;
+        let blocks = Pages::filled(&parts, places, |(part, groups), blocks: &mut [Block]| {
+            part.leaves.fill(&fit, *groups, blocks);
+        });
+        let groups = parts.iter_mut().flat_map(|(part, _)| std::mem::take(&mut part.leaves.groups)).collect();
+        let mut triangles =
+            Triangles { tree, blocks, spans, count, groups, entries, report, ..Triangles::default() };
+        triangles.enclose();
+        triangles
+    }
+
+    /// Says what its tree's box is.
+    pub fn enclose(&mut self) {
+        self.bounds = self.tree.root.map(|_| self.tree.bounds);
+        let (lo, hi) = self.bounds.map_or((DVec3::ZERO, DVec3::ZERO), |(a, b)| (a.as_dvec3(), b.as_dvec3()));
+        (self.centre, self.radius) = (0.5 * (lo + hi), 0.5 * lo.distance(hi));
+    }
+
+    /// Tells `query` of the triangles that `ray` meets under `from`, in any order. False once it
+    /// has stopped. `instance` is whose triangles they are, where a shared mesh does not say.
+    #[inline(always)]
+    pub fn visit<S: Simd, Q: Query>(
+        &self,
+        from: u32,
+        ray: &FrameRay,
+        instance: Option<u32>,
+        query: &mut Q,
+        stack: &mut Stack,
+    ) -> bool {
+        S::call(Visit { triangles: self, from, ray, instance, query, stack })
+    }
+
+    /// Tells `query` that a ray has met a triangle of a block. True where it stops.
+    #[inline(always)]
+    pub fn tell(
+        &self,
+        block: &Block,
+        lane: usize,
+        met: Met,
+        instance: Option<u32>,
+        query: &mut impl Query,
+    ) -> bool {
+        let entry = block.ids[lane];
+        let mut tell = |look: Look, ids: &[u32]| {
+            // What blocks may do so twice.
+            if look.class == SurfaceClass::Translucent && !met.owned {
+                return false;
+            }
+            let ids = Ids { ids, spans: &self.spans, instance };
+            query.meet(met.t, look, met.against == look.reversed, ids).is_break()
+        };
+        match entry & GROUP {
+            0 => tell(block.look(lane), std::slice::from_ref(&entry)),
+            _ => self.groups[(entry & !GROUP) as usize].iter().any(|a| tell(a.look, &a.ids)),
+        }
+    }
+
+    /// The one triangle of a lane that holds no group.
+    #[inline(always)]
+    fn own<'b>(&'b self, block: &'b Block, lane: usize, instance: Option<u32>) -> Ids<'b> {
+        Ids { ids: std::slice::from_ref(&block.ids[lane]), spans: &self.spans, instance }
+    }
+
+    /// A place in the blocks: block times capacity plus lane.
+    #[inline(always)]
+    pub fn at(&self, entry: u32) -> (&Block, usize) {
+        (&self.blocks[entry as usize / CAPACITY], entry as usize % CAPACITY)
+    }
+
+    /// The greatest coordinate.
+    pub fn size(&self) -> f32 {
+        let (lo, hi) = self.bounds.unwrap_or_default();
+        lo.abs().max(hi.abs()).max_element()
+    }
+
+    /// True where no triangle can be hit.
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// Entries: triangles, coincident ones counted once.
+    pub fn entries(&self) -> usize {
+        self.entries
+    }
+
+    /// Inner nodes of its tree.
+    pub fn nodes(&self) -> usize {
+        self.tree.nodes.len()
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        let lists: usize = self.groups.iter().flatten().map(|a| a.ids.len() * size_of::<u32>()).sum();
+        self.tree.bytes() + self.blocks.bytes() + lists
+    }
+}
+
+/// What trees need to know of the limit of a query.
+#[inline(always)]
+pub(crate) fn limit(ray: &FrameRay, query: &impl Query) -> f32 {
+    BoxRay::limit(ray.parameter(query.limit()))
+}
+
+/// [`Triangles::visit`].
+struct Visit<'a, Q> {
+    triangles: &'a Triangles,
+    from: u32,
+    ray: &'a FrameRay,
+    instance: Option<u32>,
+    query: &'a mut Q,
+    stack: &'a mut Stack,
+}
+
+impl<S: Simd, Q: Query> Part<S> for Visit<'_, Q> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let Visit { triangles, from, ray, instance, query, stack } = self;
+        let boxes = BoxRay::new(ray.o, ray.d, 0.0, ray.parameter(query.start()));
+        let test = TestRay::new(ray, triangles.centre, triangles.radius, query.end());
+        let limit = limit(ray, query);
+        let blocks: &[Block] = &triangles.blocks;
+        let mut leaves = Meeting { triangles, blocks, ray, test, instance, query, limit, simd: PhantomData };
+        match Q::ANY {
+            true => triangles.tree.walk_any::<S>(from, &boxes, stack, limit, &mut leaves),
+            false => triangles.tree.walk::<S>(from, &boxes, stack, limit, &mut leaves),
+        }
+    }
+}
+
+/// A ray at the leaves.
+struct Meeting<'a, S, Q> {
+    triangles: &'a Triangles,
+    blocks: &'a [Block],
+    ray: &'a FrameRay,
+    test: TestRay,
+    instance: Option<u32>,
+    query: &'a mut Q,
+    limit: f32,
+    simd: PhantomData<S>,
+}
+
+impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
+    #[inline(always)]
+    fn enter(&mut self, leaf: u32, _: &mut Stack) -> Option<f32> {
+        for block in &self.blocks[leaf as usize..] {
+            let candidates = self.test.candidates::<S>(block, self.limit);
+            let mut possible = candidates.possible;
+            if possible == 0 {
+                if block.last() {
+                    break;
+                }
+                continue;
+            }
+            while possible != 0 {
+                let lane = possible.trailing_zeros() as usize & (CAPACITY - 1);
+                possible &= possible - 1;
+                if candidates.between >> lane & 1 == 1 {
+                    let ids = self.triangles.own(block, lane, self.instance);
+                    if self.query.blocks(block, lane, ids) {
+                        return None;
+                    }
+                }
+                let sure = candidates.sure >> lane & 1 == 1;
+                let Some(met) = self.ray.meet(&block.corners(lane), sure) else { continue };
+                if self.triangles.tell(block, lane, met, self.instance, self.query) {
+                    return None;
+                }
+                self.limit = limit(self.ray, self.query);
+            }
+            if block.last() {
+                break;
+            }
+        }
+        Some(self.limit)
+    }
+}

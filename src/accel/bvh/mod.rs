@@ -1,0 +1,8 @@
+//! The BVH's data: eight-wide nodes, leaves of four triangles, and the two levels (BLAS and TLAS).
+
+pub(crate) mod blas;
+pub(crate) mod bvh8;
+pub(crate) mod huge_pages;
+pub(crate) mod tlas;
+pub(crate) mod triangle4;
+pub(crate) mod triangle_ids;

@@ -1,0 +1,8 @@
+//! Single-ray traversal: the certified hit test, closest-hit and any-hit queries, transmittance, statistics.
+
+pub(crate) mod error_bounds;
+pub(crate) mod hit;
+pub(crate) mod query;
+pub(crate) mod transmittance;
+pub(crate) mod traversal_stats;
+pub(crate) mod vec3;

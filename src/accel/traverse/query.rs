@@ -1,0 +1,180 @@
+//! What is asked of a ray: the closest hit, whether anything is in the way, how much light passes.
+
+use std::ops::ControlFlow;
+
+use glam::Vec3;
+
+use crate::accel::Cutout;
+use crate::accel::build::input_triangles::Look;
+use crate::accel::bvh::triangle_ids::Spans;
+use crate::accel::bvh::triangle4::Block;
+use crate::accel::traverse::transmittance::Passing;
+use crate::geometry::{Hit, HitId};
+use crate::scene::SurfaceClass;
+
+/// Triangles in one place that look alike, by rising id.
+#[derive(Clone, Copy)]
+pub(crate) struct Ids<'a> {
+    /// Indices.
+    pub ids: &'a [u32],
+    /// What they mean.
+    pub spans: &'a Spans,
+    /// The instance, where a shared mesh was met.
+    pub instance: Option<u32>,
+}
+
+impl Ids<'_> {
+    fn own(&self, index: u32) -> HitId {
+        let id = self.spans.id(index);
+        HitId { instance: self.instance.unwrap_or(id.instance), ..id }
+    }
+
+    /// All of them.
+    fn iter(&self) -> impl Iterator<Item = HitId> {
+        self.ids.iter().map(|&index| self.own(index))
+    }
+
+    /// Those greater than `id`.
+    fn after(&self, id: HitId) -> Self {
+        let first = self.ids.partition_point(|&index| self.own(index) <= id);
+        Ids { ids: &self.ids[first..], ..*self }
+    }
+}
+
+/// A question, told of every triangle that a ray meets in any order.
+pub(crate) trait Query {
+    /// True where any hit that stops it is the whole answer.
+    const ANY: bool;
+
+    /// Nothing beyond this t matters.
+    fn limit(&self) -> f32;
+
+    /// Nothing before this t matters.
+    fn start(&self) -> f32;
+
+    /// What t has to be less than for any opaque triangle there to be the whole answer.
+    fn end(&self) -> Option<f32>;
+
+    /// The ray surely meets a plain triangle before [`Query::end`]. True where that is the answer.
+    fn blocks(&mut self, block: &Block, lane: usize, ids: Ids<'_>) -> bool;
+
+    /// The ray meets the triangles `ids` at `t`. Breaks where the answer is known.
+    fn meet(&mut self, t: f32, look: Look, back: bool, ids: Ids<'_>) -> ControlFlow<()>;
+}
+
+/// A ray as its caller gave it, for cutouts.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    pub o: Vec3,
+    pub d: Vec3,
+    pub cutouts: &'a dyn Cutout,
+}
+
+/// The first hit after `after` in the order of (t, id).
+pub(crate) struct Closest<'a> {
+    pub asked: Asked<'a>,
+    pub cull: bool,
+    pub after: Hit,
+    /// The best so far; before that, the farthest place where a hit counts, and no id.
+    pub best: Hit,
+}
+
+impl Query for Closest<'_> {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.best.t
+    }
+
+    #[inline(always)]
+    fn start(&self) -> f32 {
+        self.after.t
+    }
+
+    #[inline(always)]
+    fn end(&self) -> Option<f32> {
+        None
+    }
+
+    #[inline(always)]
+    fn blocks(&mut self, _: &Block, _: usize, _: Ids<'_>) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn meet(&mut self, t: f32, look: Look, back: bool, ids: Ids<'_>) -> ControlFlow<()> {
+        let seen = !(self.cull && back && look.single_sided);
+        if !seen || t > self.best.t || t < self.after.t {
+            return ControlFlow::Continue(());
+        }
+        let ids = if t == self.after.t { ids.after(self.after.id) } else { ids };
+        for id in ids.iter() {
+            let hit = Hit { t, id };
+            if !hit.before(&self.best) {
+                break;
+            }
+            if look.class != SurfaceClass::Cutout || self.asked.cutouts.keeps(id, self.asked.o, self.asked.d)
+            {
+                self.best = hit;
+                break;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// Whether something blocks a segment; with `passing`, what passes through what does not block it is kept
+/// there, and where that is nothing, it is blocked.
+pub(crate) struct Blocking<'a, 'p> {
+    pub asked: Asked<'a>,
+    /// The segment ends before this t.
+    pub end: f32,
+    pub source: HitId,
+    pub blocked: bool,
+    pub passing: Option<&'p mut Passing>,
+}
+
+impl Query for Blocking<'_, '_> {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.end
+    }
+
+    #[inline(always)]
+    fn start(&self) -> f32 {
+        0.0
+    }
+
+    #[inline(always)]
+    fn end(&self) -> Option<f32> {
+        Some(self.end)
+    }
+
+    #[inline(always)]
+    fn blocks(&mut self, block: &Block, lane: usize, ids: Ids<'_>) -> bool {
+        self.blocked = block.opaque() >> lane & 1 == 1 && ids.iter().all(|id| id != self.source);
+        self.blocked
+    }
+
+    #[inline(always)]
+    fn meet(&mut self, t: f32, look: Look, _: bool, ids: Ids<'_>) -> ControlFlow<()> {
+        if t >= self.end {
+            return ControlFlow::Continue(());
+        }
+        let Asked { o, d, cutouts } = self.asked;
+        let source = self.source;
+        let mut others = ids.iter().filter(|&id| id != source);
+        self.blocked = match (look.class, &mut self.passing) {
+            (SurfaceClass::Opaque, _) => others.next().is_some(),
+            (SurfaceClass::Cutout, _) => others.any(|id| cutouts.keeps(id, o, d)),
+            (SurfaceClass::Translucent, None) => false,
+            (SurfaceClass::Translucent, Some(passing)) => {
+                others.any(|id| passing.pass(Hit { t, id }, self.asked))
+            }
+        };
+        if self.blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}

@@ -1,0 +1,187 @@
+//! What a way through the trees costs, counted: nodes and blocks that a ray looks into, and how many
+//! of them a ray may be expected to.
+//!
+//! The counting walk is a plain one of its own, of one ray at a time in f64, so that tracing counts
+//! nothing. It meets the same nodes in the same order as single rays do, whatever the instructions.
+
+use glam::DVec3;
+
+use crate::accel::bvh::blas::{Triangles, limit};
+use crate::accel::bvh::bvh8::{Box3, LEAF, Octant, SHRINK, Wide, half_surface, reciprocal};
+use crate::accel::bvh::tlas::Placed;
+use crate::accel::ray_batch::{Cutout, RayBatch};
+use crate::accel::traverse::hit::FrameRay;
+use crate::accel::traverse::query::{Asked, Closest, Query};
+use crate::accel::{Accel, Lane};
+use crate::geometry::{EPSILON, Hit, HitId};
+
+/// What a ray looked into until its closest hit was known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Steps {
+    /// Inner nodes of all levels, each with up to eight boxes.
+    pub nodes: u32,
+    /// Blocks of up to four triangles.
+    pub blocks: u32,
+}
+
+impl Accel {
+    /// The closest hits of [`Accel::intersect`], each with the steps that its ray takes when it goes
+    /// alone. Slow: for pictures of what trees cost, not for pictures of scenes.
+    pub fn count_steps(&self, rays: &RayBatch, cutouts: &dyn Cutout) -> Vec<(Hit, Steps)> {
+        let lane = Lane::new(self);
+        let one = |i: usize| {
+            let (o, d) = (rays.origins[i], rays.directions[i]);
+            let best = Hit { t: rays.far, id: HitId::NONE };
+            let asked = Asked { o, d, cutouts };
+            let query = Closest { asked, cull: rays.cull, after: rays.after(i), best };
+            let mut counter = Counter { lane: &lane, query, steps: Steps::default() };
+            if let Some(ray) = FrameRay::new(o.as_dvec3(), d.as_dvec3()) {
+                counter.enter_all(&ray);
+            }
+            let Counter { query: Closest { best, .. }, steps, .. } = counter;
+            (if best.is_miss() { Hit::MISS } else { best }, steps)
+        };
+        (0..rays.len()).map(one).collect()
+    }
+
+    /// The cost of the trees by the surface area heuristic: how many nodes and blocks a line through
+    /// the scene's box looks into, if lines lie anywhere alike and nothing ends them. 0 for an empty
+    /// scene.
+    pub fn sah_cost(&self) -> f64 {
+        let blocks = |tree: &Triangles| {
+            let of_leaf = |leaf: u32| {
+                let blocks = &tree.blocks[leaf as usize..];
+                (1 + blocks.iter().take_while(|block| !block.last()).count()) as f64
+            };
+            expected(&tree.tree, of_leaf)
+        };
+        let meshes: Vec<f64> = self.meshes.values().map(blocks).collect();
+        let placed = expected(&self.top.tree, |leaf| {
+            self.top.parts(leaf).iter().map(|part: &Placed| meshes[part.tree as usize]).sum()
+        });
+        let mut trees: Vec<(Box3, f64)> = self.worlds.iter().map(|w| (w.tree.bounds, blocks(w))).collect();
+        trees.push((self.top.tree.bounds, placed));
+        trees.retain(|&(_, cost)| cost > 0.0);
+        let all = trees.iter().map(|tree| tree.0).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let share = |bounds: Box3| {
+            all.filter(|all| half_surface(*all) > 0.0)
+                .map_or(1.0, |all| half_surface(bounds) / half_surface(all))
+        };
+        trees.iter().map(|&(bounds, cost)| cost * share(bounds)).sum()
+    }
+}
+
+/// The nodes that a line through a tree's box meets, plus for each leaf that it meets what is in it.
+pub(crate) fn expected(tree: &Wide, in_leaf: impl Fn(u32) -> f64) -> f64 {
+    let Some(root) = tree.root else { return 0.0 };
+    if root & LEAF != 0 {
+        return in_leaf(root & !LEAF);
+    }
+    let whole = half_surface(tree.bounds);
+    // A box without any surface is met in its entirety or not at all.
+    let share = |bounds: Box3| if whole > 0.0 { (half_surface(bounds) / whole).min(1.0) } else { 1.0 };
+    let mut cost = 1.0;
+    for node in tree.nodes.iter() {
+        for slot in 0..node.count() {
+            let child = node.child[slot];
+            cost += share(node.bounds(slot)) * if child & LEAF == 0 { 1.0 } else { in_leaf(child & !LEAF) };
+        }
+    }
+    cost
+}
+
+/// A ray on its way.
+struct Counter<'a, 'q> {
+    lane: &'a Lane<'a>,
+    query: Closest<'q>,
+    steps: Steps,
+}
+
+impl Counter<'_, '_> {
+    fn enter_all(&mut self, ray: &FrameRay) {
+        let Accel { top, worlds, .. } = self.lane.accel;
+        for world in worlds {
+            self.enter_triangles(world, ray, None);
+        }
+        let pad = f64::from(top.pad(ray.o));
+        self.walk(&top.tree, ray, pad, |counter, leaf| {
+            for Placed { instance, tree, frame } in top.parts(leaf) {
+                let triangles = counter.lane.meshes[*tree as usize];
+                counter.enter_triangles(triangles, &frame.ray(ray), Some(*instance));
+            }
+        });
+    }
+
+    fn enter_triangles(&mut self, triangles: &Triangles, ray: &FrameRay, instance: Option<u32>) {
+        self.walk(&triangles.tree, ray, 0.0, |counter, leaf| {
+            for block in &triangles.blocks[leaf as usize..] {
+                counter.steps.blocks += 1;
+                for lane in 0..block.count() {
+                    if let Some(met) = ray.judge(&block.corners(lane)) {
+                        // The closest hit never ends a walk.
+                        triangles.tell(block, lane, met, instance, &mut counter.query);
+                    }
+                }
+                if block.last() {
+                    break;
+                }
+            }
+        });
+    }
+
+    /// Leads the ray through a tree whose boxes are `pad` wider, near children first.
+    fn walk(&mut self, tree: &Wide, ray: &FrameRay, pad: f64, mut enter: impl FnMut(&mut Self, u32)) {
+        let Some(root) = tree.root else { return };
+        let boxes = Boxes::new(ray, pad);
+        let start = f64::from(ray.parameter(self.query.start()) * SHRINK);
+        let mut stack = vec![(root, start)];
+        while let Some((here, near)) = stack.pop() {
+            if near > f64::from(limit(ray, &self.query)) {
+                continue;
+            }
+            if here & LEAF != 0 {
+                enter(self, here & !LEAF);
+                continue;
+            }
+            self.steps.nodes += 1;
+            let node = &tree.nodes[here as usize];
+            let to = f64::from(limit(ray, &self.query));
+            for slot in node.order(boxes.octant).map(|slot| slot as usize & 7) {
+                if slot < node.count()
+                    && let Some(near) = boxes.enters(node.bounds(slot), start, to)
+                {
+                    stack.push((node.child[slot], near));
+                }
+            }
+        }
+    }
+}
+
+/// A ray prepared for boxes.
+struct Boxes {
+    o: DVec3,
+    r: DVec3,
+    pad: f64,
+    octant: Octant,
+}
+
+impl Boxes {
+    fn new(ray: &FrameRay, pad: f64) -> Boxes {
+        let d = ray.d.as_vec3();
+        Boxes { o: ray.o, r: reciprocal(d).as_dvec3(), pad, octant: Octant::of(d) }
+    }
+
+    /// Where the ray enters a box, if it does before it leaves it; with slack for what is rounded.
+    fn enters(&self, (lo, hi): Box3, start: f64, limit: f64) -> Option<f64> {
+        const SLACK: f64 = 4.0 * EPSILON as f64;
+        let (mut near, mut far) = (start, limit);
+        for k in 0..3 {
+            let (o, r) = (self.o[k], self.r[k]);
+            let wider = self.pad + SLACK * o.abs();
+            let (a, b) = ((f64::from(lo[k]) - wider - o) * r, (f64::from(hi[k]) + wider - o) * r);
+            near = near.max(a.min(b) - SLACK * a.min(b).abs());
+            far = far.min(a.max(b) + SLACK * a.max(b).abs());
+        }
+        (near <= far).then_some(near)
+    }
+}

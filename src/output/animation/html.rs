@@ -1,0 +1,52 @@
+//! A page that shows frames by being turned: one file, which needs nothing else.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use crate::output::animation::spool::Spool;
+use crate::output::animation::webp;
+use crate::output::animation::{Encoder, MovingSettings};
+use crate::output::escape_html;
+
+/// The page; frames go where [`FRAMES`] stands.
+const PAGE: &str = include_str!("player.html");
+const FRAMES: &str = "/*FRAMES*/";
+
+pub(crate) struct Html {
+    settings: MovingSettings,
+    title: String,
+}
+
+impl Html {
+    pub fn new(path: &Path, settings: &MovingSettings) -> io::Result<Html> {
+        let title = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(Html { settings: *settings, title })
+    }
+}
+
+impl Encoder for Html {
+    fn frame(&mut self, pixels: &[[u8; 4]], body: &mut Spool) -> io::Result<()> {
+        let MovingSettings { width, height, quality, .. } = self.settings;
+        let picture = webp::compress(width, height, pixels, quality)?;
+        writeln!(body, "\"{}\",", STANDARD.encode(picture))
+    }
+
+    fn finish(self: Box<Self>, body: &mut Spool) -> io::Result<Vec<u8>> {
+        let MovingSettings { width, height, fps, repeat, clockwise, .. } = self.settings;
+        let (head, tail) = PAGE.split_once(FRAMES).unwrap_or((PAGE, ""));
+        body.write_all(tail.as_bytes())?;
+        let values = [
+            // A title says nothing of other values.
+            ("{{title}}", escape_html(&self.title).replace('{', "&#123;")),
+            ("{{width}}", width.to_string()),
+            ("{{height}}", height.to_string()),
+            ("{{fps}}", fps.to_string()),
+            ("{{repeat}}", repeat.to_string()),
+            ("{{way}}", if clockwise { "-1" } else { "1" }.to_string()),
+        ];
+        Ok(values.iter().fold(head.to_string(), |page, (name, value)| page.replace(name, value)).into_bytes())
+    }
+}

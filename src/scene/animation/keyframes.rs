@@ -1,0 +1,228 @@
+//! Key-framed animation: plain data and its evaluation at a time.
+
+use glam::{DQuat, DVec3};
+
+use crate::scene::{CameraField, LightField, MaterialField};
+
+/// How values run between keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The last key's value holds.
+    Step,
+    /// Linear; rotations along the shorter great arc.
+    Linear,
+    /// Hermite splines; each key holds in-tangent, value, out-tangent.
+    CubicSpline,
+}
+
+/// What a channel drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Target {
+    /// A node's translation (3 numbers a key).
+    Translation(u32),
+    /// A node's rotation (4 numbers a key: x, y, z, w).
+    Rotation(u32),
+    /// A node's scale (3 numbers a key).
+    Scale(u32),
+    /// The morph weights of a node's meshes (as many numbers a key as there are targets).
+    Weights(u32),
+    /// One of a node's morph weights, by its index.
+    Weight(u32, u32),
+    /// A node's visibility (1 number a key).
+    Visibility(u32),
+    /// Numbers of a material.
+    Material(u32, MaterialField),
+    /// Numbers of a light.
+    Light(u32, LightField),
+    /// A number of a camera.
+    Camera(u32, CameraField),
+}
+
+/// Keys over time.
+#[derive(Clone, Debug)]
+pub struct Keys {
+    /// Seconds, ascending, at least one.
+    pub times: Vec<f32>,
+    /// `width` numbers for each key; three times as many for splines.
+    pub values: Vec<f32>,
+    /// Numbers in one value.
+    pub width: usize,
+    /// How values run between keys.
+    pub interpolation: Interpolation,
+}
+
+/// One target, driven by keys.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    /// What is driven.
+    pub target: Target,
+    /// By what.
+    pub keys: Keys,
+}
+
+/// An animation of the file.
+#[derive(Clone, Debug, Default)]
+pub struct Animation {
+    /// Its name.
+    pub name: String,
+    /// Its channels.
+    pub channels: Vec<Channel>,
+}
+
+impl Animation {
+    /// Seconds from 0 to the last key.
+    pub fn duration(&self) -> f32 {
+        self.channels.iter().filter_map(|c| c.keys.times.last()).fold(0.0, |a, &b| a.max(b))
+    }
+}
+
+impl Keys {
+    /// The value at `time` seconds, held before the first key and after the last.
+    pub fn sample(&self, time: f64) -> Vec<f64> {
+        match self.span(time) {
+            Span::At(key) => self.value(key),
+            Span::Between { key, s, dt } => match self.interpolation {
+                Interpolation::Step => self.value(key),
+                Interpolation::Linear => {
+                    let (a, b) = (self.value(key), self.value(key + 1));
+                    a.iter().zip(&b).map(|(a, b)| a + (b - a) * s).collect()
+                }
+                Interpolation::CubicSpline => self.spline(key, s, dt),
+            },
+        }
+    }
+
+    /// The rotation at `time`: spherical where linear is asked for; unit length always.
+    pub fn sample_rotation(&self, time: f64) -> DQuat {
+        let unit = |v: &[f64]| {
+            let q = DQuat::from_xyzw(v[0], v[1], v[2], v[3]);
+            if q.length_squared() > 0.0 && q.is_finite() { q.normalize() } else { DQuat::IDENTITY }
+        };
+        match self.span(time) {
+            Span::Between { key, s, .. } if self.interpolation == Interpolation::Linear => {
+                slerp(unit(&self.value(key)), unit(&self.value(key + 1)), s)
+            }
+            _ => unit(&self.sample(time)),
+        }
+    }
+
+    /// A 3-vector at `time`.
+    pub fn sample_vec3(&self, time: f64) -> DVec3 {
+        let v = self.sample(time);
+        DVec3::new(v[0], v[1], v[2])
+    }
+
+    fn span(&self, time: f64) -> Span {
+        // As precisely as keys are given: the one of frame 4 of 30 a second may be a little behind 4/30.
+        let after = self.times.partition_point(|&t| t <= time as f32);
+        if after == 0 {
+            return Span::At(0);
+        }
+        if after == self.times.len() {
+            return Span::At(after - 1);
+        }
+        let (t0, t1) = (f64::from(self.times[after - 1]), f64::from(self.times[after]));
+        Span::Between { key: after - 1, s: ((time - t0) / (t1 - t0)).max(0.0), dt: t1 - t0 }
+    }
+
+    fn part(&self, key: usize, part: usize) -> impl Iterator<Item = f64> + '_ {
+        let parts = if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let at = (key * parts + part) * self.width;
+        self.values[at..at + self.width].iter().map(|&v| f64::from(v))
+    }
+
+    fn value(&self, key: usize) -> Vec<f64> {
+        let middle = usize::from(self.interpolation == Interpolation::CubicSpline);
+        self.part(key, middle).collect()
+    }
+
+    /// glTF's Hermite form: tangents are per second.
+    fn spline(&self, key: usize, s: f64, dt: f64) -> Vec<f64> {
+        let (s2, s3) = (s * s, s * s * s);
+        let (p0, m0) = (self.part(key, 1), self.part(key, 2));
+        let (m1, p1) = (self.part(key + 1, 0), self.part(key + 1, 1));
+        let tangents = m0.zip(m1);
+        p0.zip(p1)
+            .zip(tangents)
+            .map(|((p0, p1), (m0, m1))| {
+                (2.0 * s3 - 3.0 * s2 + 1.0) * p0
+                    + (s3 - 2.0 * s2 + s) * dt * m0
+                    + (3.0 * s2 - 2.0 * s3) * p1
+                    + (s3 - s2) * dt * m1
+            })
+            .collect()
+    }
+}
+
+enum Span {
+    At(usize),
+    Between { key: usize, s: f64, dt: f64 },
+}
+
+/// Spherical interpolation along the shorter arc, from `libm` so that every machine agrees.
+fn slerp(a: DQuat, b: DQuat, s: f64) -> DQuat {
+    let dot = a.dot(b);
+    let (b, dot) = if dot < 0.0 { (-b, -dot) } else { (b, dot) };
+    if dot > 1.0 - 1e-9 {
+        return (a * (1.0 - s) + b * s).normalize();
+    }
+    let angle = libm::acos(dot.min(1.0));
+    let (wa, wb) = (libm::sin((1.0 - s) * angle), libm::sin(s * angle));
+    (a * wa + b * wb).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keys(interpolation: Interpolation, values: &[f32]) -> Keys {
+        Keys { times: vec![1.0, 3.0], values: values.to_vec(), width: 1, interpolation }
+    }
+
+    #[test]
+    fn values_hold_outside_and_run_between() {
+        let step = keys(Interpolation::Step, &[2.0, 4.0]);
+        let linear = keys(Interpolation::Linear, &[2.0, 4.0]);
+        for (t, s, l) in [(0.0, 2.0, 2.0), (1.0, 2.0, 2.0), (2.0, 2.0, 3.0), (3.0, 4.0, 4.0), (9.0, 4.0, 4.0)]
+        {
+            assert_eq!((step.sample(t)[0], linear.sample(t)[0]), (s, l), "at {t}");
+        }
+    }
+
+    /// Keys are f32, and lie a little behind or before the f64 time of the frame that they are of.
+    #[test]
+    fn a_step_is_taken_at_the_frame_of_its_key() {
+        for frame in 1..200 {
+            for fps in [24.0, 25.0, 30.0, 60.0] {
+                let time = f64::from(frame) / fps;
+                let keys = Keys { times: vec![0.0, time as f32], ..keys(Interpolation::Step, &[2.0, 4.0]) };
+                assert_eq!(keys.sample(time)[0], 4.0, "frame {frame} of {fps}");
+                assert_eq!(keys.sample(time - 1e-4)[0], 2.0, "before frame {frame} of {fps}");
+            }
+        }
+    }
+
+    #[test]
+    fn splines_pass_their_keys_with_their_tangents() {
+        // in, value, out for two keys two seconds apart: p(s) with m0 = 1/s, m1 = 0.
+        let k = keys(Interpolation::CubicSpline, &[0.0, 0.0, 1.0, 0.0, 2.0, 0.0]);
+        assert_eq!(k.sample(1.0)[0], 0.0);
+        assert_eq!(k.sample(3.0)[0], 2.0);
+        // s = 1/2: (1/8)·2·1 + (1/2)·2 = 1.25
+        assert!((k.sample(2.0)[0] - 1.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rotations_take_the_shorter_arc() {
+        let half = std::f32::consts::FRAC_1_SQRT_2;
+        let k = Keys {
+            times: vec![0.0, 1.0],
+            values: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -half, -half],
+            width: 4,
+            interpolation: Interpolation::Linear,
+        };
+        let q = k.sample_rotation(0.5);
+        let expected = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_4);
+        assert!(q.dot(expected).abs() > 1.0 - 1e-12);
+    }
+}

@@ -1,0 +1,128 @@
+//! Twice as many lanes from two of a kind.
+
+use std::ops::{Add, Mul, Sub};
+
+use crate::simd::Lanes;
+
+/// The lower and the upper half.
+#[derive(Clone, Copy)]
+pub(crate) struct Pair<L>(pub L, pub L);
+
+impl<L: Copy> Pair<L> {
+    #[inline(always)]
+    pub fn twice(half: L) -> Self {
+        Pair(half, half)
+    }
+}
+
+impl<L: Add<Output = L>> Add for Pair<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Pair(self.0 + o.0, self.1 + o.1)
+    }
+}
+
+impl<L: Sub<Output = L>> Sub for Pair<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Pair(self.0 - o.0, self.1 - o.1)
+    }
+}
+
+impl<L: Mul<Output = L>> Mul for Pair<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        Pair(self.0 * o.0, self.1 * o.1)
+    }
+}
+
+macro_rules! paired {
+    ($half:literal, $whole:literal) => {
+        impl<L: Lanes<$half>> Lanes<$whole> for Pair<L> {
+            #[inline(always)]
+            fn splat(x: f32) -> Self {
+                Pair(L::splat(x), L::splat(x))
+            }
+            #[inline(always)]
+            fn load(from: &[f32; $whole]) -> Self {
+                let (halves, _) = from.as_chunks::<$half>();
+                Pair(L::load(&halves[0]), L::load(&halves[1]))
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [f32; $whole]) {
+                let (halves, _) = to.as_chunks_mut::<$half>();
+                self.0.store(&mut halves[0]);
+                self.1.store(&mut halves[1]);
+            }
+            #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                Pair(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
+            }
+            #[inline(always)]
+            fn mul_sub(self, b: Self, c: Self) -> Self {
+                Pair(self.0.mul_sub(b.0, c.0), self.1.mul_sub(b.1, c.1))
+            }
+            #[inline(always)]
+            fn min(self, o: Self) -> Self {
+                Pair(self.0.min(o.0), self.1.min(o.1))
+            }
+            #[inline(always)]
+            fn max(self, o: Self) -> Self {
+                Pair(self.0.max(o.0), self.1.max(o.1))
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Pair(self.0.abs(), self.1.abs())
+            }
+            #[inline(always)]
+            fn flipped_by(self, o: Self) -> Self {
+                Pair(self.0.flipped_by(o.0), self.1.flipped_by(o.1))
+            }
+            #[inline(always)]
+            fn div(self, o: Self) -> Self {
+                Pair(self.0.div(o.0), self.1.div(o.1))
+            }
+            #[inline(always)]
+            fn lt(self, o: Self) -> u32 {
+                self.0.lt(o.0) | self.1.lt(o.1) << $half
+            }
+            #[inline(always)]
+            fn le(self, o: Self) -> u32 {
+                self.0.le(o.0) | self.1.le(o.1) << $half
+            }
+            #[inline(always)]
+            fn or_else(self, mask: u32, o: Self) -> Self {
+                Pair(self.0.or_else(mask & ((1 << $half) - 1), o.0), self.1.or_else(mask >> $half, o.1))
+            }
+            #[inline(always)]
+            fn least(self) -> f32 {
+                self.0.min(self.1).least()
+            }
+            #[inline(always)]
+            fn sum(self) -> f32 {
+                (self.0 + self.1).sum()
+            }
+            #[inline(always)]
+            fn greatest(self) -> f32 {
+                self.0.max(self.1).greatest()
+            }
+            #[inline(always)]
+            fn matching(of: &[u32; $whole], x: u32) -> u32 {
+                let (halves, _) = of.as_chunks::<$half>();
+                L::matching(&halves[0], x) | L::matching(&halves[1], x) << $half
+            }
+            #[inline(always)]
+            fn put(mask: u32, to: &mut [u32; $whole], x: u32) {
+                let (halves, _) = to.as_chunks_mut::<$half>();
+                L::put(mask & ((1 << $half) - 1), &mut halves[0], x);
+                L::put(mask >> $half, &mut halves[1], x);
+            }
+        }
+    };
+}
+
+paired!(4, 8);
+paired!(8, 16);
