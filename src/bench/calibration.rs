@@ -11,7 +11,7 @@ const LANES: usize = 16;
 /// A fixed amount of work of the kind that tracing is, as far as the processor goes: integers, products and
 /// comparisons of floats, random boxes met by a ray. What it takes tells how fast the machine is at the
 /// moment. It leaves memory alone: how long reads take depends on what was in the caches before, and follows
-/// what tracing takes less well (docs/explanation/architecture.md).
+/// what tracing takes less well (docs/decisions/0096-measure-relative-to-a-calibration-loop.md).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Calibration;
 

@@ -29,7 +29,7 @@ impl Ground {
     /// k_d and k_a of [`GroundKind::Plane`].
     pub const GREY: Rgb = Rgb::splat(0.5);
     /// How far below what stands on it a ground lies, in sizes: more than rounding moves a surface
-    /// (see docs/explanation/architecture.md), and less than a pixel.
+    /// (see docs/decisions/0041-intersect-the-ground-analytically.md), and less than a pixel.
     const GAP: f64 = 1e-5;
     /// Whole up to here, in sizes from its middle.
     const WHOLE: f64 = 3.0;

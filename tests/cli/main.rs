@@ -8,7 +8,7 @@
 //! - `datasets`: `turntable --views`, its layers and `transforms.json`
 //! - `examples`: the programs in docs/examples; they need `cargo build --examples`
 //! - `farm`: scripts for render farms, and their tasks run by a stand-in for the engine
-//! - `help`: help pages, usage errors, completions, man pages, docs/reference.md
+//! - `help`: help pages, usage errors, completions, man pages, docs/reference/command-line.md
 //! - `image_output`: EXR, JPEG, WebP, Cryptomatte and layer previews read back
 //! - `program`: exit codes, messages, one-line errors, signals, lights and ground from flags
 //! - `sequences`: many frames and many files: lists, turntables, `--resume`, config files, reports

@@ -126,7 +126,7 @@ fn difference(metallic: f64) -> f64 {
     sum / 40.0
 }
 
-/// What docs/explanation/architecture.md says: .35 and 12.1. Highlights that fall between pixels are widened on the way (at
+/// What docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md says: .35 and 12.1. Highlights that fall between pixels are widened on the way (at
 /// roughness .1), and pixels at the rim may see past the polygon: hence what is allowed beside it.
 #[test]
 fn the_mapping_is_as_near_to_ggx_as_design_md_says() {

@@ -4,7 +4,7 @@
 //! The mapping of metallic-roughness: α = clamp(roughness, .1, 1)², p = 2/α² − 2,
 //! F0_d = the dielectric's reflectance at normal incidence, F0 = mix(F0_d, base, metallic),
 //! k_d = base·(1 − metallic)·(1 − max F0_d) + .35·F0·α, k_s = F0·(1 − α)·(p + 2)/8,
-//! k_a = base·occlusion. It was fitted to GGX on a lit sphere: see docs/explanation/architecture.md.
+//! k_a = base·occlusion. It was fitted to GGX on a lit sphere: see docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md.
 
 use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 
