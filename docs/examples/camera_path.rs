@@ -1,5 +1,4 @@
-//! A camera of our own that flies along a curve, one PNG for each place. Loading and building are done
-//! once: only the view changes.
+//! Moves a camera along a spiral and writes one PNG per position. The scene is loaded and its BVH built once.
 //!
 //!     cargo run --release --example camera_path models/lecture/lecture.glb FOLDER
 
@@ -16,9 +15,9 @@ use blinn::render::{RenderSettings, render};
 use blinn::scene::{Lighting, PoseSettings, View, pose};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut words = std::env::args().skip(1);
-    let file = words.next().ok_or("say which scene")?;
-    let folder = PathBuf::from(words.next().ok_or("say which folder to write to")?);
+    let mut args = std::env::args().skip(1);
+    let file = args.next().ok_or("missing argument: scene")?;
+    let folder = PathBuf::from(args.next().ok_or("missing argument: output folder")?);
     let (scene, _) = load(file.as_ref(), &LoadOptions::default())?;
     let posed = pose(&scene, &PoseSettings::default())?;
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -28,11 +27,15 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let sphere = posed.bounding_sphere();
     for i in 0..8 {
-        // A spiral that rises around the scene's middle.
-        let (turn, rise) = (f64::from(i) * 0.25, f64::from(i) * 0.15);
-        let place = DVec3::new(2.5 * turn.cos(), rise, 2.5 * turn.sin()) * sphere.radius;
-        let view =
-            View { view_point: Some(sphere.centre + place), look_at: Some(sphere.centre), ..View::default() };
+        // A rising spiral around the scene's centre.
+        let angle = f64::from(i) * 0.25;
+        let height = f64::from(i) * 0.15;
+        let offset = DVec3::new(2.5 * angle.cos(), height, 2.5 * angle.sin()) * sphere.radius;
+        let view = View {
+            view_point: Some(sphere.centre + offset),
+            look_at: Some(sphere.centre),
+            ..View::default()
+        };
         let (camera, _) = view.resolve(&posed, settings.width, settings.height)?;
         let lit = Lighting::default().resolve(&posed, &camera);
         let pixels = render(&Frame::new(&posed, &accel, camera, &lit), &Phong::default(), &settings, &())?;

@@ -1,4 +1,4 @@
-//! Layers as arrays: how far everything is, which way it faces, and what it is.
+//! Renders AOVs to arrays: depth, shading normal and object id.
 //!
 //!     cargo run --release --example layers models/cornell/cornell.glb
 
@@ -11,7 +11,7 @@ use blinn::render::{RenderSettings, render_aovs};
 use blinn::scene::{Lighting, PoseSettings, View, pose};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let file = std::env::args().nth(1).ok_or("say which scene")?;
+    let file = std::env::args().nth(1).ok_or("missing argument: scene")?;
     let (scene, _) = load(file.as_ref(), &LoadOptions::default())?;
     let posed = pose(&scene, &PoseSettings::default())?;
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -22,10 +22,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let wanted = [Aov::Depth, Aov::Normal, Aov::ObjectId];
     for layer in render_aovs(&frame, &wanted, &settings, &())? {
-        // Row-major, row 0 on top, `width` numbers for each pixel: an array of H × W × C.
+        // Row-major, row 0 on top, `width` numbers per pixel: an array of H × W × C.
         let channels = layer.aov.width();
-        let middle = (80 * 160 + 80) * channels;
-        println!("{} at the middle: {:?}", layer.aov.name(), &layer.values[middle..middle + channels]);
+        let centre = (80 * 160 + 80) * channels;
+        println!("{} at the centre: {:?}", layer.aov.name(), &layer.values[centre..centre + channels]);
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Renders to memory: a scene in, rows of RGBA bytes out, no file written.
+//! Renders to memory: a scene to rows of RGBA bytes, without writing a file.
 //!
 //!     cargo run --release --example memory models/textured/textured.glb
 
@@ -12,7 +12,7 @@ use blinn::render::{RenderSettings, render};
 use blinn::scene::{Lighting, PoseSettings, View, pose};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let file = std::env::args().nth(1).ok_or("say which scene")?;
+    let file = std::env::args().nth(1).ok_or("missing argument: scene")?;
     let (scene, warnings) = load(file.as_ref(), &LoadOptions::default())?;
     warnings.iter().for_each(|warning| eprintln!("{warning}"));
 
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let frame = Frame::new(&posed, &accel, camera, &lit);
     let pixels = render(&frame, &Phong::default(), &settings, &())?;
 
-    // Linear light becomes bytes: straight alpha, row 0 on top.
+    // Converts linear light to bytes with straight alpha, row 0 on top.
     let view = ViewTransform::of(&scene.source);
     let display = Display { ev: 0.0, view, background: Background::Transparent };
     let bytes: Vec<[u8; 4]> = display.to_rgba8(&pixels);

@@ -1,4 +1,4 @@
-//! Progress while it renders, and an end before the end: here when half of the pixels are done.
+//! Reports progress while rendering, and cancels when half of the pixels are done.
 //!
 //!     cargo run --release --example progress models/still-life/still-life.glb
 
@@ -11,13 +11,13 @@ use blinn::integrator::{Frame, Phong};
 use blinn::render::{Cancelled, RenderSettings, Watch, render};
 use blinn::scene::{Lighting, PoseSettings, View, pose};
 
-/// Told of finished pixels by every thread; asked by every thread whether to go on.
-struct Half {
+/// Counts finished pixels of all threads and cancels at half of them.
+struct StopAtHalf {
     done: AtomicU64,
     all: u64,
 }
 
-impl Watch for Half {
+impl Watch for StopAtHalf {
     fn pixels_done(&self, count: u64) {
         let done = count + self.done.fetch_add(count, Ordering::Relaxed);
         eprint!("\r{:3} %", 100 * done / self.all);
@@ -29,7 +29,7 @@ impl Watch for Half {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let file = std::env::args().nth(1).ok_or("say which scene")?;
+    let file = std::env::args().nth(1).ok_or("missing argument: scene")?;
     let (scene, _) = load(file.as_ref(), &LoadOptions::default())?;
     let posed = pose(&scene, &PoseSettings::default())?;
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -38,10 +38,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let lit = Lighting::default().resolve(&posed, &camera);
     let frame = Frame::new(&posed, &accel, camera, &lit);
 
-    let watch = Half { done: AtomicU64::new(0), all: 480 * 320 };
-    match render(&frame, &Phong::default(), &settings, &watch) {
+    let monitor = StopAtHalf { done: AtomicU64::new(0), all: 480 * 320 };
+    match render(&frame, &Phong::default(), &settings, &monitor) {
         Ok(_) => println!("finished"),
-        Err(Cancelled) => println!("cancelled after {} pixels", watch.done.into_inner()),
+        Err(Cancelled) => println!("cancelled after {} pixels", monitor.done.into_inner()),
     }
     Ok(())
 }
