@@ -96,7 +96,7 @@ msrv:
 coverage:
     cargo llvm-cov --locked --summary-only --lib \
         --test import --test robustness --test allocation --test cli \
-        --ignore-filename-regex 'src/(accel|batch|bench|cli|display|geometry|integrator|output|render|scene)/|src/(lib|main)\.rs|tests/|benches/' -- --skip a_full_disk
+        --ignore-filename-regex 'src/(accel|batch|bench|cli|display|geometry|integrator|output|render|scene)/|src/(lib|main)\.rs|tests/|benches/' -- --skip a_full_disk --skip examples::
 
 # Check licences, bans and sources of dependencies; needs cargo-deny. `just deny advisories` also checks the
 # advisory database, which needs a network.

@@ -1,9 +1,10 @@
-//! Seeds that are made here: a bit of everything in as few bytes as can be.
+//! Small generated files with a bit of everything: seeds of mutations, good files for tests to spoil.
 
 use std::io::Cursor;
 
-use base64::Engine;
 use serde_json::{Value, json};
+
+use super::gltf_fixture::{Fixture, bytes_of, data_uri};
 
 pub const MTL: &str = "newmtl a\nKa .1 .1 .1\nKd .8 .2 .1\nKs .5 .5 .5\nKe 0 0 0\nNs 100\nd .5\nillum 2\nTf 1 1 1\nNi 1.5\n\
 map_Kd -s 2 3 1 -o .5 0 0 -clamp on a.png\nmap_d a.png\nbump -bm 0.5 a.png\nmap_Ks a.png\n\
@@ -58,140 +59,123 @@ pub const CAMERA: &str = "<?xml version=\"1.0\"?>\n<scene><camera type=\"Perspec
 <viewPoint>10 4.2 6</viewPoint><viewDir>-5 -2.1 -3</viewDir><viewUp>0 1 0</viewUp>\n\
 <projDistance>1.5</projDistance><viewWidth>.6</viewWidth><viewHeight>.6</viewHeight>\n</camera></scene>\n";
 
-/// Numbers as little-endian bytes.
-fn floats(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|v| v.to_le_bytes()).collect()
-}
-
-fn data_uri(bytes: &[u8]) -> String {
-    format!("data:;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes))
-}
-
-/// A glTF of one buffer, whose accessors are (type, component, numbers of an element, bytes).
-fn gltf(accessors: &[(&str, u32, usize, Vec<u8>)], mut rest: Value) -> Vec<u8> {
-    let (mut bin, mut views, mut list) = (Vec::new(), Vec::new(), Vec::new());
-    for (kind, component, size, bytes) in accessors {
-        views.push(json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": bytes.len()}));
-        let one = size * if *component == 5126 { 4 } else { 2 };
-        list.push(json!({"bufferView": views.len() - 1, "componentType": component, "type": kind,
-            "count": bytes.len() / one}));
-        bin.extend(bytes);
-    }
-    rest["asset"] = json!({"version": "2.0"});
-    rest["scene"] = json!(0);
-    rest["buffers"] = json!([{"byteLength": bin.len(), "uri": data_uri(&bin)}]);
-    rest["bufferViews"] = json!(views);
-    rest["accessors"] = json!(list);
-    serde_json::to_vec(&rest).unwrap()
-}
-
-fn triangle() -> (&'static str, u32, usize, Vec<u8>) {
-    ("VEC3", 5126, 3, floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]))
-}
-
-fn corners() -> (&'static str, u32, usize, Vec<u8>) {
-    ("VEC2", 5126, 2, floats(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]))
-}
+const TRIANGLE: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+const CORNERS: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
 
 /// A triangle that shows the picture `name`.
 pub fn pictured(name: &str) -> Vec<u8> {
-    gltf(
-        &[triangle(), corners()],
-        json!({"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-            "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
-            "images": [{"uri": name}], "textures": [{"source": 0}], "materials": [{"alphaMode": "BLEND",
-                "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "normalTexture": {"index": 0}}]}),
+    let mut file = Fixture::empty();
+    file.vec3(&TRIANGLE);
+    file.vec2(&CORNERS);
+    let primitive = json!({"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0});
+    let file = one_mesh(file, primitive).with(json!({
+        "images": [{"uri": name}],
+        "textures": [{"source": 0}],
+        "materials": [{"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+            "normalTexture": {"index": 0}}],
+    }));
+    file.gltf()
+}
+
+/// The file with a node that has a mesh of one primitive.
+fn one_mesh(file: Fixture, primitive: Value) -> Fixture {
+    file.with(
+        json!({"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": [primitive]}]}),
     )
 }
 
-/// A skin, morph targets, animations, a camera, a light, instances, a sparse accessor, a variant.
+/// A skin, a morph target, animations, a camera, a light and instances.
 pub fn rich_gltf() -> Vec<u8> {
-    let weights = ("VEC4", 5126, 4, floats(&[1.0, 0.0, 0.0, 0.0].repeat(3)));
-    let joints = ("VEC4", 5123, 4, [0u16; 12].iter().flat_map(|v| v.to_le_bytes()).collect());
-    let times = ("SCALAR", 5126, 1, floats(&[0.0, 1.0]));
-    let moved = ("VEC3", 5126, 3, floats(&[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]));
-    gltf(
-        &[triangle(), corners(), weights, joints, times, moved],
-        json!({
-            "extensionsUsed": ["KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_materials_ior"],
-            "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 5,
-                "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}]}},
-            "scenes": [{"nodes": [0, 1, 2]}],
-            "nodes": [
-                {"mesh": 0, "skin": 0, "weights": [0.5], "children": [3]},
-                {"camera": 0, "translation": [0, 0, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}},
-                {"mesh": 1, "rotation": [0, 0.6, 0, 0.8], "scale": [1, 2, -1],
-                    "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 5}}}},
-                {"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 2, 3, 1]},
-            ],
-            "meshes": [
-                {"weights": [0.1], "primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1, "WEIGHTS_0": 2,
-                    "JOINTS_0": 3}, "targets": [{"POSITION": 0}], "material": 0}]},
-                {"primitives": [{"mode": 5, "attributes": {"POSITION": 0}}]},
-            ],
-            "skins": [{"joints": [3]}],
-            "cameras": [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "zfar": 9}}],
-            "materials": [{"alphaMode": "MASK", "alphaCutoff": 0.3, "doubleSided": true,
-                "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.2, 0.7], "metallicFactor": 0.2,
-                    "roughnessFactor": 0.4}, "emissiveFactor": [0.1, 0, 0],
-                "extensions": {"KHR_materials_ior": {"ior": 1.4}}}],
-            "animations": [{"channels": [{"sampler": 0, "target": {"node": 3, "path": "translation"}},
-                {"sampler": 1, "target": {"node": 0, "path": "weights"}}],
-                "samplers": [{"input": 4, "output": 5, "interpolation": "STEP"}, {"input": 4, "output": 4}]}],
-        }),
-    )
+    let mut file = Fixture::empty();
+    file.vec3(&TRIANGLE);
+    file.vec2(&CORNERS);
+    let weights = file.vec4(&[[1.0, 0.0, 0.0, 0.0]; 3]);
+    let joints = file.accessor(5123, "VEC4", 3, &bytes_of(&[0u16; 12]));
+    let times = file.floats("SCALAR", 1, &[0.0, 1.0]);
+    let translations = file.vec3(&[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]);
+    file.with(json!({
+        "extensionsUsed": ["KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_materials_ior"],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 5,
+            "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}]}},
+        "scenes": [{"nodes": [0, 1, 2]}],
+        "nodes": [
+            {"mesh": 0, "skin": 0, "weights": [0.5], "children": [3]},
+            {"camera": 0, "translation": [0, 0, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}},
+            {"mesh": 1, "rotation": [0, 0.6, 0, 0.8], "scale": [1, 2, -1],
+                "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": translations}}}},
+            {"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 2, 3, 1]},
+        ],
+        "meshes": [
+            {"weights": [0.1], "primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1, "WEIGHTS_0": weights,
+                "JOINTS_0": joints}, "targets": [{"POSITION": 0}], "material": 0}]},
+            {"primitives": [{"mode": 5, "attributes": {"POSITION": 0}}]},
+        ],
+        "skins": [{"joints": [3]}],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "zfar": 9}}],
+        "materials": [{"alphaMode": "MASK", "alphaCutoff": 0.3, "doubleSided": true,
+            "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.2, 0.7], "metallicFactor": 0.2,
+                "roughnessFactor": 0.4}, "emissiveFactor": [0.1, 0, 0],
+            "extensions": {"KHR_materials_ior": {"ior": 1.4}}}],
+        "animations": [{"channels": [{"sampler": 0, "target": {"node": 3, "path": "translation"}},
+            {"sampler": 1, "target": {"node": 0, "path": "weights"}}],
+            "samplers": [{"input": times, "output": translations, "interpolation": "STEP"},
+                {"input": times, "output": times}]}],
+    }))
+    .gltf()
 }
 
 /// Small ones for what the rich one has no room for.
 pub fn small_gltf() -> Vec<(&'static str, Vec<u8>)> {
-    let one = |primitive: Value, more: Value| {
-        let mut rest = json!({"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-            "meshes": [{"primitives": [primitive]}]});
-        for (key, value) in more.as_object().unwrap() {
-            rest[key] = value.clone();
-        }
-        rest
-    };
-    let indices = ("SCALAR", 5123, 1, vec![0, 0, 1, 0, 2, 0]);
-    let mut sparse: Value = serde_json::from_slice(&gltf(
-        &[triangle(), indices],
-        one(json!({"attributes": {"POSITION": 0}, "indices": 1}), json!({})),
-    ))
-    .unwrap();
-    sparse["accessors"][0]["sparse"] = json!({"count": 2, "indices": {"bufferView": 1, "componentType": 5123},
-        "values": {"bufferView": 0}});
-    let animated = gltf(
-        &[
-            triangle(),
-            ("SCALAR", 5126, 1, floats(&[0.0, 1.0])),
-            ("VEC4", 5126, 4, floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.6, 0.0, 0.8])),
-            ("VEC3", 5126, 3, floats(&[0.5; 18])),
-        ],
-        one(
-            json!({"attributes": {"POSITION": 0}}),
-            json!({"animations": [{"channels": [{"sampler": 0, "target": {"node": 0, "path": "rotation"}},
-                {"sampler": 1, "target": {"node": 0, "path": "scale"}}], "samplers": [{"input": 1, "output": 2},
-                {"input": 1, "output": 3, "interpolation": "CUBICSPLINE"}]}]}),
-        ),
-    );
-    let shiny = gltf(
-        &[triangle(), corners()],
-        one(
-            json!({"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}),
-            json!({"samplers": [{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728}],
-            "images": [{"uri": data_uri(&png())}], "textures": [{"source": 0, "sampler": 0}],
-            "materials": [{"normalTexture": {"index": 0, "scale": 0.5}, "extensions": {
-                "KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": {"index": 0}, "glossinessFactor": 0.4},
-                "KHR_materials_transmission": {"transmissionFactor": 0.5}, "KHR_materials_unlit": {}}}]}),
-        ),
-    );
-    let flat = gltf(&[triangle()], one(json!({"attributes": {"POSITION": 0}, "mode": 6}), json!({})));
     vec![
-        ("sparse.gltf", serde_json::to_vec(&sparse).unwrap()),
-        ("animated.gltf", animated),
-        ("shiny.gltf", shiny),
-        ("fan.gltf", flat),
+        ("sparse.gltf", sparse().gltf()),
+        ("animated.gltf", animated().gltf()),
+        ("shiny.gltf", shiny().gltf()),
+        ("fan.gltf", fan().gltf()),
     ]
+}
+
+/// A triangle whose accessor of positions has sparse values.
+fn sparse() -> Fixture {
+    let mut file = Fixture::empty();
+    file.vec3(&TRIANGLE);
+    file.indices(&[0, 1, 2]);
+    file.json["accessors"][0]["sparse"] = json!({"count": 2,
+        "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 0}});
+    one_mesh(file, json!({"attributes": {"POSITION": 0}, "indices": 1}))
+}
+
+/// A triangle that turns linearly and grows along a cubic spline.
+fn animated() -> Fixture {
+    let mut file = Fixture::empty();
+    file.vec3(&TRIANGLE);
+    let times = file.floats("SCALAR", 1, &[0.0, 1.0]);
+    let rotations = file.vec4(&[[0.0, 0.0, 0.0, 1.0], [0.0, 0.6, 0.0, 0.8]]);
+    let scales = file.vec3(&[[0.5; 3]; 6]);
+    one_mesh(file, json!({"attributes": {"POSITION": 0}})).with(json!({"animations": [{
+        "channels": [{"sampler": 0, "target": {"node": 0, "path": "rotation"}},
+            {"sampler": 1, "target": {"node": 0, "path": "scale"}}],
+        "samplers": [{"input": times, "output": rotations},
+            {"input": times, "output": scales, "interpolation": "CUBICSPLINE"}]}]}))
+}
+
+/// A triangle with extensions of materials and an image in a data URI.
+fn shiny() -> Fixture {
+    let mut file = Fixture::empty();
+    file.vec3(&TRIANGLE);
+    file.vec2(&CORNERS);
+    one_mesh(file, json!({"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0})).with(json!({
+        "samplers": [{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728}],
+        "images": [{"uri": data_uri(&png())}], "textures": [{"source": 0, "sampler": 0}],
+        "materials": [{"normalTexture": {"index": 0, "scale": 0.5}, "extensions": {
+            "KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": {"index": 0}, "glossinessFactor": 0.4},
+            "KHR_materials_transmission": {"transmissionFactor": 0.5}, "KHR_materials_unlit": {}}}]}))
+}
+
+/// A triangle fan.
+fn fan() -> Fixture {
+    let mut file = Fixture::empty();
+    file.vec3(&TRIANGLE);
+    one_mesh(file, json!({"attributes": {"POSITION": 0}, "mode": 6}))
 }
 
 fn png() -> Vec<u8> {

@@ -1,105 +1,31 @@
 //! What loaders of glTF files are known to get wrong, one test for each, from file to picture.
 //! (OBJ's have theirs beside its reader.)
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use blinn::accel::{Accel, BuildSettings};
-use blinn::import::{LoadOptions, Warning, load};
+use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{RenderSettings, render_aovs};
 use blinn::scene::{AlphaMode, LightUnits, Lighting, PoseSettings, Scene, View, pose};
 use glam::{DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
 
-/// A scene under construction: one triangle in z = 0, seen from +z.
-struct File {
-    json: Value,
-    bin: Vec<u8>,
+use crate::common::gltf_fixture::Fixture;
+
+/// One triangle in z = 0 without normals, seen from +z.
+fn triangle() -> Fixture {
+    let mut file = Fixture::empty();
+    let positions = file.vec3(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    file.push("meshes", json!({"primitives": [{"attributes": {"POSITION": positions}}]}));
+    file.node(json!({"mesh": 0}));
+    file
 }
 
-impl File {
-    fn empty() -> File {
-        let json = json!({"asset": {"version": "2.0"}, "scenes": [{"nodes": []}], "nodes": [], "meshes": [],
-            "accessors": [], "bufferViews": []});
-        File { json, bin: Vec::new() }
-    }
-
-    fn triangle() -> File {
-        let mut file = File::empty();
-        let positions = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-        file.push("meshes", json!({"primitives": [{"attributes": {"POSITION": positions}}]}));
-        file.node(json!({"mesh": 0}));
-        file
-    }
-
-    fn push(&mut self, list: &str, value: Value) -> usize {
-        if self.json[list].is_null() {
-            self.json[list] = json!([]);
-        }
-        let list = self.json[list].as_array_mut().unwrap();
-        list.push(value);
-        list.len() - 1
-    }
-
-    fn node(&mut self, node: Value) -> usize {
-        let index = self.push("nodes", node);
-        self.json["scenes"][0]["nodes"].as_array_mut().unwrap().push(json!(index));
-        index
-    }
-
-    fn view(&mut self, bytes: &[u8]) -> usize {
-        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
-        let view = json!({"buffer": 0, "byteOffset": self.bin.len(), "byteLength": bytes.len()});
-        self.bin.extend(bytes);
-        self.push("bufferViews", view)
-    }
-
-    fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
-        let width = match kind {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC3" => 3,
-            _ => 4,
-        };
-        let view = self.view(&values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>());
-        let count = values.len() / width;
-        self.push(
-            "accessors",
-            json!({"bufferView": view, "componentType": 5126, "type": kind, "count": count}),
-        )
-    }
-
-    fn attribute(&mut self, name: &str, kind: &str, values: &[f32]) {
-        let accessor = self.floats(kind, values);
-        self.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
-    }
-
-    /// A material for the triangle.
-    fn material(&mut self, material: Value) {
-        let index = self.push("materials", material);
-        self.json["meshes"][0]["primitives"][0]["material"] = json!(index);
-    }
-
-    /// A folder with `scene.gltf` in it.
-    fn save(&self) -> (tempfile::TempDir, PathBuf) {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("scene.gltf");
-        let mut json = self.json.clone();
-        json["buffers"] = json!([{"uri": "scene.bin", "byteLength": self.bin.len()}]);
-        std::fs::write(folder.path().join("scene.bin"), &self.bin).unwrap();
-        std::fs::write(&path, json.to_string()).unwrap();
-        (folder, path)
-    }
-
-    fn try_load(&self) -> Result<(Scene, Vec<Warning>), String> {
-        let (_folder, path) = self.save();
-        load(&path, &LoadOptions::default()).map_err(|e| e.to_string())
-    }
-
-    fn load(&self) -> (Scene, Vec<String>) {
-        let (scene, warnings) = self.try_load().unwrap();
-        (scene, warnings.iter().map(ToString::to_string).collect())
-    }
+/// Sets the texture coordinates of the triangle's corners.
+fn set_uvs(file: &mut Fixture, set: usize, uvs: [[f32; 2]; 3]) {
+    let accessor = file.vec2(&uvs);
+    file.attribute(&format!("TEXCOORD_{set}"), accessor);
 }
 
 fn model(name: &str) -> Scene {
@@ -162,9 +88,9 @@ fn p02_meshopt_and_quantised_files_are_dequantised_with_their_morph_targets() {
 
 #[test]
 fn p03_an_accessor_without_a_buffer_view_is_zeros() {
-    let mut file = File::triangle();
+    let mut file = triangle();
     let zeros = file.push("accessors", json!({"componentType": 5126, "type": "VEC2", "count": 3}));
-    file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(zeros);
+    file.attribute("TEXCOORD_0", zeros);
     assert_eq!(file.load().0.meshes[0].uvs[0], [Vec2::ZERO; 3]);
 }
 
@@ -176,8 +102,8 @@ fn p04_names_are_percent_encoded_or_not() {
         ("a%20b.png", "a%20b.png"),
         ("ü.png", "%C3%BC.png"),
     ] {
-        let mut file = File::triangle();
-        file.attribute("TEXCOORD_0", "VEC2", &[0.0; 6]);
+        let mut file = triangle();
+        set_uvs(&mut file, 0, [[0.0, 0.0]; 3]);
         file.push("images", json!({"uri": uri}));
         file.push("textures", json!({"source": 0}));
         file.material(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
@@ -215,9 +141,9 @@ fn textures_without_coordinates_are_told_of() {
 }
 
 /// The triangle with an image of its own as base colour.
-fn textured(image: Value, bytes: &[u8]) -> File {
-    let mut file = File::triangle();
-    file.attribute("TEXCOORD_0", "VEC2", &[0.0; 6]);
+fn textured(image: Value, bytes: &[u8]) -> Fixture {
+    let mut file = triangle();
+    set_uvs(&mut file, 0, [[0.0, 0.0]; 3]);
     let view = file.view(bytes);
     let mut image = image;
     if image["uri"].is_null() {
@@ -252,7 +178,7 @@ fn p06_an_image_that_is_missing_or_broken_costs_only_itself() {
 
 #[test]
 fn p07_a_stride_that_cannot_be_is_repaired() {
-    let mut file = File::triangle();
+    let mut file = triangle();
     file.json["bufferViews"][0]["byteStride"] = json!(4);
     let (scene, warnings) = file.load();
     assert!(seen(&scene) > 20 && warnings[0].starts_with("bufferViews[0].byteStride: "), "{warnings:?}");
@@ -261,7 +187,7 @@ fn p07_a_stride_that_cannot_be_is_repaired() {
 #[test]
 fn p08_mirrored_nodes_turn_their_winding() {
     // Single-sided, so a face that is taken for its back is not seen.
-    let mut file = File::triangle();
+    let mut file = triangle();
     file.json["nodes"][0] = json!({"mesh": 0, "scale": [-1, 1, 1], "translation": [1, 0, 0]});
     let scene = file.load().0;
     let normals = look(&scene, Aov::Normal);
@@ -274,12 +200,11 @@ fn p08_mirrored_nodes_turn_their_winding() {
 /// A skin's joints place its vertices, and its node still says which side is the front.
 #[test]
 fn p08_mirrored_nodes_turn_the_winding_of_skins() {
-    let mut file = File::triangle();
-    let view = file.view(&[0; 12]);
-    let joints = json!({"bufferView": view, "componentType": 5121, "type": "VEC4", "count": 3});
-    let joints = file.push("accessors", joints);
-    file.json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
-    file.attribute("WEIGHTS_0", "VEC4", &[1.0, 0.0, 0.0, 0.0].repeat(3));
+    let mut file = triangle();
+    let joints = file.accessor(5121, "VEC4", 3, &[0; 12]);
+    file.attribute("JOINTS_0", joints);
+    let weights = file.vec4(&[[1.0, 0.0, 0.0, 0.0]; 3]);
+    file.attribute("WEIGHTS_0", weights);
     file.push("skins", json!({"joints": [1]}));
     file.json["nodes"] = json!([{"mesh": 0, "skin": 0}, {"name": "joint"},
         {"scale": [-1, 1, 1], "translation": [1, 0, 0], "children": [0, 1]}]);
@@ -292,14 +217,11 @@ fn p08_mirrored_nodes_turn_the_winding_of_skins() {
 
 #[test]
 fn p09_without_normals_a_mesh_is_flat() {
-    let mut file = File::triangle();
+    let mut file = triangle();
     // A fold along x = y, whose two halves share vertices.
-    let positions = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 1.0, 1.0, 0.0, 0.0, 1.0, -1.0]);
-    let view = file.view(&[0, 1, 2, 0, 2, 3]);
-    let indices = file
-        .push("accessors", json!({"bufferView": view, "componentType": 5121, "type": "SCALAR", "count": 6}));
-    file.json["meshes"][0]["primitives"][0] =
-        json!({"attributes": {"POSITION": positions}, "indices": indices});
+    let positions = file.vec3(&[[0.0, 0.0, 0.0], [1.0, 0.0, -1.0], [1.0, 1.0, 0.0], [0.0, 1.0, -1.0]]);
+    let indices = file.accessor(5121, "SCALAR", 6, &[0, 1, 2, 0, 2, 3]);
+    *file.primitive() = json!({"attributes": {"POSITION": positions}, "indices": indices});
     let normals = look(&file.load().0, Aov::VertexNormal);
     let mut different: Vec<[u32; 3]> =
         normals.as_chunks::<3>().0.iter().map(|n| n.map(f32::to_bits)).collect();
@@ -316,8 +238,8 @@ fn p10_textures_use_the_set_of_coordinates_that_they_name() {
         halves.write_to(&mut out, image::ImageFormat::Png).unwrap();
         out.into_inner()
     });
-    file.attribute("TEXCOORD_0", "VEC2", &[0.25, 0.5, 0.25, 0.5, 0.25, 0.5]);
-    file.attribute("TEXCOORD_1", "VEC2", &[0.75, 0.5, 0.75, 0.5, 0.75, 0.5]);
+    set_uvs(&mut file, 0, [[0.25, 0.5]; 3]);
+    set_uvs(&mut file, 1, [[0.75, 0.5]; 3]);
     assert_eq!(corner(&file.load().0, Aov::Albedo)[0], 0.0);
     file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = json!(1);
     assert_eq!(corner(&file.load().0, Aov::Albedo)[0], 1.0);
@@ -329,8 +251,8 @@ fn p10_textures_use_the_set_of_coordinates_that_they_name() {
 
 #[test]
 fn p11_the_texture_transform_counts_in_every_slot() {
-    let mut file = File::triangle();
-    file.attribute("TEXCOORD_0", "VEC2", &[0.0; 6]);
+    let mut file = triangle();
+    set_uvs(&mut file, 0, [[0.0, 0.0]; 3]);
     let view = file.view(&png([255; 4]));
     file.push("images", json!({"bufferView": view}));
     file.push("textures", json!({"source": 0}));
@@ -350,10 +272,10 @@ fn p12_normal_maps_get_tangents_and_mirrored_ones_their_own() {
     let mut file = textured(json!({}), &png([255, 128, 128, 255]));
     let slot = json!({"index": 0});
     file.json["materials"][0] = json!({"normalTexture": slot});
-    file.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    set_uvs(&mut file, 0, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
     // The map's x lies along +x, and along −x where the image is mirrored.
     let straight = corner(&file.load().0, Aov::Normal);
-    file.attribute("TEXCOORD_0", "VEC2", &[1.0, 1.0, 0.0, 1.0, 1.0, 0.0]);
+    set_uvs(&mut file, 0, [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]]);
     let mirrored = corner(&file.load().0, Aov::Normal);
     assert!(straight[0] > 0.9 && mirrored[0] < -0.9, "{straight:?} {mirrored:?}");
 }
@@ -364,7 +286,7 @@ fn p12_normal_maps_are_scaled_with_their_surface() {
     // Half a step along x for .866 up.
     let mut file = textured(json!({}), &png([191, 128, 238, 255]));
     file.json["materials"][0] = json!({"normalTexture": {"index": 0}});
-    file.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    set_uvs(&mut file, 0, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
     let slope = |scale: Value| {
         file.json["nodes"][0]["scale"] = scale;
         let n = corner(&file.load().0, Aov::Normal);
@@ -384,7 +306,7 @@ fn p12_normal_maps_are_scaled_with_their_surface() {
 fn p12_normal_maps_are_scaled_as_their_program_means_it() {
     let mut file = textured(json!({}), &png([219, 128, 219, 255]));
     file.json["materials"][0] = json!({"normalTexture": {"index": 0, "scale": 0.5}});
-    file.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    set_uvs(&mut file, 0, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
     // The map's normal is 45 degrees away.
     for (generator, degrees) in [("other", 26.565), ("Khronos glTF Blender I/O v5.0.21", 22.5)] {
         file.json["asset"]["generator"] = json!(generator);
@@ -396,7 +318,7 @@ fn p12_normal_maps_are_scaled_as_their_program_means_it() {
 
 #[test]
 fn p13_unknown_extensions_do_no_harm() {
-    let mut file = File::triangle();
+    let mut file = triangle();
     let strange = json!({"ACME_strange": {"a": [1, {"b": null}], "index": 7}});
     file.material(json!({"extensions": strange}));
     for place in ["asset", "scenes", "nodes", "meshes", "accessors", "bufferViews"] {
@@ -412,8 +334,9 @@ fn p13_unknown_extensions_do_no_harm() {
 
 #[test]
 fn p14_a_channel_without_a_node_is_skipped_alone() {
-    let mut file = File::triangle();
-    let (times, values) = (file.floats("SCALAR", &[0.0, 1.0]), file.floats("VEC3", &[0.0; 6]));
+    let mut file = triangle();
+    let times = file.floats("SCALAR", 1, &[0.0, 1.0]);
+    let values = file.vec3(&[[0.0; 3]; 2]);
     let sampler = json!({"input": times, "output": values});
     file.push(
         "animations",
@@ -427,7 +350,7 @@ fn p14_a_channel_without_a_node_is_skipped_alone() {
 #[test]
 fn p15_what_is_out_of_range_is_an_error_with_its_path() {
     let error = |change: fn(&mut Value)| {
-        let mut file = File::triangle();
+        let mut file = triangle();
         change(&mut file.json);
         file.try_load().map(|_| ()).unwrap_err()
     };
@@ -440,7 +363,7 @@ fn p15_what_is_out_of_range_is_an_error_with_its_path() {
 
 #[test]
 fn p16_text_that_is_not_utf_8_is_read() {
-    let mut file = File::triangle();
+    let mut file = triangle();
     file.json["nodes"][0]["name"] = json!("caf_");
     let (_folder, path) = file.save();
     let mut bytes = std::fs::read(&path).unwrap();
@@ -453,7 +376,7 @@ fn p16_text_that_is_not_utf_8_is_read() {
 
 #[test]
 fn p17_nodes_that_contain_themselves_are_an_error() {
-    let mut file = File::triangle();
+    let mut file = triangle();
     file.json["nodes"][0]["children"] = json!([1]);
     file.push("nodes", json!({"children": [0]}));
     assert!(file.try_load().map(|_| ()).unwrap_err().contains("its own descendant"));
@@ -461,7 +384,7 @@ fn p17_nodes_that_contain_themselves_are_an_error() {
 
 /// The triangle's colour where the light of `node` shines at it from z = 1.
 fn lit_by(light: Value, node: Value) -> Vec<blinn::scene::PosedLight> {
-    let mut file = File::triangle();
+    let mut file = triangle();
     file.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([light]);
     let mut node = node;
     node["extensions"] = json!({"KHR_lights_punctual": {"light": 0}});
@@ -488,7 +411,7 @@ fn p19_a_nodes_scale_changes_no_light_and_no_camera() {
     let (plain, scaled) = (lit_by(point.clone(), json!({})), lit_by(point, json!({"scale": [7, 7, 7]})));
     assert_eq!((plain[0].intensity, plain[0].range), (scaled[0].intensity, scaled[0].range));
     let camera = |scale: Value| {
-        let mut file = File::triangle();
+        let mut file = triangle();
         file.push(
             "cameras",
             json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1, "zfar": 9}}),
@@ -505,7 +428,7 @@ fn p19_a_nodes_scale_changes_no_light_and_no_camera() {
 #[test]
 fn p19_a_mirrored_camera_sees_things_mirrored() {
     let camera = |scale: Value, turn: Value| {
-        let mut file = File::triangle();
+        let mut file = triangle();
         file.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}));
         let child = file.push("nodes", json!({"camera": 0, "rotation": turn}));
         file.node(json!({"children": [child], "scale": scale, "translation": [0, 0, 3]}));
@@ -528,7 +451,7 @@ fn p20_the_order_of_blended_faces_in_the_file_does_not_matter() {
     use blinn::integrator::Phong;
     use blinn::render::render;
     let picture = |order: [usize; 2]| {
-        let mut file = File::triangle();
+        let mut file = triangle();
         file.json["materials"] = json!([
             {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0.5]},
              "extensions": {"KHR_materials_unlit": {}}},
@@ -564,11 +487,12 @@ fn p20_the_order_of_blended_faces_in_the_file_does_not_matter() {
 /// Of copies, by EXT_mesh_gpu_instancing: three.js's `_COLOR_0` multiplies what vertices and material say.
 #[test]
 fn a_copy_has_a_colour_of_its_own() {
-    let mut file = File::triangle();
+    let mut file = triangle();
     file.material(json!({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 1, 1, 1]}}));
-    file.attribute("COLOR_0", "VEC3", &[1.0, 0.5, 1.0].repeat(3));
-    let places = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
-    let colors = file.floats("VEC3", &[0.5, 0.25, 0.125, 1.0, 1.0, 1.0]);
+    let vertex_colors = file.vec3(&[[1.0, 0.5, 1.0]; 3]);
+    file.attribute("COLOR_0", vertex_colors);
+    let places = file.vec3(&[[0.0, 0.0, 0.0], [0.0, 0.0, -1.0]]);
+    let colors = file.vec3(&[[0.5, 0.25, 0.125], [1.0, 1.0, 1.0]]);
     file.json["nodes"][0]["extensions"] =
         json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places, "_COLOR_0": colors}}});
     assert_eq!(corner(&file.load().0, Aov::Albedo), [0.25, 0.125, 0.125]);

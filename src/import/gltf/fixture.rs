@@ -1,23 +1,17 @@
-//! Files made in memory for tests.
+//! A builder of glTF files in memory. Unit tests and the tests of `tests/`, which include this file, share it; each
+//! adds its own ways to load a file.
 
 use serde_json::{Value, json};
 
-use super::container;
-use super::document::Document;
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::uri::Folder;
-use crate::import::{LoadOptions, Warning};
-use crate::scene::Scene;
-
 /// A glTF under construction.
 #[derive(Clone)]
-pub(super) struct Fixture {
+pub struct Fixture {
     pub json: Value,
     pub bin: Vec<u8>,
 }
 
 /// Numbers as little-endian bytes.
-pub(super) trait Bytes {
+pub trait Bytes {
     fn push(&self, out: &mut Vec<u8>);
 }
 
@@ -30,7 +24,7 @@ macro_rules! bytes {
 }
 bytes!(u8 i8 u16 i16 u32 f32);
 
-pub(super) fn bytes_of<T: Bytes>(values: &[T]) -> Vec<u8> {
+pub fn bytes_of<T: Bytes>(values: &[T]) -> Vec<u8> {
     let mut out = Vec::new();
     values.iter().for_each(|v| v.push(&mut out));
     out
@@ -111,6 +105,7 @@ impl Fixture {
         &mut self.json["meshes"][0]["primitives"][0]
     }
 
+    /// The file as GLB, its chunks padded to multiples of four bytes.
     pub fn glb(&self) -> Vec<u8> {
         let mut json = self.json.clone();
         json["buffers"][0]["byteLength"] = json!(self.bin.len());
@@ -128,34 +123,4 @@ impl Fixture {
         }
         out
     }
-
-    pub fn try_load_with(&self, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
-        super::load(&self.glb(), &folder(), options)
-    }
-
-    pub fn load_with(&self, options: &LoadOptions) -> (Scene, Vec<String>) {
-        let (scene, warnings) = self.try_load_with(options).unwrap();
-        (scene, warnings.iter().map(ToString::to_string).collect())
-    }
-
-    pub fn load(&self) -> (Scene, Vec<String>) {
-        self.load_with(&LoadOptions::default())
-    }
-
-    pub fn error(&self) -> String {
-        self.try_load_with(&LoadOptions::default()).map(|_| ()).unwrap_err().to_string()
-    }
-
-    pub fn with_document<T>(&self, read: impl FnOnce(&Document<'_>) -> T) -> T {
-        let (glb, folder, options) = (self.glb(), folder(), LoadOptions::default());
-        let mut warnings = Warnings::default();
-        let container = container::split(&glb, &mut warnings).unwrap();
-        let document = Document::open(&container, &folder, &options, &mut warnings).unwrap();
-        read(&document)
-    }
-}
-
-/// A folder that holds nothing by the names that tests use.
-pub(super) fn folder() -> Folder {
-    Folder::of(std::path::Path::new("src/scene.gltf"), false)
 }

@@ -3,6 +3,7 @@
 mod attributes;
 mod blender;
 mod hostile;
+mod loading;
 mod looks;
 mod motion;
 mod placing;

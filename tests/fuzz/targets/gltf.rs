@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use arbitrary::{Result, Unstructured};
-use base64::Engine;
 use serde_json::{Map, Value, json};
+
+use super::gltf_fixture::data_uri;
 
 const COMPONENTS: [u32; 6] = [5120, 5121, 5122, 5123, 5125, 5126];
 const TYPES: [(&str, usize); 6] =
@@ -34,7 +35,7 @@ fn document(u: &mut Unstructured) -> Result<Value> {
         "accessors": many(accessors, |i| accessor(u, i))?,
         "bufferViews": many(3, |_| view(u, bin.len()))?,
         "buffers": [{"byteLength": bin.len(),
-            "uri": format!("data:;base64,{}", base64::engine::general_purpose::STANDARD.encode(&bin))}],
+            "uri": data_uri(&bin)}],
         "materials": many(2, |_| material(u))?,
         "textures": [{"source": 0}, {"sampler": 0}],
         "samplers": [{"wrapS": u.choose(&[10497, 33071, 33648, 5])?}],

@@ -5,6 +5,9 @@
 
 mod files;
 mod gltf;
+#[allow(dead_code, reason = "a part of it is needed here")]
+#[path = "../../common/gltf_fixture.rs"]
+mod gltf_fixture;
 mod obj;
 #[allow(dead_code, reason = "the mutations' seeds; some are what bytes are put into")]
 #[path = "../../common/seed_files.rs"]

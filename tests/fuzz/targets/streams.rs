@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::gltf_fixture::Fixture;
 use super::look;
 
 /// A first byte that says which attributes there are, then the stream.
@@ -53,20 +54,11 @@ pub fn meshopt(bytes: &[u8], folder: &Path) -> bool {
 }
 
 /// As a GLB with one mesh at one node.
-fn look_at(mut json: Value, stream: &[u8], folder: &Path) -> bool {
-    json["asset"] = json!({"version": "2.0"});
-    json["scenes"] = json!([{"nodes": [0]}]);
-    json["nodes"] = json!([{"mesh": 0}]);
-    json["buffers"] = json!([{"byteLength": stream.len()}]);
-    let text = json.to_string();
-    let word = |n: usize| (n as u32).to_le_bytes();
-    let mut out = [&b"glTF\x02\0\0\0"[..], &word(28 + text.len() + stream.len())].concat();
-    for (kind, body) in [(b"JSON", text.as_bytes()), (b"BIN\0", stream)] {
-        out.extend(word(body.len()));
-        out.extend(kind);
-        out.extend(body);
-    }
+fn look_at(parts: Value, stream: &[u8], folder: &Path) -> bool {
+    let mut file = Fixture::empty().with(parts);
+    file.node(json!({"mesh": 0}));
+    file.bin = stream.to_vec();
     let path = folder.join("a.glb");
-    std::fs::write(&path, out).unwrap();
+    std::fs::write(&path, file.glb()).unwrap();
     look(&path)
 }

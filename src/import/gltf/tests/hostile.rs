@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::super::fixture::{Fixture, bytes_of, folder};
+use super::super::fixture::{Fixture, bytes_of};
 use super::super::load;
+use super::loading::folder;
 use crate::import::{Limits, LoadOptions};
 use crate::scene::pose;
 use crate::scene::{AnimationChoice, PoseSettings};

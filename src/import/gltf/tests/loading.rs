@@ -1,0 +1,41 @@
+//! Loading files of the builder through the private parts of this importer.
+
+use super::super::document::Document;
+use super::super::fixture::Fixture;
+use super::super::{container, load};
+use crate::import::error::{LoadError, Warnings};
+use crate::import::files::uri::Folder;
+use crate::import::{LoadOptions, Warning};
+use crate::scene::Scene;
+
+impl Fixture {
+    pub fn try_load_with(&self, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
+        load(&self.glb(), &folder(), options)
+    }
+
+    pub fn load_with(&self, options: &LoadOptions) -> (Scene, Vec<String>) {
+        let (scene, warnings) = self.try_load_with(options).unwrap();
+        (scene, warnings.iter().map(ToString::to_string).collect())
+    }
+
+    pub fn load(&self) -> (Scene, Vec<String>) {
+        self.load_with(&LoadOptions::default())
+    }
+
+    pub fn error(&self) -> String {
+        self.try_load_with(&LoadOptions::default()).map(|_| ()).unwrap_err().to_string()
+    }
+
+    pub fn with_document<T>(&self, read: impl FnOnce(&Document<'_>) -> T) -> T {
+        let (glb, folder, options) = (self.glb(), folder(), LoadOptions::default());
+        let mut warnings = Warnings::default();
+        let container = container::split(&glb, &mut warnings).unwrap();
+        let document = Document::open(&container, &folder, &options, &mut warnings).unwrap();
+        read(&document)
+    }
+}
+
+/// A folder that holds nothing by the names that tests use.
+pub fn folder() -> Folder {
+    Folder::of(std::path::Path::new("src/scene.gltf"), false)
+}
