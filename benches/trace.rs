@@ -8,7 +8,7 @@ use blinn::bench::scenes::Kind;
 use blinn::bench::{Rays, Subject};
 use blinn::geometry::Rgba;
 use blinn::import::{LoadOptions, load};
-use blinn::integrator::{Frame, Integrator, LowDiscrepancy, Phong, Sample, Scratch};
+use blinn::integrator::{Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
     Animation, Channel, Channels, ColorInput, Footprint, Image, Instance, Interpolation, Keys, Lighting,
@@ -96,7 +96,7 @@ impl Integrator for Points {
         &self,
         frame: &Frame,
         samples: &[Sample],
-        draws: &LowDiscrepancy,
+        draws: &LowDiscrepancySampler,
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {

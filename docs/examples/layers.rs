@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let wanted = [Aov::Depth, Aov::Normal, Aov::ObjectId];
     for layer in render_aovs(&frame, &wanted, &settings, &())? {
         // Row-major, row 0 on top, `width` numbers per pixel: an array of H × W × C.
-        let channels = layer.aov.width();
+        let channels = layer.aov.channel_count();
         let centre = (80 * 160 + 80) * channels;
         println!("{} at the centre: {:?}", layer.aov.name(), &layer.values[centre..centre + channels]);
     }

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use blinn::accel::{Accel, BuildSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
-use blinn::render::{Cancelled, RenderSettings, Watch, render};
+use blinn::render::{Cancelled, RenderSettings, ProgressMonitor, render};
 use blinn::scene::{Lighting, PoseSettings, View, pose};
 
 /// Counts finished pixels of all threads and cancels at half of them.
@@ -17,13 +17,13 @@ struct StopAtHalf {
     all: u64,
 }
 
-impl Watch for StopAtHalf {
+impl ProgressMonitor for StopAtHalf {
     fn pixels_done(&self, count: u64) {
         let done = count + self.done.fetch_add(count, Ordering::Relaxed);
         eprint!("\r{:3} %", 100 * done / self.all);
     }
 
-    fn cancelled(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         self.done.load(Ordering::Relaxed) * 2 >= self.all
     }
 }

@@ -5,7 +5,7 @@ use glam::{DMat3, DMat4, DVec3};
 use serde_json::{Map, Value, json};
 
 use crate::geometry::Aabb;
-use crate::render::Crop;
+use crate::render::PixelRect;
 use crate::scene::Camera;
 
 /// Which way is up in a dataset's world.
@@ -44,7 +44,7 @@ pub struct Dataset {
     /// Pixels of a whole picture.
     pub size: (u32, u32),
     /// What was rendered of it.
-    pub window: Crop,
+    pub window: PixelRect,
     /// The world's up.
     pub up: WorldUp,
     /// What holds the scene, in the world that is rendered.
@@ -62,7 +62,7 @@ impl Dataset {
         if let Some(view) = views.first() {
             let Camera { view_width, view_height, proj_distance, .. } = view.camera;
             let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
-            let Crop { x, y, width: w, height: h } = self.window;
+            let PixelRect { x, y, width: w, height: h } = self.window;
             // The lens is the same everywhere.
             let (fl_x, fl_y) = (width * proj_distance / view_width, height * proj_distance / view_height);
             let angle = |pixels: u32, focal: f64| 2.0 * libm::atan(0.5 * f64::from(pixels) / focal);

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::scenes::noise::mix;
 use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch, Shared};
 use crate::geometry::{Ray, cosine_hemisphere, offset_point};
-use crate::integrator::{Frame, Materials, Surface};
-use crate::render::{Film, RenderSettings, Tile};
+use crate::integrator::{Frame, MaterialHitFilter, SurfacePoint};
+use crate::render::{Film, PixelRect, RenderSettings};
 use crate::scene::{PosedScene, Projection};
 
 /// The rays of a tile.
@@ -54,7 +54,7 @@ impl Rays {
     /// The same of the ways from there to the light. Number of those that something blocks.
     pub fn trace_shadow(&self, accel: &Accel, posed: &PosedScene) -> u64 {
         let blocked = |out: &mut Vec<bool>, tile: &Batches| {
-            accel.occluded(&tile.shadow, &Materials(posed), out);
+            accel.occluded(&tile.shadow, &MaterialHitFilter(posed), out);
             out.iter().filter(|&&blocked| blocked).count() as u64
         };
         self.tiles.par_iter().map_init(Vec::new, blocked).sum()
@@ -63,7 +63,7 @@ impl Rays {
     /// Number of rays that hit something.
     fn closest(&self, accel: &Accel, posed: &PosedScene, of: fn(&Batches) -> &RayBatch) -> u64 {
         let hits = |out: &mut HitBatch, tile: &Batches| {
-            accel.intersect(of(tile), &Materials(posed), out);
+            accel.intersect(of(tile), &MaterialHitFilter(posed), out);
             out.iter().filter(|hit| !hit.is_miss()).count() as u64
         };
         self.tiles.par_iter().map_init(HitBatch::new, hits).sum()
@@ -80,9 +80,9 @@ fn light(frame: &Frame) -> Vec3 {
     })
 }
 
-fn batches(frame: &Frame, settings: &RenderSettings, tile: Tile, light: Vec3) -> Batches {
+fn batches(frame: &Frame, settings: &RenderSettings, tile: PixelRect, light: Vec3) -> Batches {
     let (width, height) = (f64::from(settings.width), f64::from(settings.height));
-    let mut eye = RayBatch { cull: frame.cull, ..RayBatch::default() };
+    let mut eye = RayBatch { cull: frame.cull_back_faces, ..RayBatch::default() };
     for p in tile.pixels() {
         let (x, y) = ((f64::from(p.x) + 0.5) / width, 1.0 - (f64::from(p.y) + 0.5) / height);
         let ray = frame.camera.eye_ray(x, y, frame.posed.centre);
@@ -93,13 +93,13 @@ fn batches(frame: &Frame, settings: &RenderSettings, tile: Tile, light: Vec3) ->
         eye.push(ray.o, ray.d);
     }
     let mut hits = HitBatch::new();
-    frame.accel.intersect(&eye, &Materials(frame.posed), &mut hits);
+    frame.accel.intersect(&eye, &MaterialHitFilter(frame.posed), &mut hits);
     let mut shadow = SegmentBatch { shared: Shared::Origin(light), ..SegmentBatch::default() };
     let mut incoherent = RayBatch::default();
     for (i, (hit, pixel)) in hits.iter().zip(tile.pixels()).enumerate().filter(|(_, (hit, _))| !hit.is_miss())
     {
         let ray = Ray { o: eye.origins[i], d: eye.directions[i] };
-        let surface = Surface::at(frame.posed, hit.id, ray);
+        let surface = SurfacePoint::at(frame.posed, hit.id, ray);
         let facing = if surface.n_g.dot(ray.d.as_dvec3()) > 0.0 { -surface.n_g } else { surface.n_g };
         let lifted = |towards: Vec3| offset_point(surface.p, surface.p_error, surface.n_g.as_vec3(), towards);
         shadow.push(lifted(light - surface.p), light, hit.id);

@@ -9,7 +9,7 @@ use crate::integrator::{Frame, Scratch};
 
 /// Rays that find out how much ambient light arrives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Occlusion {
+pub struct AmbientOcclusion {
     /// Rays for each pixel, shared out among its samples; each sample has one at least.
     pub samples: u32,
     /// What is farther than this many metres is not in the way; infinite: everything is.
@@ -20,7 +20,7 @@ pub struct Occlusion {
 /// directions as dense as their cosine to the shading normal.
 pub(crate) fn ambient_free(
     frame: &Frame,
-    occlusion: Occlusion,
+    occlusion: AmbientOcclusion,
     seen: &Seen,
     asked: &[usize],
     draws: Draws,

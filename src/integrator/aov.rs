@@ -1,11 +1,11 @@
 //! Arbitrary output variables: what lies behind a pixel's centre, one layer for each.
 //!
 //! To add one: a variant, its row in [`Aov::ALL`] and [`Aov::channels`], and its line in
-//! [`Aov::of`].
+//! [`Aov::evaluate`].
 
 use glam::DVec3;
 
-use super::{Frame, Materials, Sample, Scratch, Surface};
+use super::{Frame, MaterialHitFilter, Sample, Scratch, SurfacePoint};
 use crate::accel::{RayBatch, Steps};
 use crate::geometry::{Hit, Ray, Rgb};
 use crate::integrator::material::coefficients::{alpha, base_color};
@@ -14,7 +14,7 @@ use crate::scene::AlphaMode;
 /// A layer: one value for each pixel, of the first surface at the pixel's centre, never filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Aov {
-    /// Distance along −w in metres; +∞ where nothing is hit.
+    /// Distance along −w in metres; +∞ where miss_value is hit.
     Depth,
     /// Shading normal, world, to the viewer's side.
     Normal,
@@ -35,7 +35,7 @@ pub enum Aov {
     /// Which material, from 1; 0 for none.
     MaterialId,
     /// What the eye ray cost: nodes and blocks of the trees that it looked into until its first hit was
-    /// known. Counted where nothing is hit, too.
+    /// known. Counted where miss_value is hit, too.
     Steps,
 }
 
@@ -78,7 +78,7 @@ impl Aov {
     }
 
     /// Numbers a pixel.
-    pub fn width(self) -> usize {
+    pub fn channel_count(self) -> usize {
         self.channels().1.len()
     }
 
@@ -92,29 +92,31 @@ impl Aov {
         matches!(self, Aov::ObjectId | Aov::MaterialId | Aov::Steps)
     }
 
-    /// Its value where nothing is hit.
-    pub fn nothing(self) -> f32 {
+    /// Its value where miss_value is hit.
+    pub fn miss_value(self) -> f32 {
         if self == Aov::Depth { f32::INFINITY } else { 0.0 }
     }
 
     /// Appends its value at a first hit.
-    pub fn of(self, frame: &Frame, first: &FirstHit, out: &mut Vec<f32>) {
+    pub fn evaluate(self, frame: &Frame, first: &FirstHit, out: &mut Vec<f32>) {
         if self == Aov::Steps {
             let Steps { nodes, blocks } = first.steps(frame);
             return out.extend([nodes as f32, blocks as f32]);
         }
         let Some((hit, s)) = &first.surface else {
-            out.extend(std::iter::repeat_n(self.nothing(), self.width()));
+            out.extend(std::iter::repeat_n(self.miss_value(), self.channel_count()));
             return;
         };
         let vector = |out: &mut Vec<f32>, v: DVec3| out.extend(v.as_vec3().to_array());
-        let turned = |n: DVec3| frame.placed.matrix3 * n;
+        let turned = |n: DVec3| frame.scene_to_world.matrix3 * n;
         match self {
             Aov::Depth => out.push((f64::from(hit.t) * frame.camera.depth_per_t()) as f32),
             Aov::Normal => vector(out, turned(s.shading_normal(frame.posed))),
             Aov::VertexNormal => vector(out, turned(s.n_v)),
             Aov::GeometricNormal => vector(out, turned(s.n_g)),
-            Aov::Position => vector(out, frame.placed.transform_point3(s.p.as_dvec3() + frame.posed.centre)),
+            Aov::Position => {
+                vector(out, frame.scene_to_world.transform_point3(s.p.as_dvec3() + frame.posed.centre))
+            }
             Aov::Albedo => {
                 let material = &frame.posed.materials[s.material as usize];
                 let color: Rgb = base_color(frame.posed, material, &s.on);
@@ -131,11 +133,11 @@ impl Aov {
 }
 
 /// The first surface that alpha masks keep, whatever its opacity — but for places where its
-/// alpha texture leaves nothing at all: those are holes.
+/// alpha texture leaves miss_value at all: those are holes.
 #[derive(Clone, Debug)]
 pub struct FirstHit<'s> {
     sample: Sample,
-    surface: Option<(Hit, Surface<'s>)>,
+    surface: Option<(Hit, SurfacePoint<'s>)>,
 }
 
 impl FirstHit<'_> {
@@ -143,7 +145,7 @@ impl FirstHit<'_> {
     fn steps(&self, frame: &Frame) -> Steps {
         let mut ray = RayBatch::default();
         frame.eye_rays(std::slice::from_ref(&self.sample), &mut ray);
-        let counted = frame.accel.count_steps(&ray, &Materials(frame.posed));
+        let counted = frame.accel.count_steps(&ray, &MaterialHitFilter(frame.posed));
         counted.first().map(|(_, steps)| *steps).unwrap_or_default()
     }
 }
@@ -154,11 +156,11 @@ pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scrat
     let mut found: Vec<FirstHit> = samples.iter().map(|&sample| FirstHit { sample, surface: None }).collect();
     let mut whose: Vec<usize> = (0..samples.len()).collect();
     while !whose.is_empty() {
-        frame.accel.intersect(&scratch.rays, &Materials(frame.posed), &mut scratch.hits);
+        frame.accel.intersect(&scratch.rays, &MaterialHitFilter(frame.posed), &mut scratch.hits);
         let mut behind = Vec::new();
         for (i, hit) in scratch.hits.iter().enumerate().filter(|(_, hit)| !hit.is_miss()) {
             let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
-            let surface = Surface::at(frame.posed, hit.id, ray);
+            let surface = SurfacePoint::at(frame.posed, hit.id, ray);
             if is_hole(frame, &surface) {
                 behind.push(i);
             } else {
@@ -174,7 +176,7 @@ pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scrat
 /// Less of a surface than any 8-bit picture could show.
 const NOTHING: f32 = 1.0 / 512.0;
 
-fn is_hole(frame: &Frame, surface: &Surface) -> bool {
+fn is_hole(frame: &Frame, surface: &SurfacePoint) -> bool {
     let material = &frame.posed.materials[surface.material as usize];
     // A material that is transparent all over is there to be found.
     let left = || alpha(frame.posed, material, &surface.on);

@@ -23,15 +23,15 @@ use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch};
 use crate::geometry::{RayDifferential, Rgb, Rgba};
 use crate::scene::{Camera, Ground, Lit, PosedLight, PosedScene, Sky};
 
-pub use ambient_occlusion::Occlusion;
+pub use ambient_occlusion::AmbientOcclusion;
 pub use aov::{Aov, FirstHit, first_hits};
-pub use cryptomatte::{Cover, MatteKind, covers};
-pub use material::coefficients::{Coefficients, Overrides, lobe};
-pub use material::hit_filter::Materials;
+pub use cryptomatte::{MatteCoverage, MatteKind, trace_mattes};
+pub use material::coefficients::{Coefficients, MaterialOverrides, lobe};
+pub use material::hit_filter::MaterialHitFilter;
 pub use phong::{Phong, Stage};
 pub(crate) use sampler::morton;
-pub use sampler::{LowDiscrepancy, Sampler};
-pub use surface::surface_point::Surface;
+pub use sampler::{LowDiscrepancySampler, Sampler};
+pub use surface::surface_point::SurfacePoint;
 
 /// Everything that one picture is made from.
 #[derive(Clone, Debug)]
@@ -49,17 +49,17 @@ pub struct Frame<'a> {
     /// An I_a for every direction, in place of the even one.
     pub sky: Option<Sky>,
     /// Coefficients given on the command line.
-    pub overrides: Overrides,
+    pub overrides: MaterialOverrides,
     /// True: eye rays do not see back faces of single-sided materials.
-    pub cull: bool,
+    pub cull_back_faces: bool,
     /// False: every light reaches everything.
     pub shadows: bool,
     /// Weights the ambient term by how much of it arrives; `None`: all of it does.
-    pub occlusion: Option<Occlusion>,
+    pub ambient_occlusion: Option<AmbientOcclusion>,
     /// A ground below the scene.
     pub ground: Option<Ground>,
-    /// Scene to world: moves nothing unless the frame was [`Frame::turned`].
-    pub placed: DAffine3,
+    /// Scene to world: moves nothing unless the frame was [`Frame::with_scene_motion`].
+    pub scene_to_world: DAffine3,
 }
 
 /// A sample of a pixel, at a place on the film: x to the right and y upward, both 0…1 over the whole
@@ -94,19 +94,19 @@ pub struct Scratch {
 
 /// Turns samples into colours: linear RGB premultiplied by alpha, 0 where nothing is seen.
 pub trait Integrator: Sync {
-    /// Writes a colour for each sample. `sampler` is the one that placed them.
+    /// Writes a colour for each sample. `sampler` is the one that scene_to_world them.
     fn render(
         &self,
         frame: &Frame,
         samples: &[Sample],
-        sampler: &LowDiscrepancy,
+        sampler: &LowDiscrepancySampler,
         scratch: &mut Scratch,
         out: &mut [Rgba],
     );
 
     /// False where all samples between two places on the film, x and y, are 0 for sure: they need not be
     /// asked for.
-    fn may_see(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
+    fn may_hit(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
         let _ = (frame, low, high);
         true
     }
@@ -123,26 +123,26 @@ impl<'a> Frame<'a> {
             lights: lit.rig.lights.clone(),
             ambient: lit.rig.ambient,
             sky: lit.rig.sky,
-            overrides: Overrides::default(),
-            cull: true,
+            overrides: MaterialOverrides::default(),
+            cull_back_faces: true,
             shadows: true,
-            occlusion: None,
+            ambient_occlusion: None,
             ground: None,
-            placed: DAffine3::IDENTITY,
+            scene_to_world: DAffine3::IDENTITY,
         }
     }
 
     /// The same frame with the scene moved by a rotation and a shift, while camera, lights and sky
     /// stand still. It is those that are moved, the other way: the scene's trees stay as they are,
     /// and rays meet them as ever. A ground takes a turn about the vertical through its middle alone.
-    pub fn turned(mut self, motion: &DAffine3) -> Frame<'a> {
+    pub fn with_scene_motion(mut self, motion: &DAffine3) -> Frame<'a> {
         if *motion == DAffine3::IDENTITY {
             return self;
         }
         let back = motion.inverse();
         self.camera = self.camera.moved(&back);
         self.lights = self.lights.iter().map(|light| light.moved(&back, self.posed.centre)).collect();
-        self.placed = *motion * self.placed;
+        self.scene_to_world = *motion * self.scene_to_world;
         self
     }
 
@@ -151,7 +151,7 @@ impl<'a> Frame<'a> {
         use crate::accel::Shared;
         use crate::scene::Projection;
         rays.clear();
-        rays.cull = self.cull;
+        rays.cull = self.cull_back_faces;
         let per_t = self.camera.depth_per_t();
         rays.near = (self.camera.clip.near / per_t) as f32;
         rays.far = (self.camera.clip.far / per_t) as f32;
@@ -167,7 +167,7 @@ impl<'a> Frame<'a> {
     }
 
     /// False where samples between two places on the film, x and y, see neither scene nor ground.
-    pub(crate) fn may_see(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+    pub(crate) fn may_hit(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let at = |x: f64, y: f64| self.camera.eye_ray(x, y, self.posed.centre);
         let around = || [at(low[0], low[1]), at(high[0], low[1]), at(high[0], high[1]), at(low[0], high[1])];
         self.ground.is_some() || self.accel.may_meet(&around())
@@ -175,7 +175,7 @@ impl<'a> Frame<'a> {
 
     /// I_a at a surface of shading normal `n`.
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
-        self.sky.map_or(self.ambient, |sky| sky.ambient(self.placed.matrix3 * n))
+        self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
     }
 
     /// How an eye ray changes over a film of this size that it stands for; `None` for a point.

@@ -7,7 +7,9 @@
 use glam::DVec3;
 
 use super::point::Point;
-use super::{Coefficients, Frame, Integrator, LowDiscrepancy, Materials, Sample, Scratch, Surface};
+use super::{
+    Coefficients, Frame, Integrator, LowDiscrepancySampler, MaterialHitFilter, Sample, Scratch, SurfacePoint,
+};
 use crate::geometry::{Ray, Rgb, Rgba};
 use crate::integrator::ambient_occlusion::ambient_free;
 use crate::integrator::direct_light::{look_back, reach, sum_up};
@@ -63,11 +65,11 @@ impl Integrator for Phong {
         &self,
         frame: &Frame,
         samples: &[Sample],
-        sampler: &LowDiscrepancy,
+        sampler: &LowDiscrepancySampler,
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
-        let materials = Materials(frame.posed);
+        let materials = MaterialHitFilter(frame.posed);
         let draws = Draws { samples, sampler };
         // What of the background still shows through, by colour.
         let mut open = vec![Rgb::ONE; samples.len()];
@@ -106,8 +108,8 @@ impl Integrator for Phong {
         }
     }
 
-    fn may_see(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
-        frame.may_see(low, high)
+    fn may_hit(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
+        frame.may_hit(low, high)
     }
 }
 
@@ -167,7 +169,7 @@ impl Phong {
                     let on = OnMesh { fetched: Some((&fetched, at)), ..facet.on_mesh(b, spread) };
                     let mut n = vector(&group.n_v, at);
                     if material.normal.is_some() {
-                        let surface = Surface { on, ..facet.surface(&group.met(at)) };
+                        let surface = SurfacePoint { on, ..facet.surface(&group.met(at)) };
                         (n, roughening[at]) = surface.shading_normals(frame.posed);
                     }
                     let look = lookup.at(frame.posed, facet.material, &on);
@@ -184,7 +186,7 @@ impl Phong {
 
     /// Where ambient light does not arrive whole: how much does.
     fn occlude(&self, frame: &Frame, seen: &mut Seen, draws: Draws, scratch: &mut Scratch) {
-        let Some(occlusion) = frame.occlusion.filter(|_| self.stage == Stage::Phong) else { return };
+        let Some(occlusion) = frame.ambient_occlusion.filter(|_| self.stage == Stage::Phong) else { return };
         let ambient = |i: usize| seen.k(i).k_a * frame.ambient_at(seen.n(i));
         let lit = |&i: &usize| seen.k(i).alpha > 0.0 && ambient(i) != Rgb::ZERO;
         let asked: Vec<usize> = (0..seen.points.len()).filter(lit).collect();

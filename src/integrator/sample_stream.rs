@@ -1,6 +1,6 @@
 //! The random numbers of a tile, each with its own purpose.
 
-use crate::integrator::{LowDiscrepancy, Sample, Sampler};
+use crate::integrator::{LowDiscrepancySampler, Sample, Sampler};
 
 /// What numbers are drawn for; each purpose has a pair of dimensions of its own. The first pair is
 /// the place on the film.
@@ -25,7 +25,7 @@ impl Purpose {
 #[derive(Clone, Copy)]
 pub(crate) struct Draws<'a> {
     pub samples: &'a [Sample],
-    pub sampler: &'a LowDiscrepancy,
+    pub sampler: &'a LowDiscrepancySampler,
 }
 
 impl Draws<'_> {
@@ -38,8 +38,8 @@ impl Draws<'_> {
     /// are spread as evenly as so many samples would be.
     pub fn part(&self, sample: usize, purpose: Purpose, part: u32, parts: u32) -> [f32; 2] {
         let Sample { pixel, index, .. } = self.samples[sample];
-        let LowDiscrepancy { seed, count } = *self.sampler;
-        let finer = LowDiscrepancy { seed, count: count.max(1).saturating_mul(parts) };
+        let LowDiscrepancySampler { seed, count } = *self.sampler;
+        let finer = LowDiscrepancySampler { seed, count: count.max(1).saturating_mul(parts) };
         let index = index.wrapping_mul(parts).wrapping_add(part);
         let first = 2 * purpose.pair();
         [finer.get(pixel, index, first), finer.get(pixel, index, first + 1)]

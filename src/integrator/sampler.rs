@@ -24,14 +24,14 @@ pub trait Sampler: Sync {
 /// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels”, 2020): what light
 /// falls on neighbours is much the same, and so their errors cancel to the eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LowDiscrepancy {
+pub struct LowDiscrepancySampler {
     /// Varies the scrambling.
     pub seed: u32,
     /// Samples for each pixel.
     pub count: u32,
 }
 
-impl LowDiscrepancy {
+impl LowDiscrepancySampler {
     /// What makes a pixel's places on the film other than its neighbour's.
     #[inline(always)]
     pub(crate) fn flips(&self, pixel: UVec2) -> u64 {
@@ -50,7 +50,7 @@ impl LowDiscrepancy {
 /// a little more costs nothing measurable and keeps samples off lines that scenes are modelled on.
 const WANDER: f64 = 0.25;
 
-impl Sampler for LowDiscrepancy {
+impl Sampler for LowDiscrepancySampler {
     fn get(&self, pixel: UVec2, index: u32, dimension: u32) -> f32 {
         let count = self.count.max(1);
         // Past the count begins another set. Divisions are slow and seldom needed.
@@ -193,7 +193,7 @@ mod tests {
         (0..n * n).map(move |i| UVec2::new(i % n, i / n))
     }
 
-    fn points(sampler: LowDiscrepancy, pixel: UVec2, pair: u32) -> Vec<[f32; 2]> {
+    fn points(sampler: LowDiscrepancySampler, pixel: UVec2, pair: u32) -> Vec<[f32; 2]> {
         let at = |i, dimension| sampler.get(pixel, i, dimension);
         (0..sampler.count).map(|i| [at(i, 2 * pair), at(i, 2 * pair + 1)]).collect()
     }
@@ -229,7 +229,7 @@ mod tests {
     #[test]
     fn numbers_are_in_range_and_repeatable() {
         for count in [0, 1, 2, 3, 7, 64, 1000, u32::MAX] {
-            let sampler = LowDiscrepancy { seed: 5, count };
+            let sampler = LowDiscrepancySampler { seed: 5, count };
             for pixel in [UVec2::ZERO, UVec2::new(1279, 719), UVec2::new(70_000, 3), UVec2::MAX] {
                 for index in (0..40).chain([1000, u32::MAX]) {
                     for dimension in (0..8).chain([u32::MAX]) {
@@ -246,7 +246,7 @@ mod tests {
     fn on_the_film_each_row_and_column_has_one_sample_for_any_count() {
         for count in 1..140 {
             for seed in 0..4 {
-                let sampler = LowDiscrepancy { seed, count };
+                let sampler = LowDiscrepancySampler { seed, count };
                 for pixel in pixels(4) {
                     let points = points(sampler, pixel, 0);
                     assert!(one_each(&points, count, 1) && one_each(&points, 1, count), "{count} {pixel}");
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn places_on_the_film_are_the_first_pair() {
         for count in [1, 2, 7, 16, 1000] {
-            let sampler = LowDiscrepancy { seed: 11, count };
+            let sampler = LowDiscrepancySampler { seed: 11, count };
             for pixel in pixels(5) {
                 let index: [u32; 16] = std::array::from_fn(|i| i as u32 % count);
                 let places = sampler.on_film(&[sampler.flips(pixel); 16], &index);
@@ -272,7 +272,7 @@ mod tests {
     #[test]
     fn powers_of_two_are_nets() {
         for count in [1, 2, 4, 8, 16, 64, 256, 1024] {
-            let sampler = LowDiscrepancy { seed: 3, count };
+            let sampler = LowDiscrepancySampler { seed: 3, count };
             for pixel in pixels(5) {
                 for pair in 0..4 {
                     assert!(is_net(&points(sampler, pixel, pair)), "{count} {pixel} {pair}");
@@ -284,7 +284,7 @@ mod tests {
     #[test]
     fn after_the_film_powers_of_two_of_any_count_are_nets() {
         for count in [5, 6, 7, 13, 100] {
-            let sampler = LowDiscrepancy { seed: 3, count };
+            let sampler = LowDiscrepancySampler { seed: 3, count };
             for pixel in pixels(5) {
                 for n in (0..7).map(|k| 1 << k).filter(|&n| n <= count) {
                     assert!(is_net(&points(sampler, pixel, 2)[..n as usize]), "{count} {pixel} {n}");
@@ -296,7 +296,7 @@ mod tests {
     #[test]
     fn after_the_film_squares_of_pixels_are_nets_together() {
         for (count, side) in [(1, 2), (1, 16), (4, 2), (4, 4), (8, 2), (16, 2)] {
-            let sampler = LowDiscrepancy { seed: 9, count };
+            let sampler = LowDiscrepancySampler { seed: 9, count };
             for corner in pixels(3).map(|p| p * side) {
                 let all: Vec<_> = pixels(side).flat_map(|p| points(sampler, corner + p, 1)).collect();
                 assert!(is_net(&all), "{count} {side} {corner}");
@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn means_are_even_in_every_dimension_and_past_the_count() {
         for (count, first) in [(1, 0), (3, 0), (4, 0), (5, 5), (6, 12)] {
-            let sampler = LowDiscrepancy { seed: 1, count };
+            let sampler = LowDiscrepancySampler { seed: 1, count };
             for dimension in 0..8 {
                 let mut tenths = [0u32; 10];
                 for pixel in pixels(64) {
@@ -343,8 +343,8 @@ mod tests {
     #[test]
     fn pixels_pairs_seeds_and_sets_have_nothing_in_common() {
         for count in [2, 3, 4, 16] {
-            let sampler = LowDiscrepancy { seed: 1, count };
-            let reseeded = LowDiscrepancy { seed: 2, count };
+            let sampler = LowDiscrepancySampler { seed: 1, count };
+            let reseeded = LowDiscrepancySampler { seed: 2, count };
             let all = || pixels(128).flat_map(|p| (0..count).map(move |i| (p, i)));
             for a in 0..6 {
                 for b in 0..a {

@@ -8,7 +8,7 @@ use crate::integrator::direct_light::Reached;
 use crate::integrator::sample_stream::{Draws, Purpose};
 use crate::integrator::shading_batch::Seen;
 use crate::integrator::surface::points::{narrow, vector};
-use crate::integrator::{Frame, Materials, Scratch};
+use crate::integrator::{Frame, MaterialHitFilter, Scratch};
 use crate::scene::PosedKind;
 
 /// Fills `scratch.free` with how much of light `which`'s way to each lit point is free, by colour.
@@ -100,7 +100,7 @@ fn hold_back(frame: &Frame, centre: Vec3, scratch: &mut Scratch) {
 /// How much passes along every segment, by colour.
 pub(crate) fn trace(frame: &Frame, segments: &SegmentBatch, blocked: &mut Vec<bool>, free: &mut Vec<Rgb>) {
     free.clear();
-    let materials = Materials(frame.posed);
+    let materials = MaterialHitFilter(frame.posed);
     if frame.accel.has_translucent() {
         frame.accel.transmittance(segments, &materials, free);
     } else {

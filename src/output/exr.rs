@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::{Depth, Picture, cryptomatte};
 use crate::integrator::Aov;
-use crate::render::Layer;
+use crate::render::AovLayer;
 
 /// Encodes a picture. Everything is 32-bit floats, ids 32-bit integers; `Sixteen` makes colour,
 /// normals and albedo half.
@@ -61,9 +61,13 @@ pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn add_layer<'p>(layer: &'p Layer, kind: SampleType, channels: &mut SmallVec<[AnyChannel<Channel<'p>>; 4]>) {
+fn add_layer<'p>(
+    layer: &'p AovLayer,
+    kind: SampleType,
+    channels: &mut SmallVec<[AnyChannel<Channel<'p>>; 4]>,
+) {
     let (name, letters) = layer.aov.channels();
-    let width = layer.aov.width();
+    let width = layer.aov.channel_count();
     let kind = match layer.aov {
         aov if aov.is_id() => SampleType::U32,
         Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal | Aov::Albedo => kind,
@@ -224,7 +228,7 @@ mod tests {
         let (width, height) = (450, 390);
         let color = |i: u32| Vec4::new(i as f32, (i % width) as f32, 1.0 / i as f32, 1.0);
         let colors = (0..width * height).map(color).collect();
-        let ids = Layer { aov: Aov::ObjectId, values: (0..width * height).map(|i| i as f32).collect() };
+        let ids = AovLayer { aov: Aov::ObjectId, values: (0..width * height).map(|i| i as f32).collect() };
         let display = Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
         let picture =
             Picture { layers: vec![ids], ..Picture::new(Pixels { width, height, colors }, display) };

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 use crate::display::Display;
 use crate::integrator::Aov;
-use crate::render::{Crop, Layer, Matte, Pixels};
+use crate::render::{AovLayer, Matte, PixelRect, Pixels};
 
 pub use animation::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
 pub use atomic::{Replace, hold_writes, nameless_beside, write_atomically, write_whole};
@@ -40,7 +40,7 @@ pub struct Picture {
     /// Premultiplied linear colour.
     pub pixels: Pixels,
     /// Layers of the same size.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<AovLayer>,
     /// Mattes of the same size.
     pub mattes: Vec<Matte>,
     /// How colour becomes display values, where the format holds those.
@@ -58,7 +58,7 @@ pub struct Picture {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
     /// What was rendered.
-    pub crop: Crop,
+    pub crop: PixelRect,
     /// Columns of the whole picture.
     pub width: u32,
     /// Rows of the whole picture.

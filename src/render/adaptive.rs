@@ -8,7 +8,9 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use super::{Cancelled, Crop, Pixels, RenderSettings, Sampling, Watch, by_tile, equally, means};
+use super::{
+    Cancelled, PixelRect, Pixels, ProgressMonitor, RenderSettings, Sampling, by_tile, equally, means,
+};
 use crate::geometry::Rgba;
 use crate::integrator::{Frame, Integrator};
 
@@ -17,7 +19,7 @@ pub(super) const FIRST: u32 = 4;
 
 /// Where pixels get all their samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Adaptive {
+pub struct AdaptiveSampling {
     /// How far apart neighbours have to be, black 0 and white 1 on a screen.
     pub threshold: f32,
     /// Stops by which the picture will be exposed.
@@ -25,11 +27,11 @@ pub struct Adaptive {
 }
 
 /// Tells nobody of progress, and asks whether to go on.
-struct Quiet<'a>(&'a dyn Watch);
+struct Quiet<'a>(&'a dyn ProgressMonitor);
 
-impl Watch for Quiet<'_> {
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
+impl ProgressMonitor for Quiet<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.0.is_cancelled()
     }
 }
 
@@ -38,8 +40,8 @@ pub(super) fn render(
     frame: &Frame,
     integrator: &dyn Integrator,
     settings: &RenderSettings,
-    adaptive: Adaptive,
-    watch: &dyn Watch,
+    adaptive: AdaptiveSampling,
+    watch: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
     let around = around(settings);
     let first = RenderSettings { samples: FIRST, crop: Some(around), ..*settings };
@@ -77,7 +79,7 @@ pub(super) fn render(
 
 /// What is rendered with all blocks that it touches and all their neighbours: a part of a picture is
 /// sampled as the whole is.
-fn around(settings: &RenderSettings) -> Crop {
+fn around(settings: &RenderSettings) -> PixelRect {
     let window = settings.window();
     let span = |from: u32, len: u32, most: u32| {
         let first = (from & !1).saturating_sub(1);
@@ -86,11 +88,11 @@ fn around(settings: &RenderSettings) -> Crop {
     };
     let (x, width) = span(window.x, window.width, settings.width);
     let (y, height) = span(window.y, window.height, settings.height);
-    Crop { x, y, width, height }
+    PixelRect { x, y, width, height }
 }
 
 /// For each pixel whether it and a neighbour are apart.
-fn apart(pixels: &Pixels, Adaptive { threshold, ev }: Adaptive) -> Vec<bool> {
+fn apart(pixels: &Pixels, AdaptiveSampling { threshold, ev }: AdaptiveSampling) -> Vec<bool> {
     let exposure = libm::exp2(ev) as f32;
     // The square root is near enough to what screens show.
     let shown = |c: &Rgba| (*c * Rgba::new(exposure, exposure, exposure, 1.0)).clamp(Rgba::ZERO, Rgba::ONE);

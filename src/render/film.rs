@@ -4,13 +4,12 @@ use std::sync::Mutex;
 
 use glam::UVec2;
 
-use super::Crop;
 use crate::geometry::Rgba;
 use crate::integrator::{Aov, morton};
 
-/// A rectangle of the film, in the whole picture's pixels, row 0 on top.
+/// A rectangle of pixels of the picture, row 0 on top: a crop window or a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tile {
+pub struct PixelRect {
     /// Leftmost column.
     pub x: u32,
     /// Topmost row.
@@ -21,7 +20,7 @@ pub struct Tile {
     pub height: u32,
 }
 
-impl Tile {
+impl PixelRect {
     /// Its pixels along Morton's curve: any run of them lies close together, so that rays through
     /// them can be traced together.
     pub fn pixels(self) -> impl Iterator<Item = UVec2> {
@@ -44,8 +43,8 @@ fn every_other_bit(x: u32) -> u32 {
 #[derive(Clone, Debug)]
 pub struct TileBuffer {
     /// Where it goes.
-    pub tile: Tile,
-    /// Premultiplied linear RGBA, in the order of [`Tile::pixels`].
+    pub tile: PixelRect,
+    /// Premultiplied linear RGBA, in the order of [`PixelRect::pixels`].
     pub colors: Vec<Rgba>,
 }
 
@@ -62,7 +61,7 @@ pub struct Pixels {
 
 /// A layer of pixels: [`Aov::width`] numbers for each, interleaved, row-major, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Layer {
+pub struct AovLayer {
     /// What it shows.
     pub aov: Aov,
     /// Its numbers.
@@ -72,20 +71,20 @@ pub struct Layer {
 /// Collects tiles in any order. Every pixel belongs to one tile, so the order does not matter.
 #[derive(Debug)]
 pub struct Film {
-    window: Crop,
+    window: PixelRect,
     colors: Mutex<Vec<Rgba>>,
 }
 
 impl Film {
     /// A black film for `window`.
-    pub fn new(window: Crop) -> Film {
+    pub fn new(window: PixelRect) -> Film {
         let pixels = window.width as usize * window.height as usize;
         Film { window, colors: Mutex::new(vec![Rgba::ZERO; pixels]) }
     }
 
     /// The tiles that cover it, of `side` by `side` pixels (4096 at most) where they fit, along Morton's
     /// curve: those that are rendered at the same time lie close together, and share what caches hold.
-    pub fn tiles(&self, side: u32) -> Vec<Tile> {
+    pub fn tiles(&self, side: u32) -> Vec<PixelRect> {
         // Tiles are walked along a square's curve, which counts in 32 bits.
         let side = side.clamp(1, 1 << 12);
         let w = self.window;
@@ -95,7 +94,7 @@ impl Film {
             for x in starts(w.x, w.width) {
                 let width = side.min(w.x + w.width - x);
                 let height = side.min(w.y + w.height - y);
-                tiles.push(Tile { x, y, width, height });
+                tiles.push(PixelRect { x, y, width, height });
             }
         }
         tiles.sort_by_key(|tile| morton(UVec2::new(tile.x - w.x, tile.y - w.y) / side));
@@ -124,11 +123,11 @@ mod tests {
 
     #[test]
     fn tiles_cover_every_pixel_once() {
-        let window = Crop { x: 3, y: 5, width: 37, height: 21 };
+        let window = PixelRect { x: 3, y: 5, width: 37, height: 21 };
         for side in [1, 8, 16, 64] {
             let film = Film::new(window);
             let mut seen = std::collections::HashSet::new();
-            let place = |t: &Tile| morton(UVec2::new(t.x - window.x, t.y - window.y) / side);
+            let place = |t: &PixelRect| morton(UVec2::new(t.x - window.x, t.y - window.y) / side);
             assert!(film.tiles(side).is_sorted_by_key(place));
             for tile in film.tiles(side) {
                 for p in tile.pixels() {

@@ -3,7 +3,7 @@
 
 /// A filter, the same along x and y.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Filter {
+pub enum PixelFilter {
     /// One pixel wide, flat.
     Box,
     /// Two pixels wide, falling linearly from the centre.
@@ -20,18 +20,18 @@ const STEPS: usize = 1024;
 
 /// A filter ready to be drawn from.
 #[derive(Clone, Debug)]
-pub struct Prepared {
+pub struct FilterSampler {
     /// Offsets at equal steps of probability.
     inverse: Box<[f64; STEPS + 1]>,
 }
 
-impl Filter {
+impl PixelFilter {
     /// Half its width, in pixels.
     pub fn radius(self) -> f64 {
         match self {
-            Filter::Box => 0.5,
-            Filter::Tent => 1.0,
-            Filter::Gaussian | Filter::BlackmanHarris => 1.5,
+            PixelFilter::Box => 0.5,
+            PixelFilter::Tent => 1.0,
+            PixelFilter::Gaussian | PixelFilter::BlackmanHarris => 1.5,
         }
     }
 
@@ -39,10 +39,10 @@ impl Filter {
     fn value(self, x: f64) -> f64 {
         use std::f64::consts::TAU;
         match self {
-            Filter::Box => 1.0,
-            Filter::Tent => 1.0 - x.abs(),
-            Filter::Gaussian => libm::exp(-2.0 * x * x) - libm::exp(-2.0 * 1.5 * 1.5),
-            Filter::BlackmanHarris => {
+            PixelFilter::Box => 1.0,
+            PixelFilter::Tent => 1.0 - x.abs(),
+            PixelFilter::Gaussian => libm::exp(-2.0 * x * x) - libm::exp(-2.0 * 1.5 * 1.5),
+            PixelFilter::BlackmanHarris => {
                 // Twice and three times the angle by its cosine alone, for a table takes thousands.
                 let c = libm::cos(TAU * (x / 3.0 + 0.5));
                 0.35875 - 0.48829 * c + 0.14128 * (2.0 * c * c - 1.0) - 0.01168 * (4.0 * c * c - 3.0) * c
@@ -51,7 +51,7 @@ impl Filter {
     }
 
     /// Tabulates the inverse of its integral.
-    pub fn prepare(self) -> Prepared {
+    pub fn prepare(self) -> FilterSampler {
         let r = self.radius();
         let fine = 16 * STEPS;
         let at = |i: usize| -r + 2.0 * r * i as f64 / fine as f64;
@@ -71,11 +71,11 @@ impl Filter {
             let f = if b > a { (wanted - a) / (b - a) } else { 0.0 };
             at(i - 1) + f * 2.0 * r / fine as f64
         };
-        Prepared { inverse: Box::new(std::array::from_fn(inverse)) }
+        FilterSampler { inverse: Box::new(std::array::from_fn(inverse)) }
     }
 }
 
-impl Prepared {
+impl FilterSampler {
     /// Width in pixels of the box that spreads as far: of the same variance.
     pub fn width(&self) -> f64 {
         let square = |ends: &[f64]| 0.25 * (ends[0] + ends[1]) * (ends[0] + ends[1]);
@@ -106,10 +106,10 @@ mod tests {
     fn a_filter_is_as_wide_as_a_box_of_its_variance() {
         // The variances of a box, 1/12, and of a tent, 1/6; the other two by their integrals.
         let wide = [
-            (Filter::Box, 1.0),
-            (Filter::Tent, 2f64.sqrt()),
-            (Filter::Gaussian, 1.6594),
-            (Filter::BlackmanHarris, 1.4394),
+            (PixelFilter::Box, 1.0),
+            (PixelFilter::Tent, 2f64.sqrt()),
+            (PixelFilter::Gaussian, 1.6594),
+            (PixelFilter::BlackmanHarris, 1.4394),
         ];
         for (filter, expected) in wide {
             let width = filter.prepare().width();
@@ -119,7 +119,9 @@ mod tests {
 
     #[test]
     fn offsets_are_distributed_as_the_filter() {
-        for filter in [Filter::Box, Filter::Tent, Filter::Gaussian, Filter::BlackmanHarris] {
+        for filter in
+            [PixelFilter::Box, PixelFilter::Tent, PixelFilter::Gaussian, PixelFilter::BlackmanHarris]
+        {
             let prepared = filter.prepare();
             let n = 100_000;
             let r = filter.radius();

@@ -3,8 +3,8 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use super::{Cancelled, RenderSettings, Sampling, Watch};
-use crate::integrator::{Frame, MatteKind, Sample, Scratch, covers};
+use super::{Cancelled, ProgressMonitor, RenderSettings, Sampling};
+use crate::integrator::{Frame, MatteKind, Sample, Scratch, trace_mattes};
 use crate::scene::Scene;
 
 /// Things that a pixel keeps: those that cover most of it.
@@ -51,7 +51,7 @@ const BATCH: usize = 1 << 14;
 pub fn render_mattes(
     frame: &Frame,
     settings: &RenderSettings,
-    watch: &dyn Watch,
+    watch: &dyn ProgressMonitor,
 ) -> Result<Vec<Matte>, Cancelled> {
     let sampling = Sampling::of(settings);
     let n = sampling.count();
@@ -63,13 +63,13 @@ pub fn render_mattes(
         .map_init(<(Scratch, Vec<Sample>)>::default, |(scratch, samples), y| {
             let mut row = Vec::new();
             for part in columns.chunks((BATCH / n).max(1)) {
-                if watch.cancelled() {
+                if watch.is_cancelled() {
                     break;
                 }
                 let pixels: Vec<UVec2> = part.iter().map(|&x| UVec2::new(x, y)).collect();
                 sampling.samples(frame.accel, &pixels, samples);
                 let mut sums = vec![Sums::default(); part.len()];
-                covers(frame, samples, scratch, |sample, cover| {
+                trace_mattes(frame, samples, scratch, |sample, cover| {
                     for (kind, sums) in MatteKind::ALL.iter().zip(&mut sums[sample / n]) {
                         add(sums, cover.id(*kind), cover.coverage);
                     }
@@ -79,7 +79,7 @@ pub fn render_mattes(
             row
         })
         .collect();
-    if watch.cancelled() {
+    if watch.is_cancelled() {
         return Err(Cancelled);
     }
     let matte = |(k, &kind): (usize, &MatteKind)| {

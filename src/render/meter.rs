@@ -1,6 +1,6 @@
 //! Exposure by the light of a scene, as a photographer meters it.
 
-use super::{Cancelled, Pixels, RenderSettings, Watch, render};
+use super::{Cancelled, Pixels, ProgressMonitor, RenderSettings, render};
 use crate::geometry::Rgb;
 use crate::integrator::{Frame, Integrator};
 
@@ -13,13 +13,13 @@ pub const METER_WIDTH: u32 = 256;
 /// What a scene's light measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metering {
-    /// Stops that bring the log-average to mid-grey, held back where the brightest hundredth
+    /// Stops that bring the log-average to mid-grey, held back where the percentile_99 hundredth
     /// would pass 1.
     pub ev: f64,
     /// Stops between the log-average and mid-grey; positive for a dark scene.
     pub below_mid_grey: f64,
     /// The light that a hundredth of what is seen exceeds.
-    pub brightest: f64,
+    pub percentile_99: f64,
 }
 
 /// Meters a frame whose camera was made for a picture of width/height `aspect`. `None` where
@@ -31,7 +31,7 @@ pub fn meter(
     frame: &Frame,
     integrator: &dyn Integrator,
     aspect: f64,
-    watch: &dyn Watch,
+    watch: &dyn ProgressMonitor,
 ) -> Result<Option<Metering>, Cancelled> {
     let height = (f64::from(METER_WIDTH) / aspect).round().clamp(1.0, 4096.0) as u32;
     let settings = RenderSettings { width: METER_WIDTH, height, samples: 1, ..Default::default() };
@@ -52,8 +52,8 @@ fn measure(pixels: &Pixels) -> Option<Metering> {
     seen.sort_by(f64::total_cmp);
     let log_average = seen.iter().map(|&l| libm::log2(l)).sum::<f64>() / seen.len() as f64;
     let below_mid_grey = libm::log2(MID_GREY) - log_average;
-    let brightest = seen[(seen.len() - 1) * 99 / 100];
-    Some(Metering { ev: below_mid_grey.min(-libm::log2(brightest)), below_mid_grey, brightest })
+    let percentile_99 = seen[(seen.len() - 1) * 99 / 100];
+    Some(Metering { ev: below_mid_grey.min(-libm::log2(percentile_99)), below_mid_grey, percentile_99 })
 }
 
 #[cfg(test)]
@@ -77,7 +77,7 @@ mod tests {
         let mut values = vec![0.01; 90];
         values.extend([1.0; 10]);
         let m = of(&values).unwrap();
-        assert!(m.ev.abs() < 1e-9 && m.below_mid_grey > 3.0 && m.brightest == 1.0);
+        assert!(m.ev.abs() < 1e-9 && m.below_mid_grey > 3.0 && m.percentile_99 == 1.0);
     }
 
     #[test]

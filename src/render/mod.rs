@@ -18,26 +18,13 @@ use rayon::prelude::*;
 use crate::geometry::Rgba;
 use crate::integrator::{Aov, Frame, Integrator, Sample, Scratch, first_hits};
 
-pub use crate::integrator::{LowDiscrepancy, Sampler};
-pub use adaptive::Adaptive;
-pub use film::{Film, Layer, Pixels, Tile, TileBuffer};
-pub use filter::Filter;
+pub use crate::integrator::{LowDiscrepancySampler, Sampler};
+pub use adaptive::AdaptiveSampling;
+pub use film::{AovLayer, Film, PixelRect, Pixels, TileBuffer};
+pub use filter::PixelFilter;
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
 use sampling::Sampling;
-
-/// A rectangle of pixels, row 0 on top.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crop {
-    /// Leftmost column.
-    pub x: u32,
-    /// Topmost row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
 
 /// How a picture is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,13 +36,13 @@ pub struct RenderSettings {
     /// Samples for each pixel; 1 is the pixel's centre.
     pub samples: u32,
     /// How samples spread about the pixel's centre.
-    pub filter: Filter,
+    pub filter: PixelFilter,
     /// Varies the samples' places.
     pub seed: u32,
     /// Only some pixels get more than four samples; `None`: all do.
-    pub adaptive: Option<Adaptive>,
+    pub adaptive: Option<AdaptiveSampling>,
     /// The part that is rendered; `None` for all.
-    pub crop: Option<Crop>,
+    pub crop: Option<PixelRect>,
     /// Side of a tile in pixels. The picture never depends on it.
     pub tile: u32,
 }
@@ -66,7 +53,7 @@ impl Default for RenderSettings {
             width: 1280,
             height: 720,
             samples: 4,
-            filter: Filter::BlackmanHarris,
+            filter: PixelFilter::BlackmanHarris,
             seed: 0,
             adaptive: None,
             crop: None,
@@ -77,8 +64,8 @@ impl Default for RenderSettings {
 
 impl RenderSettings {
     /// What is rendered: the crop, or everything.
-    pub fn window(&self) -> Crop {
-        self.crop.unwrap_or(Crop { x: 0, y: 0, width: self.width, height: self.height })
+    pub fn window(&self) -> PixelRect {
+        self.crop.unwrap_or(PixelRect { x: 0, y: 0, width: self.width, height: self.height })
     }
 
     /// A pixel's sample at `offset` pixels from its upper left corner.
@@ -91,31 +78,31 @@ impl RenderSettings {
 }
 
 /// Who watches a render: told of progress, asked whether to go on.
-pub trait Watch: Sync {
+pub trait ProgressMonitor: Sync {
     /// So many pixels more are done.
     fn pixels_done(&self, count: u64) {
         let _ = count;
     }
 
     /// True ends the render early.
-    fn cancelled(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         false
     }
 }
 
 /// Nobody watches.
-impl Watch for () {}
+impl ProgressMonitor for () {}
 
 /// A flag that cancels.
-impl Watch for AtomicBool {
-    fn cancelled(&self) -> bool {
+impl ProgressMonitor for AtomicBool {
+    fn is_cancelled(&self) -> bool {
         self.load(Ordering::Relaxed)
     }
 }
 
-/// The render was cancelled; there are no pixels.
+/// The render was is_cancelled; there are no pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("cancelled")]
+#[error("is_cancelled")]
 pub struct Cancelled;
 
 /// Renders a picture: linear RGB premultiplied by alpha, without background, row 0 on top.
@@ -126,7 +113,7 @@ pub fn render(
     frame: &Frame,
     integrator: &dyn Integrator,
     settings: &RenderSettings,
-    watch: &dyn Watch,
+    watch: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
     match settings.adaptive {
         Some(adaptive) if settings.samples > adaptive::FIRST => {
@@ -141,7 +128,7 @@ fn equally(
     frame: &Frame,
     integrator: &dyn Integrator,
     settings: &RenderSettings,
-    watch: &dyn Watch,
+    watch: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
     let sampling = Sampling::of(settings);
     by_tile(settings, watch, |tile, work| {
@@ -154,18 +141,18 @@ fn equally(
 /// next tile when they are done with one: halves of a picture are seldom as much work.
 fn by_tile(
     settings: &RenderSettings,
-    watch: &dyn Watch,
-    colors: impl Fn(Tile, &mut Work) -> Vec<Rgba> + Sync,
+    watch: &dyn ProgressMonitor,
+    colors: impl Fn(PixelRect, &mut Work) -> Vec<Rgba> + Sync,
 ) -> Result<Pixels, Cancelled> {
     let film = Film::new(settings.window());
     film.tiles(settings.tile).into_iter().par_bridge().for_each_init(Work::default, |work, tile| {
-        if watch.cancelled() {
+        if watch.is_cancelled() {
             return;
         }
         film.put(&TileBuffer { tile, colors: colors(tile, work) });
         watch.pixels_done(u64::from(tile.width) * u64::from(tile.height));
     });
-    if watch.cancelled() { Err(Cancelled) } else { Ok(film.finish()) }
+    if watch.is_cancelled() { Err(Cancelled) } else { Ok(film.finish()) }
 }
 
 /// The colours of pixels: the means of their samples.
@@ -181,7 +168,7 @@ fn means(
     // Pixels go together as far as what is known of their points stays in a processor's cache.
     for some in pixels.chunks((IN_CACHE / n).max(1)) {
         let [low, high] = sampling.film_of(some);
-        if !integrator.may_see(frame, low, high) {
+        if !integrator.may_hit(frame, low, high) {
             means.resize(means.len() + some.len(), Rgba::ZERO);
             continue;
         }
@@ -203,8 +190,8 @@ pub fn render_aovs(
     frame: &Frame,
     aovs: &[Aov],
     settings: &RenderSettings,
-    watch: &dyn Watch,
-) -> Result<Vec<Layer>, Cancelled> {
+    watch: &dyn ProgressMonitor,
+) -> Result<Vec<AovLayer>, Cancelled> {
     // Without layers no ray need be traced.
     if aovs.is_empty() {
         return Ok(Vec::new());
@@ -214,7 +201,7 @@ pub fn render_aovs(
         .into_par_iter()
         .map_init(Scratch::default, |scratch, y| {
             let mut layers = vec![Vec::new(); aovs.len()];
-            if watch.cancelled() {
+            if watch.is_cancelled() {
                 return layers;
             }
             let row = window.x..window.x + window.width;
@@ -222,17 +209,17 @@ pub fn render_aovs(
                 row.map(|x| settings.sample(UVec2::new(x, y), 0, (0.5, 0.5))).collect();
             for first in first_hits(frame, &samples, scratch) {
                 for (aov, out) in aovs.iter().zip(&mut layers) {
-                    aov.of(frame, &first, out);
+                    aov.evaluate(frame, &first, out);
                 }
             }
             layers
         })
         .collect();
-    if watch.cancelled() {
+    if watch.is_cancelled() {
         return Err(Cancelled);
     }
     let layer = |i: usize| rows.iter().flat_map(|row| row[i].iter().copied()).collect();
-    Ok(aovs.iter().enumerate().map(|(i, &aov)| Layer { aov, values: layer(i) }).collect())
+    Ok(aovs.iter().enumerate().map(|(i, &aov)| AovLayer { aov, values: layer(i) }).collect())
 }
 
 /// Samples whose points fit into a processor's second cache.

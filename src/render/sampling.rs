@@ -4,13 +4,13 @@ use glam::UVec2;
 
 use super::{RenderSettings, filter};
 use crate::accel::{Accel, Columnwise};
-use crate::integrator::{LowDiscrepancy, Sample};
+use crate::integrator::{LowDiscrepancySampler, Sample};
 
 /// How the pixels of a picture are sampled.
 pub(super) struct Sampling<'a> {
     settings: &'a RenderSettings,
-    pub sampler: LowDiscrepancy,
-    filter: filter::Prepared,
+    pub sampler: LowDiscrepancySampler,
+    filter: filter::FilterSampler,
     /// What of the film a pixel is: quotients take long.
     per_film: [f64; 2],
     /// What of the film a sample stands for.
@@ -22,7 +22,7 @@ impl Sampling<'_> {
         let filter = settings.filter.prepare();
         Sampling {
             settings,
-            sampler: LowDiscrepancy { seed: settings.seed, count: settings.samples },
+            sampler: LowDiscrepancySampler { seed: settings.seed, count: settings.samples },
             size: film_per_sample(settings, filter.width()),
             filter,
             per_film: [1.0 / f64::from(settings.width), 1.0 / f64::from(settings.height)],

@@ -89,7 +89,7 @@ fn ours(case: &Value, file: &str) -> Buffers {
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
     let lit = Lighting::default().resolve(&posed, &camera);
     let mut frame = Frame::new(&posed, &accel, camera, &lit);
-    frame.cull = false;
+    frame.cull_back_faces = false;
     let settings = RenderSettings { width, height, samples: 1, ..Default::default() };
     let layers =
         render_aovs(&frame, &[Aov::Mask, Aov::Depth, Aov::Normal, Aov::Albedo], &settings, &()).unwrap();

@@ -4,7 +4,9 @@
 
 use blinn::geometry::Rgba;
 use blinn::integrator::{Frame, Integrator, Sample, Scratch};
-use blinn::render::{Adaptive, Crop, Filter, LowDiscrepancy, RenderSettings, Sampler, render};
+use blinn::render::{
+    AdaptiveSampling, LowDiscrepancySampler, PixelFilter, PixelRect, RenderSettings, Sampler, render,
+};
 use blinn::scene::{Lighting, Scene, View};
 use glam::UVec2;
 
@@ -69,7 +71,7 @@ fn floor() -> Picture {
 }
 
 /// The pixels' values, picture after picture.
-fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: Filter) -> Vec<Vec<f64>> {
+fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: PixelFilter) -> Vec<Vec<f64>> {
     let filter = filter.prepare();
     let mut values = vec![Vec::new(); pictures.len()];
     for pixel in (0..SIDE * SIDE).map(|i| UVec2::new(i % SIDE, i / SIDE)) {
@@ -102,11 +104,11 @@ fn beats_a_plain_stratified_pattern_on_edges_zone_plate_and_floor() {
     pictures.extend([zone_plate(), floor()]);
     let scenes =
         [("edges", 0..slopes), ("zone plate", slopes..slopes + 1), ("floor", slopes + 1..slopes + 2)];
-    for filter in [Filter::Box, Filter::Tent, Filter::Gaussian, Filter::BlackmanHarris] {
+    for filter in [PixelFilter::Box, PixelFilter::Tent, PixelFilter::Gaussian, PixelFilter::BlackmanHarris] {
         // Of another seed, so that no sample is part of what it is held against.
-        let wanted = draw(&pictures, &LowDiscrepancy { seed: 1, count: 1024 }, 1024, filter);
+        let wanted = draw(&pictures, &LowDiscrepancySampler { seed: 1, count: 1024 }, 1024, filter);
         for count in [4, 16, 64] {
-            let ours = draw(&pictures, &LowDiscrepancy { seed: 0, count }, count, filter);
+            let ours = draw(&pictures, &LowDiscrepancySampler { seed: 0, count }, count, filter);
             let plain = draw(&pictures, &Stratified { count }, count, filter);
             for (name, range) in scenes.clone() {
                 let of = |values: &[Vec<f64>]| error(&values[range.clone()], &wanted[range.clone()]);
@@ -122,7 +124,14 @@ fn beats_a_plain_stratified_pattern_on_edges_zone_plate_and_floor() {
 struct Disc;
 
 impl Integrator for Disc {
-    fn render(&self, _: &Frame, samples: &[Sample], _: &LowDiscrepancy, _: &mut Scratch, out: &mut [Rgba]) {
+    fn render(
+        &self,
+        _: &Frame,
+        samples: &[Sample],
+        _: &LowDiscrepancySampler,
+        _: &mut Scratch,
+        out: &mut [Rgba],
+    ) {
         for (s, out) in samples.iter().zip(out) {
             let r2 = (s.x - 0.5).powi(2) + (s.y - 0.47).powi(2);
             *out = if r2 < 0.09 { Rgba::new(0.9, 0.5, 0.1, 1.0) } else { Rgba::ZERO };
@@ -145,7 +154,7 @@ fn disc(settings: &RenderSettings) -> Vec<Rgba> {
 #[test]
 fn adaptive_samples_go_where_the_picture_changes() {
     let settings = |samples| RenderSettings { width: 97, height: 61, samples, ..RenderSettings::default() };
-    let adaptive = |threshold| Some(Adaptive { threshold, ev: 0.0 });
+    let adaptive = |threshold| Some(AdaptiveSampling { threshold, ev: 0.0 });
     let some = RenderSettings { adaptive: adaptive(0.08), ..settings(64) };
     let (truth, four, all, chosen) =
         (disc(&settings(4096)), disc(&settings(4)), disc(&settings(64)), disc(&some));
@@ -169,7 +178,7 @@ fn adaptive_samples_go_where_the_picture_changes() {
     }
     for crop in [(30, 11, 33, 20), (31, 12, 1, 1), (96, 60, 1, 1), (0, 0, 97, 61)] {
         let (x, y, width, height) = crop;
-        let part = disc(&RenderSettings { crop: Some(Crop { x, y, width, height }), ..some });
+        let part = disc(&RenderSettings { crop: Some(PixelRect { x, y, width, height }), ..some });
         let rows = (y..y + height).flat_map(|y| (x..x + width).map(move |x| (y * 97 + x) as usize));
         assert_eq!(part, rows.map(|i| chosen[i]).collect::<Vec<_>>(), "{crop:?}");
     }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use blinn::accel::{Accel, BuildSettings, Cutout, Flatten, Preset, RayBatch, SegmentBatch, Shared, Tier};
 use blinn::geometry::{Hit, HitId};
-use blinn::integrator::Materials;
+use blinn::integrator::MaterialHitFilter;
 use blinn::scene::{
     Animation, Channel, Channels, ColorInput, Image, Interpolation, Keys, Material, Mips, MorphTarget,
     PosedScene, ScalarInput, Scene, SurfaceClass, Target, Texels, Texture, TextureRef, UvTransform, Wrap,
@@ -660,7 +660,7 @@ fn trees_follow_textures_that_move() {
         scene.textures.push(Texture { wrap: [Wrap::Clamp; 2], ..Texture::default() });
         let light = |scene: &Scene, accel: &Accel| {
             let (posed, mut light) = (scenes::posed(scene), Vec::new());
-            accel.transmittance(&segments(&rays(&posed, 500)), &Materials(&posed), &mut light);
+            accel.transmittance(&segments(&rays(&posed, 500)), &MaterialHitFilter(&posed), &mut light);
             light
         };
         let some = |light: &[Vec3]| light.iter().any(|l| l.x > 0.0 && l.x < 1.0);

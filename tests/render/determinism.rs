@@ -4,7 +4,7 @@ use std::path::Path;
 
 use blinn::accel::{Accel, BuildSettings, Preset, Tier};
 use blinn::import::{LoadOptions, load};
-use blinn::integrator::{Aov, Frame, Occlusion, Phong};
+use blinn::integrator::{AmbientOcclusion, Aov, Frame, Phong};
 use blinn::render::{Pixels, RenderSettings, render, render_aovs};
 use blinn::scene::{Ground, GroundKind, Lighting, PoseSettings, Scene, View, pose};
 
@@ -50,11 +50,12 @@ fn picture_with(
         let (mut occlusion, mut ground) = (None, None);
         if let Light::Soft(kind) = light {
             lighting.radius = 0.2;
-            occlusion = Some(Occlusion { samples: 5, distance: 1.0 });
+            occlusion = Some(AmbientOcclusion { samples: 5, distance: 1.0 });
             ground = Some(Ground::under(&posed.bounds(), kind));
         }
         let lit = lighting.resolve(&posed, &camera);
-        let frame = Frame { occlusion, ground, ..Frame::new(&posed, &accel, camera, &lit) };
+        let frame =
+            Frame { ambient_occlusion: occlusion, ground, ..Frame::new(&posed, &accel, camera, &lit) };
         let pixels = render(&frame, &Phong::default(), &settings, &()).unwrap();
         // Steps are the tree's, and other trees have others.
         let pictured: Vec<Aov> = Aov::ALL.into_iter().filter(|aov| *aov != Aov::Steps).collect();

@@ -7,7 +7,7 @@ use blinn::accel::{Accel, BuildSettings, Preset};
 use blinn::geometry::Rgba;
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Integrator, Phong, Sample, Scratch};
-use blinn::render::{Filter, LowDiscrepancy, RenderSettings, render};
+use blinn::render::{LowDiscrepancySampler, PixelFilter, RenderSettings, render};
 use blinn::scene::{Ground, GroundKind, Lighting, PoseSettings, Projection, Scene, View, pose};
 use glam::DVec3;
 
@@ -24,7 +24,7 @@ impl Integrator for Counting {
         &self,
         frame: &Frame,
         samples: &[Sample],
-        sampler: &LowDiscrepancy,
+        sampler: &LowDiscrepancySampler,
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
@@ -32,8 +32,8 @@ impl Integrator for Counting {
         Phong::default().render(frame, samples, sampler, scratch, out);
     }
 
-    fn may_see(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
-        self.everywhere || Phong::default().may_see(frame, low, high)
+    fn may_hit(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
+        self.everywhere || Phong::default().may_hit(frame, low, high)
     }
 }
 
@@ -71,7 +71,7 @@ fn pictures_are_the_same_from_anywhere() {
             let (middle, size) = (bounds.centre(), (bounds.max - bounds.min).length());
             for round in 0..12 {
                 let samples = [1, 2, 9][round % 3];
-                let filter = [Filter::Box, Filter::BlackmanHarris][round % 2];
+                let filter = [PixelFilter::Box, PixelFilter::BlackmanHarris][round % 2];
                 let settings =
                     RenderSettings { width: 64, height: 40, samples, filter, tile: 16, ..Default::default() };
                 // From outside and inside, at the scene and past it.

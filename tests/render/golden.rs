@@ -10,7 +10,7 @@ use blinn::accel::{Accel, BuildSettings};
 use blinn::display::{Background, Display, ViewTransform};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load, load_camera_xml};
-use blinn::integrator::{Frame, Occlusion, Overrides, Phong, Stage};
+use blinn::integrator::{AmbientOcclusion, Frame, MaterialOverrides, Phong, Stage};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{GivenLight, Ground, GroundKind, LightSource, Lighting, PoseSettings, View, pose};
 use glam::DVec3;
@@ -26,10 +26,10 @@ struct Shot {
     view: View,
     lighting: Lighting,
     stage: Stage,
-    overrides: Overrides,
+    overrides: MaterialOverrides,
     time: f64,
     ev: f64,
-    occlusion: Option<Occlusion>,
+    occlusion: Option<AmbientOcclusion>,
     ground: Option<GroundKind>,
     background: f32,
 }
@@ -41,7 +41,7 @@ impl Shot {
             view: View::default(),
             lighting: Lighting::default(),
             stage: Stage::Phong,
-            overrides: Overrides::default(),
+            overrides: MaterialOverrides::default(),
             time: 0.0,
             ev: 0.0,
             occlusion: None,
@@ -68,7 +68,7 @@ impl Shot {
         let lit = self.lighting.resolve(&posed, &camera);
         let frame = Frame {
             overrides: self.overrides,
-            occlusion: self.occlusion,
+            ambient_occlusion: self.occlusion,
             ground: self.ground.map(|kind| Ground::under(&posed.bounds(), kind)),
             ..Frame::new(&posed, &accel, camera, &lit)
         };
@@ -85,7 +85,8 @@ fn path(model: &str) -> PathBuf {
 fn shots() -> Vec<(&'static str, Shot)> {
     let phong = || Shot::lecture(Stage::Phong);
     let none = Rgb::ZERO;
-    let only_specular = Overrides { k_d: Some(none), k_s: Some(Rgb::ONE), shininess: Some(30.0), k_e: None };
+    let only_specular =
+        MaterialOverrides { k_d: Some(none), k_s: Some(Rgb::ONE), shininess: Some(30.0), k_e: None };
     let ambient =
         Lighting { sources: Some(Vec::new()), ambient: Some(Rgb::splat(0.6)), ..Default::default() };
     let mut two_lights = phong().lighting;
@@ -95,7 +96,7 @@ fn shots() -> Vec<(&'static str, Shot)> {
     let with_ambient = Lighting { ambient: Some(Rgb::splat(0.1)), ..two_lights.clone() };
     let soft = Lighting { radius: 0.8, ..phong().lighting };
     let sky = Lighting { plain_ambient: true, ..Default::default() };
-    let occlusion = Some(Occlusion { samples: 16, distance: 1.0 });
+    let occlusion = Some(AmbientOcclusion { samples: 16, distance: 1.0 });
     let cube =
         Shot { occlusion, lighting: Lighting { radius: 0.1, ..sky.clone() }, ..Shot::of("tests/cube.obj") };
     let (plane, shadow) = (Some(GroundKind::Plane), Some(GroundKind::Shadow));

@@ -2,7 +2,7 @@
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::Rgb;
-use blinn::integrator::{Frame, Overrides, Phong, Stage};
+use blinn::integrator::{Frame, MaterialOverrides, Phong, Stage};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
     Camera, ColorInput, Instance, Local, Material, Mesh, MtlReflectance, Node, PoseSettings, PosedLight,
@@ -76,12 +76,12 @@ fn seen_under(
         lights: lights.to_vec(),
         ambient,
         sky,
-        overrides: Overrides::default(),
-        cull: true,
+        overrides: MaterialOverrides::default(),
+        cull_back_faces: true,
         shadows: true,
-        occlusion: None,
+        ambient_occlusion: None,
         ground: None,
-        placed: glam::DAffine3::IDENTITY,
+        scene_to_world: glam::DAffine3::IDENTITY,
     };
     let settings = RenderSettings { width: 1, height: 1, samples: 1, ..Default::default() };
     let pixels = render(&frame, &Phong { stage }, &settings, &()).unwrap();

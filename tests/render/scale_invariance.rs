@@ -4,7 +4,7 @@ use std::path::Path;
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::import::{LoadOptions, load};
-use blinn::integrator::{Frame, Occlusion, Phong};
+use blinn::integrator::{AmbientOcclusion, Frame, Phong};
 use blinn::render::{Pixels, RenderSettings, render};
 use blinn::scene::{
     FileProjection, Ground, GroundKind, LightKind, Lighting, Local, PoseSettings, Scene, View, pose,
@@ -67,9 +67,9 @@ fn picture(scene: &Scene, s: f64) -> Pixels {
     let radius = if suns { 0.0 } else { (0.05 * s) as f32 };
     let lighting = Lighting { radius, plain_ambient: true, ..Default::default() };
     let lit = lighting.resolve(&posed, &camera);
-    let occlusion = Some(Occlusion { samples: 4, distance: s });
+    let occlusion = Some(AmbientOcclusion { samples: 4, distance: s });
     let ground = Some(Ground::under(&posed.bounds(), GroundKind::Plane));
-    let frame = Frame { occlusion, ground, ..Frame::new(&posed, &accel, camera, &lit) };
+    let frame = Frame { ambient_occlusion: occlusion, ground, ..Frame::new(&posed, &accel, camera, &lit) };
     render(&frame, &Phong::default(), &settings, &()).unwrap()
 }
 

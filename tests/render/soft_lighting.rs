@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use blinn::accel::Accel;
 use blinn::geometry::{Aabb, Rgb, Rgba};
-use blinn::integrator::{Aov, Frame, Occlusion, Phong, Stage};
+use blinn::integrator::{AmbientOcclusion, Aov, Frame, Phong, Stage};
 use blinn::render::{RenderSettings, render, render_aovs};
 use blinn::scene::{
     Cone, Ground, GroundKind, Lit, Material, Mesh, PosedKind, PosedLight, PosedScene, Projection, Rig, Scene,
@@ -23,7 +23,7 @@ struct Shot {
     lights: Vec<PosedLight>,
     ambient: f32,
     shadows: bool,
-    occlusion: Option<Occlusion>,
+    occlusion: Option<AmbientOcclusion>,
     ground: Option<Ground>,
     stage: Stage,
 }
@@ -48,7 +48,8 @@ impl Shot {
         let lit = Lit { rig, sources: Vec::new(), by_file: false, assumed: false, note: String::new() };
         let (camera, _) = self.view.resolve(posed, self.size.0, self.size.1).unwrap();
         let (shadows, occlusion, ground) = (self.shadows, self.occlusion, self.ground);
-        let mut frame = Frame { shadows, occlusion, ground, ..Frame::new(posed, accel, camera, &lit) };
+        let mut frame =
+            Frame { shadows, ambient_occlusion: occlusion, ground, ..Frame::new(posed, accel, camera, &lit) };
         frame.overrides.k_d = Some(Rgb::ONE);
         frame.overrides.k_s = Some(Rgb::ZERO);
         frame
@@ -59,7 +60,7 @@ impl Shot {
             width: self.size.0,
             height: self.size.1,
             samples: self.samples,
-            filter: blinn::render::Filter::Box,
+            filter: blinn::render::PixelFilter::Box,
             ..Default::default()
         }
     }
@@ -255,7 +256,7 @@ fn octahedron() -> Mesh {
     scenes::mesh(corners, faces.to_vec())
 }
 
-const ALL: Option<Occlusion> = Some(Occlusion { samples: 64, distance: f64::INFINITY });
+const ALL: Option<AmbientOcclusion> = Some(AmbientOcclusion { samples: 64, distance: f64::INFINITY });
 
 #[test]
 fn an_open_sky_arrives_whole() {
@@ -304,7 +305,7 @@ fn a_wall_takes_half_of_the_sky_and_a_low_one_its_part() {
         assert!((arrives - expected).abs() < 0.003, "{height} {x}: {arrives} for {expected}");
     }
     // What is farther than the distance is not in the way.
-    let near = Some(Occlusion { samples: 64, distance: 0.9 });
+    let near = Some(AmbientOcclusion { samples: 64, distance: 0.9 });
     let shot = Shot { size, ambient: 1.0, occlusion: near, ..Shot::of(over(1.0)) };
     assert!(shot.take(&walled(2.0)).iter().all(|c| c.x == 1.0));
 }
@@ -314,7 +315,7 @@ fn sixteen_rays_come_near_a_thousand() {
     let size = (64, 64);
     let view = down(DVec3::new(2.0, 0.5, 0.0), 4.0, size);
     let take = |rays, samples| {
-        let occlusion = Some(Occlusion { samples: rays, distance: f64::INFINITY });
+        let occlusion = Some(AmbientOcclusion { samples: rays, distance: f64::INFINITY });
         let shot = Shot { size, samples, ambient: 1.0, occlusion, ..Shot::of(view.clone()) };
         shot.take(&walled(2.0)).iter().map(|c| f64::from(c.x)).collect::<Vec<_>>()
     };

@@ -5,8 +5,8 @@
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::{Rgb, Rgba};
-use blinn::integrator::{Aov, Frame, Integrator, LowDiscrepancy, Phong, Sample, Scratch};
-use blinn::render::{Crop, RenderSettings, render, render_aovs};
+use blinn::integrator::{Aov, Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
+use blinn::render::{PixelRect, RenderSettings, render, render_aovs};
 use blinn::scene::{
     AlphaMode, Channels, ColorInput, Dielectric, Filter, Image, Instance, Material, Mesh, Mips,
     MtlReflectance, Node, NormalMap, PoseSettings, PosedLight, Reading, Reflectance, ScalarInput, Scene,
@@ -22,7 +22,7 @@ impl Integrator for Points {
         &self,
         frame: &Frame,
         samples: &[Sample],
-        draws: &LowDiscrepancy,
+        draws: &LowDiscrepancySampler,
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
@@ -444,7 +444,7 @@ fn tables() {
         let (ball, view) = (ball(roughness, bumpy), towards_ball(distance));
         // The ball and a margin.
         let side = (400.0 / distance) as u32 + 6;
-        let crop = Crop { x: (SIZE.0 - side) / 2, y: (SIZE.1 - side) / 2, width: side, height: side };
+        let crop = PixelRect { x: (SIZE.0 - side) / 2, y: (SIZE.1 - side) / 2, width: side, height: side };
         let of = |n, integrator: &dyn Integrator| {
             let settings = RenderSettings { crop: Some(crop), ..samples(n) };
             picture(&ball, &view, Some(sun()), settings, integrator)

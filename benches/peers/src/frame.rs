@@ -7,7 +7,7 @@ use std::time::Instant;
 use blinn::accel::{Accel, BuildSettings, RayBatch, SegmentBatch, Shared};
 use blinn::geometry::{HitId, Ray};
 use blinn::import::{LoadOptions, load};
-use blinn::integrator::{Frame, Phong, Surface};
+use blinn::integrator::{Frame, Phong, SurfacePoint};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{Lighting, PoseSettings, PosedKind, View, pose};
 use blinn_scenes::write_glb;
@@ -104,7 +104,7 @@ fn tiles(frame: &Frame, settings: &RenderSettings) -> Vec<Tile> {
     let samples = (1..=settings.samples).map(|s| f64::from(s) / f64::from(settings.samples + 1));
     let samples: Vec<f64> = samples.collect();
     let tile = |&(left, top): &(u32, u32)| {
-        let mut eye = RayBatch { cull: frame.cull, ..RayBatch::default() };
+        let mut eye = RayBatch { cull: frame.cull_back_faces, ..RayBatch::default() };
         for y in top..(top + side).min(h) {
             for x in left..(left + side).min(w) {
                 for (i, &s) in samples.iter().enumerate() {
@@ -126,11 +126,13 @@ fn tiles(frame: &Frame, settings: &RenderSettings) -> Vec<Tile> {
 fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<SegmentBatch> {
     let mut hits = Vec::new();
     frame.accel.intersect(eye, &Opaque, &mut hits);
-    let surfaces: Vec<Surface> = hits
+    let surfaces: Vec<SurfacePoint> = hits
         .iter()
         .enumerate()
         .filter(|(_, hit)| !hit.is_miss())
-        .map(|(i, hit)| Surface::at(frame.posed, hit.id, Ray { o: eye.origins[i], d: eye.directions[i] }))
+        .map(|(i, hit)| {
+            SurfacePoint::at(frame.posed, hit.id, Ray { o: eye.origins[i], d: eye.directions[i] })
+        })
         .collect();
     let batch = |light: &blinn::scene::PosedLight| {
         let shared = match light.kind {

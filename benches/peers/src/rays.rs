@@ -3,7 +3,7 @@
 
 use blinn::accel::{Accel, Cutout, RayBatch, SegmentBatch, Shared};
 use blinn::geometry::{HitId, Ray, offset_point};
-use blinn::integrator::Surface;
+use blinn::integrator::SurfacePoint;
 use blinn::scene::PosedScene;
 use blinn_scenes::Scene;
 use glam::{Vec3, vec3};
@@ -217,7 +217,7 @@ impl Rays {
                 }
                 squares.push(tile.squares[i]);
                 let ray = Ray { o: perspective.origins[i], d: perspective.directions[i] };
-                let surface = Surface::at(posed, hit.id, ray);
+                let surface = SurfacePoint::at(posed, hit.id, ray);
                 let mut n = surface.n_g.as_vec3();
                 let from = |towards: Vec3| offset_point(surface.p, surface.p_error, n, towards);
                 shadow.push(from(light - surface.p), light, hit.id);

@@ -5,7 +5,7 @@ use base64::prelude::BASE64_STANDARD;
 
 use super::svg::Svg;
 use crate::output::{encode_png, escape_html, heat, hottest, preview};
-use crate::render::Layer;
+use crate::render::AovLayer;
 
 /// A picture of the steps of a scene's eye rays, as `--heatmap steps` makes it.
 #[derive(Clone, Debug)]
@@ -23,8 +23,8 @@ impl HeatMap {
     ///
     /// # Errors
     /// What the encoder says.
-    pub fn new(scene: &str, layer: &Layer, size: (u32, u32)) -> std::io::Result<HeatMap> {
-        let rays = layer.values.len() / layer.aov.width();
+    pub fn new(scene: &str, layer: &AovLayer, size: (u32, u32)) -> std::io::Result<HeatMap> {
+        let rays = layer.values.len() / layer.aov.channel_count();
         let sum: f64 = layer.values.iter().map(|&v| f64::from(v)).sum();
         Ok(HeatMap {
             name: scene.into(),

@@ -10,7 +10,7 @@ use crate::cli::args::values;
 use crate::cli::args::values::{Ao, Exposure, Layers};
 use crate::display::Background;
 use crate::geometry::Rgb;
-use crate::render::Crop;
+use crate::render::PixelRect;
 use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
 
 #[derive(Debug, Args)]
@@ -52,7 +52,7 @@ pub struct ImageArgs {
     pub heatmap: Option<HeatmapArg>,
     /// Renders a part: left, top, width, height in pixels
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
-    pub crop: Option<Crop>,
+    pub crop: Option<PixelRect>,
     /// Varies the samples' places
     #[arg(long, default_value_t = 0)]
     pub seed: u32,

@@ -7,7 +7,7 @@ use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::import::Smooth;
 use crate::integrator::{Aov, MatteKind};
-use crate::render::Crop;
+use crate::render::PixelRect;
 use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
 
 /// Numbers separated by commas, none of which becomes infinite in single precision.
@@ -163,13 +163,13 @@ pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 /// `X,Y,W,H`.
-pub(crate) fn crop(text: &str) -> Result<Crop, String> {
+pub(crate) fn crop(text: &str) -> Result<PixelRect, String> {
     let v = exactly::<4>(text, "X,Y,W,H")?;
     if v.iter().any(|v| !(0.0..=65_536.0).contains(v) || v.fract() != 0.0) || v[2] == 0.0 || v[3] == 0.0 {
         return Err("expected whole pixels X,Y,W,H with a width and a height".into());
     }
     let [x, y, width, height] = v.map(|v| v as u32);
-    Ok(Crop { x, y, width, height })
+    Ok(PixelRect { x, y, width, height })
 }
 
 /// A pattern of names.
@@ -387,7 +387,7 @@ mod tests {
         assert_eq!(size("1280x720").unwrap(), (1280, 720));
         assert_eq!(size("64,32").unwrap(), (64, 32));
         assert!(size("0x10").is_err() && size("100000x1").is_err() && size("65536x65536").is_err());
-        assert_eq!(crop("1,2,3,4").unwrap(), Crop { x: 1, y: 2, width: 3, height: 4 });
+        assert_eq!(crop("1,2,3,4").unwrap(), PixelRect { x: 1, y: 2, width: 3, height: 4 });
         assert!(crop("1,2,0,4").is_err() && crop("-1,2,3,4").is_err() && crop("1.5,2,3,4").is_err());
     }
 

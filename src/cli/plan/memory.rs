@@ -56,7 +56,7 @@ pub(crate) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
     let boxes: u64 = scene.meshes.iter().map(boxes).sum();
     let looks = if scene.animations.is_empty() { 0 } else { rayon::current_num_threads() as u64 };
     let looking = posed + nodes * looks + if looks > 0 { boxes } else { 0 };
-    let layers: u64 = look.layers.aovs.iter().map(|aov| LAYER * aov.width() as u64).sum();
+    let layers: u64 = look.layers.aovs.iter().map(|aov| LAYER * aov.channel_count() as u64).sum();
     let mattes = if look.layers.cryptomatte { MATTES } else { 0 };
     let picture = pixels.saturating_mul(PIXEL + layers + mattes);
     // With many frames one is prepared and one written while one is rendered.

@@ -11,8 +11,8 @@ use crate::cli::plan::{Shot, Turning};
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml, load_sky};
-use crate::integrator::{Aov, Overrides, Stage};
-use crate::render::{Adaptive, Filter, RenderSettings};
+use crate::integrator::{Aov, MaterialOverrides, Stage};
+use crate::render::{AdaptiveSampling, PixelFilter, RenderSettings};
 use crate::scene::{
     AnimationChoice, Camera, Fit, GroundKind, LightSource, LightUnits, Lighting, PosedScene, Projection,
     Scene, Selection, View, ViewError,
@@ -43,7 +43,7 @@ pub struct Look {
     pub ao: Option<Ao>,
     pub ground: Option<GroundKind>,
     pub stage: Stage,
-    pub overrides: Overrides,
+    pub overrides: MaterialOverrides,
     pub cull: bool,
     /// Set for turntables.
     pub turning: Option<Turning>,
@@ -83,14 +83,14 @@ impl Look {
             settings: RenderSettings {
                 samples: image.samples,
                 filter: match image.filter {
-                    FilterArg::Box => Filter::Box,
-                    FilterArg::Tent => Filter::Tent,
-                    FilterArg::Gaussian => Filter::Gaussian,
-                    FilterArg::BlackmanHarris => Filter::BlackmanHarris,
+                    FilterArg::Box => PixelFilter::Box,
+                    FilterArg::Tent => PixelFilter::Tent,
+                    FilterArg::Gaussian => PixelFilter::Gaussian,
+                    FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
                 },
                 seed: image.seed,
                 // The stops are known when the scene is.
-                adaptive: image.adaptive.map(|threshold| Adaptive { threshold, ev: 0.0 }),
+                adaptive: image.adaptive.map(|threshold| AdaptiveSampling { threshold, ev: 0.0 }),
                 crop: image.crop,
                 tile: if image.samples > 16 { 16 } else { 32 },
                 ..Default::default()
@@ -207,8 +207,8 @@ fn layers(args: &ImageArgs) -> Layers {
     layers
 }
 
-fn overrides(args: &ShadingArgs) -> Overrides {
-    Overrides { k_d: args.kd, k_s: args.ks, shininess: args.shininess.map(|p| p as f32), k_e: None }
+fn overrides(args: &ShadingArgs) -> MaterialOverrides {
+    MaterialOverrides { k_d: args.kd, k_s: args.ks, shininess: args.shininess.map(|p| p as f32), k_e: None }
 }
 
 fn view(args: &CameraArgs) -> Result<View, Usage> {

@@ -10,7 +10,7 @@ use crate::cli::args::values::Ao;
 use crate::cli::plan::Job;
 use crate::cli::run::dataset::depth_step;
 use crate::cli::run::progress::Teller;
-use crate::integrator::Occlusion;
+use crate::integrator::AmbientOcclusion;
 use crate::scene::{Camera, Ground, PosedScene, ViewNotes};
 
 /// Does what may ask for all that a clip takes up, and tells how long it was looked through if it did.
@@ -30,7 +30,7 @@ pub(crate) struct Framed {
     pub notes: ViewNotes,
     /// What a turntable turns about.
     pub pivot: DVec3,
-    pub occlusion: Option<Occlusion>,
+    pub occlusion: Option<AmbientOcclusion>,
     pub ground: Option<Ground>,
     /// Where lights that are fixed to the camera stand in a dataset: what its views show is lit alike.
     pub rest: Option<Camera>,
@@ -50,7 +50,7 @@ impl Framed {
             look.camera(&shot, posed, size)?;
         }
         // What is sized by the scene is so over the whole clip: no frame differs.
-        let occlusion = |ao: Ao| Occlusion {
+        let occlusion = |ao: Ao| AmbientOcclusion {
             samples: ao.samples,
             distance: ao.distance.unwrap_or_else(|| Framed::NEAR * posed.clip_bounds().extent().length()),
         };

@@ -81,7 +81,7 @@ fn is_near(metered: &Metering) -> bool {
 /// True of light in the usual unit: near mid-grey, or mid-grey somewhere. A room that is dark but for the pool of a
 /// lamp is dark on purpose; in another unit, 54 times too weak at least, the pool would be dark, too.
 fn is_usual(light: &Metering) -> bool {
-    is_near(light) || light.below_mid_grey > 0.0 && light.brightest >= MID_GREY
+    is_near(light) || light.below_mid_grey > 0.0 && light.percentile_99 >= MID_GREY
 }
 
 /// What is metered.

@@ -16,7 +16,7 @@ use crate::cli::run::progress::Teller;
 use crate::display::{Display, ViewTransform};
 use crate::integrator::{Frame, Phong};
 use crate::output::{Part, Picture};
-use crate::render::{Adaptive, RenderSettings, Watch, render, render_aovs, render_mattes};
+use crate::render::{AdaptiveSampling, ProgressMonitor, RenderSettings, render, render_aovs, render_mattes};
 use crate::scene::pose;
 use crate::scene::{
     Animation, AnimationChoice, Camera, GroundKind, Lighting, Lit, PoseSettings, PosedScene, Scene, Turn,
@@ -92,7 +92,7 @@ impl<'a> Studio<'a> {
         studio.exposed = metering::expose(&studio, &mut moment, &lit)?;
         let ev = studio.exposed.ev;
         studio.display.ev = ev;
-        studio.settings.adaptive = settings.adaptive.map(|adaptive| Adaptive { ev, ..adaptive });
+        studio.settings.adaptive = settings.adaptive.map(|adaptive| AdaptiveSampling { ev, ..adaptive });
         if let Some(scale) = studio.exposed.light_scale {
             let scaled = Lighting { scale, ..look.lighting.clone() };
             let lit = scaled.resolve(&moment.posed, &camera);
@@ -152,9 +152,9 @@ impl<'a> Studio<'a> {
         let lit = self.lighting.resolve(&moment.posed, self.framed.rest.as_ref().unwrap_or(&camera));
         Ok(Frame {
             overrides: self.look.overrides,
-            cull: self.look.cull,
+            cull_back_faces: self.look.cull,
             shadows: self.look.shadows,
-            occlusion: self.framed.occlusion,
+            ambient_occlusion: self.framed.occlusion,
             ..Frame::new(&moment.posed, accel, camera, &lit)
         })
     }
@@ -168,7 +168,7 @@ impl<'a> Studio<'a> {
         if by_camera {
             self.frame(moment, camera.moved(&motion))
         } else {
-            Ok(self.frame(moment, camera)?.turned(&motion))
+            Ok(self.frame(moment, camera)?.with_scene_motion(&motion))
         }
     }
 
@@ -185,7 +185,7 @@ impl<'a> Studio<'a> {
     }
 
     /// Renders a picture of the scene at its moment.
-    pub fn picture(&self, shot: &Shot, moment: &Moment, watch: &dyn Watch) -> Result<Picture> {
+    pub fn picture(&self, shot: &Shot, moment: &Moment, watch: &dyn ProgressMonitor) -> Result<Picture> {
         let settings = &self.settings;
         let (width, height) = (settings.width, settings.height);
         let camera = self.look.camera(shot, &moment.posed, (width, height))?;
@@ -199,8 +199,13 @@ impl<'a> Studio<'a> {
         self.teller.stage("render", start, &what);
         let start = Instant::now();
         // Places and directions are said in the world that a dataset is in.
-        let placed = DAffine3::from_mat3(self.world) * frame.placed;
-        let layers = render_aovs(&Frame { placed, ..frame.clone() }, &self.look.layers.aovs, settings, &())?;
+        let placed = DAffine3::from_mat3(self.world) * frame.scene_to_world;
+        let layers = render_aovs(
+            &Frame { scene_to_world: placed, ..frame.clone() },
+            &self.look.layers.aovs,
+            settings,
+            &(),
+        )?;
         let mattes = match self.look.layers.cryptomatte {
             true => render_mattes(&frame, settings, &())?,
             false => Vec::new(),

@@ -38,7 +38,7 @@ pub struct Coefficients {
 
 /// Coefficients given for every material at once, replacing the mapped and textured ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Overrides {
+pub struct MaterialOverrides {
     /// Replaces k_d.
     pub k_d: Option<Rgb>,
     /// Replaces k_s.
@@ -211,7 +211,7 @@ impl Coefficients {
 pub(crate) struct Lookup<'a> {
     /// All looks so far; points name theirs by its index.
     looks: &'a mut Vec<Coefficients>,
-    overrides: &'a Overrides,
+    overrides: &'a MaterialOverrides,
     /// Whether ambient light comes from a sky.
     under_sky: bool,
     /// The last material that is the same all over.
@@ -238,7 +238,11 @@ pub(crate) struct Gloss {
 }
 
 impl<'a> Lookup<'a> {
-    pub fn new(looks: &'a mut Vec<Coefficients>, overrides: &'a Overrides, under_sky: bool) -> Lookup<'a> {
+    pub fn new(
+        looks: &'a mut Vec<Coefficients>,
+        overrides: &'a MaterialOverrides,
+        under_sky: bool,
+    ) -> Lookup<'a> {
         Lookup { looks, overrides, under_sky, last: None }
     }
 
@@ -264,7 +268,7 @@ impl<'a> Lookup<'a> {
 
     /// How highlights of a material follow normals.
     pub fn gloss(&self, material: &Material) -> Gloss {
-        let Overrides { k_s, shininess: given, .. } = *self.overrides;
+        let MaterialOverrides { k_s, shininess: given, .. } = *self.overrides;
         Gloss { widens: widens(material), given, fixed: k_s.is_some() }
     }
 
@@ -305,7 +309,7 @@ impl Gloss {
 
 impl Coefficients {
     /// The same where `overrides` say otherwise.
-    fn with(mut self, overrides: &Overrides) -> Coefficients {
+    fn with(mut self, overrides: &MaterialOverrides) -> Coefficients {
         self.k_d = overrides.k_d.unwrap_or(self.k_d);
         self.k_s = overrides.k_s.unwrap_or(self.k_s);
         self.shininess = overrides.shininess.unwrap_or(self.shininess);

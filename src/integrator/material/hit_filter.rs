@@ -9,9 +9,9 @@ use crate::integrator::surface::texture_eval::OnMesh;
 use crate::scene::PosedScene;
 
 /// Answers the accelerator's questions from a scene's materials.
-pub struct Materials<'a>(pub &'a PosedScene<'a>);
+pub struct MaterialHitFilter<'a>(pub &'a PosedScene<'a>);
 
-impl Cutout for Materials<'_> {
+impl Cutout for MaterialHitFilter<'_> {
     fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
         let on = OnMesh::at(self.0, id, Ray { o, d });
         alpha(self.0, &self.0.materials[on.mesh.material as usize], &on) > 0.0

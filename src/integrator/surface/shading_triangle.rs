@@ -8,7 +8,7 @@ use crate::integrator::material::coefficients::widens;
 use crate::integrator::surface::points::{Columns, Found, Group, Met, Rays, TOGETHER};
 use crate::integrator::surface::ray_differentials::Spread;
 use crate::integrator::surface::shadow_terminator::{Lift, start};
-use crate::integrator::surface::surface_point::Surface;
+use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texture_eval::OnMesh;
 use crate::integrator::surface::triangle_plane::{Flat, OnFlat};
 use crate::scene::{Mesh, PosedScene};
@@ -65,7 +65,7 @@ impl<'s> Facet<'s> {
 
     /// The point where `ray` meets it, which it is known to do; seen by an eye ray that stands for
     /// those up to `differential` away, if there is one.
-    pub fn seen(&self, ray: Ray, differential: Option<&RayDifferential>) -> Surface<'s> {
+    pub fn seen(&self, ray: Ray, differential: Option<&RayDifferential>) -> SurfacePoint<'s> {
         self.surface(&self.met(self.flat.front_to(ray), ray, differential.filter(|_| !self.even)))
     }
 
@@ -140,8 +140,8 @@ impl<'s> Facet<'s> {
     }
 
     /// What is where a ray has met it.
-    pub fn surface(&self, met: &Met) -> Surface<'s> {
-        Surface {
+    pub fn surface(&self, met: &Met) -> SurfacePoint<'s> {
+        SurfacePoint {
             id: self.id,
             p: met.p,
             p_error: self.p_error,

@@ -9,7 +9,7 @@ use crate::scene::PosedScene;
 
 /// A point on a surface, seen from somewhere. Positions are relative to the scene's centre.
 #[derive(Clone, Copy, Debug)]
-pub struct Surface<'s> {
+pub struct SurfacePoint<'s> {
     /// Which triangle.
     pub id: HitId,
     /// The point, from barycentrics: on the triangle, whatever t was rounded to.
@@ -28,10 +28,10 @@ pub struct Surface<'s> {
     pub(crate) on: OnMesh<'s>,
 }
 
-impl<'s> Surface<'s> {
+impl<'s> SurfacePoint<'s> {
     /// The point where `ray` meets triangle `id`, which it is known to hit. Its textures are looked
     /// up at their finest.
-    pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> Surface<'s> {
+    pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> SurfacePoint<'s> {
         Facet::new(posed, id).seen(ray, None)
     }
 

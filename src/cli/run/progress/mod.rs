@@ -15,7 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::cli::args::{ProgressArg, TellArgs};
 use crate::cli::console::tell;
 use crate::cli::{Summary, one_line};
-use crate::render::Watch;
+use crate::render::ProgressMonitor;
 use tally::Tally;
 
 pub(crate) use teller::Teller;
@@ -286,7 +286,7 @@ pub(crate) struct PixelWatch<'r> {
     scene: &'r Path,
 }
 
-impl Watch for PixelWatch<'_> {
+impl ProgressMonitor for PixelWatch<'_> {
     fn pixels_done(&self, count: u64) {
         if self.reporter.style == Style::None {
             return;
