@@ -1,7 +1,7 @@
-"""Writes display colours of Blender's own OpenColorIO configuration as a Rust table for the unit tests.
+"""Writes display colours of Blender's own OpenColorIO configuration as tables for the unit tests.
 
     pip install opencolorio numpy
-    python docs/scripts/view_reference.py PATH/datafiles/colormanagement/config.ocio > src/display/reference.rs
+    python docs/scripts/view_reference.py PATH/datafiles/colormanagement/config.ocio src/display/testdata
 
 The configuration comes with Blender (tables measured with 5.0.1 and PyOpenColorIO 2.6.0). Colours are
 scene-linear Rec.709; results are sRGB, encoded, as computed in float and not rounded to bytes.
@@ -9,6 +9,7 @@ scene-linear Rec.709; results are sRGB, encoded, as computed in float and not ro
 
 import sys
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import PyOpenColorIO as ocio
@@ -66,20 +67,18 @@ def neutral_colours():
 
 def main():
     config = ocio.Config.CreateFromFile(sys.argv[1])
-    print("//! Made by `docs/scripts/view_reference.py` with Blender's OpenColorIO configuration: scene-linear Rec.709,")
-    print("//! and what it shows, sRGB-encoded.")
-    tables = {"AGX": ("AgX", agx_colours()), "NEUTRAL": ("Khronos PBR Neutral", neutral_colours())}
+    folder = Path(sys.argv[2])
+    tables = {"agx": ("AgX", agx_colours()), "neutral": ("Khronos PBR Neutral", neutral_colours())}
     for name, (view, rows) in tables.items():
-        print(f"\npub(super) const {name}: [([f32; 3], [f32; 3]); {len(rows)}] = [")
-        for i, o in zip(rows, shown(config, view, rows)):
-            print(f"    ({rust(i)}, {rust([round(float(v), 6) for v in o])}),")
-        print("];")
+        encoded = [[round(float(v), 6) for v in row] for row in shown(config, view, rows)]
+        lines = [f"{numbers(i)},{numbers(o)}\n" for i, o in zip(rows, encoded)]
+        (folder / f"{name}.csv").write_text("".join(lines))
 
 
-def rust(values):
+def numbers(values):
     """Returns the shortest f32 representation of each value."""
     digits = (np.format_float_positional(np.float32(v), trim="0") if v < 1e6 else f"{v:.0e}".replace("+", "") for v in values)
-    return "[" + ", ".join(digits) + "]"
+    return ",".join(digits)
 
 
 if __name__ == "__main__":

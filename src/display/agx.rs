@@ -198,7 +198,7 @@ fn to_light(v: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reference::AGX;
+    use super::super::reference;
     use super::*;
     use crate::scene::linear_to_srgb;
 
@@ -211,9 +211,10 @@ mod tests {
 
     #[test]
     fn it_is_blenders() {
-        assert_eq!(AGX.len(), 274);
-        for (input, output) in AGX {
-            close(input, output);
+        let colors = reference::agx();
+        assert_eq!(colors.len(), 274);
+        for color in colors {
+            close(color.linear, color.encoded);
         }
     }
 

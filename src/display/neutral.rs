@@ -41,16 +41,16 @@ fn one(rgb: Rgb) -> Rgb {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reference::NEUTRAL;
+    use super::super::reference;
     use super::*;
     use crate::scene::linear_to_srgb;
 
     #[test]
     fn it_is_khronoss() {
-        for (input, theirs) in NEUTRAL {
-            let ours = one(Rgb::from(input)).to_array().map(linear_to_srgb);
-            for (a, b) in ours.into_iter().zip(theirs) {
-                assert!((a - b).abs() * 255.0 < 0.02, "{input:?}: {ours:?}, not {theirs:?}");
+        for reference::Reference { linear, encoded } in reference::neutral() {
+            let ours = one(Rgb::from(linear)).to_array().map(linear_to_srgb);
+            for (a, b) in ours.into_iter().zip(encoded) {
+                assert!((a - b).abs() * 255.0 < 0.02, "{linear:?}: {ours:?}, not {encoded:?}");
             }
         }
     }

@@ -216,8 +216,4 @@ fn generator(text: &str) -> String {
 }
 
 #[cfg(test)]
-mod defects;
-#[cfg(test)]
-mod differential;
-#[cfg(test)]
 mod tests;

@@ -1,5 +1,8 @@
 //! OBJ scenes as a whole.
 
+mod differential;
+mod regressions;
+
 use std::fs;
 use std::path::Path;
 
@@ -9,10 +12,7 @@ use crate::scene::{AlphaMode, Local, Material, Mesh, Reflectance, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 /// Loads `obj` with further files beside it.
-pub(super) fn read(
-    obj: impl AsRef<[u8]>,
-    beside: &[(&str, &[u8])],
-) -> Result<(Scene, Vec<String>), LoadError> {
+fn read(obj: impl AsRef<[u8]>, beside: &[(&str, &[u8])]) -> Result<(Scene, Vec<String>), LoadError> {
     let dir = tempfile::tempdir().unwrap();
     for (name, bytes) in beside {
         let path = dir.path().join(name);
@@ -32,33 +32,32 @@ fn load_with(obj: &str, options: &LoadOptions) -> Scene {
     load(&path, options).unwrap().0
 }
 
-pub(super) fn scene(obj: &str) -> Scene {
+fn scene(obj: &str) -> Scene {
     let (scene, warnings) = read(obj, &[]).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     scene
 }
 
-pub(super) fn error(obj: &str) -> String {
+fn error(obj: &str) -> String {
     read(obj, &[]).unwrap_err().to_string()
 }
 
 /// A material and the warnings that came with it.
-pub(super) fn with_mtl(mtl: &str) -> (Material, Vec<String>) {
+fn with_mtl(mtl: &str) -> (Material, Vec<String>) {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let png = png([255, 128, 0, 255]);
     let (scene, warnings) = read(obj, &[("a.mtl", mtl.as_bytes()), ("tex/t 1.png", &png)]).unwrap();
     (scene.materials[0].clone(), warnings)
 }
 
-pub(super) fn png(texel: [u8; 4]) -> Vec<u8> {
+fn png(texel: [u8; 4]) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let image = image::RgbaImage::from_pixel(2, 2, image::Rgba(texel));
     image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
     bytes.into_inner()
 }
 
-pub(super) const SQUARE: &str =
-    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
 
 #[test]
 fn what_changes_no_picture_is_no_warning() {

@@ -8,8 +8,6 @@ mod index;
 mod vertex;
 
 #[cfg(test)]
-mod fixtures;
-#[cfg(test)]
 mod tests;
 
 /// The bitstream a compressed buffer view is written in.

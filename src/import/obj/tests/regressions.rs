@@ -1,10 +1,10 @@
-//! OBJ scenes as a whole: defects that were met, each with its mend.
+//! OBJ scenes as a whole: one test for each defect that was fixed.
 
 use std::fs;
 
-use super::super::{LoadError, LoadOptions, Smooth, load};
-use super::tests::{SQUARE, error, png, read, scene, with_mtl};
+use super::{SQUARE, error, png, read, scene, with_mtl};
 use crate::geometry::Rgb;
+use crate::import::{LoadError, LoadOptions, Smooth, load};
 use crate::scene::{AlphaMode, Channel4, Reflectance, ScalarInput};
 use glam::Vec3;
 
@@ -352,8 +352,8 @@ fn normal_maps_on_flat_faces_have_their_frames() {
 fn blender_shows_colours_over_black_where_alpha_is_not_used() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let soft = &png([255, 200, 0, 128])[..];
-    let grey = include_bytes!("../../../models/tests/images/grey_alpha.png");
-    let webp = include_bytes!("../../../models/tests/images/lossless.webp");
+    let grey = include_bytes!("../../../../models/tests/images/grey_alpha.png");
+    let webp = include_bytes!("../../../../models/tests/images/lossless.webp");
     for (head, map_d, image, expected) in [
         ("# Blender 5.0.1", "", soft, [128u8, 100, 0, 255]),
         ("# Blender 5.0.1", "map_d t.png", soft, [255, 200, 0, 128]),

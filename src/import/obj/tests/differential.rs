@@ -4,10 +4,10 @@ use std::fmt::Write;
 
 use glam::DVec3;
 
-use super::super::memory::Budget;
-use super::super::{Limits, LoadOptions};
-use super::{Read, carefully, quickly, scene};
+use super::super::{Read, carefully, quickly, scene};
 use crate::import::files::uri::Folder;
+use crate::import::memory::Budget;
+use crate::import::{Limits, LoadOptions};
 use crate::scene::Scene;
 
 /// A generator of numbers that are the same everywhere.
