@@ -90,9 +90,9 @@ impl Turns {
 
     /// Does it once.
     fn once<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Taken, T) {
-        let tells_peak = memory::forget_peak();
+        let tells_peak = memory::reset_peak();
         let made = self.pool.install(&work);
-        let peak_bytes = memory::peak().filter(|_| tells_peak);
+        let peak_bytes = memory::peak_bytes().filter(|_| tells_peak);
         let none = f64::NAN;
         let untimed = Taken {
             seconds: none,

@@ -1,26 +1,42 @@
-//! What machine this is.
+//! The machine and operating system that a benchmark runs on.
 
-use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
+use std::fs;
 
 use super::figures::Machine;
+use super::memory;
 use crate::accel::Tier;
 
 impl Machine {
-    /// The machine that this runs on, as far as it tells.
+    /// Describes this machine. What only Linux tells is a default elsewhere.
     pub fn here() -> Machine {
-        let asked = RefreshKind::nothing()
-            .with_cpu(CpuRefreshKind::nothing())
-            .with_memory(MemoryRefreshKind::nothing().with_ram());
-        let system = System::new_with_specifics(asked);
-        let cpu = system.cpus().first().map(|cpu| cpu.brand().trim().to_string());
-        let known = |text: Option<String>| text.filter(|text| !text.is_empty());
+        let cpus = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let cores = cpus.lines().filter(|line| line.starts_with("processor")).count();
+        let cores =
+            if cores > 0 { cores } else { std::thread::available_parallelism().map_or(1, usize::from) };
+        let cpu = cpus.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+        let cpu = cpu.map(|(_, name)| name.trim().to_string()).filter(|name| !name.is_empty());
+        let kernel = fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
         Machine {
-            cpu: known(cpu).unwrap_or_else(|| std::env::consts::ARCH.to_string()),
-            cores: system.cpus().len().try_into().unwrap_or(u32::MAX),
-            memory_bytes: system.total_memory(),
-            os: known(System::long_os_version()).unwrap_or_else(|| std::env::consts::OS.to_string()),
-            kernel: known(System::kernel_version()).unwrap_or_default(),
+            cpu: cpu.unwrap_or_else(|| std::env::consts::ARCH.to_string()),
+            cores: cores.try_into().unwrap_or(u32::MAX),
+            memory_bytes: memory::total_bytes().unwrap_or(0),
+            os: distribution().unwrap_or_else(|| std::env::consts::OS.to_string()),
+            kernel: kernel.trim().to_string(),
             simd: Tier::best().name().to_string(),
         }
     }
+}
+
+/// Name and version of a Linux distribution, such as `Linux (Debian GNU/Linux 13)`.
+fn distribution() -> Option<String> {
+    let release = fs::read_to_string("/etc/os-release").ok()?;
+    let value = |key: &str| {
+        let value = release.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('='))?;
+        Some(value.trim_matches('"').to_string())
+    };
+    let name = value("NAME")?;
+    Some(match value("VERSION_ID") {
+        Some(version) => format!("Linux ({name} {version})"),
+        None => format!("Linux ({name})"),
+    })
 }

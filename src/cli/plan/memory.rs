@@ -1,10 +1,9 @@
 //! What a job takes in memory: as estimated before it is taken, for `--max-memory`, and in words.
 
-use std::path::Path;
-
 use anyhow::{Result, bail};
 
 use crate::accel::Flatten;
+use crate::bench::memory::limit_bytes;
 use crate::cli::plan::Job;
 use crate::import::Limits;
 use crate::scene::Scene;
@@ -31,7 +30,7 @@ const MATTES: u64 = 256;
 /// What may be read: within `--max-memory`, else within what there is. More than that would end the
 /// program, and perhaps others.
 pub(crate) fn limits(max_memory: Option<u64>) -> Limits {
-    let all = || Limits { memory_bytes: installed().unwrap_or(u64::MAX), ..Limits::default() };
+    let all = || Limits { memory_bytes: limit_bytes().unwrap_or(u64::MAX), ..Limits::default() };
     max_memory.map_or_else(all, Limits::within)
 }
 
@@ -89,7 +88,7 @@ fn in_trees(scene: &Scene, flatten: Flatten) -> u64 {
 pub(crate) fn check(job: &Job, scene: &Scene, frames: usize) -> Result<()> {
     let (allowed, who) = match job.max_memory {
         Some(bytes) => (bytes, "--max-memory allows"),
-        None => (installed().unwrap_or(u64::MAX), "without --max-memory there are"),
+        None => (limit_bytes().unwrap_or(u64::MAX), "without --max-memory there are"),
     };
     let needed = estimate(job, scene, frames);
     if needed > allowed {
@@ -102,59 +101,11 @@ pub(crate) fn check(job: &Job, scene: &Scene, frames: usize) -> Result<()> {
     Ok(())
 }
 
-/// The memory that this process may have, where the system says so: the machine's, or less in a control group or
-/// by `ulimit`.
-pub(crate) fn installed() -> Option<u64> {
-    let meminfo = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let total = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
-    let total = total.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024);
-    let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
-    let group = groups.lines().find_map(|line| line.strip_prefix("0::/")).unwrap_or_default();
-    // A group is bound by those above it too.
-    let limits = Path::new(group).ancestors().filter_map(|group| {
-        let file = Path::new("/sys/fs/cgroup").join(group).join("memory.max");
-        std::fs::read_to_string(file).ok()?.trim().parse::<u64>().ok()
-    });
-    let own = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
-    limits.chain(addresses(&own)).chain([total]).min()
-}
-
-/// The bytes that a process may have addresses for, by `/proc/self/limits`.
-fn addresses(limits: &str) -> impl Iterator<Item = u64> {
-    let soft = |line: &str| {
-        let kinds = ["Max address space", "Max data size"];
-        let values = kinds.into_iter().find_map(|kind| line.strip_prefix(kind))?;
-        values.split_whitespace().next()?.parse::<u64>().ok()
-    };
-    limits.lines().filter_map(soft)
-}
-
 /// Bytes in words, to a tenth.
 pub(crate) fn text(bytes: u64) -> String {
     const UNITS: [(u64, &str); 3] = [(1 << 30, "GiB"), (1 << 20, "MiB"), (1 << 10, "KiB")];
     match UNITS.into_iter().find(|(unit, _)| bytes >= *unit) {
         Some((unit, name)) => format!("{:.1} {name}", bytes as f64 / unit as f64),
         None => format!("{bytes} bytes"),
-    }
-}
-
-#[cfg(all(test, target_os = "linux"))]
-mod tests {
-    use super::*;
-    use crate::bench::memory::peak;
-
-    #[test]
-    fn what_a_process_may_address_bounds_its_memory() {
-        let limits = "Limit                     Soft Limit           Hard Limit           Units     \n\
-                      Max data size             unlimited            unlimited            bytes     \n\
-                      Max processes             1                    2                    processes \n\
-                      Max address space         3072000000           unlimited            bytes     \n";
-        assert_eq!(addresses(limits).collect::<Vec<_>>(), [3_072_000_000]);
-    }
-
-    #[test]
-    fn there_is_memory_and_this_process_takes_less() {
-        let (most, now) = (installed().unwrap(), peak().unwrap());
-        assert!(now > 1 << 20 && most > now, "{now} of {most}");
     }
 }

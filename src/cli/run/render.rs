@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 
 use crate::batch::Contents;
-use crate::bench::memory::peak;
+use crate::bench::memory::peak_bytes;
 use crate::cli::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use crate::cli::plan::Job;
 use crate::cli::plan::memory;
@@ -83,7 +83,7 @@ fn each(job: &Job, process: &ProcessArgs, reporter: &Reporter) -> Result<Summary
             break;
         }
     }
-    if let Some(peak) = peak() {
+    if let Some(peak) = peak_bytes() {
         reporter.perf(&format!("memory   {:>10}  at most", memory::text(peak)));
     }
     match report.map(Report::finish) {
