@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, percent_encode, utf8_percent_encode};
 use twox_hash::XxHash3_128;
 
-use crate::import::open_regular;
+use crate::import::open_regular_file;
 use crate::scene::{Content, Hashing, Source};
 
 /// What stands between a stamp's words, and what XML minds, is encoded in names.
@@ -125,7 +125,7 @@ pub fn stamp(key: Key, scene: &Path, source: &Source) -> Option<String> {
 
 /// What is in a regular file of no more than `limit` bytes.
 fn content(path: &Path, limit: u64) -> io::Result<Content> {
-    let mut file = Hashing::new(open_regular(path, limit)?.take(limit));
+    let mut file = Hashing::new(open_regular_file(path, limit)?.take(limit));
     let mut buffer = vec![0; 1 << 18];
     loop {
         match file.read(&mut buffer) {

@@ -1,58 +1,58 @@
-//! What goes wrong while reading, and what went well enough.
+//! Errors and warnings of an import.
 
 use std::collections::HashSet;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a file is not a scene.
+/// The reason why a file was not loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The file, or a file that it needs, cannot be read.
     #[error("{}: {cause}", .path.display())]
     Io {
-        /// Which file.
+        /// The file's path.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         cause: io::Error,
     },
     /// The text or the container does not follow its format.
-    #[error("{place}: {what}")]
+    #[error("{location}: {message}")]
     Parse {
-        /// Where: byte offset, line and column, or chunk.
-        place: String,
-        /// What is wrong, and what to do.
-        what: String,
+        /// Byte offset, line and column, or chunk.
+        location: String,
+        /// The defect and its remedy.
+        message: String,
     },
-    /// The format is kept, but a rule is broken that a picture depends on.
-    #[error("{place}: {rule}")]
+    /// The file is well-formed but breaks a rule that the rendering depends on.
+    #[error("{location}: {message}")]
     Invalid {
-        /// Where: a JSON path such as `accessors[3].byteOffset`, or a line.
-        place: String,
-        /// The rule, and how it is broken.
-        rule: String,
+        /// JSON path such as `accessors[3].byteOffset`, or a line.
+        location: String,
+        /// The rule and how the file breaks it.
+        message: String,
     },
-    /// More of something than was allowed.
-    #[error("{name}: {asked} is over the limit of {allowed}{}", remedy(.name))]
+    /// The file exceeds a limit of [`Limits`](super::Limits).
+    #[error("{name}: {requested} exceeds the limit of {allowed}{}", remedy(.name))]
     Limit {
-        /// What there is too much of.
+        /// The limited quantity.
         name: &'static str,
-        /// How much the file wants.
-        asked: u64,
-        /// How much is allowed.
+        /// The file's amount.
+        requested: u64,
+        /// The largest allowed amount.
         allowed: u64,
     },
-    /// Well-formed, and not something that blinn can show.
+    /// The file is valid but needs a feature that is not supported.
     #[error("{0}")]
     Unsupported(String),
 }
 
-/// What is too much memory.
+/// Name of the memory limit.
 pub(crate) const MEMORY: &str = "bytes of memory";
 
-/// What to do about too much of something, where a flag helps.
+/// Returns the flag that raises a limit, as the end of a message.
 fn remedy(name: &str) -> &'static str {
-    if name == MEMORY { ": --max-memory allows more" } else { "" }
+    if name == MEMORY { "; raise it with --max-memory" } else { "" }
 }
 
 impl LoadError {
@@ -60,64 +60,70 @@ impl LoadError {
         LoadError::Io { path: path.to_path_buf(), cause }
     }
 
-    pub(crate) fn parse(place: impl fmt::Display, what: impl fmt::Display) -> LoadError {
-        LoadError::Parse { place: place.to_string(), what: what.to_string() }
+    pub(crate) fn parse(location: impl fmt::Display, message: impl fmt::Display) -> LoadError {
+        LoadError::Parse { location: location.to_string(), message: message.to_string() }
     }
 
-    pub(crate) fn invalid(place: impl fmt::Display, rule: impl fmt::Display) -> LoadError {
-        LoadError::Invalid { place: place.to_string(), rule: rule.to_string() }
+    pub(crate) fn invalid(location: impl fmt::Display, message: impl fmt::Display) -> LoadError {
+        LoadError::Invalid { location: location.to_string(), message: message.to_string() }
     }
 
-    /// `Err(Limit)` where `asked` is more than `allowed`.
-    pub(crate) fn check(name: &'static str, asked: u64, allowed: u64) -> Result<(), LoadError> {
-        if asked > allowed { Err(LoadError::Limit { name, asked, allowed }) } else { Ok(()) }
+    /// Returns a `Limit` error if `requested` exceeds `allowed`.
+    pub(crate) fn check_limit(name: &'static str, requested: u64, allowed: u64) -> Result<(), LoadError> {
+        if requested > allowed { Err(LoadError::Limit { name, requested, allowed }) } else { Ok(()) }
     }
 }
 
-/// Something in a file that was left out, repaired or replaced. One line.
+/// A defect that was repaired, or a part of the file that was ignored. One line of text.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Warning {
-    /// Where in the file: a JSON path, or a line.
-    pub place: String,
-    /// What was done about what.
-    pub what: String,
+    /// JSON path or line in the file; empty if the warning concerns the whole file.
+    pub location: String,
+    /// The defect and what was done about it.
+    pub message: String,
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.place.is_empty() {
-            f.write_str(&self.what)
+        if self.location.is_empty() {
+            f.write_str(&self.message)
         } else {
-            write!(f, "{}: {}", self.place, self.what)
+            write!(f, "{}: {}", self.location, self.message)
         }
     }
 }
 
-/// Collects warnings, each once.
+/// Collects warnings in order, without repetitions.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     list: Vec<Warning>,
-    seen: HashSet<Warning>,
+    known: HashSet<Warning>,
 }
 
 impl Warnings {
-    /// Adds a warning unless the same one is there already.
-    pub fn add(&mut self, place: impl fmt::Display, what: impl fmt::Display) {
-        self.push(Warning { place: place.to_string(), what: what.to_string() });
+    /// Adds a warning unless it is already in the list.
+    pub fn add(&mut self, location: impl fmt::Display, message: impl fmt::Display) {
+        self.push(Warning { location: location.to_string(), message: message.to_string() });
     }
 
-    /// Adds what was collected elsewhere.
+    /// Appends the warnings of another collection.
     pub fn extend(&mut self, other: Warnings) {
         other.list.into_iter().for_each(|w| self.push(w));
     }
 
     fn push(&mut self, warning: Warning) {
-        if self.seen.insert(warning.clone()) {
+        if self.known.insert(warning.clone()) {
             self.list.push(warning);
         }
     }
 
     pub fn into_vec(self) -> Vec<Warning> {
         self.list
+    }
+
+    /// The warnings as lines of text.
+    #[cfg(test)]
+    pub fn into_lines(self) -> Vec<String> {
+        self.list.iter().map(ToString::to_string).collect()
     }
 }

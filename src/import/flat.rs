@@ -1,23 +1,23 @@
-//! Flat meshes with normals of their own: a normal map needs a frame at every corner.
+//! Flat shading with explicit normals: a normal map needs a tangent frame at every corner.
 
 use crate::scene::{Influences, Mesh, MorphTarget};
 
-/// Gives every triangle vertices of its own, with its normal.
-pub(super) fn give_normals(mesh: &mut Mesh) {
+/// Stores three vertices per triangle, each with the face normal.
+pub(super) fn generate_normals(mesh: &mut Mesh) {
     let corners: Vec<u32> = mesh.triangles.as_flattened().to_vec();
     let Mesh { positions, tangents, uvs, colors, morphs, influences, .. } = mesh;
-    pick(positions, &corners, 1);
-    pick(tangents, &corners, 1);
-    pick(colors, &corners, 1);
-    uvs.iter_mut().for_each(|set| pick(set, &corners, 1));
+    gather(positions, &corners, 1);
+    gather(tangents, &corners, 1);
+    gather(colors, &corners, 1);
+    uvs.iter_mut().for_each(|set| gather(set, &corners, 1));
     for MorphTarget { positions, normals, tangents, .. } in morphs {
-        pick(positions, &corners, 1);
-        pick(normals, &corners, 1);
-        pick(tangents, &corners, 1);
+        gather(positions, &corners, 1);
+        gather(normals, &corners, 1);
+        gather(tangents, &corners, 1);
     }
     let Influences { per_vertex, joints, weights } = influences;
-    pick(joints, &corners, *per_vertex);
-    pick(weights, &corners, *per_vertex);
+    gather(joints, &corners, *per_vertex);
+    gather(weights, &corners, *per_vertex);
     mesh.normals = mesh.positions.as_chunks::<3>().0.iter().fold(Vec::new(), |mut normals, corners| {
         let [a, b, c] = corners.map(|p| p.as_dvec3());
         let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
@@ -30,15 +30,15 @@ pub(super) fn give_normals(mesh: &mut Mesh) {
     }
 }
 
-/// The elements of `each` numbers at these places.
-fn pick<T: Copy>(list: &mut Vec<T>, places: &[u32], each: usize) {
+/// Replaces per-vertex data of `width` elements by the data of `vertices`.
+fn gather<T: Copy>(list: &mut Vec<T>, vertices: &[u32], width: usize) {
     if list.is_empty() {
         return;
     }
-    let mut out = Vec::with_capacity(places.len() * each);
-    for &v in places {
-        let start = v as usize * each;
-        out.extend_from_slice(&list[start..start + each]);
+    let mut out = Vec::with_capacity(vertices.len() * width);
+    for &v in vertices {
+        let start = v as usize * width;
+        out.extend_from_slice(&list[start..start + width]);
     }
     *list = out;
 }
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folded_sheet_has_two_normals() {
+    fn a_folded_quad_gets_one_normal_per_triangle() {
         let mut mesh = Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
@@ -59,7 +59,7 @@ mod tests {
             morphs: vec![MorphTarget { positions: vec![Vec3::ONE; 4], ..MorphTarget::default() }],
             ..Mesh::default()
         };
-        give_normals(&mut mesh);
+        generate_normals(&mut mesh);
         assert_eq!(mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
         assert_eq!(mesh.normals, [[Vec3::Z; 3], [Vec3::X; 3]].concat());
         assert_eq!(mesh.positions[3..], [Vec3::ZERO, Vec3::Y, Vec3::Z]);

@@ -1,43 +1,46 @@
-//! Textures that nothing says the place of.
+//! Warnings for textured materials on meshes without the texture coordinates that they need.
 
 use std::collections::BTreeMap;
 
 use crate::import::error::Warning;
-use crate::import::files::uri::printable;
-use crate::scene::Scene;
+use crate::import::files::escape::printable;
+use crate::scene::{Mesh, Scene};
 
-/// Tells of materials with textures whose coordinates their meshes lack: one place of the image is seen all
-/// over such a mesh.
-pub(crate) fn warnings(scene: &Scene) -> Vec<Warning> {
-    // By material and set: the first mesh, and how many there are.
-    let mut lacking: BTreeMap<(u32, u32), (&str, usize)> = BTreeMap::new();
-    for mesh in &scene.meshes {
-        let mut sets: Vec<u32> =
-            scene.materials[mesh.material as usize].textures().map(|texture| texture.uv_set).collect();
-        sets.sort_unstable();
-        sets.dedup();
-        let lacks = |set: &u32| mesh.uv_set(*set).is_none();
-        for set in sets.into_iter().filter(lacks) {
-            lacking.entry((mesh.material, set)).or_insert((&mesh.name, 0)).1 += 1;
-        }
-    }
-    let tell = |((material, set), (mesh, count)): ((u32, u32), (&str, usize))| {
-        let material = called("material", &scene.materials[material as usize].name);
-        let mesh = called("mesh", mesh);
-        let others = match count {
-            1 => String::new(),
-            _ => format!(" and {} more", count - 1),
-        };
-        let what = format!(
-            "{material}: {mesh}{others} lacks texture coordinates (set {set}): its textures show one colour \
-             there; unwrap it before export"
-        );
-        Warning { place: String::new(), what }
-    };
-    lacking.into_iter().map(tell).collect()
+/// Meshes of a material that lack a set of texture coordinates.
+struct Lacking<'s> {
+    first: &'s Mesh,
+    count: usize,
 }
 
-/// A thing by its name, if it has one.
-fn called(what: &str, name: &str) -> String {
-    if name.is_empty() { format!("a {what}") } else { format!("{what} '{}'", printable(name)) }
+/// Warns of each material and set of texture coordinates that some of the material's meshes lack. Such a mesh shows a
+/// single texel.
+pub(crate) fn warnings(scene: &Scene) -> Vec<Warning> {
+    let mut lacking: BTreeMap<(u32, u32), Lacking<'_>> = BTreeMap::new();
+    for mesh in &scene.meshes {
+        let textures = scene.materials[mesh.material as usize].textures();
+        let mut sets: Vec<u32> = textures.map(|texture| texture.uv_set).collect();
+        sets.sort_unstable();
+        sets.dedup();
+        for set in sets.into_iter().filter(|set| mesh.uv_set(*set).is_none()) {
+            let meshes = lacking.entry((mesh.material, set)).or_insert(Lacking { first: mesh, count: 0 });
+            meshes.count += 1;
+        }
+    }
+    let warning = |(&(material, set), meshes): (&(u32, u32), &Lacking<'_>)| {
+        let material = described("material", &scene.materials[material as usize].name);
+        let mesh = described("mesh", &meshes.first.name);
+        let more = if meshes.count == 1 { String::new() } else { format!(" and {} more", meshes.count - 1) };
+        let verb = if meshes.count == 1 { "has" } else { "have" };
+        let message = format!(
+            "{material}: {mesh}{more} {verb} no texture coordinates (set {set}), so its textures show a single \
+             colour there; unwrap the mesh before exporting it"
+        );
+        Warning { location: String::new(), message }
+    };
+    lacking.iter().map(warning).collect()
+}
+
+/// A kind of object with its name, if it has one.
+fn described(kind: &str, name: &str) -> String {
+    if name.is_empty() { format!("a {kind}") } else { format!("{kind} '{}'", printable(name)) }
 }

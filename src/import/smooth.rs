@@ -10,20 +10,20 @@ use crate::scene::{Made, Mesh, Scene};
 
 /// Which normals are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Smooth {
+pub enum NormalMode {
     /// The file's own, or what its format says of a mesh without.
     #[default]
     File,
     /// None: every triangle is flat.
-    Off,
+    Flat,
     /// New ones: smooth across edges whose faces meet at less than this angle in degrees.
-    Angle(f64),
+    CreaseAngle(f64),
 }
 
 /// Gives all meshes of a scene the normals that were asked for, and new tangents where a material
 /// has a normal map.
-pub(super) fn apply(scene: &mut Scene, smooth: Smooth) {
-    if smooth == Smooth::File {
+pub(super) fn apply(scene: &mut Scene, mode: NormalMode) {
+    if mode == NormalMode::File {
         return;
     }
     for mesh in &mut scene.meshes {
@@ -34,7 +34,7 @@ pub(super) fn apply(scene: &mut Scene, smooth: Smooth) {
             (morph.normals, morph.tangents) = (Vec::new(), Vec::new());
         }
     }
-    if let Smooth::Angle(degrees) = smooth {
+    if let NormalMode::CreaseAngle(degrees) = mode {
         for group in groups(scene) {
             by_angle(&mut scene.meshes, &group, libm::cos(degrees.to_radians()));
         }
@@ -278,11 +278,11 @@ mod tests {
         let both = [FLOOR, WALL].concat();
         for parts in [vec![&both[..]], vec![&FLOOR[..], &WALL[..]]] {
             let mut smooth = scene(&CORNER, &parts);
-            apply(&mut smooth, Smooth::Angle(91.0));
+            apply(&mut smooth, NormalMode::CreaseAngle(91.0));
             let [n] = at_edge(&smooth)[..] else { panic!("{:?}", at_edge(&smooth)) };
             assert!(n.abs_diff_eq(Vec3::new(1.0, 1.0, 0.0).normalize(), 1e-6), "{n}");
             let mut sharp = scene(&CORNER, &parts);
-            apply(&mut sharp, Smooth::Angle(90.0));
+            apply(&mut sharp, NormalMode::CreaseAngle(90.0));
             assert_eq!(at_edge(&sharp), [Vec3::Y, Vec3::X]);
             // The two triangles of a square still share their vertices.
             let vertices: usize = sharp.meshes.iter().map(|m| m.normals.len()).sum();
@@ -293,10 +293,10 @@ mod tests {
     #[test]
     fn off_is_flat_and_file_changes_nothing() {
         let mut off = scene(&CORNER, &[&FLOOR]);
-        apply(&mut off, Smooth::Off);
+        apply(&mut off, NormalMode::Flat);
         assert!(off.meshes[0].normals.is_empty());
         let mut file = scene(&CORNER, &[&FLOOR]);
-        apply(&mut file, Smooth::File);
+        apply(&mut file, NormalMode::File);
         assert_eq!(file.meshes[0].normals, [Vec3::X; 6]);
     }
 
@@ -309,7 +309,7 @@ mod tests {
         let mut scene = scene(&positions, &[&both]);
         let uvs: Vec<_> = (0..8).map(|i| glam::Vec2::splat(i as f32)).collect();
         scene.meshes[0].uvs = vec![uvs.clone()];
-        apply(&mut scene, Smooth::Angle(120.0));
+        apply(&mut scene, NormalMode::CreaseAngle(120.0));
         assert_eq!(at_edge(&scene).len(), 1);
         assert_eq!(scene.meshes[0].uvs[0], uvs);
     }
@@ -329,7 +329,7 @@ mod tests {
             triangles.extend([[0, b, a], [1, a, b]]);
         }
         let mut scene = scene(&positions, &[&triangles]);
-        apply(&mut scene, Smooth::Angle(30.0));
+        apply(&mut scene, NormalMode::CreaseAngle(30.0));
         let mesh = &scene.meshes[0];
         assert_eq!(mesh.positions.len(), 2 + 2 * n as usize);
         assert!(mesh.normals[0].abs_diff_eq(Vec3::Y, 1e-5) && mesh.normals[1].abs_diff_eq(-Vec3::Y, 1e-5));
@@ -346,7 +346,7 @@ mod tests {
         scene.meshes[0].morphs = vec![target, MorphTarget::default()];
         for (angle, vertices) in [(120.0, 6), (30.0, 8)] {
             let mut scene = scene.clone();
-            apply(&mut scene, Smooth::Angle(angle));
+            apply(&mut scene, NormalMode::CreaseAngle(angle));
             let Mesh { normals, morphs, .. } = &scene.meshes[0];
             let deltas = (morphs[0].normals.len(), morphs[1].normals.len());
             assert_eq!((normals.len(), deltas), (vertices, (vertices, 0)));
@@ -362,7 +362,7 @@ mod tests {
             let mut positions = CORNER;
             positions[1] = [wild; 3];
             let mut scene = scene(&positions, &[&[FLOOR, WALL, FLOOR].concat()]);
-            apply(&mut scene, Smooth::Angle(60.0));
+            apply(&mut scene, NormalMode::CreaseAngle(60.0));
             assert!(scene.meshes[0].normals.iter().all(|n| n.is_normalized()));
         }
     }

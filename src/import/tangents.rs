@@ -25,7 +25,7 @@ pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
     }
     mesh.made = Made::Tangents;
     if mesh.normals.is_empty() {
-        flat::give_normals(mesh);
+        flat::generate_normals(mesh);
         mesh.made = Made::Frames;
     }
     let uvs = &mesh.uvs[map.uv_set as usize];

@@ -765,7 +765,7 @@ fn a_picture_of_light_stays_within_the_memory_allowed() {
         let args = ["render", scene, "--hdri", "light.hdr", "--max-memory", &allowed];
         fails(dir.path(), &args, 2, says);
     };
-    with(needed - 1, &format!("bytes of memory: {needed} is over the limit of {}", needed - 1));
+    with(needed - 1, &format!("bytes of memory: {needed} exceeds the limit of {}", needed - 1));
     with(needed, "the picture cannot be decoded");
 }
 

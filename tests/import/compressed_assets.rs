@@ -178,7 +178,7 @@ fn same_folder(name: &str, twin: &str) -> String {
 fn pointers_drive_what_is_rendered() {
     let (scene, warnings) = load(&folder().join("pointers.glb"), &LoadOptions::default()).unwrap();
     // The second animation points at what is not there.
-    let left_out = warnings.iter().filter(|w| w.place.starts_with("animations[1]")).count();
+    let left_out = warnings.iter().filter(|w| w.location.starts_with("animations[1]")).count();
     assert!(left_out > 0, "{warnings:?}");
     let Value::Array(list) = json("pointers.json") else { panic!() };
     let mut judged = 0;

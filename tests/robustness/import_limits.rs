@@ -1,5 +1,5 @@
-//! What a file may ask for: each limit holds at the number itself and not one past it, and graphs
-//! that would unfold without end are refused by counting.
+//! Limits of imports: each limit allows exactly its number and nothing beyond, and node graphs that expand exponentially
+//! are rejected by counting their paths.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,24 +18,28 @@ fn read(path: &Path, limits: Limits) -> Result<(Scene, Vec<Warning>), LoadError>
     load(path, &LoadOptions { limits, ..LoadOptions::default() })
 }
 
-/// Finds out how much the file asks for, and holds the limit against exactly that.
-fn judge(name: &str, set: impl Fn(&mut Limits, u64)) {
+/// Finds how much the file requests, and checks the limit at exactly that amount and one below.
+fn check_limit(name: &str, set: impl Fn(&mut Limits, u64)) {
     let path = model(name);
     let with = |allowed: u64| {
         let mut limits = Limits::default();
         set(&mut limits, allowed);
         read(&path, limits)
     };
-    let Err(LoadError::Limit { asked, allowed: 0, .. }) = with(0) else { panic!("{name} asks for nothing") };
-    // A file may meet a limit at several places, each larger than the one before.
-    let mut asked = asked;
-    while let Err(LoadError::Limit { asked: more, .. }) = with(asked) {
-        assert!(more > asked, "{name}");
-        asked = more;
+    let Err(LoadError::Limit { requested, allowed: 0, .. }) = with(0) else {
+        panic!("{name} requests nothing")
+    };
+    // The limit may be checked several times, each time for a larger amount.
+    let mut largest = requested;
+    while let Err(LoadError::Limit { requested, .. }) = with(largest) {
+        assert!(requested > largest, "{name}");
+        largest = requested;
     }
-    with(asked).unwrap_or_else(|e| panic!("{name} at the limit: {e}"));
-    match with(asked - 1) {
-        Err(LoadError::Limit { asked: told, allowed, .. }) => assert_eq!((told, allowed), (asked, asked - 1)),
+    with(largest).unwrap_or_else(|e| panic!("{name} at the limit: {e}"));
+    match with(largest - 1) {
+        Err(LoadError::Limit { requested, allowed, .. }) => {
+            assert_eq!((requested, allowed), (largest, largest - 1));
+        }
         other => panic!("{name} one past the limit: {other:?}"),
     }
 }
@@ -43,26 +47,26 @@ fn judge(name: &str, set: impl Fn(&mut Limits, u64)) {
 #[test]
 fn every_limit_holds_at_the_limit_and_not_one_past() {
     for name in ["tests/triangle.glb", "tests/triangle.gltf", "tests/cube.obj"] {
-        judge(name, |l, n| l.file_bytes = n);
-        judge(name, |l, n| l.instances = n);
-        judge(name, |l, n| l.vertices = n);
-        judge(name, |l, n| l.triangles = n);
+        check_limit(name, |l, n| l.file_bytes = n);
+        check_limit(name, |l, n| l.instances = n);
+        check_limit(name, |l, n| l.vertices = n);
+        check_limit(name, |l, n| l.triangles = n);
     }
-    // Files that others refer to, too.
-    judge("textured/textured.gltf", |l, n| l.file_bytes = n);
-    judge("tests/gltf/instances_gpu.glb", |l, n| l.instances = n);
-    judge("tests/gltf/strip_draco.glb", |l, n| l.vertices = n);
-    judge("tests/gltf/strip_draco.glb", |l, n| l.triangles = n);
-    judge("assembly/assembly.glb", |l, n| l.nodes = n);
-    judge("tests/gltf/torus_meshopt_raw.glb", |l, n| l.decompressed_bytes = n);
-    judge("textured/textured.glb", |l, n| l.texture_bytes = n);
-    judge("textured/textured.obj", |l, n| l.texture_bytes = n);
-    judge("tests/gltf/basisu.glb", |l, n| l.texture_bytes = n);
+    // Referenced files count as well.
+    check_limit("textured/textured.gltf", |l, n| l.file_bytes = n);
+    check_limit("tests/gltf/instances_gpu.glb", |l, n| l.instances = n);
+    check_limit("tests/gltf/strip_draco.glb", |l, n| l.vertices = n);
+    check_limit("tests/gltf/strip_draco.glb", |l, n| l.triangles = n);
+    check_limit("assembly/assembly.glb", |l, n| l.nodes = n);
+    check_limit("tests/gltf/torus_meshopt_raw.glb", |l, n| l.decompressed_bytes = n);
+    check_limit("textured/textured.glb", |l, n| l.texture_bytes = n);
+    check_limit("textured/textured.obj", |l, n| l.texture_bytes = n);
+    check_limit("tests/gltf/basisu.glb", |l, n| l.texture_bytes = n);
 }
 
-/// A picture that is too large costs itself alone.
+/// An image that is too large is ignored; the scene is loaded without it.
 #[test]
-fn pictures_hold_their_limit() {
+fn image_pixels_are_limited_per_image() {
     for name in ["textured/textured.glb", "textured/textured.obj", "tests/gltf/basisu.glb"] {
         let path = model(name);
         let all = read(&path, Limits::default()).unwrap().0.images;
@@ -70,18 +74,18 @@ fn pictures_hold_their_limit() {
         let most = all.iter().map(pixels).max().unwrap();
         let left = |limit| {
             let (scene, warnings) = read(&path, Limits { image_pixels: limit, ..Limits::default() }).unwrap();
-            (scene.images.len(), warnings.iter().filter(|w| w.what.contains("pixels")).count())
+            (scene.images.len(), warnings.iter().filter(|w| w.message.contains("pixels")).count())
         };
         let large = all.iter().filter(|i| pixels(i) == most).count();
         assert_eq!(left(most), (all.len(), 0), "{name}");
-        let (kept, told) = left(most - 1);
-        assert!(kept <= all.len() - large && told >= 1, "{name}: {kept} kept, {told} told");
+        let (kept, warned) = left(most - 1);
+        assert!(kept <= all.len() - large && warned >= 1, "{name}: {kept} kept, {warned} warned");
     }
 }
 
-/// Each limit of a picture of light lets pass what it names, and not one byte or pixel less.
+/// Each limit of an environment map allows exactly its size, and not one byte or pixel less.
 #[test]
-fn pictures_of_light_hold_their_limits() {
+fn environment_maps_are_limited_in_bytes_pixels_and_memory() {
     let dir = tempfile::tempdir().unwrap();
     for name in ["a.hdr", "b.exr"] {
         let path = dir.path().join(name);
@@ -92,7 +96,7 @@ fn pictures_of_light_hold_their_limits() {
         let cases: [(u64, fn(&mut Limits, u64)); 3] = [
             (bytes, |l, n| l.file_bytes = n),
             (pixels, |l, n| l.image_pixels = n),
-            // Its text, and four floats for each pixel in the decoder and out of it.
+            // The file, and four floats per pixel in the decoder and in its output.
             (bytes + pixels * 32, |l, n| l.memory_bytes = n),
         ];
         for (most, set) in cases {
@@ -103,8 +107,8 @@ fn pictures_of_light_hold_their_limits() {
             };
             with(most).unwrap_or_else(|e| panic!("{name} at {most}: {e}"));
             match with(most - 1) {
-                Err(LoadError::Limit { asked, allowed, .. }) => {
-                    assert_eq!((asked, allowed), (most, most - 1), "{name}");
+                Err(LoadError::Limit { requested, allowed, .. }) => {
+                    assert_eq!((requested, allowed), (most, most - 1), "{name}");
                 }
                 other => panic!("{name} one past {most}: {other:?}"),
             }
@@ -112,9 +116,9 @@ fn pictures_of_light_hold_their_limits() {
     }
 }
 
-/// A texture's file that is too large is no missing one, which would be white: nothing is shown.
+/// A texture file that is too large is an error; only a missing one is replaced by white.
 #[test]
-fn files_of_textures_hold_the_limit_of_files() {
+fn texture_files_are_limited_in_bytes() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.obj");
     fs::copy(model("textured/planks.png"), dir.path().join("planks.png")).unwrap();
@@ -124,15 +128,17 @@ fn files_of_textures_hold_the_limit_of_files() {
     let with = |file_bytes| read(&path, Limits { file_bytes, ..Limits::default() });
     assert_eq!(with(size).unwrap().0.images.len(), 1);
     match with(size - 1) {
-        Err(LoadError::Limit { asked, allowed, .. }) => assert_eq!((asked, allowed), (size, size - 1)),
+        Err(LoadError::Limit { requested, allowed, .. }) => {
+            assert_eq!((requested, allowed), (size, size - 1))
+        }
         other => panic!("{other:?}"),
     }
-    // What is read of it counts as memory, and what is decoded of it once more.
+    // Both the file and its decoded texels count as memory.
     let charged = |memory_bytes| read(&path, Limits { memory_bytes, ..Limits::default() }).is_ok();
     assert!(!charged(size) && charged(64 << 20));
 }
 
-/// A glTF of nodes, saved.
+/// Writes a glTF of these nodes.
 fn graph(nodes: Vec<Value>, roots: Value) -> (tempfile::TempDir, PathBuf) {
     let json = json!({"asset": {"version": "2.0"}, "scenes": [{"nodes": roots}], "nodes": nodes,
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
@@ -143,9 +149,9 @@ fn graph(nodes: Vec<Value>, roots: Value) -> (tempfile::TempDir, PathBuf) {
     (dir, path)
 }
 
-/// The clock is there for what would take for ever: some milliseconds are what it takes, in one of three
-/// attempts where others are at work.
-fn refused(nodes: Vec<Value>, roots: Value, says: &str) {
+/// Checks that the graph is rejected within a second; it takes some milliseconds, and would take forever if expanded. Three
+/// attempts, since other tests run at the same time.
+fn is_refused(nodes: Vec<Value>, roots: Value, says: &str) {
     let (_dir, path) = graph(nodes, roots);
     let attempt = || {
         let start = Instant::now();
@@ -154,25 +160,25 @@ fn refused(nodes: Vec<Value>, roots: Value, says: &str) {
         start.elapsed()
     };
     let enough = Duration::from_secs(1);
-    let took = (0..3).map(|_| attempt()).find(|took| *took < enough).expect("it takes more than a second");
-    println!("{says}: {took:?}");
+    let elapsed = (0..3).map(|_| attempt()).find(|elapsed| *elapsed < enough).expect("more than a second");
+    println!("{says}: {elapsed:?}");
 }
 
 #[test]
-fn graphs_without_end_are_refused_by_counting() {
-    refused(vec![json!({"children": [0]})], json!([0]), "its own descendant");
+fn cyclic_and_exponential_graphs_are_rejected_by_counting_paths() {
+    is_refused(vec![json!({"children": [0]})], json!([0]), "its own descendant");
     let ring = (0..1000).map(|i| json!({"children": [(i + 1) % 1000]})).collect();
-    refused(ring, json!([0]), "its own descendant");
-    // 2^40 ways to the last node.
+    is_refused(ring, json!([0]), "its own descendant");
+    // 2^40 paths to the last node.
     let doubling = |n: usize| (0..n).map(|i| json!({"children": [i + 1, i + 1]})).chain([json!({"mesh": 0})]);
-    refused(doubling(40).collect(), json!([0]), "over the limit");
-    // More than u64 counts.
-    refused(doubling(200).collect(), json!([0]), "over the limit");
+    is_refused(doubling(40).collect(), json!([0]), "exceeds the limit");
+    // More paths than fit in 64 bits.
+    is_refused(doubling(200).collect(), json!([0]), "exceeds the limit");
 }
 
-/// On a thread whose stack is no larger than threads usually have.
+/// On a thread with the default stack size.
 #[test]
-fn chains_may_be_a_hundred_thousand_deep() {
+fn chains_of_a_hundred_thousand_nodes_are_loaded() {
     let run = || {
         let nodes = (1..100_000).map(|i| json!({"children": [i], "translation": [0, 0, 1e-5]}));
         let (_dir, path) = graph(nodes.chain([json!({"mesh": 0})]).collect(), json!([0]));

@@ -72,7 +72,7 @@ fn vertices_that_are_asked_for_again_and_again_are_counted() {
     std::fs::write(&scene, json).unwrap();
     std::fs::write(dir.path().join("a.bin"), vec![0; 780_000]).unwrap();
     let told = run(dir.path(), (scene.to_str().unwrap(), "--size 16x16"), 4 << 30).unwrap_err();
-    assert!(told.contains("bytes of memory") && told.contains("over the limit of 4294967296"), "{told}");
+    assert!(told.contains("bytes of memory") && told.contains("exceeds the limit of 4294967296"), "{told}");
 }
 
 /// An animated crowd of nodes where nothing is drawn but one triangle: what counts is how they all stand at
@@ -161,7 +161,7 @@ fn keeps_within(case: (&str, &str)) {
                 refused += 1;
                 assert!(refused < 20, "{case:?}: {told}");
                 // What a file says by itself, to the byte; then what its pictures take, to a tenth.
-                let more = number_before(&told, "is over the limit")
+                let more = number_before(&told, "exceeds the limit")
                     .or_else(|| bytes_after(&told, "would take about").map(|b| b * 1.01));
                 let more = more.unwrap_or_else(|| panic!("{case:?}: {told}")).ceil() as u64;
                 assert!(more > allowed, "{case:?}: {told}");

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::import::Smooth;
+use crate::import::NormalMode;
 
 pub use assemble::AssembleArgs;
 pub use bench::BenchArgs;
@@ -90,7 +90,7 @@ pub struct SceneArgs {
     pub up: UpArg,
     /// New normals, smooth across edges of less than ANGLE degrees, or none [default: the file's]
     #[arg(long, value_name = "ANGLE|off", value_parser = values::smooth)]
-    pub smooth: Option<Smooth>,
+    pub smooth: Option<NormalMode>,
 }
 
 #[derive(Debug, Args)]

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use crate::batch::FrameList;
 use crate::display::Background;
 use crate::geometry::Rgb;
-use crate::import::Smooth;
+use crate::import::NormalMode;
 use crate::integrator::{Aov, MatteKind};
 use crate::render::PixelRect;
 use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
@@ -70,12 +70,12 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
 }
 
 /// An angle in degrees up to 180, or `off`.
-pub(crate) fn smooth(text: &str) -> Result<Smooth, String> {
+pub(crate) fn smooth(text: &str) -> Result<NormalMode, String> {
     if text == "off" {
-        return Ok(Smooth::Off);
+        return Ok(NormalMode::Flat);
     }
     match number(text) {
-        Ok(v) if (0.0..=180.0).contains(&v) => Ok(Smooth::Angle(v)),
+        Ok(v) if (0.0..=180.0).contains(&v) => Ok(NormalMode::CreaseAngle(v)),
         _ => Err("expected off, or an angle from 0 to 180 degrees".into()),
     }
 }

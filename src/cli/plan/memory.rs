@@ -31,7 +31,7 @@ const MATTES: u64 = 256;
 /// program, and perhaps others.
 pub(crate) fn limits(max_memory: Option<u64>) -> Limits {
     let all = || Limits { memory_bytes: limit_bytes().unwrap_or(u64::MAX), ..Limits::default() };
-    max_memory.map_or_else(all, Limits::within)
+    max_memory.map_or_else(all, Limits::with_memory)
 }
 
 /// Bytes that pictures of `scene`, which is read, may take at most.

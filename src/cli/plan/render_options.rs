@@ -10,7 +10,7 @@ use crate::cli::args::{
 use crate::cli::plan::{Shot, Turning};
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
-use crate::import::{Limits, LoadOptions, SceneChoice, Up, load_camera_xml, load_sky};
+use crate::import::{Limits, LoadOptions, SceneChoice, UpAxis, load_camera_xml, load_sky};
 use crate::integrator::{Aov, MaterialOverrides, Stage};
 use crate::render::{AdaptiveSampling, PixelFilter, RenderSettings};
 use crate::scene::{
@@ -192,10 +192,10 @@ pub fn load_options(args: &SceneArgs, common: &CommonArgs) -> LoadOptions {
         scene: args.scene.clone().map_or(SceneChoice::Default, SceneChoice::Named),
         variant: args.variant.clone(),
         up: match args.up {
-            UpArg::Y => Up::Y,
-            UpArg::Z => Up::Z,
+            UpArg::Y => UpAxis::Y,
+            UpArg::Z => UpAxis::Z,
         },
-        smooth: args.smooth.unwrap_or_default(),
+        normals: args.smooth.unwrap_or_default(),
         allow_outside: common.allow_outside,
     }
 }

@@ -114,7 +114,7 @@ fn read(path: &PathBuf) -> Result<Opened> {
     if !matches!(reader.format(), Some(Png | Jpeg | WebP)) {
         bail!("{}: frames are .png, .jpg or .webp", path.display());
     }
-    if reader.format() == Some(Jpeg) && !jpeg::is_whole(&bytes) {
+    if reader.format() == Some(Jpeg) && !jpeg::is_complete(&bytes) {
         bail!("{} cannot be read as a frame: it is cut off", path.display());
     }
     let mut limits = image::Limits::default();

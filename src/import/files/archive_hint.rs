@@ -1,13 +1,13 @@
-//! Scenes in archives and compressed files.
+//! Detects archives and compressed files by their magic numbers.
 
-/// What to do about a file that another program packed, by its first bytes; nothing for any other file.
-pub(crate) fn advice(head: &[u8]) -> Option<&'static str> {
-    let kinds: [(&[u8], &str); 2] = [
-        (b"\x1f\x8b", "the file is compressed by gzip: unpack it first"),
+/// Returns what to do about an archive or a compressed file, judged by its first bytes; `None` for other files.
+pub(crate) fn hint(head: &[u8]) -> Option<&'static str> {
+    let formats: [(&[u8], &str); 2] = [
+        (b"\x1f\x8b", "the file is compressed with gzip; decompress it first"),
         (
             b"PK\x03\x04",
-            "the file is a ZIP archive, as .usdz is too: unpack it first; .gltf, .glb and .obj are read",
+            "the file is a ZIP archive (as .usdz files are); extract it and load its .gltf, .glb or .obj file",
         ),
     ];
-    kinds.into_iter().find(|(magic, _)| head.starts_with(magic)).map(|(_, advice)| advice)
+    formats.into_iter().find(|(magic, _)| head.starts_with(magic)).map(|(_, hint)| hint)
 }

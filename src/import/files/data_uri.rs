@@ -1,19 +1,19 @@
-//! Data URIs: files within files.
+//! Data URIs (RFC 2397).
 
-/// The bytes of a URI whose first five are `data:` in any case, of at most `limit` bytes.
+/// Decodes a URI that starts with `data:` in any letter case to at most `limit` bytes.
 ///
 /// # Errors
-/// A sentence that says what is wrong with it.
+/// The URI is malformed or its content is larger than `limit`.
 pub(crate) fn decode(uri: &str, limit: u64) -> Result<Vec<u8>, String> {
-    let refuse = |e: String| format!("the data URI {e}");
+    let refuse = |error: String| format!("the data URI {error}");
     if uri.len() as u64 / 4 * 3 > limit {
         return Err(refuse(format!("is larger than the limit of {limit} bytes")));
     }
     let uri = format!("data:{}", &uri[5..]);
-    // Base64 has a form for URLs, too.
-    let plain =
+    // Some exporters write the URL-safe alphabet of base64.
+    let url_safe =
         || (uri.contains(['-', '_'])).then(|| bytes(&uri.replace('-', "+").replace('_', "/")).ok())?;
-    bytes(&uri).or_else(|what| plain().ok_or_else(|| refuse(what)))
+    bytes(&uri).or_else(|error| url_safe().ok_or_else(|| refuse(error)))
 }
 
 fn bytes(uri: &str) -> Result<Vec<u8>, String> {
@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_forms_of_base64_and_plain_text_are_read() {
+    fn both_alphabets_of_base64_and_plain_text_are_decoded() {
         for (uri, bytes) in [
             ("DATA:;base64,aGk =", &b"hi"[..]),
             ("data:application/octet-stream;base64,-_8=", &[0xfb, 0xff]),

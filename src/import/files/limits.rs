@@ -1,25 +1,25 @@
-//! How much a file may ask for, checked before memory is taken.
+//! Limits of an import, checked before memory is allocated.
 
-/// Upper limits. The defaults are far above real scenes and below what takes a machine down.
+/// Upper limits of one import. The defaults are far above real scenes and below what exhausts a machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of any one file read.
+    /// Bytes of any one file.
     pub file_bytes: u64,
     /// Vertices of all meshes, as stored.
     pub vertices: u64,
     /// Triangles of all meshes, as stored.
     pub triangles: u64,
-    /// Nodes after shared ones are repeated.
+    /// Nodes, with shared nodes counted once per path from the root.
     pub nodes: u64,
-    /// Instances drawn.
+    /// Instances of meshes.
     pub instances: u64,
-    /// Bytes of all compressed buffer views once decompressed.
+    /// Bytes of all compressed buffer views after decompression.
     pub decompressed_bytes: u64,
-    /// Texels of one image.
+    /// Pixels of one image.
     pub image_pixels: u64,
-    /// Bytes of all images once decoded.
+    /// Bytes of all images after decoding.
     pub texture_bytes: u64,
-    /// Bytes of memory that the scene takes while it is read, by an estimate made beforehand.
+    /// Bytes of memory that the import needs, by an estimate made before allocation.
     pub memory_bytes: u64,
 }
 
@@ -40,15 +40,15 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// The usual limits, for a scene that takes no more than `bytes` of memory while it is read.
-    pub fn within(bytes: u64) -> Limits {
-        let usual = Limits::default();
+    /// The default limits, lowered so that the import needs at most `bytes` of memory.
+    pub fn with_memory(bytes: u64) -> Limits {
+        let default = Limits::default();
         Limits {
-            file_bytes: usual.file_bytes.min(bytes),
-            decompressed_bytes: usual.decompressed_bytes.min(bytes),
-            texture_bytes: usual.texture_bytes.min(bytes),
+            file_bytes: default.file_bytes.min(bytes),
+            decompressed_bytes: default.decompressed_bytes.min(bytes),
+            texture_bytes: default.texture_bytes.min(bytes),
             memory_bytes: bytes,
-            ..usual
+            ..default
         }
     }
 }

@@ -1,10 +1,11 @@
-//! File access for importers: URIs, size limits, archives.
+//! File access of the importers: references of a scene, size limits, data URIs and checks for archives.
 
 pub(crate) mod archive_hint;
 pub(crate) mod data_uri;
+pub(crate) mod escape;
 pub(crate) mod git_lfs;
 pub(crate) mod limits;
 pub(crate) mod name_match;
 pub(crate) mod read_file;
+pub(crate) mod scene_folder;
 pub(crate) mod source_tracker;
-pub(crate) mod uri;

@@ -1,21 +1,20 @@
-//! Names that are meant to be the same, and are other bytes: in another case, or with letters put together in
-//! another way.
+//! Compares file names regardless of letter case and Unicode normal form.
 //!
-//! A letter with an accent is one character or two, and looks the same: Unicode's normal forms C and D. Disks of a
-//! Mac gave names back in the second, and files that were packed there have them still.
+//! A letter with an accent is one character in Unicode's normal form C (NFC) and two in form D (NFD). macOS stored file
+//! names as NFD, and archives that were made there still contain them.
 
 use unicode_normalization::UnicodeNormalization;
 
-/// The name with its letters taken apart: the same for all ways to put them together.
-pub(crate) fn apart(name: &str) -> String {
-    // Most names have nothing to take apart.
+/// Converts a name to normal form D.
+pub(crate) fn decompose(name: &str) -> String {
+    // ASCII is already in form D.
     if name.is_ascii() { name.into() } else { name.nfd().collect() }
 }
 
-/// The name with its letters taken apart, in lower case: the same for all cases too.
-pub(crate) fn caseless(name: &str) -> String {
-    // A small letter may have parts that its capital has not.
-    apart(&apart(name).to_lowercase())
+/// Converts a name to lower case in normal form D.
+pub(crate) fn fold_case(name: &str) -> String {
+    // Lower-case letters may decompose where upper-case ones do not.
+    decompose(&decompose(name).to_lowercase())
 }
 
 #[cfg(test)]
@@ -23,19 +22,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_alike_in_any_form_and_case() {
+    fn names_are_equal_in_any_normal_form_and_case() {
         let (composed, decomposed) = ("K\u{fc}che", "Ku\u{308}che");
-        assert_eq!(apart(composed), apart(decomposed));
-        assert_ne!(apart(composed), apart("K\u{dc}che"));
+        assert_eq!(decompose(composed), decompose(decomposed));
+        assert_ne!(decompose(composed), decompose("K\u{dc}che"));
         for other in [decomposed, "k\u{fc}che", "KU\u{308}CHE", "K\u{dc}CHE"] {
-            assert_eq!(caseless(composed), caseless(other), "{other}");
+            assert_eq!(fold_case(composed), fold_case(other), "{other}");
         }
-        // Three letters with the same two marks, which are put in order.
+        // A letter with two marks, in every order and composition.
         for other in ["\u{1e69}", "s\u{323}\u{307}", "s\u{307}\u{323}", "\u{1e68}", "\u{1e63}\u{307}"] {
-            assert_eq!(caseless("\u{1e69}"), caseless(other), "{other}");
+            assert_eq!(fold_case("\u{1e69}"), fold_case(other), "{other}");
         }
-        assert_ne!(caseless("Kuche"), caseless(composed));
-        // Other characters that are compatible are other names.
-        assert_ne!(caseless("\u{fb01}"), caseless("fi"));
+        assert_ne!(fold_case("Kuche"), fold_case(composed));
+        // Compatibility equivalents (NFKD) are different names.
+        assert_ne!(fold_case("\u{fb01}"), fold_case("fi"));
     }
 }

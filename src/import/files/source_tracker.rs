@@ -1,36 +1,36 @@
-//! What was in the files that a scene is made of, when they were read.
+//! Records the content of every file that a scene was loaded from, so that later runs detect changes.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use crate::scene::{Content, SourceFile};
 
-/// Files that were looked for, there or not.
+/// Contents of the scene's own file and of all files that it refers to, including missing ones.
 #[derive(Debug, Default)]
-pub(crate) struct Found {
-    own: Mutex<Option<Content>>,
-    asked: Mutex<BTreeMap<String, Content>>,
+pub(crate) struct SourceTracker {
+    scene: Mutex<Option<Content>>,
+    references: Mutex<BTreeMap<String, Content>>,
 }
 
-impl Found {
-    /// Notes what was in the scene's own file.
-    pub fn scene(&self, content: Content) {
-        let mut own = self.own.lock().unwrap_or_else(PoisonError::into_inner);
-        *own = Some(own.map_or(content, |before| before.again(content)));
+impl SourceTracker {
+    /// Records the content of the scene's own file.
+    pub fn record_scene(&self, content: Content) {
+        let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
+        *scene = Some(scene.map_or(content, |before| before.again(content)));
     }
 
-    /// Notes what was in a file that the scene refers to.
-    pub fn file(&self, name: String, content: Content) {
-        let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = asked.entry(name).or_insert(content);
-        *known = known.again(content);
+    /// Records the content of a file that the scene refers to.
+    pub fn record_file(&self, name: String, content: Content) {
+        let mut references = self.references.lock().unwrap_or_else(PoisonError::into_inner);
+        let recorded = references.entry(name).or_insert(content);
+        *recorded = recorded.again(content);
     }
 
-    /// What was in the scene's own file, and in all others, by their names.
-    pub fn all(self) -> (Content, Vec<SourceFile>) {
-        let own = self.own.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let asked = self.asked.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let files = asked.into_iter().map(|(name, content)| SourceFile { name, content });
-        (own.unwrap_or_default(), files.collect())
+    /// Returns the content of the scene's own file, and the other files ordered by name.
+    pub fn into_contents(self) -> (Content, Vec<SourceFile>) {
+        let scene = self.scene.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let references = self.references.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let files = references.into_iter().map(|(name, content)| SourceFile { name, content });
+        (scene.unwrap_or_default(), files.collect())
     }
 }

@@ -388,6 +388,6 @@ mod tests {
         }
         fixture.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
         fixture.json["accessors"][0]["count"] = json!(4_000_000_000u64);
-        assert!(read(&fixture).unwrap_err().contains("over the limit"));
+        assert!(read(&fixture).unwrap_err().contains("exceeds the limit"));
     }
 }

@@ -11,7 +11,7 @@ use super::document::Document;
 use super::pointer;
 use super::pointer::Pointed;
 use crate::import::error::{LoadError, Warnings};
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 use crate::scene::{Animation, Channel, Interpolation, Keys, Skin, Target};
 
 /// Numbers in all channels together; each copy of a shared node has its own.
@@ -68,7 +68,7 @@ pub(super) fn animations(
             };
             let size = (keys.times.len() + keys.values.len()) as u64;
             numbers = numbers.saturating_add(size.saturating_mul(targets.len() as u64));
-            LoadError::check("animation keys", numbers, KEY_NUMBERS)?;
+            LoadError::check_limit("animation keys", numbers, KEY_NUMBERS)?;
             animation
                 .channels
                 .extend(targets.into_iter().map(|target| Channel { target, keys: keys.clone() }));

@@ -17,7 +17,7 @@ use super::instancing::Drawn;
 use super::texture::Textures;
 use super::{blender, extensions, instancing, light, material, topology, variants};
 use crate::import::error::{LoadError, Warnings};
-use crate::import::{LoadOptions, Up};
+use crate::import::{LoadOptions, UpAxis};
 use crate::scene::{Format, Instance, Local, Material, Mesh, Node, Scene, Source, rotation};
 
 /// Builds the scene that `options` ask for.
@@ -110,8 +110,8 @@ fn check_instances(doc: &Document<'_>, placed: &[Placed]) -> Result<(), LoadErro
         primitives.saturating_mul(instancing::count(doc, node).unwrap_or(1))
     };
     let total = placed.iter().fold(0u64, |sum, p| sum.saturating_add(drawn(p)));
-    LoadError::check("instances", total, doc.limits.instances)?;
-    doc.budget.places(placed.len() as u64, total)
+    LoadError::check_limit("instances", total, doc.limits.instances)?;
+    doc.budget.charge_nodes(placed.len() as u64, total)
 }
 
 /// The primitives to read, each once, in the order of the walk.
@@ -142,9 +142,9 @@ fn primitives(
     if skipped > 0 {
         warnings.add("meshes", format_args!("{skipped} primitives of points or lines are not drawn"));
     }
-    LoadError::check("vertices", vertices, doc.limits.vertices)?;
-    LoadError::check("triangles", triangles, doc.limits.triangles)?;
-    doc.budget.meshes(vertices, triangles)?;
+    LoadError::check_limit("vertices", vertices, doc.limits.vertices)?;
+    LoadError::check_limit("triangles", triangles, doc.limits.triangles)?;
+    doc.budget.charge_meshes(vertices, triangles)?;
     Ok(out)
 }
 
@@ -256,13 +256,13 @@ impl Scene {
     }
 
     /// The walk's nodes, below one more that turns the world where +Z is up in the file.
-    fn add_nodes(&mut self, doc: &Document<'_>, placed: &[Placed], up: Up) {
-        if up == Up::Z {
+    fn add_nodes(&mut self, doc: &Document<'_>, placed: &[Placed], up: UpAxis) {
+        if up == UpAxis::Z {
             let turn = DAffine3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y, DVec3::ZERO);
             self.nodes.push(Node { local: Local::Matrix(turn), visible: true, ..Node::default() });
         }
         let offset = self.nodes.len() as u32;
-        let top = (up == Up::Z).then_some(0);
+        let top = (up == UpAxis::Z).then_some(0);
         self.nodes.extend(placed.iter().map(|p| {
             let json = &doc.root().nodes[p.node];
             let others = json.extensions.as_ref().map(|e| &e.others);

@@ -15,8 +15,11 @@ use super::meshopt::{Filter, Mode};
 use super::repair;
 use super::repair::Json;
 use crate::import::error::{LoadError, Warnings};
-use crate::import::files::uri::{Folder, Unreadable, printable};
-use crate::import::memory::Budget;
+use crate::import::files::{
+    escape::printable,
+    scene_folder::{ReferenceError, SceneFolder},
+};
+use crate::import::memory::MemoryBudget;
 use crate::import::{Limits, LoadOptions};
 
 /// Bytes that accessors without data may stand for, in all.
@@ -25,9 +28,9 @@ const ZERO_BYTES: u64 = 1 << 30;
 /// A file taken apart, its buffers read.
 pub(super) struct Document<'a> {
     pub json: Json,
-    pub folder: &'a Folder,
+    pub folder: &'a SceneFolder,
     pub limits: &'a Limits,
-    pub budget: Budget,
+    pub budget: MemoryBudget,
     files: Vec<Cow<'a, [u8]>>,
     /// Those of them that could not be read: where they are named, and why.
     lost: HashMap<usize, (String, String)>,
@@ -49,13 +52,13 @@ impl<'a> Document<'a> {
     /// Repairs and types the JSON, refuses what is required and not read, and reads the buffers.
     pub fn open(
         container: &Container<'a>,
-        folder: &'a Folder,
+        folder: &'a SceneFolder,
         options: &'a LoadOptions,
         warnings: &mut Warnings,
     ) -> Result<Document<'a>, LoadError> {
-        let budget = Budget::of(options.limits.memory_bytes);
+        let budget = MemoryBudget::new(options.limits.memory_bytes);
         budget.charge((container.json.len() + container.bin.map_or(0, <[u8]>::len)) as u64)?;
-        budget.json(container.json)?;
+        budget.charge_json(container.json)?;
         let json = repair::parse(container.json, warnings)?;
         extensions::refuse(&json.root)?;
         let limits = &options.limits;
@@ -75,9 +78,9 @@ impl<'a> Document<'a> {
                 || -> Result<usize, LoadError> {
                     let bytes = match read(buffer, i, container.bin, folder, left) {
                         // Perhaps nothing that is drawn asks for it.
-                        Err(LoadError::Invalid { place, rule }) => {
-                            warnings.add(&place, format_args!("{rule}; what is in it is left out"));
-                            lost.insert(files.len(), (place, rule));
+                        Err(LoadError::Invalid { location, message }) => {
+                            warnings.add(&location, format_args!("{message}; what is in it is left out"));
+                            lost.insert(files.len(), (location, message));
                             Cow::default()
                         }
                         read => read?,
@@ -102,7 +105,7 @@ impl<'a> Document<'a> {
         }
         let compressed = json.root.buffer_views.iter().filter_map(Compressed::of);
         let total = compressed.fold(0u64, |sum, c| sum.saturating_add(c.count.saturating_mul(c.stride)));
-        LoadError::check("bytes of decompressed buffer views", total, limits.decompressed_bytes)?;
+        LoadError::check_limit("bytes of decompressed buffer views", total, limits.decompressed_bytes)?;
         budget.charge(total)?;
         let plain = json.root.buffer_views.iter().map(|_| OnceLock::new()).collect();
         let zero_bytes = AtomicU64::new(0);
@@ -170,7 +173,7 @@ impl<'a> Document<'a> {
     /// characters of JSON could ask for all memory.
     pub fn charge_zeros(&self, bytes: u64) -> Result<(), LoadError> {
         let before = self.zero_bytes.fetch_add(bytes.min(1 << 60), Ordering::Relaxed);
-        LoadError::check("bytes of accessors without data", before.saturating_add(bytes), ZERO_BYTES)
+        LoadError::check_limit("bytes of accessors without data", before.saturating_add(bytes), ZERO_BYTES)
     }
 }
 
@@ -223,15 +226,15 @@ fn read<'a>(
     buffer: &::gltf::json::Buffer,
     index: usize,
     bin: Option<&'a [u8]>,
-    folder: &Folder,
+    folder: &SceneFolder,
     limit: u64,
 ) -> Result<Cow<'a, [u8]>, LoadError> {
     let place = format!("buffers[{index}]");
     Ok(match (&buffer.uri, bin) {
         (Some(uri), _) => {
-            let wrong = |e: Unreadable| {
-                let invalid = || LoadError::invalid(format_args!("{place}.uri"), e.text());
-                e.over_limit(limit).unwrap_or_else(invalid)
+            let wrong = |e: ReferenceError| {
+                let invalid = || LoadError::invalid(format_args!("{place}.uri"), e.message());
+                e.limit_error(limit).unwrap_or_else(invalid)
             };
             Cow::Owned(folder.read_uri(uri, limit).map_err(wrong)?)
         }

@@ -128,7 +128,7 @@ pub(super) fn warn(json: &Json, shown: impl Fn(usize) -> bool, warnings: &mut Wa
     };
     let all = extensions_used.iter().chain(extensions_required).chain(json.extensions.keys());
     for name in all.filter(matters) {
-        let quoted = crate::import::files::uri::printable(name);
+        let quoted = crate::import::files::escape::printable(name);
         match support(name) {
             Some(Shown | Data) => {}
             Some(Approximated(how)) => {

@@ -4,7 +4,7 @@ use ::gltf::json::Root;
 
 use crate::import::SceneChoice;
 use crate::import::error::{LoadError, Warnings};
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 
 /// A node of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +83,7 @@ pub(super) fn expand(
         children(root, node).for_each(|c| reach(&mut paths, c, count));
     }
     let total = paths.iter().fold(0u64, |a, &b| a.saturating_add(b));
-    LoadError::check("nodes, shared ones repeated,", total, limit)?;
+    LoadError::check_limit("nodes, shared ones repeated,", total, limit)?;
     let shared = paths.iter().filter(|&&n| n > 1).count();
     if let Some(first) = paths.iter().position(|&n| n > 1) {
         let what = format!("{shared} nodes hang in several places, and are drawn once for each");
@@ -186,7 +186,7 @@ mod tests {
         let doubling = |n: usize| (0..n).map(|i| json!({"children": [i + 1, i + 1]})).chain([json!({})]);
         for levels in [40, 80] {
             let error = graph(doubling(levels).collect(), json!([0])).error();
-            assert!(error.contains("over the limit"), "{error}");
+            assert!(error.contains("exceeds the limit"), "{error}");
         }
     }
 

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
 use crate::import::error::Warnings;
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 
 type Object = Map<String, Value>;
 

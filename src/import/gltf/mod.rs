@@ -36,15 +36,15 @@ mod variants;
 
 use super::LoadOptions;
 use super::error::{LoadError, Warning, Warnings};
-use crate::import::files::uri::Folder;
+use crate::import::files::scene_folder::SceneFolder;
 use crate::scene::Scene;
 
-pub(crate) use variants::missing as missing_variant;
+pub(crate) use variants::unknown_variant;
 
 /// Reads a .gltf or .glb.
 pub(super) fn load(
     bytes: &[u8],
-    folder: &Folder,
+    folder: &SceneFolder,
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let mut warnings = Warnings::default();

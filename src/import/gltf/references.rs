@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use crate::import::error::LoadError;
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 
 /// Where an index stands, and the array that it points into. `[]` is every item of an array,
 /// `{}` every value of an object.

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::{extensions, nonfinite, references};
 use crate::import::error::{LoadError, Warnings};
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 use crate::import::gltf::{null_members, validate};
 
 /// What is said to files of the old format, wherever it shows.

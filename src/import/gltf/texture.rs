@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::document::Document;
 use crate::import::error::{LoadError, Warnings};
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 use crate::import::image;
 use crate::scene::{Filter, Image, Texture, Wrap};
 
@@ -100,11 +100,11 @@ impl Images {
         }
         let files: Vec<_> = new.par_iter().map(|&i| bytes(doc, i)).collect();
         let files: Vec<Result<File<'_>, String>> = files.into_iter().collect::<Result<_, LoadError>>()?;
-        let sizes = files.iter().flatten().map(|(_, bytes)| image::decoded_bytes(bytes));
+        let sizes = files.iter().flatten().map(|(_, bytes)| image::decoded_size(bytes));
         let new_bytes = sizes.fold(0, u64::saturating_add);
         self.bytes = self.bytes.saturating_add(new_bytes);
-        LoadError::check("bytes of decoded textures", self.bytes, doc.limits.texture_bytes)?;
-        doc.budget.images(new_bytes)?;
+        LoadError::check_limit("bytes of decoded textures", self.bytes, doc.limits.texture_bytes)?;
+        doc.budget.charge_images(new_bytes)?;
         let decoded: Vec<Result<Image, String>> = files
             .into_par_iter()
             .map(|file| file.and_then(|(name, bytes)| image::decode(&name, &bytes, doc.limits)))
@@ -173,8 +173,8 @@ fn bytes<'d>(doc: &'d Document<'_>, index: usize) -> Result<Result<File<'d>, Str
                 Cow::Owned(bytes)
             }
             Err(e) => {
-                let missing = || Ok(Err(format!("image '{name}': {}", e.text())));
-                return e.over_limit(doc.limits.file_bytes).map_or_else(missing, Err);
+                let missing = || Ok(Err(format!("image '{name}': {}", e.message())));
+                return e.limit_error(doc.limits.file_bytes).map_or_else(missing, Err);
             }
         },
         (None, None) => return Ok(Err(format!("image '{name}' has neither uri nor bufferView"))),

@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use serde_path_to_error::Segment;
 
 use crate::import::error::Warnings;
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 use crate::import::gltf::material_schema;
 use crate::import::gltf::repair::items;
 

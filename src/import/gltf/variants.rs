@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::document::Document;
 use crate::import::error::LoadError;
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 
 const NAME: &str = "KHR_materials_variants";
 
@@ -27,12 +27,12 @@ pub(super) fn choose(doc: &Document<'_>, wanted: Option<&str>) -> Result<Option<
     match names.iter().position(|n| n == wanted) {
         Some(index) => Ok(Some(index)),
         None if wanted == "none" => Ok(None),
-        None => Err(missing(wanted, &names)),
+        None => Err(unknown_variant(wanted, &names)),
     }
 }
 
 /// What is said of a variant that is not there.
-pub(crate) fn missing(wanted: &str, names: &[String]) -> LoadError {
+pub(crate) fn unknown_variant(wanted: &str, names: &[String]) -> LoadError {
     let list: Vec<String> = names.iter().map(|n| format!("'{}'", printable(n))).collect();
     let list = if list.is_empty() { "none".into() } else { list.join(", ") };
     let rule = format!("there is no variant '{}'; the file has: {list}", printable(wanted));

@@ -9,7 +9,7 @@ use crate::geometry::Rgb;
 use crate::import::Limits;
 use crate::import::error::LoadError;
 use crate::import::files::read_file::read_scene_file;
-use crate::import::memory::Budget;
+use crate::import::memory::MemoryBudget;
 use crate::scene::Sky;
 
 /// No picture of light is larger: 16384 × 8192.
@@ -23,7 +23,7 @@ const PIXEL: u64 = 32;
 /// # Errors
 /// A file that cannot be read, is neither, is damaged, too large, or of another shape.
 pub fn load_sky(path: &Path, limits: &Limits) -> Result<Sky, LoadError> {
-    let budget = Budget::of(limits.memory_bytes);
+    let budget = MemoryBudget::new(limits.memory_bytes);
     let bytes = read_scene_file(path, limits.file_bytes.min(limits.memory_bytes))?;
     budget.charge(bytes.len() as u64)?;
     let place = path.display();
@@ -41,7 +41,7 @@ pub fn load_sky(path: &Path, limits: &Limits) -> Result<Sky, LoadError> {
     };
     let (width, height) = reader()?.into_dimensions().map_err(wrong)?;
     let pixels = u64::from(width) * u64::from(height);
-    LoadError::check("pixels of the picture of light", pixels, MAX_PIXELS.min(limits.image_pixels))?;
+    LoadError::check_limit("pixels of the picture of light", pixels, MAX_PIXELS.min(limits.image_pixels))?;
     if height == 0 || u64::from(width) != 2 * u64::from(height) {
         let rule = format!("an equirectangular picture is twice as wide as high, not {width}x{height}");
         return Err(LoadError::invalid(&place, rule));
@@ -95,7 +95,7 @@ mod tests {
         says(&dir.path().join("missing.hdr"), &limits, "missing.hdr");
         says(&file(dir.path(), "square.exr", 16, 16), &limits, "twice as wide as high, not 16x16");
         let good = file(dir.path(), "good.hdr", 32, 16);
-        says(&good, &Limits { image_pixels: 100, ..Limits::default() }, "512 is over the limit of 100");
+        says(&good, &Limits { image_pixels: 100, ..Limits::default() }, "512 exceeds the limit of 100");
         // Twice its height is no u32.
         let flat = dir.path().join("flat.hdr");
         std::fs::write(&flat, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2147483648 +X 0\n").unwrap();

@@ -12,7 +12,7 @@ enum Ending {
 }
 
 /// Whether a JPEG's pictures of pixels end where they say so, whatever follows.
-pub(crate) fn is_whole(file: &[u8]) -> bool {
+pub(crate) fn is_complete(file: &[u8]) -> bool {
     ending(file) == Ending::End
 }
 
@@ -79,14 +79,14 @@ mod tests {
         let noise =
             image::RgbImage::from_fn(40, 30, |x, y| image::Rgb([((x * 37) ^ (y * 91)) as u8, x as u8, 9]));
         noise.write_to(&mut std::io::Cursor::new(&mut file), image::ImageFormat::Jpeg).unwrap();
-        assert!(is_whole(&file));
-        assert!((0..file.len()).all(|cut| !is_whole(&file[..cut])));
+        assert!(is_complete(&file));
+        assert!((0..file.len()).all(|cut| !is_complete(&file[..cut])));
         // A small picture inside it has an end of its own.
         let inside = [&[0xff, 0xe1, 0, 8], &[0xff, 0xd8, 1, 2, 0xff, 0xd9][..]].concat();
         file.splice(2..2, inside);
-        assert!(is_whole(&file) && !is_whole(&file[..file.len() / 2]));
+        assert!(is_complete(&file) && !is_complete(&file[..file.len() / 2]));
         file.extend(b"what a camera adds");
-        assert!(is_whole(&file));
+        assert!(is_complete(&file));
     }
 
     #[test]

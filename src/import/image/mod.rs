@@ -96,7 +96,7 @@ fn texels(image: DynamicImage) -> (Channels, Texels) {
 }
 
 /// Bytes that [`decode`] makes of it, by its header; 0 where it has none that can be read.
-pub(crate) fn decoded_bytes(bytes: &[u8]) -> u64 {
+pub(crate) fn decoded_size(bytes: &[u8]) -> u64 {
     if ktx2::is_ktx2(bytes) {
         return ktx2::size(bytes).map_or(0, |(w, h)| (4 * u64::from(w)).saturating_mul(u64::from(h)));
     }
@@ -186,7 +186,7 @@ mod tests {
             let bytes = std::fs::read(folder.join(name)).unwrap();
             let image = decode(name, &bytes, &Limits::default()).unwrap();
             assert_eq!((image.width, image.height, image.channels), (16, 8, channels), "{name}");
-            assert_eq!(decoded_bytes(&bytes), image.bytes(), "{name}");
+            assert_eq!(decoded_size(&bytes), image.bytes(), "{name}");
             for (texel, expected) in [(0, left), (15, right), (7 * 16, left), (7 * 16 + 15, right)] {
                 let found = image.stored(texel);
                 assert!(found.abs_diff_eq(Vec4::from(expected), tolerance), "{name} at {texel}: {found}");
@@ -205,7 +205,7 @@ mod tests {
         assert_eq!(told(b"\0\0\x01\0\x01\0"), expected);
         // Sides whose product is more than u64 has.
         let huge = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &[0xff; 68]].concat();
-        assert_eq!(decoded_bytes(&huge), u64::MAX);
+        assert_eq!(decoded_size(&huge), u64::MAX);
         assert!(told(&huge).contains("4294967295x4294967295 pixels"));
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/models/tests/images/rgb.png");
         let bytes = std::fs::read(path).unwrap();

@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3, Vec4};
 
 use crate::import::Limits;
 use crate::import::error::{LoadError, Warnings};
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 use crate::import::obj::block::{Block, Corner, NONE, Statement};
 use crate::import::obj::recenter;
 use crate::import::obj::text;
@@ -97,7 +97,7 @@ impl Reader<'_> {
 
     /// x y z, perhaps w, perhaps a colour of three or four numbers.
     fn vertex(&mut self, line: &Line, rest: &str) -> Result<(), LoadError> {
-        LoadError::check("vertices", self.block.positions.len() as u64 + 1, self.limits.vertices)?;
+        LoadError::check_limit("vertices", self.block.positions.len() as u64 + 1, self.limits.vertices)?;
         let v = self.numbers(line, "v", rest, 3)?;
         let color = match v[3..] {
             [r, g, b] => Some(Vec4::new(r, g, b, 1.0)),
@@ -151,7 +151,7 @@ impl Reader<'_> {
             self.without.get_or_insert((line.number, 0)).1 += 1;
         }
         self.triangles += (self.block.corners.len() - first).saturating_sub(2) as u64;
-        LoadError::check("triangles", self.triangles, self.limits.triangles)?;
+        LoadError::check_limit("triangles", self.triangles, self.limits.triangles)?;
         self.block.face(first);
         Ok(())
     }

@@ -7,8 +7,8 @@ use super::super::error::Warnings;
 use super::mtl;
 use super::mtl::Mtl;
 use super::{text, textures};
-use crate::import::files::name_match::{apart, caseless};
-use crate::import::files::uri::{Folder, printable};
+use crate::import::files::name_match::{decompose, fold_case};
+use crate::import::files::{escape::printable, scene_folder::SceneFolder};
 
 /// All materials of all MTLs.
 #[derive(Default)]
@@ -27,13 +27,13 @@ impl Libraries {
     pub fn read(
         lines: &[String],
         materials: &[String],
-        folder: &Folder,
+        folder: &SceneFolder,
         limits: &Limits,
         warnings: &mut Warnings,
     ) -> Libraries {
         let mut out = Libraries::default();
         let missing = out.read_named(lines, folder, limits, warnings);
-        let namesake = folder.namesake("mtl");
+        let namesake = folder.with_extension("mtl");
         let found = out.read_namesake(&namesake, &out.lacking(materials), folder, limits, warnings);
         let namesake = format!("'{}', which is named as the OBJ, is read", printable(&namesake));
         let instead = format!("{namesake} instead");
@@ -65,7 +65,7 @@ impl Libraries {
     fn read_named(
         &mut self,
         lines: &[String],
-        folder: &Folder,
+        folder: &SceneFolder,
         limits: &Limits,
         warnings: &mut Warnings,
     ) -> Vec<String> {
@@ -78,7 +78,7 @@ impl Libraries {
                     return outcome.clone().map(|()| None);
                 }
                 let bytes = textures::find(folder, "", name, limits.file_bytes);
-                let bytes = bytes.map_err(|e| e.text().to_string());
+                let bytes = bytes.map_err(|e| e.message().to_string());
                 known.insert(name.to_string(), bytes.as_ref().map(drop).map_err(String::clone));
                 Ok(Some((name.to_string(), bytes?)))
             };
@@ -96,7 +96,7 @@ impl Libraries {
         &mut self,
         name: &str,
         lacking: &[&str],
-        folder: &Folder,
+        folder: &SceneFolder,
         limits: &Limits,
         warnings: &mut Warnings,
     ) -> bool {
@@ -142,10 +142,10 @@ impl Libraries {
             warnings.add(place, format!("material '{}' is given again: the later counts", printable(&exact)));
         }
         if let Some(name) = text::without_comment(&bare) {
-            self.by_name[2].entry(caseless(name)).or_insert(new);
+            self.by_name[2].entry(fold_case(name)).or_insert(new);
         }
-        self.by_name[2].insert(caseless(&bare), new);
-        self.by_name[1].insert(apart(&bare), new);
+        self.by_name[2].insert(fold_case(&bare), new);
+        self.by_name[1].insert(decompose(&bare), new);
         self.by_name[0].insert(exact, new);
         self.all.push(material);
     }
@@ -156,8 +156,8 @@ impl Libraries {
         let [exact, bare, lower] = &self.by_name;
         let find = |name: &str| {
             let unquoted = name.trim_matches('"');
-            let found = exact.get(name).or_else(|| bare.get(&apart(unquoted)));
-            self.all.get(*found.or_else(|| lower.get(&caseless(unquoted)))?)
+            let found = exact.get(name).or_else(|| bare.get(&decompose(unquoted)));
+            self.all.get(*found.or_else(|| lower.get(&fold_case(unquoted)))?)
         };
         let namesake = || self.namesake.as_ref()?.material(name);
         text::readings(name).find_map(find).or_else(namesake)
@@ -284,22 +284,22 @@ mod tests {
     fn a_library_named_again_and_again_is_read_once() {
         let dir = tempfile::tempdir().unwrap();
         std::fs::write(dir.path().join("a.mtl"), "newmtl a\n").unwrap();
-        let folder = Folder::of(&dir.path().join("a.obj"), false);
+        let folder = SceneFolder::of(&dir.path().join("a.obj"), false);
         let lines = ["a.mtl a.mtl b.mtl", "a.mtl", "b.mtl a.mtl", "b.mtl b.mtl b.mtl"].map(String::from);
         let mut warnings = Warnings::default();
         let libraries = Libraries::read(&lines, &[], &folder, &Limits::default(), &mut warnings);
         assert_eq!(libraries.all.len(), 1);
         // Neither is a material given again, nor is the missing one told twice.
         let told = warnings.into_vec();
-        assert_eq!(told.iter().filter(|w| w.what.contains("'b.mtl'")).count(), 1, "{told:?}");
-        assert!(told.iter().all(|w| !w.what.contains("again")), "{told:?}");
+        assert_eq!(told.iter().filter(|w| w.message.contains("'b.mtl'")).count(), 1, "{told:?}");
+        assert!(told.iter().all(|w| !w.message.contains("again")), "{told:?}");
     }
 
     /// Another name, if it is there, goes before.
     #[test]
     fn names_that_are_uris_are_found() {
         let dir = tempfile::tempdir().unwrap();
-        let folder = Folder::of(&dir.path().join("a.obj"), false);
+        let folder = SceneFolder::of(&dir.path().join("a.obj"), false);
         let read = || {
             let mut warnings = Warnings::default();
             let lines = ["my%20own.mtl".to_string()];

@@ -8,7 +8,7 @@ use super::map::Map;
 use super::mtl::Mtl;
 use super::textures::Library;
 use crate::geometry::Rgb;
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 use crate::scene::{
     AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
     ScalarInput, TextureRef,

@@ -39,13 +39,13 @@ pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<Vec<(MeshKey
         let key = MeshKey::of(segment);
         let mesh = *of_key.entry(key).or_insert(members.len());
         if mesh == members.len() {
-            LoadError::check("instances", mesh as u64 + 1, limits.instances)?;
+            LoadError::check_limit("instances", mesh as u64 + 1, limits.instances)?;
             members.push((key, Vec::new()));
         }
         members[mesh].1.push(i);
     }
     let mut table = Table::new(parsed.positions.len());
-    LoadError::check("normals", parsed.normals.len() as u64, u64::from(NONE) - 1)?;
+    LoadError::check_limit("normals", parsed.normals.len() as u64, u64::from(NONE) - 1)?;
     let bad = |n: &mut Vec3| {
         *n = unit(*n);
         *n == Vec3::ZERO
@@ -58,7 +58,7 @@ pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<Vec<(MeshKey
         let segments = segments.iter().map(|&i| &parsed.segments[i]);
         let mesh = weld(&parsed, key, segments, any_bad, &mut table);
         vertices += mesh.positions.len() as u64;
-        LoadError::check("vertices", vertices, limits.vertices)?;
+        LoadError::check_limit("vertices", vertices, limits.vertices)?;
         out.push((key, mesh));
     }
     Ok(out)

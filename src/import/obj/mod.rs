@@ -32,9 +32,9 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::error::{LoadError, Warning, Warnings};
-use super::memory::Budget;
-use super::{Limits, LoadOptions, Up};
-use crate::import::files::uri::{Folder, printable};
+use super::memory::MemoryBudget;
+use super::{Limits, LoadOptions, UpAxis};
+use crate::import::files::{escape::printable, scene_folder::SceneFolder};
 use crate::scene::{Content, Format, Hashing, Instance, Local, Node, Scene, Source};
 use libraries::Libraries;
 use line_chunks::STRETCH;
@@ -45,16 +45,16 @@ use textures::Library;
 /// Reads an .obj with the MTLs and textures that it names.
 pub(super) fn load(
     path: &Path,
-    folder: &Folder,
+    folder: &SceneFolder,
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limits = &options.limits;
-    let budget = Budget::of(limits.memory_bytes);
+    let budget = MemoryBudget::new(limits.memory_bytes);
     let mut read = read_text(path, folder, limits, &budget, None)?;
     if let Some(middle) = recenter::middle(&read.parsed) {
         // Only what is kept is in memory: the first reading goes before the second comes.
         drop(read);
-        read = read_text(path, folder, limits, &Budget::of(limits.memory_bytes), Some(middle))?;
+        read = read_text(path, folder, limits, &MemoryBudget::new(limits.memory_bytes), Some(middle))?;
     }
     scene(read, folder, options, &budget)
 }
@@ -71,22 +71,22 @@ struct Read {
 /// Reads the text of a file, quickly where it can.
 fn read_text(
     path: &Path,
-    folder: &Folder,
+    folder: &SceneFolder,
     limits: &Limits,
-    budget: &Budget,
+    budget: &MemoryBudget,
     origin: Option<DVec3>,
 ) -> Result<Read, LoadError> {
     let file = crate::import::files::read_file::open_scene_file(path, limits.file_bytes)?;
     let bytes = file.get_ref().metadata().map_err(|e| LoadError::io(path, e))?.len();
-    budget.obj(bytes)?;
+    budget.charge_obj(bytes)?;
     let mut file = Hashing::new(file);
     if let Some(read) = quickly(&mut file, STRETCH, limits, origin) {
-        folder.found.scene(file.content());
+        folder.sources.record_scene(file.content());
         return Ok(read);
     }
-    budget.obj_with_care(bytes)?;
+    budget.charge_obj_lenient(bytes)?;
     let bytes = crate::import::files::read_file::read_scene_file(path, limits.file_bytes)?;
-    folder.found.scene(Content::of(&bytes));
+    folder.sources.record_scene(Content::of(&bytes));
     carefully(&bytes, limits, origin)
 }
 
@@ -131,9 +131,9 @@ fn nothing_to_draw(parsed: &Parsed, warnings: Warnings) -> LoadError {
 /// What was read, with materials, as a scene.
 fn scene(
     read: Read,
-    folder: &Folder,
+    folder: &SceneFolder,
     options: &LoadOptions,
-    budget: &Budget,
+    budget: &MemoryBudget,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let Read { mut parsed, origin, generator, mut warnings } = read;
     let mut counted = |n: u64, what: &str| {
@@ -201,10 +201,10 @@ fn scene(
 }
 
 /// From coordinates relative to `origin` to the world.
-fn to_world(up: Up, origin: Option<DVec3>) -> DAffine3 {
+fn to_world(up: UpAxis, origin: Option<DVec3>) -> DAffine3 {
     let turn = match up {
-        Up::Y => DMat3::IDENTITY,
-        Up::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+        UpAxis::Y => DMat3::IDENTITY,
+        UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
     };
     DAffine3 { matrix3: turn, translation: turn * origin.unwrap_or_default() }
 }

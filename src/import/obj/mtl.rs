@@ -5,7 +5,7 @@ use super::map;
 use super::map::Map;
 use super::text::{lines, number, split_keyword};
 use crate::geometry::Rgb;
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 
 /// A material's statements; `None` where there is none.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -6,7 +6,7 @@ mod regressions;
 use std::fs;
 use std::path::Path;
 
-use super::super::{LoadError, LoadOptions, Up, load};
+use super::super::{LoadError, LoadOptions, UpAxis, load};
 use crate::geometry::Rgb;
 use crate::scene::{AlphaMode, Local, Material, Mesh, Reflectance, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
@@ -165,7 +165,7 @@ fn far_from_the_origin_vertices_keep_their_distances() {
         let Local::Matrix(to_world) = scene.nodes[0].local else { panic!("a matrix") };
         let first = to_world.transform_point3(scene.meshes[0].positions[0].as_dvec3());
         assert!(first.abs_diff_eq(DVec3::new(500000.125, 5300000.001, 7.0), 1e-7), "{first}");
-        let options = LoadOptions { up: Up::Z, ..LoadOptions::default() };
+        let options = LoadOptions { up: UpAxis::Z, ..LoadOptions::default() };
         let turned = load_with(&text, &options).nodes[0].local.affine();
         let first = turned.transform_point3(scene.meshes[0].positions[0].as_dvec3());
         assert!(first.abs_diff_eq(DVec3::new(500000.125, 7.0, -5300000.001), 1e-7), "{first}");
@@ -398,7 +398,7 @@ fn z_up_turns_everything() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.obj");
     fs::write(&path, "v 1 2 3\nv 2 2 3\nv 1 3 3\nf 1 2 3\n").unwrap();
-    let (scene, _) = load(&path, &LoadOptions { up: Up::Z, ..Default::default() }).unwrap();
+    let (scene, _) = load(&path, &LoadOptions { up: UpAxis::Z, ..Default::default() }).unwrap();
     let p = scene.nodes[0].local.affine().transform_point3(scene.meshes[0].positions[0].as_dvec3());
     assert_eq!(p, glam::DVec3::new(1.0, 3.0, -2.0));
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::import::files::uri::printable;
+use crate::import::files::escape::printable;
 
 /// Text of a file: UTF-8, UTF-16 with or without a byte-order mark, else Windows-1252. True where
 /// the last was a guess, of whole lines: a comment of another program's leaves the names as they are.

@@ -10,17 +10,25 @@ use rayon::prelude::*;
 
 use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
-use super::super::image::{decode, decoded_bytes};
-use super::super::memory::Budget;
+use super::super::image::{decode, decoded_size};
+use super::super::memory::MemoryBudget;
 use super::map::Map;
 use super::mtl::Mtl;
 use super::text::readings;
-use crate::import::files::uri::{Folder, Unreadable, printable};
+use crate::import::files::{
+    escape::printable,
+    scene_folder::{ReferenceError, SceneFolder},
+};
 use crate::scene::{Channels, Filter, Image, Mips, Texels, Texture, TextureRef, UvTransform, Wrap};
 
 /// Reads a file by a name from another system, another folder, in another case or form of Unicode, with a comment
 /// behind it, or as a URI has it.
-pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Result<Vec<u8>, Unreadable> {
+pub(super) fn find(
+    folder: &SceneFolder,
+    beside: &str,
+    name: &str,
+    limit: u64,
+) -> Result<Vec<u8>, ReferenceError> {
     let whole = find_named(folder, beside, name, limit);
     // A name is more likely to have a number sign than to be followed by a comment, and a per cent sign than to be
     // a URI.
@@ -32,11 +40,11 @@ pub(super) fn find(folder: &Folder, beside: &str, name: &str, limit: u64) -> Res
 
 /// Reads a file by its name as written, beside the MTL, beside the OBJ, and by its base name in both.
 pub(super) fn find_named(
-    folder: &Folder,
+    folder: &SceneFolder,
     beside: &str,
     name: &str,
     limit: u64,
-) -> Result<Vec<u8>, Unreadable> {
+) -> Result<Vec<u8>, ReferenceError> {
     let unified = name.replace('\\', "/");
     let base = unified.rsplit('/').next().unwrap_or(&unified).to_string();
     let join = |folder: &str, name: &str| {
@@ -49,9 +57,9 @@ pub(super) fn find_named(
         }
         match folder.read_file(&candidate, limit) {
             Ok(bytes) => return Ok(bytes),
-            Err(error @ Unreadable::TooLarge { .. }) => return Err(error),
+            Err(error @ ReferenceError::TooLarge { .. }) => return Err(error),
             Err(_) => {
-                if let Some(alike) = folder.alike(&candidate)
+                if let Some(alike) = folder.find_similar(&candidate)
                     && let Ok(bytes) = folder.read_file(&alike, limit)
                 {
                     return Ok(bytes);
@@ -111,9 +119,9 @@ impl Library {
     /// Reads and decodes whatever `materials` name, in parallel. What is missing costs a warning.
     pub fn load(
         materials: &[&Mtl],
-        folder: &Folder,
+        folder: &SceneFolder,
         limits: &Limits,
-        budget: &Budget,
+        budget: &MemoryBudget,
         warnings: &mut Warnings,
     ) -> Result<Library, LoadError> {
         let (wanted, multiplies) = wanted(materials);
@@ -121,16 +129,18 @@ impl Library {
             let name = &first_tile(name).unwrap_or_else(|| name.clone());
             match find(folder, beside, name, limits.file_bytes) {
                 Ok(bytes) => budget.charge(bytes.len() as u64).map(|()| Ok(bytes)),
-                Err(e) => e.over_limit(limits.file_bytes).map_or_else(|| Ok(Err(e.text().to_string())), Err),
+                Err(e) => {
+                    e.limit_error(limits.file_bytes).map_or_else(|| Ok(Err(e.message().to_string())), Err)
+                }
             }
         };
         let files: Vec<_> = wanted.par_iter().map(read).collect();
         let files: Vec<Result<Vec<u8>, String>> = files.into_iter().collect::<Result<_, LoadError>>()?;
         // By their headers first: what is too much is not decoded at all.
-        let sizes = files.iter().flatten().map(|bytes| decoded_bytes(bytes));
+        let sizes = files.iter().flatten().map(|bytes| decoded_size(bytes));
         let total = sizes.fold(0u64, u64::saturating_add);
-        LoadError::check("bytes of decoded textures", total, limits.texture_bytes)?;
-        budget.images(total)?;
+        LoadError::check_limit("bytes of decoded textures", total, limits.texture_bytes)?;
+        budget.charge_images(total)?;
         let decoded: Vec<Result<(Image, bool), String>> = files
             .into_par_iter()
             .zip(&wanted)

@@ -46,9 +46,11 @@ fn outcome(case: &Case) -> String {
             if words.is_empty() { "nothing".into() } else { format!("warning | {}", words.join(" | ")) }
         }
         Err(LoadError::Io { path, cause }) => format!("Io | {} | {cause}", name_of(&path)),
-        Err(LoadError::Parse { place, what }) => format!("Parse | {place} | {what}"),
-        Err(LoadError::Invalid { place, rule }) => format!("Invalid | {place} | {rule}"),
-        Err(LoadError::Limit { name, asked, allowed }) => format!("Limit | {name} | {asked} of {allowed}"),
+        Err(LoadError::Parse { location, message }) => format!("Parse | {location} | {message}"),
+        Err(LoadError::Invalid { location, message }) => format!("Invalid | {location} | {message}"),
+        Err(LoadError::Limit { name, requested, allowed }) => {
+            format!("Limit | {name} | {requested} of {allowed}")
+        }
         Err(LoadError::Unsupported(what)) => format!("Unsupported | | {what}"),
     };
     assert!(!text.contains('\n'), "{}: more than a line: {text}", case.name);

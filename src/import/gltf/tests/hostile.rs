@@ -165,13 +165,13 @@ fn small_files_that_ask_for_much() {
     let targets: Vec<Value> = (0..1000).map(|_| json!({"POSITION": 0})).collect();
     fixture.push("meshes", json!({"primitives": [{"attributes": {"POSITION": 0}, "targets": targets}]}));
     fixture.node(json!({"mesh": 0}));
-    assert!(fixture.error().contains("over the limit"), "{}", fixture.error());
+    assert!(fixture.error().contains("exceeds the limit"), "{}", fixture.error());
     // More children than memory holds, by way of few nodes.
     let mut fixture = Fixture::triangle();
     fixture.push("nodes", json!({"children": vec![0; 10_000]}));
     fixture.push("nodes", json!({"children": vec![1; 10_000]}));
     fixture.json["scenes"][0]["nodes"] = json!([2]);
-    assert!(fixture.error().contains("over the limit"), "{}", fixture.error());
+    assert!(fixture.error().contains("exceeds the limit"), "{}", fixture.error());
     // Deep nesting of the text itself.
     let deep = format!("{{\"asset\":{}", "[".repeat(1 << 20));
     assert!(load(deep.as_bytes(), &folder(), &options()).is_err());
@@ -233,14 +233,14 @@ fn buffers_of_one_file_take_its_memory_once() {
         for i in 0..100 {
             fixture.push("buffers", json!({"byteLength": 3001, "uri": uri(i)}));
         }
-        let folder = crate::import::files::uri::Folder::of(&dir.path().join("a.glb"), false);
+        let folder = crate::import::files::scene_folder::SceneFolder::of(&dir.path().join("a.glb"), false);
         load(&fixture.glb(), &folder, &options)
     };
     let (_, warnings) = load(&|_| "a.bin".into()).unwrap();
-    assert_eq!(warnings.iter().filter(|w| w.what.contains("byteLength promises 3001")).count(), 100);
+    assert_eq!(warnings.iter().filter(|w| w.message.contains("byteLength promises 3001")).count(), 100);
     // Other names of the same file have no end: all together are bound.
     let error = load(&|i| format!("{}a.bin", "./".repeat(i))).unwrap_err().to_string();
-    assert_eq!(error, "file size in bytes: 3000 is over the limit of 1000");
+    assert_eq!(error, "file size in bytes: 3000 exceeds the limit of 1000");
 }
 
 /// gltfpack -cf writes what its compressed views are in plain, and not everyone hands that on.

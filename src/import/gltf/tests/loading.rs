@@ -4,7 +4,7 @@ use super::super::document::Document;
 use super::super::fixture::Fixture;
 use super::super::{container, load};
 use crate::import::error::{LoadError, Warnings};
-use crate::import::files::uri::Folder;
+use crate::import::files::scene_folder::SceneFolder;
 use crate::import::{LoadOptions, Warning};
 use crate::scene::Scene;
 
@@ -36,6 +36,6 @@ impl Fixture {
 }
 
 /// A folder that holds nothing by the names that tests use.
-pub fn folder() -> Folder {
-    Folder::of(std::path::Path::new("src/scene.gltf"), false)
+pub fn folder() -> SceneFolder {
+    SceneFolder::of(std::path::Path::new("src/scene.gltf"), false)
 }

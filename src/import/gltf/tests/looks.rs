@@ -237,7 +237,7 @@ fn texture_memory_is_limited() {
     let limits = Limits { texture_bytes: 7, ..Limits::default() };
     let options = LoadOptions { limits, ..LoadOptions::default() };
     let error = textured(base()).try_load_with(&options).map(|_| ()).unwrap_err().to_string();
-    assert_eq!(error, "bytes of decoded textures: 8 is over the limit of 7");
+    assert_eq!(error, "bytes of decoded textures: 8 exceeds the limit of 7");
 }
 
 #[test]

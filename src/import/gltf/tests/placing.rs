@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use serde_json::json;
 
 use super::super::fixture::{Fixture, bytes_of};
-use crate::import::{Limits, LoadOptions, Up};
+use crate::import::{Limits, LoadOptions, UpAxis};
 use crate::scene::pose;
 use crate::scene::{AnimationChoice, FileProjection, LightKind, PoseSettings, Scene};
 
@@ -35,7 +35,7 @@ fn transforms_and_shared_meshes() {
 fn up_z_turns_everything() {
     let mut fixture = Fixture::triangle();
     fixture.node(json!({"mesh": 0, "translation": [1, 2, 3]}));
-    let (scene, _) = fixture.load_with(&LoadOptions { up: Up::Z, ..LoadOptions::default() });
+    let (scene, _) = fixture.load_with(&LoadOptions { up: UpAxis::Z, ..LoadOptions::default() });
     assert_eq!(corners(&scene), [DVec3::X, DVec3::new(2.0, 3.0, -2.0)]);
     assert!(scene.nodes.iter().skip(1).all(|n| n.parent == Some(0)));
 }
@@ -79,7 +79,7 @@ fn instances_are_counted_before_they_are_made() {
             .map(|(s, _)| s.instances.len())
     };
     assert_eq!(count(2).unwrap(), 2);
-    assert_eq!(count(1).unwrap_err().to_string(), "instances: 2 is over the limit of 1");
+    assert_eq!(count(1).unwrap_err().to_string(), "instances: 2 exceeds the limit of 1");
 }
 
 #[test]

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use glam::DVec3;
 
 use super::super::{Read, carefully, quickly, scene};
-use crate::import::files::uri::Folder;
-use crate::import::memory::Budget;
+use crate::import::files::scene_folder::SceneFolder;
+use crate::import::memory::MemoryBudget;
 use crate::import::{Limits, LoadOptions};
 use crate::scene::Scene;
 
@@ -142,8 +142,8 @@ fn told(scene: &Scene, warnings: &[String]) -> String {
 }
 
 fn finish(read: Read) -> Result<String, String> {
-    let folder = Folder::of(std::path::Path::new("nowhere/x.obj"), false);
-    match scene(read, &folder, &LoadOptions::default(), &Budget::of(u64::MAX)) {
+    let folder = SceneFolder::of(std::path::Path::new("nowhere/x.obj"), false);
+    match scene(read, &folder, &LoadOptions::default(), &MemoryBudget::new(u64::MAX)) {
         Ok((scene, w)) => Ok(told(&scene, &w.iter().map(ToString::to_string).collect::<Vec<_>>())),
         Err(e) => Err(e.to_string()),
     }

@@ -4,7 +4,7 @@ use std::fs;
 
 use super::{SQUARE, error, png, read, scene, with_mtl};
 use crate::geometry::Rgb;
-use crate::import::{LoadError, LoadOptions, Smooth, load};
+use crate::import::{LoadError, LoadOptions, NormalMode, load};
 use crate::scene::{AlphaMode, Channel4, Reflectance, ScalarInput};
 use glam::Vec3;
 
@@ -327,15 +327,15 @@ fn smoothing_by_angle_is_for_all_faces_whatever_the_file_says() {
     let path = dir.path().join("a.obj");
     let roof = "v 0 0 1\nv 0 0 -1\nv -1 -1 1\nv -1 -1 -1\nv 1 -1 1\nv 1 -1 -1\nvn 1 0 0\n";
     fs::write(&path, format!("{roof}s 1\nf 1 2 4 3\nusemtl b\nf 2//1 1//1 5//1 6//1\n")).unwrap();
-    let normals = |smooth| {
-        let (scene, _) = load(&path, &LoadOptions { smooth, ..Default::default() }).unwrap();
+    let normals = |normals| {
+        let (scene, _) = load(&path, &LoadOptions { normals, ..Default::default() }).unwrap();
         scene.meshes.iter().map(|m| m.normals.clone()).collect::<Vec<_>>()
     };
-    assert!(normals(Smooth::Off).iter().all(Vec::is_empty));
-    assert_eq!(normals(Smooth::File)[1], [Vec3::X; 4]);
-    let smooth = normals(Smooth::Angle(100.0));
+    assert!(normals(NormalMode::Flat).iter().all(Vec::is_empty));
+    assert_eq!(normals(NormalMode::File)[1], [Vec3::X; 4]);
+    let smooth = normals(NormalMode::CreaseAngle(100.0));
     assert!(smooth.iter().all(|n| n.iter().any(|n| n.abs_diff_eq(Vec3::Y, 1e-6))));
-    let sharp = normals(Smooth::Angle(80.0));
+    let sharp = normals(NormalMode::CreaseAngle(80.0));
     assert!(sharp.iter().all(|n| n.iter().all(|n| (n.y - 0.5f32.sqrt()).abs() < 1e-6)));
 }
 

@@ -1,0 +1,41 @@
+//! Options of an import.
+
+use super::NormalMode;
+use super::files::limits::Limits;
+
+/// Selects one of the file's scenes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum SceneChoice {
+    /// The file's default scene, or the first.
+    #[default]
+    Default,
+    /// The scene with this name, or else with this index.
+    Named(String),
+}
+
+/// The file's up axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UpAxis {
+    /// +Y: coordinates are used as stored.
+    #[default]
+    Y,
+    /// +Z: (x, y, z) becomes (x, z, −y) for everything in the file.
+    Z,
+}
+
+/// Options of [`load`](super::load).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// Limits that are checked before memory is allocated.
+    pub limits: Limits,
+    /// The scene to load.
+    pub scene: SceneChoice,
+    /// The file's up axis.
+    pub up: UpAxis,
+    /// Name of a material variant (KHR_materials_variants); `none` or `None` selects the default materials.
+    pub variant: Option<String>,
+    /// Source of the vertex normals.
+    pub normals: NormalMode,
+    /// Allows references to files outside the scene's folder.
+    pub allow_outside: bool,
+}
