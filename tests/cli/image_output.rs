@@ -1,22 +1,15 @@
 //! The picture files that the program writes, read again by other means.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-fn model(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).to_str().unwrap().to_string()
-}
-
-fn blinn(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_blinn")).args(args).current_dir(folder).output().unwrap()
-}
+use crate::common::program::{blinn_args, model};
 
 /// Renders and returns the path of what `-o out` named.
 #[track_caller]
 fn rendered(folder: &Path, scene: &str, out: &str, flags: &str) -> PathBuf {
     let mut args = vec!["render", scene, "-o", out, "-q"];
     args.extend(flags.split_whitespace());
-    let output = blinn(folder, &args);
+    let output = blinn_args(folder, &args);
     assert_eq!(output.status.code(), Some(0), "{flags}: {}", String::from_utf8_lossy(&output.stderr));
     folder.join(out)
 }
@@ -73,7 +66,7 @@ fn jpeg_and_webp_show_what_a_png_shows() {
 #[test]
 fn sizes_that_a_format_cannot_hold_are_told() {
     let dir = tempfile::tempdir().unwrap();
-    let output = blinn(
+    let output = blinn_args(
         dir.path(),
         &["render", &model("tests/cube.obj"), "--size", "16385x1", "-s", "1", "-o", "a.webp"],
     );

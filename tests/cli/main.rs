@@ -7,11 +7,18 @@
 //! - `camera`: `--orbit`, `--zoom`, f3d's camera flags, `--hide`, `--only-objects`
 //! - `datasets`: `turntable --views`, its layers and `transforms.json`
 //! - `examples`: the programs in docs/examples; they need `cargo build --examples`
+//! - `exit_codes`: wrong files and command lines: one line and an exit code
 //! - `farm`: scripts for render farms, and their tasks run by a stand-in for the engine
 //! - `help`: help pages, usage errors, completions, man pages, docs/reference/command-line.md
 //! - `image_output`: EXR, JPEG, WebP, Cryptomatte and layer previews read back
-//! - `program`: exit codes, messages, one-line errors, signals, lights and ground from flags
-//! - `sequences`: many frames and many files: lists, turntables, `--resume`, config files, reports
+//! - `info`: `blinn info`, in text and JSON
+//! - `lighting`: exposure, light radius, ambient occlusion, ground and environment maps from flags
+//! - `process_limits`: threads, file sizes and memory that the system does not grant
+//! - `render`: flags of `blinn render`, and the pictures that they change
+//! - `resume`: `--resume` after changes, crashes and kills
+//! - `sequences`: many frames and many files: lists, names, configuration files, reports, progress
+//! - `signals`: interrupted renders
+//! - `turntable`: a model or a camera once around
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -22,8 +29,15 @@ mod bench;
 mod camera;
 mod datasets;
 mod examples;
+mod exit_codes;
 mod farm;
 mod help;
 mod image_output;
-mod program;
+mod info;
+mod lighting;
+mod process_limits;
+mod render;
+mod resume;
 mod sequences;
+mod signals;
+mod turntable;

@@ -14,6 +14,10 @@ pub fn blinn(folder: &Path, line: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_blinn")).args(words).current_dir(folder).output().unwrap()
 }
 
+pub fn blinn_args(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_blinn")).args(args).current_dir(folder).output().unwrap()
+}
+
 /// Runs it and returns what it told.
 #[track_caller]
 pub fn runs(folder: &Path, line: &str) -> String {
@@ -32,6 +36,23 @@ pub fn refused(folder: &Path, line: &str, says: &str) {
     assert_eq!(output.status.code(), Some(2), "{line}: {told}");
     assert!(told.contains(says), "{line} told: {told}");
     assert!(files(folder) == before, "{line} left something behind");
+}
+
+/// It failed with `code` and one line that says `says`, and left the folder as it was.
+#[track_caller]
+pub fn fails(folder: &Path, args: &[&str], code: i32, says: &str) {
+    let before = names(folder);
+    let output = blinn_args(folder, args);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {errors}");
+    if code == 1 {
+        assert_eq!(errors.lines().count(), 1, "{args:?} told: {errors}");
+        assert!(errors.starts_with("blinn: "), "{errors}");
+    }
+    assert!(errors.contains(says), "{args:?} told: {errors}");
+    assert!(!errors.contains("panicked") && !errors.contains("backtrace"), "{errors}");
+    assert!(output.stdout.is_empty());
+    assert_eq!(names(folder), before, "{args:?} left something behind");
 }
 
 /// All files in a folder and what is in them.

@@ -2,7 +2,7 @@
 //! tests call the library.
 //!
 //! - `antialiasing`: sampling error of pictures that are formulas
-//! - `bvh_queries`: every BVH query against brute force, bit for bit; refit and rebuild
+//! - `bvh`: every BVH query against brute force, bit for bit; refit against rebuild
 //! - `determinism`: the same bytes on any number of threads, tile size, BVH preset and SIMD level
 //! - `empty_tile_culling`: tiles that no ray can hit trace none
 //! - `ggx_materials`: physical materials against the GGX surface that they stand for
@@ -20,7 +20,7 @@
 mod common;
 
 mod antialiasing;
-mod bvh_queries;
+mod bvh;
 mod determinism;
 mod empty_tile_culling;
 mod ggx_materials;

@@ -1,0 +1,161 @@
+//! Exit codes and messages: one line for each thing that can go wrong, and nothing partial left behind.
+
+use std::fs;
+use std::process::Command;
+
+use crate::common::program::*;
+
+#[test]
+fn a_missing_file_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = String::from_utf8(blinn_args(dir.path(), &["info", "missing.obj"]).stderr).unwrap();
+    assert_eq!(told.matches("No such file").count(), 1, "said once: {told}");
+    fails(dir.path(), &["render", "missing.glb"], 1, "missing.glb");
+    fails(dir.path(), &["info", "missing.obj"], 1, "missing.obj");
+}
+
+#[test]
+fn a_corrupt_glb_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut bytes = fs::read(model("cornell/cornell.glb")).unwrap();
+    bytes.truncate(bytes.len() / 2);
+    fs::write(dir.path().join("half.glb"), &bytes).unwrap();
+    fails(dir.path(), &["render", "half.glb", "-o", "a.png"], 1, "half.glb");
+    fs::write(dir.path().join("noise.glb"), [7u8; 300]).unwrap();
+    fails(dir.path(), &["render", "noise.glb", "-o", "a.png"], 1, "noise.glb");
+}
+
+#[test]
+fn an_empty_obj_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("empty.obj"), "# nothing\n").unwrap();
+    fails(dir.path(), &["render", "empty.obj", "-o", "a.png"], 1, "empty.obj");
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let scene = scene.as_str();
+    fs::create_dir(dir.path().join("folder.png")).unwrap();
+    fs::write(dir.path().join("file"), "").unwrap();
+    fails(dir.path(), &["render", scene, "--size", "8x8", "-o", "file/a.png"], 1, "file");
+    // A folder of that name takes the picture's default name; a folder in the picture's place does not.
+    fs::create_dir_all(dir.path().join("out/cornell.png")).unwrap();
+    fails(dir.path(), &["render", scene, "--size", "8x8", "-o", "out/"], 1, "cornell.png");
+    assert!(names(&dir.path().join("out/cornell.png")).is_empty());
+}
+
+#[test]
+fn wrong_command_lines_are_exit_2() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let scene = scene.as_str();
+    for (args, says) in [
+        (vec!["render"], "SCENE"),
+        (vec!["render", scene, "--not-a-flag"], "--not-a-flag"),
+        (vec!["render", scene, "--siz", "8x8"], "--siz"),
+        (vec!["render", scene, "--size", "8"], "1280x720"),
+        (vec!["render", scene, "-s", "0"], "0"),
+        (vec!["render", scene, "-o", "{name}.png"], "{name} stands for nothing: there are {stem}"),
+        (vec!["render", scene, "-o", "a.tiff"], ".png, .exr, .jpg, .webp, .gif"),
+        (vec!["render", scene, "-o", "a.jpg", "--no-background"], "a JPEG has no transparency"),
+        (vec!["render", scene, "-o", "a.jpg", "--depth", "16"], "a JPEG has 8 bits"),
+        (vec!["render", scene, "-o", "a.webp", "--depth", "16"], "a WebP has 8 bits"),
+        (vec!["render", scene, "-o", "a.webp", "--quality", "50"], "of .jpg, .mp4 and .html alone"),
+        (vec!["render", scene, "-o", "a.jpg", "--quality", "0"], "1..=100"),
+        (vec!["render", scene, "-o", "-", "--aov", "depth"], "standard output takes one picture"),
+        (vec!["render", scene, scene, "-o", "a.png"], "{stem}"),
+        (vec!["render", scene, "--aov", "depht"], "depht"),
+        (vec!["render", scene, "--view-up", "1,2"], "X,Y,Z"),
+        (vec!["render", scene, "--view-up", "0,0,0"], "a direction has a length"),
+        (vec!["render", scene, "--view-dir=-0,0,0"], "a direction has a length"),
+        (vec!["render", scene, "-o", "a.jpg", "--size", "65536x1"], "a JPEG has at most 65535 pixels"),
+        (vec!["render", scene, "-o", "a.webp", "--size", "1x16385"], "a WebP has at most 16384 pixels"),
+        (vec!["render", scene, "--orbit", "10"], "AZIMUTH,ELEVATION"),
+        (vec!["render", scene, "--orbit", "10,91"], "±90"),
+        (vec!["render", scene, "--orbit", "10,20", "--view-dir", "0,0,1"], "--view-dir"),
+        (vec!["render", scene, "--zoom", "0"], "greater than zero"),
+        (vec!["render", scene, "--hide", "[a"], "pattern"),
+        (vec!["frobnicate"], "frobnicate"),
+    ] {
+        fails(dir.path(), &args, 2, says);
+    }
+}
+
+#[test]
+fn the_rest_is_done_when_one_scene_fails() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let args = ["render", "missing.glb", scene.as_str(), "--size", "8x8", "-q"];
+    let output = blinn_args(dir.path(), &args);
+    assert_eq!(output.status.code(), Some(1));
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(errors.contains("missing.glb") && errors.contains("1 of 2 scenes failed"), "{errors}");
+    assert_eq!(names(dir.path()), ["cornell.png"]);
+}
+
+#[test]
+fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let scene = scene.as_str();
+    fails(dir.path(), &["render", scene, "--camera", "Nobody"], 1, "it has: 0 'Camera'");
+    fails(
+        dir.path(),
+        &["render", scene, "--hide", "Nobody*"],
+        1,
+        "nothing is called 'Nobody*'; the file has: '",
+    );
+    fails(
+        dir.path(),
+        &["render", scene, "--only-objects", "a/b"],
+        1,
+        "nothing is called 'a/b'; the file has: '",
+    );
+    fails(dir.path(), &["render", scene, "--scene", "Nobody"], 1, "Nobody");
+    fails(dir.path(), &["render", scene, "--animation", "Nobody"], 1, "Nobody");
+    fails(
+        dir.path(),
+        &["render", scene, "--variant", "Nobody"],
+        1,
+        "there is no variant 'Nobody'; the file has: none",
+    );
+    let obj = model("cornell/cornell.obj");
+    fails(dir.path(), &["render", obj.as_str(), "--variant", "Nobody"], 1, "there is no variant 'Nobody'");
+    let shoe = model("tests/gltf/variants.glb");
+    fails(dir.path(), &["info", shoe.as_str(), "--variant", "Nobody"], 1, "'Day', 'Dusk', 'Night'");
+}
+
+/// What a decoder panics at, on whichever thread, costs its scene and no other.
+#[cfg(debug_assertions)]
+#[test]
+fn a_decoder_that_panics_costs_its_scene_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    let scenes = ["textured/textured.obj", "tests/cube.obj"].map(model);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
+    command.arg("render").args(&scenes).args(["--size", "16x16", "-s", "1"]).current_dir(dir.path());
+    let output = command.env("BLINN_TEST_PANIC", "planks.png").output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert_eq!(names(dir.path()), ["cube.png"], "{told}");
+    let of: Vec<&str> = told.lines().filter(|line| line.contains("textured.obj")).collect();
+    assert!(!of.is_empty() && told.contains("wrote cube.png"), "{told}");
+    for line in of {
+        assert!(
+            line.contains("please report it with the file: left: 1  right: 2 (src/import/image.rs:"),
+            "{told}"
+        );
+    }
+    assert!(!told.contains("panicked") && !told.contains("backtrace") && told.lines().count() <= 4, "{told}");
+}
+
+#[test]
+fn a_file_of_another_kind_is_told_to_be_none() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, bytes) in [("a.glb", &b"\x89PNG\r\n\x1a\n"[..]), ("b.gltf", b"hello"), ("c.glb", b"")] {
+        fs::write(dir.path().join(name), bytes).unwrap();
+        fails(dir.path(), &["render", name], 1, "this is no glTF file");
+    }
+    fails(dir.path(), &["render", "gone.glb", "--dry-run"], 1, "gone.glb: ");
+}

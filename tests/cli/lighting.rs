@@ -1,0 +1,166 @@
+//! Exposure, lights with a radius, ambient occlusion, ground and environment maps from the command line.
+
+use std::fs;
+
+use crate::common::program::*;
+
+/// Metering looks through the file's camera in its own shape, so a thumbnail, a strip and a crop
+/// are exposed alike.
+#[test]
+fn the_exposure_does_not_depend_on_the_pictures_size() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/lights.glb");
+    let told = |size: &str| {
+        let args =
+            ["render", scene.as_str(), "-o", "a.png", "-v", "-s", "1", "--exposure", "auto", "--size", size];
+        let output = blinn_args(dir.path(), &args);
+        let errors = String::from_utf8(output.stderr).unwrap();
+        errors.lines().find(|l| l.starts_with("exposure: ")).unwrap_or_else(|| panic!("{errors}")).to_string()
+    };
+    let usual = told("64x36");
+    assert_eq!(told("16x64"), usual);
+    assert_eq!(told("96x8"), usual);
+}
+
+#[test]
+fn a_radius_of_zero_is_no_radius_and_any_other_softens() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("lecture/lecture.obj");
+    let fixed = ["render", scene.as_str(), "--size", "64x36", "-q", "-o"];
+    let picture = |out: &str, more: &[&str]| {
+        let output = blinn_args(dir.path(), &[&fixed[..], &[out], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        fs::read(dir.path().join(out)).unwrap()
+    };
+    for lights in [&["--point-light", "4,6,1,40"][..], &["--lights", "three-point"], &["--sun", "0,-1,0,1"]] {
+        let with = |r: &str, out: &str| picture(out, &[lights, &["--light-radius", r]].concat());
+        let sharp = picture("a.png", lights);
+        assert!(with("0", "b.png") == sharp && with(".5", "c.png") != sharp, "{lights:?}");
+    }
+}
+
+#[test]
+fn occlusion_shows_whatever_the_light() {
+    let dir = tempfile::tempdir().unwrap();
+    let lights = [
+        &[][..],
+        &["--lights", "headlight"],
+        &["--lights", "none"],
+        &["--point-light", "0,3,0,1000"],
+        &["--no-shadows"],
+        &["--light-radius", ".1"],
+        &["--ground", "shadow"],
+    ];
+    let close = model("lecture/view-1.xml");
+    let close = ["--camera-xml", close.as_str()];
+    for (name, camera) in [("lecture/lecture.obj", &close[..]), ("cornell/cornell.glb", &[])] {
+        let scene = model(name);
+        for light in lights {
+            let levels = |more: &[&str]| {
+                let fixed = ["render", scene.as_str(), "--size", "48x27", "-q", "-o", "a.png"];
+                let output = blinn_args(dir.path(), &[&fixed, camera, light, more].concat());
+                assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+                image::open(dir.path().join("a.png")).unwrap().into_luma8().into_vec()
+            };
+            // A distance that nothing is within leaves the ambient term whole.
+            let (occluded, open) = (levels(&["--ao", "16"]), levels(&["--ao", "16,1e-9"]));
+            let darker = occluded.iter().zip(&open).filter(|(a, b)| a.saturating_add(5) < **b).count();
+            let lighter = occluded.iter().zip(&open).filter(|(a, b)| **a > b.saturating_add(1)).count();
+            assert!(darker > 100 && lighter == 0, "{name} {light:?}: {darker} darker, {lighter} lighter");
+        }
+    }
+}
+
+#[test]
+fn flags_of_light_that_would_do_nothing_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let scene = scene.as_str();
+    for (args, says) in [
+        (&["--light-radius", ".1", "--integrator", "diffuse"][..], "--light-radius softens shadows"),
+        (&["--light-radius", ".1", "--no-shadows"], "--no-shadows has none"),
+        (&["--light-radius", ".1", "--lights", "none"], "--lights none has none"),
+        (&["--ao", "16", "--integrator", "shadow"], "only --integrator phong has"),
+        (&["--ao", "16", "--ambient", "0,0,0"], "--ambient 0,0,0 is none"),
+        (&["--ground", "shadow", "--integrator", "color"], "take --ground plane"),
+        (&["--ground", "shadow", "--no-shadows"], "take --ground plane"),
+        (&["--ao", "0"], "from 1 to 65536"),
+        (&["--ao", "16,-2"], "expected metres, or 'inf'"),
+        (&["--light-radius", "-1"], "from 0 to 1000000 metres"),
+        (&["--ground", "grass"], "possible values"),
+    ] {
+        fails(dir.path(), &[&["render", scene], args].concat(), 2, says);
+    }
+}
+
+#[test]
+fn a_ground_moves_neither_camera_nor_exposure_and_shows_in_alpha() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/cube.obj");
+    let lights = model("tests/lights.glb");
+    let picture = |scene: &str, more: &[&str]| {
+        let fixed = ["render", scene, "--size", "64x48", "-v", "-s", "1", "-o", "a.png"];
+        let output = blinn_args(dir.path(), &[&fixed, more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let told = String::from_utf8(output.stderr).unwrap();
+        (image::open(dir.path().join("a.png")).unwrap().into_rgba8(), told)
+    };
+    let clear = ["--background", "transparent"];
+    let (bare, _) = picture(&scene, &clear);
+    let (caught, _) = picture(&scene, &[&clear[..], &["--ground", "shadow"]].concat());
+    let (mut same, mut shadow) = (0, 0);
+    for (a, b) in bare.pixels().zip(caught.pixels()) {
+        if a[3] > 0 {
+            assert_eq!(a, b);
+            same += 1;
+        } else if b[3] > 0 {
+            assert_eq!(b.0[..3], [0, 0, 0]);
+            shadow += 1;
+        }
+    }
+    assert!(same > 200 && shadow > 100, "{same} {shadow}");
+    let told = |more: &[&str]| picture(&lights, &[&["--exposure", "auto"], more].concat()).1;
+    assert_eq!(told(&["--ground", "plane"]), told(&[]));
+}
+
+#[test]
+fn a_picture_of_light_lights_by_direction() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/cube.obj");
+    let light = dir.path().join("light.hdr");
+    let from_above = |_, y| image::Rgb(if y < 8 { [0.0, 0.0, 0.8f32] } else { [0.0, 0.0, 0.0] });
+    let light_picture: image::DynamicImage = image::ImageBuffer::from_fn(32, 16, from_above).into();
+    light_picture.save(&light).unwrap();
+    let picture = |more: &[&str]| {
+        let fixed = ["render", scene.as_str(), "--size", "64x48", "-v", "--hdri", "light.hdr", "-o", "a.png"];
+        let output = blinn_args(dir.path(), &[&fixed, more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let told = String::from_utf8(output.stderr).unwrap();
+        (image::open(dir.path().join("a.png")).unwrap().into_rgba8(), told)
+    };
+    let clear = ["--background", "transparent"];
+    let (seen, told) = picture(&clear);
+    assert!(told.contains("lights: none; ambient by a picture"), "{told}");
+    let blue: Vec<u8> = seen.pixels().filter(|p| p[3] == 255).map(|p| p[2]).collect();
+    // The top sees all of the light, the sides half of it, encoded.
+    assert!(blue.iter().max().unwrap() > &225 && (150..190).contains(blue.iter().min().unwrap()));
+    assert!(seen.pixels().all(|p| p[0] == 0 && p[1] == 0));
+    let (occluded, _) = picture(&["--background", "transparent", "--ao", "16", "--ground", "shadow"]);
+    assert!(occluded.pixels().any(|p| p[3] > 5 && p[3] < 250 && p[2] == 0));
+    assert!(picture(&["--ground", "shadow"]).1.contains("shows nothing"));
+    let render = ["render", scene.as_str()];
+    for (args, says) in [
+        (&["--hdri", "missing.hdr"][..], "--hdri: missing.hdr"),
+        (&["--hdri", "light.hdr", "--ambient", "1,1,1"], "cannot be used with"),
+        (&["--hdri", "light.hdr", "--integrator", "shadow"], "only --integrator phong has"),
+    ] {
+        fails(dir.path(), &[&render, args].concat(), 2, says);
+    }
+    fs::write(dir.path().join("text.exr"), "text").unwrap();
+    fails(
+        dir.path(),
+        &[&render[..], &["--hdri", "text.exr"]].concat(),
+        2,
+        "neither Radiance HDR nor OpenEXR",
+    );
+}

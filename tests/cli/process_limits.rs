@@ -1,0 +1,95 @@
+//! Limits of the process: threads, file sizes, addresses, `--max-memory`.
+
+use std::fs;
+use std::process::Command;
+
+use crate::common::program::*;
+
+/// Threads that a user may not have: one line.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_process_without_threads_says_so() {
+    // The system holds everyone to their limits but root.
+    let shell = |line: &str| {
+        let id = Command::new("id").arg("-u").output().unwrap().stdout;
+        let mut command = match id.as_slice() {
+            b"0\n" => {
+                let mut command = Command::new("setpriv");
+                command.args(["--reuid=65534", "--regid=65534", "--clear-groups", "bash"]);
+                command
+            }
+            _ => Command::new("bash"),
+        };
+        command.args(["-c", line]).current_dir("/").output()
+    };
+    let (program, scene) = (env!("CARGO_BIN_EXE_blinn"), model("cornell/cornell.glb"));
+    let may = format!("test -x '{program}' && test -r '{}'", scene);
+    if !shell(&may).is_ok_and(|output| output.status.success()) {
+        return;
+    }
+    for command in ["render --dry-run", "info"] {
+        for most in [1, 2] {
+            let line = format!("ulimit -u {most}; exec '{program}' {command} '{}' -q", scene);
+            let output = shell(&line).unwrap();
+            let told = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.code(), Some(1), "{line}: {told}");
+            assert!(told.starts_with("blinn: no thread could be started: "), "{line}: {told}");
+            assert_eq!(told.lines().count(), 1, "{told}");
+        }
+    }
+}
+
+/// A disk that fills up: one line, and no part of the file.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("cornell/cornell.glb");
+    let line = format!(
+        "ulimit -f 1; exec '{}' render '{}' --size 320x180 -s 1 -o a.png",
+        env!("CARGO_BIN_EXE_blinn"),
+        scene
+    );
+    let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.lines().count() == 1 && told.contains("a.png cannot be written"), "{told}");
+    assert!(names(dir.path()).is_empty());
+}
+
+/// `--max-memory` holds for it too, and before it is decoded.
+#[test]
+fn a_picture_of_light_stays_within_the_memory_allowed() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/cube.obj");
+    // A header alone: 512 MiB and its text.
+    let text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2896 +X 5792\n";
+    fs::write(dir.path().join("light.hdr"), text).unwrap();
+    let needed = 2896 * 5792 * 32 + text.len();
+    let with = |allowed: usize, says: &str| {
+        let (scene, allowed) = (scene.as_str(), allowed.to_string());
+        let args = ["render", scene, "--hdri", "light.hdr", "--max-memory", &allowed];
+        fails(dir.path(), &args, 2, says);
+    };
+    with(needed - 1, &format!("bytes of memory: {needed} exceeds the limit of {}", needed - 1));
+    with(needed, "the picture cannot be decoded");
+}
+
+/// Addresses that a process may not have are memory that there is not.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_bound_on_addresses_refuses_a_scene_and_not_the_next() {
+    let dir = tempfile::tempdir().unwrap();
+    let (one, two) = (model("tests/triangle.glb"), model("cornell/cornell.glb"));
+    let line = format!(
+        "ulimit -v 3000000; exec '{}' render '{}' '{}' --size 16384x16384 -s 1",
+        env!("CARGO_BIN_EXE_blinn"),
+        one,
+        two
+    );
+    let output = Command::new("sh").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    // Each at once, and both again at the end.
+    assert_eq!(told.matches("without --max-memory there are 2.9 GiB").count(), 4, "{told}");
+}

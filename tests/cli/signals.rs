@@ -1,0 +1,85 @@
+//! Interrupted and ignored signals while a picture is rendered.
+#![cfg(unix)]
+
+use std::io::BufRead;
+use std::path::Path;
+use std::process::Command;
+
+use crate::common::program::*;
+
+/// A render that takes some seconds, begun by a shell's `line`, where `$BLINN` stands for it.
+fn long_render(folder: &Path, line: &str) -> std::process::Child {
+    let scene = model("still-life/still-life.glb");
+    let look = "--size 160x90 -s 2048 -o a.png --progress plain";
+    let render = format!("'{}' render '{}' {look}", env!("CARGO_BIN_EXE_blinn"), scene);
+    Command::new("sh")
+        .args(["-c", &line.replace("$BLINN", &render)])
+        .current_dir(folder)
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// Waits until a render tells how far it is.
+fn is_rendering(child: &mut std::process::Child) {
+    let told = std::io::BufReader::new(child.stderr.as_mut().unwrap());
+    assert!(told.lines().any(|line| line.unwrap().contains('%')), "it ended");
+}
+
+fn send(signal: &str, child: &std::process::Child) {
+    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
+/// Interrupted in the middle of a long render: the exit code says how, and nothing is left.
+#[test]
+fn an_interrupted_render_leaves_nothing() {
+    let signals = [("-HUP", 129), ("-INT", 130), ("-TERM", 143)];
+    for (signal, code) in signals.into_iter().filter(|(signal, _)| heeds(signal)) {
+        let dir = tempfile::tempdir().unwrap();
+        let mut child = long_render(dir.path(), "exec $BLINN");
+        is_rendering(&mut child);
+        send(signal, &child);
+        let told = std::io::read_to_string(child.stderr.as_mut().unwrap()).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(code));
+        assert!(told.lines().all(|line| !line.is_empty()) && told.contains("blinn: "), "{told:?}");
+        assert!(names(dir.path()).is_empty());
+    }
+}
+
+/// What `nohup` begins goes on when the terminal is gone, and what a script puts into the background when its
+/// terminal is interrupted.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_that_was_ignored_stays_ignored() {
+    let dir = tempfile::tempdir().unwrap();
+    let signals = [("-HUP", "-TERM", 143), ("-INT", "-TERM", 143), ("-TERM", "-INT", 130)];
+    for (ignored, ends, code) in signals.into_iter().filter(|(_, ends, _)| heeds(ends)) {
+        let mut child = long_render(dir.path(), &format!("trap '' {}; exec $BLINN", &ignored[1..]));
+        is_rendering(&mut child);
+        send(ignored, &child);
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        assert!(child.try_wait().unwrap().is_none(), "it is still rendering");
+        send(ends, &child);
+        assert_eq!(child.wait().unwrap().code(), Some(code));
+    }
+}
+
+/// A signal is heeded whenever it comes: while the process begins once more with advice for its allocator,
+/// too.
+#[test]
+fn a_signal_in_the_first_moments_is_not_lost() {
+    let dir = tempfile::tempdir().unwrap();
+    for i in 0..60 {
+        let mut child = long_render(dir.path(), "exec $BLINN");
+        std::thread::sleep(std::time::Duration::from_micros(500 + 100 * i));
+        send("-TERM", &child);
+        let ended = (0..100).any(|_| {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+            child.try_wait().unwrap().is_some()
+        });
+        let _ = child.kill();
+        child.wait().unwrap();
+        assert!(ended, "run {i}");
+    }
+}

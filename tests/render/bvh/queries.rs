@@ -1,0 +1,213 @@
+//! Closest hits, layers and occlusion: single rays, packets and the counting traversal.
+
+use blinn::accel::{Accel, BuildSettings, Flatten, Preset, RayBatch, SegmentBatch, Shared, Tier};
+use blinn::geometry::HitId;
+use blinn::scene::{PosedScene, Scene, SurfaceClass};
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::{FLATTENED, all_scenes, bits, layers, rays, segments};
+use crate::common::scenes::{self, Holes, Rng};
+
+/// All layers, shadows and transmittances of every preset and tier are those of asking every
+/// triangle.
+#[test]
+fn every_tree_answers_as_no_tree_does() {
+    let all = all_scenes();
+    assert_eq!(all.len(), 9);
+    for ((name, scene), flatten) in all.iter().flat_map(|scene| FLATTENED.map(|flatten| (scene, flatten))) {
+        let posed = scenes::posed(scene);
+        if flatten == Flatten::NOTHING && posed.instances.len() == 1 {
+            continue;
+        }
+        let rays = rays(&posed, if *name == "soup" { 100 } else { 500 });
+        let segments = segments(&rays);
+        let answers = |preset, tier| {
+            let accel = Accel::build(&posed, &BuildSettings { preset, tier, flatten }).0;
+            let (mut occluded, mut light) = (Vec::new(), Vec::new());
+            accel.occluded(&segments, &Holes, &mut occluded);
+            accel.transmittance(&segments, &Holes, &mut light);
+            let light: Vec<[u32; 3]> = light.iter().map(|l| l.to_array().map(f32::to_bits)).collect();
+            let seen = [false, true].map(|cull| bits(&layers(&accel, &rays, cull, Shared::None)));
+            (seen, occluded, light)
+        };
+        let flat = answers(Preset::Flat, Tier::Portable);
+        let hits = flat.0[0].iter().flatten().filter(|hit| hit.1 != HitId::NONE).count();
+        assert!(hits > 200, "{name}: only {hits} hits to compare");
+        let medium = scenes::tiers().map(|tier| (Preset::Medium, tier));
+        for (preset, tier) in medium.chain([Preset::Fast, Preset::Slow].map(|p| (p, Tier::best()))) {
+            let tree = answers(preset, tier);
+            for (i, ray) in rays.iter().enumerate() {
+                for cull in 0..2 {
+                    assert_eq!(
+                        tree.0[cull][i], flat.0[cull][i],
+                        "{name} {preset:?} {tier:?}: ray {i} {ray:?}"
+                    );
+                }
+                assert_eq!(tree.1[i], flat.1[i], "{name} {preset:?} {tier:?}: shadow {i}");
+                assert_eq!(tree.2[i], flat.2[i], "{name} {preset:?} {tier:?}: light {i}");
+            }
+        }
+    }
+}
+
+/// The walk that counts steps finds what the others find, whichever the instructions, and counts alike.
+#[test]
+fn the_counting_walk_meets_the_same_hits() {
+    for (name, scene) in &all_scenes() {
+        let posed = scenes::posed(scene);
+        let rays = rays(&posed, 300);
+        let mut batch = RayBatch { cull: true, far: 5.0, ..RayBatch::default() };
+        rays.iter().for_each(|(o, d)| batch.push(*o, *d));
+        let accel = Accel::build(&posed, &BuildSettings::default()).0;
+        let counted = accel.count_steps(&batch, &Holes);
+        let mut hits = Vec::new();
+        accel.intersect(&batch, &Holes, &mut hits);
+        let (mut nodes, mut asked) = (0, 0);
+        for (i, (hit, steps)) in counted.iter().enumerate() {
+            assert_eq!((hit.t.to_bits(), hit.id), (hits[i].t.to_bits(), hits[i].id), "{name}: ray {i}");
+            assert!(hit.is_miss() || steps.blocks > 0, "{name}: ray {i}");
+            nodes += steps.nodes;
+            asked += steps.blocks;
+        }
+        let portable = BuildSettings { tier: Tier::Portable, ..BuildSettings::default() };
+        assert_eq!(Accel::build(&posed, &portable).0.count_steps(&batch, &Holes), counted, "{name}");
+        // Trees spare rays most of what is there, and without one nothing is spared.
+        let flat = BuildSettings { preset: Preset::Flat, ..BuildSettings::default() };
+        let flat = Accel::build(&posed, &flat).0;
+        let all: u32 = flat.count_steps(&batch, &Holes).iter().map(|(_, steps)| steps.blocks).sum();
+        assert!(nodes > 0 && asked < all, "{name}: {nodes} nodes, {asked} of {all} blocks");
+        let (cost, flat_cost) = (accel.sah_cost(), flat.sah_cost());
+        assert!(cost > 1.0 && cost < flat_cost, "{name}: {cost} of {flat_cost}");
+    }
+    let empty = Scene::default();
+    assert_eq!(Accel::build(&scenes::posed(&empty), &BuildSettings::default()).0.sah_cost(), 0.0);
+}
+
+/// What rays of a packet share, and some of them: from one place or along one way, near each other,
+/// many at vertices and edges. Every sixteen have their own triangles to go to.
+fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool, count: usize) -> (Shared, Vec<(Vec3, Vec3)>) {
+    let instance = rng.below(posed.instances.len()) as u32;
+    let triangles = posed.mesh(instance).triangles.len();
+    let first = rng.below(triangles);
+    let corner = |triangle: usize, corner: usize| {
+        posed.world_triangle(HitId { instance, triangle: (triangle % triangles) as u32 })[corner % 3]
+    };
+    let o = (rng.in_cube() * 4.0).as_vec3();
+    let d = if rng.one_in(4) { Vec3::new(0.0, -2.0, 0.0) } else { corner(first, 0) - o };
+    let spread = 10f64.powf(-4.0 * rng.unit());
+    let target = |rng: &mut Rng, group: usize| {
+        let first = first + group % 5 * 2;
+        let v = corner(first + rng.below(4), rng.below(3));
+        match rng.below(3) {
+            0 => v,
+            1 => v.lerp(corner(first, rng.below(3)), rng.unit() as f32),
+            _ => v + (rng.in_cube() * spread).as_vec3(),
+        }
+    };
+    let targets = (0..count).map(|i| target(rng, i / 16));
+    let rays = targets.map(|to| if along { (to - d, d) } else { (o, to - o) }).collect();
+    (if along { Shared::Direction(d) } else { Shared::Origin(o) }, rays)
+}
+
+/// Rays that are told to share something, and so may be traced together, meet what they meet one
+/// by one: every layer, shadow and transmittance, on every tier.
+#[test]
+fn packets_answer_as_single_rays_do() {
+    let all = all_scenes();
+    for ((name, scene), flatten) in all.iter().flat_map(|scene| FLATTENED.map(|flatten| (scene, flatten))) {
+        let posed = scenes::posed(scene);
+        if flatten == Flatten::NOTHING && posed.instances.len() == 1 {
+            continue;
+        }
+        let settings = |tier| BuildSettings { preset: Preset::Medium, tier, flatten };
+        let single = Accel::build(&posed, &settings(Tier::Portable)).0;
+        for tier in scenes::tiers() {
+            let accel = Accel::build(&posed, &settings(tier)).0;
+            let mut rng = Rng::new(3);
+            for n in 0..60 {
+                // Whole packets, parts of them, and what does not fill a group.
+                let count = [64, 300, 23, 256][n % 4];
+                let (shared, rays) = bundle(&posed, &mut rng, n % 3 == 2, count);
+                let context = format!("{name} {flatten:?} {tier:?} {n} {shared:?}");
+                let cull = n % 2 == 0;
+                let together = bits(&layers(&accel, &rays, cull, shared));
+                assert_eq!(together, bits(&layers(&single, &rays, cull, Shared::None)), "{context}");
+                // Towards the light, if it is one.
+                let segments = |rays: &[(Vec3, Vec3)]| {
+                    let mut segments = SegmentBatch { shared, ..SegmentBatch::default() };
+                    for &(o, d) in rays {
+                        let source = HitId { instance: 0, triangle: 3 };
+                        match shared {
+                            Shared::Origin(light) => segments.push(light + d * 0.9, light, source),
+                            _ => segments.push(o, o, source),
+                        }
+                    }
+                    segments
+                };
+                let ask = |accel: &Accel, rays: &[(Vec3, Vec3)]| {
+                    let (mut blocked, mut light) = (Vec::new(), Vec::new());
+                    accel.occluded(&segments(rays), &Holes, &mut blocked);
+                    accel.transmittance(&segments(rays), &Holes, &mut light);
+                    let light = light.iter().map(|l| l.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+                    blocked.into_iter().zip(light).collect::<Vec<_>>()
+                };
+                let one_by_one: Vec<_> = rays.iter().flat_map(|&ray| ask(&single, &[ray])).collect();
+                assert_eq!(ask(&accel, &rays), one_by_one, "{context}");
+            }
+        }
+    }
+}
+
+/// Layers come in the order of (t, id), each triangle once; all coincident ones are there.
+#[test]
+fn layers_are_in_order_and_complete() {
+    let mut square = scenes::grid(1, 2);
+    let same = square.triangles.clone();
+    for turn in 0..4 {
+        square
+            .triangles
+            .extend(same.iter().map(|&[a, b, c]| if turn % 2 == 0 { [c, b, a] } else { [b, c, a] }));
+    }
+    let scene = scenes::scene(square, &[DAffine3::IDENTITY]);
+    let posed = scenes::posed(&scene);
+    let accel = scenes::build(&posed);
+    let ray = [(Vec3::new(0.3, 0.1, 2.0), Vec3::new(0.0, 0.0, -2.0))];
+    let found = &layers(&accel, &ray, false, Shared::None)[0];
+    assert_eq!(found.len(), 5 + 1);
+    assert!(found.windows(2).all(|w| w[0].before(&w[1])));
+    assert!(found[..5].iter().all(|hit| hit.t == 1.0));
+}
+
+/// Eye rays see the front of single-sided triangles alone, mirrored or not, shared or not, and
+/// both sides of double-sided ones.
+#[test]
+fn back_faces_are_culled_where_they_are_single_sided() {
+    let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let far = DAffine3::from_translation(DVec3::Z * 50.0);
+    for double_sided in [false, true] {
+        for placed in
+            [vec![DAffine3::IDENTITY], vec![mirror], vec![DAffine3::IDENTITY, far], vec![mirror, far]]
+        {
+            let mut scene = Scene::default();
+            // The grid's front looks to +Z; mirrored in x it still does.
+            scenes::add(
+                &mut scene,
+                scenes::grid(2, 2),
+                scenes::material(SurfaceClass::Opaque, double_sided),
+                &placed,
+            );
+            let posed = scenes::posed(&scene);
+            let accel = scenes::build(&posed);
+            let middle = posed.instances[0].transform.affine.translation.as_vec3();
+            let mut batch = RayBatch { cull: true, far: 10.0, ..RayBatch::default() };
+            for side in [1.0, -1.0] {
+                let o = middle + Vec3::new(0.2, 0.3, 3.0 * side);
+                batch.push(o, Vec3::NEG_Z * side);
+            }
+            let mut hits = Vec::new();
+            accel.intersect(&batch, &Holes, &mut hits);
+            assert!(!hits[0].is_miss(), "front, {placed:?}");
+            assert_eq!(hits[1].is_miss(), !double_sided, "back, {placed:?}");
+        }
+    }
+}

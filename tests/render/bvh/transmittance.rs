@@ -1,0 +1,132 @@
+//! Light followed through surfaces that let some of it pass.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use blinn::accel::{Accel, BuildSettings, Cutout, Preset, SegmentBatch, Shared};
+use blinn::geometry::HitId;
+use blinn::scene::{Scene, SurfaceClass};
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::{FLATTENED, layers};
+use crate::common::scenes::{self, Rng};
+
+/// All of it lets half of the light through.
+struct Halved;
+
+impl Cutout for Halved {
+    fn keeps(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
+        true
+    }
+
+    fn transmits(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
+        Vec3::splat(0.5)
+    }
+}
+
+/// [`Halved`], with a note of how often it was asked.
+#[derive(Default)]
+struct Counted(AtomicUsize);
+
+impl Cutout for Counted {
+    fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
+        Halved.keeps(id, o, d)
+    }
+
+    fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3 {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        Halved.transmits(id, o, d)
+    }
+}
+
+/// Of a thousand panes that each halve the light, as many are asked as leave some of it; a few let
+/// through the product of theirs.
+#[test]
+fn light_is_followed_until_none_is_left() {
+    for (panes, left, most) in [(17, 0.5f32.powi(17), 17), (18, 0.0, 18), (1000, 0.0, 19)] {
+        let mut scene = Scene::default();
+        let placed: Vec<_> =
+            (0..panes).map(|i| DAffine3::from_translation(DVec3::Z * 0.01 * f64::from(i))).collect();
+        scenes::add(
+            &mut scene,
+            scenes::grid(1, 2),
+            scenes::material(SurfaceClass::Translucent, true),
+            &placed,
+        );
+        let posed = scenes::posed(&scene);
+        let (near, far) = (DVec3::new(0.1, 0.2, -1.0), DVec3::new(0.1, 0.2, 11.0));
+        let [light, far] = [near, far].map(|p| (p - posed.centre).as_vec3());
+        for (tier, flatten) in scenes::tiers().flat_map(|tier| FLATTENED.map(|flatten| (tier, flatten))) {
+            let settings = BuildSettings { preset: Preset::Medium, tier, flatten };
+            let accel = Accel::build(&posed, &settings).0;
+            for shared in [Shared::None, Shared::Origin(light), Shared::Direction(-Vec3::Z)] {
+                let mut segments = SegmentBatch { shared, ..SegmentBatch::default() };
+                (0..40).for_each(|i| segments.push(far + Vec3::X * 0.01 * i as f32, light, HitId::NONE));
+                let (asked, mut free) = (Counted::default(), Vec::new());
+                accel.transmittance(&segments, &asked, &mut free);
+                assert!(free.iter().all(|&free| free == Vec3::splat(left)), "{tier:?} {shared:?}: {free:?}");
+                // Packets that go on alone may ask once more.
+                let asked = asked.0.into_inner();
+                assert!(asked <= 2 * 40 * most, "{panes} {tier:?} {flatten:?} {shared:?}: {asked}");
+            }
+        }
+    }
+}
+
+/// Where light passes, a sheet is one layer also on its edges and vertices: to whatever ray, whichever
+/// way the triangles are wound, in the world's tree and in one of its own.
+#[test]
+fn a_sheet_that_light_passes_is_one_layer() {
+    let mut rng = Rng::new(5);
+    let mut bumpy = scenes::grid(4, 2);
+    for p in &mut bumpy.positions {
+        p.z = rng.below(5) as f32 * 0.25;
+    }
+    let fan = scenes::fan(16, DVec3::Z, &mut rng);
+    let turned = DAffine3::from_rotation_y(1.0) * DAffine3::from_rotation_x(0.5);
+    let mut on_edges = 0;
+    let here = DAffine3::IDENTITY;
+    let sheets = [(scenes::grid(4, 2), here), (bumpy, here), (fan.clone(), here), (fan, turned)];
+    for (mesh, placed) in sheets {
+        let mut scene = Scene::default();
+        let beside = DAffine3::from_translation(DVec3::X * 100.0) * placed;
+        scenes::add(&mut scene, mesh, scenes::material(SurfaceClass::Translucent, true), &[placed, beside]);
+        let posed = scenes::posed(&scene);
+        // Vertices, and the middles of edges: those of no other triangle are at the sheet's rim.
+        let triangles = (0..posed.mesh(0).triangles.len() as u32)
+            .map(|triangle| posed.world_triangle(HitId { instance: 0, triangle }))
+            .collect::<Vec<_>>();
+        let places: Vec<Vec3> =
+            triangles.iter().flat_map(|v| [v[0], 0.5 * (v[0] + v[1]), 0.5 * (v[1] + v[2])]).collect();
+        let middle = (placed.transform_point3(DVec3::ZERO) - posed.centre).as_vec3();
+        let inside = |p: &&Vec3| (**p - middle).abs().max_element() < 0.6;
+        let normal = placed.transform_vector3(DVec3::Z).as_vec3();
+        let eye = middle + 4.0 * normal + Vec3::new(0.125, 0.25, 0.0);
+        let through: Vec<&Vec3> = places.iter().filter(inside).collect();
+        for flatten in FLATTENED {
+            for tier in scenes::tiers() {
+                let settings = BuildSettings { preset: Preset::Medium, tier, flatten };
+                let accel = Accel::build(&posed, &settings).0;
+                let from_eye: Vec<_> = through.iter().map(|&&p| (eye, p - eye)).collect();
+                let along: Vec<_> = through.iter().map(|&&p| (p + 4.0 * normal, -normal)).collect();
+                let all = [
+                    (Shared::Origin(eye), &from_eye),
+                    (Shared::None, &from_eye),
+                    (Shared::Direction(-normal), &along),
+                    (Shared::None, &along),
+                ];
+                for (shared, rays) in all {
+                    for (found, ray) in layers(&accel, rays, false, shared).iter().zip(rays) {
+                        assert_eq!(found.len(), 2, "{ray:?} {flatten:?} {tier:?} {shared:?}: {found:?}");
+                        on_edges += 1;
+                    }
+                }
+                let mut segments = SegmentBatch { shared: Shared::Origin(eye), ..SegmentBatch::default() };
+                from_eye.iter().for_each(|&(o, d)| segments.push(o + 2.0 * d, eye, HitId::NONE));
+                let mut light = Vec::new();
+                accel.transmittance(&segments, &Halved, &mut light);
+                assert!(light.iter().all(|l| *l == Vec3::splat(0.5)), "{light:?}");
+            }
+        }
+    }
+    assert!(on_edges > 1000, "{on_edges}");
+}
