@@ -11,9 +11,9 @@ use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    Animation, Channel, Channels, ColorInput, Footprint, Image, Instance, Interpolation, Keys, Lighting,
-    Material, Mesh, Mips, MorphTarget, Node, PoseSettings, PosedScene, Reading, Scene, Target, Texels,
-    Texture, TextureRef, UvTransform, View, pose,
+    Animation, Channel, ChannelTarget, Channels, ColorInput, Footprint, Image, Instance, Interpolation,
+    Keyframes, Lighting, Material, Mesh, MipMaps, MorphTarget, Node, PoseSettings, PosedScene, Scene,
+    TexelSemantics, Texels, Texture, TextureRef, UvTransform, View, pose,
 };
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, Quat, Vec2, Vec3};
@@ -59,15 +59,16 @@ fn bending(c: &mut Criterion) {
     let mesh = &mut scene.meshes[0];
     let twist = |p: &Vec3| Quat::from_rotation_y(2.5 * p.y) * *p - *p;
     let positions = mesh.positions.iter().map(twist).collect();
-    mesh.morphs = vec![MorphTarget { positions, ..MorphTarget::default() }];
+    mesh.morph_targets = vec![MorphTarget { positions, ..MorphTarget::default() }];
     mesh.morph_weights = vec![0.0];
-    let target = Target::Weights(scene.instances[0].node);
+    let target = ChannelTarget::Weights(scene.instances[0].node);
     let (times, values) = (vec![0.0, 1.0], vec![0.0, 1.0]);
-    let keys = Keys { times, values, width: 1, interpolation: Interpolation::Linear };
-    scene.animations = vec![Animation { name: String::new(), channels: vec![Channel { target, keys }] }];
+    let keys = Keyframes { times, values, width: 1, interpolation: Interpolation::Linear };
+    scene.animations =
+        vec![Animation { name: String::new(), channels: vec![Channel { target, keyframes: keys }] }];
     let rest = pose(&scene, &PoseSettings::default()).unwrap();
     // At a third of the way trees that follow are nearly as long as they may become.
-    let moments = [1.0 / 3.0, 1.0 / 3.0 - 1.0 / 24.0].map(|time| rest.at(time));
+    let moments = [1.0 / 3.0, 1.0 / 3.0 - 1.0 / 24.0].map(|time| rest.at_time(time));
     let mut group = c.benchmark_group(format!("{}, twisted", subject.name));
     group.sample_size(10);
     let new = |posed: &PosedScene| Accel::build(posed, &BuildSettings::default()).0;
@@ -110,7 +111,7 @@ fn floor(side: u32) -> Scene {
     let texels = (0..side * side * 3).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     let (channels, texels) = (Channels::Rgb, Texels::U8(texels));
     let image =
-        Image { name: String::new(), width: side, height: side, channels, texels, mips: Mips::default() };
+        Image { name: String::new(), width: side, height: side, channels, texels, mips: MipMaps::default() };
     let texture = TextureRef { texture: 0, uv_set: 0, transform: UvTransform::IDENTITY };
     let corners = [(-1.0f32, -1.0f32), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
     let mesh = Mesh {
@@ -123,7 +124,7 @@ fn floor(side: u32) -> Scene {
     Scene {
         nodes: vec![Node { visible: true, ..Default::default() }],
         meshes: vec![mesh],
-        materials: vec![Material { base, double_sided: true, ..Default::default() }],
+        materials: vec![Material { base_color: base, double_sided: true, ..Default::default() }],
         textures: vec![Texture::default()],
         images: vec![image],
         instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
@@ -149,12 +150,12 @@ fn textures(c: &mut Criterion) {
     for (name, how) in [("points", &Points as &dyn Integrator), ("filtered", &Phong::default())] {
         group.bench_function(name, |b| b.iter(|| render(black_box(&frame), how, &settings, &()).unwrap()));
     }
-    let wide = Footprint { right: Vec2::X, up: Vec2::Y };
+    let wide = Footprint { dx: Vec2::X, dy: Vec2::Y };
     group.bench_function("pyramid of 4096 x 4096", |b| {
-        let fresh = || vec![Image { mips: Mips::default(), ..scene.images[0].clone() }];
+        let fresh = || vec![Image { mips: MipMaps::default(), ..scene.images[0].clone() }];
         b.iter_batched(
             fresh,
-            |images| scene.textures[0].filtered(&images, Vec2::ZERO, &wide, Reading::Color),
+            |images| scene.textures[0].sample_filtered(&images, Vec2::ZERO, &wide, TexelSemantics::Color),
             BatchSize::PerIteration,
         );
     });

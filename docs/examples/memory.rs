@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let pixels = render(&frame, &Phong::default(), &settings, &())?;
 
     // Converts linear light to bytes with straight alpha, row 0 on top.
-    let view = ViewTransform::of(&scene.source);
+    let view = ViewTransform::default_for(&scene.source);
     let display = Display { ev: 0.0, view, background: Background::Transparent };
     let bytes: Vec<[u8; 4]> = display.to_rgba8(&pixels);
     let covered = bytes.iter().filter(|pixel| pixel[3] > 0).count();

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use blinn::accel::{Accel, BuildSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
-use blinn::render::{Cancelled, RenderSettings, ProgressMonitor, render};
+use blinn::render::{Cancelled, ProgressMonitor, RenderSettings, render};
 use blinn::scene::{Lighting, PoseSettings, View, pose};
 
 /// Counts finished pixels of all threads and cancels at half of them.

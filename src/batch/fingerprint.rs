@@ -9,7 +9,7 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, percent_e
 use twox_hash::XxHash3_128;
 
 use crate::import::open_regular_file;
-use crate::scene::{Content, Hashing, Source};
+use crate::scene::{FileDigest, HashingReader, Source};
 
 /// What stands between a stamp's words, and what XML minds, is encoded in names.
 const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'/');
@@ -60,7 +60,7 @@ impl Key {
 /// What is in files, each read once.
 #[derive(Debug)]
 pub struct Contents {
-    known: HashMap<PathBuf, Content>,
+    known: HashMap<PathBuf, FileDigest>,
     /// Bytes of a file that is read, at most.
     limit: u64,
 }
@@ -71,7 +71,7 @@ impl Contents {
         Contents { known: HashMap::new(), limit }
     }
 
-    fn of(&mut self, path: &Path) -> Content {
+    fn of(&mut self, path: &Path) -> FileDigest {
         let limit = self.limit;
         let content = || content(path, limit).unwrap_or_default();
         *self.known.entry(path.to_path_buf()).or_insert_with(content)
@@ -80,8 +80,8 @@ impl Contents {
     /// Takes what `scene` was made of for what is in its files. False where something else was found in
     /// one of them before: it was replaced meanwhile.
     pub fn agree(&mut self, scene: &Path, source: &Source) -> bool {
-        let others = source.files.iter().map(|file| (beside(scene, &file.name), file.content));
-        let all = std::iter::once((scene.to_path_buf(), source.content)).chain(others);
+        let others = source.files.iter().map(|file| (beside(scene, &file.name), file.digest));
+        let all = std::iter::once((scene.to_path_buf(), source.digest)).chain(others);
         all.fold(true, |agreed, (path, content)| {
             let before = self.known.insert(path, content);
             agreed && before.is_none_or(|before| before == content)
@@ -98,7 +98,7 @@ impl Contents {
         // Of a scene that cannot be read nothing is known, so nothing is the same.
         own.is_some_and(|(content, name)| {
             let today = self.of(scene);
-            name == own_name(scene) && today != Content::Unread && content == today.to_string()
+            name == own_name(scene) && today != FileDigest::Unread && content == today.to_string()
         }) && words.all(|word| {
             word.split_once('=').is_some_and(|(content, name)| {
                 let name = percent_decode_str(name).decode_utf8_lossy();
@@ -112,24 +112,24 @@ impl Contents {
 /// what was in it, `-` where it could not be read. It knows no folder, so that a stamp holds wherever a scene
 /// is moved with its files. `None` where a file changed while it was read: nobody knows what the picture is of.
 pub fn stamp(key: Key, scene: &Path, source: &Source) -> Option<String> {
-    let mut contents = std::iter::once(source.content).chain(source.files.iter().map(|file| file.content));
-    if contents.any(|content| content == Content::Changing) {
+    let mut contents = std::iter::once(source.digest).chain(source.files.iter().map(|file| file.digest));
+    if contents.any(|content| content == FileDigest::Changed) {
         return None;
     }
-    let mut stamp = format!("1 {} {}={}", key.word(), source.content, own_name(scene));
+    let mut stamp = format!("1 {} {}={}", key.word(), source.digest, own_name(scene));
     for file in &source.files {
-        let _ = write!(stamp, " {}={}", file.content, utf8_percent_encode(&file.name, ENCODED));
+        let _ = write!(stamp, " {}={}", file.digest, utf8_percent_encode(&file.name, ENCODED));
     }
     Some(stamp)
 }
 
 /// What is in a regular file of no more than `limit` bytes.
-fn content(path: &Path, limit: u64) -> io::Result<Content> {
-    let mut file = Hashing::new(open_regular_file(path, limit)?.take(limit));
+fn content(path: &Path, limit: u64) -> io::Result<FileDigest> {
+    let mut file = HashingReader::new(open_regular_file(path, limit)?.take(limit));
     let mut buffer = vec![0; 1 << 18];
     loop {
         match file.read(&mut buffer) {
-            Ok(0) => return Ok(file.content()),
+            Ok(0) => return Ok(file.digest()),
             Err(e) if e.kind() != io::ErrorKind::Interrupted => return Err(e),
             _ => {}
         }
@@ -159,9 +159,9 @@ mod tests {
     fn source(scene: &Path, referred: &[&str]) -> Source {
         let mut contents = contents();
         let mut file =
-            |name: &&str| SourceFile { name: name.to_string(), content: contents.of(&beside(scene, name)) };
+            |name: &&str| SourceFile { name: name.to_string(), digest: contents.of(&beside(scene, name)) };
         let files = referred.iter().map(&mut file).collect();
-        Source { content: contents.of(scene), files, ..Source::default() }
+        Source { digest: contents.of(scene), files, ..Source::default() }
     }
 
     fn stamped(key: Key, scene: &Path, referred: &[&str]) -> String {
@@ -250,11 +250,11 @@ mod tests {
 
     #[test]
     fn what_changed_while_it_was_read_has_no_stamp() {
-        let changing = SourceFile { name: "a.png".into(), content: Content::Changing };
-        let own = Source { content: Content::of(b"{}"), ..Source::default() };
+        let changing = SourceFile { name: "a.png".into(), digest: FileDigest::Changed };
+        let own = Source { digest: FileDigest::of(b"{}"), ..Source::default() };
         assert!(stamp(Key::of(&1), Path::new("a.gltf"), &own).is_some());
         for source in [
-            Source { content: Content::Changing, ..own.clone() },
+            Source { digest: FileDigest::Changed, ..own.clone() },
             Source { files: vec![changing], ..own.clone() },
         ] {
             assert_eq!(stamp(Key::of(&1), Path::new("a.gltf"), &source), None);

@@ -98,8 +98,8 @@ impl Dataset {
     /// The lowest and the highest corner.
     fn aabb(&self) -> Value {
         let mut turned = Aabb::EMPTY;
-        turned.add(self.up.turn() * self.bounds.min);
-        turned.add(self.up.turn() * self.bounds.max);
+        turned.extend(self.up.turn() * self.bounds.min);
+        turned.extend(self.up.turn() * self.bounds.max);
         // No zero has a sign.
         let corner = |p: DVec3| p.to_array().map(|x| x + 0.0);
         json!([corner(turned.min), corner(turned.max)])

@@ -193,7 +193,7 @@ impl Pass<'_> {
         let (taken, (accel, _)) = turns.take(|| Accel::build(&posed, &build));
         self.add(Stage::Build, None, taken);
         if first {
-            self.record.triangles = scene.drawn_triangles();
+            self.record.triangles = scene.instanced_triangle_count();
             self.record.tree = tree(&accel);
         }
 
@@ -253,13 +253,13 @@ fn set_up<'a>(
     let (camera, _) = View::default().resolve(posed, width, height)?;
     let lit = Lighting::default().resolve(posed, &camera);
     let frame = Frame::new(posed, accel, camera, &lit);
-    let metered = match lit.by_file {
+    let metered = match lit.uses_file_lights {
         true => meter(&frame, &Phong::default(), f64::from(width) / f64::from(height), &())?,
         false => None,
     };
     let display = Display {
         ev: metered.map_or(0.0, |metered| metered.ev),
-        view: ViewTransform::of(&scene.source),
+        view: ViewTransform::default_for(&scene.source),
         background: Background::Color(Rgb::splat(0.05)),
     };
     Ok((frame, display))

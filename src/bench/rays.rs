@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::scenes::noise::mix;
 use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch, Shared};
-use crate::geometry::{Ray, cosine_hemisphere, offset_point};
+use crate::geometry::{Ray, cosine_hemisphere, offset_ray_origin};
 use crate::integrator::{Frame, MaterialHitFilter, SurfacePoint};
 use crate::render::{Film, PixelRect, RenderSettings};
 use crate::scene::{PosedScene, Projection};
@@ -101,7 +101,8 @@ fn batches(frame: &Frame, settings: &RenderSettings, tile: PixelRect, light: Vec
         let ray = Ray { o: eye.origins[i], d: eye.directions[i] };
         let surface = SurfacePoint::at(frame.posed, hit.id, ray);
         let facing = if surface.n_g.dot(ray.d.as_dvec3()) > 0.0 { -surface.n_g } else { surface.n_g };
-        let lifted = |towards: Vec3| offset_point(surface.p, surface.p_error, surface.n_g.as_vec3(), towards);
+        let lifted =
+            |towards: Vec3| offset_ray_origin(surface.p, surface.p_error, surface.n_g.as_vec3(), towards);
         shadow.push(lifted(light - surface.p), light, hit.id);
         let bits = mix(u64::from(pixel.y) << 32 | u64::from(pixel.x));
         let unit = |bits: u32| (bits >> 8) as f32 / (1u32 << 24) as f32;

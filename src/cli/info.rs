@@ -12,7 +12,9 @@ use crate::cli::run::panics::caught;
 use crate::cli::run::session::left_out;
 use crate::import::{LoadOptions, load};
 use crate::scene::pose;
-use crate::scene::{AnimationChoice, FileProjection, Format, PoseSettings, PosedScene, Reflectance, Scene};
+use crate::scene::{
+    AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
+};
 
 pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
     let options = LoadOptions { limits: memory::limits(None), ..load_options(&args.scene, &args.common) };
@@ -75,14 +77,14 @@ fn describe(posed: &PosedScene, cleaned: &CleanReport, warnings: &[String]) -> F
     let stored: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
     let value = json!({
         "file": "",
-        "format": match scene.source.format { Format::Gltf => "glTF", Format::Obj => "OBJ" },
+        "format": match scene.source.format { SourceFormat::Gltf => "glTF", SourceFormat::Obj => "OBJ" },
         "generator": scene.source.generator,
         "scenes": scene.source.scenes,
         "nodes": scene.nodes.len(),
         "objects": scene.objects.len(),
         "meshes": scene.meshes.len(),
         "instances": scene.instances.len(),
-        "triangles": scene.drawn_triangles(),
+        "triangles": scene.instanced_triangle_count(),
         "triangles_stored": stored,
         "triangles_without_area": cleaned.zero_area,
         "bounds": {"min": corner(bounds.min), "max": corner(bounds.max)},
@@ -94,8 +96,8 @@ fn describe(posed: &PosedScene, cleaned: &CleanReport, warnings: &[String]) -> F
                 Reflectance::SpecularGlossiness { .. } => "specular-glossiness",
                 Reflectance::Unlit => "unlit",
             },
-            "base": m.base.factor.to_array(),
-            "textured": m.base.texture.is_some(),
+            "base": m.base_color.factor.to_array(),
+            "textured": m.base_color.texture.is_some(),
             "double_sided": m.double_sided,
         })).collect::<Vec<_>>(),
         "images": scene.images.iter().map(|i| json!({

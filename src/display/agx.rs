@@ -15,7 +15,7 @@
 use std::sync::OnceLock;
 
 use super::{AT_ONCE, Lights};
-use crate::display::lut3d::{Lattice, NODES};
+use crate::display::lut3d::{Lut3d, NODES};
 
 type Matrix = [[f64; 3]; 3];
 
@@ -163,12 +163,12 @@ fn formation(egamut: [f64; 3]) -> [f64; 3] {
 }
 
 /// The table, whose nodes are not known yet.
-fn lattice() -> &'static Lattice {
-    static LATTICE: OnceLock<Lattice> = OnceLock::new();
+fn lut() -> &'static Lut3d {
+    static LATTICE: OnceLock<Lut3d> = OnceLock::new();
     LATTICE.get_or_init(|| {
         let low = libm::log2(MID_GREY) + NODE_STOPS[0];
         let step = (NODE_STOPS[1] - NODE_STOPS[0]) / (NODES - 1) as f64;
-        Lattice::new(formation, std::array::from_fn(|i| libm::exp2(low + step * i as f64)))
+        Lut3d::new(formation, std::array::from_fn(|i| libm::exp2(low + step * i as f64)))
     })
 }
 
@@ -182,7 +182,7 @@ pub(super) fn agx(rgb: &Lights) -> Lights {
             *v = row[0] * rgb[0][i] + row[1] * rgb[1][i] + row[2] * rgb[2][i];
         }
     }
-    lattice().at(&egamut).map(|channel| channel.map(to_light))
+    lut().at(&egamut).map(|channel| channel.map(to_light))
 }
 
 /// v to the power 2.4 for 0…1, within 1e-7, by a table.

@@ -15,7 +15,7 @@ const STEPS_PER_STOP: f32 = (NODES - 1) as f32 / (LOG2[1] - LOG2[0]);
 const STRIDES: [usize; 3] = [NODES * NODES, NODES, 1];
 
 /// A function of light at logarithmic steps of each channel.
-pub(crate) struct Lattice {
+pub(crate) struct Lut3d {
     function: fn([f64; 3]) -> [f64; 3],
     /// The light that nodes stand for along an axis.
     axis: [f64; NODES],
@@ -23,10 +23,10 @@ pub(crate) struct Lattice {
     nodes: Vec<OnceLock<[f32; 3]>>,
 }
 
-impl Lattice {
-    pub(crate) fn new(function: fn([f64; 3]) -> [f64; 3], axis: [f64; NODES]) -> Lattice {
+impl Lut3d {
+    pub(crate) fn new(function: fn([f64; 3]) -> [f64; 3], axis: [f64; NODES]) -> Lut3d {
         let nodes = std::iter::repeat_with(OnceLock::new).take(NODES.pow(3)).collect();
-        Lattice { function, axis, nodes }
+        Lut3d { function, axis, nodes }
     }
 
     fn node(&self, index: usize) -> &[f32; 3] {
@@ -130,11 +130,11 @@ mod tests {
             [r + 2.0 * g - b, g - 3.0 * r, b]
         };
         let axis = std::array::from_fn(|i| libm::exp2(f64::from(LOG2[0]) + step * i as f64));
-        let lattice = Lattice::new(linear, axis);
+        let lut = Lut3d::new(linear, axis);
         for i in 0..4096u32 {
             let light = [0, 4, 8].map(|shift| 0.013 * 1.37f32.powi((i >> shift & 15) as i32));
             let exact = linear(light.map(f64::from));
-            let ours = lattice.at(&light.map(|v| [v; AT_ONCE]));
+            let ours = lut.at(&light.map(|v| [v; AT_ONCE]));
             for c in 0..3 {
                 assert!(
                     (f64::from(ours[c][3]) - exact[c]).abs() < 1e-4,

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::geometry::{Rgb, Rgba};
 use crate::render::Pixels;
-use crate::scene::{Format, Source, linear_to_srgb8, srgb_to_linear};
+use crate::scene::{Source, SourceFormat, linear_to_srgb8, srgb_to_linear};
 
 pub use crate::scene::linear_to_srgb;
 
@@ -58,7 +58,7 @@ pub struct Display {
 }
 
 /// A pixel of a picture, sRGB and straight alpha, over a linear colour: as [`Display`] puts light over it.
-pub fn over([r, g, b, alpha]: [u8; 4], background: Rgb) -> [u8; 4] {
+pub fn composite_over([r, g, b, alpha]: [u8; 4], background: Rgb) -> [u8; 4] {
     let alpha = f32::from(alpha) / 255.0;
     let light = Vec3::from_array([r, g, b].map(|v| srgb_to_linear(f32::from(v) / 255.0)));
     let shown = light * alpha + background * (1.0 - alpha);
@@ -67,8 +67,8 @@ pub fn over([r, g, b, alpha]: [u8; 4], background: Rgb) -> [u8; 4] {
 
 impl ViewTransform {
     /// What Blender's users expect of its glTF files, and everyone else of the others.
-    pub fn of(source: &Source) -> ViewTransform {
-        if source.format == Format::Gltf && source.is_blender() {
+    pub fn default_for(source: &Source) -> ViewTransform {
+        if source.format == SourceFormat::Gltf && source.is_blender() {
             ViewTransform::Agx
         } else {
             ViewTransform::Standard
@@ -196,9 +196,9 @@ mod tests {
             let straight = [250, 30, 128, alpha];
             let a = f32::from(alpha) / 255.0;
             let light = [250, 30, 128].map(|v: u8| srgb_to_linear(f32::from(v) / 255.0) * a);
-            assert_eq!(over(straight, background), one(display, Vec3::from_array(light).extend(a)));
+            assert_eq!(composite_over(straight, background), one(display, Vec3::from_array(light).extend(a)));
         }
-        assert_eq!(over([1, 2, 3, 255], background), [1, 2, 3, 255]);
+        assert_eq!(composite_over([1, 2, 3, 255], background), [1, 2, 3, 255]);
     }
 
     #[test]

@@ -22,7 +22,7 @@ impl Aabb {
     pub const EMPTY: Aabb = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// Grows to hold `p`; a point that is not finite is ignored.
-    pub fn add(&mut self, p: DVec3) {
+    pub fn extend(&mut self, p: DVec3) {
         if p.is_finite() {
             self.min = self.min.min(p);
             self.max = self.max.max(p);
@@ -30,7 +30,7 @@ impl Aabb {
     }
 
     /// Grows to hold `other`.
-    pub fn join(&mut self, other: &Aabb) {
+    pub fn extend_box(&mut self, other: &Aabb) {
         self.min = self.min.min(other.min);
         self.max = self.max.max(other.max);
     }
@@ -46,7 +46,7 @@ impl Aabb {
     }
 
     /// The squared distance of its farthest corner from `p`; 0 for an empty box.
-    pub fn farthest_squared(&self, p: DVec3) -> f64 {
+    pub fn max_distance_squared(&self, p: DVec3) -> f64 {
         let far = (self.min - p).abs().max((self.max - p).abs());
         if self.is_empty() { 0.0 } else { far.length_squared() }
     }

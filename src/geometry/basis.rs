@@ -32,14 +32,14 @@ impl Basis {
 
     /// The axes of what `to_world` places, as long as one: mirrored and sheared where it does that. `None`
     /// where they do not span space.
-    pub fn of_placed(to_world: DMat3) -> Option<Basis> {
+    pub fn from_transform(to_world: DMat3) -> Option<Basis> {
         let [u, v, w] = [to_world.x_axis, to_world.y_axis, to_world.z_axis].map(DVec3::try_normalize);
         let basis = Basis { u: u?, v: v?, w: w? };
         (basis.volume().abs() > 1e-6).then_some(basis)
     }
 
     /// False where the axes shear or mirror.
-    pub fn is_lectures(&self) -> bool {
+    pub fn is_orthonormal(&self) -> bool {
         (self.volume() - 1.0).abs() <= 1e-9
     }
 
@@ -50,7 +50,7 @@ impl Basis {
 
     /// Like [`Basis::from_view`], falling back to the up direction −Z, then +Y, where `view_up`
     /// will not do. `None` only where the view direction itself has no length.
-    pub fn from_view_or_any_up(view_dir: DVec3, view_up: DVec3) -> Option<Basis> {
+    pub fn from_view_with_fallback_up(view_dir: DVec3, view_up: DVec3) -> Option<Basis> {
         [view_up, DVec3::NEG_Z, DVec3::Y].into_iter().find_map(|up| Basis::from_view(view_dir, up))
     }
 }
@@ -78,9 +78,9 @@ mod tests {
     fn a_parallel_up_is_refused_and_then_replaced() {
         let down = DVec3::NEG_Y;
         assert!(Basis::from_view(down, DVec3::Y).is_none());
-        let b = Basis::from_view_or_any_up(down, DVec3::Y).unwrap();
+        let b = Basis::from_view_with_fallback_up(down, DVec3::Y).unwrap();
         assert_eq!(b.v, DVec3::NEG_Z);
-        assert!(Basis::from_view_or_any_up(DVec3::ZERO, DVec3::Y).is_none());
+        assert!(Basis::from_view_with_fallback_up(DVec3::ZERO, DVec3::Y).is_none());
     }
 
     #[test]

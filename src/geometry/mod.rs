@@ -13,8 +13,8 @@ mod transform;
 pub use aabb::{Aabb, Sphere};
 pub use basis::{Basis, coordinate_system};
 pub use hit::{Hit, HitId, Ray, RayDifferential};
-pub use power::power_below_one;
-pub use rounding_error::{EPSILON, offset_point, point_error};
+pub use power::pow_one_minus;
+pub use rounding_error::{EPSILON, offset_ray_origin, point_error};
 pub use sampling::{concentric_disc, cosine_hemisphere};
 pub use transform::{Transform, cofactor};
 

@@ -11,7 +11,7 @@ pub const EPSILON: f32 = f32::EPSILON;
 /// This is where shadow rays start: the distance follows from the arithmetic that made `p`, so
 /// it is right at every scale. A constant epsilon is not.
 #[inline(always)]
-pub fn offset_point(p: Vec3, p_error: Vec3, n_g: Vec3, towards: Vec3) -> Vec3 {
+pub fn offset_ray_origin(p: Vec3, p_error: Vec3, n_g: Vec3, towards: Vec3) -> Vec3 {
     let d = n_g.abs().dot(p_error);
     let n = if towards.dot(n_g) < 0.0 { -n_g } else { n_g };
     let moved = p + n * d;
@@ -72,9 +72,9 @@ mod tests {
     fn the_offset_clears_the_error_box_on_the_asked_side() {
         let p = Vec3::new(1e5, -2.0, 3e-4);
         let error = Vec3::splat(0.01);
-        let up = offset_point(p, error, Vec3::Y, Vec3::new(1.0, 0.1, 0.0));
+        let up = offset_ray_origin(p, error, Vec3::Y, Vec3::new(1.0, 0.1, 0.0));
         assert!(up.y >= p.y + 0.01 && up.x == p.x && up.z == p.z);
-        let down = offset_point(p, error, Vec3::Y, Vec3::new(1.0, -0.1, 0.0));
+        let down = offset_ray_origin(p, error, Vec3::Y, Vec3::new(1.0, -0.1, 0.0));
         assert!(down.y <= p.y - 0.01);
     }
 

@@ -22,21 +22,21 @@ pub struct Transform {
     /// side that its surface shows.
     normal: DMat3,
     /// True where winding turns round: where the transform mirrors, unless another says
-    /// ([`Transform::wound_by`]).
-    pub flips: bool,
+    /// ([`Transform::with_winding_of`]).
+    pub flips_winding: bool,
 }
 
 impl Transform {
     /// Prepares `affine`.
     pub fn new(affine: DAffine3) -> Transform {
-        let flips = mirrors(&affine);
-        let sign = if flips { -1.0 } else { 1.0 };
-        Transform { affine, normal: cofactor(affine.matrix3) * sign, flips }
+        let flips_winding = mirrors(&affine);
+        let sign = if flips_winding { -1.0 } else { 1.0 };
+        Transform { affine, normal: cofactor(affine.matrix3) * sign, flips_winding }
     }
 
     /// The same, for triangles that `other` says the winding of.
-    pub fn wound_by(self, other: &DAffine3) -> Transform {
-        Transform { flips: mirrors(other), ..self }
+    pub fn with_winding_of(self, other: &DAffine3) -> Transform {
+        Transform { flips_winding: mirrors(other), ..self }
     }
 
     /// A point, rounded once to f32.
@@ -74,7 +74,7 @@ mod tests {
         for scale in [DVec3::new(3.0, 0.2, 1.0), DVec3::new(-3.0, 0.2, 1.0)] {
             let a = DAffine3::from_scale_rotation_translation(scale, DQuat::from_rotation_z(0.7), DVec3::ONE);
             let t = Transform::new(a);
-            assert_eq!(t.flips, scale.x < 0.0);
+            assert_eq!(t.flips_winding, scale.x < 0.0);
             let (tangent, n) = (Vec3::new(1.0, -1.0, 0.0), Vec3::new(1.0, 1.0, 0.0));
             assert!(t.vector(tangent).dot(t.normal(n)).abs() < 1e-12);
             // On the same side as the surface: a step along the local normal goes that way.

@@ -5,12 +5,12 @@ use crate::scene::{Influences, Mesh, MorphTarget};
 /// Stores three vertices per triangle, each with the face normal.
 pub(super) fn generate_normals(mesh: &mut Mesh) {
     let corners: Vec<u32> = mesh.triangles.as_flattened().to_vec();
-    let Mesh { positions, tangents, uvs, colors, morphs, influences, .. } = mesh;
+    let Mesh { positions, tangents, uvs, colors, morph_targets, influences, .. } = mesh;
     gather(positions, &corners, 1);
     gather(tangents, &corners, 1);
     gather(colors, &corners, 1);
     uvs.iter_mut().for_each(|set| gather(set, &corners, 1));
-    for MorphTarget { positions, normals, tangents, .. } in morphs {
+    for MorphTarget { positions, normals, tangents, .. } in morph_targets {
         gather(positions, &corners, 1);
         gather(normals, &corners, 1);
         gather(tangents, &corners, 1);
@@ -56,7 +56,7 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             uvs: vec![vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE]],
             influences: Influences { per_vertex: 2, joints: (0..8).collect(), weights: vec![0.5; 8] },
-            morphs: vec![MorphTarget { positions: vec![Vec3::ONE; 4], ..MorphTarget::default() }],
+            morph_targets: vec![MorphTarget { positions: vec![Vec3::ONE; 4], ..MorphTarget::default() }],
             ..Mesh::default()
         };
         generate_normals(&mut mesh);
@@ -65,6 +65,6 @@ mod tests {
         assert_eq!(mesh.positions[3..], [Vec3::ZERO, Vec3::Y, Vec3::Z]);
         assert_eq!(mesh.uvs[0][5], Vec2::ONE);
         assert_eq!(mesh.influences.joints[6..], [0, 1, 4, 5, 6, 7]);
-        assert_eq!((mesh.morphs[0].positions.len(), mesh.influences.weights.len()), (6, 12));
+        assert_eq!((mesh.morph_targets[0].positions.len(), mesh.influences.weights.len()), (6, 12));
     }
 }

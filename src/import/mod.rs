@@ -20,7 +20,7 @@ mod tangents;
 use std::io::{self, Read};
 use std::path::Path;
 
-use crate::scene::{Content, Scene};
+use crate::scene::{FileDigest, Scene};
 
 pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
@@ -52,7 +52,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     let folder = files::scene_folder::SceneFolder::of(path, options.allow_outside);
     let (mut scene, mut warnings) = if is_gltf(path, &head) {
         let bytes = files::read_file::read_scene_file(path, limit)?;
-        folder.sources.record_scene(Content::of(&bytes));
+        folder.sources.record_scene(FileDigest::of(&bytes));
         gltf::load(&bytes, &folder, options)?
     } else {
         if let Some(name) = options.variant.as_deref().filter(|name| *name != "none") {
@@ -62,7 +62,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
     };
     warnings.extend(missing_uvs::warnings(&scene));
     scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    (scene.source.content, scene.source.files) = folder.sources.into_contents();
+    (scene.source.digest, scene.source.files) = folder.sources.into_contents();
     // Blender filters encoded texels and decodes sRGB afterwards; its files are rendered likewise.
     let is_blender = scene.source.is_blender();
     scene.textures.iter_mut().for_each(|t| t.decode_last = is_blender);

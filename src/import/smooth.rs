@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::tangents;
-use crate::scene::{Made, Mesh, Scene};
+use crate::scene::{GeneratedFrames, Mesh, Scene};
 
 /// Which normals are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,8 +29,8 @@ pub(super) fn apply(scene: &mut Scene, mode: NormalMode) {
     for mesh in &mut scene.meshes {
         mesh.normals = Vec::new();
         mesh.tangents = Vec::new();
-        mesh.made = Made::Nothing;
-        for morph in &mut mesh.morphs {
+        mesh.generated_frames = GeneratedFrames::None;
+        for morph in &mut mesh.morph_targets {
             (morph.normals, morph.tangents) = (Vec::new(), Vec::new());
         }
     }
@@ -100,7 +100,7 @@ fn by_angle(meshes: &mut [Mesh], group: &[usize], least: f64) {
         split(&mut meshes[m], &roots[corners.clone()]);
         start = corners.end;
     }
-    let targets = group.iter().map(|&m| meshes[m].morphs.len()).max().unwrap_or(0);
+    let targets = group.iter().map(|&m| meshes[m].morph_targets.len()).max().unwrap_or(0);
     for shape in [None].into_iter().chain((0..targets).map(Some)) {
         let normals = corner_normals(meshes, group, shape, &roots);
         let mut normals = &normals[..];
@@ -120,7 +120,8 @@ fn give(mesh: &mut Mesh, shape: Option<usize>, corners: &[Vec3]) {
         corners().for_each(|(v, &normal)| mesh.normals[v] = normal);
         return;
     };
-    let Some(target) = mesh.morphs.get_mut(target).filter(|target| !target.positions.is_empty()) else {
+    let Some(target) = mesh.morph_targets.get_mut(target).filter(|target| !target.positions.is_empty())
+    else {
         return;
     };
     target.normals = vec![Vec3::ZERO; mesh.positions.len()];
@@ -138,7 +139,7 @@ fn face_normals(meshes: &[Mesh], faces: &[(usize, [u32; 3])], shape: Option<usiz
 
 /// Where a face's corners are at rest, or in the shape of a morph target.
 fn corners(mesh: &Mesh, t: &[u32; 3], shape: Option<usize>) -> [DVec3; 3] {
-    let target = shape.and_then(|target| mesh.morphs.get(target));
+    let target = shape.and_then(|target| mesh.morph_targets.get(target));
     let moved = |v: u32| target.and_then(|t| t.positions.get(v as usize)).copied().unwrap_or_default();
     t.map(|v| mesh.positions[v as usize].as_dvec3() + moved(v).as_dvec3())
 }
@@ -343,14 +344,14 @@ mod tests {
         let mut down = vec![Vec3::ZERO; 6];
         down[4..].fill(Vec3::new(-1.0, -1.0, 0.0));
         let target = MorphTarget { positions: down, normals: vec![Vec3::X; 6], ..MorphTarget::default() };
-        scene.meshes[0].morphs = vec![target, MorphTarget::default()];
+        scene.meshes[0].morph_targets = vec![target, MorphTarget::default()];
         for (angle, vertices) in [(120.0, 6), (30.0, 8)] {
             let mut scene = scene.clone();
             apply(&mut scene, NormalMode::CreaseAngle(angle));
-            let Mesh { normals, morphs, .. } = &scene.meshes[0];
-            let deltas = (morphs[0].normals.len(), morphs[1].normals.len());
+            let Mesh { normals, morph_targets, .. } = &scene.meshes[0];
+            let deltas = (morph_targets[0].normals.len(), morph_targets[1].normals.len());
             assert_eq!((normals.len(), deltas), (vertices, (vertices, 0)));
-            for (n, d) in normals.iter().zip(&morphs[0].normals) {
+            for (n, d) in normals.iter().zip(&morph_targets[0].normals) {
                 assert!((n + d).abs_diff_eq(Vec3::Y, 1e-6), "{n} and {d}");
             }
         }

@@ -8,7 +8,7 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::flat;
-use crate::scene::{Influences, Made, Mesh, MorphTarget, Source, TextureRef, UvTransform};
+use crate::scene::{GeneratedFrames, Influences, Mesh, MorphTarget, Source, TextureRef, UvTransform};
 
 /// Faces that may meet in a place: MikkTSpace compares each with each.
 const MOST_FACES: u32 = 1024;
@@ -23,10 +23,10 @@ pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
     if !has_uvs || !mesh.tangents.is_empty() {
         return;
     }
-    mesh.made = Made::Tangents;
+    mesh.generated_frames = GeneratedFrames::Tangents;
     if mesh.normals.is_empty() {
         flat::generate_normals(mesh);
-        mesh.made = Made::Frames;
+        mesh.generated_frames = GeneratedFrames::NormalsAndTangents;
     }
     let uvs = &mesh.uvs[map.uv_set as usize];
     let axes = if source.is_blender() { UvTransform::IDENTITY } else { map.transform };
@@ -223,12 +223,12 @@ pub(super) fn append(mesh: &mut Mesh, copied: &[u32]) {
             list.extend_from_within(start..start + each);
         }
     }
-    let Mesh { positions, normals, uvs, colors, morphs, influences, .. } = mesh;
+    let Mesh { positions, normals, uvs, colors, morph_targets, influences, .. } = mesh;
     grow(positions, copied, 1);
     grow(normals, copied, 1);
     grow(colors, copied, 1);
     uvs.iter_mut().for_each(|set| grow(set, copied, 1));
-    for MorphTarget { positions, normals, tangents, .. } in morphs {
+    for MorphTarget { positions, normals, tangents, .. } in morph_targets {
         grow(positions, copied, 1);
         grow(normals, copied, 1);
         grow(tangents, copied, 1);

@@ -9,7 +9,7 @@ use crate::integrator::material::coefficients::lobe;
 use crate::integrator::shading_batch::Seen;
 use crate::integrator::surface::points::{Columns, Group, LANES, narrow, vector};
 use crate::integrator::surface::shadow_terminator::start;
-use crate::scene::{GroundKind, PosedLight, Way};
+use crate::scene::{GroundKind, LightEval, PosedLight};
 
 /// A number of each point of a group.
 type Column<T> = [T; LANES];
@@ -67,7 +67,7 @@ pub(crate) fn reach(frame: &Frame, seen: &mut Seen, light: &PosedLight, highligh
     let Seen { columns, reached, .. } = seen;
     reached.clear();
     // Nobody else asks what the light would be without shadows.
-    let catches = frame.ground.is_some_and(|ground| ground.kind == GroundKind::Shadow);
+    let catches = frame.ground.is_some_and(|ground| ground.kind == GroundKind::ShadowCatcher);
     frame.accel.columnwise(Reach { columns, light, highlights, catches, reached });
 }
 
@@ -88,12 +88,12 @@ impl Columnwise for SumUp<'_> {
 }
 
 impl Group {
-    /// What a light of that `intensity` gives, of which `towards` says the way to it from a point and its share
+    /// What a light of that `intensity` gives, of which `sample` says the way to it from a point and its share
     /// there.
     #[inline(always)]
-    fn arrive(&self, to: &mut Arrival, intensity: Rgb, towards: impl Fn(Vec3) -> (DVec3, f32)) {
+    fn arrive(&self, to: &mut Arrival, intensity: Rgb, sample: impl Fn(Vec3) -> (DVec3, f32)) {
         for i in 0..LANES {
-            let (l, scale) = towards(narrow(&self.p, i));
+            let (l, scale) = sample(narrow(&self.p, i));
             let (cos, cos_v) = (self.shading.n(i).dot(l), vector(&self.n_v, i).dot(l));
             // Nothing where the light sees one side of the surface and the eye the other.
             let facing = cos > 0.0 && cos_v > 0.0;
@@ -158,13 +158,13 @@ impl Columnwise for Reach<'_> {
             start: none3,
             lobe: none,
         };
-        let (way, intensity) = (light.way(), light.intensity);
+        let (way, intensity) = (light.light_eval(), light.intensity);
         for (nth, (group, count)) in columns.groups_mut().enumerate() {
             match way {
-                Way::Sun(l) => group.arrive(&mut to, intensity, |_| (l, 1.0)),
-                Way::Lamp(lamp) => group.arrive(&mut to, intensity, |p| lamp.towards(p)),
-                Way::Stretched(lamp, to_round) => {
-                    group.arrive(&mut to, intensity, |p| lamp.towards_stretched(p, &to_round))
+                LightEval::Directional(l) => group.arrive(&mut to, intensity, |_| (l, 1.0)),
+                LightEval::Local(lamp) => group.arrive(&mut to, intensity, |p| lamp.sample(p)),
+                LightEval::ScaledSpot(lamp, to_round) => {
+                    group.arrive(&mut to, intensity, |p| lamp.sample_in_cone_frame(p, &to_round))
                 }
             }
             let mut left = to.reached(count);

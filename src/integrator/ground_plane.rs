@@ -12,7 +12,7 @@ use crate::scene::{Ground, GroundKind};
 impl Frame<'_> {
     /// The height of `ground` relative to the scene's centre, as the f32 that points on it have.
     fn height(&self, ground: &Ground) -> f32 {
-        (ground.middle.y - self.posed.centre.y) as f32
+        (ground.centre.y - self.posed.centre.y) as f32
     }
 
     /// The height of a ground that stands in the way of light.
@@ -41,12 +41,12 @@ impl Frame<'_> {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         let at = (o + d * t).as_vec3();
         let p = Vec3::new(at.x, self.height(ground), at.z);
-        let from_middle = p.as_dvec3() + self.posed.centre - ground.middle;
-        let alpha = ground.presence(from_middle.length());
+        let from_middle = p.as_dvec3() + self.posed.centre - ground.centre;
+        let alpha = ground.opacity(from_middle.length());
         if !(p.is_finite() && alpha > 0.0) {
             return;
         }
-        let catches = ground.kind == GroundKind::Shadow;
+        let catches = ground.kind == GroundKind::ShadowCatcher;
         let color = if catches { Rgb::ONE } else { Ground::GREY };
         let k = Coefficients {
             k_a: color,

@@ -21,7 +21,7 @@ use glam::{DAffine3, DVec3, UVec2};
 
 use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch};
 use crate::geometry::{RayDifferential, Rgb, Rgba};
-use crate::scene::{Camera, Ground, Lit, PosedLight, PosedScene, Sky};
+use crate::scene::{Camera, Ground, PosedLight, PosedScene, ResolvedLighting, SkyIrradiance};
 
 pub use ambient_occlusion::AmbientOcclusion;
 pub use aov::{Aov, FirstHit, first_hits};
@@ -47,7 +47,7 @@ pub struct Frame<'a> {
     /// I_a.
     pub ambient: Rgb,
     /// An I_a for every direction, in place of the even one.
-    pub sky: Option<Sky>,
+    pub sky: Option<SkyIrradiance>,
     /// Coefficients given on the command line.
     pub overrides: MaterialOverrides,
     /// True: eye rays do not see back faces of single-sided materials.
@@ -115,7 +115,12 @@ pub trait Integrator: Sync {
 impl<'a> Frame<'a> {
     /// A frame lit as resolved, with shadows, single-sided back faces unseen and no coefficient
     /// overridden.
-    pub fn new(posed: &'a PosedScene<'a>, accel: &'a Accel, camera: Camera, lit: &Lit) -> Frame<'a> {
+    pub fn new(
+        posed: &'a PosedScene<'a>,
+        accel: &'a Accel,
+        camera: Camera,
+        lit: &ResolvedLighting,
+    ) -> Frame<'a> {
         Frame {
             posed,
             accel,
@@ -140,8 +145,8 @@ impl<'a> Frame<'a> {
             return self;
         }
         let back = motion.inverse();
-        self.camera = self.camera.moved(&back);
-        self.lights = self.lights.iter().map(|light| light.moved(&back, self.posed.centre)).collect();
+        self.camera = self.camera.transformed(&back);
+        self.lights = self.lights.iter().map(|light| light.transformed(&back, self.posed.centre)).collect();
         self.scene_to_world = *motion * self.scene_to_world;
         self
     }
@@ -180,6 +185,6 @@ impl<'a> Frame<'a> {
 
     /// How an eye ray changes over a film of this size that it stands for; `None` for a point.
     pub(crate) fn differential(&self, [x, y]: [f64; 2]) -> Option<RayDifferential> {
-        (x != 0.0 || y != 0.0).then(|| self.camera.differential(x, y))
+        (x != 0.0 || y != 0.0).then(|| self.camera.ray_differential(x, y))
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::{HitId, Ray, Rgb, offset_point};
+use crate::geometry::{HitId, Ray, Rgb, offset_ray_origin};
 use crate::integrator::direct_light::Reached;
 use crate::integrator::material::coefficients::{Coefficients, add_look};
 use crate::integrator::point::Point;
@@ -76,7 +76,7 @@ impl<'s> Seen<'s> {
         let (n, n_f32) = (DVec3::Y, Vec3::Y);
         let met = Met {
             p,
-            clear: offset_point(p, Vec3::ZERO, n_f32, n_f32),
+            clear: offset_ray_origin(p, Vec3::ZERO, n_f32, n_f32),
             up: Vec3::ZERO,
             n_g: n,
             n_v: n,

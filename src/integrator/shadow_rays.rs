@@ -9,7 +9,7 @@ use crate::integrator::sample_stream::{Draws, Purpose};
 use crate::integrator::shading_batch::Seen;
 use crate::integrator::surface::points::{narrow, vector};
 use crate::integrator::{Frame, MaterialHitFilter, Scratch};
-use crate::scene::PosedKind;
+use crate::scene::PosedLightKind;
 
 /// Fills `scratch.free` with how much of light `which`'s way to each lit point is free, by colour.
 pub(crate) fn find_free(frame: &Frame, which: usize, seen: &Seen, draws: Draws, scratch: &mut Scratch) {
@@ -20,8 +20,10 @@ pub(crate) fn find_free(frame: &Frame, which: usize, seen: &Seen, draws: Draws, 
     let segments = &mut scratch.segments;
     segments.clear();
     segments.shared = match light.kind {
-        PosedKind::Directional { direction } => Shared::Direction(-direction),
-        PosedKind::Point { position } | PosedKind::Spot { position, .. } => Shared::Origin(position),
+        PosedLightKind::Directional { direction } => Shared::Direction(-direction),
+        PosedLightKind::Point { position } | PosedLightKind::Spot { position, .. } => {
+            Shared::Origin(position)
+        }
     };
     let position = light.position().unwrap_or_default();
     let reached = &seen.reached;
@@ -53,7 +55,7 @@ fn find_free_from_disc(frame: &Frame, which: usize, seen: &Seen, draws: Draws, s
     let mut hidden = Vec::with_capacity(seen.reached.len());
     for &Reached { point, l: to_centre, .. } in &seen.reached {
         let (group, at) = seen.columns.of(point);
-        let off = light.off_centre(to_centre, draws.one(seen.points[point].sample, Purpose::Light(which)));
+        let off = light.disc_offset(to_centre, draws.one(seen.points[point].sample, Purpose::Light(which)));
         let p = narrow(&group.p, at).as_dvec3();
         let towards = match light.position() {
             Some(centre) => centre.as_dvec3() + off - p,
@@ -112,7 +114,7 @@ pub(crate) fn trace(frame: &Frame, segments: &SegmentBatch, blocked: &mut Vec<bo
 impl Frame<'_> {
     /// A distance from `p` beyond which there is nothing.
     pub(crate) fn beyond(&self, p: Vec3) -> f64 {
-        1.01 * (p.as_dvec3().length() + self.posed.reach()) + f64::from(f32::MIN_POSITIVE)
+        1.01 * (p.as_dvec3().length() + self.posed.bounding_radius()) + f64::from(f32::MIN_POSITIVE)
     }
 
     /// Whether the ground stands between `from` and `from + towards`, or what is infinitely far

@@ -16,21 +16,21 @@ pub enum Projection {
 
 /// Planes across the view direction between which there is something to see, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clip {
+pub struct ClipPlanes {
     /// Nearer is not seen.
     pub near: f64,
     /// Farther is not seen; may be infinite.
     pub far: f64,
 }
 
-impl Clip {
+impl ClipPlanes {
     /// Everything in front of the view point.
-    pub const OFF: Clip = Clip { near: 0.0, far: f64::INFINITY };
+    pub const OFF: ClipPlanes = ClipPlanes { near: 0.0, far: f64::INFINITY };
 }
 
 /// Which extent of a file's camera is kept where the picture's shape differs from the camera's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Fit {
+pub enum SensorFit {
     /// Blender's sensor fit: the longer side of the picture sees what the camera's longer side saw.
     Auto,
     /// The horizontal extent.
@@ -56,7 +56,7 @@ pub struct Camera {
     /// Perspective or orthographic.
     pub projection: Projection,
     /// What is cut off.
-    pub clip: Clip,
+    pub clip: ClipPlanes,
 }
 
 impl Camera {
@@ -83,7 +83,7 @@ impl Camera {
 
     /// How eye rays change with a step of `x` to the right and of `y` upward on the film, in the units
     /// of [`Camera::eye_ray`]; the same everywhere, since that is linear in both.
-    pub fn differential(&self, x: f64, y: f64) -> RayDifferential {
+    pub fn ray_differential(&self, x: f64, y: f64) -> RayDifferential {
         let steps = [self.basis.u * (self.view_width * x), self.basis.v * (self.view_height * y)];
         match self.projection {
             Projection::Perspective => RayDifferential { o: [DVec3::ZERO; 2], d: steps },
@@ -148,7 +148,7 @@ pub struct Orbit {
 impl Orbit {
     /// The `i`-th, from 0, of `n` places all around, from the top down: a Fibonacci sphere, on which
     /// every place has as much room as any other, and none is straight above or below.
-    pub fn of_sphere(i: u32, n: u32) -> Orbit {
+    pub fn fibonacci_sphere(i: u32, n: u32) -> Orbit {
         /// 2π (1 − 1/φ).
         const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
         // Bands of equal height have equal areas, by Archimedes.
@@ -156,6 +156,15 @@ impl Orbit {
         let turn = f64::from(i) * GOLDEN_ANGLE;
         Orbit { azimuth: turn % std::f64::consts::TAU, elevation: libm::asin(height), distance: None }
     }
+}
+
+/// Angles by which a camera moves around what it looks at, in radians.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OrbitAngles {
+    /// To the right.
+    pub azimuth: f64,
+    /// Upwards.
+    pub elevation: f64,
 }
 
 /// A view as asked for, in the lecture's words: whatever is `None` comes from the camera of the
@@ -183,34 +192,33 @@ pub struct View {
     /// Perspective or orthographic.
     pub projection: Option<Projection>,
     /// What is cut off.
-    pub clip: Option<Clip>,
+    pub clip: Option<ClipPlanes>,
     /// What is kept of a file camera where the shapes differ.
-    pub fit: Fit,
+    pub fit: SensorFit,
     /// Instead of a view point and a direction: a place around the point to look at, or around
     /// the scene's middle.
     pub orbit: Option<Orbit>,
-    /// Radians by which the camera, as all else makes it, goes around what it looks at to the
-    /// right, and up.
-    pub turn: (f64, f64),
+    /// Moves the camera, as all else makes it, around what it looks at.
+    pub orbit_by: OrbitAngles,
     /// How many times larger things appear.
     pub zoom: Option<f64>,
 }
 
 impl View {
     /// True where nothing of a file's first camera remains: a place and a direction are given.
-    pub fn is_its_own(&self) -> bool {
+    pub fn replaces_file_camera(&self) -> bool {
         let directed = self.view_dir.is_some() || self.look_at.is_some();
         self.orbit.is_some() || (self.view_point.is_some() && directed)
     }
 
     /// Whether a camera of `scene`'s file takes part in it.
-    pub fn is_of_file(&self, scene: &Scene) -> bool {
-        self.camera.is_some() || !(self.is_its_own() || scene.cameras.is_empty())
+    pub fn uses_file_camera(&self, scene: &Scene) -> bool {
+        self.camera.is_some() || !(self.replaces_file_camera() || scene.cameras.is_empty())
     }
 
     /// This view without what moves around or closer in it: scenes are metered so.
-    pub fn at_rest(&self) -> View {
-        View { orbit: None, turn: (0.0, 0.0), zoom: None, ..self.clone() }
+    pub fn without_orbit(&self) -> View {
+        View { orbit: None, orbit_by: OrbitAngles::default(), zoom: None, ..self.clone() }
     }
 }
 
@@ -224,16 +232,16 @@ impl FileCamera {
     }
 
     /// Height of the view rectangle at distance 1 for a picture of width/height `picture`.
-    pub(super) fn view_height(&self, fit: Fit, picture: f64) -> f64 {
+    pub(super) fn view_height(&self, fit: SensorFit, picture: f64) -> f64 {
         let height = match self.projection {
             FileProjection::Perspective { yfov, .. } => 2.0 * libm::tan(0.5 * yfov),
             FileProjection::Orthographic { ymag, .. } => 2.0 * ymag,
         };
         let own = self.aspect().unwrap_or(picture);
         match fit {
-            Fit::Vertical => height,
-            Fit::Horizontal => height * own / picture,
-            Fit::Auto => height * own.max(1.0) / picture.max(1.0),
+            SensorFit::Vertical => height,
+            SensorFit::Horizontal => height * own / picture,
+            SensorFit::Auto => height * own.max(1.0) / picture.max(1.0),
         }
     }
 }
@@ -246,7 +254,7 @@ mod tests {
     fn places_on_a_sphere_are_apart_alike() {
         for n in [1, 2, 20, 500] {
             let place = |i: u32| {
-                let Orbit { azimuth, elevation, .. } = Orbit::of_sphere(i, n);
+                let Orbit { azimuth, elevation, .. } = Orbit::fibonacci_sphere(i, n);
                 let (y, r) = (libm::sin(elevation), libm::cos(elevation));
                 DVec3::new(r * libm::sin(azimuth), y, r * libm::cos(azimuth))
             };

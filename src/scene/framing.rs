@@ -3,7 +3,9 @@
 
 use glam::DVec3;
 
-use super::{Camera, Clip, FileProjection, Orbit, PosedScene, Projection, Scene, View, ViewError};
+use super::{
+    Camera, ClipPlanes, FileProjection, Orbit, OrbitAngles, PosedScene, Projection, Scene, View, ViewError,
+};
 use crate::geometry::{Basis, Sphere};
 
 /// Where the framed view looks from: right of the front, above.
@@ -25,7 +27,7 @@ pub fn frame_sphere(radius: f64, half_width: f64, half_height: f64) -> f64 {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewNotes {
     /// Where the view comes from, in words.
-    pub from: String,
+    pub description: String,
     /// Things that the user should know.
     pub warnings: Vec<String>,
 }
@@ -43,7 +45,8 @@ impl View {
         let picture = f64::from(n_x) / f64::from(n_y);
         self.check()?;
         let start = self.start(posed, picture)?;
-        let mut notes = ViewNotes { from: self.from(posed.scene, start.of_file), ..ViewNotes::default() };
+        let mut notes =
+            ViewNotes { description: self.describe(posed.scene, start.of_file), ..ViewNotes::default() };
         let projection = self.projection.unwrap_or(start.projection);
 
         let basis = self.basis(&start, self.view_point)?;
@@ -87,9 +90,9 @@ impl View {
         } else if distance.is_some() && projection == Projection::Orthographic {
             camera.widen(start.sphere().radius);
         }
-        if self.turn != (0.0, 0.0) {
+        if self.orbit_by != OrbitAngles::default() {
             let pivot = self.look_at.unwrap_or_else(|| camera.in_view(start.middle()));
-            camera.turn(pivot, self.view_up.unwrap_or(DVec3::Y), self.turn);
+            camera.orbit(pivot, self.view_up.unwrap_or(DVec3::Y), self.orbit_by);
         }
         if let Some(zoom) = self.zoom {
             camera.view_width /= zoom;
@@ -120,7 +123,7 @@ impl View {
     }
 
     /// Where the view comes from, in words: one of the file's cameras, or what there is without.
-    fn from(&self, scene: &Scene, of_file: Option<usize>) -> String {
+    fn describe(&self, scene: &Scene, of_file: Option<usize>) -> String {
         let start = match of_file {
             Some(i) => {
                 let name = &scene.nodes[scene.cameras[i].node as usize].name;
@@ -133,7 +136,7 @@ impl View {
     }
 
     /// The camera before any part of it is replaced.
-    fn start<'a>(&self, posed: &'a PosedScene, picture: f64) -> Result<Start<'a>, ViewError> {
+    fn start<'a>(&self, posed: &'a PosedScene, picture: f64) -> Result<BaseView<'a>, ViewError> {
         let scene = posed.scene;
         let index = match &self.camera {
             Some(name) => Some(scene.find_camera(name).ok_or_else(|| {
@@ -146,18 +149,18 @@ impl View {
                 let list = if names.is_empty() { "none".to_string() } else { names.join(", ") };
                 ViewError::NoCamera(name.clone(), list)
             })?),
-            None if self.is_its_own() || scene.cameras.is_empty() => None,
+            None if self.replaces_file_camera() || scene.cameras.is_empty() => None,
             None => Some(0),
         };
         let orbit = self.orbit.is_some();
         let framed = orbit || (index.is_none() && self.view_point.is_none());
         let middle = self.look_at.filter(|_| framed);
         let Some(index) = index else {
-            return Ok(Start {
+            return Ok(BaseView {
                 of_file: None,
                 posed,
                 // The view stands still while things move.
-                over_clip: true,
+                clip_bounds_cache: true,
                 middle,
                 view_point: None,
                 view_dir: DEFAULT_VIEW_DIR,
@@ -166,20 +169,20 @@ impl View {
                 view_height: 2.0 * libm::tan(0.5 * DEFAULT_YFOV),
                 proj_distance: 1.0,
                 projection: Projection::Perspective,
-                clip: Clip::OFF,
+                clip: ClipPlanes::OFF,
             });
         };
         let camera = &posed.cameras[index];
         let to_world = posed.node_to_world(camera.node);
-        Ok(Start {
+        Ok(BaseView {
             of_file: Some(index),
             posed,
-            over_clip: orbit,
+            clip_bounds_cache: orbit,
             middle,
             view_point: (!orbit).then_some(to_world.translation),
             view_dir: -to_world.matrix3.z_axis,
             view_up: to_world.matrix3.y_axis,
-            placed: Basis::of_placed(to_world.matrix3).filter(|axes| !axes.is_lectures()),
+            placed: Basis::from_transform(to_world.matrix3).filter(|axes| !axes.is_orthonormal()),
             view_height: camera.view_height(self.fit, picture),
             proj_distance: 1.0,
             projection: match camera.projection {
@@ -187,11 +190,11 @@ impl View {
                 FileProjection::Orthographic { .. } => Projection::Orthographic,
             },
             // Planes are measured from the camera's own place.
-            clip: if orbit { Clip::OFF } else { Clip { near: camera.znear, far: camera.zfar } },
+            clip: if orbit { ClipPlanes::OFF } else { ClipPlanes { near: camera.znear, far: camera.zfar } },
         })
     }
 
-    fn basis(&self, start: &Start, view_point: Option<DVec3>) -> Result<Basis, ViewError> {
+    fn basis(&self, start: &BaseView, view_point: Option<DVec3>) -> Result<Basis, ViewError> {
         if let Some(orbit) = self.orbit {
             let own = orbit_basis(orbit);
             return match self.view_up {
@@ -226,19 +229,19 @@ impl View {
                     return Ok(placed);
                 }
                 let up = if turned { DVec3::Y } else { start.view_up };
-                Basis::from_view_or_any_up(dir, up).ok_or_else(|| parallel(up))
+                Basis::from_view_with_fallback_up(dir, up).ok_or_else(|| parallel(up))
             }
         }
     }
 }
 
 /// What the asked-for parts replace.
-struct Start<'a> {
+struct BaseView<'a> {
     /// Which of the file's cameras it is, if any.
     of_file: Option<usize>,
     posed: &'a PosedScene<'a>,
     /// True: the sphere holds the whole clip, else this moment.
-    over_clip: bool,
+    clip_bounds_cache: bool,
     /// Where the sphere's middle is put: what goes around the point to look at, or stands back from it, does so
     /// from there.
     middle: Option<DVec3>,
@@ -251,14 +254,15 @@ struct Start<'a> {
     view_height: f64,
     proj_distance: f64,
     projection: Projection,
-    clip: Clip,
+    clip: ClipPlanes,
 }
 
-impl Start<'_> {
+impl BaseView<'_> {
     /// What is framed and gone around. Every vertex is looked at for it, at many moments of a clip: only
     /// what cannot do without asks for it.
     fn sphere(&self) -> Sphere {
-        let sphere = if self.over_clip { self.posed.clip_sphere() } else { self.posed.bounding_sphere() };
+        let sphere =
+            if self.clip_bounds_cache { self.posed.clip_sphere() } else { self.posed.bounding_sphere() };
         match self.middle {
             // Far enough to hold all of the scene's own, and so all of the scene however it is turned.
             Some(centre) => Sphere { centre, radius: sphere.radius + centre.distance(sphere.centre) },
@@ -328,7 +332,7 @@ impl Camera {
     }
 
     /// Goes around `pivot` by angles to the right about `up`, and then upwards.
-    fn turn(&mut self, pivot: DVec3, up: DVec3, (azimuth, elevation): (f64, f64)) {
+    fn orbit(&mut self, pivot: DVec3, up: DVec3, by: OrbitAngles) {
         let mut turned = [self.view_point - pivot, self.basis.u, self.basis.v, self.basis.w];
         let about = |axis: DVec3, angle: f64, all: &mut [DVec3; 4]| {
             let Some(axis) = axis.try_normalize() else { return };
@@ -336,8 +340,8 @@ impl Camera {
             // Rodrigues's formula.
             *all = all.map(|v| v * cos + axis.cross(v) * sin + axis * axis.dot(v) * (1.0 - cos));
         };
-        about(up, azimuth, &mut turned);
-        about(-turned[1], elevation, &mut turned);
+        about(up, by.azimuth, &mut turned);
+        about(-turned[1], by.elevation, &mut turned);
         let [from, u, v, w] = turned;
         self.view_point = pivot + from;
         self.basis = Basis { u, v, w };

@@ -10,7 +10,7 @@ pub enum GroundKind {
     /// Itself, grey and matt.
     Plane,
     /// Only the shadows that fall on it: it catches them and is not there otherwise.
-    Shadow,
+    ShadowCatcher,
 }
 
 /// A level ground that ends in no line: far out it thins until it is gone. It is no part of the
@@ -20,7 +20,7 @@ pub struct Ground {
     /// What it shows.
     pub kind: GroundKind,
     /// Its middle, in world coordinates; its height is the ground's.
-    pub middle: DVec3,
+    pub centre: DVec3,
     /// Size of what stands on it: half the diagonal of its bounds.
     pub size: f64,
 }
@@ -41,13 +41,13 @@ impl Ground {
     pub fn under(bounds: &Aabb, kind: GroundKind) -> Ground {
         let half = 0.5 * bounds.extent().length();
         let size = if half > 0.0 { half } else { 1.0 };
-        let middle = bounds.centre();
+        let centre = bounds.centre();
         let lowest = if bounds.is_empty() { 0.0 } else { bounds.min.y };
-        Ground { kind, middle: DVec3::new(middle.x, lowest - Ground::GAP * size, middle.z), size }
+        Ground { kind, centre: DVec3::new(centre.x, lowest - Ground::GAP * size, centre.z), size }
     }
 
     /// How much of it is there at a distance from its middle: 1 … 0.
-    pub fn presence(&self, distance: f64) -> f32 {
+    pub fn opacity(&self, distance: f64) -> f32 {
         let s = (Ground::GONE - distance / self.size) / (Ground::GONE - Ground::WHOLE);
         let s = s.clamp(0.0, 1.0);
         (s * s * (3.0 - 2.0 * s)) as f32

@@ -33,19 +33,19 @@ impl LightKind {
 
     /// The same at a place, at a node that turns and scales as `node` does. A spot's cone is what `source`
     /// means by it: Blender's scales with its node.
-    pub fn posed(self, position: Vec3, node: &DMat3, source: &Source) -> PosedKind {
+    pub fn pose(self, position: Vec3, node: &DMat3, source: &Source) -> PosedLightKind {
         let direction = (-node.z_axis).normalize_or(DVec3::NEG_Z).as_vec3();
         match self {
-            LightKind::Point => PosedKind::Point { position },
+            LightKind::Point => PosedLightKind::Point { position },
             LightKind::Spot { inner, outer } if source.is_blender() => {
-                let cone = Cone::of_blender(inner, outer);
-                PosedKind::Spot { position, direction, cone, to_round: to_round(node) }
+                let cone = SpotCone::blender(inner, outer);
+                PosedLightKind::Spot { position, direction, cone, to_round: to_round(node) }
             }
             LightKind::Spot { inner, outer } => {
-                let cone = Cone::new(inner, outer);
-                PosedKind::Spot { position, direction, cone, to_round: None }
+                let cone = SpotCone::new(inner, outer);
+                PosedLightKind::Spot { position, direction, cone, to_round: None }
             }
-            LightKind::Directional => PosedKind::Directional { direction },
+            LightKind::Directional => PosedLightKind::Directional { direction },
         }
     }
 }
@@ -116,7 +116,7 @@ impl LightUnits {
 
 /// A spot light's cone, and how its light ends there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cone {
+pub struct SpotCone {
     /// Cosine of the half angle beyond which nothing arrives.
     pub cos_outer: f32,
     /// From how much more of a cosine on everything does.
@@ -125,23 +125,23 @@ pub struct Cone {
     from: [f32; 2],
 }
 
-impl Cone {
+impl SpotCone {
     /// KHR_lights_punctual's, from half angles in radians: the square of the cosine's way.
-    pub fn new(inner: f32, outer: f32) -> Cone {
+    pub fn new(inner: f32, outer: f32) -> SpotCone {
         let cos_outer = libm::cosf(outer);
-        Cone { cos_outer, width: libm::cosf(inner) - cos_outer, from: [1.0, 0.0] }
+        SpotCone { cos_outer, width: libm::cosf(inner) - cos_outer, from: [1.0, 0.0] }
     }
 
     /// Blender's, from the half angles that it writes: `inner` is the part of `outer` that is no blend. The
     /// cosine's way goes over that part of all that there is within the cone, and is smoothed at both ends.
-    pub fn of_blender(inner: f32, outer: f32) -> Cone {
+    pub fn blender(inner: f32, outer: f32) -> SpotCone {
         let cos_outer = libm::cosf(outer);
         let blend = if outer > 0.0 { 1.0 - inner / outer } else { 0.0 };
-        Cone { cos_outer, width: (1.0 - cos_outer) * blend, from: [3.0, -2.0] }
+        SpotCone { cos_outer, width: (1.0 - cos_outer) * blend, from: [3.0, -2.0] }
     }
 
     /// All around.
-    const NONE: Cone = Cone { cos_outer: -2.0, width: 0.0, from: [1.0, 0.0] };
+    const NONE: SpotCone = SpotCone { cos_outer: -2.0, width: 0.0, from: [1.0, 0.0] };
 
     /// How much arrives at an angle of that cosine from the axis. Equal angles are a step, as Blender
     /// writes them.
@@ -164,7 +164,7 @@ fn to_round(node: &DMat3) -> Option<DMat3> {
 
 /// Where a posed light is. Positions are relative to the posed scene's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PosedKind {
+pub enum PosedLightKind {
     /// At a position.
     Point {
         /// Where it is.
@@ -177,7 +177,7 @@ pub enum PosedKind {
         /// The way its light travels, unit length.
         direction: Vec3,
         /// Its cone.
-        cone: Cone,
+        cone: SpotCone,
         /// Takes directions of the world to where the cone is round about −Z. `None` where it is in the world.
         to_round: Option<DMat3>,
     },
@@ -192,7 +192,7 @@ pub enum PosedKind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PosedLight {
     /// Where it is.
-    pub kind: PosedKind,
+    pub kind: PosedLightKind,
     /// The lecture's I, coloured; E for directional lights.
     pub intensity: Rgb,
     /// Distance at which it ends; infinite for none.
@@ -214,14 +214,14 @@ pub struct Incident {
 impl PosedLight {
     /// A point light of the lecture's intensity I.
     pub fn point(position: Vec3, intensity: Rgb) -> PosedLight {
-        PosedLight { kind: PosedKind::Point { position }, intensity, range: f32::INFINITY, radius: 0.0 }
+        PosedLight { kind: PosedLightKind::Point { position }, intensity, range: f32::INFINITY, radius: 0.0 }
     }
 
     /// A sun whose light travels along `direction` and arrives with E.
     pub fn sun(direction: DVec3, intensity: Rgb) -> PosedLight {
         let direction = direction.normalize_or(DVec3::NEG_Y).as_vec3();
         PosedLight {
-            kind: PosedKind::Directional { direction },
+            kind: PosedLightKind::Directional { direction },
             intensity,
             range: f32::INFINITY,
             radius: 0.0,
@@ -231,58 +231,64 @@ impl PosedLight {
     /// The light's position; `None` for directional lights.
     pub fn position(&self) -> Option<Vec3> {
         match self.kind {
-            PosedKind::Point { position } | PosedKind::Spot { position, .. } => Some(position),
-            PosedKind::Directional { .. } => None,
+            PosedLightKind::Point { position } | PosedLightKind::Spot { position, .. } => Some(position),
+            PosedLightKind::Directional { .. } => None,
         }
     }
 
     /// This light, in a scene with that centre, moved by a rotation and a shift.
-    pub fn moved(&self, motion: &DAffine3, centre: DVec3) -> PosedLight {
+    pub fn transformed(&self, motion: &DAffine3, centre: DVec3) -> PosedLight {
         let place = |p: Vec3| (motion.transform_point3(p.as_dvec3() + centre) - centre).as_vec3();
         let way = |d: Vec3| (motion.matrix3 * d.as_dvec3()).as_vec3();
         let kind = match self.kind {
-            PosedKind::Point { position } => PosedKind::Point { position: place(position) },
-            PosedKind::Spot { position, direction, cone, to_round } => {
+            PosedLightKind::Point { position } => PosedLightKind::Point { position: place(position) },
+            PosedLightKind::Spot { position, direction, cone, to_round } => {
                 let to_round = to_round.map(|to_round| to_round * motion.matrix3.transpose());
-                PosedKind::Spot { position: place(position), direction: way(direction), cone, to_round }
+                PosedLightKind::Spot { position: place(position), direction: way(direction), cone, to_round }
             }
-            PosedKind::Directional { direction } => PosedKind::Directional { direction: way(direction) },
+            PosedLightKind::Directional { direction } => {
+                PosedLightKind::Directional { direction: way(direction) }
+            }
         };
         PosedLight { kind, ..*self }
     }
 
-    /// From the light's middle to a place on it: of the disc that it is to whoever sees it towards
+    /// From the light's middle to a place on it: of the disc that it is to whoever sees it sample
     /// `l`, the point at `u`. For a sun, what is added to `l`.
-    pub fn off_centre(&self, l: DVec3, u: [f32; 2]) -> DVec3 {
+    pub fn disc_offset(&self, l: DVec3, u: [f32; 2]) -> DVec3 {
         let at = concentric_disc(u) * f64::from(self.radius);
         let (a, b) = coordinate_system(l);
         a * at.x + b * at.y
     }
 
     /// How its light travels.
-    pub fn way(&self) -> Way {
-        let lamp = |position: Vec3, axis: Vec3, cone| Lamp {
+    pub fn light_eval(&self) -> LightEval {
+        let lamp = |position: Vec3, axis: Vec3, cone| LocalLight {
             position: position.as_dvec3(),
             axis: axis.as_dvec3(),
             cone,
             per_range: 1.0 / f64::from(self.range),
         };
         match self.kind {
-            PosedKind::Directional { direction } => Way::Sun(-direction.as_dvec3().normalize()),
-            PosedKind::Point { position } => Way::Lamp(lamp(position, Vec3::ZERO, Cone::NONE)),
-            PosedKind::Spot { position, direction, cone, to_round } => {
+            PosedLightKind::Directional { direction } => {
+                LightEval::Directional(-direction.as_dvec3().normalize())
+            }
+            PosedLightKind::Point { position } => {
+                LightEval::Local(lamp(position, Vec3::ZERO, SpotCone::NONE))
+            }
+            PosedLightKind::Spot { position, direction, cone, to_round } => {
                 let lamp = lamp(position, direction, cone);
-                to_round.map_or(Way::Lamp(lamp), |to_round| Way::Stretched(lamp, to_round))
+                to_round.map_or(LightEval::Local(lamp), |to_round| LightEval::ScaledSpot(lamp, to_round))
             }
         }
     }
 
     /// What reaches `p` if nothing is in the way; `None` where nothing does.
     pub fn incident(&self, p: Vec3) -> Option<Incident> {
-        let (l, share) = match self.way() {
-            Way::Sun(l) => (l, 1.0),
-            Way::Lamp(lamp) => lamp.towards(p),
-            Way::Stretched(lamp, to_round) => lamp.towards_stretched(p, &to_round),
+        let (l, share) = match self.light_eval() {
+            LightEval::Directional(l) => (l, 1.0),
+            LightEval::Local(lamp) => lamp.sample(p),
+            LightEval::ScaledSpot(lamp, to_round) => lamp.sample_in_cone_frame(p, &to_round),
         };
         let arriving = self.intensity * share;
         (arriving.max_element() > 0.0).then_some(Incident { l, arriving })
@@ -291,37 +297,37 @@ impl PosedLight {
 
 /// How a light's light travels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Way {
+pub enum LightEval {
     /// Along one direction: the way to the light, unit length. All of it arrives.
-    Sun(DVec3),
+    Directional(DVec3),
     /// From one place.
-    Lamp(Lamp),
+    Local(LocalLight),
     /// From one place, within a cone that is round where the matrix takes directions to.
-    Stretched(Lamp, DMat3),
+    ScaledSpot(LocalLight, DMat3),
 }
 
 /// A light at a position, prepared for many points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lamp {
+pub struct LocalLight {
     position: DVec3,
     axis: DVec3,
-    cone: Cone,
+    cone: SpotCone,
     per_range: f64,
 }
 
-impl Lamp {
+impl LocalLight {
     /// The way to it from `p`, unit length, and what its intensity is multiplied by there: 1/r²,
     /// cone and range. 0 at the very place, where there is no way.
     ///
     /// Nothing branches here, so that many points can be asked for at once.
     #[inline(always)]
-    pub fn towards(&self, p: Vec3) -> (DVec3, f32) {
+    pub fn sample(&self, p: Vec3) -> (DVec3, f32) {
         self.through(p, |l| -l.dot(self.axis))
     }
 
     /// The same within a cone that is round where `to_round` takes directions to.
     #[inline(always)]
-    pub fn towards_stretched(&self, p: Vec3, to_round: &DMat3) -> (DVec3, f32) {
+    pub fn sample_in_cone_frame(&self, p: Vec3, to_round: &DMat3) -> (DVec3, f32) {
         self.through(p, |l| {
             let l = *to_round * l;
             l.z / l.length()
@@ -352,12 +358,12 @@ mod tests {
 
     #[test]
     fn spots_fall_off_between_their_cones_and_step_where_the_cones_are_equal() {
-        let cone = Cone::new(0.5, 1.0);
+        let cone = SpotCone::new(0.5, 1.0);
         assert_eq!(cone.falloff(0.999), 1.0);
         assert_eq!(cone.falloff(0.5), 0.0);
         let middle = cone.cos_outer + 0.5 * cone.width;
         assert!((cone.falloff(middle) - 0.25).abs() < 1e-6);
-        let step = Cone::new(0.7, 0.7);
+        let step = SpotCone::new(0.7, 0.7);
         assert_eq!((step.falloff(0.9), step.falloff(0.5)), (1.0, 0.0));
     }
 
@@ -365,13 +371,13 @@ mod tests {
     #[test]
     fn blenders_spots_fall_off_as_in_blender() {
         let (outer, blend) = (0.5f32, 0.4);
-        let cone = Cone::of_blender(outer * (1.0 - blend), outer);
+        let cone = SpotCone::blender(outer * (1.0 - blend), outer);
         for degrees in 0..40 {
             let cos = libm::cosf((degrees as f32).to_radians());
             let s = ((cos - libm::cosf(outer)) / ((1.0 - libm::cosf(outer)) * blend)).clamp(0.0, 1.0);
             assert!((cone.falloff(cos) - s * s * (3.0 - 2.0 * s)).abs() < 1e-5, "{degrees}");
         }
-        let step = Cone::of_blender(0.7, 0.7);
+        let step = SpotCone::blender(0.7, 0.7);
         assert_eq!((step.falloff(0.9), step.falloff(0.5)), (1.0, 0.0));
     }
 
@@ -387,24 +393,25 @@ mod tests {
         {
             for node in [turn * DMat3::from_diagonal(scale), DMat3::from_diagonal(scale) * turn] {
                 let light = |source| PosedLight {
-                    kind: spot.posed(Vec3::ZERO, &node, source),
+                    kind: spot.pose(Vec3::ZERO, &node, source),
                     ..PosedLight::point(Vec3::ZERO, Vec3::ONE)
                 };
                 let (light, round) = (light(&blender), light(&Source::default()));
-                let is_stretched = |light: &PosedLight| matches!(light.way(), Way::Stretched(..));
+                let is_stretched =
+                    |light: &PosedLight| matches!(light.light_eval(), LightEval::ScaledSpot(..));
                 assert!(is_stretched(&light) == stretched && !is_stretched(&round), "{scale}");
                 let motion = DAffine3::from_rotation_y(0.8);
                 let lit = places().filter(|&p| light.incident(p).is_some()).count();
                 assert!((10..390).contains(&lit) || !stretched, "{node}: {lit}");
                 for p in places().filter(|_| stretched) {
                     let local = (node.inverse() * p.as_dvec3()).normalize();
-                    let cone = Cone::of_blender(0.3, 0.5);
+                    let cone = SpotCone::blender(0.3, 0.5);
                     let expected = cone.falloff(-local.z as f32) / p.length_squared();
                     let at = |light: PosedLight, p| light.incident(p).map_or(0.0, |i| i.arriving.x);
                     assert!((at(light, p) - expected).abs() < 1e-6, "{node} {p}");
                     let moved = motion.transform_point3(p.as_dvec3()).as_vec3();
                     assert!(
-                        (at(light.moved(&motion, DVec3::ZERO), moved) - expected).abs() < 1e-6,
+                        (at(light.transformed(&motion, DVec3::ZERO), moved) - expected).abs() < 1e-6,
                         "{node} {p}"
                     );
                 }

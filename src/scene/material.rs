@@ -4,11 +4,11 @@
 use crate::geometry::Rgb;
 use glam::Vec3;
 
-use super::{Reading, TextureRef};
+use super::{TexelSemantics, TextureRef};
 
 /// A channel of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channel4 {
+pub enum TextureChannel {
     /// Red.
     R,
     /// Green.
@@ -43,7 +43,7 @@ pub struct ScalarInput {
     /// The factor.
     pub factor: f32,
     /// Its texture and the channel.
-    pub texture: Option<(TextureRef, Channel4)>,
+    pub texture: Option<(TextureRef, TextureChannel)>,
 }
 
 impl ScalarInput {
@@ -62,7 +62,7 @@ pub struct NormalMap {
     pub scale: f32,
     /// `scale` multiplies x and y. True: below 1 it takes z to 1 as well, as Blender's strength does, so that
     /// the normal goes from the surface's own to the map's.
-    pub blends: bool,
+    pub scale_is_strength: bool,
 }
 
 /// What becomes of alpha.
@@ -136,7 +136,7 @@ pub struct Material {
     /// Its name in the file.
     pub name: String,
     /// Base colour, diffuse colour or Kd.
-    pub base: ColorInput,
+    pub base_color: ColorInput,
     /// Opacity, times the base texture's alpha where `alpha_from_base` says so.
     pub alpha: ScalarInput,
     /// True where the base colour texture's alpha counts (glTF).
@@ -165,7 +165,7 @@ impl Default for Material {
     fn default() -> Self {
         Material {
             name: String::new(),
-            base: ColorInput::new(Vec3::ONE),
+            base_color: ColorInput::new(Vec3::ONE),
             alpha: ScalarInput::new(1.0),
             alpha_from_base: false,
             alpha_mode: AlphaMode::Opaque,
@@ -187,32 +187,32 @@ impl Default for Material {
 impl Material {
     /// True where textures say what it is from place to place, its normal map aside.
     pub fn is_textured(&self) -> bool {
-        self.looks().into_iter().flatten().next().is_some()
+        self.texture_slots().into_iter().flatten().next().is_some()
     }
 
     /// Its textures, its normal map among them.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let normal = self.normal.as_ref().map(|map| &map.texture);
-        self.lookups().map(|(texture, _)| texture).chain(normal)
+        self.textures_with_semantics().map(|(texture, _)| texture).chain(normal)
     }
 
     /// What it looks up, but for the normal map.
-    pub(crate) fn lookups(&self) -> impl Iterator<Item = (&TextureRef, Reading)> {
-        self.looks().into_iter().flatten()
+    pub(crate) fn textures_with_semantics(&self) -> impl Iterator<Item = (&TextureRef, TexelSemantics)> {
+        self.texture_slots().into_iter().flatten()
     }
 
     /// What its base colour's texture says.
-    pub(crate) fn base_reading(&self) -> Reading {
+    pub(crate) fn base_color_semantics(&self) -> TexelSemantics {
         let counts = self.alpha_from_base && self.alpha_mode != AlphaMode::Opaque;
-        if counts { Reading::Covered } else { Reading::Color }
+        if counts { TexelSemantics::AlphaWeightedColor } else { TexelSemantics::Color }
     }
 
-    fn looks(&self) -> [Option<(&TextureRef, Reading)>; 9] {
-        fn color(of: &ColorInput) -> Option<(&TextureRef, Reading)> {
-            of.texture.as_ref().map(|texture| (texture, Reading::Color))
+    fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 9] {
+        fn color(of: &ColorInput) -> Option<(&TextureRef, TexelSemantics)> {
+            of.texture.as_ref().map(|texture| (texture, TexelSemantics::Color))
         }
-        fn scalar(of: &ScalarInput) -> Option<(&TextureRef, Reading)> {
-            of.texture.as_ref().map(|(texture, _)| (texture, Reading::Data))
+        fn scalar(of: &ScalarInput) -> Option<(&TextureRef, TexelSemantics)> {
+            of.texture.as_ref().map(|(texture, _)| (texture, TexelSemantics::Data))
         }
         let [a, b, c, d] = match &self.reflectance {
             Reflectance::Mtl(mtl) => [mtl.ambient.as_ref().and_then(color), color(&mtl.specular), None, None],
@@ -226,7 +226,7 @@ impl Material {
             Reflectance::Unlit => [None; 4],
         };
         let [alpha, occlusion, transmission] = [&self.alpha, &self.occlusion, &self.transmission].map(scalar);
-        let base = self.base.texture.as_ref().map(|texture| (texture, self.base_reading()));
+        let base = self.base_color.texture.as_ref().map(|texture| (texture, self.base_color_semantics()));
         [base, color(&self.emission), alpha, occlusion, transmission, a, b, c, d]
     }
 
@@ -263,7 +263,7 @@ pub enum SurfaceClass {
 
 impl Material {
     /// Its class.
-    pub fn class(&self) -> SurfaceClass {
+    pub fn surface_class(&self) -> SurfaceClass {
         match self.alpha_mode {
             _ if self.is_translucent() => SurfaceClass::Translucent,
             AlphaMode::Mask(_) => SurfaceClass::Cutout,

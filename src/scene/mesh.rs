@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::Made;
+use super::GeneratedFrames;
 
 /// Indexed triangles of one material, in a local frame. Attribute arrays are as long as
 /// `positions`, or empty where the file has none.
@@ -18,11 +18,11 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// True: between vertices, normals are blended in the mesh's own frame, then taken to the world. Else
     /// each is of unit length in the world before. The two differ where a node scales unevenly.
-    pub smooth_in_own_frame: bool,
+    pub interpolate_normals_locally: bool,
     /// Unit tangents with the bitangent's sign in w, along the set of the normal map.
     pub tangents: Vec<Vec4>,
     /// What of those the file does not have.
-    pub made: Made,
+    pub generated_frames: GeneratedFrames,
     /// Texture coordinates by set, as glTF has them: v runs down from the image's top.
     pub uvs: Vec<Vec<Vec2>>,
     /// Vertex colours, linear RGBA.
@@ -30,7 +30,7 @@ pub struct Mesh {
     /// Index of its material.
     pub material: u32,
     /// Shapes to blend in.
-    pub morphs: Vec<MorphTarget>,
+    pub morph_targets: Vec<MorphTarget>,
     /// Weights of the morph targets at rest.
     pub morph_weights: Vec<f32>,
     /// Which joints move which vertex.

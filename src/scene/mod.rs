@@ -6,7 +6,7 @@
 
 mod animation;
 mod camera;
-mod content;
+mod file_digest;
 mod framing;
 mod ground;
 mod light;
@@ -20,45 +20,47 @@ mod select;
 mod skin;
 mod sky;
 mod texture;
-mod turn;
+mod turntable;
 
-pub use animation::animated_properties::{CameraField, LightField, MaterialField, Slot};
-pub use animation::clip::{OverClip, clip_end};
-pub use animation::deform::Deformed;
-pub use animation::keyframes::{Animation, Channel, Interpolation, Keys, Target};
+pub use animation::animated_properties::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
+pub use animation::clip::{ClipBoundsCache, clip_duration};
+pub use animation::deform::DeformedMesh;
+pub use animation::keyframes::{Animation, Channel, ChannelTarget, Interpolation, Keyframes};
 pub use animation::pose::{
-    AnimationChoice, PoseError, PoseSettings, PosedInstance, PosedScene, playing, pose,
+    AnimationChoice, PoseError, PoseSettings, PosedInstance, PosedScene, active_animations, pose,
 };
-pub use animation::tangent_frames::Made;
-pub use camera::{Camera, Clip, Fit, Orbit, Projection, View, ViewError};
-pub use content::Content;
-pub(crate) use content::Hashing;
+pub use animation::tangent_frames::GeneratedFrames;
+pub use camera::{Camera, ClipPlanes, Orbit, OrbitAngles, Projection, SensorFit, View, ViewError};
+pub use file_digest::FileDigest;
+pub(crate) use file_digest::HashingReader;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
 pub use ground::{Ground, GroundKind};
-pub use light::{Cone, Incident, Lamp, Light, LightKind, LightUnits, PosedKind, PosedLight, Way};
+pub use light::{
+    Incident, Light, LightEval, LightKind, LightUnits, LocalLight, PosedLight, PosedLightKind, SpotCone,
+};
 pub use material::{
-    AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
-    ScalarInput, SurfaceClass,
+    AlphaMode, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, ScalarInput,
+    SurfaceClass, TextureChannel,
 };
 pub use mesh::{Influences, Mesh, MorphTarget};
 pub(crate) use node::rotation;
-pub use node::{Instance, Local, Node, Placement};
-pub use opaque_triangles::Solid;
-pub use rig::{GivenLight, LightSource, Lighting, Lit, Rig, headlight, three_point};
-pub use select::{Glob, NothingFound, Selection};
+pub use node::{Instance, LocalTransform, Node, PackedTrs};
+pub use opaque_triangles::OpaqueTriangles;
+pub use rig::{LightSet, Lighting, ResolvedLighting, Rig, UserLight, headlight, three_point};
+pub use select::{Glob, NoMatch, Selection};
 pub use skin::Skin;
-pub use sky::Sky;
+pub use sky::SkyIrradiance;
 pub use texture::anisotropic::Footprint;
-pub(crate) use texture::batch::Places;
+pub(crate) use texture::batch::SampleCoords;
 pub use texture::image::{Channels, Image, Texels};
-pub use texture::mips::{Mips, Reading};
-pub use texture::sampling::{Filter, Texture, TextureRef, UvTransform, Wrap};
+pub use texture::mips::{MipMaps, TexelSemantics};
+pub use texture::sampling::{Texture, TextureFilter, TextureRef, UvTransform, Wrap};
 pub use texture::srgb::{linear_to_srgb, linear_to_srgb8, srgb_to_linear};
-pub use turn::Turn;
+pub use turntable::AxisRotation;
 
 /// The format a scene came in, for the defaults that depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Format {
+pub enum SourceFormat {
     /// glTF 2.0, `.gltf` or `.glb`.
     #[default]
     Gltf,
@@ -70,7 +72,7 @@ pub enum Format {
 #[derive(Clone, Debug, Default)]
 pub struct Source {
     /// The file format.
-    pub format: Format,
+    pub format: SourceFormat,
     /// The program that wrote it, as the file says (`asset.generator`, or an OBJ's first comment).
     pub generator: String,
     /// glTF extensions named by the file, in its order.
@@ -78,7 +80,7 @@ pub struct Source {
     /// Scenes in the file, by name.
     pub scenes: Vec<String>,
     /// What was in the scene's own file.
-    pub content: Content,
+    pub digest: FileDigest,
     /// Files that it refers to, whether they are there or not.
     pub files: Vec<SourceFile>,
     /// Names of material variants.
@@ -91,12 +93,12 @@ pub struct SourceFile {
     /// Its name relative to the scene's own folder.
     pub name: String,
     /// What was in it.
-    pub content: Content,
+    pub digest: FileDigest,
 }
 
 impl Source {
     /// The names of the files that it refers to.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub fn file_names(&self) -> impl Iterator<Item = &str> {
         self.files.iter().map(|file| file.name.as_str())
     }
 
@@ -145,7 +147,7 @@ pub enum FileProjection {
 pub struct Scene {
     /// The file's name without folder and ending.
     pub name: String,
-    /// Format, generator and the like.
+    /// SourceFormat, generator and the like.
     pub source: Source,
     /// Nodes, parents before children, in the order of a depth-first walk.
     pub nodes: Vec<Node>,
@@ -173,7 +175,7 @@ pub struct Scene {
 
 impl Scene {
     /// Triangles as drawn, each instance counted.
-    pub fn drawn_triangles(&self) -> u64 {
+    pub fn instanced_triangle_count(&self) -> u64 {
         self.instances.iter().map(|i| self.meshes[i.mesh as usize].triangles.len() as u64).sum()
     }
 

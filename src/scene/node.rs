@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat4, DQuat, DVec3, Quat, Vec3};
 
 /// A node's own transform, relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Local {
+pub enum LocalTransform {
     /// Scale, then rotate, then translate: what animations act on.
     Trs {
         /// Translation in metres.
@@ -18,21 +18,21 @@ pub enum Local {
     Matrix(DAffine3),
 }
 
-impl Default for Local {
+impl Default for LocalTransform {
     fn default() -> Self {
-        Local::IDENTITY
+        LocalTransform::IDENTITY
     }
 }
 
-impl Local {
+impl LocalTransform {
     /// No transform.
-    pub const IDENTITY: Local =
-        Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
+    pub const IDENTITY: LocalTransform =
+        LocalTransform::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
 
     /// A column-major 4×4 matrix as files store it; its last row is taken as (0, 0, 0, 1).
-    pub fn from_cols(m: &[f64; 16]) -> Local {
+    pub fn from_cols(m: &[f64; 16]) -> LocalTransform {
         let m = DMat4::from_cols_array(m);
-        Local::Matrix(DAffine3::from_cols(
+        LocalTransform::Matrix(DAffine3::from_cols(
             m.x_axis.truncate(),
             m.y_axis.truncate(),
             m.z_axis.truncate(),
@@ -43,10 +43,10 @@ impl Local {
     /// As an affine transform.
     pub fn affine(&self) -> DAffine3 {
         match *self {
-            Local::Trs { translation, rotation, scale } => {
+            LocalTransform::Trs { translation, rotation, scale } => {
                 DAffine3::from_scale_rotation_translation(scale, rotation, translation)
             }
-            Local::Matrix(m) => m,
+            LocalTransform::Matrix(m) => m,
         }
     }
 }
@@ -59,7 +59,7 @@ pub(crate) fn rotation(xyzw: [f32; 4]) -> DQuat {
 
 /// Where a copy of a mesh is below its node, in the file's own numbers: there may be millions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
+pub struct PackedTrs {
     /// Translation in metres.
     pub translation: Vec3,
     /// Rotation as x, y, z, w, of any length.
@@ -68,7 +68,7 @@ pub struct Placement {
     pub scale: Vec3,
 }
 
-impl Placement {
+impl PackedTrs {
     /// Scale, then rotate, then translate.
     pub fn affine(&self) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(
@@ -88,7 +88,7 @@ pub struct Node {
     /// Its parent, which stands before it in [`super::Scene::nodes`].
     pub parent: Option<u32>,
     /// Its transform relative to the parent, at rest.
-    pub local: Local,
+    pub local: LocalTransform,
     /// Weights of the morph targets of its meshes, at rest; empty means the meshes' own.
     pub weights: Vec<f32>,
     /// False hides it and everything below it.
@@ -105,7 +105,7 @@ pub struct Instance {
     /// The object it belongs to, counted from 1 (AOV `object-id`).
     pub object: u32,
     /// A further transform below the node's (EXT_mesh_gpu_instancing).
-    pub placement: Option<Placement>,
+    pub trs: Option<PackedTrs>,
     /// The skin that bends it; the node's transform does not count then.
     pub skin: Option<u32>,
     /// Linear RGB that multiplies its vertex colours.

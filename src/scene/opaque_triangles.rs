@@ -7,15 +7,15 @@
 use rayon::prelude::*;
 
 use crate::scene::animation::pose::PosedScene;
-use crate::scene::material::{AlphaMode, Channel4, Material, SurfaceClass};
+use crate::scene::material::{AlphaMode, Material, SurfaceClass, TextureChannel};
 use crate::scene::mesh::Mesh;
 use crate::scene::texture::sampling::TextureRef;
 
 /// Which triangles of a mesh are solid, a bit for each.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Solid(Vec<u64>);
+pub struct OpaqueTriangles(Vec<u64>);
 
-impl Solid {
+impl OpaqueTriangles {
     /// Whether `triangle` is.
     #[inline]
     pub fn contains(&self, triangle: u32) -> bool {
@@ -34,12 +34,12 @@ const ROUNDING: f32 = 1e-5;
 impl PosedScene<'_> {
     /// Which triangles of mesh `mesh` are there and opaque wherever a ray meets them, by their material at
     /// this moment and its textures at their finest.
-    pub fn solid(&self, mesh: u32) -> Solid {
+    pub fn opaque_triangles(&self, mesh: u32) -> OpaqueTriangles {
         let mesh = &self.scene.meshes[mesh as usize];
         let material = &self.materials[mesh.material as usize];
         let triangles = mesh.triangles.len();
         let enough = match material.alpha_mode {
-            _ if material.class() == SurfaceClass::Opaque => f32::NEG_INFINITY,
+            _ if material.surface_class() == SurfaceClass::Opaque => f32::NEG_INFINITY,
             _ if material.transmits() => f32::INFINITY,
             AlphaMode::Mask(cutoff) => cutoff / (1.0 - ROUNDING),
             // Within rounding of 1 no light is left.
@@ -51,13 +51,14 @@ impl PosedScene<'_> {
             let solid = |&i: &usize| self.least_alpha(mesh, material, &alphas, mesh.triangles[i]) >= enough;
             here.filter(solid).fold(0, |bits, i| bits | 1 << (i % 64))
         };
-        Solid((0..triangles.div_ceil(64)).into_par_iter().with_min_len(64).map(word).collect())
+        OpaqueTriangles((0..triangles.div_ceil(64)).into_par_iter().with_min_len(64).map(word).collect())
     }
 
     /// The textures of a material that its alpha is a product of, but for those that are opaque all over.
-    fn alphas(&self, material: &Material) -> Vec<(TextureRef, Channel4)> {
-        let base = material.base.texture.filter(|_| material.alpha_from_base).map(|t| (t, Channel4::A));
-        let clear = |(t, channel): &(TextureRef, Channel4)| {
+    fn alphas(&self, material: &Material) -> Vec<(TextureRef, TextureChannel)> {
+        let base =
+            material.base_color.texture.filter(|_| material.alpha_from_base).map(|t| (t, TextureChannel::A));
+        let clear = |(t, channel): &(TextureRef, TextureChannel)| {
             let image = self.scene.textures[t.texture as usize].image;
             self.scene.images[image as usize].lowest(*channel).of_all() < 1.0
         };
@@ -69,7 +70,7 @@ impl PosedScene<'_> {
         &self,
         mesh: &Mesh,
         material: &Material,
-        alphas: &[(TextureRef, Channel4)],
+        alphas: &[(TextureRef, TextureChannel)],
         corners: [u32; 3],
     ) -> f32 {
         let of_corner = |c: u32| mesh.colors.get(c as usize).map_or(1.0, |color| color.w);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Camera, Format, LightUnits, PosedLight, PosedScene, Sky};
+use super::{Camera, LightUnits, PosedLight, PosedScene, SkyIrradiance, SourceFormat};
 use crate::geometry::Rgb;
 
 /// Lights with the ambient colour that goes with them.
@@ -13,7 +13,7 @@ pub struct Rig {
     /// I_a.
     pub ambient: Rgb,
     /// An I_a for every direction, in place of the even one.
-    pub sky: Option<Sky>,
+    pub sky: Option<SkyIrradiance>,
 }
 
 /// A key light from the upper left, a fill from the right, a rim from behind: all suns, so that
@@ -46,7 +46,7 @@ pub fn headlight(camera: &Camera) -> Rig {
 
 /// A place that light may come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LightSource {
+pub enum LightSet {
     /// The file's lights.
     File,
     /// A dim light at the camera.
@@ -57,7 +57,7 @@ pub enum LightSource {
 
 /// A light in world coordinates with the lecture's own strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GivenLight {
+pub enum UserLight {
     /// A point light.
     Point {
         /// Where, in world coordinates.
@@ -78,9 +78,9 @@ pub enum GivenLight {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lighting {
     /// Where light comes from; `None`: the file, else what was given, else the three-point rig.
-    pub sources: Option<Vec<LightSource>>,
+    pub sets: Option<Vec<LightSet>>,
     /// Lights added to those.
-    pub given: Vec<GivenLight>,
+    pub user_lights: Vec<UserLight>,
     /// What the file's numbers mean.
     pub units: LightUnits,
     /// Multiplies the file's lights.
@@ -89,9 +89,9 @@ pub struct Lighting {
     pub ambient: Option<Rgb>,
     /// True: an I_a that suits the sources is at least a fifth of their light, so that its
     /// occlusion is seen.
-    pub plain_ambient: bool,
+    pub boost_ambient: bool,
     /// Light from all around in place of an even I_a, and of the three-point rig by default.
-    pub sky: Option<Sky>,
+    pub sky: Option<SkyIrradiance>,
     /// How wide every light is: [`PosedLight::radius`].
     pub radius: f32,
 }
@@ -99,12 +99,12 @@ pub struct Lighting {
 impl Default for Lighting {
     fn default() -> Self {
         Lighting {
-            sources: None,
-            given: Vec::new(),
+            sets: None,
+            user_lights: Vec::new(),
             units: LightUnits::Auto,
             scale: 1.0,
             ambient: None,
-            plain_ambient: false,
+            boost_ambient: false,
             sky: None,
             radius: 0.0,
         }
@@ -137,72 +137,73 @@ const BLENDER_AMBIENT: f32 = 0.05;
 
 /// How a scene is lit, resolved.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lit {
+pub struct ResolvedLighting {
     /// Lights and ambient.
     pub rig: Rig,
     /// Where its lights come from.
-    pub sources: Vec<LightSource>,
+    pub sets: Vec<LightSet>,
     /// True where lights of the file take part, in the file's strengths.
-    pub by_file: bool,
+    pub uses_file_lights: bool,
     /// True where the ambient colour is Blender's world, beside lights that Blender's exporter wrote
     /// in a unit that is only taken for granted.
-    pub assumed: bool,
+    pub assumes_blender_world: bool,
     /// What was used, in words.
-    pub note: String,
+    pub description: String,
 }
 
 impl Lighting {
     /// The lights for `posed` seen from `camera`.
-    pub fn resolve(&self, posed: &PosedScene, camera: &Camera) -> Lit {
+    pub fn resolve(&self, posed: &PosedScene, camera: &Camera) -> ResolvedLighting {
         let file = posed.lights(self.units, self.scale);
-        let mut assumed = false;
-        let sources = self.sources.clone().unwrap_or_else(|| {
+        let mut assumes_blender_world = false;
+        let sources = self.sets.clone().unwrap_or_else(|| {
             if !file.is_empty() {
-                vec![LightSource::File]
-            } else if self.given.is_empty() && self.sky.is_none() {
-                vec![LightSource::ThreePoint]
+                vec![LightSet::File]
+            } else if self.user_lights.is_empty() && self.sky.is_none() {
+                vec![LightSet::ThreePoint]
             } else {
                 Vec::new()
             }
         });
         let mut rig = Rig::default();
         let mut words = Vec::new();
-        let mut by_file = false;
+        let mut uses_file_lights = false;
         for &source in &sources {
             let (added, what) = match source {
-                LightSource::File => {
-                    by_file = !file.is_empty();
+                LightSet::File => {
+                    uses_file_lights = !file.is_empty();
                     let source = &posed.scene.source;
-                    let blender = by_file && source.format == Format::Gltf && source.is_blender();
+                    let blender =
+                        uses_file_lights && source.format == SourceFormat::Gltf && source.is_blender();
                     let ambient = Rgb::splat(if blender { BLENDER_AMBIENT } else { 0.0 });
-                    assumed = blender && self.units == LightUnits::Auto;
+                    assumes_blender_world = blender && self.units == LightUnits::Auto;
                     let units = self.units.resolve(source).name();
                     (
                         Rig { lights: file.clone(), ambient, sky: None },
                         format!("{} of the file ({units})", file.len()),
                     )
                 }
-                LightSource::Headlight => (headlight(camera), "a headlight".to_string()),
-                LightSource::ThreePoint => (three_point(camera), "the three-point rig".to_string()),
+                LightSet::Headlight => (headlight(camera), "a headlight".to_string()),
+                LightSet::ThreePoint => (three_point(camera), "the three-point rig".to_string()),
             };
             rig.lights.extend(added.lights);
             rig.ambient = rig.ambient.max(added.ambient);
             words.push(what);
         }
-        for given in &self.given {
+        for given in &self.user_lights {
             rig.lights.push(match *given {
-                GivenLight::Point { position, intensity } => {
+                UserLight::Point { position, intensity } => {
                     PosedLight::point((position - posed.centre).as_vec3(), intensity)
                 }
-                GivenLight::Sun { direction, intensity } => PosedLight::sun(direction, intensity),
+                UserLight::Sun { direction, intensity } => PosedLight::sun(direction, intensity),
             });
         }
-        if !self.given.is_empty() {
-            words.push(format!("{} given", self.given.len()));
+        if !self.user_lights.is_empty() {
+            words.push(format!("{} given", self.user_lights.len()));
         }
         let world = Rgb::splat(BLENDER_AMBIENT);
-        assumed &= self.ambient.is_none() && words.len() == 1 && rig.ambient == world;
-        if self.plain_ambient {
+        assumes_blender_world &= self.ambient.is_none() && words.len() == 1 && rig.ambient == world;
+        if self.boost_ambient {
             rig.ambient = rig.ambient.max(rig.share(posed));
         }
         rig.ambient = self.ambient.unwrap_or(rig.ambient);
@@ -210,13 +211,13 @@ impl Lighting {
         for light in &mut rig.lights {
             light.radius = self.radius;
         }
-        let mut note = if words.is_empty() { "none".to_string() } else { words.join(", ") };
+        let mut description = if words.is_empty() { "none".to_string() } else { words.join(", ") };
         if rig.sky.is_some() {
-            note += "; ambient by a picture";
+            description += "; ambient by a picture";
         } else if rig.ambient != Rgb::ZERO {
             let [r, g, b] = rig.ambient.to_array();
-            note += &format!("; ambient {r:.3},{g:.3},{b:.3}");
+            description += &format!("; ambient {r:.3},{g:.3},{b:.3}");
         }
-        Lit { rig, sources, by_file, assumed, note }
+        ResolvedLighting { rig, sets: sources, uses_file_lights, assumes_blender_world, description }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use glob::{MatchOptions, Pattern};
 
-use super::{Light, Scene, Target};
+use super::{ChannelTarget, Light, Scene};
 
 /// What of a scene is shown. Patterns have `*`, `?`, `[…]` and, in paths, `**`.
 ///
@@ -50,7 +50,7 @@ impl Glob {
 /// A pattern that finds nothing.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("nothing is called '{pattern}'; the file has: {names}")]
-pub struct NothingFound {
+pub struct NoMatch {
     /// The pattern.
     pub pattern: String,
     /// Names that exist.
@@ -63,7 +63,7 @@ impl Scene {
     ///
     /// # Errors
     /// A pattern that finds nothing.
-    pub fn select(&mut self, selection: &Selection) -> Result<(), NothingFound> {
+    pub fn select(&mut self, selection: &Selection) -> Result<(), NoMatch> {
         if *selection == Selection::default() {
             return Ok(());
         }
@@ -96,7 +96,7 @@ impl Scene {
         self.lights.retain(keep);
         for animation in &mut self.animations {
             animation.channels.retain_mut(|c| match &mut c.target {
-                Target::Light(i, _) => {
+                ChannelTarget::Light(i, _) => {
                     let new = numbers.get(*i as usize).copied().flatten();
                     *i = new.unwrap_or_default();
                     new.is_some()
@@ -117,7 +117,7 @@ impl Scene {
         paths
     }
 
-    fn find(&self, glob: &Glob, paths: &[String]) -> Result<Found, NothingFound> {
+    fn find(&self, glob: &Glob, paths: &[String]) -> Result<Found, NoMatch> {
         let mut found = Found { nodes: vec![false; self.nodes.len()], objects: BTreeSet::new() };
         let mut any = false;
         for (i, node) in self.nodes.iter().enumerate() {
@@ -132,7 +132,7 @@ impl Scene {
         if any { Ok(found) } else { Err(self.nothing(glob)) }
     }
 
-    fn nothing(&self, glob: &Glob) -> NothingFound {
+    fn nothing(&self, glob: &Glob) -> NoMatch {
         const SHOWN: usize = 20;
         let all = self.objects.iter().chain(self.nodes.iter().map(|n| &n.name));
         let names: BTreeSet<&String> = all.filter(|n| !n.is_empty()).collect();
@@ -141,7 +141,7 @@ impl Scene {
             list.push(format!("and {} more", names.len() - SHOWN));
         }
         let names = if list.is_empty() { "no names".into() } else { list.join(", ") };
-        NothingFound { pattern: glob.0.as_str().into(), names }
+        NoMatch { pattern: glob.0.as_str().into(), names }
     }
 }
 
@@ -175,8 +175,8 @@ mod tests {
     use super::*;
     use crate::scene::pose;
     use crate::scene::{
-        Animation, Channel, Instance, Interpolation, Keys, LightField, LightKind, LightUnits, Mesh, Node,
-        PoseSettings,
+        Animation, Channel, Instance, Interpolation, Keyframes, LightKind, LightProperty, LightUnits, Mesh,
+        Node, PoseSettings,
     };
 
     /// car ─┬─ body, ├─ wheels ─┬─ wheel.L, └─ wheel.R; and a lamp [1] with a light.
@@ -206,9 +206,12 @@ mod tests {
             range: f32::INFINITY,
         };
         scene.lights = vec![light(5), light(1)];
-        let keys = Keys { times: vec![0.0], values: vec![7.0], width: 1, interpolation: Interpolation::Step };
-        let channel =
-            |i: u32| Channel { target: Target::Light(i, LightField::Intensity), keys: keys.clone() };
+        let keys =
+            Keyframes { times: vec![0.0], values: vec![7.0], width: 1, interpolation: Interpolation::Step };
+        let channel = |i: u32| Channel {
+            target: ChannelTarget::Light(i, LightProperty::Intensity),
+            keyframes: keys.clone(),
+        };
         scene.animations.push(Animation { name: String::new(), channels: vec![channel(0), channel(1)] });
         scene
     }
@@ -218,8 +221,8 @@ mod tests {
         let mut scene = scene();
         scene.select(&Selection { hide: globs(&["lamp*"]), ..Default::default() }).unwrap();
         assert_eq!((scene.lights.len(), scene.lights[0].node), (1, 1));
-        let targets: Vec<Target> = scene.animations[0].channels.iter().map(|c| c.target).collect();
-        assert_eq!(targets, [Target::Light(0, LightField::Intensity)]);
+        let targets: Vec<ChannelTarget> = scene.animations[0].channels.iter().map(|c| c.target).collect();
+        assert_eq!(targets, [ChannelTarget::Light(0, LightProperty::Intensity)]);
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
         assert_eq!(posed.lights(LightUnits::Raw, 1.0).len(), 1);
     }

@@ -10,7 +10,7 @@ use crate::geometry::Rgb;
 /// environment's by 1 % on average, 9 % at most for a single point of light (Ramamoorthi and
 /// Hanrahan, “An Efficient Representation for Irradiance Environment Maps”, SIGGRAPH 2001).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sky {
+pub struct SkyIrradiance {
     /// Of 1; x, y, z; xy, yz, zx, 3y² − 1, x² − z².
     coefficients: [DVec3; 9],
 }
@@ -30,11 +30,11 @@ const NORMS: [f64; 9] = [
 /// What a cosine makes of harmonics of each order, over π.
 const COSINE: [f64; 9] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
 
-impl Sky {
+impl SkyIrradiance {
     /// From an equirectangular picture: rows from straight up to straight down, the middle column
     /// towards +X and columns further right towards +Z, as Blender and three.js have it. What is
     /// negative or no number counts as black.
-    pub fn from_equirectangular(width: u32, height: u32, pixel: impl Fn(u32, u32) -> Rgb) -> Sky {
+    pub fn from_equirectangular(width: u32, height: u32, pixel: impl Fn(u32, u32) -> Rgb) -> SkyIrradiance {
         let angle = |i: u32| TAU * ((f64::from(i) + 0.5) / f64::from(width) - 0.5);
         let columns: Vec<(f64, f64)> =
             (0..width).map(|i| (libm::cos(angle(i)), libm::sin(angle(i)))).collect();
@@ -70,7 +70,7 @@ impl Sky {
                 *sum += h * norm;
             }
         }
-        Sky { coefficients: sums }
+        SkyIrradiance { coefficients: sums }
     }
 
     /// I_a for a surface of unit normal `n`: its irradiance over π, so that an even environment's is
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn an_even_sky_is_even() {
-        let sky = Sky::from_equirectangular(64, 32, |_, _| Rgb::new(0.25, 1.0, 3.0));
+        let sky = SkyIrradiance::from_equirectangular(64, 32, |_, _| Rgb::new(0.25, 1.0, 3.0));
         for n in normals() {
             assert!(sky.ambient(n).abs_diff_eq(Rgb::new(0.25, 1.0, 3.0), 1e-2), "{n}: {}", sky.ambient(n));
         }
@@ -111,7 +111,7 @@ mod tests {
             let (a, b) = (TAU * ((f64::from(i) + 0.5) / 512.0 - 0.5), PI * (f64::from(j) + 0.5) / 256.0);
             Rgb::splat((1.0 + 0.8 * b.cos() + 0.5 * b.sin() * a.cos()) as f32)
         };
-        let sky = Sky::from_equirectangular(512, 256, at);
+        let sky = SkyIrradiance::from_equirectangular(512, 256, at);
         for n in normals() {
             let expected = 1.0 + (0.8 * n.y + 0.5 * n.x) * 2.0 / 3.0;
             assert!((f64::from(sky.ambient(n).x) - expected).abs() < 1e-3, "{n}");
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn the_middle_is_x_and_its_right_is_z() {
         let spot = |column: u32, row: u32| {
-            let sky = Sky::from_equirectangular(64, 32, |i, j| {
+            let sky = SkyIrradiance::from_equirectangular(64, 32, |i, j| {
                 if i.abs_diff(column) <= 1 && j.abs_diff(row) <= 1 { Rgb::ONE } else { Rgb::ZERO }
             });
             let light = |n: &DVec3| sky.ambient(*n).x;
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn what_is_no_light_is_black() {
-        let sky = Sky::from_equirectangular(8, 4, |i, _| {
+        let sky = SkyIrradiance::from_equirectangular(8, 4, |i, _| {
             Rgb::new([f32::NAN, f32::INFINITY, -5.0][i as usize % 3], 0.0, 0.0)
         });
         assert_eq!(sky.ambient(DVec3::Y), Rgb::ZERO);

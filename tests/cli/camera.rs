@@ -8,8 +8,8 @@ use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{RenderSettings, render_aovs};
 use blinn::scene::{
-    AnimationChoice, Camera, Clip, Glob, Lighting, Orbit, PoseSettings, Projection, Scene, Selection, View,
-    pose,
+    AnimationChoice, Camera, ClipPlanes, Glob, Lighting, Orbit, OrbitAngles, PoseSettings, Projection, Scene,
+    Selection, View, pose,
 };
 use glam::DVec3;
 
@@ -51,7 +51,7 @@ fn orbit(azimuth: f64, elevation: f64, distance: Option<f64>) -> Option<Orbit> {
 fn a_view_says_where_it_comes_from() {
     let (textured, cube) = (scene("textured/textured.gltf"), scene("tests/cube.obj"));
     let from = |scene: &Scene, view: View| {
-        view.resolve(&pose(scene, &PoseSettings::default()).unwrap(), 64, 48).unwrap().1.from
+        view.resolve(&pose(scene, &PoseSettings::default()).unwrap(), 64, 48).unwrap().1.description
     };
     let name = &textured.nodes[textured.cameras[0].node as usize].name;
     assert_eq!(from(&textured, View::default()), format!("the file's 0 '{name}'"));
@@ -71,11 +71,12 @@ fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {
     let around = View { orbit: orbit(30.0, 20.0, Some(5.0)), look_at: Some(DVec3::Y), ..View::default() };
     let ortho = Some(Projection::Orthographic);
     let upright = View { projection: ortho, view_height: Some(2.0), ..stand.clone() };
-    let turned = View { turn: (0.3, 0.1), zoom: Some(2.0), ..stand.clone() };
+    let turned =
+        View { orbit_by: OrbitAngles { azimuth: 0.3, elevation: 0.1 }, zoom: Some(2.0), ..stand.clone() };
     for view in [&stand, &upright, &turned, &around] {
         let posed = posed();
         view.resolve(&posed, 64, 48).unwrap();
-        assert_eq!(posed.clip_moments(), None, "{view:?}");
+        assert_eq!(posed.clip_sample_count(), None, "{view:?}");
     }
     let wide = View { projection: ortho, ..stand };
     let framed = View { orbit: orbit(30.0, 20.0, None), ..View::default() };
@@ -83,14 +84,14 @@ fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {
     for view in [&wide, &framed, &far] {
         let posed = posed();
         view.resolve(&posed, 64, 48).unwrap();
-        assert!(posed.clip_moments() > Some(1), "{view:?}");
+        assert!(posed.clip_sample_count() > Some(1), "{view:?}");
     }
     // What one moment finds out another knows, whichever was there first.
-    let (start, later) = (posed(), posed().at(0.5));
-    assert_eq!((start.clip_moments(), later.clip_moments()), (None, None));
-    let later = start.at(0.5);
+    let (start, later) = (posed(), posed().at_time(0.5));
+    assert_eq!((start.clip_sample_count(), later.clip_sample_count()), (None, None));
+    let later = start.at_time(0.5);
     framed.resolve(&later, 64, 48).unwrap();
-    assert!(later.clip_moments() > Some(1) && start.clip_moments() == later.clip_moments());
+    assert!(later.clip_sample_count() > Some(1) && start.clip_sample_count() == later.clip_sample_count());
 }
 
 #[test]
@@ -200,11 +201,11 @@ fn an_orbit_does_not_cut_at_the_planes_of_the_files_camera() {
     let mut scene = scene("lecture/lecture.glb");
     (scene.cameras[0].znear, scene.cameras[0].zfar) = (1e-3, 2e-3);
     let there = View { camera: Some("0".into()), ..View::default() };
-    assert_eq!(camera(&scene, &there).clip, Clip { near: 1e-3, far: 2e-3 });
+    assert_eq!(camera(&scene, &there).clip, ClipPlanes { near: 1e-3, far: 2e-3 });
     let around = View { orbit: orbit(30.0, 20.0, None), ..there };
-    assert_eq!(camera(&scene, &around).clip, Clip::OFF);
+    assert_eq!(camera(&scene, &around).clip, ClipPlanes::OFF);
     assert!(layer(&scene, &around, 0.0, Aov::Mask).contains(&1.0));
-    let clip = Clip { near: 0.5, far: 9.0 };
+    let clip = ClipPlanes { near: 0.5, far: 9.0 };
     assert_eq!(camera(&scene, &View { clip: Some(clip), ..around }).clip, clip);
 }
 
@@ -215,7 +216,7 @@ fn f3ds_angles_go_around_what_is_looked_at() {
         let view = View {
             view_point: Some(DVec3::new(0.0, 0.0, 4.0)),
             look_at: Some(DVec3::ZERO),
-            turn: (turn.0.to_radians(), turn.1.to_radians()),
+            orbit_by: OrbitAngles { azimuth: turn.0.to_radians(), elevation: turn.1.to_radians() },
             ..View::default()
         };
         camera(&scene, &view)
@@ -230,7 +231,7 @@ fn f3ds_angles_go_around_what_is_looked_at() {
     let both = turned((90.0, 30.0));
     near(both.view_point, DVec3::new(12f64.sqrt(), 2.0, 0.0));
     // Without a point to look at it is what lies in the middle, as far away as the scene's.
-    let view = View { turn: (0.4, 0.3), ..View::default() };
+    let view = View { orbit_by: OrbitAngles { azimuth: 0.4, elevation: 0.3 }, ..View::default() };
     let (framed, turned) = (camera(&scene, &View::default()), camera(&scene, &view));
     let middle = pose(&scene, &PoseSettings::default()).unwrap().bounding_sphere().centre;
     assert!((framed.view_point.distance(middle) - turned.view_point.distance(middle)).abs() < 1e-9);
@@ -251,7 +252,7 @@ fn zoom_makes_things_so_many_times_larger() {
 #[test]
 fn hidden_objects_leave_the_others_as_they_were() {
     let whole = scene("still-life/still-life.glb");
-    let view = View { clip: Some(Clip::OFF), ..View::default() };
+    let view = View { clip: Some(ClipPlanes::OFF), ..View::default() };
     let all = layer(&whole, &view, 0.0, Aov::ObjectId);
     let name = &whole.objects[all[40 * 64 + 32] as usize - 1];
     let select = |only: &[&str], hide: &[&str]| {

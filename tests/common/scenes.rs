@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use blinn::accel::{Accel, BuildSettings, Cutout, Preset, Tier};
 use blinn::geometry::HitId;
 use blinn::scene::{
-    AlphaMode, Instance, Local, Material, Mesh, Node, PoseSettings, PosedScene, ScalarInput, Scene,
+    AlphaMode, Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, ScalarInput, Scene,
     SurfaceClass, pose,
 };
 use glam::{DAffine3, DVec3, Vec3};
@@ -174,7 +174,7 @@ pub fn add(scene: &mut Scene, mut mesh: Mesh, material: Material, placed: &[DAff
     scene.materials.push(material);
     for &to_world in placed {
         let node = scene.nodes.len() as u32;
-        let local = Local::Matrix(to_world);
+        let local = LocalTransform::Matrix(to_world);
         scene.nodes.push(Node { local, visible: true, ..Node::default() });
         let mesh = scene.meshes.len() as u32;
         scene.instances.push(Instance { node, mesh, object: 1, ..Instance::default() });

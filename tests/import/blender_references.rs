@@ -7,7 +7,7 @@ use blinn::accel::{Accel, BuildSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{RenderSettings, render_aovs};
-use blinn::scene::{AnimationChoice, Clip, Lighting, PoseSettings, Projection, Scene, View, pose};
+use blinn::scene::{AnimationChoice, ClipPlanes, Lighting, PoseSettings, Projection, Scene, View, pose};
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 
@@ -79,7 +79,7 @@ fn ours(case: &Value, file: &str) -> Buffers {
             yfov: view["yfov"].as_f64().map(f64::to_radians),
             view_height: view["view_height"].as_f64(),
             projection: (view["projection"] == "orthographic").then_some(Projection::Orthographic),
-            clip: Some(Clip::OFF),
+            clip: Some(ClipPlanes::OFF),
             ..View::default()
         },
     };

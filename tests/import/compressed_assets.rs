@@ -203,19 +203,19 @@ fn pointers_drive_what_is_rendered() {
 
 /// What a pointer of the fixture means in a posed scene.
 fn read(posed: &PosedScene, pointer: &str) -> Option<Vec<f64>> {
-    use blinn::scene::{AlphaMode, FileProjection, LightUnits, PosedKind};
+    use blinn::scene::{AlphaMode, FileProjection, LightUnits, PosedLightKind};
     let parts: Vec<&str> = pointer.split('/').skip(1).collect();
     let f = |v: f32| vec![f64::from(v)];
     let material = |i: &str| {
         // The scene has the materials in the order of their first use, here the file's.
         &posed.materials[i.parse::<usize>().unwrap()]
     };
-    let transform = |i: &str| material(i).base.texture.unwrap().transform;
+    let transform = |i: &str| material(i).base_color.texture.unwrap().transform;
     let light = |i: &str| posed.lights(LightUnits::Raw, 1.0)[i.parse::<usize>().unwrap()];
     let stored = |i: &str| &posed.scene.lights[i.parse::<usize>().unwrap()];
     Some(match *parts.as_slice() {
         ["materials", i, "pbrMetallicRoughness", "baseColorFactor"] => {
-            material(i).base.factor.extend(material(i).alpha.factor).as_dvec4().to_array().to_vec()
+            material(i).base_color.factor.extend(material(i).alpha.factor).as_dvec4().to_array().to_vec()
         }
         ["materials", i, "pbrMetallicRoughness", name @ ("roughnessFactor" | "metallicFactor")] => {
             let Reflectance::MetallicRoughness { metallic, roughness, .. } = material(i).reflectance else {
@@ -243,7 +243,7 @@ fn read(posed: &PosedScene, pointer: &str) -> Option<Vec<f64>> {
         }
         [.., "lights", i, "range"] => f(light(i).range),
         [.., "lights", i, "spot", name] => {
-            let PosedKind::Spot { cone, .. } = light(i).kind else { return None };
+            let PosedLightKind::Spot { cone, .. } = light(i).kind else { return None };
             let cos = if name == "outerConeAngle" { cone.cos_outer } else { cone.cos_outer + cone.width };
             vec![f64::from(cos).acos()]
         }
@@ -264,7 +264,7 @@ fn read(posed: &PosedScene, pointer: &str) -> Option<Vec<f64>> {
             let node: u32 = i.parse().unwrap();
             let instance = posed.scene.instances.iter().position(|x| x.node == node).unwrap() as u32;
             let mesh = posed.mesh(instance);
-            let delta = &mesh.morphs[0].positions;
+            let delta = &mesh.morph_targets[0].positions;
             let v =
                 (0..delta.len()).max_by(|&a, &b| delta[a].length().total_cmp(&delta[b].length())).unwrap();
             let moved = posed.positions(instance)[v] - mesh.positions[v];

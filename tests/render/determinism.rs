@@ -46,7 +46,7 @@ fn picture_with(
         let (accel, _) = Accel::build(&posed, &build);
         let settings = RenderSettings { width: 96, height: 54, samples: 3, tile, ..Default::default() };
         let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
-        let mut lighting = Lighting { plain_ambient: true, ..Default::default() };
+        let mut lighting = Lighting { boost_ambient: true, ..Default::default() };
         let (mut occlusion, mut ground) = (None, None);
         if let Light::Soft(kind) = light {
             lighting.radius = 0.2;
@@ -72,7 +72,7 @@ fn bits(p: &Pixels) -> Vec<u32> {
 fn threads_tiles_and_trees_do_not_show() {
     for name in SCENES {
         let scene = scene(name);
-        for light in [Light::Plain, Light::Soft(GroundKind::Plane), Light::Soft(GroundKind::Shadow)] {
+        for light in [Light::Plain, Light::Soft(GroundKind::Plane), Light::Soft(GroundKind::ShadowCatcher)] {
             let expected = picture(&scene, 1, 16, Preset::Medium, light);
             assert!(expected.0.colors.iter().any(|c| c.w > 0.0), "{name} shows something");
             for (threads, tile, preset) in [
@@ -99,7 +99,7 @@ fn threads_tiles_and_trees_do_not_show() {
 fn the_whole_matrix_is_one_picture() {
     for name in SCENES {
         let scene = scene(name);
-        let light = Light::Soft(GroundKind::Shadow);
+        let light = Light::Soft(GroundKind::ShadowCatcher);
         let expected = picture(&scene, 1, 16, Preset::Medium, light);
         let mut pictures = 0;
         for tier in Tier::ALL.into_iter().filter(|t| t.available()) {

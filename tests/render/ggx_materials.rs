@@ -39,7 +39,7 @@ fn ball() -> Mesh {
 
 fn physical(metallic: f64, roughness: f64) -> Material {
     Material {
-        base: ColorInput::new(Rgb::splat(BASE as f32)),
+        base_color: ColorInput::new(Rgb::splat(BASE as f32)),
         reflectance: Reflectance::MetallicRoughness {
             metallic: ScalarInput::new(metallic as f32),
             roughness: ScalarInput::new(roughness as f32),
@@ -154,7 +154,7 @@ fn a_metal_by_specular_and_glossiness_is_the_metal_by_base_and_roughness() {
     let mesh = ball();
     for roughness in [0.2, 0.6, 1.0] {
         let twin = Material {
-            base: ColorInput::new(Rgb::ZERO),
+            base_color: ColorInput::new(Rgb::ZERO),
             reflectance: Reflectance::SpecularGlossiness {
                 specular: ColorInput::new(Rgb::splat(BASE as f32)),
                 glossiness: ScalarInput::new(1.0 - roughness as f32),

@@ -12,7 +12,7 @@ use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load, load_camera_xml};
 use blinn::integrator::{AmbientOcclusion, Frame, MaterialOverrides, Phong, Stage};
 use blinn::render::{RenderSettings, render};
-use blinn::scene::{GivenLight, Ground, GroundKind, LightSource, Lighting, PoseSettings, View, pose};
+use blinn::scene::{Ground, GroundKind, LightSet, Lighting, PoseSettings, UserLight, View, pose};
 use glam::DVec3;
 
 const WIDTH: u32 = 96;
@@ -53,8 +53,8 @@ impl Shot {
     /// The lecture's scene and first view, lit by one point light and nothing else.
     fn lecture(stage: Stage) -> Shot {
         let view = load_camera_xml(&path("lecture/view-1.xml")).unwrap();
-        let light = GivenLight::Point { position: DVec3::new(4.0, 6.0, 1.0), intensity: Rgb::splat(40.0) };
-        let lighting = Lighting { sources: Some(Vec::new()), given: vec![light], ..Default::default() };
+        let light = UserLight::Point { position: DVec3::new(4.0, 6.0, 1.0), intensity: Rgb::splat(40.0) };
+        let lighting = Lighting { sets: Some(Vec::new()), user_lights: vec![light], ..Default::default() };
         Shot { view, lighting, stage, ..Shot::of("lecture/lecture.obj") }
     }
 
@@ -87,21 +87,20 @@ fn shots() -> Vec<(&'static str, Shot)> {
     let none = Rgb::ZERO;
     let only_specular =
         MaterialOverrides { k_d: Some(none), k_s: Some(Rgb::ONE), shininess: Some(30.0), k_e: None };
-    let ambient =
-        Lighting { sources: Some(Vec::new()), ambient: Some(Rgb::splat(0.6)), ..Default::default() };
+    let ambient = Lighting { sets: Some(Vec::new()), ambient: Some(Rgb::splat(0.6)), ..Default::default() };
     let mut two_lights = phong().lighting;
     two_lights
-        .given
-        .push(GivenLight::Sun { direction: DVec3::new(1.0, -1.5, -2.0), intensity: Rgb::new(0.2, 0.3, 0.5) });
+        .user_lights
+        .push(UserLight::Sun { direction: DVec3::new(1.0, -1.5, -2.0), intensity: Rgb::new(0.2, 0.3, 0.5) });
     let with_ambient = Lighting { ambient: Some(Rgb::splat(0.1)), ..two_lights.clone() };
     let soft = Lighting { radius: 0.8, ..phong().lighting };
-    let sky = Lighting { plain_ambient: true, ..Default::default() };
+    let sky = Lighting { boost_ambient: true, ..Default::default() };
     let occlusion = Some(AmbientOcclusion { samples: 16, distance: 1.0 });
     let cube =
         Shot { occlusion, lighting: Lighting { radius: 0.1, ..sky.clone() }, ..Shot::of("tests/cube.obj") };
-    let (plane, shadow) = (Some(GroundKind::Plane), Some(GroundKind::Shadow));
+    let (plane, shadow) = (Some(GroundKind::Plane), Some(GroundKind::ShadowCatcher));
     let view_2 = load_camera_xml(&path("lecture/view-2.xml")).unwrap();
-    let headlight = Lighting { sources: Some(vec![LightSource::Headlight]), ..Default::default() };
+    let headlight = Lighting { sets: Some(vec![LightSet::Headlight]), ..Default::default() };
     let camera = |name: &str| View { camera: Some(name.into()), ..Default::default() };
     vec![
         ("term_color", Shot::lecture(Stage::Color)),

@@ -5,15 +5,15 @@ use blinn::geometry::Rgb;
 use blinn::integrator::{Frame, MaterialOverrides, Phong, Stage};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    Camera, ColorInput, Instance, Local, Material, Mesh, MtlReflectance, Node, PoseSettings, PosedLight,
-    Projection, Reflectance, Scene, Sky, View, pose,
+    Camera, ColorInput, Instance, LocalTransform, Material, Mesh, MtlReflectance, Node, PoseSettings,
+    PosedLight, Projection, Reflectance, Scene, SkyIrradiance, View, pose,
 };
 use glam::{DQuat, DVec3, Vec3};
 
 /// A matte and shiny material of the lecture's own coefficients.
 fn material(k_a: Rgb, k_d: Rgb, k_s: Rgb, p: f32) -> Material {
     Material {
-        base: ColorInput::new(k_d),
+        base_color: ColorInput::new(k_d),
         reflectance: Reflectance::Mtl(MtlReflectance {
             ambient: Some(ColorInput::new(k_a)),
             specular: ColorInput::new(k_s),
@@ -39,7 +39,7 @@ fn square() -> Mesh {
 fn squares(at: &[(DVec3, DQuat)], material: Material) -> Scene {
     let mut scene = Scene { materials: vec![material], meshes: vec![square()], ..Default::default() };
     for (i, &(translation, rotation)) in at.iter().enumerate() {
-        let local = Local::Trs { translation, rotation, scale: DVec3::ONE };
+        let local = LocalTransform::Trs { translation, rotation, scale: DVec3::ONE };
         scene.nodes.push(Node { local, visible: true, ..Default::default() });
         let object = i as u32 + 1;
         scene.instances.push(Instance { node: i as u32, mesh: 0, object, ..Instance::default() });
@@ -60,7 +60,7 @@ fn seen_under(
     eye: DVec3,
     lights: &[PosedLight],
     ambient: Rgb,
-    sky: Option<Sky>,
+    sky: Option<SkyIrradiance>,
     stage: Stage,
 ) -> Vec3 {
     let settings = PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() };
@@ -113,7 +113,7 @@ fn a_sky_lights_what_is_matt_by_its_diffuse_colour() {
     let scene = squares(&[FLAT], material(k_a, k_d, Rgb::ZERO, 1.0));
     let lit = seen(&scene, EYE, &[], light, Stage::Phong);
     assert!(lit.abs_diff_eq(k_a * light, 1e-6), "{lit}");
-    let sky = Sky::from_equirectangular(64, 32, |_, _| light);
+    let sky = SkyIrradiance::from_equirectangular(64, 32, |_, _| light);
     let under = seen_under(&scene, EYE, &[], Rgb::ZERO, Some(sky), Stage::Phong);
     assert!(under.abs_diff_eq(k_d * light, 1e-2), "{under}");
 }

@@ -7,7 +7,7 @@ use blinn::import::{LoadOptions, load};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
 use blinn::render::{Pixels, RenderSettings, render};
 use blinn::scene::{
-    FileProjection, Ground, GroundKind, LightKind, Lighting, Local, PoseSettings, Scene, View, pose,
+    FileProjection, Ground, GroundKind, LightKind, Lighting, LocalTransform, PoseSettings, Scene, View, pose,
 };
 use glam::{DAffine3, DVec3};
 
@@ -51,7 +51,7 @@ fn scaled(mut scene: Scene, s: f64) -> Scene {
 /// Moves all that has no node above it.
 fn moved(scene: &mut Scene, by: DAffine3) {
     for node in scene.nodes.iter_mut().filter(|n| n.parent.is_none()) {
-        node.local = Local::Matrix(by * node.local.affine());
+        node.local = LocalTransform::Matrix(by * node.local.affine());
     }
 }
 
@@ -65,7 +65,7 @@ fn picture(scene: &Scene, s: f64) -> Pixels {
     let suns =
         scene.lights.is_empty() || scene.lights.iter().any(|l| matches!(l.kind, LightKind::Directional));
     let radius = if suns { 0.0 } else { (0.05 * s) as f32 };
-    let lighting = Lighting { radius, plain_ambient: true, ..Default::default() };
+    let lighting = Lighting { radius, boost_ambient: true, ..Default::default() };
     let lit = lighting.resolve(&posed, &camera);
     let occlusion = Some(AmbientOcclusion { samples: 4, distance: s });
     let ground = Some(Ground::under(&posed.bounds(), GroundKind::Plane));

@@ -2,7 +2,7 @@
 //! shadows, however near.
 
 use blinn::accel::{SegmentBatch, Shared};
-use blinn::geometry::{HitId, offset_point, point_error};
+use blinn::geometry::{HitId, offset_ray_origin, point_error};
 use blinn::scene::{Scene, SurfaceClass};
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -56,7 +56,7 @@ fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
                 Shared::Direction(l) => l,
                 _ => light - p,
             };
-            segments.push(offset_point(p, error, n_g, l), light, id);
+            segments.push(offset_ray_origin(p, error, n_g, l), light, id);
         }
         let mut out = Vec::new();
         accel.occluded(&segments, &Plain, &mut out);

@@ -4,7 +4,7 @@ use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::Rgb;
 use blinn::integrator::{Aov, Frame, Phong, Stage};
 use blinn::render::{RenderSettings, render, render_aovs};
-use blinn::scene::{GivenLight, Lighting, Mesh, PoseSettings, View, pose};
+use blinn::scene::{Lighting, Mesh, PoseSettings, UserLight, View, pose};
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::common::scenes;
@@ -23,8 +23,8 @@ fn lit(mesh: Mesh, to_light: DVec3) -> Vec<(f32, Vec3)> {
         ..View::default()
     };
     let (camera, _) = view.resolve(&posed, 96, 96).unwrap();
-    let sun = GivenLight::Sun { direction: -to_light, intensity: Rgb::ONE };
-    let lighting = Lighting { sources: Some(Vec::new()), given: vec![sun], ..Lighting::default() };
+    let sun = UserLight::Sun { direction: -to_light, intensity: Rgb::ONE };
+    let lighting = Lighting { sets: Some(Vec::new()), user_lights: vec![sun], ..Lighting::default() };
     let lit = lighting.resolve(&posed, &camera);
     let mut frame = Frame::new(&posed, &accel, camera, &lit);
     frame.overrides.k_d = Some(Rgb::ONE);

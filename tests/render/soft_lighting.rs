@@ -7,8 +7,8 @@ use blinn::geometry::{Aabb, Rgb, Rgba};
 use blinn::integrator::{AmbientOcclusion, Aov, Frame, Phong, Stage};
 use blinn::render::{RenderSettings, render, render_aovs};
 use blinn::scene::{
-    Cone, Ground, GroundKind, Lit, Material, Mesh, PosedKind, PosedLight, PosedScene, Projection, Rig, Scene,
-    SurfaceClass, View,
+    Ground, GroundKind, Material, Mesh, PosedLight, PosedLightKind, PosedScene, Projection, ResolvedLighting,
+    Rig, Scene, SpotCone, SurfaceClass, View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -45,7 +45,13 @@ impl Shot {
 
     fn frame<'a>(&self, posed: &'a PosedScene, accel: &'a Accel) -> Frame<'a> {
         let rig = Rig { lights: self.lights.clone(), ambient: Rgb::splat(self.ambient), sky: None };
-        let lit = Lit { rig, sources: Vec::new(), by_file: false, assumed: false, note: String::new() };
+        let lit = ResolvedLighting {
+            rig,
+            sets: Vec::new(),
+            uses_file_lights: false,
+            assumes_blender_world: false,
+            description: String::new(),
+        };
         let (camera, _) = self.view.resolve(posed, self.size.0, self.size.1).unwrap();
         let (shadows, occlusion, ground) = (self.shadows, self.occlusion, self.ground);
         let mut frame =
@@ -211,10 +217,10 @@ fn a_small_radius_is_nearly_none_and_none_is_a_point() {
 #[test]
 fn a_lamp_wider_than_its_housing_does_not_leak() {
     let kinds = |position: Vec3| {
-        let cone = Cone::new(1.0, 1.5);
+        let cone = SpotCone::new(1.0, 1.5);
         [
-            PosedKind::Point { position },
-            PosedKind::Spot { position, direction: Vec3::NEG_Y, cone, to_round: None },
+            PosedLightKind::Point { position },
+            PosedLightKind::Spot { position, direction: Vec3::NEG_Y, cone, to_round: None },
         ]
     };
     let view = down(DVec3::new(0.0, 0.5, 0.0), 8.0, (32, 32));
@@ -370,7 +376,7 @@ fn boxed(kind: GroundKind) -> (Scene, Shot) {
 
 #[test]
 fn a_catcher_shows_shadows_and_nothing_else() {
-    let (scene, shot) = boxed(GroundKind::Shadow);
+    let (scene, shot) = boxed(GroundKind::ShadowCatcher);
     let bare = Shot { ground: None, ..shot.clone() }.take(&scene);
     let caught = shot.take(&scene);
     let (mut shadow, mut none) = (0, 0);
@@ -414,7 +420,7 @@ fn a_plane_is_grey_receives_shadows_and_stands_in_the_way() {
         look_at: Some(DVec3::Y * 0.5),
         ..View::default()
     };
-    for (kind, lit) in [(GroundKind::Plane, false), (GroundKind::Shadow, true)] {
+    for (kind, lit) in [(GroundKind::Plane, false), (GroundKind::ShadowCatcher, true)] {
         for radius in [0.0, 0.05] {
             let light = PosedLight { radius, ..below };
             let ground = shot.ground.map(|g| Ground { kind, ..g });
@@ -443,9 +449,11 @@ fn a_floor_on_the_ground_hides_it_everywhere() {
         let place = DAffine3::from_translation(DVec3::new(far, offset, -far));
         let scene = scenes::scene(grid(40, 1), &[place]);
         let bounds = scenes::posed(&scene).bounds();
-        for (kind, distance, height) in [GroundKind::Plane, GroundKind::Shadow].into_iter().flat_map(|kind| {
-            [(3.0, 0.05), (3.0, 2.0), (300.0, 3.0), (300.0, 300.0)].map(|(d, h)| (kind, d, h))
-        }) {
+        for (kind, distance, height) in
+            [GroundKind::Plane, GroundKind::ShadowCatcher].into_iter().flat_map(|kind| {
+                [(3.0, 0.05), (3.0, 2.0), (300.0, 3.0), (300.0, 300.0)].map(|(d, h)| (kind, d, h))
+            })
+        {
             let eye = place.translation + DVec3::new(0.3 * distance, height, distance);
             let yfov = Some(match (distance > 10.0, height < 10.0) {
                 (true, true) => 0.0002,
@@ -485,7 +493,7 @@ fn what_stands_on_the_ground_touches_its_shadow() {
         };
         let sun = PosedLight::sun(DVec3::new(0.0, -1.0, 1.0), Rgb::ONE);
         let bare = Shot { size: (48, 96), lights: vec![sun], ..Shot::of(view) };
-        let shot = Shot { ground: Some(Ground::under(&bounds, GroundKind::Shadow)), ..bare.clone() };
+        let shot = Shot { ground: Some(Ground::under(&bounds, GroundKind::ShadowCatcher)), ..bare.clone() };
         let (with, without) = (shot.take(&scene), bare.take(&scene));
         let mut met = 0;
         for column in 4..44 {

@@ -8,9 +8,9 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Aov, Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
 use blinn::render::{PixelRect, RenderSettings, render, render_aovs};
 use blinn::scene::{
-    AlphaMode, Channels, ColorInput, Dielectric, Filter, Image, Instance, Material, Mesh, Mips,
-    MtlReflectance, Node, NormalMap, PoseSettings, PosedLight, Reading, Reflectance, ScalarInput, Scene,
-    Texels, Texture, TextureRef, UvTransform, View, Wrap, pose,
+    AlphaMode, Channels, ColorInput, Dielectric, Image, Instance, Material, Mesh, MipMaps, MtlReflectance,
+    Node, NormalMap, PoseSettings, PosedLight, Reflectance, ScalarInput, Scene, TexelSemantics, Texels,
+    Texture, TextureFilter, TextureRef, UvTransform, View, Wrap, pose,
 };
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
@@ -34,7 +34,7 @@ impl Integrator for Points {
 fn image(width: u32, height: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
     let texels = (0..width * height).flat_map(|i| texel(i % width, i / width)).collect();
     let (channels, texels) = (Channels::Rgba, Texels::U8(texels));
-    Image { name: String::new(), width, height, channels, texels, mips: Mips::default() }
+    Image { name: String::new(), width, height, channels, texels, mips: MipMaps::default() }
 }
 
 fn grey(v: u8) -> [u8; 4] {
@@ -67,7 +67,7 @@ fn reference(texture: u32) -> TextureRef {
 /// Shows its texture and nothing else.
 fn unlit() -> Material {
     Material {
-        base: ColorInput { factor: Rgb::ONE, texture: Some(reference(0)) },
+        base_color: ColorInput { factor: Rgb::ONE, texture: Some(reference(0)) },
         reflectance: Reflectance::Unlit,
         double_sided: true,
         ..Default::default()
@@ -134,7 +134,7 @@ fn dark<'a>(
     accel: &'a Accel,
     camera: blinn::scene::Camera,
 ) -> Frame<'a> {
-    let nothing = blinn::scene::Lighting { sources: Some(Vec::new()), ..Default::default() };
+    let nothing = blinn::scene::Lighting { sets: Some(Vec::new()), ..Default::default() };
     let lit = nothing.resolve(posed, &camera);
     Frame { ambient: Rgb::ZERO, ..Frame::new(posed, accel, camera, &lit) }
 }
@@ -262,7 +262,7 @@ fn layers_are_looked_up_at_their_finest() {
         let mut seen = 0;
         for (i, _) in mask.values.iter().enumerate().filter(|(_, m)| **m > 0.0) {
             let uv = Vec2::new(uv.values[2 * i], uv.values[2 * i + 1]);
-            let texel = scene.textures[0].sample(&scene.images, uv, Reading::Color);
+            let texel = scene.textures[0].sample(&scene.images, uv, TexelSemantics::Color);
             assert_eq!(albedo.values[3 * i..3 * i + 3], texel.to_array()[..3]);
             seen += 1;
         }
@@ -273,7 +273,7 @@ fn layers_are_looked_up_at_their_finest() {
 #[test]
 fn nearest_stays_nearest_where_texels_are_large() {
     let mut scene = scene(vec![floor(0.0, 400.0)], vec![unlit()], vec![noise()]);
-    scene.textures[0].filter = Filter::Nearest;
+    scene.textures[0].filter = TextureFilter::Nearest;
     let of = |integrator: &dyn Integrator| picture(&scene, &standing(), None, samples(1), integrator);
     let (filtered, points) = (of(&Phong::default()), of(&Points));
     // Texels are 3 m: up to 20 m away no pixel is as deep as one.
@@ -291,7 +291,7 @@ fn eye_rays_change_as_their_differential_says() {
         let view = View { projection: Some(projection), ..standing() };
         let (camera, _) = view.resolve(&posed, 160, 90).unwrap();
         let (a, b) = (camera.eye_ray(0.2, 0.3, DVec3::ZERO), camera.eye_ray(0.45, 0.8, DVec3::ZERO));
-        let step = camera.differential(0.25, 0.5);
+        let step = camera.ray_differential(0.25, 0.5);
         assert!((b.o - a.o).abs_diff_eq((step.o[0] + step.o[1]).as_vec3(), 1e-5), "{projection:?}");
         assert!((b.d - a.d).abs_diff_eq((step.d[0] + step.d[1]).as_vec3(), 1e-5), "{projection:?}");
         assert_ne!(step, Default::default());
@@ -333,13 +333,13 @@ fn bumps() -> Image {
 /// A metal ball of this roughness, with or without bumps.
 fn ball(roughness: f32, bumpy: bool) -> Scene {
     let material = Material {
-        base: ColorInput::new(Rgb::splat(0.8)),
+        base_color: ColorInput::new(Rgb::splat(0.8)),
         reflectance: Reflectance::MetallicRoughness {
             metallic: ScalarInput::new(1.0),
             roughness: ScalarInput::new(roughness),
             dielectric: Dielectric::default(),
         },
-        normal: bumpy.then(|| NormalMap { texture: reference(0), scale: 1.0, blends: false }),
+        normal: bumpy.then(|| NormalMap { texture: reference(0), scale: 1.0, scale_is_strength: false }),
         ..Default::default()
     };
     scene(vec![sphere()], vec![material], vec![bumps()])

@@ -4,8 +4,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    AlphaMode, ColorInput, Dielectric, Lighting, Material, PosedKind, PosedLight, Projection, Reflectance,
-    ScalarInput, Scene, View,
+    AlphaMode, ColorInput, Dielectric, Lighting, Material, PosedLight, PosedLightKind, Projection,
+    Reflectance, ScalarInput, Scene, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -30,9 +30,9 @@ fn seen_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
         ..View::default()
     };
     let (camera, _) = view.resolve(&posed, 9, 9).unwrap();
-    let kind = PosedKind::Directional { direction: Vec3::NEG_Z };
+    let kind = PosedLightKind::Directional { direction: Vec3::NEG_Z };
     let sun = PosedLight { kind, intensity: Rgb::splat(sun), range: f32::INFINITY, radius: 0.0 };
-    let nothing = Lighting { sources: Some(Vec::new()), ..Lighting::default() };
+    let nothing = Lighting { sets: Some(Vec::new()), ..Lighting::default() };
     let lit = nothing.resolve(&posed, &camera);
     let frame = Frame { lights: vec![sun], ambient: Rgb::ZERO, ..Frame::new(&posed, &accel, camera, &lit) };
     let settings = RenderSettings { width: 9, height: 9, samples: 1, ..RenderSettings::default() };
@@ -42,7 +42,7 @@ fn seen_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
 /// A pane that lets its base colour through, as metallic as that.
 fn glass(metallic: f32) -> Material {
     Material {
-        base: ColorInput::new(Rgb::new(0.25, 0.5, 1.0)),
+        base_color: ColorInput::new(Rgb::new(0.25, 0.5, 1.0)),
         reflectance: Reflectance::MetallicRoughness {
             metallic: ScalarInput::new(metallic),
             roughness: ScalarInput::new(1.0),
@@ -57,7 +57,7 @@ fn glass(metallic: f32) -> Material {
 #[test]
 fn a_blended_pane_is_as_dense_on_its_diagonal_as_beside_it() {
     let pane = Material {
-        base: ColorInput::new(Rgb::ZERO),
+        base_color: ColorInput::new(Rgb::ZERO),
         alpha: ScalarInput::new(0.5),
         alpha_mode: AlphaMode::Blend,
         reflectance: Reflectance::Unlit,

@@ -101,7 +101,7 @@ impl World {
     fn shows(&self, scene: &Scene) -> bool {
         match self.place {
             "buffer" => scene.meshes[0].positions.len() == 3,
-            "mtllib" => scene.materials[0].base.factor.y == 0.25,
+            "mtllib" => scene.materials[0].base_color.factor.y == 0.25,
             _ => !scene.images.is_empty(),
         }
     }

@@ -9,7 +9,7 @@ use blinn::geometry::{HitId, Ray};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong, SurfacePoint};
 use blinn::render::{RenderSettings, render};
-use blinn::scene::{Lighting, PoseSettings, PosedKind, View, pose};
+use blinn::scene::{Lighting, PoseSettings, PosedLightKind, View, pose};
 use blinn_scenes::write_glb;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -136,8 +136,10 @@ fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<SegmentBatch> {
         .collect();
     let batch = |light: &blinn::scene::PosedLight| {
         let shared = match light.kind {
-            PosedKind::Directional { direction } => Shared::Direction(-direction),
-            PosedKind::Point { position } | PosedKind::Spot { position, .. } => Shared::Origin(position),
+            PosedLightKind::Directional { direction } => Shared::Direction(-direction),
+            PosedLightKind::Point { position } | PosedLightKind::Spot { position, .. } => {
+                Shared::Origin(position)
+            }
         };
         let mut segments = SegmentBatch { shared, ..SegmentBatch::default() };
         for s in &surfaces {

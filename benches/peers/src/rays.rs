@@ -2,7 +2,7 @@
 //! tile of a picture gives.
 
 use blinn::accel::{Accel, Cutout, RayBatch, SegmentBatch, Shared};
-use blinn::geometry::{HitId, Ray, offset_point};
+use blinn::geometry::{HitId, Ray, offset_ray_origin};
 use blinn::integrator::SurfacePoint;
 use blinn::scene::PosedScene;
 use blinn_scenes::Scene;
@@ -219,14 +219,14 @@ impl Rays {
                 let ray = Ray { o: perspective.origins[i], d: perspective.directions[i] };
                 let surface = SurfacePoint::at(posed, hit.id, ray);
                 let mut n = surface.n_g.as_vec3();
-                let from = |towards: Vec3| offset_point(surface.p, surface.p_error, n, towards);
+                let from = |towards: Vec3| offset_ray_origin(surface.p, surface.p_error, n, towards);
                 shadow.push(from(light - surface.p), light, hit.id);
                 sun.push(from(to_sun), Vec3::ZERO, hit.id);
                 if n.dot(ray.d) > 0.0 {
                     n = -n;
                 }
                 let d = over(n, random(id, 3), random(id, 4));
-                let o = offset_point(surface.p, surface.p_error, n, n);
+                let o = offset_ray_origin(surface.p, surface.p_error, n, n);
                 bounce.push(o, d);
                 open.push(o, o + d * (LONG * size), hit.id);
                 near.push(o, o + d * (SHORT * size), hit.id);

@@ -1,6 +1,6 @@
 //! A generated scene as blinn's.
 
-use blinn::scene::{Instance, Local, Material, Mesh, Node, PoseSettings, PosedScene, Scene, pose};
+use blinn::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// The scene with its meshes and instances; lights and camera stay with the generator's.
@@ -13,7 +13,11 @@ pub fn convert(from: &blinn_scenes::Scene) -> Scene {
     };
     let node = |i: &blinn_scenes::Instance| {
         let [x, y, z, o] = i.columns.map(|c| DVec3::from(c.map(f64::from)));
-        Node { local: Local::Matrix(DAffine3::from_cols(x, y, z, o)), visible: true, ..Node::default() }
+        Node {
+            local: LocalTransform::Matrix(DAffine3::from_cols(x, y, z, o)),
+            visible: true,
+            ..Node::default()
+        }
     };
     let instance = |(i, from): (usize, &blinn_scenes::Instance)| Instance {
         node: i as u32,

@@ -82,7 +82,7 @@ impl Plan {
     /// Decides for all that is visible; `look` says how meshes look.
     pub fn new(posed: &PosedScene, flatten: Flatten, mut look: impl FnMut(u32) -> MeshLook) -> Plan {
         let mut plan = Plan::default();
-        let moving = posed.scene.moving(&posed.scene.animations);
+        let moving = posed.scene.animated_instances(&posed.scene.animations);
         let mut rigid: BTreeMap<(bool, u32), Drawn> = BTreeMap::new();
         let seen = |i: &PosedInstance| i.visible && !vanishes(&i.transform.affine.matrix3);
         for (i, instance) in posed.instances.iter().enumerate().filter(|(_, i)| seen(i)) {
@@ -148,11 +148,11 @@ fn vanishes(to_world: &DMat3) -> bool {
 }
 
 fn member(posed: &PosedScene, instance: u32, look: MeshLook) -> Member {
-    let Transform { affine: to_world, flips, .. } = posed.instances[instance as usize].transform;
-    Member { instance, to_world, look: look.placed(flips) }
+    let Transform { affine: to_world, flips_winding, .. } = posed.instances[instance as usize].transform;
+    Member { instance, to_world, look: look.placed(flips_winding) }
 }
 
 /// Whether an instance can be drawn in another shape than its mesh's.
 fn may_bend(posed: &PosedScene, instance: u32) -> bool {
-    !posed.mesh(instance).morphs.is_empty() || posed.scene.instances[instance as usize].skin.is_some()
+    !posed.mesh(instance).morph_targets.is_empty() || posed.scene.instances[instance as usize].skin.is_some()
 }

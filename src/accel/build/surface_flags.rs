@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::accel::build::input_triangles::Look;
-use crate::scene::{Material, PosedScene, Solid, SurfaceClass};
+use crate::scene::{Material, OpaqueTriangles, PosedScene, SurfaceClass};
 
 /// How the triangles of a mesh look.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub(crate) struct MeshLook {
     /// By their material alone.
     look: Look,
     /// Those that are opaque though their material need not be.
-    solid: Option<Arc<Solid>>,
+    solid: Option<Arc<OpaqueTriangles>>,
 }
 
 impl MeshLook {
@@ -20,14 +20,15 @@ impl MeshLook {
     /// before. It is the pose's to say, for animations drive materials too.
     pub fn by_material(posed: &PosedScene, mesh: u32) -> MeshLook {
         let material = material(posed, mesh);
-        let look = Look { class: material.class(), single_sided: !material.double_sided, reversed: false };
+        let look =
+            Look { class: material.surface_class(), single_sided: !material.double_sided, reversed: false };
         MeshLook { look, solid: None }
     }
 
     /// The same, its textures looked at.
     fn by_triangle(posed: &PosedScene, mesh: u32) -> MeshLook {
         let mut found = MeshLook::by_material(posed, mesh);
-        let solid = posed.solid(mesh);
+        let solid = posed.opaque_triangles(mesh);
         match solid.count() {
             0 => {}
             all if all == posed.scene.meshes[mesh as usize].triangles.len() => {
@@ -66,7 +67,7 @@ impl Looks {
     /// Of a mesh.
     pub fn of(&mut self, posed: &PosedScene, mesh: u32) -> MeshLook {
         let material = material(posed, mesh);
-        if material.class() == SurfaceClass::Opaque {
+        if material.surface_class() == SurfaceClass::Opaque {
             return MeshLook::by_material(posed, mesh);
         }
         match self.0.get(&mesh) {

@@ -71,7 +71,7 @@ fn world_box(to_world: &DAffine3, (lo, hi): Box3) -> Box3 {
     let mut bounds = crate::geometry::Aabb::EMPTY;
     for corner in 0..8u32 {
         let at = |k: usize| if corner >> k & 1 == 0 { lo[k] } else { hi[k] };
-        bounds.add(to_world.transform_point3(Vec3::new(at(0), at(1), at(2)).as_dvec3()));
+        bounds.extend(to_world.transform_point3(Vec3::new(at(0), at(1), at(2)).as_dvec3()));
     }
     let down = |x: f64| (x as f32).next_down();
     let up = |x: f64| (x as f32).next_up();

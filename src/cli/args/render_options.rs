@@ -11,7 +11,7 @@ use crate::cli::args::values::{Ao, Exposure, Layers};
 use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::render::PixelRect;
-use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
+use crate::scene::{ClipPlanes, Glob, LightSet, Orbit, UserLight};
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Image")]
@@ -116,7 +116,7 @@ pub struct CameraArgs {
     pub camera_xml: Option<PathBuf>,
     /// Near and far plane [default: the file camera's, off with --orbit]
     #[arg(long, value_name = "NEAR,FAR|off", value_parser = values::clip)]
-    pub clip: Option<Clip>,
+    pub clip: Option<ClipPlanes>,
     /// What a file's camera keeps where the picture has another shape
     #[arg(long, value_enum, default_value_t = FitArg::Vertical)]
     pub fit: FitArg,
@@ -127,13 +127,13 @@ pub struct CameraArgs {
 pub struct LightArgs {
     /// file, headlight, three-point: a list, or none [default: file, else three-point]
     #[arg(long, value_name = "LIST", value_parser = values::lights)]
-    pub lights: Option<std::vec::Vec<LightSource>>,
+    pub lights: Option<std::vec::Vec<LightSet>>,
     /// Adds a point light of the lecture's I
     #[arg(long, value_name = "X,Y,Z,I[,COLOR]", value_parser = values::point_light, allow_hyphen_values = true)]
-    pub point_light: Vec<GivenLight>,
+    pub point_light: Vec<UserLight>,
     /// Adds a sun: the way its light travels, and E
     #[arg(long, value_name = "DX,DY,DZ,E[,COLOR]", value_parser = values::sun, allow_hyphen_values = true)]
-    pub sun: Vec<GivenLight>,
+    pub sun: Vec<UserLight>,
     /// What the file's numbers mean
     #[arg(long, value_enum, default_value_t = UnitsArg::Auto)]
     pub light_units: UnitsArg,

@@ -8,7 +8,7 @@ use crate::geometry::Rgb;
 use crate::import::NormalMode;
 use crate::integrator::{Aov, MatteKind};
 use crate::render::PixelRect;
-use crate::scene::{Clip, GivenLight, Glob, LightSource, Orbit};
+use crate::scene::{ClipPlanes, Glob, LightSet, Orbit, UserLight};
 
 /// Numbers separated by commas, none of which becomes infinite in single precision.
 fn numbers(text: &str) -> Result<Vec<f64>, String> {
@@ -178,13 +178,13 @@ pub(crate) fn glob(text: &str) -> Result<Glob, String> {
 }
 
 /// `NEAR,FAR` or `off`.
-pub(crate) fn clip(text: &str) -> Result<Clip, String> {
+pub(crate) fn clip(text: &str) -> Result<ClipPlanes, String> {
     if text == "off" {
-        return Ok(Clip::OFF);
+        return Ok(ClipPlanes::OFF);
     }
     let [near, far] = exactly::<2>(text, "NEAR,FAR").map_err(|e| format!("{e}, or 'off'"))?;
     if near >= 0.0 && far > near {
-        Ok(Clip { near, far })
+        Ok(ClipPlanes { near, far })
     } else {
         Err("expected 0 ≤ NEAR < FAR, or 'off'".into())
     }
@@ -300,14 +300,14 @@ pub(crate) fn frame_count(text: &str) -> Result<u32, String> {
 }
 
 /// Where light comes from: a list, or `none`.
-pub(crate) fn lights(text: &str) -> Result<Vec<LightSource>, String> {
+pub(crate) fn lights(text: &str) -> Result<Vec<LightSet>, String> {
     if text == "none" {
         return Ok(Vec::new());
     }
     let one = |name: &str| match name.trim() {
-        "file" => Ok(LightSource::File),
-        "headlight" => Ok(LightSource::Headlight),
-        "three-point" => Ok(LightSource::ThreePoint),
+        "file" => Ok(LightSet::File),
+        "headlight" => Ok(LightSet::Headlight),
+        "three-point" => Ok(LightSet::ThreePoint),
         "none" => Err("'none' stands alone: leave it out, or the others".to_string()),
         other => Err(format!("no lights '{other}': there are file, headlight, three-point and none")),
     };
@@ -337,17 +337,17 @@ fn light(text: &str, form: &str) -> Result<(DVec3, Rgb), String> {
 }
 
 /// `X,Y,Z,I[,COLOR]`.
-pub(crate) fn point_light(text: &str) -> Result<GivenLight, String> {
-    light(text, "X,Y,Z,I[,COLOR]").map(|(position, intensity)| GivenLight::Point { position, intensity })
+pub(crate) fn point_light(text: &str) -> Result<UserLight, String> {
+    light(text, "X,Y,Z,I[,COLOR]").map(|(position, intensity)| UserLight::Point { position, intensity })
 }
 
 /// `DX,DY,DZ,E[,COLOR]`.
-pub(crate) fn sun(text: &str) -> Result<GivenLight, String> {
+pub(crate) fn sun(text: &str) -> Result<UserLight, String> {
     let (direction, intensity) = light(text, "DX,DY,DZ,E[,COLOR]")?;
     if direction.try_normalize().is_none() {
         return Err("a sun's direction has a length".into());
     }
-    Ok(GivenLight::Sun { direction, intensity })
+    Ok(UserLight::Sun { direction, intensity })
 }
 
 #[cfg(test)]
@@ -405,13 +405,13 @@ mod tests {
 
     #[test]
     fn lights_with_and_without_colour() {
-        let plain = GivenLight::Point { position: DVec3::new(1.0, 2.0, 3.0), intensity: Vec3::splat(4.0) };
+        let plain = UserLight::Point { position: DVec3::new(1.0, 2.0, 3.0), intensity: Vec3::splat(4.0) };
         assert_eq!(point_light("1,2,3,4").unwrap(), plain);
-        let tinted = GivenLight::Sun { direction: DVec3::NEG_Y, intensity: Vec3::new(2.0, 1.0, 0.0) };
+        let tinted = UserLight::Sun { direction: DVec3::NEG_Y, intensity: Vec3::new(2.0, 1.0, 0.0) };
         assert_eq!(sun("0,-1,0,2,1,.5,0").unwrap(), tinted);
         assert!(sun("0,0,0,1").is_err() && point_light("1,2,3").is_err() && point_light("1,2,3,-1").is_err());
         assert!(lights("none").unwrap().is_empty());
-        assert_eq!(lights("file,headlight").unwrap(), [LightSource::File, LightSource::Headlight]);
+        assert_eq!(lights("file,headlight").unwrap(), [LightSet::File, LightSet::Headlight]);
         assert!(lights("sun").is_err());
         assert!(lights("none,file").unwrap_err().contains("'none' stands alone"));
     }

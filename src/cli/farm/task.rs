@@ -193,7 +193,7 @@ impl<'a> Plan<'a> {
             resolved.push(format!("--light-scale={light_scale}"));
         }
         // What a file's camera sees is in the file, and may move; a dataset has many views.
-        if job.views.is_none() && !look.view.is_of_file(&scene) {
+        if job.views.is_none() && !look.view.uses_file_camera(&scene) {
             let (camera, _) = look.view.resolve(&start.posed, width, height)?;
             if let Some(flags) = view::flags(&camera) {
                 given = given.without(&view::REPLACED);

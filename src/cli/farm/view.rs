@@ -1,6 +1,6 @@
 //! A framed view in flags, so that no task looks over the whole clip to frame it.
 
-use crate::scene::{Camera, Clip, Projection};
+use crate::scene::{Camera, ClipPlanes, Projection};
 
 /// The flags that a whole camera takes the place of.
 pub const REPLACED: [&str; 19] = [
@@ -29,7 +29,7 @@ pub const REPLACED: [&str; 19] = [
 /// no extent that a flag could say, and for a file's that mirrors or shears.
 pub fn flags(camera: &Camera) -> Option<Vec<String>> {
     let Camera { view_point, basis, view_width, view_height, proj_distance, projection, clip } = *camera;
-    if !basis.is_lectures() {
+    if !basis.is_orthonormal() {
         return None;
     }
     let vector = |v: glam::DVec3| v.is_finite().then(|| format!("{},{},{}", v.x, v.y, v.z));
@@ -45,6 +45,10 @@ pub fn flags(camera: &Camera) -> Option<Vec<String>> {
             Projection::Perspective => "--projection=perspective".into(),
             Projection::Orthographic => "--projection=orthographic".into(),
         },
-        if clip == Clip::OFF { "--clip=off".into() } else { format!("--clip={},{}", clip.near, clip.far) },
+        if clip == ClipPlanes::OFF {
+            "--clip=off".into()
+        } else {
+            format!("--clip={},{}", clip.near, clip.far)
+        },
     ])
 }

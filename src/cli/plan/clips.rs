@@ -7,7 +7,7 @@ use crate::cli::Usage;
 use crate::cli::plan::memory;
 use crate::cli::plan::{Claims, Form, Job, Shot, Writer};
 use crate::import::{LoadOptions, load};
-use crate::scene::clip_end;
+use crate::scene::clip_duration;
 
 /// A frame that no clip has: where it stands in a name, a number does.
 const MARK: i64 = i64::MAX;
@@ -45,7 +45,7 @@ impl Job {
     fn shots_of_file(&self, scene: &Path) -> Option<Vec<Shot>> {
         let limits = memory::limits(self.max_memory);
         let (scene, _) = load(scene, &LoadOptions { limits, ..self.look.load.clone() }).ok()?;
-        self.shots.of(clip_end(&scene, &self.look.animation(&scene).ok()?).ok()?).ok()
+        self.shots.of(clip_duration(&scene, &self.look.animation(&scene).ok()?).ok()?).ok()
     }
 }
 

@@ -26,7 +26,7 @@ const FILE: &str = "transforms.json";
 
 /// A view of a dataset.
 pub fn shot(frame: i64, count: u32, time: f64) -> Shot {
-    let orbit = Orbit::of_sphere(u32::try_from(frame - 1).unwrap_or_default(), count);
+    let orbit = Orbit::fibonacci_sphere(u32::try_from(frame - 1).unwrap_or_default(), count);
     Shot { orbit: Some(orbit), ..Shot::at(frame, time) }
 }
 
@@ -44,7 +44,7 @@ impl Views {
             ));
         }
         look.view.projection = Some(Projection::Perspective);
-        look.view.orbit = Some(Orbit::of_sphere(0, count));
+        look.view.orbit = Some(Orbit::fibonacci_sphere(0, count));
         for aov in LAYERS {
             if !look.layers.aovs.contains(&aov) {
                 look.layers.aovs.push(aov);

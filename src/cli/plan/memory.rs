@@ -41,8 +41,8 @@ pub(crate) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
     let whole = u64::from(width) * u64::from(height);
     let pixels = look.settings.crop.map_or(whole, |c| u64::from(c.width) * u64::from(c.height));
     let triangles: u64 = scene.meshes.iter().map(|m| m.triangles.len() as u64).sum();
-    let drawn = scene.drawn_triangles();
-    let bends = |m: &crate::scene::Mesh| !m.morphs.is_empty() || m.influences.per_vertex > 0;
+    let drawn = scene.instanced_triangle_count();
+    let bends = |m: &crate::scene::Mesh| !m.morph_targets.is_empty() || m.influences.per_vertex > 0;
     let moving = scene.meshes.iter().filter(|m| bends(m)).map(|m| m.positions.len() as u64).sum::<u64>();
     // What is drawn twice shares a tree, unless it bends.
     let in_trees = if moving > 0 { drawn } else { in_trees(scene, job.build.flatten).min(drawn) };
@@ -51,7 +51,7 @@ pub(crate) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
         MOVED * moving * (drawn / triangles.max(1)).max(1) + INSTANCE * scene.instances.len() as u64 + nodes;
     let moment = TREE * in_trees + posed;
     // What a clip takes up is found before there are trees: each thread looks at a moment.
-    let boxes = |m: &crate::scene::Mesh| m.positions.len() as u64 * (BOXES + m.morphs.len() as u64);
+    let boxes = |m: &crate::scene::Mesh| m.positions.len() as u64 * (BOXES + m.morph_targets.len() as u64);
     let boxes: u64 = scene.meshes.iter().map(boxes).sum();
     let looks = if scene.animations.is_empty() { 0 } else { rayon::current_num_threads() as u64 };
     let looking = posed + nodes * looks + if looks > 0 { boxes } else { 0 };
@@ -61,7 +61,7 @@ pub(crate) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
     // With many frames one is prepared and one written while one is rendered.
     let (moments, pictures) =
         if frames > 1 { (if scene.animations.is_empty() { 1 } else { 2 }, 2) } else { (1, 1) };
-    (PROGRAM + scene.bytes() + (moments * moment).max(looking))
+    (PROGRAM + scene.memory_size() + (moments * moment).max(looking))
         .saturating_add(picture.saturating_mul(pictures))
 }
 

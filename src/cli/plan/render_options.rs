@@ -14,8 +14,8 @@ use crate::import::{Limits, LoadOptions, SceneChoice, UpAxis, load_camera_xml, l
 use crate::integrator::{Aov, MaterialOverrides, Stage};
 use crate::render::{AdaptiveSampling, PixelFilter, RenderSettings};
 use crate::scene::{
-    AnimationChoice, Camera, Fit, GroundKind, LightSource, LightUnits, Lighting, PosedScene, Projection,
-    Scene, Selection, View, ViewError,
+    AnimationChoice, Camera, GroundKind, LightSet, LightUnits, Lighting, OrbitAngles, PosedScene, Projection,
+    Scene, Selection, SensorFit, View, ViewError,
 };
 
 /// Longer side of a picture whose size was not given.
@@ -117,7 +117,7 @@ impl Look {
             ao: light.ao,
             ground: light.ground.map(|ground| match ground {
                 GroundArg::Plane => GroundKind::Plane,
-                GroundArg::Shadow => GroundKind::Shadow,
+                GroundArg::Shadow => GroundKind::ShadowCatcher,
             }),
             stage,
             overrides: overrides(shading),
@@ -165,7 +165,7 @@ impl Look {
         }
         let camera = match &self.view.camera {
             Some(name) => scene.find_camera(name),
-            None if self.view.is_its_own() => None,
+            None if self.view.replaces_file_camera() => None,
             None => (!scene.cameras.is_empty()).then_some(0),
         };
         natural_size(scene, camera)
@@ -237,12 +237,12 @@ fn view(args: &CameraArgs) -> Result<View, Usage> {
         projection,
         clip: args.clip,
         fit: match args.fit {
-            FitArg::Auto => Fit::Auto,
-            FitArg::Horizontal => Fit::Horizontal,
-            FitArg::Vertical => Fit::Vertical,
+            FitArg::Auto => SensorFit::Auto,
+            FitArg::Horizontal => SensorFit::Horizontal,
+            FitArg::Vertical => SensorFit::Vertical,
         },
         orbit: args.orbit,
-        turn: (args.camera_azimuth_angle, args.camera_elevation_angle),
+        orbit_by: OrbitAngles { azimuth: args.camera_azimuth_angle, elevation: args.camera_elevation_angle },
         zoom: args.zoom,
     })
 }
@@ -262,7 +262,7 @@ fn idle(args: &LightArgs, stage: Stage) -> Result<(), Usage> {
     {
         return Err(Usage(format!("--light-radius softens shadows, and {without} has none: leave one out")));
     }
-    if let Some(sources) = args.lights.as_ref().filter(|sources| !sources.contains(&LightSource::File))
+    if let Some(sources) = args.lights.as_ref().filter(|sources| !sources.contains(&LightSet::File))
         && args.light_scale.is_some()
     {
         let without = if sources.is_empty() { "none" } else { "without file" };
@@ -296,8 +296,8 @@ fn idle(args: &LightArgs, stage: Stage) -> Result<(), Usage> {
 fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, Usage> {
     let sky = args.hdri.as_ref().map(|path| load_sky(path, limits)).transpose();
     Ok(Lighting {
-        sources: args.lights.clone(),
-        given: args.point_light.iter().chain(&args.sun).copied().collect(),
+        sets: args.lights.clone(),
+        user_lights: args.point_light.iter().chain(&args.sun).copied().collect(),
         units: match args.light_units {
             UnitsArg::Auto => LightUnits::Auto,
             UnitsArg::Standard => LightUnits::Standard,
@@ -306,7 +306,7 @@ fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, Usage> {
         },
         scale: args.light_scale.unwrap_or(1.0) as f32,
         ambient: args.ambient,
-        plain_ambient: args.ao.is_some(),
+        boost_ambient: args.ao.is_some(),
         sky: sky.map_err(|e| Usage(format!("--hdri: {e}")))?,
         radius: args.light_radius.unwrap_or(0.0) as f32,
     })

@@ -78,12 +78,12 @@ impl Shots {
     ///
     /// # Errors
     /// More frames than a list holds.
-    pub fn of(&self, clip_end: f64) -> Result<Vec<Shot>> {
+    pub fn of(&self, clip_duration: f64) -> Result<Vec<Shot>> {
         Ok(match self {
             Shots::One(shot) => vec![*shot],
             Shots::These(shots) => shots.clone(),
             Shots::Clip { frames, fps, chunk } => {
-                let whole = frames.clone().map_or_else(|| whole_clip(clip_end, *fps), Ok)?;
+                let whole = frames.clone().map_or_else(|| whole_clip(clip_duration, *fps), Ok)?;
                 let frames = whole.frames();
                 let share = chunk.map_or(0..frames.len(), |chunk| chunk.of(frames.len()));
                 let shot = |&frame: &i64| Shot::at(frame, frame as f64 / fps);

@@ -12,7 +12,7 @@ use crate::cli::run::progress::Reporter;
 use crate::cli::run::scene_job::folder_of;
 use crate::cli::run::sequence::{frames, missing};
 use crate::cli::{Summary, Usage, describe, one_line};
-use crate::display::{Background, over};
+use crate::display::{Background, composite_over};
 use crate::import::image::jpeg;
 use crate::output::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings, Replace};
 
@@ -78,7 +78,7 @@ fn assemble(args: &AssembleArgs, format: MovingFormat, reporter: &Reporter) -> R
             );
         }
         if let Some(Background::Color(background)) = args.background {
-            frame.pixels.iter_mut().for_each(|pixel| *pixel = over(*pixel, background));
+            frame.pixels.iter_mut().for_each(|pixel| *pixel = composite_over(*pixel, background));
         }
         moving.push(&frame.pixels).map_err(|e| anyhow::Error::new(e).context(path.display().to_string()))
     };

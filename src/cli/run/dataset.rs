@@ -10,7 +10,7 @@ use crate::integrator::Aov;
 use crate::output::{Replace, SaveError, check_free, write_atomically};
 use crate::render::RenderSettings;
 use crate::scene::pose;
-use crate::scene::{OverClip, PoseSettings, PosedScene, Scene, clip_end};
+use crate::scene::{ClipBoundsCache, PoseSettings, PosedScene, Scene, clip_duration};
 
 /// The keys by which tools look for a layer.
 const KEYS: [(Aov, &[&str]); 3] = [
@@ -30,10 +30,10 @@ pub(crate) struct DatasetFile<'a> {
 
 impl DatasetFile<'_> {
     /// Writes it, and returns where unless it is there already and stays. It is of all views, whichever
-    /// were rendered: those of a farm's shares are the same. `over_clip` is what the pictures' moments shared.
-    pub fn write(&self, over_clip: &OverClip) -> Result<Option<PathBuf>> {
+    /// were rendered: those of a farm's shares are the same. `clip_bounds_cache` is what the pictures' moments shared.
+    pub fn write(&self, clip_bounds_cache: &ClipBoundsCache) -> Result<Option<PathBuf>> {
         let (file, replace) = (self.file(), self.job.outputs.replace);
-        let text = self.text(over_clip)?;
+        let text = self.text(clip_bounds_cache)?;
         match write_atomically(&file, text.as_bytes(), replace) {
             Ok(()) => Ok(Some(file)),
             // Another share's is this one's.
@@ -46,7 +46,7 @@ impl DatasetFile<'_> {
     pub fn check(&self) -> Result<()> {
         let file = self.file();
         let Err(error) = check_free(&file, self.job.outputs.replace) else { return Ok(()) };
-        if file.is_file() && holds(&file, &self.text(&OverClip::default())?) {
+        if file.is_file() && holds(&file, &self.text(&ClipBoundsCache::default())?) {
             return Ok(());
         }
         Err(error.into())
@@ -56,13 +56,14 @@ impl DatasetFile<'_> {
         self.views.file(&self.job.outputs, self.path, self.index)
     }
 
-    fn text(&self, over_clip: &OverClip) -> Result<String> {
+    fn text(&self, clip_bounds_cache: &ClipBoundsCache) -> Result<String> {
         let DatasetFile { job, views, scene, path, index } = *self;
         let Job { look, outputs, .. } = job;
         let animation = look.animation(scene)?;
-        let time = views.time.min(clip_end(scene, &animation)?);
-        let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?.sharing(over_clip);
-        let posed = start.at(time);
+        let time = views.time.min(clip_duration(scene, &animation)?);
+        let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
+            .with_clip_bounds_cache(clip_bounds_cache);
+        let posed = start.at_time(time);
         let size @ (width, height) = look.size_for(scene);
         let mut all = Vec::new();
         for shot in views.shots() {

@@ -15,9 +15,9 @@ use crate::scene::{Camera, Ground, PosedScene, ViewNotes};
 
 /// Does what may ask for all that a clip takes up, and tells how long it was looked through if it did.
 pub(crate) fn looking<T>(teller: &Teller, posed: &PosedScene, what: impl FnOnce() -> T) -> T {
-    let (since, known) = (Instant::now(), posed.clip_moments().is_some());
+    let (since, known) = (Instant::now(), posed.clip_sample_count().is_some());
     let done = what();
-    if let Some(moments @ 1..) = posed.clip_moments().filter(|_| !known) {
+    if let Some(moments @ 1..) = posed.clip_sample_count().filter(|_| !known) {
         teller.stage("clip", since, &format!("{moments} moments"));
     }
     done
@@ -62,7 +62,7 @@ impl Framed {
             occlusion: look.ao.map(occlusion),
             ground: look.ground.map(|kind| Ground::under(&posed.clip_bounds(), kind)),
             rest: match job.views {
-                Some(_) => Some(look.view.at_rest().resolve(posed, width, height)?.0),
+                Some(_) => Some(look.view.without_orbit().resolve(posed, width, height)?.0),
                 None => None,
             },
             depth_step: depth_step(job, posed, size)?,

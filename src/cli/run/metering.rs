@@ -11,7 +11,7 @@ use crate::cli::run::session::{Moment, Studio};
 use crate::geometry::Rgb;
 use crate::integrator::{Phong, Stage};
 use crate::render::{MID_GREY, Metering, meter};
-use crate::scene::{Camera, Lit, View};
+use crate::scene::{Camera, ResolvedLighting, View};
 
 /// How pictures are exposed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,12 +30,16 @@ impl Exposed {
 
 /// Stops: as given; 0 where the light is the lecture's own; else metered, once, at `start`, the
 /// first moment of the clip, and through the first camera, whatever frame is rendered.
-pub(crate) fn expose<'a>(studio: &Studio<'a>, start: &mut Moment<'a>, lit: &Lit) -> Result<Exposed> {
+pub(crate) fn expose<'a>(
+    studio: &Studio<'a>,
+    start: &mut Moment<'a>,
+    lit: &ResolvedLighting,
+) -> Result<Exposed> {
     let look = studio.look;
     let automatic = match look.exposure {
         Some(Exposure::Stops(ev)) => return Ok(Exposed::at(ev)),
         Some(Exposure::Auto) => true,
-        None => lit.by_file && look.stage != Stage::Color,
+        None => lit.uses_file_lights && look.stage != Stage::Color,
     };
     if !automatic {
         return Ok(Exposed::at(0.0));
@@ -44,7 +48,7 @@ pub(crate) fn expose<'a>(studio: &Studio<'a>, start: &mut Moment<'a>, lit: &Lit)
     studio.build(start)?;
     let since = Instant::now();
     // What the lights' unit is shows in the lights alone.
-    let lights = if lit.assumed && look.stage != Stage::Color {
+    let lights = if lit.assumes_blender_world && look.stage != Stage::Color {
         metered(studio, start, camera, Seen::Lights)?
     } else {
         None
@@ -98,7 +102,7 @@ fn camera(studio: &Studio, start: &Moment) -> Result<(Camera, f64)> {
     let scene = start.posed.scene;
     let (width, height) = natural_size(scene, (!scene.cameras.is_empty()).then_some(0));
     let view = if scene.cameras.is_empty() {
-        studio.look.view.at_rest()
+        studio.look.view.without_orbit()
     } else {
         View { clip: studio.look.view.clip, ..View::default() }
     };

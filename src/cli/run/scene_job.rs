@@ -17,7 +17,7 @@ use crate::cli::run::report::Report;
 use crate::cli::run::session::{Moment, Studio};
 use crate::import::{LoadOptions, load, open_scene_file};
 use crate::output::{Picture, check_free, check_writable, save, thumbnail};
-use crate::scene::{OverClip, Scene, clip_end};
+use crate::scene::{ClipBoundsCache, Scene, clip_duration};
 
 /// What is to be done for one scene.
 pub(crate) struct Work<'a> {
@@ -51,7 +51,7 @@ impl Work<'_> {
         let shots = match known {
             Some(shots) if agreed => shots,
             _ => {
-                let end = clip_end(&scene, &self.job.look.animation(&scene)?)?;
+                let end = clip_duration(&scene, &self.job.look.animation(&scene)?)?;
                 self.missing(self.job.shots.of(end)?)
             }
         };
@@ -59,13 +59,13 @@ impl Work<'_> {
             return self.list(&shots);
         }
         self.check_files(&scene, &shots)?;
-        let mut over_clip = OverClip::default();
+        let mut clip_bounds_cache = ClipBoundsCache::default();
         if !shots.is_empty() {
-            over_clip = self.make(&scene, &shots)?;
+            clip_bounds_cache = self.make(&scene, &shots)?;
         }
         // Pictures come first: where this file is, they are.
         if let Some(dataset) = self.dataset(&scene)
-            && let Some(file) = dataset.write(&over_clip)?
+            && let Some(file) = dataset.write(&clip_bounds_cache)?
         {
             self.teller.reporter.wrote(Some(self.path), &file);
         }
@@ -75,7 +75,7 @@ impl Work<'_> {
     /// Refuses what could not be written in the end, or must not be, before anything is rendered.
     fn check_files(&mut self, scene: &Scene, shots: &[Shot]) -> Result<()> {
         let replace = self.job.outputs.replace;
-        let claims = Claims::of_scene(self.path, scene.source.names());
+        let claims = Claims::of_scene(self.path, scene.source.file_names());
         if let Some(report) = &mut self.report {
             report.spare(&claims)?;
         }
@@ -108,12 +108,12 @@ impl Work<'_> {
 
     /// Makes the pictures: while one is rendered, the scene is posed and its trees are built for the
     /// next, and the one before is encoded and written. Gives what is known of the clip then.
-    fn make(&mut self, scene: &Scene, shots: &[Shot]) -> Result<OverClip> {
+    fn make(&mut self, scene: &Scene, shots: &[Shot]) -> Result<ClipBoundsCache> {
         let (path, reporter) = (self.path, self.teller.reporter);
         memory::check(self.job, scene, shots.len())?;
         reporter.frames(path, shots.len());
         let (studio, start) = Studio::new(self.job, scene, self.teller)?;
-        let over_clip = start.posed.over_clip().clone();
+        let clip_bounds_cache = start.posed.clip_bounds_cache().clone();
         let mut reel = match (self.job.outputs.form, self.target(&shots[0])) {
             (Form::Moving(playing), Target::File(file)) => {
                 Some(Reel::new(&file, &playing, studio.size(), self.job.outputs.replace)?)
@@ -143,7 +143,7 @@ impl Work<'_> {
             },
         )?;
         reel.map_or(Ok(()), |reel| self.publish(reel))?;
-        Ok(over_clip)
+        Ok(clip_bounds_cache)
     }
 
     /// Adds a frame to a moving picture.
@@ -224,7 +224,7 @@ pub(crate) fn read(job: &Job, path: &Path, teller: &Teller) -> Result<Scene> {
     let (mut scene, warnings) = load(path, &LoadOptions { limits, ..look.load.clone() })?;
     let empty = scene.instances.is_empty();
     scene.select(&look.selection)?;
-    teller.stage("load", start, &format!("{} triangles", scene.drawn_triangles()));
+    teller.stage("load", start, &format!("{} triangles", scene.instanced_triangle_count()));
     for warning in &warnings {
         teller.warn(&warning.to_string())?;
     }

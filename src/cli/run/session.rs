@@ -19,8 +19,8 @@ use crate::output::{Part, Picture};
 use crate::render::{AdaptiveSampling, ProgressMonitor, RenderSettings, render, render_aovs, render_mattes};
 use crate::scene::pose;
 use crate::scene::{
-    Animation, AnimationChoice, Camera, GroundKind, Lighting, Lit, PoseSettings, PosedScene, Scene, Turn,
-    clip_end, playing,
+    Animation, AnimationChoice, AxisRotation, Camera, GroundKind, Lighting, PoseSettings, PosedScene,
+    ResolvedLighting, Scene, active_animations, clip_duration,
 };
 
 /// A scene with all that its pictures share.
@@ -66,25 +66,25 @@ impl<'a> Studio<'a> {
         let settings = RenderSettings { width, height, ..look.settings };
         check_crop(&settings)?;
         let framed = looking(teller, &moment.posed, || Framed::of(job, &moment.posed, (width, height)))?;
-        teller.note(&format!("camera: {}", framed.notes.from));
+        teller.note(&format!("camera: {}", framed.notes.description));
         for warning in &framed.notes.warnings {
             teller.warn(warning)?;
         }
         let camera = framed.camera;
         let lit = look.lighting.resolve(&moment.posed, &camera);
-        teller.note(&format!("lights: {}", lit.note));
+        teller.note(&format!("lights: {}", lit.description));
         let mut studio = Studio {
             look,
             teller,
             build: job.build,
-            end: clip_end(scene, &animation)?,
+            end: clip_duration(scene, &animation)?,
             settings,
             framed,
             lighting: settled(look.lighting.clone(), &lit),
             exposed: Exposed::default(),
             display: Display {
                 ev: 0.0,
-                view: look.view_transform.unwrap_or_else(|| ViewTransform::of(&scene.source)),
+                view: look.view_transform.unwrap_or_else(|| ViewTransform::default_for(&scene.source)),
                 background: look.background,
             },
             world: job.views.map_or(DMat3::IDENTITY, |views| views.up.turn()),
@@ -98,7 +98,7 @@ impl<'a> Studio<'a> {
             let lit = scaled.resolve(&moment.posed, &camera);
             studio.lighting = settled(scaled, &lit);
         }
-        if look.ground == Some(GroundKind::Shadow) && lit.rig.lights.is_empty() && look.ao.is_none() {
+        if look.ground == Some(GroundKind::ShadowCatcher) && lit.rig.lights.is_empty() && look.ao.is_none() {
             teller.warn("--ground shadow shows nothing: no light casts a shadow, and --ao is not given")?;
         }
         Ok((studio, moment))
@@ -114,7 +114,7 @@ impl<'a> Studio<'a> {
     pub fn at(&self, time: f64, other: &Moment<'a>, trees: Option<Accel>) -> Result<Moment<'a>> {
         let time = time.min(self.end);
         let start = Instant::now();
-        let posed = other.posed.at(time);
+        let posed = other.posed.at_time(time);
         self.teller.stage("pose", start, "");
         let mut moment = Moment { time, posed, accel: None };
         match trees {
@@ -164,9 +164,9 @@ impl<'a> Studio<'a> {
         let Some(Turning { axis, camera: by_camera }) = self.look.turning else {
             return self.frame(moment, camera);
         };
-        let motion = Turn { axis, pivot: self.framed.pivot, angle }.motion();
+        let motion = AxisRotation { axis, pivot: self.framed.pivot, angle }.to_affine();
         if by_camera {
-            self.frame(moment, camera.moved(&motion))
+            self.frame(moment, camera.transformed(&motion))
         } else {
             Ok(self.frame(moment, camera)?.with_scene_motion(&motion))
         }
@@ -220,13 +220,13 @@ impl<'a> Studio<'a> {
 }
 
 /// The same lighting for every frame: its sources and its ambient colour are those that were resolved.
-fn settled(lighting: Lighting, lit: &Lit) -> Lighting {
-    Lighting { sources: Some(lit.sources.clone()), ambient: Some(lit.rig.ambient), ..lighting }
+fn settled(lighting: Lighting, lit: &ResolvedLighting) -> Lighting {
+    Lighting { sets: Some(lit.sets.clone()), ambient: Some(lit.rig.ambient), ..lighting }
 }
 
 /// Which animations do not play for want of a choice, in words.
 fn idle(scene: &Scene, choice: &AnimationChoice) -> Result<Option<String>> {
-    let (plays, idle) = scene.animations.split_at(playing(scene, choice)?.len());
+    let (plays, idle) = scene.animations.split_at(active_animations(scene, choice)?.len());
     let names = |of: &[Animation]| of.iter().map(|a| format!("'{}'", a.name)).collect::<Vec<_>>().join(", ");
     let (plays, others) = (names(plays), names(idle));
     let text =

@@ -13,7 +13,7 @@ use crate::import::files::escape::printable;
 use crate::import::files::name_match;
 use crate::import::files::read_file::{FILE_SIZE, read_limited, reject_lfs_pointer};
 use crate::import::files::source_tracker::SourceTracker;
-use crate::scene::Content;
+use crate::scene::FileDigest;
 
 #[cfg(test)]
 mod tests;
@@ -120,12 +120,12 @@ impl SceneFolder {
             Ok(path) => path,
             Err(refused @ ReferenceError::Refused(_)) => return Err(refused),
             Err(e) => {
-                self.sources.record_file(self.normalize(name), Content::Unread);
+                self.sources.record_file(self.normalize(name), FileDigest::Unread);
                 return Err(e);
             }
         };
         let read = read_limited(&path, limit);
-        let content = read.as_ref().map_or(Content::Unread, |bytes| Content::of(bytes));
+        let content = read.as_ref().map_or(FileDigest::Unread, |bytes| FileDigest::of(bytes));
         self.sources.record_file(self.normalize(name), content);
         read.and_then(reject_lfs_pointer).map_err(|e| {
             let message = format!("'{}' cannot be read: {e}", printable(name));

@@ -12,7 +12,7 @@ use super::pointer;
 use super::pointer::Pointed;
 use crate::import::error::{LoadError, Warnings};
 use crate::import::files::escape::printable;
-use crate::scene::{Animation, Channel, Interpolation, Keys, Skin, Target};
+use crate::scene::{Animation, Channel, ChannelTarget, Interpolation, Keyframes, Skin};
 
 /// Numbers in all channels together; each copy of a shared node has its own.
 const KEY_NUMBERS: u64 = 1 << 28;
@@ -61,7 +61,7 @@ pub(super) fn animations(
                     warnings.add(place, format_args!("{error}; left out"));
                     continue;
                 }
-                Err(Wrong::Keys(why)) => {
+                Err(Wrong::Keyframes(why)) => {
                     warnings.add(place, format_args!("{why}; left out"));
                     continue;
                 }
@@ -71,7 +71,7 @@ pub(super) fn animations(
             LoadError::check_limit("animation keys", numbers, KEY_NUMBERS)?;
             animation
                 .channels
-                .extend(targets.into_iter().map(|target| Channel { target, keys: keys.clone() }));
+                .extend(targets.into_iter().map(|target| Channel { target, keyframes: keys.clone() }));
         }
         out.push(animation);
     }
@@ -87,35 +87,37 @@ enum Aim {
 
 impl Aim {
     /// Each place in the scene that it drives.
-    fn targets(&self, doc: &Document<'_>, places: &Places<'_>) -> Vec<Target> {
+    fn targets(&self, doc: &Document<'_>, places: &Places<'_>) -> Vec<ChannelTarget> {
         let nodes = |i: usize| places.nodes.get(i).map_or(&[][..], Vec::as_slice).iter().copied();
         let all = |map: &HashMap<usize, Vec<u32>>, i: usize| map.get(&i).cloned().unwrap_or_default();
         match *self {
             Aim::Node(node, property) => {
                 let target = match property {
-                    Property::Translation => Target::Translation,
-                    Property::Rotation => Target::Rotation,
-                    Property::Scale => Target::Scale,
-                    Property::MorphTargetWeights => Target::Weights,
+                    Property::Translation => ChannelTarget::Translation,
+                    Property::Rotation => ChannelTarget::Rotation,
+                    Property::Scale => ChannelTarget::Scale,
+                    Property::MorphTargetWeights => ChannelTarget::Weights,
                 };
                 nodes(node).map(target).collect()
             }
-            Aim::Pointed(Pointed::Visibility(node)) => nodes(node).map(Target::Visibility).collect(),
-            Aim::Pointed(Pointed::Weight(node, k)) => nodes(node).map(|n| Target::Weight(n, k)).collect(),
+            Aim::Pointed(Pointed::Visibility(node)) => nodes(node).map(ChannelTarget::Visibility).collect(),
+            Aim::Pointed(Pointed::Weight(node, k)) => {
+                nodes(node).map(|n| ChannelTarget::Weight(n, k)).collect()
+            }
             Aim::Pointed(Pointed::MeshWeights(mesh)) => {
-                shown(doc, mesh).flat_map(nodes).map(Target::Weights).collect()
+                shown(doc, mesh).flat_map(nodes).map(ChannelTarget::Weights).collect()
             }
             Aim::Pointed(Pointed::MeshWeight(mesh, k)) => {
-                shown(doc, mesh).flat_map(nodes).map(|n| Target::Weight(n, k)).collect()
+                shown(doc, mesh).flat_map(nodes).map(|n| ChannelTarget::Weight(n, k)).collect()
             }
             Aim::Pointed(Pointed::Material(i, field)) => {
-                places.materials.get(&i).map(|&m| Target::Material(m, field)).into_iter().collect()
+                places.materials.get(&i).map(|&m| ChannelTarget::Material(m, field)).into_iter().collect()
             }
             Aim::Pointed(Pointed::Light(i, field)) => {
-                all(places.lights, i).into_iter().map(|l| Target::Light(l, field)).collect()
+                all(places.lights, i).into_iter().map(|l| ChannelTarget::Light(l, field)).collect()
             }
             Aim::Pointed(Pointed::Camera(i, field)) => {
-                all(places.cameras, i).into_iter().map(|c| Target::Camera(c, field)).collect()
+                all(places.cameras, i).into_iter().map(|c| ChannelTarget::Camera(c, field)).collect()
             }
         }
     }
@@ -164,7 +166,7 @@ fn aim(
 
 enum Wrong {
     File(LoadError),
-    Keys(String),
+    Keyframes(String),
 }
 
 impl From<LoadError> for Wrong {
@@ -179,8 +181,8 @@ fn keys(
     channel: &JsonChannel,
     aim: &Aim,
     warnings: &mut Warnings,
-) -> Result<Keys, Wrong> {
-    let wrong = |why: String| Err(Wrong::Keys(why));
+) -> Result<Keyframes, Wrong> {
+    let wrong = |why: String| Err(Wrong::Keyframes(why));
     let Some(sampler) = json.samplers.get(channel.sampler.value()) else {
         return wrong(format!("there is no sampler {}", channel.sampler.value()));
     };
@@ -209,7 +211,7 @@ fn keys(
     if !values.iter().all(|v| v.is_finite()) {
         return wrong("its values are not finite".into());
     }
-    Ok(Keys { times, values, width: numbers, interpolation })
+    Ok(Keyframes { times, values, width: numbers, interpolation })
 }
 
 /// Reads a skin, its joints as nodes of the scene. `None`, with a warning, where they are not all

@@ -8,13 +8,14 @@ use glam::{DMat3, Vec3};
 use super::material;
 use crate::import::error::Warnings;
 use crate::scene::{
-    Channel, Interpolation, Keys, LightField, LightKind, Material, Mesh, Reflectance, Scene, Target,
+    Channel, ChannelTarget, Interpolation, Keyframes, LightKind, LightProperty, Material, Mesh, Reflectance,
+    Scene,
 };
 
 /// Makes of a scene out of Blender's exporter what it was in Blender.
 pub(super) fn restore(scene: &mut Scene) {
     // Its exporter writes its maps' strengths as they are.
-    scene.materials.iter_mut().filter_map(|m| m.normal.as_mut()).for_each(|map| map.blends = true);
+    scene.materials.iter_mut().filter_map(|m| m.normal.as_mut()).for_each(|map| map.scale_is_strength = true);
     scene.meshes.iter_mut().for_each(forget_tangents);
     restore_normals(scene);
     keep_shared_normals(scene);
@@ -40,7 +41,7 @@ pub(super) fn restore_shading(material: &mut Material, json: &gltf::Material, wa
     let unsaid = !textured
         && json.normal_texture.is_none()
         && json.extensions.as_ref().is_none_or(|e| e.others.is_empty())
-        && (material.base, material.alpha) == (default.base, default.alpha)
+        && (material.base_color, material.alpha) == (default.base_color, default.alpha)
         && (material.reflectance, material.transmission) == (default.reflectance, default.transmission);
     if unsaid {
         make_matte(material);
@@ -60,7 +61,7 @@ fn make_matte(material: &mut Material) {
 /// the mesh's main ones, and of skinned meshes they lack the turn of the armature.
 fn forget_tangents(mesh: &mut Mesh) {
     mesh.tangents.clear();
-    mesh.morphs.iter_mut().for_each(|target| target.tangents.clear());
+    mesh.morph_targets.iter_mut().for_each(|target| target.tangents.clear());
 }
 
 /// Normals of skinned meshes are to be those of the world at rest. The exporter takes them there from the
@@ -83,7 +84,8 @@ fn keep_shared_normals(scene: &mut Scene) {
     scene.instances.iter().for_each(|instance| users[instance.mesh as usize] += 1);
     for (mesh, users) in scene.meshes.iter_mut().zip(users) {
         // Objects that are bent have meshes of their own.
-        mesh.smooth_in_own_frame = users > 1 && mesh.morphs.is_empty() && mesh.influences.per_vertex == 0;
+        mesh.interpolate_normals_locally =
+            users > 1 && mesh.morph_targets.is_empty() && mesh.influences.per_vertex == 0;
     }
 }
 
@@ -93,11 +95,11 @@ fn keep_shared_normals(scene: &mut Scene) {
 fn restore_intensities(scene: &mut Scene) {
     let Scene { animations, lights, .. } = scene;
     for channel in animations.iter_mut().flat_map(|animation| &mut animation.channels) {
-        let Target::Light(id, LightField::Intensity) = channel.target else { continue };
+        let ChannelTarget::Light(id, LightProperty::Intensity) = channel.target else { continue };
         let light = &lights[id as usize];
         let factor =
             if light.kind == LightKind::Directional { 683.0 } else { 0.25 * std::f32::consts::FRAC_1_PI };
-        let values = &mut channel.keys.values;
+        let values = &mut channel.keyframes.values;
         let is_light = |v: f32| light.intensity > 0.0 && (v / light.intensity - 1.0).abs() < 1e-3;
         if !values.iter().any(|&v| is_light(v)) && values.iter().any(|&v| is_light(v * factor)) {
             values.iter_mut().for_each(|v| *v *= factor);
@@ -112,31 +114,37 @@ fn restore_cones(scene: &mut Scene) {
     let Scene { animations, lights, .. } = scene;
     for channels in animations.iter_mut().map(|animation| &mut animation.channels) {
         let (mut sized, mut blended) = (BTreeMap::new(), BTreeSet::new());
-        for Channel { target, keys } in channels.iter_mut() {
-            let Target::Light(id, field) = *target else { continue };
+        for Channel { target, keyframes: keys } in channels.iter_mut() {
+            let ChannelTarget::Light(id, field) = *target else { continue };
             let LightKind::Spot { inner, outer } = lights[id as usize].kind else { continue };
             let blend = 1.0 - inner / outer;
             let has = |value: f32| keys.values.iter().any(|v| (v - value).abs() < 1e-4);
             match field {
-                LightField::OuterCone if blend.is_finite() => {
+                LightProperty::OuterCone if blend.is_finite() => {
                     sized.insert(id, blend);
                 }
-                LightField::InnerCone => {
+                LightProperty::InnerCone => {
                     blended.insert(id);
                     if has(blend) && !has(inner) {
-                        *target = Target::Light(id, LightField::Blend);
+                        *target = ChannelTarget::Light(id, LightProperty::Blend);
                     }
                 }
                 _ => {}
             }
         }
         for (id, blend) in sized.into_iter().filter(|(id, _)| !blended.contains(id)) {
-            let keys =
-                Keys { times: vec![0.0], values: vec![blend], width: 1, interpolation: Interpolation::Step };
-            channels.push(Channel { target: Target::Light(id, LightField::Blend), keys });
+            let keys = Keyframes {
+                times: vec![0.0],
+                values: vec![blend],
+                width: 1,
+                interpolation: Interpolation::Step,
+            };
+            channels
+                .push(Channel { target: ChannelTarget::Light(id, LightProperty::Blend), keyframes: keys });
         }
         // Behind the cones that they are shares of.
-        channels.sort_by_key(|channel| matches!(channel.target, Target::Light(_, LightField::Blend)));
+        channels
+            .sort_by_key(|channel| matches!(channel.target, ChannelTarget::Light(_, LightProperty::Blend)));
     }
 }
 
@@ -144,9 +152,9 @@ impl Mesh {
     /// Takes every normal, at rest and as morphed, through a matrix.
     fn map_normals(&mut self, by: &DMat3) {
         let map = |n: Vec3| (*by * n.as_dvec3()).try_normalize().map_or(n, |n| n.as_vec3());
-        let Mesh { normals, morphs, .. } = self;
+        let Mesh { normals, morph_targets, .. } = self;
         let mapped: Vec<Vec3> = normals.iter().map(|&n| map(n)).collect();
-        for target in morphs {
+        for target in morph_targets {
             for ((d, &n), &to) in target.normals.iter_mut().zip(&*normals).zip(&mapped) {
                 *d = map(n + *d) - to;
             }

@@ -18,7 +18,7 @@ use super::texture::Textures;
 use super::{blender, extensions, instancing, light, material, topology, variants};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::{LoadOptions, UpAxis};
-use crate::scene::{Format, Instance, Local, Material, Mesh, Node, Scene, Source, rotation};
+use crate::scene::{Instance, LocalTransform, Material, Mesh, Node, Scene, Source, SourceFormat, rotation};
 
 /// Builds the scene that `options` ask for.
 pub(super) fn scene(
@@ -92,7 +92,7 @@ pub(super) fn scene(
 fn source(doc: &Document<'_>) -> Source {
     let root = doc.root();
     Source {
-        format: Format::Gltf,
+        format: SourceFormat::Gltf,
         generator: root.asset.generator.clone().unwrap_or_default(),
         extensions: root.extensions_used.clone(),
         scenes: graph::scene_names(root),
@@ -259,7 +259,7 @@ impl Scene {
     fn add_nodes(&mut self, doc: &Document<'_>, placed: &[Placed], up: UpAxis) {
         if up == UpAxis::Z {
             let turn = DAffine3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y, DVec3::ZERO);
-            self.nodes.push(Node { local: Local::Matrix(turn), visible: true, ..Node::default() });
+            self.nodes.push(Node { local: LocalTransform::Matrix(turn), visible: true, ..Node::default() });
         }
         let offset = self.nodes.len() as u32;
         let top = (up == UpAxis::Z).then_some(0);
@@ -278,12 +278,12 @@ impl Scene {
     }
 }
 
-fn local(json: &JsonNode) -> Local {
+fn local(json: &JsonNode) -> LocalTransform {
     if let Some(matrix) = &json.matrix {
-        return Local::from_cols(&matrix.map(f64::from));
+        return LocalTransform::from_cols(&matrix.map(f64::from));
     }
     let vec = |v: Option<[f32; 3]>, or| v.map_or(or, |v| DVec3::from(v.map(f64::from)));
-    Local::Trs {
+    LocalTransform::Trs {
         translation: vec(json.translation, DVec3::ZERO),
         rotation: rotation(json.rotation.unwrap_or_default().0),
         scale: vec(json.scale, DVec3::ONE),
@@ -329,11 +329,11 @@ impl Instances<'_, '_> {
                 warnings.add(format_args!("nodes[{index}].skin"), what);
             }
         }
-        for Drawn { placement, color } in copies {
+        for Drawn { trs, color } in copies {
             let name = json.name.as_ref().or(self.doc.root().meshes[mesh].name.as_ref());
             scene.objects.push(name.cloned().unwrap_or_default());
             let object = scene.objects.len() as u32;
-            let draw = |&mesh: &u32| Instance { node, mesh, object, placement, skin, color };
+            let draw = |&mesh: &u32| Instance { node, mesh, object, trs, skin, color };
             scene.instances.extend(meshes.iter().map(draw));
         }
         Ok(())

@@ -118,7 +118,7 @@ pub(super) fn read(
         influences: attributes.influences(warnings)?,
         ..Mesh::default()
     };
-    attributes.morphs(id, &mut mesh, warnings)?;
+    attributes.morph_targets(id, &mut mesh, warnings)?;
     Ok(Some(mesh))
 }
 
@@ -328,7 +328,12 @@ impl<'d> Attributes<'_, 'd> {
         Ok(out)
     }
 
-    fn morphs(&self, id: PrimitiveId, mesh: &mut Mesh, warnings: &mut Warnings) -> Result<(), LoadError> {
+    fn morph_targets(
+        &self,
+        id: PrimitiveId,
+        mesh: &mut Mesh,
+        warnings: &mut Warnings,
+    ) -> Result<(), LoadError> {
         let json = &self.doc.root().meshes[id.mesh];
         let names = json.extras.as_ref().map_or_else(Vec::new, |e| target_names(e.get()));
         for (i, target) in self.json.targets.iter().flatten().enumerate() {
@@ -339,7 +344,7 @@ impl<'d> Attributes<'_, 'd> {
                 let fits = self.fits(&accessor, &place, &[3], warnings);
                 Ok::<Vec<Vec3>, LoadError>(if fits { accessor.floats(self.pick) } else { Vec::new() })
             };
-            mesh.morphs.push(MorphTarget {
+            mesh.morph_targets.push(MorphTarget {
                 name: names.get(i).cloned().unwrap_or_default(),
                 positions: read(target.positions, "POSITION", true)?,
                 normals: read(target.normals, "NORMAL", !mesh.normals.is_empty())?,
@@ -347,7 +352,7 @@ impl<'d> Attributes<'_, 'd> {
             });
         }
         mesh.morph_weights = json.weights.clone().unwrap_or_default();
-        mesh.morph_weights.resize(mesh.morphs.len(), 0.0);
+        mesh.morph_weights.resize(mesh.morph_targets.len(), 0.0);
         Ok(())
     }
 }

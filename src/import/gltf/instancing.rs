@@ -7,7 +7,7 @@ use super::accessor::{Accessor, Pick};
 use super::color;
 use super::document::Document;
 use crate::import::error::{LoadError, Warnings};
-use crate::scene::Placement;
+use crate::scene::PackedTrs;
 
 const NAME: &str = "EXT_mesh_gpu_instancing";
 
@@ -24,7 +24,7 @@ const COLOR: (&str, &[usize]) = ("_COLOR_0", color::WIDTHS);
 /// What a node's mesh is drawn as, once.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Drawn {
-    pub placement: Option<Placement>,
+    pub trs: Option<PackedTrs>,
     pub color: Option<Vec3>,
 }
 
@@ -69,12 +69,12 @@ pub(super) fn copies(
     let color = color.map(|a| color::read(a, pick, &place("_COLOR_0"), warnings));
     let copy = |i: usize| {
         let vec = |list: &Option<Vec<Vec3>>, or| list.as_ref().map_or(or, |l: &Vec<Vec3>| l[i]);
-        let placement = Placement {
+        let trs = PackedTrs {
             translation: vec(&translation, Vec3::ZERO),
             rotation: rotation.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |r| r[i]),
             scale: vec(&scale, Vec3::ONE),
         };
-        Drawn { placement: Some(placement), color: color.as_ref().map(|c| c[i].truncate()) }
+        Drawn { trs: Some(trs), color: color.as_ref().map(|c| c[i].truncate()) }
     };
     Ok((0..n).map(copy).collect())
 }

@@ -7,8 +7,8 @@ use glam::Vec3;
 use serde_json::{Map, Value};
 
 use crate::scene::{
-    AlphaMode, Channel4, ColorInput, Dielectric, Material, NormalMap, Reflectance, ScalarInput, TextureRef,
-    UvTransform,
+    AlphaMode, ColorInput, Dielectric, Material, NormalMap, Reflectance, ScalarInput, TextureChannel,
+    TextureRef, UvTransform,
 };
 
 /// glTF's default material: white metal, fully rough.
@@ -26,7 +26,7 @@ pub(super) fn read(json: &gltf::Material, find: &mut dyn FnMut(usize) -> Option<
     let strength = extensions.and_then(|e| e.emissive_strength.as_ref());
     let mut material = Material {
         name: json.name.clone().unwrap_or_default(),
-        base: slots.color(rgb(pbr.base_color_factor.0), pbr.base_color_texture.as_ref()),
+        base_color: slots.color(rgb(pbr.base_color_factor.0), pbr.base_color_texture.as_ref()),
         alpha: ScalarInput::new(pbr.base_color_factor.0[3]),
         alpha_from_base: true,
         alpha_mode: match json.alpha_mode {
@@ -40,12 +40,12 @@ pub(super) fn read(json: &gltf::Material, find: &mut dyn FnMut(usize) -> Option<
             metallic: slots.scalar(
                 pbr.metallic_factor.0,
                 pbr.metallic_roughness_texture.as_ref(),
-                Channel4::B,
+                TextureChannel::B,
             ),
             roughness: slots.scalar(
                 pbr.roughness_factor.0,
                 pbr.metallic_roughness_texture.as_ref(),
-                Channel4::G,
+                TextureChannel::G,
             ),
             dielectric: dielectric(extensions, &mut slots),
         },
@@ -54,25 +54,25 @@ pub(super) fn read(json: &gltf::Material, find: &mut dyn FnMut(usize) -> Option<
         normal: json.normal_texture.as_ref().and_then(|n| {
             let transform = n.extensions.as_ref().and_then(|e| raw_transform(&e.others));
             let texture = slots.texture(n.index.value(), n.tex_coord, transform.as_ref())?;
-            Some(NormalMap { texture, scale: n.scale, blends: false })
+            Some(NormalMap { texture, scale: n.scale, scale_is_strength: false })
         }),
         occlusion: json.occlusion_texture.as_ref().map_or(ScalarInput::new(1.0), |o| {
             let transform = o.extensions.as_ref().and_then(|e| raw_transform(&e.others));
             let texture = slots.texture(o.index.value(), o.tex_coord, transform.as_ref());
-            ScalarInput { factor: o.strength.0, texture: texture.map(|t| (t, Channel4::R)) }
+            ScalarInput { factor: o.strength.0, texture: texture.map(|t| (t, TextureChannel::R)) }
         }),
         transmission: extensions.and_then(|e| e.transmission.as_ref()).map_or(ScalarInput::new(0.0), |t| {
-            slots.scalar(t.transmission_factor.0, t.transmission_texture.as_ref(), Channel4::R)
+            slots.scalar(t.transmission_factor.0, t.transmission_texture.as_ref(), TextureChannel::R)
         }),
         double_sided: json.double_sided,
     };
     if let Some(old) = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref()) {
-        material.base = slots.color(rgb(old.diffuse_factor.0), old.diffuse_texture.as_ref());
+        material.base_color = slots.color(rgb(old.diffuse_factor.0), old.diffuse_texture.as_ref());
         material.alpha = ScalarInput::new(old.diffuse_factor.0[3]);
         let texture = old.specular_glossiness_texture.as_ref();
         material.reflectance = Reflectance::SpecularGlossiness {
             specular: slots.color(Vec3::from(old.specular_factor.0), texture),
-            glossiness: slots.scalar(old.glossiness_factor.0, texture, Channel4::A),
+            glossiness: slots.scalar(old.glossiness_factor.0, texture, TextureChannel::A),
         };
     }
     if extensions.is_some_and(|e| e.unlit.is_some()) {
@@ -91,7 +91,7 @@ fn dielectric(
         out.ior = ior.ior.0;
     }
     if let Some(s) = &extensions.specular {
-        out.specular = slots.scalar(s.specular_factor.0, s.specular_texture.as_ref(), Channel4::A);
+        out.specular = slots.scalar(s.specular_factor.0, s.specular_texture.as_ref(), TextureChannel::A);
         out.specular_color =
             slots.color(Vec3::from(s.specular_color_factor.0), s.specular_color_texture.as_ref());
     }
@@ -111,7 +111,12 @@ impl Slots<'_> {
         ColorInput { factor, texture: self.info(info) }
     }
 
-    fn scalar(&mut self, factor: f32, info: Option<&gltf::texture::Info>, channel: Channel4) -> ScalarInput {
+    fn scalar(
+        &mut self,
+        factor: f32,
+        info: Option<&gltf::texture::Info>,
+        channel: TextureChannel,
+    ) -> ScalarInput {
         ScalarInput { factor, texture: self.info(info).map(|t| (t, channel)) }
     }
 

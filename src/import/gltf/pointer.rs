@@ -1,6 +1,6 @@
 //! KHR_animation_pointer: which numbers of the file a JSON pointer means.
 
-use crate::scene::{CameraField, LightField, MaterialField, Slot};
+use crate::scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 
 /// What a pointer drives, by the file's own indices.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,9 +13,9 @@ pub(super) enum Pointed {
     MeshWeights(usize),
     /// One of them.
     MeshWeight(usize, u32),
-    Material(usize, MaterialField),
-    Light(usize, LightField),
-    Camera(usize, CameraField),
+    Material(usize, MaterialProperty),
+    Light(usize, LightProperty),
+    Camera(usize, CameraProperty),
 }
 
 /// Reads a pointer; `None` for what is not rendered. Pointers to a node's transform and weights are
@@ -44,8 +44,8 @@ fn index(text: &str) -> Option<usize> {
 
 const GLOSSY: &str = "KHR_materials_pbrSpecularGlossiness";
 
-fn material(field: &[&str]) -> Option<MaterialField> {
-    use MaterialField as F;
+fn material(field: &[&str]) -> Option<MaterialProperty> {
+    use MaterialProperty as F;
     Some(match *field {
         ["pbrMetallicRoughness", "baseColorFactor"] => F::Base,
         ["pbrMetallicRoughness", "metallicFactor"] => F::Metallic,
@@ -75,42 +75,42 @@ fn material(field: &[&str]) -> Option<MaterialField> {
     })
 }
 
-fn slot(path: &[&str]) -> Option<Slot> {
+fn slot(path: &[&str]) -> Option<TextureSlot> {
     Some(match *path {
-        ["pbrMetallicRoughness", "baseColorTexture"] => Slot::Base,
-        ["pbrMetallicRoughness", "metallicRoughnessTexture"] => Slot::MetallicRoughness,
-        ["normalTexture"] => Slot::Normal,
-        ["occlusionTexture"] => Slot::Occlusion,
-        ["emissiveTexture"] => Slot::Emission,
-        ["extensions", "KHR_materials_specular", "specularTexture"] => Slot::Specular,
-        ["extensions", "KHR_materials_specular", "specularColorTexture"] => Slot::SpecularColor,
-        ["extensions", "KHR_materials_transmission", "transmissionTexture"] => Slot::Transmission,
-        ["extensions", GLOSSY, "diffuseTexture"] => Slot::Diffuse,
-        ["extensions", GLOSSY, "specularGlossinessTexture"] => Slot::SpecularGlossiness,
+        ["pbrMetallicRoughness", "baseColorTexture"] => TextureSlot::Base,
+        ["pbrMetallicRoughness", "metallicRoughnessTexture"] => TextureSlot::MetallicRoughness,
+        ["normalTexture"] => TextureSlot::Normal,
+        ["occlusionTexture"] => TextureSlot::Occlusion,
+        ["emissiveTexture"] => TextureSlot::Emission,
+        ["extensions", "KHR_materials_specular", "specularTexture"] => TextureSlot::Specular,
+        ["extensions", "KHR_materials_specular", "specularColorTexture"] => TextureSlot::SpecularColor,
+        ["extensions", "KHR_materials_transmission", "transmissionTexture"] => TextureSlot::Transmission,
+        ["extensions", GLOSSY, "diffuseTexture"] => TextureSlot::Diffuse,
+        ["extensions", GLOSSY, "specularGlossinessTexture"] => TextureSlot::SpecularGlossiness,
         _ => return None,
     })
 }
 
-fn light(field: &[&str]) -> Option<LightField> {
+fn light(field: &[&str]) -> Option<LightProperty> {
     Some(match *field {
-        ["color"] => LightField::Color,
-        ["intensity"] => LightField::Intensity,
-        ["range"] => LightField::Range,
+        ["color"] => LightProperty::Color,
+        ["intensity"] => LightProperty::Intensity,
+        ["range"] => LightProperty::Range,
         // Some exporters join the last two names with a dot.
-        ["spot", "innerConeAngle"] | ["spot.innerConeAngle"] => LightField::InnerCone,
-        ["spot", "outerConeAngle"] | ["spot.outerConeAngle"] => LightField::OuterCone,
+        ["spot", "innerConeAngle"] | ["spot.innerConeAngle"] => LightProperty::InnerCone,
+        ["spot", "outerConeAngle"] | ["spot.outerConeAngle"] => LightProperty::OuterCone,
         _ => return None,
     })
 }
 
-fn camera(kind: &str, field: &str) -> Option<CameraField> {
+fn camera(kind: &str, field: &str) -> Option<CameraProperty> {
     Some(match (kind, field) {
-        ("perspective", "yfov") => CameraField::Yfov,
-        ("perspective", "aspectRatio") => CameraField::Aspect,
-        ("orthographic", "xmag") => CameraField::Xmag,
-        ("orthographic", "ymag") => CameraField::Ymag,
-        (_, "znear") => CameraField::Znear,
-        (_, "zfar") => CameraField::Zfar,
+        ("perspective", "yfov") => CameraProperty::Yfov,
+        ("perspective", "aspectRatio") => CameraProperty::Aspect,
+        ("orthographic", "xmag") => CameraProperty::Xmag,
+        ("orthographic", "ymag") => CameraProperty::Ymag,
+        (_, "znear") => CameraProperty::Znear,
+        (_, "zfar") => CameraProperty::Zfar,
         _ => return None,
     })
 }

@@ -12,7 +12,7 @@ use super::document::Document;
 use crate::import::error::{LoadError, Warnings};
 use crate::import::files::escape::printable;
 use crate::import::image;
-use crate::scene::{Filter, Image, Texture, Wrap};
+use crate::scene::{Image, Texture, TextureFilter, Wrap};
 
 /// An image's name and its encoded bytes.
 type File<'d> = (String, Cow<'d, [u8]>);
@@ -191,8 +191,8 @@ fn sampled(doc: &Document<'_>, texture: usize, image: u32) -> Texture {
         Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
     };
     let filter = match sampler.and_then(|s| s.mag_filter) {
-        Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
-        _ => Filter::Linear,
+        Some(Checked::Valid(MagFilter::Nearest)) => TextureFilter::Nearest,
+        _ => TextureFilter::Linear,
     };
     let wrap = sampler.map_or([Wrap::Repeat; 2], |s| [wrap(s.wrap_s), wrap(s.wrap_t)]);
     Texture { image, wrap, filter, decode_last: false }

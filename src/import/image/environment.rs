@@ -10,7 +10,7 @@ use crate::import::Limits;
 use crate::import::error::LoadError;
 use crate::import::files::read_file::read_scene_file;
 use crate::import::memory::MemoryBudget;
-use crate::scene::Sky;
+use crate::scene::SkyIrradiance;
 
 /// No picture of light is larger: 16384 × 8192.
 const MAX_PIXELS: u64 = 1 << 27;
@@ -22,7 +22,7 @@ const PIXEL: u64 = 32;
 ///
 /// # Errors
 /// A file that cannot be read, is neither, is damaged, too large, or of another shape.
-pub fn load_sky(path: &Path, limits: &Limits) -> Result<Sky, LoadError> {
+pub fn load_sky(path: &Path, limits: &Limits) -> Result<SkyIrradiance, LoadError> {
     let budget = MemoryBudget::new(limits.memory_bytes);
     let bytes = read_scene_file(path, limits.file_bytes.min(limits.memory_bytes))?;
     budget.charge(bytes.len() as u64)?;
@@ -52,7 +52,7 @@ pub fn load_sky(path: &Path, limits: &Limits) -> Result<Sky, LoadError> {
     decoder_limits.max_alloc = Some((pixels * PIXEL).max(64 << 20));
     reader.limits(decoder_limits);
     let picture = reader.decode().map_err(wrong)?.into_rgb32f();
-    Ok(Sky::from_equirectangular(width, height, |x, y| Rgb::from(picture.get_pixel(x, y).0)))
+    Ok(SkyIrradiance::from_equirectangular(width, height, |x, y| Rgb::from(picture.get_pixel(x, y).0)))
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::Limits;
-use crate::scene::{Channels, Image, Mips, Texels};
+use crate::scene::{Channels, Image, MipMaps, Texels};
 
 /// What textures may be, beside KTX2; of a GIF its first frame.
 const TEXTURES: [ImageFormat; 7] = [
@@ -68,7 +68,7 @@ pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image,
         };
         texels(colored(image.ok_or_else(|| wrong(&"it is cut off"))?, palette))
     };
-    Ok(Image { name: name.to_string(), width, height, channels, texels, mips: Mips::default() })
+    Ok(Image { name: name.to_string(), width, height, channels, texels, mips: MipMaps::default() })
 }
 
 /// What was decoded, where it is numbers of a palette's colours with those in their places.
@@ -186,7 +186,7 @@ mod tests {
             let bytes = std::fs::read(folder.join(name)).unwrap();
             let image = decode(name, &bytes, &Limits::default()).unwrap();
             assert_eq!((image.width, image.height, image.channels), (16, 8, channels), "{name}");
-            assert_eq!(decoded_size(&bytes), image.bytes(), "{name}");
+            assert_eq!(decoded_size(&bytes), image.byte_size(), "{name}");
             for (texel, expected) in [(0, left), (15, right), (7 * 16, left), (7 * 16 + 15, right)] {
                 let found = image.stored(texel);
                 assert!(found.abs_diff_eq(Vec4::from(expected), tolerance), "{name} at {texel}: {found}");

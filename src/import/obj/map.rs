@@ -4,7 +4,7 @@
 use glam::Vec2;
 
 use super::text::{number, split_keyword};
-use crate::scene::Channel4;
+use crate::scene::TextureChannel;
 
 /// A texture as an MTL names it.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub(super) struct Map {
     /// `-bm`.
     pub bump: f32,
     /// `-imfchan`.
-    pub channel: Option<Channel4>,
+    pub channel: Option<TextureChannel>,
 }
 
 /// How many values an option takes at most; `None` for words that are no option.
@@ -110,11 +110,11 @@ impl Map {
             "-clamp" => self.clamp = is(first, "on"),
             "-imfchan" => {
                 self.channel = first.chars().next().map(|c| match c.to_ascii_lowercase() {
-                    'r' => Channel4::R,
-                    'g' => Channel4::G,
-                    'b' => Channel4::B,
-                    'm' => Channel4::A,
-                    _ => Channel4::Mean,
+                    'r' => TextureChannel::R,
+                    'g' => TextureChannel::G,
+                    'b' => TextureChannel::B,
+                    'm' => TextureChannel::A,
+                    _ => TextureChannel::Mean,
                 });
             }
             "-mm" => return (at(0, 0.0), at(1, 1.0)) == (0.0, 1.0),

@@ -10,8 +10,8 @@ use super::textures::Library;
 use crate::geometry::Rgb;
 use crate::import::files::escape::printable;
 use crate::scene::{
-    AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
-    ScalarInput, TextureRef,
+    AlphaMode, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, ScalarInput,
+    TextureChannel, TextureRef,
 };
 
 /// What faces without a material get: matte white.
@@ -32,14 +32,14 @@ pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings
     let emission = ColorInput { factor: mtl.beside(mtl.ke, &texture).unwrap_or(unsaid), texture };
     let (mut alpha, alpha_mode) = alpha(mtl, library, warnings);
     // One picture with both: then colours that alpha hides have no say in their mean.
-    let own = base.texture.as_ref().is_some_and(|base| alpha.texture == Some((*base, Channel4::A)));
+    let own = base.texture.as_ref().is_some_and(|base| alpha.texture == Some((*base, TextureChannel::A)));
     if own {
         alpha.texture = None;
     }
     let reflectance = if mtl.is_physical() { physical(mtl, library) } else { literal(mtl, library) };
     Material {
         name: mtl.name.clone(),
-        base,
+        base_color: base,
         alpha,
         alpha_from_base: own,
         alpha_mode,
@@ -110,7 +110,7 @@ fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
         // A map alone counts as it is.
         let unsaid = if map.is_some() { 1.0 } else { missing };
         let factor = mtl.beside(given, &texture).unwrap_or(unsaid).clamp(0.0, 1.0);
-        let channel = map.as_ref().and_then(|map| map.channel).unwrap_or(Channel4::Mean);
+        let channel = map.as_ref().and_then(|map| map.channel).unwrap_or(TextureChannel::Mean);
         ScalarInput { factor, texture: texture.map(|t| (t, channel)) }
     };
     Reflectance::MetallicRoughness {
@@ -130,7 +130,7 @@ fn dielectric(mtl: &Mtl, library: &mut Library) -> Dielectric {
     let meant = |&ni: &f32| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0);
     Dielectric {
         ior: mtl.ni.filter(meant).unwrap_or(default.ior),
-        specular: ScalarInput { factor: level.min(1.0), texture: map.map(|t| (t, Channel4::Mean)) },
+        specular: ScalarInput { factor: level.min(1.0), texture: map.map(|t| (t, TextureChannel::Mean)) },
         specular_color: ColorInput::new(Vec3::splat(level.max(1.0))),
     }
 }
@@ -154,8 +154,8 @@ fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarIn
         let image = library.image(mtl, map)?;
         let channel = match map.channel {
             Some(channel) => channel,
-            None if library.has_alpha(image) => Channel4::A,
-            None => Channel4::Mean,
+            None if library.has_alpha(image) => TextureChannel::A,
+            None => TextureChannel::Mean,
         };
         Some((library.texture(mtl, Some(map))?, channel))
     });
@@ -183,5 +183,9 @@ fn normal(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Option<N
         warnings.add("", format!("bump map '{}' holds heights, which are not shown", printable(&map.file)));
         return None;
     }
-    Some(NormalMap { texture: library.texture(mtl, Some(map))?, scale: map.bump, blends: mtl.by_blender })
+    Some(NormalMap {
+        texture: library.texture(mtl, Some(map))?,
+        scale: map.bump,
+        scale_is_strength: mtl.by_blender,
+    })
 }

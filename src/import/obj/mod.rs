@@ -35,7 +35,7 @@ use super::error::{LoadError, Warning, Warnings};
 use super::memory::MemoryBudget;
 use super::{Limits, LoadOptions, UpAxis};
 use crate::import::files::{escape::printable, scene_folder::SceneFolder};
-use crate::scene::{Content, Format, Hashing, Instance, Local, Node, Scene, Source};
+use crate::scene::{FileDigest, HashingReader, Instance, LocalTransform, Node, Scene, Source, SourceFormat};
 use libraries::Libraries;
 use line_chunks::STRETCH;
 use mtl::Mtl;
@@ -79,14 +79,14 @@ fn read_text(
     let file = crate::import::files::read_file::open_scene_file(path, limits.file_bytes)?;
     let bytes = file.get_ref().metadata().map_err(|e| LoadError::io(path, e))?.len();
     budget.charge_obj(bytes)?;
-    let mut file = Hashing::new(file);
+    let mut file = HashingReader::new(file);
     if let Some(read) = quickly(&mut file, STRETCH, limits, origin) {
-        folder.sources.record_scene(file.content());
+        folder.sources.record_scene(file.digest());
         return Ok(read);
     }
     budget.charge_obj_lenient(bytes)?;
     let bytes = crate::import::files::read_file::read_scene_file(path, limits.file_bytes)?;
-    folder.sources.record_scene(Content::of(&bytes));
+    folder.sources.record_scene(FileDigest::of(&bytes));
     carefully(&bytes, limits, origin)
 }
 
@@ -157,11 +157,11 @@ fn scene(
     let mut images = Library::load(&mtls, folder, &options.limits, budget, &mut warnings)?;
 
     let mut scene = Scene {
-        source: Source { format: Format::Obj, generator, ..Default::default() },
+        source: Source { format: SourceFormat::Obj, generator, ..Default::default() },
         objects: parsed.objects.clone(),
         ..Default::default()
     };
-    let local = Local::Matrix(to_world(options.up, origin));
+    let local = LocalTransform::Matrix(to_world(options.up, origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
     let meshes = meshes::meshes(parsed, &options.limits)?;
     // Materials in the order in which faces use them; `None` is the default material.

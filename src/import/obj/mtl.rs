@@ -240,7 +240,7 @@ fn set_colors(slot: &mut Option<Map>, rest: &str) -> Result<(), Left> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Channel4;
+    use crate::scene::TextureChannel;
     use glam::Vec2;
 
     fn one(text: &str) -> (Mtl, Vec<String>) {
@@ -276,7 +276,7 @@ mod tests {
             let map = m.map_roughness.unwrap();
             assert_eq!(map.file, "my  tex 2.png", "{text}");
             assert_eq!((map.scale, map.offset), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.0)));
-            assert_eq!((map.clamp, map.bump, map.channel), (true, 0.5, Some(Channel4::G)));
+            assert_eq!((map.clamp, map.bump, map.channel), (true, 0.5, Some(TextureChannel::G)));
             assert!(warnings.is_empty());
         }
         let (m, warnings) = one("newmtl a\nMap_Kd -clamp ON -colorspace sRGB tex#1.png\n");

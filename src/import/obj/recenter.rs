@@ -15,7 +15,7 @@ pub(crate) fn middle(parsed: &Parsed) -> Option<DVec3> {
     let mut corners = parsed.triangles.iter().flatten().map(|c| parsed.positions[c.v as usize]);
     // Of most meshes the first few faces say that they are not.
     let far = corners.all(|p| {
-        bounds.add(p.as_dvec3());
+        bounds.extend(p.as_dvec3());
         let nearest = || DVec3::ZERO.clamp(bounds.min, bounds.max);
         bounds.is_empty() || nearest().length_squared() > FAR * FAR * bounds.extent().length_squared()
     });

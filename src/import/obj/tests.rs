@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::super::{LoadError, LoadOptions, UpAxis, load};
 use crate::geometry::Rgb;
-use crate::scene::{AlphaMode, Local, Material, Mesh, Reflectance, Scene};
+use crate::scene::{AlphaMode, LocalTransform, Material, Mesh, Reflectance, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 /// Loads `obj` with further files beside it.
@@ -162,7 +162,7 @@ fn far_from_the_origin_vertices_keep_their_distances() {
         );
         let (scene, warnings) = read(&text, &[]).unwrap();
         assert!(warnings.is_empty(), "{warnings:?}");
-        let Local::Matrix(to_world) = scene.nodes[0].local else { panic!("a matrix") };
+        let LocalTransform::Matrix(to_world) = scene.nodes[0].local else { panic!("a matrix") };
         let first = to_world.transform_point3(scene.meshes[0].positions[0].as_dvec3());
         assert!(first.abs_diff_eq(DVec3::new(500000.125, 5300000.001, 7.0), 1e-7), "{first}");
         let options = LoadOptions { up: UpAxis::Z, ..LoadOptions::default() };
@@ -248,7 +248,10 @@ fn mtl_statements_are_the_lectures_coefficients() {
     assert!(warnings.is_empty(), "{warnings:?}");
     let Reflectance::Mtl(mtl) = m.reflectance else { panic!("{m:?}") };
     assert_eq!(mtl.ambient.unwrap().factor, Rgb::new(0.1, 0.2, 0.3));
-    assert_eq!((m.base.factor, mtl.specular.factor), (Rgb::new(0.4, 0.5, 0.6), Rgb::new(0.7, 0.8, 0.9)));
+    assert_eq!(
+        (m.base_color.factor, mtl.specular.factor),
+        (Rgb::new(0.4, 0.5, 0.6), Rgb::new(0.7, 0.8, 0.9))
+    );
     assert_eq!((mtl.shininess, m.emission.factor), (37.0, Rgb::X));
     assert!(m.double_sided);
 }
@@ -315,15 +318,18 @@ fn textures_are_found_however_they_are_named() {
         "-s 1 1 1 tex/t 1.png",
     ] {
         let (m, warnings) = with_mtl(&format!("newmtl m\nmap_Kd {name}\n"));
-        assert!(m.base.texture.is_some(), "{name}: {warnings:?}");
-        assert_eq!(m.base.factor, Rgb::ONE, "a textured material without Kd is white");
+        assert!(m.base_color.texture.is_some(), "{name}: {warnings:?}");
+        assert_eq!(m.base_color.factor, Rgb::ONE, "a textured material without Kd is white");
     }
     let obj = format!("{SQUARE}mtllib A.MTL\nusemtl m\nf 1/1 2/2 3/3\n");
     for name in ["C:\\work\\Leaf.PNG", "/home/else/leaf.png", "..\\..\\leaf.png", "leaf.PNG"] {
         let mtl = format!("newmtl m\nKd .5 .5 .5\nmap_Kd {name}\n");
         let files: [(&str, &[u8]); 2] = [("a.mtl", mtl.as_bytes()), ("leaf.png", &png([9, 9, 9, 255]))];
         let (scene, warnings) = read(&obj, &files).unwrap();
-        assert!(scene.materials[0].base.texture.is_some() && warnings.is_empty(), "{name}: {warnings:?}");
+        assert!(
+            scene.materials[0].base_color.texture.is_some() && warnings.is_empty(),
+            "{name}: {warnings:?}"
+        );
     }
 }
 
@@ -332,7 +338,7 @@ fn textures_are_found_however_they_are_named() {
 fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
     let (m, warnings) = with_mtl("newmtl m\nKd .5 .5 .5\nmap_Kd nowhere.png\n");
     assert!(
-        m.base.texture.is_none() && warnings.len() == 1 && warnings[0].contains("nowhere.png"),
+        m.base_color.texture.is_none() && warnings.len() == 1 && warnings[0].contains("nowhere.png"),
         "{warnings:?}"
     );
     let (_, warnings) = with_mtl("newmtl m\nbump nowhere.png\n");
@@ -340,7 +346,7 @@ fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
     let obj = format!("{SQUARE}mtllib gone.mtl\nusemtl m\nf 1 2 3\n");
     let (scene, warnings) = read(&obj, &[]).unwrap();
     assert!(warnings.len() == 1 && warnings[0].contains("gone.mtl"), "{warnings:?}");
-    assert_eq!(scene.materials[0].base.factor, Rgb::ONE);
+    assert_eq!(scene.materials[0].base_color.factor, Rgb::ONE);
     let (scene, warnings) = read(&obj, &[("gone.mtl", b"newmtl other\n")]).unwrap();
     assert!(warnings.len() == 1 && warnings[0].contains("'m'"), "{warnings:?}");
     assert_eq!(scene.materials.len(), 1);
@@ -353,10 +359,10 @@ fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
 fn libraries_with_spaces_are_one_name_first_and_several_then() {
     let obj = format!("{SQUARE}mtllib my lib.mtl\nusemtl a b\nf 1 2 3\n");
     let (scene, warnings) = read(&obj, &[("my lib.mtl", b"newmtl a b\nKd 0 1 0\n")]).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::Y, "{warnings:?}");
+    assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::Y, "{warnings:?}");
     let two: [(&str, &[u8]); 2] = [("my", b"newmtl x\n"), ("lib.mtl", b"newmtl a b\nKd 0 0 1\n")];
     let (scene, warnings) = read(&obj, &two).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::Z, "{warnings:?}");
+    assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::Z, "{warnings:?}");
 }
 
 #[test]
@@ -452,7 +458,7 @@ fn the_models_that_come_along_are_read() {
     {
         let (scene, warnings) = load(&models.join(name), &LoadOptions::default()).unwrap();
         assert!(warnings.is_empty(), "{name}: {warnings:?}");
-        assert_eq!(scene.drawn_triangles(), triangles, "{name}");
+        assert_eq!(scene.instanced_triangle_count(), triangles, "{name}");
         assert!(scene.objects.len() >= objects);
     }
 }
@@ -468,9 +474,9 @@ fn faces_may_stand_before_what_they_use() {
 fn an_empty_material_name_is_a_name_where_the_mtl_has_it() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl \nf 1 2 3\n");
     let (scene, warnings) = read(&obj, &[("a.mtl", b"newmtl \nKd 0 1 0\n")]).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::Y, "{warnings:?}");
+    assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::Y, "{warnings:?}");
     let (scene, warnings) = read(&obj, &[("a.mtl", b"newmtl b\nKd 0 1 0\n")]).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::ONE, "{warnings:?}");
+    assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::ONE, "{warnings:?}");
 }
 
 #[test]
@@ -490,5 +496,5 @@ fn keywords_may_be_in_capitals() {
     let (scene, warnings) =
         read(obj.lines().map(shout).collect::<String>(), &[("a.mtl", b"newmtl m\nKd 0 1 0\n")]).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
-    assert_eq!((scene.drawn_triangles(), scene.materials[0].base.factor), (1, Rgb::Y));
+    assert_eq!((scene.instanced_triangle_count(), scene.materials[0].base_color.factor), (1, Rgb::Y));
 }

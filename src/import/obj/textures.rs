@@ -19,7 +19,7 @@ use crate::import::files::{
     escape::printable,
     scene_folder::{ReferenceError, SceneFolder},
 };
-use crate::scene::{Channels, Filter, Image, Mips, Texels, Texture, TextureRef, UvTransform, Wrap};
+use crate::scene::{Channels, Image, MipMaps, Texels, Texture, TextureFilter, TextureRef, UvTransform, Wrap};
 
 /// Reads a file by a name from another system, another folder, in another case or form of Unicode, with a comment
 /// behind it, or as a URI has it.
@@ -217,7 +217,7 @@ impl Library {
 
     fn reference(&mut self, image: u32, map: &Map) -> TextureRef {
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-        let texture = Texture { image, wrap: [wrap; 2], filter: Filter::Linear, decode_last: false };
+        let texture = Texture { image, wrap: [wrap; 2], filter: TextureFilter::Linear, decode_last: false };
         let id = *self.texture_of.entry((image, map.clamp)).or_insert_with(|| {
             self.textures.push(texture);
             self.textures.len() as u32 - 1
@@ -272,7 +272,7 @@ fn over_black(image: &Image) -> Image {
     };
     let Image { name, width, height, .. } = image;
     let (width, height) = (*width, *height);
-    Image { name: name.clone(), width, height, channels: Channels::Rgb, texels, mips: Mips::default() }
+    Image { name: name.clone(), width, height, channels: Channels::Rgb, texels, mips: MipMaps::default() }
 }
 
 /// Whether an image is in a format of which Blender leaves the colours as they are, whatever their alpha.
@@ -300,7 +300,7 @@ mod tests {
             height: 1,
             channels: Channels::Rgba,
             texels: Texels::U8(texel.to_vec()),
-            mips: Mips::default(),
+            mips: MipMaps::default(),
         };
         let mut library = Library { images: vec![image([128, 128, 255, 255])], ..Library::default() };
         assert!(!library.has_alpha(0) && library.looks_like_normals(0));

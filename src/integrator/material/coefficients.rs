@@ -8,11 +8,11 @@
 
 use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 
-use crate::geometry::{Rgb, power_below_one};
+use crate::geometry::{Rgb, pow_one_minus};
 use crate::integrator::surface::texture_eval::OnMesh;
 use crate::scene::{
-    AlphaMode, Channel4, ColorInput, Dielectric, Material, MtlReflectance, PosedScene, Reading, Reflectance,
-    ScalarInput,
+    AlphaMode, ColorInput, Dielectric, Material, MtlReflectance, PosedScene, Reflectance, ScalarInput,
+    TexelSemantics, TextureChannel,
 };
 
 /// The lecture's coefficients at a point.
@@ -51,7 +51,7 @@ pub struct MaterialOverrides {
 
 impl ColorInput {
     fn at(&self, posed: &PosedScene, on: &OnMesh) -> Rgb {
-        self.factor * on.texture(posed, self.texture.as_ref(), Reading::Color).xyz()
+        self.factor * on.texture(posed, self.texture.as_ref(), TexelSemantics::Color).xyz()
     }
 }
 
@@ -63,13 +63,13 @@ impl ScalarInput {
     /// The texture's channel alone; 1 without a texture.
     fn texel(&self, posed: &PosedScene, on: &OnMesh) -> f32 {
         let Some((texture, channel)) = &self.texture else { return 1.0 };
-        let t = on.texture(posed, Some(texture), Reading::Data);
+        let t = on.texture(posed, Some(texture), TexelSemantics::Data);
         match channel {
-            Channel4::R => t.x,
-            Channel4::G => t.y,
-            Channel4::B => t.z,
-            Channel4::A => t.w,
-            Channel4::Mean => (t.x + t.y + t.z) / 3.0,
+            TextureChannel::R => t.x,
+            TextureChannel::G => t.y,
+            TextureChannel::B => t.z,
+            TextureChannel::A => t.w,
+            TextureChannel::Mean => (t.x + t.y + t.z) / 3.0,
         }
     }
 }
@@ -78,7 +78,7 @@ impl ScalarInput {
 /// texels: of means, a distant fence would be all there or all gone.
 pub(crate) fn alpha(posed: &PosedScene, material: &Material, on: &OnMesh) -> f32 {
     let opacity = |on: &OnMesh| {
-        let base = if material.alpha_from_base { material.base.texture.as_ref() } else { None };
+        let base = if material.alpha_from_base { material.base_color.texture.as_ref() } else { None };
         covering(posed, material, on, on.coverage(posed, base))
     };
     match material.alpha_mode {
@@ -121,11 +121,11 @@ pub(crate) fn base_color(posed: &PosedScene, material: &Material, on: &OnMesh) -
 
 /// What the base colour's texture has at a place.
 fn base_texel(posed: &PosedScene, material: &Material, on: &OnMesh) -> Vec4 {
-    on.texture(posed, material.base.texture.as_ref(), material.base_reading())
+    on.texture(posed, material.base_color.texture.as_ref(), material.base_color_semantics())
 }
 
 fn tinted(material: &Material, on: &OnMesh, texel: Vec4) -> Rgb {
-    material.base.factor * texel.xyz() * on.color().xyz()
+    material.base_color.factor * texel.xyz() * on.color().xyz()
 }
 
 impl Coefficients {
@@ -356,7 +356,7 @@ pub fn lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
     let sin2 = n.cross(h).length_squared() / h2;
     // Behind the surface the cosine is 0, and 0⁰ is 1.
     let below_one = if n.dot(h) > 0.0 { sin2.min(1.0) } else { 1.0 };
-    let lobe = power_below_one(below_one, 0.5 * f64::from(p));
+    let lobe = pow_one_minus(below_one, 0.5 * f64::from(p));
     if h2 > 0.0 { lobe } else { 0.0 }
 }
 

@@ -30,8 +30,9 @@ mod tests {
     use crate::integrator::surface::ray_differentials::Spread;
     use crate::scene::pose;
     use crate::scene::{
-        AlphaMode, Channel4, Channels, ColorInput, Filter, Image, Instance, Local, Material, Mesh, Mips,
-        Node, PoseSettings, ScalarInput, Scene, Texels, Texture, TextureRef, UvTransform, Wrap,
+        AlphaMode, Channels, ColorInput, Image, Instance, LocalTransform, Material, Mesh, MipMaps, Node,
+        PoseSettings, ScalarInput, Scene, Texels, Texture, TextureChannel, TextureFilter, TextureRef,
+        UvTransform, Wrap,
     };
     use glam::{DAffine3, Vec2, Vec4};
 
@@ -63,7 +64,7 @@ mod tests {
             height,
             channels: Channels::Rgba,
             texels: Texels::U8(texels),
-            mips: Mips::default(),
+            mips: MipMaps::default(),
         };
         let (mut positions, mut uv, mut colors) = (Vec::new(), Vec::new(), Vec::new());
         for i in 0..400 {
@@ -80,16 +81,20 @@ mod tests {
         let by = TextureRef { texture: 0, uv_set: 0, transform };
         let mut material = Material { alpha_mode: mode, ..Material::default() };
         if matches!(mode, AlphaMode::Mask(_)) {
-            (material.base, material.alpha_from_base) =
-                (ColorInput { texture: Some(by), ..material.base }, true);
+            (material.base_color, material.alpha_from_base) =
+                (ColorInput { texture: Some(by), ..material.base_color }, true);
         } else {
-            material.alpha = ScalarInput { factor: 1.0, texture: Some((by, Channel4::A)) };
+            material.alpha = ScalarInput { factor: 1.0, texture: Some((by, TextureChannel::A)) };
         }
         let triangles = (0..400).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let mesh = Mesh { positions, uvs: vec![uv], colors, triangles, ..Mesh::default() };
         Scene {
             meshes: vec![mesh],
-            nodes: vec![Node { local: Local::Matrix(DAffine3::IDENTITY), visible: true, ..Node::default() }],
+            nodes: vec![Node {
+                local: LocalTransform::Matrix(DAffine3::IDENTITY),
+                visible: true,
+                ..Node::default()
+            }],
             instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
             materials: vec![material],
             images: vec![image],
@@ -103,17 +108,18 @@ mod tests {
     fn solid_triangles_have_no_holes() {
         let any = &mut Any(7);
         for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
-            for filter in [Filter::Nearest, Filter::Linear] {
+            for filter in [TextureFilter::Nearest, TextureFilter::Linear] {
                 for mode in [AlphaMode::Blend, AlphaMode::Mask(0.5)] {
                     let transform = match filter {
-                        Filter::Nearest => UvTransform::IDENTITY,
+                        TextureFilter::Nearest => UvTransform::IDENTITY,
                         _ => UvTransform::khr(any.place(9.0), any.next(), Vec2::new(0.7, -1.3)),
                     };
                     let texture =
                         Texture { image: 0, wrap: [wrap, Wrap::Repeat], filter, decode_last: false };
                     let scene = scene(mode, texture, transform, any);
                     let posed = pose(&scene, &PoseSettings::default()).unwrap();
-                    let (solid, mesh, material) = (posed.solid(0), &scene.meshes[0], &scene.materials[0]);
+                    let (solid, mesh, material) =
+                        (posed.opaque_triangles(0), &scene.meshes[0], &scene.materials[0]);
                     let (mut there, mut missed) = (0, 0);
                     for triangle in 0..400 {
                         let corners = mesh.triangles[triangle as usize];

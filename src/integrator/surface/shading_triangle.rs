@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::accel::{Accel, Columnwise};
-use crate::geometry::{HitId, Ray, RayDifferential, offset_point, point_error};
+use crate::geometry::{HitId, Ray, RayDifferential, offset_ray_origin, point_error};
 use crate::integrator::material::coefficients::widens;
 use crate::integrator::surface::points::{Columns, Found, Group, Met, Rays, TOGETHER};
 use crate::integrator::surface::ray_differentials::Spread;
@@ -48,12 +48,12 @@ impl<'s> Facet<'s> {
         let normals = posed.normals(id.instance);
         let normal = |c: u32| {
             let n = transform.normal(normals[c as usize]);
-            if mesh.smooth_in_own_frame { n } else { n.normalize_or_zero() }
+            if mesh.interpolate_normals_locally { n } else { n.normalize_or_zero() }
         };
         let n = if normals.is_empty() { [DVec3::ZERO; 3] } else { corners.map(normal) };
         let p_error = point_error(world, local, &transform.affine);
-        let flat = Flat::new(world, transform.flips);
-        let lift = Lift::new(&flat.v, &n, !mesh.smooth_in_own_frame);
+        let flat = Flat::new(world, transform.flips_winding);
+        let lift = Lift::new(&flat.v, &n, !mesh.interpolate_normals_locally);
         let material = &posed.materials[mesh.material as usize];
         let even = !widens(material) && material.normal.is_none() && !material.is_textured();
         let tint = posed.scene.instances[id.instance as usize].color;
@@ -128,7 +128,7 @@ impl<'s> Facet<'s> {
     #[inline(always)]
     fn above(&self, p: Vec3, n_g: DVec3) -> Vec3 {
         let n_g = n_g.as_vec3();
-        offset_point(p, self.p_error, n_g, n_g)
+        offset_ray_origin(p, self.p_error, n_g, n_g)
     }
 
     /// Where a shadow ray from a point towards `l` starts ([`Surface::shadow_origin`]); the point by its
@@ -204,14 +204,14 @@ mod tests {
     use super::*;
     use crate::accel::{BuildSettings, Tier};
     use crate::scene::pose;
-    use crate::scene::{Instance, Local, Material, Node, PoseSettings, Scene};
+    use crate::scene::{Instance, LocalTransform, Material, Node, PoseSettings, Scene};
     use glam::DAffine3;
 
     /// One mesh under a transform.
     fn placed(mesh: Mesh, transform: DAffine3) -> Scene {
         Scene {
             meshes: vec![mesh],
-            nodes: vec![Node { local: Local::Matrix(transform), visible: true, ..Node::default() }],
+            nodes: vec![Node { local: LocalTransform::Matrix(transform), visible: true, ..Node::default() }],
             instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
             materials: vec![Material::default()],
             ..Scene::default()
@@ -238,7 +238,7 @@ mod tests {
                 positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
                 triangles: vec![[0, 1, 2]],
                 normals: normals.into(),
-                smooth_in_own_frame: own,
+                interpolate_normals_locally: own,
                 ..Mesh::default()
             };
             let scene = placed(mesh, DAffine3::from_scale(scale));

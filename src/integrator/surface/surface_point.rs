@@ -72,7 +72,7 @@ impl<'s> SurfacePoint<'s> {
         let (m, scale) = (m.as_dvec3(), f64::from(map.scale));
         let to_world = |n: DVec3| transform.normal(n.as_vec3());
         let side = if to_world(frame[2]).dot(self.n_v) < 0.0 { -1.0 } else { 1.0 };
-        let up = if map.blends { 1.0 + (m.z - 1.0) * scale.min(1.0) } else { m.z };
+        let up = if map.scale_is_strength { 1.0 + (m.z - 1.0) * scale.min(1.0) } else { m.z };
         let mapped = (frame[0] * m.x + frame[1] * m.y) * scale + frame[2] * up;
         // α² is twice the variance of a slope.
         let roughening = turns + 2.0 * variance * map.scale * map.scale;

@@ -8,7 +8,7 @@ use crate::accel::{Accel, Columnwise};
 use crate::integrator::surface::points::{Group, LANES, TOGETHER};
 use crate::integrator::surface::shading_triangle::Facet;
 use crate::integrator::surface::texture_eval::place;
-use crate::scene::{Image, Places, PosedScene, Reading, Texture, TextureRef};
+use crate::scene::{Image, PosedScene, SampleCoords, TexelSemantics, Texture, TextureRef};
 
 /// What was found, by the place of points in their [`Group`].
 #[derive(Debug, Default)]
@@ -24,7 +24,7 @@ pub(crate) struct Fetched<'a> {
 #[derive(Clone, Copy, Debug)]
 struct Use<'a> {
     t: &'a TextureRef,
-    reading: Reading,
+    reading: TexelSemantics,
     /// False: of a normal map, whose means over more than a texel are not a texture's.
     all: bool,
     /// In which column is what it finds.
@@ -55,9 +55,11 @@ impl<'a> Fetched<'a> {
         self.material = Some(material);
         self.uses.clear();
         let material = &posed.materials[material as usize];
-        let map = material.normal.as_ref().map(|map| (&map.texture, Reading::Data, false));
+        let map = material.normal.as_ref().map(|map| (&map.texture, TexelSemantics::Data, false));
         let mut columns = 0;
-        for (t, reading, all) in material.lookups().map(|(t, reading)| (t, reading, true)).chain(map) {
+        for (t, reading, all) in
+            material.textures_with_semantics().map(|(t, reading)| (t, reading, true)).chain(map)
+        {
             let alike = |of: &&Use| (of.t, of.reading, of.all) == (t, reading, all);
             let column = self.uses.iter().find(alike).map_or(columns, |of| of.column);
             columns = columns.max(column + 1);
@@ -68,7 +70,7 @@ impl<'a> Fetched<'a> {
 
     /// What this use of a texture has found at point `i`, if it was asked.
     #[inline(always)]
-    pub fn get(&self, t: &TextureRef, reading: Reading, i: usize) -> Option<Vec4> {
+    pub fn get(&self, t: &TextureRef, reading: TexelSemantics, i: usize) -> Option<Vec4> {
         let asked = |of: &&Use| std::ptr::eq(of.t, t) && of.reading == reading;
         self.uses.iter().find(asked).and_then(|of| self.columns[of.column][i])
     }
@@ -91,14 +93,14 @@ impl Columnwise for Fetch<'_, '_> {
         let Fetch { facet, group, at, texture, images, of: &Use { t, reading, all, .. }, out } = self;
         let uvs = facet.uvs(t.uv_set);
         for first in at.clone().step_by(TOGETHER) {
-            let mut places = Places::<TOGETHER>::ORIGIN;
+            let mut places = SampleCoords::<TOGETHER>::ORIGIN;
             for i in 0..TOGETHER {
                 let (b, spread) = group.place(first % LANES + i);
                 let (uv, over) = place(uvs, b, spread, &t.transform);
                 places.set(i, uv, over);
             }
             let end = at.end.min(first + TOGETHER);
-            texture.filtered_together(images, &places, (reading, all), &mut out[first..end]);
+            texture.sample_batch(images, &places, (reading, all), &mut out[first..end]);
         }
     }
 }

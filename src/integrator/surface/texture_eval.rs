@@ -6,7 +6,7 @@ use crate::geometry::{HitId, Ray};
 use crate::integrator::surface::ray_differentials::Spread;
 use crate::integrator::surface::texture_batch::Fetched;
 use crate::integrator::surface::triangle_plane::barycentrics;
-use crate::scene::{Footprint, Mesh, PosedScene, Reading, Texture, TextureRef, UvTransform};
+use crate::scene::{Footprint, Mesh, PosedScene, TexelSemantics, Texture, TextureRef, UvTransform};
 
 /// A place on a mesh, and how much of it a sample stands for.
 #[derive(Clone, Copy, Debug)]
@@ -32,10 +32,10 @@ fn between([a, b, c]: [Vec2; 3], by: [f32; 3]) -> Vec2 {
 /// Where a texture is looked up, and over what: at barycentrics `b` of corners with these texture coordinates.
 #[inline(always)]
 pub(crate) fn place(uvs: [Vec2; 3], b: [f32; 3], spread: Spread, to: &UvTransform) -> (Vec2, Footprint) {
-    let [right, up] = spread.of_uv(uvs).map(|by| to.step(by));
+    let [right, up] = spread.of_uv(uvs).map(|by| to.transform_vector(by));
     let point = spread.is_point();
     let over = |step: Vec2| if point { Vec2::ZERO } else { step };
-    (to.apply(between(uvs, b)), Footprint { right: over(right), up: over(up) })
+    (to.apply(between(uvs, b)), Footprint { dx: over(right), dy: over(up) })
 }
 
 impl<'s> OnMesh<'s> {
@@ -83,33 +83,33 @@ impl<'s> OnMesh<'s> {
     }
 
     /// A texture over what this place stands for; white where it is missing.
-    pub fn texture(&self, posed: &PosedScene, texture: Option<&TextureRef>, reading: Reading) -> Vec4 {
+    pub fn texture(&self, posed: &PosedScene, texture: Option<&TextureRef>, reading: TexelSemantics) -> Vec4 {
         let Some(t) = texture else { return Vec4::ONE };
         if let Some(found) = self.fetched.and_then(|(fetched, i)| fetched.get(t, reading, i)) {
             return found;
         }
         let (uv, over) = self.place(t);
-        posed.scene.textures[t.texture as usize].filtered(&posed.scene.images, uv, &over, reading)
+        posed.scene.textures[t.texture as usize].sample_filtered(&posed.scene.images, uv, &over, reading)
     }
 
     /// The mean vector of a normal map over what this place stands for, and the variance of its slopes.
     pub fn direction(&self, posed: &PosedScene, t: &TextureRef) -> (Vec3, f32) {
         // A point of the map has no spread.
-        if let Some(found) = self.fetched.and_then(|(fetched, i)| fetched.get(t, Reading::Data, i)) {
-            return (Texture::direction(found), 0.0);
+        if let Some(found) = self.fetched.and_then(|(fetched, i)| fetched.get(t, TexelSemantics::Data, i)) {
+            return (Texture::decode_normal(found), 0.0);
         }
         let (uv, over) = self.place(t);
-        posed.scene.textures[t.texture as usize].normal(&posed.scene.images, uv, &over)
+        posed.scene.textures[t.texture as usize].sample_normal_map(&posed.scene.images, uv, &over)
     }
 
-    /// A texture's alpha, as [`Reading::Covered`] has it; 1 where it is missing.
+    /// A texture's alpha, as [`TexelSemantics::AlphaWeightedColor`] has it; 1 where it is missing.
     pub fn coverage(&self, posed: &PosedScene, texture: Option<&TextureRef>) -> f32 {
         match texture {
             Some(t) if self.spread.is_point() => {
                 let uv = t.transform.apply(self.uv(t.uv_set));
-                posed.scene.textures[t.texture as usize].alpha(&posed.scene.images, uv)
+                posed.scene.textures[t.texture as usize].sample_alpha(&posed.scene.images, uv)
             }
-            _ => self.texture(posed, texture, Reading::Covered).w,
+            _ => self.texture(posed, texture, TexelSemantics::AlphaWeightedColor).w,
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::scene::{
 
 /// A number, or a few, of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum MaterialField {
+pub enum MaterialProperty {
     /// Base colour and alpha (4 numbers).
     Base,
     /// The same of a material of specular and glossiness.
@@ -42,16 +42,16 @@ pub enum MaterialField {
     /// Transmission.
     Transmission,
     /// Offset of a slot's texture coordinates (2 numbers).
-    Offset(Slot),
+    Offset(TextureSlot),
     /// Their rotation in radians.
-    Rotation(Slot),
+    Rotation(TextureSlot),
     /// Their scale (2 numbers).
-    Scale(Slot),
+    Scale(TextureSlot),
 }
 
 /// A place of a material where a texture can be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Slot {
+pub enum TextureSlot {
     /// Base colour and alpha.
     Base,
     /// The same of a material of specular and glossiness.
@@ -76,7 +76,7 @@ pub enum Slot {
 
 /// A number, or a few, of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum LightField {
+pub enum LightProperty {
     /// Linear colour (3 numbers).
     Color,
     /// Strength in the file's unit.
@@ -93,7 +93,7 @@ pub enum LightField {
 
 /// A number of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum CameraField {
+pub enum CameraProperty {
     /// Full vertical angle in radians.
     Yfov,
     /// Width over height.
@@ -108,56 +108,58 @@ pub enum CameraField {
     Zfar,
 }
 
-impl MaterialField {
+impl MaterialProperty {
     /// How many numbers it is.
     pub fn width(self) -> usize {
         match self {
-            MaterialField::Base | MaterialField::Diffuse => 4,
-            MaterialField::Emission | MaterialField::SpecularColor | MaterialField::SpecularF0 => 3,
-            MaterialField::Offset(_) | MaterialField::Scale(_) => 2,
+            MaterialProperty::Base | MaterialProperty::Diffuse => 4,
+            MaterialProperty::Emission | MaterialProperty::SpecularColor | MaterialProperty::SpecularF0 => 3,
+            MaterialProperty::Offset(_) | MaterialProperty::Scale(_) => 2,
             _ => 1,
         }
     }
 }
 
-impl LightField {
+impl LightProperty {
     /// How many numbers it is.
     pub fn width(self) -> usize {
-        if self == LightField::Color { 3 } else { 1 }
+        if self == LightProperty::Color { 3 } else { 1 }
     }
 }
 
 impl Material {
     /// Sets a field to as many numbers as it has. What this material does not have stays as it is.
-    pub(crate) fn drive(&mut self, field: MaterialField, v: &[f64]) {
+    pub(crate) fn set_property(&mut self, field: MaterialProperty, v: &[f64]) {
         let at = |i: usize| v.get(i).copied().unwrap_or(0.0) as f32;
         let vec3 = || Vec3::new(at(0), at(1), at(2));
         match field {
-            MaterialField::Base | MaterialField::Diffuse => {
-                if self.is_glossy() == (field == MaterialField::Diffuse) {
-                    (self.base.factor, self.alpha.factor) = (vec3(), at(3));
+            MaterialProperty::Base | MaterialProperty::Diffuse => {
+                if self.is_glossy() == (field == MaterialProperty::Diffuse) {
+                    (self.base_color.factor, self.alpha.factor) = (vec3(), at(3));
                 }
             }
-            MaterialField::AlphaCutoff => {
+            MaterialProperty::AlphaCutoff => {
                 if let AlphaMode::Mask(cutoff) = &mut self.alpha_mode {
                     *cutoff = at(0);
                 }
             }
-            MaterialField::Emission => self.emission.factor = vec3(),
-            MaterialField::EmissionStrength => self.emission_strength = at(0),
-            MaterialField::OcclusionStrength => self.occlusion.factor = at(0),
-            MaterialField::Transmission => self.transmission.factor = at(0),
-            MaterialField::NormalScale => {
+            MaterialProperty::Emission => self.emission.factor = vec3(),
+            MaterialProperty::EmissionStrength => self.emission_strength = at(0),
+            MaterialProperty::OcclusionStrength => self.occlusion.factor = at(0),
+            MaterialProperty::Transmission => self.transmission.factor = at(0),
+            MaterialProperty::NormalScale => {
                 if let Some(map) = &mut self.normal {
                     map.scale = at(0);
                 }
             }
-            MaterialField::Offset(slot) => {
+            MaterialProperty::Offset(slot) => {
                 self.slot(slot, |t| t.transform.set_offset(Vec2::new(at(0), at(1))))
             }
-            MaterialField::Rotation(slot) => self.slot(slot, |t| t.transform.set_rotation(at(0))),
-            MaterialField::Scale(slot) => self.slot(slot, |t| t.transform.set_scale(Vec2::new(at(0), at(1)))),
-            _ => self.reflectance.drive(field, vec3()),
+            MaterialProperty::Rotation(slot) => self.slot(slot, |t| t.transform.set_rotation(at(0))),
+            MaterialProperty::Scale(slot) => {
+                self.slot(slot, |t| t.transform.set_scale(Vec2::new(at(0), at(1))))
+            }
+            _ => self.reflectance.set_property(field, vec3()),
         }
     }
 
@@ -167,27 +169,27 @@ impl Material {
     }
 
     /// Changes the textures of a slot.
-    fn slot(&mut self, slot: Slot, change: impl Fn(&mut TextureRef)) {
-        let base = if self.is_glossy() { Slot::Diffuse } else { Slot::Base };
+    fn slot(&mut self, slot: TextureSlot, change: impl Fn(&mut TextureRef)) {
+        let base = if self.is_glossy() { TextureSlot::Diffuse } else { TextureSlot::Base };
         let scalar = |input: &mut ScalarInput| input.texture.iter_mut().for_each(|(t, _)| change(t));
         match (slot, &mut self.reflectance) {
-            (slot, _) if slot == base => self.base.texture.iter_mut().for_each(&change),
-            (Slot::Normal, _) => self.normal.iter_mut().for_each(|n| change(&mut n.texture)),
-            (Slot::Occlusion, _) => scalar(&mut self.occlusion),
-            (Slot::Emission, _) => self.emission.texture.iter_mut().for_each(&change),
-            (Slot::Transmission, _) => scalar(&mut self.transmission),
-            (Slot::MetallicRoughness, Reflectance::MetallicRoughness { metallic, roughness, .. }) => {
+            (slot, _) if slot == base => self.base_color.texture.iter_mut().for_each(&change),
+            (TextureSlot::Normal, _) => self.normal.iter_mut().for_each(|n| change(&mut n.texture)),
+            (TextureSlot::Occlusion, _) => scalar(&mut self.occlusion),
+            (TextureSlot::Emission, _) => self.emission.texture.iter_mut().for_each(&change),
+            (TextureSlot::Transmission, _) => scalar(&mut self.transmission),
+            (TextureSlot::MetallicRoughness, Reflectance::MetallicRoughness { metallic, roughness, .. }) => {
                 scalar(metallic);
                 scalar(roughness);
             }
-            (Slot::SpecularGlossiness, Reflectance::SpecularGlossiness { specular, glossiness }) => {
+            (TextureSlot::SpecularGlossiness, Reflectance::SpecularGlossiness { specular, glossiness }) => {
                 specular.texture.iter_mut().for_each(&change);
                 scalar(glossiness);
             }
-            (Slot::Specular, Reflectance::MetallicRoughness { dielectric, .. }) => {
+            (TextureSlot::Specular, Reflectance::MetallicRoughness { dielectric, .. }) => {
                 scalar(&mut dielectric.specular);
             }
-            (Slot::SpecularColor, Reflectance::MetallicRoughness { dielectric, .. }) => {
+            (TextureSlot::SpecularColor, Reflectance::MetallicRoughness { dielectric, .. }) => {
                 dielectric.specular_color.texture.iter_mut().for_each(&change);
             }
             _ => {}
@@ -197,8 +199,8 @@ impl Material {
 
 impl Reflectance {
     /// Sets a field of three numbers, or to the first of them.
-    fn drive(&mut self, field: MaterialField, v: Vec3) {
-        use MaterialField as F;
+    fn set_property(&mut self, field: MaterialProperty, v: Vec3) {
+        use MaterialProperty as F;
         match self {
             Reflectance::MetallicRoughness { metallic, roughness, dielectric } => match field {
                 F::Metallic => metallic.factor = v.x,
@@ -220,15 +222,15 @@ impl Reflectance {
 
 impl Light {
     /// Sets a field to as many numbers as it has.
-    pub(crate) fn drive(&mut self, field: LightField, v: &[f64]) {
+    pub(crate) fn set_property(&mut self, field: LightProperty, v: &[f64]) {
         let at = |i: usize| v.get(i).copied().unwrap_or(0.0) as f32;
         match (field, &mut self.kind) {
-            (LightField::Color, _) => self.color = Vec3::new(at(0), at(1), at(2)),
-            (LightField::Intensity, _) => self.intensity = at(0),
-            (LightField::Range, _) => self.range = if at(0) > 0.0 { at(0) } else { f32::INFINITY },
-            (LightField::InnerCone, LightKind::Spot { inner, .. }) => *inner = at(0),
-            (LightField::OuterCone, LightKind::Spot { outer, .. }) => *outer = at(0),
-            (LightField::Blend, LightKind::Spot { inner, outer }) => *inner = *outer * (1.0 - at(0)),
+            (LightProperty::Color, _) => self.color = Vec3::new(at(0), at(1), at(2)),
+            (LightProperty::Intensity, _) => self.intensity = at(0),
+            (LightProperty::Range, _) => self.range = if at(0) > 0.0 { at(0) } else { f32::INFINITY },
+            (LightProperty::InnerCone, LightKind::Spot { inner, .. }) => *inner = at(0),
+            (LightProperty::OuterCone, LightKind::Spot { outer, .. }) => *outer = at(0),
+            (LightProperty::Blend, LightKind::Spot { inner, outer }) => *inner = *outer * (1.0 - at(0)),
             _ => {}
         }
     }
@@ -236,21 +238,21 @@ impl Light {
 
 impl FileCamera {
     /// Sets a field, where the number makes a view.
-    pub(crate) fn drive(&mut self, field: CameraField, v: f64) {
+    pub(crate) fn set_property(&mut self, field: CameraProperty, v: f64) {
         let positive = v > 0.0 && v.is_finite();
         match (field, &mut self.projection) {
-            (CameraField::Yfov, FileProjection::Perspective { yfov, .. })
+            (CameraProperty::Yfov, FileProjection::Perspective { yfov, .. })
                 if positive && v < std::f64::consts::PI =>
             {
                 *yfov = v;
             }
-            (CameraField::Aspect, FileProjection::Perspective { aspect, .. }) if positive => {
+            (CameraProperty::Aspect, FileProjection::Perspective { aspect, .. }) if positive => {
                 *aspect = Some(v)
             }
-            (CameraField::Xmag, FileProjection::Orthographic { xmag, .. }) if v != 0.0 => *xmag = v.abs(),
-            (CameraField::Ymag, FileProjection::Orthographic { ymag, .. }) if v != 0.0 => *ymag = v.abs(),
-            (CameraField::Znear, _) => self.znear = v.max(0.0),
-            (CameraField::Zfar, _) => self.zfar = if v > self.znear { v } else { f64::INFINITY },
+            (CameraProperty::Xmag, FileProjection::Orthographic { xmag, .. }) if v != 0.0 => *xmag = v.abs(),
+            (CameraProperty::Ymag, FileProjection::Orthographic { ymag, .. }) if v != 0.0 => *ymag = v.abs(),
+            (CameraProperty::Znear, _) => self.znear = v.max(0.0),
+            (CameraProperty::Zfar, _) => self.zfar = if v > self.znear { v } else { f64::INFINITY },
             _ => {}
         }
     }
@@ -269,12 +271,12 @@ mod tests {
         };
         let mut material = Material { reflectance: glossy, ..Material::default() };
         let before = format!("{material:?}");
-        for field in [MaterialField::Base, MaterialField::Roughness, MaterialField::SpecularColor] {
-            material.drive(field, &[0.5; 4]);
+        for field in [MaterialProperty::Base, MaterialProperty::Roughness, MaterialProperty::SpecularColor] {
+            material.set_property(field, &[0.5; 4]);
         }
         assert_eq!(format!("{material:?}"), before);
-        material.drive(MaterialField::SpecularF0, &[0.25; 3]);
-        material.drive(MaterialField::Glossiness, &[0.5]);
+        material.set_property(MaterialProperty::SpecularF0, &[0.25; 3]);
+        material.set_property(MaterialProperty::Glossiness, &[0.5]);
         let Reflectance::SpecularGlossiness { specular, glossiness } = &material.reflectance else {
             panic!()
         };

@@ -4,9 +4,9 @@
 use std::sync::{Arc, OnceLock};
 
 use crate::geometry::{Aabb, Sphere};
-use crate::scene::animation::clip_bounds::Walk;
-use crate::scene::animation::pose::playing;
-use crate::scene::{Animation, AnimationChoice, PoseError, PosedScene, Scene, Target};
+use crate::scene::animation::clip_bounds::ClipSampler;
+use crate::scene::animation::pose::active_animations;
+use crate::scene::{Animation, AnimationChoice, ChannelTarget, PoseError, PosedScene, Scene};
 
 /// Moments from one key to the next, at most.
 const BETWEEN: usize = 4;
@@ -15,7 +15,7 @@ const CLOSE: usize = 64;
 
 /// What a scene takes up while its animations play: known to all moments of a clip once one of them was asked.
 #[derive(Clone, Debug, Default)]
-pub struct OverClip(Arc<OnceLock<Extent>>);
+pub struct ClipBoundsCache(Arc<OnceLock<Extent>>);
 
 /// The same in world coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -30,15 +30,15 @@ struct Extent {
 ///
 /// # Errors
 /// An animation index that the scene does not have.
-pub fn clip_end(scene: &Scene, animation: &AnimationChoice) -> Result<f64, PoseError> {
-    Ok(playing(scene, animation)?.iter().map(|a| f64::from(a.duration())).fold(0.0, f64::max))
+pub fn clip_duration(scene: &Scene, animation: &AnimationChoice) -> Result<f64, PoseError> {
+    Ok(active_animations(scene, animation)?.iter().map(|a| f64::from(a.duration())).fold(0.0, f64::max))
 }
 
 impl PosedScene<'_> {
     /// The bounds of all that is visible at any time of the animations that play, in world coordinates:
     /// the same ones whatever moment this is. Without animations they are [`PosedScene::bounds`].
     ///
-    /// Keys and times between them are looked at; as many as a large scene can bear.
+    /// Keyframes and times between them are looked at; as many as a large scene can bear.
     pub fn clip_bounds(&self) -> Aabb {
         self.extent().bounds
     }
@@ -54,28 +54,28 @@ impl PosedScene<'_> {
     /// How many moments of the animations were looked at, if [`PosedScene::clip_bounds`] or
     /// [`PosedScene::clip_sphere`] was asked for at this moment or another of the same clip; 0 where nothing
     /// moves.
-    pub fn clip_moments(&self) -> Option<usize> {
-        self.over_clip.0.get().map(|extent| extent.moments)
+    pub fn clip_sample_count(&self) -> Option<usize> {
+        self.clip_bounds_cache.0.get().map(|extent| extent.moments)
     }
 
     /// What this moment shares with others of its clip.
-    pub(crate) fn over_clip(&self) -> &OverClip {
-        &self.over_clip
+    pub(crate) fn clip_bounds_cache(&self) -> &ClipBoundsCache {
+        &self.clip_bounds_cache
     }
 
     /// This moment, which shares that with others: of the same scene and the same animations.
-    pub(crate) fn sharing(mut self, over_clip: &OverClip) -> Self {
-        self.over_clip = over_clip.clone();
+    pub(crate) fn with_clip_bounds_cache(mut self, clip_bounds_cache: &ClipBoundsCache) -> Self {
+        self.clip_bounds_cache = clip_bounds_cache.clone();
         self
     }
 
     fn extent(&self) -> &Extent {
-        self.over_clip.0.get_or_init(|| self.look_through_clip())
+        self.clip_bounds_cache.0.get_or_init(|| self.look_through_clip())
     }
 
     fn look_through_clip(&self) -> Extent {
-        let playing = playing(self.scene, self.animation()).unwrap_or_default();
-        let walk = Walk::new(self.scene, playing);
+        let playing = active_animations(self.scene, self.animation()).unwrap_or_default();
+        let walk = ClipSampler::new(self.scene, playing);
         if walk.moments.is_empty() {
             return Extent { bounds: self.bounds(), sphere: self.bounding_sphere(), moments: 0 };
         }
@@ -86,16 +86,19 @@ impl PosedScene<'_> {
 
 impl Scene {
     /// Which instances move, bend, come or go while animations play.
-    pub fn moving<'a>(&self, playing: impl IntoIterator<Item = &'a Animation>) -> Vec<bool> {
+    pub fn animated_instances<'a>(&self, playing: impl IntoIterator<Item = &'a Animation>) -> Vec<bool> {
         let mut moved = vec![false; self.nodes.len()];
         let mut bent = vec![false; self.nodes.len()];
         for channel in playing.into_iter().flat_map(|a| &a.channels) {
             match channel.target {
-                Target::Translation(n) | Target::Rotation(n) | Target::Scale(n) | Target::Visibility(n) => {
+                ChannelTarget::Translation(n)
+                | ChannelTarget::Rotation(n)
+                | ChannelTarget::Scale(n)
+                | ChannelTarget::Visibility(n) => {
                     moved[n as usize] = true;
                 }
-                Target::Weights(n) | Target::Weight(n, _) => bent[n as usize] = true,
-                Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
+                ChannelTarget::Weights(n) | ChannelTarget::Weight(n, _) => bent[n as usize] = true,
+                ChannelTarget::Material(..) | ChannelTarget::Light(..) | ChannelTarget::Camera(..) => {}
             }
         }
         for (i, node) in self.nodes.iter().enumerate() {
@@ -112,9 +115,11 @@ impl Scene {
 
 /// The times of all keys that move something and times between them, `most` at most.
 pub(crate) fn moments(playing: &[&Animation], most: usize) -> Vec<f64> {
-    let moves = |t: &Target| !matches!(t, Target::Material(..) | Target::Light(..) | Target::Camera(..));
+    let moves = |t: &ChannelTarget| {
+        !matches!(t, ChannelTarget::Material(..) | ChannelTarget::Light(..) | ChannelTarget::Camera(..))
+    };
     let channels = playing.iter().flat_map(|a| &a.channels).filter(|c| moves(&c.target));
-    let mut keys: Vec<f32> = channels.flat_map(|c| c.keys.times.iter().copied()).collect();
+    let mut keys: Vec<f32> = channels.flat_map(|c| c.keyframes.times.iter().copied()).collect();
     keys.retain(|t| t.is_finite());
     keys.sort_by(f32::total_cmp);
     keys.dedup();
@@ -134,11 +139,18 @@ pub(crate) fn moments(playing: &[&Animation], most: usize) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::scene::pose;
-    use crate::scene::{Channel, Instance, Interpolation, Keys, Local, Mesh, Node, PoseSettings};
+    use crate::scene::{
+        Channel, Instance, Interpolation, Keyframes, LocalTransform, Mesh, Node, PoseSettings,
+    };
     use glam::{DQuat, DVec3, Vec3};
 
-    fn keys(times: &[f32], values: &[f32], width: usize) -> Keys {
-        Keys { times: times.to_vec(), values: values.to_vec(), width, interpolation: Interpolation::Linear }
+    fn keys(times: &[f32], values: &[f32], width: usize) -> Keyframes {
+        Keyframes {
+            times: times.to_vec(),
+            values: values.to_vec(),
+            width,
+            interpolation: Interpolation::Linear,
+        }
     }
 
     /// A small triangle three metres from the origin, on an arm that swings half around, beside one
@@ -160,8 +172,8 @@ mod tests {
             [q.x, q.y, q.z, q.w]
         };
         let values = [turn(0.0), turn(std::f64::consts::PI)].concat();
-        let target = Target::Rotation(0);
-        let channels = vec![Channel { target, keys: keys(&[0.0, 2.0], &values, 4) }];
+        let target = ChannelTarget::Rotation(0);
+        let channels = vec![Channel { target, keyframes: keys(&[0.0, 2.0], &values, 4) }];
         scene.animations.push(Animation { name: "swing".into(), channels });
         scene
     }
@@ -191,10 +203,10 @@ mod tests {
         let scene = scene();
         let posed = || pose(&scene, &PoseSettings::default()).unwrap();
         let first = posed();
-        let second = posed().sharing(first.over_clip());
-        assert_eq!(first.clip_moments(), None);
+        let second = posed().with_clip_bounds_cache(first.clip_bounds_cache());
+        assert_eq!(first.clip_sample_count(), None);
         let sphere = second.clip_sphere();
-        assert_eq!((first.clip_moments(), first.clip_sphere()), (Some(5), sphere));
+        assert_eq!((first.clip_sample_count(), first.clip_sphere()), (Some(5), sphere));
     }
 
     #[test]
@@ -211,7 +223,10 @@ mod tests {
             let values = vec![0.0; times.len() * 3];
             Animation {
                 name: String::new(),
-                channels: vec![Channel { target: Target::Translation(0), keys: keys(times, &values, 3) }],
+                channels: vec![Channel {
+                    target: ChannelTarget::Translation(0),
+                    keyframes: keys(times, &values, 3),
+                }],
             }
         };
         assert_eq!(moments(&[&clip(&[1.0, 2.0])], 9), [1.0, 1.25, 1.5, 1.75, 2.0]);
@@ -224,15 +239,16 @@ mod tests {
 
     #[test]
     fn a_ball_that_falls_has_its_ground_where_it_lands() {
-        let local = Local::Trs { translation: DVec3::Y * 7.0, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
+        let local =
+            LocalTransform::Trs { translation: DVec3::Y * 7.0, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
         let mesh = Mesh { positions: vec![Vec3::NEG_ONE, Vec3::ONE], ..Mesh::default() };
-        let keys = Keys {
+        let keys = Keyframes {
             times: vec![0.0, 1.0, 2.0],
             values: vec![0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 3.0, 4.0, 0.0],
             width: 3,
             interpolation: Interpolation::Linear,
         };
-        let channel = Channel { target: Target::Translation(0), keys };
+        let channel = Channel { target: ChannelTarget::Translation(0), keyframes: keys };
         let scene = Scene {
             nodes: vec![Node { local, visible: true, ..Node::default() }],
             meshes: vec![mesh],

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use crate::geometry::{Aabb, Sphere};
 use crate::scene::animation::clip::moments;
-use crate::scene::animation::node_transforms::{Placed, Stance};
-use crate::scene::animation::pose_bounds::{CROWD, Crowds, add_all, box_about};
-use crate::scene::animation::skinned_cluster_bounds::BentCrowds;
+use crate::scene::animation::node_transforms::{InstancePose, NodeTransforms};
+use crate::scene::animation::pose_bounds::{CROWD, VertexClusters, add_all, box_about};
+use crate::scene::animation::skinned_cluster_bounds::SkinnedClusters;
 use crate::scene::{Animation, Instance, Mesh, Scene};
 
 /// Moments that are looked at, at most.
@@ -24,7 +24,7 @@ const TARGETS: usize = 4;
 
 /// A walk through the moments of a clip, past the vertices of all that is visible: in the world, not relative
 /// to any centre, so that not even rounding depends on whose moment asks.
-pub(crate) struct Walk<'s> {
+pub(crate) struct ClipSampler<'s> {
     scene: &'s Scene,
     playing: Vec<&'s Animation>,
     /// Empty where nothing moves.
@@ -32,14 +32,14 @@ pub(crate) struct Walk<'s> {
     /// Of each instance.
     moving: Vec<bool>,
     /// Of each mesh that is drawn as the file has it.
-    crowds: Vec<Option<Crowds<'s>>>,
+    crowds: Vec<Option<VertexClusters<'s>>>,
     /// Of each mesh that bends, with each of its skins.
-    bent: HashMap<(u32, Option<u32>), BentCrowds>,
+    bent: HashMap<(u32, Option<u32>), SkinnedClusters>,
 }
 
-impl<'s> Walk<'s> {
-    pub fn new(scene: &'s Scene, playing: Vec<&'s Animation>) -> Walk<'s> {
-        let moving = scene.moving(playing.iter().copied());
+impl<'s> ClipSampler<'s> {
+    pub fn new(scene: &'s Scene, playing: Vec<&'s Animation>) -> ClipSampler<'s> {
+        let moving = scene.animated_instances(playing.iter().copied());
         let mesh = |i: &Instance| &scene.meshes[i.mesh as usize];
         let moved = scene.instances.iter().zip(&moving).filter(|m| *m.1);
         let looks = moved.map(|m| looks(mesh(m.0))).fold(0, usize::saturating_add);
@@ -54,28 +54,28 @@ impl<'s> Walk<'s> {
             let mesh = mesh(i);
             let skin = i.skin.filter(|_| mesh.influences.per_vertex > 0);
             if skin.is_none() {
-                crowds[i.mesh as usize].get_or_insert_with(|| Crowds::in_order(&mesh.positions));
+                crowds[i.mesh as usize].get_or_insert_with(|| VertexClusters::in_order(&mesh.positions));
             }
-            if skin.is_some() || !mesh.morphs.is_empty() {
-                let new = || BentCrowds::new(mesh, skin.map(|skin| &scene.skins[skin as usize]));
+            if skin.is_some() || !mesh.morph_targets.is_empty() {
+                let new = || SkinnedClusters::new(mesh, skin.map(|skin| &scene.skins[skin as usize]));
                 bent.entry((i.mesh, i.skin)).or_insert_with(new);
             }
         }
-        Walk { scene, playing, moments, moving, crowds, bent }
+        ClipSampler { scene, playing, moments, moving, crowds, bent }
     }
 
     /// Bounds of all, and a sphere about their middle.
     pub fn measure(&self) -> (Aabb, Sphere) {
         let within = |bounds: &Aabb, b: Aabb| bounds.min.cmple(b.min).all() && bounds.max.cmpge(b.max).all();
         let join = |mut a: Aabb, b: Aabb| {
-            a.join(&b);
+            a.extend_box(&b);
             a
         };
-        let bounds = self.over_vertices(Aabb::EMPTY, within, Aabb::add, join);
+        let bounds = self.over_vertices(Aabb::EMPTY, within, Aabb::extend, join);
         // One zero and not the other, whichever came first.
         let bounds = Aabb { min: bounds.min + 0.0, max: bounds.max + 0.0 };
         let middle = bounds.centre();
-        let within = |r2: &f64, b: Aabb| b.farthest_squared(middle) <= *r2;
+        let within = |r2: &f64, b: Aabb| b.max_distance_squared(middle) <= *r2;
         let add = |r2: &mut f64, p: DVec3| {
             if p.is_finite() {
                 *r2 = r2.max(p.distance_squared(middle));
@@ -116,12 +116,12 @@ impl<'s> Walk<'s> {
         within: impl Fn(&T, Aabb) -> bool,
         add: impl Fn(&mut T, DVec3),
     ) {
-        let stance = Stance::of(self.scene, &self.playing, time);
+        let stance = NodeTransforms::of(self.scene, &self.playing, time);
         for (instance, _) in self.scene.instances.iter().zip(&self.moving).filter(|m| *m.1 == moving) {
             if !stance.visible[instance.node as usize] {
                 continue;
             }
-            let Placed { to_world, bend, .. } = stance.place(instance);
+            let InstancePose { to_world, bend, .. } = stance.place(instance);
             let Some(bend) = bend else {
                 if let Some(crowds) = &self.crowds[instance.mesh as usize] {
                     crowds.over_vertices(&to_world, found, &within, &add);
@@ -144,7 +144,7 @@ impl<'s> Walk<'s> {
 
 /// What it takes to look at a mesh once, in vertices.
 fn looks(mesh: &Mesh) -> usize {
-    mesh.positions.len().saturating_mul(1 + mesh.morphs.len() / TARGETS)
+    mesh.positions.len().saturating_mul(1 + mesh.morph_targets.len() / TARGETS)
 }
 
 #[cfg(test)]
@@ -154,10 +154,11 @@ mod tests {
     use glam::{DAffine3, DQuat};
 
     use super::*;
-    use crate::scene::animation::pose::playing;
+    use crate::scene::animation::pose::active_animations;
     use crate::scene::pose;
     use crate::scene::{
-        AnimationChoice, Channel, Interpolation, Keys, Local, MorphTarget, Node, PoseSettings, Skin, Target,
+        AnimationChoice, Channel, ChannelTarget, Interpolation, Keyframes, LocalTransform, MorphTarget, Node,
+        PoseSettings, Skin,
     };
 
     const RINGS: u16 = 300;
@@ -188,7 +189,7 @@ mod tests {
         for k in 0..5 {
             let moved = |p: &Vec3| Vec3::new(p.y * 0.1 * k as f32, 0.0, (p.y * k as f32).sin());
             let positions = mesh.positions.iter().map(moved).collect();
-            mesh.morphs.push(MorphTarget { positions, ..MorphTarget::default() });
+            mesh.morph_targets.push(MorphTarget { positions, ..MorphTarget::default() });
         }
         mesh.morph_weights = vec![0.0; 5];
         mesh
@@ -204,14 +205,14 @@ mod tests {
         let mut channels = Vec::new();
         for j in 0..4u32 {
             let (translation, rotation) = (DVec3::Y * f64::from(j.min(1)), DQuat::IDENTITY);
-            let local = Local::Trs { translation, rotation, scale: DVec3::ONE };
+            let local = LocalTransform::Trs { translation, rotation, scale: DVec3::ONE };
             scene.nodes.push(Node { parent: j.checked_sub(1), local, visible: true, ..Node::default() });
             let turned =
                 |t: &f32| DQuat::from_axis_angle(axis, f64::from((t * (1.0 + j as f32)).sin())).as_quat();
             let values = times.iter().flat_map(|t| turned(t).to_array()).collect();
             let interpolation = Interpolation::Linear;
-            let keys = Keys { times: times.clone(), values, width: 4, interpolation };
-            channels.push(Channel { target: Target::Rotation(j), keys });
+            let keys = Keyframes { times: times.clone(), values, width: 4, interpolation };
+            channels.push(Channel { target: ChannelTarget::Rotation(j), keyframes: keys });
         }
         let inverse_bind = (0..4).map(|j| DAffine3::from_translation(DVec3::NEG_Y * f64::from(j))).collect();
         scene.skins = vec![Skin { name: String::new(), joints: vec![0, 1, 2, 3], inverse_bind }];
@@ -219,17 +220,17 @@ mod tests {
             // One moves with the last joint, another stands still.
             for parent in [Some(3), None] {
                 let node = scene.nodes.len() as u32;
-                let local = Local::Matrix(DAffine3::from_translation(DVec3::X * f64::from(i)));
+                let local = LocalTransform::Matrix(DAffine3::from_translation(DVec3::X * f64::from(i)));
                 scene.nodes.push(Node { parent, local, visible: true, ..Node::default() });
                 let skin = (scene.meshes[i as usize].influences.per_vertex > 0).then_some(0);
                 scene.instances.push(Instance { node, mesh: i, object: i + 1, skin, ..Instance::default() });
-                let count = scene.meshes[i as usize].morphs.len();
+                let count = scene.meshes[i as usize].morph_targets.len();
                 if count > 0 && parent.is_some() {
                     let weight = |t: &f32, k: usize| (t * 2.0 + k as f32).sin() * 1.5;
                     let values = times.iter().flat_map(|t| (0..count).map(move |k| weight(t, k))).collect();
                     let interpolation = Interpolation::Linear;
-                    let keys = Keys { times: times.clone(), values, width: count, interpolation };
-                    channels.push(Channel { target: Target::Weights(node), keys });
+                    let keys = Keyframes { times: times.clone(), values, width: count, interpolation };
+                    channels.push(Channel { target: ChannelTarget::Weights(node), keyframes: keys });
                 }
             }
         }
@@ -237,8 +238,8 @@ mod tests {
         scene
     }
 
-    fn walk(scene: &Scene) -> Walk<'_> {
-        Walk::new(scene, playing(scene, &AnimationChoice::Default).unwrap())
+    fn walk(scene: &Scene) -> ClipSampler<'_> {
+        ClipSampler::new(scene, active_animations(scene, &AnimationChoice::Default).unwrap())
     }
 
     /// How many vertices it takes to know the bounds, and how many there are at all moments.
@@ -247,7 +248,7 @@ mod tests {
         let within =
             |found: &(Aabb, usize), b: Aabb| found.0.min.cmple(b.min).all() && found.0.max.cmpge(b.max).all();
         let count = |found: &mut (Aabb, usize), p: DVec3| {
-            found.0.add(p);
+            found.0.extend(p);
             found.1 += 1;
         };
         let mut found = (Aabb::EMPTY, 0);
@@ -263,10 +264,10 @@ mod tests {
     fn what_is_passed_over_would_have_changed_nothing() {
         let mut broken = morphing(skinned(tube()));
         broken.positions[7] = Vec3::NAN;
-        broken.morphs[1].positions[700] = Vec3::INFINITY;
+        broken.morph_targets[1].positions[700] = Vec3::INFINITY;
         broken.influences.weights[3000] = 2.0;
         broken.influences.joints[4000] = 9;
-        broken.morphs[2].positions.clear();
+        broken.morph_targets[2].positions.clear();
         for meshes in [
             vec![tube()],
             vec![skinned(tube())],
@@ -292,7 +293,7 @@ mod tests {
                 })
             };
             let mut bounds = Aabb::EMPTY;
-            all().for_each(|p| bounds.add(p));
+            all().for_each(|p| bounds.extend(p));
             let (middle, finite) = (bounds.centre(), all().filter(|p| p.is_finite()));
             let r2 = finite.map(|p| p.distance_squared(middle)).fold(0.0, f64::max);
             assert_eq!(walk.measure(), (bounds, Sphere { centre: middle, radius: r2.sqrt() }));

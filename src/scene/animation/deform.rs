@@ -5,12 +5,12 @@ use std::ops::Range;
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 
 use crate::geometry::cofactor;
-use crate::scene::animation::tangent_frames::{Made, carry};
+use crate::scene::animation::tangent_frames::{GeneratedFrames, carry};
 use crate::scene::{Mesh, Skin};
 
 /// A mesh bent by a skin or by morph targets.
 #[derive(Clone, Debug, Default)]
-pub struct Deformed {
+pub struct DeformedMesh {
     /// Replaces the mesh's positions.
     pub positions: Vec<Vec3>,
     /// Replaces its normals; empty where the mesh has none.
@@ -20,7 +20,7 @@ pub struct Deformed {
 }
 
 /// What bends a mesh at one moment.
-pub(crate) struct Bend<'a> {
+pub(crate) struct MeshDeformer<'a> {
     mesh: &'a Mesh,
     /// Of its morph targets.
     pub weights: &'a [f32],
@@ -30,23 +30,24 @@ pub(crate) struct Bend<'a> {
     pub origin: DVec3,
 }
 
-impl<'a> Bend<'a> {
+impl<'a> MeshDeformer<'a> {
     /// `None` where nothing bends the mesh.
     pub fn new(
         mesh: &'a Mesh,
         weights: &'a [f32],
         skin: Option<&Skin>,
         node_to_world: &[DAffine3],
-    ) -> Option<Bend<'a>> {
-        let morphed = mesh.morphs.iter().zip(weights).any(|(_, &w)| w != 0.0);
+    ) -> Option<MeshDeformer<'a>> {
+        let morphed = mesh.morph_targets.iter().zip(weights).any(|(_, &w)| w != 0.0);
         let placed = |(&joint, inverse): (&u32, &DAffine3)| node_to_world[joint as usize] * *inverse;
         let joints = skin.map(|skin| skin.joints.iter().zip(&skin.inverse_bind).map(placed).collect());
-        (morphed || joints.is_some()).then(|| Bend { mesh, weights, joints, origin: DVec3::ZERO }.at_home())
+        (morphed || joints.is_some())
+            .then(|| MeshDeformer { mesh, weights, joints, origin: DVec3::ZERO }.at_home())
     }
 
     /// Has positions begin where the joints take the first vertex. About it f32 has its precision, and weights may
     /// sum to a little more or less than one, however far from the world's origin that is.
-    fn at_home(mut self) -> Bend<'a> {
+    fn at_home(mut self) -> MeshDeformer<'a> {
         let Some((joints, first)) = self.joints.as_ref().zip(self.mesh.positions.first()) else {
             return self;
         };
@@ -59,23 +60,23 @@ impl<'a> Bend<'a> {
     }
 
     /// The whole mesh.
-    pub fn whole(&self) -> Deformed {
+    pub fn whole(&self) -> DeformedMesh {
         let mut shape = self.blended();
         if let Some(joints) = &self.joints {
             self.take_along(&mut shape, joints);
             // What joints bend is no less flat for it.
-            if self.mesh.made == Made::Frames {
+            if self.mesh.generated_frames == GeneratedFrames::NormalsAndTangents {
                 carry(self.mesh, &mut shape);
             }
         }
         shape
     }
 
-    /// The positions of some of its vertices, for those who ask for no more: the bits of [`Bend::whole`].
+    /// The positions of some of its vertices, for those who ask for no more: the bits of [`MeshDeformer::whole`].
     pub fn positions(&self, vertices: Range<usize>, into: &mut Vec<Vec3>) {
         into.clear();
         into.extend_from_slice(&self.mesh.positions[vertices.clone()]);
-        for (target, &w) in self.mesh.morphs.iter().zip(self.weights).filter(|&(_, &w)| w != 0.0) {
+        for (target, &w) in self.mesh.morph_targets.iter().zip(self.weights).filter(|&(_, &w)| w != 0.0) {
             let moved = target.positions.get(vertices.start..).unwrap_or_default();
             for (p, d) in into.iter_mut().zip(moved) {
                 *p += *d * w;
@@ -109,14 +110,14 @@ impl<'a> Bend<'a> {
     }
 
     /// The mesh with its morph targets blended in.
-    fn blended(&self) -> Deformed {
-        let Bend { mesh, weights, .. } = *self;
-        let mut shape = Deformed {
+    fn blended(&self) -> DeformedMesh {
+        let MeshDeformer { mesh, weights, .. } = *self;
+        let mut shape = DeformedMesh {
             positions: mesh.positions.clone(),
             normals: mesh.normals.clone(),
             tangents: mesh.tangents.clone(),
         };
-        for (target, &w) in mesh.morphs.iter().zip(weights).filter(|&(_, &w)| w != 0.0) {
+        for (target, &w) in mesh.morph_targets.iter().zip(weights).filter(|&(_, &w)| w != 0.0) {
             for (p, d) in shape.positions.iter_mut().zip(&target.positions) {
                 *p += *d * w;
             }
@@ -140,7 +141,7 @@ impl<'a> Bend<'a> {
     }
 
     /// Linear blend skinning: the joints' transforms alone place the vertices.
-    fn take_along(&self, shape: &mut Deformed, joints: &[DAffine3]) {
+    fn take_along(&self, shape: &mut DeformedMesh, joints: &[DAffine3]) {
         let for_normals: Vec<DMat3> = joints.iter().map(|joint| for_normals(joint.matrix3)).collect();
         for v in 0..shape.positions.len() {
             let mut placed = DAffine3::ZERO;
@@ -214,10 +215,10 @@ mod tests {
             positions: vec![Vec3::ZERO],
             normals: vec![Vec3::Z],
             tangents: vec![Vec4::new(1.0, 0.0, 0.0, -1.0)],
-            morphs: vec![target],
+            morph_targets: vec![target],
             ..Mesh::default()
         };
-        let shape = Bend::new(&mesh, &[1.0], None, &[]).unwrap().whole();
+        let shape = MeshDeformer::new(&mesh, &[1.0], None, &[]).unwrap().whole();
         assert!(shape.normals[0].is_normalized());
         assert!(shape.tangents[0].truncate().is_normalized() && shape.tangents[0].w == -1.0);
     }

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::scene::{CameraField, LightField, MaterialField};
+use crate::scene::{CameraProperty, LightProperty, MaterialProperty};
 
 /// How values run between keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub enum Interpolation {
 
 /// What a channel drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Target {
+pub enum ChannelTarget {
     /// A node's translation (3 numbers a key).
     Translation(u32),
     /// A node's rotation (4 numbers a key: x, y, z, w).
@@ -31,16 +31,16 @@ pub enum Target {
     /// A node's visibility (1 number a key).
     Visibility(u32),
     /// Numbers of a material.
-    Material(u32, MaterialField),
+    Material(u32, MaterialProperty),
     /// Numbers of a light.
-    Light(u32, LightField),
+    Light(u32, LightProperty),
     /// A number of a camera.
-    Camera(u32, CameraField),
+    Camera(u32, CameraProperty),
 }
 
-/// Keys over time.
+/// Keyframes over time.
 #[derive(Clone, Debug)]
-pub struct Keys {
+pub struct Keyframes {
     /// Seconds, ascending, at least one.
     pub times: Vec<f32>,
     /// `width` numbers for each key; three times as many for splines.
@@ -55,9 +55,9 @@ pub struct Keys {
 #[derive(Clone, Debug)]
 pub struct Channel {
     /// What is driven.
-    pub target: Target,
+    pub target: ChannelTarget,
     /// By what.
-    pub keys: Keys,
+    pub keyframes: Keyframes,
 }
 
 /// An animation of the file.
@@ -72,11 +72,11 @@ pub struct Animation {
 impl Animation {
     /// Seconds from 0 to the last key.
     pub fn duration(&self) -> f32 {
-        self.channels.iter().filter_map(|c| c.keys.times.last()).fold(0.0, |a, &b| a.max(b))
+        self.channels.iter().filter_map(|c| c.keyframes.times.last()).fold(0.0, |a, &b| a.max(b))
     }
 }
 
-impl Keys {
+impl Keyframes {
     /// The value at `time` seconds, held before the first key and after the last.
     pub fn sample(&self, time: f64) -> Vec<f64> {
         match self.span(time) {
@@ -175,8 +175,8 @@ fn slerp(a: DQuat, b: DQuat, s: f64) -> DQuat {
 mod tests {
     use super::*;
 
-    fn keys(interpolation: Interpolation, values: &[f32]) -> Keys {
-        Keys { times: vec![1.0, 3.0], values: values.to_vec(), width: 1, interpolation }
+    fn keys(interpolation: Interpolation, values: &[f32]) -> Keyframes {
+        Keyframes { times: vec![1.0, 3.0], values: values.to_vec(), width: 1, interpolation }
     }
 
     #[test]
@@ -189,13 +189,14 @@ mod tests {
         }
     }
 
-    /// Keys are f32, and lie a little behind or before the f64 time of the frame that they are of.
+    /// Keyframes are f32, and lie a little behind or before the f64 time of the frame that they are of.
     #[test]
     fn a_step_is_taken_at_the_frame_of_its_key() {
         for frame in 1..200 {
             for fps in [24.0, 25.0, 30.0, 60.0] {
                 let time = f64::from(frame) / fps;
-                let keys = Keys { times: vec![0.0, time as f32], ..keys(Interpolation::Step, &[2.0, 4.0]) };
+                let keys =
+                    Keyframes { times: vec![0.0, time as f32], ..keys(Interpolation::Step, &[2.0, 4.0]) };
                 assert_eq!(keys.sample(time)[0], 4.0, "frame {frame} of {fps}");
                 assert_eq!(keys.sample(time - 1e-4)[0], 2.0, "before frame {frame} of {fps}");
             }
@@ -215,7 +216,7 @@ mod tests {
     #[test]
     fn rotations_take_the_shorter_arc() {
         let half = std::f32::consts::FRAC_1_SQRT_2;
-        let k = Keys {
+        let k = Keyframes {
             times: vec![0.0, 1.0],
             values: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -half, -half],
             width: 4,

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 
 use glam::DAffine3;
 
-use crate::scene::animation::deform::Bend;
-use crate::scene::{Animation, Instance, Local, Scene, Target};
+use crate::scene::animation::deform::MeshDeformer;
+use crate::scene::{Animation, ChannelTarget, Instance, LocalTransform, Scene};
 
 /// The nodes of a scene at one moment.
-pub(crate) struct Stance<'s> {
+pub(crate) struct NodeTransforms<'s> {
     scene: &'s Scene,
     /// Node to world.
     pub node_to_world: Vec<DAffine3>,
@@ -20,39 +20,39 @@ pub(crate) struct Stance<'s> {
 }
 
 /// An instance at that moment.
-pub(crate) struct Placed<'a> {
+pub(crate) struct InstancePose<'a> {
     /// Its vertices, as bent, to the world.
     pub to_world: DAffine3,
     /// Says which side is the front.
     pub winding: DAffine3,
     /// `None`: its mesh is what the file says.
-    pub bend: Option<Bend<'a>>,
+    pub bend: Option<MeshDeformer<'a>>,
 }
 
-impl<'s> Stance<'s> {
+impl<'s> NodeTransforms<'s> {
     /// Where `playing` has put the nodes at `time`, in seconds.
-    pub fn of(scene: &'s Scene, playing: &[&Animation], time: f64) -> Stance<'s> {
+    pub fn of(scene: &'s Scene, playing: &[&Animation], time: f64) -> NodeTransforms<'s> {
         // Of the nodes that are driven: they are few.
-        let mut locals: BTreeMap<u32, Local> = BTreeMap::new();
+        let mut locals: BTreeMap<u32, LocalTransform> = BTreeMap::new();
         let mut weights: BTreeMap<u32, Vec<f32>> = BTreeMap::new();
         let local = |n: u32| scene.nodes[n as usize].local;
         let mut visible: Vec<bool> = scene.nodes.iter().map(|n| n.visible).collect();
         for channel in playing.iter().flat_map(|a| &a.channels) {
-            let keys = &channel.keys;
+            let keys = &channel.keyframes;
             match channel.target {
-                Target::Translation(n) => {
+                ChannelTarget::Translation(n) => {
                     *trs(locals.entry(n).or_insert_with(|| local(n))).0 = keys.sample_vec3(time);
                 }
-                Target::Rotation(n) => {
+                ChannelTarget::Rotation(n) => {
                     *trs(locals.entry(n).or_insert_with(|| local(n))).1 = keys.sample_rotation(time);
                 }
-                Target::Scale(n) => {
+                ChannelTarget::Scale(n) => {
                     *trs(locals.entry(n).or_insert_with(|| local(n))).2 = keys.sample_vec3(time);
                 }
-                Target::Weights(n) => {
+                ChannelTarget::Weights(n) => {
                     weights.insert(n, keys.sample(time).iter().map(|&w| w as f32).collect());
                 }
-                Target::Weight(n, k) => {
+                ChannelTarget::Weight(n, k) => {
                     let own = weights.entry(n).or_insert_with(|| scene.nodes[n as usize].weights.clone());
                     if own.is_empty() {
                         *own = scene.default_weights(n);
@@ -61,8 +61,8 @@ impl<'s> Stance<'s> {
                         *w = keys.sample(time)[0] as f32;
                     }
                 }
-                Target::Visibility(n) => visible[n as usize] = keys.sample(time)[0] > 0.5,
-                Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
+                ChannelTarget::Visibility(n) => visible[n as usize] = keys.sample(time)[0] > 0.5,
+                ChannelTarget::Material(..) | ChannelTarget::Light(..) | ChannelTarget::Camera(..) => {}
             }
         }
         // Parents stand before their children, so one pass does it however deep the graph is.
@@ -73,15 +73,15 @@ impl<'s> Stance<'s> {
             node_to_world.push(above * local.affine());
             visible[i] &= node.parent.is_none_or(|p| visible[p as usize]);
         }
-        Stance { scene, node_to_world, visible, weights }
+        NodeTransforms { scene, node_to_world, visible, weights }
     }
 
     /// Where `instance` is, and how its mesh is bent.
-    pub fn place(&self, instance: &Instance) -> Placed<'_> {
+    pub fn place(&self, instance: &Instance) -> InstancePose<'_> {
         let mesh = &self.scene.meshes[instance.mesh as usize];
         let node = instance.node as usize;
         let mut to_world = self.node_to_world[node];
-        if let Some(placement) = instance.placement {
+        if let Some(placement) = instance.trs {
             to_world *= placement.affine();
         }
         // glTF has it say which side is the front even where joints place the vertices.
@@ -90,12 +90,12 @@ impl<'s> Stance<'s> {
         let shape: &[f32] = if own.is_empty() { &mesh.morph_weights } else { own };
         let skin = instance.skin.filter(|_| mesh.influences.per_vertex > 0);
         let skin = skin.map(|skin| &self.scene.skins[skin as usize]);
-        let bend = Bend::new(mesh, shape, skin, &self.node_to_world);
+        let bend = MeshDeformer::new(mesh, shape, skin, &self.node_to_world);
         if let Some(bend) = bend.as_ref().filter(|_| skin.is_some()) {
             // Joints alone place the vertices.
             to_world = DAffine3::from_translation(bend.origin);
         }
-        Placed { to_world, winding, bend }
+        InstancePose { to_world, winding, bend }
     }
 }
 
@@ -108,13 +108,13 @@ impl Scene {
 }
 
 /// The scale-rotation-translation of a local transform about to be animated.
-fn trs(local: &mut Local) -> (&mut glam::DVec3, &mut glam::DQuat, &mut glam::DVec3) {
-    if let Local::Matrix(m) = *local {
+fn trs(local: &mut LocalTransform) -> (&mut glam::DVec3, &mut glam::DQuat, &mut glam::DVec3) {
+    if let LocalTransform::Matrix(m) = *local {
         let (scale, rotation, translation) = m.to_scale_rotation_translation();
-        *local = Local::Trs { translation, rotation, scale };
+        *local = LocalTransform::Trs { translation, rotation, scale };
     }
     match local {
-        Local::Trs { translation, rotation, scale } => (translation, rotation, scale),
-        Local::Matrix(_) => unreachable!("just decomposed"),
+        LocalTransform::Trs { translation, rotation, scale } => (translation, rotation, scale),
+        LocalTransform::Matrix(_) => unreachable!("just decomposed"),
     }
 }

@@ -8,10 +8,10 @@ use std::borrow::Cow;
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use crate::geometry::{Aabb, HitId, Transform};
-use crate::scene::animation::clip::OverClip;
-use crate::scene::animation::node_transforms::{Placed, Stance};
+use crate::scene::animation::clip::ClipBoundsCache;
+use crate::scene::animation::node_transforms::{InstancePose, NodeTransforms};
 use crate::scene::{
-    Animation, Deformed, FileCamera, Light, LightUnits, Material, Mesh, PosedLight, Scene, Target,
+    Animation, ChannelTarget, DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedLight, Scene,
 };
 
 /// Which animations play.
@@ -52,7 +52,7 @@ pub enum PoseError {
 /// An instance in its place.
 #[derive(Clone, Debug)]
 pub struct PosedInstance {
-    /// Local (or deformed) to world, relative to the centre.
+    /// LocalTransform (or deformed) to world, relative to the centre.
     pub transform: Transform,
     /// Index into [`PosedScene::deformed`].
     pub deformed: Option<u32>,
@@ -75,7 +75,7 @@ pub struct PosedScene<'s> {
     /// Where each instance is.
     pub instances: Vec<PosedInstance>,
     /// Bent meshes.
-    pub deformed: Vec<Deformed>,
+    pub deformed: Vec<DeformedMesh>,
     /// Node to world, not relative to the centre.
     node_to_world: Vec<DAffine3>,
     visible: Vec<bool>,
@@ -83,7 +83,7 @@ pub struct PosedScene<'s> {
     /// Of all that is visible, relative to the centre.
     pub(crate) bounds: Aabb,
     /// What the whole clip takes up, once it was asked for.
-    pub(crate) over_clip: OverClip,
+    pub(crate) clip_bounds_cache: ClipBoundsCache,
 }
 
 /// Poses `scene`.
@@ -91,33 +91,35 @@ pub struct PosedScene<'s> {
 /// # Errors
 /// An animation index that the scene does not have.
 pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, PoseError> {
-    let moving = playing(scene, &at.animation)?;
-    let stance = Stance::of(scene, &moving, at.time);
+    let moving = active_animations(scene, &at.animation)?;
+    let stance = NodeTransforms::of(scene, &moving, at.time);
     let mut materials = Cow::Borrowed(&scene.materials[..]);
     let mut lights = Cow::Borrowed(&scene.lights[..]);
     let mut cameras = Cow::Borrowed(&scene.cameras[..]);
     for channel in moving.iter().flat_map(|a| &a.channels) {
-        let keys = &channel.keys;
+        let keys = &channel.keyframes;
         match channel.target {
-            Target::Material(i, field) => {
-                materials.to_mut()[i as usize].drive(field, &keys.sample(at.time));
+            ChannelTarget::Material(i, field) => {
+                materials.to_mut()[i as usize].set_property(field, &keys.sample(at.time));
             }
-            Target::Light(i, field) => lights.to_mut()[i as usize].drive(field, &keys.sample(at.time)),
-            Target::Camera(i, field) => {
-                cameras.to_mut()[i as usize].drive(field, keys.sample(at.time)[0]);
+            ChannelTarget::Light(i, field) => {
+                lights.to_mut()[i as usize].set_property(field, &keys.sample(at.time))
+            }
+            ChannelTarget::Camera(i, field) => {
+                cameras.to_mut()[i as usize].set_property(field, keys.sample(at.time)[0]);
             }
             _ => {}
         }
     }
     let mut deformed = Vec::new();
     let instances = scene.instances.iter().map(|instance| {
-        let Placed { to_world, winding, bend } = stance.place(instance);
+        let InstancePose { to_world, winding, bend } = stance.place(instance);
         let bent = bend.map(|bend| {
             deformed.push(bend.whole());
             deformed.len() as u32 - 1
         });
         PosedInstance {
-            transform: Transform::new(to_world).wound_by(&winding),
+            transform: Transform::new(to_world).with_winding_of(&winding),
             deformed: bent,
             visible: stance.visible[instance.node as usize],
         }
@@ -135,7 +137,7 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
         visible: stance.visible,
         animation: at.animation.clone(),
         bounds: Aabb::EMPTY,
-        over_clip: OverClip::default(),
+        clip_bounds_cache: ClipBoundsCache::default(),
     };
     posed.bounds = posed.measure();
     let centre = at.centre.unwrap_or_else(|| posed.bounds.centre());
@@ -149,7 +151,10 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
 ///
 /// # Errors
 /// An animation index that the scene does not have.
-pub fn playing<'s>(scene: &'s Scene, choice: &AnimationChoice) -> Result<Vec<&'s Animation>, PoseError> {
+pub fn active_animations<'s>(
+    scene: &'s Scene,
+    choice: &AnimationChoice,
+) -> Result<Vec<&'s Animation>, PoseError> {
     let all = &scene.animations;
     Ok(match *choice {
         AnimationChoice::Rest => Vec::new(),
@@ -171,9 +176,11 @@ pub fn playing<'s>(scene: &'s Scene, choice: &AnimationChoice) -> Result<Vec<&'s
 impl<'s> PosedScene<'s> {
     /// The same scene at another moment: animation and centre are this one's, and what either
     /// finds out about the whole clip both know.
-    pub fn at(&self, time: f64) -> PosedScene<'s> {
+    pub fn at_time(&self, time: f64) -> PosedScene<'s> {
         let settings = PoseSettings { time, animation: self.animation.clone(), centre: Some(self.centre) };
-        pose(self.scene, &settings).unwrap_or_else(|_| self.clone()).sharing(&self.over_clip)
+        pose(self.scene, &settings)
+            .unwrap_or_else(|_| self.clone())
+            .with_clip_bounds_cache(&self.clip_bounds_cache)
     }
 
     /// Which animations play.
@@ -219,7 +226,7 @@ impl<'s> PosedScene<'s> {
     }
 
     #[inline]
-    fn deformed_of(&self, instance: u32) -> Option<&Deformed> {
+    fn deformed_of(&self, instance: u32) -> Option<&DeformedMesh> {
         self.instances[instance as usize].deformed.map(|d| &self.deformed[d as usize])
     }
 
@@ -248,7 +255,7 @@ impl<'s> PosedScene<'s> {
     }
 
     /// Nothing visible is farther than this from the centre.
-    pub fn reach(&self) -> f64 {
+    pub fn bounding_radius(&self) -> f64 {
         let b = self.bounds;
         if b.is_empty() { 0.0 } else { b.min.abs().max(b.max.abs()).length() }
     }
@@ -261,7 +268,7 @@ impl<'s> PosedScene<'s> {
             .map(|light| {
                 let to_world = self.node_to_world[light.node as usize];
                 let position = (to_world.translation - self.centre).as_vec3();
-                let kind = light.kind.posed(position, &to_world.matrix3, &self.scene.source);
+                let kind = light.kind.pose(position, &to_world.matrix3, &self.scene.source);
                 let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
                 PosedLight { kind, intensity, range: light.range, radius: 0.0 }
             })

@@ -12,14 +12,14 @@ impl PosedScene<'_> {
     /// The bounds of all that is visible, relative to the centre.
     pub(crate) fn measure(&self) -> Aabb {
         let within = |bounds: &Aabb, b: Aabb| bounds.min.cmple(b.min).all() && bounds.max.cmpge(b.max).all();
-        self.over_vertices(Aabb::EMPTY, within, Aabb::add)
+        self.over_vertices(Aabb::EMPTY, within, Aabb::extend)
     }
 
     /// A sphere around all that is visible, in world coordinates: about the middle of the bounds,
     /// as small as holds every vertex. Radius 1 where there is nothing.
     pub fn bounding_sphere(&self) -> Sphere {
         let middle = self.bounds.centre();
-        let within = |r2: &f64, b: Aabb| b.farthest_squared(middle) <= *r2;
+        let within = |r2: &f64, b: Aabb| b.max_distance_squared(middle) <= *r2;
         let r2 = self.over_vertices(0.0, within, |r2, p| {
             if p.is_finite() {
                 *r2 = f64::max(*r2, p.distance_squared(middle));
@@ -50,17 +50,17 @@ impl PosedScene<'_> {
     }
 
     /// Of meshes that are drawn more than once.
-    fn crowds(&self) -> Vec<Option<Crowds<'_>>> {
+    fn crowds(&self) -> Vec<Option<VertexClusters<'_>>> {
         let mut drawn = vec![0usize; self.scene.meshes.len()];
         self.scene.instances.iter().for_each(|i| drawn[i.mesh as usize] += 1);
         let meshes = self.scene.meshes.iter().zip(drawn);
-        meshes.map(|(mesh, drawn)| (drawn > 1).then(|| Crowds::new(&mesh.positions, drawn))).collect()
+        meshes.map(|(mesh, drawn)| (drawn > 1).then(|| VertexClusters::new(&mesh.positions, drawn))).collect()
     }
 }
 
 /// The vertices of a mesh, in its own coordinates, in crowds of such as lie together: of many copies side
 /// by side each may widen the bounds a little, but only few of its vertices do.
-pub(crate) struct Crowds<'m> {
+pub(crate) struct VertexClusters<'m> {
     points: Cow<'m, [Vec3]>,
     /// Points of a crowd, but for the last.
     size: usize,
@@ -73,25 +73,25 @@ const MANY: usize = 16;
 /// Points of a crowd of those that are sorted.
 pub(crate) const CROWD: usize = 64;
 
-impl<'m> Crowds<'m> {
-    fn new(positions: &'m [Vec3], drawn: usize) -> Crowds<'m> {
+impl<'m> VertexClusters<'m> {
+    fn new(positions: &'m [Vec3], drawn: usize) -> VertexClusters<'m> {
         let around = box_of(positions);
         let (mut points, mut size) = (Cow::Borrowed(positions), positions.len().max(1));
         if drawn >= MANY && size > CROWD {
             size = CROWD;
             points.to_mut().sort_by_cached_key(|p| morton(p.as_dvec3(), &around));
         }
-        Crowds::of(points, size, around)
+        VertexClusters::of(points, size, around)
     }
 
     /// Of vertices that stay in their order: files mostly have neighbours one after another.
-    pub fn in_order(positions: &'m [Vec3]) -> Crowds<'m> {
-        Crowds::of(Cow::Borrowed(positions), CROWD, box_of(positions))
+    pub fn in_order(positions: &'m [Vec3]) -> VertexClusters<'m> {
+        VertexClusters::of(Cow::Borrowed(positions), CROWD, box_of(positions))
     }
 
-    fn of(points: Cow<'m, [Vec3]>, size: usize, around: Aabb) -> Crowds<'m> {
+    fn of(points: Cow<'m, [Vec3]>, size: usize, around: Aabb) -> VertexClusters<'m> {
         let boxes = points.chunks(size).map(box_of).collect();
-        Crowds { points, size, boxes, around }
+        VertexClusters { points, size, boxes, around }
     }
 
     /// Has `add` count the vertices in where `to_world` takes them, but for those in boxes of which `within`
@@ -122,7 +122,7 @@ pub(crate) fn add_all<T>(to_world: &DAffine3, points: &[Vec3], found: &mut T, ad
 
 pub(crate) fn box_of(points: &[Vec3]) -> Aabb {
     let mut bounds = Aabb::EMPTY;
-    points.iter().for_each(|p| bounds.add(p.as_dvec3()));
+    points.iter().for_each(|p| bounds.extend(p.as_dvec3()));
     bounds
 }
 
@@ -153,7 +153,7 @@ mod tests {
 
     use super::*;
     use crate::scene::pose;
-    use crate::scene::{Instance, Local, Material, Mesh, Node, PoseSettings, Scene};
+    use crate::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene};
 
     /// Copies of a mesh, moved, turned, mirrored and flattened by numbers that are the same each time.
     fn scene(copies: u32) -> Scene {
@@ -167,7 +167,7 @@ mod tests {
         for i in 0..copies {
             let k = 1000 * i;
             let matrix3 = DMat3::from_cols(vector(k), vector(k + 3), vector(k + 6));
-            let local = Local::Matrix(DAffine3 { matrix3, translation: 5.0 * vector(k + 9) });
+            let local = LocalTransform::Matrix(DAffine3 { matrix3, translation: 5.0 * vector(k + 9) });
             scene.nodes.push(Node { local, visible: true, ..Node::default() });
             scene.instances.push(Instance { node: i, mesh: 0, object: i + 1, ..Instance::default() });
         }
@@ -179,7 +179,7 @@ mod tests {
         let within =
             |found: &(Aabb, usize), b: Aabb| found.0.min.cmple(b.min).all() && found.0.max.cmpge(b.max).all();
         let count = |found: &mut (Aabb, usize), p: DVec3| {
-            found.0.add(p);
+            found.0.extend(p);
             found.1 += 1;
         };
         posed.over_vertices((Aabb::EMPTY, 0), within, count).1
@@ -194,7 +194,7 @@ mod tests {
             instances.flat_map(|(i, at)| posed.positions(i as u32).iter().map(|&p| at.transform.point_f64(p)))
         };
         let mut bounds = Aabb::EMPTY;
-        all().for_each(|p| bounds.add(p));
+        all().for_each(|p| bounds.extend(p));
         assert_eq!(posed.measure(), bounds);
         let sphere = posed.bounding_sphere();
         let middle = posed.bounds.centre();
@@ -213,7 +213,7 @@ mod tests {
         let turn = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8) * 1e-3;
         let of_sphere = |i: u32| DVec3::new(turn(i).cos(), turn(i).sin(), turn(7 * i).sin()).normalize();
         scene.meshes[0].positions = (0..6400).map(|i| of_sphere(i).as_vec3()).collect();
-        scene.nodes.iter_mut().for_each(|node| node.local = Local::default());
+        scene.nodes.iter_mut().for_each(|node| node.local = LocalTransform::default());
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
         let looked = looked_at(&posed);
         let all = 6400 * copies as usize;

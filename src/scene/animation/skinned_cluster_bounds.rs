@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use crate::geometry::Aabb;
-use crate::scene::animation::deform::Bend;
+use crate::scene::animation::deform::MeshDeformer;
 use crate::scene::animation::pose_bounds::{CROWD, box_about, box_of};
 use crate::scene::{Mesh, Skin};
 
@@ -21,28 +21,30 @@ const TINY: f64 = f32::MIN_POSITIVE as f64;
 const FAR: f64 = 1e30;
 
 /// The vertices of a mesh, in their order, in crowds of [`CROWD`].
-pub(crate) struct BentCrowds {
+pub(crate) struct SkinnedClusters {
     /// `None` where a box would not hold.
-    crowds: Vec<Option<Crowd>>,
+    crowds: Vec<Option<Cluster>>,
 }
 
-struct Crowd {
+struct Cluster {
     /// Boxes of its vertices at rest: for each joint, of those that follow it. One of all without a skin.
     boxes: Vec<(u16, Aabb)>,
     /// How far each morph target moves them.
     moves: Vec<Aabb>,
 }
 
-impl BentCrowds {
-    pub fn new(mesh: &Mesh, skin: Option<&Skin>) -> BentCrowds {
+impl SkinnedClusters {
+    pub fn new(mesh: &Mesh, skin: Option<&Skin>) -> SkinnedClusters {
         let all = mesh.positions.len();
         let starts = (0..all).step_by(CROWD);
-        BentCrowds { crowds: starts.map(|v| Crowd::new(mesh, skin, v, (v + CROWD).min(all))).collect() }
+        SkinnedClusters {
+            crowds: starts.map(|v| Cluster::new(mesh, skin, v, (v + CROWD).min(all))).collect(),
+        }
     }
 
     /// A box that holds every vertex of a crowd once it is bent, whatever is rounded.
-    pub fn around(&self, crowd: usize, bend: &Bend) -> Option<Aabb> {
-        let Crowd { boxes, moves } = self.crowds[crowd].as_ref()?;
+    pub fn around(&self, crowd: usize, bend: &MeshDeformer) -> Option<Aabb> {
+        let Cluster { boxes, moves } = self.crowds[crowd].as_ref()?;
         let mut moved = Aabb { min: DVec3::ZERO, max: DVec3::ZERO };
         let mut terms = DVec3::ZERO;
         for (by, w) in moves.iter().zip(bend.weights).filter(|(_, w)| **w != 0.0) {
@@ -64,7 +66,7 @@ impl BentCrowds {
             if !(near(terms) && near(placed.min) && near(placed.max)) {
                 return None;
             }
-            around.join(&placed);
+            around.extend_box(&placed);
         }
         // Weights that sum to a little more or less than one take a vertex a little out of its joints' boxes.
         let more = 2.0 * SLACK * around.min.abs().max(around.max.abs()) + TINY;
@@ -72,9 +74,9 @@ impl BentCrowds {
     }
 }
 
-impl Crowd {
+impl Cluster {
     /// Of the vertices from `first` up to `end`.
-    fn new(mesh: &Mesh, skin: Option<&Skin>, first: usize, end: usize) -> Option<Crowd> {
+    fn new(mesh: &Mesh, skin: Option<&Skin>, first: usize, end: usize) -> Option<Cluster> {
         let finite = |points: &[glam::Vec3]| points.iter().all(|p| p.is_finite());
         let own = &mesh.positions[first..end];
         let boxes = match skin {
@@ -84,14 +86,14 @@ impl Crowd {
         };
         // No target is there for no vertex: what moves some of a crowd leaves others where they are.
         let still = Aabb { min: DVec3::ZERO, max: DVec3::ZERO };
-        let moves = mesh.morphs.iter().map(|target| {
+        let moves = mesh.morph_targets.iter().map(|target| {
             let moved = target.positions.get(first..).unwrap_or_default();
             let moved = &moved[..moved.len().min(end - first)];
             let mut by = still;
-            by.join(&box_of(moved));
+            by.extend_box(&box_of(moved));
             finite(moved).then_some(by)
         });
-        Some(Crowd { boxes, moves: moves.collect::<Option<_>>()? })
+        Some(Cluster { boxes, moves: moves.collect::<Option<_>>()? })
     }
 }
 
@@ -107,7 +109,7 @@ fn by_joint(mesh: &Mesh, joints: usize, first: usize, end: usize) -> Option<Vec<
                 boxes.push((joint, Aabb::EMPTY));
                 boxes.len() - 1
             });
-            boxes[at].1.add(p.as_dvec3());
+            boxes[at].1.extend(p.as_dvec3());
             sum += f64::from(w);
             if usize::from(joint) >= joints || w < 0.0 || boxes.len() > MOST {
                 return None;

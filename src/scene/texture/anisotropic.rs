@@ -8,22 +8,22 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::scene::texture::image::{Image, Plane};
-use crate::scene::texture::mips::{CLEAR, Level, Mean, Reading};
-use crate::scene::texture::sampling::{Filter, Texture};
+use crate::scene::texture::image::{Image, TexelView};
+use crate::scene::texture::mips::{CLEAR, DownsampleFilter, MipLevel, TexelSemantics};
+use crate::scene::texture::sampling::{Texture, TextureFilter};
 
 /// How texture coordinates change from a sample to the next one to the right and upward on the film.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Footprint {
     /// To the right.
-    pub right: Vec2,
+    pub dx: Vec2,
     /// Upward.
-    pub up: Vec2,
+    pub dy: Vec2,
 }
 
 impl Footprint {
     /// A point: textures are looked up at their finest.
-    pub const POINT: Footprint = Footprint { right: Vec2::ZERO, up: Vec2::ZERO };
+    pub const POINT: Footprint = Footprint { dx: Vec2::ZERO, dy: Vec2::ZERO };
 }
 
 /// Probes along the long axis at most; a longer footprint is looked up at a smaller copy.
@@ -45,7 +45,7 @@ impl Footprint {
     #[inline(always)]
     fn in_texels(&self, width: u32, height: u32) -> [Vec2; 2] {
         let size = Vec2::new(width as f32, height as f32);
-        [self.right * size, self.up * size]
+        [self.dx * size, self.dy * size]
     }
 
     /// True where it is within a texel of an image of this size for sure, as it mostly is where it is.
@@ -97,9 +97,9 @@ impl Probes {
     fn through(
         &self,
         uv: Vec2,
-        levels: &[Level],
+        levels: &[MipLevel],
         finest: impl Fn(Vec2) -> Vec4,
-        smaller: impl Fn(Plane, Vec2) -> Vec4,
+        smaller: impl Fn(TexelView, Vec2) -> Vec4,
     ) -> Vec4 {
         let last = levels.len() as f32;
         let level = self.level.min(last);
@@ -115,26 +115,32 @@ impl Probes {
 
 impl Texture {
     /// The texture's mean over `footprint` about `uv`.
-    pub fn filtered(&self, images: &[Image], uv: Vec2, footprint: &Footprint, reading: Reading) -> Vec4 {
+    pub fn sample_filtered(
+        &self,
+        images: &[Image],
+        uv: Vec2,
+        footprint: &Footprint,
+        reading: TexelSemantics,
+    ) -> Vec4 {
         let image = &images[self.image as usize];
         let plane = image.plane();
         let Some(probes) = footprint.probes(image.width, image.height) else {
             return self.finest(plane, uv, reading);
         };
-        let covered = reading == Reading::Covered;
-        let interpolated = self.decode_last && self.filter == Filter::Linear;
+        let covered = reading == TexelSemantics::AlphaWeightedColor;
+        let interpolated = self.decode_last && self.filter == TextureFilter::Linear;
         let mean = match reading {
-            Reading::Data => Mean::Numbers,
-            _ if interpolated => Mean::Shown { covered },
-            _ => Mean::Light { covered },
+            TexelSemantics::Data => DownsampleFilter::Numbers,
+            _ if interpolated => DownsampleFilter::Shown { covered },
+            _ => DownsampleFilter::Light { covered },
         };
         // Colours of which only as much is seen as alpha leaves have that weight in every mean.
         let weigh = |v: Vec4| if covered { (v.truncate() * (v.w + CLEAR)).extend(v.w) } else { v };
         let finest = |uv| weigh(self.finest(plane, uv, reading));
-        let smaller = |plane: Plane, uv| {
+        let smaller = |plane: TexelView, uv| {
             weigh(match reading {
-                Reading::Data => self.bilinear(plane, uv, Plane::stored),
-                _ => self.bilinear(plane, uv, Plane::decoded),
+                TexelSemantics::Data => self.bilinear(plane, uv, TexelView::stored),
+                _ => self.bilinear(plane, uv, TexelView::decoded),
             })
         };
         let v = probes.through(uv, image.mips.of(plane, mean), finest, smaller);
@@ -142,27 +148,28 @@ impl Texture {
     }
 
     /// The vector that a normal map's texel stands for.
-    pub fn direction(texel: Vec4) -> Vec3 {
+    pub fn decode_normal(texel: Vec4) -> Vec3 {
         texel.truncate() * 2.0 - Vec3::ONE
     }
 
     /// The mean of a normal map's vectors over `footprint` about `uv`, and how far they spread: the
     /// variance of their slopes along each axis, by how much shorter than 1 the mean is (Toksvig,
     /// “Mipmapping Normal Maps”, 2005).
-    pub fn normal(&self, images: &[Image], uv: Vec2, footprint: &Footprint) -> (Vec3, f32) {
+    pub fn sample_normal_map(&self, images: &[Image], uv: Vec2, footprint: &Footprint) -> (Vec3, f32) {
         let image = &images[self.image as usize];
         let plane = image.plane();
-        let finest = |uv| Texture::direction(self.finest(plane, uv, Reading::Data));
+        let finest = |uv| Texture::decode_normal(self.finest(plane, uv, TexelSemantics::Data));
         let Some(probes) = footprint.probes(image.width, image.height) else {
             return (finest(uv), 0.0);
         };
         let unit = |uv| finest(uv).normalize_or_zero().extend(0.0);
-        let smaller = |plane: Plane, uv| {
-            let v = self.bilinear(plane, uv, Plane::stored);
-            let n = Texture::direction(v).normalize_or_zero();
+        let smaller = |plane: TexelView, uv| {
+            let v = self.bilinear(plane, uv, TexelView::stored);
+            let n = Texture::decode_normal(v).normalize_or_zero();
             (n * (1.0 - v.w * v.w)).extend(0.0)
         };
-        let mean = probes.through(uv, image.mips.of(plane, Mean::Normals), unit, smaller).truncate();
+        let mean =
+            probes.through(uv, image.mips.of(plane, DownsampleFilter::Normals), unit, smaller).truncate();
         let length = mean.length().clamp(0.01, 1.0);
         (mean.normalize_or(Vec3::Z), (1.0 - length) / length)
     }
@@ -171,10 +178,10 @@ impl Texture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Channels, Mips, Texels, Wrap};
+    use crate::scene::{Channels, MipMaps, Texels, Wrap};
 
     fn footprint(right: (f32, f32), up: (f32, f32)) -> Footprint {
-        Footprint { right: right.into(), up: up.into() }
+        Footprint { dx: right.into(), dy: up.into() }
     }
 
     #[test]
@@ -191,7 +198,7 @@ mod tests {
             let (film, texture) = (turn as f32 * 0.7, turn as f32 * 0.31);
             let (long, short) = (Vec2::from_angle(texture) * 32.0, Vec2::from_angle(texture).perp() * 4.0);
             let (c, s) = (libm::cosf(film), libm::sinf(film));
-            let over = Footprint { right: (long * c + short * s) / 64.0, up: (short * c - long * s) / 64.0 };
+            let over = Footprint { dx: (long * c + short * s) / 64.0, dy: (short * c - long * s) / 64.0 };
             let probes = over.probes(64, 64).unwrap();
             assert_eq!(probes.count, 8, "{turn}");
             assert!((probes.level - 2.0).abs() < 1e-3, "{turn}: {probes:?}");
@@ -218,26 +225,30 @@ mod tests {
                     height,
                     channels: Channels::Rgb,
                     texels,
-                    mips: Mips::default(),
+                    mips: MipMaps::default(),
                 }
             })
             .into();
         let wild = [0.0, 1e-30, 0.3, -7.0, 1e10, -1e30, f32::MAX, f32::INFINITY, f32::NAN];
         for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
-            for filter in [Filter::Nearest, Filter::Linear] {
+            for filter in [TextureFilter::Nearest, TextureFilter::Linear] {
                 for (i, decode_last) in (0..images.len() as u32).flat_map(|i| [(i, false), (i, true)]) {
                     let texture = Texture { image: i, wrap: [wrap; 2], filter, decode_last };
                     for (a, b) in wild.iter().flat_map(|&a| wild.map(|b| (a, b))) {
                         let over = footprint((a, b), (b, a));
                         for uv in [Vec2::new(0.2, 0.7), Vec2::new(a, b)] {
-                            for reading in [Reading::Color, Reading::Covered, Reading::Data] {
-                                let v = texture.filtered(&images, uv, &over, reading);
+                            for reading in [
+                                TexelSemantics::Color,
+                                TexelSemantics::AlphaWeightedColor,
+                                TexelSemantics::Data,
+                            ] {
+                                let v = texture.sample_filtered(&images, uv, &over, reading);
                                 assert!(
                                     v.cmpge(Vec4::ZERO).all() && v.cmple(Vec4::splat(1.0001)).all(),
                                     "{v}"
                                 );
                             }
-                            let (n, spread) = texture.normal(&images, uv, &over);
+                            let (n, spread) = texture.sample_normal_map(&images, uv, &over);
                             assert!(n.is_finite() && spread.is_finite());
                         }
                     }

@@ -1,35 +1,36 @@
 //! One texture looked up at several places together.
 //!
 //! What comes before the texels and after them is the same arithmetic for each, so it goes by the column, as
-//! [`Texture::filtered`] does it one by one: to the same bits.
+//! [`Texture::sample_filtered`] does it one by one: to the same bits.
 
 use glam::{Vec2, Vec4};
 
 use crate::scene::texture::anisotropic::Footprint;
 use crate::scene::texture::image::Image;
-use crate::scene::texture::mips::Reading;
-use crate::scene::texture::sampling::{Filter, Texture, Wrap, blend};
+use crate::scene::texture::mips::TexelSemantics;
+use crate::scene::texture::sampling::{Texture, TextureFilter, Wrap, blend};
 use crate::scene::texture::srgb::decode_colors;
 
-/// Places of a texture, by the column, with what each stands for.
+/// SampleCoords of a texture, by the column, with what each stands for.
 #[derive(Clone, Copy, Debug)]
-pub struct Places<const N: usize> {
+pub struct SampleCoords<const N: usize> {
     uv: [[f32; N]; 2],
-    right: [[f32; N]; 2],
-    up: [[f32; N]; 2],
+    dx: [[f32; N]; 2],
+    dy: [[f32; N]; 2],
 }
 
-impl<const N: usize> Places<N> {
+impl<const N: usize> SampleCoords<N> {
     /// The origin, as a point.
-    pub const ORIGIN: Places<N> = Places { uv: [[0.0; N]; 2], right: [[0.0; N]; 2], up: [[0.0; N]; 2] };
+    pub const ORIGIN: SampleCoords<N> =
+        SampleCoords { uv: [[0.0; N]; 2], dx: [[0.0; N]; 2], dy: [[0.0; N]; 2] };
 
     /// Sets one.
     #[inline(always)]
     pub fn set(&mut self, i: usize, uv: Vec2, over: Footprint) {
         for axis in 0..2 {
             self.uv[axis][i] = uv[axis];
-            self.right[axis][i] = over.right[axis];
-            self.up[axis][i] = over.up[axis];
+            self.dx[axis][i] = over.dx[axis];
+            self.dy[axis][i] = over.dy[axis];
         }
     }
 
@@ -41,7 +42,7 @@ impl<const N: usize> Places<N> {
     #[inline(always)]
     fn over(&self, i: usize) -> Footprint {
         let at = |of: &[[f32; N]; 2]| Vec2::new(of[0][i], of[1][i]);
-        Footprint { right: at(&self.right), up: at(&self.up) }
+        Footprint { dx: at(&self.dx), dy: at(&self.dy) }
     }
 }
 
@@ -78,14 +79,14 @@ impl<const N: usize> Between<N> {
 }
 
 impl Texture {
-    /// [`Texture::filtered`] at the first of `places`, as many as `out` takes; nothing where a place stands for more
+    /// [`Texture::sample_filtered`] at the first of `places`, as many as `out` takes; nothing where a place stands for more
     /// than a texel, unless `all` are asked for.
     #[inline(always)]
-    pub fn filtered_together<const N: usize>(
+    pub fn sample_batch<const N: usize>(
         &self,
         images: &[Image],
-        places: &Places<N>,
-        (reading, all): (Reading, bool),
+        places: &SampleCoords<N>,
+        (reading, all): (TexelSemantics, bool),
         out: &mut [Option<Vec4>],
     ) {
         let image = &images[self.image as usize];
@@ -94,14 +95,15 @@ impl Texture {
         for (i, within) in within.iter_mut().enumerate() {
             *within = places.over(i).is_small(image.width, image.height);
         }
-        let interpolated = self.filter == Filter::Linear;
+        let interpolated = self.filter == TextureFilter::Linear;
         let x = Between::new(self.wrap[0], &places.uv[0], plane.width);
         let y = Between::new(self.wrap[1], &places.uv[1], plane.height);
-        let colors = reading != Reading::Data;
+        let colors = reading != TexelSemantics::Data;
         for (i, out) in out.iter_mut().enumerate().take(N) {
             if !(within[i] && interpolated) {
                 let one_by_one = all || within[i];
-                *out = one_by_one.then(|| self.filtered(images, places.uv(i), &places.over(i), reading));
+                *out =
+                    one_by_one.then(|| self.sample_filtered(images, places.uv(i), &places.over(i), reading));
                 continue;
             }
             let (xa, xb, fx) = x.at(i, self.wrap[0], plane.width);
@@ -119,7 +121,7 @@ impl Texture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Channels, Mips, Texels};
+    use crate::scene::{Channels, MipMaps, Texels};
 
     /// Inside, on edges, far outside and nowhere; points, small footprints and large ones; every layout, way of
     /// wrapping, filter and reading.
@@ -130,7 +132,7 @@ mod tests {
         let steps = [0.0, 1e-4, 0.02, 0.4, f32::NAN];
         let place = |i: usize| {
             let over = |k: usize| Vec2::new(steps[k % 5], -steps[(k / 2) % 5]);
-            (Vec2::new(uvs[i % 12], uvs[(i / 5) % 12]), Footprint { right: over(i), up: over(i / 3) })
+            (Vec2::new(uvs[i % 12], uvs[(i / 5) % 12]), Footprint { dx: over(i), dy: over(i / 3) })
         };
         for channels in [Channels::L, Channels::La, Channels::Rgb, Channels::Rgba] {
             let (width, height) = (7, 5);
@@ -138,25 +140,29 @@ mod tests {
             let eight: Vec<u8> = (0..count).map(|i| (i * 89 % 256) as u8).collect();
             let sixteen: Vec<u16> = (0..count).map(|i| (i * 9973 % 65536) as u16).collect();
             for texels in [Texels::U8(eight), Texels::U16(sixteen)] {
-                let mips = Mips::default();
+                let mips = MipMaps::default();
                 let (width, height) = (width as u32, height as u32);
                 let images = [Image { name: String::new(), width, height, channels, texels, mips }];
                 for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
-                    for (filter, decode_last) in
-                        [(Filter::Linear, false), (Filter::Linear, true), (Filter::Nearest, false)]
-                    {
+                    for (filter, decode_last) in [
+                        (TextureFilter::Linear, false),
+                        (TextureFilter::Linear, true),
+                        (TextureFilter::Nearest, false),
+                    ] {
                         let texture = Texture { image: 0, wrap: [wrap, Wrap::Repeat], filter, decode_last };
-                        for reading in [Reading::Color, Reading::Covered, Reading::Data] {
+                        for reading in
+                            [TexelSemantics::Color, TexelSemantics::AlphaWeightedColor, TexelSemantics::Data]
+                        {
                             for first in (0..120).step_by(N) {
-                                let mut places = Places::<N>::ORIGIN;
+                                let mut places = SampleCoords::<N>::ORIGIN;
                                 (0..N).for_each(|i| places.set(i, place(first + i).0, place(first + i).1));
                                 let mut together = [None; N];
                                 let some = &mut together[..N - first % 3];
                                 let all = first % 16 == 0;
-                                texture.filtered_together(&images, &places, (reading, all), some);
+                                texture.sample_batch(&images, &places, (reading, all), some);
                                 for (i, found) in some.iter().enumerate() {
                                     let (uv, over) = place(first + i);
-                                    let alone = texture.filtered(&images, uv, &over, reading);
+                                    let alone = texture.sample_filtered(&images, uv, &over, reading);
                                     let alone = (all || over.is_small(7, 5)).then_some(alone);
                                     // NaN is one number here.
                                     assert_eq!(format!("{found:?}"), format!("{alone:?}"), "{uv} {over:?}");

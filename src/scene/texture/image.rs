@@ -2,9 +2,9 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::scene::material::Channel4;
-use crate::scene::texture::min_mip::Lowest;
-use crate::scene::texture::mips::Mips;
+use crate::scene::material::TextureChannel;
+use crate::scene::texture::min_mip::MinMip;
+use crate::scene::texture::mips::MipMaps;
 use crate::scene::texture::srgb;
 
 /// What an image's channels hold, as its file stored them: nothing is widened on the way.
@@ -30,7 +30,7 @@ pub enum Texels {
 }
 
 /// A decoded image. Whether its colours are sRGB-encoded is for whoever looks it up to say
-/// ([`Reading`](crate::scene::Reading)).
+/// ([`TexelSemantics`](crate::scene::TexelSemantics)).
 #[derive(Clone, Debug)]
 pub struct Image {
     /// Its name or file name.
@@ -44,12 +44,12 @@ pub struct Image {
     /// `width · height` texels of that many channels.
     pub texels: Texels,
     /// Its smaller copies, made when they are first asked for.
-    pub mips: Mips,
+    pub mips: MipMaps,
 }
 
 /// Rows of texels: an image, or one of its smaller copies.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Plane<'a> {
+pub(crate) struct TexelView<'a> {
     pub width: u32,
     pub height: u32,
     pub channels: Channels,
@@ -58,7 +58,7 @@ pub(crate) struct Plane<'a> {
 
 impl Image {
     /// Bytes of its texels.
-    pub fn bytes(&self) -> u64 {
+    pub fn byte_size(&self) -> u64 {
         match &self.texels {
             Texels::U8(t) => t.len() as u64,
             Texels::U16(t) => 2 * t.len() as u64,
@@ -72,17 +72,17 @@ impl Image {
     }
 
     /// The least of a channel in its parts.
-    pub(crate) fn lowest(&self, channel: Channel4) -> &Lowest {
+    pub(crate) fn lowest(&self, channel: TextureChannel) -> &MinMip {
         self.mips.lowest(self.plane(), channel)
     }
 
     /// The image at its finest.
-    pub(crate) fn plane(&self) -> Plane<'_> {
-        Plane { width: self.width, height: self.height, channels: self.channels, texels: &self.texels }
+    pub(crate) fn plane(&self) -> TexelView<'_> {
+        TexelView { width: self.width, height: self.height, channels: self.channels, texels: &self.texels }
     }
 }
 
-impl Plane<'_> {
+impl TexelView<'_> {
     /// [`Image::stored`].
     pub fn stored(&self, i: usize) -> Vec4 {
         let n = self.channels as usize;
@@ -107,7 +107,7 @@ impl Plane<'_> {
         }
     }
 
-    /// [`Plane::stored`] of several texels, for those who look at all there are.
+    /// [`TexelView::stored`] of several texels, for those who look at all there are.
     #[inline(always)]
     pub fn all_stored<const N: usize>(&self, at: [usize; N]) -> [Vec4; N] {
         match &self.texels {
@@ -116,7 +116,7 @@ impl Plane<'_> {
         }
     }
 
-    /// [`Plane::decoded`] of several texels.
+    /// [`TexelView::decoded`] of several texels.
     #[inline(always)]
     pub fn all_decoded<const N: usize>(&self, at: [usize; N]) -> [Vec4; N] {
         match &self.texels {
@@ -196,7 +196,7 @@ mod tests {
 
     /// Two texels side by side.
     fn image(channels: Channels, texels: Texels) -> Image {
-        Image { name: String::new(), width: 2, height: 1, channels, texels, mips: Mips::default() }
+        Image { name: String::new(), width: 2, height: 1, channels, texels, mips: MipMaps::default() }
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::scene::material::Channel4;
-use crate::scene::texture::image::{Plane, Texels};
+use crate::scene::material::TextureChannel;
+use crate::scene::texture::image::{TexelView, Texels};
 
 /// Texels along a side of the smallest cells are two to this.
 const FINEST: u32 = 2;
@@ -12,7 +12,7 @@ const MOST: usize = 4;
 
 /// The least of a channel in square cells, each level's twice as wide and high as those of the one before.
 #[derive(Clone, Debug)]
-pub(crate) struct Lowest {
+pub(crate) struct MinMip {
     levels: Vec<Cells>,
     /// The number that stands for 1.
     one: f32,
@@ -47,8 +47,8 @@ impl Cells {
     }
 }
 
-impl Lowest {
-    pub fn new(image: Plane, channel: Channel4) -> Lowest {
+impl MinMip {
+    pub fn new(image: TexelView, channel: TextureChannel) -> MinMip {
         let size = (image.width as usize, image.channels as usize);
         let (finest, one) = match image.texels {
             Texels::U8(texels) => (finest(texels, size, channel, u8::MAX), u16::from(u8::MAX)),
@@ -58,7 +58,7 @@ impl Lowest {
         while let Some(finer) = levels.last().filter(|finer| finer.least.len() > 1) {
             levels.push(Cells::new(&finer.least, (finer.width, 1), 1, |one| one[0]));
         }
-        Lowest { levels, one: f32::from(one) }
+        MinMip { levels, one: f32::from(one) }
     }
 
     /// Of all of the image.
@@ -88,17 +88,17 @@ impl Lowest {
 }
 
 /// The finest cells of an image whose texels have `channels` numbers, of which `one` is the greatest.
-fn finest<T: Copy + Into<u16>>(texels: &[T], size: (usize, usize), channel: Channel4, one: T) -> Cells {
+fn finest<T: Copy + Into<u16>>(texels: &[T], size: (usize, usize), channel: TextureChannel, one: T) -> Cells {
     let channels = size.1;
     let colors = if channels < 3 { 1 } else { 3 };
     let nth = match channel {
-        Channel4::R => 0,
-        Channel4::G => 1.min(colors - 1),
-        Channel4::B => colors - 1,
-        Channel4::A if channels == colors => return Cells::new(texels, size, FINEST, |_| one.into()),
-        Channel4::A => channels - 1,
+        TextureChannel::R => 0,
+        TextureChannel::G => 1.min(colors - 1),
+        TextureChannel::B => colors - 1,
+        TextureChannel::A if channels == colors => return Cells::new(texels, size, FINEST, |_| one.into()),
+        TextureChannel::A => channels - 1,
         // At most the mean.
-        Channel4::Mean => {
+        TextureChannel::Mean => {
             let least = |texel: &[T]| texel[..colors].iter().map(|&c| c.into()).min().unwrap_or(0);
             return Cells::new(texels, size, FINEST, least);
         }
@@ -118,8 +118,8 @@ mod tests {
             let values: Vec<u8> =
                 (0..width * height).map(|i| if i % 61 == 60 { (i % 7) as u8 } else { 255 }).collect();
             let texels = Texels::U8(values.clone());
-            let plane = Plane { width, height, channels: Channels::L, texels: &texels };
-            let lowest = Lowest::new(plane, Channel4::R);
+            let plane = TexelView { width, height, channels: Channels::L, texels: &texels };
+            let lowest = MinMip::new(plane, TextureChannel::R);
             let (w, h) = (width as usize, height as usize);
             let least = |x: Range<usize>, y: Range<usize>| {
                 let at = |y: usize| values[y * w..][x.clone()].iter().min().copied();
@@ -141,10 +141,10 @@ mod tests {
 
     #[test]
     fn every_layout_has_its_channels() {
-        use Channel4::{A, B, G, Mean, R};
+        use TextureChannel::{A, B, G, Mean, R};
         let least = |channels, texels, channel| {
-            let plane = Plane { width: 2, height: 1, channels, texels: &texels };
-            Lowest::new(plane, channel).of_all()
+            let plane = TexelView { width: 2, height: 1, channels, texels: &texels };
+            MinMip::new(plane, channel).of_all()
         };
         let eight = |texels: &[u8]| Texels::U8(texels.to_vec());
         for (channels, texels, expected) in [

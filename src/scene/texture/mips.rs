@@ -1,7 +1,7 @@
 //! Smaller copies of images: each half as wide and high as the one before, down to a single texel.
 //!
 //! A texel of a smaller copy is the mean of what it covers, also where sides are odd. What a mean is
-//! depends on what the numbers say ([`Reading`]): light is averaged as light, normals as vectors. So
+//! depends on what the numbers say ([`TexelSemantics`]): light is averaged as light, normals as vectors. So
 //! an image has a pyramid for each way in which it is read, made when it is first needed: textures
 //! that are only ever seen magnified have none. Levels are stored as the image is, in 8 or 16 bits and
 //! with colours encoded, so that a pyramid is a third of its image.
@@ -10,25 +10,25 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use glam::Vec4;
 
-use crate::scene::material::Channel4;
-use crate::scene::texture::image::{Channels, Plane, Texels};
-use crate::scene::texture::min_mip::Lowest;
+use crate::scene::material::TextureChannel;
+use crate::scene::texture::image::{Channels, TexelView, Texels};
+use crate::scene::texture::min_mip::MinMip;
 use crate::scene::texture::srgb::{decode_colors, linear_to_srgb, linear_to_srgb8};
 
 /// What the numbers of a texture say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reading {
+pub enum TexelSemantics {
     /// Colours, sRGB-encoded, and an alpha that nobody looks at, or on its own.
     Color,
     /// Colours of which only as much is seen as alpha leaves: what is clear has no say in a mean.
-    Covered,
+    AlphaWeightedColor,
     /// Plain numbers.
     Data,
 }
 
 /// How levels are averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Mean {
+pub(crate) enum DownsampleFilter {
     /// Of light.
     Light { covered: bool },
     /// Of the light that bilinear interpolation of *encoded* colours shows, which is less than that
@@ -40,56 +40,56 @@ pub(crate) enum Mean {
     Normals,
 }
 
-impl Mean {
+impl DownsampleFilter {
     fn place(self) -> usize {
         match self {
-            Mean::Light { covered } => usize::from(covered),
-            Mean::Shown { covered } => 2 + usize::from(covered),
-            Mean::Numbers => 4,
-            Mean::Normals => 5,
+            DownsampleFilter::Light { covered } => usize::from(covered),
+            DownsampleFilter::Shown { covered } => 2 + usize::from(covered),
+            DownsampleFilter::Numbers => 4,
+            DownsampleFilter::Normals => 5,
         }
     }
 }
 
 /// The smaller copies of an image: of its means, and of a channel's least numbers.
 #[derive(Clone, Debug, Default)]
-pub struct Mips {
-    means: [OnceLock<Vec<Level>>; 6],
-    lowest: [OnceLock<Lowest>; 5],
+pub struct MipMaps {
+    means: [OnceLock<Vec<MipLevel>>; 6],
+    lowest: [OnceLock<MinMip>; 5],
 }
 
 /// One of them.
 #[derive(Clone, Debug)]
-pub(crate) struct Level {
+pub(crate) struct MipLevel {
     width: u32,
     height: u32,
     channels: Channels,
     texels: Texels,
 }
 
-impl Level {
-    pub fn plane(&self) -> Plane<'_> {
-        Plane { width: self.width, height: self.height, channels: self.channels, texels: &self.texels }
+impl MipLevel {
+    pub fn plane(&self) -> TexelView<'_> {
+        TexelView { width: self.width, height: self.height, channels: self.channels, texels: &self.texels }
     }
 }
 
 /// Weight of the colour of a clear texel: where all are clear there is still a colour.
 pub(crate) const CLEAR: f32 = 1e-4;
 
-impl Mips {
+impl MipMaps {
     /// The smaller copies of `image`, from half its size down. Whoever comes first makes them.
-    pub(crate) fn of(&self, image: Plane, mean: Mean) -> &[Level] {
+    pub(crate) fn of(&self, image: TexelView, mean: DownsampleFilter) -> &[MipLevel] {
         self.means[mean.place()].get_or_init(|| pyramid(image, mean))
     }
 
     /// The least of a channel of `image` in its parts. Whoever comes first looks for them.
-    pub(crate) fn lowest(&self, image: Plane, channel: Channel4) -> &Lowest {
-        self.lowest[channel as usize].get_or_init(|| Lowest::new(image, channel))
+    pub(crate) fn lowest(&self, image: TexelView, channel: TextureChannel) -> &MinMip {
+        self.lowest[channel as usize].get_or_init(|| MinMip::new(image, channel))
     }
 }
 
-fn pyramid(image: Plane, mean: Mean) -> Vec<Level> {
-    let channels = if mean == Mean::Normals { Channels::Rgba } else { image.channels };
+fn pyramid(image: TexelView, mean: DownsampleFilter) -> Vec<MipLevel> {
+    let channels = if mean == DownsampleFilter::Normals { Channels::Rgba } else { image.channels };
     let mut levels = Vec::new();
     let mut size = (image.width as usize, image.height as usize);
     let mut finer: Vec<Vec4> = Vec::new();
@@ -118,7 +118,7 @@ fn pyramid(image: Plane, mean: Mean) -> Vec<Level> {
                 Texels::U16(fill(&mut means, row, channels, &|means, to| store(means, mean, codes, to)))
             }
         };
-        levels.push(Level { width: half.0 as u32, height: half.1 as u32, channels, texels });
+        levels.push(MipLevel { width: half.0 as u32, height: half.1 as u32, channels, texels });
         (finer, size) = (means, half);
     }
     levels
@@ -216,13 +216,17 @@ fn taps(i: usize, size: usize, half: usize) -> (usize, [f32; 3]) {
 }
 
 /// What is averaged of some of the image's texels.
-fn averaged<const N: usize>(image: Plane, mean: Mean, places: [(usize, usize); N]) -> [Vec4; N] {
+fn averaged<const N: usize>(
+    image: TexelView,
+    mean: DownsampleFilter,
+    places: [(usize, usize); N],
+) -> [Vec4; N] {
     let at = places.map(|(x, y)| y * image.width as usize + x);
     match mean {
-        Mean::Numbers => image.all_stored(at),
-        Mean::Light { covered } => image.all_decoded(at).map(|v| weighed(v, covered)),
-        Mean::Shown { covered } => places.map(|(x, y)| shown(image, x, y, covered)),
-        Mean::Normals => image.all_stored(at).map(|v| {
+        DownsampleFilter::Numbers => image.all_stored(at),
+        DownsampleFilter::Light { covered } => image.all_decoded(at).map(|v| weighed(v, covered)),
+        DownsampleFilter::Shown { covered } => places.map(|(x, y)| shown(image, x, y, covered)),
+        DownsampleFilter::Normals => image.all_stored(at).map(|v| {
             let v = v.truncate() * 2.0 - 1.0;
             v.normalize_or_zero().extend(0.0)
         }),
@@ -235,7 +239,7 @@ fn weighed(v: Vec4, covered: bool) -> Vec4 {
 
 /// The mean light over a texel of the image interpolated as it is encoded, by Gauss's rule of two
 /// points in each direction between texel centres.
-fn shown(image: Plane, x: usize, y: usize, covered: bool) -> Vec4 {
+fn shown(image: TexelView, x: usize, y: usize, covered: bool) -> Vec4 {
     const NEAR: f32 = 0.788_675_1;
     const FAR: f32 = 1.0 - NEAR;
     let (w, h) = (image.width as usize, image.height as usize);
@@ -256,7 +260,7 @@ fn shown(image: Plane, x: usize, y: usize, covered: bool) -> Vec4 {
 /// Means as texels: `plain` makes a code of a number, `light` one of linear light.
 fn store<T>(
     means: &[Vec4],
-    mean: Mean,
+    mean: DownsampleFilter,
     (plain, light): (impl Fn(f32) -> T, impl Fn(f32) -> T),
     texels: &mut [T],
 ) {
@@ -264,12 +268,12 @@ fn store<T>(
     let colors = if channels < 3 { 1 } else { 3 };
     for (&v, texel) in means.iter().zip(texels.chunks_exact_mut(channels.max(1))) {
         let (v, encoded) = match mean {
-            Mean::Numbers => (v, false),
-            Mean::Normals => (direction(v), false),
-            Mean::Light { covered: true } | Mean::Shown { covered: true } => {
+            DownsampleFilter::Numbers => (v, false),
+            DownsampleFilter::Normals => (direction(v), false),
+            DownsampleFilter::Light { covered: true } | DownsampleFilter::Shown { covered: true } => {
                 ((v.truncate() / (v.w + CLEAR)).extend(v.w), true)
             }
-            Mean::Light { .. } | Mean::Shown { .. } => (v, true),
+            DownsampleFilter::Light { .. } | DownsampleFilter::Shown { .. } => (v, true),
         };
         let (color, alpha) = texel.split_at_mut(colors);
         for (c, to) in color.iter_mut().enumerate() {
@@ -295,7 +299,7 @@ mod tests {
     use crate::scene::Image;
 
     fn image(width: u32, height: u32, channels: Channels, texels: Texels) -> Image {
-        Image { name: String::new(), width, height, channels, texels, mips: Mips::default() }
+        Image { name: String::new(), width, height, channels, texels, mips: MipMaps::default() }
     }
 
     /// A checker of single texels, black and white.
@@ -305,18 +309,18 @@ mod tests {
         image(width, height, Channels::L, Texels::U8(texels.collect()))
     }
 
-    fn bytes(level: &Level) -> &[u8] {
+    fn bytes(level: &MipLevel) -> &[u8] {
         let Texels::U8(t) = &level.texels else { panic!("8 bits stay 8 bits") };
         t
     }
 
-    const LIGHT: Mean = Mean::Light { covered: false };
+    const LIGHT: DownsampleFilter = DownsampleFilter::Light { covered: false };
 
     #[test]
     fn light_is_averaged_as_light_and_numbers_as_numbers() {
         let image = checker(8, 4);
         let light = image.mips.of(image.plane(), LIGHT);
-        let numbers = image.mips.of(image.plane(), Mean::Numbers);
+        let numbers = image.mips.of(image.plane(), DownsampleFilter::Numbers);
         assert_eq!(light.len(), 3);
         for (light, numbers) in light.iter().zip(numbers) {
             assert!(bytes(light).iter().all(|&v| v == 188) && bytes(numbers).iter().all(|&v| v == 128));
@@ -331,7 +335,7 @@ mod tests {
             let texels: Vec<u8> = (0..w * h).map(|i| (i * 7919 % 251) as u8).collect();
             let mean = texels.iter().map(|&v| f64::from(v)).sum::<f64>() / f64::from(w * h);
             let image = image(w, h, Channels::L, Texels::U8(texels));
-            let levels = image.mips.of(image.plane(), Mean::Numbers);
+            let levels = image.mips.of(image.plane(), DownsampleFilter::Numbers);
             assert_eq!(levels.len(), w.max(h).ilog2() as usize);
             if let Some(last) = levels.last() {
                 assert!((f64::from(bytes(last)[0]) - mean).abs() < 0.51, "{w} x {h}");
@@ -350,7 +354,10 @@ mod tests {
     fn clear_texels_have_no_say_in_covered_colours() {
         let texels = vec![255, 0, 0, 255, 0, 255, 0, 0];
         let image = image(2, 1, Channels::Rgba, Texels::U8(texels));
-        assert_eq!(bytes(&image.mips.of(image.plane(), Mean::Light { covered: true })[0]), [255, 0, 0, 128]);
+        assert_eq!(
+            bytes(&image.mips.of(image.plane(), DownsampleFilter::Light { covered: true })[0]),
+            [255, 0, 0, 128]
+        );
         assert_eq!(bytes(&image.mips.of(image.plane(), LIGHT)[0]), [188, 188, 0, 128]);
     }
 
@@ -361,7 +368,7 @@ mod tests {
         let s = 0.5f32.sqrt();
         let texels = [lean(s), lean(-s)].concat().iter().map(|&v| v.round() as u8).collect();
         let image = image(2, 1, Channels::Rgb, Texels::U8(texels));
-        let level = &image.mips.of(image.plane(), Mean::Normals)[0];
+        let level = &image.mips.of(image.plane(), DownsampleFilter::Normals)[0];
         let expected = (1.0 - s).sqrt() * 255.0;
         let [x, y, z, lack] = bytes(level) else { panic!("one texel of four channels") };
         assert!(x.abs_diff(128) <= 1 && y.abs_diff(128) <= 1 && *z == 255);
@@ -377,9 +384,9 @@ mod tests {
         let at = |i: u32| (f64::from(i) + 0.5) as f32 / n as f32 / 4.0;
         let places = (0..n * n).map(|i| glam::Vec2::new(at(i % n), at(i / n)));
         let images = [image];
-        let sum: f64 = places.map(|uv| f64::from(texture.sample(&images, uv, Reading::Color).x)).sum();
+        let sum: f64 = places.map(|uv| f64::from(texture.sample(&images, uv, TexelSemantics::Color).x)).sum();
         let mean = sum / f64::from(n * n);
-        let level = &images[0].mips.of(images[0].plane(), Mean::Shown { covered: false })[0];
+        let level = &images[0].mips.of(images[0].plane(), DownsampleFilter::Shown { covered: false })[0];
         let found = f64::from(level.plane().decoded(0).x);
         assert!((found / mean - 1.0).abs() < 0.01, "{found} where {mean} is seen");
         assert!(mean < 0.26, "less than half of the light, as Blender shows it");

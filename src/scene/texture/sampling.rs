@@ -4,8 +4,8 @@ use std::ops::{Add, Mul, Range};
 
 use glam::{Vec2, Vec4};
 
-use crate::scene::texture::image::{Image, Plane};
-use crate::scene::texture::mips::Reading;
+use crate::scene::texture::image::{Image, TexelView};
+use crate::scene::texture::mips::TexelSemantics;
 use crate::scene::texture::srgb::decode_colors;
 
 /// What a texture does outside 0…1.
@@ -22,7 +22,7 @@ pub enum Wrap {
 
 /// How a magnified texture is looked up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Filter {
+pub enum TextureFilter {
     /// The nearest texel.
     Nearest,
     /// Bilinear.
@@ -38,7 +38,7 @@ pub struct Texture {
     /// Wrapping along u and v.
     pub wrap: [Wrap; 2],
     /// Magnification filter.
-    pub filter: Filter,
+    pub filter: TextureFilter,
     /// True: colours are filtered as they are stored and decoded from sRGB afterwards, as Blender
     /// does; false: decoded first, as glTF asks.
     pub decode_last: bool,
@@ -70,14 +70,14 @@ impl UvTransform {
 
     /// What a small step in the coordinates becomes.
     #[inline(always)]
-    pub fn step(&self, by: Vec2) -> Vec2 {
+    pub fn transform_vector(&self, by: Vec2) -> Vec2 {
         self.x_axis * by.x + self.y_axis * by.y
     }
 
     /// Applies it.
     #[inline(always)]
     pub fn apply(&self, uv: Vec2) -> Vec2 {
-        self.step(uv) + self.offset
+        self.transform_vector(uv) + self.offset
     }
 
     /// By axis, what lies between the lowest and the highest of where three corners go, with slack for
@@ -212,30 +212,30 @@ fn floor(x: f64) -> i64 {
 
 impl Texture {
     /// The texture's value at `uv` at its finest: colours decoded from sRGB, numbers as they are.
-    pub fn sample(&self, images: &[Image], uv: Vec2, reading: Reading) -> Vec4 {
+    pub fn sample(&self, images: &[Image], uv: Vec2, reading: TexelSemantics) -> Vec4 {
         self.finest(images[self.image as usize].plane(), uv, reading)
     }
 
     /// The same of the image itself.
-    pub(crate) fn finest(&self, image: Plane, uv: Vec2, reading: Reading) -> Vec4 {
-        let colors = reading != Reading::Data;
-        if self.filter == Filter::Nearest {
+    pub(crate) fn finest(&self, image: TexelView, uv: Vec2, reading: TexelSemantics) -> Vec4 {
+        let colors = reading != TexelSemantics::Data;
+        if self.filter == TextureFilter::Nearest {
             let i = self.nearest(image, uv);
             return if colors { image.decoded(i) } else { image.stored(i) };
         }
         match (colors, self.decode_last) {
-            (false, _) => self.bilinear(image, uv, Plane::stored),
-            (true, false) => self.bilinear(image, uv, Plane::decoded),
-            (true, true) => decode_colors(self.bilinear(image, uv, Plane::stored)),
+            (false, _) => self.bilinear(image, uv, TexelView::stored),
+            (true, false) => self.bilinear(image, uv, TexelView::decoded),
+            (true, true) => decode_colors(self.bilinear(image, uv, TexelView::stored)),
         }
     }
 
     /// The alpha of [`Texture::sample`], for less.
-    pub fn alpha(&self, images: &[Image], uv: Vec2) -> f32 {
+    pub fn sample_alpha(&self, images: &[Image], uv: Vec2) -> f32 {
         let image = images[self.image as usize].plane();
         match self.filter {
-            Filter::Nearest => image.alpha(self.nearest(image, uv)),
-            Filter::Linear => self.bilinear(image, uv, Plane::alpha),
+            TextureFilter::Nearest => image.alpha(self.nearest(image, uv)),
+            TextureFilter::Linear => self.bilinear(image, uv, TexelView::alpha),
         }
     }
 
@@ -245,7 +245,7 @@ impl Texture {
     }
 
     /// The texel that `uv` is in.
-    fn nearest(&self, image: Plane, uv: Vec2) -> usize {
+    fn nearest(&self, image: TexelView, uv: Vec2) -> usize {
         let [wu, wv] = self.wrap;
         let place = |wrap: Wrap, x: f32, n: u32| wrap.texel(floor(wrap.fold(x) * f64::from(n)), i64::from(n));
         place(wv, uv.y, image.height) * image.width as usize + place(wu, uv.x, image.width)
@@ -254,9 +254,9 @@ impl Texture {
     /// Interpolates between the four texels about `uv`.
     pub(crate) fn bilinear<'a, T: Add<Output = T> + Mul<f32, Output = T>>(
         &self,
-        plane: Plane<'a>,
+        plane: TexelView<'a>,
         uv: Vec2,
-        texel: impl Fn(&Plane<'a>, usize) -> T,
+        texel: impl Fn(&TexelView<'a>, usize) -> T,
     ) -> T {
         let (w, h) = (i64::from(plane.width), i64::from(plane.height));
         let [wu, wv] = self.wrap;
@@ -282,45 +282,52 @@ pub(crate) fn blend<T: Add<Output = T> + Mul<f32, Output = T>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Channels, Mips, Texels, srgb_to_linear};
+    use crate::scene::{Channels, MipMaps, Texels, srgb_to_linear};
 
     fn ramp() -> [Image; 1] {
         let texels = Texels::U8(vec![0, 255]);
-        let mips = Mips::default();
+        let mips = MipMaps::default();
         [Image { name: String::new(), width: 2, height: 1, channels: Channels::L, texels, mips }]
     }
 
-    fn at(wrap: Wrap, filter: Filter, u: f32) -> f32 {
+    fn at(wrap: Wrap, filter: TextureFilter, u: f32) -> f32 {
         let texture = Texture { image: 0, wrap: [wrap; 2], filter, decode_last: false };
-        texture.sample(&ramp(), Vec2::new(u, 0.5), Reading::Data).x
+        texture.sample(&ramp(), Vec2::new(u, 0.5), TexelSemantics::Data).x
     }
 
     #[test]
     fn texels_are_hit_at_their_centres() {
         for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
-            assert_eq!((at(wrap, Filter::Linear, 0.25), at(wrap, Filter::Linear, 0.75)), (0.0, 1.0));
-            assert_eq!(at(wrap, Filter::Linear, 0.5), 0.5);
-            assert_eq!((at(wrap, Filter::Nearest, 0.49), at(wrap, Filter::Nearest, 0.51)), (0.0, 1.0));
+            assert_eq!(
+                (at(wrap, TextureFilter::Linear, 0.25), at(wrap, TextureFilter::Linear, 0.75)),
+                (0.0, 1.0)
+            );
+            assert_eq!(at(wrap, TextureFilter::Linear, 0.5), 0.5);
+            assert_eq!(
+                (at(wrap, TextureFilter::Nearest, 0.49), at(wrap, TextureFilter::Nearest, 0.51)),
+                (0.0, 1.0)
+            );
         }
     }
 
     #[test]
     fn wrapping_outside() {
-        assert_eq!(at(Wrap::Repeat, Filter::Nearest, 1.25), 0.0);
-        assert_eq!(at(Wrap::Mirror, Filter::Nearest, 1.25), 1.0);
-        assert_eq!(at(Wrap::Clamp, Filter::Nearest, 1.25), 1.0);
-        assert_eq!(at(Wrap::Repeat, Filter::Nearest, -0.25), 1.0);
-        assert_eq!(at(Wrap::Mirror, Filter::Nearest, -0.25), 0.0);
+        assert_eq!(at(Wrap::Repeat, TextureFilter::Nearest, 1.25), 0.0);
+        assert_eq!(at(Wrap::Mirror, TextureFilter::Nearest, 1.25), 1.0);
+        assert_eq!(at(Wrap::Clamp, TextureFilter::Nearest, 1.25), 1.0);
+        assert_eq!(at(Wrap::Repeat, TextureFilter::Nearest, -0.25), 1.0);
+        assert_eq!(at(Wrap::Mirror, TextureFilter::Nearest, -0.25), 0.0);
         // Across the border of a tile the neighbours are the other end, or the same texel again.
-        assert_eq!(at(Wrap::Repeat, Filter::Linear, 0.0), 0.5);
-        assert_eq!(at(Wrap::Mirror, Filter::Linear, 0.0), 0.0);
+        assert_eq!(at(Wrap::Repeat, TextureFilter::Linear, 0.0), 0.5);
+        assert_eq!(at(Wrap::Mirror, TextureFilter::Linear, 0.0), 0.0);
     }
 
     #[test]
     fn colours_are_decoded_before_or_after_they_are_filtered() {
         let middle = |decode_last| {
-            let texture = Texture { image: 0, wrap: [Wrap::Clamp; 2], filter: Filter::Linear, decode_last };
-            texture.sample(&ramp(), Vec2::splat(0.5), Reading::Color).x
+            let texture =
+                Texture { image: 0, wrap: [Wrap::Clamp; 2], filter: TextureFilter::Linear, decode_last };
+            texture.sample(&ramp(), Vec2::splat(0.5), TexelSemantics::Color).x
         };
         assert_eq!(middle(false), 0.5);
         assert!((middle(true) - srgb_to_linear(0.5)).abs() < 1e-5);
@@ -330,7 +337,7 @@ mod tests {
     fn wild_coordinates_do_no_harm() {
         for u in [f32::NAN, f32::INFINITY, -f32::INFINITY, 1e30, -1e30] {
             for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
-                assert!(at(wrap, Filter::Linear, u).is_finite());
+                assert!(at(wrap, TextureFilter::Linear, u).is_finite());
             }
         }
     }

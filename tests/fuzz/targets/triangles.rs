@@ -5,7 +5,7 @@ use std::path::Path;
 use arbitrary::{Result, Unstructured};
 use blinn::accel::{Accel, BuildSettings, Cutout, Preset, RayBatch, SegmentBatch, Shared};
 use blinn::geometry::HitId;
-use blinn::scene::{Instance, Local, Material, Mesh, Node, PoseSettings, Scene, pose};
+use blinn::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Numbers that geometry has trouble with; most are small and few, so that things coincide.
@@ -70,7 +70,7 @@ fn scene(u: &mut Unstructured) -> Result<Scene> {
     scene.meshes.push(Mesh { positions, triangles, ..Mesh::default() });
     for _ in 0..u.int_in_range(1..=3)? {
         let moved = DAffine3::from_translation(vector(u)?.as_dvec3());
-        let local = Local::Matrix(moved * DAffine3::from_scale(DVec3::splat(f64::from(number(u)?))));
+        let local = LocalTransform::Matrix(moved * DAffine3::from_scale(DVec3::splat(f64::from(number(u)?))));
         let node = scene.nodes.len() as u32;
         scene.nodes.push(Node { local, visible: true, ..Node::default() });
         scene.instances.push(Instance { node, mesh: 0, object: node + 1, ..Instance::default() });

@@ -6,7 +6,9 @@ mod update;
 
 use blinn::accel::{Accel, Flatten, RayBatch, SegmentBatch, Shared};
 use blinn::geometry::{Hit, HitId};
-use blinn::scene::{Animation, Channel, Interpolation, Keys, PosedScene, Scene, SurfaceClass, Target};
+use blinn::scene::{
+    Animation, Channel, ChannelTarget, Interpolation, Keyframes, PosedScene, Scene, SurfaceClass,
+};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::common::scenes::{self, Holes, Rng};
@@ -68,8 +70,10 @@ fn all_scenes() -> Vec<(&'static str, Scene)> {
     }
     // The last pairs may come and go: they are moving things that keep their places.
     let moving = mixed.nodes.len() as u32 / 2..mixed.nodes.len() as u32;
-    let keys = Keys { times: vec![0.0], values: vec![1.0], width: 1, interpolation: Interpolation::Step };
-    let channels = moving.map(|node| Channel { target: Target::Visibility(node), keys: keys.clone() });
+    let keys =
+        Keyframes { times: vec![0.0], values: vec![1.0], width: 1, interpolation: Interpolation::Step };
+    let channels =
+        moving.map(|node| Channel { target: ChannelTarget::Visibility(node), keyframes: keys.clone() });
     mixed.animations.push(Animation { name: String::new(), channels: channels.collect() });
     let fan = scenes::fan(60, DVec3::new(0.6, 0.0, 0.8), rng);
     vec![

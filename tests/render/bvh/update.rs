@@ -3,8 +3,8 @@
 use blinn::accel::{Accel, BuildSettings, Flatten, Shared};
 use blinn::integrator::MaterialHitFilter;
 use blinn::scene::{
-    Animation, Channel, Channels, ColorInput, Image, Interpolation, Keys, Material, Mips, MorphTarget,
-    ScalarInput, Scene, SurfaceClass, Target, Texels, Texture, TextureRef, UvTransform, Wrap,
+    Animation, Channel, ChannelTarget, Channels, ColorInput, Image, Interpolation, Keyframes, Material,
+    MipMaps, MorphTarget, ScalarInput, Scene, SurfaceClass, Texels, Texture, TextureRef, UvTransform, Wrap,
 };
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
@@ -23,8 +23,9 @@ fn worlds_take_as_much_as_they_are_told_to() {
     scenes::add(&mut scene, scenes::grid(2, 1), opaque(), &[at(6.0), at(8.0)]);
     scenes::add(&mut scene, scenes::grid(3, 1), opaque(), &[at(10.0)]);
     scenes::add(&mut scene, scenes::grid(4, 1), opaque(), &[at(12.0)]);
-    let keys = Keys { times: vec![0.0], values: vec![1.0], width: 1, interpolation: Interpolation::Step };
-    let channels = vec![Channel { target: Target::Visibility(6), keys }];
+    let keys =
+        Keyframes { times: vec![0.0], values: vec![1.0], width: 1, interpolation: Interpolation::Step };
+    let channels = vec![Channel { target: ChannelTarget::Visibility(6), keyframes: keys }];
     scene.animations.push(Animation { name: String::new(), channels });
     let posed = scenes::posed(&scene);
     let stats = |still: u64, moving: u64| {
@@ -55,7 +56,7 @@ fn update_as_good_as_build(settings: &BuildSettings) {
             let turn = DAffine3::from_rotation_x(0.3 * (i + step) as f64);
             // First the shared instances alone, then all.
             if step > 0 || i < 4 {
-                node.local = blinn::scene::Local::Matrix(turn * node.local.affine());
+                node.local = blinn::scene::LocalTransform::Matrix(turn * node.local.affine());
             }
             node.visible = !(step == 2 && i > 0 && i < 5);
         }
@@ -92,7 +93,7 @@ fn bending() -> Scene {
         positions: (0..2 * first.len()).map(|i| f(i, first[i % first.len()])).collect(),
         ..MorphTarget::default()
     };
-    mesh.morphs = vec![
+    mesh.morph_targets = vec![
         each(&mut |i, _| if i < first.len() { Vec3::ZERO } else { -aside }),
         each(&mut |i, p| if few(i) { Vec3::ZERO } else { coarse(Vec3::new(0.0, p.x * p.x, 0.3 * p.y)) }),
         each(&mut |i, p| if few(i) { Vec3::new(0.0, -p.y, -p.z) } else { Vec3::ZERO }),
@@ -178,8 +179,11 @@ fn trees_follow_textures_that_move() {
             Some(TextureRef { texture: 0, uv_set: 0, transform })
         };
         let base = ColorInput { texture: by(0.0), ..ColorInput::new(Vec3::ONE) };
-        let blend =
-            Material { base, alpha_from_base: true, ..scenes::material(SurfaceClass::Translucent, true) };
+        let blend = Material {
+            base_color: base,
+            alpha_from_base: true,
+            ..scenes::material(SurfaceClass::Translucent, true)
+        };
         scenes::add(&mut scene, mesh, Material { alpha: ScalarInput::new(1.0), ..blend }, &at);
         // The right half is clear.
         let alphas = (0..64).flat_map(|i| [9, if i < 32 { 255 } else { 51 }]).collect();
@@ -189,7 +193,7 @@ fn trees_follow_textures_that_move() {
             height: 1,
             channels: Channels::La,
             texels: Texels::U8(alphas),
-            mips: Mips::default(),
+            mips: MipMaps::default(),
         });
         scene.textures.push(Texture { wrap: [Wrap::Clamp; 2], ..Texture::default() });
         let light = |scene: &Scene, accel: &Accel| {
@@ -201,7 +205,7 @@ fn trees_follow_textures_that_move() {
         let (mut kept, _) = Accel::build(&scenes::posed(&scene), &settings);
         assert!(!kept.has_translucent() && !some(&light(&scene, &kept)));
         for (offset, part) in [(0.1, true), (0.5, true), (0.0, false)] {
-            scene.materials[0].base.texture = by(offset);
+            scene.materials[0].base_color.texture = by(offset);
             let posed = scenes::posed(&scene);
             kept.update(&posed);
             let new = Accel::build(&posed, &settings).0;

@@ -194,9 +194,9 @@ fn morph_targets_with_names_and_sparse_accessors() {
     fixture.json["nodes"][0]["weights"] = json!([0.25, 1.0]);
     let (scene, _) = fixture.load();
     let mesh = &scene.meshes[0];
-    assert_eq!(mesh.morphs.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["up", "odd"]);
-    assert_eq!(mesh.morphs[0].normals, [Vec3::Z; 3]);
-    assert_eq!(mesh.morphs[1].positions, [Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO]);
+    assert_eq!(mesh.morph_targets.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["up", "odd"]);
+    assert_eq!(mesh.morph_targets[0].normals, [Vec3::Z; 3]);
+    assert_eq!(mesh.morph_targets[1].positions, [Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO]);
     assert_eq!(mesh.morph_weights, [0.5, 0.0]);
     assert_eq!(scene.nodes[0].weights, [0.25, 1.0]);
 }

@@ -7,7 +7,7 @@ use super::super::fixture::Fixture;
 use super::looks::textured;
 use super::motion::skinned;
 use crate::scene::pose;
-use crate::scene::{LightUnits, Mesh, PoseSettings, PosedKind, Scene};
+use crate::scene::{LightUnits, Mesh, PoseSettings, PosedLightKind, Scene};
 
 /// The same file by Blender and by another program.
 fn by_both(mut fixture: Fixture) -> [Scene; 2] {
@@ -48,7 +48,7 @@ fn normals_of_skinned_meshes_are_those_of_the_bent_surface() {
 
     let [blender, other] = by_both(fixture);
     let morphed = |mesh: &Mesh| -> Vec<Vec3> {
-        mesh.normals.iter().zip(&mesh.morphs[0].normals).map(|(n, d)| *n + *d).collect()
+        mesh.normals.iter().zip(&mesh.morph_targets[0].normals).map(|(n, d)| *n + *d).collect()
     };
     let right = through(armature.inverse().transpose());
     assert!(near(&blender.meshes[0].normals, &inside.map(|n| right(&n))));
@@ -67,13 +67,13 @@ fn written_tangents_do_not_count() {
     let [blender, other] = by_both(fixture);
     assert_eq!(blender.meshes[0].tangents, [Vec4::new(1.0, 0.0, 0.0, -1.0); 3]);
     assert_eq!(other.meshes[0].tangents, [Vec4::new(0.0, 1.0, 0.0, -1.0); 3]);
-    assert_eq!([&blender, &other].map(|s| s.meshes[0].morphs[0].tangents.len()), [0, 3]);
+    assert_eq!([&blender, &other].map(|s| s.meshes[0].morph_targets[0].tangents.len()), [0, 3]);
 }
 
 /// By nodes that share it or by instancing; but not what is bent for each.
 #[test]
 fn a_shared_mesh_is_smoothed_in_its_own_frame() {
-    let own = |fixture: &Fixture| by_both(fixture.clone()).map(|s| s.meshes[0].smooth_in_own_frame);
+    let own = |fixture: &Fixture| by_both(fixture.clone()).map(|s| s.meshes[0].interpolate_normals_locally);
     assert_eq!(own(&Fixture::triangle()), [false; 2]);
     let mut twice = Fixture::triangle();
     twice.node(json!({"mesh": 0, "scale": [1, 3, 1]}));
@@ -145,6 +145,6 @@ fn spot([inner, outer]: [f32; 2], keys: &[(&str, [f32; 2])]) -> Fixture {
 /// What a scene's one spot lets through a second after its start, in parts of a million.
 fn cone(scene: &Scene) -> [i32; 2] {
     let last = pose(scene, &PoseSettings { time: 1.0, ..PoseSettings::default() }).unwrap();
-    let PosedKind::Spot { cone, .. } = last.lights(LightUnits::Raw, 1.0)[0].kind else { panic!() };
+    let PosedLightKind::Spot { cone, .. } = last.lights(LightUnits::Raw, 1.0)[0].kind else { panic!() };
     [cone.cos_outer, cone.width].map(|v| (v * 1e6).round() as i32)
 }

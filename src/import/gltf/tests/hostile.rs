@@ -287,7 +287,7 @@ fn a_buffer_that_is_not_there_costs_what_is_in_it() {
     fixture.push("materials", json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
     fixture.primitive()["material"] = json!(0);
     let (scene, warnings) = fixture.load();
-    assert!(scene.drawn_triangles() == 1 && scene.animations[0].channels.is_empty());
+    assert!(scene.instanced_triangle_count() == 1 && scene.animations[0].channels.is_empty());
     let why = "buffers[1].uri: 'gone.bin' cannot be read: No such file or directory (os error 2)";
     assert_eq!(warnings[0], format!("{why}; what is in it is left out"));
     assert!(warnings.iter().any(|w| w.starts_with("animations[0].channels[0]: ")), "{warnings:?}");

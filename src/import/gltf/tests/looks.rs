@@ -7,7 +7,9 @@ use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
 use crate::import::{Limits, LoadOptions};
-use crate::scene::{AlphaMode, Channel4, Filter, Material, Reading, Reflectance, Scene, Wrap};
+use crate::scene::{
+    AlphaMode, Material, Reflectance, Scene, TexelSemantics, TextureChannel, TextureFilter, Wrap,
+};
 
 fn png(color: [u8; 4]) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
@@ -41,7 +43,7 @@ fn defaults_are_gltfs() {
         panic!("not metallic-roughness")
     };
     assert_eq!((metallic.factor, roughness.factor), (1.0, 1.0));
-    assert_eq!(scene.materials[0].base.factor, Vec3::ONE);
+    assert_eq!(scene.materials[0].base_color.factor, Vec3::ONE);
     assert!(scene.materials[0].alpha_from_base && !scene.materials[0].double_sided);
 }
 
@@ -55,7 +57,7 @@ fn what_blender_gives_no_material_is_matte_from_both_sides() {
         panic!("not metallic-roughness")
     };
     assert_eq!((metallic.factor, roughness.factor), (0.0, 1.0));
-    assert!(scene.materials[0].base.factor == Vec3::ONE && scene.materials[0].double_sided);
+    assert!(scene.materials[0].base_color.factor == Vec3::ONE && scene.materials[0].double_sided);
 }
 
 /// Blender's exporter writes nothing but the name of a Diffuse BSDF.
@@ -98,15 +100,18 @@ fn metallic_roughness_with_its_textures() {
             "KHR_materials_specular": {"specularFactor": 0.25, "specularColorFactor": [1, 0, 0],
                 "specularTexture": {"index": 0}}}}));
     assert_eq!((m.name.as_str(), m.alpha_mode, m.double_sided), ("m", AlphaMode::Mask(0.5), true));
-    assert_eq!((m.base.factor, m.alpha.factor), (Vec3::new(0.1, 0.2, 0.3), 0.4));
-    assert_eq!(m.base.texture.unwrap().uv_set, 2);
-    assert_eq!((m.occlusion.factor, m.occlusion.texture.unwrap().1), (0.7, Channel4::R));
+    assert_eq!((m.base_color.factor, m.alpha.factor), (Vec3::new(0.1, 0.2, 0.3), 0.4));
+    assert_eq!(m.base_color.texture.unwrap().uv_set, 2);
+    assert_eq!((m.occlusion.factor, m.occlusion.texture.unwrap().1), (0.7, TextureChannel::R));
     assert_eq!((m.emission.factor, m.emission_strength), (Vec3::new(1.0, 2.0, 3.0), 9.0));
     assert_eq!((m.normal.unwrap().scale, m.transmission.factor), (0.8, 0.9));
     let Reflectance::MetallicRoughness { metallic, roughness, dielectric } = m.reflectance else { panic!() };
-    assert_eq!((metallic.texture.unwrap().1, roughness.texture.unwrap().1), (Channel4::B, Channel4::G));
+    assert_eq!(
+        (metallic.texture.unwrap().1, roughness.texture.unwrap().1),
+        (TextureChannel::B, TextureChannel::G)
+    );
     assert_eq!((dielectric.ior, dielectric.specular.factor), (1.3, 0.25));
-    assert_eq!(dielectric.specular.texture.unwrap().1, Channel4::A);
+    assert_eq!(dielectric.specular.texture.unwrap().1, TextureChannel::A);
 }
 
 #[test]
@@ -115,8 +120,11 @@ fn specular_glossiness_and_unlit() {
         "glossinessFactor": 0.6, "specularGlossinessTexture": {"index": 0}});
     let m = material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": old}}));
     let Reflectance::SpecularGlossiness { specular, glossiness } = m.reflectance else { panic!() };
-    assert_eq!((m.base.factor.z, m.alpha.factor, specular.factor.x, glossiness.factor), (0.3, 0.4, 0.5, 0.6));
-    assert_eq!(glossiness.texture.unwrap().1, Channel4::A);
+    assert_eq!(
+        (m.base_color.factor.z, m.alpha.factor, specular.factor.x, glossiness.factor),
+        (0.3, 0.4, 0.5, 0.6)
+    );
+    assert_eq!(glossiness.texture.unwrap().1, TextureChannel::A);
     let m = material(json!({"extensions": {"KHR_materials_unlit": {}}, "alphaMode": "BLEND"}));
     assert_eq!((m.reflectance, m.alpha_mode), (Reflectance::Unlit, AlphaMode::Blend));
 }
@@ -130,7 +138,7 @@ fn texture_transforms_on_every_slot() {
         "normalTexture": slot, "occlusionTexture": slot, "emissiveTexture": slot}));
     let Reflectance::MetallicRoughness { metallic, .. } = m.reflectance else { panic!() };
     let slots = [
-        m.base.texture,
+        m.base_color.texture,
         metallic.texture.map(|t| t.0),
         m.normal.map(|n| n.texture),
         m.occlusion.texture.map(|t| t.0),
@@ -143,8 +151,8 @@ fn texture_transforms_on_every_slot() {
 }
 
 fn base_texture(scene: &Scene) -> Option<Vec4> {
-    let slot = scene.materials[0].base.texture?;
-    Some(scene.textures[slot.texture as usize].sample(&scene.images, Vec2::splat(0.5), Reading::Color))
+    let slot = scene.materials[0].base_color.texture?;
+    Some(scene.textures[slot.texture as usize].sample(&scene.images, Vec2::splat(0.5), TexelSemantics::Color))
 }
 
 const BASE: &str = r#"{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}"#;
@@ -227,9 +235,12 @@ fn only_what_is_used_is_decoded_and_each_image_once() {
     assert_eq!((scene.images.len(), scene.textures.len(), warnings.len()), (1, 2, 0));
     assert_eq!(
         (scene.textures[1].wrap, scene.textures[1].filter),
-        ([Wrap::Clamp, Wrap::Mirror], Filter::Nearest)
+        ([Wrap::Clamp, Wrap::Mirror], TextureFilter::Nearest)
     );
-    assert_eq!((scene.textures[0].wrap, scene.textures[0].filter), ([Wrap::Repeat; 2], Filter::Linear));
+    assert_eq!(
+        (scene.textures[0].wrap, scene.textures[0].filter),
+        ([Wrap::Repeat; 2], TextureFilter::Linear)
+    );
 }
 
 #[test]

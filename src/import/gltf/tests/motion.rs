@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::super::fixture::{Fixture, bytes_of};
 use super::looks::textured;
 use crate::scene::pose;
-use crate::scene::{Interpolation, PoseSettings, Target};
+use crate::scene::{ChannelTarget, Interpolation, PoseSettings};
 
 /// A triangle with one channel on node 0, two keys.
 fn animated(path: &str, interpolation: &str, kind: &str, width: usize, values: &[f32]) -> Fixture {
@@ -21,12 +21,12 @@ fn animated(path: &str, interpolation: &str, kind: &str, width: usize, values: &
 
 #[test]
 fn every_path_and_interpolation() {
-    let cases: [(&str, &str, &str, usize, Target); 5] = [
-        ("translation", "LINEAR", "VEC3", 3, Target::Translation(0)),
-        ("scale", "STEP", "VEC3", 3, Target::Scale(0)),
-        ("rotation", "CUBICSPLINE", "VEC4", 4, Target::Rotation(0)),
-        ("weights", "LINEAR", "SCALAR", 1, Target::Weights(0)),
-        ("weights", "CUBICSPLINE", "SCALAR", 1, Target::Weights(0)),
+    let cases: [(&str, &str, &str, usize, ChannelTarget); 5] = [
+        ("translation", "LINEAR", "VEC3", 3, ChannelTarget::Translation(0)),
+        ("scale", "STEP", "VEC3", 3, ChannelTarget::Scale(0)),
+        ("rotation", "CUBICSPLINE", "VEC4", 4, ChannelTarget::Rotation(0)),
+        ("weights", "LINEAR", "SCALAR", 1, ChannelTarget::Weights(0)),
+        ("weights", "CUBICSPLINE", "SCALAR", 1, ChannelTarget::Weights(0)),
     ];
     for (path, interpolation, kind, width, target) in cases {
         let parts = if interpolation == "CUBICSPLINE" { 3 } else { 1 };
@@ -36,7 +36,7 @@ fn every_path_and_interpolation() {
         let (scene, warnings) = animated(path, interpolation, kind, width, &values).load();
         let [channel] = &scene.animations[0].channels[..] else { panic!("{path} {warnings:?}") };
         assert_eq!(channel.target, target);
-        let keys = &channel.keys;
+        let keys = &channel.keyframes;
         assert_eq!((&keys.times[..], &keys.values, keys.width), (&[0.5, 1.5][..], &values, numbers));
         let expected = match interpolation {
             "STEP" => Interpolation::Step,
@@ -54,7 +54,7 @@ fn normalised_integers() {
     fixture.json["accessors"][output]["normalized"] = json!(true);
     fixture.json["animations"][0]["samplers"][0]["output"] = json!(output);
     let (scene, _) = fixture.load();
-    assert_eq!(scene.animations[0].channels[0].keys.values, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
+    assert_eq!(scene.animations[0].channels[0].keyframes.values, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
 }
 
 #[test]
@@ -79,8 +79,8 @@ fn a_channel_that_cannot_be_followed_is_left_out_alone() {
         fixture.json["animations"][0]["channels"].as_array_mut().unwrap().push(good);
         break_it(&mut fixture.json["animations"][0]);
         let (scene, warnings) = fixture.load();
-        let targets: Vec<Target> = scene.animations[0].channels.iter().map(|c| c.target).collect();
-        assert_eq!(targets, [Target::Scale(0)], "{i}");
+        let targets: Vec<ChannelTarget> = scene.animations[0].channels.iter().map(|c| c.target).collect();
+        assert_eq!(targets, [ChannelTarget::Scale(0)], "{i}");
         assert!(warnings.iter().any(|w| w.starts_with("animations[0].channels[0]: ")), "{i} {warnings:?}");
     }
     // Without a target the specification says to pass over it.
@@ -95,8 +95,8 @@ fn every_copy_of_a_node_moves() {
     let mut fixture = animated("translation", "LINEAR", "VEC3", 3, &[0.0; 6]);
     fixture.node(json!({"children": [0]}));
     let (scene, _) = fixture.load();
-    let targets: Vec<Target> = scene.animations[0].channels.iter().map(|c| c.target).collect();
-    assert_eq!(targets, [Target::Translation(0), Target::Translation(2)]);
+    let targets: Vec<ChannelTarget> = scene.animations[0].channels.iter().map(|c| c.target).collect();
+    assert_eq!(targets, [ChannelTarget::Translation(0), ChannelTarget::Translation(2)]);
 }
 
 #[test]
@@ -108,11 +108,11 @@ fn pointers() {
         fixture.load()
     };
     let (scene, _) = point(&mut fixture, "/nodes/0/extensions/KHR_node_visibility/visible");
-    assert_eq!(scene.animations[0].channels[0].target, Target::Visibility(0));
+    assert_eq!(scene.animations[0].channels[0].target, ChannelTarget::Visibility(0));
     let (scene, _) = point(&mut fixture, "/nodes/0/weights");
-    assert_eq!(scene.animations[0].channels[0].target, Target::Weights(0));
+    assert_eq!(scene.animations[0].channels[0].target, ChannelTarget::Weights(0));
     let (scene, _) = point(&mut fixture, "/meshes/0/weights/1");
-    assert_eq!(scene.animations[0].channels[0].target, Target::Weight(0, 1));
+    assert_eq!(scene.animations[0].channels[0].target, ChannelTarget::Weight(0, 1));
     // What is drawn with a material, a light or a camera of another scene has nothing to drive.
     let (scene, warnings) = point(&mut fixture, "/materials/0/alphaCutoff");
     assert!(scene.animations[0].channels.is_empty() && warnings.is_empty());
@@ -139,7 +139,7 @@ fn pointers_into_specular_and_glossiness() {
         let (scene, warnings) = fixture.load();
         assert!(warnings.is_empty(), "{warnings:?}");
         let posed = pose(&scene, &PoseSettings { time: 1.0, ..PoseSettings::default() }).unwrap();
-        (posed.materials[0].base.factor, posed.materials[0].alpha.factor)
+        (posed.materials[0].base_color.factor, posed.materials[0].alpha.factor)
     };
     assert_eq!(driven("pbrMetallicRoughness/baseColorFactor"), (Vec3::ONE, 1.0));
     assert_eq!(driven(&format!("extensions/{glossy}/diffuseFactor")), (Vec3::splat(0.25), 0.5));
@@ -167,7 +167,7 @@ fn blenders_keys_of_intensities_are_in_the_lights_unit() {
             fixture.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = json!(0);
             fixture.json["animations"][0]["channels"][0]["target"] = json!({"path": "pointer", "extensions":
                 {"KHR_animation_pointer": {"pointer": "/extensions/KHR_lights_punctual/lights/0/intensity"}}});
-            let last = fixture.load().0.animations[0].channels[0].keys.values[1];
+            let last = fixture.load().0.animations[0].channels[0].keyframes.values[1];
             assert!(
                 (last / expected - 1.0).abs() < 1e-5,
                 "{kind} {intensity} {generator}: {last}, not {expected}"

@@ -5,7 +5,7 @@ use std::fs;
 use super::{SQUARE, error, png, read, scene, with_mtl};
 use crate::geometry::Rgb;
 use crate::import::{LoadError, LoadOptions, NormalMode, load};
-use crate::scene::{AlphaMode, Channel4, Reflectance, ScalarInput};
+use crate::scene::{AlphaMode, Reflectance, ScalarInput, TextureChannel};
 use glam::Vec3;
 
 #[test]
@@ -165,8 +165,8 @@ fn blenders_maps_take_the_places_of_factors() {
         ("# Other", 0.8, 0.1),
     ] {
         let m = of(head, "tex/t 1.png");
-        assert_eq!((m.base.factor, m.emission.factor), (Rgb::splat(kd), Rgb::splat(ke)), "{head}");
-        assert_eq!(of(head, "gone.png").base.factor, Rgb::splat(0.8), "{head}");
+        assert_eq!((m.base_color.factor, m.emission.factor), (Rgb::splat(kd), Rgb::splat(ke)), "{head}");
+        assert_eq!(of(head, "gone.png").base_color.factor, Rgb::splat(0.8), "{head}");
     }
 }
 
@@ -230,7 +230,7 @@ fn an_ambient_map_counts_unless_it_repeats_the_diffuse_one() {
 #[test]
 fn a_material_given_again_counts_as_given_last() {
     let (m, warnings) = with_mtl("newmtl m\nKd 1 0 0\nd .5\nnewmtl m\nKd 0 1 0\n");
-    assert_eq!((m.base.factor, m.alpha.factor, warnings.len()), (Rgb::Y, 1.0, 1), "{warnings:?}");
+    assert_eq!((m.base_color.factor, m.alpha.factor, warnings.len()), (Rgb::Y, 1.0, 1), "{warnings:?}");
 }
 
 /// Pitfall 32: `#` in names.
@@ -242,7 +242,7 @@ fn names_of_materials_are_found_as_exporters_alter_them() {
         [("m", Rgb::Y), ("M", Rgb::Y), ("\"m\"", Rgb::Y), ("m # note", Rgb::Y), ("m # 2", Rgb::Z)]
     {
         let (scene, warnings) = read(obj(name), mtl).unwrap();
-        assert!(warnings.is_empty() && scene.materials[0].base.factor == color, "{name} {warnings:?}");
+        assert!(warnings.is_empty() && scene.materials[0].base_color.factor == color, "{name} {warnings:?}");
     }
 }
 
@@ -266,7 +266,7 @@ fn an_mtl_named_as_the_obj_has_what_others_lack() {
         let obj = format!("{line}{faces}");
         let (scene, warnings) = read(&obj, &[("a.mtl", other.as_bytes()), green]).unwrap();
         let first = if other.contains("newmtl m") { Rgb::X } else { Rgb::Y };
-        let colors: Vec<Rgb> = scene.materials.iter().map(|m| m.base.factor).collect();
+        let colors: Vec<Rgb> = scene.materials.iter().map(|m| m.base_color.factor).collect();
         assert_eq!(colors, [first, Rgb::Y], "{warnings:?}");
         assert!(warnings.len() == 2 && warnings.iter().any(|w| w.contains(told)), "{warnings:?}");
         // One that has none of them is not asked further.
@@ -276,7 +276,7 @@ fn an_mtl_named_as_the_obj_has_what_others_lack() {
     // Where nothing is lacking, it has no say, nor a word.
     let files: [(&str, &[u8]); 2] = [("a.mtl", b"newmtl m\nnewmtl n\n"), green];
     let (scene, warnings) = read(format!("mtllib a.mtl\n{faces}"), &files).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].base.factor == Rgb::ONE, "{warnings:?}");
+    assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::ONE, "{warnings:?}");
 }
 
 #[test]
@@ -307,7 +307,7 @@ fn folders_in_another_case_are_found() {
     let obj = format!("{SQUARE}mtllib Lib/A.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let files: [(&str, &[u8]); 2] = [("lib/a.MTL", mtl), ("lib/Textures/wood/oak.PNG", &png([9, 9, 9, 255]))];
     let (scene, warnings) = read(obj, &files).unwrap();
-    assert!(scene.materials[0].base.texture.is_some() && warnings.is_empty(), "{warnings:?}");
+    assert!(scene.materials[0].base_color.texture.is_some() && warnings.is_empty(), "{warnings:?}");
 }
 
 /// Of an MTL and its texture with their accents apart, as a Mac's archives have them.
@@ -318,7 +318,7 @@ fn names_in_another_normal_form_are_found() {
     let files: [(&str, &[u8]); 2] =
         [("Ho\u{308}lle.mtl", mtl), ("K\u{fc}che/Tu\u{308}r.png", &png([9, 9, 9, 255]))];
     let (scene, warnings) = read(obj, &files).unwrap();
-    assert!(scene.materials[0].base.texture.is_some() && warnings.is_empty(), "{warnings:?}");
+    assert!(scene.materials[0].base_color.texture.is_some() && warnings.is_empty(), "{warnings:?}");
 }
 
 #[test]
@@ -364,7 +364,7 @@ fn blender_shows_colours_over_black_where_alpha_is_not_used() {
     ] {
         let mtl = format!("{head}\nnewmtl m\nmap_Kd t.png\n{map_d}\n");
         let (scene, _) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", image)]).unwrap();
-        let texture = scene.materials[0].base.texture.unwrap().texture;
+        let texture = scene.materials[0].base_color.texture.unwrap().texture;
         let image = &scene.images[scene.textures[texture as usize].image as usize];
         let last = (image.width * image.height) as usize - 1;
         let texel = (image.stored(last) * 255.0).round().to_array();
@@ -377,16 +377,23 @@ fn blender_shows_colours_over_black_where_alpha_is_not_used() {
 fn a_factor_of_0_beside_a_map_that_was_read_is_none() {
     let of = |mtl: &str| with_mtl(&format!("newmtl m\n{mtl}"));
     let (m, warnings) = of("Kd 0 0 0\nmap_Kd tex/t 1.png\nKe 0 0 0\nmap_Ke tex/t 1.png\n");
-    assert_eq!((m.base.factor, m.emission.factor, warnings.len()), (Rgb::ONE, Rgb::ONE, 0), "{warnings:?}");
+    assert_eq!(
+        (m.base_color.factor, m.emission.factor, warnings.len()),
+        (Rgb::ONE, Rgb::ONE, 0),
+        "{warnings:?}"
+    );
     let (m, warnings) = of("Pm 0\nmap_Pm tex/t 1.png\nPr 0\nmap_Pr tex/t 1.png\n");
     let Reflectance::MetallicRoughness { metallic, roughness, .. } = m.reflectance else { panic!("{m:?}") };
     assert_eq!((metallic.factor, roughness.factor, warnings.len()), (1.0, 1.0, 0), "{warnings:?}");
     // Without the map it is black, and so is the lecture's product of Ks and its map.
     let (m, _) = of("Kd 0 0 0\nmap_Kd gone.png\nKe 0 0 0\nKs 0 0 0\nmap_Ks tex/t 1.png\nNs 9\n");
     let Reflectance::Mtl(mtl) = m.reflectance else { panic!("{m:?}") };
-    assert_eq!((m.base.factor, m.emission.factor, mtl.specular.factor), (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO));
+    assert_eq!(
+        (m.base_color.factor, m.emission.factor, mtl.specular.factor),
+        (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO)
+    );
     // Any other factor counts.
-    assert_eq!(of("Kd 0 .5 0\nmap_Kd tex/t 1.png\n").0.base.factor, Rgb::new(0.0, 0.5, 0.0));
+    assert_eq!(of("Kd 0 .5 0\nmap_Kd tex/t 1.png\n").0.base_color.factor, Rgb::new(0.0, 0.5, 0.0));
 }
 
 /// Nor does a `d 0`, or a `Tr 1`, beside a map_d: nothing would be left to see.
@@ -422,10 +429,10 @@ fn a_map_s_channel_is_the_one_that_counts() {
     let (m, warnings) = of("map_Pr -imfchan g orm.png\nmap_Pm -imfchan b orm.png\n");
     let Reflectance::MetallicRoughness { metallic, roughness, .. } = m.reflectance else { panic!("{m:?}") };
     let channel = |of: ScalarInput| of.texture.unwrap().1;
-    assert_eq!((channel(roughness), channel(metallic)), (Channel4::G, Channel4::B));
+    assert_eq!((channel(roughness), channel(metallic)), (TextureChannel::G, TextureChannel::B));
     assert!(warnings.is_empty(), "{warnings:?}");
     let (m, warnings) = of("map_Kd -imfchan r orm.png\n");
-    assert!(m.base.texture.is_some());
+    assert!(m.base_color.texture.is_some());
     assert_eq!(warnings, ["a.mtl, line 2: map_Kd: -imfchan left out, the texture is used without"]);
     let (m, warnings) = of("d nan\nmap_d orm.png\n");
     assert_eq!((m.alpha.factor, warnings.len()), (1.0, 1), "{warnings:?}");
@@ -456,7 +463,7 @@ fn comments_behind_names_are_none_of_them() {
         let obj = format!("{SQUARE}mtllib a.mtl # c\nusemtl {asked}\nf 1/1 2/2 3/3\n");
         let (scene, warnings) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", &image)]).unwrap();
         assert!(warnings.is_empty(), "{given} {asked}: {warnings:?}");
-        assert!(scene.materials[0].base.texture.is_some());
+        assert!(scene.materials[0].base_color.texture.is_some());
     }
 }
 
@@ -465,7 +472,7 @@ fn the_first_of_a_pictures_tiles_is_shown() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let mtl: (&str, &[u8]) = ("a.mtl", b"newmtl m\nmap_Kd wood.<UDIM>.png\n");
     let (scene, warnings) = read(&obj, &[mtl, ("wood.1001.png", &png([9, 9, 9, 255]))]).unwrap();
-    assert!(scene.materials[0].base.texture.is_some());
+    assert!(scene.materials[0].base_color.texture.is_some());
     assert_eq!(warnings, ["texture 'wood.<UDIM>.png': of its tiles, 1001 is shown everywhere"]);
     let (_, warnings) = read(&obj, &[mtl]).unwrap();
     assert!(warnings.len() == 1 && warnings[0].contains("'wood.1001.png'"), "{warnings:?}");
@@ -486,7 +493,7 @@ fn several_materials_have_their_own_textures_and_some_none() {
     let (scene, warnings) = read(obj, &files).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     let names: Vec<_> = scene.materials.iter().map(|m| m.name.as_str()).collect();
-    let textures: Vec<_> = scene.materials.iter().map(|m| m.base.texture.map(|t| t.texture)).collect();
+    let textures: Vec<_> = scene.materials.iter().map(|m| m.base_color.texture.map(|t| t.texture)).collect();
     assert_eq!((names, textures), (vec!["a", "b", "c"], vec![Some(0), None, Some(1)]));
     assert_eq!(scene.images.len(), 2);
 }

@@ -7,7 +7,7 @@ use crate::geometry::Basis;
 
 /// A turn about an axis through a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turn {
+pub struct AxisRotation {
     /// Unit length.
     pub axis: DVec3,
     /// A point on the axis, in world coordinates.
@@ -16,10 +16,10 @@ pub struct Turn {
     pub angle: f64,
 }
 
-impl Turn {
+impl AxisRotation {
     /// The motion that it is. None at all, to the bit, by an angle of 0; and whatever lies along a
     /// coordinate axis stays there when turned about that axis.
-    pub fn motion(&self) -> DAffine3 {
+    pub fn to_affine(&self) -> DAffine3 {
         if self.angle == 0.0 {
             return DAffine3::IDENTITY;
         }
@@ -36,7 +36,7 @@ impl Turn {
 
 impl Camera {
     /// This camera moved by a rotation and a shift.
-    pub fn moved(&self, motion: &DAffine3) -> Camera {
+    pub fn transformed(&self, motion: &DAffine3) -> Camera {
         let turned = |v: DVec3| motion.matrix3 * v;
         let Basis { u, v, w } = self.basis;
         let basis = Basis { u: turned(u), v: turned(v), w: turned(w) };
@@ -51,8 +51,8 @@ mod tests {
 
     #[test]
     fn a_quarter_turn_about_up_takes_the_front_to_the_right() {
-        let turn = Turn { axis: DVec3::Y, pivot: DVec3::new(1.0, 5.0, 2.0), angle: FRAC_PI_2 };
-        let moved = turn.motion().transform_point3(DVec3::new(1.0, 7.0, 3.0));
+        let turn = AxisRotation { axis: DVec3::Y, pivot: DVec3::new(1.0, 5.0, 2.0), angle: FRAC_PI_2 };
+        let moved = turn.to_affine().transform_point3(DVec3::new(1.0, 7.0, 3.0));
         assert!(moved.abs_diff_eq(DVec3::new(2.0, 7.0, 2.0), 1e-15), "{moved}");
     }
 
@@ -60,11 +60,11 @@ mod tests {
     fn up_stays_up_and_nothing_is_nothing_to_the_bit() {
         for i in 0..36 {
             let angle = TAU * f64::from(i) / 36.0;
-            let motion = Turn { axis: DVec3::Y, pivot: DVec3::new(0.1, 0.2, 0.3), angle }.motion();
+            let motion = AxisRotation { axis: DVec3::Y, pivot: DVec3::new(0.1, 0.2, 0.3), angle }.to_affine();
             assert_eq!(motion.matrix3 * DVec3::Y, DVec3::Y);
             assert!((motion.inverse() * motion).abs_diff_eq(DAffine3::IDENTITY, 1e-15));
         }
-        let none = Turn { axis: DVec3::new(0.6, 0.0, 0.8), pivot: DVec3::splat(0.1), angle: 0.0 };
-        assert_eq!(none.motion(), DAffine3::IDENTITY);
+        let none = AxisRotation { axis: DVec3::new(0.6, 0.0, 0.8), pivot: DVec3::splat(0.1), angle: 0.0 };
+        assert_eq!(none.to_affine(), DAffine3::IDENTITY);
     }
 }
