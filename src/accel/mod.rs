@@ -16,8 +16,8 @@ mod traverse;
 
 pub(crate) use crate::simd::Columnwise;
 pub use crate::simd::Tier;
-pub use build::instancing_plan::Flatten;
-pub use ray_batch::{Cutout, HitBatch, RayBatch, SegmentBatch, Shared};
+pub use build::instancing_plan::FlattenBudget;
+pub use ray_batch::{AnyHitFilter, Coherence, HitBatch, RayBatch, SegmentBatch};
 pub use traverse::traversal_stats::Steps;
 
 use std::collections::BTreeMap;
@@ -27,10 +27,10 @@ use crate::scene::PosedScene;
 use crate::simd::{Job, Plain, Simd};
 use build::instancing_plan::{Member, Plan};
 use build::scene_triangles::{mesh_triangles, world_raw, world_triangles};
-use build::surface_flags::Looks;
-use bvh::blas::Triangles;
-use bvh::bvh8::Stack;
-use bvh::tlas::Top;
+use build::surface_flags::SurfaceFlagsCache;
+use bvh::blas::Blas;
+use bvh::bvh8::TraversalStack;
+use bvh::tlas::Tlas;
 use packet::{Answers, GROUP, GROUPS, Packet, PacketStack, RAYS};
 use traverse::hit::FrameRay;
 use traverse::query::{Asked, Blocking, Closest, Query};
@@ -43,16 +43,16 @@ pub struct BuildSettings {
     pub preset: Preset,
     /// Instructions that rays are traced with: the best there are, by default. The picture never
     /// depends on it.
-    pub tier: Tier,
+    pub simd: Tier,
     /// Which shared meshes go into a world's tree. The picture depends on it by the rounding of t.
-    pub flatten: Flatten,
+    pub flatten: FlattenBudget,
 }
 
 /// obvhs's presets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preset {
     /// No tree: every ray asks every triangle. What trees are compared with.
-    Flat,
+    BruteForce,
     /// Built soonest.
     Fast,
     /// The usual.
@@ -65,7 +65,7 @@ pub enum Preset {
 /// What a build left out of the trees, each triangle counted as often as it is drawn. Ids never
 /// move: what is left out is just never hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CleanReport {
+pub struct BuildReport {
     /// Triangles with a vertex that is not a finite number, or beyond ±1e18.
     pub non_finite: u64,
     /// Triangles without area.
@@ -75,8 +75,8 @@ pub struct CleanReport {
     pub coincident: u64,
 }
 
-impl CleanReport {
-    fn add(&mut self, other: CleanReport, times: u64) {
+impl BuildReport {
+    fn add(&mut self, other: BuildReport, times: u64) {
         self.non_finite += other.non_finite * times;
         self.zero_area += other.zero_area * times;
         self.coincident += other.coincident * times;
@@ -87,11 +87,11 @@ impl CleanReport {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AccelStats {
     /// Trees over triangles: the world's two and one for each mesh that has its own.
-    pub trees: usize,
+    pub bvhs: usize,
     /// Inner nodes of all trees.
     pub nodes: usize,
     /// Triangles in all trees; shared ones and coincident ones count once.
-    pub entries: usize,
+    pub triangles: usize,
     /// Bytes of memory.
     pub bytes: usize,
 }
@@ -100,26 +100,26 @@ pub struct AccelStats {
 #[derive(Debug)]
 pub struct Accel {
     settings: BuildSettings,
-    looks: Looks,
+    looks: SurfaceFlagsCache,
     plan: Plan,
     /// What stands still, and what moves.
-    worlds: [Triangles; 2],
+    worlds: [Blas; 2],
     /// Trees of their own, by mesh.
-    meshes: BTreeMap<u32, Triangles>,
-    top: Top,
+    meshes: BTreeMap<u32, Blas>,
+    top: Tlas,
     translucent: bool,
 }
 
 impl Accel {
     /// Builds the trees of `posed`.
-    pub fn build(posed: &PosedScene, settings: &BuildSettings) -> (Accel, CleanReport) {
+    pub fn build(posed: &PosedScene, settings: &BuildSettings) -> (Accel, BuildReport) {
         let mut accel = Accel {
             settings: *settings,
-            looks: Looks::default(),
+            looks: SurfaceFlagsCache::default(),
             plan: Plan::default(),
             worlds: Default::default(),
             meshes: BTreeMap::new(),
-            top: Top::default(),
+            top: Tlas::default(),
             translucent: false,
         };
         let report = accel.update(posed);
@@ -129,7 +129,7 @@ impl Accel {
     /// Follows the scene it was built of to another pose. What stands still is not built again; of
     /// large meshes that move as they are, the upper level alone is; the tree of what else moves or
     /// bends is fitted to its new places, unless a new one is better.
-    pub fn update(&mut self, posed: &PosedScene) -> CleanReport {
+    pub fn update(&mut self, posed: &PosedScene) -> BuildReport {
         let BuildSettings { preset, flatten, .. } = self.settings;
         let plan = Plan::new(posed, flatten, |mesh| self.looks.of(posed, mesh));
         let [still, moving] = &mut self.worlds;
@@ -139,7 +139,7 @@ impl Accel {
         if self.plan.moving != plan.moving || plan.bends(posed) {
             let instance = |member: &Member| member.instance;
             let same = self.plan.moving.iter().map(instance).eq(plan.moving.iter().map(instance));
-            let spans = moving.spans.clone();
+            let spans = moving.ids.clone();
             if !(same && moving.refit(world_raw(posed, &plan.moving, &spans))) {
                 *moving = world_triangles(posed, &plan.moving, preset);
             }
@@ -149,9 +149,9 @@ impl Accel {
             let build = || mesh_triangles(posed, mesh, &placed.look, preset);
             self.meshes.entry(mesh).or_insert_with(build);
         }
-        self.top = Top::build(posed, &plan, &self.meshes, preset);
+        self.top = Tlas::build(posed, &plan, &self.meshes, preset);
         self.translucent = plan.is_translucent();
-        let mut report = CleanReport::default();
+        let mut report = BuildReport::default();
         self.worlds.iter().for_each(|world| report.add(world.report, 1));
         for (mesh, triangles) in &self.meshes {
             report.add(triangles.report, plan.placed[mesh].instances.len() as u64);
@@ -161,30 +161,30 @@ impl Accel {
     }
 
     /// The closest hit of every ray after its `after`. `hits` becomes as long as `rays`.
-    pub fn intersect(&self, rays: &RayBatch, cutouts: &dyn Cutout, hits: &mut HitBatch) {
+    pub fn intersect(&self, rays: &RayBatch, cutouts: &dyn AnyHitFilter, hits: &mut HitBatch) {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
-        self.settings.tier.run(Intersect { accel: self, rays, cutouts, hits });
+        self.settings.simd.run(Intersect { accel: self, rays, cutouts, hits });
     }
 
     /// Whether anything stands in the way of every segment: opaque surfaces, and cutouts where
     /// they are kept. Translucent surfaces do not count. `out` becomes as long as `segments`.
-    pub fn occluded(&self, segments: &SegmentBatch, cutouts: &dyn Cutout, out: &mut Vec<bool>) {
+    pub fn occluded(&self, segments: &SegmentBatch, cutouts: &dyn AnyHitFilter, out: &mut Vec<bool>) {
         out.clear();
-        self.settings.tier.run(Occluded { accel: self, segments, cutouts, out });
+        self.settings.simd.run(Occluded { accel: self, segments, cutouts, out });
     }
 
     /// How much light passes along every segment: none where anything opaque or a kept cutout is
     /// in the way, else the product of what the translucent surfaces on it transmit, taken in the
     /// order of (t, id), and none where that is less than 2⁻¹⁷. `out` becomes as long as `segments`.
-    pub fn transmittance(&self, segments: &SegmentBatch, cutouts: &dyn Cutout, out: &mut Vec<Rgb>) {
+    pub fn transmittance(&self, segments: &SegmentBatch, cutouts: &dyn AnyHitFilter, out: &mut Vec<Rgb>) {
         out.clear();
-        self.settings.tier.run(Transmittance { accel: self, segments, cutouts, out });
+        self.settings.simd.run(Transmittance { accel: self, segments, cutouts, out });
     }
 
     /// Runs what has nothing to do with trees with the instructions that they are traversed with.
-    pub(crate) fn columnwise(&self, job: impl Columnwise) {
-        self.settings.tier.run(Plain(job));
+    pub(crate) fn run_autovec(&self, job: impl Columnwise) {
+        self.settings.simd.run(Plain(job));
     }
 
     /// True where something visible lets part of the light through; else [`Accel::occluded`] says
@@ -197,16 +197,16 @@ impl Accel {
     pub fn stats(&self) -> AccelStats {
         let trees = || self.worlds.iter().chain(self.meshes.values()).filter(|t| !t.is_empty());
         AccelStats {
-            trees: trees().count(),
-            nodes: trees().map(Triangles::nodes).sum::<usize>() + self.top.nodes(),
-            entries: trees().map(Triangles::entries).sum(),
-            bytes: trees().map(Triangles::bytes).sum::<usize>() + self.top.bytes(),
+            bvhs: trees().count(),
+            nodes: trees().map(Blas::nodes).sum::<usize>() + self.top.nodes(),
+            triangles: trees().map(Blas::entries).sum(),
+            bytes: trees().map(Blas::bytes).sum::<usize>() + self.top.bytes(),
         }
     }
 
     /// True where rays of a batch can go together first of all.
-    fn together(&self, shared: Shared, count: usize) -> bool {
-        count > FEW && shared != Shared::None && self.worlds.iter().any(|world| !world.is_empty())
+    fn together(&self, shared: Coherence, count: usize) -> bool {
+        count > FEW && shared != Coherence::None && self.worlds.iter().any(|world| !world.is_empty())
     }
 }
 
@@ -214,7 +214,7 @@ impl Accel {
 struct Intersect<'a> {
     accel: &'a Accel,
     rays: &'a RayBatch,
-    cutouts: &'a dyn Cutout,
+    cutouts: &'a dyn AnyHitFilter,
     hits: &'a mut HitBatch,
 }
 
@@ -228,7 +228,7 @@ impl Job for Intersect<'_> {
         let (mut packet, mut packets) = (Packet::default(), PacketStack::default());
         let mut bundles = Bundles::of(rays.len());
         while let Some((first, count)) = bundles.pop() {
-            let mut together = accel.together(rays.shared, count);
+            let mut together = accel.together(rays.coherence, count);
             if together {
                 let scratch = (&mut packet, &mut packets, &mut lane.stack);
                 let out = &mut hits[first..first + count];
@@ -242,9 +242,9 @@ impl Job for Intersect<'_> {
             }
             for (i, hit) in hits.iter_mut().enumerate().skip(first).take(count) {
                 let (o, d) = (rays.origins[i], rays.directions[i]);
-                let best = if hit.is_miss() { Hit { t: rays.far, id: HitId::NONE } } else { *hit };
+                let best = if hit.is_miss() { Hit { t: rays.t_max, id: HitId::NONE } } else { *hit };
                 let asked = Asked { o, d, cutouts };
-                let mut query = Closest { asked, cull: rays.cull, after: rays.after(i), best };
+                let mut query = Closest { asked, cull: rays.cull_back_faces, after: rays.after(i), best };
                 if let Some(ray) = FrameRay::new(o.as_dvec3(), d.as_dvec3()) {
                     lane.trace::<S>(&ray, !together, &mut query);
                 }
@@ -260,7 +260,7 @@ impl Job for Intersect<'_> {
 struct Occluded<'a> {
     accel: &'a Accel,
     segments: &'a SegmentBatch,
-    cutouts: &'a dyn Cutout,
+    cutouts: &'a dyn AnyHitFilter,
     out: &'a mut Vec<bool>,
 }
 
@@ -275,7 +275,7 @@ impl Job for Occluded<'_> {
         let mut bundles = Bundles::of(segments.len());
         while let Some((first, count)) = bundles.pop() {
             let mut answers = Answers { blocked: [0; GROUPS], passing: None };
-            let mut together = accel.together(segments.shared, count);
+            let mut together = accel.together(segments.coherence, count);
             if together {
                 let (some, scratch) =
                     ((segments, first, count), (&mut packet, &mut packets, &mut lane.stack));
@@ -308,7 +308,7 @@ impl Job for Occluded<'_> {
 struct Transmittance<'a> {
     accel: &'a Accel,
     segments: &'a SegmentBatch,
-    cutouts: &'a dyn Cutout,
+    cutouts: &'a dyn AnyHitFilter,
     out: &'a mut Vec<Rgb>,
 }
 
@@ -325,7 +325,7 @@ impl Job for Transmittance<'_> {
         while let Some((first, count)) = bundles.pop() {
             passing.iter_mut().for_each(Passing::clear);
             let mut blocked = [0; GROUPS];
-            let mut together = accel.together(segments.shared, count);
+            let mut together = accel.together(segments.coherence, count);
             if together {
                 let mut answers = Answers { blocked, passing: Some(&mut passing) };
                 let (some, scratch) =
@@ -405,13 +405,13 @@ impl Bundles {
 /// What tracing one ray after another needs.
 struct Lane<'a> {
     accel: &'a Accel,
-    meshes: Vec<&'a Triangles>,
-    stack: Stack,
+    meshes: Vec<&'a Blas>,
+    stack: TraversalStack,
 }
 
 impl<'a> Lane<'a> {
     fn new(accel: &'a Accel) -> Lane<'a> {
-        Lane { accel, meshes: accel.meshes.values().collect(), stack: Stack::default() }
+        Lane { accel, meshes: accel.meshes.values().collect(), stack: TraversalStack::default() }
     }
 
     /// Tells `query` of what `ray` meets in placed trees and, unless that has been asked, in the
@@ -420,13 +420,13 @@ impl<'a> Lane<'a> {
     fn trace<S: Simd>(&mut self, ray: &FrameRay, worlds: bool, query: &mut impl Query) {
         let Accel { top, worlds: trees, .. } = self.accel;
         for world in trees.iter().filter(|_| worlds) {
-            if let Some(root) = world.tree.root
-                && !world.visit::<S, _>(root, ray, None, query, &mut self.stack)
+            if let Some(root) = world.bvh.root
+                && !world.traverse::<S, _>(root, ray, None, query, &mut self.stack)
             {
                 return;
             }
         }
-        top.visit::<S, _>(ray, &self.meshes, query, &mut self.stack);
+        top.traverse::<S, _>(ray, &self.meshes, query, &mut self.stack);
     }
 }
 
@@ -437,14 +437,14 @@ impl<'a> Lane<'a> {
 fn blocking<'a, 'p>(
     segments: &SegmentBatch,
     i: usize,
-    cutouts: &'a dyn Cutout,
+    cutouts: &'a dyn AnyHitFilter,
     passing: Option<&'p mut Passing>,
 ) -> (Option<FrameRay>, Blocking<'a, 'p>) {
     let from = segments.from[i];
-    let (o, d, end, ray) = match segments.shared {
-        Shared::Direction(d) => (from, d, f32::INFINITY, FrameRay::new(from.as_dvec3(), d.as_dvec3())),
-        Shared::Origin(light) => (light, from - light, 1.0, FrameRay::backward(from, light)),
-        Shared::None => {
+    let (o, d, end, ray) = match segments.coherence {
+        Coherence::Direction(d) => (from, d, f32::INFINITY, FrameRay::new(from.as_dvec3(), d.as_dvec3())),
+        Coherence::Origin(light) => (light, from - light, 1.0, FrameRay::backward(from, light)),
+        Coherence::None => {
             (segments.to[i], from - segments.to[i], 1.0, FrameRay::backward(from, segments.to[i]))
         }
     };

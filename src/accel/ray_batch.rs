@@ -7,7 +7,7 @@ use crate::geometry::{Hit, HitId};
 
 /// What the rays of a batch have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shared {
+pub enum Coherence {
     /// All start here: eye rays of a perspective camera; shadow rays of a point light.
     Origin(Vec3),
     /// All run along this: orthographic eye rays; shadow rays of a sun.
@@ -20,17 +20,17 @@ pub enum Shared {
 #[derive(Clone, Debug)]
 pub struct RayBatch {
     /// What they share.
-    pub shared: Shared,
+    pub coherence: Coherence,
     /// True: eye rays do not see back faces of single-sided materials.
-    pub cull: bool,
+    pub cull_back_faces: bool,
     /// Origins.
     pub origins: Vec<Vec3>,
     /// Directions, any length but zero.
     pub directions: Vec<Vec3>,
     /// Only surfaces with t at least this, and above 0, are hit.
-    pub near: f32,
+    pub t_min: f32,
     /// Only surfaces with t at most this are hit.
-    pub far: f32,
+    pub t_max: f32,
     /// Where it is not empty: only surfaces that come later than this in the order of (t, id) are
     /// hit, `near` or not. A hit finds the one behind it, coincident ones included.
     pub after: Vec<Hit>,
@@ -39,12 +39,12 @@ pub struct RayBatch {
 impl Default for RayBatch {
     fn default() -> Self {
         RayBatch {
-            shared: Shared::None,
-            cull: false,
+            coherence: Coherence::None,
+            cull_back_faces: false,
             origins: Vec::new(),
             directions: Vec::new(),
-            near: 0.0,
-            far: f32::INFINITY,
+            t_min: 0.0,
+            t_max: f32::INFINITY,
             after: Vec::new(),
         }
     }
@@ -54,7 +54,7 @@ impl RayBatch {
     /// The start of the order: everything that counts from `near` on comes after it.
     #[inline]
     pub(crate) fn start(&self) -> Hit {
-        let t = if self.near > 0.0 { self.near.next_down() } else { 0.0 };
+        let t = if self.t_min > 0.0 { self.t_min.next_down() } else { 0.0 };
         Hit { t, id: HitId::NONE }
     }
 
@@ -78,7 +78,7 @@ impl RayBatch {
     }
 
     /// Keeps the rays of ascending indices `kept`, each to go on behind its hit.
-    pub fn keep_behind(&mut self, kept: &[usize], hits: &[Hit]) {
+    pub fn continue_behind(&mut self, kept: &[usize], hits: &[Hit]) {
         for (to, &from) in kept.iter().enumerate() {
             self.origins[to] = self.origins[from];
             self.directions[to] = self.directions[from];
@@ -108,7 +108,7 @@ pub type HitBatch = Vec<Hit>;
 pub struct SegmentBatch {
     /// `Origin`: the light's position, where all segments end. `Direction`: the way *to* a sun,
     /// along which all go on for ever. `None`: each has its own end.
-    pub shared: Shared,
+    pub coherence: Coherence,
     /// Where they start: surface points, already lifted off their surface by their error bound.
     pub from: Vec<Vec3>,
     /// Where they end; not used for suns.
@@ -119,7 +119,7 @@ pub struct SegmentBatch {
 
 impl Default for SegmentBatch {
     fn default() -> Self {
-        SegmentBatch { shared: Shared::None, from: Vec::new(), to: Vec::new(), source: Vec::new() }
+        SegmentBatch { coherence: Coherence::None, from: Vec::new(), to: Vec::new(), source: Vec::new() }
     }
 }
 
@@ -150,13 +150,13 @@ impl SegmentBatch {
 }
 
 /// Judges what only a material knows, for triangles that are not simply opaque.
-pub trait Cutout: Sync {
+pub trait AnyHitFilter: Sync {
     /// Whether the surface is there at all where the ray meets the triangle (alpha masks). Called
     /// for cutout triangles only, in any order and perhaps more than once: it must depend on its
     /// arguments alone.
-    fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool;
+    fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool;
 
     /// How much light passes where the ray meets the triangle: 0 blocks, 1 is air, and nothing is beyond
     /// those. Called for translucent triangles only, by the same rules.
-    fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3;
+    fn transmittance(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3;
 }

@@ -189,7 +189,7 @@ impl Pass<'_> {
         self.add(Stage::Load, None, taken);
         let posed = turns.install(|| pose(&scene, &PoseSettings::default()))?;
 
-        let build = BuildSettings { tier: plan.tier, ..BuildSettings::default() };
+        let build = BuildSettings { simd: plan.tier, ..BuildSettings::default() };
         let (taken, (accel, _)) = turns.take(|| Accel::build(&posed, &build));
         self.add(Stage::Build, None, taken);
         if first {
@@ -231,7 +231,7 @@ impl Pass<'_> {
 }
 
 fn tree(accel: &Accel) -> TreeFigures {
-    let AccelStats { nodes, entries, bytes, .. } = accel.stats();
+    let AccelStats { nodes, triangles: entries, bytes, .. } = accel.stats();
     let finite = |v: f64| Some(v).filter(|v| v.is_finite());
     TreeFigures {
         nodes: nodes as u64,

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::scenes::noise::mix;
-use crate::accel::{Accel, HitBatch, RayBatch, SegmentBatch, Shared};
+use crate::accel::{Accel, Coherence, HitBatch, RayBatch, SegmentBatch};
 use crate::geometry::{Ray, cosine_hemisphere, offset_ray_origin};
 use crate::integrator::{Frame, MaterialHitFilter, SurfacePoint};
 use crate::render::{Film, PixelRect, RenderSettings};
@@ -82,19 +82,19 @@ fn light(frame: &Frame) -> Vec3 {
 
 fn batches(frame: &Frame, settings: &RenderSettings, tile: PixelRect, light: Vec3) -> Batches {
     let (width, height) = (f64::from(settings.width), f64::from(settings.height));
-    let mut eye = RayBatch { cull: frame.cull_back_faces, ..RayBatch::default() };
+    let mut eye = RayBatch { cull_back_faces: frame.cull_back_faces, ..RayBatch::default() };
     for p in tile.pixels() {
         let (x, y) = ((f64::from(p.x) + 0.5) / width, 1.0 - (f64::from(p.y) + 0.5) / height);
         let ray = frame.camera.eye_ray(x, y, frame.posed.centre);
-        eye.shared = match frame.camera.projection {
-            Projection::Perspective => Shared::Origin(ray.o),
-            Projection::Orthographic => Shared::Direction(ray.d),
+        eye.coherence = match frame.camera.projection {
+            Projection::Perspective => Coherence::Origin(ray.o),
+            Projection::Orthographic => Coherence::Direction(ray.d),
         };
         eye.push(ray.o, ray.d);
     }
     let mut hits = HitBatch::new();
     frame.accel.intersect(&eye, &MaterialHitFilter(frame.posed), &mut hits);
-    let mut shadow = SegmentBatch { shared: Shared::Origin(light), ..SegmentBatch::default() };
+    let mut shadow = SegmentBatch { coherence: Coherence::Origin(light), ..SegmentBatch::default() };
     let mut incoherent = RayBatch::default();
     for (i, (hit, pixel)) in hits.iter().zip(tile.pixels()).enumerate().filter(|(_, (hit, _))| !hit.is_miss())
     {

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::args::InfoArgs;
 use super::console::{print, tell};
 use super::{Summary, Usage, one_line};
-use crate::accel::CleanReport;
+use crate::accel::BuildReport;
 use crate::cli::plan::memory;
 use crate::cli::plan::{load_options, scene_list};
 use crate::cli::run::panics::caught;
@@ -27,7 +27,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
             let posed =
                 pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
             let warnings = warnings.iter().map(ToString::to_string);
-            let cleaned = CleanReport::of(&posed);
+            let cleaned = BuildReport::count_degenerate(&posed);
             let warnings: Vec<String> = warnings.chain(left_out(&cleaned)).collect();
             if args.common.strict
                 && let Some(warning) = warnings.first()
@@ -69,7 +69,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
 
 type Facts = serde_json::Map<String, Value>;
 
-fn describe(posed: &PosedScene, cleaned: &CleanReport, warnings: &[String]) -> Facts {
+fn describe(posed: &PosedScene, cleaned: &BuildReport, warnings: &[String]) -> Facts {
     let scene = posed.scene;
     let bounds = posed.bounds();
     let corner = |v: glam::DVec3| if bounds.is_empty() { Value::Null } else { json!(v.to_array()) };

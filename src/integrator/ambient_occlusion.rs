@@ -1,6 +1,6 @@
 //! Ambient occlusion: how much of the light that comes from all sides arrives at a point.
 
-use crate::accel::Shared;
+use crate::accel::Coherence;
 use crate::geometry::{Rgb, cosine_hemisphere};
 use crate::integrator::sample_stream::{Draws, Purpose};
 use crate::integrator::shading_batch::Seen;
@@ -31,7 +31,7 @@ pub(crate) fn ambient_free(
     for part in 0..parts {
         let segments = &mut scratch.segments;
         segments.clear();
-        segments.shared = Shared::None;
+        segments.coherence = Coherence::None;
         for &i in asked {
             let (group, at) = seen.columns.of(i);
             let n_g = vector(&group.n_g, at);

@@ -167,7 +167,7 @@ pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scrat
                 found[whose[i]].surface = Some((*hit, surface));
             }
         }
-        scratch.rays.keep_behind(&behind, &scratch.hits);
+        scratch.rays.continue_behind(&behind, &scratch.hits);
         whose = behind.iter().map(|&i| whose[i]).collect();
     }
     found

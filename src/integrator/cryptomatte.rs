@@ -86,7 +86,7 @@ pub fn trace_mattes(
         if kept.is_empty() {
             break;
         }
-        scratch.rays.keep_behind(&kept, &scratch.hits);
+        scratch.rays.continue_behind(&kept, &scratch.hits);
         whose = kept.iter().map(|&i| whose[i]).collect();
     }
 }

@@ -44,7 +44,7 @@ pub(crate) struct Reached {
 
 /// Fills in the ways to the eye, where highlights need them.
 pub(crate) fn look_back(accel: &Accel, columns: &mut Columns) {
-    accel.columnwise(LookBack(columns));
+    accel.run_autovec(LookBack(columns));
 }
 
 struct LookBack<'a>(&'a mut Columns);
@@ -68,12 +68,12 @@ pub(crate) fn reach(frame: &Frame, seen: &mut Seen, light: &PosedLight, highligh
     reached.clear();
     // Nobody else asks what the light would be without shadows.
     let catches = frame.ground.is_some_and(|ground| ground.kind == GroundKind::ShadowCatcher);
-    frame.accel.columnwise(Reach { columns, light, highlights, catches, reached });
+    frame.accel.run_autovec(Reach { columns, light, highlights, catches, reached });
 }
 
 /// Adds what a light gives the points to their light.
 pub(crate) fn sum_up(accel: &Accel, columns: &mut Columns) {
-    accel.columnwise(SumUp(columns));
+    accel.run_autovec(SumUp(columns));
 }
 
 struct SumUp<'a>(&'a mut Columns);

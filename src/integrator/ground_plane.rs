@@ -29,7 +29,7 @@ impl Frame<'_> {
         let meet = |i: usize| {
             let (above, down) = (f64::from(rays.origins[i].y) - height, f64::from(rays.directions[i].y));
             let t = above / -down;
-            let met = above > 0.0 && down < 0.0 && t >= near && t <= f64::from(rays.far);
+            let met = above > 0.0 && down < 0.0 && t >= near && t <= f64::from(rays.t_max);
             met.then_some(t)
         };
         (0..rays.len()).map(meet).collect()

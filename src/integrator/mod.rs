@@ -153,21 +153,21 @@ impl<'a> Frame<'a> {
 
     /// Fills `rays` with the eye rays of `samples`, cut at the camera's planes.
     pub(crate) fn eye_rays(&self, samples: &[Sample], rays: &mut RayBatch) {
-        use crate::accel::Shared;
+        use crate::accel::Coherence;
         use crate::scene::Projection;
         rays.clear();
-        rays.cull = self.cull_back_faces;
+        rays.cull_back_faces = self.cull_back_faces;
         let per_t = self.camera.depth_per_t();
-        rays.near = (self.camera.clip.near / per_t) as f32;
-        rays.far = (self.camera.clip.far / per_t) as f32;
+        rays.t_min = (self.camera.clip.near / per_t) as f32;
+        rays.t_max = (self.camera.clip.far / per_t) as f32;
         for s in samples {
             let ray = self.camera.eye_ray(s.x, s.y, self.posed.centre);
             rays.push(ray.o, ray.d);
         }
-        rays.shared = match (self.camera.projection, rays.is_empty()) {
-            (_, true) => Shared::None,
-            (Projection::Perspective, _) => Shared::Origin(rays.origins[0]),
-            (Projection::Orthographic, _) => Shared::Direction(rays.directions[0]),
+        rays.coherence = match (self.camera.projection, rays.is_empty()) {
+            (_, true) => Coherence::None,
+            (Projection::Perspective, _) => Coherence::Origin(rays.origins[0]),
+            (Projection::Orthographic, _) => Coherence::Direction(rays.directions[0]),
         };
     }
 

@@ -227,7 +227,7 @@ impl Phong {
     fn go_on_behind(&self, scratch: &mut Scratch, whose: &mut Vec<usize>, open: &[Rgb]) {
         let goes_on = |i: &usize| !scratch.hits[*i].is_miss() && open[whose[*i]].max_element() > 0.0;
         let kept: Vec<usize> = (0..scratch.hits.len()).filter(goes_on).collect();
-        scratch.rays.keep_behind(&kept, &scratch.hits);
+        scratch.rays.continue_behind(&kept, &scratch.hits);
         *whose = kept.iter().map(|&i| whose[i]).collect();
     }
 }

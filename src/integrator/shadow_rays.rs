@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::{SegmentBatch, Shared};
+use crate::accel::{Coherence, SegmentBatch};
 use crate::geometry::{HitId, Rgb};
 use crate::integrator::direct_light::Reached;
 use crate::integrator::sample_stream::{Draws, Purpose};
@@ -19,10 +19,10 @@ pub(crate) fn find_free(frame: &Frame, which: usize, seen: &Seen, draws: Draws, 
     }
     let segments = &mut scratch.segments;
     segments.clear();
-    segments.shared = match light.kind {
-        PosedLightKind::Directional { direction } => Shared::Direction(-direction),
+    segments.coherence = match light.kind {
+        PosedLightKind::Directional { direction } => Coherence::Direction(-direction),
         PosedLightKind::Point { position } | PosedLightKind::Spot { position, .. } => {
-            Shared::Origin(position)
+            Coherence::Origin(position)
         }
     };
     let position = light.position().unwrap_or_default();
@@ -50,7 +50,7 @@ fn find_free_from_disc(frame: &Frame, which: usize, seen: &Seen, draws: Draws, s
     let light = &frame.lights[which];
     let segments = &mut scratch.segments;
     segments.clear();
-    segments.shared = Shared::None;
+    segments.coherence = Coherence::None;
     // Below the horizon of the smooth surface, where no ray need be asked.
     let mut hidden = Vec::with_capacity(seen.reached.len());
     for &Reached { point, l: to_centre, .. } in &seen.reached {
@@ -88,7 +88,7 @@ fn hold_back(frame: &Frame, centre: Vec3, scratch: &mut Scratch) {
     let seen: Vec<usize> = (0..places.len()).filter(|&i| scratch.free[i] != Rgb::ZERO).collect();
     let mut within = std::mem::take(&mut scratch.within);
     within.clear();
-    within.shared = Shared::Origin(centre);
+    within.coherence = Coherence::Origin(centre);
     for &i in &seen {
         within.push(places[i], centre, HitId::NONE);
     }

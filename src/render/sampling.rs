@@ -60,7 +60,7 @@ impl Sampling<'_> {
             let centre = |&pixel: &UVec2| self.settings.sample(pixel, 0, (0.5, 0.5));
             out.extend(pixels.iter().map(|pixel| Sample { size: self.size, ..centre(pixel) }));
         } else {
-            accel.columnwise(Places { sampling: self, pixels, out });
+            accel.run_autovec(Places { sampling: self, pixels, out });
         }
     }
 }

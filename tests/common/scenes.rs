@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use blinn::accel::{Accel, BuildSettings, Cutout, Preset, Tier};
+use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Preset, Tier};
 use blinn::geometry::HitId;
 use blinn::scene::{
     AlphaMode, Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, ScalarInput, Scene,
@@ -219,12 +219,12 @@ pub fn build_with(posed: &PosedScene, preset: Preset) -> Accel {
 /// Cutouts that are there, and glass that darkens by an amount of its own.
 pub struct Plain;
 
-impl Cutout for Plain {
-    fn keeps(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
+impl AnyHitFilter for Plain {
+    fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
         true
     }
 
-    fn transmits(&self, id: HitId, _: Vec3, _: Vec3) -> Vec3 {
+    fn transmittance(&self, id: HitId, _: Vec3, _: Vec3) -> Vec3 {
         Vec3::new(0.9, 0.7, 0.5 + 0.01 * (id.triangle % 40) as f32)
     }
 }
@@ -232,13 +232,13 @@ impl Cutout for Plain {
 /// Cutouts with two triangles of three.
 pub struct Holes;
 
-impl Cutout for Holes {
-    fn keeps(&self, id: HitId, _: Vec3, _: Vec3) -> bool {
+impl AnyHitFilter for Holes {
+    fn accepts(&self, id: HitId, _: Vec3, _: Vec3) -> bool {
         !id.triangle.is_multiple_of(3)
     }
 
-    fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3 {
-        Plain.transmits(id, o, d)
+    fn transmittance(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3 {
+        Plain.transmittance(id, o, d)
     }
 }
 

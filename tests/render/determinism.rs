@@ -103,7 +103,7 @@ fn the_whole_matrix_is_one_picture() {
         let expected = picture(&scene, 1, 16, Preset::Medium, light);
         let mut pictures = 0;
         for tier in Tier::ALL.into_iter().filter(|t| t.available()) {
-            let build = BuildSettings { tier, ..BuildSettings::default() };
+            let build = BuildSettings { simd: tier, ..BuildSettings::default() };
             for (threads, tile) in [1, 2, 3, 8, 64].into_iter().flat_map(|n| [7, 16, 64].map(|t| (n, t))) {
                 for _ in 0..5 {
                     let got = picture_with(&scene, threads, tile, build, light);

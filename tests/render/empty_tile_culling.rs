@@ -59,8 +59,8 @@ fn pictures_are_the_same_from_anywhere() {
     let mut rng = Rng::new(5);
     let mut spared = 0;
     for (name, presets) in [
-        ("cornell/cornell.glb", [Preset::Flat, Preset::Medium]),
-        ("alpha/alpha.glb", [Preset::Flat, Preset::Medium]),
+        ("cornell/cornell.glb", [Preset::BruteForce, Preset::Medium]),
+        ("alpha/alpha.glb", [Preset::BruteForce, Preset::Medium]),
         ("assembly/assembly.glb", [Preset::Fast, Preset::Medium]),
     ] {
         let scene = model(name);

@@ -1,7 +1,7 @@
 //! No surface shadows itself, at any scale or distance, and whatever does stand in the light
 //! shadows, however near.
 
-use blinn::accel::{SegmentBatch, Shared};
+use blinn::accel::{Coherence, SegmentBatch};
 use blinn::geometry::{HitId, offset_ray_origin, point_error};
 use blinn::scene::{Scene, SurfaceClass};
 use glam::{DAffine3, DVec3, Vec3};
@@ -39,7 +39,7 @@ fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
         };
         if sun {
             let l = to_world.transform_vector3(above(&mut rng));
-            segments.shared = Shared::Direction(l.normalize().as_vec3());
+            segments.coherence = Coherence::Direction(l.normalize().as_vec3());
         }
         for _ in 0..chunk {
             let id = HitId { instance: 0, triangle: rng.below(triangles) as u32 };
@@ -52,8 +52,8 @@ fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
             let n_g = (b - a).cross(c - a).normalize().as_vec3();
             let error = point_error(world, local, &to_world);
             let light = to_world.transform_point3(above(&mut rng) * 3.0).as_vec3();
-            let l = match segments.shared {
-                Shared::Direction(l) => l,
+            let l = match segments.coherence {
+                Coherence::Direction(l) => l,
                 _ => light - p,
             };
             segments.push(offset_ray_origin(p, error, n_g, l), light, id);

@@ -1,7 +1,7 @@
 //! No ray slips through where triangles meet: the hit test's promise, at every scale, distance
 //! and angle, in the world tree and in shared ones. All counts are exact.
 
-use blinn::accel::{Accel, BuildSettings, Flatten, RayBatch, Shared};
+use blinn::accel::{Accel, BuildSettings, Coherence, FlattenBudget, RayBatch};
 use blinn::geometry::HitId;
 use blinn::scene::PosedScene;
 use glam::{DVec3, Vec3};
@@ -11,11 +11,16 @@ use crate::common::scenes::{self, Placement, Plain, Rng};
 
 /// How many of `rays` do not hit `instance`.
 fn misses(accel: &Accel, instance: u32, rays: impl Iterator<Item = (Vec3, Vec3)>) -> u64 {
-    misses_of(accel, instance, Shared::None, rays)
+    misses_of(accel, instance, Coherence::None, rays)
 }
 
-fn misses_of(accel: &Accel, instance: u32, shared: Shared, rays: impl Iterator<Item = (Vec3, Vec3)>) -> u64 {
-    let mut batch = RayBatch { shared, ..RayBatch::default() };
+fn misses_of(
+    accel: &Accel,
+    instance: u32,
+    shared: Coherence,
+    rays: impl Iterator<Item = (Vec3, Vec3)>,
+) -> u64 {
+    let mut batch = RayBatch { coherence: shared, ..RayBatch::default() };
     for (o, d) in rays {
         batch.push(o, d);
     }
@@ -64,7 +69,7 @@ fn closed_meshes_do_not_leak() {
     for placement in scenes::placements() {
         let scene = scenes::scene(scenes::sphere(64), &placement.transforms(DVec3::X * 3.0));
         let posed = scenes::posed(&scene);
-        for flatten in [Flatten::default(), Flatten::NOTHING] {
+        for flatten in [FlattenBudget::default(), FlattenBudget::ZERO] {
             let accel = Accel::build(&posed, &BuildSettings { flatten, ..BuildSettings::default() }).0;
             let lost = inside(&posed, &accel, placement.scale, 250_000);
             assert_eq!(lost, 0, "of 250,000 at {placement:?} {flatten:?}");
@@ -80,7 +85,7 @@ fn packets_do_not_leak() {
         for placement in scenes::placements() {
             let scene = scenes::scene(scenes::sphere(64), &placement.transforms(DVec3::X * 3.0));
             let posed = scenes::posed(&scene);
-            let accel = Accel::build(&posed, &BuildSettings { tier, ..BuildSettings::default() }).0;
+            let accel = Accel::build(&posed, &BuildSettings { simd: tier, ..BuildSettings::default() }).0;
             let triangles = posed.mesh(0).triangles.len();
             let centre = posed.instances[0].transform.affine.translation;
             let shoot = |seed: u64| {
@@ -93,7 +98,7 @@ fn packets_do_not_leak() {
                     let edge = rng.below(3);
                     (o, towards(o, v[edge], v[(edge + 1) % 3], 1.0, &mut rng))
                 });
-                misses_of(&accel, 0, Shared::Origin(o), rays.collect::<Vec<_>>().into_iter())
+                misses_of(&accel, 0, Coherence::Origin(o), rays.collect::<Vec<_>>().into_iter())
             };
             let lost: u64 = (0..1250).into_par_iter().map(shoot).sum();
             assert_eq!(lost, 0, "{tier:?} at {placement:?}");

@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use blinn::accel::{Accel, BuildSettings, CleanReport, Preset, RayBatch, SegmentBatch, Shared};
+use blinn::accel::{Accel, BuildReport, BuildSettings, Coherence, Preset, RayBatch, SegmentBatch};
 use blinn::geometry::{Hit, HitId};
 use blinn::scene::{Mesh, PoseSettings, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
@@ -11,12 +11,15 @@ use glam::{DAffine3, DVec3, Vec3};
 use crate::common::scenes::{self, Plain};
 
 /// Not recentred: absurd vertices would move the rest.
-fn build(scene: &Scene) -> (Accel, CleanReport) {
+fn build(scene: &Scene) -> (Accel, BuildReport) {
     let at = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
     let posed = pose(scene, &at).unwrap();
     let (accel, report) = Accel::build(&posed, &BuildSettings::default());
     // What is left out is known without trees.
-    assert_eq!(CleanReport { coincident: report.coincident, ..CleanReport::of(&posed) }, report);
+    assert_eq!(
+        BuildReport { coincident: report.coincident, ..BuildReport::count_degenerate(&posed) },
+        report
+    );
     (accel, report)
 }
 
@@ -44,10 +47,10 @@ fn absurd_vertices_are_left_out_and_counted() {
         let placed = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::X * 5.0)];
         let (accel, report) = build(&scenes::scene(mesh, &placed[..twice]));
         let times = twice as u64;
-        assert_eq!(report, CleanReport { non_finite: 5 * times, zero_area: 3 * times, coincident: 0 });
+        assert_eq!(report, BuildReport { non_finite: 5 * times, zero_area: 3 * times, coincident: 0 });
         let hit = shoot(&accel, DOWN.0, DOWN.1);
         assert!(hit.t == 2.0 && hit.id.triangle < good, "{hit:?}");
-        assert_eq!(accel.stats().entries, good as usize * twice);
+        assert_eq!(accel.stats().triangles, good as usize * twice);
     }
 }
 
@@ -61,7 +64,7 @@ fn absurd_transforms_hide_their_instance_alone() {
     let line = DAffine3::from_scale(DVec3::new(1.0, 0.0, 0.0));
     let (accel, report) = build(&scenes::scene(scenes::grid(4, 2), &[flat, flat, line]));
     // What is a line is not there at all.
-    assert_eq!(report, CleanReport { non_finite: 0, zero_area: 0, coincident: 32 });
+    assert_eq!(report, BuildReport { non_finite: 0, zero_area: 0, coincident: 32 });
     assert!(shoot(&accel, DOWN.0, DOWN.1).t == 2.0);
     let huge = DAffine3::from_scale(DVec3::splat(1e30));
     let (_, report) = build(&scenes::scene(scenes::grid(4, 2), &[huge, huge]));
@@ -91,7 +94,7 @@ fn a_hundred_thousand_triangles_in_one_place_are_no_trouble() {
     {
         for placed in [1, 2] {
             let scene = scenes::scene(mesh.clone(), &[DAffine3::IDENTITY; 2][..placed]);
-            let mut batch = RayBatch { far: 1e9, ..RayBatch::default() };
+            let mut batch = RayBatch { t_max: 1e9, ..RayBatch::default() };
             for i in 0..if name == "boxed" { 3 } else { 50 } {
                 batch.push(Vec3::new(0.1, 0.2, 5.0 + i as f32), Vec3::NEG_Z);
             }
@@ -138,7 +141,7 @@ fn coincident_triangles_are_all_there() {
 #[test]
 fn nothing_and_one_triangle() {
     let (accel, report) = build(&Scene::default());
-    assert_eq!((report, accel.stats().entries), Default::default());
+    assert_eq!((report, accel.stats().triangles), Default::default());
     assert!(shoot(&accel, DOWN.0, DOWN.1).is_miss());
     let (accel, _) = build(&scenes::scene(Mesh::default(), &[DAffine3::IDENTITY; 3]));
     assert!(shoot(&accel, DOWN.0, DOWN.1).is_miss());
@@ -163,7 +166,7 @@ fn absurd_rays_miss() {
                 assert!(shoot(&accel, Vec3::from(v), Vec3::X).is_miss());
                 assert!(shoot(&accel, Vec3::ZERO, Vec3::from(v)).is_miss());
                 let mut segments =
-                    SegmentBatch { shared: Shared::Direction(Vec3::from(v)), ..Default::default() };
+                    SegmentBatch { coherence: Coherence::Direction(Vec3::from(v)), ..Default::default() };
                 segments.push(Vec3::ZERO, Vec3::ZERO, HitId::NONE);
                 let mut out = Vec::new();
                 accel.occluded(&segments, &Plain, &mut out);
@@ -181,7 +184,7 @@ fn absurd_rays_miss() {
         shoot(&accel, Vec3::splat(3e38), Vec3::NEG_ONE);
         assert!(shoot(&accel, Vec3::ZERO, Vec3::new(f32::from_bits(1), 0.0, 0.0)).is_miss());
         // A limit that is not a number is no limit that anything keeps.
-        let mut batch = RayBatch { far: f32::NAN, ..RayBatch::default() };
+        let mut batch = RayBatch { t_max: f32::NAN, ..RayBatch::default() };
         batch.push(Vec3::ZERO, Vec3::X);
         let mut hits = Vec::new();
         accel.intersect(&batch, &Plain, &mut hits);
@@ -200,17 +203,17 @@ fn odd_directions_do_no_harm_to_their_packet() {
         .collect();
     let mut found = 0;
     for tier in scenes::tiers() {
-        let (accel, _) = Accel::build(&posed, &BuildSettings { tier, ..Default::default() });
+        let (accel, _) = Accel::build(&posed, &BuildSettings { simd: tier, ..Default::default() });
         let mut check = |directions: &[Vec3]| {
-            let ask = |shared: Shared| {
-                let mut batch = RayBatch { shared, ..RayBatch::default() };
+            let ask = |shared: Coherence| {
+                let mut batch = RayBatch { coherence: shared, ..RayBatch::default() };
                 directions.iter().for_each(|&d| batch.push(o, d));
                 let mut hits = Vec::new();
                 accel.intersect(&batch, &Plain, &mut hits);
                 hits
             };
-            let hits = ask(Shared::Origin(o));
-            assert_eq!(hits, ask(Shared::None), "{directions:?}");
+            let hits = ask(Coherence::Origin(o));
+            assert_eq!(hits, ask(Coherence::None), "{directions:?}");
             found += hits.iter().filter(|hit| !hit.is_miss()).count();
         };
         for size in [1e-37, 1e-30, 1e-12, 1e-4, 2e-4, 1.0, 4e3, 5e3, 1e12, 1e30, 1e37] {
@@ -241,12 +244,13 @@ fn huge(triangle: [Vec3; 3], others: [Vec3; 3], o: Vec3, d: Vec3) -> Hit {
     let scene = scenes::scene(all, &[DAffine3::IDENTITY]);
     let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() }).unwrap();
     let mut answers = Vec::new();
-    for preset in [Preset::Flat, Preset::Fast, Preset::Medium, Preset::Slow] {
+    for preset in [Preset::BruteForce, Preset::Fast, Preset::Medium, Preset::Slow] {
         for tier in scenes::tiers() {
-            let (accel, _) = Accel::build(&posed, &BuildSettings { preset, tier, ..Default::default() });
+            let (accel, _) =
+                Accel::build(&posed, &BuildSettings { preset, simd: tier, ..Default::default() });
             answers.push(shoot(&accel, o, d));
-            for shared in [Shared::Origin(o), Shared::Direction(d)] {
-                let mut batch = RayBatch { shared, ..RayBatch::default() };
+            for shared in [Coherence::Origin(o), Coherence::Direction(d)] {
+                let mut batch = RayBatch { coherence: shared, ..RayBatch::default() };
                 (0..64).for_each(|_| batch.push(o, d));
                 let mut hits = Vec::new();
                 accel.intersect(&batch, &Plain, &mut hits);

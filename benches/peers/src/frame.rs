@@ -4,7 +4,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use blinn::accel::{Accel, BuildSettings, RayBatch, SegmentBatch, Shared};
+use blinn::accel::{Accel, BuildSettings, Coherence, RayBatch, SegmentBatch};
 use blinn::geometry::{HitId, Ray};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong, SurfacePoint};
@@ -104,14 +104,14 @@ fn tiles(frame: &Frame, settings: &RenderSettings) -> Vec<Tile> {
     let samples = (1..=settings.samples).map(|s| f64::from(s) / f64::from(settings.samples + 1));
     let samples: Vec<f64> = samples.collect();
     let tile = |&(left, top): &(u32, u32)| {
-        let mut eye = RayBatch { cull: frame.cull_back_faces, ..RayBatch::default() };
+        let mut eye = RayBatch { cull_back_faces: frame.cull_back_faces, ..RayBatch::default() };
         for y in top..(top + side).min(h) {
             for x in left..(left + side).min(w) {
                 for (i, &s) in samples.iter().enumerate() {
                     let t = samples[(2 * i + 1) % samples.len()];
                     let (u, v) = ((f64::from(x) + s) / f64::from(w), 1.0 - (f64::from(y) + t) / f64::from(h));
                     let ray = frame.camera.eye_ray(u, v, frame.posed.centre);
-                    eye.shared = Shared::Origin(ray.o);
+                    eye.coherence = Coherence::Origin(ray.o);
                     eye.push(ray.o, ray.d);
                 }
             }
@@ -136,12 +136,12 @@ fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<SegmentBatch> {
         .collect();
     let batch = |light: &blinn::scene::PosedLight| {
         let shared = match light.kind {
-            PosedLightKind::Directional { direction } => Shared::Direction(-direction),
+            PosedLightKind::Directional { direction } => Coherence::Direction(-direction),
             PosedLightKind::Point { position } | PosedLightKind::Spot { position, .. } => {
-                Shared::Origin(position)
+                Coherence::Origin(position)
             }
         };
-        let mut segments = SegmentBatch { shared, ..SegmentBatch::default() };
+        let mut segments = SegmentBatch { coherence: shared, ..SegmentBatch::default() };
         for s in &surfaces {
             let Some(incident) = light.incident(s.p) else { continue };
             if s.shading_normal(frame.posed).dot(incident.l) > 0.0 && s.n_v.dot(incident.l) > 0.0 {

@@ -1,7 +1,7 @@
 //! The rays that both sides trace: made once, from the hits of the eye rays, in the batches that a
 //! tile of a picture gives.
 
-use blinn::accel::{Accel, Cutout, RayBatch, SegmentBatch, Shared};
+use blinn::accel::{Accel, AnyHitFilter, Coherence, RayBatch, SegmentBatch};
 use blinn::geometry::{HitId, Ray, offset_ray_origin};
 use blinn::integrator::SurfacePoint;
 use blinn::scene::PosedScene;
@@ -11,12 +11,12 @@ use glam::{Vec3, vec3};
 /// Nothing is cut out of the scenes here.
 pub struct Opaque;
 
-impl Cutout for Opaque {
-    fn keeps(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
+impl AnyHitFilter for Opaque {
+    fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
         true
     }
 
-    fn transmits(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
+    fn transmittance(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
         Vec3::ZERO
     }
 }
@@ -49,11 +49,11 @@ impl Batch {
     /// Origin, direction and greatest t of ray `i`, as Embree takes it.
     pub fn ray(&self, i: usize) -> (Vec3, Vec3, f32) {
         match self {
-            Batch::Closest(rays) => (rays.origins[i], rays.directions[i], rays.far),
-            Batch::Any(s) => match s.shared {
-                Shared::Direction(d) => (s.from[i], d, f32::INFINITY),
-                Shared::Origin(light) => (s.from[i], light - s.from[i], 1.0),
-                Shared::None => (s.from[i], s.to[i] - s.from[i], 1.0),
+            Batch::Closest(rays) => (rays.origins[i], rays.directions[i], rays.t_max),
+            Batch::Any(s) => match s.coherence {
+                Coherence::Direction(d) => (s.from[i], d, f32::INFINITY),
+                Coherence::Origin(light) => (s.from[i], light - s.from[i], 1.0),
+                Coherence::None => (s.from[i], s.to[i] - s.from[i], 1.0),
             },
         }
     }
@@ -87,7 +87,7 @@ impl Set {
     /// Whether all end in one place, so that they can be traced from there too.
     pub fn light(&self) -> Option<Vec3> {
         match self.batches.first() {
-            Some(Batch::Any(SegmentBatch { shared: Shared::Origin(light), .. })) => Some(*light),
+            Some(Batch::Any(SegmentBatch { coherence: Coherence::Origin(light), .. })) => Some(*light),
             _ => None,
         }
     }
@@ -194,8 +194,8 @@ impl Rays {
         };
         let mut id = 0;
         for tile in tiles(film) {
-            let mut perspective = RayBatch { shared: Shared::Origin(eye), ..RayBatch::default() };
-            let mut parallel = RayBatch { shared: Shared::Direction(forward), ..RayBatch::default() };
+            let mut perspective = RayBatch { coherence: Coherence::Origin(eye), ..RayBatch::default() };
+            let mut parallel = RayBatch { coherence: Coherence::Direction(forward), ..RayBatch::default() };
             for &(x, y) in &tile.samples {
                 let across = right * ((2.0 * x - 1.0) * wide) + up * ((2.0 * y - 1.0) * high);
                 perspective.push(eye, forward + across);
@@ -203,11 +203,11 @@ impl Rays {
             }
             let mut hits = Vec::new();
             accel.intersect(&perspective, &Opaque, &mut hits);
-            let from_here = |shared| SegmentBatch { shared, ..SegmentBatch::default() };
+            let from_here = |shared| SegmentBatch { coherence: shared, ..SegmentBatch::default() };
             let (light, to_sun) = (Vec3::from(scene.light), -Vec3::from(scene.sun).normalize());
-            let mut shadow = from_here(Shared::Origin(light));
-            let mut sun = from_here(Shared::Direction(to_sun));
-            let (mut open, mut near) = (from_here(Shared::None), from_here(Shared::None));
+            let mut shadow = from_here(Coherence::Origin(light));
+            let mut sun = from_here(Coherence::Direction(to_sun));
+            let (mut open, mut near) = (from_here(Coherence::None), from_here(Coherence::None));
             let mut bounce = RayBatch::default();
             let mut squares = Vec::new();
             for (i, hit) in hits.iter().enumerate() {

@@ -5,7 +5,7 @@
 //! branches are taken, the largest boxes opened first, and one more tree is made over those of all: so what
 //! sticks out of a region, such as a large floor between small things, hangs above it.
 
-use obvhs::aabb::Aabb;
+use obvhs::aabb::Aabb as ObvhsAabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams, ploc::PlocSearchDistance};
@@ -14,10 +14,11 @@ use rayon::prelude::*;
 use crate::accel::Preset;
 use crate::accel::build::bvh2_to_bvh8::{Child, Forest, Grown};
 use crate::accel::build::leaf_packing::Capacity;
-use crate::accel::build::morton_clusters::{Key, Regions};
-use crate::accel::build::occlusion_order::Odds;
-use crate::accel::bvh::bvh8::{Box3, LEAF, Node, WIDTH, Wide, aabb, box3, union};
-use crate::accel::bvh::huge_pages::Pages;
+use crate::accel::build::morton_clusters::{MortonClusters, MortonKey};
+use crate::accel::build::occlusion_order::OcclusionCost;
+use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
+use crate::accel::bvh::huge_pages::HugePageVec;
 
 /// Boxes that lie together, and what is in them.
 pub(crate) trait Region {
@@ -25,7 +26,7 @@ pub(crate) trait Region {
     type Leaves: Send + Sync;
 
     /// Equal boxes should be one: a great many of them make the builder very slow.
-    fn boxes(&self) -> &[Aabb];
+    fn boxes(&self) -> &[ObvhsAabb];
 
     /// How many entries of a leaf are in a box.
     fn entries(&self, i: u32) -> u32;
@@ -41,14 +42,14 @@ pub(crate) struct Filled<L> {
     pub firsts: Vec<u32>,
     pub places: u32,
     /// Each leaf's odds, until the region's nodes have theirs.
-    pub odds: Vec<Odds>,
+    pub odds: Vec<OcclusionCost>,
 }
 
 /// How a tree is made; `None` for no tree.
 fn plan(preset: Preset) -> Option<Plan> {
     let plan = |params: BvhBuildParams, region: usize| Some(Plan { params, region, branches: 16 });
     match preset {
-        Preset::Flat => None,
+        Preset::BruteForce => None,
         Preset::Fast => plan(BvhBuildParams::fastest_build(), REGION),
         Preset::Medium => plan(medium(PlocSearchDistance::Low, 0.02), REGION),
         Preset::Slow => plan(BvhBuildParams::slow_build(), usize::MAX),
@@ -84,23 +85,23 @@ const REGION: usize = 4096;
 /// The tree depends on the boxes alone, and not on how many threads there are.
 pub(crate) fn build<T: Boundable + Sync, R: Region>(
     boxes: &[T],
-    open: impl Fn(&[Key]) -> R + Sync,
+    open: impl Fn(&[MortonKey]) -> R + Sync,
     capacity: Capacity,
     preset: Preset,
-) -> (Wide, Vec<Filled<R::Leaves>>) {
+) -> (Bvh8, Vec<Filled<R::Leaves>>) {
     planned(boxes, open, capacity, plan(preset))
 }
 
 fn planned<T: Boundable + Sync, R: Region>(
     boxes: &[T],
-    open: impl Fn(&[Key]) -> R + Sync,
+    open: impl Fn(&[MortonKey]) -> R + Sync,
     capacity: Capacity,
     plan: Option<Plan>,
-) -> (Wide, Vec<Filled<R::Leaves>>) {
-    let regions = Regions::new(boxes, plan.map_or(usize::MAX, |plan| plan.region));
+) -> (Bvh8, Vec<Filled<R::Leaves>>) {
+    let regions = MortonClusters::new(boxes, plan.map_or(usize::MAX, |plan| plan.region));
     // Alone, a region's tree is all there is.
     let plan = plan.map(|plan| Plan { branches: if regions.len() > 1 { plan.branches } else { 1 }, ..plan });
-    let part = |keys: &[Key]| Part::new(open(keys), capacity, plan);
+    let part = |keys: &[MortonKey]| Part::new(open(keys), capacity, plan);
     let (parts, leaves): (Vec<Part>, Vec<_>) = regions.par_iter().with_max_len(1).map(part).unzip();
     (join(&parts, &leaves), leaves)
 }
@@ -116,23 +117,27 @@ struct Part {
 struct Branch {
     /// What stands for it.
     root: Child,
-    odds: Odds,
+    odds: OcclusionCost,
 }
 
 impl Part {
     fn new<R: Region>(region: R, capacity: Capacity, plan: Option<Plan>) -> (Part, Filled<R::Leaves>) {
         let mut grown = Grown::default();
         let boxes = region.boxes();
-        let roots: Vec<Child> = match plan {
-            Some(plan) => {
-                let built = binary(boxes, plan.params);
-                let forest = Forest::new(&built, boxes, |i| region.entries(i), capacity);
-                forest.branches(plan.branches).into_iter().map(|i| forest.grow(i, &mut grown)).collect()
-            }
-            None => {
-                vec![grown.add_leaf(0..boxes.len() as u32, union(boxes.iter().map(box3)))]
-            }
-        };
+        let roots: Vec<Child> =
+            match plan {
+                Some(plan) => {
+                    let built = binary(boxes, plan.params);
+                    let forest = Forest::new(&built, boxes, |i| region.entries(i), capacity);
+                    forest.branches(plan.branches).into_iter().map(|i| forest.grow(i, &mut grown)).collect()
+                }
+                None => {
+                    vec![grown.add_leaf(
+                        0..boxes.len() as u32,
+                        Aabb::union_of(boxes.iter().copied().map(Aabb::from)),
+                    )]
+                }
+            };
         let mut leaves = region.leaves(grown.leaves());
         let odds = grown.arrange(&leaves.odds);
         let branch = |root: Child| Branch { root, odds: root.odds(&leaves.odds, &odds) };
@@ -145,7 +150,7 @@ impl Part {
 }
 
 /// One box to a leaf: leaves are made here.
-fn binary(boxes: &[Aabb], params: BvhBuildParams) -> Bvh2 {
+fn binary(boxes: &[ObvhsAabb], params: BvhBuildParams) -> Bvh2 {
     let params = BvhBuildParams { max_prims_per_leaf: 1, ..params };
     build_bvh2(boxes, params, &mut std::time::Duration::default())
 }
@@ -153,17 +158,17 @@ fn binary(boxes: &[Aabb], params: BvhBuildParams) -> Bvh2 {
 /// The tree over branches, whose leaves are one branch each: what stands for all of it. They are few, and so
 /// many rays pass here that time is well spent.
 fn over(branches: &[(usize, Branch)], top: &mut Grown) -> Branch {
-    let boxes: Vec<Aabb> = branches.iter().map(|(_, branch)| aabb(branch.root.bounds())).collect();
+    let boxes: Vec<ObvhsAabb> = branches.iter().map(|(_, branch)| branch.root.bounds().into()).collect();
     let built = binary(&boxes, medium(PlocSearchDistance::Medium, 1.0));
     // Boxes that hold more than there is room for are never put together.
     let root = Forest::new(&built, &boxes, |_| 2, Capacity::ONE).grow(0, top);
-    let leaves: Vec<Odds> = top.leaves().map(|leaf| branches[leaf[0] as usize].1.odds).collect();
+    let leaves: Vec<OcclusionCost> = top.leaves().map(|leaf| branches[leaf[0] as usize].1.odds).collect();
     let nodes = top.arrange(&leaves);
     Branch { root, odds: root.odds(&leaves, &nodes) }
 }
 
 /// One tree of all parts.
-fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Wide {
+fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Bvh8 {
     let branches: Vec<(usize, Branch)> = parts
         .iter()
         .enumerate()
@@ -179,7 +184,9 @@ fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Wide {
     };
     let starts: Vec<(u32, u32)> = parts.iter().zip(leaves).map(start).collect();
     let placed = |part: usize, child: Child| match child {
-        Child::Leaf(bounds, leaf) => (bounds, LEAF | (starts[part].1 + leaves[part].firsts[leaf as usize])),
+        Child::Leaf(bounds, leaf) => {
+            (bounds, LEAF_BIT | (starts[part].1 + leaves[part].firsts[leaf as usize]))
+        }
         Child::Node(bounds, node) => (bounds, starts[part].0 + node),
     };
     // A leaf of the top is a branch.
@@ -195,14 +202,14 @@ fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Wide {
         part => parts[part - 1].grown.nodes(),
     };
     let numbers: Vec<usize> = (0..=parts.len()).collect();
-    let nodes = Pages::filled(&numbers, count, |&part, nodes: &mut [Node]| {
+    let nodes = HugePageVec::filled(&numbers, count, |&part, nodes: &mut [Bvh8Node]| {
         for (i, node) in nodes.iter_mut().enumerate() {
-            let mut children = [(Box3::default(), LEAF); WIDTH];
+            let mut children = [(Aabb::default(), LEAF_BIT); WIDTH];
             let own = if part == 0 { top.node(i) } else { parts[part - 1].grown.node(i) };
             for (to, &child) in children.iter_mut().zip(own) {
                 *to = if part == 0 { above(child) } else { placed(part - 1, child) };
             }
-            *node = Node::new(&children[..own.len()]);
+            *node = Bvh8Node::new(&children[..own.len()]);
         }
     });
     let root = match (highest, branches.first()) {
@@ -211,8 +218,8 @@ fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Wide {
         (None, None) => None,
     };
     let (root, odds) = root.unzip();
-    let bounds = union(branches.iter().map(|(_, branch)| branch.root.bounds()));
-    Wide { nodes, root, bounds, odds: odds.unwrap_or_default() }
+    let bounds = Aabb::union_of(branches.iter().map(|(_, branch)| branch.root.bounds()));
+    Bvh8 { nodes, root, bounds, odds: odds.unwrap_or_default() }
 }
 
 #[cfg(test)]
@@ -226,7 +233,7 @@ mod tests {
 
     /// Boxes by their indices; every fiftieth of them needs a second block.
     struct Few {
-        boxes: Vec<Aabb>,
+        boxes: Vec<ObvhsAabb>,
         indices: Vec<u32>,
     }
 
@@ -237,7 +244,7 @@ mod tests {
     impl Region for Few {
         type Leaves = Vec<Vec<u32>>;
 
-        fn boxes(&self) -> &[Aabb] {
+        fn boxes(&self) -> &[ObvhsAabb] {
             &self.boxes
         }
 
@@ -255,13 +262,17 @@ mod tests {
     }
 
     /// Some leaves stop much, some little, some nothing.
-    fn odds(leaf: &[u32]) -> Odds {
-        Odds::of_leaf((Vec3::ZERO, Vec3::ONE), f64::from(leaf[0] % 7) / 2.0, 1 + leaf.len() as u32 / 3)
+    fn odds(leaf: &[u32]) -> OcclusionCost {
+        OcclusionCost::of_leaf(
+            Aabb { min: Vec3::ZERO, max: Vec3::ONE },
+            f64::from(leaf[0] % 7) / 2.0,
+            1 + leaf.len() as u32 / 3,
+        )
     }
 
     /// A tree and what is in its leaves.
-    fn made(boxes: &[Aabb], plan: Option<Plan>) -> (Wide, Vec<Vec<u32>>) {
-        let open = |keys: &[Key]| {
+    fn made(boxes: &[ObvhsAabb], plan: Option<Plan>) -> (Bvh8, Vec<Vec<u32>>) {
+        let open = |keys: &[MortonKey]| {
             let indices: Vec<u32> = keys.iter().map(|key| key.index() as u32).collect();
             Few { boxes: indices.iter().map(|&i| boxes[i as usize]).collect(), indices }
         };
@@ -270,7 +281,7 @@ mod tests {
     }
 
     /// Boxes here and there, crowded in places.
-    fn boxes(count: u32) -> Vec<Aabb> {
+    fn boxes(count: u32) -> Vec<ObvhsAabb> {
         let mut state = 1u64;
         let mut next = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -279,25 +290,24 @@ mod tests {
         let one = |_| {
             let place = Vec3A::new(next(), next(), next());
             let min = place * place * 100.0;
-            Aabb { min, max: min + Vec3A::new(next(), next(), next()) * 0.1 }
+            ObvhsAabb { min, max: min + Vec3A::new(next(), next(), next()) * 0.1 }
         };
         (0..count).map(one).collect()
     }
 
     /// That every box is in one leaf, within all that is above it, and no leaf has too much.
-    fn check(boxes: &[Aabb], (wide, leaves): &(Wide, Vec<Vec<u32>>)) {
+    fn check(boxes: &[ObvhsAabb], (wide, leaves): &(Bvh8, Vec<Vec<u32>>)) {
         let mut seen = vec![0; boxes.len()];
-        let mut todo: Vec<(u32, Box3)> = wide.root.map(|root| (root, wide.bounds)).into_iter().collect();
+        let mut todo: Vec<(u32, Aabb)> = wide.root.map(|root| (root, wide.bounds)).into_iter().collect();
         let mut nodes = 0;
-        while let Some((child, (lo, hi))) = todo.pop() {
-            if child & LEAF != 0 {
-                let members = &leaves[(child & !LEAF) as usize];
+        while let Some((child, within)) = todo.pop() {
+            if child & LEAF_BIT != 0 {
+                let members = &leaves[(child & !LEAF_BIT) as usize];
                 assert!(
                     members.len() == 1 || members.iter().map(|&i| entries(i)).sum::<u32>() <= CAPACITY.leaf
                 );
                 for &member in members {
-                    let Aabb { min, max } = boxes[member as usize];
-                    assert!(lo.cmple(min.into()).all() && hi.cmpge(max.into()).all());
+                    assert!(within.contains(boxes[member as usize].into()));
                     seen[member as usize] += 1;
                 }
                 continue;
@@ -306,9 +316,9 @@ mod tests {
             let node = &wide.nodes[child as usize];
             for slot in 0..node.count() {
                 let inside = node.bounds(slot);
-                assert!(lo.cmple(inside.0).all() && hi.cmpge(inside.1).all());
+                assert!(within.contains(inside));
                 assert!(
-                    node.child[slot] & LEAF != 0 || node.child[slot] > child,
+                    node.child[slot] & LEAF_BIT != 0 || node.child[slot] > child,
                     "a child before its parent"
                 );
                 todo.push((node.child[slot], inside));
@@ -335,17 +345,17 @@ mod tests {
         let boxes = boxes(20_000);
         for preset in [Preset::Medium, Preset::Slow] {
             let (wide, leaves) = made(&boxes, plan(preset));
-            let mut nodes = vec![Odds::default(); wide.nodes.len()];
+            let mut nodes = vec![OcclusionCost::default(); wide.nodes.len()];
             for (i, node) in wide.nodes.iter().enumerate().rev() {
                 let of = |slot: usize| match node.child[slot] {
-                    child if child & LEAF != 0 => odds(&leaves[(child & !LEAF) as usize]),
+                    child if child & LEAF_BIT != 0 => odds(&leaves[(child & !LEAF_BIT) as usize]),
                     child => nodes[child as usize],
                 };
-                let children: Vec<(Box3, Odds)> =
+                let children: Vec<(Aabb, OcclusionCost)> =
                     (0..node.count()).map(|slot| (node.bounds(slot), of(slot))).collect();
                 assert!(children.windows(2).all(|two| two[0].1.worth() >= two[1].1.worth()), "{children:?}");
-                let whole = union(children.iter().map(|child| child.0));
-                nodes[i] = Odds::of_all(whole, children.into_iter());
+                let whole = Aabb::union_of(children.iter().map(|child| child.0));
+                nodes[i] = OcclusionCost::of_all(whole, children.into_iter());
             }
             assert_eq!(nodes[0], wide.odds);
         }
@@ -357,7 +367,7 @@ mod tests {
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let (wide, leaves) = pool.install(|| made(&boxes, plan(Preset::Medium)));
-            (bytemuck::cast_slice::<Node, u8>(&wide.nodes).to_vec(), wide.root, leaves)
+            (bytemuck::cast_slice::<Bvh8Node, u8>(&wide.nodes).to_vec(), wide.root, leaves)
         };
         assert!(with(1) == with(3));
     }
@@ -370,7 +380,7 @@ mod tests {
         for walls in [0, 100] {
             for (i, wall) in boxes.iter_mut().take(walls).enumerate() {
                 let y = i as f32;
-                *wall = Aabb { min: Vec3A::new(0.0, y, 0.0), max: Vec3A::new(100.0, y, 100.0) };
+                *wall = ObvhsAabb { min: Vec3A::new(0.0, y, 0.0), max: Vec3A::new(100.0, y, 100.0) };
             }
             let cost = |region: usize| {
                 let plan = plan(Preset::Medium).map(|plan| Plan { region, ..plan });
@@ -387,9 +397,9 @@ mod tests {
     fn huge_boxes_make_a_tree() {
         let huge = |i: u32| {
             let min = Vec3A::splat(-1e18 + i as f32 * 1e12);
-            Aabb { min, max: Vec3A::splat(1e18) }
+            ObvhsAabb { min, max: Vec3A::splat(1e18) }
         };
-        let boxes: Vec<Aabb> = (0..300).map(huge).collect();
+        let boxes: Vec<ObvhsAabb> = (0..300).map(huge).collect();
         for preset in [Preset::Fast, Preset::Medium, Preset::Slow] {
             check(&boxes, &made(&boxes, plan(preset)));
         }

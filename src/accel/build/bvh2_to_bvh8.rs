@@ -2,19 +2,20 @@
 //!
 //! It is decided by dynamic programming over expected costs (a box is met in proportion to its
 //! surface): for each binary node the cheapest forest of up to 1…7 wide children that covers it
-//! (Ylitie, Karras and Laine, Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs,
+//! (Ylitie, Karras and Laine, Efficient Incoherent Ray Traversal on GPUs Through Compressed Bvh8 BVHs,
 //! 2017, section 3.3).
 //!
 //! Nothing here recurses: trees may be as deep as they have entries.
 
 use std::ops::Range;
 
-use obvhs::aabb::Aabb;
+use obvhs::aabb::Aabb as ObvhsAabb;
 use obvhs::bvh2::Bvh2;
 
 use crate::accel::build::leaf_packing::{Capacity, Leaf, Shape, Siblings};
-use crate::accel::build::occlusion_order::Odds;
-use crate::accel::bvh::bvh8::{Box3, WIDTH, box3, union};
+use crate::accel::build::occlusion_order::OcclusionCost;
+use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::bvh8::WIDTH;
 
 /// A leaf of more than one block may cost so many times what a node costs that has the same in it: it weighs less.
 const LARGE_LEAF: f32 = 1.3;
@@ -61,7 +62,7 @@ type Costs = [f32; WIDTH - 1];
 /// What becomes of a binary tree over boxes.
 pub(crate) struct Forest<'a, E> {
     built: &'a Bvh2,
-    boxes: &'a [Aabb],
+    boxes: &'a [ObvhsAabb],
     /// How many entries a box holds.
     entries: E,
     capacity: Capacity,
@@ -72,19 +73,19 @@ pub(crate) struct Forest<'a, E> {
 /// A child of a wide node, by its number among those of the same [`Grown`].
 #[derive(Clone, Copy)]
 pub(crate) enum Child {
-    Leaf(Box3, u32),
-    Node(Box3, u32),
+    Leaf(Aabb, u32),
+    Node(Aabb, u32),
 }
 
 impl Child {
-    pub fn bounds(&self) -> Box3 {
+    pub fn bounds(&self) -> Aabb {
         match *self {
             Child::Leaf(bounds, _) | Child::Node(bounds, _) => bounds,
         }
     }
 
     /// Its odds, of those of all leaves and nodes.
-    pub fn odds(&self, leaves: &[Odds], nodes: &[Odds]) -> Odds {
+    pub fn odds(&self, leaves: &[OcclusionCost], nodes: &[OcclusionCost]) -> OcclusionCost {
         match *self {
             Child::Leaf(_, leaf) => leaves[leaf as usize],
             Child::Node(_, node) => nodes[node as usize],
@@ -92,7 +93,7 @@ impl Child {
     }
 }
 
-/// Wide nodes and leaves, parents before children.
+/// Bvh8 nodes and leaves, parents before children.
 #[derive(Default)]
 pub(crate) struct Grown {
     /// The children of all wide nodes, one node after the other, and where each node's end.
@@ -105,7 +106,7 @@ pub(crate) struct Grown {
 
 impl Grown {
     /// Adds a leaf of these members, whose box this is.
-    pub fn add_leaf(&mut self, members: impl IntoIterator<Item = u32>, bounds: Box3) -> Child {
+    pub fn add_leaf(&mut self, members: impl IntoIterator<Item = u32>, bounds: Aabb) -> Child {
         self.members.extend(members);
         self.leaves.push(self.members.len() as u32);
         Child::Leaf(bounds, self.leaves.len() as u32 - 1)
@@ -128,8 +129,8 @@ impl Grown {
 
     /// Puts the children of each wide node in the order in which rays that ask for any hit ask them, and
     /// returns the nodes' odds.
-    pub fn arrange(&mut self, leaves: &[Odds]) -> Vec<Odds> {
-        let mut nodes = vec![Odds::default(); self.nodes()];
+    pub fn arrange(&mut self, leaves: &[OcclusionCost]) -> Vec<OcclusionCost> {
+        let mut nodes = vec![OcclusionCost::default(); self.nodes()];
         for i in (0..self.nodes()).rev() {
             let range = self.range(i);
             let children = &mut self.children[range];
@@ -142,7 +143,7 @@ impl Grown {
             order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             children.iter_mut().zip(order).for_each(|(child, (_, slot))| *child = before[*slot]);
             let known = children.iter().map(|child| (child.bounds(), child.odds(leaves, &nodes)));
-            nodes[i] = Odds::of_all(union(children.iter().map(Child::bounds)), known);
+            nodes[i] = OcclusionCost::of_all(Aabb::union_of(children.iter().map(Child::bounds)), known);
         }
         nodes
     }
@@ -168,7 +169,7 @@ impl Grown {
 
 impl<'a, E: Fn(u32) -> u32> Forest<'a, E> {
     /// Decides on all of a tree: box i holds `entries(i)`.
-    pub fn new(built: &'a Bvh2, boxes: &'a [Aabb], entries: E, capacity: Capacity) -> Forest<'a, E> {
+    pub fn new(built: &'a Bvh2, boxes: &'a [ObvhsAabb], entries: E, capacity: Capacity) -> Forest<'a, E> {
         let mut forest = Forest { built, boxes, entries, capacity, nodes: order(built) };
         let mut costs = vec![Costs::default(); forest.nodes.len()];
         for i in (0..forest.nodes.len()).rev() {
@@ -240,7 +241,7 @@ impl<'a, E: Fn(u32) -> u32> Forest<'a, E> {
         let first = grown.ends.len() as u32;
         if self.nodes[i].leaf {
             let leaf = self.leaf(i);
-            return grown.add_leaf(leaf.boxes(), box3(&leaf.shape.bounds));
+            return grown.add_leaf(leaf.boxes(), leaf.shape.bounds.into());
         }
         // Nodes that become wide ones, and where the numbers of all but the first go.
         let mut todo: Vec<(usize, Option<usize>)> = vec![(i, None)];
@@ -265,7 +266,7 @@ impl<'a, E: Fn(u32) -> u32> Forest<'a, E> {
             }
             siblings.share_out(self.capacity, |i| self.own(i));
             for leaf in siblings.leaves() {
-                let child = grown.add_leaf(leaf.boxes(), box3(&leaf.shape.bounds));
+                let child = grown.add_leaf(leaf.boxes(), leaf.shape.bounds.into());
                 grown.children.push(child);
             }
             grown.ends.push(grown.children.len() as u32);
@@ -274,7 +275,7 @@ impl<'a, E: Fn(u32) -> u32> Forest<'a, E> {
     }
 
     /// Box `i`, and how many entries it has.
-    fn own(&self, i: u32) -> (Aabb, u32) {
+    fn own(&self, i: u32) -> (ObvhsAabb, u32) {
         (self.boxes[i as usize], (self.entries)(i))
     }
 
@@ -304,8 +305,8 @@ impl<'a, E: Fn(u32) -> u32> Forest<'a, E> {
         [(self.nodes[i].second as usize, choice.roots() - choice.first()), (i + 1, choice.first())]
     }
 
-    fn bounds(&self, i: usize) -> Box3 {
-        box3(self.built.nodes[self.nodes[i].node as usize].aabb())
+    fn bounds(&self, i: usize) -> Aabb {
+        Aabb::from(*self.built.nodes[self.nodes[i].node as usize].aabb())
     }
 }
 

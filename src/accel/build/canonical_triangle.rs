@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::bvh8::Box3;
+use crate::accel::bvh::aabb::Aabb;
 use crate::geometry::EPSILON;
 
 /// Coordinates beyond this are refused: their products would overflow.
@@ -10,7 +10,7 @@ pub(crate) const HUGE: f32 = 1e18;
 
 /// The corners of a triangle, as the hit test wants them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Corners {
+pub(crate) struct CanonicalTriangle {
     v: [Vec3; 3],
     /// At least the length of the two edges at `v[0]`.
     edge: f32,
@@ -18,28 +18,28 @@ pub(crate) struct Corners {
 
 /// Why a triangle cannot be hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Unfit {
+pub(crate) enum Degeneracy {
     NonFinite,
     ZeroArea,
 }
 
-impl Corners {
+impl CanonicalTriangle {
     /// Of no triangle.
-    pub const NOWHERE: Corners = Corners { v: [Vec3::ZERO; 3], edge: 0.0 };
+    pub const NOWHERE: CanonicalTriangle = CanonicalTriangle { v: [Vec3::ZERO; 3], edge: 0.0 };
 
     /// Puts the corners into an order that depends on the positions alone, so that triangles in
     /// the same place have bit for bit the same t however they are wound. True comes with them
     /// where that turned the winding round.
-    pub fn new(mut v: [Vec3; 3]) -> Result<(Corners, bool), Unfit> {
+    pub fn new(mut v: [Vec3; 3]) -> Result<(CanonicalTriangle, bool), Degeneracy> {
         let largest = v[0].abs().max(v[1].abs()).max(v[2].abs());
         // Written so that NaN, which `max` may drop, is refused: times 0 it stays, as infinity does.
         let numbers = (v[0] + v[1] + v[2]) * 0.0 == Vec3::ZERO;
         if !(numbers && largest.max_element() <= HUGE) {
-            return Err(Unfit::NonFinite);
+            return Err(Degeneracy::NonFinite);
         }
         let (e1, e2) = edges(&v);
         if e1.cross(e2) == DVec3::ZERO {
-            return Err(Unfit::ZeroArea);
+            return Err(Degeneracy::ZeroArea);
         }
         let mut turned = false;
         for (i, j) in [(0, 1), (1, 2), (0, 1)] {
@@ -53,7 +53,7 @@ impl Corners {
         let v = [v[0] + Vec3::ZERO, v[1] + Vec3::ZERO, v[2] + Vec3::ZERO];
         let long = |i: usize| (v[i].as_dvec3() - v[0].as_dvec3()).length_squared();
         let edge = (long(1).max(long(2)).sqrt() * (1.0 + 4.0 * f64::from(EPSILON))) as f32;
-        Ok((Corners { v, edge: edge.max(f32::MIN_POSITIVE) }, turned))
+        Ok((CanonicalTriangle { v, edge: edge.max(f32::MIN_POSITIVE) }, turned))
     }
 
     /// The corners.
@@ -79,8 +79,8 @@ impl Corners {
     }
 
     /// Its box for trees.
-    pub fn bounds(&self) -> Box3 {
-        padded(&self.v)
+    pub fn bounds(&self) -> Aabb {
+        padded_bounds(&self.v)
     }
 }
 
@@ -92,16 +92,9 @@ fn edges(v: &[Vec3; 3]) -> (DVec3, DVec3) {
 
 /// The box of three corners for trees: wider by a few ulps of the greatest coordinate, so that it is
 /// flat nowhere and rays along its faces are not lost.
-pub(crate) fn padded(corners: &[Vec3; 3]) -> Box3 {
-    let (lo, hi, size) = extent(corners);
-    let pad = Vec3::splat(3.0 * EPSILON * size + 4.0 * TINY_LENGTH);
-    (lo - pad, hi + pad)
-}
-
-/// The box of three corners, unpadded, and its greatest coordinate.
-pub(crate) fn extent([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3, f32) {
-    let (lo, hi) = (a.min(*b).min(*c), a.max(*b).max(*c));
-    (lo, hi, lo.abs().max(hi.abs()).max_element())
+pub(crate) fn padded_bounds(corners: &[Vec3; 3]) -> Aabb {
+    let bounds = Aabb::of_triangle(corners);
+    bounds.padded(3.0 * EPSILON * bounds.max_abs_coordinate() + 4.0 * TINY_LENGTH)
 }
 
 /// Padding for things at the very origin. Times the largest reciprocal of a direction it is still

@@ -9,24 +9,24 @@
 //! too: a builder has about half as much to do, and would have put them into one leaf anyway.
 
 use obvhs::Boundable;
-use obvhs::aabb::Aabb;
+use obvhs::aabb::Aabb as ObvhsAabb;
 
 use crate::accel::build::builder::{Filled, Region};
-use crate::accel::build::input_triangles::{Fit, Look};
-use crate::accel::build::morton_clusters::Key;
-use crate::accel::build::occlusion_order::{Odds, stopping};
-use crate::accel::bvh::bvh8::{bits, box3, union};
-use crate::accel::bvh::triangle4::{Block, CAPACITY, GROUP};
+use crate::accel::build::input_triangles::{SurfaceFlags, TriangleRef};
+use crate::accel::build::morton_clusters::MortonKey;
+use crate::accel::build::occlusion_order::{OcclusionCost, stopping};
+use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
 
 /// Triangles in one place that look alike, by rising index.
 #[derive(Clone, Debug)]
 pub(crate) struct Alike {
-    pub look: Look,
+    pub look: SurfaceFlags,
     pub ids: Vec<u32>,
 }
 
 /// Triangles in one place, by rising index, by how they look.
-pub(crate) fn alike(place: impl Iterator<Item = (u32, Look)>) -> Vec<Alike> {
+pub(crate) fn alike(place: impl Iterator<Item = (u32, SurfaceFlags)>) -> Vec<Alike> {
     let mut alike: Vec<Alike> = Vec::new();
     for (id, look) in place {
         match alike.iter_mut().find(|a| a.look == look) {
@@ -41,7 +41,7 @@ pub(crate) fn alike(place: impl Iterator<Item = (u32, Look)>) -> Vec<Alike> {
 const ALIKE: f32 = 0.95;
 
 /// How much area stops light.
-fn area(fit: &Fit) -> f64 {
+fn area(fit: &TriangleRef) -> f64 {
     fit.corners.area() * stopping(fit.look.class)
 }
 
@@ -58,13 +58,13 @@ enum Slot {
 /// The triangles of a region.
 #[derive(Default)]
 pub(crate) struct Neighbours {
-    boxes: Vec<Aabb>,
+    boxes: Vec<ObvhsAabb>,
     /// What is in each.
     slots: Vec<Slot>,
     /// How much area stops light in each box.
     areas: Vec<f64>,
-    /// Entries with equal boxes. The id of an entry is a triangle's, or [`GROUP`] and that of a group.
-    piles: Vec<Vec<Fit>>,
+    /// Entries with equal boxes. The id of an entry is a triangle's, or [`COINCIDENT`] and that of a group.
+    piles: Vec<Vec<TriangleRef>>,
     groups: Vec<Vec<Alike>>,
     /// Triangles that are where another is.
     coincident: u64,
@@ -72,7 +72,7 @@ pub(crate) struct Neighbours {
 
 impl Neighbours {
     /// Those of `all` that `keys` tells of, by cell.
-    pub fn new(all: &[Fit], keys: &[Key]) -> Neighbours {
+    pub fn new(all: &[TriangleRef], keys: &[MortonKey]) -> Neighbours {
         let (boxes, slots) = (Vec::with_capacity(keys.len()), Vec::with_capacity(keys.len()));
         let areas = Vec::with_capacity(keys.len());
         let mut own = Neighbours { boxes, slots, areas, ..Neighbours::default() };
@@ -90,7 +90,7 @@ impl Neighbours {
     }
 
     /// Adds a box, and how much area in it stops light.
-    fn add(&mut self, bounds: Aabb, slot: Slot, area: f64) {
+    fn add(&mut self, bounds: ObvhsAabb, slot: Slot, area: f64) {
         self.boxes.push(bounds);
         self.slots.push(slot);
         self.areas.push(area);
@@ -134,9 +134,9 @@ impl Neighbours {
     }
 
     /// Takes the triangles of a cell.
-    fn share(&mut self, all: &[Fit], mut cell: Vec<u32>) {
+    fn share(&mut self, all: &[TriangleRef], mut cell: Vec<u32>) {
         let of = |&i: &u32| &all[i as usize];
-        let bounds = |i: &u32| bits(of(i).corners.bounds());
+        let bounds = |i: &u32| of(i).corners.bounds().to_bits();
         cell.sort_unstable_by_key(|i| (bounds(i), of(i).corners.bits(), *i));
         for pile in cell.chunk_by(|a, b| bounds(a) == bounds(b)) {
             if let [only] = pile {
@@ -144,7 +144,7 @@ impl Neighbours {
                 continue;
             }
             let places = pile.chunk_by(|a, b| of(a).corners.bits() == of(b).corners.bits());
-            let entries: Vec<Fit> = places.map(|place| self.entry(all, place)).collect();
+            let entries: Vec<TriangleRef> = places.map(|place| self.entry(all, place)).collect();
             let area = entries.iter().map(area).sum();
             self.add(entries[0].aabb(), Slot::Pile(self.piles.len() as u32), area);
             self.piles.push(entries);
@@ -152,7 +152,7 @@ impl Neighbours {
     }
 
     /// The entry for triangles in one place.
-    fn entry(&mut self, all: &[Fit], place: &[u32]) -> Fit {
+    fn entry(&mut self, all: &[TriangleRef], place: &[u32]) -> TriangleRef {
         let first = all[place[0] as usize];
         if place.len() == 1 {
             return first;
@@ -160,14 +160,14 @@ impl Neighbours {
         self.coincident += place.len() as u64 - 1;
         let group = alike(place.iter().map(|&i| &all[i as usize]).map(|fit| (fit.id, fit.look)));
         self.groups.push(group);
-        Fit { id: GROUP | (self.groups.len() - 1) as u32, ..first }
+        TriangleRef { id: COINCIDENT | (self.groups.len() - 1) as u32, ..first }
     }
 }
 
 impl Region for Neighbours {
     type Leaves = Held;
 
-    fn boxes(&self) -> &[Aabb] {
+    fn boxes(&self) -> &[ObvhsAabb] {
         &self.boxes
     }
 
@@ -198,10 +198,10 @@ impl Region for Neighbours {
             let end = leaves.entries.len();
             leaves.ends.push(end as u32);
             firsts.push(places);
-            let blocks = (end - start).div_ceil(CAPACITY) as u32;
+            let blocks = (end - start).div_ceil(TRIANGLE_LANES) as u32;
             places += blocks;
-            let bounds = union(leaf.iter().map(|&i| box3(&boxes[i as usize])));
-            odds.push(Odds::of_leaf(bounds, leaf.iter().map(|&i| areas[i as usize]).sum(), blocks));
+            let bounds = Aabb::union_of(leaf.iter().map(|&i| boxes[i as usize].into()));
+            odds.push(OcclusionCost::of_leaf(bounds, leaf.iter().map(|&i| areas[i as usize]).sum(), blocks));
         }
         Filled { leaves, firsts, places, odds }
     }
@@ -209,19 +209,19 @@ impl Region for Neighbours {
 
 /// What the leaves of a region hold.
 pub(crate) struct Held {
-    /// The index of a triangle among all, or [`GROUP`] and an index of `others`; and where each leaf's end.
+    /// The index of a triangle among all, or [`COINCIDENT`] and an index of `others`; and where each leaf's end.
     entries: Vec<u32>,
     ends: Vec<u32>,
     /// What shares a box.
-    others: Vec<Fit>,
+    others: Vec<TriangleRef>,
     pub groups: Vec<Vec<Alike>>,
     pub coincident: u64,
 }
 
 impl Held {
-    fn pile(&mut self, pile: &[Fit]) {
+    fn pile(&mut self, pile: &[TriangleRef]) {
         for &entry in pile {
-            self.entries.push(GROUP | self.others.len() as u32);
+            self.entries.push(COINCIDENT | self.others.len() as u32);
             self.others.push(entry);
         }
     }
@@ -232,12 +232,15 @@ impl Held {
     }
 
     /// Fills their blocks with triangles of `all`. The groups of other regions before this one's are so many.
-    pub fn fill(&self, all: &[Fit], groups: u32, blocks: &mut [Block]) {
-        let entry = |&entry: &u32| match entry & GROUP {
+    pub fn fill(&self, all: &[TriangleRef], groups: u32, blocks: &mut [Triangle4]) {
+        let entry = |&entry: &u32| match entry & COINCIDENT {
             0 => all[entry as usize],
             _ => {
-                let other = self.others[(entry & !GROUP) as usize];
-                Fit { id: if other.id & GROUP == 0 { other.id } else { other.id + groups }, ..other }
+                let other = self.others[(entry & !COINCIDENT) as usize];
+                TriangleRef {
+                    id: if other.id & COINCIDENT == 0 { other.id } else { other.id + groups },
+                    ..other
+                }
             }
         };
         let mut start = 0;
@@ -245,10 +248,10 @@ impl Held {
         for &end in &self.ends {
             let leaf = &self.entries[start..end as usize];
             start = end as usize;
-            for (nth, (some, block)) in leaf.chunks(CAPACITY).zip(&mut to).enumerate() {
-                let mut triangles = [Fit::NOWHERE; CAPACITY];
+            for (nth, (some, block)) in leaf.chunks(TRIANGLE_LANES).zip(&mut to).enumerate() {
+                let mut triangles = [TriangleRef::NOWHERE; TRIANGLE_LANES];
                 triangles.iter_mut().zip(some).for_each(|(to, of)| *to = entry(of));
-                *block = Block::new(&triangles[..some.len()], (nth + 1) * CAPACITY >= leaf.len());
+                *block = Triangle4::new(&triangles[..some.len()], (nth + 1) * TRIANGLE_LANES >= leaf.len());
             }
         }
     }
@@ -260,16 +263,16 @@ mod tests {
     use rayon::iter::ParallelIterator;
 
     use super::*;
-    use crate::accel::build::input_triangles::{Raw, clean};
-    use crate::accel::build::morton_clusters::Regions;
+    use crate::accel::build::input_triangles::{InputTriangle, clean};
+    use crate::accel::build::morton_clusters::MortonClusters;
 
-    fn fits(corners: &[[Vec3; 3]]) -> Vec<Fit> {
-        clean(corners.len(), |i| Raw { v: corners[i], look: Look::default() }).0
+    fn fits(corners: &[[Vec3; 3]]) -> Vec<TriangleRef> {
+        clean(corners.len(), |i| InputTriangle { v: corners[i], look: SurfaceFlags::default() }).0
     }
 
     /// One region of all.
-    fn region(all: &[Fit]) -> Neighbours {
-        let regions = Regions::new(all, usize::MAX);
+    fn region(all: &[TriangleRef]) -> Neighbours {
+        let regions = MortonClusters::new(all, usize::MAX);
         let mut made: Vec<Neighbours> = regions.par_iter().map(|keys| Neighbours::new(all, keys)).collect();
         assert_eq!(made.len(), 1);
         made.remove(0)

@@ -5,24 +5,24 @@
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use crate::accel::bvh::bvh8::Box3;
+use crate::accel::bvh::aabb::Aabb;
 use crate::simd::prefetch;
 
 /// Both tables.
-pub(crate) struct Again {
+pub(crate) struct DuplicateFilter {
     seen: Bits,
     again: Bits,
 }
 
-impl Again {
+impl DuplicateFilter {
     /// For so many boxes.
-    pub fn new(count: usize) -> Again {
-        Again { seen: Bits::new(count), again: Bits::new(count) }
+    pub fn new(count: usize) -> DuplicateFilter {
+        DuplicateFilter { seen: Bits::new(count), again: Bits::new(count) }
     }
 
     /// Takes note of boxes.
-    pub fn watch(&self) -> Watch<'_> {
-        Watch { again: self, late: [None; LATE], next: 0 }
+    pub fn watch(&self) -> Inserter<'_> {
+        Inserter { again: self, late: [None; LATE], next: 0 }
     }
 
     fn see(&self, hash: u64) {
@@ -32,7 +32,7 @@ impl Again {
     }
 
     /// False for a box that was not seen more than once.
-    pub fn repeated(&self, of: &Box3) -> bool {
+    pub fn repeated(&self, of: &Aabb) -> bool {
         self.again.get(hash(of))
     }
 }
@@ -42,15 +42,15 @@ const LATE: usize = 16;
 
 /// Takes note of boxes, each only when some more have been told of. The tables are large and boxes lie all
 /// over them: meanwhile the memory comes that the note goes to.
-pub(crate) struct Watch<'a> {
-    again: &'a Again,
+pub(crate) struct Inserter<'a> {
+    again: &'a DuplicateFilter,
     late: [Option<u64>; LATE],
     next: usize,
 }
 
-impl Watch<'_> {
+impl Inserter<'_> {
     /// Takes note of a box.
-    pub fn see(&mut self, of: &Box3) {
+    pub fn see(&mut self, of: &Aabb) {
         let hash = hash(of);
         prefetch(self.again.seen.place(hash).0);
         let slot = &mut self.late[self.next % LATE];
@@ -61,7 +61,7 @@ impl Watch<'_> {
     }
 }
 
-impl Drop for Watch<'_> {
+impl Drop for Inserter<'_> {
     fn drop(&mut self) {
         self.late.iter().flatten().for_each(|&hash| self.again.see(hash));
     }
@@ -93,7 +93,7 @@ impl Bits {
 }
 
 /// A 64-bit hash of a box: each step multiplies by an odd constant and folds the high bits down.
-fn hash((lo, hi): &Box3) -> u64 {
+fn hash(&Aabb { min: lo, max: hi }: &Aabb) -> u64 {
     let pair = |a: f32, b: f32| u64::from(a.to_bits()) | u64::from(b.to_bits()) << 32;
     [pair(lo.x, lo.y), pair(lo.z, hi.x), pair(hi.y, hi.z)].into_iter().fold(0, |hash: u64, x| {
         let x = (hash ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);

@@ -5,17 +5,16 @@
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use obvhs::Boundable;
-use obvhs::aabb::Aabb;
+use obvhs::aabb::Aabb as ObvhsAabb;
 use rayon::prelude::*;
 
-use crate::accel::CleanReport;
-use crate::accel::build::canonical_triangle::{Corners, Unfit};
-use crate::accel::bvh::bvh8::aabb;
+use crate::accel::BuildReport;
+use crate::accel::build::canonical_triangle::{CanonicalTriangle, Degeneracy};
 use crate::scene::SurfaceClass;
 
 /// What a ray needs to know of a triangle's surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Look {
+pub(crate) struct SurfaceFlags {
     pub class: SurfaceClass,
     pub single_sided: bool,
     /// True where the front is seen by rays that run along the corners' normal.
@@ -24,40 +23,40 @@ pub(crate) struct Look {
 
 /// A triangle to be cleaned. `look.reversed` says that the corners' winding is that of the back.
 #[derive(Clone, Copy)]
-pub(crate) struct Raw {
+pub(crate) struct InputTriangle {
     pub v: [glam::Vec3; 3],
-    pub look: Look,
+    pub look: SurfaceFlags,
 }
 
-impl Raw {
+impl InputTriangle {
     /// Its corners in the order of the hit test, and how it looks with them.
-    pub fn sorted(self) -> Result<(Corners, Look), Unfit> {
-        let (corners, turned) = Corners::new(self.v)?;
-        Ok((corners, Look { reversed: self.look.reversed ^ turned, ..self.look }))
+    pub fn sorted(self) -> Result<(CanonicalTriangle, SurfaceFlags), Degeneracy> {
+        let (corners, turned) = CanonicalTriangle::new(self.v)?;
+        Ok((corners, SurfaceFlags { reversed: self.look.reversed ^ turned, ..self.look }))
     }
 }
 
 /// A triangle that can be hit.
 #[derive(Clone, Copy)]
-pub(crate) struct Fit {
-    pub corners: Corners,
-    pub look: Look,
+pub(crate) struct TriangleRef {
+    pub corners: CanonicalTriangle,
+    pub look: SurfaceFlags,
     /// Its index.
     pub id: u32,
 }
 
-impl Fit {
+impl TriangleRef {
     /// What is nowhere.
-    pub const NOWHERE: Fit = Fit {
-        corners: Corners::NOWHERE,
-        look: Look { class: SurfaceClass::Opaque, single_sided: false, reversed: false },
+    pub const NOWHERE: TriangleRef = TriangleRef {
+        corners: CanonicalTriangle::NOWHERE,
+        look: SurfaceFlags { class: SurfaceClass::Opaque, single_sided: false, reversed: false },
         id: UNFIT,
     };
 }
 
-impl Boundable for Fit {
-    fn aabb(&self) -> Aabb {
-        aabb(self.corners.bounds())
+impl Boundable for TriangleRef {
+    fn aabb(&self) -> ObvhsAabb {
+        self.corners.bounds().into()
     }
 }
 
@@ -75,17 +74,17 @@ struct Unfits {
 }
 
 impl Unfits {
-    fn count(&self, unfit: Unfit) {
-        let counter = if unfit == Unfit::NonFinite { &self.non_finite } else { &self.zero_area };
+    fn count(&self, unfit: Degeneracy) {
+        let counter = if unfit == Degeneracy::NonFinite { &self.non_finite } else { &self.zero_area };
         counter.fetch_add(1, Relaxed);
     }
 
-    fn report(self) -> CleanReport {
+    fn report(self) -> BuildReport {
         let Unfits { non_finite, zero_area } = self;
-        CleanReport {
+        BuildReport {
             non_finite: non_finite.into_inner(),
             zero_area: zero_area.into_inner(),
-            ..CleanReport::default()
+            ..BuildReport::default()
         }
     }
 }
@@ -96,25 +95,28 @@ fn numbers(count: usize) -> impl IndexedParallelIterator<Item = usize> {
 }
 
 /// Those of `raw(0..count)` that can be hit. Those beyond [`MOST`] are left out.
-pub(crate) fn clean(count: usize, raw: impl Fn(usize) -> Raw + Sync) -> (Vec<Fit>, CleanReport) {
+pub(crate) fn clean(
+    count: usize,
+    raw: impl Fn(usize) -> InputTriangle + Sync,
+) -> (Vec<TriangleRef>, BuildReport) {
     let unfits = Unfits::default();
     let one = |i: usize| match raw(i).sorted() {
-        Ok((corners, look)) => Fit { corners, look, id: i as u32 },
+        Ok((corners, look)) => TriangleRef { corners, look, id: i as u32 },
         Err(unfit) => {
             unfits.count(unfit);
-            Fit::NOWHERE
+            TriangleRef::NOWHERE
         }
     };
-    let mut fit: Vec<Fit> = numbers(count).map(one).collect();
+    let mut fit: Vec<TriangleRef> = numbers(count).map(one).collect();
     let report = unfits.report();
-    if report != CleanReport::default() {
+    if report != BuildReport::default() {
         fit.retain(|fit| fit.id != UNFIT);
     }
     (fit, report)
 }
 
 /// What [`clean`] would leave out.
-pub(crate) fn left_out(count: usize, raw: impl Fn(usize) -> Raw + Sync) -> CleanReport {
+pub(crate) fn left_out(count: usize, raw: impl Fn(usize) -> InputTriangle + Sync) -> BuildReport {
     let unfits = Unfits::default();
     numbers(count).filter_map(|i| raw(i).sorted().err()).for_each(|unfit| unfits.count(unfit));
     unfits.report()

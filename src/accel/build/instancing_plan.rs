@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::accel::build::surface_flags::MeshLook;
-use crate::accel::bvh::tlas::Frame;
+use crate::accel::build::surface_flags::MeshFlags;
+use crate::accel::bvh::tlas::InstanceTransform;
 use crate::geometry::Transform;
 use crate::scene::{PosedInstance, PosedScene};
 
@@ -22,7 +22,7 @@ use crate::scene::{PosedInstance, PosedScene};
 pub(crate) struct Member {
     pub instance: u32,
     pub to_world: DAffine3,
-    pub look: MeshLook,
+    pub look: MeshFlags,
 }
 
 /// Its members, by rising index.
@@ -32,8 +32,8 @@ pub(crate) type World = Vec<Member>;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlacedMesh {
     /// How it looks in its own frame.
-    pub look: MeshLook,
-    /// Its instances, each in a [`Frame`].
+    pub look: MeshFlags,
+    /// Its instances, each in a [`InstanceTransform`].
     pub instances: Vec<u32>,
 }
 
@@ -55,32 +55,33 @@ struct Drawn {
     instances: Vec<u32>,
 }
 
-/// Triangles, each as often as it is drawn, that a world takes from meshes that could have trees of
+/// Blas, each as often as it is drawn, that a world takes from meshes that could have trees of
 /// their own: the smallest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Flatten {
+pub struct FlattenBudget {
     /// Of meshes that are drawn more than once. Every one costs its memory, and its time to build once.
-    pub still: u64,
+    pub static_triangles: u64,
     /// Of meshes that move. Every one costs its time to build with every frame.
-    pub moving: u64,
+    pub dynamic_triangles: u64,
 }
 
-impl Default for Flatten {
+impl Default for FlattenBudget {
     fn default() -> Self {
-        Flatten::USUAL
+        FlattenBudget::DEFAULT
     }
 }
 
-impl Flatten {
+impl FlattenBudget {
     /// Where packets gain more than copies cost.
-    pub const USUAL: Flatten = Flatten { still: 1 << 20, moving: 1 << 18 };
+    pub const DEFAULT: FlattenBudget =
+        FlattenBudget { static_triangles: 1 << 20, dynamic_triangles: 1 << 18 };
     /// Every mesh that can gets a tree of its own.
-    pub const NOTHING: Flatten = Flatten { still: 0, moving: 0 };
+    pub const ZERO: FlattenBudget = FlattenBudget { static_triangles: 0, dynamic_triangles: 0 };
 }
 
 impl Plan {
     /// Decides for all that is visible; `look` says how meshes look.
-    pub fn new(posed: &PosedScene, flatten: Flatten, mut look: impl FnMut(u32) -> MeshLook) -> Plan {
+    pub fn new(posed: &PosedScene, flatten: FlattenBudget, mut look: impl FnMut(u32) -> MeshFlags) -> Plan {
         let mut plan = Plan::default();
         let moving = posed.scene.animated_instances(&posed.scene.animations);
         let mut rigid: BTreeMap<(bool, u32), Drawn> = BTreeMap::new();
@@ -90,7 +91,7 @@ impl Plan {
             let mesh = posed.scene.instances[i].mesh;
             let moves = moving[i];
             let keeps = instance.deformed.is_none() && !(moves && may_bend(posed, i as u32));
-            if keeps && Frame::new(to_world).is_some() {
+            if keeps && InstanceTransform::new(to_world).is_some() {
                 let new = || Drawn { mesh, moves, instances: Vec::new() };
                 rigid.entry((moves, mesh)).or_insert_with(new).instances.push(i as u32);
             } else {
@@ -106,7 +107,7 @@ impl Plan {
         rigid.sort_by_key(|(triangles, drawn)| (*triangles, drawn.mesh));
         let mut left = flatten;
         for (triangles, Drawn { mesh, moves, instances }) in rigid {
-            let left = if moves { &mut left.moving } else { &mut left.still };
+            let left = if moves { &mut left.dynamic_triangles } else { &mut left.static_triangles };
             // What stands still in one place costs a world no more than a tree of its own would.
             let single = !moves && instances.len() == 1;
             if single || triangles <= *left {
@@ -125,14 +126,14 @@ impl Plan {
     }
 
     /// How a mesh that has a tree of its own looks.
-    pub fn look(&self, mesh: u32) -> Option<&MeshLook> {
+    pub fn look(&self, mesh: u32) -> Option<&MeshFlags> {
         self.placed.get(&mesh).map(|placed| &placed.look)
     }
 
     /// True where something lets part of the light through, or may.
     pub fn is_translucent(&self) -> bool {
         let worlds = self.still.iter().chain(&self.moving).map(|member| &member.look);
-        worlds.chain(self.placed.values().map(|placed| &placed.look)).any(MeshLook::is_translucent)
+        worlds.chain(self.placed.values().map(|placed| &placed.look)).any(MeshFlags::is_translucent)
     }
 
     /// True where what moves may have another shape now, though it is where it was.
@@ -147,7 +148,7 @@ fn vanishes(to_world: &DMat3) -> bool {
     [x.cross(y), y.cross(z), z.cross(x)] == [DVec3::ZERO; 3]
 }
 
-fn member(posed: &PosedScene, instance: u32, look: MeshLook) -> Member {
+fn member(posed: &PosedScene, instance: u32, look: MeshFlags) -> Member {
     let Transform { affine: to_world, flips_winding, .. } = posed.instances[instance as usize].transform;
     Member { instance, to_world, look: look.placed(flips_winding) }
 }

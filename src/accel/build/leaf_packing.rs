@@ -4,10 +4,10 @@
 //! three are taken. But blocks are most of what a tree weighs, and in which leaf of a wide node something is
 //! matters little to rays.
 
-use obvhs::aabb::Aabb;
+use obvhs::aabb::Aabb as ObvhsAabb;
 
 use crate::accel::bvh::bvh8::WIDTH;
-use crate::accel::bvh::triangle4::CAPACITY;
+use crate::accel::bvh::triangle4::TRIANGLE_LANES;
 
 /// What a leaf costs for each block, and for each entry.
 const BLOCK_COST: f32 = 0.6;
@@ -17,7 +17,7 @@ const ENTRY_COST: f32 = 0.2;
 const MOST: f32 = 2.5;
 
 /// Most boxes of a leaf.
-const BOXES: usize = 2 * CAPACITY;
+const BOXES: usize = 2 * TRIANGLE_LANES;
 
 /// How many entries fit: into a block, where they are looked at together, one, two or four; and into a leaf, at
 /// most eight. One box may have more than a leaf, and is a leaf of its own then.
@@ -31,7 +31,7 @@ impl Capacity {
     /// Of leaves that have one thing each.
     pub const ONE: Capacity = Capacity { block: 1, leaf: 1 };
     /// Of leaves that have one or two blocks.
-    pub const BLOCKS: Capacity = Capacity { block: CAPACITY as u32, leaf: BOXES as u32 };
+    pub const BLOCKS: Capacity = Capacity { block: TRIANGLE_LANES as u32, leaf: BOXES as u32 };
 
     /// How many more a leaf can take without another block.
     fn room(self, leaf: &Shape) -> u32 {
@@ -43,22 +43,22 @@ impl Capacity {
 /// box does, times the box's half area.
 #[derive(Clone, Copy)]
 pub(crate) struct Shape {
-    pub bounds: Aabb,
+    pub bounds: ObvhsAabb,
     pub entries: u32,
     pub cost: f32,
 }
 
 impl Shape {
-    const EMPTY: Shape = Shape { bounds: Aabb::INVALID, entries: 0, cost: 0.0 };
+    const EMPTY: Shape = Shape { bounds: ObvhsAabb::INVALID, entries: 0, cost: 0.0 };
 
-    pub fn new(bounds: Aabb, entries: u32) -> Shape {
-        let blocks = entries.div_ceil(CAPACITY as u32);
+    pub fn new(bounds: ObvhsAabb, entries: u32) -> Shape {
+        let blocks = entries.div_ceil(TRIANGLE_LANES as u32);
         let cost = bounds.half_area() * (BLOCK_COST * blocks as f32 + ENTRY_COST * entries as f32);
         Shape { bounds, entries, cost }
     }
 
     /// With another box in it.
-    fn with(&self, (bounds, entries): &(Aabb, u32)) -> Shape {
+    fn with(&self, (bounds, entries): &(ObvhsAabb, u32)) -> Shape {
         Shape::new(self.bounds.union(bounds), self.entries.saturating_add(*entries))
     }
 }
@@ -77,7 +77,7 @@ impl Leaf {
     pub const EMPTY: Leaf = Leaf { shape: Shape::EMPTY, boxes: [0; BOXES], count: 0 };
 
     /// Takes a box, by its index, and how many entries it has.
-    pub fn push(&mut self, i: u32, own: &(Aabb, u32)) {
+    pub fn push(&mut self, i: u32, own: &(ObvhsAabb, u32)) {
         self.shape = self.shape.with(own);
         self.boxes[self.count] = i;
         self.count += 1;
@@ -101,7 +101,7 @@ struct Plan {
     /// What the others cost more, less what it costs.
     change: f32,
     /// Where its boxes go, in their order.
-    to: [usize; CAPACITY],
+    to: [usize; TRIANGLE_LANES],
 }
 
 impl Siblings {
@@ -120,7 +120,7 @@ impl Siblings {
     }
 
     /// Does without as many of them as it may. Box i and how many entries it has is `own(i)`.
-    pub fn share_out(&mut self, capacity: Capacity, own: impl Fn(u32) -> (Aabb, u32)) {
+    pub fn share_out(&mut self, capacity: Capacity, own: impl Fn(u32) -> (ObvhsAabb, u32)) {
         while let Some(plan) = self.plan(capacity, &own) {
             let gone = self.leaves[plan.gone];
             for (i, to) in gone.boxes().zip(plan.to) {
@@ -132,7 +132,7 @@ impl Siblings {
     }
 
     /// How to do best without one.
-    fn plan(&self, capacity: Capacity, own: impl Fn(u32) -> (Aabb, u32)) -> Option<Plan> {
+    fn plan(&self, capacity: Capacity, own: impl Fn(u32) -> (ObvhsAabb, u32)) -> Option<Plan> {
         let room: u32 = self.leaves().iter().map(|leaf| capacity.room(&leaf.shape)).sum();
         // The room in one that goes is of no use.
         if room < capacity.block {
@@ -155,11 +155,11 @@ impl Siblings {
         &self,
         gone: usize,
         capacity: Capacity,
-        own: impl Fn(u32) -> (Aabb, u32),
+        own: impl Fn(u32) -> (ObvhsAabb, u32),
         most: f32,
     ) -> Option<Plan> {
         let mut after: [Shape; WIDTH] = std::array::from_fn(|i| self.leaves[i].shape);
-        let mut plan = Plan { gone, change: -after[gone].cost, to: [0; CAPACITY] };
+        let mut plan = Plan { gone, change: -after[gone].cost, to: [0; TRIANGLE_LANES] };
         for (i, to) in self.leaves[gone].boxes().zip(&mut plan.to) {
             let one = own(i);
             let mut least: Option<(f32, usize, Shape)> = None;
@@ -188,16 +188,16 @@ mod tests {
     use super::*;
 
     /// Unit cubes with so much between one and the next; less than nothing where they overlap.
-    fn row(count: u32, between: f32) -> Vec<Aabb> {
+    fn row(count: u32, between: f32) -> Vec<ObvhsAabb> {
         let one = |i: u32| {
             let min = Vec3A::new(i as f32 * (1.0 + between), 0.0, 0.0);
-            Aabb { min, max: min + 1.0 }
+            ObvhsAabb { min, max: min + 1.0 }
         };
         (0..count).map(one).collect()
     }
 
     /// Leaves of so many boxes, one after the other, once they have shared out.
-    fn shared(boxes: &[Aabb], counts: &[usize], entries: impl Fn(u32) -> u32) -> Vec<Vec<u32>> {
+    fn shared(boxes: &[ObvhsAabb], counts: &[usize], entries: impl Fn(u32) -> u32) -> Vec<Vec<u32>> {
         let own = |i: u32| (boxes[i as usize], entries(i));
         let mut siblings = Siblings::NONE;
         let mut next = 0..boxes.len() as u32;
@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     fn what_lies_apart_keeps_its_leaf() {
-        let far = |b: &Aabb| Aabb { min: b.min + 100.0, max: b.max + 100.0 };
+        let far = |b: &ObvhsAabb| ObvhsAabb { min: b.min + 100.0, max: b.max + 100.0 };
         let (near, far) = (row(2, 0.0), row(2, 0.0).iter().map(far).collect());
         assert_eq!(shared(&[near, far].concat(), &[2, 2], |_| 1), [[0, 1], [2, 3]]);
     }
@@ -255,8 +255,8 @@ mod tests {
         assert!(leaves.contains(&vec![0]), "{leaves:?}");
         assert_eq!(leaves.len(), 2);
         // Costs that are no numbers change nothing.
-        let huge = |i: u32| Aabb { min: Vec3A::splat(-1e30), max: Vec3A::splat(1e30 + i as f32 * 1e25) };
-        let boxes: Vec<Aabb> = (0..6).map(huge).collect();
+        let huge = |i: u32| ObvhsAabb { min: Vec3A::splat(-1e30), max: Vec3A::splat(1e30 + i as f32 * 1e25) };
+        let boxes: Vec<ObvhsAabb> = (0..6).map(huge).collect();
         assert_eq!(shared(&boxes, &[2, 2, 2], |_| 1).len(), 3);
     }
 }

@@ -19,9 +19,9 @@ const INDEX: u32 = 30;
 
 /// A box by its index, and its cell.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Key(u64);
+pub(crate) struct MortonKey(u64);
 
-impl Key {
+impl MortonKey {
     pub fn index(self) -> usize {
         (self.0 & ((1 << INDEX) - 1)) as usize
     }
@@ -32,7 +32,7 @@ impl Key {
     }
 }
 
-impl rdst::RadixKey for Key {
+impl rdst::RadixKey for MortonKey {
     const LEVELS: usize = 8;
 
     fn get_level(&self, level: usize) -> u8 {
@@ -41,15 +41,15 @@ impl rdst::RadixKey for Key {
 }
 
 /// The boxes of all regions, one region after the other. They depend on the boxes alone.
-pub(crate) struct Regions {
-    keys: Vec<Key>,
+pub(crate) struct MortonClusters {
+    keys: Vec<MortonKey>,
     regions: Vec<Range<usize>>,
 }
 
-impl Regions {
-    /// Regions of at most `most` boxes; of more where all have the same middle.
-    pub fn new<T: Boundable + Sync>(boxes: &[T], most: usize) -> Regions {
-        let mut keys: Vec<Key> = (0..boxes.len() as u64).into_par_iter().map(Key).collect();
+impl MortonClusters {
+    /// MortonClusters of at most `most` boxes; of more where all have the same middle.
+    pub fn new<T: Boundable + Sync>(boxes: &[T], most: usize) -> MortonClusters {
+        let mut keys: Vec<MortonKey> = (0..boxes.len() as u64).into_par_iter().map(MortonKey).collect();
         let mut regions = Vec::new();
         // What is not cut yet, and whether its cells are known; what comes first last.
         let mut todo = vec![(0..keys.len(), false)];
@@ -71,7 +71,7 @@ impl Regions {
                 todo.extend([(middle..range.end, true), (range.start..middle, true)]);
             }
         }
-        Regions { keys, regions }
+        MortonClusters { keys, regions }
     }
 
     /// How many there are.
@@ -80,15 +80,15 @@ impl Regions {
     }
 
     /// The boxes of each, by cell.
-    pub fn par_iter(&self) -> impl IndexedParallelIterator<Item = &[Key]> {
+    pub fn par_iter(&self) -> impl IndexedParallelIterator<Item = &[MortonKey]> {
         self.regions.par_iter().map(|region| &self.keys[region.clone()])
     }
 }
 
 /// Puts boxes along the curve through all that they take up. All are in one cell only where they have the
 /// same middle.
-fn order<T: Boundable + Sync>(boxes: &[T], keys: &mut [Key]) {
-    let middle = |key: &Key| {
+fn order<T: Boundable + Sync>(boxes: &[T], keys: &mut [MortonKey]) {
+    let middle = |key: &MortonKey| {
         let aabb = boxes[key.index()].aabb();
         Vec3::from(0.5 * (aabb.min + aabb.max))
     };
@@ -101,7 +101,7 @@ fn order<T: Boundable + Sync>(boxes: &[T], keys: &mut [Key]) {
     keys.par_iter_mut().with_min_len(1 << 12).for_each(|key| {
         let along = if extent > 0.0 { (middle(key) - lo) / extent } else { Vec3::ZERO };
         let cell = (along * (1u32 << BITS) as f32).as_uvec3().min(last);
-        *key = Key(morton_encode_u64(cell.x, cell.y, cell.z) << INDEX | key.index() as u64);
+        *key = MortonKey(morton_encode_u64(cell.x, cell.y, cell.z) << INDEX | key.index() as u64);
     });
     keys.radix_sort_unstable();
 }
@@ -109,16 +109,17 @@ fn order<T: Boundable + Sync>(boxes: &[T], keys: &mut [Key]) {
 #[cfg(test)]
 mod tests {
     use glam::Vec3A;
-    use obvhs::aabb::Aabb;
+    use obvhs::aabb::Aabb as ObvhsAabb;
 
     use super::*;
 
-    fn at(places: impl Iterator<Item = [f32; 3]>) -> Vec<Aabb> {
-        let one = |place: [f32; 3]| Aabb { min: Vec3A::from(place) - 0.5, max: Vec3A::from(place) + 0.5 };
+    fn at(places: impl Iterator<Item = [f32; 3]>) -> Vec<ObvhsAabb> {
+        let one =
+            |place: [f32; 3]| ObvhsAabb { min: Vec3A::from(place) - 0.5, max: Vec3A::from(place) + 0.5 };
         places.map(one).collect()
     }
 
-    fn indices(of: &Regions) -> Vec<Vec<usize>> {
+    fn indices(of: &MortonClusters) -> Vec<Vec<usize>> {
         of.par_iter().map(|keys| keys.iter().map(|key| key.index()).collect()).collect()
     }
 
@@ -129,31 +130,32 @@ mod tests {
         let far = (0..50u32).map(|i| [i as f32 * 2e6, 0.0, -1e8]);
         let boxes = at(near.chain(far));
         for most in [1, 7, 100, 5000] {
-            let regions = indices(&Regions::new(&boxes, most));
+            let regions = indices(&MortonClusters::new(&boxes, most));
             assert!(regions.iter().all(|region| (1..=most).contains(&region.len())));
             let mut all = regions.concat();
             all.sort_unstable();
             assert!(all.into_iter().eq(0..boxes.len()));
         }
-        assert!(indices(&Regions::new(&boxes, 100)).len() < 150);
+        assert!(indices(&MortonClusters::new(&boxes, 100)).len() < 150);
     }
 
     #[test]
     fn what_has_the_same_middle_stays_together() {
         let boxes = at((0..900u32).map(|i| [(i % 3) as f32, 0.0, 0.0]));
-        let regions = indices(&Regions::new(&boxes, 100));
+        let regions = indices(&MortonClusters::new(&boxes, 100));
         assert_eq!(regions.len(), 3);
         assert!(regions.iter().all(|region| region.iter().all(|i| i % 3 == region[0] % 3)));
-        assert_eq!(Regions::new(&boxes[..1], 100).len(), 1);
-        assert_eq!(Regions::new(&boxes[..0], 100).len(), 0);
+        assert_eq!(MortonClusters::new(&boxes[..1], 100).len(), 1);
+        assert_eq!(MortonClusters::new(&boxes[..0], 100).len(), 0);
     }
 
     #[test]
     fn the_largest_and_the_smallest_extents_have_cells() {
         for scale in [1e-44f32, 1e-30, 1e18] {
             let place = |i: u32| Vec3A::from([i as f32 * scale / 100.0, 0.0, 0.0]);
-            let boxes: Vec<Aabb> = (0..100).map(|i| Aabb { min: place(i), max: place(i) }).collect();
-            let regions = Regions::new(&boxes, 10);
+            let boxes: Vec<ObvhsAabb> =
+                (0..100).map(|i| ObvhsAabb { min: place(i), max: place(i) }).collect();
+            let regions = MortonClusters::new(&boxes, 10);
             assert!(regions.par_iter().all(|keys| keys.len() <= 10 || scale < 1e-40), "{scale}");
         }
     }

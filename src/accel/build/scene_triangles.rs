@@ -1,20 +1,20 @@
 //! The triangles of a posed scene, as trees take them.
 
-use crate::accel::build::input_triangles::{Raw, left_out};
-use crate::accel::build::instancing_plan::{Flatten, Member, Plan, World};
-use crate::accel::build::surface_flags::MeshLook;
-use crate::accel::bvh::blas::Triangles;
-use crate::accel::bvh::triangle_ids::Spans;
-use crate::accel::{CleanReport, Preset};
+use crate::accel::build::input_triangles::{InputTriangle, left_out};
+use crate::accel::build::instancing_plan::{FlattenBudget, Member, Plan, World};
+use crate::accel::build::surface_flags::MeshFlags;
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::triangle_ids::TriangleIdMap;
+use crate::accel::{BuildReport, Preset};
 use crate::geometry::HitId;
 use crate::scene::PosedScene;
 
-impl CleanReport {
+impl BuildReport {
     /// What trees of a posed scene would leave out, without building them. Coincident triangles, which
     /// they do not, are not counted.
-    pub fn of(posed: &PosedScene) -> CleanReport {
-        let plan = Plan::new(posed, Flatten::USUAL, |mesh| MeshLook::by_material(posed, mesh));
-        let mut report = CleanReport::default();
+    pub fn count_degenerate(posed: &PosedScene) -> BuildReport {
+        let plan = Plan::new(posed, FlattenBudget::DEFAULT, |mesh| MeshFlags::by_material(posed, mesh));
+        let mut report = BuildReport::default();
         for world in [&plan.still, &plan.moving] {
             let (spans, count) = world_spans(posed, world);
             report.add(left_out(count, world_raw(posed, world, &spans)), 1);
@@ -31,36 +31,42 @@ impl CleanReport {
 pub(crate) fn world_raw<'a>(
     posed: &'a PosedScene,
     world: &'a World,
-    spans: &'a Spans,
-) -> impl Fn(usize) -> Raw + 'a {
+    spans: &'a TriangleIdMap,
+) -> impl Fn(usize) -> InputTriangle + 'a {
     |i| {
         let (which, triangle) = spans.find(i as u32);
         let Member { instance, look, .. } = &world[which];
         let v = posed.world_triangle(HitId { instance: *instance, triangle });
-        Raw { v, look: look.of(triangle) }
+        InputTriangle { v, look: look.of(triangle) }
     }
 }
 
-fn world_spans(posed: &PosedScene, world: &World) -> (Spans, usize) {
-    Spans::new(world.iter().map(|member| (member.instance, posed.mesh(member.instance).triangles.len())))
+fn world_spans(posed: &PosedScene, world: &World) -> (TriangleIdMap, usize) {
+    TriangleIdMap::new(
+        world.iter().map(|member| (member.instance, posed.mesh(member.instance).triangles.len())),
+    )
 }
 
-pub(crate) fn world_triangles(posed: &PosedScene, world: &World, preset: Preset) -> Triangles {
+pub(crate) fn world_triangles(posed: &PosedScene, world: &World, preset: Preset) -> Blas {
     let (spans, count) = world_spans(posed, world);
     let finder = spans.clone();
-    Triangles::build((spans, count), world_raw(posed, world, &finder), preset)
+    Blas::build((spans, count), world_raw(posed, world, &finder), preset)
 }
 
-fn mesh_raw<'a>(posed: &'a PosedScene, mesh: u32, look: &'a MeshLook) -> (usize, impl Fn(usize) -> Raw + 'a) {
+fn mesh_raw<'a>(
+    posed: &'a PosedScene,
+    mesh: u32,
+    look: &'a MeshFlags,
+) -> (usize, impl Fn(usize) -> InputTriangle + 'a) {
     let mesh = &posed.scene.meshes[mesh as usize];
     let raw = move |i: usize| {
         let v = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
-        Raw { v, look: look.of(i as u32) }
+        InputTriangle { v, look: look.of(i as u32) }
     };
     (mesh.triangles.len(), raw)
 }
 
-pub(crate) fn mesh_triangles(posed: &PosedScene, mesh: u32, look: &MeshLook, preset: Preset) -> Triangles {
+pub(crate) fn mesh_triangles(posed: &PosedScene, mesh: u32, look: &MeshFlags, preset: Preset) -> Blas {
     let (count, raw) = mesh_raw(posed, mesh, look);
-    Triangles::build(Spans::new([(0, count)].into_iter()), raw, preset)
+    Blas::build(TriangleIdMap::new([(0, count)].into_iter()), raw, preset)
 }

@@ -3,31 +3,34 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::accel::build::input_triangles::Look;
+use crate::accel::build::input_triangles::SurfaceFlags;
 use crate::scene::{Material, OpaqueTriangles, PosedScene, SurfaceClass};
 
 /// How the triangles of a mesh look.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct MeshLook {
+pub(crate) struct MeshFlags {
     /// By their material alone.
-    look: Look,
+    look: SurfaceFlags,
     /// Those that are opaque though their material need not be.
     solid: Option<Arc<OpaqueTriangles>>,
 }
 
-impl MeshLook {
+impl MeshFlags {
     /// In its own frame. Not reversed where an instance mirrors it: a mirrored ray sees the side it saw
     /// before. It is the pose's to say, for animations drive materials too.
-    pub fn by_material(posed: &PosedScene, mesh: u32) -> MeshLook {
+    pub fn by_material(posed: &PosedScene, mesh: u32) -> MeshFlags {
         let material = material(posed, mesh);
-        let look =
-            Look { class: material.surface_class(), single_sided: !material.double_sided, reversed: false };
-        MeshLook { look, solid: None }
+        let look = SurfaceFlags {
+            class: material.surface_class(),
+            single_sided: !material.double_sided,
+            reversed: false,
+        };
+        MeshFlags { look, solid: None }
     }
 
     /// The same, its textures looked at.
-    fn by_triangle(posed: &PosedScene, mesh: u32) -> MeshLook {
-        let mut found = MeshLook::by_material(posed, mesh);
+    fn by_triangle(posed: &PosedScene, mesh: u32) -> MeshFlags {
+        let mut found = MeshFlags::by_material(posed, mesh);
         let solid = posed.opaque_triangles(mesh);
         match solid.count() {
             0 => {}
@@ -40,15 +43,17 @@ impl MeshLook {
     }
 
     /// The same in a world where its front may be the other side.
-    pub fn placed(self, reversed: bool) -> MeshLook {
-        MeshLook { look: Look { reversed, ..self.look }, ..self }
+    pub fn placed(self, reversed: bool) -> MeshFlags {
+        MeshFlags { look: SurfaceFlags { reversed, ..self.look }, ..self }
     }
 
     /// Of one of its triangles.
     #[inline(always)]
-    pub fn of(&self, triangle: u32) -> Look {
+    pub fn of(&self, triangle: u32) -> SurfaceFlags {
         match &self.solid {
-            Some(solid) if solid.contains(triangle) => Look { class: SurfaceClass::Opaque, ..self.look },
+            Some(solid) if solid.contains(triangle) => {
+                SurfaceFlags { class: SurfaceClass::Opaque, ..self.look }
+            }
             _ => self.look,
         }
     }
@@ -59,21 +64,21 @@ impl MeshLook {
     }
 }
 
-/// Looks of meshes, kept from pose to pose for as long as their material is the same.
+/// SurfaceFlagsCache of meshes, kept from pose to pose for as long as their material is the same.
 #[derive(Debug, Default)]
-pub(crate) struct Looks(BTreeMap<u32, (Material, MeshLook)>);
+pub(crate) struct SurfaceFlagsCache(BTreeMap<u32, (Material, MeshFlags)>);
 
-impl Looks {
+impl SurfaceFlagsCache {
     /// Of a mesh.
-    pub fn of(&mut self, posed: &PosedScene, mesh: u32) -> MeshLook {
+    pub fn of(&mut self, posed: &PosedScene, mesh: u32) -> MeshFlags {
         let material = material(posed, mesh);
         if material.surface_class() == SurfaceClass::Opaque {
-            return MeshLook::by_material(posed, mesh);
+            return MeshFlags::by_material(posed, mesh);
         }
         match self.0.get(&mesh) {
             Some((before, look)) if before == material => look.clone(),
             _ => {
-                let look = MeshLook::by_triangle(posed, mesh);
+                let look = MeshFlags::by_triangle(posed, mesh);
                 self.0.insert(mesh, (material.clone(), look.clone()));
                 look
             }

@@ -2,60 +2,31 @@
 //! alone: what is in its leaves is its users' affair.
 
 use glam::{DVec3, Vec3};
-use obvhs::aabb::Aabb;
 
-use crate::accel::build::occlusion_order::Odds;
-use crate::accel::bvh::huge_pages::Pages;
+use crate::accel::build::occlusion_order::OcclusionCost;
+use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::huge_pages::HugePageVec;
 use crate::accel::traverse::vec3::splat;
 use crate::geometry::EPSILON;
 use crate::simd::{Lanes, Simd};
-
-/// A box: its lowest and its highest corner.
-pub(crate) type Box3 = (Vec3, Vec3);
-
-/// Around all of some boxes; inside out where there are none.
-pub(crate) fn union(boxes: impl Iterator<Item = Box3>) -> Box3 {
-    boxes.fold((Vec3::MAX, Vec3::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)))
-}
-
-/// Half of a box's surface: lines meet it in proportion.
-pub(crate) fn half_surface((lo, hi): Box3) -> f64 {
-    let d = hi.as_dvec3() - lo.as_dvec3();
-    d.x * d.y + d.y * d.z + d.z * d.x
-}
-
-/// A box's bits, which tell equal ones.
-pub(crate) fn bits((lo, hi): Box3) -> [[u32; 3]; 2] {
-    [lo, hi].map(|p| p.to_array().map(f32::to_bits))
-}
-
-/// A box of obvhs's.
-pub(crate) fn box3(aabb: &Aabb) -> Box3 {
-    (aabb.min.into(), aabb.max.into())
-}
-
-/// A box as obvhs has it.
-pub(crate) fn aabb((lo, hi): Box3) -> Aabb {
-    Aabb { min: lo.into(), max: hi.into() }
-}
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
 
 /// An inner node's index, or a leaf's number with this bit.
-pub(crate) const LEAF: u32 = 1 << 31;
+pub(crate) const LEAF_BIT: u32 = 1 << 31;
 
-/// The slots of a node in the order in which their children stop rays soonest ([`Odds`]).
-pub(crate) const FIRST_SLOTS: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
+/// The slots of a node in the order in which their children stop rays soonest ([`OcclusionCost`]).
+pub(crate) const SLOTS_ASCENDING: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// The last of them first, to be pushed.
-pub(crate) const LAST_SLOTS: [u32; WIDTH] = [7, 6, 5, 4, 3, 2, 1, 0];
+pub(crate) const SLOTS_DESCENDING: [u32; WIDTH] = [7, 6, 5, 4, 3, 2, 1, 0];
 
 /// Eight boxes, by axis and then lowest and highest, and what is in them.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
-pub(crate) struct Node {
+pub(crate) struct Bvh8Node {
     pub planes: [[[f32; WIDTH]; 2]; 3],
-    /// [`LEAF`] and a leaf's number, or a node's index. The first `count` are there; the boxes of
+    /// [`LEAF_BIT`] and a leaf's number, or a node's index. The first `count` are there; the boxes of
     /// the others are inside out. What any-hit rays had best ask first comes first.
     pub child: [u32; WIDTH],
     /// Slots in the order in which rays of each octant come to them, the last first, three
@@ -66,18 +37,18 @@ pub(crate) struct Node {
 
 /// The row of the lowest or the highest sides on an axis.
 #[inline(always)]
-pub(crate) fn row(axis: usize, end: usize) -> usize {
+pub(crate) fn plane_row(axis: usize, end: usize) -> usize {
     2 * axis + end
 }
 
 /// An order takes the lower 24 bits; the count of children sits above those of the first.
 const COUNT_SHIFT: u32 = 24;
 
-impl Node {
-    pub fn new(children: &[(Box3, u32)]) -> Node {
-        let mut node = Node {
+impl Bvh8Node {
+    pub fn new(children: &[(Aabb, u32)]) -> Bvh8Node {
+        let mut node = Bvh8Node {
             planes: [[[f32::MAX; WIDTH], [-f32::MAX; WIDTH]]; 3],
-            child: [LEAF; WIDTH],
+            child: [LEAF_BIT; WIDTH],
             order: [0; WIDTH],
         };
         for (slot, &(bounds, child)) in children.iter().enumerate() {
@@ -89,9 +60,9 @@ impl Node {
     }
 
     /// The box of a child.
-    pub fn bounds(&self, slot: usize) -> Box3 {
+    pub fn bounds(&self, slot: usize) -> Aabb {
         let corner = |end: usize| Vec3::from(self.planes.map(|planes| planes[end][slot]));
-        (corner(0), corner(1))
+        Aabb { min: corner(0), max: corner(1) }
     }
 
     /// Everything by rows of eight: those of a box's sides come first, by [`row`].
@@ -101,10 +72,10 @@ impl Node {
     }
 
     /// Gives a child another box.
-    pub fn put(&mut self, slot: usize, (lo, hi): Box3) {
+    pub fn put(&mut self, slot: usize, bounds: Aabb) {
         for axis in 0..3 {
-            self.planes[axis][0][slot] = lo[axis];
-            self.planes[axis][1][slot] = hi[axis];
+            self.planes[axis][0][slot] = bounds.min[axis];
+            self.planes[axis][1][slot] = bounds.max[axis];
         }
     }
 
@@ -143,7 +114,7 @@ impl Node {
 
     /// A bit for each child.
     #[inline(always)]
-    pub fn used(&self) -> u32 {
+    pub fn child_mask(&self) -> u32 {
         (1 << self.count()) - 1
     }
 
@@ -178,24 +149,29 @@ impl Octant {
 
 /// A tree over boxes.
 #[derive(Debug)]
-pub(crate) struct Wide {
+pub(crate) struct Bvh8 {
     /// Parents before their children.
-    pub nodes: Pages<Node>,
+    pub nodes: HugePageVec<Bvh8Node>,
     /// What a ray begins with; `None` for an empty tree.
     pub root: Option<u32>,
     /// Around everything.
-    pub bounds: Box3,
+    pub bounds: Aabb,
     /// Of everything, when it was built.
-    pub odds: Odds,
+    pub odds: OcclusionCost,
 }
 
-impl Default for Wide {
+impl Default for Bvh8 {
     fn default() -> Self {
-        Wide { nodes: Pages::default(), root: None, bounds: (Vec3::MAX, Vec3::MIN), odds: Odds::default() }
+        Bvh8 {
+            nodes: HugePageVec::default(),
+            root: None,
+            bounds: Aabb::EMPTY,
+            odds: OcclusionCost::default(),
+        }
     }
 }
 
-impl Wide {
+impl Bvh8 {
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
         self.nodes.bytes()
@@ -204,20 +180,20 @@ impl Wide {
 
 /// What a ray has yet to visit, with where it enters it. One for each batch, reused ray after ray.
 #[derive(Clone, Debug)]
-pub(crate) struct Stack {
+pub(crate) struct TraversalStack {
     child: Vec<u32>,
     near: Vec<f32>,
     /// Entries in use.
     top: usize,
 }
 
-impl Default for Stack {
+impl Default for TraversalStack {
     fn default() -> Self {
-        Stack { child: vec![0; 256], near: vec![0.0; 256], top: 0 }
+        TraversalStack { child: vec![0; 256], near: vec![0.0; 256], top: 0 }
     }
 }
 
-impl Stack {
+impl TraversalStack {
     /// Room for eight more from `top` on.
     #[inline(always)]
     fn room(&mut self, top: usize) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
@@ -246,18 +222,18 @@ impl Stack {
 /// What happens at leaves.
 pub(crate) trait Leaves<S: Simd> {
     /// The ray enters the box of leaf `leaf`. The limit from there on, or `None` to stop.
-    fn enter(&mut self, leaf: u32, stack: &mut Stack) -> Option<f32>;
+    fn enter(&mut self, leaf: u32, stack: &mut TraversalStack) -> Option<f32>;
 }
 
-impl Wide {
+impl Bvh8 {
     /// Leads a ray through what is under `from`, near children first. Leaves are entered no
     /// farther than `limit`. False where it was stopped.
     #[inline(always)]
     pub fn walk<S: Simd>(
         &self,
         from: u32,
-        ray: &BoxRay,
-        stack: &mut Stack,
+        ray: &BoxTestRay,
+        stack: &mut TraversalStack,
         mut limit: f32,
         leaves: &mut impl Leaves<S>,
     ) -> bool {
@@ -265,10 +241,10 @@ impl Wide {
         let base = stack.top;
         let mut top = base;
         let slabs: Slabs<S> = Slabs::new(ray);
-        let nodes: &[Node] = &self.nodes;
+        let nodes: &[Bvh8Node] = &self.nodes;
         let mut here = from;
         loop {
-            if here & LEAF == 0 {
+            if here & LEAF_BIT == 0 {
                 let node = &nodes[here as usize];
                 let orders = [node.order(ray.octant), node.order(ray.octant.opposite())];
                 let meets = slabs.meets(node, limit);
@@ -280,7 +256,7 @@ impl Wide {
                 }
             } else {
                 stack.top = top;
-                match leaves.enter(here & !LEAF, stack) {
+                match leaves.enter(here & !LEAF_BIT, stack) {
                     Some(to) => limit = to,
                     None => {
                         stack.top = base;
@@ -305,24 +281,24 @@ impl Wide {
         }
     }
 
-    /// [`Wide::walk`] for a ray that asks for any hit up to `limit`: it goes by the children's odds, whose
+    /// [`Bvh8::walk`] for a ray that asks for any hit up to `limit`: it goes by the children's odds, whose
     /// order is that of the slots.
     #[inline(always)]
     pub fn walk_any<S: Simd>(
         &self,
         from: u32,
-        ray: &BoxRay,
-        stack: &mut Stack,
+        ray: &BoxTestRay,
+        stack: &mut TraversalStack,
         limit: f32,
         leaves: &mut impl Leaves<S>,
     ) -> bool {
         let base = stack.top;
         let mut top = base;
         let slabs: Slabs<S> = Slabs::new(ray);
-        let nodes: &[Node] = &self.nodes;
+        let nodes: &[Bvh8Node] = &self.nodes;
         let mut here = from;
         loop {
-            if here & LEAF == 0 {
+            if here & LEAF_BIT == 0 {
                 let node = &nodes[here as usize];
                 let (enters, leaves) = slabs.meets(node, limit);
                 let met = enters.le(leaves);
@@ -336,7 +312,7 @@ impl Wide {
                 }
             } else {
                 stack.top = top;
-                let goes_on = leaves.enter(here & !LEAF, stack).is_some();
+                let goes_on = leaves.enter(here & !LEAF_BIT, stack).is_some();
                 stack.top = base;
                 if !goes_on {
                     return false;
@@ -364,7 +340,7 @@ struct Slabs<S: Simd> {
 
 impl<S: Simd> Slabs<S> {
     #[inline(always)]
-    fn new(ray: &BoxRay) -> Self {
+    fn new(ray: &BoxTestRay) -> Self {
         Slabs {
             near: (splat(ray.near_scale), splat(ray.near_shift)),
             far: (splat(ray.far_scale), splat(ray.far_shift)),
@@ -375,7 +351,7 @@ impl<S: Simd> Slabs<S> {
 
     /// Where the ray enters a node's boxes, and where it leaves them or is at its end.
     #[inline(always)]
-    fn meets(&self, node: &Node, limit: f32) -> (S::F8, S::F8) {
+    fn meets(&self, node: &Bvh8Node, limit: f32) -> (S::F8, S::F8) {
         let side = |axis: usize, end: usize, (scale, shift): ([S::F8; 3], [S::F8; 3])| {
             S::F8::load(&node.planes[axis][end]).mul_sub(scale[axis], shift[axis])
         };
@@ -396,7 +372,7 @@ impl<S: Simd> Slabs<S> {
 /// in the other direction: those of o, d, 1/d and the results are each relative to their numbers,
 /// and make 4ε at most of o/d and of t. So the test is conservative wherever the ray comes from.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BoxRay {
+pub(crate) struct BoxTestRay {
     near_scale: Vec3,
     near_shift: Vec3,
     far_scale: Vec3,
@@ -409,46 +385,46 @@ pub(crate) struct BoxRay {
 }
 
 /// Relative slack of what is far.
-pub(crate) const GROW: f32 = 1.0 + 8.0 * EPSILON;
+pub(crate) const FAR_FACTOR: f32 = 1.0 + 8.0 * EPSILON;
 /// Relative slack of what is near.
-pub(crate) const SHRINK: f32 = 1.0 - 8.0 * EPSILON;
+pub(crate) const NEAR_FACTOR: f32 = 1.0 - 8.0 * EPSILON;
 
 /// A component of a direction that is less than this counts as this: its reciprocal is finite.
-pub(crate) const LEAST: f32 = 1e-30;
+pub(crate) const MIN_DIRECTION: f32 = 1e-30;
 
 /// The most that o/d may be.
 const MOST_SHIFT: f32 = 1e37;
 
 /// The reciprocals of a direction's components.
 #[inline(always)]
-pub(crate) fn reciprocal(d: Vec3) -> Vec3 {
-    let one = |x: f32| 1.0 / if x.abs() < LEAST { LEAST.copysign(x) } else { x };
+pub(crate) fn direction_reciprocal(d: Vec3) -> Vec3 {
+    let one = |x: f32| 1.0 / if x.abs() < MIN_DIRECTION { MIN_DIRECTION.copysign(x) } else { x };
     Vec3::new(one(d.x), one(d.y), one(d.z))
 }
 
-impl BoxRay {
+impl BoxTestRay {
     /// Boxes count as wider by `pad` on every side.
     #[inline(always)]
-    pub fn new(o: DVec3, d: DVec3, pad: f32, start: f32) -> BoxRay {
+    pub fn new(o: DVec3, d: DVec3, pad: f32, start: f32) -> BoxTestRay {
         let (o, d) = (o.as_vec3(), d.as_vec3());
         // Not so large that o/d were infinite: a fused b/d − o/d would be, too, on the wrong side.
-        let r = reciprocal(d).clamp(-MOST_SHIFT / o.abs(), MOST_SHIFT / o.abs());
+        let r = direction_reciprocal(d).clamp(-MOST_SHIFT / o.abs(), MOST_SHIFT / o.abs());
         let (near_scale, far_scale) = (r * (1.0 - 4.0 * EPSILON), r * (1.0 + 4.0 * EPSILON));
         let slack = (4.0 * EPSILON * o.abs() + pad) * r.abs();
-        BoxRay {
+        BoxTestRay {
             near_scale,
             near_shift: o * near_scale + slack,
             far_scale,
             far_shift: o * far_scale - slack,
             near_end: [usize::from(r.x < 0.0), usize::from(r.y < 0.0), usize::from(r.z < 0.0)],
             octant: Octant::of(d),
-            start: start * SHRINK,
+            start: start * NEAR_FACTOR,
         }
     }
 
     /// The limit for a t, with slack for the rounding of the boxes' near sides.
     #[inline(always)]
     pub fn limit(t: f32) -> f32 {
-        t * GROW
+        t * FAR_FACTOR
     }
 }

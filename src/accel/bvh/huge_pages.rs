@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 /// As many `T` as it was made with.
 #[derive(Debug)]
-pub(crate) struct Pages<T> {
+pub(crate) struct HugePageVec<T> {
     memory: Memory,
     len: usize,
     what: PhantomData<T>,
@@ -33,7 +33,7 @@ struct Line([u8; 64]);
 /// From this many bytes on, large pages are asked for. A large page has mostly half as many.
 const LARGE: usize = 4 << 20;
 
-impl<T: Pod + Send + Sync> Pages<T> {
+impl<T: Pod + Send + Sync> HugePageVec<T> {
     /// As many for each of `parts` as `len` says, with what `fill` makes of them.
     pub fn filled<P: Sync>(
         parts: &[P],
@@ -41,7 +41,7 @@ impl<T: Pod + Send + Sync> Pages<T> {
         fill: impl Fn(&P, &mut [T]) + Sync,
     ) -> Self {
         let all = parts.iter().map(&len).sum();
-        let mut pages = Pages { memory: Memory::of(all * size_of::<T>()), len: all, what: PhantomData };
+        let mut pages = HugePageVec { memory: Memory::of(all * size_of::<T>()), len: all, what: PhantomData };
         let mut rest: &mut [T] = &mut pages;
         let mut chunks = Vec::with_capacity(parts.len());
         for part in parts {
@@ -72,13 +72,13 @@ impl Memory {
     }
 }
 
-impl<T> Default for Pages<T> {
+impl<T> Default for HugePageVec<T> {
     fn default() -> Self {
-        Pages { memory: Memory::Small(Vec::new()), len: 0, what: PhantomData }
+        HugePageVec { memory: Memory::Small(Vec::new()), len: 0, what: PhantomData }
     }
 }
 
-impl<T: Pod> Deref for Pages<T> {
+impl<T: Pod> Deref for HugePageVec<T> {
     type Target = [T];
 
     #[inline(always)]
@@ -87,12 +87,12 @@ impl<T: Pod> Deref for Pages<T> {
             Memory::Small(lines) => bytemuck::cast_slice(lines),
             Memory::Large(map) => map,
         };
-        // Pages and lines are aligned as strictly as anything here: it cannot fail.
+        // HugePageVec and lines are aligned as strictly as anything here: it cannot fail.
         bytemuck::try_cast_slice(&bytes[..self.len * size_of::<T>()]).unwrap_or_default()
     }
 }
 
-impl<T: Pod> DerefMut for Pages<T> {
+impl<T: Pod> DerefMut for HugePageVec<T> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [T] {
         let bytes: &mut [u8] = match &mut self.memory {
@@ -118,13 +118,13 @@ mod tests {
                 assert_eq!(to.len(), part.1);
                 to.iter_mut().zip(part.0..).for_each(|(to, i)| *to = 3 * i as u64);
             };
-            let mut pages = Pages::filled(&parts, |part| part.1, fill);
+            let mut pages = HugePageVec::filled(&parts, |part| part.1, fill);
             assert_eq!(matches!(pages.memory, Memory::Large(_)), len >= many);
             assert_eq!((pages.len(), pages.bytes()), (len, 8 * len));
             assert!(pages.iter().zip(0..).all(|(&x, i)| x == 3 * i));
             pages.iter_mut().for_each(|x| *x += 1);
             assert!(pages.iter().zip(0..).all(|(&x, i)| x == 3 * i + 1));
         }
-        assert!(Pages::<u64>::default().is_empty());
+        assert!(HugePageVec::<u64>::default().is_empty());
     }
 }

@@ -1,5 +1,6 @@
 //! The BVH's data: eight-wide nodes, leaves of four triangles, and the two levels (BLAS and TLAS).
 
+pub(crate) mod aabb;
 pub(crate) mod blas;
 pub(crate) mod bvh8;
 pub(crate) mod huge_pages;

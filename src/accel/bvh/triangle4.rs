@@ -2,24 +2,24 @@
 
 use glam::Vec3;
 
-use crate::accel::build::canonical_triangle::padded;
-use crate::accel::build::input_triangles::{Fit, Look};
-use crate::accel::bvh::bvh8::{Box3, union};
+use crate::accel::build::canonical_triangle::padded_bounds;
+use crate::accel::build::input_triangles::{SurfaceFlags, TriangleRef};
+use crate::accel::bvh::aabb::Aabb;
 use crate::scene::SurfaceClass;
 
 /// Triangles in a block.
-pub(crate) const CAPACITY: usize = 4;
+pub(crate) const TRIANGLE_LANES: usize = 4;
 
 /// Up to four triangles. Lanes that are not used repeat the last one that is.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-pub(crate) struct Block {
+pub(crate) struct Triangle4 {
     /// By corner, axis, triangle.
-    pub v: [[[f32; CAPACITY]; 3]; 3],
-    /// What stands where: an index of a triangle, or [`GROUP`] and that of a group.
-    pub ids: [u32; CAPACITY],
+    pub vertex: [[[f32; TRIANGLE_LANES]; 3]; 3],
+    /// What stands where: an index of a triangle, or [`COINCIDENT`] and that of a group.
+    pub ids: [u32; TRIANGLE_LANES],
     /// At least the length of every edge at a first corner.
-    pub edge: f32,
+    pub max_edge: f32,
     /// Four bits for each triangle.
     looks: u16,
     /// Triangles that are alone in their place and there wherever they are met; and, four bits higher, those
@@ -30,39 +30,39 @@ pub(crate) struct Block {
 }
 
 // A tree is mostly blocks, and rays wait for memory.
-const _: () = assert!(size_of::<Block>() == 168);
+const _: () = assert!(size_of::<Triangle4>() == 168);
 
 /// Marks the index of a group of triangles in one place.
-pub(crate) const GROUP: u32 = 1 << 31;
+pub(crate) const COINCIDENT: u32 = 1 << 31;
 const LAST: u8 = 1 << 7;
 
-impl Block {
+impl Triangle4 {
     /// A block of 1 to 4 triangles. `last` ends a leaf.
-    pub fn new(triangles: &[Fit], last: bool) -> Block {
-        let mut block = Block {
-            v: [[[0.0; CAPACITY]; 3]; 3],
-            ids: [0; CAPACITY],
-            edge: 0.0,
+    pub fn new(triangles: &[TriangleRef], last: bool) -> Triangle4 {
+        let mut block = Triangle4 {
+            vertex: [[[0.0; TRIANGLE_LANES]; 3]; 3],
+            ids: [0; TRIANGLE_LANES],
+            max_edge: 0.0,
             looks: 0,
             simple: 0,
             count: triangles.len() as u8 | if last { LAST } else { 0 },
         };
-        for lane in 0..CAPACITY {
-            let Fit { corners, id, look } = triangles[lane.min(triangles.len() - 1)];
-            for (v, corner) in block.v.iter_mut().zip(corners.v()) {
+        for lane in 0..TRIANGLE_LANES {
+            let TriangleRef { corners, id, look } = triangles[lane.min(triangles.len() - 1)];
+            for (v, corner) in block.vertex.iter_mut().zip(corners.v()) {
                 for axis in 0..3 {
                     v[axis][lane] = corner[axis];
                 }
             }
             block.ids[lane] = id;
-            block.edge = block.edge.max(corners.edge());
+            block.max_edge = block.max_edge.max(corners.edge());
             // Triangles in one place may be wound either way: which of them are seen from a side each says.
-            let single_sided = look.single_sided && id & GROUP == 0;
+            let single_sided = look.single_sided && id & COINCIDENT == 0;
             block.looks |= (look.class as u16 | u16::from(single_sided) << 2 | u16::from(look.reversed) << 3)
                 << (4 * lane);
-            let plain = id & GROUP == 0 && look.class != SurfaceClass::Cutout;
+            let plain = id & COINCIDENT == 0 && look.class != SurfaceClass::Cutout;
             let opaque = plain && look.class == SurfaceClass::Opaque;
-            block.simple |= (u8::from(plain) | u8::from(opaque) << CAPACITY) << lane;
+            block.simple |= (u8::from(plain) | u8::from(opaque) << TRIANGLE_LANES) << lane;
         }
         block
     }
@@ -75,49 +75,50 @@ impl Block {
 
     /// A bit for each triangle.
     #[inline(always)]
-    pub fn used(&self) -> u32 {
+    pub fn lane_mask(&self) -> u32 {
         (1 << self.count()) - 1
     }
 
     /// A bit for each triangle that is alone in its place and there wherever it is met.
     #[inline(always)]
-    pub fn plain(&self) -> u8 {
-        self.simple & ((1 << CAPACITY) - 1)
+    pub fn unfiltered_mask(&self) -> u8 {
+        self.simple & ((1 << TRIANGLE_LANES) - 1)
     }
 
     /// A bit for each of those that light does not pass.
     #[inline(always)]
-    pub fn opaque(&self) -> u8 {
-        self.simple >> CAPACITY
+    pub fn opaque_mask(&self) -> u8 {
+        self.simple >> TRIANGLE_LANES
     }
 
     /// True where the leaf ends here.
     #[inline(always)]
-    pub fn last(&self) -> bool {
+    pub fn is_last_in_leaf(&self) -> bool {
         self.count & LAST != 0
     }
 
     /// The corners of a triangle.
     #[inline(always)]
-    pub fn corners(&self, lane: usize) -> [Vec3; 3] {
-        let corner = |k: usize| Vec3::new(self.v[k][0][lane], self.v[k][1][lane], self.v[k][2][lane]);
+    pub fn vertices(&self, lane: usize) -> [Vec3; 3] {
+        let corner =
+            |k: usize| Vec3::new(self.vertex[k][0][lane], self.vertex[k][1][lane], self.vertex[k][2][lane]);
         [corner(0), corner(1), corner(2)]
     }
 
     /// The box of all, as trees have it.
-    pub fn bounds(&self) -> Box3 {
-        union((0..self.count()).map(|lane| padded(&self.corners(lane))))
+    pub fn bounds(&self) -> Aabb {
+        Aabb::union_of((0..self.count()).map(|lane| padded_bounds(&self.vertices(lane))))
     }
 
     /// How a triangle looks; a group of them as one that is seen from both sides.
     #[inline(always)]
-    pub fn look(&self, lane: usize) -> Look {
+    pub fn flags(&self, lane: usize) -> SurfaceFlags {
         let bits = self.looks >> (4 * lane);
         let class = match bits & 3 {
             0 => SurfaceClass::Opaque,
             1 => SurfaceClass::Cutout,
             _ => SurfaceClass::Translucent,
         };
-        Look { class, single_sided: bits & 4 != 0, reversed: bits & 8 != 0 }
+        SurfaceFlags { class, single_sided: bits & 4 != 0, reversed: bits & 8 != 0 }
     }
 }

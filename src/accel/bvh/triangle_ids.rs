@@ -4,7 +4,7 @@ use crate::geometry::HitId;
 
 /// Whose triangle an index is.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Spans {
+pub(crate) struct TriangleIdMap {
     /// Where each instance's triangles begin in the count of all.
     starts: Vec<u32>,
     instances: Vec<u32>,
@@ -18,10 +18,10 @@ pub(crate) struct Spans {
 const NOWHERE: u32 = u32::MAX;
 const STRIDE: u32 = 7;
 
-impl Spans {
+impl TriangleIdMap {
     /// Adds the next `count` triangles, of an instance.
-    pub fn new(of: impl Iterator<Item = (u32, usize)>) -> (Spans, usize) {
-        let (mut spans, mut count) = (Spans::default(), 0usize);
+    pub fn new(of: impl Iterator<Item = (u32, usize)>) -> (TriangleIdMap, usize) {
+        let (mut spans, mut count) = (TriangleIdMap::default(), 0usize);
         for (instance, triangles) in of {
             let place = spans.starts.len() as u32;
             spans.starts.push(count.min(u32::MAX as usize) as u32);
@@ -94,7 +94,7 @@ mod tests {
         let empty = (0..50).map(|i| (i, usize::from(i == 20))).collect();
         let lists: [Vec<(u32, usize)>; 3] = [one, many, empty];
         for list in lists {
-            let (spans, count) = Spans::new(list.iter().copied());
+            let (spans, count) = TriangleIdMap::new(list.iter().copied());
             let mut index = 0;
             for &(instance, triangles) in &list {
                 for triangle in 0..triangles as u32 {
@@ -115,6 +115,6 @@ mod tests {
             assert_eq!(spans.index(HitId { instance: 2, triangle: 0 }).is_some(), list[0].0 == 0);
             assert_eq!(spans.index(HitId::NONE), None);
         }
-        assert_eq!(Spans::default().find(7), (0, 7));
+        assert_eq!(TriangleIdMap::default().find(7), (0, 7));
     }
 }

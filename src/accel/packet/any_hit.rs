@@ -1,11 +1,11 @@
 //! Segments by the packet: is anything in the way?
 
 use crate::accel::blocking;
-use crate::accel::bvh::blas::Triangles;
-use crate::accel::bvh::bvh8::Stack;
-use crate::accel::bvh::triangle4::Block;
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::bvh8::TraversalStack;
+use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::packet::{GROUP, Packet, PacketStack, PerRay, Rays, Sure, Verdict, fetch, whole};
-use crate::accel::ray_batch::{Cutout, SegmentBatch, Shared};
+use crate::accel::ray_batch::{AnyHitFilter, Coherence, SegmentBatch};
 use crate::accel::traverse::error_bounds::LIGHT;
 use crate::accel::traverse::transmittance::Passing;
 use crate::simd::{Lanes, Simd};
@@ -31,29 +31,29 @@ impl Answers<'_> {
 /// asked.
 #[inline(always)]
 pub fn occluded<S: Simd>(
-    trees: &[Triangles],
+    trees: &[Blas],
     (segments, first, count): (&SegmentBatch, usize, usize),
-    cutouts: &dyn Cutout,
+    cutouts: &dyn AnyHitFilter,
     answers: &mut Answers<'_>,
-    (packet, packets, stack): (&mut Packet, &mut PacketStack, &mut Stack),
+    (packet, packets, stack): (&mut Packet, &mut PacketStack, &mut TraversalStack),
 ) -> bool {
     let mut room = None;
     fetch(segments.from.get(first + count..));
     let Some(from) = whole(&segments.from[first..first + count], &mut room) else { return false };
-    let (lines, end) = match segments.shared {
-        Shared::Origin(light) => (packet.take_directions::<S>(light, (from, count), light), 1.0),
-        Shared::Direction(d) => (packet.take_origins::<S>(d, (from, count)), f32::INFINITY),
-        Shared::None => return false,
+    let (lines, end) = match segments.coherence {
+        Coherence::Origin(light) => (packet.take_directions::<S>(light, (from, count), light), 1.0),
+        Coherence::Direction(d) => (packet.take_origins::<S>(d, (from, count)), f32::INFINITY),
+        Coherence::None => return false,
     };
     let Some(lines) = lines else { return false };
     packet.begin::<S>(count, 0.0, end);
-    if let Shared::Origin(_) = segments.shared {
+    if let Coherence::Origin(_) = segments.coherence {
         packet.sure_start = LIGHT * packet.size as f32;
     }
     for triangles in trees.iter().filter(|tree| !tree.is_empty()) {
         let mut sources = PerRay::splat(u32::MAX);
         triangles
-            .spans
+            .ids
             .indices(&segments.source[first..first + count], sources.0.as_flattened_mut().as_flattened_mut());
         let segments = (segments, first);
         let mut verdict = Blocked { triangles, segments, cutouts, sources, answers: &mut *answers, stack };
@@ -66,13 +66,13 @@ pub fn occluded<S: Simd>(
 
 /// A packet of segments at triangles.
 struct Blocked<'a, 's, 'p, 'q> {
-    triangles: &'a Triangles,
+    triangles: &'a Blas,
     segments: (&'a SegmentBatch, usize),
-    cutouts: &'a dyn Cutout,
+    cutouts: &'a dyn AnyHitFilter,
     /// The triangle that each starts on.
     sources: PerRay<u32>,
     answers: &'s mut Answers<'p>,
-    stack: &'q mut Stack,
+    stack: &'q mut TraversalStack,
 }
 
 impl Blocked<'_, '_, '_, '_> {
@@ -84,12 +84,12 @@ impl Blocked<'_, '_, '_, '_> {
 
 impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
     #[inline(always)]
-    fn plain(&self, block: &Block) -> u8 {
-        block.opaque()
+    fn plain(&self, block: &Triangle4) -> u8 {
+        block.opaque_mask()
     }
 
     #[inline(always)]
-    fn ignores(&self, block: &Block, lane: usize, g: usize) -> u32 {
+    fn ignores(&self, block: &Triangle4, lane: usize, g: usize) -> u32 {
         S::F16::matching(self.sources.group(g), block.ids[lane])
     }
 
@@ -101,7 +101,7 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
     /// Rays from a lamp are together near it, and those of the sun nowhere.
     #[inline(always)]
     fn by_odds(&self) -> bool {
-        matches!(self.segments.0.shared, Shared::Direction(_))
+        matches!(self.segments.0.coherence, Coherence::Direction(_))
     }
 
     #[inline(always)]
@@ -115,11 +115,11 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
     }
 
     fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool) {
-        let (block, lane) = self.triangles.at(entry);
+        let (block, lane) = self.triangles.locate(entry);
         let passing = self.answers.passing.as_mut().map(|passing| &mut passing[ray]);
         let (line, mut query) = blocking(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
-        let Some(met) = line.and_then(|line| line.meet(&block.corners(lane), sure)) else { return };
-        self.triangles.tell(block, lane, met, None, &mut query);
+        let Some(met) = line.and_then(|line| line.meet(&block.vertices(lane), sure)) else { return };
+        self.triangles.report_hit(block, lane, met, None, &mut query);
         if query.blocked {
             self.block(packet, ray);
         }
@@ -130,7 +130,7 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
         let passing = self.answers.passing.as_mut().map(|passing| &mut passing[ray]);
         let (line, mut query) = blocking(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
         let Some(line) = line else { return false };
-        self.triangles.visit::<S, _>(child, &line, None, &mut query, self.stack);
+        self.triangles.traverse::<S, _>(child, &line, None, &mut query, self.stack);
         let blocked = query.blocked;
         if blocked {
             self.block(packet, ray);

@@ -3,12 +3,12 @@
 use glam::Vec3;
 
 use super::{FOUR, GROUP, Packet, PacketStack, PerRay, Sure, Verdict, fetch, whole};
-use crate::accel::bvh::blas::Triangles;
-use crate::accel::bvh::bvh8::Stack;
-use crate::accel::bvh::triangle4::{Block, CAPACITY};
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::bvh8::TraversalStack;
+use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::packet::exact_hits::{BLOCKS, Met, Places};
 use crate::accel::packet::shared_ray::Lines;
-use crate::accel::ray_batch::{Cutout, RayBatch, Shared};
+use crate::accel::ray_batch::{AnyHitFilter, Coherence, RayBatch};
 use crate::accel::traverse::hit::FrameRay;
 use crate::accel::traverse::query::{Asked, Closest, Query};
 use crate::geometry::{EPSILON, Hit, HitId};
@@ -24,28 +24,28 @@ const EXACT: u32 = u32::MAX - 1;
 /// false comes back, and `out` may hold hits in some of the trees.
 #[inline(always)]
 pub fn intersect<S: Simd>(
-    trees: &[Triangles],
+    trees: &[Blas],
     (rays, first, count): (&RayBatch, usize, usize),
-    cutouts: &dyn Cutout,
+    cutouts: &dyn AnyHitFilter,
     out: &mut [Hit],
-    (packet, packets, stack): (&mut Packet, &mut PacketStack, &mut Stack),
+    (packet, packets, stack): (&mut Packet, &mut PacketStack, &mut TraversalStack),
 ) -> bool {
     let range = first..first + count;
     let mut room = None;
-    fetch(match rays.shared {
-        Shared::Direction(_) => rays.origins.get(range.end..),
+    fetch(match rays.coherence {
+        Coherence::Direction(_) => rays.origins.get(range.end..),
         _ => rays.directions.get(range.end..),
     });
     // What is shared is told once for all of them, and so the same to the bit.
-    let lines = match rays.shared {
-        Shared::Origin(o) => whole(&rays.directions[range.clone()], &mut room)
+    let lines = match rays.coherence {
+        Coherence::Origin(o) => whole(&rays.directions[range.clone()], &mut room)
             .and_then(|directions| packet.take_directions::<S>(o, (directions, count), Vec3::ZERO)),
-        Shared::Direction(_) => whole(&rays.origins[range.clone()], &mut room)
+        Coherence::Direction(_) => whole(&rays.origins[range.clone()], &mut room)
             .and_then(|origins| packet.take_origins::<S>(rays.directions[first], (origins, count))),
-        Shared::None => None,
+        Coherence::None => None,
     };
-    let Some(lines) = lines.filter(|_| rays.far > 0.0) else { return false };
-    packet.begin::<S>(count, rays.start().t, rays.far);
+    let Some(lines) = lines.filter(|_| rays.t_max > 0.0) else { return false };
+    packet.begin::<S>(count, rays.start().t, rays.t_max);
     if let Some(after) = rays.after.get(range) {
         let by = packet.size as f32;
         after.iter().enumerate().for_each(|(i, after)| packet.start.set(i, after.t * by));
@@ -67,14 +67,14 @@ pub fn intersect<S: Simd>(
 
 /// The closest hits of a packet, as far as it has got.
 struct Nearest<'a, 's> {
-    triangles: &'a Triangles,
+    triangles: &'a Blas,
     rays: (&'a RayBatch, usize),
-    cutouts: &'a dyn Cutout,
+    cutouts: &'a dyn AnyHitFilter,
     /// What each ray hit: [`NONE`], [`EXACT`] or the place of a plain triangle in the blocks.
     best: PerRay<u32>,
     /// Where hits go: at once for those that are [`EXACT`].
     hits: &'s mut [Hit],
-    stack: &'s mut Stack,
+    stack: &'s mut TraversalStack,
 }
 
 impl<'a> Nearest<'a, '_> {
@@ -83,8 +83,8 @@ impl<'a> Nearest<'a, '_> {
     fn ray(&self, ray: usize) -> (Vec3, Vec3) {
         let (rays, first) = self.rays;
         let d = rays.directions[first + ray];
-        match rays.shared {
-            Shared::Origin(o) => (o, d),
+        match rays.coherence {
+            Coherence::Origin(o) => (o, d),
             _ => (rays.origins[first + ray], d),
         }
     }
@@ -99,12 +99,12 @@ impl<'a> Nearest<'a, '_> {
     #[inline(always)]
     fn settled(&self, ray: usize) -> Hit {
         match self.best.get(ray) {
-            NONE => Hit { t: self.rays.0.far, id: HitId::NONE },
+            NONE => Hit { t: self.rays.0.t_max, id: HitId::NONE },
             EXACT => self.hits[ray],
             entry => {
-                let (block, lane) = self.triangles.at(entry);
-                let met = self.line(ray).and_then(|line| line.place(&block.corners(lane)));
-                met.map_or(Hit::MISS, |met| Hit { t: met.t, id: self.triangles.spans.id(block.ids[lane]) })
+                let (block, lane) = self.triangles.locate(entry);
+                let met = self.line(ray).and_then(|line| line.place(&block.vertices(lane)));
+                met.map_or(Hit::MISS, |met| Hit { t: met.t, id: self.triangles.ids.id(block.ids[lane]) })
             }
         }
     }
@@ -122,7 +122,7 @@ impl<'a> Nearest<'a, '_> {
         let (rays, first) = self.rays;
         let (o, d) = self.ray(ray);
         let asked = Asked { o, d, cutouts: self.cutouts };
-        Closest { asked, cull: rays.cull, after: rays.after(first + ray), best: self.settled(ray) }
+        Closest { asked, cull: rays.cull_back_faces, after: rays.after(first + ray), best: self.settled(ray) }
     }
 
     /// True where anything changed.
@@ -140,7 +140,7 @@ impl<'a> Nearest<'a, '_> {
 /// Computes where sure hits of four groups are.
 #[inline(always)]
 fn settle_four<S: Simd>(
-    triangles: &Triangles,
+    triangles: &Blas,
     (packet, lines, q): (&Packet, &Lines, usize),
     best: &[[u32; GROUP]; FOUR],
     hits: &mut [Hit],
@@ -152,7 +152,7 @@ fn settle_four<S: Simd>(
     if left == [0; FOUR] {
         return;
     }
-    let blocks: &[Block] = &triangles.blocks;
+    let blocks: &[Triangle4] = &triangles.blocks;
     let mut places = Places::new(lines);
     let mut numbers = [[0; GROUP]; FOUR];
     let mut from = 0;
@@ -164,9 +164,9 @@ fn settle_four<S: Simd>(
                 continue;
             }
             let entry = best[from][left[from].trailing_zeros() as usize & (GROUP - 1)];
-            let block = entry as usize / CAPACITY;
-            places.put(held, &blocks[block], &triangles.spans);
-            let four = ((block * CAPACITY) as u32, (held * CAPACITY) as u32);
+            let block = entry as usize / TRIANGLE_LANES;
+            places.put(held, &blocks[block], &triangles.ids);
+            let four = ((block * TRIANGLE_LANES) as u32, (held * TRIANGLE_LANES) as u32);
             for g in from..FOUR {
                 let here = S::F16::renumber(&best[g], four, &mut numbers[g]) & left[g];
                 left[g] &= !here;
@@ -204,18 +204,18 @@ fn put_hits<S: Simd>(mask: u32, (t, ids): &Met, hits: &mut [Hit]) {
 
 impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
     #[inline(always)]
-    fn plain(&self, block: &Block) -> u8 {
-        block.plain()
+    fn plain(&self, block: &Triangle4) -> u8 {
+        block.unfiltered_mask()
     }
 
     #[inline(always)]
-    fn ignores(&self, _: &Block, _: usize, _: usize) -> u32 {
+    fn ignores(&self, _: &Triangle4, _: usize, _: usize) -> u32 {
         0
     }
 
     #[inline(always)]
     fn culls(&self) -> bool {
-        self.rays.0.cull
+        self.rays.0.cull_back_faces
     }
 
     #[inline(always)]
@@ -230,10 +230,12 @@ impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
     }
 
     fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool) {
-        let (block, lane) = self.triangles.at(entry);
-        let Some(met) = self.line(ray).and_then(|line| line.meet(&block.corners(lane), sure)) else { return };
+        let (block, lane) = self.triangles.locate(entry);
+        let Some(met) = self.line(ray).and_then(|line| line.meet(&block.vertices(lane), sure)) else {
+            return;
+        };
         let mut query = self.question(ray);
-        self.triangles.tell(block, lane, met, None, &mut query);
+        self.triangles.report_hit(block, lane, met, None, &mut query);
         self.answer(packet, ray, &query);
     }
 
@@ -241,7 +243,7 @@ impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
     fn go_alone(&mut self, packet: &mut Packet, ray: usize, child: u32) -> bool {
         let Some(line) = self.line(ray) else { return false };
         let mut query = self.question(ray);
-        self.triangles.visit::<S, _>(child, &line, None, &mut query, self.stack);
+        self.triangles.traverse::<S, _>(child, &line, None, &mut query, self.stack);
         self.answer(packet, ray, &query)
     }
 }

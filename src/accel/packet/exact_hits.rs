@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::accel::bvh::triangle_ids::Spans;
-use crate::accel::bvh::triangle4::{Block, CAPACITY};
+use crate::accel::bvh::triangle_ids::TriangleIdMap;
+use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::packet::shared_ray::Lines;
 use crate::accel::packet::{GROUP, Packet};
 use crate::accel::traverse::hit::inverse;
@@ -11,7 +11,7 @@ use crate::accel::traverse::vec3::by_axis;
 use crate::simd::Simd;
 
 /// Blocks whose triangles a table holds: as many of these as lines are in a group.
-pub(crate) const BLOCKS: usize = GROUP / CAPACITY;
+pub(crate) const BLOCKS: usize = GROUP / TRIANGLE_LANES;
 
 /// The triangles of a few blocks, for lines that are known to go through one of them and that it surely
 /// faces ([`Slack::facing`]): t is that of [`FrameRay::place`], to the bit. What is a triangle's own is
@@ -56,18 +56,18 @@ impl Places {
 
     /// Holds the triangles of a block, as the four of number `nth`.
     #[inline(always)]
-    pub fn put(&mut self, nth: usize, block: &Block, spans: &Spans) {
-        let first = nth % BLOCKS * CAPACITY;
-        let v0 = by_axis(|axis| block.v[0][axis].map(f64::from));
+    pub fn put(&mut self, nth: usize, block: &Triangle4, spans: &TriangleIdMap) {
+        let first = nth % BLOCKS * TRIANGLE_LANES;
+        let v0 = by_axis(|axis| block.vertex[0][axis].map(f64::from));
         let edge = |corner: usize, axis: usize| {
-            let mut edge = block.v[corner][axis].map(f64::from);
+            let mut edge = block.vertex[corner][axis].map(f64::from);
             edge.iter_mut().zip(&v0[axis]).for_each(|(x, from)| *x -= from);
             edge
         };
         let (e1, e2) = (by_axis(|axis| edge(1, axis)), by_axis(|axis| edge(2, axis)));
         for axis in 0..3 {
             let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
-            for i in 0..CAPACITY {
+            for i in 0..TRIANGLE_LANES {
                 self.normal[axis][first + i] = e1[b][i] * e2[c][i] - e2[b][i] * e1[c][i];
             }
         }
@@ -75,12 +75,12 @@ impl Places {
         let v0 = |i: usize| DVec3::from(by_axis(|axis| v0[axis][i]));
         match self.shared {
             Shared::Origin(o) => {
-                for i in 0..CAPACITY {
+                for i in 0..TRIANGLE_LANES {
                     self.common[first + i] = n(i).dot(v0(i) - o);
                 }
             }
             Shared::Direction(d) => {
-                for i in 0..CAPACITY {
+                for i in 0..TRIANGLE_LANES {
                     self.common[first + i] = n(i).dot(d);
                     for axis in 0..3 {
                         self.corner[axis][first + i] = v0(i)[axis];

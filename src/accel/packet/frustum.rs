@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use crate::accel::Accel;
-use crate::accel::bvh::bvh8::{LEAF, Wide, row};
+use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT, plane_row};
 use crate::accel::traverse::vec3::by_axis;
 use crate::geometry::Ray;
 use crate::simd::{Job, Lanes, Simd};
@@ -28,7 +29,7 @@ impl Accel {
     /// False where no ray between `around`, four in order about it that leave one place or all go one
     /// way, can meet a triangle. True says nothing.
     pub fn may_meet(&self, around: &[Ray; 4]) -> bool {
-        self.settings.tier.run(MayMeet { accel: self, around })
+        self.settings.simd.run(MayMeet { accel: self, around })
     }
 }
 
@@ -47,8 +48,8 @@ impl Job for MayMeet<'_> {
         let wedge = Wedge::between(around);
         let top = &accel.top;
         let pad = || around.iter().fold(0f32, |pad, ray| pad.max(top.pad(ray.o.as_dvec3())));
-        accel.worlds.iter().any(|world| wedge.meets::<S>(&world.tree, 0.0))
-            || (!top.is_empty() && wedge.meets::<S>(&top.tree, f64::from(pad())))
+        accel.worlds.iter().any(|world| wedge.meets::<S>(&world.bvh, 0.0))
+            || (!top.is_empty() && wedge.meets::<S>(&top.bvh, f64::from(pad())))
     }
 }
 
@@ -69,23 +70,27 @@ impl Wedge {
 
     /// True where a leaf of the tree, whose boxes are `pad` wider, is between the rays, as far as boxes say.
     #[inline(always)]
-    fn meets<S: Simd>(&self, tree: &Wide, pad: f64) -> bool {
+    fn meets<S: Simd>(&self, tree: &Bvh8, pad: f64) -> bool {
         let Some(root) = tree.root else { return false };
-        let (lo, hi) = tree.bounds;
-        let size = lo.abs().max(hi.abs()).as_dvec3() + pad;
+        let Aabb { min, max } = tree.bounds;
+        let size = min.abs().max(max.abs()).as_dvec3() + pad;
         let sides = self.0.map(|plane| {
             let widths = plane.n.abs();
             let least = plane.at - pad * widths.element_sum() - SLACK * (widths.dot(size) + plane.size);
-            (by_axis(|axis| row(axis, usize::from(plane.n[axis] > 0.0))), plane.n.as_vec3(), least as f32)
+            (
+                by_axis(|axis| plane_row(axis, usize::from(plane.n[axis] > 0.0))),
+                plane.n.as_vec3(),
+                least as f32,
+            )
         });
         let mut todo = Vec::with_capacity(64);
         todo.push(root);
         while let Some(here) = todo.pop() {
-            if here & LEAF != 0 {
+            if here & LEAF_BIT != 0 {
                 return true;
             }
             let node = &tree.nodes[here as usize];
-            let mut inside = node.used();
+            let mut inside = node.child_mask();
             for &(innermost, n, least) in &sides {
                 inside &= !below::<S>(node.rows(), innermost, n, least);
             }
@@ -110,22 +115,23 @@ fn below<S: Simd>(rows: &[[f32; 8]; 8], innermost: [usize; 3], n: Vec3, least: f
 mod tests {
     use super::*;
     use crate::accel::Tier;
-    use crate::accel::bvh::bvh8::{Box3, Node, union};
-    use crate::accel::bvh::huge_pages::Pages;
+    use crate::accel::bvh::aabb::Aabb;
+    use crate::accel::bvh::bvh8::Bvh8Node;
+    use crate::accel::bvh::huge_pages::HugePageVec;
 
     /// A tree of small boxes about `places`.
-    fn tree(places: &[Vec3]) -> Wide {
-        let small = |&p: &Vec3| ((p - 0.01, p + 0.01), LEAF);
-        let leaves: Vec<(Box3, u32)> = places.iter().map(small).collect();
-        let bounds = union(leaves.iter().map(|(bounds, _)| *bounds));
-        let nodes = Pages::filled(&[leaves], |_| 1, |leaves, to| to.fill(Node::new(leaves)));
-        Wide { nodes, root: Some(0), bounds, ..Wide::default() }
+    fn tree(places: &[Vec3]) -> Bvh8 {
+        let small = |&p: &Vec3| (Aabb { min: p - 0.01, max: p + 0.01 }, LEAF_BIT);
+        let leaves: Vec<(Aabb, u32)> = places.iter().map(small).collect();
+        let bounds = Aabb::union_of(leaves.iter().map(|(bounds, _)| *bounds));
+        let nodes = HugePageVec::filled(&[leaves], |_| 1, |leaves, to| to.fill(Bvh8Node::new(leaves)));
+        Bvh8 { nodes, root: Some(0), bounds, ..Bvh8::default() }
     }
 
     impl Wedge {
         /// On every tier.
-        fn finds(&self, tree: &Wide) -> bool {
-            struct Find<'a>(&'a Wedge, &'a Wide);
+        fn finds(&self, tree: &Bvh8) -> bool {
+            struct Find<'a>(&'a Wedge, &'a Bvh8);
             impl Job for Find<'_> {
                 type Output = bool;
                 #[inline(always)]
@@ -173,7 +179,7 @@ mod tests {
         // Behind the eye there is nothing to see.
         let wedge = Wedge::between(&around([0.0, 0.0], [1.0, 1.0], false, [0, 1, 2, 3]));
         assert!(!wedge.finds(&tree(&[Vec3::new(-5.0, -5.0, 10.0)])));
-        assert!(!wedge.finds(&Wide::default()));
+        assert!(!wedge.finds(&Bvh8::default()));
     }
 
     /// Where the planes are no numbers nothing is left out.

@@ -8,7 +8,7 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::bvh8::{GROW, SHRINK, WIDTH};
+use crate::accel::bvh::bvh8::{FAR_FACTOR, NEAR_FACTOR, WIDTH};
 use crate::accel::packet::{FOUR, GROUP, Packet, QUADS};
 use crate::accel::traverse::vec3::by_axis;
 use crate::geometry::EPSILON;
@@ -146,8 +146,8 @@ impl Cone {
     #[inline(always)]
     pub fn windows<S: Simd>(&self, packet: &Packet) -> Windows<S::F16> {
         let [u0, u1, v0, v1] = self.tangents;
-        let first = packet.first::<S>() * (SHRINK * SHRINK / self.fastest);
-        let mut windows = Windows::around(([u0, v0], [u1, v1], first), GROW / self.slowest);
+        let first = packet.first::<S>() * (NEAR_FACTOR * NEAR_FACTOR / self.fastest);
+        let mut windows = Windows::around(([u0, v0], [u1, v1], first), FAR_FACTOR / self.slowest);
         for q in 0..packet.quads {
             let each = &self.each[q];
             let end = |i: usize| S::F16::load(&each[i]);
@@ -233,7 +233,7 @@ impl<L: Lanes<GROUP>> Windows<L> {
         if !(high[0] - low[0] <= most && high[1] - low[1] <= most && scale.is_finite()) {
             return None;
         }
-        windows.all = (low, high, packet.first::<S>() * SHRINK + soonest.least());
+        windows.all = (low, high, packet.first::<S>() * NEAR_FACTOR + soonest.least());
         windows.gather::<S>(packet.quads);
         Some(windows)
     }
@@ -253,7 +253,7 @@ impl<L: Lanes<GROUP>> Windows<L> {
     #[inline(always)]
     fn last_of<S: Simd<F16 = L>>(&self, packet: &Packet, q: usize) -> L {
         let upper = S::greatest_of_each(packet.upper.four::<L>(q));
-        let last = upper.mul_add(L::splat(self.scale * GROW), self.shift[q]);
+        let last = upper.mul_add(L::splat(self.scale * FAR_FACTOR), self.shift[q]);
         // Where no ray is left, that is nothing at all.
         L::splat(f32::NEG_INFINITY).or_else(upper.lt(L::splat(0.0)), last)
     }

@@ -1,7 +1,7 @@
 //! A packet at a leaf.
 
 use super::{FOUR, GROUP, GROUPS, Packet, QUADS, Sure, Verdict};
-use crate::accel::bvh::triangle4::{Block, CAPACITY};
+use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::packet::group_bounds::Windows;
 use crate::accel::packet::packet_kind::Beam;
 use crate::accel::traverse::error_bounds::W_SCALE;
@@ -12,7 +12,7 @@ impl Packet {
     #[inline(always)]
     pub(crate) fn meet_leaf<S: Simd, B: Beam<S>>(
         &mut self,
-        blocks: &[Block],
+        blocks: &[Triangle4],
         (beam, windows): (&B, &Windows<S::F16>),
         first: u32,
         groups: u32,
@@ -39,9 +39,9 @@ impl Packet {
                 if mask == 0 {
                     continue;
                 }
-                let mut lanes = block.used() & !(passed >> (g % FOUR * CAPACITY));
+                let mut lanes = block.lane_mask() & !(passed >> (g % FOUR * TRIANGLE_LANES));
                 while lanes != 0 {
-                    let lane = lanes.trailing_zeros() as usize % CAPACITY;
+                    let lane = lanes.trailing_zeros() as usize % TRIANGLE_LANES;
                     lanes &= lanes - 1;
                     let sides = beam.sides(self, g, &prepared, lane);
                     let (u, v) = (sides.u, sides.v);
@@ -57,7 +57,7 @@ impl Packet {
                     let depth = sides.depth.flipped_by(sides.det);
                     let faces = facing.lt(det);
                     if verdict.culls() {
-                        let look = block.look(lane);
+                        let look = block.flags(lane);
                         if look.single_sided {
                             let against = sides.det.lt(S::F16::splat(0.0));
                             let back = if look.reversed { against } else { !against };
@@ -82,7 +82,7 @@ impl Packet {
                         continue;
                     }
                     changed |= 1 << g;
-                    let entry = (index * CAPACITY + lane) as u32;
+                    let entry = (index * TRIANGLE_LANES + lane) as u32;
                     if sure != 0 {
                         verdict.take(self, g, sure, entry, Sure { depth, det, slack: unsure });
                     }
@@ -93,7 +93,7 @@ impl Packet {
                     }
                 }
             }
-            if block.last() {
+            if block.is_last_in_leaf() {
                 break;
             }
         }

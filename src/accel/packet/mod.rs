@@ -23,7 +23,7 @@ mod traverse;
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::triangle4::Block;
+use crate::accel::bvh::triangle4::Triangle4;
 use crate::geometry::EPSILON;
 use crate::simd::{Lanes, Simd, prefetch};
 use group_bounds::Cone;
@@ -156,10 +156,10 @@ pub(crate) struct Packet {
 /// What becomes of hits.
 pub(crate) trait Verdict<S: Simd> {
     /// Triangles of a block whose sure hits need no further thought.
-    fn plain(&self, block: &Block) -> u8;
+    fn plain(&self, block: &Triangle4) -> u8;
 
     /// Rays of group `g` that triangle `lane` of a block means nothing to.
-    fn ignores(&self, block: &Block, lane: usize, g: usize) -> u32;
+    fn ignores(&self, block: &Triangle4, lane: usize, g: usize) -> u32;
 
     /// True where back faces of single-sided triangles are not seen.
     fn culls(&self) -> bool;

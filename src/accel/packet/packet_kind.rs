@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::bvh8::{GROW, Node, SHRINK, reciprocal, row};
-use crate::accel::bvh::triangle4::{Block, CAPACITY};
+use crate::accel::bvh::bvh8::{Bvh8Node, FAR_FACTOR, NEAR_FACTOR, direction_reciprocal, plane_row};
+use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::packet::Packet;
 use crate::accel::packet::group_bounds::{Axes, Outlines, axes};
 use crate::accel::traverse::error_bounds::{Bounds, Slack};
@@ -21,10 +21,10 @@ const TINY: f32 = 1e-30;
 #[repr(C, align(64))]
 pub(crate) struct Prepared {
     /// By vector, axis, triangle.
-    vectors: [[[f32; CAPACITY]; 3]; 4],
-    number: [f32; CAPACITY],
+    vectors: [[[f32; TRIANGLE_LANES]; 3]; 4],
+    number: [f32; TRIANGLE_LANES],
     /// Of sides, where it is not one of the vectors' components.
-    constants: [[f32; CAPACITY]; 3],
+    constants: [[f32; TRIANGLE_LANES]; 3],
 }
 
 /// Edge functions, the determinant, and t times it.
@@ -38,23 +38,23 @@ pub(crate) struct Sides<L> {
 
 pub(crate) trait Beam<S: Simd> {
     /// What a node's children cover of the plane across the rays.
-    fn outlines(&self, node: &Node) -> Outlines<S::F8>;
+    fn outlines(&self, node: &Bvh8Node) -> Outlines<S::F8>;
 
     /// The box of a node's child.
-    fn planes(&self, node: &Node, slot: usize) -> Planes;
+    fn planes(&self, node: &Bvh8Node, slot: usize) -> Planes;
 
     /// The rays of group `g` that enter a box.
     fn enters(&self, packet: &Packet, g: usize, planes: &Planes) -> u32;
 
-    fn prepare(&self, block: &Block) -> Prepared;
+    fn prepare(&self, block: &Triangle4) -> Prepared;
 
-    fn slack(&self, block: &Block) -> Slack;
+    fn slack(&self, block: &Triangle4) -> Slack;
 
     /// Of the triangles of a block, four times: the three sides on the plane across the rays.
     fn across(&self, prepared: &Prepared) -> [[S::F16; 3]; 3];
 
     /// A bound on the rounding of those.
-    fn certain(&self, block: &Block) -> f32;
+    fn certain(&self, block: &Triangle4) -> f32;
 
     /// Of triangle `lane` and the rays of group `g`.
     fn sides(&self, packet: &Packet, g: usize, prepared: &Prepared, lane: usize) -> Sides<S::F16>;
@@ -74,11 +74,11 @@ pub(crate) struct Origin {
 
 impl<S: Simd> Beam<S> for Origin {
     #[inline(always)]
-    fn outlines(&self, node: &Node) -> Outlines<S::F8> {
+    fn outlines(&self, node: &Bvh8Node) -> Outlines<S::F8> {
         let rows = node.rows();
         let [k, a, b] = self.axes;
         let first = usize::from(self.sign < 0.0);
-        let side = |axis: usize, end: usize| S::F8::load(&rows[row(axis, end) & 7]);
+        let side = |axis: usize, end: usize| S::F8::load(&rows[plane_row(axis, end) & 7]);
         let o = |axis: usize| S::F8::splat(self.o[axis]);
         let (sign, from) = (S::F8::splat(self.sign), S::F8::splat(self.sign * self.o[k]));
         let (near, far) = (side(k, first).mul_sub(sign, from), side(k, 1 - first).mul_sub(sign, from));
@@ -95,11 +95,11 @@ impl<S: Simd> Beam<S> for Origin {
     }
 
     #[inline(always)]
-    fn planes(&self, node: &Node, slot: usize) -> Planes {
+    fn planes(&self, node: &Bvh8Node, slot: usize) -> Planes {
         let ends = self.near_end.unwrap_or([0; 3]);
-        let wider = if self.near_end.is_some() { [SHRINK, GROW] } else { [1.0; 2] };
+        let wider = if self.near_end.is_some() { [NEAR_FACTOR, FAR_FACTOR] } else { [1.0; 2] };
         by_axis(|axis| {
-            let at = |end: usize| node.rows()[row(axis, end) & 7][slot] - self.o[axis];
+            let at = |end: usize| node.rows()[plane_row(axis, end) & 7][slot] - self.o[axis];
             [at(ends[axis]) * wider[0], at(1 - ends[axis]) * wider[1]]
         })
     }
@@ -117,14 +117,14 @@ impl<S: Simd> Beam<S> for Origin {
         } else {
             let near = |axis: usize| at(axis, 0).min(at(axis, 1));
             let far = |axis: usize| at(axis, 0).max(at(axis, 1));
-            let near = near(0).max(near(1)).max(near(2)) * S::F16::splat(SHRINK);
-            let far = far(0).min(far(1)).min(far(2)) * S::F16::splat(GROW);
+            let near = near(0).max(near(1)).max(near(2)) * S::F16::splat(NEAR_FACTOR);
+            let far = far(0).min(far(1)).min(far(2)) * S::F16::splat(FAR_FACTOR);
             near.max(start).le(far.min(upper))
         }
     }
 
     #[inline(always)]
-    fn prepare(&self, block: &Block) -> Prepared {
+    fn prepare(&self, block: &Triangle4) -> Prepared {
         let [v0, v1, v2] = corners::<S::F4>(block);
         let c = sub(v0, splat(self.o));
         let (e1, e2) = (sub(v1, v0), sub(v2, v0));
@@ -147,14 +147,14 @@ impl<S: Simd> Beam<S> for Origin {
     }
 
     #[inline(always)]
-    fn certain(&self, block: &Block) -> f32 {
+    fn certain(&self, block: &Triangle4) -> f32 {
         // Directions are 1 along the first axis there.
-        4.0 * self.slowest * self.bounds.of(block.edge).side
+        4.0 * self.slowest * self.bounds.of(block.max_edge).side
     }
 
     #[inline(always)]
-    fn slack(&self, block: &Block) -> Slack {
-        self.bounds.of(block.edge)
+    fn slack(&self, block: &Triangle4) -> Slack {
+        self.bounds.of(block.max_edge)
     }
 
     #[inline(always)]
@@ -180,15 +180,15 @@ impl Direction {
     pub fn new(d: Vec3, far: f64, most: f32) -> Direction {
         let bounds = |far: f64| Bounds::new(d.as_dvec3().length(), far, 0.0);
         let wider = bounds(8.0 * (far + f64::from(most)));
-        Direction { d, axes: axes(d).0, reciprocal: reciprocal(d), bounds: bounds(far), wider }
+        Direction { d, axes: axes(d).0, reciprocal: direction_reciprocal(d), bounds: bounds(far), wider }
     }
 }
 
 impl<S: Simd> Beam<S> for Direction {
     #[inline(always)]
-    fn outlines(&self, node: &Node) -> Outlines<S::F8> {
+    fn outlines(&self, node: &Bvh8Node) -> Outlines<S::F8> {
         let [k, a, b] = self.axes;
-        let side = |axis: usize, end: usize| S::F8::load(&node.rows()[row(axis, end) & 7]);
+        let side = |axis: usize, end: usize| S::F8::load(&node.rows()[plane_row(axis, end) & 7]);
         let scale = 1.0 / self.d[k];
         let first = usize::from(scale < 0.0);
         let slope = |axis: usize| self.d[axis] / self.d[k];
@@ -207,7 +207,7 @@ impl<S: Simd> Beam<S> for Direction {
     }
 
     #[inline(always)]
-    fn planes(&self, node: &Node, slot: usize) -> Planes {
+    fn planes(&self, node: &Bvh8Node, slot: usize) -> Planes {
         by_axis(|axis| {
             let first = usize::from(self.reciprocal[axis] < 0.0);
             [node.planes[axis][first][slot], node.planes[axis][1 - first][slot]]
@@ -217,7 +217,7 @@ impl<S: Simd> Beam<S> for Direction {
     #[inline(always)]
     fn enters(&self, packet: &Packet, g: usize, planes: &Planes) -> u32 {
         let at = |axis: usize, end: usize| {
-            let r = self.reciprocal[axis] * if end == 0 { SHRINK } else { GROW };
+            let r = self.reciprocal[axis] * if end == 0 { NEAR_FACTOR } else { FAR_FACTOR };
             (S::F16::splat(planes[axis][end]) - S::F16::load(packet.own[axis].group(g))) * S::F16::splat(r)
         };
         let (start, upper) = (S::F16::load(packet.start.group(g)), S::F16::load(packet.upper.group(g)));
@@ -227,7 +227,7 @@ impl<S: Simd> Beam<S> for Direction {
     }
 
     #[inline(always)]
-    fn prepare(&self, block: &Block) -> Prepared {
+    fn prepare(&self, block: &Triangle4) -> Prepared {
         let [v0, v1, v2] = corners::<S::F4>(block);
         let d = splat(self.d);
         let (e1, e2) = (sub(v1, v0), sub(v2, v0));
@@ -255,13 +255,13 @@ impl<S: Simd> Beam<S> for Direction {
     }
 
     #[inline(always)]
-    fn certain(&self, block: &Block) -> f32 {
-        self.wider.of(block.edge).side
+    fn certain(&self, block: &Triangle4) -> f32 {
+        self.wider.of(block.max_edge).side
     }
 
     #[inline(always)]
-    fn slack(&self, block: &Block) -> Slack {
-        self.bounds.of(block.edge)
+    fn slack(&self, block: &Triangle4) -> Slack {
+        self.bounds.of(block.max_edge)
     }
 
     #[inline(always)]
@@ -276,7 +276,7 @@ impl<S: Simd> Beam<S> for Direction {
 impl Prepared {
     #[inline(always)]
     fn new<S: Simd>(vectors: [[S::F4; 3]; 4], number: S::F4, constants: [S::F4; 3]) -> Prepared {
-        let zero = [0.0; CAPACITY];
+        let zero = [0.0; TRIANGLE_LANES];
         let mut prepared = Prepared { vectors: [[zero; 3]; 4], number: zero, constants: [zero; 3] };
         for (to, from) in prepared.vectors.iter_mut().zip(&vectors) {
             from[0].store(&mut to[0]);

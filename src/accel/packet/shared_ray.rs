@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::blas::Triangles;
-use crate::accel::bvh::bvh8::{LEAST, Octant};
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::bvh8::{MIN_DIRECTION, Octant};
 use crate::accel::packet::group_bounds::{Cone, Windows};
 use crate::accel::packet::packet_kind::{Direction, Origin};
 use crate::accel::packet::{FOUR, GROUP, Packet, PacketStack, RAYS, Verdict};
@@ -85,7 +85,7 @@ impl Packet {
     /// Takes directions, and their reciprocals.
     #[inline(always)]
     fn fill<S: Simd>(&mut self, of: &[Vec3; RAYS], base: Vec3) {
-        let least = S::F16::splat(LEAST);
+        let least = S::F16::splat(MIN_DIRECTION);
         for (g, of) in of.as_chunks().0.iter().enumerate().take(self.quads * FOUR) {
             let columns = S::columns(of);
             for axis in 0..3 {
@@ -101,7 +101,7 @@ impl Packet {
     #[inline(always)]
     pub(crate) fn lead<S: Simd, V: Verdict<S>>(
         &mut self,
-        triangles: &Triangles,
+        triangles: &Blas,
         lines: &Lines,
         verdict: &mut V,
         stack: &mut PacketStack,
@@ -123,7 +123,7 @@ impl Packet {
                 self.trace::<S, _, _>(triangles, &beam, (&windows, octant), verdict, stack);
             }
             Lines::Along(d) => {
-                let size = triangles.size();
+                let size = triangles.max_coordinate();
                 let Some(windows) = Windows::along::<S>(self, d, size, radius as f32) else { return false };
                 let beam = Direction::new(d, self.reach::<S>(centre) + radius, self.greatest.max(size));
                 self.trace::<S, _, _>(triangles, &beam, (&windows, Octant::of(d)), verdict, stack);

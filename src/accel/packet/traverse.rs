@@ -1,8 +1,8 @@
 //! The way of a packet through a tree.
 
-use crate::accel::bvh::blas::Triangles;
-use crate::accel::bvh::bvh8::{FIRST_SLOTS, LAST_SLOTS, LEAF, Node, Octant, WIDTH};
-use crate::accel::bvh::triangle4::Block;
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::bvh8::{Bvh8Node, LEAF_BIT, Octant, SLOTS_ASCENDING, SLOTS_DESCENDING, WIDTH};
+use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::packet::group_bounds::Windows;
 use crate::accel::packet::packet_kind::Beam;
 use crate::accel::packet::{GROUP, GROUPS, Packet, Verdict};
@@ -16,11 +16,11 @@ const NEAR_BY: usize = 8 << 20;
 
 /// Has a child of a node fetched.
 #[inline(always)]
-fn fetch_child(child: u32, nodes: &[Node], blocks: &[Block]) {
-    if child & LEAF == 0 {
+fn fetch_child(child: u32, nodes: &[Bvh8Node], blocks: &[Triangle4]) {
+    if child & LEAF_BIT == 0 {
         nodes.get(child as usize).into_iter().for_each(prefetch_whole);
     } else {
-        blocks.get((child & !LEAF) as usize).into_iter().for_each(prefetch_whole);
+        blocks.get((child & !LEAF_BIT) as usize).into_iter().for_each(prefetch_whole);
     }
 }
 
@@ -76,7 +76,7 @@ impl Packet {
     #[inline(always)]
     pub(crate) fn trace<S: Simd, B: Beam<S>, V: Verdict<S>>(
         &mut self,
-        triangles: &Triangles,
+        triangles: &Blas,
         beam: &B,
         (windows, octant): (&Windows<S::F16>, Octant),
         verdict: &mut V,
@@ -89,7 +89,7 @@ impl Packet {
 /// [`Packet::trace`].
 struct Trace<'a, S: Simd, B, V> {
     packet: &'a mut Packet,
-    triangles: &'a Triangles,
+    triangles: &'a Blas,
     beam: &'a B,
     windows: &'a Windows<S::F16>,
     octant: Octant,
@@ -103,18 +103,18 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, S, B, V> {
     #[inline(always)]
     fn run(self) {
         let Trace { packet, triangles, beam, windows, octant, verdict, stack } = self;
-        let Some(root) = triangles.tree.root else { return };
-        let blocks: &[Block] = &triangles.blocks;
+        let Some(root) = triangles.bvh.root else { return };
+        let blocks: &[Triangle4] = &triangles.blocks;
         stack.top = 0;
         let mut groups = 0;
         for g in 0..GROUPS {
             groups |= u32::from(packet.live[g] != 0) << g;
         }
-        if root & LEAF != 0 {
-            packet.meet_leaf::<S, B>(blocks, (beam, windows), root & !LEAF, groups, verdict);
+        if root & LEAF_BIT != 0 {
+            packet.meet_leaf::<S, B>(blocks, (beam, windows), root & !LEAF_BIT, groups, verdict);
             return;
         }
-        let nodes: &[Node] = &triangles.tree.nodes;
+        let nodes: &[Bvh8Node] = &triangles.bvh.nodes;
         let by_odds = verdict.by_odds();
         let far_off = size_of_val(nodes) + size_of_val(blocks) > NEAR_BY;
         let mut last = windows.last::<S>(packet);
@@ -122,12 +122,12 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, S, B, V> {
         loop {
             let node = &nodes[here as usize];
             let outlines = beam.outlines(node);
-            let hit = windows.meet(&outlines, &last) & node.used();
+            let hit = windows.meet(&outlines, &last) & node.child_mask();
             if hit != 0 {
                 let next = stack.room();
                 (next.node, next.groups, next.left) = (here, groups, hit.count_ones());
-                let order = if by_odds { LAST_SLOTS } else { node.order(octant) };
-                S::arrange(hit, order, (outlines.near, &FIRST_SLOTS), (&mut next.near, &mut next.slots));
+                let order = if by_odds { SLOTS_DESCENDING } else { node.order(octant) };
+                S::arrange(hit, order, (outlines.near, &SLOTS_ASCENDING), (&mut next.near, &mut next.slots));
                 for axis in 0..2 {
                     outlines.low[axis].store(&mut next.low[axis]);
                     outlines.high[axis].store(&mut next.high[axis]);
@@ -157,7 +157,7 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, S, B, V> {
                 }
                 let child = node.child[slot];
                 let mut closely = some;
-                if child & LEAF == 0 {
+                if child & LEAF_BIT == 0 {
                     closely &= windows.wider_than([high[0] - low[0], high[1] - low[1]]);
                 }
                 if closely != 0 {
@@ -174,7 +174,7 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, S, B, V> {
                     if some == 0 {
                         continue;
                     }
-                    if count <= FEW && child & LEAF == 0 {
+                    if count <= FEW && child & LEAF_BIT == 0 {
                         let (mut left, mut changed) = (some, 0);
                         while left != 0 {
                             let g = left.trailing_zeros() as usize % GROUPS;
@@ -195,10 +195,11 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, S, B, V> {
                         continue;
                     }
                 }
-                if child & LEAF == 0 {
+                if child & LEAF_BIT == 0 {
                     break (child, some);
                 }
-                let changed = packet.meet_leaf::<S, B>(blocks, (beam, windows), child & !LEAF, some, verdict);
+                let changed =
+                    packet.meet_leaf::<S, B>(blocks, (beam, windows), child & !LEAF_BIT, some, verdict);
                 if changed != 0 {
                     windows.shorten::<S>(packet, changed, &mut last);
                     if packet.live == [0; GROUPS] {

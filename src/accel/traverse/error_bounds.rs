@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::triangle4::Block;
+use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::traverse::hit::{FACING, FrameRay};
 use crate::accel::traverse::vec3::{Lanes3, corners, cross, dot, splat, sub};
 use crate::geometry::EPSILON;
@@ -115,7 +115,7 @@ impl TestRay {
 
     /// The triangles of `block` that the ray may meet before `limit`.
     #[inline(always)]
-    pub fn candidates<S: Simd>(&self, block: &Block, limit: f32) -> Candidates {
+    pub fn candidates<S: Simd>(&self, block: &Triangle4, limit: f32) -> Candidates {
         let (o, d): (Lanes3<S::F4>, Lanes3<S::F4>) = (splat(self.o), splat(self.d));
         let [v0, v1, v2] = corners::<S::F4>(block);
         let (c, e1, e2) = (sub(v0, o), sub(v1, v0), sub(v2, v0));
@@ -123,12 +123,12 @@ impl TestRay {
         let (det, depth) = (dot(d, n), dot(c, n));
         let (u, v) = (dot(d, cross(e2, c)), dot(d, cross(c, e1)));
         let w = (det - u - v) * S::F4::splat(W_SCALE);
-        let slack = self.bounds.of(block.edge);
+        let slack = self.bounds.of(block.max_edge);
         let (side, minus) = (S::F4::splat(slack.side), S::F4::splat(-slack.side));
         let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
         // Written so that NaN stays a candidate.
         let outside = least.lt(minus) & side.lt(greatest);
-        let mut possible = block.used() & !outside;
+        let mut possible = block.lane_mask() & !outside;
         if possible == 0 {
             return Candidates::default();
         }

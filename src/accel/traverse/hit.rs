@@ -22,7 +22,8 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::build::canonical_triangle::{TINY_LENGTH, extent};
+use crate::accel::build::canonical_triangle::TINY_LENGTH;
+use crate::accel::bvh::aabb::Aabb;
 use crate::geometry::EPSILON;
 
 /// Where a ray meets a triangle.
@@ -159,11 +160,12 @@ impl FrameRay {
     /// No tree would find such a hit.
     #[inline(never)]
     fn within(&self, v: &[Vec3; 3], t: f64) -> Option<f64> {
-        let (lo, hi, size) = extent(v);
+        let bounds = Aabb::of_triangle(v);
+        let size = bounds.max_abs_coordinate();
         // Axis by axis: far out along one of them, the others may be exact.
         let rounding = 8.0 * f64::EPSILON * self.o.abs();
         let pad = f64::from(EPSILON * size) + f64::from(TINY_LENGTH) + rounding;
-        let (lo, hi) = (lo.as_dvec3() - pad - self.o, hi.as_dvec3() + pad - self.o);
+        let (lo, hi) = (bounds.min.as_dvec3() - pad - self.o, bounds.max.as_dvec3() + pad - self.o);
         let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
         for k in 0..3 {
             if self.d[k] != 0.0 {
@@ -206,7 +208,7 @@ pub(crate) const FACING: f64 = 1.0 / 65536.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::build::canonical_triangle::{Corners, Unfit};
+    use crate::accel::build::canonical_triangle::{CanonicalTriangle, Degeneracy};
 
     /// Whole numbers from −`n` to `n`.
     struct Whole(u64);
@@ -247,7 +249,7 @@ mod tests {
             let n = if i % 2 == 0 { 4 } else { 1000 };
             let (v, o) = ([whole.point(n), whole.point(n), whole.point(n)], whole.point(n));
             let d = if i % 3 == 0 { whole.point(n) } else { sub(v[i % 2], o) };
-            let Ok((tri, _)) = Corners::new(v.map(to_vec3)) else { continue };
+            let Ok((tri, _)) = CanonicalTriangle::new(v.map(to_vec3)) else { continue };
             let [a, b, c] = v.map(|p| sub(p, o));
             let sides = [triple(d, a, b), triple(d, b, c), triple(d, c, a)];
             let inside = sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0);
@@ -269,22 +271,22 @@ mod tests {
         assert!(hits > 200_000 && on_edges > 100_000, "{hits} {on_edges}");
     }
 
-    /// Corners in any order give the same bits, and the side seen turns with the winding.
+    /// CanonicalTriangle in any order give the same bits, and the side seen turns with the winding.
     #[test]
     fn the_order_of_corners_does_not_show() {
         let v = [Vec3::new(0.1, -0.0, 0.3), Vec3::new(1.7, 0.2, 0.1), Vec3::new(0.3, 1.1, -0.4)];
         let (o, d) = (DVec3::new(0.5, 0.3, 7.3), DVec3::new(0.01, 0.02, -1.3));
         let ray = FrameRay { o, d, size: 1.0, unit: 1.0, backward: false };
-        let (tri, turned) = Corners::new(v).unwrap();
+        let (tri, turned) = CanonicalTriangle::new(v).unwrap();
         let met = ray.judge(tri.v()).unwrap();
         for (order, odd) in [([1, 2, 0], false), ([2, 0, 1], false), ([1, 0, 2], true), ([2, 1, 0], true)] {
-            let (other, also_turned) = Corners::new(order.map(|i| v[i])).unwrap();
+            let (other, also_turned) = CanonicalTriangle::new(order.map(|i| v[i])).unwrap();
             assert_eq!(other.bits(), tri.bits());
             assert_eq!(also_turned, turned ^ odd);
             assert_eq!(ray.judge(other.v()), Some(met));
         }
-        assert_eq!(Corners::new([v[0], v[0], v[1]]).unwrap_err(), Unfit::ZeroArea);
-        assert_eq!(Corners::new([v[0], v[2], v[1] * f32::NAN]).unwrap_err(), Unfit::NonFinite);
-        assert_eq!(Corners::new([v[0], v[2], v[1] * 1e19]).unwrap_err(), Unfit::NonFinite);
+        assert_eq!(CanonicalTriangle::new([v[0], v[0], v[1]]).unwrap_err(), Degeneracy::ZeroArea);
+        assert_eq!(CanonicalTriangle::new([v[0], v[2], v[1] * f32::NAN]).unwrap_err(), Degeneracy::NonFinite);
+        assert_eq!(CanonicalTriangle::new([v[0], v[2], v[1] * 1e19]).unwrap_err(), Degeneracy::NonFinite);
     }
 }

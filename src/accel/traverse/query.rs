@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 
 use glam::Vec3;
 
-use crate::accel::Cutout;
-use crate::accel::build::input_triangles::Look;
-use crate::accel::bvh::triangle_ids::Spans;
-use crate::accel::bvh::triangle4::Block;
+use crate::accel::AnyHitFilter;
+use crate::accel::build::input_triangles::SurfaceFlags;
+use crate::accel::bvh::triangle_ids::TriangleIdMap;
+use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::traverse::transmittance::Passing;
 use crate::geometry::{Hit, HitId};
 use crate::scene::SurfaceClass;
@@ -18,7 +18,7 @@ pub(crate) struct Ids<'a> {
     /// Indices.
     pub ids: &'a [u32],
     /// What they mean.
-    pub spans: &'a Spans,
+    pub spans: &'a TriangleIdMap,
     /// The instance, where a shared mesh was met.
     pub instance: Option<u32>,
 }
@@ -56,10 +56,10 @@ pub(crate) trait Query {
     fn end(&self) -> Option<f32>;
 
     /// The ray surely meets a plain triangle before [`Query::end`]. True where that is the answer.
-    fn blocks(&mut self, block: &Block, lane: usize, ids: Ids<'_>) -> bool;
+    fn blocks(&mut self, block: &Triangle4, lane: usize, ids: Ids<'_>) -> bool;
 
     /// The ray meets the triangles `ids` at `t`. Breaks where the answer is known.
-    fn meet(&mut self, t: f32, look: Look, back: bool, ids: Ids<'_>) -> ControlFlow<()>;
+    fn meet(&mut self, t: f32, look: SurfaceFlags, back: bool, ids: Ids<'_>) -> ControlFlow<()>;
 }
 
 /// A ray as its caller gave it, for cutouts.
@@ -67,7 +67,7 @@ pub(crate) trait Query {
 pub(crate) struct Asked<'a> {
     pub o: Vec3,
     pub d: Vec3,
-    pub cutouts: &'a dyn Cutout,
+    pub cutouts: &'a dyn AnyHitFilter,
 }
 
 /// The first hit after `after` in the order of (t, id).
@@ -98,12 +98,12 @@ impl Query for Closest<'_> {
     }
 
     #[inline(always)]
-    fn blocks(&mut self, _: &Block, _: usize, _: Ids<'_>) -> bool {
+    fn blocks(&mut self, _: &Triangle4, _: usize, _: Ids<'_>) -> bool {
         false
     }
 
     #[inline(always)]
-    fn meet(&mut self, t: f32, look: Look, back: bool, ids: Ids<'_>) -> ControlFlow<()> {
+    fn meet(&mut self, t: f32, look: SurfaceFlags, back: bool, ids: Ids<'_>) -> ControlFlow<()> {
         let seen = !(self.cull && back && look.single_sided);
         if !seen || t > self.best.t || t < self.after.t {
             return ControlFlow::Continue(());
@@ -114,7 +114,8 @@ impl Query for Closest<'_> {
             if !hit.before(&self.best) {
                 break;
             }
-            if look.class != SurfaceClass::Cutout || self.asked.cutouts.keeps(id, self.asked.o, self.asked.d)
+            if look.class != SurfaceClass::Cutout
+                || self.asked.cutouts.accepts(id, self.asked.o, self.asked.d)
             {
                 self.best = hit;
                 break;
@@ -154,13 +155,13 @@ impl Query for Blocking<'_, '_> {
     }
 
     #[inline(always)]
-    fn blocks(&mut self, block: &Block, lane: usize, ids: Ids<'_>) -> bool {
-        self.blocked = block.opaque() >> lane & 1 == 1 && ids.iter().all(|id| id != self.source);
+    fn blocks(&mut self, block: &Triangle4, lane: usize, ids: Ids<'_>) -> bool {
+        self.blocked = block.opaque_mask() >> lane & 1 == 1 && ids.iter().all(|id| id != self.source);
         self.blocked
     }
 
     #[inline(always)]
-    fn meet(&mut self, t: f32, look: Look, _: bool, ids: Ids<'_>) -> ControlFlow<()> {
+    fn meet(&mut self, t: f32, look: SurfaceFlags, _: bool, ids: Ids<'_>) -> ControlFlow<()> {
         if t >= self.end {
             return ControlFlow::Continue(());
         }
@@ -169,7 +170,7 @@ impl Query for Blocking<'_, '_> {
         let mut others = ids.iter().filter(|&id| id != source);
         self.blocked = match (look.class, &mut self.passing) {
             (SurfaceClass::Opaque, _) => others.next().is_some(),
-            (SurfaceClass::Cutout, _) => others.any(|id| cutouts.keeps(id, o, d)),
+            (SurfaceClass::Cutout, _) => others.any(|id| cutouts.accepts(id, o, d)),
             (SurfaceClass::Translucent, None) => false,
             (SurfaceClass::Translucent, Some(passing)) => {
                 others.any(|id| passing.pass(Hit { t, id }, self.asked))

@@ -29,7 +29,7 @@ impl Passing {
 
     /// Takes a surface in. True where nothing is left, whatever else there may be.
     pub fn pass(&mut self, hit: Hit, asked: Asked<'_>) -> bool {
-        let passes = asked.cutouts.transmits(hit.id, asked.o, asked.d);
+        let passes = asked.cutouts.transmittance(hit.id, asked.o, asked.d);
         if passes != Rgb::ONE {
             self.found.push((hit, passes));
             self.left *= passes;

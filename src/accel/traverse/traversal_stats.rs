@@ -6,10 +6,11 @@
 
 use glam::DVec3;
 
-use crate::accel::bvh::blas::{Triangles, limit};
-use crate::accel::bvh::bvh8::{Box3, LEAF, Octant, SHRINK, Wide, half_surface, reciprocal};
-use crate::accel::bvh::tlas::Placed;
-use crate::accel::ray_batch::{Cutout, RayBatch};
+use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::blas::{Blas, limit};
+use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT, NEAR_FACTOR, Octant, direction_reciprocal};
+use crate::accel::bvh::tlas::BlasInstance;
+use crate::accel::ray_batch::{AnyHitFilter, RayBatch};
 use crate::accel::traverse::hit::FrameRay;
 use crate::accel::traverse::query::{Asked, Closest, Query};
 use crate::accel::{Accel, Lane};
@@ -27,13 +28,13 @@ pub struct Steps {
 impl Accel {
     /// The closest hits of [`Accel::intersect`], each with the steps that its ray takes when it goes
     /// alone. Slow: for pictures of what trees cost, not for pictures of scenes.
-    pub fn count_steps(&self, rays: &RayBatch, cutouts: &dyn Cutout) -> Vec<(Hit, Steps)> {
+    pub fn count_steps(&self, rays: &RayBatch, cutouts: &dyn AnyHitFilter) -> Vec<(Hit, Steps)> {
         let lane = Lane::new(self);
         let one = |i: usize| {
             let (o, d) = (rays.origins[i], rays.directions[i]);
-            let best = Hit { t: rays.far, id: HitId::NONE };
+            let best = Hit { t: rays.t_max, id: HitId::NONE };
             let asked = Asked { o, d, cutouts };
-            let query = Closest { asked, cull: rays.cull, after: rays.after(i), best };
+            let query = Closest { asked, cull: rays.cull_back_faces, after: rays.after(i), best };
             let mut counter = Counter { lane: &lane, query, steps: Steps::default() };
             if let Some(ray) = FrameRay::new(o.as_dvec3(), d.as_dvec3()) {
                 counter.enter_all(&ray);
@@ -48,43 +49,43 @@ impl Accel {
     /// the scene's box looks into, if lines lie anywhere alike and nothing ends them. 0 for an empty
     /// scene.
     pub fn sah_cost(&self) -> f64 {
-        let blocks = |tree: &Triangles| {
+        let blocks = |tree: &Blas| {
             let of_leaf = |leaf: u32| {
                 let blocks = &tree.blocks[leaf as usize..];
-                (1 + blocks.iter().take_while(|block| !block.last()).count()) as f64
+                (1 + blocks.iter().take_while(|block| !block.is_last_in_leaf()).count()) as f64
             };
-            expected(&tree.tree, of_leaf)
+            expected(&tree.bvh, of_leaf)
         };
         let meshes: Vec<f64> = self.meshes.values().map(blocks).collect();
-        let placed = expected(&self.top.tree, |leaf| {
-            self.top.parts(leaf).iter().map(|part: &Placed| meshes[part.tree as usize]).sum()
+        let placed = expected(&self.top.bvh, |leaf| {
+            self.top.parts(leaf).iter().map(|part: &BlasInstance| meshes[part.tree as usize]).sum()
         });
-        let mut trees: Vec<(Box3, f64)> = self.worlds.iter().map(|w| (w.tree.bounds, blocks(w))).collect();
-        trees.push((self.top.tree.bounds, placed));
+        let mut trees: Vec<(Aabb, f64)> = self.worlds.iter().map(|w| (w.bvh.bounds, blocks(w))).collect();
+        trees.push((self.top.bvh.bounds, placed));
         trees.retain(|&(_, cost)| cost > 0.0);
-        let all = trees.iter().map(|tree| tree.0).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let share = |bounds: Box3| {
-            all.filter(|all| half_surface(*all) > 0.0)
-                .map_or(1.0, |all| half_surface(bounds) / half_surface(all))
+        let all = trees.iter().map(|tree| tree.0).reduce(Aabb::union);
+        let share = |bounds: Aabb| {
+            all.filter(|all| all.half_area() > 0.0).map_or(1.0, |all| bounds.half_area() / all.half_area())
         };
         trees.iter().map(|&(bounds, cost)| cost * share(bounds)).sum()
     }
 }
 
 /// The nodes that a line through a tree's box meets, plus for each leaf that it meets what is in it.
-pub(crate) fn expected(tree: &Wide, in_leaf: impl Fn(u32) -> f64) -> f64 {
+pub(crate) fn expected(tree: &Bvh8, in_leaf: impl Fn(u32) -> f64) -> f64 {
     let Some(root) = tree.root else { return 0.0 };
-    if root & LEAF != 0 {
-        return in_leaf(root & !LEAF);
+    if root & LEAF_BIT != 0 {
+        return in_leaf(root & !LEAF_BIT);
     }
-    let whole = half_surface(tree.bounds);
+    let whole = tree.bounds.half_area();
     // A box without any surface is met in its entirety or not at all.
-    let share = |bounds: Box3| if whole > 0.0 { (half_surface(bounds) / whole).min(1.0) } else { 1.0 };
+    let share = |bounds: Aabb| if whole > 0.0 { (bounds.half_area() / whole).min(1.0) } else { 1.0 };
     let mut cost = 1.0;
     for node in tree.nodes.iter() {
         for slot in 0..node.count() {
             let child = node.child[slot];
-            cost += share(node.bounds(slot)) * if child & LEAF == 0 { 1.0 } else { in_leaf(child & !LEAF) };
+            cost += share(node.bounds(slot))
+                * if child & LEAF_BIT == 0 { 1.0 } else { in_leaf(child & !LEAF_BIT) };
         }
     }
     cost
@@ -104,25 +105,25 @@ impl Counter<'_, '_> {
             self.enter_triangles(world, ray, None);
         }
         let pad = f64::from(top.pad(ray.o));
-        self.walk(&top.tree, ray, pad, |counter, leaf| {
-            for Placed { instance, tree, frame } in top.parts(leaf) {
+        self.walk(&top.bvh, ray, pad, |counter, leaf| {
+            for BlasInstance { instance, tree, frame } in top.parts(leaf) {
                 let triangles = counter.lane.meshes[*tree as usize];
                 counter.enter_triangles(triangles, &frame.ray(ray), Some(*instance));
             }
         });
     }
 
-    fn enter_triangles(&mut self, triangles: &Triangles, ray: &FrameRay, instance: Option<u32>) {
-        self.walk(&triangles.tree, ray, 0.0, |counter, leaf| {
+    fn enter_triangles(&mut self, triangles: &Blas, ray: &FrameRay, instance: Option<u32>) {
+        self.walk(&triangles.bvh, ray, 0.0, |counter, leaf| {
             for block in &triangles.blocks[leaf as usize..] {
                 counter.steps.blocks += 1;
                 for lane in 0..block.count() {
-                    if let Some(met) = ray.judge(&block.corners(lane)) {
+                    if let Some(met) = ray.judge(&block.vertices(lane)) {
                         // The closest hit never ends a walk.
-                        triangles.tell(block, lane, met, instance, &mut counter.query);
+                        triangles.report_hit(block, lane, met, instance, &mut counter.query);
                     }
                 }
-                if block.last() {
+                if block.is_last_in_leaf() {
                     break;
                 }
             }
@@ -130,17 +131,17 @@ impl Counter<'_, '_> {
     }
 
     /// Leads the ray through a tree whose boxes are `pad` wider, near children first.
-    fn walk(&mut self, tree: &Wide, ray: &FrameRay, pad: f64, mut enter: impl FnMut(&mut Self, u32)) {
+    fn walk(&mut self, tree: &Bvh8, ray: &FrameRay, pad: f64, mut enter: impl FnMut(&mut Self, u32)) {
         let Some(root) = tree.root else { return };
         let boxes = Boxes::new(ray, pad);
-        let start = f64::from(ray.parameter(self.query.start()) * SHRINK);
+        let start = f64::from(ray.parameter(self.query.start()) * NEAR_FACTOR);
         let mut stack = vec![(root, start)];
         while let Some((here, near)) = stack.pop() {
             if near > f64::from(limit(ray, &self.query)) {
                 continue;
             }
-            if here & LEAF != 0 {
-                enter(self, here & !LEAF);
+            if here & LEAF_BIT != 0 {
+                enter(self, here & !LEAF_BIT);
                 continue;
             }
             self.steps.nodes += 1;
@@ -168,17 +169,18 @@ struct Boxes {
 impl Boxes {
     fn new(ray: &FrameRay, pad: f64) -> Boxes {
         let d = ray.d.as_vec3();
-        Boxes { o: ray.o, r: reciprocal(d).as_dvec3(), pad, octant: Octant::of(d) }
+        Boxes { o: ray.o, r: direction_reciprocal(d).as_dvec3(), pad, octant: Octant::of(d) }
     }
 
     /// Where the ray enters a box, if it does before it leaves it; with slack for what is rounded.
-    fn enters(&self, (lo, hi): Box3, start: f64, limit: f64) -> Option<f64> {
+    fn enters(&self, bounds: Aabb, start: f64, limit: f64) -> Option<f64> {
         const SLACK: f64 = 4.0 * EPSILON as f64;
         let (mut near, mut far) = (start, limit);
         for k in 0..3 {
             let (o, r) = (self.o[k], self.r[k]);
             let wider = self.pad + SLACK * o.abs();
-            let (a, b) = ((f64::from(lo[k]) - wider - o) * r, (f64::from(hi[k]) + wider - o) * r);
+            let (a, b) =
+                ((f64::from(bounds.min[k]) - wider - o) * r, (f64::from(bounds.max[k]) + wider - o) * r);
             near = near.max(a.min(b) - SLACK * a.min(b).abs());
             far = far.min(a.max(b) + SLACK * a.max(b).abs());
         }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::triangle4::Block;
+use crate::accel::bvh::triangle4::Triangle4;
 use crate::simd::Lanes;
 
 /// A vector of lanes.
@@ -23,8 +23,8 @@ pub(crate) fn splat<const N: usize, L: Lanes<N>>(x: Vec3) -> Lanes3<L> {
 
 /// The corners of a block.
 #[inline(always)]
-pub(crate) fn corners<L: Lanes<4>>(block: &Block) -> [Lanes3<L>; 3] {
-    by_axis(|corner| by_axis(|axis| L::load(&block.v[corner][axis])))
+pub(crate) fn corners<L: Lanes<4>>(block: &Triangle4) -> [Lanes3<L>; 3] {
+    by_axis(|corner| by_axis(|axis| L::load(&block.vertex[corner][axis])))
 }
 
 #[inline(always)]

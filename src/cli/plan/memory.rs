@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 
-use crate::accel::Flatten;
+use crate::accel::FlattenBudget;
 use crate::bench::memory::limit_bytes;
 use crate::cli::plan::Job;
 use crate::import::Limits;
@@ -67,8 +67,8 @@ pub(crate) fn estimate(job: &Job, scene: &Scene, frames: usize) -> u64 {
 
 /// Triangles in all trees at most, where none bend: of a mesh that is drawn twice its own, or all that are drawn of
 /// it while a world may take them.
-fn in_trees(scene: &Scene, flatten: Flatten) -> u64 {
-    let Flatten { still, moving } = flatten;
+fn in_trees(scene: &Scene, flatten: FlattenBudget) -> u64 {
+    let FlattenBudget { static_triangles: still, dynamic_triangles: moving } = flatten;
     let mut drawn = vec![0u64; scene.meshes.len()];
     for mesh in scene.instances.iter().map(|instance| instance.mesh as usize) {
         drawn[mesh] += scene.meshes[mesh].triangles.len() as u64;

@@ -61,7 +61,7 @@ impl Job {
             shots,
             look,
             build: BuildSettings {
-                tier: render_options::tier(std::env::var_os("BLINN_SIMD"))?,
+                simd: render_options::tier(std::env::var_os("BLINN_SIMD"))?,
                 ..Default::default()
             },
             views: None,
@@ -95,7 +95,7 @@ impl Job {
             shots,
             look,
             build: BuildSettings {
-                tier: render_options::tier(std::env::var_os("BLINN_SIMD"))?,
+                simd: render_options::tier(std::env::var_os("BLINN_SIMD"))?,
                 ..Default::default()
             },
             views,

@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use glam::{DAffine3, DMat3};
 
-use crate::accel::{Accel, BuildSettings, CleanReport};
+use crate::accel::{Accel, BuildReport, BuildSettings};
 use crate::cli::args::values::Layers;
 use crate::cli::plan::{Job, Look, Shot, Turning};
 use crate::cli::run::framed::{Framed, looking};
@@ -142,7 +142,7 @@ impl<'a> Studio<'a> {
         self.tell(&cleaned)
     }
 
-    fn tell(&self, cleaned: &CleanReport) -> Result<()> {
+    fn tell(&self, cleaned: &BuildReport) -> Result<()> {
         left_out(cleaned).map_or(Ok(()), |text| self.teller.warn(&text))
     }
 
@@ -246,13 +246,13 @@ fn check_crop(settings: &RenderSettings) -> Result<()> {
 }
 
 /// What pictures lack of a scene, in words.
-pub(crate) fn left_out(report: &CleanReport) -> Option<String> {
+pub(crate) fn left_out(report: &BuildReport) -> Option<String> {
     let count = report.non_finite;
     (count > 0).then(|| format!("triangles left out: {count} with vertices that are not finite numbers"))
 }
 
 /// Triangles of which pictures lack nothing, in words: they cover no point, and nearly every program writes some.
-fn without_area(report: &CleanReport) -> String {
+fn without_area(report: &BuildReport) -> String {
     match report.zero_area {
         0 => String::new(),
         count => format!("{count} triangles without area"),

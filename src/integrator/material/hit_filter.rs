@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::accel::Cutout;
+use crate::accel::AnyHitFilter;
 use crate::geometry::{HitId, Ray, Rgb};
 use crate::integrator::material::coefficients::{alpha, transmitted};
 use crate::integrator::surface::texture_eval::OnMesh;
@@ -11,13 +11,13 @@ use crate::scene::PosedScene;
 /// Answers the accelerator's questions from a scene's materials.
 pub struct MaterialHitFilter<'a>(pub &'a PosedScene<'a>);
 
-impl Cutout for MaterialHitFilter<'_> {
-    fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
+impl AnyHitFilter for MaterialHitFilter<'_> {
+    fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
         let on = OnMesh::at(self.0, id, Ray { o, d });
         alpha(self.0, &self.0.materials[on.mesh.material as usize], &on) > 0.0
     }
 
-    fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Rgb {
+    fn transmittance(&self, id: HitId, o: Vec3, d: Vec3) -> Rgb {
         let on = OnMesh::at(self.0, id, Ray { o, d });
         // Colours beyond 1 do not make light more on its way.
         transmitted(self.0, &self.0.materials[on.mesh.material as usize], &on).clamp(Rgb::ZERO, Rgb::ONE)

@@ -83,7 +83,7 @@ impl<'s> Facet<'s> {
         let (group, at) = columns.more(count);
         match self.flat.front {
             Some(front) if count > 1 => {
-                accel.columnwise(Meet { facet: *self, front, rays, differential, group, at });
+                accel.run_autovec(Meet { facet: *self, front, rays, differential, group, at });
             }
             _ => {
                 for i in 0..count {
@@ -275,7 +275,7 @@ mod tests {
             let scene = placed(mesh, turn);
             let posed = pose(&scene, &about_origin()).unwrap();
             for tier in Tier::ALL.into_iter().filter(|tier| tier.available()) {
-                let accel = Accel::build(&posed, &BuildSettings { tier, ..BuildSettings::default() }).0;
+                let accel = Accel::build(&posed, &BuildSettings { simd: tier, ..BuildSettings::default() }).0;
                 let (mut columns, mut next) = (Columns::default(), 0);
                 for (triangle, differential) in (0..4).flat_map(|t| [(t, None), (t, Some(by))]) {
                     let facet = Facet::new(&posed, HitId { instance: 0, triangle });

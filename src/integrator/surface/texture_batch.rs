@@ -46,7 +46,7 @@ impl<'a> Fetched<'a> {
         for (nth, out) in self.columns.iter_mut().enumerate() {
             let Some(of) = self.uses.iter().find(|of| of.column == nth) else { continue };
             let (texture, images) = (&posed.scene.textures[of.t.texture as usize], &posed.scene.images[..]);
-            accel.columnwise(Fetch { facet, group, at: at.clone(), texture, images, of, out });
+            accel.run_autovec(Fetch { facet, group, at: at.clone(), texture, images, of, out });
         }
     }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use arbitrary::{Result, Unstructured};
-use blinn::accel::{Accel, BuildSettings, Cutout, Preset, RayBatch, SegmentBatch, Shared};
+use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Coherence, Preset, RayBatch, SegmentBatch};
 use blinn::geometry::HitId;
 use blinn::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
@@ -49,12 +49,12 @@ fn vector(u: &mut Unstructured) -> Result<Vec3> {
 
 struct Whole;
 
-impl Cutout for Whole {
-    fn keeps(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
+impl AnyHitFilter for Whole {
+    fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
         true
     }
 
-    fn transmits(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
+    fn transmittance(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
         Vec3::ZERO
     }
 }
@@ -91,11 +91,11 @@ fn answers_agree(u: &mut Unstructured) -> Result<bool> {
     };
     let settings = |preset| BuildSettings { preset, ..BuildSettings::default() };
     let (tree, cleaned) = Accel::build(&posed, &settings(Preset::Medium));
-    let (flat, same) = Accel::build(&posed, &settings(Preset::Flat));
+    let (flat, same) = Accel::build(&posed, &settings(Preset::BruteForce));
     assert_eq!(cleaned, same);
     let origin = place(u)?;
-    let mut rays = RayBatch { shared: Shared::Origin(origin), ..RayBatch::default() };
-    let mut shadows = SegmentBatch { shared: Shared::None, ..SegmentBatch::default() };
+    let mut rays = RayBatch { coherence: Coherence::Origin(origin), ..RayBatch::default() };
+    let mut shadows = SegmentBatch { coherence: Coherence::None, ..SegmentBatch::default() };
     for _ in 0..u.int_in_range(1..=64)? {
         let to = place(u)?;
         rays.push(origin, to);

@@ -4,7 +4,7 @@ mod queries;
 mod transmittance;
 mod update;
 
-use blinn::accel::{Accel, Flatten, RayBatch, SegmentBatch, Shared};
+use blinn::accel::{Accel, Coherence, FlattenBudget, RayBatch, SegmentBatch};
 use blinn::geometry::{Hit, HitId};
 use blinn::scene::{
     Animation, Channel, ChannelTarget, Interpolation, Keyframes, PosedScene, Scene, SurfaceClass,
@@ -115,12 +115,13 @@ fn rays(posed: &PosedScene, count: usize) -> Vec<(Vec3, Vec3)> {
 const MOST: usize = 12;
 
 /// The first hits along every ray, one after the other, as far as `MOST`.
-fn layers(accel: &Accel, rays: &[(Vec3, Vec3)], cull: bool, shared: Shared) -> Vec<Vec<Hit>> {
+fn layers(accel: &Accel, rays: &[(Vec3, Vec3)], cull: bool, shared: Coherence) -> Vec<Vec<Hit>> {
     let mut found = vec![Vec::new(); rays.len()];
     let mut open: Vec<usize> = (0..rays.len()).collect();
     let mut hits = Vec::new();
     while !open.is_empty() {
-        let mut batch = RayBatch { shared, cull, far: 5.0, ..RayBatch::default() };
+        let mut batch =
+            RayBatch { coherence: shared, cull_back_faces: cull, t_max: 5.0, ..RayBatch::default() };
         for &i in &open {
             batch.push(rays[i].0, rays[i].1);
             // None before the first round.
@@ -152,4 +153,4 @@ fn bits(layers: &[Vec<Hit>]) -> Vec<Vec<(u32, HitId)>> {
 }
 
 /// All in the world's trees, and all that can be in trees of its own.
-const FLATTENED: [Flatten; 2] = [Flatten::USUAL, Flatten::NOTHING];
+const FLATTENED: [FlattenBudget; 2] = [FlattenBudget::DEFAULT, FlattenBudget::ZERO];

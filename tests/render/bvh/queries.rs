@@ -1,6 +1,6 @@
 //! Closest hits, layers and occlusion: single rays, packets and the counting traversal.
 
-use blinn::accel::{Accel, BuildSettings, Flatten, Preset, RayBatch, SegmentBatch, Shared, Tier};
+use blinn::accel::{Accel, BuildSettings, Coherence, FlattenBudget, Preset, RayBatch, SegmentBatch, Tier};
 use blinn::geometry::HitId;
 use blinn::scene::{PosedScene, Scene, SurfaceClass};
 use glam::{DAffine3, DVec3, Vec3};
@@ -16,21 +16,21 @@ fn every_tree_answers_as_no_tree_does() {
     assert_eq!(all.len(), 9);
     for ((name, scene), flatten) in all.iter().flat_map(|scene| FLATTENED.map(|flatten| (scene, flatten))) {
         let posed = scenes::posed(scene);
-        if flatten == Flatten::NOTHING && posed.instances.len() == 1 {
+        if flatten == FlattenBudget::ZERO && posed.instances.len() == 1 {
             continue;
         }
         let rays = rays(&posed, if *name == "soup" { 100 } else { 500 });
         let segments = segments(&rays);
         let answers = |preset, tier| {
-            let accel = Accel::build(&posed, &BuildSettings { preset, tier, flatten }).0;
+            let accel = Accel::build(&posed, &BuildSettings { preset, simd: tier, flatten }).0;
             let (mut occluded, mut light) = (Vec::new(), Vec::new());
             accel.occluded(&segments, &Holes, &mut occluded);
             accel.transmittance(&segments, &Holes, &mut light);
             let light: Vec<[u32; 3]> = light.iter().map(|l| l.to_array().map(f32::to_bits)).collect();
-            let seen = [false, true].map(|cull| bits(&layers(&accel, &rays, cull, Shared::None)));
+            let seen = [false, true].map(|cull| bits(&layers(&accel, &rays, cull, Coherence::None)));
             (seen, occluded, light)
         };
-        let flat = answers(Preset::Flat, Tier::Portable);
+        let flat = answers(Preset::BruteForce, Tier::Portable);
         let hits = flat.0[0].iter().flatten().filter(|hit| hit.1 != HitId::NONE).count();
         assert!(hits > 200, "{name}: only {hits} hits to compare");
         let medium = scenes::tiers().map(|tier| (Preset::Medium, tier));
@@ -56,7 +56,7 @@ fn the_counting_walk_meets_the_same_hits() {
     for (name, scene) in &all_scenes() {
         let posed = scenes::posed(scene);
         let rays = rays(&posed, 300);
-        let mut batch = RayBatch { cull: true, far: 5.0, ..RayBatch::default() };
+        let mut batch = RayBatch { cull_back_faces: true, t_max: 5.0, ..RayBatch::default() };
         rays.iter().for_each(|(o, d)| batch.push(*o, *d));
         let accel = Accel::build(&posed, &BuildSettings::default()).0;
         let counted = accel.count_steps(&batch, &Holes);
@@ -69,10 +69,10 @@ fn the_counting_walk_meets_the_same_hits() {
             nodes += steps.nodes;
             asked += steps.blocks;
         }
-        let portable = BuildSettings { tier: Tier::Portable, ..BuildSettings::default() };
+        let portable = BuildSettings { simd: Tier::Portable, ..BuildSettings::default() };
         assert_eq!(Accel::build(&posed, &portable).0.count_steps(&batch, &Holes), counted, "{name}");
         // Trees spare rays most of what is there, and without one nothing is spared.
-        let flat = BuildSettings { preset: Preset::Flat, ..BuildSettings::default() };
+        let flat = BuildSettings { preset: Preset::BruteForce, ..BuildSettings::default() };
         let flat = Accel::build(&posed, &flat).0;
         let all: u32 = flat.count_steps(&batch, &Holes).iter().map(|(_, steps)| steps.blocks).sum();
         assert!(nodes > 0 && asked < all, "{name}: {nodes} nodes, {asked} of {all} blocks");
@@ -85,7 +85,7 @@ fn the_counting_walk_meets_the_same_hits() {
 
 /// What rays of a packet share, and some of them: from one place or along one way, near each other,
 /// many at vertices and edges. Every sixteen have their own triangles to go to.
-fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool, count: usize) -> (Shared, Vec<(Vec3, Vec3)>) {
+fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool, count: usize) -> (Coherence, Vec<(Vec3, Vec3)>) {
     let instance = rng.below(posed.instances.len()) as u32;
     let triangles = posed.mesh(instance).triangles.len();
     let first = rng.below(triangles);
@@ -106,7 +106,7 @@ fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool, count: usize) -> (Shar
     };
     let targets = (0..count).map(|i| target(rng, i / 16));
     let rays = targets.map(|to| if along { (to - d, d) } else { (o, to - o) }).collect();
-    (if along { Shared::Direction(d) } else { Shared::Origin(o) }, rays)
+    (if along { Coherence::Direction(d) } else { Coherence::Origin(o) }, rays)
 }
 
 /// Rays that are told to share something, and so may be traced together, meet what they meet one
@@ -116,10 +116,10 @@ fn packets_answer_as_single_rays_do() {
     let all = all_scenes();
     for ((name, scene), flatten) in all.iter().flat_map(|scene| FLATTENED.map(|flatten| (scene, flatten))) {
         let posed = scenes::posed(scene);
-        if flatten == Flatten::NOTHING && posed.instances.len() == 1 {
+        if flatten == FlattenBudget::ZERO && posed.instances.len() == 1 {
             continue;
         }
-        let settings = |tier| BuildSettings { preset: Preset::Medium, tier, flatten };
+        let settings = |tier| BuildSettings { preset: Preset::Medium, simd: tier, flatten };
         let single = Accel::build(&posed, &settings(Tier::Portable)).0;
         for tier in scenes::tiers() {
             let accel = Accel::build(&posed, &settings(tier)).0;
@@ -131,14 +131,14 @@ fn packets_answer_as_single_rays_do() {
                 let context = format!("{name} {flatten:?} {tier:?} {n} {shared:?}");
                 let cull = n % 2 == 0;
                 let together = bits(&layers(&accel, &rays, cull, shared));
-                assert_eq!(together, bits(&layers(&single, &rays, cull, Shared::None)), "{context}");
+                assert_eq!(together, bits(&layers(&single, &rays, cull, Coherence::None)), "{context}");
                 // Towards the light, if it is one.
                 let segments = |rays: &[(Vec3, Vec3)]| {
-                    let mut segments = SegmentBatch { shared, ..SegmentBatch::default() };
+                    let mut segments = SegmentBatch { coherence: shared, ..SegmentBatch::default() };
                     for &(o, d) in rays {
                         let source = HitId { instance: 0, triangle: 3 };
                         match shared {
-                            Shared::Origin(light) => segments.push(light + d * 0.9, light, source),
+                            Coherence::Origin(light) => segments.push(light + d * 0.9, light, source),
                             _ => segments.push(o, o, source),
                         }
                     }
@@ -172,7 +172,7 @@ fn layers_are_in_order_and_complete() {
     let posed = scenes::posed(&scene);
     let accel = scenes::build(&posed);
     let ray = [(Vec3::new(0.3, 0.1, 2.0), Vec3::new(0.0, 0.0, -2.0))];
-    let found = &layers(&accel, &ray, false, Shared::None)[0];
+    let found = &layers(&accel, &ray, false, Coherence::None)[0];
     assert_eq!(found.len(), 5 + 1);
     assert!(found.windows(2).all(|w| w[0].before(&w[1])));
     assert!(found[..5].iter().all(|hit| hit.t == 1.0));
@@ -199,7 +199,7 @@ fn back_faces_are_culled_where_they_are_single_sided() {
             let posed = scenes::posed(&scene);
             let accel = scenes::build(&posed);
             let middle = posed.instances[0].transform.affine.translation.as_vec3();
-            let mut batch = RayBatch { cull: true, far: 10.0, ..RayBatch::default() };
+            let mut batch = RayBatch { cull_back_faces: true, t_max: 10.0, ..RayBatch::default() };
             for side in [1.0, -1.0] {
                 let o = middle + Vec3::new(0.2, 0.3, 3.0 * side);
                 batch.push(o, Vec3::NEG_Z * side);

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use blinn::accel::{Accel, BuildSettings, Cutout, Preset, SegmentBatch, Shared};
+use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Coherence, Preset, SegmentBatch};
 use blinn::geometry::HitId;
 use blinn::scene::{Scene, SurfaceClass};
 use glam::{DAffine3, DVec3, Vec3};
@@ -13,12 +13,12 @@ use crate::common::scenes::{self, Rng};
 /// All of it lets half of the light through.
 struct Halved;
 
-impl Cutout for Halved {
-    fn keeps(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
+impl AnyHitFilter for Halved {
+    fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
         true
     }
 
-    fn transmits(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
+    fn transmittance(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
         Vec3::splat(0.5)
     }
 }
@@ -27,14 +27,14 @@ impl Cutout for Halved {
 #[derive(Default)]
 struct Counted(AtomicUsize);
 
-impl Cutout for Counted {
-    fn keeps(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
-        Halved.keeps(id, o, d)
+impl AnyHitFilter for Counted {
+    fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
+        Halved.accepts(id, o, d)
     }
 
-    fn transmits(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3 {
+    fn transmittance(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3 {
         self.0.fetch_add(1, Ordering::Relaxed);
-        Halved.transmits(id, o, d)
+        Halved.transmittance(id, o, d)
     }
 }
 
@@ -56,10 +56,10 @@ fn light_is_followed_until_none_is_left() {
         let (near, far) = (DVec3::new(0.1, 0.2, -1.0), DVec3::new(0.1, 0.2, 11.0));
         let [light, far] = [near, far].map(|p| (p - posed.centre).as_vec3());
         for (tier, flatten) in scenes::tiers().flat_map(|tier| FLATTENED.map(|flatten| (tier, flatten))) {
-            let settings = BuildSettings { preset: Preset::Medium, tier, flatten };
+            let settings = BuildSettings { preset: Preset::Medium, simd: tier, flatten };
             let accel = Accel::build(&posed, &settings).0;
-            for shared in [Shared::None, Shared::Origin(light), Shared::Direction(-Vec3::Z)] {
-                let mut segments = SegmentBatch { shared, ..SegmentBatch::default() };
+            for shared in [Coherence::None, Coherence::Origin(light), Coherence::Direction(-Vec3::Z)] {
+                let mut segments = SegmentBatch { coherence: shared, ..SegmentBatch::default() };
                 (0..40).for_each(|i| segments.push(far + Vec3::X * 0.01 * i as f32, light, HitId::NONE));
                 let (asked, mut free) = (Counted::default(), Vec::new());
                 accel.transmittance(&segments, &asked, &mut free);
@@ -104,15 +104,15 @@ fn a_sheet_that_light_passes_is_one_layer() {
         let through: Vec<&Vec3> = places.iter().filter(inside).collect();
         for flatten in FLATTENED {
             for tier in scenes::tiers() {
-                let settings = BuildSettings { preset: Preset::Medium, tier, flatten };
+                let settings = BuildSettings { preset: Preset::Medium, simd: tier, flatten };
                 let accel = Accel::build(&posed, &settings).0;
                 let from_eye: Vec<_> = through.iter().map(|&&p| (eye, p - eye)).collect();
                 let along: Vec<_> = through.iter().map(|&&p| (p + 4.0 * normal, -normal)).collect();
                 let all = [
-                    (Shared::Origin(eye), &from_eye),
-                    (Shared::None, &from_eye),
-                    (Shared::Direction(-normal), &along),
-                    (Shared::None, &along),
+                    (Coherence::Origin(eye), &from_eye),
+                    (Coherence::None, &from_eye),
+                    (Coherence::Direction(-normal), &along),
+                    (Coherence::None, &along),
                 ];
                 for (shared, rays) in all {
                     for (found, ray) in layers(&accel, rays, false, shared).iter().zip(rays) {
@@ -120,7 +120,8 @@ fn a_sheet_that_light_passes_is_one_layer() {
                         on_edges += 1;
                     }
                 }
-                let mut segments = SegmentBatch { shared: Shared::Origin(eye), ..SegmentBatch::default() };
+                let mut segments =
+                    SegmentBatch { coherence: Coherence::Origin(eye), ..SegmentBatch::default() };
                 from_eye.iter().for_each(|&(o, d)| segments.push(o + 2.0 * d, eye, HitId::NONE));
                 let mut light = Vec::new();
                 accel.transmittance(&segments, &Halved, &mut light);

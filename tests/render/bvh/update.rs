@@ -1,6 +1,6 @@
 //! Refits: an updated BVH answers as one that is built anew.
 
-use blinn::accel::{Accel, BuildSettings, Flatten, Shared};
+use blinn::accel::{Accel, BuildSettings, Coherence, FlattenBudget};
 use blinn::integrator::MaterialHitFilter;
 use blinn::scene::{
     Animation, Channel, ChannelTarget, Channels, ColorInput, Image, Interpolation, Keyframes, Material,
@@ -29,9 +29,9 @@ fn worlds_take_as_much_as_they_are_told_to() {
     scene.animations.push(Animation { name: String::new(), channels });
     let posed = scenes::posed(&scene);
     let stats = |still: u64, moving: u64| {
-        let flatten = Flatten { still, moving };
+        let flatten = FlattenBudget { static_triangles: still, dynamic_triangles: moving };
         let accel = Accel::build(&posed, &BuildSettings { flatten, ..BuildSettings::default() }).0;
-        (accel.stats().trees, accel.stats().entries)
+        (accel.stats().bvhs, accel.stats().triangles)
     };
     assert_eq!(stats(1000, 1000), (2, 6 + 16 + 18 + 32), "still and moving");
     assert_eq!(stats(1000, 31), (2, 6 + 16 + 18 + 32), "what moves has a tree of its own");
@@ -65,8 +65,8 @@ fn update_as_good_as_build(settings: &BuildSettings) {
         assert_eq!(kept.update(&posed), report);
         let rays = rays(&posed, 1000);
         assert_eq!(
-            bits(&layers(&kept, &rays, false, Shared::None)),
-            bits(&layers(&new, &rays, false, Shared::None)),
+            bits(&layers(&kept, &rays, false, Coherence::None)),
+            bits(&layers(&new, &rays, false, Coherence::None)),
             "step {step}"
         );
     }
@@ -133,7 +133,7 @@ fn trees_follow_what_bends() {
         kept.occluded(&segments, &Holes, &mut ours);
         new.occluded(&segments, &Holes, &mut theirs);
         assert_eq!(ours, theirs, "{weights:?}");
-        let seen = |accel: &Accel| bits(&layers(accel, &rays, false, Shared::None));
+        let seen = |accel: &Accel| bits(&layers(accel, &rays, false, Coherence::None));
         assert_eq!(seen(&kept), seen(&new), "{weights:?}");
     }
     assert!(coincident > 3900 && flat > 300, "{coincident} in one place, {flat} flat");
