@@ -4,8 +4,8 @@
 use std::hint::black_box;
 
 use blinn::accel::{Accel, BuildSettings};
-use blinn::bench::scenes::Kind;
-use blinn::bench::{Rays, Subject};
+use blinn::bench::scenes::SceneKind;
+use blinn::bench::{BenchRays, Workload};
 use blinn::geometry::Rgba;
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
@@ -25,7 +25,7 @@ fn frame<'a>(posed: &'a PosedScene<'a>, accel: &'a Accel, settings: &RenderSetti
 }
 
 fn trace(c: &mut Criterion) {
-    let subject = Subject::made(Kind::Scan, 70_000).unwrap();
+    let subject = Workload::generate(SceneKind::Scan, 70_000).unwrap();
     let (scene, _) = load(&subject.file, &LoadOptions::default()).unwrap();
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
     let settings = RenderSettings { width: 320, height: 180, samples: 1, ..Default::default() };
@@ -35,11 +35,11 @@ fn trace(c: &mut Criterion) {
 
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
     let frame = frame(&posed, &accel, &settings);
-    let rays = Rays::new(&frame, &settings);
+    let rays = BenchRays::new(&frame, &settings);
     for (name, count, trace) in [
-        ("eye rays", rays.eye(), Rays::trace_eye as fn(&Rays, &Accel, &PosedScene) -> u64),
-        ("shadow rays", rays.from_hits(), Rays::trace_shadow),
-        ("incoherent rays", rays.from_hits(), Rays::trace_incoherent),
+        ("eye rays", rays.eye_count(), BenchRays::trace_eye as fn(&BenchRays, &Accel, &PosedScene) -> u64),
+        ("shadow rays", rays.hit_count(), BenchRays::trace_shadow),
+        ("incoherent rays", rays.hit_count(), BenchRays::trace_incoherent),
     ] {
         group.throughput(Throughput::Elements(count));
         group.bench_function(name, |b| b.iter(|| trace(black_box(&rays), &accel, &posed)));
@@ -54,7 +54,7 @@ fn trace(c: &mut Criterion) {
 /// A scan that is twisted about its axis by a clip: trees built anew for a moment, and trees that follow
 /// it there from the one before; rays through both.
 fn bending(c: &mut Criterion) {
-    let subject = Subject::made(Kind::Scan, 70_000).unwrap();
+    let subject = Workload::generate(SceneKind::Scan, 70_000).unwrap();
     let (mut scene, _) = load(&subject.file, &LoadOptions::default()).unwrap();
     let mesh = &mut scene.meshes[0];
     let twist = |p: &Vec3| Quat::from_rotation_y(2.5 * p.y) * *p - *p;
@@ -80,7 +80,7 @@ fn bending(c: &mut Criterion) {
     let settings = RenderSettings { width: 320, height: 180, samples: 1, ..Default::default() };
     for (name, accel) in [("new tree", new(&moments[0])), ("tree that followed", kept)] {
         let frame = frame(&moments[0], &accel, &settings);
-        let rays = Rays::new(&frame, &settings);
+        let rays = BenchRays::new(&frame, &settings);
         group.bench_function(format!("eye rays, {name}"), |b| b.iter(|| rays.trace_eye(&accel, &moments[0])));
         group.bench_function(format!("incoherent rays, {name}"), |b| {
             b.iter(|| rays.trace_incoherent(&accel, &moments[0]))

@@ -13,7 +13,7 @@
 //! use blinn::display::{Background, Display, ViewTransform};
 //! use blinn::import::{LoadOptions, load};
 //! use blinn::integrator::{Frame, Phong};
-//! use blinn::output::{Depth, Format, Picture, Replace, save};
+//! use blinn::output::{BitDepth, ImageFormat, Overwrite, Picture, save};
 //! use blinn::render::{RenderSettings, render};
 //! use blinn::scene::{Lighting, PoseSettings, View, pose};
 //!
@@ -37,7 +37,7 @@
 //! let display = Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
 //! let picture = Picture::new(pixels, display);
 //! let folder = tempfile::tempdir()?;
-//! save(&picture, &folder.path().join("lecture.png"), Format::Png, Depth::Usual, Replace::Yes)?;
+//! save(&picture, &folder.path().join("lecture.png"), ImageFormat::Png, BitDepth::Default, Overwrite::Yes)?;
 //! # Ok(())
 //! # }
 //! ```

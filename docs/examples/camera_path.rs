@@ -10,7 +10,7 @@ use blinn::display::{Background, Display, ViewTransform};
 use blinn::glam::{DVec3, Vec3};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
-use blinn::output::{Depth, Format, Picture, Replace, save};
+use blinn::output::{BitDepth, ImageFormat, Overwrite, Picture, save};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{Lighting, PoseSettings, View, pose};
 
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let lit = Lighting::default().resolve(&posed, &camera);
         let pixels = render(&Frame::new(&posed, &accel, camera, &lit), &Phong::default(), &settings, &())?;
         let out = folder.join(format!("path_{:04}.png", i + 1));
-        save(&Picture::new(pixels, display), &out, Format::Png, Depth::Usual, Replace::Yes)?;
+        save(&Picture::new(pixels, display), &out, ImageFormat::Png, BitDepth::Default, Overwrite::Yes)?;
         println!("wrote {}", out.display());
     }
     Ok(())

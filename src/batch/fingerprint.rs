@@ -11,23 +11,23 @@ use twox_hash::XxHash3_128;
 use crate::import::open_regular_file;
 use crate::scene::{FileDigest, HashingReader, Source};
 
-/// What stands between a stamp's words, and what XML minds, is encoded in names.
+/// What stands between a fingerprint's words, and what XML minds, is encoded in names.
 const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'/');
 
-/// What a stamp's key ends in where every warning was an error.
+/// What a fingerprint's key ends in where every warning was an error.
 const STRICT: &str = "+strict";
 
 /// All that a picture depends on but the files it is made from: settings, frame, and the program's
 /// version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Key {
+pub struct SettingsHash {
     hash: u128,
     strict: bool,
 }
 
-impl Key {
+impl SettingsHash {
     /// The key of anything whose debug form says all about it.
-    pub fn of(what: &dyn std::fmt::Debug) -> Key {
+    pub fn of(what: &dyn std::fmt::Debug) -> SettingsHash {
         struct Sink(XxHash3_128);
         impl std::fmt::Write for Sink {
             fn write_str(&mut self, text: &str) -> std::fmt::Result {
@@ -38,13 +38,13 @@ impl Key {
         let mut sink = Sink(XxHash3_128::new());
         // A sink of this kind never fails.
         let _ = write!(sink, "{} {what:?}", env!("CARGO_PKG_VERSION"));
-        Key { hash: sink.0.finish_128(), strict: false }
+        SettingsHash { hash: sink.0.finish_128(), strict: false }
     }
 
     /// The same where every warning is an error. Such pictures do for anyone, and others, which may
     /// have been made with a warning, not for this key.
-    pub fn strict(self, strict: bool) -> Key {
-        Key { strict, ..self }
+    pub fn strict(self, strict: bool) -> SettingsHash {
+        SettingsHash { strict, ..self }
     }
 
     fn word(self) -> String {
@@ -53,22 +53,22 @@ impl Key {
 
     /// Whether a picture that was made by the key of that word will do for this one.
     fn takes(self, word: &str) -> bool {
-        word == Key { strict: true, ..self }.word() || !self.strict && word == self.word()
+        word == SettingsHash { strict: true, ..self }.word() || !self.strict && word == self.word()
     }
 }
 
 /// What is in files, each read once.
 #[derive(Debug)]
-pub struct Contents {
+pub struct FileDigests {
     known: HashMap<PathBuf, FileDigest>,
     /// Bytes of a file that is read, at most.
     limit: u64,
 }
 
-impl Contents {
+impl FileDigests {
     /// Of files that whoever makes the pictures reads: those of no more than `limit` bytes.
-    pub fn within(limit: u64) -> Contents {
-        Contents { known: HashMap::new(), limit }
+    pub fn with_limit(limit: u64) -> FileDigests {
+        FileDigests { known: HashMap::new(), limit }
     }
 
     fn of(&mut self, path: &Path) -> FileDigest {
@@ -79,7 +79,7 @@ impl Contents {
 
     /// Takes what `scene` was made of for what is in its files. False where something else was found in
     /// one of them before: it was replaced meanwhile.
-    pub fn agree(&mut self, scene: &Path, source: &Source) -> bool {
+    pub fn record(&mut self, scene: &Path, source: &Source) -> bool {
         let others = source.files.iter().map(|file| (beside(scene, &file.name), file.digest));
         let all = std::iter::once((scene.to_path_buf(), source.digest)).chain(others);
         all.fold(true, |agreed, (path, content)| {
@@ -88,9 +88,9 @@ impl Contents {
         })
     }
 
-    /// Whether a picture with that stamp is what `key` would make of `scene` today.
-    pub fn still_hold(&mut self, stamp: &str, key: Key, scene: &Path) -> bool {
-        let mut words = stamp.split(' ');
+    /// Whether a picture with that fingerprint is what `key` would make of `scene` today.
+    pub fn is_current(&mut self, fingerprint: &str, key: SettingsHash, scene: &Path) -> bool {
+        let mut words = fingerprint.split(' ');
         if words.next() != Some("1") || !words.next().is_some_and(|word| key.takes(word)) {
             return false;
         }
@@ -108,19 +108,19 @@ impl Contents {
     }
 }
 
-/// The stamp of a picture of a scene that was read from a file of that name: the key, then each file with
-/// what was in it, `-` where it could not be read. It knows no folder, so that a stamp holds wherever a scene
+/// The fingerprint of a picture of a scene that was read from a file of that name: the key, then each file with
+/// what was in it, `-` where it could not be read. It knows no folder, so that a fingerprint holds wherever a scene
 /// is moved with its files. `None` where a file changed while it was read: nobody knows what the picture is of.
-pub fn stamp(key: Key, scene: &Path, source: &Source) -> Option<String> {
+pub fn fingerprint(key: SettingsHash, scene: &Path, source: &Source) -> Option<String> {
     let mut contents = std::iter::once(source.digest).chain(source.files.iter().map(|file| file.digest));
     if contents.any(|content| content == FileDigest::Changed) {
         return None;
     }
-    let mut stamp = format!("1 {} {}={}", key.word(), source.digest, own_name(scene));
+    let mut fingerprint = format!("1 {} {}={}", key.word(), source.digest, own_name(scene));
     for file in &source.files {
-        let _ = write!(stamp, " {}={}", file.digest, utf8_percent_encode(&file.name, ENCODED));
+        let _ = write!(fingerprint, " {}={}", file.digest, utf8_percent_encode(&file.name, ENCODED));
     }
-    Some(stamp)
+    Some(fingerprint)
 }
 
 /// What is in a regular file of no more than `limit` bytes.
@@ -151,8 +151,8 @@ mod tests {
     use super::*;
     use crate::scene::SourceFile;
 
-    fn contents() -> Contents {
-        Contents::within(1 << 20)
+    fn contents() -> FileDigests {
+        FileDigests::with_limit(1 << 20)
     }
 
     /// As an importer would have read them.
@@ -164,8 +164,8 @@ mod tests {
         Source { digest: contents.of(scene), files, ..Source::default() }
     }
 
-    fn stamped(key: Key, scene: &Path, referred: &[&str]) -> String {
-        stamp(key, scene, &source(scene, referred)).unwrap()
+    fn stamped(key: SettingsHash, scene: &Path, referred: &[&str]) -> String {
+        fingerprint(key, scene, &source(scene, referred)).unwrap()
     }
 
     #[test]
@@ -175,14 +175,14 @@ mod tests {
         std::fs::write(at("a b.gltf"), "{}").unwrap();
         std::fs::write(at("x=\"1\".png"), "x").unwrap();
         let referred = ["x=\"1\".png", "missing.bin"];
-        let (scene, key) = (at("a b.gltf"), Key::of(&("size", 3)));
-        let stamp = stamped(key, &scene, &referred);
-        assert!(stamp.is_ascii() && !stamp.contains(['"', '<', '&', '\n']), "{stamp}");
-        let holds = |key: Key, scene: &Path| contents().still_hold(&stamp, key, scene);
+        let (scene, key) = (at("a b.gltf"), SettingsHash::of(&("size", 3)));
+        let fingerprint = stamped(key, &scene, &referred);
+        assert!(fingerprint.is_ascii() && !fingerprint.contains(['"', '<', '&', '\n']), "{fingerprint}");
+        let holds = |key: SettingsHash, scene: &Path| contents().is_current(&fingerprint, key, scene);
         assert!(holds(key, &scene));
-        assert!(!holds(Key::of(&("size", 4)), &scene));
-        assert!(!contents().still_hold("", key, &scene));
-        assert!(!contents().still_hold(&stamp[..34], key, &scene));
+        assert!(!holds(SettingsHash::of(&("size", 4)), &scene));
+        assert!(!contents().is_current("", key, &scene));
+        assert!(!contents().is_current(&fingerprint[..34], key, &scene));
         std::fs::copy(&scene, at("c.gltf")).unwrap();
         assert!(!holds(key, &at("c.gltf")));
         std::fs::write(at("missing.bin"), "").unwrap();
@@ -198,16 +198,20 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let scene = dir.path().join("a.gltf");
         std::fs::write(&scene, "{}").unwrap();
-        let key = Key::of(&1);
+        let key = SettingsHash::of(&1);
         for (made, asked, holds) in
             [(false, false, true), (false, true, false), (true, false, true), (true, true, true)]
         {
-            let stamp = stamped(key.strict(made), &scene, &[]);
-            assert_eq!(contents().still_hold(&stamp, key.strict(asked), &scene), holds, "{stamp}");
+            let fingerprint = stamped(key.strict(made), &scene, &[]);
+            assert_eq!(
+                contents().is_current(&fingerprint, key.strict(asked), &scene),
+                holds,
+                "{fingerprint}"
+            );
         }
     }
 
-    /// What the importers refuse is not read here either, and a stamp that names it holds.
+    /// What the importers refuse is not read here either, and a fingerprint that names it holds.
     #[test]
     fn what_is_no_file_or_too_large_counts_as_missing() {
         let dir = tempfile::tempdir().unwrap();
@@ -216,10 +220,10 @@ mod tests {
         std::fs::create_dir(dir.path().join("folder")).unwrap();
         let huge = std::fs::File::create(dir.path().join("huge.mtl")).unwrap();
         huge.set_len(2 << 20).unwrap();
-        let (key, referred) = (Key::of(&1), ["folder", "huge.mtl"]);
-        let stamp = stamped(key, &scene, &referred);
-        assert!(stamp.ends_with(" -=folder -=huge.mtl"), "{stamp}");
-        assert!(contents().still_hold(&stamp, key, &scene));
+        let (key, referred) = (SettingsHash::of(&1), ["folder", "huge.mtl"]);
+        let fingerprint = stamped(key, &scene, &referred);
+        assert!(fingerprint.ends_with(" -=folder -=huge.mtl"), "{fingerprint}");
+        assert!(contents().is_current(&fingerprint, key, &scene));
     }
 
     /// Nothing is known of a scene that cannot be read, whatever was known of it before.
@@ -227,37 +231,37 @@ mod tests {
     fn an_unreadable_scene_holds_no_stamp() {
         let dir = tempfile::tempdir().unwrap();
         let scene = dir.path().join("gone.gltf");
-        let stamp = stamped(Key::of(&1), &scene, &[]);
-        assert!(stamp.ends_with(" -=gone.gltf"), "{stamp}");
-        assert!(!contents().still_hold(&stamp, Key::of(&1), &scene));
+        let fingerprint = stamped(SettingsHash::of(&1), &scene, &[]);
+        assert!(fingerprint.ends_with(" -=gone.gltf"), "{fingerprint}");
+        assert!(!contents().is_current(&fingerprint, SettingsHash::of(&1), &scene));
     }
 
-    /// A stamp is of what was read, whatever the file holds by the time it is written.
+    /// A fingerprint is of what was read, whatever the file holds by the time it is written.
     #[test]
     fn what_is_replaced_after_it_was_read_is_another() {
         let dir = tempfile::tempdir().unwrap();
         let scene = dir.path().join("a.gltf");
         std::fs::write(&scene, "{}").unwrap();
-        let (key, read) = (Key::of(&1), source(&scene, &[]));
+        let (key, read) = (SettingsHash::of(&1), source(&scene, &[]));
         let mut before = contents();
-        assert!(before.agree(&scene, &read) && before.agree(&scene, &read));
+        assert!(before.record(&scene, &read) && before.record(&scene, &read));
         std::fs::write(&scene, "{ }").unwrap();
-        let stamp = stamp(key, &scene, &read).unwrap();
-        assert!(!contents().still_hold(&stamp, key, &scene));
-        assert!(!before.agree(&scene, &source(&scene, &[])), "it was replaced");
-        assert!(!before.still_hold(&stamp, key, &scene), "and what was read last counts");
+        let fingerprint = fingerprint(key, &scene, &read).unwrap();
+        assert!(!contents().is_current(&fingerprint, key, &scene));
+        assert!(!before.record(&scene, &source(&scene, &[])), "it was replaced");
+        assert!(!before.is_current(&fingerprint, key, &scene), "and what was read last counts");
     }
 
     #[test]
     fn what_changed_while_it_was_read_has_no_stamp() {
         let changing = SourceFile { name: "a.png".into(), digest: FileDigest::Changed };
         let own = Source { digest: FileDigest::of(b"{}"), ..Source::default() };
-        assert!(stamp(Key::of(&1), Path::new("a.gltf"), &own).is_some());
+        assert!(fingerprint(SettingsHash::of(&1), Path::new("a.gltf"), &own).is_some());
         for source in [
             Source { digest: FileDigest::Changed, ..own.clone() },
             Source { files: vec![changing], ..own.clone() },
         ] {
-            assert_eq!(stamp(Key::of(&1), Path::new("a.gltf"), &source), None);
+            assert_eq!(fingerprint(SettingsHash::of(&1), Path::new("a.gltf"), &source), None);
         }
     }
 }

@@ -11,7 +11,7 @@ use std::ops::Range;
 pub struct FrameList(Vec<i64>);
 
 /// Frames in one list, at most: eleven hours at 24 frames a second.
-pub const MOST_FRAMES: usize = 1_000_000;
+pub const MAX_FRAMES: usize = 1_000_000;
 
 impl FrameList {
     /// Reads a list.
@@ -22,14 +22,14 @@ impl FrameList {
         let mut frames = Vec::new();
         let mut seen = HashSet::new();
         for part in text.split(',').map(str::trim) {
-            let range = Stretch::parse(part).ok_or_else(|| {
+            let range = FrameRange::parse(part).ok_or_else(|| {
                 format!("'{part}' is no frame and no range of them, such as 7, 1-10, 1-240:2 or 10-1:-3")
             })?;
             let count = range.count().filter(|n| *n > 0);
             let count =
                 count.ok_or_else(|| format!("'{part}' holds no frame: its step leads away from its end"))?;
-            if count > (MOST_FRAMES - frames.len()) as u64 {
-                return Err(format!("more than {MOST_FRAMES} frames"));
+            if count > (MAX_FRAMES - frames.len()) as u64 {
+                return Err(format!("more than {MAX_FRAMES} frames"));
             }
             frames.extend(range.frames(count).filter(|f| seen.insert(*f)));
         }
@@ -93,14 +93,14 @@ impl fmt::Display for FrameList {
 }
 
 /// `first-last:step`.
-struct Stretch {
+struct FrameRange {
     first: i64,
     last: i64,
     step: i64,
 }
 
-impl Stretch {
-    fn parse(text: &str) -> Option<Stretch> {
+impl FrameRange {
+    fn parse(text: &str) -> Option<FrameRange> {
         let (ends, step) = match text.split_once(':') {
             Some((ends, step)) => (ends, Some(step.trim().parse::<i64>().ok().filter(|s| *s != 0)?)),
             None => (text, None),
@@ -115,11 +115,11 @@ impl Stretch {
         };
         match parts {
             Some((first, last)) => {
-                Some(Stretch { first: number(first)?, last: number(last)?, step: step.unwrap_or(1) })
+                Some(FrameRange { first: number(first)?, last: number(last)?, step: step.unwrap_or(1) })
             }
             None if step.is_none() => {
                 let one = number(ends)?;
-                Some(Stretch { first: one, last: one, step: 1 })
+                Some(FrameRange { first: one, last: one, step: 1 })
             }
             None => None,
         }
@@ -161,7 +161,7 @@ impl Chunk {
     }
 
     /// This share of `count` things. Empty where there are fewer things than shares.
-    pub fn of(self, count: usize) -> Range<usize> {
+    pub fn range(self, count: usize) -> Range<usize> {
         let at = |i: u32| (count as u128 * u128::from(i) / u128::from(self.of)) as usize;
         at(self.index - 1)..at(self.index)
     }
@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn chunks_are_all_of_it_and_alike() {
         for (count, of) in [(36, 5), (3, 7), (0, 2), (240, 240), (1_000_000, 4_000_000_000)] {
-            let chunk = |index| Chunk { index, of }.of(count);
+            let chunk = |index| Chunk { index, of }.range(count);
             if of <= 240 {
                 let sizes: Vec<_> = (1..=of).map(|i| chunk(i).len()).collect();
                 assert_eq!(sizes.iter().sum::<usize>(), count);

@@ -3,12 +3,12 @@
 
 mod fingerprint;
 mod frames;
-mod names;
+mod path_template;
 mod pipeline;
 mod transforms;
 
-pub use fingerprint::{Contents, Key, stamp};
-pub use frames::{Chunk, FrameList, MOST_FRAMES};
-pub use names::{Name, Template};
-pub use pipeline::overlap;
+pub use fingerprint::{FileDigests, SettingsHash, fingerprint};
+pub use frames::{Chunk, FrameList, MAX_FRAMES};
+pub use path_template::{PathTemplate, TemplateFields};
+pub use pipeline::run_pipeline;
 pub use transforms::{Dataset, DatasetView, WorldUp};

@@ -7,7 +7,7 @@
 ///
 /// # Errors
 /// The first error of any step; nothing is begun after it.
-pub fn overlap<T, D, E>(
+pub fn run_pipeline<T, D, E>(
     count: usize,
     mut prepare: impl FnMut(usize, Option<&T>, Option<T>) -> Result<T, E> + Send,
     work: impl Fn(usize, &T) -> Result<D, E> + Sync,
@@ -47,7 +47,7 @@ mod tests {
     fn everything_is_prepared_once_worked_on_and_finished_in_order() {
         for count in 0..5 {
             let finished = Mutex::new(Vec::new());
-            let done = overlap(
+            let done = run_pipeline(
                 count,
                 |i, before, spent| {
                     assert_eq!(before, i.checked_sub(1).map(|b| b * 10).as_ref());
@@ -71,7 +71,7 @@ mod tests {
         let finished = Mutex::new(0);
         let run = |prepares: usize, works: usize| {
             *finished.lock().unwrap() = 0;
-            overlap(
+            run_pipeline(
                 9,
                 |i, _, _| if i == prepares { Err("prepare") } else { Ok(()) },
                 |i, ()| if i == works { Err("work") } else { Ok(()) },

@@ -57,7 +57,7 @@ impl Dataset {
     /// The text of `transforms.json`. Pinhole cameras in pixels, rows downward, pixel (i, j) centred at
     /// (i + ½, j + ½); matrices take camera coordinates (x right, y up, z backward: OpenGL's) to the
     /// world, in metres.
-    pub fn transforms(&self, views: &[DatasetView]) -> String {
+    pub fn to_json(&self, views: &[DatasetView]) -> String {
         let mut all = Map::new();
         if let Some(view) = views.first() {
             let Camera { view_width, view_height, proj_distance, .. } = view.camera;

@@ -1,7 +1,7 @@
 //! Two runs beside each other: what moved beyond the noise.
 
-use super::figures::{Figures, SceneFigures, StageFigures};
-use super::stats::{median, spread};
+use super::results::{BenchResults, SceneResults, StageResults};
+use super::stats::{log_std_dev, median};
 
 /// Changes below this are never told: what two runs of one program on one machine should agree within
 /// once they are calibrated.
@@ -51,13 +51,13 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Figures that moved.
-    pub fn moved(&self) -> impl Iterator<Item = &Change> {
+    /// BenchResults that moved.
+    pub fn significant(&self) -> impl Iterator<Item = &Change> {
         self.changes.iter().filter(|change| change.verdict != Verdict::Same)
     }
 
     /// True where anything costs more.
-    pub fn is_worse(&self) -> bool {
+    pub fn has_regression(&self) -> bool {
         self.changes.iter().any(|change| change.verdict == Verdict::More)
     }
 }
@@ -67,7 +67,7 @@ impl Comparison {
 /// A figure's noise is how much its rounds differ, in either run; and never less than what is usual over
 /// all figures, since a few rounds may agree by accident. It moved where the ratio of the medians is
 /// beyond five standard errors of that, and beyond 5 %.
-pub fn compare(old: &Figures, new: &Figures) -> Comparison {
+pub fn compare(old: &BenchResults, new: &BenchResults) -> Comparison {
     let mut out = Comparison { changes: Vec::new(), notes: differences(old, new) };
     let calibrated = old.settings.calibration == new.settings.calibration;
     let mut pairs = Vec::new();
@@ -94,7 +94,7 @@ pub fn compare(old: &Figures, new: &Figures) -> Comparison {
     for (then, now) in pairs {
         trees(then, now, &mut out.changes);
         for stage in &now.stages {
-            let same = |other: &&StageFigures| (other.stage, other.threads) == (stage.stage, stage.threads);
+            let same = |other: &&StageResults| (other.stage, other.threads) == (stage.stage, stage.threads);
             let Some(before) = then.stages.iter().find(same) else { continue };
             let threads = if stage.threads == 1 { "thread" } else { "threads" };
             let what = format!("{}, {} {threads}", stage.stage.name(), stage.threads);
@@ -115,15 +115,16 @@ pub fn compare(old: &Figures, new: &Figures) -> Comparison {
 }
 
 /// What keeps two runs from being comparable, in words.
-fn differences(old: &Figures, new: &Figures) -> Vec<String> {
+fn differences(old: &BenchResults, new: &BenchResults) -> Vec<String> {
     let mut notes = Vec::new();
     let (a, b) = (&old.machine, &new.machine);
     if (&a.cpu, a.cores) != (&b.cpu, b.cores) {
-        let name = |m: &super::figures::Machine| format!("{} ({} cores)", m.cpu, m.cores);
+        let name = |m: &super::results::Machine| format!("{} ({} cores)", m.cpu, m.cores);
         notes.push(format!("another machine: {} then, {} now", name(a), name(b)));
     }
     let (a, b) = (&old.settings, &new.settings);
-    let size = |s: &super::figures::Settings| format!("{}x{}, {} samples", s.width, s.height, s.samples);
+    let size =
+        |s: &super::results::RecordedSettings| format!("{}x{}, {} samples", s.width, s.height, s.samples);
     if size(a) != size(b) {
         notes.push(format!("other pictures: {} then, {} now", size(a), size(b)));
     }
@@ -144,7 +145,7 @@ fn positive(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values.filter(|v| v.is_finite() && *v > 0.0).collect()
 }
 
-fn times(stage: &StageFigures, calibrated: bool) -> Vec<f64> {
+fn times(stage: &StageResults, calibrated: bool) -> Vec<f64> {
     match calibrated {
         true => positive(stage.relative()),
         false => positive(stage.seconds.iter().copied().flatten()),
@@ -152,13 +153,13 @@ fn times(stage: &StageFigures, calibrated: bool) -> Vec<f64> {
 }
 
 /// The quickest turn of one thread, now to then.
-fn by_least(then: &StageFigures, now: &StageFigures, calibrated: bool) -> Option<f64> {
-    let least = |s: &StageFigures| if calibrated { s.least_relative } else { s.least_seconds };
+fn by_least(then: &StageResults, now: &StageResults, calibrated: bool) -> Option<f64> {
+    let least = |s: &StageResults| if calibrated { s.least_relative } else { s.least_seconds };
     let ratio = least(now)? / least(then)?;
     Some(ratio).filter(|ratio| now.threads == 1 && ratio.is_finite() && *ratio > 0.0)
 }
 
-fn peaks(stage: &StageFigures) -> Vec<f64> {
+fn peaks(stage: &StageResults) -> Vec<f64> {
     positive(stage.peak_bytes.iter().flatten().map(|&bytes| bytes as f64))
 }
 
@@ -169,11 +170,11 @@ struct Typical {
 }
 
 impl Typical {
-    fn of(old: &Figures, new: &Figures, calibrated: bool) -> Typical {
+    fn of(old: &BenchResults, new: &BenchResults, calibrated: bool) -> Typical {
         let stages = || [old, new].into_iter().flat_map(|f| &f.scenes).flat_map(|scene| &scene.stages);
         Typical {
-            time: median(stages().filter_map(|s| spread(times(s, calibrated)))),
-            memory: median(stages().filter_map(|s| spread(peaks(s)))),
+            time: median(stages().filter_map(|s| log_std_dev(times(s, calibrated)))),
+            memory: median(stages().filter_map(|s| log_std_dev(peaks(s)))),
         }
     }
 }
@@ -186,7 +187,7 @@ fn change(scene: &str, what: &str, rounds: [Vec<f64>; 2], typical: Option<f64>) 
         return None;
     }
     let squared = |rounds: &Vec<f64>| {
-        let own = spread(rounds.iter().copied());
+        let own = log_std_dev(rounds.iter().copied());
         let spread = own.unwrap_or(0.0).max(typical?);
         Some(spread * spread / rounds.len() as f64)
     };
@@ -214,7 +215,7 @@ fn judged(scene: &str, what: &str, ratio: f64, noise: f64) -> Change {
     }
 }
 
-fn trees(then: &SceneFigures, now: &SceneFigures, out: &mut Vec<Change>) {
+fn trees(then: &SceneResults, now: &SceneResults, out: &mut Vec<Change>) {
     let (Some(then), Some(tree)) = (&then.tree, &now.tree) else { return };
     for (what, then, now_) in [
         ("nodes", Some(then.nodes as f64), Some(tree.nodes as f64)),
@@ -232,32 +233,39 @@ fn trees(then: &SceneFigures, now: &SceneFigures, out: &mut Vec<Change>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::figures::{Machine, Settings, Stage};
+    use super::super::results::{BenchStage, Machine, RecordedSettings};
     use super::*;
-    use crate::bench::interleaved_timer::Taken;
+    use crate::bench::interleaved_timer::Timing;
 
     /// A run of `scenes` scenes whose rounds scatter by about 1 %, all times multiplied by `factor` and
     /// the scattering's beginning at `seed`.
-    fn run(factor: f64, rounds: usize, seed: usize) -> Figures {
+    fn run(factor: f64, rounds: usize, seed: usize) -> BenchResults {
         let stages = |scene: usize| {
-            Stage::ALL.into_iter().enumerate().map(move |(i, stage)| {
+            BenchStage::ALL.into_iter().enumerate().map(move |(i, stage)| {
                 let taken = |round: usize| {
                     let shift = ((seed + 7 * scene + 3 * i + 5 * round) % 11) as f64 / 5.0 - 1.0;
                     let relative = factor * (1.0 + 0.01 * shift);
                     let seconds = relative * 0.001;
                     let (least, least_workload) = (0.9 * seconds, 0.0009);
-                    Taken { seconds, relative, least, least_workload, waited: 0.1, peak_bytes: Some(1 << 20) }
+                    Timing {
+                        seconds,
+                        relative,
+                        least,
+                        least_workload,
+                        waited: 0.1,
+                        peak_bytes: Some(1 << 20),
+                    }
                 };
-                StageFigures::of(stage, 1, None, &(0..rounds).map(taken).collect::<Vec<_>>())
+                StageResults::of(stage, 1, None, &(0..rounds).map(taken).collect::<Vec<_>>())
             })
         };
-        let scene = |i: usize| SceneFigures {
+        let scene = |i: usize| SceneResults {
             name: format!("scene {i}"),
             triangles: 10,
             tree: None,
             stages: stages(i).collect(),
         };
-        let mut figures = Figures::new(Settings::default(), (0..5).map(scene).collect());
+        let mut figures = BenchResults::new(RecordedSettings::default(), (0..5).map(scene).collect());
         figures.machine = Machine::default();
         figures
     }
@@ -268,12 +276,12 @@ mod tests {
             let same = compare(&run(1.0, 5, 0), &run(1.0, 5, seed));
             assert_eq!(same.changes.len(), 5 * 7 * 2);
             assert!(same.notes.is_empty(), "{:?}", same.notes);
-            assert_eq!(same.moved().count(), 0, "{same:?}");
+            assert_eq!(same.significant().count(), 0, "{same:?}");
             let (slower, faster) =
                 (compare(&run(1.0, 5, 0), &run(1.2, 5, seed)), compare(&run(1.2, 5, 0), &run(1.0, 5, seed)));
-            assert!(slower.is_worse() && slower.moved().count() == 35);
-            assert!(!faster.is_worse() && faster.moved().all(|c| c.verdict == Verdict::Less));
-            assert_eq!(faster.moved().count(), 35);
+            assert!(slower.has_regression() && slower.significant().count() == 35);
+            assert!(!faster.has_regression() && faster.significant().all(|c| c.verdict == Verdict::Less));
+            assert_eq!(faster.significant().count(), 35);
         }
     }
 
@@ -302,7 +310,7 @@ mod tests {
             stage.relative = [0.9, 1.5, 1.2, 1.0, 1.4].map(Some).to_vec();
         }
         let compared = compare(&old, &new);
-        assert_eq!(compared.moved().count(), 0, "{compared:?}");
+        assert_eq!(compared.significant().count(), 0, "{compared:?}");
         assert!(compared.changes.iter().any(|c| c.ratio > 1.19 && c.noise > 0.3));
     }
 
@@ -315,7 +323,7 @@ mod tests {
             let middle = if i == 0 { 1.1 } else { 1.0 };
             stage.relative = [1.0 - scatter, 1.0, 1.0 + scatter].map(|v| Some(v * middle)).to_vec();
         }
-        assert_eq!(compare(&old, &new).moved().count(), 0);
+        assert_eq!(compare(&old, &new).significant().count(), 0);
     }
 
     #[test]
@@ -338,7 +346,7 @@ mod tests {
         let times = compared.changes.iter().filter(|c| !c.what.contains("memory"));
         assert_eq!(times.count(), 6 + 5);
         let single = compare(&run(1.0, 1, 0), &run(3.0, 1, 0));
-        assert!(single.moved().count() == 0 && single.notes[0].contains("--rounds"), "{single:?}");
+        assert!(single.significant().count() == 0 && single.notes[0].contains("--rounds"), "{single:?}");
         new.settings.calibration += 1;
         assert!(compare(&old, &new).notes.iter().any(|note| note.contains("seconds are compared")));
         assert!(compare(&new, &old).changes.iter().all(|c| c.ratio.is_finite()));
@@ -348,15 +356,15 @@ mod tests {
     fn trees_have_no_noise() {
         let (mut old, mut new) = (run(1.0, 5, 0), run(1.0, 5, 0));
         let tree =
-            super::super::figures::TreeFigures { nodes: 100, sah_cost: Some(50.0), ..Default::default() };
+            super::super::results::BvhResults { nodes: 100, sah_cost: Some(50.0), ..Default::default() };
         old.scenes[0].tree = Some(tree.clone());
-        new.scenes[0].tree = Some(super::super::figures::TreeFigures {
+        new.scenes[0].tree = Some(super::super::results::BvhResults {
             sah_cost: Some(51.0),
             bytes_per_triangle: Some(3.0),
             ..tree
         });
         let compared = compare(&old, &new);
-        let moved: Vec<&str> = compared.moved().map(|c| c.what.as_str()).collect();
+        let moved: Vec<&str> = compared.significant().map(|c| c.what.as_str()).collect();
         assert_eq!(moved, ["SAH cost"]);
     }
 }

@@ -2,17 +2,17 @@
 
 /// Seconds of all threads together. They grow; 0 where the system does not tell (only Linux does).
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Shares {
+pub struct CpuTimes {
     /// On a processor.
     pub running: f64,
     /// In line for one, ready to run.
     pub waiting: f64,
 }
 
-impl Shares {
+impl CpuTimes {
     /// Up to now.
-    pub fn now() -> Shares {
-        let mut shares = Shares::default();
+    pub fn now() -> CpuTimes {
+        let mut shares = CpuTimes::default();
         let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return shares };
         for task in tasks.flatten() {
             let Ok(text) = std::fs::read_to_string(task.path().join("schedstat")) else { continue };
@@ -25,10 +25,10 @@ impl Shares {
     }
 
     /// From `before` to now.
-    pub fn since(before: Shares) -> Shares {
-        let now = Shares::now();
+    pub fn since(before: CpuTimes) -> CpuTimes {
+        let now = CpuTimes::now();
         // A thread that ended takes its share with it.
-        Shares {
+        CpuTimes {
             running: (now.running - before.running).max(0.0),
             waiting: (now.waiting - before.waiting).max(0.0),
         }

@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use crate::bench::calibration::Calibration;
-use crate::bench::cpu_wait::Shares;
+use crate::bench::cpu_wait::CpuTimes;
 use crate::bench::memory;
 use crate::bench::stats::median;
 
 /// Measures on so many threads.
-pub struct Turns {
+pub struct InterleavedTimer {
     /// What work takes turns with; `None` where its memory is measured.
     calibration: Option<Calibration>,
     pool: rayon::ThreadPool,
@@ -17,9 +17,9 @@ pub struct Turns {
 
 /// Least number of turns that count.
 const LEAST: usize = 3;
-/// Turns go on until they took this long together, in seconds.
+/// InterleavedTimer go on until they took this long together, in seconds.
 const ENOUGH: f64 = 0.2;
-/// Turns, at most.
+/// InterleavedTimer, at most.
 const MOST: usize = 50;
 /// What takes less than this, in seconds, is done several times a turn.
 const SHORT: f64 = 0.002;
@@ -30,7 +30,7 @@ const SHARE: f64 = 0.4;
 
 /// What one round said about some work.
 #[derive(Clone, Copy, Debug)]
-pub struct Taken {
+pub struct Timing {
     /// Seconds, without the waiting; NaN where it was not timed.
     pub seconds: f64,
     /// The same in units of the workload.
@@ -56,7 +56,7 @@ struct Span {
 impl Span {
     /// Of `threads` threads. They wait side by side, so that each waiting second is a share of one; but a
     /// thread may also wait while it is not needed, so the work itself, evenly shared, is the least.
-    fn new(wall: f64, shares: Shares, threads: usize) -> Span {
+    fn new(wall: f64, shares: CpuTimes, threads: usize) -> Span {
         let threads = threads as f64;
         let own = (wall - shares.waiting / threads).max(shares.running / threads).clamp(0.0, wall);
         // A clock too coarse for it leaves something.
@@ -64,15 +64,15 @@ impl Span {
     }
 }
 
-impl Turns {
+impl InterleavedTimer {
     /// # Errors
     /// Where so many threads cannot be had.
     pub fn new(
         calibration: Option<Calibration>,
         threads: usize,
-    ) -> Result<Turns, rayon::ThreadPoolBuildError> {
+    ) -> Result<InterleavedTimer, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        Ok(Turns { calibration, pool, threads })
+        Ok(InterleavedTimer { calibration, pool, threads })
     }
 
     /// Does something that is not measured on the same threads.
@@ -81,7 +81,7 @@ impl Turns {
     }
 
     /// Does `work`, and tells what it took and what it made at last.
-    pub fn take<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Taken, T) {
+    pub fn measure<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Timing, T) {
         match self.calibration {
             Some(calibration) => self.timed(calibration, work),
             None => self.once(work),
@@ -89,12 +89,12 @@ impl Turns {
     }
 
     /// Does it once.
-    fn once<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Taken, T) {
+    fn once<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Timing, T) {
         let tells_peak = memory::reset_peak();
         let made = self.pool.install(&work);
         let peak_bytes = memory::peak_bytes().filter(|_| tells_peak);
         let none = f64::NAN;
-        let untimed = Taken {
+        let untimed = Timing {
             seconds: none,
             relative: none,
             least: none,
@@ -106,7 +106,7 @@ impl Turns {
     }
 
     /// Does it again and again. A first time, which does not count, warms up.
-    fn timed<T: Send>(&self, calibration: Calibration, work: impl Fn() -> T + Sync) -> (Taken, T) {
+    fn timed<T: Send>(&self, calibration: Calibration, work: impl Fn() -> T + Sync) -> (Timing, T) {
         let (first, mut made) = self.time(|| self.pool.install(&work));
         // What takes hardly any time is done several times a turn.
         let repeats = (SHORT / first.own).clamp(1.0, 1000.0) as usize;
@@ -137,7 +137,7 @@ impl Turns {
         }
         let middle = |values: Vec<f64>| median(values).unwrap_or(f64::NAN);
         let waited = if wall > 0.0 { 1.0 - own / wall } else { 0.0 };
-        let taken = Taken {
+        let taken = Timing {
             least: seconds.iter().copied().fold(f64::INFINITY, f64::min),
             least_workload,
             seconds: middle(seconds),
@@ -165,10 +165,10 @@ impl Turns {
     }
 
     fn time<T>(&self, work: impl FnOnce() -> T) -> (Span, T) {
-        let (before, start) = (Shares::now(), Instant::now());
+        let (before, start) = (CpuTimes::now(), Instant::now());
         let made = work();
         let wall = start.elapsed().as_secs_f64();
-        (Span::new(wall, Shares::since(before), self.threads), made)
+        (Span::new(wall, CpuTimes::since(before), self.threads), made)
     }
 }
 
@@ -178,7 +178,8 @@ mod tests {
 
     #[test]
     fn waiting_is_taken_off_and_work_is_not() {
-        let own = |wall, running, waiting, threads| Span::new(wall, Shares { running, waiting }, threads).own;
+        let own =
+            |wall, running, waiting, threads| Span::new(wall, CpuTimes { running, waiting }, threads).own;
         assert_eq!(own(1.0, 0.0, 0.0, 2), 1.0);
         assert_eq!(own(1.0, 0.25, 0.75, 1), 0.25);
         // Two threads that wait at once.

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use super::figures::Machine;
 use super::memory;
+use super::results::Machine;
 use crate::accel::Tier;
 
 impl Machine {

@@ -3,24 +3,24 @@
 use std::hint::black_box;
 
 use super::calibration::Calibration;
-use super::figures::{Figures, SceneFigures, Settings, Stage, StageFigures, TreeFigures};
-use super::page::HeatMap;
-use super::rays::Rays;
-use super::subject::Subject;
+use super::rays::BenchRays;
+use super::report::HeatMap;
+use super::results::{BenchResults, BenchStage, BvhResults, RecordedSettings, SceneResults, StageResults};
+use super::workload::Workload;
 use crate::accel::{Accel, AccelStats, BuildSettings, Tier};
-use crate::bench::interleaved_timer::{Taken, Turns};
+use crate::bench::interleaved_timer::{InterleavedTimer, Timing};
 use crate::display::{Background, Display, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::{LoadError, LoadOptions, Warning, load};
 use crate::integrator::{Aov, Frame, Phong};
-use crate::output::{Depth, Format, Picture};
+use crate::output::{BitDepth, ImageFormat, Picture};
 use crate::render::{Cancelled, RenderSettings, meter, render, render_aovs};
 use crate::scene::pose;
 use crate::scene::{Lighting, PoseError, PoseSettings, PosedScene, Scene, View, ViewError};
 
 /// How a run is made.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct BenchSettings {
     /// How files are read.
     pub load: LoadOptions,
     /// Pixels and samples of pictures; rays go through the pixels' centres.
@@ -42,9 +42,9 @@ pub struct Plan {
 
 /// What a run found.
 #[derive(Debug)]
-pub struct Measurement {
+pub struct BenchRun {
     /// The figures.
-    pub figures: Figures,
+    pub figures: BenchResults,
     /// Pictures of what eye rays cost, where they were asked for.
     pub heat_maps: Vec<HeatMap>,
     /// Scenes that could not be measured: their index, and why.
@@ -83,47 +83,47 @@ pub enum MeasureError {
 }
 
 /// What a run tells of itself as it goes.
-pub trait Listener {
+pub trait BenchObserver {
     /// A round of a scene begins.
-    fn begins(&mut self, subject: &Subject, round: u32);
+    fn scene_started(&mut self, subject: &Workload, round: u32);
     /// What reading the scene warned of, once.
     ///
     /// # Errors
     /// Why the scene shall not be measured then.
-    fn warned(&mut self, subject: &Subject, warnings: &[Warning]) -> Result<(), String>;
+    fn scene_loaded(&mut self, subject: &Workload, warnings: &[Warning]) -> Result<(), String>;
 }
 
 /// A scene's outcomes so far.
 #[derive(Default)]
 struct Record {
     triangles: u64,
-    tree: TreeFigures,
+    tree: BvhResults,
     /// (stage, threads, rays, the rounds' outcomes)
-    rows: Vec<(Stage, usize, Option<u64>, Vec<Taken>)>,
+    rows: Vec<(BenchStage, usize, Option<u64>, Vec<Timing>)>,
     failed: Option<MeasureError>,
 }
 
 impl Record {
-    fn add(&mut self, stage: Stage, threads: usize, rays: Option<u64>, taken: Taken) {
+    fn add(&mut self, stage: BenchStage, threads: usize, rays: Option<u64>, taken: Timing) {
         match self.rows.iter_mut().find(|row| (row.0, row.1) == (stage, threads)) {
             Some(row) => row.3.push(taken),
             None => self.rows.push((stage, threads, rays, vec![taken])),
         }
     }
 
-    fn figures(&self, name: &str) -> SceneFigures {
-        let row = |(stage, threads, rays, rounds): &(Stage, usize, Option<u64>, Vec<Taken>)| {
-            StageFigures::of(*stage, *threads, *rays, rounds)
+    fn figures(&self, name: &str) -> SceneResults {
+        let row = |(stage, threads, rays, rounds): &(BenchStage, usize, Option<u64>, Vec<Timing>)| {
+            StageResults::of(*stage, *threads, *rays, rounds)
         };
-        let mut stages: Vec<StageFigures> = self.rows.iter().map(row).collect();
+        let mut stages: Vec<StageResults> = self.rows.iter().map(row).collect();
         stages.sort_by_key(|s| (s.threads, s.stage));
         let tree = Some(self.tree.clone());
-        SceneFigures { name: name.into(), triangles: self.triangles, tree, stages }
+        SceneResults { name: name.into(), triangles: self.triangles, tree, stages }
     }
 }
 
 /// Measures. A scene that fails does not keep the others from being measured.
-pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -> Measurement {
+pub fn measure(plan: &BenchSettings, subjects: &[Workload], listener: &mut dyn BenchObserver) -> BenchRun {
     let calibration = (!plan.memory).then_some(Calibration);
     let mut records: Vec<Record> = subjects.iter().map(|_| Record::default()).collect();
     let mut heat_maps = Vec::new();
@@ -132,10 +132,10 @@ pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -
             if record.failed.is_some() {
                 continue;
             }
-            listener.begins(subject, round + 1);
+            listener.scene_started(subject, round + 1);
             for (i, &threads) in plan.threads.iter().enumerate() {
                 let first = round == 0 && i == 0;
-                let turns = Turns::new(calibration, threads);
+                let turns = InterleavedTimer::new(calibration, threads);
                 let done =
                     turns.map_err(|cause| MeasureError::Threads { threads, cause }).and_then(|turns| {
                         Pass { plan, subject, turns: &turns, threads, record: &mut *record }
@@ -151,7 +151,7 @@ pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -
             }
         }
     }
-    let settings = Settings {
+    let settings = RecordedSettings {
         command: plan.command.clone(),
         width: plan.render.width,
         height: plan.render.height,
@@ -160,61 +160,65 @@ pub fn measure(plan: &Plan, subjects: &[Subject], listener: &mut dyn Listener) -
         threads: plan.threads.iter().map(|&threads| threads as u32).collect(),
         simd: plan.tier.name().into(),
         debug_build: cfg!(debug_assertions),
-        ..Settings::default()
+        ..RecordedSettings::default()
     };
     let measured = subjects.iter().zip(&records).filter(|(_, record)| record.failed.is_none());
     let scenes = measured.map(|(subject, record)| record.figures(&subject.name)).collect();
     let failed =
         records.into_iter().enumerate().filter_map(|(i, record)| Some((i, record.failed?))).collect();
-    Measurement { figures: Figures::new(settings, scenes), heat_maps, failed }
+    BenchRun { figures: BenchResults::new(settings, scenes), heat_maps, failed }
 }
 
 /// One round of one scene on so many threads.
 struct Pass<'a> {
-    plan: &'a Plan,
-    subject: &'a Subject,
-    turns: &'a Turns,
+    plan: &'a BenchSettings,
+    subject: &'a Workload,
+    turns: &'a InterleavedTimer,
     threads: usize,
     record: &'a mut Record,
 }
 
 impl Pass<'_> {
-    fn run(&mut self, first: bool, listener: &mut dyn Listener) -> Result<Option<HeatMap>, MeasureError> {
+    fn run(
+        &mut self,
+        first: bool,
+        listener: &mut dyn BenchObserver,
+    ) -> Result<Option<HeatMap>, MeasureError> {
         let (plan, turns) = (self.plan, self.turns);
-        let (taken, loaded) = turns.take(|| load(&self.subject.file, &plan.load));
+        let (taken, loaded) = turns.measure(|| load(&self.subject.file, &plan.load));
         let (scene, warnings) = loaded?;
         if first {
-            listener.warned(self.subject, &warnings).map_err(MeasureError::Refused)?;
+            listener.scene_loaded(self.subject, &warnings).map_err(MeasureError::Refused)?;
         }
-        self.add(Stage::Load, None, taken);
+        self.add(BenchStage::Load, None, taken);
         let posed = turns.install(|| pose(&scene, &PoseSettings::default()))?;
 
         let build = BuildSettings { simd: plan.tier, ..BuildSettings::default() };
-        let (taken, (accel, _)) = turns.take(|| Accel::build(&posed, &build));
-        self.add(Stage::Build, None, taken);
+        let (taken, (accel, _)) = turns.measure(|| Accel::build(&posed, &build));
+        self.add(BenchStage::Build, None, taken);
         if first {
             self.record.triangles = scene.instanced_triangle_count();
             self.record.tree = tree(&accel);
         }
 
         let (frame, display) = turns.install(|| set_up(plan, &scene, &posed, &accel))?;
-        let rays = turns.install(|| Rays::new(&frame, &plan.render));
-        let (taken, hits) = turns.take(|| black_box(rays.trace_eye(&accel, &posed)));
-        self.add(Stage::Eye, Some(rays.eye()), taken);
+        let rays = turns.install(|| BenchRays::new(&frame, &plan.render));
+        let (taken, hits) = turns.measure(|| black_box(rays.trace_eye(&accel, &posed)));
+        self.add(BenchStage::Eye, Some(rays.eye_count()), taken);
         if hits > 0 {
-            let (taken, _) = turns.take(|| black_box(rays.trace_shadow(&accel, &posed)));
-            self.add(Stage::Shadow, Some(rays.from_hits()), taken);
-            let (taken, _) = turns.take(|| black_box(rays.trace_incoherent(&accel, &posed)));
-            self.add(Stage::Incoherent, Some(rays.from_hits()), taken);
+            let (taken, _) = turns.measure(|| black_box(rays.trace_shadow(&accel, &posed)));
+            self.add(BenchStage::Shadow, Some(rays.hit_count()), taken);
+            let (taken, _) = turns.measure(|| black_box(rays.trace_incoherent(&accel, &posed)));
+            self.add(BenchStage::Incoherent, Some(rays.hit_count()), taken);
         }
         drop(rays);
 
-        let (taken, pixels) = turns.take(|| render(&frame, &Phong::default(), &plan.render, &()));
-        self.add(Stage::Frame, None, taken);
+        let (taken, pixels) = turns.measure(|| render(&frame, &Phong::default(), &plan.render, &()));
+        self.add(BenchStage::Frame, None, taken);
         let picture = Picture::new(pixels?, display);
-        let (taken, png) = turns.take(|| Format::Png.encode(&picture, Depth::Usual));
+        let (taken, png) = turns.measure(|| ImageFormat::Png.encode(&picture, BitDepth::Default));
         png?;
-        self.add(Stage::Encode, None, taken);
+        self.add(BenchStage::Encode, None, taken);
 
         if !(first && plan.heat_maps) {
             return Ok(None);
@@ -225,15 +229,15 @@ impl Pass<'_> {
         Ok(map.transpose()?)
     }
 
-    fn add(&mut self, stage: Stage, rays: Option<u64>, taken: Taken) {
+    fn add(&mut self, stage: BenchStage, rays: Option<u64>, taken: Timing) {
         self.record.add(stage, self.threads, rays, taken);
     }
 }
 
-fn tree(accel: &Accel) -> TreeFigures {
+fn tree(accel: &Accel) -> BvhResults {
     let AccelStats { nodes, triangles: entries, bytes, .. } = accel.stats();
     let finite = |v: f64| Some(v).filter(|v| v.is_finite());
-    TreeFigures {
+    BvhResults {
         nodes: nodes as u64,
         entries: entries as u64,
         bytes: bytes as u64,
@@ -244,7 +248,7 @@ fn tree(accel: &Accel) -> TreeFigures {
 
 /// The scene as `render` shows it: through its first camera or framed, lit by its lights or by three.
 fn set_up<'a>(
-    plan: &Plan,
+    plan: &BenchSettings,
     scene: &Scene,
     posed: &'a PosedScene<'a>,
     accel: &'a Accel,

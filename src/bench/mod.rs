@@ -9,21 +9,23 @@
 mod calibration;
 mod compare;
 mod cpu_wait;
-mod figures;
 mod interleaved_timer;
 mod machine;
 mod measure;
 pub mod memory;
-mod page;
 mod rays;
+mod report;
+mod results;
 pub mod scenes;
 mod stats;
-mod subject;
+mod workload;
 
 pub use calibration::Calibration;
 pub use compare::{Change, Comparison, Verdict, compare};
-pub use figures::{Figures, FiguresError, Machine, SceneFigures, Settings, Stage, StageFigures, TreeFigures};
-pub use measure::{Listener, MeasureError, Measurement, Plan, measure};
-pub use page::{HeatMap, duration, page};
-pub use rays::Rays;
-pub use subject::{Subject, SubjectError, suite, sweep};
+pub use measure::{BenchObserver, BenchRun, BenchSettings, MeasureError, measure};
+pub use rays::BenchRays;
+pub use report::{HeatMap, format_duration, report_page};
+pub use results::{
+    BenchResults, BenchStage, BvhResults, Machine, RecordedSettings, ResultsError, SceneResults, StageResults,
+};
+pub use workload::{Workload, WorkloadError, remove_generated_scenes, standard_suite};

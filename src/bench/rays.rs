@@ -19,25 +19,25 @@ struct Batches {
 
 /// The rays of a picture: those of the eye, and of each that hits something one to a point light and one
 /// anywhere.
-pub struct Rays {
+pub struct BenchRays {
     tiles: Vec<Batches>,
 }
 
-impl Rays {
+impl BenchRays {
     /// Through the centres of all pixels, and from what they hit.
-    pub fn new(frame: &Frame, settings: &RenderSettings) -> Rays {
+    pub fn new(frame: &Frame, settings: &RenderSettings) -> BenchRays {
         let light = light(frame);
         let tiles = Film::new(settings.window()).tiles(settings.tile);
-        Rays { tiles: tiles.into_par_iter().map(|tile| batches(frame, settings, tile, light)).collect() }
+        BenchRays { tiles: tiles.into_par_iter().map(|tile| batches(frame, settings, tile, light)).collect() }
     }
 
     /// Number of eye rays.
-    pub fn eye(&self) -> u64 {
+    pub fn eye_count(&self) -> u64 {
         self.tiles.iter().map(|tile| tile.eye.len() as u64).sum()
     }
 
     /// Number of eye rays that hit something: as many go on to the light, and as many anywhere.
-    pub fn from_hits(&self) -> u64 {
+    pub fn hit_count(&self) -> u64 {
         self.tiles.iter().map(|tile| tile.shadow.len() as u64).sum()
     }
 

@@ -10,7 +10,7 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 
 /// How far positive numbers scatter, as a share of themselves: the standard deviation of their
 /// logarithms. `None` for fewer than two.
-pub fn spread(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+pub fn log_std_dev(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let positive = values.into_iter().filter(|v| v.is_finite() && *v > 0.0);
     let logs: Vec<f64> = positive.map(libm::log).collect();
     if logs.len() < 2 {
@@ -36,9 +36,9 @@ mod tests {
 
     #[test]
     fn a_spread_is_relative() {
-        let (small, large) = (spread([0.9, 1.0, 1.1]).unwrap(), spread([9e6, 10e6, 11e6]).unwrap());
+        let (small, large) = (log_std_dev([0.9, 1.0, 1.1]).unwrap(), log_std_dev([9e6, 10e6, 11e6]).unwrap());
         assert!((small - large).abs() < 1e-12 && (small - 0.1).abs() < 0.002, "{small} {large}");
-        assert_eq!(spread([5.0; 4]), Some(0.0));
-        assert_eq!(spread([1.0, -1.0, f64::NAN]), None);
+        assert_eq!(log_std_dev([5.0; 4]), Some(0.0));
+        assert_eq!(log_std_dev([1.0, -1.0, f64::NAN]), None);
     }
 }

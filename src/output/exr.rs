@@ -18,14 +18,14 @@ use exr::prelude::{
 };
 use rayon::prelude::*;
 
-use super::{Depth, Picture, cryptomatte};
+use super::{BitDepth, Picture, cryptomatte};
 use crate::integrator::Aov;
 use crate::render::AovLayer;
 
 /// Encodes a picture. Everything is 32-bit floats, ids 32-bit integers; `Sixteen` makes colour,
 /// normals and albedo half.
-pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
-    let kind = if depth == Depth::Sixteen { SampleType::F16 } else { SampleType::F32 };
+pub(super) fn encode(picture: &Picture, depth: BitDepth) -> io::Result<Vec<u8>> {
+    let kind = if depth == BitDepth::Sixteen { SampleType::F16 } else { SampleType::F32 };
     let mattes: Vec<_> = picture.mattes.iter().map(cryptomatte::Layers::new).collect();
     let mut channels: SmallVec<[AnyChannel<Channel>; 4]> = SmallVec::new();
     for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
@@ -41,17 +41,20 @@ pub(super) fn encode(picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
     }
     let size = Vec2(picture.pixels.width as usize, picture.pixels.height as usize);
     // The display window is the whole picture, the data window what was rendered of it.
-    let (position, whole) = match picture.part {
+    let (position, whole) = match picture.crop_window {
         Some(part) => {
             (Vec2(part.crop.x as i32, part.crop.y as i32), Vec2(part.width as usize, part.height as usize))
         }
         None => (Vec2(0, 0), size),
     };
     let text = |value: &str| ExrText::from_bytes_unchecked(value.bytes().collect());
-    let stamp = picture.stamp.iter().map(|stamp| (super::stamp::KEY.to_string(), stamp.clone()));
+    let fingerprint =
+        picture.fingerprint.iter().map(|fingerprint| (super::metadata::KEY.to_string(), fingerprint.clone()));
     let other = mattes.iter().flat_map(cryptomatte::Layers::metadata);
-    let other =
-        other.chain(stamp).map(|(key, value)| (text(&key), AttributeValue::Text(text(&value)))).collect();
+    let other = other
+        .chain(fingerprint)
+        .map(|(key, value)| (text(&key), AttributeValue::Text(text(&value))))
+        .collect();
     let software_name = Some(concat!("blinn ", env!("CARGO_PKG_VERSION")).into());
     let attributes = LayerAttributes { software_name, layer_position: position, other, ..Default::default() };
     let layer = ExrLayer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
@@ -234,7 +237,7 @@ mod tests {
             Picture { layers: vec![ids], ..Picture::new(Pixels { width, height, colors }, display) };
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| encode(&picture, Depth::Usual).unwrap())
+            pool.install(|| encode(&picture, BitDepth::Default).unwrap())
         };
         let bytes = with(1);
         assert!(bytes == with(3));

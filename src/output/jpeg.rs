@@ -10,7 +10,7 @@ pub(super) fn encode(
     (width, height): (u32, u32),
     pixels: &[[u8; 4]],
     quality: u8,
-    stamp: Option<&str>,
+    fingerprint: Option<&str>,
 ) -> io::Result<Vec<u8>> {
     let Some(rgb) = super::opaque(pixels) else {
         let what = "a JPEG has no transparency: give a background, or write PNG or WebP";
@@ -19,8 +19,8 @@ pub(super) fn encode(
     let mut out = Vec::new();
     let encoder = JpegEncoder::new_with_quality(&mut out, quality.clamp(1, 100));
     encoder.write_image(&rgb, width, height, ExtendedColorType::Rgb8).map_err(io::Error::other)?;
-    if let Some(stamp) = stamp {
-        super::stamp::into_jpeg(&mut out, stamp);
+    if let Some(fingerprint) = fingerprint {
+        super::metadata::into_jpeg(&mut out, fingerprint);
     }
     Ok(out)
 }

@@ -5,12 +5,12 @@ mod atomic;
 mod cryptomatte;
 mod exr;
 mod jpeg;
-mod place;
+mod metadata;
 mod png;
 mod preview;
-mod stamp;
 mod thumbnail;
 mod webp;
+mod write_target;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -19,12 +19,12 @@ use crate::display::Display;
 use crate::integrator::Aov;
 use crate::render::{AovLayer, Matte, PixelRect, Pixels};
 
-pub use animation::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings};
-pub use atomic::{Replace, hold_writes, nameless_beside, write_atomically, write_whole};
-pub use place::identity;
-pub use preview::{depth_steps, heat, hottest, preview, preview_matte};
-pub use stamp::read_stamp;
-pub use thumbnail::thumbnail;
+pub use animation::{ANIMATION_QUALITY, AnimationFile, AnimationFormat, AnimationSettings};
+pub use atomic::{Overwrite, block_writes, unnamed_temp_file, write_atomically, write_atomically_with};
+pub use metadata::read_fingerprint;
+pub use preview::{heat_color, heat_map_max, preview_layer, preview_matte, quantize_depth};
+pub use thumbnail::encode_thumbnail;
+pub use write_target::canonical_path;
 
 /// The bytes of a PNG of straight 8-bit sRGB with alpha, row-major, row 0 on top.
 ///
@@ -46,17 +46,17 @@ pub struct Picture {
     /// How colour becomes display values, where the format holds those.
     pub display: Display,
     /// Where this is a part of a larger picture: that one.
-    pub part: Option<Part>,
+    pub crop_window: Option<CropWindow>,
     /// Set where the picture of a depth layer is to be measured: metres to a step of 16 bits, in which 0
     /// is nothing at all. Otherwise it is a preview.
     pub depth_step: Option<f64>,
-    /// A line of ASCII that its files keep, for [`read_stamp`] to find again.
-    pub stamp: Option<String>,
+    /// A line of ASCII that its files keep, for [`read_fingerprint`] to find again.
+    pub fingerprint: Option<String>,
 }
 
 /// Where a part lies in its picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct CropWindow {
     /// What was rendered.
     pub crop: PixelRect,
     /// Columns of the whole picture.
@@ -73,18 +73,18 @@ impl Picture {
             layers: Vec::new(),
             mattes: Vec::new(),
             display,
-            part: None,
+            crop_window: None,
             depth_step: None,
-            stamp: None,
+            fingerprint: None,
         }
     }
 }
 
 /// Bits a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Depth {
+pub enum BitDepth {
     /// What the format usually has: 8 in PNG, 32 in EXR.
-    Usual,
+    Default,
     /// 8 bits.
     Eight,
     /// 16: integers in PNG, halves in EXR.
@@ -93,7 +93,7 @@ pub enum Depth {
 
 /// File formats for single pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum ImageFormat {
     /// Display-referred, straight alpha.
     Png,
     /// Linear, premultiplied alpha, layers in the same part.
@@ -107,28 +107,28 @@ pub enum Format {
 /// The quality of a JPEG where none is given.
 pub const JPEG_QUALITY: u8 = 90;
 
-impl Format {
+impl ImageFormat {
     /// The endings of file names, as people are told them.
-    pub const ENDINGS: &str = ".png, .exr, .jpg, .webp";
+    pub const EXTENSIONS: &str = ".png, .exr, .jpg, .webp";
 
     /// By a file name's ending.
-    pub fn of(path: &Path) -> Option<Format> {
+    pub fn from_path(path: &Path) -> Option<ImageFormat> {
         match path.extension()?.to_ascii_lowercase().to_str()? {
-            "png" => Some(Format::Png),
-            "exr" => Some(Format::Exr),
-            "jpg" | "jpeg" => Some(Format::Jpeg(JPEG_QUALITY)),
-            "webp" => Some(Format::Webp),
+            "png" => Some(ImageFormat::Png),
+            "exr" => Some(ImageFormat::Exr),
+            "jpg" | "jpeg" => Some(ImageFormat::Jpeg(JPEG_QUALITY)),
+            "webp" => Some(ImageFormat::Webp),
             _ => None,
         }
     }
 
     /// What a picture of it is called, and the bits a channel that it can have.
-    pub fn depths(self) -> (&'static str, &'static [(u8, Depth)]) {
+    pub fn bit_depths(self) -> (&'static str, &'static [(u8, BitDepth)]) {
         match self {
-            Format::Png => ("a PNG", &[(8, Depth::Eight), (16, Depth::Sixteen)]),
-            Format::Exr => ("an EXR", &[(16, Depth::Sixteen), (32, Depth::Usual)]),
-            Format::Jpeg(_) => ("a JPEG", &[(8, Depth::Eight)]),
-            Format::Webp => ("a WebP", &[(8, Depth::Eight)]),
+            ImageFormat::Png => ("a PNG", &[(8, BitDepth::Eight), (16, BitDepth::Sixteen)]),
+            ImageFormat::Exr => ("an EXR", &[(16, BitDepth::Sixteen), (32, BitDepth::Default)]),
+            ImageFormat::Jpeg(_) => ("a JPEG", &[(8, BitDepth::Eight)]),
+            ImageFormat::Webp => ("a WebP", &[(8, BitDepth::Eight)]),
         }
     }
 
@@ -138,9 +138,9 @@ impl Format {
     /// How many it may have.
     pub fn check_size(self, (width, height): (u32, u32)) -> io::Result<()> {
         let (what, most) = match self {
-            Format::Png | Format::Exr => return Ok(()),
-            Format::Jpeg(_) => ("a JPEG", u32::from(u16::MAX)),
-            Format::Webp => ("a WebP", 1 << 14),
+            ImageFormat::Png | ImageFormat::Exr => return Ok(()),
+            ImageFormat::Jpeg(_) => ("a JPEG", u32::from(u16::MAX)),
+            ImageFormat::Webp => ("a WebP", 1 << 14),
         };
         if width <= most && height <= most {
             return Ok(());
@@ -153,23 +153,25 @@ impl Format {
     ///
     /// # Errors
     /// What the encoder says; sizes that the format cannot hold.
-    pub fn encode(self, picture: &Picture, depth: Depth) -> io::Result<Vec<u8>> {
+    pub fn encode(self, picture: &Picture, depth: BitDepth) -> io::Result<Vec<u8>> {
         let Picture { pixels, display, .. } = picture;
         let size = (pixels.width, pixels.height);
-        let stamp = picture.stamp.as_deref();
+        let fingerprint = picture.fingerprint.as_deref();
         self.check_size(size)?;
         match self {
-            Format::Png if depth == Depth::Sixteen => png::encode16(size, &display.to_rgba16(pixels), stamp),
-            Format::Png => png::encode8(size, &display.to_rgba8(pixels), stamp),
-            Format::Exr => exr::encode(picture, depth),
-            Format::Jpeg(quality) => jpeg::encode(size, &display.to_rgba8(pixels), quality, stamp),
-            Format::Webp => webp::encode(size, &display.to_rgba8(pixels), stamp),
+            ImageFormat::Png if depth == BitDepth::Sixteen => {
+                png::encode16(size, &display.to_rgba16(pixels), fingerprint)
+            }
+            ImageFormat::Png => png::encode8(size, &display.to_rgba8(pixels), fingerprint),
+            ImageFormat::Exr => exr::encode(picture, depth),
+            ImageFormat::Jpeg(quality) => jpeg::encode(size, &display.to_rgba8(pixels), quality, fingerprint),
+            ImageFormat::Webp => webp::encode(size, &display.to_rgba8(pixels), fingerprint),
         }
     }
 
     /// Whether layers are inside the picture, and not previews beside it.
-    pub fn holds_layers(self) -> bool {
-        self == Format::Exr
+    pub fn supports_layers(self) -> bool {
+        self == ImageFormat::Exr
     }
 }
 
@@ -192,9 +194,9 @@ pub fn escape_html(text: &str) -> String {
 pub fn save(
     picture: &Picture,
     path: &Path,
-    format: Format,
-    depth: Depth,
-    replace: Replace,
+    format: ImageFormat,
+    depth: BitDepth,
+    replace: Overwrite,
 ) -> Result<Vec<PathBuf>, SaveError> {
     let failed = |path: &Path| {
         let path = path.to_path_buf();
@@ -203,23 +205,24 @@ pub fn save(
     let names = picture.layers.iter().map(|layer| layer.aov.name().to_string());
     let names = names.chain(picture.mattes.iter().map(|matte| format!("cryptomatte-{}", matte.kind.name())));
     let beside = names.map(|name| path.with_extension(format!("{name}.png")));
-    let beside: Vec<PathBuf> = if format.holds_layers() { Vec::new() } else { beside.collect() };
+    let beside: Vec<PathBuf> = if format.supports_layers() { Vec::new() } else { beside.collect() };
     // What stands in a layer's way is found before the picture is there.
-    check_free(path, replace)?;
-    beside.iter().try_for_each(|file| check_free(file, replace))?;
+    check_overwrite(path, replace)?;
+    beside.iter().try_for_each(|file| check_overwrite(file, replace))?;
     let bytes = format.encode(picture, depth).map_err(failed(path))?;
     write_atomically(path, &bytes, replace).map_err(failed(path))?;
     let mut written = vec![path.to_path_buf()];
-    if !format.holds_layers() {
+    if !format.supports_layers() {
         let size = (picture.pixels.width, picture.pixels.height);
-        let stamp = picture.stamp.as_deref();
+        let fingerprint = picture.fingerprint.as_deref();
         let layers = picture.layers.iter().map(|layer| match (layer.aov, picture.depth_step) {
-            (Aov::Depth, Some(step)) => png::encode_grey16(size, &depth_steps(layer, step), stamp),
+            (Aov::Depth, Some(step)) => png::encode_grey16(size, &quantize_depth(layer, step), fingerprint),
             // Who takes masks looks for one channel.
-            (Aov::Mask, _) => png::encode_grey8(size, &preview(layer), stamp),
-            _ => png::encode8(size, &preview(layer), stamp),
+            (Aov::Mask, _) => png::encode_grey8(size, &preview_layer(layer), fingerprint),
+            _ => png::encode8(size, &preview_layer(layer), fingerprint),
         });
-        let mattes = picture.mattes.iter().map(|matte| png::encode8(size, &preview_matte(matte), stamp));
+        let mattes =
+            picture.mattes.iter().map(|matte| png::encode8(size, &preview_matte(matte), fingerprint));
         for (file, bytes) in beside.into_iter().zip(layers.chain(mattes)) {
             let bytes = bytes.map_err(failed(&file))?;
             write_atomically(&file, &bytes, replace).map_err(failed(&file))?;
@@ -233,16 +236,16 @@ pub fn save(
 ///
 /// # Errors
 /// That it is a folder, or exists where it must not be replaced.
-pub fn check_free(path: &Path, replace: Replace) -> Result<(), SaveError> {
-    atomic::may_write(path, replace).map_err(|cause| SaveError { path: path.to_path_buf(), cause })
+pub fn check_overwrite(path: &Path, replace: Overwrite) -> Result<(), SaveError> {
+    atomic::check_overwrite(path, replace).map_err(|cause| SaveError { path: path.to_path_buf(), cause })
 }
 
 /// Finds out whether `path` could be written, without writing it.
 ///
 /// # Errors
 /// As [`save`].
-pub fn check_writable(path: &Path, replace: Replace) -> Result<(), SaveError> {
-    atomic::try_to_write(path, replace).map_err(|cause| SaveError { path: path.to_path_buf(), cause })
+pub fn check_writable(path: &Path, replace: Overwrite) -> Result<(), SaveError> {
+    atomic::check_writable(path, replace).map_err(|cause| SaveError { path: path.to_path_buf(), cause })
 }
 
 /// A picture that could not be written. There is no part of it on disk.

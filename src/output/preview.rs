@@ -6,14 +6,14 @@ use crate::integrator::Aov;
 use crate::render::{AovLayer, Matte};
 
 /// An 8-bit picture of a layer: depth from near (bright) to far (dark) by ratios, directions as colours,
-/// positions over their own range, ids as distinct colours, steps as heat from none to [`hottest`], nothing
+/// positions over their own range, ids as distinct colours, steps as heat from none to [`heat_map_max`], nothing
 /// as black.
-pub fn preview(layer: &AovLayer) -> Vec<[u8; 4]> {
+pub fn preview_layer(layer: &AovLayer) -> Vec<[u8; 4]> {
     let width = layer.aov.channel_count();
     let ranges: Vec<(f32, f32)> =
         (0..width).map(|i| range(layer.values.iter().skip(i).step_by(width))).collect();
     let depths = if layer.aov == Aov::Depth { near_and_far(&layer.values) } else { (1.0, 1.0) };
-    let hottest = if layer.aov == Aov::Steps { hottest(layer) } else { 1.0 };
+    let heat_map_max = if layer.aov == Aov::Steps { heat_map_max(layer) } else { 1.0 };
     let scaled = |v: f32, (low, high): (f32, f32)| if high > low { (v - low) / (high - low) } else { 0.5 };
     let nothing = |v: &[f32]| v.iter().all(|&x| x == layer.aov.miss_value());
     layer
@@ -33,7 +33,7 @@ pub fn preview(layer: &AovLayer) -> Vec<[u8; 4]> {
                 Aov::Uv => [byte(tiled(v[0])), byte(tiled(v[1])), 0],
                 Aov::Mask => [byte(v[0]); 3],
                 Aov::ObjectId | Aov::MaterialId => id_color(v[0] as u32),
-                Aov::Steps => heat((v[0] + v[1]) / hottest),
+                Aov::Steps => heat_color((v[0] + v[1]) / heat_map_max),
             };
             [rgb[0], rgb[1], rgb[2], 255]
         })
@@ -42,7 +42,7 @@ pub fn preview(layer: &AovLayer) -> Vec<[u8; 4]> {
 
 /// The steps, nodes and blocks together, that a preview of [`Aov::Steps`] shows brightest: all but one
 /// pixel in two hundred are below. At least 1.
-pub fn hottest(layer: &AovLayer) -> f32 {
+pub fn heat_map_max(layer: &AovLayer) -> f32 {
     let mut all: Vec<f32> =
         layer.values.chunks_exact(layer.aov.channel_count()).map(|v| v.iter().sum()).collect();
     all.sort_by(f32::total_cmp);
@@ -51,7 +51,7 @@ pub fn hottest(layer: &AovLayer) -> f32 {
 }
 
 /// Colours from 0 to 1 that grow brighter all the way: black, blue, purple, red, orange, yellow, white.
-pub fn heat(v: f32) -> [u8; 3] {
+pub fn heat_color(v: f32) -> [u8; 3] {
     const STOPS: [[f32; 3]; 7] = [
         [0.0, 0.0, 0.0],
         [0.09, 0.07, 0.33],
@@ -68,7 +68,7 @@ pub fn heat(v: f32) -> [u8; 3] {
 }
 
 /// Depths in steps of so many metres: 1 … 65535, and 0 where nothing is hit.
-pub fn depth_steps(layer: &AovLayer, step: f64) -> Vec<u16> {
+pub fn quantize_depth(layer: &AovLayer, step: f64) -> Vec<u16> {
     let steps = |z: f32| (f64::from(z) / step).round().clamp(1.0, f64::from(u16::MAX)) as u16;
     layer.values.iter().map(|&z| if z.is_finite() { steps(z) } else { 0 }).collect()
 }
@@ -151,34 +151,34 @@ mod tests {
 
     #[test]
     fn what_is_infinitely_far_is_black_and_near_is_bright() {
-        let shown = preview(&AovLayer { aov: Aov::Depth, values: vec![f32::INFINITY, 2.0, 3.0, 4.0] });
+        let shown = preview_layer(&AovLayer { aov: Aov::Depth, values: vec![f32::INFINITY, 2.0, 3.0, 4.0] });
         let grey: Vec<u8> = shown.iter().map(|p| p[0]).collect();
         assert_eq!(grey[0], 0);
         assert!(grey[1] == 255 && grey[1] > grey[2] && grey[2] > grey[3] && grey[3] > 20, "{grey:?}");
-        let none = preview(&AovLayer { aov: Aov::Depth, values: vec![f32::INFINITY; 3] });
+        let none = preview_layer(&AovLayer { aov: Aov::Depth, values: vec![f32::INFINITY; 3] });
         assert!(none.iter().all(|p| *p == [0, 0, 0, 255]));
     }
 
     #[test]
     fn more_steps_are_brighter() {
         let values: Vec<f32> = (0..400u16).flat_map(|i| [f32::from(i), 0.0]).collect();
-        let shown = preview(&AovLayer { aov: Aov::Steps, values });
+        let shown = preview_layer(&AovLayer { aov: Aov::Steps, values });
         let brightness = |p: &[u8; 4]| 0.3 * f32::from(p[0]) + 0.6 * f32::from(p[1]) + 0.1 * f32::from(p[2]);
         let shown: Vec<f32> = shown.iter().map(brightness).collect();
         assert!(shown.windows(2).all(|w| w[1] > w[0] - 1.0), "{shown:?}");
         assert!(shown[0] == 0.0 && shown[398] > 250.0, "{shown:?}");
-        assert_eq!(hottest(&AovLayer { aov: Aov::Steps, values: Vec::new() }), 1.0);
+        assert_eq!(heat_map_max(&AovLayer { aov: Aov::Steps, values: Vec::new() }), 1.0);
     }
 
     #[test]
     fn depths_are_counted_in_steps() {
         let layer = AovLayer { aov: Aov::Depth, values: vec![f32::INFINITY, 0.0, 1.0, 1.26, 1e9] };
-        assert_eq!(depth_steps(&layer, 0.5), [0, 1, 2, 3, u16::MAX]);
+        assert_eq!(quantize_depth(&layer, 0.5), [0, 1, 2, 3, u16::MAX]);
     }
 
     #[test]
     fn texture_coordinates_repeat_but_for_the_edge_at_one() {
-        let shown = preview(&AovLayer { aov: Aov::Uv, values: vec![1.0, 0.5, -0.25, 2.25] });
+        let shown = preview_layer(&AovLayer { aov: Aov::Uv, values: vec![1.0, 0.5, -0.25, 2.25] });
         assert_eq!(shown, [[255, 128, 0, 255], [191, 64, 0, 255]]);
     }
 }

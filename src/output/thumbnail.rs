@@ -11,7 +11,7 @@ const GREY: u32 = 0x60;
 ///
 /// # Errors
 /// What the encoder says.
-pub fn thumbnail(picture: &Picture, side: u32) -> io::Result<Vec<u8>> {
+pub fn encode_thumbnail(picture: &Picture, side: u32) -> io::Result<Vec<u8>> {
     let (width, height) = (picture.pixels.width, picture.pixels.height);
     let shown = picture.display.to_rgba8(&picture.pixels);
     let times = width.max(height).div_ceil(side.max(1)).max(1);

@@ -8,12 +8,12 @@ use image_webp::{ColorType, WebPEncoder};
 pub(super) fn encode(
     (width, height): (u32, u32),
     pixels: &[[u8; 4]],
-    stamp: Option<&str>,
+    fingerprint: Option<&str>,
 ) -> io::Result<Vec<u8>> {
     let mut out = Vec::new();
     let mut encoder = WebPEncoder::new(&mut out);
-    if let Some(stamp) = stamp {
-        encoder.set_xmp_metadata(super::stamp::xmp(stamp));
+    if let Some(fingerprint) = fingerprint {
+        encoder.set_xmp_metadata(super::metadata::xmp(fingerprint));
     }
     let written = match super::opaque(pixels) {
         Some(rgb) => encoder.encode(&rgb, width, height, ColorType::Rgb8),

@@ -7,7 +7,7 @@ use blinn::display::{Background, Display, ViewTransform};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
-use blinn::output::{Depth, Format, Picture};
+use blinn::output::{BitDepth, ImageFormat, Picture};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{AnimationChoice, Lighting, PoseSettings, View, pose};
 
@@ -39,9 +39,9 @@ fn frame(number: usize) -> usize {
         render(&Frame::new(&posed, &accel, camera, &lit), &Phong::default(), &settings, &()).unwrap();
     let display =
         Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Color(Rgb::ZERO) };
-    let format = [Format::Png, Format::Exr, Format::Jpeg(90), Format::Webp][number % 4];
+    let format = [ImageFormat::Png, ImageFormat::Exr, ImageFormat::Jpeg(90), ImageFormat::Webp][number % 4];
     let picture = Picture::new(pixels, display);
-    format.encode(&picture, Depth::Usual).unwrap().len()
+    format.encode(&picture, BitDepth::Default).unwrap().len()
 }
 
 /// The memory of this process, as the system counts it.

@@ -9,7 +9,7 @@ use std::ptr::null_mut;
 use std::sync::atomic::{AtomicIsize, Ordering};
 use std::time::Instant;
 
-use blinn_scenes::{Instance, Mesh, Scene};
+use blinn_scenes::{GeneratedInstance, GeneratedMesh, GeneratedScene};
 use libloading::Library;
 
 type Handle = *mut c_void;
@@ -203,7 +203,12 @@ unsafe impl Sync for Built<'_> {}
 impl<'e> Built<'e> {
     /// Commits `scene` at medium quality, with instances where it has any and as one geometry
     /// otherwise, which is what Embree traces soonest.
-    pub fn new(embree: &'e Embree, scene: &Scene, threads: usize, robust: bool) -> Result<Built<'e>, String> {
+    pub fn new(
+        embree: &'e Embree,
+        scene: &GeneratedScene,
+        threads: usize,
+        robust: bool,
+    ) -> Result<Built<'e>, String> {
         let settings =
             CString::new(format!("threads={threads},set_affinity=0")).map_err(|e| e.to_string())?;
         // SAFETY: handles are used as Embree's manual says, and released in `drop`.
@@ -212,8 +217,8 @@ impl<'e> Built<'e> {
             (embree.monitor)(device, count, null_mut());
             Built { embree, device, handle: null_mut(), parts: Vec::new(), seconds: 0.0, bytes: 0 }
         };
-        if scene.stored() == scene.drawn() {
-            let mut all = Mesh::default();
+        if scene.stored_triangles() == scene.drawn_triangles() {
+            let mut all = GeneratedMesh::default();
             for i in &scene.instances {
                 let (mesh, base) = (&scene.meshes[i.mesh], all.positions.len() as u32);
                 all.positions.extend(mesh.positions.iter().map(|&p| i.point(p)));
@@ -242,7 +247,7 @@ impl<'e> Built<'e> {
         }
     }
 
-    fn mesh(&mut self, mesh: &Mesh, robust: bool) -> Handle {
+    fn mesh(&mut self, mesh: &GeneratedMesh, robust: bool) -> Handle {
         let (scene, e) = (self.scene(robust), self.embree);
         // SAFETY: buffers are as large as asked for.
         unsafe {
@@ -256,11 +261,11 @@ impl<'e> Built<'e> {
         scene
     }
 
-    fn instances(&mut self, instances: &[Instance], meshes: &[Handle], robust: bool) -> Handle {
+    fn instances(&mut self, instances: &[GeneratedInstance], meshes: &[Handle], robust: bool) -> Handle {
         let (scene, e) = (self.scene(robust), self.embree);
         // SAFETY: the meshes' scenes are committed and live as long as this one.
         unsafe {
-            let placed = |i: &Instance| {
+            let placed = |i: &GeneratedInstance| {
                 let geometry = (e.new_geometry)(self.device, 121);
                 (e.instanced)(geometry, meshes[i.mesh]);
                 (e.transform)(geometry, 0, 0x9234, i.columns.as_ptr().cast());

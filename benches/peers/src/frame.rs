@@ -36,7 +36,7 @@ pub fn frames(options: &Options) -> Result<Value, String> {
     let [one, two] = pools;
     let (one, two) = (one.map_err(|e| e.to_string())?, two.map_err(|e| e.to_string())?);
     for &(kind, triangles) in &options.scenes {
-        let mut made = kind.make(triangles);
+        let mut made = kind.generate(triangles);
         made.textured = true;
         let path = std::env::temp_dir().join(format!("blinn-peers-{}.glb", std::process::id()));
         write_glb(&made, &path).map_err(|e| e.to_string())?;
@@ -73,11 +73,11 @@ pub fn frames(options: &Options) -> Result<Value, String> {
         println!(
             "| {} {} | {single:.3} | {double:.3} | {:.2} | {tracing:.3} | {rest:.2} |",
             made.name,
-            made.stored(),
+            made.stored_triangles(),
             single / double
         );
         out.push(
-            json!({"scene": made.name, "triangles": made.stored(), "1 thread": single, "2 threads": double,
+            json!({"scene": made.name, "triangles": made.stored_triangles(), "1 thread": single, "2 threads": double,
             "speed-up": single / double, "tracing": tracing, "rest to tracing": rest}),
         );
     }

@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use blinn::accel::{Accel, BuildSettings};
-use blinn_scenes::{Scene, size};
+use blinn_scenes::{GeneratedScene, format_triangle_count};
 use serde_json::{Value, json};
 
 use crate::embree::{Built, Embree};
@@ -22,8 +22,8 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, String> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| e.to_string())
 }
 
-fn title(scene: &Scene) -> String {
-    format!("{} {}", scene.name, size(scene.stored()))
+fn title(scene: &GeneratedScene) -> String {
+    format!("{} {}", scene.name, format_triangle_count(scene.stored_triangles()))
 }
 
 /// One way with its times.
@@ -37,7 +37,7 @@ struct Runs {
 pub fn rays(options: &Options, embree: &Embree) -> Result<Value, String> {
     let mut out = Vec::new();
     for &(kind, triangles) in &options.scenes {
-        let made = kind.make(triangles);
+        let made = kind.generate(triangles);
         let scene = convert(&made);
         let posed = posed(&scene)?;
         let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -77,7 +77,7 @@ pub fn rays(options: &Options, embree: &Embree) -> Result<Value, String> {
                 one / ours,
                 robust_one / ours,
             );
-            out.push(json!({"scene": made.name, "triangles": made.stored(), "threads": threads, "rays": "eye + shadow",
+            out.push(json!({"scene": made.name, "triangles": made.stored_triangles(), "threads": threads, "rays": "eye + shadow",
                 "to best": best / ours, "to robust best": robust / ours, "to 1": one / ours, "to robust 1": robust_one / ours}));
         }
     }
@@ -88,7 +88,7 @@ pub fn rays(options: &Options, embree: &Embree) -> Result<Value, String> {
 pub fn alone(options: &Options) -> Result<Value, String> {
     let mut out = Vec::new();
     for &(kind, triangles) in &options.scenes {
-        let made = kind.make(triangles);
+        let made = kind.generate(triangles);
         let scene = convert(&made);
         let posed = posed(&scene)?;
         let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -99,8 +99,10 @@ pub fn alone(options: &Options) -> Result<Value, String> {
                 let times = (0..options.rounds).map(|_| ours(&accel, set, threads)).collect();
                 let rate = set.rays() as f64 / median(times) / 1e6;
                 println!("{}, {threads} thread(s), {}: {rate:.2} Mray/s", title(&made), set.name);
-                out.push(json!({"scene": made.name, "triangles": made.stored(), "threads": threads,
-                    "rays": set.name, "blinn": rate}));
+                out.push(
+                    json!({"scene": made.name, "triangles": made.stored_triangles(), "threads": threads,
+                    "rays": set.name, "blinn": rate}),
+                );
             }
         }
     }
@@ -130,10 +132,10 @@ impl Row {
         [self.ours, self.best[0].1, self.best[1].1, self.one[0], self.one[1]]
     }
 
-    fn json(&self, scene: &Scene, threads: usize, set: &Set) -> Value {
+    fn json(&self, scene: &GeneratedScene, threads: usize, set: &Set) -> Value {
         let rate = |seconds: f64| set.rays() as f64 / seconds / 1e6;
         json!({
-            "scene": scene.name, "triangles": scene.stored(), "threads": threads, "rays": set.name,
+            "scene": scene.name, "triangles": scene.stored_triangles(), "threads": threads, "rays": set.name,
             "count": set.rays(), "blinn": rate(self.ours),
             "best": rate(self.best[0].1), "best way": self.best[0].0.name(),
             "robust best": rate(self.best[1].1), "robust best way": self.best[1].0.name(),
@@ -206,7 +208,7 @@ pub fn builds(options: &Options, embree: &Embree) -> Result<Value, String> {
     );
     println!("|---|---|---|---|---|---|---|");
     for &(kind, triangles) in &options.scenes {
-        let made = kind.make(triangles);
+        let made = kind.generate(triangles);
         let scene = convert(&made);
         let posed = posed(&scene)?;
         for &threads in &options.threads {
@@ -227,7 +229,7 @@ pub fn builds(options: &Options, embree: &Embree) -> Result<Value, String> {
                 }
             }
             let (own, theirs) = (median(own), median(theirs));
-            let [a, b] = bytes.map(|b| b as f64 / made.stored() as f64);
+            let [a, b] = bytes.map(|b| b as f64 / made.stored_triangles() as f64);
             println!(
                 "| {} | {threads} | {:.1} | {:.1} | {:.2} | {a:.1} | {b:.1} |",
                 title(&made),
@@ -236,7 +238,7 @@ pub fn builds(options: &Options, embree: &Embree) -> Result<Value, String> {
                 own / theirs
             );
             out.push(
-                json!({"scene": made.name, "triangles": made.stored(), "threads": threads, "blinn": own,
+                json!({"scene": made.name, "triangles": made.stored_triangles(), "threads": threads, "blinn": own,
                 "embree": theirs, "ratio": own / theirs, "bytes": a, "embree bytes": b}),
             );
         }
@@ -254,7 +256,7 @@ pub fn scale(options: &Options, embree: &Embree) -> Result<Value, String> {
     println!("|---|---|---|---|---|---|---|");
     let mut first = None;
     for &(kind, triangles) in &options.scenes {
-        let made = kind.make(triangles);
+        let made = kind.generate(triangles);
         let scene = convert(&made);
         let posed = posed(&scene)?;
         let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -265,7 +267,7 @@ pub fn scale(options: &Options, embree: &Embree) -> Result<Value, String> {
             [row.ours, row.best[0].1].map(|s| s / set.rays().max(1) as f64 * 1e9)
         });
         let [[eye, their_eye], [shadow, their_shadow]] = row;
-        let log = (made.stored() as f64).ln();
+        let log = (made.stored_triangles() as f64).ln();
         let sums = [eye + shadow, their_eye + their_shadow];
         let (sums0, log0) = *first.get_or_insert((sums, log));
         let growth = [0, 1].map(|i| sums[i] / sums0[i] / (log / log0));
@@ -275,7 +277,7 @@ pub fn scale(options: &Options, embree: &Embree) -> Result<Value, String> {
             growth[0],
             growth[1]
         );
-        out.push(json!({"scene": made.name, "triangles": made.stored(), "eye ns": eye, "shadow ns": shadow,
+        out.push(json!({"scene": made.name, "triangles": made.stored_triangles(), "eye ns": eye, "shadow ns": shadow,
             "embree eye ns": their_eye, "embree shadow ns": their_shadow, "growth": growth}));
     }
     Ok(out.into())

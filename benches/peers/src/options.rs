@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use blinn_scenes::{Kind, count};
+use blinn_scenes::{SceneKind, parse_triangle_count};
 
 use crate::rays::Film;
 
@@ -24,7 +24,7 @@ pub enum Mode {
 /// The plan.
 pub struct Options {
     pub mode: Mode,
-    pub scenes: Vec<(Kind, usize)>,
+    pub scenes: Vec<(SceneKind, usize)>,
     pub threads: Vec<usize>,
     pub rounds: usize,
     pub film: Film,
@@ -89,7 +89,7 @@ impl Options {
                 "--embree" => options.embree = value()?.into(),
                 scene => {
                     let (kind, size) = scene.split_once(':').ok_or(format!("what is '{scene}'?\n{USAGE}"))?;
-                    options.scenes.push((kind.parse()?, count(size)?));
+                    options.scenes.push((kind.parse()?, parse_triangle_count(size)?));
                 }
             }
         }
@@ -112,18 +112,18 @@ fn number(word: &str, most: usize) -> Result<usize, String> {
 }
 
 /// The scenes that docs/explanation/performance.md has goals for.
-fn usual(mode: Mode, quick: bool) -> Vec<(Kind, usize)> {
-    let scans = |counts: &[usize]| counts.iter().map(|&n| (Kind::Scan, n)).collect::<Vec<_>>();
+fn usual(mode: Mode, quick: bool) -> Vec<(SceneKind, usize)> {
+    let scans = |counts: &[usize]| counts.iter().map(|&n| (SceneKind::Scan, n)).collect::<Vec<_>>();
     match (mode, quick) {
         (Mode::Rays, false) => {
             vec![
-                (Kind::Scan, 70_000),
-                (Kind::Interior, 1_400_000),
-                (Kind::Scan, 1_100_000),
-                (Kind::Scan, 8_000_000),
+                (SceneKind::Scan, 70_000),
+                (SceneKind::Interior, 1_400_000),
+                (SceneKind::Scan, 1_100_000),
+                (SceneKind::Scan, 8_000_000),
             ]
         }
-        (Mode::Rays, true) => vec![(Kind::Scan, 70_000), (Kind::Interior, 400_000)],
+        (Mode::Rays, true) => vec![(SceneKind::Scan, 70_000), (SceneKind::Interior, 400_000)],
         (Mode::Build, false) => scans(&[70_000, 1_100_000, 8_000_000]),
         (Mode::Build, true) => scans(&[70_000, 1_100_000]),
         (Mode::Scale, false) => scans(&[10_000, 100_000, 1_000_000, 10_000_000]),

@@ -5,7 +5,7 @@ use blinn::accel::{Accel, AnyHitFilter, Coherence, RayBatch, SegmentBatch};
 use blinn::geometry::{HitId, Ray, offset_ray_origin};
 use blinn::integrator::SurfacePoint;
 use blinn::scene::PosedScene;
-use blinn_scenes::Scene;
+use blinn_scenes::GeneratedScene;
 use glam::{Vec3, vec3};
 
 /// Nothing is cut out of the scenes here.
@@ -174,7 +174,7 @@ impl Rays {
         [&self.eye, &self.shadow, &self.sun, &self.orthographic, &self.bounce, &self.open, &self.near]
     }
 
-    pub fn new(scene: &Scene, posed: &PosedScene, accel: &Accel, film: Film) -> Rays {
+    pub fn new(scene: &GeneratedScene, posed: &PosedScene, accel: &Accel, film: Film) -> Rays {
         let (eye, forward) = (Vec3::from(scene.eye), (Vec3::from(scene.target) - Vec3::from(scene.eye)));
         let (right, distance) = (forward.cross(Vec3::Y).normalize(), forward.length());
         let forward = forward.normalize();

@@ -4,14 +4,14 @@ use blinn::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings,
 use glam::{DAffine3, DVec3, Vec3};
 
 /// The scene with its meshes and instances; lights and camera stay with the generator's.
-pub fn convert(from: &blinn_scenes::Scene) -> Scene {
-    let mesh = |m: &blinn_scenes::Mesh| Mesh {
+pub fn convert(from: &blinn_scenes::GeneratedScene) -> Scene {
+    let mesh = |m: &blinn_scenes::GeneratedMesh| Mesh {
         name: m.name.clone(),
         positions: m.positions.iter().map(|&p| Vec3::from(p)).collect(),
         triangles: m.triangles.clone(),
         ..Mesh::default()
     };
-    let node = |i: &blinn_scenes::Instance| {
+    let node = |i: &blinn_scenes::GeneratedInstance| {
         let [x, y, z, o] = i.columns.map(|c| DVec3::from(c.map(f64::from)));
         Node {
             local: LocalTransform::Matrix(DAffine3::from_cols(x, y, z, o)),
@@ -19,7 +19,7 @@ pub fn convert(from: &blinn_scenes::Scene) -> Scene {
             ..Node::default()
         }
     };
-    let instance = |(i, from): (usize, &blinn_scenes::Instance)| Instance {
+    let instance = |(i, from): (usize, &blinn_scenes::GeneratedInstance)| Instance {
         node: i as u32,
         mesh: from.mesh as u32,
         object: 1 + i as u32,

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use blinn_scenes::{Kind, count, write_glb, write_obj};
+use blinn_scenes::{SceneKind, parse_triangle_count, write_glb, write_obj};
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -29,12 +29,17 @@ fn run(words: &[String]) -> Result<(), String> {
         Some("obj") => return Err("an OBJ is written without textures: name a .glb".into()),
         _ => return Err(format!("{}: name a .glb or an .obj", path.display())),
     };
-    let mut scene = kind.parse::<Kind>()?.make(count(triangles)?);
+    let mut scene = kind.parse::<SceneKind>()?.generate(parse_triangle_count(triangles)?);
     scene.textured = textured;
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
     write(&scene, path).map_err(|e| format!("{}: {e}", path.display()))?;
-    println!("{}: {} triangles stored, {} drawn", path.display(), scene.stored(), scene.drawn());
+    println!(
+        "{}: {} triangles stored, {} drawn",
+        path.display(),
+        scene.stored_triangles(),
+        scene.drawn_triangles()
+    );
     Ok(())
 }

@@ -3,19 +3,19 @@
 use std::collections::HashMap;
 use std::error::Error;
 
-use blinn_scenes::{Kind, Mesh, Scene, count, write_glb, write_obj};
+use blinn_scenes::{GeneratedMesh, GeneratedScene, SceneKind, parse_triangle_count, write_glb, write_obj};
 
 #[test]
 fn every_kind_has_exactly_as_many_triangles_as_asked() {
-    for kind in Kind::ALL {
+    for kind in SceneKind::ALL {
         for asked in [10_000, 70_002, 123_456] {
-            let scene = kind.make(asked);
-            assert_eq!(scene.stored(), asked.max(kind.least()), "{kind}");
-            let expected = if kind == Kind::Forest { 1000 * asked } else { asked / 2 };
-            assert!(scene.drawn() > expected, "{kind} draws {}", scene.drawn());
+            let scene = kind.generate(asked);
+            assert_eq!(scene.stored_triangles(), asked.max(kind.min_triangles()), "{kind}");
+            let expected = if kind == SceneKind::Forest { 1000 * asked } else { asked / 2 };
+            assert!(scene.drawn_triangles() > expected, "{kind} draws {}", scene.drawn_triangles());
         }
-        assert_eq!(kind.make(60_001).stored(), 60_000, "{kind}: odd counts are lowered by one");
-        assert_eq!(kind.make(0).stored(), kind.least(), "{kind}");
+        assert_eq!(kind.generate(60_001).stored_triangles(), 60_000, "{kind}: odd counts are lowered by one");
+        assert_eq!(kind.generate(0).stored_triangles(), kind.min_triangles(), "{kind}");
     }
 }
 
@@ -23,7 +23,7 @@ fn every_kind_has_exactly_as_many_triangles_as_asked() {
 #[test]
 fn the_same_numbers_everywhere() {
     let hashes: Vec<String> =
-        Kind::ALL.iter().map(|kind| format!("{kind} {:016x}", kind.make(50_000).hash())).collect();
+        SceneKind::ALL.iter().map(|kind| format!("{kind} {:016x}", kind.generate(50_000).hash())).collect();
     assert_eq!(
         hashes,
         [
@@ -40,8 +40,8 @@ fn the_same_numbers_everywhere() {
 
 #[test]
 fn indices_and_numbers_are_sound() {
-    for kind in Kind::ALL {
-        for mesh in &kind.make(50_000).meshes {
+    for kind in SceneKind::ALL {
+        for mesh in &kind.generate(50_000).meshes {
             let n = mesh.positions.len();
             assert!(mesh.triangles.iter().flatten().all(|&v| (v as usize) < n), "{kind} {}", mesh.name);
             assert!(mesh.positions.iter().flatten().all(|x| x.is_finite()), "{kind} {}", mesh.name);
@@ -52,7 +52,7 @@ fn indices_and_numbers_are_sound() {
     }
 }
 
-fn volume(mesh: &Mesh) -> f64 {
+fn volume(mesh: &GeneratedMesh) -> f64 {
     let corner = |v: u32| mesh.positions[v as usize].map(f64::from);
     let part = |t: &[u32; 3]| {
         let [a, b, c] = t.map(corner);
@@ -66,7 +66,7 @@ fn volume(mesh: &Mesh) -> f64 {
 #[test]
 fn a_scan_is_closed_faces_outward_and_is_about_even() {
     for asked in [48, 10_000, 70_000, 69_998] {
-        let scene = Kind::Scan.make(asked);
+        let scene = SceneKind::Scan.generate(asked);
         let mesh = &scene.meshes[0];
         let mut edges = HashMap::new();
         for t in &mesh.triangles {
@@ -77,7 +77,7 @@ fn a_scan_is_closed_faces_outward_and_is_about_even() {
         assert!(edges.keys().all(|&(a, b)| edges.contains_key(&(b, a))), "{asked}: an open edge");
         assert!(volume(mesh) > 0.5, "{asked}: volume {}", volume(mesh));
     }
-    let scene = Kind::Scan.make(70_000);
+    let scene = SceneKind::Scan.generate(70_000);
     let mesh = &scene.meshes[0];
     let mut areas: Vec<f64> = mesh
         .triangles
@@ -96,7 +96,7 @@ fn a_scan_is_closed_faces_outward_and_is_about_even() {
 
 #[test]
 fn layers_lie_in_the_very_same_place() {
-    let mesh = &Kind::Layers.make(20_000).meshes[0];
+    let mesh = &SceneKind::Layers.generate(20_000).meshes[0];
     let mut places: HashMap<[[u32; 3]; 3], usize> = HashMap::new();
     for t in &mesh.triangles {
         *places.entry(t.map(|v| mesh.positions[v as usize].map(f32::to_bits))).or_default() += 1;
@@ -104,8 +104,8 @@ fn layers_lie_in_the_very_same_place() {
     assert!(places.values().all(|&n| n >= 8), "every triangle has seven others in its place");
 }
 
-fn small() -> Scene {
-    Scene { textured: true, ..Kind::Interior.make(50_000) }
+fn small() -> GeneratedScene {
+    GeneratedScene { textured: true, ..SceneKind::Interior.generate(50_000) }
 }
 
 #[test]
@@ -123,7 +123,10 @@ fn a_glb_is_as_long_as_it_says() -> Result<(), Box<dyn Error>> {
     let buffer = json["buffers"][0]["byteLength"].as_u64().unwrap_or_default() as usize;
     assert_eq!((word(20 + text), bytes.len()), (buffer, 28 + text + buffer));
     let counts = json["accessors"].as_array().into_iter().flatten().filter(|a| a["type"] == "SCALAR");
-    assert_eq!(counts.filter_map(|a| a["count"].as_u64()).sum::<u64>() as usize, 3 * scene.stored());
+    assert_eq!(
+        counts.filter_map(|a| a["count"].as_u64()).sum::<u64>() as usize,
+        3 * scene.stored_triangles()
+    );
     Ok(())
 }
 
@@ -136,16 +139,16 @@ fn an_obj_draws_every_instance() -> Result<(), Box<dyn Error>> {
     std::fs::remove_file(path.with_extension("mtl"))?;
     std::fs::remove_file(&path)?;
     let lines = |start: &str| text.lines().filter(|l| l.starts_with(start)).count();
-    assert_eq!(lines("f "), scene.drawn());
+    assert_eq!(lines("f "), scene.drawn_triangles());
     assert_eq!(lines("v "), scene.meshes.iter().map(|m| m.positions.len()).sum::<usize>());
     Ok(())
 }
 
 #[test]
 fn counts_are_read_as_people_write_them() {
-    let read = ["70000", "70k", "1.1m", "30M"].map(count);
+    let read = ["70000", "70k", "1.1m", "30M"].map(parse_triangle_count);
     assert_eq!(read, [Ok(70_000), Ok(70_000), Ok(1_100_000), Ok(30_000_000)]);
     for wrong in ["", "k", "-3", "0", "1e9m", "nan", "7x"] {
-        assert!(count(wrong).is_err(), "{wrong}");
+        assert!(parse_triangle_count(wrong).is_err(), "{wrong}");
     }
 }

@@ -1,10 +1,10 @@
 //! A forest: a few kinds of trees, each drawn many times, on a rolling ground.
 
-use super::mesh::Mesh;
+use super::mesh::GeneratedMesh;
 use super::noise::{Random, fractal};
 use super::scan::surface;
 use super::shapes::placed;
-use super::{Instance, Scene};
+use super::{GeneratedInstance, GeneratedScene};
 
 const KINDS: usize = 5;
 const TREES: usize = 10_000;
@@ -13,8 +13,8 @@ const TREES: usize = 10_000;
 const SIDE: f32 = 600.0;
 
 /// Ten thousand trees of five kinds.
-pub fn scene(triangles: usize) -> Scene {
-    let mut ground = Mesh::named("ground", [0.16, 0.2, 0.07]);
+pub fn scene(triangles: usize) -> GeneratedScene {
+    let mut ground = GeneratedMesh::named("ground", [0.16, 0.2, 0.07]);
     ground.grid(20, 20, |u, v| {
         let (x, z) = ((u as f32 - 0.5) * 1.2 * SIDE, (v as f32 - 0.5) * 1.2 * SIDE);
         [x, height(x, z), z]
@@ -27,7 +27,7 @@ pub fn scene(triangles: usize) -> Scene {
         let own = if kind == 0 { rest - share * (KINDS - 1) } else { share };
         meshes.push(tree(own, kind as u64));
     }
-    let mut instances = vec![Instance::still(0)];
+    let mut instances = vec![GeneratedInstance::identity(0)];
     let mut random = Random::new(5);
     for i in 0..TREES {
         // A jittered grid: no two trees in one place.
@@ -36,9 +36,9 @@ pub fn scene(triangles: usize) -> Scene {
         let z = ((i / 100) as f32 + random.between(0.15, 0.85)) * cell - SIDE / 2.0;
         let (size, angle) = (random.between(0.7, 1.3), random.between(0.0, std::f32::consts::TAU));
         let mesh = 1 + (random.bits() % KINDS as u64) as usize;
-        instances.push(Instance { mesh, columns: placed(size, angle, [x, height(x, z) - 0.2, z]) });
+        instances.push(GeneratedInstance { mesh, columns: placed(size, angle, [x, height(x, z) - 0.2, z]) });
     }
-    Scene {
+    GeneratedScene {
         name: String::new(),
         meshes,
         instances,
@@ -56,8 +56,8 @@ fn height(x: f32, z: f32) -> f32 {
 }
 
 /// A trunk, and a crown of leaves: small triangles anywhere in a rough ball, in pairs.
-fn tree(triangles: usize, kind: u64) -> Mesh {
-    let mut mesh = Mesh::named("tree", [0.1 + 0.04 * kind as f32, 0.3 + 0.03 * kind as f32, 0.08]);
+fn tree(triangles: usize, kind: u64) -> GeneratedMesh {
+    let mut mesh = GeneratedMesh::named("tree", [0.1 + 0.04 * kind as f32, 0.3 + 0.03 * kind as f32, 0.08]);
     let high = 5.0 + kind as f32;
     mesh.turned([0.0; 3], &[(0.3, 0.0), (0.2, 0.4 * high), (0.08, high)], 8, 0.0);
     // Boughs: a small closed surface inside, so that the crown is not a mere cloud.

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::noise::fractal;
 use super::vector::{cross, sub, unit};
-use super::{Mesh, Scene};
+use super::{GeneratedMesh, GeneratedScene};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED: u32 = 5125;
@@ -20,7 +20,7 @@ const TEXTURE: u32 = 1024;
 ///
 /// # Errors
 /// Those of the file system, and scenes of 4 GiB and more, which a GLB cannot hold.
-pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
+pub fn write_glb(scene: &GeneratedScene, path: &Path) -> Result<()> {
     let texture = if scene.textured { png()? } else { Vec::new() };
     let (json, length) = describe(scene, texture.len());
     let mut text = json.to_string().into_bytes();
@@ -57,7 +57,7 @@ pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
 }
 
 /// The JSON, and the length of the buffer that it describes.
-fn describe(scene: &Scene, texture: usize) -> (Value, usize) {
+fn describe(scene: &GeneratedScene, texture: usize) -> (Value, usize) {
     let (mut views, mut accessors, mut meshes, mut materials) = (vec![], vec![], vec![], vec![]);
     let mut length = 0;
     let mut view = |bytes: usize| {
@@ -114,13 +114,13 @@ fn describe(scene: &Scene, texture: usize) -> (Value, usize) {
     (root, length)
 }
 
-fn bounds(mesh: &Mesh) -> ([f32; 3], [f32; 3]) {
+fn bounds(mesh: &GeneratedMesh) -> ([f32; 3], [f32; 3]) {
     mesh.positions.iter().fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), p| {
         ([0, 1, 2].map(|a| low[a].min(p[a])), [0, 1, 2].map(|a| high[a].max(p[a])))
     })
 }
 
-fn material(mesh: &Mesh, textured: bool) -> Value {
+fn material(mesh: &GeneratedMesh, textured: bool) -> Value {
     let [r, g, b] = mesh.color;
     let mut surface =
         json!({"baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6});
@@ -131,7 +131,7 @@ fn material(mesh: &Mesh, textured: bool) -> Value {
 }
 
 /// A lamp that makes its target about as bright as the sun does.
-fn lights(scene: &Scene) -> Value {
+fn lights(scene: &GeneratedScene) -> Value {
     let way = sub(scene.light, scene.target);
     let squared: f32 = way.iter().map(|x| x * x).sum();
     json!([
@@ -140,7 +140,7 @@ fn lights(scene: &Scene) -> Value {
     ])
 }
 
-fn nodes(scene: &Scene) -> Vec<Value> {
+fn nodes(scene: &GeneratedScene) -> Vec<Value> {
     let matrix = |columns: [[f32; 3]; 4]| {
         let [x, y, z, o] = columns;
         json!([x[0], x[1], x[2], 0, y[0], y[1], y[2], 0, z[0], z[1], z[2], 0, o[0], o[1], o[2], 1])
@@ -155,7 +155,7 @@ fn nodes(scene: &Scene) -> Vec<Value> {
         .instances
         .iter()
         .map(|i| {
-            let plain = *i == super::Instance::still(i.mesh);
+            let plain = *i == super::GeneratedInstance::identity(i.mesh);
             if plain { json!({"mesh": i.mesh}) } else { json!({"mesh": i.mesh, "matrix": matrix(i.columns)}) }
         })
         .collect();

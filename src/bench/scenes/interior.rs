@@ -1,16 +1,16 @@
 //! A hall: a room of twelve triangles, fluted columns, tables, shelves of books, and statues that
 //! carry nearly all the triangles. Everything stands where it is, in meshes of its own.
 
-use super::mesh::Mesh;
+use super::mesh::GeneratedMesh;
 use super::noise::Random;
 use super::scan::surface;
 use super::shapes::placed;
-use super::{Instance, Scene};
+use super::{GeneratedInstance, GeneratedScene};
 
 const STATUES: usize = 19;
 
 /// The hall, 24 × 7 × 24 metres.
-pub fn scene(triangles: usize) -> Scene {
+pub fn scene(triangles: usize) -> GeneratedScene {
     let mut meshes = vec![room(), columns(), tables(), shelves()];
     let rest: usize = triangles - meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
     let share = (rest / STATUES) & !1;
@@ -20,15 +20,15 @@ pub fn scene(triangles: usize) -> Scene {
         let statue = surface(own, 1 + (i % 4) as u64, color);
         let (column, row) = (i % 5, i / 5);
         let to = [-8.0 + 4.0 * column as f32, 1.75, -8.0 + 4.0 * row as f32];
-        let place = Instance { mesh: 0, columns: placed(0.85, 1.7 * i as f32, to) };
-        let mut mesh = Mesh::named("statue", color);
+        let place = GeneratedInstance { mesh: 0, columns: placed(0.85, 1.7 * i as f32, to) };
+        let mut mesh = GeneratedMesh::named("statue", color);
         mesh.join(&statue, |p| place.point(p));
         mesh.smooth();
         meshes.push(mesh);
     }
-    Scene {
+    GeneratedScene {
         name: String::new(),
-        instances: (0..meshes.len()).map(Instance::still).collect(),
+        instances: (0..meshes.len()).map(GeneratedInstance::identity).collect(),
         meshes,
         eye: [-11.0, 4.5, -11.0],
         target: [0.0, 1.2, 0.0],
@@ -39,14 +39,14 @@ pub fn scene(triangles: usize) -> Scene {
     }
 }
 
-fn room() -> Mesh {
-    let mut mesh = Mesh::named("room", [0.7, 0.68, 0.64]);
+fn room() -> GeneratedMesh {
+    let mut mesh = GeneratedMesh::named("room", [0.7, 0.68, 0.64]);
     mesh.room([-12.0, 0.0, -12.0], [12.0, 7.0, 12.0]);
     mesh
 }
 
-fn columns() -> Mesh {
-    let mut mesh = Mesh::named("columns", [0.8, 0.78, 0.7]);
+fn columns() -> GeneratedMesh {
+    let mut mesh = GeneratedMesh::named("columns", [0.8, 0.78, 0.7]);
     // Swollen a little in the middle, with a foot and a head.
     let mut profile = vec![(0.34, 0.0), (0.34, 0.25), (0.24, 0.3)];
     profile.extend((1..8).map(|i| (0.24 + 0.008 * (4 - (i - 4_i32).abs()) as f32, 0.3 + 0.75 * i as f32)));
@@ -59,8 +59,8 @@ fn columns() -> Mesh {
     mesh
 }
 
-fn tables() -> Mesh {
-    let mut mesh = Mesh::named("tables", [0.4, 0.24, 0.12]);
+fn tables() -> GeneratedMesh {
+    let mut mesh = GeneratedMesh::named("tables", [0.4, 0.24, 0.12]);
     for i in 0..25 {
         let (x, z) = (-8.0 + 4.0 * (i % 5) as f32, -8.0 + 4.0 * (i / 5) as f32);
         mesh.block([x - 0.8, 0.76, z - 0.8], [x + 0.8, 0.82, z + 0.8]);
@@ -74,15 +74,15 @@ fn tables() -> Mesh {
 }
 
 /// Shelves along two walls, each board full of books.
-fn shelves() -> Mesh {
-    let mut mesh = Mesh::named("shelves", [0.5, 0.16, 0.12]);
+fn shelves() -> GeneratedMesh {
+    let mut mesh = GeneratedMesh::named("shelves", [0.5, 0.16, 0.12]);
     let mut random = Random::new(77);
     for (wall, board) in (0..2).flat_map(|w| (0..5).map(move |b| (w, b))) {
         // (along the wall, up, out of the wall) to the world.
         let side =
             |a: f32, y: f32, out: f32| if wall == 0 { [a, y, 11.95 - out] } else { [11.95 - out, y, a] };
         let y = 0.3 + 0.55 * board as f32;
-        let add = |mesh: &mut Mesh, p: [f32; 3], q: [f32; 3]| {
+        let add = |mesh: &mut GeneratedMesh, p: [f32; 3], q: [f32; 3]| {
             mesh.block([0, 1, 2].map(|a| p[a].min(q[a])), [0, 1, 2].map(|a| p[a].max(q[a])));
         };
         add(&mut mesh, side(-10.0, y, 0.0), side(10.0, y + 0.03, 0.4));

@@ -4,7 +4,7 @@ use super::vector::{add, cross, sub, unit};
 
 /// Indexed triangles, counter-clockwise from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mesh {
+pub struct GeneratedMesh {
     /// Its name.
     pub name: String,
     /// Vertices.
@@ -17,9 +17,9 @@ pub struct Mesh {
     pub color: [f32; 3],
 }
 
-impl Mesh {
-    pub(crate) fn named(name: &str, color: [f32; 3]) -> Mesh {
-        Mesh { name: name.into(), color, ..Mesh::default() }
+impl GeneratedMesh {
+    pub(crate) fn named(name: &str, color: [f32; 3]) -> GeneratedMesh {
+        GeneratedMesh { name: name.into(), color, ..GeneratedMesh::default() }
     }
 
     /// Gives every vertex the mean of its triangles' normals, by area.
@@ -36,7 +36,7 @@ impl Mesh {
     }
 
     /// Adds `other`, each point moved by `place`. Without normals of its own.
-    pub(crate) fn join(&mut self, other: &Mesh, place: impl Fn([f32; 3]) -> [f32; 3]) {
+    pub(crate) fn join(&mut self, other: &GeneratedMesh, place: impl Fn([f32; 3]) -> [f32; 3]) {
         let base = self.positions.len() as u32;
         self.positions.extend(other.positions.iter().map(|&p| place(p)));
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));

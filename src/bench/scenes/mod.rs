@@ -18,18 +18,18 @@ use std::fmt;
 use std::str::FromStr;
 
 pub use glb::write_glb;
-pub use mesh::Mesh;
+pub use mesh::GeneratedMesh;
 pub use obj::write_obj;
 
 /// What is seen, from where, and by which light. Metres, +Y up.
 #[derive(Clone, Debug)]
-pub struct Scene {
+pub struct GeneratedScene {
     /// Its kind.
     pub name: String,
     /// Meshes, each in its own frame.
-    pub meshes: Vec<Mesh>,
+    pub meshes: Vec<GeneratedMesh>,
     /// What is drawn.
-    pub instances: Vec<Instance>,
+    pub instances: Vec<GeneratedInstance>,
     /// The eye.
     pub eye: [f32; 3],
     /// What the eye looks at.
@@ -46,18 +46,18 @@ pub struct Scene {
 
 /// A mesh in a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Instance {
+pub struct GeneratedInstance {
     /// Index of the mesh.
     pub mesh: usize,
     /// Columns of the local-to-world transform: x, y, z axes and the origin.
     pub columns: [[f32; 3]; 4],
 }
 
-impl Instance {
+impl GeneratedInstance {
     /// The mesh as it stands in its own frame.
-    pub fn still(mesh: usize) -> Instance {
+    pub fn identity(mesh: usize) -> GeneratedInstance {
         let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]];
-        Instance { mesh, columns }
+        GeneratedInstance { mesh, columns }
     }
 
     /// Where a local point is in the world.
@@ -73,14 +73,14 @@ impl Instance {
     }
 }
 
-impl Scene {
+impl GeneratedScene {
     /// Triangles as drawn.
-    pub fn drawn(&self) -> usize {
+    pub fn drawn_triangles(&self) -> usize {
         self.instances.iter().map(|i| self.meshes[i.mesh].triangles.len()).sum()
     }
 
     /// Triangles as stored.
-    pub fn stored(&self) -> usize {
+    pub fn stored_triangles(&self) -> usize {
         self.meshes.iter().map(|m| m.triangles.len()).sum()
     }
 
@@ -103,7 +103,7 @@ impl Scene {
 
 /// The kinds of scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum SceneKind {
     /// A scanned object: one closed, noisy, organic surface with detail at every scale.
     Scan,
     /// A hall with columns, furniture and statues: huge walls beside tiny triangles.
@@ -120,68 +120,75 @@ pub enum Kind {
     Layers,
 }
 
-impl Kind {
+impl SceneKind {
     /// All of them.
-    pub const ALL: [Kind; 7] =
-        [Kind::Scan, Kind::Interior, Kind::Stadium, Kind::Forest, Kind::Slivers, Kind::Soup, Kind::Layers];
+    pub const ALL: [SceneKind; 7] = [
+        SceneKind::Scan,
+        SceneKind::Interior,
+        SceneKind::Stadium,
+        SceneKind::Forest,
+        SceneKind::Slivers,
+        SceneKind::Soup,
+        SceneKind::Layers,
+    ];
 
     /// Makes the scene with `triangles` triangles as stored; surfaces without a border have an even
     /// count, so an odd one is lowered by one. A forest has `triangles` in all its kinds of trees
-    /// together. Scenes have a least size, [`Kind::least`].
-    pub fn make(self, triangles: usize) -> Scene {
-        let triangles = triangles.max(self.least()) & !1;
+    /// together. Scenes have a least size, [`SceneKind::min_triangles`].
+    pub fn generate(self, triangles: usize) -> GeneratedScene {
+        let triangles = triangles.max(self.min_triangles()) & !1;
         let mut scene = match self {
-            Kind::Scan => scan::scene(triangles),
-            Kind::Interior => interior::scene(triangles),
-            Kind::Stadium => stadium::scene(triangles),
-            Kind::Forest => forest::scene(triangles),
-            Kind::Slivers => stress::slivers(triangles),
-            Kind::Soup => stress::soup(triangles),
-            Kind::Layers => stress::layers(triangles),
+            SceneKind::Scan => scan::scene(triangles),
+            SceneKind::Interior => interior::scene(triangles),
+            SceneKind::Stadium => stadium::scene(triangles),
+            SceneKind::Forest => forest::scene(triangles),
+            SceneKind::Slivers => stress::slivers(triangles),
+            SceneKind::Soup => stress::soup(triangles),
+            SceneKind::Layers => stress::layers(triangles),
         };
         scene.name = self.to_string();
         scene
     }
 
     /// The fewest triangles that make this scene.
-    pub fn least(self) -> usize {
+    pub fn min_triangles(self) -> usize {
         match self {
-            Kind::Scan => 48,
-            Kind::Interior => 50_000,
-            Kind::Stadium => 4_000,
-            Kind::Forest => 2_000,
-            Kind::Slivers | Kind::Soup | Kind::Layers => 64,
+            SceneKind::Scan => 48,
+            SceneKind::Interior => 50_000,
+            SceneKind::Stadium => 4_000,
+            SceneKind::Forest => 2_000,
+            SceneKind::Slivers | SceneKind::Soup | SceneKind::Layers => 64,
         }
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for SceneKind {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
-            Kind::Scan => "scan",
-            Kind::Interior => "interior",
-            Kind::Stadium => "stadium",
-            Kind::Forest => "forest",
-            Kind::Slivers => "slivers",
-            Kind::Soup => "soup",
-            Kind::Layers => "layers",
+            SceneKind::Scan => "scan",
+            SceneKind::Interior => "interior",
+            SceneKind::Stadium => "stadium",
+            SceneKind::Forest => "forest",
+            SceneKind::Slivers => "slivers",
+            SceneKind::Soup => "soup",
+            SceneKind::Layers => "layers",
         })
     }
 }
 
-impl FromStr for Kind {
+impl FromStr for SceneKind {
     type Err = String;
 
-    fn from_str(word: &str) -> Result<Kind, String> {
-        Kind::ALL.into_iter().find(|kind| kind.to_string() == word).ok_or_else(|| {
-            let all: Vec<String> = Kind::ALL.iter().map(Kind::to_string).collect();
+    fn from_str(word: &str) -> Result<SceneKind, String> {
+        SceneKind::ALL.into_iter().find(|kind| kind.to_string() == word).ok_or_else(|| {
+            let all: Vec<String> = SceneKind::ALL.iter().map(SceneKind::to_string).collect();
             format!("no kind of scene '{word}'; there are {}", all.join(", "))
         })
     }
 }
 
 /// A count of triangles in words: `70k`, `1.1m`.
-pub fn size(triangles: usize) -> String {
+pub fn format_triangle_count(triangles: usize) -> String {
     let n = triangles as f64;
     if triangles < 999_500 { format!("{:.0}k", n / 1e3) } else { format!("{:.1}m", n / 1e6) }
 }
@@ -190,7 +197,7 @@ pub fn size(triangles: usize) -> String {
 ///
 /// # Errors
 /// Says what is no such count, and what would be.
-pub fn count(word: &str) -> Result<usize, String> {
+pub fn parse_triangle_count(word: &str) -> Result<usize, String> {
     let lower = word.to_ascii_lowercase();
     let (digits, scale) = match lower.as_bytes().last() {
         Some(b'k') => (&lower[..lower.len() - 1], 1e3),

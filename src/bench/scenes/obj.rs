@@ -4,14 +4,14 @@ use std::fs::File;
 use std::io::{BufWriter, Result, Write};
 use std::path::Path;
 
-use super::Scene;
+use super::GeneratedScene;
 
 /// Writes the scene as OBJ, every instance by itself, and its colours as an MTL beside it. Normals
 /// are those of smooth meshes; an OBJ has neither camera nor lights.
 ///
 /// # Errors
 /// Those of the file system.
-pub fn write_obj(scene: &Scene, path: &Path) -> Result<()> {
+pub fn write_obj(scene: &GeneratedScene, path: &Path) -> Result<()> {
     let materials = path.with_extension("mtl");
     let mut mtl = BufWriter::new(File::create(&materials)?);
     for (i, mesh) in scene.meshes.iter().enumerate() {
@@ -20,7 +20,7 @@ pub fn write_obj(scene: &Scene, path: &Path) -> Result<()> {
     }
     mtl.flush()?;
     let mut out = BufWriter::with_capacity(1 << 20, File::create(path)?);
-    writeln!(out, "# {} of {} triangles", scene.name, scene.drawn())?;
+    writeln!(out, "# {} of {} triangles", scene.name, scene.drawn_triangles())?;
     if let Some(name) = materials.file_name() {
         writeln!(out, "mtllib {}", name.to_string_lossy())?;
     }

@@ -1,17 +1,17 @@
 //! A scanned object: a sphere pulled into lobes, bent, wrinkled and roughened, with detail from
 //! its whole size down to single triangles, as a clay figure through a scanner has.
 
-use super::mesh::Mesh;
+use super::mesh::GeneratedMesh;
 use super::noise::{fractal, mix};
 use super::vector::dot;
-use super::{Instance, Scene};
+use super::{GeneratedInstance, GeneratedScene};
 
 /// The object, within about a unit of the origin.
-pub fn scene(triangles: usize) -> Scene {
-    Scene {
+pub fn scene(triangles: usize) -> GeneratedScene {
+    GeneratedScene {
         name: String::new(),
         meshes: vec![surface(triangles, 1, [0.72, 0.62, 0.5])],
-        instances: vec![Instance::still(0)],
+        instances: vec![GeneratedInstance::identity(0)],
         eye: [0.62, 0.42, 1.75],
         target: [0.0, 0.0, 0.0],
         yfov: 42.0,
@@ -23,12 +23,12 @@ pub fn scene(triangles: usize) -> Scene {
 
 /// A closed surface of exactly `triangles` triangles (an even number, at least 48) around the
 /// origin. `seed` gives its shape.
-pub fn surface(triangles: usize, seed: u64, color: [f32; 3]) -> Mesh {
+pub fn surface(triangles: usize, seed: u64, color: [f32; 3]) -> GeneratedMesh {
     let mut n = 2;
     while 12 * (n + 1) * (n + 1) <= triangles {
         n += 1;
     }
-    let mut mesh = Mesh::named("scan", color);
+    let mut mesh = GeneratedMesh::named("scan", color);
     let mut directions = sphere(n, triangles, &mut mesh);
     let lobes = lobes(seed);
     let edge = 1.5 / n as f64;
@@ -40,7 +40,7 @@ pub fn surface(triangles: usize, seed: u64, color: [f32; 3]) -> Mesh {
 
 /// A sphere of 6n² quads and its triangles; where more triangles are wanted than 12n², some quads
 /// spread over all of them become four triangles instead of two.
-fn sphere(n: usize, triangles: usize, mesh: &mut Mesh) -> Vec<[f64; 3]> {
+fn sphere(n: usize, triangles: usize, mesh: &mut GeneratedMesh) -> Vec<[f64; 3]> {
     let quads = 6 * n * n;
     let split = (triangles - 12 * n * n) / 2;
     let mut points = Vec::with_capacity(triangles / 2 + 2);

@@ -1,11 +1,11 @@
 //! Boxes, columns, grids, places.
 
-use super::mesh::Mesh;
+use super::mesh::GeneratedMesh;
 
 const QUADS: [[u32; 4]; 6] =
     [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 
-impl Mesh {
+impl GeneratedMesh {
     /// Adds a box of 12 triangles between two corners.
     pub(crate) fn block(&mut self, low: [f32; 3], high: [f32; 3]) {
         let base = self.positions.len() as u32;

@@ -1,30 +1,30 @@
 //! The teapot in the stadium: a place 400 metres wide of a few thousand triangles, and in its
 //! middle, 10 centimetres large, all the others.
 
-use super::mesh::Mesh;
+use super::mesh::GeneratedMesh;
 use super::scan::surface;
-use super::{Instance, Scene};
+use super::{GeneratedInstance, GeneratedScene};
 
 /// The stadium.
-pub fn scene(triangles: usize) -> Scene {
-    let mut stands = Mesh::named("stands", [0.5, 0.5, 0.55]);
+pub fn scene(triangles: usize) -> GeneratedScene {
+    let mut stands = GeneratedMesh::named("stands", [0.5, 0.5, 0.55]);
     let profile: Vec<(f32, f32)> = (0..8)
         .flat_map(|i| [(60.0 + 17.0 * i as f32, 8.0 * i as f32), (77.0 + 17.0 * i as f32, 8.0 * i as f32)])
         .collect();
     // Seen from within.
     stands.turned([0.0; 3], &profile, 64, 0.0);
     stands.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    let mut lawn = Mesh::named("lawn", [0.1, 0.4, 0.12]);
+    let mut lawn = GeneratedMesh::named("lawn", [0.1, 0.4, 0.12]);
     lawn.grid(4, 4, |u, v| [(u * 400.0 - 200.0) as f32, 0.0, (v * 400.0 - 200.0) as f32]);
     let rest = triangles - stands.triangles.len() - lawn.triangles.len();
     let dense = surface(rest, 2, [0.75, 0.7, 0.65]);
-    let mut pot = Mesh::named("pot", dense.color);
+    let mut pot = GeneratedMesh::named("pot", dense.color);
     pot.join(&dense, |p| [p[0] * 0.05, p[1] * 0.05 + 0.06, p[2] * 0.05]);
     pot.smooth();
     let meshes = vec![stands, lawn, pot];
-    Scene {
+    GeneratedScene {
         name: String::new(),
-        instances: (0..meshes.len()).map(Instance::still).collect(),
+        instances: (0..meshes.len()).map(GeneratedInstance::identity).collect(),
         meshes,
         eye: [0.05, 0.12, 0.25],
         target: [0.0, 0.065, 0.0],

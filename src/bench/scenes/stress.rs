@@ -1,15 +1,15 @@
 //! What trees of boxes find hard: slivers, soup, coincident layers.
 
-use super::mesh::Mesh;
+use super::mesh::GeneratedMesh;
 use super::noise::Random;
 use super::vector::{add, scale};
-use super::{Instance, Scene};
+use super::{GeneratedInstance, GeneratedScene};
 
-fn alone(mesh: Mesh) -> Scene {
-    Scene {
+fn alone(mesh: GeneratedMesh) -> GeneratedScene {
+    GeneratedScene {
         name: String::new(),
         meshes: vec![mesh],
-        instances: vec![Instance::still(0)],
+        instances: vec![GeneratedInstance::identity(0)],
         eye: [1.1, 0.8, 2.6],
         target: [0.0, 0.0, 0.0],
         yfov: 40.0,
@@ -21,8 +21,8 @@ fn alone(mesh: Mesh) -> Scene {
 
 /// Long thin triangles across the cube [−1, 1]³, all along its diagonals: their boxes are nearly
 /// all air and overlap everywhere.
-pub fn slivers(triangles: usize) -> Scene {
-    let mut mesh = Mesh::named("slivers", [0.6, 0.6, 0.7]);
+pub fn slivers(triangles: usize) -> GeneratedScene {
+    let mut mesh = GeneratedMesh::named("slivers", [0.6, 0.6, 0.7]);
     let mut random = Random::new(11);
     // Thinner as they grow more, so that as much light gets through.
     let thin = 0.6 / (triangles as f32).sqrt();
@@ -39,8 +39,8 @@ pub fn slivers(triangles: usize) -> Scene {
 }
 
 /// Random triangles in the cube [−1, 1]³, of sizes over two decades.
-pub fn soup(triangles: usize) -> Scene {
-    let mut mesh = Mesh::named("soup", [0.7, 0.6, 0.5]);
+pub fn soup(triangles: usize) -> GeneratedScene {
+    let mut mesh = GeneratedMesh::named("soup", [0.7, 0.6, 0.5]);
     let mut random = Random::new(12);
     let usual = 2.0 / (triangles as f32).sqrt();
     for _ in 0..triangles {
@@ -53,8 +53,8 @@ pub fn soup(triangles: usize) -> Scene {
 }
 
 /// Two squares that cross, eight grids in the very same place for each: every hit is a tie of eight.
-pub fn layers(triangles: usize) -> Scene {
-    let mut mesh = Mesh::named("layers", [0.6, 0.7, 0.6]);
+pub fn layers(triangles: usize) -> GeneratedScene {
+    let mut mesh = GeneratedMesh::named("layers", [0.6, 0.7, 0.6]);
     const SHEETS: usize = 16;
     let quads = triangles / 2 / SHEETS;
     let rows = ((quads as f64).sqrt() as u32).max(1);
@@ -71,7 +71,7 @@ pub fn layers(triangles: usize) -> Scene {
     alone(mesh)
 }
 
-fn push(mesh: &mut Mesh, points: [[f32; 3]; 3]) {
+fn push(mesh: &mut GeneratedMesh, points: [[f32; 3]; 3]) {
     let base = mesh.positions.len() as u32;
     mesh.positions.extend(points);
     mesh.triangles.push([base, base + 1, base + 2]);

@@ -71,7 +71,7 @@ fn is_sizes(word: &OsString) -> bool {
 
 /// Counts of triangles: `70k,1.1m`.
 pub(crate) fn sizes(text: &str) -> Result<Vec<usize>, String> {
-    text.split(',').map(|word| scenes::count(word.trim())).collect()
+    text.split(',').map(|word| scenes::parse_triangle_count(word.trim())).collect()
 }
 
 #[cfg(test)]

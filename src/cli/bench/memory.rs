@@ -3,7 +3,7 @@
 
 use std::process::{Command, Stdio};
 
-use crate::bench::{Figures, Plan, SceneFigures, Subject};
+use crate::bench::{BenchResults, BenchSettings, SceneResults, Workload};
 use crate::cli::args::BenchArgs;
 use crate::cli::console::tell;
 use crate::cli::one_line;
@@ -13,7 +13,7 @@ const ROUNDS: u32 = 3;
 
 /// Measures what the stages of `scene` take, which is of `subject`, and adds it to its figures. Where
 /// that cannot be had there is none, and a warning.
-pub(super) fn add(scene: &mut SceneFigures, subject: &Subject, plan: &Plan, args: &BenchArgs) {
+pub(super) fn add(scene: &mut SceneResults, subject: &Workload, plan: &BenchSettings, args: &BenchArgs) {
     for threads in &plan.threads {
         for round in 0..plan.rounds.min(ROUNDS) {
             if !args.common.quiet && round == 0 {
@@ -32,11 +32,11 @@ pub(super) fn add(scene: &mut SceneFigures, subject: &Subject, plan: &Plan, args
 }
 
 fn measured(
-    subject: &Subject,
-    plan: &Plan,
+    subject: &Workload,
+    plan: &BenchSettings,
     threads: usize,
     args: &BenchArgs,
-) -> Result<SceneFigures, String> {
+) -> Result<SceneResults, String> {
     let (width, height) = (plan.render.width, plan.render.height);
     let mut command = Command::new(std::env::current_exe().map_err(|e| e.to_string())?);
     command.args(["bench", "--memory", "--quiet", "--rounds", "1"]);
@@ -50,6 +50,6 @@ fn measured(
     if !done.status.success() {
         return Err(String::from_utf8_lossy(&done.stderr).trim().to_string());
     }
-    let figures = Figures::parse(&done.stdout)?;
+    let figures = BenchResults::parse(&done.stdout)?;
     figures.scenes.into_iter().next().ok_or_else(|| "a process told nothing".into())
 }

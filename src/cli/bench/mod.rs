@@ -11,13 +11,13 @@ use super::args::BenchArgs;
 use super::console::{is_stdout, print, tell};
 use super::{Summary, Usage, describe, one_line};
 use crate::bench::{
-    Comparison, Figures, HeatMap, Listener, Measurement, Plan, Subject, Verdict, compare, measure, page,
-    suite,
+    BenchObserver, BenchResults, BenchRun, BenchSettings, Comparison, HeatMap, Verdict, Workload, compare,
+    measure, report_page, standard_suite,
 };
 use crate::cli::plan::{Claims, Writer, scene_list, tier};
 use crate::cli::run::panics;
 use crate::import::{LoadOptions, Warning};
-use crate::output::{Replace, check_writable, write_atomically};
+use crate::output::{Overwrite, check_writable, write_atomically};
 use crate::render::RenderSettings;
 
 /// Triangles of the standard scenes where no size is given.
@@ -33,11 +33,15 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
     let old = args
         .compare
         .as_deref()
-        .map(Figures::read)
+        .map(BenchResults::read)
         .transpose()
         .map_err(|e| Usage(format!("--compare: {e}")))?;
-    let from =
-        args.from.as_deref().map(Figures::read).transpose().map_err(|e| Usage(format!("--from: {e}")))?;
+    let from = args
+        .from
+        .as_deref()
+        .map(BenchResults::read)
+        .transpose()
+        .map_err(|e| Usage(format!("--from: {e}")))?;
     let mut claims = Claims::of_read(&scenes);
     for (flag, file) in [("--json", &args.json), ("--report", &args.report)] {
         if let Some(file) = file {
@@ -46,7 +50,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
                 continue;
             }
             crate::cli::run::scene_job::folder_of(file).map_err(|e| Usage(format!("{flag}: {e:#}")))?;
-            if let Err(e) = check_writable(file, Replace::Yes) {
+            if let Err(e) = check_writable(file, Overwrite::Yes) {
                 fail(&mut summary, &format!("{flag}: {e}"));
                 return Ok(summary);
             }
@@ -77,7 +81,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
     } else {
         summary.note(print(text.as_bytes()));
     }
-    let report = || page(&figures, &heat_maps, compared.as_ref());
+    let report = || report_page(&figures, &heat_maps, compared.as_ref());
     keep(&mut summary, args, args.json.as_deref(), || figures.to_json());
     keep(&mut summary, args, args.report.as_deref(), report);
     if let Some(compared) = &compared
@@ -89,7 +93,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Summary, Usage> {
 }
 
 /// What is measured, and how.
-fn plan(args: &BenchArgs) -> Result<Plan, Usage> {
+fn plan(args: &BenchArgs) -> Result<BenchSettings, Usage> {
     let (width, height) = args.size.unwrap_or(USUAL_PICTURE);
     let threads = match &args.threads {
         Some(list) => list.iter().map(|&n| usize::from(n)).collect(),
@@ -101,7 +105,7 @@ fn plan(args: &BenchArgs) -> Result<Plan, Usage> {
             unique.push(n);
         }
     }
-    Ok(Plan {
+    Ok(BenchSettings {
         load: LoadOptions { allow_outside: args.common.allow_outside, ..LoadOptions::default() },
         render: RenderSettings { width, height, samples: args.samples, ..RenderSettings::default() },
         rounds: args.rounds,
@@ -122,19 +126,19 @@ fn usual_threads(all: usize) -> Vec<usize> {
 fn measured(
     args: &BenchArgs,
     scenes: &[PathBuf],
-    plan: &Plan,
+    plan: &BenchSettings,
     summary: &mut Summary,
-) -> Result<Option<(Figures, Vec<HeatMap>)>> {
-    let mut subjects: Vec<Subject> = scenes.iter().map(|path| Subject::file(path)).collect();
+) -> Result<Option<(BenchResults, Vec<HeatMap>)>> {
+    let mut subjects: Vec<Workload> = scenes.iter().map(|path| Workload::file(path)).collect();
     let sizes = args.suite.as_ref().map(|sizes| sizes.as_deref().unwrap_or(&[USUAL_SIZE]));
-    for (kind, triangles) in sizes.map(suite).unwrap_or_default() {
+    for (kind, triangles) in sizes.map(standard_suite).unwrap_or_default() {
         if !args.common.quiet {
             tell(&format!("making {kind} of {triangles} triangles"));
         }
-        subjects.push(Subject::made(kind, triangles)?);
+        subjects.push(Workload::generate(kind, triangles)?);
     }
     let mut teller = Teller { quiet: args.common.quiet, strict: args.common.strict, rounds: plan.rounds };
-    let Measurement { mut figures, heat_maps, failed } = measure(plan, &subjects, &mut teller);
+    let BenchRun { mut figures, heat_maps, failed } = measure(plan, &subjects, &mut teller);
     if !plan.memory {
         let measured = |i: &usize| failed.iter().all(|(other, _)| other != i);
         let measured = (0..subjects.len()).filter(measured).map(|i| &subjects[i]);
@@ -147,7 +151,7 @@ fn measured(
         fail(
             summary,
             &describe(
-                if subject.is_made() { Path::new(&subject.name) } else { &subject.file },
+                if subject.is_generated() { Path::new(&subject.name) } else { &subject.file },
                 &error.into(),
             ),
         );
@@ -168,7 +172,7 @@ fn keep(summary: &mut Summary, args: &BenchArgs, file: Option<&Path>, text: impl
         return summary.note(print(text().as_bytes()));
     }
     let written = crate::cli::run::scene_job::folder_of(file).and_then(|()| {
-        write_atomically(file, text().as_bytes(), Replace::Yes)
+        write_atomically(file, text().as_bytes(), Overwrite::Yes)
             .with_context(|| format!("{} cannot be written", file.display()))
     });
     match written {
@@ -180,7 +184,7 @@ fn keep(summary: &mut Summary, args: &BenchArgs, file: Option<&Path>, text: impl
 
 /// With `--strict`, whatever costs more is an error.
 fn judge(summary: &mut Summary, compared: &Comparison) {
-    for change in compared.moved().filter(|change| change.verdict == Verdict::More) {
+    for change in compared.significant().filter(|change| change.verdict == Verdict::More) {
         fail(
             summary,
             &format!(
@@ -198,14 +202,14 @@ struct Teller {
     rounds: u32,
 }
 
-impl Listener for Teller {
-    fn begins(&mut self, subject: &Subject, round: u32) {
+impl BenchObserver for Teller {
+    fn scene_started(&mut self, subject: &Workload, round: u32) {
         if !self.quiet {
             tell(&format!("round {round} of {}: {}", self.rounds, one_line(&subject.name)));
         }
     }
 
-    fn warned(&mut self, subject: &Subject, warnings: &[Warning]) -> Result<(), String> {
+    fn scene_loaded(&mut self, subject: &Workload, warnings: &[Warning]) -> Result<(), String> {
         for warning in warnings {
             if self.strict {
                 return Err(format!("{warning} (an error because of --strict)"));

@@ -1,6 +1,6 @@
 //! Figures as text.
 
-use crate::bench::{Change, Comparison, Figures, SceneFigures, StageFigures, Verdict, duration};
+use crate::bench::{BenchResults, Change, Comparison, SceneResults, StageResults, Verdict, format_duration};
 use crate::cli::one_line;
 
 /// Columns side by side: the first to the left, the others to the right.
@@ -28,7 +28,7 @@ fn or_dash(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
 }
 
 /// A table for each scene.
-pub(super) fn figures(figures: &Figures) -> String {
+pub(super) fn figures(figures: &BenchResults) -> String {
     let mut out = String::new();
     for scene in &figures.scenes {
         out += &head(scene);
@@ -41,7 +41,7 @@ pub(super) fn figures(figures: &Figures) -> String {
     out
 }
 
-fn head(scene: &SceneFigures) -> String {
+fn head(scene: &SceneResults) -> String {
     let mut line = format!("{}: {} triangles", one_line(&scene.name), scene.triangles);
     if let Some(tree) = &scene.tree {
         line += &format!(
@@ -55,12 +55,12 @@ fn head(scene: &SceneFigures) -> String {
     line + "\n"
 }
 
-fn row(s: &StageFigures) -> Vec<String> {
+fn row(s: &StageResults) -> Vec<String> {
     vec![
         s.stage.name().to_string(),
         s.threads.to_string(),
-        or_dash(s.median(), duration),
-        or_dash(s.least_seconds, duration),
+        or_dash(s.median(), format_duration),
+        or_dash(s.least_seconds, format_duration),
         or_dash(s.mrays(), |v| format!("{v:.2}")),
         or_dash(s.spread_of_rounds(), |v| format!("{:.1} %", 100.0 * v)),
         or_dash(s.waited, |v| format!("{:.0} %", 100.0 * v)),
@@ -92,7 +92,7 @@ pub(super) fn comparison(compared: &Comparison) -> String {
     for note in &compared.notes {
         out += &format!("note: {}\n", one_line(note));
     }
-    let moved: Vec<&Change> = compared.moved().collect();
+    let moved: Vec<&Change> = compared.significant().collect();
     match moved.len() {
         0 => out += &format!("nothing moved beyond the noise: {} figures\n", compared.changes.len()),
         n => out += &format!("{n} of {} figures moved beyond the noise:\n", compared.changes.len()),

@@ -22,7 +22,7 @@ use super::{Summary, Usage, describe, one_line};
 use crate::cli::plan::{Claims, Job, Writer};
 use crate::cli::run::panics::caught;
 use crate::cli::run::progress::{Reporter, Teller};
-use crate::output::{Replace, SaveError, write_atomically};
+use crate::output::{Overwrite, SaveError, write_atomically};
 use given::Given;
 use place::Base;
 
@@ -67,7 +67,7 @@ fn write(text: &str, output: Option<&Path>, scene: &Path, reporter: &Reporter) -
         return print(text.as_bytes());
     };
     crate::cli::run::scene_job::folder_of(path)?;
-    let written = write_atomically(path, text.as_bytes(), Replace::Yes);
+    let written = write_atomically(path, text.as_bytes(), Overwrite::Yes);
     written.map_err(|cause| SaveError { path: path.to_path_buf(), cause })?;
     reporter.wrote(Some(scene), path);
     Ok(())

@@ -8,7 +8,7 @@ use twox_hash::XxHash3_128;
 use super::given::{Given, text};
 use super::place::{Base, Place};
 use super::view;
-use crate::batch::{FrameList, Template};
+use crate::batch::{FrameList, PathTemplate};
 use crate::cli::Usage;
 use crate::cli::args::{EngineArgs, FramesArgs};
 use crate::cli::plan::{Form, Job, Playing, Shot, Target};
@@ -16,7 +16,7 @@ use crate::cli::run::metering::Exposed;
 use crate::cli::run::progress::Teller;
 use crate::cli::run::scene_job::read;
 use crate::cli::run::session::Studio;
-use crate::output::MovingFormat;
+use crate::output::AnimationFormat;
 
 /// All that a job's tasks have in common: each renders some of the frames, and keeps what is finished.
 #[derive(Debug)]
@@ -145,7 +145,7 @@ impl<'a> Plan<'a> {
             }
         };
         let folder = base.place(&folder)?;
-        if !Template::parse(&folder.path).is_plain() {
+        if !PathTemplate::parse(&folder.path).is_literal() {
             let name = &folder.path;
             return Err(Usage(format!("{name}: parts of this folder's name would be filled in: rename it")));
         }
@@ -270,7 +270,7 @@ fn split(output: Option<&Path>) -> Result<(PathBuf, String), Usage> {
     }
     let name = if output.is_dir() && !name.ends_with('/') { name + "/" } else { name };
     let slashes = name.match_indices('/').map(|(i, _)| i + 1);
-    let cut = slashes.take_while(|&i| Template::parse(&name[..i]).is_plain()).last().unwrap_or(0);
+    let cut = slashes.take_while(|&i| PathTemplate::parse(&name[..i]).is_literal()).last().unwrap_or(0);
     Ok((name[..cut].into(), name[cut..].into()))
 }
 
@@ -280,10 +280,10 @@ fn playing_flags(playing: &Playing) -> Vec<String> {
     if !repeat {
         flags.push("--loop=once".into());
     }
-    if MovingFormat::is_lossy(format) {
+    if AnimationFormat::has_quality(format) {
         flags.push(format!("--quality={quality}"));
     }
-    if clockwise && format == MovingFormat::Html {
+    if clockwise && format == AnimationFormat::Html {
         flags.push("--direction=cw".into());
     }
     flags
@@ -296,8 +296,8 @@ mod tests {
     #[test]
     fn a_page_is_told_which_way_its_frames_turn() {
         let playing = |format| Playing { format, fps: 24.0, repeat: true, quality: 90, clockwise: true };
-        assert_eq!(playing_flags(&playing(MovingFormat::Html)).last().unwrap(), "--direction=cw");
-        assert!(!playing_flags(&playing(MovingFormat::Mp4)).concat().contains("direction"));
+        assert_eq!(playing_flags(&playing(AnimationFormat::Html)).last().unwrap(), "--direction=cw");
+        assert!(!playing_flags(&playing(AnimationFormat::Mp4)).concat().contains("direction"));
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! Moving pictures: what of a command line they take, and what they refuse.
 
-use crate::batch::Template;
+use crate::batch::PathTemplate;
 use crate::cli::Usage;
 use crate::cli::args::values::Layers;
 use crate::cli::args::{LoopArg, OutputArgs};
 use crate::display::Background;
-use crate::output::{MOVING_QUALITY, MovingFormat};
+use crate::output::{ANIMATION_QUALITY, AnimationFormat};
 
 use crate::cli::plan::shots::USUAL_FPS;
 use crate::cli::plan::{Look, Series};
@@ -13,7 +13,7 @@ use crate::cli::plan::{Look, Series};
 /// How all frames of a scene become one file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Playing {
-    pub format: MovingFormat,
+    pub format: AnimationFormat,
     /// Frames a second.
     pub fps: f64,
     /// Whether it starts over at its end.
@@ -26,15 +26,15 @@ pub struct Playing {
 
 /// The format of a name that stands for all frames. A `.webp` stands for one: frames to such a name are
 /// numbered, as those to a `.png` are.
-pub fn format(name: &std::path::Path) -> Option<MovingFormat> {
-    MovingFormat::of(name).filter(|format| *format != MovingFormat::Webp)
+pub fn format(name: &std::path::Path) -> Option<AnimationFormat> {
+    AnimationFormat::from_path(name).filter(|format| *format != AnimationFormat::Webp)
 }
 
 impl Playing {
     /// Refuses whatever is of single pictures, and says how to get there all the same.
     pub fn new(
-        format: MovingFormat,
-        template: &Template,
+        format: AnimationFormat,
+        template: &PathTemplate,
         args: &OutputArgs,
         series: &Series,
         look: &Look,
@@ -47,7 +47,7 @@ impl Playing {
                 "a moving picture is of many: add --frames, take blinn turntable, or write a .png",
             );
         }
-        if template.numbers_frames() {
+        if template.has_frame_number() {
             return refused("all frames go into one file: leave their number out of its name");
         }
         if let Some(share) = series.share {
@@ -62,10 +62,10 @@ impl Playing {
         if args.depth.as_deref().is_some_and(|depth| depth != "8") {
             return refused("a moving picture has 8 bits a channel: leave --depth out");
         }
-        if args.quality.is_some() && !format.is_lossy() {
+        if args.quality.is_some() && !format.has_quality() {
             return refused("--quality is of .jpg, .mp4 and .html alone: leave it out");
         }
-        if look.background == Background::Transparent && format == MovingFormat::Mp4 {
+        if look.background == Background::Transparent && format == AnimationFormat::Mp4 {
             return refused("an MP4 has no transparency: give a --background COLOR, or write .apng or .html");
         }
         let fps = series.fps.unwrap_or(USUAL_FPS);
@@ -81,7 +81,7 @@ impl Playing {
             format,
             fps,
             repeat: args.r#loop != Some(LoopArg::Once),
-            quality: args.quality.unwrap_or(MOVING_QUALITY),
+            quality: args.quality.unwrap_or(ANIMATION_QUALITY),
             clockwise: series.clockwise,
         })
     }

@@ -15,7 +15,7 @@ mod turntable;
 use std::path::{Path, PathBuf};
 
 use crate::accel::BuildSettings;
-use crate::batch::Key;
+use crate::batch::SettingsHash;
 use crate::cli::Usage;
 use crate::cli::args::{LookArgs, ProcessArgs, RenderArgs, TurntableArgs};
 use crate::cli::console::is_stdout;
@@ -107,8 +107,8 @@ impl Job {
     }
 
     /// What decides a picture beside the files that it is made from.
-    pub fn key(&self, shot: &Shot) -> Key {
-        Key::of(&(
+    pub fn key(&self, shot: &Shot) -> SettingsHash {
+        SettingsHash::of(&(
             &self.look,
             self.outputs.form,
             shot.time,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf, is_separator};
 
-use crate::batch::{Contents, Key, Name, Template};
+use crate::batch::{FileDigests, PathTemplate, SettingsHash, TemplateFields};
 use crate::cli::Usage;
 use crate::cli::args::OutputArgs;
 use crate::cli::args::values::Layers;
@@ -10,7 +10,7 @@ use crate::cli::plan::animation;
 use crate::cli::plan::animation::Playing;
 use crate::cli::plan::{Look, Shot};
 use crate::display::Background;
-use crate::output::{Depth, Format, Replace, read_stamp};
+use crate::output::{BitDepth, ImageFormat, Overwrite, read_fingerprint};
 
 /// Where one picture goes.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -25,7 +25,7 @@ pub enum Target {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
     /// A file each.
-    Pictures(Format, Depth),
+    Pictures(ImageFormat, BitDepth),
     /// One file.
     Moving(Playing),
 }
@@ -47,9 +47,9 @@ pub struct Series {
 #[derive(Clone, Debug)]
 pub struct Outputs {
     /// Names of files; `None` for standard output.
-    template: Option<Template>,
+    template: Option<PathTemplate>,
     pub form: Form,
-    pub replace: Replace,
+    pub replace: Overwrite,
     /// Whether finished pictures are kept.
     pub resume: bool,
     /// Names of pictures beside each, of its layers.
@@ -61,19 +61,19 @@ impl Outputs {
         let output = args.output.as_deref();
         let text = pattern(output)?;
         let (folder, name) = apart(&text);
-        if let Some(word) = Template::unknown(name) {
+        if let Some(word) = PathTemplate::unknown_placeholder(name) {
             return Err(Usage(format!(
                 "-o {text}: {word} stands for nothing: there are {{stem}}, {{model}}, {{parent}}, {{index}}, {{frame}} \
                  and {{frame:04}}"
             )));
         }
-        let template = Template::within(folder, name);
+        let template = PathTemplate::in_folder(folder, name);
         let mut outputs = Outputs {
             form: match animation::format(Path::new(&text)) {
                 Some(format) => Form::Moving(Playing::new(format, &template, args, series, look)?),
                 None => pictures(&text, args, look)?,
             },
-            replace: if args.no_overwrite { Replace::No } else { Replace::Yes },
+            replace: if args.no_overwrite { Overwrite::No } else { Overwrite::Yes },
             resume: args.resume,
             beside: Vec::new(),
             template: Some(template),
@@ -84,11 +84,11 @@ impl Outputs {
                 "--loop is of moving pictures, and -o names none: write .gif, .apng, .mp4 or .html".into(),
             ));
         }
-        if !format.holds_layers() {
+        if !format.supports_layers() {
             outputs.beside = look.layers.names();
         }
         if output != Some(Path::new("-")) {
-            outputs.template = outputs.template.map(|t| if series.many { t.numbered() } else { t });
+            outputs.template = outputs.template.map(|t| if series.many { t.with_frame_number() } else { t });
             return Ok(outputs);
         }
         outputs.template = None;
@@ -106,7 +106,9 @@ impl Outputs {
     /// Where a picture of the `index`-th scene, from 1, goes.
     pub fn target(&self, scene: &Path, index: usize, shot: &Shot) -> Target {
         match &self.template {
-            Some(template) => Target::File(template.fill(&Name { scene, index, frame: shot.frame })),
+            Some(template) => {
+                Target::File(template.expand(&TemplateFields { scene, index, frame: shot.frame }))
+            }
             None => Target::Stdout,
         }
     }
@@ -120,14 +122,15 @@ impl Outputs {
 
     /// Whether layers are inside the pictures.
     pub fn holds_layers(&self) -> bool {
-        matches!(self.form, Form::Pictures(format, _) if format.holds_layers())
+        matches!(self.form, Form::Pictures(format, _) if format.supports_layers())
     }
 
     /// Whether a picture is there already, as it would be made now.
-    pub fn has(&self, target: &Target, key: Key, scene: &Path, contents: &mut Contents) -> bool {
+    pub fn has(&self, target: &Target, key: SettingsHash, scene: &Path, contents: &mut FileDigests) -> bool {
         let files = self.files(target);
-        let is_it =
-            |file: &PathBuf| read_stamp(file).is_some_and(|stamp| contents.still_hold(&stamp, key, scene));
+        let is_it = |file: &PathBuf| {
+            read_fingerprint(file).is_some_and(|stamp| contents.is_current(&stamp, key, scene))
+        };
         !files.is_empty() && files.iter().all(is_it)
     }
 
@@ -167,23 +170,23 @@ fn apart(pattern: &str) -> (&str, &str) {
 
 /// The format of single pictures that are called so.
 fn pictures(name: &str, args: &OutputArgs, look: &Look) -> Result<Form, Usage> {
-    let mut format = match Format::of(Path::new(name)) {
-        _ if name == "-" => Format::Png,
+    let mut format = match ImageFormat::from_path(Path::new(name)) {
+        _ if name == "-" => ImageFormat::Png,
         Some(format) => format,
         None => {
             return Err(Usage(format!(
                 "-o {name}: the name must end in {}, .gif, .apng, .mp4 or .html, or in / for a folder",
-                Format::ENDINGS
+                ImageFormat::EXTENSIONS
             )));
         }
     };
     if let Some(asked) = args.quality {
         match &mut format {
-            Format::Jpeg(quality) => *quality = asked,
+            ImageFormat::Jpeg(quality) => *quality = asked,
             _ => return Err(Usage("--quality is of .jpg, .mp4 and .html alone, and -o names none".into())),
         }
     }
-    if look.background == Background::Transparent && matches!(format, Format::Jpeg(_)) {
+    if look.background == Background::Transparent && matches!(format, ImageFormat::Jpeg(_)) {
         return Err(Usage(
             "a JPEG has no transparency: give a --background COLOR, or write .png, .webp or .exr".into(),
         ));
@@ -194,9 +197,9 @@ fn pictures(name: &str, args: &OutputArgs, look: &Look) -> Result<Form, Usage> {
     Ok(Form::Pictures(format, depth(args.depth.as_deref(), format)?))
 }
 
-fn depth(asked: Option<&str>, format: Format) -> Result<Depth, Usage> {
-    let Some(asked) = asked else { return Ok(Depth::Usual) };
-    let (name, depths) = format.depths();
+fn depth(asked: Option<&str>, format: ImageFormat) -> Result<BitDepth, Usage> {
+    let Some(asked) = asked else { return Ok(BitDepth::Default) };
+    let (name, depths) = format.bit_depths();
     let bits: Vec<String> = depths.iter().map(|(bits, _)| bits.to_string()).collect();
     let found = bits.iter().position(|bits| bits == asked);
     let wrong = || Usage(format!("--depth {asked}: {name} has {} bits a channel", bits.join(" or ")));

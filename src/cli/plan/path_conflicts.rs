@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::output::identity;
+use crate::output::canonical_path;
 
 /// Files, by what they are and not by how they are spelled.
 #[derive(Debug, Default)]
@@ -39,7 +39,7 @@ impl<'a> Claims<'a> {
     pub fn of_read<P: AsRef<Path>>(files: impl IntoIterator<Item = P>) -> Self {
         // Nothing is lost of a device, nor of what is missing.
         let files = files.into_iter().filter(|file| file.as_ref().is_file());
-        Claims(files.map(|file| (identity(file.as_ref()), Claim::Read)).collect())
+        Claims(files.map(|file| (canonical_path(file.as_ref()), Claim::Read)).collect())
     }
 
     /// Of a scene and the files that it refers to by these names.
@@ -50,12 +50,12 @@ impl<'a> Claims<'a> {
 
     /// Refuses to write over a file that is read.
     pub fn spare(&self, file: &Path, writer: Writer) -> Result<(), String> {
-        self.check(&identity(file), file, writer, |claim| matches!(claim, Claim::Read))
+        self.check(&canonical_path(file), file, writer, |claim| matches!(claim, Claim::Read))
     }
 
     /// Claims a file that is to be written. Refuses what is read, and what is claimed.
     pub fn write(&mut self, file: &Path, writer: Writer<'a>) -> Result<(), String> {
-        let own = identity(file);
+        let own = canonical_path(file);
         self.check(&own, file, writer, |_| true)?;
         self.0.insert(own, Claim::Written(writer));
         Ok(())

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 
-use crate::batch::{Chunk, FrameList, MOST_FRAMES};
+use crate::batch::{Chunk, FrameList, MAX_FRAMES};
 use crate::cli::Usage;
 use crate::cli::args::{MomentArgs, TimeArgs};
 use crate::scene::Orbit;
@@ -85,7 +85,7 @@ impl Shots {
             Shots::Clip { frames, fps, chunk } => {
                 let whole = frames.clone().map_or_else(|| whole_clip(clip_duration, *fps), Ok)?;
                 let frames = whole.frames();
-                let share = chunk.map_or(0..frames.len(), |chunk| chunk.of(frames.len()));
+                let share = chunk.map_or(0..frames.len(), |chunk| chunk.range(frames.len()));
                 let shot = |&frame: &i64| Shot::at(frame, frame as f64 / fps);
                 frames[share].iter().map(shot).collect()
             }
@@ -97,8 +97,8 @@ impl Shots {
 fn whole_clip(end: f64, fps: f64) -> Result<FrameList> {
     // Key times are f32: the last frame's may lie a little late.
     let last = (end * fps - 1e-3).ceil().max(1.0);
-    if last > MOST_FRAMES as f64 {
-        bail!("--frames: {end} seconds at --fps {fps} are more than {MOST_FRAMES} frames: list some of them");
+    if last > MAX_FRAMES as f64 {
+        bail!("--frames: {end} seconds at --fps {fps} are more than {MAX_FRAMES} frames: list some of them");
     }
     Ok(FrameList::up_to(last as u32))
 }
@@ -111,7 +111,7 @@ mod tests {
     fn a_clip_is_all_frames_up_to_its_end() {
         let last = |end: f64| whole_clip(end, 24.0).unwrap().frames().len();
         assert_eq!((last(0.0), last(1.0), last(f64::from(10f32 / 24.0)), last(0.43)), (1, 24, 10, 11));
-        assert_eq!(last(1e6 / 24.0), MOST_FRAMES);
+        assert_eq!(last(1e6 / 24.0), MAX_FRAMES);
         for (end, fps) in [(1e6 / 24.0 + 0.1, 24.0), (1.0, 1e9), (1.0, 1e300), (f64::INFINITY, 24.0)] {
             let told = whole_clip(end, fps).unwrap_err().to_string();
             assert!(told.contains("more than 1000000 frames"), "{told}");

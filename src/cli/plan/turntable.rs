@@ -46,7 +46,7 @@ pub fn shots(args: &TurnArgs, time: f64) -> Result<Shots, Usage> {
     if let Some(beyond) = frames.iter().find(|f| !(1..=i64::from(count)).contains(f)) {
         return Err(Usage(format!("--only {beyond}: the frames are 1 to {count}")));
     }
-    let share = args.chunk.map_or(0..frames.len(), |chunk| chunk.of(frames.len()));
+    let share = args.chunk.map_or(0..frames.len(), |chunk| chunk.range(frames.len()));
     let shot = |&frame: &i64| match args.views {
         Some(count) => dataset::shot(frame, count, time),
         None => Shot { angle: angle(args, frame), ..Shot::at(frame, time) },

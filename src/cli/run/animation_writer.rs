@@ -7,11 +7,11 @@ use anyhow::Result;
 
 use crate::cli::plan::Playing;
 use crate::cli::run::report::Report;
-use crate::output::{Moving, MovingSettings, Picture, Replace, thumbnail};
+use crate::output::{AnimationFile, AnimationSettings, Overwrite, Picture, encode_thumbnail};
 
 /// All frames of a scene on their way into one file, which is there once they all are.
 pub(crate) struct Reel {
-    moving: Moving,
+    moving: AnimationFile,
     done: Done,
 }
 
@@ -25,18 +25,19 @@ pub(crate) struct Done {
 }
 
 impl Reel {
-    pub fn new(file: &Path, playing: &Playing, size: (u32, u32), replace: Replace) -> Result<Reel> {
+    pub fn new(file: &Path, playing: &Playing, size: (u32, u32), replace: Overwrite) -> Result<Reel> {
         let Playing { format, fps, repeat, quality, clockwise } = *playing;
         let (width, height) = size;
-        let settings = MovingSettings { width, height, fps, repeat, quality, replace, clockwise };
+        let settings =
+            AnimationSettings { width, height, fps, repeat, quality, overwrite: replace, clockwise };
         let done = Done { file: file.to_path_buf(), small: Vec::new(), took: Duration::ZERO };
-        Ok(Reel { moving: Moving::create(file, format, &settings)?, done })
+        Ok(Reel { moving: AnimationFile::create(file, format, &settings)?, done })
     }
 
     /// Adds the next frame.
     pub fn add(&mut self, picture: &Picture, took: Duration) -> Result<()> {
         if self.done.small.is_empty() {
-            self.done.small = thumbnail(picture, Report::SIDE)?;
+            self.done.small = encode_thumbnail(picture, Report::SIDE)?;
         }
         self.done.took += took;
         Ok(self.moving.push(&picture.display.to_rgba8(&picture.pixels))?)

@@ -14,21 +14,21 @@ use crate::cli::run::sequence::{frames, missing};
 use crate::cli::{Summary, Usage, describe, one_line};
 use crate::display::{Background, composite_over};
 use crate::import::image::jpeg;
-use crate::output::{MOVING_QUALITY, Moving, MovingFormat, MovingSettings, Replace};
+use crate::output::{ANIMATION_QUALITY, AnimationFile, AnimationFormat, AnimationSettings, Overwrite};
 
 /// What a frame may take while it is decoded.
 const MOST_BYTES: u64 = 4 << 30;
 
 pub(crate) fn run(args: &AssembleArgs) -> Result<Summary, Usage> {
     let output = &args.output;
-    let Some(format) = MovingFormat::of(output) else {
+    let Some(format) = AnimationFormat::from_path(output) else {
         let name = output.display();
         return Err(Usage(format!("-o {name}: the name must end in .gif, .apng, .webp, .mp4 or .html")));
     };
-    if args.quality.is_some() && !format.is_lossy() {
+    if args.quality.is_some() && !format.has_quality() {
         return Err(Usage("--quality is of .webp, .mp4 and .html alone: leave it out".into()));
     }
-    if args.direction.is_some() && format != MovingFormat::Html {
+    if args.direction.is_some() && format != AnimationFormat::Html {
         return Err(Usage("--direction is of .html alone: leave it out".into()));
     }
     format.check_rate(args.fps).map_err(|text| Usage(format!("-o {}: {text}", output.display())))?;
@@ -43,7 +43,7 @@ pub(crate) fn run(args: &AssembleArgs) -> Result<Summary, Usage> {
     Ok(summary)
 }
 
-fn assemble(args: &AssembleArgs, format: MovingFormat, reporter: &Reporter) -> Result<()> {
+fn assemble(args: &AssembleArgs, format: AnimationFormat, reporter: &Reporter) -> Result<()> {
     let frames = frames(&args.frames, &args.output)?;
     if let Some(numbers) = missing(&frames) {
         let text = format!("frames are missing: {numbers}");
@@ -54,17 +54,17 @@ fn assemble(args: &AssembleArgs, format: MovingFormat, reporter: &Reporter) -> R
     }
     let Some((first, rest)) = frames.split_first() else { bail!("there are no frames") };
     let opening = read(first)?;
-    let settings = MovingSettings {
+    let settings = AnimationSettings {
         width: opening.width,
         height: opening.height,
         fps: args.fps,
         repeat: args.r#loop == LoopArg::Forever,
-        quality: args.quality.unwrap_or(MOVING_QUALITY),
-        replace: if args.no_overwrite { Replace::No } else { Replace::Yes },
+        quality: args.quality.unwrap_or(ANIMATION_QUALITY),
+        overwrite: if args.no_overwrite { Overwrite::No } else { Overwrite::Yes },
         clockwise: args.direction == Some(DirectionArg::Cw),
     };
     folder_of(&args.output)?;
-    let mut moving = Moving::create(&args.output, format, &settings)?;
+    let mut moving = AnimationFile::create(&args.output, format, &settings)?;
     let mut push = |mut frame: Opened, path: &Path| -> Result<()> {
         if (frame.width, frame.height) != (settings.width, settings.height) {
             bail!(

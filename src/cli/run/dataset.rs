@@ -7,7 +7,7 @@ use anyhow::Result;
 use crate::batch::{Dataset, DatasetView};
 use crate::cli::plan::{Job, Target, Views};
 use crate::integrator::Aov;
-use crate::output::{Replace, SaveError, check_free, write_atomically};
+use crate::output::{Overwrite, SaveError, check_overwrite, write_atomically};
 use crate::render::RenderSettings;
 use crate::scene::pose;
 use crate::scene::{ClipBoundsCache, PoseSettings, PosedScene, Scene, clip_duration};
@@ -37,7 +37,7 @@ impl DatasetFile<'_> {
         match write_atomically(&file, text.as_bytes(), replace) {
             Ok(()) => Ok(Some(file)),
             // Another share's is this one's.
-            Err(_) if replace == Replace::No && holds(&file, &text) => Ok(None),
+            Err(_) if replace == Overwrite::No && holds(&file, &text) => Ok(None),
             Err(cause) => Err(SaveError { path: file, cause }.into()),
         }
     }
@@ -45,7 +45,7 @@ impl DatasetFile<'_> {
     /// Refuses a file that is there and must stay, unless it is what would be written.
     pub fn check(&self) -> Result<()> {
         let file = self.file();
-        let Err(error) = check_free(&file, self.job.outputs.replace) else { return Ok(()) };
+        let Err(error) = check_overwrite(&file, self.job.outputs.replace) else { return Ok(()) };
         if file.is_file() && holds(&file, &self.text(&ClipBoundsCache::default())?) {
             return Ok(());
         }
@@ -90,7 +90,7 @@ impl DatasetFile<'_> {
             bounds: posed.bounds(),
             depth_step: depth_step(job, &start, size)?,
         };
-        Ok(dataset.transforms(&all))
+        Ok(dataset.to_json(&all))
     }
 }
 

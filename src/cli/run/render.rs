@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use crate::batch::Contents;
+use crate::batch::FileDigests;
 use crate::bench::memory::peak_bytes;
 use crate::cli::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use crate::cli::plan::Job;
@@ -56,7 +56,7 @@ fn each(job: &Job, process: &ProcessArgs, reporter: &Reporter) -> Result<Summary
     };
     for (i, path) in job.scenes.iter().enumerate() {
         let teller = Teller::new(reporter, path, job.strict);
-        let (index, contents) = (i + 1, Contents::within(memory::limits(job.max_memory).file_bytes));
+        let (index, contents) = (i + 1, FileDigests::with_limit(memory::limits(job.max_memory).file_bytes));
         if let Some(report) = &mut report {
             report.scene(path);
         }

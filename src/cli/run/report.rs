@@ -12,13 +12,15 @@ use base64::prelude::BASE64_STANDARD;
 use crate::cli::console::{is_stdout, printed};
 use crate::cli::plan::{Claims, Writer};
 use crate::cli::run::scene_job::folder_of;
-use crate::output::{Replace, SaveError, check_writable, escape_html, nameless_beside, write_whole};
+use crate::output::{
+    Overwrite, SaveError, check_writable, escape_html, unnamed_temp_file, write_atomically_with,
+};
 
 /// A page that grows with each picture, in a file without a name, so that memory does not. Where it cannot
 /// grow any more it is given up, and the pictures are made all the same.
 pub(crate) struct Report {
     path: PathBuf,
-    replace: Replace,
+    replace: Overwrite,
     /// Whether a scene is read from the file that it would be.
     refused: bool,
     page: BufWriter<File>,
@@ -43,14 +45,14 @@ impl Report {
     pub const SIDE: u32 = 192;
 
     /// Finds out at once whether it could be written.
-    pub fn new(path: &Path, replace: Replace) -> Result<Report> {
+    pub fn new(path: &Path, replace: Overwrite) -> Result<Report> {
         let passing = || format!("{}: what it is made of needs a passing file", path.display());
         let page = if is_stdout(path) {
             tempfile::tempfile().with_context(passing)?
         } else {
             folder_of(path)?;
             check_writable(path, replace)?;
-            nameless_beside(path).with_context(passing)?
+            unnamed_temp_file(path).with_context(passing)?
         };
         Ok(Report {
             path: path.to_path_buf(),
@@ -140,7 +142,8 @@ impl Report {
             let written = io::copy(&mut whole, &mut io::stdout().lock()).map(drop);
             return printed(written).map(|()| None);
         }
-        write_whole(&path, replace, |file| io::copy(&mut whole, file).map(drop)).with_context(cannot)?;
+        write_atomically_with(&path, replace, |file| io::copy(&mut whole, file).map(drop))
+            .with_context(cannot)?;
         Ok(Some(path))
     }
 

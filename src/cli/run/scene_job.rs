@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result};
 
-use crate::batch::{Contents, overlap, stamp};
+use crate::batch::{FileDigests, fingerprint, run_pipeline};
 use crate::cli::console::print;
 use crate::cli::plan::memory;
 use crate::cli::plan::{Claims, Form, Job, Shot, Target, Writer};
@@ -16,7 +16,7 @@ use crate::cli::run::progress::Teller;
 use crate::cli::run::report::Report;
 use crate::cli::run::session::{Moment, Studio};
 use crate::import::{LoadOptions, load, open_scene_file};
-use crate::output::{Picture, check_free, check_writable, save, thumbnail};
+use crate::output::{Picture, check_overwrite, check_writable, encode_thumbnail, save};
 use crate::scene::{ClipBoundsCache, Scene, clip_duration};
 
 /// What is to be done for one scene.
@@ -28,7 +28,7 @@ pub(crate) struct Work<'a> {
     pub teller: &'a Teller<'a>,
     pub report: Option<&'a mut Report>,
     /// What is in the files that pictures are made from.
-    pub contents: Contents,
+    pub contents: FileDigests,
     /// Pictures that were there already.
     pub kept: usize,
 }
@@ -47,7 +47,7 @@ impl Work<'_> {
         }
         let scene = read(self.job, self.path, self.teller)?;
         // What was there is of other files if these were replaced since it was looked at.
-        let agreed = self.contents.agree(self.path, &scene.source);
+        let agreed = self.contents.record(self.path, &scene.source);
         let shots = match known {
             Some(shots) if agreed => shots,
             _ => {
@@ -83,7 +83,7 @@ impl Work<'_> {
         for file in &files {
             claims.spare(file, Writer::Scene(self.path)).map_err(Error::msg)?;
         }
-        self.check_free(&files)?;
+        self.check_overwrite(&files)?;
         if let Some(dataset) = self.dataset(scene) {
             dataset.check()?;
         }
@@ -100,10 +100,10 @@ impl Work<'_> {
     }
 
     /// Refuses files that are there and must stay. Of a dataset all shares write the same file.
-    fn check_free(&self, files: &[PathBuf]) -> Result<()> {
+    fn check_overwrite(&self, files: &[PathBuf]) -> Result<()> {
         let shared = self.job.views.map(|views| views.file(&self.job.outputs, self.path, self.index));
         let mut own = files.iter().filter(|file| Some(*file) != shared.as_ref());
-        own.try_for_each(|file| Ok(check_free(file, self.job.outputs.replace)?))
+        own.try_for_each(|file| Ok(check_overwrite(file, self.job.outputs.replace)?))
     }
 
     /// Makes the pictures: while one is rendered, the scene is posed and its trees are built for the
@@ -121,7 +121,7 @@ impl Work<'_> {
             _ => None,
         };
         let mut start = Some(start);
-        overlap(
+        run_pipeline(
             shots.len(),
             |i, before, spent| moment(&studio, shots[i].time, before, spent, &mut start),
             |i, moment| {
@@ -136,10 +136,10 @@ impl Work<'_> {
                     return self.add(reel, &picture, took);
                 }
                 let (key, target) = (self.job.key(&shots[i]), self.target(&shots[i]));
-                // Standard output keeps nothing that could be asked for its stamp.
+                // Standard output keeps nothing that could be asked for its fingerprint.
                 let kept = target != Target::Stdout;
-                let stamp = kept.then(|| stamp(key, path, &scene.source)).flatten();
-                self.write(&Picture { stamp, ..picture }, &target, took)
+                let fingerprint = kept.then(|| fingerprint(key, path, &scene.source)).flatten();
+                self.write(&Picture { fingerprint, ..picture }, &target, took)
             },
         )?;
         reel.map_or(Ok(()), |reel| self.publish(reel))?;
@@ -187,7 +187,7 @@ impl Work<'_> {
     /// With `--dry-run`: what would be written.
     fn list(&self, shots: &[Shot]) -> Result<()> {
         let files = self.job.files(self.path, self.index, shots);
-        self.check_free(&files)?;
+        self.check_overwrite(&files)?;
         print(files.iter().map(|file| format!("{}\n", file.display())).collect::<String>().as_bytes())
     }
 
@@ -207,7 +207,7 @@ impl Work<'_> {
                     self.teller.reporter.wrote(Some(self.path), &written);
                 }
                 if let Some(report) = &mut self.report {
-                    report.picture(&thumbnail(picture, Report::SIDE)?, file, took);
+                    report.picture(&encode_thumbnail(picture, Report::SIDE)?, file, took);
                 }
             }
         }

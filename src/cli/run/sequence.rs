@@ -8,7 +8,7 @@ use std::path::{Display, Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use crate::cli::args::values::Layers;
-use crate::output::identity;
+use crate::output::canonical_path;
 
 /// Endings of files that frames are read from.
 const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
@@ -20,8 +20,8 @@ const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
 /// of their own layers.
 pub(crate) fn frames(named: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
     // What was made of frames before is none.
-    let output = identity(output);
-    let is_output = |path: &Path| identity(path) == output;
+    let output = canonical_path(output);
+    let is_output = |path: &Path| canonical_path(path) == output;
     let mut all = Vec::new();
     for path in named {
         if path.is_dir() {

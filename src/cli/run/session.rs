@@ -15,7 +15,7 @@ use crate::cli::run::metering::Exposed;
 use crate::cli::run::progress::Teller;
 use crate::display::{Display, ViewTransform};
 use crate::integrator::{Frame, Phong};
-use crate::output::{Part, Picture};
+use crate::output::{CropWindow, Picture};
 use crate::render::{AdaptiveSampling, ProgressMonitor, RenderSettings, render, render_aovs, render_mattes};
 use crate::scene::pose;
 use crate::scene::{
@@ -213,9 +213,9 @@ impl<'a> Studio<'a> {
         if self.look.layers != Layers::default() {
             self.teller.stage("layers", start, "");
         }
-        let part = settings.crop.map(|crop| Part { crop, width, height });
+        let crop_window = settings.crop.map(|crop| CropWindow { crop, width, height });
         let depth_step = self.framed.depth_step;
-        Ok(Picture { layers, mattes, part, depth_step, ..Picture::new(pixels, self.display) })
+        Ok(Picture { layers, mattes, crop_window, depth_step, ..Picture::new(pixels, self.display) })
     }
 }
 

@@ -4,9 +4,9 @@
 use std::io::IsTerminal;
 use std::time::Duration;
 
-use crate::bench::sweep;
+use crate::bench::remove_generated_scenes;
 use crate::cli::console::tell;
-use crate::output::hold_writes;
+use crate::output::block_writes;
 
 /// What a process exits with that a signal ended: this and the signal's number.
 const SIGNALLED: i32 = 128;
@@ -23,8 +23,8 @@ fn end(signal: i32) -> ! {
         std::thread::sleep(PATIENCE);
         std::process::exit(SIGNALLED + signal)
     });
-    let _no_file_is_half_written = hold_writes();
-    sweep();
+    let _no_file_is_half_written = block_writes();
+    remove_generated_scenes();
     let what = match signal {
         1 => "hung up",
         2 => "interrupted",

@@ -3,10 +3,10 @@
 
 use std::io::{self, Write};
 
-use crate::output::animation::clock::Clock;
 use crate::output::animation::dirty_rect::{Rect, changed};
+use crate::output::animation::frame_timing::FrameTiming;
 use crate::output::animation::spool::Spool;
-use crate::output::animation::{Encoder, MovingSettings, invalid};
+use crate::output::animation::{AnimationSettings, Encoder, invalid};
 
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
@@ -14,8 +14,8 @@ const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 const TICKS: u16 = 10_000;
 
 pub(crate) struct Apng {
-    settings: MovingSettings,
-    clock: Clock,
+    settings: AnimationSettings,
+    clock: FrameTiming,
     before: Vec<[u8; 4]>,
     frames: u32,
     /// Chunks of animation are numbered, frames and data alike.
@@ -24,8 +24,8 @@ pub(crate) struct Apng {
     head: Vec<u8>,
 }
 
-fn clock(fps: f64) -> Clock {
-    Clock { fps, ticks: f64::from(TICKS) }
+fn clock(fps: f64) -> FrameTiming {
+    FrameTiming { fps, ticks: f64::from(TICKS) }
 }
 
 /// Says what is wrong with a rate that no delay is long enough for.
@@ -37,7 +37,7 @@ pub(crate) fn check_rate(fps: f64) -> Result<(), String> {
 }
 
 impl Apng {
-    pub fn new(settings: &MovingSettings) -> io::Result<Apng> {
+    pub fn new(settings: &AnimationSettings) -> io::Result<Apng> {
         let (settings, clock) = (*settings, clock(settings.fps));
         Ok(Apng { settings, clock, before: Vec::new(), frames: 0, sequence: 0, head: Vec::new() })
     }

@@ -4,11 +4,11 @@ use std::io::{self, Write};
 
 use ::gif::{DisposalMethod, Encoder as Writer, EncodingError, Frame, Repeat};
 
-use crate::output::animation::clock::Clock;
 use crate::output::animation::dirty_rect::{Rect, changed};
+use crate::output::animation::frame_timing::FrameTiming;
 use crate::output::animation::palette::quantise;
 use crate::output::animation::spool::Spool;
-use crate::output::animation::{Encoder, MovingSettings, invalid};
+use crate::output::animation::{AnimationSettings, Encoder, invalid};
 
 /// Browsers show frames of less than two hundredths as if they had ten.
 const MOST_FRAMES: f64 = 50.0;
@@ -17,7 +17,7 @@ const NOTHING: [u8; 4] = [0; 4];
 pub(crate) struct Gif {
     width: u32,
     height: u32,
-    clock: Clock,
+    clock: FrameTiming,
     writer: Writer<Vec<u8>>,
     /// What is on the screen before the held frame is drawn.
     below: Vec<[u8; 4]>,
@@ -26,8 +26,8 @@ pub(crate) struct Gif {
     written: u64,
 }
 
-fn clock(fps: f64) -> Clock {
-    Clock { fps, ticks: 100.0 }
+fn clock(fps: f64) -> FrameTiming {
+    FrameTiming { fps, ticks: 100.0 }
 }
 
 /// Says what is wrong with a rate that there is no delay for.
@@ -55,8 +55,8 @@ pub(crate) fn check_size(size: (u32, u32)) -> Result<(), String> {
 }
 
 impl Gif {
-    pub fn new(settings: &MovingSettings) -> io::Result<Gif> {
-        let MovingSettings { width, height, fps, repeat, .. } = *settings;
+    pub fn new(settings: &AnimationSettings) -> io::Result<Gif> {
+        let AnimationSettings { width, height, fps, repeat, .. } = *settings;
         let (columns, rows) = sides((width, height)).map_err(invalid)?;
         let clock = clock(fps);
         let mut writer = Writer::new(Vec::new(), columns, rows, &[]).map_err(plain)?;

@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 
 use crate::output::animation::spool::Spool;
 use crate::output::animation::webp;
-use crate::output::animation::{Encoder, MovingSettings};
+use crate::output::animation::{AnimationSettings, Encoder};
 use crate::output::escape_html;
 
 /// The page; frames go where [`FRAMES`] stands.
@@ -16,12 +16,12 @@ const PAGE: &str = include_str!("player.html");
 const FRAMES: &str = "/*FRAMES*/";
 
 pub(crate) struct Html {
-    settings: MovingSettings,
+    settings: AnimationSettings,
     title: String,
 }
 
 impl Html {
-    pub fn new(path: &Path, settings: &MovingSettings) -> io::Result<Html> {
+    pub fn new(path: &Path, settings: &AnimationSettings) -> io::Result<Html> {
         let title = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         Ok(Html { settings: *settings, title })
     }
@@ -29,13 +29,13 @@ impl Html {
 
 impl Encoder for Html {
     fn frame(&mut self, pixels: &[[u8; 4]], body: &mut Spool) -> io::Result<()> {
-        let MovingSettings { width, height, quality, .. } = self.settings;
+        let AnimationSettings { width, height, quality, .. } = self.settings;
         let picture = webp::compress(width, height, pixels, quality)?;
         writeln!(body, "\"{}\",", STANDARD.encode(picture))
     }
 
     fn finish(self: Box<Self>, body: &mut Spool) -> io::Result<Vec<u8>> {
-        let MovingSettings { width, height, fps, repeat, clockwise, .. } = self.settings;
+        let AnimationSettings { width, height, fps, repeat, clockwise, .. } = self.settings;
         let (head, tail) = PAGE.split_once(FRAMES).unwrap_or((PAGE, ""));
         body.write_all(tail.as_bytes())?;
         let values = [

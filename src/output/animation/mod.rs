@@ -3,8 +3,8 @@
 //! Frames are encoded as they come, into a nameless file; memory does not grow with their number.
 
 mod apng;
-mod clock;
 mod dirty_rect;
+mod frame_timing;
 mod gif;
 mod html;
 mod mp4;
@@ -18,12 +18,12 @@ mod yuv;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::output::{Replace, SaveError};
+use crate::output::{Overwrite, SaveError};
 use spool::Spool;
 
 /// File formats for moving pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MovingFormat {
+pub enum AnimationFormat {
     /// 255 colours a frame, alpha on or off; at most 50 frames a second.
     Gif,
     /// Without loss, straight alpha.
@@ -37,7 +37,7 @@ pub enum MovingFormat {
     Html,
 }
 
-impl MovingFormat {
+impl AnimationFormat {
     /// Whether it can be shown at so many frames a second.
     ///
     /// # Errors
@@ -45,11 +45,11 @@ impl MovingFormat {
     pub fn check_rate(self, fps: f64) -> Result<(), String> {
         match self {
             _ if !(fps.is_finite() && fps > 0.0) => Err(format!("{fps} is no number of frames a second")),
-            MovingFormat::Gif => gif::check_rate(fps),
-            MovingFormat::Apng => apng::check_rate(fps),
-            MovingFormat::Webp => webp::check_rate(fps),
-            MovingFormat::Mp4 => mp4::check_rate(fps),
-            MovingFormat::Html => Ok(()),
+            AnimationFormat::Gif => gif::check_rate(fps),
+            AnimationFormat::Apng => apng::check_rate(fps),
+            AnimationFormat::Webp => webp::check_rate(fps),
+            AnimationFormat::Mp4 => mp4::check_rate(fps),
+            AnimationFormat::Html => Ok(()),
         }
     }
 
@@ -60,37 +60,37 @@ impl MovingFormat {
     pub fn check_size(self, size: (u32, u32)) -> Result<(), String> {
         match self {
             _ if size.0 == 0 || size.1 == 0 => Err("a picture has at least one pixel".into()),
-            MovingFormat::Gif => gif::check_size(size),
-            MovingFormat::Apng => Ok(()),
-            MovingFormat::Webp | MovingFormat::Html => webp::check_size(size),
-            MovingFormat::Mp4 => mp4::check_size(size),
+            AnimationFormat::Gif => gif::check_size(size),
+            AnimationFormat::Apng => Ok(()),
+            AnimationFormat::Webp | AnimationFormat::Html => webp::check_size(size),
+            AnimationFormat::Mp4 => mp4::check_size(size),
         }
     }
 
     /// By a file name's ending. A `.webp` may also be a single picture.
-    pub fn of(path: &Path) -> Option<MovingFormat> {
+    pub fn from_path(path: &Path) -> Option<AnimationFormat> {
         match path.extension()?.to_ascii_lowercase().to_str()? {
-            "gif" => Some(MovingFormat::Gif),
-            "apng" => Some(MovingFormat::Apng),
-            "webp" => Some(MovingFormat::Webp),
-            "mp4" => Some(MovingFormat::Mp4),
-            "html" => Some(MovingFormat::Html),
+            "gif" => Some(AnimationFormat::Gif),
+            "apng" => Some(AnimationFormat::Apng),
+            "webp" => Some(AnimationFormat::Webp),
+            "mp4" => Some(AnimationFormat::Mp4),
+            "html" => Some(AnimationFormat::Html),
             _ => None,
         }
     }
 
     /// Whether quality means anything.
-    pub fn is_lossy(self) -> bool {
-        matches!(self, MovingFormat::Webp | MovingFormat::Mp4 | MovingFormat::Html)
+    pub fn has_quality(self) -> bool {
+        matches!(self, AnimationFormat::Webp | AnimationFormat::Mp4 | AnimationFormat::Html)
     }
 }
 
 /// The quality where none is given.
-pub const MOVING_QUALITY: u8 = 90;
+pub const ANIMATION_QUALITY: u8 = 90;
 
 /// What all frames share.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MovingSettings {
+pub struct AnimationSettings {
     /// Columns.
     pub width: u32,
     /// Rows.
@@ -102,15 +102,15 @@ pub struct MovingSettings {
     /// 1 to 100, for formats that lose something.
     pub quality: u8,
     /// What becomes of a file that is there already.
-    pub replace: Replace,
+    pub overwrite: Overwrite,
     /// Whether what turns does so clockwise, as seen from above: drags on a page take it along.
     pub clockwise: bool,
 }
 
 /// A moving picture that is being written.
-pub struct Moving {
+pub struct AnimationFile {
     path: PathBuf,
-    settings: MovingSettings,
+    settings: AnimationSettings,
     encoder: Box<dyn Encoder>,
     body: Spool,
     frames: u64,
@@ -126,27 +126,31 @@ trait Encoder: Send {
     fn finish(self: Box<Self>, body: &mut Spool) -> io::Result<Vec<u8>>;
 }
 
-impl Moving {
-    /// Begins a moving picture. There is no file at `path` before [`Moving::finish`].
+impl AnimationFile {
+    /// Begins a moving picture. There is no file at `path` before [`AnimationFile::finish`].
     ///
     /// # Errors
     /// Sizes and rates that the format cannot hold; a place that nothing can be written to.
-    pub fn create(path: &Path, format: MovingFormat, settings: &MovingSettings) -> Result<Moving, SaveError> {
+    pub fn create(
+        path: &Path,
+        format: AnimationFormat,
+        settings: &AnimationSettings,
+    ) -> Result<AnimationFile, SaveError> {
         let begin = || -> io::Result<(Box<dyn Encoder>, Spool)> {
             format.check_size((settings.width, settings.height)).map_err(invalid)?;
             format.check_rate(settings.fps).map_err(invalid)?;
             let encoder: Box<dyn Encoder> = match format {
-                MovingFormat::Gif => Box::new(gif::Gif::new(settings)?),
-                MovingFormat::Apng => Box::new(apng::Apng::new(settings)?),
-                MovingFormat::Webp => Box::new(webp::Webp::new(settings)?),
-                MovingFormat::Mp4 => Box::new(mp4::Mp4::new(settings)?),
-                MovingFormat::Html => Box::new(html::Html::new(path, settings)?),
+                AnimationFormat::Gif => Box::new(gif::Gif::new(settings)?),
+                AnimationFormat::Apng => Box::new(apng::Apng::new(settings)?),
+                AnimationFormat::Webp => Box::new(webp::Webp::new(settings)?),
+                AnimationFormat::Mp4 => Box::new(mp4::Mp4::new(settings)?),
+                AnimationFormat::Html => Box::new(html::Html::new(path, settings)?),
             };
-            Ok((encoder, Spool::beside(path, settings.replace)?))
+            Ok((encoder, Spool::beside(path, settings.overwrite)?))
         };
         let path = path.to_path_buf();
         match begin() {
-            Ok((encoder, body)) => Ok(Moving { path, settings: *settings, encoder, body, frames: 0 }),
+            Ok((encoder, body)) => Ok(AnimationFile { path, settings: *settings, encoder, body, frames: 0 }),
             Err(cause) => Err(SaveError { path, cause }),
         }
     }
@@ -156,7 +160,7 @@ impl Moving {
     /// # Errors
     /// A frame of another size, what the format cannot hold, and a full disk.
     pub fn push(&mut self, rgba: &[[u8; 4]]) -> Result<(), SaveError> {
-        let MovingSettings { width, height, .. } = self.settings;
+        let AnimationSettings { width, height, .. } = self.settings;
         let added = if rgba.len() as u64 == u64::from(width) * u64::from(height) {
             self.encoder.frame(rgba, &mut self.body)
         } else {
@@ -171,13 +175,13 @@ impl Moving {
     /// # Errors
     /// No frames; what the system said. There is no file then.
     pub fn finish(self) -> Result<(), SaveError> {
-        let Moving { path, settings, encoder, mut body, frames } = self;
+        let AnimationFile { path, settings, encoder, mut body, frames } = self;
         let publish = || {
             if frames == 0 {
                 return Err(invalid("it has no frames".into()));
             }
             let head = encoder.finish(&mut body)?;
-            body.publish(&head, &path, settings.replace)
+            body.publish(&head, &path, settings.overwrite)
         };
         publish().map_err(|cause| SaveError { path: path.clone(), cause })
     }

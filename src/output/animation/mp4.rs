@@ -17,7 +17,7 @@ use openh264::{OpenH264API, Timestamp};
 
 use crate::output::animation::spool::Spool;
 use crate::output::animation::yuv::Planes;
-use crate::output::animation::{Encoder, MovingSettings, invalid};
+use crate::output::animation::{AnimationSettings, Encoder, invalid};
 
 /// What H.264's level 5.2 ends at, in the encoder's words.
 const MOST: (u32, u32) = (3840, 2160);
@@ -49,7 +49,7 @@ const PICTURE: u8 = 8;
 const INDEPENDENT: u8 = 5;
 
 pub(crate) struct Mp4 {
-    settings: MovingSettings,
+    settings: AnimationSettings,
     timescale: u32,
     encoder: H264,
     /// The stream's two parameter sets.
@@ -88,8 +88,8 @@ pub(crate) fn check_size((width, height): (u32, u32)) -> Result<(), String> {
 }
 
 impl Mp4 {
-    pub fn new(settings: &MovingSettings) -> io::Result<Mp4> {
-        let MovingSettings { fps, quality, .. } = *settings;
+    pub fn new(settings: &AnimationSettings) -> io::Result<Mp4> {
+        let AnimationSettings { fps, quality, .. } = *settings;
         let qp = (51.0 - 0.35 * f32::from(quality.clamp(1, 100))).round() as u8;
         let config = EncoderConfig::new()
             .profile(Profile::High)
@@ -120,7 +120,7 @@ impl Mp4 {
 
     /// The least level that holds what was encoded: the encoder would say what its highest rate needs.
     fn level(&self, bytes: u64) -> u8 {
-        let MovingSettings { width, height, fps, .. } = self.settings;
+        let AnimationSettings { width, height, fps, .. } = self.settings;
         let blocks = width.div_ceil(16) * height.div_ceil(16);
         let speed = f64::from(blocks) * fps;
         let rate = bytes as f64 * 8.0 * fps / self.sizes.len().max(1) as f64;

@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
-use crate::output::Replace;
-use crate::output::atomic::{may_write, nameless_beside, write_whole};
+use crate::output::Overwrite;
+use crate::output::atomic::{check_overwrite, unnamed_temp_file, write_atomically_with};
 
 /// Bytes that wait for their head, which often can be written only when all is known.
 pub(crate) struct Spool {
@@ -16,9 +16,9 @@ pub(crate) struct Spool {
 
 impl Spool {
     /// For a file that will appear at `path`; says at once where it cannot.
-    pub fn beside(path: &Path, replace: Replace) -> io::Result<Spool> {
-        may_write(path, replace)?;
-        Ok(Spool { file: BufWriter::new(nameless_beside(path)?), length: 0 })
+    pub fn beside(path: &Path, replace: Overwrite) -> io::Result<Spool> {
+        check_overwrite(path, replace)?;
+        Ok(Spool { file: BufWriter::new(unnamed_temp_file(path)?), length: 0 })
     }
 
     /// Bytes so far.
@@ -27,10 +27,10 @@ impl Spool {
     }
 
     /// Writes `head` and the body to `path`, whole or not at all.
-    pub fn publish(self, head: &[u8], path: &Path, replace: Replace) -> io::Result<()> {
+    pub fn publish(self, head: &[u8], path: &Path, replace: Overwrite) -> io::Result<()> {
         let mut body = self.file.into_inner().map_err(|e| e.into_error())?;
         body.rewind()?;
-        write_whole(path, replace, |file| {
+        write_atomically_with(path, replace, |file| {
             file.write_all(head)?;
             io::copy(&mut body, file).map(drop)
         })

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use crate::output::animation::*;
 
-pub(crate) const SETTINGS: MovingSettings = MovingSettings {
+pub(crate) const SETTINGS: AnimationSettings = AnimationSettings {
     width: 40,
     height: 30,
     fps: 12.0,
     repeat: true,
     quality: 90,
-    replace: Replace::Yes,
+    overwrite: Overwrite::Yes,
     clockwise: false,
 };
 
@@ -26,10 +26,14 @@ pub(crate) fn frame(i: u32, ground: [u8; 4]) -> Vec<[u8; 4]> {
     (0..width * height).map(one).collect()
 }
 
-pub(crate) fn written(format: MovingFormat, settings: &MovingSettings, frames: &[Vec<[u8; 4]>]) -> Vec<u8> {
+pub(crate) fn written(
+    format: AnimationFormat,
+    settings: &AnimationSettings,
+    frames: &[Vec<[u8; 4]>],
+) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("moving");
-    let mut moving = Moving::create(&path, format, settings).unwrap();
+    let mut moving = AnimationFile::create(&path, format, settings).unwrap();
     for frame in frames {
         moving.push(frame).unwrap();
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing shows before the end");
@@ -68,7 +72,7 @@ fn a_gif_shows_its_frames() {
     for ground in [[10, 20, 30, 255], [0; 4]] {
         // The third frame again: nothing changes.
         let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, ground)).into();
-        let (repeat, shown) = shown_gif(&written(MovingFormat::Gif, &SETTINGS, &frames));
+        let (repeat, shown) = shown_gif(&written(AnimationFormat::Gif, &SETTINGS, &frames));
         assert_eq!(repeat, ::gif::Repeat::Infinite);
         assert_eq!(shown.iter().map(|s| s.0).collect::<Vec<_>>(), [8, 9, 8, 8, 9]);
         assert_eq!(shown.into_iter().map(|s| s.1).collect::<Vec<_>>(), frames);
@@ -80,8 +84,8 @@ fn a_gif_takes_alpha_by_half_and_ends_when_it_shall() {
     let mut half = frame(0, [0; 4]);
     half[0] = [9, 9, 9, 127];
     half[1] = [9, 9, 9, 128];
-    let settings = MovingSettings { repeat: false, ..SETTINGS };
-    let (repeat, shown) = shown_gif(&written(MovingFormat::Gif, &settings, &[half]));
+    let settings = AnimationSettings { repeat: false, ..SETTINGS };
+    let (repeat, shown) = shown_gif(&written(AnimationFormat::Gif, &settings, &[half]));
     assert_eq!(repeat, ::gif::Repeat::Finite(0));
     assert_eq!((shown[0].1[0], shown[0].1[1]), ([0; 4], [9, 9, 9, 255]));
 }
@@ -89,9 +93,9 @@ fn a_gif_takes_alpha_by_half_and_ends_when_it_shall() {
 /// A delay has sixteen bits; between those that fit, one of a slow rate may be rounded up to what does not.
 #[test]
 fn the_longest_delays_of_a_gif_do_not_become_none() {
-    let settings = MovingSettings { fps: 0.001_525_892_8, ..SETTINGS };
+    let settings = AnimationSettings { fps: 0.001_525_892_8, ..SETTINGS };
     let frames: Vec<_> = (0..3).map(|i| frame(i, [0; 4])).collect();
-    let (_, shown) = shown_gif(&written(MovingFormat::Gif, &settings, &frames));
+    let (_, shown) = shown_gif(&written(AnimationFormat::Gif, &settings, &frames));
     assert_eq!(shown.iter().map(|s| s.0).collect::<Vec<_>>(), [u16::MAX; 3]);
 }
 
@@ -99,7 +103,7 @@ fn the_longest_delays_of_a_gif_do_not_become_none() {
 fn an_apng_shows_its_frames() {
     for (ground, repeat) in [([10, 20, 30, 255], true), ([7, 8, 9, 60], false)] {
         let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, ground)).into();
-        let bytes = written(MovingFormat::Apng, &MovingSettings { repeat, ..SETTINGS }, &frames);
+        let bytes = written(AnimationFormat::Apng, &AnimationSettings { repeat, ..SETTINGS }, &frames);
         let mut reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let control = *reader.info().animation_control().unwrap();
         assert_eq!((control.num_frames, control.num_plays), (5, u32::from(!repeat)));
@@ -128,31 +132,31 @@ fn an_apng_shows_its_frames() {
 fn what_cannot_be_written_is_an_error_in_words() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gif");
-    let refused = |path: &Path, format, settings: &MovingSettings, word: &str| {
-        let text = Moving::create(path, format, settings).err().expect(word).to_string();
+    let refused = |path: &Path, format, settings: &AnimationSettings, word: &str| {
+        let text = AnimationFile::create(path, format, settings).err().expect(word).to_string();
         assert!(text.contains(word) && text.lines().count() == 1 && !text.contains(".part"), "{text}");
     };
-    let with = |change: fn(&mut MovingSettings)| {
+    let with = |change: fn(&mut AnimationSettings)| {
         let mut settings = SETTINGS;
         change(&mut settings);
         settings
     };
-    refused(&path, MovingFormat::Gif, &with(|s| s.fps = 60.0), "50 frames a second");
-    refused(&path, MovingFormat::Gif, &with(|s| s.fps = f64::NAN), "number of frames");
-    refused(&path, MovingFormat::Gif, &with(|s| s.width = 70_000), "65535");
-    refused(&path, MovingFormat::Apng, &with(|s| s.fps = 0.1), "6.5 s");
-    refused(&path, MovingFormat::Apng, &with(|s| s.height = 0), "one pixel");
-    refused(&folder.path().join("no/a.gif"), MovingFormat::Gif, &SETTINGS, "cannot be written");
-    refused(folder.path(), MovingFormat::Gif, &SETTINGS, "folder");
+    refused(&path, AnimationFormat::Gif, &with(|s| s.fps = 60.0), "50 frames a second");
+    refused(&path, AnimationFormat::Gif, &with(|s| s.fps = f64::NAN), "number of frames");
+    refused(&path, AnimationFormat::Gif, &with(|s| s.width = 70_000), "65535");
+    refused(&path, AnimationFormat::Apng, &with(|s| s.fps = 0.1), "6.5 s");
+    refused(&path, AnimationFormat::Apng, &with(|s| s.height = 0), "one pixel");
+    refused(&folder.path().join("no/a.gif"), AnimationFormat::Gif, &SETTINGS, "cannot be written");
+    refused(folder.path(), AnimationFormat::Gif, &SETTINGS, "folder");
 
-    let mut moving = Moving::create(&path, MovingFormat::Gif, &SETTINGS).unwrap();
+    let mut moving = AnimationFile::create(&path, AnimationFormat::Gif, &SETTINGS).unwrap();
     assert!(moving.push(&[[0; 4]; 3]).unwrap_err().to_string().contains("40x30"));
-    let empty = Moving::create(&path, MovingFormat::Apng, &SETTINGS).unwrap();
+    let empty = AnimationFile::create(&path, AnimationFormat::Apng, &SETTINGS).unwrap();
     assert!(empty.finish().unwrap_err().to_string().contains("no frames"));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 
     std::fs::write(&path, "mine").unwrap();
-    refused(&path, MovingFormat::Gif, &with(|s| s.replace = Replace::No), "--no-overwrite");
+    refused(&path, AnimationFormat::Gif, &with(|s| s.overwrite = Overwrite::No), "--no-overwrite");
     assert_eq!(std::fs::read(&path).unwrap(), b"mine");
 }
 
@@ -172,8 +176,8 @@ fn a_webp_shows_its_frames() {
     use image::AnimationDecoder;
     for (ground, repeat) in [([10, 20, 30, 255], true), ([0; 4], false)] {
         let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, ground)).into();
-        let settings = MovingSettings { quality: 100, repeat, ..SETTINGS };
-        let bytes = written(MovingFormat::Webp, &settings, &frames);
+        let settings = AnimationSettings { quality: 100, repeat, ..SETTINGS };
+        let bytes = written(AnimationFormat::Webp, &settings, &frames);
         assert_eq!(u32::from_le_bytes(bytes[4..8].try_into().unwrap()) as usize, bytes.len() - 8);
         let chunks = riff(&bytes[12..]);
         assert_eq!((chunks[0].0, chunks[1].0), (*b"VP8X", *b"ANIM"));
@@ -196,7 +200,8 @@ fn a_webp_shows_its_frames() {
     };
     let noisy: Vec<Vec<[u8; 4]>> =
         (0..3).map(|i| noise(i).map(|[r, g, b]| [r as u8, g as u8, b as u8, 255]).collect()).collect();
-    let length = |quality| written(MovingFormat::Webp, &MovingSettings { quality, ..SETTINGS }, &noisy).len();
+    let length =
+        |quality| written(AnimationFormat::Webp, &AnimationSettings { quality, ..SETTINGS }, &noisy).len();
     assert!(length(10) < length(90));
 }
 
@@ -219,7 +224,7 @@ fn be(bytes: &[u8], at: usize) -> u32 {
 #[test]
 fn an_mp4_has_its_index_in_front_and_its_frames_where_that_says() {
     let frames: Vec<_> = (0..30).map(|i| frame(i, [10, 20, 30, 255])).collect();
-    let bytes = written(MovingFormat::Mp4, &MovingSettings { fps: 7.5, ..SETTINGS }, &frames);
+    let bytes = written(AnimationFormat::Mp4, &AnimationSettings { fps: 7.5, ..SETTINGS }, &frames);
     assert_eq!(&bytes[4..8], b"ftyp");
     let stbl = boxed(&bytes, &[b"moov", b"trak", b"mdia", b"minf", b"stbl"]);
     let sizes = boxed(stbl, &[b"stsz"]);
@@ -237,12 +242,13 @@ fn an_mp4_has_its_index_in_front_and_its_frames_where_that_says() {
     let header = boxed(&bytes, &[b"moov", b"trak", b"mdia", b"mdhd"]);
     let scale = be(header, if header[0] == 1 { 20 } else { 12 });
     assert_eq!((be(times, 8), be(times, 12), scale), (30, 1000, 7500));
-    assert_eq!(bytes, written(MovingFormat::Mp4, &MovingSettings { fps: 7.5, ..SETTINGS }, &frames));
+    assert_eq!(bytes, written(AnimationFormat::Mp4, &AnimationSettings { fps: 7.5, ..SETTINGS }, &frames));
 
-    let small = written(MovingFormat::Mp4, &MovingSettings { quality: 10, ..SETTINGS }, &frames);
+    let small = written(AnimationFormat::Mp4, &AnimationSettings { quality: 10, ..SETTINGS }, &frames);
     assert!(small.len() * 2 < bytes.len(), "{} {}", small.len(), bytes.len());
     let folder = tempfile::tempdir().unwrap();
-    let mut moving = Moving::create(&folder.path().join("a.mp4"), MovingFormat::Mp4, &SETTINGS).unwrap();
+    let mut moving =
+        AnimationFile::create(&folder.path().join("a.mp4"), AnimationFormat::Mp4, &SETTINGS).unwrap();
     assert!(moving.push(&frame(0, [0; 4])).unwrap_err().to_string().contains("no transparency"));
 }
 
@@ -250,7 +256,7 @@ fn an_mp4_has_its_index_in_front_and_its_frames_where_that_says() {
 fn a_page_holds_every_frame_and_its_title_is_text() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a<b>&{{width}}.html");
-    let mut moving = Moving::create(&path, MovingFormat::Html, &SETTINGS).unwrap();
+    let mut moving = AnimationFile::create(&path, AnimationFormat::Html, &SETTINGS).unwrap();
     for i in 0..4 {
         moving.push(&frame(i, [0; 4])).unwrap();
     }

@@ -3,10 +3,10 @@
 
 use std::io::{self, Write};
 
-use crate::output::animation::clock::Clock;
 use crate::output::animation::dirty_rect::{Rect, changed};
+use crate::output::animation::frame_timing::FrameTiming;
 use crate::output::animation::spool::Spool;
-use crate::output::animation::{Encoder, MovingSettings, invalid};
+use crate::output::animation::{AnimationSettings, Encoder, invalid};
 
 /// Most pixels a side.
 const MOST: u32 = 16_383;
@@ -19,15 +19,15 @@ const ALPHA: u8 = 0x10;
 const REPLACE: u8 = 0x02;
 
 pub(crate) struct Webp {
-    settings: MovingSettings,
-    clock: Clock,
+    settings: AnimationSettings,
+    clock: FrameTiming,
     before: Vec<[u8; 4]>,
     frames: u64,
     alpha: bool,
 }
 
-fn clock(fps: f64) -> Clock {
-    Clock { fps, ticks: 1000.0 }
+fn clock(fps: f64) -> FrameTiming {
+    FrameTiming { fps, ticks: 1000.0 }
 }
 
 /// Says what is wrong with a rate that its milliseconds cannot count.
@@ -39,7 +39,7 @@ pub(crate) fn check_rate(fps: f64) -> Result<(), String> {
 }
 
 impl Webp {
-    pub fn new(settings: &MovingSettings) -> io::Result<Webp> {
+    pub fn new(settings: &AnimationSettings) -> io::Result<Webp> {
         let (settings, clock) = (*settings, clock(settings.fps));
         Ok(Webp { settings, clock, before: Vec::new(), frames: 0, alpha: false })
     }

@@ -1,15 +1,15 @@
 //! `--report`: one page with everything in it, to be opened without a network.
 
-mod heat;
+mod heat_map;
 mod plots;
 mod svg;
 mod tables;
 
 use super::compare::Comparison;
-use super::figures::{Figures, Machine, Settings};
+use super::results::{BenchResults, Machine, RecordedSettings};
 use crate::output::escape_html;
 
-pub use heat::HeatMap;
+pub use heat_map::HeatMap;
 
 const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
 <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:\">\n\
@@ -26,8 +26,8 @@ img { display: block; max-width: 100%; border: 1px solid #ccc }\n\
 .more { color: #b00020; font-weight: bold } .less { color: #1b6e2d; font-weight: bold } .note { color: #555 }\n\
 </style></head><body>\n";
 
-/// The page. Figures that are missing are left out of its plots.
-pub fn page(figures: &Figures, heat_maps: &[HeatMap], comparison: Option<&Comparison>) -> String {
+/// The page. BenchResults that are missing are left out of its plots.
+pub fn report_page(figures: &BenchResults, heat_maps: &[HeatMap], comparison: Option<&Comparison>) -> String {
     let mut page = format!("{HEAD}<h1>blinn bench</h1>\n<p>{}</p>\n", escape_html(&about(figures)));
     page += &comparison.map(tables::comparison).unwrap_or_default();
     page += "<h2 id=\"stages\">Time of each stage</h2>\n<p class=\"note\">Medians over the rounds; whiskers reach \
@@ -36,7 +36,7 @@ pub fn page(figures: &Figures, heat_maps: &[HeatMap], comparison: Option<&Compar
     for (id, title, note, plot) in [
         (
             "rays",
-            "Rays against triangles",
+            "BenchRays against triangles",
             "One thread. Lines join sizes of one scene.",
             plots::rays_by_triangles(figures),
         ),
@@ -57,16 +57,16 @@ pub fn page(figures: &Figures, heat_maps: &[HeatMap], comparison: Option<&Compar
                  pixel's ray looks into until its hit is known, when it goes alone.</p>\n";
         page += &heat_maps.iter().map(HeatMap::figure).collect::<String>();
     }
-    page += "<h2 id=\"figures\">Figures</h2>\n";
+    page += "<h2 id=\"figures\">BenchResults</h2>\n";
     page += &tables::trees(figures);
     page += &tables::stages(figures);
     page + "</body></html>\n"
 }
 
 /// Where, when and how, in one paragraph.
-fn about(figures: &Figures) -> String {
+fn about(figures: &BenchResults) -> String {
     let Machine { cpu, cores, memory_bytes, os, kernel, .. } = &figures.machine;
-    let Settings { width, height, samples, rounds, simd, debug_build, .. } = &figures.settings;
+    let RecordedSettings { width, height, samples, rounds, simd, debug_build, .. } = &figures.settings;
     let gib = *memory_bytes as f64 / f64::from(1 << 30);
     let since = std::time::Duration::from_secs(figures.unix_time.min(LATEST));
     let when = humantime::format_rfc3339_seconds(std::time::UNIX_EPOCH + since);
@@ -82,7 +82,7 @@ fn about(figures: &Figures) -> String {
 const LATEST: u64 = 253_402_300_799;
 
 /// Seconds in words.
-pub fn duration(seconds: f64) -> String {
+pub fn format_duration(seconds: f64) -> String {
     match seconds {
         s if !s.is_finite() => "–".into(),
         s if s < 0.9995e-3 => format!("{:.1} µs", s * 1e6),

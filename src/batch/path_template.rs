@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// A file name with places to fill in: `{stem}` or `{model}`, `{parent}`, `{index}`, and for the
 /// frame's number `####`, `%04d` or `{frame:04}`. What looks like none of those stands for itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Template(Vec<Piece>);
+pub struct PathTemplate(Vec<Piece>);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Piece {
@@ -20,7 +20,7 @@ enum Piece {
 
 /// What a name is filled in with.
 #[derive(Clone, Copy, Debug)]
-pub struct Name<'a> {
+pub struct TemplateFields<'a> {
     /// The scene's file.
     pub scene: &'a Path,
     /// Which scene of the batch, from 1.
@@ -34,9 +34,9 @@ const DIGITS: usize = 4;
 /// Digits that anyone may want.
 const MOST_DIGITS: usize = 32;
 
-impl Template {
+impl PathTemplate {
     /// Reads a pattern. Every text is one.
-    pub fn parse(text: &str) -> Template {
+    pub fn parse(text: &str) -> PathTemplate {
         let mut pieces = Vec::new();
         let mut rest = text;
         while let Some(c) = rest.chars().next() {
@@ -51,18 +51,18 @@ impl Template {
             }
             rest = &rest[c.len_utf8()..];
         }
-        Template(pieces)
+        PathTemplate(pieces)
     }
 
     /// A pattern inside a folder, whose name stands for itself.
-    pub fn within(folder: &str, name: &str) -> Template {
+    pub fn in_folder(folder: &str, name: &str) -> PathTemplate {
         let mut pieces = vec![Piece::Text(folder.into())];
-        pieces.extend(Template::parse(name).0);
-        Template(pieces)
+        pieces.extend(PathTemplate::parse(name).0);
+        PathTemplate(pieces)
     }
 
     /// The first word in braces that would be filled in if it were a known one.
-    pub fn unknown(text: &str) -> Option<&str> {
+    pub fn unknown_placeholder(text: &str) -> Option<&str> {
         let opens = text.match_indices('{').map(|(i, _)| &text[i..]);
         opens.filter(|rest| place(rest).is_none()).find_map(|rest| {
             let word = &rest[..=rest.find('}')?];
@@ -72,18 +72,18 @@ impl Template {
     }
 
     /// Whether there is nothing to fill in.
-    pub fn is_plain(&self) -> bool {
+    pub fn is_literal(&self) -> bool {
         self.0.iter().all(|piece| matches!(piece, Piece::Text(_)))
     }
 
     /// Whether a frame's number is part of the name.
-    pub fn numbers_frames(&self) -> bool {
+    pub fn has_frame_number(&self) -> bool {
         self.0.iter().any(|piece| matches!(piece, Piece::Frame(_)))
     }
 
     /// With `_####` before the ending, unless frames have a number already.
-    pub fn numbered(mut self) -> Template {
-        if self.numbers_frames() {
+    pub fn with_frame_number(mut self) -> PathTemplate {
+        if self.has_frame_number() {
             return self;
         }
         let number = [Piece::Text("_".into()), Piece::Frame(DIGITS)];
@@ -104,7 +104,7 @@ impl Template {
     }
 
     /// The name for a scene and a frame.
-    pub fn fill(&self, name: &Name) -> PathBuf {
+    pub fn expand(&self, name: &TemplateFields) -> PathBuf {
         let mut out = OsString::new();
         for piece in &self.0 {
             match piece {
@@ -158,9 +158,9 @@ fn place(text: &str) -> Option<(Piece, &str)> {
 mod tests {
     use super::*;
 
-    fn filled(template: &Template, frame: i64) -> String {
+    fn filled(template: &PathTemplate, frame: i64) -> String {
         let scene = Path::new("shots/Ä robot.glb");
-        template.fill(&Name { scene, index: 3, frame }).to_str().unwrap().into()
+        template.expand(&TemplateFields { scene, index: 3, frame }).to_str().unwrap().into()
     }
 
     #[test]
@@ -179,10 +179,10 @@ mod tests {
             ("{frame:x}.png", "{frame:x}.png"),
             ("{.png", "{.png"),
         ] {
-            assert_eq!(filled(&Template::parse(template), 7), expected);
+            assert_eq!(filled(&PathTemplate::parse(template), 7), expected);
         }
-        assert_eq!(filled(&Template::parse("f_####.png"), 12345), "f_12345.png");
-        assert_eq!(filled(&Template::parse("f_####.png"), -7), "f_-0007.png");
+        assert_eq!(filled(&PathTemplate::parse("f_####.png"), 12345), "f_12345.png");
+        assert_eq!(filled(&PathTemplate::parse("f_####.png"), -7), "f_-0007.png");
     }
 
     #[test]
@@ -196,7 +196,7 @@ mod tests {
             ("{}{ }{a b}{.png", None),
             ("a}b{ä}.png", None),
         ] {
-            assert_eq!(Template::unknown(text), unknown, "{text}");
+            assert_eq!(PathTemplate::unknown_placeholder(text), unknown, "{text}");
         }
     }
 
@@ -213,9 +213,12 @@ mod tests {
 
     #[test]
     fn a_given_folder_is_not_filled_in() {
-        assert_eq!(filled(&Template::within("C#/{stem}/", "{stem}_#.png"), 7), "C#/{stem}/Ä robot_7.png");
-        assert_eq!(filled(&Template::within("C#/", "a.png").numbered(), 7), "C#/a_0007.png");
-        assert!(!Template::within("C#/", "a.png").numbers_frames());
+        assert_eq!(
+            filled(&PathTemplate::in_folder("C#/{stem}/", "{stem}_#.png"), 7),
+            "C#/{stem}/Ä robot_7.png"
+        );
+        assert_eq!(filled(&PathTemplate::in_folder("C#/", "a.png").with_frame_number(), 7), "C#/a_0007.png");
+        assert!(!PathTemplate::in_folder("C#/", "a.png").has_frame_number());
     }
 
     /// Two scenes whose names are no text have two pictures.
@@ -224,7 +227,7 @@ mod tests {
     fn names_keep_their_bytes() {
         use std::os::unix::ffi::OsStrExt;
         let scene = Path::new(OsStr::from_bytes(b"a\xff.glb"));
-        let name = Template::parse("{stem}_#.png").fill(&Name { scene, index: 1, frame: 2 });
+        let name = PathTemplate::parse("{stem}_#.png").expand(&TemplateFields { scene, index: 1, frame: 2 });
         assert_eq!(name.as_os_str().as_bytes(), b"a\xff_2.png");
     }
 
@@ -238,7 +241,7 @@ mod tests {
             ("a.{index}", "a.3_0007"),
             ("##.png", "07.png"),
         ] {
-            assert_eq!(filled(&Template::parse(template).numbered(), 7), expected);
+            assert_eq!(filled(&PathTemplate::parse(template).with_frame_number(), 7), expected);
         }
     }
 }

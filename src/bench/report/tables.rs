@@ -1,8 +1,8 @@
 //! The page's tables.
 
-use super::duration;
+use super::format_duration;
 use crate::bench::compare::{Comparison, Verdict};
-use crate::bench::figures::Figures;
+use crate::bench::results::BenchResults;
 use crate::output::escape_html;
 
 fn table(head: &[&str], rows: &[Vec<String>]) -> String {
@@ -20,8 +20,8 @@ fn optional(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
 }
 
 /// Trees, a row for each scene.
-pub(super) fn trees(figures: &Figures) -> String {
-    let row = |scene: &crate::bench::figures::SceneFigures| {
+pub(super) fn trees(figures: &BenchResults) -> String {
+    let row = |scene: &crate::bench::results::SceneResults| {
         let tree = scene.tree.clone().unwrap_or_default();
         vec![
             cell(&scene.name),
@@ -37,15 +37,15 @@ pub(super) fn trees(figures: &Figures) -> String {
 }
 
 /// Stages, a row for each.
-pub(super) fn stages(figures: &Figures) -> String {
+pub(super) fn stages(figures: &BenchResults) -> String {
     let mut rows = Vec::new();
     for (scene, s) in figures.scenes.iter().flat_map(|scene| scene.stages.iter().map(move |s| (scene, s))) {
         rows.push(vec![
             cell(&scene.name),
             cell(s.stage.name()),
             cell(&s.threads.to_string()),
-            optional(s.median(), duration),
-            optional(s.least_seconds, duration),
+            optional(s.median(), format_duration),
+            optional(s.least_seconds, format_duration),
             optional(s.mrays(), |v| format!("{v:.2}")),
             optional(s.spread_of_rounds(), |v| format!("{:.1} %", 100.0 * v)),
             optional(s.waited, |v| format!("{:.0} %", 100.0 * v)),
@@ -61,7 +61,7 @@ pub(super) fn comparison(compared: &Comparison) -> String {
     for note in &compared.notes {
         out += &format!("<p class=\"note\">{}</p>\n", escape_html(note));
     }
-    out += &match compared.moved().count() {
+    out += &match compared.significant().count() {
         0 => "<p>Nothing moved beyond the noise.</p>\n".to_string(),
         n => format!("<p>{n} of {} figures moved beyond the noise.</p>\n", compared.changes.len()),
     };

@@ -4,7 +4,7 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
 use super::svg::Svg;
-use crate::output::{encode_png, escape_html, heat, hottest, preview};
+use crate::output::{encode_png, escape_html, heat_color, heat_map_max, preview_layer};
 use crate::render::AovLayer;
 
 /// A picture of the steps of a scene's eye rays, as `--heatmap steps` makes it.
@@ -13,7 +13,7 @@ pub struct HeatMap {
     name: String,
     png: Vec<u8>,
     /// Steps of the brightest colour.
-    hottest: f32,
+    heat_map_max: f32,
     /// Steps of a ray.
     mean: f64,
 }
@@ -28,23 +28,23 @@ impl HeatMap {
         let sum: f64 = layer.values.iter().map(|&v| f64::from(v)).sum();
         Ok(HeatMap {
             name: scene.into(),
-            png: encode_png(size, &preview(layer))?,
-            hottest: hottest(layer),
+            png: encode_png(size, &preview_layer(layer))?,
+            heat_map_max: heat_map_max(layer),
             mean: sum / rays.max(1) as f64,
         })
     }
 
     pub(super) fn figure(&self) -> String {
-        let HeatMap { name, png, hottest, mean } = self;
+        let HeatMap { name, png, heat_map_max, mean } = self;
         let mut scale = Svg::new(300.0, 30.0, "Steps by colour");
         const PARTS: u8 = 60;
         for i in 0..PARTS {
-            let [r, g, b] = heat(f32::from(i) / f32::from(PARTS - 1));
+            let [r, g, b] = heat_color(f32::from(i) / f32::from(PARTS - 1));
             let fill = format!("#{r:02x}{g:02x}{b:02x}");
             scale.bar((f64::from(i) * 5.0, 0.0), (5.2, 12.0), &fill, "");
         }
         scale.text((0.0, 26.0), "start", "0");
-        scale.text((300.0, 26.0), "end", &format!("{hottest:.0} steps"));
+        scale.text((300.0, 26.0), "end", &format!("{heat_map_max:.0} steps"));
         format!(
             "<figure><img alt=\"Heat map of {name}\" width=\"440\" src=\"data:image/png;base64,{}\">{}<figcaption>{name}: \
              {mean:.1} steps a ray</figcaption></figure>\n",

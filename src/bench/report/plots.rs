@@ -1,8 +1,8 @@
 //! The page's plots.
 
-use super::duration;
+use super::format_duration;
 use super::svg::{Scale, Svg, color, ticks};
-use crate::bench::figures::{Figures, SceneFigures, Stage, StageFigures};
+use crate::bench::results::{BenchResults, BenchStage, SceneResults, StageResults};
 use crate::bench::stats::median;
 use crate::output::escape_html;
 
@@ -10,7 +10,7 @@ const AXIS: &str = "stroke=\"#999\"";
 const GRID: &str = "stroke=\"#e4e4e4\"";
 
 /// Numbers of threads in a scene's figures, rising.
-fn threads<'f>(stages: impl Iterator<Item = &'f StageFigures>) -> Vec<u32> {
+fn threads<'f>(stages: impl Iterator<Item = &'f StageResults>) -> Vec<u32> {
     let mut all: Vec<u32> = stages.map(|s| s.threads).collect();
     all.sort_unstable();
     all.dedup();
@@ -22,14 +22,14 @@ fn in_words(threads: u32) -> String {
 }
 
 /// Bars: a group for each stage, a bar for each number of threads.
-pub(super) fn stages(scene: &SceneFigures) -> String {
-    let rounds = |s: &StageFigures| -> Vec<f64> {
+pub(super) fn stages(scene: &SceneResults) -> String {
+    let rounds = |s: &StageResults| -> Vec<f64> {
         s.seconds.iter().copied().flatten().filter(|v| v.is_finite() && *v >= 0.0).collect()
     };
     let longest = scene.stages.iter().flat_map(rounds).fold(0.0, f64::max);
     let threads = threads(scene.stages.iter());
-    let timed = |stage: &Stage| scene.stages.iter().any(|s| s.stage == *stage && s.median().is_some());
-    let present: Vec<Stage> = Stage::ALL.into_iter().filter(timed).collect();
+    let timed = |stage: &BenchStage| scene.stages.iter().any(|s| s.stage == *stage && s.median().is_some());
+    let present: Vec<BenchStage> = BenchStage::ALL.into_iter().filter(timed).collect();
     if present.is_empty() {
         return String::new();
     }
@@ -42,7 +42,7 @@ pub(super) fn stages(scene: &SceneFigures) -> String {
     let scale = Scale::linear((0.0, longest), (left, right));
     for tick in ticks(longest) {
         svg.line((scale.at(tick), top), (scale.at(tick), height - 20.0), GRID);
-        svg.text((scale.at(tick), height - 6.0), "middle", &duration(tick));
+        svg.text((scale.at(tick), height - 6.0), "middle", &format_duration(tick));
     }
     for (i, &stage) in present.iter().enumerate() {
         let y = top + group * i as f64 + 5.0;
@@ -52,14 +52,14 @@ pub(super) fn stages(scene: &SceneFigures) -> String {
                 continue;
             };
             let at = y + BAR * row as f64;
-            let title = format!("{}, {}: {}", stage.name(), in_words(s.threads), duration(middle));
+            let title = format!("{}, {}: {}", stage.name(), in_words(s.threads), format_duration(middle));
             svg.bar((left, at), (scale.at(middle) - left, BAR - 2.0), color(row), &title);
             let all = rounds(s);
             let (low, high) =
                 (all.iter().copied().fold(middle, f64::min), all.iter().copied().fold(middle, f64::max));
             let centre = at + (BAR - 2.0) / 2.0;
             svg.line((scale.at(low), centre), (scale.at(high), centre), "stroke=\"#222\"");
-            svg.text((scale.at(high) + 6.0, centre + 4.0), "start", &duration(middle));
+            svg.text((scale.at(high) + 6.0, centre + 4.0), "start", &format_duration(middle));
         }
     }
     svg.line((left, top), (left, height - 20.0), AXIS);
@@ -71,9 +71,9 @@ pub(super) fn stages(scene: &SceneFigures) -> String {
     )
 }
 
-/// Rays a second of one thread by the number of triangles in trees.
-pub(super) fn rays_by_triangles(figures: &Figures) -> Option<String> {
-    let kinds = [Stage::Eye, Stage::Shadow, Stage::Incoherent];
+/// BenchRays a second of one thread by the number of triangles in trees.
+pub(super) fn rays_by_triangles(figures: &BenchResults) -> Option<String> {
+    let kinds = [BenchStage::Eye, BenchStage::Shadow, BenchStage::Incoherent];
     // (kind, scene, triangles, rate)
     let mut points: Vec<(usize, &str, f64, f64)> = Vec::new();
     for scene in &figures.scenes {
@@ -145,22 +145,22 @@ fn short(n: f64) -> String {
 }
 
 /// Speed-ups by threads: `None` where there is but one number of them.
-pub(super) fn scaling(figures: &Figures) -> Option<String> {
+pub(super) fn scaling(figures: &BenchResults) -> Option<String> {
     let all = threads(figures.scenes.iter().flat_map(|scene| &scene.stages));
     let (&fewest, &most) = (all.first()?, all.last()?);
     if fewest != 1 || most == 1 {
         return None;
     }
-    let speedup = |scene: &SceneFigures, stage: Stage, threads: u32| {
+    let speedup = |scene: &SceneResults, stage: BenchStage, threads: u32| {
         let of = |n: u32| scene.stages.iter().find(|s| (s.stage, s.threads) == (stage, n))?.median();
         Some(of(1)? / of(threads)?).filter(|v| v.is_finite())
     };
     let (left, right, top, bottom) = (56.0, 460.0, 46.0, 300.0);
     let mut svg = Svg::new(620.0, 350.0, "Speed-up against threads");
-    svg.legend((left, 14.0), Stage::ALL.iter().map(|s| s.name().to_string()));
+    svg.legend((left, 14.0), BenchStage::ALL.iter().map(|s| s.name().to_string()));
     let x = Scale::linear((1.0, f64::from(most)), (left, right));
     let mut lines = Vec::new();
-    for (i, stage) in Stage::ALL.into_iter().enumerate() {
+    for (i, stage) in BenchStage::ALL.into_iter().enumerate() {
         let at = |&n: &u32| {
             let over_scenes = median(figures.scenes.iter().filter_map(|scene| speedup(scene, stage, n)))?;
             Some((f64::from(n), over_scenes))

@@ -5,8 +5,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::calibration::Calibration;
-use super::stats::{median, spread};
-use crate::bench::interleaved_timer::Taken;
+use super::stats::{log_std_dev, median};
+use crate::bench::interleaved_timer::Timing;
 
 /// What such a file says that it is.
 const FORMAT: &str = "blinn bench 1";
@@ -15,7 +15,7 @@ const MOST_BYTES: u64 = 256 << 20;
 
 /// All figures of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Figures {
+pub struct BenchResults {
     /// `blinn bench 1`.
     pub format: String,
     /// blinn's version.
@@ -26,9 +26,9 @@ pub struct Figures {
     /// Where it ran.
     pub machine: Machine,
     /// How it was measured.
-    pub settings: Settings,
+    pub settings: RecordedSettings,
     /// What was measured.
-    pub scenes: Vec<SceneFigures>,
+    pub scenes: Vec<SceneResults>,
 }
 
 /// A machine.
@@ -52,7 +52,7 @@ pub struct Machine {
 /// What decides figures beside scene and machine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Settings {
+pub struct RecordedSettings {
     /// The command line's words.
     pub command: Vec<String>,
     /// Pixels to the right.
@@ -75,7 +75,7 @@ pub struct Settings {
 
 /// The figures of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct SceneFigures {
+pub struct SceneResults {
     /// `scan 70k`, or a file's name.
     pub name: String,
     /// Triangles as drawn.
@@ -83,16 +83,16 @@ pub struct SceneFigures {
     pub triangles: u64,
     /// Its trees.
     #[serde(default)]
-    pub tree: Option<TreeFigures>,
+    pub tree: Option<BvhResults>,
     /// Its stages, each for every number of threads.
     #[serde(default)]
-    pub stages: Vec<StageFigures>,
+    pub stages: Vec<StageResults>,
 }
 
 /// Trees over triangles: the same on every machine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct TreeFigures {
+pub struct BvhResults {
     /// Inner nodes.
     pub nodes: u64,
     /// Triangles in trees: shared and coincident ones count once.
@@ -108,7 +108,7 @@ pub struct TreeFigures {
 /// Something that is timed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Stage {
+pub enum BenchStage {
     /// A file to a scene.
     Load,
     /// A scene to trees.
@@ -125,40 +125,40 @@ pub enum Stage {
     Encode,
 }
 
-impl Stage {
+impl BenchStage {
     /// All of them, in their order.
-    pub const ALL: [Stage; 7] = [
-        Stage::Load,
-        Stage::Build,
-        Stage::Eye,
-        Stage::Shadow,
-        Stage::Incoherent,
-        Stage::Frame,
-        Stage::Encode,
+    pub const ALL: [BenchStage; 7] = [
+        BenchStage::Load,
+        BenchStage::Build,
+        BenchStage::Eye,
+        BenchStage::Shadow,
+        BenchStage::Incoherent,
+        BenchStage::Frame,
+        BenchStage::Encode,
     ];
 
     /// Its name, as in files.
     pub fn name(self) -> &'static str {
         match self {
-            Stage::Load => "load",
-            Stage::Build => "build",
-            Stage::Eye => "eye",
-            Stage::Shadow => "shadow",
-            Stage::Incoherent => "incoherent",
-            Stage::Frame => "frame",
-            Stage::Encode => "encode",
+            BenchStage::Load => "load",
+            BenchStage::Build => "build",
+            BenchStage::Eye => "eye",
+            BenchStage::Shadow => "shadow",
+            BenchStage::Incoherent => "incoherent",
+            BenchStage::Frame => "frame",
+            BenchStage::Encode => "encode",
         }
     }
 }
 
 /// A stage's figures. What is missing, or was no number, is null.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StageFigures {
+pub struct StageResults {
     /// Which.
-    pub stage: Stage,
+    pub stage: BenchStage,
     /// On how many threads.
     pub threads: u32,
-    /// Rays, where it is nothing else.
+    /// BenchRays, where it is nothing else.
     #[serde(default)]
     pub rays: Option<u64>,
     /// Seconds of each round: the median of its turns, without waiting for a processor.
@@ -194,16 +194,21 @@ pub struct StageFigures {
     pub mrays_per_second: Option<f64>,
 }
 
-impl StageFigures {
+impl StageResults {
     /// Of the rounds' outcomes.
-    pub(super) fn of(stage: Stage, threads: usize, rays: Option<u64>, rounds: &[Taken]) -> StageFigures {
-        let finite = |value: fn(&Taken) -> f64| -> Vec<Option<f64>> {
+    pub(super) fn of(
+        stage: BenchStage,
+        threads: usize,
+        rays: Option<u64>,
+        rounds: &[Timing],
+    ) -> StageResults {
+        let finite = |value: fn(&Timing) -> f64| -> Vec<Option<f64>> {
             rounds.iter().map(|taken| Some(value(taken)).filter(|v| v.is_finite())).collect()
         };
-        let least = |value: fn(&Taken) -> f64| {
+        let least = |value: fn(&Timing) -> f64| {
             rounds.iter().map(value).filter(|v| v.is_finite()).min_by(f64::total_cmp)
         };
-        let mut figures = StageFigures {
+        let mut figures = StageResults {
             stage,
             threads: threads as u32,
             rays,
@@ -232,7 +237,7 @@ impl StageFigures {
 
     /// How much the rounds' relative times differ, as a share.
     pub fn spread_of_rounds(&self) -> Option<f64> {
-        spread(self.relative())
+        log_std_dev(self.relative())
     }
 
     /// Seconds, by the median.
@@ -252,11 +257,11 @@ impl StageFigures {
     }
 }
 
-impl SceneFigures {
+impl SceneResults {
     /// Takes the memory from what another process found of the same scene.
-    pub fn add_memory(&mut self, from: &SceneFigures) {
+    pub fn add_memory(&mut self, from: &SceneResults) {
         for stage in &mut self.stages {
-            let same = |other: &&StageFigures| (other.stage, other.threads) == (stage.stage, stage.threads);
+            let same = |other: &&StageResults| (other.stage, other.threads) == (stage.stage, stage.threads);
             if let Some(other) = from.stages.iter().find(same) {
                 stage.peak_bytes.extend(&other.peak_bytes);
             }
@@ -264,15 +269,15 @@ impl SceneFigures {
     }
 }
 
-impl Figures {
-    pub(super) fn new(settings: Settings, scenes: Vec<SceneFigures>) -> Figures {
+impl BenchResults {
+    pub(super) fn new(settings: RecordedSettings, scenes: Vec<SceneResults>) -> BenchResults {
         let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-        Figures {
+        BenchResults {
             format: FORMAT.into(),
             version: env!("CARGO_PKG_VERSION").into(),
             unix_time: since.map_or(0, |since| since.as_secs()),
             machine: Machine::here(),
-            settings: Settings { calibration: Calibration::VERSION, ..settings },
+            settings: RecordedSettings { calibration: Calibration::VERSION, ..settings },
             scenes,
         }
     }
@@ -287,21 +292,21 @@ impl Figures {
     ///
     /// # Errors
     /// What keeps it from being read, and where.
-    pub fn read(path: &Path) -> Result<Figures, FiguresError> {
-        let error = |what: String| FiguresError { file: path.display().to_string(), what };
+    pub fn read(path: &Path) -> Result<BenchResults, ResultsError> {
+        let error = |what: String| ResultsError { file: path.display().to_string(), what };
         let length = std::fs::metadata(path).map_err(|e| error(e.to_string()))?.len();
         if length > MOST_BYTES {
             return Err(error(format!("{length} bytes are too many for figures of 'blinn bench'")));
         }
         let text = std::fs::read(path).map_err(|e| error(e.to_string()))?;
-        Figures::parse(&text).map_err(error)
+        BenchResults::parse(&text).map_err(error)
     }
 
     /// Reads the text of such a file.
     ///
     /// # Errors
     /// What keeps it from being read.
-    pub fn parse(text: &[u8]) -> Result<Figures, String> {
+    pub fn parse(text: &[u8]) -> Result<BenchResults, String> {
         /// What tells such a file from others.
         #[derive(Deserialize)]
         struct Head {
@@ -325,7 +330,7 @@ impl Figures {
 /// A file of figures that cannot be read, in one line.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: {what}")]
-pub struct FiguresError {
+pub struct ResultsError {
     file: String,
     what: String,
 }

@@ -9,13 +9,13 @@ use std::path::Path;
 /// The name that it has where it needs one.
 pub(super) const KEY: &str = "blinn";
 
-/// Bytes at the start of a file within which a stamp is found.
+/// Bytes at the start of a file within which a fingerprint is found.
 const HEAD: u64 = 1 << 20;
 
-/// The stamp of a picture file. `None` where there is none, and where the file is not whole.
-pub fn read_stamp(path: &Path) -> Option<String> {
+/// The fingerprint of a picture file. `None` where there is none, and where the file is not whole.
+pub fn read_fingerprint(path: &Path) -> Option<String> {
     let (head, tail, length) = ends(path).ok()?;
-    let stamp = match &head[..] {
+    let fingerprint = match &head[..] {
         [0x89, b'P', b'N', b'G', ..] if tail.starts_with(b"IEND") => in_png(&head)?,
         [0xff, 0xd8, ..] if tail.ends_with(&[0xff, 0xd9]) => in_jpeg(&head)?,
         [b'R', b'I', b'F', b'F', a, b, c, d, ..] => {
@@ -28,7 +28,7 @@ pub fn read_stamp(path: &Path) -> Option<String> {
         }
         _ => return None,
     };
-    String::from_utf8(stamp).ok()
+    String::from_utf8(fingerprint).ok()
 }
 
 /// A file's first bytes, its last eight, and its length.
@@ -75,22 +75,22 @@ fn in_jpeg(file: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// Puts a comment after a JPEG's first marker. One that is too long for a comment is left out.
-pub(super) fn into_jpeg(file: &mut Vec<u8>, stamp: &str) {
-    let text = format!("{KEY} {stamp}");
+pub(super) fn into_jpeg(file: &mut Vec<u8>, fingerprint: &str) {
+    let text = format!("{KEY} {fingerprint}");
     if let Ok(length) = u16::try_from(text.len() + 2) {
         let comment = [&[0xff, 0xfe], &length.to_be_bytes()[..], text.as_bytes()].concat();
         file.splice(2..2, comment);
     }
 }
 
-const BEFORE: &str = " blinn:stamp=\"";
+const BEFORE: &str = " blinn:fingerprint=\"";
 
-/// An XMP packet that says it. A stamp has no characters that XML would mind.
-pub(super) fn xmp(stamp: &str) -> Vec<u8> {
+/// An XMP packet that says it. A fingerprint has no characters that XML would mind.
+pub(super) fn xmp(fingerprint: &str) -> Vec<u8> {
     format!(
         "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF \
          xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\"><rdf:Description rdf:about=\"\" \
-         xmlns:blinn=\"urn:blinn\"{BEFORE}{stamp}\"/></rdf:RDF></x:xmpmeta>"
+         xmlns:blinn=\"urn:blinn\"{BEFORE}{fingerprint}\"/></rdf:RDF></x:xmpmeta>"
     )
     .into_bytes()
 }
@@ -104,8 +104,8 @@ fn in_webp(file: &[u8]) -> Option<Vec<u8>> {
         let bytes = after.get(..length)?;
         if name == b"XMP " {
             let text = std::str::from_utf8(bytes).ok()?;
-            let (_, stamp) = text.split_once(BEFORE)?;
-            return Some(stamp.split_once('"')?.0.into());
+            let (_, fingerprint) = text.split_once(BEFORE)?;
+            return Some(fingerprint.split_once('"')?.0.into());
         }
         rest = after.get(length + length % 2..)?;
     }
