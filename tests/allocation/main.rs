@@ -1,8 +1,8 @@
 //! Memory that this process allocates: no mutated file takes more than 256 MiB, and rendered frames leave nothing
 //! behind.
 //!
-//! A binary of its own, because it replaces the global allocator by one that counts: other tests in the process
-//! would be counted too. Its tests take turns for the same reason.
+//! A binary of its own, because its global allocator counts: other tests in the process would be counted too.
+//! Its tests run one at a time for the same reason.
 //!
 //! - `mutations`: small files of every format with bytes changed and cut off
 //! - `soak`: frame after frame in one process

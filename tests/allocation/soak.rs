@@ -1,4 +1,4 @@
-//! Frame after frame in one process: what a frame takes, it gives back.
+//! Frame after frame in one process: memory does not grow.
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ const SCENES: [&str; 8] = [
     "tests/gltf/more/blender_skin_draco.glb",
 ];
 
-/// From file to file's bytes.
+/// From scene file to encoded picture. Returns its size.
 fn frame(number: usize) -> usize {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(SCENES[number % SCENES.len()]);
     let (scene, _) = load(&path, &LoadOptions::default()).unwrap();
@@ -44,7 +44,7 @@ fn frame(number: usize) -> usize {
     format.encode(&picture, BitDepth::Default).unwrap().len()
 }
 
-/// The memory of this process, as the system counts it.
+/// The resident memory of this process in bytes.
 fn resident() -> Option<usize> {
     let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
     pages.split_whitespace().nth(1)?.parse::<usize>().ok().map(|pages| pages * 4096)
@@ -61,7 +61,7 @@ fn run(frames: usize, settled: usize) {
     }
     let (heap_now, all_now) = (MEMORY.current_usage(), resident().unwrap_or(0));
     println!("{frames} frames: heap {heap} then {heap_now}, resident {all} then {all_now}");
-    // Threads keep what they work with; nothing else stays.
+    // Threads keep their scratch buffers; nothing else stays allocated.
     assert!(heap_now < heap + (1 << 20), "{heap} bytes after {settled} frames, {heap_now} after {frames}");
     assert!(
         all_now < all + (48 << 20),

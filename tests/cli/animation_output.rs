@@ -1,4 +1,4 @@
-//! `render --frames` and `turntable` to moving pictures, as their users see them.
+//! `render --frames` and `turntable` into GIF, APNG, MP4, WebP and HTML.
 
 use std::fs;
 #[cfg(unix)]
@@ -10,7 +10,7 @@ use crate::common::program::*;
 const SMALL: &str = "--size 32x18 -s 1";
 const ENDINGS: [&str; 4] = ["gif", "apng", "mp4", "html"];
 
-/// What comes out is what `assemble` makes of the same frames, to the byte.
+/// The output equals that of `assemble` on the same frames, byte for byte.
 #[test]
 fn all_frames_become_one_file() {
     let (_dir, at) = folder();
@@ -32,7 +32,8 @@ fn all_frames_become_one_file() {
     assert!(fs::read(at.join("one/spin.gif")).unwrap() == one["spin.gif"]);
 }
 
-/// A drag on a page takes what is in front along: a camera that goes one way sees the model go the other.
+/// Dragging on an HTML page moves the front of the model along: a turning camera and a turning model rotate
+/// in opposite directions.
 #[test]
 fn a_page_is_dragged_the_way_that_its_picture_turns() {
     let (_dir, at) = folder();
@@ -71,7 +72,7 @@ fn an_animation_plays_as_fast_as_it_is() {
     let control = reader.info().frame_control().unwrap();
     let seconds = f64::from(control.delay_num) / f64::from(control.delay_den);
     assert!((seconds - 0.2).abs() < 1e-3, "{seconds}");
-    // Backwards, and a part: in the order that was asked for.
+    // Backwards, and in part: in the requested order.
     runs(&at, &format!("{line}=3-1:-1 -o back.apng"));
     runs(&at, &format!("{line}=1-3 -o on.apng"));
     assert!(fs::read(at.join("back.apng")).unwrap() != fs::read(at.join("on.apng")).unwrap());
@@ -92,7 +93,7 @@ fn each_scene_has_a_moving_picture_of_its_own() {
     refused(&at, &format!("{line} -o spin.gif"), "would both be written to spin.gif");
 }
 
-/// A name without a number gets one, unless its ending is of moving pictures alone.
+/// Names without a frame number get one, except those with endings that are animations only.
 #[test]
 fn a_webp_is_a_picture_of_each_frame() {
     let (_dir, at) = folder();
@@ -142,7 +143,7 @@ fn what_makes_no_moving_picture_is_refused_with_the_way_to_it() {
 fn what_the_format_cannot_hold_is_one_line() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
-    // How large it is the scene alone knows: a camera of a hundred to one.
+    // The size depends on the scene: its camera has an aspect ratio of 100.
     let text = fs::read_to_string(model("tests/triangle.gltf")).unwrap();
     let mut wide: serde_json::Value = serde_json::from_str(&text).unwrap();
     wide["cameras"] = serde_json::json!([{"type": "perspective",
@@ -170,7 +171,7 @@ fn what_the_format_cannot_hold_is_one_line() {
     assert_eq!(fs::read(at.join("kept.gif")).unwrap(), b"kept");
 }
 
-/// Terminated, killed, or on a full disk: there is no file, and no part of one.
+/// Terminated, killed, or on a full disk: no file, and no part of one.
 #[cfg(unix)]
 #[test]
 fn a_moving_picture_is_whole_or_not_there() {

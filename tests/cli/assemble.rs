@@ -1,9 +1,9 @@
-//! `blinn assemble`, as a user meets it.
+//! `blinn assemble`: animations from frames on disk.
 
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// A frame of one colour.
+/// Writes a frame of one colour.
 fn frame(path: &Path, size: (u32, u32), rgba: [u8; 4]) {
     image::RgbaImage::from_pixel(size.0, size.1, image::Rgba(rgba)).save(path).unwrap();
 }
@@ -60,7 +60,7 @@ fn missing_numbers_are_a_warning_and_an_error_when_that_is_asked_for() {
     assert!(!folder.path().join("b.apng").exists());
 }
 
-/// `*.webp` names what was made the last time too.
+/// `*.webp` also matches the output of the previous run.
 #[test]
 fn what_is_written_is_no_frame() {
     let folder = three_frames();

@@ -1,4 +1,4 @@
-//! `blinn bench`: what it counts, writes, reads and compares. Never how long anything takes.
+//! `blinn bench`: what it counts, writes, reads and compares; no test depends on timings.
 
 use std::fs;
 use std::path::Path;
@@ -7,14 +7,14 @@ use serde_json::{Value, json};
 
 use crate::common::program::{blinn, files, folder, model, names, refused, runs};
 
-/// The least that is worth calling a run.
+/// The smallest useful run.
 const LITTLE: &str = "--size 32x18 --rounds 2 --threads 1 -q";
 
 fn read(file: &Path) -> Value {
     serde_json::from_slice(&fs::read(file).unwrap()).unwrap()
 }
 
-/// Runs it and returns what it printed.
+/// Checks that it succeeds. Returns its output.
 #[track_caller]
 fn prints(folder: &Path, line: &str) -> String {
     let output = blinn(folder, line);
@@ -66,7 +66,7 @@ fn a_run_keeps_everything_that_it_says() {
             assert!(rounds.len() == 2 && rounds.iter().all(|v| v.as_f64().unwrap() > 0.0), "{s}");
         }
         assert!((0.0..=1.0).contains(&s["waited"].as_f64().unwrap()), "{s}");
-        // Where the system tells it.
+        // Where the system reports it.
         if cfg!(target_os = "linux") {
             let peaks = s["peak_bytes"].as_array().unwrap();
             assert!(peaks.len() == 2 && peaks.iter().all(|v| v.as_u64().unwrap() > 1 << 20), "{s}");
@@ -85,11 +85,11 @@ fn a_run_keeps_everything_that_it_says() {
     }
     let of = |stage: &str| stages.iter().find(|s| s["stage"] == stage).unwrap();
     assert_eq!(of("shadow")["rays"], of("incoherent")["rays"]);
-    // All of it is in the table too, in as many lines.
+    // The table has all of it, in as many lines.
     assert_eq!(told.lines().filter(|line| once.iter().any(|s| line.starts_with(s))).count(), 14, "{told}");
 }
 
-/// The memory of a little scene is the same whether a large one was measured before it or not.
+/// The measured memory of a small scene does not depend on a large one before it.
 #[test]
 #[cfg(target_os = "linux")]
 fn memory_is_that_of_the_scene_alone() {
@@ -124,7 +124,7 @@ fn the_suite_has_a_row_for_every_kind_and_leaves_nothing_behind() {
         figures["scenes"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
     let kinds: Vec<&str> = names.iter().map(|name| name.split(' ').next().unwrap()).collect();
     assert_eq!(kinds, ["scan", "interior", "stadium", "forest", "slivers", "soup", "layers"]);
-    // Kinds that have a least size have it.
+    // Kinds with a minimum size use it.
     assert_eq!(names[1], "interior 50k");
     assert!(fs::read_dir(&temporary).unwrap().next().is_none(), "scenes were left behind");
 }
@@ -147,20 +147,20 @@ fn the_report_needs_nothing_but_itself() {
     {
         assert!(page.contains(part), "{part}");
     }
-    // One number of threads has no scaling.
+    // One thread count gives no scaling plot.
     assert!(!page.contains("id=\"threads\""));
     for shape in ["<svg", "<figure", "<table", "<text"] {
         let closing = shape.replace('<', "</");
         assert_eq!(page.matches(shape).count(), page.matches(&closing).count(), "{shape}");
     }
-    // Pictures are text in which anything may occur.
+    // Base64 images may contain any text.
     let without_pictures: Vec<&str> =
         page.split("data:image/png;base64,").map(|part| &part[part.find('"').unwrap_or(0)..]).collect();
     let numbers = without_pictures.concat();
     assert!(!numbers.contains("NaN") && !numbers.contains("inf\""), "numbers that are none");
 }
 
-/// Figures as another day wrote them.
+/// Figures of an earlier run.
 fn made(factor: f64, threads: &[u32]) -> Value {
     let stages = |threads: u32| {
         ["load", "build", "eye", "shadow", "incoherent", "frame", "encode"].map(|stage| {
@@ -211,7 +211,7 @@ fn what_moved_is_told_and_is_an_error_only_if_asked() {
         told.contains("scan 10k: eye, 1 thread is 1.50 of what it was (an error because of --strict)"),
         "{told}"
     );
-    // The page has it as well.
+    // The report has it as well.
     runs(&folder, "bench --from slow.json --compare old.json --report page.html");
     let page = fs::read_to_string(folder.join("page.html")).unwrap();
     for part in ["id=\"compared\"", "28 of 62 figures moved", "id=\"threads\"", "id=\"rays\""] {

@@ -1,5 +1,5 @@
-//! Views around a scene, and parts of it: what `--orbit`, `--zoom`, f3d's camera flags, `--hide` and
-//! `--only-objects` do.
+//! Views and parts of a scene: `--orbit`, `--zoom`, f3d's camera flags, `--hide` and `--only-objects`, by the
+//! library behind them.
 
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ fn camera(scene: &Scene, view: &View) -> Camera {
     view.resolve(&pose(scene, &PoseSettings::default()).unwrap(), 64, 48).unwrap().0
 }
 
-/// One layer of a picture of 64 by 48.
+/// One layer of a picture of 64 by 48 pixels.
 fn layer(scene: &Scene, view: &View, time: f64, aov: Aov) -> Vec<f32> {
     let settings = PoseSettings { time, animation: AnimationChoice::Default, centre: None };
     let posed = pose(scene, &settings).unwrap();
@@ -46,7 +46,7 @@ fn orbit(azimuth: f64, elevation: f64, distance: Option<f64>) -> Option<Orbit> {
     Some(Orbit { azimuth: azimuth.to_radians(), elevation: elevation.to_radians(), distance })
 }
 
-/// What `-v` tells: a scene may have many cameras, or none.
+/// `-v` prints the camera: a scene may have many, or none.
 #[test]
 fn a_view_says_where_it_comes_from() {
     let (textured, cube) = (scene("textured/textured.gltf"), scene("tests/cube.obj"));
@@ -62,7 +62,7 @@ fn a_view_says_where_it_comes_from() {
     assert_eq!(from(&textured, stand), "from where it was asked for");
 }
 
-/// Every vertex is looked at for it, at many moments.
+/// Clip bounds need every vertex at many times.
 #[test]
 fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {
     let figure = scene("figure/figure.glb");
@@ -86,7 +86,7 @@ fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {
         view.resolve(&posed, 64, 48).unwrap();
         assert!(posed.clip_sample_count() > Some(1), "{view:?}");
     }
-    // What one moment finds out another knows, whichever was there first.
+    // The result is shared, whichever time asks first.
     let (start, later) = (posed(), posed().at_time(0.5));
     assert_eq!((start.clip_sample_count(), later.clip_sample_count()), (None, None));
     let later = start.at_time(0.5);
@@ -122,7 +122,7 @@ fn an_orbit_counts_from_the_front_to_the_right_and_up() {
     }
 }
 
-/// From anywhere around, all of the scene is in the picture, and fills it.
+/// From any direction, the whole scene is visible and fills the picture.
 #[test]
 fn an_orbit_without_a_distance_shows_everything() {
     for name in ["assembly/assembly.glb", "tests/cube.obj"] {
@@ -144,7 +144,7 @@ fn an_orbit_without_a_distance_shows_everything() {
     }
 }
 
-/// Whatever it goes around.
+/// Around any centre.
 #[test]
 fn an_orbit_around_another_point_shows_everything_too() {
     let scene = scene("tests/cube.obj");
@@ -156,7 +156,7 @@ fn an_orbit_around_another_point_shows_everything_too() {
             let posed = pose(&scene, &PoseSettings::default()).unwrap();
             let middle = posed.bounding_sphere();
             near((camera.view_point - at).normalize(), camera.basis.w);
-            // The sphere touches no plane through the eye and an edge of the view rectangle.
+            // The bounding sphere crosses no plane of the view frustum's sides.
             let to = middle.centre - camera.view_point;
             let (x, y, depth) = (to.dot(camera.basis.u), to.dot(camera.basis.v), -to.dot(camera.basis.w));
             assert!(depth > middle.radius);
@@ -172,7 +172,8 @@ fn an_orbit_around_another_point_shows_everything_too() {
     }
 }
 
-/// In a file without a camera a point to look at is what all is framed about, and a place looks at the middle.
+/// Without a camera in the file, `--look-at` is the centre of the framing, and `--view-point` looks at the
+/// scene's centre.
 #[test]
 fn a_point_alone_is_looked_at_or_from() {
     let scene = scene("tests/cube.obj");
@@ -190,12 +191,12 @@ fn a_point_alone_is_looked_at_or_from() {
         assert_eq!(from.view_point, eye);
         near(from.basis.w, (eye - middle.centre).normalize());
     }
-    // From the middle itself any way is as good as another.
+    // At the centre itself, the default direction is used.
     let inside = camera(&scene, &View { view_point: Some(middle.centre), ..View::default() });
     near(inside.basis.w, framed.basis.w);
 }
 
-/// What a camera of the file cuts off is measured from where that stands.
+/// The file camera's clip planes apply to its own position only.
 #[test]
 fn an_orbit_does_not_cut_at_the_planes_of_the_files_camera() {
     let mut scene = scene("lecture/lecture.glb");
@@ -230,7 +231,8 @@ fn f3ds_angles_go_around_what_is_looked_at() {
     near(up.basis.u, DVec3::X);
     let both = turned((90.0, 30.0));
     near(both.view_point, DVec3::new(12f64.sqrt(), 2.0, 0.0));
-    // Without a point to look at it is what lies in the middle, as far away as the scene's.
+    // Without `--look-at`, rotations are around the point in the middle of the picture, at the distance of
+    // the scene's centre.
     let view = View { orbit_by: OrbitAngles { azimuth: 0.4, elevation: 0.3 }, ..View::default() };
     let (framed, turned) = (camera(&scene, &View::default()), camera(&scene, &view));
     let middle = pose(&scene, &PoseSettings::default()).unwrap().bounding_sphere().centre;
@@ -248,7 +250,7 @@ fn zoom_makes_things_so_many_times_larger() {
     assert!((zoomed.view_width * 2.5 - plain.view_width).abs() < 1e-12);
 }
 
-/// What is left keeps its numbers and its pixels; what was behind the hidden is seen.
+/// Remaining objects keep their ids and pixels; hidden ones reveal what is behind them.
 #[test]
 fn hidden_objects_leave_the_others_as_they_were() {
     let whole = scene("still-life/still-life.glb");
@@ -271,8 +273,8 @@ fn hidden_objects_leave_the_others_as_they_were() {
     assert!(alone.iter().any(|&id| called(id)) && alone.iter().all(|&id| id == 0.0 || called(id)));
 }
 
-/// A scene without a camera is framed for its whole animation: the view stands still, and nothing
-/// leaves it at any time.
+/// A scene without a camera is framed for its whole animation: the view is constant, and everything stays
+/// inside it.
 #[test]
 fn a_framed_view_stands_still_while_things_move() {
     let mut figure = scene("figure/figure.glb");

@@ -1,4 +1,4 @@
-//! `turntable --views`: what whoever reads a dataset relies on.
+//! `turntable --views`: the guarantees for readers of datasets.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::common::program::*;
 
-/// A box without any symmetry.
+/// An asymmetric box.
 const LOW: DVec3 = DVec3::new(-1.0, 0.0, -3.0);
 const HIGH: DVec3 = DVec3::new(2.0, 1.0, 0.5);
 const SMALL: &str = "--size 48x36 -s 1";
@@ -40,20 +40,19 @@ fn matrix(frame: &Value) -> DMat4 {
     DMat4::from_cols_array(&std::array::from_fn(|i| rows[i % 4][i / 4]))
 }
 
-/// The dataset's world to the file's.
+/// From the dataset's world frame to the file's.
 fn from_z_up(p: DVec3) -> DVec3 {
     DVec3::new(p.x, p.z, -p.y)
 }
 
-/// The point that a depth at a pixel stands for, in the dataset's world: a pinhole camera with OpenGL's
-/// axes.
+/// The point of a depth value in the dataset's world frame: a pinhole camera with OpenGL's axes.
 fn point(all: &Value, to_world: &DMat4, i: u32, j: u32, depth: f64) -> DVec3 {
     let x = (f64::from(i) + 0.5 - number(&all["cx"])) / number(&all["fl_x"]);
     let y = (f64::from(j) + 0.5 - number(&all["cy"])) / number(&all["fl_y"]);
     (*to_world * DVec4::new(x * depth, -y * depth, -depth, 1.0)).truncate()
 }
 
-/// How far a point is from the box's surface, and the normal of the nearest side.
+/// The signed distance from the box's surface, and the normal of the nearest side.
 fn side(p: DVec3) -> (f64, DVec3) {
     let sides = [
         (p.x - HIGH.x, DVec3::X),
@@ -63,7 +62,7 @@ fn side(p: DVec3) -> (f64, DVec3) {
         (p.z - HIGH.z, DVec3::Z),
         (LOW.z - p.z, DVec3::NEG_Z),
     ];
-    // Outside of the nearest side's plane by this much, inside of all others.
+    // Outside the nearest side's plane by this distance, inside all others.
     sides.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
 }
 
@@ -72,7 +71,7 @@ fn beside(folder: &Path, frame: &Value, key: &str) -> image::DynamicImage {
     image::open(folder.join(name)).unwrap()
 }
 
-/// Every depth lies on the mesh, through nothing but what `transforms.json` says.
+/// Every depth lies on the mesh, computed from `transforms.json` alone.
 #[test]
 fn depths_lie_on_the_mesh() {
     let (_dir, at) = folder();
@@ -106,7 +105,7 @@ fn depths_lie_on_the_mesh() {
             };
             assert_eq!(frame["depth_file_path"], frame["depth_path"]);
             let normals = beside(&folder, frame, "normal_file_path").into_rgb8();
-            // nerfstudio refuses masks of more than one channel.
+            // nerfstudio rejects masks with several channels.
             let mask = match beside(&folder, frame, "mask_path") {
                 image::DynamicImage::ImageLuma8(mask) => mask,
                 other => panic!("{:?} is not 8-bit grey", other.color()),
@@ -122,7 +121,7 @@ fn depths_lie_on_the_mesh() {
                 let p = point(&all, &to_world, i, j, f64::from(depth.0[0]) * step);
                 let (off, side) = side(to_file(p));
                 assert!(off.abs() < step, "{flags}: {p} is off by {off}, {step} a step");
-                // The normal is said in the same world; near an edge it may be the other side's.
+                // The normal is in the same frame; near an edge it may be the other side's.
                 let n = DVec3::from_array(normals.get_pixel(i, j).0.map(|v| f64::from(v) / 127.5 - 1.0));
                 let inside = side_distance(to_file(p));
                 assert!(to_file(n).dot(side) > 0.98 || inside < 2.0 * step, "{flags}: {n} at {p}");
@@ -134,7 +133,7 @@ fn depths_lie_on_the_mesh() {
     }
 }
 
-/// How far a point on the box is from its next edge.
+/// The distance of a point on the box from its nearest edge.
 fn side_distance(p: DVec3) -> f64 {
     let mut to_sides = [p - LOW, HIGH - p].map(|d| d.abs().to_array()).concat();
     to_sides.sort_by(f64::total_cmp);
@@ -170,8 +169,7 @@ fn an_exr_holds_its_layers_itself() {
     }
 }
 
-/// Lights stand still beside what they light, those that go with a camera too: a matt side has one colour
-/// in all views.
+/// Lights are fixed to the model, those of a camera included: a matte side has the same colour in all views.
 #[test]
 fn all_views_are_lit_alike() {
     let (_dir, at) = folder();
@@ -209,7 +207,7 @@ fn shares_of_a_dataset_are_the_whole() {
         assert!(files(&at.join("parts"))["transforms.json"] == whole["transforms.json"]);
     }
     assert!(files(&at.join("parts")) == whole);
-    // What is there is kept; the file that describes it follows what is asked for now.
+    // Existing pictures are kept; `transforms.json` describes the current request.
     fs::remove_file(at.join("parts/transforms.json")).unwrap();
     let told = runs(&at, &format!("{line} -o parts/#.png --resume"));
     assert_eq!(told, "kept 4 of box.obj\nwrote parts/transforms.json\n");
@@ -220,7 +218,7 @@ fn shares_of_a_dataset_are_the_whole() {
     let expected = ["_0001.png", "_0001.depth.png", "_0001.normal.png", "_0001.mask.png"];
     let expected = expected.map(|name| format!("x/box{name}\n")).concat() + "x/transforms.json\n";
     assert_eq!(String::from_utf8(dry).unwrap(), expected);
-    // Shares that overwrite nothing have one file in common, which no other dataset's is.
+    // Partial runs with `--no-overwrite` share one `transforms.json`, which must belong to the same dataset.
     for share in ["--chunk 1/2", "--chunk 2/2"] {
         runs(&at, &format!("{line} -q -o new/#.png --no-overwrite {share}"));
     }

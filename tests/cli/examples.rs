@@ -1,9 +1,9 @@
-//! The examples of docs/examples do what they say.
+//! The programs in docs/examples work as documented.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Cargo builds examples before tests run, beside the folder of the tests' programs.
+/// Runs an example. Cargo builds examples before it runs all tests, beside the test programs' folder.
 fn example(name: &str, words: &[&str]) -> String {
     let folder = Path::new(env!("CARGO_BIN_EXE_blinn")).parent().unwrap();
     let program: PathBuf = folder.join("examples").join(format!("{name}{}", std::env::consts::EXE_SUFFIX));

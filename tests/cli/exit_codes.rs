@@ -40,7 +40,8 @@ fn an_output_that_cannot_be_written_is_one_line() {
     fs::create_dir(dir.path().join("folder.png")).unwrap();
     fs::write(dir.path().join("file"), "").unwrap();
     fails(dir.path(), &["render", scene, "--size", "8x8", "-o", "file/a.png"], 1, "file");
-    // A folder of that name takes the picture's default name; a folder in the picture's place does not.
+    // An existing folder given as `-o` takes the picture's default name; a folder in place of the picture is
+    // an error.
     fs::create_dir_all(dir.path().join("out/cornell.png")).unwrap();
     fails(dir.path(), &["render", scene, "--size", "8x8", "-o", "out/"], 1, "cornell.png");
     assert!(names(&dir.path().join("out/cornell.png")).is_empty());
@@ -127,7 +128,7 @@ fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
     fails(dir.path(), &["info", shoe.as_str(), "--variant", "Nobody"], 1, "'Day', 'Dusk', 'Night'");
 }
 
-/// What a decoder panics at, on whichever thread, costs its scene and no other.
+/// A panic in a decoder, on any thread, fails its scene only.
 #[cfg(debug_assertions)]
 #[test]
 fn a_decoder_that_panics_costs_its_scene_alone() {

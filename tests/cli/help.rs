@@ -1,4 +1,4 @@
-//! What the program says about itself: help, errors of the command line, completions, man pages.
+//! Help pages, usage errors, shell completions, man pages and docs/reference/command-line.md.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::common::program::{blinn, folder, refused};
 
-/// What a command line prints, at the width that output has which is no terminal.
+/// The output of a command line, at the width for output that is not a terminal.
 #[track_caller]
 fn prints(line: &str) -> String {
     let words = line.split_whitespace();
@@ -16,7 +16,7 @@ fn prints(line: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// All commands, as the program's first screen lists them.
+/// All commands, as the first help screen lists them.
 fn commands() -> Vec<String> {
     let screen = prints("--help");
     let listed =
@@ -30,10 +30,10 @@ fn commands() -> Vec<String> {
     names
 }
 
-/// The commands below `job`, whose pages are their own.
+/// The subcommands of `job`, which have help pages of their own.
 const ENGINES: [&str; 2] = ["job openjd", "job slurm"];
 
-/// Every command with a page, those that stand behind another one too.
+/// Every command with a help page, subcommands included.
 fn pages() -> impl Iterator<Item = String> {
     commands().into_iter().chain(ENGINES.map(String::from))
 }
@@ -68,7 +68,7 @@ fn help_all_has_every_flag_with_a_word_about_it() {
     }
 }
 
-/// docs/reference/command-line.md shows the help of this very program; `GOLDEN=update` writes it anew.
+/// docs/reference/command-line.md has this program's help; `GOLDEN=update` rewrites it.
 #[test]
 fn the_reference_is_the_program_s_own_help() {
     const HERE: &str = "<!-- From here on: the program's own help. -->";
@@ -185,7 +185,7 @@ fn every_command_has_a_page_with_its_flags() {
     }
 }
 
-/// A page that is named in another one is there.
+/// Help pages refer to existing pages.
 #[test]
 fn pages_name_pages_that_there_are() {
     let known: Vec<String> = pages().map(|name| format!("blinn-{}(1)", name.replace(' ', "-"))).collect();
@@ -200,7 +200,7 @@ fn pages_name_pages_that_there_are() {
     assert!(named >= known.len(), "{named}");
 }
 
-/// Whoever runs tasks for Open Job Description learns why from the task itself.
+/// Usage errors of Open Job Description tasks are reported in its protocol.
 #[test]
 fn a_wrong_command_line_is_told_in_a_farm_s_words_too() {
     let (_dir, at) = folder();

@@ -1,10 +1,10 @@
-//! The picture files that the program writes, read again by other means.
+//! Written image files, read back by other decoders.
 
 use std::path::{Path, PathBuf};
 
 use crate::common::program::{blinn_args, model};
 
-/// Renders and returns the path of what `-o out` named.
+/// Renders. Returns the path of the picture.
 #[track_caller]
 fn rendered(folder: &Path, scene: &str, out: &str, flags: &str) -> PathBuf {
     let mut args = vec!["render", scene, "-o", out, "-q"];
@@ -22,7 +22,7 @@ fn read_exr(path: &Path) -> Exr {
     exr::prelude::read_all_flat_layers_from_file(path).unwrap()
 }
 
-/// Compositors put a crop where it belongs: the display window is the whole picture.
+/// Compositors place a crop by its windows: the display window is the whole picture.
 #[test]
 fn a_cropped_exr_lies_in_its_picture() {
     let dir = tempfile::tempdir().unwrap();
@@ -36,7 +36,7 @@ fn a_cropped_exr_lies_in_its_picture() {
     assert_eq!((at.0, at.1, layer.size.0, layer.size.1), (3, 4, 10, 11));
 }
 
-/// The same picture in every format, as far as the format goes.
+/// The same picture in every format, within the format's precision.
 #[test]
 fn jpeg_and_webp_show_what_a_png_shows() {
     let dir = tempfile::tempdir().unwrap();
@@ -62,7 +62,7 @@ fn jpeg_and_webp_show_what_a_png_shows() {
     assert!(bytes("a.JPEG").starts_with(b"\xff\xd8\xff") && bytes("a.webp").starts_with(b"RIFF"));
 }
 
-/// Larger than the format can say: found before the scene is read, and no file.
+/// Pictures larger than the format allows are rejected before the scene is read.
 #[test]
 fn sizes_that_a_format_cannot_hold_are_told() {
     let dir = tempfile::tempdir().unwrap();
@@ -82,7 +82,7 @@ fn channel(image: &Exr, name: &str) -> Vec<f32> {
     found.sample_data.values_as_f32().collect()
 }
 
-/// An attribute's text, whole.
+/// The text of an attribute.
 fn text(image: &Exr, name: &str) -> String {
     let found = image.layer_data[0].attributes.other.iter().find(|(key, _)| *key == name);
     match found {
@@ -95,7 +95,7 @@ const CRYPTOMATTE: [(&str, &str, &str); 2] =
     // The first key is the one that other programs write for a layer of this name.
     [("crypto_object", "f834d0a", "object-id.I"), ("crypto_material", "", "material-id.I")];
 
-/// Ids and coverages of a pixel, largest first.
+/// Ids and coverages of each pixel, largest first.
 fn ranks(image: &Exr, layer: &str, pixels: usize) -> Vec<Vec<(u32, f32)>> {
     let mut all = vec![Vec::new(); pixels];
     for i in 0..6 {
@@ -108,7 +108,7 @@ fn ranks(image: &Exr, layer: &str, pixels: usize) -> Vec<Vec<(u32, f32)>> {
     all
 }
 
-/// Mattes are ranked, named, and together cover what the picture covers.
+/// Mattes are ordered by coverage and named, and together cover what the picture covers.
 #[test]
 fn cryptomatte_covers_what_the_picture_covers() {
     let dir = tempfile::tempdir().unwrap();
@@ -146,7 +146,7 @@ fn cryptomatte_covers_what_the_picture_covers() {
             let (mut agree, mut whole, mut crowded) = (0, 0, 0);
             for (i, ranked) in ranks(&image, layer, alpha.len()).iter().enumerate() {
                 let sum: f32 = ranked.iter().map(|r| r.1).sum();
-                // Six things are kept, and only a pixel of more loses any of it.
+                // Six ids are kept; only pixels with more lose coverage.
                 let lacking = alpha[i] - sum;
                 let full = ranked[5].1 > 0.0 && lacking > 0.0;
                 crowded += usize::from(full);
@@ -170,7 +170,7 @@ fn cryptomatte_covers_what_the_picture_covers() {
     }
 }
 
-/// A pane of opacity .25 before a wall: both, in the order of what each covers, by the samples.
+/// A pane of opacity .25 in front of a wall: both ids, ordered by their coverage over the samples.
 #[test]
 fn a_blended_pane_shares_its_pixels() {
     let dir = tempfile::tempdir().unwrap();
@@ -194,12 +194,12 @@ fn a_blended_pane_shares_its_pixels() {
         |pixel: usize| -> Vec<f32> { ranked[pixel].iter().map(|r| r.1).filter(|&c| c > 0.0).collect() };
     assert_eq!(shares(8 * 16 + 3), [0.75, 0.25], "left: pane and wall");
     assert_eq!(shares(8 * 16 + 12), [1.0], "right: the wall alone");
-    // The second object called wall has a name of its own.
+    // The second object named wall gets a unique name.
     let manifest = text(&image, "cryptomatte/f834d0a/manifest");
     assert!(manifest.contains("\"wall\":") && manifest.contains("\"wall.001\":"), "{manifest}");
 }
 
-/// Beside a picture that holds no layers there is a preview of each.
+/// Pictures of formats without layers get a preview file for each.
 #[test]
 fn layers_have_previews_beside_pictures() {
     let dir = tempfile::tempdir().unwrap();

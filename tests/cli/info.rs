@@ -23,7 +23,7 @@ fn info_tells_what_is_there_in_text_and_json() {
     }
 }
 
-/// Whoever asks for JSON gets it of scenes that fail, too: an object for one, a list for several.
+/// `--json` reports failed scenes as well: an object for one scene, a list for several.
 #[test]
 fn info_in_json_tells_of_scenes_that_fail() {
     let dir = tempfile::tempdir().unwrap();
@@ -54,7 +54,7 @@ fn a_scene_without_anything_to_draw_is_told_of() {
     fails(dir.path(), &["render", "a.gltf", "--size", "8x8", "--strict"], 1, "nothing to draw");
 }
 
-/// What `render` warns of when it builds trees is in the file already.
+/// `info` has the warnings of `render`'s BVH build.
 #[test]
 fn info_tells_of_triangles_that_cannot_be_seen() {
     let dir = tempfile::tempdir().unwrap();
@@ -68,7 +68,7 @@ fn info_tells_of_triangles_that_cannot_be_seen() {
     fails(dir.path(), &["render", "a.obj", "--size", "8x8", "--strict"], 1, said);
 }
 
-/// Poles of spheres, and nearly every file of a CAD program: no picture lacks them.
+/// Triangles without area are common (poles of spheres, CAD exports) and invisible: no warning.
 #[test]
 fn triangles_without_area_are_counted_and_no_warning() {
     let dir = tempfile::tempdir().unwrap();

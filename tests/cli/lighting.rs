@@ -4,8 +4,8 @@ use std::fs;
 
 use crate::common::program::*;
 
-/// Metering looks through the file's camera in its own shape, so a thumbnail, a strip and a crop
-/// are exposed alike.
+/// Metering uses the file's camera with its own aspect ratio, so thumbnails, strips and crops have the same
+/// exposure.
 #[test]
 fn the_exposure_does_not_depend_on_the_pictures_size() {
     let dir = tempfile::tempdir().unwrap();
@@ -62,7 +62,7 @@ fn occlusion_shows_whatever_the_light() {
                 assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
                 image::open(dir.path().join("a.png")).unwrap().into_luma8().into_vec()
             };
-            // A distance that nothing is within leaves the ambient term whole.
+            // Within 1e-9 m there is no occluder: the ambient term stays.
             let (occluded, open) = (levels(&["--ao", "16"]), levels(&["--ao", "16,1e-9"]));
             let darker = occluded.iter().zip(&open).filter(|(a, b)| a.saturating_add(5) < **b).count();
             let lighter = occluded.iter().zip(&open).filter(|(a, b)| **a > b.saturating_add(1)).count();
@@ -142,7 +142,7 @@ fn a_picture_of_light_lights_by_direction() {
     let (seen, told) = picture(&clear);
     assert!(told.contains("lights: none; ambient by a picture"), "{told}");
     let blue: Vec<u8> = seen.pixels().filter(|p| p[3] == 255).map(|p| p[2]).collect();
-    // The top sees all of the light, the sides half of it, encoded.
+    // Encoded: the top receives all of the light, the sides half.
     assert!(blue.iter().max().unwrap() > &225 && (150..190).contains(blue.iter().min().unwrap()));
     assert!(seen.pixels().all(|p| p[0] == 0 && p[1] == 0));
     let (occluded, _) = picture(&["--background", "transparent", "--ao", "16", "--ground", "shadow"]);

@@ -1,15 +1,15 @@
-//! Limits of the process: threads, file sizes, addresses, `--max-memory`.
+//! Limits of the process: threads, file sizes, address space, `--max-memory`.
 
 use std::fs;
 use std::process::Command;
 
 use crate::common::program::*;
 
-/// Threads that a user may not have: one line.
+/// Thread creation fails: one line.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_process_without_threads_says_so() {
-    // The system holds everyone to their limits but root.
+    // The limit applies to every user except root.
     let shell = |line: &str| {
         let id = Command::new("id").arg("-u").output().unwrap().stdout;
         let mut command = match id.as_slice() {
@@ -39,7 +39,7 @@ fn a_process_without_threads_says_so() {
     }
 }
 
-/// A disk that fills up: one line, and no part of the file.
+/// A full disk: one line, and no partial file.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_is_one_line() {
@@ -57,12 +57,12 @@ fn a_full_disk_is_one_line() {
     assert!(names(dir.path()).is_empty());
 }
 
-/// `--max-memory` holds for it too, and before it is decoded.
+/// `--max-memory` covers environment maps, before they are decoded.
 #[test]
 fn a_picture_of_light_stays_within_the_memory_allowed() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/cube.obj");
-    // A header alone: 512 MiB and its text.
+    // Only a header; the pixels would need 512 MiB beside the file.
     let text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2896 +X 5792\n";
     fs::write(dir.path().join("light.hdr"), text).unwrap();
     let needed = 2896 * 5792 * 32 + text.len();
@@ -75,7 +75,7 @@ fn a_picture_of_light_stays_within_the_memory_allowed() {
     with(needed, "the picture cannot be decoded");
 }
 
-/// Addresses that a process may not have are memory that there is not.
+/// Memory is limited by the address space, too.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_bound_on_addresses_refuses_a_scene_and_not_the_next() {
@@ -90,6 +90,6 @@ fn a_bound_on_addresses_refuses_a_scene_and_not_the_next() {
     let output = Command::new("sh").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{told}");
-    // Each at once, and both again at the end.
+    // Each scene when it fails, and both in the summary.
     assert_eq!(told.matches("without --max-memory there are 2.9 GiB").count(), 4, "{told}");
 }

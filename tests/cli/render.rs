@@ -75,14 +75,14 @@ fn standard_output_takes_a_png() {
     assert!(names(dir.path()).is_empty());
 }
 
-/// Without a choice the first of clips that drive the same plays, and -v says so.
+/// Of clips that animate the same properties, the first plays by default, and -v lists the others.
 #[test]
 fn animations_that_do_not_play_are_told() {
     let dir = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(model("tests/triangle.gltf")).unwrap();
     let mut scene: serde_json::Value = serde_json::from_str(&text).unwrap();
     let accessors = scene["accessors"].as_array_mut().unwrap();
-    // Accessors without bytes are zeros: one key.
+    // Accessors without a buffer view are zeros: one key.
     let zeros = ["SCALAR", "VEC3"].map(|kind| {
         accessors.push(serde_json::json!({"componentType": 5126, "count": 1, "type": kind}));
         accessors.len() - 1
@@ -119,7 +119,7 @@ fn a_variant_changes_the_picture() {
     assert_ne!(picture("none"), picture("Night"));
 }
 
-/// AgX for Blender's glTF, sRGB for its OBJ, and what was asked for always.
+/// AgX for Blender's glTF, sRGB for its OBJ, and always the requested one.
 #[test]
 fn the_view_transform_follows_the_file() {
     let dir = tempfile::tempdir().unwrap();
@@ -194,7 +194,7 @@ fn every_flag_is_taken() {
     assert!(names(dir.path()).contains(&"a.depth.png".to_string()));
 }
 
-/// `BLINN_SIMD` picks the instructions, never the picture.
+/// `BLINN_SIMD` selects the instructions and does not change the picture.
 #[test]
 fn every_tier_renders_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -224,7 +224,7 @@ fn every_tier_renders_the_same_bytes() {
     assert!(error.contains("'sse9' is none of portable, avx2, avx512"), "{error}");
 }
 
-/// What is read but once is not lost where the process begins once more, whoever names it.
+/// Standard input is not lost when the program re-executes itself.
 #[test]
 fn scenes_of_a_config_may_come_from_standard_input() {
     let dir = tempfile::tempdir().unwrap();

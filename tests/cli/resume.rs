@@ -8,7 +8,7 @@ use crate::common::program::*;
 
 const SMALL: &str = "--size 32x18 -s 1";
 
-/// Pictures of every format are kept as long as nothing that they were made of changes.
+/// Pictures of every format are kept while their inputs and settings are unchanged.
 #[test]
 fn finished_pictures_are_kept_until_something_changes() {
     let (_dir, at) = folder();
@@ -31,7 +31,7 @@ fn finished_pictures_are_kept_until_something_changes() {
         let whole = files(&at.join("o"));
         assert_eq!(wrote("--threads 1 -v --progress plain"), 0, "{out}");
         assert_eq!(wrote("--only 2"), 0, "{out}");
-        // What is missing or broken is made again, and nothing else.
+        // Only missing and broken pictures are rendered again.
         let first = at.join(out.replace('#', "1"));
         fs::write(&first, &fs::read(&first).unwrap()[..200]).unwrap();
         assert_eq!(wrote(""), each, "{out}");
@@ -43,7 +43,7 @@ fn finished_pictures_are_kept_until_something_changes() {
         assert_eq!(wrote("--seed 5"), 2 * each, "{out}: another setting");
         assert_eq!(wrote("--start 10"), 2 * each, "{out}: other angles");
     }
-    // Another texture, a missing one, and one that is back.
+    // A changed texture, a missing one, and one that is back.
     let line = format!("render textured.gltf {SMALL} -o t.png --resume");
     let wrote = || runs(&at, &line).contains("wrote t.png");
     assert!(wrote() && !wrote());
@@ -57,8 +57,8 @@ fn finished_pictures_are_kept_until_something_changes() {
     refused(&at, &format!("{line} --no-overwrite"), "--no-overwrite");
 }
 
-/// Pipes in the place of files are told of and never waited for: neither those that a scene names nor those
-/// that a picture's stamp does.
+/// Pipes in place of files are reported and never read: those that a scene refers to and those that a
+/// picture's stamp does.
 #[cfg(unix)]
 #[test]
 fn pipes_in_the_place_of_files_hold_nobody_up() {
@@ -94,7 +94,8 @@ fn pipes_in_the_place_of_files_hold_nobody_up() {
     assert_eq!(told.matches("not a regular file").count(), 2, "{told}");
     assert_eq!(told.matches("wrote ").count(), 2, "{told}");
     assert!(!run(&line).contains("wrote "), "what cannot be read is still the same");
-    // In place of an MTL that was read, and of the picture itself, whose stamp is looked for: it is written into.
+    // In place of an MTL file, and of the picture itself: its stamp is not read, and the picture is written
+    // into the pipe.
     fs::remove_file(at.join("map.mtl")).unwrap();
     pipe("map.mtl");
     fs::remove_file(at.join("a.png")).unwrap();
@@ -107,7 +108,7 @@ fn pipes_in_the_place_of_files_hold_nobody_up() {
     assert!(reader.join().unwrap().starts_with(b"\x89PNG"));
 }
 
-/// Names of any bytes are told apart.
+/// File names that are not UTF-8 are told apart.
 #[cfg(target_os = "linux")]
 #[test]
 fn resume_knows_scenes_whose_names_are_no_text() {
@@ -127,7 +128,7 @@ fn resume_knows_scenes_whose_names_are_no_text() {
     assert!(wrote() && !wrote());
 }
 
-/// A picture that was made with a warning is none that `--strict` would have made.
+/// A picture with warnings is rendered again under `--strict`.
 #[test]
 fn strict_keeps_no_picture_that_was_made_with_a_warning() {
     let (_dir, at) = folder();
@@ -137,7 +138,7 @@ fn strict_keeps_no_picture_that_was_made_with_a_warning() {
     let output = blinn(&at, &format!("{line} --strict"));
     let told = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(1) && told.contains("gone.mtl"), "{told}");
-    // What was made without one does for both.
+    // A picture without warnings serves with and without `--strict`.
     fs::write(at.join("gone.mtl"), "newmtl a\n").unwrap();
     assert!(runs(&at, &format!("{line} --strict")).contains("wrote"));
     for flag in ["--strict", ""] {
@@ -145,7 +146,7 @@ fn strict_keeps_no_picture_that_was_made_with_a_warning() {
     }
 }
 
-/// Killed again and again, a job ends with the very files of one that nothing happened to.
+/// A job that is killed several times ends with the same files as an undisturbed one.
 #[cfg(unix)]
 #[test]
 fn what_was_killed_is_resumed() {

@@ -40,20 +40,20 @@ fn any_share_of_a_clip_is_the_same_pictures_as_the_whole() {
     assert!(files(&at.join("parts")) == whole);
     runs(&at, &format!("{line} --frames {count}-1:-1 -o backwards/#.png --threads 1"));
     assert!(files(&at.join("backwards")) == whole);
-    // And one alone is that one.
+    // A single frame is that frame.
     runs(&at, &format!("{line} --frame 3 -o one.png"));
     assert!(fs::read(at.join("one.png")).unwrap() == whole["3.png"]);
-    // It moves, and stands still after its end.
+    // The figure moves, and holds its pose after the clip's end.
     assert!(whole["1.png"] != whole["3.png"]);
     runs(&at, &format!("{line} --frames 1000,{count} -o end/#.png"));
     let end = files(&at.join("end"));
-    // The files say which moment they are of; the pictures are one.
+    // Files record their time; the pixels of these two are equal.
     let picture = |name: &str| image::load_from_memory(&end[name]).unwrap();
     assert!(picture("1000.png") == picture(&format!("{count}.png")));
 }
 
-/// What a framed view holds is found once for all its pictures, and `--perf` says how long it took; a view that
-/// stands somewhere does not ask for it.
+/// The bounds of the clip are computed once for all pictures, and `--perf` prints the time; a view with a
+/// fixed position does not need them.
 #[test]
 fn a_clip_is_looked_through_once_and_told() {
     let (_dir, at) = folder();
@@ -96,7 +96,7 @@ fn wrong_lists_and_names_are_found_before_anything_is_rendered() {
         ("-o a/{frame}.png", "would both be written to a/1.png"),
         ("--frames 1-20 -o {index}#.png", "would both be written to 111.png"),
     ] {
-        // Eleven scenes, so that the 1st and the 11th may meet.
+        // Eleven scenes: names of the 1st and the 11th may collide.
         let scenes = [figure.as_str(); 10].join(" ");
         refused(&at, &format!("render {scenes} {cornell} {flags}"), says);
     }
@@ -147,7 +147,7 @@ fn progress_for_farms_is_in_their_words() {
         "event": "done", "scenes": 2, "failed": 1, "left": 0, "wrote": 1, "kept": 0, "exit_code": 1
     });
     assert_eq!(events.last(), Some(&done), "{told}");
-    // What is no event is for people.
+    // Messages that are no events go to standard error as text.
     let mut others = told.lines().filter(|l| serde_json::from_str::<serde_json::Value>(l).is_err());
     assert!(others.all(|l| l.starts_with("blinn: ")), "{told}");
 }
@@ -167,11 +167,11 @@ fn settings_come_from_a_file_and_the_command_line_wins() {
     runs(&at, &format!("render {scene} {words} -o b.png"));
     let read = |name: &str| fs::read(at.join(name)).unwrap();
     assert!(read("a.png") == read("b.png"));
-    // What excludes a setting takes its place too.
+    // A flag also overrides the settings that it excludes.
     runs(&at, "render --config c.toml --size 16x9 --no-background -o c.png");
     let small = image::open(at.join("c.png")).unwrap();
     assert_eq!((small.width(), small.color().has_alpha()), (16, true));
-    // Printed settings are a file again.
+    // Printed settings are a valid configuration file.
     let printed = blinn(&at, "render --config c.toml -s 3 --print-config").stdout;
     fs::write(at.join("d.toml"), &printed).unwrap();
     assert!(String::from_utf8_lossy(&printed).contains("samples = 3"));
@@ -188,11 +188,11 @@ fn settings_come_from_a_file_and_the_command_line_wins() {
         refused(&at, &format!("render {scene} --config e.toml"), says);
     }
     refused(&at, &format!("render {scene} --config none.toml"), "none.toml");
-    // A bad value is told with the place that it stands in.
+    // A bad value is reported with its place in the file.
     fs::write(at.join("e.toml"), "size = \"1\"\nview = \"dark\"").unwrap();
     refused(&at, &format!("render {scene} --config e.toml"), "blinn: --config e.toml: --");
     refused(&at, &format!("render {scene} --config e.toml --view agx --size 2"), "blinn: --size 2: ");
-    // A clip's frames, with and without a list.
+    // All frames of a clip, with and without a list.
     fs::write(at.join("f.toml"), "frames = true\nfps = 2\nsize = \"16x9\"").unwrap();
     let figure = model("figure/figure.glb");
     let all = blinn(&at, &format!("render {figure} --config f.toml --dry-run")).stdout;
@@ -225,7 +225,7 @@ fn a_report_shows_all_pictures_and_what_went_wrong() {
     }
 }
 
-/// `-` is standard output, for whatever is written, and takes one thing.
+/// `-` writes any format to standard output, one file only.
 #[test]
 fn a_dash_is_standard_output() {
     let (_dir, at) = folder();
@@ -252,7 +252,7 @@ fn a_dash_is_standard_output() {
     refused(&at, &format!("{measured} --json - --report -"), "both be written to -");
 }
 
-/// Whatever is written: pictures, their layers, a moving picture, a page.
+/// Pictures, their layers, animations and reports.
 #[test]
 fn names_that_collide_in_any_of_their_files_are_refused() {
     let (_dir, at) = folder();
@@ -276,7 +276,7 @@ fn names_that_collide_in_any_of_their_files_are_refused() {
     }
 }
 
-/// How many frames there are only the scenes say.
+/// The number of frames depends on the scene.
 #[test]
 fn names_that_collide_at_a_later_frame_are_refused_too() {
     let (_dir, at) = folder();
@@ -286,7 +286,7 @@ fn names_that_collide_at_a_later_frame_are_refused_too() {
     let line =
         |out: &str| format!("render figure.glb figure1.glb --frames --size 2x2 -s 1 -o {out} --dry-run");
     refused(&at, &line("{stem}{frame}.png"), "would both be written to figure11");
-    // Ten thousand frames would collide, and there are not so many.
+    // Ten thousand frames would collide; there are fewer.
     runs(&at, &line("{stem}####.png"));
     runs(&at, &line("{stem}_{frame}.png"));
 }
@@ -304,7 +304,7 @@ fn folders_that_are_there_are_meant_as_they_are_called() {
     assert_eq!(named("-o C#"), "C#/t.png");
     assert_eq!(named("-o C#/t{stem}/{stem}.png"), "C#/t{stem}/t.png");
     assert_eq!(named("-o D#/a.png"), "D1/a.png");
-    // The folder of a bare name is the current one.
+    // The folder of a bare file name is the current one.
     let here = at.canonicalize().unwrap().file_name().unwrap().to_str().unwrap().to_string();
     assert_eq!(named("-o {parent}/{stem}.png"), format!("{here}/t.png"));
 }

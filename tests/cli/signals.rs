@@ -7,7 +7,7 @@ use std::process::Command;
 
 use crate::common::program::*;
 
-/// A render that takes some seconds, begun by a shell's `line`, where `$BLINN` stands for it.
+/// Starts a render of some seconds by the shell command `line`, in which `$BLINN` stands for it.
 fn long_render(folder: &Path, line: &str) -> std::process::Child {
     let scene = model("still-life/still-life.glb");
     let look = "--size 160x90 -s 2048 -o a.png --progress plain";
@@ -20,7 +20,7 @@ fn long_render(folder: &Path, line: &str) -> std::process::Child {
         .unwrap()
 }
 
-/// Waits until a render tells how far it is.
+/// Waits for the first progress message.
 fn is_rendering(child: &mut std::process::Child) {
     let told = std::io::BufReader::new(child.stderr.as_mut().unwrap());
     assert!(told.lines().any(|line| line.unwrap().contains('%')), "it ended");
@@ -31,7 +31,7 @@ fn send(signal: &str, child: &std::process::Child) {
     assert!(sent.success());
 }
 
-/// Interrupted in the middle of a long render: the exit code says how, and nothing is left.
+/// An interrupted render leaves no files, and the exit code names the signal.
 #[test]
 fn an_interrupted_render_leaves_nothing() {
     let signals = [("-HUP", 129), ("-INT", 130), ("-TERM", 143)];
@@ -47,8 +47,8 @@ fn an_interrupted_render_leaves_nothing() {
     }
 }
 
-/// What `nohup` begins goes on when the terminal is gone, and what a script puts into the background when its
-/// terminal is interrupted.
+/// Ignored signals stay ignored: `nohup` jobs outlive their terminal, and background jobs of a script its
+/// interrupts.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_signal_that_was_ignored_stays_ignored() {
@@ -65,8 +65,7 @@ fn a_signal_that_was_ignored_stays_ignored() {
     }
 }
 
-/// A signal is heeded whenever it comes: while the process begins once more with advice for its allocator,
-/// too.
+/// A signal ends the program at any time, also while it re-executes itself with allocator settings.
 #[test]
 fn a_signal_in_the_first_moments_is_not_lost() {
     let dir = tempfile::tempdir().unwrap();

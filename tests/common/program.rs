@@ -1,4 +1,4 @@
-//! The program run in a folder of its own.
+//! Runs of the program in a folder.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,7 +18,7 @@ pub fn blinn_args(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_blinn")).args(args).current_dir(folder).output().unwrap()
 }
 
-/// Runs it and returns what it told.
+/// Checks that it succeeds. Returns its messages.
 #[track_caller]
 pub fn runs(folder: &Path, line: &str) -> String {
     let output = blinn(folder, line);
@@ -27,7 +27,7 @@ pub fn runs(folder: &Path, line: &str) -> String {
     told
 }
 
-/// The command line is refused before anything is done.
+/// Checks that the command line is rejected before anything is written.
 #[track_caller]
 pub fn refused(folder: &Path, line: &str, says: &str) {
     let before = files(folder);
@@ -38,7 +38,7 @@ pub fn refused(folder: &Path, line: &str, says: &str) {
     assert!(files(folder) == before, "{line} left something behind");
 }
 
-/// It failed with `code` and one line that says `says`, and left the folder as it was.
+/// Checks that it fails with `code` and one line that contains `message`, and writes nothing.
 #[track_caller]
 pub fn fails(folder: &Path, args: &[&str], code: i32, says: &str) {
     let before = names(folder);
@@ -55,7 +55,7 @@ pub fn fails(folder: &Path, args: &[&str], code: i32, says: &str) {
     assert_eq!(names(folder), before, "{args:?} left something behind");
 }
 
-/// All files in a folder and what is in them.
+/// All files below a folder with their contents.
 pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -80,7 +80,7 @@ pub fn folder() -> (tempfile::TempDir, PathBuf) {
     (dir, path)
 }
 
-/// Whether processes begun here heed a signal: what a shell's script has in the background ignores interrupts.
+/// Whether child processes react to a signal: background jobs of a shell script ignore interrupts.
 pub fn heeds(signal: &str) -> bool {
     let number = [("-HUP", 1), ("-INT", 2), ("-TERM", 15)].iter().find(|(name, _)| *name == signal);
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

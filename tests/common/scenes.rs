@@ -1,4 +1,4 @@
-//! Meshes, scenes and random numbers for the tests of rays and trees.
+//! Meshes, scenes and random numbers for tests of rays and BVHs.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -11,7 +11,7 @@ use blinn::scene::{
 };
 use glam::{DAffine3, DVec3, Vec3};
 
-/// A small random generator (xorshift64*): tests must be the same everywhere.
+/// A small random generator (xorshift64*), for the same numbers on every machine.
 pub struct Rng(u64);
 
 impl Rng {
@@ -49,7 +49,7 @@ impl Rng {
         DVec3::new(self.signed(), self.signed(), self.signed())
     }
 
-    /// A direction, all alike.
+    /// A uniformly distributed direction.
     pub fn direction(&mut self) -> DVec3 {
         loop {
             let p = self.in_cube();
@@ -69,8 +69,8 @@ pub fn mesh(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Mesh {
     Mesh { positions, triangles, ..Mesh::default() }
 }
 
-/// A closed sphere of about unit radius: a cube of 6·n² quads blown up, its vertices welded and
-/// moved in and out a little.
+/// A closed sphere of about unit radius: a cube of 6·n² quads projected onto it, its vertices welded and
+/// displaced a little.
 pub fn sphere(n: i32) -> Mesh {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     let mut welded = HashMap::new();
@@ -98,8 +98,8 @@ pub fn sphere(n: i32) -> Mesh {
     mesh(positions, triangles)
 }
 
-/// A disc of `n` irregular triangles around its centre, across `normal`, of unit radius. Every
-/// other triangle is wound the other way.
+/// A disc of `n` irregular triangles around its centre, across `normal`, of unit radius. Every second
+/// triangle has the opposite winding.
 pub fn fan(n: u32, normal: DVec3, rng: &mut Rng) -> Mesh {
     let x = normal.any_orthonormal_vector();
     let y = normal.cross(x);
@@ -156,7 +156,7 @@ pub fn cube(n: u32) -> Mesh {
     mesh(positions, triangles)
 }
 
-/// `n` triangles here and there in the unit cube, about `size` large; some are slivers.
+/// `n` triangles at random in the unit cube, about `size` large; some are slivers.
 pub fn soup(n: u32, size: f64, rng: &mut Rng) -> Mesh {
     let mut positions = Vec::new();
     for i in 0..n {
@@ -168,7 +168,7 @@ pub fn soup(n: u32, size: f64, rng: &mut Rng) -> Mesh {
     mesh(positions, (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }
 
-/// Adds `mesh` to `scene`, of a material of its own, drawn once for each transform.
+/// Adds `mesh` to `scene` with a new material, once for each transform.
 pub fn add(scene: &mut Scene, mut mesh: Mesh, material: Material, placed: &[DAffine3]) {
     mesh.material = scene.materials.len() as u32;
     scene.materials.push(material);
@@ -194,7 +194,7 @@ pub fn material(class: SurfaceClass, double_sided: bool) -> Material {
         SurfaceClass::Cutout => AlphaMode::Mask(0.5),
         SurfaceClass::Translucent => AlphaMode::Blend,
     };
-    // Of what is not opaque, not all is known to be there.
+    // Hits on materials that are not opaque are filtered.
     let alpha = ScalarInput::new(if class == SurfaceClass::Opaque { 1.0 } else { 0.4 });
     Material { alpha_mode, alpha, double_sided, ..Material::default() }
 }
@@ -207,7 +207,7 @@ pub fn build(posed: &PosedScene) -> Accel {
     Accel::build(posed, &BuildSettings::default()).0
 }
 
-/// The tiers that this processor has.
+/// The SIMD levels that this processor supports.
 pub fn tiers() -> impl Iterator<Item = Tier> {
     Tier::ALL.into_iter().filter(|tier| tier.available())
 }
@@ -216,7 +216,7 @@ pub fn build_with(posed: &PosedScene, preset: Preset) -> Accel {
     Accel::build(posed, &BuildSettings { preset, ..BuildSettings::default() }).0
 }
 
-/// Cutouts that are there, and glass that darkens by an amount of its own.
+/// Accepts all hits; translucent surfaces attenuate by an amount that depends on the triangle.
 pub struct Plain;
 
 impl AnyHitFilter for Plain {
@@ -229,7 +229,7 @@ impl AnyHitFilter for Plain {
     }
 }
 
-/// Cutouts with two triangles of three.
+/// Rejects every third triangle.
 pub struct Holes;
 
 impl AnyHitFilter for Holes {
@@ -242,8 +242,7 @@ impl AnyHitFilter for Holes {
     }
 }
 
-/// Where the tests put things: how large, how far from the origin, and whether twice, so that the
-/// mesh has a tree of its own.
+/// Scale and distance from the origin of a test's mesh. `twice` instances it, for a BLAS of its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement {
     pub scale: f64,
@@ -251,7 +250,7 @@ pub struct Placement {
     pub twice: bool,
 }
 
-/// Every scale at the origin, unit size at every offset; each once and twice.
+/// Every scale at the origin, and unit size at every offset; each once and twice.
 pub fn placements() -> Vec<Placement> {
     let kinds = [(1e-4, 0.0), (1.0, 0.0), (1e6, 0.0), (1.0, 1e3), (1.0, 1e5)];
     let both = |(scale, offset)| [false, true].map(|twice| Placement { scale, offset, twice });
@@ -259,7 +258,7 @@ pub fn placements() -> Vec<Placement> {
 }
 
 impl Placement {
-    /// The node transforms: turned somehow, and the second a little way along `aside`.
+    /// The node transforms: a fixed rotation, and the second shifted along `aside`.
     pub fn transforms(&self, aside: DVec3) -> Vec<DAffine3> {
         let turn = glam::DQuat::from_axis_angle(DVec3::new(0.6, -0.64, 0.48), 1.1);
         let at = |shift: DVec3| {

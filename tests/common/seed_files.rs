@@ -124,7 +124,7 @@ pub fn rich_gltf() -> Vec<u8> {
     .gltf()
 }
 
-/// Small ones for what the rich one has no room for.
+/// Small files for features that the rich one has no room for.
 pub fn small_gltf() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("sparse.gltf", sparse().gltf()),
@@ -185,7 +185,7 @@ fn png() -> Vec<u8> {
     out.into_inner()
 }
 
-/// Pictures of light in both formats.
+/// Environment maps in both formats.
 pub fn skies() -> Vec<(&'static str, Vec<u8>)> {
     let image = image::Rgb32FImage::from_fn(16, 8, |x, y| image::Rgb([x as f32, 0.5, y as f32]));
     let image = image::DynamicImage::from(image);

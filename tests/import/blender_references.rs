@@ -1,5 +1,5 @@
-//! Our own models against Blender's buffers of them (`models/tests/references`, made by
-//! `models/scripts/references.py`): mask, depth, shading normal and base colour.
+//! Our models against Blender's render passes (`models/tests/references`, by `models/scripts/references.py`):
+//! mask, depth, shading normal and base colour.
 
 use std::path::{Path, PathBuf};
 
@@ -59,7 +59,7 @@ fn vec3(value: &Value) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|i| value[i].as_f64().unwrap()))
 }
 
-/// The case's view of the case's file, or of a twin of it.
+/// Renders the case's view of its file, or of a compressed twin.
 fn ours(case: &Value, file: &str) -> Buffers {
     let (scene, _) =
         load(&models().join(file), &LoadOptions::default()).unwrap_or_else(|e| panic!("{file}: {e}"));
@@ -111,13 +111,13 @@ fn animation(case: &Value, scene: &Scene) -> AnimationChoice {
     }
 }
 
-/// The value that 95 of 100 do not exceed.
+/// The 95th percentile.
 fn p95(mut values: Vec<f32>) -> f32 {
     values.sort_by(f32::total_cmp);
     values.get(values.len() * 95 / 100).copied().unwrap_or(0.0)
 }
 
-/// How far apart two pictures may be.
+/// The allowed differences.
 struct Tolerance {
     pixels: usize,
     depth: f32,
@@ -125,14 +125,14 @@ struct Tolerance {
     color: f32,
 }
 
-/// The rounding of the references is half of this.
+/// Twice the rounding error of the references.
 const EXACT: Tolerance = Tolerance { pixels: 2, depth: 2e-4, degrees: 0.2, color: 2e-3 };
-/// Of files with fewer bits for the same.
+/// For files with fewer bits.
 const TWIN: Tolerance = Tolerance { pixels: 5, depth: 5e-4, degrees: 0.8, color: 4e-3 };
-/// Of two that keep hardly any bits on purpose.
+/// For two files with very few bits.
 const COARSE: Tolerance = Tolerance { pixels: 30, depth: 6e-3, degrees: 2.5, color: 1e-2 };
 
-/// What is wrong with `ours`; empty where nothing is.
+/// The differences beyond the tolerance, or an empty text.
 fn compare(theirs: &Buffers, ours: &Buffers, case: &Value, tolerance: &Tolerance) -> String {
     let mut wrong = String::new();
     let mut judge = |what: &str, found: f32, allowed: f32| {
@@ -181,7 +181,7 @@ fn blender_sees_the_same() {
         let file = case["file"].as_str().unwrap();
         let twins = case["twins"].as_array().into_iter().flatten().map(|t| (t.as_str().unwrap(), true));
         for (file, twin) in std::iter::once((file, false)).chain(twins) {
-            // gltfpack sampled this one's animation afresh, 30 times a second, past the key.
+            // gltfpack resampled this animation at 30 Hz, past the key.
             if file.contains("torus_pack_khr_cz") && !case["time"].is_null() {
                 continue;
             }

@@ -1,5 +1,5 @@
-//! Compressed and quantised files against their plain twins, and against what an independent reader
-//! found in them (`models/tests/gltf/README.md`).
+//! Compressed and quantised files against their uncompressed twins, and against an independent reader
+//! (`models/tests/gltf/README.md`).
 
 use std::path::{Path, PathBuf};
 
@@ -28,7 +28,7 @@ fn scene(name: &str) -> Scene {
     load(&folder().join(name), &LoadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}")).0
 }
 
-/// Every file that was examined, with what was found.
+/// Every examined file with the other reader's results.
 fn expected() -> Vec<(String, Value)> {
     let all = |at: &str| {
         let Value::Object(map) = json(&format!("{at}expected.json")) else { panic!("{at}") };
@@ -39,13 +39,13 @@ fn expected() -> Vec<(String, Value)> {
     list
 }
 
-/// At a time, or at rest.
+/// Poses at a time, or at rest.
 fn posed(scene: &Scene, time: Option<f64>) -> PosedScene<'_> {
     let animation = if time.is_some() { AnimationChoice::One(0) } else { AnimationChoice::Rest };
     pose(scene, &PoseSettings { time: time.unwrap_or(0.0), animation, centre: None }).unwrap()
 }
 
-/// Triangles drawn and their area.
+/// The number of drawn triangles and their area.
 fn drawn(posed: &PosedScene) -> (u64, f64) {
     let (mut count, mut area) = (0, 0.0);
     for instance in 0..posed.instances.len() as u32 {
@@ -81,11 +81,11 @@ fn an_independent_reader_finds_the_same_triangles() {
     let mut moved = 0;
     for (name, found) in expected() {
         let scene = scene(&name);
-        // Points and lines, which are not drawn, count in these bounds.
+        // These bounds include points and lines, which are not drawn.
         let other_modes = |p: &Value| p["mode"].as_u64().is_some_and(|mode| mode < 4);
         let bounded = !found["primitives"].as_array().unwrap().iter().any(other_modes);
         check(&name, &posed(&scene, None), &found["world"], bounded);
-        // The other reader knows no pointers.
+        // The other reader does not support KHR_animation_pointer.
         if name == "pointers.glb" {
             continue;
         }
@@ -97,7 +97,7 @@ fn an_independent_reader_finds_the_same_triangles() {
     assert!(moved >= 6, "{moved} poses");
 }
 
-/// Depth, vertex normal and albedo through that camera.
+/// Renders depth, vertex normal and albedo through this camera.
 fn look(posed: &PosedScene, camera: &Camera) -> [Vec<f32>; 3] {
     let (accel, _) = Accel::build(posed, &BuildSettings::default());
     let lit = Lighting::default().resolve(posed, camera);
@@ -107,7 +107,8 @@ fn look(posed: &PosedScene, camera: &Camera) -> [Vec<f32>; 3] {
     layers.into_iter().map(|l| l.values).collect::<Vec<_>>().try_into().unwrap()
 }
 
-/// How many of the pixels that both see differ by more than `tolerance`, and how many one alone sees.
+/// The number of pixels that both cover and that differ by more than `tolerance`, and the number that only
+/// one covers.
 fn differing(ours: &[f32], twins: &[f32], depth: [&[f32]; 2], tolerance: f32) -> (usize, usize) {
     let width = ours.len() / depth[0].len();
     let (mut differ, mut alone) = (0, 0);
@@ -135,7 +136,7 @@ fn compressed_files_look_like_their_twins() {
             if twin.animations.is_empty() { &[None] } else { &[None, Some(0.3), Some(0.7)] };
         for &time in times {
             let (ours, twins) = (posed(&scene, time), posed(&twin, time));
-            // Through the twin's camera, so that both are seen from one place.
+            // Through the twin's camera, so that both have one view.
             let (camera, _) = View { view_dir: Some(DVec3::new(-0.6, -0.7, -0.5)), ..View::default() }
                 .resolve(&twins, SIDE, SIDE)
                 .unwrap();
@@ -144,9 +145,8 @@ fn compressed_files_look_like_their_twins() {
             let seen = depth[1].iter().filter(|d| d.is_finite()).count();
             assert!(seen > 60, "{name}: {seen} pixels seen");
             let size = (twins.bounds().max - twins.bounds().min).length() as f32;
-            // Textures and vertex colours are quantised, normals too; a triangle's edge may shift.
-            // ETC1S and WebP blur what they compress; that it is decoded rightly is tested apart.
-            // Two files show other images than their twin on purpose.
+            // Textures, vertex colours and normals are quantised, and edges may move. ETC1S and WebP are
+            // lossy; their decoding is tested elsewhere. Two files differ from their twin on purpose.
             let textures = match name.as_str() {
                 "basisu.glb" => (0.1, 20),
                 "blender_webp.glb" | "more/blender_webp_fallback.glb" => (0.2, 5),
@@ -167,17 +167,17 @@ fn compressed_files_look_like_their_twins() {
     assert!(compared > 100, "{compared} pictures compared");
 }
 
-/// Twins of files under `more/` are there, or one folder up.
+/// The twin of a file under `more/` is there, or one folder up.
 fn same_folder(name: &str, twin: &str) -> String {
     let beside = name.rsplit_once('/').map_or(twin.to_string(), |(folder, _)| format!("{folder}/{twin}"));
     if folder().join(&beside).exists() { beside } else { twin.to_string() }
 }
 
-/// KHR_animation_pointer: every number that a pointer drives, at eight times.
+/// KHR_animation_pointer: every animated value at eight times.
 #[test]
 fn pointers_drive_what_is_rendered() {
     let (scene, warnings) = load(&folder().join("pointers.glb"), &LoadOptions::default()).unwrap();
-    // The second animation points at what is not there.
+    // The second animation's targets do not exist.
     let left_out = warnings.iter().filter(|w| w.location.starts_with("animations[1]")).count();
     assert!(left_out > 0, "{warnings:?}");
     let Value::Array(list) = json("pointers.json") else { panic!() };
@@ -201,13 +201,13 @@ fn pointers_drive_what_is_rendered() {
     assert_eq!((list.len(), judged), (19, 19 * 8));
 }
 
-/// What a pointer of the fixture means in a posed scene.
+/// The value of a pointer in a posed scene.
 fn read(posed: &PosedScene, pointer: &str) -> Option<Vec<f64>> {
     use blinn::scene::{AlphaMode, FileProjection, LightUnits, PosedLightKind};
     let parts: Vec<&str> = pointer.split('/').skip(1).collect();
     let f = |v: f32| vec![f64::from(v)];
     let material = |i: &str| {
-        // The scene has the materials in the order of their first use, here the file's.
+        // Scene materials are in the order of first use, here that of the file.
         &posed.materials[i.parse::<usize>().unwrap()]
     };
     let transform = |i: &str| material(i).base_color.texture.unwrap().transform;
@@ -233,7 +233,7 @@ fn read(posed: &PosedScene, pointer: &str) -> Option<Vec<f64>> {
             _ => return None,
         },
         [.., "lights", i, "intensity"] => {
-            // The light's colour never has a red other than 1 here.
+            // The light's red is always 1 here.
             let factor = LightUnits::Raw.factor(stored(i).kind);
             f(light(i).intensity.x / factor)
         }
@@ -259,7 +259,7 @@ fn read(posed: &PosedScene, pointer: &str) -> Option<Vec<f64>> {
         ["nodes", i, "translation"] => {
             posed.node_to_world(i.parse().unwrap()).translation.to_array().to_vec()
         }
-        // The target moves a vertex by its weight: the weight shows in the positions.
+        // The morph target moves a vertex by its weight, which the position shows.
         ["nodes", i, "weights", _] => {
             let node: u32 = i.parse().unwrap();
             let instance = posed.scene.instances.iter().position(|x| x.node == node).unwrap() as u32;

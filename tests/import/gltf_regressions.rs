@@ -1,5 +1,5 @@
-//! What loaders of glTF files are known to get wrong, one test for each, from file to picture.
-//! (OBJ's have theirs beside its reader.)
+//! Known pitfalls of glTF loaders, one test for each, from file to picture. Those of OBJ are tested beside
+//! its importer.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ fn model(name: &str) -> Scene {
     load(&path, &LoadOptions::default()).unwrap().0
 }
 
-/// One layer of a small picture of the unit square, from +z.
+/// Renders one layer of the unit square from +z, 8 × 8 pixels.
 fn look(scene: &Scene, aov: Aov) -> Vec<f32> {
     let posed = pose(scene, &PoseSettings::default()).unwrap();
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -56,7 +56,7 @@ fn seen(scene: &Scene) -> usize {
     look(scene, Aov::Mask).iter().filter(|&&m| m > 0.5).count()
 }
 
-/// The first numbers of the lowest row's first pixel, which the triangle covers.
+/// The values of the first pixel in the bottom row, which the triangle covers.
 fn corner(scene: &Scene, aov: Aov) -> Vec<f32> {
     let values = look(scene, aov);
     let width = values.len() / 64;
@@ -132,7 +132,7 @@ fn textures_without_coordinates_are_told_of() {
         let [one] = &warnings[..] else { panic!("{warnings:?}") };
         assert!(one.contains("'wood'") && one.contains("(set 1)"), "{one}");
     }
-    // As elsewhere, a name is cut, and shown in the direction in which it is written.
+    // Names are shortened, and control characters escaped.
     let mut file = textured(json!({"mimeType": "image/png"}), &png([255, 0, 0, 255]));
     file.json["materials"][0]["name"] = json!(format!("\u{202e}{}", "wood".repeat(2500)));
     file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = json!(1);
@@ -140,7 +140,7 @@ fn textures_without_coordinates_are_told_of() {
     assert!(one.len() < 500 && one.contains("\\u{202e}wood"), "{one}");
 }
 
-/// The triangle with an image of its own as base colour.
+/// The triangle with an image as base colour.
 fn textured(image: Value, bytes: &[u8]) -> Fixture {
     let mut file = triangle();
     set_uvs(&mut file, 0, [[0.0, 0.0]; 3]);
@@ -186,7 +186,7 @@ fn p07_a_stride_that_cannot_be_is_repaired() {
 
 #[test]
 fn p08_mirrored_nodes_turn_their_winding() {
-    // Single-sided, so a face that is taken for its back is not seen.
+    // Single-sided, so back faces are invisible.
     let mut file = triangle();
     file.json["nodes"][0] = json!({"mesh": 0, "scale": [-1, 1, 1], "translation": [1, 0, 0]});
     let scene = file.load().0;
@@ -197,7 +197,7 @@ fn p08_mirrored_nodes_turn_their_winding() {
     assert_eq!(seen(&file.load().0), 0, "mirrored along z it shows its back");
 }
 
-/// A skin's joints place its vertices, and its node still says which side is the front.
+/// Joints place a skin's vertices; its node's transform still determines the front side.
 #[test]
 fn p08_mirrored_nodes_turn_the_winding_of_skins() {
     let mut file = triangle();
@@ -218,7 +218,7 @@ fn p08_mirrored_nodes_turn_the_winding_of_skins() {
 #[test]
 fn p09_without_normals_a_mesh_is_flat() {
     let mut file = triangle();
-    // A fold along x = y, whose two halves share vertices.
+    // A fold along x = y whose halves share vertices.
     let positions = file.vec3(&[[0.0, 0.0, 0.0], [1.0, 0.0, -1.0], [1.0, 1.0, 0.0], [0.0, 1.0, -1.0]]);
     let indices = file.accessor(5121, "SCALAR", 6, &[0, 1, 2, 0, 2, 3]);
     *file.primitive() = json!({"attributes": {"POSITION": positions}, "indices": indices});
@@ -243,7 +243,7 @@ fn p10_textures_use_the_set_of_coordinates_that_they_name() {
     assert_eq!(corner(&file.load().0, Aov::Albedo)[0], 0.0);
     file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = json!(1);
     assert_eq!(corner(&file.load().0, Aov::Albedo)[0], 1.0);
-    // And the transform may name another.
+    // KHR_texture_transform may override the set.
     file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] =
         json!({"KHR_texture_transform": {"texCoord": 0}});
     assert_eq!(corner(&file.load().0, Aov::Albedo)[0], 0.0);
@@ -263,7 +263,7 @@ fn p11_the_texture_transform_counts_in_every_slot() {
         "extensions": {"KHR_materials_specular": {"specularTexture": slot, "specularColorTexture": slot},
             "KHR_materials_transmission": {"transmissionTexture": slot, "transmissionFactor": 0.5}}}));
     let text = format!("{:?}", file.load().0.materials[0]);
-    // Metallic and roughness share theirs.
+    // Metallic and roughness share one texture.
     assert_eq!(text.matches("offset: Vec2(0.5, 0.0)").count(), 9, "{text}");
 }
 
@@ -273,17 +273,17 @@ fn p12_normal_maps_get_tangents_and_mirrored_ones_their_own() {
     let slot = json!({"index": 0});
     file.json["materials"][0] = json!({"normalTexture": slot});
     set_uvs(&mut file, 0, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
-    // The map's x lies along +x, and along −x where the image is mirrored.
+    // The map's x axis is +x, or −x with mirrored coordinates.
     let straight = corner(&file.load().0, Aov::Normal);
     set_uvs(&mut file, 0, [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]]);
     let mirrored = corner(&file.load().0, Aov::Normal);
     assert!(straight[0] > 0.9 && mirrored[0] < -0.9, "{straight:?} {mirrored:?}");
 }
 
-/// A map is of the surface before it is scaled: its normal goes to the world as normals do, by the inverse.
+/// Normal maps apply before scaling: their normals are transformed by the inverse transpose, as others are.
 #[test]
 fn p12_normal_maps_are_scaled_with_their_surface() {
-    // Half a step along x for .866 up.
+    // A normal of (.5, 0, .866).
     let mut file = textured(json!({}), &png([191, 128, 238, 255]));
     file.json["materials"][0] = json!({"normalTexture": {"index": 0}});
     set_uvs(&mut file, 0, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
@@ -301,13 +301,14 @@ fn p12_normal_maps_are_scaled_with_their_surface() {
     }
 }
 
-/// A map's scale is of its x and y, and in Blender's files its strength: below 1, z goes to 1 with it.
+/// `normalTexture.scale` scales x and y. In Blender's files it is the strength, and z approaches 1 below a
+/// scale of 1.
 #[test]
 fn p12_normal_maps_are_scaled_as_their_program_means_it() {
     let mut file = textured(json!({}), &png([219, 128, 219, 255]));
     file.json["materials"][0] = json!({"normalTexture": {"index": 0, "scale": 0.5}});
     set_uvs(&mut file, 0, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
-    // The map's normal is 45 degrees away.
+    // The map's normal is at 45 degrees.
     for (generator, degrees) in [("other", 26.565), ("Khronos glTF Blender I/O v5.0.21", 22.5)] {
         file.json["asset"]["generator"] = json!(generator);
         let n = corner(&file.load().0, Aov::Normal);
@@ -382,7 +383,7 @@ fn p17_nodes_that_contain_themselves_are_an_error() {
     assert!(file.try_load().map(|_| ()).unwrap_err().contains("its own descendant"));
 }
 
-/// The triangle's colour where the light of `node` shines at it from z = 1.
+/// The posed lights of a scene with this light at `node`, at z = 1 above the triangle.
 fn lit_by(light: Value, node: Value) -> Vec<blinn::scene::PosedLight> {
     let mut file = triangle();
     file.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([light]);
@@ -424,7 +425,7 @@ fn p19_a_nodes_scale_changes_no_light_and_no_camera() {
     assert_eq!(camera(json!([1, 1, 1])), camera(json!([5, 2, 3])));
 }
 
-/// What mirrors a camera mirrors its picture, as in Blender and three.js.
+/// A mirrored camera mirrors its picture, as in Blender and three.js.
 #[test]
 fn p19_a_mirrored_camera_sees_things_mirrored() {
     let camera = |scale: Value, turn: Value| {
@@ -440,7 +441,7 @@ fn p19_a_mirrored_camera_sees_things_mirrored() {
     let mirrored = camera(json!([-2, 2, 2]), straight.clone());
     assert_eq!((mirrored.u, mirrored.v, mirrored.w), (DVec3::NEG_X, DVec3::Y, DVec3::Z));
     assert_eq!(camera(json!([2, 3, 4]), straight.clone()), camera(json!([1, 1, 1]), straight));
-    // An eighth of a turn about z, drawn out along x.
+    // An eighth of a turn about z, stretched along x.
     let sheared = camera(json!([3, 1, 1]), json!([0, 0, 0.382_683_43, 0.923_879_53]));
     let (u, v) = (DVec3::new(3.0, 1.0, 0.0).normalize(), DVec3::new(-3.0, 1.0, 0.0).normalize());
     assert!(sheared.u.distance(u) < 1e-6 && sheared.v.distance(v) < 1e-6 && sheared.w == DVec3::Z);
@@ -484,7 +485,7 @@ fn p20_the_order_of_blended_faces_in_the_file_does_not_matter() {
     assert_eq!(colors, picture([1, 0]));
 }
 
-/// Of copies, by EXT_mesh_gpu_instancing: three.js's `_COLOR_0` multiplies what vertices and material say.
+/// EXT_mesh_gpu_instancing: three.js's `_COLOR_0` multiplies vertex and material colours.
 #[test]
 fn a_copy_has_a_colour_of_its_own() {
     let mut file = triangle();

@@ -1,5 +1,5 @@
-//! What Blender's exporter does to lights, undone: nine files (`models/scripts/light_units.py`), a
-//! light of each kind in each lighting mode, against Cycles' radiance of the scene they came from.
+//! Light units of Blender's exporter: nine files (`models/scripts/light_units.py`), a light of each kind in
+//! each lighting mode, against Cycles' radiance of the original scene.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -33,12 +33,12 @@ fn cycles(kind: &str) -> Vec<Vec3> {
     r.iter().zip(&g).zip(&b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect()
 }
 
-/// The file's light on surfaces that reflect their base colour and nothing else.
+/// The radiance of the file's scene with diffuse materials in their base colour.
 fn ours(kind: &str, mode: &str, units: LightUnits) -> Vec<Vec3> {
     let path = folder().join(format!("{kind}_{mode}.glb"));
     let (mut scene, _) = load(&path, &LoadOptions::default()).unwrap();
     for material in &mut scene.materials {
-        // k_d = base exactly: Blender's diffuse shader, not the mapping of a glossy one.
+        // k_d = base: Blender's diffuse shader, not the mapping of glossy materials.
         material.reflectance = Reflectance::Mtl(MtlReflectance::default());
     }
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
@@ -51,7 +51,7 @@ fn ours(kind: &str, mode: &str, units: LightUnits) -> Vec<Vec3> {
     pixels.colors.iter().map(|c| c.truncate()).collect()
 }
 
-/// A diffuse scene is as bright as Blender's, in watts per steradian and square metre.
+/// Diffuse radiance equals Blender's, in W/(sr m²).
 #[test]
 fn with_the_right_unit_a_diffuse_scene_equals_blenders() {
     for kind in KINDS {
@@ -71,13 +71,13 @@ fn with_the_right_unit_a_diffuse_scene_equals_blenders() {
             assert!(errors.len() > 1000, "{kind} {mode}: {} lit", errors.len());
             let (median, p90) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
             assert!(median < 0.002 && p90 < 0.01, "{kind} {mode}: median {median}, 90 % {p90}");
-            // Shadows and the spot's edge fall into the same pixels.
+            // Shadows and the spot's edge cover the same pixels.
             assert!(sides < 30, "{kind} {mode}: {sides} pixels are lit in one alone");
         }
     }
 }
 
-/// Runs the program, and gives its picture and what it told.
+/// Runs the program. Returns the picture and the messages.
 fn picture(folder: &Path, scene: &Path, flags: &[&str], out: &str) -> (image::GrayImage, String) {
     let fixed = ["render", scene.to_str().unwrap(), "--size", "48x36", "-s", "1", "-v", "-o", out];
     let output = Command::new(env!("CARGO_BIN_EXE_blinn"))
@@ -91,13 +91,12 @@ fn picture(folder: &Path, scene: &Path, flags: &[&str], out: &str) -> (image::Gr
     (image::open(folder.join(out)).unwrap().into_luma8(), told)
 }
 
-/// What the log says of a picture's exposure.
+/// The log's line about the exposure.
 fn exposure(told: &str) -> &str {
     told.lines().find_map(|l| l.strip_prefix("exposure: ")).unwrap_or_else(|| panic!("{told}"))
 }
 
-/// Whatever the mode, the picture that a user gets without a flag is a picture, and the log's line
-/// makes the same again.
+/// In every mode, the default exposure is usable, and the flag that the log prints reproduces it.
 #[test]
 fn every_mode_is_exposed_and_the_log_says_how() {
     let dir = tempfile::tempdir().unwrap();
@@ -120,7 +119,7 @@ fn every_mode_is_exposed_and_the_log_says_how() {
     }
 }
 
-/// A scene of the folder with its ball, the third material, changed.
+/// A scene with its ball, the third material, changed.
 fn with_ball(scene: &str, change: serde_json::Value) -> Vec<u8> {
     changed(scene, |json| {
         for (key, value) in change.as_object().unwrap() {
@@ -129,7 +128,7 @@ fn with_ball(scene: &str, change: serde_json::Value) -> Vec<u8> {
     })
 }
 
-/// A scene of the folder whose JSON is changed.
+/// A scene with its JSON changed.
 fn changed(scene: &str, change: impl FnOnce(&mut serde_json::Value)) -> Vec<u8> {
     let glb = std::fs::read(folder().join(scene)).unwrap();
     let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
@@ -143,7 +142,7 @@ fn changed(scene: &str, change: impl FnOnce(&mut serde_json::Value)) -> Vec<u8> 
     [head.concat(), text, bin.to_vec()].concat()
 }
 
-/// What shines by itself is in no unit: it tells nothing about the lights', and stays as bright as it is.
+/// Emission has no light unit: it does not affect metering, and is not scaled with the lights.
 #[test]
 fn what_emits_is_neither_metered_nor_scaled_with_the_lights() {
     let dir = tempfile::tempdir().unwrap();
@@ -164,7 +163,7 @@ fn what_emits_is_neither_metered_nor_scaled_with_the_lights() {
             let (usual, others) = picture(&[]);
             let ratio = scale(&others) / scale(&told);
             assert!((0.9..1.1).contains(&ratio), "{name} {mode}: {others}, without {told}");
-            // The ball by itself, where it is bright enough to be told from the background.
+            // The ball's own pixels, where they are brighter than the background.
             let (alone, _) = picture(&["--lights", "none", "--ambient", "0,0,0", "--exposure", "0"]);
             let mut shines = 0;
             for ((usual, alone), plain) in usual.iter().zip(alone.iter()).zip(plain.iter()) {
@@ -180,7 +179,8 @@ fn what_emits_is_neither_metered_nor_scaled_with_the_lights() {
     }
 }
 
-/// A dark room with a pool of light is dark on purpose: its lights stay as they are, unless even the pool is dark.
+/// A dark room with a pool of light is dark on purpose: its lights keep their units, unless the pool is dark
+/// as well.
 #[test]
 fn a_dark_room_with_a_bright_pool_keeps_its_lights() {
     let dir = tempfile::tempdir().unwrap();

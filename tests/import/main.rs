@@ -1,5 +1,6 @@
-//! Files against what other programs see in them: Blender's buffers, Cycles' radiance, an independent glTF reader,
-//! and the glTF specification where loaders are known to fail. What unit tests hold stands beside src/import.
+//! Imported files against other programs: Blender's render passes, Cycles' radiance, an independent glTF
+//! reader, and the glTF specification where loaders are known to fail. Unit tests of importers are in
+//! src/import.
 //!
 //! - `blender_references`: mask, depth, normal and base colour of our models against Blender's
 //! - `compressed_assets`: Draco, meshopt and quantised files against their uncompressed twins

@@ -1,6 +1,6 @@
-//! The pixel's samples against a plain stratified pattern: the error of pictures that are formulas,
-//! against 1,024 samples. docs/explanation/antialiasing.md has the table;
-//! `cargo test --test render antialiasing:: -- --nocapture` prints it.
+//! Sampling error of procedural pictures against 1,024 samples, compared with plain stratified sampling.
+//! docs/explanation/antialiasing.md has the table; `cargo test --test render antialiasing:: -- --nocapture`
+//! prints it.
 
 use blinn::geometry::Rgba;
 use blinn::integrator::{Frame, Integrator, Sample, Scratch};
@@ -12,10 +12,10 @@ use glam::UVec2;
 
 use crate::common::scenes;
 
-/// Pictures are this many pixels wide and high.
+/// Width and height of the pictures in pixels.
 const SIDE: u32 = 64;
 
-/// What samplers are held against: one sample at random in each cell of rows of cells.
+/// The baseline: jittered sampling, one random sample in each cell of a grid.
 struct Stratified {
     count: u32,
 }
@@ -38,7 +38,7 @@ impl Sampler for Stratified {
     }
 }
 
-/// A picture: its brightness at a place on the film, in pixels from the upper left corner.
+/// A picture: brightness as a function of a point on the film, in pixels from the upper left corner.
 type Picture = Box<dyn Fn(f64, f64) -> f64>;
 
 /// Half planes with edges of sixteen slopes.
@@ -52,12 +52,12 @@ fn edges() -> Vec<Picture> {
     (0..16).map(edge).collect()
 }
 
-/// Rings that narrow to 0.7 of a cycle per pixel in the far corner.
+/// Rings up to 0.7 cycles per pixel in the far corner.
 fn zone_plate() -> Picture {
     Box::new(|x, y| 0.5 + 0.5 * libm::sin((x * x + y * y) * std::f64::consts::PI / 128.0))
 }
 
-/// A chequered floor up to the horizon.
+/// A checkerboard floor up to the horizon.
 fn floor() -> Picture {
     let tiles = |x: f64, y: f64| {
         if y < 8.0 {
@@ -70,7 +70,7 @@ fn floor() -> Picture {
     Box::new(tiles)
 }
 
-/// The pixels' values, picture after picture.
+/// Pixel values of each picture.
 fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: PixelFilter) -> Vec<Vec<f64>> {
     let filter = filter.prepare();
     let mut values = vec![Vec::new(); pictures.len()];
@@ -86,7 +86,7 @@ fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: PixelFi
     values
 }
 
-/// The root of the mean square of the error over the pixels that are not all one colour.
+/// The root mean square error over the pixels that are not uniform.
 fn error(found: &[Vec<f64>], wanted: &[Vec<f64>]) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
     for (&a, &b) in found.iter().flatten().zip(wanted.iter().flatten()) {
@@ -105,7 +105,7 @@ fn beats_a_plain_stratified_pattern_on_edges_zone_plate_and_floor() {
     let scenes =
         [("edges", 0..slopes), ("zone plate", slopes..slopes + 1), ("floor", slopes + 1..slopes + 2)];
     for filter in [PixelFilter::Box, PixelFilter::Tent, PixelFilter::Gaussian, PixelFilter::BlackmanHarris] {
-        // Of another seed, so that no sample is part of what it is held against.
+        // A different seed, so that the reference shares no samples.
         let wanted = draw(&pictures, &LowDiscrepancySampler { seed: 1, count: 1024 }, 1024, filter);
         for count in [4, 16, 64] {
             let ours = draw(&pictures, &LowDiscrepancySampler { seed: 0, count }, count, filter);
@@ -120,7 +120,7 @@ fn beats_a_plain_stratified_pattern_on_edges_zone_plate_and_floor() {
     }
 }
 
-/// A bright disc before nothing, whose edge is the only thing there is to see.
+/// A bright disc on an empty background.
 struct Disc;
 
 impl Integrator for Disc {
@@ -149,8 +149,8 @@ fn disc(settings: &RenderSettings) -> Vec<Rgba> {
     render(&frame, &Disc, settings, &()).unwrap().colors
 }
 
-/// Adaptive sampling has nearly the error of all samples for all pixels on an edge, and leaves what is even at its
-/// four; parts of a picture and tiles of any size are sampled as the whole is.
+/// Adaptive sampling has nearly the error of full sampling on edges, and takes four samples in uniform
+/// regions. Crops and tiles of any size take the same samples as the whole picture.
 #[test]
 fn adaptive_samples_go_where_the_picture_changes() {
     let settings = |samples| RenderSettings { width: 97, height: 61, samples, ..RenderSettings::default() };

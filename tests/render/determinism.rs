@@ -1,4 +1,5 @@
-//! The same inputs make the same bytes: on any number of threads, for any tile size and any tree.
+//! The same input gives the same bytes: on any number of threads, for any tile size, BVH preset and SIMD
+//! level.
 
 use std::path::Path;
 
@@ -15,7 +16,7 @@ fn scene(name: &str) -> Scene {
     load(&path, &LoadOptions::default()).unwrap().0
 }
 
-/// How soft light is, and what is below the scene.
+/// Softness of the light, and the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Light {
     Plain,
@@ -57,7 +58,7 @@ fn picture_with(
         let frame =
             Frame { ambient_occlusion: occlusion, ground, ..Frame::new(&posed, &accel, camera, &lit) };
         let pixels = render(&frame, &Phong::default(), &settings, &()).unwrap();
-        // Steps are the tree's, and other trees have others.
+        // Traversal steps depend on the BVH.
         let pictured: Vec<Aov> = Aov::ALL.into_iter().filter(|aov| *aov != Aov::Steps).collect();
         let layers = render_aovs(&frame, &pictured, &settings, &()).unwrap();
         (pixels, layers.iter().map(|l| l.values.iter().map(|v| v.to_bits()).collect()).collect())
@@ -93,7 +94,7 @@ fn threads_tiles_and_trees_do_not_show() {
     }
 }
 
-/// Threads × tiles × tiers of instructions, five times each.
+/// Threads × tile sizes × SIMD levels, five times each.
 #[test]
 #[ignore = "takes minutes: just determinism"]
 fn the_whole_matrix_is_one_picture() {

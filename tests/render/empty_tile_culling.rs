@@ -1,4 +1,4 @@
-//! Where no ray can meet anything none is traced, and the picture is the same.
+//! Tiles that no ray can hit are skipped, and the picture is the same.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use crate::common::scenes::{self, Rng};
 
-/// Counts the samples that it is asked for, wherever they are or where something may be seen.
+/// Counts shaded samples, with or without the region where something may be visible.
 struct Counting {
     everywhere: bool,
     samples: AtomicUsize,
@@ -37,7 +37,7 @@ impl Integrator for Counting {
     }
 }
 
-/// The pictures are alike; how many samples were asked for, of all and of those that are needed.
+/// Checks that both pictures are equal. Returns the number of samples without and with culling.
 fn asked(frame: &Frame, settings: &RenderSettings) -> [usize; 2] {
     let [all, some] = [true, false].map(|everywhere| {
         let integrator = Counting { everywhere, samples: AtomicUsize::new(0) };
@@ -74,7 +74,7 @@ fn pictures_are_the_same_from_anywhere() {
                 let filter = [PixelFilter::Box, PixelFilter::BlackmanHarris][round % 2];
                 let settings =
                     RenderSettings { width: 64, height: 40, samples, filter, tile: 16, ..Default::default() };
-                // From outside and inside, at the scene and past it.
+                // From outside and inside, towards the scene and past it.
                 let from = middle + rng.direction() * size * [0.2, 0.8, 3.0][round / 4];
                 let at = middle + rng.direction() * size * 0.4;
                 let view = View {

@@ -1,5 +1,5 @@
-//! The mapping of physical materials, through the whole renderer, against the microfacet surface that they
-//! mean: the comparison of docs/scripts/ggx.py, which has its set-up in words.
+//! Metallic-roughness materials through the whole renderer, against the GGX microfacet surface that they
+//! stand for. docs/scripts/ggx.py describes the set-up.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,7 +17,7 @@ use glam::{DVec3, Vec3};
 const BASE: f64 = 0.8;
 const SIDE: u32 = 256;
 
-/// A ball of unit radius with normals of its own: its pixels' normals are the true ones to a thousandth.
+/// A ball of unit radius whose vertex normals are exact to a thousandth.
 fn ball() -> Mesh {
     let (around, down) = (256, 128);
     let mut mesh = Mesh::default();
@@ -49,7 +49,7 @@ fn physical(metallic: f64, roughness: f64) -> Material {
     }
 }
 
-/// Red of each pixel, seen from far away and lit from `angle` beside the eye.
+/// The red channel of each pixel, seen from far away and lit at `angle` to the view direction.
 fn seen(mesh: &Mesh, material: Material, ambient: Rgb, angle: f64) -> Vec<f64> {
     let scene = Scene {
         materials: vec![material],
@@ -71,7 +71,7 @@ fn seen(mesh: &Mesh, material: Material, ambient: Rgb, angle: f64) -> Vec<f64> {
     let (camera, _) = view.resolve(&posed, SIDE, SIDE).unwrap();
     let lit = Lighting::default().resolve(&posed, &camera);
     let frame = Frame {
-        // An irradiance of π, in the lecture's units, which leave out that of the Lambertian surface.
+        // An irradiance of π: the lecture's units leave out the 1/π of Lambertian reflection.
         lights: vec![PosedLight::sun(-DVec3::new(angle.sin(), 0.0, angle.cos()), Rgb::ONE)],
         ambient,
         shadows: false,
@@ -82,7 +82,7 @@ fn seen(mesh: &Mesh, material: Material, ambient: Rgb, angle: f64) -> Vec<f64> {
     pixels.colors.iter().map(|c| f64::from(c.x)).collect()
 }
 
-/// The microfacet surface's radiance.
+/// The radiance of the microfacet surface.
 fn ggx(n: DVec3, metallic: f64, roughness: f64, angle: f64) -> f64 {
     let (v, l) = (DVec3::Z, DVec3::new(angle.sin(), 0.0, angle.cos()));
     let h = (v + l).normalize();
@@ -103,7 +103,7 @@ fn shown(v: f64) -> f64 {
     255.0 * f64::from(linear_to_srgb(v.clamp(0.0, 1.0) as f32))
 }
 
-/// Mean |Δ| in steps of 255, over the ball, four lights and ten roughnesses.
+/// Mean |Δ| of 255 over the ball, four lights and ten roughnesses.
 fn difference(metallic: f64) -> f64 {
     let mesh = ball();
     let place = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
@@ -126,8 +126,9 @@ fn difference(metallic: f64) -> f64 {
     sum / 40.0
 }
 
-/// What docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md says: .35 and 12.1. Highlights that fall between pixels are widened on the way (at
-/// roughness .1), and pixels at the rim may see past the polygon: hence what is allowed beside it.
+/// docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md has .35 and 12.1. Specular antialiasing
+/// widens highlights narrower than a pixel (at roughness .1), and pixels at the silhouette may miss the
+/// polygon: hence the tolerance.
 #[test]
 fn the_mapping_is_as_near_to_ggx_as_design_md_says() {
     let (dielectric, metal) = (difference(0.0), difference(1.0));
@@ -136,7 +137,7 @@ fn the_mapping_is_as_near_to_ggx_as_design_md_says() {
     assert!((metal - 12.14).abs() < 0.4, "{metal}");
 }
 
-/// Files write normals of no length, and some that are no numbers: those have no turn to widen a highlight by.
+/// Normals without length or with NaN have no curvature to widen a highlight by.
 #[test]
 fn normals_that_say_nothing_are_as_good_as_none() {
     let flat = Mesh { normals: Vec::new(), ..ball() };
@@ -148,7 +149,7 @@ fn normals_that_say_nothing_are_as_good_as_none() {
     }
 }
 
-/// Rough ones too, which have little but what their microfacets scatter, and what is ambient.
+/// Including rough metals, which reflect mostly ambient light.
 #[test]
 fn a_metal_by_specular_and_glossiness_is_the_metal_by_base_and_roughness() {
     let mesh = ball();

@@ -1,7 +1,7 @@
-//! Golden images: each term of the lecture on one small scene, and one picture of each model.
+//! Reference images: each term of the lecture on one small scene, and one picture of each model.
 //!
-//! No pixel may differ by more than 2 of 255. `GOLDEN=update` rewrites them; a failure leaves a
-//! strip of expected, actual and difference in target/golden.
+//! No channel may differ by more than 2 of 255. `GOLDEN=update` rewrites the images; a failure writes a strip
+//! of expected, actual and difference to target/golden.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -50,7 +50,7 @@ impl Shot {
         }
     }
 
-    /// The lecture's scene and first view, lit by one point light and nothing else.
+    /// The lecture's scene and first view, lit by one point light.
     fn lecture(stage: Stage) -> Shot {
         let view = load_camera_xml(&path("lecture/view-1.xml")).unwrap();
         let light = UserLight::Point { position: DVec3::new(4.0, 6.0, 1.0), intensity: Rgb::splat(40.0) };
@@ -163,7 +163,7 @@ fn save(file: &Path, width: u32, pixels: &[[u8; 4]]) {
     image::RgbImage::from_raw(width, height, rgb).unwrap().save(file).unwrap();
 }
 
-/// Expected, actual and eight times their difference, side by side.
+/// Writes expected, actual and eight times their difference side by side.
 fn leave_strip(name: &str, expected: &[[u8; 4]], actual: &[[u8; 4]]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/golden");
     fs::create_dir_all(&folder).unwrap();

@@ -1,4 +1,4 @@
-//! Every row of the lecture, with a known answer.
+//! Every formula of the lecture, with known answers.
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::Rgb;
@@ -10,7 +10,7 @@ use blinn::scene::{
 };
 use glam::{DQuat, DVec3, Vec3};
 
-/// A matte and shiny material of the lecture's own coefficients.
+/// A material with the lecture's own coefficients.
 fn material(k_a: Rgb, k_d: Rgb, k_s: Rgb, p: f32) -> Material {
     Material {
         base_color: ColorInput::new(k_d),
@@ -35,7 +35,7 @@ fn square() -> Mesh {
     }
 }
 
-/// Squares at (translation, rotation), all of one material.
+/// Squares at these translations and rotations, all of one material.
 fn squares(at: &[(DVec3, DQuat)], material: Material) -> Scene {
     let mut scene = Scene { materials: vec![material], meshes: vec![square()], ..Default::default() };
     for (i, &(translation, rotation)) in at.iter().enumerate() {
@@ -49,12 +49,12 @@ fn squares(at: &[(DVec3, DQuat)], material: Material) -> Scene {
 
 const FLAT: (DVec3, DQuat) = (DVec3::ZERO, DQuat::IDENTITY);
 
-/// L of what an eye at `eye` sees at the origin, slightly off the square's diagonal.
+/// The radiance L at the origin, seen from `eye` slightly off the square's diagonal.
 fn seen(scene: &Scene, eye: DVec3, lights: &[PosedLight], ambient: Rgb, stage: Stage) -> Vec3 {
     seen_under(scene, eye, lights, ambient, None, stage)
 }
 
-/// The same under a sky.
+/// The same under an environment map.
 fn seen_under(
     scene: &Scene,
     eye: DVec3,
@@ -105,8 +105,8 @@ fn close(got: f32, expected: f64, tolerance: f64) {
 
 const EYE: DVec3 = DVec3::new(0.0, 0.0, 5.0);
 
-/// Ka weighs I_a, the lecture's one number. The light of a sky is reflected by k_d, whatever Ka says: many
-/// exporters write none.
+/// k_a weighs I_a, the lecture's constant ambient light. An environment map is reflected by k_d instead,
+/// since many exporters write no Ka.
 #[test]
 fn a_sky_lights_what_is_matt_by_its_diffuse_colour() {
     let (k_a, k_d, light) = (Rgb::new(0.0, 0.2, 0.2), Rgb::new(0.5, 0.25, 0.125), Rgb::new(2.0, 1.0, 4.0));
@@ -138,7 +138,7 @@ fn camera(view: &View, n_x: u32, n_y: u32) -> Camera {
     camera
 }
 
-/// Pixel (i, j) of n_x × n_y, j upward: the ray through its centre.
+/// The ray through the centre of pixel (i, j) of n_x × n_y, j upward.
 fn ray(camera: &Camera, (i, j): (u32, u32), (n_x, n_y): (u32, u32)) -> (Vec3, Vec3) {
     let (x, y) = ((f64::from(i) + 0.5) / f64::from(n_x), (f64::from(j) + 0.5) / f64::from(n_y));
     let ray = camera.eye_ray(x, y, DVec3::ZERO);
@@ -187,7 +187,7 @@ fn the_second_of_the_lectures_views_is_exactly_twice_as_wide() {
     let (far, near) = (camera(&lecture_view(6.0), 1280, 720), camera(&lecture_view(3.0), 1280, 720));
     assert_eq!(far.basis, near.basis);
     for pixel in [(0, 0), (1279, 0), (640, 719), (17, 400)] {
-        // Where the ray crosses the plane at distance 1: (u, v)/d.
+        // The intersection of the ray with the plane at distance 1: (u, v)/d.
         let on_plane = |camera: &Camera| {
             let x = (f64::from(pixel.0) + 0.5) / 1280.0;
             let y = (f64::from(pixel.1) + 0.5) / 720.0;
@@ -198,7 +198,7 @@ fn the_second_of_the_lectures_views_is_exactly_twice_as_wide() {
         };
         let (a, b) = (on_plane(&far), on_plane(&near));
         assert_eq!((2.0 * a.0, 2.0 * a.1), b);
-        // And so do the rays themselves, to their last bit or two.
+        // The rays agree to their last two bits.
         let direction = |c: &Camera| ray(c, pixel, (1280, 720)).1.as_dvec3();
         let tangent = |c: &Camera, axis: DVec3| direction(c).dot(axis) / -direction(c).dot(c.basis.w);
         for axis in [far.basis.u, far.basis.v] {
@@ -253,7 +253,7 @@ fn a_blocked_light_leaves_the_ambient_alone() {
     let blocked = seen(&squares(&[FLAT, blocker], m.clone()), EYE, &light, ambient, Stage::Phong);
     assert!(free.x > 0.5);
     close(blocked.x, 0.05, 1e-6);
-    // The stages before shadows and ambient: light goes through, and then none is left at all.
+    // The stages before shadows and ambient: first the light passes, then none is left.
     let stage = |stage| seen(&squares(&[FLAT, blocker], m.clone()), EYE, &light, ambient, stage).x;
     assert!(stage(Stage::Diffuse) > 0.5);
     assert_eq!(stage(Stage::Shadow), 0.0);
@@ -279,8 +279,7 @@ fn lights_add_up() {
 
 #[test]
 fn the_highlight_is_the_cosine_to_the_power_p() {
-    // Light at angle a, eye at angle b on either side of the normal: the half vector leans by
-    // (a − b)/2.
+    // Light at angle a and eye at angle b on either side of the normal: the half vector is at (a − b)/2.
     let mut checked = 0;
     for p in [10.0f32, 100.0, 1000.0] {
         let scene = squares(&[FLAT], material(Rgb::ZERO, Rgb::ZERO, Rgb::ONE, p));

@@ -1,4 +1,4 @@
-//! A picture does not depend on where its scene is and how large: everything about rays is relative.
+//! Pictures do not depend on the scene's scale and position: all ray tolerances are relative.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use blinn::scene::{
 };
 use glam::{DAffine3, DVec3};
 
-/// Scenes with cameras, lamps of each kind, cut-outs, glass, copies of one thing, and what joints place.
+/// Scenes with cameras, lights of each kind, alpha masks, glass, instances and skins.
 const SCENES: [&str; 6] = [
     "cornell/cornell.glb",
     "alpha/alpha.glb",
@@ -23,12 +23,11 @@ const SCENES: [&str; 6] = [
 
 fn scene(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
-    // At rest: what moves it are lengths too, and nothing that a picture shows.
+    // Without animations, whose keys are lengths too.
     Scene { animations: Vec::new(), ..load(&path, &LoadOptions::default()).unwrap().0 }
 }
 
-/// The scene as its author would have made it `s` times as large: whatever is a length with it, and
-/// intensities by the square, so that as much light arrives.
+/// The scene scaled by `s`: all lengths by `s`, and intensities by s² for the same irradiance.
 fn scaled(mut scene: Scene, s: f64) -> Scene {
     moved(&mut scene, DAffine3::from_scale(DVec3::splat(s)));
     for camera in &mut scene.cameras {
@@ -48,20 +47,21 @@ fn scaled(mut scene: Scene, s: f64) -> Scene {
     scene
 }
 
-/// Moves all that has no node above it.
+/// Transforms the root nodes.
 fn moved(scene: &mut Scene, by: DAffine3) {
     for node in scene.nodes.iter_mut().filter(|n| n.parent.is_none()) {
         node.local = LocalTransform::Matrix(by * node.local.affine());
     }
 }
 
-/// With shadows of wide lights, occlusion and a ground, all sized by `s`.
+/// Renders with soft shadows, ambient occlusion and a ground, all sized by `s`.
 fn picture(scene: &Scene, s: f64) -> Pixels {
     let posed = pose(scene, &PoseSettings::default()).unwrap();
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
     let settings = RenderSettings { width: 64, height: 36, samples: 4, ..Default::default() };
     let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
-    // A sun's radius is an angle, and one radius is for all lights. The rig of a scene without any is suns.
+    // `light_radius` is an angle for suns and a length for other lights. Scenes without lights get a rig of
+    // suns.
     let suns =
         scene.lights.is_empty() || scene.lights.iter().any(|l| matches!(l.kind, LightKind::Directional));
     let radius = if suns { 0.0 } else { (0.05 * s) as f32 };
@@ -73,7 +73,7 @@ fn picture(scene: &Scene, s: f64) -> Pixels {
     render(&frame, &Phong::default(), &settings, &()).unwrap()
 }
 
-/// The largest difference of a channel, on display.
+/// The largest difference of a channel after the display transform.
 fn apart(a: &Pixels, b: &Pixels) -> f32 {
     let shown = |v: f32| blinn::scene::linear_to_srgb(v.clamp(0.0, 1.0));
     let all = a.colors.iter().zip(&b.colors);
@@ -99,7 +99,7 @@ fn powers_of_two_change_nothing() {
     }
 }
 
-/// The numbers are not the same, but the mesh is: what f32 cannot say of its places is not lost.
+/// The coordinates differ, and the mesh does not: recentring keeps the digits that f32 would lose.
 #[test]
 fn an_obj_in_a_surveyors_coordinates_looks_as_at_the_origin() {
     let dir = tempfile::tempdir().unwrap();
@@ -123,7 +123,7 @@ fn an_obj_in_a_surveyors_coordinates_looks_as_at_the_origin() {
     };
     let near = picture(&read(DVec3::ZERO), 1.0);
     let far = picture(&read(DVec3::new(500_000.0, 120.0, 5_300_000.0)), 1.0);
-    // Facets at an edge may be the other one.
+    // At an edge, either facet may be hit.
     let same = near.colors.iter().zip(&far.colors).filter(|(a, b)| a.abs_diff_eq(**b, 1.0 / 255.0)).count();
     assert!(same * 100 >= near.colors.len() * 99, "{same} of {}", near.colors.len());
 }

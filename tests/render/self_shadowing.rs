@@ -1,5 +1,4 @@
-//! No surface shadows itself, at any scale or distance, and whatever does stand in the light
-//! shadows, however near.
+//! No surface shadows itself at any scale or distance, and close occluders still cast shadows.
 
 use blinn::accel::{Coherence, SegmentBatch};
 use blinn::geometry::{HitId, offset_ray_origin, point_error};
@@ -11,15 +10,15 @@ use crate::common::scenes::{self, Placement, Plain, Rng};
 
 const RAYS: u64 = 200_000;
 
-/// How many of `RAYS` segments from points on a flat grid to lights above it are blocked. The
-/// points are made as shading makes them: interpolated in f64, rounded, lifted by their error.
+/// The number of blocked segments of `RAYS` from points on a flat grid to lights above it. The points are
+/// computed as in shading: interpolated in f64, rounded, and offset by their error bound.
 fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
     let placed = placement.transforms(DVec3::new(2.0, 0.0, 0.0));
     let mut scene = Scene::default();
     let opaque = scenes::material(SurfaceClass::Opaque, true);
     scenes::add(&mut scene, scenes::grid(40, 2), opaque.clone(), &placed);
     if occluder {
-        // One sheet over everything, 1e-4 of the grid's size above it.
+        // One sheet above the grid, at 1e-4 of its size.
         let mut sheet = scenes::grid(3, 2);
         sheet.positions.iter_mut().for_each(|p| *p = *p * 4.0 + Vec3::new(1.0, 0.0, 1e-4));
         scenes::add(&mut scene, sheet, opaque, &placed[..1]);
@@ -45,7 +44,7 @@ fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
             let id = HitId { instance: 0, triangle: rng.below(triangles) as u32 };
             let (world, local) = (posed.world_triangle(id), posed.local_triangle(id));
             let [a, b, c] = world.map(|v| v.as_dvec3());
-            // Often on an edge or close to one, where the neighbours are.
+            // Often on or close to an edge, next to its neighbours.
             let u = if rng.one_in(3) { 1e-6 * rng.unit() } else { rng.unit() };
             let (u, v) = (u, rng.unit() * (1.0 - u));
             let p = (a + (b - a) * u + (c - a) * v).as_vec3();
@@ -66,7 +65,7 @@ fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
     (0..RAYS / chunk).into_par_iter().map(shoot).sum()
 }
 
-/// 200,000 points of a flat grid at each placement, and as many under a sun: none in shadow.
+/// 200,000 points of a flat grid at each placement, and as many under a sun: none is in shadow.
 #[test]
 fn flat_surfaces_do_not_shadow_themselves() {
     for placement in scenes::placements() {
@@ -76,8 +75,8 @@ fn flat_surfaces_do_not_shadow_themselves() {
     }
 }
 
-/// The same points with a sheet 1e-4 of their size above them: all in shadow. An error bound
-/// that were too generous would lift points through it.
+/// The same points with a sheet 1e-4 of their size above them: all are in shadow. A larger offset would pass
+/// through the sheet.
 #[test]
 fn near_occluders_still_shadow() {
     for placement in scenes::placements() {

@@ -1,4 +1,4 @@
-//! The shadow terminator: facets of a smooth surface cast no shadows upon it.
+//! The shadow terminator: facets of a smooth surface cast no shadows on it.
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::Rgb;
@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::common::scenes;
 
-/// Light and vertex normal of each pixel of a sphere, lit from the right.
+/// Radiance and vertex normal of each pixel of a sphere that is lit from the right.
 fn lit(mesh: Mesh, to_light: DVec3) -> Vec<(f32, Vec3)> {
     let scene = scenes::scene(mesh, &[DAffine3::IDENTITY]);
     let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() }).unwrap();
@@ -35,7 +35,7 @@ fn lit(mesh: Mesh, to_light: DVec3) -> Vec<(f32, Vec3)> {
     picture.colors.iter().map(|c| c.x).zip(normals).filter(|(_, n)| *n != Vec3::ZERO).collect()
 }
 
-/// A coarse sphere with the normals of a true one.
+/// A coarse sphere with the normals of a sphere, or without normals.
 fn sphere(smooth: bool) -> Mesh {
     let mut mesh = scenes::sphere(4);
     mesh.positions.iter_mut().for_each(|p| *p = p.normalize());

@@ -1,4 +1,4 @@
-//! Lights with a radius, ambient occlusion and the ground, each against a known answer.
+//! Lights with a radius, ambient occlusion and the ground, against known answers.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::common::scenes::{self, add, cube, grid, material};
 
-/// A picture to be taken of a scene, without light.
+/// A picture of a scene without lights of its own.
 #[derive(Clone)]
 struct Shot {
     view: View,
@@ -71,7 +71,7 @@ impl Shot {
         }
     }
 
-    /// Pixels row by row from the top. The lights' positions are relative to the scene's centre.
+    /// Renders; rows from the top. Light positions are relative to the scene's centre.
     fn take(&self, scene: &Scene) -> Vec<Rgba> {
         let posed = scenes::posed(scene);
         let accel = scenes::build(&posed);
@@ -92,12 +92,12 @@ fn at(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::new(x, y, z))
 }
 
-/// A level floor at y = 0 about the origin.
+/// A horizontal floor at y = 0 around the origin.
 fn floor(half: f32) -> Scene {
     scenes::scene(scale(grid(1, 1), half), &[DAffine3::IDENTITY])
 }
 
-/// Straight down from `from`, `width` wide.
+/// A view straight down from `from`, `width` wide.
 fn down(from: DVec3, width: f64, size: (u32, u32)) -> View {
     View {
         view_point: Some(from),
@@ -123,7 +123,7 @@ fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
     sum / n
 }
 
-/// How much of a disc is beyond a chord at `s` radii from its middle.
+/// The share of a disc's area beyond a chord at `s` radii from its centre.
 fn segment(s: f64) -> f64 {
     let s = s.clamp(-1.0, 1.0);
     (s.acos() - s * (1.0 - s * s).sqrt()) / PI
@@ -134,8 +134,8 @@ const EDGE: f64 = 1.0;
 const LAMP: f64 = 3.0;
 const WIDTH: f64 = 1.6;
 
-/// The share of a lamp of `radius` that each pixel of a floor sees past the edge of a sheet at
-/// height 1, from which x < 0 is covered; lamp at height 3 above the edge, or a sun there.
+/// The share of a lamp of `radius` visible from each pixel of a floor, past the edge of a sheet at height 1
+/// that covers x < 0. The lamp is at height 3 above the edge; or a sun stands there.
 fn penumbra(radius: f32, samples: u32, sun: bool) -> Vec<f64> {
     let mut scene = floor(50.0);
     add(&mut scene, scale(grid(1, 1), 50.0), white(), &[at(-50.0, EDGE, 0.0)]);
@@ -155,13 +155,13 @@ fn x_of(column: usize) -> f64 {
     WIDTH * ((column as f64 + 0.5) / f64::from(SIZE.0) - 0.5)
 }
 
-/// The same by geometry: the disc faces the point, and the plane through the point and the edge
-/// cuts it along a chord.
+/// The same by geometry: the disc faces the point, and the plane through the point and the edge cuts it along
+/// a chord.
 fn penumbra_at(x: f64, radius: f64) -> f64 {
     let l = DVec3::new(-x, LAMP, 0.0).normalize();
     let across = DVec3::new(l.y, -l.x, 0.0);
     let to_edge = DVec3::new(-x, EDGE, 0.0);
-    // From the point along `to_edge` to the disc's plane.
+    // Extends `to_edge` to the plane of the disc.
     let r = x.hypot(LAMP);
     let chord = (to_edge * (r / to_edge.dot(l)) - l * r).dot(across);
     segment(chord / radius)
@@ -187,7 +187,7 @@ fn an_edge_has_the_penumbra_of_a_disc() {
         println!("{samples} samples: error {error:.4} in a penumbra of {inside} pixels");
         assert!(error < most, "{samples} samples: {error}");
     }
-    // 2 R h/(H − h), for a lamp at height H and an edge at height h.
+    // The penumbra's width: 2 R h/(H − h) for a lamp at height H and an edge at height h.
     let seen = penumbra(radius as f32, 64, false);
     let partly = (0..64).filter(|&i| seen[i] > 0.0 && seen[i] < 1.0).count() as f64 * WIDTH / 64.0;
     let width = 2.0 * radius * EDGE / (LAMP - EDGE);
@@ -196,7 +196,7 @@ fn an_edge_has_the_penumbra_of_a_disc() {
 
 #[test]
 fn a_sun_is_a_disc_a_metre_away() {
-    // The edge is a metre up, so the penumbra reaches as far as the radius to both sides.
+    // The edge is at a height of 1 m, so the penumbra extends by the radius to both sides.
     let radius = 0.25;
     for (i, column) in penumbra(radius as f32, 256, true).chunks(64).next().unwrap().iter().enumerate() {
         let expected = segment(-x_of(i) / radius);
@@ -210,7 +210,7 @@ fn a_small_radius_is_nearly_none_and_none_is_a_point() {
     assert!(sharp.contains(&0.0) && sharp.contains(&1.0));
     let nearly = penumbra(1e-6, 4, false);
     let other = sharp.iter().zip(&nearly).filter(|(a, b)| a != b).count();
-    // The column of pixels at the edge alone.
+    // Only the column of pixels at the edge.
     assert!(other <= 16, "{other} pixels differ");
 }
 
@@ -266,7 +266,7 @@ const ALL: Option<AmbientOcclusion> = Some(AmbientOcclusion { samples: 64, dista
 
 #[test]
 fn an_open_sky_arrives_whole() {
-    // Smooth normals lean far away from the triangles' own, and yet nothing is lost.
+    // Shading normals far from the geometric normals lose no light.
     let mut sphere = octahedron();
     sphere.normals = sphere.positions.clone();
     for mesh in [sphere, cube(2), scale(grid(3, 1), 1e3)] {
@@ -288,7 +288,7 @@ fn nothing_arrives_in_a_closed_box() {
     assert!(pixels.iter().all(|c| *c == Rgba::new(0.0, 0.0, 0.0, 1.0)));
 }
 
-/// A floor with an upright wall at x = 0, of that height and very long.
+/// A floor with a wall at x = 0 of this height and great length.
 fn walled(height: f64) -> Scene {
     let mut scene = floor(1e4);
     let upright = DAffine3::from_scale_rotation_translation(
@@ -310,7 +310,7 @@ fn a_wall_takes_half_of_the_sky_and_a_low_one_its_part() {
         let expected = 0.5 + 0.5 * x / x.hypot(height);
         assert!((arrives - expected).abs() < 0.003, "{height} {x}: {arrives} for {expected}");
     }
-    // What is farther than the distance is not in the way.
+    // Surfaces beyond the distance do not occlude.
     let near = Some(AmbientOcclusion { samples: 64, distance: 0.9 });
     let shot = Shot { size, ambient: 1.0, occlusion: near, ..Shot::of(over(1.0)) };
     assert!(shot.take(&walled(2.0)).iter().all(|c| c.x == 1.0));
@@ -326,7 +326,7 @@ fn sixteen_rays_come_near_a_thousand() {
         shot.take(&walled(2.0)).iter().map(|c| f64::from(c.x)).collect::<Vec<_>>()
     };
     let wanted = take(1024, 4);
-    // Random numbers would have about √(A(1 − A)/n): 0.1 at 16.
+    // Uncorrelated samples would have about √(A(1 − A)/n): 0.1 at 16.
     for (rays, samples, most) in [(4, 1, 0.14), (16, 1, 0.05), (16, 4, 0.05), (64, 4, 0.018), (256, 4, 0.007)]
     {
         let got = take(rays, samples);
@@ -358,7 +358,7 @@ fn ambient_light_passes_what_light_passes() {
     }
 }
 
-/// A box of side 2 above the origin, lit by a sun from straight above, over a catcher or a plane.
+/// A box of side 2 above the origin, lit by a sun from straight above, over a ground of this kind.
 fn boxed(kind: GroundKind) -> (Scene, Shot) {
     let scene = scenes::scene(cube(1), &[at(0.0, 1.0 + 0.5, 0.0)]);
     let ground =
@@ -384,7 +384,7 @@ fn a_catcher_shows_shadows_and_nothing_else() {
         if bare.w > 0.0 {
             assert_eq!(bare, caught, "the scene is as it was");
         } else if caught.w > 0.0 {
-            // Of sun and ambient, the sun is missing.
+            // The ambient light is left.
             assert_eq!(caught.truncate(), Rgb::ZERO);
             assert!((caught.w - 0.75).abs() < 1e-5, "{caught}");
             shadow += 1;
@@ -395,7 +395,7 @@ fn a_catcher_shows_shadows_and_nothing_else() {
     assert!(shadow > 50 && none > 500, "{shadow} pixels in shadow, {none} not");
     let nothing = Shot { shadows: false, ..shot.clone() }.take(&scene);
     assert!(nothing == bare);
-    // Occlusion shows about the box too, where there is no shadow of the sun.
+    // Occlusion darkens the ground around the box, outside the sun's shadow.
     let occluded = Shot { shadows: false, occlusion: ALL, ..shot }.take(&scene);
     let soft = occluded.iter().zip(&bare).filter(|(a, b)| b.w == 0.0 && a.w > 0.01 && a.w < 0.24).count();
     assert!(soft > 500, "{soft}");
@@ -410,10 +410,10 @@ fn a_plane_is_grey_receives_shadows_and_stands_in_the_way() {
     let ground = || pixels.iter().zip(&bare).filter(|(_, b)| b.w == 0.0).map(|(c, _)| c);
     let (lit, dark) = (ground().filter(|c| is(c, 0.4)).count(), ground().filter(|c| is(c, 0.1)).count());
     assert!(lit > 500 && dark > 50, "{lit} lit, {dark} in shadow");
-    // It thins out evenly to nothing: premultiplied grey below what the whole would be.
+    // The plane fades out evenly: premultiplied grey below its full value.
     assert!(ground().any(|c| c.w > 0.2 && c.w < 0.8 && (c.x / c.w - 0.4).abs() < 1e-4));
     assert!(ground().any(|c| c.w == 0.0));
-    // From below comes no light through a plane, and the box's bottom is dark; a catcher casts none.
+    // A plane blocks light from below, so the box's bottom is dark; a catcher casts no shadow.
     let below = PosedLight::sun(DVec3::Y, Rgb::ONE);
     let up = View {
         view_point: Some(DVec3::new(0.0, 0.1, 3.0)),
@@ -444,7 +444,7 @@ fn layers_do_not_know_the_ground() {
 
 #[test]
 fn a_floor_on_the_ground_hides_it_everywhere() {
-    // The lowest thing is a floor itself, seen from near and far, steep and grazing.
+    // The lowest surface is a floor itself, seen from near and far, at steep and grazing angles.
     for (far, offset) in [(0.0, 0.0), (1e5, 0.0), (0.0, 1e5)] {
         let place = DAffine3::from_translation(DVec3::new(far, offset, -far));
         let scene = scenes::scene(grid(40, 1), &[place]);
@@ -476,7 +476,7 @@ fn a_floor_on_the_ground_hides_it_everywhere() {
 
 #[test]
 fn what_stands_on_the_ground_touches_its_shadow() {
-    // A box on its lowest side, light from behind: below its front edge the shadow begins at once.
+    // A box on the ground, lit from behind: the shadow begins at its front edge.
     for scale in [1e-3, 1.0, 1e3] {
         let place = DAffine3::from_scale_rotation_translation(
             DVec3::splat(scale),

@@ -1,4 +1,4 @@
-//! Textures over what a pixel sees of them, and highlights over the normals that it sees.
+//! Filtered textures by ray differentials, and highlights widened by the normals within a pixel.
 //!
 //! `cargo test --test render texture_filtering:: -- --ignored --nocapture` prints the tables of
 //! docs/explanation/antialiasing.md.
@@ -14,7 +14,7 @@ use blinn::scene::{
 };
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
-/// Every sample a point: textures at their finest, highlights as sharp as their material.
+/// Samples without differentials: the finest mip level, and highlights as sharp as their material.
 struct Points;
 
 impl Integrator for Points {
@@ -41,7 +41,7 @@ fn grey(v: u8) -> [u8; 4] {
     [v, v, v, 255]
 }
 
-/// 64 × 64 texels: a checker of 8 × 8 squares, black and white.
+/// 64 × 64 texels: a checkerboard of 8 × 8 squares, black and white.
 fn checker() -> Image {
     image(64, 64, |x, y| grey(if (x / 8 + y / 8).is_multiple_of(2) { 255 } else { 0 }))
 }
@@ -51,7 +51,7 @@ fn stripes() -> Image {
     image(64, 64, |x, _| grey(if (x / 8).is_multiple_of(2) { 255 } else { 0 }))
 }
 
-/// Every texel something else.
+/// White noise.
 fn noise() -> Image {
     image(128, 128, |x, y| {
         let n = (x + 128 * y + 1).wrapping_mul(2_654_435_761);
@@ -64,7 +64,7 @@ fn reference(texture: u32) -> TextureRef {
     TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY }
 }
 
-/// Shows its texture and nothing else.
+/// An unlit material.
 fn unlit() -> Material {
     Material {
         base_color: ColorInput { factor: Rgb::ONE, texture: Some(reference(0)) },
@@ -88,7 +88,7 @@ fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, images: Vec<Image>) -> Sce
     }
 }
 
-/// A square floor at y = 0 of 200 m, turned by `degrees`; one tile of texture for each `tile` metres.
+/// A square floor of 200 m at y = 0, its texture rotated by `degrees`; one tile for each `tile` metres.
 fn floor(degrees: f64, tile: f32) -> Mesh {
     let (sin, cos) = libm::sincos(degrees.to_radians());
     let corners = [(-1.0f32, -1.0f32), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
@@ -104,7 +104,7 @@ fn floor(degrees: f64, tile: f32) -> Mesh {
     }
 }
 
-/// Standing on the floor, looking along −z and a little down.
+/// A view along −z and slightly down, from above the floor.
 fn standing() -> View {
     View {
         view_point: Some(DVec3::new(0.0, 1.5, 0.0)),
@@ -114,7 +114,7 @@ fn standing() -> View {
     }
 }
 
-/// A picture without lights, or with one.
+/// Renders without lights or with one.
 fn picture(
     scene: &Scene,
     view: &View,
@@ -161,7 +161,7 @@ fn error(found: &[Rgba], wanted: &[Rgba]) -> f64 {
     root_mean_square(found.iter().zip(wanted).map(|(&a, &b)| a - b))
 }
 
-/// The row of pixels in which the floor is `distance` metres away.
+/// The row of pixels that shows the floor at `distance` metres.
 fn row_at(distance: f64) -> u32 {
     // tan of the angle below the view direction, over tan of half the field of view.
     let below = libm::tan(libm::atan(1.5 / distance) - libm::atan(0.2));
@@ -174,7 +174,7 @@ fn a_far_checker_floor_is_the_mean_of_its_light_at_one_sample() {
     let filtered = picture(&scene, &standing(), None, samples(1), &Phong::default());
     let points = picture(&scene, &standing(), None, samples(1), &Points);
     for y in row_at(90.0)..=row_at(40.0) {
-        // A pixel is wider than ten squares here, and a checker of light and dark is half as bright.
+        // A pixel covers more than ten squares, so the mean of black and white is half as bright.
         let off = |pixels: &[Rgba]| row(pixels, y).iter().map(|p| (p.x - 0.5).abs()).fold(0.0, f32::max);
         assert!(off(&filtered) < 0.02, "row {y}: {}", off(&filtered));
         assert!(off(&points) > 0.4, "row {y}: the same unfiltered would not do");
@@ -185,8 +185,8 @@ fn a_far_checker_floor_is_the_mean_of_its_light_at_one_sample() {
 fn stripes_along_the_view_stay_sharp_where_they_recede() {
     let scene = scene(vec![floor(0.0, 4.0)], vec![unlit()], vec![stripes()]);
     let filtered = picture(&scene, &standing(), None, samples(1), &Phong::default());
-    // Stripes are .5 m wide. 9 m away a pixel is .1 m across and .65 m deep: averaged as deep as wide
-    // the contrast would be gone, and the checker's is.
+    // Stripes are .5 m wide. At 9 m a pixel covers .1 m by .65 m: isotropic filtering would blur the stripes
+    // away, as it does the checkerboard.
     let contrast = |pixels: &[Rgba]| {
         let pixels = row(pixels, row_at(9.0)).iter().map(|p| p.x);
         pixels.clone().fold(0.0, f32::max) - pixels.fold(1.0, f32::min)
@@ -199,7 +199,7 @@ fn stripes_along_the_view_stay_sharp_where_they_recede() {
 
 #[test]
 fn a_mask_keeps_its_coverage_however_far() {
-    // A quarter of the fence is there: the mean of its alpha is below the cutoff.
+    // A quarter of the fence is opaque: the mean of its alpha is below the cutoff.
     let fence = image(16, 16, |x, y| [255, 255, 255, if x % 4 < 2 && y % 4 < 2 { 255 } else { 0 }]);
     let material = Material { alpha_mode: AlphaMode::Mask(0.5), alpha_from_base: true, ..unlit() };
     let scene = scene(vec![floor(10.0, 0.5)], vec![material], vec![fence]);
@@ -208,21 +208,21 @@ fn a_mask_keeps_its_coverage_however_far() {
     let rows = row_at(60.0)..row_at(10.0);
     let coverage = |y: u32| row(&pixels, y).iter().map(|p| p.w).sum::<f32>() / SIZE.0 as f32;
     assert!(rows.clone().all(|y| (0.15..0.3).contains(&coverage(y))));
-    // Bilinear alpha passes the cutoff on 2 + 3 − 2·ln 2 of 16 texels: corners are rounded.
+    // Bilinear alpha exceeds the cutoff on 2 + 3 − 2·ln 2 of 16 texels: corners are rounded.
     let mean = rows.clone().map(coverage).sum::<f32>() / rows.len() as f32;
     assert!((mean - (5.0 - 2.0 * std::f32::consts::LN_2) / 16.0).abs() < 0.005, "{mean}");
 }
 
 #[test]
 fn what_a_mask_cuts_away_does_not_colour_what_it_keeps() {
-    // White leaves; the rest is clear and black.
+    // White leaves; the rest is transparent black.
     let leaves = image(64, 64, |x, y| if (x / 2 + y / 2).is_multiple_of(2) { [255; 4] } else { [0; 4] });
     for (alpha_mode, least) in [(AlphaMode::Mask(0.5), 0.9), (AlphaMode::Blend, 0.98)] {
         let material = Material { alpha_mode, alpha_from_base: true, ..unlit() };
         let scene = scene(vec![floor(10.0, 1.0)], vec![material], vec![leaves.clone()]);
         let pixels = picture(&scene, &standing(), None, samples(4), &Phong::default());
         for p in row(&pixels, row_at(30.0)).iter().filter(|p| p.w > 0.0) {
-            // Premultiplied: as much white as there is coverage.
+            // Premultiplied: white times coverage.
             assert!(p.x >= least * p.w, "{alpha_mode:?}: {p}");
         }
     }
@@ -276,7 +276,7 @@ fn nearest_stays_nearest_where_texels_are_large() {
     scene.textures[0].filter = TextureFilter::Nearest;
     let of = |integrator: &dyn Integrator| picture(&scene, &standing(), None, samples(1), integrator);
     let (filtered, points) = (of(&Phong::default()), of(&Points));
-    // Texels are 3 m: up to 20 m away no pixel is as deep as one.
+    // Texels are 3 m wide: up to 20 m away, a pixel covers less than one.
     for y in row_at(15.0)..SIZE.1 {
         assert_eq!(row(&filtered, y), row(&points, y));
     }
@@ -298,7 +298,7 @@ fn eye_rays_change_as_their_differential_says() {
     }
 }
 
-/// A unit sphere of smooth normals, with coordinates and tangents.
+/// A unit sphere with smooth normals, texture coordinates and tangents.
 fn sphere() -> Mesh {
     let (rings, columns) = (48u32, 96u32);
     let mut mesh = Mesh { uvs: vec![Vec::new()], ..Mesh::default() };
@@ -320,7 +320,7 @@ fn sphere() -> Mesh {
     mesh
 }
 
-/// Dents and bumps of 16 texels across, with slopes up to .5.
+/// A normal map of bumps 16 texels wide, with slopes up to .5.
 fn bumps() -> Image {
     image(256, 256, |x, y| {
         let slope = |v: u32| 0.5 * libm::sin((f64::from(v) + 0.5) / 16.0 * std::f64::consts::TAU);
@@ -330,7 +330,7 @@ fn bumps() -> Image {
     })
 }
 
-/// A metal ball of this roughness, with or without bumps.
+/// A metal ball of this roughness, with or without the normal map.
 fn ball(roughness: f32, bumpy: bool) -> Scene {
     let material = Material {
         base_color: ColorInput::new(Rgb::splat(0.8)),
@@ -345,7 +345,7 @@ fn ball(roughness: f32, bumpy: bool) -> Scene {
     scene(vec![sphere()], vec![material], vec![bumps()])
 }
 
-/// A ball `distance` away: 400 pixels over that wide.
+/// A view of a ball from `distance`, 400 pixels wide.
 fn towards_ball(distance: f64) -> View {
     View {
         view_point: Some(DVec3::new(0.0, 0.0, distance)),
@@ -405,7 +405,7 @@ fn a_slow_turntable_does_not_shimmer() {
     assert!(filtered < 0.04 && points > 10.0 * filtered, "{filtered} filtered, {points} unfiltered");
 }
 
-/// How much of the change from frame to frame is error.
+/// The share of the change from frame to frame that is error.
 fn shimmer(found: &[Vec<Rgba>], wanted: &[Vec<Rgba>]) -> f64 {
     let change = |frames: &[Vec<Rgba>], f: usize, i: usize| frames[f + 1][i] - frames[f][i];
     let all = (0..found.len() - 1).flat_map(|f| (0..found[f].len()).map(move |i| (f, i)));

@@ -1,4 +1,4 @@
-//! What shows through a pane before a white wall, and what light falls through it.
+//! Translucent panes in front of a white wall: what shows through, and how much light passes.
 
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
@@ -11,8 +11,8 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::common::scenes;
 
-/// A pane of this in front of a wall, seen head on; a sun of this strength shines along the view. 9 × 9 pixels, whose
-/// middles are on the pane's diagonals.
+/// A pane of this material in front of a wall, seen head on, with a sun of this strength along the view. 9 ×
+/// 9 pixels, some of whose centres are on the pane's diagonal.
 fn seen_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
     let mut scene = Scene::default();
     let wall = Material { reflectance: wall, double_sided: true, ..Material::default() };
@@ -39,7 +39,7 @@ fn seen_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
     render(&frame, &Phong::default(), &settings, &()).unwrap().colors
 }
 
-/// A pane that lets its base colour through, as metallic as that.
+/// A pane that transmits its base colour, with this metalness.
 fn glass(metallic: f32) -> Material {
     Material {
         base_color: ColorInput::new(Rgb::new(0.25, 0.5, 1.0)),
@@ -68,7 +68,7 @@ fn a_blended_pane_is_as_dense_on_its_diagonal_as_beside_it() {
     assert!(pixels.iter().all(|p| p.truncate() == Vec3::splat(0.5)), "{pixels:?}");
 }
 
-/// What passes is part of what a dielectric would scatter, and metals scatter nothing.
+/// Transmitted light is a share of the diffuse light, which metals do not have.
 #[test]
 fn metals_let_no_light_through() {
     let shown = |metallic: f32, transmission: f32, sun: f32| {
@@ -82,7 +82,7 @@ fn metals_let_no_light_through() {
     assert_eq!(shown(1.0, 1.0, 0.0), Vec3::ZERO);
 }
 
-/// KHR_materials_unlit stands above what other extensions say: its colour is all there is.
+/// KHR_materials_unlit overrides other extensions: only its colour counts.
 #[test]
 fn what_is_not_lit_lets_no_light_through() {
     let lit = Reflectance::MetallicRoughness {
@@ -90,7 +90,7 @@ fn what_is_not_lit_lets_no_light_through() {
         roughness: ScalarInput::new(1.0),
         dielectric: Dielectric::default(),
     };
-    // The eye sees no more than that through it, and the wall is in its shadow: beside an alpha, too.
+    // The pane is opaque, and the wall is in its shadow; with an alpha below 1, too.
     for alpha_mode in [AlphaMode::Opaque, AlphaMode::Blend] {
         let shown = |transmission: f32| {
             let (alpha, transmission) = (ScalarInput::new(0.5), ScalarInput::new(transmission));
@@ -104,7 +104,7 @@ fn what_is_not_lit_lets_no_light_through() {
     assert_eq!(seen_through(pane, Reflectance::Unlit, 1.0)[40].truncate(), Vec3::new(0.25, 0.5, 1.0));
 }
 
-/// A mask cuts holes, and what it keeps is glass to light as it is to the eye.
+/// An alpha mask cuts holes; the rest transmits light as glass.
 #[test]
 fn light_falls_through_what_a_mask_keeps_of_glass() {
     let of = |alpha_mode: AlphaMode| {

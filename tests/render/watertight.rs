@@ -1,5 +1,5 @@
-//! No ray slips through where triangles meet: the hit test's promise, at every scale, distance
-//! and angle, in the world tree and in shared ones. All counts are exact.
+//! Watertightness: no ray passes between adjacent triangles, at any scale, distance and angle, in the world
+//! BVH and in instanced ones. All counts are exact.
 
 use blinn::accel::{Accel, BuildSettings, Coherence, FlattenBudget, RayBatch};
 use blinn::geometry::HitId;
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::common::scenes::{self, Placement, Plain, Rng};
 
-/// How many of `rays` do not hit `instance`.
+/// The number of `rays` that do not hit `instance`.
 fn misses(accel: &Accel, instance: u32, rays: impl Iterator<Item = (Vec3, Vec3)>) -> u64 {
     misses_of(accel, instance, Coherence::None, rays)
 }
@@ -30,7 +30,7 @@ fn misses_of(
     hits.iter().filter(|hit| hit.id.instance != instance).count() as u64
 }
 
-/// A direction from `o` to a vertex give or take 2 ulps, or to somewhere on the edge from it.
+/// A direction from `o` to within 2 ulps of a vertex, or to a point on an edge from it.
 fn towards(o: Vec3, from: Vec3, to: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
     let (o, from, to) = (o.as_dvec3(), from.as_dvec3(), to.as_dvec3());
     let length = if rng.one_in(2) { 1.0 } else { 0.2 + rng.unit() };
@@ -42,7 +42,7 @@ fn towards(o: Vec3, from: Vec3, to: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
     }
 }
 
-/// Shoots `count` rays from inside a closed mesh at its edges and vertices.
+/// Traces `count` rays from inside a closed mesh at its edges and vertices.
 fn inside(posed: &PosedScene, accel: &Accel, size: f64, count: u64) -> u64 {
     let triangles = posed.mesh(0).triangles.len();
     let centre = posed.instances[0].transform.affine.translation;
@@ -62,8 +62,8 @@ fn inside(posed: &PosedScene, accel: &Accel, size: f64, count: u64) -> u64 {
     (0..count / chunk).into_par_iter().map(shoot).sum()
 }
 
-/// Half a million rays at each scale and each offset, half of them into a tree of its own frame where
-/// the sphere is drawn twice, from inside a closed sphere at its edges and within 2 ulps of its vertices.
+/// Half a million rays at each placement, from inside a closed sphere at its edges and within 2 ulps of its
+/// vertices; half of them at a sphere with a BLAS of its own.
 #[test]
 fn closed_meshes_do_not_leak() {
     for placement in scenes::placements() {
@@ -77,8 +77,8 @@ fn closed_meshes_do_not_leak() {
     }
 }
 
-/// The same by packets, on every tier: 320,000 rays on each at each placement, 256 from one place at
-/// edges and vertices that lie near each other, each sixteen of them at those of a few triangles.
+/// The same by packets at every SIMD level: 320,000 rays each at each placement. 256 rays share an origin and
+/// aim at edges and vertices that are close together, each 16 at those of a few triangles.
 #[test]
 fn packets_do_not_leak() {
     for tier in scenes::tiers() {
@@ -106,7 +106,7 @@ fn packets_do_not_leak() {
     }
 }
 
-/// The counter counts: without one triangle of the 1,536, rays are lost.
+/// The count is sensitive: without one of 1,536 triangles, rays are lost.
 #[test]
 fn a_missing_triangle_leaks() {
     for twice in [false, true] {
@@ -120,8 +120,8 @@ fn a_missing_triangle_leaks() {
     }
 }
 
-/// A million rays at each elevation, over all placements, at the spokes and the hub of irregular fans,
-/// from straight above to nearly in their plane.
+/// A million rays at each elevation over all placements, at the edges and centres of irregular fans, from
+/// perpendicular to nearly in their plane.
 #[test]
 fn fans_do_not_leak_however_grazing() {
     for elevation in [1.0, 1e-2, 1e-3, 1e-4, 1e-5] {
@@ -159,14 +159,13 @@ fn fan(placement: Placement, elevation: f64, seed: u64, count: u64) -> u64 {
     misses(&accel, 0, rays.collect::<Vec<_>>().into_iter())
 }
 
-/// 160,000 rays along the axes at vertices, edges and borders of grids and boxes, with either
-/// sign of zero in their directions. Here the boxes of a tree are as thin as they get.
+/// 160,000 rays along the axes at vertices, edges and borders of grids and boxes, with zeros of either sign
+/// in their directions. Bounding boxes are flat here.
 #[test]
 fn axis_parallel_rays_do_not_leak() {
     let mut rng = Rng::new(7);
     let mut shot = 0;
-    // Rays along a border must still be on the border when they are taken into a shared mesh's
-    // frame: powers of two keep it exact.
+    // Rays along a border must stay on it in the instance's frame: powers of two are exact.
     let once = [(1.0, DVec3::ZERO), (1e-4, DVec3::ONE), (1e6, DVec3::ONE), (0.1, DVec3::splat(1e3))];
     let twice = [
         (1.0, DVec3::ZERO),
@@ -185,7 +184,7 @@ fn axis_parallel_rays_do_not_leak() {
                     at,
                 )
             };
-            // The second in the way of no ray.
+            // The second is in no ray's way.
             let aside = DVec3::splat(8.0 * scale);
             let mut placed = vec![place(at)];
             if twice {

@@ -1,5 +1,5 @@
-//! Geometry and rays that no file and no caller should have: nothing panics, nothing hangs, what
-//! is left out is counted, and the rest is hit as ever.
+//! Degenerate geometry and rays: nothing panics or hangs, invalid triangles are left out and counted, valid
+//! ones are still hit.
 
 use std::time::{Duration, Instant};
 
@@ -10,12 +10,12 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::common::scenes::{self, Plain};
 
-/// Not recentred: absurd vertices would move the rest.
+/// Not recentred: invalid vertices would move the valid ones.
 fn build(scene: &Scene) -> (Accel, BuildReport) {
     let at = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
     let posed = pose(scene, &at).unwrap();
     let (accel, report) = Accel::build(&posed, &BuildSettings::default());
-    // What is left out is known without trees.
+    // The report does not depend on the BVH.
     assert_eq!(
         BuildReport { coincident: report.coincident, ..BuildReport::count_degenerate(&posed) },
         report
@@ -63,7 +63,7 @@ fn absurd_transforms_hide_their_instance_alone() {
     let flat = DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.0));
     let line = DAffine3::from_scale(DVec3::new(1.0, 0.0, 0.0));
     let (accel, report) = build(&scenes::scene(scenes::grid(4, 2), &[flat, flat, line]));
-    // What is a line is not there at all.
+    // A triangle without area is left out.
     assert_eq!(report, BuildReport { non_finite: 0, zero_area: 0, coincident: 32 });
     assert!(shoot(&accel, DOWN.0, DOWN.1).t == 2.0);
     let huge = DAffine3::from_scale(DVec3::splat(1e30));
@@ -75,11 +75,11 @@ fn many(n: u32, corners: impl Fn(u32) -> [Vec3; 3]) -> Mesh {
     scenes::mesh((0..n).flat_map(corners).collect(), (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }
 
-/// Enough for a hundred thousand triangles on any machine, in one of five attempts: others may be at work
-/// on it.
+/// Time limit for a hundred thousand triangles, for the best of five attempts, since other tests run at the
+/// same time.
 const PLENTY: Duration = Duration::from_secs(1);
 
-/// Without grouping the first of these takes 19 s and overflows the stack.
+/// Coincident triangles are grouped: without that, the first case takes 19 s and overflows the stack.
 #[test]
 fn a_hundred_thousand_triangles_in_one_place_are_no_trouble() {
     let one = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(3.0, -1.0, 0.0), Vec3::new(-1.0, 3.0, 0.0)];
@@ -87,7 +87,7 @@ fn a_hundred_thousand_triangles_in_one_place_are_no_trouble() {
     let same = many(n, |_| one);
     let turned = many(n, |i| [one[i as usize % 3], one[(i as usize + 1) % 3], one[(i as usize + 2) % 3]]);
     let clusters = many(n, |i| one.map(|p| p + (i % 10) as f32 * Vec3::Z * 0.1));
-    // Other triangles with the same box.
+    // Different triangles with equal bounding boxes.
     let boxed = many(n, |i| [one[0], Vec3::new(3.0, 3.0, 0.0), Vec3::new(-1.0 + i as f32 * 1e-5, 3.0, 0.0)]);
     for (name, mesh, places) in
         [("same", same, 1), ("turned", turned, 1), ("clusters", clusters, 10), ("boxed", boxed, n)]
@@ -120,7 +120,7 @@ fn a_hundred_thousand_triangles_in_one_place_are_no_trouble() {
     }
 }
 
-/// Every one of many coincident triangles can be reached by asking for the next.
+/// Next-hit queries return every one of many coincident triangles.
 #[test]
 fn coincident_triangles_are_all_there() {
     let corner = [Vec3::NEG_ONE.with_z(0.0), Vec3::new(3.0, -1.0, 0.0), Vec3::new(-1.0, 3.0, 0.0)];
@@ -153,7 +153,7 @@ fn nothing_and_one_triangle() {
     }
 }
 
-/// Rays that are nowhere, go nowhere, or whose numbers are at the ends of what f32 holds.
+/// Rays whose origin or direction is NaN, infinite or zero, or at the limits of f32.
 #[test]
 fn absurd_rays_miss() {
     for placed in [1, 2] {
@@ -175,7 +175,7 @@ fn absurd_rays_miss() {
         }
         assert!(shoot(&accel, Vec3::ZERO, Vec3::ZERO).is_miss());
         assert!(shoot(&accel, Vec3::ZERO, -Vec3::ZERO).is_miss());
-        // Tiny and huge directions are directions like others.
+        // Directions of any finite length are valid.
         for size in [1e-37, 1e-30, 1e30, 1e38] {
             for d in [Vec3::X, Vec3::new(0.3, -0.0, 0.9), Vec3::new(1e-7, 1.0, 0.0)] {
                 assert!(!shoot(&accel, Vec3::ZERO, d * size).is_miss(), "{d} × {size}");
@@ -183,7 +183,7 @@ fn absurd_rays_miss() {
         }
         shoot(&accel, Vec3::splat(3e38), Vec3::NEG_ONE);
         assert!(shoot(&accel, Vec3::ZERO, Vec3::new(f32::from_bits(1), 0.0, 0.0)).is_miss());
-        // A limit that is not a number is no limit that anything keeps.
+        // No hit is closer than a NaN limit.
         let mut batch = RayBatch { t_max: f32::NAN, ..RayBatch::default() };
         batch.push(Vec3::ZERO, Vec3::X);
         let mut hits = Vec::new();
@@ -192,7 +192,7 @@ fn absurd_rays_miss() {
     }
 }
 
-/// Directions of any lengths, and some among them that are none, are answered together as they are alone.
+/// Packets with directions of any length, some of them invalid, return the same hits as single rays.
 #[test]
 fn odd_directions_do_no_harm_to_their_packet() {
     let scene = scenes::scene(scenes::sphere(5), &[DAffine3::IDENTITY]);
@@ -219,7 +219,7 @@ fn odd_directions_do_no_harm_to_their_packet() {
         for size in [1e-37, 1e-30, 1e-12, 1e-4, 2e-4, 1.0, 4e3, 5e3, 1e12, 1e30, 1e37] {
             check(&rays.iter().map(|d| d * size).collect::<Vec<_>>());
         }
-        // Lengths that have nothing to do with each other.
+        // Unrelated lengths.
         check(&rays.iter().zip(-31..).map(|(d, i)| d * 2f32.powi(i)).collect::<Vec<_>>());
         for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -0.0] {
             for place in [0, 17, 63] {
@@ -237,8 +237,8 @@ fn odd_directions_do_no_harm_to_their_packet() {
     assert!(found > 1000, "{found}");
 }
 
-/// The one answer of all trees and tiers, for what is far larger than scenes are: these triangles and some
-/// others like them, so that there is a tree.
+/// The hit that all BVH presets and SIMD levels agree on, for triangles far larger than scenes. The others
+/// make a BVH of more than one leaf.
 fn huge(triangle: [Vec3; 3], others: [Vec3; 3], o: Vec3, d: Vec3) -> Hit {
     let all = many(24, |i| if i == 7 { triangle } else { others.map(|v| v * (1.0 + i as f32 / 64.0)) });
     let scene = scenes::scene(all, &[DAffine3::IDENTITY]);
@@ -262,7 +262,7 @@ fn huge(triangle: [Vec3; 3], others: [Vec3; 3], o: Vec3, d: Vec3) -> Hit {
     answers[0]
 }
 
-/// Three lengths of 1e13 are no f32: depths were infinite, and hits behind the ray.
+/// The product of three lengths of 1e13 overflows f32: depths were infinite, and hits lay behind the ray.
 #[test]
 fn products_of_three_huge_lengths_prove_nothing() {
     let triangle = [
@@ -276,8 +276,8 @@ fn products_of_three_huge_lengths_prove_nothing() {
     assert!((hit.t / 4.36e11 - 1.0).abs() < 1e-2, "{hit:?}");
 }
 
-/// Seen from 1e18 away, all sides of a triangle of 1e11 by .02 are less than f64 can tell from zero. The ray
-/// passes it by the whole distance.
+/// From a distance of 1e18, the edge functions of a triangle of 1e11 by .02 are below the rounding error of
+/// f64. The ray misses it by the whole distance.
 #[test]
 fn what_is_too_thin_to_tell_is_not_hit_beside_its_box() {
     let thin = [
@@ -290,8 +290,8 @@ fn what_is_too_thin_to_tell_is_not_hit_beside_its_box() {
     assert!(huge(thin, aside, o, Vec3::ONE).is_miss());
 }
 
-/// Far out along one axis, f64 cannot tell the sides of a triangle of 1e-32 from zero; across it, it tells
-/// well that the ray passes by, and every tree said so.
+/// Far away along one axis, f64 cannot tell the edge functions of a triangle of 1e-32 from zero. Across that
+/// axis the ray clearly misses, and so must every BVH.
 #[test]
 fn what_is_too_far_to_tell_is_not_hit_beside_its_box() {
     let tiny = [
@@ -305,8 +305,8 @@ fn what_is_too_far_to_tell_is_not_hit_beside_its_box() {
     assert!(huge(tiny, aside, o, d).is_miss());
 }
 
-/// The quotient of an origin's coordinate and the least direction is no f32 either: a fused product and
-/// difference then said that the box was left before it was entered.
+/// The quotient of an origin's coordinate and the smallest direction overflows f32, too: a fused
+/// multiply-subtract then placed the exit of the box before its entry.
 #[test]
 fn rays_along_planes_enter_boxes_however_far_out_they_start() {
     let upright = [

@@ -1,5 +1,5 @@
-//! What fuzzers found worth keeping, tried again, and some thousands of inputs made up out of random bytes,
-//! always the same. `just fuzz TARGET` looks for more.
+//! Replays the fuzz corpus, and thousands of generated inputs that are the same in every run. `just fuzz
+//! TARGET` searches for more.
 
 #[path = "../fuzz/targets/mod.rs"]
 mod targets;
@@ -9,7 +9,7 @@ use std::path::Path;
 
 use targets::TARGETS;
 
-/// Inputs of a target, with their names. What broke it once is kept among them.
+/// Inputs of a target by name, among them all that once failed.
 fn kept(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus").join(target);
     let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
@@ -23,7 +23,7 @@ fn kept(target: &str) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-/// Tries all inputs, and says how many got as far as they can.
+/// Runs a target on all inputs. Returns how many were accepted, and how many there were.
 fn try_all(name: &str, inputs: impl IntoIterator<Item = (String, Vec<u8>)>) -> (usize, usize) {
     let (_, target) = TARGETS.iter().find(|(n, _)| *n == name).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -61,7 +61,8 @@ fn random(seed: u64) -> Vec<u8> {
     (0..32 + next() % 480).flat_map(|_| next().to_le_bytes()).collect()
 }
 
-/// Tries a target that makes sense of any bytes on so many inputs, a share of which has to get far.
+/// Runs a target that accepts arbitrary bytes on `count` generated inputs; at least `share` of them must be
+/// accepted.
 fn random_inputs(name: &str, count: u64, share: f64) {
     let inputs = (0..count).map(|seed| (format!("seed {seed}"), random(seed)));
     let (far, count) = try_all(name, inputs);
@@ -78,7 +79,7 @@ fn obj_of_any_statements() {
     random_inputs("obj", 1000, 0.05);
 }
 
-/// With corners of up to 1e18 beside small ones, and rays that start within 1e9.
+/// Vertices up to 1e18 beside small ones, and rays that start within 1e9.
 #[test]
 fn rays_among_any_triangles() {
     random_inputs("triangles", 1500, 0.3);

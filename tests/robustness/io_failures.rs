@@ -1,5 +1,5 @@
-//! What happens around a render: disks that fill up, folders that cannot be written to, inputs that
-//! vanish, pipes that close, another process at the same work. One clear line, and nothing partial.
+//! Full disks, folders without write access, inputs that vanish, closed pipes, processes that share a folder:
+//! one clear error line, and no partial files.
 #![cfg(unix)]
 
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     entries.filter(|p| p.is_file()).map(|p| (p.file_name().unwrap().into(), fs::read(&p).unwrap())).collect()
 }
 
-/// The only line on standard error, of a program that failed in order.
+/// Checks that the program failed with one line on standard error, and returns the line.
 fn failed(output: &Output) -> String {
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{told}");
@@ -38,7 +38,7 @@ fn failed(output: &Output) -> String {
     told
 }
 
-/// Whatever is written: an image of each format, its layers, a page, a moving picture.
+/// Images of each format, layers, reports and animations.
 #[test]
 fn a_disk_that_fills_up_leaves_nothing_partial() {
     let scene = model("still-life/still-life.glb");
@@ -50,7 +50,7 @@ fn a_disk_that_fills_up_leaves_nothing_partial() {
         ("a.exr", "--aov depth,normal"),
     ] {
         let dir = tempfile::tempdir().unwrap();
-        // Files may have a block of 1024 bytes, and the signal that a larger one brings is not fatal.
+        // The limit is one block of 1024 bytes. SIGXFSZ, which exceeding it raises, is not fatal.
         let line = format!(
             "ulimit -f 1; exec '{}' render '{scene}' --size 160x90 -s 1 {flags} -o {out}",
             env!("CARGO_BIN_EXE_blinn")
@@ -77,7 +77,7 @@ fn moving_pictures_are_whole_or_not_there() {
     }
 }
 
-/// `/proc` is a folder that not even root writes to.
+/// Not even root can write to `/proc`.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_folder_that_cannot_be_written_to_is_found_before_anything_is_rendered() {
@@ -88,7 +88,7 @@ fn a_folder_that_cannot_be_written_to_is_found_before_anything_is_rendered() {
     assert!(told.contains("/proc/a.png"), "{told}");
     let told = failed(&blinn(dir.path(), &format!("render {scene} -s 4096 -o /proc/new/a.png")));
     assert!(told.contains("/proc/new"), "{told}");
-    // The pictures themselves would take minutes.
+    // Rendering them would take minutes.
     assert!(start.elapsed() < Duration::from_secs(30));
 }
 
@@ -101,7 +101,7 @@ fn wait_for(what: &Path, child: &mut Child) {
     }
 }
 
-/// What was read is in memory: frames go on when their scene is gone.
+/// Scenes are read once: frames continue after the file is deleted.
 #[test]
 fn inputs_may_vanish_once_they_are_read() {
     let dir = tempfile::tempdir().unwrap();
@@ -117,13 +117,13 @@ fn inputs_may_vanish_once_they_are_read() {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
     assert_eq!(files(&dir.path().join("out")).len(), 12);
-    // Asked again, it says what is missing, and keeps what there is.
+    // A second run reports the missing file and keeps the pictures.
     let told = failed(&blinn(dir.path(), line));
     assert!(told.contains("inputs/textured.obj"), "{told}");
     assert_eq!(files(&dir.path().join("out")).len(), 12);
 }
 
-/// What is exported anew during the first frame, under whatever date, is not what the pictures are of.
+/// `--resume` renders again after an export during the first frame, whatever the file's date.
 #[test]
 fn pictures_are_stamped_with_what_they_were_made_of() {
     let dir = tempfile::tempdir().unwrap();
@@ -154,7 +154,7 @@ fn pictures_are_stamped_with_what_they_were_made_of() {
         let rest: Vec<String> = told.collect();
         assert!(child.wait().unwrap().success(), "{rest:?}");
         let whole = files(&at("out"));
-        // The same settings as those of the pictures that are there.
+        // The same settings as for the existing pictures.
         assert!(blinn(dir.path(), &line.replace("--progress plain", "-q")).status.success());
         let again = files(&at("out"));
         assert!(again[Path::new("1.png")] != whole[Path::new("1.png")], "{name}");
@@ -164,7 +164,7 @@ fn pictures_are_stamped_with_what_they_were_made_of() {
     }
 }
 
-/// Half a file is what is left while another program writes it.
+/// Another program may still be writing the file.
 #[test]
 fn an_input_that_is_cut_off_meanwhile_is_an_error_or_a_picture() {
     let dir = tempfile::tempdir().unwrap();
@@ -176,7 +176,7 @@ fn an_input_that_is_cut_off_meanwhile_is_an_error_or_a_picture() {
     }
 }
 
-/// Whoever reads the output has seen enough: no error, as for any program in a pipe.
+/// A closed pipe is not an error, as for any program in a pipeline.
 #[test]
 fn a_closed_pipe_is_no_error() {
     let dir = tempfile::tempdir().unwrap();
@@ -197,7 +197,8 @@ fn a_closed_pipe_is_no_error() {
     }
 }
 
-/// Several processes at the same frames: each file is whole at any time, and what it is alone.
+/// Processes that render the same frames: each file is complete at any time, and equal to that of one
+/// process.
 #[test]
 fn processes_may_share_a_folder() {
     let dir = tempfile::tempdir().unwrap();
@@ -214,7 +215,7 @@ fn processes_may_share_a_folder() {
     assert_eq!(files(&dir.path().join("shared")), files(&dir.path().join("alone")));
 }
 
-/// What was asked for on standard output is all there, or it is an error.
+/// Output to standard output is complete, or the program fails.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_standard_output_does_not_take_is_an_error() {
@@ -235,7 +236,7 @@ fn what_standard_output_does_not_take_is_an_error() {
         let told = failed(&command(dir.path(), &line).stdout(full).output().unwrap());
         assert!(told.contains("standard output cannot be written"), "{line}: {told}");
     }
-    // A few bytes fit, and nothing of what follows.
+    // A few bytes fit; the rest does not.
     let line = format!(
         "head -c 1016 /dev/zero > cut; ulimit -f 1; exec '{}' render {scene} --size 30x20 -o - >> cut",
         env!("CARGO_BIN_EXE_blinn")
@@ -244,7 +245,7 @@ fn what_standard_output_does_not_take_is_an_error() {
     assert!(failed(&output).contains("standard output cannot be written"));
 }
 
-/// Nobody hears what happens: it happens all the same, and the exit code says how it ended.
+/// Without standard error the work continues, and the exit code reports its result.
 #[cfg(target_os = "linux")]
 #[test]
 fn work_goes_on_where_standard_error_takes_nothing() {
@@ -269,7 +270,7 @@ fn work_goes_on_where_standard_error_takes_nothing() {
     }
 }
 
-/// Links lead to files that are replaced, and what is no file is written into.
+/// A link's target is replaced; devices and pipes are written into.
 #[test]
 fn links_and_devices_stay_what_they_are() {
     let dir = tempfile::tempdir().unwrap();
@@ -311,7 +312,7 @@ fn a_full_disk_ends_a_batch_and_says_what_is_left() {
     assert!(dir.path().join("a.png").exists() && !dir.path().join("c.png").exists());
 }
 
-/// A picture's own name is often that of a texture beside its scene.
+/// A picture may have the default name of a texture beside its scene.
 #[test]
 fn nothing_is_written_over_what_a_scene_is_read_from() {
     let dir = tempfile::tempdir().unwrap();
@@ -340,7 +341,7 @@ fn nothing_is_written_over_what_a_scene_is_read_from() {
     assert!(blinn(dir.path(), "render negative.obj --size 16x16 -s 1 -o out/").status.success());
 }
 
-/// A page that cannot be written is no reason to render for an hour first.
+/// An unwritable report is an error before rendering starts.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_report_that_cannot_be_written_is_found_before_anything_is_rendered() {
@@ -362,7 +363,7 @@ fn a_report_that_cannot_be_written_is_found_before_anything_is_rendered() {
     assert!(dir.path().join("rep/r.html").is_file());
 }
 
-/// Pictures are made without their page, of which there is no part, and the exit code tells.
+/// Pictures are written without their report, of which no part remains; the exit code is 1.
 #[test]
 fn a_report_that_grows_too_large_costs_no_picture() {
     let dir = tempfile::tempdir().unwrap();
@@ -390,7 +391,7 @@ fn a_layer_that_must_be_kept_keeps_the_picture_away() {
     assert_eq!(files(dir.path()).len(), 1, "nothing was rendered");
 }
 
-/// Names are bytes: two that are no text are two, and a pattern is text or refused.
+/// File names are bytes: names that are not UTF-8 are told apart; patterns must be UTF-8.
 #[cfg(target_os = "linux")]
 #[test]
 fn names_that_are_no_text_are_kept_or_refused() {
@@ -409,7 +410,7 @@ fn names_that_are_no_text_are_kept_or_refused() {
     let output = command(dir.path(), "render -o").arg(out).arg(&scenes[0]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("UTF-8"));
-    // The file that says where pictures were taken from is text.
+    // `transforms.json` is text.
     let views = "turntable --views 2 --size 8x8 -q";
     let output = command(dir.path(), views).arg(&scenes[0]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));

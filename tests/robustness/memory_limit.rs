@@ -1,11 +1,11 @@
-//! `--max-memory`: what would take more is refused before it is taken, and what is let through takes
-//! no more.
+//! `--max-memory`: scenes that would need more are rejected before the memory is allocated, and accepted
+//! scenes stay within it.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;
 use std::process::Command;
 
-/// Scenes of all kinds, with flags that take memory of their own.
+/// Scenes of all kinds, with flags that need memory of their own.
 const SCENES: [(&str, &str); 11] = [
     ("cornell/cornell.obj", "--size 640x360"),
     ("cornell/cornell.glb", "--size 1920x1080"),
@@ -23,7 +23,7 @@ const SCENES: [(&str, &str); 11] = [
     ("tests/gltf/torus_meshopt_filters.glb", "--size 64x64"),
 ];
 
-/// Runs with that much memory allowed; gives what it told, where it failed.
+/// Renders a scene within `allowed` bytes. Returns the messages, as an error where the exit code is not 0.
 fn run(folder: &Path, (scene, flags): (&str, &str), allowed: u64) -> Result<String, String> {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(scene);
     let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
@@ -56,7 +56,7 @@ fn number_before(text: &str, mark: &str) -> Option<f64> {
     text[..text.find(mark)?].split_whitespace().next_back()?.parse().ok()
 }
 
-/// A small file that asks for a lot: 16,000 meshes of the same 65,000 vertices.
+/// A small file with large demands: 16,000 meshes that share 65,000 vertices.
 #[test]
 fn vertices_that_are_asked_for_again_and_again_are_counted() {
     let dir = tempfile::tempdir().unwrap();
@@ -75,8 +75,8 @@ fn vertices_that_are_asked_for_again_and_again_are_counted() {
     assert!(told.contains("bytes of memory") && told.contains("exceeds the limit of 4294967296"), "{told}");
 }
 
-/// An animated crowd of nodes where nothing is drawn but one triangle: what counts is how they all stand at
-/// a moment, and every thread looks at one.
+/// 200,000 animated nodes and one drawn triangle: memory goes to the node transforms, which every thread
+/// computes for a time of its own.
 fn write_nodes(scene: &Path) {
     let json = format!(
         r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [{}]}}], "nodes": [{{"mesh": 0}}{}],
@@ -109,7 +109,7 @@ fn what_is_let_through_takes_no_more_than_was_allowed() {
     }
 }
 
-/// A tetrahedron of many faces one above the other, so often that its tree is shared.
+/// A tetrahedron with many coincident faces, instanced often enough for a BLAS of its own.
 #[test]
 fn many_instances_take_no_more_than_was_allowed() {
     const COPIES: usize = 120_000;
@@ -150,7 +150,8 @@ fn many_instances_take_no_more_than_was_allowed() {
     }
 }
 
-/// Allows a scene ever more memory, as it asks for it, until it is rendered: within that.
+/// Raises the limit to what each error asks for until the scene is rendered, and checks that its peak stays
+/// within that.
 fn keeps_within(case: (&str, &str)) {
     let dir = tempfile::tempdir().unwrap();
     let (mut allowed, mut refused) = (1 << 20, 0);
@@ -160,7 +161,7 @@ fn keeps_within(case: (&str, &str)) {
             Err(told) => {
                 refused += 1;
                 assert!(refused < 20, "{case:?}: {told}");
-                // What a file says by itself, to the byte; then what its pictures take, to a tenth.
+                // The limit for the file is exact; that for its images is within a tenth.
                 let more = number_before(&told, "exceeds the limit")
                     .or_else(|| bytes_after(&told, "would take about").map(|b| b * 1.01));
                 let more = more.unwrap_or_else(|| panic!("{case:?}: {told}")).ceil() as u64;
@@ -175,7 +176,8 @@ fn keeps_within(case: (&str, &str)) {
     assert!(refused >= 1 && peak <= allowed, "{case:?}: {peak} of {allowed} bytes");
 }
 
-/// Batches keep no memory from scene to scene: at most a quarter more than the largest takes alone.
+/// Batches free the memory of each scene: the peak is at most a quarter above that of the largest scene
+/// alone.
 #[cfg(target_env = "gnu")]
 #[test]
 fn a_batch_takes_hardly_more_than_its_largest_scene() {
@@ -193,7 +195,7 @@ fn a_batch_takes_hardly_more_than_its_largest_scene() {
         std::fs::write(folder.path().join("list"), list.concat()).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
         if scenes.len() == 1 {
-            // Advice of no effect, instead of that to take memory for the sake of time.
+            // A tunable without effect keeps the program from setting its own, which trade memory for time.
             command.env("GLIBC_TUNABLES", "glibc.malloc.check=0");
         }
         let output = command

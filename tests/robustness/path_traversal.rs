@@ -1,8 +1,8 @@
-//! References that lead out of a scene's folder: nothing out there is read, whatever they are written
-//! like and whichever part of a file they stand in.
+//! References that lead out of a scene's folder: no file out there is read, however the reference is written
+//! and wherever it stands.
 //!
-//! Outside lie canaries: files that would do very well as a buffer, a picture or a library of
-//! materials. Whoever reads one shows it.
+//! Outside lie canaries: valid buffers, images and material libraries, which show in the scene if they are
+//! read.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use blinn::import::{LoadError, LoadOptions, Warning, load};
 use blinn::scene::Scene;
 
-/// Where a reference can stand.
+/// The places of references.
 const PLACES: [&str; 5] = ["buffer", "image", "mtllib", "map_Kd", "norm"];
 
-/// The canary for each kind of reference: it is what a scene would want.
+/// The canary for each kind of reference: a valid file of that kind.
 fn canary(place: &str) -> (&'static str, Vec<u8>) {
     match place {
         "buffer" => {
@@ -28,7 +28,7 @@ fn model(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
 }
 
-/// A folder `outside/` with a canary, and beside it `scene/`, where the scene is.
+/// A folder `outside/` with a canary, beside the folder `scene/`.
 struct World {
     _dir: tempfile::TempDir,
     root: PathBuf,
@@ -51,7 +51,7 @@ impl World {
         self.root.join("outside").join(canary(self.place).0)
     }
 
-    /// Loads a scene that refers to `reference` at the place.
+    /// Loads a scene with `reference` at this place.
     fn load(&self, reference: &[u8], allow_outside: bool) -> Result<(Scene, Vec<Warning>), LoadError> {
         let at = |name: &str| self.root.join("scene").join(name);
         let json = |reference: &[u8]| serde_json::to_string(&String::from_utf8_lossy(reference)).unwrap();
@@ -97,7 +97,7 @@ impl World {
         load(&scene, &LoadOptions { allow_outside, ..LoadOptions::default() })
     }
 
-    /// Whether what was loaded has the canary in it.
+    /// Whether the canary is in the loaded scene.
     fn shows(&self, scene: &Scene) -> bool {
         match self.place {
             "buffer" => scene.meshes[0].positions.len() == 3,
@@ -106,7 +106,7 @@ impl World {
         }
     }
 
-    /// Each way out, by its name.
+    /// Each kind of path that leads out, by name.
     fn ways(&self) -> Vec<(&'static str, Vec<u8>)> {
         let path = self.canary();
         let (path, name) = (path.to_str().unwrap(), canary(self.place).0);
@@ -193,8 +193,8 @@ fn nothing_outside_is_read_and_it_is_said() {
     }
 }
 
-/// The same references are good ones where they stay inside, or where that was allowed: so the test
-/// above can fail.
+/// The same references are accepted inside the folder, or with `allow_outside`. Without this, the test above
+/// could pass for other reasons.
 #[cfg(unix)]
 #[test]
 fn the_canaries_would_be_seen() {

@@ -1,9 +1,9 @@
-//! Small files bent byte by byte and cut off anywhere: whatever becomes of them, nothing panics,
-//! nothing hangs, and no mutant takes more than a second or 256 MiB.
+//! Small files with bytes changed or cut off: no mutant panics, hangs, or needs more than a second or 256
+//! MiB.
 //!
-//! `cargo test` tries a share of the mutants that differs in place from seed to seed;
-//! `just fuzz-full` tries all of them, nearly 800,000. All run in this one process. The mutant at hand lies in
-//! `target/tmp/mutations/`, and stays there where one ends the process.
+//! `cargo test` runs a sample of the mutants, with a different offset for each seed; `just fuzz-full` runs
+//! all, nearly 800,000. The current mutant is in `target/tmp/mutations/`, and stays there if it ends the
+//! process.
 
 mod mutant_runner;
 mod seeds;
@@ -12,7 +12,7 @@ use mutant_runner::MutantRunner;
 
 use crate::alone;
 
-/// What becomes of the byte at a place, each in its own way.
+/// The changes to a byte.
 const CHANGES: [fn(&mut Vec<u8>, usize); 10] = [
     |b, i| b[i] ^= 1,
     |b, i| b[i] ^= 0x10,
@@ -26,7 +26,7 @@ const CHANGES: [fn(&mut Vec<u8>, usize); 10] = [
     |b, i| b.insert(i, b[i]),
 ];
 
-/// Tries every `step`-th mutant of all seeds and returns how many there were.
+/// Runs every `step`-th mutant of all seeds. Returns how many there were.
 fn try_all(step: usize) -> usize {
     let _turn = alone();
     let seeds = seeds::all();
@@ -37,7 +37,7 @@ fn try_all(step: usize) -> usize {
         assert!((1..=4096).contains(&size), "{} has {size} bytes", seed.name);
         assert!(runner.reads(seed, seed.bytes()), "{} itself is not read", seed.name);
         let before = runner.tried();
-        // Mutants in one row: each byte's changes, then the cut before it.
+        // Mutants in order: the changes to each byte, then the cut before it.
         let row = CHANGES.len() + 1;
         for number in (i % step..size * row).step_by(step) {
             let (at, change) = (number / row, number % row);

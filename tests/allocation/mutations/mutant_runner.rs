@@ -1,4 +1,4 @@
-//! What a mutant may take, and what it took.
+//! Runs mutants within limits of time and memory.
 
 use std::fmt::Arguments;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -16,21 +16,21 @@ use blinn::scene::{AnimationChoice, Lighting, PoseSettings, View, pose};
 use super::seeds::{Reader, Seed};
 use crate::MEMORY;
 
-/// No mutant takes longer, however busy the machine: what did is timed again.
+/// Time limit of a mutant, for the best of three runs.
 const TIME: Duration = Duration::from_secs(1);
-/// A mutant that takes as long hangs.
+/// Seconds after which a mutant counts as hanging.
 const HANGS: u64 = 60;
-/// No mutant takes more bytes beside what there is.
+/// Memory limit of a mutant in bytes, beyond what was allocated before.
 const BYTES: usize = 256 << 20;
 
-/// Whether panics are those of a mutant.
+/// Whether a mutant is running, whose panics are recorded.
 static RUNNING: AtomicBool = AtomicBool::new(false);
 
-/// Tries mutants one by one and keeps what went wrong.
+/// Runs mutants one by one and records failures.
 pub struct MutantRunner {
     folder: PathBuf,
     limits: Limits,
-    /// Counts mutants for whoever watches.
+    /// The number of mutants run, for the watchdog thread.
     tried: Arc<AtomicU64>,
     longest: Duration,
     largest: usize,
@@ -41,7 +41,7 @@ impl MutantRunner {
     pub fn new() -> MutantRunner {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutations");
         std::fs::create_dir_all(&folder).unwrap();
-        // The words of a panic are in its payload: told twice, they would bury the list.
+        // Panic messages are recorded from their payload; printed as well, they would bury the list.
         let usual = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |info| {
             if !RUNNING.load(Ordering::Relaxed) {
@@ -50,7 +50,7 @@ impl MutantRunner {
         }));
         let tried = Arc::new(AtomicU64::new(0));
         watch(tried.clone());
-        // What a file asks for is small, so that what it takes unasked stands out.
+        // Small limits, so that allocations outside of them stand out.
         let limits = Limits {
             vertices: 1 << 18,
             triangles: 1 << 18,
@@ -85,7 +85,7 @@ impl MutantRunner {
         }
     }
 
-    /// Tries one mutant.
+    /// Runs one mutant.
     pub fn run(&mut self, seed: &Seed, mutant: &[u8], which: Arguments) {
         self.tried.fetch_add(1, Ordering::Relaxed);
         std::fs::write(self.folder.join(seed.changed()), mutant).unwrap();
@@ -116,7 +116,7 @@ impl MutantRunner {
         self.largest = self.largest.max(bytes);
     }
 
-    /// From the file to pixels. Errors are what files are allowed to end in.
+    /// From the file to pixels. Errors are valid outcomes.
     fn read(&self, seed: &Seed) -> Result<(), ()> {
         let path = self.folder.join(&seed.files[0].0);
         match seed.reader {
@@ -139,7 +139,7 @@ impl MutantRunner {
         render(&frame, &Phong::default(), &settings, &()).map(drop).map_err(drop)
     }
 
-    /// Fails with all that went wrong, or says how many were tried.
+    /// Panics with all failures, or returns the number of mutants.
     pub fn verdict(self) -> usize {
         let shown = self.wrong.iter().take(50).cloned().collect::<Vec<_>>().join("\n");
         assert!(self.wrong.is_empty(), "{} of {}:\n{shown}", self.wrong.len(), self.tried());
@@ -148,7 +148,7 @@ impl MutantRunner {
     }
 }
 
-/// Ends the process where one mutant takes for ever: its file lies there to be looked at.
+/// Aborts the process if a mutant hangs; its file stays on disk.
 fn watch(tried: Arc<AtomicU64>) {
     std::thread::spawn(move || {
         let mut seen = 0;

@@ -1,11 +1,10 @@
-//! What is bent: files of all formats, as small as they get. Most are of `models/tests`; the rest are
-//! made here.
+//! Seeds of mutations: small files of all formats, most from `models/tests`, the others generated.
 
 use std::path::Path;
 
 use crate::common::seed_files;
 
-/// Who reads a seed's first file.
+/// The function that reads a seed's first file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reader {
     Scene,
@@ -13,11 +12,11 @@ pub enum Reader {
     CameraXml,
 }
 
-/// Files of which one is bent.
+/// Files, one of which is mutated.
 pub struct Seed {
     pub name: String,
     pub reader: Reader,
-    /// The scene, and what it refers to.
+    /// The scene, and the files that it refers to.
     pub files: Vec<(String, Vec<u8>)>,
     changed: usize,
 }
@@ -32,12 +31,12 @@ impl Seed {
         Seed { name: name.to_string(), reader, files, changed }
     }
 
-    /// The name of the file that is bent.
+    /// The name of the mutated file.
     pub fn changed(&self) -> &str {
         &self.files[self.changed].0
     }
 
-    /// What is in it.
+    /// The contents of the mutated file.
     pub fn bytes(&self) -> &[u8] {
         &self.files[self.changed].1
     }
@@ -48,7 +47,7 @@ fn model(name: &str) -> Vec<u8> {
     std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// All of them.
+/// All seeds.
 pub fn all() -> Vec<Seed> {
     let mut all = Vec::new();
     for name in [
@@ -143,7 +142,7 @@ pub fn all() -> Vec<Seed> {
     all
 }
 
-/// A picture on a triangle.
+/// A triangle with an image.
 fn image(name: &str, bytes: Vec<u8>) -> Seed {
     Seed::scene(name, vec![("a.gltf", seed_files::pictured(name)), (name, bytes)], 1)
 }

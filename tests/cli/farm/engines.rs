@@ -1,4 +1,4 @@
-//! What an engine does with a job, as far as its tasks see it.
+//! Stand-ins for render farm engines, as far as tasks notice.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,8 +17,8 @@ pub fn template(folder: &Path, line: &str) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// Runs all tasks of a template's steps, elsewhere, as the specification says: paths are absolute, and each
-/// chunk has as many frames as it has by default.
+/// Runs all tasks of a template's steps in another folder, as the specification defines: paths are absolute,
+/// and each chunk has its default number of frames.
 #[track_caller]
 pub fn run_template(folder: &Path, template: &Value) {
     let mut values = BTreeMap::new();
@@ -68,22 +68,22 @@ fn fill(text: &str, values: &BTreeMap<String, String>) -> String {
     out + rest
 }
 
-/// Cuts a list of frames.
+/// Splits a list of frames into chunks.
 fn chunks(range: &str, size: usize) -> Vec<String> {
     let list = blinn::batch::FrameList::parse(range).unwrap();
     let text = |frames: &[i64]| frames.iter().map(i64::to_string).collect::<Vec<_>>().join(",");
     list.frames().chunks(size).map(text).collect()
 }
 
-/// What sbatch was asked for.
+/// A job submitted to sbatch.
 #[derive(Debug)]
 pub struct Asked {
     pub words: Vec<String>,
-    /// Its standard input.
+    /// The job script, from standard input.
     pub script: String,
 }
 
-/// Submits a job to an sbatch that only takes notes, and numbers jobs from 1.
+/// Submits a job to an sbatch that only records its calls, and numbers jobs from 1.
 pub fn submit(folder: &Path, job: &str, words: &[&str]) -> Vec<Asked> {
     let notes = tempfile::tempdir().unwrap();
     let sbatch = notes.path().join("sbatch");
@@ -114,7 +114,7 @@ pub fn submit(folder: &Path, job: &str, words: &[&str]) -> Vec<Asked> {
         .collect()
 }
 
-/// Runs all tasks of a job for Slurm, and what waits for them. Returns what they told.
+/// Runs all tasks of a Slurm job, and the dependent job. Returns their messages.
 pub fn run_script(folder: &Path, job: &str) -> String {
     let script = fs::read_to_string(folder.join(job)).unwrap();
     let array = script.lines().find_map(|line| line.strip_prefix("#SBATCH --array=1-")).unwrap();

@@ -1,5 +1,5 @@
-//! Jobs for farms, without any: what is printed, and what its tasks do where a test stands in for the engine.
-//! `.ci/farm.py` has the engines themselves.
+//! Render farm jobs without a farm: the printed job, and its tasks run by a stand-in for the engine.
+//! `.ci/farm.py` runs the real engines.
 
 mod engines;
 
@@ -12,7 +12,7 @@ use engines::*;
 
 const SMALL: &str = "--size 32x18 -s 1";
 
-/// What is printed for a small job, to the letter. `GOLDEN=update` writes it anew; read what changed.
+/// The printed job, byte for byte. `GOLDEN=update` rewrites it; read the diff.
 #[test]
 fn a_small_job_is_printed_so() {
     let (_dir, at) = folder();
@@ -38,7 +38,7 @@ fn a_small_job_is_printed_so() {
     assert_eq!(names(&at), ["cube.obj"], "nothing was rendered");
 }
 
-/// What is resolved into flags changes no pixel, whichever share a task has.
+/// Tasks render the same pixels as one process: flags resolved for the whole job hold for each chunk.
 #[test]
 fn tasks_make_the_pictures_of_one_process() {
     let (_dir, at) = folder();
@@ -75,7 +75,7 @@ fn tasks_make_the_pictures_of_one_process() {
     }
 }
 
-/// Names that a shell or a template could stumble over, in a folder of the like.
+/// File and folder names with characters that shells and templates treat specially.
 #[test]
 fn odd_names_arrive_as_they_are() {
     let (_dir, at) = folder();
@@ -110,7 +110,7 @@ fn odd_names_arrive_as_they_are() {
     assert!(!at.join("x").exists(), "a shell read the name");
 }
 
-/// What sbatch is asked for: the array, then what waits for it, both with the user's own options.
+/// Calls of sbatch: the array job, then the dependent job, both with the user's own options.
 #[cfg(unix)]
 #[test]
 fn a_script_submits_itself_and_what_waits_for_it() {
@@ -127,7 +127,7 @@ fn a_script_submits_itself_and_what_waits_for_it() {
     assert_eq!(assembly.words, waits);
     let said = assembly.script.replace('\'', "");
     assert!(said.contains("--fps=12 --loop=once --quality=80 --strict"), "{said}");
-    // Frames alone are one job.
+    // A job of frames without an animation needs no dependent job.
     runs(&at, &format!("job slurm -o frames.sh turntable cube.obj {SMALL} --count 7"));
     assert_eq!(submit(&at, "frames.sh", &[]).len(), 1);
 }
@@ -157,7 +157,7 @@ fn what_makes_no_job_is_refused() {
     refused(&at, "job openjd --at-once 3 turntable cube.obj", "--at-once");
     refused(&at, "job slurm --target-seconds 3 turntable cube.obj", "--target-seconds");
     refused(&at, "job slurm --chunk-size 0 turntable cube.obj", "--chunk-size");
-    // What only the scene tells.
+    // Errors that depend on the scene.
     for (line, says) in [
         ("job openjd turntable missing.glb", "missing.glb"),
         ("job openjd turntable cube.obj -o {{stem}}#.png", "cannot say two braces together"),
@@ -173,7 +173,7 @@ fn what_makes_no_job_is_refused() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("make a job of each part"));
 }
 
-/// A template names what lies beside it, and is told the rest.
+/// A template refers to files beside it, and has parameters for the others.
 #[test]
 fn what_lies_elsewhere_is_a_parameter_without_default() {
     let (_dir, at) = folder();
@@ -194,14 +194,14 @@ fn what_lies_elsewhere_is_a_parameter_without_default() {
     };
     assert_eq!((default("Scene"), default("SceneFolder")), (None, None));
     assert_eq!(default("Output"), Some("out".into()));
-    // A scene of one file needs no folder.
+    // A scene of one file needs no folder parameter.
     fs::copy(model("tests/triangle.glb"), at.join("triangle.glb")).unwrap();
     let template = blinn(&at, &format!("job openjd turntable triangle.glb {SMALL}"));
     let text = String::from_utf8(template.stdout).unwrap();
     assert!(text.contains("\"triangle.glb\"") && !text.contains("SceneFolder"), "{text}");
 }
 
-/// Flags from a file are flags of the tasks, and so are aliases by their own names.
+/// Settings from a configuration file become flags of the tasks; aliases by their full names.
 #[test]
 fn settings_from_a_file_are_the_tasks_too() {
     let (_dir, at) = folder();
@@ -220,7 +220,7 @@ fn settings_from_a_file_are_the_tasks_too() {
     assert!(told("--print-config").contains("no-shadows = true"));
 }
 
-/// Several processes that write the same frames to one folder do not get into each other's way.
+/// Several processes can write the same frames to one folder.
 #[test]
 fn several_writers_share_a_folder() {
     let (_dir, at) = folder();
@@ -237,7 +237,7 @@ fn several_writers_share_a_folder() {
         assert!(writer.wait().unwrap().success());
     }
     assert!(files(&at.join("shared")) == files(&at.join("whole")));
-    // Shares that are empty are done.
+    // Empty chunks succeed.
     runs(&at, "turntable cornell.glb --count 3 --chunk 1/5 -q -o none/#.png");
     assert!(!at.join("none").exists());
 }

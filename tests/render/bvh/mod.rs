@@ -13,7 +13,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::common::scenes::{self, Holes, Rng};
 
-/// The nine scenes.
+/// The nine test scenes.
 fn all_scenes() -> Vec<(&'static str, Scene)> {
     let rng = &mut Rng::new(1);
     let identity = [DAffine3::IDENTITY];
@@ -30,7 +30,7 @@ fn all_scenes() -> Vec<(&'static str, Scene)> {
         })
         .collect();
     doubled.triangles.extend(copies);
-    // Some of its copies face the other way, where only one side is seen.
+    // Some instances are mirrored, and single-sided.
     let mut turned = Scene::default();
     let single_sided = scenes::material(SurfaceClass::Opaque, false);
     scenes::add(&mut turned, doubled.clone(), single_sided, &identity);
@@ -46,7 +46,7 @@ fn all_scenes() -> Vec<(&'static str, Scene)> {
             .map(|scale| place(rng, scale))
             .collect();
     placed.push(placed[0]);
-    // One that flattens, which goes into the world tree.
+    // A transform without volume, which goes into the world BVH.
     placed.push(DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)));
     let mut instances = Scene::default();
     scenes::add(&mut instances, scenes::sphere(12), scenes::material(SurfaceClass::Opaque, false), &placed);
@@ -63,12 +63,12 @@ fn all_scenes() -> Vec<(&'static str, Scene)> {
             let at = [place(rng, DVec3::ONE), place(rng, DVec3::new(-1.0, 0.5, 1.0))];
             let mesh = scenes::soup(count, 0.6, rng);
             scenes::add(&mut mixed, mesh.clone(), scenes::material(class, double_sided), &at[..1]);
-            // The same again in the same place, and one drawn twice.
+            // Two coincident copies of it, and one that is instanced twice.
             scenes::add(&mut mixed, mesh.clone(), scenes::material(class, double_sided), &at[..1]);
             scenes::add(&mut mixed, mesh, scenes::material(class, !double_sided), &at);
         }
     }
-    // The last pairs may come and go: they are moving things that keep their places.
+    // The last pairs are animated with constant keys: dynamic instances that stay in place.
     let moving = mixed.nodes.len() as u32 / 2..mixed.nodes.len() as u32;
     let keys =
         Keyframes { times: vec![0.0], values: vec![1.0], width: 1, interpolation: Interpolation::Step };
@@ -89,8 +89,7 @@ fn all_scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// Rays from in and around the scene to anywhere in it; a third of them at vertices and edges,
-/// some along the axes.
+/// Rays from in and around the scene into it; a third of them at vertices and edges, some along the axes.
 fn rays(posed: &PosedScene, count: usize) -> Vec<(Vec3, Vec3)> {
     let mut rng = Rng::new(2);
     let any = |rng: &mut Rng| {
@@ -114,7 +113,7 @@ fn rays(posed: &PosedScene, count: usize) -> Vec<(Vec3, Vec3)> {
 
 const MOST: usize = 12;
 
-/// The first hits along every ray, one after the other, as far as `MOST`.
+/// The first `MOST` hits along every ray.
 fn layers(accel: &Accel, rays: &[(Vec3, Vec3)], cull: bool, shared: Coherence) -> Vec<Vec<Hit>> {
     let mut found = vec![Vec::new(); rays.len()];
     let mut open: Vec<usize> = (0..rays.len()).collect();
@@ -124,7 +123,7 @@ fn layers(accel: &Accel, rays: &[(Vec3, Vec3)], cull: bool, shared: Coherence) -
             RayBatch { coherence: shared, cull_back_faces: cull, t_max: 5.0, ..RayBatch::default() };
         for &i in &open {
             batch.push(rays[i].0, rays[i].1);
-            // None before the first round.
+            // No hit precedes the first round.
             batch.after.extend(found[i].last());
         }
         accel.intersect(&batch, &Holes, &mut hits);
@@ -152,5 +151,5 @@ fn bits(layers: &[Vec<Hit>]) -> Vec<Vec<(u32, HitId)>> {
     layers.iter().map(|l| l.iter().map(|hit| (hit.t.to_bits(), hit.id)).collect()).collect()
 }
 
-/// All in the world's trees, and all that can be in trees of its own.
+/// All meshes in the world BVHs; every mesh that allows it in a BLAS of its own.
 const FLATTENED: [FlattenBudget; 2] = [FlattenBudget::DEFAULT, FlattenBudget::ZERO];

@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::{FLATTENED, all_scenes, bits, layers, rays, segments};
 use crate::common::scenes::{self, Holes, Rng};
 
-/// All layers, shadows and transmittances of every preset and tier are those of asking every
+/// All layers, occlusion and transmittance of every preset and SIMD level equal those of testing every
 /// triangle.
 #[test]
 fn every_tree_answers_as_no_tree_does() {
@@ -50,7 +50,7 @@ fn every_tree_answers_as_no_tree_does() {
     }
 }
 
-/// The walk that counts steps finds what the others find, whichever the instructions, and counts alike.
+/// The traversal that counts steps returns the same hits, and the same counts at every SIMD level.
 #[test]
 fn the_counting_walk_meets_the_same_hits() {
     for (name, scene) in &all_scenes() {
@@ -71,7 +71,7 @@ fn the_counting_walk_meets_the_same_hits() {
         }
         let portable = BuildSettings { simd: Tier::Portable, ..BuildSettings::default() };
         assert_eq!(Accel::build(&posed, &portable).0.count_steps(&batch, &Holes), counted, "{name}");
-        // Trees spare rays most of what is there, and without one nothing is spared.
+        // A BVH skips most triangles; the flat preset skips none.
         let flat = BuildSettings { preset: Preset::BruteForce, ..BuildSettings::default() };
         let flat = Accel::build(&posed, &flat).0;
         let all: u32 = flat.count_steps(&batch, &Holes).iter().map(|(_, steps)| steps.blocks).sum();
@@ -83,8 +83,8 @@ fn the_counting_walk_meets_the_same_hits() {
     assert_eq!(Accel::build(&scenes::posed(&empty), &BuildSettings::default()).0.sah_cost(), 0.0);
 }
 
-/// What rays of a packet share, and some of them: from one place or along one way, near each other,
-/// many at vertices and edges. Every sixteen have their own triangles to go to.
+/// Rays of a packet with a common origin or direction, close together, many at vertices and edges. Every 16
+/// aim at a few triangles of their own.
 fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool, count: usize) -> (Coherence, Vec<(Vec3, Vec3)>) {
     let instance = rng.below(posed.instances.len()) as u32;
     let triangles = posed.mesh(instance).triangles.len();
@@ -109,8 +109,8 @@ fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool, count: usize) -> (Cohe
     (if along { Coherence::Direction(d) } else { Coherence::Origin(o) }, rays)
 }
 
-/// Rays that are told to share something, and so may be traced together, meet what they meet one
-/// by one: every layer, shadow and transmittance, on every tier.
+/// Packets of rays with a common origin or direction return the same as single rays: every layer, occlusion
+/// and transmittance at every SIMD level.
 #[test]
 fn packets_answer_as_single_rays_do() {
     let all = all_scenes();
@@ -125,14 +125,14 @@ fn packets_answer_as_single_rays_do() {
             let accel = Accel::build(&posed, &settings(tier)).0;
             let mut rng = Rng::new(3);
             for n in 0..60 {
-                // Whole packets, parts of them, and what does not fill a group.
+                // Full packets, parts of packets, and incomplete groups.
                 let count = [64, 300, 23, 256][n % 4];
                 let (shared, rays) = bundle(&posed, &mut rng, n % 3 == 2, count);
                 let context = format!("{name} {flatten:?} {tier:?} {n} {shared:?}");
                 let cull = n % 2 == 0;
                 let together = bits(&layers(&accel, &rays, cull, shared));
                 assert_eq!(together, bits(&layers(&single, &rays, cull, Coherence::None)), "{context}");
-                // Towards the light, if it is one.
+                // Towards the light where the rays share one.
                 let segments = |rays: &[(Vec3, Vec3)]| {
                     let mut segments = SegmentBatch { coherence: shared, ..SegmentBatch::default() };
                     for &(o, d) in rays {
@@ -158,7 +158,7 @@ fn packets_answer_as_single_rays_do() {
     }
 }
 
-/// Layers come in the order of (t, id), each triangle once; all coincident ones are there.
+/// Layers are ordered by (t, id) and contain each triangle once, all coincident ones included.
 #[test]
 fn layers_are_in_order_and_complete() {
     let mut square = scenes::grid(1, 2);
@@ -178,8 +178,8 @@ fn layers_are_in_order_and_complete() {
     assert!(found[..5].iter().all(|hit| hit.t == 1.0));
 }
 
-/// Eye rays see the front of single-sided triangles alone, mirrored or not, shared or not, and
-/// both sides of double-sided ones.
+/// Eye rays hit single-sided triangles from the front only, mirrored or not, instanced or not, and
+/// double-sided ones from both sides.
 #[test]
 fn back_faces_are_culled_where_they_are_single_sided() {
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
@@ -189,7 +189,7 @@ fn back_faces_are_culled_where_they_are_single_sided() {
             [vec![DAffine3::IDENTITY], vec![mirror], vec![DAffine3::IDENTITY, far], vec![mirror, far]]
         {
             let mut scene = Scene::default();
-            // The grid's front looks to +Z; mirrored in x it still does.
+            // The grid's front faces +Z, also after mirroring in x.
             scenes::add(
                 &mut scene,
                 scenes::grid(2, 2),

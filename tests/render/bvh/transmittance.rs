@@ -1,4 +1,4 @@
-//! Light followed through surfaces that let some of it pass.
+//! Transmittance: light through translucent surfaces.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::{FLATTENED, layers};
 use crate::common::scenes::{self, Rng};
 
-/// All of it lets half of the light through.
+/// Every surface transmits half of the light.
 struct Halved;
 
 impl AnyHitFilter for Halved {
@@ -23,7 +23,7 @@ impl AnyHitFilter for Halved {
     }
 }
 
-/// [`Halved`], with a note of how often it was asked.
+/// [`Halved`], with a count of its calls.
 #[derive(Default)]
 struct Counted(AtomicUsize);
 
@@ -38,8 +38,8 @@ impl AnyHitFilter for Counted {
     }
 }
 
-/// Of a thousand panes that each halve the light, as many are asked as leave some of it; a few let
-/// through the product of theirs.
+/// Transmittance stops where no light is left: of a thousand panes that each halve it, only so many are
+/// evaluated. A few panes transmit the product of their factors.
 #[test]
 fn light_is_followed_until_none_is_left() {
     for (panes, left, most) in [(17, 0.5f32.powi(17), 17), (18, 0.0, 18), (1000, 0.0, 19)] {
@@ -64,7 +64,7 @@ fn light_is_followed_until_none_is_left() {
                 let (asked, mut free) = (Counted::default(), Vec::new());
                 accel.transmittance(&segments, &asked, &mut free);
                 assert!(free.iter().all(|&free| free == Vec3::splat(left)), "{tier:?} {shared:?}: {free:?}");
-                // Packets that go on alone may ask once more.
+                // Rays that leave a packet may evaluate one pane twice.
                 let asked = asked.0.into_inner();
                 assert!(asked <= 2 * 40 * most, "{panes} {tier:?} {flatten:?} {shared:?}: {asked}");
             }
@@ -72,8 +72,8 @@ fn light_is_followed_until_none_is_left() {
     }
 }
 
-/// Where light passes, a sheet is one layer also on its edges and vertices: to whatever ray, whichever
-/// way the triangles are wound, in the world's tree and in one of its own.
+/// A translucent sheet attenuates once, also on its edges and vertices: for any ray and winding, in the world
+/// BVH and in a BLAS of its own.
 #[test]
 fn a_sheet_that_light_passes_is_one_layer() {
     let mut rng = Rng::new(5);
@@ -91,7 +91,7 @@ fn a_sheet_that_light_passes_is_one_layer() {
         let beside = DAffine3::from_translation(DVec3::X * 100.0) * placed;
         scenes::add(&mut scene, mesh, scenes::material(SurfaceClass::Translucent, true), &[placed, beside]);
         let posed = scenes::posed(&scene);
-        // Vertices, and the middles of edges: those of no other triangle are at the sheet's rim.
+        // Vertices and midpoints of edges: those of one triangle only are on the sheet's border.
         let triangles = (0..posed.mesh(0).triangles.len() as u32)
             .map(|triangle| posed.world_triangle(HitId { instance: 0, triangle }))
             .collect::<Vec<_>>();

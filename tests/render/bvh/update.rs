@@ -1,4 +1,4 @@
-//! Refits: an updated BVH answers as one that is built anew.
+//! Refits: an updated BVH answers as one that is built from scratch.
 
 use blinn::accel::{Accel, BuildSettings, Coherence, FlattenBudget};
 use blinn::integrator::MaterialHitFilter;
@@ -11,8 +11,8 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use super::{FLATTENED, all_scenes, bits, layers, rays, segments};
 use crate::common::scenes::{self, Holes, Rng};
 
-/// What is drawn in few triangles goes into the world; the rest has trees of its own, the smallest
-/// meshes last. What moves is in a world of its own.
+/// Meshes with few instanced triangles go into the static world; the others are instanced, smallest meshes
+/// last. Animated ones go into a dynamic world.
 #[test]
 fn worlds_take_as_much_as_they_are_told_to() {
     let mut scene = Scene::default();
@@ -40,7 +40,7 @@ fn worlds_take_as_much_as_they_are_told_to() {
     assert_eq!(stats(5, 0), (4, 2 + 8 + 18 + 32), "both have");
 }
 
-/// After an update the answers are those of a new build.
+/// An update returns the answers of a new build.
 #[test]
 fn an_update_is_as_good_as_a_build() {
     for flatten in FLATTENED {
@@ -54,7 +54,7 @@ fn update_as_good_as_build(settings: &BuildSettings) {
     for step in 0..3 {
         for (i, node) in scene.nodes.iter_mut().enumerate() {
             let turn = DAffine3::from_rotation_x(0.3 * (i + step) as f64);
-            // First the shared instances alone, then all.
+            // First with instanced meshes only, then with all.
             if step > 0 || i < 4 {
                 node.local = blinn::scene::LocalTransform::Matrix(turn * node.local.affine());
             }
@@ -72,12 +72,12 @@ fn update_as_good_as_build(settings: &BuildSettings) {
     }
 }
 
-/// A soup twice, the second one aside, and what its weights do: bring the second to the first, bend all,
-/// take the area from some, scatter all.
+/// Two copies of a triangle soup. Morph weights move the second onto the first, deform all, collapse some
+/// triangles, and scatter all.
 fn bending() -> Scene {
     let rng = &mut Rng::new(5);
     let mut mesh = scenes::soup(2000, 0.2, rng);
-    // In steps that sums are exact in.
+    // In steps whose sums are exact.
     let coarse = |p: Vec3| (p * 4096.0).round() / 4096.0;
     mesh.positions.iter_mut().for_each(|p| *p = coarse(*p));
     let aside = Vec3::new(0.5, 0.25, 0.0);
@@ -86,7 +86,7 @@ fn bending() -> Scene {
     mesh.triangles.extend_from_within(..);
     let half = mesh.triangles.len() / 2;
     mesh.triangles[half..].iter_mut().flatten().for_each(|v| *v += vertices);
-    // None of these can be hit, and some of them never.
+    // None of these can be hit, some of them in no shape.
     mesh.triangles.extend([[0, 0, 1], [4, 5, 5]]);
     let few = |i: usize| i % first.len() < 300;
     let each = |f: &mut dyn FnMut(usize, Vec3) -> Vec3| MorphTarget {
@@ -105,7 +105,8 @@ fn bending() -> Scene {
     scene
 }
 
-/// Trees that were built for one shape answer for another as new ones do, and leave out the same.
+/// A BVH that was built for one shape answers for another as a new one does, and leaves out the same
+/// triangles.
 #[test]
 fn trees_follow_what_bends() {
     let mut scene = bending();
@@ -139,7 +140,7 @@ fn trees_follow_what_bends() {
     assert!(coincident > 3900 && flat > 300, "{coincident} in one place, {flat} flat");
 }
 
-/// Where an animation makes glass of a wall, trees that were built before know it.
+/// Animated alpha makes a wall translucent, and an existing BVH follows.
 #[test]
 fn trees_follow_what_becomes_glass() {
     for flatten in FLATTENED {
@@ -163,8 +164,8 @@ fn trees_follow_what_becomes_glass() {
     }
 }
 
-/// Translucent by its material, but its texture has no hole where it is looked up: it blocks light like
-/// anything opaque, until the texture moves. Trees that were built before know that, too.
+/// A translucent material whose texture is opaque at all texture coordinates blocks light as an opaque one
+/// does, until the texture transform moves. An existing BVH follows that, too.
 #[test]
 fn trees_follow_textures_that_move() {
     for flatten in FLATTENED {
@@ -185,7 +186,7 @@ fn trees_follow_textures_that_move() {
             ..scenes::material(SurfaceClass::Translucent, true)
         };
         scenes::add(&mut scene, mesh, Material { alpha: ScalarInput::new(1.0), ..blend }, &at);
-        // The right half is clear.
+        // The right half is transparent.
         let alphas = (0..64).flat_map(|i| [9, if i < 32 { 255 } else { 51 }]).collect();
         scene.images.push(Image {
             name: String::new(),

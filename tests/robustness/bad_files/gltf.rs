@@ -1,11 +1,12 @@
-//! Bad glTF: one value of a good file replaced, and containers that hold together no more.
+//! Bad glTF: good files with one value replaced, and broken containers.
 
 use serde_json::{Value, json};
 
 use super::Case;
 use crate::common::seed_files;
 
-/// What is replaced by what, in a file with a bit of everything; `REMOVE` takes a value away.
+/// JSON pointers into a file with a bit of everything, and the values that replace theirs; `REMOVE` removes
+/// the value.
 const REMOVE: &str = "\"\u{1}\"";
 const SPOILT: &[(&str, &str)] = &[
     ("/asset", REMOVE),
@@ -149,7 +150,7 @@ fn spoilt(good: &Value, place: &str, value: &str) -> Case {
         Value::Array(list) => list[key.parse::<usize>().unwrap()] = number(value),
         _ => panic!("{place}"),
     }
-    // A number that JSON knows and f64 does not.
+    // A number that is valid in JSON and overflows f64.
     let text = bad.to_string().replace(r#""\u0002""#, "1e999");
     Case::new(name, "a.gltf", text)
 }
@@ -158,7 +159,7 @@ fn number(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|_| json!("\u{2}"))
 }
 
-/// What is hardly JSON.
+/// Files that are not JSON, or not quite.
 fn texts() -> Vec<Case> {
     let deep = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"extras\":{}", "[".repeat(100_000));
     let texts: [(&str, Vec<u8>); 9] = [
@@ -218,7 +219,7 @@ fn containers(good: &Value) -> Vec<Case> {
     files.into_iter().map(|(name, bytes)| Case::new(name, "a.glb", bytes)).collect()
 }
 
-/// Streams that say something else than the file around them.
+/// Compressed streams that contradict the file around them.
 fn compressed() -> Vec<Case> {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf/strip_draco.glb");
     let whole = std::fs::read(path).unwrap();

@@ -1,6 +1,6 @@
-//! Files with one thing wrong, made by hand, each pinned to the kind of error that it is, the place
-//! that is named, and the words: `expected.txt` has a line for each (`nothing` where a value is taken
-//! as a harmless one without a word). `GOLDEN=update` writes it anew; read what changed.
+//! Hand-made files with one defect each, and the kind, place and text of the error that each causes:
+//! `expected.txt` has a line for each (`nothing` where a value is replaced by a default without a warning).
+//! `GOLDEN=update` rewrites it; read the diff.
 
 mod gltf;
 mod non_gltf;
@@ -11,7 +11,7 @@ use std::path::Path;
 
 use blinn::import::{LoadError, LoadOptions, load, load_camera_xml, load_sky};
 
-/// A bad file: its name in the list, and files of which the first is read.
+/// A bad file: its name in the list, and its files, of which the first is read.
 pub struct Case {
     pub name: String,
     pub files: Vec<(&'static str, Vec<u8>)>,
@@ -28,7 +28,7 @@ impl Case {
     }
 }
 
-/// What becomes of it, in a line: the kind of error, its place and its words, or all warnings.
+/// The outcome in one line: the error's kind, place and text, or all warnings.
 fn outcome(case: &Case) -> String {
     let dir = tempfile::tempdir().unwrap();
     for (name, bytes) in &case.files {
@@ -70,7 +70,7 @@ fn every_bad_file_is_known_by_its_kind_and_place() {
     let mut all = String::new();
     for case in &cases {
         let outcome = outcome(case);
-        // Errors say where.
+        // Errors name a place.
         assert!(!outcome.starts_with("Parse |  |") && !outcome.starts_with("Invalid |  |"), "{outcome}");
         writeln!(all, "{}: {outcome}", case.name).unwrap();
     }

@@ -1,4 +1,4 @@
-//! Bad OBJ, MTL, pictures, cameras and pictures of light.
+//! Bad OBJ, MTL, image, camera and environment map files.
 
 use super::Case;
 use crate::common::seed_files;
