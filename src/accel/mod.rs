@@ -14,8 +14,7 @@ mod packet;
 mod ray_batch;
 mod traverse;
 
-pub(crate) use crate::simd::Columnwise;
-pub use crate::simd::Tier;
+pub use crate::simd::SimdLevel;
 pub use build::instancing_plan::FlattenBudget;
 pub use ray_batch::{AnyHitFilter, Coherence, HitBatch, RayBatch, SegmentBatch};
 pub use traverse::traversal_stats::Steps;
@@ -24,7 +23,7 @@ use std::collections::BTreeMap;
 
 use crate::geometry::{Hit, HitId, Rgb};
 use crate::scene::PosedScene;
-use crate::simd::{Job, Plain, Simd};
+use crate::simd::{AutovecKernel, Simd, SimdKernel};
 use build::instancing_plan::{Member, Plan};
 use build::scene_triangles::{mesh_triangles, world_raw, world_triangles};
 use build::surface_flags::SurfaceFlagsCache;
@@ -41,9 +40,9 @@ use traverse::transmittance::Passing;
 pub struct BuildSettings {
     /// How much time a tree is worth. The picture never depends on it.
     pub preset: Preset,
-    /// Instructions that rays are traced with: the best there are, by default. The picture never
-    /// depends on it.
-    pub simd: Tier,
+    /// SIMD instructions that rays are traced with; by default the widest that this processor supports. The picture
+    /// does not depend on it.
+    pub simd: SimdLevel,
     /// Which shared meshes go into a world's tree. The picture depends on it by the rounding of t.
     pub flatten: FlattenBudget,
 }
@@ -183,8 +182,8 @@ impl Accel {
     }
 
     /// Runs what has nothing to do with trees with the instructions that they are traversed with.
-    pub(crate) fn run_autovec(&self, job: impl Columnwise) {
-        self.settings.simd.run(Plain(job));
+    pub(crate) fn run_autovec(&self, job: impl AutovecKernel) {
+        self.settings.simd.run(job);
     }
 
     /// True where something visible lets part of the light through; else [`Accel::occluded`] says
@@ -218,7 +217,7 @@ struct Intersect<'a> {
     hits: &'a mut HitBatch,
 }
 
-impl Job for Intersect<'_> {
+impl SimdKernel for Intersect<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -264,7 +263,7 @@ struct Occluded<'a> {
     out: &'a mut Vec<bool>,
 }
 
-impl Job for Occluded<'_> {
+impl SimdKernel for Occluded<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -312,7 +311,7 @@ struct Transmittance<'a> {
     out: &'a mut Vec<Rgb>,
 }
 
-impl Job for Transmittance<'_> {
+impl SimdKernel for Transmittance<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -4,7 +4,7 @@ use std::fs;
 
 use super::memory;
 use super::results::Machine;
-use crate::accel::Tier;
+use crate::accel::SimdLevel;
 
 impl Machine {
     /// Describes this machine. What only Linux tells is a default elsewhere.
@@ -22,7 +22,7 @@ impl Machine {
             memory_bytes: memory::total_bytes().unwrap_or(0),
             os: distribution().unwrap_or_else(|| std::env::consts::OS.to_string()),
             kernel: kernel.trim().to_string(),
-            simd: Tier::best().name().to_string(),
+            simd: SimdLevel::detect().name().to_string(),
         }
     }
 }

@@ -7,7 +7,7 @@ use super::rays::BenchRays;
 use super::report::HeatMap;
 use super::results::{BenchResults, BenchStage, BvhResults, RecordedSettings, SceneResults, StageResults};
 use super::workload::Workload;
-use crate::accel::{Accel, AccelStats, BuildSettings, Tier};
+use crate::accel::{Accel, AccelStats, BuildSettings, SimdLevel};
 use crate::bench::interleaved_timer::{InterleavedTimer, Timing};
 use crate::display::{Background, Display, ViewTransform};
 use crate::geometry::Rgb;
@@ -30,7 +30,7 @@ pub struct BenchSettings {
     /// Numbers of threads.
     pub threads: Vec<usize>,
     /// Instructions to trace with.
-    pub tier: Tier,
+    pub simd: SimdLevel,
     /// True: with pictures of what eye rays cost.
     pub heat_maps: bool,
     /// True: nothing is timed, and everything is done once for the memory that it takes. A process keeps
@@ -158,7 +158,7 @@ pub fn measure(plan: &BenchSettings, subjects: &[Workload], listener: &mut dyn B
         samples: plan.render.samples,
         rounds: plan.rounds,
         threads: plan.threads.iter().map(|&threads| threads as u32).collect(),
-        simd: plan.tier.name().into(),
+        simd: plan.simd.name().into(),
         debug_build: cfg!(debug_assertions),
         ..RecordedSettings::default()
     };
@@ -193,7 +193,7 @@ impl Pass<'_> {
         self.add(BenchStage::Load, None, taken);
         let posed = turns.install(|| pose(&scene, &PoseSettings::default()))?;
 
-        let build = BuildSettings { simd: plan.tier, ..BuildSettings::default() };
+        let build = BuildSettings { simd: plan.simd, ..BuildSettings::default() };
         let (taken, (accel, _)) = turns.measure(|| Accel::build(&posed, &build));
         self.add(BenchStage::Build, None, taken);
         if first {

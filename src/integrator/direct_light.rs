@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::{Accel, Columnwise};
+use crate::accel::Accel;
 use crate::geometry::Rgb;
 use crate::integrator::Frame;
 use crate::integrator::material::coefficients::lobe;
@@ -10,6 +10,7 @@ use crate::integrator::shading_batch::Seen;
 use crate::integrator::surface::points::{Columns, Group, LANES, narrow, vector};
 use crate::integrator::surface::shadow_terminator::start;
 use crate::scene::{GroundKind, LightEval, PosedLight};
+use crate::simd::AutovecKernel;
 
 /// A number of each point of a group.
 type Column<T> = [T; LANES];
@@ -49,7 +50,7 @@ pub(crate) fn look_back(accel: &Accel, columns: &mut Columns) {
 
 struct LookBack<'a>(&'a mut Columns);
 
-impl Columnwise for LookBack<'_> {
+impl AutovecKernel for LookBack<'_> {
     #[inline(always)]
     fn run(self) {
         for (group, _) in self.0.groups_mut() {
@@ -78,7 +79,7 @@ pub(crate) fn sum_up(accel: &Accel, columns: &mut Columns) {
 
 struct SumUp<'a>(&'a mut Columns);
 
-impl Columnwise for SumUp<'_> {
+impl AutovecKernel for SumUp<'_> {
     #[inline(always)]
     fn run(self) {
         for (group, _) in self.0.groups_mut() {
@@ -145,7 +146,7 @@ struct Reach<'a> {
     reached: &'a mut Vec<Reached>,
 }
 
-impl Columnwise for Reach<'_> {
+impl AutovecKernel for Reach<'_> {
     #[inline(always)]
     fn run(self) {
         let Reach { columns, light, highlights, catches, reached } = self;

@@ -3,8 +3,9 @@
 use glam::UVec2;
 
 use super::{RenderSettings, filter};
-use crate::accel::{Accel, Columnwise};
+use crate::accel::Accel;
 use crate::integrator::{LowDiscrepancySampler, Sample};
+use crate::simd::AutovecKernel;
 
 /// How the pixels of a picture are sampled.
 pub(super) struct Sampling<'a> {
@@ -82,7 +83,7 @@ struct Places<'a, 'b> {
     out: &'a mut Vec<Sample>,
 }
 
-impl Columnwise for Places<'_, '_> {
+impl AutovecKernel for Places<'_, '_> {
     #[inline(always)]
     fn run(self) {
         let Places { sampling, pixels, out } = self;

@@ -1,16 +1,16 @@
-//! Twice as many lanes from two of a kind.
+//! Vectors of 2N lanes as pairs of vectors of N lanes.
 
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
-use crate::simd::Lanes;
+use crate::simd::lanes::Lanes;
 
-/// The lower and the upper half.
+/// The lower and the upper half of a vector.
 #[derive(Clone, Copy)]
 pub(crate) struct Pair<L>(pub L, pub L);
 
 impl<L: Copy> Pair<L> {
     #[inline(always)]
-    pub fn twice(half: L) -> Self {
+    pub fn repeat(half: L) -> Self {
         Pair(half, half)
     }
 }
@@ -39,7 +39,15 @@ impl<L: Mul<Output = L>> Mul for Pair<L> {
     }
 }
 
-macro_rules! paired {
+impl<L: Div<Output = L>> Div for Pair<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, o: Self) -> Self {
+        Pair(self.0 / o.0, self.1 / o.1)
+    }
+}
+
+macro_rules! impl_lanes_for_pair {
     ($half:literal, $whole:literal) => {
         impl<L: Lanes<$half>> Lanes<$whole> for Pair<L> {
             #[inline(always)]
@@ -78,12 +86,8 @@ macro_rules! paired {
                 Pair(self.0.abs(), self.1.abs())
             }
             #[inline(always)]
-            fn flipped_by(self, o: Self) -> Self {
-                Pair(self.0.flipped_by(o.0), self.1.flipped_by(o.1))
-            }
-            #[inline(always)]
-            fn div(self, o: Self) -> Self {
-                Pair(self.0.div(o.0), self.1.div(o.1))
+            fn xor_sign(self, o: Self) -> Self {
+                Pair(self.0.xor_sign(o.0), self.1.xor_sign(o.1))
             }
             #[inline(always)]
             fn lt(self, o: Self) -> u32 {
@@ -94,35 +98,35 @@ macro_rules! paired {
                 self.0.le(o.0) | self.1.le(o.1) << $half
             }
             #[inline(always)]
-            fn or_else(self, mask: u32, o: Self) -> Self {
-                Pair(self.0.or_else(mask & ((1 << $half) - 1), o.0), self.1.or_else(mask >> $half, o.1))
+            fn select(self, mask: u32, o: Self) -> Self {
+                Pair(self.0.select(mask & ((1 << $half) - 1), o.0), self.1.select(mask >> $half, o.1))
             }
             #[inline(always)]
-            fn least(self) -> f32 {
-                self.0.min(self.1).least()
+            fn reduce_min(self) -> f32 {
+                self.0.min(self.1).reduce_min()
             }
             #[inline(always)]
-            fn sum(self) -> f32 {
-                (self.0 + self.1).sum()
+            fn reduce_sum(self) -> f32 {
+                (self.0 + self.1).reduce_sum()
             }
             #[inline(always)]
-            fn greatest(self) -> f32 {
-                self.0.max(self.1).greatest()
+            fn reduce_max(self) -> f32 {
+                self.0.max(self.1).reduce_max()
             }
             #[inline(always)]
-            fn matching(of: &[u32; $whole], x: u32) -> u32 {
-                let (halves, _) = of.as_chunks::<$half>();
-                L::matching(&halves[0], x) | L::matching(&halves[1], x) << $half
+            fn eq_u32(values: &[u32; $whole], x: u32) -> u32 {
+                let (halves, _) = values.as_chunks::<$half>();
+                L::eq_u32(&halves[0], x) | L::eq_u32(&halves[1], x) << $half
             }
             #[inline(always)]
-            fn put(mask: u32, to: &mut [u32; $whole], x: u32) {
+            fn masked_fill(mask: u32, to: &mut [u32; $whole], x: u32) {
                 let (halves, _) = to.as_chunks_mut::<$half>();
-                L::put(mask & ((1 << $half) - 1), &mut halves[0], x);
-                L::put(mask >> $half, &mut halves[1], x);
+                L::masked_fill(mask & ((1 << $half) - 1), &mut halves[0], x);
+                L::masked_fill(mask >> $half, &mut halves[1], x);
             }
         }
     };
 }
 
-paired!(4, 8);
-paired!(8, 16);
+impl_lanes_for_pair!(4, 8);
+impl_lanes_for_pair!(8, 16);

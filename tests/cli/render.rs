@@ -211,8 +211,8 @@ fn every_tier_renders_the_same_bytes() {
     };
     let bytes = |tier: &str| std::fs::read(folder.path().join(format!("{tier}.png"))).unwrap();
     assert_eq!(render("portable"), (Some(0), String::new()));
-    for tier in blinn::accel::Tier::ALL {
-        if tier.available() {
+    for tier in blinn::accel::SimdLevel::ALL {
+        if tier.is_supported() {
             assert_eq!(render(tier.name()).0, Some(0));
             assert!(bytes(tier.name()) == bytes("portable"), "{tier:?}");
         } else {

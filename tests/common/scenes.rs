@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Preset, Tier};
+use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Preset, SimdLevel};
 use blinn::geometry::HitId;
 use blinn::scene::{
     AlphaMode, Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, ScalarInput, Scene,
@@ -208,8 +208,8 @@ pub fn build(posed: &PosedScene) -> Accel {
 }
 
 /// The SIMD levels that this processor supports.
-pub fn tiers() -> impl Iterator<Item = Tier> {
-    Tier::ALL.into_iter().filter(|tier| tier.available())
+pub fn simd_levels() -> impl Iterator<Item = SimdLevel> {
+    SimdLevel::ALL.into_iter().filter(|simd| simd.is_supported())
 }
 
 pub fn build_with(posed: &PosedScene, preset: Preset) -> Accel {

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use blinn::accel::{Accel, BuildSettings, Preset, Tier};
+use blinn::accel::{Accel, BuildSettings, Preset, SimdLevel};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{AmbientOcclusion, Aov, Frame, Phong};
 use blinn::render::{Pixels, RenderSettings, render, render_aovs};
@@ -103,13 +103,13 @@ fn the_whole_matrix_is_one_picture() {
         let light = Light::Soft(GroundKind::ShadowCatcher);
         let expected = picture(&scene, 1, 16, Preset::Medium, light);
         let mut pictures = 0;
-        for tier in Tier::ALL.into_iter().filter(|t| t.available()) {
-            let build = BuildSettings { simd: tier, ..BuildSettings::default() };
+        for simd in SimdLevel::ALL.into_iter().filter(|t| t.is_supported()) {
+            let build = BuildSettings { simd, ..BuildSettings::default() };
             for (threads, tile) in [1, 2, 3, 8, 64].into_iter().flat_map(|n| [7, 16, 64].map(|t| (n, t))) {
                 for _ in 0..5 {
                     let got = picture_with(&scene, threads, tile, build, light);
                     let same = bits(&got.0) == bits(&expected.0) && got.1 == expected.1;
-                    assert!(same, "{name}: {threads} threads, tiles of {tile}, {tier:?}");
+                    assert!(same, "{name}: {threads} threads, tiles of {tile}, {simd:?}");
                     pictures += 1;
                 }
             }

@@ -81,11 +81,11 @@ fn closed_meshes_do_not_leak() {
 /// aim at edges and vertices that are close together, each 16 at those of a few triangles.
 #[test]
 fn packets_do_not_leak() {
-    for tier in scenes::tiers() {
+    for simd in scenes::simd_levels() {
         for placement in scenes::placements() {
             let scene = scenes::scene(scenes::sphere(64), &placement.transforms(DVec3::X * 3.0));
             let posed = scenes::posed(&scene);
-            let accel = Accel::build(&posed, &BuildSettings { simd: tier, ..BuildSettings::default() }).0;
+            let accel = Accel::build(&posed, &BuildSettings { simd, ..BuildSettings::default() }).0;
             let triangles = posed.mesh(0).triangles.len();
             let centre = posed.instances[0].transform.affine.translation;
             let shoot = |seed: u64| {
@@ -101,7 +101,7 @@ fn packets_do_not_leak() {
                 misses_of(&accel, 0, Coherence::Origin(o), rays.collect::<Vec<_>>().into_iter())
             };
             let lost: u64 = (0..1250).into_par_iter().map(shoot).sum();
-            assert_eq!(lost, 0, "{tier:?} at {placement:?}");
+            assert_eq!(lost, 0, "{simd:?} at {placement:?}");
         }
     }
 }

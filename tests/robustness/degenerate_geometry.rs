@@ -202,8 +202,8 @@ fn odd_directions_do_no_harm_to_their_packet() {
         .map(|i| Vec3::new((i % 8) as f32, (i / 8) as f32, 0.0) * 0.02 - Vec3::new(0.4, 0.3, 2.5))
         .collect();
     let mut found = 0;
-    for tier in scenes::tiers() {
-        let (accel, _) = Accel::build(&posed, &BuildSettings { simd: tier, ..Default::default() });
+    for simd in scenes::simd_levels() {
+        let (accel, _) = Accel::build(&posed, &BuildSettings { simd, ..Default::default() });
         let mut check = |directions: &[Vec3]| {
             let ask = |shared: Coherence| {
                 let mut batch = RayBatch { coherence: shared, ..RayBatch::default() };
@@ -245,9 +245,8 @@ fn huge(triangle: [Vec3; 3], others: [Vec3; 3], o: Vec3, d: Vec3) -> Hit {
     let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() }).unwrap();
     let mut answers = Vec::new();
     for preset in [Preset::BruteForce, Preset::Fast, Preset::Medium, Preset::Slow] {
-        for tier in scenes::tiers() {
-            let (accel, _) =
-                Accel::build(&posed, &BuildSettings { preset, simd: tier, ..Default::default() });
+        for simd in scenes::simd_levels() {
+            let (accel, _) = Accel::build(&posed, &BuildSettings { preset, simd, ..Default::default() });
             answers.push(shoot(&accel, o, d));
             for shared in [Coherence::Origin(o), Coherence::Direction(d)] {
                 let mut batch = RayBatch { coherence: shared, ..RayBatch::default() };

@@ -20,7 +20,7 @@ use crate::accel::traverse::hit::{FrameRay, Met};
 use crate::accel::traverse::query::{Ids, Query};
 use crate::accel::{BuildReport, Preset};
 use crate::scene::SurfaceClass;
-use crate::simd::{Part, Simd};
+use crate::simd::{OutlinedKernel, Simd};
 
 /// Triangles and the tree over them.
 #[derive(Debug, Default)]
@@ -99,7 +99,7 @@ impl Blas {
         query: &mut Q,
         stack: &mut TraversalStack,
     ) -> bool {
-        S::call(Visit { triangles: self, from, ray, instance, query, stack })
+        S::call_outlined(Visit { triangles: self, from, ray, instance, query, stack })
     }
 
     /// Tells `query` that a ray has met a triangle of a block. True where it stops.
@@ -182,7 +182,7 @@ struct Visit<'a, Q> {
     stack: &'a mut TraversalStack,
 }
 
-impl<S: Simd, Q: Query> Part<S> for Visit<'_, Q> {
+impl<S: Simd, Q: Query> OutlinedKernel<S> for Visit<'_, Q> {
     type Output = bool;
 
     #[inline(always)]

@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 use crate::accel::build::occlusion_order::OcclusionCost;
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::huge_pages::HugePageVec;
-use crate::accel::traverse::vec3::splat;
 use crate::geometry::EPSILON;
+use crate::simd::vec3::splat;
 use crate::simd::{Lanes, Simd};
 
 /// Children of a node.
@@ -248,10 +248,11 @@ impl Bvh8 {
                 let node = &nodes[here as usize];
                 let orders = [node.order(ray.octant), node.order(ray.octant.opposite())];
                 let meets = slabs.meets(node, limit);
-                let (count, nearest) = S::meeting(meets, orders, &node.child, stack.room(top));
-                if count > 0 {
-                    top += count - 1;
-                    here = nearest;
+                let (near, child) = stack.room(top);
+                let hit = S::compress_intersected(meets.0, meets.1, orders, &node.child, near, child);
+                if hit.count > 0 {
+                    top += hit.count - 1;
+                    here = hit.last;
                     continue;
                 }
             } else {
@@ -331,9 +332,9 @@ impl Bvh8 {
 
 /// A ray and eight boxes at once.
 struct Slabs<S: Simd> {
-    near: ([S::F8; 3], [S::F8; 3]),
-    far: ([S::F8; 3], [S::F8; 3]),
-    start: S::F8,
+    near: ([S::F32x8; 3], [S::F32x8; 3]),
+    far: ([S::F32x8; 3], [S::F32x8; 3]),
+    start: S::F32x8,
     /// For each axis which end of a box is met first.
     near_end: [usize; 3],
 }
@@ -344,23 +345,23 @@ impl<S: Simd> Slabs<S> {
         Slabs {
             near: (splat(ray.near_scale), splat(ray.near_shift)),
             far: (splat(ray.far_scale), splat(ray.far_shift)),
-            start: S::F8::splat(ray.start),
+            start: S::F32x8::splat(ray.start),
             near_end: ray.near_end,
         }
     }
 
     /// Where the ray enters a node's boxes, and where it leaves them or is at its end.
     #[inline(always)]
-    fn meets(&self, node: &Bvh8Node, limit: f32) -> (S::F8, S::F8) {
-        let side = |axis: usize, end: usize, (scale, shift): ([S::F8; 3], [S::F8; 3])| {
-            S::F8::load(&node.planes[axis][end]).mul_sub(scale[axis], shift[axis])
+    fn meets(&self, node: &Bvh8Node, limit: f32) -> (S::F32x8, S::F32x8) {
+        let side = |axis: usize, end: usize, (scale, shift): ([S::F32x8; 3], [S::F32x8; 3])| {
+            S::F32x8::load(&node.planes[axis][end]).mul_sub(scale[axis], shift[axis])
         };
         let near = |axis: usize| side(axis, self.near_end[axis], self.near);
         let far = |axis: usize| side(axis, 1 - self.near_end[axis], self.far);
         // NaN comes of infinity minus infinity, and says nothing: the other side decides.
         (
             near(0).max(near(1).max(near(2).max(self.start))),
-            far(0).min(far(1).min(far(2).min(S::F8::splat(limit)))),
+            far(0).min(far(1).min(far(2).min(S::F32x8::splat(limit)))),
         )
     }
 }

@@ -6,6 +6,8 @@ use crate::accel::build::canonical_triangle::padded_bounds;
 use crate::accel::build::input_triangles::{SurfaceFlags, TriangleRef};
 use crate::accel::bvh::aabb::Aabb;
 use crate::scene::SurfaceClass;
+use crate::simd::Lanes;
+use crate::simd::vec3::{Vec3Lanes, per_axis};
 
 /// Triangles in a block.
 pub(crate) const TRIANGLE_LANES: usize = 4;
@@ -103,6 +105,12 @@ impl Triangle4 {
         let corner =
             |k: usize| Vec3::new(self.vertex[k][0][lane], self.vertex[k][1][lane], self.vertex[k][2][lane]);
         [corner(0), corner(1), corner(2)]
+    }
+
+    /// Loads the vertices of all four triangles.
+    #[inline(always)]
+    pub fn load_vertices<L: Lanes<TRIANGLE_LANES>>(&self) -> [Vec3Lanes<L>; 3] {
+        per_axis(|vertex| per_axis(|axis| L::load(&self.vertex[vertex][axis])))
     }
 
     /// The box of all, as trees have it.

@@ -90,7 +90,7 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
 
     #[inline(always)]
     fn ignores(&self, block: &Triangle4, lane: usize, g: usize) -> u32 {
-        S::F16::matching(self.sources.group(g), block.ids[lane])
+        S::F32x16::eq_u32(self.sources.group(g), block.ids[lane])
     }
 
     #[inline(always)]
@@ -105,12 +105,12 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
     }
 
     #[inline(always)]
-    fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, _: u32, _: Sure<S::F16>) {
+    fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, _: u32, _: Sure<S::F32x16>) {
         self.answers.blocked[g] |= mask;
         packet.live[g] &= !mask;
-        let done = S::F16::splat(-1.0);
+        let done = S::F32x16::splat(-1.0);
         for limit in [packet.lower.group_mut(g), packet.upper.group_mut(g)] {
-            done.or_else(mask, S::F16::load(limit)).store(limit);
+            done.select(mask, S::F32x16::load(limit)).store(limit);
         }
     }
 

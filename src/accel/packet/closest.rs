@@ -147,7 +147,7 @@ fn settle_four<S: Simd>(
 ) {
     let mut left = [0; FOUR];
     for (left, (hits, best)) in left.iter_mut().zip(hits.chunks(GROUP).zip(best)) {
-        *left = S::F16::below(best, EXACT) & ((1 << hits.len()) - 1) as u32;
+        *left = S::F32x16::lt_u32(best, EXACT) & ((1 << hits.len()) - 1) as u32;
     }
     if left == [0; FOUR] {
         return;
@@ -168,7 +168,7 @@ fn settle_four<S: Simd>(
             places.put(held, &blocks[block], &triangles.ids);
             let four = ((block * TRIANGLE_LANES) as u32, (held * TRIANGLE_LANES) as u32);
             for g in from..FOUR {
-                let here = S::F16::renumber(&best[g], four, &mut numbers[g]) & left[g];
+                let here = S::F32x16::renumber_quad(&best[g], four.0, four.1, &mut numbers[g]) & left[g];
                 left[g] &= !here;
                 its[g] |= here;
             }
@@ -185,12 +185,12 @@ fn settle_four<S: Simd>(
 /// Writes the hits of the lines in `mask`.
 #[inline(always)]
 fn put_hits<S: Simd>(mask: u32, (t, ids): &Met, hits: &mut [Hit]) {
-    let along = S::F16::load(t);
-    let mut mask = mask & S::F16::splat(0.0).lt(along) & along.lt(S::F16::splat(f32::INFINITY));
+    let along = S::F32x16::load(t);
+    let mut mask = mask & S::F32x16::splat(0.0).lt(along) & along.lt(S::F32x16::splat(f32::INFINITY));
     if mask == (1 << GROUP) - 1
         && let Some(hits) = hits.first_chunk_mut::<GROUP>()
     {
-        S::rows([bytemuck::cast_ref(t), &ids[0], &ids[1]], bytemuck::cast_mut(hits));
+        S::interleave3([bytemuck::cast_ref(t), &ids[0], &ids[1]], bytemuck::cast_mut(hits));
         return;
     }
     while mask != 0 {
@@ -219,14 +219,14 @@ impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
     }
 
     #[inline(always)]
-    fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, entry: u32, hit: Sure<S::F16>) {
-        let over = hit.det.reciprocal();
-        let wider = |x: S::F16, by: f32| x * over * S::F16::splat(by);
+    fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, entry: u32, hit: Sure<S::F32x16>) {
+        let over = hit.det.rcp();
+        let wider = |x: S::F32x16, by: f32| x * over * S::F32x16::splat(by);
         let lower = wider(hit.depth - hit.slack, 1.0 - 8.0 * EPSILON);
         let upper = wider(hit.depth + hit.slack, 1.0 + 8.0 * EPSILON);
-        lower.or_else(mask, S::F16::load(packet.lower.group(g))).store(packet.lower.group_mut(g));
-        upper.or_else(mask, S::F16::load(packet.upper.group(g))).store(packet.upper.group_mut(g));
-        S::F16::put(mask, self.best.group_mut(g), entry);
+        lower.select(mask, S::F32x16::load(packet.lower.group(g))).store(packet.lower.group_mut(g));
+        upper.select(mask, S::F32x16::load(packet.upper.group(g))).store(packet.upper.group_mut(g));
+        S::F32x16::masked_fill(mask, self.best.group_mut(g), entry);
     }
 
     fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool) {

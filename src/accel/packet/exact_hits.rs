@@ -7,8 +7,8 @@ use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::packet::shared_ray::Lines;
 use crate::accel::packet::{GROUP, Packet};
 use crate::accel::traverse::hit::inverse;
-use crate::accel::traverse::vec3::by_axis;
 use crate::simd::Simd;
+use crate::simd::vec3::per_axis;
 
 /// Blocks whose triangles a table holds: as many of these as lines are in a group.
 pub(crate) const BLOCKS: usize = GROUP / TRIANGLE_LANES;
@@ -58,21 +58,21 @@ impl Places {
     #[inline(always)]
     pub fn put(&mut self, nth: usize, block: &Triangle4, spans: &TriangleIdMap) {
         let first = nth % BLOCKS * TRIANGLE_LANES;
-        let v0 = by_axis(|axis| block.vertex[0][axis].map(f64::from));
+        let v0 = per_axis(|axis| block.vertex[0][axis].map(f64::from));
         let edge = |corner: usize, axis: usize| {
             let mut edge = block.vertex[corner][axis].map(f64::from);
             edge.iter_mut().zip(&v0[axis]).for_each(|(x, from)| *x -= from);
             edge
         };
-        let (e1, e2) = (by_axis(|axis| edge(1, axis)), by_axis(|axis| edge(2, axis)));
+        let (e1, e2) = (per_axis(|axis| edge(1, axis)), per_axis(|axis| edge(2, axis)));
         for axis in 0..3 {
             let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
             for i in 0..TRIANGLE_LANES {
                 self.normal[axis][first + i] = e1[b][i] * e2[c][i] - e2[b][i] * e1[c][i];
             }
         }
-        let n = |i: usize| DVec3::from(by_axis(|axis| self.normal[axis][first + i]));
-        let v0 = |i: usize| DVec3::from(by_axis(|axis| v0[axis][i]));
+        let n = |i: usize| DVec3::from(per_axis(|axis| self.normal[axis][first + i]));
+        let v0 = |i: usize| DVec3::from(per_axis(|axis| v0[axis][i]));
         match self.shared {
             Shared::Origin(o) => {
                 for i in 0..TRIANGLE_LANES {
@@ -99,10 +99,10 @@ impl Places {
     #[inline(always)]
     pub fn of<S: Simd>(&self, packet: &Packet, g: usize, of: &[u32; GROUP]) -> Met {
         let unit = inverse(packet.size);
-        let n = by_axis(|axis| S::pick(&self.normal[axis], of));
+        let n = per_axis(|axis| S::lookup_f64(&self.normal[axis], of));
         let n = |i: usize| DVec3::new(n[0][i], n[1][i], n[2][i]);
-        let common = S::pick(&self.common, of);
-        let own = |i: usize| DVec3::from(by_axis(|axis| f64::from(packet.own[axis].group(g)[i])));
+        let common = S::lookup_f64(&self.common, of);
+        let own = |i: usize| DVec3::from(per_axis(|axis| f64::from(packet.own[axis].group(g)[i])));
         let mut t = [0.0; GROUP];
         match self.shared {
             Shared::Origin(_) => {
@@ -111,13 +111,13 @@ impl Places {
                 }
             }
             Shared::Direction(_) => {
-                let v0 = by_axis(|axis| S::pick(&self.corner[axis], of));
+                let v0 = per_axis(|axis| S::lookup_f64(&self.corner[axis], of));
                 let v0 = |i: usize| DVec3::new(v0[0][i], v0[1][i], v0[2][i]);
                 for (i, t) in t.iter_mut().enumerate() {
                     *t = (n(i).dot(v0(i) - own(i)) / common[i] * unit) as f32;
                 }
             }
         }
-        (t, [S::pick_words(&self.ids[0], of), S::pick_words(&self.ids[1], of)])
+        (t, [S::lookup_u32(&self.ids[0], of), S::lookup_u32(&self.ids[1], of)])
     }
 }

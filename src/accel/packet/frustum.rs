@@ -5,9 +5,9 @@ use glam::{DVec3, Vec3};
 use crate::accel::Accel;
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT, plane_row};
-use crate::accel::traverse::vec3::by_axis;
 use crate::geometry::Ray;
-use crate::simd::{Job, Lanes, Simd};
+use crate::simd::vec3::per_axis;
+use crate::simd::{Lanes, Simd, SimdKernel};
 
 /// What lies between four rays that leave one place, or all go one way: the inner sides of four planes.
 struct Wedge([Plane; 4]);
@@ -39,7 +39,7 @@ struct MayMeet<'a> {
     around: &'a [Ray; 4],
 }
 
-impl Job for MayMeet<'_> {
+impl SimdKernel for MayMeet<'_> {
     type Output = bool;
 
     #[inline(always)]
@@ -78,7 +78,7 @@ impl Wedge {
             let widths = plane.n.abs();
             let least = plane.at - pad * widths.element_sum() - SLACK * (widths.dot(size) + plane.size);
             (
-                by_axis(|axis| plane_row(axis, usize::from(plane.n[axis] > 0.0))),
+                per_axis(|axis| plane_row(axis, usize::from(plane.n[axis] > 0.0))),
                 plane.n.as_vec3(),
                 least as f32,
             )
@@ -106,15 +106,15 @@ impl Wedge {
 /// The children of which all is surely on the outer side of a plane. What is no number is not.
 #[inline(always)]
 fn below<S: Simd>(rows: &[[f32; 8]; 8], innermost: [usize; 3], n: Vec3, least: f32) -> u32 {
-    let along = |axis: usize| (S::F8::load(&rows[innermost[axis] & 7]), S::F8::splat(n[axis]));
+    let along = |axis: usize| (S::F32x8::load(&rows[innermost[axis] & 7]), S::F32x8::splat(n[axis]));
     let [(x, nx), (y, ny), (z, nz)] = [along(0), along(1), along(2)];
-    x.mul_add(nx, y.mul_add(ny, z * nz)).lt(S::F8::splat(least))
+    x.mul_add(nx, y.mul_add(ny, z * nz)).lt(S::F32x8::splat(least))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::Tier;
+    use crate::accel::SimdLevel;
     use crate::accel::bvh::aabb::Aabb;
     use crate::accel::bvh::bvh8::Bvh8Node;
     use crate::accel::bvh::huge_pages::HugePageVec;
@@ -132,16 +132,16 @@ mod tests {
         /// On every tier.
         fn finds(&self, tree: &Bvh8) -> bool {
             struct Find<'a>(&'a Wedge, &'a Bvh8);
-            impl Job for Find<'_> {
+            impl SimdKernel for Find<'_> {
                 type Output = bool;
                 #[inline(always)]
                 fn run<S: Simd>(self) -> bool {
                     self.0.meets::<S>(self.1, 0.0)
                 }
             }
-            let mut tiers = Tier::ALL.into_iter().filter(|tier| tier.available());
-            let found = tiers.next().is_some_and(|tier| tier.run(Find(self, tree)));
-            assert!(tiers.all(|tier| tier.run(Find(self, tree)) == found));
+            let mut tiers = SimdLevel::ALL.into_iter().filter(|level| level.is_supported());
+            let found = tiers.next().is_some_and(|level| level.run(Find(self, tree)));
+            assert!(tiers.all(|level| level.run(Find(self, tree)) == found));
             found
         }
     }

@@ -10,8 +10,8 @@ use glam::Vec3;
 
 use crate::accel::bvh::bvh8::{FAR_FACTOR, NEAR_FACTOR, WIDTH};
 use crate::accel::packet::{FOUR, GROUP, Packet, QUADS};
-use crate::accel::traverse::vec3::by_axis;
 use crate::geometry::EPSILON;
+use crate::simd::vec3::per_axis;
 use crate::simd::{Lanes, Simd};
 
 /// The axis that rays mostly run along, and the two others.
@@ -86,21 +86,21 @@ impl Cone {
     pub fn surround<S: Simd>(packet: &mut Packet, mean: Vec3) -> bool {
         let (axes, sign) = axes(mean);
         let [k, a, b] = axes;
-        let zero = S::F16::splat(0.0);
-        let (mut slowest, mut fastest) = (S::F16::splat(f32::INFINITY), zero);
+        let zero = S::F32x16::splat(0.0);
+        let (mut slowest, mut fastest) = (S::F32x16::splat(f32::INFINITY), zero);
         let (mut low, mut high) = ([slowest; 2], [zero - slowest; 2]);
         let mut sum = zero;
         for q in 0..packet.quads {
             let (mut u, mut v) = ([zero; FOUR], [zero; FOUR]);
             for i in 0..FOUR {
-                let own = |axis: usize| S::F16::load(&packet.own[axis].0[q][i]);
-                let along = S::F16::load(&packet.reciprocal[k].0[q][i]) * S::F16::splat(sign);
+                let own = |axis: usize| S::F32x16::load(&packet.own[axis].0[q][i]);
+                let along = S::F32x16::load(&packet.reciprocal[k].0[q][i]) * S::F32x16::splat(sign);
                 (slowest, fastest) = (slowest.min(along), fastest.max(along));
                 (u[i], v[i]) = (own(a) * along, own(b) * along);
                 sum = sum + (u[i] + v[i]);
             }
-            let [u0, v0] = [S::least_of_each(u), S::least_of_each(v)];
-            let [u1, v1] = [S::greatest_of_each(u), S::greatest_of_each(v)];
+            let [u0, v0] = [S::reduce_min_each(u), S::reduce_min_each(v)];
+            let [u1, v1] = [S::reduce_max_each(u), S::reduce_max_each(v)];
             let each = [u0 - wider(u0), u1 + wider(u1), v0 - wider(v0), v1 + wider(v1)];
             for (of, to) in each.into_iter().zip(&mut packet.cone.each[q]) {
                 of.store(to);
@@ -108,11 +108,11 @@ impl Cone {
             (low, high) =
                 ([low[0].min(each[0]), low[1].min(each[2])], [high[0].max(each[1]), high[1].max(each[3])]);
         }
-        let (slowest, fastest) = (slowest.least(), fastest.greatest());
+        let (slowest, fastest) = (slowest.reduce_min(), fastest.reduce_max());
         // Comparisons lose what is no number; a sum does not.
-        let numbers = sum.le(S::F16::splat(f32::INFINITY)) == (1 << GROUP) - 1;
+        let numbers = sum.le(S::F32x16::splat(f32::INFINITY)) == (1 << GROUP) - 1;
         let ordinary = slowest > LEAST_SPEED && fastest < 1.0 / LEAST_SPEED;
-        let tangents = [low[0].least(), high[0].greatest(), low[1].least(), high[1].greatest()];
+        let tangents = [low[0].reduce_min(), high[0].reduce_max(), low[1].reduce_min(), high[1].reduce_max()];
         let [u0, u1, v0, v1] = tangents;
         if !(numbers && ordinary && u1 - u0 <= SPREAD && v1 - v0 <= SPREAD) {
             return false;
@@ -144,13 +144,13 @@ impl Cone {
 
     /// The windows: tangents across, and along how far from the origin, by the first axis.
     #[inline(always)]
-    pub fn windows<S: Simd>(&self, packet: &Packet) -> Windows<S::F16> {
+    pub fn windows<S: Simd>(&self, packet: &Packet) -> Windows<S::F32x16> {
         let [u0, u1, v0, v1] = self.tangents;
         let first = packet.first::<S>() * (NEAR_FACTOR * NEAR_FACTOR / self.fastest);
         let mut windows = Windows::around(([u0, v0], [u1, v1], first), FAR_FACTOR / self.slowest);
         for q in 0..packet.quads {
             let each = &self.each[q];
-            let end = |i: usize| S::F16::load(&each[i]);
+            let end = |i: usize| S::F32x16::load(&each[i]);
             windows.put(q, [end(0), end(1), end(2), end(3)]);
         }
         windows.gather::<S>(packet.quads);
@@ -187,14 +187,14 @@ impl<L: Lanes<GROUP>> Windows<L> {
 
     /// A group a lane, from those that were put.
     #[inline(always)]
-    fn gather<S: Simd<F16 = L>>(&mut self, quads: usize) {
+    fn gather<S: Simd<F32x16 = L>>(&mut self, quads: usize) {
         for q in quads..QUADS {
             (self.middle[q], self.reach[q]) = (self.middle[0], self.reach[0]);
         }
         for axis in 0..2 {
             let (of, by) = (&self.middle, &self.reach);
-            let middle = S::gathered([of[0][axis], of[1][axis], of[2][axis], of[3][axis]]);
-            let reach = S::gathered([by[0][axis], by[1][axis], by[2][axis], by[3][axis]]);
+            let middle = S::pack_quads([of[0][axis], of[1][axis], of[2][axis], of[3][axis]]);
+            let reach = S::pack_quads([by[0][axis], by[1][axis], by[2][axis], by[3][axis]]);
             (self.low[axis], self.high[axis]) = (middle - reach, middle + reach);
             self.width[axis] = reach * L::splat(2.0);
         }
@@ -203,7 +203,12 @@ impl<L: Lanes<GROUP>> Windows<L> {
     /// Around rays along `d`: their origins are the packet's own, in all lanes. `None` where they are too far
     /// apart.
     #[inline(always)]
-    pub fn along<S: Simd<F16 = L>>(packet: &Packet, d: Vec3, size: f32, radius: f32) -> Option<Windows<L>> {
+    pub fn along<S: Simd<F32x16 = L>>(
+        packet: &Packet,
+        d: Vec3,
+        size: f32,
+        radius: f32,
+    ) -> Option<Windows<L>> {
         let (axes, _) = axes(d);
         let [k, a, b] = axes;
         let (u, v, scale) = (d[a] / d[k], d[b] / d[k], 1.0 / d[k]);
@@ -216,31 +221,32 @@ impl<L: Lanes<GROUP>> Windows<L> {
         for q in 0..packet.quads {
             let (mut x, mut y, mut z) = ([zero; FOUR], [zero; FOUR], [zero; FOUR]);
             for i in 0..FOUR {
-                let o = by_axis(|axis| L::load(&packet.own[axes[axis]].0[q][i]));
+                let o = per_axis(|axis| L::load(&packet.own[axes[axis]].0[q][i]));
                 (x[i], y[i]) = (o[1] - o[0] * L::splat(u), o[2] - o[0] * L::splat(v));
                 z[i] = o[0] * L::splat(scale);
             }
-            let (a0, a1) = (S::least_of_each(x) - wider, S::greatest_of_each(x) + wider);
-            let (b0, b1) = (S::least_of_each(y) - wider, S::greatest_of_each(y) + wider);
+            let (a0, a1) = (S::reduce_min_each(x) - wider, S::reduce_max_each(x) + wider);
+            let (b0, b1) = (S::reduce_min_each(y) - wider, S::reduce_max_each(y) + wider);
             windows.put(q, [a0, a1, b0, b1]);
-            windows.shift[q] = S::greatest_of_each(z) + late;
-            soonest = soonest.min(S::least_of_each(z) - late);
+            windows.shift[q] = S::reduce_max_each(z) + late;
+            soonest = soonest.min(S::reduce_min_each(z) - late);
             low = [low[0].min(a0), low[1].min(b0)];
             high = [high[0].max(a1), high[1].max(b1)];
         }
-        let (low, high) = ([low[0].least(), low[1].least()], [high[0].greatest(), high[1].greatest()]);
+        let (low, high) =
+            ([low[0].reduce_min(), low[1].reduce_min()], [high[0].reduce_max(), high[1].reduce_max()]);
         let most = SPREAD * radius + 2.0 * slack;
         if !(high[0] - low[0] <= most && high[1] - low[1] <= most && scale.is_finite()) {
             return None;
         }
-        windows.all = (low, high, packet.first::<S>() * NEAR_FACTOR + soonest.least());
+        windows.all = (low, high, packet.first::<S>() * NEAR_FACTOR + soonest.reduce_min());
         windows.gather::<S>(packet.quads);
         Some(windows)
     }
 
     /// How far along anything matters.
     #[inline(always)]
-    pub fn last<S: Simd<F16 = L>>(&self, packet: &Packet) -> Last<L> {
+    pub fn last<S: Simd<F32x16 = L>>(&self, packet: &Packet) -> Last<L> {
         let none = L::splat(f32::NEG_INFINITY);
         let mut last = Last { quads: [none; QUADS], groups: none, all: 0.0 };
         for q in 0..packet.quads {
@@ -251,16 +257,16 @@ impl<L: Lanes<GROUP>> Windows<L> {
     }
 
     #[inline(always)]
-    fn last_of<S: Simd<F16 = L>>(&self, packet: &Packet, q: usize) -> L {
-        let upper = S::greatest_of_each(packet.upper.four::<L>(q));
+    fn last_of<S: Simd<F32x16 = L>>(&self, packet: &Packet, q: usize) -> L {
+        let upper = S::reduce_max_each(packet.upper.four::<L>(q));
         let last = upper.mul_add(L::splat(self.scale * FAR_FACTOR), self.shift[q]);
         // Where no ray is left, that is nothing at all.
-        L::splat(f32::NEG_INFINITY).or_else(upper.lt(L::splat(0.0)), last)
+        L::splat(f32::NEG_INFINITY).select(upper.lt(L::splat(0.0)), last)
     }
 
     /// The same once more, where only some groups' rays found anything.
     #[inline(always)]
-    pub fn shorten<S: Simd<F16 = L>>(&self, packet: &Packet, groups: u32, last: &mut Last<L>) {
+    pub fn shorten<S: Simd<F32x16 = L>>(&self, packet: &Packet, groups: u32, last: &mut Last<L>) {
         for q in 0..packet.quads {
             if groups >> (q * FOUR) & ((1 << FOUR) - 1) != 0 {
                 last.quads[q] = self.last_of::<S>(packet, q);
@@ -319,9 +325,9 @@ impl<L: Lanes<GROUP>> Windows<L> {
 
 impl<L: Lanes<GROUP>> Last<L> {
     #[inline(always)]
-    fn gather<S: Simd<F16 = L>>(&mut self) {
-        self.groups = S::gathered(self.quads);
-        self.all = self.groups.greatest();
+    fn gather<S: Simd<F32x16 = L>>(&mut self) {
+        self.groups = S::pack_quads(self.quads);
+        self.all = self.groups.reduce_max();
     }
 }
 

@@ -13,7 +13,7 @@ impl Packet {
     pub(crate) fn meet_leaf<S: Simd, B: Beam<S>>(
         &mut self,
         blocks: &[Triangle4],
-        (beam, windows): (&B, &Windows<S::F16>),
+        (beam, windows): (&B, &Windows<S::F32x16>),
         first: u32,
         groups: u32,
         verdict: &mut impl Verdict<S>,
@@ -22,8 +22,8 @@ impl Packet {
         for (index, block) in blocks.iter().enumerate().skip(first as usize) {
             let prepared = beam.prepare(block);
             let slack = beam.slack(block);
-            let (side, minus) = (S::F16::splat(slack.side), S::F16::splat(-slack.side));
-            let (unsure, facing) = (S::F16::splat(slack.depth), S::F16::splat(slack.facing));
+            let (side, minus) = (S::F32x16::splat(slack.side), S::F32x16::splat(-slack.side));
+            let (unsure, facing) = (S::F32x16::splat(slack.depth), S::F32x16::splat(slack.facing));
             let (across, certain) = (beam.across(&prepared), beam.certain(block));
             let mut passed = 0;
             let mut left = groups;
@@ -45,7 +45,7 @@ impl Packet {
                     lanes &= lanes - 1;
                     let sides = beam.sides(self, g, &prepared, lane);
                     let (u, v) = (sides.u, sides.v);
-                    let w = (sides.det - u - v) * S::F16::splat(W_SCALE);
+                    let w = (sides.det - u - v) * S::F32x16::splat(W_SCALE);
                     let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
                     // Written so that NaN stays possible.
                     let outside = least.lt(minus) & side.lt(greatest);
@@ -54,27 +54,27 @@ impl Packet {
                         continue;
                     }
                     let det = sides.det.abs();
-                    let depth = sides.depth.flipped_by(sides.det);
+                    let depth = sides.depth.xor_sign(sides.det);
                     let faces = facing.lt(det);
                     if verdict.culls() {
                         let look = block.flags(lane);
                         if look.single_sided {
-                            let against = sides.det.lt(S::F16::splat(0.0));
+                            let against = sides.det.lt(S::F32x16::splat(0.0));
                             let back = if look.reversed { against } else { !against };
                             possible &= !(back & faces);
                         }
                     }
                     possible &= !verdict.ignores(block, lane, g);
-                    let start = S::F16::load(self.start.group(g));
+                    let start = S::F32x16::load(self.start.group(g));
                     let inside = faces & (side.lt(least) | greatest.lt(minus));
                     let (before, behind) = (depth - unsure, depth + unsure);
-                    let nearer = behind.lt(S::F16::load(self.lower.group(g)) * det)
-                        & (start.max(S::F16::splat(self.sure_start)) * det).lt(before);
+                    let nearer = behind.lt(S::F32x16::load(self.lower.group(g)) * det)
+                        & (start.max(S::F32x16::splat(self.sure_start)) * det).lt(before);
                     let plain = u32::from(verdict.plain(block) >> lane & 1).wrapping_neg();
                     let sure = possible & inside & nearer & plain;
                     let mut doubtful = possible & !sure;
                     if doubtful != 0 {
-                        let upper = S::F16::load(self.upper.group(g));
+                        let upper = S::F32x16::load(self.upper.group(g));
                         let beyond = (upper * det).lt(before) | behind.lt(start * det);
                         doubtful &= !(beyond & faces);
                     }

@@ -171,7 +171,7 @@ pub(crate) trait Verdict<S: Simd> {
 
     /// Rays `mask` of group `g` surely meet a plain triangle in front of all that they met before,
     /// at depth/det give or take slack/det.
-    fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, entry: u32, hit: Sure<S::F16>);
+    fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, entry: u32, hit: Sure<S::F32x16>);
 
     /// A ray may meet a triangle, or is `sure` to go through it and to face it: it has to be judged.
     fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool);
@@ -194,14 +194,14 @@ impl Packet {
     #[inline(always)]
     fn begin<S: Simd>(&mut self, count: usize, start: f32, end: f32) {
         let by = self.size as f32;
-        let (start, end) = (S::F16::splat(start * by), S::F16::splat(end * by));
-        let none = S::F16::splat(-1.0);
+        let (start, end) = (S::F32x16::splat(start * by), S::F32x16::splat(end * by));
+        let none = S::F32x16::splat(-1.0);
         self.live = [0; GROUPS];
         for g in 0..self.quads * FOUR {
             let left = count.saturating_sub(g * GROUP).min(GROUP);
             self.live[g] = (1 << left) - 1;
             start.store(self.start.group_mut(g));
-            let end = end.or_else(self.live[g], none);
+            let end = end.select(self.live[g], none);
             end.store(self.lower.group_mut(g));
             end.store(self.upper.group_mut(g));
         }
@@ -212,25 +212,25 @@ impl Packet {
     #[inline(always)]
     fn reach<S: Simd>(&self, centre: DVec3) -> f64 {
         let middle = centre.as_vec3();
-        let mut most = S::F16::splat(0.0);
+        let mut most = S::F32x16::splat(0.0);
         for axis in 0..3 {
             for g in 0..self.quads * FOUR {
-                let own = S::F16::load(self.own[axis].group(g));
-                most = (own - S::F16::splat(middle[axis])).abs().max(most);
+                let own = S::F32x16::load(self.own[axis].group(g));
+                most = (own - S::F32x16::splat(middle[axis])).abs().max(most);
             }
         }
-        let rounding = 4.0 * f64::from(EPSILON) * (f64::from(most.greatest()) + centre.length());
-        f64::from(most.greatest()) * 3f64.sqrt() + rounding
+        let rounding = 4.0 * f64::from(EPSILON) * (f64::from(most.reduce_max()) + centre.length());
+        f64::from(most.reduce_max()) * 3f64.sqrt() + rounding
     }
 
     /// The least start.
     #[inline(always)]
     fn first<S: Simd>(&self) -> f32 {
-        let mut first = S::F16::load(self.start.group(0));
+        let mut first = S::F32x16::load(self.start.group(0));
         for g in 1..self.quads * FOUR {
-            first = first.min(S::F16::load(self.start.group(g)));
+            first = first.min(S::F32x16::load(self.start.group(g)));
         }
-        first.least()
+        first.reduce_min()
     }
 
     /// A ray is done.

@@ -63,10 +63,10 @@ impl Packet {
         (of, count): (&[Vec3; RAYS], usize),
     ) -> Option<Lines> {
         self.quads = count.div_ceil(FOUR * GROUP);
-        let (zero, mut fits) = (S::F16::splat(0.0), S::F16::splat(0.0));
+        let (zero, mut fits) = (S::F32x16::splat(0.0), S::F32x16::splat(0.0));
         let mut greatest = zero;
         for (g, of) in of.as_chunks().0.iter().enumerate().take(self.quads * FOUR) {
-            for (own, x) in self.own.iter_mut().zip(S::columns(of)) {
+            for (own, x) in self.own.iter_mut().zip(S::deinterleave3(of)) {
                 x.store(own.group_mut(g));
                 // Times 0 what is infinite or no number is no number.
                 fits = x.mul_add(zero, fits);
@@ -74,8 +74,8 @@ impl Packet {
             }
         }
         let longest = d.abs().max_element();
-        self.greatest = greatest.greatest();
-        if !(fits.sum() == 0.0 && self.greatest < 1e30 && longest > 1e-30 && longest < 1e30) {
+        self.greatest = greatest.reduce_max();
+        if !(fits.reduce_sum() == 0.0 && self.greatest < 1e30 && longest > 1e-30 && longest < 1e30) {
             return None;
         }
         self.size = power_of_two(f64::from(longest));
@@ -85,13 +85,13 @@ impl Packet {
     /// Takes directions, and their reciprocals.
     #[inline(always)]
     fn fill<S: Simd>(&mut self, of: &[Vec3; RAYS], base: Vec3) {
-        let least = S::F16::splat(MIN_DIRECTION);
+        let least = S::F32x16::splat(MIN_DIRECTION);
         for (g, of) in of.as_chunks().0.iter().enumerate().take(self.quads * FOUR) {
-            let columns = S::columns(of);
+            let columns = S::deinterleave3(of);
             for axis in 0..3 {
-                let d = columns[axis] - S::F16::splat(base[axis]);
+                let d = columns[axis] - S::F32x16::splat(base[axis]);
                 d.store(self.own[axis].group_mut(g));
-                let r = d.abs().max(least).reciprocal().flipped_by(d);
+                let r = d.abs().max(least).rcp().xor_sign(d);
                 r.store(self.reciprocal[axis].group_mut(g));
             }
         }

@@ -6,7 +6,7 @@ use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::packet::group_bounds::Windows;
 use crate::accel::packet::packet_kind::Beam;
 use crate::accel::packet::{GROUP, GROUPS, Packet, Verdict};
-use crate::simd::{Lanes, Part, Simd, prefetch_whole};
+use crate::simd::{Lanes, OutlinedKernel, Simd, prefetch_all_lines};
 
 /// With so many rays left or fewer, they go on alone.
 const FEW: u32 = 3;
@@ -18,9 +18,9 @@ const NEAR_BY: usize = 8 << 20;
 #[inline(always)]
 fn fetch_child(child: u32, nodes: &[Bvh8Node], blocks: &[Triangle4]) {
     if child & LEAF_BIT == 0 {
-        nodes.get(child as usize).into_iter().for_each(prefetch_whole);
+        nodes.get(child as usize).into_iter().for_each(prefetch_all_lines);
     } else {
-        blocks.get((child & !LEAF_BIT) as usize).into_iter().for_each(prefetch_whole);
+        blocks.get((child & !LEAF_BIT) as usize).into_iter().for_each(prefetch_all_lines);
     }
 }
 
@@ -78,11 +78,11 @@ impl Packet {
         &mut self,
         triangles: &Blas,
         beam: &B,
-        (windows, octant): (&Windows<S::F16>, Octant),
+        (windows, octant): (&Windows<S::F32x16>, Octant),
         verdict: &mut V,
         stack: &mut PacketStack,
     ) {
-        S::call(Trace { packet: self, triangles, beam, windows, octant, verdict, stack });
+        S::call_outlined(Trace { packet: self, triangles, beam, windows, octant, verdict, stack });
     }
 }
 
@@ -91,13 +91,13 @@ struct Trace<'a, S: Simd, B, V> {
     packet: &'a mut Packet,
     triangles: &'a Blas,
     beam: &'a B,
-    windows: &'a Windows<S::F16>,
+    windows: &'a Windows<S::F32x16>,
     octant: Octant,
     verdict: &'a mut V,
     stack: &'a mut PacketStack,
 }
 
-impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, S, B, V> {
+impl<S: Simd, B: Beam<S>, V: Verdict<S>> OutlinedKernel<S> for Trace<'_, S, B, V> {
     type Output = ();
 
     #[inline(always)]
@@ -127,7 +127,14 @@ impl<S: Simd, B: Beam<S>, V: Verdict<S>> Part<S> for Trace<'_, S, B, V> {
                 let next = stack.room();
                 (next.node, next.groups, next.left) = (here, groups, hit.count_ones());
                 let order = if by_odds { SLOTS_DESCENDING } else { node.order(octant) };
-                S::arrange(hit, order, (outlines.near, &SLOTS_ASCENDING), (&mut next.near, &mut next.slots));
+                S::permute_compress(
+                    hit,
+                    order,
+                    outlines.near,
+                    &SLOTS_ASCENDING,
+                    &mut next.near,
+                    &mut next.slots,
+                );
                 for axis in 0..2 {
                     outlines.low[axis].store(&mut next.low[axis]);
                     outlines.high[axis].store(&mut next.high[axis]);

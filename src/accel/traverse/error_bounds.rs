@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 
 use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::traverse::hit::{FACING, FrameRay};
-use crate::accel::traverse::vec3::{Lanes3, corners, cross, dot, splat, sub};
 use crate::geometry::EPSILON;
+use crate::simd::vec3::{Vec3Lanes, cross, dot, splat, sub};
 use crate::simd::{Lanes, Simd};
 
 /// In parts of the way from a light: what is nearer to it may count as being there.
@@ -116,15 +116,15 @@ impl TestRay {
     /// The triangles of `block` that the ray may meet before `limit`.
     #[inline(always)]
     pub fn candidates<S: Simd>(&self, block: &Triangle4, limit: f32) -> Candidates {
-        let (o, d): (Lanes3<S::F4>, Lanes3<S::F4>) = (splat(self.o), splat(self.d));
-        let [v0, v1, v2] = corners::<S::F4>(block);
+        let (o, d): (Vec3Lanes<S::F32x4>, Vec3Lanes<S::F32x4>) = (splat(self.o), splat(self.d));
+        let [v0, v1, v2] = block.load_vertices::<S::F32x4>();
         let (c, e1, e2) = (sub(v0, o), sub(v1, v0), sub(v2, v0));
         let n = cross(e1, e2);
         let (det, depth) = (dot(d, n), dot(c, n));
         let (u, v) = (dot(d, cross(e2, c)), dot(d, cross(c, e1)));
-        let w = (det - u - v) * S::F4::splat(W_SCALE);
+        let w = (det - u - v) * S::F32x4::splat(W_SCALE);
         let slack = self.bounds.of(block.max_edge);
-        let (side, minus) = (S::F4::splat(slack.side), S::F4::splat(-slack.side));
+        let (side, minus) = (S::F32x4::splat(slack.side), S::F32x4::splat(-slack.side));
         let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
         // Written so that NaN stays a candidate.
         let outside = least.lt(minus) & side.lt(greatest);
@@ -132,15 +132,16 @@ impl TestRay {
         if possible == 0 {
             return Candidates::default();
         }
-        let facing = S::F4::splat(slack.facing).lt(det.abs());
-        let (det, depth) = (det.abs(), depth.flipped_by(det));
-        let unsure = S::F4::splat(slack.depth);
+        let facing = S::F32x4::splat(slack.facing).lt(det.abs());
+        let (det, depth) = (det.abs(), depth.xor_sign(det));
+        let unsure = S::F32x4::splat(slack.depth);
         let (before, behind) = (depth - unsure, depth + unsure);
-        let beyond = (det * S::F4::splat(limit)).lt(before) | behind.lt(S::F4::splat(0.0));
+        let beyond = (det * S::F32x4::splat(limit)).lt(before) | behind.lt(S::F32x4::splat(0.0));
         possible &= !(beyond & facing);
         let sure = possible & facing & (side.lt(least) | greatest.lt(minus));
         let (start, end) = self.between;
-        let between = sure & (det * S::F4::splat(start)).lt(before) & behind.lt(det * S::F4::splat(end));
+        let between =
+            sure & (det * S::F32x4::splat(start)).lt(before) & behind.lt(det * S::F32x4::splat(end));
         Candidates { possible, sure, between }
     }
 }

@@ -5,4 +5,3 @@ pub(crate) mod hit;
 pub(crate) mod query;
 pub(crate) mod transmittance;
 pub(crate) mod traversal_stats;
-pub(crate) mod vec3;

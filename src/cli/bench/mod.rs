@@ -110,7 +110,7 @@ fn plan(args: &BenchArgs) -> Result<BenchSettings, Usage> {
         render: RenderSettings { width, height, samples: args.samples, ..RenderSettings::default() },
         rounds: args.rounds,
         threads: unique,
-        tier: tier(std::env::var_os("BLINN_SIMD"))?,
+        simd: tier(std::env::var_os("BLINN_SIMD"))?,
         heat_maps: args.report.is_some(),
         memory: args.memory,
         command: std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect(),

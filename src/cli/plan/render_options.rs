@@ -1,6 +1,6 @@
 //! What pictures look like, resolved: all that decides their pixels, but for scene and frame.
 
-use crate::accel::Tier;
+use crate::accel::SimdLevel;
 use crate::cli::Usage;
 use crate::cli::args::values::{Ao, Exposure, Layers};
 use crate::cli::args::{
@@ -313,11 +313,11 @@ fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, Usage> {
 }
 
 /// The instructions to trace with: those that `BLINN_SIMD` names, else the best there are.
-pub fn tier(asked: Option<std::ffi::OsString>) -> Result<Tier, Usage> {
-    let Some(asked) = asked.filter(|asked| !asked.is_empty()) else { return Ok(Tier::best()) };
-    let names = || Tier::ALL.map(Tier::name).join(", ");
-    match Tier::ALL.into_iter().find(|tier| asked == tier.name()) {
-        Some(tier) if tier.available() => Ok(tier),
+pub fn tier(asked: Option<std::ffi::OsString>) -> Result<SimdLevel, Usage> {
+    let Some(asked) = asked.filter(|asked| !asked.is_empty()) else { return Ok(SimdLevel::detect()) };
+    let names = || SimdLevel::ALL.map(SimdLevel::name).join(", ");
+    match SimdLevel::ALL.into_iter().find(|tier| asked == tier.name()) {
+        Some(tier) if tier.is_supported() => Ok(tier),
         Some(tier) => Err(Usage(format!("BLINN_SIMD: this processor has no {}", tier.name()))),
         None => Err(Usage(format!("BLINN_SIMD: '{}' is none of {}", asked.to_string_lossy(), names()))),
     }

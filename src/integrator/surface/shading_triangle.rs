@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::accel::{Accel, Columnwise};
+use crate::accel::Accel;
 use crate::geometry::{HitId, Ray, RayDifferential, offset_ray_origin, point_error};
 use crate::integrator::material::coefficients::widens;
 use crate::integrator::surface::points::{Columns, Found, Group, Met, Rays, TOGETHER};
@@ -12,6 +12,7 @@ use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texture_eval::OnMesh;
 use crate::integrator::surface::triangle_plane::{Flat, OnFlat};
 use crate::scene::{Mesh, PosedScene};
+use crate::simd::AutovecKernel;
 
 /// A triangle in the world, relative to the scene's centre.
 #[derive(Clone, Copy, Debug)]
@@ -176,7 +177,7 @@ struct Meet<'a, 's> {
     at: usize,
 }
 
-impl Columnwise for Meet<'_, '_> {
+impl AutovecKernel for Meet<'_, '_> {
     #[inline(always)]
     fn run(self) {
         let Meet { facet, front, rays, differential, group, at } = self;
@@ -202,7 +203,7 @@ impl Columnwise for Meet<'_, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::{BuildSettings, Tier};
+    use crate::accel::{BuildSettings, SimdLevel};
     use crate::scene::pose;
     use crate::scene::{Instance, LocalTransform, Material, Node, PoseSettings, Scene};
     use glam::DAffine3;
@@ -274,7 +275,7 @@ mod tests {
             let turn = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.2);
             let scene = placed(mesh, turn);
             let posed = pose(&scene, &about_origin()).unwrap();
-            for tier in Tier::ALL.into_iter().filter(|tier| tier.available()) {
+            for tier in SimdLevel::ALL.into_iter().filter(|tier| tier.is_supported()) {
                 let accel = Accel::build(&posed, &BuildSettings { simd: tier, ..BuildSettings::default() }).0;
                 let (mut columns, mut next) = (Columns::default(), 0);
                 for (triangle, differential) in (0..4).flat_map(|t| [(t, None), (t, Some(by))]) {

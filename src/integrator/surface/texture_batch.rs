@@ -4,11 +4,12 @@ use std::ops::Range;
 
 use glam::Vec4;
 
-use crate::accel::{Accel, Columnwise};
+use crate::accel::Accel;
 use crate::integrator::surface::points::{Group, LANES, TOGETHER};
 use crate::integrator::surface::shading_triangle::Facet;
 use crate::integrator::surface::texture_eval::place;
 use crate::scene::{Image, PosedScene, SampleCoords, TexelSemantics, Texture, TextureRef};
+use crate::simd::AutovecKernel;
 
 /// What was found, by the place of points in their [`Group`].
 #[derive(Debug, Default)]
@@ -87,7 +88,7 @@ struct Fetch<'a, 's> {
     out: &'a mut [Option<Vec4>; LANES],
 }
 
-impl Columnwise for Fetch<'_, '_> {
+impl AutovecKernel for Fetch<'_, '_> {
     #[inline(always)]
     fn run(self) {
         let Fetch { facet, group, at, texture, images, of: &Use { t, reading, all, .. }, out } = self;

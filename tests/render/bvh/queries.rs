@@ -1,6 +1,8 @@
 //! Closest hits, layers and occlusion: single rays, packets and the counting traversal.
 
-use blinn::accel::{Accel, BuildSettings, Coherence, FlattenBudget, Preset, RayBatch, SegmentBatch, Tier};
+use blinn::accel::{
+    Accel, BuildSettings, Coherence, FlattenBudget, Preset, RayBatch, SegmentBatch, SimdLevel,
+};
 use blinn::geometry::HitId;
 use blinn::scene::{PosedScene, Scene, SurfaceClass};
 use glam::{DAffine3, DVec3, Vec3};
@@ -21,8 +23,8 @@ fn every_tree_answers_as_no_tree_does() {
         }
         let rays = rays(&posed, if *name == "soup" { 100 } else { 500 });
         let segments = segments(&rays);
-        let answers = |preset, tier| {
-            let accel = Accel::build(&posed, &BuildSettings { preset, simd: tier, flatten }).0;
+        let answers = |preset, simd| {
+            let accel = Accel::build(&posed, &BuildSettings { preset, simd, flatten }).0;
             let (mut occluded, mut light) = (Vec::new(), Vec::new());
             accel.occluded(&segments, &Holes, &mut occluded);
             accel.transmittance(&segments, &Holes, &mut light);
@@ -30,21 +32,21 @@ fn every_tree_answers_as_no_tree_does() {
             let seen = [false, true].map(|cull| bits(&layers(&accel, &rays, cull, Coherence::None)));
             (seen, occluded, light)
         };
-        let flat = answers(Preset::BruteForce, Tier::Portable);
+        let flat = answers(Preset::BruteForce, SimdLevel::Portable);
         let hits = flat.0[0].iter().flatten().filter(|hit| hit.1 != HitId::NONE).count();
         assert!(hits > 200, "{name}: only {hits} hits to compare");
-        let medium = scenes::tiers().map(|tier| (Preset::Medium, tier));
-        for (preset, tier) in medium.chain([Preset::Fast, Preset::Slow].map(|p| (p, Tier::best()))) {
-            let tree = answers(preset, tier);
+        let medium = scenes::simd_levels().map(|simd| (Preset::Medium, simd));
+        for (preset, simd) in medium.chain([Preset::Fast, Preset::Slow].map(|p| (p, SimdLevel::detect()))) {
+            let tree = answers(preset, simd);
             for (i, ray) in rays.iter().enumerate() {
                 for cull in 0..2 {
                     assert_eq!(
                         tree.0[cull][i], flat.0[cull][i],
-                        "{name} {preset:?} {tier:?}: ray {i} {ray:?}"
+                        "{name} {preset:?} {simd:?}: ray {i} {ray:?}"
                     );
                 }
-                assert_eq!(tree.1[i], flat.1[i], "{name} {preset:?} {tier:?}: shadow {i}");
-                assert_eq!(tree.2[i], flat.2[i], "{name} {preset:?} {tier:?}: light {i}");
+                assert_eq!(tree.1[i], flat.1[i], "{name} {preset:?} {simd:?}: shadow {i}");
+                assert_eq!(tree.2[i], flat.2[i], "{name} {preset:?} {simd:?}: light {i}");
             }
         }
     }
@@ -69,7 +71,7 @@ fn the_counting_walk_meets_the_same_hits() {
             nodes += steps.nodes;
             asked += steps.blocks;
         }
-        let portable = BuildSettings { simd: Tier::Portable, ..BuildSettings::default() };
+        let portable = BuildSettings { simd: SimdLevel::Portable, ..BuildSettings::default() };
         assert_eq!(Accel::build(&posed, &portable).0.count_steps(&batch, &Holes), counted, "{name}");
         // A BVH skips most triangles; the flat preset skips none.
         let flat = BuildSettings { preset: Preset::BruteForce, ..BuildSettings::default() };
@@ -119,16 +121,16 @@ fn packets_answer_as_single_rays_do() {
         if flatten == FlattenBudget::ZERO && posed.instances.len() == 1 {
             continue;
         }
-        let settings = |tier| BuildSettings { preset: Preset::Medium, simd: tier, flatten };
-        let single = Accel::build(&posed, &settings(Tier::Portable)).0;
-        for tier in scenes::tiers() {
-            let accel = Accel::build(&posed, &settings(tier)).0;
+        let settings = |simd| BuildSettings { preset: Preset::Medium, simd, flatten };
+        let single = Accel::build(&posed, &settings(SimdLevel::Portable)).0;
+        for simd in scenes::simd_levels() {
+            let accel = Accel::build(&posed, &settings(simd)).0;
             let mut rng = Rng::new(3);
             for n in 0..60 {
                 // Full packets, parts of packets, and incomplete groups.
                 let count = [64, 300, 23, 256][n % 4];
                 let (shared, rays) = bundle(&posed, &mut rng, n % 3 == 2, count);
-                let context = format!("{name} {flatten:?} {tier:?} {n} {shared:?}");
+                let context = format!("{name} {flatten:?} {simd:?} {n} {shared:?}");
                 let cull = n % 2 == 0;
                 let together = bits(&layers(&accel, &rays, cull, shared));
                 assert_eq!(together, bits(&layers(&single, &rays, cull, Coherence::None)), "{context}");

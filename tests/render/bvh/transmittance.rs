@@ -55,18 +55,19 @@ fn light_is_followed_until_none_is_left() {
         let posed = scenes::posed(&scene);
         let (near, far) = (DVec3::new(0.1, 0.2, -1.0), DVec3::new(0.1, 0.2, 11.0));
         let [light, far] = [near, far].map(|p| (p - posed.centre).as_vec3());
-        for (tier, flatten) in scenes::tiers().flat_map(|tier| FLATTENED.map(|flatten| (tier, flatten))) {
-            let settings = BuildSettings { preset: Preset::Medium, simd: tier, flatten };
+        for (simd, flatten) in scenes::simd_levels().flat_map(|simd| FLATTENED.map(|flatten| (simd, flatten)))
+        {
+            let settings = BuildSettings { preset: Preset::Medium, simd, flatten };
             let accel = Accel::build(&posed, &settings).0;
             for shared in [Coherence::None, Coherence::Origin(light), Coherence::Direction(-Vec3::Z)] {
                 let mut segments = SegmentBatch { coherence: shared, ..SegmentBatch::default() };
                 (0..40).for_each(|i| segments.push(far + Vec3::X * 0.01 * i as f32, light, HitId::NONE));
                 let (asked, mut free) = (Counted::default(), Vec::new());
                 accel.transmittance(&segments, &asked, &mut free);
-                assert!(free.iter().all(|&free| free == Vec3::splat(left)), "{tier:?} {shared:?}: {free:?}");
+                assert!(free.iter().all(|&free| free == Vec3::splat(left)), "{simd:?} {shared:?}: {free:?}");
                 // Rays that leave a packet may evaluate one pane twice.
                 let asked = asked.0.into_inner();
-                assert!(asked <= 2 * 40 * most, "{panes} {tier:?} {flatten:?} {shared:?}: {asked}");
+                assert!(asked <= 2 * 40 * most, "{panes} {simd:?} {flatten:?} {shared:?}: {asked}");
             }
         }
     }
@@ -103,8 +104,8 @@ fn a_sheet_that_light_passes_is_one_layer() {
         let eye = middle + 4.0 * normal + Vec3::new(0.125, 0.25, 0.0);
         let through: Vec<&Vec3> = places.iter().filter(inside).collect();
         for flatten in FLATTENED {
-            for tier in scenes::tiers() {
-                let settings = BuildSettings { preset: Preset::Medium, simd: tier, flatten };
+            for simd in scenes::simd_levels() {
+                let settings = BuildSettings { preset: Preset::Medium, simd, flatten };
                 let accel = Accel::build(&posed, &settings).0;
                 let from_eye: Vec<_> = through.iter().map(|&&p| (eye, p - eye)).collect();
                 let along: Vec<_> = through.iter().map(|&&p| (p + 4.0 * normal, -normal)).collect();
@@ -116,7 +117,7 @@ fn a_sheet_that_light_passes_is_one_layer() {
                 ];
                 for (shared, rays) in all {
                     for (found, ray) in layers(&accel, rays, false, shared).iter().zip(rays) {
-                        assert_eq!(found.len(), 2, "{ray:?} {flatten:?} {tier:?} {shared:?}: {found:?}");
+                        assert_eq!(found.len(), 2, "{ray:?} {flatten:?} {simd:?} {shared:?}: {found:?}");
                         on_edges += 1;
                     }
                 }
