@@ -1,6 +1,7 @@
 //! OBJ scenes as a whole.
 
 mod differential;
+mod material_regressions;
 mod regressions;
 
 use std::fs;
