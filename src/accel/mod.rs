@@ -17,7 +17,7 @@ mod traverse;
 pub use crate::simd::SimdLevel;
 pub use build::instancing_plan::FlattenBudget;
 pub use ray_batch::{AnyHitFilter, Coherence, HitBatch, RayBatch, SegmentBatch};
-pub use traverse::traversal_stats::Steps;
+pub use traverse::traversal_stats::TraversalStats;
 
 use std::collections::BTreeMap;
 
@@ -31,9 +31,9 @@ use bvh::blas::Blas;
 use bvh::bvh8::TraversalStack;
 use bvh::tlas::Tlas;
 use packet::{Answers, GROUP, GROUPS, Packet, PacketStack, RAYS};
-use traverse::hit::FrameRay;
-use traverse::query::{Asked, Blocking, Closest, Query};
-use traverse::transmittance::Passing;
+use traverse::hit::LocalRay;
+use traverse::query::{AnyHit, ClosestHit, RayContext, RayQuery};
+use traverse::transmittance::Transmittance;
 
 /// How trees are built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,7 +61,7 @@ pub enum Preset {
     Slow,
 }
 
-/// What a build left out of the trees, each triangle counted as often as it is drawn. Ids never
+/// What a build left out of the trees, each triangle counted as often as it is drawn. CoincidentIds never
 /// move: what is left out is just never hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildReport {
@@ -178,7 +178,7 @@ impl Accel {
     /// order of (t, id), and none where that is less than 2⁻¹⁷. `out` becomes as long as `segments`.
     pub fn transmittance(&self, segments: &SegmentBatch, cutouts: &dyn AnyHitFilter, out: &mut Vec<Rgb>) {
         out.clear();
-        self.settings.simd.run(Transmittance { accel: self, segments, cutouts, out });
+        self.settings.simd.run(TransmittanceKernel { accel: self, segments, cutouts, out });
     }
 
     /// Runs what has nothing to do with trees with the instructions that they are traversed with.
@@ -242,9 +242,9 @@ impl SimdKernel for Intersect<'_> {
             for (i, hit) in hits.iter_mut().enumerate().skip(first).take(count) {
                 let (o, d) = (rays.origins[i], rays.directions[i]);
                 let best = if hit.is_miss() { Hit { t: rays.t_max, id: HitId::NONE } } else { *hit };
-                let asked = Asked { o, d, cutouts };
-                let mut query = Closest { asked, cull: rays.cull_back_faces, after: rays.after(i), best };
-                if let Some(ray) = FrameRay::new(o.as_dvec3(), d.as_dvec3()) {
+                let asked = RayContext { o, d, cutouts };
+                let mut query = ClosestHit { asked, cull: rays.cull_back_faces, after: rays.after(i), best };
+                if let Some(ray) = LocalRay::new(o.as_dvec3(), d.as_dvec3()) {
                     lane.trace::<S>(&ray, !together, &mut query);
                 }
                 if !query.best.is_miss() {
@@ -304,25 +304,25 @@ impl SimdKernel for Occluded<'_> {
 }
 
 /// [`Accel::transmittance`].
-struct Transmittance<'a> {
+struct TransmittanceKernel<'a> {
     accel: &'a Accel,
     segments: &'a SegmentBatch,
     cutouts: &'a dyn AnyHitFilter,
     out: &'a mut Vec<Rgb>,
 }
 
-impl SimdKernel for Transmittance<'_> {
+impl SimdKernel for TransmittanceKernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Transmittance { accel, segments, cutouts, out } = self;
+        let TransmittanceKernel { accel, segments, cutouts, out } = self;
         let mut lane = Lane::new(accel);
         let (mut packet, mut packets) = (Packet::default(), PacketStack::default());
-        let mut passing: Box<[Passing]> = (0..RAYS).map(|_| Passing::default()).collect();
+        let mut passing: Box<[Transmittance]> = (0..RAYS).map(|_| Transmittance::default()).collect();
         let mut bundles = Bundles::of(segments.len());
         while let Some((first, count)) = bundles.pop() {
-            passing.iter_mut().for_each(Passing::clear);
+            passing.iter_mut().for_each(Transmittance::clear);
             let mut blocked = [0; GROUPS];
             let mut together = accel.together(segments.coherence, count);
             if together {
@@ -336,7 +336,7 @@ impl SimdKernel for Transmittance<'_> {
                         continue;
                     }
                     // All trees are asked once more.
-                    passing.iter_mut().for_each(Passing::clear);
+                    passing.iter_mut().for_each(Transmittance::clear);
                 }
             }
             let rest = !together || !accel.top.is_empty();
@@ -416,7 +416,7 @@ impl<'a> Lane<'a> {
     /// Tells `query` of what `ray` meets in placed trees and, unless that has been asked, in the
     /// world's.
     #[inline(always)]
-    fn trace<S: Simd>(&mut self, ray: &FrameRay, worlds: bool, query: &mut impl Query) {
+    fn trace<S: Simd>(&mut self, ray: &LocalRay, worlds: bool, query: &mut impl RayQuery) {
         let Accel { top, worlds: trees, .. } = self.accel;
         for world in trees.iter().filter(|_| worlds) {
             if let Some(root) = world.bvh.root
@@ -437,16 +437,16 @@ fn blocking<'a, 'p>(
     segments: &SegmentBatch,
     i: usize,
     cutouts: &'a dyn AnyHitFilter,
-    passing: Option<&'p mut Passing>,
-) -> (Option<FrameRay>, Blocking<'a, 'p>) {
+    passing: Option<&'p mut Transmittance>,
+) -> (Option<LocalRay>, AnyHit<'a, 'p>) {
     let from = segments.from[i];
     let (o, d, end, ray) = match segments.coherence {
-        Coherence::Direction(d) => (from, d, f32::INFINITY, FrameRay::new(from.as_dvec3(), d.as_dvec3())),
-        Coherence::Origin(light) => (light, from - light, 1.0, FrameRay::backward(from, light)),
+        Coherence::Direction(d) => (from, d, f32::INFINITY, LocalRay::new(from.as_dvec3(), d.as_dvec3())),
+        Coherence::Origin(light) => (light, from - light, 1.0, LocalRay::shadow(from, light)),
         Coherence::None => {
-            (segments.to[i], from - segments.to[i], 1.0, FrameRay::backward(from, segments.to[i]))
+            (segments.to[i], from - segments.to[i], 1.0, LocalRay::shadow(from, segments.to[i]))
         }
     };
-    let asked = Asked { o, d, cutouts };
-    (ray, Blocking { asked, end, source: segments.source[i], blocked: false, passing })
+    let asked = RayContext { o, d, cutouts };
+    (ray, AnyHit { asked, end, source: segments.source[i], blocked: false, passing })
 }

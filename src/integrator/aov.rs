@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::{Frame, MaterialHitFilter, Sample, Scratch, SurfacePoint};
-use crate::accel::{RayBatch, Steps};
+use crate::accel::{RayBatch, TraversalStats};
 use crate::geometry::{Hit, Ray, Rgb};
 use crate::integrator::material::coefficients::{alpha, base_color};
 use crate::scene::AlphaMode;
@@ -100,7 +100,7 @@ impl Aov {
     /// Appends its value at a first hit.
     pub fn evaluate(self, frame: &Frame, first: &FirstHit, out: &mut Vec<f32>) {
         if self == Aov::Steps {
-            let Steps { nodes, blocks } = first.steps(frame);
+            let TraversalStats { nodes, blocks } = first.steps(frame);
             return out.extend([nodes as f32, blocks as f32]);
         }
         let Some((hit, s)) = &first.surface else {
@@ -142,10 +142,10 @@ pub struct FirstHit<'s> {
 
 impl FirstHit<'_> {
     /// What the eye ray of its sample takes to its first hit.
-    fn steps(&self, frame: &Frame) -> Steps {
+    fn steps(&self, frame: &Frame) -> TraversalStats {
         let mut ray = RayBatch::default();
         frame.eye_rays(std::slice::from_ref(&self.sample), &mut ray);
-        let counted = frame.accel.count_steps(&ray, &MaterialHitFilter(frame.posed));
+        let counted = frame.accel.intersect_with_stats(&ray, &MaterialHitFilter(frame.posed));
         counted.first().map(|(_, steps)| *steps).unwrap_or_default()
     }
 }

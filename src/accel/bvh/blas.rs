@@ -15,9 +15,9 @@ use crate::accel::bvh::bvh8::{BoxTestRay, Bvh8, Leaves, TraversalStack};
 use crate::accel::bvh::huge_pages::HugePageVec;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
-use crate::accel::traverse::error_bounds::TestRay;
-use crate::accel::traverse::hit::{FrameRay, Met};
-use crate::accel::traverse::query::{Ids, Query};
+use crate::accel::traverse::error_bounds::TriangleTestRay;
+use crate::accel::traverse::hit::{LocalRay, TriangleHit};
+use crate::accel::traverse::query::{CoincidentIds, RayQuery};
 use crate::accel::{BuildReport, Preset};
 use crate::scene::SurfaceClass;
 use crate::simd::{OutlinedKernel, Simd};
@@ -91,10 +91,10 @@ impl Blas {
     /// Tells `query` of the triangles that `ray` meets under `from`, in any order. False once it
     /// has stopped. `instance` is whose triangles they are, where a shared mesh does not say.
     #[inline(always)]
-    pub fn traverse<S: Simd, Q: Query>(
+    pub fn traverse<S: Simd, Q: RayQuery>(
         &self,
         from: u32,
-        ray: &FrameRay,
+        ray: &LocalRay,
         instance: Option<u32>,
         query: &mut Q,
         stack: &mut TraversalStack,
@@ -108,9 +108,9 @@ impl Blas {
         &self,
         block: &Triangle4,
         lane: usize,
-        met: Met,
+        met: TriangleHit,
         instance: Option<u32>,
-        query: &mut impl Query,
+        query: &mut impl RayQuery,
     ) -> bool {
         let entry = block.ids[lane];
         let mut tell = |look: SurfaceFlags, ids: &[u32]| {
@@ -118,8 +118,8 @@ impl Blas {
             if look.class == SurfaceClass::Translucent && !met.owned {
                 return false;
             }
-            let ids = Ids { ids, spans: &self.ids, instance };
-            query.meet(met.t, look, met.against == look.reversed, ids).is_break()
+            let ids = CoincidentIds { ids, spans: &self.ids, instance };
+            query.record_hit(met.t, look, met.ccw == look.reversed, ids).is_break()
         };
         match entry & COINCIDENT {
             0 => tell(block.flags(lane), std::slice::from_ref(&entry)),
@@ -129,8 +129,8 @@ impl Blas {
 
     /// The one triangle of a lane that holds no group.
     #[inline(always)]
-    fn own<'b>(&'b self, block: &'b Triangle4, lane: usize, instance: Option<u32>) -> Ids<'b> {
-        Ids { ids: std::slice::from_ref(&block.ids[lane]), spans: &self.ids, instance }
+    fn own<'b>(&'b self, block: &'b Triangle4, lane: usize, instance: Option<u32>) -> CoincidentIds<'b> {
+        CoincidentIds { ids: std::slice::from_ref(&block.ids[lane]), spans: &self.ids, instance }
     }
 
     /// A place in the blocks: block times capacity plus lane.
@@ -168,32 +168,32 @@ impl Blas {
 
 /// What trees need to know of the limit of a query.
 #[inline(always)]
-pub(crate) fn limit(ray: &FrameRay, query: &impl Query) -> f32 {
-    BoxTestRay::limit(ray.parameter(query.limit()))
+pub(crate) fn limit(ray: &LocalRay, query: &impl RayQuery) -> f32 {
+    BoxTestRay::limit(ray.to_local_t(query.t_max()))
 }
 
 /// [`Blas::traverse`].
 struct Visit<'a, Q> {
     triangles: &'a Blas,
     from: u32,
-    ray: &'a FrameRay,
+    ray: &'a LocalRay,
     instance: Option<u32>,
     query: &'a mut Q,
     stack: &'a mut TraversalStack,
 }
 
-impl<S: Simd, Q: Query> OutlinedKernel<S> for Visit<'_, Q> {
+impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for Visit<'_, Q> {
     type Output = bool;
 
     #[inline(always)]
     fn run(self) -> bool {
         let Visit { triangles, from, ray, instance, query, stack } = self;
-        let boxes = BoxTestRay::new(ray.o, ray.d, 0.0, ray.parameter(query.start()));
-        let test = TestRay::new(ray, triangles.centre, triangles.radius, query.end());
+        let boxes = BoxTestRay::new(ray.o, ray.d, 0.0, ray.to_local_t(query.t_min()));
+        let test = TriangleTestRay::new(ray, triangles.centre, triangles.radius, query.early_out_t_max());
         let limit = limit(ray, query);
         let blocks: &[Triangle4] = &triangles.blocks;
         let mut leaves = Meeting { triangles, blocks, ray, test, instance, query, limit, simd: PhantomData };
-        match Q::ANY {
+        match Q::ANY_HIT {
             true => triangles.bvh.walk_any::<S>(from, &boxes, stack, limit, &mut leaves),
             false => triangles.bvh.walk::<S>(from, &boxes, stack, limit, &mut leaves),
         }
@@ -204,15 +204,15 @@ impl<S: Simd, Q: Query> OutlinedKernel<S> for Visit<'_, Q> {
 struct Meeting<'a, S, Q> {
     triangles: &'a Blas,
     blocks: &'a [Triangle4],
-    ray: &'a FrameRay,
-    test: TestRay,
+    ray: &'a LocalRay,
+    test: TriangleTestRay,
     instance: Option<u32>,
     query: &'a mut Q,
     limit: f32,
     simd: PhantomData<S>,
 }
 
-impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
+impl<S: Simd, Q: RayQuery> Leaves<S> for Meeting<'_, S, Q> {
     #[inline(always)]
     fn enter(&mut self, leaf: u32, _: &mut TraversalStack) -> Option<f32> {
         for block in &self.blocks[leaf as usize..] {
@@ -229,12 +229,12 @@ impl<S: Simd, Q: Query> Leaves<S> for Meeting<'_, S, Q> {
                 possible &= possible - 1;
                 if candidates.between >> lane & 1 == 1 {
                     let ids = self.triangles.own(block, lane, self.instance);
-                    if self.query.blocks(block, lane, ids) {
+                    if self.query.early_out(block, lane, ids) {
                         return None;
                     }
                 }
                 let sure = candidates.sure >> lane & 1 == 1;
-                let Some(met) = self.ray.meet(&block.vertices(lane), sure) else { continue };
+                let Some(met) = self.ray.intersect(&block.vertices(lane), sure) else { continue };
                 if self.triangles.report_hit(block, lane, met, self.instance, self.query) {
                     return None;
                 }

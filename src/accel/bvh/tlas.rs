@@ -18,8 +18,8 @@ use crate::accel::build::occlusion_order::OcclusionCost;
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::blas::{Blas, limit};
 use crate::accel::bvh::bvh8::{BoxTestRay, Bvh8, LEAF_BIT, Leaves, TraversalStack};
-use crate::accel::traverse::hit::{FrameRay, power_of_two};
-use crate::accel::traverse::query::Query;
+use crate::accel::traverse::hit::{LocalRay, floor_power_of_two};
+use crate::accel::traverse::query::RayQuery;
 use crate::scene::PosedScene;
 use crate::simd::Simd;
 
@@ -59,11 +59,17 @@ impl InstanceTransform {
     }
 
     /// A ray in this frame. That one line meets the whole mesh, so no crack can open.
-    pub fn ray(&self, ray: &FrameRay) -> FrameRay {
+    pub fn ray(&self, ray: &LocalRay) -> LocalRay {
         let o = self.to_local * (ray.o - self.origin);
         let d = self.to_local * ray.d;
-        let power = power_of_two(d.abs().max_element().max(f64::MIN_POSITIVE));
-        FrameRay { o, d: d / power, size: ray.size * power, unit: ray.unit / power, ..*ray }
+        let power = floor_power_of_two(d.abs().max_element().max(f64::MIN_POSITIVE));
+        LocalRay {
+            o,
+            d: d / power,
+            t_scale: ray.t_scale * power,
+            inv_t_scale: ray.inv_t_scale / power,
+            ..*ray
+        }
     }
 }
 
@@ -238,18 +244,18 @@ impl Tlas {
 
     /// Tells `query` of the triangles that `ray` meets, in any order. False once it has stopped.
     #[inline(always)]
-    pub fn traverse<S: Simd, Q: Query>(
+    pub fn traverse<S: Simd, Q: RayQuery>(
         &self,
-        ray: &FrameRay,
+        ray: &LocalRay,
         meshes: &[&Blas],
         query: &mut Q,
         stack: &mut TraversalStack,
     ) -> bool {
         let Some(root) = self.bvh.root else { return true };
-        let boxes = BoxTestRay::new(ray.o, ray.d, self.pad(ray.o), ray.parameter(query.start()));
+        let boxes = BoxTestRay::new(ray.o, ray.d, self.pad(ray.o), ray.to_local_t(query.t_min()));
         let limit = limit(ray, query);
         let mut leaves = Entering { top: self, ray, meshes, query };
-        match Q::ANY {
+        match Q::ANY_HIT {
             true => self.bvh.walk_any::<S>(root, &boxes, stack, limit, &mut leaves),
             false => self.bvh.walk::<S>(root, &boxes, stack, limit, &mut leaves),
         }
@@ -271,12 +277,12 @@ impl Tlas {
 /// A ray at the leaves of the upper tree.
 struct Entering<'a, Q> {
     top: &'a Tlas,
-    ray: &'a FrameRay,
+    ray: &'a LocalRay,
     meshes: &'a [&'a Blas],
     query: &'a mut Q,
 }
 
-impl<S: Simd, Q: Query> Leaves<S> for Entering<'_, Q> {
+impl<S: Simd, Q: RayQuery> Leaves<S> for Entering<'_, Q> {
     #[inline(always)]
     fn enter(&mut self, leaf: u32, stack: &mut TraversalStack) -> Option<f32> {
         for BlasInstance { instance, tree, frame } in self.top.parts(leaf) {

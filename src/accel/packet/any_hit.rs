@@ -7,7 +7,7 @@ use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::packet::{GROUP, Packet, PacketStack, PerRay, Rays, Sure, Verdict, fetch, whole};
 use crate::accel::ray_batch::{AnyHitFilter, Coherence, SegmentBatch};
 use crate::accel::traverse::error_bounds::LIGHT;
-use crate::accel::traverse::transmittance::Passing;
+use crate::accel::traverse::transmittance::Transmittance;
 use crate::simd::{Lanes, Simd};
 
 /// What is known of the segments of a packet.
@@ -15,7 +15,7 @@ pub(crate) struct Answers<'p> {
     /// Those that are blocked.
     pub blocked: Rays,
     /// What passes through what does not block them, if that is asked.
-    pub passing: Option<&'p mut [Passing]>,
+    pub passing: Option<&'p mut [Transmittance]>,
 }
 
 impl Answers<'_> {
@@ -118,7 +118,7 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
         let (block, lane) = self.triangles.locate(entry);
         let passing = self.answers.passing.as_mut().map(|passing| &mut passing[ray]);
         let (line, mut query) = blocking(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
-        let Some(met) = line.and_then(|line| line.meet(&block.vertices(lane), sure)) else { return };
+        let Some(met) = line.and_then(|line| line.intersect(&block.vertices(lane), sure)) else { return };
         self.triangles.report_hit(block, lane, met, None, &mut query);
         if query.blocked {
             self.block(packet, ray);

@@ -1,4 +1,4 @@
-//! Closest hits by the packet.
+//! ClosestHit hits by the packet.
 
 use glam::Vec3;
 
@@ -6,11 +6,11 @@ use super::{FOUR, GROUP, Packet, PacketStack, PerRay, Sure, Verdict, fetch, whol
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::bvh8::TraversalStack;
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::packet::exact_hits::{BLOCKS, Met, Places};
+use crate::accel::packet::exact_hits::{BLOCKS, GroupHits, Places};
 use crate::accel::packet::shared_ray::Lines;
 use crate::accel::ray_batch::{AnyHitFilter, Coherence, RayBatch};
-use crate::accel::traverse::hit::FrameRay;
-use crate::accel::traverse::query::{Asked, Closest, Query};
+use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
 use crate::geometry::{EPSILON, Hit, HitId};
 use crate::simd::{Lanes, Simd};
 
@@ -90,9 +90,9 @@ impl<'a> Nearest<'a, '_> {
     }
 
     #[inline(always)]
-    fn line(&self, ray: usize) -> Option<FrameRay> {
+    fn line(&self, ray: usize) -> Option<LocalRay> {
         let (o, d) = self.ray(ray);
-        FrameRay::new(o.as_dvec3(), d.as_dvec3())
+        LocalRay::new(o.as_dvec3(), d.as_dvec3())
     }
 
     /// A ray's closest hit so far, exactly.
@@ -103,7 +103,7 @@ impl<'a> Nearest<'a, '_> {
             EXACT => self.hits[ray],
             entry => {
                 let (block, lane) = self.triangles.locate(entry);
-                let met = self.line(ray).and_then(|line| line.place(&block.vertices(lane)));
+                let met = self.line(ray).and_then(|line| line.intersect_certain(&block.vertices(lane)));
                 met.map_or(Hit::MISS, |met| Hit { t: met.t, id: self.triangles.ids.id(block.ids[lane]) })
             }
         }
@@ -118,20 +118,25 @@ impl<'a> Nearest<'a, '_> {
         }
     }
 
-    fn question(&self, ray: usize) -> Closest<'a> {
+    fn question(&self, ray: usize) -> ClosestHit<'a> {
         let (rays, first) = self.rays;
         let (o, d) = self.ray(ray);
-        let asked = Asked { o, d, cutouts: self.cutouts };
-        Closest { asked, cull: rays.cull_back_faces, after: rays.after(first + ray), best: self.settled(ray) }
+        let asked = RayContext { o, d, cutouts: self.cutouts };
+        ClosestHit {
+            asked,
+            cull: rays.cull_back_faces,
+            after: rays.after(first + ray),
+            best: self.settled(ray),
+        }
     }
 
     /// True where anything changed.
-    fn answer(&mut self, packet: &mut Packet, ray: usize, query: &Closest) -> bool {
+    fn answer(&mut self, packet: &mut Packet, ray: usize, query: &ClosestHit) -> bool {
         let changed = !query.best.is_miss() && (self.best.get(ray) != EXACT || self.hits[ray] != query.best);
         if changed {
             self.best.set(ray, EXACT);
             self.hits[ray] = query.best;
-            packet.limit(ray, query.limit());
+            packet.limit(ray, query.t_max());
         }
         changed
     }
@@ -184,7 +189,7 @@ fn settle_four<S: Simd>(
 
 /// Writes the hits of the lines in `mask`.
 #[inline(always)]
-fn put_hits<S: Simd>(mask: u32, (t, ids): &Met, hits: &mut [Hit]) {
+fn put_hits<S: Simd>(mask: u32, (t, ids): &GroupHits, hits: &mut [Hit]) {
     let along = S::F32x16::load(t);
     let mut mask = mask & S::F32x16::splat(0.0).lt(along) & along.lt(S::F32x16::splat(f32::INFINITY));
     if mask == (1 << GROUP) - 1
@@ -231,7 +236,7 @@ impl<S: Simd> Verdict<S> for Nearest<'_, '_> {
 
     fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool) {
         let (block, lane) = self.triangles.locate(entry);
-        let Some(met) = self.line(ray).and_then(|line| line.meet(&block.vertices(lane), sure)) else {
+        let Some(met) = self.line(ray).and_then(|line| line.intersect(&block.vertices(lane), sure)) else {
             return;
         };
         let mut query = self.question(ray);

@@ -14,11 +14,11 @@ use crate::simd::vec3::per_axis;
 pub(crate) const BLOCKS: usize = GROUP / TRIANGLE_LANES;
 
 /// The triangles of a few blocks, for lines that are known to go through one of them and that it surely
-/// faces ([`Slack::facing`]): t is that of [`FrameRay::place`], to the bit. What is a triangle's own is
+/// faces ([`Slack::facing`]): t is that of [`LocalRay::intersect_certain`], to the bit. What is a triangle's own is
 /// computed once for all lines, and each looks up the triangle that it met.
 ///
 /// [`Slack::facing`]: crate::accel::traverse::error_bounds::Slack::facing
-/// [`FrameRay::place`]: crate::accel::traverse::hit::FrameRay::place
+/// [`LocalRay::intersect_certain`]: crate::accel::traverse::hit::LocalRay::intersect_certain
 #[derive(Clone, Debug)]
 pub(crate) struct Places {
     shared: Shared,
@@ -40,7 +40,7 @@ enum Shared {
 }
 
 /// Where each line of a group meets its triangle, and which that is: t, instances, triangles.
-pub(crate) type Met = ([f32; GROUP], [[u32; GROUP]; 2]);
+pub(crate) type GroupHits = ([f32; GROUP], [[u32; GROUP]; 2]);
 
 impl Places {
     /// Of nothing yet.
@@ -97,7 +97,7 @@ impl Places {
 
     /// Where the lines of group `g` meet the triangles of numbers `of`.
     #[inline(always)]
-    pub fn of<S: Simd>(&self, packet: &Packet, g: usize, of: &[u32; GROUP]) -> Met {
+    pub fn of<S: Simd>(&self, packet: &Packet, g: usize, of: &[u32; GROUP]) -> GroupHits {
         let unit = inverse(packet.size);
         let n = per_axis(|axis| S::lookup_f64(&self.normal[axis], of));
         let n = |i: usize| DVec3::new(n[0][i], n[1][i], n[2][i]);

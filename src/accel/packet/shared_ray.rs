@@ -8,7 +8,7 @@ use crate::accel::packet::group_bounds::{Cone, Windows};
 use crate::accel::packet::packet_kind::{Direction, Origin};
 use crate::accel::packet::{FOUR, GROUP, Packet, PacketStack, RAYS, Verdict};
 use crate::accel::traverse::error_bounds::Bounds;
-use crate::accel::traverse::hit::{inverse, power_of_two};
+use crate::accel::traverse::hit::{floor_power_of_two, inverse};
 use crate::simd::{Lanes, Simd};
 
 /// The lines that a packet's rays are on, in its own parameter.
@@ -47,7 +47,7 @@ impl Packet {
             if !(longest > 1e-30 && longest < 1e30) {
                 return None;
             }
-            self.size = power_of_two(f64::from(longest));
+            self.size = floor_power_of_two(f64::from(longest));
             let shrink = inverse(self.size) as f32;
             self.fill::<S>(&of.map(|v| (v - base) * shrink), Vec3::ZERO);
             Cone::surround::<S>(self, mean * shrink)
@@ -78,7 +78,7 @@ impl Packet {
         if !(fits.reduce_sum() == 0.0 && self.greatest < 1e30 && longest > 1e-30 && longest < 1e30) {
             return None;
         }
-        self.size = power_of_two(f64::from(longest));
+        self.size = floor_power_of_two(f64::from(longest));
         Some(Lines::Along(d * inverse(self.size) as f32))
     }
 

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::traverse::hit::{FACING, FrameRay};
+use crate::accel::traverse::hit::{FACING, LocalRay};
 use crate::geometry::EPSILON;
 use crate::simd::vec3::{Vec3Lanes, cross, dot, splat, sub};
 use crate::simd::{Lanes, Simd};
@@ -26,7 +26,7 @@ pub(crate) struct Bounds {
     least: f32,
     /// The bound on t·|det| is `edge²·(depth + edge·16ε) + least`.
     depth: f32,
-    /// Signs of determinants beyond `edge²·facing` are certain, and [`FrameRay::place`] takes no
+    /// Signs of determinants beyond `edge²·facing` are certain, and [`LocalRay::intersect_certain`] takes no
     /// care of their t.
     facing: f32,
 }
@@ -80,7 +80,7 @@ impl Bounds {
 
 /// A ray prepared for the blocks of one tree.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TestRay {
+pub(crate) struct TriangleTestRay {
     o: Vec3,
     d: Vec3,
     bounds: Bounds,
@@ -99,18 +99,18 @@ pub(crate) struct Candidates {
     pub between: u32,
 }
 
-impl TestRay {
+impl TriangleTestRay {
     /// A ray for triangles that lie within `radius` of `centre`. What it surely meets before `end`
     /// is told; nothing is where there is none.
     #[inline(always)]
-    pub fn new(ray: &FrameRay, centre: DVec3, radius: f64, end: Option<f32>) -> TestRay {
+    pub fn new(ray: &LocalRay, centre: DVec3, radius: f64, end: Option<f32>) -> TriangleTestRay {
         let (o, d) = (ray.o.as_vec3(), ray.d.as_vec3());
         let far = ray.o.distance(centre) + radius;
         let rounded = if o.as_dvec3() == ray.o { 0.0 } else { ray.o.length() };
         // What is so near a light that 1 less it rounds to 1 does not block it.
-        let start = if ray.backward { ray.parameter(LIGHT) } else { 0.0 };
-        let between = (start, end.map_or(-1.0, |end| ray.parameter(end) * (1.0 - 8.0 * EPSILON)));
-        TestRay { o, d, bounds: Bounds::new(ray.d.length(), far, rounded), between }
+        let start = if ray.from_light { ray.to_local_t(LIGHT) } else { 0.0 };
+        let between = (start, end.map_or(-1.0, |end| ray.to_local_t(end) * (1.0 - 8.0 * EPSILON)));
+        TriangleTestRay { o, d, bounds: Bounds::new(ray.d.length(), far, rounded), between }
     }
 
     /// The triangles of `block` that the ray may meet before `limit`.

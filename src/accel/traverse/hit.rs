@@ -9,7 +9,7 @@
 //!
 //! So it may be inside several of them, too. That does no harm where what is met first blocks all
 //! else; where light passes, each would count. Whoever has the ray still when it is turned a little,
-//! always the same way, owns it ([`Met::owned`]): one of all that meet there.
+//! always the same way, owns it ([`TriangleHit::owned`]): one of all that meet there.
 //!
 //! **Where** is always computed in f64 from the f32 corners, kept within the triangle's own box
 //! and rounded once to f32. So t is right to about one ulp, never depends on which lane or tree
@@ -28,64 +28,64 @@ use crate::geometry::EPSILON;
 
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Met {
+pub(crate) struct TriangleHit {
     pub t: f32,
-    /// True where the ray runs against the corners' normal: they go round counter-clockwise as
+    /// True where the ray runs ccw the corners' normal: they go round counter-clockwise as
     /// the ray sees them.
-    pub against: bool,
+    pub ccw: bool,
     /// False where it goes through an edge or a vertex that another triangle has the better right to.
     pub owned: bool,
 }
 
-/// A line that triangles are judged against, in their frame.
+/// A line that triangles are judged ccw, in their frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FrameRay {
+pub(crate) struct LocalRay {
     pub o: DVec3,
     pub d: DVec3,
     /// A parameter of this line is this many times the caller's: a power of two.
-    pub size: f64,
+    pub t_scale: f64,
     /// 1 / size.
-    pub unit: f64,
+    pub inv_t_scale: f64,
     /// True for the way from a light to a surface: t counts from the surface at its end, where it
     /// has to be exact, and ends at the light.
-    pub backward: bool,
+    pub from_light: bool,
 }
 
-impl FrameRay {
+impl LocalRay {
     /// A ray whose direction is brought to about unit length by a power of two, so that neither
     /// huge nor tiny directions overflow anything. `None` for rays that are nowhere or go nowhere.
     #[inline(always)]
-    pub fn new(o: DVec3, d: DVec3) -> Option<FrameRay> {
+    pub fn new(o: DVec3, d: DVec3) -> Option<LocalRay> {
         let longest = d.x.abs().max(d.y.abs()).max(d.z.abs());
         // Times 0 what is infinite or no number is no number, and so is every sum with it.
         let finite = (o.x + d.x) * 0.0 + (o.y + d.y) * 0.0 + (o.z + d.z) * 0.0 == 0.0;
         if !(finite && longest >= f64::MIN_POSITIVE) {
             return None;
         }
-        let size = power_of_two(longest);
+        let size = floor_power_of_two(longest);
         let unit = inverse(size);
-        Some(FrameRay { o, d: d * unit, size, unit, backward: false })
+        Some(LocalRay { o, d: d * unit, t_scale: size, inv_t_scale: unit, from_light: false })
     }
 
     /// The way from a light to a surface. Only triangles between the two are on it.
     #[inline(always)]
-    pub fn backward(from: Vec3, light: Vec3) -> Option<FrameRay> {
+    pub fn shadow(from: Vec3, light: Vec3) -> Option<LocalRay> {
         let (from, light) = (from.as_dvec3(), light.as_dvec3());
-        let mut ray = FrameRay::new(light, from - light)?;
-        ray.backward = true;
+        let mut ray = LocalRay::new(light, from - light)?;
+        ray.from_light = true;
         Some(ray)
     }
 
-    /// A caller's t as this ray's parameter; the ends of a backward ray are both 0 and 1.
+    /// A caller's t as this ray's parameter; the ends of a from_light ray are both 0 and 1.
     #[inline(always)]
-    pub fn parameter(&self, t: f32) -> f32 {
-        (f64::from(t) * self.size) as f32
+    pub fn to_local_t(&self, t: f32) -> f32 {
+        (f64::from(t) * self.t_scale) as f32
     }
 
     /// Where the line meets the triangle, which it is `sure` to go through or else judged about.
     #[inline(always)]
-    pub fn meet(&self, v: &[Vec3; 3], sure: bool) -> Option<Met> {
-        if sure { self.place(v) } else { self.judge(v) }
+    pub fn intersect(&self, v: &[Vec3; 3], sure: bool) -> Option<TriangleHit> {
+        if sure { self.intersect_certain(v) } else { self.intersect_f64(v) }
     }
 
     /// Where the line meets the triangle, judged beyond doubt; only at a positive t.
@@ -94,7 +94,7 @@ impl FrameRay {
     /// which is 2d·(a×b) without its cancellation. Both triangles at an edge compute it alike
     /// but for the sign.
     #[inline(never)]
-    pub fn judge(&self, v: &[Vec3; 3]) -> Option<Met> {
+    pub fn intersect_f64(&self, v: &[Vec3; 3]) -> Option<TriangleHit> {
         let v64 = v.map(|p| p.as_dvec3());
         let a = v64.map(|p| p - self.o);
         let max = |p: DVec3| p.abs().max_element();
@@ -119,18 +119,18 @@ impl FrameRay {
             return None;
         }
         let owned = !((negative || below) && (positive || above));
-        self.place_on(v, doubtful).map(|met| Met { owned, ..met })
+        self.place_on(v, doubtful).map(|met| TriangleHit { owned, ..met })
     }
 
     /// Where the line meets a triangle that it is known to go through.
     #[inline(always)]
-    pub fn place(&self, v: &[Vec3; 3]) -> Option<Met> {
+    pub fn intersect_certain(&self, v: &[Vec3; 3]) -> Option<TriangleHit> {
         self.place_on(v, false)
     }
 
     /// The same; `doubtful` where a side counted as zero.
     #[inline(always)]
-    fn place_on(&self, v: &[Vec3; 3], doubtful: bool) -> Option<Met> {
+    fn place_on(&self, v: &[Vec3; 3], doubtful: bool) -> Option<TriangleHit> {
         let v0 = v[0].as_dvec3();
         let (e1, e2) = (v[1].as_dvec3() - v0, v[2].as_dvec3() - v0);
         let n = e1.cross(e2);
@@ -146,9 +146,9 @@ impl FrameRay {
         if doubtful || det.abs() < FACING * size {
             t = self.within(v, t)?;
         }
-        let along = t * self.unit;
-        let t = if self.backward { 1.0 - along } else { along } as f32;
-        (along > 0.0 && t > 0.0 && t.is_finite()).then_some(Met { t, against: det < 0.0, owned: true })
+        let along = t * self.inv_t_scale;
+        let t = if self.from_light { 1.0 - along } else { along } as f32;
+        (along > 0.0 && t > 0.0 && t.is_finite()).then_some(TriangleHit { t, ccw: det < 0.0, owned: true })
     }
 
     /// `t` moved into the part of the ray that is in the triangle's box (which is wider than the
@@ -182,7 +182,7 @@ impl FrameRay {
 
 /// The power of two below a positive number: its exponent alone.
 #[inline(always)]
-pub(crate) fn power_of_two(x: f64) -> f64 {
+pub(crate) fn floor_power_of_two(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & 0x7ff0_0000_0000_0000)
 }
 
@@ -256,14 +256,14 @@ mod tests {
             let (det, num) = (sides.iter().sum::<i64>(), triple(a, b, c));
             let expected = (inside && det != 0 && num.signum() * det.signum() > 0)
                 .then(|| (num as f64 / det as f64) as f32);
-            let ray = FrameRay {
+            let ray = LocalRay {
                 o: to_vec3(o).as_dvec3(),
                 d: to_vec3(d).as_dvec3(),
-                size: 1.0,
-                unit: 1.0,
-                backward: false,
+                t_scale: 1.0,
+                inv_t_scale: 1.0,
+                from_light: false,
             };
-            let met = ray.judge(tri.v());
+            let met = ray.intersect_f64(tri.v());
             assert_eq!(met.map(|m| m.t), expected, "{v:?} {o:?} {d:?}");
             hits += usize::from(met.is_some());
             on_edges += usize::from(met.is_some() && sides.contains(&0));
@@ -276,14 +276,14 @@ mod tests {
     fn the_order_of_corners_does_not_show() {
         let v = [Vec3::new(0.1, -0.0, 0.3), Vec3::new(1.7, 0.2, 0.1), Vec3::new(0.3, 1.1, -0.4)];
         let (o, d) = (DVec3::new(0.5, 0.3, 7.3), DVec3::new(0.01, 0.02, -1.3));
-        let ray = FrameRay { o, d, size: 1.0, unit: 1.0, backward: false };
+        let ray = LocalRay { o, d, t_scale: 1.0, inv_t_scale: 1.0, from_light: false };
         let (tri, turned) = CanonicalTriangle::new(v).unwrap();
-        let met = ray.judge(tri.v()).unwrap();
+        let met = ray.intersect_f64(tri.v()).unwrap();
         for (order, odd) in [([1, 2, 0], false), ([2, 0, 1], false), ([1, 0, 2], true), ([2, 1, 0], true)] {
             let (other, also_turned) = CanonicalTriangle::new(order.map(|i| v[i])).unwrap();
             assert_eq!(other.bits(), tri.bits());
             assert_eq!(also_turned, turned ^ odd);
-            assert_eq!(ray.judge(other.v()), Some(met));
+            assert_eq!(ray.intersect_f64(other.v()), Some(met));
         }
         assert_eq!(CanonicalTriangle::new([v[0], v[0], v[1]]).unwrap_err(), Degeneracy::ZeroArea);
         assert_eq!(CanonicalTriangle::new([v[0], v[2], v[1] * f32::NAN]).unwrap_err(), Degeneracy::NonFinite);

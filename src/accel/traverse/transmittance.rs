@@ -1,6 +1,6 @@
 //! How much light is left of a segment's behind what it passes through.
 
-use crate::accel::traverse::query::Asked;
+use crate::accel::traverse::query::RayContext;
 use crate::geometry::{Hit, Rgb};
 
 /// Less than this share of a light is none.
@@ -8,19 +8,19 @@ const DARK: f32 = 1.0 / (1 << 17) as f32;
 
 /// The translucent surfaces on a segment, in the order that they are found in.
 #[derive(Clone, Debug)]
-pub(crate) struct Passing {
+pub(crate) struct Transmittance {
     found: Vec<(Hit, Rgb)>,
     /// What they all let through, but for rounding.
     left: Rgb,
 }
 
-impl Default for Passing {
+impl Default for Transmittance {
     fn default() -> Self {
-        Passing { found: Vec::new(), left: Rgb::ONE }
+        Transmittance { found: Vec::new(), left: Rgb::ONE }
     }
 }
 
-impl Passing {
+impl Transmittance {
     /// Begins anew.
     pub fn clear(&mut self) {
         self.found.clear();
@@ -28,7 +28,7 @@ impl Passing {
     }
 
     /// Takes a surface in. True where nothing is left, whatever else there may be.
-    pub fn pass(&mut self, hit: Hit, asked: Asked<'_>) -> bool {
+    pub fn pass(&mut self, hit: Hit, asked: RayContext<'_>) -> bool {
         let passes = asked.cutouts.transmittance(hit.id, asked.o, asked.d);
         if passes != Rgb::ONE {
             self.found.push((hit, passes));

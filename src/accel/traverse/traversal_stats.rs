@@ -11,14 +11,14 @@ use crate::accel::bvh::blas::{Blas, limit};
 use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT, NEAR_FACTOR, Octant, direction_reciprocal};
 use crate::accel::bvh::tlas::BlasInstance;
 use crate::accel::ray_batch::{AnyHitFilter, RayBatch};
-use crate::accel::traverse::hit::FrameRay;
-use crate::accel::traverse::query::{Asked, Closest, Query};
+use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
 use crate::accel::{Accel, Lane};
 use crate::geometry::{EPSILON, Hit, HitId};
 
 /// What a ray looked into until its closest hit was known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Steps {
+pub struct TraversalStats {
     /// Inner nodes of all levels, each with up to eight boxes.
     pub nodes: u32,
     /// Blocks of up to four triangles.
@@ -28,18 +28,22 @@ pub struct Steps {
 impl Accel {
     /// The closest hits of [`Accel::intersect`], each with the steps that its ray takes when it goes
     /// alone. Slow: for pictures of what trees cost, not for pictures of scenes.
-    pub fn count_steps(&self, rays: &RayBatch, cutouts: &dyn AnyHitFilter) -> Vec<(Hit, Steps)> {
+    pub fn intersect_with_stats(
+        &self,
+        rays: &RayBatch,
+        cutouts: &dyn AnyHitFilter,
+    ) -> Vec<(Hit, TraversalStats)> {
         let lane = Lane::new(self);
         let one = |i: usize| {
             let (o, d) = (rays.origins[i], rays.directions[i]);
             let best = Hit { t: rays.t_max, id: HitId::NONE };
-            let asked = Asked { o, d, cutouts };
-            let query = Closest { asked, cull: rays.cull_back_faces, after: rays.after(i), best };
-            let mut counter = Counter { lane: &lane, query, steps: Steps::default() };
-            if let Some(ray) = FrameRay::new(o.as_dvec3(), d.as_dvec3()) {
+            let asked = RayContext { o, d, cutouts };
+            let query = ClosestHit { asked, cull: rays.cull_back_faces, after: rays.after(i), best };
+            let mut counter = Counter { lane: &lane, query, steps: TraversalStats::default() };
+            if let Some(ray) = LocalRay::new(o.as_dvec3(), d.as_dvec3()) {
                 counter.enter_all(&ray);
             }
-            let Counter { query: Closest { best, .. }, steps, .. } = counter;
+            let Counter { query: ClosestHit { best, .. }, steps, .. } = counter;
             (if best.is_miss() { Hit::MISS } else { best }, steps)
         };
         (0..rays.len()).map(one).collect()
@@ -94,12 +98,12 @@ pub(crate) fn expected(tree: &Bvh8, in_leaf: impl Fn(u32) -> f64) -> f64 {
 /// A ray on its way.
 struct Counter<'a, 'q> {
     lane: &'a Lane<'a>,
-    query: Closest<'q>,
-    steps: Steps,
+    query: ClosestHit<'q>,
+    steps: TraversalStats,
 }
 
 impl Counter<'_, '_> {
-    fn enter_all(&mut self, ray: &FrameRay) {
+    fn enter_all(&mut self, ray: &LocalRay) {
         let Accel { top, worlds, .. } = self.lane.accel;
         for world in worlds {
             self.enter_triangles(world, ray, None);
@@ -113,12 +117,12 @@ impl Counter<'_, '_> {
         });
     }
 
-    fn enter_triangles(&mut self, triangles: &Blas, ray: &FrameRay, instance: Option<u32>) {
+    fn enter_triangles(&mut self, triangles: &Blas, ray: &LocalRay, instance: Option<u32>) {
         self.walk(&triangles.bvh, ray, 0.0, |counter, leaf| {
             for block in &triangles.blocks[leaf as usize..] {
                 counter.steps.blocks += 1;
                 for lane in 0..block.count() {
-                    if let Some(met) = ray.judge(&block.vertices(lane)) {
+                    if let Some(met) = ray.intersect_f64(&block.vertices(lane)) {
                         // The closest hit never ends a walk.
                         triangles.report_hit(block, lane, met, instance, &mut counter.query);
                     }
@@ -131,10 +135,10 @@ impl Counter<'_, '_> {
     }
 
     /// Leads the ray through a tree whose boxes are `pad` wider, near children first.
-    fn walk(&mut self, tree: &Bvh8, ray: &FrameRay, pad: f64, mut enter: impl FnMut(&mut Self, u32)) {
+    fn walk(&mut self, tree: &Bvh8, ray: &LocalRay, pad: f64, mut enter: impl FnMut(&mut Self, u32)) {
         let Some(root) = tree.root else { return };
         let boxes = Boxes::new(ray, pad);
-        let start = f64::from(ray.parameter(self.query.start()) * NEAR_FACTOR);
+        let start = f64::from(ray.to_local_t(self.query.t_min()) * NEAR_FACTOR);
         let mut stack = vec![(root, start)];
         while let Some((here, near)) = stack.pop() {
             if near > f64::from(limit(ray, &self.query)) {
@@ -167,7 +171,7 @@ struct Boxes {
 }
 
 impl Boxes {
-    fn new(ray: &FrameRay, pad: f64) -> Boxes {
+    fn new(ray: &LocalRay, pad: f64) -> Boxes {
         let d = ray.d.as_vec3();
         Boxes { o: ray.o, r: direction_reciprocal(d).as_dvec3(), pad, octant: Octant::of(d) }
     }

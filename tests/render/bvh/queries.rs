@@ -61,7 +61,7 @@ fn the_counting_walk_meets_the_same_hits() {
         let mut batch = RayBatch { cull_back_faces: true, t_max: 5.0, ..RayBatch::default() };
         rays.iter().for_each(|(o, d)| batch.push(*o, *d));
         let accel = Accel::build(&posed, &BuildSettings::default()).0;
-        let counted = accel.count_steps(&batch, &Holes);
+        let counted = accel.intersect_with_stats(&batch, &Holes);
         let mut hits = Vec::new();
         accel.intersect(&batch, &Holes, &mut hits);
         let (mut nodes, mut asked) = (0, 0);
@@ -72,11 +72,11 @@ fn the_counting_walk_meets_the_same_hits() {
             asked += steps.blocks;
         }
         let portable = BuildSettings { simd: SimdLevel::Portable, ..BuildSettings::default() };
-        assert_eq!(Accel::build(&posed, &portable).0.count_steps(&batch, &Holes), counted, "{name}");
+        assert_eq!(Accel::build(&posed, &portable).0.intersect_with_stats(&batch, &Holes), counted, "{name}");
         // A BVH skips most triangles; the flat preset skips none.
         let flat = BuildSettings { preset: Preset::BruteForce, ..BuildSettings::default() };
         let flat = Accel::build(&posed, &flat).0;
-        let all: u32 = flat.count_steps(&batch, &Holes).iter().map(|(_, steps)| steps.blocks).sum();
+        let all: u32 = flat.intersect_with_stats(&batch, &Holes).iter().map(|(_, steps)| steps.blocks).sum();
         assert!(nodes > 0 && asked < all, "{name}: {nodes} nodes, {asked} of {all} blocks");
         let (cost, flat_cost) = (accel.sah_cost(), flat.sah_cost());
         assert!(cost > 1.0 && cost < flat_cost, "{name}: {cost} of {flat_cost}");
