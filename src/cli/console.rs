@@ -1,31 +1,53 @@
-//! Standard error and standard output: the one is told what happens, the other gets what was asked for.
+//! Standard output for results, standard error for messages.
 
+use std::fmt::Display;
 use std::io::{self, ErrorKind, Write, stderr, stdout};
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 
-/// Whether a file's name stands for standard output.
-pub(super) fn is_stdout(name: &Path) -> bool {
+/// True for the file name `-`, which stands for standard output.
+pub fn is_stdout(name: &Path) -> bool {
     name == Path::new("-")
 }
 
-/// Tells a line on standard error. Where it cannot be told, work goes on.
-pub(super) fn tell(line: &str) {
+/// Writes a line to standard error. Ignores write errors, as they have nowhere to be reported.
+pub fn eprint_line(line: &str) {
     let _ = writeln!(stderr().lock(), "{line}");
 }
 
-/// Prints all of what was asked for.
-pub(super) fn print(bytes: &[u8]) -> Result<()> {
-    let written = stdout().lock().write_all(bytes);
-    printed(written)
+/// Reports an error on standard error as one line.
+pub fn print_error(message: &str) {
+    eprint_line(&format!("blinn: {}", single_line(message)));
 }
 
-/// What came of printing, once nothing is held back any more. A closed pipe is no error: whoever reads
-/// it has seen enough.
-pub(super) fn printed(written: io::Result<()>) -> Result<()> {
+/// Writes bytes to standard output.
+pub fn print_stdout(bytes: &[u8]) -> Result<()> {
+    let written = stdout().lock().write_all(bytes);
+    finish_stdout(written)
+}
+
+/// Flushes standard output after `written`. A closed pipe is not an error: its reader has read enough.
+pub fn finish_stdout(written: io::Result<()>) -> Result<()> {
     match written.and_then(|()| stdout().lock().flush()) {
-        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
-        other => other.context("standard output cannot be written"),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        result => result.context("standard output cannot be written"),
     }
+}
+
+/// Replaces line breaks and control characters by spaces.
+pub fn single_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// An error with its causes, preceded by the scene's path unless it names that already.
+pub fn scene_error(scene: &Path, error: &Error) -> String {
+    let text = format!("{error:#}");
+    let path = scene.display().to_string();
+    if text.contains(&path) { text } else { format!("{path}: {text}") }
+}
+
+/// The error that a warning becomes with `--strict`.
+pub fn strict_error(warning: impl Display) -> Error {
+    anyhow::anyhow!("{warning} (an error because of --strict)")
 }

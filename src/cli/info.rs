@@ -1,75 +1,80 @@
-//! `blinn info`: what is in a scene.
+//! `blinn info`: prints the contents of a scene, as text or JSON.
 
-use serde_json::{Value, json};
+use std::path::Path;
+
+use anyhow::Result;
+use serde_json::{Map, Value, json};
 
 use super::args::InfoArgs;
-use super::console::{print, tell};
-use super::{Summary, Usage, one_line};
+use super::console::{print_error, print_stdout, scene_error, single_line, strict_error};
+use super::plan::{load_limits, load_options, scene_list};
+use super::run::panics;
+use super::run::posed_frame::ignored_triangles;
+use super::summary::Summary;
+use super::usage::UsageError;
 use crate::accel::BuildReport;
-use crate::cli::plan::memory;
-use crate::cli::plan::{load_options, scene_list};
-use crate::cli::run::panics::caught;
-use crate::cli::run::session::left_out;
 use crate::import::{LoadOptions, load};
 use crate::scene::pose;
 use crate::scene::{
     AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
 };
 
-pub(super) fn run(args: &InfoArgs) -> Result<Summary, Usage> {
-    let options = LoadOptions { limits: memory::limits(None), ..load_options(&args.scene, &args.common) };
+/// Properties of a scene by name, in the order in which they are printed.
+type Properties = Map<String, Value>;
+
+pub fn run(args: &InfoArgs) -> Result<Summary, UsageError> {
+    let options = LoadOptions { limits: load_limits(None), ..load_options(&args.scene, &args.common) };
     let scenes = scene_list(&args.scene.scenes)?;
     let mut summary = Summary::default();
     let mut all = Vec::new();
     for path in &scenes {
-        let outcome = caught(|| {
-            let (scene, warnings) = load(path, &options)?;
-            let posed =
-                pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
-            let warnings = warnings.iter().map(ToString::to_string);
-            let cleaned = BuildReport::count_degenerate(&posed);
-            let warnings: Vec<String> = warnings.chain(left_out(&cleaned)).collect();
-            if args.common.strict
-                && let Some(warning) = warnings.first()
-            {
-                anyhow::bail!("{warning} (an error because of --strict)");
+        match panics::catch(|| read_properties(path, &options, args)) {
+            Ok(properties) => {
+                all.push(Value::Object(properties));
+                summary.add_scene(None);
             }
-            let mut facts = describe(&posed, &cleaned, &warnings);
-            facts.insert("file".into(), json!(path.to_string_lossy()));
-            if args.json {
-                facts.extend(ids(&scene));
-            }
-            Ok(facts)
-        });
-        match outcome {
-            Ok(facts) => {
-                all.push(Value::Object(facts));
-                summary.add(None);
-            }
-            Err(e) => {
-                let line = one_line(&super::describe(path, &e));
-                tell(&format!("blinn: {line}"));
+            Err(error) => {
+                let line = single_line(&scene_error(path, &error));
+                print_error(&line);
                 if args.json {
                     all.push(json!({"file": path.to_string_lossy(), "error": line}));
                 }
-                summary.add(Some(line));
+                summary.add_scene(Some(line));
             }
         }
     }
     let text = if !args.json {
-        all.iter().map(text).collect::<Vec<_>>().join("\n")
+        all.iter().map(to_text).collect::<Vec<_>>().join("\n")
     } else if scenes.len() == 1 {
-        all.first().map(|v| format!("{v:#}\n")).unwrap_or_default()
+        all.first().map(|value| format!("{value:#}\n")).unwrap_or_default()
     } else {
         format!("{:#}\n", Value::Array(all))
     };
-    summary.note(print(text.as_bytes()));
+    summary.record(print_stdout(text.as_bytes()));
     Ok(summary)
 }
 
-type Facts = serde_json::Map<String, Value>;
+/// Reads a scene and returns its properties.
+fn read_properties(path: &Path, options: &LoadOptions, args: &InfoArgs) -> Result<Properties> {
+    let (scene, warnings) = load(path, options)?;
+    let posed = pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
+    let report = BuildReport::count_degenerate(&posed);
+    let warnings = warnings.iter().map(ToString::to_string);
+    let warnings: Vec<String> = warnings.chain(ignored_triangles(&report)).collect();
+    if args.common.strict
+        && let Some(warning) = warnings.first()
+    {
+        return Err(strict_error(warning));
+    }
+    let mut properties = properties(&posed, &report, &warnings);
+    properties.insert("file".into(), json!(path.to_string_lossy()));
+    if args.json {
+        properties.extend(aov_ids(&scene));
+    }
+    Ok(properties)
+}
 
-fn describe(posed: &PosedScene, cleaned: &BuildReport, warnings: &[String]) -> Facts {
+fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String]) -> Properties {
     let scene = posed.scene;
     let bounds = posed.bounds();
     let corner = |v: glam::DVec3| if bounds.is_empty() { Value::Null } else { json!(v.to_array()) };
@@ -86,7 +91,7 @@ fn describe(posed: &PosedScene, cleaned: &BuildReport, warnings: &[String]) -> F
         "instances": scene.instances.len(),
         "triangles": scene.instanced_triangle_count(),
         "triangles_stored": stored,
-        "triangles_without_area": cleaned.zero_area,
+        "triangles_without_area": report.zero_area,
         "bounds": {"min": corner(bounds.min), "max": corner(bounds.max)},
         "materials": scene.materials.iter().map(|m| json!({
             "name": m.name,
@@ -131,22 +136,22 @@ fn describe(posed: &PosedScene, cleaned: &BuildReport, warnings: &[String]) -> F
     value.as_object().cloned().unwrap_or_default()
 }
 
-/// What the numbers in layers stand for.
-fn ids(scene: &Scene) -> Facts {
-    let named = |names: &mut dyn Iterator<Item = &String>| -> Value {
+/// The objects and materials behind the numbers of id AOVs.
+fn aov_ids(scene: &Scene) -> Properties {
+    let numbered = |names: &mut dyn Iterator<Item = &String>| -> Value {
         names.enumerate().map(|(i, name)| json!({"id": i + 1, "name": name})).collect()
     };
-    Facts::from_iter([
-        ("object_ids".into(), named(&mut scene.objects.iter())),
-        ("material_ids".into(), named(&mut scene.materials.iter().map(|material| &material.name))),
+    Properties::from_iter([
+        ("object_ids".into(), numbered(&mut scene.objects.iter())),
+        ("material_ids".into(), numbered(&mut scene.materials.iter().map(|material| &material.name))),
     ])
 }
 
-/// The same facts for people.
-fn text(facts: &Value) -> String {
+/// Properties as lines of text.
+fn to_text(properties: &Value) -> String {
     let mut out = String::new();
-    let Value::Object(facts) = facts else { return out };
-    for (key, value) in facts {
+    let Value::Object(properties) = properties else { return out };
+    for (key, value) in properties {
         match value {
             Value::Array(list) if list.is_empty() => {}
             Value::Array(list) => {
@@ -161,6 +166,7 @@ fn text(facts: &Value) -> String {
     out
 }
 
+/// A value on one line.
 fn inline(value: &Value) -> String {
     match value {
         Value::String(s) => s.chars().map(|c| if c.is_control() { ' ' } else { c }).collect(),
@@ -169,7 +175,7 @@ fn inline(value: &Value) -> String {
             shown.map(|(k, v)| format!("{k} {}", inline(v))).collect::<Vec<_>>().join(", ")
         }
         Value::Array(list) => list.iter().map(inline).collect::<Vec<_>>().join(" "),
-        // A factor that the file gives as .6 is not .6000000238 to people.
+        // A factor of .6 in the file is printed as 0.6, not as 0.6000000238.
         Value::Number(n) => match n.as_f64().filter(|x| n.is_f64() && f64::from(*x as f32) == *x) {
             Some(x) => (x as f32).to_string(),
             None => n.to_string(),
@@ -183,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_as_short_as_they_were_given() {
+    fn numbers_are_as_short_as_in_the_file() {
         let value = json!({"base": [0.6f32, 1.0f32, 0.25f32], "count": 3, "seconds": 0.1f64});
         assert_eq!(inline(&value), "base 0.6 1 0.25, count 3, seconds 0.1");
     }

@@ -54,9 +54,9 @@ fn missing_numbers_are_a_warning_and_an_error_when_that_is_asked_for() {
     let folder = three_frames();
     let out = assemble(folder.path(), "f -o a.apng");
     let error = String::from_utf8_lossy(&out.stderr);
-    assert_eq!(error, "warning: a.apng: frames are missing: 3 to 8\nwrote a.apng\n");
+    assert_eq!(error, "warning: a.apng: missing frames: 3 to 8\nwrote a.apng\n");
     assert_eq!(out.status.code(), Some(0));
-    told(&assemble(folder.path(), "f -o b.apng --strict"), 1, "frames are missing: 3 to 8");
+    told(&assemble(folder.path(), "f -o b.apng --strict"), 1, "missing frames: 3 to 8");
     assert!(!folder.path().join("b.apng").exists());
 }
 
@@ -92,7 +92,7 @@ fn a_frame_that_is_cut_off_is_an_error() {
         told(
             &assemble(folder.path(), &line),
             1,
-            &format!("cut.{ending} cannot be read as a frame: it is empty"),
+            &format!("cut.{ending} cannot be read as a frame: the file is empty"),
         );
     }
     let file = folder.path().join("damaged.png");
@@ -129,13 +129,17 @@ fn every_ending_makes_a_file_and_alpha_needs_a_background_where_there_is_none() 
 fn what_makes_no_sense_is_said_in_one_line() {
     let folder = three_frames();
     told(&assemble(folder.path(), "f -o a.avi"), 2, "must end in .gif, .apng, .webp, .mp4 or .html");
-    told(&assemble(folder.path(), "f -o a.gif --quality 50"), 2, "--quality is of .webp, .mp4 and .html");
-    told(&assemble(folder.path(), "f -o a.gif --direction cw"), 2, "--direction is of .html alone");
+    told(
+        &assemble(folder.path(), "f -o a.gif --quality 50"),
+        2,
+        "--quality applies only to .webp, .mp4 and .html",
+    );
+    told(&assemble(folder.path(), "f -o a.gif --direction cw"), 2, "--direction applies only to .html");
     told(&assemble(folder.path(), "f/b.png -o a.gif"), 1, "f/b.png cannot be read");
     std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
-    told(&assemble(folder.path(), "text.png -o a.gif"), 1, "text.png: frames are .png, .jpg or .webp");
+    told(&assemble(folder.path(), "text.png -o a.gif"), 1, "text.png: a frame must be a .png, .jpg or .webp");
     frame(&folder.path().join("f/a_3.png"), (18, 32), [0, 0, 0, 255]);
-    told(&assemble(folder.path(), "f -o a.gif -q"), 1, "f/a_3.png is 18x32, and f/a_2.png 32x18");
+    told(&assemble(folder.path(), "f -o a.gif -q"), 1, "f/a_3.png is 18x32, but f/a_2.png is 32x18");
     std::fs::write(folder.path().join("kept.gif"), "kept").unwrap();
     told(&assemble(folder.path(), "f/a_2.png -o kept.gif --no-overwrite"), 1, "--no-overwrite");
     assert_eq!(std::fs::read(folder.path().join("kept.gif")).unwrap(), b"kept");

@@ -240,13 +240,13 @@ fn what_is_no_dataset_is_refused() {
         ("--views 4 --axis z", "--axis"),
         ("--views 4 --orbit 1,2", "--orbit"),
         ("--views 4 --view-point 1,2,3", "--view-point"),
-        ("--views 4 --projection orthographic", "perspective cameras alone"),
-        ("--views 4 --camera-orthographic", "perspective cameras alone"),
+        ("--views 4 --projection orthographic", "only perspective cameras"),
+        ("--views 4 --camera-orthographic", "only perspective cameras"),
         ("--views 4 --only 5", "the frames are 1 to 4"),
-        ("--views 4 -o a.gif", "of single pictures"),
+        ("--views 4 -o a.gif", "a dataset consists of images"),
         ("--views 4 -o #/a.png", "in one folder"),
         ("--views 4 -o -", "several frames"),
-        ("--views 4 box.obj -o ds/{index}_#.png", "would both have their ds/transforms.json"),
+        ("--views 4 box.obj -o ds/{index}_#.png", "would both write ds/transforms.json"),
         ("--nerf-up y", "--views"),
     ] {
         refused(&at, &format!("turntable box.obj {flags}"), says);

@@ -91,63 +91,78 @@ fn the_reference_is_the_program_s_own_help() {
 }
 
 #[test]
-fn the_layers_that_there_are_are_named() {
+fn help_lists_all_aovs() {
     let all = prints("render --help-all");
     let words = all.split_whitespace().collect::<Vec<_>>().join(" ");
     let names: Vec<&str> = blinn::integrator::Aov::ALL.iter().map(|aov| aov.name()).collect();
-    let list = format!("Layers: {}, cryptomatte", names.join(", "));
-    assert!(words.contains(&list), "--aov's help does not say '{list}'");
+    let list = format!("AOVs: {}, cryptomatte", names.join(", "));
+    assert!(words.contains(&list), "the help of --aov does not contain '{list}'");
 }
 
 #[test]
-fn what_is_wrong_is_said_in_one_line_with_what_would_be_right() {
+fn usage_errors_are_one_line_with_a_hint() {
     let (_dir, at) = folder();
     for (line, says) in [
-        ("render a.glb --smaples 4", "blinn render has no --smaples: did you mean --samples?"),
-        ("render a.glb --spp 4", "blinn render has no --spp: here it is -s SAMPLES"),
-        ("render a.glb --ambient-occlusion", "here it is --ao SAMPLES"),
-        ("render -b a.glb", "there never is a window"),
-        ("render a.glb --render-output=x", "here it is -o OUT"),
-        ("render a.glb --count 4", "blinn render has no --count: it belongs to blinn turntable"),
-        ("info a.glb --size 4x4", "it belongs to blinn render and blinn turntable"),
-        ("render a.glb --quux", "blinn render has no --quux: blinn render --help-all lists what there is"),
+        ("render a.glb --smaples 4", "unexpected argument '--smaples': did you mean --samples?"),
+        ("render a.glb --spp 4", "unexpected argument '--spp': use -s SAMPLES"),
+        ("render a.glb --ambient-occlusion", "use --ao SAMPLES"),
+        ("render -b a.glb", "not needed, no window is ever opened"),
+        ("render a.glb --render-output=x", "use -o OUT"),
+        ("render a.glb --count 4", "unexpected argument '--count': it is an option of blinn turntable"),
+        ("info a.glb --size 4x4", "it is an option of blinn render and blinn turntable and blinn bench"),
+        ("render a.glb --quux", "unexpected argument '--quux': see blinn render --help-all"),
         (
             "render a.glb --filter gaus",
-            "--filter cannot be 'gaus'; possible values: box, tent, gaussian, blackman-harris: did you mean gaussian?",
+            "invalid value 'gaus' for '--filter <FILTER>'; [possible values: box, tent, gaussian, blackman-harris]; \
+             tip: a similar value exists: 'gaussian'",
         ),
-        ("render a.glb --size 100", "--size 100: expected WIDTHxHEIGHT, such as 1280x720"),
-        ("render a.glb --threads x", "--threads x: expected a whole number"),
-        ("render a.glb --threads -1", "--threads -1: -1 is not in 1..=1024"),
-        ("render a.glb --zoom -1", "--zoom -1: "),
-        ("render a.glb --clip -1,2", "--clip -1,2: "),
-        ("render a.glb --crop -1,0,2,2", "--crop -1,0,2,2: "),
-        ("render a.glb --ambient -1,0,0", "--ambient -1,0,0: "),
-        ("render a.glb --resolution 100", "--resolution 100: expected WIDTHxHEIGHT"),
-        ("turntable a.glb --frames=1-3", "--frames 1-3: expected how many frames"),
+        ("render a.glb --size 100", "'100' for '--size <WxH>': expected WIDTHxHEIGHT, such as 1280x720"),
+        ("render a.glb --threads x", "'x' for '--threads <THREADS>': expected a whole number"),
+        ("render a.glb --threads -1", "'-1' for '--threads <THREADS>': -1 is not in 1..=1024"),
+        ("render a.glb --zoom -1", "'-1' for '--zoom <F>': must be greater than zero"),
+        ("render a.glb --clip -1,2", "'-1,2' for '--clip <NEAR,FAR|off>': "),
+        ("render a.glb --crop -1,0,2,2", "'-1,0,2,2' for '--crop <X,Y,W,H>': "),
+        ("render a.glb --ambient -1,0,0", "'-1,0,0' for '--ambient <COLOR>': "),
+        ("render a.glb --resolution 100", "expected WIDTHxHEIGHT"),
+        ("turntable a.glb --frames=1-3", "'1-3' for '--count <N>': expected the number of frames"),
         ("turntable a.glb --frames=1-3", "--only 1-3"),
-        ("turntable a.glb --count 0", "--count 0: expected how many frames"),
-        ("render a.glb --fps 12", "--fps counts frames: add --frame N or --frames"),
-        ("render a.glb --fps 24 --time 1", "--fps counts frames"),
-        ("render a.glb --light-scale 5 --lights none", "--light-scale multiplies the file's lights"),
-        ("render a.glb --light-scale 1 --lights headlight", "--light-scale multiplies the file's lights"),
-        ("render a.glb --samples 0", "--samples 0: 0 is not in 1..=65536"),
-        ("render a.glb --size", "--size needs a value: WxH"),
-        ("render a.glb -q -q", "--quiet cannot be given twice"),
-        ("render a.glb --yfov 20 --view-height 2", "--yfov cannot be used with --view-height"),
-        ("render a.glb --chunk 1/2", "blinn render needs --frames"),
-        ("render", "blinn render needs SCENE: see blinn render --help"),
-        ("assemble a.png", "blinn assemble needs --output OUT"),
-        ("rendr a.glb", "there is no command 'rendr': did you mean render?"),
-        ("chair.OBJ", "to render it, say blinn render chair.OBJ"),
-        ("xyzzy", "there is no command 'xyzzy': there are render, turntable, "),
-        ("completions tcsh", "possible values: bash, elvish, fish, powershell, zsh"),
-        ("man xyzzy", "there is no command 'xyzzy'"),
-        ("man job xyzzy", "there is no command 'job xyzzy'"),
-        ("bench a.glb --from c.json", "SCENE cannot be used with --from"),
-        ("job slurm -o a.sh", "blinn job slurm needs render or turntable: see blinn job slurm --help"),
-        ("job slurm render a.glb --quux", "blinn job slurm render has no --quux"),
-        ("job slurm --count 8 turntable a.glb", "it stands behind turntable"),
-        ("job slurm turntable a.glb --at-once 8", "it stands before turntable"),
+        ("turntable a.glb --count 0", "'0' for '--count <N>': expected the number of frames"),
+        ("render a.glb --fps 12", "--fps applies only to --frame and --frames"),
+        ("render a.glb --fps 24 --time 1", "--fps applies only to --frame and --frames"),
+        (
+            "turntable a.glb --fps 24",
+            "--fps applies only to animations; set -o to .gif, .apng, .mp4 or .html",
+        ),
+        (
+            "turntable a.glb --loop once",
+            "--loop applies only to animations; set -o to .gif, .apng, .mp4 or .html",
+        ),
+        ("render a.glb --light-scale 5 --lights none", "--light-scale applies to the file's lights"),
+        ("render a.glb --light-scale 1 --lights headlight", "--light-scale applies to the file's lights"),
+        ("render a.glb --samples 0", "'0' for '--samples <SAMPLES>': 0 is not in 1..=65536"),
+        ("render a.glb --size", "a value is required for '--size <WxH>' but none was supplied"),
+        ("render a.glb -q -q", "the argument '--quiet' cannot be used multiple times"),
+        (
+            "render a.glb --yfov 20 --view-height 2",
+            "'--yfov <DEGREES>' cannot be used with '--view-height <H>'",
+        ),
+        ("render a.glb --chunk 1/2", "required arguments were not provided: --frames"),
+        ("render", "the following required arguments were not provided: <SCENE>..."),
+        ("assemble a.png", "required arguments were not provided: --output <OUT>"),
+        ("rendr a.glb", "unknown command 'rendr': did you mean render?"),
+        ("chair.OBJ", "to render it, use blinn render chair.OBJ"),
+        ("xyzzy", "unknown command 'xyzzy': see blinn --help"),
+        ("completions tcsh", "[possible values: bash, elvish, fish, powershell, zsh]"),
+        ("man xyzzy", "unknown command 'xyzzy'"),
+        ("man job xyzzy", "unknown command 'job xyzzy'"),
+        ("bench a.glb --from c.json", "cannot be used with"),
+        ("job slurm -o a.sh", "'blinn job slurm' requires a subcommand"),
+        ("job slurm render a.glb --quux", "see blinn job slurm render --help-all"),
+        ("job slurm --count 8 turntable a.glb", "unexpected argument '--count': place it after turntable"),
+        (
+            "job slurm turntable a.glb --at-once 8",
+            "unexpected argument '--at-once': place it before turntable",
+        ),
     ] {
         refused(&at, line, says);
         let told = String::from_utf8(blinn(&at, line).stderr).unwrap();
@@ -202,7 +217,7 @@ fn pages_name_pages_that_there_are() {
 
 /// Usage errors of Open Job Description tasks are reported in its protocol.
 #[test]
-fn a_wrong_command_line_is_told_in_a_farm_s_words_too() {
+fn usage_errors_are_reported_to_openjd_too() {
     let (_dir, at) = folder();
     fs::write(at.join("c.toml"), "progress = \"openjd\"\nquux = 1\n").unwrap();
     for line in [

@@ -77,13 +77,16 @@ fn flags_of_light_that_would_do_nothing_are_refused() {
     let scene = model("cornell/cornell.glb");
     let scene = scene.as_str();
     for (args, says) in [
-        (&["--light-radius", ".1", "--integrator", "diffuse"][..], "--light-radius softens shadows"),
-        (&["--light-radius", ".1", "--no-shadows"], "--no-shadows has none"),
-        (&["--light-radius", ".1", "--lights", "none"], "--lights none has none"),
-        (&["--ao", "16", "--integrator", "shadow"], "only --integrator phong has"),
-        (&["--ao", "16", "--ambient", "0,0,0"], "--ambient 0,0,0 is none"),
-        (&["--ground", "shadow", "--integrator", "color"], "take --ground plane"),
-        (&["--ground", "shadow", "--no-shadows"], "take --ground plane"),
+        (
+            &["--light-radius", ".1", "--integrator", "diffuse"][..],
+            "--light-radius softens shadows, which --integrator diffuse disables",
+        ),
+        (&["--light-radius", ".1", "--no-shadows"], "which --no-shadows disables"),
+        (&["--light-radius", ".1", "--lights", "none"], "which --lights none disables"),
+        (&["--ao", "16", "--integrator", "shadow"], "which only --integrator phong has"),
+        (&["--ao", "16", "--ambient", "0,0,0"], "no effect with --ambient 0,0,0"),
+        (&["--ground", "shadow", "--integrator", "color"], "use --ground plane"),
+        (&["--ground", "shadow", "--no-shadows"], "use --ground plane"),
         (&["--ao", "0"], "from 1 to 65536"),
         (&["--ao", "16,-2"], "expected metres, or 'inf'"),
         (&["--light-radius", "-1"], "from 0 to 1000000 metres"),
@@ -152,7 +155,7 @@ fn a_picture_of_light_lights_by_direction() {
     for (args, says) in [
         (&["--hdri", "missing.hdr"][..], "--hdri: missing.hdr"),
         (&["--hdri", "light.hdr", "--ambient", "1,1,1"], "cannot be used with"),
-        (&["--hdri", "light.hdr", "--integrator", "shadow"], "only --integrator phong has"),
+        (&["--hdri", "light.hdr", "--integrator", "shadow"], "which only --integrator phong has"),
     ] {
         fails(dir.path(), &[&render, args].concat(), 2, says);
     }

@@ -91,5 +91,5 @@ fn a_bound_on_addresses_refuses_a_scene_and_not_the_next() {
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{told}");
     // Each scene when it fails, and both in the summary.
-    assert_eq!(told.matches("without --max-memory there are 2.9 GiB").count(), 4, "{told}");
+    assert_eq!(told.matches("only 2.9 GiB are available").count(), 4, "{told}");
 }

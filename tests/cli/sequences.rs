@@ -178,11 +178,11 @@ fn settings_come_from_a_file_and_the_command_line_wins() {
     runs(&at, "render --config d.toml -s 2 -o d.png");
     assert!(read("d.png") == read("a.png"));
     for (text, says) in [
-        ("sizes = 3", "'sizes' is no setting of render"),
+        ("sizes = 3", "'sizes' is not an option of render"),
         ("size = \"1\"", "1280x720"),
         ("size = true", "'size' cannot be true"),
         ("a = 1\nb = = 2", "line 2"),
-        ("config = \"c.toml\"", "'config' is no setting"),
+        ("config = \"c.toml\"", "'config' is not an option"),
     ] {
         fs::write(at.join("e.toml"), text).unwrap();
         refused(&at, &format!("render {scene} --config e.toml"), says);
@@ -190,8 +190,12 @@ fn settings_come_from_a_file_and_the_command_line_wins() {
     refused(&at, &format!("render {scene} --config none.toml"), "none.toml");
     // A bad value is reported with its place in the file.
     fs::write(at.join("e.toml"), "size = \"1\"\nview = \"dark\"").unwrap();
-    refused(&at, &format!("render {scene} --config e.toml"), "blinn: --config e.toml: --");
-    refused(&at, &format!("render {scene} --config e.toml --view agx --size 2"), "blinn: --size 2: ");
+    refused(&at, &format!("render {scene} --config e.toml"), "blinn: --config e.toml: invalid value");
+    refused(
+        &at,
+        &format!("render {scene} --config e.toml --view agx --size 2"),
+        "blinn: invalid value '2' for '--size <WxH>': ",
+    );
     // All frames of a clip, with and without a list.
     fs::write(at.join("f.toml"), "frames = true\nfps = 2\nsize = \"16x9\"").unwrap();
     let figure = model("figure/figure.glb");
@@ -218,7 +222,7 @@ fn a_report_shows_all_pictures_and_what_went_wrong() {
         "href=\"cornell_2.png\"",
         "data:image/jpeg;base64,",
         "missing&lt;.glb",
-        "3 pictures in",
+        "3 images in",
         "1 scene failed",
     ] {
         assert!(page.contains(expected), "{expected}: {page}");
@@ -268,9 +272,9 @@ fn names_that_collide_in_any_of_their_files_are_refused() {
         ("render t.glb -o zz.png --report zz.png", "t.glb and --report would both"),
         ("turntable t.glb --views 3 -o v/ --report v/transforms.json", "t.glb and --report would both"),
         ("bench t.glb --json b --report ./b", "--json and --report would both be written to ./b"),
-        ("render t.glb --report ./t.glb", "--report ./t.glb: that file is read"),
-        ("bench t.glb --json t.glb", "--json t.glb: that file is read"),
-        ("job slurm -o t.glb turntable t.glb", "-o t.glb: that file is read"),
+        ("render t.glb --report ./t.glb", "--report ./t.glb would overwrite an input file"),
+        ("bench t.glb --json t.glb", "--json t.glb would overwrite an input file"),
+        ("job slurm -o t.glb turntable t.glb", "-o t.glb would overwrite an input file"),
     ] {
         refused(&at, line, says);
     }

@@ -108,7 +108,7 @@ fn wrong_turntables_are_refused() {
     for (flags, says) in [
         ("--count 0", "0"),
         ("--count 4 --only 5", "the frames are 1 to 4"),
-        ("--axis 0,0,0", "has a length"),
+        ("--axis 0,0,0", "must not be zero"),
         ("--axis x --ground plane", "--turn camera"),
         ("--elevation 91", "±90"),
         ("--elevation 9 --orbit 1,2", "--orbit"),

@@ -306,7 +306,7 @@ fn a_full_disk_ends_a_batch_and_says_what_is_left() {
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{told}");
     assert!(
-        told.contains("blinn: 1 of 4 scenes failed, 2 were not begun:\nblinn:   b.glb: b.png cannot be"),
+        told.contains("blinn: 1 of 4 scenes failed, 2 not started:\nblinn:   b.glb: b.png cannot be"),
         "{told}"
     );
     assert!(dir.path().join("a.png").exists() && !dir.path().join("c.png").exists());
@@ -327,12 +327,15 @@ fn nothing_is_written_over_what_a_scene_is_read_from() {
     std::os::unix::fs::symlink("negative.png", dir.path().join("link.png")).unwrap();
     let before = files(dir.path());
     for (line, names) in [
-        ("negative.obj", "negative.png is read for negative.obj"),
-        ("negative.obj --no-overwrite", "negative.png is read"),
-        ("negative.obj -o ./negative.png", "negative.png is read"),
-        ("negative.obj -o link.png", "link.png is read"),
-        ("bumpy.obj --aov normal", "bumpy.normal.png is read for bumpy.obj"),
-        ("negative.obj -o new.png --report negative.png", "--report negative.png: that file is read"),
+        ("negative.obj", "negative.png would overwrite an input file of negative.obj"),
+        ("negative.obj --no-overwrite", "negative.png would overwrite"),
+        ("negative.obj -o ./negative.png", "negative.png would overwrite"),
+        ("negative.obj -o link.png", "link.png would overwrite"),
+        ("bumpy.obj --aov normal", "bumpy.normal.png would overwrite an input file of bumpy.obj"),
+        (
+            "negative.obj -o new.png --report negative.png",
+            "--report negative.png would overwrite an input file",
+        ),
     ] {
         let told = failed(&blinn(dir.path(), &format!("render {line} --size 16x16 -s 1")));
         assert!(told.contains(names) && told.contains("name another"), "{line}: {told}");
@@ -355,7 +358,7 @@ fn a_report_that_cannot_be_written_is_found_before_anything_is_rendered() {
     let told = failed(&render("--report /proc/new/r.html").output().unwrap());
     assert!(told.contains("/proc/new"), "{told}");
     let told = failed(&render("--report -").env("TMPDIR", "/proc").output().unwrap());
-    assert!(told.contains("--report: -: what it is made of needs a passing file"), "{told}");
+    assert!(told.contains("--report: -: no temporary file could be created"), "{told}");
     assert!(files(dir.path()) == before);
     assert!(render("--report new.html").env("TMPDIR", "/proc").output().unwrap().status.success());
     assert!(fs::read_to_string(dir.path().join("new.html")).unwrap().ends_with("</figure>\n</html>\n"));
@@ -414,7 +417,7 @@ fn names_that_are_no_text_are_kept_or_refused() {
     let views = "turntable --views 2 --size 8x8 -q";
     let output = command(dir.path(), views).arg(&scenes[0]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("is none: name them with -o"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("set another name with -o"));
     assert!(files(dir.path()) == before);
     let output = command(dir.path(), views).args(["-o", "out/#.png"]).arg(&scenes[0]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

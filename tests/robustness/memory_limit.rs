@@ -163,7 +163,7 @@ fn keeps_within(case: (&str, &str)) {
                 assert!(refused < 20, "{case:?}: {told}");
                 // The limit for the file is exact; that for its images is within a tenth.
                 let more = number_before(&told, "exceeds the limit")
-                    .or_else(|| bytes_after(&told, "would take about").map(|b| b * 1.01));
+                    .or_else(|| bytes_after(&told, "needs about").map(|b| b * 1.01));
                 let more = more.unwrap_or_else(|| panic!("{case:?}: {told}")).ceil() as u64;
                 assert!(more > allowed, "{case:?}: {told}");
                 allowed = more;

@@ -1,77 +1,70 @@
-//! The words of a command line, before they are read.
+//! Joins flags and values before clap parses them, for two forms that clap does not support.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use clap::{Arg, Command};
+use clap::Command;
 
+use super::command_tree::find_flag;
+use super::{help, values};
 use crate::batch::FrameList;
-use crate::bench::scenes;
-use crate::cli::args::help;
 
-/// `--frames LIST` becomes `--frames=LIST`, and `--frames` without a list stays alone: what follows
-/// it is then a scene or another flag. So does `--suite`. And `--FLAG -1` becomes `--FLAG=-1`, as no flag
-/// is a number: what is wrong with it is then that flag's to say.
-pub(crate) fn join_lists(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
-    let mut out: Vec<OsString> = Vec::new();
-    let mut flags = true;
-    for word in words {
-        match out.last_mut() {
+/// Joins a flag and the argument after it with `=` in two cases. Only then clap takes the argument for the value.
+///
+/// - `--frames LIST` and `--suite SIZES`: their values are optional, so a scene may follow them, too.
+/// - `--FLAG -1`: no flag begins with a digit or a dot, so this is always a value.
+pub fn join_values(argv: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut joined: Vec<OsString> = Vec::new();
+    let mut flags_allowed = true;
+    for arg in argv {
+        match joined.last_mut() {
             Some(last)
-                if flags
-                    && (last == "--frames" && is_list(&word)
-                        || last == "--suite" && is_sizes(&word)
-                        || is_negative(&word) && takes_value(last)) =>
+                if flags_allowed
+                    && (last == "--frames" && is_frame_list(&arg)
+                        || last == "--suite" && is_triangle_counts(&arg)
+                        || is_negative(&arg) && takes_value(last)) =>
             {
                 last.push("=");
-                last.push(word);
+                last.push(arg);
             }
             _ => {
-                flags &= word != "--";
-                out.push(word);
+                flags_allowed &= arg != "--";
+                joined.push(arg);
             }
         }
     }
-    out
+    joined
 }
 
-/// Whether a word is a list of frames, or was meant as one.
-fn is_list(word: &OsString) -> bool {
-    let Some(text) = word.to_str() else { return false };
-    let ending = Path::new(text).extension().and_then(|e| e.to_str()).unwrap_or_default();
-    let is_scene = ["glb", "gltf", "obj"].iter().any(|e| ending.eq_ignore_ascii_case(e));
-    let is_else = is_scene || text.starts_with(['-', '@']) || Path::new(text).exists();
-    FrameList::parse(text).is_ok() || !is_else
+/// True for a list of frames, and for text that is nothing else, so that its error mentions --frames.
+fn is_frame_list(arg: &OsString) -> bool {
+    let Some(text) = arg.to_str() else { return false };
+    let extension = Path::new(text).extension().and_then(|e| e.to_str()).unwrap_or_default();
+    let is_scene = ["glb", "gltf", "obj"].iter().any(|e| extension.eq_ignore_ascii_case(e));
+    let is_other = is_scene || text.starts_with(['-', '@']) || Path::new(text).exists();
+    FrameList::parse(text).is_ok() || !is_other
 }
 
-/// Whether a word is a number below zero, or begins with one.
-fn is_negative(word: &OsStr) -> bool {
-    let digits = word.to_str().and_then(|text| text.strip_prefix('-'));
+/// True for triangle counts, and for text that begins like them and is no file.
+fn is_triangle_counts(arg: &OsString) -> bool {
+    let Some(text) = arg.to_str() else { return false };
+    values::triangle_counts(text).is_ok()
+        || text.starts_with(|c: char| c.is_ascii_digit()) && !Path::new(text).exists()
+}
+
+/// True for text that begins with a negative number.
+fn is_negative(arg: &OsStr) -> bool {
+    let digits = arg.to_str().and_then(|text| text.strip_prefix('-'));
     digits.is_some_and(|text| text.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
 
-/// Whether a word is the long name of an option, of whichever command.
-fn takes_value(word: &OsStr) -> bool {
-    fn has(command: &Command, long: &str) -> bool {
-        let is = |arg: &Arg| {
-            let named =
-                arg.get_long() == Some(long) || arg.get_all_aliases().is_some_and(|a| a.contains(&long));
-            named && arg.get_action().takes_values()
-        };
-        command.get_arguments().any(is) || command.get_subcommands().any(|below| has(below, long))
+/// True for the long name of an option with a value, of any command.
+fn takes_value(arg: &OsStr) -> bool {
+    fn search(command: &Command, long: &str) -> bool {
+        find_flag(command, long).is_some_and(|arg| arg.get_action().takes_values())
+            || command.get_subcommands().any(|below| search(below, long))
     }
-    word.to_str().and_then(|text| text.strip_prefix("--")).is_some_and(|long| has(&help::full(), long))
-}
-
-/// Whether a word is the sizes of a suite, or was meant as such.
-fn is_sizes(word: &OsString) -> bool {
-    let Some(text) = word.to_str() else { return false };
-    sizes(text).is_ok() || text.starts_with(|c: char| c.is_ascii_digit()) && !Path::new(text).exists()
-}
-
-/// Counts of triangles: `70k,1.1m`.
-pub(crate) fn sizes(text: &str) -> Result<Vec<usize>, String> {
-    text.split(',').map(|word| scenes::parse_triangle_count(word.trim())).collect()
+    arg.to_str().and_then(|text| text.strip_prefix("--")).is_some_and(|long| search(&help::full(), long))
 }
 
 #[cfg(test)]
@@ -79,10 +72,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_list_belongs_to_its_flag_and_a_scene_does_not() {
+    fn lists_and_negative_numbers_are_joined_to_their_flags() {
         let joined = |line: &str| {
-            let words = join_lists(line.split(' ').map(OsString::from));
-            words.iter().map(|w| w.to_str().unwrap()).collect::<Vec<_>>().join(" ")
+            let argv = join_values(line.split(' ').map(OsString::from));
+            argv.iter().map(|arg| arg.to_str().unwrap()).collect::<Vec<_>>().join(" ")
         };
         for (line, expected) in [
             ("render --frames 1-4 a.glb", "render --frames=1-4 a.glb"),

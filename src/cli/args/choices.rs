@@ -1,10 +1,9 @@
-//! Words of which there are only so many.
+//! Options with a fixed set of values.
 
 use clap::ValueEnum;
 
 macro_rules! choices {
-    ($($(#[$doc:meta])* $name:ident { $($variant:ident),* })*) => { $(
-        $(#[$doc])*
+    ($($name:ident { $($variant:ident),* })*) => { $(
         #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
         pub enum $name { $($variant),* }
     )* };

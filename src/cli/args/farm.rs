@@ -1,10 +1,14 @@
-//! The words of `blinn job`: an engine's, before the very words of what is rendered.
+//! Arguments of `blinn job`: those of the farm's engine, followed by a complete render or turntable command.
 
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{ProcessArgs, RenderArgs, TurntableArgs};
+use super::output::OutputArgs;
+use super::process::{CommonArgs, ProcessArgs};
+use super::render::RenderArgs;
+use super::render_options::RenderOptionArgs;
+use super::turntable::TurntableArgs;
 
 #[derive(Debug, Args)]
 #[command(arg_required_else_help = true)]
@@ -13,12 +17,12 @@ pub struct JobArgs {
     pub engine: EngineArgs,
 }
 
-/// What runs the tasks.
+/// The scheduler that runs the tasks.
 #[derive(Debug, Subcommand)]
 pub enum EngineArgs {
-    /// An Open Job Description template, 2023-09 with TASK_CHUNKING
+    /// Print an Open Job Description template, 2023-09 with TASK_CHUNKING
     Openjd(OpenjdArgs),
-    /// A script for Slurm's sbatch: an array of shares of the frames
+    /// Print an sbatch script for Slurm: an array job that renders a part of the frames in each task
     Slurm(SlurmArgs),
 }
 
@@ -27,12 +31,11 @@ pub enum EngineArgs {
 pub struct OpenjdArgs {
     #[command(flatten)]
     pub job: JobFileArgs,
-    /// Seconds that a task shall take: engines make more or fewer frames a task of it; 0 for as many as
-    /// --chunk-size
+    /// Target run time of a task; the engine adapts the frames per task to it, 0 keeps --chunk-size
     #[arg(long, value_name = "SECONDS", default_value_t = 300, value_parser = clap::value_parser!(u32).range(0..=604_800))]
     pub target_seconds: u32,
     #[command(subcommand)]
-    pub frames: FramesArgs,
+    pub command: JobCommand,
 }
 
 #[derive(Debug, Args)]
@@ -40,39 +43,39 @@ pub struct OpenjdArgs {
 pub struct SlurmArgs {
     #[command(flatten)]
     pub job: JobFileArgs,
-    /// Tasks that run at one time, at most
+    /// Maximum number of tasks that run at the same time
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub at_once: u32,
     #[command(subcommand)]
-    pub frames: FramesArgs,
+    pub command: JobCommand,
 }
 
-/// Words about the job's file.
+/// Options for the job description.
 #[derive(Debug, Args)]
 pub struct JobFileArgs {
-    /// Writes the job to FILE, by whose folder its paths are then named [default: standard output, by
+    /// Write the job to FILE; its paths are relative to FILE's folder [default: standard output, paths relative to
     /// the current folder]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Frames in a task [default: 10, or as many as leave a thousand tasks]
+    /// Frames per task [default: 10, or as many as give 1000 tasks]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub chunk_size: Option<u32>,
 }
 
-/// Which frames.
+/// The command that the tasks run.
 #[derive(Debug, Subcommand)]
-pub enum FramesArgs {
-    /// Frames of a scene's animation: what blinn render takes, with --frames
+pub enum JobCommand {
+    /// Render frames of a scene's animation: the options of blinn render, with --frames
     Render(Box<RenderArgs>),
-    /// Frames of one turn around a scene: what blinn turntable takes
+    /// Render frames of a turntable: the options of blinn turntable
     Turntable(Box<TurntableArgs>),
 }
 
 impl EngineArgs {
-    pub fn frames(&self) -> &FramesArgs {
+    pub fn command(&self) -> &JobCommand {
         match self {
-            EngineArgs::Openjd(args) => &args.frames,
-            EngineArgs::Slurm(args) => &args.frames,
+            EngineArgs::Openjd(args) => &args.command,
+            EngineArgs::Slurm(args) => &args.command,
         }
     }
 
@@ -84,11 +87,32 @@ impl EngineArgs {
     }
 }
 
-impl FramesArgs {
+impl JobCommand {
+    pub fn output(&self) -> &OutputArgs {
+        match self {
+            JobCommand::Render(args) => &args.output,
+            JobCommand::Turntable(args) => &args.output,
+        }
+    }
+
+    pub fn options(&self) -> &RenderOptionArgs {
+        match self {
+            JobCommand::Render(args) => &args.options,
+            JobCommand::Turntable(args) => &args.options,
+        }
+    }
+
     pub fn process(&self) -> &ProcessArgs {
         match self {
-            FramesArgs::Render(args) => &args.process,
-            FramesArgs::Turntable(args) => &args.process,
+            JobCommand::Render(args) => &args.process,
+            JobCommand::Turntable(args) => &args.process,
+        }
+    }
+
+    pub fn common(&self) -> &CommonArgs {
+        match self {
+            JobCommand::Render(args) => &args.common,
+            JobCommand::Turntable(args) => &args.common,
         }
     }
 }

@@ -1,83 +1,97 @@
-//! Words of other programs, and what they are called here.
+//! Flags of f3d, Blender, Mitsuba and other renderers, and their equivalents here.
 
-/// What a flag of f3d, Blender, Mitsuba or another renderer is called here; `None` for words that
-/// nobody is known to use.
-pub(crate) fn called_here(flag: &str) -> Option<&'static str> {
-    let name = flag.split('=').next().unwrap_or(flag);
-    WORDS.iter().find(|(words, _)| words.contains(&name)).map(|(_, here)| *here)
+/// The equivalent of another program's flag: an option here, or an explanation why none is needed.
+pub enum Equivalent {
+    Use(&'static str),
+    Unneeded(&'static str),
 }
 
-/// Flags, and what does the same here. f3d's names for cameras and sizes are aliases and not in here.
-static WORDS: [(&[&str], &str); 42] = [
+use Equivalent::{Unneeded, Use};
+
+/// Looks up a flag of another program.
+pub fn equivalent(flag: &str) -> Option<&'static Equivalent> {
+    let name = flag.split('=').next().unwrap_or(flag);
+    FLAGS.iter().find(|(names, _)| names.contains(&name)).map(|(_, equivalent)| equivalent)
+}
+
+/// Flags of other programs. f3d's names of cameras and sizes are aliases and not listed.
+static FLAGS: [(&[&str], Equivalent); 42] = [
     // f3d
-    (&["--ambient-occlusion"], "--ao SAMPLES"),
-    (&["--anti-aliasing", "--anti-aliasing-mode"], "-s SAMPLES"),
-    (&["--background-color", "--bg-color", "--bg"], "--background COLOR"),
-    (&["--hdri-file", "--hdri-ambient", "--env", "--envmap", "--environment"], "--hdri FILE"),
-    (&["--hdri-skybox"], "--background COLOR; --hdri FILE lights alone"),
-    (&["--light-intensity"], "--light-scale F"),
-    (&["--tone-mapping", "--tonemap", "--tonemapping"], "--view agx"),
-    (&["--animation-index"], "--animation INDEX"),
-    (&["--animation-time"], "--time SECONDS"),
-    (&["--grid", "--floor"], "--ground plane"),
-    (&["--color", "--diffuse"], "--kd COLOR"),
-    (&["--specular"], "--ks COLOR"),
-    (&["--roughness", "--metallic", "--exponent"], "--shininess P"),
-    (&["--translucency-support", "--raytracing", "--rt"], "nothing: it is always so"),
-    (&["--input", "--filename", "--file"], "the scene's name alone"),
+    (&["--ambient-occlusion"], Use("--ao SAMPLES")),
+    (&["--anti-aliasing", "--anti-aliasing-mode"], Use("-s SAMPLES")),
+    (&["--background-color", "--bg-color", "--bg"], Use("--background COLOR")),
+    (&["--hdri-file", "--hdri-ambient", "--env", "--envmap", "--environment"], Use("--hdri FILE")),
+    (&["--hdri-skybox"], Use("--background COLOR; --hdri FILE only lights the scene")),
+    (&["--light-intensity"], Use("--light-scale F")),
+    (&["--tone-mapping", "--tonemap", "--tonemapping"], Use("--view agx")),
+    (&["--animation-index"], Use("--animation INDEX")),
+    (&["--animation-time"], Use("--time SECONDS")),
+    (&["--grid", "--floor"], Use("--ground plane")),
+    (&["--color", "--diffuse"], Use("--kd COLOR")),
+    (&["--specular"], Use("--ks COLOR")),
+    (&["--roughness", "--metallic", "--exponent"], Use("--shininess P")),
+    (&["--translucency-support", "--raytracing", "--rt"], Unneeded("it is always enabled")),
+    (&["--input", "--filename", "--file"], Use("the scene's file name without a flag")),
     // Blender
-    (&["-f", "--render-frame"], "--frame N"),
-    (&["-a", "--render-anim"], "--frames"),
-    (&["-e", "--frame-start", "--frame-end", "--frame-jump"], "--frames 1-48:2"),
-    (&["--render-output", "--out", "--output-file"], "-o OUT"),
-    (&["-F", "--render-format", "--format", "--file-format"], "-o with an ending: .png, .exr, .jpg, .webp"),
-    (&["-E", "--engine", "--renderer"], "--integrator phong"),
-    (&["-b"], "nothing: there never is a window"),
-    (&["-S"], "--scene NAME"),
-    (&["-P", "--python", "--python-expr"], "nothing: use the library blinn from Rust"),
-    (&["-t", "-j", "--jobs"], "--threads N"),
+    (&["-f", "--render-frame"], Use("--frame N")),
+    (&["-a", "--render-anim"], Use("--frames")),
+    (&["-e", "--frame-start", "--frame-end", "--frame-jump"], Use("--frames 1-48:2")),
+    (&["--render-output", "--out", "--output-file"], Use("-o OUT")),
+    (
+        &["-F", "--render-format", "--format", "--file-format"],
+        Use("-o with an extension: .png, .exr, .jpg, .webp"),
+    ),
+    (&["-E", "--engine", "--renderer"], Use("--integrator phong")),
+    (&["-b"], Unneeded("no window is ever opened")),
+    (&["-S"], Use("--scene NAME")),
+    (&["-P", "--python", "--python-expr"], Unneeded("use the Rust library blinn")),
+    (&["-t", "-j", "--jobs"], Use("--threads N")),
     // Mitsuba and others
-    (&["--spp", "--sample-count", "--samples-per-pixel", "--aa"], "-s SAMPLES"),
-    (&["--sensor"], "--camera NAME|INDEX"),
-    (&["-m", "--mode"], "--integrator phong"),
-    (&["--no-progress"], "--progress none"),
-    (&["-w", "--width", "--height", "--res", "--image-size"], "--size 1280x720"),
-    (&["--fov", "--fovy", "--yFov", "--camera-fov"], "--yfov DEGREES"),
-    (&["--eye", "--from", "--origin", "--position"], "--view-point X,Y,Z"),
-    (&["--target", "--to", "--center", "--lookat", "--at"], "--look-at X,Y,Z"),
-    (&["--up-axis", "--z-up"], "--up z"),
-    (&["--transparent", "--alpha"], "--background transparent"),
-    (&["--gamma", "--srgb"], "--view standard"),
-    (&["--ev", "--brightness"], "--exposure EV"),
-    (&["--frame-rate", "--framerate"], "--fps N"),
-    (&["--force", "--overwrite"], "nothing: files are replaced, unless --no-overwrite says so"),
-    (&["--layers", "--passes", "--normals", "--depth-map"], "--aov depth,normal"),
-    (&["--shadow-radius", "--soft-shadows"], "--light-radius R"),
-    (&["--json"], "blinn info --json, or --progress json"),
+    (&["--spp", "--sample-count", "--samples-per-pixel", "--aa"], Use("-s SAMPLES")),
+    (&["--sensor"], Use("--camera NAME|INDEX")),
+    (&["-m", "--mode"], Use("--integrator phong")),
+    (&["--no-progress"], Use("--progress none")),
+    (&["-w", "--width", "--height", "--res", "--image-size"], Use("--size 1280x720")),
+    (&["--fov", "--fovy", "--yFov", "--camera-fov"], Use("--yfov DEGREES")),
+    (&["--eye", "--from", "--origin", "--position"], Use("--view-point X,Y,Z")),
+    (&["--target", "--to", "--center", "--lookat", "--at"], Use("--look-at X,Y,Z")),
+    (&["--up-axis", "--z-up"], Use("--up z")),
+    (&["--transparent", "--alpha"], Use("--background transparent")),
+    (&["--gamma", "--srgb"], Use("--view standard")),
+    (&["--ev", "--brightness"], Use("--exposure EV")),
+    (&["--frame-rate", "--framerate"], Use("--fps N")),
+    (&["--force", "--overwrite"], Unneeded("files are overwritten unless --no-overwrite is set")),
+    (&["--layers", "--passes", "--normals", "--depth-map"], Use("--aov depth,normal")),
+    (&["--shadow-radius", "--soft-shadows"], Use("--light-radius R")),
+    (&["--json"], Use("blinn info --json, or --progress json")),
 ];
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::help;
+    use crate::cli::args::command_tree::{built, find_flag};
 
     #[test]
-    fn words_lead_to_flags_that_exist_and_hide_none() {
-        let cli = help::full();
-        let flags: Vec<String> = cli
-            .get_subcommands()
-            .flat_map(|c| c.get_arguments())
-            .flat_map(|a| [a.get_long().map(|l| format!("--{l}")), a.get_short().map(|s| format!("-{s}"))])
-            .flatten()
-            .collect();
-        for (words, here) in WORDS {
-            for flag in here.split([' ', ',', ';']).filter(|w| w.starts_with('-')) {
-                assert!(flags.iter().any(|f| f == flag), "{flag}");
+    fn equivalents_exist_and_foreign_flags_do_not() {
+        let root = built();
+        let arguments: Vec<_> = root.get_subcommands().flat_map(|command| command.get_arguments()).collect();
+        let exists = |flag: &str| {
+            let long = flag.strip_prefix("--");
+            let short = flag.strip_prefix('-').and_then(|name| name.chars().next());
+            arguments.iter().any(|arg| match long {
+                Some(long) => arg.get_long() == Some(long),
+                None => arg.get_short() == short,
+            })
+        };
+        let render = root.find_subcommand("render").unwrap();
+        for (names, equivalent) in &FLAGS {
+            if let Use(text) = equivalent {
+                for flag in text.split([' ', ',', ';']).filter(|word| word.starts_with('-')) {
+                    assert!(exists(flag), "{flag}");
+                }
             }
-            for word in words {
-                let own = cli.find_subcommand("render").into_iter().flat_map(|c| c.get_arguments());
-                let mut names = own.flat_map(|a| a.get_long_and_visible_aliases().unwrap_or_default());
-                assert!(!names.any(|name| *word == format!("--{name}")), "{word} is a flag itself");
+            for long in names.iter().filter_map(|name| name.strip_prefix("--")) {
+                assert!(find_flag(render, long).is_none(), "--{long} exists");
             }
         }
     }

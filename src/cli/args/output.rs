@@ -1,35 +1,38 @@
-//! Words about the files that are written.
+//! Options for output files.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::LoopArg;
+use super::choices::LoopArg;
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Output")]
 pub struct OutputArgs {
-    /// Output: a .png, .exr, .jpg or .webp for each picture; a .gif, .apng, .mp4 or .html of all
-    /// frames; a folder/; or - for a PNG on standard output. {stem}, {parent} and {index} stand for
-    /// the scene, #### (or %04d, {frame:04}) for the frame, which is added where several frames go to
-    /// a name without (a moving .webp is blinn assemble's) [default: {stem}.png, {stem}_####.png]
+    /// Output file, a folder/, or - for a PNG on standard output [default: {stem}.png, {stem}_####.png]
+    ///
+    /// The extension selects the format: .png, .exr, .jpg or .webp for an image of each frame; .gif, .apng, .mp4 or
+    /// .html for one animation of all frames. {stem}, {parent} and {index} stand for the scene's name, folder and
+    /// number, #### (also %04d or {frame:04}) for the frame number. It is appended if several frames go to a name
+    /// without it. For an animated .webp, render frames and use blinn assemble.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
-    /// Bits a channel: 8 or 16 in PNG, 16 or 32 in EXR
+    /// Bits per channel: 8 or 16 for PNG, 16 or 32 for EXR
     #[arg(long, value_parser = ["8", "16", "32"])]
     pub depth: Option<String>,
-    /// Quality of a .jpg, .mp4 or .html, 1 to 100 [default: 90]
+    /// Quality of .jpg, .mp4 and .html, from 1 to 100 [default: 90]
     #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
     pub quality: Option<u8>,
-    /// Whether a moving picture starts over at its end (an .mp4 leaves that to its player) [default:
-    /// forever]
+    /// Repeat the animation or play it once (for .mp4, the player decides) [default: forever]
     #[arg(long, value_enum)]
     pub r#loop: Option<LoopArg>,
-    /// Keeps pictures that were made by the same version from the same files with the same
-    /// settings, and makes what is missing; with --strict, keeps what was made with it
+    /// Keep images that are up to date and render the missing ones
+    ///
+    /// An image is up to date if the same version made it from the same files with the same options. With --strict,
+    /// it must have been made with --strict.
     #[arg(long, conflicts_with = "no_overwrite")]
     pub resume: bool,
-    /// Refuses to replace a file
+    /// Refuse to overwrite existing files
     #[arg(long)]
     pub no_overwrite: bool,
 }

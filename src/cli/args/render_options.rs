@@ -1,59 +1,75 @@
-//! Words about how a picture looks: image, camera, lights, shading.
+//! Options that decide the pixels: image, camera, lights and shading.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
 
-use crate::cli::args::choices::*;
-use crate::cli::args::values;
-use crate::cli::args::values::{Ao, Exposure, Layers};
+use super::choices::*;
+use super::values;
+use super::values::{AoArg, AovSelection, Exposure};
 use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::render::PixelRect;
 use crate::scene::{ClipPlanes, Glob, LightSet, Orbit, UserLight};
 
 #[derive(Debug, Args)]
+pub struct RenderOptionArgs {
+    #[command(flatten)]
+    pub image: ImageArgs,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    pub light: LightArgs,
+    #[command(flatten)]
+    pub shading: ShadingArgs,
+}
+
+#[derive(Debug, Args)]
 #[command(next_help_heading = "Image")]
 pub struct ImageArgs {
-    /// Width and height in pixels [default: 1280x720, or the shape of the file's camera]
+    /// Width and height in pixels [default: 1280x720, or the aspect ratio of the file's camera]
     #[arg(long, alias = "resolution", value_name = "WxH", value_parser = values::size)]
     pub size: Option<(u32, u32)>,
-    /// Samples for each pixel; 1 is the pixel's centre
+    /// Samples per pixel; a single sample is at the pixel's centre
     #[arg(short, long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: u32,
-    /// Four samples where neighbouring pixels differ by no more than so much of white, all --samples
-    /// where they do: with 16 and more, .08 takes about half the time for the same error
-    #[arg(long, value_name = "THRESHOLD", value_parser = values::share)]
+    /// AdaptiveSampling sampling: use all --samples only where neighbouring pixels differ by more than THRESHOLD (0–1), 4
+    /// elsewhere
+    ///
+    /// With 16 or more samples, 0.08 takes about half the time for the same error.
+    #[arg(long, value_name = "THRESHOLD", value_parser = values::fraction)]
     pub adaptive: Option<f32>,
     /// Reconstruction filter
     #[arg(long, value_enum, default_value_t = FilterArg::BlackmanHarris)]
     pub filter: FilterArg,
-    /// What is behind everything, as the screen shows it [default: .05,.05,.05]
+    /// Background colour as displayed [default: .05,.05,.05]
     #[arg(long, value_name = "COLOR|transparent", value_parser = values::background)]
     pub background: Option<Background>,
     /// Same as --background transparent
     #[arg(long, hide = true, conflicts_with = "background")]
     pub no_background: bool,
-    /// Stops, or auto: by the scene's light [default: 0 with rigs and given lights, and for
-    /// Blender's files near mid-grey; else auto]
-    #[arg(long, value_name = "auto|EV", value_parser = values::exposure, allow_hyphen_values = true)]
+    /// Exposure in stops (EV), or auto to meter the scene
+    ///
+    /// [default: 0 for light rigs, for lights from flags and for Blender's files near mid-grey; else auto]
+    #[arg(long, value_name = "auto|EV", value_parser = values::exposure)]
     pub exposure: Option<Exposure>,
-    /// From linear light to the screen; auto is agx for Blender's glTF files, else standard
+    /// View transform from linear light to display colours; auto is agx for Blender's glTF files, else standard
     #[arg(long, value_enum, default_value_t = ViewArg::Auto)]
     pub view: ViewArg,
-    /// Layers: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask,
-    /// object-id, material-id, steps, cryptomatte
-    #[arg(long, value_name = "LIST", value_parser = values::layers, help_heading = "Output")]
-    pub aov: Option<Layers>,
-    /// Adds a picture of what each pixel's eye ray costs: steps through the trees; the layer of that
-    /// name in an EXR
+    /// AOVs: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask, object-id,
+    /// material-id, steps, cryptomatte
+    ///
+    /// They are channels of an .exr, and previews named OUT.<aov>.png beside other images.
+    #[arg(long, value_name = "LIST", value_parser = values::aovs, help_heading = "Output")]
+    pub aov: Option<AovSelection>,
+    /// Write a heat map of the BVH traversal steps of each pixel's eye ray; same as --aov steps
     #[arg(long, value_enum, value_name = "steps", help_heading = "Output")]
     pub heatmap: Option<HeatmapArg>,
-    /// Renders a part: left, top, width, height in pixels
+    /// Render only a region: left, top, width and height in pixels
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
     pub crop: Option<PixelRect>,
-    /// Varies the samples' places
+    /// Seed of the sample positions
     #[arg(long, default_value_t = 0)]
     pub seed: u32,
 }
@@ -64,20 +80,20 @@ pub struct CameraArgs {
     /// Camera of the file, by name or index
     #[arg(long, alias = "camera-index", value_name = "NAME|INDEX")]
     pub camera: Option<String>,
-    /// The eye e
-    #[arg(long, alias = "camera-position", value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    /// Eye position e
+    #[arg(long, alias = "camera-position", value_name = "X,Y,Z", value_parser = values::vector)]
     pub view_point: Option<DVec3>,
-    /// The view direction −w
+    /// View direction −w
     #[arg(long, alias = "camera-direction", value_name = "X,Y,Z", value_parser = values::direction,
-          allow_hyphen_values = true, conflicts_with = "look_at")]
+          conflicts_with = "look_at")]
     pub view_dir: Option<DVec3>,
-    /// Instead of a direction: a point to look at
-    #[arg(long, alias = "camera-focal-point", value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    /// Point to look at, instead of a view direction
+    #[arg(long, alias = "camera-focal-point", value_name = "X,Y,Z", value_parser = values::vector)]
     pub look_at: Option<DVec3>,
-    /// Up in the picture
-    #[arg(long, alias = "camera-view-up", value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
+    /// Up direction
+    #[arg(long, alias = "camera-view-up", value_name = "X,Y,Z", value_parser = values::direction)]
     pub view_up: Option<DVec3>,
-    /// Distance d of the view rectangle
+    /// Distance d of the view rectangle from the eye
     #[arg(long, value_name = "D", value_parser = values::positive)]
     pub proj_distance: Option<f64>,
     /// Width of the view rectangle
@@ -86,38 +102,39 @@ pub struct CameraArgs {
     /// Height of the view rectangle
     #[arg(long, value_name = "H", value_parser = values::positive)]
     pub view_height: Option<f64>,
-    /// Instead of a height: vertical field of view
+    /// Vertical field of view, instead of a height
     #[arg(long, alias = "camera-view-angle", value_name = "DEGREES", value_parser = values::field_of_view,
           conflicts_with = "view_height")]
     pub yfov: Option<f64>,
-    /// How the rectangle is looked through [default: perspective, or the file camera's]
+    /// Projection [default: perspective, or that of the file's camera]
     #[arg(long, value_enum)]
     pub projection: Option<ProjectionArg>,
     /// Same as --projection orthographic
     #[arg(long, hide = true, conflicts_with = "projection")]
     pub camera_orthographic: bool,
-    /// Instead of a view point and direction: a place around the scene's middle, or around
-    /// --look-at. Degrees from the front (+Z) to the right, degrees above the horizon, and metres
-    /// away [default: as far as it takes to see everything]
+    /// Place the camera on a sphere around the scene's centre or --look-at
+    ///
+    /// AZIMUTH is in degrees from the front (+Z) to the right, ELEVATION in degrees above the horizon, DISTANCE in
+    /// metres [default DISTANCE: frames the scene].
     #[arg(long, value_name = "AZIMUTH,ELEVATION[,DISTANCE]", value_parser = values::orbit,
-          allow_hyphen_values = true, conflicts_with_all = ["view_point", "view_dir", "camera_xml"])]
+          conflicts_with_all = ["view_point", "view_dir", "camera_xml"])]
     pub orbit: Option<Orbit>,
-    /// Makes everything F times as large, by a smaller view rectangle
+    /// Magnify the image by F: divides the size of the view rectangle
     #[arg(long, alias = "camera-zoom-factor", value_name = "F", value_parser = values::positive)]
     pub zoom: Option<f64>,
-    /// Takes the camera around what it looks at, to the right
-    #[arg(long, hide = true, default_value_t = 0.0, value_parser = values::angle, allow_hyphen_values = true)]
+    /// Rotate the camera to the right around the point it looks at, in degrees
+    #[arg(long, hide = true, default_value_t = 0.0, value_parser = values::angle)]
     pub camera_azimuth_angle: f64,
-    /// And upwards
-    #[arg(long, hide = true, default_value_t = 0.0, value_parser = values::angle, allow_hyphen_values = true)]
+    /// Rotate the camera upwards around the point it looks at, in degrees
+    #[arg(long, hide = true, default_value_t = 0.0, value_parser = values::angle)]
     pub camera_elevation_angle: f64,
-    /// The lecture's <camera> block
+    /// Read the camera from the lecture's <camera> XML block
     #[arg(long, value_name = "FILE", conflicts_with = "camera")]
     pub camera_xml: Option<PathBuf>,
-    /// Near and far plane [default: the file camera's, off with --orbit]
+    /// Near and far plane [default: those of the file's camera; off with --orbit]
     #[arg(long, value_name = "NEAR,FAR|off", value_parser = values::clip)]
     pub clip: Option<ClipPlanes>,
-    /// What a file's camera keeps where the picture has another shape
+    /// Field of view that the file's camera keeps if the image has another aspect ratio
     #[arg(long, value_enum, default_value_t = FitArg::Vertical)]
     pub fit: FitArg,
 }
@@ -125,42 +142,49 @@ pub struct CameraArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Lights")]
 pub struct LightArgs {
-    /// file, headlight, three-point: a list, or none [default: file, else three-point]
+    /// Light sources: file, headlight, three-point (a list), or none [default: file, else three-point]
     #[arg(long, value_name = "LIST", value_parser = values::lights)]
     pub lights: Option<std::vec::Vec<LightSet>>,
-    /// Adds a point light of the lecture's I
-    #[arg(long, value_name = "X,Y,Z,I[,COLOR]", value_parser = values::point_light, allow_hyphen_values = true)]
+    /// Add a point light at X,Y,Z with intensity I (repeatable)
+    #[arg(long, value_name = "X,Y,Z,I[,COLOR]", value_parser = values::point_light)]
     pub point_light: Vec<UserLight>,
-    /// Adds a sun: the way its light travels, and E
-    #[arg(long, value_name = "DX,DY,DZ,E[,COLOR]", value_parser = values::sun, allow_hyphen_values = true)]
+    /// Add a directional light that travels along DX,DY,DZ with irradiance E (repeatable)
+    #[arg(long, value_name = "DX,DY,DZ,E[,COLOR]", value_parser = values::sun)]
     pub sun: Vec<UserLight>,
-    /// What the file's numbers mean
+    /// Unit of the file's light intensities
     #[arg(long, value_enum, default_value_t = UnitsArg::Auto)]
     pub light_units: UnitsArg,
-    /// Multiplies the file's lights [default: 1]
+    /// Multiply the intensity of the file's lights by F [default: 1]
     #[arg(long, value_name = "F", value_parser = values::positive)]
     pub light_scale: Option<f64>,
-    /// The lecture's I_a
+    /// Ambient light I_a
     #[arg(long, value_name = "COLOR", value_parser = values::color)]
     pub ambient: Option<Rgb>,
-    /// Makes shadows soft: point and spot lights are discs of radius R metres to what they shine
-    /// on, suns such discs 1 m away (R .0047 is the real sun's); 0 is sharp [default: 0]
-    #[arg(long, value_name = "R", value_parser = values::radius, allow_hyphen_values = true)]
+    /// Soft shadows: radius of the lights in metres, 0 for hard shadows [default: 0]
+    ///
+    /// Point and spot lights are discs that face the shaded point; suns are discs at a distance of 1 m, with
+    /// R = 0.0047 for the real sun.
+    #[arg(long, value_name = "R", value_parser = values::radius)]
     pub light_radius: Option<f64>,
-    /// Ambient occlusion: the ambient term by how much of it arrives, found out by SAMPLES rays for
-    /// each pixel up to DISTANCE metres, or inf [default distance: a quarter of the scene's
-    /// diagonal]. Without --ambient, I_a is then at least a fifth of the light of all lights
+    /// Ambient occlusion with SAMPLES rays per pixel, up to DISTANCE metres or inf [default DISTANCE: a quarter of
+    /// the scene's diagonal]
+    ///
+    /// Without --ambient, I_a is at least a fifth of the light of all lights.
     #[arg(long, value_name = "SAMPLES[,DISTANCE]", value_parser = values::ao)]
-    pub ao: Option<Ao>,
-    /// Puts a ground under the scene's lowest point: a grey plane, or one of which only the shadows
-    /// are seen, on a transparent background too
+    pub ao: Option<AoArg>,
+    /// Add a ground below the scene: a grey plane, or a shadow catcher (shadow)
+    ///
+    /// The ground is at the scene's lowest point. A shadow catcher shows only shadows, also on a transparent
+    /// background.
     #[arg(long, value_enum)]
     pub ground: Option<GroundArg>,
-    /// Takes the ambient light from a .hdr or .exr picture of all that is around, twice as wide as
-    /// high; unless lights are given or the file's, it is the only light. The background stays
+    /// Light the scene with an environment map: .hdr or .exr, twice as wide as high
+    ///
+    /// It replaces the ambient light, and is the only light unless the file or flags have lights. The background
+    /// does not show it.
     #[arg(long, value_name = "FILE", conflicts_with = "ambient")]
     pub hdri: Option<PathBuf>,
-    /// Lets every light reach everything
+    /// Disable shadows
     #[arg(long)]
     pub no_shadows: bool,
 }
@@ -168,26 +192,27 @@ pub struct LightArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shading")]
 pub struct ShadingArgs {
-    /// How far through the lecture: colour, Lambert, Lambert with shadows, all
+    /// Terms of the lecture's shading: color (unlit), diffuse (Lambert), shadow (Lambert with shadows), phong (all)
     #[arg(long, value_enum, default_value_t = IntegratorArg::Phong)]
     pub integrator: IntegratorArg,
-    /// k_d for every material
+    /// Diffuse coefficient k_d of all materials
     #[arg(long, value_name = "COLOR", value_parser = values::color)]
     pub kd: Option<Rgb>,
-    /// k_s for every material
+    /// Specular coefficient k_s of all materials
     #[arg(long, value_name = "COLOR", value_parser = values::color)]
     pub ks: Option<Rgb>,
-    /// p for every material
+    /// Specular exponent p of all materials
     #[arg(long, value_name = "P", value_parser = values::positive)]
     pub shininess: Option<f64>,
-    /// Shows these objects alone, with all that is below them: a pattern of names, or of paths
-    /// from the root such as car/wheels/* (repeatable)
+    /// Render only the objects that match GLOB, and their children (repeatable)
+    ///
+    /// GLOB matches names, or paths from the root such as car/wheels/*.
     #[arg(long, value_name = "GLOB", value_parser = values::glob)]
     pub only_objects: Vec<Glob>,
-    /// Leaves out objects and lights that a pattern finds (repeatable)
+    /// Hide the objects and lights that match GLOB (repeatable)
     #[arg(long, value_name = "GLOB", value_parser = values::glob)]
     pub hide: Vec<Glob>,
-    /// Whether single-sided materials are seen from behind
+    /// Back-face culling of single-sided materials
     #[arg(long, value_enum, default_value_t = CullArg::Auto)]
     pub cull: CullArg,
 }

@@ -1,55 +1,55 @@
-//! The memory of each stage, from processes of its own: what this one has had for other scenes and rounds,
-//! and kept, is not counted.
+//! Measures the peak memory of each stage in child processes, so that memory which this process keeps from other scenes
+//! is not counted.
 
 use std::process::{Command, Stdio};
 
 use crate::bench::{BenchResults, BenchSettings, SceneResults, Workload};
 use crate::cli::args::BenchArgs;
-use crate::cli::console::tell;
-use crate::cli::one_line;
+use crate::cli::console::{eprint_line, single_line};
+use crate::render::RenderSettings;
 
-/// Rounds, at most: memory differs by little.
-const ROUNDS: u32 = 3;
+/// Maximum number of rounds: memory varies little.
+const MAX_ROUNDS: u32 = 3;
 
-/// Measures what the stages of `scene` take, which is of `subject`, and adds it to its figures. Where
-/// that cannot be had there is none, and a warning.
-pub(super) fn add(scene: &mut SceneResults, subject: &Workload, plan: &BenchSettings, args: &BenchArgs) {
-    for threads in &plan.threads {
-        for round in 0..plan.rounds.min(ROUNDS) {
+/// Adds the memory of all stages to the results of a scene. If it cannot be measured, prints a warning.
+pub fn measure(scene: &mut SceneResults, workload: &Workload, settings: &BenchSettings, args: &BenchArgs) {
+    let name = single_line(&workload.name);
+    for threads in &settings.threads {
+        for round in 0..settings.rounds.min(MAX_ROUNDS) {
             if !args.common.quiet && round == 0 {
-                tell(&format!("memory on {threads} threads: {}", one_line(&subject.name)));
+                eprint_line(&format!("memory with {threads} threads: {name}"));
             }
-            match measured(subject, plan, *threads, args) {
-                Ok(found) => scene.add_memory(&found),
-                Err(why) => {
-                    let name = &subject.name;
-                    tell(&one_line(&format!("warning: {name}: its memory cannot be measured: {why}")));
-                    return;
+            match run_child(workload, settings, *threads, args) {
+                Ok(results) => scene.add_memory(&results),
+                Err(error) => {
+                    let warning = format!("warning: {name}: memory could not be measured: {error}");
+                    return eprint_line(&single_line(&warning));
                 }
             }
         }
     }
 }
 
-fn measured(
-    subject: &Workload,
-    plan: &BenchSettings,
+/// Runs `blinn bench --memory` and returns its results.
+fn run_child(
+    workload: &Workload,
+    settings: &BenchSettings,
     threads: usize,
     args: &BenchArgs,
 ) -> Result<SceneResults, String> {
-    let (width, height) = (plan.render.width, plan.render.height);
+    let RenderSettings { width, height, samples, .. } = settings.render;
     let mut command = Command::new(std::env::current_exe().map_err(|e| e.to_string())?);
     command.args(["bench", "--memory", "--quiet", "--rounds", "1"]);
-    command.args(["--size", &format!("{width}x{height}"), "--samples", &plan.render.samples.to_string()]);
+    command.args(["--size", &format!("{width}x{height}"), "--samples", &samples.to_string()]);
     command.args(["--threads", &threads.to_string()]);
     if args.common.allow_outside {
         command.arg("--allow-outside");
     }
-    let done = command.arg("--").arg(&subject.file).stdin(Stdio::null()).output();
-    let done = done.map_err(|e| e.to_string())?;
-    if !done.status.success() {
-        return Err(String::from_utf8_lossy(&done.stderr).trim().to_string());
+    let output = command.arg("--").arg(&workload.file).stdin(Stdio::null()).output();
+    let output = output.map_err(|e| e.to_string())?;
+    if !output.status.success() {
+        return Err(String::from_utf8_lossy(&output.stderr).trim().to_string());
     }
-    let figures = BenchResults::parse(&done.stdout)?;
-    figures.scenes.into_iter().next().ok_or_else(|| "a process told nothing".into())
+    let results = BenchResults::parse(&output.stdout)?;
+    results.scenes.into_iter().next().ok_or_else(|| "the child process printed no results".into())
 }

@@ -1,10 +1,10 @@
-//! Figures as text.
+//! Benchmark results as text tables.
 
 use crate::bench::{BenchResults, Change, Comparison, SceneResults, StageResults, Verdict, format_duration};
-use crate::cli::one_line;
+use crate::cli::console::single_line;
 
-/// Columns side by side: the first to the left, the others to the right.
-fn columns(rows: &[Vec<String>]) -> String {
+/// Aligns columns: the first to the left, the others to the right.
+fn align(rows: &[Vec<String>]) -> String {
     let width = |i: usize| rows.iter().filter_map(|row| row.get(i)).map(|cell| cell.chars().count()).max();
     let mut out = String::new();
     for row in rows {
@@ -27,25 +27,25 @@ fn or_dash(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
     value.filter(|v| v.is_finite()).map_or_else(|| "-".into(), show)
 }
 
-/// A table for each scene.
-pub(super) fn figures(figures: &BenchResults) -> String {
+/// A table of the stages of each scene.
+pub fn results(results: &BenchResults) -> String {
     let mut out = String::new();
-    for scene in &figures.scenes {
-        out += &head(scene);
+    for scene in &results.scenes {
+        out += &heading(scene);
         let mut rows =
             vec![cells(["stage", "threads", "time", "least", "Mray/s", "spread", "waited", "memory"])];
-        rows.extend(scene.stages.iter().map(row));
-        out += &columns(&rows);
+        rows.extend(scene.stages.iter().map(stage_row));
+        out += &align(&rows);
         out.push('\n');
     }
     out
 }
 
-fn head(scene: &SceneResults) -> String {
-    let mut line = format!("{}: {} triangles", one_line(&scene.name), scene.triangles);
+fn heading(scene: &SceneResults) -> String {
+    let mut line = format!("{}: {} triangles", single_line(&scene.name), scene.triangles);
     if let Some(tree) = &scene.tree {
         line += &format!(
-            ", {} in trees of {} nodes, {} bytes a triangle, SAH cost {}",
+            ", {} in BVHs with {} nodes, {} bytes per triangle, SAH cost {}",
             tree.entries,
             tree.nodes,
             or_dash(tree.bytes_per_triangle, |v| format!("{v:.1}")),
@@ -55,7 +55,7 @@ fn head(scene: &SceneResults) -> String {
     line + "\n"
 }
 
-fn row(s: &StageResults) -> Vec<String> {
+fn stage_row(s: &StageResults) -> Vec<String> {
     vec![
         s.stage.name().to_string(),
         s.threads.to_string(),
@@ -68,10 +68,10 @@ fn row(s: &StageResults) -> Vec<String> {
     ]
 }
 
-/// All ratios, what is to be said, and at the end what moved.
-pub(super) fn comparison(compared: &Comparison) -> String {
-    let mut rows = vec![cells(["cost, now to then", "ratio", "noise", "by least", ""])];
-    let name = |c: &Change| format!("{}: {}", one_line(&c.scene), one_line(&c.what));
+/// The ratios of all measurements, notes, and a list of the significant changes.
+pub fn comparison(compared: &Comparison) -> String {
+    let mut rows = vec![cells(["cost, new / old", "ratio", "noise", "by least", ""])];
+    let name = |c: &Change| format!("{}: {}", single_line(&c.scene), single_line(&c.what));
     let noise = |c: &Change| or_dash(Some(c.noise), |v| format!("{:.1} %", 100.0 * v));
     for change in &compared.changes {
         let verdict = match change.verdict {
@@ -87,19 +87,22 @@ pub(super) fn comparison(compared: &Comparison) -> String {
             verdict.into(),
         ]);
     }
-    let mut out = columns(&rows);
+    let mut out = align(&rows);
     out.push('\n');
     for note in &compared.notes {
-        out += &format!("note: {}\n", one_line(note));
+        out += &format!("note: {}\n", single_line(note));
     }
-    let moved: Vec<&Change> = compared.significant().collect();
-    match moved.len() {
-        0 => out += &format!("nothing moved beyond the noise: {} figures\n", compared.changes.len()),
-        n => out += &format!("{n} of {} figures moved beyond the noise:\n", compared.changes.len()),
+    let significant: Vec<&Change> = compared.significant().collect();
+    match significant.len() {
+        0 => out += &format!("no change beyond the noise in {} measurements\n", compared.changes.len()),
+        n => {
+            out +=
+                &format!("{n} of {} measurements changed by more than the noise:\n", compared.changes.len())
+        }
     }
-    for change in moved {
-        let way = if change.verdict == Verdict::More { "more" } else { "less" };
-        out += &format!("  {way}: {} {:.3} (noise {})\n", name(change), change.ratio, noise(change));
+    for change in significant {
+        let direction = if change.verdict == Verdict::More { "more" } else { "less" };
+        out += &format!("  {direction}: {} {:.3} (noise {})\n", name(change), change.ratio, noise(change));
     }
     out
 }

@@ -1,72 +1,75 @@
-//! `blinn job`: frames as a job for a farm, which renders a share of them in each task.
+//! `blinn job`: describes frames as a job for a render farm, which renders a part of them in each task.
 //!
-//! What every task would find out for itself — exposure, framing, the frames of a clip — is found once,
-//! here, and said to all of them in flags. The engines' languages know nothing of scenes, and what knows
-//! scenes knows nothing of engines: between them stands [`Task`].
+//! Exposure, framing and the frames of a clip are resolved once and become flags of every task. [`FarmJob`] describes
+//! the tasks for any engine; `openjd` and `slurm` write it in the engines' languages and know nothing of scenes.
 
-mod given;
+mod camera_flags;
+mod explicit_flags;
+mod farm_job;
+mod job_paths;
 mod openjd;
-mod place;
+mod resolve;
 mod slurm;
-mod task;
-mod view;
 
 use std::ffi::OsString;
 use std::path::Path;
 
 use anyhow::Result;
 
-use super::args::{EngineArgs, FramesArgs, JobArgs};
-use super::console::{is_stdout, print};
-use super::{Summary, Usage, describe, one_line};
-use crate::cli::plan::{Claims, Job, Writer};
-use crate::cli::run::panics::caught;
-use crate::cli::run::progress::{Reporter, Teller};
+use super::args::{EngineArgs, JobArgs, JobCommand};
+use super::console::{is_stdout, print_stdout, scene_error, single_line};
+use super::files::create_parent_folder;
+use super::plan::{PathConflicts, RenderPlan, Writer};
+use super::run::panics;
+use super::run::progress::{Reporter, SceneLog};
+use super::summary::Summary;
+use super::usage::UsageError;
 use crate::output::{Overwrite, SaveError, write_atomically};
-use given::Given;
-use place::Base;
+use explicit_flags::ExplicitFlags;
+use job_paths::JobFolder;
+use resolve::JobPlan;
 
-/// Prints the job that `words` ask for.
-pub(super) fn run(args: &JobArgs, words: &[OsString]) -> Result<Summary, Usage> {
+/// Prints the job for the command line `argv`.
+pub fn run(args: &JobArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
     let engine = &args.engine;
-    let (job, quiet) = match engine.frames() {
-        FramesArgs::Render(args) => (Job::render(args)?, args.common.quiet),
-        FramesArgs::Turntable(args) => (Job::turntable(args)?, args.common.quiet),
+    let plan = match engine.command() {
+        JobCommand::Render(args) => RenderPlan::for_render(args)?,
+        JobCommand::Turntable(args) => RenderPlan::for_turntable(args)?,
     };
     let output = engine.job().output.as_deref().filter(|output| !is_stdout(output));
     if let Some(file) = output {
-        Claims::of_read(&job.scenes).spare(file, Writer::Flag("-o")).map_err(Usage)?;
+        let paths = PathConflicts::with_inputs(&plan.scenes);
+        paths.check_not_input(file, Writer::Flag("-o")).map_err(UsageError)?;
     }
-    let given = Given::of(words)?;
-    let base = Base::of(output)?;
-    let plan = task::Plan::new(engine, &job, given, &base)?;
-    let scene = &job.scenes[0];
-    let reporter = Reporter::new(&engine.frames().process().telling, 1, quiet);
-    let teller = Teller::new(&reporter, scene, job.strict);
-    let failure = caught(|| {
-        let task = plan.resolve(&teller)?;
+    let flags = ExplicitFlags::parse(argv)?;
+    let folder = JobFolder::of(output)?;
+    let job_plan = JobPlan::new(engine, &plan, flags, &folder)?;
+    let scene = &plan.scenes[0];
+    let reporter = Reporter::new(&engine.command().process().log, 1, engine.command().common().quiet);
+    let log = SceneLog::new(&reporter, scene, plan.strict);
+    let failure = panics::catch(|| {
+        let job = job_plan.resolve(&log)?;
         let text = match engine {
-            EngineArgs::Openjd(args) => openjd::template(&task, args.target_seconds, &reporter)?,
-            EngineArgs::Slurm(args) => slurm::script(&task, args.at_once)?,
+            EngineArgs::Openjd(args) => openjd::template(&job, args.target_seconds, &reporter)?,
+            EngineArgs::Slurm(args) => slurm::script(&job, args.at_once)?,
         };
         write(&text, output, scene, &reporter)
-    })
-    .err()
-    .map(|e| one_line(&describe(scene, &e)));
+    });
+    let failure = failure.err().map(|error| single_line(&scene_error(scene, &error)));
     if let Some(line) = &failure {
         reporter.fail(Some(scene), line);
     }
     let mut summary = Summary::default();
-    summary.add(failure);
+    summary.add_scene(failure);
     reporter.done(&summary);
     Ok(summary)
 }
 
 fn write(text: &str, output: Option<&Path>, scene: &Path, reporter: &Reporter) -> Result<()> {
     let Some(path) = output else {
-        return print(text.as_bytes());
+        return print_stdout(text.as_bytes());
     };
-    crate::cli::run::scene_job::folder_of(path)?;
+    create_parent_folder(path)?;
     let written = write_atomically(path, text.as_bytes(), Overwrite::Yes);
     written.map_err(|cause| SaveError { path: path.to_path_buf(), cause })?;
     reporter.wrote(Some(scene), path);

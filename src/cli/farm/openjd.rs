@@ -1,46 +1,46 @@
-//! Open Job Description: a template of revision 2023-09, with the extension TASK_CHUNKING.
+//! Writes a job as an Open Job Description template of revision 2023-09 with the extension TASK_CHUNKING, as JSON.
 //!
-//! <https://github.com/OpenJobDescription/openjd-specifications/wiki/2023-09-Template-Schemas>. It is
-//! written as JSON, which YAML is as well.
+//! <https://github.com/OpenJobDescription/openjd-specifications/wiki/2023-09-PathTemplate-Schemas>
 
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
-use super::place::Place;
-use super::task::{Assembly, Task};
+use super::farm_job::{Assembly, FarmJob};
+use super::job_paths::JobPath;
 use crate::cli::run::progress::Reporter;
 
-/// Characters that a parameter's value, or a job's name, may have.
-const MOST_VALUE: usize = 1024;
-const MOST_NAME: usize = 128;
-/// Seconds that a task has between being told to stop and being stopped.
-const NOTICE: u32 = 5;
+/// Maximum length of a parameter's value in characters.
+const MAX_VALUE: usize = 1024;
+/// Maximum length of a job's name in characters.
+const MAX_NAME: usize = 128;
+/// Seconds between the signal to terminate a task and the end of its process.
+const NOTICE_PERIOD: u32 = 5;
 
-/// The template of a job. Tasks are to take `target_seconds`.
+/// Writes the template of a job whose tasks should take `target_seconds`.
 ///
 /// # Errors
-/// What the language has no words for.
-pub fn template(task: &Task, target_seconds: u32, reporter: &Reporter) -> Result<String> {
-    let mut steps = vec![frames(task)?];
-    if let Some(assembly) = &task.assembly {
-        steps.push(assemble(assembly)?);
+/// Names and lists that a template cannot contain.
+pub fn template(job: &FarmJob, target_seconds: u32, reporter: &Reporter) -> Result<String> {
+    let mut steps = vec![frames_step(job)?];
+    if let Some(assembly) = &job.assembly {
+        steps.push(assemble_step(assembly)?);
     }
     let template = json!({
         "specificationVersion": "jobtemplate-2023-09",
         "extensions": ["TASK_CHUNKING"],
-        "name": name(task),
-        "parameterDefinitions": parameters(task, target_seconds, reporter)?,
+        "name": name(job),
+        "parameterDefinitions": parameters(job, target_seconds, reporter)?,
         "steps": steps,
     });
     Ok(format!("{template:#}\n"))
 }
 
-fn name(task: &Task) -> String {
-    apart(&format!("{} {}", task.command, task.stem())).chars().take(MOST_NAME).collect()
+fn name(job: &FarmJob) -> String {
+    separate_braces(&format!("{} {}", job.command, job.stem())).chars().take(MAX_NAME).collect()
 }
 
-/// Text with no two braces together: they would begin, or end, something to fill in.
-fn apart(text: &str) -> String {
+/// Inserts a space between equal braces: `{{` and `}}` enclose format expressions.
+fn separate_braces(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
         if "{}".contains(c) && out.ends_with(c) {
@@ -51,91 +51,109 @@ fn apart(text: &str) -> String {
     out
 }
 
-/// The parameter that stands for a file that a flag names.
-fn parameter_of(flag: &str) -> &'static str {
+/// The parameter for the input file of a flag.
+fn input_parameter(flag: &str) -> &'static str {
     match flag {
         "camera-xml" => "CameraXml",
         _ => "Hdri",
     }
 }
 
-fn parameters(task: &Task, target_seconds: u32, reporter: &Reporter) -> Result<Vec<Value>> {
-    let mut all = vec![
-        json!({
-            "name": "Blinn", "type": "STRING", "default": "blinn",
-            "description": "The program, on the machines that render.",
-        }),
-        path("Scene", &task.scene, ("FILE", "IN"), "The scene.", reporter)?,
-    ];
-    if let Some(folder) = &task.beside {
-        let what = "The scene's folder, with the files that the scene refers to.";
-        all.push(path("SceneFolder", folder, ("DIRECTORY", "IN"), what, reporter)?);
-    }
-    for file in &task.files {
-        let what = format!("The file of --{}.", file.flag);
-        all.push(path(parameter_of(file.flag), &file.place, ("FILE", "IN"), &what, reporter)?);
-    }
-    all.push(path("Output", &task.folder, ("DIRECTORY", "OUT"), "Where pictures go.", reporter)?);
-    let frames = task.frames.to_string();
-    if frames.len() > MOST_VALUE {
+fn parameters(job: &FarmJob, target_seconds: u32, reporter: &Reporter) -> Result<Vec<Value>> {
+    let frames = job.frames.to_string();
+    if frames.len() > MAX_VALUE {
+        let length = frames.len();
         bail!(
-            "the list of frames takes {} characters, and a template's parameter {MOST_VALUE}: make a job of \
-             each part",
-            frames.len()
+            "the list of frames has {length} characters, but a parameter at most {MAX_VALUE}; split the job"
         );
     }
-    all.extend([
-        json!({"name": "Frames", "type": "STRING", "default": frames, "description": "Which frames."}),
+    let mut parameters = vec![json!({
+        "name": "Blinn", "type": "STRING", "default": "blinn",
+        "description": "The program on the machines that render.",
+    })];
+    let mut add_path = |parameter: PathParameter| {
+        parameters.push(parameter.to_json(reporter)?);
+        Ok::<_, anyhow::Error>(())
+    };
+    add_path(PathParameter::input("Scene", &job.scene, "FILE", "The scene."))?;
+    if let Some(folder) = &job.scene_folder {
+        let description = "The scene's folder with all files that the scene refers to.";
+        add_path(PathParameter::input("SceneFolder", folder, "DIRECTORY", description))?;
+    }
+    for input in &job.inputs {
+        let description = format!("The file of --{}.", input.flag);
+        add_path(PathParameter::input(input_parameter(input.flag), &input.path, "FILE", &description))?;
+    }
+    add_path(PathParameter {
+        name: "Output",
+        path: &job.output_folder,
+        object_type: "DIRECTORY",
+        data_flow: "OUT",
+        description: "The folder for the images.",
+    })?;
+    parameters.extend([
+        json!({"name": "Frames", "type": "STRING", "default": frames, "description": "The frames to render."}),
         json!({
-            "name": "FramesPerTask", "type": "INT", "default": task.chunk_size, "minValue": 1,
-            "description": "Frames in a task, until it is known how long they take.",
+            "name": "FramesPerTask", "type": "INT", "default": job.chunk_size, "minValue": 1,
+            "description": "Frames per task, until their run time is known.",
         }),
         json!({
             "name": "TargetSeconds", "type": "INT", "default": target_seconds, "minValue": 0,
-            "description": "How long a task shall take; 0 for just as many frames as FramesPerTask says.",
+            "description": "Target run time of a task; 0 to always use FramesPerTask.",
         }),
     ]);
-    Ok(all)
+    Ok(parameters)
 }
 
-/// A path is by default where it lies beside the template. The specification knows no other defaults:
-/// whoever submits the job says where the rest is.
-fn path(
-    name: &str,
-    place: &Place,
-    (object, flow): (&str, &str),
-    what: &str,
-    reporter: &Reporter,
-) -> Result<Value> {
-    let mut parameter = json!({
-        "name": name, "type": "PATH", "objectType": object, "dataFlow": flow, "description": what,
-    });
-    if !place.is_inside {
-        reporter.warn(
-            place.path.as_ref(),
-            &format!("not in the template's folder: submit the job with the parameter {name}={}", place.path),
-        );
-    } else if place.path.chars().count() > MOST_VALUE {
-        bail!("{}: a template's parameter has at most {MOST_VALUE} characters", place.path);
-    } else {
-        parameter["default"] = json!(place.path);
-    }
-    Ok(parameter)
+/// A parameter of type PATH.
+struct PathParameter<'a> {
+    name: &'a str,
+    path: &'a JobPath,
+    object_type: &'a str,
+    data_flow: &'a str,
+    description: &'a str,
 }
 
-fn frames(task: &Task) -> Result<Value> {
-    let mut args = vec![literal(task.command)?, "{{Param.Scene}}".to_string()];
-    args.push(format!("--output={{{{Param.Output}}}}/{}", literal(&task.pattern)?));
-    for flag in task.flags.iter().chain(&task.memory_flag()) {
-        args.push(literal(flag)?);
+impl<'a> PathParameter<'a> {
+    fn input(name: &'a str, path: &'a JobPath, object_type: &'a str, description: &'a str) -> Self {
+        PathParameter { name, path, object_type, data_flow: "IN", description }
     }
-    args.extend(task.threads.map(|n| format!("--threads={n}")));
-    for file in &task.files {
-        args.push(format!("--{}={{{{Param.{}}}}}", file.flag, parameter_of(file.flag)));
+
+    /// A path in the template's folder is the default. The specification allows no others, so a warning asks for the
+    /// parameter.
+    fn to_json(&self, reporter: &Reporter) -> Result<Value> {
+        let path = &self.path.path;
+        let mut parameter = json!({
+            "name": self.name, "type": "PATH", "objectType": self.object_type, "dataFlow": self.data_flow,
+            "description": self.description,
+        });
+        if !self.path.is_inside {
+            let name = self.name;
+            let warning =
+                format!("not in the template's folder; submit the job with the parameter {name}={path}");
+            reporter.warn(path.as_ref(), &warning);
+        } else if path.chars().count() > MAX_VALUE {
+            bail!("{path}: a parameter of a template has at most {MAX_VALUE} characters");
+        } else {
+            parameter["default"] = json!(path);
+        }
+        Ok(parameter)
     }
-    args.push(format!("{}={{{{Task.Param.Frame}}}}", task.frames_flag));
+}
+
+fn frames_step(job: &FarmJob) -> Result<Value> {
+    let mut args = vec![literal(job.command)?, "{{Param.Scene}}".to_string()];
+    args.push(format!("--output={{{{Param.Output}}}}/{}", literal(&job.output_pattern)?));
+    for arg in job.args.iter().chain(&job.max_memory_arg()) {
+        args.push(literal(arg)?);
+    }
+    args.extend(job.threads.map(|n| format!("--threads={n}")));
+    for input in &job.inputs {
+        args.push(format!("--{}={{{{Param.{}}}}}", input.flag, input_parameter(input.flag)));
+    }
+    args.push(format!("{}={{{{Task.Param.Frame}}}}", job.frames_flag));
     args.extend(["--resume".into(), "--progress=openjd".into()]);
-    let constraint = if task.frames.is_contiguous() { "CONTIGUOUS" } else { "NONCONTIGUOUS" };
+    let constraint = if job.frames.is_contiguous() { "CONTIGUOUS" } else { "NONCONTIGUOUS" };
     let mut step = json!({
         "name": "Frames",
         "parameterSpace": {"taskParameterDefinitions": [{
@@ -151,21 +169,22 @@ fn frames(task: &Task) -> Result<Value> {
         "script": script(args),
     });
     let mut amounts = Vec::new();
-    amounts.extend(task.threads.map(|n| json!({"name": "amount.worker.vcpu", "min": n})));
-    amounts.extend(task.memory.map(|b| json!({"name": "amount.worker.memory", "min": b.div_ceil(1 << 20)})));
+    amounts.extend(job.threads.map(|n| json!({"name": "amount.worker.vcpu", "min": n})));
+    let mebibytes = job.max_memory.map(|bytes| bytes.div_ceil(1 << 20));
+    amounts.extend(mebibytes.map(|min| json!({"name": "amount.worker.memory", "min": min})));
     if !amounts.is_empty() {
         step["hostRequirements"] = json!({"amounts": amounts});
     }
     Ok(step)
 }
 
-fn assemble(assembly: &Assembly) -> Result<Value> {
+fn assemble_step(assembly: &Assembly) -> Result<Value> {
     let mut args = vec![
         "assemble".to_string(),
-        format!("{{{{Param.Output}}}}/{}", assembly.frames),
+        format!("{{{{Param.Output}}}}/{}", assembly.frames_folder),
         format!("--output={{{{Param.Output}}}}/{}", literal(&assembly.file)?),
     ];
-    args.extend(assembly.flags.iter().cloned());
+    args.extend(assembly.args.iter().cloned());
     args.extend(["--strict".into(), "--progress=openjd".into()]);
     Ok(json!({
         "name": "Assemble",
@@ -178,14 +197,14 @@ fn script(args: Vec<String>) -> Value {
     json!({"actions": {"onRun": {
         "command": "{{Param.Blinn}}",
         "args": args,
-        "cancelation": {"mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": NOTICE},
+        "cancelation": {"mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": NOTICE_PERIOD},
     }}})
 }
 
-/// Text that stands for itself.
+/// Text without format expressions.
 fn literal(text: &str) -> Result<String> {
     if text.contains("{{") || text.contains("}}") {
-        bail!("{text}: a template cannot say two braces together: use another name");
+        bail!("{text}: a template cannot contain double braces; use another name");
     }
     Ok(text.into())
 }
@@ -195,10 +214,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_two_braces_are_together() {
-        for (text, told) in [("a{{b}}", "a{ {b} }"), ("{{{", "{ { {"), ("}}}}", "} } } }"), ("{}{}", "{}{}")]
+    fn double_braces_are_separated_or_rejected() {
+        for (text, separated) in
+            [("a{{b}}", "a{ {b} }"), ("{{{", "{ { {"), ("}}}}", "} } } }"), ("{}{}", "{}{}")]
         {
-            assert_eq!(apart(text), told);
+            assert_eq!(separate_braces(text), separated);
         }
         assert!(literal("{{a").is_err() && literal("a}}").is_err() && literal("{a}").is_ok());
     }

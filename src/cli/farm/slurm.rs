@@ -1,34 +1,34 @@
-//! Slurm: a script for sbatch, whose array has a share of the frames in each task.
+//! Writes a job as an sbatch script for Slurm: an array job whose tasks each render a part of the frames.
 
 use anyhow::{Context, Result};
 
-use super::task::{Assembly, Task};
+use super::farm_job::{Assembly, FarmJob};
 
-/// The script of a job of which `at_once` tasks run at one time.
+/// Writes the script of a job that runs at most `at_once` tasks at the same time.
 ///
 /// # Errors
-/// Text that no shell can quote.
-pub fn script(task: &Task, at_once: u32) -> Result<String> {
-    let count = task.frames.frames().len();
-    let tasks = count.div_ceil(task.chunk_size as usize);
-    let name = identifier(&format!("{}-{}", task.command, task.stem()));
+/// Text that cannot be quoted for a shell.
+pub fn script(job: &FarmJob, at_once: u32) -> Result<String> {
+    let count = job.frames.frames().len();
+    let tasks = count.div_ceil(job.chunk_size as usize);
+    let name = identifier(&format!("{}-{}", job.command, job.stem()));
     let mut directives = vec![
         format!("--job-name={name}"),
         format!("--array=1-{tasks}%{at_once}"),
-        // What a lost machine was at is queued again; finished frames are kept.
+        // Tasks of a lost node are queued again. They keep finished images.
         "--requeue".to_string(),
     ];
-    directives.extend(task.threads.map(|n| format!("--cpus-per-task={n}")));
-    directives.extend(task.memory.map(|bytes| format!("--mem={}M", bytes.div_ceil(1 << 20))));
+    directives.extend(job.threads.map(|n| format!("--cpus-per-task={n}")));
+    directives.extend(job.max_memory.map(|bytes| format!("--mem={}M", bytes.div_ceil(1 << 20))));
     let directives: String = directives.iter().map(|d| format!("#SBATCH {d}\n")).collect();
-    let and_then = if task.assembly.is_some() { ", and after it what assembles them" } else { "" };
-    let assembly = task.assembly.as_ref().map(|a| submit_assembly(task, a, &name)).transpose()?;
-    let words = words(&frames_words(task))?;
+    let and_assembly = if job.assembly.is_some() { " and then a job that assembles them" } else { "" };
+    let assembly = job.assembly.as_ref().map(|a| submit_assembly(job, a, &name)).transpose()?;
+    let args = quote(&frames_args(job))?;
     Ok(format!(
         r#"#!/bin/bash
 {directives}#
-# {count} frames in {tasks} tasks. `bash` with this file submits them{and_then}; words behind it, such as
-# --partition=render, are sbatch's. BLINN names the program where it is not in PATH.
+# {count} frames in {tasks} tasks. Run this file with `bash` to submit them{and_assembly}; its arguments, such as
+# --partition=render, are passed to sbatch. BLINN is the program if it is not in PATH.
 set -euo pipefail
 blinn=${{BLINN:-blinn}}
 
@@ -39,34 +39,34 @@ if [ -z "${{SLURM_ARRAY_TASK_ID:-}}" ]; then
 {submit_assembly}    exit
 fi
 
-exec "$blinn" {words} \
+exec "$blinn" {args} \
     --chunk="$SLURM_ARRAY_TASK_ID/{tasks}" {threads} --resume --progress=plain
 "#,
         submit_assembly = assembly.unwrap_or_default(),
-        threads = match task.threads {
+        threads = match job.threads {
             Some(n) => format!("--threads={n}"),
             None => r#"--threads="$SLURM_CPUS_ON_NODE""#.into(),
         },
     ))
 }
 
-fn frames_words(task: &Task) -> Vec<String> {
-    let mut words = vec![task.command.to_string(), task.scene.path.clone()];
-    words.push(format!("--output={}/{}", task.folder.path, task.pattern));
-    words.extend(task.flags.iter().cloned());
-    words.extend(task.memory_flag());
-    words.extend(task.files.iter().map(|file| format!("--{}={}", file.flag, file.place.path)));
-    words.push(format!("{}={}", task.frames_flag, task.frames));
-    words
+fn frames_args(job: &FarmJob) -> Vec<String> {
+    let mut args = vec![job.command.to_string(), job.scene.path.clone()];
+    args.push(format!("--output={}/{}", job.output_folder.path, job.output_pattern));
+    args.extend(job.args.iter().cloned());
+    args.extend(job.max_memory_arg());
+    args.extend(job.inputs.iter().map(|input| format!("--{}={}", input.flag, input.path.path)));
+    args.push(format!("{}={}", job.frames_flag, job.frames));
+    args
 }
 
-/// The lines that submit what assembles the frames. Where a frame fails, it is taken out of the queue.
-fn submit_assembly(task: &Task, assembly: &Assembly, name: &str) -> Result<String> {
-    let folder = &task.folder.path;
-    let mut all = vec!["assemble".to_string(), format!("{folder}/{}", assembly.frames)];
-    all.push(format!("--output={folder}/{}", assembly.file));
-    all.extend(assembly.flags.iter().cloned());
-    all.extend(["--strict".into(), "--progress=plain".into()]);
+/// The lines that submit the assembly. It is cancelled if a frame fails.
+fn submit_assembly(job: &FarmJob, assembly: &Assembly, name: &str) -> Result<String> {
+    let folder = &job.output_folder.path;
+    let mut args = vec!["assemble".to_string(), format!("{folder}/{}", assembly.frames_folder)];
+    args.push(format!("--output={folder}/{}", assembly.file));
+    args.extend(assembly.args.iter().cloned());
+    args.extend(["--strict".into(), "--progress=plain".into()]);
     Ok(format!(
         r#"    assembled=$(sbatch --parsable --dependency="afterok:${{frames%%;*}}" --kill-on-invalid-dep=yes "$@" <<'JOB'
 #!/bin/bash
@@ -77,17 +77,17 @@ JOB
     )
     echo "assembled: job ${{assembled%%;*}}"
 "#,
-        words(&all)?
+        quote(&args)?
     ))
 }
 
-/// Words as a shell takes them.
-fn words(words: &[String]) -> Result<String> {
-    shlex::try_join(words.iter().map(String::as_str)).context("no shell can quote it")
+/// Quotes arguments for a shell.
+fn quote(args: &[String]) -> Result<String> {
+    shlex::try_join(args.iter().map(String::as_str)).context("the text cannot be quoted for a shell")
 }
 
-/// Letters, digits, `-`, `_` and `.` alone: directives have rules of their own for the rest.
+/// Replaces everything but letters, digits, `-`, `_` and `.` by `_`: directives have quoting rules of their own.
 fn identifier(text: &str) -> String {
-    let keep = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
-    text.chars().map(keep).take(64).collect()
+    let replace = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+    text.chars().map(replace).take(64).collect()
 }

@@ -1,101 +1,110 @@
-//! `--views`: pictures from all around, for whoever makes models out of pictures.
+//! `turntable --views`: views from all around a scene, as a training set for NeRF and Gaussian splatting.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use super::animation_output::animation_format;
+use super::frames::PlannedFrame;
+use super::outputs::{Outputs, Target};
+use super::render_options::RenderOptions;
 use crate::batch::WorldUp;
-use crate::cli::Usage;
 use crate::cli::args::{TurntableArgs, UpArg};
-use crate::cli::plan::{Look, Outputs, Shot, Target, animation};
+use crate::cli::usage::UsageError;
 use crate::integrator::Aov;
 use crate::scene::{Orbit, Projection};
 
 /// The views of a dataset.
 #[derive(Clone, Copy, Debug)]
-pub struct Views {
+pub struct DatasetPlan {
     pub count: u32,
-    /// The moment that they show, in seconds.
+    /// Time of all views in the animation, in seconds.
     pub time: f64,
     pub up: WorldUp,
 }
 
-/// Layers that every dataset has.
-const LAYERS: [Aov; 3] = [Aov::Depth, Aov::Normal, Aov::Mask];
-/// Where pictures were taken from.
-const FILE: &str = "transforms.json";
+/// AOVs that every dataset has.
+const AOVS: [Aov; 3] = [Aov::Depth, Aov::Normal, Aov::Mask];
+/// The file with the cameras of all views.
+const TRANSFORMS: &str = "transforms.json";
 
-/// A view of a dataset.
-pub fn shot(frame: i64, count: u32, time: f64) -> Shot {
+/// View number `frame` of `count`, evenly distributed on a sphere.
+pub fn view_frame(frame: i64, count: u32, time: f64) -> PlannedFrame {
     let orbit = Orbit::fibonacci_sphere(u32::try_from(frame - 1).unwrap_or_default(), count);
-    Shot { orbit: Some(orbit), ..Shot::at(frame, time) }
+    PlannedFrame { orbit: Some(orbit), ..PlannedFrame::at(frame, time) }
 }
 
-impl Views {
-    /// Puts the camera of `look` around the scene, and adds the layers.
-    pub fn new(count: u32, args: &TurntableArgs, look: &mut Look) -> Result<Views, Usage> {
-        if look.view.projection == Some(Projection::Orthographic) {
-            return Err(Usage(format!(
-                "--views: {FILE} knows perspective cameras alone: leave orthographic out"
+impl DatasetPlan {
+    /// Resolves a dataset. Sets projection, orbit and AOVs in `options`.
+    pub fn new(
+        count: u32,
+        args: &TurntableArgs,
+        options: &mut RenderOptions,
+    ) -> Result<DatasetPlan, UsageError> {
+        if options.view.projection == Some(Projection::Orthographic) {
+            return Err(UsageError(format!(
+                "--views: {TRANSFORMS} supports only perspective cameras; remove the orthographic projection"
             )));
         }
-        if args.output.output.as_deref().and_then(animation::format).is_some() {
-            return Err(Usage(
-                "--views: a dataset is of single pictures: write .png, .jpg, .webp or .exr".into(),
-            ));
+        if args.output.output.as_deref().and_then(animation_format).is_some() {
+            let text = "--views: a dataset consists of images; set -o to .png, .jpg, .webp or .exr";
+            return Err(UsageError(text.into()));
         }
-        look.view.projection = Some(Projection::Perspective);
-        look.view.orbit = Some(Orbit::fibonacci_sphere(0, count));
-        for aov in LAYERS {
-            if !look.layers.aovs.contains(&aov) {
-                look.layers.aovs.push(aov);
+        options.view.projection = Some(Projection::Perspective);
+        options.view.orbit = Some(Orbit::fibonacci_sphere(0, count));
+        for aov in AOVS {
+            if !options.aovs.aovs.contains(&aov) {
+                options.aovs.aovs.push(aov);
             }
         }
         let up = match args.turn.nerf_up {
             Some(UpArg::Y) => WorldUp::Y,
             Some(UpArg::Z) | None => WorldUp::Z,
         };
-        Ok(Views { count, time: args.moment.time.unwrap_or(0.0), up })
+        Ok(DatasetPlan { count, time: args.time.time.unwrap_or(0.0), up })
     }
 
-    /// All of them, whichever share of them is rendered.
-    pub fn shots(&self) -> impl Iterator<Item = Shot> {
-        let Views { count, time, .. } = *self;
-        (1..=i64::from(count)).map(move |frame| shot(frame, count, time))
+    /// All views, also those that --only or --chunk leave out.
+    pub fn frames(&self) -> impl Iterator<Item = PlannedFrame> {
+        let DatasetPlan { count, time, .. } = *self;
+        (1..=i64::from(count)).map(move |frame| view_frame(frame, count, time))
     }
 
-    /// The file that says where a scene's pictures were taken from: it lies beside them.
-    pub fn file(&self, outputs: &Outputs, scene: &Path, index: usize) -> PathBuf {
-        match outputs.target(scene, index, &shot(1, self.count, self.time)) {
-            Target::File(picture) => picture.with_file_name(FILE),
-            Target::Stdout => FILE.into(),
+    /// The `transforms.json` beside the images of a scene.
+    pub fn transforms_file(&self, outputs: &Outputs, scene: &Path, index: usize) -> PathBuf {
+        match outputs.target(scene, index, &view_frame(1, self.count, self.time)) {
+            Target::File(image) => image.with_file_name(TRANSFORMS),
+            Target::Stdout => TRANSFORMS.into(),
         }
     }
 
-    /// Refuses pictures that do not lie together, and datasets that do.
-    pub fn check_names(&self, scenes: &[PathBuf], outputs: &Outputs) -> Result<(), Usage> {
-        let mut taken: HashMap<PathBuf, &PathBuf> = HashMap::new();
+    /// Checks that the images of each dataset are in one folder, that no two datasets share a folder, and that names
+    /// are UTF-8.
+    pub fn check_names(&self, scenes: &[PathBuf], outputs: &Outputs) -> Result<(), UsageError> {
+        let mut transforms_files: HashMap<PathBuf, &PathBuf> = HashMap::new();
         for (i, scene) in scenes.iter().enumerate() {
-            let file = self.file(outputs, scene, i + 1);
-            let last = outputs.target(scene, i + 1, &shot(i64::from(self.count), self.count, self.time));
-            if !matches!(&last, Target::File(last) if last.parent() == file.parent()) {
-                return Err(Usage(
-                    "--views: pictures of a dataset lie in one folder: number them by name".into(),
+            let transforms = self.transforms_file(outputs, scene, i + 1);
+            let last = view_frame(i64::from(self.count), self.count, self.time);
+            let last = outputs.target(scene, i + 1, &last);
+            if !matches!(&last, Target::File(last) if last.parent() == transforms.parent()) {
+                return Err(UsageError(
+                    "--views: the images of a dataset must be in one folder; use the frame number only in file names"
+                        .into(),
                 ));
             }
-            if let Target::File(picture) = &last
-                && picture.file_name().is_some_and(|name| name.to_str().is_none())
+            if let Target::File(image) = &last
+                && image.file_name().is_some_and(|name| name.to_str().is_none())
             {
-                return Err(Usage(format!(
-                    "--views: {FILE} names pictures in UTF-8 text, and {} is none: name them with -o",
-                    picture.display()
+                return Err(UsageError(format!(
+                    "--views: the name {} is not UTF-8, as {TRANSFORMS} requires; set another name with -o",
+                    image.display()
                 )));
             }
-            if let Some(other) = taken.insert(file.clone(), scene) {
-                return Err(Usage(format!(
-                    "{} and {} would both have their {}: use {{stem}}/ in -o",
+            if let Some(other) = transforms_files.insert(transforms.clone(), scene) {
+                return Err(UsageError(format!(
+                    "{} and {} would both write {}; use {{stem}}/ in -o",
                     other.display(),
                     scene.display(),
-                    file.display()
+                    transforms.display()
                 )));
             }
         }

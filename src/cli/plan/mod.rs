@@ -1,152 +1,157 @@
-//! From words to a plan: what is rendered, how, and where it goes. Whatever can be found wrong
-//! without reading a scene is found here.
+//! Resolves arguments into a plan: what is rendered, how, and where it is written. Finds every error that needs no
+//! scene to be read.
 
-mod animation;
-mod clips;
+mod animation_output;
+mod clip_conflicts;
 mod dataset;
-pub(crate) mod memory;
+mod frames;
+mod memory_limit;
 mod outputs;
 mod path_conflicts;
 mod render_options;
-mod scenes;
-mod shots;
+mod scene_list;
+mod sequence_info;
+mod simd_level;
 mod turntable;
 
 use std::path::{Path, PathBuf};
 
+use super::args::{ProcessArgs, RenderArgs, RenderOptionArgs, TurntableArgs};
+use super::console::is_stdout;
+use super::usage::UsageError;
 use crate::accel::BuildSettings;
 use crate::batch::SettingsHash;
-use crate::cli::Usage;
-use crate::cli::args::{LookArgs, ProcessArgs, RenderArgs, TurntableArgs};
-use crate::cli::console::is_stdout;
 
-pub use animation::Playing;
-pub use dataset::Views;
-pub use outputs::{Form, Outputs, Series, Target};
-pub use path_conflicts::{Claims, Writer};
-pub use render_options::{Look, load_options, natural_size, tier};
-pub use scenes::list as scene_list;
-pub use shots::{Shot, Shots};
-pub use turntable::Turning;
+pub use animation_output::AnimationOutput;
+pub use dataset::DatasetPlan;
+pub use frames::{FrameSet, PlannedFrame};
+pub use memory_limit::load_limits;
+pub use outputs::{OutputKind, Outputs, Target};
+pub use path_conflicts::{PathConflicts, Writer};
+pub use render_options::{RenderOptions, TurntableRotation, load_options, natural_size};
+pub use scene_list::scene_list;
+pub use simd_level::simd_level;
 
-/// Pictures of many scenes.
+use sequence_info::SequenceInfo;
+
+/// Images of one or more scenes.
 #[derive(Debug)]
-pub struct Job {
+pub struct RenderPlan {
     pub scenes: Vec<PathBuf>,
-    pub shots: Shots,
-    pub look: Look,
+    /// The frames of each scene.
+    pub frames: FrameSet,
+    pub options: RenderOptions,
     pub outputs: Outputs,
     pub build: BuildSettings,
-    /// Set for datasets.
-    pub views: Option<Views>,
+    /// Set for `turntable --views`.
+    pub dataset: Option<DatasetPlan>,
     pub strict: bool,
-    /// Bytes of memory that a scene and its pictures may take.
+    /// Memory limit in bytes for a scene and its images.
     pub max_memory: Option<u64>,
-    /// Whether files are only named.
+    /// True to print the names of output files only.
     pub dry_run: bool,
 }
 
-impl Job {
-    /// What `blinn render` was asked for.
-    pub fn render(args: &RenderArgs) -> Result<Job, Usage> {
-        let limits = memory::limits(args.process.max_memory);
-        let animation = args.moment.animation.as_deref();
-        let look = Look::new(&args.look, &args.scene, animation, &args.common, &limits)?;
-        let shots = Shots::of_clip(&args.time, &args.moment)?;
-        let share = args.time.chunk.map(|_| "--chunk");
-        let series = Series { many: shots.are_many(), fps: args.time.fps, share, clockwise: false };
-        Job {
-            scenes: scenes::list(&args.scene.scenes)?,
-            outputs: Outputs::new(&args.output, &series, &look)?,
-            shots,
-            look,
-            build: BuildSettings {
-                simd: render_options::tier(std::env::var_os("BLINN_SIMD"))?,
-                ..Default::default()
-            },
-            views: None,
-            strict: args.common.strict,
-            max_memory: args.process.max_memory,
-            dry_run: args.process.dry_run,
-        }
-        .checked(&args.look, &args.process)
-    }
-
-    /// What `blinn turntable` was asked for.
-    pub fn turntable(args: &TurntableArgs) -> Result<Job, Usage> {
-        let animation = args.moment.animation.as_deref();
-        let limits = memory::limits(args.process.max_memory);
-        let mut look = Look::new(&args.look, &args.scene, animation, &args.common, &limits)?;
-        let views = args.turn.views.map(|count| Views::new(count, args, &mut look)).transpose()?;
-        if views.is_none() {
-            look.turning = Some(turntable::turning(&args.turn));
-            turntable::place_camera(&args.turn, &mut look)?;
-        }
-        let shots = turntable::shots(&args.turn, args.moment.time.unwrap_or(0.0))?;
-        let outputs = Outputs::new(&args.output, &turntable::series(&args.turn), &look)?;
-        if args.turn.fps.is_some() && !matches!(outputs.form, Form::Moving(_)) {
-            return Err(Usage(
-                "--fps is of moving pictures, and -o names none: write .gif, .apng, .mp4 or .html".into(),
-            ));
-        }
-        Job {
-            scenes: scenes::list(&args.scene.scenes)?,
+impl RenderPlan {
+    /// The plan of `blinn render`.
+    pub fn for_render(args: &RenderArgs) -> Result<RenderPlan, UsageError> {
+        let limits = load_limits(args.process.max_memory);
+        let animation = args.time.animation.as_deref();
+        let options = RenderOptions::from_args(&args.options, &args.scene, animation, &args.common, &limits)?;
+        let frames = FrameSet::from_args(&args.frames, &args.time)?;
+        let sequence = SequenceInfo {
+            is_sequence: frames.is_sequence(),
+            fps: args.frames.fps,
+            subset_flag: args.frames.chunk.map(|_| "--chunk"),
+            clockwise: false,
+        };
+        let outputs = Outputs::new(&args.output, &sequence, &options)?;
+        RenderPlan {
+            scenes: scene_list(&args.scene.scenes)?,
+            frames,
+            options,
             outputs,
-            shots,
-            look,
-            build: BuildSettings {
-                simd: render_options::tier(std::env::var_os("BLINN_SIMD"))?,
-                ..Default::default()
-            },
-            views,
+            build: build_settings()?,
+            dataset: None,
             strict: args.common.strict,
             max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
         }
-        .checked(&args.look, &args.process)
+        .checked(&args.options, &args.process)
     }
 
-    /// What decides a picture beside the files that it is made from.
-    pub fn key(&self, shot: &Shot) -> SettingsHash {
-        SettingsHash::of(&(
-            &self.look,
-            self.outputs.form,
-            shot.time,
-            shot.angle,
-            shot.orbit,
-            self.views.map(|v| (v.count, v.up)),
-        ))
-        .strict(self.strict)
+    /// The plan of `blinn turntable`.
+    pub fn for_turntable(args: &TurntableArgs) -> Result<RenderPlan, UsageError> {
+        let limits = load_limits(args.process.max_memory);
+        let animation = args.time.animation.as_deref();
+        let mut options =
+            RenderOptions::from_args(&args.options, &args.scene, animation, &args.common, &limits)?;
+        let dataset = args.turn.views.map(|count| DatasetPlan::new(count, args, &mut options)).transpose()?;
+        if dataset.is_none() {
+            options.rotation = Some(turntable::rotation(&args.turn));
+            turntable::place_camera(&args.turn, &mut options)?;
+        }
+        let frames = turntable::frames(&args.turn, args.time.time.unwrap_or(0.0))?;
+        let outputs = Outputs::new(&args.output, &turntable::sequence_info(&args.turn), &options)?;
+        if args.turn.fps.is_some() && !matches!(outputs.kind, OutputKind::Animation(_)) {
+            return Err(outputs::animation_only("--fps"));
+        }
+        RenderPlan {
+            scenes: scene_list(&args.scene.scenes)?,
+            frames,
+            options,
+            outputs,
+            build: build_settings()?,
+            dataset,
+            strict: args.common.strict,
+            max_memory: args.process.max_memory,
+            dry_run: args.process.dry_run,
+        }
+        .checked(&args.options, &args.process)
     }
 
-    /// All files that the `index`-th scene's pictures become, and what lies beside them.
-    pub fn files(&self, scene: &Path, index: usize, shots: &[Shot]) -> Vec<PathBuf> {
-        let of = |shot| self.outputs.files(&self.outputs.target(scene, index, shot));
-        let mut files: Vec<PathBuf> = shots.iter().flat_map(of).collect();
-        // Frames of a moving picture share a file.
+    /// Hash of everything that decides an image except the input files.
+    pub fn settings_hash(&self, frame: &PlannedFrame) -> SettingsHash {
+        let dataset = self.dataset.map(|dataset| (dataset.count, dataset.up));
+        let frame = (frame.time, frame.angle, frame.orbit);
+        SettingsHash::of(&(&self.options, self.outputs.kind, frame, dataset)).strict(self.strict)
+    }
+
+    /// All files for frames of the `index`-th scene, counted from 1, with previews and `transforms.json`.
+    pub fn output_files(&self, scene: &Path, index: usize, frames: &[PlannedFrame]) -> Vec<PathBuf> {
+        let files_of = |frame| self.outputs.files(&self.outputs.target(scene, index, frame));
+        let mut files: Vec<PathBuf> = frames.iter().flat_map(files_of).collect();
+        // All frames of an animation have the same file.
         files.dedup();
-        files.extend(self.views.map(|views| views.file(&self.outputs, scene, index)));
+        files.extend(self.dataset.map(|dataset| dataset.transforms_file(&self.outputs, scene, index)));
         files
     }
 
-    /// Refuses names that collide, and those of files that are read. Where the frames are known only once
-    /// a scene is read, the first of each is looked at.
-    fn checked(self, look: &LookArgs, process: &ProcessArgs) -> Result<Job, Usage> {
-        let given = [&look.light.hdri, &look.camera.camera_xml, &process.config];
-        let mut claims = Claims::of_read(self.scenes.iter().chain(given.into_iter().flatten()));
+    /// Checks that no two outputs have the same name and that none is an input. If the number of frames is known only
+    /// after reading a scene, its first frame is checked.
+    fn checked(self, options: &RenderOptionArgs, process: &ProcessArgs) -> Result<RenderPlan, UsageError> {
+        let option_files = [&options.light.hdri, &options.camera.camera_xml, &process.config];
+        let mut paths =
+            PathConflicts::with_inputs(self.scenes.iter().chain(option_files.into_iter().flatten()));
         let report = process.report.as_deref();
         self.outputs.check_stdout(&self.scenes, report.is_some_and(is_stdout))?;
-        self.views.map_or(Ok(()), |views| views.check_names(&self.scenes, &self.outputs))?;
-        let shots = self.shots.known().filter(|shots| !shots.is_empty());
-        let shots = shots.unwrap_or_else(|| vec![Shot::at(1, 0.0)]);
+        if let Some(dataset) = &self.dataset {
+            dataset.check_names(&self.scenes, &self.outputs)?;
+        }
+        let frames = self.frames.known().filter(|frames| !frames.is_empty());
+        let frames = frames.unwrap_or_else(|| vec![PlannedFrame::at(1, 0.0)]);
         for (i, scene) in self.scenes.iter().enumerate() {
-            for file in self.files(scene, i + 1, &shots) {
-                claims.write(&file, Writer::Scene(scene)).map_err(Usage)?;
+            for file in self.output_files(scene, i + 1, &frames) {
+                paths.add_output(&file, Writer::Scene(scene)).map_err(UsageError)?;
             }
         }
         if let Some(report) = report.filter(|report| !is_stdout(report)) {
-            claims.write(report, Writer::Flag("--report")).map_err(Usage)?;
+            paths.add_output(report, Writer::Flag("--report")).map_err(UsageError)?;
         }
         Ok(self)
     }
+}
+
+fn build_settings() -> Result<BuildSettings, UsageError> {
+    Ok(BuildSettings { simd: simd_level(std::env::var_os("BLINN_SIMD"))?, ..Default::default() })
 }

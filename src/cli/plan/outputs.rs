@@ -1,159 +1,155 @@
-//! Where pictures go, in which format.
+//! Names and formats of output files.
 
 use std::path::{Path, PathBuf, is_separator};
 
+use super::animation_output::{AnimationOutput, animation_format};
+use super::frames::PlannedFrame;
+use super::render_options::RenderOptions;
+use super::sequence_info::SequenceInfo;
 use crate::batch::{FileDigests, PathTemplate, SettingsHash, TemplateFields};
-use crate::cli::Usage;
 use crate::cli::args::OutputArgs;
-use crate::cli::args::values::Layers;
-use crate::cli::plan::animation;
-use crate::cli::plan::animation::Playing;
-use crate::cli::plan::{Look, Shot};
+use crate::cli::console::is_stdout;
+use crate::cli::usage::UsageError;
 use crate::display::Background;
 use crate::output::{BitDepth, ImageFormat, Overwrite, read_fingerprint};
 
-/// Where one picture goes.
+/// Where one image is written.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Target {
-    /// To standard output, as PNG.
+    /// Standard output, as PNG.
     Stdout,
-    /// To a file.
     File(PathBuf),
 }
 
-/// What the pictures of a scene become.
+/// The kind of output files.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Form {
-    /// A file each.
-    Pictures(ImageFormat, BitDepth),
-    /// One file.
-    Moving(Playing),
+pub enum OutputKind {
+    /// One image per frame.
+    Images(ImageFormat, BitDepth),
+    /// One animation per scene.
+    Animation(AnimationOutput),
 }
 
-/// The pictures of each scene, as far as their files depend on them.
-#[derive(Clone, Copy, Debug)]
-pub struct Series {
-    /// Whether they are numbered.
-    pub many: bool,
-    /// Frames a second, where they are played; `None` where that was not said.
-    pub fps: Option<f64>,
-    /// The flag by which they are a share of a whole.
-    pub share: Option<&'static str>,
-    /// Whether what turns is seen to do so clockwise from above.
-    pub clockwise: bool,
-}
-
-/// Where all pictures go.
+/// All output files.
 #[derive(Clone, Debug)]
 pub struct Outputs {
-    /// Names of files; `None` for standard output.
+    /// Pattern of file names; `None` for standard output.
     template: Option<PathTemplate>,
-    pub form: Form,
+    pub kind: OutputKind,
     pub replace: Overwrite,
-    /// Whether finished pictures are kept.
+    /// True to keep images that are up to date.
     pub resume: bool,
-    /// Names of pictures beside each, of its layers.
-    beside: Vec<String>,
+    /// Names of AOV previews beside each image.
+    previews: Vec<String>,
+}
+
+/// The error for a flag that applies only to animations.
+pub fn animation_only(flag: &str) -> UsageError {
+    UsageError(format!("{flag} applies only to animations; set -o to .gif, .apng, .mp4 or .html"))
 }
 
 impl Outputs {
-    pub fn new(args: &OutputArgs, series: &Series, look: &Look) -> Result<Outputs, Usage> {
+    pub fn new(
+        args: &OutputArgs,
+        sequence: &SequenceInfo,
+        options: &RenderOptions,
+    ) -> Result<Outputs, UsageError> {
         let output = args.output.as_deref();
-        let text = pattern(output)?;
-        let (folder, name) = apart(&text);
+        let pattern = name_pattern(output)?;
+        let (folder, name) = split_existing_folder(&pattern);
         if let Some(word) = PathTemplate::unknown_placeholder(name) {
-            return Err(Usage(format!(
-                "-o {text}: {word} stands for nothing: there are {{stem}}, {{model}}, {{parent}}, {{index}}, {{frame}} \
-                 and {{frame:04}}"
+            return Err(UsageError(format!(
+                "-o {pattern}: unknown placeholder {word}: expected {{stem}}, {{model}}, {{parent}}, {{index}}, \
+                 {{frame}} or {{frame:04}}"
             )));
         }
         let template = PathTemplate::in_folder(folder, name);
-        let mut outputs = Outputs {
-            form: match animation::format(Path::new(&text)) {
-                Some(format) => Form::Moving(Playing::new(format, &template, args, series, look)?),
-                None => pictures(&text, args, look)?,
-            },
-            replace: if args.no_overwrite { Overwrite::No } else { Overwrite::Yes },
-            resume: args.resume,
-            beside: Vec::new(),
-            template: Some(template),
+        let kind = match animation_format(Path::new(&pattern)) {
+            Some(format) => {
+                OutputKind::Animation(AnimationOutput::new(format, &template, args, sequence, options)?)
+            }
+            None => image_kind(&pattern, args, options)?,
         };
-        let Form::Pictures(format, _) = outputs.form else { return Ok(outputs) };
+        let replace = if args.no_overwrite { Overwrite::No } else { Overwrite::Yes };
+        let mut outputs =
+            Outputs { template: Some(template), kind, replace, resume: args.resume, previews: Vec::new() };
+        let OutputKind::Images(format, _) = outputs.kind else { return Ok(outputs) };
         if args.r#loop.is_some() {
-            return Err(Usage(
-                "--loop is of moving pictures, and -o names none: write .gif, .apng, .mp4 or .html".into(),
-            ));
+            return Err(animation_only("--loop"));
         }
         if !format.supports_layers() {
-            outputs.beside = look.layers.names();
+            outputs.previews = options.aovs.preview_names();
         }
-        if output != Some(Path::new("-")) {
-            outputs.template = outputs.template.map(|t| if series.many { t.with_frame_number() } else { t });
+        if !output.is_some_and(is_stdout) {
+            outputs.template =
+                outputs.template.map(|t| if sequence.is_sequence { t.with_frame_number() } else { t });
             return Ok(outputs);
         }
         outputs.template = None;
-        if series.many {
-            return Err(Usage(
-                "-o -: standard output takes one picture, and several frames are asked for".into(),
-            ));
+        if sequence.is_sequence {
+            return Err(UsageError("-o -: standard output takes one image, not several frames".into()));
         }
-        if look.layers != Layers::default() {
-            return Err(Usage("--aov: standard output takes one picture; give -o a file's name".into()));
+        if !options.aovs.is_empty() {
+            return Err(UsageError("--aov: standard output takes one image; set -o to a file name".into()));
         }
         Ok(outputs)
     }
 
-    /// Where a picture of the `index`-th scene, from 1, goes.
-    pub fn target(&self, scene: &Path, index: usize, shot: &Shot) -> Target {
+    /// Where a frame of the `index`-th scene, counted from 1, is written.
+    pub fn target(&self, scene: &Path, index: usize, frame: &PlannedFrame) -> Target {
         match &self.template {
             Some(template) => {
-                Target::File(template.expand(&TemplateFields { scene, index, frame: shot.frame }))
+                Target::File(template.expand(&TemplateFields { scene, index, frame: frame.number }))
             }
             None => Target::Stdout,
         }
     }
 
-    /// All files that a picture becomes, with those of its layers.
+    /// The files of an image: itself and its previews.
     pub fn files(&self, target: &Target) -> Vec<PathBuf> {
         let Target::File(path) = target else { return Vec::new() };
-        let beside = self.beside.iter().map(|layer| path.with_extension(format!("{layer}.png")));
-        std::iter::once(path.clone()).chain(beside).collect()
+        let previews = self.previews.iter().map(|aov| path.with_extension(format!("{aov}.png")));
+        std::iter::once(path.clone()).chain(previews).collect()
     }
 
-    /// Whether layers are inside the pictures.
-    pub fn holds_layers(&self) -> bool {
-        matches!(self.form, Form::Pictures(format, _) if format.supports_layers())
+    /// True if AOVs are stored in the images themselves.
+    pub fn holds_aovs(&self) -> bool {
+        matches!(self.kind, OutputKind::Images(format, _) if format.supports_layers())
     }
 
-    /// Whether a picture is there already, as it would be made now.
-    pub fn has(&self, target: &Target, key: SettingsHash, scene: &Path, contents: &mut FileDigests) -> bool {
+    /// True if the files of an image exist and their fingerprints match the settings and the current input files.
+    pub fn is_up_to_date(
+        &self,
+        target: &Target,
+        hash: SettingsHash,
+        scene: &Path,
+        digests: &mut FileDigests,
+    ) -> bool {
         let files = self.files(target);
-        let is_it = |file: &PathBuf| {
-            read_fingerprint(file).is_some_and(|stamp| contents.is_current(&stamp, key, scene))
+        let matches = |file: &PathBuf| {
+            read_fingerprint(file).is_some_and(|fingerprint| digests.is_current(&fingerprint, hash, scene))
         };
-        !files.is_empty() && files.iter().all(is_it)
+        !files.is_empty() && files.iter().all(matches)
     }
 
-    /// Refuses to write more than one picture to standard output, or another thing beside it.
-    pub fn check_stdout(&self, scenes: &[PathBuf], report: bool) -> Result<(), Usage> {
-        match (&self.template, scenes) {
+    /// Checks that at most one thing is written to standard output.
+    pub fn check_stdout(&self, scenes: &[PathBuf], report: bool) -> Result<(), UsageError> {
+        let text = match (&self.template, scenes) {
             (None, _) if report => {
-                Err(Usage("-o - and --report - would both be written to standard output: name a file".into()))
+                "-o - and --report - would both be written to standard output; name a file"
             }
-            (None, [_, _, ..]) => {
-                Err(Usage("-o -: standard output takes one picture, and several scenes were given".into()))
-            }
-            _ => Ok(()),
-        }
+            (None, [_, _, ..]) => "-o -: standard output takes one image, not several scenes",
+            _ => return Ok(()),
+        };
+        Err(UsageError(text.into()))
     }
 }
 
-/// The pattern that names files.
-fn pattern(output: Option<&Path>) -> Result<String, Usage> {
+/// The pattern of file names. A folder gets the default name.
+fn name_pattern(output: Option<&Path>) -> Result<String, UsageError> {
     let Some(output) = output else { return Ok("{stem}.png".into()) };
     let Some(text) = output.to_str() else {
-        let name = output.display();
-        return Err(Usage(format!("-o {name}: patterns are UTF-8 text, and this name is not: take another")));
+        return Err(UsageError(format!("-o {}: the name must be UTF-8", output.display())));
     };
     Ok(if text.ends_with(is_separator) || output.is_dir() {
         format!("{}/{{stem}}.png", text.trim_end_matches(is_separator))
@@ -162,46 +158,45 @@ fn pattern(output: Option<&Path>) -> Result<String, Usage> {
     })
 }
 
-/// A pattern's folder, and what follows it, which is filled in. A folder that is there is meant as it is called.
-fn apart(pattern: &str) -> (&str, &str) {
-    let mut folders = pattern.rmatch_indices(is_separator).map(|(i, _)| pattern.split_at(i + 1));
-    folders.find(|(folder, _)| Path::new(folder).is_dir()).unwrap_or(("", pattern))
+/// Splits off the longest prefix that is an existing folder. Placeholders in it are not replaced.
+fn split_existing_folder(pattern: &str) -> (&str, &str) {
+    let mut splits = pattern.rmatch_indices(is_separator).map(|(i, _)| pattern.split_at(i + 1));
+    splits.find(|(folder, _)| Path::new(folder).is_dir()).unwrap_or(("", pattern))
 }
 
-/// The format of single pictures that are called so.
-fn pictures(name: &str, args: &OutputArgs, look: &Look) -> Result<Form, Usage> {
+/// ImageFormat and bit depth of images with this name.
+fn image_kind(name: &str, args: &OutputArgs, options: &RenderOptions) -> Result<OutputKind, UsageError> {
     let mut format = match ImageFormat::from_path(Path::new(name)) {
         _ if name == "-" => ImageFormat::Png,
         Some(format) => format,
         None => {
-            return Err(Usage(format!(
-                "-o {name}: the name must end in {}, .gif, .apng, .mp4 or .html, or in / for a folder",
+            return Err(UsageError(format!(
+                "-o {name}: unknown format; the name must end in {}, .gif, .apng, .mp4 or .html, or in / for a folder",
                 ImageFormat::EXTENSIONS
             )));
         }
     };
-    if let Some(asked) = args.quality {
+    if let Some(value) = args.quality {
         match &mut format {
-            ImageFormat::Jpeg(quality) => *quality = asked,
-            _ => return Err(Usage("--quality is of .jpg, .mp4 and .html alone, and -o names none".into())),
+            ImageFormat::Jpeg(quality) => *quality = value,
+            _ => return Err(UsageError("--quality applies only to .jpg, .mp4 and .html; remove it".into())),
         }
     }
-    if look.background == Background::Transparent && matches!(format, ImageFormat::Jpeg(_)) {
-        return Err(Usage(
-            "a JPEG has no transparency: give a --background COLOR, or write .png, .webp or .exr".into(),
+    if options.background == Background::Transparent && matches!(format, ImageFormat::Jpeg(_)) {
+        return Err(UsageError(
+            "JPEG has no transparency; set --background COLOR, or write .png, .webp or .exr".into(),
         ));
     }
-    if let Some(size) = look.known_size() {
-        format.check_size(size).map_err(|e| Usage(format!("-o {name}: {e}")))?;
+    if let Some(size) = options.known_size() {
+        format.check_size(size).map_err(|e| UsageError(format!("-o {name}: {e}")))?;
     }
-    Ok(Form::Pictures(format, depth(args.depth.as_deref(), format)?))
+    Ok(OutputKind::Images(format, bit_depth(args.depth.as_deref(), format)?))
 }
 
-fn depth(asked: Option<&str>, format: ImageFormat) -> Result<BitDepth, Usage> {
-    let Some(asked) = asked else { return Ok(BitDepth::Default) };
+fn bit_depth(bits: Option<&str>, format: ImageFormat) -> Result<BitDepth, UsageError> {
+    let Some(bits) = bits else { return Ok(BitDepth::Default) };
     let (name, depths) = format.bit_depths();
-    let bits: Vec<String> = depths.iter().map(|(bits, _)| bits.to_string()).collect();
-    let found = bits.iter().position(|bits| bits == asked);
-    let wrong = || Usage(format!("--depth {asked}: {name} has {} bits a channel", bits.join(" or ")));
-    found.map(|i| depths[i].1).ok_or_else(wrong)
+    let known: Vec<String> = depths.iter().map(|(bits, _)| bits.to_string()).collect();
+    let error = || UsageError(format!("--depth {bits}: {name} has {} bits per channel", known.join(" or ")));
+    known.iter().position(|known| known == bits).map(|i| depths[i].1).ok_or_else(error)
 }

@@ -1,4 +1,4 @@
-//! Which file is whose: nothing is written over what is read, nor twice.
+//! Detects outputs that would overwrite inputs or each other.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -6,22 +6,22 @@ use std::path::{Path, PathBuf};
 
 use crate::output::canonical_path;
 
-/// Files, by what they are and not by how they are spelled.
+/// Inputs and outputs by the identity of their files, however their paths are written.
 #[derive(Debug, Default)]
-pub struct Claims<'a>(HashMap<PathBuf, Claim<'a>>);
+pub struct PathConflicts<'a>(HashMap<PathBuf, PathUse<'a>>);
 
 #[derive(Debug)]
-enum Claim<'a> {
-    Read,
-    Written(Writer<'a>),
+enum PathUse<'a> {
+    Input,
+    Output(Writer<'a>),
 }
 
-/// What a file is written for.
+/// What writes an output.
 #[derive(Clone, Copy, Debug)]
 pub enum Writer<'a> {
-    /// Pictures of a scene.
+    /// The images of a scene.
     Scene(&'a Path),
-    /// What a flag asks for.
+    /// A flag such as `--report`.
     Flag(&'static str),
 }
 
@@ -34,58 +34,55 @@ impl fmt::Display for Writer<'_> {
     }
 }
 
-impl<'a> Claims<'a> {
-    /// Of files that are read.
-    pub fn of_read<P: AsRef<Path>>(files: impl IntoIterator<Item = P>) -> Self {
-        // Nothing is lost of a device, nor of what is missing.
+impl<'a> PathConflicts<'a> {
+    /// Starts with input files.
+    pub fn with_inputs<P: AsRef<Path>>(files: impl IntoIterator<Item = P>) -> Self {
+        // Devices and missing files lose nothing when they are written to.
         let files = files.into_iter().filter(|file| file.as_ref().is_file());
-        Claims(files.map(|file| (canonical_path(file.as_ref()), Claim::Read)).collect())
+        PathConflicts(files.map(|file| (canonical_path(file.as_ref()), PathUse::Input)).collect())
     }
 
-    /// Of a scene and the files that it refers to by these names.
-    pub fn of_scene<'n>(scene: &Path, referred: impl IntoIterator<Item = &'n str>) -> Self {
-        let beside = referred.into_iter().map(|name| scene.with_file_name("").join(name));
-        Self::of_read(beside.chain([scene.to_path_buf()]))
+    /// Starts with a scene and the files that it refers to, named relative to its folder.
+    pub fn with_scene<'n>(scene: &Path, referenced: impl IntoIterator<Item = &'n str>) -> Self {
+        let files = referenced.into_iter().map(|name| scene.with_file_name("").join(name));
+        Self::with_inputs(files.chain([scene.to_path_buf()]))
     }
 
-    /// Refuses to write over a file that is read.
-    pub fn spare(&self, file: &Path, writer: Writer) -> Result<(), String> {
-        self.check(&canonical_path(file), file, writer, |claim| matches!(claim, Claim::Read))
+    /// Returns an error if `file` is an input.
+    pub fn check_not_input(&self, file: &Path, writer: Writer) -> Result<(), String> {
+        match self.0.get(&canonical_path(file)) {
+            Some(PathUse::Input) => Err(overwritten_input(file, writer)),
+            _ => Ok(()),
+        }
     }
 
-    /// Claims a file that is to be written. Refuses what is read, and what is claimed.
-    pub fn write(&mut self, file: &Path, writer: Writer<'a>) -> Result<(), String> {
-        let own = canonical_path(file);
-        self.check(&own, file, writer, |_| true)?;
-        self.0.insert(own, Claim::Written(writer));
+    /// Adds an output. Returns an error if it is an input or was added before.
+    pub fn add_output(&mut self, file: &Path, writer: Writer<'a>) -> Result<(), String> {
+        let canonical = canonical_path(file);
+        match self.0.get(&canonical) {
+            None => {}
+            Some(PathUse::Input) => return Err(overwritten_input(file, writer)),
+            Some(PathUse::Output(other)) => {
+                let what_to_do = match (other, writer) {
+                    (Writer::Scene(_), Writer::Scene(_)) => "use {stem}, {parent} or {index} in -o",
+                    _ => "name another file",
+                };
+                let file = file.display();
+                return Err(format!("{other} and {writer} would both be written to {file}; {what_to_do}"));
+            }
+        }
+        self.0.insert(canonical, PathUse::Output(writer));
         Ok(())
     }
+}
 
-    fn check(
-        &self,
-        own: &Path,
-        file: &Path,
-        writer: Writer,
-        counts: impl Fn(&Claim) -> bool,
-    ) -> Result<(), String> {
-        let file = file.display();
-        match (self.0.get(own).filter(|claim| counts(claim)), writer) {
-            (None, _) => Ok(()),
-            (Some(Claim::Read), Writer::Flag(flag)) => {
-                Err(format!("{flag} {file}: that file is read, and would be written over: name another"))
-            }
-            (Some(Claim::Read), Writer::Scene(scene)) => Err(format!(
-                "{file} is read for {}, and would be written over: name another file with -o",
-                scene.display()
-            )),
-            (Some(Claim::Written(Writer::Scene(other))), Writer::Scene(scene)) => Err(format!(
-                "{} and {} would both be written to {file}: use {{stem}}, {{parent}} or {{index}} in -o",
-                other.display(),
-                scene.display()
-            )),
-            (Some(Claim::Written(other)), _) => {
-                Err(format!("{other} and {writer} would both be written to {file}: name another file"))
-            }
+fn overwritten_input(file: &Path, writer: Writer) -> String {
+    let file = file.display();
+    match writer {
+        Writer::Flag(flag) => format!("{flag} {file} would overwrite an input file; name another file"),
+        Writer::Scene(scene) => {
+            let scene = scene.display();
+            format!("{file} would overwrite an input file of {scene}; name another file with -o")
         }
     }
 }
@@ -95,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_what_it_is_however_it_is_spelled() {
+    fn files_are_recognized_however_their_paths_are_written() {
         let dir = tempfile::tempdir().unwrap();
         let at = |name: &str| dir.path().join(name);
         std::fs::create_dir(at("sub")).unwrap();
@@ -103,16 +100,17 @@ mod tests {
             std::fs::write(at(name), "").unwrap();
         }
         let (scene, other) = (at("a.glb"), at("b.glb"));
-        let mut claims = Claims::of_scene(&scene, ["sub/a.png", "missing.png"]);
-        let mine = Writer::Scene(&scene);
+        let mut paths = PathConflicts::with_scene(&scene, ["sub/a.png", "missing.png"]);
+        let writer = Writer::Scene(&scene);
         for name in ["a.glb", "sub/../a.glb", "sub/a.png"] {
-            let said = claims.spare(&at(name), mine).unwrap_err();
-            assert!(said.contains("would be written over") && said.contains("-o"), "{said}");
-            assert!(claims.write(&at(name), Writer::Flag("--report")).unwrap_err().starts_with("--report "));
+            let error = paths.check_not_input(&at(name), writer).unwrap_err();
+            assert!(error.contains("would overwrite an input file") && error.contains("-o"), "{error}");
+            let error = paths.add_output(&at(name), Writer::Flag("--report")).unwrap_err();
+            assert!(error.starts_with("--report "), "{error}");
         }
-        claims.write(&at("missing.png"), mine).unwrap();
-        claims.spare(&at("missing.png"), mine).unwrap();
-        let said = claims.write(&at("./missing.png"), Writer::Scene(&other)).unwrap_err();
-        assert!(said.contains("b.glb would both be written to") && said.contains("{stem}"), "{said}");
+        paths.add_output(&at("missing.png"), writer).unwrap();
+        paths.check_not_input(&at("missing.png"), writer).unwrap();
+        let error = paths.add_output(&at("./missing.png"), Writer::Scene(&other)).unwrap_err();
+        assert!(error.contains("b.glb would both be written to") && error.contains("{stem}"), "{error}");
     }
 }

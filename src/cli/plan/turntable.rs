@@ -1,81 +1,76 @@
-//! Turntables: which frames there are, and how far round each is.
+//! The frames and the rotation of a turntable.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use super::dataset::view_frame;
+use super::frames::{FrameSet, PlannedFrame};
+use super::render_options::{RenderOptions, TurntableRotation};
+use super::sequence_info::SequenceInfo;
 use crate::batch::FrameList;
-use crate::cli::Usage;
 use crate::cli::args::{DirectionArg, EaseArg, TurnArg, TurnArgs};
-use crate::cli::plan::{Look, Series, Shot, Shots, dataset};
+use crate::cli::usage::UsageError;
 use crate::scene::{DEFAULT_VIEW_DIR, Orbit};
 
-/// What a turntable turns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turning {
-    /// The axis, of unit length.
-    pub axis: DVec3,
-    /// True: the camera goes around the scene. False: the scene turns in front of camera and lights.
-    pub camera: bool,
+pub fn rotation(args: &TurnArgs) -> TurntableRotation {
+    TurntableRotation { axis: args.axis.unwrap_or(DVec3::Y), rotates_camera: args.turn == TurnArg::Camera }
 }
 
-pub fn turning(args: &TurnArgs) -> Turning {
-    Turning { axis: args.axis.unwrap_or(DVec3::Y), camera: args.turn == TurnArg::Camera }
-}
-
-/// Places the camera at its elevation, on the side that framed views look from.
-pub fn place_camera(args: &TurnArgs, look: &mut Look) -> Result<(), Usage> {
-    let upright = args.axis.unwrap_or(DVec3::Y).abs() == DVec3::Y;
-    if look.ground.is_some() && !upright && args.turn == TurnArg::Model {
-        return Err(Usage(
-            "--ground: a model that turns about this --axis would go through it: take --turn camera".into(),
+/// Places the camera at --elevation, with the azimuth of framed views.
+pub fn place_camera(args: &TurnArgs, options: &mut RenderOptions) -> Result<(), UsageError> {
+    let is_upright = args.axis.unwrap_or(DVec3::Y).abs() == DVec3::Y;
+    if options.ground.is_some() && !is_upright && args.turn == TurnArg::Model {
+        return Err(UsageError(
+            "--ground: a model that rotates about this --axis would go through the ground; use --turn camera"
+                .into(),
         ));
     }
     if let Some(elevation) = args.elevation {
         let azimuth = libm::atan2(-DEFAULT_VIEW_DIR.x, -DEFAULT_VIEW_DIR.z);
-        look.view.orbit = Some(Orbit { azimuth, elevation, distance: None });
+        options.view.orbit = Some(Orbit { azimuth, elevation, distance: None });
     }
     Ok(())
 }
 
-/// The frames of a turn, at one moment of the scene.
-pub fn shots(args: &TurnArgs, time: f64) -> Result<Shots, Usage> {
+/// The frames of a turn, all at the same time of the animation.
+pub fn frames(args: &TurnArgs, time: f64) -> Result<FrameSet, UsageError> {
     let count = args.views.unwrap_or(args.count);
-    let frames = args.only.clone().unwrap_or_else(|| FrameList::up_to(count));
-    let frames = frames.frames();
-    if let Some(beyond) = frames.iter().find(|f| !(1..=i64::from(count)).contains(f)) {
-        return Err(Usage(format!("--only {beyond}: the frames are 1 to {count}")));
+    let list = args.only.clone().unwrap_or_else(|| FrameList::up_to(count));
+    let numbers = list.frames();
+    if let Some(outside) = numbers.iter().find(|n| !(1..=i64::from(count)).contains(n)) {
+        return Err(UsageError(format!("--only {outside}: the frames are 1 to {count}")));
     }
-    let share = args.chunk.map_or(0..frames.len(), |chunk| chunk.range(frames.len()));
-    let shot = |&frame: &i64| match args.views {
-        Some(count) => dataset::shot(frame, count, time),
-        None => Shot { angle: angle(args, frame), ..Shot::at(frame, time) },
+    let part = args.chunk.map_or(0..numbers.len(), |chunk| chunk.range(numbers.len()));
+    let frame = |&number: &i64| match args.views {
+        Some(count) => view_frame(number, count, time),
+        None => PlannedFrame { angle: angle(args, number), ..PlannedFrame::at(number, time) },
     };
-    Ok(Shots::These(frames[share].iter().map(shot).collect()))
+    Ok(FrameSet::List(numbers[part].iter().map(frame).collect()))
 }
 
-/// What its files depend on.
-pub fn series(args: &TurnArgs) -> Series {
-    let share = args.only.as_ref().map(|_| "--only").or(args.chunk.map(|_| "--chunk"));
-    // A camera that goes one way sees the scene go the other.
-    let turns = [
+pub fn sequence_info(args: &TurnArgs) -> SequenceInfo {
+    let subset_flag = args.only.as_ref().map(|_| "--only").or(args.chunk.map(|_| "--chunk"));
+    // A camera that rotates one way sees the scene rotate the other way.
+    let reversals = [
         args.turn == TurnArg::Camera,
         args.direction == DirectionArg::Cw,
         args.axis.is_some_and(|axis| axis.y < 0.0),
     ];
-    let clockwise = turns.into_iter().fold(false, |clockwise, other| clockwise != other);
-    Series { many: true, fps: args.fps, share, clockwise }
+    let clockwise = reversals.into_iter().fold(false, |clockwise, reversed| clockwise != reversed);
+    SequenceInfo { is_sequence: true, fps: args.fps, subset_flag, clockwise }
 }
 
-fn angle(args: &TurnArgs, frame: i64) -> f64 {
-    let s = (frame - 1) as f64 / f64::from(args.count);
+/// Rotation of a frame in radians.
+fn angle(args: &TurnArgs, number: i64) -> f64 {
+    let s = (number - 1) as f64 / f64::from(args.count);
     let s = match args.ease {
         EaseArg::None => s,
         EaseArg::InOut => s * s * (3.0 - 2.0 * s),
     };
-    let turned = match args.direction {
+    let rotation = match args.direction {
         DirectionArg::Ccw => TAU * s,
         DirectionArg::Cw => -TAU * s,
     };
-    args.start + turned
+    args.start + rotation
 }

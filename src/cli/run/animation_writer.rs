@@ -1,51 +1,56 @@
-//! A moving picture that takes a scene's frames as they are finished.
+//! Writes the frames of a scene into one animation file.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Result;
 
-use crate::cli::plan::Playing;
-use crate::cli::run::report::Report;
+use super::report::THUMBNAIL_SIDE;
+use crate::cli::plan::AnimationOutput;
 use crate::output::{AnimationFile, AnimationSettings, Overwrite, Picture, encode_thumbnail};
 
-/// All frames of a scene on their way into one file, which is there once they all are.
-pub(crate) struct Reel {
-    moving: AnimationFile,
-    done: Done,
+/// An animation that takes frames as they are finished. The file appears when all frames are in it.
+pub struct AnimationWriter {
+    animation: AnimationFile,
+    written: WrittenAnimation,
 }
 
-/// A finished moving picture.
-pub(crate) struct Done {
+/// A finished animation.
+pub struct WrittenAnimation {
     pub file: PathBuf,
-    /// Its first frame as a small JPEG.
-    pub small: Vec<u8>,
-    /// The time that its frames took.
-    pub took: Duration,
+    /// The first frame as a small JPEG.
+    pub thumbnail: Vec<u8>,
+    /// Render time of all frames.
+    pub render_time: Duration,
 }
 
-impl Reel {
-    pub fn new(file: &Path, playing: &Playing, size: (u32, u32), replace: Overwrite) -> Result<Reel> {
-        let Playing { format, fps, repeat, quality, clockwise } = *playing;
+impl AnimationWriter {
+    pub fn new(
+        file: &Path,
+        output: &AnimationOutput,
+        size: (u32, u32),
+        overwrite: Overwrite,
+    ) -> Result<AnimationWriter> {
+        let AnimationOutput { format, fps, loops, quality, clockwise } = *output;
         let (width, height) = size;
-        let settings =
-            AnimationSettings { width, height, fps, repeat, quality, overwrite: replace, clockwise };
-        let done = Done { file: file.to_path_buf(), small: Vec::new(), took: Duration::ZERO };
-        Ok(Reel { moving: AnimationFile::create(file, format, &settings)?, done })
+        let settings = AnimationSettings { width, height, fps, repeat: loops, quality, overwrite, clockwise };
+        let written =
+            WrittenAnimation { file: file.to_path_buf(), thumbnail: Vec::new(), render_time: Duration::ZERO };
+        Ok(AnimationWriter { animation: AnimationFile::create(file, format, &settings)?, written })
     }
 
-    /// Adds the next frame.
-    pub fn add(&mut self, picture: &Picture, took: Duration) -> Result<()> {
-        if self.done.small.is_empty() {
-            self.done.small = encode_thumbnail(picture, Report::SIDE)?;
+    /// Appends a frame.
+    pub fn add(&mut self, picture: &Picture, render_time: Duration) -> Result<()> {
+        if self.written.thumbnail.is_empty() {
+            self.written.thumbnail = encode_thumbnail(picture, THUMBNAIL_SIDE)?;
         }
-        self.done.took += took;
-        Ok(self.moving.push(&picture.display.to_rgba8(&picture.pixels))?)
+        self.written.render_time += render_time;
+        Ok(self.animation.push(&picture.display.to_rgba8(&picture.pixels))?)
     }
 
-    /// Writes the file.
-    pub fn finish(self) -> Result<Done> {
-        self.moving.finish()?;
-        Ok(self.done)
+    /// Completes the file.
+    pub fn finish(self) -> Result<WrittenAnimation> {
+        self.animation.finish()?;
+        Ok(self.written)
     }
 }

@@ -1,115 +1,127 @@
-//! Where the pictures of a dataset were taken from, in a file beside them.
+//! Writes `transforms.json`: the cameras of a dataset's images.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
 use crate::batch::{Dataset, DatasetView};
-use crate::cli::plan::{Job, Target, Views};
+use crate::cli::plan::{DatasetPlan, RenderPlan, Target};
 use crate::integrator::Aov;
 use crate::output::{Overwrite, SaveError, check_overwrite, write_atomically};
 use crate::render::RenderSettings;
 use crate::scene::pose;
 use crate::scene::{ClipBoundsCache, PoseSettings, PosedScene, Scene, clip_duration};
 
-/// The keys by which tools look for a layer.
-const KEYS: [(Aov, &[&str]); 3] = [
+/// Keys under which NeRF tools look for an AOV.
+const AOV_KEYS: [(Aov, &[&str]); 3] = [
     (Aov::Depth, &["depth_path", "depth_file_path"]),
     (Aov::Normal, &["normal_file_path"]),
     (Aov::Mask, &["mask_path"]),
 ];
 
-/// That file, of one scene: read from `path`, the `index`-th of the job.
-pub(crate) struct DatasetFile<'a> {
-    pub job: &'a Job,
-    pub views: &'a Views,
+/// The `transforms.json` of one scene.
+pub struct TransformsFile<'a> {
+    pub plan: &'a RenderPlan,
+    pub dataset: &'a DatasetPlan,
     pub scene: &'a Scene,
+    /// The scene's file.
     pub path: &'a Path,
+    /// The scene's number, from 1.
     pub index: usize,
 }
 
-impl DatasetFile<'_> {
-    /// Writes it, and returns where unless it is there already and stays. It is of all views, whichever
-    /// were rendered: those of a farm's shares are the same. `clip_bounds_cache` is what the pictures' moments shared.
-    pub fn write(&self, clip_bounds_cache: &ClipBoundsCache) -> Result<Option<PathBuf>> {
-        let (file, replace) = (self.file(), self.job.outputs.replace);
-        let text = self.text(clip_bounds_cache)?;
+impl TransformsFile<'_> {
+    /// Writes the file and returns its path, or `None` if it exists already and --no-overwrite keeps it.
+    ///
+    /// It describes all views, also those that --only or --chunk leave out: all tasks of a farm write the same file.
+    /// `clip_bounds` holds the clip bounds that the images used.
+    pub fn write(&self, clip_bounds: &ClipBoundsCache) -> Result<Option<PathBuf>> {
+        let file = self.file();
+        let replace = self.plan.outputs.replace;
+        let text = self.text(clip_bounds)?;
         match write_atomically(&file, text.as_bytes(), replace) {
             Ok(()) => Ok(Some(file)),
-            // Another share's is this one's.
-            Err(_) if replace == Overwrite::No && holds(&file, &text) => Ok(None),
+            // Another task wrote the same file.
+            Err(_) if replace == Overwrite::No && has_content(&file, &text) => Ok(None),
             Err(cause) => Err(SaveError { path: file, cause }.into()),
         }
     }
 
-    /// Refuses a file that is there and must stay, unless it is what would be written.
+    /// Returns an error if --no-overwrite keeps a file with other content.
     pub fn check(&self) -> Result<()> {
         let file = self.file();
-        let Err(error) = check_overwrite(&file, self.job.outputs.replace) else { return Ok(()) };
-        if file.is_file() && holds(&file, &self.text(&ClipBoundsCache::default())?) {
+        let Err(error) = check_overwrite(&file, self.plan.outputs.replace) else { return Ok(()) };
+        if file.is_file() && has_content(&file, &self.text(&ClipBoundsCache::default())?) {
             return Ok(());
         }
         Err(error.into())
     }
 
     fn file(&self) -> PathBuf {
-        self.views.file(&self.job.outputs, self.path, self.index)
+        self.dataset.transforms_file(&self.plan.outputs, self.path, self.index)
     }
 
-    fn text(&self, clip_bounds_cache: &ClipBoundsCache) -> Result<String> {
-        let DatasetFile { job, views, scene, path, index } = *self;
-        let Job { look, outputs, .. } = job;
-        let animation = look.animation(scene)?;
-        let time = views.time.min(clip_duration(scene, &animation)?);
+    fn text(&self, clip_bounds: &ClipBoundsCache) -> Result<String> {
+        let TransformsFile { plan, dataset, scene, .. } = *self;
+        let options = &plan.options;
+        let animation = options.animation(scene)?;
+        let time = dataset.time.min(clip_duration(scene, &animation)?);
         let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
-            .with_clip_bounds_cache(clip_bounds_cache);
+            .with_clip_bounds_cache(clip_bounds);
         let posed = start.at_time(time);
-        let size @ (width, height) = look.size_for(scene);
-        let mut all = Vec::new();
-        for shot in views.shots() {
-            let target = outputs.target(path, index, &shot);
-            let Target::File(picture) = &target else { continue };
-            let name = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let files = outputs.files(&target);
-            let beside = |aov: Aov| {
-                let expected = picture.with_extension(format!("{}.png", aov.name()));
-                files.iter().find(|file| **file == expected).map(|file| name(file))
-            };
-            let layers = KEYS.iter().filter_map(|&(aov, keys)| Some((keys, beside(aov)?)));
-            let layers = layers.flat_map(|(keys, file)| keys.iter().map(move |&key| (key, file.clone())));
-            all.push(DatasetView {
-                file: name(picture),
-                layers: layers.collect(),
-                camera: look.camera(&shot, &posed, size)?,
-            });
-        }
+        let size = options.size_for(scene);
+        let (width, height) = size;
         let dataset = Dataset {
             size,
-            window: RenderSettings { width, height, ..look.settings }.window(),
-            up: views.up,
+            window: RenderSettings { width, height, ..options.settings }.window(),
+            up: dataset.up,
             bounds: posed.bounds(),
-            depth_step: depth_step(job, &start, size)?,
+            depth_step: depth_step(plan, &start, size)?,
         };
-        Ok(dataset.to_json(&all))
+        Ok(dataset.to_json(&self.views(&posed, size)?))
+    }
+
+    /// File names and cameras of all views.
+    fn views(&self, posed: &PosedScene, size: (u32, u32)) -> Result<Vec<DatasetView>> {
+        let TransformsFile { plan, dataset, path, index, .. } = *self;
+        let name = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut views = Vec::new();
+        for frame in dataset.frames() {
+            let target = plan.outputs.target(path, index, &frame);
+            let Target::File(image) = &target else { continue };
+            let files = plan.outputs.files(&target);
+            let preview = |aov: Aov| {
+                let expected = image.with_extension(format!("{}.png", aov.name()));
+                files.iter().find(|file| **file == expected).map(|file| name(file))
+            };
+            let previews = AOV_KEYS.iter().filter_map(|&(aov, keys)| Some((keys, preview(aov)?)));
+            let layers = previews.flat_map(|(keys, file)| keys.iter().map(move |&key| (key, file.clone())));
+            views.push(DatasetView {
+                file: name(image),
+                layers: layers.collect(),
+                camera: plan.options.camera(&frame, posed, size)?,
+            });
+        }
+        Ok(views)
     }
 }
 
-fn holds(file: &Path, text: &str) -> bool {
+fn has_content(file: &Path, text: &str) -> bool {
     std::fs::read(file).is_ok_and(|bytes| bytes == text.as_bytes())
 }
 
-/// Metres that a step of 16-bit depth stands for: whatever a view could see has one. `None` where depth is
-/// not written so.
-pub(crate) fn depth_step(job: &Job, posed: &PosedScene, size: (u32, u32)) -> Result<Option<f64>> {
-    let Some(shot) = job.views.and_then(|views| views.shots().next()) else { return Ok(None) };
-    if job.outputs.holds_layers() {
+/// Metres per step of a dataset's 16-bit depth images, so that every point that a view can see has a depth. `None` if
+/// there are no such images.
+pub fn depth_step(plan: &RenderPlan, posed: &PosedScene, size: (u32, u32)) -> Result<Option<f64>> {
+    let Some(first) = plan.dataset.and_then(|dataset| dataset.frames().next()) else { return Ok(None) };
+    if plan.outputs.holds_aovs() {
         return Ok(None);
     }
     let sphere = posed.clip_sphere();
-    let middle = job.look.view.look_at.unwrap_or(sphere.centre);
-    let camera = job.look.camera(&shot, posed, size)?;
-    let farthest = camera.view_point.distance(middle) + middle.distance(sphere.centre) + sphere.radius;
-    // A number that can be typed, and no less than is needed.
+    let centre = plan.options.view.look_at.unwrap_or(sphere.centre);
+    let camera = plan.options.camera(&first, posed, size)?;
+    let farthest = camera.view_point.distance(centre) + centre.distance(sphere.centre) + sphere.radius;
+    // Three digits, rounded up by at most 1 %, are easy to type.
     let step: f64 = format!("{:.2e}", 1.01 * farthest / f64::from(u16::MAX)).parse().unwrap_or(0.0);
     Ok(Some(if step > 0.0 { step } else { 1.0 }))
 }

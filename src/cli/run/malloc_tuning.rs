@@ -1,94 +1,89 @@
-//! Advice to the system's allocator, for what a process is about to do.
+//! Tunes glibc's malloc for a plan.
 //!
-//! Small scenes are done soonest where memory comes in large pages and many at once: a sixth of a picture of 70
-//! thousand triangles goes into asking for pages else. Many scenes shall take no more memory than their
-//! largest, or little more; but the allocator learns from a large buffer that is freed to keep the next ones,
-//! and keeps small ones for each thread.
+//! Small scenes render faster with huge pages that are requested many at once: without them, page faults take a sixth
+//! of the time of an image of 70 thousand triangles. A batch of many scenes should need hardly more memory than its
+//! largest scene, but malloc raises its thresholds when a large buffer is freed and caches small ones per thread.
 //!
-//! It takes advice only from the environment in which a program begins; so the process begins once more,
-//! which takes two or three milliseconds. All of this is of glibc on Linux: other allocators take no such
-//! advice.
+//! glibc reads tunables only from the environment of a new process. Therefore the process executes itself again, which
+//! takes two to three milliseconds. Other allocators have no tunables.
 
 use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 
-use crate::cli::plan::Job;
-use crate::cli::plan::memory;
+use crate::cli::plan::{RenderPlan, load_limits};
 
-/// From so many scenes on memory counts more than time.
-const MANY: usize = 8;
+/// From this number of scenes on, memory matters more than time.
+const MANY_SCENES: usize = 8;
 
-/// Where glibc reads advice.
+/// The environment variable that glibc reads.
 const TUNABLES: &str = "GLIBC_TUNABLES";
 
-/// Large pages where there are any, and 16 MiB of pages at once.
+/// Huge pages if available, and 16 MiB of pages per request.
 const FAST: &str = "glibc.malloc.hugetlb=1:glibc.malloc.top_pad=16777216";
 
-/// Scenes of larger files than this, in bytes, may take longer with large pages: the system works twice as long
-/// for those of a million triangles as for small pages.
-const SMALL: u64 = 16 << 20;
+/// Scenes with larger files, in bytes, may take longer with huge pages: for a million triangles the kernel works twice as
+/// long as for small pages.
+const SMALL_FILE: u64 = 16 << 20;
 
-/// With less memory than this, in bytes, none is taken for the sake of time: the fast way takes some 10 MiB more.
-const ROOMY: u64 = 512 << 20;
+/// With less available memory, in bytes, the fast tunables are not used: they need about 10 MiB more.
+const AMPLE_MEMORY: u64 = 512 << 20;
 
-/// Buffers from 256 KiB on come from the system and go back to it, what is free at an end of the rest goes
-/// back from 128 KiB on, and threads keep nothing of their own. Each scene takes up to a quarter longer, as
-/// what it freed has to be asked for again.
+/// Buffers from 256 KiB on are mapped and unmapped, free memory at the top of the heap is returned from 128 KiB on, and
+/// threads cache nothing. Each scene takes up to a quarter longer, as freed memory has to be requested again.
 const FRUGAL: &str =
     "glibc.malloc.mmap_threshold=262144:glibc.malloc.trim_threshold=131072:glibc.malloc.tcache_count=0";
 
-/// Begins this process once more, with advice for its allocator that suits a job. It goes on as it is where
-/// none does, where it had advice already, where that cannot be, and where it read what is read but once:
-/// `words` are those of the command line and of its `--config`.
-pub(crate) fn begin_again(job: &Job, words: &[OsString]) {
-    let small = |scene: &PathBuf| std::fs::metadata(scene).is_ok_and(|file| file.len() <= SMALL);
-    let roomy = || job.max_memory.is_none() && memory::limits(None).memory_bytes >= ROOMY;
-    let advice = match job.scenes.len() {
-        MANY.. => FRUGAL,
-        _ if job.scenes.iter().all(small) && roomy() => FAST,
+/// Executes this process again with tunables for a plan. Returns if none fit, if the environment has some already, if
+/// an argument in `argv` is a stream, which can be read only once, and if the execution fails.
+pub fn restart_with_tunables(plan: &RenderPlan, argv: &[OsString]) {
+    let is_small = |scene: &PathBuf| std::fs::metadata(scene).is_ok_and(|file| file.len() <= SMALL_FILE);
+    let has_memory = || plan.max_memory.is_none() && load_limits(None).memory_bytes >= AMPLE_MEMORY;
+    let tunables = match plan.scenes.len() {
+        MANY_SCENES.. => FRUGAL,
+        _ if plan.scenes.iter().all(is_small) && has_memory() => FAST,
         _ => return,
     };
-    if std::env::var_os(TUNABLES).is_some() || words.iter().any(|word| is_a_stream(word)) {
+    if std::env::var_os(TUNABLES).is_some() || argv.iter().any(|arg| is_stream(arg)) {
         return;
     }
-    let mut given = std::env::args_os();
-    let name = given.next();
+    let mut args = std::env::args_os();
+    let name = args.next();
     let Ok(program) = std::env::current_exe() else { return };
     let mut command = std::process::Command::new(&program);
-    command.args(given).env(TUNABLES, advice);
+    command.args(args).env(TUNABLES, tunables);
     if let Some(name) = name {
         command.arg0(name);
     }
-    // It comes back only where it failed, and nothing is lost then but time or memory.
+    // Returns only on failure, which costs time or memory but nothing else.
     let _ = command.exec();
 }
 
-/// Whether a word, `@word` or `--flag=word` is standard input, a pipe or a device.
-fn is_a_stream(word: &OsStr) -> bool {
-    let bytes = word.as_bytes();
-    let begins = bytes.iter().position(|&b| b == b'=').map_or(0, |at| at + 1);
-    [0, 1, begins].into_iter().any(|begins| {
-        let name = OsStr::from_bytes(bytes.get(begins..).unwrap_or_default());
-        let found = std::fs::metadata(name);
-        name == "-" || found.is_ok_and(|found| !found.is_file() && !found.is_dir())
+/// True if an argument, `@FILE` or `--flag=FILE` names standard input, a pipe or a device.
+fn is_stream(arg: &OsStr) -> bool {
+    let bytes = arg.as_bytes();
+    let value = bytes.iter().position(|&b| b == b'=').map_or(0, |at| at + 1);
+    [0, 1, value].into_iter().any(|start| {
+        let name = OsStr::from_bytes(bytes.get(start..).unwrap_or_default());
+        let metadata = std::fs::metadata(name);
+        name == "-" || metadata.is_ok_and(|file| !file.is_file() && !file.is_dir())
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::is_a_stream;
+    use super::is_stream;
 
     #[test]
-    fn what_is_read_but_once_is_known() {
-        for word in ["-", "@-", "@/dev/null", "/dev/null", "--config=/dev/null", "--config=-"] {
-            assert!(is_a_stream(word.as_ref()), "{word}");
+    fn streams_are_recognized() {
+        for arg in ["-", "@-", "@/dev/null", "/dev/null", "--config=/dev/null", "--config=-"] {
+            assert!(is_stream(arg.as_ref()), "{arg}");
         }
-        for word in
+        for arg in
             ["", "@", "@Cargo.toml", "Cargo.toml", "src", "--config=Cargo.toml", "--threads", "-q", "no such"]
         {
-            assert!(!is_a_stream(word.as_ref()), "{word}");
+            assert!(!is_stream(arg.as_ref()), "{arg}");
         }
     }
 }

@@ -1,17 +1,20 @@
-//! Executes a plan: renders each scene, writes its files, reports progress.
+//! Executes a plan: renders each scene, writes its files and reports progress.
 
-pub(crate) mod animation_writer;
-pub(crate) mod assemble;
-pub(crate) mod dataset;
-pub(crate) mod framed;
+pub(super) mod animation_writer;
+pub(super) mod assemble;
+mod dataset;
+mod frame_files;
+mod framing;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
-pub(crate) mod malloc_tuning;
-pub(crate) mod metering;
-pub(crate) mod panics;
-pub(crate) mod progress;
-pub(crate) mod render;
-pub(crate) mod report;
-pub(crate) mod scene_job;
-pub(crate) mod sequence;
-pub(crate) mod session;
-pub(crate) mod signals;
+mod malloc_tuning;
+mod memory_estimate;
+mod metering;
+pub(super) mod panics;
+pub(super) mod posed_frame;
+pub(super) mod progress;
+pub(super) mod render;
+mod report;
+pub(super) mod runtime;
+pub(super) mod scene_job;
+pub(super) mod session;
+mod signals;

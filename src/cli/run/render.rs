@@ -1,107 +1,126 @@
-//! `blinn render` and `blinn turntable`: pictures of each scene.
+//! `blinn render` and `blinn turntable`: renders each scene of a plan.
 
 use std::ffi::OsString;
+use std::path::Path;
 
+use anyhow::{Error, Result};
+
+use super::memory_estimate::format_bytes;
+use super::progress::{Reporter, SceneLog};
+use super::report::Report;
+use super::scene_job::SceneJob;
+use super::{panics, runtime};
 use crate::batch::FileDigests;
 use crate::bench::memory::peak_bytes;
 use crate::cli::args::{ProcessArgs, RenderArgs, TurntableArgs};
-use crate::cli::plan::Job;
-use crate::cli::plan::memory;
-use crate::cli::run::panics;
-use crate::cli::run::progress::{Reporter, Teller};
-use crate::cli::run::report::Report;
-use crate::cli::run::scene_job::Work;
-use crate::cli::{Summary, Usage, describe, one_line};
+use crate::cli::console::{scene_error, single_line};
+use crate::cli::plan::{RenderPlan, load_limits};
+use crate::cli::summary::Summary;
+use crate::cli::usage::UsageError;
 use crate::output::SaveError;
 
-pub(crate) fn render(args: &RenderArgs, words: &[OsString]) -> Result<Summary, Usage> {
-    carry_out(&Job::render(args)?, words, &args.process, args.common.quiet)
+pub fn render(args: &RenderArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
+    execute(&RenderPlan::for_render(args)?, argv, &args.process, args.common.quiet)
 }
 
-/// The same with the scene turned a little from frame to frame.
-pub(crate) fn turntable(args: &TurntableArgs, words: &[OsString]) -> Result<Summary, Usage> {
-    carry_out(&Job::turntable(args)?, words, &args.process, args.common.quiet)
+pub fn turntable(args: &TurntableArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
+    execute(&RenderPlan::for_turntable(args)?, argv, &args.process, args.common.quiet)
 }
 
-/// Makes all pictures of a job that `words` ask for.
-fn carry_out(job: &Job, words: &[OsString], process: &ProcessArgs, quiet: bool) -> Result<Summary, Usage> {
+fn execute(
+    plan: &RenderPlan,
+    argv: &[OsString],
+    process: &ProcessArgs,
+    quiet: bool,
+) -> Result<Summary, UsageError> {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    if !job.dry_run {
-        crate::cli::run::malloc_tuning::begin_again(job, words);
+    if !plan.dry_run {
+        super::malloc_tuning::restart_with_tunables(plan, argv);
     }
-    let reporter = Reporter::new(&process.telling, job.scenes.len(), quiet);
-    let summary = each(job, process, &reporter)?;
+    #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+    let _ = argv;
+    let reporter = Reporter::new(&process.log, plan.scenes.len(), quiet);
+    let mut summary = Summary::default();
+    // Only now: a restarted process would not know of a signal that arrived earlier.
+    if let Err(error) = runtime::start(process.threads) {
+        fail(&mut summary, &reporter, &error);
+    } else {
+        plan.check_clip_conflicts()?;
+        render_scenes(plan, process, &reporter, &mut summary);
+    }
     reporter.done(&summary);
     Ok(summary)
 }
 
-/// Makes the pictures of each scene. What goes wrong with one does not keep the others from theirs.
-fn each(job: &Job, process: &ProcessArgs, reporter: &Reporter) -> Result<Summary, Usage> {
-    let mut summary = Summary::default();
-    // Only now: a process that begins again knows nothing of a signal that it was sent before.
-    if let Err(e) = crate::cli::set_out(process.threads) {
-        reporter.fail(None, &one_line(&e.to_string()));
-        summary.otherwise = true;
-        return Ok(summary);
-    }
-    job.check_clips()?;
-    let report = process.report.as_deref().filter(|_| !job.dry_run);
-    let mut report = match report.map(|file| Report::new(file, job.outputs.replace)).transpose() {
+/// Renders each scene. The failure of a scene does not affect the others.
+fn render_scenes(plan: &RenderPlan, process: &ProcessArgs, reporter: &Reporter, summary: &mut Summary) {
+    let report = process.report.as_deref().filter(|_| !plan.dry_run);
+    let mut report = match report.map(|file| Report::new(file, plan.outputs.replace)).transpose() {
         Ok(report) => report,
-        Err(e) => {
-            reporter.fail(None, &one_line(&format!("--report: {e:#}")));
-            summary.otherwise = true;
-            return Ok(summary);
-        }
+        Err(error) => return fail(summary, reporter, &error.context("--report")),
     };
-    for (i, path) in job.scenes.iter().enumerate() {
-        let teller = Teller::new(reporter, path, job.strict);
-        let (index, contents) = (i + 1, FileDigests::with_limit(memory::limits(job.max_memory).file_bytes));
-        if let Some(report) = &mut report {
-            report.scene(path);
-        }
-        let mut work = Work { job, index, path, teller: &teller, report: report.as_mut(), contents, kept: 0 };
-        let outcome = panics::caught(|| work.run());
-        let kept = work.kept;
-        reporter.scene_done(path);
-        let failure = outcome.as_ref().err().map(|e| one_line(&describe(path, e)));
-        if let Some(line) = &failure {
-            reporter.fail(Some(path), line);
-        }
-        if let Some(page) = &mut report
-            && let Err(e) = page.scene_done(&teller.warnings(), kept, failure.as_deref())
-        {
-            // Pictures need no page.
-            reporter.fail(None, &one_line(&format!("--report: {e}")));
-            summary.otherwise = true;
-            report = None;
-        }
-        summary.add(failure);
-        if outcome.as_ref().is_err_and(disk_is_full) {
-            // Nothing more can be written: one line for it is enough.
-            summary.left = job.scenes.len() - index;
+    for (i, path) in plan.scenes.iter().enumerate() {
+        let outcome = render_scene(plan, i + 1, path, reporter, &mut report, summary);
+        if outcome.as_ref().is_err_and(is_disk_full) {
+            // Nothing more can be written, and one error for it is enough.
+            summary.not_started = plan.scenes.len() - (i + 1);
             break;
         }
     }
     if let Some(peak) = peak_bytes() {
-        reporter.perf(&format!("memory   {:>10}  at most", memory::text(peak)));
+        reporter.perf(&format!("memory   {:>10}  peak", format_bytes(peak)));
     }
     match report.map(Report::finish) {
         None | Some(Ok(None)) => {}
         Some(Ok(Some(page))) => reporter.wrote(None, &page),
-        Some(Err(e)) => {
-            reporter.fail(None, &one_line(&format!("{e:#}")));
-            summary.otherwise = true;
-        }
+        Some(Err(error)) => fail(summary, reporter, &error),
     }
-    Ok(summary)
 }
 
-fn disk_is_full(error: &anyhow::Error) -> bool {
+/// Renders a scene and reports its outcome.
+fn render_scene(
+    plan: &RenderPlan,
+    index: usize,
+    path: &Path,
+    reporter: &Reporter,
+    report: &mut Option<Report>,
+    summary: &mut Summary,
+) -> Result<()> {
+    let log = SceneLog::new(reporter, path, plan.strict);
+    if let Some(report) = report {
+        report.begin_scene(path);
+    }
+    let digests = FileDigests::with_limit(load_limits(plan.max_memory).file_bytes);
+    let mut job = SceneJob { plan, index, path, log: &log, report: report.as_mut(), digests, kept: 0 };
+    let outcome = panics::catch(|| job.run());
+    let kept = job.kept;
+    reporter.scene_done(path);
+    let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
+    if let Some(line) = &failure {
+        reporter.fail(Some(path), line);
+    }
+    if let Some(page) = report
+        && let Err(error) = page.end_scene(&log.warnings(), kept, failure.as_deref())
+    {
+        // Images are rendered without the page.
+        fail(summary, reporter, &Error::new(error).context("--report"));
+        *report = None;
+    }
+    summary.add_scene(failure);
+    outcome
+}
+
+/// Reports an error that belongs to no scene.
+fn fail(summary: &mut Summary, reporter: &Reporter, error: &Error) {
+    reporter.fail(None, &single_line(&format!("{error:#}")));
+    summary.other_failure = true;
+}
+
+fn is_disk_full(error: &Error) -> bool {
     use std::io::{Error, ErrorKind};
-    let full = |e: &Error| matches!(e.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
+    let is_full = |e: &Error| matches!(e.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
     error.chain().any(|cause| {
         let saved = cause.downcast_ref::<SaveError>().map(|e| &e.cause);
-        saved.or(cause.downcast_ref()).is_some_and(full)
+        saved.or(cause.downcast_ref()).is_some_and(is_full)
     })
 }

@@ -1,4 +1,4 @@
-//! `--report FILE.html`: a page with all pictures of a job, their times and warnings.
+//! `--report FILE.html`: a page with all images, their render times and warnings.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
@@ -9,26 +9,29 @@ use anyhow::{Context, Error, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use crate::cli::console::{is_stdout, printed};
-use crate::cli::plan::{Claims, Writer};
-use crate::cli::run::scene_job::folder_of;
+use crate::cli::console::{finish_stdout, is_stdout};
+use crate::cli::files::create_parent_folder;
+use crate::cli::plan::{PathConflicts, Writer};
 use crate::output::{
     Overwrite, SaveError, check_writable, escape_html, unnamed_temp_file, write_atomically_with,
 };
 
-/// A page that grows with each picture, in a file without a name, so that memory does not. Where it cannot
-/// grow any more it is given up, and the pictures are made all the same.
-pub(crate) struct Report {
+/// Maximum width and height of a thumbnail in pixels.
+pub const THUMBNAIL_SIDE: u32 = 192;
+
+/// A page that grows with each image, in an unnamed temporary file so that memory does not grow. If writing fails,
+/// the page is given up and images are still rendered.
+pub struct Report {
     path: PathBuf,
     replace: Overwrite,
-    /// Whether a scene is read from the file that it would be.
-    refused: bool,
-    page: BufWriter<File>,
-    /// Why it is given up.
-    broken: Option<io::Error>,
+    /// True if the page would overwrite an input. It is not written then.
+    overwrites_input: bool,
+    body: BufWriter<File>,
+    /// The first write error.
+    error: Option<io::Error>,
     since: Instant,
-    pictures: usize,
-    failed: usize,
+    images: usize,
+    failures: usize,
 }
 
 const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>blinn</title>\n<style>\n\
@@ -41,125 +44,130 @@ img { display: block; border: 1px solid #ccc }\n\
 </style>\n";
 
 impl Report {
-    /// Width and height of a thumbnail, at most.
-    pub const SIDE: u32 = 192;
-
-    /// Finds out at once whether it could be written.
+    /// Starts a page.
+    ///
+    /// # Errors
+    /// The page could not be written at `path`.
     pub fn new(path: &Path, replace: Overwrite) -> Result<Report> {
-        let passing = || format!("{}: what it is made of needs a passing file", path.display());
-        let page = if is_stdout(path) {
-            tempfile::tempfile().with_context(passing)?
+        let no_temporary = || format!("{}: no temporary file could be created", path.display());
+        let body = if is_stdout(path) {
+            tempfile::tempfile().with_context(no_temporary)?
         } else {
-            folder_of(path)?;
+            create_parent_folder(path)?;
             check_writable(path, replace)?;
-            unnamed_temp_file(path).with_context(passing)?
+            unnamed_temp_file(path).with_context(no_temporary)?
         };
         Ok(Report {
             path: path.to_path_buf(),
             replace,
-            refused: false,
-            page: BufWriter::new(page),
-            broken: None,
+            overwrites_input: false,
+            body: BufWriter::new(body),
+            error: None,
             since: Instant::now(),
-            pictures: 0,
-            failed: 0,
+            images: 0,
+            failures: 0,
         })
     }
 
-    /// Refuses to write over what a scene is read from, now and in the end.
-    pub fn spare(&mut self, claims: &Claims) -> Result<()> {
-        claims.spare(&self.path, Writer::Flag("--report")).map_err(|why| {
-            self.refused = true;
-            Error::msg(why)
+    /// Returns an error if the page would overwrite an input, and does not write it then.
+    pub fn check_not_input(&mut self, paths: &PathConflicts) -> Result<()> {
+        paths.check_not_input(&self.path, Writer::Flag("--report")).map_err(|text| {
+            self.overwrites_input = true;
+            Error::msg(text)
         })
     }
 
-    /// A scene is begun.
-    pub fn scene(&mut self, scene: &Path) {
+    /// Begins the section of a scene.
+    pub fn begin_scene(&mut self, scene: &Path) {
         self.add(&format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy())));
     }
 
-    /// A picture was written: `small` is a JPEG of it.
-    pub fn picture(&mut self, small: &[u8], file: &Path, took: Duration) {
-        let small = BASE64_STANDARD.encode(small);
+    /// Adds an image that was written to `file`. `thumbnail` is a JPEG.
+    pub fn add_image(&mut self, thumbnail: &[u8], file: &Path, render_time: Duration) {
+        let thumbnail = BASE64_STANDARD.encode(thumbnail);
         let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
-        self.pictures += 1;
+        self.images += 1;
         self.add(&format!(
-            "<figure><a href=\"{}\"><img alt=\"\" src=\"data:image/jpeg;base64,{small}\"></a><figcaption>{} \
+            "<figure><a href=\"{}\"><img alt=\"\" src=\"data:image/jpeg;base64,{thumbnail}\"></a><figcaption>{} \
              &middot; {:.2} s</figcaption></figure>\n",
             escape_html(&self.link(file)),
             escape_html(&name),
-            took.as_secs_f64()
+            render_time.as_secs_f64()
         ));
     }
 
-    /// A scene is done: what was to be said of it.
+    /// Ends the section of a scene with its warnings, the number of images kept by --resume and its error.
     ///
     /// # Errors
-    /// Why the page is given up.
-    pub fn scene_done(
+    /// The write error for which the page is given up.
+    pub fn end_scene(
         &mut self,
         warnings: &[String],
         kept: usize,
         error: Option<&str>,
     ) -> Result<(), SaveError> {
         if kept > 0 {
-            let were = if kept == 1 { "picture was" } else { "pictures were" };
-            self.add(&format!("<p>{kept} {were} there already.</p>\n"));
+            let images = if kept == 1 { "image" } else { "images" };
+            self.add(&format!("<p>{kept} {images} kept.</p>\n"));
         }
         for warning in warnings {
             self.add(&format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning)));
         }
-        self.failed += usize::from(error.is_some());
+        self.failures += usize::from(error.is_some());
         if let Some(e) = error {
             self.add(&format!("<p class=\"failed\">{}</p>\n", escape_html(e)));
         }
-        match self.broken.take() {
+        match self.error.take() {
             Some(cause) => Err(SaveError { path: self.path.clone(), cause }),
             None => Ok(()),
         }
     }
 
-    /// Writes the page, unless it was refused and told so, and returns the file that there is then.
+    /// Writes the page. Returns its path, or `None` if it went to standard output or would overwrite an input.
     pub fn finish(self) -> Result<Option<PathBuf>> {
-        if self.refused {
+        if self.overwrites_input {
             return Ok(None);
         }
-        let (pictures, failed) = (self.pictures, self.failed);
-        let seconds = self.since.elapsed().as_secs_f64();
-        let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
-        let mut page = format!("{HEAD}<p>{} in {seconds:.1} s", of(pictures, "picture"));
-        if failed > 0 {
-            page += &format!(", <span class=\"failed\">{} failed</span>", of(failed, "scene"));
-        }
-        page += ".</p>\n";
-        let Report { path, replace, page: body, .. } = self;
-        let cannot = || format!("{} cannot be written", path.display());
-        let mut body = body.into_inner().map_err(|e| e.into_error()).with_context(cannot)?;
-        body.rewind().with_context(cannot)?;
-        let mut whole = page.as_bytes().chain(body).chain(&b"</html>\n"[..]);
+        let head = self.head();
+        let Report { path, replace, body, .. } = self;
+        let cannot_be_written = || format!("{} cannot be written", path.display());
+        let mut body = body.into_inner().map_err(|e| e.into_error()).with_context(cannot_be_written)?;
+        body.rewind().with_context(cannot_be_written)?;
+        let mut page = head.as_bytes().chain(body).chain(&b"</html>\n"[..]);
         if is_stdout(&path) {
-            let written = io::copy(&mut whole, &mut io::stdout().lock()).map(drop);
-            return printed(written).map(|()| None);
+            let written = io::copy(&mut page, &mut io::stdout().lock()).map(drop);
+            return finish_stdout(written).map(|()| None);
         }
-        write_atomically_with(&path, replace, |file| io::copy(&mut whole, file).map(drop))
-            .with_context(cannot)?;
+        write_atomically_with(&path, replace, |file| io::copy(&mut page, file).map(drop))
+            .with_context(cannot_be_written)?;
         Ok(Some(path))
     }
 
+    /// Style sheet and totals.
+    fn head(&self) -> String {
+        let plural =
+            |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
+        let seconds = self.since.elapsed().as_secs_f64();
+        let mut head = format!("{HEAD}<p>{} in {seconds:.1} s", plural(self.images, "image"));
+        if self.failures > 0 {
+            head += &format!(", <span class=\"failed\">{} failed</span>", plural(self.failures, "scene"));
+        }
+        head + ".</p>\n"
+    }
+
     fn add(&mut self, html: &str) {
-        if self.broken.is_none() {
-            self.broken = self.page.write_all(html.as_bytes()).err();
+        if self.error.is_none() {
+            self.error = self.body.write_all(html.as_bytes()).err();
         }
     }
 
-    /// From the page to a file: relative where it lies below the page's folder.
+    /// The URL of a file: relative if it is below the page's folder.
     fn link(&self, file: &Path) -> String {
-        let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-        let (page, file) = (whole(&self.path), whole(file));
-        let below = page.parent().and_then(|folder| file.strip_prefix(folder).ok());
-        let path = below.unwrap_or(&file).to_string_lossy().replace('\\', "/");
-        // What would end a path in a link, and what begins an escape.
+        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        let page = absolute(&self.path);
+        let file = absolute(file);
+        let relative = page.parent().and_then(|folder| file.strip_prefix(folder).ok());
+        let path = relative.unwrap_or(&file).to_string_lossy().replace('\\', "/");
         path.replace('%', "%25").replace('?', "%3F").replace('#', "%23")
     }
 }

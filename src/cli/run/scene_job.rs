@@ -1,4 +1,4 @@
-//! The pictures of one scene, from its file to theirs.
+//! Renders one scene: from its file to its images.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -6,265 +6,271 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result};
 
+use super::animation_writer::AnimationWriter;
+use super::dataset::TransformsFile;
+use super::memory_estimate;
+use super::posed_frame::{PosedFrame, SceneSetup};
+use super::progress::{ImageMonitor, SceneLog};
+use super::report::{Report, THUMBNAIL_SIDE};
+use super::session::RenderSession;
 use crate::batch::{FileDigests, fingerprint, run_pipeline};
-use crate::cli::console::print;
-use crate::cli::plan::memory;
-use crate::cli::plan::{Claims, Form, Job, Shot, Target, Writer};
-use crate::cli::run::animation_writer::Reel;
-use crate::cli::run::dataset::DatasetFile;
-use crate::cli::run::progress::Teller;
-use crate::cli::run::report::Report;
-use crate::cli::run::session::{Moment, Studio};
+use crate::cli::console::print_stdout;
+use crate::cli::files::create_parent_folder;
+use crate::cli::plan::{OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer, load_limits};
 use crate::import::{LoadOptions, load, open_scene_file};
 use crate::output::{Picture, check_overwrite, check_writable, encode_thumbnail, save};
 use crate::scene::{ClipBoundsCache, Scene, clip_duration};
 
-/// What is to be done for one scene.
-pub(crate) struct Work<'a> {
-    pub job: &'a Job,
-    /// Which scene, from 1.
+/// The work for one scene.
+pub struct SceneJob<'a> {
+    pub plan: &'a RenderPlan,
+    /// The scene's number, from 1.
     pub index: usize,
     pub path: &'a Path,
-    pub teller: &'a Teller<'a>,
+    pub log: &'a SceneLog<'a>,
     pub report: Option<&'a mut Report>,
-    /// What is in the files that pictures are made from.
-    pub contents: FileDigests,
-    /// Pictures that were there already.
+    /// Digests of the files that images are made from.
+    pub digests: FileDigests,
+    /// Number of images that --resume kept.
     pub kept: usize,
 }
 
-impl Work<'_> {
+impl SceneJob<'_> {
     pub fn run(&mut self) -> Result<()> {
-        // Whatever is there already need not be read.
-        let known = self.job.shots.known().map(|shots| self.missing(shots));
-        if self.job.dry_run {
-            // Whatever is there may be a scene; what is not there is none.
-            open_scene_file(self.path, memory::limits(self.job.max_memory).file_bytes)?;
+        // If all images are up to date, the scene need not be read.
+        let known = self.plan.frames.known().map(|frames| self.without_kept(frames));
+        if self.plan.dry_run {
+            // Checks that the file exists and may be a scene.
+            open_scene_file(self.path, load_limits(self.plan.max_memory).file_bytes)?;
         }
-        let nothing_left = |shots: &[Shot]| shots.is_empty() && self.job.views.is_none();
-        if let Some(shots) = known.as_ref().filter(|shots| nothing_left(shots) || self.job.dry_run) {
-            return self.list(shots);
+        let is_done = |frames: &[PlannedFrame]| frames.is_empty() && self.plan.dataset.is_none();
+        if let Some(frames) = known.as_ref().filter(|frames| is_done(frames) || self.plan.dry_run) {
+            return self.list(frames);
         }
-        let scene = read(self.job, self.path, self.teller)?;
-        // What was there is of other files if these were replaced since it was looked at.
-        let agreed = self.contents.record(self.path, &scene.source);
-        let shots = match known {
-            Some(shots) if agreed => shots,
+        let scene = load_scene(self.plan, self.path, self.log)?;
+        // If a file was replaced after its hash was compared, compare again.
+        let is_unchanged = self.digests.record(self.path, &scene.source);
+        let frames = match known {
+            Some(frames) if is_unchanged => frames,
             _ => {
-                let end = clip_duration(&scene, &self.job.look.animation(&scene)?)?;
-                self.missing(self.job.shots.of(end)?)
+                let duration = clip_duration(&scene, &self.plan.options.animation(&scene)?)?;
+                self.without_kept(self.plan.frames.resolve(duration)?)
             }
         };
-        if self.job.dry_run {
-            return self.list(&shots);
+        if self.plan.dry_run {
+            return self.list(&frames);
         }
-        self.check_files(&scene, &shots)?;
-        let mut clip_bounds_cache = ClipBoundsCache::default();
-        if !shots.is_empty() {
-            clip_bounds_cache = self.make(&scene, &shots)?;
-        }
-        // Pictures come first: where this file is, they are.
-        if let Some(dataset) = self.dataset(&scene)
-            && let Some(file) = dataset.write(&clip_bounds_cache)?
+        self.check_files(&scene, &frames)?;
+        let clip_bounds =
+            if frames.is_empty() { ClipBoundsCache::default() } else { self.render(&scene, &frames)? };
+        // transforms.json comes last: if it exists, all images do.
+        if let Some(transforms) = self.transforms_file(&scene)
+            && let Some(file) = transforms.write(&clip_bounds)?
         {
-            self.teller.reporter.wrote(Some(self.path), &file);
+            self.log.reporter.wrote(Some(self.path), &file);
         }
         Ok(())
     }
 
-    /// Refuses what could not be written in the end, or must not be, before anything is rendered.
-    fn check_files(&mut self, scene: &Scene, shots: &[Shot]) -> Result<()> {
-        let replace = self.job.outputs.replace;
-        let claims = Claims::of_scene(self.path, scene.source.file_names());
+    /// Checks before rendering that all files can be written, and that none is an input or has to be kept.
+    fn check_files(&mut self, scene: &Scene, frames: &[PlannedFrame]) -> Result<()> {
+        let paths = PathConflicts::with_scene(self.path, scene.source.file_names());
         if let Some(report) = &mut self.report {
-            report.spare(&claims)?;
+            report.check_not_input(&paths)?;
         }
-        let files = self.job.files(self.path, self.index, shots);
+        let files = self.plan.output_files(self.path, self.index, frames);
         for file in &files {
-            claims.spare(file, Writer::Scene(self.path)).map_err(Error::msg)?;
+            paths.check_not_input(file, Writer::Scene(self.path)).map_err(Error::msg)?;
         }
-        self.check_overwrite(&files)?;
-        if let Some(dataset) = self.dataset(scene) {
-            dataset.check()?;
+        self.check_not_kept(&files)?;
+        if let Some(transforms) = self.transforms_file(scene) {
+            transforms.check()?;
         }
         if let Some(first) = files.first() {
-            folder_of(first)?;
-            check_writable(first, replace)?;
+            create_parent_folder(first)?;
+            check_writable(first, self.plan.outputs.replace)?;
         }
         Ok(())
     }
 
-    fn dataset<'s>(&'s self, scene: &'s Scene) -> Option<DatasetFile<'s>> {
-        let views = self.job.views.as_ref()?;
-        Some(DatasetFile { job: self.job, views, scene, path: self.path, index: self.index })
+    fn transforms_file<'s>(&'s self, scene: &'s Scene) -> Option<TransformsFile<'s>> {
+        let dataset = self.plan.dataset.as_ref()?;
+        Some(TransformsFile { plan: self.plan, dataset, scene, path: self.path, index: self.index })
     }
 
-    /// Refuses files that are there and must stay. Of a dataset all shares write the same file.
-    fn check_overwrite(&self, files: &[PathBuf]) -> Result<()> {
-        let shared = self.job.views.map(|views| views.file(&self.job.outputs, self.path, self.index));
-        let mut own = files.iter().filter(|file| Some(*file) != shared.as_ref());
-        own.try_for_each(|file| Ok(check_overwrite(file, self.job.outputs.replace)?))
+    /// Returns an error if a file exists that --no-overwrite keeps. `transforms.json` is checked by its content, as
+    /// all tasks of a farm write it.
+    fn check_not_kept(&self, files: &[PathBuf]) -> Result<()> {
+        let plan = self.plan;
+        let transforms = plan.dataset.map(|d| d.transforms_file(&plan.outputs, self.path, self.index));
+        let mut images = files.iter().filter(|file| Some(*file) != transforms.as_ref());
+        images.try_for_each(|file| Ok(check_overwrite(file, plan.outputs.replace)?))
     }
 
-    /// Makes the pictures: while one is rendered, the scene is posed and its trees are built for the
-    /// next, and the one before is encoded and written. Gives what is known of the clip then.
-    fn make(&mut self, scene: &Scene, shots: &[Shot]) -> Result<ClipBoundsCache> {
-        let (path, reporter) = (self.path, self.teller.reporter);
-        memory::check(self.job, scene, shots.len())?;
-        reporter.frames(path, shots.len());
-        let (studio, start) = Studio::new(self.job, scene, self.teller)?;
-        let clip_bounds_cache = start.posed.clip_bounds_cache().clone();
-        let mut reel = match (self.job.outputs.form, self.target(&shots[0])) {
-            (Form::Moving(playing), Target::File(file)) => {
-                Some(Reel::new(&file, &playing, studio.size(), self.job.outputs.replace)?)
+    /// Renders frames in a pipeline: while one frame is rendered, the next is posed and its BVH built, and the
+    /// previous one is encoded and written. Returns the clip bounds that were found.
+    fn render(&mut self, scene: &Scene, frames: &[PlannedFrame]) -> Result<ClipBoundsCache> {
+        let (path, reporter) = (self.path, self.log.reporter);
+        memory_estimate::check(self.plan, scene, frames.len())?;
+        reporter.begin_frames(path, frames.len());
+        let (session, start) = RenderSession::new(self.plan, scene, self.log)?;
+        let clip_bounds = start.posed.clip_bounds_cache().clone();
+        let mut animation = match (self.plan.outputs.kind, self.target(&frames[0])) {
+            (OutputKind::Animation(output), Target::File(file)) => {
+                let replace = self.plan.outputs.replace;
+                Some(AnimationWriter::new(&file, &output, session.size(), replace)?)
             }
             _ => None,
         };
         let mut start = Some(start);
         run_pipeline(
-            shots.len(),
-            |i, before, spent| moment(&studio, shots[i].time, before, spent, &mut start),
-            |i, moment| {
+            frames.len(),
+            |i, previous, finished| prepare(&session.setup, frames[i].time, previous, finished, &mut start),
+            |i, posed_frame| {
                 let since = Instant::now();
-                let watch = reporter.watch(path, studio.pixels());
-                let picture = studio.picture(&shots[i], moment, &watch)?;
-                watch.finish();
+                let monitor = ImageMonitor::new(reporter, path, session.pixels());
+                let picture = session.render(&frames[i], posed_frame, &monitor)?;
+                monitor.finish();
                 Ok((picture, since.elapsed()))
             },
-            |i, (picture, took)| {
-                if let Some(reel) = &mut reel {
-                    return self.add(reel, &picture, took);
-                }
-                let (key, target) = (self.job.key(&shots[i]), self.target(&shots[i]));
-                // Standard output keeps nothing that could be asked for its fingerprint.
-                let kept = target != Target::Stdout;
-                let fingerprint = kept.then(|| fingerprint(key, path, &scene.source)).flatten();
-                self.write(&Picture { fingerprint, ..picture }, &target, took)
+            |i, (picture, render_time)| match &mut animation {
+                Some(animation) => self.add_to_animation(animation, &picture, render_time),
+                None => self.write(&frames[i], picture, scene, render_time),
             },
         )?;
-        reel.map_or(Ok(()), |reel| self.publish(reel))?;
-        Ok(clip_bounds_cache)
+        if let Some(animation) = animation {
+            self.finish_animation(animation)?;
+        }
+        Ok(clip_bounds)
     }
 
-    /// Adds a frame to a moving picture.
-    fn add(&self, reel: &mut Reel, picture: &Picture, took: Duration) -> Result<()> {
+    fn add_to_animation(
+        &self,
+        animation: &mut AnimationWriter,
+        picture: &Picture,
+        render_time: Duration,
+    ) -> Result<()> {
         let start = Instant::now();
-        reel.add(picture, took)?;
-        self.teller.stage("encode", start, "");
+        animation.add(picture, render_time)?;
+        self.log.stage("encode", start, "");
         Ok(())
     }
 
-    /// Makes a moving picture appear.
-    fn publish(&mut self, reel: Reel) -> Result<()> {
+    fn finish_animation(&mut self, animation: AnimationWriter) -> Result<()> {
         let start = Instant::now();
-        let done = reel.finish()?;
-        self.teller.stage("save", start, "");
-        self.teller.reporter.wrote(Some(self.path), &done.file);
+        let written = animation.finish()?;
+        self.log.stage("save", start, "");
+        self.log.reporter.wrote(Some(self.path), &written.file);
         if let Some(report) = &mut self.report {
-            report.picture(&done.small, &done.file, done.took);
+            report.add_image(&written.thumbnail, &written.file, written.render_time);
         }
         Ok(())
     }
 
-    fn target(&self, shot: &Shot) -> Target {
-        self.job.outputs.target(self.path, self.index, shot)
+    fn target(&self, frame: &PlannedFrame) -> Target {
+        self.plan.outputs.target(self.path, self.index, frame)
     }
 
-    /// The pictures that are not there yet, as far as that was asked.
-    fn missing(&mut self, mut shots: Vec<Shot>) -> Vec<Shot> {
-        let (job, all) = (self.job, shots.len());
-        if job.outputs.resume {
-            shots.retain(|shot| {
-                let target = job.outputs.target(self.path, self.index, shot);
-                !job.outputs.has(&target, job.key(shot), self.path, &mut self.contents)
+    /// Removes the frames that --resume keeps.
+    fn without_kept(&mut self, mut frames: Vec<PlannedFrame>) -> Vec<PlannedFrame> {
+        let plan = self.plan;
+        let count = frames.len();
+        if plan.outputs.resume {
+            frames.retain(|frame| {
+                let target = plan.outputs.target(self.path, self.index, frame);
+                !plan.outputs.is_up_to_date(&target, plan.settings_hash(frame), self.path, &mut self.digests)
             });
-            self.kept = all - shots.len();
-            self.teller.reporter.kept(self.path, self.kept);
+            self.kept = count - frames.len();
+            self.log.reporter.kept(self.path, self.kept);
         }
-        shots
+        frames
     }
 
-    /// With `--dry-run`: what would be written.
-    fn list(&self, shots: &[Shot]) -> Result<()> {
-        let files = self.job.files(self.path, self.index, shots);
-        self.check_overwrite(&files)?;
-        print(files.iter().map(|file| format!("{}\n", file.display())).collect::<String>().as_bytes())
+    /// Prints the names of output files for --dry-run.
+    fn list(&self, frames: &[PlannedFrame]) -> Result<()> {
+        let files = self.plan.output_files(self.path, self.index, frames);
+        self.check_not_kept(&files)?;
+        let lines: String = files.iter().map(|file| format!("{}\n", file.display())).collect();
+        print_stdout(lines.as_bytes())
     }
 
-    /// Writes a finished picture.
-    fn write(&mut self, picture: &Picture, target: &Target, took: Duration) -> Result<()> {
+    /// Writes an image, with a fingerprint of what it was made from.
+    fn write(
+        &mut self,
+        frame: &PlannedFrame,
+        picture: Picture,
+        scene: &Scene,
+        render_time: Duration,
+    ) -> Result<()> {
         let start = Instant::now();
-        let outputs = &self.job.outputs;
-        let Form::Pictures(format, depth) = outputs.form else { return Ok(()) };
-        match target {
+        let outputs = &self.plan.outputs;
+        let OutputKind::Images(format, depth) = outputs.kind else { return Ok(()) };
+        match self.target(frame) {
             Target::Stdout => {
-                let bytes = format.encode(picture, depth).context("standard output")?;
-                print(&bytes)?;
+                let bytes = format.encode(&picture, depth).context("standard output")?;
+                print_stdout(&bytes)?;
             }
             Target::File(file) => {
-                folder_of(file)?;
-                for written in save(picture, file, format, depth, outputs.replace)? {
-                    self.teller.reporter.wrote(Some(self.path), &written);
+                let fingerprint = fingerprint(self.plan.settings_hash(frame), self.path, &scene.source);
+                let picture = Picture { fingerprint, ..picture };
+                create_parent_folder(&file)?;
+                for written in save(&picture, &file, format, depth, outputs.replace)? {
+                    self.log.reporter.wrote(Some(self.path), &written);
                 }
                 if let Some(report) = &mut self.report {
-                    report.picture(&encode_thumbnail(picture, Report::SIDE)?, file, took);
+                    report.add_image(&encode_thumbnail(&picture, THUMBNAIL_SIDE)?, &file, render_time);
                 }
             }
         }
-        self.teller.stage("save", start, "");
+        self.log.stage("save", start, "");
         Ok(())
     }
 }
 
-/// Reads a scene, of which what is hidden is left out.
-pub(crate) fn read(job: &Job, path: &Path, teller: &Teller) -> Result<Scene> {
+/// Reads a scene and removes hidden objects.
+pub fn load_scene(plan: &RenderPlan, path: &Path, log: &SceneLog) -> Result<Scene> {
     let start = Instant::now();
-    let look = &job.look;
-    let limits = memory::limits(job.max_memory);
-    let (mut scene, warnings) = load(path, &LoadOptions { limits, ..look.load.clone() })?;
-    let empty = scene.instances.is_empty();
-    scene.select(&look.selection)?;
-    teller.stage("load", start, &format!("{} triangles", scene.instanced_triangle_count()));
+    let options = &plan.options;
+    let limits = load_limits(plan.max_memory);
+    let (mut scene, warnings) = load(path, &LoadOptions { limits, ..options.load.clone() })?;
+    let is_empty = scene.instances.is_empty();
+    scene.select(&options.selection)?;
+    log.stage("load", start, &format!("{} triangles", scene.instanced_triangle_count()));
     for warning in &warnings {
-        teller.warn(&warning.to_string())?;
+        log.warn(&warning.to_string())?;
     }
-    if empty {
-        teller.warn("it has nothing to draw: no node of the scene has a mesh of triangles")?;
+    if is_empty {
+        log.warn("nothing to render: no node of the scene has a mesh with triangles")?;
     } else if scene.instances.is_empty() {
-        teller.warn("--hide and --only-objects leave nothing to see")?;
+        log.warn("nothing to render: --hide and --only-objects exclude all objects")?;
     }
     Ok(scene)
 }
 
-/// The scene at `time`: as it was `before`, or at the clip's `start`, where nothing moves until then.
-fn moment<'s>(
-    studio: &Studio<'s>,
+/// The scene at `time`: the previous frame or the start of the clip if that shows the same, else posed anew with the
+/// acceleration structure of a finished frame.
+fn prepare<'s>(
+    setup: &SceneSetup<'s>,
     time: f64,
-    before: Option<&Arc<Moment<'s>>>,
-    spent: Option<Arc<Moment<'s>>>,
-    start: &mut Option<Moment<'s>>,
-) -> Result<Arc<Moment<'s>>> {
-    let made = match (before, start.take()) {
-        (Some(before), _) if studio.is_at(before, time) => return Ok(before.clone()),
-        (_, Some(mut start)) if studio.is_at(&start, time) => {
-            studio.build(&mut start)?;
+    previous: Option<&Arc<PosedFrame<'s>>>,
+    finished: Option<Arc<PosedFrame<'s>>>,
+    start: &mut Option<PosedFrame<'s>>,
+) -> Result<Arc<PosedFrame<'s>>> {
+    let frame = match (previous, start.take()) {
+        (Some(previous), _) if setup.is_at(previous, time) => return Ok(previous.clone()),
+        (_, Some(mut start)) if setup.is_at(&start, time) => {
+            setup.build(&mut start)?;
             start
         }
-        // Trees that nobody looks at any more.
-        (Some(before), _) => {
-            studio.at(time, before, spent.and_then(Arc::into_inner).and_then(|m| m.accel))?
+        (Some(previous), _) => {
+            let reusable = finished.and_then(Arc::into_inner).and_then(|frame| frame.accel);
+            setup.pose_at(time, previous, reusable)?
         }
         (None, Some(mut start)) => {
-            let trees = start.accel.take();
-            studio.at(time, &start, trees)?
+            let reusable = start.accel.take();
+            setup.pose_at(time, &start, reusable)?
         }
-        (None, None) => unreachable!("the first moment comes out of the start"),
+        (None, None) => unreachable!("the first frame is posed from the start"),
     };
-    Ok(Arc::new(made))
-}
-
-/// Makes the folder of a file if it is missing.
-pub(crate) fn folder_of(file: &Path) -> Result<()> {
-    let Some(folder) = file.parent().filter(|f| !f.as_os_str().is_empty()) else { return Ok(()) };
-    std::fs::create_dir_all(folder).with_context(|| format!("folder {} cannot be made", folder.display()))
+    Ok(Arc::new(frame))
 }

@@ -145,7 +145,7 @@ fn what_makes_no_job_is_refused() {
         ("turntable cube.obj --no-overwrite", "--no-overwrite: a task that is run again"),
         ("turntable cube.obj --report r.html", "--report: every task would write it"),
         ("turntable cube.obj --dry-run", "--dry-run: a job is printed"),
-        ("turntable cube.obj -o -", "standard output takes one picture"),
+        ("turntable cube.obj -o -", "standard output takes one image"),
         ("turntable cube.obj --count 0", "--count"),
         ("turntable cube.obj --nonsense", "--nonsense"),
         ("assemble cube.obj", "assemble"),

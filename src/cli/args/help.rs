@@ -1,0 +1,287 @@
+//! Help pages: `--help` is one screen for each command, `--help-all` describes every option.
+//!
+//! Both are made from the arguments' definitions. A screen lists options by name only; commands with many options
+//! show just those in `COMMON`.
+
+use std::ffi::OsString;
+
+use clap::{Arg, ArgAction, Command, CommandFactory};
+
+use super::root::Cli;
+
+/// Options on the screens of commands that have more than `MAX_LISTED`.
+const COMMON: [&str; 41] = [
+    "variant",
+    "output",
+    "quality",
+    "resume",
+    "aov",
+    "size",
+    "samples",
+    "background",
+    "exposure",
+    "view",
+    "camera",
+    "view-point",
+    "look-at",
+    "yfov",
+    "orbit",
+    "zoom",
+    "lights",
+    "point-light",
+    "sun",
+    "light-radius",
+    "ao",
+    "ground",
+    "hdri",
+    "kd",
+    "ks",
+    "hide",
+    "time",
+    "animation",
+    "frames",
+    "fps",
+    "count",
+    "only",
+    "chunk",
+    "turn",
+    "axis",
+    "elevation",
+    "views",
+    "threads",
+    "config",
+    "report",
+    "quiet",
+];
+const MAX_LISTED: usize = 20;
+/// Width of a screen in columns.
+const WIDTH: usize = 80;
+/// Longest list of possible values that stands in for the name of a value.
+const MAX_VALUES: usize = 24;
+
+/// Examples of each command. `job` stands for the commands below it, too.
+const EXAMPLES: [(&str, &str); 9] = [
+    (
+        "",
+        "\
+  blinn render chair.obj                 # chair.png, framed and lit
+  blinn turntable shoe.glb -o shoe.html  # turned by dragging
+  blinn info shot.glb                    # contents of the file",
+    ),
+    (
+        "render",
+        "\
+  blinn render chair.obj                 # chair.png, framed and lit
+  blinn render shot.glb --camera Close --size 1920x1080 -s 16
+  blinn render shoe.glb --orbit 90,20 --background transparent -o side.png
+  blinn render walk.glb --frames -o walk.mp4",
+    ),
+    (
+        "turntable",
+        "\
+  blinn turntable shoe.glb               # shoe_0001.png … shoe_0036.png
+  blinn turntable shoe.glb -o shoe.html --ground shadow
+  blinn turntable shoe.glb --views 100 --size 800x800 -o shoe/####.png",
+    ),
+    (
+        "assemble",
+        "\
+  blinn assemble walk/ -o walk.webp --fps 24
+  blinn assemble shoe_*.png -o shoe.html
+  blinn assemble frames -o shoe.mp4 --background '#ffffff'",
+    ),
+    (
+        "info",
+        "\
+  blinn info shot.glb
+  blinn info --json *.glb",
+    ),
+    (
+        "bench",
+        "\
+  blinn bench shot.glb
+  blinn bench --suite --json today.json --report today.html
+  blinn bench --suite --compare yesterday.json",
+    ),
+    (
+        "job",
+        "\
+  blinn job slurm -o shoe.sh turntable shoe.glb --count 240 -o out/shoe.mp4
+  blinn job openjd -o walk.json render walk.glb --frames -o walk/####.exr",
+    ),
+    (
+        "completions",
+        "\
+  blinn completions bash > ~/.local/share/bash-completion/completions/blinn
+  blinn completions fish > ~/.config/fish/completions/blinn.fish",
+    ),
+    (
+        "man",
+        "\
+  blinn man turntable > blinn-turntable.1    # man ./blinn-turntable.1 shows it
+  blinn man job slurm > blinn-job-slurm.1",
+    ),
+];
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 success; 1 something failed, and the rest was done; 2 wrong command line; 129, 130 and 143 hung up, \
+interrupted or terminated, with no partial file left.";
+
+/// The command tree to parse `argv` with: `--help` prints screens unless `argv` contains `--help-all`.
+pub fn command(argv: &[OsString]) -> Command {
+    if argv.iter().take_while(|arg| *arg != "--").any(|arg| arg == "--help-all") {
+        return full().flatten_help(true);
+    }
+    map_tree(full(), "", &|command, path| {
+        let template = screen_template(&command, path);
+        command.help_template(template)
+    })
+}
+
+/// The command tree with complete help.
+pub fn full() -> Command {
+    let root = Cli::command().after_long_help(EXIT_CODES);
+    map_tree(root, "", &|command, path| {
+        let command = add_help_flags(command);
+        match examples(path) {
+            Some(examples) if !path.is_empty() => command.after_long_help(format!("Examples:\n{examples}")),
+            _ => command,
+        }
+    })
+}
+
+/// Applies a function to a command and to all commands below it. The function gets the path of each, such as
+/// `job slurm render`.
+fn map_tree(command: Command, path: &str, function: &dyn Fn(Command, &str) -> Command) -> Command {
+    function(command, path).mut_subcommands(|below| {
+        let path = format!("{path} {}", below.get_name()).trim_start().to_string();
+        map_tree(below, &path, function)
+    })
+}
+
+fn add_help_flags(command: Command) -> Command {
+    let flag = |name: &'static str| Arg::new(name).long(name).help_heading("Process");
+    command
+        .disable_help_flag(true)
+        .arg(flag("help").short('h').action(ArgAction::HelpShort).help("Print one screen of help"))
+        .arg(flag("help-all").action(ArgAction::HelpLong).help("Print help for every option"))
+}
+
+/// The examples of a command, or else of the command above it.
+fn examples(path: &str) -> Option<&'static str> {
+    let own = EXAMPLES.iter().find(|(name, _)| *name == path).map(|(_, examples)| *examples);
+    own.or_else(|| examples(path.rsplit_once(' ')?.0))
+}
+
+/// The clap template of a command's screen.
+fn screen_template(command: &Command, path: &str) -> String {
+    let usage = if path.is_empty() { "blinn COMMAND …" } else { "{usage}" };
+    let mut template = format!("{{about}}\n\nUsage: {usage}\n\n");
+    if command.has_subcommands() {
+        template += "{subcommands}\n\n";
+    }
+    if !path.is_empty() {
+        template += &option_rows(command);
+    }
+    if let Some(examples) = examples(path) {
+        template += &format!("Examples:\n{examples}\n\n");
+    }
+    template
+        + &match path {
+            "" => "Help for a command: blinn COMMAND --help, for every option: --help-all\n".to_string(),
+            path => format!("Help for every option: blinn {path} --help-all\n"),
+        }
+}
+
+/// Positional arguments with their help, then the names of options, in rows by heading.
+fn option_rows(command: &Command) -> String {
+    let mut rows = String::new();
+    for arg in command.get_positionals() {
+        let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
+        rows += &row("", &[format!("{}  {help}{}", value_name(arg), possible_values(arg, ", "))]);
+    }
+    let options: Vec<&Arg> =
+        command.get_arguments().filter(|arg| !arg.is_positional() && !arg.is_hide_set()).collect();
+    let is_listed = |arg: &&&Arg| {
+        options.len() <= MAX_LISTED || arg.get_long().is_some_and(|name| COMMON.contains(&name))
+    };
+    let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
+    for arg in options.iter().filter(is_listed) {
+        let heading = arg.get_help_heading().unwrap_or("Options");
+        match groups.iter_mut().find(|(name, _)| *name == heading) {
+            Some((_, names)) => names.push(option_name(arg)),
+            None => groups.push((heading, vec![option_name(arg)])),
+        }
+    }
+    for (heading, names) in &groups {
+        rows += &row(heading, names);
+    }
+    if rows.is_empty() { rows } else { rows + "\n" }
+}
+
+/// Items behind a heading, wrapped at the width of a screen.
+fn row(heading: &str, items: &[String]) -> String {
+    let mut rows = String::new();
+    let mut line = format!("  {heading:<9}");
+    for item in items {
+        if line.chars().count() + 2 + item.chars().count() > WIDTH && line.trim() != heading {
+            rows += &format!("{line}\n");
+            line = format!("  {:<9}", "");
+        }
+        line += &format!("  {item}");
+    }
+    rows + &line + "\n"
+}
+
+/// An option with its value: `-o OUT`, `--ground shadow|plane`, `--frames[=LIST]`.
+fn option_name(arg: &Arg) -> String {
+    let name = match (arg.get_short(), arg.get_long()) {
+        (Some(short), _) => format!("-{short}"),
+        (None, long) => format!("--{}", long.unwrap_or_default()),
+    };
+    if !arg.get_action().takes_values() {
+        return name;
+    }
+    let is_optional = arg.get_num_args().is_some_and(|count| count.min_values() == 0);
+    if is_optional { format!("{name} [{}]", value_name(arg)) } else { format!("{name} {}", value_name(arg)) }
+}
+
+/// The possible values of an argument if they are short, else the name of its value.
+fn value_name(arg: &Arg) -> String {
+    let values = possible_values(arg, "|");
+    if !arg.is_positional() && !values.is_empty() && values.len() <= MAX_VALUES {
+        return values;
+    }
+    let names = arg.get_value_names().unwrap_or_default().join(" ");
+    if names.is_empty() { arg.get_id().as_str().to_uppercase().replace('_', "-") } else { names }
+}
+
+fn possible_values(arg: &Arg, separator: &str) -> String {
+    let values = arg.get_possible_values();
+    values.iter().map(|value| value.get_name()).collect::<Vec<_>>().join(separator)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::args::command_tree::{built, find_flag};
+
+    #[test]
+    fn common_options_exist() {
+        let root = built();
+        for name in COMMON {
+            assert!(root.get_subcommands().any(|command| find_flag(command, name).is_some()), "{name}");
+        }
+    }
+
+    #[test]
+    fn examples_parse() {
+        let lines = EXAMPLES.iter().flat_map(|(_, examples)| examples.lines());
+        for line in lines {
+            // As in a shell, `#` begins a comment.
+            let words = shlex::split(line).expect(line).into_iter().take_while(|word| word != ">");
+            let parsed = full().try_get_matches_from(words);
+            assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Arguments of `blinn render`.
+
+use clap::Args;
+
+use super::output::OutputArgs;
+use super::process::{CommonArgs, ProcessArgs};
+use super::render_options::RenderOptionArgs;
+use super::scene::SceneArgs;
+use super::time::{FrameArgs, TimeArgs};
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    #[command(flatten)]
+    pub output: OutputArgs,
+    #[command(flatten)]
+    pub options: RenderOptionArgs,
+    #[command(flatten)]
+    pub frames: FrameArgs,
+    #[command(flatten)]
+    pub time: TimeArgs,
+    #[command(flatten)]
+    pub process: ProcessArgs,
+    #[command(flatten)]
+    pub common: CommonArgs,
+}

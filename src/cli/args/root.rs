@@ -1,0 +1,52 @@
+//! The program and its commands.
+
+use clap::{Parser, Subcommand};
+
+use super::assemble::AssembleArgs;
+use super::bench::BenchArgs;
+use super::farm::JobArgs;
+use super::info::InfoArgs;
+use super::packaging::{CompletionsArgs, ManArgs};
+use super::process::ProcessArgs;
+use super::render::RenderArgs;
+use super::turntable::TurntableArgs;
+
+/// Render glTF and OBJ mesh scenes on the CPU
+#[derive(Debug, Parser)]
+#[command(name = "blinn", version, max_term_width = 100, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render an image of each scene
+    Render(Box<RenderArgs>),
+    /// Render a turntable of each scene: one turn, seen from all sides
+    Turntable(Box<TurntableArgs>),
+    /// Make an animation from finished frames
+    Assemble(AssembleArgs),
+    /// Print the contents of a scene
+    Info(InfoArgs),
+    /// Measure load, build, ray and frame times and memory
+    Bench(Box<BenchArgs>),
+    /// Print completions for a shell
+    Completions(CompletionsArgs),
+    /// Print a man page
+    Man(ManArgs),
+    /// Print a job description for a render farm
+    Job(JobArgs),
+}
+
+impl Command {
+    /// Process options of the commands that render.
+    pub fn process(&self) -> Option<&ProcessArgs> {
+        match self {
+            Command::Render(args) => Some(&args.process),
+            Command::Turntable(args) => Some(&args.process),
+            Command::Job(args) => Some(args.engine.command().process()),
+            _ => None,
+        }
+    }
+}

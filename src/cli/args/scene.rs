@@ -1,0 +1,29 @@
+//! Options that select and interpret scene files.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::choices::UpArg;
+use super::values;
+use crate::import::NormalMode;
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Scene")]
+pub struct SceneArgs {
+    /// Scene files: .gltf, .glb or .obj
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// Scene within the file, by name or index
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
+    /// Material variant of a glTF file, by name; none for the default materials
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Up axis of the file
+    #[arg(long, value_enum, default_value_t = UpArg::Y)]
+    pub up: UpArg,
+    /// Recompute normals: smooth across edges below ANGLE degrees, or flat (off) [default: the file's normals]
+    #[arg(long, value_name = "ANGLE|off", value_parser = values::smooth)]
+    pub smooth: Option<NormalMode>,
+}

@@ -1,0 +1,81 @@
+//! Arguments of `blinn turntable`.
+
+use clap::Args;
+use glam::DVec3;
+
+use super::choices::{DirectionArg, EaseArg, TurnArg, UpArg};
+use super::output::OutputArgs;
+use super::process::{CommonArgs, ProcessArgs};
+use super::render_options::RenderOptionArgs;
+use super::scene::SceneArgs;
+use super::time::TimeArgs;
+use super::values;
+use crate::batch::{Chunk, FrameList};
+
+#[derive(Debug, Args)]
+pub struct TurntableArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    #[command(flatten)]
+    pub output: OutputArgs,
+    #[command(flatten)]
+    pub turn: TurnArgs,
+    #[command(flatten)]
+    pub options: RenderOptionArgs,
+    #[command(flatten)]
+    pub time: TimeArgs,
+    #[command(flatten)]
+    pub process: ProcessArgs,
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// The rotation of a turntable.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Turntable")]
+pub struct TurnArgs {
+    /// Number of frames in one turn; the first is not repeated at the end
+    #[arg(long, alias = "frames", value_name = "N", default_value_t = 36,
+          value_parser = values::frame_count)]
+    pub count: u32,
+    /// Render only these frames, which keep their numbers: 1-36:2, 1-3,7,9-11
+    #[arg(long, value_name = "LIST", value_parser = FrameList::parse)]
+    pub only: Option<FrameList>,
+    /// Render only the I-th of N equal parts of the frames
+    #[arg(long, value_name = "I/N", value_parser = Chunk::parse)]
+    pub chunk: Option<Chunk>,
+    /// What rotates: the model in front of fixed camera and lights, or the camera
+    #[arg(long, value_enum, default_value_t = TurnArg::Model)]
+    pub turn: TurnArg,
+    /// Rotation axis through the centre of the scene's bounds: x, y, z or a direction [default: y]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::axis)]
+    pub axis: Option<DVec3>,
+    /// Rotation angle of the first frame
+    #[arg(long, value_name = "DEGREES", default_value = "0", value_parser = values::angle)]
+    pub start: f64,
+    /// Counter-clockwise as seen from the tip of the axis (from above), or clockwise
+    #[arg(long, value_enum, default_value_t = DirectionArg::Ccw)]
+    pub direction: DirectionArg,
+    /// Camera elevation above the horizon, framing the scene [default: the file's camera, else 22]
+    #[arg(long, value_name = "DEGREES", value_parser = values::elevation,
+          conflicts_with_all = ["orbit", "view_point", "view_dir", "camera_xml"])]
+    pub elevation: Option<f64>,
+    /// Ease the rotation in and out
+    #[arg(long, value_enum, default_value_t = EaseArg::None)]
+    pub ease: EaseArg,
+    /// Render a dataset instead: N views evenly distributed around the scene, with transforms.json
+    ///
+    /// Each view has depth, normal and mask images. Lights stay fixed. --camera selects the lens, --look-at the
+    /// centre.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
+          conflicts_with_all = ["count", "turn", "axis", "start", "direction", "elevation", "ease", "orbit",
+                                "view_point", "view_dir", "view_up", "camera_xml", "camera_azimuth_angle",
+                                "camera_elevation_angle"])]
+    pub views: Option<u32>,
+    /// Up axis in transforms.json [default: z, as NeRF tools expect]
+    #[arg(long, value_enum, requires = "views")]
+    pub nerf_up: Option<UpArg>,
+    /// Frames per second of an animation [default: 24]
+    #[arg(long, value_parser = values::positive)]
+    pub fps: Option<f64>,
+}

@@ -1,0 +1,60 @@
+//! Positions, angles and clip planes of cameras.
+
+use glam::DVec3;
+
+use super::numbers::{exactly, number, numbers, vector};
+use crate::scene::{ClipPlanes, Orbit};
+
+const ELEVATION_RANGE: &str = "the elevation must be within ±90 degrees";
+
+/// An elevation above the horizon in degrees, converted to radians.
+pub fn elevation(text: &str) -> Result<f64, String> {
+    let v = number(text)?;
+    if v.abs() <= 90.0 { Ok(v.to_radians()) } else { Err(ELEVATION_RANGE.into()) }
+}
+
+/// `x`, `y`, `z` or `X,Y,Z`, normalized.
+pub fn axis(text: &str) -> Result<DVec3, String> {
+    let axis = match text {
+        "x" => DVec3::X,
+        "y" => DVec3::Y,
+        "z" => DVec3::Z,
+        _ => vector(text).map_err(|e| format!("{e}; or x, y, z"))?,
+    };
+    axis.try_normalize().ok_or_else(|| "an axis must not be zero".to_string())
+}
+
+/// `AZIMUTH,ELEVATION[,DISTANCE]`, angles in degrees.
+pub fn orbit(text: &str) -> Result<Orbit, String> {
+    let (azimuth, elevation, distance) = match numbers(text)?[..] {
+        [a, e] => (a, e, None),
+        [a, e, d] => (a, e, Some(d)),
+        _ => return Err("expected AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE, such as 45,20".into()),
+    };
+    if elevation.abs() > 90.0 {
+        return Err(ELEVATION_RANGE.into());
+    }
+    if distance.is_some_and(|d| !(d > 0.0)) {
+        return Err("the distance must be greater than zero".into());
+    }
+    Ok(Orbit { azimuth: azimuth.to_radians(), elevation: elevation.to_radians(), distance })
+}
+
+/// A field of view in degrees, converted to radians.
+pub fn field_of_view(text: &str) -> Result<f64, String> {
+    let v = number(text)?;
+    if v > 0.0 && v < 180.0 { Ok(v.to_radians()) } else { Err("must be between 0 and 180 degrees".into()) }
+}
+
+/// `NEAR,FAR` or `off`.
+pub fn clip(text: &str) -> Result<ClipPlanes, String> {
+    if text == "off" {
+        return Ok(ClipPlanes::OFF);
+    }
+    let [near, far] = exactly::<2>(text, "NEAR,FAR").map_err(|e| format!("{e}, or 'off'"))?;
+    if near >= 0.0 && far > near {
+        Ok(ClipPlanes { near, far })
+    } else {
+        Err("expected 0 ≤ NEAR < FAR, or 'off'".into())
+    }
+}

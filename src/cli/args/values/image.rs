@@ -1,0 +1,143 @@
+//! Sizes, colours, exposure and AOVs of images.
+
+use glam::Vec3;
+
+use super::numbers::{exactly, number};
+use crate::display::Background;
+use crate::geometry::Rgb;
+use crate::integrator::{Aov, MatteKind};
+use crate::render::PixelRect;
+
+/// `R,G,B` in linear light, or `#rrggbb` in sRGB.
+pub fn color(text: &str) -> Result<Rgb, String> {
+    let form = "expected R,G,B (linear) or #rrggbb (sRGB)";
+    let Some(hex) = text.strip_prefix('#') else {
+        let [r, g, b] = exactly::<3>(text, "R,G,B").map_err(|e| format!("{e}; {form}"))?;
+        if r < 0.0 || g < 0.0 || b < 0.0 {
+            return Err("a colour must not be negative".into());
+        }
+        return Ok(Vec3::new(r as f32, g as f32, b as f32));
+    };
+    if hex.len() != 6 || !hex.bytes().all(|b| b.is_ascii_hexdigit()) {
+        return Err(form.into());
+    }
+    let packed = u32::from_str_radix(hex, 16).map_err(|_| form.to_string())?;
+    let channel = |shift: u32| crate::scene::srgb_to_linear(((packed >> shift) & 255) as f32 / 255.0);
+    Ok(Vec3::new(channel(16), channel(8), channel(0)))
+}
+
+/// A colour, or `transparent`.
+pub fn background(text: &str) -> Result<Background, String> {
+    if text == "transparent" {
+        return Ok(Background::Transparent);
+    }
+    color(text).map(Background::Color).map_err(|e| format!("{e}, or 'transparent'"))
+}
+
+/// `WxH` or `W,H` in pixels.
+pub fn size(text: &str) -> Result<(u32, u32), String> {
+    let form = || "expected WIDTHxHEIGHT, such as 1280x720".to_string();
+    let (width, height) = text.split_once(['x', 'X', ',']).ok_or_else(form)?;
+    let side = |s: &str| s.trim().parse::<u32>().map_err(|_| form());
+    let (w, h) = (side(width)?, side(height)?);
+    if w == 0 || h == 0 || w > 65_536 || h > 65_536 || u64::from(w) * u64::from(h) > 1 << 29 {
+        return Err("each side must be 1 to 65536 pixels, and the image at most 536,870,912 pixels".into());
+    }
+    Ok((w, h))
+}
+
+/// `X,Y,W,H` in pixels.
+pub fn crop(text: &str) -> Result<PixelRect, String> {
+    let v = exactly::<4>(text, "X,Y,W,H")?;
+    if v.iter().any(|v| !(0.0..=65_536.0).contains(v) || v.fract() != 0.0) || v[2] == 0.0 || v[3] == 0.0 {
+        return Err("expected whole pixels X,Y,W,H with a width and a height".into());
+    }
+    let [x, y, width, height] = v.map(|v| v as u32);
+    Ok(PixelRect { x, y, width, height })
+}
+
+/// The value of --exposure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// Metered.
+    Auto,
+    /// In stops.
+    Stops(f64),
+}
+
+/// Stops, or `auto`.
+pub fn exposure(text: &str) -> Result<Exposure, String> {
+    if text == "auto" {
+        return Ok(Exposure::Auto);
+    }
+    let ev = number(text).map_err(|e| format!("{e}; expected stops, or 'auto'"))?;
+    if ev.abs() <= 100.0 { Ok(Exposure::Stops(ev)) } else { Err("must be within ±100 stops".into()) }
+}
+
+/// The AOVs to write beside the colour.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AovSelection {
+    /// AOVs sampled at pixel centres.
+    pub aovs: Vec<Aov>,
+    /// Cryptomattes of objects and materials.
+    pub cryptomatte: bool,
+}
+
+const CRYPTOMATTE: &str = "cryptomatte";
+
+impl AovSelection {
+    pub fn all() -> AovSelection {
+        AovSelection { aovs: Aov::ALL.to_vec(), cryptomatte: true }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.aovs.is_empty() && !self.cryptomatte
+    }
+
+    /// Names of the preview images.
+    pub fn preview_names(&self) -> Vec<String> {
+        let aovs = self.aovs.iter().map(|aov| aov.name().to_string());
+        let mattes = MatteKind::ALL.iter().filter(|_| self.cryptomatte);
+        aovs.chain(mattes.map(|kind| format!("{CRYPTOMATTE}-{}", kind.name()))).collect()
+    }
+}
+
+/// A comma-separated list of AOV names.
+pub fn aovs(text: &str) -> Result<AovSelection, String> {
+    let mut selection = AovSelection::default();
+    for name in text.split(',').map(str::trim) {
+        match Aov::by_name(name) {
+            Some(aov) if selection.aovs.contains(&aov) => {}
+            Some(aov) => selection.aovs.push(aov),
+            None if name == CRYPTOMATTE => selection.cryptomatte = true,
+            None => {
+                let names: Vec<_> = Aov::ALL.iter().map(|a| a.name()).chain([CRYPTOMATTE]).collect();
+                return Err(format!("unknown AOV '{name}': expected {}", names.join(", ")));
+            }
+        }
+    }
+    Ok(selection)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_are_linear_numbers_or_srgb_hex() {
+        assert_eq!(color(".5,0,1").unwrap(), Vec3::new(0.5, 0.0, 1.0));
+        assert!(color("#ff0080").unwrap().abs_diff_eq(Vec3::new(1.0, 0.0, 0.2158605), 1e-6));
+        for wrong in ["#ff008", "#gg0000", "1,2", "-1,0,0", "#+f0000", "1e39,0,0"] {
+            assert!(color(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_and_crops_are_whole_pixels() {
+        assert_eq!(size("1280x720").unwrap(), (1280, 720));
+        assert_eq!(size("64,32").unwrap(), (64, 32));
+        assert!(size("0x10").is_err() && size("100000x1").is_err() && size("65536x65536").is_err());
+        assert_eq!(crop("1,2,3,4").unwrap(), PixelRect { x: 1, y: 2, width: 3, height: 4 });
+        assert!(crop("1,2,0,4").is_err() && crop("-1,2,3,4").is_err() && crop("1.5,2,3,4").is_err());
+    }
+}

@@ -1,0 +1,13 @@
+//! Parsers of option values. Their errors say which form is expected.
+
+mod camera;
+mod image;
+mod lights;
+mod numbers;
+
+pub use camera::{axis, clip, elevation, field_of_view, orbit};
+pub use image::{AovSelection, Exposure, aovs, background, color, crop, exposure, size};
+pub use lights::{AoArg, ao, lights, point_light, radius, sun};
+pub use numbers::{
+    angle, bytes, direction, fraction, frame_count, glob, number, positive, smooth, triangle_counts, vector,
+};

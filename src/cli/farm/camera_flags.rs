@@ -1,0 +1,54 @@
+//! A resolved camera as flags, so that no task needs the bounds over the clip.
+
+use crate::scene::{Camera, ClipPlanes, Projection};
+
+/// Flags that the resolved camera replaces.
+pub const REPLACED: [&str; 19] = [
+    "camera",
+    "view-point",
+    "view-dir",
+    "look-at",
+    "view-up",
+    "proj-distance",
+    "view-width",
+    "view-height",
+    "yfov",
+    "projection",
+    "camera-orthographic",
+    "orbit",
+    "elevation",
+    "zoom",
+    "camera-azimuth-angle",
+    "camera-elevation-angle",
+    "camera-xml",
+    "clip",
+    "fit",
+];
+
+/// The flags that give exactly this camera. `None` if there are none: for an empty view, and for a file's camera that
+/// mirrors or shears.
+pub fn camera_flags(camera: &Camera) -> Option<Vec<String>> {
+    let Camera { view_point, basis, view_width, view_height, proj_distance, projection, clip } = *camera;
+    if !basis.is_orthonormal() {
+        return None;
+    }
+    let vector = |v: glam::DVec3| v.is_finite().then(|| format!("{},{},{}", v.x, v.y, v.z));
+    let length = |d: f64| (d > 0.0 && d.is_finite()).then(|| d.to_string());
+    Some(vec![
+        format!("--view-point={}", vector(view_point)?),
+        format!("--view-dir={}", vector(-basis.w)?),
+        format!("--view-up={}", vector(basis.v)?),
+        format!("--proj-distance={}", length(proj_distance)?),
+        format!("--view-width={}", length(view_width)?),
+        format!("--view-height={}", length(view_height)?),
+        match projection {
+            Projection::Perspective => "--projection=perspective".into(),
+            Projection::Orthographic => "--projection=orthographic".into(),
+        },
+        if clip == ClipPlanes::OFF {
+            "--clip=off".into()
+        } else {
+            format!("--clip={},{}", clip.near, clip.far)
+        },
+    ])
+}

@@ -1,0 +1,301 @@
+//! Resolves a render plan into a farm job: checks options, then reads the scene once and turns everything that tasks
+//! share into flags.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, anyhow, bail};
+use twox_hash::XxHash3_128;
+
+use super::camera_flags;
+use super::explicit_flags::{ExplicitFlags, single_line_text};
+use super::farm_job::{Assembly, FarmJob, InputFile};
+use super::job_paths::{JobFolder, JobPath};
+use crate::batch::{FrameList, PathTemplate};
+use crate::cli::args::{EngineArgs, JobCommand};
+use crate::cli::plan::{AnimationOutput, OutputKind, PlannedFrame, RenderPlan, Target};
+use crate::cli::run::progress::SceneLog;
+use crate::cli::run::scene_job::load_scene;
+use crate::cli::run::session::RenderSession;
+use crate::cli::usage::UsageError;
+use crate::output::AnimationFormat;
+use crate::scene::{PosedScene, Scene};
+
+/// Flags that a job sets itself or drops.
+const JOB_FLAGS: [&str; 13] = [
+    "output",
+    "config",
+    "resume",
+    "progress",
+    "frames",
+    "only",
+    "exposure",
+    "size",
+    "camera-xml",
+    "hdri",
+    "threads",
+    "max-memory",
+    "print-config",
+];
+
+/// Default maximum number of tasks: Slurm's default limit.
+const MAX_TASKS: usize = 1000;
+/// Default number of frames per task.
+const CHUNK_SIZE: usize = 10;
+
+/// A job before its scene is read.
+pub struct JobPlan<'a> {
+    engine: &'a EngineArgs,
+    plan: &'a RenderPlan,
+    flags: ExplicitFlags,
+    scene: JobPath,
+    scene_folder: JobPath,
+    inputs: Vec<InputFile>,
+    output: JobOutput,
+    output_folder: JobPath,
+}
+
+/// Output of a job.
+struct JobOutput {
+    folder: PathBuf,
+    /// Pattern of image names in the folder; empty for default names and for animations.
+    pattern: String,
+    animation: Option<JobAnimation>,
+}
+
+struct JobAnimation {
+    output: AnimationOutput,
+    /// The name of its file in the output folder.
+    file: String,
+}
+
+impl<'a> JobPlan<'a> {
+    /// # Errors
+    /// Plans that are no job: several scenes, a single image, flags that make sense only for one process.
+    pub fn new(
+        engine: &'a EngineArgs,
+        plan: &'a RenderPlan,
+        flags: ExplicitFlags,
+        folder: &JobFolder,
+    ) -> Result<Self, UsageError> {
+        check_flags(&flags)?;
+        let [scene] = &plan.scenes[..] else {
+            let count = plan.scenes.len();
+            return Err(UsageError(format!("a job renders one scene, not {count}; make a job for each")));
+        };
+        if !plan.frames.is_sequence() {
+            return Err(UsageError("a job renders several frames; add --frames".into()));
+        }
+        let output = JobOutput::new(engine.command(), plan, scene)?;
+        let output_folder = folder.job_path(&output.folder)?;
+        if !PathTemplate::parse(&output_folder.path).is_literal() {
+            let name = &output_folder.path;
+            return Err(UsageError(format!("{name}: the folder's name contains a placeholder; rename it")));
+        }
+        let options = engine.command().options();
+        let files = [("camera-xml", &options.camera.camera_xml), ("hdri", &options.light.hdri)];
+        let mut inputs = Vec::new();
+        for (flag, file) in files {
+            if let Some(file) = file {
+                inputs.push(InputFile { flag, path: folder.job_path(file)? });
+            }
+        }
+        let scene_folder = folder.job_path(scene.parent().unwrap_or(Path::new("")))?;
+        let scene = folder.job_path(scene)?;
+        Ok(JobPlan { engine, plan, flags, scene, scene_folder, inputs, output, output_folder })
+    }
+
+    /// Reads the scene and resolves what all tasks share.
+    pub fn resolve(self, log: &SceneLog) -> Result<FarmJob> {
+        let plan = self.plan;
+        let scene = load_scene(plan, &plan.scenes[0], log)?;
+        let (session, start) = RenderSession::new(plan, &scene, log)?;
+        if let Some(JobAnimation { output, file }) = &self.output.animation {
+            output.format.check_size(session.size()).map_err(|text| anyhow!("-o {file}: {text}"))?;
+        }
+        let size = plan.options.size_for(&scene);
+        let camera = self.camera_flags(&scene, &start.posed, size)?;
+        let mut inputs = self.inputs;
+        if camera.is_some() {
+            inputs.retain(|input| input.flag != "camera-xml");
+        }
+        let (command, frames_flag) = match self.engine.command() {
+            JobCommand::Render(_) => ("render", "--frames"),
+            JobCommand::Turntable(_) => ("turntable", "--only"),
+        };
+        let mut flags = self.flags.without(&JOB_FLAGS);
+        let mut resolved = vec![format!("--size={}x{}", size.0, size.1)];
+        resolved.push(format!("--exposure={}", session.exposure.ev));
+        if let Some(light_scale) = session.exposure.light_scale {
+            flags = flags.without(&["light-scale"]);
+            resolved.push(format!("--light-scale={light_scale}"));
+        }
+        if let Some(camera) = camera {
+            flags = flags.without(&camera_flags::REPLACED);
+            resolved.extend(camera);
+        }
+        if self.output.animation.is_some() {
+            // They apply to the animation. --fps also gives the times of a clip's frames, but not of a turntable's.
+            flags = flags.without(&["quality", "loop"]);
+            if command == "turntable" {
+                flags = flags.without(&["fps"]);
+            }
+        }
+        let args = [flags.to_args(), resolved].concat();
+
+        let numbers: Vec<i64> =
+            plan.frames.resolve(session.setup.clip_duration)?.iter().map(|frame| frame.number).collect();
+        let frames = FrameList::ascending(numbers.iter().copied());
+        let mut output_pattern = self.output.pattern;
+        let mut assembly = None;
+        if let Some(animation) = self.output.animation {
+            if frames.frames() != numbers || numbers.first().is_some_and(|first| *first < 0) {
+                bail!(
+                    "--frames: an animation is assembled in the order of frame numbers; they must be ascending and \
+                     not negative"
+                );
+            }
+            // The hash separates frames with other options.
+            let identity = format!("{command} {} {args:?} {frames}", self.scene.path);
+            let frames_folder = format!("frames-{:08x}", XxHash3_128::oneshot(identity.as_bytes()) as u32);
+            output_pattern = format!("{frames_folder}/####.png");
+            let args = assemble_args(&animation.output);
+            assembly = Some(Assembly { frames_folder, file: animation.file, args });
+        }
+        let default_chunk_size = CHUNK_SIZE.max(frames.frames().len().div_ceil(MAX_TASKS)) as u32;
+        Ok(FarmJob {
+            command,
+            scene: self.scene,
+            scene_folder: (!scene.source.files.is_empty()).then_some(self.scene_folder),
+            args,
+            inputs,
+            frames,
+            frames_flag,
+            output_folder: self.output_folder,
+            output_pattern,
+            assembly,
+            chunk_size: self.engine.job().chunk_size.unwrap_or(default_chunk_size),
+            threads: self.engine.command().process().threads,
+            max_memory: plan.max_memory,
+        })
+    }
+
+    /// The resolved camera as flags. A file's camera may move, and a dataset has many views, so they have none.
+    fn camera_flags(
+        &self,
+        scene: &Scene,
+        posed: &PosedScene,
+        size: (u32, u32),
+    ) -> Result<Option<Vec<String>>> {
+        let view = &self.plan.options.view;
+        if self.plan.dataset.is_some() || view.uses_file_camera(scene) {
+            return Ok(None);
+        }
+        let (camera, _) = view.resolve(posed, size.0, size.1)?;
+        Ok(camera_flags::camera_flags(&camera))
+    }
+}
+
+fn check_flags(flags: &ExplicitFlags) -> Result<(), UsageError> {
+    for (flag, reason) in [
+        ("chunk", "the farm distributes the frames; remove it, and set --chunk-size before the command"),
+        ("no-overwrite", "a task that runs again keeps finished images; remove it"),
+        ("report", "every task would write it; remove it"),
+        ("dry-run", "a job is only printed, nothing is rendered; remove it"),
+    ] {
+        if flags.contains(flag) {
+            return Err(UsageError(format!("--{flag}: {reason}")));
+        }
+    }
+    Ok(())
+}
+
+impl JobOutput {
+    fn new(command: &JobCommand, plan: &RenderPlan, scene: &Path) -> Result<JobOutput, UsageError> {
+        match plan.outputs.kind {
+            OutputKind::Images(..) => JobOutput::images(command.output().output.as_deref()),
+            OutputKind::Animation(output) => {
+                let first = plan.frames.known().and_then(|frames| frames.first().copied());
+                let frame = first.unwrap_or(PlannedFrame::at(1, 0.0));
+                let Target::File(file) = plan.outputs.target(scene, 1, &frame) else {
+                    return Err(no_stdout());
+                };
+                let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
+                let file = single_line_text("-o", file.file_name().unwrap_or_default())?;
+                let animation = Some(JobAnimation { output, file });
+                Ok(JobOutput { folder, pattern: String::new(), animation })
+            }
+        }
+    }
+
+    /// Splits -o into the folder without placeholders and the pattern after it.
+    fn images(output: Option<&Path>) -> Result<JobOutput, UsageError> {
+        let (mut folder, mut pattern) = (PathBuf::new(), String::new());
+        if let Some(output) = output {
+            let name = single_line_text("-o", output.as_os_str())?;
+            if name == "-" {
+                return Err(no_stdout());
+            }
+            let name = if output.is_dir() && !name.ends_with('/') { name + "/" } else { name };
+            let ends = name.match_indices('/').map(|(i, _)| i + 1);
+            let end = ends.take_while(|&i| PathTemplate::parse(&name[..i]).is_literal()).last().unwrap_or(0);
+            folder = name[..end].into();
+            pattern = name[end..].into();
+        }
+        Ok(JobOutput { folder, pattern, animation: None })
+    }
+}
+
+fn no_stdout() -> UsageError {
+    UsageError("-o -: a job writes files; set -o to a file name".into())
+}
+
+/// Arguments of `blinn assemble` for an animation.
+fn assemble_args(output: &AnimationOutput) -> Vec<String> {
+    let AnimationOutput { format, fps, loops, quality, clockwise } = *output;
+    let mut args = vec![format!("--fps={fps}")];
+    if !loops {
+        args.push("--loop=once".into());
+    }
+    if format.has_quality() {
+        args.push(format!("--quality={quality}"));
+    }
+    if clockwise && format == AnimationFormat::Html {
+        args.push("--direction=cw".into());
+    }
+    args
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_html_has_a_direction() {
+        let output =
+            |format| AnimationOutput { format, fps: 24.0, loops: true, quality: 90, clockwise: true };
+        assert_eq!(assemble_args(&output(AnimationFormat::Html)).last().unwrap(), "--direction=cw");
+        assert!(!assemble_args(&output(AnimationFormat::Mp4)).concat().contains("direction"));
+    }
+
+    #[test]
+    fn output_is_split_into_folder_and_pattern() {
+        for (output, folder, pattern) in [
+            ("a.png", "", "a.png"),
+            ("out/a.png", "out/", "a.png"),
+            ("out/####.png", "out/", "####.png"),
+            ("/x/out/{stem}/####.png", "/x/out/", "{stem}/####.png"),
+            ("f#/a.png", "", "f#/a.png"),
+            ("out/", "out/", ""),
+            ("out/{stem}/", "out/", "{stem}/"),
+            ("src", "src/", ""),
+        ] {
+            let found = JobOutput::images(Some(Path::new(output))).unwrap();
+            assert_eq!(
+                (found.folder.as_path(), &found.pattern[..]),
+                (Path::new(folder), pattern),
+                "{output}"
+            );
+        }
+        assert!(JobOutput::images(Some(Path::new("-"))).is_err());
+    }
+}

@@ -1,0 +1,98 @@
+//! All frames of a scene in one animation file.
+
+use std::path::Path;
+
+use super::frames::DEFAULT_FPS;
+use super::render_options::RenderOptions;
+use super::sequence_info::SequenceInfo;
+use crate::batch::PathTemplate;
+use crate::cli::args::{LoopArg, OutputArgs};
+use crate::cli::usage::UsageError;
+use crate::display::Background;
+use crate::output::{ANIMATION_QUALITY, AnimationFormat};
+
+/// Settings of an animation file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnimationOutput {
+    pub format: AnimationFormat,
+    /// Frames per second.
+    pub fps: f64,
+    /// True to loop forever, false to play once.
+    pub loops: bool,
+    /// 1 to 100, for lossy formats.
+    pub quality: u8,
+    /// True if the content rotates clockwise as seen from above.
+    pub clockwise: bool,
+}
+
+/// The animation format of an output name. A `.webp` is a single image: frames with that name are numbered, as those
+/// with `.png` are.
+pub fn animation_format(name: &Path) -> Option<AnimationFormat> {
+    AnimationFormat::from_path(name).filter(|format| *format != AnimationFormat::Webp)
+}
+
+impl AnimationOutput {
+    /// Resolves the settings.
+    ///
+    /// # Errors
+    /// Options that apply only to images. The messages say how to get the result with other options.
+    pub fn new(
+        format: AnimationFormat,
+        template: &PathTemplate,
+        args: &OutputArgs,
+        sequence: &SequenceInfo,
+        options: &RenderOptions,
+    ) -> Result<Self, UsageError> {
+        let name = args.output.as_deref().unwrap_or("".as_ref()).display().to_string();
+        check_options(format, template, args, sequence, options)
+            .map_err(|text| UsageError(format!("-o {name}: {text}")))?;
+        Ok(AnimationOutput {
+            format,
+            fps: sequence.fps.unwrap_or(DEFAULT_FPS),
+            loops: args.r#loop != Some(LoopArg::Once),
+            quality: args.quality.unwrap_or(ANIMATION_QUALITY),
+            clockwise: sequence.clockwise,
+        })
+    }
+}
+
+fn check_options(
+    format: AnimationFormat,
+    template: &PathTemplate,
+    args: &OutputArgs,
+    sequence: &SequenceInfo,
+    options: &RenderOptions,
+) -> Result<(), String> {
+    const USE_FRAMES: &str = "render images (-o frames/####.png), then use blinn assemble";
+    if !sequence.is_sequence {
+        return Err(
+            "an animation needs several frames; add --frames, use blinn turntable, or write a .png".into()
+        );
+    }
+    if template.has_frame_number() {
+        return Err("all frames go into one file; remove the frame number from its name".into());
+    }
+    if let Some(flag) = sequence.subset_flag {
+        return Err(format!("{flag} leaves out frames of the animation; {USE_FRAMES}"));
+    }
+    if args.resume {
+        return Err(format!("--resume does not apply to animations; {USE_FRAMES}"));
+    }
+    if !options.aovs.is_empty() {
+        return Err(format!("--aov does not apply to animations; {USE_FRAMES} on the frames of an AOV"));
+    }
+    if args.depth.as_deref().is_some_and(|depth| depth != "8") {
+        return Err("an animation has 8 bits per channel; remove --depth".into());
+    }
+    if args.quality.is_some() && !format.has_quality() {
+        return Err("--quality applies only to .jpg, .mp4 and .html; remove it".into());
+    }
+    if options.background == Background::Transparent && format == AnimationFormat::Mp4 {
+        return Err("MP4 has no transparency; set --background COLOR, or write .apng or .html".into());
+    }
+    format.check_rate(sequence.fps.unwrap_or(DEFAULT_FPS))?;
+    match options.known_size() {
+        Some(size) => format.check_size(size),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,130 @@
+//! The frames to render of each scene.
+
+use anyhow::{Result, bail};
+
+use crate::batch::{Chunk, FrameList, MAX_FRAMES};
+use crate::cli::args::{FrameArgs, TimeArgs};
+use crate::cli::usage::UsageError;
+use crate::scene::Orbit;
+
+/// Frames per second without --fps.
+pub const DEFAULT_FPS: f64 = 24.0;
+
+/// One image of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlannedFrame {
+    pub number: i64,
+    /// Time in the animation, in seconds.
+    pub time: f64,
+    /// Rotation of a turntable, in radians.
+    pub angle: f64,
+    /// Camera position in a dataset.
+    pub orbit: Option<Orbit>,
+}
+
+impl PlannedFrame {
+    /// A frame at a time, without rotation.
+    pub fn at(number: i64, time: f64) -> PlannedFrame {
+        PlannedFrame { number, time, angle: 0.0, orbit: None }
+    }
+}
+
+/// The frames of each scene.
+#[derive(Clone, Debug)]
+pub enum FrameSet {
+    /// A single image.
+    Single(PlannedFrame),
+    /// The same frames for every scene.
+    List(Vec<PlannedFrame>),
+    /// Frames of an animation.
+    Clip {
+        /// `None` for the whole clip.
+        frames: Option<FrameList>,
+        /// Frames per second.
+        fps: f64,
+        /// The part of the frames to render.
+        chunk: Option<Chunk>,
+    },
+}
+
+impl FrameSet {
+    pub fn from_args(frames: &FrameArgs, time: &TimeArgs) -> Result<FrameSet, UsageError> {
+        let fps = frames.fps.unwrap_or(DEFAULT_FPS);
+        match (&frames.frames, frames.frame) {
+            (Some(list), _) => Ok(FrameSet::Clip { frames: list.clone(), fps, chunk: frames.chunk }),
+            (None, Some(frame)) => Ok(FrameSet::Single(PlannedFrame::at(frame as i64, frame / fps))),
+            (None, None) if frames.fps.is_some() => Err(UsageError(
+                "--fps applies only to --frame and --frames; add one of them or remove --fps".into(),
+            )),
+            (None, None) => Ok(FrameSet::Single(PlannedFrame::at(1, time.time.unwrap_or(0.0)))),
+        }
+    }
+
+    /// True if output files are numbered.
+    pub fn is_sequence(&self) -> bool {
+        !matches!(self, FrameSet::Single(_))
+    }
+
+    /// The frames, if they do not depend on the length of a scene's clip.
+    pub fn known(&self) -> Option<Vec<PlannedFrame>> {
+        match self {
+            FrameSet::Clip { frames: None, .. } => None,
+            _ => self.resolve(0.0).ok(),
+        }
+    }
+
+    /// The frames of a scene whose clip takes `clip_duration` seconds.
+    ///
+    /// # Errors
+    /// More frames than a list holds.
+    pub fn resolve(&self, clip_duration: f64) -> Result<Vec<PlannedFrame>> {
+        Ok(match self {
+            FrameSet::Single(frame) => vec![*frame],
+            FrameSet::List(frames) => frames.clone(),
+            FrameSet::Clip { frames, fps, chunk } => {
+                let list = frames.clone().map_or_else(|| clip_frames(clip_duration, *fps), Ok)?;
+                let numbers = list.frames();
+                let part = chunk.map_or(0..numbers.len(), |chunk| chunk.range(numbers.len()));
+                let frame = |&number: &i64| PlannedFrame::at(number, number as f64 / fps);
+                numbers[part].iter().map(frame).collect()
+            }
+        })
+    }
+}
+
+/// All frames of a clip from 1; a single one for a scene without animation.
+fn clip_frames(end: f64, fps: f64) -> Result<FrameList> {
+    // Key times are f32: the time of the last frame may be slightly late.
+    let last = (end * fps - 1e-3).ceil().max(1.0);
+    if last > MAX_FRAMES as f64 {
+        bail!("--frames: {end} seconds at --fps {fps} are more than {MAX_FRAMES} frames; list some of them");
+    }
+    Ok(FrameList::up_to(last as u32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clip_has_all_frames_up_to_its_end() {
+        let last = |end: f64| clip_frames(end, 24.0).unwrap().frames().len();
+        assert_eq!((last(0.0), last(1.0), last(f64::from(10f32 / 24.0)), last(0.43)), (1, 24, 10, 11));
+        assert_eq!(last(1e6 / 24.0), MAX_FRAMES);
+        for (end, fps) in [(1e6 / 24.0 + 0.1, 24.0), (1.0, 1e9), (1.0, 1e300), (f64::INFINITY, 24.0)] {
+            let error = clip_frames(end, fps).unwrap_err().to_string();
+            assert!(error.contains("more than 1000000 frames"), "{error}");
+        }
+    }
+
+    #[test]
+    fn chunks_keep_the_order_of_the_list() {
+        let frames = FrameSet::Clip {
+            frames: Some(FrameList::parse("10-1:-3").unwrap()),
+            fps: 10.0,
+            chunk: Some(Chunk::parse("2/2").unwrap()),
+        };
+        let frames = frames.known().unwrap();
+        assert_eq!(frames, [PlannedFrame::at(4, 0.4), PlannedFrame::at(1, 0.1)]);
+    }
+}

@@ -1,0 +1,10 @@
+//! Limits for reading files.
+
+use crate::bench::memory::limit_bytes;
+use crate::import::Limits;
+
+/// Limits within `--max-memory`, else within the memory that this process may allocate.
+pub fn load_limits(max_memory: Option<u64>) -> Limits {
+    let available = || Limits { memory_bytes: limit_bytes().unwrap_or(u64::MAX), ..Limits::default() };
+    max_memory.map_or_else(available, Limits::with_memory)
+}

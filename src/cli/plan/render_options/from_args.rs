@@ -1,0 +1,156 @@
+//! Resolves arguments into render options.
+
+use super::{RenderOptions, camera, lights};
+use crate::cli::args::values::AovSelection;
+use crate::cli::args::{
+    CommonArgs, CullArg, FilterArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg, RenderOptionArgs,
+    SceneArgs, ShadingArgs, UpArg, ViewArg,
+};
+use crate::cli::usage::UsageError;
+use crate::display::{Background, ViewTransform};
+use crate::geometry::Rgb;
+use crate::import::{Limits, LoadOptions, SceneChoice, UpAxis};
+use crate::integrator::{Aov, MaterialOverrides, Stage};
+use crate::render::{AdaptiveSampling, PixelFilter, RenderSettings};
+use crate::scene::{GroundKind, Selection};
+
+impl RenderOptions {
+    /// Resolves arguments. `limits` apply to the environment map.
+    pub fn from_args(
+        args: &RenderOptionArgs,
+        scene: &SceneArgs,
+        animation: Option<&str>,
+        common: &CommonArgs,
+        limits: &Limits,
+    ) -> Result<RenderOptions, UsageError> {
+        let RenderOptionArgs { image, camera, light, shading } = args;
+        let stage = stage(shading.integrator);
+        lights::check_effects(light, stage)?;
+        check_image(image)?;
+        Ok(RenderOptions {
+            load: load_options(scene, common),
+            selection: Selection { only: shading.only_objects.clone(), hide: shading.hide.clone() },
+            animation: animation.map(str::to_string),
+            size: image.size,
+            settings: render_settings(image),
+            background: background(image, stage),
+            exposure: image.exposure,
+            view_transform: view_transform(image.view),
+            aovs: aovs(image),
+            view: camera::view(camera)?,
+            lighting: lights::lighting(light, limits)?,
+            shadows: !light.no_shadows,
+            ao: light.ao,
+            ground: light.ground.map(|ground| match ground {
+                GroundArg::Plane => GroundKind::Plane,
+                GroundArg::Shadow => GroundKind::ShadowCatcher,
+            }),
+            stage,
+            overrides: overrides(shading),
+            cull: shading.cull == CullArg::Auto,
+            rotation: None,
+        })
+    }
+}
+
+/// Options for reading scene files. Fingerprints of images hash them, so the limits are defaults on every machine.
+pub fn load_options(args: &SceneArgs, common: &CommonArgs) -> LoadOptions {
+    LoadOptions {
+        limits: Limits::default(),
+        scene: args.scene.clone().map_or(SceneChoice::Default, SceneChoice::Named),
+        variant: args.variant.clone(),
+        up: match args.up {
+            UpArg::Y => UpAxis::Y,
+            UpArg::Z => UpAxis::Z,
+        },
+        normals: args.smooth.unwrap_or_default(),
+        allow_outside: common.allow_outside,
+    }
+}
+
+fn stage(integrator: IntegratorArg) -> Stage {
+    match integrator {
+        IntegratorArg::Phong => Stage::Phong,
+        IntegratorArg::Shadow => Stage::Shadow,
+        IntegratorArg::Diffuse => Stage::Diffuse,
+        IntegratorArg::Color => Stage::Color,
+    }
+}
+
+fn check_image(args: &ImageArgs) -> Result<(), UsageError> {
+    if let (Some(crop), Some((width, height))) = (args.crop, args.size)
+        && (crop.x + crop.width > width || crop.y + crop.height > height)
+    {
+        return Err(UsageError(format!("--crop reaches beyond the image of {width}x{height} pixels")));
+    }
+    if args.adaptive.is_some() && args.samples <= 4 {
+        return Err(UsageError("--adaptive needs more than 4 samples; set --samples 16".into()));
+    }
+    Ok(())
+}
+
+fn render_settings(args: &ImageArgs) -> RenderSettings {
+    RenderSettings {
+        samples: args.samples,
+        filter: match args.filter {
+            FilterArg::Box => PixelFilter::Box,
+            FilterArg::Tent => PixelFilter::Tent,
+            FilterArg::Gaussian => PixelFilter::Gaussian,
+            FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
+        },
+        seed: args.seed,
+        // The exposure is known only after reading the scene.
+        adaptive: args.adaptive.map(|threshold| AdaptiveSampling { threshold, ev: 0.0 }),
+        crop: args.crop,
+        tile: if args.samples > 16 { 16 } else { 32 },
+        ..Default::default()
+    }
+}
+
+fn background(args: &ImageArgs, stage: Stage) -> Background {
+    if args.no_background {
+        return Background::Transparent;
+    }
+    args.background.unwrap_or(Background::Color(match stage {
+        // As in the lecture: the colour of the surface, else black.
+        Stage::Color => Rgb::ZERO,
+        _ => Rgb::splat(0.05),
+    }))
+}
+
+fn view_transform(view: ViewArg) -> Option<ViewTransform> {
+    match view {
+        ViewArg::Auto => None,
+        ViewArg::Standard => Some(ViewTransform::Standard),
+        ViewArg::Agx => Some(ViewTransform::Agx),
+        ViewArg::PbrNeutral => Some(ViewTransform::PbrNeutral),
+        ViewArg::Raw => Some(ViewTransform::Raw),
+    }
+}
+
+/// The AOVs of --aov and --heatmap.
+fn aovs(args: &ImageArgs) -> AovSelection {
+    let mut selection = args.aov.clone().unwrap_or_default();
+    let heatmap = args.heatmap.map(|HeatmapArg::Steps| Aov::Steps);
+    selection.aovs.extend(heatmap.filter(|aov| !selection.aovs.contains(aov)));
+    selection
+}
+
+fn overrides(args: &ShadingArgs) -> MaterialOverrides {
+    MaterialOverrides { k_d: args.kd, k_s: args.ks, shininess: args.shininess.map(|p| p as f32), k_e: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::cli::args::{Cli, Command};
+
+    #[test]
+    fn load_options_do_not_depend_on_the_machine() {
+        let cli = Cli::try_parse_from(["blinn", "render", "a.glb"]).unwrap();
+        let Command::Render(args) = cli.command else { panic!("another command") };
+        assert_eq!(load_options(&args.scene, &args.common).limits, Limits::default());
+    }
+}

@@ -1,0 +1,126 @@
+//! Resolved options: everything that decides the pixels of an image except its scene and frame.
+
+mod camera;
+mod from_args;
+mod lights;
+
+use glam::DVec3;
+
+use super::frames::PlannedFrame;
+use crate::cli::args::values::{AoArg, AovSelection, Exposure};
+use crate::display::{Background, ViewTransform};
+use crate::import::LoadOptions;
+use crate::integrator::{MaterialOverrides, Stage};
+use crate::render::RenderSettings;
+use crate::scene::{
+    AnimationChoice, Camera, GroundKind, Lighting, PosedScene, Scene, Selection, View, ViewError,
+};
+
+pub use from_args::load_options;
+
+/// Longer side of an image without --size, in pixels.
+const DEFAULT_SIDE: u32 = 1280;
+/// Size of an image without --size and without a file camera: 16:9.
+const DEFAULT_SIZE: (u32, u32) = (1280, 720);
+
+/// Everything that decides the pixels of an image except its scene and frame.
+#[derive(Clone, Debug)]
+pub struct RenderOptions {
+    /// With default limits: limits depend on the machine and decide no pixels.
+    pub load: LoadOptions,
+    pub selection: Selection,
+    /// The value of --animation.
+    pub animation: Option<String>,
+    /// Width and height from --size.
+    pub size: Option<(u32, u32)>,
+    pub settings: RenderSettings,
+    pub background: Background,
+    pub exposure: Option<Exposure>,
+    /// `None` to choose by the origin of the scene.
+    pub view_transform: Option<ViewTransform>,
+    pub aovs: AovSelection,
+    pub view: View,
+    pub lighting: Lighting,
+    pub shadows: bool,
+    pub ao: Option<AoArg>,
+    pub ground: Option<GroundKind>,
+    pub stage: Stage,
+    pub overrides: MaterialOverrides,
+    pub cull: bool,
+    /// Set for turntables.
+    pub rotation: Option<TurntableRotation>,
+}
+
+/// What a turntable rotates, and about which axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurntableRotation {
+    /// Unit length.
+    pub axis: DVec3,
+    /// True to rotate the camera around the scene, false to rotate the scene in front of camera and lights.
+    pub rotates_camera: bool,
+}
+
+impl RenderOptions {
+    /// The animation that --animation selects. A name takes precedence over an index.
+    pub fn animation(&self, scene: &Scene) -> anyhow::Result<AnimationChoice> {
+        let Some(choice) = self.animation.as_deref() else { return Ok(AnimationChoice::Default) };
+        let animations = &scene.animations;
+        if let Some(i) = animations.iter().position(|animation| animation.name == choice) {
+            return Ok(AnimationChoice::One(i));
+        }
+        match (choice, choice.parse::<usize>()) {
+            ("all", _) => Ok(AnimationChoice::All),
+            ("none", _) => Ok(AnimationChoice::Rest),
+            (_, Ok(i)) if i < animations.len() => Ok(AnimationChoice::One(i)),
+            (_, Ok(0)) => Ok(AnimationChoice::Rest),
+            _ => {
+                let names = animations.iter().enumerate().map(|(i, a)| format!("{i} '{}'", a.name));
+                let names = names.collect::<Vec<_>>().join(", ");
+                let names = if names.is_empty() { "none" } else { &names };
+                anyhow::bail!("there is no animation '{choice}'; the file has: {names}")
+            }
+        }
+    }
+
+    /// The camera of a frame, for an image of `size` pixels.
+    pub fn camera(
+        &self,
+        frame: &PlannedFrame,
+        posed: &PosedScene,
+        size: (u32, u32),
+    ) -> Result<Camera, ViewError> {
+        let view = View { orbit: frame.orbit.or(self.view.orbit), ..self.view.clone() };
+        Ok(view.resolve(posed, size.0, size.1)?.0)
+    }
+
+    /// Width and height of the rendered region, if they do not depend on the scene.
+    pub fn known_size(&self) -> Option<(u32, u32)> {
+        self.settings.crop.map(|crop| (crop.width, crop.height)).or(self.size)
+    }
+
+    /// Width and height of the image: --size, else the aspect ratio of the file's camera, else 16:9.
+    pub fn size_for(&self, scene: &Scene) -> (u32, u32) {
+        if let Some(size) = self.size {
+            return size;
+        }
+        let camera = match &self.view.camera {
+            Some(name) => scene.find_camera(name),
+            None if self.view.replaces_file_camera() => None,
+            None => (!scene.cameras.is_empty()).then_some(0),
+        };
+        natural_size(scene, camera)
+    }
+}
+
+/// The default image size for a camera of the file, or for a framed scene.
+pub fn natural_size(scene: &Scene, camera: Option<usize>) -> (u32, u32) {
+    let aspect = camera.and_then(|i| scene.cameras[i].aspect()).filter(|a| (0.01..=100.0).contains(a));
+    match aspect {
+        None => DEFAULT_SIZE,
+        Some(a) => {
+            let side = f64::from(DEFAULT_SIDE);
+            let (w, h) = if a >= 1.0 { (side, side / a) } else { (side * a, side) };
+            (w.round().max(1.0) as u32, h.round().max(1.0) as u32)
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! What output files need to know about the frames that go into them.
+
+/// Properties of the frames of each scene.
+#[derive(Clone, Copy, Debug)]
+pub struct SequenceInfo {
+    /// True for numbered frames, false for a single image.
+    pub is_sequence: bool,
+    /// Frames per second if given.
+    pub fps: Option<f64>,
+    /// The flag that restricts rendering to some of the frames.
+    pub subset_flag: Option<&'static str>,
+    /// True if the content appears to rotate clockwise as seen from above.
+    pub clockwise: bool,
+}

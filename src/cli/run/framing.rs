@@ -1,0 +1,75 @@
+//! Camera, pivot, ground and distances that all images of a scene share. They are taken from the start of the clip and
+//! from the bounds over the clip, so that no frame differs.
+
+use std::time::Instant;
+
+use anyhow::Result;
+use glam::DVec3;
+
+use super::dataset::depth_step;
+use super::progress::SceneLog;
+use crate::cli::args::values::AoArg;
+use crate::cli::plan::RenderPlan;
+use crate::integrator::AmbientOcclusion;
+use crate::scene::{Camera, Ground, PosedScene, ViewNotes};
+
+/// Runs a function and logs the time for the bounds over the clip, if the function is the first that needs them.
+pub fn log_clip_bounds<T>(log: &SceneLog, posed: &PosedScene, function: impl FnOnce() -> T) -> T {
+    let since = Instant::now();
+    let was_known = posed.clip_sample_count().is_some();
+    let result = function();
+    if let Some(times @ 1..) = posed.clip_sample_count().filter(|_| !was_known) {
+        log.stage("clip", since, &format!("{times} times"));
+    }
+    result
+}
+
+/// What all images have in common.
+pub struct Framing {
+    /// The camera at the start of the clip.
+    pub camera: Camera,
+    pub notes: ViewNotes,
+    /// A point on the rotation axis of a turntable.
+    pub pivot: DVec3,
+    pub occlusion: Option<AmbientOcclusion>,
+    pub ground: Option<Ground>,
+    /// The camera that camera-fixed lights follow in a dataset, so that all views are lit alike.
+    pub light_camera: Option<Camera>,
+    /// Metres per step of 16-bit depth in a dataset.
+    pub depth_step: Option<f64>,
+}
+
+/// Default distance of ambient occlusion, as a fraction of the scene's diagonal.
+const OCCLUSION_DISTANCE: f64 = 0.25;
+
+impl Framing {
+    /// Resolves the framing for images of `size` pixels.
+    pub fn new(plan: &RenderPlan, posed: &PosedScene, size: (u32, u32)) -> Result<Framing> {
+        let options = &plan.options;
+        let (width, height) = size;
+        let (camera, notes) = options.view.resolve(posed, width, height)?;
+        // The views of a dataset may have a camera where this view has none.
+        if let Some(first) = plan.dataset.and_then(|dataset| dataset.frames().next()) {
+            options.camera(&first, posed, size)?;
+        }
+        let occlusion = |ao: AoArg| AmbientOcclusion {
+            samples: ao.samples,
+            distance: ao
+                .distance
+                .unwrap_or_else(|| OCCLUSION_DISTANCE * posed.clip_bounds().extent().length()),
+        };
+        Ok(Framing {
+            camera,
+            notes,
+            // The centre that views are framed about, so that they hold all around.
+            pivot: options.rotation.map_or(DVec3::ZERO, |_| posed.clip_sphere().centre),
+            occlusion: options.ao.map(occlusion),
+            ground: options.ground.map(|kind| Ground::under(&posed.clip_bounds(), kind)),
+            light_camera: match plan.dataset {
+                Some(_) => Some(options.view.without_orbit().resolve(posed, width, height)?.0),
+                None => None,
+            },
+            depth_step: depth_step(plan, posed, size)?,
+        })
+    }
+}

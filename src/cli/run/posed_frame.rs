@@ -1,0 +1,128 @@
+//! A scene at one time with its acceleration structure, and what is needed to trace rays in it.
+
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use glam::DAffine3;
+
+use super::framing::Framing;
+use super::progress::SceneLog;
+use crate::accel::{Accel, BuildReport, BuildSettings};
+use crate::cli::plan::{RenderOptions, TurntableRotation};
+use crate::integrator::Frame;
+use crate::scene::{AxisRotation, Camera, Lighting, PosedScene};
+
+/// A scene at one time.
+pub struct PosedFrame<'s> {
+    /// In seconds, at most the end of the clip.
+    pub time: f64,
+    pub posed: PosedScene<'s>,
+    /// `None` until it is needed.
+    pub accel: Option<Accel>,
+}
+
+/// Camera framing, lighting and options that all frames of a scene share.
+pub struct SceneSetup<'a> {
+    pub options: &'a RenderOptions,
+    pub log: &'a SceneLog<'a>,
+    pub build: BuildSettings,
+    /// End of the clip in seconds. The last pose holds from there on.
+    pub clip_duration: f64,
+    pub framing: Framing,
+    /// Light sources and ambient colour are those at the start of the clip.
+    pub lighting: Lighting,
+}
+
+impl<'a> SceneSetup<'a> {
+    /// True if `frame` shows the scene at `time`.
+    pub fn is_at(&self, frame: &PosedFrame, time: f64) -> bool {
+        frame.time == time.min(self.clip_duration)
+    }
+
+    /// Poses the scene at `time`, starting from another frame. Refits `reusable`, the acceleration structure of a
+    /// finished frame, or builds a new one.
+    pub fn pose_at(
+        &self,
+        time: f64,
+        other: &PosedFrame<'a>,
+        reusable: Option<Accel>,
+    ) -> Result<PosedFrame<'a>> {
+        let time = time.min(self.clip_duration);
+        let start = Instant::now();
+        let posed = other.posed.at_time(time);
+        self.log.stage("pose", start, "");
+        let mut frame = PosedFrame { time, posed, accel: None };
+        match reusable {
+            Some(mut accel) => {
+                let start = Instant::now();
+                let report = accel.update(&frame.posed);
+                frame.accel = Some(accel);
+                self.log_build("update", start, &report)?;
+            }
+            None => self.build(&mut frame)?,
+        }
+        Ok(frame)
+    }
+
+    /// Builds the acceleration structure if the frame has none.
+    pub fn build(&self, frame: &mut PosedFrame) -> Result<()> {
+        if frame.accel.is_some() {
+            return Ok(());
+        }
+        let start = Instant::now();
+        let (accel, report) = Accel::build(&frame.posed, &self.build);
+        frame.accel = Some(accel);
+        self.log_build("build", start, &report)
+    }
+
+    fn log_build(&self, stage: &str, start: Instant, report: &BuildReport) -> Result<()> {
+        let zero_area = match report.zero_area {
+            0 => String::new(),
+            count => format!("{count} triangles without area"),
+        };
+        self.log.stage(stage, start, &zero_area);
+        match ignored_triangles(report) {
+            Some(warning) => self.log.warn(&warning),
+            None => Ok(()),
+        }
+    }
+
+    /// The frame as `camera` sees it, without ground.
+    pub fn frame<'m>(&self, frame: &'m PosedFrame<'m>, camera: Camera) -> Result<Frame<'m>> {
+        let Some(accel) = &frame.accel else { bail!("the scene has no acceleration structure") };
+        let light_camera = self.framing.light_camera.as_ref().unwrap_or(&camera);
+        let lit = self.lighting.resolve(&frame.posed, light_camera);
+        Ok(Frame {
+            overrides: self.options.overrides,
+            cull_back_faces: self.options.cull,
+            shadows: self.options.shadows,
+            ambient_occlusion: self.framing.occlusion,
+            ..Frame::new(&frame.posed, accel, camera, &lit)
+        })
+    }
+
+    /// The frame with the scene or the camera rotated by a turntable.
+    pub fn rotated_frame<'m>(
+        &self,
+        angle: f64,
+        frame: &'m PosedFrame<'m>,
+        camera: Camera,
+    ) -> Result<Frame<'m>> {
+        let Some(TurntableRotation { axis, rotates_camera }) = self.options.rotation else {
+            return self.frame(frame, camera);
+        };
+        let rotation: DAffine3 = AxisRotation { axis, pivot: self.framing.pivot, angle }.to_affine();
+        if rotates_camera {
+            self.frame(frame, camera.transformed(&rotation))
+        } else {
+            Ok(self.frame(frame, camera)?.with_scene_motion(&rotation))
+        }
+    }
+}
+
+/// Warning about triangles that are not rendered. Triangles without area cause none: they cover no pixel, and nearly
+/// every exporter writes some.
+pub fn ignored_triangles(report: &BuildReport) -> Option<String> {
+    let count = report.non_finite;
+    (count > 0).then(|| format!("ignored {count} triangles with vertices that are not finite numbers"))
+}

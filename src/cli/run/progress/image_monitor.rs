@@ -1,0 +1,34 @@
+//! Progress of one image, by its finished pixels.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::reporter::Reporter;
+use crate::render::ProgressMonitor;
+
+/// Adds the progress of an image to that of all work.
+pub struct ImageMonitor<'r> {
+    reporter: &'r Reporter,
+    scene: &'r Path,
+    pixels: u64,
+    pixels_done: AtomicU64,
+}
+
+impl<'r> ImageMonitor<'r> {
+    /// Monitors an image of `pixels` pixels.
+    pub fn new(reporter: &'r Reporter, scene: &'r Path, pixels: u64) -> ImageMonitor<'r> {
+        ImageMonitor { reporter, scene, pixels, pixels_done: AtomicU64::new(0) }
+    }
+
+    /// The image is rendered.
+    pub fn finish(self) {
+        self.reporter.frame_done(self.scene);
+    }
+}
+
+impl ProgressMonitor for ImageMonitor<'_> {
+    fn pixels_done(&self, count: u64) {
+        let done = self.pixels_done.fetch_add(count, Ordering::Relaxed) + count;
+        self.reporter.frame_progress(self.scene, done as f64 / self.pixels.max(1) as f64);
+    }
+}

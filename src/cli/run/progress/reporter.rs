@@ -1,0 +1,250 @@
+//! Reports scenes, frames, files and warnings in the format of `--progress`.
+
+use std::io::IsTerminal;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Value, json};
+
+use super::format::progress_line;
+use super::work_progress::WorkProgress;
+use crate::cli::args::{LogArgs, ProgressArg};
+use crate::cli::console::{eprint_line, single_line};
+use crate::cli::summary::Summary;
+
+pub struct Reporter {
+    style: Style,
+    quiet: bool,
+    verbose: bool,
+    perf: bool,
+    bar: Option<ProgressBar>,
+    progress: Mutex<WorkProgress>,
+    /// Reported steps of progress.
+    steps: AtomicU64,
+    /// Number of written files.
+    wrote: AtomicU64,
+    /// Number of images that --resume kept.
+    kept: AtomicU64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Style {
+    Bar,
+    Plain,
+    /// One JSON object per line.
+    Json,
+    /// Messages of the OpenJD specification: `openjd_progress: 50`.
+    OpenJd,
+    None,
+}
+
+/// Length of the progress bar in steps.
+const BAR_STEPS: u64 = 10_000;
+
+impl Reporter {
+    pub fn new(args: &LogArgs, scenes: usize, quiet: bool) -> Reporter {
+        let style = match args.progress {
+            _ if quiet => Style::None,
+            ProgressArg::Auto if std::io::stderr().is_terminal() => Style::Bar,
+            ProgressArg::Plain => Style::Plain,
+            ProgressArg::Json => Style::Json,
+            ProgressArg::Openjd => Style::OpenJd,
+            ProgressArg::Auto | ProgressArg::None => Style::None,
+        };
+        Reporter {
+            style,
+            quiet,
+            verbose: args.verbose,
+            perf: args.perf,
+            bar: (style == Style::Bar).then(progress_bar),
+            progress: Mutex::new(WorkProgress::new(scenes)),
+            steps: AtomicU64::new(0),
+            wrote: AtomicU64::new(0),
+            kept: AtomicU64::new(0),
+        }
+    }
+
+    /// Reports a warning about a scene.
+    pub fn warn(&self, scene: &Path, text: &str) {
+        if self.quiet {
+            return;
+        }
+        let text = single_line(text);
+        match self.style {
+            Style::Json => {
+                self.event(json!({"event": "warning", "scene": scene.to_string_lossy(), "text": text}))
+            }
+            _ => self.line(&format!("warning: {}: {text}", scene.display())),
+        }
+    }
+
+    /// Reports a failure, of a scene or of anything else, also with --quiet.
+    pub fn fail(&self, scene: Option<&Path>, line: &str) {
+        match self.style {
+            Style::OpenJd => self.line(&format!("openjd_fail: {line}")),
+            Style::Json => self.event(json!({
+                "event": "failed", "scene": scene.map(Path::to_string_lossy), "text": line
+            })),
+            _ => {}
+        }
+        self.line(&format!("blinn: {line}"));
+    }
+
+    /// Reports a choice, for --verbose.
+    pub fn note(&self, text: &str) {
+        if self.verbose && !self.quiet {
+            self.remark(&single_line(text));
+        }
+    }
+
+    /// Reports the time of a stage, for --perf.
+    pub fn stage(&self, name: &str, since: Instant, detail: &str) {
+        self.perf(&format!("{name:<8} {:>10.1} ms  {detail}", since.elapsed().as_secs_f64() * 1e3));
+    }
+
+    /// Reports any line of --perf.
+    pub fn perf(&self, text: &str) {
+        if self.perf {
+            self.remark(&format!("perf: {text}"));
+        }
+    }
+
+    /// Reports a written file, of a scene or of all.
+    pub fn wrote(&self, scene: Option<&Path>, file: &Path) {
+        self.wrote.fetch_add(1, Ordering::Relaxed);
+        match self.style {
+            _ if self.quiet => {}
+            Style::Json => self.event(json!({
+                "event": "wrote", "scene": scene.map(Path::to_string_lossy), "file": file.to_string_lossy()
+            })),
+            _ => self.line(&format!("wrote {}", file.display())),
+        }
+    }
+
+    /// Reports images that --resume kept.
+    pub fn kept(&self, scene: &Path, count: usize) {
+        self.kept.fetch_add(count as u64, Ordering::Relaxed);
+        match self.style {
+            _ if self.quiet || count == 0 => {}
+            Style::Json => {
+                self.event(json!({"event": "kept", "scene": scene.to_string_lossy(), "count": count}))
+            }
+            _ => self.line(&format!("kept {count} of {}", scene.display())),
+        }
+    }
+
+    /// Begins the frames of a scene.
+    pub fn begin_frames(&self, scene: &Path, frames: usize) {
+        self.progress().begin_frames(frames);
+        if self.style == Style::OpenJd {
+            let scene = single_line(&scene.display().to_string());
+            self.line(&format!("openjd_status: {scene}, {frames} frames"));
+        }
+    }
+
+    /// The current frame is rendered up to a fraction, 0 … 1.
+    pub(super) fn frame_progress(&self, scene: &Path, fraction: f64) {
+        if self.style != Style::None {
+            self.progress().set_frame_fraction(fraction);
+            self.report_progress(scene);
+        }
+    }
+
+    /// The current frame is rendered.
+    pub(super) fn frame_done(&self, scene: &Path) {
+        self.progress().frame_done();
+        self.report_progress(scene);
+    }
+
+    /// The current scene is finished or has failed.
+    pub fn scene_done(&self, scene: &Path) {
+        self.progress().scene_done();
+        self.report_progress(scene);
+    }
+
+    /// Reports the totals at the end.
+    pub fn done(&self, summary: &Summary) {
+        if self.style == Style::Json {
+            self.event(json!({
+                "event": "done", "scenes": summary.scenes + summary.not_started,
+                "failed": summary.failures.len(), "left": summary.not_started,
+                "wrote": self.wrote.load(Ordering::Relaxed), "kept": self.kept.load(Ordering::Relaxed),
+                "exit_code": summary.exit_code(),
+            }));
+        }
+    }
+
+    fn progress(&self) -> MutexGuard<'_, WorkProgress> {
+        self.progress.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    /// Reports the progress if it has reached the next step: 1 %, or 10 % for a single image.
+    fn report_progress(&self, scene: &Path) {
+        let progress = self.progress();
+        let fraction = progress.fraction();
+        if let Some(bar) = &self.bar {
+            bar.set_position((fraction * BAR_STEPS as f64) as u64);
+            bar.set_message(progress_line(&progress, scene));
+            return;
+        }
+        let frame = progress.frame();
+        let is_single = frame.count * progress.scene().count == 1 && self.style != Style::OpenJd;
+        let steps: u64 = if is_single { 10 } else { 100 };
+        // Thirds add up to slightly less than 1.
+        let step = ((fraction + 1e-9) * steps as f64) as u64;
+        if step <= self.steps.fetch_max(step, Ordering::Relaxed) {
+            return;
+        }
+        let percent = step * 100 / steps;
+        match self.style {
+            Style::Json => self.event(json!({
+                "event": "progress", "scene": scene.to_string_lossy(), "percent": percent,
+                "frame": frame.current, "frames": frame.count,
+                "frames_per_second": progress.frames_per_second(),
+                "seconds_left": progress.time_left().map(|left| left.as_secs_f64()),
+            })),
+            Style::Plain => self.line(&format!("{percent} %  {}", progress_line(&progress, scene))),
+            Style::OpenJd => self.line(&format!("openjd_progress: {percent}")),
+            Style::Bar | Style::None => {}
+        }
+    }
+
+    /// A line for people. Beside JSON events it has a prefix, so that programs can tell it apart.
+    fn remark(&self, text: &str) {
+        match self.style {
+            Style::Json => self.line(&format!("blinn: {text}")),
+            _ => self.line(text),
+        }
+    }
+
+    fn event(&self, event: Value) {
+        self.line(&event.to_string());
+    }
+
+    /// Writes a line to standard error, above the progress bar.
+    fn line(&self, text: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| eprint_line(text)),
+            None => eprint_line(text),
+        }
+    }
+}
+
+fn progress_bar() -> ProgressBar {
+    let bar = ProgressBar::new(BAR_STEPS);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+impl Drop for Reporter {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Outcome of a command: which scenes failed, and the exit code that follows.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+
+use super::console::print_error;
+
+/// Exit code if everything succeeded.
+pub const EXIT_SUCCESS: u8 = 0;
+/// Exit code if something failed. The rest was done.
+pub const EXIT_FAILURE: u8 = 1;
+
+/// Outcomes of all scenes of a command.
+#[derive(Debug, Default)]
+pub struct Summary {
+    /// Number of scenes that were started.
+    pub scenes: usize,
+    /// Number of scenes that were not started.
+    pub not_started: usize,
+    /// One error line for each scene that failed.
+    pub failures: Vec<String>,
+    /// True if something failed that belongs to no scene. It has been reported.
+    pub other_failure: bool,
+}
+
+impl Summary {
+    /// Summary of a command that only writes output.
+    pub fn of_output(written: Result<()>) -> Summary {
+        let mut summary = Summary::default();
+        summary.record(written);
+        summary
+    }
+
+    /// Adds the outcome of a scene: its error line, which has been reported, or `None` for success.
+    pub fn add_scene(&mut self, failure: Option<String>) {
+        self.scenes += 1;
+        self.failures.extend(failure);
+    }
+
+    /// Records and reports an outcome that belongs to no scene.
+    pub fn record(&mut self, outcome: Result<()>) {
+        if let Err(error) = outcome {
+            self.other_failure = true;
+            print_error(&format!("{error:#}"));
+        }
+    }
+
+    /// Lists the failures of several scenes again, since the first reports may have scrolled away, and returns the
+    /// exit code.
+    pub fn exit(self) -> ExitCode {
+        let total = self.scenes + self.not_started;
+        if total > 1 && !self.failures.is_empty() {
+            let not_started = match self.not_started {
+                0 => String::new(),
+                count => format!(", {count} not started"),
+            };
+            print_error(&format!("{} of {total} scenes failed{not_started}:", self.failures.len()));
+            self.failures.iter().for_each(|line| print_error(&format!("  {line}")));
+        }
+        ExitCode::from(self.exit_code())
+    }
+
+    pub fn exit_code(&self) -> u8 {
+        if self.failures.is_empty() && !self.other_failure { EXIT_SUCCESS } else { EXIT_FAILURE }
+    }
+}
