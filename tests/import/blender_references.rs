@@ -135,7 +135,7 @@ const COARSE: Tolerance = Tolerance { pixels: 30, depth: 6e-3, degrees: 2.5, col
 /// The differences beyond the tolerance, or an empty text.
 fn compare(theirs: &Buffers, ours: &Buffers, case: &Value, tolerance: &Tolerance) -> String {
     let mut wrong = String::new();
-    let mut judge = |what: &str, found: f32, allowed: f32| {
+    let mut check = |what: &str, found: f32, allowed: f32| {
         if !(found <= allowed) {
             wrong.push_str(&format!(" {what} {found} over {allowed};"));
         }
@@ -143,30 +143,30 @@ fn compare(theirs: &Buffers, ours: &Buffers, case: &Value, tolerance: &Tolerance
     let has = |name: &str| case["buffers"].as_array().unwrap().iter().any(|b| b == name);
     let limit = |name: &str, default: f32| case["limits"][name].as_f64().map_or(default, |v| v as f32);
     let differ = theirs.mask.iter().zip(&ours.mask).filter(|(a, b)| a != b).count();
-    judge("pixels of the mask", differ as f32, tolerance.pixels as f32);
+    check("pixels of the mask", differ as f32, tolerance.pixels as f32);
     let both: Vec<usize> = (0..ours.mask.len()).filter(|&i| theirs.mask[i] && ours.mask[i]).collect();
-    judge("pixels not seen", if both.len() < 100 { 1.0 } else { 0.0 }, 0.0);
+    check("pixels not seen", if both.len() < 100 { 1.0 } else { 0.0 }, 0.0);
     let depth = both.iter().map(|&i| (ours.depth[i] / theirs.depth[i] - 1.0).abs());
-    judge("depth", p95(depth.clone().collect()), tolerance.depth);
-    judge("pixels of another depth", depth.filter(|&d| d > 0.01).count() as f32, tolerance.pixels as f32);
+    check("depth", p95(depth.clone().collect()), tolerance.depth);
+    check("pixels of another depth", depth.filter(|&d| d > 0.01).count() as f32, tolerance.pixels as f32);
     if has("normal") {
         let angle = |&i: &usize| ours.normal[i].angle_between(theirs.normal[i]).to_degrees();
         let angles: Vec<f32> = both.iter().map(angle).collect();
         let other = angles.iter().filter(|&&a| a > 5.0).count() as f32 / both.len() as f32;
         let widened = limit("normal_deg_p95", 0.0);
-        judge(
+        check(
             "share of other normals",
             other,
             if widened > 0.0 { 0.01 } else { 0.002 + 0.003 * tolerance.degrees },
         );
-        judge("degrees", p95(angles), widened.max(tolerance.degrees));
+        check("degrees", p95(angles), widened.max(tolerance.degrees));
     }
     if has("albedo") {
         let apart = both.iter().map(|&i| (ours.albedo[i] - theirs.albedo[i]).abs().max_element());
         let mean = apart.clone().sum::<f32>() / both.len() as f32;
         let other = apart.filter(|&d| d > 0.1).count() as f32 / both.len() as f32;
-        judge("base colour", mean, tolerance.color);
-        judge("share of other colours", other, 2.0 * tolerance.color);
+        check("base colour", mean, tolerance.color);
+        check("share of other colours", other, 2.0 * tolerance.color);
     }
     wrong
 }

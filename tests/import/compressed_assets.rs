@@ -98,7 +98,7 @@ fn an_independent_reader_finds_the_same_triangles() {
 }
 
 /// Renders depth, vertex normal and albedo through this camera.
-fn look(posed: &PosedScene, camera: &Camera) -> [Vec<f32>; 3] {
+fn render_layers(posed: &PosedScene, camera: &Camera) -> [Vec<f32>; 3] {
     let (accel, _) = Accel::build(posed, &BuildSettings::default());
     let lit = Lighting::default().resolve(posed, camera);
     let frame = Frame::new(posed, &accel, *camera, &lit);
@@ -140,10 +140,10 @@ fn compressed_files_look_like_their_twins() {
             let (camera, _) = View { view_dir: Some(DVec3::new(-0.6, -0.7, -0.5)), ..View::default() }
                 .resolve(&twins, SIDE, SIDE)
                 .unwrap();
-            let (a, b) = (look(&ours, &camera), look(&twins, &camera));
+            let (a, b) = (render_layers(&ours, &camera), render_layers(&twins, &camera));
             let depth = [&a[0][..], &b[0][..]];
-            let seen = depth[1].iter().filter(|d| d.is_finite()).count();
-            assert!(seen > 60, "{name}: {seen} pixels seen");
+            let covered = depth[1].iter().filter(|d| d.is_finite()).count();
+            assert!(covered > 60, "{name}: {covered} pixels seen");
             let size = (twins.bounds().max - twins.bounds().min).length() as f32;
             // Textures, vertex colours and normals are quantised, and edges may move. ETC1S and WebP are
             // lossy; their decoding is tested elsewhere. Two files differ from their twin on purpose.
@@ -156,10 +156,10 @@ fn compressed_files_look_like_their_twins() {
             for (layer, (tolerance, percent)) in [(0, (0.01 * size, 2)), (1, (0.06, 2)), (2, textures)] {
                 let (differ, alone) = differing(&a[layer], &b[layer], depth, tolerance);
                 assert!(
-                    differ * 100 <= percent * seen,
-                    "{name} {time:?} layer {layer}: {differ} of {seen} differ"
+                    differ * 100 <= percent * covered,
+                    "{name} {time:?} layer {layer}: {differ} of {covered} differ"
                 );
-                assert!(alone * 100 <= 2 * seen, "{name} {time:?}: {alone} of {seen} alone");
+                assert!(alone * 100 <= 2 * covered, "{name} {time:?}: {alone} of {covered} alone");
             }
             compared += 1;
         }

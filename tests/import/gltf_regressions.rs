@@ -34,7 +34,7 @@ fn model(name: &str) -> Scene {
 }
 
 /// Renders one layer of the unit square from +z, 8 × 8 pixels.
-fn look(scene: &Scene, aov: Aov) -> Vec<f32> {
+fn render_layer(scene: &Scene, aov: Aov) -> Vec<f32> {
     let posed = pose(scene, &PoseSettings::default()).unwrap();
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
     let view = View {
@@ -52,13 +52,13 @@ fn look(scene: &Scene, aov: Aov) -> Vec<f32> {
     render_aovs(&frame, &[aov], &settings, &()).unwrap().remove(0).values
 }
 
-fn seen(scene: &Scene) -> usize {
-    look(scene, Aov::Mask).iter().filter(|&&m| m > 0.5).count()
+fn covered_pixels(scene: &Scene) -> usize {
+    render_layer(scene, Aov::Mask).iter().filter(|&&m| m > 0.5).count()
 }
 
 /// The values of the first pixel in the bottom row, which the triangle covers.
 fn corner(scene: &Scene, aov: Aov) -> Vec<f32> {
-    let values = look(scene, aov);
+    let values = render_layer(scene, aov);
     let width = values.len() / 64;
     values[56 * width..57 * width].to_vec()
 }
@@ -181,7 +181,10 @@ fn p07_a_stride_that_cannot_be_is_repaired() {
     let mut file = triangle();
     file.json["bufferViews"][0]["byteStride"] = json!(4);
     let (scene, warnings) = file.load();
-    assert!(seen(&scene) > 20 && warnings[0].starts_with("bufferViews[0].byteStride: "), "{warnings:?}");
+    assert!(
+        covered_pixels(&scene) > 20 && warnings[0].starts_with("bufferViews[0].byteStride: "),
+        "{warnings:?}"
+    );
 }
 
 #[test]
@@ -190,11 +193,11 @@ fn p08_mirrored_nodes_turn_their_winding() {
     let mut file = triangle();
     file.json["nodes"][0] = json!({"mesh": 0, "scale": [-1, 1, 1], "translation": [1, 0, 0]});
     let scene = file.load().0;
-    let normals = look(&scene, Aov::Normal);
-    assert!(seen(&scene) > 20);
+    let normals = render_layer(&scene, Aov::Normal);
+    assert!(covered_pixels(&scene) > 20);
     assert!(normals.as_chunks::<3>().0.iter().all(|n| *n == [0.0; 3] || *n == [0.0, 0.0, 1.0]));
     file.json["nodes"][0] = json!({"mesh": 0, "scale": [1, 1, -1]});
-    assert_eq!(seen(&file.load().0), 0, "mirrored along z it shows its back");
+    assert_eq!(covered_pixels(&file.load().0), 0, "mirrored along z it shows its back");
 }
 
 /// Joints place a skin's vertices; its node's transform still determines the front side.
@@ -210,8 +213,8 @@ fn p08_mirrored_nodes_turn_the_winding_of_skins() {
         {"scale": [-1, 1, 1], "translation": [1, 0, 0], "children": [0, 1]}]);
     file.json["scenes"][0]["nodes"] = json!([2]);
     let scene = file.load().0;
-    assert!(seen(&scene) > 20);
-    let normals = look(&scene, Aov::GeometricNormal);
+    assert!(covered_pixels(&scene) > 20);
+    let normals = render_layer(&scene, Aov::GeometricNormal);
     assert!(normals.as_chunks::<3>().0.iter().all(|n| *n == [0.0; 3] || *n == [0.0, 0.0, 1.0]));
 }
 
@@ -222,7 +225,7 @@ fn p09_without_normals_a_mesh_is_flat() {
     let positions = file.vec3(&[[0.0, 0.0, 0.0], [1.0, 0.0, -1.0], [1.0, 1.0, 0.0], [0.0, 1.0, -1.0]]);
     let indices = file.accessor(5121, "SCALAR", 6, &[0, 1, 2, 0, 2, 3]);
     *file.primitive() = json!({"attributes": {"POSITION": positions}, "indices": indices});
-    let normals = look(&file.load().0, Aov::VertexNormal);
+    let normals = render_layer(&file.load().0, Aov::VertexNormal);
     let mut different: Vec<[u32; 3]> =
         normals.as_chunks::<3>().0.iter().map(|n| n.map(f32::to_bits)).collect();
     different.sort_unstable();
@@ -329,7 +332,7 @@ fn p13_unknown_extensions_do_no_harm() {
     file.json["extensions"] = strange;
     file.json["extensionsUsed"] = json!(["ACME_strange"]);
     let (scene, warnings) = file.load();
-    assert!(seen(&scene) > 20);
+    assert!(covered_pixels(&scene) > 20);
     assert_eq!(warnings, ["ACME_strange is not known, and was ignored"]);
 }
 
@@ -372,7 +375,7 @@ fn p16_text_that_is_not_utf_8_is_read() {
     bytes[at + 3] = 0xe9;
     std::fs::write(&path, bytes).unwrap();
     let (scene, warnings) = load(&path, &LoadOptions::default()).unwrap();
-    assert!(seen(&scene) > 20 && warnings.len() == 1);
+    assert!(covered_pixels(&scene) > 20 && warnings.len() == 1);
 }
 
 #[test]

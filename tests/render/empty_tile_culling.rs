@@ -38,7 +38,7 @@ impl Integrator for Counting {
 }
 
 /// Checks that both pictures are equal. Returns the number of samples without and with culling.
-fn asked(frame: &Frame, settings: &RenderSettings) -> [usize; 2] {
+fn sample_counts(frame: &Frame, settings: &RenderSettings) -> [usize; 2] {
     let [all, some] = [true, false].map(|everywhere| {
         let integrator = Counting { everywhere, samples: AtomicUsize::new(0) };
         let pixels = render(frame, &integrator, settings, &()).unwrap();
@@ -86,7 +86,7 @@ fn pictures_are_the_same_from_anywhere() {
                 let (camera, _) = view.resolve(&posed, settings.width, settings.height).unwrap();
                 let lit = Lighting::default().resolve(&posed, &camera);
                 let frame = Frame::new(&posed, &accel, camera, &lit);
-                let [all, some] = asked(&frame, &settings);
+                let [all, some] = sample_counts(&frame, &settings);
                 assert_eq!(all, 64 * 40 * samples as usize);
                 spared += usize::from(some < all);
             }
@@ -105,8 +105,8 @@ fn a_picture_of_nothing_asks_for_nothing_and_a_ground_is_something() {
     let (camera, _) = away.resolve(&posed, 64, 64).unwrap();
     let lit = Lighting::default().resolve(&posed, &camera);
     let frame = Frame::new(&posed, &accel, camera, &lit);
-    assert_eq!(asked(&frame, &settings)[1], 0);
+    assert_eq!(sample_counts(&frame, &settings)[1], 0);
     let ground = Some(Ground::under(&posed.bounds(), GroundKind::Plane));
-    let [all, some] = asked(&Frame { ground, ..frame }, &settings);
+    let [all, some] = sample_counts(&Frame { ground, ..frame }, &settings);
     assert_eq!(all, some);
 }

@@ -50,7 +50,7 @@ fn physical(metallic: f64, roughness: f64) -> Material {
 }
 
 /// The red channel of each pixel, seen from far away and lit at `angle` to the view direction.
-fn seen(mesh: &Mesh, material: Material, ambient: Rgb, angle: f64) -> Vec<f64> {
+fn render_red(mesh: &Mesh, material: Material, ambient: Rgb, angle: f64) -> Vec<f64> {
     let scene = Scene {
         materials: vec![material],
         meshes: vec![mesh.clone()],
@@ -99,7 +99,7 @@ fn ggx(n: DVec3, metallic: f64, roughness: f64, angle: f64) -> f64 {
     PI * (specular + BASE * (1.0 - metallic) * (1.0 - f0) / PI) * nl
 }
 
-fn shown(v: f64) -> f64 {
+fn encode_srgb(v: f64) -> f64 {
     255.0 * f64::from(linear_to_srgb(v.clamp(0.0, 1.0) as f32))
 }
 
@@ -116,10 +116,11 @@ fn difference(metallic: f64) -> f64 {
         (1..=10).flat_map(|r| [0.0f64, 30.0, 60.0, 90.0].map(|d| (f64::from(r) / 10.0, d)))
     {
         let angle = degrees.to_radians();
-        let picture = seen(&mesh, physical(metallic, roughness), Rgb::ZERO, angle);
+        let picture = render_red(&mesh, physical(metallic, roughness), Rgb::ZERO, angle);
         let on = normals.iter().zip(&picture).filter_map(|(n, got)| n.map(|n| (n, *got)));
-        let off: Vec<f64> =
-            on.map(|(n, got)| (shown(got) - shown(ggx(n, metallic, roughness, angle))).abs()).collect();
+        let off: Vec<f64> = on
+            .map(|(n, got)| (encode_srgb(got) - encode_srgb(ggx(n, metallic, roughness, angle))).abs())
+            .collect();
         assert!(off.len() > 51_000, "the ball fills the picture");
         sum += off.iter().sum::<f64>() / off.len() as f64;
     }
@@ -141,11 +142,11 @@ fn the_mapping_is_as_near_to_ggx_as_design_md_says() {
 #[test]
 fn normals_that_say_nothing_are_as_good_as_none() {
     let flat = Mesh { normals: Vec::new(), ..ball() };
-    let expected = seen(&flat, physical(1.0, 0.3), Rgb::ZERO, 0.5);
+    let expected = render_red(&flat, physical(1.0, 0.3), Rgb::ZERO, 0.5);
     assert!(expected.iter().any(|&light| light > 1.0), "there is a highlight");
     for nothing in [Vec3::ZERO, Vec3::NAN] {
         let mesh = Mesh { normals: vec![nothing; flat.positions.len()], ..flat.clone() };
-        assert_eq!(seen(&mesh, physical(1.0, 0.3), Rgb::ZERO, 0.5), expected, "{nothing}");
+        assert_eq!(render_red(&mesh, physical(1.0, 0.3), Rgb::ZERO, 0.5), expected, "{nothing}");
     }
 }
 
@@ -163,8 +164,8 @@ fn a_metal_by_specular_and_glossiness_is_the_metal_by_base_and_roughness() {
             ..Default::default()
         };
         let ambient = Rgb::splat(0.1);
-        let expected = seen(&mesh, physical(1.0, roughness), ambient, 0.5);
-        let got = seen(&mesh, twin, ambient, 0.5);
+        let expected = render_red(&mesh, physical(1.0, roughness), ambient, 0.5);
+        let got = render_red(&mesh, twin, ambient, 0.5);
         assert!(expected.iter().any(|&light| light > 0.3), "{roughness}");
         let apart = got.iter().zip(&expected).map(|(a, b)| (a - b).abs() / (1e-3 + b)).fold(0.0, f64::max);
         assert!(apart < 1e-4, "roughness {roughness}: {apart} apart");

@@ -50,12 +50,12 @@ fn squares(at: &[(DVec3, DQuat)], material: Material) -> Scene {
 const FLAT: (DVec3, DQuat) = (DVec3::ZERO, DQuat::IDENTITY);
 
 /// The radiance L at the origin, seen from `eye` slightly off the square's diagonal.
-fn seen(scene: &Scene, eye: DVec3, lights: &[PosedLight], ambient: Rgb, stage: Stage) -> Vec3 {
-    seen_under(scene, eye, lights, ambient, None, stage)
+fn radiance(scene: &Scene, eye: DVec3, lights: &[PosedLight], ambient: Rgb, stage: Stage) -> Vec3 {
+    radiance_under_sky(scene, eye, lights, ambient, None, stage)
 }
 
 /// The same under an environment map.
-fn seen_under(
+fn radiance_under_sky(
     scene: &Scene,
     eye: DVec3,
     lights: &[PosedLight],
@@ -111,10 +111,10 @@ const EYE: DVec3 = DVec3::new(0.0, 0.0, 5.0);
 fn a_sky_lights_what_is_matt_by_its_diffuse_colour() {
     let (k_a, k_d, light) = (Rgb::new(0.0, 0.2, 0.2), Rgb::new(0.5, 0.25, 0.125), Rgb::new(2.0, 1.0, 4.0));
     let scene = squares(&[FLAT], material(k_a, k_d, Rgb::ZERO, 1.0));
-    let lit = seen(&scene, EYE, &[], light, Stage::Phong);
+    let lit = radiance(&scene, EYE, &[], light, Stage::Phong);
     assert!(lit.abs_diff_eq(k_a * light, 1e-6), "{lit}");
     let sky = SkyIrradiance::from_equirectangular(64, 32, |_, _| light);
-    let under = seen_under(&scene, EYE, &[], Rgb::ZERO, Some(sky), Stage::Phong);
+    let under = radiance_under_sky(&scene, EYE, &[], Rgb::ZERO, Some(sky), Stage::Phong);
     assert!(under.abs_diff_eq(k_d * light, 1e-2), "{under}");
 }
 
@@ -218,8 +218,8 @@ fn the_lectures_view_sees_what_lies_on_its_axis_in_the_middle() {
 fn a_surface_turned_by_60_degrees_gets_half_the_light() {
     let turned = DQuat::from_rotation_y(60f64.to_radians());
     let sun = [PosedLight::sun(DVec3::NEG_Z, Rgb::splat(0.7))];
-    let facing = seen(&squares(&[FLAT], white()), EYE, &sun, Rgb::ZERO, Stage::Diffuse);
-    let half = seen(&squares(&[(DVec3::ZERO, turned)], white()), EYE, &sun, Rgb::ZERO, Stage::Diffuse);
+    let facing = radiance(&squares(&[FLAT], white()), EYE, &sun, Rgb::ZERO, Stage::Diffuse);
+    let half = radiance(&squares(&[(DVec3::ZERO, turned)], white()), EYE, &sun, Rgb::ZERO, Stage::Diffuse);
     close(facing.x, 0.7, 1e-6);
     close(half.x, 0.35, 1e-6);
 }
@@ -228,9 +228,9 @@ fn a_surface_turned_by_60_degrees_gets_half_the_light() {
 fn lamberts_shading_does_not_depend_on_the_view() {
     let scene = squares(&[FLAT], white());
     let light = [point(DVec3::new(0.3, 0.2, 2.0), 5.0)];
-    let l = seen(&scene, EYE, &light, Rgb::ZERO, Stage::Phong).x;
+    let l = radiance(&scene, EYE, &light, Rgb::ZERO, Stage::Phong).x;
     for eye in [DVec3::new(4.0, 0.0, 1.0), DVec3::new(-1.0, 3.0, 0.5)] {
-        close(seen(&scene, eye, &light, Rgb::ZERO, Stage::Phong).x, f64::from(l), 1e-5);
+        close(radiance(&scene, eye, &light, Rgb::ZERO, Stage::Phong).x, f64::from(l), 1e-5);
     }
 }
 
@@ -238,7 +238,7 @@ fn lamberts_shading_does_not_depend_on_the_view() {
 fn light_falls_off_with_the_square_of_the_distance() {
     let scene = squares(&[FLAT], white());
     for r in [0.5, 1.0, 2.0, 40.0] {
-        let l = seen(&scene, EYE, &[point(DVec3::new(0.0, 0.0, r), 3.0)], Rgb::ZERO, Stage::Diffuse);
+        let l = radiance(&scene, EYE, &[point(DVec3::new(0.0, 0.0, r), 3.0)], Rgb::ZERO, Stage::Diffuse);
         close(l.x, 3.0 / (r * r), 1e-6);
     }
 }
@@ -249,12 +249,12 @@ fn a_blocked_light_leaves_the_ambient_alone() {
     let blocker = (DVec3::new(3.0, 0.0, 3.0), DQuat::IDENTITY);
     let light = [point(DVec3::new(6.0, 0.0, 6.0), 100.0)];
     let ambient = Rgb::splat(0.1);
-    let free = seen(&squares(&[FLAT], m.clone()), EYE, &light, ambient, Stage::Phong);
-    let blocked = seen(&squares(&[FLAT, blocker], m.clone()), EYE, &light, ambient, Stage::Phong);
+    let free = radiance(&squares(&[FLAT], m.clone()), EYE, &light, ambient, Stage::Phong);
+    let blocked = radiance(&squares(&[FLAT, blocker], m.clone()), EYE, &light, ambient, Stage::Phong);
     assert!(free.x > 0.5);
     close(blocked.x, 0.05, 1e-6);
     // The stages before shadows and ambient: first the light passes, then none is left.
-    let stage = |stage| seen(&squares(&[FLAT, blocker], m.clone()), EYE, &light, ambient, stage).x;
+    let stage = |stage| radiance(&squares(&[FLAT, blocker], m.clone()), EYE, &light, ambient, stage).x;
     assert!(stage(Stage::Diffuse) > 0.5);
     assert_eq!(stage(Stage::Shadow), 0.0);
 }
@@ -264,7 +264,7 @@ fn a_blocker_beyond_the_light_casts_no_shadow() {
     let behind = (DVec3::new(0.0, 0.0, 3.0), DQuat::from_rotation_y(0.3));
     let eye = DVec3::new(3.0, 0.0, 1.0);
     let light = [point(DVec3::new(0.0, 0.0, 2.0), 4.0)];
-    close(seen(&squares(&[FLAT, behind], white()), eye, &light, Rgb::ZERO, Stage::Shadow).x, 1.0, 1e-6);
+    close(radiance(&squares(&[FLAT, behind], white()), eye, &light, Rgb::ZERO, Stage::Shadow).x, 1.0, 1e-6);
 }
 
 #[test]
@@ -272,7 +272,7 @@ fn lights_add_up() {
     let scene = squares(&[FLAT], material(Rgb::ZERO, Rgb::splat(0.6), Rgb::splat(0.3), 20.0));
     let one = point(DVec3::new(1.0, 1.0, 2.0), 3.0);
     let two = PosedLight::sun(DVec3::new(0.4, 0.1, -1.0), Rgb::new(0.2, 0.5, 0.9));
-    let l = |lights: &[PosedLight]| seen(&scene, EYE, lights, Rgb::ZERO, Stage::Phong);
+    let l = |lights: &[PosedLight]| radiance(&scene, EYE, lights, Rgb::ZERO, Stage::Phong);
     let (a, b, both) = (l(&[one]), l(&[two]), l(&[one, two]));
     assert!((a + b).abs_diff_eq(both, 1e-6) && a.x > 0.0 && b.z > 0.0);
 }
@@ -290,7 +290,7 @@ fn the_highlight_is_the_cosine_to_the_power_p() {
             }
             let light = [point(DVec3::new(2.0 * a.sin(), 0.0, 2.0 * a.cos()), 4.0)];
             let eye = DVec3::new(-5.0 * b.sin(), 0.0, 5.0 * b.cos());
-            let l = seen(&scene, eye, &light, Rgb::ZERO, Stage::Phong).x;
+            let l = radiance(&scene, eye, &light, Rgb::ZERO, Stage::Phong).x;
             let lobe = lean.to_radians().cos().powf(f64::from(p));
             if lobe > 1e-3 {
                 close(l, lobe, 1e-5);
@@ -315,7 +315,7 @@ fn the_sum_is_the_lectures_last_slide() {
         (DVec3::new(0.0, 0.0, -3.0), 9.0),
     ];
     let posed: Vec<_> = lights.iter().map(|&(at, i)| point(at, i as f32)).collect();
-    let got = seen(&scene, eye, &posed, ambient, Stage::Phong);
+    let got = radiance(&scene, eye, &posed, ambient, Stage::Phong);
 
     let (n, v) = (DVec3::Z, eye.normalize());
     let mut expected = (k_a * ambient).as_dvec3();
@@ -335,6 +335,6 @@ fn the_sum_is_the_lectures_last_slide() {
 #[test]
 fn the_first_image_is_the_surfaces_colour_or_black() {
     let scene = squares(&[FLAT], material(Rgb::ONE, Rgb::new(0.2, 0.4, 0.6), Rgb::ONE, 5.0));
-    let l = seen(&scene, EYE, &[point(DVec3::Z, 9.0)], Rgb::ONE, Stage::Color);
+    let l = radiance(&scene, EYE, &[point(DVec3::Z, 9.0)], Rgb::ONE, Stage::Color);
     assert_eq!(l, Vec3::new(0.2, 0.4, 0.6));
 }

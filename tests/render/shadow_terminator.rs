@@ -51,17 +51,20 @@ fn a_coarse_sphere_is_lit_as_a_smooth_one() {
         let to_light = DVec3::new(degrees.to_radians().sin(), 0.3, degrees.to_radians().cos()).normalize();
         let pixels = lit(sphere(true), to_light);
         assert!(pixels.len() > 3000);
-        let (mut dark, mut seen) = (0, 0);
+        let (mut dark, mut visible) = (0, 0);
         for (light, n) in pixels {
             let lambert = n.as_dvec3().dot(to_light);
             if lambert > 0.05 {
-                seen += 1;
+                visible += 1;
                 dark += usize::from((f64::from(light) - lambert).abs() > 1e-4);
             } else if lambert < -0.05 {
                 assert_eq!(light, 0.0, "the far side is dark");
             }
         }
-        assert!(seen > 500 && dark * 200 < seen, "{degrees} degrees: {dark} of {seen} wrongly shadowed");
+        assert!(
+            visible > 500 && dark * 200 < visible,
+            "{degrees} degrees: {dark} of {visible} wrongly shadowed"
+        );
     }
 }
 

@@ -171,9 +171,9 @@ fn penumbra_at(x: f64, radius: f64) -> f64 {
 fn an_edge_has_the_penumbra_of_a_disc() {
     let radius = 0.3;
     for (samples, most) in [(1, 0.45), (4, 0.13), (16, 0.05), (64, 0.02), (256, 0.01)] {
-        let seen = penumbra(radius as f32, samples, false);
+        let measured = penumbra(radius as f32, samples, false);
         let mut square = Vec::new();
-        for (i, &v) in seen.iter().enumerate() {
+        for (i, &v) in measured.iter().enumerate() {
             let expected = penumbra_at(x_of(i % 64), radius);
             square.push((v - expected).powi(2));
             // Pixels have a width.
@@ -188,8 +188,8 @@ fn an_edge_has_the_penumbra_of_a_disc() {
         assert!(error < most, "{samples} samples: {error}");
     }
     // The penumbra's width: 2 R h/(H − h) for a lamp at height H and an edge at height h.
-    let seen = penumbra(radius as f32, 64, false);
-    let partly = (0..64).filter(|&i| seen[i] > 0.0 && seen[i] < 1.0).count() as f64 * WIDTH / 64.0;
+    let measured = penumbra(radius as f32, 64, false);
+    let partly = (0..64).filter(|&i| measured[i] > 0.0 && measured[i] < 1.0).count() as f64 * WIDTH / 64.0;
     let width = 2.0 * radius * EDGE / (LAMP - EDGE);
     assert!((partly - width).abs() < 3.0 * WIDTH / 64.0, "{partly} for {width}");
 }

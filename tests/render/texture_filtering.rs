@@ -259,14 +259,14 @@ fn layers_are_looked_up_at_their_finest() {
         let frame = dark(&posed, &accel, camera);
         let layers = render_aovs(&frame, &[Aov::Uv, Aov::Albedo, Aov::Mask], &samples(4), &()).unwrap();
         let [uv, albedo, mask] = &layers[..] else { panic!("three layers") };
-        let mut seen = 0;
+        let mut covered = 0;
         for (i, _) in mask.values.iter().enumerate().filter(|(_, m)| **m > 0.0) {
             let uv = Vec2::new(uv.values[2 * i], uv.values[2 * i + 1]);
             let texel = scene.textures[0].sample(&scene.images, uv, TexelSemantics::Color);
             assert_eq!(albedo.values[3 * i..3 * i + 3], texel.to_array()[..3]);
-            seen += 1;
+            covered += 1;
         }
-        assert!(seen > 1000);
+        assert!(covered > 1000);
     }
 }
 

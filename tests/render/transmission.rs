@@ -13,7 +13,7 @@ use crate::common::scenes;
 
 /// A pane of this material in front of a wall, seen head on, with a sun of this strength along the view. 9 ×
 /// 9 pixels, some of whose centres are on the pane's diagonal.
-fn seen_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
+fn render_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
     let mut scene = Scene::default();
     let wall = Material { reflectance: wall, double_sided: true, ..Material::default() };
     let behind = DAffine3::from_translation(DVec3::NEG_Z) * DAffine3::from_scale(DVec3::splat(4.0));
@@ -64,7 +64,7 @@ fn a_blended_pane_is_as_dense_on_its_diagonal_as_beside_it() {
         double_sided: true,
         ..Material::default()
     };
-    let pixels = seen_through(pane, Reflectance::Unlit, 0.0);
+    let pixels = render_through(pane, Reflectance::Unlit, 0.0);
     assert!(pixels.iter().all(|p| p.truncate() == Vec3::splat(0.5)), "{pixels:?}");
 }
 
@@ -74,7 +74,7 @@ fn metals_let_no_light_through() {
     let shown = |metallic: f32, transmission: f32, sun: f32| {
         let transmission = ScalarInput::new(transmission);
         let pane = Material { transmission, ..glass(metallic) };
-        seen_through(pane, Reflectance::Unlit, sun)[40].truncate()
+        render_through(pane, Reflectance::Unlit, sun)[40].truncate()
     };
     assert_eq!(shown(1.0, 1.0, 1.0), shown(1.0, 0.0, 1.0));
     assert_eq!(shown(0.0, 1.0, 0.0), Vec3::new(0.25, 0.5, 1.0));
@@ -96,12 +96,12 @@ fn what_is_not_lit_lets_no_light_through() {
             let (alpha, transmission) = (ScalarInput::new(0.5), ScalarInput::new(transmission));
             let pane =
                 Material { reflectance: Reflectance::Unlit, alpha, alpha_mode, transmission, ..glass(0.0) };
-            seen_through(pane, lit, 1.0)
+            render_through(pane, lit, 1.0)
         };
         assert_eq!(shown(1.0), shown(0.0));
     }
     let pane = Material { reflectance: Reflectance::Unlit, ..glass(0.0) };
-    assert_eq!(seen_through(pane, Reflectance::Unlit, 1.0)[40].truncate(), Vec3::new(0.25, 0.5, 1.0));
+    assert_eq!(render_through(pane, Reflectance::Unlit, 1.0)[40].truncate(), Vec3::new(0.25, 0.5, 1.0));
 }
 
 /// An alpha mask cuts holes; the rest transmits light as glass.
@@ -113,7 +113,7 @@ fn light_falls_through_what_a_mask_keeps_of_glass() {
             roughness: ScalarInput::new(1.0),
             dielectric: Dielectric::default(),
         };
-        seen_through(Material { alpha_mode, ..glass(0.0) }, wall, 1.0)
+        render_through(Material { alpha_mode, ..glass(0.0) }, wall, 1.0)
     };
     let opaque = of(AlphaMode::Opaque);
     assert!(opaque[40].min_element() > 0.0, "the wall is lit: {}", opaque[40]);

@@ -10,7 +10,7 @@ use std::path::Path;
 use targets::TARGETS;
 
 /// Inputs of a target by name, among them all that once failed.
-fn kept(target: &str) -> Vec<(String, Vec<u8>)> {
+fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus").join(target);
     let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     let mut all: Vec<_> = entries
@@ -27,24 +27,24 @@ fn kept(target: &str) -> Vec<(String, Vec<u8>)> {
 fn try_all(name: &str, inputs: impl IntoIterator<Item = (String, Vec<u8>)>) -> (usize, usize) {
     let (_, target) = TARGETS.iter().find(|(n, _)| *n == name).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let (mut far, mut count) = (0, 0);
+    let (mut accepted, mut count) = (0, 0);
     for (which, bytes) in inputs {
         let outcome = catch_unwind(AssertUnwindSafe(|| target(&bytes, folder.path())));
-        far += usize::from(outcome.unwrap_or_else(|_| panic!("{name}: {which} panics")));
+        accepted += usize::from(outcome.unwrap_or_else(|_| panic!("{name}: {which} panics")));
         count += 1;
     }
-    println!("{name}: {far} of {count} got far");
-    (far, count)
+    println!("{name}: {accepted} of {count} got far");
+    (accepted, count)
 }
 
 #[test]
 fn what_was_kept_does_no_harm() {
     let mut size = 0;
     for (name, _) in TARGETS {
-        let inputs = kept(name);
+        let inputs = corpus(name);
         size += inputs.iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
-        let (far, count) = try_all(name, inputs);
-        assert!(far >= 1 && count >= 3, "{name}: {far} of {count} got far");
+        let (accepted, count) = try_all(name, inputs);
+        assert!(accepted >= 1 && count >= 3, "{name}: {accepted} of {count} got far");
     }
     assert!(size <= 300 << 10, "the corpus has grown to {size} bytes");
 }
@@ -65,8 +65,8 @@ fn random(seed: u64) -> Vec<u8> {
 /// accepted.
 fn random_inputs(name: &str, count: u64, share: f64) {
     let inputs = (0..count).map(|seed| (format!("seed {seed}"), random(seed)));
-    let (far, count) = try_all(name, inputs);
-    assert!(far as f64 >= share * count as f64, "{name}: only {far} of {count} got far");
+    let (accepted, count) = try_all(name, inputs);
+    assert!(accepted as f64 >= share * count as f64, "{name}: only {accepted} of {count} got far");
 }
 
 #[test]

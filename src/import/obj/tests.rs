@@ -2,6 +2,7 @@
 
 mod differential;
 mod material_regressions;
+mod materials;
 mod regressions;
 
 use std::fs;
@@ -9,7 +10,7 @@ use std::path::Path;
 
 use super::super::{LoadError, LoadOptions, UpAxis, load};
 use crate::geometry::Rgb;
-use crate::scene::{AlphaMode, LocalTransform, Material, Mesh, Reflectance, Scene};
+use crate::scene::{LocalTransform, Material, Mesh, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 /// Loads `obj` with further files beside it.
@@ -243,164 +244,6 @@ fn errors_name_the_line_and_the_word() {
 }
 
 #[test]
-fn mtl_statements_are_the_lectures_coefficients() {
-    let (m, warnings) =
-        with_mtl("newmtl m\nKa .1 .2 .3\nKd .4 .5 .6\nKs .7 .8 .9\nKe 1 0 0\nNs 37\nillum 2\n");
-    assert!(warnings.is_empty(), "{warnings:?}");
-    let Reflectance::Mtl(mtl) = m.reflectance else { panic!("{m:?}") };
-    assert_eq!(mtl.ambient.unwrap().factor, Rgb::new(0.1, 0.2, 0.3));
-    assert_eq!(
-        (m.base_color.factor, mtl.specular.factor),
-        (Rgb::new(0.4, 0.5, 0.6), Rgb::new(0.7, 0.8, 0.9))
-    );
-    assert_eq!((mtl.shininess, m.emission.factor), (37.0, Rgb::X));
-    assert!(m.double_sided);
-}
-
-/// Pitfall 37.
-#[test]
-fn illum_and_ns_decide_whether_there_is_a_highlight() {
-    let specular = |mtl: &str| match with_mtl(&format!("newmtl m\nKs 1 1 1\n{mtl}")).0.reflectance {
-        Reflectance::Mtl(mtl) => mtl.specular.factor.x,
-        _ => -1.0,
-    };
-    assert_eq!(specular("Ns 10\n"), 1.0);
-    assert_eq!(specular("Ns 10\nillum 1\n"), 0.0);
-    assert_eq!((specular("Ns 0\n"), specular("")), (0.0, 0.0));
-    assert_eq!(with_mtl("newmtl m\nillum 0\n").0.reflectance, Reflectance::Unlit);
-    let ambient = |ka: &str| match with_mtl(&format!("newmtl m\n{ka}")).0.reflectance {
-        Reflectance::Mtl(mtl) => mtl.ambient.is_some(),
-        _ => panic!(),
-    };
-    assert!(!ambient("") && !ambient("Ka 1 1 1\n") && ambient("Ka 0 0 0\n"));
-}
-
-#[test]
-fn blenders_and_physical_mtls_take_the_physical_mapping() {
-    let of = |mtl: &str| match with_mtl(mtl).0.reflectance {
-        Reflectance::MetallicRoughness { metallic, roughness, .. } => (metallic.factor, roughness.factor),
-        other => panic!("{other:?}"),
-    };
-    let (metallic, roughness) =
-        of("# Blender 5.0.1 MTL File\nnewmtl m\nNs 250\nKa 1 1 1\nKs .5 .5 .5\nillum 3\n");
-    assert!(metallic == 1.0 && (roughness - 0.5).abs() < 1e-6);
-    assert_eq!(of("# Blender 5.0.1 MTL File\nnewmtl m\nNs 1000\nKa 1 1 1\nillum 2\n"), (0.0, 0.0));
-    assert_eq!(of("newmtl m\nPr .25\nPm .75\n"), (0.75, 0.25));
-}
-
-/// Pitfall 30.
-#[test]
-fn transparency_by_d_or_tr() {
-    let alpha = |mtl: &str| {
-        let (m, warnings) = with_mtl(&format!("newmtl m\n{mtl}"));
-        (m.alpha.factor, m.alpha_mode, warnings.len())
-    };
-    assert_eq!(alpha("d .25\n"), (0.25, AlphaMode::Blend, 0));
-    assert_eq!(alpha("Tr .25\n"), (0.75, AlphaMode::Blend, 0));
-    assert_eq!(alpha("d .5\nTr .25\n"), (0.75, AlphaMode::Blend, 1));
-    assert_eq!(alpha("d 1\n"), (1.0, AlphaMode::Opaque, 0));
-    for unseen in ["d 0\n", "Tr 1\n", "Tr 1\nillum 4\n", "d 0\nillum 9\n"] {
-        assert_eq!(alpha(unseen), (1.0, AlphaMode::Opaque, 1), "{unseen}");
-    }
-    let (by_blender, _) = with_mtl("# Blender 5.0.1 MTL File\nnewmtl m\nd 0\nillum 9\n");
-    assert_eq!(by_blender.alpha.factor, 0.0);
-}
-
-/// Pitfalls 27 and 28: names of other systems and machines, and blanks behind names.
-#[test]
-fn textures_are_found_however_they_are_named() {
-    for name in [
-        "tex/t 1.png",
-        "tex\\t 1.png",
-        "tex/t%201.png",
-        "./tex/t 1.png",
-        "TEX\\T 1.PNG",
-        "\"tex/t 1.png\" ",
-        "-s 1 1 1 tex/t 1.png",
-    ] {
-        let (m, warnings) = with_mtl(&format!("newmtl m\nmap_Kd {name}\n"));
-        assert!(m.base_color.texture.is_some(), "{name}: {warnings:?}");
-        assert_eq!(m.base_color.factor, Rgb::ONE, "a textured material without Kd is white");
-    }
-    let obj = format!("{SQUARE}mtllib A.MTL\nusemtl m\nf 1/1 2/2 3/3\n");
-    for name in ["C:\\work\\Leaf.PNG", "/home/else/leaf.png", "..\\..\\leaf.png", "leaf.PNG"] {
-        let mtl = format!("newmtl m\nKd .5 .5 .5\nmap_Kd {name}\n");
-        let files: [(&str, &[u8]); 2] = [("a.mtl", mtl.as_bytes()), ("leaf.png", &png([9, 9, 9, 255]))];
-        let (scene, warnings) = read(&obj, &files).unwrap();
-        assert!(
-            scene.materials[0].base_color.texture.is_some() && warnings.is_empty(),
-            "{name}: {warnings:?}"
-        );
-    }
-}
-
-/// Pitfall 33.
-#[test]
-fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
-    let (m, warnings) = with_mtl("newmtl m\nKd .5 .5 .5\nmap_Kd nowhere.png\n");
-    assert!(
-        m.base_color.texture.is_none() && warnings.len() == 1 && warnings[0].contains("nowhere.png"),
-        "{warnings:?}"
-    );
-    let (_, warnings) = with_mtl("newmtl m\nbump nowhere.png\n");
-    assert!(warnings.len() == 1 && warnings[0].ends_with("; shown without it"), "{warnings:?}");
-    let obj = format!("{SQUARE}mtllib gone.mtl\nusemtl m\nf 1 2 3\n");
-    let (scene, warnings) = read(&obj, &[]).unwrap();
-    assert!(warnings.len() == 1 && warnings[0].contains("gone.mtl"), "{warnings:?}");
-    assert_eq!(scene.materials[0].base_color.factor, Rgb::ONE);
-    let (scene, warnings) = read(&obj, &[("gone.mtl", b"newmtl other\n")]).unwrap();
-    assert!(warnings.len() == 1 && warnings[0].contains("'m'"), "{warnings:?}");
-    assert_eq!(scene.materials.len(), 1);
-    let (_, warnings) = read(obj.replace("gone.mtl", "../up.mtl"), &[]).unwrap();
-    assert!(warnings[0].contains("--allow-outside"), "{warnings:?}");
-}
-
-/// Pitfall 25; libraries.rs has the rest.
-#[test]
-fn libraries_with_spaces_are_one_name_first_and_several_then() {
-    let obj = format!("{SQUARE}mtllib my lib.mtl\nusemtl a b\nf 1 2 3\n");
-    let (scene, warnings) = read(&obj, &[("my lib.mtl", b"newmtl a b\nKd 0 1 0\n")]).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::Y, "{warnings:?}");
-    let two: [(&str, &[u8]); 2] = [("my", b"newmtl x\n"), ("lib.mtl", b"newmtl a b\nKd 0 0 1\n")];
-    let (scene, warnings) = read(&obj, &two).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::Z, "{warnings:?}");
-}
-
-#[test]
-fn bump_maps_that_are_normal_maps_are_shown() {
-    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1/1 2/2/1 3/3/1\n");
-    let mtl: (&str, &[u8]) = ("a.mtl", b"newmtl m\nmap_Bump -bm 0.5 n.png\n");
-    let (scene, warnings) = read(&obj, &[mtl, ("n.png", &png([128, 128, 255, 255]))]).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].normal.unwrap().scale == 0.5, "{warnings:?}");
-    assert_eq!(scene.meshes[0].tangents.len(), scene.meshes[0].positions.len());
-    let (scene, warnings) = read(&obj, &[mtl, ("n.png", &png([90, 90, 90, 255]))]).unwrap();
-    assert!(scene.materials[0].normal.is_none() && warnings.len() == 1);
-}
-
-/// Atlases of normals, baked on black or on nothing; Blender's own files have no heights.
-#[test]
-fn a_background_makes_no_heights_of_normals() {
-    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1/1 2/2/1 3/3/1\n");
-    let shown = |head: &str, background: [u8; 4], normal: [u8; 4]| {
-        let mut image = image::RgbaImage::from_pixel(4, 4, image::Rgba(background));
-        image.put_pixel(0, 0, image::Rgba(normal));
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
-        let mtl = format!("{head}\nnewmtl m\nmap_Bump n.png\n");
-        let files: [(&str, &[u8]); 2] = [("a.mtl", mtl.as_bytes()), ("n.png", &bytes.into_inner())];
-        read(&obj, &files).unwrap().0.materials[0].normal.is_some()
-    };
-    let (blue, grey) = ([128, 128, 255, 255], [128, 128, 128, 255]);
-    assert!(shown("# Other", [0, 0, 0, 255], blue) && shown("# Other", [90, 90, 90, 0], blue));
-    // Games keep other things in alpha.
-    assert!(shown("# Other", [128, 128, 255, 0], [128, 128, 255, 0]));
-    assert!(!shown("# Other", [0, 0, 0, 255], grey) && !shown("# Other", [0; 4], [0; 4]));
-    assert!(shown("# Blender 5.0.1 MTL File", [90, 90, 90, 255], blue));
-    // Before, there may have been heights.
-    assert!(!shown("# Blender MTL File: 'x.blend'", [90, 90, 90, 255], grey));
-}
-
-#[test]
 fn z_up_turns_everything() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.obj");
@@ -468,16 +311,6 @@ fn the_models_that_come_along_are_read() {
 fn faces_may_stand_before_what_they_use() {
     let scene = scene("f 1//1 2//1 3//1\nvn 0 0 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\n");
     assert_eq!((scene.meshes[0].triangles.len(), scene.meshes[0].normals.len()), (1, 3));
-}
-
-/// Pitfall 32.
-#[test]
-fn an_empty_material_name_is_a_name_where_the_mtl_has_it() {
-    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl \nf 1 2 3\n");
-    let (scene, warnings) = read(&obj, &[("a.mtl", b"newmtl \nKd 0 1 0\n")]).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::Y, "{warnings:?}");
-    let (scene, warnings) = read(&obj, &[("a.mtl", b"newmtl b\nKd 0 1 0\n")]).unwrap();
-    assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::ONE, "{warnings:?}");
 }
 
 #[test]

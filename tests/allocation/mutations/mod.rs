@@ -50,7 +50,7 @@ fn try_all(step: usize) -> usize {
         }
         println!("{}: {} mutants, {}", seed.name, runner.tried() - before, runner.worst());
     }
-    runner.verdict()
+    runner.finish()
 }
 
 #[test]

@@ -34,7 +34,7 @@ pub struct MutantRunner {
     tried: Arc<AtomicU64>,
     longest: Duration,
     largest: usize,
-    wrong: Vec<String>,
+    failures: Vec<String>,
 }
 
 impl MutantRunner {
@@ -42,10 +42,10 @@ impl MutantRunner {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutations");
         std::fs::create_dir_all(&folder).unwrap();
         // Panic messages are recorded from their payload; printed as well, they would bury the list.
-        let usual = std::panic::take_hook();
+        let default_hook = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |info| {
             if !RUNNING.load(Ordering::Relaxed) {
-                usual(info);
+                default_hook(info);
             }
         }));
         let tried = Arc::new(AtomicU64::new(0));
@@ -61,7 +61,7 @@ impl MutantRunner {
             texture_bytes: 64 << 20,
             ..Limits::default()
         };
-        MutantRunner { folder, limits, tried, longest: Duration::ZERO, largest: 0, wrong: Vec::new() }
+        MutantRunner { folder, limits, tried, longest: Duration::ZERO, largest: 0, failures: Vec::new() }
     }
 
     pub fn tried(&self) -> u64 {
@@ -100,7 +100,7 @@ impl MutantRunner {
             if let Err(panic) = outcome {
                 let text = panic.downcast_ref::<String>().map(String::as_str);
                 let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("?");
-                self.wrong.push(format!("{}, {which}: panicked: {text}", seed.name));
+                self.failures.push(format!("{}, {which}: panicked: {text}", seed.name));
                 break;
             }
             if took <= TIME {
@@ -110,7 +110,7 @@ impl MutantRunner {
         RUNNING.store(false, Ordering::Relaxed);
         let bytes = MEMORY.peak_usage().saturating_sub(before);
         if took > TIME || bytes > BYTES {
-            self.wrong.push(format!("{}, {which}: {took:?}, {} KiB", seed.name, bytes >> 10));
+            self.failures.push(format!("{}, {which}: {took:?}, {} KiB", seed.name, bytes >> 10));
         }
         self.longest = self.longest.max(took);
         self.largest = self.largest.max(bytes);
@@ -120,13 +120,13 @@ impl MutantRunner {
     fn read(&self, seed: &Seed) -> Result<(), ()> {
         let path = self.folder.join(&seed.files[0].0);
         match seed.reader {
-            Reader::Scene => self.look(&path),
+            Reader::Scene => self.load_and_render(&path),
             Reader::Sky => load_sky(&path, &self.limits).map(drop).map_err(drop),
             Reader::CameraXml => load_camera_xml(&path).map(drop).map_err(drop),
         }
     }
 
-    fn look(&self, path: &Path) -> Result<(), ()> {
+    fn load_and_render(&self, path: &Path) -> Result<(), ()> {
         let options = LoadOptions { limits: self.limits.clone(), ..LoadOptions::default() };
         let (scene, _) = load(path, &options).map_err(drop)?;
         let at = PoseSettings { time: 0.4, animation: AnimationChoice::All, centre: None };
@@ -140,9 +140,9 @@ impl MutantRunner {
     }
 
     /// Panics with all failures, or returns the number of mutants.
-    pub fn verdict(self) -> usize {
-        let shown = self.wrong.iter().take(50).cloned().collect::<Vec<_>>().join("\n");
-        assert!(self.wrong.is_empty(), "{} of {}:\n{shown}", self.wrong.len(), self.tried());
+    pub fn finish(self) -> usize {
+        let shown = self.failures.iter().take(50).cloned().collect::<Vec<_>>().join("\n");
+        assert!(self.failures.is_empty(), "{} of {}:\n{shown}", self.failures.len(), self.tried());
         let _ = std::fs::remove_dir_all(&self.folder);
         self.tried() as usize
     }
@@ -151,15 +151,15 @@ impl MutantRunner {
 /// Aborts the process if a mutant hangs; its file stays on disk.
 fn watch(tried: Arc<AtomicU64>) {
     std::thread::spawn(move || {
-        let mut seen = 0;
+        let mut last = 0;
         loop {
             std::thread::sleep(Duration::from_secs(HANGS));
             let now = tried.load(Ordering::Relaxed);
-            if now == seen && Arc::strong_count(&tried) > 1 {
+            if now == last && Arc::strong_count(&tried) > 1 {
                 eprintln!("mutant {now} hangs: it lies in target/tmp/mutations");
                 std::process::abort();
             }
-            seen = now;
+            last = now;
         }
     });
 }

@@ -5,19 +5,19 @@ use std::path::Path;
 
 use blinn::import::{load_camera_xml, load_sky};
 
-use super::{limits, look, seed_files};
+use super::{limits, load_and_render, seed_files};
 
 pub fn glb(bytes: &[u8], folder: &Path) -> bool {
     let path = folder.join("a.glb");
     fs::write(&path, bytes).unwrap();
-    look(&path)
+    load_and_render(&path)
 }
 
 pub fn obj(bytes: &[u8], folder: &Path) -> bool {
     fs::write(folder.join("a.mtl"), seed_files::MTL).unwrap();
     let path = folder.join("a.obj");
     fs::write(&path, bytes).unwrap();
-    look(&path)
+    load_and_render(&path)
 }
 
 pub fn mtl(bytes: &[u8], folder: &Path) -> bool {
@@ -26,7 +26,7 @@ pub fn mtl(bytes: &[u8], folder: &Path) -> bool {
     fs::write(folder.join("a.mtl"), bytes).unwrap();
     let path = folder.join("a.obj");
     fs::write(&path, OBJ).unwrap();
-    look(&path)
+    load_and_render(&path)
 }
 
 /// A picture of any format on a triangle.
@@ -34,7 +34,7 @@ pub fn image(bytes: &[u8], folder: &Path) -> bool {
     fs::write(folder.join("a.img"), bytes).unwrap();
     let path = folder.join("a.gltf");
     fs::write(&path, seed_files::pictured("a.img")).unwrap();
-    look(&path)
+    load_and_render(&path)
 }
 
 /// Radiance HDR or OpenEXR.

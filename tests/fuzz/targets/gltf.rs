@@ -18,7 +18,7 @@ pub fn target(bytes: &[u8], folder: &Path) -> bool {
     let Ok(json) = document(&mut Unstructured::new(bytes)) else { return false };
     let path = folder.join("a.gltf");
     std::fs::write(&path, json.to_string()).unwrap();
-    super::look(&path)
+    super::load_and_render(&path)
 }
 
 fn document(u: &mut Unstructured) -> Result<Value> {

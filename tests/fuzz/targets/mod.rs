@@ -66,7 +66,7 @@ fn limits() -> Limits {
 }
 
 /// From the file to pixels; says whether it was read.
-fn look(path: &Path) -> bool {
+fn load_and_render(path: &Path) -> bool {
     let Ok((scene, _)) = load(path, &LoadOptions { limits: limits(), ..LoadOptions::default() }) else {
         return false;
     };

@@ -18,7 +18,7 @@ pub fn target(bytes: &[u8], folder: &Path) -> bool {
     std::fs::write(folder.join("a.mtl"), mtl).unwrap();
     let path = folder.join("a.obj");
     std::fs::write(&path, obj).unwrap();
-    super::look(&path)
+    super::load_and_render(&path)
 }
 
 /// An OBJ and its MTL.

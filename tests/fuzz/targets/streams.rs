@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::gltf_fixture::Fixture;
-use super::look;
+use super::load_and_render;
 
 /// A first byte that says which attributes there are, then the stream.
 pub fn draco(bytes: &[u8], folder: &Path) -> bool {
@@ -60,5 +60,5 @@ fn look_at(parts: Value, stream: &[u8], folder: &Path) -> bool {
     file.bin = stream.to_vec();
     let path = folder.join("a.glb");
     std::fs::write(&path, file.glb()).unwrap();
-    look(&path)
+    load_and_render(&path)
 }
