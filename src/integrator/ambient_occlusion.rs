@@ -1,54 +1,70 @@
-//! Ambient occlusion: how much of the light that comes from all sides arrives at a point.
+//! Ambient occlusion: the share of light from all directions that reaches a point.
 
 use crate::accel::Coherence;
 use crate::geometry::{Rgb, cosine_hemisphere};
-use crate::integrator::sample_stream::{Draws, Purpose};
-use crate::integrator::shading_batch::Seen;
-use crate::integrator::surface::points::vector;
-use crate::integrator::{Frame, Scratch};
+use crate::integrator::frame::{AmbientOcclusion, Frame};
+use crate::integrator::sample::{SampleDimension, SampleStream};
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::shadow_rays::ShadowBuffers;
+use crate::integrator::surface::soa::{dvec3, set3};
 
-/// Rays that find out how much ambient light arrives.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AmbientOcclusion {
-    /// Rays for each pixel, shared out among its samples; each sample has one at least.
-    pub samples: u32,
-    /// What is farther than this many metres is not in the way; infinite: everything is.
-    pub distance: f64,
+/// Sets the radiance of the points to k_e + V k_a I_a, where V is the share of ambient light that arrives.
+pub(crate) fn occlude_ambient(
+    frame: &Frame,
+    settings: AmbientOcclusion,
+    points: &mut ShadingBatch,
+    stream: SampleStream,
+    buffers: &mut ShadowBuffers,
+) {
+    let has_ambient = |&i: &usize| {
+        let k = points.coefficients(i);
+        k.alpha > 0.0 && k.k_a * frame.ambient_at(points.n(i)) != Rgb::ZERO
+    };
+    let indices: Vec<usize> = (0..points.points.len()).filter(has_ambient).collect();
+    let visibility = trace_ambient_visibility(frame, settings, points, &indices, stream, buffers);
+    for (i, visibility) in indices.into_iter().zip(visibility) {
+        let k = points.coefficients(i);
+        let radiance = k.k_e + k.k_a * frame.ambient_at(points.n(i)) * visibility;
+        let (block, lane) = points.soa.lane_mut(i);
+        set3(&mut block.radiance, lane, radiance.to_array());
+    }
 }
 
-/// How much of the ambient light arrives at each of the points `asked`, by colour: the mean over
-/// directions as dense as their cosine to the shading normal.
-pub(crate) fn ambient_free(
+/// The visibility of the hemisphere at the points of those indices, by colour: the mean over directions whose density is
+/// the cosine to the shading normal.
+fn trace_ambient_visibility(
     frame: &Frame,
-    occlusion: AmbientOcclusion,
-    seen: &Seen,
-    asked: &[usize],
-    draws: Draws,
-    scratch: &mut Scratch,
+    settings: AmbientOcclusion,
+    points: &ShadingBatch,
+    indices: &[usize],
+    stream: SampleStream,
+    buffers: &mut ShadowBuffers,
 ) -> Vec<Rgb> {
-    let parts = occlusion.samples.div_ceil(draws.sampler.count.max(1)).max(1);
-    let mut sums = vec![Rgb::ZERO; asked.len()];
+    let parts = settings.samples.div_ceil(stream.sampler.count.max(1)).max(1);
+    let mut sums = vec![Rgb::ZERO; indices.len()];
     for part in 0..parts {
-        let segments = &mut scratch.segments;
+        let segments = &mut buffers.segments;
         segments.clear();
         segments.coherence = Coherence::None;
-        for &i in asked {
-            let (group, at) = seen.columns.of(i);
-            let n_g = vector(&group.n_g, at);
-            let draw = draws.part(seen.points[i].sample, Purpose::Ambient, part, parts);
-            let l = cosine_hemisphere(seen.n(i), draw);
-            // Where the shading normal leans over, what would go into the surface is mirrored out.
+        for &i in indices {
+            let (block, lane) = points.soa.lane(i);
+            let n_g = dvec3(&block.n_g, lane);
+            let sample = points.points[i].sample;
+            let u = stream.get_2d_split(sample, SampleDimension::Ambient, part, parts);
+            let l = cosine_hemisphere(block.n(lane), u);
+            // Directions into the triangle, which a tilted shading normal allows, are mirrored out.
             let l = l - n_g * (2.0 * l.dot(n_g).min(0.0));
-            let (from, source) = seen.start(i, l);
-            let far = occlusion.distance.min(frame.beyond(from));
-            segments.push(from, (from.as_dvec3() + l * far).as_vec3(), source);
+            let (from, source) = points.shadow_ray_origin(i, l);
+            let distance = settings.distance.min(frame.distance_beyond_scene(from));
+            segments.push(from, (from.as_dvec3() + l * distance).as_vec3(), source);
         }
-        crate::integrator::shadow_rays::trace(frame, segments, &mut scratch.blocked, &mut scratch.free);
+        buffers.trace(frame);
         for (k, sum) in sums.iter_mut().enumerate() {
-            let (from, to) = (scratch.segments.from[k], scratch.segments.to[k]);
-            let infinitely = occlusion.distance == f64::INFINITY;
-            if !frame.below_ground(from, to.as_dvec3() - from.as_dvec3(), infinitely) {
-                *sum += scratch.free[k];
+            let from = buffers.segments.from[k];
+            let to = buffers.segments.to[k];
+            let to_infinity = settings.distance == f64::INFINITY;
+            if !frame.ground_blocks(from, to.as_dvec3() - from.as_dvec3(), to_infinity) {
+                *sum += buffers.visibility[k];
             }
         }
     }

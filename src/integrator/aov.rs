@@ -1,46 +1,49 @@
-//! Arbitrary output variables: what lies behind a pixel's centre, one layer for each.
+//! Arbitrary output variables (AOVs): one layer of numbers for each, of the first surface at a pixel's centre.
 //!
-//! To add one: a variant, its row in [`Aov::ALL`] and [`Aov::channels`], and its line in
-//! [`Aov::evaluate`].
+//! To add one: a variant, its row in [`Aov::ALL`], its name and channels, and its case in [`Aov::evaluate`].
 
 use glam::DVec3;
 
-use super::{Frame, MaterialHitFilter, Sample, Scratch, SurfacePoint};
 use crate::accel::{RayBatch, TraversalStats};
-use crate::geometry::{Hit, Ray, Rgb};
-use crate::integrator::material::coefficients::{alpha, base_color};
+use crate::geometry::{Hit, Rgb};
+use crate::integrator::eye_rays::EyeRays;
+use crate::integrator::frame::Frame;
+use crate::integrator::material::hit_filter::MaterialHitFilter;
+use crate::integrator::material::opacity::{alpha, base_color};
+use crate::integrator::sample::Sample;
+use crate::integrator::scratch::Scratch;
+use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::scene::AlphaMode;
 
-/// A layer: one value for each pixel, of the first surface at the pixel's centre, never filtered.
+/// A layer: values of the first surface at each pixel's centre, never filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Aov {
-    /// Distance along −w in metres; +∞ where miss_value is hit.
+    /// Distance along −w in metres; +∞ without a hit.
     Depth,
-    /// Shading normal, world, to the viewer's side.
+    /// Shading normal, world space, unit length, on the viewer's side.
     Normal,
-    /// The same without normal maps.
+    /// Shading normal before normal maps.
     VertexNormal,
-    /// The triangle's own normal.
+    /// Normal of the triangle.
     GeometricNormal,
     /// World position in metres.
     Position,
-    /// Base colour × texture × vertex colour, linear.
+    /// Base colour × texture × vertex colour, linear RGB.
     Albedo,
     /// Texture coordinates, set 0.
     Uv,
     /// 1 where anything is hit.
     Mask,
-    /// Which object, from 1; 0 for none.
+    /// Number of the object, from 1; 0 without a hit.
     ObjectId,
-    /// Which material, from 1; 0 for none.
+    /// Number of the material, from 1; 0 without a hit.
     MaterialId,
-    /// What the eye ray cost: nodes and blocks of the trees that it looked into until its first hit was
-    /// known. Counted where miss_value is hit, too.
+    /// Cost of the eye ray up to its first hit, or its miss: BVH nodes and leaf blocks tested.
     Steps,
 }
 
 impl Aov {
-    /// All of them.
+    /// All layers.
     pub const ALL: [Aov; 11] = [
         Aov::Depth,
         Aov::Normal,
@@ -55,31 +58,39 @@ impl Aov {
         Aov::Steps,
     ];
 
-    /// Its name, and the names of its channels behind the dot.
-    pub fn channels(self) -> (&'static str, &'static str) {
+    /// Name on the command line and in files.
+    pub fn name(self) -> &'static str {
         match self {
-            Aov::Depth => ("depth", "Z"),
-            Aov::Normal => ("normal", "XYZ"),
-            Aov::VertexNormal => ("vertex-normal", "XYZ"),
-            Aov::GeometricNormal => ("geometric-normal", "XYZ"),
-            Aov::Position => ("position", "XYZ"),
-            Aov::Albedo => ("albedo", "RGB"),
-            Aov::Uv => ("uv", "UV"),
-            Aov::Mask => ("mask", "A"),
-            Aov::ObjectId => ("object-id", "I"),
-            Aov::MaterialId => ("material-id", "I"),
-            Aov::Steps => ("steps", "NB"),
+            Aov::Depth => "depth",
+            Aov::Normal => "normal",
+            Aov::VertexNormal => "vertex-normal",
+            Aov::GeometricNormal => "geometric-normal",
+            Aov::Position => "position",
+            Aov::Albedo => "albedo",
+            Aov::Uv => "uv",
+            Aov::Mask => "mask",
+            Aov::ObjectId => "object-id",
+            Aov::MaterialId => "material-id",
+            Aov::Steps => "steps",
         }
     }
 
-    /// Its name on the command line and in files.
-    pub fn name(self) -> &'static str {
-        self.channels().0
+    /// Names of its channels, one letter for each.
+    pub fn channels(self) -> &'static str {
+        match self {
+            Aov::Depth => "Z",
+            Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal | Aov::Position => "XYZ",
+            Aov::Albedo => "RGB",
+            Aov::Uv => "UV",
+            Aov::Mask => "A",
+            Aov::ObjectId | Aov::MaterialId => "I",
+            Aov::Steps => "NB",
+        }
     }
 
-    /// Numbers a pixel.
+    /// Numbers per pixel.
     pub fn channel_count(self) -> usize {
-        self.channels().1.len()
+        self.channels().len()
     }
 
     /// The layer of that name.
@@ -87,53 +98,53 @@ impl Aov {
         Aov::ALL.into_iter().find(|a| a.name() == name)
     }
 
-    /// Whether its numbers count things.
+    /// True for whole numbers: identifiers and counts.
     pub fn is_id(self) -> bool {
         matches!(self, Aov::ObjectId | Aov::MaterialId | Aov::Steps)
     }
 
-    /// Its value where miss_value is hit.
+    /// Value where no surface is hit.
     pub fn miss_value(self) -> f32 {
         if self == Aov::Depth { f32::INFINITY } else { 0.0 }
     }
 
-    /// Appends its value at a first hit.
+    /// Appends the values at a first hit.
     pub fn evaluate(self, frame: &Frame, first: &FirstHit, out: &mut Vec<f32>) {
         if self == Aov::Steps {
-            let TraversalStats { nodes, blocks } = first.steps(frame);
+            let TraversalStats { nodes, blocks } = first.traversal_stats(frame);
             return out.extend([nodes as f32, blocks as f32]);
         }
-        let Some((hit, s)) = &first.surface else {
+        let Some((hit, surface)) = &first.surface else {
             out.extend(std::iter::repeat_n(self.miss_value(), self.channel_count()));
             return;
         };
+        let posed = frame.posed;
+        let to_world = frame.scene_to_world;
         let vector = |out: &mut Vec<f32>, v: DVec3| out.extend(v.as_vec3().to_array());
-        let turned = |n: DVec3| frame.scene_to_world.matrix3 * n;
+        let normal = |out: &mut Vec<f32>, n: DVec3| vector(out, to_world.matrix3 * n);
         match self {
             Aov::Depth => out.push((f64::from(hit.t) * frame.camera.depth_per_t()) as f32),
-            Aov::Normal => vector(out, turned(s.shading_normal(frame.posed))),
-            Aov::VertexNormal => vector(out, turned(s.n_v)),
-            Aov::GeometricNormal => vector(out, turned(s.n_g)),
-            Aov::Position => {
-                vector(out, frame.scene_to_world.transform_point3(s.p.as_dvec3() + frame.posed.centre))
-            }
+            Aov::Normal => normal(out, surface.shading_normal(posed)),
+            Aov::VertexNormal => normal(out, surface.n_v),
+            Aov::GeometricNormal => normal(out, surface.n_g),
+            Aov::Position => vector(out, to_world.transform_point3(surface.p.as_dvec3() + posed.centre)),
             Aov::Albedo => {
-                let material = &frame.posed.materials[s.material as usize];
-                let color: Rgb = base_color(frame.posed, material, &s.on);
+                let material = &posed.materials[surface.material as usize];
+                let color: Rgb = base_color(posed, material, &surface.ctx);
                 out.extend(color.to_array());
             }
-            Aov::Uv => out.extend(s.on.uv(0).to_array()),
+            Aov::Uv => out.extend(surface.ctx.uv(0).to_array()),
             Aov::Mask => out.push(1.0),
-            Aov::ObjectId => out.push(frame.posed.scene.instances[s.id.instance as usize].object as f32),
-            Aov::MaterialId => out.push((s.material + 1) as f32),
-            // Has no need of a surface.
+            Aov::ObjectId => out.push(posed.scene.instances[surface.id.instance as usize].object as f32),
+            Aov::MaterialId => out.push((surface.material + 1) as f32),
+            // Handled above, because it needs no surface.
             Aov::Steps => {}
         }
     }
 }
 
-/// The first surface that alpha masks keep, whatever its opacity — but for places where its
-/// alpha texture leaves miss_value at all: those are holes.
+/// The first surface along an eye ray. Alpha masks and the fully transparent texels of a blended material are holes; a
+/// surface that is partly transparent counts.
 #[derive(Clone, Debug)]
 pub struct FirstHit<'s> {
     sample: Sample,
@@ -141,48 +152,43 @@ pub struct FirstHit<'s> {
 }
 
 impl FirstHit<'_> {
-    /// What the eye ray of its sample takes to its first hit.
-    fn steps(&self, frame: &Frame) -> TraversalStats {
+    /// Cost of the eye ray up to its first hit.
+    fn traversal_stats(&self, frame: &Frame) -> TraversalStats {
         let mut ray = RayBatch::default();
-        frame.eye_rays(std::slice::from_ref(&self.sample), &mut ray);
-        let counted = frame.accel.intersect_with_stats(&ray, &MaterialHitFilter(frame.posed));
-        counted.first().map(|(_, steps)| *steps).unwrap_or_default()
+        frame.generate_eye_rays(std::slice::from_ref(&self.sample), &mut ray);
+        let hits = frame.accel.intersect_with_stats(&ray, &MaterialHitFilter(frame.posed));
+        hits.first().map(|(_, stats)| *stats).unwrap_or_default()
     }
 }
 
-/// The first hits of eye rays through `samples`.
+/// The first hits of the eye rays of `samples`.
 pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scratch) -> Vec<FirstHit<'s>> {
-    frame.eye_rays(samples, &mut scratch.rays);
-    let mut found: Vec<FirstHit> = samples.iter().map(|&sample| FirstHit { sample, surface: None }).collect();
-    let mut whose: Vec<usize> = (0..samples.len()).collect();
-    while !whose.is_empty() {
-        frame.accel.intersect(&scratch.rays, &MaterialHitFilter(frame.posed), &mut scratch.hits);
-        let mut behind = Vec::new();
-        for (i, hit) in scratch.hits.iter().enumerate().filter(|(_, hit)| !hit.is_miss()) {
-            let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
-            let surface = SurfacePoint::at(frame.posed, hit.id, ray);
-            if is_hole(frame, &surface) {
-                behind.push(i);
-            } else {
-                found[whose[i]].surface = Some((*hit, surface));
+    let mut first: Vec<FirstHit> = samples.iter().map(|&sample| FirstHit { sample, surface: None }).collect();
+    let mut rays = EyeRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
+    while !rays.is_empty() {
+        rays.intersect(frame);
+        for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {
+            let surface = SurfacePoint::at(frame.posed, eye.hit.id, eye.ray);
+            if !is_hole(frame, &surface) {
+                first[eye.sample].surface = Some((eye.hit, surface));
             }
         }
-        scratch.rays.continue_behind(&behind, &scratch.hits);
-        whose = behind.iter().map(|&i| whose[i]).collect();
+        rays.continue_behind(|sample| first[sample].surface.is_none());
     }
-    found
+    first
 }
 
-/// Less of a surface than any 8-bit picture could show.
-const NOTHING: f32 = 1.0 / 512.0;
+/// Less opacity than an 8-bit picture can show.
+const MIN_ALPHA: f32 = 1.0 / 512.0;
 
+/// True where a texture makes a surface fully transparent.
 fn is_hole(frame: &Frame, surface: &SurfacePoint) -> bool {
     let material = &frame.posed.materials[surface.material as usize];
-    // A material that is transparent all over is there to be found.
-    let left = || alpha(frame.posed, material, &surface.on);
+    let alpha = || alpha(frame.posed, material, &surface.ctx);
     match material.alpha_mode {
         AlphaMode::Opaque => false,
-        AlphaMode::Mask(_) => left() == 0.0,
-        AlphaMode::Blend => material.alpha.factor > NOTHING && left() < NOTHING,
+        AlphaMode::Mask(_) => alpha() == 0.0,
+        // A material that is transparent everywhere is an object nevertheless.
+        AlphaMode::Blend => material.alpha.factor > MIN_ALPHA && alpha() < MIN_ALPHA,
     }
 }

@@ -1,27 +1,30 @@
-//! Cryptomatte's measure: how much of each thing an eye ray sees.
+//! Cryptomatte coverage: the share of each sample that each object and material covers (Friedman and Jones, “Fully
+//! Automatic ID Mattes with Support for Motion Blur and Transparency”, SIGGRAPH 2015).
 //!
-//! A surface counts by what it trace_mattes of what is still open behind those before it: alpha alone.
-//! So a blended pane shares its pixels with what is behind it, and glass — transmission — is a
-//! thing of its own that trace_mattes the rest. Cycles weighs both in the same way.
+//! A surface covers its alpha of what the surfaces in front of it leave open. A blended pane therefore shares its pixels
+//! with what is behind it, while glass (transmission) covers all of them. Cycles does the same.
 
-use super::{Frame, MaterialHitFilter, Sample, Scratch, SurfacePoint};
-use crate::geometry::Ray;
-use crate::integrator::material::coefficients::alpha;
+use crate::integrator::eye_rays::{EyeRays, MAX_LAYERS};
+use crate::integrator::frame::Frame;
+use crate::integrator::material::opacity::alpha;
+use crate::integrator::sample::Sample;
+use crate::integrator::scratch::Scratch;
+use crate::integrator::surface::surface_point::SurfacePoint;
 
-/// What is told apart.
+/// A kind of Cryptomatte layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MatteKind {
-    /// Objects, as in [`super::Aov::ObjectId`].
+    /// Objects, as in [`Aov::ObjectId`](super::Aov::ObjectId).
     Object,
     /// Materials.
     Material,
 }
 
 impl MatteKind {
-    /// Both.
+    /// All kinds.
     pub const ALL: [MatteKind; 2] = [MatteKind::Object, MatteKind::Material];
 
-    /// Its name.
+    /// Name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             MatteKind::Object => "object",
@@ -30,19 +33,19 @@ impl MatteKind {
     }
 }
 
-/// A part of what a sample sees: a surface, and how much of the sample it trace_mattes.
+/// A surface along an eye ray, and the share of the sample that it covers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatteCoverage {
-    /// Which object, from 1; 0 for what is none.
+    /// Number of the object, from 1; 0 for none.
     pub object: u32,
-    /// Which material, from 1.
+    /// Number of the material, from 1.
     pub material: u32,
-    /// More than 0; a sample's trace_mattes are 1 together at most.
+    /// Above 0; the coverages of a sample add up to at most 1.
     pub coverage: f32,
 }
 
 impl MatteCoverage {
-    /// Which one of a kind, from 1; 0 for none.
+    /// Number of the object or material, from 1; 0 for none.
     pub fn id(&self, kind: MatteKind) -> u32 {
         match kind {
             MatteKind::Object => self.object,
@@ -51,42 +54,33 @@ impl MatteCoverage {
     }
 }
 
-/// Surfaces along one eye ray that are looked through before the rest is let go.
-const MAX_LAYERS: usize = 4096;
-
-/// Calls `tell` with each sample's trace_mattes: sample by sample for every layer of surfaces, nearest
-/// first.
+/// Calls `add` with the index of a sample and a surface that it sees: for each layer of surfaces, nearest first, sample by
+/// sample.
 pub fn trace_mattes(
     frame: &Frame,
     samples: &[Sample],
     scratch: &mut Scratch,
-    mut tell: impl FnMut(usize, MatteCoverage),
+    mut add: impl FnMut(usize, MatteCoverage),
 ) {
+    // The share of each sample that is not covered yet.
     let mut open = vec![1f32; samples.len()];
-    let mut whose: Vec<usize> = (0..samples.len()).collect();
-    frame.eye_rays(samples, &mut scratch.rays);
+    let mut rays = EyeRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
     for _ in 0..MAX_LAYERS {
-        frame.accel.intersect(&scratch.rays, &MaterialHitFilter(frame.posed), &mut scratch.hits);
-        let mut kept = Vec::new();
-        for (i, hit) in scratch.hits.iter().enumerate().filter(|(_, hit)| !hit.is_miss()) {
-            let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
-            let surface = SurfacePoint::at(frame.posed, hit.id, ray);
-            let alpha = alpha(frame.posed, &frame.posed.materials[surface.material as usize], &surface.on);
-            let open = &mut open[whose[i]];
-            let coverage = *open * alpha;
+        rays.intersect(frame);
+        for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {
+            let surface = SurfacePoint::at(frame.posed, eye.hit.id, eye.ray);
+            let material = &frame.posed.materials[surface.material as usize];
+            let open = &mut open[eye.sample];
+            let coverage = *open * alpha(frame.posed, material, &surface.ctx);
             *open -= coverage;
             if coverage > 0.0 {
-                let object = frame.posed.scene.instances[hit.id.instance as usize].object;
-                tell(whose[i], MatteCoverage { object, material: surface.material + 1, coverage });
-            }
-            if *open > 0.0 {
-                kept.push(i);
+                let object = frame.posed.scene.instances[eye.hit.id.instance as usize].object;
+                add(eye.sample, MatteCoverage { object, material: surface.material + 1, coverage });
             }
         }
-        if kept.is_empty() {
+        rays.continue_behind(|sample| open[sample] > 0.0);
+        if rays.is_empty() {
             break;
         }
-        scratch.rays.continue_behind(&kept, &scratch.hits);
-        whose = kept.iter().map(|&i| whose[i]).collect();
     }
 }

@@ -1,64 +1,117 @@
-//! Where eye rays meet the ground: a plane, met by its equation.
+//! The ground plane: its intersection with eye rays, and what it hides from lights.
 
 use glam::{DVec3, Vec3};
 
 use crate::accel::RayBatch;
-use crate::geometry::{Ray, Rgb};
-use crate::integrator::point::Point;
-use crate::integrator::shading_batch::Seen;
-use crate::integrator::{Coefficients, Frame, Stage};
+use crate::geometry::{HitId, Ray, Rgb, offset_ray_origin};
+use crate::integrator::eye_rays::EyeRays;
+use crate::integrator::frame::Frame;
+use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
+use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
+use crate::integrator::surface::surface_hit::SurfaceHit;
 use crate::scene::{Ground, GroundKind};
 
 impl Frame<'_> {
-    /// The height of `ground` relative to the scene's centre, as the f32 that points on it have.
-    fn height(&self, ground: &Ground) -> f32 {
+    /// Height of `ground` relative to the scene's centre, as the f32 that its points have.
+    fn ground_height(&self, ground: &Ground) -> f32 {
         (ground.centre.y - self.posed.centre.y) as f32
     }
 
-    /// The height of a ground that stands in the way of light.
-    pub(crate) fn solid_ground(&self) -> Option<f64> {
+    /// Height of a ground that blocks light. A shadow catcher casts no shadows itself.
+    pub(crate) fn opaque_ground_height(&self) -> Option<f64> {
         let ground = self.ground.as_ref().filter(|g| g.kind == GroundKind::Plane)?;
-        Some(f64::from(self.height(ground)))
+        Some(f64::from(self.ground_height(ground)))
     }
 
-    /// The t at which each eye ray meets the ground from above; empty without a ground.
-    pub(crate) fn meet_ground(&self, rays: &RayBatch) -> Vec<Option<f64>> {
+    /// True if only the shadows on the ground are seen.
+    pub(crate) fn has_shadow_catcher(&self) -> bool {
+        self.ground.is_some_and(|ground| ground.kind == GroundKind::ShadowCatcher)
+    }
+
+    /// The t where each ray hits the ground from above; empty without a ground.
+    pub(crate) fn intersect_ground(&self, rays: &RayBatch) -> Vec<Option<f64>> {
         let Some(ground) = &self.ground else { return Vec::new() };
-        let height = f64::from(self.height(ground));
+        let height = f64::from(self.ground_height(ground));
         let near = self.camera.clip.near / self.camera.depth_per_t();
-        let meet = |i: usize| {
-            let (above, down) = (f64::from(rays.origins[i].y) - height, f64::from(rays.directions[i].y));
-            let t = above / -down;
-            let met = above > 0.0 && down < 0.0 && t >= near && t <= f64::from(rays.t_max);
-            met.then_some(t)
+        let intersect = |i: usize| {
+            let above = f64::from(rays.origins[i].y) - height;
+            let d_y = f64::from(rays.directions[i].y);
+            let t = above / -d_y;
+            let hits = above > 0.0 && d_y < 0.0 && t >= near && t <= f64::from(rays.t_max);
+            hits.then_some(t)
         };
-        (0..rays.len()).map(meet).collect()
+        (0..rays.len()).map(intersect).collect()
     }
 
-    /// Adds the ground where a sample's eye ray meets it at `t`, unless it has thinned to nothing.
-    pub(crate) fn add_ground(&self, seen: &mut Seen, stage: Stage, sample: usize, ray: Ray, t: f64) {
+    /// Adds the ground where it is in front of the rays' hits. `ground_t`, by sample, loses what was added.
+    pub(crate) fn gather_ground(
+        &self,
+        batch: &mut ShadingBatch,
+        rays: &EyeRays,
+        ground_t: &mut [Option<f64>],
+        unlit: impl Fn(&Coefficients, DVec3) -> Rgb,
+    ) {
+        if ground_t.is_empty() {
+            return;
+        }
+        for eye in rays.iter() {
+            // The t of a hit has an error of about one ulp: an object on the ground is in front of it.
+            let in_front = |t: &mut f64| eye.hit.is_miss() || (*t as f32) < eye.hit.t.next_down();
+            if let Some(t) = ground_t[eye.sample].take_if(in_front) {
+                self.add_ground_point(batch, eye.sample, eye.ray, t, &unlit);
+            }
+        }
+    }
+
+    /// Adds the point of the ground at `t`, unless the ground has faded out there.
+    fn add_ground_point(
+        &self,
+        batch: &mut ShadingBatch,
+        sample: usize,
+        ray: Ray,
+        t: f64,
+        unlit: impl Fn(&Coefficients, DVec3) -> Rgb,
+    ) {
         let Some(ground) = self.ground.as_ref() else { return };
-        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
-        let at = (o + d * t).as_vec3();
-        let p = Vec3::new(at.x, self.height(ground), at.z);
-        let from_middle = p.as_dvec3() + self.posed.centre - ground.centre;
-        let alpha = ground.opacity(from_middle.length());
+        let at = (ray.o.as_dvec3() + ray.d.as_dvec3() * t).as_vec3();
+        let p = Vec3::new(at.x, self.ground_height(ground), at.z);
+        let from_centre = p.as_dvec3() + self.posed.centre - ground.centre;
+        let alpha = ground.opacity(from_centre.length());
         if !(p.is_finite() && alpha > 0.0) {
             return;
         }
-        let catches = ground.kind == GroundKind::ShadowCatcher;
-        let color = if catches { Rgb::ONE } else { Ground::GREY };
-        let k = Coefficients {
-            k_a: color,
-            k_d: color,
-            k_s: Rgb::ZERO,
-            shininess: 1.0,
-            k_e: Rgb::ZERO,
-            color,
-            alpha,
-            through: Rgb::ZERO,
+        let is_shadow_catcher = ground.kind == GroundKind::ShadowCatcher;
+        let color = if is_shadow_catcher { Rgb::ONE } else { Ground::GREY };
+        let k = Coefficients::matte(color, alpha);
+        let n = DVec3::Y;
+        let hit = SurfaceHit {
+            p,
+            // Its height is exact.
+            ray_origin: offset_ray_origin(p, Vec3::ZERO, Vec3::Y, Vec3::Y),
+            terminator_offset: Vec3::ZERO,
+            n_g: n,
+            n_v: n,
+            coords: TriangleCoords { b: [0.0; 3], differentials: BarycentricDifferentials::POINT },
         };
-        let point = Point::of_ground(sample, seen.add_look(k), catches);
-        seen.add_ground(point, (p, ray.d), &k, stage.unlit(self, &k, DVec3::Y));
+        let (block, lane) = batch.soa.append(1);
+        block.store_hit(lane, ray.d, &hit);
+        block.set_material(lane, n, &k, unlit(&k, n));
+        let coefficients = batch.coefficients.len() as u32;
+        batch.coefficients.push(k);
+        batch.samples.push(sample);
+        batch.points.push(ShadingPoint { sample, id: HitId::NONE, is_shadow_catcher, coefficients });
+    }
+
+    /// True if the ground is between `from` and `from + to_light`, or between `from` and infinity in that direction.
+    pub(crate) fn ground_blocks(&self, from: Vec3, to_light: DVec3, to_infinity: bool) -> bool {
+        let Some(height) = self.opaque_ground_height() else { return false };
+        let from = f64::from(from.y);
+        let end = match to_infinity {
+            true if to_light.y == 0.0 => from,
+            true => f64::INFINITY.copysign(to_light.y),
+            false => from + to_light.y,
+        };
+        (from >= height) != (end >= height)
     }
 }

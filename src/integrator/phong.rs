@@ -1,64 +1,64 @@
-//! The lecture's last slide:
+//! Blinn-Phong shading: the last slide of the lecture.
 //!
-//! L = k_a I_a + Σ [ k_d (I/r²) max(0, n·l) + k_s (I/r²) max(0, n·h)^p ]
+//! L = k_e + k_a I_a + Σ V · I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ],  h = (v + l)/‖v + l‖
 //!
-//! over the lights that a shadow ray reaches, plus what the surface emits itself.
+//! The sum is over the lights. V, 0…1, is the visibility of the light, which a shadow ray finds.
+//!
+//! Points are shaded in blocks of [`LANES`], stored as structure of arrays, so that the loops over a block are vectorised.
+//! The path of a pixel:
+//!
+//! 1. `render::tiles` cuts the film into tiles and `render::sample_generator` places samples in their pixels.
+//!    [`Phong::render`] gets the samples of many pixels at once.
+//! 2. [`EyeRays`] makes an eye ray of each and finds the closest hits, with `Accel::intersect`.
+//! 3. [`gather_points`] computes surface and material of each hit (`surface/`, `material/`), and fills blocks of points
+//!    with n, v, k_d, k_s, p and the radiance k_e + k_a I_a.
+//! 4. [`Phong::shade`] adds the light of each source: [`DirectLight`] evaluates the formula, [`trace_visibility`] traces the
+//!    shadow rays, with `Accel::occluded`.
+//! 5. [`Layers`] adds the points' light to their samples. Rays continue behind transparent surfaces: back to step 2.
+//! 6. `render::tiles` averages the samples of a pixel, and `render::film` collects the tiles.
 
 use glam::DVec3;
 
-use super::point::Point;
-use super::{
-    Coefficients, Frame, Integrator, LowDiscrepancySampler, MaterialHitFilter, Sample, Scratch, SurfacePoint,
-};
-use crate::geometry::{Ray, Rgb, Rgba};
-use crate::integrator::ambient_occlusion::ambient_free;
-use crate::integrator::direct_light::{look_back, reach, sum_up};
-use crate::integrator::material::coefficients::{Look, Lookup};
-use crate::integrator::sample_stream::Draws;
-use crate::integrator::shading_batch::Seen;
-use crate::integrator::shadow_rays::find_free;
-use crate::integrator::surface::points::vector;
-use crate::integrator::surface::texture_batch::Fetched;
-use crate::integrator::surface::texture_eval::OnMesh;
+use crate::geometry::{Rgb, Rgba, pow_one_minus};
+use crate::integrator::Integrator;
+use crate::integrator::ambient_occlusion::occlude_ambient;
+use crate::integrator::direct_light::LightBlock;
+use crate::integrator::eye_rays::{EyeRays, MAX_LAYERS};
+use crate::integrator::frame::Frame;
+use crate::integrator::gather::gather_points;
+use crate::integrator::layers::Layers;
+use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::sample::{Sample, SampleStream};
+use crate::integrator::sampler::LowDiscrepancySampler;
+use crate::integrator::scratch::Scratch;
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, apply_visibility, trace_visibility};
+use crate::integrator::surface::point_block::PointBlock;
+use crate::integrator::surface::points_soa::PointsSoa;
+use crate::integrator::surface::soa::{LANES, vec3};
+use crate::scene::{LightSample, PosedLight};
+use crate::simd::AutovecKernel;
 
-/// The lecture's stages: each adds to the one before.
+/// The lecture's stages of shading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stage {
     /// The surface's colour, or the background.
     Color,
-    /// Lambert.
+    /// Lambertian shading.
     Diffuse,
-    /// Lambert with shadows.
+    /// Lambertian shading with shadows.
     Shadow,
-    /// Ambient, diffuse, specular, shadows, emission.
+    /// All terms: emission, ambient, diffuse, specular, with shadows.
     #[default]
     Phong,
 }
 
-impl Stage {
-    /// What needs no light in particular: k_e + k_a I_a, where all stages count; the ambient term as if
-    /// all of it arrived.
-    #[inline(always)]
-    pub(super) fn unlit(self, frame: &Frame, k: &Coefficients, n: DVec3) -> Rgb {
-        match self {
-            Stage::Color => k.color,
-            Stage::Diffuse | Stage::Shadow => Rgb::ZERO,
-            Stage::Phong => k.k_e + k.k_a * frame.ambient_at(n),
-        }
-    }
-}
-
-/// Blinn-Phong, to the stage that is asked for.
+/// The Blinn-Phong integrator.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Phong {
-    /// How far through the lecture.
+    /// The terms that count.
     pub stage: Stage,
 }
-
-/// Surfaces along one eye ray that are looked through before the rest is let go.
-const MAX_LAYERS: usize = 4096;
-/// Less than this share of what is behind is nothing: of white behind black, not half a byte.
-const FAINT: f32 = 1.0 / (1 << 13) as f32;
 
 impl Integrator for Phong {
     fn render(
@@ -69,43 +69,21 @@ impl Integrator for Phong {
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
-        let materials = MaterialHitFilter(frame.posed);
-        let draws = Draws { samples, sampler };
-        // What of the background still shows through, by colour.
-        let mut open = vec![Rgb::ONE; samples.len()];
-        let mut seen = vec![Rgb::ZERO; samples.len()];
-        let mut whose: Vec<usize> = (0..samples.len()).collect();
-        frame.eye_rays(samples, &mut scratch.rays);
-        let mut ground = frame.meet_ground(&scratch.rays);
+        let Scratch { rays, hits, points: buffers, shadow } = scratch;
+        let stream = SampleStream { samples, sampler };
+        let mut layers = Layers::new(frame, EyeRays::new(frame, samples, rays, hits));
         for _ in 0..MAX_LAYERS {
-            frame.accel.intersect(&scratch.rays, &materials, &mut scratch.hits);
-            let mut layer = self.points(frame, scratch, samples, &whose, &mut ground);
-            self.occlude(frame, &mut layer, draws, scratch);
-            self.shade(frame, &mut layer, draws, scratch);
-            let mut all = true;
-            for (i, point) in layer.points.iter().enumerate() {
-                let (shown, passes) = point.layer(layer.k(i), layer.columns.light(i));
-                let (seen, open) = (&mut seen[point.sample], &mut open[point.sample]);
-                *seen += *open * shown;
-                *open *= passes;
-                if open.max_element() < FAINT {
-                    *open = Rgb::ZERO;
-                } else {
-                    all = false;
-                }
-            }
-            layer.give_back(&mut scratch.kept);
-            if all {
-                break;
-            }
-            self.go_on_behind(scratch, &mut whose, &open);
-            if whose.is_empty() {
+            layers.rays.intersect(frame);
+            let unlit = |k: &Coefficients, n: DVec3| self.emission_and_ambient(frame, k, n);
+            let mut points = gather_points(frame, &mut layers, samples, buffers, unlit);
+            self.shade(frame, &mut points, stream, shadow);
+            let continues = layers.composite(&points);
+            points.recycle(buffers);
+            if !continues {
                 break;
             }
         }
-        for ((out, seen), open) in out.iter_mut().zip(&seen).zip(&open) {
-            *out = seen.extend(1.0 - (open.x + open.y + open.z) / 3.0);
-        }
+        layers.write(out);
     }
 
     fn may_hit(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
@@ -114,120 +92,145 @@ impl Integrator for Phong {
 }
 
 impl Phong {
-    /// The points of a batch of hits, and those of the ground where it comes first, with all that
-    /// does not depend on light.
-    fn points<'s>(
+    /// k_e + k_a I_a at a surface with shading normal `n`.
+    #[inline(always)]
+    fn emission_and_ambient(&self, frame: &Frame, k: &Coefficients, n: DVec3) -> Rgb {
+        match self.stage {
+            Stage::Color => k.color,
+            Stage::Diffuse | Stage::Shadow => Rgb::ZERO,
+            Stage::Phong => k.k_e + k.k_a * frame.ambient_at(n),
+        }
+    }
+
+    /// Adds the light of all sources to `points`, whose radiance is k_e + k_a I_a.
+    fn shade(
         &self,
-        frame: &Frame<'s>,
-        scratch: &mut Scratch,
-        samples: &[Sample],
-        whose: &[usize],
-        ground: &mut [Option<f64>],
-    ) -> Seen<'s> {
-        let mut seen = Seen::nothing(&mut scratch.kept);
-        // The ground goes first, for it is before what a sample sees besides.
-        let on_ground = if ground.is_empty() { 0 } else { whose.len() };
-        for (i, (hit, &sample)) in scratch.hits.iter().zip(whose).enumerate().take(on_ground) {
-            let ray = Ray { o: scratch.rays.origins[i], d: scratch.rays.directions[i] };
-            // t of a hit is right to an ulp or so: what lies on the ground is before it.
-            let before = |t: &mut f64| hit.is_miss() || (*t as f32) < hit.t.next_down();
-            if let Some(t) = ground.get_mut(sample).and_then(|t| t.take_if(before)) {
-                frame.add_ground(&mut seen, self.stage, sample, ray, t);
-            }
-        }
-        seen.find(frame, scratch, samples, whose);
-        let Seen { points, looks, columns, facets, samples, .. } = &mut seen;
-        let mut fetched = Fetched::default();
-        let mut lookup = Lookup::new(looks, &frame.overrides, frame.sky.is_some());
-        for (facet, end) in facets.iter() {
-            let on = points.len()..*end;
-            let material = &frame.posed.materials[facet.material as usize];
-            let gloss = lookup.gloss(material);
-            let point = |i: usize, look: Look| Point::on(samples[i], facet.id, look.index);
-            if facet.plain {
-                let (b, spread) = columns.place(on.start);
-                let look = lookup.plain(frame.posed, facet.material, &facet.on_mesh(b, spread));
-                let k = lookup.k(look);
-                // Without a sky it is the same wherever they face.
-                let unlit = self.stage.unlit(frame, k, DVec3::ZERO);
-                for (group, at) in columns.stretches(on.clone()) {
-                    group.put_alike(at.clone(), (k, look.shininess), &gloss, unlit);
-                    for i in at.filter(|_| frame.sky.is_some()) {
-                        let shading = &mut group.shading;
-                        shading.put_unlit(i, self.stage.unlit(frame, k, shading.n(i)));
-                    }
-                }
-                points.extend(on.map(|i| point(i, look)));
-                continue;
-            }
-            let mut i = on.start;
-            for (group, at) in columns.stretches(on) {
-                fetched.fetch(frame.accel, frame.posed, facet, (group, at.clone()));
-                let mut roughening = group.roughening();
-                for at in at.clone() {
-                    let (b, spread) = group.place(at);
-                    let on = OnMesh { fetched: Some((&fetched, at)), ..facet.on_mesh(b, spread) };
-                    let mut n = vector(&group.n_v, at);
-                    if material.normal.is_some() {
-                        let surface = SurfacePoint { on, ..facet.surface(&group.met(at)) };
-                        (n, roughening[at]) = surface.shading_normals(frame.posed);
-                    }
-                    let look = lookup.at(frame.posed, facet.material, &on);
-                    let k = lookup.k(look);
-                    group.shading.put(at, n, (k, look.shininess), self.stage.unlit(frame, k, n));
-                    points.push(point(i, look));
-                    i += 1;
-                }
-                group.shading.widen(at, &gloss, &roughening);
-            }
-        }
-        seen
-    }
-
-    /// Where ambient light does not arrive whole: how much does.
-    fn occlude(&self, frame: &Frame, seen: &mut Seen, draws: Draws, scratch: &mut Scratch) {
-        let Some(occlusion) = frame.ambient_occlusion.filter(|_| self.stage == Stage::Phong) else { return };
-        let ambient = |i: usize| seen.k(i).k_a * frame.ambient_at(seen.n(i));
-        let lit = |&i: &usize| seen.k(i).alpha > 0.0 && ambient(i) != Rgb::ZERO;
-        let asked: Vec<usize> = (0..seen.points.len()).filter(lit).collect();
-        let free = ambient_free(frame, occlusion, seen, &asked, draws, scratch);
-        for (i, free) in asked.into_iter().zip(free) {
-            let (k, n) = (seen.k(i), seen.n(i));
-            let shadowed = k.k_e + k.k_a * frame.ambient_at(n) * free;
-            let (group, at) = seen.columns.of_mut(i);
-            group.shading.put_shadowed(at, shadowed);
-        }
-    }
-
-    /// Loops over the lights and adds what each contributes where it is not blocked.
-    fn shade(&self, frame: &Frame, seen: &mut Seen, draws: Draws, scratch: &mut Scratch) {
+        frame: &Frame,
+        points: &mut ShadingBatch,
+        stream: SampleStream,
+        shadow: &mut ShadowBuffers,
+    ) {
+        let has_specular = self.stage == Stage::Phong;
+        let has_shadows = frame.shadows && self.stage != Stage::Diffuse;
         if self.stage == Stage::Color {
             return;
         }
-        let highlights = self.stage == Stage::Phong;
-        if highlights {
-            look_back(frame.accel, &mut seen.columns);
-        }
-        for (which, light) in frame.lights.iter().enumerate() {
-            reach(frame, seen, light, highlights);
-            if frame.shadows && self.stage != Stage::Diffuse {
-                find_free(frame, which, seen, draws, scratch);
-                for (to, &free) in
-                    seen.reached.iter().zip(&scratch.free).filter(|(_, free)| **free != Rgb::ONE)
-                {
-                    let (group, at) = seen.columns.of_mut(to.point);
-                    group.shading.withhold(at, free);
-                }
+        if has_specular {
+            if let Some(settings) = frame.ambient_occlusion {
+                occlude_ambient(frame, settings, points, stream, shadow);
             }
-            sum_up(frame.accel, &mut seen.columns);
+            frame.accel.run_autovec(ViewDirections(&mut points.soa));
         }
-    }
-
-    /// Keeps the rays that something still shows through, each to go on behind its hit.
-    fn go_on_behind(&self, scratch: &mut Scratch, whose: &mut Vec<usize>, open: &[Rgb]) {
-        let goes_on = |i: &usize| !scratch.hits[*i].is_miss() && open[whose[*i]].max_element() > 0.0;
-        let kept: Vec<usize> = (0..scratch.hits.len()).filter(goes_on).collect();
-        scratch.rays.continue_behind(&kept, &scratch.hits);
-        *whose = kept.iter().map(|&i| whose[i]).collect();
+        for (i, light) in frame.lights.iter().enumerate() {
+            frame.accel.run_autovec(DirectLight {
+                points: &mut points.soa,
+                light,
+                has_specular,
+                has_shadow_catcher: frame.has_shadow_catcher(),
+                shadow_rays: &mut shadow.rays,
+            });
+            if has_shadows {
+                trace_visibility(frame, i, points, stream, shadow);
+                apply_visibility(points, shadow);
+            }
+            frame.accel.run_autovec(Accumulate(&mut points.soa));
+        }
     }
 }
+
+/// Computes the unshadowed light of one source at all points, and lists the shadow rays to it.
+struct DirectLight<'a> {
+    points: &'a mut PointsSoa,
+    light: &'a PosedLight,
+    has_specular: bool,
+    /// True if the light without shadows is summed as well.
+    has_shadow_catcher: bool,
+    shadow_rays: &'a mut Vec<ShadowRay>,
+}
+
+impl AutovecKernel for DirectLight<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let DirectLight { points, light, has_specular, has_shadow_catcher, shadow_rays } = self;
+        shadow_rays.clear();
+        let intensity = light.intensity;
+        let light = light.light_eval();
+        let mut incident = LightBlock::ZERO;
+        for (index, (block, count)) in points.blocks_mut().enumerate() {
+            // l and I/r².
+            light.sample(
+                LANES,
+                |i| vec3(&block.p, i),
+                |i, LightSample { l, attenuation }| {
+                    incident.set(block, i, l, intensity * attenuation);
+                },
+            );
+            let lit_mask = incident.lit_mask(count);
+            reflect(block, &incident, has_specular && block.has_specular && lit_mask != 0);
+            if has_shadow_catcher {
+                block.accumulate_unshadowed();
+            }
+            incident.push_shadow_rays(index * LANES, lit_mask, shadow_rays);
+        }
+    }
+}
+
+/// The reflected light I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ] of a block's points.
+#[inline(always)]
+fn reflect(block: &mut PointBlock, light: &LightBlock, has_specular: bool) {
+    let mut lobe = [0.0; LANES];
+    if has_specular {
+        for i in 0..LANES {
+            lobe[i] = specular_lobe(block.n(i), light.l(i), block.v(i), block.shininess[i]) as f32;
+        }
+    }
+    for c in 0..3 {
+        for i in 0..LANES {
+            let diffuse = block.k_d[c][i] * light.n_dot_l[i];
+            let specular = block.k_s[c][i] * lobe[i];
+            let reflected = light.irradiance[c][i] * (diffuse + specular);
+            // The irradiance is 0 where n·l ≤ 0. There the other factors may be NaN.
+            block.direct[c][i] = if light.irradiance[c][i] == 0.0 { 0.0 } else { reflected };
+        }
+    }
+}
+
+/// The lecture's specular lobe max(0, n·h)^p of unit vectors n, l and v, with the half vector h = (v + l)/‖v + l‖.
+///
+/// Near n·h = 1, where a narrow lobe needs precision, a dot product has lost its digits. The sine has them: for an h of any
+/// length, (n·h)² = 1 − |n × h|²/|h|². This also saves the square root of the normalisation.
+#[inline(always)]
+pub fn specular_lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
+    let h = v + l;
+    let h2 = h.length_squared();
+    let sin2 = n.cross(h).length_squared() / h2;
+    // max(0, n·h): behind the surface the cosine is 0.
+    let one_minus_cos2 = if n.dot(h) > 0.0 { sin2.min(1.0) } else { 1.0 };
+    let lobe = pow_one_minus(one_minus_cos2, 0.5 * f64::from(p));
+    if h2 > 0.0 { lobe } else { 0.0 }
+}
+
+/// Computes v, the directions to the eye, in blocks with highlights.
+struct ViewDirections<'a>(&'a mut PointsSoa);
+
+impl AutovecKernel for ViewDirections<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (block, _) in self.0.blocks_mut().filter(|(block, _)| block.has_specular) {
+            block.compute_view_dirs();
+        }
+    }
+}
+
+/// Adds the light of the current source to the radiance of all points.
+struct Accumulate<'a>(&'a mut PointsSoa);
+
+impl AutovecKernel for Accumulate<'_> {
+    #[inline(always)]
+    fn run(self) {
+        self.0.blocks_mut().for_each(|(block, _)| block.accumulate());
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,150 +1,117 @@
-//! The points that a batch of eye rays sees.
+//! The shading points of a batch of eye rays.
+
+use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::{HitId, Ray, Rgb, offset_ray_origin};
-use crate::integrator::direct_light::Reached;
-use crate::integrator::material::coefficients::{Coefficients, add_look};
-use crate::integrator::point::Point;
-use crate::integrator::surface::hits_by_triangle::ByTriangle;
-use crate::integrator::surface::points::{Columns, Met, Rays, TOGETHER, narrow, vector};
-use crate::integrator::surface::ray_differentials::Spread;
-use crate::integrator::surface::shading_triangle::Facet;
-use crate::integrator::surface::shadow_terminator::start;
-use crate::integrator::{Frame, Sample, Scratch};
+use crate::geometry::{HitId, Rgb};
+use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::surface::hits_by_triangle::HitsByTriangle;
+use crate::integrator::surface::points_soa::PointsSoa;
+use crate::integrator::surface::shading_triangle::ShadingTriangle;
+use crate::integrator::surface::shadow_terminator::shadow_ray_origin;
+use crate::integrator::surface::soa::{dvec3, vec3};
 
-/// Memory that is used again from batch to batch.
+/// Memory that is reused from batch to batch.
 #[derive(Default)]
-pub(crate) struct Kept {
-    columns: Columns,
-    points: Vec<Point>,
-    looks: Vec<Coefficients>,
+pub(crate) struct BatchBuffers {
+    soa: PointsSoa,
+    points: Vec<ShadingPoint>,
+    coefficients: Vec<Coefficients>,
     samples: Vec<usize>,
-    by_triangle: ByTriangle,
-    reached: Vec<Reached>,
+    hits_by_triangle: HitsByTriangle,
 }
 
-/// The points of a batch: what is known of each, and of the triangles that they are on.
-pub(crate) struct Seen<'s> {
-    pub points: Vec<Point>,
-    /// What they look like, which many share: all but what the normals that a sample sees make of highlights.
-    pub looks: Vec<Coefficients>,
-    /// As many, once all points are made.
-    pub columns: Columns,
-    /// By the points on them, which follow each other: up to which.
-    pub facets: Vec<(Facet<'s>, usize)>,
-    /// Whose each point of the columns is.
+/// What a shading point has besides its lane in [`PointsSoa`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShadingPoint {
+    /// Index of the sample whose eye ray hit it.
+    pub sample: usize,
+    /// Its triangle; [`HitId::NONE`] on the ground.
+    pub id: HitId,
+    /// True on a ground of which only shadows are seen.
+    pub is_shadow_catcher: bool,
+    /// Index of its coefficients.
+    pub coefficients: u32,
+}
+
+/// A triangle and its points, which follow each other.
+pub(crate) struct TrianglePoints<'s> {
+    pub triangle: ShadingTriangle<'s>,
+    pub range: Range<usize>,
+}
+
+/// The shading points of a batch, and the triangles that they are on.
+pub(crate) struct ShadingBatch<'s> {
+    pub points: Vec<ShadingPoint>,
+    /// Coefficients, shared by points with the same material. Specular antialiasing changes only those in `soa`.
+    pub coefficients: Vec<Coefficients>,
+    /// As many points as in `points`.
+    pub soa: PointsSoa,
+    pub triangles: Vec<TrianglePoints<'s>>,
+    /// The sample of each point in `soa`.
     pub samples: Vec<usize>,
-    by_triangle: ByTriangle,
-    /// Those that the light at hand reaches, if nothing is in its way.
-    pub reached: Vec<Reached>,
+    pub hits_by_triangle: HitsByTriangle,
 }
 
-impl<'s> Seen<'s> {
-    /// No points; `kept` lends its memory.
-    pub fn nothing(kept: &mut Kept) -> Seen<'s> {
-        let Kept { mut columns, mut points, mut looks, mut samples, by_triangle, reached } =
-            std::mem::take(kept);
-        columns.clear();
+impl ShadingBatch<'_> {
+    /// An empty batch, in the memory of `buffers`.
+    pub fn new(buffers: &mut BatchBuffers) -> Self {
+        let BatchBuffers { mut soa, mut points, mut coefficients, mut samples, hits_by_triangle } =
+            std::mem::take(buffers);
+        soa.clear();
         points.clear();
-        looks.clear();
+        coefficients.clear();
         samples.clear();
-        Seen { points, looks, columns, facets: Vec::new(), samples, by_triangle, reached }
+        ShadingBatch { points, coefficients, soa, triangles: Vec::new(), samples, hits_by_triangle }
     }
 
     /// Gives the memory back.
-    pub fn give_back(self, kept: &mut Kept) {
-        let Seen { points, looks, columns, facets: _, samples, by_triangle, reached } = self;
-        *kept = Kept { columns, points, looks, samples, by_triangle, reached };
+    pub fn recycle(self, buffers: &mut BatchBuffers) {
+        let ShadingBatch { points, coefficients, soa, triangles: _, samples, hits_by_triangle } = self;
+        *buffers = BatchBuffers { soa, points, coefficients, samples, hits_by_triangle };
     }
 
-    /// Adds a look for points to have.
+    /// Coefficients of point `i`.
     #[inline(always)]
-    pub fn add_look(&mut self, k: Coefficients) -> u32 {
-        add_look(&mut self.looks, k)
-    }
-
-    /// What point `i` looks like.
-    #[inline(always)]
-    pub fn k(&self, i: usize) -> &Coefficients {
-        &self.looks[self.points[i].look as usize]
-    }
-
-    /// Adds a point of the ground, where a ray along `d` meets it, with its light without lights. It is at its
-    /// height exactly.
-    pub fn add_ground(&mut self, point: Point, (p, d): (Vec3, Vec3), k: &Coefficients, unlit: Rgb) {
-        let (n, n_f32) = (DVec3::Y, Vec3::Y);
-        let met = Met {
-            p,
-            clear: offset_ray_origin(p, Vec3::ZERO, n_f32, n_f32),
-            up: Vec3::ZERO,
-            n_g: n,
-            n_v: n,
-            b: [0.0; 3],
-            spread: Spread::POINT,
-        };
-        let (group, at) = self.columns.more(1);
-        group.put_one(at, d, &met);
-        group.shading.put(at, n, (k, 1.0), unlit);
-        self.samples.push(point.sample);
-        self.points.push(point);
-    }
-
-    /// Finds what the hits in `scratch` are on, by triangle, in columns for points yet to be made. `whose`
-    /// says which of the samples each ray is of.
-    pub fn find(&mut self, frame: &Frame<'s>, scratch: &Scratch, samples: &[Sample], whose: &[usize]) {
-        let Seen { columns, facets, samples: all, by_triangle, .. } = self;
-        by_triangle.sort(&scratch.hits);
-        facets.reserve(by_triangle.count());
-        let (origins, directions) = (&scratch.rays.origins, &scratch.rays.directions);
-        let size = |hit: u32| samples[whose[hit as usize]].size;
-        let (mut last_size, mut differential) = ([0.0; 2], None);
-        // Mostly all have one.
-        let sizes_differ = samples.iter().any(|sample| sample.size != samples[0].size);
-        let mut rays = Rays::NONE;
-        let mut theirs = [0; TOGETHER];
-        for (id, first) in by_triangle.chains() {
-            let facet = Facet::new(frame.posed, id);
-            let mut at = Some(first);
-            while let Some(hit) = at {
-                if size(hit) != last_size {
-                    last_size = size(hit);
-                    differential = frame.differential(last_size);
-                }
-                let most = TOGETHER.min(columns.room());
-                let mut count = 0;
-                let goes_along = |hit: &u32| !sizes_differ || size(*hit) == last_size;
-                while let Some(hit) = at.filter(|hit| count < most && goes_along(hit)) {
-                    rays.set(count, Ray { o: origins[hit as usize], d: directions[hit as usize] });
-                    theirs[count] = whose[hit as usize];
-                    count += 1;
-                    at = by_triangle.after(hit);
-                }
-                all.extend_from_slice(&theirs[..count]);
-                facet.meet(frame.accel, &rays, count, differential, columns);
-            }
-            facets.push((facet, all.len()));
-        }
+    pub fn coefficients(&self, i: usize) -> &Coefficients {
+        &self.coefficients[self.points[i].coefficients as usize]
     }
 
     /// Shading normal of point `i`.
     #[inline(always)]
     pub fn n(&self, i: usize) -> DVec3 {
-        let (group, at) = self.columns.of(i);
-        group.shading.n(at)
+        let (block, lane) = self.soa.lane(i);
+        block.n(lane)
     }
 
-    /// Where a shadow ray from point `i` towards `l` starts, and the triangle that cannot be in its way.
-    pub fn start(&self, i: usize, l: DVec3) -> (Vec3, HitId) {
-        let (group, at) = self.columns.of(i);
-        let cos_g = vector(&group.n_g, at).dot(l);
-        (start(narrow(&group.clear, at), narrow(&group.up, at), cos_g), self.source(i, cos_g > 0.0))
-    }
-
-    /// The triangle that cannot be in the way of light to point `i`. Light that the smooth surface sees and the
-    /// triangle does not is not `above` it: it is seen past the triangle's edge, or not at all.
+    /// L of point `i` so far.
     #[inline(always)]
-    pub fn source(&self, i: usize, above: bool) -> HitId {
-        if above { self.points[i].id } else { HitId::NONE }
+    pub fn radiance(&self, i: usize) -> Rgb {
+        let (block, lane) = self.soa.lane(i);
+        vec3(&block.radiance, lane)
+    }
+
+    /// L of point `i` so far without shadows.
+    #[inline(always)]
+    pub fn unshadowed(&self, i: usize) -> Rgb {
+        let (block, lane) = self.soa.lane(i);
+        vec3(&block.unshadowed, lane)
+    }
+
+    /// Origin of a shadow ray from point `i` in direction `l`, and the triangle that it must not hit.
+    pub fn shadow_ray_origin(&self, i: usize, l: DVec3) -> (Vec3, HitId) {
+        let (block, lane) = self.soa.lane(i);
+        let cos = dvec3(&block.n_g, lane).dot(l);
+        let origin = vec3(&block.ray_origin, lane);
+        let offset = vec3(&block.terminator_offset, lane);
+        (shadow_ray_origin(origin, offset, cos), self.excluded_triangle(i, cos > 0.0))
+    }
+
+    /// The triangle that shadow rays from point `i` must not hit: its own, if the light is in front of it. Light behind
+    /// the triangle that the smooth surface still faces has to pass the triangle's edge.
+    #[inline(always)]
+    pub fn excluded_triangle(&self, i: usize, light_in_front: bool) -> HitId {
+        if light_in_front { self.points[i].id } else { HitId::NONE }
     }
 }

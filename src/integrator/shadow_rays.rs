@@ -1,132 +1,177 @@
-//! Shadow rays: how much of the way between a point and a light is free.
+//! Shadow rays: the visibility of a light from the points that face it.
 
 use glam::{DVec3, Vec3};
 
 use crate::accel::{Coherence, SegmentBatch};
 use crate::geometry::{HitId, Rgb};
-use crate::integrator::direct_light::Reached;
-use crate::integrator::sample_stream::{Draws, Purpose};
-use crate::integrator::shading_batch::Seen;
-use crate::integrator::surface::points::{narrow, vector};
-use crate::integrator::{Frame, MaterialHitFilter, Scratch};
+use crate::integrator::frame::Frame;
+use crate::integrator::material::hit_filter::MaterialHitFilter;
+use crate::integrator::sample::{SampleDimension, SampleStream};
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::surface::soa::{dvec3, vec3};
 use crate::scene::PosedLightKind;
 
-/// Fills `scratch.free` with how much of light `which`'s way to each lit point is free, by colour.
-pub(crate) fn find_free(frame: &Frame, which: usize, seen: &Seen, draws: Draws, scratch: &mut Scratch) {
-    let light = &frame.lights[which];
-    if light.radius > 0.0 {
-        return find_free_from_disc(frame, which, seen, draws, scratch);
+/// A ray from a point to a light that shines on it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShadowRay {
+    /// Index of the point.
+    pub point: usize,
+    /// Unit direction to the light's centre.
+    pub l: DVec3,
+    pub origin: Vec3,
+    /// True if the light is in front of the point's triangle, and not only of the smooth surface.
+    pub light_in_front: bool,
+}
+
+/// The shadow rays of one light, and memory to trace them.
+#[derive(Default)]
+pub(crate) struct ShadowBuffers {
+    pub rays: Vec<ShadowRay>,
+    /// The share of light that each ray finds unblocked, by colour.
+    pub visibility: Vec<Rgb>,
+    pub segments: SegmentBatch,
+    occluded: Vec<bool>,
+    /// From points on an area light to its centre.
+    emitter_segments: SegmentBatch,
+    emitter_visibility: Vec<Rgb>,
+}
+
+/// Traces the shadow rays to a light and stores their visibility.
+pub(crate) fn trace_visibility(
+    frame: &Frame,
+    light_index: usize,
+    points: &ShadingBatch,
+    stream: SampleStream,
+    buffers: &mut ShadowBuffers,
+) {
+    if frame.lights[light_index].radius > 0.0 {
+        trace_area_light(frame, light_index, points, stream, buffers);
+    } else {
+        trace_point_light(frame, light_index, points, buffers);
     }
-    let segments = &mut scratch.segments;
+}
+
+/// Multiplies the current light at the points by the visibility of their shadow rays.
+pub(crate) fn apply_visibility(points: &mut ShadingBatch, buffers: &ShadowBuffers) {
+    let blocked = |(_, visibility): &(_, &Rgb)| **visibility != Rgb::ONE;
+    for (ray, &visibility) in buffers.rays.iter().zip(&buffers.visibility).filter(blocked) {
+        let (block, lane) = points.soa.lane_mut(ray.point);
+        block.apply_visibility(lane, visibility);
+    }
+}
+
+/// Sharp shadows of a light without extent.
+fn trace_point_light(frame: &Frame, light_index: usize, points: &ShadingBatch, buffers: &mut ShadowBuffers) {
+    let light = &frame.lights[light_index];
+    let ShadowBuffers { rays, segments, .. } = buffers;
     segments.clear();
+    let position = light.position();
     segments.coherence = match light.kind {
         PosedLightKind::Directional { direction } => Coherence::Direction(-direction),
-        PosedLightKind::Point { position } | PosedLightKind::Spot { position, .. } => {
-            Coherence::Origin(position)
-        }
+        _ => Coherence::Origin(position.unwrap_or_default()),
     };
-    let position = light.position().unwrap_or_default();
-    let reached = &seen.reached;
-    segments.from.extend(reached.iter().map(|to| to.start));
-    segments.source.extend(reached.iter().map(|to| seen.source(to.point, to.above)));
-    segments.to.resize(reached.len(), position);
-    trace(frame, segments, &mut scratch.blocked, &mut scratch.free);
-    if frame.solid_ground().is_none() {
+    segments.from.extend(rays.iter().map(|ray| ray.origin));
+    segments.source.extend(rays.iter().map(|ray| points.excluded_triangle(ray.point, ray.light_in_front)));
+    segments.to.resize(rays.len(), position.unwrap_or_default());
+    trace_segments(frame, segments, &mut buffers.occluded, &mut buffers.visibility);
+    if frame.opaque_ground_height().is_none() {
         return;
     }
-    for (k, to) in seen.reached.iter().enumerate() {
-        let from = scratch.segments.from[k];
-        let towards = light.position().map_or(to.l, |p| p.as_dvec3() - from.as_dvec3());
-        if frame.below_ground(from, towards, light.position().is_none()) {
-            scratch.free[k] = Rgb::ZERO;
+    for (ray, visibility) in buffers.rays.iter().zip(&mut buffers.visibility) {
+        let to_light = position.map_or(ray.l, |p| p.as_dvec3() - ray.origin.as_dvec3());
+        if frame.ground_blocks(ray.origin, to_light, position.is_none()) {
+            *visibility = Rgb::ZERO;
         }
     }
 }
 
-/// The same for a light with a radius. Each sample looks at one place on the disc that the light is
-/// to its point: so many samples, so many shadow rays, and their mean is how much of the light is
-/// seen.
-fn find_free_from_disc(frame: &Frame, which: usize, seen: &Seen, draws: Draws, scratch: &mut Scratch) {
-    let light = &frame.lights[which];
-    let segments = &mut scratch.segments;
+/// Soft shadows of a light with a radius. Each sample of a pixel tests one point of the disc that the light presents to
+/// the surface point; the mean over the samples is the visible share of the light.
+fn trace_area_light(
+    frame: &Frame,
+    light_index: usize,
+    points: &ShadingBatch,
+    stream: SampleStream,
+    buffers: &mut ShadowBuffers,
+) {
+    let light = &frame.lights[light_index];
+    let ShadowBuffers { rays, segments, .. } = buffers;
     segments.clear();
     segments.coherence = Coherence::None;
-    // Below the horizon of the smooth surface, where no ray need be asked.
-    let mut hidden = Vec::with_capacity(seen.reached.len());
-    for &Reached { point, l: to_centre, .. } in &seen.reached {
-        let (group, at) = seen.columns.of(point);
-        let off = light.disc_offset(to_centre, draws.one(seen.points[point].sample, Purpose::Light(which)));
-        let p = narrow(&group.p, at).as_dvec3();
-        let towards = match light.position() {
-            Some(centre) => centre.as_dvec3() + off - p,
-            None => to_centre + off,
+    // True below the horizon of the smooth surface or of the ground.
+    let mut hidden = Vec::with_capacity(rays.len());
+    for &ShadowRay { point, l: to_centre, .. } in rays.iter() {
+        let (block, lane) = points.soa.lane(point);
+        let u = stream.get_2d(points.points[point].sample, SampleDimension::Light(light_index));
+        let offset = light.disc_offset(to_centre, u);
+        let p = vec3(&block.p, lane).as_dvec3();
+        let to_emitter = match light.position() {
+            Some(centre) => centre.as_dvec3() + offset - p,
+            None => to_centre + offset,
         };
-        let l = towards.normalize_or(to_centre);
-        let (from, source) = seen.start(point, l);
+        let l = to_emitter.normalize_or(to_centre);
+        let (from, source) = points.shadow_ray_origin(point, l);
         let to = match light.position() {
-            Some(_) => (p + towards).as_vec3(),
-            None => (from.as_dvec3() + l * frame.beyond(from)).as_vec3(),
+            Some(_) => (p + to_emitter).as_vec3(),
+            None => (from.as_dvec3() + l * frame.distance_beyond_scene(from)).as_vec3(),
         };
         segments.push(from, to, source);
-        let towards = to.as_dvec3() - from.as_dvec3();
-        let below = frame.below_ground(from, towards, light.position().is_none());
-        hidden.push(below || vector(&group.n_v, at).dot(l) <= 0.0);
+        let to_light = to.as_dvec3() - from.as_dvec3();
+        let below_ground = frame.ground_blocks(from, to_light, light.position().is_none());
+        hidden.push(below_ground || dvec3(&block.n_v, lane).dot(l) <= 0.0);
     }
-    trace(frame, segments, &mut scratch.blocked, &mut scratch.free);
-    for (free, _) in scratch.free.iter_mut().zip(&hidden).filter(|(_, hidden)| **hidden) {
-        *free = Rgb::ZERO;
+    trace_segments(frame, segments, &mut buffers.occluded, &mut buffers.visibility);
+    for (visibility, _) in buffers.visibility.iter_mut().zip(&hidden).filter(|(_, hidden)| **hidden) {
+        *visibility = Rgb::ZERO;
     }
     if let Some(centre) = light.position() {
-        hold_back(frame, centre, scratch);
+        block_hidden_emitters(frame, centre, buffers);
     }
 }
 
-/// A lamp that is wider than the fitting it hangs in, or nearer to a wall than its radius, would
-/// shine on the far side: what its centre does not see of it, nobody sees.
-fn hold_back(frame: &Frame, centre: Vec3, scratch: &mut Scratch) {
-    let places = &scratch.segments.to;
-    let seen: Vec<usize> = (0..places.len()).filter(|&i| scratch.free[i] != Rgb::ZERO).collect();
-    let mut within = std::mem::take(&mut scratch.within);
-    within.clear();
-    within.coherence = Coherence::Origin(centre);
-    for &i in &seen {
-        within.push(places[i], centre, HitId::NONE);
+/// Blocks the points of an area light that its centre does not see: a light that is wider than its fixture, or nearer to a
+/// wall than its radius, would shine through.
+fn block_hidden_emitters(frame: &Frame, centre: Vec3, buffers: &mut ShadowBuffers) {
+    let ShadowBuffers { visibility, segments, occluded, emitter_segments, emitter_visibility, .. } = buffers;
+    let visible: Vec<usize> = (0..segments.len()).filter(|&i| visibility[i] != Rgb::ZERO).collect();
+    emitter_segments.clear();
+    emitter_segments.coherence = Coherence::Origin(centre);
+    for &i in &visible {
+        emitter_segments.push(segments.to[i], centre, HitId::NONE);
     }
-    trace(frame, &within, &mut scratch.blocked, &mut scratch.within_free);
-    for (&i, &free) in seen.iter().zip(&scratch.within_free) {
-        scratch.free[i] *= free;
+    trace_segments(frame, emitter_segments, occluded, emitter_visibility);
+    for (&i, &from_centre) in visible.iter().zip(emitter_visibility.iter()) {
+        visibility[i] *= from_centre;
     }
-    scratch.within = within;
 }
 
-/// How much passes along every segment, by colour.
-pub(crate) fn trace(frame: &Frame, segments: &SegmentBatch, blocked: &mut Vec<bool>, free: &mut Vec<Rgb>) {
-    free.clear();
-    let materials = MaterialHitFilter(frame.posed);
+/// Traces `segments` and stores the share of light that passes each, by colour.
+fn trace_segments(
+    frame: &Frame,
+    segments: &SegmentBatch,
+    occluded: &mut Vec<bool>,
+    visibility: &mut Vec<Rgb>,
+) {
+    visibility.clear();
+    let filter = MaterialHitFilter(frame.posed);
     if frame.accel.has_translucent() {
-        frame.accel.transmittance(segments, &materials, free);
+        frame.accel.transmittance(segments, &filter, visibility);
     } else {
-        frame.accel.occluded(segments, &materials, blocked);
-        free.extend(blocked.iter().map(|&b| if b { Rgb::ZERO } else { Rgb::ONE }));
+        frame.accel.occluded(segments, &filter, occluded);
+        visibility.extend(occluded.iter().map(|&occluded| if occluded { Rgb::ZERO } else { Rgb::ONE }));
+    }
+}
+
+impl ShadowBuffers {
+    /// Traces `segments` and stores their visibility.
+    pub fn trace(&mut self, frame: &Frame) {
+        trace_segments(frame, &self.segments, &mut self.occluded, &mut self.visibility);
     }
 }
 
 impl Frame<'_> {
-    /// A distance from `p` beyond which there is nothing.
-    pub(crate) fn beyond(&self, p: Vec3) -> f64 {
+    /// A distance from `p` that is beyond the scene in every direction.
+    pub(crate) fn distance_beyond_scene(&self, p: Vec3) -> f64 {
         1.01 * (p.as_dvec3().length() + self.posed.bounding_radius()) + f64::from(f32::MIN_POSITIVE)
-    }
-
-    /// Whether the ground stands between `from` and `from + towards`, or what is infinitely far
-    /// that way. A ground that only catches shadows casts none.
-    pub(crate) fn below_ground(&self, from: Vec3, towards: DVec3, infinitely: bool) -> bool {
-        let Some(height) = self.solid_ground() else { return false };
-        let from = f64::from(from.y);
-        let end = match infinitely {
-            true if towards.y == 0.0 => from,
-            true => f64::INFINITY.copysign(towards.y),
-            false => from + towards.y,
-        };
-        (from >= height) != (end >= height)
     }
 }

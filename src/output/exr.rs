@@ -69,7 +69,8 @@ fn add_layer<'p>(
     kind: SampleType,
     channels: &mut SmallVec<[AnyChannel<Channel<'p>>; 4]>,
 ) {
-    let (name, letters) = layer.aov.channels();
+    let name = layer.aov.name();
+    let letters = layer.aov.channels();
     let width = layer.aov.channel_count();
     let kind = match layer.aov {
         aov if aov.is_id() => SampleType::U32,

@@ -1,104 +1,121 @@
-//! How much of each pixel each thing covers, over all samples of the pixel's filter.
+//! Cryptomatte layers: the coverage of each pixel by objects and materials, over all samples of the pixel filter.
 
 use glam::UVec2;
 use rayon::prelude::*;
 
-use super::{Cancelled, ProgressMonitor, RenderSettings, Sampling};
 use crate::integrator::{Frame, MatteKind, Sample, Scratch, trace_mattes};
+use crate::render::progress::{Cancelled, ProgressMonitor};
+use crate::render::sample_generator::SampleGenerator;
+use crate::render::settings::RenderSettings;
 use crate::scene::Scene;
 
-/// Things that a pixel keeps: those that cover most of it.
+/// Objects or materials that a pixel keeps: those with the largest coverage (Cryptomatte's ranks).
 pub const MATTE_RANKS: usize = 6;
 
-/// The coverage of every pixel by every thing of one kind, row-major, row 0 on top.
+/// The coverage of every pixel by every object or material, row-major, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Matte {
-    /// What is told apart.
+    /// Objects or materials.
     pub kind: MatteKind,
-    /// Names as in the scene, of ids from 1 on: some may be empty, some alike.
+    /// Names as in the scene, of ids from 1 on. They may be empty, and may not be unique.
     pub names: Vec<String>,
-    /// Where each pixel's covers end.
+    /// For each pixel the end of its part of `coverages`.
     ends: Vec<usize>,
     /// Ids from 1, with their coverage.
-    covers: Vec<(u32, f32)>,
+    coverages: Vec<(u32, f32)>,
 }
 
 impl Matte {
-    /// At most [`MATTE_RANKS`] ids from 1 with what each covers of a pixel, largest first.
+    /// At most [`MATTE_RANKS`] ids, from 1, with their coverage of pixel `i`, largest first.
     pub fn pixel(&self, i: usize) -> &[(u32, f32)] {
-        let start = i.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.covers[start..self.ends[i]]
+        let start = i.checked_sub(1).map_or(0, |previous| self.ends[previous]);
+        &self.coverages[start..self.ends[i]]
     }
 
-    /// Pixels.
+    /// Number of pixels.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// True without any pixel.
+    /// True without pixels.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 }
 
-/// Samples that are looked at together.
-const BATCH: usize = 1 << 14;
+/// Samples that are traced at once.
+const BATCH_SAMPLES: usize = 1 << 14;
 
-/// Renders the mattes of every kind, by the very samples of the picture.
+/// For each kind the ids that a pixel sees, with the sum of their coverage over its samples.
+type CoverageSums = [Vec<(u32, f64)>; MatteKind::ALL.len()];
+
+/// Renders mattes of every kind, with the same samples as the picture.
 ///
 /// # Errors
-/// [`Cancelled`] when `watch` says so.
+/// [`Cancelled`] if `monitor` cancels.
 pub fn render_mattes(
     frame: &Frame,
     settings: &RenderSettings,
-    watch: &dyn ProgressMonitor,
+    monitor: &dyn ProgressMonitor,
 ) -> Result<Vec<Matte>, Cancelled> {
-    let sampling = Sampling::of(settings);
-    let n = sampling.count();
+    let generator = SampleGenerator::new(settings);
     let window = settings.window();
     let columns: Vec<u32> = (window.x..window.x + window.width).collect();
-    type Sums = [Vec<(u32, f64)>; MatteKind::ALL.len()];
-    let rows: Vec<Vec<Sums>> = (window.y..window.y + window.height)
+    let batch_pixels = (BATCH_SAMPLES / generator.samples_per_pixel()).max(1);
+    let rows: Vec<Vec<CoverageSums>> = (window.y..window.y + window.height)
         .into_par_iter()
         .map_init(<(Scratch, Vec<Sample>)>::default, |(scratch, samples), y| {
             let mut row = Vec::new();
-            for part in columns.chunks((BATCH / n).max(1)) {
-                if watch.is_cancelled() {
+            for batch in columns.chunks(batch_pixels) {
+                if monitor.is_cancelled() {
                     break;
                 }
-                let pixels: Vec<UVec2> = part.iter().map(|&x| UVec2::new(x, y)).collect();
-                sampling.samples(frame.accel, &pixels, samples);
-                let mut sums = vec![Sums::default(); part.len()];
-                trace_mattes(frame, samples, scratch, |sample, cover| {
-                    for (kind, sums) in MatteKind::ALL.iter().zip(&mut sums[sample / n]) {
-                        add(sums, cover.id(*kind), cover.coverage);
-                    }
-                });
-                row.extend(sums);
+                let pixels: Vec<UVec2> = batch.iter().map(|&x| UVec2::new(x, y)).collect();
+                generator.generate(frame.accel, &pixels, samples);
+                row.extend(sum_coverage(frame, samples, pixels.len(), scratch));
             }
             row
         })
         .collect();
-    if watch.is_cancelled() {
+    if monitor.is_cancelled() {
         return Err(Cancelled);
     }
+    let n = generator.samples_per_pixel();
     let matte = |(k, &kind): (usize, &MatteKind)| {
-        let (mut ends, mut covers) = (Vec::new(), Vec::new());
+        let mut ends = Vec::new();
+        let mut coverages = Vec::new();
         for pixel in rows.iter().flatten() {
             let mut ranked = pixel[k].clone();
             ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
             let mean = |&(id, sum): &(u32, f64)| (id, (sum / n as f64) as f32);
-            covers.extend(ranked.iter().take(MATTE_RANKS).map(mean));
-            ends.push(covers.len());
+            coverages.extend(ranked.iter().take(MATTE_RANKS).map(mean));
+            ends.push(coverages.len());
         }
-        Matte { kind, names: names(frame.posed.scene, kind), ends, covers }
+        Matte { kind, names: names(frame.posed.scene, kind), ends, coverages }
     };
     Ok(MatteKind::ALL.iter().enumerate().map(matte).collect())
 }
 
-/// What is no object has no matte.
+/// Sums the coverage of each pixel over its samples.
+fn sum_coverage(
+    frame: &Frame,
+    samples: &[Sample],
+    pixels: usize,
+    scratch: &mut Scratch,
+) -> Vec<CoverageSums> {
+    let mut sums: Vec<CoverageSums> = vec![CoverageSums::default(); pixels];
+    let samples_per_pixel = samples.len() / pixels;
+    trace_mattes(frame, samples, scratch, |sample, surface| {
+        for (kind, sums) in MatteKind::ALL.iter().zip(&mut sums[sample / samples_per_pixel]) {
+            add(sums, surface.id(*kind), surface.coverage);
+        }
+    });
+    sums
+}
+
+/// Adds coverage to the sum of an id. Id 0, which belongs to no object, has no matte.
 fn add(sums: &mut Vec<(u32, f64)>, id: u32, coverage: f32) {
-    match sums.iter_mut().find(|(known, _)| *known == id) {
+    match sums.iter_mut().find(|(other, _)| *other == id) {
         _ if id == 0 => {}
         Some((_, sum)) => *sum += f64::from(coverage),
         None => sums.push((id, f64::from(coverage))),

@@ -202,13 +202,13 @@ pub struct PosedLight {
     pub radius: f32,
 }
 
-/// What a light sends to a point.
+/// A light seen from a point, if nothing blocks it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Incident {
-    /// To the light, unit length. In f64: a narrow highlight magnifies its rounding.
+pub struct LightSample {
+    /// Unit direction to the light. In f64, because narrow highlights magnify rounding errors.
     pub l: DVec3,
-    /// I/r² with cone and range, or E.
-    pub arriving: Rgb,
+    /// Factor of [`PosedLight::intensity`]: 1/r² with cone and range; 1 for directional lights.
+    pub attenuation: f32,
 }
 
 impl PosedLight {
@@ -283,15 +283,11 @@ impl PosedLight {
         }
     }
 
-    /// What reaches `p` if nothing is in the way; `None` where nothing does.
-    pub fn incident(&self, p: Vec3) -> Option<Incident> {
-        let (l, share) = match self.light_eval() {
-            LightEval::Directional(l) => (l, 1.0),
-            LightEval::Local(lamp) => lamp.sample(p),
-            LightEval::ScaledSpot(lamp, to_round) => lamp.sample_in_cone_frame(p, &to_round),
-        };
-        let arriving = self.intensity * share;
-        (arriving.max_element() > 0.0).then_some(Incident { l, arriving })
+    /// The light as seen from `p`. For many points, prepare [`PosedLight::light_eval`] once.
+    pub fn sample(&self, p: Vec3) -> LightSample {
+        let mut result = LightSample { l: DVec3::ZERO, attenuation: 0.0 };
+        self.light_eval().sample(1, |_| p, |_, sample| result = sample);
+        result
     }
 }
 
@@ -304,6 +300,23 @@ pub enum LightEval {
     Local(LocalLight),
     /// From one place, within a cone that is round where the matrix takes directions to.
     ScaledSpot(LocalLight, DMat3),
+}
+
+impl LightEval {
+    /// Evaluates the light at `count` points: passes the light seen from the position `p(i)` to `store(i, sample)`. Each type
+    /// of light has a loop of its own without branches, so that the compiler vectorises it.
+    #[inline(always)]
+    pub fn sample(&self, count: usize, p: impl Fn(usize) -> Vec3, mut store: impl FnMut(usize, LightSample)) {
+        match *self {
+            LightEval::Directional(l) => {
+                (0..count).for_each(|i| store(i, LightSample { l, attenuation: 1.0 }))
+            }
+            LightEval::Local(light) => (0..count).for_each(|i| store(i, light.sample(p(i)))),
+            LightEval::ScaledSpot(light, to_round) => {
+                (0..count).for_each(|i| store(i, light.sample_in_cone_frame(p(i), &to_round)));
+            }
+        }
+    }
 }
 
 /// A light at a position, prepared for many points.
@@ -321,13 +334,13 @@ impl LocalLight {
     ///
     /// Nothing branches here, so that many points can be asked for at once.
     #[inline(always)]
-    pub fn sample(&self, p: Vec3) -> (DVec3, f32) {
+    fn sample(&self, p: Vec3) -> LightSample {
         self.through(p, |l| -l.dot(self.axis))
     }
 
     /// The same within a cone that is round where `to_round` takes directions to.
     #[inline(always)]
-    pub fn sample_in_cone_frame(&self, p: Vec3, to_round: &DMat3) -> (DVec3, f32) {
+    fn sample_in_cone_frame(&self, p: Vec3, to_round: &DMat3) -> LightSample {
         self.through(p, |l| {
             let l = *to_round * l;
             l.z / l.length()
@@ -336,7 +349,7 @@ impl LocalLight {
 
     /// `cos_angle` is that from the cone's axis, by the way to the light.
     #[inline(always)]
-    fn through(&self, p: Vec3, cos_angle: impl Fn(DVec3) -> f64) -> (DVec3, f32) {
+    fn through(&self, p: Vec3, cos_angle: impl Fn(DVec3) -> f64) -> LightSample {
         let to_light = self.position - p.as_dvec3();
         let r2 = to_light.length_squared();
         let r = r2.sqrt();
@@ -348,13 +361,18 @@ impl LocalLight {
         let within = (1.0 - q2 * q2).clamp(0.0, 1.0) as f32;
         let strength = self.cone.falloff(cos_angle(l) as f32) * within;
         let share = (f64::from(strength) * per_r * per_r) as f32;
-        (l, if r2 > 0.0 { share } else { 0.0 })
+        LightSample { l, attenuation: if r2 > 0.0 { share } else { 0.0 } }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Red irradiance, I/r², at a point.
+    fn irradiance(light: &PosedLight, p: Vec3) -> f32 {
+        light.intensity.x * light.sample(p).attenuation
+    }
 
     #[test]
     fn spots_fall_off_between_their_cones_and_step_where_the_cones_are_equal() {
@@ -401,17 +419,16 @@ mod tests {
                     |light: &PosedLight| matches!(light.light_eval(), LightEval::ScaledSpot(..));
                 assert!(is_stretched(&light) == stretched && !is_stretched(&round), "{scale}");
                 let motion = DAffine3::from_rotation_y(0.8);
-                let lit = places().filter(|&p| light.incident(p).is_some()).count();
+                let lit = places().filter(|&p| irradiance(&light, p) > 0.0).count();
                 assert!((10..390).contains(&lit) || !stretched, "{node}: {lit}");
                 for p in places().filter(|_| stretched) {
                     let local = (node.inverse() * p.as_dvec3()).normalize();
                     let cone = SpotCone::blender(0.3, 0.5);
                     let expected = cone.falloff(-local.z as f32) / p.length_squared();
-                    let at = |light: PosedLight, p| light.incident(p).map_or(0.0, |i| i.arriving.x);
-                    assert!((at(light, p) - expected).abs() < 1e-6, "{node} {p}");
+                    assert!((irradiance(&light, p) - expected).abs() < 1e-6, "{node} {p}");
                     let moved = motion.transform_point3(p.as_dvec3()).as_vec3();
                     assert!(
-                        (at(light.transformed(&motion, DVec3::ZERO), moved) - expected).abs() < 1e-6,
+                        (irradiance(&light.transformed(&motion, DVec3::ZERO), moved) - expected).abs() < 1e-6,
                         "{node} {p}"
                     );
                 }
@@ -423,7 +440,7 @@ mod tests {
     fn light_ends_at_its_range() {
         let mut light = PosedLight::point(Vec3::ZERO, Vec3::ONE);
         light.range = 2.0;
-        let at = |x| light.incident(Vec3::new(x, 0.0, 0.0)).map_or(0.0, |i| i.arriving.x);
+        let at = |x| irradiance(&light, Vec3::new(x, 0.0, 0.0));
         assert_eq!(at(1.0), 1.0 - 1.0 / 16.0);
         assert_eq!((at(2.0), at(3.0)), (0.0, 0.0));
     }

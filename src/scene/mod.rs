@@ -36,7 +36,7 @@ pub(crate) use file_digest::HashingReader;
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
 pub use ground::{Ground, GroundKind};
 pub use light::{
-    Incident, Light, LightEval, LightKind, LightUnits, LocalLight, PosedLight, PosedLightKind, SpotCone,
+    Light, LightEval, LightKind, LightSample, LightUnits, LocalLight, PosedLight, PosedLightKind, SpotCone,
 };
 pub use material::{
     AlphaMode, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, ScalarInput,

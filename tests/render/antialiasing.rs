@@ -5,7 +5,8 @@
 use blinn::geometry::Rgba;
 use blinn::integrator::{Frame, Integrator, Sample, Scratch};
 use blinn::render::{
-    AdaptiveSampling, LowDiscrepancySampler, PixelFilter, PixelRect, RenderSettings, Sampler, render,
+    AdaptiveSampling, FilterSampler, LowDiscrepancySampler, PixelFilter, PixelRect, RenderSettings, Sampler,
+    render,
 };
 use blinn::scene::{Lighting, Scene, View};
 use glam::UVec2;
@@ -72,7 +73,7 @@ fn floor() -> Picture {
 
 /// Pixel values of each picture.
 fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: PixelFilter) -> Vec<Vec<f64>> {
-    let filter = filter.prepare();
+    let filter = FilterSampler::new(filter);
     let mut values = vec![Vec::new(); pictures.len()];
     for pixel in (0..SIDE * SIDE).map(|i| UVec2::new(i % SIDE, i / SIDE)) {
         let at = |index, axis| 0.5 + filter.offset(sampler.get(pixel, index, axis));

@@ -26,7 +26,7 @@ impl Integrator for Points {
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
-        let points: Vec<Sample> = samples.iter().map(|s| Sample { size: [0.0; 2], ..*s }).collect();
+        let points: Vec<Sample> = samples.iter().map(|s| Sample { footprint: [0.0; 2], ..*s }).collect();
         Phong::default().render(frame, &points, draws, scratch, out);
     }
 }

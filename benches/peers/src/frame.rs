@@ -9,7 +9,7 @@ use blinn::geometry::{HitId, Ray};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong, SurfacePoint};
 use blinn::render::{RenderSettings, render};
-use blinn::scene::{Lighting, PoseSettings, PosedLightKind, View, pose};
+use blinn::scene::{LightSample, Lighting, PoseSettings, PosedLightKind, View, pose};
 use blinn_scenes::write_glb;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -137,21 +137,16 @@ fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<SegmentBatch> {
     let batch = |light: &blinn::scene::PosedLight| {
         let shared = match light.kind {
             PosedLightKind::Directional { direction } => Coherence::Direction(-direction),
-            PosedLightKind::Point { position } | PosedLightKind::Spot { position, .. } => {
-                Coherence::Origin(position)
-            }
+            _ => Coherence::Origin(light.position().unwrap_or_default()),
         };
         let mut segments = SegmentBatch { coherence: shared, ..SegmentBatch::default() };
         for s in &surfaces {
-            let Some(incident) = light.incident(s.p) else { continue };
-            if s.shading_normal(frame.posed).dot(incident.l) > 0.0 && s.n_v.dot(incident.l) > 0.0 {
-                let above = s.n_g.dot(incident.l) > 0.0;
-                let source = if above { s.id } else { HitId::NONE };
-                segments.push(
-                    s.shadow_origin(frame.posed, incident.l),
-                    light.position().unwrap_or_default(),
-                    source,
-                );
+            let LightSample { l, attenuation } = light.sample(s.p);
+            let is_lit = (light.intensity * attenuation).max_element() > 0.0;
+            if is_lit && s.shading_normal(frame.posed).dot(l) > 0.0 && s.n_v.dot(l) > 0.0 {
+                let source = if s.n_g.dot(l) > 0.0 { s.id } else { HitId::NONE };
+                let to = light.position().unwrap_or_default();
+                segments.push(s.shadow_origin(frame.posed, l), to, source);
             }
         }
         segments

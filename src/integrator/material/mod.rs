@@ -1,4 +1,7 @@
-//! The lecture's k_a, k_d, k_s and shininess of each material, and the alpha filter of hits.
+//! Materials: the lecture's coefficients k_a, k_d, k_s and p, opacity, and the accelerator's hit filter.
 
 pub(crate) mod coefficients;
+pub(crate) mod evaluator;
 pub(crate) mod hit_filter;
+pub(crate) mod opacity;
+pub(crate) mod specular_antialiasing;

@@ -1,84 +1,85 @@
-//! The hits of a batch, by triangle.
+//! Groups the hits of a ray batch by triangle, as linked lists: neighbouring samples hit the same few triangles.
 
 use crate::geometry::{Hit, HitId};
 
-/// Hits of one triangle, as a chain from the first to the last.
+/// The hits of one triangle, as a linked list.
 #[derive(Clone, Copy, Debug)]
-struct Chain {
-    id: HitId,
+struct List {
+    triangle: HitId,
     first: u32,
     last: u32,
 }
 
-/// Which hits are on the same triangle: rays of neighbouring samples meet the same few. It keeps its
-/// memory.
+/// Hits by triangle. It keeps its memory between batches.
 #[derive(Debug, Default)]
-pub(crate) struct ByTriangle {
-    chains: Vec<Chain>,
-    /// The hit after each in its chain.
+pub(crate) struct HitsByTriangle {
+    lists: Vec<List>,
+    /// For each hit the next one in its list.
     next: Vec<u32>,
-    /// The last chain whose triangle belongs here.
+    /// A direct-mapped cache: for each hash of a triangle the last list of one with that hash.
     slots: Vec<u32>,
 }
 
-/// How many triangles are remembered; a power of two. One that is forgotten begins another chain.
+/// Slots of the cache; a power of two. A triangle that was evicted starts another list.
 const SLOTS: usize = 256;
 const NONE: u32 = u32::MAX;
 
-impl ByTriangle {
-    /// Takes `hits` in place of all before.
-    pub(crate) fn sort(&mut self, hits: &[Hit]) {
-        self.chains.clear();
+impl HitsByTriangle {
+    /// Replaces the contents by `hits`.
+    pub fn group(&mut self, hits: &[Hit]) {
+        self.lists.clear();
         self.next.clear();
         self.next.resize(hits.len(), NONE);
         self.slots.clear();
         self.slots.resize(SLOTS, NONE);
-        // The chain of the hit before, which mostly goes on.
-        let mut now = Chain { id: HitId::NONE, first: NONE, last: NONE };
-        let mut now_at = NONE;
+        // A copy of the previous hit's list, which the next hit usually extends.
+        let mut current = List { triangle: HitId::NONE, first: NONE, last: NONE };
+        let mut current_index = NONE;
         for (i, id) in hits.iter().map(|hit| hit.id).enumerate().filter(|(_, id)| *id != HitId::NONE) {
             let i = i as u32;
-            if id == now.id {
-                self.next[now.last as usize] = i;
-                now.last = i;
+            if id == current.triangle {
+                self.next[current.last as usize] = i;
+                current.last = i;
                 continue;
             }
-            if let Some(chain) = self.chains.get_mut(now_at as usize) {
-                chain.last = now.last;
-            }
-            // Neighbours in a file mostly are neighbours in space.
+            self.write_back(current_index, current);
+            // Triangles that are neighbours in the mesh are mostly neighbours in space.
             let slot = &mut self.slots[(id.triangle ^ id.instance.wrapping_mul(7)) as usize % SLOTS];
-            match self.chains.get_mut(*slot as usize).filter(|chain| chain.id == id) {
-                Some(chain) => {
-                    self.next[chain.last as usize] = i;
-                    now = Chain { last: i, ..*chain };
+            match self.lists.get_mut(*slot as usize).filter(|list| list.triangle == id) {
+                Some(list) => {
+                    self.next[list.last as usize] = i;
+                    current = List { last: i, ..*list };
                 }
                 None => {
-                    *slot = self.chains.len() as u32;
-                    now = Chain { id, first: i, last: i };
-                    self.chains.push(now);
+                    *slot = self.lists.len() as u32;
+                    current = List { triangle: id, first: i, last: i };
+                    self.lists.push(current);
                 }
             }
-            now_at = *slot;
+            current_index = *slot;
         }
-        if let Some(chain) = self.chains.get_mut(now_at as usize) {
-            chain.last = now.last;
+        self.write_back(current_index, current);
+    }
+
+    fn write_back(&mut self, index: u32, current: List) {
+        if let Some(list) = self.lists.get_mut(index as usize) {
+            list.last = current.last;
         }
     }
 
-    /// How many chains there are.
-    pub(crate) fn count(&self) -> usize {
-        self.chains.len()
+    /// The number of lists.
+    pub fn len(&self) -> usize {
+        self.lists.len()
     }
 
-    /// The triangle of each chain, and its first hit.
-    pub(crate) fn chains(&self) -> impl Iterator<Item = (HitId, u32)> {
-        self.chains.iter().map(|chain| (chain.id, chain.first))
+    /// The triangle of each list, and its first hit.
+    pub fn iter(&self) -> impl Iterator<Item = (HitId, u32)> {
+        self.lists.iter().map(|list| (list.triangle, list.first))
     }
 
-    /// The hit that follows in its chain.
+    /// The next hit in the list of `hit`.
     #[inline(always)]
-    pub(crate) fn after(&self, hit: u32) -> Option<u32> {
+    pub fn next(&self, hit: u32) -> Option<u32> {
         Some(self.next[hit as usize]).filter(|&next| next != NONE)
     }
 }
@@ -88,25 +89,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_hit_is_in_one_chain_of_its_triangle_in_order() {
+    fn every_hit_is_in_one_list_of_its_triangle_in_order() {
         let id = |i: u32| HitId { instance: i % 3, triangle: (i / 3) % 200 };
         let mut hits: Vec<Hit> = (0..3000).map(|i| Hit { t: 1.0, id: id(i) }).collect();
         hits[17] = Hit::MISS;
-        let mut by = ByTriangle::default();
-        // Twice: nothing is left of what was there before.
+        let mut by_triangle = HitsByTriangle::default();
+        // Twice: nothing of the first batch is left in the second.
         for hits in [&hits[..900], &hits] {
-            by.sort(hits);
-            let mut seen = vec![false; hits.len()];
-            for (id, first) in by.chains() {
-                let mut last = None;
-                let mut at = Some(first);
-                while let Some(i) = at {
-                    assert_eq!(hits[i as usize].id, id);
-                    assert!(last < Some(i) && !std::mem::replace(&mut seen[i as usize], true));
-                    (last, at) = (Some(i), by.after(i));
+            by_triangle.group(hits);
+            let mut listed = vec![false; hits.len()];
+            for (triangle, first) in by_triangle.iter() {
+                let mut previous = None;
+                let mut hit = Some(first);
+                while let Some(i) = hit {
+                    assert_eq!(hits[i as usize].id, triangle);
+                    assert!(previous < Some(i) && !std::mem::replace(&mut listed[i as usize], true));
+                    previous = Some(i);
+                    hit = by_triangle.next(i);
                 }
             }
-            assert_eq!(seen.iter().filter(|seen| !**seen).count(), 1);
+            assert_eq!(listed.iter().filter(|listed| !**listed).count(), 1);
         }
     }
 }

@@ -1,107 +1,119 @@
-//! What a material's textures have at points of one triangle, looked up together.
+//! Batched texture lookups: every texture of a material, sampled at all points of a triangle in one block.
 
 use std::ops::Range;
 
 use glam::Vec4;
 
 use crate::accel::Accel;
-use crate::integrator::surface::points::{Group, LANES, TOGETHER};
-use crate::integrator::surface::shading_triangle::Facet;
-use crate::integrator::surface::texture_eval::place;
+use crate::integrator::surface::mesh_triangle::{MeshTriangle, TextureCoords};
+use crate::integrator::surface::point_block::PointBlock;
+use crate::integrator::surface::soa::{HIT_LANES, LANES};
 use crate::scene::{Image, PosedScene, SampleCoords, TexelSemantics, Texture, TextureRef};
 use crate::simd::AutovecKernel;
 
-/// What was found, by the place of points in their [`Group`].
+/// Samples of all textures of one material, by the points' lanes in their [`PointBlock`].
 #[derive(Debug, Default)]
-pub(crate) struct Fetched<'a> {
-    /// Whose textures these are.
+pub(crate) struct TextureSamples<'a> {
     material: Option<u32>,
-    /// The material's uses of textures.
-    uses: Vec<Use<'a>>,
-    columns: Vec<[Option<Vec4>; LANES]>,
+    /// Each use of a texture by the material.
+    uses: Vec<TextureUse<'a>>,
+    /// The samples of each distinct use.
+    samples: Vec<[Option<Vec4>; LANES]>,
 }
 
-/// A material's use of a texture.
+/// A use of a texture by a material.
 #[derive(Clone, Copy, Debug)]
-struct Use<'a> {
-    t: &'a TextureRef,
-    reading: TexelSemantics,
-    /// False: of a normal map, whose means over more than a texel are not a texture's.
-    all: bool,
-    /// In which column is what it finds.
-    column: usize,
+struct TextureUse<'a> {
+    texture: &'a TextureRef,
+    semantics: TexelSemantics,
+    /// False for normal maps: filtered, they need the variance of slopes, which
+    /// [`Texture::sample_normal_map`] computes.
+    filterable: bool,
+    /// Index of its samples.
+    slot: usize,
 }
 
-impl<'a> Fetched<'a> {
-    /// Looks up everything at points of `facet`, which are `at` some places of `group`.
-    pub fn fetch(
+impl<'a> TextureSamples<'a> {
+    /// Samples every texture of a material at the points of a triangle in the given lanes.
+    pub fn sample(
         &mut self,
         accel: &Accel,
         posed: &'a PosedScene,
-        facet: &Facet,
-        (group, at): (&Group, Range<usize>),
+        material: u32,
+        triangle: MeshTriangle,
+        block: &PointBlock,
+        lanes: Range<usize>,
     ) {
-        if self.material != Some(facet.material) {
-            self.begin(posed, facet.material);
+        if self.material != Some(material) {
+            self.set_material(posed, material);
         }
-        for (nth, out) in self.columns.iter_mut().enumerate() {
-            let Some(of) = self.uses.iter().find(|of| of.column == nth) else { continue };
-            let (texture, images) = (&posed.scene.textures[of.t.texture as usize], &posed.scene.images[..]);
-            accel.run_autovec(Fetch { facet, group, at: at.clone(), texture, images, of, out });
+        for (slot, out) in self.samples.iter_mut().enumerate() {
+            let Some(texture_use) = self.uses.iter().find(|u| u.slot == slot) else { continue };
+            accel.run_autovec(SampleTexture {
+                triangle,
+                block,
+                lanes: lanes.clone(),
+                texture: &posed.scene.textures[texture_use.texture.texture as usize],
+                images: &posed.scene.images,
+                texture_use,
+                out,
+            });
         }
     }
 
-    /// Finds out which textures a material has. Uses that are alike share a column.
-    fn begin(&mut self, posed: &'a PosedScene, material: u32) {
+    /// Lists the textures of a material. Equal uses share their samples.
+    fn set_material(&mut self, posed: &'a PosedScene, material: u32) {
         self.material = Some(material);
         self.uses.clear();
         let material = &posed.materials[material as usize];
-        let map = material.normal.as_ref().map(|map| (&map.texture, TexelSemantics::Data, false));
-        let mut columns = 0;
-        for (t, reading, all) in
-            material.textures_with_semantics().map(|(t, reading)| (t, reading, true)).chain(map)
-        {
-            let alike = |of: &&Use| (of.t, of.reading, of.all) == (t, reading, all);
-            let column = self.uses.iter().find(alike).map_or(columns, |of| of.column);
-            columns = columns.max(column + 1);
-            self.uses.push(Use { t, reading, all, column });
+        let normal_map = material.normal.as_ref().map(|map| (&map.texture, TexelSemantics::Data, false));
+        let textures =
+            material.textures_with_semantics().map(|(texture, semantics)| (texture, semantics, true));
+        let mut slots = 0;
+        for (texture, semantics, filterable) in textures.chain(normal_map) {
+            let equal =
+                |u: &&TextureUse| (u.texture, u.semantics, u.filterable) == (texture, semantics, filterable);
+            let slot = self.uses.iter().find(equal).map_or(slots, |u| u.slot);
+            slots = slots.max(slot + 1);
+            self.uses.push(TextureUse { texture, semantics, filterable, slot });
         }
-        self.columns.resize(columns, [None; LANES]);
+        self.samples.resize(slots, [None; LANES]);
     }
 
-    /// What this use of a texture has found at point `i`, if it was asked.
+    /// The sample of a texture in lane `i`; `None` where it has to be sampled alone.
     #[inline(always)]
-    pub fn get(&self, t: &TextureRef, reading: TexelSemantics, i: usize) -> Option<Vec4> {
-        let asked = |of: &&Use| std::ptr::eq(of.t, t) && of.reading == reading;
-        self.uses.iter().find(asked).and_then(|of| self.columns[of.column][i])
+    pub fn get(&self, texture: &TextureRef, semantics: TexelSemantics, i: usize) -> Option<Vec4> {
+        let matches = |u: &&TextureUse| std::ptr::eq(u.texture, texture) && u.semantics == semantics;
+        self.uses.iter().find(matches).and_then(|u| self.samples[u.slot][i])
     }
 }
 
-/// One column of them.
-struct Fetch<'a, 's> {
-    facet: &'a Facet<'s>,
-    group: &'a Group,
-    at: Range<usize>,
+/// Samples one texture at a range of points.
+struct SampleTexture<'a, 's> {
+    triangle: MeshTriangle<'s>,
+    block: &'a PointBlock,
+    lanes: Range<usize>,
     texture: &'a Texture,
     images: &'a [Image],
-    of: &'a Use<'a>,
+    texture_use: &'a TextureUse<'a>,
     out: &'a mut [Option<Vec4>; LANES],
 }
 
-impl AutovecKernel for Fetch<'_, '_> {
+impl AutovecKernel for SampleTexture<'_, '_> {
     #[inline(always)]
     fn run(self) {
-        let Fetch { facet, group, at, texture, images, of: &Use { t, reading, all, .. }, out } = self;
-        let uvs = facet.uvs(t.uv_set);
-        for first in at.clone().step_by(TOGETHER) {
-            let mut places = SampleCoords::<TOGETHER>::ORIGIN;
-            for i in 0..TOGETHER {
-                let (b, spread) = group.place(first % LANES + i);
-                let (uv, over) = place(uvs, b, spread, &t.transform);
-                places.set(i, uv, over);
+        let SampleTexture { triangle, block, lanes, texture, images, texture_use, out } = self;
+        let &TextureUse { texture: texture_ref, semantics, filterable, .. } = texture_use;
+        let uvs = triangle.uvs(texture_ref.uv_set);
+        for first in lanes.clone().step_by(HIT_LANES) {
+            let mut coords = SampleCoords::<HIT_LANES>::ORIGIN;
+            for i in 0..HIT_LANES {
+                let point = block.coords(first % LANES + i);
+                let TextureCoords { uv, footprint } = TextureCoords::new(uvs, &point, &texture_ref.transform);
+                coords.set(i, uv, footprint);
             }
-            let end = at.end.min(first + TOGETHER);
-            texture.sample_batch(images, &places, (reading, all), &mut out[first..end]);
+            let end = lanes.end.min(first + HIT_LANES);
+            texture.sample_batch(images, &coords, (semantics, filterable), &mut out[first..end]);
         }
     }
 }

@@ -1,115 +1,140 @@
-//! A place on a mesh, and what is written there: texture coordinates, colours, textures.
+//! Texture evaluation at a point of a mesh: texture coordinates, vertex colours, textures and material inputs.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
-use crate::geometry::{HitId, Ray};
-use crate::integrator::surface::ray_differentials::Spread;
-use crate::integrator::surface::texture_batch::Fetched;
+use crate::geometry::{HitId, Ray, Rgb};
+use crate::integrator::surface::mesh_triangle::{MeshTriangle, TextureCoords, interpolate_uv};
+use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
+use crate::integrator::surface::texture_batch::TextureSamples;
 use crate::integrator::surface::triangle_plane::barycentrics;
-use crate::scene::{Footprint, Mesh, PosedScene, TexelSemantics, Texture, TextureRef, UvTransform};
+use crate::scene::{
+    ColorInput, PosedScene, ScalarInput, TexelSemantics, Texture, TextureChannel, TextureRef,
+};
 
-/// A place on a mesh, and how much of it a sample stands for.
+/// A point of a mesh at which textures are evaluated.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OnMesh<'s> {
-    pub mesh: &'s Mesh,
-    /// The triangle's.
-    pub corners: [u32; 3],
-    /// Barycentrics of those.
-    pub b: [f32; 3],
-    pub spread: Spread,
+pub(crate) struct TextureEvalContext<'s> {
+    pub triangle: MeshTriangle<'s>,
+    pub coords: TriangleCoords,
     /// The instance's own colour.
     pub tint: Option<Vec3>,
-    /// What textures were found to have here: the number is the place's there.
-    pub fetched: Option<(&'s Fetched<'s>, usize)>,
+    /// Samples taken in advance.
+    pub samples: Option<PointSamples<'s>>,
 }
 
-/// Texture coordinates between those of three corners.
-#[inline(always)]
-fn between([a, b, c]: [Vec2; 3], by: [f32; 3]) -> Vec2 {
-    a * by[0] + b * by[1] + c * by[2]
+/// The texture samples of one point of a block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PointSamples<'s> {
+    pub samples: &'s TextureSamples<'s>,
+    pub lane: usize,
 }
 
-/// Where a texture is looked up, and over what: at barycentrics `b` of corners with these texture coordinates.
-#[inline(always)]
-pub(crate) fn place(uvs: [Vec2; 3], b: [f32; 3], spread: Spread, to: &UvTransform) -> (Vec2, Footprint) {
-    let [right, up] = spread.of_uv(uvs).map(|by| to.transform_vector(by));
-    let point = spread.is_point();
-    let over = |step: Vec2| if point { Vec2::ZERO } else { step };
-    (to.apply(between(uvs, b)), Footprint { dx: over(right), dy: over(up) })
+impl PointSamples<'_> {
+    #[inline(always)]
+    fn get(&self, texture: &TextureRef, semantics: TexelSemantics) -> Option<Vec4> {
+        self.samples.get(texture, semantics, self.lane)
+    }
 }
 
-impl<'s> OnMesh<'s> {
-    /// Where `ray` meets triangle `id`, which it is known to hit. Textures are looked up at their finest.
-    pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> OnMesh<'s> {
+impl<'s> TextureEvalContext<'s> {
+    /// The point where `ray` hits triangle `id`, which it is known to hit. Textures are evaluated at their finest level.
+    pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> TextureEvalContext<'s> {
         let mesh = posed.mesh(id.instance);
-        let corners = mesh.triangles[id.triangle as usize];
-        OnMesh {
-            mesh,
-            corners,
-            b: barycentrics(posed.world_triangle(id), ray).map(|b| b as f32),
-            spread: Spread::POINT,
+        let b = barycentrics(posed.world_triangle(id), ray).map(|b| b as f32);
+        TextureEvalContext {
+            triangle: MeshTriangle { mesh, corners: mesh.triangles[id.triangle as usize] },
+            coords: TriangleCoords { b, differentials: BarycentricDifferentials::POINT },
             tint: posed.scene.instances[id.instance as usize].color,
-            fetched: None,
+            samples: None,
         }
     }
 
-    /// The same place as a point that stands for nothing about it.
-    pub fn as_point(&self) -> OnMesh<'s> {
-        OnMesh { spread: Spread::POINT, fetched: None, ..*self }
+    /// The same point without a footprint: textures are evaluated at their finest level.
+    pub fn without_footprint(&self) -> TextureEvalContext<'s> {
+        let coords = TriangleCoords { differentials: BarycentricDifferentials::POINT, ..self.coords };
+        TextureEvalContext { coords, samples: None, ..*self }
     }
 
-    /// Texture coordinates of a set; the origin where the mesh has no such set.
+    /// Texture coordinates of a set; the origin if the mesh has no such set.
     pub fn uv(&self, set: u32) -> Vec2 {
-        between(self.uvs(set), self.b)
+        interpolate_uv(self.triangle.uvs(set), self.coords.b)
     }
 
-    fn uvs(&self, set: u32) -> [Vec2; 3] {
-        self.mesh.uvs_at(self.corners, set)
+    /// Position and footprint in a texture.
+    fn texture_coords(&self, texture: &TextureRef) -> TextureCoords {
+        TextureCoords::new(self.triangle.uvs(texture.uv_set), &self.coords, &texture.transform)
     }
 
-    /// Where a texture is looked up, and over what.
-    pub fn place(&self, t: &TextureRef) -> (Vec2, Footprint) {
-        place(self.uvs(t.uv_set), self.b, self.spread, &t.transform)
-    }
-
-    /// The vertex colour times the instance's, linear RGBA; white where there is none.
+    /// Vertex colour × colour of the instance, linear RGBA; white where both are missing.
     pub fn color(&self) -> Vec4 {
         let tint = self.tint.map_or(Vec4::ONE, |tint| tint.extend(1.0));
-        if self.mesh.colors.is_empty() {
-            return tint;
+        match self.triangle.color(self.coords.b) {
+            Some(color) => color * tint,
+            None => tint,
         }
-        let [a, b, c] = self.corners.map(|c| self.mesh.colors[c as usize]);
-        (a * self.b[0] + b * self.b[1] + c * self.b[2]) * tint
     }
 
-    /// A texture over what this place stands for; white where it is missing.
-    pub fn texture(&self, posed: &PosedScene, texture: Option<&TextureRef>, reading: TexelSemantics) -> Vec4 {
-        let Some(t) = texture else { return Vec4::ONE };
-        if let Some(found) = self.fetched.and_then(|(fetched, i)| fetched.get(t, reading, i)) {
-            return found;
+    /// A texture filtered over the footprint; white where it is missing.
+    pub fn texture(
+        &self,
+        posed: &PosedScene,
+        texture: Option<&TextureRef>,
+        semantics: TexelSemantics,
+    ) -> Vec4 {
+        let Some(texture) = texture else { return Vec4::ONE };
+        if let Some(sample) = self.samples.and_then(|samples| samples.get(texture, semantics)) {
+            return sample;
         }
-        let (uv, over) = self.place(t);
-        posed.scene.textures[t.texture as usize].sample_filtered(&posed.scene.images, uv, &over, reading)
+        let TextureCoords { uv, footprint } = self.texture_coords(texture);
+        let images = &posed.scene.images;
+        posed.scene.textures[texture.texture as usize].sample_filtered(images, uv, &footprint, semantics)
     }
 
-    /// The mean vector of a normal map over what this place stands for, and the variance of its slopes.
-    pub fn direction(&self, posed: &PosedScene, t: &TextureRef) -> (Vec3, f32) {
-        // A point of the map has no spread.
-        if let Some(found) = self.fetched.and_then(|(fetched, i)| fetched.get(t, TexelSemantics::Data, i)) {
-            return (Texture::decode_normal(found), 0.0);
+    /// The mean vector of a normal map over the footprint, in tangent space, and the variance of its slopes.
+    pub fn normal_map(&self, posed: &PosedScene, texture: &TextureRef) -> (Vec3, f32) {
+        // Batched samples have no footprint, so no variance.
+        if let Some(sample) = self.samples.and_then(|samples| samples.get(texture, TexelSemantics::Data)) {
+            return (Texture::decode_normal(sample), 0.0);
         }
-        let (uv, over) = self.place(t);
-        posed.scene.textures[t.texture as usize].sample_normal_map(&posed.scene.images, uv, &over)
+        let TextureCoords { uv, footprint } = self.texture_coords(texture);
+        posed.scene.textures[texture.texture as usize].sample_normal_map(&posed.scene.images, uv, &footprint)
     }
 
-    /// A texture's alpha, as [`TexelSemantics::AlphaWeightedColor`] has it; 1 where it is missing.
-    pub fn coverage(&self, posed: &PosedScene, texture: Option<&TextureRef>) -> f32 {
+    /// A texture's alpha ([`TexelSemantics::AlphaWeightedColor`]); 1 where the texture is missing.
+    pub fn alpha(&self, posed: &PosedScene, texture: Option<&TextureRef>) -> f32 {
         match texture {
-            Some(t) if self.spread.is_point() => {
-                let uv = t.transform.apply(self.uv(t.uv_set));
-                posed.scene.textures[t.texture as usize].sample_alpha(&posed.scene.images, uv)
+            Some(texture) if self.coords.differentials.is_point() => {
+                let uv = texture.transform.apply(self.uv(texture.uv_set));
+                posed.scene.textures[texture.texture as usize].sample_alpha(&posed.scene.images, uv)
             }
             _ => self.texture(posed, texture, TexelSemantics::AlphaWeightedColor).w,
+        }
+    }
+}
+
+impl ColorInput {
+    /// Factor × texture, linear RGB.
+    pub(crate) fn eval(&self, posed: &PosedScene, ctx: &TextureEvalContext) -> Rgb {
+        self.factor * ctx.texture(posed, self.texture.as_ref(), TexelSemantics::Color).xyz()
+    }
+}
+
+impl ScalarInput {
+    /// Factor × texture.
+    pub(crate) fn eval(&self, posed: &PosedScene, ctx: &TextureEvalContext) -> f32 {
+        self.factor * self.eval_texture(posed, ctx)
+    }
+
+    /// The texture's channel without the factor; 1 without a texture.
+    pub(crate) fn eval_texture(&self, posed: &PosedScene, ctx: &TextureEvalContext) -> f32 {
+        let Some((texture, channel)) = &self.texture else { return 1.0 };
+        let texel = ctx.texture(posed, Some(texture), TexelSemantics::Data);
+        match channel {
+            TextureChannel::R => texel.x,
+            TextureChannel::G => texel.y,
+            TextureChannel::B => texel.z,
+            TextureChannel::A => texel.w,
+            TextureChannel::Mean => (texel.x + texel.y + texel.z) / 3.0,
         }
     }
 }

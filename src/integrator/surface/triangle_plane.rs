@@ -1,85 +1,115 @@
-//! A triangle without what is smooth about it: where a ray meets its plane.
+//! Intersection of a ray with the plane of a triangle that it is known to hit.
 
 use glam::{DVec3, Vec3};
 
 use crate::geometry::Ray;
-use crate::integrator::surface::ray_differentials::Steps;
 
-/// A triangle in the world, relative to the scene's centre.
+/// A triangle in the world, relative to the scene's centre, without vertex normals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Flat {
+pub(crate) struct TrianglePlane {
     pub v: [DVec3; 3],
-    /// Unit normal of the front; `None` where the triangle has no area to speak of.
-    pub front: Option<DVec3>,
-    pub steps: Steps,
+    /// Unit normal of the front face; `None` for a degenerate triangle.
+    pub front_normal: Option<DVec3>,
+    pub gradients: BarycentricGradients,
 }
 
-/// Where a ray meets a triangle's plane, pulled onto the triangle.
+/// Gradients of barycentrics 1 and 2 in the plane of a triangle: the dot product with a step along the plane is the
+/// change of the barycentric. From the first vertex, where both are 0, it is the barycentric itself.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OnFlat {
+pub(crate) struct BarycentricGradients([DVec3; 2]);
+
+/// A ray where it crosses a triangle's plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlaneHit {
     pub t: f64,
-    /// The ray's direction by the normal, and 1 over that.
-    pub facing: f64,
-    pub per_facing: f64,
-    /// Barycentrics.
+    /// Direction of the ray.
+    pub d: DVec3,
+    /// Unit normal of the front face.
+    pub n: DVec3,
+    pub n_dot_d: f64,
+    pub inv_n_dot_d: f64,
+    /// Barycentrics, clamped to the triangle.
     pub b: [f64; 3],
 }
 
-impl Flat {
-    /// With corners `v`, seen from the front where they go round counter-clockwise, or, if that `flips`,
-    /// clockwise.
+impl TrianglePlane {
+    /// A triangle whose vertices are counter-clockwise seen from the front, or clockwise with `flip_winding`.
     #[inline(always)]
-    pub fn new(v: [Vec3; 3], flips: bool) -> Flat {
+    pub fn new(v: [Vec3; 3], flip_winding: bool) -> TrianglePlane {
         let v = v.map(|v| v.as_dvec3());
-        let e = [v[1] - v[0], v[2] - v[0]];
-        let wound = e[0].cross(e[1]) * if flips { -1.0 } else { 1.0 };
-        let front = wound.try_normalize();
-        Flat { v, front, steps: Steps::new(e, front.unwrap_or(DVec3::ZERO)) }
+        let edges = [v[1] - v[0], v[2] - v[0]];
+        let normal = edges[0].cross(edges[1]) * if flip_winding { -1.0 } else { 1.0 };
+        let front_normal = normal.try_normalize();
+        let gradients = BarycentricGradients::new(edges, front_normal.unwrap_or(DVec3::ZERO));
+        TrianglePlane { v, front_normal, gradients }
     }
 
-    /// Its front's normal; without area it faces whoever looks.
+    /// The front normal; a degenerate triangle faces the ray.
     #[inline(always)]
-    pub fn front_to(&self, ray: Ray) -> DVec3 {
-        match self.front {
-            Some(front) => front,
+    pub fn front_normal_for(&self, ray: Ray) -> DVec3 {
+        match self.front_normal {
+            Some(n) => n,
             None => -ray.d.as_dvec3().normalize_or(DVec3::NEG_Z),
         }
     }
 
-    /// Where `ray` meets it, which it is known to do; `front` is [`Flat::front_to`] it.
+    /// Intersects the plane with `ray`, which is known to hit the triangle. `n` is [`TrianglePlane::front_normal_for`]
+    /// the ray.
     #[inline(always)]
-    pub fn meet(&self, front: DVec3, ray: Ray) -> OnFlat {
+    pub fn intersect(&self, n: DVec3, ray: Ray) -> PlaneHit {
         let v0 = self.v[0];
-        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
-        let facing = front.dot(d);
-        let per_facing = 1.0 / facing;
-        let t = (v0 - o).dot(front) * per_facing;
-        OnFlat { t, facing, per_facing, b: on_triangle(self.steps.of(o - v0 + d * t)) }
+        let o = ray.o.as_dvec3();
+        let d = ray.d.as_dvec3();
+        let n_dot_d = n.dot(d);
+        let inv_n_dot_d = 1.0 / n_dot_d;
+        let t = (v0 - o).dot(n) * inv_n_dot_d;
+        let b = clamp_to_triangle(self.gradients.change(o - v0 + d * t));
+        PlaneHit { t, d, n, n_dot_d, inv_n_dot_d, b }
     }
 }
 
-/// Barycentrics of where `ray` meets the triangle of corners `v`, which it is known to do: those of [`Flat::meet`]
-/// but for rounding, for less where nothing else is asked of the triangle (Möller and Trumbore, 1997).
+impl BarycentricGradients {
+    /// For a triangle with edges `e1` and `e2` and unit normal `n`. Not finite for a degenerate triangle.
+    #[inline(always)]
+    pub fn new([e1, e2]: [DVec3; 2], n: DVec3) -> BarycentricGradients {
+        let inv_area = 1.0 / e1.cross(e2).dot(n);
+        BarycentricGradients([e2.cross(n) * inv_area, n.cross(e1) * inv_area])
+    }
+
+    /// Change of barycentrics 1 and 2 along `step`.
+    #[inline(always)]
+    pub fn change(&self, step: DVec3) -> [f64; 2] {
+        [step.dot(self.0[0]), step.dot(self.0[1])]
+    }
+}
+
+/// Barycentrics of the point where `ray` hits the triangle `v`, which it is known to hit. They equal those of
+/// [`TrianglePlane::intersect`] up to rounding and cost less where nothing else of the triangle is needed (Möller and
+/// Trumbore, “Fast, Minimum Storage Ray/Triangle Intersection”, 1997).
 #[inline(always)]
 pub(crate) fn barycentrics(v: [Vec3; 3], ray: Ray) -> [f64; 3] {
     let [v0, v1, v2] = v.map(|v| v.as_dvec3());
-    let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
-    let (e1, e2, from) = (v1 - v0, v2 - v0, o - v0);
-    let (across, along) = (d.cross(e2), from.cross(e1));
-    let per = 1.0 / across.dot(e1);
-    on_triangle([across.dot(from) * per, along.dot(d) * per])
+    let d = ray.d.as_dvec3();
+    let e1 = v1 - v0;
+    let e2 = v2 - v0;
+    let from_v0 = ray.o.as_dvec3() - v0;
+    let p = d.cross(e2);
+    let q = from_v0.cross(e1);
+    let inv_det = 1.0 / p.dot(e1);
+    clamp_to_triangle([p.dot(from_v0) * inv_det, q.dot(d) * inv_det])
 }
 
-/// All three barycentrics of a point, of which 1 and 2 are `u` and `v`; pulled onto the triangle where
-/// rounding left it.
+/// Completes barycentrics 1 and 2 by the first, and clamps points that rounding put outside the triangle. Barycentrics
+/// that are not finite become the centroid's.
 #[inline(always)]
-fn on_triangle([u, v]: [f64; 2]) -> [f64; 3] {
+fn clamp_to_triangle([u, v]: [f64; 2]) -> [f64; 3] {
     let finite = u.is_finite() & v.is_finite();
-    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+    let u = u.clamp(0.0, 1.0);
+    let v = v.clamp(0.0, 1.0);
     let sum = u + v;
-    let beyond = sum > 1.0;
-    let per = if beyond { 1.0 / sum } else { 1.0 };
-    let b = [if beyond { 0.0 } else { 1.0 - sum }, u * per, v * per];
+    let outside = sum > 1.0;
+    let scale = if outside { 1.0 / sum } else { 1.0 };
+    let b = [if outside { 0.0 } else { 1.0 - sum }, u * scale, v * scale];
     let third = 1.0 / 3.0;
     [if finite { b[0] } else { third }, if finite { b[1] } else { third }, if finite { b[2] } else { third }]
 }
@@ -88,37 +118,40 @@ fn on_triangle([u, v]: [f64; 2]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Of all shapes, from all sides, through places inside and on the border; edge on and without area.
+    /// Triangles of all shapes, hit from all sides, inside and on the border; edge-on and degenerate ones.
     #[test]
-    fn both_ways_find_the_same_barycentrics() {
+    fn plane_and_moller_trumbore_give_the_same_barycentrics() {
         let mut state = 3u32;
-        let mut any = || {
+        let mut random = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / (1u32 << 23) as f32 - 1.0
         };
         let mut compared = 0;
         for i in 0..5000 {
-            let mut vector = || Vec3::new(any(), any(), any());
-            let (v0, o) = (vector(), vector() * 3.0);
-            // The third corner may be very near the line through the others.
-            let (e1, e2) = (vector(), vector() * if i % 3 == 0 { 1e-3 } else { 1.0 });
+            let mut vector = || Vec3::new(random(), random(), random());
+            let v0 = vector();
+            let o = vector() * 3.0;
+            // Every third triangle is a sliver.
+            let e1 = vector();
+            let e2 = vector() * if i % 3 == 0 { 1e-3 } else { 1.0 };
             let v = [v0, v0 + e1, v0 + e2 + e1 * if i % 3 == 0 { 0.4 } else { 0.0 }];
             let weights = vector().abs();
             let weights = weights / weights.element_sum();
             let p = v[0] * weights.x + v[1] * weights.y + v[2] * weights.z;
             let ray = Ray { o, d: p - o };
-            let flat = Flat::new(v, i % 2 == 0);
-            let facing = flat.front_to(ray).dot(ray.d.as_dvec3().normalize());
-            let (one, other) = (flat.meet(flat.front_to(ray), ray).b, barycentrics(v, ray));
-            if facing.abs() > 1e-3 {
-                assert!(one.iter().zip(other).all(|(a, b)| (a - b).abs() < 1e-9), "{one:?} {other:?}");
+            let plane = TrianglePlane::new(v, i % 2 == 0);
+            let n = plane.front_normal_for(ray);
+            let a = plane.intersect(n, ray).b;
+            let b = barycentrics(v, ray);
+            if n.dot(ray.d.as_dvec3().normalize()).abs() > 1e-3 {
+                assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9), "{a:?} {b:?}");
                 compared += 1;
             }
         }
         assert!(compared > 4900, "{compared}");
         let third = [1.0 / 3.0; 3];
-        let flat = [Vec3::ZERO, Vec3::X, Vec3::Y];
-        assert_eq!(barycentrics(flat, Ray { o: Vec3::NEG_X, d: Vec3::X }), third);
+        let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        assert_eq!(barycentrics(triangle, Ray { o: Vec3::NEG_X, d: Vec3::X }), third);
         assert_eq!(barycentrics([Vec3::ZERO, Vec3::X, Vec3::X], Ray { o: Vec3::Z, d: Vec3::NEG_Z }), third);
     }
 }

@@ -1,0 +1,88 @@
+//! Eye rays of a batch of samples, traced from surface to surface.
+
+use crate::accel::{HitBatch, RayBatch};
+use crate::geometry::{Hit, Ray};
+use crate::integrator::frame::Frame;
+use crate::integrator::material::hit_filter::MaterialHitFilter;
+use crate::integrator::sample::Sample;
+
+/// Most surfaces along one eye ray; the rest is dropped.
+pub(crate) const MAX_LAYERS: usize = 4096;
+
+/// Eye rays, one for each sample at first. Rays whose sample is finished are removed.
+pub(crate) struct EyeRays<'a> {
+    rays: &'a mut RayBatch,
+    hits: &'a mut HitBatch,
+    /// The sample of each ray.
+    ray_sample: Vec<usize>,
+}
+
+/// A ray of a batch with its closest hit.
+#[derive(Clone, Copy)]
+pub(crate) struct EyeRayHit {
+    /// Index of the sample.
+    pub sample: usize,
+    pub ray: Ray,
+    /// A miss if there is nothing along the ray.
+    pub hit: Hit,
+}
+
+impl<'a> EyeRays<'a> {
+    /// The eye rays of `samples`. `rays` and `hits` lend memory.
+    pub fn new(
+        frame: &Frame,
+        samples: &[Sample],
+        rays: &'a mut RayBatch,
+        hits: &'a mut HitBatch,
+    ) -> EyeRays<'a> {
+        frame.generate_eye_rays(samples, rays);
+        EyeRays { rays, hits, ray_sample: (0..samples.len()).collect() }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.ray_sample.is_empty()
+    }
+
+    pub fn batch(&self) -> &RayBatch {
+        self.rays
+    }
+
+    /// The hits of all rays, as [`EyeRays::intersect`] found them.
+    pub fn hits(&self) -> &[Hit] {
+        self.hits
+    }
+
+    /// Finds the closest hit of every ray.
+    pub fn intersect(&mut self, frame: &Frame) {
+        frame.accel.intersect(self.rays, &MaterialHitFilter(frame.posed), self.hits);
+    }
+
+    /// Ray number `i`.
+    #[inline(always)]
+    pub fn ray(&self, i: usize) -> Ray {
+        Ray { o: self.rays.origins[i], d: self.rays.directions[i] }
+    }
+
+    /// The sample of ray number `i`.
+    #[inline(always)]
+    pub fn sample(&self, i: usize) -> usize {
+        self.ray_sample[i]
+    }
+
+    /// All rays with their hits and misses.
+    pub fn iter(&self) -> impl Iterator<Item = EyeRayHit> {
+        (0..self.hits.len()).map(|i| EyeRayHit {
+            sample: self.sample(i),
+            ray: self.ray(i),
+            hit: self.hits[i],
+        })
+    }
+
+    /// Keeps the rays that hit a surface and whose sample `continues`. They start again behind their hits.
+    pub fn continue_behind(&mut self, continues: impl Fn(usize) -> bool) {
+        let keep = |i: &usize| !self.hits[*i].is_miss() && continues(self.ray_sample[*i]);
+        let kept: Vec<usize> = (0..self.hits.len()).filter(keep).collect();
+        self.rays.continue_behind(&kept, self.hits);
+        self.ray_sample = kept.iter().map(|&i| self.ray_sample[i]).collect();
+    }
+}

@@ -1,0 +1,123 @@
+//! A frame: the posed scene, its acceleration structure, camera and lights, and how they are shaded.
+
+use glam::{DAffine3, DVec3};
+
+use crate::accel::{Accel, Coherence, RayBatch};
+use crate::geometry::{RayDifferential, Rgb};
+use crate::integrator::material::coefficients::MaterialOverrides;
+use crate::integrator::sample::Sample;
+use crate::scene::{Camera, Ground, PosedLight, PosedScene, Projection, ResolvedLighting, SkyIrradiance};
+
+/// Everything that one picture is made from.
+#[derive(Clone, Debug)]
+pub struct Frame<'a> {
+    /// The scene at the frame's time.
+    pub posed: &'a PosedScene<'a>,
+    /// Its acceleration structure.
+    pub accel: &'a Accel,
+    /// The lecture's camera.
+    pub camera: Camera,
+    /// Lights in the lecture's units.
+    pub lights: Vec<PosedLight>,
+    /// The lecture's I_a.
+    pub ambient: Rgb,
+    /// Replaces I_a by the light of a sky, which depends on the normal.
+    pub sky: Option<SkyIrradiance>,
+    /// Coefficients that replace those of all materials.
+    pub overrides: MaterialOverrides,
+    /// True: eye rays pass through back faces of single-sided materials.
+    pub cull_back_faces: bool,
+    /// False: no light is ever blocked.
+    pub shadows: bool,
+    /// Weights the ambient term by its visibility; `None`: all of it arrives.
+    pub ambient_occlusion: Option<AmbientOcclusion>,
+    /// A ground plane below the scene.
+    pub ground: Option<Ground>,
+    /// From the scene to the world; the identity unless the frame was [`Frame::with_scene_motion`].
+    pub scene_to_world: DAffine3,
+}
+
+/// Settings of ambient occlusion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AmbientOcclusion {
+    /// Rays for each pixel, divided among its samples; each sample has at least one.
+    pub samples: u32,
+    /// Only surfaces nearer than this many metres occlude; infinite: all do.
+    pub distance: f64,
+}
+
+impl<'a> Frame<'a> {
+    /// A frame with the given lighting, with shadows and back-face culling, without overrides.
+    pub fn new(
+        posed: &'a PosedScene<'a>,
+        accel: &'a Accel,
+        camera: Camera,
+        lit: &ResolvedLighting,
+    ) -> Frame<'a> {
+        Frame {
+            posed,
+            accel,
+            camera,
+            lights: lit.rig.lights.clone(),
+            ambient: lit.rig.ambient,
+            sky: lit.rig.sky,
+            overrides: MaterialOverrides::default(),
+            cull_back_faces: true,
+            shadows: true,
+            ambient_occlusion: None,
+            ground: None,
+            scene_to_world: DAffine3::IDENTITY,
+        }
+    }
+
+    /// The same frame with the scene moved by a rotation and a translation, while camera, lights and sky stand still. It
+    /// moves camera and lights by the inverse instead, so that the acceleration structure stays valid. A ground plane is
+    /// only kept right by rotations about the vertical through its centre.
+    pub fn with_scene_motion(mut self, motion: &DAffine3) -> Frame<'a> {
+        if *motion == DAffine3::IDENTITY {
+            return self;
+        }
+        let inverse = motion.inverse();
+        self.camera = self.camera.transformed(&inverse);
+        self.lights =
+            self.lights.iter().map(|light| light.transformed(&inverse, self.posed.centre)).collect();
+        self.scene_to_world = *motion * self.scene_to_world;
+        self
+    }
+
+    /// Fills `rays` with the eye rays of `samples`, between the camera's clip planes.
+    pub(crate) fn generate_eye_rays(&self, samples: &[Sample], rays: &mut RayBatch) {
+        rays.clear();
+        rays.cull_back_faces = self.cull_back_faces;
+        let depth_per_t = self.camera.depth_per_t();
+        rays.t_min = (self.camera.clip.near / depth_per_t) as f32;
+        rays.t_max = (self.camera.clip.far / depth_per_t) as f32;
+        for s in samples {
+            let ray = self.camera.eye_ray(s.x, s.y, self.posed.centre);
+            rays.push(ray.o, ray.d);
+        }
+        rays.coherence = match (self.camera.projection, rays.is_empty()) {
+            (_, true) => Coherence::None,
+            (Projection::Perspective, _) => Coherence::Origin(rays.origins[0]),
+            (Projection::Orthographic, _) => Coherence::Direction(rays.directions[0]),
+        };
+    }
+
+    /// False if eye rays between the film positions `low` and `high` certainly hit neither the scene nor the ground.
+    pub(crate) fn may_hit(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        let ray = |x: f64, y: f64| self.camera.eye_ray(x, y, self.posed.centre);
+        let corners =
+            || [ray(low[0], low[1]), ray(high[0], low[1]), ray(high[0], high[1]), ray(low[0], high[1])];
+        self.ground.is_some() || self.accel.may_meet(&corners())
+    }
+
+    /// I_a at a surface with shading normal `n`.
+    pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
+        self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
+    }
+
+    /// The ray differential of an eye ray over a footprint on the film; `None` for a point.
+    pub(crate) fn ray_differential(&self, [x, y]: [f64; 2]) -> Option<RayDifferential> {
+        (x != 0.0 || y != 0.0).then(|| self.camera.ray_differential(x, y))
+    }
+}

@@ -1,0 +1,163 @@
+//! Evaluates materials: the lecture's k_a, k_d, k_s and p at a point, literally from MTL, by a mapping from physically
+//! based materials.
+//!
+//! The mapping of metallic-roughness: α = clamp(roughness, 0.1, 1)², p = 2/α² − 2, F0_d = reflectance of the dielectric at
+//! normal incidence, F0 = mix(F0_d, base, metallic), k_d = base·(1 − metallic)·(1 − max F0_d) + 0.35·F0·α,
+//! k_s = F0·(1 − α)·(p + 2)/8, k_a = base·occlusion. It was fitted to GGX on a lit sphere: see
+//! docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md.
+
+use glam::Vec3;
+
+use crate::geometry::Rgb;
+use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
+use crate::integrator::material::opacity::{
+    alpha, base_color_from_texel, base_color_texel, opacity_from_texel, transmission,
+};
+use crate::integrator::surface::texture_eval::TextureEvalContext;
+use crate::scene::{AlphaMode, Dielectric, Material, MtlReflectance, PosedScene, Reflectance};
+
+/// Evaluates the materials of the surfaces of a batch, and stores the coefficients. A material that is the same at every
+/// point is evaluated once for consecutive surfaces.
+#[derive(Debug)]
+pub(crate) struct MaterialEvaluator<'a> {
+    posed: &'a PosedScene<'a>,
+    /// All coefficients so far, which points refer to by index.
+    coefficients: &'a mut Vec<Coefficients>,
+    overrides: &'a MaterialOverrides,
+    /// True if ambient light comes from a sky.
+    under_sky: bool,
+    /// The last uniform material, and the index of its coefficients.
+    last_uniform: Option<(u32, u32)>,
+}
+
+impl<'a> MaterialEvaluator<'a> {
+    pub fn new(
+        posed: &'a PosedScene<'a>,
+        coefficients: &'a mut Vec<Coefficients>,
+        overrides: &'a MaterialOverrides,
+        under_sky: bool,
+    ) -> MaterialEvaluator<'a> {
+        MaterialEvaluator { posed, coefficients, overrides, under_sky, last_uniform: None }
+    }
+
+    /// Evaluates a material without textures or vertex colours; `ctx` is any point of its mesh. Returns an index.
+    pub fn eval_uniform(&mut self, material: u32, ctx: &TextureEvalContext) -> u32 {
+        match self.last_uniform {
+            Some((last, index)) if last == material => index,
+            _ => {
+                let index = self.eval(material, ctx);
+                self.last_uniform = Some((material, index));
+                index
+            }
+        }
+    }
+
+    /// Evaluates a material at a point. Returns an index.
+    pub fn eval(&mut self, material: u32, ctx: &TextureEvalContext) -> u32 {
+        let material = &self.posed.materials[material as usize];
+        let k = Coefficients::eval(self.posed, material, ctx, self.under_sky);
+        self.coefficients.push(self.overrides.apply_to_colors(k));
+        (self.coefficients.len() - 1) as u32
+    }
+
+    /// Coefficients by index.
+    #[inline(always)]
+    pub fn get(&self, index: u32) -> &Coefficients {
+        &self.coefficients[index as usize]
+    }
+}
+
+impl Coefficients {
+    fn eval(
+        posed: &PosedScene,
+        material: &Material,
+        ctx: &TextureEvalContext,
+        under_sky: bool,
+    ) -> Coefficients {
+        let texel = base_color_texel(posed, material, ctx);
+        let alpha = match material.alpha_mode {
+            // One texture sample has both colour and alpha.
+            AlphaMode::Blend if material.alpha_from_base => {
+                opacity_from_texel(posed, material, ctx, texel.w).clamp(0.0, 1.0)
+            }
+            _ => alpha(posed, material, ctx),
+        };
+        let color = base_color_from_texel(material, ctx, texel);
+        let k_e = material.emission.eval(posed, ctx) * material.emission_strength;
+        let mut k = Coefficients { k_e, ..Coefficients::matte(color, alpha) };
+        match &material.reflectance {
+            Reflectance::Mtl(mtl) => k.set_mtl(mtl, posed, ctx, under_sky),
+            Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
+                let metallic = metallic.eval(posed, ctx).clamp(0.0, 1.0);
+                let roughness = roughness.eval(posed, ctx).clamp(0.0, 1.0);
+                k.set_metallic_roughness(color, metallic, roughness, dielectric.f0(posed, ctx));
+            }
+            Reflectance::SpecularGlossiness { specular, glossiness } => {
+                let f0 = specular.eval(posed, ctx).clamp(Vec3::ZERO, Vec3::ONE);
+                let roughness = 1.0 - glossiness.eval(posed, ctx).clamp(0.0, 1.0);
+                let diffuse = color * (1.0 - f0.max_element());
+                // All reflected light, as for the base colour of a metal.
+                k.k_a = diffuse + f0;
+                k.set_microfacets(diffuse, f0, roughness);
+            }
+            Reflectance::Unlit => {
+                k.k_a = Rgb::ZERO;
+                k.k_d = Rgb::ZERO;
+                k.k_e = color;
+            }
+        }
+        if material.occlusion.texture.is_some() {
+            let texel = material.occlusion.eval_texture(posed, ctx);
+            k.k_a *= 1.0 + material.occlusion.factor * (texel - 1.0);
+        }
+        let t = transmission(posed, material, ctx);
+        if t > 0.0 {
+            k.k_d *= 1.0 - t;
+            k.k_a *= 1.0 - t;
+            k.transmission = color * t;
+        }
+        k
+    }
+
+    fn set_mtl(
+        &mut self,
+        mtl: &MtlReflectance,
+        posed: &PosedScene,
+        ctx: &TextureEvalContext,
+        under_sky: bool,
+    ) {
+        // Ka is for the lecture's constant I_a. Light from a sky is reflected by the diffuse colour, as light from any
+        // other source.
+        if let Some(ambient) = mtl.ambient.as_ref().filter(|_| !under_sky) {
+            self.k_a = ambient.eval(posed, ctx);
+        }
+        self.k_s = mtl.specular.eval(posed, ctx);
+        self.shininess = mtl.shininess;
+    }
+
+    fn set_metallic_roughness(&mut self, base: Rgb, metallic: f32, roughness: f32, f0_dielectric: Rgb) {
+        let diffuse = base * ((1.0 - metallic) * (1.0 - f0_dielectric.max_element()));
+        self.set_microfacets(diffuse, f0_dielectric + (base - f0_dielectric) * metallic, roughness);
+    }
+
+    /// A diffuse layer below microfacets. The rougher the microfacets, the more of F0 is diffuse.
+    fn set_microfacets(&mut self, diffuse: Rgb, f0: Rgb, roughness: f32) {
+        // Narrower lobes than at roughness 0.1 are beyond point lights and f32.
+        let roughness = roughness.clamp(0.1, 1.0);
+        let alpha = roughness * roughness;
+        let p = 2.0 / (alpha * alpha) - 2.0;
+        self.k_d = diffuse + f0 * (0.35 * alpha);
+        self.k_s = f0 * ((1.0 - alpha) * (p + 2.0) / 8.0);
+        self.shininess = p;
+    }
+}
+
+impl Dielectric {
+    /// Reflectance at normal incidence (KHR_materials_ior, KHR_materials_specular): ((ior − 1)/(ior + 1))² × specular
+    /// colour, at most 1, × specular weight.
+    fn f0(&self, posed: &PosedScene, ctx: &TextureEvalContext) -> Rgb {
+        let r = (self.ior - 1.0) / (self.ior + 1.0);
+        let tinted = self.specular_color.eval(posed, ctx) * (r * r);
+        tinted.min(Vec3::ONE) * self.specular.eval(posed, ctx)
+    }
+}

@@ -1,0 +1,66 @@
+//! Opacity, transmission and base colour of a material at a point.
+
+use glam::{Vec4, Vec4Swizzles};
+
+use crate::geometry::Rgb;
+use crate::integrator::surface::texture_eval::TextureEvalContext;
+use crate::scene::{AlphaMode, Material, PosedScene, Reflectance};
+
+/// Opacity of a material: 0 or 1 for MASK, 0…1 for BLEND. Masks are cut from the finest texels: mip levels would show a
+/// distant fence as all there or all gone.
+pub(crate) fn alpha(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> f32 {
+    let opacity = |ctx: &TextureEvalContext| {
+        let texture = if material.alpha_from_base { material.base_color.texture.as_ref() } else { None };
+        opacity_from_texel(posed, material, ctx, ctx.alpha(posed, texture))
+    };
+    match material.alpha_mode {
+        AlphaMode::Opaque => 1.0,
+        AlphaMode::Mask(cutoff) => f32::from(opacity(&ctx.without_footprint()) >= cutoff),
+        AlphaMode::Blend => opacity(ctx).clamp(0.0, 1.0),
+    }
+}
+
+/// Opacity before the alpha mode is applied, given the alpha of the base colour's texture.
+pub(crate) fn opacity_from_texel(
+    posed: &PosedScene,
+    material: &Material,
+    ctx: &TextureEvalContext,
+    texel_alpha: f32,
+) -> f32 {
+    material.alpha.eval(posed, ctx) * ctx.color().w * texel_alpha
+}
+
+/// Share of light that passes through a surface, by colour: past its alpha, and tinted through what it transmits.
+pub(crate) fn transmittance(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> Rgb {
+    let alpha = alpha(posed, material, ctx);
+    let share = transmission(posed, material, ctx);
+    let transmitted = if share > 0.0 { share * base_color(posed, material, ctx) } else { Rgb::ZERO };
+    Rgb::splat(1.0 - alpha) + transmitted * alpha
+}
+
+/// The share T of what a dielectric would scatter that passes through instead; 0 for metals.
+pub(crate) fn transmission(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> f32 {
+    if !material.transmits() {
+        return 0.0;
+    }
+    let metallic = match &material.reflectance {
+        Reflectance::MetallicRoughness { metallic, .. } => metallic.eval(posed, ctx).clamp(0.0, 1.0),
+        _ => 0.0,
+    };
+    material.transmission.eval(posed, ctx).clamp(0.0, 1.0) * (1.0 - metallic)
+}
+
+/// Base × texture × vertex colour, linear RGB.
+pub(crate) fn base_color(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> Rgb {
+    base_color_from_texel(material, ctx, base_color_texel(posed, material, ctx))
+}
+
+/// The base colour's texture, linear RGBA.
+pub(crate) fn base_color_texel(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> Vec4 {
+    ctx.texture(posed, material.base_color.texture.as_ref(), material.base_color_semantics())
+}
+
+/// The base colour, given its texture.
+pub(crate) fn base_color_from_texel(material: &Material, ctx: &TextureEvalContext, texel: Vec4) -> Rgb {
+    material.base_color.factor * texel.xyz() * ctx.color().xyz()
+}

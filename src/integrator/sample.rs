@@ -1,0 +1,65 @@
+//! Samples of pixels, and the random numbers that belong to each.
+
+use glam::UVec2;
+
+use crate::integrator::sampler::{LowDiscrepancySampler, Sampler};
+
+/// A sample of a pixel at a position on the film: x to the right and y upward, both 0…1 over the whole picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Position to the right.
+    pub x: f64,
+    /// Position upward.
+    pub y: f64,
+    /// The pixel, counted from the upper left corner of the whole picture.
+    pub pixel: UVec2,
+    /// Index among the pixel's samples.
+    pub index: u32,
+    /// Width and height of the part of the film that the sample covers, over which textures and highlights are filtered.
+    /// 0 for a point.
+    pub footprint: [f64; 2],
+}
+
+/// What random numbers are used for. Each use has a pair of sampler dimensions of its own; the first pair is the
+/// position on the film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SampleDimension {
+    /// Directions of ambient light.
+    Ambient,
+    /// A point on the light of that index.
+    Light(usize),
+}
+
+impl SampleDimension {
+    fn pair(self) -> u32 {
+        match self {
+            SampleDimension::Ambient => 1,
+            SampleDimension::Light(i) => 2 + i as u32,
+        }
+    }
+}
+
+/// The random numbers of the samples of a tile.
+#[derive(Clone, Copy)]
+pub(crate) struct SampleStream<'a> {
+    pub samples: &'a [Sample],
+    pub sampler: &'a LowDiscrepancySampler,
+}
+
+impl SampleStream<'_> {
+    /// A point of the unit square for a sample.
+    pub fn get_2d(&self, sample: usize, dimension: SampleDimension) -> [f32; 2] {
+        self.get_2d_split(sample, dimension, 0, 1)
+    }
+
+    /// Point number `part` of the `parts` points of a sample. All points of a pixel together are distributed as those of
+    /// so many samples would be.
+    pub fn get_2d_split(&self, sample: usize, dimension: SampleDimension, part: u32, parts: u32) -> [f32; 2] {
+        let Sample { pixel, index, .. } = self.samples[sample];
+        let LowDiscrepancySampler { seed, count } = *self.sampler;
+        let finer = LowDiscrepancySampler { seed, count: count.max(1).saturating_mul(parts) };
+        let index = index.wrapping_mul(parts).wrapping_add(part);
+        let first = 2 * dimension.pair();
+        [finer.get(pixel, index, first), finer.get(pixel, index, first + 1)]
+    }
+}

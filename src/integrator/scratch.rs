@@ -1,0 +1,14 @@
+//! Memory of an integrator that is reused from tile to tile.
+
+use crate::accel::{HitBatch, RayBatch};
+use crate::integrator::shading_batch::BatchBuffers;
+use crate::integrator::shadow_rays::ShadowBuffers;
+
+/// Memory that a thread reuses from tile to tile.
+#[derive(Default)]
+pub struct Scratch {
+    pub(crate) rays: RayBatch,
+    pub(crate) hits: HitBatch,
+    pub(crate) points: BatchBuffers,
+    pub(crate) shadow: ShadowBuffers,
+}

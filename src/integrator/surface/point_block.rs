@@ -1,0 +1,284 @@
+//! A block of shading points as structure of arrays: position, normals, coefficients and light of each point.
+
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
+
+use crate::geometry::Rgb;
+use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
+use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords, roughness};
+use crate::integrator::surface::soa::{
+    HIT_LANES, LANES, LaneArray, LaneArray3, ZERO3_F32, ZERO3_F64, dvec3, set3, vec3,
+};
+use crate::integrator::surface::surface_hit::{Ray8, SurfaceHit, SurfaceHit8};
+
+/// Up to [`LANES`] points. Lanes behind the last point hold any value.
+#[derive(Clone)]
+pub(crate) struct PointBlock {
+    pub p: LaneArray3<f32>,
+    /// Origins of shadow rays that do not graze the triangle, and the offset from there to the smooth surface.
+    pub ray_origin: LaneArray3<f32>,
+    pub terminator_offset: LaneArray3<f32>,
+    /// Directions of the eye rays, not normalised.
+    pub d: LaneArray3<f32>,
+    /// [`TriangleCoords`].
+    pub b: LaneArray3<f32>,
+    pub differentials: [LaneArray<f32>; BarycentricDifferentials::LEN],
+    /// Geometric normals.
+    pub n_g: LaneArray3<f64>,
+    /// Interpolated vertex normals.
+    pub n_v: LaneArray3<f64>,
+    /// Shading normals; 0 where the surface is fully transparent, so that no light reaches it.
+    pub n: LaneArray3<f64>,
+    /// Unit directions to the eye; computed in blocks with highlights only.
+    pub v: LaneArray3<f64>,
+    /// True if k_s of any point is not 0.
+    pub has_specular: bool,
+    pub k_d: LaneArray3<f32>,
+    /// k_s and p after specular antialiasing.
+    pub k_s: LaneArray3<f32>,
+    pub shininess: LaneArray<f32>,
+    /// L so far.
+    pub radiance: LaneArray3<f32>,
+    /// L so far without shadows; used by shadow catchers.
+    pub unshadowed: LaneArray3<f32>,
+    /// Light from the current light source.
+    pub direct: LaneArray3<f32>,
+}
+
+impl PointBlock {
+    pub const ZERO: PointBlock = PointBlock {
+        p: ZERO3_F32,
+        ray_origin: ZERO3_F32,
+        terminator_offset: ZERO3_F32,
+        d: ZERO3_F32,
+        b: ZERO3_F32,
+        differentials: [[0.0; LANES + HIT_LANES]; BarycentricDifferentials::LEN],
+        n_g: ZERO3_F64,
+        n_v: ZERO3_F64,
+        n: ZERO3_F64,
+        v: ZERO3_F64,
+        has_specular: false,
+        k_d: ZERO3_F32,
+        k_s: ZERO3_F32,
+        shininess: [0.0; LANES + HIT_LANES],
+        radiance: ZERO3_F32,
+        unshadowed: ZERO3_F32,
+        direct: ZERO3_F32,
+    };
+
+    /// Shading normal of point `i`.
+    #[inline(always)]
+    pub fn n(&self, i: usize) -> DVec3 {
+        dvec3(&self.n, i)
+    }
+
+    /// Unit direction from point `i` to the eye.
+    #[inline(always)]
+    pub fn v(&self, i: usize) -> DVec3 {
+        dvec3(&self.v, i)
+    }
+
+    /// Position of point `i` on its triangle.
+    #[inline(always)]
+    pub fn coords(&self, i: usize) -> TriangleCoords {
+        TriangleCoords {
+            b: self.b.each_ref().map(|b| b[i]),
+            differentials: BarycentricDifferentials::from_array(self.differentials.each_ref().map(|s| s[i])),
+        }
+    }
+
+    /// The hit that point `i` was made from.
+    #[inline(always)]
+    pub fn hit(&self, i: usize) -> SurfaceHit {
+        SurfaceHit {
+            p: vec3(&self.p, i),
+            ray_origin: vec3(&self.ray_origin, i),
+            terminator_offset: vec3(&self.terminator_offset, i),
+            n_g: dvec3(&self.n_g, i),
+            n_v: dvec3(&self.n_v, i),
+            coords: self.coords(i),
+        }
+    }
+
+    /// What the curvature of the smooth surface adds to α² of each point's highlight.
+    #[inline(always)]
+    pub fn curvature_roughness(&self) -> LaneArray<f32> {
+        self.differentials[BarycentricDifferentials::LEN - 1].map(roughness)
+    }
+
+    /// Stores a group of hits from lane `at` on.
+    #[inline(always)]
+    pub fn store_hits(&mut self, at: usize, rays: &Ray8, hits: &SurfaceHit8) {
+        store(&mut self.p, at, &hits.p);
+        store(&mut self.ray_origin, at, &hits.ray_origin);
+        store(&mut self.terminator_offset, at, &hits.terminator_offset);
+        store(&mut self.d, at, &rays.d);
+        store(&mut self.b, at, &hits.b);
+        store(&mut self.differentials, at, &hits.differentials);
+        store(&mut self.n_g, at, &hits.n_g);
+        store(&mut self.n_v, at, &hits.n_v);
+    }
+
+    /// Stores the hit of a ray of direction `d` in lane `at`.
+    #[inline(always)]
+    pub fn store_hit(&mut self, at: usize, d: Vec3, hit: &SurfaceHit) {
+        set3(&mut self.p, at, hit.p.to_array());
+        set3(&mut self.ray_origin, at, hit.ray_origin.to_array());
+        set3(&mut self.terminator_offset, at, hit.terminator_offset.to_array());
+        set3(&mut self.d, at, d.to_array());
+        set3(&mut self.b, at, hit.coords.b);
+        set3(&mut self.n_g, at, hit.n_g.to_array());
+        set3(&mut self.n_v, at, hit.n_v.to_array());
+        for (to, value) in self.differentials.iter_mut().zip(hit.coords.differentials.to_array()) {
+            to[at] = value;
+        }
+    }
+
+    /// Sets what point `i` has before any light is evaluated: its shading normal, its coefficients, and `unlit`, its
+    /// radiance k_e + k_a I_a.
+    #[inline(always)]
+    pub fn set_material(&mut self, i: usize, n: DVec3, k: &Coefficients, unlit: Rgb) {
+        set3(&mut self.n, i, if k.alpha == 0.0 { [0.0; 3] } else { n.to_array() });
+        set3(&mut self.k_d, i, k.k_d.to_array());
+        set3(&mut self.k_s, i, k.k_s.to_array());
+        self.shininess[i] = k.shininess;
+        self.has_specular |= k.k_s != Rgb::ZERO;
+        self.set_unlit(i, unlit);
+    }
+
+    /// [`PointBlock::set_material`] for all points of a range that share coefficients and have no normal map. It
+    /// overwrites up to [`HIT_LANES`] − 1 lanes behind them.
+    #[inline(always)]
+    pub fn set_uniform_material(
+        &mut self,
+        range: Range<usize>,
+        k: &Coefficients,
+        antialiasing: &SpecularAntialiasing,
+        unlit: Rgb,
+    ) {
+        for at in range.clone().step_by(HIT_LANES) {
+            self.set_uniform_material_group(at, k, unlit);
+        }
+        if !antialiasing.is_identity() {
+            let roughness = self.curvature_roughness();
+            self.apply_specular_antialiasing(range, antialiasing, &roughness);
+        }
+    }
+
+    #[inline(always)]
+    fn set_uniform_material_group(&mut self, at: usize, k: &Coefficients, unlit: Rgb) {
+        // Lets the compiler drop the bounds checks.
+        let at = at % LANES;
+        let visible = k.alpha != 0.0;
+        let n_v = &self.n_v;
+        fill3(&mut self.n, at, |axis, i| if visible { n_v[axis][i] } else { 0.0 });
+        fill3(&mut self.k_d, at, |axis, _| k.k_d[axis]);
+        fill3(&mut self.radiance, at, |axis, _| unlit[axis]);
+        fill3(&mut self.unshadowed, at, |axis, _| unlit[axis]);
+        fill3(&mut self.k_s, at, |axis, _| k.k_s[axis]);
+        fill(&mut self.shininess, at, |_| k.shininess);
+        self.has_specular |= k.k_s != Rgb::ZERO;
+    }
+
+    /// Widens the highlights of a range of points by the `roughness` of each. It overwrites up to [`HIT_LANES`] − 1 lanes
+    /// behind them.
+    #[inline(always)]
+    pub fn apply_specular_antialiasing(
+        &mut self,
+        range: Range<usize>,
+        antialiasing: &SpecularAntialiasing,
+        roughness: &LaneArray<f32>,
+    ) {
+        if antialiasing.is_identity() {
+            return;
+        }
+        for at in range.step_by(HIT_LANES) {
+            // Lets the compiler drop the bounds checks.
+            let at = at % LANES;
+            let mut scale = [0.0; HIT_LANES];
+            for (i, scale) in scale.iter_mut().enumerate() {
+                let lobe = antialiasing.widen(self.shininess[at + i], roughness[at + i]);
+                self.shininess[at + i] = lobe.shininess;
+                *scale = lobe.k_s_scale;
+            }
+            for k_s in &mut self.k_s {
+                for (k_s, scale) in k_s[at..at + HIT_LANES].iter_mut().zip(scale) {
+                    *k_s *= scale;
+                }
+            }
+        }
+    }
+
+    /// Sets point `i`'s radiance k_e + k_a I_a.
+    #[inline(always)]
+    pub fn set_unlit(&mut self, i: usize, unlit: Rgb) {
+        set3(&mut self.radiance, i, unlit.to_array());
+        set3(&mut self.unshadowed, i, unlit.to_array());
+    }
+
+    /// Computes v, the unit directions to the eye.
+    #[inline(always)]
+    pub fn compute_view_dirs(&mut self) {
+        for i in 0..LANES {
+            let d = vec3(&self.d, i).as_dvec3();
+            let v = -(d * d.length_recip());
+            set3(&mut self.v, i, v.to_array());
+        }
+    }
+
+    /// Multiplies the current light at point `i` by its visibility.
+    #[inline(always)]
+    pub fn apply_visibility(&mut self, i: usize, visibility: Rgb) {
+        let direct = vec3(&self.direct, i);
+        set3(&mut self.direct, i, (visibility * direct).to_array());
+    }
+
+    /// Adds the current light to the radiance.
+    #[inline(always)]
+    pub fn accumulate(&mut self) {
+        add(&mut self.radiance, &self.direct);
+    }
+
+    /// Adds the current light to the radiance without shadows.
+    #[inline(always)]
+    pub fn accumulate_unshadowed(&mut self) {
+        add(&mut self.unshadowed, &self.direct);
+    }
+}
+
+#[inline(always)]
+fn store<T: Copy, const N: usize>(to: &mut [LaneArray<T>; N], at: usize, from: &[[T; HIT_LANES]; N]) {
+    // Lets the compiler drop the bounds checks.
+    let at = at % LANES;
+    for k in 0..N {
+        for i in 0..HIT_LANES {
+            to[k][at + i] = from[k][i];
+        }
+    }
+}
+
+/// Sets [`HIT_LANES`] lanes from `at` on.
+#[inline(always)]
+fn fill<T: Copy>(to: &mut LaneArray<T>, at: usize, value: impl Fn(usize) -> T) {
+    for (i, to) in to[at..at + HIT_LANES].iter_mut().enumerate() {
+        *to = value(at + i);
+    }
+}
+
+#[inline(always)]
+fn fill3<T: Copy>(to: &mut LaneArray3<T>, at: usize, value: impl Fn(usize, usize) -> T) {
+    for (axis, to) in to.iter_mut().enumerate() {
+        fill(to, at, |i| value(axis, i));
+    }
+}
+
+#[inline(always)]
+fn add(to: &mut LaneArray3<f32>, more: &LaneArray3<f32>) {
+    for axis in 0..3 {
+        for i in 0..LANES {
+            to[axis][i] += more[axis][i];
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! All shading points of a batch, in blocks of [`LANES`].
+
+use std::ops::Range;
+
+use crate::integrator::surface::point_block::PointBlock;
+use crate::integrator::surface::soa::LANES;
+
+/// Shading points in blocks, which are full but for the last one. Clearing it keeps the memory.
+#[derive(Default)]
+pub(crate) struct PointsSoa {
+    blocks: Vec<PointBlock>,
+    count: usize,
+}
+
+impl PointsSoa {
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// The blocks, each with its number of points.
+    pub fn blocks_mut(&mut self) -> impl Iterator<Item = (&mut PointBlock, usize)> {
+        let count = self.count;
+        let counts = (0..count).step_by(LANES).map(move |first| LANES.min(count - first));
+        self.blocks.iter_mut().zip(counts)
+    }
+
+    /// The block and the lane of point `i`.
+    #[inline(always)]
+    pub fn lane(&self, i: usize) -> (&PointBlock, usize) {
+        (&self.blocks[i / LANES], i % LANES)
+    }
+
+    /// The block and the lane of point `i`.
+    #[inline(always)]
+    pub fn lane_mut(&mut self, i: usize) -> (&mut PointBlock, usize) {
+        (&mut self.blocks[i / LANES], i % LANES)
+    }
+
+    /// The blocks of a range of points, each with the range's lanes in it.
+    #[inline(always)]
+    pub fn lanes_mut(
+        &mut self,
+        Range { start, end }: Range<usize>,
+    ) -> impl Iterator<Item = (&mut PointBlock, Range<usize>)> {
+        let first = start / LANES;
+        let blocks = self.blocks[first..].iter_mut().zip((first * LANES..end).step_by(LANES));
+        blocks.map(move |(block, from)| (block, start.max(from) - from..LANES.min(end - from)))
+    }
+
+    /// Free lanes in the block of the next point.
+    #[inline(always)]
+    pub fn free_lanes(&self) -> usize {
+        LANES - self.count % LANES
+    }
+
+    /// Appends `count` points, at most [`PointsSoa::free_lanes`], and returns their block and first lane.
+    #[inline(always)]
+    pub fn append(&mut self, count: usize) -> (&mut PointBlock, usize) {
+        let first = self.count;
+        if first / LANES == self.blocks.len() {
+            self.blocks.push(PointBlock::ZERO);
+        }
+        self.count += count;
+        let (block, lane) = self.lane_mut(first);
+        block.has_specular &= lane > 0;
+        (block, lane)
+    }
+}

@@ -1,0 +1,48 @@
+//! Renders layers of AOVs.
+
+use glam::UVec2;
+use rayon::prelude::*;
+
+use crate::integrator::{Aov, Frame, Sample, Scratch, first_hits};
+use crate::render::film::AovLayer;
+use crate::render::progress::{Cancelled, ProgressMonitor};
+use crate::render::settings::RenderSettings;
+
+/// Renders layers of the first surface at each pixel's centre.
+///
+/// # Errors
+/// [`Cancelled`] if `monitor` cancels.
+pub fn render_aovs(
+    frame: &Frame,
+    aovs: &[Aov],
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Vec<AovLayer>, Cancelled> {
+    // Saves tracing rays for no layer.
+    if aovs.is_empty() {
+        return Ok(Vec::new());
+    }
+    let window = settings.window();
+    let rows: Vec<Vec<Vec<f32>>> = (window.y..window.y + window.height)
+        .into_par_iter()
+        .map_init(Scratch::default, |scratch, y| {
+            let mut layers = vec![Vec::new(); aovs.len()];
+            if monitor.is_cancelled() {
+                return layers;
+            }
+            let columns = window.x..window.x + window.width;
+            let samples: Vec<Sample> = columns.map(|x| settings.centre_sample(UVec2::new(x, y))).collect();
+            for first in first_hits(frame, &samples, scratch) {
+                for (aov, out) in aovs.iter().zip(&mut layers) {
+                    aov.evaluate(frame, &first, out);
+                }
+            }
+            layers
+        })
+        .collect();
+    if monitor.is_cancelled() {
+        return Err(Cancelled);
+    }
+    let values = |i: usize| rows.iter().flat_map(|row| row[i].iter().copied()).collect();
+    Ok(aovs.iter().enumerate().map(|(i, &aov)| AovLayer { aov, values: values(i) }).collect())
+}

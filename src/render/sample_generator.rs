@@ -1,0 +1,124 @@
+//! Generates the samples of pixels: positions on the film drawn from the pixel filter.
+
+use glam::UVec2;
+
+use crate::accel::Accel;
+use crate::integrator::{LowDiscrepancySampler, Sample};
+use crate::render::filter::FilterSampler;
+use crate::render::settings::RenderSettings;
+use crate::simd::AutovecKernel;
+
+/// Generates the samples of the pixels of a picture.
+pub(super) struct SampleGenerator<'a> {
+    settings: &'a RenderSettings,
+    pub sampler: LowDiscrepancySampler,
+    filter: FilterSampler,
+    /// Width and height of a pixel on the film: multiplying by them is faster than dividing.
+    pixel_size: [f64; 2],
+    /// The part of the film that a sample covers.
+    footprint: [f64; 2],
+}
+
+impl SampleGenerator<'_> {
+    pub fn new(settings: &RenderSettings) -> SampleGenerator<'_> {
+        let filter = FilterSampler::new(settings.filter);
+        SampleGenerator {
+            settings,
+            sampler: LowDiscrepancySampler { seed: settings.seed, count: settings.samples },
+            footprint: sample_footprint(settings, filter.width()),
+            filter,
+            pixel_size: [1.0 / f64::from(settings.width), 1.0 / f64::from(settings.height)],
+        }
+    }
+
+    pub fn samples_per_pixel(&self) -> usize {
+        self.settings.samples.max(1) as usize
+    }
+
+    /// Bounds on the film of all samples of `pixels`: the lowest and the highest x and y.
+    pub fn film_bounds(&self, pixels: &[UVec2]) -> [[f64; 2]; 2] {
+        let min = pixels.iter().fold(UVec2::MAX, |a, p| a.min(*p));
+        let max = pixels.iter().fold(UVec2::MIN, |a, p| a.max(*p));
+        let radius = self.settings.filter.radius();
+        let [left, top] = self.film_position(min, [0.5 - radius; 2]);
+        let [right, bottom] = self.film_position(max, [0.5 + radius; 2]);
+        [[left, bottom], [right, top]]
+    }
+
+    /// The film position of a point `offset` pixels from the upper left corner of `pixel`.
+    #[inline(always)]
+    fn film_position(&self, pixel: UVec2, offset: [f64; 2]) -> [f64; 2] {
+        let x = (f64::from(pixel.x) + offset[0]) * self.pixel_size[0];
+        // Pixels count downward, the film upward.
+        let down = (f64::from(pixel.y) + offset[1]) * self.pixel_size[1];
+        [x, 1.0 - down]
+    }
+
+    /// Replaces `out` by the samples of `pixels`: pixel by pixel, in the order of their indices.
+    pub fn generate(&self, accel: &Accel, pixels: &[UVec2], out: &mut Vec<Sample>) {
+        out.clear();
+        out.reserve(pixels.len() * self.samples_per_pixel());
+        if self.samples_per_pixel() == 1 {
+            let centre = |&pixel| Sample { footprint: self.footprint, ..self.settings.centre_sample(pixel) };
+            out.extend(pixels.iter().map(centre));
+        } else {
+            accel.run_autovec(GenerateSamples { generator: self, pixels, out });
+        }
+    }
+}
+
+/// Width and height on the film that one sample covers: the filter's area divided by the number of samples.
+fn sample_footprint(settings: &RenderSettings, filter_width: f64) -> [f64; 2] {
+    let side = filter_width / f64::from(settings.samples.max(1)).sqrt();
+    [side / f64::from(settings.width), side / f64::from(settings.height)]
+}
+
+/// Samples that are generated at once.
+const LANES: usize = 32;
+
+/// Generates several samples per pixel.
+struct GenerateSamples<'a, 'b> {
+    generator: &'a SampleGenerator<'b>,
+    pixels: &'a [UVec2],
+    out: &'a mut Vec<Sample>,
+}
+
+impl AutovecKernel for GenerateSamples<'_, '_> {
+    #[inline(always)]
+    fn run(self) {
+        let GenerateSamples { generator, pixels, out } = self;
+        let SampleGenerator { sampler, filter, footprint, .. } = generator;
+        let count = generator.settings.samples;
+        let mut samples = pixels.iter().flat_map(|&pixel| {
+            let scramble = sampler.film_scramble(pixel);
+            (0..count).map(move |index| (pixel, scramble, index))
+        });
+        let mut pixel = [UVec2::ZERO; LANES];
+        let mut scramble = [0; LANES];
+        let mut index = [0; LANES];
+        let mut remaining = pixels.len() * count as usize;
+        while remaining > 0 {
+            let lanes = remaining.min(LANES);
+            for (i, sample) in samples.by_ref().take(lanes).enumerate() {
+                (pixel[i], scramble[i], index[i]) = sample;
+            }
+            let random = sampler.film_positions(&scramble, &index);
+            let mut position = [[0.0; LANES]; 2];
+            for (to, from) in position.as_flattened_mut().iter_mut().zip(random.as_flattened()) {
+                *to = filter.offset(*from);
+            }
+            for i in 0..LANES {
+                [position[0][i], position[1][i]] =
+                    generator.film_position(pixel[i], [0.5 + position[0][i], 0.5 + position[1][i]]);
+            }
+            out.extend((0..lanes).map(|i| Sample {
+                x: position[0][i],
+                y: position[1][i],
+                pixel: pixel[i],
+                index: index[i],
+                footprint: *footprint,
+            }));
+            remaining -= lanes;
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! How a picture is sampled.
+
+use glam::UVec2;
+
+use crate::integrator::Sample;
+use crate::render::film::PixelRect;
+use crate::render::filter::PixelFilter;
+
+/// How a picture is sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Pixels to the right, n_x.
+    pub width: u32,
+    /// Pixels downward, n_y.
+    pub height: u32,
+    /// Samples per pixel; 1 is the pixel's centre.
+    pub samples: u32,
+    /// How samples are distributed about the pixel's centre.
+    pub filter: PixelFilter,
+    /// Varies the positions of samples.
+    pub seed: u32,
+    /// Only some pixels get more than four samples; `None`: all do.
+    pub adaptive: Option<AdaptiveSampling>,
+    /// The part that is rendered; `None` for all.
+    pub crop: Option<PixelRect>,
+    /// Side of a tile in pixels. The picture does not depend on it.
+    pub tile: u32,
+}
+
+/// Adaptive sampling: which pixels get all their samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdaptiveSampling {
+    /// The least difference of neighbouring pixels, as displayed: black is 0, white is 1.
+    pub threshold: f32,
+    /// Exposure of the display in stops.
+    pub ev: f64,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        RenderSettings {
+            width: 1280,
+            height: 720,
+            samples: 4,
+            filter: PixelFilter::BlackmanHarris,
+            seed: 0,
+            adaptive: None,
+            crop: None,
+            tile: 32,
+        }
+    }
+}
+
+impl RenderSettings {
+    /// The pixels that are rendered: the crop window, or the whole picture.
+    pub fn window(&self) -> PixelRect {
+        self.crop.unwrap_or(PixelRect { x: 0, y: 0, width: self.width, height: self.height })
+    }
+
+    /// A sample without footprint at the centre of a pixel.
+    #[inline(always)]
+    pub(super) fn centre_sample(&self, pixel: UVec2) -> Sample {
+        let x = (f64::from(pixel.x) + 0.5) / f64::from(self.width);
+        let down = (f64::from(pixel.y) + 0.5) / f64::from(self.height);
+        Sample { x, y: 1.0 - down, footprint: [0.0; 2], pixel, index: 0 }
+    }
+}

@@ -1,0 +1,84 @@
+//! Renders tiles in parallel and averages the samples of each pixel.
+
+use glam::UVec2;
+use rayon::prelude::*;
+
+use crate::geometry::Rgba;
+use crate::integrator::{Frame, Integrator, Sample, Scratch};
+use crate::render::film::{Film, PixelRect, Pixels, TileBuffer};
+use crate::render::progress::{Cancelled, ProgressMonitor};
+use crate::render::sample_generator::SampleGenerator;
+use crate::render::settings::RenderSettings;
+
+/// Samples that are rendered at once: their shading points fit into the L2 cache.
+const BATCH_SAMPLES: usize = 1024;
+
+/// Memory that a thread reuses from tile to tile.
+#[derive(Default)]
+pub(super) struct TileScratch {
+    samples: Vec<Sample>,
+    colors: Vec<Rgba>,
+    integrator: Scratch,
+}
+
+/// Renders all pixels with the same number of samples.
+pub(super) fn render_uniform(
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Pixels, Cancelled> {
+    let generator = SampleGenerator::new(settings);
+    render_tiles(settings, monitor, |tile, scratch| {
+        let pixels: Vec<UVec2> = tile.pixels().collect();
+        render_pixels(&generator, frame, integrator, &pixels, scratch)
+    })
+}
+
+/// Renders a picture whose tiles `colors` computes, in the order of [`PixelRect::pixels`]. Each thread takes the next tile
+/// when it has finished one, because the parts of a picture differ in cost.
+pub(super) fn render_tiles(
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+    colors: impl Fn(PixelRect, &mut TileScratch) -> Vec<Rgba> + Sync,
+) -> Result<Pixels, Cancelled> {
+    let film = Film::new(settings.window());
+    film.tiles(settings.tile).into_iter().par_bridge().for_each_init(
+        TileScratch::default,
+        |scratch, tile| {
+            if monitor.is_cancelled() {
+                return;
+            }
+            film.store(&TileBuffer { tile, colors: colors(tile, scratch) });
+            monitor.pixels_done(u64::from(tile.width) * u64::from(tile.height));
+        },
+    );
+    if monitor.is_cancelled() { Err(Cancelled) } else { Ok(film.into_pixels()) }
+}
+
+/// Renders pixels: the mean of the samples of each.
+pub(super) fn render_pixels(
+    generator: &SampleGenerator,
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    pixels: &[UVec2],
+    scratch: &mut TileScratch,
+) -> Vec<Rgba> {
+    let TileScratch { samples, colors, integrator: integrator_scratch } = scratch;
+    let n = generator.samples_per_pixel();
+    let mut means = Vec::with_capacity(pixels.len());
+    for batch in pixels.chunks((BATCH_SAMPLES / n).max(1)) {
+        let [low, high] = generator.film_bounds(batch);
+        if !integrator.may_hit(frame, low, high) {
+            means.resize(means.len() + batch.len(), Rgba::ZERO);
+            continue;
+        }
+        generator.generate(frame.accel, batch, samples);
+        colors.clear();
+        colors.resize(samples.len(), Rgba::ZERO);
+        integrator.render(frame, samples, &generator.sampler, integrator_scratch, colors);
+        let mean = |samples: &[Rgba]| samples.iter().fold(Rgba::ZERO, |a, &b| a + b) / n as f32;
+        means.extend(colors.chunks_exact(n).map(mean));
+    }
+    means
+}
