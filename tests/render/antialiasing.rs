@@ -76,11 +76,11 @@ fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: PixelFi
     let filter = FilterSampler::new(filter);
     let mut values = vec![Vec::new(); pictures.len()];
     for pixel in (0..SIDE * SIDE).map(|i| UVec2::new(i % SIDE, i / SIDE)) {
-        let at = |index, axis| 0.5 + filter.offset(sampler.get(pixel, index, axis));
-        let place = |index| (f64::from(pixel.x) + at(index, 0), f64::from(pixel.y) + at(index, 1));
-        let places: Vec<_> = (0..count).map(place).collect();
+        let offset = |index, axis| 0.5 + filter.offset(sampler.get(pixel, index, axis));
+        let position = |index| (f64::from(pixel.x) + offset(index, 0), f64::from(pixel.y) + offset(index, 1));
+        let positions: Vec<_> = (0..count).map(position).collect();
         for (picture, values) in pictures.iter().zip(&mut values) {
-            let sum: f64 = places.iter().map(|&(x, y)| picture(x, y)).sum();
+            let sum: f64 = positions.iter().map(|&(x, y)| picture(x, y)).sum();
             values.push(sum / f64::from(count));
         }
     }
@@ -88,9 +88,9 @@ fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: PixelFi
 }
 
 /// The root mean square error over the pixels that are not uniform.
-fn error(found: &[Vec<f64>], wanted: &[Vec<f64>]) -> f64 {
+fn error(actual: &[Vec<f64>], expected: &[Vec<f64>]) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
-    for (&a, &b) in found.iter().flatten().zip(wanted.iter().flatten()) {
+    for (&a, &b) in actual.iter().flatten().zip(expected.iter().flatten()) {
         if b > 0.0 && b < 1.0 {
             (sum, n) = (sum + (a - b) * (a - b), n + 1.0);
         }
@@ -99,7 +99,7 @@ fn error(found: &[Vec<f64>], wanted: &[Vec<f64>]) -> f64 {
 }
 
 #[test]
-fn beats_a_plain_stratified_pattern_on_edges_zone_plate_and_floor() {
+fn error_is_below_that_of_stratified_sampling() {
     let mut pictures = edges();
     let slopes = pictures.len();
     pictures.extend([zone_plate(), floor()]);
@@ -107,13 +107,13 @@ fn beats_a_plain_stratified_pattern_on_edges_zone_plate_and_floor() {
         [("edges", 0..slopes), ("zone plate", slopes..slopes + 1), ("floor", slopes + 1..slopes + 2)];
     for filter in [PixelFilter::Box, PixelFilter::Tent, PixelFilter::Gaussian, PixelFilter::BlackmanHarris] {
         // A different seed, so that the reference shares no samples.
-        let wanted = draw(&pictures, &LowDiscrepancySampler { seed: 1, count: 1024 }, 1024, filter);
+        let reference = draw(&pictures, &LowDiscrepancySampler { seed: 1, count: 1024 }, 1024, filter);
         for count in [4, 16, 64] {
             let ours = draw(&pictures, &LowDiscrepancySampler { seed: 0, count }, count, filter);
             let plain = draw(&pictures, &Stratified { count }, count, filter);
             for (name, range) in scenes.clone() {
-                let of = |values: &[Vec<f64>]| error(&values[range.clone()], &wanted[range.clone()]);
-                let (ours, plain) = (of(&ours), of(&plain));
+                let rms = |values: &[Vec<f64>]| error(&values[range.clone()], &reference[range.clone()]);
+                let (ours, plain) = (rms(&ours), rms(&plain));
                 println!("{filter:?} {name} {count}: {ours:.4}, stratified {plain:.4}, {:.2}", ours / plain);
                 assert!(ours < 0.95 * plain, "{filter:?}, {name}, {count} samples: {ours} against {plain}");
             }
@@ -153,26 +153,26 @@ fn disc(settings: &RenderSettings) -> Vec<Rgba> {
 /// Adaptive sampling has nearly the error of full sampling on edges, and takes four samples in uniform
 /// regions. Crops and tiles of any size take the same samples as the whole picture.
 #[test]
-fn adaptive_samples_go_where_the_picture_changes() {
+fn adaptive_samples_are_taken_at_edges() {
     let settings = |samples| RenderSettings { width: 97, height: 61, samples, ..RenderSettings::default() };
     let adaptive = |threshold| Some(AdaptiveSampling { threshold, ev: 0.0 });
     let some = RenderSettings { adaptive: adaptive(0.08), ..settings(64) };
     let (truth, four, all, chosen) =
         (disc(&settings(4096)), disc(&settings(4)), disc(&settings(64)), disc(&some));
-    let error = |found: &[Rgba]| {
-        let sum: f64 = found.iter().zip(&truth).map(|(a, b)| f64::from((*a - *b).length_squared())).sum();
+    let error = |actual: &[Rgba]| {
+        let sum: f64 = actual.iter().zip(&truth).map(|(a, b)| f64::from((*a - *b).length_squared())).sum();
         f64::sqrt(sum / truth.len() as f64)
     };
     let (of_four, of_all, of_chosen) = (error(&four), error(&all), error(&chosen));
     println!("four {of_four:.5}, 64 {of_all:.5}, adaptive {of_chosen:.5}");
     assert!(of_chosen < 1.2 * of_all && of_chosen < 0.2 * of_four);
     let changed = chosen.iter().zip(&four).filter(|(a, b)| a != b).count();
-    assert!(changed < chosen.len() / 5, "{changed} pixels were thought uneven");
+    assert!(changed < chosen.len() / 5, "{changed} pixels were refined");
 
     assert_eq!(
         disc(&RenderSettings { adaptive: adaptive(1.0), ..settings(64) }),
         four,
-        "no pixel differs so"
+        "no pixel differs by that much"
     );
     for tile in [1, 7, 4096] {
         assert_eq!(disc(&RenderSettings { tile, ..some }), chosen, "tiles of {tile}");

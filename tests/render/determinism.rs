@@ -16,10 +16,10 @@ fn scene(name: &str) -> Scene {
     load(&path, &LoadOptions::default()).unwrap().0
 }
 
-/// Softness of the light, and the ground.
+/// Sharp shadows, or soft shadows with ambient occlusion and a ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Light {
-    Plain,
+    Sharp,
     Soft(GroundKind),
 }
 
@@ -48,19 +48,19 @@ fn picture_with(
         let settings = RenderSettings { width: 96, height: 54, samples: 3, tile, ..Default::default() };
         let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
         let mut lighting = Lighting { boost_ambient: true, ..Default::default() };
-        let (mut occlusion, mut ground) = (None, None);
+        let mut ambient_occlusion = None;
+        let mut ground = None;
         if let Light::Soft(kind) = light {
             lighting.radius = 0.2;
-            occlusion = Some(AmbientOcclusion { samples: 5, distance: 1.0 });
+            ambient_occlusion = Some(AmbientOcclusion { samples: 5, distance: 1.0 });
             ground = Some(Ground::under(&posed.bounds(), kind));
         }
         let lit = lighting.resolve(&posed, &camera);
-        let frame =
-            Frame { ambient_occlusion: occlusion, ground, ..Frame::new(&posed, &accel, camera, &lit) };
+        let frame = Frame { ambient_occlusion, ground, ..Frame::new(&posed, &accel, camera, &lit) };
         let pixels = render(&frame, &Phong::default(), &settings, &()).unwrap();
         // Traversal steps depend on the BVH.
-        let pictured: Vec<Aov> = Aov::ALL.into_iter().filter(|aov| *aov != Aov::Steps).collect();
-        let layers = render_aovs(&frame, &pictured, &settings, &()).unwrap();
+        let aovs: Vec<Aov> = Aov::ALL.into_iter().filter(|aov| *aov != Aov::Steps).collect();
+        let layers = render_aovs(&frame, &aovs, &settings, &()).unwrap();
         (pixels, layers.iter().map(|l| l.values.iter().map(|v| v.to_bits()).collect()).collect())
     })
 }
@@ -70,12 +70,12 @@ fn bits(p: &Pixels) -> Vec<u32> {
 }
 
 #[test]
-fn threads_tiles_and_trees_do_not_show() {
+fn pictures_do_not_depend_on_threads_tiles_or_bvh_presets() {
     for name in SCENES {
         let scene = scene(name);
-        for light in [Light::Plain, Light::Soft(GroundKind::Plane), Light::Soft(GroundKind::ShadowCatcher)] {
+        for light in [Light::Sharp, Light::Soft(GroundKind::Plane), Light::Soft(GroundKind::ShadowCatcher)] {
             let expected = picture(&scene, 1, 16, Preset::Medium, light);
-            assert!(expected.0.colors.iter().any(|c| c.w > 0.0), "{name} shows something");
+            assert!(expected.0.colors.iter().any(|c| c.w > 0.0), "{name} is not empty");
             for (threads, tile, preset) in [
                 (1, 16, Preset::Fast),
                 (1, 16, Preset::Slow),
@@ -97,7 +97,7 @@ fn threads_tiles_and_trees_do_not_show() {
 /// Threads × tile sizes × SIMD levels, five times each.
 #[test]
 #[ignore = "takes minutes: just determinism"]
-fn the_whole_matrix_is_one_picture() {
+fn pictures_do_not_depend_on_threads_tiles_or_simd_levels() {
     for name in SCENES {
         let scene = scene(name);
         let light = Light::Soft(GroundKind::ShadowCatcher);

@@ -106,9 +106,9 @@ fn encode_srgb(v: f64) -> f64 {
 /// Mean |Δ| of 255 over the ball, four lights and ten roughnesses.
 fn difference(metallic: f64) -> f64 {
     let mesh = ball();
-    let place = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
+    let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
     let normals: Vec<Option<DVec3>> = (0..SIDE * SIDE)
-        .map(|i| (place(i % SIDE), -place(i / SIDE)))
+        .map(|i| (coordinate(i % SIDE), -coordinate(i / SIDE)))
         .map(|(x, y)| (x * x + y * y < 1.0).then(|| DVec3::new(x, y, (1.0 - x * x - y * y).sqrt())))
         .collect();
     let mut sum = 0.0;
@@ -117,42 +117,42 @@ fn difference(metallic: f64) -> f64 {
     {
         let angle = degrees.to_radians();
         let picture = render_red(&mesh, physical(metallic, roughness), Rgb::ZERO, angle);
-        let on = normals.iter().zip(&picture).filter_map(|(n, got)| n.map(|n| (n, *got)));
-        let off: Vec<f64> = on
+        let covered = normals.iter().zip(&picture).filter_map(|(n, got)| n.map(|n| (n, *got)));
+        let differences: Vec<f64> = covered
             .map(|(n, got)| (encode_srgb(got) - encode_srgb(ggx(n, metallic, roughness, angle))).abs())
             .collect();
-        assert!(off.len() > 51_000, "the ball fills the picture");
-        sum += off.iter().sum::<f64>() / off.len() as f64;
+        assert!(differences.len() > 51_000, "the ball fills the picture");
+        sum += differences.iter().sum::<f64>() / differences.len() as f64;
     }
     sum / 40.0
 }
 
-/// docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md has .35 and 12.1. Specular antialiasing
-/// widens highlights narrower than a pixel (at roughness .1), and pixels at the silhouette may miss the
-/// polygon: hence the tolerance.
+/// docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md has 0.35 and 12.1. Specular antialiasing
+/// widens highlights narrower than a pixel (at roughness 0.1), and pixels at the silhouette may miss the
+/// polygon, so there is a tolerance.
 #[test]
-fn the_mapping_is_as_near_to_ggx_as_design_md_says() {
+fn the_mapping_has_the_documented_difference_to_ggx() {
     let (dielectric, metal) = (difference(0.0), difference(1.0));
     println!("mean difference to GGX: dielectric {dielectric:.2}, metal {metal:.2}");
     assert!((dielectric - 0.35).abs() < 0.1, "{dielectric}");
     assert!((metal - 12.14).abs() < 0.4, "{metal}");
 }
 
-/// Normals without length or with NaN have no curvature to widen a highlight by.
+/// Zero and NaN normals are treated as missing: they have no curvature to widen a highlight by.
 #[test]
-fn normals_that_say_nothing_are_as_good_as_none() {
+fn normals_without_direction_are_ignored() {
     let flat = Mesh { normals: Vec::new(), ..ball() };
     let expected = render_red(&flat, physical(1.0, 0.3), Rgb::ZERO, 0.5);
     assert!(expected.iter().any(|&light| light > 1.0), "there is a highlight");
-    for nothing in [Vec3::ZERO, Vec3::NAN] {
-        let mesh = Mesh { normals: vec![nothing; flat.positions.len()], ..flat.clone() };
-        assert_eq!(render_red(&mesh, physical(1.0, 0.3), Rgb::ZERO, 0.5), expected, "{nothing}");
+    for normal in [Vec3::ZERO, Vec3::NAN] {
+        let mesh = Mesh { normals: vec![normal; flat.positions.len()], ..flat.clone() };
+        assert_eq!(render_red(&mesh, physical(1.0, 0.3), Rgb::ZERO, 0.5), expected, "{normal}");
     }
 }
 
-/// Including rough metals, which reflect mostly ambient light.
+/// Holds for rough metals too, which reflect mostly ambient light.
 #[test]
-fn a_metal_by_specular_and_glossiness_is_the_metal_by_base_and_roughness() {
+fn specular_glossiness_and_metallic_roughness_agree_on_metals() {
     let mesh = ball();
     for roughness in [0.2, 0.6, 1.0] {
         let twin = Material {
@@ -167,7 +167,8 @@ fn a_metal_by_specular_and_glossiness_is_the_metal_by_base_and_roughness() {
         let expected = render_red(&mesh, physical(1.0, roughness), ambient, 0.5);
         let got = render_red(&mesh, twin, ambient, 0.5);
         assert!(expected.iter().any(|&light| light > 0.3), "{roughness}");
-        let apart = got.iter().zip(&expected).map(|(a, b)| (a - b).abs() / (1e-3 + b)).fold(0.0, f64::max);
-        assert!(apart < 1e-4, "roughness {roughness}: {apart} apart");
+        let difference =
+            got.iter().zip(&expected).map(|(a, b)| (a - b).abs() / (1e-3 + b)).fold(0.0, f64::max);
+        assert!(difference < 1e-4, "roughness {roughness}: {difference}");
     }
 }

@@ -98,7 +98,8 @@ fn shots() -> Vec<(&'static str, Shot)> {
     let occlusion = Some(AmbientOcclusion { samples: 16, distance: 1.0 });
     let cube =
         Shot { occlusion, lighting: Lighting { radius: 0.1, ..sky.clone() }, ..Shot::of("tests/cube.obj") };
-    let (plane, shadow) = (Some(GroundKind::Plane), Some(GroundKind::ShadowCatcher));
+    let plane = Some(GroundKind::Plane);
+    let shadow = Some(GroundKind::ShadowCatcher);
     let view_2 = load_camera_xml(&path("lecture/view-2.xml")).unwrap();
     let headlight = Lighting { sets: Some(vec![LightSet::Headlight]), ..Default::default() };
     let camera = |name: &str| View { camera: Some(name.into()), ..Default::default() };
@@ -130,10 +131,10 @@ fn shots() -> Vec<(&'static str, Shot)> {
 }
 
 #[test]
-fn pictures_are_as_they_were() {
+fn pictures_equal_the_reference_images() {
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/render/golden");
     let update = std::env::var("GOLDEN").is_ok_and(|v| v == "update");
-    let mut wrong = Vec::new();
+    let mut failures = Vec::new();
     for (name, shot) in shots() {
         let actual = shot.render();
         let file = golden.join(format!("{name}.png"));
@@ -143,18 +144,19 @@ fn pictures_are_as_they_were() {
             assert!(fs::metadata(&file).unwrap().len() <= 20 * 1024, "{name} is over 20 KiB");
             continue;
         }
-        let expected =
-            image::open(&file).unwrap_or_else(|e| panic!("{name}: {e}; GOLDEN=update makes it")).into_rgba8();
+        let expected = image::open(&file)
+            .unwrap_or_else(|e| panic!("{name}: {e}; GOLDEN=update writes it"))
+            .into_rgba8();
         assert_eq!((expected.width(), expected.height()), (WIDTH, HEIGHT));
         let expected: Vec<[u8; 4]> = expected.pixels().map(|p| p.0).collect();
-        let beyond = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).any(|c| a[c].abs_diff(b[c]) > TOLERANCE);
-        let count = expected.iter().zip(&actual).filter(|&p| beyond(p)).count();
+        let differs = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).any(|c| a[c].abs_diff(b[c]) > TOLERANCE);
+        let count = expected.iter().zip(&actual).filter(|&p| differs(p)).count();
         if count > 0 {
-            leave_strip(name, &expected, &actual);
-            wrong.push(format!("{name}: {count} pixels"));
+            save_comparison(name, &expected, &actual);
+            failures.push(format!("{name}: {count} pixels"));
         }
     }
-    assert!(wrong.is_empty(), "see target/golden: {wrong:?}");
+    assert!(failures.is_empty(), "see target/golden: {failures:?}");
 }
 
 fn save(file: &Path, width: u32, pixels: &[[u8; 4]]) {
@@ -164,7 +166,7 @@ fn save(file: &Path, width: u32, pixels: &[[u8; 4]]) {
 }
 
 /// Writes expected, actual and eight times their difference side by side.
-fn leave_strip(name: &str, expected: &[[u8; 4]], actual: &[[u8; 4]]) {
+fn save_comparison(name: &str, expected: &[[u8; 4]], actual: &[[u8; 4]]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/golden");
     fs::create_dir_all(&folder).unwrap();
     let row = WIDTH as usize;

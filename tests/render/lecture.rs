@@ -54,7 +54,7 @@ fn radiance(scene: &Scene, eye: DVec3, lights: &[PosedLight], ambient: Rgb, stag
     radiance_under_sky(scene, eye, lights, ambient, None, stage)
 }
 
-/// The same under an environment map.
+/// The radiance under an environment map.
 fn radiance_under_sky(
     scene: &Scene,
     eye: DVec3,
@@ -66,8 +66,8 @@ fn radiance_under_sky(
     let settings = PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() };
     let posed = pose(scene, &settings).unwrap();
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
-    let at = DVec3::new(0.0, 0.0, 0.0);
-    let view = View { view_point: Some(eye), look_at: Some(at), yfov: Some(0.1), ..Default::default() };
+    let view =
+        View { view_point: Some(eye), look_at: Some(DVec3::ZERO), yfov: Some(0.1), ..Default::default() };
     let (camera, _) = view.resolve(&posed, 1, 1).unwrap();
     let frame = Frame {
         posed: &posed,
@@ -85,7 +85,7 @@ fn radiance_under_sky(
     };
     let settings = RenderSettings { width: 1, height: 1, samples: 1, ..Default::default() };
     let pixels = render(&frame, &Phong { stage }, &settings, &()).unwrap();
-    assert_eq!(pixels.colors[0].w, 1.0, "the square is seen");
+    assert_eq!(pixels.colors[0].w, 1.0, "the square covers the pixel");
     pixels.colors[0].truncate()
 }
 
@@ -98,9 +98,9 @@ fn point(position: DVec3, i: f32) -> PosedLight {
 }
 
 #[track_caller]
-fn close(got: f32, expected: f64, tolerance: f64) {
-    let error = (f64::from(got) / expected - 1.0).abs();
-    assert!(error <= tolerance, "{got} is not {expected}: off by {error:e}");
+fn close(actual: f32, expected: f64, tolerance: f64) {
+    let error = (f64::from(actual) / expected - 1.0).abs();
+    assert!(error <= tolerance, "{actual} is not {expected}: relative error {error:e}");
 }
 
 const EYE: DVec3 = DVec3::new(0.0, 0.0, 5.0);
@@ -108,8 +108,10 @@ const EYE: DVec3 = DVec3::new(0.0, 0.0, 5.0);
 /// k_a weighs I_a, the lecture's constant ambient light. An environment map is reflected by k_d instead,
 /// since many exporters write no Ka.
 #[test]
-fn a_sky_lights_what_is_matt_by_its_diffuse_colour() {
-    let (k_a, k_d, light) = (Rgb::new(0.0, 0.2, 0.2), Rgb::new(0.5, 0.25, 0.125), Rgb::new(2.0, 1.0, 4.0));
+fn a_sky_is_reflected_by_the_diffuse_colour() {
+    let k_a = Rgb::new(0.0, 0.2, 0.2);
+    let k_d = Rgb::new(0.5, 0.25, 0.125);
+    let light = Rgb::new(2.0, 1.0, 4.0);
     let scene = squares(&[FLAT], material(k_a, k_d, Rgb::ZERO, 1.0));
     let lit = radiance(&scene, EYE, &[], light, Stage::Phong);
     assert!(lit.abs_diff_eq(k_a * light, 1e-6), "{lit}");
@@ -208,18 +210,18 @@ fn the_second_of_the_lectures_views_is_exactly_twice_as_wide() {
 }
 
 #[test]
-fn the_lectures_view_sees_what_lies_on_its_axis_in_the_middle() {
+fn the_central_ray_of_the_lectures_view_is_its_view_direction() {
     let camera = camera(&lecture_view(6.0), 1280, 720);
-    let middle = camera.eye_ray(0.5, 0.5, DVec3::ZERO).d.as_dvec3().normalize();
-    assert!(middle.abs_diff_eq(DVec3::new(-5.0, -2.1, -3.0).normalize(), 1e-7));
+    let centre = camera.eye_ray(0.5, 0.5, DVec3::ZERO).d.as_dvec3().normalize();
+    assert!(centre.abs_diff_eq(DVec3::new(-5.0, -2.1, -3.0).normalize(), 1e-7));
 }
 
 #[test]
-fn a_surface_turned_by_60_degrees_gets_half_the_light() {
-    let turned = DQuat::from_rotation_y(60f64.to_radians());
+fn a_surface_rotated_by_60_degrees_receives_half_the_light() {
+    let rotation = DQuat::from_rotation_y(60f64.to_radians());
     let sun = [PosedLight::sun(DVec3::NEG_Z, Rgb::splat(0.7))];
     let facing = radiance(&squares(&[FLAT], white()), EYE, &sun, Rgb::ZERO, Stage::Diffuse);
-    let half = radiance(&squares(&[(DVec3::ZERO, turned)], white()), EYE, &sun, Rgb::ZERO, Stage::Diffuse);
+    let half = radiance(&squares(&[(DVec3::ZERO, rotation)], white()), EYE, &sun, Rgb::ZERO, Stage::Diffuse);
     close(facing.x, 0.7, 1e-6);
     close(half.x, 0.35, 1e-6);
 }
@@ -244,16 +246,16 @@ fn light_falls_off_with_the_square_of_the_distance() {
 }
 
 #[test]
-fn a_blocked_light_leaves_the_ambient_alone() {
+fn a_blocked_light_leaves_only_ambient_light() {
     let m = material(Rgb::splat(0.5), Rgb::ONE, Rgb::ONE, 10.0);
     let blocker = (DVec3::new(3.0, 0.0, 3.0), DQuat::IDENTITY);
     let light = [point(DVec3::new(6.0, 0.0, 6.0), 100.0)];
     let ambient = Rgb::splat(0.1);
-    let free = radiance(&squares(&[FLAT], m.clone()), EYE, &light, ambient, Stage::Phong);
+    let unblocked = radiance(&squares(&[FLAT], m.clone()), EYE, &light, ambient, Stage::Phong);
     let blocked = radiance(&squares(&[FLAT, blocker], m.clone()), EYE, &light, ambient, Stage::Phong);
-    assert!(free.x > 0.5);
+    assert!(unblocked.x > 0.5);
     close(blocked.x, 0.05, 1e-6);
-    // The stages before shadows and ambient: first the light passes, then none is left.
+    // The diffuse stage ignores the blocker, the shadow stage has no ambient light.
     let stage = |stage| radiance(&squares(&[FLAT, blocker], m.clone()), EYE, &light, ambient, stage).x;
     assert!(stage(Stage::Diffuse) > 0.5);
     assert_eq!(stage(Stage::Shadow), 0.0);
@@ -283,15 +285,15 @@ fn the_highlight_is_the_cosine_to_the_power_p() {
     let mut checked = 0;
     for p in [10.0f32, 100.0, 1000.0] {
         let scene = squares(&[FLAT], material(Rgb::ZERO, Rgb::ZERO, Rgb::ONE, p));
-        for lean in [0.0f64, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0, 20.0, 30.0] {
-            let (a, b) = (35f64.to_radians() + 2.0 * lean.to_radians(), 35f64.to_radians());
+        for tilt in [0.0f64, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0, 20.0, 30.0] {
+            let (a, b) = (35f64.to_radians() + 2.0 * tilt.to_radians(), 35f64.to_radians());
             if a.cos() <= 0.05 {
                 continue;
             }
             let light = [point(DVec3::new(2.0 * a.sin(), 0.0, 2.0 * a.cos()), 4.0)];
             let eye = DVec3::new(-5.0 * b.sin(), 0.0, 5.0 * b.cos());
             let l = radiance(&scene, eye, &light, Rgb::ZERO, Stage::Phong).x;
-            let lobe = lean.to_radians().cos().powf(f64::from(p));
+            let lobe = tilt.to_radians().cos().powf(f64::from(p));
             if lobe > 1e-3 {
                 close(l, lobe, 1e-5);
                 checked += 1;
@@ -305,7 +307,10 @@ fn the_highlight_is_the_cosine_to_the_power_p() {
 
 #[test]
 fn the_sum_is_the_lectures_last_slide() {
-    let (k_a, k_d, k_s, p) = (Rgb::new(0.1, 0.2, 0.3), Rgb::new(0.5, 0.4, 0.3), Rgb::splat(0.25), 12.0f32);
+    let k_a = Rgb::new(0.1, 0.2, 0.3);
+    let k_d = Rgb::new(0.5, 0.4, 0.3);
+    let k_s = Rgb::splat(0.25);
+    let p = 12.0f32;
     let scene = squares(&[FLAT], material(k_a, k_d, k_s, p));
     let ambient = Rgb::new(0.5, 1.0, 0.25);
     let eye = DVec3::new(1.0, 2.0, 4.0);
@@ -315,7 +320,7 @@ fn the_sum_is_the_lectures_last_slide() {
         (DVec3::new(0.0, 0.0, -3.0), 9.0),
     ];
     let posed: Vec<_> = lights.iter().map(|&(at, i)| point(at, i as f32)).collect();
-    let got = radiance(&scene, eye, &posed, ambient, Stage::Phong);
+    let actual = radiance(&scene, eye, &posed, ambient, Stage::Phong);
 
     let (n, v) = (DVec3::Z, eye.normalize());
     let mut expected = (k_a * ambient).as_dvec3();
@@ -328,12 +333,12 @@ fn the_sum_is_the_lectures_last_slide() {
         }
     }
     for c in 0..3 {
-        close(got[c], expected[c], 1e-5);
+        close(actual[c], expected[c], 1e-5);
     }
 }
 
 #[test]
-fn the_first_image_is_the_surfaces_colour_or_black() {
+fn the_colour_stage_shows_the_surfaces_colour() {
     let scene = squares(&[FLAT], material(Rgb::ONE, Rgb::new(0.2, 0.4, 0.6), Rgb::ONE, 5.0));
     let l = radiance(&scene, EYE, &[point(DVec3::Z, 9.0)], Rgb::ONE, Stage::Color);
     assert_eq!(l, Vec3::new(0.2, 0.4, 0.6));

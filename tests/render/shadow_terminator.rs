@@ -9,8 +9,8 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::common::scenes;
 
-/// Radiance and vertex normal of each pixel of a sphere that is lit from the right.
-fn lit(mesh: Mesh, to_light: DVec3) -> Vec<(f32, Vec3)> {
+/// Radiance and vertex normal of each pixel of a sphere that a sun lights.
+fn render_lit(mesh: Mesh, to_light: DVec3) -> Vec<(f32, Vec3)> {
     let scene = scenes::scene(mesh, &[DAffine3::IDENTITY]);
     let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() }).unwrap();
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -49,29 +49,30 @@ fn sphere(smooth: bool) -> Mesh {
 fn a_coarse_sphere_is_lit_as_a_smooth_one() {
     for degrees in [50.0f64, 70.0, 90.0] {
         let to_light = DVec3::new(degrees.to_radians().sin(), 0.3, degrees.to_radians().cos()).normalize();
-        let pixels = lit(sphere(true), to_light);
+        let pixels = render_lit(sphere(true), to_light);
         assert!(pixels.len() > 3000);
-        let (mut dark, mut visible) = (0, 0);
+        let mut wrong = 0;
+        let mut facing = 0;
         for (light, n) in pixels {
             let lambert = n.as_dvec3().dot(to_light);
             if lambert > 0.05 {
-                visible += 1;
-                dark += usize::from((f64::from(light) - lambert).abs() > 1e-4);
+                facing += 1;
+                wrong += usize::from((f64::from(light) - lambert).abs() > 1e-4);
             } else if lambert < -0.05 {
-                assert_eq!(light, 0.0, "the far side is dark");
+                assert_eq!(light, 0.0, "the far side is unlit");
             }
         }
         assert!(
-            visible > 500 && dark * 200 < visible,
-            "{degrees} degrees: {dark} of {visible} wrongly shadowed"
+            facing > 500 && wrong * 200 < facing,
+            "{degrees} degrees: {wrong} of {facing} pixels wrongly shadowed"
         );
     }
 }
 
 #[test]
-fn a_flat_sphere_keeps_its_facets() {
+fn a_sphere_without_normals_is_lit_by_facet() {
     let to_light = DVec3::new(1.0, 0.2, 0.3).normalize();
-    for (light, n) in lit(sphere(false), to_light) {
+    for (light, n) in render_lit(sphere(false), to_light) {
         let lambert = n.as_dvec3().dot(to_light);
         assert!((f64::from(light) - lambert.max(0.0)).abs() < 1e-4 || lambert.abs() < 1e-3);
     }

@@ -23,7 +23,7 @@ struct Shot {
     lights: Vec<PosedLight>,
     ambient: f32,
     shadows: bool,
-    occlusion: Option<AmbientOcclusion>,
+    ambient_occlusion: Option<AmbientOcclusion>,
     ground: Option<Ground>,
     stage: Stage,
 }
@@ -37,7 +37,7 @@ impl Shot {
             lights: Vec::new(),
             ambient: 0.0,
             shadows: true,
-            occlusion: None,
+            ambient_occlusion: None,
             ground: None,
             stage: Stage::Phong,
         }
@@ -53,9 +53,12 @@ impl Shot {
             description: String::new(),
         };
         let (camera, _) = self.view.resolve(posed, self.size.0, self.size.1).unwrap();
-        let (shadows, occlusion, ground) = (self.shadows, self.occlusion, self.ground);
-        let mut frame =
-            Frame { shadows, ambient_occlusion: occlusion, ground, ..Frame::new(posed, accel, camera, &lit) };
+        let mut frame = Frame {
+            shadows: self.shadows,
+            ambient_occlusion: self.ambient_occlusion,
+            ground: self.ground,
+            ..Frame::new(posed, accel, camera, &lit)
+        };
         frame.overrides.k_d = Some(Rgb::ONE);
         frame.overrides.k_s = Some(Rgb::ZERO);
         frame
@@ -72,7 +75,7 @@ impl Shot {
     }
 
     /// Renders; rows from the top. Light positions are relative to the scene's centre.
-    fn take(&self, scene: &Scene) -> Vec<Rgba> {
+    fn render(&self, scene: &Scene) -> Vec<Rgba> {
         let posed = scenes::posed(scene);
         let accel = scenes::build(&posed);
         let phong = Phong { stage: self.stage };
@@ -110,7 +113,7 @@ fn down(from: DVec3, width: f64, size: (u32, u32)) -> View {
     }
 }
 
-fn lamp(position: Vec3, radius: f32) -> PosedLight {
+fn point_light(position: Vec3, radius: f32) -> PosedLight {
     PosedLight { radius, ..PosedLight::point(position, Rgb::splat(20.0)) }
 }
 
@@ -130,45 +133,45 @@ fn segment(s: f64) -> f64 {
 }
 
 const SIZE: (u32, u32) = (64, 16);
-const EDGE: f64 = 1.0;
-const LAMP: f64 = 3.0;
+const EDGE_HEIGHT: f64 = 1.0;
+const LIGHT_HEIGHT: f64 = 3.0;
 const WIDTH: f64 = 1.6;
 
-/// The share of a lamp of `radius` visible from each pixel of a floor, past the edge of a sheet at height 1
-/// that covers x < 0. The lamp is at height 3 above the edge; or a sun stands there.
+/// The share of a light of `radius` visible from each pixel of a floor, past the edge of a sheet at height 1
+/// that covers x < 0. The light is at height 3 above the edge; or a sun is there.
 fn penumbra(radius: f32, samples: u32, sun: bool) -> Vec<f64> {
     let mut scene = floor(50.0);
-    add(&mut scene, scale(grid(1, 1), 50.0), white(), &[at(-50.0, EDGE, 0.0)]);
+    add(&mut scene, scale(grid(1, 1), 50.0), white(), &[at(-50.0, EDGE_HEIGHT, 0.0)]);
     let light = if sun {
         PosedLight { radius, ..PosedLight::sun(DVec3::NEG_Y, Rgb::ONE) }
     } else {
         let centre = scenes::posed(&scene).centre;
-        lamp((DVec3::new(0.0, LAMP, 0.0) - centre).as_vec3(), radius)
+        point_light((DVec3::new(0.0, LIGHT_HEIGHT, 0.0) - centre).as_vec3(), radius)
     };
     let view = down(DVec3::new(0.0, 0.5, 0.0), WIDTH, SIZE);
     let shot = Shot { size: SIZE, samples, lights: vec![light], ..Shot::of(view) };
-    let all = Shot { shadows: false, ..shot.clone() }.take(&scene);
-    shot.take(&scene).iter().zip(all).map(|(lit, all)| f64::from(lit.x / all.x)).collect()
+    let all = Shot { shadows: false, ..shot.clone() }.render(&scene);
+    shot.render(&scene).iter().zip(all).map(|(lit, all)| f64::from(lit.x / all.x)).collect()
 }
 
 fn x_of(column: usize) -> f64 {
     WIDTH * ((column as f64 + 0.5) / f64::from(SIZE.0) - 0.5)
 }
 
-/// The same by geometry: the disc faces the point, and the plane through the point and the edge cuts it along
+/// The visible share by geometry: the disc faces the point, and the plane through the point and the edge cuts it along
 /// a chord.
 fn penumbra_at(x: f64, radius: f64) -> f64 {
-    let l = DVec3::new(-x, LAMP, 0.0).normalize();
+    let l = DVec3::new(-x, LIGHT_HEIGHT, 0.0).normalize();
     let across = DVec3::new(l.y, -l.x, 0.0);
-    let to_edge = DVec3::new(-x, EDGE, 0.0);
+    let to_edge = DVec3::new(-x, EDGE_HEIGHT, 0.0);
     // Extends `to_edge` to the plane of the disc.
-    let r = x.hypot(LAMP);
+    let r = x.hypot(LIGHT_HEIGHT);
     let chord = (to_edge * (r / to_edge.dot(l)) - l * r).dot(across);
     segment(chord / radius)
 }
 
 #[test]
-fn an_edge_has_the_penumbra_of_a_disc() {
+fn the_penumbra_of_an_edge_is_that_of_a_disc_light() {
     let radius = 0.3;
     for (samples, most) in [(1, 0.45), (4, 0.13), (16, 0.05), (64, 0.02), (256, 0.01)] {
         let measured = penumbra(radius as f32, samples, false);
@@ -187,15 +190,15 @@ fn an_edge_has_the_penumbra_of_a_disc() {
         println!("{samples} samples: error {error:.4} in a penumbra of {inside} pixels");
         assert!(error < most, "{samples} samples: {error}");
     }
-    // The penumbra's width: 2 R h/(H − h) for a lamp at height H and an edge at height h.
+    // The penumbra's width: 2 R h/(H − h) for a light at height H and an edge at height h.
     let measured = penumbra(radius as f32, 64, false);
     let partly = (0..64).filter(|&i| measured[i] > 0.0 && measured[i] < 1.0).count() as f64 * WIDTH / 64.0;
-    let width = 2.0 * radius * EDGE / (LAMP - EDGE);
+    let width = 2.0 * radius * EDGE_HEIGHT / (LIGHT_HEIGHT - EDGE_HEIGHT);
     assert!((partly - width).abs() < 3.0 * WIDTH / 64.0, "{partly} for {width}");
 }
 
 #[test]
-fn a_sun_is_a_disc_a_metre_away() {
+fn a_sun_is_a_disc_at_a_distance_of_one_metre() {
     // The edge is at a height of 1 m, so the penumbra extends by the radius to both sides.
     let radius = 0.25;
     for (i, column) in penumbra(radius as f32, 256, true).chunks(64).next().unwrap().iter().enumerate() {
@@ -205,7 +208,7 @@ fn a_sun_is_a_disc_a_metre_away() {
 }
 
 #[test]
-fn a_small_radius_is_nearly_none_and_none_is_a_point() {
+fn a_tiny_radius_equals_a_point_light() {
     let sharp = penumbra(0.0, 4, false);
     assert!(sharp.contains(&0.0) && sharp.contains(&1.0));
     let nearly = penumbra(1e-6, 4, false);
@@ -215,7 +218,7 @@ fn a_small_radius_is_nearly_none_and_none_is_a_point() {
 }
 
 #[test]
-fn a_lamp_wider_than_its_housing_does_not_leak() {
+fn a_light_wider_than_its_housing_does_not_leak() {
     let kinds = |position: Vec3| {
         let cone = SpotCone::new(1.0, 1.5);
         [
@@ -232,8 +235,8 @@ fn a_lamp_wider_than_its_housing_does_not_leak() {
         }
         let centre = scenes::posed(&scene).centre.as_vec3();
         for kind in kinds(Vec3::new(0.01, 3.02, -0.03) - centre) {
-            let light = PosedLight { kind, ..lamp(Vec3::ZERO, 1.5) };
-            let lit = Shot { samples: 16, lights: vec![light], ..Shot::of(view.clone()) }.take(&scene);
+            let light = PosedLight { kind, ..point_light(Vec3::ZERO, 1.5) };
+            let lit = Shot { samples: 16, lights: vec![light], ..Shot::of(view.clone()) }.render(&scene);
             let bright = lit.iter().filter(|c| c.x > 0.0).count();
             assert_eq!(bright, if housed { 0 } else { 1024 }, "{kind:?}");
         }
@@ -241,18 +244,18 @@ fn a_lamp_wider_than_its_housing_does_not_leak() {
 }
 
 #[test]
-fn what_faces_away_stays_dark_however_wide_the_light() {
+fn faces_away_from_a_wide_light_stay_dark() {
     let mut mesh = scenes::sphere(8);
     mesh.positions.iter_mut().for_each(|p| *p = p.normalize());
     mesh.normals = mesh.positions.clone();
     let scene = scenes::scene(mesh, &[DAffine3::IDENTITY]);
     let view = View { view_point: Some(DVec3::Z * 5.0), look_at: Some(DVec3::ZERO), ..View::default() };
     for light in [
-        lamp(Vec3::new(0.0, 0.0, -3.0), 1.0),
+        point_light(Vec3::new(0.0, 0.0, -3.0), 1.0),
         PosedLight { radius: 0.8, ..PosedLight::sun(DVec3::Z, Rgb::ONE) },
     ] {
         let shot = Shot { samples: 16, lights: vec![light], ..Shot::of(view.clone()) };
-        assert!(shot.take(&scene).iter().all(|c| c.x == 0.0));
+        assert!(shot.render(&scene).iter().all(|c| c.x == 0.0));
     }
 }
 
@@ -265,26 +268,26 @@ fn octahedron() -> Mesh {
 const ALL: Option<AmbientOcclusion> = Some(AmbientOcclusion { samples: 64, distance: f64::INFINITY });
 
 #[test]
-fn an_open_sky_arrives_whole() {
+fn an_unoccluded_surface_receives_all_ambient_light() {
     // Shading normals far from the geometric normals lose no light.
     let mut sphere = octahedron();
     sphere.normals = sphere.positions.clone();
     for mesh in [sphere, cube(2), scale(grid(3, 1), 1e3)] {
         let scene = scenes::scene(mesh, &[at(1e4, 0.0, 0.0)]);
         let shot = Shot { ambient: 0.7, ..Shot::of(View::default()) };
-        let plain = shot.take(&scene);
+        let plain = shot.render(&scene);
         assert!(plain.iter().filter(|c| c.x > 0.0).count() > 100);
-        assert!(Shot { occlusion: ALL, ..shot }.take(&scene) == plain);
+        assert!(Shot { ambient_occlusion: ALL, ..shot }.render(&scene) == plain);
     }
 }
 
 #[test]
-fn nothing_arrives_in_a_closed_box() {
+fn no_ambient_light_reaches_the_inside_of_a_box() {
     let scene = scenes::scene(cube(3), &[at(0.0, 0.0, 1e3)]);
     let eye = DVec3::new(0.2, -0.3, 1000.1);
     let view =
         View { view_point: Some(eye), look_at: Some(eye - DVec3::new(0.3, 0.4, 1.0)), ..View::default() };
-    let pixels = Shot { ambient: 1.0, occlusion: ALL, ..Shot::of(view) }.take(&scene);
+    let pixels = Shot { ambient: 1.0, ambient_occlusion: ALL, ..Shot::of(view) }.render(&scene);
     assert!(pixels.iter().all(|c| *c == Rgba::new(0.0, 0.0, 0.0, 1.0)));
 }
 
@@ -301,44 +304,44 @@ fn walled(height: f64) -> Scene {
 }
 
 #[test]
-fn a_wall_takes_half_of_the_sky_and_a_low_one_its_part() {
+fn a_wall_occludes_the_solid_angle_that_it_covers() {
     let size = (16, 16);
     let over = |x: f64| down(DVec3::new(x, 0.5, 0.0), 0.02, size);
     for (height, x) in [(1e4, 0.05), (1e4, 2.0), (2.0, 0.05), (2.0, 1.0), (2.0, 5.0)] {
-        let shot = Shot { size, samples: 4, ambient: 1.0, occlusion: ALL, ..Shot::of(over(x)) };
-        let arrives = mean(shot.take(&walled(height)).iter().map(|c| f64::from(c.x)));
+        let shot = Shot { size, samples: 4, ambient: 1.0, ambient_occlusion: ALL, ..Shot::of(over(x)) };
+        let visible = mean(shot.render(&walled(height)).iter().map(|c| f64::from(c.x)));
         let expected = 0.5 + 0.5 * x / x.hypot(height);
-        assert!((arrives - expected).abs() < 0.003, "{height} {x}: {arrives} for {expected}");
+        assert!((visible - expected).abs() < 0.003, "{height} {x}: {visible} for {expected}");
     }
     // Surfaces beyond the distance do not occlude.
     let near = Some(AmbientOcclusion { samples: 64, distance: 0.9 });
-    let shot = Shot { size, ambient: 1.0, occlusion: near, ..Shot::of(over(1.0)) };
-    assert!(shot.take(&walled(2.0)).iter().all(|c| c.x == 1.0));
+    let shot = Shot { size, ambient: 1.0, ambient_occlusion: near, ..Shot::of(over(1.0)) };
+    assert!(shot.render(&walled(2.0)).iter().all(|c| c.x == 1.0));
 }
 
 #[test]
-fn sixteen_rays_come_near_a_thousand() {
+fn few_occlusion_rays_converge_to_many() {
     let size = (64, 64);
     let view = down(DVec3::new(2.0, 0.5, 0.0), 4.0, size);
-    let take = |rays, samples| {
-        let occlusion = Some(AmbientOcclusion { samples: rays, distance: f64::INFINITY });
-        let shot = Shot { size, samples, ambient: 1.0, occlusion, ..Shot::of(view.clone()) };
-        shot.take(&walled(2.0)).iter().map(|c| f64::from(c.x)).collect::<Vec<_>>()
+    let render_rays = |rays, samples| {
+        let ambient_occlusion = Some(AmbientOcclusion { samples: rays, distance: f64::INFINITY });
+        let shot = Shot { size, samples, ambient: 1.0, ambient_occlusion, ..Shot::of(view.clone()) };
+        shot.render(&walled(2.0)).iter().map(|c| f64::from(c.x)).collect::<Vec<_>>()
     };
-    let wanted = take(1024, 4);
+    let expected = render_rays(1024, 4);
     // Uncorrelated samples would have about √(A(1 − A)/n): 0.1 at 16.
     for (rays, samples, most) in [(4, 1, 0.14), (16, 1, 0.05), (16, 4, 0.05), (64, 4, 0.018), (256, 4, 0.007)]
     {
-        let got = take(rays, samples);
-        let error = mean(got.iter().zip(&wanted).map(|(a, b)| (a - b).powi(2))).sqrt();
-        let bias = mean(got.iter().zip(&wanted).map(|(a, b)| a - b));
+        let actual = render_rays(rays, samples);
+        let error = mean(actual.iter().zip(&expected).map(|(a, b)| (a - b).powi(2))).sqrt();
+        let bias = mean(actual.iter().zip(&expected).map(|(a, b)| a - b));
         println!("{rays} rays, {samples} samples: error {error:.4}, bias {bias:.5}");
         assert!(error < most && bias.abs() < 0.003, "{rays} rays: {error}, bias {bias}");
     }
 }
 
 #[test]
-fn ambient_light_passes_what_light_passes() {
+fn ambient_light_passes_translucent_surfaces_and_holes() {
     let size = (8, 8);
     let view = down(DVec3::new(0.0, 0.5, 0.0), 0.1, size);
     for (class, alpha, expected) in [
@@ -351,8 +354,8 @@ fn ambient_light_passes_what_light_passes() {
         let mut lid = material(class, true);
         lid.alpha.factor = alpha;
         add(&mut scene, scale(grid(1, 1), 1e5), lid, &[at(0.0, 1.0, 0.0)]);
-        let shot = Shot { size, ambient: 1.0, occlusion: ALL, ..Shot::of(view.clone()) };
-        for c in shot.take(&scene) {
+        let shot = Shot { size, ambient: 1.0, ambient_occlusion: ALL, ..Shot::of(view.clone()) };
+        for c in shot.render(&scene) {
             assert!((c.x - expected).abs() < 1e-3, "{class:?}: {}", c.x);
         }
     }
@@ -375,11 +378,12 @@ fn boxed(kind: GroundKind) -> (Scene, Shot) {
 }
 
 #[test]
-fn a_catcher_shows_shadows_and_nothing_else() {
+fn a_shadow_catcher_shows_only_shadows() {
     let (scene, shot) = boxed(GroundKind::ShadowCatcher);
-    let bare = Shot { ground: None, ..shot.clone() }.take(&scene);
-    let caught = shot.take(&scene);
-    let (mut shadow, mut none) = (0, 0);
+    let bare = Shot { ground: None, ..shot.clone() }.render(&scene);
+    let caught = shot.render(&scene);
+    let mut shadow = 0;
+    let mut none = 0;
     for (bare, caught) in bare.iter().zip(&caught) {
         if bare.w > 0.0 {
             assert_eq!(bare, caught, "the scene is as it was");
@@ -393,19 +397,19 @@ fn a_catcher_shows_shadows_and_nothing_else() {
         }
     }
     assert!(shadow > 50 && none > 500, "{shadow} pixels in shadow, {none} not");
-    let nothing = Shot { shadows: false, ..shot.clone() }.take(&scene);
+    let nothing = Shot { shadows: false, ..shot.clone() }.render(&scene);
     assert!(nothing == bare);
     // Occlusion darkens the ground around the box, outside the sun's shadow.
-    let occluded = Shot { shadows: false, occlusion: ALL, ..shot }.take(&scene);
+    let occluded = Shot { shadows: false, ambient_occlusion: ALL, ..shot }.render(&scene);
     let soft = occluded.iter().zip(&bare).filter(|(a, b)| b.w == 0.0 && a.w > 0.01 && a.w < 0.24).count();
     assert!(soft > 500, "{soft}");
 }
 
 #[test]
-fn a_plane_is_grey_receives_shadows_and_stands_in_the_way() {
+fn a_ground_plane_is_grey_and_receives_and_casts_shadows() {
     let (scene, shot) = boxed(GroundKind::Plane);
-    let bare = Shot { ground: None, ..shot.clone() }.take(&scene);
-    let pixels = shot.take(&scene);
+    let bare = Shot { ground: None, ..shot.clone() }.render(&scene);
+    let pixels = shot.render(&scene);
     let is = |c: &Rgba, l: f32| (c.x - l).abs() < 1e-5 && c.w == 1.0;
     let ground = || pixels.iter().zip(&bare).filter(|(_, b)| b.w == 0.0).map(|(c, _)| c);
     let (lit, dark) = (ground().filter(|c| is(c, 0.4)).count(), ground().filter(|c| is(c, 0.1)).count());
@@ -425,13 +429,13 @@ fn a_plane_is_grey_receives_shadows_and_stands_in_the_way() {
             let light = PosedLight { radius, ..below };
             let ground = shot.ground.map(|g| Ground { kind, ..g });
             let shot = Shot { view: up.clone(), lights: vec![light], ambient: 0.0, ground, ..shot.clone() };
-            assert_eq!(shot.take(&scene).iter().any(|c| c.x > 0.0), lit, "{kind:?}");
+            assert_eq!(shot.render(&scene).iter().any(|c| c.x > 0.0), lit, "{kind:?}");
         }
     }
 }
 
 #[test]
-fn layers_do_not_know_the_ground() {
+fn aovs_ignore_the_ground() {
     let (scene, shot) = boxed(GroundKind::Plane);
     let posed = scenes::posed(&scene);
     let accel = scenes::build(&posed);
@@ -443,7 +447,7 @@ fn layers_do_not_know_the_ground() {
 }
 
 #[test]
-fn a_floor_on_the_ground_hides_it_everywhere() {
+fn a_floor_at_ground_height_hides_the_ground() {
     // The lowest surface is a floor itself, seen from near and far, at steep and grazing angles.
     for (far, offset) in [(0.0, 0.0), (1e5, 0.0), (0.0, 1e5)] {
         let place = DAffine3::from_translation(DVec3::new(far, offset, -far));
@@ -465,7 +469,7 @@ fn a_floor_on_the_ground_hides_it_everywhere() {
             let sun = PosedLight::sun(DVec3::new(0.2, -1.0, 0.1), Rgb::ONE);
             let bare = Shot { size: (64, 64), lights: vec![sun], ..Shot::of(view) };
             let shot = Shot { ground: Some(Ground::under(&bounds, kind)), ..bare.clone() };
-            let (with, without) = (shot.take(&scene), bare.take(&scene));
+            let (with, without) = (shot.render(&scene), bare.render(&scene));
             let floor = without.iter().filter(|c| c.w == 1.0).count();
             let other = with.iter().zip(&without).filter(|(a, b)| b.w == 1.0 && a != b).count();
             assert!(floor > 60, "{floor} pixels of floor");
@@ -475,7 +479,7 @@ fn a_floor_on_the_ground_hides_it_everywhere() {
 }
 
 #[test]
-fn what_stands_on_the_ground_touches_its_shadow() {
+fn objects_on_the_ground_touch_their_shadows() {
     // A box on the ground, lit from behind: the shadow begins at its front edge.
     for scale in [1e-3, 1.0, 1e3] {
         let place = DAffine3::from_scale_rotation_translation(
@@ -494,15 +498,15 @@ fn what_stands_on_the_ground_touches_its_shadow() {
         let sun = PosedLight::sun(DVec3::new(0.0, -1.0, 1.0), Rgb::ONE);
         let bare = Shot { size: (48, 96), lights: vec![sun], ..Shot::of(view) };
         let shot = Shot { ground: Some(Ground::under(&bounds, GroundKind::ShadowCatcher)), ..bare.clone() };
-        let (with, without) = (shot.take(&scene), bare.take(&scene));
-        let mut met = 0;
+        let (with, without) = (shot.render(&scene), bare.render(&scene));
+        let mut shadowed = 0;
         for column in 4..44 {
             let ends = (0..96).rev().find(|row| without[row * 48 + column].w == 1.0).unwrap();
             for below in 1..6 {
                 assert_eq!(with[(ends + below) * 48 + column].w, 1.0, "scale {scale}, column {column}");
-                met += 1;
+                shadowed += 1;
             }
         }
-        assert_eq!(met, 200);
+        assert_eq!(shadowed, 200);
     }
 }

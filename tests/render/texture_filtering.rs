@@ -22,12 +22,12 @@ impl Integrator for Points {
         &self,
         frame: &Frame,
         samples: &[Sample],
-        draws: &LowDiscrepancySampler,
+        sampler: &LowDiscrepancySampler,
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
         let points: Vec<Sample> = samples.iter().map(|s| Sample { footprint: [0.0; 2], ..*s }).collect();
-        Phong::default().render(frame, &points, draws, scratch, out);
+        Phong::default().render(frame, &points, sampler, scratch, out);
     }
 }
 
@@ -92,12 +92,12 @@ fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, images: Vec<Image>) -> Sce
 fn floor(degrees: f64, tile: f32) -> Mesh {
     let (sin, cos) = libm::sincos(degrees.to_radians());
     let corners = [(-1.0f32, -1.0f32), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
-    let turned = |(x, z): (f32, f32)| {
+    let rotate = |(x, z): (f32, f32)| {
         let (x, z) = (f64::from(x) * 100.0, f64::from(z) * 100.0);
         Vec3::new((x * cos - z * sin) as f32, 0.0, (x * sin + z * cos) as f32)
     };
     Mesh {
-        positions: corners.map(turned).to_vec(),
+        positions: corners.map(rotate).to_vec(),
         uvs: vec![corners.map(|(x, z)| Vec2::new(x, z) * (100.0 / tile)).to_vec()],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Default::default()
@@ -105,7 +105,7 @@ fn floor(degrees: f64, tile: f32) -> Mesh {
 }
 
 /// A view along −z and slightly down, from above the floor.
-fn standing() -> View {
+fn floor_view() -> View {
     View {
         view_point: Some(DVec3::new(0.0, 1.5, 0.0)),
         view_dir: Some(DVec3::new(0.0, -0.2, -1.0)),
@@ -125,17 +125,17 @@ fn picture(
     let posed = pose(scene, &PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() }).unwrap();
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
     let (camera, _) = view.resolve(&posed, settings.width, settings.height).unwrap();
-    let frame = Frame { lights: light.into_iter().collect(), ..dark(&posed, &accel, camera) };
+    let frame = Frame { lights: light.into_iter().collect(), ..unlit_frame(&posed, &accel, camera) };
     render(&frame, integrator, &settings, &()).unwrap().colors
 }
 
-fn dark<'a>(
+fn unlit_frame<'a>(
     posed: &'a blinn::scene::PosedScene<'a>,
     accel: &'a Accel,
     camera: blinn::scene::Camera,
 ) -> Frame<'a> {
-    let nothing = blinn::scene::Lighting { sets: Some(Vec::new()), ..Default::default() };
-    let lit = nothing.resolve(posed, &camera);
+    let no_lights = blinn::scene::Lighting { sets: Some(Vec::new()), ..Default::default() };
+    let lit = no_lights.resolve(posed, &camera);
     Frame { ambient: Rgb::ZERO, ..Frame::new(posed, accel, camera, &lit) }
 }
 
@@ -157,8 +157,8 @@ fn root_mean_square(differences: impl Iterator<Item = Vec4>) -> f64 {
     (sum / f64::from(n)).sqrt()
 }
 
-fn error(found: &[Rgba], wanted: &[Rgba]) -> f64 {
-    root_mean_square(found.iter().zip(wanted).map(|(&a, &b)| a - b))
+fn error(actual: &[Rgba], expected: &[Rgba]) -> f64 {
+    root_mean_square(actual.iter().zip(expected).map(|(&a, &b)| a - b))
 }
 
 /// The row of pixels that shows the floor at `distance` metres.
@@ -169,23 +169,23 @@ fn row_at(distance: f64) -> u32 {
 }
 
 #[test]
-fn a_far_checker_floor_is_the_mean_of_its_light_at_one_sample() {
+fn a_distant_checkerboard_is_its_mean_at_one_sample() {
     let scene = scene(vec![floor(20.0, 1.0)], vec![unlit()], vec![checker()]);
-    let filtered = picture(&scene, &standing(), None, samples(1), &Phong::default());
-    let points = picture(&scene, &standing(), None, samples(1), &Points);
+    let filtered = picture(&scene, &floor_view(), None, samples(1), &Phong::default());
+    let points = picture(&scene, &floor_view(), None, samples(1), &Points);
     for y in row_at(90.0)..=row_at(40.0) {
         // A pixel covers more than ten squares, so the mean of black and white is half as bright.
         let off = |pixels: &[Rgba]| row(pixels, y).iter().map(|p| (p.x - 0.5).abs()).fold(0.0, f32::max);
         assert!(off(&filtered) < 0.02, "row {y}: {}", off(&filtered));
-        assert!(off(&points) > 0.4, "row {y}: the same unfiltered would not do");
+        assert!(off(&points) > 0.4, "row {y}: unfiltered samples would not pass");
     }
 }
 
 #[test]
-fn stripes_along_the_view_stay_sharp_where_they_recede() {
+fn anisotropic_filtering_keeps_receding_stripes_sharp() {
     let scene = scene(vec![floor(0.0, 4.0)], vec![unlit()], vec![stripes()]);
-    let filtered = picture(&scene, &standing(), None, samples(1), &Phong::default());
-    // Stripes are .5 m wide. At 9 m a pixel covers .1 m by .65 m: isotropic filtering would blur the stripes
+    let filtered = picture(&scene, &floor_view(), None, samples(1), &Phong::default());
+    // Stripes are 0.5 m wide. At 9 m a pixel covers 0.1 m by 0.65 m: isotropic filtering would blur the stripes
     // away, as it does the checkerboard.
     let contrast = |pixels: &[Rgba]| {
         let pixels = row(pixels, row_at(9.0)).iter().map(|p| p.x);
@@ -193,18 +193,18 @@ fn stripes_along_the_view_stay_sharp_where_they_recede() {
     };
     assert!(contrast(&filtered) > 0.95, "{}", contrast(&filtered));
     let across = Scene { meshes: vec![floor(90.0, 4.0)], ..scene.clone() };
-    let across = picture(&across, &standing(), None, samples(1), &Phong::default());
+    let across = picture(&across, &floor_view(), None, samples(1), &Phong::default());
     assert!(contrast(&across) < 0.3, "{}", contrast(&across));
 }
 
 #[test]
-fn a_mask_keeps_its_coverage_however_far() {
+fn an_alpha_mask_keeps_its_coverage_at_any_distance() {
     // A quarter of the fence is opaque: the mean of its alpha is below the cutoff.
     let fence = image(16, 16, |x, y| [255, 255, 255, if x % 4 < 2 && y % 4 < 2 { 255 } else { 0 }]);
     let material = Material { alpha_mode: AlphaMode::Mask(0.5), alpha_from_base: true, ..unlit() };
     let scene = scene(vec![floor(10.0, 0.5)], vec![material], vec![fence]);
     let settings = samples(64);
-    let pixels = picture(&scene, &standing(), None, settings, &Phong::default());
+    let pixels = picture(&scene, &floor_view(), None, settings, &Phong::default());
     let rows = row_at(60.0)..row_at(10.0);
     let coverage = |y: u32| row(&pixels, y).iter().map(|p| p.w).sum::<f32>() / SIZE.0 as f32;
     assert!(rows.clone().all(|y| (0.15..0.3).contains(&coverage(y))));
@@ -214,13 +214,13 @@ fn a_mask_keeps_its_coverage_however_far() {
 }
 
 #[test]
-fn what_a_mask_cuts_away_does_not_colour_what_it_keeps() {
+fn transparent_texels_do_not_bleed_into_opaque_ones() {
     // White leaves; the rest is transparent black.
     let leaves = image(64, 64, |x, y| if (x / 2 + y / 2).is_multiple_of(2) { [255; 4] } else { [0; 4] });
     for (alpha_mode, least) in [(AlphaMode::Mask(0.5), 0.9), (AlphaMode::Blend, 0.98)] {
         let material = Material { alpha_mode, alpha_from_base: true, ..unlit() };
         let scene = scene(vec![floor(10.0, 1.0)], vec![material], vec![leaves.clone()]);
-        let pixels = picture(&scene, &standing(), None, samples(4), &Phong::default());
+        let pixels = picture(&scene, &floor_view(), None, samples(4), &Phong::default());
         for p in row(&pixels, row_at(30.0)).iter().filter(|p| p.w > 0.0) {
             // Premultiplied: white times coverage.
             assert!(p.x >= least * p.w, "{alpha_mode:?}: {p}");
@@ -229,7 +229,7 @@ fn what_a_mask_cuts_away_does_not_colour_what_it_keeps() {
 }
 
 #[test]
-fn a_clear_pane_in_front_changes_nothing() {
+fn a_fully_transparent_pane_changes_nothing() {
     let alone = scene(vec![floor(20.0, 1.0)], vec![unlit()], vec![checker()]);
     let pane = Mesh {
         positions: vec![Vec3::new(-9.0, -9.0, -1.0), Vec3::new(9.0, -9.0, -1.0), Vec3::new(0.0, 9.0, -1.0)],
@@ -244,19 +244,19 @@ fn a_clear_pane_in_front_changes_nothing() {
         ..Default::default()
     };
     let behind = scene(vec![floor(20.0, 1.0), pane], vec![unlit(), clear], vec![checker()]);
-    let of = |scene: &Scene| picture(scene, &standing(), None, samples(1), &Phong::default());
-    assert_eq!(of(&alone), of(&behind));
+    let render = |scene: &Scene| picture(scene, &floor_view(), None, samples(1), &Phong::default());
+    assert_eq!(render(&alone), render(&behind));
 }
 
 #[test]
-fn layers_are_looked_up_at_their_finest() {
+fn aovs_sample_the_finest_mip_level() {
     for decode_last in [false, true] {
         let mut scene = scene(vec![floor(20.0, 1.0)], vec![unlit()], vec![noise()]);
         scene.textures[0].decode_last = decode_last;
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
         let (accel, _) = Accel::build(&posed, &BuildSettings::default());
-        let (camera, _) = standing().resolve(&posed, SIZE.0, SIZE.1).unwrap();
-        let frame = dark(&posed, &accel, camera);
+        let (camera, _) = floor_view().resolve(&posed, SIZE.0, SIZE.1).unwrap();
+        let frame = unlit_frame(&posed, &accel, camera);
         let layers = render_aovs(&frame, &[Aov::Uv, Aov::Albedo, Aov::Mask], &samples(4), &()).unwrap();
         let [uv, albedo, mask] = &layers[..] else { panic!("three layers") };
         let mut covered = 0;
@@ -271,11 +271,11 @@ fn layers_are_looked_up_at_their_finest() {
 }
 
 #[test]
-fn nearest_stays_nearest_where_texels_are_large() {
+fn nearest_filtering_applies_where_texels_are_magnified() {
     let mut scene = scene(vec![floor(0.0, 400.0)], vec![unlit()], vec![noise()]);
     scene.textures[0].filter = TextureFilter::Nearest;
-    let of = |integrator: &dyn Integrator| picture(&scene, &standing(), None, samples(1), integrator);
-    let (filtered, points) = (of(&Phong::default()), of(&Points));
+    let render = |integrator: &dyn Integrator| picture(&scene, &floor_view(), None, samples(1), integrator);
+    let (filtered, points) = (render(&Phong::default()), render(&Points));
     // Texels are 3 m wide: up to 20 m away, a pixel covers less than one.
     for y in row_at(15.0)..SIZE.1 {
         assert_eq!(row(&filtered, y), row(&points, y));
@@ -284,11 +284,11 @@ fn nearest_stays_nearest_where_texels_are_large() {
 }
 
 #[test]
-fn eye_rays_change_as_their_differential_says() {
+fn ray_differentials_are_differences_of_eye_rays() {
     let scene = scene(vec![floor(0.0, 1.0)], vec![unlit()], vec![checker()]);
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
     for projection in [blinn::scene::Projection::Perspective, blinn::scene::Projection::Orthographic] {
-        let view = View { projection: Some(projection), ..standing() };
+        let view = View { projection: Some(projection), ..floor_view() };
         let (camera, _) = view.resolve(&posed, 160, 90).unwrap();
         let (a, b) = (camera.eye_ray(0.2, 0.3, DVec3::ZERO), camera.eye_ray(0.45, 0.8, DVec3::ZERO));
         let step = camera.ray_differential(0.25, 0.5);
@@ -320,7 +320,7 @@ fn sphere() -> Mesh {
     mesh
 }
 
-/// A normal map of bumps 16 texels wide, with slopes up to .5.
+/// A normal map of bumps 16 texels wide, with slopes up to 0.5.
 fn bumps() -> Image {
     image(256, 256, |x, y| {
         let slope = |v: u32| 0.5 * libm::sin((f64::from(v) + 0.5) / 16.0 * std::f64::consts::TAU);
@@ -364,19 +364,25 @@ fn mean(pixels: &[Rgba]) -> f64 {
 }
 
 #[test]
-fn highlights_finer_than_a_sample_keep_their_light() {
+fn highlights_narrower_than_a_sample_keep_their_energy() {
     for (distance, bumpy) in [(60.0, false), (20.0, true)] {
         let (ball, view) = (ball(0.15, bumpy), towards_ball(distance));
-        let of = |n, integrator: &dyn Integrator| picture(&ball, &view, Some(sun()), samples(n), integrator);
-        let wanted = of(256, &Points);
-        let (one, point) = (of(1, &Phong::default()), of(1, &Points));
-        assert!((mean(&one) / mean(&wanted) - 1.0).abs() < 0.15, "{bumpy}: {} {}", mean(&one), mean(&wanted));
-        assert!(error(&one, &wanted) < 0.5 * error(&point, &wanted), "{bumpy}");
+        let render =
+            |n, integrator: &dyn Integrator| picture(&ball, &view, Some(sun()), samples(n), integrator);
+        let expected = render(256, &Points);
+        let (one, point) = (render(1, &Phong::default()), render(1, &Points));
+        assert!(
+            (mean(&one) / mean(&expected) - 1.0).abs() < 0.15,
+            "{bumpy}: {} {}",
+            mean(&one),
+            mean(&expected)
+        );
+        assert!(error(&one, &expected) < 0.5 * error(&point, &expected), "{bumpy}");
     }
 }
 
 #[test]
-fn the_lectures_own_shininess_stays_exact() {
+fn mtl_shininess_is_not_widened() {
     let mut ball = ball(0.15, true);
     ball.materials[0].reflectance = Reflectance::Mtl(MtlReflectance {
         ambient: None,
@@ -384,32 +390,32 @@ fn the_lectures_own_shininess_stays_exact() {
         shininess: 200.0,
     });
     ball.materials[0].normal = None;
-    let of = |integrator: &dyn Integrator| {
+    let render = |integrator: &dyn Integrator| {
         picture(&ball, &towards_ball(40.0), Some(sun()), samples(1), integrator)
     };
-    assert_eq!(of(&Phong::default()), of(&Points));
+    assert_eq!(render(&Phong::default()), render(&Points));
 }
 
 #[test]
 fn a_slow_turntable_does_not_shimmer() {
     let turntable = |integrator: &dyn Integrator, n| -> Vec<Vec<Rgba>> {
-        let of = |i: i32| {
+        let render = |i: i32| {
             let scene = scene(vec![floor(30.0 + 0.5 * f64::from(i), 1.0)], vec![unlit()], vec![checker()]);
-            picture(&scene, &standing(), None, samples(n), integrator)
+            picture(&scene, &floor_view(), None, samples(n), integrator)
         };
-        (0..3).map(of).collect()
+        (0..3).map(render).collect()
     };
-    let wanted = turntable(&Points, 144);
-    let of = |integrator: &dyn Integrator| shimmer(&turntable(integrator, 1), &wanted);
-    let (filtered, points) = (of(&Phong::default()), of(&Points));
+    let expected = turntable(&Points, 144);
+    let render = |integrator: &dyn Integrator| shimmer(&turntable(integrator, 1), &expected);
+    let (filtered, points) = (render(&Phong::default()), render(&Points));
     assert!(filtered < 0.04 && points > 10.0 * filtered, "{filtered} filtered, {points} unfiltered");
 }
 
 /// The share of the change from frame to frame that is error.
-fn shimmer(found: &[Vec<Rgba>], wanted: &[Vec<Rgba>]) -> f64 {
+fn shimmer(actual: &[Vec<Rgba>], expected: &[Vec<Rgba>]) -> f64 {
     let change = |frames: &[Vec<Rgba>], f: usize, i: usize| frames[f + 1][i] - frames[f][i];
-    let all = (0..found.len() - 1).flat_map(|f| (0..found[f].len()).map(move |i| (f, i)));
-    root_mean_square(all.map(|(f, i)| change(found, f, i) - change(wanted, f, i)))
+    let all = (0..actual.len() - 1).flat_map(|f| (0..actual[f].len()).map(move |i| (f, i)));
+    root_mean_square(all.map(|(f, i)| change(actual, f, i) - change(expected, f, i)))
 }
 
 #[test]
@@ -421,20 +427,21 @@ fn tables() {
         [("checker", checker(), 1.0), ("noise", noise(), 2.0), ("stripes", stripes(), 1.0)]
     {
         let turntable = |integrator: &dyn Integrator, n| -> Vec<Vec<Rgba>> {
-            let of = |i: i32| {
+            let render = |i: i32| {
                 let mesh = floor(30.0 + 0.5 * f64::from(i), tile);
                 let scene = scene(vec![mesh], vec![unlit()], vec![image.clone()]);
-                picture(&scene, &standing(), None, samples(n), integrator)
+                picture(&scene, &floor_view(), None, samples(n), integrator)
             };
-            (0..4).map(of).collect()
+            (0..4).map(render).collect()
         };
-        let wanted = turntable(&Points, 1024);
-        for (how, integrator) in [("points", &Points as &dyn Integrator), ("filtered", &Phong::default())] {
+        let expected = turntable(&Points, 1024);
+        for (method, integrator) in [("points", &Points as &dyn Integrator), ("filtered", &Phong::default())]
+        {
             let cells = counts.map(|n| {
-                let found = turntable(integrator, n);
-                format!("{:.4} ({:.4})", error(&found[0], &wanted[0]), shimmer(&found, &wanted))
+                let actual = turntable(integrator, n);
+                format!("{:.4} ({:.4})", error(&actual[0], &expected[0]), shimmer(&actual, &expected))
             });
-            println!("| {name} | {how} | {} |", cells.join(" | "));
+            println!("| {name} | {method} | {} |", cells.join(" | "));
         }
     }
     println!("\n| ball | | 1 sample | 4 samples | 16 samples | 64 samples |\n|---|---|---|---|---|---|");
@@ -445,24 +452,25 @@ fn tables() {
         // The ball and a margin.
         let side = (400.0 / distance) as u32 + 6;
         let crop = PixelRect { x: (SIZE.0 - side) / 2, y: (SIZE.1 - side) / 2, width: side, height: side };
-        let of = |n, integrator: &dyn Integrator| {
+        let render = |n, integrator: &dyn Integrator| {
             let settings = RenderSettings { crop: Some(crop), ..samples(n) };
             picture(&ball, &view, Some(sun()), settings, integrator)
         };
-        let wanted = of(16_384, &Points);
-        for (how, integrator) in [("points", &Points as &dyn Integrator), ("filtered", &Phong::default())] {
+        let expected = render(16_384, &Points);
+        for (method, integrator) in [("points", &Points as &dyn Integrator), ("filtered", &Phong::default())]
+        {
             let cells = counts.map(|n| {
-                let found = of(n, integrator);
-                format!("{:.4} ({:.2})", error(&found, &wanted), mean(&found) / mean(&wanted))
+                let actual = render(n, integrator);
+                format!("{:.4} ({:.2})", error(&actual, &expected), mean(&actual) / mean(&expected))
             });
             let kind = if bumpy { "bumpy" } else { "smooth" };
-            println!("| {kind}, roughness {roughness}, {distance} m | {how} | {} |", cells.join(" | "));
+            println!("| {kind}, roughness {roughness}, {distance} m | {method} | {} |", cells.join(" | "));
         }
     }
 }
 
 #[test]
-fn wraps_and_odd_sizes_shade_without_harm() {
+fn all_wrap_modes_and_odd_sizes_sample_inside_the_image() {
     let sizes = [(1, 1), (3, 5), (1, 7), (129, 2)];
     for (wrap, (w, h)) in
         [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp].into_iter().flat_map(|w| sizes.map(|s| (w, s)))
@@ -470,10 +478,10 @@ fn wraps_and_odd_sizes_shade_without_harm() {
         let grey = image(w, h, |_, _| grey(100));
         let mut scene = scene(vec![floor(20.0, 0.7)], vec![unlit()], vec![grey]);
         scene.textures[0].wrap = [wrap, Wrap::Repeat];
-        let pixels = picture(&scene, &standing(), None, samples(1), &Phong::default());
-        let wanted = blinn::scene::srgb_to_linear(100.0 / 255.0);
+        let pixels = picture(&scene, &floor_view(), None, samples(1), &Phong::default());
+        let expected = blinn::scene::srgb_to_linear(100.0 / 255.0);
         for p in pixels.iter().filter(|p| p.w > 0.0) {
-            assert!((p.x - wanted).abs() < 1e-5, "{wrap:?} {w} x {h}: {p}");
+            assert!((p.x - expected).abs() < 1e-5, "{wrap:?} {w} x {h}: {p}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Translucent panes in front of a white wall: what shows through, and how much light passes.
+//! Translucent panes in front of a white wall: what is seen through them, and how much light they transmit.
 
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
@@ -32,8 +32,8 @@ fn render_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
     let (camera, _) = view.resolve(&posed, 9, 9).unwrap();
     let kind = PosedLightKind::Directional { direction: Vec3::NEG_Z };
     let sun = PosedLight { kind, intensity: Rgb::splat(sun), range: f32::INFINITY, radius: 0.0 };
-    let nothing = Lighting { sets: Some(Vec::new()), ..Lighting::default() };
-    let lit = nothing.resolve(&posed, &camera);
+    let no_lights = Lighting { sets: Some(Vec::new()), ..Lighting::default() };
+    let lit = no_lights.resolve(&posed, &camera);
     let frame = Frame { lights: vec![sun], ambient: Rgb::ZERO, ..Frame::new(&posed, &accel, camera, &lit) };
     let settings = RenderSettings { width: 9, height: 9, samples: 1, ..RenderSettings::default() };
     render(&frame, &Phong::default(), &settings, &()).unwrap().colors
@@ -55,7 +55,7 @@ fn glass(metallic: f32) -> Material {
 }
 
 #[test]
-fn a_blended_pane_is_as_dense_on_its_diagonal_as_beside_it() {
+fn a_blended_pane_is_hit_once_on_its_diagonal() {
     let pane = Material {
         base_color: ColorInput::new(Rgb::ZERO),
         alpha: ScalarInput::new(0.5),
@@ -70,21 +70,21 @@ fn a_blended_pane_is_as_dense_on_its_diagonal_as_beside_it() {
 
 /// Transmitted light is a share of the diffuse light, which metals do not have.
 #[test]
-fn metals_let_no_light_through() {
-    let shown = |metallic: f32, transmission: f32, sun: f32| {
+fn metals_do_not_transmit_light() {
+    let render = |metallic: f32, transmission: f32, sun: f32| {
         let transmission = ScalarInput::new(transmission);
         let pane = Material { transmission, ..glass(metallic) };
         render_through(pane, Reflectance::Unlit, sun)[40].truncate()
     };
-    assert_eq!(shown(1.0, 1.0, 1.0), shown(1.0, 0.0, 1.0));
-    assert_eq!(shown(0.0, 1.0, 0.0), Vec3::new(0.25, 0.5, 1.0));
-    assert_eq!(shown(0.5, 1.0, 0.0), Vec3::new(0.125, 0.25, 0.5));
-    assert_eq!(shown(1.0, 1.0, 0.0), Vec3::ZERO);
+    assert_eq!(render(1.0, 1.0, 1.0), render(1.0, 0.0, 1.0));
+    assert_eq!(render(0.0, 1.0, 0.0), Vec3::new(0.25, 0.5, 1.0));
+    assert_eq!(render(0.5, 1.0, 0.0), Vec3::new(0.125, 0.25, 0.5));
+    assert_eq!(render(1.0, 1.0, 0.0), Vec3::ZERO);
 }
 
 /// KHR_materials_unlit overrides other extensions: only its colour counts.
 #[test]
-fn what_is_not_lit_lets_no_light_through() {
+fn unlit_materials_do_not_transmit_light() {
     let lit = Reflectance::MetallicRoughness {
         metallic: ScalarInput::new(0.0),
         roughness: ScalarInput::new(1.0),
@@ -92,13 +92,13 @@ fn what_is_not_lit_lets_no_light_through() {
     };
     // The pane is opaque, and the wall is in its shadow; with an alpha below 1, too.
     for alpha_mode in [AlphaMode::Opaque, AlphaMode::Blend] {
-        let shown = |transmission: f32| {
+        let render = |transmission: f32| {
             let (alpha, transmission) = (ScalarInput::new(0.5), ScalarInput::new(transmission));
             let pane =
                 Material { reflectance: Reflectance::Unlit, alpha, alpha_mode, transmission, ..glass(0.0) };
             render_through(pane, lit, 1.0)
         };
-        assert_eq!(shown(1.0), shown(0.0));
+        assert_eq!(render(1.0), render(0.0));
     }
     let pane = Material { reflectance: Reflectance::Unlit, ..glass(0.0) };
     assert_eq!(render_through(pane, Reflectance::Unlit, 1.0)[40].truncate(), Vec3::new(0.25, 0.5, 1.0));
@@ -106,8 +106,8 @@ fn what_is_not_lit_lets_no_light_through() {
 
 /// An alpha mask cuts holes; the rest transmits light as glass.
 #[test]
-fn light_falls_through_what_a_mask_keeps_of_glass() {
-    let of = |alpha_mode: AlphaMode| {
+fn masked_glass_transmits_light() {
+    let render = |alpha_mode: AlphaMode| {
         let wall = Reflectance::MetallicRoughness {
             metallic: ScalarInput::new(0.0),
             roughness: ScalarInput::new(1.0),
@@ -115,7 +115,7 @@ fn light_falls_through_what_a_mask_keeps_of_glass() {
         };
         render_through(Material { alpha_mode, ..glass(0.0) }, wall, 1.0)
     };
-    let opaque = of(AlphaMode::Opaque);
+    let opaque = render(AlphaMode::Opaque);
     assert!(opaque[40].min_element() > 0.0, "the wall is lit: {}", opaque[40]);
-    assert_eq!(of(AlphaMode::Mask(0.5)), opaque);
+    assert_eq!(render(AlphaMode::Mask(0.5)), opaque);
 }
