@@ -128,7 +128,8 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialStage<'_, F> {
                 block.set_unlit(lane, (self.unlit)(k, block.n(lane)));
             }
         }
-        range.for_each(|i| self.push_point(i, triangle, index));
+        let samples = &self.samples[range];
+        self.points.extend(samples.iter().map(|&sample| ShadingPoint::new(sample, triangle.id, index)));
     }
 
     /// Points whose coefficients or normals depend on textures or vertex colours.
@@ -147,13 +148,13 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialStage<'_, F> {
                 let ctx = TextureEvalContext { samples: Some(samples), ..ctx };
                 let mut n = dvec3(&block.n_v, lane);
                 if has_normal_map {
-                    let surface = SurfacePoint { ctx, ..triangle.to_surface_point(&block.hit(lane)) };
+                    let surface = SurfacePoint { ctx, ..triangle.surface_from_hit(&block.hit(lane)) };
                     (n, roughness[lane]) = surface.filtered_normal(posed);
                 }
                 let index = self.evaluator.eval(triangle.material, &ctx);
                 let k = self.evaluator.get(index);
                 block.set_material(lane, n, k, (self.unlit)(k, n));
-                self.push_point(i, triangle, index);
+                self.points.push(ShadingPoint::new(self.samples[i], triangle.id, index));
                 i += 1;
             }
             block.apply_specular_antialiasing(lanes, &antialiasing, &roughness);
@@ -163,10 +164,5 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialStage<'_, F> {
     fn specular_antialiasing(&self, triangle: &ShadingTriangle) -> SpecularAntialiasing {
         let material = &self.frame.posed.materials[triangle.material as usize];
         SpecularAntialiasing::new(material, &self.frame.overrides)
-    }
-
-    fn push_point(&mut self, i: usize, triangle: &ShadingTriangle, coefficients: u32) {
-        let sample = self.samples[i];
-        self.points.push(ShadingPoint { sample, id: triangle.id, is_shadow_catcher: false, coefficients });
     }
 }

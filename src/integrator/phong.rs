@@ -110,16 +110,16 @@ impl Phong {
         stream: SampleStream,
         shadow: &mut ShadowBuffers,
     ) {
-        let has_specular = self.stage == Stage::Phong;
-        let has_shadows = frame.shadows && self.stage != Stage::Diffuse;
         if self.stage == Stage::Color {
             return;
         }
+        let has_specular = self.stage == Stage::Phong;
+        let has_shadows = frame.shadows && self.stage != Stage::Diffuse;
         if has_specular {
             if let Some(settings) = frame.ambient_occlusion {
                 occlude_ambient(frame, settings, points, stream, shadow);
             }
-            frame.accel.run_autovec(ViewDirections(&mut points.soa));
+            points.soa.compute_view_dirs(frame.accel);
         }
         for (i, light) in frame.lights.iter().enumerate() {
             frame.accel.run_autovec(DirectLight {
@@ -133,7 +133,7 @@ impl Phong {
                 trace_visibility(frame, i, points, stream, shadow);
                 apply_visibility(points, shadow);
             }
-            frame.accel.run_autovec(Accumulate(&mut points.soa));
+            points.soa.accumulate(frame.accel);
         }
     }
 }
@@ -180,14 +180,14 @@ impl AutovecKernel for DirectLight<'_> {
 fn reflect(block: &mut PointBlock, light: &LightBlock, has_specular: bool) {
     let mut lobe = [0.0; LANES];
     if has_specular {
-        for i in 0..LANES {
-            lobe[i] = specular_lobe(block.n(i), light.l(i), block.v(i), block.shininess[i]) as f32;
+        for (i, lobe) in lobe.iter_mut().enumerate() {
+            *lobe = specular_lobe(block.n(i), light.l(i), block.v(i), block.shininess[i]) as f32;
         }
     }
     for c in 0..3 {
-        for i in 0..LANES {
+        for (i, lobe) in lobe.iter().enumerate() {
             let diffuse = block.k_d[c][i] * light.n_dot_l[i];
-            let specular = block.k_s[c][i] * lobe[i];
+            let specular = block.k_s[c][i] * lobe;
             let reflected = light.irradiance[c][i] * (diffuse + specular);
             // The irradiance is 0 where n·l ≤ 0. There the other factors may be NaN.
             block.direct[c][i] = if light.irradiance[c][i] == 0.0 { 0.0 } else { reflected };
@@ -208,28 +208,6 @@ pub fn specular_lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
     let one_minus_cos2 = if n.dot(h) > 0.0 { sin2.min(1.0) } else { 1.0 };
     let lobe = pow_one_minus(one_minus_cos2, 0.5 * f64::from(p));
     if h2 > 0.0 { lobe } else { 0.0 }
-}
-
-/// Computes v, the directions to the eye, in blocks with highlights.
-struct ViewDirections<'a>(&'a mut PointsSoa);
-
-impl AutovecKernel for ViewDirections<'_> {
-    #[inline(always)]
-    fn run(self) {
-        for (block, _) in self.0.blocks_mut().filter(|(block, _)| block.has_specular) {
-            block.compute_view_dirs();
-        }
-    }
-}
-
-/// Adds the light of the current source to the radiance of all points.
-struct Accumulate<'a>(&'a mut PointsSoa);
-
-impl AutovecKernel for Accumulate<'_> {
-    #[inline(always)]
-    fn run(self) {
-        self.0.blocks_mut().for_each(|(block, _)| block.accumulate());
-    }
 }
 
 #[cfg(test)]

@@ -35,6 +35,14 @@ pub(crate) struct ShadingPoint {
     pub coefficients: u32,
 }
 
+impl ShadingPoint {
+    /// A point on a triangle of the scene.
+    #[inline(always)]
+    pub fn new(sample: usize, id: HitId, coefficients: u32) -> ShadingPoint {
+        ShadingPoint { sample, id, is_shadow_catcher: false, coefficients }
+    }
+}
+
 /// A triangle and its points, which follow each other.
 pub(crate) struct TrianglePoints<'s> {
     pub triangle: ShadingTriangle<'s>,

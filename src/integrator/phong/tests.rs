@@ -52,7 +52,7 @@ fn points_that_face_away_from_a_light_get_none_of_it_however_strong() {
             shadow_rays: &mut shadow_rays,
         }
         .run();
-        Accumulate(&mut points).run();
+        points.blocks_mut().for_each(|(block, _)| block.accumulate());
         let lit: Vec<usize> = (0..LANES).step_by(2).filter(|_| lights).collect();
         assert_eq!(shadow_rays.iter().map(|ray| ray.point).collect::<Vec<_>>(), lit, "{intensity}");
         for i in 0..LANES {

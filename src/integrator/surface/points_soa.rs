@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use crate::accel::Accel;
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::LANES;
+use crate::simd::AutovecKernel;
 
 /// Shading points in blocks, which are full but for the last one. Clearing it keeps the memory.
 #[derive(Default)]
@@ -64,5 +66,41 @@ impl PointsSoa {
         let (block, lane) = self.lane_mut(first);
         block.has_specular &= lane > 0;
         (block, lane)
+    }
+
+    /// Computes v, the unit directions to the eye, in blocks with highlights.
+    pub fn compute_view_dirs(&mut self, accel: &Accel) {
+        accel.run_autovec(ViewDirs(self));
+    }
+
+    /// Adds the current light to the radiance of all points.
+    pub fn accumulate(&mut self, accel: &Accel) {
+        accel.run_autovec(Accumulate(self));
+    }
+}
+
+/// [`PointsSoa::compute_view_dirs`].
+struct ViewDirs<'a>(&'a mut PointsSoa);
+
+impl AutovecKernel for ViewDirs<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (block, _) in self.0.blocks_mut() {
+            if block.has_specular {
+                block.compute_view_dirs();
+            }
+        }
+    }
+}
+
+/// [`PointsSoa::accumulate`].
+struct Accumulate<'a>(&'a mut PointsSoa);
+
+impl AutovecKernel for Accumulate<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (block, _) in self.0.blocks_mut() {
+            block.accumulate();
+        }
     }
 }

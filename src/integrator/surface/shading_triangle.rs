@@ -77,7 +77,7 @@ impl<'s> ShadingTriangle<'s> {
     /// The point that `ray`, which is known to hit the triangle, sees.
     pub fn surface_point(&self, ray: Ray, differential: Option<&RayDifferential>) -> SurfacePoint<'s> {
         let differential = differential.filter(|_| self.needs_differentials);
-        self.to_surface_point(&self.hit(self.plane.front_normal_for(ray), ray, differential))
+        self.surface_from_hit(&self.hit(self.plane.front_normal_for(ray), ray, differential))
     }
 
     /// Appends the points that the first `count` of `rays`, which are known to hit the triangle, see.
@@ -144,7 +144,7 @@ impl<'s> ShadingTriangle<'s> {
     }
 
     /// The surface point of a hit.
-    pub fn to_surface_point(&self, hit: &SurfaceHit) -> SurfacePoint<'s> {
+    pub fn surface_from_hit(&self, hit: &SurfaceHit) -> SurfacePoint<'s> {
         SurfacePoint {
             id: self.id,
             p: hit.p,
