@@ -1,4 +1,4 @@
-//! The lecture's `<camera>` block.
+//! Camera parameters in the lecture's XML format: a `<camera>` element.
 
 use std::path::Path;
 
@@ -10,41 +10,49 @@ use super::error::LoadError;
 use crate::import::files::read_file::read_scene_file;
 use crate::scene::{Projection, View};
 
-/// No camera block is longer than this.
+/// Largest XML file in bytes.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Reads `<camera type="PerspectiveCamera">` (or `OrthographicCamera`) with `viewPoint`, `viewDir`,
-/// `viewUp`, `projDistance`, `viewWidth` and `viewHeight`, alone or within a scene.
+/// Loads `<camera type="PerspectiveCamera">` (or `OrthographicCamera`) with `viewPoint`, `viewDir`, `viewUp`,
+/// `projDistance`, `viewWidth` and `viewHeight`, as the whole document or inside a scene.
 ///
 /// # Errors
-/// A file that cannot be read, that is not XML, or without such a block; numbers that are none.
+/// The file cannot be read, is not well-formed XML, has no `<camera>` element, or the element has invalid numbers.
 pub fn load_camera_xml(path: &Path) -> Result<View, LoadError> {
     let bytes = read_scene_file(path, MAX_BYTES)?;
     let text = String::from_utf8_lossy(&bytes);
-    parse(&text).map_err(|(at, what)| {
-        let line = text.bytes().take(at).filter(|&b| b == b'\n').count() + 1;
-        LoadError::parse(format!("{}, line {line}", path.display()), what)
+    parse(&text).map_err(|error| {
+        let line = text.bytes().take(error.offset).filter(|&b| b == b'\n').count() + 1;
+        LoadError::parse(format!("{}, line {line}", path.display()), error.message)
     })
 }
 
-type Wrong = (usize, String);
+/// An error at a byte offset of the text.
+#[derive(Debug)]
+struct XmlError {
+    offset: usize,
+    message: String,
+}
 
-fn parse(text: &str) -> Result<View, Wrong> {
+fn parse(text: &str) -> Result<View, XmlError> {
     let mut reader = Reader::from_str(text);
     let mut view = View::default();
     let mut inside = false;
     let mut element: Option<String> = None;
     let mut content = String::new();
     loop {
-        let at = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX);
-        let event = reader.read_event().map_err(|e| (at, format!("not well-formed XML: {e}")))?;
+        let offset = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX);
+        let error = |message: String| XmlError { offset, message };
+        let event = reader.read_event().map_err(|e| error(format!("not well-formed XML: {e}")))?;
         match event {
-            Event::Eof if inside => return Err((at, "the <camera> block does not end".into())),
+            Event::Eof if inside => return Err(error("the <camera> element is not closed".into())),
             Event::Eof => {
-                return Err((at, "no <camera> block: expected <camera type=\"PerspectiveCamera\">".into()));
+                return Err(error(
+                    "no <camera> element; expected <camera type=\"PerspectiveCamera\">".into(),
+                ));
             }
             Event::Start(start) if start.name().as_ref() == "camera" => {
-                view.projection = Some(projection(&start).map_err(|e| (at, e))?);
+                view.projection = Some(projection(&start).map_err(error)?);
                 inside = true;
             }
             Event::Start(start) if inside => {
@@ -56,12 +64,12 @@ fn parse(text: &str) -> Result<View, Wrong> {
                 return if view.view_point.is_some() && view.view_dir.is_some() {
                     Ok(view)
                 } else {
-                    Err((at, "the <camera> block needs <viewPoint> and <viewDir>".into()))
+                    Err(error("the <camera> element needs <viewPoint> and <viewDir>".into()))
                 };
             }
             Event::End(_) => {
                 if let Some(name) = element.take() {
-                    set(&mut view, &name, &content).map_err(|e| (at, format!("<{name}>: {e}")))?;
+                    set_parameter(&mut view, &name, &content).map_err(|e| error(format!("<{name}>: {e}")))?;
                 }
             }
             _ => {}
@@ -75,12 +83,12 @@ fn projection(start: &BytesStart) -> Result<Projection, String> {
         None | Some("PerspectiveCamera") => Ok(Projection::Perspective),
         Some("OrthographicCamera" | "ParallelCamera") => Ok(Projection::Orthographic),
         Some(other) => {
-            Err(format!("no camera type '{}': there are PerspectiveCamera and OrthographicCamera", other))
+            Err(format!("unknown camera type '{other}'; expected PerspectiveCamera or OrthographicCamera"))
         }
     }
 }
 
-fn set(view: &mut View, name: &str, text: &str) -> Result<(), String> {
+fn set_parameter(view: &mut View, name: &str, text: &str) -> Result<(), String> {
     let numbers = || -> Result<Vec<f64>, String> {
         let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty());
         let number = |w: &str| match w.parse::<f64>() {
@@ -95,7 +103,7 @@ fn set(view: &mut View, name: &str, text: &str) -> Result<(), String> {
     };
     let length = || match numbers()?[..] {
         [v] if v > 0.0 => Ok(v),
-        [v] => Err(format!("expected a number above zero, not {v}")),
+        [v] => Err(format!("expected a positive number, not {v}")),
         _ => Err("expected one number".to_string()),
     };
     match name {
@@ -105,7 +113,7 @@ fn set(view: &mut View, name: &str, text: &str) -> Result<(), String> {
         "projDistance" => view.proj_distance = Some(length()?),
         "viewWidth" => view.view_width = Some(length()?),
         "viewHeight" => view.view_height = Some(length()?),
-        other => return Err(format!("no such part of a camera: '{other}'")),
+        other => return Err(format!("unknown element '{other}' in <camera>")),
     }
     Ok(())
 }
@@ -124,7 +132,7 @@ mod tests {
     </camera>"#;
 
     #[test]
-    fn the_lectures_block_is_read() {
+    fn the_lectures_camera_element_is_parsed() {
         let view = parse(VIEW).unwrap();
         assert_eq!(view.view_point, Some(DVec3::new(10.0, 4.2, 6.0)));
         assert_eq!(view.view_dir, Some(DVec3::new(-5.0, -2.1, -3.0)));
@@ -140,22 +148,22 @@ mod tests {
     }
 
     #[test]
-    fn wrong_blocks_say_what_is_wrong() {
-        for (text, says) in [
-            ("", "no <camera> block"),
-            ("<scene></scene>", "no <camera> block"),
-            ("<camera type=\"Fisheye\"></camera>", "no camera type"),
+    fn invalid_elements_are_errors_that_name_the_defect() {
+        for (text, expected) in [
+            ("", "no <camera> element"),
+            ("<scene></scene>", "no <camera> element"),
+            ("<camera type=\"Fisheye\"></camera>", "unknown camera type"),
             ("<camera><viewPoint>1 2</viewPoint></camera>", "three numbers"),
             ("<camera><viewPoint>1 2 x</viewPoint></camera>", "'x' is not a number"),
-            ("<camera><viewWidth>0</viewWidth></camera>", "<viewWidth>: expected a number above zero, not 0"),
-            ("<camera><projDistance>-6</projDistance></camera>", "above zero, not -6"),
+            ("<camera><viewWidth>0</viewWidth></camera>", "<viewWidth>: expected a positive number, not 0"),
+            ("<camera><projDistance>-6</projDistance></camera>", "a positive number, not -6"),
             ("<camera><viewHeight>1 2</viewHeight></camera>", "expected one number"),
-            ("<camera><viewSide>1</viewSide></camera>", "no such part of a camera: 'viewSide'"),
+            ("<camera><viewSide>1</viewSide></camera>", "unknown element 'viewSide' in <camera>"),
             ("<camera><viewDir>1 2 3</viewDir></camera>", "needs <viewPoint>"),
-            ("<camera><viewDir>1 2 3</viewDir>", "does not end"),
+            ("<camera><viewDir>1 2 3</viewDir>", "is not closed"),
         ] {
-            let (_, what) = parse(text).unwrap_err();
-            assert!(what.contains(says), "{text}: {what}");
+            let message = parse(text).unwrap_err().message;
+            assert!(message.contains(expected), "{text}: {message}");
         }
         for end in 0..VIEW.len() - 1 {
             assert!(parse(&VIEW[..end]).is_err());

@@ -1,4 +1,4 @@
-//! `--smooth`: normals by the angle between faces, whatever the file says of them.
+//! Generates vertex normals by crease angle (`--smooth`), in place of the file's normals.
 
 use std::collections::HashMap;
 
@@ -8,20 +8,19 @@ use rayon::prelude::*;
 use super::tangents;
 use crate::scene::{GeneratedFrames, Mesh, Scene};
 
-/// Which normals are shown.
+/// Source of the vertex normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum NormalMode {
-    /// The file's own, or what its format says of a mesh without.
+    /// The file's normals, or its format's default for meshes without normals.
     #[default]
     File,
-    /// None: every triangle is flat.
+    /// Face normals: every triangle is flat.
     Flat,
-    /// New ones: smooth across edges whose faces meet at less than this angle in degrees.
+    /// Generated normals: smooth across edges whose face normals enclose less than this angle in degrees.
     CreaseAngle(f64),
 }
 
-/// Gives all meshes of a scene the normals that were asked for, and new tangents where a material
-/// has a normal map.
+/// Replaces the normals of all meshes as `mode` requires, and the tangents of meshes with normal maps.
 pub(super) fn apply(scene: &mut Scene, mode: NormalMode) {
     if mode == NormalMode::File {
         return;
@@ -31,12 +30,13 @@ pub(super) fn apply(scene: &mut Scene, mode: NormalMode) {
         mesh.tangents = Vec::new();
         mesh.generated_frames = GeneratedFrames::None;
         for morph in &mut mesh.morph_targets {
-            (morph.normals, morph.tangents) = (Vec::new(), Vec::new());
+            morph.normals = Vec::new();
+            morph.tangents = Vec::new();
         }
     }
     if let NormalMode::CreaseAngle(degrees) = mode {
-        for group in groups(scene) {
-            by_angle(&mut scene.meshes, &group, libm::cos(degrees.to_radians()));
+        for object in object_meshes(scene) {
+            generate(&mut scene.meshes, &object, libm::cos(degrees.to_radians()));
         }
     }
     for mesh in &mut scene.meshes {
@@ -46,8 +46,8 @@ pub(super) fn apply(scene: &mut Scene, mode: NormalMode) {
     }
 }
 
-/// Meshes that are parts of one object: a change of material does not cut a surface.
-fn groups(scene: &Scene) -> Vec<Vec<usize>> {
+/// Groups the meshes by object, so that a surface stays smooth where its material changes.
+fn object_meshes(scene: &Scene) -> Vec<Vec<usize>> {
     let mut first: Vec<Option<(u32, u32)>> = vec![None; scene.meshes.len()];
     for instance in &scene.instances {
         first[instance.mesh as usize].get_or_insert((instance.node, instance.object));
@@ -65,57 +65,56 @@ fn groups(scene: &Scene) -> Vec<Vec<usize>> {
     groups
 }
 
-/// The angle of a face at its corner `p`, between the edges to its neighbours; radians.
+/// Angle in radians of a face at its corner `p`, between the edges to the neighbouring corners.
 pub(super) fn angle_at(p: DVec3, neighbours: [DVec3; 2]) -> f64 {
     let [a, b] = neighbours.map(|q| (q - p).normalize_or_zero());
     libm::acos(a.dot(b).clamp(-1.0, 1.0))
 }
 
-/// Makes the normals of some meshes as if they were one, at rest and in the shapes of their morph targets.
-/// `least` is the cosine that the normals of two faces have at least, at rest, where their common edge is
-/// smooth.
-fn by_angle(meshes: &mut [Mesh], group: &[usize], least: f64) {
-    let faces = faces(meshes, group);
+/// Generates the normals of the meshes `object` as if they were one mesh, for the base shape and for every morph target.
+/// An edge is smooth if the cosine of the angle between its face normals in the base shape exceeds `min_cos`.
+fn generate(meshes: &mut [Mesh], object: &[usize], min_cos: f64) {
+    let faces = faces(meshes, object);
     let normals = face_normals(meshes, &faces, None);
-    // Vertices in one place are one, whatever else they carry.
-    let mut places: HashMap<[u32; 3], u32> = HashMap::new();
-    let mut place_of: Vec<u32> = Vec::with_capacity(faces.len() * 3);
-    for (m, t) in &faces {
-        for &v in t {
-            // Adding zero makes one of both zeros.
-            let bits = (meshes[*m].positions[v as usize] + Vec3::ZERO).to_array().map(f32::to_bits);
-            let next = places.len() as u32;
-            place_of.push(*places.entry(bits).or_insert(next));
+    // Vertices at the same position are welded, whatever their other attributes.
+    let mut ids: HashMap<[u32; 3], u32> = HashMap::new();
+    let mut position_ids: Vec<u32> = Vec::with_capacity(faces.len() * 3);
+    for face in &faces {
+        for v in face.vertices {
+            // Adding zero turns -0 into 0.
+            let bits = (meshes[face.mesh].positions[v as usize] + Vec3::ZERO).to_array().map(f32::to_bits);
+            let next = ids.len() as u32;
+            position_ids.push(*ids.entry(bits).or_insert(next));
         }
     }
-    // Corners that are joined across smooth edges have one normal.
-    let mut joined: Vec<u32> = (0..place_of.len() as u32).collect();
-    for [a, b] in smooth_edges(&place_of, &normals, least) {
-        join(&mut joined, a, b);
+    // Corners that are connected by smooth edges share one normal.
+    let mut parents: Vec<u32> = (0..position_ids.len() as u32).collect();
+    for [a, b] in smooth_corner_pairs(&position_ids, &normals, min_cos) {
+        union(&mut parents, a, b);
     }
-    let roots: Vec<u32> = (0..joined.len() as u32).map(|c| root(&mut joined, c)).collect();
+    let roots: Vec<u32> = (0..parents.len() as u32).map(|c| find_root(&mut parents, c)).collect();
     let mut start = 0;
-    for &m in group {
+    for &m in object {
         let corners = start..start + 3 * meshes[m].triangles.len();
-        split(&mut meshes[m], &roots[corners.clone()]);
+        split_vertices(&mut meshes[m], &roots[corners.clone()]);
         start = corners.end;
     }
-    let targets = group.iter().map(|&m| meshes[m].morph_targets.len()).max().unwrap_or(0);
-    for shape in [None].into_iter().chain((0..targets).map(Some)) {
-        let normals = corner_normals(meshes, group, shape, &roots);
+    let morph_targets = object.iter().map(|&m| meshes[m].morph_targets.len()).max().unwrap_or(0);
+    for morph in [None].into_iter().chain((0..morph_targets).map(Some)) {
+        let normals = corner_normals(meshes, object, morph, &roots);
         let mut normals = &normals[..];
-        for &m in group {
+        for &m in object {
             let mesh = &mut meshes[m];
             let own = normals.split_off(..3 * mesh.triangles.len()).unwrap_or_default();
-            give(mesh, shape, own);
+            store_normals(mesh, morph, own);
         }
     }
 }
 
-/// Gives a mesh its corners' normals: its own, or what they differ from those in the shape of a morph target.
-fn give(mesh: &mut Mesh, shape: Option<usize>, corners: &[Vec3]) {
+/// Stores the normals of a mesh's corners: as the base normals, or as their differences to them in a morph target.
+fn store_normals(mesh: &mut Mesh, morph: Option<usize>, corners: &[Vec3]) {
     let corners = || mesh.triangles.as_flattened().iter().map(|&v| v as usize).zip(corners);
-    let Some(target) = shape else {
+    let Some(target) = morph else {
         mesh.normals = vec![Vec3::Y; mesh.positions.len()];
         corners().for_each(|(v, &normal)| mesh.normals[v] = normal);
         return;
@@ -128,94 +127,103 @@ fn give(mesh: &mut Mesh, shape: Option<usize>, corners: &[Vec3]) {
     corners().for_each(|(v, &normal)| target.normals[v] = normal - mesh.normals[v]);
 }
 
-/// The normals of faces at rest, or in the shape of a morph target; 0 without an area.
-fn face_normals(meshes: &[Mesh], faces: &[(usize, [u32; 3])], shape: Option<usize>) -> Vec<DVec3> {
-    let normal = |(m, t): &(usize, [u32; 3])| {
-        let [a, b, c] = corners(&meshes[*m], t, shape);
+/// A triangle of one of several meshes.
+struct Face {
+    mesh: usize,
+    vertices: [u32; 3],
+}
+
+/// Unit normals of faces in the base shape or in a morph target; 0 for faces without area.
+fn face_normals(meshes: &[Mesh], faces: &[Face], morph: Option<usize>) -> Vec<DVec3> {
+    let normal = |face: &Face| {
+        let [a, b, c] = corner_positions(&meshes[face.mesh], &face.vertices, morph);
         (b - a).cross(c - a).normalize_or_zero()
     };
     faces.par_iter().map(normal).collect()
 }
 
-/// Where a face's corners are at rest, or in the shape of a morph target.
-fn corners(mesh: &Mesh, t: &[u32; 3], shape: Option<usize>) -> [DVec3; 3] {
-    let target = shape.and_then(|target| mesh.morph_targets.get(target));
-    let moved = |v: u32| target.and_then(|t| t.positions.get(v as usize)).copied().unwrap_or_default();
-    t.map(|v| mesh.positions[v as usize].as_dvec3() + moved(v).as_dvec3())
+/// Positions of a face's corners in the base shape or in a morph target.
+fn corner_positions(mesh: &Mesh, vertices: &[u32; 3], morph: Option<usize>) -> [DVec3; 3] {
+    let target = morph.and_then(|target| mesh.morph_targets.get(target));
+    let delta = |v: u32| target.and_then(|t| t.positions.get(v as usize)).copied().unwrap_or_default();
+    vertices.map(|v| mesh.positions[v as usize].as_dvec3() + delta(v).as_dvec3())
 }
 
-/// The unit normal of each corner of some meshes in a shape: the mean of the faces whose corners have its root,
-/// weighted by their angles.
-fn corner_normals(meshes: &[Mesh], group: &[usize], shape: Option<usize>, roots: &[u32]) -> Vec<Vec3> {
-    let faces = faces(meshes, group);
-    let normals = face_normals(meshes, &faces, shape);
+/// Unit normals of all corners in the base shape or in a morph target: face normals averaged over the corners with the
+/// same root, weighted by the corners' angles.
+fn corner_normals(meshes: &[Mesh], object: &[usize], morph: Option<usize>, roots: &[u32]) -> Vec<Vec3> {
+    let faces = faces(meshes, object);
+    let normals = face_normals(meshes, &faces, morph);
     let mut sums = vec![DVec3::ZERO; roots.len()];
-    for (i, (m, t)) in faces.iter().enumerate() {
-        let p = corners(&meshes[*m], t, shape);
+    for (i, face) in faces.iter().enumerate() {
+        let p = corner_positions(&meshes[face.mesh], &face.vertices, morph);
         for k in 0..3 {
             let angle = angle_at(p[k], [p[(k + 1) % 3], p[(k + 2) % 3]]);
             sums[roots[3 * i + k] as usize] += normals[i] * angle;
         }
     }
     let unit = |(corner, &root): (usize, &u32)| {
-        // Where faces cancel, one of their own.
+        // Where the face normals cancel out, the corner uses its own face's.
         let n = sums[root as usize].try_normalize().unwrap_or(normals[corner / 3]);
         n.try_normalize().unwrap_or(DVec3::Y).as_vec3()
     };
     roots.iter().enumerate().map(unit).collect()
 }
 
-/// The triangles of some meshes, each with its mesh.
-fn faces(meshes: &[Mesh], group: &[usize]) -> Vec<(usize, [u32; 3])> {
-    group.iter().flat_map(|&m| meshes[m].triangles.iter().map(move |t| (m, *t))).collect()
+/// The triangles of the meshes `object`.
+fn faces(meshes: &[Mesh], object: &[usize]) -> Vec<Face> {
+    let of_mesh = |&mesh: &usize| meshes[mesh].triangles.iter().map(move |&vertices| Face { mesh, vertices });
+    object.iter().flat_map(of_mesh).collect()
 }
 
-/// Pairs of corners that meet at the ends of smooth edges.
-fn smooth_edges(place_of: &[u32], normals: &[DVec3], least: f64) -> Vec<[u32; 2]> {
-    /// Faces at one edge that are compared each with each.
-    const MOST: usize = 16;
-    // An edge by its places, and the corner that it starts from.
+/// Pairs of corners at both ends of all smooth edges.
+fn smooth_corner_pairs(position_ids: &[u32], normals: &[DVec3], min_cos: f64) -> Vec<[u32; 2]> {
+    /// Faces at one edge up to which all pairs are compared; edges of more faces are sharp.
+    const MAX_FACES: usize = 16;
+    // Edges by the ids of their positions, each with the corner that it starts from.
     let next = |c: u32| if c % 3 == 2 { c - 2 } else { c + 1 };
-    let mut edges: Vec<([u32; 2], u32)> = (0..place_of.len() as u32)
+    let mut edges: Vec<([u32; 2], u32)> = (0..position_ids.len() as u32)
         .map(|c| {
-            let (a, b) = (place_of[c as usize], place_of[next(c) as usize]);
+            let [a, b] = [c, next(c)].map(|c| position_ids[c as usize]);
             ([a.min(b), a.max(b)], c)
         })
-        .filter(|(places, _)| places[0] != places[1])
+        .filter(|(ids, _)| ids[0] != ids[1])
         .collect();
     edges.par_sort_unstable();
     let mut out = Vec::new();
-    for same in edges.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() <= MOST) {
+    for same in edges.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() <= MAX_FACES) {
         for (i, &(_, c)) in same.iter().enumerate() {
             for &(_, d) in &same[i + 1..] {
-                if normals[c as usize / 3].dot(normals[d as usize / 3]) <= least {
+                if normals[c as usize / 3].dot(normals[d as usize / 3]) <= min_cos {
                     continue;
                 }
-                let turned = place_of[c as usize] != place_of[d as usize];
-                let (d, d_next) = if turned { (next(d), d) } else { (d, next(d)) };
-                out.extend([[c, d], [next(c), d_next]]);
+                let is_reversed = position_ids[c as usize] != position_ids[d as usize];
+                let [start, end] = if is_reversed { [next(d), d] } else { [d, next(d)] };
+                out.extend([[c, start], [next(c), end]]);
             }
         }
     }
     out
 }
 
-fn root(joined: &mut [u32], mut c: u32) -> u32 {
-    while joined[c as usize] != c {
-        joined[c as usize] = joined[joined[c as usize] as usize];
-        c = joined[c as usize];
+/// Root of a set in a union-find forest, with path halving.
+fn find_root(parents: &mut [u32], mut c: u32) -> u32 {
+    while parents[c as usize] != c {
+        parents[c as usize] = parents[parents[c as usize] as usize];
+        c = parents[c as usize];
     }
     c
 }
 
-fn join(joined: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(joined, a), root(joined, b));
-    // The lower one stays, so that the order of joining does not matter.
-    joined[a.max(b) as usize] = a.min(b);
+/// Unites two sets.
+fn union(parents: &mut [u32], a: u32, b: u32) {
+    let [a, b] = [a, b].map(|c| find_root(parents, c));
+    // The lower root remains, so that the order of unions does not matter.
+    parents[a.max(b) as usize] = a.min(b);
 }
 
-/// Gives each vertex as many copies as its corners have different keys.
-fn split(mesh: &mut Mesh, keys: &[u32]) {
+/// Duplicates each vertex so that all its corners have the same key.
+fn split_vertices(mesh: &mut Mesh, keys: &[u32]) {
     let vertices = mesh.positions.len();
     let mut own: Vec<Option<u32>> = vec![None; vertices];
     let mut copies: HashMap<(u32, u32), u32> = HashMap::new();
@@ -229,7 +237,7 @@ fn split(mesh: &mut Mesh, keys: &[u32]) {
             });
         }
     }
-    tangents::append(mesh, &copied);
+    tangents::append_copies(mesh, &copied);
 }
 
 #[cfg(test)]
@@ -237,7 +245,7 @@ mod tests {
     use super::*;
     use crate::scene::{Instance, Material, MorphTarget, Node};
 
-    /// A scene of one mesh for each list of triangles, all of one object.
+    /// A scene with one mesh per list of triangles, all of one object.
     fn scene(positions: &[[f32; 3]], parts: &[&[[u32; 3]]]) -> Scene {
         let mesh = |triangles: &&[[u32; 3]]| Mesh {
             positions: positions.iter().map(|p| Vec3::from_array(*p)).collect(),
@@ -261,7 +269,8 @@ mod tests {
     const FLOOR: [[u32; 3]; 2] = [[0, 1, 3], [0, 3, 2]];
     const WALL: [[u32; 3]; 2] = [[0, 4, 5], [0, 5, 1]];
 
-    fn at_edge(scene: &Scene) -> Vec<Vec3> {
+    /// Distinct normals along the z axis.
+    fn normals_at_edge(scene: &Scene) -> Vec<Vec3> {
         let mut out = Vec::new();
         for mesh in &scene.meshes {
             for v in mesh.triangles.as_flattened().iter().map(|&v| v as usize) {
@@ -280,19 +289,19 @@ mod tests {
         for parts in [vec![&both[..]], vec![&FLOOR[..], &WALL[..]]] {
             let mut smooth = scene(&CORNER, &parts);
             apply(&mut smooth, NormalMode::CreaseAngle(91.0));
-            let [n] = at_edge(&smooth)[..] else { panic!("{:?}", at_edge(&smooth)) };
+            let [n] = normals_at_edge(&smooth)[..] else { panic!("{:?}", normals_at_edge(&smooth)) };
             assert!(n.abs_diff_eq(Vec3::new(1.0, 1.0, 0.0).normalize(), 1e-6), "{n}");
             let mut sharp = scene(&CORNER, &parts);
             apply(&mut sharp, NormalMode::CreaseAngle(90.0));
-            assert_eq!(at_edge(&sharp), [Vec3::Y, Vec3::X]);
-            // The two triangles of a square still share their vertices.
+            assert_eq!(normals_at_edge(&sharp), [Vec3::Y, Vec3::X]);
+            // The two triangles of a square share their vertices.
             let vertices: usize = sharp.meshes.iter().map(|m| m.normals.len()).sum();
             assert_eq!(vertices, if parts.len() == 1 { 8 } else { 12 });
         }
     }
 
     #[test]
-    fn off_is_flat_and_file_changes_nothing() {
+    fn flat_mode_removes_normals_and_file_mode_keeps_them() {
         let mut off = scene(&CORNER, &[&FLOOR]);
         apply(&mut off, NormalMode::Flat);
         assert!(off.meshes[0].normals.is_empty());
@@ -302,8 +311,8 @@ mod tests {
     }
 
     #[test]
-    fn seams_of_texture_coordinates_stay_smooth_and_keep_their_coordinates() {
-        // The wall has vertices of its own along the edge.
+    fn texture_seams_are_smooth_and_keep_their_coordinates() {
+        // The wall has its own vertices along the edge.
         let mut positions = CORNER.to_vec();
         positions.extend([CORNER[0], CORNER[1]]);
         let both = [FLOOR, [[6, 4, 5], [6, 5, 7]]].concat();
@@ -311,7 +320,7 @@ mod tests {
         let uvs: Vec<_> = (0..8).map(|i| glam::Vec2::splat(i as f32)).collect();
         scene.meshes[0].uvs = vec![uvs.clone()];
         apply(&mut scene, NormalMode::CreaseAngle(120.0));
-        assert_eq!(at_edge(&scene).len(), 1);
+        assert_eq!(normals_at_edge(&scene).len(), 1);
         assert_eq!(scene.meshes[0].uvs[0], uvs);
     }
 
@@ -336,11 +345,11 @@ mod tests {
         assert!(mesh.normals[0].abs_diff_eq(Vec3::Y, 1e-5) && mesh.normals[1].abs_diff_eq(-Vec3::Y, 1e-5));
     }
 
-    /// What is smooth at rest is smooth as it bends, and so bends its normals.
+    /// Edges that are smooth in the base shape are smooth in morph targets.
     #[test]
-    fn morph_targets_have_normals_of_their_shapes() {
+    fn morph_targets_get_the_normals_of_their_shapes() {
         let mut scene = scene(&CORNER, &[&[FLOOR, WALL].concat()]);
-        // Lays the wall down, so that all lies in one plane.
+        // The target lays the wall down into the plane of the floor.
         let mut down = vec![Vec3::ZERO; 6];
         down[4..].fill(Vec3::new(-1.0, -1.0, 0.0));
         let target = MorphTarget { positions: down, normals: vec![Vec3::X; 6], ..MorphTarget::default() };
@@ -358,10 +367,10 @@ mod tests {
     }
 
     #[test]
-    fn wild_numbers_do_no_harm() {
-        for wild in [f32::NAN, f32::INFINITY, 1e38, 0.0] {
+    fn invalid_positions_yield_unit_normals() {
+        for value in [f32::NAN, f32::INFINITY, 1e38, 0.0] {
             let mut positions = CORNER;
-            positions[1] = [wild; 3];
+            positions[1] = [value; 3];
             let mut scene = scene(&positions, &[&[FLOOR, WALL, FLOOR].concat()]);
             apply(&mut scene, NormalMode::CreaseAngle(60.0));
             assert!(scene.meshes[0].normals.iter().all(|n| n.is_normalized()));

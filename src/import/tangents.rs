@@ -1,5 +1,5 @@
-//! Tangents for normal maps, by MikkTSpace as the specification asks: the frame that the maps were
-//! baked in.
+//! Generates tangents for normal maps by MikkTSpace, as the glTF specification requires: normal maps are baked in this
+//! tangent space.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -10,14 +10,14 @@ use glam::{Vec2, Vec3, Vec4};
 use super::flat;
 use crate::scene::{GeneratedFrames, Influences, Mesh, MorphTarget, Source, TextureRef, UvTransform};
 
-/// Faces that may meet in a place: MikkTSpace compares each with each.
-const MOST_FACES: u32 = 1024;
+/// Faces that may share a position: MikkTSpace compares all pairs.
+const MAX_VALENCE: u32 = 1024;
 
-/// Gives `mesh` tangents along the coordinates of `map`, unless it has some. Vertices where the
-/// frames of neighbouring faces differ are split; a flat mesh gets its faces' normals.
+/// Generates tangents of `mesh` along the texture coordinates of `map`, unless the mesh has tangents. Splits vertices
+/// whose faces have different tangents. A mesh without normals gets face normals.
 ///
-/// The frame follows what the map's transform turns or mirrors, but not in Blender's files: its normal maps
-/// have the axes of the coordinates themselves, and so have the tangents that it writes.
+/// The tangents follow rotations and reflections of the map's texture transform (KHR_texture_transform), except in
+/// Blender's files: Blender's normal maps use the axes of the untransformed coordinates.
 pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
     let has_uvs = mesh.uv_set(map.uv_set).is_some();
     if !has_uvs || !mesh.tangents.is_empty() {
@@ -31,86 +31,96 @@ pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
     let uvs = &mesh.uvs[map.uv_set as usize];
     let axes = if source.is_blender() { UvTransform::IDENTITY } else { map.transform };
     let uvs: Vec<Vec2> = uvs.iter().map(|&uv| axes.apply(uv)).collect();
-    let Faces { plain, copies } = faces(mesh, &uvs);
+    let Faces { unique, duplicates } = select_faces(mesh, &uvs);
     let tangents = vec![None; mesh.triangles.len() * 3];
-    let mut corners = Corners { mesh, uvs: &uvs, faces: &plain, tangents };
-    let Ok(()) = generate_tangents(&mut corners) else { return };
-    let mut tangents = corners.tangents;
-    for (copy, of, turn) in copies {
+    let mut input = MikkMesh { mesh, uvs: &uvs, faces: &unique, tangents };
+    let Ok(()) = generate_tangents(&mut input) else { return };
+    let mut tangents = input.tangents;
+    for Duplicate { triangle, original, rotation } in duplicates {
         for corner in 0..3 {
-            tangents[copy as usize * 3 + (corner + turn) % 3] = tangents[of as usize * 3 + corner];
+            tangents[triangle as usize * 3 + (corner + rotation) % 3] =
+                tangents[original as usize * 3 + corner];
         }
     }
     for (t, corners) in mesh.triangles.iter().zip(tangents.chunks_exact_mut(3)) {
-        // Where MikkTSpace was not asked or has no answer: the face's own direction of u.
+        // Corners that MikkTSpace skipped or has no tangent for use the face's direction of u.
         if corners.contains(&None) {
-            let own = face_tangent(mesh, &uvs, t);
-            corners.iter_mut().for_each(|c| *c = c.or(own));
+            let fallback = face_tangent(mesh, &uvs, t);
+            corners.iter_mut().for_each(|c| *c = c.or(fallback));
         }
     }
-    split(mesh, &tangents);
+    split_vertices(mesh, &tangents);
 }
 
-/// Which triangles MikkTSpace is asked about.
+/// The triangles that MikkTSpace processes.
 struct Faces {
-    plain: Vec<u32>,
-    /// Triangles that repeat another: (the copy, the other, where its first corner is).
-    copies: Vec<(u32, u32, usize)>,
+    unique: Vec<u32>,
+    duplicates: Vec<Duplicate>,
 }
 
-/// Leaves out what has no area, or numbers that nobody can work with, or too many neighbours, and
-/// asks once for triangles that are there many times: MikkTSpace's time grows with the square.
-fn faces(mesh: &Mesh, uvs: &[Vec2]) -> Faces {
+/// A triangle with the same corners as another.
+struct Duplicate {
+    triangle: u32,
+    original: u32,
+    /// Position of the original's first corner in the duplicate.
+    rotation: usize,
+}
+
+/// Selects the triangles for MikkTSpace, whose time grows with the square of the faces at a position. Skips triangles
+/// without area, with invalid numbers, or at positions of too many faces, and finds duplicates.
+fn select_faces(mesh: &Mesh, uvs: &[Vec2]) -> Faces {
     let welded = weld(mesh.positions.len(), |v| {
         let (p, n, t) = (mesh.positions[v], mesh.normals[v], uvs[v]);
         [p.x, p.y, p.z, n.x, n.y, n.z, t.x, t.y]
     });
-    let places = weld(mesh.positions.len(), |v| mesh.positions[v].to_array());
-    let mut out = Faces { plain: Vec::with_capacity(mesh.triangles.len()), copies: Vec::new() };
+    let position_ids = weld(mesh.positions.len(), |v| mesh.positions[v].to_array());
+    let mut out = Faces { unique: Vec::with_capacity(mesh.triangles.len()), duplicates: Vec::new() };
     let mut first: HashMap<[u32; 3], (u32, usize)> = HashMap::with_capacity(mesh.triangles.len());
     let mut valence = vec![0u32; mesh.positions.len()];
     for (i, corners) in mesh.triangles.iter().enumerate() {
         let i = i as u32;
-        if !is_plain(mesh, uvs, corners) {
+        if !is_valid(mesh, uvs, corners) {
             continue;
         }
         let own = corners.map(|v| welded[v as usize]);
-        let turn = (0..3).min_by_key(|&k| own[k]).unwrap_or(0);
-        let turned = [own[turn], own[(turn + 1) % 3], own[(turn + 2) % 3]];
-        match first.entry(turned) {
-            Entry::Occupied(other) => {
-                let (of, of_turn) = *other.get();
-                out.copies.push((i, of, (turn + 3 - of_turn) % 3));
+        let start = (0..3).min_by_key(|&k| own[k]).unwrap_or(0);
+        let rotated = [own[start], own[(start + 1) % 3], own[(start + 2) % 3]];
+        match first.entry(rotated) {
+            Entry::Occupied(entry) => {
+                let (original, original_start) = *entry.get();
+                let rotation = (start + 3 - original_start) % 3;
+                out.duplicates.push(Duplicate { triangle: i, original, rotation });
             }
             Entry::Vacant(slot) => {
-                slot.insert((i, turn));
-                corners.iter().for_each(|&v| valence[places[v as usize] as usize] += 1);
-                out.plain.push(i);
+                slot.insert((i, start));
+                corners.iter().for_each(|&v| valence[position_ids[v as usize] as usize] += 1);
+                out.unique.push(i);
             }
         }
     }
-    let few = |&t: &u32| {
-        mesh.triangles[t as usize].iter().all(|&v| valence[places[v as usize] as usize] <= MOST_FACES)
+    let has_low_valence = |&t: &u32| {
+        let valences = mesh.triangles[t as usize].map(|v| valence[position_ids[v as usize] as usize]);
+        valences.iter().all(|&valence| valence <= MAX_VALENCE)
     };
-    out.plain.retain(few);
+    out.unique.retain(has_low_valence);
     out
 }
 
-/// Gives vertices with equal numbers one id.
-fn weld<const N: usize>(vertices: usize, numbers: impl Fn(usize) -> [f32; N]) -> Vec<u32> {
+/// Assigns the same id to vertices with equal values.
+fn weld<const N: usize>(vertices: usize, values: impl Fn(usize) -> [f32; N]) -> Vec<u32> {
     let mut ids: HashMap<[u32; N], u32> = HashMap::with_capacity(vertices);
     let id = |v: usize| {
         let next = ids.len() as u32;
-        // Adding zero makes one of both zeros.
-        *ids.entry(numbers(v).map(|x| (x + 0.0).to_bits())).or_insert(next)
+        // Adding zero turns -0 into 0.
+        *ids.entry(values(v).map(|x| (x + 0.0).to_bits())).or_insert(next)
     };
     (0..vertices).map(id).collect()
 }
 
-/// True for a triangle with an area, and numbers that MikkTSpace can work with.
-fn is_plain(mesh: &Mesh, uvs: &[Vec2], corners: &[u32; 3]) -> bool {
-    const HUGE: f32 = 1e15;
-    let bounded = |x: Vec3| x.is_finite() && x.abs().max_element() < HUGE;
+/// Returns true for a triangle with three distinct positions and values in MikkTSpace's range.
+fn is_valid(mesh: &Mesh, uvs: &[Vec2], corners: &[u32; 3]) -> bool {
+    const MAX_VALUE: f32 = 1e15;
+    let bounded = |x: Vec3| x.is_finite() && x.abs().max_element() < MAX_VALUE;
     let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
     a != b
         && b != c
@@ -121,26 +131,28 @@ fn is_plain(mesh: &Mesh, uvs: &[Vec2], corners: &[u32; 3]) -> bool {
             .all(|v| bounded(mesh.positions[v]) && bounded(mesh.normals[v]) && bounded(uvs[v].extend(0.0)))
 }
 
-/// Where u grows fastest on a triangle, with the sign of its bitangent.
+/// Direction of increasing u on a triangle, with the bitangent's sign in w.
 fn face_tangent(mesh: &Mesh, uvs: &[Vec2], corners: &[u32; 3]) -> Option<Vec4> {
     let [a, b, c] = corners.map(|v| mesh.positions[v as usize].as_dvec3());
     let [ta, tb, tc] = corners.map(|v| uvs[v as usize].as_dvec2());
-    let (e1, e2, d1, d2) = (b - a, c - a, tb - ta, tc - ta);
+    let [e1, e2] = [b - a, c - a];
+    let [d1, d2] = [tb - ta, tc - ta];
     let area = d1.perp_dot(d2);
     let along = (e1 * d2.y - e2 * d1.y) * area.signum();
-    // v runs down the image, so an image seen upright from the front has a negative area.
+    // v points down in the image, so an upright image seen from the front has a negative area.
     let sign = if area < 0.0 { 1.0 } else { -1.0 };
     Some(along.try_normalize()?.as_vec3().extend(sign))
 }
 
-struct Corners<'m> {
+/// A mesh as MikkTSpace reads it.
+struct MikkMesh<'m> {
     mesh: &'m Mesh,
     uvs: &'m [Vec2],
     faces: &'m [u32],
     tangents: Vec<Option<Vec4>>,
 }
 
-impl Corners<'_> {
+impl MikkMesh<'_> {
     fn corner(&self, face: usize, vert: usize) -> usize {
         self.faces[face] as usize * 3 + vert
     }
@@ -150,7 +162,7 @@ impl Corners<'_> {
     }
 }
 
-impl Geometry for Corners<'_> {
+impl Geometry for MikkMesh<'_> {
     fn num_faces(&self) -> usize {
         self.faces.len()
     }
@@ -168,7 +180,7 @@ impl Geometry for Corners<'_> {
     }
 
     fn tex_coord(&self, face: usize, vert: usize) -> [f32; 2] {
-        // MikkTSpace has v upwards, glTF downwards.
+        // v points up in MikkTSpace and down in glTF.
         let uv = self.uvs[self.vertex(face, vert)];
         [uv.x, 1.0 - uv.y]
     }
@@ -179,12 +191,12 @@ impl Geometry for Corners<'_> {
     }
 }
 
-/// Hands each vertex its corners' tangent, and a vertex with several its copies.
-fn split(mesh: &mut Mesh, tangents: &[Option<Vec4>]) {
+/// Stores each corner's tangent at its vertex, and splits vertices with several tangents.
+fn split_vertices(mesh: &mut Mesh, tangents: &[Option<Vec4>]) {
     let vertices = mesh.positions.len();
     let mut own: Vec<Option<Vec4>> = vec![None; vertices];
     let mut copies: HashMap<(u32, [u32; 4]), u32> = HashMap::new();
-    // The vertices that are copied, in the order of their copies.
+    // The originals of the appended vertices, in order.
     let mut copied: Vec<u32> = Vec::new();
     for (corner, tangent) in mesh.triangles.as_flattened_mut().iter_mut().zip(tangents) {
         let Some(tangent) = *tangent else { continue };
@@ -205,22 +217,22 @@ fn split(mesh: &mut Mesh, tangents: &[Option<Vec4>]) {
             }
         }
     }
-    append(mesh, &copied);
-    // Corners that MikkTSpace has nothing to say of: any frame about their normal.
+    append_copies(mesh, &copied);
+    // Vertices without a tangent use any frame around their normal.
     let default = |v: usize| mesh.normals[v].any_orthonormal_vector().extend(1.0);
     mesh.tangents = own.iter().enumerate().map(|(v, t)| t.unwrap_or_else(|| default(v))).collect();
 }
 
-/// Appends copies of vertices, with everything they carry.
-pub(super) fn append(mesh: &mut Mesh, copied: &[u32]) {
-    fn grow<T: Copy>(list: &mut Vec<T>, copied: &[u32], each: usize) {
+/// Appends copies of vertices with all their attributes.
+pub(super) fn append_copies(mesh: &mut Mesh, copied: &[u32]) {
+    fn grow<T: Copy>(list: &mut Vec<T>, copied: &[u32], width: usize) {
         if list.is_empty() {
             return;
         }
-        list.reserve_exact(copied.len() * each);
+        list.reserve_exact(copied.len() * width);
         for &v in copied {
-            let start = v as usize * each;
-            list.extend_from_within(start..start + each);
+            let start = v as usize * width;
+            list.extend_from_within(start..start + width);
         }
     }
     let Mesh { positions, normals, uvs, colors, morph_targets, influences, .. } = mesh;
@@ -243,9 +255,9 @@ mod tests {
     use super::*;
     use crate::scene::UvTransform;
 
-    /// A map that is turned turns the frame, but in Blender's files.
+    /// A rotated map rotates the tangents, except in Blender's files.
     #[test]
-    fn the_frame_follows_the_map_as_its_program_has_it() {
+    fn tangents_follow_the_texture_transform_except_in_blender_files() {
         let quarter = UvTransform::khr(Vec2::ZERO, std::f32::consts::FRAC_PI_2, Vec2::ONE);
         let map = TextureRef { transform: quarter, ..map() };
         for (generator, along) in [("", Vec3::Y), ("Khronos glTF Blender I/O v5.0.21", Vec3::X)] {
@@ -260,7 +272,7 @@ mod tests {
         TextureRef { texture: 0, uv_set: 0, transform: UvTransform::IDENTITY }
     }
 
-    /// A square of two triangles in the plane z = 0, its image right way up.
+    /// A square of two triangles in the plane z = 0 with an upright image.
     fn square() -> Mesh {
         Mesh {
             positions: [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
@@ -274,16 +286,16 @@ mod tests {
     }
 
     #[test]
-    fn an_upright_image_has_the_frame_of_its_plane() {
+    fn tangents_of_an_upright_image_point_along_u() {
         let mut mesh = square();
         generate(&mut mesh, &map(), &Source::default());
-        // t along +u, and b = cross(n, t)·w along the image's up.
+        // t points along +u, and b = cross(n, t)·w up in the image.
         assert_eq!(mesh.tangents, [Vec4::new(1.0, 0.0, 0.0, 1.0); 4]);
         assert_eq!(mesh.positions.len(), 4);
     }
 
     #[test]
-    fn a_mirrored_half_splits_the_seam() {
+    fn mirrored_texture_coordinates_split_the_seam() {
         let mut mesh = square();
         // The second triangle is folded back onto the image.
         mesh.uvs[0][3] = Vec2::new(1.0, 1.0);
@@ -303,19 +315,19 @@ mod tests {
     }
 
     #[test]
-    fn wild_numbers_do_no_harm() {
-        for wild in [f32::NAN, f32::INFINITY, 1e38, 0.0] {
+    fn invalid_values_do_not_panic() {
+        for value in [f32::NAN, f32::INFINITY, 1e38, 0.0] {
             let mut mesh = square();
-            mesh.positions[2] = Vec3::splat(wild);
-            mesh.uvs[0][1] = Vec2::splat(wild);
-            mesh.normals[0] = Vec3::splat(wild);
+            mesh.positions[2] = Vec3::splat(value);
+            mesh.uvs[0][1] = Vec2::splat(value);
+            mesh.normals[0] = Vec3::splat(value);
             generate(&mut mesh, &map(), &Source::default());
             assert_eq!(mesh.tangents.len(), mesh.positions.len());
         }
     }
 
-    /// Few different numbers, so that vertices, edges and triangles coincide in every way.
-    fn tangle() -> impl proptest::strategy::Strategy<Value = Mesh> {
+    /// Meshes with few distinct values, so that vertices, edges and triangles coincide in all ways.
+    fn degenerate_meshes() -> impl proptest::strategy::Strategy<Value = Mesh> {
         use proptest::prelude::*;
         let number = || prop_oneof![Just(0.0f32), Just(1.0), Just(-1.0), Just(1e-30), Just(1e14)];
         let vertex = (number(), number(), number(), number(), number(), 0..4usize);
@@ -336,7 +348,7 @@ mod tests {
     proptest::proptest! {
         #![proptest_config(proptest::prelude::ProptestConfig::with_cases(4000))]
         #[test]
-        fn tangled_meshes_keep_their_shape(mesh in tangle()) {
+        fn degenerate_meshes_keep_their_shape(mesh in degenerate_meshes()) {
             let mut split = mesh.clone();
             generate(&mut split, &map(), &Source::default());
             assert_eq!(split.tangents.len(), split.positions.len());
@@ -349,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn repeated_triangles_share_their_frames() {
+    fn duplicate_triangles_share_their_tangents() {
         let mut mesh = square();
         mesh.uvs[0][3] = Vec2::new(1.0, 1.0);
         let mut alone = mesh.clone();
@@ -366,14 +378,14 @@ mod tests {
     }
 
     #[test]
-    fn many_coincident_triangles_take_no_longer_than_others() {
+    fn coincident_triangles_take_linear_time() {
         let n = 100_000;
         let start = std::time::Instant::now();
         let mut same = square();
         same.triangles = same.triangles.repeat(n / 2);
         generate(&mut same, &map(), &Source::default());
         assert_eq!(same.positions.len(), 4);
-        // One place, coordinates of their own; a fan about one vertex; no area at all.
+        // Triangles at one position with different coordinates; a fan around one vertex; triangles without area.
         for kind in 0..3 {
             let mut mesh = Mesh { uvs: vec![Vec::new()], ..Mesh::default() };
             for i in 0..n as u32 {
@@ -392,7 +404,7 @@ mod tests {
             generate(&mut mesh, &map(), &Source::default());
             assert!(mesh.tangents.iter().all(|t| t.is_finite()));
         }
-        // Quadratic time would be minutes.
+        // Quadratic time would take minutes.
         assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
     }
 }

@@ -123,10 +123,10 @@ fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
         dir.path(),
         &["render", scene, "--variant", "Nobody"],
         1,
-        "there is no variant 'Nobody'; the file has: none",
+        "no material variant 'Nobody'; available: none",
     );
     let obj = model("cornell/cornell.obj");
-    fails(dir.path(), &["render", obj.as_str(), "--variant", "Nobody"], 1, "there is no variant 'Nobody'");
+    fails(dir.path(), &["render", obj.as_str(), "--variant", "Nobody"], 1, "no material variant 'Nobody'");
     let shoe = model("tests/gltf/variants.glb");
     fails(dir.path(), &["info", shoe.as_str(), "--variant", "Nobody"], 1, "'Day', 'Dusk', 'Night'");
 }

@@ -164,6 +164,6 @@ fn a_picture_of_light_lights_by_direction() {
         dir.path(),
         &[&render[..], &["--hdri", "text.exr"]].concat(),
         2,
-        "neither Radiance HDR nor OpenEXR",
+        "not a Radiance HDR or OpenEXR file",
     );
 }

@@ -72,7 +72,7 @@ fn a_picture_of_light_stays_within_the_memory_allowed() {
         fails(dir.path(), &args, 2, says);
     };
     with(needed - 1, &format!("bytes of memory: {needed} exceeds the limit of {}", needed - 1));
-    with(needed, "the picture cannot be decoded");
+    with(needed, "the environment map cannot be decoded");
 }
 
 /// Memory is limited by the address space, too.

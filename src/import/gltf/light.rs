@@ -1,4 +1,4 @@
-//! Cameras and lights.
+//! Cameras and lights (KHR_lights_punctual).
 
 use ::gltf::json::camera::{Camera, Type};
 use ::gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
@@ -8,7 +8,7 @@ use glam::Vec3;
 use crate::import::error::Warnings;
 use crate::scene::{FileCamera, FileProjection, Light, LightKind};
 
-/// A camera at a node; `None`, with a warning, for one that shows nothing.
+/// Reads the camera of a node; `None`, with a warning, if its projection is invalid.
 pub(super) fn camera(json: &Camera, index: usize, node: u32, warnings: &mut Warnings) -> Option<FileCamera> {
     let positive = |x: f32| (x.is_finite() && x > 0.0).then_some(f64::from(x));
     let read = || match (&json.type_, &json.perspective, &json.orthographic) {
@@ -19,14 +19,15 @@ pub(super) fn camera(json: &Camera, index: usize, node: u32, warnings: &mut Warn
             Some((FileProjection::Perspective { yfov, aspect }, p.znear, far))
         }
         (Checked::Valid(Type::Orthographic), _, Some(o)) => {
-            // Some exporters write mirrored extents; what is seen is the same.
-            let (xmag, ymag) = (positive(o.xmag.abs())?, positive(o.ymag.abs())?);
+            // Some exporters write negative magnitudes, which render the same.
+            let xmag = positive(o.xmag.abs())?;
+            let ymag = positive(o.ymag.abs())?;
             Some((FileProjection::Orthographic { xmag, ymag }, o.znear, f64::from(o.zfar)))
         }
         _ => None,
     };
     let Some((projection, znear, zfar)) = read() else {
-        warnings.add(format_args!("cameras[{index}]"), "has no view, and was left out");
+        warnings.add(format_args!("cameras[{index}]"), "ignored camera without a valid projection");
         return None;
     };
     let znear = f64::from(znear).max(0.0);
@@ -34,21 +35,21 @@ pub(super) fn camera(json: &Camera, index: usize, node: u32, warnings: &mut Warn
     Some(FileCamera { name: json.name.clone().unwrap_or_default(), node, projection, znear, zfar })
 }
 
-/// A light at a node.
+/// Reads the light of a node; `None`, with a warning, if its type is unknown.
 pub(super) fn light(json: &JsonLight, index: usize, node: u32, warnings: &mut Warnings) -> Option<Light> {
     let kind = match json.type_ {
         Checked::Valid(LightType::Point) => LightKind::Point,
         Checked::Valid(LightType::Directional) => LightKind::Directional,
         Checked::Valid(LightType::Spot) => {
-            let (inner, outer) = json
-                .spot
-                .as_ref()
-                .map_or((0.0, std::f32::consts::FRAC_PI_4), |s| (s.inner_cone_angle, s.outer_cone_angle));
-            LightKind::Spot { inner, outer }
+            let spot = json.spot.as_ref();
+            LightKind::Spot {
+                inner: spot.map_or(0.0, |s| s.inner_cone_angle),
+                outer: spot.map_or(std::f32::consts::FRAC_PI_4, |s| s.outer_cone_angle),
+            }
         }
         Checked::Invalid => {
-            let place = format!("extensions.KHR_lights_punctual.lights[{index}].type");
-            warnings.add(place, "is unknown; the light was left out");
+            let location = format!("extensions.KHR_lights_punctual.lights[{index}].type");
+            warnings.add(location, "ignored light of unknown type");
             return None;
         }
     };

@@ -1,4 +1,4 @@
-//! Materials.
+//! Materials: metallic-roughness, specular-glossiness and unlit, with their extensions.
 
 use ::gltf::json as gltf;
 use ::gltf::json::extensions::texture::TextureTransform;
@@ -13,14 +13,13 @@ use crate::scene::{
 
 /// glTF's default material: white metal, fully rough.
 pub(super) fn default() -> Material {
-    let mut find = |_| None;
-    read(&gltf::Material::default(), &mut find)
+    let mut resolve = |_| None;
+    read(&gltf::Material::default(), &mut resolve)
 }
 
-/// A material as the file describes it. `find` gives the scene's number of a texture, or `None`
-/// where it is as if white.
-pub(super) fn read(json: &gltf::Material, find: &mut dyn FnMut(usize) -> Option<u32>) -> Material {
-    let mut slots = Slots { find };
+/// Reads a material. `resolve` maps a texture's index in the file to the scene's, or to `None` for white.
+pub(super) fn read(json: &gltf::Material, resolve: &mut dyn FnMut(usize) -> Option<u32>) -> Material {
+    let mut slots = TextureSlots { resolve };
     let pbr = &json.pbr_metallic_roughness;
     let extensions = json.extensions.as_ref();
     let strength = extensions.and_then(|e| e.emissive_strength.as_ref());
@@ -52,12 +51,12 @@ pub(super) fn read(json: &gltf::Material, find: &mut dyn FnMut(usize) -> Option<
         emission: slots.color(Vec3::from(json.emissive_factor.0), json.emissive_texture.as_ref()),
         emission_strength: strength.map_or(1.0, |s| s.emissive_strength.0),
         normal: json.normal_texture.as_ref().and_then(|n| {
-            let transform = n.extensions.as_ref().and_then(|e| raw_transform(&e.others));
+            let transform = n.extensions.as_ref().and_then(|e| untyped_transform(&e.others));
             let texture = slots.texture(n.index.value(), n.tex_coord, transform.as_ref())?;
             Some(NormalMap { texture, scale: n.scale, scale_is_strength: false })
         }),
         occlusion: json.occlusion_texture.as_ref().map_or(ScalarInput::new(1.0), |o| {
-            let transform = o.extensions.as_ref().and_then(|e| raw_transform(&e.others));
+            let transform = o.extensions.as_ref().and_then(|e| untyped_transform(&e.others));
             let texture = slots.texture(o.index.value(), o.tex_coord, transform.as_ref());
             ScalarInput { factor: o.strength.0, texture: texture.map(|t| (t, TextureChannel::R)) }
         }),
@@ -66,13 +65,13 @@ pub(super) fn read(json: &gltf::Material, find: &mut dyn FnMut(usize) -> Option<
         }),
         double_sided: json.double_sided,
     };
-    if let Some(old) = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref()) {
-        material.base_color = slots.color(rgb(old.diffuse_factor.0), old.diffuse_texture.as_ref());
-        material.alpha = ScalarInput::new(old.diffuse_factor.0[3]);
-        let texture = old.specular_glossiness_texture.as_ref();
+    if let Some(glossy) = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref()) {
+        material.base_color = slots.color(rgb(glossy.diffuse_factor.0), glossy.diffuse_texture.as_ref());
+        material.alpha = ScalarInput::new(glossy.diffuse_factor.0[3]);
+        let texture = glossy.specular_glossiness_texture.as_ref();
         material.reflectance = Reflectance::SpecularGlossiness {
-            specular: slots.color(Vec3::from(old.specular_factor.0), texture),
-            glossiness: slots.scalar(old.glossiness_factor.0, texture, TextureChannel::A),
+            specular: slots.color(Vec3::from(glossy.specular_factor.0), texture),
+            glossiness: slots.scalar(glossy.glossiness_factor.0, texture, TextureChannel::A),
         };
     }
     if extensions.is_some_and(|e| e.unlit.is_some()) {
@@ -83,7 +82,7 @@ pub(super) fn read(json: &gltf::Material, find: &mut dyn FnMut(usize) -> Option<
 
 fn dielectric(
     extensions: Option<&gltf::extensions::material::Material>,
-    slots: &mut Slots<'_>,
+    slots: &mut TextureSlots<'_>,
 ) -> Dielectric {
     let mut out = Dielectric::default();
     let Some(extensions) = extensions else { return out };
@@ -102,11 +101,12 @@ fn rgb([r, g, b, _]: [f32; 4]) -> Vec3 {
     Vec3::new(r, g, b)
 }
 
-struct Slots<'f> {
-    find: &'f mut dyn FnMut(usize) -> Option<u32>,
+/// Reads the texture infos of a material.
+struct TextureSlots<'f> {
+    resolve: &'f mut dyn FnMut(usize) -> Option<u32>,
 }
 
-impl Slots<'_> {
+impl TextureSlots<'_> {
     fn color(&mut self, factor: Vec3, info: Option<&gltf::texture::Info>) -> ColorInput {
         ColorInput { factor, texture: self.info(info) }
     }
@@ -129,21 +129,21 @@ impl Slots<'_> {
     fn texture(
         &mut self,
         index: usize,
-        set: u32,
+        uv_set: u32,
         transform: Option<&TextureTransform>,
     ) -> Option<TextureRef> {
-        let texture = (self.find)(index)?;
+        let texture = (self.resolve)(index)?;
         let matrix =
             |t: &TextureTransform| UvTransform::khr(t.offset.0.into(), t.rotation.0, t.scale.0.into());
         Some(TextureRef {
             texture,
-            uv_set: transform.and_then(|t| t.tex_coord).unwrap_or(set),
+            uv_set: transform.and_then(|t| t.tex_coord).unwrap_or(uv_set),
             transform: transform.map_or(UvTransform::IDENTITY, matrix),
         })
     }
 }
 
-/// KHR_texture_transform where the JSON crate hands it over untyped.
-fn raw_transform(others: &Map<String, Value>) -> Option<TextureTransform> {
+/// KHR_texture_transform of a texture info whose extensions are untyped in `gltf::json`.
+fn untyped_transform(others: &Map<String, Value>) -> Option<TextureTransform> {
     serde_json::from_value(others.get("KHR_texture_transform")?.clone()).ok()
 }

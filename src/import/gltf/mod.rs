@@ -1,11 +1,14 @@
-//! glTF 2.0: container, repair, checks, then the parts of the scene one by one.
+//! glTF 2.0 importer.
 //!
-//! The JSON is typed by `gltf::json`, and nothing else of that family is used: its importer and its
-//! accessor views trust the file.
+//! Stages: container (GLB chunks), JSON parsing with repairs and validation, buffers, then the scene's nodes, meshes, materials,
+//! skins and animations. The crate `gltf` provides only the typed JSON (`gltf::json`): its importer and accessor views trust
+//! the file.
 
 mod accessor;
 mod animation;
+mod attributes;
 mod blender;
+mod buffers;
 mod build;
 mod color;
 mod container;
@@ -14,34 +17,41 @@ mod draco;
 mod extensions;
 #[cfg(test)]
 mod fixture;
-mod geometry;
+mod float_integers;
 mod graph;
 mod instancing;
+mod json_tree;
 mod light;
 mod material;
 mod material_schema;
+mod material_table;
 mod meshopt;
+mod meshopt_extension;
 mod nonfinite;
 mod null_members;
+mod objects;
+mod parse;
 mod pointer;
+mod primitive;
 mod references;
 mod registry;
-mod repair;
+mod skin;
 #[cfg(test)]
 mod tests;
 mod texture;
 mod topology;
 mod validate;
 mod variants;
+mod version;
 
-use super::LoadOptions;
 use super::error::{LoadError, Warning, Warnings};
-use crate::import::files::scene_folder::SceneFolder;
+use super::files::scene_folder::SceneFolder;
+use super::options::LoadOptions;
 use crate::scene::Scene;
 
-pub(crate) use variants::unknown_variant;
+pub(super) use variants::unknown_variant;
 
-/// Reads a .gltf or .glb.
+/// Loads a scene from the bytes of a .gltf or .glb.
 pub(super) fn load(
     bytes: &[u8],
     folder: &SceneFolder,

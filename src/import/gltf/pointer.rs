@@ -1,38 +1,38 @@
-//! KHR_animation_pointer: which numbers of the file a JSON pointer means.
+//! KHR_animation_pointer: the property that a JSON pointer animates.
 
 use crate::scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 
-/// What a pointer drives, by the file's own indices.
+/// An animated property, by the indices of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Pointed {
+pub(super) enum PointerTarget {
     /// KHR_node_visibility of a node.
     Visibility(usize),
-    /// One of a node's morph weights.
+    /// One morph weight of a node.
     Weight(usize, u32),
     /// The default morph weights of a mesh.
     MeshWeights(usize),
-    /// One of them.
+    /// One default morph weight of a mesh.
     MeshWeight(usize, u32),
     Material(usize, MaterialProperty),
     Light(usize, LightProperty),
     Camera(usize, CameraProperty),
 }
 
-/// Reads a pointer; `None` for what is not rendered. Pointers to a node's transform and weights are
-/// core channels by now.
-pub(super) fn read(pointer: &str) -> Option<Pointed> {
+/// Parses a pointer; `None` for properties that are not supported. Pointers to a node's transform and weights have
+/// already become core channels.
+pub(super) fn parse(pointer: &str) -> Option<PointerTarget> {
     let parts: Vec<&str> = pointer.strip_prefix('/')?.split('/').collect();
     Some(match *parts.as_slice() {
-        ["nodes", i, "extensions", "KHR_node_visibility", "visible"] => Pointed::Visibility(index(i)?),
-        ["nodes", i, "weights", k] => Pointed::Weight(index(i)?, k.parse().ok()?),
-        ["meshes", i, "weights"] => Pointed::MeshWeights(index(i)?),
-        ["meshes", i, "weights", k] => Pointed::MeshWeight(index(i)?, k.parse().ok()?),
-        ["materials", i, ref field @ ..] => Pointed::Material(index(i)?, material(field)?),
+        ["nodes", i, "extensions", "KHR_node_visibility", "visible"] => PointerTarget::Visibility(index(i)?),
+        ["nodes", i, "weights", k] => PointerTarget::Weight(index(i)?, k.parse().ok()?),
+        ["meshes", i, "weights"] => PointerTarget::MeshWeights(index(i)?),
+        ["meshes", i, "weights", k] => PointerTarget::MeshWeight(index(i)?, k.parse().ok()?),
+        ["materials", i, ref field @ ..] => PointerTarget::Material(index(i)?, material(field)?),
         ["extensions", "KHR_lights_punctual", "lights", i, ref field @ ..] => {
-            Pointed::Light(index(i)?, light(field)?)
+            PointerTarget::Light(index(i)?, light(field)?)
         }
         ["cameras", i, kind @ ("perspective" | "orthographic"), field] => {
-            Pointed::Camera(index(i)?, camera(kind, field)?)
+            PointerTarget::Camera(index(i)?, camera(kind, field)?)
         }
         _ => return None,
     })
@@ -42,7 +42,7 @@ fn index(text: &str) -> Option<usize> {
     text.parse().ok()
 }
 
-const GLOSSY: &str = "KHR_materials_pbrSpecularGlossiness";
+const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
 
 fn material(field: &[&str]) -> Option<MaterialProperty> {
     use MaterialProperty as F;
@@ -59,9 +59,9 @@ fn material(field: &[&str]) -> Option<MaterialProperty> {
         ["extensions", "KHR_materials_specular", "specularFactor"] => F::Specular,
         ["extensions", "KHR_materials_specular", "specularColorFactor"] => F::SpecularColor,
         ["extensions", "KHR_materials_transmission", "transmissionFactor"] => F::Transmission,
-        ["extensions", GLOSSY, "diffuseFactor"] => F::Diffuse,
-        ["extensions", GLOSSY, "specularFactor"] => F::SpecularF0,
-        ["extensions", GLOSSY, "glossinessFactor"] => F::Glossiness,
+        ["extensions", SPECULAR_GLOSSINESS, "diffuseFactor"] => F::Diffuse,
+        ["extensions", SPECULAR_GLOSSINESS, "specularFactor"] => F::SpecularF0,
+        ["extensions", SPECULAR_GLOSSINESS, "glossinessFactor"] => F::Glossiness,
         [ref slot @ .., "extensions", "KHR_texture_transform", part] => {
             let slot = self::slot(slot)?;
             match part {
@@ -85,8 +85,8 @@ fn slot(path: &[&str]) -> Option<TextureSlot> {
         ["extensions", "KHR_materials_specular", "specularTexture"] => TextureSlot::Specular,
         ["extensions", "KHR_materials_specular", "specularColorTexture"] => TextureSlot::SpecularColor,
         ["extensions", "KHR_materials_transmission", "transmissionTexture"] => TextureSlot::Transmission,
-        ["extensions", GLOSSY, "diffuseTexture"] => TextureSlot::Diffuse,
-        ["extensions", GLOSSY, "specularGlossinessTexture"] => TextureSlot::SpecularGlossiness,
+        ["extensions", SPECULAR_GLOSSINESS, "diffuseTexture"] => TextureSlot::Diffuse,
+        ["extensions", SPECULAR_GLOSSINESS, "specularGlossinessTexture"] => TextureSlot::SpecularGlossiness,
         _ => return None,
     })
 }
@@ -96,7 +96,7 @@ fn light(field: &[&str]) -> Option<LightProperty> {
         ["color"] => LightProperty::Color,
         ["intensity"] => LightProperty::Intensity,
         ["range"] => LightProperty::Range,
-        // Some exporters join the last two names with a dot.
+        // Blender's exporter joins the last two names with a dot.
         ["spot", "innerConeAngle"] | ["spot.innerConeAngle"] => LightProperty::InnerCone,
         ["spot", "outerConeAngle"] | ["spot.outerConeAngle"] => LightProperty::OuterCone,
         _ => return None,

@@ -1,12 +1,12 @@
-//! Every index of the file against the array that it points into, before anything else is read.
+//! Checks every index of the file against the array that it refers to, before anything else is read.
 
 use serde_json::{Map, Value};
 
 use crate::import::error::LoadError;
 use crate::import::files::escape::printable;
 
-/// Where an index stands, and the array that it points into. `[]` is every item of an array,
-/// `{}` every value of an object.
+/// Paths of indices and the arrays that they refer to. `[]` stands for every item of an array, `{}` for every value of an
+/// object.
 const INDICES: &[(&str, &str)] = &[
     ("scene", "scenes"),
     ("scenes.[].nodes.[]", "nodes"),
@@ -40,25 +40,26 @@ const INDICES: &[(&str, &str)] = &[
 ];
 
 /// Fails at the first index that is out of range, with its JSON path.
-pub(super) fn check(root: &Value) -> Result<(), LoadError> {
+pub(super) fn check_indices(root: &Value) -> Result<(), LoadError> {
     let length = |value: Option<&Value>| value.and_then(Value::as_array).map_or(0, Vec::len);
     for (pattern, array) in INDICES {
         let parts: Vec<&str> = pattern.split('.').collect();
-        follow(root, &parts, &mut Vec::new(), array, length(root.get(array)))?;
+        check_path(root, &parts, &mut Vec::new(), array, length(root.get(array)))?;
     }
     const LIGHTS: &str = "extensions.KHR_lights_punctual.lights";
     let lights = root.pointer("/extensions/KHR_lights_punctual/lights");
     let light = ["nodes", "[]", "extensions", "KHR_lights_punctual", "light"];
-    follow(root, &light, &mut Vec::new(), LIGHTS, length(lights))?;
+    check_path(root, &light, &mut Vec::new(), LIGHTS, length(lights))?;
     let textures = length(root.get("textures"));
     let materials = root.get("materials").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
     for (i, material) in materials.iter().enumerate() {
-        slots(material, &mut format!("materials[{i}]"), textures)?;
+        check_texture_infos(material, &mut format!("materials[{i}]"), textures)?;
     }
     Ok(())
 }
 
-fn follow<'v>(
+/// Checks all indices at the paths `parts` below `value`.
+fn check_path<'v>(
     value: &'v Value,
     parts: &[&str],
     path: &mut Vec<Step<'v>>,
@@ -68,13 +69,13 @@ fn follow<'v>(
     let Some((part, rest)) = parts.split_first() else {
         return match value.as_u64() {
             Some(index) if index >= length as u64 => Err(out_of_range(render(path), index, array, length)),
-            // What is not a number at all is reported with its type later.
+            // Values of another type are errors when the JSON is typed.
             _ => Ok(()),
         };
     };
     let mut step = |step: Step<'v>, value: &'v Value| {
         path.push(step);
-        let result = follow(value, rest, path, array, length);
+        let result = check_path(value, rest, path, array, length);
         path.pop();
         result
     };
@@ -110,8 +111,8 @@ fn render(path: &[Step<'_>]) -> String {
     text
 }
 
-/// Texture slots: whatever is called `…Texture`, at any depth, in extensions too.
-fn slots(value: &Value, path: &mut String, textures: usize) -> Result<(), LoadError> {
+/// Checks the texture infos of a material: all objects named `…Texture`, also in extensions.
+fn check_texture_infos(value: &Value, path: &mut String, textures: usize) -> Result<(), LoadError> {
     let Value::Object(map) = value else { return Ok(()) };
     for (key, field) in map.iter().filter(|(k, _)| *k != "extras") {
         let length = path.len();
@@ -123,7 +124,7 @@ fn slots(value: &Value, path: &mut String, textures: usize) -> Result<(), LoadEr
                 return Err(out_of_range(format!("{path}.index"), index, "textures", textures));
             }
         }
-        slots(field, path, textures)?;
+        check_texture_infos(field, path, textures)?;
         path.truncate(length);
     }
     Ok(())
@@ -139,11 +140,11 @@ mod tests {
     use serde_json::json;
 
     fn error(value: Value) -> String {
-        check(&value).unwrap_err().to_string()
+        check_indices(&value).unwrap_err().to_string()
     }
 
     #[test]
-    fn the_path_is_the_files() {
+    fn errors_have_the_json_path() {
         let node = json!({"nodes": [{}, {"children": [0, 7]}]});
         assert_eq!(error(node), "nodes[1].children[1]: 7 is out of range: the file has 2 nodes");
         let attribute = json!({"meshes": [{"primitives": [{"attributes": {"POSITION": 3}}]}]});
@@ -155,14 +156,14 @@ mod tests {
     }
 
     #[test]
-    fn every_pattern_catches() {
+    fn every_path_is_checked() {
         for (pattern, _) in INDICES {
             let value = pattern.split('.').rev().fold(json!(99), |inner, part| match part {
                 "[]" => json!([inner]),
                 "{}" => json!({"ANY": inner}),
                 key => json!({key: inner}),
             });
-            assert!(check(&value).is_err(), "{pattern}");
+            assert!(check_indices(&value).is_err(), "{pattern}");
         }
     }
 }

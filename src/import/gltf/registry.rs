@@ -1,135 +1,138 @@
-//! Every extension that Khronos's registry lists, and what becomes of each here.
-//! `docs/reference/gltf.md` shows this table; a test holds the two together.
+//! The extensions of the Khronos registry and their support.
+//! `docs/reference/gltf.md` shows this table; a test keeps both equal.
 
-/// What becomes of an extension.
+/// Support of an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Support {
-    /// As its text says.
-    Shown,
-    /// In part; the text says what is missing.
-    Approximated(&'static str),
-    /// Read past, as it changes the look at most; the text says what is missing.
-    NotShown(&'static str),
-    /// Carries nothing that a picture shows.
-    Data,
-    /// A file that requires it is refused; the text says what to do.
-    Refused(&'static str),
+    /// Rendered as specified.
+    Supported,
+    /// Rendered in part; the text says what is missing.
+    Partial(&'static str),
+    /// Ignored with a warning; the text says how the image differs. A file may require it.
+    Ignored(&'static str),
+    /// Holds nothing that is rendered.
+    Unrendered,
+    /// Ignored with a warning, but a file that requires it is an error; the text says what to do.
+    NotRequirable(&'static str),
 }
 
-use Support::{Approximated, Data, NotShown, Refused, Shown};
+use Support::{Ignored, NotRequirable, Partial, Supported, Unrendered};
 
-const AS_PNG: &str = "save the textures as PNG, JPEG, WebP or KTX2";
-const STANDS_STILL: &str = "save the scene without streamed media";
-const BY_FACTORS: &str = "materials are shown by their metallic-roughness factors";
+const SAVE_AS_PNG: &str = "save the textures as PNG, JPEG, WebP or KTX2";
+const NO_STREAMING: &str = "save the scene without streamed media";
+const CORE_FACTORS: &str = "materials use their metallic-roughness factors";
 
-/// Every extension that is known, by name.
+/// All known extensions.
 pub(super) const KNOWN: &[(&str, Support)] = &[
     // Khronos, ratified.
-    ("KHR_animation_pointer", Shown),
-    ("KHR_draco_mesh_compression", Shown),
-    ("KHR_lights_punctual", Shown),
-    ("KHR_materials_anisotropy", NotShown("highlights are round")),
-    ("KHR_materials_clearcoat", NotShown("the coat is not shown")),
-    ("KHR_materials_dispersion", NotShown("light is not split into colours")),
-    ("KHR_materials_emissive_strength", Shown),
-    ("KHR_materials_ior", Shown),
-    ("KHR_materials_iridescence", NotShown("the iridescence is not shown")),
-    ("KHR_materials_sheen", NotShown("the sheen is not shown")),
-    ("KHR_materials_specular", Shown),
-    ("KHR_materials_transmission", Approximated("light goes straight through, without refraction")),
-    ("KHR_materials_unlit", Shown),
-    ("KHR_materials_variants", Shown),
-    ("KHR_materials_volume", Approximated("its attenuation and refraction are not shown")),
-    ("KHR_mesh_quantization", Shown),
-    ("KHR_meshopt_compression", Shown),
-    ("KHR_node_hoverability", Data),
-    ("KHR_node_selectability", Data),
-    ("KHR_node_visibility", Shown),
-    ("KHR_texture_basisu", Shown),
-    ("KHR_texture_transform", Shown),
-    ("KHR_xmp_json_ld", Data),
+    ("KHR_animation_pointer", Supported),
+    ("KHR_draco_mesh_compression", Supported),
+    ("KHR_lights_punctual", Supported),
+    ("KHR_materials_anisotropy", Ignored("highlights are isotropic")),
+    ("KHR_materials_clearcoat", Ignored("the coat is missing")),
+    ("KHR_materials_dispersion", Ignored("refraction has no dispersion")),
+    ("KHR_materials_emissive_strength", Supported),
+    ("KHR_materials_ior", Supported),
+    ("KHR_materials_iridescence", Ignored("the iridescence is missing")),
+    ("KHR_materials_sheen", Ignored("the sheen is missing")),
+    ("KHR_materials_specular", Supported),
+    ("KHR_materials_transmission", Partial("light is transmitted without refraction")),
+    ("KHR_materials_unlit", Supported),
+    ("KHR_materials_variants", Supported),
+    ("KHR_materials_volume", Partial("attenuation and refraction are missing")),
+    ("KHR_mesh_quantization", Supported),
+    ("KHR_meshopt_compression", Supported),
+    ("KHR_node_hoverability", Unrendered),
+    ("KHR_node_selectability", Unrendered),
+    ("KHR_node_visibility", Supported),
+    ("KHR_texture_basisu", Supported),
+    ("KHR_texture_transform", Supported),
+    ("KHR_xmp_json_ld", Unrendered),
     // Khronos, in progress.
-    ("KHR_accessor_float64", Refused("save the file with numbers of 32 bits")),
-    ("KHR_audio_emitter", Data),
-    ("KHR_gaussian_splatting", NotShown("splats are not shown")),
-    ("KHR_gaussian_splatting_compression_spz", NotShown("splats are not shown")),
-    ("KHR_gaussian_splatting_compression_spz_2", NotShown("splats are not shown")),
-    ("KHR_implicit_shapes", Data),
-    ("KHR_interactivity", Data),
-    ("KHR_lights_area", NotShown("area lights are not shown")),
-    ("KHR_materials_diffuse_transmission", NotShown("no light seeps through")),
-    ("KHR_materials_diffuse_roughness", NotShown("diffuse light is Lambert's")),
-    ("KHR_materials_volume_scatter", NotShown("no light is scattered inside")),
-    ("KHR_physics_rigid_bodies", Data),
-    ("KHR_texture_procedurals", NotShown("procedural textures are not shown")),
+    ("KHR_accessor_float64", NotRequirable("save the file with 32-bit floats")),
+    ("KHR_audio_emitter", Unrendered),
+    ("KHR_gaussian_splatting", Ignored("splats are missing")),
+    ("KHR_gaussian_splatting_compression_spz", Ignored("splats are missing")),
+    ("KHR_gaussian_splatting_compression_spz_2", Ignored("splats are missing")),
+    ("KHR_implicit_shapes", Unrendered),
+    ("KHR_interactivity", Unrendered),
+    ("KHR_lights_area", Ignored("area lights are missing")),
+    ("KHR_materials_diffuse_transmission", Ignored("the diffuse transmission is missing")),
+    ("KHR_materials_diffuse_roughness", Ignored("diffuse reflection is Lambertian")),
+    ("KHR_materials_volume_scatter", Ignored("the volume scattering is missing")),
+    ("KHR_physics_rigid_bodies", Unrendered),
+    ("KHR_texture_procedurals", Ignored("procedural textures are missing")),
     // Several vendors.
-    ("EXT_feature_metadata", Data),
-    ("EXT_instance_features", Data),
-    ("EXT_lights_ies", NotShown("lights shine evenly")),
-    ("EXT_lights_image_based", NotShown("the surrounding light is not shown")),
-    ("EXT_mesh_features", Data),
-    ("EXT_mesh_gpu_instancing", Shown),
-    ("EXT_mesh_manifold", Data),
-    ("EXT_mesh_primitive_edge_visibility", Data),
-    ("EXT_mesh_primitive_restart", Shown),
-    ("EXT_meshopt_compression", Shown),
-    ("EXT_primitive_voxels", Refused("voxels are not read")),
-    ("EXT_structural_metadata", Data),
-    ("EXT_texture_avif", Refused(AS_PNG)),
-    ("EXT_texture_procedurals_mx_1_39", NotShown("procedural textures are not shown")),
-    ("EXT_texture_webp", Shown),
+    ("EXT_feature_metadata", Unrendered),
+    ("EXT_instance_features", Unrendered),
+    ("EXT_lights_ies", Ignored("lights are isotropic")),
+    ("EXT_lights_image_based", Ignored("the environment light is missing")),
+    ("EXT_mesh_features", Unrendered),
+    ("EXT_mesh_gpu_instancing", Supported),
+    ("EXT_mesh_manifold", Unrendered),
+    ("EXT_mesh_primitive_edge_visibility", Unrendered),
+    ("EXT_mesh_primitive_restart", Supported),
+    ("EXT_meshopt_compression", Supported),
+    ("EXT_primitive_voxels", NotRequirable("voxels are not supported")),
+    ("EXT_structural_metadata", Unrendered),
+    ("EXT_texture_avif", NotRequirable(SAVE_AS_PNG)),
+    ("EXT_texture_procedurals_mx_1_39", Ignored("procedural textures are missing")),
+    ("EXT_texture_webp", Supported),
     // One vendor.
-    ("ADOBE_materials_clearcoat_specular", NotShown("the coat is not shown")),
-    ("ADOBE_materials_clearcoat_tint", NotShown("the coat is not shown")),
-    ("ADOBE_materials_thin_transparency", NotShown("the surface is not transparent")),
-    ("AGI_articulations", Data),
-    ("AGI_stk_metadata", Data),
-    ("BENTLEY_materials_line_style", Data),
-    ("BENTLEY_materials_planar_fill", NotShown("fills are shown as surfaces")),
-    ("BENTLEY_materials_point_style", Data),
-    ("CESIUM_primitive_outline", NotShown("the outline is not drawn")),
-    ("FB_geometry_metadata", Data),
-    ("FB_ngon_encoding", Data),
-    ("GODOT_single_root", Data),
-    ("GRIFFEL_bim_data", Data),
-    ("MPEG_accessor_timed", Refused(STANDS_STILL)),
-    ("MPEG_animation_timing", NotShown("animations play by their own time")),
-    ("MPEG_audio_spatial", Data),
-    ("MPEG_buffer_circular", Refused(STANDS_STILL)),
-    ("MPEG_media", NotShown("streamed media are not read")),
-    ("MPEG_mesh_linking", NotShown("linked meshes do not move each other")),
-    ("MPEG_scene_dynamic", NotShown("the scene stays as it is stored")),
-    ("MPEG_texture_video", NotShown("the still image is shown")),
-    ("MPEG_viewport_recommended", NotShown("recommended views are not cameras")),
-    ("MSFT_lod", Approximated("the finest level is shown always")),
-    ("MSFT_packing_normalRoughnessMetallic", NotShown("the standard textures are shown")),
-    ("MSFT_packing_occlusionRoughnessMetallic", NotShown("the standard textures are shown")),
-    ("MSFT_texture_dds", Refused(AS_PNG)),
-    ("NV_materials_mdl", NotShown(BY_FACTORS)),
+    ("ADOBE_materials_clearcoat_specular", Ignored("the coat is missing")),
+    ("ADOBE_materials_clearcoat_tint", Ignored("the coat is missing")),
+    ("ADOBE_materials_thin_transparency", Ignored("the surface is opaque")),
+    ("AGI_articulations", Unrendered),
+    ("AGI_stk_metadata", Unrendered),
+    ("BENTLEY_materials_line_style", Unrendered),
+    ("BENTLEY_materials_planar_fill", Ignored("fills are rendered as surfaces")),
+    ("BENTLEY_materials_point_style", Unrendered),
+    ("CESIUM_primitive_outline", Ignored("outlines are missing")),
+    ("FB_geometry_metadata", Unrendered),
+    ("FB_ngon_encoding", Unrendered),
+    ("GODOT_single_root", Unrendered),
+    ("GRIFFEL_bim_data", Unrendered),
+    ("MPEG_accessor_timed", NotRequirable(NO_STREAMING)),
+    ("MPEG_animation_timing", Ignored("animations use their own time")),
+    ("MPEG_audio_spatial", Unrendered),
+    ("MPEG_buffer_circular", NotRequirable(NO_STREAMING)),
+    ("MPEG_media", Ignored("streamed media are missing")),
+    ("MPEG_mesh_linking", Ignored("linked meshes move independently")),
+    ("MPEG_scene_dynamic", Ignored("the scene is static")),
+    ("MPEG_texture_video", Ignored("the still image is used")),
+    ("MPEG_viewport_recommended", Ignored("recommended viewports are not cameras")),
+    ("MSFT_lod", Partial("the finest level of detail is always used")),
+    ("MSFT_packing_normalRoughnessMetallic", Ignored("the standard textures are used")),
+    ("MSFT_packing_occlusionRoughnessMetallic", Ignored("the standard textures are used")),
+    ("MSFT_texture_dds", NotRequirable(SAVE_AS_PNG)),
+    ("NV_materials_mdl", Ignored(CORE_FACTORS)),
     // Archived.
-    ("KHR_materials_pbrSpecularGlossiness", Shown),
-    ("KHR_techniques_webgl", NotShown(BY_FACTORS)),
-    ("KHR_xmp", Data),
-    // Of glTF 1.0, met in files that call themselves 2.0.
-    ("CESIUM_RTC", NotShown("the centre is not added to positions")),
-    ("KHR_binary_glTF", Data),
-    ("KHR_materials_common", NotShown(BY_FACTORS)),
-    ("KHR_technique_webgl", NotShown(BY_FACTORS)),
-    ("WEB3D_quantized_attributes", Refused("save the file with KHR_mesh_quantization or none")),
-    // Not in the registry, and common.
-    ("EXT_lights_area", NotShown("area lights are not shown")),
-    ("EXT_materials_bump", NotShown("bumps are not shown")),
-    ("KHR_materials_coat", NotShown("the coat is not shown")),
-    ("KHR_materials_fuzz", NotShown("the fuzz is not shown")),
-    ("KHR_materials_openpbr", NotShown(BY_FACTORS)),
-    ("VRM", NotShown("materials are shown by their glTF factors, and nothing springs or looks")),
-    ("VRMC_materials_mtoon", NotShown("toon shading is not shown")),
-    ("VRMC_node_constraint", NotShown("constraints do not move nodes")),
-    ("VRMC_springBone", NotShown("nothing springs")),
-    ("VRMC_vrm", Data),
+    ("KHR_materials_pbrSpecularGlossiness", Supported),
+    ("KHR_techniques_webgl", Ignored(CORE_FACTORS)),
+    ("KHR_xmp", Unrendered),
+    // glTF 1.0, found in files with version 2.0.
+    ("CESIUM_RTC", Ignored("positions are relative to the centre")),
+    ("KHR_binary_glTF", Unrendered),
+    ("KHR_materials_common", Ignored(CORE_FACTORS)),
+    ("KHR_technique_webgl", Ignored(CORE_FACTORS)),
+    (
+        "WEB3D_quantized_attributes",
+        NotRequirable("save the file with KHR_mesh_quantization or without quantization"),
+    ),
+    // Common, but not in the registry.
+    ("EXT_lights_area", Ignored("area lights are missing")),
+    ("EXT_materials_bump", Ignored("bump maps are missing")),
+    ("KHR_materials_coat", Ignored("the coat is missing")),
+    ("KHR_materials_fuzz", Ignored("the fuzz is missing")),
+    ("KHR_materials_openpbr", Ignored(CORE_FACTORS)),
+    ("VRM", Ignored("materials use their glTF factors; spring bones and gaze are static")),
+    ("VRMC_materials_mtoon", Ignored("toon shading is missing")),
+    ("VRMC_node_constraint", Ignored("node constraints have no effect")),
+    ("VRMC_springBone", Ignored("spring bones are static")),
+    ("VRMC_vrm", Unrendered),
 ];
 
-/// What becomes of the extension called `name`; `None` for one that nobody here has heard of.
+/// Support of the named extension; `None` if it is unknown.
 pub(super) fn support(name: &str) -> Option<Support> {
     KNOWN.iter().find(|(known, _)| *known == name).map(|&(_, support)| support)
 }
@@ -139,16 +142,16 @@ mod tests {
     use super::*;
 
     fn table() -> String {
-        let mut out = String::from("| extension | what becomes of it |\n|---|---|\n");
+        let mut out = String::from("| extension | support |\n|---|---|\n");
         for (name, support) in KNOWN {
             let text = match support {
-                Shown => "shown".to_string(),
-                Approximated(how) => format!("approximated: {how}"),
-                NotShown(what) => format!("read, and warned of: {what}"),
-                Data => "passed over: it holds nothing that a picture shows".to_string(),
-                Refused(advice) => {
+                Supported => "supported".to_string(),
+                Partial(missing) => format!("supported in part: {missing}"),
+                Ignored(effect) => format!("ignored with a warning: {effect}"),
+                Unrendered => "ignored: holds nothing that is rendered".to_string(),
+                NotRequirable(advice) => {
                     format!(
-                        "refused where the file requires it ({advice}); else warned of, and its fallback shown"
+                        "an error if required ({advice}); otherwise ignored with a warning, and its fallback is used"
                     )
                 }
             };
@@ -159,7 +162,7 @@ mod tests {
 
     /// `GOLDEN=update` writes the table into the page.
     #[test]
-    fn the_documentation_has_this_table() {
+    fn the_documentation_has_the_same_table() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/gltf.md");
         let page = std::fs::read_to_string(path).unwrap();
         let (start, end) = ("<!-- extensions -->\n", "<!-- end of extensions -->");
@@ -168,12 +171,12 @@ mod tests {
         if std::env::var_os("GOLDEN").is_some_and(|v| v == "update") {
             std::fs::write(path, format!("{before}{start}{}{end}{after}", table())).unwrap();
         } else {
-            assert_eq!(found, table(), "GOLDEN=update writes it afresh");
+            assert_eq!(found, table(), "GOLDEN=update rewrites it");
         }
     }
 
     #[test]
-    fn every_extension_is_listed_once() {
+    fn each_extension_is_listed_once() {
         let mut names: Vec<&str> = KNOWN.iter().map(|(name, _)| *name).collect();
         names.sort_unstable();
         assert!(names.windows(2).all(|w| w[0] != w[1]));

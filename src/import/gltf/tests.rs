@@ -1,9 +1,15 @@
-//! Whole files, in memory, to whole scenes.
+//! Loads glTF files that are built in memory.
 
+mod accessor;
+mod animation;
 mod attributes;
 mod blender;
-mod hostile;
+mod extensions;
+mod graph;
 mod loading;
-mod looks;
-mod motion;
-mod placing;
+mod malformed;
+mod materials;
+mod nodes;
+mod parse;
+mod validate;
+mod variants;

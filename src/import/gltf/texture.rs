@@ -1,4 +1,4 @@
-//! Images, samplers and what materials make of them.
+//! Textures: decodes their images in parallel and reads their samplers.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -14,8 +14,11 @@ use crate::import::files::escape::printable;
 use crate::import::image;
 use crate::scene::{Image, Texture, TextureFilter, Wrap};
 
-/// An image's name and its encoded bytes.
-type File<'d> = (String, Cow<'d, [u8]>);
+/// An encoded image with a name for messages.
+struct EncodedImage<'d> {
+    name: String,
+    bytes: Cow<'d, [u8]>,
+}
 
 /// The textures that a scene uses, decoded.
 #[derive(Debug, Default)]
@@ -26,102 +29,98 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// The scene's texture for the file's, unless its image could not be read.
+    /// The scene's texture for an index of the file; `None` if its image could not be read.
     pub fn get(&self, index: usize) -> Option<u32> {
         self.by_index.get(&index).copied()
     }
 
-    /// Decodes the images of these textures, in parallel, each once. A texture whose image cannot
-    /// be read takes the next that it offers.
-    pub fn read(
-        doc: &Document<'_>,
-        wanted: &[usize],
-        warnings: &mut Warnings,
-    ) -> Result<Textures, LoadError> {
+    /// Decodes the images of the textures `used`, in parallel, each once. If an image cannot be read, the texture uses the
+    /// next of its alternatives.
+    pub fn read(doc: &Document<'_>, used: &[usize], warnings: &mut Warnings) -> Result<Textures, LoadError> {
         let mut images = Images::default();
-        let mut open: Vec<(usize, Vec<usize>)> = Vec::new();
-        for &texture in wanted {
-            let offers = sources(doc, texture, warnings);
-            open.extend((!offers.is_empty()).then_some((texture, offers)));
+        // Textures without an image yet, and their alternative images.
+        let mut pending: Vec<(usize, Vec<usize>)> = Vec::new();
+        for &texture in used {
+            let sources = image_sources(doc, texture, warnings);
+            pending.extend((!sources.is_empty()).then_some((texture, sources)));
         }
         let mut image_of: HashMap<usize, u32> = HashMap::new();
-        // Each round settles every texture that is left, or shortens what it offers.
-        while !open.is_empty() {
-            let first: Vec<usize> = open.iter().map(|(_, offers)| offers[0]).collect();
-            images.read(doc, &first, open.iter().all(|(_, o)| o.len() == 1), warnings)?;
-            open.retain_mut(|(texture, offers)| match images.slots.get(&offers[0]).copied().flatten() {
-                Some(image) => {
+        // Each round finishes a texture or removes one of its alternatives.
+        while !pending.is_empty() {
+            let first: Vec<usize> = pending.iter().map(|(_, sources)| sources[0]).collect();
+            let has_alternatives = pending.iter().any(|(_, sources)| sources.len() > 1);
+            images.read(doc, &first, has_alternatives, warnings)?;
+            pending.retain_mut(|(texture, sources)| {
+                if let Some(image) = images.by_index.get(&sources[0]).copied().flatten() {
                     image_of.insert(*texture, image);
-                    false
+                    return false;
                 }
-                None => {
-                    offers.remove(0);
-                    !offers.is_empty()
-                }
+                sources.remove(0);
+                !sources.is_empty()
             });
         }
         let mut out = Textures { images: images.decoded, ..Textures::default() };
-        for &texture in wanted {
+        for &texture in used {
             if let Some(&image) = image_of.get(&texture)
                 && !out.by_index.contains_key(&texture)
             {
                 out.by_index.insert(texture, out.textures.len() as u32);
-                out.textures.push(sampled(doc, texture, image));
+                out.textures.push(with_sampler(doc, texture, image));
             }
         }
         Ok(out)
     }
 }
 
-/// The file's images that have been asked for.
+/// The images decoded so far.
 #[derive(Debug, Default)]
 struct Images {
     decoded: Vec<Image>,
-    /// The place of each among `decoded`; `None` where it could not be read.
-    slots: HashMap<usize, Option<u32>>,
+    /// Position among `decoded` of each image of the file; `None` if it could not be read.
+    by_index: HashMap<usize, Option<u32>>,
     bytes: u64,
 }
 
 impl Images {
-    /// Decodes those that are new. `last` says that nothing stands in for what fails.
+    /// Decodes the images that are not decoded yet.
     fn read(
         &mut self,
         doc: &Document<'_>,
-        wanted: &[usize],
-        last: bool,
+        indices: &[usize],
+        has_alternatives: bool,
         warnings: &mut Warnings,
     ) -> Result<(), LoadError> {
         let mut new: Vec<usize> = Vec::new();
-        for &source in wanted {
-            if let Entry::Vacant(slot) = self.slots.entry(source) {
+        for &index in indices {
+            if let Entry::Vacant(slot) = self.by_index.entry(index) {
                 slot.insert(None);
-                new.push(source);
+                new.push(index);
             }
         }
-        let files: Vec<_> = new.par_iter().map(|&i| bytes(doc, i)).collect();
-        let files: Vec<Result<File<'_>, String>> = files.into_iter().collect::<Result<_, LoadError>>()?;
-        let sizes = files.iter().flatten().map(|(_, bytes)| image::decoded_size(bytes));
+        let encoded: Vec<_> = new.par_iter().map(|&i| read_encoded(doc, i)).collect();
+        let encoded: Vec<Result<EncodedImage<'_>, String>> =
+            encoded.into_iter().collect::<Result<_, LoadError>>()?;
+        let sizes = encoded.iter().flatten().map(|image| image::decoded_size(&image.bytes));
         let new_bytes = sizes.fold(0, u64::saturating_add);
         self.bytes = self.bytes.saturating_add(new_bytes);
         LoadError::check_limit("bytes of decoded textures", self.bytes, doc.limits.texture_bytes)?;
         doc.budget.charge_images(new_bytes)?;
-        let decoded: Vec<Result<Image, String>> = files
-            .into_par_iter()
-            .map(|file| file.and_then(|(name, bytes)| image::decode(&name, &bytes, doc.limits)))
-            .collect();
-        for (image, source) in decoded.into_iter().zip(new) {
+        let decode = |image: EncodedImage<'_>| image::decode(&image.name, &image.bytes, doc.limits);
+        let decoded: Vec<Result<Image, String>> =
+            encoded.into_par_iter().map(|image| image.and_then(decode)).collect();
+        for (image, index) in decoded.into_iter().zip(new) {
             match image {
                 Ok(image) => {
-                    self.slots.insert(source, Some(self.decoded.len() as u32));
+                    self.by_index.insert(index, Some(self.decoded.len() as u32));
                     self.decoded.push(image);
                 }
-                Err(why) => {
-                    let then = if last {
-                        "its textures are white, or flat as normal maps"
+                Err(error) => {
+                    let replacement = if has_alternatives {
+                        "used the texture's next image, or white (flat for normal maps)"
                     } else {
-                        "textures take what else they offer, or are white, or flat as normal maps"
+                        "used white (flat for normal maps)"
                     };
-                    warnings.add(format_args!("images[{source}]"), format_args!("{why}; {then}"));
+                    warnings.add(format_args!("images[{index}]"), format_args!("{error}; {replacement}"));
                 }
             }
         }
@@ -129,41 +128,42 @@ impl Images {
     }
 }
 
-/// The images that a texture offers, best first.
-fn sources(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) -> Vec<usize> {
+/// The alternative images of a texture, best first.
+fn image_sources(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) -> Vec<usize> {
     let Some(json) = doc.root().textures.get(texture) else { return Vec::new() };
     let others = json.extensions.as_ref().map(|e| &e.others);
     let extension = |name: &str| {
         let source = others.and_then(|o| o.get(name)).and_then(|e| e.get("source"));
         source.and_then(|s| s.as_u64()).map(|s| s as usize)
     };
-    let own = json.source.value();
-    let offers = [extension("KHR_texture_basisu"), extension("EXT_texture_webp"), Some(own)];
-    let there = |i: &usize| doc.root().images.get(*i).is_some();
-    let offers: Vec<usize> = offers.into_iter().flatten().filter(there).collect();
-    if offers.is_empty() {
+    let core = json.source.value();
+    let sources = [extension("KHR_texture_basisu"), extension("EXT_texture_webp"), Some(core)];
+    let exists = |i: &usize| doc.root().images.get(*i).is_some();
+    let sources: Vec<usize> = sources.into_iter().flatten().filter(exists).collect();
+    if sources.is_empty() {
         let names = others.map(|o| o.keys().cloned().collect::<Vec<_>>().join(", ")).unwrap_or_default();
-        let why = if names.is_empty() { String::new() } else { format!(" but in {}", printable(&names)) };
-        warnings.add(
-            format_args!("textures[{texture}]"),
-            format_args!("has no image{why}; it is white, or flat as a normal map"),
-        );
+        let only = if names.is_empty() { String::new() } else { format!(" except in {}", printable(&names)) };
+        let message = format!("has no image{only}; used white (flat for normal maps)");
+        warnings.add(format_args!("textures[{texture}]"), message);
     }
-    offers
+    sources
 }
 
-/// The file that holds an image, with a name for it, or why there is none.
+/// Reads an image's encoded bytes from its buffer view or URI. The inner error is a warning.
 ///
 /// # Errors
-/// More bytes than are allowed.
-fn bytes<'d>(doc: &'d Document<'_>, index: usize) -> Result<Result<File<'d>, String>, LoadError> {
+/// The file exceeds a limit.
+fn read_encoded<'d>(
+    doc: &'d Document<'_>,
+    index: usize,
+) -> Result<Result<EncodedImage<'d>, String>, LoadError> {
     let json = &doc.root().images[index];
     let is_data = |uri: &str| uri.trim_start().get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:"));
     let file = json.uri.as_deref().filter(|uri| !is_data(uri));
     let name = json.name.as_deref().filter(|n| !n.is_empty()).or(file);
     let name = name.map_or_else(|| format!("images[{index}]"), printable);
     let bytes = match (&json.uri, json.buffer_view) {
-        (_, Some(view)) => match doc.view(view.value()) {
+        (_, Some(view)) => match doc.buffer_view(view.value()) {
             Ok(view) => Cow::Borrowed(view.bytes),
             Err(e) => return Ok(Err(e.to_string())),
         },
@@ -179,10 +179,12 @@ fn bytes<'d>(doc: &'d Document<'_>, index: usize) -> Result<Result<File<'d>, Str
         },
         (None, None) => return Ok(Err(format!("image '{name}' has neither uri nor bufferView"))),
     };
-    Ok(Ok((name, bytes)))
+    Ok(Ok(EncodedImage { name, bytes }))
 }
 
-fn sampled(doc: &Document<'_>, texture: usize, image: u32) -> Texture {
+/// The scene's texture with the sampler of the file's. Minification filters do not matter: textures are filtered over the
+/// ray footprint.
+fn with_sampler(doc: &Document<'_>, texture: usize, image: u32) -> Texture {
     let sampler = doc.root().textures[texture].sampler;
     let sampler = sampler.and_then(|s| doc.root().samplers.get(s.value()));
     let wrap = |mode: Checked<WrappingMode>| match mode {

@@ -1,44 +1,51 @@
-//! From lists, strips and fans to triangles.
+//! Primitive topology: triangle lists, strips and fans to triangles, with primitive restart.
 
 use ::gltf::json::mesh::Mode;
 
 use crate::import::error::LoadError;
 
-/// The order in which vertices are used.
+/// The order in which a primitive uses its vertices.
 #[derive(Debug)]
-pub(super) enum Order {
-    /// One after the other.
-    Counting(u32),
-    /// By index; `restart` ends a strip where there is no such vertex.
-    Listed { indices: Vec<u32>, restart: u32 },
+pub(super) enum VertexOrder {
+    /// In stored order, of this number of vertices.
+    Sequential(u32),
+    /// By index. The index `restart` starts a new strip or fan unless it is a vertex.
+    Indexed { indices: Vec<u32>, restart: u32 },
 }
 
-/// True for the modes that have an inside.
+/// Numbers of vertices and triangles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MeshSize {
+    pub vertices: u64,
+    pub triangles: u64,
+}
+
+/// Returns true for modes made of triangles.
 pub(super) fn is_surface(mode: Mode) -> bool {
     matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
 }
 
-/// How many triangles `count` vertices in a row can make at most.
-pub(super) fn most_triangles(mode: Mode, count: u64) -> u64 {
+/// Upper bound of the triangles of `count` vertices.
+pub(super) fn max_triangles(mode: Mode, count: u64) -> u64 {
     if mode == Mode::Triangles { count / 3 } else { count.saturating_sub(2) }
 }
 
-/// The triangles, all of whose indices are below `vertices`. Those that a strip or fan only turns
-/// a corner with are left out.
+/// Assembles the triangles; all their indices are below `vertices`. Degenerate triangles of strips and fans are dropped.
 pub(super) fn triangles(
     mode: Mode,
-    order: &Order,
+    order: &VertexOrder,
     vertices: u32,
-    place: &dyn Fn() -> String,
+    location: &dyn Fn() -> String,
 ) -> Result<Vec<[u32; 3]>, LoadError> {
     let mut out = Vec::new();
     match order {
-        Order::Counting(n) => assemble(mode, *n as usize, |i| i as u32, &mut out),
-        Order::Listed { indices, restart } => {
-            let wild = |&i: &u32| i >= vertices && i != *restart;
-            if let Some(at) = indices.iter().position(wild) {
-                let rule = format!("element {at} is vertex {}, and there are {vertices}", indices[at]);
-                return Err(LoadError::invalid(place(), rule));
+        VertexOrder::Sequential(n) => assemble(mode, *n as usize, |i| i as u32, &mut out),
+        VertexOrder::Indexed { indices, restart } => {
+            let is_invalid = |&i: &u32| i >= vertices && i != *restart;
+            if let Some(at) = indices.iter().position(is_invalid) {
+                let message =
+                    format!("element {at} is index {}, but there are only {vertices} vertices", indices[at]);
+                return Err(LoadError::invalid(location(), message));
             }
             for run in indices.split(|&i| i >= vertices) {
                 assemble(mode, run.len(), |i| run[i], &mut out);
@@ -48,18 +55,18 @@ pub(super) fn triangles(
     Ok(out)
 }
 
-/// Triangles of one uninterrupted run, wound as the specification says.
+/// Assembles the triangles of one strip, fan or list, in the winding of the specification.
 fn assemble(mode: Mode, count: usize, at: impl Fn(usize) -> u32, out: &mut Vec<[u32; 3]>) {
-    let strung = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+    let is_distinct = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
     match mode {
         Mode::Triangles => out.extend((0..count / 3).map(|t| [at(3 * t), at(3 * t + 1), at(3 * t + 2)])),
         Mode::TriangleStrip => {
             let corner = |t| [at(t), at(t + 1 + t % 2), at(t + 2 - t % 2)];
-            out.extend((0..count.saturating_sub(2)).map(corner).filter(strung));
+            out.extend((0..count.saturating_sub(2)).map(corner).filter(is_distinct));
         }
         Mode::TriangleFan => {
             let corner = |t| [at(t + 1), at(t + 2), at(0)];
-            out.extend((0..count.saturating_sub(2)).map(corner).filter(strung));
+            out.extend((0..count.saturating_sub(2)).map(corner).filter(is_distinct));
         }
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => {}
     }
@@ -69,14 +76,14 @@ fn assemble(mode: Mode, count: usize, at: impl Fn(usize) -> u32, out: &mut Vec<[
 mod tests {
     use super::*;
 
-    fn listed(mode: Mode, indices: &[u32], vertices: u32) -> Result<Vec<[u32; 3]>, String> {
-        let order = Order::Listed { indices: indices.to_vec(), restart: 255 };
+    fn indexed(mode: Mode, indices: &[u32], vertices: u32) -> Result<Vec<[u32; 3]>, String> {
+        let order = VertexOrder::Indexed { indices: indices.to_vec(), restart: 255 };
         triangles(mode, &order, vertices, &|| "here".into()).map_err(|e| e.to_string())
     }
 
     #[test]
     fn strips_and_fans_keep_their_winding() {
-        let four = Order::Counting(4);
+        let four = VertexOrder::Sequential(4);
         let of = |mode| triangles(mode, &four, 4, &String::new).unwrap();
         assert_eq!(of(Mode::TriangleStrip), [[0, 1, 2], [1, 3, 2]]);
         assert_eq!(of(Mode::TriangleFan), [[1, 2, 0], [2, 3, 0]]);
@@ -85,16 +92,16 @@ mod tests {
     }
 
     #[test]
-    fn restarts_and_corners_leave_no_triangles() {
-        let strip = listed(Mode::TriangleStrip, &[0, 1, 2, 255, 3, 4, 5, 5], 6).unwrap();
+    fn primitive_restart_and_degenerate_triangles_are_skipped() {
+        let strip = indexed(Mode::TriangleStrip, &[0, 1, 2, 255, 3, 4, 5, 5], 6).unwrap();
         assert_eq!(strip, [[0, 1, 2], [3, 4, 5]]);
-        // 255 is a vertex like any other where there are as many.
-        assert_eq!(listed(Mode::Triangles, &[0, 1, 255], 256).unwrap(), [[0, 1, 255]]);
+        // 255 is an ordinary index if there are that many vertices.
+        assert_eq!(indexed(Mode::Triangles, &[0, 1, 255], 256).unwrap(), [[0, 1, 255]]);
     }
 
     #[test]
-    fn wild_indices_are_named() {
-        let error = listed(Mode::Triangles, &[0, 1, 3], 3).unwrap_err();
-        assert_eq!(error, "here: element 2 is vertex 3, and there are 3");
+    fn invalid_indices_are_errors() {
+        let error = indexed(Mode::Triangles, &[0, 1, 3], 3).unwrap_err();
+        assert_eq!(error, "here: element 2 is index 3, but there are only 3 vertices");
     }
 }

@@ -1,4 +1,4 @@
-//! Equirectangular pictures of light: Radiance HDR and OpenEXR.
+//! Equirectangular environment maps: Radiance HDR and OpenEXR.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -12,67 +12,69 @@ use crate::import::files::read_file::read_scene_file;
 use crate::import::memory::MemoryBudget;
 use crate::scene::SkyIrradiance;
 
-/// No picture of light is larger: 16384 × 8192.
+/// Largest environment map: 16384 × 8192 pixels.
 const MAX_PIXELS: u64 = 1 << 27;
-/// Bytes of a pixel while it is decoded: as four floats, in the decoder and out of it.
-const PIXEL: u64 = 32;
+/// Peak bytes per pixel: four floats in the decoder and in its output.
+const PIXEL_BYTES: u64 = 32;
 
-/// Reads the light around a scene from a .hdr or .exr file, twice as wide as high; judged by its
-/// bytes. Nothing of it is kept but nine colours, so limits count it apart from scenes.
+/// Loads an equirectangular environment map, twice as wide as high, from a Radiance HDR or OpenEXR file. The format is
+/// detected from the content. The result holds nine coefficients, so the map has a memory budget apart from the scene's.
 ///
 /// # Errors
-/// A file that cannot be read, is neither, is damaged, too large, or of another shape.
+/// The file cannot be read, has another format, is damaged, exceeds a limit, or has another aspect ratio.
 pub fn load_sky(path: &Path, limits: &Limits) -> Result<SkyIrradiance, LoadError> {
     let budget = MemoryBudget::new(limits.memory_bytes);
     let bytes = read_scene_file(path, limits.file_bytes.min(limits.memory_bytes))?;
     budget.charge(bytes.len() as u64)?;
     let place = path.display();
-    let wrong =
-        |e: image::ImageError| LoadError::parse(&place, format!("the picture cannot be decoded: {e}"));
+    let damaged = |e: image::ImageError| {
+        LoadError::parse(&place, format!("the environment map cannot be decoded: {e}"))
+    };
     let reader = || {
         let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format();
         let reader = reader.map_err(|cause| LoadError::io(path, cause))?;
         match reader.format() {
             Some(ImageFormat::Hdr | ImageFormat::OpenExr) => Ok(reader),
             _ => Err(LoadError::Unsupported(format!(
-                "{place}: neither Radiance HDR nor OpenEXR by its bytes; save the picture as .hdr or .exr"
+                "{place}: not a Radiance HDR or OpenEXR file; save the environment map as .hdr or .exr"
             ))),
         }
     };
-    let (width, height) = reader()?.into_dimensions().map_err(wrong)?;
+    let (width, height) = reader()?.into_dimensions().map_err(damaged)?;
     let pixels = u64::from(width) * u64::from(height);
-    LoadError::check_limit("pixels of the picture of light", pixels, MAX_PIXELS.min(limits.image_pixels))?;
+    LoadError::check_limit("environment map pixels", pixels, MAX_PIXELS.min(limits.image_pixels))?;
     if height == 0 || u64::from(width) != 2 * u64::from(height) {
-        let rule = format!("an equirectangular picture is twice as wide as high, not {width}x{height}");
-        return Err(LoadError::invalid(&place, rule));
+        let message =
+            format!("an equirectangular environment map must be twice as wide as high, not {width}x{height}");
+        return Err(LoadError::invalid(&place, message));
     }
-    budget.charge(pixels * PIXEL)?;
+    budget.charge(pixels * PIXEL_BYTES)?;
     let mut reader = reader()?;
     let mut decoder_limits = image::Limits::default();
-    decoder_limits.max_alloc = Some((pixels * PIXEL).max(64 << 20));
+    decoder_limits.max_alloc = Some((pixels * PIXEL_BYTES).max(64 << 20));
     reader.limits(decoder_limits);
-    let picture = reader.decode().map_err(wrong)?.into_rgb32f();
-    Ok(SkyIrradiance::from_equirectangular(width, height, |x, y| Rgb::from(picture.get_pixel(x, y).0)))
+    let map = reader.decode().map_err(damaged)?.into_rgb32f();
+    Ok(SkyIrradiance::from_equirectangular(width, height, |x, y| Rgb::from(map.get_pixel(x, y).0)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A picture that is blue above and red below.
-    fn picture(width: u32, height: u32) -> image::DynamicImage {
+    /// A map that is blue above the horizon and red below.
+    fn map(width: u32, height: u32) -> image::DynamicImage {
         let pixel = |_, y| image::Rgb(if y < height / 2 { [0.0, 0.0, 2.0f32] } else { [0.5, 0.0, 0.0] });
         image::ImageBuffer::from_fn(width, height, pixel).into()
     }
 
     fn file(folder: &Path, name: &str, width: u32, height: u32) -> std::path::PathBuf {
         let path = folder.join(name);
-        picture(width, height).save(&path).unwrap();
+        map(width, height).save(&path).unwrap();
         path
     }
 
     #[test]
-    fn both_formats_are_read_whatever_they_are_called() {
+    fn both_formats_are_detected_from_their_content() {
         let dir = tempfile::tempdir().unwrap();
         for name in ["a.hdr", "b.exr"] {
             let made = file(dir.path(), name, 32, 16);
@@ -85,25 +87,25 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_of_light_is_refused_in_words() {
+    fn invalid_environment_maps_are_errors_that_name_the_defect() {
         let dir = tempfile::tempdir().unwrap();
-        let says = |path: &Path, limits: &Limits, what: &str| {
+        let fails = |path: &Path, limits: &Limits, expected: &str| {
             let error = load_sky(path, limits).unwrap_err().to_string();
-            assert!(error.contains(what) && !error.contains('\n'), "{error}");
+            assert!(error.contains(expected) && !error.contains('\n'), "{error}");
         };
         let limits = Limits::default();
-        says(&dir.path().join("missing.hdr"), &limits, "missing.hdr");
-        says(&file(dir.path(), "square.exr", 16, 16), &limits, "twice as wide as high, not 16x16");
+        fails(&dir.path().join("missing.hdr"), &limits, "missing.hdr");
+        fails(&file(dir.path(), "square.exr", 16, 16), &limits, "twice as wide as high, not 16x16");
         let good = file(dir.path(), "good.hdr", 32, 16);
-        says(&good, &Limits { image_pixels: 100, ..Limits::default() }, "512 exceeds the limit of 100");
-        // Twice its height is no u32.
+        fails(&good, &Limits { image_pixels: 100, ..Limits::default() }, "512 exceeds the limit of 100");
+        // Twice the height overflows 32 bits.
         let flat = dir.path().join("flat.hdr");
         std::fs::write(&flat, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2147483648 +X 0\n").unwrap();
-        says(&flat, &limits, "twice as wide as high, not 0x2147483648");
+        fails(&flat, &limits, "twice as wide as high, not 0x2147483648");
         let text = dir.path().join("text.hdr");
         std::fs::write(&text, "hello").unwrap();
-        says(&text, &limits, "neither Radiance HDR nor OpenEXR");
-        // Cut off and garbled files are errors or pictures, never a crash.
+        fails(&text, &limits, "not a Radiance HDR or OpenEXR file");
+        // Truncated and corrupt files never panic.
         for name in ["good.hdr", "b.exr"] {
             let whole = std::fs::read(file(dir.path(), name, 32, 16)).unwrap();
             let cut = dir.path().join("cut");

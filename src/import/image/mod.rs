@@ -1,4 +1,4 @@
-//! Image files to texels.
+//! Decodes texture images: PNG, JPEG, WebP, BMP, TGA, TIFF, GIF and KTX2.
 
 pub(crate) mod environment;
 pub(crate) mod jpeg;
@@ -12,8 +12,8 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use super::Limits;
 use crate::scene::{Channels, Image, MipMaps, Texels};
 
-/// What textures may be, beside KTX2; of a GIF its first frame.
-const TEXTURES: [ImageFormat; 7] = [
+/// Texture formats besides KTX2. A GIF is its first frame.
+const FORMATS: [ImageFormat; 7] = [
     ImageFormat::Png,
     ImageFormat::Jpeg,
     ImageFormat::WebP,
@@ -23,32 +23,32 @@ const TEXTURES: [ImageFormat; 7] = [
     ImageFormat::Gif,
 ];
 
-/// The last chunk of any PNG.
+/// The IEND chunk, the last of every PNG.
 const PNG_END: &[u8] = b"\0\0\0\0IEND\xaeB`\x82";
 
-/// Decodes an image, its format judged by its bytes alone.
+/// Decodes an image, whose format is detected from its content.
 ///
 /// # Errors
-/// A sentence that says what is wrong with it.
+/// The format is not supported, the image is damaged, or it exceeds a limit.
 pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image, String> {
-    // Libraries end some of their messages with a line break.
+    // Some decoder messages contain line breaks.
     let one_line = |e: &dyn std::fmt::Display| e.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-    let wrong = |e: &dyn std::fmt::Display| format!("image '{name}' cannot be decoded: {}", one_line(e));
-    // No decoder is known to panic, and what becomes of one that does has to be seen: by tests alone.
+    let error = |e: &dyn std::fmt::Display| format!("image '{name}' cannot be decoded: {}", one_line(e));
+    // Lets a test provoke a panic in a decoder.
     #[cfg(debug_assertions)]
     assert!(std::env::var_os("BLINN_TEST_PANIC").is_none_or(|at| at != name), "left: 1\n right: 2");
-    let (bytes, palette) = tiff::without_palette(bytes);
+    let (bytes, palette) = tiff::split_palette(bytes);
     let bytes = &*bytes;
-    let (width, height) = size(bytes).map_err(|e| wrong(&e))?;
+    let (width, height) = size(bytes).map_err(|e| error(&e))?;
     let pixels = u64::from(width) * u64::from(height);
     if pixels == 0 || pixels > limits.image_pixels {
-        return Err(wrong(&format!(
-            "{width}x{height} pixels, where 1 to {} are allowed",
+        return Err(error(&format!(
+            "it has {width}x{height} pixels; 1 to {} are allowed",
             limits.image_pixels
         )));
     }
     let (channels, texels) = if ktx2::is_ktx2(bytes) {
-        (Channels::Rgba, Texels::U8(ktx2::decode(bytes).map_err(|e| wrong(&e))?))
+        (Channels::Rgba, Texels::U8(ktx2::decode(bytes).map_err(|e| error(&e))?))
     } else {
         let decode = |bytes: &[u8]| {
             let mut reader = reader(bytes)?;
@@ -58,28 +58,28 @@ pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image,
             reader.decode().map_err(|e| e.to_string())
         };
         let image = match image::guess_format(bytes) {
-            Ok(ImageFormat::Jpeg) => jpeg::decoded(bytes, decode).map_err(|e| wrong(&e))?,
-            // Where nothing else is missing the picture is whole.
+            Ok(ImageFormat::Jpeg) => jpeg::decode_complete(bytes, decode).map_err(|e| error(&e))?,
+            // A PNG that lacks only its IEND chunk is complete.
             Ok(ImageFormat::Png) => {
-                let ended = || decode(&[bytes, PNG_END].concat());
-                Some(decode(bytes).or_else(|what| ended().map_err(|_| wrong(&what)))?)
+                let completed = || decode(&[bytes, PNG_END].concat());
+                Some(decode(bytes).or_else(|e| completed().map_err(|_| error(&e)))?)
             }
-            _ => Some(decode(bytes).map_err(|e| wrong(&e))?),
+            _ => Some(decode(bytes).map_err(|e| error(&e))?),
         };
-        texels(colored(image.ok_or_else(|| wrong(&"it is cut off"))?, palette))
+        texels(apply_palette(image.ok_or_else(|| error(&"the file is truncated"))?, palette))
     };
     Ok(Image { name: name.to_string(), width, height, channels, texels, mips: MipMaps::default() })
 }
 
-/// What was decoded, where it is numbers of a palette's colours with those in their places.
-fn colored(image: DynamicImage, palette: Option<tiff::Palette>) -> DynamicImage {
-    let (DynamicImage::ImageLuma8(numbers), Some(palette)) = (&image, palette) else { return image };
-    let (width, height) = numbers.dimensions();
-    let color = |x, y| image::Rgb(palette[usize::from(numbers.get_pixel(x, y).0[0])]);
+/// Replaces palette indices, which were decoded as grey levels, by their colours.
+fn apply_palette(image: DynamicImage, palette: Option<tiff::Palette>) -> DynamicImage {
+    let (DynamicImage::ImageLuma8(indices), Some(palette)) = (&image, palette) else { return image };
+    let (width, height) = indices.dimensions();
+    let color = |x, y| image::Rgb(palette[usize::from(indices.get_pixel(x, y).0[0])]);
     image::RgbImage::from_fn(width, height, color).into()
 }
 
-/// What was decoded, as it is stored; layouts that nothing here has become RGBA.
+/// Converts a decoded image to stored texels. Layouts without an equivalent become RGBA with 8 bits per channel.
 fn texels(image: DynamicImage) -> (Channels, Texels) {
     use image::DynamicImage as D;
     match image {
@@ -95,12 +95,12 @@ fn texels(image: DynamicImage) -> (Channels, Texels) {
     }
 }
 
-/// Bytes that [`decode`] makes of it, by its header; 0 where it has none that can be read.
+/// Size in bytes of the result of [`decode`], judged by the header; 0 if the header cannot be read.
 pub(crate) fn decoded_size(bytes: &[u8]) -> u64 {
     if ktx2::is_ktx2(bytes) {
         return ktx2::size(bytes).map_or(0, |(w, h)| (4 * u64::from(w)).saturating_mul(u64::from(h)));
     }
-    let (bytes, palette) = tiff::without_palette(bytes);
+    let (bytes, palette) = tiff::split_palette(bytes);
     let stored = reader(&bytes).ok().and_then(|r| r.into_decoder().ok()).map_or(0, |d| d.total_bytes());
     if palette.is_some() { stored.saturating_mul(3) } else { stored }
 }
@@ -112,24 +112,24 @@ fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     reader(bytes)?.into_dimensions().map_err(|e| e.to_string())
 }
 
-/// A reader for the format that the bytes show.
+/// Creates a reader for the format detected from the content.
 fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
     if reader.format().is_none() && looks_like_tga(bytes) {
         reader.set_format(ImageFormat::Tga);
     }
-    let textures = "PNG, JPEG, WebP, KTX2, BMP, TGA, TIFF and GIF are read";
+    let formats = "PNG, JPEG, WebP, KTX2, BMP, TGA, TIFF or GIF";
     match reader.format() {
-        None => Err(format!("it is of no format that is known by its bytes: {textures}")),
-        Some(other) if !TEXTURES.contains(&other) => {
+        None => Err(format!("unknown image format; expected {formats}")),
+        Some(other) if !FORMATS.contains(&other) => {
             let name = other.extensions_str().first().unwrap_or(&"").to_uppercase();
-            Err(format!("it is a file of {name}, which is not read: {textures}; save it as one of them"))
+            Err(format!("{name} images are not supported; save it as {formats}"))
         }
         Some(_) => Ok(reader),
     }
 }
 
-/// TGA has no magic number: its header makes sense, or not.
+/// Detects TGA, which has no magic number, by a plausible header.
 fn looks_like_tga(bytes: &[u8]) -> bool {
     let Some(header) = bytes.first_chunk::<18>() else { return false };
     let side = |at: usize| u16::from_le_bytes([header[at], header[at + 1]]);
@@ -149,10 +149,10 @@ mod tests {
 
     use super::*;
 
-    /// Files that `models/scripts/images.py` made, each red on the left and green on the right as far
-    /// as it can say so: (name, channels, left, right, tolerance).
+    /// Files of `models/scripts/images.py`, each red on the left and green on the right as far as its format allows:
+    /// (name, channels, left, right, tolerance).
     #[test]
-    fn every_kind_of_image_is_read() {
+    fn every_image_format_and_layout_is_decoded() {
         use Channels::{L, La, Rgb, Rgba};
         let (red, green) = ([1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]);
         let (clear, exact, lossy) = ([0.0, 1.0, 0.0, 0.2], 1e-4, 0.03);
@@ -188,45 +188,45 @@ mod tests {
             assert_eq!((image.width, image.height, image.channels), (16, 8, channels), "{name}");
             assert_eq!(decoded_size(&bytes), image.byte_size(), "{name}");
             for (texel, expected) in [(0, left), (15, right), (7 * 16, left), (7 * 16 + 15, right)] {
-                let found = image.stored(texel);
-                assert!(found.abs_diff_eq(Vec4::from(expected), tolerance), "{name} at {texel}: {found}");
+                let color = image.stored(texel);
+                assert!(color.abs_diff_eq(Vec4::from(expected), tolerance), "{name} at {texel}: {color}");
             }
         }
     }
 
     #[test]
-    fn what_is_no_image_or_too_large_is_refused() {
-        let refused = |bytes: &[u8], limits: &Limits| decode("x", bytes, limits).unwrap_err();
-        let told = |bytes: &[u8]| refused(bytes, &Limits::default());
-        let read = "PNG, JPEG, WebP, KTX2, BMP, TGA, TIFF and GIF are read";
-        let wrong = "image 'x' cannot be decoded: it is";
-        assert_eq!(told(b"what"), format!("{wrong} of no format that is known by its bytes: {read}"));
-        let expected = format!("{wrong} a file of ICO, which is not read: {read}; save it as one of them");
-        assert_eq!(told(b"\0\0\x01\0\x01\0"), expected);
-        // Sides whose product is more than u64 has.
+    fn invalid_truncated_and_oversized_images_are_errors() {
+        let error_within = |bytes: &[u8], limits: &Limits| decode("x", bytes, limits).unwrap_err();
+        let error = |bytes: &[u8]| error_within(bytes, &Limits::default());
+        let formats = "PNG, JPEG, WebP, KTX2, BMP, TGA, TIFF or GIF";
+        let prefix = "image 'x' cannot be decoded:";
+        assert_eq!(error(b"what"), format!("{prefix} unknown image format; expected {formats}"));
+        let expected = format!("{prefix} ICO images are not supported; save it as {formats}");
+        assert_eq!(error(b"\0\0\x01\0\x01\0"), expected);
+        // The number of pixels overflows 64 bits.
         let huge = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &[0xff; 68]].concat();
         assert_eq!(decoded_size(&huge), u64::MAX);
-        assert!(told(&huge).contains("4294967295x4294967295 pixels"));
+        assert!(error(&huge).contains("4294967295x4294967295 pixels"));
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/models/tests/images/rgb.png");
         let bytes = std::fs::read(path).unwrap();
         let small = Limits { image_pixels: 100, ..Limits::default() };
-        assert!(refused(&bytes, &small).contains("16x8 pixels, where 1 to 100 are allowed"));
+        assert!(error_within(&bytes, &small).contains("it has 16x8 pixels; 1 to 100 are allowed"));
         for end in 0..bytes.len() - PNG_END.len() {
             assert!(decode("x", &bytes[..end], &Limits::default()).is_err(), "{end}");
         }
-        // Its own end alone may be missing.
+        // Only the IEND chunk may be missing.
         for end in bytes.len() - PNG_END.len()..=bytes.len() {
             let image = decode("x", &bytes[..end], &Limits::default()).unwrap();
             assert_eq!(image.stored(15), Vec4::new(0.0, 1.0, 0.0, 1.0), "{end}");
         }
-        // What is cut off is refused, or all that is shown was there.
+        // A truncated file is an error, or all its texels are present.
         for name in ["rgb.tif", "lzw.tif", "grey_16.tif", "palette.tif", "frames.gif"] {
             let path = format!("{}/models/tests/images/{name}", env!("CARGO_MANIFEST_DIR"));
             let bytes = std::fs::read(path).unwrap();
-            let whole = decode("x", &bytes, &Limits::default()).unwrap();
+            let intact = decode("x", &bytes, &Limits::default()).unwrap();
             for end in 0..bytes.len() {
                 if let Ok(image) = decode("x", &bytes[..end], &Limits::default()) {
-                    assert!((0..16 * 8).all(|i| image.stored(i) == whole.stored(i)), "{name}: {end}");
+                    assert!((0..16 * 8).all(|i| image.stored(i) == intact.stored(i)), "{name}: {end}");
                 }
             }
             assert!(decode("x", &bytes[..bytes.len() / 2], &Limits::default()).is_err(), "{name}");

@@ -1,16 +1,19 @@
-//! Decodes the compressed buffer views of EXT_meshopt_compression and KHR_meshopt_compression.
+//! Decoder of EXT_meshopt_compression and KHR_meshopt_compression, written from the extension specifications.
 //!
-//! Written from the Khronos extension texts. The input is not trusted: a damaged stream gives an error, and
-//! the memory asked for is always bounded by the length of the input.
+//! The input is untrusted: a damaged stream is an error, and allocations are bounded by the length of the input.
 
 mod filter;
 mod index;
+mod reader;
 mod vertex;
 
 #[cfg(test)]
 mod tests;
 
-/// The bitstream a compressed buffer view is written in.
+pub(super) use filter::Filter;
+use reader::Decoded;
+
+/// Bitstream of a compressed buffer view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     Attributes,
@@ -18,23 +21,7 @@ pub(super) enum Mode {
     Indices,
 }
 
-/// The transform applied to each element after decoding; only attributes may have one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Filter {
-    None,
-    Octahedral,
-    Quaternion,
-    Exponential,
-    Color,
-}
-
-/// Messages are fixed sentences; they become strings only at the border of this module.
-type Decoded<T> = Result<T, &'static str>;
-
-const TRUNCATED: &str = "the meshopt stream ends too early";
-const TRAILING: &str = "the meshopt stream has bytes left over";
-
-/// Decodes `bytes` to `count` elements of `stride` bytes, little endian, exactly `count * stride` bytes long.
+/// Decodes `count` elements of `stride` bytes, little endian.
 pub(super) fn decode(
     bytes: &[u8],
     count: usize,
@@ -70,45 +57,4 @@ fn decode_view(bytes: &[u8], count: usize, stride: usize, mode: Mode, filter: Fi
             }
         }
     }
-}
-
-/// A reader that never leaves its bytes.
-struct Reader<'a> {
-    bytes: &'a [u8],
-}
-
-impl<'a> Reader<'a> {
-    fn take(&mut self, n: usize) -> Decoded<&'a [u8]> {
-        let (taken, rest) = self.bytes.split_at_checked(n).ok_or(TRUNCATED)?;
-        self.bytes = rest;
-        Ok(taken)
-    }
-
-    fn byte(&mut self) -> Decoded<u8> {
-        let (&first, rest) = self.bytes.split_first().ok_or(TRUNCATED)?;
-        self.bytes = rest;
-        Ok(first)
-    }
-
-    /// Unsigned LEB128 of at most five bytes; the bits beyond 32 are dropped, as the specification asks.
-    fn varint(&mut self) -> Decoded<u32> {
-        let mut value = 0;
-        for shift in [0, 7, 14, 21, 28] {
-            let byte = self.byte()?;
-            value |= u32::from(byte & 0x7f) << shift;
-            if byte < 0x80 {
-                return Ok(value);
-            }
-        }
-        Err("a number in a meshopt stream is longer than five bytes")
-    }
-
-    fn finish(&self) -> Decoded<()> {
-        if self.bytes.is_empty() { Ok(()) } else { Err(TRAILING) }
-    }
-}
-
-/// Undoes the zigzag code, which keeps small negative numbers small.
-fn unzigzag(v: u32) -> u32 {
-    (v >> 1) ^ (v & 1).wrapping_neg()
 }

@@ -1,6 +1,7 @@
-//! Decoding without the reference library: its streams in `testdata`, examples worked out by hand, and damage.
+//! Decodes streams of the reference library in `testdata`, examples worked out by hand, and damaged streams.
 
-use super::{Filter, Mode, Reader, TRAILING, TRUNCATED, decode};
+use super::reader::{Reader, TRAILING, TRUNCATED};
+use super::{Filter, Mode, decode};
 
 const NONE: Filter = Filter::None;
 
@@ -29,8 +30,8 @@ macro_rules! case {
     };
 }
 
-/// Streams of the reference library's encoder, or made up at random within the rules. Their decoded bytes are those
-/// of the reference decoder, without vector code.
+/// Streams of the reference encoder, or random valid streams. The decoded bytes are those of the scalar reference
+/// decoder.
 const CASES: [Case; 13] = [
     case!("attributes_v1_encoded", Attributes, None, 17, 12),
     case!("attributes_v0_made_up", Attributes, None, 20, 4),
@@ -65,7 +66,7 @@ fn words(values: [i16; 4]) -> Vec<u8> {
     values.iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
-/// A triangle stream of these codes and this extra data; the table says that both other corners are new.
+/// Decodes a triangle stream of codes and additional data, whose table marks both other corners as new.
 fn triangles(codes: &[u8], data: &[u8]) -> Result<Vec<u8>, String> {
     let stream = [&[0xe1], codes, data, &[0; 16]].concat();
     decode(&stream, codes.len() * 3, 2, Mode::Triangles, NONE)
@@ -76,15 +77,15 @@ fn error(stream: &[u8], count: usize, stride: usize, mode: Mode, filter: Filter)
 }
 
 #[test]
-fn fixtures_decode() {
+fn streams_decode_as_in_the_reference_decoder() {
     for f in CASES {
-        let got = decode(f.stream, f.count, f.stride, f.mode, f.filter);
-        assert_eq!(got.as_deref(), Ok(f.decoded), "{}", f.name);
+        let decoded = decode(f.stream, f.count, f.stride, f.mode, f.filter);
+        assert_eq!(decoded.as_deref(), Ok(f.decoded), "{}", f.name);
     }
 }
 
 #[test]
-fn shorter_and_longer_fixtures_are_refused() {
+fn truncated_and_extended_streams_are_errors() {
     for f in CASES {
         for n in 0..f.stream.len() {
             assert!(decode(&f.stream[..n], f.count, f.stride, f.mode, f.filter).is_err(), "{} {n}", f.name);
@@ -95,7 +96,7 @@ fn shorter_and_longer_fixtures_are_refused() {
 }
 
 #[test]
-fn damaged_fixtures_never_panic() {
+fn damaged_streams_do_not_panic() {
     for f in CASES {
         for bit in 0..f.stream.len() * 8 {
             let mut bad = f.stream.to_vec();
@@ -107,37 +108,37 @@ fn damaged_fixtures_never_panic() {
     }
 }
 
-/// The group of 4-bit deltas that the specification works through.
+/// The specification's example of a group of 4-bit deltas.
 #[test]
-fn deltas_of_the_specification() {
+fn the_specifications_example_of_deltas_decodes() {
     let group = [0x17, 0x5f, 0xf0, 0xbc, 0x77, 0xa9, 0x21, 0x00, 0x34, 0xb5];
     let deltas = [-1i8, -4, -3, 26, -91, 0, -6, 6, -4, -4, 5, -5, 1, -1, 0, 0];
     let stream = [&[0xa0, 2], &group[..], &[0; 3], &[0; 32]].concat();
     let mut sum = 0u8;
-    let want = deltas.iter().flat_map(|&d| {
+    let expected = deltas.iter().flat_map(|&d| {
         sum = sum.wrapping_add_signed(d);
         [sum, 0, 0, 0]
     });
-    assert_eq!(decode(&stream, 16, 4, Mode::Attributes, NONE), Ok(want.collect()));
+    assert_eq!(decode(&stream, 16, 4, Mode::Attributes, NONE), Ok(expected.collect()));
 }
 
-/// Control mode 2 stores nothing: 300 elements are two blocks of one control byte each.
+/// Control mode 2 stores no deltas: 300 elements are two blocks of one control byte each.
 #[test]
-fn version_1_without_deltas() {
+fn version_1_blocks_without_deltas_repeat_the_baseline() {
     let stream = [&[0xa1, 0xaa, 0xaa], &[0; 19][..], &[1, 2, 3, 4, 0]].concat();
     assert_eq!(decode(&stream, 300, 4, Mode::Attributes, NONE), Ok([1, 2, 3, 4].repeat(300)));
 }
 
-/// Two literal elements, the second one with the deltas 1 and 2 in its words.
+/// Two literal elements, the second with the deltas 1 and 2 in its words.
 #[test]
-fn version_1_channel_modes() {
+fn version_1_channel_modes_sum_bytes_words_and_bits() {
     let stream =
         |mode| [&[0xa1, 0xff, 0, 1, 0, 0, 0, 2, 0, 0], &[0; 19][..], &[0, 6, 0xff, 8, mode]].concat();
     let second = |mode| decode(&stream(mode), 2, 4, Mode::Attributes, NONE).unwrap().split_off(4);
     assert_eq!(second(0), [0xff, 6, 0, 8]);
     // As words, 0x0600 - 1 and 0x08ff + 1.
     assert_eq!(second(1), [0xff, 5, 0, 9]);
-    // As 32 bits, 0x00020001 turned right by no, four and fifteen places.
+    // As 32 bits, 0x00020001 rotated right by 0, 4 and 15 bits.
     assert_eq!(second(2), [1, 6, 0xfd, 8]);
     assert_eq!(second(0x42), [0, 6 ^ 0x20, 0xff, 8 ^ 0x10]);
     assert_eq!(second(0xf2), [4, 6, 0xfd, 8]);
@@ -147,8 +148,8 @@ fn version_1_channel_modes() {
 }
 
 #[test]
-fn numbers_of_the_specification() {
-    // The third value is 0x1fd005 in the text, which has the highest bits first and cannot be meant.
+fn the_specifications_examples_of_varints_decode() {
+    // The specification says 0x1fd005 for the third value, with the highest bits first, which is an erratum.
     for (bytes, value) in [(&[0x7f][..], 0x7f), (&[0x81, 0x04], 0x201), (&[0xff, 0xa0, 0x05], 0x1_507f)] {
         assert_eq!(Reader { bytes }.varint(), Ok(value));
     }
@@ -158,20 +159,20 @@ fn numbers_of_the_specification() {
 }
 
 #[test]
-fn triangles_by_hand() {
+fn triangle_streams_made_by_hand_decode() {
     let indices = |codes: &[u8], data: &[u8]| -> Vec<u16> {
         let bytes = triangles(codes, data).unwrap();
         bytes.as_chunks().0.iter().map(|&b| u16::from_le_bytes(b)).collect()
     };
-    // Three new corners; the newest edge and a new corner; the newest edge and the third newest corner.
+    // Three new corners; the newest edge and a new corner; the newest edge and the third-newest corner.
     assert_eq!(indices(&[0xf0, 0x00, 0x02], &[]), [0, 1, 2, 0, 2, 3, 0, 3, 1]);
-    // An explicit corner (zigzag 20 is 10), then the ones next to it, on the edge left by each.
+    // An explicit corner (zigzag 20 is 10), then its neighbours, each on the newest edge.
     assert_eq!(indices(&[0xf0, 0x0f, 0x0e, 0x0d], &[20]), [0, 1, 2, 0, 2, 10, 0, 10, 11, 0, 11, 10]);
-    // Code 0xfe with a zero starts again from index 0; with 0xff only the first corner is explicit.
+    // Code 0xfe with a zero restarts at index 0; with 0xff only the first corner is explicit.
     assert_eq!(indices(&[0xf0, 0xfe], &[0]), [0, 1, 2, 0, 1, 2]);
     assert_eq!(indices(&[0xf0, 0xff], &[0x0f, 6, 1]), [0, 1, 2, 3, 3, 2]);
     for codes in [&[0x00][..], &[0xf0, 0x30], &[0xf0, 0x04]] {
-        assert!(triangles(codes, &[]).unwrap_err().contains("never was"));
+        assert!(triangles(codes, &[]).unwrap_err().contains("missing edge"));
     }
     assert_eq!(triangles(&[0xf0], &[0]), Err(TRAILING.into()));
     assert_eq!(triangles(&[0xfe], &[]), Err(TRUNCATED.into()));
@@ -183,41 +184,41 @@ fn triangles_by_hand() {
 }
 
 #[test]
-fn sequence_by_hand() {
-    // The lowest bit picks the baseline, the next one the sign.
+fn an_index_sequence_made_by_hand_decodes() {
+    // The lowest bit selects the baseline, the next is the sign.
     let stream = [0xd1, 4 << 2, (3 << 2) | 1, 1 << 2, (1 << 2) | 2 | 1, 0, 0, 0, 0, 0];
-    let got = decode(&stream, 5, 2, Mode::Indices, NONE).unwrap();
-    assert_eq!(got, [4, 0, 3, 0, 5, 0, 1, 0, 5, 0]);
+    let decoded = decode(&stream, 5, 2, Mode::Indices, NONE).unwrap();
+    assert_eq!(decoded, [4, 0, 3, 0, 5, 0, 1, 0, 5, 0]);
 }
 
 #[test]
-fn filters_by_hand() {
+fn filters_decode_examples_made_by_hand() {
     assert_eq!(filtered(&[0, 0, 127, 9], Filter::Octahedral), [0, 0, 127, 9]);
     assert_eq!(filtered(&[7, 0, 7, 200], Filter::Octahedral), [127, 0, 0, 200]);
-    // Both components full is the far side of the octahedron.
+    // Both components at their maximum: the far side of the octahedron.
     assert_eq!(filtered(&[31, 31, 31, 0], Filter::Octahedral), [0, 0, 0x81, 0]);
     assert_eq!(filtered(&words([0, -511, 511, -5]), Filter::Octahedral), words([0, -32767, 0, -5]));
     for largest in 0..4 {
-        let mut want = [0; 4];
-        want[largest] = 32767;
-        assert_eq!(filtered(&words([0, 0, 0, 0x7ffc | largest as i16]), Filter::Quaternion), words(want));
+        let mut expected = [0; 4];
+        expected[largest] = 32767;
+        assert_eq!(filtered(&words([0, 0, 0, 0x7ffc | largest as i16]), Filter::Quaternion), words(expected));
     }
-    // A stored 1.0 means 1/sqrt(2), which leaves as much for the largest component.
+    // A stored 1.0 means 1/sqrt(2), so the largest component equals it.
     assert_eq!(filtered(&words([2047, 0, 0, 2044]), Filter::Quaternion), words([23170, 23170, 0, 0]));
     let floats =
         [(5, 0, 5.0f32), (-3, -2, -0.75), (1, -100, 2f32.powi(-100)), (-0x80_0000, 100, -(2f32.powi(123)))];
-    for (m, e, want) in floats {
+    for (m, e, expected) in floats {
         let stored = ((e << 24) | (m & 0xff_ffff_i32)).to_le_bytes();
-        assert_eq!(filtered(&stored, Filter::Exponential), want.to_le_bytes());
+        assert_eq!(filtered(&stored, Filter::Exponential), expected.to_le_bytes());
     }
-    // White, and pure green of four bits; alpha is 7 of 7 and 0 of 7.
+    // White, and pure green in four bits; alpha is 7 of 7 and 0 of 7.
     assert_eq!(filtered(&[15, 0, 0, 15], Filter::Color), [255; 4]);
     assert_eq!(filtered(&[8, 0, 7, 8], Filter::Color), [17, 255, 17, 0]);
     assert_eq!(filtered(&words([15, 0, 0, 15]), Filter::Color), [255; 8]);
 }
 
 #[test]
-fn bad_headers_and_layouts_are_refused() {
+fn invalid_headers_and_layouts_are_errors() {
     use Mode::{Attributes, Indices, Triangles};
     for (mode, good, newer, wrong) in
         [(Attributes, 0xa0, 0xa2, 0xe1), (Triangles, 0xe1, 0xe2, 0xd1), (Indices, 0xd1, 0xd0, 0xa0)]

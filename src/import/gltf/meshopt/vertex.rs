@@ -1,26 +1,26 @@
 //! The attribute bitstream, versions 0 and 1.
 //!
-//! Elements come in blocks, each block as one run of deltas for every byte of the element, each run in groups
-//! of 16 deltas of a chosen width. A channel is four neighbouring bytes of the element; its mode tells how its
-//! deltas add up.
+//! Elements are stored in blocks. A block has one plane of deltas for every byte of the element, in groups of 16 deltas of
+//! the same bit width. A channel is four adjacent bytes of the element; its mode says how the deltas are summed.
 
-use super::{Decoded, Reader, TRAILING, TRUNCATED};
+use super::reader::{Decoded, Reader, TRAILING, TRUNCATED};
 
+/// Deltas per group.
 const GROUP: usize = 16;
-/// The most elements of a block.
+/// Largest number of elements in a block.
 const BLOCK: usize = 256;
-/// The most bytes of a group. The tail of a stream is never shorter, so that whole windows can be read.
+/// Largest number of bytes in a group. The tail of a stream is at least as long, so that a full window can be read.
 const WINDOW: usize = 24;
 
-/// Deltas of one channel, byte by byte.
+/// Deltas of one channel: a plane for each of its bytes.
 type Planes = [[u8; BLOCK]; 4];
 
-/// How the four bytes of a channel follow from those of the element before.
+/// How the four bytes of a channel follow from the previous element's.
 #[derive(Clone, Copy)]
 enum Channel {
     Bytes,
     Words,
-    /// Exclusive or of 32 bits; the encoder had rotated the delta to the left by so many bits.
+    /// Exclusive or of 32 bits. The encoder rotated the delta left by this number of bits.
     Xor(u32),
 }
 
@@ -29,20 +29,20 @@ impl Channel {
         match (code & 15, code >> 4) {
             (0, 0) => Ok(Channel::Bytes),
             (1, 0) => Ok(Channel::Words),
-            (2, turn) => Ok(Channel::Xor(turn.into())),
+            (2, rotation) => Ok(Channel::Xor(rotation.into())),
             _ => Err("the meshopt attribute stream has an unknown channel mode"),
         }
     }
 }
 
-/// Decodes mode ATTRIBUTES; the stride is a multiple of 4 up to 256 and `size` is `count * stride`.
+/// Decodes mode ATTRIBUTES. The stride is a multiple of 4 up to 256, and `size` is `count * stride`.
 pub(super) fn decode(bytes: &[u8], count: usize, stride: usize, size: usize) -> Decoded<Vec<u8>> {
     let (&header, body) = bytes.split_first().ok_or(TRUNCATED)?;
     let version = match header {
         0xa0 => 0,
         0xa1 => 1,
         0xa2..=0xaf => return Err("the meshopt attribute stream has an unknown version"),
-        _ => return Err("the meshopt attribute stream has a wrong header"),
+        _ => return Err("the meshopt attribute stream has an invalid header"),
     };
     let (tail, padded) = match version {
         0 => (stride, stride.max(32)),
@@ -57,10 +57,10 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize, size: usize) -> 
         *channel = Channel::new(code)?;
     }
 
-    // A block cannot be smaller than its headers, which keeps a short stream from asking for much memory.
+    // A block is at least as large as its headers, which bounds the output by the input.
     let block = ((8192 / stride) & !(GROUP - 1)).min(BLOCK);
-    let least = if version == 0 { stride } else { stride / 4 };
-    if count.div_ceil(block) > end / least {
+    let min_bytes = if version == 0 { stride } else { stride / 4 };
+    if count.div_ceil(block) > end / min_bytes {
         return Err(TRUNCATED);
     }
     let mut out = vec![0; size];
@@ -77,7 +77,7 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize, size: usize) -> 
             *last = integrate(rows, stride, c * 4, &planes, *last, channels[c]);
         }
     }
-    // The reader may look into the tail, but must not use it up.
+    // The reader may look ahead into the tail, but must not consume it.
     match data.bytes.len().checked_sub(padded) {
         Some(0) => Ok(out),
         Some(_) => Err(TRAILING),
@@ -85,7 +85,7 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize, size: usize) -> 
     }
 }
 
-/// Reads the deltas of `n` elements for one byte of a channel; version 0 has no control mode.
+/// Reads the deltas of `n` elements for one byte of a channel. Version 0 has no control mode.
 fn read_plane(data: &mut Reader, control: Option<u8>, n: usize, plane: &mut [u8; BLOCK]) -> Decoded<()> {
     let widths = match control {
         None => [0, 2, 4, 8],
@@ -95,7 +95,7 @@ fn read_plane(data: &mut Reader, control: Option<u8>, n: usize, plane: &mut [u8;
             plane[..n].fill(0);
             return Ok(());
         }
-        // Literal bytes are not rounded up to whole groups.
+        // Literal bytes are not padded to a multiple of the group size.
         Some(_) => {
             plane[..n].copy_from_slice(data.take(n)?);
             return Ok(());
@@ -122,48 +122,51 @@ fn read_plane(data: &mut Reader, control: Option<u8>, n: usize, plane: &mut [u8;
     Ok(())
 }
 
-/// Reads 16 deltas of `BITS` bits. A delta of all ones stands for a whole byte stored behind the packed ones.
-/// Returns how many bytes that took.
+/// Reads 16 deltas of `BITS` bits. A delta of all ones is a sentinel for a literal byte after the packed deltas. Returns the
+/// number of bytes read.
 fn read_group<const BITS: usize>(data: &[u8], out: &mut [u8; GROUP]) -> Decoded<usize> {
     let window = data.first_chunk::<WINDOW>().ok_or(TRUNCATED)?;
     let sentinel = u8::MAX >> (8 - BITS);
     let per_byte = 8 / BITS;
     for (i, delta) in out.iter_mut().enumerate() {
-        // Single bits start at the low end of the byte, the wider fields at the high end.
+        // Single bits start at the low end of a byte, wider fields at the high end.
         let field = if BITS == 1 { i % 8 } else { per_byte - 1 - i % per_byte };
         *delta = (window[i / per_byte] >> (field * BITS)) & sentinel;
     }
-    // Without a branch for each delta, as where the whole bytes are cannot be foreseen. The room is a power of
-    // two, for the index to need no check.
-    let mut room = [0; 32];
-    room[..WINDOW].copy_from_slice(window);
+    // Without a branch per delta, since sentinels are unpredictable. The padded length is a power of two, so that the masked
+    // index needs no bounds check.
+    let mut padded = [0; 32];
+    padded[..WINDOW].copy_from_slice(window);
     let mut used = GROUP * BITS / 8;
     for delta in out.iter_mut() {
-        let whole = *delta == sentinel;
-        let byte = room[used & 31];
-        *delta = if whole { byte } else { *delta };
-        used += usize::from(whole);
+        let is_literal = *delta == sentinel;
+        let literal = padded[used & 31];
+        *delta = if is_literal { literal } else { *delta };
+        used += usize::from(is_literal);
     }
     Ok(used)
 }
 
-/// Adds up the deltas of one channel into the rows, and returns its last value.
+/// Sums the deltas of one channel into the rows. Returns the channel's last value.
 fn integrate(rows: &mut [u8], stride: usize, at: usize, planes: &Planes, last: u32, channel: Channel) -> u32 {
-    // Four bytes or two words are added at once, with the top bits apart so that nothing carries over.
+    // Adds four bytes or two words at once. The top bits are added separately, so that nothing carries over.
     match channel {
-        Channel::Bytes => run(rows, stride, at, planes, last, |last, v| {
+        Channel::Bytes => sum_deltas(rows, stride, at, planes, last, |last, v| {
             let delta = ((v >> 1) & 0x7f7f_7f7f) ^ ((v & 0x0101_0101) * 0xff);
             ((last & 0x7f7f_7f7f) + (delta & 0x7f7f_7f7f)) ^ ((last ^ delta) & 0x8080_8080)
         }),
-        Channel::Words => run(rows, stride, at, planes, last, |last, v| {
+        Channel::Words => sum_deltas(rows, stride, at, planes, last, |last, v| {
             let delta = ((v >> 1) & 0x7fff_7fff) ^ ((v & 0x0001_0001) * 0xffff);
             ((last & 0x7fff_7fff) + (delta & 0x7fff_7fff)) ^ ((last ^ delta) & 0x8000_8000)
         }),
-        Channel::Xor(turn) => run(rows, stride, at, planes, last, |last, v| last ^ v.rotate_right(turn)),
+        Channel::Xor(rotation) => {
+            sum_deltas(rows, stride, at, planes, last, |last, v| last ^ v.rotate_right(rotation))
+        }
     }
 }
 
-fn run(
+/// Applies `step` to each delta of the channel at byte `at` of the rows.
+fn sum_deltas(
     rows: &mut [u8],
     stride: usize,
     at: usize,

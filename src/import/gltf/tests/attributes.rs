@@ -1,4 +1,4 @@
-//! Primitives: triangles and what their vertices carry.
+//! Primitives: triangles, vertex attributes and morph targets.
 
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
@@ -6,7 +6,7 @@ use serde_json::json;
 use super::super::fixture::{Fixture, bytes_of};
 
 #[test]
-fn a_triangle_arrives() {
+fn a_triangle_is_loaded() {
     let (scene, warnings) = Fixture::triangle().load();
     assert!(warnings.is_empty(), "{warnings:?}");
     let mesh = &scene.meshes[0];
@@ -18,7 +18,7 @@ fn a_triangle_arrives() {
 }
 
 #[test]
-fn every_index_type() {
+fn every_index_type_is_read() {
     for (component, bytes) in
         [(5121, vec![2u8, 1, 0]), (5123, bytes_of(&[2u16, 1, 0])), (5125, bytes_of(&[2u32, 1, 0]))]
     {
@@ -30,16 +30,16 @@ fn every_index_type() {
 }
 
 #[test]
-fn an_index_out_of_range_is_named() {
+fn an_index_out_of_range_is_an_error() {
     let mut fixture = Fixture::triangle();
     let indices = fixture.indices(&[0, 1, 3]);
     fixture.primitive()["indices"] = json!(indices);
-    let expected = "meshes[0].primitives[0].indices: element 2 is vertex 3, and there are 3";
+    let expected = "meshes[0].primitives[0].indices: element 2 is index 3, but there are only 3 vertices";
     assert_eq!(fixture.error(), expected);
 }
 
 #[test]
-fn a_small_part_of_many_vertices_is_stored_alone() {
+fn unused_vertices_are_removed_from_large_buffers() {
     let mut fixture = Fixture::triangle();
     let many: Vec<[f32; 3]> = (0..100).map(|i| [i as f32, (i * i) as f32, 0.0]).collect();
     let positions = fixture.vec3(&many);
@@ -51,7 +51,7 @@ fn a_small_part_of_many_vertices_is_stored_alone() {
 }
 
 #[test]
-fn points_and_lines_are_counted() {
+fn points_and_lines_are_ignored_with_a_warning() {
     let mut fixture = Fixture::triangle();
     for mode in [0, 1, 2, 3] {
         let primitive = json!({"attributes": {"POSITION": 0}, "mode": mode});
@@ -59,11 +59,11 @@ fn points_and_lines_are_counted() {
     }
     let (scene, warnings) = fixture.load();
     assert_eq!(scene.meshes.len(), 1);
-    assert_eq!(warnings, ["meshes: 4 primitives of points or lines are not drawn"]);
+    assert_eq!(warnings, ["meshes: ignored 4 primitives of points or lines"]);
 }
 
 #[test]
-fn primitives_without_positions_or_triangles_are_left_out() {
+fn primitives_without_positions_or_triangles_are_ignored() {
     let mut fixture = Fixture::triangle();
     let primitives = json!([{"attributes": {"NORMAL": 1}}, {"attributes": {"POSITION": 0}, "indices": 2}]);
     fixture.indices(&[0, 1]);
@@ -74,7 +74,7 @@ fn primitives_without_positions_or_triangles_are_left_out() {
 }
 
 #[test]
-fn without_normals_file_tangents_do_not_count() {
+fn tangents_are_normalized_and_ignored_without_normals() {
     let mut fixture = Fixture::triangle();
     let tangents = fixture.vec4(&[[2.0, 0.0, 0.0, -1.0]; 3]);
     fixture.primitive()["attributes"]["TANGENT"] = json!(tangents);
@@ -85,7 +85,7 @@ fn without_normals_file_tangents_do_not_count() {
 }
 
 #[test]
-fn quantised_attributes() {
+fn quantized_attributes_are_read() {
     let mut fixture = Fixture::triangle();
     let positions = fixture.accessor(5122, "VEC3", 3, &bytes_of(&[0i16, 0, 0, 300, 0, 0, 0, 300, 0]));
     let normals = fixture.accessor(5120, "VEC3", 3, &bytes_of(&[0i8, 0, 127, 0, 0, 127, 0, 0, 127]));
@@ -102,7 +102,7 @@ fn quantised_attributes() {
 }
 
 #[test]
-fn texture_coordinates_of_any_set() {
+fn texture_coordinates_of_high_sets_are_read_up_to_a_limit() {
     let mut fixture = Fixture::triangle();
     let uvs = fixture.vec2(&[[0.5, 0.25]; 3]);
     fixture.primitive()["attributes"]["TEXCOORD_3"] = json!(uvs);
@@ -114,7 +114,7 @@ fn texture_coordinates_of_any_set() {
 }
 
 #[test]
-fn vertex_colours_of_every_kind() {
+fn vertex_colours_of_every_type_are_read() {
     let kinds: [(u32, &str, Vec<u8>, f32); 4] = [
         (5126, "VEC3", bytes_of(&[1.0f32; 9]), 1.0),
         (5126, "VEC4", bytes_of(&[1.0f32; 12]), 1.0),
@@ -130,9 +130,9 @@ fn vertex_colours_of_every_kind() {
     }
 }
 
-/// Bytes as numbers would be light of 255.
+/// Unnormalized bytes would be reflectances up to 255.
 #[test]
-fn colours_in_integers_that_are_not_said_to_be_normalised_are() {
+fn integer_colours_are_normalized_even_if_not_marked() {
     let mut fixture = Fixture::triangle();
     let kinds = [(5121, vec![51; 9]), (5123, bytes_of(&[13107u16; 9])), (5121, vec![1; 9])];
     for ((component, bytes), value) in kinds.into_iter().zip([0.2, 0.2, 1.0]) {
@@ -140,8 +140,8 @@ fn colours_in_integers_that_are_not_said_to_be_normalised_are() {
         fixture.primitive()["attributes"]["COLOR_0"] = json!(colors);
         let (scene, warnings) = fixture.load();
         assert_eq!(scene.meshes[0].colors, [Vec3::splat(value).extend(1.0); 3], "{component}");
-        let said = "meshes[0].primitives[0].attributes.COLOR_0: its integers are not said to be normalised, and were read as if they were";
-        assert_eq!(warnings, if value < 1.0 { vec![said] } else { vec![] }, "{component}");
+        let warning = "meshes[0].primitives[0].attributes.COLOR_0: integer colours are not marked as normalized; used them as normalized";
+        assert_eq!(warnings, if value < 1.0 { vec![warning] } else { vec![] }, "{component}");
     }
 }
 
@@ -164,9 +164,9 @@ fn joint_weights_sum_to_one() {
     assert_eq!(eight.weights[..8], [0.25, 0.25, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0]);
 }
 
-/// A colour that is no number would be a pixel that is none.
+/// A NaN in a colour would be a NaN in the image.
 #[test]
-fn colours_that_are_no_numbers_count_as_one() {
+fn non_finite_colours_become_1() {
     let mut fixture = Fixture::triangle();
     let colors =
         fixture.vec4(&[[f32::NAN, 0.5, 0.25, f32::INFINITY], [0.5; 4], [0.0, f32::NEG_INFINITY, 0.0, 1.0]]);
@@ -174,12 +174,12 @@ fn colours_that_are_no_numbers_count_as_one() {
     let (scene, warnings) = fixture.load();
     let expected = [Vec4::new(1.0, 0.5, 0.25, 1.0), Vec4::splat(0.5), Vec4::new(0.0, 1.0, 0.0, 1.0)];
     assert_eq!(scene.meshes[0].colors, expected);
-    let said = "meshes[0].primitives[0].attributes.COLOR_0: 2 of its colours have numbers that are not finite, taken as 1";
-    assert_eq!(warnings, [said]);
+    let warning = "meshes[0].primitives[0].attributes.COLOR_0: 2 colours have non-finite components; used 1";
+    assert_eq!(warnings, [warning]);
 }
 
 #[test]
-fn morph_targets_with_names_and_sparse_accessors() {
+fn morph_targets_have_names_weights_and_sparse_positions() {
     let mut fixture = Fixture::triangle();
     let deltas = fixture.vec3(&[[0.0, 0.0, 1.0]; 3]);
     let (indices, values) = (fixture.view(&[1]), fixture.view(&bytes_of(&[1.0f32, 2.0, 3.0])));
@@ -202,7 +202,7 @@ fn morph_targets_with_names_and_sparse_accessors() {
 }
 
 #[test]
-fn attributes_that_do_not_fit_are_left_out() {
+fn attributes_of_the_wrong_size_are_ignored() {
     let mut fixture = Fixture::triangle();
     let short = fixture.vec3(&[[0.0, 0.0, 1.0]; 2]);
     fixture.primitive()["attributes"]["NORMAL"] = json!(short);
@@ -212,9 +212,9 @@ fn attributes_that_do_not_fit_are_left_out() {
     assert_eq!(warnings.len(), 2, "{warnings:?}");
 }
 
-/// Encoders write such streams where every attribute is sparse, with indices cut to eight bits.
+/// Encoders write such streams if every attribute is sparse, with indices truncated to eight bits.
 #[test]
-fn a_draco_stream_without_attributes_is_replaced_by_what_the_file_stores() {
+fn a_draco_stream_without_attributes_is_replaced_by_the_uncompressed_data() {
     let mut fixture = Fixture::triangle();
     fixture.primitive()["extensions"] =
         json!({"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}});
@@ -226,19 +226,19 @@ fn a_draco_stream_without_attributes_is_replaced_by_what_the_file_stores() {
     fixture.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     let (scene, warnings) = fixture.load();
     assert_eq!(scene.meshes[0].positions[1], Vec3::new(2.0, 0.0, 0.0));
-    assert!(warnings[0].ends_with("; the uncompressed data is used"), "{warnings:?}");
-    // Nothing is stored of the indices but how many there are.
+    assert!(warnings[0].ends_with("; used the uncompressed data"), "{warnings:?}");
+    // The file has no uncompressed indices.
     fixture.json["accessors"][2].as_object_mut().unwrap().remove("bufferView");
     let error = fixture.error();
-    assert!(error.ends_with("names no attributes: save the file without Draco compression"), "{error}");
+    assert!(error.ends_with("attributes are missing; save the file without Draco compression"), "{error}");
 }
 
 #[test]
-fn joints_without_weights_are_told() {
+fn joints_without_weights_are_ignored_with_a_warning() {
     let mut fixture = Fixture::triangle();
     let joints = fixture.accessor(5121, "VEC4", 3, &[0; 12]);
     fixture.primitive()["attributes"]["JOINTS_0"] = json!(joints);
     let (scene, warnings) = fixture.load();
-    let said = "meshes[0].primitives[0].attributes.JOINTS_0: there is no WEIGHTS_0 with it; left out";
-    assert_eq!((scene.meshes[0].influences.per_vertex, warnings), (0, vec![said.to_string()]));
+    let warning = "meshes[0].primitives[0].attributes.JOINTS_0: ignored attribute without WEIGHTS_0";
+    assert_eq!((scene.meshes[0].influences.per_vertex, warnings), (0, vec![warning.to_string()]));
 }

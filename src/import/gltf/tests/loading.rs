@@ -1,4 +1,4 @@
-//! Loading files of the builder through the private parts of this importer.
+//! Loads files of the builder through the private parts of the importer.
 
 use super::super::document::Document;
 use super::super::fixture::Fixture;
@@ -35,7 +35,7 @@ impl Fixture {
     }
 }
 
-/// A folder that holds nothing by the names that tests use.
+/// A folder without the files that tests refer to.
 pub fn folder() -> SceneFolder {
     SceneFolder::of(std::path::Path::new("src/scene.gltf"), false)
 }

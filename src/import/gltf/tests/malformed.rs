@@ -1,4 +1,4 @@
-//! Files that are cut off, bent or made to hurt: an error, or a scene; never a panic.
+//! Truncated, corrupt and malicious files: an error or a scene, never a panic.
 
 use serde_json::{Value, json};
 
@@ -9,7 +9,7 @@ use crate::import::{Limits, LoadOptions};
 use crate::scene::pose;
 use crate::scene::{AnimationChoice, PoseSettings};
 
-/// Limits that keep what a mutant asks for small.
+/// Limits that keep the allocations of mutants small.
 fn options() -> LoadOptions {
     let small = 1 << 16;
     let limits = Limits {
@@ -26,7 +26,7 @@ fn options() -> LoadOptions {
     LoadOptions { limits, ..LoadOptions::default() }
 }
 
-/// A bit of everything.
+/// A file with most features.
 fn rich() -> Fixture {
     let mut fixture = Fixture::triangle();
     let uvs = fixture.vec2(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
@@ -63,39 +63,40 @@ fn rich() -> Fixture {
     fixture
 }
 
-/// Loads, and poses what loads: neither may panic.
-fn survive(bytes: &[u8]) -> bool {
+/// Loads and poses a file without panics. Returns whether it loads.
+fn loads(bytes: &[u8]) -> bool {
     let Ok((scene, _)) = load(bytes, &folder(), &options()) else { return false };
     let _ = pose(&scene, &PoseSettings { time: 0.4, animation: AnimationChoice::All, centre: None });
     true
 }
 
 #[test]
-fn cut_off_anywhere() {
+fn truncated_files_are_errors() {
     let glb = rich().glb();
-    assert!(survive(&glb));
+    assert!(loads(&glb));
     for end in 0..glb.len() {
-        assert!(load(&glb[..end], &folder(), &options()).is_err(), "cut off at {end} of {}", glb.len());
+        assert!(load(&glb[..end], &folder(), &options()).is_err(), "truncated at {end} of {}", glb.len());
     }
 }
 
 #[test]
-fn bent_anywhere() {
+fn changed_bytes_do_not_panic() {
     let glb = rich().glb();
-    let (mut loaded, mut refused) = (0, 0);
+    let mut loaded = 0;
+    let mut rejected = 0;
     for at in 0..glb.len() {
         const CHANGES: [fn(u8) -> u8; 6] =
             [|b| b ^ 1, |b| b ^ 0x80, |_| 0xff, |_| 0, |_| b'9', |b| b.wrapping_add(1)];
         for change in CHANGES {
             let mut mutant = glb.clone();
             mutant[at] = change(mutant[at]);
-            if survive(&mutant) { loaded += 1 } else { refused += 1 }
+            if loads(&mutant) { loaded += 1 } else { rejected += 1 }
         }
     }
-    assert!(loaded > 1000 && refused > 1000, "{loaded} loaded, {refused} refused");
+    assert!(loaded > 1000 && rejected > 1000, "{loaded} loaded, {rejected} rejected");
 }
 
-/// Calls `visit` with the file once for every value in it replaced by `with`.
+/// Calls `visit` with copies of the file, each with another value replaced by `with`.
 fn replace_each(json: &Value, with: &Value, visit: &mut dyn FnMut(Value)) {
     fn paths(value: &Value, path: String, out: &mut Vec<String>) {
         out.push(path.clone());
@@ -117,7 +118,7 @@ fn replace_each(json: &Value, with: &Value, visit: &mut dyn FnMut(Value)) {
 }
 
 #[test]
-fn any_value_replaced() {
+fn replaced_values_do_not_panic() {
     let fixture = rich();
     let glb = fixture.glb();
     let header = 20 + u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
@@ -149,7 +150,7 @@ fn any_value_replaced() {
             file.extend(b"JSON");
             file.extend(text.as_bytes());
             file.extend(&glb[header..]);
-            survive(&file);
+            loads(&file);
             tried += 1;
         });
     }
@@ -157,8 +158,8 @@ fn any_value_replaced() {
 }
 
 #[test]
-fn small_files_that_ask_for_much() {
-    // A thousand targets, each of a million zeros that take no bytes in the file.
+fn small_files_that_request_much_memory_are_errors() {
+    // A thousand morph targets, each of a million zeros that take no bytes in the file.
     let mut fixture = Fixture::empty();
     let huge = json!({"componentType": 5126, "type": "VEC3", "count": 1_000_000});
     fixture.push("accessors", huge);
@@ -166,32 +167,34 @@ fn small_files_that_ask_for_much() {
     fixture.push("meshes", json!({"primitives": [{"attributes": {"POSITION": 0}, "targets": targets}]}));
     fixture.node(json!({"mesh": 0}));
     assert!(fixture.error().contains("exceeds the limit"), "{}", fixture.error());
-    // More children than memory holds, by way of few nodes.
+    // Few nodes with more paths than memory holds.
     let mut fixture = Fixture::triangle();
     fixture.push("nodes", json!({"children": vec![0; 10_000]}));
     fixture.push("nodes", json!({"children": vec![1; 10_000]}));
     fixture.json["scenes"][0]["nodes"] = json!([2]);
     assert!(fixture.error().contains("exceeds the limit"), "{}", fixture.error());
-    // Deep nesting of the text itself.
+    // Deeply nested JSON.
     let deep = format!("{{\"asset\":{}", "[".repeat(1 << 20));
     assert!(load(deep.as_bytes(), &folder(), &options()).is_err());
 }
 
 #[test]
-fn text_that_is_no_gltf() {
+fn other_text_does_not_panic() {
     for text in ["", "{", "null", "{}", "[1]", "\u{feff}", "glTF", "{\"asset\":5}"] {
-        survive(text.as_bytes());
+        loads(text.as_bytes());
     }
     let (scene, warnings) = load(b"\xef\xbb\xbf {} \n", &folder(), &options()).unwrap();
     assert!(scene.nodes.is_empty());
     assert_eq!(warnings.len(), 1, "{warnings:?}");
 }
 
-/// Damaged streams of Draco, meshopt and Basis Universal: their decoders are not all our own.
+/// Damaged streams of Draco, meshopt and Basis Universal, some with third-party decoders.
 #[test]
-fn damaged_compression() {
+fn damaged_compressed_streams_do_not_panic() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf");
-    let (mut state, mut damaged, mut refused) = (1u64, 0, 0);
+    let mut state = 1u64;
+    let mut damaged = 0;
+    let mut rejected = 0;
     let mut random = |below: usize| {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         ((state >> 33) as usize) % below
@@ -206,24 +209,24 @@ fn damaged_compression() {
         "instances_pack_khr_mi.glb",
         "basisu.glb",
     ] {
-        let whole = std::fs::read(folder.join(name)).unwrap();
-        let json = u32::from_le_bytes(whole[12..16].try_into().unwrap()) as usize;
+        let intact = std::fs::read(folder.join(name)).unwrap();
+        let json = u32::from_le_bytes(intact[12..16].try_into().unwrap()) as usize;
         for _ in 0..400 {
-            let mut bad = whole.clone();
+            let mut bad = intact.clone();
             for _ in 0..1 + random(3) {
-                let at = 28 + json + random(whole.len() - 28 - json);
+                let at = 28 + json + random(intact.len() - 28 - json);
                 bad[at] = if random(2) == 0 { random(256) as u8 } else { bad[at] ^ 1 << random(8) };
             }
             damaged += 1;
-            refused += usize::from(!survive(&bad));
+            rejected += usize::from(!loads(&bad));
         }
     }
-    assert!(damaged == 3200 && (100..3200).contains(&refused), "{refused} of {damaged} refused");
+    assert!(damaged == 3200 && (100..3200).contains(&rejected), "{rejected} of {damaged} rejected");
 }
 
-/// A file of a few kilobytes could ask for the same bytes a thousand times.
+/// A file of a few kilobytes can refer to the same buffer a thousand times.
 #[test]
-fn buffers_of_one_file_take_its_memory_once() {
+fn buffers_with_the_same_uri_are_read_once() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("a.bin"), [0; 3000]).unwrap();
     let limits = Limits { file_bytes: 10_000, ..Limits::default() };
@@ -237,15 +240,15 @@ fn buffers_of_one_file_take_its_memory_once() {
         load(&fixture.glb(), &folder, &options)
     };
     let (_, warnings) = load(&|_| "a.bin".into()).unwrap();
-    assert_eq!(warnings.iter().filter(|w| w.message.contains("byteLength promises 3001")).count(), 100);
-    // Other names of the same file have no end: all together are bound.
+    assert_eq!(warnings.iter().filter(|w| w.message.contains("byteLength is 3001")).count(), 100);
+    // The limit holds for all names of the file together.
     let error = load(&|i| format!("{}a.bin", "./".repeat(i))).unwrap_err().to_string();
     assert_eq!(error, "file size in bytes: 3000 exceeds the limit of 1000");
 }
 
-/// gltfpack -cf writes what its compressed views are in plain, and not everyone hands that on.
+/// gltfpack -cf writes a fallback buffer of uncompressed data, which is often not distributed.
 #[test]
-fn a_buffer_that_nobody_reads_may_be_missing() {
+fn an_unused_fallback_buffer_may_be_missing() {
     let from = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf");
     let to = tempfile::tempdir().unwrap();
     for name in ["patch_pack_cf.gltf", "patch_pack_cf.bin"] {
@@ -255,9 +258,11 @@ fn a_buffer_that_nobody_reads_may_be_missing() {
         let options = LoadOptions::default();
         crate::import::load(&folder.join("patch_pack_cf.gltf"), &options).map_err(|e| e.to_string())
     };
-    let ((whole, _), (alone, warnings)) = (load(&from).unwrap(), load(to.path()).unwrap());
-    assert_eq!((whole.meshes[0].positions.clone(), vec![]), (alone.meshes[0].positions.clone(), warnings));
-    // A view that is not compressed needs it.
+    let (with_fallback, _) = load(&from).unwrap();
+    let (without_fallback, warnings) = load(to.path()).unwrap();
+    assert_eq!(with_fallback.meshes[0].positions, without_fallback.meshes[0].positions);
+    assert_eq!(warnings, []);
+    // An uncompressed buffer view needs it.
     let file = to.path().join("patch_pack_cf.gltf");
     let mut json: Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
     let views = json["bufferViews"].as_array_mut().unwrap();
@@ -268,19 +273,19 @@ fn a_buffer_that_nobody_reads_may_be_missing() {
 }
 
 #[test]
-fn a_buffer_that_is_not_there_costs_what_is_in_it() {
+fn a_missing_buffer_is_an_error_only_for_what_is_drawn() {
     let mut fixture = Fixture::triangle();
-    fixture.push("buffers", json!({"uri": "gone.bin", "byteLength": 36}));
+    fixture.push("buffers", json!({"uri": "missing.bin", "byteLength": 36}));
     let view = fixture.push("bufferViews", json!({"buffer": 1, "byteLength": 36}));
-    let gone =
+    let missing =
         json!({"bufferView": view, "byteOffset": 0, "componentType": 5126, "type": "VEC3", "count": 3});
-    let gone = fixture.push("accessors", gone);
-    fixture.push("meshes", json!({"primitives": [{"attributes": {"POSITION": gone}}]}));
+    let missing = fixture.push("accessors", missing);
+    fixture.push("meshes", json!({"primitives": [{"attributes": {"POSITION": missing}}]}));
     let times = fixture.floats("SCALAR", 1, &[0.0, 1.0, 2.0]);
     fixture.push(
         "animations",
         json!({"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
-            "samplers": [{"input": times, "output": gone}]}),
+            "samplers": [{"input": times, "output": missing}]}),
     );
     fixture.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
     fixture.push("textures", json!({"source": 0}));
@@ -288,14 +293,11 @@ fn a_buffer_that_is_not_there_costs_what_is_in_it() {
     fixture.primitive()["material"] = json!(0);
     let (scene, warnings) = fixture.load();
     assert!(scene.instanced_triangle_count() == 1 && scene.animations[0].channels.is_empty());
-    let why = "buffers[1].uri: 'gone.bin' cannot be read: No such file or directory (os error 2)";
-    assert_eq!(warnings[0], format!("{why}; what is in it is left out"));
+    let error = "buffers[1].uri: 'missing.bin' cannot be read: No such file or directory (os error 2)";
+    assert_eq!(warnings[0], format!("{error}; ignored everything stored in the buffer"));
     assert!(warnings.iter().any(|w| w.starts_with("animations[0].channels[0]: ")), "{warnings:?}");
-    assert!(
-        warnings.iter().any(|w| w.ends_with("its textures are white, or flat as normal maps")),
-        "{warnings:?}"
-    );
-    // What is drawn cannot do without.
-    fixture.primitive()["attributes"]["POSITION"] = json!(gone);
-    assert_eq!(fixture.error(), why);
+    assert!(warnings.iter().any(|w| w.ends_with("; used white (flat for normal maps)")), "{warnings:?}");
+    // A drawn mesh needs it.
+    fixture.primitive()["attributes"]["POSITION"] = json!(missing);
+    assert_eq!(fixture.error(), error);
 }

@@ -19,7 +19,7 @@ fn png(color: [u8; 4]) -> Vec<u8> {
     file.into_inner()
 }
 
-/// A textured triangle, its one image in the binary chunk.
+/// A textured triangle with its image in the binary chunk.
 pub(super) fn textured(material: Value) -> Fixture {
     let mut fixture = Fixture::triangle();
     let view = fixture.view(&png([255, 0, 0, 255]));
@@ -37,7 +37,7 @@ fn material(json: Value) -> Material {
 }
 
 #[test]
-fn defaults_are_gltfs() {
+fn the_default_material_is_gltfs() {
     let (scene, _) = Fixture::triangle().load();
     let Reflectance::MetallicRoughness { metallic, roughness, .. } = scene.materials[0].reflectance else {
         panic!("not metallic-roughness")
@@ -47,9 +47,9 @@ fn defaults_are_gltfs() {
     assert!(scene.materials[0].alpha_from_base && !scene.materials[0].double_sided);
 }
 
-/// Blender's exporter writes none for what has none in Blender, where that is matte and has no back.
+/// Blender's exporter writes no material for meshes without one, which are diffuse and double-sided in Blender.
 #[test]
-fn what_blender_gives_no_material_is_matte_from_both_sides() {
+fn the_default_material_of_blender_files_is_diffuse_and_double_sided() {
     let mut fixture = Fixture::triangle();
     fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.0.21");
     let (scene, _) = fixture.load();
@@ -60,9 +60,9 @@ fn what_blender_gives_no_material_is_matte_from_both_sides() {
     assert!(scene.materials[0].base_color.factor == Vec3::ONE && scene.materials[0].double_sided);
 }
 
-/// Blender's exporter writes nothing but the name of a Diffuse BSDF.
+/// Blender's exporter writes only the name of a Diffuse BSDF.
 #[test]
-fn what_blender_says_nothing_of_is_matte_with_a_warning() {
+fn materials_without_parameters_in_blender_files_are_diffuse() {
     let metallic = |m: Value, generator: &str| {
         let mut fixture = textured(m);
         fixture.json["asset"]["generator"] = json!(generator);
@@ -70,26 +70,26 @@ fn what_blender_says_nothing_of_is_matte_with_a_warning() {
         let Reflectance::MetallicRoughness { metallic, .. } = scene.materials[0].reflectance else {
             panic!()
         };
-        (metallic.factor, warnings.iter().filter(|w| w.contains("'Clay' says nothing")).count())
+        (metallic.factor, warnings.iter().filter(|w| w.contains("'Clay' has no shading parameters")).count())
     };
     let blender = "Khronos glTF Blender I/O v5.0.21";
     let clay = json!({"name": "Clay", "doubleSided": true});
     assert_eq!(metallic(clay.clone(), blender), (0.0, 1));
     assert_eq!(metallic(clay, ""), (1.0, 0));
-    // What a Principled BSDF says of itself holds.
-    for said in [
+    // Parameters of a Principled BSDF are kept.
+    for material in [
         json!({"name": "Clay", "pbrMetallicRoughness": {"baseColorFactor": [0.9, 0.9, 0.9, 1]}}),
         json!({"name": "Clay", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}),
         json!({"name": "Clay", "pbrMetallicRoughness": {"roughnessFactor": 0.5}}),
         json!({"name": "Clay", "normalTexture": {"index": 0}}),
         json!({"name": "Clay", "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}}),
     ] {
-        assert_eq!(metallic(said.clone(), blender), (1.0, 0), "{said}");
+        assert_eq!(metallic(material.clone(), blender), (1.0, 0), "{material}");
     }
 }
 
 #[test]
-fn metallic_roughness_with_its_textures() {
+fn metallic_roughness_materials_and_their_extensions_are_read() {
     let m = material(json!({"name": "m", "doubleSided": true, "alphaMode": "MASK",
         "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5,
             "roughnessFactor": 0.6, "baseColorTexture": {"index": 0, "texCoord": 2},
@@ -115,7 +115,7 @@ fn metallic_roughness_with_its_textures() {
 }
 
 #[test]
-fn specular_glossiness_and_unlit() {
+fn specular_glossiness_and_unlit_materials_are_read() {
     let old = json!({"diffuseFactor": [0.1, 0.2, 0.3, 0.4], "specularFactor": [0.5, 0.5, 0.5],
         "glossinessFactor": 0.6, "specularGlossinessTexture": {"index": 0}});
     let m = material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": old}}));
@@ -130,7 +130,7 @@ fn specular_glossiness_and_unlit() {
 }
 
 #[test]
-fn texture_transforms_on_every_slot() {
+fn texture_transforms_are_read_in_every_texture_info() {
     let slot = json!({"index": 0, "texCoord": 1,
         "extensions": {"KHR_texture_transform": {"offset": [0.5, 0], "scale": [2, 3], "texCoord": 0}}});
     let m = material(json!({
@@ -162,7 +162,7 @@ fn base() -> Value {
 }
 
 #[test]
-fn images_of_every_source_judged_by_their_bytes() {
+fn images_are_read_from_buffers_data_uris_and_extensions() {
     let red = Some(Vec4::new(1.0, 0.0, 0.0, 1.0));
     let fixture = textured(base());
     let (scene, warnings) = fixture.load();
@@ -185,7 +185,7 @@ fn images_of_every_source_judged_by_their_bytes() {
 }
 
 #[test]
-fn an_image_that_cannot_be_read_is_white_and_named() {
+fn an_unreadable_image_is_white_with_a_warning() {
     for image in [
         json!({"uri": "no%20such.png"}),
         json!({"uri": "../outside.png"}),
@@ -203,15 +203,15 @@ fn an_image_that_cannot_be_read_is_white_and_named() {
     fixture.json["textures"][0] = json!({"extensions": {"MSFT_texture_dds": {"source": 0}}});
     let (scene, warnings) = fixture.load();
     assert_eq!(base_texture(&scene), None);
-    let said = [
-        "MSFT_texture_dds is not read: fallbacks are used",
-        "textures[0]: has no image but in MSFT_texture_dds; it is white, or flat as a normal map",
+    let expected = [
+        "ignored MSFT_texture_dds; used its fallback",
+        "textures[0]: has no image except in MSFT_texture_dds; used white (flat for normal maps)",
     ];
-    assert_eq!(warnings, said);
+    assert_eq!(warnings, expected);
 }
 
 #[test]
-fn a_texture_whose_better_image_is_broken_shows_the_other() {
+fn a_texture_with_an_unreadable_image_uses_the_alternative() {
     for name in ["KHR_texture_basisu", "EXT_texture_webp"] {
         let mut fixture = textured(base());
         fixture.push("images", json!({"uri": "no%20such.ktx2"}));
@@ -224,7 +224,7 @@ fn a_texture_whose_better_image_is_broken_shows_the_other() {
 }
 
 #[test]
-fn only_what_is_used_is_decoded_and_each_image_once() {
+fn only_used_images_are_decoded_and_each_once() {
     let mut fixture = textured(base());
     fixture.push("images", json!({"uri": "unused.png"}));
     fixture.push("textures", json!({"source": 1}));
@@ -244,7 +244,7 @@ fn only_what_is_used_is_decoded_and_each_image_once() {
 }
 
 #[test]
-fn texture_memory_is_limited() {
+fn decoded_texture_bytes_are_limited() {
     let limits = Limits { texture_bytes: 7, ..Limits::default() };
     let options = LoadOptions { limits, ..LoadOptions::default() };
     let error = textured(base()).try_load_with(&options).map(|_| ()).unwrap_err().to_string();
@@ -252,7 +252,7 @@ fn texture_memory_is_limited() {
 }
 
 #[test]
-fn normal_maps_bring_tangents() {
+fn meshes_with_normal_maps_get_tangents() {
     let (scene, _) = textured(json!({"normalTexture": {"index": 0}})).load();
     assert_eq!(scene.meshes[0].tangents.len(), scene.meshes[0].positions.len());
     assert!(textured(json!({})).load().0.meshes[0].tangents.is_empty());

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use serde_json::{Value, json};
 
 use super::super::fixture::{Fixture, bytes_of};
-use super::looks::textured;
+use super::materials::textured;
 use crate::scene::pose;
 use crate::scene::{ChannelTarget, Interpolation, PoseSettings};
 
@@ -20,7 +20,7 @@ fn animated(path: &str, interpolation: &str, kind: &str, width: usize, values: &
 }
 
 #[test]
-fn every_path_and_interpolation() {
+fn every_path_and_interpolation_is_read() {
     let cases: [(&str, &str, &str, usize, ChannelTarget); 5] = [
         ("translation", "LINEAR", "VEC3", 3, ChannelTarget::Translation(0)),
         ("scale", "STEP", "VEC3", 3, ChannelTarget::Scale(0)),
@@ -30,7 +30,7 @@ fn every_path_and_interpolation() {
     ];
     for (path, interpolation, kind, width, target) in cases {
         let parts = if interpolation == "CUBICSPLINE" { 3 } else { 1 };
-        // Two weights a key.
+        // Two weights per keyframe.
         let numbers = if path == "weights" { 2 } else { width };
         let values: Vec<f32> = (0..2 * parts * numbers).map(|i| i as f32).collect();
         let (scene, warnings) = animated(path, interpolation, kind, width, &values).load();
@@ -48,7 +48,7 @@ fn every_path_and_interpolation() {
 }
 
 #[test]
-fn normalised_integers() {
+fn normalized_integers_are_converted() {
     let mut fixture = animated("rotation", "LINEAR", "VEC4", 4, &[0.0; 8]);
     let output = fixture.accessor(5122, "VEC4", 2, &bytes_of(&[0i16, 0, 0, 32767, 0, 0, 32767, 0]));
     fixture.json["accessors"][output]["normalized"] = json!(true);
@@ -58,15 +58,15 @@ fn normalised_integers() {
 }
 
 #[test]
-fn a_channel_that_cannot_be_followed_is_left_out_alone() {
+fn an_invalid_channel_is_ignored_with_a_warning() {
     type Break = fn(&mut Value);
     let breaks: [Break; 6] = [
-        |a| a["samplers"][0]["output"] = json!(0), // 3 values for 2 keys
-        |a| a["samplers"][0]["input"] = json!(0),  // not a list of numbers
+        |a| a["samplers"][0]["output"] = json!(0), // 3 values for 2 keyframes
+        |a| a["samplers"][0]["input"] = json!(0),  // not scalars
         |a| a["samplers"][0]["input"] = json!(4),  // descending
         |a| a["channels"][0]["sampler"] = json!(5),
         |a| a["channels"][0]["target"]["path"] = json!("colour"),
-        |a| a["samplers"][0]["output"] = json!(5), // past its buffer
+        |a| a["samplers"][0]["output"] = json!(5), // beyond its buffer
     ];
     for (i, break_it) in breaks.iter().enumerate() {
         let mut fixture = animated("translation", "LINEAR", "VEC3", 3, &[0.0; 6]);
@@ -83,7 +83,7 @@ fn a_channel_that_cannot_be_followed_is_left_out_alone() {
         assert_eq!(targets, [ChannelTarget::Scale(0)], "{i}");
         assert!(warnings.iter().any(|w| w.starts_with("animations[0].channels[0]: ")), "{i} {warnings:?}");
     }
-    // Without a target the specification says to pass over it.
+    // The specification ignores channels without a node.
     let mut fixture = animated("translation", "LINEAR", "VEC3", 3, &[0.0; 6]);
     fixture.json["animations"][0]["channels"][0]["target"].as_object_mut().unwrap().remove("node");
     let (scene, warnings) = fixture.load();
@@ -91,7 +91,7 @@ fn a_channel_that_cannot_be_followed_is_left_out_alone() {
 }
 
 #[test]
-fn every_copy_of_a_node_moves() {
+fn every_instance_of_a_shared_node_is_animated() {
     let mut fixture = animated("translation", "LINEAR", "VEC3", 3, &[0.0; 6]);
     fixture.node(json!({"children": [0]}));
     let (scene, _) = fixture.load();
@@ -100,40 +100,43 @@ fn every_copy_of_a_node_moves() {
 }
 
 #[test]
-fn pointers() {
+fn pointers_become_targets() {
     let mut fixture = animated("pointer", "STEP", "SCALAR", 1, &[1.0, 0.0]);
-    let point = |fixture: &mut Fixture, pointer: &str| {
+    let load_pointer = |fixture: &mut Fixture, pointer: &str| {
         fixture.json["animations"][0]["channels"][0]["target"] =
             json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}});
         fixture.load()
     };
-    let (scene, _) = point(&mut fixture, "/nodes/0/extensions/KHR_node_visibility/visible");
+    let (scene, _) = load_pointer(&mut fixture, "/nodes/0/extensions/KHR_node_visibility/visible");
     assert_eq!(scene.animations[0].channels[0].target, ChannelTarget::Visibility(0));
-    let (scene, _) = point(&mut fixture, "/nodes/0/weights");
+    let (scene, _) = load_pointer(&mut fixture, "/nodes/0/weights");
     assert_eq!(scene.animations[0].channels[0].target, ChannelTarget::Weights(0));
-    let (scene, _) = point(&mut fixture, "/meshes/0/weights/1");
+    let (scene, _) = load_pointer(&mut fixture, "/meshes/0/weights/1");
     assert_eq!(scene.animations[0].channels[0].target, ChannelTarget::Weight(0, 1));
-    // What is drawn with a material, a light or a camera of another scene has nothing to drive.
-    let (scene, warnings) = point(&mut fixture, "/materials/0/alphaCutoff");
+    // Materials, lights and cameras outside the scene are not targets.
+    let (scene, warnings) = load_pointer(&mut fixture, "/materials/0/alphaCutoff");
     assert!(scene.animations[0].channels.is_empty() && warnings.is_empty());
-    // What is not rendered is named.
+    // Unsupported properties are warnings.
     for pointer in
         ["/materials/0/extensions/KHR_materials_sheen/sheenRoughnessFactor", "/x", "", "nodes/0/scale"]
     {
-        let (scene, warnings) = point(&mut fixture, pointer);
+        let (scene, warnings) = load_pointer(&mut fixture, pointer);
         assert!(scene.animations[0].channels.is_empty());
-        assert_eq!(warnings, [format!("animations[0].channels[0]: '{pointer}' is not animated; left out")]);
+        assert_eq!(
+            warnings,
+            [format!("animations[0].channels[0]: ignored channel: '{pointer}' cannot be animated")]
+        );
     }
 }
 
-/// What such a material says of metallic and roughness is for readers that do not know the extension.
+/// The metallic-roughness parameters of such a material are a fallback for importers without the extension.
 #[test]
-fn pointers_into_specular_and_glossiness() {
+fn pointers_to_specular_glossiness_parameters_animate_the_material() {
     let mut fixture = animated("pointer", "STEP", "VEC4", 4, &[0.25, 0.25, 0.25, 0.5].repeat(2));
     let glossy = "KHR_materials_pbrSpecularGlossiness";
     fixture.push("materials", json!({"extensions": {glossy: {}}}));
     fixture.primitive()["material"] = json!(0);
-    let mut driven = |pointer: &str| {
+    let mut posed_base = |pointer: &str| {
         fixture.json["animations"][0]["channels"][0]["target"] = json!({"path": "pointer",
             "extensions": {"KHR_animation_pointer": {"pointer": format!("/materials/0/{pointer}")}}});
         let (scene, warnings) = fixture.load();
@@ -141,19 +144,19 @@ fn pointers_into_specular_and_glossiness() {
         let posed = pose(&scene, &PoseSettings { time: 1.0, ..PoseSettings::default() }).unwrap();
         (posed.materials[0].base_color.factor, posed.materials[0].alpha.factor)
     };
-    assert_eq!(driven("pbrMetallicRoughness/baseColorFactor"), (Vec3::ONE, 1.0));
-    assert_eq!(driven(&format!("extensions/{glossy}/diffuseFactor")), (Vec3::splat(0.25), 0.5));
+    assert_eq!(posed_base("pbrMetallicRoughness/baseColorFactor"), (Vec3::ONE, 1.0));
+    assert_eq!(posed_base(&format!("extensions/{glossy}/diffuseFactor")), (Vec3::splat(0.25), 0.5));
 }
 
-/// Lamps of 80 W (or W/m²) at the first key, when they were exported, and of 800 at the second.
+/// Lights of 80 W (or W/m²) at the first keyframe, the time of the export, and of 800 at the second.
 #[test]
-fn blenders_keys_of_intensities_are_in_the_lights_unit() {
+fn animated_intensities_of_blender_files_are_converted_to_the_lights_unit() {
     let four_pi = 4.0 * std::f32::consts::PI;
     for (kind, intensity, keys, expected) in [
         ("point", 80.0 * 683.0 / four_pi, [80.0 * 683.0, 800.0 * 683.0], 800.0 * 683.0 / four_pi),
         ("point", 80.0 / four_pi, [80.0, 800.0], 800.0 / four_pi),
         ("directional", 80.0 * 683.0, [80.0, 800.0], 800.0 * 683.0),
-        // Right as they are, or not to be told.
+        // Correct, or ambiguous.
         ("point", 80.0, [80.0, 800.0], 800.0),
         ("directional", 80.0, [80.0, 800.0], 800.0),
         ("point", 5.0, [80.0, 800.0], 800.0),
@@ -176,6 +179,7 @@ fn blenders_keys_of_intensities_are_in_the_lights_unit() {
     }
 }
 
+/// A triangle with a skin of two joints.
 pub(super) fn skinned() -> Fixture {
     let mut fixture = Fixture::triangle();
     let joints = fixture.accessor(5121, "VEC4", 3, &[0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
@@ -190,7 +194,7 @@ pub(super) fn skinned() -> Fixture {
 }
 
 #[test]
-fn skins() {
+fn skins_have_joints_and_inverse_bind_matrices() {
     let (scene, warnings) = skinned().load();
     let skin = &scene.skins[0];
     assert_eq!((skin.name.as_str(), &skin.joints[..]), ("skin", &[1, 2][..]));
@@ -208,14 +212,14 @@ fn skins() {
     assert_eq!((&scene.skins[0].inverse_bind[..], warnings.len()), (&expected[..], 1));
 }
 
-/// Halfway round a corner the blend is no rotation, and its inverse transpose is not what viewers show.
+/// A blend of rotations is not a rotation. Viewers transform normals by the blend, not by its inverse transpose.
 #[test]
-fn joints_bend_normals_as_they_bend_vectors() {
+fn skinning_transforms_normals_like_vectors() {
     let mut fixture = skinned();
     let normals = fixture.vec3(&[[0.6, 0.0, 0.8]; 3]);
     fixture.primitive()["attributes"]["NORMAL"] = json!(normals);
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    // A quarter turn about z.
+    // A rotation by 90° around z.
     fixture.json["nodes"][2]["rotation"] = json!([0, 0, half, half]);
     let (scene, _) = fixture.load();
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
@@ -224,7 +228,7 @@ fn joints_bend_normals_as_they_bend_vectors() {
 }
 
 #[test]
-fn skins_that_do_not_fit() {
+fn skins_that_do_not_match_are_warnings() {
     let mut fixture = skinned();
     fixture.json["scenes"][0]["nodes"] = json!([0, 1]);
     let (scene, warnings) = fixture.load();
@@ -232,12 +236,12 @@ fn skins_that_do_not_fit() {
     let mut fixture = skinned();
     fixture.json["skins"][0]["joints"] = json!([1]);
     let (_, warnings) = fixture.load();
-    assert_eq!(warnings, ["nodes[0].skin: its mesh names joint 1, and the skin has 1"]);
+    assert_eq!(warnings, ["nodes[0].skin: the mesh refers to joint 1, but the skin has only 1 joints"]);
 }
 
-/// What the file has no frames for is lit as it is bent, as the specification asks.
+/// Tangent frames that the file lacks are those of the deformed mesh, as the specification requires.
 #[test]
-fn what_a_normal_map_builds_on_follows_morph_targets() {
+fn generated_tangent_frames_follow_morph_targets() {
     // Without normals; with normals that a target does not change; with normals and tangents.
     for (own, normal, tangent) in [
         (&[][..], Vec3::NEG_Y, Vec3::X),

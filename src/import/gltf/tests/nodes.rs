@@ -1,4 +1,4 @@
-//! Nodes and what hangs at them.
+//! Nodes with their transforms, instances, cameras and lights.
 
 use glam::{DVec3, Vec3};
 use serde_json::json;
@@ -8,54 +8,54 @@ use crate::import::{Limits, LoadOptions, UpAxis};
 use crate::scene::pose;
 use crate::scene::{AnimationChoice, FileProjection, LightKind, PoseSettings, Scene};
 
-/// The middle of each instance's triangle in the world, at rest.
-fn corners(scene: &Scene) -> Vec<DVec3> {
+/// World position of each instance's point (1, 0, 0), at rest.
+fn instance_points(scene: &Scene) -> Vec<DVec3> {
     let settings = PoseSettings { time: 0.0, animation: AnimationChoice::Rest, centre: Some(DVec3::ZERO) };
     let posed = pose(scene, &settings).unwrap();
     posed.instances.iter().map(|i| i.transform.affine.transform_point3(DVec3::X)).collect()
 }
 
 #[test]
-fn transforms_and_shared_meshes() {
+fn shared_meshes_are_instanced_with_their_nodes_transforms() {
     let mut fixture = Fixture::triangle();
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    // A rotation of the wrong length is made a rotation.
+    // Quaternions are normalized.
     fixture.node(json!({"mesh": 0, "translation": [10, 0, 0], "rotation": [0, 0, 7.0 * half, 7.0 * half], "scale": [2, 2, 2]}));
     fixture.node(json!({"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1]}));
     let (scene, _) = fixture.load();
     assert_eq!((scene.meshes.len(), scene.instances.len()), (1, 3));
     let expected = [DVec3::X, DVec3::new(10.0, 2.0, 0.0), DVec3::new(6.0, 0.0, 0.0)];
-    for (found, expected) in corners(&scene).iter().zip(expected) {
-        assert!(found.abs_diff_eq(expected, 1e-6), "{found} {expected}");
+    for (point, expected) in instance_points(&scene).iter().zip(expected) {
+        assert!(point.abs_diff_eq(expected, 1e-6), "{point} {expected}");
     }
     assert_eq!(scene.objects, ["node", "mesh", "mesh"]);
 }
 
 #[test]
-fn up_z_turns_everything() {
+fn up_z_rotates_the_whole_scene() {
     let mut fixture = Fixture::triangle();
     fixture.node(json!({"mesh": 0, "translation": [1, 2, 3]}));
     let (scene, _) = fixture.load_with(&LoadOptions { up: UpAxis::Z, ..LoadOptions::default() });
-    assert_eq!(corners(&scene), [DVec3::X, DVec3::new(2.0, 3.0, -2.0)]);
+    assert_eq!(instance_points(&scene), [DVec3::X, DVec3::new(2.0, 3.0, -2.0)]);
     assert!(scene.nodes.iter().skip(1).all(|n| n.parent == Some(0)));
 }
 
 #[test]
-fn instancing_makes_objects_of_copies() {
+fn each_gpu_instance_is_an_object() {
     let mut fixture = Fixture::triangle();
     let translation = fixture.vec3(&[[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 0.0, 3.0]]);
     let scale = fixture.vec3(&[[1.0; 3], [2.0; 3]]);
     fixture.json["nodes"][0]["extensions"] = json!({"EXT_mesh_gpu_instancing":
         {"attributes": {"TRANSLATION": translation, "SCALE": scale}}});
     let (scene, warnings) = fixture.load();
-    assert_eq!(corners(&scene), [DVec3::new(1.0, 0.0, 1.0), DVec3::new(2.0, 0.0, 2.0)]);
+    assert_eq!(instance_points(&scene), [DVec3::new(1.0, 0.0, 1.0), DVec3::new(2.0, 0.0, 2.0)]);
     assert_eq!(scene.instances.iter().map(|i| i.object).collect::<Vec<_>>(), [1, 2]);
     assert_eq!((scene.objects.len(), warnings.len()), (2, 1));
 }
 
-/// As three.js writes them for an InstancedMesh.
+/// `_COLOR_0` as three.js writes it for an InstancedMesh.
 #[test]
-fn copies_have_colours_of_their_own() {
+fn gpu_instances_have_colours() {
     let mut fixture = Fixture::triangle();
     let translation = fixture.vec3(&[[0.0; 3], [0.0, 0.0, 1.0]]);
     let color = fixture.vec3(&[[1.0, 0.5, 0.0], [0.0, f32::NAN, 1.0]]);
@@ -64,12 +64,12 @@ fn copies_have_colours_of_their_own() {
     let (scene, warnings) = fixture.load();
     let colors: Vec<_> = scene.instances.iter().map(|i| i.color).collect();
     assert_eq!(colors, [Some(Vec3::new(1.0, 0.5, 0.0)), Some(Vec3::new(0.0, 1.0, 1.0))]);
-    let place = "nodes[0].extensions.EXT_mesh_gpu_instancing.attributes._COLOR_0";
-    assert_eq!(warnings, [format!("{place}: 1 of its colours have numbers that are not finite, taken as 1")]);
+    let location = "nodes[0].extensions.EXT_mesh_gpu_instancing.attributes._COLOR_0";
+    assert_eq!(warnings, [format!("{location}: 1 colours have non-finite components; used 1")]);
 }
 
 #[test]
-fn instances_are_counted_before_they_are_made() {
+fn instances_are_limited() {
     let mut fixture = Fixture::triangle();
     fixture.node(json!({"mesh": 0}));
     let count = |limit| {
@@ -96,7 +96,7 @@ fn vertices_and_triangles_are_limited() {
 }
 
 #[test]
-fn cameras() {
+fn cameras_are_read_and_invalid_ones_ignored() {
     let mut fixture = Fixture::empty();
     fixture.push(
         "cameras",
@@ -118,11 +118,11 @@ fn cameras() {
     assert_eq!((a.zfar, a.name.as_str(), scene.find_camera("a")), (f64::INFINITY, "own", Some(0)));
     assert_eq!(b.projection, FileProjection::Orthographic { xmag: 2.0, ymag: 3.0 });
     assert_eq!((b.znear, b.zfar), (0.5, 9.0));
-    assert_eq!(warnings, ["cameras[2]: has no view, and was left out"]);
+    assert_eq!(warnings, ["cameras[2]: ignored camera without a valid projection"]);
 }
 
 #[test]
-fn lights() {
+fn lights_are_read_and_unknown_types_ignored() {
     let mut fixture = Fixture::empty();
     fixture.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([
         {"type": "point", "name": "p", "color": [1, 0.5, 0], "intensity": 7, "range": 3},
@@ -143,7 +143,7 @@ fn lights() {
 }
 
 #[test]
-fn hidden_nodes() {
+fn node_visibility_is_read() {
     let mut fixture = Fixture::triangle();
     fixture.json["nodes"][0]["extensions"] = json!({"KHR_node_visibility": {"visible": false}});
     fixture.node(json!({}));
@@ -152,7 +152,7 @@ fn hidden_nodes() {
 }
 
 #[test]
-fn where_a_file_comes_from() {
+fn generator_variants_extensions_and_scenes_are_recorded() {
     let mut fixture = Fixture::triangle();
     fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5");
     fixture.json["extensionsUsed"] = json!(["KHR_materials_variants"]);
@@ -172,7 +172,7 @@ fn an_empty_file_is_an_empty_scene() {
 }
 
 #[test]
-fn a_missing_buffer_of_what_is_drawn_is_an_error() {
+fn a_missing_buffer_of_a_drawn_mesh_is_an_error() {
     let mut fixture = Fixture::triangle();
     fixture.json["bufferViews"][0]["buffer"] = json!(1);
     fixture.json["buffers"].as_array_mut().unwrap().push(json!({"byteLength": 4, "uri": "no such.bin"}));
@@ -182,11 +182,11 @@ fn a_missing_buffer_of_what_is_drawn_is_an_error() {
         fixture.error()
     );
     fixture.json["buffers"][1] = json!({"byteLength": 4});
-    assert_eq!(fixture.error(), "buffers[1]: has no uri, and the file has no binary chunk for it");
+    assert_eq!(fixture.error(), "buffers[1]: has neither a uri nor a GLB binary chunk");
 }
 
 #[test]
-fn buffers_in_data_uris() {
+fn buffers_are_read_from_data_uris() {
     let mut fixture = Fixture::triangle();
     let bytes = bytes_of(&[9.0f32, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 9.0]);
     let text: String = bytes.iter().map(|b| format!("%{b:02x}")).collect();
@@ -197,7 +197,7 @@ fn buffers_in_data_uris() {
 }
 
 #[test]
-fn a_camera_below_a_scale_of_0_is_named() {
+fn a_camera_with_a_scale_of_0_is_an_error_that_names_it() {
     let mut fixture = Fixture::triangle();
     fixture.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}));
     fixture.node(json!({"name": "eye", "camera": 0, "scale": [0, 0, 0]}));
@@ -206,6 +206,6 @@ fn a_camera_below_a_scale_of_0_is_named() {
     let view = crate::scene::View::default();
     let error = view.resolve(&posed, 4, 4).unwrap_err().to_string();
     assert!(error.starts_with("the file's camera 'eye' looks nowhere: "), "{error}");
-    let turned = crate::scene::View { view_dir: Some(glam::DVec3::NEG_Z), ..view };
-    assert!(turned.resolve(&posed, 4, 4).is_ok());
+    let with_direction = crate::scene::View { view_dir: Some(glam::DVec3::NEG_Z), ..view };
+    assert!(with_direction.resolve(&posed, 4, 4).is_ok());
 }

@@ -1,0 +1,218 @@
+//! Vertex attributes and morph targets of a primitive.
+
+use ::gltf::json::Index;
+use ::gltf::json::mesh::{Primitive, Semantic};
+use ::gltf::json::validation::Checked;
+use glam::{Vec2, Vec3, Vec4};
+
+use super::accessor::{Accessor, Elements};
+use super::color;
+use super::document::Document;
+use super::draco::DecodedPrimitive;
+use crate::import::error::{LoadError, Warnings};
+use crate::scene::{Influences, Mesh, MorphTarget};
+
+/// Supported sets of texture coordinates (TEXCOORD_n).
+const UV_SETS: u32 = 32;
+/// Supported sets of four joints (JOINTS_n).
+const JOINT_SETS: u32 = 16;
+
+/// Four joints and their weights per vertex.
+struct JointSet {
+    joints: Vec<[u32; 4]>,
+    weights: Vec<[f32; 4]>,
+}
+
+/// Opens an attribute, from the Draco stream if it has the attribute.
+pub(super) fn attribute<'d>(
+    doc: &'d Document<'_>,
+    json: &Primitive,
+    decoded: Option<&'d DecodedPrimitive>,
+    name: Semantic,
+    warnings: &mut Warnings,
+) -> Result<Option<Accessor<'d>>, LoadError> {
+    if let Some(accessor) = decoded.and_then(|p| p.accessor(&name.to_string())) {
+        return Ok(Some(accessor));
+    }
+    let index = json.attributes.get(&Checked::Valid(name));
+    index.map(|i| Accessor::open(doc, i.value(), warnings)).transpose()
+}
+
+/// Normalizes a vector unless its length is 0 or not finite.
+pub(super) fn normalize(v: Vec3) -> Vec3 {
+    v.try_normalize().unwrap_or(v)
+}
+
+/// Reads the vertex attributes of one primitive.
+pub(super) struct Attributes<'a, 'd> {
+    pub doc: &'d Document<'a>,
+    pub json: &'d Primitive,
+    /// The decoded Draco stream.
+    pub decoded: Option<&'d DecodedPrimitive>,
+    /// JSON path of the primitive.
+    pub location: &'d str,
+    /// Number of positions in the file.
+    pub vertices: usize,
+    /// The vertices that the primitive uses.
+    pub elements: Elements<'d>,
+}
+
+impl<'d> Attributes<'_, 'd> {
+    /// Opens an attribute. One that does not match the mesh is ignored with a warning.
+    fn open(
+        &self,
+        name: Semantic,
+        components: &[usize],
+        warnings: &mut Warnings,
+    ) -> Result<Option<Accessor<'d>>, LoadError> {
+        let location = format!("{}.attributes.{}", self.location, name.to_string());
+        let accessor = attribute(self.doc, self.json, self.decoded, name, warnings)?;
+        Ok(accessor.filter(|a| self.matches(a, &location, components, warnings)))
+    }
+
+    /// Returns false, with a warning, if an accessor has the wrong number of components or too few elements.
+    fn matches(
+        &self,
+        accessor: &Accessor<'_>,
+        location: &str,
+        components: &[usize],
+        warnings: &mut Warnings,
+    ) -> bool {
+        if !components.contains(&accessor.components) {
+            let message = format!("ignored attribute with {} components per element", accessor.components);
+            warnings.add(location, message);
+            return false;
+        }
+        if accessor.count < self.vertices {
+            let message =
+                format!("ignored attribute with {} elements for {} vertices", accessor.count, self.vertices);
+            warnings.add(location, message);
+            return false;
+        }
+        true
+    }
+
+    pub fn vec3(&self, name: Semantic, warnings: &mut Warnings) -> Result<Vec<Vec3>, LoadError> {
+        Ok(self.open(name, &[3], warnings)?.map_or_else(Vec::new, |a| a.floats(self.elements)))
+    }
+
+    pub fn tangents(&self, warnings: &mut Warnings) -> Result<Vec<Vec4>, LoadError> {
+        let Some(accessor) = self.open(Semantic::Tangents, &[4], warnings)? else { return Ok(Vec::new()) };
+        let tangents: Vec<Vec4> = accessor.floats(self.elements);
+        let clean = |t: Vec4| normalize(t.truncate()).extend(if t.w < 0.0 { -1.0 } else { 1.0 });
+        Ok(tangents.into_iter().map(clean).collect())
+    }
+
+    /// Reads all sets of texture coordinates; sets that the file lacks are empty.
+    pub fn uvs(&self, warnings: &mut Warnings) -> Result<Vec<Vec<Vec2>>, LoadError> {
+        let mut sets: Vec<Vec<Vec2>> = Vec::new();
+        for name in self.json.attributes.keys() {
+            let Checked::Valid(Semantic::TexCoords(set)) = *name else { continue };
+            if set >= UV_SETS {
+                let location = format!("{}.attributes.TEXCOORD_{set}", self.location);
+                warnings
+                    .add(location, format_args!("ignored texture coordinates beyond set {}", UV_SETS - 1));
+                continue;
+            }
+            if let Some(accessor) = self.open(Semantic::TexCoords(set), &[2], warnings)? {
+                let set = set as usize;
+                sets.resize_with(sets.len().max(set + 1), Vec::new);
+                sets[set] = accessor.floats(self.elements);
+            }
+        }
+        Ok(sets)
+    }
+
+    pub fn colors(&self, warnings: &mut Warnings) -> Result<Vec<Vec4>, LoadError> {
+        let Some(accessor) = self.open(Semantic::Colors(0), color::COMPONENTS, warnings)? else {
+            return Ok(Vec::new());
+        };
+        let location = format!("{}.attributes.COLOR_0", self.location);
+        Ok(color::read(accessor, self.elements, &location, warnings))
+    }
+
+    /// Reads joints and weights for skinning. The weights of a vertex are normalized to a sum of 1.
+    pub fn influences(&self, warnings: &mut Warnings) -> Result<Influences, LoadError> {
+        let mut sets: Vec<JointSet> = Vec::new();
+        for set in 0..JOINT_SETS {
+            self.warn_unpaired(set, warnings);
+            let joints = self.open(Semantic::Joints(set), &[4], warnings)?;
+            let weights = self.open(Semantic::Weights(set), &[4], warnings)?;
+            let (Some(joints), Some(weights)) = (joints, weights) else { break };
+            sets.push(JointSet {
+                joints: joints.integers(self.elements),
+                weights: weights.floats(self.elements),
+            });
+        }
+        let per_vertex = 4 * sets.len();
+        let mut out = Influences { per_vertex, ..Influences::default() };
+        for vertex in 0..if sets.is_empty() { 0 } else { self.elements.len() } {
+            let first = out.weights.len();
+            for JointSet { joints, weights } in &sets {
+                out.joints.extend(joints[vertex].map(|j| j.min(u32::from(u16::MAX)) as u16));
+                out.weights.extend(weights[vertex].map(|w| if w.is_finite() { w.max(0.0) } else { 0.0 }));
+            }
+            normalize_weights(&mut out.weights[first..]);
+        }
+        Ok(out)
+    }
+
+    /// Warns of JOINTS_n without WEIGHTS_n and the other way round.
+    fn warn_unpaired(&self, set: u32, warnings: &mut Warnings) {
+        let has = |name| self.json.attributes.contains_key(&Checked::Valid(name));
+        let (present, missing) = match (has(Semantic::Joints(set)), has(Semantic::Weights(set))) {
+            (true, false) => ("JOINTS", "WEIGHTS"),
+            (false, true) => ("WEIGHTS", "JOINTS"),
+            _ => return,
+        };
+        let location = format!("{}.attributes.{present}_{set}", self.location);
+        warnings.add(location, format_args!("ignored attribute without {missing}_{set}"));
+    }
+
+    /// Reads the morph targets and their default weights into `mesh`.
+    pub fn morph_targets(
+        &self,
+        mesh_index: usize,
+        mesh: &mut Mesh,
+        warnings: &mut Warnings,
+    ) -> Result<(), LoadError> {
+        let json = &self.doc.root().meshes[mesh_index];
+        let names = json.extras.as_ref().map_or_else(Vec::new, |e| target_names(e.get()));
+        for (i, target) in self.json.targets.iter().flatten().enumerate() {
+            let mut read = |index: Option<Index<_>>, name: &str, wanted: bool| {
+                let Some(index) = index.filter(|_| wanted) else { return Ok(Vec::new()) };
+                let location = format!("{}.targets[{i}].{name}", self.location);
+                let accessor = Accessor::open(self.doc, index.value(), warnings)?;
+                let matches = self.matches(&accessor, &location, &[3], warnings);
+                Ok::<Vec<Vec3>, LoadError>(if matches { accessor.floats(self.elements) } else { Vec::new() })
+            };
+            mesh.morph_targets.push(MorphTarget {
+                name: names.get(i).cloned().unwrap_or_default(),
+                positions: read(target.positions, "POSITION", true)?,
+                normals: read(target.normals, "NORMAL", !mesh.normals.is_empty())?,
+                tangents: read(target.tangents, "TANGENT", !mesh.tangents.is_empty())?,
+            });
+        }
+        mesh.morph_weights = json.weights.clone().unwrap_or_default();
+        mesh.morph_weights.resize(mesh.morph_targets.len(), 0.0);
+        Ok(())
+    }
+}
+
+/// Scales the weights of a vertex to a sum of 1. Weights without a positive finite sum bind the vertex to its first joint.
+fn normalize_weights(weights: &mut [f32]) {
+    let sum: f32 = weights.iter().sum();
+    if sum > 0.0 && sum.is_finite() {
+        weights.iter_mut().for_each(|w| *w /= sum);
+    } else {
+        weights.fill(0.0);
+        weights[0] = 1.0;
+    }
+}
+
+/// Names of morph targets, which exporters store in `extras.targetNames` of the mesh.
+fn target_names(extras: &str) -> Vec<String> {
+    let names = serde_json::from_str::<serde_json::Value>(extras).ok();
+    let names = names.as_ref().and_then(|v| v.get("targetNames")).and_then(|v| v.as_array());
+    names.into_iter().flatten().map(|n| n.as_str().unwrap_or_default().to_string()).collect()
+}
