@@ -1,4 +1,4 @@
-//! Loading a glTF binary of 100 MB with textures of 4096 x 4096, beside decoding its images alone on
+//! Time to load a GLB of 100 MB with textures of 4096 × 4096 pixels, compared to decoding its images alone on
 //! as many threads: `cargo bench --bench gltf`.
 
 use std::io::Cursor;
@@ -12,8 +12,8 @@ use serde_json::json;
 
 const SIDE: u32 = 4096;
 
-/// An image with detail and noise, as a photographed texture has.
-fn picture(seed: u32) -> DynamicImage {
+/// An image with detail and noise like a photographed texture.
+fn noisy_image(seed: u32) -> DynamicImage {
     let mut state = seed.wrapping_mul(0x9e37_79b9) | 1;
     DynamicImage::ImageRgb8(RgbImage::from_fn(SIDE, SIDE, |x, y| {
         state ^= state << 13;
@@ -25,10 +25,10 @@ fn picture(seed: u32) -> DynamicImage {
     }))
 }
 
-fn encoded(format: ImageFormat, count: u32) -> Vec<Vec<u8>> {
+fn encode_images(format: ImageFormat, count: u32) -> Vec<Vec<u8>> {
     let one = |seed| {
         let mut out = Cursor::new(Vec::new());
-        match picture(seed).write_to(&mut out, format) {
+        match noisy_image(seed).write_to(&mut out, format) {
             Ok(()) => out.into_inner(),
             Err(e) => panic!("{e}"),
         }
@@ -36,7 +36,7 @@ fn encoded(format: ImageFormat, count: u32) -> Vec<Vec<u8>> {
     (0..count).into_par_iter().map(one).collect()
 }
 
-/// A scene with a mesh of 20,000 triangles and a material for each image.
+/// A GLB with a mesh of 20,000 triangles and one material per image.
 fn glb(images: &[Vec<u8>]) -> Vec<u8> {
     let side = 101u32;
     let mut bin: Vec<u8> = Vec::new();
@@ -99,7 +99,7 @@ fn median(mut times: Vec<f64>) -> f64 {
     times[times.len() / 2]
 }
 
-fn decode_alone(images: &[Vec<u8>]) -> usize {
+fn decode_images(images: &[Vec<u8>]) -> usize {
     images.par_iter().map(|bytes| image::load_from_memory(bytes).map_or(0, |i| i.as_bytes().len())).sum()
 }
 
@@ -107,17 +107,19 @@ fn main() -> std::io::Result<()> {
     let folder = std::env::temp_dir().join(format!("blinn-bench-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     for (name, format, count) in [("PNG", ImageFormat::Png, 4), ("JPEG", ImageFormat::Jpeg, 14)] {
-        let images = encoded(format, count);
+        let images = encode_images(format, count);
         let path: &Path = &folder.join(format!("{name}.glb"));
         std::fs::write(path, glb(&images))?;
         let bytes = std::fs::metadata(path)?.len();
-        let (mut loads, mut decodes) = (Vec::new(), Vec::new());
-        // Turn and turn about, so that a slower moment of the machine meets both.
+        let mut loads = Vec::new();
+        let mut decodes = Vec::new();
+        // Interleaved, so that slower phases of the machine affect both.
         for _ in 0..7 {
-            decodes.push(seconds(|| assert!(decode_alone(&images) > 0)));
+            decodes.push(seconds(|| assert!(decode_images(&images) > 0)));
             loads.push(seconds(|| assert!(load(path, &LoadOptions::default()).is_ok())));
         }
-        let (load, decode) = (median(loads), median(decodes));
+        let load = median(loads);
+        let decode = median(decodes);
         println!(
             "{count} {name} images of {SIDE}x{SIDE} in {:.1} MB, {} threads: load {load:.3} s, images alone \
              {decode:.3} s, ratio {:.3}",

@@ -17,7 +17,8 @@ const MAX_BYTES: u64 = 1 << 20;
 /// `projDistance`, `viewWidth` and `viewHeight`, as the whole document or inside a scene.
 ///
 /// # Errors
-/// The file cannot be read, is not well-formed XML, has no `<camera>` element, or the element has invalid numbers.
+/// The file cannot be read, is not well-formed XML, has no `<camera>` element, or the element has invalid
+/// numbers.
 pub fn load_camera_xml(path: &Path) -> Result<View, LoadError> {
     let bytes = read_scene_file(path, MAX_BYTES)?;
     let text = String::from_utf8_lossy(&bytes);

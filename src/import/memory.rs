@@ -1,4 +1,5 @@
-//! Memory budget of an import: estimates from counts and sizes in the file, charged before the memory is allocated.
+//! Memory budget of an import: estimates from counts and sizes in the file, charged before the memory is
+//! allocated.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -12,8 +12,8 @@ struct Lacking<'s> {
     count: usize,
 }
 
-/// Warns of each material and set of texture coordinates that some of the material's meshes lack. Such a mesh shows a
-/// single texel.
+/// Warns of each material and set of texture coordinates that some of the material's meshes lack. Such a mesh
+/// shows a single texel.
 pub(crate) fn warnings(scene: &Scene) -> Vec<Warning> {
     let mut lacking: BTreeMap<(u32, u32), Lacking<'_>> = BTreeMap::new();
     for mesh in &scene.meshes {

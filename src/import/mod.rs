@@ -1,8 +1,9 @@
-//! Importers: glTF, GLB and OBJ files to a [`Scene`], Radiance HDR and OpenEXR environment maps, and camera XML.
+//! Importers: glTF, GLB and OBJ files to a [`Scene`], Radiance HDR and OpenEXR environment maps, and camera
+//! XML.
 //!
-//! Files are untrusted. Sizes are checked before memory is allocated, indices before they are used, and references
-//! stay inside the scene's folder unless [`LoadOptions::allow_outside`] is set. Harmless defects are repaired and
-//! reported as [`Warning`]s.
+//! Files are untrusted. Sizes are checked before memory is allocated, indices before they are used, and
+//! references stay inside the scene's folder unless [`LoadOptions::allow_outside`] is set. Harmless defects
+//! are repaired and reported as [`Warning`]s.
 
 mod camera_xml;
 mod error;
@@ -33,11 +34,12 @@ pub use smooth::NormalMode;
 /// Bytes at the start of a file that its format is detected from.
 const HEAD_BYTES: u64 = 4096;
 
-/// Loads a scene with all warnings. The format (glTF, GLB or OBJ) is detected from the content, then from the extension.
+/// Loads a scene with all warnings. The format (glTF, GLB or OBJ) is detected from the content, then from the
+/// extension.
 ///
 /// # Errors
-/// The file cannot be read, is malformed, exceeds a limit or needs an unsupported feature. The error has the location in
-/// the file.
+/// The file cannot be read, is malformed, exceeds a limit or needs an unsupported feature. The error has the
+/// location in the file.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limit = options.limits.file_bytes;
     let mut head = Vec::new();

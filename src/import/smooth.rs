@@ -71,8 +71,9 @@ pub(super) fn angle_at(p: DVec3, neighbours: [DVec3; 2]) -> f64 {
     libm::acos(a.dot(b).clamp(-1.0, 1.0))
 }
 
-/// Generates the normals of the meshes `object` as if they were one mesh, for the base shape and for every morph target.
-/// An edge is smooth if the cosine of the angle between its face normals in the base shape exceeds `min_cos`.
+/// Generates the normals of the meshes `object` as if they were one mesh, for the base shape and for every
+/// morph target. An edge is smooth if the cosine of the angle between its face normals in the base shape
+/// exceeds `min_cos`.
 fn generate(meshes: &mut [Mesh], object: &[usize], min_cos: f64) {
     let faces = faces(meshes, object);
     let normals = face_normals(meshes, &faces, None);
@@ -111,7 +112,8 @@ fn generate(meshes: &mut [Mesh], object: &[usize], min_cos: f64) {
     }
 }
 
-/// Stores the normals of a mesh's corners: as the base normals, or as their differences to them in a morph target.
+/// Stores the normals of a mesh's corners: as the base normals, or as their differences to them in a morph
+/// target.
 fn store_normals(mesh: &mut Mesh, morph: Option<usize>, corners: &[Vec3]) {
     let corners = || mesh.triangles.as_flattened().iter().map(|&v| v as usize).zip(corners);
     let Some(target) = morph else {
@@ -149,8 +151,8 @@ fn corner_positions(mesh: &Mesh, vertices: &[u32; 3], morph: Option<usize>) -> [
     vertices.map(|v| mesh.positions[v as usize].as_dvec3() + delta(v).as_dvec3())
 }
 
-/// Unit normals of all corners in the base shape or in a morph target: face normals averaged over the corners with the
-/// same root, weighted by the corners' angles.
+/// Unit normals of all corners in the base shape or in a morph target: face normals averaged over the corners
+/// with the same root, weighted by the corners' angles.
 fn corner_normals(meshes: &[Mesh], object: &[usize], morph: Option<usize>, roots: &[u32]) -> Vec<Vec3> {
     let faces = faces(meshes, object);
     let normals = face_normals(meshes, &faces, morph);

@@ -1,5 +1,5 @@
-//! Generates tangents for normal maps by MikkTSpace, as the glTF specification requires: normal maps are baked in this
-//! tangent space.
+//! Generates tangents for normal maps by MikkTSpace, as the glTF specification requires: normal maps are
+//! baked in this tangent space.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -13,11 +13,11 @@ use crate::scene::{GeneratedFrames, Influences, Mesh, MorphTarget, Source, Textu
 /// Faces that may share a position: MikkTSpace compares all pairs.
 const MAX_VALENCE: u32 = 1024;
 
-/// Generates tangents of `mesh` along the texture coordinates of `map`, unless the mesh has tangents. Splits vertices
-/// whose faces have different tangents. A mesh without normals gets face normals.
+/// Generates tangents of `mesh` along the texture coordinates of `map`, unless the mesh has tangents. Splits
+/// vertices whose faces have different tangents. A mesh without normals gets face normals.
 ///
-/// The tangents follow rotations and reflections of the map's texture transform (KHR_texture_transform), except in
-/// Blender's files: Blender's normal maps use the axes of the untransformed coordinates.
+/// The tangents follow rotations and reflections of the map's texture transform (KHR_texture_transform),
+/// except in Blender's files: Blender's normal maps use the axes of the untransformed coordinates.
 pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
     let has_uvs = mesh.uv_set(map.uv_set).is_some();
     if !has_uvs || !mesh.tangents.is_empty() {
@@ -66,8 +66,8 @@ struct Duplicate {
     rotation: usize,
 }
 
-/// Selects the triangles for MikkTSpace, whose time grows with the square of the faces at a position. Skips triangles
-/// without area, with invalid numbers, or at positions of too many faces, and finds duplicates.
+/// Selects the triangles for MikkTSpace, whose time grows with the square of the faces at a position. Skips
+/// triangles without area, with invalid numbers, or at positions of too many faces, and finds duplicates.
 fn select_faces(mesh: &Mesh, uvs: &[Vec2]) -> Faces {
     let welded = weld(mesh.positions.len(), |v| {
         let (p, n, t) = (mesh.positions[v], mesh.normals[v], uvs[v]);
@@ -385,7 +385,8 @@ mod tests {
         same.triangles = same.triangles.repeat(n / 2);
         generate(&mut same, &map(), &Source::default());
         assert_eq!(same.positions.len(), 4);
-        // Triangles at one position with different coordinates; a fan around one vertex; triangles without area.
+        // Triangles at one position with different coordinates; a fan around one vertex; triangles without
+        // area.
         for kind in 0..3 {
             let mut mesh = Mesh { uvs: vec![Vec::new()], ..Mesh::default() };
             for i in 0..n as u32 {

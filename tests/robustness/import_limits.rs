@@ -1,5 +1,5 @@
-//! Limits of imports: each limit allows exactly its number and nothing beyond, and node graphs that expand exponentially
-//! are rejected by counting their paths.
+//! Limits of imports: each limit allows exactly its number and nothing beyond, and node graphs that expand
+//! exponentially are rejected by counting their paths.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -149,8 +149,8 @@ fn graph(nodes: Vec<Value>, roots: Value) -> (tempfile::TempDir, PathBuf) {
     (dir, path)
 }
 
-/// Checks that the graph is rejected within a second; it takes some milliseconds, and would take forever if expanded. Three
-/// attempts, since other tests run at the same time.
+/// Checks that the graph is rejected within a second; it takes some milliseconds, and would take forever if
+/// expanded. Three attempts, since other tests run at the same time.
 fn is_refused(nodes: Vec<Value>, roots: Value, says: &str) {
     let (_dir, path) = graph(nodes, roots);
     let attempt = || {

@@ -197,7 +197,7 @@ fn nothing_outside_is_read_and_it_is_said() {
 /// could pass for other reasons.
 #[cfg(unix)]
 #[test]
-fn the_canaries_would_be_seen() {
+fn canaries_show_in_the_scene_if_they_are_read() {
     for place in PLACES {
         let world = World::new(place);
         world.links();

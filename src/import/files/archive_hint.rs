@@ -1,6 +1,7 @@
 //! Detects archives and compressed files by their magic numbers.
 
-/// Returns what to do about an archive or a compressed file, judged by its first bytes; `None` for other files.
+/// Returns what to do about an archive or a compressed file, judged by its first bytes; `None` for other
+/// files.
 pub(crate) fn hint(head: &[u8]) -> Option<&'static str> {
     let formats: [(&[u8], &str); 2] = [
         (b"\x1f\x8b", "the file is compressed with gzip; decompress it first"),

@@ -3,7 +3,8 @@
 /// Characters of a name that a message shows.
 const MAX_CHARS: usize = 120;
 
-/// Makes a name safe for a line of text: escapes control characters and bidirectional overrides, and cuts long names.
+/// Makes a name safe for a line of text: escapes control characters and bidirectional overrides, and cuts
+/// long names.
 pub(crate) fn printable(name: &str) -> String {
     let mut text = String::new();
     for c in name.chars().take(MAX_CHARS) {

@@ -1,7 +1,7 @@
 //! Detects Git LFS pointers: short texts in place of files that were not downloaded.
 
-/// Returns what to do about a Git LFS pointer; `None` for any other file. A repository that was cloned without Git LFS or
-/// downloaded as an archive has pointers instead of scenes, buffers and textures.
+/// Returns what to do about a Git LFS pointer; `None` for any other file. A repository that was cloned
+/// without Git LFS or downloaded as an archive has pointers instead of scenes, buffers and textures.
 pub(crate) fn pointer_hint(bytes: &[u8]) -> Option<&'static str> {
     // By the Git LFS specification a pointer is shorter than 1024 bytes and starts with its version.
     let pointer = bytes.len() < 1024 && bytes.starts_with(b"version https://git-lfs.github.com/spec/");

@@ -1,7 +1,7 @@
 //! Compares file names regardless of letter case and Unicode normal form.
 //!
-//! A letter with an accent is one character in Unicode's normal form C (NFC) and two in form D (NFD). macOS stored file
-//! names as NFD, and archives that were made there still contain them.
+//! A letter with an accent is one character in Unicode's normal form C (NFC) and two in form D (NFD). macOS
+//! stored file names as NFD, and archives that were made there still contain them.
 
 use unicode_normalization::UnicodeNormalization;
 

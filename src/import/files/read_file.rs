@@ -29,7 +29,8 @@ pub(crate) fn open_scene_file(path: &Path, limit: u64) -> Result<io::Take<File>,
     })
 }
 
-/// Opens a regular file of at most `limit` bytes. Folders, pipes and devices, which may never end, are errors.
+/// Opens a regular file of at most `limit` bytes. Folders, pipes and devices, which may never end, are
+/// errors.
 ///
 /// # Errors
 /// The path is no regular file, the file is larger than `limit`, or the operating system fails to open it.

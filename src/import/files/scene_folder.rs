@@ -27,8 +27,8 @@ pub(crate) struct SceneFolder {
     allow_outside: bool,
     /// Contents of all files that were looked up, by their names relative to this folder.
     pub sources: SourceTracker,
-    /// File names of each folder that was searched for similar names, by their case-folded form. Cached, since
-    /// thousands of files may be missing from a folder of thousands.
+    /// File names of each folder that was searched for similar names, by their case-folded form. Cached,
+    /// since thousands of files may be missing from a folder of thousands.
     listings: Mutex<HashMap<PathBuf, HashMap<String, Vec<String>>>>,
 }
 
@@ -90,8 +90,8 @@ impl SceneFolder {
             return data_uri::decode(trimmed, limit).map_err(ReferenceError::Refused);
         }
         let decode = |uri: &str| percent_decode_str(uri).decode_utf8_lossy().into_owned();
-        // The decoded name has priority, then the name as written (a file may contain a literal '%20'), then the name
-        // without query and fragment. Similar names come last.
+        // The decoded name has priority, then the name as written (a file may contain a literal '%20'), then
+        // the name without query and fragment. Similar names come last.
         let path = uri.split(['?', '#']).next().unwrap_or(uri);
         let mut names = vec![decode(uri)];
         for name in [uri.into(), decode(path)] {
@@ -171,14 +171,15 @@ impl SceneFolder {
             }
             names
         });
-        // The same case has priority, then alphabetical order, so that the result does not depend on directory order.
+        // The same case has priority, then alphabetical order, so that the result does not depend on
+        // directory order.
         let decomposed = name_match::decompose(part);
         let similar = listing.get(&name_match::fold_case(part))?.iter();
         similar.min_by_key(|&name| (name_match::decompose(name) != decomposed, name)).cloned()
     }
 
-    /// Normalizes a name lexically: unifies separators, removes `.` and `..` where possible, and makes paths that lead
-    /// into this folder relative to it. Does not access the file system outside.
+    /// Normalizes a name lexically: unifies separators, removes `.` and `..` where possible, and makes paths
+    /// that lead into this folder relative to it. Does not access the file system outside.
     fn normalize(&self, name: &str) -> String {
         let name = name.replace('\\', "/");
         let local = ["file://localhost", "file://"].iter().find_map(|scheme| name.strip_prefix(scheme));

@@ -1,4 +1,5 @@
-//! Accessors: typed elements in buffer views, with strides, sparse storage, normalized integers and zeros by default.
+//! Accessors: typed elements in buffer views, with strides, sparse storage, normalized integers and zeros by
+//! default.
 
 use ::gltf::json::accessor::{ComponentType, Type};
 use ::gltf::json::validation::Checked;
@@ -113,10 +114,11 @@ impl<'d> Accessor<'d> {
         Accessor { count, components, component_type, normalized, element_size, base, sparse: None }
     }
 
-    /// Reads elements of `N` components as floats, with normalized integers converted as the specification says.
+    /// Reads elements of `N` components as floats, with normalized integers converted as the specification
+    /// says.
     ///
-    /// The caller has checked that `N` is the number of components and that the elements exist; anything else reads as
-    /// zero.
+    /// The caller has checked that `N` is the number of components and that the elements exist; anything else
+    /// reads as zero.
     pub fn floats<const N: usize, T: From<[f32; N]>>(&self, elements: Elements<'_>) -> Vec<T> {
         use ComponentType::{F32, I8, I16, U8, U16, U32};
         match (self.component_type, self.normalized) {
@@ -140,7 +142,8 @@ impl<'d> Accessor<'d> {
         }
     }
 
-    /// Reads elements of `N` components as unsigned integers. Negative numbers become 0, fractions are truncated.
+    /// Reads elements of `N` components as unsigned integers. Negative numbers become 0, fractions are
+    /// truncated.
     pub fn integers<const N: usize, T: From<[u32; N]>>(&self, elements: Elements<'_>) -> Vec<T> {
         use ComponentType::{F32, I8, I16, U8, U16, U32};
         match self.component_type {

@@ -199,7 +199,8 @@ impl<'d> Attributes<'_, 'd> {
     }
 }
 
-/// Scales the weights of a vertex to a sum of 1. Weights without a positive finite sum bind the vertex to its first joint.
+/// Scales the weights of a vertex to a sum of 1. Weights without a positive finite sum bind the vertex to its
+/// first joint.
 fn normalize_weights(weights: &mut [f32]) {
     let sum: f32 = weights.iter().sum();
     if sum > 0.0 && sum.is_finite() {

@@ -14,7 +14,8 @@ use crate::scene::{
 
 /// Restores the normals, lights and normal maps of a scene from Blender's exporter.
 pub(super) fn restore(scene: &mut Scene) {
-    // Blender's strength blends between the vertex normal and the map; the exporter writes it as glTF's scale.
+    // Blender's strength blends between the vertex normal and the map; the exporter writes it as glTF's
+    // scale.
     scene.materials.iter_mut().filter_map(|m| m.normal.as_mut()).for_each(|map| map.scale_is_strength = true);
     scene.meshes.iter_mut().for_each(clear_tangents);
     restore_normals(scene);
@@ -23,17 +24,18 @@ pub(super) fn restore(scene: &mut Scene) {
     restore_cones(scene);
 }
 
-/// Blender's default material is diffuse and double-sided; glTF's is a single-sided metal. The colour is white as in other
-/// importers, where Blender uses 0.8.
+/// Blender's default material is diffuse and double-sided; glTF's is a single-sided metal. The colour is
+/// white as in other importers, where Blender uses 0.8.
 pub(super) fn default_material() -> Material {
     let mut material = Material { double_sided: true, ..material::default() };
     make_diffuse(&mut material);
     material
 }
 
-/// Makes materials without shading parameters diffuse. The exporter writes nothing but the name of shaders other than
-/// Principled BSDF and some emissive ones, which in glTF means a white and fully rough metal: dark without an environment.
-/// A Principled BSDF with exactly these parameters is written likewise; in Blender it is about as bright as white diffuse.
+/// Makes materials without shading parameters diffuse. The exporter writes nothing but the name of shaders
+/// other than Principled BSDF and some emissive ones, which in glTF means a white and fully rough metal: dark
+/// without an environment. A Principled BSDF with exactly these parameters is written likewise; in Blender it
+/// is about as bright as white diffuse.
 pub(super) fn restore_shading(material: &mut Material, json: &gltf::Material, warnings: &mut Warnings) {
     let pbr = &json.pbr_metallic_roughness;
     let textured = pbr.base_color_texture.is_some() || pbr.metallic_roughness_texture.is_some();
@@ -45,7 +47,8 @@ pub(super) fn restore_shading(material: &mut Material, json: &gltf::Material, wa
         && (material.reflectance, material.transmission) == (default.reflectance, default.transmission);
     if has_no_parameters {
         make_diffuse(material);
-        let message = "has no shading parameters, as Blender's exporter supports only Principled BSDF; used matte white";
+        let message = "has no shading parameters, as Blender's exporter supports only Principled BSDF; \
+                       used matte white";
         warnings.add("", format_args!("material '{}' {message}", material.name));
     }
 }
@@ -56,18 +59,19 @@ fn make_diffuse(material: &mut Material) {
     }
 }
 
-/// Removes the file's tangents. Blender shades with tangents along the normal map's coordinates; the file has those along the
-/// mesh's active coordinates, and those of skinned meshes lack the armature's rotation.
+/// Removes the file's tangents. Blender shades with tangents along the normal map's coordinates; the file has
+/// those along the mesh's active coordinates, and those of skinned meshes lack the armature's rotation.
 fn clear_tangents(mesh: &mut Mesh) {
     mesh.tangents.clear();
     mesh.morph_targets.iter_mut().for_each(|target| target.tangents.clear());
 }
 
-/// Corrects the normals of skinned meshes, which should be in world space of the bind pose. The exporter transforms them from
-/// the armature's space by its matrix A instead of A⁻ᵀ; multiplication by A⁻ᵀA⁻¹ corrects them.
+/// Corrects the normals of skinned meshes, which should be in world space of the bind pose. The exporter
+/// transforms them from the armature's space by its matrix A instead of A⁻ᵀ; multiplication by A⁻ᵀA⁻¹
+/// corrects them.
 ///
-/// The bind pose of a bone is A·B with B without scale, and its inverse bind matrix M = (A·B)⁻¹. So A⁻ᵀA⁻¹ = MᵀM for any
-/// bone, whether or not the armature is in the file.
+/// The bind pose of a bone is A·B with B without scale, and its inverse bind matrix M = (A·B)⁻¹. So A⁻ᵀA⁻¹ =
+/// MᵀM for any bone, whether or not the armature is in the file.
 fn restore_normals(scene: &mut Scene) {
     let skins: HashMap<u32, u32> = scene.instances.iter().filter_map(|i| Some((i.mesh, i.skin?))).collect();
     for (mesh, skin) in skins {
@@ -77,7 +81,8 @@ fn restore_normals(scene: &mut Scene) {
     }
 }
 
-/// Marks meshes that several objects share: Blender smooths them in object space, and other meshes in world space.
+/// Marks meshes that several objects share: Blender smooths them in object space, and other meshes in world
+/// space.
 fn mark_shared_meshes(scene: &mut Scene) {
     let mut users = vec![0u32; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| users[instance.mesh as usize] += 1);
@@ -88,9 +93,10 @@ fn mark_shared_meshes(scene: &mut Scene) {
     }
 }
 
-/// Corrects the units of animated intensities. The exporter writes a light's intensity in glTF's unit but its keyframes in
-/// watts, possibly times 683 lm/W: 4π times too much for point and spot lights, 683 times too little for suns. The wrong
-/// unit is detected by the keyframe that equals the light's intensity after conversion.
+/// Corrects the units of animated intensities. The exporter writes a light's intensity in glTF's unit but its
+/// keyframes in watts, possibly times 683 lm/W: 4π times too much for point and spot lights, 683 times too
+/// little for suns. The wrong unit is detected by the keyframe that equals the light's intensity after
+/// conversion.
 fn restore_intensities(scene: &mut Scene) {
     let Scene { animations, lights, .. } = scene;
     for channel in animations.iter_mut().flat_map(|animation| &mut animation.channels) {
@@ -106,9 +112,10 @@ fn restore_intensities(scene: &mut Scene) {
     }
 }
 
-/// Corrects animated spot cones. Blender's blend is the fraction of the cone over which light falls off, where glTF has an
-/// inner angle. The exporter writes keyframes of the blend as inner angles; without such keyframes the blend is constant
-/// while the cone changes, not the inner angle. The keyframe that equals the blend identifies them.
+/// Corrects animated spot cones. Blender's blend is the fraction of the cone over which light falls off,
+/// where glTF has an inner angle. The exporter writes keyframes of the blend as inner angles; without such
+/// keyframes the blend is constant while the cone changes, not the inner angle. The keyframe that equals the
+/// blend identifies them.
 fn restore_cones(scene: &mut Scene) {
     let Scene { animations, lights, .. } = scene;
     for channels in animations.iter_mut().map(|animation| &mut animation.channels) {

@@ -1,4 +1,5 @@
-//! Builds the scene from a glTF document: nodes, meshes, materials, instances, cameras, lights and animations.
+//! Builds the scene from a glTF document: nodes, meshes, materials, instances, cameras, lights and
+//! animations.
 
 use std::collections::HashMap;
 
@@ -97,7 +98,8 @@ fn check_instances(doc: &Document<'_>, expanded: &[ExpandedNode]) -> Result<(), 
     doc.budget.charge_nodes(expanded.len() as u64, total)
 }
 
-/// The primitives of all used meshes, each once, in the order of the nodes. Checks their size before they are read.
+/// The primitives of all used meshes, each once, in the order of the nodes. Checks their size before they are
+/// read.
 fn used_primitives(
     doc: &Document<'_>,
     expanded: &[ExpandedNode],
@@ -182,8 +184,8 @@ impl Scene {
         });
     }
 
-    /// Adds the nodes, below a root that rotates the scene if the file's up axis is +Z. Returns the scene's nodes for each
-    /// node of the file.
+    /// Adds the nodes, below a root that rotates the scene if the file's up axis is +Z. Returns the scene's
+    /// nodes for each node of the file.
     fn add_nodes(&mut self, doc: &Document<'_>, expanded: &[ExpandedNode], up: UpAxis) -> Vec<Vec<u32>> {
         if up == UpAxis::Z {
             let rotation = DAffine3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y, DVec3::ZERO);

@@ -9,8 +9,8 @@ use crate::import::error::Warnings;
 /// Numbers of components that a colour may have.
 pub(super) const COMPONENTS: &[usize] = &[3, 4];
 
-/// Reads colours. Non-finite components become 1, which keeps the material's colour. Integers stand for 0 to 1, even if the
-/// accessor is not marked as normalized.
+/// Reads colours. Non-finite components become 1, which keeps the material's colour. Integers stand for 0 to
+/// 1, even if the accessor is not marked as normalized.
 pub(super) fn read(
     mut accessor: Accessor<'_>,
     elements: Elements<'_>,

@@ -92,7 +92,8 @@ impl<'a> Document<'a> {
         Ok(BufferView { bytes, stride: stride.or(compressed.attribute_stride()) })
     }
 
-    /// Charges zeros of an accessor without data. Without a limit, a few characters of JSON could request all memory.
+    /// Charges zeros of an accessor without data. Without a limit, a few characters of JSON could request all
+    /// memory.
     pub fn charge_zeros(&self, bytes: u64) -> Result<(), LoadError> {
         let before = self.zero_bytes.fetch_add(bytes.min(1 << 60), Ordering::Relaxed);
         let total = before.saturating_add(bytes);

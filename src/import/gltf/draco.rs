@@ -16,8 +16,8 @@ use super::topology::MeshSize;
 use crate::import::error::LoadError;
 
 const NAME: &str = "KHR_draco_mesh_compression";
-/// A stream may have more vertices than its accessors, since encoders split vertices at seams: up to twice as many and
-/// this number.
+/// A stream may have more vertices than its accessors, since encoders split vertices at seams: up to twice as
+/// many and this number.
 const SLACK: u64 = 1024;
 
 /// A decoded Draco stream.

@@ -1,4 +1,5 @@
-//! Extension support: errors for unsupported required extensions, and warnings for unsupported extensions in use.
+//! Extension support: errors for unsupported required extensions, and warnings for unsupported extensions in
+//! use.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -22,8 +23,8 @@ pub(super) struct ExtensionUsers {
 /// Users of each extension in the file, by name.
 pub(super) type ExtensionUses = BTreeMap<String, ExtensionUsers>;
 
-/// Factors of material extensions. An extension has no effect while its factor is 0, which is the default; its textures are
-/// multiplied by the factor.
+/// Factors of material extensions. An extension has no effect while its factor is 0, which is the default;
+/// its textures are multiplied by the factor.
 pub(super) const FACTORS: &[(&str, &str)] = &[
     ("KHR_materials_anisotropy", "anisotropyStrength"),
     ("KHR_materials_clearcoat", "clearcoatFactor"),
@@ -38,7 +39,8 @@ pub(super) const FACTORS: &[(&str, &str)] = &[
     ("KHR_materials_volume", "thicknessFactor"),
 ];
 
-/// Finds the extensions that have an effect. The animations' JSON `pointers` may animate a factor away from 0.
+/// Finds the extensions that have an effect. The animations' JSON `pointers` may animate a factor away from
+/// 0.
 pub(super) fn find_uses(root: &Value, pointers: &HashMap<(usize, usize), String>) -> ExtensionUses {
     let mut uses = ExtensionUses::new();
     let Value::Object(root) = root else { return uses };
@@ -118,7 +120,8 @@ pub(super) fn check_required(root: &Root) -> Result<(), LoadError> {
     Err(LoadError::Unsupported(format!("the file requires unsupported extensions: {list}")))
 }
 
-/// Warns of extensions that are not fully supported. `is_used` tells whether the scene uses a material of the file.
+/// Warns of extensions that are not fully supported. `is_used` tells whether the scene uses a material of the
+/// file.
 pub(super) fn warn_unsupported(
     root: &Root,
     uses: &ExtensionUses,

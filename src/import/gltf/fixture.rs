@@ -1,5 +1,5 @@
-//! A builder of glTF files in memory. Unit tests and the tests of `tests/`, which include this file, share it; each
-//! adds its own ways to load a file.
+//! A builder of glTF files in memory. Unit tests and the tests of `tests/`, which include this file, share
+//! it; each adds its own ways to load a file.
 
 use serde_json::{Value, json};
 

@@ -20,7 +20,8 @@ pub(super) fn as_objects(array: Option<&mut Value>) -> impl Iterator<Item = (usi
     items.enumerate().filter_map(|(i, item)| Some((i, item.as_object_mut()?)))
 }
 
-/// Calls `visit` with every object below `value`, except in `extras`. The JSON parser bounds the depth of the recursion.
+/// Calls `visit` with every object below `value`, except in `extras`. The JSON parser bounds the depth of the
+/// recursion.
 pub(super) fn for_each_object(value: &mut Value, visit: &dyn Fn(&mut Object)) {
     match value {
         Value::Object(object) => {

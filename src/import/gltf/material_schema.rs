@@ -31,8 +31,8 @@ fn is_valid(material: &Object) -> bool {
     Material::deserialize(material).is_ok()
 }
 
-/// Truncates long arrays, adds alpha 1 to RGB colours, parses numbers that are text, and replaces extensions that are
-/// `true` by empty objects.
+/// Truncates long arrays, adds alpha 1 to RGB colours, parses numbers that are text, and replaces extensions
+/// that are `true` by empty objects.
 fn convert(object: &mut Object, location: &str, warnings: &mut Warnings) {
     for (key, value) in object.iter_mut().filter(|(key, _)| *key != "extras") {
         let mut warn = |message: String| warnings.add(format_args!("{location}.{}", printable(key)), message);

@@ -59,7 +59,8 @@ impl MaterialTable {
     }
 }
 
-/// The textures of materials in the order of their first use. Found by reading each material once without textures.
+/// The textures of materials in the order of their first use. Found by reading each material once without
+/// textures.
 fn used_textures<'j>(
     doc: &Document<'_>,
     materials: impl Iterator<Item = &'j ::gltf::json::Material>,

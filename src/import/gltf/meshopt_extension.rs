@@ -79,8 +79,8 @@ pub(super) fn buffer_of(view: &buffer::View) -> u64 {
     CompressedView::of(view).map_or(view.buffer.value() as u64, |compressed| compressed.buffer)
 }
 
-/// Returns true for a fallback buffer: it holds the decompressed data for readers without the extension, and may have no
-/// content.
+/// Returns true for a fallback buffer: it holds the decompressed data for readers without the extension, and
+/// may have no content.
 pub(super) fn is_fallback(buffer: &Buffer) -> bool {
     buffer.extensions.as_ref().is_some_and(|e| NAMES.iter().any(|name| e.others.contains_key(*name)))
 }

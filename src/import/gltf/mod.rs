@@ -1,8 +1,8 @@
 //! glTF 2.0 importer.
 //!
-//! Stages: container (GLB chunks), JSON parsing with repairs and validation, buffers, then the scene's nodes, meshes, materials,
-//! skins and animations. The crate `gltf` provides only the typed JSON (`gltf::json`): its importer and accessor views trust
-//! the file.
+//! Stages: container (GLB chunks), JSON parsing with repairs and validation, buffers, then the scene's nodes,
+//! meshes, materials, skins and animations. The crate `gltf` provides only the typed JSON (`gltf::json`): its
+//! importer and accessor views trust the file.
 
 mod accessor;
 mod animation;

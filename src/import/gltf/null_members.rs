@@ -1,4 +1,5 @@
-//! Removes null members, which some exporters write for absent values, and repairs names that are not strings.
+//! Removes null members, which some exporters write for absent values, and repairs names that are not
+//! strings.
 
 use serde_json::{Map, Value};
 
@@ -19,7 +20,8 @@ pub(super) fn remove_arrays_with_null(value: &mut Value) {
     for_each_object(value, &|object| object.retain(|_, member| !is_incomplete(member)));
 }
 
-/// Repairs names that are not strings: numbers become text, other values are removed. One warning at the first.
+/// Repairs names that are not strings: numbers become text, other values are removed. One warning at the
+/// first.
 pub(super) fn repair_names(root: &mut Value, warnings: &mut Warnings) {
     let mut count = 0;
     let mut first = None;

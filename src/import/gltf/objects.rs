@@ -1,4 +1,5 @@
-//! Attaches the objects of the file to the scene's nodes: instances of meshes with their skins, cameras and lights.
+//! Attaches the objects of the file to the scene's nodes: instances of meshes with their skins, cameras and
+//! lights.
 
 use std::collections::{HashMap, HashSet};
 

@@ -1,4 +1,5 @@
-//! Parses the JSON of a glTF. Mistakes that exporters are known to make are repaired with a warning before the JSON is typed.
+//! Parses the JSON of a glTF. Mistakes that exporters are known to make are repaired with a warning before
+//! the JSON is typed.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -13,10 +14,11 @@ use crate::import::error::{LoadError, Warnings};
 /// The typed JSON of a glTF.
 #[derive(Debug)]
 pub(super) struct ParsedGltf {
-    /// The objects. Every index that [`references`] checks is in range, with one exception: `target.node` of an animation
-    /// channel is `u32::MAX` if the channel has no node.
+    /// The objects. Every index that [`references`] checks is in range, with one exception: `target.node` of
+    /// an animation channel is `u32::MAX` if the channel has no node.
     pub root: Root,
-    /// JSON pointers of KHR_animation_pointer by animation and channel, except those that became core channels.
+    /// JSON pointers of KHR_animation_pointer by animation and channel, except those that became core
+    /// channels.
     pub pointers: HashMap<(usize, usize), String>,
     /// The extensions in the file, whether listed in `extensionsUsed` or not.
     pub extensions: extensions::ExtensionUses,
@@ -73,8 +75,8 @@ fn parse_value(text: &str, warnings: &mut Warnings) -> serde_json::Result<Value>
     })
 }
 
-/// Removes the targets of KHR_animation_pointer and returns their pointers. Pointers to a node's transform or weights become
-/// core channels instead.
+/// Removes the targets of KHR_animation_pointer and returns their pointers. Pointers to a node's transform or
+/// weights become core channels instead.
 fn extract_pointers(value: &mut Value) -> HashMap<(usize, usize), String> {
     let nodes = value.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
     let mut pointers = HashMap::new();

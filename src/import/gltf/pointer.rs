@@ -18,8 +18,8 @@ pub(super) enum PointerTarget {
     Camera(usize, CameraProperty),
 }
 
-/// Parses a pointer; `None` for properties that are not supported. Pointers to a node's transform and weights have
-/// already become core channels.
+/// Parses a pointer; `None` for properties that are not supported. Pointers to a node's transform and weights
+/// have already become core channels.
 pub(super) fn parse(pointer: &str) -> Option<PointerTarget> {
     let parts: Vec<&str> = pointer.strip_prefix('/')?.split('/').collect();
     Some(match *parts.as_slice() {

@@ -45,7 +45,8 @@ pub(super) fn mode(primitive: &Primitive) -> Mode {
     }
 }
 
-/// Upper bound of a primitive's vertices (including those of morph targets) and triangles, from the JSON alone.
+/// Upper bound of a primitive's vertices (including those of morph targets) and triangles, from the JSON
+/// alone.
 pub(super) fn max_size(doc: &Document<'_>, primitive: &Primitive) -> MeshSize {
     let count = |i: usize| doc.root().accessors.get(i).map_or(0, |a| a.count.0);
     let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
@@ -173,7 +174,8 @@ fn read_triangles(
     topology::triangles(mode, &order, vertices as u32, &path)
 }
 
-/// Renumbers the vertices if the triangles use only a few of them. Returns the old numbers of the used vertices.
+/// Renumbers the vertices if the triangles use only a few of them. Returns the old numbers of the used
+/// vertices.
 fn compact(triangles: &mut [[u32; 3]], vertices: usize) -> Option<Vec<u32>> {
     if triangles.len().saturating_mul(3) >= vertices {
         return None;

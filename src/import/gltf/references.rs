@@ -5,8 +5,8 @@ use serde_json::{Map, Value};
 use crate::import::error::LoadError;
 use crate::import::files::escape::printable;
 
-/// Paths of indices and the arrays that they refer to. `[]` stands for every item of an array, `{}` for every value of an
-/// object.
+/// Paths of indices and the arrays that they refer to. `[]` stands for every item of an array, `{}` for every
+/// value of an object.
 const INDICES: &[(&str, &str)] = &[
     ("scene", "scenes"),
     ("scenes.[].nodes.[]", "nodes"),

@@ -8,7 +8,8 @@ use super::document::Document;
 use crate::import::error::{LoadError, Warnings};
 use crate::scene::Skin;
 
-/// Reads a skin with its joints as scene nodes. `None`, with a warning, if the scene lacks some of the joints.
+/// Reads a skin with its joints as scene nodes. `None`, with a warning, if the scene lacks some of the
+/// joints.
 pub(super) fn read(
     doc: &Document<'_>,
     index: usize,

@@ -34,8 +34,8 @@ impl Textures {
         self.by_index.get(&index).copied()
     }
 
-    /// Decodes the images of the textures `used`, in parallel, each once. If an image cannot be read, the texture uses the
-    /// next of its alternatives.
+    /// Decodes the images of the textures `used`, in parallel, each once. If an image cannot be read, the
+    /// texture uses the next of its alternatives.
     pub fn read(doc: &Document<'_>, used: &[usize], warnings: &mut Warnings) -> Result<Textures, LoadError> {
         let mut images = Images::default();
         // Textures without an image yet, and their alternative images.
@@ -182,8 +182,8 @@ fn read_encoded<'d>(
     Ok(Ok(EncodedImage { name, bytes }))
 }
 
-/// The scene's texture with the sampler of the file's. Minification filters do not matter: textures are filtered over the
-/// ray footprint.
+/// The scene's texture with the sampler of the file's. Minification filters do not matter: textures are
+/// filtered over the ray footprint.
 fn with_sampler(doc: &Document<'_>, texture: usize, image: u32) -> Texture {
     let sampler = doc.root().textures[texture].sampler;
     let sampler = sampler.and_then(|s| doc.root().samplers.get(s.value()));

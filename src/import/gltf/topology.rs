@@ -30,7 +30,8 @@ pub(super) fn max_triangles(mode: Mode, count: u64) -> u64 {
     if mode == Mode::Triangles { count / 3 } else { count.saturating_sub(2) }
 }
 
-/// Assembles the triangles; all their indices are below `vertices`. Degenerate triangles of strips and fans are dropped.
+/// Assembles the triangles; all their indices are below `vertices`. Degenerate triangles of strips and fans
+/// are dropped.
 pub(super) fn triangles(
     mode: Mode,
     order: &VertexOrder,

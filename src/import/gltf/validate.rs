@@ -128,7 +128,8 @@ fn check_choice(
     }
 }
 
-/// Warns of unsupported morph target attributes, of weights that do not match the morph targets, and of invalid nodes.
+/// Warns of unsupported morph target attributes, of weights that do not match the morph targets, and of
+/// invalid nodes.
 fn check_morph_targets(root: &mut Value, warnings: &mut Warnings) {
     let targets: Vec<usize> = objects(root, "meshes").map(|(_, mesh)| count_morph_targets(mesh)).collect();
     for (i, mesh) in objects(root, "meshes") {
@@ -207,8 +208,8 @@ fn check_clipping(object: &Object, location: &str, warnings: &mut Warnings) {
     }
 }
 
-/// Removes members that cannot be typed as part of a `T`, and inserts an empty `type` if there is none. The reader then
-/// ignores the object or uses defaults, instead of the whole file being an error.
+/// Removes members that cannot be typed as part of a `T`, and inserts an empty `type` if there is none. The
+/// reader then ignores the object or uses defaults, instead of the whole file being an error.
 fn remove_untypable<T: DeserializeOwned>(object: &mut Object, location: &str, warnings: &mut Warnings) {
     loop {
         object.entry("type").or_insert_with(|| json!(""));

@@ -17,8 +17,9 @@ const MAX_PIXELS: u64 = 1 << 27;
 /// Peak bytes per pixel: four floats in the decoder and in its output.
 const PIXEL_BYTES: u64 = 32;
 
-/// Loads an equirectangular environment map, twice as wide as high, from a Radiance HDR or OpenEXR file. The format is
-/// detected from the content. The result holds nine coefficients, so the map has a memory budget apart from the scene's.
+/// Loads an equirectangular environment map, twice as wide as high, from a Radiance HDR or OpenEXR file. The
+/// format is detected from the content. The result holds nine coefficients, so the map has a memory budget
+/// apart from the scene's.
 ///
 /// # Errors
 /// The file cannot be read, has another format, is damaged, exceeds a limit, or has another aspect ratio.

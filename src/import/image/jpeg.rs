@@ -52,7 +52,8 @@ pub(crate) fn decode_complete<I: PartialEq, E>(
     Ok(complete.then_some(image))
 }
 
-/// The file with noise and an end-of-image marker appended. Pixels that this changes are missing from the file.
+/// The file with noise and an end-of-image marker appended. Pixels that this changes are missing from the
+/// file.
 fn with_noise_appended(file: &[u8]) -> Vec<u8> {
     // A trailing 0xff would combine with the noise to a marker.
     let kept = file.iter().rposition(|&byte| byte != 0xff).map_or(0, |last| last + 1);
@@ -65,8 +66,8 @@ const SCAN: u8 = 0xda;
 /// End of image (EOI).
 const END: u8 = 0xd9;
 
-/// Returns true for the second byte of a marker that starts a segment: not restart markers (0xd0 to 0xd7), stuffing (0)
-/// or fill bytes (0xff).
+/// Returns true for the second byte of a marker that starts a segment: not restart markers (0xd0 to 0xd7),
+/// stuffing (0) or fill bytes (0xff).
 fn is_marker(byte: u8) -> bool {
     !matches!(byte, 0 | 0xd0..=0xd7 | 0xff)
 }
@@ -94,8 +95,8 @@ mod tests {
     #[test]
     fn a_missing_end_of_image_marker_is_accepted() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/images");
-        // A cut between two of the ten scans cannot be detected, nor one that removes only padding bits or half a
-        // marker.
+        // A cut between two of the ten scans cannot be detected, nor one that removes only padding bits or
+        // half a marker.
         for (name, max) in [("rgb.jpg", 0), ("grey.jpg", 0), ("progressive.jpg", 30)] {
             let file = std::fs::read(folder.join(name)).unwrap();
             let read = |bytes: &[u8]| image::load_from_memory(bytes);

@@ -23,7 +23,8 @@ pub(crate) fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     Ok((width, height))
 }
 
-/// Decodes the finest level to RGBA with 8 bits per channel. The caller has checked the size against its limits.
+/// Decodes the finest level to RGBA with 8 bits per channel. The caller has checked the size against its
+/// limits.
 ///
 /// # Errors
 /// The file is damaged, or has a format that glTF does not allow.

@@ -79,7 +79,8 @@ fn apply_palette(image: DynamicImage, palette: Option<tiff::Palette>) -> Dynamic
     image::RgbImage::from_fn(width, height, color).into()
 }
 
-/// Converts a decoded image to stored texels. Layouts without an equivalent become RGBA with 8 bits per channel.
+/// Converts a decoded image to stored texels. Layouts without an equivalent become RGBA with 8 bits per
+/// channel.
 fn texels(image: DynamicImage) -> (Channels, Texels) {
     use image::DynamicImage as D;
     match image {
@@ -149,8 +150,8 @@ mod tests {
 
     use super::*;
 
-    /// Files of `models/scripts/images.py`, each red on the left and green on the right as far as its format allows:
-    /// (name, channels, left, right, tolerance).
+    /// Files of `models/scripts/images.py`, each red on the left and green on the right as far as its format
+    /// allows: (name, channels, left, right, tolerance).
     #[test]
     fn every_image_format_and_layout_is_decoded() {
         use Channels::{L, La, Rgb, Rgba};

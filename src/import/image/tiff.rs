@@ -1,5 +1,5 @@
-//! Palette TIFFs, which the decoder does not support: the file is relabelled as greyscale, and the palette is applied to
-//! the decoded image.
+//! Palette TIFFs, which the decoder does not support: the file is relabelled as greyscale, and the palette is
+//! applied to the decoded image.
 
 use std::borrow::Cow;
 
@@ -16,7 +16,8 @@ const PALETTE: u16 = 3;
 /// The 256 colours of the first image.
 pub(crate) type Palette = Vec<[u8; 3]>;
 
-/// Splits a palette TIFF into a greyscale TIFF of its indices and the palette. Other files are returned unchanged.
+/// Splits a palette TIFF into a greyscale TIFF of its indices and the palette. Other files are returned
+/// unchanged.
 pub(crate) fn split_palette(bytes: &[u8]) -> (Cow<'_, [u8]>, Option<Palette>) {
     grey_and_palette(bytes).map_or((bytes.into(), None), |(grey, palette)| (grey.into(), Some(palette)))
 }

@@ -8,7 +8,7 @@ use crate::common::seed_files;
 /// JSON pointers into a file with a bit of everything, and the values that replace theirs; `REMOVE` removes
 /// the value.
 const REMOVE: &str = "\"\u{1}\"";
-const SPOILT: &[(&str, &str)] = &[
+const REPLACEMENTS: &[(&str, &str)] = &[
     ("/asset", REMOVE),
     ("/asset", "5"),
     ("/asset/version", REMOVE),
@@ -133,14 +133,15 @@ const SPOILT: &[(&str, &str)] = &[
 
 pub fn cases() -> Vec<Case> {
     let good: Value = serde_json::from_slice(&seed_files::rich_gltf()).unwrap();
-    let mut all: Vec<Case> = SPOILT.iter().map(|(place, value)| spoilt(&good, place, value)).collect();
+    let mut all: Vec<Case> =
+        REPLACEMENTS.iter().map(|(place, value)| with_value_replaced(&good, place, value)).collect();
     all.extend(texts());
     all.extend(containers(&good));
     all.extend(compressed());
     all
 }
 
-fn spoilt(good: &Value, place: &str, value: &str) -> Case {
+fn with_value_replaced(good: &Value, place: &str, value: &str) -> Case {
     let mut bad = good.clone();
     let (parent, key) = place.rsplit_once('/').unwrap();
     let name = format!("{} = {}", &place[1..], if value == REMOVE { "nothing" } else { value });

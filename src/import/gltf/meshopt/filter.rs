@@ -1,8 +1,8 @@
 //! Filters: transform each element of an attribute stream after decoding.
 //!
-//! The specification allows an error of one unit in the last place. The order of operations and the rounding are those of the
-//! scalar reference decoder, so the bytes are the same on every machine. Elements outside the allowed range yield meaningless
-//! values but do not panic.
+//! The specification allows an error of one unit in the last place. The order of operations and the rounding
+//! are those of the scalar reference decoder, so the bytes are the same on every machine. Elements outside
+//! the allowed range yield meaningless values but do not panic.
 
 use super::reader::Decoded;
 
@@ -100,7 +100,8 @@ fn quaternion([x, y, z, tag]: [i32; 4]) -> [i32; 4] {
 fn exponential(v: i32) -> f32 {
     let exponent = v >> 24;
     let mantissa = (v << 8) >> 8;
-    // Exact for the allowed exponents. The ends of the range become 0 or infinity, as in the reference decoder.
+    // Exact for the allowed exponents. The ends of the range become 0 or infinity, as in the reference
+    // decoder.
     f32::from_bits(((exponent + 127) as u32) << 23) * mantissa as f32
 }
 

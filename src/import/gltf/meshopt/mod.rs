@@ -1,6 +1,7 @@
 //! Decoder of EXT_meshopt_compression and KHR_meshopt_compression, written from the extension specifications.
 //!
-//! The input is untrusted: a damaged stream is an error, and allocations are bounded by the length of the input.
+//! The input is untrusted: a damaged stream is an error, and allocations are bounded by the length of the
+//! input.
 
 mod filter;
 mod index;

@@ -30,8 +30,8 @@ macro_rules! case {
     };
 }
 
-/// Streams of the reference encoder, or random valid streams. The decoded bytes are those of the scalar reference
-/// decoder.
+/// Streams of the reference encoder, or random valid streams. The decoded bytes are those of the scalar
+/// reference decoder.
 const CASES: [Case; 13] = [
     case!("attributes_v1_encoded", Attributes, None, 17, 12),
     case!("attributes_v0_made_up", Attributes, None, 20, 4),

@@ -1,7 +1,8 @@
 //! The attribute bitstream, versions 0 and 1.
 //!
-//! Elements are stored in blocks. A block has one plane of deltas for every byte of the element, in groups of 16 deltas of
-//! the same bit width. A channel is four adjacent bytes of the element; its mode says how the deltas are summed.
+//! Elements are stored in blocks. A block has one plane of deltas for every byte of the element, in groups of
+//! 16 deltas of the same bit width. A channel is four adjacent bytes of the element; its mode says how the
+//! deltas are summed.
 
 use super::reader::{Decoded, Reader, TRAILING, TRUNCATED};
 
@@ -9,7 +10,8 @@ use super::reader::{Decoded, Reader, TRAILING, TRUNCATED};
 const GROUP: usize = 16;
 /// Largest number of elements in a block.
 const BLOCK: usize = 256;
-/// Largest number of bytes in a group. The tail of a stream is at least as long, so that a full window can be read.
+/// Largest number of bytes in a group. The tail of a stream is at least as long, so that a full window can be
+/// read.
 const WINDOW: usize = 24;
 
 /// Deltas of one channel: a plane for each of its bytes.
@@ -122,8 +124,8 @@ fn read_plane(data: &mut Reader, control: Option<u8>, n: usize, plane: &mut [u8;
     Ok(())
 }
 
-/// Reads 16 deltas of `BITS` bits. A delta of all ones is a sentinel for a literal byte after the packed deltas. Returns the
-/// number of bytes read.
+/// Reads 16 deltas of `BITS` bits. A delta of all ones is a sentinel for a literal byte after the packed
+/// deltas. Returns the number of bytes read.
 fn read_group<const BITS: usize>(data: &[u8], out: &mut [u8; GROUP]) -> Decoded<usize> {
     let window = data.first_chunk::<WINDOW>().ok_or(TRUNCATED)?;
     let sentinel = u8::MAX >> (8 - BITS);
@@ -133,8 +135,8 @@ fn read_group<const BITS: usize>(data: &[u8], out: &mut [u8; GROUP]) -> Decoded<
         let field = if BITS == 1 { i % 8 } else { per_byte - 1 - i % per_byte };
         *delta = (window[i / per_byte] >> (field * BITS)) & sentinel;
     }
-    // Without a branch per delta, since sentinels are unpredictable. The padded length is a power of two, so that the masked
-    // index needs no bounds check.
+    // Without a branch per delta, since sentinels are unpredictable. The padded length is a power of two, so
+    // that the masked index needs no bounds check.
     let mut padded = [0; 32];
     padded[..WINDOW].copy_from_slice(window);
     let mut used = GROUP * BITS / 8;

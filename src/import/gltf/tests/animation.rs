@@ -212,7 +212,8 @@ fn skins_have_joints_and_inverse_bind_matrices() {
     assert_eq!((&scene.skins[0].inverse_bind[..], warnings.len()), (&expected[..], 1));
 }
 
-/// A blend of rotations is not a rotation. Viewers transform normals by the blend, not by its inverse transpose.
+/// A blend of rotations is not a rotation. Viewers transform normals by the blend, not by its inverse
+/// transpose.
 #[test]
 fn skinning_transforms_normals_like_vectors() {
     let mut fixture = skinned();

@@ -140,7 +140,8 @@ fn integer_colours_are_normalized_even_if_not_marked() {
         fixture.primitive()["attributes"]["COLOR_0"] = json!(colors);
         let (scene, warnings) = fixture.load();
         assert_eq!(scene.meshes[0].colors, [Vec3::splat(value).extend(1.0); 3], "{component}");
-        let warning = "meshes[0].primitives[0].attributes.COLOR_0: integer colours are not marked as normalized; used them as normalized";
+        let warning = "meshes[0].primitives[0].attributes.COLOR_0: integer colours are not marked as \
+                       normalized; used them as normalized";
         assert_eq!(warnings, if value < 1.0 { vec![warning] } else { vec![] }, "{component}");
     }
 }

@@ -21,8 +21,8 @@ fn nearly_equal(actual: &[Vec3], expected: &[Vec3]) -> bool {
     actual.len() == expected.len() && actual.iter().zip(expected).all(|(a, b)| a.abs_diff_eq(*b, 1e-5))
 }
 
-/// A triangle below an armature that is scaled, rotated and sheared, with a morph target that rotates its normal. The
-/// exporter transforms normals like positions.
+/// A triangle below an armature that is scaled, rotated and sheared, with a morph target that rotates its
+/// normal. The exporter transforms normals like positions.
 #[test]
 fn normals_of_skinned_meshes_are_corrected() {
     let rotation = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_y(0.4);
@@ -103,8 +103,8 @@ fn further_colour_sets_are_a_warning_only_in_other_files() {
     }
 }
 
-/// A spot light with a cone of 0.8 and a blend of 0.25, animated with the exporter's pointers for cones and blends, and
-/// the expected cones in Blender and in another program.
+/// A spot light with a cone of 0.8 and a blend of 0.25, animated with the exporter's pointers for cones and
+/// blends, and the expected cones in Blender and in another program.
 #[test]
 fn blends_of_spot_lights_are_fractions_of_their_cones() {
     for (keys, by_blender, by_another) in [

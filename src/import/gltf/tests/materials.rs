@@ -47,7 +47,8 @@ fn the_default_material_is_gltfs() {
     assert!(scene.materials[0].alpha_from_base && !scene.materials[0].double_sided);
 }
 
-/// Blender's exporter writes no material for meshes without one, which are diffuse and double-sided in Blender.
+/// Blender's exporter writes no material for meshes without one, which are diffuse and double-sided in
+/// Blender.
 #[test]
 fn the_default_material_of_blender_files_is_diffuse_and_double_sided() {
     let mut fixture = Fixture::triangle();
