@@ -127,7 +127,8 @@ mod tests {
             "extensions": {"KHR_materials_unlit": true, "KHR_materials_ior": 3, "X": [1],
                 "KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [1], "glossinessFactor": 0.5}},
         }));
-        let (pbr, glossy) = ("m.pbrMetallicRoughness", "m.extensions.KHR_materials_pbrSpecularGlossiness");
+        let pbr = "m.pbrMetallicRoughness";
+        let glossy = "m.extensions.KHR_materials_pbrSpecularGlossiness";
         let invalid = "ignored invalid value";
         let mut expected = [
             "m.emissiveFactor: 4 numbers instead of 3; used the first 3".into(),

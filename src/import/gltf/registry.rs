@@ -165,7 +165,8 @@ mod tests {
     fn the_documentation_has_the_same_table() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/gltf.md");
         let page = std::fs::read_to_string(path).unwrap();
-        let (start, end) = ("<!-- extensions -->\n", "<!-- end of extensions -->");
+        let start = "<!-- extensions -->\n";
+        let end = "<!-- end of extensions -->";
         let (before, rest) = page.split_once(start).unwrap();
         let (found, after) = rest.split_once(end).unwrap();
         if std::env::var_os("GOLDEN").is_some_and(|v| v == "update") {

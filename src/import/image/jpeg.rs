@@ -24,7 +24,8 @@ fn ending(file: &[u8]) -> Ending {
         let Some(at) = rest.windows(2).position(|two| two[0] == 0xff && is_marker(two[1])) else {
             return inside;
         };
-        let (marker, after) = (rest[at + 1], &rest[at + 2..]);
+        let marker = rest[at + 1];
+        let after = &rest[at + 2..];
         if marker == END {
             return Ending::EndOfImage;
         }

@@ -134,7 +134,9 @@ fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
 fn looks_like_tga(bytes: &[u8]) -> bool {
     let Some(header) = bytes.first_chunk::<18>() else { return false };
     let side = |at: usize| u16::from_le_bytes([header[at], header[at + 1]]);
-    let (map, kind, depth) = (header[1], header[2], header[16]);
+    let map = header[1];
+    let kind = header[2];
+    let depth = header[16];
     let mapped = matches!(kind, 1 | 9) == (map == 1);
     map <= 1
         && mapped
@@ -155,9 +157,13 @@ mod tests {
     #[test]
     fn every_image_format_and_layout_is_decoded() {
         use Channels::{L, La, Rgb, Rgba};
-        let (red, green) = ([1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]);
-        let (clear, exact, lossy) = ([0.0, 1.0, 0.0, 0.2], 1e-4, 0.03);
-        let (light, dark) = ([0.8, 0.8, 0.8, 1.0], [0.2, 0.2, 0.2, 1.0]);
+        let red = [1.0, 0.0, 0.0, 1.0];
+        let green = [0.0, 1.0, 0.0, 1.0];
+        let clear = [0.0, 1.0, 0.0, 0.2];
+        let exact = 1e-4;
+        let lossy = 0.03;
+        let light = [0.8, 0.8, 0.8, 1.0];
+        let dark = [0.2, 0.2, 0.2, 1.0];
         let cases = [
             ("rgb.png", Rgb, red, green, exact),
             ("rgba.png", Rgba, red, clear, exact),

@@ -71,12 +71,14 @@ fn round(v: f32) -> i32 {
 
 /// Decodes a unit vector from octahedral coordinates. The third component is the stored value of 1.0.
 fn octahedral([x, y, one, w]: [i32; 4], max: f32) -> [i32; 4] {
-    let (x, y) = (x as f32, y as f32);
+    let x = x as f32;
+    let y = y as f32;
     let z = one as f32 - x.abs() - y.abs();
     // Unfolds the lower half of the octahedron.
     let fold = z.min(0.0);
     let unfolded = |c: f32| if c >= 0.0 { c + fold } else { c - fold };
-    let (x, y) = (unfolded(x), unfolded(y));
+    let x = unfolded(x);
+    let y = unfolded(y);
     let scale = max / (x * x + y * y + z * z).sqrt();
     [round(x * scale), round(y * scale), round(z * scale), w]
 }
@@ -85,7 +87,9 @@ fn octahedral([x, y, one, w]: [i32; 4], max: f32) -> [i32; 4] {
 fn quaternion([x, y, z, tag]: [i32; 4]) -> [i32; 4] {
     let one = (tag | 3) as f32;
     let largest = (tag & 3) as usize;
-    let (x, y, z) = (x as f32, y as f32, z as f32);
+    let x = x as f32;
+    let y = y as f32;
+    let z = z as f32;
     // The stored components are unscaled and sqrt(2) times too large, hence the factor 2.
     let w = (one * one * 2.0 - x * x - y * y - z * z).max(0.0).sqrt();
     let scale = 32767.0 / std::f32::consts::SQRT_2 / one;

@@ -185,7 +185,8 @@ pub(super) fn skinned() -> Fixture {
     let joints = fixture.accessor(5121, "VEC4", 3, &[0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
     let weights = fixture.vec4(&[[0.5, 0.5, 0.0, 0.0]; 3]);
     let attributes = &mut fixture.primitive()["attributes"];
-    (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(joints), json!(weights));
+    attributes["JOINTS_0"] = json!(joints);
+    attributes["WEIGHTS_0"] = json!(weights);
     let a = fixture.node(json!({"translation": [0, 0, 1]}));
     let b = fixture.node(json!({"translation": [0, 0, 3]}));
     fixture.push("skins", json!({"name": "skin", "joints": [a, b]}));

@@ -154,12 +154,14 @@ fn joint_weights_sum_to_one() {
     let weights = fixture.vec4(&[[2.0, 2.0, 0.0, 0.0], [0.0; 4], [f32::NAN, 1.0, -5.0, 0.0]]);
     let others = fixture.vec4(&[[4.0, 0.0, 0.0, 0.0], [0.0; 4], [0.0, 0.0, 0.0, 3.0]]);
     let attributes = &mut fixture.primitive()["attributes"];
-    (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(joints), json!(weights));
+    attributes["JOINTS_0"] = json!(joints);
+    attributes["WEIGHTS_0"] = json!(weights);
     let four = &fixture.load().0.meshes[0].influences;
     assert_eq!((four.per_vertex, &four.joints[4..8]), (4, &[4, 5, 6, 7][..]));
     assert_eq!(four.weights, [0.5, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
     let attributes = &mut fixture.primitive()["attributes"];
-    (attributes["JOINTS_1"], attributes["WEIGHTS_1"]) = (json!(more), json!(others));
+    attributes["JOINTS_1"] = json!(more);
+    attributes["WEIGHTS_1"] = json!(others);
     let eight = &fixture.load().0.meshes[0].influences;
     assert_eq!((eight.per_vertex, &eight.joints[4..9]), (8, &[300, 300, 300, 300, 4][..]));
     assert_eq!(eight.weights[..8], [0.25, 0.25, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0]);
@@ -183,7 +185,8 @@ fn non_finite_colours_become_1() {
 fn morph_targets_have_names_weights_and_sparse_positions() {
     let mut fixture = Fixture::triangle();
     let deltas = fixture.vec3(&[[0.0, 0.0, 1.0]; 3]);
-    let (indices, values) = (fixture.view(&[1]), fixture.view(&bytes_of(&[1.0f32, 2.0, 3.0])));
+    let indices = fixture.view(&[1]);
+    let values = fixture.view(&bytes_of(&[1.0f32, 2.0, 3.0]));
     let sparse = fixture.push(
         "accessors",
         json!({"componentType": 5126, "type": "VEC3", "count": 3, "sparse": {"count": 1,
@@ -221,7 +224,8 @@ fn a_draco_stream_without_attributes_is_replaced_by_the_uncompressed_data() {
         json!({"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}});
     let indices = fixture.indices(&[0, 1, 2]);
     fixture.primitive()["indices"] = json!(indices);
-    let (indices, values) = (fixture.view(&[1]), fixture.view(&bytes_of(&[2.0f32, 0.0, 0.0])));
+    let indices = fixture.view(&[1]);
+    let values = fixture.view(&bytes_of(&[2.0f32, 0.0, 0.0]));
     fixture.json["accessors"][0]["sparse"] = json!({"count": 1,
         "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}});
     fixture.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");

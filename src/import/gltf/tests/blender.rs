@@ -128,7 +128,8 @@ fn spot([inner, outer]: [f32; 2], keys: &[(&str, [f32; 2])]) -> Fixture {
         "spot": {"innerConeAngle": inner, "outerConeAngle": outer}}]}});
     fixture.node(json!({"extensions": {"KHR_lights_punctual": {"light": 0}}}));
     let times = fixture.floats("SCALAR", 1, &[0.0, 1.0]);
-    let (mut samplers, mut channels) = (vec![], vec![]);
+    let mut samplers = vec![];
+    let mut channels = vec![];
     for (cone, values) in keys {
         let values = fixture.floats("SCALAR", 1, values);
         let pointer = format!("/extensions/KHR_lights_punctual/lights/0/spot.{cone}ConeAngle");

@@ -27,7 +27,9 @@ impl Fixture {
     }
 
     pub fn with_document<T>(&self, read: impl FnOnce(&Document<'_>) -> T) -> T {
-        let (glb, folder, options) = (self.glb(), folder(), LoadOptions::default());
+        let glb = self.glb();
+        let folder = folder();
+        let options = LoadOptions::default();
         let mut warnings = Warnings::default();
         let container = container::split(&glb, &mut warnings).unwrap();
         let document = Document::open(&container, &folder, &options, &mut warnings).unwrap();

@@ -33,7 +33,8 @@ fn rich() -> Fixture {
     let indices = fixture.indices(&[0, 1, 2]);
     let joints = fixture.accessor(5121, "VEC4", 3, &[0; 12]);
     let weights = fixture.vec4(&[[1.0, 0.0, 0.0, 0.0]; 3]);
-    let (at, delta) = (fixture.view(&[1]), fixture.view(&bytes_of(&[1.0f32, 2.0, 3.0])));
+    let at = fixture.view(&[1]);
+    let delta = fixture.view(&bytes_of(&[1.0f32, 2.0, 3.0]));
     let sparse = json!({"count": 1, "indices": {"bufferView": at, "componentType": 5121}, "values": {"bufferView": delta}});
     let morph = fixture
         .push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 3, "sparse": sparse}));
@@ -54,7 +55,8 @@ fn rich() -> Fixture {
     fixture.json["nodes"][0]["skin"] = json!(0);
     fixture.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}));
     fixture.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([{"type": "spot"}]);
-    let (input, output) = (fixture.floats("SCALAR", 1, &[0.0, 1.0]), fixture.vec3(&[[0.0; 3], [1.0; 3]]));
+    let input = fixture.floats("SCALAR", 1, &[0.0, 1.0]);
+    let output = fixture.vec3(&[[0.0; 3], [1.0; 3]]);
     let animation = json!({"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
         "samplers": [{"input": input, "output": output}]});
     fixture.push("animations", animation);
