@@ -1,38 +1,39 @@
-//! Rays, segments and hits by the batch. What happens inside a batch is the accelerator's affair:
-//! callers say what rays share, and never how they are traced.
+//! Batches of rays and of shadow segments, and the any-hit filter for alpha masks and transmittance.
+//!
+//! Callers say what the rays of a batch share, never how they are traced.
 
 use glam::Vec3;
 
 use crate::geometry::{Hit, HitId};
 
-/// What the rays of a batch have in common.
+/// What the rays of a batch share: it lets them be traced as ray packets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Coherence {
-    /// All start here: eye rays of a perspective camera; shadow rays of a point light.
+    /// The origin: eye rays of a perspective camera, shadow rays of a point light.
     Origin(Vec3),
-    /// All run along this: orthographic eye rays; shadow rays of a sun.
+    /// The direction: eye rays of an orthographic camera, shadow rays of a directional light.
     Direction(Vec3),
     /// Nothing.
     None,
 }
 
-/// Rays to be intersected. The arrays are parallel; `after` may be empty instead.
+/// Rays to intersect, in world space. The arrays are parallel; `after` may be empty instead.
 #[derive(Clone, Debug)]
 pub struct RayBatch {
-    /// What they share.
+    /// What the rays share.
     pub coherence: Coherence,
-    /// True: eye rays do not see back faces of single-sided materials.
+    /// Ignore back faces of single-sided materials, as eye rays do.
     pub cull_back_faces: bool,
     /// Origins.
     pub origins: Vec<Vec3>,
-    /// Directions, any length but zero.
+    /// Directions of any length but zero, in which t counts.
     pub directions: Vec<Vec3>,
-    /// Only surfaces with t at least this, and above 0, are hit.
+    /// Hits need a t of at least this, and greater than 0.
     pub t_min: f32,
-    /// Only surfaces with t at most this are hit.
+    /// Hits need a t of at most this.
     pub t_max: f32,
-    /// Where it is not empty: only surfaces that come later than this in the order of (t, id) are
-    /// hit, `near` or not. A hit finds the one behind it, coincident ones included.
+    /// Where it is not empty, each ray's hit comes later than this one in the order of (t, id), whatever `t_min`. So
+    /// a hit finds the one behind it, coincident ones included.
     pub after: Vec<Hit>,
 }
 
@@ -51,20 +52,20 @@ impl Default for RayBatch {
 }
 
 impl RayBatch {
-    /// The start of the order: everything that counts from `near` on comes after it.
+    /// The greatest hit in the order of (t, id) that comes before all hits from `t_min` on.
     #[inline]
-    pub(crate) fn start(&self) -> Hit {
+    pub(crate) fn before_first(&self) -> Hit {
         let t = if self.t_min > 0.0 { self.t_min.next_down() } else { 0.0 };
         Hit { t, id: HitId::NONE }
     }
 
-    /// What the hit of ray `i` has to come after.
+    /// The hit that ray `i`'s has to come after.
     #[inline]
     pub(crate) fn after(&self, i: usize) -> Hit {
-        self.after.get(i).copied().unwrap_or_else(|| self.start())
+        self.after.get(i).copied().unwrap_or_else(|| self.before_first())
     }
 
-    /// Empties it, keeping its memory.
+    /// Removes all rays and keeps the memory.
     pub fn clear(&mut self) {
         self.origins.clear();
         self.directions.clear();
@@ -77,16 +78,16 @@ impl RayBatch {
         self.directions.push(d);
     }
 
-    /// Keeps the rays of ascending indices `kept`, each to go on behind its hit.
-    pub fn continue_behind(&mut self, kept: &[usize], hits: &[Hit]) {
-        for (to, &from) in kept.iter().enumerate() {
+    /// Keeps the rays with these indices, in ascending order, and continues each behind its hit.
+    pub fn continue_behind(&mut self, indices: &[usize], hits: &[Hit]) {
+        for (to, &from) in indices.iter().enumerate() {
             self.origins[to] = self.origins[from];
             self.directions[to] = self.directions[from];
         }
-        self.origins.truncate(kept.len());
-        self.directions.truncate(kept.len());
+        self.origins.truncate(indices.len());
+        self.directions.truncate(indices.len());
         self.after.clear();
-        self.after.extend(kept.iter().map(|&from| hits[from]));
+        self.after.extend(indices.iter().map(|&from| hits[from]));
     }
 
     /// Number of rays.
@@ -94,7 +95,7 @@ impl RayBatch {
         self.origins.len()
     }
 
-    /// True without rays.
+    /// Returns true without rays.
     pub fn is_empty(&self) -> bool {
         self.origins.is_empty()
     }
@@ -103,17 +104,17 @@ impl RayBatch {
 /// The closest hits of a batch, parallel to its rays.
 pub type HitBatch = Vec<Hit>;
 
-/// Shadow segments: is the way from a surface to a light free? The arrays are parallel.
+/// Shadow segments from surface points to a light, in world space. The arrays are parallel.
 #[derive(Clone, Debug)]
 pub struct SegmentBatch {
-    /// `Origin`: the light's position, where all segments end. `Direction`: the way *to* a sun,
-    /// along which all go on for ever. `None`: each has its own end.
+    /// What the segments share. `Origin`: the position of the light, at which all end. `Direction`: the direction
+    /// *to* a directional light, in which all go on for ever. `None`: each has its own end.
     pub coherence: Coherence,
-    /// Where they start: surface points, already lifted off their surface by their error bound.
+    /// Start points: surface points, already offset from their surface by their error bound.
     pub from: Vec<Vec3>,
-    /// Where they end; not used for suns.
+    /// End points; unused for directional lights.
     pub to: Vec<Vec3>,
-    /// The triangle each starts on, which cannot block it.
+    /// The triangle that each segment starts on, which cannot occlude it.
     pub source: Vec<HitId>,
 }
 
@@ -124,7 +125,7 @@ impl Default for SegmentBatch {
 }
 
 impl SegmentBatch {
-    /// Empties it, keeping its memory.
+    /// Removes all segments and keeps the memory.
     pub fn clear(&mut self) {
         self.from.clear();
         self.to.clear();
@@ -143,20 +144,21 @@ impl SegmentBatch {
         self.from.len()
     }
 
-    /// True without segments.
+    /// Returns true without segments.
     pub fn is_empty(&self) -> bool {
         self.from.is_empty()
     }
 }
 
-/// Judges what only a material knows, for triangles that are not simply opaque.
+/// Decides what depends on materials, for triangles that are not opaque.
+///
+/// Methods are called in any order and perhaps more than once for a hit: results must depend on the arguments
+/// only.
 pub trait AnyHitFilter: Sync {
-    /// Whether the surface is there at all where the ray meets the triangle (alpha masks). Called
-    /// for cutout triangles only, in any order and perhaps more than once: it must depend on its
-    /// arguments alone.
+    /// Returns whether the hit of an alpha-tested triangle counts: where its alpha mask is not transparent.
     fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool;
 
-    /// How much light passes where the ray meets the triangle: 0 blocks, 1 is air, and nothing is beyond
-    /// those. Called for translucent triangles only, by the same rules.
+    /// Returns the transmittance of a translucent triangle where the ray hits it, in linear RGB: from 0 (opaque) to
+    /// 1 (invisible).
     fn transmittance(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3;
 }

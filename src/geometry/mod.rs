@@ -5,6 +5,7 @@
 mod aabb;
 mod basis;
 mod hit;
+mod morton;
 mod power;
 mod rounding_error;
 mod sampling;
@@ -13,6 +14,7 @@ mod transform;
 pub use aabb::{Aabb, Sphere};
 pub use basis::{Basis, coordinate_system};
 pub use hit::{Hit, HitId, Ray, RayDifferential};
+pub(crate) use morton::{morton2, morton3};
 pub use power::pow_one_minus;
 pub use rounding_error::{EPSILON, offset_ray_origin, point_error};
 pub use sampling::{concentric_disc, cosine_hemisphere};

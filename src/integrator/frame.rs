@@ -108,7 +108,7 @@ impl<'a> Frame<'a> {
         let ray = |x: f64, y: f64| self.camera.eye_ray(x, y, self.posed.centre);
         let corners =
             || [ray(low[0], low[1]), ray(high[0], low[1]), ray(high[0], high[1]), ray(low[0], high[1])];
-        self.ground.is_some() || self.accel.may_meet(&corners())
+        self.ground.is_some() || self.accel.may_intersect(&corners())
     }
 
     /// I_a at a surface with shading normal `n`.

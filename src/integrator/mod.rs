@@ -30,7 +30,6 @@ pub use material::coefficients::{Coefficients, MaterialOverrides};
 pub use material::hit_filter::MaterialHitFilter;
 pub use phong::{Phong, Stage, specular_lobe};
 pub use sample::Sample;
-pub(crate) use sampler::morton_encode;
 pub use sampler::{LowDiscrepancySampler, Sampler};
 pub use scratch::Scratch;
 pub use surface::surface_point::SurfacePoint;

@@ -2,6 +2,8 @@
 
 use glam::UVec2;
 
+use crate::geometry::morton2;
+
 /// A sampler without state: a function of pixel, sample index and dimension. It does not depend on the frame number, so
 /// the noise of an animation stands still.
 pub trait Sampler: Sync {
@@ -133,7 +135,7 @@ fn scrambled_rows<const N: usize>(column: &[u32; N], count: u32, scramble: &[u64
 /// A point of the Sobol' sequence that all pixels share along the Morton curve.
 fn screen_space_sobol(key: u64, pixel: UVec2, count: u32, index: u32, axis: u32) -> f32 {
     let bits = u32::BITS - (count - 1).leading_zeros();
-    let position = (morton_encode(pixel) << bits) | u64::from(index);
+    let position = (morton2(pixel) << bits) | u64::from(index);
     // Shuffled from the highest bit down: pixels that share a quad, a quad of quads and so on still share a contiguous part
     // of the sequence.
     let index = owen_scramble(position.reverse_bits(), key).reverse_bits();
@@ -164,19 +166,6 @@ fn sobol_second_dimension(mut v: u64) -> u64 {
     v ^= (v >> 4) & 0x0f0f_0f0f_0f0f_0f0f;
     v ^= (v >> 2) & 0x3333_3333_3333_3333;
     v ^ ((v >> 1) & 0x5555_5555_5555_5555)
-}
-
-/// The Morton code of a pixel: the bits of x and y interleaved.
-pub(crate) fn morton_encode(pixel: UVec2) -> u64 {
-    let spread = |v: u32| {
-        let mut v = u64::from(v);
-        v = (v | (v << 16)) & 0x0000_ffff_0000_ffff;
-        v = (v | (v << 8)) & 0x00ff_00ff_00ff_00ff;
-        v = (v | (v << 4)) & 0x0f0f_0f0f_0f0f_0f0f;
-        v = (v | (v << 2)) & 0x3333_3333_3333_3333;
-        (v | (v << 1)) & 0x5555_5555_5555_5555
-    };
-    spread(pixel.x) | (spread(pixel.y) << 1)
 }
 
 #[inline(always)]

@@ -4,8 +4,8 @@ use std::sync::Mutex;
 
 use glam::UVec2;
 
-use crate::geometry::Rgba;
-use crate::integrator::{Aov, morton_encode};
+use crate::geometry::{Rgba, morton2};
+use crate::integrator::Aov;
 
 /// A rectangle of pixels of the picture, row 0 on top: a crop window or a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ impl Film {
                 tiles.push(PixelRect { x, y, width, height });
             }
         }
-        tiles.sort_by_key(|tile| morton_encode(UVec2::new(tile.x - w.x, tile.y - w.y) / side));
+        tiles.sort_by_key(|tile| morton2(UVec2::new(tile.x - w.x, tile.y - w.y) / side));
         tiles
     }
 
@@ -127,7 +127,7 @@ mod tests {
         for side in [1, 8, 16, 64] {
             let film = Film::new(window);
             let mut covered = std::collections::HashSet::new();
-            let code = |t: &PixelRect| morton_encode(UVec2::new(t.x - window.x, t.y - window.y) / side);
+            let code = |t: &PixelRect| morton2(UVec2::new(t.x - window.x, t.y - window.y) / side);
             assert!(film.tiles(side).is_sorted_by_key(code));
             for tile in film.tiles(side) {
                 for p in tile.pixels() {

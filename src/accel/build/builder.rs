@@ -1,9 +1,10 @@
-//! From obvhs's binary trees to a wide one.
+//! Builds an eight-wide BVH over boxes by the surface area heuristic (SAH), from obvhs's binary BVHs (PLOC).
 //!
-//! Each region has a tree of its own, which one thread makes and collapses while all of it is in its
-//! processor's cache; trees of large scenes as a whole would wait for memory most of the time. Of each a few
-//! branches are taken, the largest boxes opened first, and one more tree is made over those of all: so what
-//! sticks out of a region, such as a large floor between small things, hangs above it.
+//! The boxes are split into Morton clusters. Each has a tree of its own, which one thread builds and converts
+//! while all of it is in the processor's cache; over a large scene as a whole, the builder would mostly wait for
+//! memory. A few branches of each cluster's tree are kept, by opening the largest boxes first, and one more tree is
+//! built over the branches of all clusters. So a box that sticks out of its cluster, such as a large floor among
+//! small objects, ends up above it.
 
 use obvhs::aabb::Aabb as ObvhsAabb;
 use obvhs::bvh2::Bvh2;
@@ -11,62 +12,75 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams, ploc::PlocSearchDistance};
 use rayon::prelude::*;
 
-use crate::accel::Preset;
-use crate::accel::build::bvh2_to_bvh8::{Child, Forest, Grown};
-use crate::accel::build::leaf_packing::Capacity;
+use crate::accel::build::bvh2_to_bvh8::WideConverter;
+use crate::accel::build::leaf_packing::LeafCapacity;
 use crate::accel::build::morton_clusters::{MortonClusters, MortonKey};
 use crate::accel::build::occlusion_order::OcclusionCost;
+use crate::accel::build::subtree::{Child, Subtree};
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
 use crate::accel::bvh::huge_pages::HugePageVec;
+use crate::accel::settings::Preset;
 
-/// Boxes that lie together, and what is in them.
-pub(crate) trait Region {
-    /// What leaves hold.
+/// A cluster of neighbouring boxes, and what is in them.
+pub(crate) trait Cluster {
+    /// The contents of leaves.
     type Leaves: Send + Sync;
 
-    /// Equal boxes should be one: a great many of them make the builder very slow.
+    /// The boxes. Equal ones should be merged: a great many of them make the builder very slow.
     fn boxes(&self) -> &[ObvhsAabb];
 
-    /// How many entries of a leaf are in a box.
-    fn entries(&self, i: u32) -> u32;
+    /// Number of leaf entries in box `i`.
+    fn entry_count(&self, i: u32) -> u32;
 
-    /// Makes leaves, each of the boxes of these indices.
-    fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Self::Leaves>;
+    /// Makes leaves, each of the boxes with these indices.
+    fn into_leaves<'a>(self, leaves: impl Iterator<Item = &'a [u32]>) -> ClusterLeaves<Self::Leaves>;
 }
 
-/// What leaves of a region hold, in places.
-pub(crate) struct Filled<L> {
-    pub leaves: L,
-    /// Each leaf's first place.
-    pub firsts: Vec<u32>,
-    pub places: u32,
-    /// Each leaf's odds, until the region's nodes have theirs.
-    pub odds: Vec<OcclusionCost>,
+/// The leaves of a cluster.
+pub(crate) struct ClusterLeaves<L> {
+    pub contents: L,
+    /// Number of each leaf within the cluster: the index of its first block, or its own index.
+    pub numbers: Vec<u32>,
+    /// End of the numbers: blocks or leaves.
+    pub end: u32,
+    /// Occlusion cost of each leaf, until the cluster's nodes have theirs.
+    pub occlusion_costs: Vec<OcclusionCost>,
 }
 
-/// How a tree is made; `None` for no tree.
-fn plan(preset: Preset) -> Option<Plan> {
-    let plan = |params: BvhBuildParams, region: usize| Some(Plan { params, region, branches: 16 });
-    match preset {
-        Preset::BruteForce => None,
-        Preset::Fast => plan(BvhBuildParams::fastest_build(), REGION),
-        Preset::Medium => plan(medium(PlocSearchDistance::Low, 0.02), REGION),
-        Preset::Slow => plan(BvhBuildParams::slow_build(), usize::MAX),
-    }
-}
-
+/// How a tree is built.
 #[derive(Clone, Copy)]
-struct Plan {
-    params: BvhBuildParams,
-    /// Most boxes in a region.
-    region: usize,
-    /// Of how many branches a region's tree is taken for the tree over all.
+struct BuildParams {
+    obvhs: BvhBuildParams,
+    /// Most boxes in a cluster.
+    max_cluster_size: usize,
+    /// Branches of a cluster's tree that the tree over all clusters sees.
     branches: usize,
 }
 
-/// Neighbours are sought as far from the first round on as from the last: fewer nodes and blocks come of it.
-const fn medium(ploc_search_distance: PlocSearchDistance, reinsertion_batch_ratio: f32) -> BvhBuildParams {
+/// Boxes whose tree a processor core builds in its own cache.
+const CLUSTER_SIZE: usize = 4096;
+
+impl BuildParams {
+    /// The parameters of a preset; `None` for no tree.
+    fn new(preset: Preset) -> Option<BuildParams> {
+        let params = |obvhs: BvhBuildParams, max_cluster_size: usize| {
+            Some(BuildParams { obvhs, max_cluster_size, branches: 16 })
+        };
+        match preset {
+            Preset::BruteForce => None,
+            Preset::Fast => params(BvhBuildParams::fastest_build(), CLUSTER_SIZE),
+            Preset::Medium => params(medium_params(PlocSearchDistance::Low, 0.02), CLUSTER_SIZE),
+            Preset::Slow => params(BvhBuildParams::slow_build(), usize::MAX),
+        }
+    }
+}
+
+/// obvhs's fast build with the full PLOC search distance from the first round on: that makes fewer nodes and blocks.
+const fn medium_params(
+    ploc_search_distance: PlocSearchDistance,
+    reinsertion_batch_ratio: f32,
+) -> BvhBuildParams {
     BvhBuildParams {
         ploc_search_distance,
         search_depth_threshold: 0,
@@ -75,333 +89,164 @@ const fn medium(ploc_search_distance: PlocSearchDistance, reinsertion_batch_rati
     }
 }
 
-/// Boxes whose tree is made in a processor's own cache.
-const REGION: usize = 4096;
-
-/// Builds a tree over `boxes`, by regions that `open` makes of their keys, with leaves of at most `capacity`,
-/// or of one box that holds more. A leaf's number is that of its first place, where one region's places come
-/// after the other's. What leaves hold comes by the region.
+/// Builds a BVH over `boxes` with leaves of at most `capacity`, or of one box that holds more. `open` makes the
+/// cluster of some boxes. Leaf numbers count through the clusters, whose leaves are returned in order.
 ///
-/// The tree depends on the boxes alone, and not on how many threads there are.
-pub(crate) fn build<T: Boundable + Sync, R: Region>(
+/// The tree depends on the boxes only, not on the number of threads.
+pub(crate) fn build<T: Boundable + Sync, C: Cluster>(
     boxes: &[T],
-    open: impl Fn(&[MortonKey]) -> R + Sync,
-    capacity: Capacity,
+    open: impl Fn(&[MortonKey]) -> C + Sync,
+    capacity: LeafCapacity,
     preset: Preset,
-) -> (Bvh8, Vec<Filled<R::Leaves>>) {
-    planned(boxes, open, capacity, plan(preset))
+) -> (Bvh8, Vec<ClusterLeaves<C::Leaves>>) {
+    build_with(boxes, open, capacity, BuildParams::new(preset))
 }
 
-fn planned<T: Boundable + Sync, R: Region>(
+fn build_with<T: Boundable + Sync, C: Cluster>(
     boxes: &[T],
-    open: impl Fn(&[MortonKey]) -> R + Sync,
-    capacity: Capacity,
-    plan: Option<Plan>,
-) -> (Bvh8, Vec<Filled<R::Leaves>>) {
-    let regions = MortonClusters::new(boxes, plan.map_or(usize::MAX, |plan| plan.region));
-    // Alone, a region's tree is all there is.
-    let plan = plan.map(|plan| Plan { branches: if regions.len() > 1 { plan.branches } else { 1 }, ..plan });
-    let part = |keys: &[MortonKey]| Part::new(open(keys), capacity, plan);
-    let (parts, leaves): (Vec<Part>, Vec<_>) = regions.par_iter().with_max_len(1).map(part).unzip();
-    (join(&parts, &leaves), leaves)
+    open: impl Fn(&[MortonKey]) -> C + Sync,
+    capacity: LeafCapacity,
+    params: Option<BuildParams>,
+) -> (Bvh8, Vec<ClusterLeaves<C::Leaves>>) {
+    let clusters = MortonClusters::new(boxes, params.map_or(usize::MAX, |params| params.max_cluster_size));
+    // The tree of a single cluster is the tree of all.
+    let branches = |params: BuildParams| if clusters.len() > 1 { params.branches } else { 1 };
+    let params = params.map(|params| BuildParams { branches: branches(params), ..params });
+    let build = |keys: &[MortonKey]| ClusterTree::build(open(keys), capacity, params);
+    let (trees, leaves): (Vec<ClusterTree>, Vec<_>) = clusters.par_iter().with_max_len(1).map(build).unzip();
+    (merge(&trees, &leaves), leaves)
 }
 
-/// What became of a region.
-struct Part {
-    grown: Grown,
+/// The tree of a cluster.
+struct ClusterTree {
+    subtree: Subtree,
     branches: Vec<Branch>,
 }
 
 /// A part of a tree.
 #[derive(Clone, Copy)]
 struct Branch {
-    /// What stands for it.
     root: Child,
-    odds: OcclusionCost,
+    occlusion_cost: OcclusionCost,
 }
 
-impl Part {
-    fn new<R: Region>(region: R, capacity: Capacity, plan: Option<Plan>) -> (Part, Filled<R::Leaves>) {
-        let mut grown = Grown::default();
-        let boxes = region.boxes();
-        let roots: Vec<Child> =
-            match plan {
-                Some(plan) => {
-                    let built = binary(boxes, plan.params);
-                    let forest = Forest::new(&built, boxes, |i| region.entries(i), capacity);
-                    forest.branches(plan.branches).into_iter().map(|i| forest.grow(i, &mut grown)).collect()
-                }
-                None => {
-                    vec![grown.add_leaf(
-                        0..boxes.len() as u32,
-                        Aabb::union_of(boxes.iter().copied().map(Aabb::from)),
-                    )]
-                }
-            };
-        let mut leaves = region.leaves(grown.leaves());
-        let odds = grown.arrange(&leaves.odds);
-        let branch = |root: Child| Branch { root, odds: root.odds(&leaves.odds, &odds) };
+impl ClusterTree {
+    fn build<C: Cluster>(
+        cluster: C,
+        capacity: LeafCapacity,
+        params: Option<BuildParams>,
+    ) -> (ClusterTree, ClusterLeaves<C::Leaves>) {
+        let mut subtree = Subtree::default();
+        let boxes = cluster.boxes();
+        let roots: Vec<Child> = match params {
+            Some(params) => {
+                let bvh2 = build_binary(boxes, params.obvhs);
+                let converter = WideConverter::new(&bvh2, boxes, |i| cluster.entry_count(i), capacity);
+                let branches = converter.branches(params.branches);
+                branches.into_iter().map(|i| converter.convert(i, &mut subtree)).collect()
+            }
+            None => {
+                let bounds = Aabb::union_of(boxes.iter().map(|&aabb| aabb.into()));
+                vec![subtree.add_leaf(0..boxes.len() as u32, bounds)]
+            }
+        };
+        let mut leaves = cluster.into_leaves(subtree.leaves());
+        let node_costs = subtree.sort_by_occlusion(&leaves.occlusion_costs);
+        let branch = |root: Child| Branch {
+            root,
+            occlusion_cost: root.occlusion_cost(&leaves.occlusion_costs, &node_costs),
+        };
         let branches = roots.into_iter().map(branch).collect();
-        // All regions are held at once: no more of each than it takes to join them.
-        grown.keep_nodes();
-        leaves.odds = Vec::new();
-        (Part { branches, grown }, leaves)
+        // All clusters are in memory at once: keep only what merging needs.
+        subtree.drop_leaves();
+        leaves.occlusion_costs = Vec::new();
+        (ClusterTree { branches, subtree }, leaves)
     }
 }
 
-/// One box to a leaf: leaves are made here.
-fn binary(boxes: &[ObvhsAabb], params: BvhBuildParams) -> Bvh2 {
+/// Builds a binary BVH with one box in each leaf.
+fn build_binary(boxes: &[ObvhsAabb], params: BvhBuildParams) -> Bvh2 {
     let params = BvhBuildParams { max_prims_per_leaf: 1, ..params };
     build_bvh2(boxes, params, &mut std::time::Duration::default())
 }
 
-/// The tree over branches, whose leaves are one branch each: what stands for all of it. They are few, and so
-/// many rays pass here that time is well spent.
-fn over(branches: &[(usize, Branch)], top: &mut Grown) -> Branch {
+/// Builds the tree over the branches of all clusters, one branch in each leaf, and returns it as a branch. Branches
+/// are few and most rays pass here, so that time is well spent.
+fn build_top(branches: &[(usize, Branch)], top: &mut Subtree) -> Branch {
     let boxes: Vec<ObvhsAabb> = branches.iter().map(|(_, branch)| branch.root.bounds().into()).collect();
-    let built = binary(&boxes, medium(PlocSearchDistance::Medium, 1.0));
-    // Boxes that hold more than there is room for are never put together.
-    let root = Forest::new(&built, &boxes, |_| 2, Capacity::ONE).grow(0, top);
-    let leaves: Vec<OcclusionCost> = top.leaves().map(|leaf| branches[leaf[0] as usize].1.odds).collect();
-    let nodes = top.arrange(&leaves);
-    Branch { root, odds: root.odds(&leaves, &nodes) }
+    let bvh2 = build_binary(&boxes, medium_params(PlocSearchDistance::Medium, 1.0));
+    // With more entries than a leaf's capacity, branches are never put into one leaf.
+    let root = WideConverter::new(&bvh2, &boxes, |_| 2, LeafCapacity::ONE).convert(0, top);
+    let leaf_costs: Vec<OcclusionCost> =
+        top.leaves().map(|leaf| branches[leaf[0] as usize].1.occlusion_cost).collect();
+    let node_costs = top.sort_by_occlusion(&leaf_costs);
+    Branch { root, occlusion_cost: root.occlusion_cost(&leaf_costs, &node_costs) }
 }
 
-/// One tree of all parts.
-fn join<L: Sync>(parts: &[Part], leaves: &[Filled<L>]) -> Bvh8 {
-    let branches: Vec<(usize, Branch)> = parts
-        .iter()
-        .enumerate()
-        .flat_map(|(part, of)| of.branches.iter().map(move |&branch| (part, branch)))
-        .collect();
-    let mut top = Grown::default();
-    let highest = (branches.len() > 1).then(|| over(&branches, &mut top));
-    // Where each part's nodes and places begin among all. The first nodes are those over the branches.
-    let mut next = (top.nodes() as u32, 0);
-    let start = |(part, leaves): (&Part, &Filled<L>)| {
-        let after = (next.0 + part.grown.nodes() as u32, next.1 + leaves.places);
+/// Where a cluster's nodes and leaf numbers begin in the merged BVH.
+#[derive(Clone, Copy)]
+struct Offset {
+    node: u32,
+    leaf: u32,
+}
+
+/// Returns the offsets of all clusters, whose nodes follow `top_nodes` nodes.
+fn offsets<L>(trees: &[ClusterTree], leaves: &[ClusterLeaves<L>], top_nodes: usize) -> Vec<Offset> {
+    let mut next = Offset { node: top_nodes as u32, leaf: 0 };
+    let advance = |(tree, leaves): (&ClusterTree, &ClusterLeaves<L>)| {
+        let after =
+            Offset { node: next.node + tree.subtree.node_count() as u32, leaf: next.leaf + leaves.end };
         std::mem::replace(&mut next, after)
     };
-    let starts: Vec<(u32, u32)> = parts.iter().zip(leaves).map(start).collect();
-    let placed = |part: usize, child: Child| match child {
+    trees.iter().zip(leaves).map(advance).collect()
+}
+
+/// Merges the trees of all clusters below the tree over their branches.
+fn merge<L: Sync>(trees: &[ClusterTree], leaves: &[ClusterLeaves<L>]) -> Bvh8 {
+    let branches: Vec<(usize, Branch)> = trees
+        .iter()
+        .enumerate()
+        .flat_map(|(cluster, tree)| tree.branches.iter().map(move |&branch| (cluster, branch)))
+        .collect();
+    let mut top = Subtree::default();
+    let top_branch = (branches.len() > 1).then(|| build_top(&branches, &mut top));
+    let offsets = offsets(trees, leaves, top.node_count());
+    let in_cluster = |cluster: usize, child: Child| match child {
         Child::Leaf(bounds, leaf) => {
-            (bounds, LEAF_BIT | (starts[part].1 + leaves[part].firsts[leaf as usize]))
+            (bounds, LEAF_BIT | (offsets[cluster].leaf + leaves[cluster].numbers[leaf as usize]))
         }
-        Child::Node(bounds, node) => (bounds, starts[part].0 + node),
+        Child::Node(bounds, node) => (bounds, offsets[cluster].node + node),
     };
-    // A leaf of the top is a branch.
-    let above = |child: Child| match child {
+    // A leaf of the top tree is a branch.
+    let in_top = |child: Child| match child {
         Child::Leaf(_, leaf) => {
-            let (part, branch) = branches[top.leaf(leaf as usize)[0] as usize];
-            placed(part, branch.root)
+            let (cluster, branch) = branches[top.leaf(leaf as usize)[0] as usize];
+            in_cluster(cluster, branch.root)
         }
         Child::Node(bounds, node) => (bounds, node),
     };
-    let count = |part: &usize| match part {
-        0 => top.nodes(),
-        part => parts[part - 1].grown.nodes(),
-    };
-    let numbers: Vec<usize> = (0..=parts.len()).collect();
-    let nodes = HugePageVec::filled(&numbers, count, |&part, nodes: &mut [Bvh8Node]| {
+    // Part 0 is the top tree, part n + 1 the tree of cluster n.
+    let parts: Vec<usize> = (0..=trees.len()).collect();
+    let subtree = |part: usize| if part == 0 { &top } else { &trees[part - 1].subtree };
+    let node_count = |&part: &usize| subtree(part).node_count();
+    let nodes = HugePageVec::from_parts(&parts, node_count, |&part, nodes: &mut [Bvh8Node]| {
         for (i, node) in nodes.iter_mut().enumerate() {
-            let mut children = [(Aabb::default(), LEAF_BIT); WIDTH];
-            let own = if part == 0 { top.node(i) } else { parts[part - 1].grown.node(i) };
+            let mut children = [(Aabb::EMPTY, LEAF_BIT); WIDTH];
+            let own = subtree(part).node(i);
             for (to, &child) in children.iter_mut().zip(own) {
-                *to = if part == 0 { above(child) } else { placed(part - 1, child) };
+                *to = if part == 0 { in_top(child) } else { in_cluster(part - 1, child) };
             }
             *node = Bvh8Node::new(&children[..own.len()]);
         }
     });
-    let root = match (highest, branches.first()) {
-        (Some(all), _) => Some((above(all.root).1, all.odds)),
-        (None, Some(&(part, only))) => Some((placed(part, only.root).1, only.odds)),
-        (None, None) => None,
+    let (root, occlusion_cost) = match (top_branch, branches.first()) {
+        (Some(all), _) => (Some(in_top(all.root).1), all.occlusion_cost),
+        (None, Some(&(cluster, only))) => (Some(in_cluster(cluster, only.root).1), only.occlusion_cost),
+        (None, None) => (None, OcclusionCost::default()),
     };
-    let (root, odds) = root.unzip();
     let bounds = Aabb::union_of(branches.iter().map(|(_, branch)| branch.root.bounds()));
-    Bvh8 { nodes, root, bounds, odds: odds.unwrap_or_default() }
+    Bvh8 { nodes, root, bounds, occlusion_cost }
 }
 
 #[cfg(test)]
-mod tests {
-    use glam::{Vec3, Vec3A};
-
-    use super::*;
-    use crate::accel::traverse::traversal_stats::expected;
-
-    const CAPACITY: Capacity = Capacity::BLOCKS;
-
-    /// Boxes by their indices; every fiftieth of them needs a second block.
-    struct Few {
-        boxes: Vec<ObvhsAabb>,
-        indices: Vec<u32>,
-    }
-
-    fn entries(i: u32) -> u32 {
-        if i.is_multiple_of(50) { 6 } else { 1 }
-    }
-
-    impl Region for Few {
-        type Leaves = Vec<Vec<u32>>;
-
-        fn boxes(&self) -> &[ObvhsAabb] {
-            &self.boxes
-        }
-
-        fn entries(&self, i: u32) -> u32 {
-            entries(self.indices[i as usize])
-        }
-
-        fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Self::Leaves> {
-            let leaves: Vec<Vec<u32>> =
-                members.map(|leaf| leaf.iter().map(|&i| self.indices[i as usize]).collect()).collect();
-            let places = leaves.len() as u32;
-            let odds = leaves.iter().map(|leaf| odds(leaf)).collect();
-            Filled { leaves, firsts: (0..places).collect(), places, odds }
-        }
-    }
-
-    /// Some leaves stop much, some little, some nothing.
-    fn odds(leaf: &[u32]) -> OcclusionCost {
-        OcclusionCost::of_leaf(
-            Aabb { min: Vec3::ZERO, max: Vec3::ONE },
-            f64::from(leaf[0] % 7) / 2.0,
-            1 + leaf.len() as u32 / 3,
-        )
-    }
-
-    /// A tree and what is in its leaves.
-    fn made(boxes: &[ObvhsAabb], plan: Option<Plan>) -> (Bvh8, Vec<Vec<u32>>) {
-        let open = |keys: &[MortonKey]| {
-            let indices: Vec<u32> = keys.iter().map(|key| key.index() as u32).collect();
-            Few { boxes: indices.iter().map(|&i| boxes[i as usize]).collect(), indices }
-        };
-        let (wide, leaves) = planned(boxes, open, CAPACITY, plan);
-        (wide, leaves.into_iter().flat_map(|filled| filled.leaves).collect())
-    }
-
-    /// Boxes here and there, crowded in places.
-    fn boxes(count: u32) -> Vec<ObvhsAabb> {
-        let mut state = 1u64;
-        let mut next = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1 << 24) as f32
-        };
-        let one = |_| {
-            let place = Vec3A::new(next(), next(), next());
-            let min = place * place * 100.0;
-            ObvhsAabb { min, max: min + Vec3A::new(next(), next(), next()) * 0.1 }
-        };
-        (0..count).map(one).collect()
-    }
-
-    /// That every box is in one leaf, within all that is above it, and no leaf has too much.
-    fn check(boxes: &[ObvhsAabb], (wide, leaves): &(Bvh8, Vec<Vec<u32>>)) {
-        let mut seen = vec![0; boxes.len()];
-        let mut todo: Vec<(u32, Aabb)> = wide.root.map(|root| (root, wide.bounds)).into_iter().collect();
-        let mut nodes = 0;
-        while let Some((child, within)) = todo.pop() {
-            if child & LEAF_BIT != 0 {
-                let members = &leaves[(child & !LEAF_BIT) as usize];
-                assert!(
-                    members.len() == 1 || members.iter().map(|&i| entries(i)).sum::<u32>() <= CAPACITY.leaf
-                );
-                for &member in members {
-                    assert!(within.contains(boxes[member as usize].into()));
-                    seen[member as usize] += 1;
-                }
-                continue;
-            }
-            nodes += 1;
-            let node = &wide.nodes[child as usize];
-            for slot in 0..node.count() {
-                let inside = node.bounds(slot);
-                assert!(within.contains(inside));
-                assert!(
-                    node.child[slot] & LEAF_BIT != 0 || node.child[slot] > child,
-                    "a child before its parent"
-                );
-                todo.push((node.child[slot], inside));
-            }
-        }
-        assert!(seen.iter().all(|&times| times == 1));
-        assert_eq!(nodes, wide.nodes.len());
-    }
-
-    #[test]
-    fn parents_come_first_and_every_box_is_in_one_leaf_within_all_its_parents() {
-        let boxes = boxes(20_000);
-        for preset in [Preset::Fast, Preset::Medium, Preset::Slow] {
-            for count in [1, 2, 5, 300, REGION, REGION + 1, boxes.len()] {
-                check(&boxes[..count], &made(&boxes[..count], plan(preset)));
-            }
-        }
-        let (nothing, leaves) = made(&[], plan(Preset::Medium));
-        assert!(nothing.root.is_none() && leaves.is_empty());
-    }
-
-    #[test]
-    fn children_that_stop_most_for_least_come_first() {
-        let boxes = boxes(20_000);
-        for preset in [Preset::Medium, Preset::Slow] {
-            let (wide, leaves) = made(&boxes, plan(preset));
-            let mut nodes = vec![OcclusionCost::default(); wide.nodes.len()];
-            for (i, node) in wide.nodes.iter().enumerate().rev() {
-                let of = |slot: usize| match node.child[slot] {
-                    child if child & LEAF_BIT != 0 => odds(&leaves[(child & !LEAF_BIT) as usize]),
-                    child => nodes[child as usize],
-                };
-                let children: Vec<(Aabb, OcclusionCost)> =
-                    (0..node.count()).map(|slot| (node.bounds(slot), of(slot))).collect();
-                assert!(children.windows(2).all(|two| two[0].1.worth() >= two[1].1.worth()), "{children:?}");
-                let whole = Aabb::union_of(children.iter().map(|child| child.0));
-                nodes[i] = OcclusionCost::of_all(whole, children.into_iter());
-            }
-            assert_eq!(nodes[0], wide.odds);
-        }
-    }
-
-    #[test]
-    fn a_tree_does_not_depend_on_threads() {
-        let boxes = boxes(20_000);
-        let with = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let (wide, leaves) = pool.install(|| made(&boxes, plan(Preset::Medium)));
-            (bytemuck::cast_slice::<Bvh8Node, u8>(&wide.nodes).to_vec(), wide.root, leaves)
-        };
-        assert!(with(1) == with(3));
-    }
-
-    /// Lines meet hardly more in a tree of regions than in one over all, walls across them or not. These are a
-    /// quarter as large as usual; with a sixteenth lines meet a seventh more.
-    #[test]
-    fn regions_cost_rays_little() {
-        let mut boxes = boxes(20_000);
-        for walls in [0, 100] {
-            for (i, wall) in boxes.iter_mut().take(walls).enumerate() {
-                let y = i as f32;
-                *wall = ObvhsAabb { min: Vec3A::new(0.0, y, 0.0), max: Vec3A::new(100.0, y, 100.0) };
-            }
-            let cost = |region: usize| {
-                let plan = plan(Preset::Medium).map(|plan| Plan { region, ..plan });
-                let (wide, leaves) = made(&boxes, plan);
-                expected(&wide, |leaf| leaves[leaf as usize].len() as f64)
-            };
-            let (regions, one) = (cost(1024), cost(usize::MAX));
-            assert!(regions < 1.1 * one, "{walls} walls: {regions} {one}");
-        }
-    }
-
-    /// Costs that overflow still make a tree.
-    #[test]
-    fn huge_boxes_make_a_tree() {
-        let huge = |i: u32| {
-            let min = Vec3A::splat(-1e18 + i as f32 * 1e12);
-            ObvhsAabb { min, max: Vec3A::splat(1e18) }
-        };
-        let boxes: Vec<ObvhsAabb> = (0..300).map(huge).collect();
-        for preset in [Preset::Fast, Preset::Medium, Preset::Slow] {
-            check(&boxes, &made(&boxes, plan(preset)));
-        }
-    }
-}
+mod tests;

@@ -1,22 +1,25 @@
-//! A triangle's corners, as the hit test and the trees want them.
+//! Canonical triangles: vertices in an order that depends on their positions only, degenerate ones rejected.
 
 use glam::{DVec3, Vec3};
 
 use crate::accel::bvh::aabb::Aabb;
 use crate::geometry::EPSILON;
 
-/// Coordinates beyond this are refused: their products would overflow.
-pub(crate) const HUGE: f32 = 1e18;
+/// Larger coordinates are rejected: their products would overflow.
+pub(crate) const MAX_COORDINATE: f32 = 1e18;
 
-/// The corners of a triangle, as the hit test wants them.
+/// Padding of boxes at the origin. Times the largest reciprocal of a direction, it is still farther than any hit.
+pub(crate) const MIN_PADDING: f32 = 1e-20;
+
+/// A triangle with sorted vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CanonicalTriangle {
-    v: [Vec3; 3],
-    /// At least the length of the two edges at `v[0]`.
-    edge: f32,
+    vertices: [Vec3; 3],
+    /// Upper bound on the lengths of the two edges at the first vertex.
+    max_edge: f32,
 }
 
-/// Why a triangle cannot be hit.
+/// The reason why a triangle cannot be hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Degeneracy {
     NonFinite,
@@ -24,79 +27,74 @@ pub(crate) enum Degeneracy {
 }
 
 impl CanonicalTriangle {
-    /// Of no triangle.
-    pub const NOWHERE: CanonicalTriangle = CanonicalTriangle { v: [Vec3::ZERO; 3], edge: 0.0 };
+    /// A triangle that is all zero.
+    pub const ZERO: CanonicalTriangle = CanonicalTriangle { vertices: [Vec3::ZERO; 3], max_edge: 0.0 };
 
-    /// Puts the corners into an order that depends on the positions alone, so that triangles in
-    /// the same place have bit for bit the same t however they are wound. True comes with them
-    /// where that turned the winding round.
-    pub fn new(mut v: [Vec3; 3]) -> Result<(CanonicalTriangle, bool), Degeneracy> {
-        let largest = v[0].abs().max(v[1].abs()).max(v[2].abs());
-        // Written so that NaN, which `max` may drop, is refused: times 0 it stays, as infinity does.
-        let numbers = (v[0] + v[1] + v[2]) * 0.0 == Vec3::ZERO;
-        if !(numbers && largest.max_element() <= HUGE) {
+    /// Sorts the vertices, so that coincident triangles have bit for bit the same t, whatever their winding.
+    /// Returns true with it where sorting flips the winding.
+    pub fn new(mut vertices: [Vec3; 3]) -> Result<(CanonicalTriangle, bool), Degeneracy> {
+        let [a, b, c] = vertices;
+        let largest = a.abs().max(b.abs()).max(c.abs());
+        // `max` may drop NaN. Times 0, NaN stays and infinity becomes NaN.
+        let finite = (a + b + c) * 0.0 == Vec3::ZERO;
+        if !(finite && largest.max_element() <= MAX_COORDINATE) {
             return Err(Degeneracy::NonFinite);
         }
-        let (e1, e2) = edges(&v);
-        if e1.cross(e2) == DVec3::ZERO {
+        if doubled_area_vector(&vertices) == DVec3::ZERO {
             return Err(Degeneracy::ZeroArea);
         }
-        let mut turned = false;
+        let mut flipped = false;
         for (i, j) in [(0, 1), (1, 2), (0, 1)] {
-            let (a, b) = (v[j], v[i]);
+            let a = vertices[j];
+            let b = vertices[i];
             if a.x < b.x || a.x == b.x && (a.y < b.y || a.y == b.y && a.z < b.z) {
-                v.swap(i, j);
-                turned = !turned;
+                vertices.swap(i, j);
+                flipped = !flipped;
             }
         }
-        // −0 is 0: equal places must have equal bits, for they are compared by them.
-        let v = [v[0] + Vec3::ZERO, v[1] + Vec3::ZERO, v[2] + Vec3::ZERO];
-        let long = |i: usize| (v[i].as_dvec3() - v[0].as_dvec3()).length_squared();
-        let edge = (long(1).max(long(2)).sqrt() * (1.0 + 4.0 * f64::from(EPSILON))) as f32;
-        Ok((CanonicalTriangle { v, edge: edge.max(f32::MIN_POSITIVE) }, turned))
+        // Adding 0 turns −0 into 0: equal positions must have equal bits, by which they are compared.
+        let vertices = vertices.map(|v| v + Vec3::ZERO);
+        let edge = |i: usize| (vertices[i].as_dvec3() - vertices[0].as_dvec3()).length_squared();
+        let max_edge = (edge(1).max(edge(2)).sqrt() * (1.0 + 4.0 * f64::from(EPSILON))) as f32;
+        Ok((CanonicalTriangle { vertices, max_edge: max_edge.max(f32::MIN_POSITIVE) }, flipped))
     }
 
-    /// The corners.
-    pub fn v(&self) -> &[Vec3; 3] {
-        &self.v
+    pub fn vertices(&self) -> &[Vec3; 3] {
+        &self.vertices
     }
 
-    /// At least the length of the two edges at the first corner.
-    pub fn edge(&self) -> f32 {
-        self.edge
+    /// Upper bound on the lengths of the two edges at the first vertex.
+    pub fn max_edge(&self) -> f32 {
+        self.max_edge
     }
 
-    /// The bits of the nine coordinates.
-    pub fn bits(&self) -> [u32; 9] {
-        let [a, b, c] = self.v.map(|p| p.to_array().map(f32::to_bits));
+    /// The bit patterns of the nine coordinates: equal for coincident triangles.
+    pub fn to_bits(self) -> [u32; 9] {
+        let [a, b, c] = self.vertices.map(|p| p.to_array().map(f32::to_bits));
         [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
     }
 
-    /// The area between them.
+    /// The area of one side.
     pub fn area(&self) -> f64 {
-        let (e1, e2) = edges(&self.v);
-        0.5 * e1.cross(e2).length()
+        0.5 * doubled_area_vector(&self.vertices).length()
     }
 
-    /// Its box for trees.
+    /// The bounds, padded for BVHs.
     pub fn bounds(&self) -> Aabb {
-        padded_bounds(&self.v)
+        padded_bounds(&self.vertices)
     }
 }
 
-/// The edges at the first corner.
+/// The cross product of the edges at the first vertex: the normal, as long as twice the area.
 #[inline(always)]
-fn edges(v: &[Vec3; 3]) -> (DVec3, DVec3) {
-    (v[1].as_dvec3() - v[0].as_dvec3(), v[2].as_dvec3() - v[0].as_dvec3())
+fn doubled_area_vector(vertices: &[Vec3; 3]) -> DVec3 {
+    let v0 = vertices[0].as_dvec3();
+    (vertices[1].as_dvec3() - v0).cross(vertices[2].as_dvec3() - v0)
 }
 
-/// The box of three corners for trees: wider by a few ulps of the greatest coordinate, so that it is
-/// flat nowhere and rays along its faces are not lost.
-pub(crate) fn padded_bounds(corners: &[Vec3; 3]) -> Aabb {
-    let bounds = Aabb::of_triangle(corners);
-    bounds.padded(3.0 * EPSILON * bounds.max_abs_coordinate() + 4.0 * TINY_LENGTH)
+/// Returns a triangle's bounds for BVHs: padded by a few ulps of the largest coordinate, so that they are nowhere
+/// flat and rays along their faces hit them.
+pub(crate) fn padded_bounds(vertices: &[Vec3; 3]) -> Aabb {
+    let bounds = Aabb::of_triangle(vertices);
+    bounds.padded(3.0 * EPSILON * bounds.max_abs_coordinate() + 4.0 * MIN_PADDING)
 }
-
-/// Padding for things at the very origin. Times the largest reciprocal of a direction it is still
-/// farther than anything can be.
-pub(crate) const TINY_LENGTH: f32 = 1e-20;

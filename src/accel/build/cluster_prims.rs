@@ -1,226 +1,227 @@
-//! Triangles that lie together, each place once.
+//! The triangles of a cluster, merged into fewer boxes for the builder.
 //!
-//! Triangles in exactly the same place, however wound, share one entry of a leaf that lists them all;
-//! entries with exactly equal boxes share one slot of the tree. Without that, thousands of equal boxes make
-//! a builder take minutes over a tree as deep as they are many. Equal boxes lie in one cell of a region, and
-//! hardly any two triangles do.
-//!
-//! Neighbours along the curve whose boxes mostly overlap, as those of the two halves of a quad do, share a slot
-//! too: a builder has about half as much to do, and would have put them into one leaf anyway.
+//! - Coincident triangles, of either winding, share one leaf entry that lists them all.
+//! - Entries with equal boxes share one box. Thousands of equal boxes would make the builder take minutes, for a
+//!   tree as deep as they are many. Equal boxes lie in one Morton cell, and hardly any other triangles do.
+//! - Neighbours along the curve whose boxes mostly overlap, such as the two halves of a quad, share one box: that
+//!   halves the builder's work, and it would put them into one leaf anyway.
 
 use obvhs::Boundable;
 use obvhs::aabb::Aabb as ObvhsAabb;
 
-use crate::accel::build::builder::{Filled, Region};
-use crate::accel::build::input_triangles::{SurfaceFlags, TriangleRef};
+use crate::accel::build::builder::{Cluster, ClusterLeaves};
+use crate::accel::build::input_triangles::TriangleRef;
 use crate::accel::build::morton_clusters::MortonKey;
-use crate::accel::build::occlusion_order::{OcclusionCost, stopping};
+use crate::accel::build::occlusion_order::{OcclusionCost, occluding_fraction};
 use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::coincident::{CoincidentGroup, group_by_flags};
 use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
 
-/// Triangles in one place that look alike, by rising index.
-#[derive(Clone, Debug)]
-pub(crate) struct Alike {
-    pub look: SurfaceFlags,
-    pub ids: Vec<u32>,
+/// Two triangles share a box where its area is at most this fraction of the sum of theirs.
+const PAIR_AREA_RATIO: f32 = 0.95;
+
+/// The area of a triangle that counts as an occluder.
+fn occluding_area(triangle: &TriangleRef) -> f64 {
+    triangle.triangle.area() * occluding_fraction(triangle.flags.class)
 }
 
-/// Triangles in one place, by rising index, by how they look.
-pub(crate) fn alike(place: impl Iterator<Item = (u32, SurfaceFlags)>) -> Vec<Alike> {
-    let mut alike: Vec<Alike> = Vec::new();
-    for (id, look) in place {
-        match alike.iter_mut().find(|a| a.look == look) {
-            Some(a) => a.ids.push(id),
-            None => alike.push(Alike { look, ids: vec![id] }),
-        }
-    }
-    alike
-}
-
-/// A box around two takes the place of both where it has no more than this share of their surface.
-const ALIKE: f32 = 0.95;
-
-/// How much area stops light.
-fn area(fit: &TriangleRef) -> f64 {
-    fit.corners.area() * stopping(fit.look.class)
-}
-
-/// What is in a box.
+/// The contents of a box.
 #[derive(Clone, Copy)]
-enum Slot {
-    /// The index of a triangle among all.
+enum BoxPrims {
+    /// The index of a triangle in the input.
     One(u32),
     Two([u32; 2]),
-    /// The index of a pile.
-    Pile(u32),
+    /// An index of [`ClusterPrims::equal_boxes`].
+    Many(u32),
 }
 
-/// The triangles of a region.
+/// The triangles of a cluster.
 #[derive(Default)]
-pub(crate) struct Neighbours {
+pub(crate) struct ClusterPrims {
     boxes: Vec<ObvhsAabb>,
-    /// What is in each.
-    slots: Vec<Slot>,
-    /// How much area stops light in each box.
+    /// The contents of each box.
+    prims: Vec<BoxPrims>,
+    /// The occluding area in each box.
     areas: Vec<f64>,
-    /// Entries with equal boxes. The id of an entry is a triangle's, or [`COINCIDENT`] and that of a group.
-    piles: Vec<Vec<TriangleRef>>,
-    groups: Vec<Vec<Alike>>,
-    /// Triangles that are where another is.
-    coincident: u64,
+    /// Lists of entries with equal boxes. The id of an entry is a triangle's, or [`COINCIDENT`] and an index of
+    /// `coincident`.
+    equal_boxes: Vec<Vec<TriangleRef>>,
+    coincident: Vec<Vec<CoincidentGroup>>,
+    /// Number of triangles that are coincident with one of a lower id.
+    coincident_count: u64,
 }
 
-impl Neighbours {
-    /// Those of `all` that `keys` tells of, by cell.
-    pub fn new(all: &[TriangleRef], keys: &[MortonKey]) -> Neighbours {
-        let (boxes, slots) = (Vec::with_capacity(keys.len()), Vec::with_capacity(keys.len()));
-        let areas = Vec::with_capacity(keys.len());
-        let mut own = Neighbours { boxes, slots, areas, ..Neighbours::default() };
+impl ClusterPrims {
+    /// Makes the cluster of some triangles of `all`, by their keys sorted by cell.
+    pub fn new(all: &[TriangleRef], keys: &[MortonKey]) -> ClusterPrims {
+        let mut cluster = ClusterPrims {
+            boxes: Vec::with_capacity(keys.len()),
+            prims: Vec::with_capacity(keys.len()),
+            areas: Vec::with_capacity(keys.len()),
+            ..ClusterPrims::default()
+        };
         for cell in keys.chunk_by(|a, b| a.cell() == b.cell()) {
             match cell {
-                [key] => {
-                    let fit = &all[key.index()];
-                    own.add(fit.aabb(), Slot::One(key.index() as u32), area(fit));
-                }
-                _ => own.share(all, cell.iter().map(|key| key.index() as u32).collect()),
+                [key] => cluster.add_one(all, key.index() as u32),
+                _ => cluster.add_cell(all, cell.iter().map(|key| key.index() as u32).collect()),
             }
         }
-        own.pair();
-        own
+        cluster.merge_pairs();
+        cluster
     }
 
-    /// Adds a box, and how much area in it stops light.
-    fn add(&mut self, bounds: ObvhsAabb, slot: Slot, area: f64) {
+    fn add(&mut self, bounds: ObvhsAabb, prims: BoxPrims, area: f64) {
         self.boxes.push(bounds);
-        self.slots.push(slot);
+        self.prims.push(prims);
         self.areas.push(area);
     }
 
-    /// Puts triangles into one box with the next along the curve, where that box is met by fewer lines than their
-    /// own are together, and the next one has not more to gain from the one after it.
-    fn pair(&mut self) {
-        let mut coming = self.gain(0);
-        let (mut from, mut to) = (0, 0);
-        while from < self.slots.len() {
-            let gain = coming;
-            coming = self.gain(from + 1);
-            let (mut bounds, mut slot, mut area) = (self.boxes[from], self.slots[from], self.areas[from]);
+    /// Adds triangle `i` in a box of its own.
+    fn add_one(&mut self, all: &[TriangleRef], i: u32) {
+        let triangle = &all[i as usize];
+        self.add(triangle.aabb(), BoxPrims::One(i), occluding_area(triangle));
+    }
+
+    /// Adds the triangles of a cell, those with equal boxes together.
+    fn add_cell(&mut self, all: &[TriangleRef], mut cell: Vec<u32>) {
+        let triangle = |&i: &u32| &all[i as usize].triangle;
+        let bounds = |i: &u32| triangle(i).bounds().to_bits();
+        cell.sort_unstable_by_key(|i| (bounds(i), triangle(i).to_bits(), *i));
+        for equal in cell.chunk_by(|a, b| bounds(a) == bounds(b)) {
+            if let [only] = equal {
+                self.add_one(all, *only);
+                continue;
+            }
+            let coincident = equal.chunk_by(|a, b| triangle(a).to_bits() == triangle(b).to_bits());
+            let entries: Vec<TriangleRef> = coincident.map(|triangles| self.entry(all, triangles)).collect();
+            let area = entries.iter().map(occluding_area).sum();
+            self.add(entries[0].aabb(), BoxPrims::Many(self.equal_boxes.len() as u32), area);
+            self.equal_boxes.push(entries);
+        }
+    }
+
+    /// Makes one entry of coincident triangles.
+    fn entry(&mut self, all: &[TriangleRef], coincident: &[u32]) -> TriangleRef {
+        let first = all[coincident[0] as usize];
+        if coincident.len() == 1 {
+            return first;
+        }
+        self.coincident_count += coincident.len() as u64 - 1;
+        let triangles = coincident.iter().map(|&i| &all[i as usize]);
+        self.coincident.push(group_by_flags(triangles.map(|triangle| (triangle.id, triangle.flags))));
+        TriangleRef { id: COINCIDENT | (self.coincident.len() - 1) as u32, ..first }
+    }
+
+    /// Puts a triangle and the next one along the curve into one box where that reduces the area, and where the
+    /// second would not gain more with its successor.
+    fn merge_pairs(&mut self) {
+        let mut next_gain = self.pair_gain(0);
+        let mut from = 0;
+        let mut to = 0;
+        while from < self.prims.len() {
+            let gain = next_gain;
+            next_gain = self.pair_gain(from + 1);
+            let mut bounds = self.boxes[from];
+            let mut prims = self.prims[from];
+            let mut area = self.areas[from];
             if gain > 0.0
-                && gain >= coming
-                && let (Slot::One(a), Slot::One(b)) = (slot, self.slots[from + 1])
+                && gain >= next_gain
+                && let (BoxPrims::One(a), BoxPrims::One(b)) = (prims, self.prims[from + 1])
             {
                 from += 1;
-                (bounds, slot) = (bounds.union(&self.boxes[from]), Slot::Two([a, b]));
+                bounds = bounds.union(&self.boxes[from]);
+                prims = BoxPrims::Two([a, b]);
                 area += self.areas[from];
-                coming = self.gain(from + 1);
+                next_gain = self.pair_gain(from + 1);
             }
-            (self.boxes[to], self.slots[to], self.areas[to]) = (bounds, slot, area);
-            (from, to) = (from + 1, to + 1);
+            self.boxes[to] = bounds;
+            self.prims[to] = prims;
+            self.areas[to] = area;
+            from += 1;
+            to += 1;
         }
         self.boxes.truncate(to);
-        self.slots.truncate(to);
+        self.prims.truncate(to);
         self.areas.truncate(to);
     }
 
-    /// By how much fewer lines meet a box around triangle `i` and the next than meet their own; nothing where
-    /// either is not alone in its box.
-    fn gain(&self, i: usize) -> f32 {
-        match (self.slots.get(i..i + 2), self.boxes.get(i..i + 2)) {
-            (Some([Slot::One(_), Slot::One(_)]), Some([a, b])) => {
-                ALIKE * (a.half_area() + b.half_area()) - a.union(b).half_area()
+    /// Returns by how much a box around boxes `i` and `i + 1` is smaller than [`PAIR_AREA_RATIO`] of both; 0 where
+    /// either does not hold a single triangle.
+    fn pair_gain(&self, i: usize) -> f32 {
+        match (self.prims.get(i..i + 2), self.boxes.get(i..i + 2)) {
+            (Some([BoxPrims::One(_), BoxPrims::One(_)]), Some([a, b])) => {
+                PAIR_AREA_RATIO * (a.half_area() + b.half_area()) - a.union(b).half_area()
             }
             _ => 0.0,
         }
     }
-
-    /// Takes the triangles of a cell.
-    fn share(&mut self, all: &[TriangleRef], mut cell: Vec<u32>) {
-        let of = |&i: &u32| &all[i as usize];
-        let bounds = |i: &u32| of(i).corners.bounds().to_bits();
-        cell.sort_unstable_by_key(|i| (bounds(i), of(i).corners.bits(), *i));
-        for pile in cell.chunk_by(|a, b| bounds(a) == bounds(b)) {
-            if let [only] = pile {
-                self.add(of(only).aabb(), Slot::One(*only), area(of(only)));
-                continue;
-            }
-            let places = pile.chunk_by(|a, b| of(a).corners.bits() == of(b).corners.bits());
-            let entries: Vec<TriangleRef> = places.map(|place| self.entry(all, place)).collect();
-            let area = entries.iter().map(area).sum();
-            self.add(entries[0].aabb(), Slot::Pile(self.piles.len() as u32), area);
-            self.piles.push(entries);
-        }
-    }
-
-    /// The entry for triangles in one place.
-    fn entry(&mut self, all: &[TriangleRef], place: &[u32]) -> TriangleRef {
-        let first = all[place[0] as usize];
-        if place.len() == 1 {
-            return first;
-        }
-        self.coincident += place.len() as u64 - 1;
-        let group = alike(place.iter().map(|&i| &all[i as usize]).map(|fit| (fit.id, fit.look)));
-        self.groups.push(group);
-        TriangleRef { id: COINCIDENT | (self.groups.len() - 1) as u32, ..first }
-    }
 }
 
-impl Region for Neighbours {
-    type Leaves = Held;
+impl Cluster for ClusterPrims {
+    type Leaves = LeafPrims;
 
     fn boxes(&self) -> &[ObvhsAabb] {
         &self.boxes
     }
 
-    fn entries(&self, i: u32) -> u32 {
-        match self.slots[i as usize] {
-            Slot::One(_) => 1,
-            Slot::Two(_) => 2,
-            Slot::Pile(pile) => self.piles[pile as usize].len() as u32,
+    fn entry_count(&self, i: u32) -> u32 {
+        match self.prims[i as usize] {
+            BoxPrims::One(_) => 1,
+            BoxPrims::Two(_) => 2,
+            BoxPrims::Many(i) => self.equal_boxes[i as usize].len() as u32,
         }
     }
 
-    fn leaves<'a>(self, members: impl Iterator<Item = &'a [u32]>) -> Filled<Held> {
-        let Neighbours { boxes, slots, areas, piles, groups, coincident } = self;
-        // Most boxes hold two.
-        let entries = Vec::with_capacity(2 * boxes.len());
-        let mut leaves = Held { entries, ends: Vec::new(), others: Vec::new(), groups, coincident };
-        let (mut firsts, mut odds) = (Vec::new(), Vec::new());
-        let mut places = 0;
-        for leaf in members {
-            let start = leaves.entries.len();
+    fn into_leaves<'a>(self, leaves: impl Iterator<Item = &'a [u32]>) -> ClusterLeaves<LeafPrims> {
+        let ClusterPrims { boxes, prims, areas, equal_boxes, coincident, coincident_count } = self;
+        let mut contents = LeafPrims {
+            // Most boxes hold two triangles.
+            entries: Vec::with_capacity(2 * boxes.len()),
+            leaf_ends: Vec::new(),
+            others: Vec::new(),
+            coincident,
+            coincident_count,
+        };
+        let mut numbers = Vec::new();
+        let mut occlusion_costs = Vec::new();
+        let mut end = 0;
+        for leaf in leaves {
+            let first_entry = contents.entries.len();
             for &i in leaf {
-                match slots[i as usize] {
-                    Slot::One(triangle) => leaves.entries.push(triangle),
-                    Slot::Two(both) => leaves.entries.extend(both),
-                    Slot::Pile(pile) => leaves.pile(&piles[pile as usize]),
+                match prims[i as usize] {
+                    BoxPrims::One(triangle) => contents.entries.push(triangle),
+                    BoxPrims::Two(triangles) => contents.entries.extend(triangles),
+                    BoxPrims::Many(i) => contents.add_others(&equal_boxes[i as usize]),
                 }
             }
-            let end = leaves.entries.len();
-            leaves.ends.push(end as u32);
-            firsts.push(places);
-            let blocks = (end - start).div_ceil(TRIANGLE_LANES) as u32;
-            places += blocks;
+            let last_entry = contents.entries.len();
+            contents.leaf_ends.push(last_entry as u32);
+            let blocks = (last_entry - first_entry).div_ceil(TRIANGLE_LANES) as u32;
+            numbers.push(end);
+            end += blocks;
             let bounds = Aabb::union_of(leaf.iter().map(|&i| boxes[i as usize].into()));
-            odds.push(OcclusionCost::of_leaf(bounds, leaf.iter().map(|&i| areas[i as usize]).sum(), blocks));
+            let area = leaf.iter().map(|&i| areas[i as usize]).sum();
+            occlusion_costs.push(OcclusionCost::of_leaf(bounds, area, blocks));
         }
-        Filled { leaves, firsts, places, odds }
+        ClusterLeaves { contents, numbers, end, occlusion_costs }
     }
 }
 
-/// What the leaves of a region hold.
-pub(crate) struct Held {
-    /// The index of a triangle among all, or [`COINCIDENT`] and an index of `others`; and where each leaf's end.
+/// The triangles in the leaves of a cluster.
+pub(crate) struct LeafPrims {
+    /// Index of a triangle in the input, or [`COINCIDENT`] and an index of `others`.
     entries: Vec<u32>,
-    ends: Vec<u32>,
-    /// What shares a box.
+    /// End of each leaf's range in `entries`.
+    leaf_ends: Vec<u32>,
+    /// Entries that share a box.
     others: Vec<TriangleRef>,
-    pub groups: Vec<Vec<Alike>>,
-    pub coincident: u64,
+    pub coincident: Vec<Vec<CoincidentGroup>>,
+    pub coincident_count: u64,
 }
 
-impl Held {
-    fn pile(&mut self, pile: &[TriangleRef]) {
-        for &entry in pile {
+impl LeafPrims {
+    fn add_others(&mut self, entries: &[TriangleRef]) {
+        for &entry in entries {
             self.entries.push(COINCIDENT | self.others.len() as u32);
             self.others.push(entry);
         }
@@ -231,103 +232,31 @@ impl Held {
         self.entries.len()
     }
 
-    /// Fills their blocks with triangles of `all`. The groups of other regions before this one's are so many.
-    pub fn fill(&self, all: &[TriangleRef], groups: u32, blocks: &mut [Triangle4]) {
+    /// Packs the triangles of `all` into blocks. `first_coincident` is the number of sets of coincident triangles in
+    /// earlier clusters.
+    pub fn pack(&self, all: &[TriangleRef], first_coincident: u32, blocks: &mut [Triangle4]) {
         let entry = |&entry: &u32| match entry & COINCIDENT {
             0 => all[entry as usize],
             _ => {
                 let other = self.others[(entry & !COINCIDENT) as usize];
-                TriangleRef {
-                    id: if other.id & COINCIDENT == 0 { other.id } else { other.id + groups },
-                    ..other
-                }
+                let id = if other.id & COINCIDENT == 0 { other.id } else { other.id + first_coincident };
+                TriangleRef { id, ..other }
             }
         };
         let mut start = 0;
-        let mut to = blocks.iter_mut();
-        for &end in &self.ends {
+        let mut blocks = blocks.iter_mut();
+        for &end in &self.leaf_ends {
             let leaf = &self.entries[start..end as usize];
             start = end as usize;
-            for (nth, (some, block)) in leaf.chunks(TRIANGLE_LANES).zip(&mut to).enumerate() {
-                let mut triangles = [TriangleRef::NOWHERE; TRIANGLE_LANES];
-                triangles.iter_mut().zip(some).for_each(|(to, of)| *to = entry(of));
-                *block = Triangle4::new(&triangles[..some.len()], (nth + 1) * TRIANGLE_LANES >= leaf.len());
+            for (nth, (entries, block)) in leaf.chunks(TRIANGLE_LANES).zip(&mut blocks).enumerate() {
+                let mut triangles = [TriangleRef::REJECTED; TRIANGLE_LANES];
+                triangles.iter_mut().zip(entries).for_each(|(to, from)| *to = entry(from));
+                let is_last = (nth + 1) * TRIANGLE_LANES >= leaf.len();
+                *block = Triangle4::new(&triangles[..entries.len()], is_last);
             }
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use glam::Vec3;
-    use rayon::iter::ParallelIterator;
-
-    use super::*;
-    use crate::accel::build::input_triangles::{InputTriangle, clean};
-    use crate::accel::build::morton_clusters::MortonClusters;
-
-    fn fits(corners: &[[Vec3; 3]]) -> Vec<TriangleRef> {
-        clean(corners.len(), |i| InputTriangle { v: corners[i], look: SurfaceFlags::default() }).0
-    }
-
-    /// One region of all.
-    fn region(all: &[TriangleRef]) -> Neighbours {
-        let regions = MortonClusters::new(all, usize::MAX);
-        let mut made: Vec<Neighbours> = regions.par_iter().map(|keys| Neighbours::new(all, keys)).collect();
-        assert_eq!(made.len(), 1);
-        made.remove(0)
-    }
-
-    /// A field of hills of so many quads each way, each cut in two.
-    fn hills(quads: u32) -> Vec<[Vec3; 3]> {
-        let height = |x: u32, y: u32| (x as f32 * 0.7).sin() + (y as f32 * 0.4).cos();
-        let at = |x: u32, y: u32| Vec3::new(x as f32, y as f32, height(x, y));
-        let both = |i: u32| {
-            let (x, y) = (i % quads, i / quads);
-            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
-            [[a, b, c], [a, c, d]]
-        };
-        (0..quads * quads).flat_map(both).collect()
-    }
-
-    #[test]
-    fn halves_of_quads_share_a_box_and_each_triangle_is_in_one() {
-        let all = fits(&hills(40));
-        let region = region(&all);
-        let own = |i: &u32| all[*i as usize].aabb();
-        let mut inside = Vec::new();
-        for (bounds, slot) in region.boxes.iter().zip(&region.slots) {
-            match slot {
-                Slot::One(i) => {
-                    assert_eq!(*bounds, own(i));
-                    inside.push(*i);
-                }
-                Slot::Two(both) => {
-                    let [a, b] = both.each_ref().map(own);
-                    assert_eq!(*bounds, a.union(&b));
-                    assert!(bounds.half_area() < a.half_area() + b.half_area());
-                    inside.extend(both);
-                }
-                Slot::Pile(pile) => inside.extend(region.piles[*pile as usize].iter().map(|fit| fit.id)),
-            }
-        }
-        inside.sort_unstable();
-        assert!(inside.into_iter().eq(0..all.len() as u32));
-        assert!(region.boxes.len() < all.len() * 6 / 10, "{} of {}", region.boxes.len(), all.len());
-        // What stops light is all there still.
-        let whole: f64 = all.iter().map(area).sum();
-        assert!((region.areas.iter().sum::<f64>() / whole - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn what_lies_apart_keeps_its_own_box() {
-        let apart = |i: u32| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p + 3.0 * i as f32 * Vec3::X);
-        let all = fits(&(0..50).map(apart).collect::<Vec<_>>());
-        assert_eq!(region(&all).boxes.len(), 50);
-        // Areas of boxes that are no numbers tell of nothing to gain.
-        let huge = |i: u32| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| (p - 0.5) * 1e18 + i as f32 * 1e14);
-        let all = fits(&(0..50).map(huge).collect::<Vec<_>>());
-        let region = region(&all);
-        assert_eq!((0..region.boxes.len() as u32).map(|i| region.entries(i)).sum::<u32>(), 50);
-    }
-}
+mod tests;

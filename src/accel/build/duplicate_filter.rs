@@ -1,101 +1,102 @@
-//! Which boxes are seen more than once, as far as bits can tell.
+//! Duplicate filter: a one-hash filter that flags bounding boxes that may be duplicates.
 //!
-//! Each box's hash sets a bit, and where that is set already, a bit in a second table. Only boxes with
-//! a bit in the second table need to be compared.
+//! The hash of each box sets a bit of a table, and, where that bit is set already, the same bit of a second one.
+//! Only boxes with a bit in the second table have to be compared.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use crate::accel::bvh::aabb::Aabb;
 use crate::simd::prefetch;
 
-/// Both tables.
+/// The two tables.
 pub(crate) struct DuplicateFilter {
-    seen: Bits,
-    again: Bits,
+    once: BitTable,
+    twice: BitTable,
 }
 
 impl DuplicateFilter {
-    /// For so many boxes.
+    /// Makes a filter for `count` boxes.
     pub fn new(count: usize) -> DuplicateFilter {
-        DuplicateFilter { seen: Bits::new(count), again: Bits::new(count) }
+        DuplicateFilter { once: BitTable::new(count), twice: BitTable::new(count) }
     }
 
-    /// Takes note of boxes.
-    pub fn watch(&self) -> Inserter<'_> {
-        Inserter { again: self, late: [None; LATE], next: 0 }
+    /// Returns an inserter. Each thread needs its own; drop them all before asking for duplicates.
+    pub fn inserter(&self) -> Inserter<'_> {
+        Inserter { filter: self, delayed: [None; DELAY], next: 0 }
     }
 
-    fn see(&self, hash: u64) {
-        if self.seen.set(hash) {
-            self.again.set(hash);
+    fn insert(&self, hash: u64) {
+        if self.once.set(hash) {
+            self.twice.set(hash);
         }
     }
 
-    /// False for a box that was not seen more than once.
-    pub fn repeated(&self, of: &Aabb) -> bool {
-        self.again.get(hash(of))
+    /// Returns false for a box that was inserted at most once.
+    pub fn maybe_duplicate(&self, bounds: &Aabb) -> bool {
+        self.twice.get(hash(bounds))
     }
 }
 
-/// Boxes between being told of and being noted.
-const LATE: usize = 16;
+/// Boxes between prefetching their bit and setting it.
+const DELAY: usize = 16;
 
-/// Takes note of boxes, each only when some more have been told of. The tables are large and boxes lie all
-/// over them: meanwhile the memory comes that the note goes to.
+/// Inserts boxes with a delay. The tables are large and are accessed at random: the delay hides the memory latency.
 pub(crate) struct Inserter<'a> {
-    again: &'a DuplicateFilter,
-    late: [Option<u64>; LATE],
+    filter: &'a DuplicateFilter,
+    delayed: [Option<u64>; DELAY],
     next: usize,
 }
 
 impl Inserter<'_> {
-    /// Takes note of a box.
-    pub fn see(&mut self, of: &Aabb) {
-        let hash = hash(of);
-        prefetch(self.again.seen.place(hash).0);
-        let slot = &mut self.late[self.next % LATE];
+    /// Inserts a box.
+    pub fn insert(&mut self, bounds: &Aabb) {
+        let hash = hash(bounds);
+        prefetch(self.filter.once.locate(hash).0);
+        let slot = &mut self.delayed[self.next % DELAY];
         self.next = self.next.wrapping_add(1);
         if let Some(hash) = slot.replace(hash) {
-            self.again.see(hash);
+            self.filter.insert(hash);
         }
     }
 }
 
 impl Drop for Inserter<'_> {
     fn drop(&mut self) {
-        self.late.iter().flatten().for_each(|&hash| self.again.see(hash));
+        self.delayed.iter().flatten().for_each(|&hash| self.filter.insert(hash));
     }
 }
 
-/// A table of bits, 16 for each thing that is entered.
-struct Bits(Vec<AtomicU64>);
+/// A table of 16 bits or more for each box.
+struct BitTable(Vec<AtomicU64>);
 
-impl Bits {
-    fn new(count: usize) -> Bits {
+impl BitTable {
+    fn new(count: usize) -> BitTable {
         let words = (count / 4).next_power_of_two().max(16);
-        Bits((0..words).map(|_| AtomicU64::new(0)).collect())
+        BitTable((0..words).map(|_| AtomicU64::new(0)).collect())
     }
 
-    fn place(&self, hash: u64) -> (&AtomicU64, u64) {
+    /// Returns the word and the bit in it.
+    fn locate(&self, hash: u64) -> (&AtomicU64, u64) {
         (&self.0[(hash >> 6) as usize & (self.0.len() - 1)], 1 << (hash & 63))
     }
 
-    /// True where the bit was set before.
+    /// Sets a bit and returns whether it was set before.
     fn set(&self, hash: u64) -> bool {
-        let (word, bit) = self.place(hash);
+        let (word, bit) = self.locate(hash);
         word.fetch_or(bit, Relaxed) & bit != 0
     }
 
     fn get(&self, hash: u64) -> bool {
-        let (word, bit) = self.place(hash);
+        let (word, bit) = self.locate(hash);
         word.load(Relaxed) & bit != 0
     }
 }
 
 /// A 64-bit hash of a box: each step multiplies by an odd constant and folds the high bits down.
-fn hash(&Aabb { min: lo, max: hi }: &Aabb) -> u64 {
+fn hash(&Aabb { min, max }: &Aabb) -> u64 {
     let pair = |a: f32, b: f32| u64::from(a.to_bits()) | u64::from(b.to_bits()) << 32;
-    [pair(lo.x, lo.y), pair(lo.z, hi.x), pair(hi.y, hi.z)].into_iter().fold(0, |hash: u64, x| {
+    let words = [pair(min.x, min.y), pair(min.z, max.x), pair(max.y, max.z)];
+    words.into_iter().fold(0, |hash: u64, x| {
         let x = (hash ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         x ^ (x >> 29)
     })

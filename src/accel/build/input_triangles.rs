@@ -1,123 +1,114 @@
-//! What goes into a tree: triangles that can be hit.
-//!
-//! Triangles that are not finite or have no area are left out and counted.
+//! Filters the input of a BVH build: rejects triangles that are not finite or have no area, and counts them.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use glam::Vec3;
 use obvhs::Boundable;
 use obvhs::aabb::Aabb as ObvhsAabb;
 use rayon::prelude::*;
 
-use crate::accel::BuildReport;
 use crate::accel::build::canonical_triangle::{CanonicalTriangle, Degeneracy};
-use crate::scene::SurfaceClass;
+use crate::accel::build::surface_flags::SurfaceFlags;
+use crate::accel::report::BuildReport;
 
-/// What a ray needs to know of a triangle's surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct SurfaceFlags {
-    pub class: SurfaceClass,
-    pub single_sided: bool,
-    /// True where the front is seen by rays that run along the corners' normal.
-    pub reversed: bool,
-}
+/// Bits of a triangle's index: it shares 32 bits with the marks of leaf entries.
+pub(crate) const INDEX_BITS: u32 = 30;
 
-/// A triangle to be cleaned. `look.reversed` says that the corners' winding is that of the back.
+/// Most triangles in a BVH.
+pub(crate) const MAX_TRIANGLES: usize = (1 << INDEX_BITS) - 1;
+
+/// A triangle as the scene has it. `flags.reversed` is true where its winding is that of the back face.
 #[derive(Clone, Copy)]
 pub(crate) struct InputTriangle {
-    pub v: [glam::Vec3; 3],
-    pub look: SurfaceFlags,
+    pub vertices: [Vec3; 3],
+    pub flags: SurfaceFlags,
 }
 
 impl InputTriangle {
-    /// Its corners in the order of the hit test, and how it looks with them.
-    pub fn sorted(self) -> Result<(CanonicalTriangle, SurfaceFlags), Degeneracy> {
-        let (corners, turned) = CanonicalTriangle::new(self.v)?;
-        Ok((corners, SurfaceFlags { reversed: self.look.reversed ^ turned, ..self.look }))
+    /// Sorts the vertices, and adjusts the flags to their winding.
+    pub fn canonical(self) -> Result<(CanonicalTriangle, SurfaceFlags), Degeneracy> {
+        let (triangle, flipped) = CanonicalTriangle::new(self.vertices)?;
+        Ok((triangle, SurfaceFlags { reversed: self.flags.reversed ^ flipped, ..self.flags }))
     }
 }
 
-/// A triangle that can be hit.
+/// A triangle in the build: canonical, with its flags and index.
 #[derive(Clone, Copy)]
 pub(crate) struct TriangleRef {
-    pub corners: CanonicalTriangle,
-    pub look: SurfaceFlags,
-    /// Its index.
+    pub triangle: CanonicalTriangle,
+    pub flags: SurfaceFlags,
     pub id: u32,
 }
 
 impl TriangleRef {
-    /// What is nowhere.
-    pub const NOWHERE: TriangleRef = TriangleRef {
-        corners: CanonicalTriangle::NOWHERE,
-        look: SurfaceFlags { class: SurfaceClass::Opaque, single_sided: false, reversed: false },
-        id: UNFIT,
-    };
+    /// A rejected triangle.
+    pub const REJECTED: TriangleRef =
+        TriangleRef { triangle: CanonicalTriangle::ZERO, flags: SurfaceFlags::OPAQUE, id: u32::MAX };
 }
 
 impl Boundable for TriangleRef {
     fn aabb(&self) -> ObvhsAabb {
-        self.corners.bounds().into()
+        self.triangle.bounds().into()
     }
 }
 
-/// Most triangles that a tree can hold: their indices share 32 bits with two marks.
-pub(crate) const MOST: usize = (1 << 30) - 1;
-
-/// Marks a triangle that cannot be hit.
-const UNFIT: u32 = u32::MAX;
-
-/// What cannot be hit, by why.
+/// Counts rejected triangles, on all threads.
 #[derive(Default)]
-struct Unfits {
+struct RejectCounter {
     non_finite: AtomicU64,
     zero_area: AtomicU64,
 }
 
-impl Unfits {
-    fn count(&self, unfit: Degeneracy) {
-        let counter = if unfit == Degeneracy::NonFinite { &self.non_finite } else { &self.zero_area };
+impl RejectCounter {
+    fn count(&self, degeneracy: Degeneracy) {
+        let counter = match degeneracy {
+            Degeneracy::NonFinite => &self.non_finite,
+            Degeneracy::ZeroArea => &self.zero_area,
+        };
         counter.fetch_add(1, Relaxed);
     }
 
-    fn report(self) -> BuildReport {
-        let Unfits { non_finite, zero_area } = self;
+    fn into_report(self) -> BuildReport {
         BuildReport {
-            non_finite: non_finite.into_inner(),
-            zero_area: zero_area.into_inner(),
-            ..BuildReport::default()
+            non_finite: self.non_finite.into_inner(),
+            zero_area: self.zero_area.into_inner(),
+            coincident: 0,
         }
     }
 }
 
-/// The numbers of `raw(0..count)`, up to [`MOST`], in order and by all threads.
-fn numbers(count: usize) -> impl IndexedParallelIterator<Item = usize> {
-    (0..count.min(MOST)).into_par_iter().with_min_len(1 << 12)
+/// The indices of `count` triangles, up to [`MAX_TRIANGLES`], for all threads.
+pub(crate) fn par_indices(count: usize) -> impl IndexedParallelIterator<Item = usize> {
+    (0..count.min(MAX_TRIANGLES)).into_par_iter().with_min_len(1 << 12)
 }
 
-/// Those of `raw(0..count)` that can be hit. Those beyond [`MOST`] are left out.
-pub(crate) fn clean(
+/// Returns the triangles of `input(0..count)` that can be hit, and how many it rejected. Ignores those beyond
+/// [`MAX_TRIANGLES`].
+pub(crate) fn filter_triangles(
     count: usize,
-    raw: impl Fn(usize) -> InputTriangle + Sync,
+    input: impl Fn(usize) -> InputTriangle + Sync,
 ) -> (Vec<TriangleRef>, BuildReport) {
-    let unfits = Unfits::default();
-    let one = |i: usize| match raw(i).sorted() {
-        Ok((corners, look)) => TriangleRef { corners, look, id: i as u32 },
-        Err(unfit) => {
-            unfits.count(unfit);
-            TriangleRef::NOWHERE
+    let rejects = RejectCounter::default();
+    let reference = |i: usize| match input(i).canonical() {
+        Ok((triangle, flags)) => TriangleRef { triangle, flags, id: i as u32 },
+        Err(degeneracy) => {
+            rejects.count(degeneracy);
+            TriangleRef::REJECTED
         }
     };
-    let mut fit: Vec<TriangleRef> = numbers(count).map(one).collect();
-    let report = unfits.report();
+    let mut triangles: Vec<TriangleRef> = par_indices(count).map(reference).collect();
+    let report = rejects.into_report();
     if report != BuildReport::default() {
-        fit.retain(|fit| fit.id != UNFIT);
+        triangles.retain(|triangle| triangle.id != TriangleRef::REJECTED.id);
     }
-    (fit, report)
+    (triangles, report)
 }
 
-/// What [`clean`] would leave out.
-pub(crate) fn left_out(count: usize, raw: impl Fn(usize) -> InputTriangle + Sync) -> BuildReport {
-    let unfits = Unfits::default();
-    numbers(count).filter_map(|i| raw(i).sorted().err()).for_each(|unfit| unfits.count(unfit));
-    unfits.report()
+/// Counts the triangles that [`filter_triangles`] would reject.
+pub(crate) fn count_rejected(count: usize, input: impl Fn(usize) -> InputTriangle + Sync) -> BuildReport {
+    let rejects = RejectCounter::default();
+    par_indices(count)
+        .filter_map(|i| input(i).canonical().err())
+        .for_each(|degeneracy| rejects.count(degeneracy));
+    rejects.into_report()
 }

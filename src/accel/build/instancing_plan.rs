@@ -1,159 +1,164 @@
-//! Which triangles go into the world's trees, and which share a tree in their own frame.
+//! Instancing plan: which instances are flattened into world-space BVHs, and which meshes get a BLAS of their own.
 //!
-//! Rays go through a world's tree together and through placed ones alone, so what is drawn in few
-//! triangles goes into the world, however often its mesh is drawn. What keeps its place and what may
-//! move are worlds of their own: from pose to pose, the second alone has work.
+//! Ray packets traverse world BVHs, but only single rays traverse the TLAS. So meshes with few triangles are
+//! flattened, however often they are instanced. Static and dynamic instances have a world BVH each: from pose to
+//! pose, only the dynamic one changes.
 //!
-//! A hit in a frame of its own is rounded there, and its t may differ in the last bit from that in the
-//! world. So what goes where depends on the scene and its pose alone, never on what was rendered before:
-//! frames have the same bytes however they are shared out.
+//! A hit in a BLAS is rounded in local space, so that its t may differ in the last bit from that in the world.
+//! The plan therefore depends on the scene and its pose only, never on earlier frames: the bytes of a frame are the
+//! same however frames are distributed over processes.
 
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::accel::build::surface_flags::MeshFlags;
-use crate::accel::bvh::tlas::InstanceTransform;
+use crate::accel::bvh::instance::InstanceTransform;
+use crate::accel::settings::FlattenBudget;
 use crate::geometry::Transform;
 use crate::scene::{PosedInstance, PosedScene};
 
-/// An instance whose triangles are in a world's tree.
+/// An instance whose triangles are in a world BVH.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Member {
+pub(crate) struct FlattenedInstance {
+    /// Index of the instance in the scene.
     pub instance: u32,
     pub to_world: DAffine3,
-    pub look: MeshFlags,
+    pub flags: MeshFlags,
 }
 
-/// Its members, by rising index.
-pub(crate) type World = Vec<Member>;
+/// The instances of a world BVH, by ascending index.
+pub(crate) type World = Vec<FlattenedInstance>;
 
-/// A mesh that has a tree of its own.
+/// A mesh with a BLAS of its own.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PlacedMesh {
-    /// How it looks in its own frame.
-    pub look: MeshFlags,
-    /// Its instances, each in a [`InstanceTransform`].
+pub(crate) struct InstancedMesh {
+    /// Flags in local space.
+    pub flags: MeshFlags,
+    /// Indices of its instances, all of which have an [`InstanceTransform`].
     pub instances: Vec<u32>,
 }
 
-/// What goes where.
+/// The BVH that each visible instance goes to.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Plan {
-    /// What no animation moves.
-    pub still: World,
-    /// What may move or bend: its tree is refitted, or built again, with every pose.
-    pub moving: World,
-    /// Meshes with trees of their own.
-    pub placed: BTreeMap<u32, PlacedMesh>,
+pub(crate) struct InstancingPlan {
+    /// Instances that no animation moves.
+    pub static_world: World,
+    /// Instances that may move or deform: their BVH is refitted or rebuilt for every pose.
+    pub dynamic_world: World,
+    /// Meshes with a BLAS of their own.
+    pub instanced: BTreeMap<u32, InstancedMesh>,
 }
 
-/// Instances of one mesh that keep its shape.
-struct Drawn {
+/// The rigid instances of a mesh, either all static or all dynamic ones.
+struct RigidMesh {
     mesh: u32,
-    moves: bool,
+    is_dynamic: bool,
     instances: Vec<u32>,
 }
 
-/// Blas, each as often as it is drawn, that a world takes from meshes that could have trees of
-/// their own: the smallest first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FlattenBudget {
-    /// Of meshes that are drawn more than once. Every one costs its memory, and its time to build once.
-    pub static_triangles: u64,
-    /// Of meshes that move. Every one costs its time to build with every frame.
-    pub dynamic_triangles: u64,
-}
-
-impl Default for FlattenBudget {
-    fn default() -> Self {
-        FlattenBudget::DEFAULT
+impl RigidMesh {
+    /// Number of triangles of all instances.
+    fn triangles(&self, posed: &PosedScene) -> u64 {
+        posed.scene.meshes[self.mesh as usize].triangles.len() as u64 * self.instances.len() as u64
     }
 }
 
-impl FlattenBudget {
-    /// Where packets gain more than copies cost.
-    pub const DEFAULT: FlattenBudget =
-        FlattenBudget { static_triangles: 1 << 20, dynamic_triangles: 1 << 18 };
-    /// Every mesh that can gets a tree of its own.
-    pub const ZERO: FlattenBudget = FlattenBudget { static_triangles: 0, dynamic_triangles: 0 };
-}
-
-impl Plan {
-    /// Decides for all that is visible; `look` says how meshes look.
-    pub fn new(posed: &PosedScene, flatten: FlattenBudget, mut look: impl FnMut(u32) -> MeshFlags) -> Plan {
-        let mut plan = Plan::default();
-        let moving = posed.scene.animated_instances(&posed.scene.animations);
-        let mut rigid: BTreeMap<(bool, u32), Drawn> = BTreeMap::new();
-        let seen = |i: &PosedInstance| i.visible && !vanishes(&i.transform.affine.matrix3);
-        for (i, instance) in posed.instances.iter().enumerate().filter(|(_, i)| seen(i)) {
-            let to_world = instance.transform.affine;
-            let mesh = posed.scene.instances[i].mesh;
-            let moves = moving[i];
-            let keeps = instance.deformed.is_none() && !(moves && may_bend(posed, i as u32));
-            if keeps && InstanceTransform::new(to_world).is_some() {
-                let new = || Drawn { mesh, moves, instances: Vec::new() };
-                rigid.entry((moves, mesh)).or_insert_with(new).instances.push(i as u32);
+impl InstancingPlan {
+    /// Plans all visible instances. `flags` returns those of a mesh.
+    pub fn new(
+        posed: &PosedScene,
+        budget: FlattenBudget,
+        mut flags: impl FnMut(u32) -> MeshFlags,
+    ) -> InstancingPlan {
+        let mut plan = InstancingPlan::default();
+        let mut rigid_meshes = plan.flatten_deforming_instances(posed, &mut flags);
+        // The meshes with the fewest triangles first.
+        rigid_meshes.sort_by_key(|rigid| (rigid.triangles(posed), rigid.mesh));
+        let mut remaining = budget;
+        for rigid in rigid_meshes {
+            let triangles = rigid.triangles(posed);
+            let RigidMesh { mesh, is_dynamic, instances } = rigid;
+            let remaining = match is_dynamic {
+                true => &mut remaining.dynamic_triangles,
+                false => &mut remaining.static_triangles,
+            };
+            // A single static instance costs a world BVH no more than a BLAS of its own.
+            let is_free = !is_dynamic && instances.len() == 1;
+            if is_free || triangles <= *remaining {
+                *remaining -= if is_free { 0 } else { triangles };
+                let flags = flags(mesh);
+                let flattened = instances.iter().map(|&i| flattened_instance(posed, i, flags.clone()));
+                plan.world_mut(is_dynamic).extend(flattened);
             } else {
-                let world = if moves { &mut plan.moving } else { &mut plan.still };
-                world.push(member(posed, i as u32, look(mesh)));
+                let new = || InstancedMesh { flags: flags(mesh), instances: Vec::new() };
+                plan.instanced.entry(mesh).or_insert_with(new).instances.extend(instances);
             }
         }
-        let triangles = |drawn: &Drawn| {
-            let one = posed.scene.meshes[drawn.mesh as usize].triangles.len() as u64;
-            one * drawn.instances.len() as u64
-        };
-        let mut rigid: Vec<(u64, Drawn)> = rigid.into_values().map(|d| (triangles(&d), d)).collect();
-        rigid.sort_by_key(|(triangles, drawn)| (*triangles, drawn.mesh));
-        let mut left = flatten;
-        for (triangles, Drawn { mesh, moves, instances }) in rigid {
-            let left = if moves { &mut left.dynamic_triangles } else { &mut left.static_triangles };
-            // What stands still in one place costs a world no more than a tree of its own would.
-            let single = !moves && instances.len() == 1;
-            if single || triangles <= *left {
-                *left -= if single { 0 } else { triangles };
-                let world = if moves { &mut plan.moving } else { &mut plan.still };
-                let look = look(mesh);
-                world.extend(instances.iter().map(|&i| member(posed, i, look.clone())));
-            } else {
-                let new = || PlacedMesh { look: look(mesh), instances: Vec::new() };
-                plan.placed.entry(mesh).or_insert_with(new).instances.extend(instances);
-            }
-        }
-        plan.still.sort_unstable_by_key(|member| member.instance);
-        plan.moving.sort_unstable_by_key(|member| member.instance);
+        plan.static_world.sort_unstable_by_key(|flattened| flattened.instance);
+        plan.dynamic_world.sort_unstable_by_key(|flattened| flattened.instance);
         plan
     }
 
-    /// How a mesh that has a tree of its own looks.
-    pub fn look(&self, mesh: u32) -> Option<&MeshFlags> {
-        self.placed.get(&mesh).map(|placed| &placed.look)
+    /// Flattens the instances that cannot have a BLAS of their own, as they deform or have a degenerate transform,
+    /// and returns the others by mesh.
+    fn flatten_deforming_instances(
+        &mut self,
+        posed: &PosedScene,
+        mut flags: impl FnMut(u32) -> MeshFlags,
+    ) -> Vec<RigidMesh> {
+        let animated = posed.scene.animated_instances(&posed.scene.animations);
+        let mut rigid: BTreeMap<(bool, u32), RigidMesh> = BTreeMap::new();
+        let is_visible = |i: &PosedInstance| i.visible && !is_collapsed(&i.transform.affine.matrix3);
+        for (i, instance) in posed.instances.iter().enumerate().filter(|(_, i)| is_visible(i)) {
+            let mesh = posed.scene.instances[i].mesh;
+            let is_dynamic = animated[i];
+            let is_rigid = instance.deformed.is_none() && !(is_dynamic && may_deform(posed, i as u32));
+            if is_rigid && InstanceTransform::new(instance.transform.affine).is_some() {
+                let new = || RigidMesh { mesh, is_dynamic, instances: Vec::new() };
+                rigid.entry((is_dynamic, mesh)).or_insert_with(new).instances.push(i as u32);
+            } else {
+                self.world_mut(is_dynamic).push(flattened_instance(posed, i as u32, flags(mesh)));
+            }
+        }
+        rigid.into_values().collect()
     }
 
-    /// True where something lets part of the light through, or may.
-    pub fn is_translucent(&self) -> bool {
-        let worlds = self.still.iter().chain(&self.moving).map(|member| &member.look);
-        worlds.chain(self.placed.values().map(|placed| &placed.look)).any(MeshFlags::is_translucent)
+    fn world_mut(&mut self, is_dynamic: bool) -> &mut World {
+        if is_dynamic { &mut self.dynamic_world } else { &mut self.static_world }
     }
 
-    /// True where what moves may have another shape now, though it is where it was.
-    pub fn bends(&self, posed: &PosedScene) -> bool {
-        self.moving.iter().any(|member| may_bend(posed, member.instance))
+    /// Returns the flags of a mesh that has a BLAS of its own.
+    pub fn mesh_flags(&self, mesh: u32) -> Option<&MeshFlags> {
+        self.instanced.get(&mesh).map(|instanced| &instanced.flags)
+    }
+
+    /// Returns true where something may transmit light.
+    pub fn has_translucent(&self) -> bool {
+        let worlds = self.static_world.iter().chain(&self.dynamic_world).map(|flattened| &flattened.flags);
+        let instanced = self.instanced.values().map(|instanced| &instanced.flags);
+        worlds.chain(instanced).any(MeshFlags::is_translucent)
+    }
+
+    /// Returns true where a dynamic instance may change its shape, even if its transform is the same.
+    pub fn may_deform(&self, posed: &PosedScene) -> bool {
+        self.dynamic_world.iter().any(|flattened| may_deform(posed, flattened.instance))
     }
 }
 
-/// Whether everything becomes a line or a point, as what animations scale to 0 to hide it.
-fn vanishes(to_world: &DMat3) -> bool {
+/// Returns true where a transform collapses everything to a line or a point, such as a scale of 0 by which an
+/// animation hides an object.
+fn is_collapsed(to_world: &DMat3) -> bool {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *to_world;
     [x.cross(y), y.cross(z), z.cross(x)] == [DVec3::ZERO; 3]
 }
 
-fn member(posed: &PosedScene, instance: u32, look: MeshFlags) -> Member {
+fn flattened_instance(posed: &PosedScene, instance: u32, flags: MeshFlags) -> FlattenedInstance {
     let Transform { affine: to_world, flips_winding, .. } = posed.instances[instance as usize].transform;
-    Member { instance, to_world, look: look.placed(flips_winding) }
+    FlattenedInstance { instance, to_world, flags: flags.in_world(flips_winding) }
 }
 
-/// Whether an instance can be drawn in another shape than its mesh's.
-fn may_bend(posed: &PosedScene, instance: u32) -> bool {
+/// Returns true where morph targets or a skin may deform an instance.
+fn may_deform(posed: &PosedScene, instance: u32) -> bool {
     !posed.mesh(instance).morph_targets.is_empty() || posed.scene.instances[instance as usize].skin.is_some()
 }

@@ -1,7 +1,7 @@
-//! Leaves of one wide node that share out again what they hold, so that fewer blocks hold it all.
+//! Leaf packing: repacks the boxes of a wide node's leaves so that fewer blocks hold them.
 //!
-//! A binary tree's leaves are as full as its branches happen to be: of a block's four places hardly more than
-//! three are taken. But blocks are most of what a tree weighs, and in which leaf of a wide node something is
+//! The leaves of a binary tree are as full as its branches happen to be: hardly more than three of four lanes of a
+//! block are used. But blocks are most of a BVH's memory, and which leaf of a wide node holds a triangle
 //! matters little to rays.
 
 use obvhs::aabb::Aabb as ObvhsAabb;
@@ -9,254 +9,193 @@ use obvhs::aabb::Aabb as ObvhsAabb;
 use crate::accel::bvh::bvh8::WIDTH;
 use crate::accel::bvh::triangle4::TRIANGLE_LANES;
 
-/// What a leaf costs for each block, and for each entry.
+/// Leaf cost for each block and for each entry, where visiting a node of the same bounds costs 1.
 const BLOCK_COST: f32 = 0.6;
 const ENTRY_COST: f32 = 0.2;
 
-/// A leaf goes where that costs the others at most so many times what it costs itself.
-const MOST: f32 = 2.5;
+/// A leaf is dissolved where its boxes cost the other leaves at most this multiple of its own cost.
+const MAX_COST_RATIO: f32 = 2.5;
 
 /// Most boxes of a leaf.
-const BOXES: usize = 2 * TRIANGLE_LANES;
+const MAX_BOXES: usize = 2 * TRIANGLE_LANES;
 
-/// How many entries fit: into a block, where they are looked at together, one, two or four; and into a leaf, at
-/// most eight. One box may have more than a leaf, and is a leaf of its own then.
+/// How many entries fit into a block, whose entries are tested at once (a power of two up to 4), and into a leaf
+/// (up to 8). A box that has more than a leaf's capacity is a leaf of its own.
 #[derive(Clone, Copy)]
-pub(crate) struct Capacity {
+pub(crate) struct LeafCapacity {
     pub block: u32,
     pub leaf: u32,
 }
 
-impl Capacity {
-    /// Of leaves that have one thing each.
-    pub const ONE: Capacity = Capacity { block: 1, leaf: 1 };
-    /// Of leaves that have one or two blocks.
-    pub const BLOCKS: Capacity = Capacity { block: TRIANGLE_LANES as u32, leaf: BOXES as u32 };
+impl LeafCapacity {
+    /// One entry in each leaf.
+    pub const ONE: LeafCapacity = LeafCapacity { block: 1, leaf: 1 };
+    /// One or two blocks of four triangles in each leaf.
+    pub const BLOCKS: LeafCapacity = LeafCapacity { block: TRIANGLE_LANES as u32, leaf: MAX_BOXES as u32 };
 
-    /// How many more a leaf can take without another block.
-    fn room(self, leaf: &Shape) -> u32 {
+    /// Number of entries that a leaf can take without another block.
+    fn room(self, leaf: &LeafShape) -> u32 {
         if leaf.entries > self.leaf { 0 } else { leaf.entries.wrapping_neg() & (self.block - 1) }
     }
 }
 
-/// A box, how many entries it has, and what it costs rays as a leaf, in units of what visiting a node of the same
-/// box does, times the box's half area.
+/// A box and the number of entries in it.
 #[derive(Clone, Copy)]
-pub(crate) struct Shape {
+pub(crate) struct EntryBox {
     pub bounds: ObvhsAabb,
     pub entries: u32,
+}
+
+/// The bounds, size and cost of a leaf.
+#[derive(Clone, Copy)]
+pub(crate) struct LeafShape {
+    pub bounds: ObvhsAabb,
+    pub entries: u32,
+    /// SAH cost: the cost of a visit times the half area of the bounds.
     pub cost: f32,
 }
 
-impl Shape {
-    const EMPTY: Shape = Shape { bounds: ObvhsAabb::INVALID, entries: 0, cost: 0.0 };
+impl LeafShape {
+    const EMPTY: LeafShape = LeafShape { bounds: ObvhsAabb::INVALID, entries: 0, cost: 0.0 };
 
-    pub fn new(bounds: ObvhsAabb, entries: u32) -> Shape {
+    pub fn new(bounds: ObvhsAabb, entries: u32) -> LeafShape {
         let blocks = entries.div_ceil(TRIANGLE_LANES as u32);
         let cost = bounds.half_area() * (BLOCK_COST * blocks as f32 + ENTRY_COST * entries as f32);
-        Shape { bounds, entries, cost }
+        LeafShape { bounds, entries, cost }
     }
 
-    /// With another box in it.
-    fn with(&self, (bounds, entries): &(ObvhsAabb, u32)) -> Shape {
-        Shape::new(self.bounds.union(bounds), self.entries.saturating_add(*entries))
+    /// The shape with another box added.
+    fn with(&self, added: &EntryBox) -> LeafShape {
+        LeafShape::new(self.bounds.union(&added.bounds), self.entries.saturating_add(added.entries))
     }
 }
 
 /// A leaf of one to eight boxes.
 #[derive(Clone, Copy)]
 pub(crate) struct Leaf {
-    pub shape: Shape,
-    /// By their indices, the first `count`.
-    boxes: [u32; BOXES],
+    pub shape: LeafShape,
+    /// Indices of the boxes, the first `count`.
+    boxes: [u32; MAX_BOXES],
     count: usize,
 }
 
 impl Leaf {
-    /// With nothing in it.
-    pub const EMPTY: Leaf = Leaf { shape: Shape::EMPTY, boxes: [0; BOXES], count: 0 };
+    pub const EMPTY: Leaf = Leaf { shape: LeafShape::EMPTY, boxes: [0; MAX_BOXES], count: 0 };
 
-    /// Takes a box, by its index, and how many entries it has.
-    pub fn push(&mut self, i: u32, own: &(ObvhsAabb, u32)) {
-        self.shape = self.shape.with(own);
+    /// Adds box `i`.
+    pub fn push(&mut self, i: u32, entry_box: &EntryBox) {
+        self.shape = self.shape.with(entry_box);
         self.boxes[self.count] = i;
         self.count += 1;
     }
 
-    /// The boxes in it, by their indices.
+    /// The indices of the boxes.
     pub fn boxes(&self) -> impl Iterator<Item = u32> {
         self.boxes[..self.count].iter().copied()
     }
 }
 
-/// The leaves of a node.
-pub(crate) struct Siblings {
+/// The leaves of a wide node.
+pub(crate) struct SiblingLeaves {
     leaves: [Leaf; WIDTH],
     count: usize,
 }
 
-/// How to do without a leaf.
-struct Plan {
-    gone: usize,
-    /// What the others cost more, less what it costs.
-    change: f32,
-    /// Where its boxes go, in their order.
-    to: [usize; TRIANGLE_LANES],
+/// A way to dissolve a leaf.
+struct Removal {
+    removed: usize,
+    /// Additional cost of the other leaves, less the leaf's own.
+    cost_change: f32,
+    /// The leaves that take its boxes, in their order.
+    targets: [usize; TRIANGLE_LANES],
 }
 
-impl Siblings {
-    /// None yet.
-    pub const NONE: Siblings = Siblings { leaves: [Leaf::EMPTY; WIDTH], count: 0 };
+/// The cheapest leaf for a box.
+struct Target {
+    leaf: usize,
+    cost_increase: f32,
+    shape: LeafShape,
+}
 
-    /// Takes one more.
+impl SiblingLeaves {
+    pub const NONE: SiblingLeaves = SiblingLeaves { leaves: [Leaf::EMPTY; WIDTH], count: 0 };
+
+    /// Adds a leaf.
     pub fn push(&mut self, leaf: Leaf) {
         self.leaves[self.count] = leaf;
         self.count += 1;
     }
 
-    /// All of them.
+    /// All leaves.
     pub fn leaves(&self) -> &[Leaf] {
         &self.leaves[..self.count]
     }
 
-    /// Does without as many of them as it may. Box i and how many entries it has is `own(i)`.
-    pub fn share_out(&mut self, capacity: Capacity, own: impl Fn(u32) -> (ObvhsAabb, u32)) {
-        while let Some(plan) = self.plan(capacity, &own) {
-            let gone = self.leaves[plan.gone];
-            for (i, to) in gone.boxes().zip(plan.to) {
-                self.leaves[to].push(i, &own(i));
+    /// Dissolves leaves into the free lanes of others, the best first, as long as that pays. `entry_box` returns
+    /// box i.
+    pub fn repack(&mut self, capacity: LeafCapacity, entry_box: impl Fn(u32) -> EntryBox) {
+        while let Some(removal) = self.best_removal(capacity, &entry_box) {
+            let removed = self.leaves[removal.removed];
+            for (i, target) in removed.boxes().zip(removal.targets) {
+                self.leaves[target].push(i, &entry_box(i));
             }
             self.count -= 1;
-            self.leaves[plan.gone] = self.leaves[self.count];
+            self.leaves[removal.removed] = self.leaves[self.count];
         }
     }
 
-    /// How to do best without one.
-    fn plan(&self, capacity: Capacity, own: impl Fn(u32) -> (ObvhsAabb, u32)) -> Option<Plan> {
+    /// Finds the removal with the least cost.
+    fn best_removal(&self, capacity: LeafCapacity, entry_box: impl Fn(u32) -> EntryBox) -> Option<Removal> {
         let room: u32 = self.leaves().iter().map(|leaf| capacity.room(&leaf.shape)).sum();
-        // The room in one that goes is of no use.
+        // The room of the removed leaf does not count.
         if room < capacity.block {
             return None;
         }
-        let mut best: Option<Plan> = None;
-        for gone in 0..self.count {
-            let leaf = self.leaves[gone].shape;
+        let mut best: Option<Removal> = None;
+        for removed in 0..self.count {
+            let leaf = self.leaves[removed].shape;
             if leaf.entries < capacity.block {
-                let most =
-                    ((MOST - 1.0) * leaf.cost).min(best.as_ref().map_or(f32::INFINITY, |best| best.change));
-                best = self.without(gone, capacity, &own, most).or(best);
+                let best_so_far = best.as_ref().map_or(f32::INFINITY, |best| best.cost_change);
+                let max_cost = ((MAX_COST_RATIO - 1.0) * leaf.cost).min(best_so_far);
+                best = self.removal(removed, capacity, &entry_box, max_cost).or(best);
             }
         }
         best
     }
 
-    /// Has each box of a leaf go where that costs least, if all that changes costs by less than `most`.
-    fn without(
+    /// Moves each box of a leaf to where it costs least; `None` where that changes the cost by `max_cost` or more.
+    fn removal(
         &self,
-        gone: usize,
-        capacity: Capacity,
-        own: impl Fn(u32) -> (ObvhsAabb, u32),
-        most: f32,
-    ) -> Option<Plan> {
-        let mut after: [Shape; WIDTH] = std::array::from_fn(|i| self.leaves[i].shape);
-        let mut plan = Plan { gone, change: -after[gone].cost, to: [0; TRIANGLE_LANES] };
-        for (i, to) in self.leaves[gone].boxes().zip(&mut plan.to) {
-            let one = own(i);
-            let mut least: Option<(f32, usize, Shape)> = None;
-            for (other, now) in after[..self.count].iter().enumerate() {
-                if other != gone && one.1 <= capacity.room(now) {
-                    let with = now.with(&one);
-                    let more = with.cost - now.cost;
-                    if least.is_none_or(|least| more < least.0) {
-                        least = Some((more, other, with));
+        removed: usize,
+        capacity: LeafCapacity,
+        entry_box: impl Fn(u32) -> EntryBox,
+        max_cost: f32,
+    ) -> Option<Removal> {
+        let mut shapes: [LeafShape; WIDTH] = std::array::from_fn(|i| self.leaves[i].shape);
+        let mut removal =
+            Removal { removed, cost_change: -shapes[removed].cost, targets: [0; TRIANGLE_LANES] };
+        for (i, target) in self.leaves[removed].boxes().zip(&mut removal.targets) {
+            let moved = entry_box(i);
+            let mut cheapest: Option<Target> = None;
+            for (leaf, now) in shapes[..self.count].iter().enumerate() {
+                if leaf != removed && moved.entries <= capacity.room(now) {
+                    let shape = now.with(&moved);
+                    let cost_increase = shape.cost - now.cost;
+                    if cheapest.as_ref().is_none_or(|cheapest| cost_increase < cheapest.cost_increase) {
+                        cheapest = Some(Target { leaf, cost_increase, shape });
                     }
                 }
             }
-            // The others never cost less for it.
-            let (more, other, with) = least.filter(|_| plan.change < most)?;
-            plan.change += more;
-            (after[other], *to) = (with, other);
+            // Costs only grow: there is no way back below the maximum.
+            let Target { leaf, cost_increase, shape } =
+                cheapest.filter(|_| removal.cost_change < max_cost)?;
+            removal.cost_change += cost_increase;
+            shapes[leaf] = shape;
+            *target = leaf;
         }
-        (plan.change < most).then_some(plan)
+        (removal.cost_change < max_cost).then_some(removal)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use glam::Vec3A;
-
-    use super::*;
-
-    /// Unit cubes with so much between one and the next; less than nothing where they overlap.
-    fn row(count: u32, between: f32) -> Vec<ObvhsAabb> {
-        let one = |i: u32| {
-            let min = Vec3A::new(i as f32 * (1.0 + between), 0.0, 0.0);
-            ObvhsAabb { min, max: min + 1.0 }
-        };
-        (0..count).map(one).collect()
-    }
-
-    /// Leaves of so many boxes, one after the other, once they have shared out.
-    fn shared(boxes: &[ObvhsAabb], counts: &[usize], entries: impl Fn(u32) -> u32) -> Vec<Vec<u32>> {
-        let own = |i: u32| (boxes[i as usize], entries(i));
-        let mut siblings = Siblings::NONE;
-        let mut next = 0..boxes.len() as u32;
-        for &count in counts {
-            let mut leaf = Leaf::EMPTY;
-            next.by_ref().take(count).for_each(|i| leaf.push(i, &own(i)));
-            siblings.push(leaf);
-        }
-        siblings.share_out(Capacity::BLOCKS, own);
-        for leaf in siblings.leaves() {
-            let inside = leaf.boxes().map(|i| boxes[i as usize]).reduce(|a, b| a.union(&b)).unwrap();
-            assert_eq!(leaf.shape.bounds, inside);
-            assert_eq!(leaf.shape.entries, leaf.boxes().map(&entries).sum::<u32>());
-        }
-        let mut all: Vec<u32> = siblings.leaves().iter().flat_map(Leaf::boxes).collect();
-        all.sort_unstable();
-        assert!(all.into_iter().eq(0..boxes.len() as u32), "each box is in one leaf");
-        siblings.leaves().iter().map(|leaf| leaf.boxes().collect()).collect()
-    }
-
-    #[test]
-    fn fewer_leaves_hold_what_lies_together() {
-        let counts = |leaves: Vec<Vec<u32>>| {
-            let mut counts: Vec<usize> = leaves.iter().map(Vec::len).collect();
-            counts.sort_unstable();
-            counts
-        };
-        assert_eq!(counts(shared(&row(12, 0.0), &[3, 2, 3, 4], |_| 1)), [4, 4, 4]);
-        // Two blocks have room as well.
-        assert_eq!(counts(shared(&row(9, -0.5), &[3, 5, 1], |_| 1)), [3, 6]);
-        assert_eq!(counts(shared(&row(8, -0.5), &[5, 3], |_| 1)), [8]);
-        // What fits nowhere stays.
-        assert_eq!(counts(shared(&row(7, 0.0), &[3, 4], |_| 1)), [3, 4]);
-        assert_eq!(counts(shared(&row(8, 0.0), &[4, 4], |_| 1)), [4, 4]);
-    }
-
-    #[test]
-    fn boxes_go_where_they_cost_least() {
-        let leaves = shared(&row(8, 0.0), &[3, 2, 3], |_| 1);
-        assert!(leaves.contains(&vec![0, 1, 2, 3]) && leaves.contains(&vec![5, 6, 7, 4]), "{leaves:?}");
-    }
-
-    #[test]
-    fn what_lies_apart_keeps_its_leaf() {
-        let far = |b: &ObvhsAabb| ObvhsAabb { min: b.min + 100.0, max: b.max + 100.0 };
-        let (near, far) = (row(2, 0.0), row(2, 0.0).iter().map(far).collect());
-        assert_eq!(shared(&[near, far].concat(), &[2, 2], |_| 1), [[0, 1], [2, 3]]);
-    }
-
-    #[test]
-    fn what_holds_more_than_a_leaf_may_takes_nothing() {
-        // Three things where a pile of nine is, which two blocks and a quarter hold.
-        let boxes = [row(1, 0.0), row(3, 0.0)].concat();
-        let leaves = shared(&boxes, &[1, 1, 1, 1], |i| if i == 0 { 9 } else { 1 });
-        assert!(leaves.contains(&vec![0]), "{leaves:?}");
-        assert_eq!(leaves.len(), 2);
-        // Costs that are no numbers change nothing.
-        let huge = |i: u32| ObvhsAabb { min: Vec3A::splat(-1e30), max: Vec3A::splat(1e30 + i as f32 * 1e25) };
-        let boxes: Vec<ObvhsAabb> = (0..6).map(huge).collect();
-        assert_eq!(shared(&boxes, &[2, 2, 2], |_| 1).len(), 3);
-    }
-}
+mod tests;

@@ -1,72 +1,80 @@
-//! The triangles of a posed scene, as trees take them.
+//! The triangles of a posed scene as input of BVH builds: of world BVHs and of instanced meshes.
 
-use crate::accel::build::input_triangles::{InputTriangle, left_out};
-use crate::accel::build::instancing_plan::{FlattenBudget, Member, Plan, World};
+use crate::accel::build::blas_builder::build_blas;
+use crate::accel::build::input_triangles::{InputTriangle, count_rejected};
+use crate::accel::build::instancing_plan::{FlattenedInstance, InstancingPlan, World};
 use crate::accel::build::surface_flags::MeshFlags;
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
-use crate::accel::{BuildReport, Preset};
+use crate::accel::report::BuildReport;
+use crate::accel::settings::{FlattenBudget, Preset};
 use crate::geometry::HitId;
 use crate::scene::PosedScene;
 
 impl BuildReport {
-    /// What trees of a posed scene would leave out, without building them. Coincident triangles, which
-    /// they do not, are not counted.
+    /// Counts the triangles that a build would reject, without building. Does not count coincident ones.
     pub fn count_degenerate(posed: &PosedScene) -> BuildReport {
-        let plan = Plan::new(posed, FlattenBudget::DEFAULT, |mesh| MeshFlags::by_material(posed, mesh));
+        let flags = |mesh| MeshFlags::by_material(posed, mesh);
+        let plan = InstancingPlan::new(posed, FlattenBudget::DEFAULT, flags);
         let mut report = BuildReport::default();
-        for world in [&plan.still, &plan.moving] {
-            let (spans, count) = world_spans(posed, world);
-            report.add(left_out(count, world_raw(posed, world, &spans)), 1);
+        for world in [&plan.static_world, &plan.dynamic_world] {
+            let (ids, count) = world_ids(posed, world);
+            report.add(count_rejected(count, world_triangles(posed, world, &ids)), 1);
         }
-        for (&mesh, placed) in &plan.placed {
-            let (count, raw) = mesh_raw(posed, mesh, &placed.look);
-            report.add(left_out(count, raw), placed.instances.len() as u64);
+        for (&mesh, instanced) in &plan.instanced {
+            let count = posed.scene.meshes[mesh as usize].triangles.len();
+            let rejected = count_rejected(count, mesh_triangles(posed, mesh, &instanced.flags));
+            report.add(rejected, instanced.instances.len() as u64);
         }
         report
     }
 }
 
-/// The triangles of a world.
-pub(crate) fn world_raw<'a>(
-    posed: &'a PosedScene,
-    world: &'a World,
-    spans: &'a TriangleIdMap,
-) -> impl Fn(usize) -> InputTriangle + 'a {
-    |i| {
-        let (which, triangle) = spans.find(i as u32);
-        let Member { instance, look, .. } = &world[which];
-        let v = posed.world_triangle(HitId { instance: *instance, triangle });
-        InputTriangle { v, look: look.of(triangle) }
-    }
+/// Builds a world BVH.
+pub(crate) fn build_world_blas(posed: &PosedScene, world: &World, preset: Preset) -> Blas {
+    let (ids, count) = world_ids(posed, world);
+    let triangles = world_triangles(posed, world, &ids);
+    Blas { ids: ids.clone(), ..build_blas(count, triangles, preset) }
 }
 
-fn world_spans(posed: &PosedScene, world: &World) -> (TriangleIdMap, usize) {
+/// Builds the BLAS of an instanced mesh.
+pub(crate) fn build_mesh_blas(posed: &PosedScene, mesh: u32, flags: &MeshFlags, preset: Preset) -> Blas {
+    let count = posed.scene.meshes[mesh as usize].triangles.len();
+    let (ids, _) = TriangleIdMap::new([(0, count)].into_iter());
+    Blas { ids, ..build_blas(count, mesh_triangles(posed, mesh, flags), preset) }
+}
+
+fn world_ids(posed: &PosedScene, world: &World) -> (TriangleIdMap, usize) {
     TriangleIdMap::new(
-        world.iter().map(|member| (member.instance, posed.mesh(member.instance).triangles.len())),
+        world
+            .iter()
+            .map(|FlattenedInstance { instance, .. }| (*instance, posed.mesh(*instance).triangles.len())),
     )
 }
 
-pub(crate) fn world_triangles(posed: &PosedScene, world: &World, preset: Preset) -> Blas {
-    let (spans, count) = world_spans(posed, world);
-    let finder = spans.clone();
-    Blas::build((spans, count), world_raw(posed, world, &finder), preset)
+/// The triangles of a world BVH, by index.
+pub(crate) fn world_triangles<'a>(
+    posed: &'a PosedScene,
+    world: &'a World,
+    ids: &'a TriangleIdMap,
+) -> impl Fn(usize) -> InputTriangle + 'a {
+    |i| {
+        let (position, triangle) = ids.locate(i as u32);
+        let FlattenedInstance { instance, flags, .. } = &world[position];
+        let vertices = posed.world_triangle(HitId { instance: *instance, triangle });
+        InputTriangle { vertices, flags: flags.get(triangle) }
+    }
 }
 
-fn mesh_raw<'a>(
+/// The triangles of a mesh in local space, by index.
+fn mesh_triangles<'a>(
     posed: &'a PosedScene,
     mesh: u32,
-    look: &'a MeshFlags,
-) -> (usize, impl Fn(usize) -> InputTriangle + 'a) {
+    flags: &'a MeshFlags,
+) -> impl Fn(usize) -> InputTriangle + 'a {
     let mesh = &posed.scene.meshes[mesh as usize];
-    let raw = move |i: usize| {
-        let v = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
-        InputTriangle { v, look: look.of(i as u32) }
-    };
-    (mesh.triangles.len(), raw)
-}
-
-pub(crate) fn mesh_triangles(posed: &PosedScene, mesh: u32, look: &MeshFlags, preset: Preset) -> Blas {
-    let (count, raw) = mesh_raw(posed, mesh, look);
-    Blas::build(TriangleIdMap::new([(0, count)].into_iter()), raw, preset)
+    move |i| {
+        let vertices = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
+        InputTriangle { vertices, flags: flags.get(i as u32) }
+    }
 }

@@ -1,86 +1,97 @@
-//! How meshes look to rays.
+//! Surface flags of triangles, by their material: opaque, alpha tested or translucent; single sided or not.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::accel::build::input_triangles::SurfaceFlags;
 use crate::scene::{Material, OpaqueTriangles, PosedScene, SurfaceClass};
 
-/// How the triangles of a mesh look.
+/// What a ray has to know about a triangle's surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct SurfaceFlags {
+    pub class: SurfaceClass,
+    pub single_sided: bool,
+    /// True where the front face is seen by rays that run along the vertices' normal, not against it.
+    pub reversed: bool,
+}
+
+impl SurfaceFlags {
+    pub const OPAQUE: SurfaceFlags =
+        SurfaceFlags { class: SurfaceClass::Opaque, single_sided: false, reversed: false };
+}
+
+/// The surface flags of a mesh's triangles.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeshFlags {
-    /// By their material alone.
-    look: SurfaceFlags,
-    /// Those that are opaque though their material need not be.
-    solid: Option<Arc<OpaqueTriangles>>,
+    /// Flags by the material.
+    flags: SurfaceFlags,
+    /// Triangles that are opaque though their material need not be, by their texture's alpha.
+    opaque_triangles: Option<Arc<OpaqueTriangles>>,
 }
 
 impl MeshFlags {
-    /// In its own frame. Not reversed where an instance mirrors it: a mirrored ray sees the side it saw
-    /// before. It is the pose's to say, for animations drive materials too.
+    /// Returns the flags by the material alone, in local space. A mirrored instance does not reverse them: a ray
+    /// that is mirrored with it sees the same side. The posed material counts, as animations may change it.
     pub fn by_material(posed: &PosedScene, mesh: u32) -> MeshFlags {
         let material = material(posed, mesh);
-        let look = SurfaceFlags {
-            class: material.surface_class(),
-            single_sided: !material.double_sided,
-            reversed: false,
-        };
-        MeshFlags { look, solid: None }
+        let class = material.surface_class();
+        let flags = SurfaceFlags { class, single_sided: !material.double_sided, reversed: false };
+        MeshFlags { flags, opaque_triangles: None }
     }
 
-    /// The same, its textures looked at.
+    /// Returns the flags by the material and its textures' alpha at each triangle.
     fn by_triangle(posed: &PosedScene, mesh: u32) -> MeshFlags {
-        let mut found = MeshFlags::by_material(posed, mesh);
-        let solid = posed.opaque_triangles(mesh);
-        match solid.count() {
+        let mut by_triangle = MeshFlags::by_material(posed, mesh);
+        let opaque = posed.opaque_triangles(mesh);
+        match opaque.count() {
             0 => {}
             all if all == posed.scene.meshes[mesh as usize].triangles.len() => {
-                found.look.class = SurfaceClass::Opaque;
+                by_triangle.flags.class = SurfaceClass::Opaque;
             }
-            _ => found.solid = Some(Arc::new(solid)),
+            _ => by_triangle.opaque_triangles = Some(Arc::new(opaque)),
         }
-        found
+        by_triangle
     }
 
-    /// The same in a world where its front may be the other side.
-    pub fn placed(self, reversed: bool) -> MeshFlags {
-        MeshFlags { look: SurfaceFlags { reversed, ..self.look }, ..self }
+    /// Returns the flags in world space, where `reversed` is true for instances that mirror.
+    pub fn in_world(self, reversed: bool) -> MeshFlags {
+        MeshFlags { flags: SurfaceFlags { reversed, ..self.flags }, ..self }
     }
 
-    /// Of one of its triangles.
+    /// Returns the flags of a triangle.
     #[inline(always)]
-    pub fn of(&self, triangle: u32) -> SurfaceFlags {
-        match &self.solid {
-            Some(solid) if solid.contains(triangle) => {
-                SurfaceFlags { class: SurfaceClass::Opaque, ..self.look }
+    pub fn get(&self, triangle: u32) -> SurfaceFlags {
+        match &self.opaque_triangles {
+            Some(opaque) if opaque.contains(triangle) => {
+                SurfaceFlags { class: SurfaceClass::Opaque, ..self.flags }
             }
-            _ => self.look,
+            _ => self.flags,
         }
     }
 
-    /// Whether light may pass through some of them in part.
+    /// Returns true where some triangles may transmit light.
     pub fn is_translucent(&self) -> bool {
-        self.look.class == SurfaceClass::Translucent
+        self.flags.class == SurfaceClass::Translucent
     }
 }
 
-/// SurfaceFlagsCache of meshes, kept from pose to pose for as long as their material is the same.
+/// The flags of meshes, from pose to pose: they depend on textures, and are computed again only where a material
+/// changes.
 #[derive(Debug, Default)]
-pub(crate) struct SurfaceFlagsCache(BTreeMap<u32, (Material, MeshFlags)>);
+pub(crate) struct MeshFlagsCache(BTreeMap<u32, (Material, MeshFlags)>);
 
-impl SurfaceFlagsCache {
-    /// Of a mesh.
-    pub fn of(&mut self, posed: &PosedScene, mesh: u32) -> MeshFlags {
+impl MeshFlagsCache {
+    /// Returns the flags of a mesh.
+    pub fn get(&mut self, posed: &PosedScene, mesh: u32) -> MeshFlags {
         let material = material(posed, mesh);
         if material.surface_class() == SurfaceClass::Opaque {
             return MeshFlags::by_material(posed, mesh);
         }
         match self.0.get(&mesh) {
-            Some((before, look)) if before == material => look.clone(),
+            Some((cached_material, flags)) if cached_material == material => flags.clone(),
             _ => {
-                let look = MeshFlags::by_triangle(posed, mesh);
-                self.0.insert(mesh, (material.clone(), look.clone()));
-                look
+                let flags = MeshFlags::by_triangle(posed, mesh);
+                self.0.insert(mesh, (material.clone(), flags.clone()));
+                flags
             }
         }
     }

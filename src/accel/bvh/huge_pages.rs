@@ -1,7 +1,7 @@
-//! Memory that rays look into all over.
+//! Arrays in huge pages (transparent huge pages on Linux), for the nodes and leaf blocks of large BVHs.
 //!
-//! Trees of large scenes take up far more pages than a processor keeps the addresses of, so that rays
-//! would mostly wait for those. Where the system has larger pages to give, it is asked for them.
+//! Rays read a BVH at random. Large ones take far more 4 KiB pages than the TLB has entries for, and rays
+//! would mostly wait for page walks.
 
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
@@ -10,71 +10,73 @@ use bytemuck::Pod;
 use memmap2::MmapMut;
 use rayon::prelude::*;
 
-/// As many `T` as it was made with.
+/// An array of fixed length, in huge pages if it is large.
 #[derive(Debug)]
 pub(crate) struct HugePageVec<T> {
     memory: Memory,
     len: usize,
-    what: PhantomData<T>,
+    element: PhantomData<T>,
 }
 
 #[derive(Debug)]
 enum Memory {
-    /// Words of the strictest alignment that anything here has.
-    Small(Vec<Line>),
-    Large(MmapMut),
+    /// Memory of the allocator.
+    Heap(Vec<CacheLine>),
+    /// An anonymous mapping of its own.
+    Mapped(MmapMut),
 }
 
-/// What a processor reads at once.
+/// The strictest alignment of any element type.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
-struct Line([u8; 64]);
+struct CacheLine([u8; 64]);
 
-/// From this many bytes on, large pages are asked for. A large page has mostly half as many.
-const LARGE: usize = 4 << 20;
+/// Arrays of this many bytes or more are mapped in huge pages: two of 2 MiB, the usual size.
+const MIN_MAPPED_BYTES: usize = 4 << 20;
 
 impl<T: Pod + Send + Sync> HugePageVec<T> {
-    /// As many for each of `parts` as `len` says, with what `fill` makes of them.
-    pub fn filled<P: Sync>(
+    /// Builds the array from `parts` in parallel: `fill` writes the `len` elements of each part.
+    pub fn from_parts<P: Sync>(
         parts: &[P],
         len: impl Fn(&P) -> usize,
         fill: impl Fn(&P, &mut [T]) + Sync,
     ) -> Self {
-        let all = parts.iter().map(&len).sum();
-        let mut pages = HugePageVec { memory: Memory::of(all * size_of::<T>()), len: all, what: PhantomData };
-        let mut rest: &mut [T] = &mut pages;
+        let total = parts.iter().map(&len).sum();
+        let memory = Memory::zeroed(total * size_of::<T>());
+        let mut elements = HugePageVec { memory, len: total, element: PhantomData };
+        let mut rest: &mut [T] = &mut elements;
         let mut chunks = Vec::with_capacity(parts.len());
         for part in parts {
             chunks.push(rest.split_off_mut(..len(part)).unwrap_or_default());
         }
         parts.par_iter().zip(chunks).with_max_len(1).for_each(|(part, chunk)| fill(part, chunk));
-        pages
+        elements
     }
 
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         self.len * size_of::<T>()
     }
 }
 
 impl Memory {
-    fn of(bytes: usize) -> Memory {
-        // Where there is none to be had like this, the allocator has the last word.
-        match (bytes >= LARGE).then(|| MmapMut::map_anon(bytes)) {
+    fn zeroed(bytes: usize) -> Memory {
+        // Where mapping fails, the allocator decides.
+        match (bytes >= MIN_MAPPED_BYTES).then(|| MmapMut::map_anon(bytes)) {
             Some(Ok(map)) => {
-                // Advice alone: whether it is taken changes nothing but the time.
+                // Advice only: an error costs nothing but time.
                 #[cfg(target_os = "linux")]
                 let _ = map.advise(memmap2::Advice::HugePage);
-                Memory::Large(map)
+                Memory::Mapped(map)
             }
-            _ => Memory::Small(vec![Line([0; 64]); bytes.div_ceil(size_of::<Line>())]),
+            _ => Memory::Heap(vec![CacheLine([0; 64]); bytes.div_ceil(size_of::<CacheLine>())]),
         }
     }
 }
 
 impl<T> Default for HugePageVec<T> {
     fn default() -> Self {
-        HugePageVec { memory: Memory::Small(Vec::new()), len: 0, what: PhantomData }
+        HugePageVec { memory: Memory::Heap(Vec::new()), len: 0, element: PhantomData }
     }
 }
 
@@ -84,10 +86,10 @@ impl<T: Pod> Deref for HugePageVec<T> {
     #[inline(always)]
     fn deref(&self) -> &[T] {
         let bytes: &[u8] = match &self.memory {
-            Memory::Small(lines) => bytemuck::cast_slice(lines),
-            Memory::Large(map) => map,
+            Memory::Heap(lines) => bytemuck::cast_slice(lines),
+            Memory::Mapped(map) => map,
         };
-        // HugePageVec and lines are aligned as strictly as anything here: it cannot fail.
+        // Pages and cache lines are aligned for every element type: this cannot fail.
         bytemuck::try_cast_slice(&bytes[..self.len * size_of::<T>()]).unwrap_or_default()
     }
 }
@@ -96,8 +98,8 @@ impl<T: Pod> DerefMut for HugePageVec<T> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [T] {
         let bytes: &mut [u8] = match &mut self.memory {
-            Memory::Small(lines) => bytemuck::cast_slice_mut(lines),
-            Memory::Large(map) => map,
+            Memory::Heap(lines) => bytemuck::cast_slice_mut(lines),
+            Memory::Mapped(map) => map,
         };
         bytemuck::try_cast_slice_mut(&mut bytes[..self.len * size_of::<T>()]).unwrap_or_default()
     }
@@ -108,8 +110,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_and_many_are_what_they_were_filled_with() {
-        let many = LARGE / 8;
+    fn small_and_large_arrays_hold_what_they_were_filled_with() {
+        let many = MIN_MAPPED_BYTES / 8;
         for lens in [&[][..], &[0], &[1], &[3, 0, 700], &[many - 1], &[7, many - 7], &[many, 0, 5]] {
             let len: usize = lens.iter().sum();
             let starts = lens.iter().scan(0, |next, &len| Some((std::mem::replace(next, *next + len), len)));
@@ -118,12 +120,12 @@ mod tests {
                 assert_eq!(to.len(), part.1);
                 to.iter_mut().zip(part.0..).for_each(|(to, i)| *to = 3 * i as u64);
             };
-            let mut pages = HugePageVec::filled(&parts, |part| part.1, fill);
-            assert_eq!(matches!(pages.memory, Memory::Large(_)), len >= many);
-            assert_eq!((pages.len(), pages.bytes()), (len, 8 * len));
-            assert!(pages.iter().zip(0..).all(|(&x, i)| x == 3 * i));
-            pages.iter_mut().for_each(|x| *x += 1);
-            assert!(pages.iter().zip(0..).all(|(&x, i)| x == 3 * i + 1));
+            let mut elements = HugePageVec::from_parts(&parts, |part| part.1, fill);
+            assert_eq!(matches!(elements.memory, Memory::Mapped(_)), len >= many);
+            assert_eq!((elements.len(), elements.bytes()), (len, 8 * len));
+            assert!(elements.iter().zip(0..).all(|(&x, i)| x == 3 * i));
+            elements.iter_mut().for_each(|x| *x += 1);
+            assert!(elements.iter().zip(0..).all(|(&x, i)| x == 3 * i + 1));
         }
         assert!(HugePageVec::<u64>::default().is_empty());
     }

@@ -1,78 +1,86 @@
-//! Four triangles side by side, as leaves hold them.
+//! Leaf block of the BVH: four triangles in structure-of-arrays form, tested against a ray at once.
 
 use glam::Vec3;
 
 use crate::accel::build::canonical_triangle::padded_bounds;
-use crate::accel::build::input_triangles::{SurfaceFlags, TriangleRef};
+use crate::accel::build::input_triangles::TriangleRef;
+use crate::accel::build::surface_flags::SurfaceFlags;
 use crate::accel::bvh::aabb::Aabb;
 use crate::scene::SurfaceClass;
 use crate::simd::Lanes;
 use crate::simd::vec3::{Vec3Lanes, per_axis};
 
-/// Triangles in a block.
+/// Triangles in a [`Triangle4`].
 pub(crate) const TRIANGLE_LANES: usize = 4;
 
-/// Up to four triangles. Lanes that are not used repeat the last one that is.
+/// Marks an id as the index of a set of coincident triangles ([`Blas::coincident`]).
+///
+/// [`Blas::coincident`]: crate::accel::bvh::blas::Blas::coincident
+pub(crate) const COINCIDENT: u32 = 1 << 31;
+
+/// Marks the last block of a leaf in the triangle count.
+const LAST_IN_LEAF: u8 = 1 << 7;
+
+/// Up to four triangles. Unused lanes repeat the last triangle.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct Triangle4 {
-    /// By corner, axis, triangle.
+    /// Coordinates by vertex, axis and lane.
     pub vertex: [[[f32; TRIANGLE_LANES]; 3]; 3],
-    /// What stands where: an index of a triangle, or [`COINCIDENT`] and that of a group.
+    /// Index of a triangle of the BLAS, or [`COINCIDENT`] and the index of a set of coincident triangles.
     pub ids: [u32; TRIANGLE_LANES],
-    /// At least the length of every edge at a first corner.
+    /// Upper bound on the lengths of the edges at first vertices.
     pub max_edge: f32,
-    /// Four bits for each triangle.
-    looks: u16,
-    /// Triangles that are alone in their place and there wherever they are met; and, four bits higher, those
-    /// of them that light does not pass.
-    simple: u8,
-    /// Number of triangles; with [`LAST`] where the leaf ends here.
+    /// Four bits for each lane, see [`Triangle4::flags`].
+    flags: u16,
+    /// [`Triangle4::unfiltered_mask`] in the low four bits, [`Triangle4::opaque_mask`] in the high ones.
+    masks: u8,
+    /// Number of triangles, with [`LAST_IN_LEAF`] in the last block of a leaf.
     count: u8,
 }
 
-// A tree is mostly blocks, and rays wait for memory.
+// Blocks are most of a BVH's memory, and rays wait for memory.
 const _: () = assert!(size_of::<Triangle4>() == 168);
 
-/// Marks the index of a group of triangles in one place.
-pub(crate) const COINCIDENT: u32 = 1 << 31;
-const LAST: u8 = 1 << 7;
-
 impl Triangle4 {
-    /// A block of 1 to 4 triangles. `last` ends a leaf.
-    pub fn new(triangles: &[TriangleRef], last: bool) -> Triangle4 {
+    /// Packs 1 to 4 triangles. `last_in_leaf` ends a leaf.
+    pub fn new(triangles: &[TriangleRef], last_in_leaf: bool) -> Triangle4 {
         let mut block = Triangle4 {
             vertex: [[[0.0; TRIANGLE_LANES]; 3]; 3],
             ids: [0; TRIANGLE_LANES],
             max_edge: 0.0,
-            looks: 0,
-            simple: 0,
-            count: triangles.len() as u8 | if last { LAST } else { 0 },
+            flags: 0,
+            masks: 0,
+            count: triangles.len() as u8 | if last_in_leaf { LAST_IN_LEAF } else { 0 },
         };
         for lane in 0..TRIANGLE_LANES {
-            let TriangleRef { corners, id, look } = triangles[lane.min(triangles.len() - 1)];
-            for (v, corner) in block.vertex.iter_mut().zip(corners.v()) {
-                for axis in 0..3 {
-                    v[axis][lane] = corner[axis];
-                }
-            }
-            block.ids[lane] = id;
-            block.max_edge = block.max_edge.max(corners.edge());
-            // Triangles in one place may be wound either way: which of them are seen from a side each says.
-            let single_sided = look.single_sided && id & COINCIDENT == 0;
-            block.looks |= (look.class as u16 | u16::from(single_sided) << 2 | u16::from(look.reversed) << 3)
-                << (4 * lane);
-            let plain = id & COINCIDENT == 0 && look.class != SurfaceClass::Cutout;
-            let opaque = plain && look.class == SurfaceClass::Opaque;
-            block.simple |= (u8::from(plain) | u8::from(opaque) << TRIANGLE_LANES) << lane;
+            block.set(lane, &triangles[lane.min(triangles.len() - 1)]);
         }
         block
+    }
+
+    fn set(&mut self, lane: usize, &TriangleRef { triangle, id, flags }: &TriangleRef) {
+        for (to, vertex) in self.vertex.iter_mut().zip(triangle.vertices()) {
+            for axis in 0..3 {
+                to[axis][lane] = vertex[axis];
+            }
+        }
+        self.ids[lane] = id;
+        self.max_edge = self.max_edge.max(triangle.max_edge());
+        let coincident = id & COINCIDENT != 0;
+        // Coincident triangles may have either winding: back faces are culled one by one.
+        let single_sided = flags.single_sided && !coincident;
+        let bits = flags.class as u16 | u16::from(single_sided) << 2 | u16::from(flags.reversed) << 3;
+        self.flags |= bits << (4 * lane);
+        let unfiltered = !coincident && flags.class != SurfaceClass::Cutout;
+        let opaque = unfiltered && flags.class == SurfaceClass::Opaque;
+        self.masks |= (u8::from(unfiltered) | u8::from(opaque) << TRIANGLE_LANES) << lane;
     }
 
     /// Number of triangles.
     #[inline(always)]
     pub fn count(&self) -> usize {
-        usize::from(self.count & !LAST)
+        usize::from(self.count & !LAST_IN_LEAF)
     }
 
     /// A bit for each triangle.
@@ -81,30 +89,31 @@ impl Triangle4 {
         (1 << self.count()) - 1
     }
 
-    /// A bit for each triangle that is alone in its place and there wherever it is met.
+    /// A bit for each triangle that is neither coincident with others nor alpha tested: a ray that intersects
+    /// it hits it, without asking the any-hit filter.
     #[inline(always)]
     pub fn unfiltered_mask(&self) -> u8 {
-        self.simple & ((1 << TRIANGLE_LANES) - 1)
+        self.masks & ((1 << TRIANGLE_LANES) - 1)
     }
 
-    /// A bit for each of those that light does not pass.
+    /// A bit for each triangle of [`Triangle4::unfiltered_mask`] that is opaque.
     #[inline(always)]
     pub fn opaque_mask(&self) -> u8 {
-        self.simple >> TRIANGLE_LANES
+        self.masks >> TRIANGLE_LANES
     }
 
-    /// True where the leaf ends here.
+    /// Returns true for the last block of a leaf.
     #[inline(always)]
     pub fn is_last_in_leaf(&self) -> bool {
-        self.count & LAST != 0
+        self.count & LAST_IN_LEAF != 0
     }
 
-    /// The corners of a triangle.
+    /// The vertices of a triangle.
     #[inline(always)]
     pub fn vertices(&self, lane: usize) -> [Vec3; 3] {
-        let corner =
+        let vertex =
             |k: usize| Vec3::new(self.vertex[k][0][lane], self.vertex[k][1][lane], self.vertex[k][2][lane]);
-        [corner(0), corner(1), corner(2)]
+        [vertex(0), vertex(1), vertex(2)]
     }
 
     /// Loads the vertices of all four triangles.
@@ -113,15 +122,15 @@ impl Triangle4 {
         per_axis(|vertex| per_axis(|axis| L::load(&self.vertex[vertex][axis])))
     }
 
-    /// The box of all, as trees have it.
+    /// The bounds of all triangles, padded as in the BVH.
     pub fn bounds(&self) -> Aabb {
         Aabb::union_of((0..self.count()).map(|lane| padded_bounds(&self.vertices(lane))))
     }
 
-    /// How a triangle looks; a group of them as one that is seen from both sides.
+    /// The surface flags of a triangle; coincident triangles count as double sided.
     #[inline(always)]
     pub fn flags(&self, lane: usize) -> SurfaceFlags {
-        let bits = self.looks >> (4 * lane);
+        let bits = self.flags >> (4 * lane);
         let class = match bits & 3 {
             0 => SurfaceClass::Opaque,
             1 => SurfaceClass::Cutout,

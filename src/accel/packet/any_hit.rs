@@ -1,11 +1,11 @@
 //! Segments by the packet: is anything in the way?
 
-use crate::accel::blocking;
 use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::bvh8::TraversalStack;
 use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::packet::{GROUP, Packet, PacketStack, PerRay, Rays, Sure, Verdict, fetch, whole};
 use crate::accel::ray_batch::{AnyHitFilter, Coherence, SegmentBatch};
+use crate::accel::single_ray_tracer::segment_query;
+use crate::accel::traverse::bvh8_traversal::TraversalStack;
 use crate::accel::traverse::error_bounds::LIGHT;
 use crate::accel::traverse::transmittance::Transmittance;
 use crate::simd::{Lanes, Simd};
@@ -117,7 +117,7 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
     fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool) {
         let (block, lane) = self.triangles.locate(entry);
         let passing = self.answers.passing.as_mut().map(|passing| &mut passing[ray]);
-        let (line, mut query) = blocking(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
+        let (line, mut query) = segment_query(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
         let Some(met) = line.and_then(|line| line.intersect(&block.vertices(lane), sure)) else { return };
         self.triangles.report_hit(block, lane, met, None, &mut query);
         if query.blocked {
@@ -128,7 +128,7 @@ impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
     #[inline(always)]
     fn go_alone(&mut self, packet: &mut Packet, ray: usize, child: u32) -> bool {
         let passing = self.answers.passing.as_mut().map(|passing| &mut passing[ray]);
-        let (line, mut query) = blocking(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
+        let (line, mut query) = segment_query(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
         let Some(line) = line else { return false };
         self.triangles.traverse::<S, _>(child, &line, None, &mut query, self.stack);
         let blocked = query.blocked;

@@ -4,11 +4,11 @@ use glam::Vec3;
 
 use super::{FOUR, GROUP, Packet, PacketStack, PerRay, Sure, Verdict, fetch, whole};
 use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::bvh8::TraversalStack;
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::packet::exact_hits::{BLOCKS, GroupHits, Places};
 use crate::accel::packet::shared_ray::Lines;
 use crate::accel::ray_batch::{AnyHitFilter, Coherence, RayBatch};
+use crate::accel::traverse::bvh8_traversal::TraversalStack;
 use crate::accel::traverse::hit::LocalRay;
 use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
 use crate::geometry::{EPSILON, Hit, HitId};
@@ -45,7 +45,7 @@ pub fn intersect<S: Simd>(
         Coherence::None => None,
     };
     let Some(lines) = lines.filter(|_| rays.t_max > 0.0) else { return false };
-    packet.begin::<S>(count, rays.start().t, rays.t_max);
+    packet.begin::<S>(count, rays.before_first().t, rays.t_max);
     if let Some(after) = rays.after.get(range) {
         let by = packet.size as f32;
         after.iter().enumerate().for_each(|(i, after)| packet.start.set(i, after.t * by));

@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::Accel;
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT, plane_row};
+use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::geometry::Ray;
 use crate::simd::vec3::per_axis;
 use crate::simd::{Lanes, Simd, SimdKernel};
@@ -25,30 +25,24 @@ struct Plane {
 /// f32, and the boxes of trees, are off by.
 const SLACK: f64 = 1e-5;
 
-impl Accel {
-    /// False where no ray between `around`, four in order about it that leave one place or all go one
-    /// way, can meet a triangle. True says nothing.
-    pub fn may_meet(&self, around: &[Ray; 4]) -> bool {
-        self.settings.simd.run(MayMeet { accel: self, around })
-    }
+/// [`Accel::may_intersect`] at a SIMD level.
+///
+/// [`Accel::may_intersect`]: crate::accel::Accel::may_intersect
+pub(crate) struct FrustumKernel<'a> {
+    pub bvh: &'a SceneBvh,
+    pub corner_rays: &'a [Ray; 4],
 }
 
-/// [`Accel::may_meet`].
-struct MayMeet<'a> {
-    accel: &'a Accel,
-    around: &'a [Ray; 4],
-}
-
-impl SimdKernel for MayMeet<'_> {
+impl SimdKernel for FrustumKernel<'_> {
     type Output = bool;
 
     #[inline(always)]
     fn run<S: Simd>(self) -> bool {
-        let MayMeet { accel, around } = self;
+        let FrustumKernel { bvh, corner_rays: around } = self;
         let wedge = Wedge::between(around);
-        let top = &accel.top;
-        let pad = || around.iter().fold(0f32, |pad, ray| pad.max(top.pad(ray.o.as_dvec3())));
-        accel.worlds.iter().any(|world| wedge.meets::<S>(&world.bvh, 0.0))
+        let top = &bvh.tlas;
+        let pad = || around.iter().fold(0f32, |pad, ray| pad.max(top.padding(ray.o.as_dvec3())));
+        bvh.worlds.iter().any(|world| wedge.meets::<S>(&world.bvh, 0.0))
             || (!top.is_empty() && wedge.meets::<S>(&top.bvh, f64::from(pad())))
     }
 }
@@ -124,7 +118,7 @@ mod tests {
         let small = |&p: &Vec3| (Aabb { min: p - 0.01, max: p + 0.01 }, LEAF_BIT);
         let leaves: Vec<(Aabb, u32)> = places.iter().map(small).collect();
         let bounds = Aabb::union_of(leaves.iter().map(|(bounds, _)| *bounds));
-        let nodes = HugePageVec::filled(&[leaves], |_| 1, |leaves, to| to.fill(Bvh8Node::new(leaves)));
+        let nodes = HugePageVec::from_parts(&[leaves], |_| 1, |leaves, to| to.fill(Bvh8Node::new(leaves)));
         Bvh8 { nodes, root: Some(0), bounds, ..Bvh8::default() }
     }
 

@@ -8,8 +8,9 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::bvh8::{FAR_FACTOR, NEAR_FACTOR, WIDTH};
+use crate::accel::bvh::bvh8::WIDTH;
 use crate::accel::packet::{FOUR, GROUP, Packet, QUADS};
+use crate::accel::traverse::box_test::{FAR_FACTOR, NEAR_FACTOR};
 use crate::geometry::EPSILON;
 use crate::simd::vec3::per_axis;
 use crate::simd::{Lanes, Simd};

@@ -2,10 +2,11 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::bvh8::{Bvh8Node, FAR_FACTOR, NEAR_FACTOR, direction_reciprocal, plane_row};
+use crate::accel::bvh::bvh8::{Bvh8Node, plane_row};
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::packet::Packet;
 use crate::accel::packet::group_bounds::{Axes, Outlines, axes};
+use crate::accel::traverse::box_test::{FAR_FACTOR, NEAR_FACTOR, direction_reciprocal};
 use crate::accel::traverse::error_bounds::{Bounds, Slack};
 use crate::simd::vec3::{cross, dot, per_axis, splat, sub};
 use crate::simd::{Lanes, Simd};

@@ -3,10 +3,11 @@
 use glam::Vec3;
 
 use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::bvh8::{MIN_DIRECTION, Octant};
+use crate::accel::bvh::bvh8::Octant;
 use crate::accel::packet::group_bounds::{Cone, Windows};
 use crate::accel::packet::packet_kind::{Direction, Origin};
 use crate::accel::packet::{FOUR, GROUP, Packet, PacketStack, RAYS, Verdict};
+use crate::accel::traverse::box_test::MIN_DIRECTION;
 use crate::accel::traverse::error_bounds::Bounds;
 use crate::accel::traverse::hit::{floor_power_of_two, inverse};
 use crate::simd::{Lanes, Simd};

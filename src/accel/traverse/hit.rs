@@ -22,7 +22,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::build::canonical_triangle::TINY_LENGTH;
+use crate::accel::build::canonical_triangle::MIN_PADDING;
 use crate::accel::bvh::aabb::Aabb;
 use crate::geometry::EPSILON;
 
@@ -164,7 +164,7 @@ impl LocalRay {
         let size = bounds.max_abs_coordinate();
         // Axis by axis: far out along one of them, the others may be exact.
         let rounding = 8.0 * f64::EPSILON * self.o.abs();
-        let pad = f64::from(EPSILON * size) + f64::from(TINY_LENGTH) + rounding;
+        let pad = f64::from(EPSILON * size) + f64::from(MIN_PADDING) + rounding;
         let (lo, hi) = (bounds.min.as_dvec3() - pad - self.o, bounds.max.as_dvec3() + pad - self.o);
         let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
         for k in 0..3 {
@@ -263,7 +263,7 @@ mod tests {
                 inv_t_scale: 1.0,
                 from_light: false,
             };
-            let met = ray.intersect_f64(tri.v());
+            let met = ray.intersect_f64(tri.vertices());
             assert_eq!(met.map(|m| m.t), expected, "{v:?} {o:?} {d:?}");
             hits += usize::from(met.is_some());
             on_edges += usize::from(met.is_some() && sides.contains(&0));
@@ -278,12 +278,12 @@ mod tests {
         let (o, d) = (DVec3::new(0.5, 0.3, 7.3), DVec3::new(0.01, 0.02, -1.3));
         let ray = LocalRay { o, d, t_scale: 1.0, inv_t_scale: 1.0, from_light: false };
         let (tri, turned) = CanonicalTriangle::new(v).unwrap();
-        let met = ray.intersect_f64(tri.v()).unwrap();
+        let met = ray.intersect_f64(tri.vertices()).unwrap();
         for (order, odd) in [([1, 2, 0], false), ([2, 0, 1], false), ([1, 0, 2], true), ([2, 1, 0], true)] {
             let (other, also_turned) = CanonicalTriangle::new(order.map(|i| v[i])).unwrap();
-            assert_eq!(other.bits(), tri.bits());
+            assert_eq!(other.to_bits(), tri.to_bits());
             assert_eq!(also_turned, turned ^ odd);
-            assert_eq!(ray.intersect_f64(other.v()), Some(met));
+            assert_eq!(ray.intersect_f64(other.vertices()), Some(met));
         }
         assert_eq!(CanonicalTriangle::new([v[0], v[0], v[1]]).unwrap_err(), Degeneracy::ZeroArea);
         assert_eq!(CanonicalTriangle::new([v[0], v[2], v[1] * f32::NAN]).unwrap_err(), Degeneracy::NonFinite);

@@ -1,5 +1,7 @@
 //! Single-ray traversal: the certified hit test, closest-hit and any-hit queries, transmittance, statistics.
 
+pub(crate) mod box_test;
+pub(crate) mod bvh8_traversal;
 pub(crate) mod error_bounds;
 pub(crate) mod hit;
 pub(crate) mod query;

@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 
 use glam::Vec3;
 
-use crate::accel::AnyHitFilter;
-use crate::accel::build::input_triangles::SurfaceFlags;
+use crate::accel::build::surface_flags::SurfaceFlags;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::bvh::triangle4::Triangle4;
+use crate::accel::ray_batch::AnyHitFilter;
 use crate::accel::traverse::transmittance::Transmittance;
 use crate::geometry::{Hit, HitId};
 use crate::scene::SurfaceClass;

@@ -1,193 +1,208 @@
-//! What a way through the trees costs, counted: nodes and blocks that a ray looks into, and how many
-//! of them a ray may be expected to.
+//! Traversal statistics: the nodes and leaf blocks that a ray visits.
 //!
-//! The counting walk is a plain one of its own, of one ray at a time in f64, so that tracing counts
-//! nothing. It meets the same nodes in the same order as single rays do, whatever the instructions.
+//! Rays are traced one by one, by the traversal of other single rays ([`Bvh8::traverse_closest`]), but with a node
+//! test in f64 that counts. So counts do not depend on the SIMD level, and other rays do not pay for counting.
+//!
+//! [`Bvh8::traverse_closest`]: crate::accel::bvh::bvh8::Bvh8::traverse_closest
+
+use std::cell::Cell;
 
 use glam::DVec3;
 
 use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::blas::{Blas, limit};
-use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT, NEAR_FACTOR, Octant, direction_reciprocal};
-use crate::accel::bvh::tlas::BlasInstance;
+use crate::accel::bvh::blas::{Blas, box_limit};
+use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, Octant, WIDTH};
+use crate::accel::bvh::instance::BlasInstance;
+use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::ray_batch::{AnyHitFilter, RayBatch};
+use crate::accel::traverse::box_test::{NEAR_FACTOR, OrderedNodeTest, direction_reciprocal};
+use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
 use crate::accel::traverse::hit::LocalRay;
 use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
-use crate::accel::{Accel, Lane};
 use crate::geometry::{EPSILON, Hit, HitId};
 
-/// What a ray looked into until its closest hit was known.
+/// What a ray visits until its closest hit is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalStats {
-    /// Inner nodes of all levels, each with up to eight boxes.
+    /// Inner nodes of all BVHs, each with up to eight boxes.
     pub nodes: u32,
-    /// Blocks of up to four triangles.
+    /// Leaf blocks of up to four triangles.
     pub blocks: u32,
 }
 
-impl Accel {
-    /// The closest hits of [`Accel::intersect`], each with the steps that its ray takes when it goes
-    /// alone. Slow: for pictures of what trees cost, not for pictures of scenes.
-    pub fn intersect_with_stats(
-        &self,
-        rays: &RayBatch,
-        cutouts: &dyn AnyHitFilter,
-    ) -> Vec<(Hit, TraversalStats)> {
-        let lane = Lane::new(self);
-        let one = |i: usize| {
-            let (o, d) = (rays.origins[i], rays.directions[i]);
-            let best = Hit { t: rays.t_max, id: HitId::NONE };
-            let asked = RayContext { o, d, cutouts };
-            let query = ClosestHit { asked, cull: rays.cull_back_faces, after: rays.after(i), best };
-            let mut counter = Counter { lane: &lane, query, steps: TraversalStats::default() };
-            if let Some(ray) = LocalRay::new(o.as_dvec3(), d.as_dvec3()) {
-                counter.enter_all(&ray);
-            }
-            let Counter { query: ClosestHit { best, .. }, steps, .. } = counter;
-            (if best.is_miss() { Hit::MISS } else { best }, steps)
-        };
-        (0..rays.len()).map(one).collect()
-    }
-
-    /// The cost of the trees by the surface area heuristic: how many nodes and blocks a line through
-    /// the scene's box looks into, if lines lie anywhere alike and nothing ends them. 0 for an empty
-    /// scene.
-    pub fn sah_cost(&self) -> f64 {
-        let blocks = |tree: &Blas| {
-            let of_leaf = |leaf: u32| {
-                let blocks = &tree.blocks[leaf as usize..];
-                (1 + blocks.iter().take_while(|block| !block.is_last_in_leaf()).count()) as f64
-            };
-            expected(&tree.bvh, of_leaf)
-        };
-        let meshes: Vec<f64> = self.meshes.values().map(blocks).collect();
-        let placed = expected(&self.top.bvh, |leaf| {
-            self.top.parts(leaf).iter().map(|part: &BlasInstance| meshes[part.tree as usize]).sum()
-        });
-        let mut trees: Vec<(Aabb, f64)> = self.worlds.iter().map(|w| (w.bvh.bounds, blocks(w))).collect();
-        trees.push((self.top.bvh.bounds, placed));
-        trees.retain(|&(_, cost)| cost > 0.0);
-        let all = trees.iter().map(|tree| tree.0).reduce(Aabb::union);
-        let share = |bounds: Aabb| {
-            all.filter(|all| all.half_area() > 0.0).map_or(1.0, |all| bounds.half_area() / all.half_area())
-        };
-        trees.iter().map(|&(bounds, cost)| cost * share(bounds)).sum()
-    }
-}
-
-/// The nodes that a line through a tree's box meets, plus for each leaf that it meets what is in it.
-pub(crate) fn expected(tree: &Bvh8, in_leaf: impl Fn(u32) -> f64) -> f64 {
-    let Some(root) = tree.root else { return 0.0 };
-    if root & LEAF_BIT != 0 {
-        return in_leaf(root & !LEAF_BIT);
-    }
-    let whole = tree.bounds.half_area();
-    // A box without any surface is met in its entirety or not at all.
-    let share = |bounds: Aabb| if whole > 0.0 { (bounds.half_area() / whole).min(1.0) } else { 1.0 };
-    let mut cost = 1.0;
-    for node in tree.nodes.iter() {
-        for slot in 0..node.count() {
-            let child = node.child[slot];
-            cost += share(node.bounds(slot))
-                * if child & LEAF_BIT == 0 { 1.0 } else { in_leaf(child & !LEAF_BIT) };
+/// Returns the closest hit of each ray with the statistics of its traversal.
+pub(crate) fn intersect_with_stats(
+    bvh: &SceneBvh,
+    rays: &RayBatch,
+    filter: &dyn AnyHitFilter,
+) -> Vec<(Hit, TraversalStats)> {
+    let blases: Vec<&Blas> = bvh.meshes.values().collect();
+    let mut stack = TraversalStack::default();
+    let trace = |i: usize| {
+        let o = rays.origins[i];
+        let d = rays.directions[i];
+        let best = Hit { t: rays.t_max, id: HitId::NONE };
+        let asked = RayContext { o, d, cutouts: filter };
+        let query = ClosestHit { asked, cull: rays.cull_back_faces, after: rays.after(i), best };
+        let mut tracer = CountingTracer { bvh, blases: &blases, query, stats: TraversalStats::default() };
+        if let Some(ray) = LocalRay::new(o.as_dvec3(), d.as_dvec3()) {
+            tracer.trace(&ray, &mut stack);
         }
-    }
-    cost
+        let CountingTracer { query: ClosestHit { best, .. }, stats, .. } = tracer;
+        (if best.is_miss() { Hit::MISS } else { best }, stats)
+    };
+    (0..rays.len()).map(trace).collect()
 }
 
-/// A ray on its way.
-struct Counter<'a, 'q> {
-    lane: &'a Lane<'a>,
+/// Traces one ray and counts.
+struct CountingTracer<'a, 'q> {
+    bvh: &'a SceneBvh,
+    /// The BLASes of the TLAS, by their number there.
+    blases: &'a [&'a Blas],
     query: ClosestHit<'q>,
-    steps: TraversalStats,
+    stats: TraversalStats,
 }
 
-impl Counter<'_, '_> {
-    fn enter_all(&mut self, ray: &LocalRay) {
-        let Accel { top, worlds, .. } = self.lane.accel;
+impl CountingTracer<'_, '_> {
+    fn trace(&mut self, ray: &LocalRay, stack: &mut TraversalStack) {
+        let SceneBvh { worlds, tlas, .. } = self.bvh;
         for world in worlds {
-            self.enter_triangles(world, ray, None);
+            self.trace_blas(world, ray, None, stack);
         }
-        let pad = f64::from(top.pad(ray.o));
-        self.walk(&top.bvh, ray, pad, |counter, leaf| {
-            for BlasInstance { instance, tree, frame } in top.parts(leaf) {
-                let triangles = counter.lane.meshes[*tree as usize];
-                counter.enter_triangles(triangles, &frame.ray(ray), Some(*instance));
+        let leaves = |tracer: &mut Self, leaf: u32, stack: &mut TraversalStack| {
+            for BlasInstance { instance, blas, transform } in tlas.instances(leaf) {
+                let blas = tracer.blases[*blas as usize];
+                tracer.trace_blas(blas, &transform.ray(ray), Some(*instance), stack);
             }
-        });
+        };
+        self.traverse(&tlas.bvh, ray, f64::from(tlas.padding(ray.o)), stack, leaves);
     }
 
-    fn enter_triangles(&mut self, triangles: &Blas, ray: &LocalRay, instance: Option<u32>) {
-        self.walk(&triangles.bvh, ray, 0.0, |counter, leaf| {
-            for block in &triangles.blocks[leaf as usize..] {
-                counter.steps.blocks += 1;
+    fn trace_blas(&mut self, blas: &Blas, ray: &LocalRay, instance: Option<u32>, stack: &mut TraversalStack) {
+        let leaves = |tracer: &mut Self, leaf: u32, _: &mut TraversalStack| {
+            for block in &blas.blocks[leaf as usize..] {
+                tracer.stats.blocks += 1;
                 for lane in 0..block.count() {
-                    if let Some(met) = ray.intersect_f64(&block.vertices(lane)) {
-                        // The closest hit never ends a walk.
-                        triangles.report_hit(block, lane, met, instance, &mut counter.query);
+                    if let Some(hit) = ray.intersect_f64(&block.vertices(lane)) {
+                        // A closest-hit query never ends a traversal.
+                        blas.report_hit(block, lane, hit, instance, &mut tracer.query);
                     }
                 }
                 if block.is_last_in_leaf() {
                     break;
                 }
             }
-        });
+        };
+        self.traverse(&blas.bvh, ray, 0.0, stack, leaves);
     }
 
-    /// Leads the ray through a tree whose boxes are `pad` wider, near children first.
-    fn walk(&mut self, tree: &Bvh8, ray: &LocalRay, pad: f64, mut enter: impl FnMut(&mut Self, u32)) {
-        let Some(root) = tree.root else { return };
-        let boxes = Boxes::new(ray, pad);
-        let start = f64::from(ray.to_local_t(self.query.t_min()) * NEAR_FACTOR);
-        let mut stack = vec![(root, start)];
-        while let Some((here, near)) = stack.pop() {
-            if near > f64::from(limit(ray, &self.query)) {
-                continue;
-            }
-            if here & LEAF_BIT != 0 {
-                enter(self, here & !LEAF_BIT);
-                continue;
-            }
-            self.steps.nodes += 1;
-            let node = &tree.nodes[here as usize];
-            let to = f64::from(limit(ray, &self.query));
-            for slot in node.order(boxes.octant).map(|slot| slot as usize & 7) {
-                if slot < node.count()
-                    && let Some(near) = boxes.enters(node.bounds(slot), start, to)
-                {
-                    stack.push((node.child[slot], near));
-                }
-            }
+    /// Traverses a BVH whose boxes are padded, with `visit_leaf` at leaves.
+    fn traverse(
+        &mut self,
+        bvh: &Bvh8,
+        ray: &LocalRay,
+        padding: f64,
+        stack: &mut TraversalStack,
+        visit_leaf: impl FnMut(&mut Self, u32, &mut TraversalStack),
+    ) {
+        let Some(root) = bvh.root else { return };
+        let t_min = ray.to_local_t(self.query.t_min()) * NEAR_FACTOR;
+        let limit = box_limit(ray, &self.query);
+        if t_min > limit {
+            return;
+        }
+        let test = CountingNodeTest::new(ray, padding, t_min);
+        let mut leaves = CountingVisitor { tracer: self, ray, visit_leaf };
+        bvh.traverse_closest(root, &test, stack, limit, &mut leaves);
+        self.stats.nodes += test.nodes.get();
+    }
+}
+
+struct CountingVisitor<'a, T, F> {
+    tracer: &'a mut T,
+    ray: &'a LocalRay,
+    visit_leaf: F,
+}
+
+impl<'a, 'q, F> LeafVisitor for CountingVisitor<'_, CountingTracer<'a, 'q>, F>
+where
+    F: FnMut(&mut CountingTracer<'a, 'q>, u32, &mut TraversalStack),
+{
+    fn visit_leaf(&mut self, leaf: u32, stack: &mut TraversalStack) -> Option<f32> {
+        (self.visit_leaf)(self.tracer, leaf, stack);
+        Some(box_limit(self.ray, &self.tracer.query))
+    }
+}
+
+/// A ray prepared for box tests in f64.
+struct CountingNodeTest {
+    o: DVec3,
+    d_reciprocal: DVec3,
+    padding: f64,
+    t_min: f64,
+    octant: Octant,
+    /// Number of nodes tested.
+    nodes: Cell<u32>,
+}
+
+impl CountingNodeTest {
+    fn new(ray: &LocalRay, padding: f64, t_min: f32) -> CountingNodeTest {
+        let d = ray.d.as_vec3();
+        CountingNodeTest {
+            o: ray.o,
+            d_reciprocal: direction_reciprocal(d).as_dvec3(),
+            padding,
+            t_min: f64::from(t_min),
+            octant: Octant::of(d),
+            nodes: Cell::new(0),
         }
     }
-}
 
-/// A ray prepared for boxes.
-struct Boxes {
-    o: DVec3,
-    r: DVec3,
-    pad: f64,
-    octant: Octant,
-}
-
-impl Boxes {
-    fn new(ray: &LocalRay, pad: f64) -> Boxes {
-        let d = ray.d.as_vec3();
-        Boxes { o: ray.o, r: direction_reciprocal(d).as_dvec3(), pad, octant: Octant::of(d) }
-    }
-
-    /// Where the ray enters a box, if it does before it leaves it; with slack for what is rounded.
-    fn enters(&self, bounds: Aabb, start: f64, limit: f64) -> Option<f64> {
+    /// Returns where the ray enters a box, if it does before `limit`, with slack for rounding.
+    fn entry(&self, bounds: Aabb, limit: f64) -> Option<f64> {
         const SLACK: f64 = 4.0 * EPSILON as f64;
-        let (mut near, mut far) = (start, limit);
+        let mut near = self.t_min;
+        let mut far = limit;
         for k in 0..3 {
-            let (o, r) = (self.o[k], self.r[k]);
-            let wider = self.pad + SLACK * o.abs();
-            let (a, b) =
-                ((f64::from(bounds.min[k]) - wider - o) * r, (f64::from(bounds.max[k]) + wider - o) * r);
+            let o = self.o[k];
+            let r = self.d_reciprocal[k];
+            let padding = self.padding + SLACK * o.abs();
+            let a = (f64::from(bounds.min[k]) - padding - o) * r;
+            let b = (f64::from(bounds.max[k]) + padding - o) * r;
             near = near.max(a.min(b) - SLACK * a.min(b).abs());
             far = far.min(a.max(b) + SLACK * a.max(b).abs());
         }
         (near <= far).then_some(near)
     }
+}
+
+impl OrderedNodeTest for CountingNodeTest {
+    fn sort_hit_children(
+        &self,
+        node: &Bvh8Node,
+        limit: f32,
+        near: &mut [f32; WIDTH],
+        child: &mut [u32; WIDTH],
+    ) -> (usize, u32) {
+        self.nodes.set(self.nodes.get() + 1);
+        let mut count = 0;
+        let mut nearest = 0;
+        for slot in node.order(self.octant).map(|slot| slot as usize & (WIDTH - 1)) {
+            if slot < node.count()
+                && let Some(entry) = self.entry(node.bounds(slot), f64::from(limit))
+            {
+                near[count] = round_up(entry);
+                child[count] = node.child[slot];
+                nearest = node.child[slot];
+                count += 1;
+            }
+        }
+        (count, nearest)
+    }
+}
+
+/// Rounds up to f32: a number exceeds an f32 limit exactly where the rounded one does.
+fn round_up(x: f64) -> f32 {
+    let rounded = x as f32;
+    if f64::from(rounded) < x { rounded.next_up() } else { rounded }
 }

@@ -3,9 +3,9 @@
 
 use std::borrow::Cow;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, UVec3, Vec3};
 
-use crate::geometry::{Aabb, Sphere};
+use crate::geometry::{Aabb, Sphere, morton3};
 use crate::scene::PosedScene;
 
 impl PosedScene<'_> {
@@ -126,13 +126,11 @@ pub(crate) fn box_of(points: &[Vec3]) -> Aabb {
     bounds
 }
 
-/// The number of a place's cell among 1024³ of a box, the bits of its coordinates in turns: what has
-/// numbers near each other lies together.
-fn morton(p: DVec3, within: &Aabb) -> u32 {
-    let cell = ((p - within.min) / within.extent() * 1024.0).to_array();
-    // What is not a number, and all of an axis along which there is nothing, is 0.
-    let bits = |x: f64| (0..10).fold(0, |bits, k| bits | (x.min(1023.0) as u32 >> k & 1) << (3 * k));
-    bits(cell[0]) | bits(cell[1]) << 1 | bits(cell[2]) << 2
+/// The Morton code of a point's cell in a grid of 1024³ over a box: points with neighbouring codes lie close together.
+fn morton(p: DVec3, bounds: &Aabb) -> u64 {
+    let cell = ((p - bounds.min) / bounds.extent() * 1024.0).to_array();
+    // NaN, along an axis without extent, is the same cell for all.
+    morton3(UVec3::from(cell.map(|x| x.min(1023.0) as u32)))
 }
 
 /// A box that holds all of `own` once it is placed, whatever is rounded.

@@ -1,0 +1,45 @@
+//! Builds a BLAS: filters the input triangles, builds the BVH over them and packs its leaves into blocks.
+
+use crate::accel::build::builder::{self, ClusterLeaves};
+use crate::accel::build::cluster_prims::{ClusterPrims, LeafPrims};
+use crate::accel::build::input_triangles::{InputTriangle, filter_triangles};
+use crate::accel::build::leaf_packing::LeafCapacity;
+use crate::accel::build::morton_clusters::MortonKey;
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::huge_pages::HugePageVec;
+use crate::accel::bvh::triangle4::Triangle4;
+use crate::accel::settings::Preset;
+
+/// Builds a BLAS over the triangles `input(0..count)`. Its id map is empty.
+pub(crate) fn build_blas(
+    count: usize,
+    input: impl Fn(usize) -> InputTriangle + Sync,
+    preset: Preset,
+) -> Blas {
+    let (triangles, mut report) = filter_triangles(count, input);
+    let open = |keys: &[MortonKey]| ClusterPrims::new(&triangles, keys);
+    let (bvh, leaves) = builder::build(&triangles, open, LeafCapacity::BLOCKS, preset);
+    report.coincident = leaves.iter().map(|leaves| leaves.contents.coincident_count).sum();
+    let triangle_count = leaves.iter().map(|leaves| leaves.contents.len()).sum();
+    // The index of each cluster's first set of coincident triangles.
+    let mut next = 0;
+    let with_first = |leaves: ClusterLeaves<LeafPrims>| {
+        let after = next + leaves.contents.coincident.len() as u32;
+        (leaves, std::mem::replace(&mut next, after))
+    };
+    let mut parts: Vec<(ClusterLeaves<LeafPrims>, u32)> = leaves.into_iter().map(with_first).collect();
+    let block_count = |(leaves, _): &(ClusterLeaves<LeafPrims>, u32)| leaves.end as usize;
+    let blocks = HugePageVec::from_parts(
+        &parts,
+        block_count,
+        |(leaves, first_coincident), blocks: &mut [Triangle4]| {
+            leaves.contents.pack(&triangles, *first_coincident, blocks);
+        },
+    );
+    let coincident =
+        parts.iter_mut().flat_map(|(leaves, _)| std::mem::take(&mut leaves.contents.coincident)).collect();
+    let mut blas =
+        Blas { bvh, blocks, input_count: count, coincident, triangle_count, report, ..Blas::default() };
+    blas.update_bounds();
+    blas
+}

@@ -1,0 +1,91 @@
+//! Splits a batch of rays into ranges that are tried as ray packets.
+
+use std::ops::Range;
+
+use crate::accel::bvh::scene_bvh::SceneBvh;
+use crate::accel::packet::{GROUP, RAYS};
+use crate::accel::ray_batch::Coherence;
+
+/// Ranges of this many rays or fewer are traced ray by ray.
+const MAX_SINGLE_RAYS: usize = 8;
+
+/// Parts that a full packet is split into.
+const PARTS: usize = 4;
+
+/// Returns true where `count` rays can be tried as a packet: they share an origin or a direction, are not too few,
+/// and have a world BVH to traverse.
+pub(crate) fn can_trace_packet(bvh: &SceneBvh, coherence: Coherence, count: usize) -> bool {
+    count > MAX_SINGLE_RAYS
+        && coherence != Coherence::None
+        && bvh.worlds.iter().any(|world| !world.is_empty())
+}
+
+/// The ranges of a batch, in order: full packets first; where the rays of one are too far apart, quarters of it,
+/// then single groups.
+pub(crate) struct PacketSplitter {
+    next: usize,
+    len: usize,
+    /// Parts of split ranges, the next one last.
+    parts: [Range<usize>; 2 * PARTS],
+    part_count: usize,
+}
+
+impl PacketSplitter {
+    /// Starts on a batch of `len` rays.
+    pub fn new(len: usize) -> PacketSplitter {
+        PacketSplitter { next: 0, len, parts: Default::default(), part_count: 0 }
+    }
+
+    /// Returns the next range of rays.
+    pub fn pop(&mut self) -> Option<Range<usize>> {
+        if self.part_count > 0 {
+            self.part_count -= 1;
+            return Some(self.parts[self.part_count].clone());
+        }
+        let first = self.next;
+        self.next += RAYS.min(self.len - first);
+        (first < self.next).then_some(first..self.next)
+    }
+
+    /// Queues the parts of a range. Returns false where it is a single group or less.
+    pub fn split(&mut self, range: Range<usize>) -> bool {
+        let count = range.len();
+        if count <= GROUP {
+            return false;
+        }
+        let size = if count > RAYS / PARTS { RAYS / PARTS } else { GROUP };
+        let parts = count.div_ceil(size);
+        for (part, i) in self.parts[self.part_count..].iter_mut().zip((0..parts).rev()) {
+            let first = range.start + i * size;
+            *part = first..range.end.min(first + size);
+        }
+        self.part_count += parts;
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_split_packet_comes_in_quarters_and_then_in_groups() {
+        let mut splitter = PacketSplitter::new(RAYS + 70);
+        assert_eq!(splitter.pop(), Some(0..RAYS));
+        assert!(splitter.split(0..RAYS));
+        assert_eq!(splitter.pop(), Some(0..RAYS / 4));
+        assert!(splitter.split(0..RAYS / 4));
+        for g in 0..4 {
+            assert_eq!(splitter.pop(), Some(g * GROUP..(g + 1) * GROUP));
+            assert!(!splitter.split(g * GROUP..(g + 1) * GROUP));
+        }
+        for q in 1..4 {
+            assert_eq!(splitter.pop(), Some(q * RAYS / 4..(q + 1) * RAYS / 4));
+        }
+        assert_eq!(splitter.pop(), Some(RAYS..RAYS + 70));
+        assert!(splitter.split(RAYS..RAYS + 70));
+        assert_eq!(splitter.pop(), Some(RAYS..RAYS + 64));
+        assert_eq!(splitter.pop(), Some(RAYS + 64..RAYS + 70));
+        assert_eq!(splitter.pop(), None);
+    }
+}

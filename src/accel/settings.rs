@@ -1,0 +1,54 @@
+//! Settings of BVH construction and traversal.
+
+use crate::simd::SimdLevel;
+
+/// How BVHs are built and traversed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildSettings {
+    /// Build time against traversal time. Pictures never depend on it.
+    pub preset: Preset,
+    /// The SIMD instructions of traversal: by default the best that the processor has. Pictures never depend on
+    /// it.
+    pub simd: SimdLevel,
+    /// Which instanced meshes are copied into a world BVH. Pictures depend on it by the rounding of t.
+    pub flatten: FlattenBudget,
+}
+
+/// Build quality, by the presets of the builder (obvhs).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Preset {
+    /// No BVH: every ray tests every triangle. The reference for tests.
+    BruteForce,
+    /// Fastest build.
+    Fast,
+    /// Balanced.
+    #[default]
+    Medium,
+    /// Fastest traversal.
+    Slow,
+}
+
+/// How many triangles of meshes that could have a BLAS of their own are copied into a world BVH instead, each
+/// counted as often as it is instanced. The smallest meshes come first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlattenBudget {
+    /// For meshes that are instanced more than once and stand still. Each triangle costs memory, and build time
+    /// once.
+    pub static_triangles: u64,
+    /// For meshes that move. Each triangle costs build time in every frame.
+    pub dynamic_triangles: u64,
+}
+
+impl Default for FlattenBudget {
+    fn default() -> Self {
+        FlattenBudget::DEFAULT
+    }
+}
+
+impl FlattenBudget {
+    /// The measured optimum: ray packets, which traverse world BVHs only, gain more than the copies cost.
+    pub const DEFAULT: FlattenBudget =
+        FlattenBudget { static_triangles: 1 << 20, dynamic_triangles: 1 << 18 };
+    /// Gives every mesh that can have one a BLAS of its own.
+    pub const ZERO: FlattenBudget = FlattenBudget { static_triangles: 0, dynamic_triangles: 0 };
+}

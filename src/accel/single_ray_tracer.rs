@@ -1,0 +1,64 @@
+//! Traces single rays through all BVHs of a scene.
+
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::scene_bvh::SceneBvh;
+use crate::accel::ray_batch::{AnyHitFilter, Coherence, SegmentBatch};
+use crate::accel::traverse::bvh8_traversal::TraversalStack;
+use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::query::{AnyHit, RayContext, RayQuery};
+use crate::accel::traverse::transmittance::Transmittance;
+use crate::simd::Simd;
+
+/// The BVHs of a scene with the memory that traversal needs, ray after ray.
+pub(crate) struct SingleRayTracer<'a> {
+    bvh: &'a SceneBvh,
+    /// The BLASes of the TLAS, by their number there.
+    blases: Vec<&'a Blas>,
+    pub stack: TraversalStack,
+}
+
+impl<'a> SingleRayTracer<'a> {
+    pub fn new(bvh: &'a SceneBvh) -> SingleRayTracer<'a> {
+        SingleRayTracer { bvh, blases: bvh.meshes.values().collect(), stack: TraversalStack::default() }
+    }
+
+    /// Reports the triangles that `ray` hits to `query`: those of the world BVHs, unless packets have traced them
+    /// (`worlds_done`), then those of instances.
+    #[inline(always)]
+    pub fn trace<S: Simd>(&mut self, ray: &LocalRay, worlds_done: bool, query: &mut impl RayQuery) {
+        for world in self.bvh.worlds.iter().filter(|_| !worlds_done) {
+            if let Some(root) = world.bvh.root
+                && !world.traverse::<S, _>(root, ray, None, query, &mut self.stack)
+            {
+                return;
+            }
+        }
+        self.bvh.tlas.traverse::<S, _>(ray, &self.blases, query, &mut self.stack);
+    }
+}
+
+/// Returns the any-hit query of segment `i` and the ray to trace it with; no ray where the segment is not finite or
+/// has no length, which nothing occludes. With `transmittance`, the query collects what translucent surfaces
+/// transmit.
+///
+/// A segment ends before its light, which is at t = 1. Segments to a point are traced from there, as packets do,
+/// so that both trace the same line to the bit.
+#[inline(always)]
+pub(crate) fn segment_query<'a, 'p>(
+    segments: &SegmentBatch,
+    i: usize,
+    filter: &'a dyn AnyHitFilter,
+    transmittance: Option<&'p mut Transmittance>,
+) -> (Option<LocalRay>, AnyHit<'a, 'p>) {
+    let from = segments.from[i];
+    let (o, d, end, ray) = match segments.coherence {
+        Coherence::Direction(d) => (from, d, f32::INFINITY, LocalRay::new(from.as_dvec3(), d.as_dvec3())),
+        Coherence::Origin(light) => (light, from - light, 1.0, LocalRay::shadow(from, light)),
+        Coherence::None => {
+            (segments.to[i], from - segments.to[i], 1.0, LocalRay::shadow(from, segments.to[i]))
+        }
+    };
+    let asked = RayContext { o, d, cutouts: filter };
+    let query = AnyHit { asked, end, source: segments.source[i], blocked: false, passing: transmittance };
+    (ray, query)
+}

@@ -1,0 +1,158 @@
+//! BVH traversal of single rays: front to back for closest hits, by occlusion priority for any hit.
+
+use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
+use crate::accel::traverse::box_test::{NodeTest, OrderedNodeTest};
+
+/// The nodes and leaves that a ray has yet to visit. One serves a whole batch, ray after ray; traversals nest
+/// (TLAS, then BLAS).
+#[derive(Clone, Debug)]
+pub(crate) struct TraversalStack {
+    child: Vec<u32>,
+    /// Entry distances.
+    near: Vec<f32>,
+    /// Entries in use.
+    len: usize,
+}
+
+impl Default for TraversalStack {
+    fn default() -> Self {
+        TraversalStack { child: vec![0; 256], near: vec![0.0; 256], len: 0 }
+    }
+}
+
+impl TraversalStack {
+    /// Returns room for eight more entries behind the first `len`.
+    #[inline(always)]
+    fn room(&mut self, len: usize) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
+        if len + WIDTH > self.child.len() {
+            self.grow(len);
+        }
+        let range = len..len + WIDTH;
+        // The ranges have that length: this cannot fail.
+        let near = self.near[range.clone()].first_chunk_mut();
+        let child = self.child[range].first_chunk_mut();
+        match (near, child) {
+            (Some(near), Some(child)) => (near, child),
+            _ => unreachable!("ranges have their length"),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self, len: usize) {
+        let size = 2 * (len + WIDTH);
+        self.child.resize(size, 0);
+        self.near.resize(size, 0.0);
+    }
+}
+
+/// Intersects a ray with the contents of leaves.
+pub(crate) trait LeafVisitor {
+    /// Visits leaf number `leaf`, whose box the ray enters. Returns the new limit on entry distances, or `None` to
+    /// end the traversal.
+    fn visit_leaf(&mut self, leaf: u32, stack: &mut TraversalStack) -> Option<f32>;
+}
+
+impl Bvh8 {
+    /// Closest-hit traversal below `root`: visits children front to back and skips those that the ray enters
+    /// beyond `limit`. Returns false where `leaves` ended it.
+    #[inline(always)]
+    pub fn traverse_closest(
+        &self,
+        root: u32,
+        test: &impl OrderedNodeTest,
+        stack: &mut TraversalStack,
+        mut limit: f32,
+        leaves: &mut impl LeafVisitor,
+    ) -> bool {
+        // A local, not in memory: every step waits for it.
+        let base = stack.len;
+        let mut top = base;
+        let nodes: &[Bvh8Node] = &self.nodes;
+        let mut current = root;
+        loop {
+            if current & LEAF_BIT == 0 {
+                let node = &nodes[current as usize];
+                let (near, child) = stack.room(top);
+                let (count, nearest) = test.sort_hit_children(node, limit, near, child);
+                if count > 0 {
+                    top += count - 1;
+                    current = nearest;
+                    continue;
+                }
+            } else {
+                stack.len = top;
+                match leaves.visit_leaf(current & !LEAF_BIT, stack) {
+                    Some(new_limit) => limit = new_limit,
+                    None => {
+                        stack.len = base;
+                        return false;
+                    }
+                }
+            }
+            loop {
+                stack.len = base;
+                if top == base {
+                    return true;
+                }
+                top -= 1;
+                let (Some(&next), Some(&near)) = (stack.child.get(top), stack.near.get(top)) else {
+                    return true;
+                };
+                if near <= limit {
+                    current = next;
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Any-hit traversal below `root`, for occlusion rays up to `limit`: visits children in the order of their
+    /// slots, which is that of their occlusion priority. Returns false where `leaves` ended it.
+    ///
+    /// It is a loop of its own because it pushes a node with the mask of its remaining children, where
+    /// [`Bvh8::traverse_closest`] sorts and pushes children: 2 words for each level instead of up to 14.
+    #[inline(always)]
+    pub fn traverse_any(
+        &self,
+        root: u32,
+        test: &impl NodeTest,
+        stack: &mut TraversalStack,
+        limit: f32,
+        leaves: &mut impl LeafVisitor,
+    ) -> bool {
+        let base = stack.len;
+        let mut top = base;
+        let nodes: &[Bvh8Node] = &self.nodes;
+        let mut current = root;
+        loop {
+            if current & LEAF_BIT == 0 {
+                let node = &nodes[current as usize];
+                let hits = test.hit_mask(node, limit);
+                if hits != 0 {
+                    let remaining = hits & (hits - 1);
+                    let (_, room) = stack.room(top);
+                    room[0] = current;
+                    room[1] = remaining;
+                    top += if remaining == 0 { 0 } else { 2 };
+                    current = node.child[hits.trailing_zeros() as usize & (WIDTH - 1)];
+                    continue;
+                }
+            } else {
+                stack.len = top;
+                let goes_on = leaves.visit_leaf(current & !LEAF_BIT, stack).is_some();
+                stack.len = base;
+                if !goes_on {
+                    return false;
+                }
+            }
+            if top == base {
+                return true;
+            }
+            let Some([node, remaining]) = stack.child[..top].last_chunk_mut() else { return true };
+            current = nodes[*node as usize].child[remaining.trailing_zeros() as usize & (WIDTH - 1)];
+            *remaining &= *remaining - 1;
+            top -= if *remaining == 0 { 2 } else { 0 };
+        }
+    }
+}
