@@ -1,7 +1,7 @@
 //! ClosestHit hits of a batch of rays: ray packets in the world BVHs, single rays elsewhere.
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet::{self, Packet, PacketStack};
+use crate::accel::packet::{self, PacketScratch};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
 use crate::accel::ray_batch::{AnyHitFilter, HitBatch, RayBatch};
 use crate::accel::single_ray_tracer::SingleRayTracer;
@@ -28,15 +28,22 @@ impl SimdKernel for IntersectKernel<'_> {
     fn run<S: Simd>(self) {
         let IntersectKernel { bvh, rays, filter, hits } = self;
         let mut tracer = SingleRayTracer::new(bvh);
-        let mut packet = Packet::default();
-        let mut packets = PacketStack::default();
+        let mut scratch = PacketScratch::default();
         let mut splitter = PacketSplitter::new(rays.len());
         while let Some(range) = splitter.pop() {
             let as_packet = can_trace_packet(bvh, rays.coherence, range.len());
             let worlds_done = as_packet && {
-                let scratch = (&mut packet, &mut packets, &mut tracer.stack);
-                let some = (rays, range.start, range.len());
-                packet::intersect::<S>(&bvh.worlds, some, filter, &mut hits[range.clone()], scratch)
+                let hits = &mut hits[range.clone()];
+                let range = range.clone();
+                packet::intersect::<S>(
+                    &bvh.worlds,
+                    rays,
+                    range,
+                    filter,
+                    hits,
+                    &mut scratch,
+                    &mut tracer.stack,
+                )
             };
             if as_packet && !worlds_done && splitter.split(range.clone()) {
                 continue;
@@ -49,9 +56,9 @@ impl SimdKernel for IntersectKernel<'_> {
                 let o = rays.origins[i];
                 let d = rays.directions[i];
                 let best = if hit.is_miss() { Hit { t: rays.t_max, id: HitId::NONE } } else { *hit };
-                let asked = RayContext { o, d, cutouts: filter };
-                let cull = rays.cull_back_faces;
-                let mut query = ClosestHit { asked, cull, after: rays.after(i), best };
+                let ray = RayContext { o, d, filter };
+                let cull_back_faces = rays.cull_back_faces;
+                let mut query = ClosestHit { ray, cull_back_faces, after: rays.after(i), best };
                 if let Some(ray) = LocalRay::new(o.as_dvec3(), d.as_dvec3()) {
                     tracer.trace::<S>(&ray, worlds_done, &mut query);
                 }

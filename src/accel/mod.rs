@@ -20,7 +20,7 @@
 //! 4. [`Bvh8::traverse_closest`](bvh::bvh8::Bvh8::traverse_closest) leads it front to back through the nodes. A
 //!    [`SimdNodeTest`](traverse::box_test::SimdNodeTest) tests the boxes of eight children at once.
 //! 5. In a leaf, four triangles of a [`Triangle4`](bvh::triangle4::Triangle4) are tested at once, conservatively, in
-//!    f32 ([`traverse::error_bounds`]); the exact hit test in f64 ([`traverse::hit`]) decides about the few
+//!    f32 ([`traverse::triangle_test`]); the exact hit test in f64 ([`traverse::hit`]) decides about the few
 //!    that are left.
 //! 6. Hits are reported to a query ([`traverse::query`]): the closest hit keeps the first one in the order of
 //!    (t, id).

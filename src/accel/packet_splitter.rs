@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet::{GROUP, RAYS};
+use crate::accel::packet::{PACKET_SIZE, RAY_GROUP};
 use crate::accel::ray_batch::Coherence;
 
 /// Ranges of this many rays or fewer are traced ray by ray.
@@ -43,17 +43,17 @@ impl PacketSplitter {
             return Some(self.parts[self.part_count].clone());
         }
         let first = self.next;
-        self.next += RAYS.min(self.len - first);
+        self.next += PACKET_SIZE.min(self.len - first);
         (first < self.next).then_some(first..self.next)
     }
 
     /// Queues the parts of a range. Returns false where it is a single group or less.
     pub fn split(&mut self, range: Range<usize>) -> bool {
         let count = range.len();
-        if count <= GROUP {
+        if count <= RAY_GROUP {
             return false;
         }
-        let size = if count > RAYS / PARTS { RAYS / PARTS } else { GROUP };
+        let size = if count > PACKET_SIZE / PARTS { PACKET_SIZE / PARTS } else { RAY_GROUP };
         let parts = count.div_ceil(size);
         for (part, i) in self.parts[self.part_count..].iter_mut().zip((0..parts).rev()) {
             let first = range.start + i * size;
@@ -70,22 +70,22 @@ mod tests {
 
     #[test]
     fn a_split_packet_comes_in_quarters_and_then_in_groups() {
-        let mut splitter = PacketSplitter::new(RAYS + 70);
-        assert_eq!(splitter.pop(), Some(0..RAYS));
-        assert!(splitter.split(0..RAYS));
-        assert_eq!(splitter.pop(), Some(0..RAYS / 4));
-        assert!(splitter.split(0..RAYS / 4));
+        let mut splitter = PacketSplitter::new(PACKET_SIZE + 70);
+        assert_eq!(splitter.pop(), Some(0..PACKET_SIZE));
+        assert!(splitter.split(0..PACKET_SIZE));
+        assert_eq!(splitter.pop(), Some(0..PACKET_SIZE / 4));
+        assert!(splitter.split(0..PACKET_SIZE / 4));
         for g in 0..4 {
-            assert_eq!(splitter.pop(), Some(g * GROUP..(g + 1) * GROUP));
-            assert!(!splitter.split(g * GROUP..(g + 1) * GROUP));
+            assert_eq!(splitter.pop(), Some(g * RAY_GROUP..(g + 1) * RAY_GROUP));
+            assert!(!splitter.split(g * RAY_GROUP..(g + 1) * RAY_GROUP));
         }
         for q in 1..4 {
-            assert_eq!(splitter.pop(), Some(q * RAYS / 4..(q + 1) * RAYS / 4));
+            assert_eq!(splitter.pop(), Some(q * PACKET_SIZE / 4..(q + 1) * PACKET_SIZE / 4));
         }
-        assert_eq!(splitter.pop(), Some(RAYS..RAYS + 70));
-        assert!(splitter.split(RAYS..RAYS + 70));
-        assert_eq!(splitter.pop(), Some(RAYS..RAYS + 64));
-        assert_eq!(splitter.pop(), Some(RAYS + 64..RAYS + 70));
+        assert_eq!(splitter.pop(), Some(PACKET_SIZE..PACKET_SIZE + 70));
+        assert!(splitter.split(PACKET_SIZE..PACKET_SIZE + 70));
+        assert_eq!(splitter.pop(), Some(PACKET_SIZE..PACKET_SIZE + 64));
+        assert_eq!(splitter.pop(), Some(PACKET_SIZE + 64..PACKET_SIZE + 70));
         assert_eq!(splitter.pop(), None);
     }
 }

@@ -51,14 +51,14 @@ pub(crate) fn segment_query<'a, 'p>(
     transmittance: Option<&'p mut Transmittance>,
 ) -> (Option<LocalRay>, AnyHit<'a, 'p>) {
     let from = segments.from[i];
-    let (o, d, end, ray) = match segments.coherence {
+    let (o, d, t_max, ray) = match segments.coherence {
         Coherence::Direction(d) => (from, d, f32::INFINITY, LocalRay::new(from.as_dvec3(), d.as_dvec3())),
         Coherence::Origin(light) => (light, from - light, 1.0, LocalRay::shadow(from, light)),
         Coherence::None => {
             (segments.to[i], from - segments.to[i], 1.0, LocalRay::shadow(from, segments.to[i]))
         }
     };
-    let asked = RayContext { o, d, cutouts: filter };
-    let query = AnyHit { asked, end, source: segments.source[i], blocked: false, passing: transmittance };
+    let context = RayContext { o, d, filter };
+    let query = AnyHit { ray: context, t_max, source: segments.source[i], occluded: false, transmittance };
     (ray, query)
 }

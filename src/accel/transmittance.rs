@@ -1,7 +1,7 @@
 //! Transmittance of a batch of segments: any-hit traversal that goes on through translucent surfaces.
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet::{self, Answers, GROUP, GROUPS, Packet, PacketStack, RAYS};
+use crate::accel::packet::{self, PACKET_SIZE, PacketOcclusion, PacketScratch};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
 use crate::accel::ray_batch::{AnyHitFilter, SegmentBatch};
 use crate::accel::single_ray_tracer::{SingleRayTracer, segment_query};
@@ -27,40 +27,45 @@ impl SimdKernel for TransmittanceKernel<'_> {
     fn run<S: Simd>(self) {
         let TransmittanceKernel { bvh, segments, filter, out } = self;
         let mut tracer = SingleRayTracer::new(bvh);
-        let mut packet = Packet::default();
-        let mut packets = PacketStack::default();
-        let mut passing: Box<[Transmittance]> = (0..RAYS).map(|_| Transmittance::default()).collect();
+        let mut scratch = PacketScratch::default();
+        let mut transmittances = vec![Transmittance::default(); PACKET_SIZE].into_boxed_slice();
         let mut splitter = PacketSplitter::new(segments.len());
         while let Some(range) = splitter.pop() {
-            passing.iter_mut().for_each(Transmittance::clear);
-            let mut blocked = [0; GROUPS];
+            transmittances.iter_mut().for_each(Transmittance::clear);
+            let mut occlusion = PacketOcclusion::new(Some(&mut transmittances));
             let as_packet = can_trace_packet(bvh, segments.coherence, range.len());
-            let worlds_done = as_packet && {
-                let mut answers = Answers { blocked, passing: Some(&mut passing) };
-                let scratch = (&mut packet, &mut packets, &mut tracer.stack);
-                let some = (segments, range.start, range.len());
-                let done = packet::occluded::<S>(&bvh.worlds, some, filter, &mut answers, scratch);
-                blocked = answers.blocked;
-                done
-            };
+            let worlds_done = as_packet
+                && packet::occluded::<S>(
+                    &bvh.worlds,
+                    segments,
+                    range.clone(),
+                    filter,
+                    &mut occlusion,
+                    &mut scratch,
+                    &mut tracer.stack,
+                );
             if as_packet && !worlds_done {
                 if splitter.split(range.clone()) {
                     continue;
                 }
                 // All BVHs are traversed again.
-                passing.iter_mut().for_each(Transmittance::clear);
+                occlusion.clear_transmittance();
             }
             let remaining = !worlds_done || !bvh.tlas.is_empty();
-            for ((i, segment), passing) in range.enumerate().zip(passing.iter_mut()) {
-                let mut blocked = blocked[i / GROUP] >> (i % GROUP) & 1 == 1;
-                if remaining && !blocked {
-                    let (ray, mut query) = segment_query(segments, segment, filter, Some(&mut *passing));
+            for (i, segment) in range.enumerate() {
+                let mut occluded = occlusion.is_occluded(i);
+                if remaining && !occluded {
+                    let transmittance = occlusion.transmittance(i);
+                    let (ray, mut query) = segment_query(segments, segment, filter, transmittance);
                     if let Some(ray) = ray {
                         tracer.trace::<S>(&ray, worlds_done, &mut query);
                     }
-                    blocked = query.blocked;
+                    occluded = query.occluded;
                 }
-                out.push(if blocked { Rgb::ZERO } else { passing.light() });
+                out.push(match occlusion.transmittance(i) {
+                    Some(transmittance) if !occluded => transmittance.sorted_product(),
+                    _ => Rgb::ZERO,
+                });
             }
         }
     }

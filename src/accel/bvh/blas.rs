@@ -14,9 +14,9 @@ use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
 use crate::accel::report::BuildReport;
 use crate::accel::traverse::box_test::{BoxTestRay, SimdNodeTest};
 use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
-use crate::accel::traverse::error_bounds::TriangleTestRay;
 use crate::accel::traverse::hit::{LocalRay, TriangleHit};
 use crate::accel::traverse::query::{CoincidentIds, RayQuery};
+use crate::accel::traverse::triangle_test::TriangleTestRay;
 use crate::scene::SurfaceClass;
 use crate::simd::{OutlinedKernel, Simd};
 
@@ -64,7 +64,7 @@ impl Blas {
         query: &mut Q,
         stack: &mut TraversalStack,
     ) -> bool {
-        S::call_outlined(TraverseKernel { blas: self, root, ray, instance, query, stack })
+        S::call_outlined(TraverseBlasKernel { blas: self, root, ray, instance, query, stack })
     }
 
     /// Reports that a ray hits the triangle in a lane of a block. Returns true where the query ends.
@@ -83,7 +83,7 @@ impl Blas {
             if flags.class == SurfaceClass::Translucent && !hit.owned {
                 return false;
             }
-            let ids = CoincidentIds { ids, spans: &self.ids, instance };
+            let ids = CoincidentIds { indices: ids, id_map: &self.ids, instance };
             query.record_hit(hit.t, flags, hit.ccw == flags.reversed, ids).is_break()
         };
         match id & COINCIDENT {
@@ -100,7 +100,7 @@ impl Blas {
         lane: usize,
         instance: Option<u32>,
     ) -> CoincidentIds<'b> {
-        CoincidentIds { ids: std::slice::from_ref(&block.ids[lane]), spans: &self.ids, instance }
+        CoincidentIds { indices: std::slice::from_ref(&block.ids[lane]), id_map: &self.ids, instance }
     }
 
     /// Returns the block and lane of `entry`: the block's index times [`TRIANGLE_LANES`] plus the lane.
@@ -133,7 +133,7 @@ pub(crate) fn box_limit(ray: &LocalRay, query: &impl RayQuery) -> f32 {
 }
 
 /// [`Blas::traverse`] as a function of its own.
-struct TraverseKernel<'a, Q> {
+struct TraverseBlasKernel<'a, Q> {
     blas: &'a Blas,
     root: u32,
     ray: &'a LocalRay,
@@ -142,12 +142,12 @@ struct TraverseKernel<'a, Q> {
     stack: &'a mut TraversalStack,
 }
 
-impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for TraverseKernel<'_, Q> {
+impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for TraverseBlasKernel<'_, Q> {
     type Output = bool;
 
     #[inline(always)]
     fn run(self) -> bool {
-        let TraverseKernel { blas, root, ray, instance, query, stack } = self;
+        let TraverseBlasKernel { blas, root, ray, instance, query, stack } = self;
         let box_ray = BoxTestRay::new(ray.o, ray.d, 0.0, ray.to_local_t(query.t_min()));
         let node_test = SimdNodeTest::<S>::new(&box_ray);
         let triangle_ray = TriangleTestRay::new(ray, blas.centre, blas.radius, query.early_out_t_max());
@@ -207,13 +207,13 @@ impl<S: Simd, Q: RayQuery> TriangleIntersector<'_, S, Q> {
         while possible != 0 {
             let lane = possible.trailing_zeros() as usize & (TRIANGLE_LANES - 1);
             possible &= possible - 1;
-            if candidates.between >> lane & 1 == 1 {
+            if candidates.early_out >> lane & 1 == 1 {
                 let ids = self.blas.single_id(block, lane, self.instance);
                 if self.query.early_out(block, lane, ids) {
                     return false;
                 }
             }
-            let sure = candidates.sure >> lane & 1 == 1;
+            let sure = candidates.certain >> lane & 1 == 1;
             let Some(hit) = self.ray.intersect(&block.vertices(lane), sure) else { continue };
             if self.blas.report_hit(block, lane, hit, self.instance, self.query) {
                 return false;

@@ -1,140 +1,186 @@
-//! Segments by the packet: is anything in the way?
+//! Any-hit tracing of a ray packet: occlusion and transmittance of segments.
+
+use std::ops::Range;
 
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::packet::{GROUP, Packet, PacketStack, PerRay, Rays, Sure, Verdict, fetch, whole};
+use crate::accel::packet::packet_hits::{CertainHit, PacketHits};
+use crate::accel::packet::per_ray::{PerRay, RAY_GROUP, RAY_GROUPS, RayMask};
+use crate::accel::packet::ray_packet::{RayPacket, pad_to_packet, prefetch_next_packet};
+use crate::accel::packet::scratch::PacketScratch;
+use crate::accel::packet::shared_ray::SharedRay;
 use crate::accel::ray_batch::{AnyHitFilter, Coherence, SegmentBatch};
 use crate::accel::single_ray_tracer::segment_query;
 use crate::accel::traverse::bvh8_traversal::TraversalStack;
-use crate::accel::traverse::error_bounds::LIGHT;
 use crate::accel::traverse::transmittance::Transmittance;
+use crate::accel::traverse::triangle_test::LIGHT_MARGIN;
 use crate::simd::{Lanes, Simd};
 
-/// What is known of the segments of a packet.
-pub(crate) struct Answers<'p> {
-    /// Those that are blocked.
-    pub blocked: Rays,
-    /// What passes through what does not block them, if that is asked.
-    pub passing: Option<&'p mut [Transmittance]>,
+/// The result of [`occluded`] for the segments of a packet.
+#[derive(Debug)]
+pub(crate) struct PacketOcclusion<'t> {
+    occluded: RayMask,
+    /// Collects the translucent surfaces on each segment; without it, they are ignored.
+    transmittance: Option<&'t mut [Transmittance]>,
 }
 
-impl Answers<'_> {
-    /// Whether a segment is blocked.
+impl<'t> PacketOcclusion<'t> {
+    /// A result without occluded segments.
+    pub fn new(transmittance: Option<&'t mut [Transmittance]>) -> PacketOcclusion<'t> {
+        PacketOcclusion { occluded: [0; RAY_GROUPS], transmittance }
+    }
+
+    /// Forgets the translucent surfaces, to collect them again.
+    pub fn clear_transmittance(&mut self) {
+        self.transmittance.iter_mut().flat_map(|all| all.iter_mut()).for_each(Transmittance::clear);
+    }
+
+    /// Returns true where a segment is occluded.
     #[inline(always)]
-    pub fn blocked(&self, ray: usize) -> bool {
-        self.blocked[ray / GROUP] >> (ray % GROUP) & 1 == 1
+    pub fn is_occluded(&self, segment: usize) -> bool {
+        self.occluded[segment / RAY_GROUP] >> (segment % RAY_GROUP) & 1 == 1
+    }
+
+    /// The transmittance of a segment that is not occluded.
+    #[inline(always)]
+    pub fn transmittance(&mut self, segment: usize) -> Option<&mut Transmittance> {
+        self.transmittance.as_mut().map(|transmittance| &mut transmittance[segment])
     }
 }
 
-/// Asks what of several trees is in the way of segments `first..first + count` (at most a packet of
-/// them), if they go together well enough; else false comes back, and some of the trees may have been
-/// asked.
+/// Finds the segments of `range`, a packet at most, that are occluded in the world BVHs. Returns false where they do not
+/// make a packet; some of the BVHs may have been traversed then.
 #[inline(always)]
-pub fn occluded<S: Simd>(
-    trees: &[Blas],
-    (segments, first, count): (&SegmentBatch, usize, usize),
-    cutouts: &dyn AnyHitFilter,
-    answers: &mut Answers<'_>,
-    (packet, packets, stack): (&mut Packet, &mut PacketStack, &mut TraversalStack),
+pub(crate) fn occluded<S: Simd>(
+    worlds: &[Blas],
+    segments: &SegmentBatch,
+    range: Range<usize>,
+    filter: &dyn AnyHitFilter,
+    occlusion: &mut PacketOcclusion<'_>,
+    scratch: &mut PacketScratch,
+    single_ray_stack: &mut TraversalStack,
 ) -> bool {
-    let mut room = None;
-    fetch(segments.from.get(first + count..));
-    let Some(from) = whole(&segments.from[first..first + count], &mut room) else { return false };
-    let (lines, end) = match segments.coherence {
-        Coherence::Origin(light) => (packet.take_directions::<S>(light, (from, count), light), 1.0),
-        Coherence::Direction(d) => (packet.take_origins::<S>(d, (from, count)), f32::INFINITY),
-        Coherence::None => return false,
-    };
-    let Some(lines) = lines else { return false };
-    packet.begin::<S>(count, 0.0, end);
-    if let Coherence::Origin(_) = segments.coherence {
-        packet.sure_start = LIGHT * packet.size as f32;
-    }
-    for triangles in trees.iter().filter(|tree| !tree.is_empty()) {
-        let mut sources = PerRay::splat(u32::MAX);
-        triangles
-            .ids
-            .indices(&segments.source[first..first + count], sources.0.as_flattened_mut().as_flattened_mut());
-        let segments = (segments, first);
-        let mut verdict = Blocked { triangles, segments, cutouts, sources, answers: &mut *answers, stack };
-        if !packet.lead::<S, _>(triangles, &lines, &mut verdict, packets) {
+    let PacketScratch { packet, stack } = scratch;
+    let first = range.start;
+    let Some(shared) = load_segments::<S>(packet, segments, range.clone()) else { return false };
+    for blas in worlds.iter().filter(|blas| !blas.is_empty()) {
+        let mut source = PerRay::splat(u32::MAX);
+        let source_entries = source.quads.as_flattened_mut().as_flattened_mut();
+        blas.ids.indices(&segments.source[range.clone()], source_entries);
+        let mut any_hits =
+            AnyHits { blas, segments, first, filter, source, occlusion: &mut *occlusion, single_ray_stack };
+        if !packet.trace::<S, _>(blas, &shared, &mut any_hits, stack) {
             return false;
         }
     }
     true
 }
 
-/// A packet of segments at triangles.
-struct Blocked<'a, 's, 'p, 'q> {
-    triangles: &'a Blas,
-    segments: (&'a SegmentBatch, usize),
-    cutouts: &'a dyn AnyHitFilter,
-    /// The triangle that each starts on.
-    sources: PerRay<u32>,
-    answers: &'s mut Answers<'p>,
-    stack: &'q mut TraversalStack,
-}
-
-impl Blocked<'_, '_, '_, '_> {
-    fn block(&mut self, packet: &mut Packet, ray: usize) {
-        packet.finish(ray);
-        self.answers.blocked[ray / GROUP] |= 1 << (ray % GROUP);
+/// Loads the segments of a packet. Segments to a point light are traced from the light, and end at t = 1.
+#[inline(always)]
+fn load_segments<S: Simd>(
+    packet: &mut RayPacket,
+    segments: &SegmentBatch,
+    range: Range<usize>,
+) -> Option<SharedRay> {
+    prefetch_next_packet(segments.from.get(range.end..));
+    let count = range.len();
+    let mut room = None;
+    let from = pad_to_packet(&segments.from[range], &mut room)?;
+    match segments.coherence {
+        Coherence::Origin(light) => {
+            if !packet.load_directions::<S>(light, from, count, light) {
+                return None;
+            }
+            packet.activate::<S>(count, 0.0, 1.0);
+            packet.certain_t_min = LIGHT_MARGIN * packet.t_scale as f32;
+            Some(SharedRay::Origin(light))
+        }
+        Coherence::Direction(d) => {
+            let d = packet.load_origins::<S>(d, from, count)?;
+            packet.activate::<S>(count, 0.0, f32::INFINITY);
+            Some(SharedRay::Direction(d))
+        }
+        Coherence::None => None,
     }
 }
 
-impl<S: Simd> Verdict<S> for Blocked<'_, '_, '_, '_> {
+/// The occlusion of a packet of segments in one BVH so far.
+struct AnyHits<'a, 't, 's, 'o> {
+    blas: &'a Blas,
+    segments: &'a SegmentBatch,
+    /// Index of the packet's first segment in the batch.
+    first: usize,
+    filter: &'a dyn AnyHitFilter,
+    /// Index of the triangle that each segment starts on.
+    source: PerRay<u32>,
+    occlusion: &'o mut PacketOcclusion<'t>,
+    single_ray_stack: &'s mut TraversalStack,
+}
+
+impl AnyHits<'_, '_, '_, '_> {
+    fn set_occluded(&mut self, packet: &mut RayPacket, ray: usize) {
+        packet.deactivate(ray);
+        self.occlusion.occluded[ray / RAY_GROUP] |= 1 << (ray % RAY_GROUP);
+    }
+}
+
+impl<S: Simd> PacketHits<S> for AnyHits<'_, '_, '_, '_> {
     #[inline(always)]
-    fn plain(&self, block: &Triangle4) -> u8 {
+    fn culls_back_faces(&self) -> bool {
+        false
+    }
+
+    /// Shadow rays of a point light converge at the light; those of a directional light do so nowhere.
+    #[inline(always)]
+    fn visits_by_occlusion_priority(&self) -> bool {
+        matches!(self.segments.coherence, Coherence::Direction(_))
+    }
+
+    #[inline(always)]
+    fn unfiltered_mask(&self, block: &Triangle4) -> u8 {
         block.opaque_mask()
     }
 
     #[inline(always)]
-    fn ignores(&self, block: &Triangle4, lane: usize, g: usize) -> u32 {
-        S::F32x16::eq_u32(self.sources.group(g), block.ids[lane])
+    fn excluded_rays(&self, block: &Triangle4, lane: usize, g: usize) -> u32 {
+        S::F32x16::eq_u32(self.source.group(g), block.ids[lane])
     }
 
     #[inline(always)]
-    fn culls(&self) -> bool {
-        false
-    }
-
-    /// Rays from a lamp are together near it, and those of the sun nowhere.
-    #[inline(always)]
-    fn by_odds(&self) -> bool {
-        matches!(self.segments.0.coherence, Coherence::Direction(_))
-    }
-
-    #[inline(always)]
-    fn take(&mut self, packet: &mut Packet, g: usize, mask: u32, _: u32, _: Sure<S::F32x16>) {
-        self.answers.blocked[g] |= mask;
-        packet.live[g] &= !mask;
-        let done = S::F32x16::splat(-1.0);
-        for limit in [packet.lower.group_mut(g), packet.upper.group_mut(g)] {
-            done.select(mask, S::F32x16::load(limit)).store(limit);
+    fn record(&mut self, packet: &mut RayPacket, g: usize, mask: u32, _: u32, _: CertainHit<S::F32x16>) {
+        self.occlusion.occluded[g] |= mask;
+        packet.active[g] &= !mask;
+        let inactive = S::F32x16::splat(-1.0);
+        for t_max in [packet.t_max_lower.group_mut(g), packet.t_max_upper.group_mut(g)] {
+            inactive.select(mask, S::F32x16::load(t_max)).store(t_max);
         }
     }
 
-    fn judge(&mut self, packet: &mut Packet, ray: usize, entry: u32, sure: bool) {
-        let (block, lane) = self.triangles.locate(entry);
-        let passing = self.answers.passing.as_mut().map(|passing| &mut passing[ray]);
-        let (line, mut query) = segment_query(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
-        let Some(met) = line.and_then(|line| line.intersect(&block.vertices(lane), sure)) else { return };
-        self.triangles.report_hit(block, lane, met, None, &mut query);
-        if query.blocked {
-            self.block(packet, ray);
+    fn test_exactly(&mut self, packet: &mut RayPacket, ray: usize, entry: u32, certain: bool) {
+        let (block, lane) = self.blas.locate(entry);
+        let transmittance = self.occlusion.transmittance(ray);
+        let (local_ray, mut query) =
+            segment_query(self.segments, self.first + ray, self.filter, transmittance);
+        let hit = local_ray.and_then(|ray| ray.intersect(&block.vertices(lane), certain));
+        let Some(hit) = hit else { return };
+        self.blas.report_hit(block, lane, hit, None, &mut query);
+        if query.occluded {
+            self.set_occluded(packet, ray);
         }
     }
 
     #[inline(always)]
-    fn go_alone(&mut self, packet: &mut Packet, ray: usize, child: u32) -> bool {
-        let passing = self.answers.passing.as_mut().map(|passing| &mut passing[ray]);
-        let (line, mut query) = segment_query(self.segments.0, self.segments.1 + ray, self.cutouts, passing);
-        let Some(line) = line else { return false };
-        self.triangles.traverse::<S, _>(child, &line, None, &mut query, self.stack);
-        let blocked = query.blocked;
-        if blocked {
-            self.block(packet, ray);
+    fn trace_single(&mut self, packet: &mut RayPacket, ray: usize, child: u32) -> bool {
+        let transmittance = self.occlusion.transmittance(ray);
+        let (local_ray, mut query) =
+            segment_query(self.segments, self.first + ray, self.filter, transmittance);
+        let Some(local_ray) = local_ray else { return false };
+        self.blas.traverse::<S, _>(child, &local_ray, None, &mut query, self.single_ray_stack);
+        let occluded = query.occluded;
+        if occluded {
+            self.set_occluded(packet, ray);
         }
-        blocked
+        occluded
     }
 }

@@ -1,72 +1,85 @@
-//! Where the lines of a packet meet triangles, exactly.
+//! The t of certain hits in f64, for the rays of a group at once.
 
 use glam::DVec3;
 
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::packet::shared_ray::Lines;
-use crate::accel::packet::{GROUP, Packet};
-use crate::accel::traverse::hit::inverse;
+use crate::accel::packet::per_ray::RAY_GROUP;
+use crate::accel::packet::ray_packet::RayPacket;
+use crate::accel::packet::shared_ray::SharedRay;
+use crate::accel::traverse::hit::invert_power_of_two;
 use crate::simd::Simd;
 use crate::simd::vec3::per_axis;
 
-/// Blocks whose triangles a table holds: as many of these as lines are in a group.
-pub(crate) const BLOCKS: usize = GROUP / TRIANGLE_LANES;
+/// Leaf blocks whose triangles an [`ExactHits`] holds.
+pub(super) const BLOCKS: usize = RAY_GROUP / TRIANGLE_LANES;
 
-/// The triangles of a few blocks, for lines that are known to go through one of them and that it surely
-/// faces ([`Slack::facing`]): t is that of [`LocalRay::intersect_certain`], to the bit. What is a triangle's own is
-/// computed once for all lines, and each looks up the triangle that it met.
+/// The triangles of a few leaf blocks, for rays that certainly hit one of them at an angle that is not grazing. Their t
+/// is that of [`LocalRay::intersect_certain`], to the bit. What depends on a triangle alone is computed once for all
+/// rays; each ray looks up the triangle that it hits.
 ///
-/// [`Slack::facing`]: crate::accel::traverse::error_bounds::Slack::facing
 /// [`LocalRay::intersect_certain`]: crate::accel::traverse::hit::LocalRay::intersect_certain
 #[derive(Clone, Debug)]
-pub(crate) struct Places {
-    shared: Shared,
-    /// By axis.
-    normal: [[f64; GROUP]; 3],
-    /// A corner, where directions are shared.
-    corner: [[f64; GROUP]; 3],
-    /// Of the quotient that t is, what all lines share: above, or, where directions are shared, below.
-    common: [f64; GROUP],
-    /// Instances, triangles.
-    ids: [[u32; GROUP]; 2],
+pub(super) struct ExactHits {
+    shared: SharedF64,
+    /// n = e₁×e₂, by axis.
+    normal: [[f64; RAY_GROUP]; 3],
+    /// v₀, by axis, where the direction is shared.
+    vertex: [[f64; RAY_GROUP]; 3],
+    /// The part of t = n·(v₀ − o) / n·d that all rays share: the numerator with a shared origin, the denominator with a
+    /// shared direction.
+    shared_term: [f64; RAY_GROUP],
+    instance: [u32; RAY_GROUP],
+    triangle: [u32; RAY_GROUP],
 }
 
-/// An origin, or a direction divided by a power of two about as long.
+/// A [`SharedRay`] in f64.
 #[derive(Clone, Copy, Debug)]
-enum Shared {
+enum SharedF64 {
     Origin(DVec3),
     Direction(DVec3),
 }
 
-/// Where each line of a group meets its triangle, and which that is: t, instances, triangles.
-pub(crate) type GroupHits = ([f32; GROUP], [[u32; GROUP]; 2]);
+/// The hits of a ray group.
+pub(super) struct GroupHits {
+    pub t: [f32; RAY_GROUP],
+    pub instance: [u32; RAY_GROUP],
+    pub triangle: [u32; RAY_GROUP],
+}
 
-impl Places {
-    /// Of nothing yet.
+impl ExactHits {
+    /// Returns a table without triangles.
     #[inline(always)]
-    pub fn new(lines: &Lines) -> Places {
-        let shared = match *lines {
-            Lines::From(o) => Shared::Origin(o.as_dvec3()),
-            Lines::Along(d) => Shared::Direction(d.as_dvec3()),
+    pub fn new(shared: &SharedRay) -> ExactHits {
+        let shared = match *shared {
+            SharedRay::Origin(o) => SharedF64::Origin(o.as_dvec3()),
+            SharedRay::Direction(d) => SharedF64::Direction(d.as_dvec3()),
         };
-        let zero = [[0.0; GROUP]; 3];
-        Places { shared, normal: zero, corner: zero, common: [0.0; GROUP], ids: [[0; GROUP]; 2] }
+        ExactHits {
+            shared,
+            normal: [[0.0; RAY_GROUP]; 3],
+            vertex: [[0.0; RAY_GROUP]; 3],
+            shared_term: [0.0; RAY_GROUP],
+            instance: [0; RAY_GROUP],
+            triangle: [0; RAY_GROUP],
+        }
     }
 
-    /// Holds the triangles of a block, as the four of number `nth`.
+    /// Sets the four triangles of block number `i` of the table.
     #[inline(always)]
-    pub fn put(&mut self, nth: usize, block: &Triangle4, spans: &TriangleIdMap) {
-        let first = nth % BLOCKS * TRIANGLE_LANES;
+    pub fn set_block(&mut self, i: usize, block: &Triangle4, id_map: &TriangleIdMap) {
+        let first = i % BLOCKS * TRIANGLE_LANES;
         let v0 = per_axis(|axis| block.vertex[0][axis].map(f64::from));
-        let edge = |corner: usize, axis: usize| {
-            let mut edge = block.vertex[corner][axis].map(f64::from);
-            edge.iter_mut().zip(&v0[axis]).for_each(|(x, from)| *x -= from);
+        let edge = |vertex: usize, axis: usize| {
+            let mut edge = block.vertex[vertex][axis].map(f64::from);
+            edge.iter_mut().zip(&v0[axis]).for_each(|(x, v0)| *x -= v0);
             edge
         };
-        let (e1, e2) = (per_axis(|axis| edge(1, axis)), per_axis(|axis| edge(2, axis)));
+        let e1 = per_axis(|axis| edge(1, axis));
+        let e2 = per_axis(|axis| edge(2, axis));
         for axis in 0..3 {
-            let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+            let b = (axis + 1) % 3;
+            let c = (axis + 2) % 3;
             for i in 0..TRIANGLE_LANES {
                 self.normal[axis][first + i] = e1[b][i] * e2[c][i] - e2[b][i] * e1[c][i];
             }
@@ -74,50 +87,52 @@ impl Places {
         let n = |i: usize| DVec3::from(per_axis(|axis| self.normal[axis][first + i]));
         let v0 = |i: usize| DVec3::from(per_axis(|axis| v0[axis][i]));
         match self.shared {
-            Shared::Origin(o) => {
+            SharedF64::Origin(o) => {
                 for i in 0..TRIANGLE_LANES {
-                    self.common[first + i] = n(i).dot(v0(i) - o);
+                    self.shared_term[first + i] = n(i).dot(v0(i) - o);
                 }
             }
-            Shared::Direction(d) => {
+            SharedF64::Direction(d) => {
                 for i in 0..TRIANGLE_LANES {
-                    self.common[first + i] = n(i).dot(d);
+                    self.shared_term[first + i] = n(i).dot(d);
                     for axis in 0..3 {
-                        self.corner[axis][first + i] = v0(i)[axis];
+                        self.vertex[axis][first + i] = v0(i)[axis];
                     }
                 }
             }
         }
-        for (i, &entry) in block.ids.iter().enumerate().take(block.count()) {
-            let id = spans.id(entry);
-            self.ids[0][first + i] = id.instance;
-            self.ids[1][first + i] = id.triangle;
+        for (i, &index) in block.ids.iter().enumerate().take(block.count()) {
+            let id = id_map.id(index);
+            self.instance[first + i] = id.instance;
+            self.triangle[first + i] = id.triangle;
         }
     }
 
-    /// Where the lines of group `g` meet the triangles of numbers `of`.
+    /// Computes the hits of the rays of group `g` with the triangles `slots` of the table.
     #[inline(always)]
-    pub fn of<S: Simd>(&self, packet: &Packet, g: usize, of: &[u32; GROUP]) -> GroupHits {
-        let unit = inverse(packet.size);
-        let n = per_axis(|axis| S::lookup_f64(&self.normal[axis], of));
+    pub fn compute<S: Simd>(&self, packet: &RayPacket, g: usize, slots: &[u32; RAY_GROUP]) -> GroupHits {
+        let inv_t_scale = invert_power_of_two(packet.t_scale);
+        let n = per_axis(|axis| S::lookup_f64(&self.normal[axis], slots));
         let n = |i: usize| DVec3::new(n[0][i], n[1][i], n[2][i]);
-        let common = S::lookup_f64(&self.common, of);
-        let own = |i: usize| DVec3::from(per_axis(|axis| f64::from(packet.own[axis].group(g)[i])));
-        let mut t = [0.0; GROUP];
+        let shared_term = S::lookup_f64(&self.shared_term, slots);
+        let varying = |i: usize| DVec3::from(per_axis(|axis| f64::from(packet.varying[axis].group(g)[i])));
+        let mut t = [0.0; RAY_GROUP];
         match self.shared {
-            Shared::Origin(_) => {
+            SharedF64::Origin(_) => {
                 for (i, t) in t.iter_mut().enumerate() {
-                    *t = (common[i] / n(i).dot(own(i)) * unit) as f32;
+                    *t = (shared_term[i] / n(i).dot(varying(i)) * inv_t_scale) as f32;
                 }
             }
-            Shared::Direction(_) => {
-                let v0 = per_axis(|axis| S::lookup_f64(&self.corner[axis], of));
+            SharedF64::Direction(_) => {
+                let v0 = per_axis(|axis| S::lookup_f64(&self.vertex[axis], slots));
                 let v0 = |i: usize| DVec3::new(v0[0][i], v0[1][i], v0[2][i]);
                 for (i, t) in t.iter_mut().enumerate() {
-                    *t = (n(i).dot(v0(i) - own(i)) / common[i] * unit) as f32;
+                    *t = (n(i).dot(v0(i) - varying(i)) / shared_term[i] * inv_t_scale) as f32;
                 }
             }
         }
-        (t, [S::lookup_u32(&self.ids[0], of), S::lookup_u32(&self.ids[1], of)])
+        let instance = S::lookup_u32(&self.instance, slots);
+        let triangle = S::lookup_u32(&self.triangle, slots);
+        GroupHits { t, instance, triangle }
     }
 }

@@ -1,347 +1,292 @@
-//! What the groups of a packet see of boxes and triangles: rectangles and lines on a plane across them.
+//! Culling of boxes and triangles against ray groups, by rectangles on a projection plane.
 //!
-//! Rays from one origin cross such a plane where their tangents say, rays along one direction where
-//! their origins are once these are moved along it. A group's rays all cross it within a rectangle, their
-//! window, and a box covers no more of it than a rectangle of its own: six comparisons tell which children
-//! of a node any ray may meet, and five which groups may meet a child. A side of a triangle is linear in
-//! the two coordinates there, so a window also tells on which side of it all rays of a group surely are.
+//! The plane lies across the rays. Rays from one origin cross it at their tangents; rays of one direction at their
+//! origins, moved along the direction. The rays of a group cross it within a rectangle, and a box covers at most a
+//! rectangle of its own. So six comparisons find the children of a node that any ray may enter, and five the groups
+//! that may enter a child. An edge function of a triangle is linear on the plane, so that its range over a rectangle
+//! tells where all rays of a group certainly pass on one side of the edge.
+//!
+//! Distances along the major axis are called depths.
 
 use glam::Vec3;
 
 use crate::accel::bvh::bvh8::WIDTH;
-use crate::accel::packet::{FOUR, GROUP, Packet, QUADS};
+use crate::accel::packet::direction_cone::{MAX_SPREAD, Projection};
+use crate::accel::packet::per_ray::{QUAD, QUADS, RAY_GROUP};
+use crate::accel::packet::ray_packet::RayPacket;
 use crate::accel::traverse::box_test::{FAR_FACTOR, NEAR_FACTOR};
 use crate::geometry::EPSILON;
 use crate::simd::vec3::per_axis;
 use crate::simd::{Lanes, Simd};
 
-/// The axis that rays mostly run along, and the two others.
-pub(crate) type Axes = [usize; 3];
-
-/// What the children of a node cover, each a lane.
+/// What the children of a node cover on the projection plane, a child in each lane.
 #[derive(Clone, Copy)]
-pub(crate) struct Outlines<L> {
-    /// By the two axes across.
-    pub low: [L; 2],
-    pub high: [L; 2],
-    /// Along: where the boxes begin and end.
+pub(super) struct ProjectedBoxes<L> {
+    /// By the two axes of the plane.
+    pub min: [L; 2],
+    pub max: [L; 2],
+    /// Depths where the boxes begin and end.
     pub near: L,
     pub far: L,
 }
 
-/// The windows of a packet's groups.
-#[derive(Clone, Copy)]
-pub(crate) struct Windows<L> {
-    /// Around all: low and high by the two axes across, and along what ends before it is of no effect.
-    all: ([f32; 2], [f32; 2], f32),
-    /// By the two axes across: a group a lane.
-    low: [L; 2],
-    high: [L; 2],
-    width: [L; 2],
-    /// Four groups at a time, each in as many lanes as a block has triangles: by the two axes across.
-    middle: [[L; 2]; QUADS],
-    reach: [[L; 2]; QUADS],
-    /// Nothing with t up to some t is farther along than t·scale + shift; of each group, four at a time.
-    scale: f32,
-    shift: [L; QUADS],
+/// What one child covers on the projection plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ProjectedBox {
+    pub min: [f32; 2],
+    pub max: [f32; 2],
+    /// The depth where the box begins.
+    pub near: f32,
 }
 
-/// Along: nothing farther matters to a group.
+/// A linear function on the projection plane, such as an edge function: constant, slope along a, slope along b.
+pub(super) type LinearFunction<L> = [L; 3];
+
+/// Bounds of all rays of a packet.
+#[derive(Clone, Copy, Debug)]
+struct PacketBounds {
+    min: [f32; 2],
+    max: [f32; 2],
+    /// Boxes that end before this depth are behind all rays.
+    near: f32,
+}
+
+/// Bounds of a packet and of its groups on the projection plane.
 #[derive(Clone, Copy)]
-pub(crate) struct Last<L> {
-    /// Four groups at a time, each in four lanes.
+pub(super) struct GroupBounds<L> {
+    packet: PacketBounds,
+    /// By the two axes, a group in each lane.
+    min: [L; 2],
+    max: [L; 2],
+    size: [L; 2],
+    /// By quad and the two axes. Each group of the quad fills four lanes, for the triangles of a leaf block.
+    quad_centre: [[L; 2]; QUADS],
+    quad_half_size: [[L; 2]; QUADS],
+    /// A ray is no deeper at t than t·depth_scale + depth_shift. The shift is by quad, laid out as above.
+    depth_scale: f32,
+    depth_shift: [L; QUADS],
+}
+
+/// The depth beyond which nothing matters to a group.
+#[derive(Clone, Copy)]
+pub(super) struct FarLimit<L> {
+    /// By quad. Each group fills four lanes.
     quads: [L; QUADS],
-    /// A group a lane.
+    /// A group in each lane.
     groups: L,
-    /// Of all.
-    all: f32,
+    packet: f32,
 }
 
-/// Directions from one origin, in parts of what they are along one axis.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Cone {
-    pub axes: Axes,
-    /// That of every direction along the first axis.
-    pub sign: f32,
-    /// The ends of both tangents, rounding included.
-    tangents: [f32; 4],
-    /// The same of each group, four groups at a time, which fill four lanes each.
-    each: [[[f32; GROUP]; 4]; QUADS],
-    /// The least and the greatest 1/|k|, of directions that are k along the first axis.
-    pub slowest: f32,
-    fastest: f32,
-    pub mean: Vec3,
-}
-
-/// The widest that tangents of a packet may spread, and origins, in radii of the tree: beyond it nearly
-/// every node is met by some group.
-const SPREAD: f32 = 0.8;
-
-/// 1/|k| of directions that are worked with as they are lies between this and its reciprocal.
-const LEAST_SPEED: f32 = 1.0 / 65536.0;
-
-impl Cone {
-    /// Around the packet's own directions, in all lanes, whose reciprocals are known; `mean` is
-    /// about one of them. False where they spread too far or not all are about as long.
+impl<L: Lanes<RAY_GROUP>> GroupBounds<L> {
+    /// Bounds of rays from one origin: tangents, and depths relative to the origin.
     #[inline(always)]
-    pub fn surround<S: Simd>(packet: &mut Packet, mean: Vec3) -> bool {
-        let (axes, sign) = axes(mean);
-        let [k, a, b] = axes;
-        let zero = S::F32x16::splat(0.0);
-        let (mut slowest, mut fastest) = (S::F32x16::splat(f32::INFINITY), zero);
-        let (mut low, mut high) = ([slowest; 2], [zero - slowest; 2]);
-        let mut sum = zero;
+    pub fn of_directions<S: Simd<F32x16 = L>>(packet: &RayPacket) -> GroupBounds<L> {
+        let cone = &packet.cone;
+        let [a0, a1, b0, b1] = cone.tangents;
+        let near = packet.min_t_min::<S>() * (NEAR_FACTOR * NEAR_FACTOR / cone.max_inv_k);
+        let packet_bounds = PacketBounds { min: [a0, b0], max: [a1, b1], near };
+        let mut bounds = GroupBounds::new(packet_bounds, FAR_FACTOR / cone.min_inv_k);
         for q in 0..packet.quads {
-            let (mut u, mut v) = ([zero; FOUR], [zero; FOUR]);
-            for i in 0..FOUR {
-                let own = |axis: usize| S::F32x16::load(&packet.own[axis].0[q][i]);
-                let along = S::F32x16::load(&packet.reciprocal[k].0[q][i]) * S::F32x16::splat(sign);
-                (slowest, fastest) = (slowest.min(along), fastest.max(along));
-                (u[i], v[i]) = (own(a) * along, own(b) * along);
-                sum = sum + (u[i] + v[i]);
-            }
-            let [u0, v0] = [S::reduce_min_each(u), S::reduce_min_each(v)];
-            let [u1, v1] = [S::reduce_max_each(u), S::reduce_max_each(v)];
-            let each = [u0 - wider(u0), u1 + wider(u1), v0 - wider(v0), v1 + wider(v1)];
-            for (of, to) in each.into_iter().zip(&mut packet.cone.each[q]) {
-                of.store(to);
-            }
-            (low, high) =
-                ([low[0].min(each[0]), low[1].min(each[2])], [high[0].max(each[1]), high[1].max(each[3])]);
+            let [a0, a1, b0, b1] = &cone.group_tangents[q];
+            bounds.set_quad(q, [L::load(a0), L::load(a1), L::load(b0), L::load(b1)]);
         }
-        let (slowest, fastest) = (slowest.reduce_min(), fastest.reduce_max());
-        // Comparisons lose what is no number; a sum does not.
-        let numbers = sum.le(S::F32x16::splat(f32::INFINITY)) == (1 << GROUP) - 1;
-        let ordinary = slowest > LEAST_SPEED && fastest < 1.0 / LEAST_SPEED;
-        let tangents = [low[0].reduce_min(), high[0].reduce_max(), low[1].reduce_min(), high[1].reduce_max()];
-        let [u0, u1, v0, v1] = tangents;
-        if !(numbers && ordinary && u1 - u0 <= SPREAD && v1 - v0 <= SPREAD) {
-            return false;
-        }
-        let cone = &mut packet.cone;
-        (cone.axes, cone.sign, cone.tangents) = (axes, sign, tangents);
-        (cone.slowest, cone.fastest, cone.mean) = (slowest, fastest, mean);
-        true
+        bounds.pack_groups::<S>(packet.quads);
+        bounds
     }
 
-    /// At least the length of every direction.
+    /// Bounds of rays along `d` from the packet's origins, in a BVH with coordinates up to `max_coordinate` and this
+    /// `radius`. `None` where the origins spread too far.
     #[inline(always)]
-    pub fn length(&self) -> f64 {
-        let [u0, u1, v0, v1] = self.tangents.map(|x| f64::from(x * x));
-        (1.0 + 1e-6) / f64::from(self.slowest) * (1.0 + u0.max(u1) + v0.max(v1)).sqrt()
-    }
-
-    /// Which end of boxes comes first on each axis, where all rays surely agree on it.
-    #[inline(always)]
-    pub fn near_end(&self) -> Option<[usize; 3]> {
-        let [k, a, b] = self.axes;
-        let [u0, u1, v0, v1] = self.tangents;
-        let mut ends = [0; 3];
-        ends[k] = usize::from(self.sign < 0.0);
-        ends[a] = usize::from(u0 < 0.0);
-        ends[b] = usize::from(v0 < 0.0);
-        ((u0 > 0.0 || u1 < 0.0) && (v0 > 0.0 || v1 < 0.0)).then_some(ends)
-    }
-
-    /// The windows: tangents across, and along how far from the origin, by the first axis.
-    #[inline(always)]
-    pub fn windows<S: Simd>(&self, packet: &Packet) -> Windows<S::F32x16> {
-        let [u0, u1, v0, v1] = self.tangents;
-        let first = packet.first::<S>() * (NEAR_FACTOR * NEAR_FACTOR / self.fastest);
-        let mut windows = Windows::around(([u0, v0], [u1, v1], first), FAR_FACTOR / self.slowest);
-        for q in 0..packet.quads {
-            let each = &self.each[q];
-            let end = |i: usize| S::F32x16::load(&each[i]);
-            windows.put(q, [end(0), end(1), end(2), end(3)]);
-        }
-        windows.gather::<S>(packet.quads);
-        windows
-    }
-}
-
-impl<L: Lanes<GROUP>> Windows<L> {
-    /// Without any window yet.
-    #[inline(always)]
-    fn around(all: ([f32; 2], [f32; 2], f32), scale: f32) -> Windows<L> {
-        let zero = L::splat(0.0);
-        let none = [[zero; 2]; QUADS];
-        Windows {
-            all,
-            low: [zero; 2],
-            high: [zero; 2],
-            width: [zero; 2],
-            middle: none,
-            reach: none,
-            scale,
-            shift: [zero; QUADS],
-        }
-    }
-
-    /// Those of four groups, by their ends.
-    #[inline(always)]
-    fn put(&mut self, q: usize, [a0, a1, b0, b1]: [L; 4]) {
-        // What halves and sums are rounded by is within what windows were widened by.
-        let half = L::splat(0.5);
-        self.middle[q] = [(a0 + a1) * half, (b0 + b1) * half];
-        self.reach[q] = [(a1 - a0) * half, (b1 - b0) * half];
-    }
-
-    /// A group a lane, from those that were put.
-    #[inline(always)]
-    fn gather<S: Simd<F32x16 = L>>(&mut self, quads: usize) {
-        for q in quads..QUADS {
-            (self.middle[q], self.reach[q]) = (self.middle[0], self.reach[0]);
-        }
-        for axis in 0..2 {
-            let (of, by) = (&self.middle, &self.reach);
-            let middle = S::pack_quads([of[0][axis], of[1][axis], of[2][axis], of[3][axis]]);
-            let reach = S::pack_quads([by[0][axis], by[1][axis], by[2][axis], by[3][axis]]);
-            (self.low[axis], self.high[axis]) = (middle - reach, middle + reach);
-            self.width[axis] = reach * L::splat(2.0);
-        }
-    }
-
-    /// Around rays along `d`: their origins are the packet's own, in all lanes. `None` where they are too far
-    /// apart.
-    #[inline(always)]
-    pub fn along<S: Simd<F32x16 = L>>(
-        packet: &Packet,
+    pub fn of_origins<S: Simd<F32x16 = L>>(
+        packet: &RayPacket,
         d: Vec3,
-        size: f32,
+        max_coordinate: f32,
         radius: f32,
-    ) -> Option<Windows<L>> {
-        let (axes, _) = axes(d);
+    ) -> Option<GroupBounds<L>> {
+        let axes = Projection::along(d).axes;
         let [k, a, b] = axes;
-        let (u, v, scale) = (d[a] / d[k], d[b] / d[k], 1.0 / d[k]);
-        let (zero, infinite) = (L::splat(0.0), L::splat(f32::INFINITY));
-        let far_off = packet.greatest;
-        let slack = 16.0 * EPSILON * (1.0 + u.abs().max(v.abs())) * (size + far_off);
-        let (wider, late) = (L::splat(slack), L::splat(2.0 * slack * scale.abs()));
-        let mut windows = Windows::around(([0.0; 2], [0.0; 2], 0.0), 1.0);
-        let (mut low, mut high, mut soonest) = ([infinite; 2], [zero - infinite; 2], infinite);
+        let slope_a = d[a] / d[k];
+        let slope_b = d[b] / d[k];
+        let inv_k = 1.0 / d[k];
+        let zero = L::splat(0.0);
+        let infinity = L::splat(f32::INFINITY);
+        let max_slope = slope_a.abs().max(slope_b.abs());
+        let error = 16.0 * EPSILON * (1.0 + max_slope) * (max_coordinate + packet.max_coordinate);
+        let plane_error = L::splat(error);
+        let depth_error = L::splat(2.0 * error * inv_k.abs());
+        let no_bounds = PacketBounds { min: [0.0; 2], max: [0.0; 2], near: 0.0 };
+        let mut bounds = GroupBounds::new(no_bounds, 1.0);
+        let mut min = [infinity; 2];
+        let mut max = [zero - infinity; 2];
+        let mut near = infinity;
         for q in 0..packet.quads {
-            let (mut x, mut y, mut z) = ([zero; FOUR], [zero; FOUR], [zero; FOUR]);
-            for i in 0..FOUR {
-                let o = per_axis(|axis| L::load(&packet.own[axes[axis]].0[q][i]));
-                (x[i], y[i]) = (o[1] - o[0] * L::splat(u), o[2] - o[0] * L::splat(v));
-                z[i] = o[0] * L::splat(scale);
+            let mut plane_a = [zero; QUAD];
+            let mut plane_b = [zero; QUAD];
+            let mut depth = [zero; QUAD];
+            for i in 0..QUAD {
+                let o = per_axis(|axis| L::load(&packet.varying[axes[axis]].quads[q][i]));
+                plane_a[i] = o[1] - o[0] * L::splat(slope_a);
+                plane_b[i] = o[2] - o[0] * L::splat(slope_b);
+                depth[i] = o[0] * L::splat(inv_k);
             }
-            let (a0, a1) = (S::reduce_min_each(x) - wider, S::reduce_max_each(x) + wider);
-            let (b0, b1) = (S::reduce_min_each(y) - wider, S::reduce_max_each(y) + wider);
-            windows.put(q, [a0, a1, b0, b1]);
-            windows.shift[q] = S::reduce_max_each(z) + late;
-            soonest = soonest.min(S::reduce_min_each(z) - late);
-            low = [low[0].min(a0), low[1].min(b0)];
-            high = [high[0].max(a1), high[1].max(b1)];
+            let a0 = S::reduce_min_each(plane_a) - plane_error;
+            let a1 = S::reduce_max_each(plane_a) + plane_error;
+            let b0 = S::reduce_min_each(plane_b) - plane_error;
+            let b1 = S::reduce_max_each(plane_b) + plane_error;
+            bounds.set_quad(q, [a0, a1, b0, b1]);
+            bounds.depth_shift[q] = S::reduce_max_each(depth) + depth_error;
+            near = near.min(S::reduce_min_each(depth) - depth_error);
+            min = [min[0].min(a0), min[1].min(b0)];
+            max = [max[0].max(a1), max[1].max(b1)];
         }
-        let (low, high) =
-            ([low[0].reduce_min(), low[1].reduce_min()], [high[0].reduce_max(), high[1].reduce_max()]);
-        let most = SPREAD * radius + 2.0 * slack;
-        if !(high[0] - low[0] <= most && high[1] - low[1] <= most && scale.is_finite()) {
+        let min = [min[0].reduce_min(), min[1].reduce_min()];
+        let max = [max[0].reduce_max(), max[1].reduce_max()];
+        let max_size = MAX_SPREAD * radius + 2.0 * error;
+        if !(max[0] - min[0] <= max_size && max[1] - min[1] <= max_size && inv_k.is_finite()) {
             return None;
         }
-        windows.all = (low, high, packet.first::<S>() * NEAR_FACTOR + soonest.reduce_min());
-        windows.gather::<S>(packet.quads);
-        Some(windows)
+        let near = packet.min_t_min::<S>() * NEAR_FACTOR + near.reduce_min();
+        bounds.packet = PacketBounds { min, max, near };
+        bounds.pack_groups::<S>(packet.quads);
+        Some(bounds)
     }
 
-    /// How far along anything matters.
+    /// Bounds without any group yet.
     #[inline(always)]
-    pub fn last<S: Simd<F32x16 = L>>(&self, packet: &Packet) -> Last<L> {
-        let none = L::splat(f32::NEG_INFINITY);
-        let mut last = Last { quads: [none; QUADS], groups: none, all: 0.0 };
-        for q in 0..packet.quads {
-            last.quads[q] = self.last_of::<S>(packet, q);
+    fn new(packet: PacketBounds, depth_scale: f32) -> GroupBounds<L> {
+        let zero = L::splat(0.0);
+        GroupBounds {
+            packet,
+            min: [zero; 2],
+            max: [zero; 2],
+            size: [zero; 2],
+            quad_centre: [[zero; 2]; QUADS],
+            quad_half_size: [[zero; 2]; QUADS],
+            depth_scale,
+            depth_shift: [zero; QUADS],
         }
-        last.gather::<S>();
-        last
     }
 
+    /// Sets the bounds of the four groups of a quad.
     #[inline(always)]
-    fn last_of<S: Simd<F32x16 = L>>(&self, packet: &Packet, q: usize) -> L {
-        let upper = S::reduce_max_each(packet.upper.four::<L>(q));
-        let last = upper.mul_add(L::splat(self.scale * FAR_FACTOR), self.shift[q]);
-        // Where no ray is left, that is nothing at all.
-        L::splat(f32::NEG_INFINITY).select(upper.lt(L::splat(0.0)), last)
+    fn set_quad(&mut self, q: usize, [a0, a1, b0, b1]: [L; 4]) {
+        // The bounds were enlarged by more than these halves and sums are rounded by.
+        let half = L::splat(0.5);
+        self.quad_centre[q] = [(a0 + a1) * half, (b0 + b1) * half];
+        self.quad_half_size[q] = [(a1 - a0) * half, (b1 - b0) * half];
     }
 
-    /// The same once more, where only some groups' rays found anything.
+    /// Computes the bounds with a group in each lane from those of quads.
     #[inline(always)]
-    pub fn shorten<S: Simd<F32x16 = L>>(&self, packet: &Packet, groups: u32, last: &mut Last<L>) {
+    fn pack_groups<S: Simd<F32x16 = L>>(&mut self, quads: usize) {
+        for q in quads..QUADS {
+            self.quad_centre[q] = self.quad_centre[0];
+            self.quad_half_size[q] = self.quad_half_size[0];
+        }
+        for axis in 0..2 {
+            let [c0, c1, c2, c3] = &self.quad_centre;
+            let [h0, h1, h2, h3] = &self.quad_half_size;
+            let centre = S::pack_quads([c0[axis], c1[axis], c2[axis], c3[axis]]);
+            let half_size = S::pack_quads([h0[axis], h1[axis], h2[axis], h3[axis]]);
+            self.min[axis] = centre - half_size;
+            self.max[axis] = centre + half_size;
+            self.size[axis] = half_size * L::splat(2.0);
+        }
+    }
+
+    /// Computes the far limit from each ray's upper bound on t.
+    #[inline(always)]
+    pub fn far_limit<S: Simd<F32x16 = L>>(&self, packet: &RayPacket) -> FarLimit<L> {
+        let nothing = L::splat(f32::NEG_INFINITY);
+        let mut limit = FarLimit { quads: [nothing; QUADS], groups: nothing, packet: 0.0 };
         for q in 0..packet.quads {
-            if groups >> (q * FOUR) & ((1 << FOUR) - 1) != 0 {
-                last.quads[q] = self.last_of::<S>(packet, q);
+            limit.quads[q] = self.quad_far_limit::<S>(packet, q);
+        }
+        limit.pack_groups::<S>();
+        limit
+    }
+
+    /// Updates the far limit after hits in some groups.
+    #[inline(always)]
+    pub fn update_far_limit<S: Simd<F32x16 = L>>(
+        &self,
+        packet: &RayPacket,
+        changed_groups: u32,
+        limit: &mut FarLimit<L>,
+    ) {
+        for q in 0..packet.quads {
+            if changed_groups >> (q * QUAD) & ((1 << QUAD) - 1) != 0 {
+                limit.quads[q] = self.quad_far_limit::<S>(packet, q);
             }
         }
-        last.gather::<S>();
+        limit.pack_groups::<S>();
     }
 
-    /// The children that any ray may meet, before `last`.
     #[inline(always)]
-    pub fn meet<L8: Lanes<WIDTH>>(&self, of: &Outlines<L8>, last: &Last<L>) -> u32 {
-        let (low, high, first) = self.all;
-        of.low[0].le(L8::splat(high[0]))
-            & L8::splat(low[0]).le(of.high[0])
-            & of.low[1].le(L8::splat(high[1]))
-            & L8::splat(low[1]).le(of.high[1])
-            & of.near.le(L8::splat(last.all))
-            & L8::splat(first).le(of.far)
+    fn quad_far_limit<S: Simd<F32x16 = L>>(&self, packet: &RayPacket, q: usize) -> L {
+        let t_max = S::reduce_max_each(packet.t_max_upper.load_quad::<L>(q));
+        let depth = t_max.mul_add(L::splat(self.depth_scale * FAR_FACTOR), self.depth_shift[q]);
+        // Nothing matters to a group without active rays.
+        L::splat(f32::NEG_INFINITY).select(t_max.lt(L::splat(0.0)), depth)
     }
 
-    /// The groups that may meet a child before `last`: low and high by the two axes across, and along
-    /// where it begins.
+    /// Returns a bit for each child that any ray may enter before the far limit.
     #[inline(always)]
-    pub fn groups(&self, low: [f32; 2], high: [f32; 2], near: f32, last: &Last<L>) -> u32 {
-        L::splat(low[0]).le(self.high[0])
-            & self.low[0].le(L::splat(high[0]))
-            & L::splat(low[1]).le(self.high[1])
-            & self.low[1].le(L::splat(high[1]))
-            & L::splat(near).le(last.groups)
+    pub fn hit_children<L8: Lanes<WIDTH>>(&self, boxes: &ProjectedBoxes<L8>, limit: &FarLimit<L>) -> u32 {
+        let PacketBounds { min, max, near } = self.packet;
+        boxes.min[0].le(L8::splat(max[0]))
+            & L8::splat(min[0]).le(boxes.max[0])
+            & boxes.min[1].le(L8::splat(max[1]))
+            & L8::splat(min[1]).le(boxes.max[1])
+            & boxes.near.le(L8::splat(limit.packet))
+            & L8::splat(near).le(boxes.far)
     }
 
-    /// The groups whose windows are wider than this by one of the axes across.
+    /// Returns a bit for each group that may enter a child before its far limit.
     #[inline(always)]
-    pub fn wider_than(&self, [a, b]: [f32; 2]) -> u32 {
-        L::splat(a).lt(self.width[0]) | L::splat(b).lt(self.width[1])
+    pub fn hit_groups(&self, child: &ProjectedBox, limit: &FarLimit<L>) -> u32 {
+        L::splat(child.min[0]).le(self.max[0])
+            & self.min[0].le(L::splat(child.max[0]))
+            & L::splat(child.min[1]).le(self.max[1])
+            & self.min[1].le(L::splat(child.max[1]))
+            & L::splat(child.near).le(limit.groups)
     }
 
-    /// The triangles of a block that all rays of each of four groups surely pass by: a bit for each group and
-    /// triangle. A side is a constant and what it grows by across; its sign is certain beyond `certain`.
+    /// Returns a bit for each group whose rectangle is larger than the child's along an axis.
     #[inline(always)]
-    pub fn pass_by(&self, q: usize, sides: &[[L; 3]; 3], certain: f32) -> u32 {
-        let [u, v, w] = [self.ends(q, sides[0]), self.ends(q, sides[1]), self.ends(q, sides[2])];
-        // Not all of one sign anywhere: one is below everywhere, and another above.
-        let below = u.1.min(v.1).min(w.1).lt(L::splat(-certain));
-        below & L::splat(certain).lt(u.0.max(v.0).max(w.0))
+    pub fn groups_larger_than(&self, child: &ProjectedBox) -> u32 {
+        L::splat(child.max[0] - child.min[0]).lt(self.size[0])
+            | L::splat(child.max[1] - child.min[1]).lt(self.size[1])
     }
 
-    /// The least and the greatest of a side over each window.
+    /// Returns the triangles of a block that all rays of a group certainly miss: a bit for each group of a quad and
+    /// each triangle. Edge functions have a certain sign beyond `error`.
     #[inline(always)]
-    fn ends(&self, q: usize, [at, a, b]: [L; 3]) -> (L, L) {
-        let middle = a.mul_add(self.middle[q][0], b.mul_add(self.middle[q][1], at));
-        let reach = a.abs().mul_add(self.reach[q][0], b.abs() * self.reach[q][1]);
-        (middle - reach, middle + reach)
+    pub fn missed_triangles(&self, q: usize, edge_functions: &[LinearFunction<L>; 3], error: f32) -> u32 {
+        let [u_min, u_max] = self.range(q, edge_functions[0]);
+        let [v_min, v_max] = self.range(q, edge_functions[1]);
+        let [w_min, w_max] = self.range(q, edge_functions[2]);
+        // No ray has three values of one sign: one function is negative everywhere, and another one positive.
+        let any_negative = u_max.min(v_max).min(w_max).lt(L::splat(-error));
+        any_negative & L::splat(error).lt(u_min.max(v_min).max(w_min))
+    }
+
+    /// Returns the minimum and the maximum of a function over the rectangle of each group.
+    #[inline(always)]
+    fn range(&self, q: usize, [constant, slope_a, slope_b]: LinearFunction<L>) -> [L; 2] {
+        let [centre_a, centre_b] = self.quad_centre[q];
+        let [half_size_a, half_size_b] = self.quad_half_size[q];
+        let centre = slope_a.mul_add(centre_a, slope_b.mul_add(centre_b, constant));
+        let half_range = slope_a.abs().mul_add(half_size_a, slope_b.abs() * half_size_b);
+        [centre - half_range, centre + half_range]
     }
 }
 
-impl<L: Lanes<GROUP>> Last<L> {
+impl<L: Lanes<RAY_GROUP>> FarLimit<L> {
+    /// Computes the limits with a group in each lane, and that of the packet, from those of quads.
     #[inline(always)]
-    fn gather<S: Simd<F32x16 = L>>(&mut self) {
+    fn pack_groups<S: Simd<F32x16 = L>>(&mut self) {
         self.groups = S::pack_quads(self.quads);
-        self.all = self.groups.reduce_max();
+        self.packet = self.groups.reduce_max();
     }
-}
-
-/// More than rounding may have done to a tangent.
-#[inline(always)]
-fn wider<L: Lanes<GROUP>>(tangent: L) -> L {
-    let margin = L::splat(8.0 * EPSILON);
-    tangent.abs().mul_add(margin, margin)
-}
-
-/// The axis that `mean` is longest along, the two others, and its sign there.
-pub(crate) fn axes(mean: Vec3) -> (Axes, f32) {
-    let size = mean.abs();
-    let k = if size.x >= size.y && size.x >= size.z { 0 } else { usize::from(size.z > size.y) + 1 };
-    ([k, (k + 1) % 3, (k + 2) % 3], if mean[k] < 0.0 { -1.0 } else { 1.0 })
 }

@@ -1,102 +1,200 @@
-//! A packet at a leaf.
+//! Intersection of a packet with the triangles of a leaf.
 
-use super::{FOUR, GROUP, GROUPS, Packet, QUADS, Sure, Verdict};
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::packet::group_bounds::Windows;
-use crate::accel::packet::packet_kind::Beam;
-use crate::accel::traverse::error_bounds::W_SCALE;
+use crate::accel::packet::group_bounds::{GroupBounds, LinearFunction};
+use crate::accel::packet::packet_hits::{CertainHit, PacketHits};
+use crate::accel::packet::packet_kind::PacketKind;
+use crate::accel::packet::per_ray::{QUAD, QUADS, RAY_GROUP, RAY_GROUPS};
+use crate::accel::packet::prepared_triangles::PreparedTriangles;
+use crate::accel::packet::ray_packet::RayPacket;
+use crate::accel::traverse::error_bounds::{BlockErrorBounds, W_SCALE};
 use crate::simd::{Lanes, Simd};
 
-impl Packet {
-    /// The rays of `groups` at a leaf. The groups where anything changed.
+/// A leaf block prepared for a packet.
+struct PreparedBlock<'a, S: Simd, K> {
+    block: &'a Triangle4,
+    /// Index of the block's first triangle in the leaf blocks.
+    first_entry: usize,
+    kind: &'a K,
+    bounds: &'a GroupBounds<S::F32x16>,
+    triangles: PreparedTriangles,
+    errors: BlockErrorBounds,
+    projected_edge_functions: [LinearFunction<S::F32x16>; 3],
+    projected_error: f32,
+}
+
+/// The rays of a group that may hit a triangle, as masks.
+struct RayCandidates<L> {
+    /// Rays that certainly hit an unfiltered triangle, before all that they have hit so far.
+    certain: u32,
+    /// Other rays that may hit it: they need the exact test.
+    uncertain: u32,
+    /// Rays whose line certainly passes through the triangle, and not at a grazing angle.
+    inside: u32,
+    hit: CertainHit<L>,
+}
+
+impl RayPacket {
+    /// Intersects the rays of `groups` with the leaf that begins at block `first`. Returns the groups in which anything
+    /// changed.
     #[inline(always)]
-    pub(crate) fn meet_leaf<S: Simd, B: Beam<S>>(
+    pub fn intersect_leaf<S: Simd, K: PacketKind<S>>(
         &mut self,
         blocks: &[Triangle4],
-        (beam, windows): (&B, &Windows<S::F32x16>),
         first: u32,
         groups: u32,
-        verdict: &mut impl Verdict<S>,
+        kind: &K,
+        bounds: &GroupBounds<S::F32x16>,
+        hits: &mut impl PacketHits<S>,
     ) -> u32 {
         let mut changed = 0;
         for (index, block) in blocks.iter().enumerate().skip(first as usize) {
-            let prepared = beam.prepare(block);
-            let slack = beam.slack(block);
-            let (side, minus) = (S::F32x16::splat(slack.side), S::F32x16::splat(-slack.side));
-            let (unsure, facing) = (S::F32x16::splat(slack.depth), S::F32x16::splat(slack.facing));
-            let (across, certain) = (beam.across(&prepared), beam.certain(block));
-            let mut passed = 0;
-            let mut left = groups;
-            let mut quad = usize::MAX;
-            while left != 0 {
-                let g = left.trailing_zeros() as usize % GROUPS;
-                left &= left - 1;
-                if g / FOUR != quad {
-                    quad = g / FOUR;
-                    passed = windows.pass_by(quad % QUADS, &across, certain);
-                }
-                let mask = self.live[g];
-                if mask == 0 {
-                    continue;
-                }
-                let mut lanes = block.lane_mask() & !(passed >> (g % FOUR * TRIANGLE_LANES));
-                while lanes != 0 {
-                    let lane = lanes.trailing_zeros() as usize % TRIANGLE_LANES;
-                    lanes &= lanes - 1;
-                    let sides = beam.sides(self, g, &prepared, lane);
-                    let (u, v) = (sides.u, sides.v);
-                    let w = (sides.det - u - v) * S::F32x16::splat(W_SCALE);
-                    let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
-                    // Written so that NaN stays possible.
-                    let outside = least.lt(minus) & side.lt(greatest);
-                    let mut possible = self.live[g] & !outside;
-                    if possible == 0 {
-                        continue;
-                    }
-                    let det = sides.det.abs();
-                    let depth = sides.depth.xor_sign(sides.det);
-                    let faces = facing.lt(det);
-                    if verdict.culls() {
-                        let look = block.flags(lane);
-                        if look.single_sided {
-                            let against = sides.det.lt(S::F32x16::splat(0.0));
-                            let back = if look.reversed { against } else { !against };
-                            possible &= !(back & faces);
-                        }
-                    }
-                    possible &= !verdict.ignores(block, lane, g);
-                    let start = S::F32x16::load(self.start.group(g));
-                    let inside = faces & (side.lt(least) | greatest.lt(minus));
-                    let (before, behind) = (depth - unsure, depth + unsure);
-                    let nearer = behind.lt(S::F32x16::load(self.lower.group(g)) * det)
-                        & (start.max(S::F32x16::splat(self.sure_start)) * det).lt(before);
-                    let plain = u32::from(verdict.plain(block) >> lane & 1).wrapping_neg();
-                    let sure = possible & inside & nearer & plain;
-                    let mut doubtful = possible & !sure;
-                    if doubtful != 0 {
-                        let upper = S::F32x16::load(self.upper.group(g));
-                        let beyond = (upper * det).lt(before) | behind.lt(start * det);
-                        doubtful &= !(beyond & faces);
-                    }
-                    if sure | doubtful == 0 {
-                        continue;
-                    }
-                    changed |= 1 << g;
-                    let entry = (index * TRIANGLE_LANES + lane) as u32;
-                    if sure != 0 {
-                        verdict.take(self, g, sure, entry, Sure { depth, det, slack: unsure });
-                    }
-                    while doubtful != 0 {
-                        let ray = doubtful.trailing_zeros() as usize;
-                        verdict.judge(self, g * GROUP + ray, entry, inside >> ray & 1 == 1);
-                        doubtful &= doubtful - 1;
-                    }
-                }
-            }
+            let prepared = PreparedBlock::<S, K>::new(block, index * TRIANGLE_LANES, kind, bounds);
+            changed |= prepared.intersect(self, groups, hits);
             if block.is_last_in_leaf() {
                 break;
             }
         }
         changed
+    }
+}
+
+impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
+    #[inline(always)]
+    fn new(
+        block: &'a Triangle4,
+        first_entry: usize,
+        kind: &'a K,
+        bounds: &'a GroupBounds<S::F32x16>,
+    ) -> Self {
+        let triangles = kind.prepare(block);
+        let errors = kind.error_bounds(block);
+        let projected_edge_functions = kind.projected_edge_functions(&triangles);
+        let projected_error = kind.projected_error(block);
+        PreparedBlock {
+            block,
+            first_entry,
+            kind,
+            bounds,
+            triangles,
+            errors,
+            projected_edge_functions,
+            projected_error,
+        }
+    }
+
+    /// Intersects the rays of `groups` with the triangles. Returns the groups in which anything changed.
+    #[inline(always)]
+    fn intersect(&self, packet: &mut RayPacket, groups: u32, hits: &mut impl PacketHits<S>) -> u32 {
+        let mut changed = 0;
+        let mut missed = 0;
+        let mut quad = usize::MAX;
+        let mut remaining = groups;
+        while remaining != 0 {
+            let g = remaining.trailing_zeros() as usize % RAY_GROUPS;
+            remaining &= remaining - 1;
+            if g / QUAD != quad {
+                quad = g / QUAD;
+                let edge_functions = &self.projected_edge_functions;
+                missed = self.bounds.missed_triangles(quad % QUADS, edge_functions, self.projected_error);
+            }
+            if packet.active[g] == 0 {
+                continue;
+            }
+            let triangles = self.block.lane_mask() & !(missed >> (g % QUAD * TRIANGLE_LANES));
+            changed |= u32::from(self.intersect_group(packet, g, triangles, hits)) << g;
+        }
+        changed
+    }
+
+    /// Intersects the rays of group `g` with some of the triangles. Returns true where anything changed.
+    #[inline(always)]
+    fn intersect_group(
+        &self,
+        packet: &mut RayPacket,
+        g: usize,
+        mut triangles: u32,
+        hits: &mut impl PacketHits<S>,
+    ) -> bool {
+        let mut changed = false;
+        while triangles != 0 {
+            let lane = triangles.trailing_zeros() as usize % TRIANGLE_LANES;
+            triangles &= triangles - 1;
+            let Some(rays) = self.candidates(packet, g, lane, hits) else { continue };
+            changed = true;
+            let entry = (self.first_entry + lane) as u32;
+            if rays.certain != 0 {
+                hits.record(packet, g, rays.certain, entry, rays.hit);
+            }
+            let mut uncertain = rays.uncertain;
+            while uncertain != 0 {
+                let ray = uncertain.trailing_zeros() as usize;
+                hits.test_exactly(packet, g * RAY_GROUP + ray, entry, rays.inside >> ray & 1 == 1);
+                uncertain &= uncertain - 1;
+            }
+        }
+        changed
+    }
+
+    /// Tests the rays of group `g` against a triangle. Returns `None` where all certainly miss it.
+    #[inline(always)]
+    fn candidates(
+        &self,
+        packet: &RayPacket,
+        g: usize,
+        lane: usize,
+        hits: &impl PacketHits<S>,
+    ) -> Option<RayCandidates<S::F32x16>> {
+        let edge_functions = self.kind.edge_functions(packet, g, &self.triangles, lane);
+        let u = edge_functions.u;
+        let v = edge_functions.v;
+        let w = (edge_functions.det - u - v) * S::F32x16::splat(W_SCALE);
+        let error = S::F32x16::splat(self.errors.edge_function);
+        let negative_error = S::F32x16::splat(-self.errors.edge_function);
+        let min = u.min(v).min(w);
+        let max = u.max(v).max(w);
+        // NaN compares false and stays possible.
+        let outside = min.lt(negative_error) & error.lt(max);
+        let mut possible = packet.active[g] & !outside;
+        if possible == 0 {
+            return None;
+        }
+        let det = edge_functions.det.abs();
+        let depth = edge_functions.depth.xor_sign(edge_functions.det);
+        let sign_is_certain = S::F32x16::splat(self.errors.min_determinant).lt(det);
+        if hits.culls_back_faces() {
+            possible &= !(self.back_faces(lane, edge_functions.det) & sign_is_certain);
+        }
+        possible &= !hits.excluded_rays(self.block, lane, g);
+        let t_min = S::F32x16::load(packet.t_min.group(g));
+        let inside = sign_is_certain & (error.lt(min) | max.lt(negative_error));
+        let depth_error = S::F32x16::splat(self.errors.depth);
+        let depth_min = depth - depth_error;
+        let depth_max = depth + depth_error;
+        let closest = depth_max.lt(S::F32x16::load(packet.t_max_lower.group(g)) * det)
+            & (t_min.max(S::F32x16::splat(packet.certain_t_min)) * det).lt(depth_min);
+        let unfiltered = u32::from(hits.unfiltered_mask(self.block) >> lane & 1).wrapping_neg();
+        let certain = possible & inside & closest & unfiltered;
+        let mut uncertain = possible & !certain;
+        if uncertain != 0 {
+            let t_max = S::F32x16::load(packet.t_max_upper.group(g));
+            let out_of_range = (t_max * det).lt(depth_min) | depth_max.lt(t_min * det);
+            uncertain &= !(out_of_range & sign_is_certain);
+        }
+        if certain | uncertain == 0 {
+            return None;
+        }
+        Some(RayCandidates { certain, uncertain, inside, hit: CertainHit { depth, depth_error, det } })
+    }
+
+    /// Returns the rays of determinants `det` that meet the back of a single-sided triangle.
+    #[inline(always)]
+    fn back_faces(&self, lane: usize, det: S::F32x16) -> u32 {
+        let flags = self.block.flags(lane);
+        if !flags.single_sided {
+            return 0;
+        }
+        let ccw = det.lt(S::F32x16::splat(0.0));
+        if flags.reversed { ccw } else { !ccw }
     }
 }

@@ -1,133 +1,76 @@
-//! What the rays of a packet share, and how that leads them through a tree.
+//! The shared origin or direction of a packet, and the start of its traversal.
 
 use glam::Vec3;
 
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::bvh8::Octant;
-use crate::accel::packet::group_bounds::{Cone, Windows};
-use crate::accel::packet::packet_kind::{Direction, Origin};
-use crate::accel::packet::{FOUR, GROUP, Packet, PacketStack, RAYS, Verdict};
-use crate::accel::traverse::box_test::MIN_DIRECTION;
-use crate::accel::traverse::error_bounds::Bounds;
-use crate::accel::traverse::hit::{floor_power_of_two, inverse};
-use crate::simd::{Lanes, Simd};
+use crate::accel::packet::group_bounds::GroupBounds;
+use crate::accel::packet::packet_hits::PacketHits;
+use crate::accel::packet::ray_packet::RayPacket;
+use crate::accel::packet::shared_direction::SharedDirection;
+use crate::accel::packet::shared_origin::SharedOrigin;
+use crate::accel::packet::traverse::{PacketStack, TraversePacketKernel};
+use crate::accel::traverse::error_bounds::EdgeFunctionBounds;
+use crate::simd::Simd;
 
-/// The lines that a packet's rays are on, in its own parameter.
+/// What the rays of a packet share. Directions are divided by the packet's `t_scale`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Lines {
-    /// From one place, in the packet's cone.
-    From(Vec3),
-    /// Along one direction.
-    Along(Vec3),
+pub(super) enum SharedRay {
+    Origin(Vec3),
+    Direction(Vec3),
 }
 
-/// Directions whose longest component is between these are worked with as they are.
-const ORDINARY: [f32; 2] = [1.0 / 4096.0, 4096.0];
-
-impl Packet {
-    /// Takes `count` rays from `o` along what `of` is from `base`. `None` where they do not go together.
+impl RayPacket {
+    /// Traces the packet through a BVH. Returns false, without any hits, where its rays spread too far.
     #[inline(always)]
-    pub(crate) fn take_directions<S: Simd>(
+    pub fn trace<S: Simd, H: PacketHits<S>>(
         &mut self,
-        o: Vec3,
-        (of, count): (&[Vec3; RAYS], usize),
-        base: Vec3,
-    ) -> Option<Lines> {
-        self.quads = count.div_ceil(FOUR * GROUP);
-        if !(o.abs().max_element() < 1e30) {
-            return None;
-        }
-        self.size = 1.0;
-        let mean = 0.5 * ((of[0] - base) + (of[RAYS - 1] - base));
-        let longest = mean.abs().max_element();
-        let fits = if longest > ORDINARY[0] && longest < ORDINARY[1] {
-            self.fill::<S>(of, base);
-            Cone::surround::<S>(self, mean)
-        } else {
-            let longest = of.iter().map(|v| (v - base).abs().max_element()).fold(0.0, f32::max);
-            if !(longest > 1e-30 && longest < 1e30) {
-                return None;
-            }
-            self.size = floor_power_of_two(f64::from(longest));
-            let shrink = inverse(self.size) as f32;
-            self.fill::<S>(&of.map(|v| (v - base) * shrink), Vec3::ZERO);
-            Cone::surround::<S>(self, mean * shrink)
-        };
-        fits.then_some(Lines::From(o))
-    }
-
-    /// Takes `count` rays along `d` from what `of` says. `None` where they do not go together.
-    #[inline(always)]
-    pub(crate) fn take_origins<S: Simd>(
-        &mut self,
-        d: Vec3,
-        (of, count): (&[Vec3; RAYS], usize),
-    ) -> Option<Lines> {
-        self.quads = count.div_ceil(FOUR * GROUP);
-        let (zero, mut fits) = (S::F32x16::splat(0.0), S::F32x16::splat(0.0));
-        let mut greatest = zero;
-        for (g, of) in of.as_chunks().0.iter().enumerate().take(self.quads * FOUR) {
-            for (own, x) in self.own.iter_mut().zip(S::deinterleave3(of)) {
-                x.store(own.group_mut(g));
-                // Times 0 what is infinite or no number is no number.
-                fits = x.mul_add(zero, fits);
-                greatest = x.abs().max(greatest);
-            }
-        }
-        let longest = d.abs().max_element();
-        self.greatest = greatest.reduce_max();
-        if !(fits.reduce_sum() == 0.0 && self.greatest < 1e30 && longest > 1e-30 && longest < 1e30) {
-            return None;
-        }
-        self.size = floor_power_of_two(f64::from(longest));
-        Some(Lines::Along(d * inverse(self.size) as f32))
-    }
-
-    /// Takes directions, and their reciprocals.
-    #[inline(always)]
-    fn fill<S: Simd>(&mut self, of: &[Vec3; RAYS], base: Vec3) {
-        let least = S::F32x16::splat(MIN_DIRECTION);
-        for (g, of) in of.as_chunks().0.iter().enumerate().take(self.quads * FOUR) {
-            let columns = S::deinterleave3(of);
-            for axis in 0..3 {
-                let d = columns[axis] - S::F32x16::splat(base[axis]);
-                d.store(self.own[axis].group_mut(g));
-                let r = d.abs().max(least).rcp().xor_sign(d);
-                r.store(self.reciprocal[axis].group_mut(g));
-            }
-        }
-    }
-
-    /// Leads the rays through a tree. False where they are too far apart for that, and nothing is done.
-    #[inline(always)]
-    pub(crate) fn lead<S: Simd, V: Verdict<S>>(
-        &mut self,
-        triangles: &Blas,
-        lines: &Lines,
-        verdict: &mut V,
+        blas: &Blas,
+        shared: &SharedRay,
+        hits: &mut H,
         stack: &mut PacketStack,
     ) -> bool {
-        let (centre, radius) = (triangles.centre, triangles.radius);
-        match *lines {
-            Lines::From(o) => {
+        match *shared {
+            SharedRay::Origin(o) => {
                 let cone = &self.cone;
-                let far = o.as_dvec3().distance(centre) + radius;
-                let beam = Origin {
+                let max_distance = o.as_dvec3().distance(blas.centre) + blas.radius;
+                let kind = SharedOrigin {
                     o,
-                    axes: cone.axes,
-                    sign: cone.sign,
-                    slowest: cone.slowest,
-                    bounds: Bounds::new(cone.length(), far, 0.0),
-                    near_end: cone.near_end(),
+                    projection: cone.projection,
+                    min_inv_k: cone.min_inv_k,
+                    bounds: EdgeFunctionBounds::new(cone.max_length(), max_distance, 0.0),
+                    near_sides: cone.near_sides(),
                 };
-                let (windows, octant) = (cone.windows::<S>(self), Octant::of(cone.mean));
-                self.trace::<S, _, _>(triangles, &beam, (&windows, octant), verdict, stack);
+                let bounds = GroupBounds::of_directions::<S>(self);
+                let octant = Octant::of(cone.mean);
+                S::call_outlined(TraversePacketKernel {
+                    packet: self,
+                    blas,
+                    kind: &kind,
+                    bounds: &bounds,
+                    octant,
+                    hits,
+                    stack,
+                });
             }
-            Lines::Along(d) => {
-                let size = triangles.max_coordinate();
-                let Some(windows) = Windows::along::<S>(self, d, size, radius as f32) else { return false };
-                let beam = Direction::new(d, self.reach::<S>(centre) + radius, self.greatest.max(size));
-                self.trace::<S, _, _>(triangles, &beam, (&windows, Octant::of(d)), verdict, stack);
+            SharedRay::Direction(d) => {
+                let max_coordinate = blas.max_coordinate();
+                let radius = blas.radius;
+                let Some(bounds) = GroupBounds::of_origins::<S>(self, d, max_coordinate, radius as f32)
+                else {
+                    return false;
+                };
+                let max_distance = self.max_origin_distance::<S>(blas.centre) + radius;
+                let kind = SharedDirection::new(d, max_distance, self.max_coordinate.max(max_coordinate));
+                S::call_outlined(TraversePacketKernel {
+                    packet: self,
+                    blas,
+                    kind: &kind,
+                    bounds: &bounds,
+                    octant: Octant::of(d),
+                    hits,
+                    stack,
+                });
             }
         }
         true

@@ -1,4 +1,4 @@
-//! What is asked of a ray: the closest hit, whether anything is in the way, how much light passes.
+//! Ray queries: closest hit, and any hit (occlusion) with optional transmittance.
 
 use std::ops::ControlFlow;
 
@@ -12,76 +12,83 @@ use crate::accel::traverse::transmittance::Transmittance;
 use crate::geometry::{Hit, HitId};
 use crate::scene::SurfaceClass;
 
-/// Triangles in one place that look alike, by rising id.
+/// Coincident triangles with equal surface flags, by ascending id.
 #[derive(Clone, Copy)]
 pub(crate) struct CoincidentIds<'a> {
-    /// Indices.
-    pub ids: &'a [u32],
-    /// What they mean.
-    pub spans: &'a TriangleIdMap,
-    /// The instance, where a shared mesh was met.
+    /// Indices of triangles in the BVH.
+    pub indices: &'a [u32],
+    pub id_map: &'a TriangleIdMap,
+    /// The instance that was hit, where the BVH is that of an instanced mesh.
     pub instance: Option<u32>,
 }
 
 impl CoincidentIds<'_> {
-    fn own(&self, index: u32) -> HitId {
-        let id = self.spans.id(index);
+    fn id(&self, index: u32) -> HitId {
+        let id = self.id_map.id(index);
         HitId { instance: self.instance.unwrap_or(id.instance), ..id }
     }
 
-    /// All of them.
     fn iter(&self) -> impl Iterator<Item = HitId> {
-        self.ids.iter().map(|&index| self.own(index))
+        self.indices.iter().map(|&index| self.id(index))
     }
 
-    /// Those greater than `id`.
+    /// Returns those greater than `id`.
     fn after(&self, id: HitId) -> Self {
-        let first = self.ids.partition_point(|&index| self.own(index) <= id);
-        CoincidentIds { ids: &self.ids[first..], ..*self }
+        let first = self.indices.partition_point(|&index| self.id(index) <= id);
+        CoincidentIds { indices: &self.indices[first..], ..*self }
     }
 }
 
-/// A question, told of every triangle that a ray meets in any order.
+/// A ray query. Traversal reports every triangle that the ray hits between [`RayQuery::t_min`] and
+/// [`RayQuery::t_max`], in any order, and perhaps some beyond.
 pub(crate) trait RayQuery {
-    /// True where any hit that stops it is the whole answer.
+    /// True for any-hit queries: the first hit that ends the query is the whole answer.
     const ANY_HIT: bool;
 
-    /// Nothing beyond this t matters.
+    /// Hits beyond this t have no effect.
     fn t_max(&self) -> f32;
 
-    /// Nothing before this t matters.
+    /// Hits before this t have no effect.
     fn t_min(&self) -> f32;
 
-    /// What t has to be less than for any opaque triangle there to be the whole answer.
+    /// An opaque hit before this t ends the query, whichever triangle it is.
     fn early_out_t_max(&self) -> Option<f32>;
 
-    /// The ray surely meets a plain triangle before [`RayQuery::early_out_t_max`]. True where that is the answer.
+    /// Reports that the ray certainly hits an unfiltered triangle ([`Triangle4::unfiltered_mask`]) before
+    /// [`RayQuery::early_out_t_max`]. Returns true where that ends the query.
     fn early_out(&mut self, block: &Triangle4, lane: usize, ids: CoincidentIds<'_>) -> bool;
 
-    /// The ray meets the triangles `ids` at `t`. Breaks where the answer is known.
+    /// Reports that the ray hits the triangles `ids` at `t`, on their back face with `back`. Breaks where that ends
+    /// the query.
     fn record_hit(
         &mut self,
         t: f32,
-        look: SurfaceFlags,
+        flags: SurfaceFlags,
         back: bool,
         ids: CoincidentIds<'_>,
     ) -> ControlFlow<()>;
 }
 
-/// A ray as its caller gave it, for cutouts.
+/// A ray in world space and the any-hit filter of its batch.
 #[derive(Clone, Copy)]
 pub(crate) struct RayContext<'a> {
     pub o: Vec3,
     pub d: Vec3,
-    pub cutouts: &'a dyn AnyHitFilter,
+    pub filter: &'a dyn AnyHitFilter,
 }
 
-/// The first hit after `after` in the order of (t, id).
+impl RayContext<'_> {
+    fn accepts(&self, id: HitId) -> bool {
+        self.filter.accepts(id, self.o, self.d)
+    }
+}
+
+/// The closest-hit query: the first hit after `after` in the order of (t, id).
 pub(crate) struct ClosestHit<'a> {
-    pub asked: RayContext<'a>,
-    pub cull: bool,
+    pub ray: RayContext<'a>,
+    pub cull_back_faces: bool,
     pub after: Hit,
-    /// The best so far; before that, the farthest place where a hit counts, and no id.
+    /// The closest hit so far; before the first one, the t beyond which nothing counts, and no id.
     pub best: Hit,
 }
 
@@ -112,12 +119,12 @@ impl RayQuery for ClosestHit<'_> {
     fn record_hit(
         &mut self,
         t: f32,
-        look: SurfaceFlags,
+        flags: SurfaceFlags,
         back: bool,
         ids: CoincidentIds<'_>,
     ) -> ControlFlow<()> {
-        let seen = !(self.cull && back && look.single_sided);
-        if !seen || t > self.best.t || t < self.after.t {
+        let culled = self.cull_back_faces && back && flags.single_sided;
+        if culled || t > self.best.t || t < self.after.t {
             return ControlFlow::Continue(());
         }
         let ids = if t == self.after.t { ids.after(self.after.id) } else { ids };
@@ -126,9 +133,7 @@ impl RayQuery for ClosestHit<'_> {
             if !hit.before(&self.best) {
                 break;
             }
-            if look.class != SurfaceClass::Cutout
-                || self.asked.cutouts.accepts(id, self.asked.o, self.asked.d)
-            {
+            if flags.class != SurfaceClass::Cutout || self.ray.accepts(id) {
                 self.best = hit;
                 break;
             }
@@ -137,15 +142,16 @@ impl RayQuery for ClosestHit<'_> {
     }
 }
 
-/// Whether something blocks a segment; with `passing`, what passes through what does not block it is kept
-/// there, and where that is nothing, it is blocked.
-pub(crate) struct AnyHit<'a, 'p> {
-    pub asked: RayContext<'a>,
+/// The any-hit query: is a segment occluded? With `transmittance`, translucent surfaces are collected there, and the
+/// segment counts as occluded once they let no light through.
+pub(crate) struct AnyHit<'a, 't> {
+    pub ray: RayContext<'a>,
     /// The segment ends before this t.
-    pub end: f32,
+    pub t_max: f32,
+    /// The triangle that the segment starts on, which does not occlude it.
     pub source: HitId,
-    pub blocked: bool,
-    pub passing: Option<&'p mut Transmittance>,
+    pub occluded: bool,
+    pub transmittance: Option<&'t mut Transmittance>,
 }
 
 impl RayQuery for AnyHit<'_, '_> {
@@ -153,7 +159,7 @@ impl RayQuery for AnyHit<'_, '_> {
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        self.end
+        self.t_max
     }
 
     #[inline(always)]
@@ -163,31 +169,36 @@ impl RayQuery for AnyHit<'_, '_> {
 
     #[inline(always)]
     fn early_out_t_max(&self) -> Option<f32> {
-        Some(self.end)
+        Some(self.t_max)
     }
 
     #[inline(always)]
     fn early_out(&mut self, block: &Triangle4, lane: usize, ids: CoincidentIds<'_>) -> bool {
-        self.blocked = block.opaque_mask() >> lane & 1 == 1 && ids.iter().all(|id| id != self.source);
-        self.blocked
+        self.occluded = block.opaque_mask() >> lane & 1 == 1 && ids.iter().all(|id| id != self.source);
+        self.occluded
     }
 
     #[inline(always)]
-    fn record_hit(&mut self, t: f32, look: SurfaceFlags, _: bool, ids: CoincidentIds<'_>) -> ControlFlow<()> {
-        if t >= self.end {
+    fn record_hit(
+        &mut self,
+        t: f32,
+        flags: SurfaceFlags,
+        _: bool,
+        ids: CoincidentIds<'_>,
+    ) -> ControlFlow<()> {
+        if t >= self.t_max {
             return ControlFlow::Continue(());
         }
-        let RayContext { o, d, cutouts } = self.asked;
+        let ray = self.ray;
         let source = self.source;
-        let mut others = ids.iter().filter(|&id| id != source);
-        self.blocked = match (look.class, &mut self.passing) {
-            (SurfaceClass::Opaque, _) => others.next().is_some(),
-            (SurfaceClass::Cutout, _) => others.any(|id| cutouts.accepts(id, o, d)),
+        let mut occluders = ids.iter().filter(|&id| id != source);
+        self.occluded = match (flags.class, &mut self.transmittance) {
+            (SurfaceClass::Opaque, _) => occluders.next().is_some(),
+            (SurfaceClass::Cutout, _) => occluders.any(|id| ray.accepts(id)),
             (SurfaceClass::Translucent, None) => false,
-            (SurfaceClass::Translucent, Some(passing)) => {
-                others.any(|id| passing.pass(Hit { t, id }, self.asked))
-            }
+            (SurfaceClass::Translucent, Some(transmittance)) => occluders
+                .any(|id| transmittance.attenuate(Hit { t, id }, ray.filter.transmittance(id, ray.o, ray.d))),
         };
-        if self.blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.occluded { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

@@ -1,48 +1,48 @@
-//! How much light is left of a segment's behind what it passes through.
+//! Transmittance of shadow rays through translucent surfaces.
 
-use crate::accel::traverse::query::RayContext;
 use crate::geometry::{Hit, Rgb};
 
-/// Less than this share of a light is none.
-const DARK: f32 = 1.0 / (1 << 17) as f32;
+/// A transmittance below this counts as zero.
+const MIN_TRANSMITTANCE: f32 = 1.0 / (1 << 17) as f32;
 
-/// The translucent surfaces on a segment, in the order that they are found in.
+/// The translucent surfaces that a shadow ray passes through, in the order in which traversal finds them.
 #[derive(Clone, Debug)]
 pub(crate) struct Transmittance {
-    found: Vec<(Hit, Rgb)>,
-    /// What they all let through, but for rounding.
-    left: Rgb,
+    surfaces: Vec<(Hit, Rgb)>,
+    /// The product of all transmittances, in the order found.
+    product: Rgb,
 }
 
 impl Default for Transmittance {
     fn default() -> Self {
-        Transmittance { found: Vec::new(), left: Rgb::ONE }
+        Transmittance { surfaces: Vec::new(), product: Rgb::ONE }
     }
 }
 
 impl Transmittance {
-    /// Begins anew.
+    /// Resets to a ray that passes through nothing.
     pub fn clear(&mut self) {
-        self.found.clear();
-        self.left = Rgb::ONE;
+        self.surfaces.clear();
+        self.product = Rgb::ONE;
     }
 
-    /// Takes a surface in. True where nothing is left, whatever else there may be.
-    pub fn pass(&mut self, hit: Hit, asked: RayContext<'_>) -> bool {
-        let passes = asked.cutouts.transmittance(hit.id, asked.o, asked.d);
-        if passes != Rgb::ONE {
-            self.found.push((hit, passes));
-            self.left *= passes;
+    /// Multiplies by the transmittance of a surface. Returns true where no light is left, whatever else the ray
+    /// passes through.
+    pub fn attenuate(&mut self, hit: Hit, transmittance: Rgb) -> bool {
+        if transmittance != Rgb::ONE {
+            self.surfaces.push((hit, transmittance));
+            self.product *= transmittance;
         }
-        // What comes out of rounding in another order is not twice as much.
-        self.left.max_element() < 0.5 * DARK
+        // The product in another order differs by rounding only, by far less than a factor of two.
+        self.product.max_element() < 0.5 * MIN_TRANSMITTANCE
     }
 
-    /// What is left behind all of them. They are sorted first: products of floats depend on their order,
-    /// and the order in which a tree finds them must not show.
-    pub fn light(&mut self) -> Rgb {
-        self.found.sort_unstable_by(|(a, _), (b, _)| a.t.total_cmp(&b.t).then(a.id.cmp(&b.id)));
-        let light = self.found.iter().fold(Rgb::ONE, |light, (_, passes)| light * *passes);
-        if light.max_element() < DARK { Rgb::ZERO } else { light }
+    /// Returns the transmittance of the whole ray. Surfaces are sorted first, because a product of floats depends on
+    /// the order of its factors, and the result must not depend on the order in which a BVH finds them.
+    pub fn sorted_product(&mut self) -> Rgb {
+        self.surfaces.sort_unstable_by(|(a, _), (b, _)| a.t.total_cmp(&b.t).then(a.id.cmp(&b.id)));
+        let product =
+            self.surfaces.iter().fold(Rgb::ONE, |product, (_, transmittance)| product * *transmittance);
+        if product.max_element() < MIN_TRANSMITTANCE { Rgb::ZERO } else { product }
     }
 }

@@ -1,0 +1,322 @@
+//! Closest hits of a ray packet.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::triangle_ids::TriangleIdMap;
+use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
+use crate::accel::packet::exact_hits::{BLOCKS, ExactHits, GroupHits};
+use crate::accel::packet::packet_hits::{CertainHit, PacketHits};
+use crate::accel::packet::per_ray::{PerRay, QUAD, RAY_GROUP};
+use crate::accel::packet::ray_packet::{RayPacket, pad_to_packet, prefetch_next_packet};
+use crate::accel::packet::scratch::PacketScratch;
+use crate::accel::packet::shared_ray::SharedRay;
+use crate::accel::ray_batch::{AnyHitFilter, Coherence, RayBatch};
+use crate::accel::traverse::bvh8_traversal::TraversalStack;
+use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
+use crate::geometry::{EPSILON, Hit, HitId};
+use crate::simd::{Lanes, Simd};
+
+/// In [`ClosestHits::entry`]: the ray has hit nothing yet.
+const NO_ENTRY: u32 = u32::MAX;
+/// In [`ClosestHits::entry`]: the closest hit is in [`ClosestHits::hits`].
+const EXACT: u32 = u32::MAX - 1;
+
+/// Finds the closest hits of the rays `range`, a packet at most, in the world BVHs. `hits` holds a miss for each of
+/// them, and takes their hits. Returns false where the rays do not make a packet; `hits` may then have hits in some of
+/// the BVHs.
+#[inline(always)]
+pub(crate) fn intersect<S: Simd>(
+    worlds: &[Blas],
+    rays: &RayBatch,
+    range: Range<usize>,
+    filter: &dyn AnyHitFilter,
+    hits: &mut [Hit],
+    scratch: &mut PacketScratch,
+    single_ray_stack: &mut TraversalStack,
+) -> bool {
+    let PacketScratch { packet, stack } = scratch;
+    let first = range.start;
+    let count = range.len();
+    let Some(shared) = load_rays::<S>(packet, rays, range.clone()) else { return false };
+    if !(rays.t_max > 0.0) {
+        return false;
+    }
+    packet.activate::<S>(count, rays.before_first().t, rays.t_max);
+    if let Some(after) = rays.after.get(range) {
+        let t_scale = packet.t_scale as f32;
+        after.iter().enumerate().for_each(|(i, after)| packet.t_min.set(i, after.t * t_scale));
+    }
+    for (i, blas) in worlds.iter().filter(|blas| !blas.is_empty()).enumerate() {
+        let mut entry = PerRay::splat(NO_ENTRY);
+        if i > 0 {
+            let known = |ray: usize| if hits[ray].is_miss() { NO_ENTRY } else { EXACT };
+            (0..count).for_each(|ray| entry.set(ray, known(ray)));
+        }
+        let mut closest =
+            ClosestHits { blas, rays, first, filter, entry, hits: &mut *hits, single_ray_stack };
+        if !packet.trace::<S, _>(blas, &shared, &mut closest, stack) {
+            return false;
+        }
+        closest.write_hits::<S>(packet, &shared);
+    }
+    true
+}
+
+/// Loads the rays of a packet. The shared origin or direction is taken from the batch, and so equal for all rays to the
+/// bit.
+#[inline(always)]
+fn load_rays<S: Simd>(packet: &mut RayPacket, rays: &RayBatch, range: Range<usize>) -> Option<SharedRay> {
+    prefetch_next_packet(match rays.coherence {
+        Coherence::Direction(_) => rays.origins.get(range.end..),
+        _ => rays.directions.get(range.end..),
+    });
+    let first = range.start;
+    let count = range.len();
+    let mut room = None;
+    match rays.coherence {
+        Coherence::Origin(o) => {
+            let directions = pad_to_packet(&rays.directions[range], &mut room)?;
+            let fits = packet.load_directions::<S>(o, directions, count, Vec3::ZERO);
+            fits.then_some(SharedRay::Origin(o))
+        }
+        Coherence::Direction(_) => {
+            let origins = pad_to_packet(&rays.origins[range], &mut room)?;
+            packet.load_origins::<S>(rays.directions[first], origins, count).map(SharedRay::Direction)
+        }
+        Coherence::None => None,
+    }
+}
+
+/// The closest hits of a packet in one BVH so far.
+struct ClosestHits<'a, 's> {
+    blas: &'a Blas,
+    rays: &'a RayBatch,
+    /// Index of the packet's first ray in the batch.
+    first: usize,
+    filter: &'a dyn AnyHitFilter,
+    /// The closest hit of each ray: [`NO_ENTRY`], [`EXACT`], or the entry of an unfiltered triangle
+    /// ([`Blas::locate`]).
+    entry: PerRay<u32>,
+    /// The hits of rays that are [`EXACT`]; the others follow by [`ClosestHits::write_hits`].
+    hits: &'s mut [Hit],
+    single_ray_stack: &'s mut TraversalStack,
+}
+
+impl<'a> ClosestHits<'a, '_> {
+    /// The origin and direction of a ray. A shared origin comes from the batch's header, not from far-off memory.
+    #[inline(always)]
+    fn context(&self, ray: usize) -> RayContext<'a> {
+        let i = self.first + ray;
+        let o = match self.rays.coherence {
+            Coherence::Origin(o) => o,
+            _ => self.rays.origins[i],
+        };
+        RayContext { o, d: self.rays.directions[i], filter: self.filter }
+    }
+
+    #[inline(always)]
+    fn local_ray(&self, ray: usize) -> Option<LocalRay> {
+        let RayContext { o, d, .. } = self.context(ray);
+        LocalRay::new(o.as_dvec3(), d.as_dvec3())
+    }
+
+    /// Computes the closest hit of a ray so far.
+    #[inline(always)]
+    fn closest_hit(&self, ray: usize) -> Hit {
+        match self.entry.get(ray) {
+            NO_ENTRY => Hit { t: self.rays.t_max, id: HitId::NONE },
+            EXACT => self.hits[ray],
+            entry => {
+                let (block, lane) = self.blas.locate(entry);
+                let hit = self.local_ray(ray).and_then(|ray| ray.intersect_certain(&block.vertices(lane)));
+                hit.map_or(Hit::MISS, |hit| Hit { t: hit.t, id: self.blas.ids.id(block.ids[lane]) })
+            }
+        }
+    }
+
+    fn query(&self, ray: usize) -> ClosestHit<'a> {
+        ClosestHit {
+            ray: self.context(ray),
+            cull_back_faces: self.rays.cull_back_faces,
+            after: self.rays.after(self.first + ray),
+            best: self.closest_hit(ray),
+        }
+    }
+
+    /// Records the result of a query. Returns true where it is a new hit.
+    fn record_query(&mut self, packet: &mut RayPacket, ray: usize, query: &ClosestHit) -> bool {
+        let changed = !query.best.is_miss() && (self.entry.get(ray) != EXACT || self.hits[ray] != query.best);
+        if changed {
+            self.entry.set(ray, EXACT);
+            self.hits[ray] = query.best;
+            packet.set_t_max(ray, query.t_max());
+        }
+        changed
+    }
+
+    /// Computes the hits that are not [`EXACT`] yet, a quad at a time: neighbouring rays mostly hit the same few
+    /// blocks.
+    #[inline(always)]
+    fn write_hits<S: Simd>(&mut self, packet: &RayPacket, shared: &SharedRay) {
+        for (q, hits) in self.hits.chunks_mut(QUAD * RAY_GROUP).enumerate().take(packet.quads) {
+            let Some(mut pending) = PendingHits::new::<S>(self.blas, &self.entry.quads[q], hits) else {
+                continue;
+            };
+            let mut table = ExactHits::new(shared);
+            while pending.first_group < QUAD {
+                let in_table = pending.fill_table::<S>(&mut table);
+                for (g, hits) in hits.chunks_mut(RAY_GROUP).enumerate().take(QUAD) {
+                    if in_table[g] != 0 {
+                        let group_hits = table.compute::<S>(packet, q * QUAD + g, &pending.slots[g]);
+                        write_group_hits::<S>(in_table[g], &group_hits, hits);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Certain hits in a quad whose t is still to be computed.
+struct PendingHits<'a> {
+    blocks: &'a [Triangle4],
+    id_map: &'a TriangleIdMap,
+    /// The triangle that each ray hits.
+    entries: &'a [[u32; RAY_GROUP]; QUAD],
+    /// Rays that are left, by group.
+    remaining: [u32; QUAD],
+    /// The first group with rays that are left.
+    first_group: usize,
+    /// Where the triangle of each ray is in the table, for rays that [`PendingHits::fill_table`] returned.
+    slots: [[u32; RAY_GROUP]; QUAD],
+}
+
+impl<'a> PendingHits<'a> {
+    /// Finds the rays of a quad with an entry. Returns `None` where there are none.
+    #[inline(always)]
+    fn new<S: Simd>(blas: &'a Blas, entries: &'a [[u32; RAY_GROUP]; QUAD], hits: &[Hit]) -> Option<Self> {
+        let mut remaining = [0; QUAD];
+        for (remaining, (hits, entries)) in remaining.iter_mut().zip(hits.chunks(RAY_GROUP).zip(entries)) {
+            *remaining = S::F32x16::lt_u32(entries, EXACT) & ((1 << hits.len()) - 1) as u32;
+        }
+        if remaining == [0; QUAD] {
+            return None;
+        }
+        let slots = [[0; RAY_GROUP]; QUAD];
+        Some(PendingHits {
+            blocks: &blas.blocks,
+            id_map: &blas.ids,
+            entries,
+            remaining,
+            first_group: 0,
+            slots,
+        })
+    }
+
+    /// Fills the table with the next blocks that rays hit. Returns these rays, by group.
+    #[inline(always)]
+    fn fill_table<S: Simd>(&mut self, table: &mut ExactHits) -> [u32; QUAD] {
+        let mut in_table = [0; QUAD];
+        let mut block_count = 0;
+        while self.first_group < QUAD && block_count < BLOCKS {
+            let rays = self.remaining[self.first_group];
+            if rays == 0 {
+                self.first_group += 1;
+                continue;
+            }
+            let entry = self.entries[self.first_group][rays.trailing_zeros() as usize & (RAY_GROUP - 1)];
+            let block = entry as usize / TRIANGLE_LANES;
+            table.set_block(block_count, &self.blocks[block], self.id_map);
+            let first_entry = (block * TRIANGLE_LANES) as u32;
+            let first_slot = (block_count * TRIANGLE_LANES) as u32;
+            for g in self.first_group..QUAD {
+                let rays =
+                    S::F32x16::renumber_quad(&self.entries[g], first_entry, first_slot, &mut self.slots[g])
+                        & self.remaining[g];
+                self.remaining[g] &= !rays;
+                in_table[g] |= rays;
+            }
+            block_count += 1;
+        }
+        in_table
+    }
+}
+
+/// Writes the hits of the rays in `mask`.
+#[inline(always)]
+fn write_group_hits<S: Simd>(mask: u32, group_hits: &GroupHits, hits: &mut [Hit]) {
+    let t = S::F32x16::load(&group_hits.t);
+    let mut mask = mask & S::F32x16::splat(0.0).lt(t) & t.lt(S::F32x16::splat(f32::INFINITY));
+    if mask == (1 << RAY_GROUP) - 1
+        && let Some(hits) = hits.first_chunk_mut::<RAY_GROUP>()
+    {
+        let t = bytemuck::cast_ref(&group_hits.t);
+        S::interleave3([t, &group_hits.instance, &group_hits.triangle], bytemuck::cast_mut(hits));
+        return;
+    }
+    while mask != 0 {
+        let i = mask.trailing_zeros() as usize & (RAY_GROUP - 1);
+        if let Some(hit) = hits.get_mut(i) {
+            let id = HitId { instance: group_hits.instance[i], triangle: group_hits.triangle[i] };
+            *hit = Hit { t: group_hits.t[i], id };
+        }
+        mask &= mask - 1;
+    }
+}
+
+impl<S: Simd> PacketHits<S> for ClosestHits<'_, '_> {
+    #[inline(always)]
+    fn culls_back_faces(&self) -> bool {
+        self.rays.cull_back_faces
+    }
+
+    #[inline(always)]
+    fn unfiltered_mask(&self, block: &Triangle4) -> u8 {
+        block.unfiltered_mask()
+    }
+
+    #[inline(always)]
+    fn excluded_rays(&self, _: &Triangle4, _: usize, _: usize) -> u32 {
+        0
+    }
+
+    #[inline(always)]
+    fn record(
+        &mut self,
+        packet: &mut RayPacket,
+        g: usize,
+        mask: u32,
+        entry: u32,
+        hit: CertainHit<S::F32x16>,
+    ) {
+        let inv_det = hit.det.rcp();
+        let t = |depth: S::F32x16, slack: f32| depth * inv_det * S::F32x16::splat(slack);
+        let lower = t(hit.depth - hit.depth_error, 1.0 - 8.0 * EPSILON);
+        let upper = t(hit.depth + hit.depth_error, 1.0 + 8.0 * EPSILON);
+        let t_max_lower = packet.t_max_lower.group_mut(g);
+        lower.select(mask, S::F32x16::load(t_max_lower)).store(t_max_lower);
+        let t_max_upper = packet.t_max_upper.group_mut(g);
+        upper.select(mask, S::F32x16::load(t_max_upper)).store(t_max_upper);
+        S::F32x16::masked_fill(mask, self.entry.group_mut(g), entry);
+    }
+
+    fn test_exactly(&mut self, packet: &mut RayPacket, ray: usize, entry: u32, certain: bool) {
+        let (block, lane) = self.blas.locate(entry);
+        let hit = self.local_ray(ray).and_then(|ray| ray.intersect(&block.vertices(lane), certain));
+        let Some(hit) = hit else { return };
+        let mut query = self.query(ray);
+        self.blas.report_hit(block, lane, hit, None, &mut query);
+        self.record_query(packet, ray, &query);
+    }
+
+    #[inline(always)]
+    fn trace_single(&mut self, packet: &mut RayPacket, ray: usize, child: u32) -> bool {
+        let Some(local_ray) = self.local_ray(ray) else { return false };
+        let mut query = self.query(ray);
+        self.blas.traverse::<S, _>(child, &local_ray, None, &mut query, self.single_ray_stack);
+        self.record_query(packet, ray, &query)
+    }
+}

@@ -1,0 +1,139 @@
+//! Bounds on the directions of a packet whose rays share an origin.
+
+use glam::Vec3;
+
+use crate::accel::packet::per_ray::{PerRay, QUAD, QUADS, RAY_GROUP};
+use crate::geometry::EPSILON;
+use crate::simd::{Lanes, Simd};
+
+/// The largest spread of a packet: of the tangents of its directions, and of its origins in radii of the BVH. Beyond it,
+/// some group meets nearly every node.
+pub(super) const MAX_SPREAD: f32 = 0.8;
+
+/// With k the component of a direction along the major axis, 1/|k| has to be between this and its reciprocal.
+const MIN_INV_K: f32 = 1.0 / 65536.0;
+
+/// Axis-aligned projection along a direction.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Projection {
+    /// The major axis k, along which the direction is longest, and the two others, a and b.
+    pub axes: [usize; 3],
+    /// The sign of the direction along the major axis.
+    pub sign: f32,
+}
+
+impl Projection {
+    pub fn along(direction: Vec3) -> Projection {
+        let abs = direction.abs();
+        let k = if abs.x >= abs.y && abs.x >= abs.z { 0 } else { usize::from(abs.z > abs.y) + 1 };
+        Projection { axes: [k, (k + 1) % 3, (k + 2) % 3], sign: if direction[k] < 0.0 { -1.0 } else { 1.0 } }
+    }
+}
+
+/// Bounds on the directions of all rays and of each group, as tangents: the components along a and b divided by the
+/// absolute value of that along k.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct DirectionCone {
+    pub projection: Projection,
+    /// Bounds of all tangents, rounding included: min and max along a, min and max along b.
+    pub tangents: [f32; 4],
+    /// The same for each group, by quad. Each group fills four lanes.
+    pub group_tangents: [[[f32; RAY_GROUP]; 4]; QUADS],
+    /// The least and the greatest 1/|k|.
+    pub min_inv_k: f32,
+    pub max_inv_k: f32,
+    pub mean: Vec3,
+}
+
+impl DirectionCone {
+    /// Computes the bounds of `quads` quads of directions with known reciprocals; `mean` is about the mean
+    /// direction. Returns false where the directions spread too far, differ too much in length or are not finite.
+    #[inline(always)]
+    pub fn bound<S: Simd>(
+        &mut self,
+        directions: &[PerRay<f32>; 3],
+        reciprocals: &[PerRay<f32>; 3],
+        quads: usize,
+        mean: Vec3,
+    ) -> bool {
+        let projection = Projection::along(mean);
+        let [k, a, b] = projection.axes;
+        let zero = S::F32x16::splat(0.0);
+        let infinity = S::F32x16::splat(f32::INFINITY);
+        let mut min_inv_k = infinity;
+        let mut max_inv_k = zero;
+        let mut min = [infinity; 2];
+        let mut max = [zero - infinity; 2];
+        let mut sum = zero;
+        for q in 0..quads {
+            let mut tangents_a = [zero; QUAD];
+            let mut tangents_b = [zero; QUAD];
+            for i in 0..QUAD {
+                let inv_k = S::F32x16::load(&reciprocals[k].quads[q][i]) * S::F32x16::splat(projection.sign);
+                min_inv_k = min_inv_k.min(inv_k);
+                max_inv_k = max_inv_k.max(inv_k);
+                tangents_a[i] = S::F32x16::load(&directions[a].quads[q][i]) * inv_k;
+                tangents_b[i] = S::F32x16::load(&directions[b].quads[q][i]) * inv_k;
+                sum = sum + (tangents_a[i] + tangents_b[i]);
+            }
+            let min_a = S::reduce_min_each(tangents_a);
+            let min_b = S::reduce_min_each(tangents_b);
+            let max_a = S::reduce_max_each(tangents_a);
+            let max_b = S::reduce_max_each(tangents_b);
+            let group_tangents = [
+                min_a - tangent_error(min_a),
+                max_a + tangent_error(max_a),
+                min_b - tangent_error(min_b),
+                max_b + tangent_error(max_b),
+            ];
+            for (tangents, to) in group_tangents.into_iter().zip(&mut self.group_tangents[q]) {
+                tangents.store(to);
+            }
+            min = [min[0].min(group_tangents[0]), min[1].min(group_tangents[2])];
+            max = [max[0].max(group_tangents[1]), max[1].max(group_tangents[3])];
+        }
+        let min_inv_k = min_inv_k.reduce_min();
+        let max_inv_k = max_inv_k.reduce_max();
+        // Minima and maxima may lose NaN; a sum does not.
+        let finite = sum.le(infinity) == (1 << RAY_GROUP) - 1;
+        let similar_lengths = min_inv_k > MIN_INV_K && max_inv_k < 1.0 / MIN_INV_K;
+        let tangents = [min[0].reduce_min(), max[0].reduce_max(), min[1].reduce_min(), max[1].reduce_max()];
+        let [a0, a1, b0, b1] = tangents;
+        if !(finite && similar_lengths && a1 - a0 <= MAX_SPREAD && b1 - b0 <= MAX_SPREAD) {
+            return false;
+        }
+        self.projection = projection;
+        self.tangents = tangents;
+        self.min_inv_k = min_inv_k;
+        self.max_inv_k = max_inv_k;
+        self.mean = mean;
+        true
+    }
+
+    /// Returns an upper bound on the length of all directions.
+    #[inline(always)]
+    pub fn max_length(&self) -> f64 {
+        let [a0, a1, b0, b1] = self.tangents.map(|x| f64::from(x * x));
+        (1.0 + 1e-6) / f64::from(self.min_inv_k) * (1.0 + a0.max(a1) + b0.max(b1)).sqrt()
+    }
+
+    /// Returns for each axis the side by which rays enter boxes (0 for min, 1 for max), where all rays certainly agree
+    /// on it.
+    #[inline(always)]
+    pub fn near_sides(&self) -> Option<[usize; 3]> {
+        let [k, a, b] = self.projection.axes;
+        let [a0, a1, b0, b1] = self.tangents;
+        let mut sides = [0; 3];
+        sides[k] = usize::from(self.projection.sign < 0.0);
+        sides[a] = usize::from(a0 < 0.0);
+        sides[b] = usize::from(b0 < 0.0);
+        ((a0 > 0.0 || a1 < 0.0) && (b0 > 0.0 || b1 < 0.0)).then_some(sides)
+    }
+}
+
+/// Returns an upper bound on the rounding error of a tangent.
+#[inline(always)]
+fn tangent_error<L: Lanes<RAY_GROUP>>(tangent: L) -> L {
+    let margin = L::splat(8.0 * EPSILON);
+    tangent.abs().mul_add(margin, margin)
+}
