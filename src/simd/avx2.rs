@@ -120,7 +120,8 @@ static COMPRESS: [[u8; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut mask = 0;
     while mask < 256 {
-        let (mut lane, mut end) = (0, 0);
+        let mut lane = 0;
+        let mut end = 0;
         while lane < 8 {
             if mask >> lane & 1 == 1 {
                 table[mask][end] = lane as u8;

@@ -48,19 +48,19 @@ impl<L: Div<Output = L>> Div for Pair<L> {
 }
 
 macro_rules! impl_lanes_for_pair {
-    ($half:literal, $whole:literal) => {
-        impl<L: Lanes<$half>> Lanes<$whole> for Pair<L> {
+    ($half:literal, $full:literal) => {
+        impl<L: Lanes<$half>> Lanes<$full> for Pair<L> {
             #[inline(always)]
             fn splat(x: f32) -> Self {
                 Pair(L::splat(x), L::splat(x))
             }
             #[inline(always)]
-            fn load(from: &[f32; $whole]) -> Self {
+            fn load(from: &[f32; $full]) -> Self {
                 let (halves, _) = from.as_chunks::<$half>();
                 Pair(L::load(&halves[0]), L::load(&halves[1]))
             }
             #[inline(always)]
-            fn store(self, to: &mut [f32; $whole]) {
+            fn store(self, to: &mut [f32; $full]) {
                 let (halves, _) = to.as_chunks_mut::<$half>();
                 self.0.store(&mut halves[0]);
                 self.1.store(&mut halves[1]);
@@ -114,12 +114,12 @@ macro_rules! impl_lanes_for_pair {
                 self.0.max(self.1).reduce_max()
             }
             #[inline(always)]
-            fn eq_u32(values: &[u32; $whole], x: u32) -> u32 {
+            fn eq_u32(values: &[u32; $full], x: u32) -> u32 {
                 let (halves, _) = values.as_chunks::<$half>();
                 L::eq_u32(&halves[0], x) | L::eq_u32(&halves[1], x) << $half
             }
             #[inline(always)]
-            fn masked_fill(mask: u32, to: &mut [u32; $whole], x: u32) {
+            fn masked_fill(mask: u32, to: &mut [u32; $full], x: u32) {
                 let (halves, _) = to.as_chunks_mut::<$half>();
                 L::masked_fill(mask & ((1 << $half) - 1), &mut halves[0], x);
                 L::masked_fill(mask >> $half, &mut halves[1], x);

@@ -110,7 +110,8 @@ impl Lanes<4> for F32x4 {
     }
     #[inline(always)]
     fn select(self, mask: u32, o: Self) -> Self {
-        let (a, b) = (self.0.to_array(), o.0.to_array());
+        let a = self.0.to_array();
+        let b = o.0.to_array();
         F32x4(f32x4::from(std::array::from_fn(|i| if mask >> i & 1 == 1 { a[i] } else { b[i] })))
     }
 }

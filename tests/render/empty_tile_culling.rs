@@ -55,9 +55,9 @@ fn model(name: &str) -> Scene {
 }
 
 #[test]
-fn pictures_are_the_same_from_anywhere() {
+fn culling_does_not_change_pictures() {
     let mut rng = Rng::new(5);
-    let mut spared = 0;
+    let mut culled = 0;
     for (name, presets) in [
         ("cornell/cornell.glb", [Preset::BruteForce, Preset::Medium]),
         ("alpha/alpha.glb", [Preset::BruteForce, Preset::Medium]),
@@ -88,15 +88,15 @@ fn pictures_are_the_same_from_anywhere() {
                 let frame = Frame::new(&posed, &accel, camera, &lit);
                 let [all, some] = sample_counts(&frame, &settings);
                 assert_eq!(all, 64 * 40 * samples as usize);
-                spared += usize::from(some < all);
+                culled += usize::from(some < all);
             }
         }
     }
-    assert!(spared >= 24, "{spared} of 72 pictures took fewer samples");
+    assert!(culled >= 24, "{culled} of 72 pictures took fewer samples");
 }
 
 #[test]
-fn a_picture_of_nothing_asks_for_nothing_and_a_ground_is_something() {
+fn an_empty_view_takes_no_samples_and_a_ground_takes_all() {
     let scene = scenes::scene(scenes::cube(1), &[glam::DAffine3::IDENTITY]);
     let posed = scenes::posed(&scene);
     let accel = scenes::build(&posed);

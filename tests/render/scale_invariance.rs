@@ -28,8 +28,8 @@ fn scene(name: &str) -> Scene {
 }
 
 /// The scene scaled by `s`: all lengths by `s`, and intensities by s² for the same irradiance.
-fn scaled(mut scene: Scene, s: f64) -> Scene {
-    moved(&mut scene, DAffine3::from_scale(DVec3::splat(s)));
+fn scale_scene(mut scene: Scene, s: f64) -> Scene {
+    transform_roots(&mut scene, DAffine3::from_scale(DVec3::splat(s)));
     for camera in &mut scene.cameras {
         camera.znear *= s;
         camera.zfar *= s;
@@ -48,14 +48,14 @@ fn scaled(mut scene: Scene, s: f64) -> Scene {
 }
 
 /// Transforms the root nodes.
-fn moved(scene: &mut Scene, by: DAffine3) {
+fn transform_roots(scene: &mut Scene, by: DAffine3) {
     for node in scene.nodes.iter_mut().filter(|n| n.parent.is_none()) {
         node.local = LocalTransform::Matrix(by * node.local.affine());
     }
 }
 
 /// Renders with soft shadows, ambient occlusion and a ground, all sized by `s`.
-fn picture(scene: &Scene, s: f64) -> Pixels {
+fn render_scaled(scene: &Scene, s: f64) -> Pixels {
     let posed = pose(scene, &PoseSettings::default()).unwrap();
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
     let settings = RenderSettings { width: 64, height: 36, samples: 4, ..Default::default() };
@@ -73,35 +73,35 @@ fn picture(scene: &Scene, s: f64) -> Pixels {
     render(&frame, &Phong::default(), &settings, &()).unwrap()
 }
 
-/// The largest difference of a channel after the display transform.
-fn apart(a: &Pixels, b: &Pixels) -> f32 {
-    let shown = |v: f32| blinn::scene::linear_to_srgb(v.clamp(0.0, 1.0));
+/// Returns the largest difference of a channel after the display transform.
+fn max_difference(a: &Pixels, b: &Pixels) -> f32 {
+    let display = |v: f32| blinn::scene::linear_to_srgb(v.clamp(0.0, 1.0));
     let all = a.colors.iter().zip(&b.colors);
     all.flat_map(|(a, b)| (*a).to_array().into_iter().zip(b.to_array()))
-        .map(|(a, b)| (shown(a) - shown(b)).abs())
+        .map(|(a, b)| (display(a) - display(b)).abs())
         .fold(0.0, f32::max)
 }
 
 #[test]
-fn powers_of_two_change_nothing() {
+fn scaling_by_powers_of_two_is_bit_identical() {
     for name in SCENES {
-        let usual = picture(&scene(name), 1.0);
-        assert!(usual.colors.iter().any(|c| c.x > 0.05), "{name} shows something");
+        let reference = render_scaled(&scene(name), 1.0);
+        assert!(reference.colors.iter().any(|c| c.x > 0.05), "{name} shows something");
         for power in [-20, 20] {
             let s = 2f64.powi(power);
             let bits = |p: &Pixels| -> Vec<u32> {
                 p.colors.iter().flat_map(|c| c.to_array().map(f32::to_bits)).collect()
             };
-            let other = picture(&scaled(scene(name), s), s);
-            let differ = bits(&usual).iter().zip(bits(&other)).filter(|(a, b)| **a != *b).count();
-            assert_eq!(differ, 0, "{name} × 2^{power}: apart by {}", apart(&usual, &other));
+            let other = render_scaled(&scale_scene(scene(name), s), s);
+            let differ = bits(&reference).iter().zip(bits(&other)).filter(|(a, b)| **a != *b).count();
+            assert_eq!(differ, 0, "{name} × 2^{power}: differs by {}", max_difference(&reference, &other));
         }
     }
 }
 
 /// The coordinates differ, and the mesh does not: recentring keeps the digits that f32 would lose.
 #[test]
-fn an_obj_in_a_surveyors_coordinates_looks_as_at_the_origin() {
+fn an_obj_far_from_the_origin_renders_as_at_the_origin() {
     let dir = tempfile::tempdir().unwrap();
     let read = |origin: DVec3| {
         let mut text = String::new();
@@ -121,27 +121,27 @@ fn an_obj_in_a_surveyors_coordinates_looks_as_at_the_origin() {
         std::fs::write(&path, text).unwrap();
         load(&path, &LoadOptions::default()).unwrap().0
     };
-    let near = picture(&read(DVec3::ZERO), 1.0);
-    let far = picture(&read(DVec3::new(500_000.0, 120.0, 5_300_000.0)), 1.0);
+    let near = render_scaled(&read(DVec3::ZERO), 1.0);
+    let far = render_scaled(&read(DVec3::new(500_000.0, 120.0, 5_300_000.0)), 1.0);
     // At an edge, either facet may be hit.
     let same = near.colors.iter().zip(&far.colors).filter(|(a, b)| a.abs_diff_eq(**b, 1.0 / 255.0)).count();
     assert!(same * 100 >= near.colors.len() * 99, "{same} of {}", near.colors.len());
 }
 
 #[test]
-fn other_scales_and_places_change_nothing_that_shows() {
+fn other_scales_and_positions_differ_by_at_most_one_level() {
     for name in SCENES {
-        let usual = picture(&scene(name), 1.0);
+        let reference = render_scaled(&scene(name), 1.0);
         for power in [-6, -3, 3, 6] {
             let s = 10f64.powi(power);
-            let off = apart(&usual, &picture(&scaled(scene(name), s), s));
-            println!("{name} × 10^{power}: {off}");
-            assert!(off <= 1.0 / 255.0, "{name} × 10^{power}: {off}");
+            let difference = max_difference(&reference, &render_scaled(&scale_scene(scene(name), s), s));
+            println!("{name} × 10^{power}: {difference}");
+            assert!(difference <= 1.0 / 255.0, "{name} × 10^{power}: {difference}");
         }
         let mut far = scene(name);
-        moved(&mut far, DAffine3::from_translation(DVec3::new(1e5, -1e5, 1e5)));
-        let off = apart(&usual, &picture(&far, 1.0));
-        println!("{name}, moved: {off}");
-        assert!(off <= 1.0 / 255.0, "{name}, moved: {off}");
+        transform_roots(&mut far, DAffine3::from_translation(DVec3::new(1e5, -1e5, 1e5)));
+        let difference = max_difference(&reference, &render_scaled(&far, 1.0));
+        println!("{name}, moved: {difference}");
+        assert!(difference <= 1.0 / 255.0, "{name}, moved: {difference}");
     }
 }

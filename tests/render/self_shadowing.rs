@@ -10,34 +10,34 @@ use crate::common::scenes::{self, Placement, Plain, Rng};
 
 const RAYS: u64 = 200_000;
 
-/// The number of blocked segments of `RAYS` from points on a flat grid to lights above it. The points are
+/// Returns the number of occluded segments of `RAYS` from points on a flat grid to lights above it. The points are
 /// computed as in shading: interpolated in f64, rounded, and offset by their error bound.
-fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
-    let placed = placement.transforms(DVec3::new(2.0, 0.0, 0.0));
+fn count_occluded(placement: Placement, occluder: bool, sun: bool) -> u64 {
+    let transforms = placement.transforms(DVec3::new(2.0, 0.0, 0.0));
     let mut scene = Scene::default();
     let opaque = scenes::material(SurfaceClass::Opaque, true);
-    scenes::add(&mut scene, scenes::grid(40, 2), opaque.clone(), &placed);
+    scenes::add(&mut scene, scenes::grid(40, 2), opaque.clone(), &transforms);
     if occluder {
         // One sheet above the grid, at 1e-4 of its size.
         let mut sheet = scenes::grid(3, 2);
         sheet.positions.iter_mut().for_each(|p| *p = *p * 4.0 + Vec3::new(1.0, 0.0, 1e-4));
-        scenes::add(&mut scene, sheet, opaque, &placed[..1]);
+        scenes::add(&mut scene, sheet, opaque, &transforms[..1]);
     }
     let posed = scenes::posed(&scene);
     let accel = scenes::build(&posed);
     let triangles = posed.mesh(0).triangles.len();
     let to_world: DAffine3 = posed.instances[0].transform.affine;
     let chunk = 5000;
-    let shoot = |seed: u64| {
+    let trace_chunk = |seed: u64| {
         let mut rng = Rng::new(seed);
         let mut segments = SegmentBatch::default();
-        let above = |rng: &mut Rng| {
+        let random_point_above = |rng: &mut Rng| {
             let elevation = 10f64.powf(-2.0 * rng.unit());
             let around = std::f64::consts::TAU * rng.unit();
             DVec3::new(around.cos(), around.sin(), elevation)
         };
         if sun {
-            let l = to_world.transform_vector3(above(&mut rng));
+            let l = to_world.transform_vector3(random_point_above(&mut rng));
             segments.coherence = Coherence::Direction(l.normalize().as_vec3());
         }
         for _ in 0..chunk {
@@ -50,7 +50,7 @@ fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
             let p = (a + (b - a) * u + (c - a) * v).as_vec3();
             let n_g = (b - a).cross(c - a).normalize().as_vec3();
             let error = point_error(world, local, &to_world);
-            let light = to_world.transform_point3(above(&mut rng) * 3.0).as_vec3();
+            let light = to_world.transform_point3(random_point_above(&mut rng) * 3.0).as_vec3();
             let l = match segments.coherence {
                 Coherence::Direction(l) => l,
                 _ => light - p,
@@ -60,9 +60,9 @@ fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
         let mut out = Vec::new();
         accel.occluded(&segments, &Plain, &mut out);
         assert_eq!(out.len(), chunk as usize);
-        out.iter().filter(|&&blocked| blocked).count() as u64
+        out.iter().filter(|&&occluded| occluded).count() as u64
     };
-    (0..RAYS / chunk).into_par_iter().map(shoot).sum()
+    (0..RAYS / chunk).into_par_iter().map(trace_chunk).sum()
 }
 
 /// 200,000 points of a flat grid at each placement, and as many under a sun: none is in shadow.
@@ -70,7 +70,7 @@ fn blocked(placement: Placement, occluder: bool, sun: bool) -> u64 {
 fn flat_surfaces_do_not_shadow_themselves() {
     for placement in scenes::placements() {
         for sun in [false, true] {
-            assert_eq!(blocked(placement, false, sun), 0, "false shadows at {placement:?}, sun {sun}");
+            assert_eq!(count_occluded(placement, false, sun), 0, "false shadows at {placement:?}, sun {sun}");
         }
     }
 }
@@ -80,6 +80,6 @@ fn flat_surfaces_do_not_shadow_themselves() {
 #[test]
 fn near_occluders_still_shadow() {
     for placement in scenes::placements() {
-        assert_eq!(blocked(placement, true, false), RAYS, "shadows at {placement:?}");
+        assert_eq!(count_occluded(placement, true, false), RAYS, "shadows at {placement:?}");
     }
 }

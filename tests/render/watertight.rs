@@ -9,18 +9,14 @@ use rayon::prelude::*;
 
 use crate::common::scenes::{self, Placement, Plain, Rng};
 
-/// The number of `rays` that do not hit `instance`.
-fn misses(accel: &Accel, instance: u32, rays: impl Iterator<Item = (Vec3, Vec3)>) -> u64 {
-    misses_of(accel, instance, Coherence::None, rays)
-}
-
-fn misses_of(
+/// Returns the number of `rays` that do not hit `instance`.
+fn count_misses(
     accel: &Accel,
     instance: u32,
-    shared: Coherence,
+    coherence: Coherence,
     rays: impl Iterator<Item = (Vec3, Vec3)>,
 ) -> u64 {
-    let mut batch = RayBatch { coherence: shared, ..RayBatch::default() };
+    let mut batch = RayBatch { coherence, ..RayBatch::default() };
     for (o, d) in rays {
         batch.push(o, d);
     }
@@ -31,7 +27,7 @@ fn misses_of(
 }
 
 /// A direction from `o` to within 2 ulps of a vertex, or to a point on an edge from it.
-fn towards(o: Vec3, from: Vec3, to: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
+fn direction_towards(o: Vec3, from: Vec3, to: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
     let (o, from, to) = (o.as_dvec3(), from.as_dvec3(), to.as_dvec3());
     let length = if rng.one_in(2) { 1.0 } else { 0.2 + rng.unit() };
     if rng.one_in(2) {
@@ -43,23 +39,23 @@ fn towards(o: Vec3, from: Vec3, to: Vec3, along: f64, rng: &mut Rng) -> Vec3 {
 }
 
 /// Traces `count` rays from inside a closed mesh at its edges and vertices.
-fn inside(posed: &PosedScene, accel: &Accel, size: f64, count: u64) -> u64 {
+fn count_leaks(posed: &PosedScene, accel: &Accel, size: f64, count: u64) -> u64 {
     let triangles = posed.mesh(0).triangles.len();
     let centre = posed.instances[0].transform.affine.translation;
     let chunk = 5000;
     assert_eq!(count % chunk, 0);
-    let shoot = |seed: u64| {
+    let trace_chunk = |seed: u64| {
         let mut rng = Rng::new(seed);
         let rays = (0..chunk).map(|_| {
             let o = (centre + rng.in_cube() * 0.5 * size).as_vec3();
             let triangle = rng.below(triangles) as u32;
             let v = posed.world_triangle(HitId { instance: 0, triangle });
             let edge = rng.below(3);
-            (o, towards(o, v[edge], v[(edge + 1) % 3], 1.0, &mut rng))
+            (o, direction_towards(o, v[edge], v[(edge + 1) % 3], 1.0, &mut rng))
         });
-        misses(accel, 0, rays)
+        count_misses(accel, 0, Coherence::None, rays)
     };
-    (0..count / chunk).into_par_iter().map(shoot).sum()
+    (0..count / chunk).into_par_iter().map(trace_chunk).sum()
 }
 
 /// Half a million rays at each placement, from inside a closed sphere at its edges and within 2 ulps of its
@@ -71,7 +67,7 @@ fn closed_meshes_do_not_leak() {
         let posed = scenes::posed(&scene);
         for flatten in [FlattenBudget::default(), FlattenBudget::ZERO] {
             let accel = Accel::build(&posed, &BuildSettings { flatten, ..BuildSettings::default() }).0;
-            let lost = inside(&posed, &accel, placement.scale, 250_000);
+            let lost = count_leaks(&posed, &accel, placement.scale, 250_000);
             assert_eq!(lost, 0, "of 250,000 at {placement:?} {flatten:?}");
         }
     }
@@ -88,7 +84,7 @@ fn packets_do_not_leak() {
             let accel = Accel::build(&posed, &BuildSettings { simd, ..BuildSettings::default() }).0;
             let triangles = posed.mesh(0).triangles.len();
             let centre = posed.instances[0].transform.affine.translation;
-            let shoot = |seed: u64| {
+            let trace_chunk = |seed: u64| {
                 let mut rng = Rng::new(seed);
                 let o = (centre + rng.in_cube() * 0.5 * placement.scale).as_vec3();
                 let near = rng.below(triangles);
@@ -96,11 +92,11 @@ fn packets_do_not_leak() {
                     let triangle = ((near + i / 16 + rng.below(6)) % triangles) as u32;
                     let v = posed.world_triangle(HitId { instance: 0, triangle });
                     let edge = rng.below(3);
-                    (o, towards(o, v[edge], v[(edge + 1) % 3], 1.0, &mut rng))
+                    (o, direction_towards(o, v[edge], v[(edge + 1) % 3], 1.0, &mut rng))
                 });
-                misses_of(&accel, 0, Coherence::Origin(o), rays.collect::<Vec<_>>().into_iter())
+                count_misses(&accel, 0, Coherence::Origin(o), rays.collect::<Vec<_>>().into_iter())
             };
-            let lost: u64 = (0..1250).into_par_iter().map(shoot).sum();
+            let lost: u64 = (0..1250).into_par_iter().map(trace_chunk).sum();
             assert_eq!(lost, 0, "{simd:?} at {placement:?}");
         }
     }
@@ -115,7 +111,7 @@ fn a_missing_triangle_leaks() {
         mesh.triangles.remove(700);
         let scene = scenes::scene(mesh, &placement.transforms(DVec3::X * 3.0));
         let posed = scenes::posed(&scene);
-        let lost = inside(&posed, &scenes::build(&posed), 1.0, 100_000);
+        let lost = count_leaks(&posed, &scenes::build(&posed), 1.0, 100_000);
         assert!((10..1000).contains(&lost), "{lost} of 100,000 lost through the hole");
     }
 }
@@ -154,9 +150,9 @@ fn fan(placement: Placement, elevation: f64, seed: u64, count: u64) -> u64 {
         let height = elevation * (0.5 + rng.unit());
         let above = 3.0 * (flat * (x * cos + y * sin) + height * normal);
         let o = transform.affine.transform_point3(above).as_vec3();
-        (o, towards(o, vertices[0], vertices[1 + rng.below(spokes)], 0.7, &mut rng))
+        (o, direction_towards(o, vertices[0], vertices[1 + rng.below(spokes)], 0.7, &mut rng))
     });
-    misses(&accel, 0, rays.collect::<Vec<_>>().into_iter())
+    count_misses(&accel, 0, Coherence::None, rays.collect::<Vec<_>>().into_iter())
 }
 
 /// 160,000 rays along the axes at vertices, edges and borders of grids and boxes, with zeros of either sign
@@ -164,7 +160,7 @@ fn fan(placement: Placement, elevation: f64, seed: u64, count: u64) -> u64 {
 #[test]
 fn axis_parallel_rays_do_not_leak() {
     let mut rng = Rng::new(7);
-    let mut shot = 0;
+    let mut ray_count = 0;
     // Rays along a border must stay on it in the instance's frame: powers of two are exact.
     let once = [(1.0, DVec3::ZERO), (1e-4, DVec3::ONE), (1e6, DVec3::ONE), (0.1, DVec3::splat(1e3))];
     let twice = [
@@ -173,24 +169,24 @@ fn axis_parallel_rays_do_not_leak() {
         (1048576.0, DVec3::ONE),
         (0.125, DVec3::splat(1024.0)),
     ];
-    let places = once.map(|p| (p, false)).into_iter().chain(twice.map(|p| (p, true)));
-    for ((scale, at), twice) in places {
+    let placements = once.map(|p| (p, false)).into_iter().chain(twice.map(|p| (p, true)));
+    for ((scale, at), twice) in placements {
         for (axis, closed) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
             let mesh = if closed { scenes::cube(16) } else { scenes::grid(20, axis) };
-            let place = |at: DVec3| {
+            let transform = |at: DVec3| {
                 glam::DAffine3::from_scale_rotation_translation(
                     DVec3::splat(scale),
                     glam::DQuat::IDENTITY,
                     at,
                 )
             };
-            // The second is in no ray's way.
+            // No ray hits the second one.
             let aside = DVec3::splat(8.0 * scale);
-            let mut placed = vec![place(at)];
+            let mut transforms = vec![transform(at)];
             if twice {
-                placed.push(place(at + aside));
+                transforms.push(transform(at + aside));
             }
-            let scene = scenes::scene(mesh, &placed);
+            let scene = scenes::scene(mesh, &transforms);
             let posed = scenes::posed(&scene);
             let accel = scenes::build(&posed);
             let vertices: Vec<Vec3> =
@@ -212,10 +208,10 @@ fn axis_parallel_rays_do_not_leak() {
                     (o, Vec3::from(d))
                 })
                 .collect();
-            shot += rays.len();
-            let lost = misses(&accel, 0, rays.into_iter());
+            ray_count += rays.len();
+            let lost = count_misses(&accel, 0, Coherence::None, rays.into_iter());
             assert_eq!(lost, 0, "axis {axis}, scale {scale}, closed {closed}, twice {twice}");
         }
     }
-    assert!(shot >= 160_000);
+    assert!(ray_count >= 160_000);
 }
