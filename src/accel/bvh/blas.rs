@@ -129,7 +129,7 @@ impl Blas {
 /// The limit on box entry distances for a query.
 #[inline(always)]
 pub(crate) fn box_limit(ray: &LocalRay, query: &impl RayQuery) -> f32 {
-    BoxTestRay::limit(ray.to_local_t(query.t_max()))
+    BoxTestRay::limit(ray.local_t(query.t_max()))
 }
 
 /// [`Blas::traverse`] as a function of its own.
@@ -148,7 +148,7 @@ impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for TraverseBlasKernel<'_, Q> {
     #[inline(always)]
     fn run(self) -> bool {
         let TraverseBlasKernel { blas, root, ray, instance, query, stack } = self;
-        let box_ray = BoxTestRay::new(ray.o, ray.d, 0.0, ray.to_local_t(query.t_min()));
+        let box_ray = BoxTestRay::new(ray.o, ray.d, 0.0, ray.local_t(query.t_min()));
         let node_test = SimdNodeTest::<S>::new(&box_ray);
         let triangle_ray = TriangleTestRay::new(ray, blas.centre, blas.radius, query.early_out_t_max());
         let limit = box_limit(ray, query);

@@ -60,7 +60,7 @@ impl Tlas {
         stack: &mut TraversalStack,
     ) -> bool {
         let Some(root) = self.bvh.root else { return true };
-        let box_ray = BoxTestRay::new(ray.o, ray.d, self.padding(ray.o), ray.to_local_t(query.t_min()));
+        let box_ray = BoxTestRay::new(ray.o, ray.d, self.padding(ray.o), ray.local_t(query.t_min()));
         let node_test = SimdNodeTest::<S>::new(&box_ray);
         let limit = box_limit(ray, query);
         let mut leaves: InstanceVisitor<S, Q> =

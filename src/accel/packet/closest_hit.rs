@@ -232,12 +232,12 @@ impl<'a> PendingHits<'a> {
             table.set_block(block_count, &self.blocks[block], self.id_map);
             let first_entry = (block * TRIANGLE_LANES) as u32;
             let first_slot = (block_count * TRIANGLE_LANES) as u32;
-            for g in self.first_group..QUAD {
+            for (g, in_table) in in_table.iter_mut().enumerate().skip(self.first_group) {
                 let rays =
                     S::F32x16::renumber_quad(&self.entries[g], first_entry, first_slot, &mut self.slots[g])
                         & self.remaining[g];
                 self.remaining[g] &= !rays;
-                in_table[g] |= rays;
+                *in_table |= rays;
             }
             block_count += 1;
         }

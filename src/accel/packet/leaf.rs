@@ -17,8 +17,13 @@ struct PreparedBlock<'a, S: Simd, K> {
     first_entry: usize,
     kind: &'a K,
     bounds: &'a GroupBounds<S::F32x16>,
-    triangles: PreparedTriangles,
-    errors: BlockErrorBounds,
+    triangles: &'a PreparedTriangles,
+    /// Error bounds of the edge functions, both signs.
+    error: S::F32x16,
+    negative_error: S::F32x16,
+    depth_error: S::F32x16,
+    /// The sign of a determinant is certain beyond this.
+    min_determinant: S::F32x16,
     projected_edge_functions: [LinearFunction<S::F32x16>; 3],
     projected_error: f32,
 }
@@ -49,7 +54,9 @@ impl RayPacket {
     ) -> u32 {
         let mut changed = 0;
         for (index, block) in blocks.iter().enumerate().skip(first as usize) {
-            let prepared = PreparedBlock::<S, K>::new(block, index * TRIANGLE_LANES, kind, bounds);
+            let triangles = kind.prepare(block);
+            let first_entry = index * TRIANGLE_LANES;
+            let prepared = PreparedBlock::<S, K>::new(block, first_entry, kind, bounds, &triangles);
             changed |= prepared.intersect(self, groups, hits);
             if block.is_last_in_leaf() {
                 break;
@@ -66,20 +73,21 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
         first_entry: usize,
         kind: &'a K,
         bounds: &'a GroupBounds<S::F32x16>,
+        triangles: &'a PreparedTriangles,
     ) -> Self {
-        let triangles = kind.prepare(block);
-        let errors = kind.error_bounds(block);
-        let projected_edge_functions = kind.projected_edge_functions(&triangles);
-        let projected_error = kind.projected_error(block);
+        let BlockErrorBounds { edge_function, depth, min_determinant } = kind.error_bounds(block);
         PreparedBlock {
             block,
             first_entry,
             kind,
             bounds,
             triangles,
-            errors,
-            projected_edge_functions,
-            projected_error,
+            error: S::F32x16::splat(edge_function),
+            negative_error: S::F32x16::splat(-edge_function),
+            depth_error: S::F32x16::splat(depth),
+            min_determinant: S::F32x16::splat(min_determinant),
+            projected_edge_functions: kind.projected_edge_functions(triangles),
+            projected_error: kind.projected_error(block),
         }
     }
 
@@ -145,32 +153,29 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
         lane: usize,
         hits: &impl PacketHits<S>,
     ) -> Option<RayCandidates<S::F32x16>> {
-        let edge_functions = self.kind.edge_functions(packet, g, &self.triangles, lane);
+        let edge_functions = self.kind.edge_functions(packet, g, self.triangles, lane);
         let u = edge_functions.u;
         let v = edge_functions.v;
         let w = (edge_functions.det - u - v) * S::F32x16::splat(W_SCALE);
-        let error = S::F32x16::splat(self.errors.edge_function);
-        let negative_error = S::F32x16::splat(-self.errors.edge_function);
         let min = u.min(v).min(w);
         let max = u.max(v).max(w);
         // NaN compares false and stays possible.
-        let outside = min.lt(negative_error) & error.lt(max);
+        let outside = min.lt(self.negative_error) & self.error.lt(max);
         let mut possible = packet.active[g] & !outside;
         if possible == 0 {
             return None;
         }
         let det = edge_functions.det.abs();
         let depth = edge_functions.depth.xor_sign(edge_functions.det);
-        let sign_is_certain = S::F32x16::splat(self.errors.min_determinant).lt(det);
+        let sign_is_certain = self.min_determinant.lt(det);
         if hits.culls_back_faces() {
             possible &= !(self.back_faces(lane, edge_functions.det) & sign_is_certain);
         }
         possible &= !hits.excluded_rays(self.block, lane, g);
         let t_min = S::F32x16::load(packet.t_min.group(g));
-        let inside = sign_is_certain & (error.lt(min) | max.lt(negative_error));
-        let depth_error = S::F32x16::splat(self.errors.depth);
-        let depth_min = depth - depth_error;
-        let depth_max = depth + depth_error;
+        let inside = sign_is_certain & (self.error.lt(min) | max.lt(self.negative_error));
+        let depth_min = depth - self.depth_error;
+        let depth_max = depth + self.depth_error;
         let closest = depth_max.lt(S::F32x16::load(packet.t_max_lower.group(g)) * det)
             & (t_min.max(S::F32x16::splat(packet.certain_t_min)) * det).lt(depth_min);
         let unfiltered = u32::from(hits.unfiltered_mask(self.block) >> lane & 1).wrapping_neg();
@@ -184,7 +189,8 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
         if certain | uncertain == 0 {
             return None;
         }
-        Some(RayCandidates { certain, uncertain, inside, hit: CertainHit { depth, depth_error, det } })
+        let hit = CertainHit { depth, depth_error: self.depth_error, det };
+        Some(RayCandidates { certain, uncertain, inside, hit })
     }
 
     /// Returns the rays of determinants `det` that meet the back of a single-sided triangle.

@@ -91,9 +91,9 @@ impl LocalRay {
         Some(ray)
     }
 
-    /// Converts a caller's t to this ray's parameter. The ends of a shadow ray are 0 and 1 either way.
+    /// Returns a caller's t as this ray's parameter. The ends of a shadow ray are 0 and 1 either way.
     #[inline(always)]
-    pub fn to_local_t(&self, t: f32) -> f32 {
+    pub fn local_t(&self, t: f32) -> f32 {
         (f64::from(t) * self.t_scale) as f32
     }
 

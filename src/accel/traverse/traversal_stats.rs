@@ -106,7 +106,7 @@ impl CountingTracer<'_, '_> {
         visit_leaf: impl FnMut(&mut Self, u32, &mut TraversalStack),
     ) {
         let Some(root) = bvh.root else { return };
-        let t_min = ray.to_local_t(self.query.t_min()) * NEAR_FACTOR;
+        let t_min = ray.local_t(self.query.t_min()) * NEAR_FACTOR;
         let limit = box_limit(ray, &self.query);
         if t_min > limit {
             return;

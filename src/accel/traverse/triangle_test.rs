@@ -47,13 +47,13 @@ impl TriangleTestRay {
         let max_distance = ray.o.distance(centre) + radius;
         let rounded_origin = if o.as_dvec3() == ray.o { 0.0 } else { ray.o.length() };
         // A hit so near the light that 1 − t rounds to 1 does not occlude.
-        let early_out_t_min = if ray.from_light { ray.to_local_t(LIGHT_MARGIN) } else { 0.0 };
+        let early_out_t_min = if ray.from_light { ray.local_t(LIGHT_MARGIN) } else { 0.0 };
         TriangleTestRay {
             o,
             d,
             bounds: EdgeFunctionBounds::new(ray.d.length(), max_distance, rounded_origin),
             early_out_t_min,
-            early_out_t_max: early_out_t_max.map_or(-1.0, |t| ray.to_local_t(t) * (1.0 - 8.0 * EPSILON)),
+            early_out_t_max: early_out_t_max.map_or(-1.0, |t| ray.local_t(t) * (1.0 - 8.0 * EPSILON)),
         }
     }
 
