@@ -229,9 +229,9 @@ fn a_light_wider_than_its_housing_does_not_leak() {
     let view = down(DVec3::new(0.0, 0.5, 0.0), 8.0, (32, 32));
     for housed in [true, false] {
         let mut scene = floor(20.0);
-        let place = at(0.0, 3.0, 0.0);
+        let transform = at(0.0, 3.0, 0.0);
         if housed {
-            add(&mut scene, scale(cube(1), 0.25), white(), &[place]);
+            add(&mut scene, scale(cube(1), 0.25), white(), &[transform]);
         }
         let centre = scenes::posed(&scene).centre.as_vec3();
         for kind in kinds(Vec3::new(0.01, 3.02, -0.03) - centre) {
@@ -275,9 +275,9 @@ fn an_unoccluded_surface_receives_all_ambient_light() {
     for mesh in [sphere, cube(2), scale(grid(3, 1), 1e3)] {
         let scene = scenes::scene(mesh, &[at(1e4, 0.0, 0.0)]);
         let shot = Shot { ambient: 0.7, ..Shot::of(View::default()) };
-        let plain = shot.render(&scene);
-        assert!(plain.iter().filter(|c| c.x > 0.0).count() > 100);
-        assert!(Shot { ambient_occlusion: ALL, ..shot }.render(&scene) == plain);
+        let unoccluded = shot.render(&scene);
+        assert!(unoccluded.iter().filter(|c| c.x > 0.0).count() > 100);
+        assert!(Shot { ambient_occlusion: ALL, ..shot }.render(&scene) == unoccluded);
     }
 }
 
@@ -450,22 +450,22 @@ fn aovs_ignore_the_ground() {
 fn a_floor_at_ground_height_hides_the_ground() {
     // The lowest surface is a floor itself, seen from near and far, at steep and grazing angles.
     for (far, offset) in [(0.0, 0.0), (1e5, 0.0), (0.0, 1e5)] {
-        let place = DAffine3::from_translation(DVec3::new(far, offset, -far));
-        let scene = scenes::scene(grid(40, 1), &[place]);
+        let transform = DAffine3::from_translation(DVec3::new(far, offset, -far));
+        let scene = scenes::scene(grid(40, 1), &[transform]);
         let bounds = scenes::posed(&scene).bounds();
         for (kind, distance, height) in
             [GroundKind::Plane, GroundKind::ShadowCatcher].into_iter().flat_map(|kind| {
                 [(3.0, 0.05), (3.0, 2.0), (300.0, 3.0), (300.0, 300.0)].map(|(d, h)| (kind, d, h))
             })
         {
-            let eye = place.translation + DVec3::new(0.3 * distance, height, distance);
+            let eye = transform.translation + DVec3::new(0.3 * distance, height, distance);
             let yfov = Some(match (distance > 10.0, height < 10.0) {
                 (true, true) => 0.0002,
                 (true, false) => 0.006,
                 _ => 0.6,
             });
             let view =
-                View { view_point: Some(eye), look_at: Some(place.translation), yfov, ..View::default() };
+                View { view_point: Some(eye), look_at: Some(transform.translation), yfov, ..View::default() };
             let sun = PosedLight::sun(DVec3::new(0.2, -1.0, 0.1), Rgb::ONE);
             let bare = Shot { size: (64, 64), lights: vec![sun], ..Shot::of(view) };
             let shot = Shot { ground: Some(Ground::under(&bounds, kind)), ..bare.clone() };
@@ -482,12 +482,12 @@ fn a_floor_at_ground_height_hides_the_ground() {
 fn objects_on_the_ground_touch_their_shadows() {
     // A box on the ground, lit from behind: the shadow begins at its front edge.
     for scale in [1e-3, 1.0, 1e3] {
-        let place = DAffine3::from_scale_rotation_translation(
+        let transform = DAffine3::from_scale_rotation_translation(
             DVec3::splat(scale),
             DQuat::IDENTITY,
             DVec3::new(0.0, scale, 0.0),
         );
-        let scene = scenes::scene(cube(4), &[place]);
+        let scene = scenes::scene(cube(4), &[transform]);
         let bounds = scenes::posed(&scene).bounds();
         let view = View {
             view_point: Some(DVec3::new(0.0, 1.5, 4.0) * scale),

@@ -173,7 +173,7 @@ impl<'s> SurfacePoint<'s> {
     }
 
     /// Origin of a shadow ray in direction `l`: outside the error bounds of the point, and offset to the smooth surface
-    /// where the light grazes the triangle ([the shadow terminator](super::shadow_terminator)).
+    /// where the light grazes the triangle (the shadow terminator offset).
     pub fn shadow_origin(&self, posed: &PosedScene, l: DVec3) -> Vec3 {
         let triangle = ShadingTriangle::new(posed, self.id);
         let b = self.ctx.coords.b.map(f64::from);
