@@ -1,163 +1,167 @@
-//! Polygons cut ear by ear, in Blender's order. What is flat looks the same however it is cut; what is not
-//! flat does not, and is modelled by looking at it in Blender.
+//! Ear clipping in Blender's order. A planar polygon looks the same however it is cut; a non-planar one does
+//! not, and its author modelled it by looking at it in Blender.
 
 use std::cmp::Ordering::{self, Equal, Greater, Less};
 
 use glam::{DVec2, USizeVec2};
 
-/// Corners beyond which those that may lie in an ear are looked up by where they are.
-const MANY: usize = 64;
+/// Polygons with more corners than this find the corners inside an ear with a grid.
+const GRID_MIN_CORNERS: usize = 64;
 
-/// Cuts polygons, one after the other in the same memory.
+/// Clips polygons one after the other and reuses its buffers.
 #[derive(Default)]
-pub(crate) struct Ears {
+pub(crate) struct EarClipper {
     next: Vec<usize>,
     prev: Vec<usize>,
-    /// How the polygon turns at each corner that is left.
+    /// Turn at each remaining corner: [`Greater`] is convex, [`Equal`] straight, [`Less`] reflex.
     turns: Vec<Ordering>,
-    /// Corners left that do not turn left: others lie in no ear.
-    odd: usize,
-    /// For each corner one that lay in its triangle, or itself.
-    in_way: Vec<usize>,
-    /// Looks around a polygon of many corners that found no ear: for corners that turn left, and for others.
-    failed: usize,
+    /// Number of remaining corners that are not convex. Only those can lie inside an ear.
+    not_convex: usize,
+    /// For each corner, a corner that was last found inside its triangle, or itself.
+    blocker: Vec<usize>,
+    /// Number of search passes (convex tips, then straight ones) that found no ear in a large polygon.
+    failed_passes: usize,
     grid: Grid,
 }
 
-impl Ears {
-    /// Looks at a counter-clockwise polygon, which is then cut. True where it turns left everywhere.
-    pub fn look(&mut self, p: &[DVec2]) -> bool {
+impl EarClipper {
+    /// Prepares to clip a counter-clockwise polygon. Returns true if it is strictly convex.
+    pub fn start(&mut self, p: &[DVec2]) -> bool {
         let n = p.len();
         self.next.clear();
         self.next.extend((1..n).chain([0]));
         self.prev.clear();
         self.prev.extend((n - 1..n).chain(0..n - 1));
         self.turns.clear();
-        self.turns.extend((0..n).map(|i| side([self.prev[i], i, self.next[i]].map(|k| p[k]))));
-        self.failed = 0;
-        self.in_way.clear();
-        self.in_way.extend(0..n);
-        self.odd = self.turns.iter().filter(|&&turn| turn != Greater).count();
-        self.odd == 0
+        self.turns.extend((0..n).map(|i| orientation([self.prev[i], i, self.next[i]].map(|k| p[k]))));
+        self.failed_passes = 0;
+        self.blocker.clear();
+        self.blocker.extend(0..n);
+        self.not_convex = self.turns.iter().filter(|&&turn| turn != Greater).count();
+        self.not_convex == 0
     }
 
-    /// Adds the triangles of a polygon of four corners or more, as indices by threes: as many as it has corners,
-    /// less two, all wound as it is where it does not cross itself.
-    pub fn cut(&mut self, p: &[DVec2], out: &mut Vec<usize>) {
-        if p.len() > MANY && self.odd > 0 {
-            self.grid.fill(p, self.odd, |i| self.turns[i] != Greater);
+    /// Adds the n − 2 triangles of a polygon of n ≥ 4 corners as triples of indices. All have the polygon's
+    /// winding unless it intersects itself.
+    pub fn clip(&mut self, p: &[DVec2], out: &mut Vec<usize>) {
+        if p.len() > GRID_MIN_CORNERS && self.not_convex > 0 {
+            self.grid.fill(p, self.not_convex, |i| self.turns[i] != Greater);
         }
-        // The first corner of those that are left.
+        // The first remaining corner.
         let mut first = 0;
-        let (mut start, mut back) = (0, false);
+        let mut start = 0;
+        let mut backward = false;
         for left in (4..=p.len()).rev() {
-            let tip = self.find(p, start, left, back);
-            let (a, b) = (self.prev[tip], self.next[tip]);
+            let tip = self.find_ear(p, start, left, backward);
+            let a = self.prev[tip];
+            let b = self.next[tip];
             out.extend([a, tip, b]);
-            (self.next[a], self.prev[b]) = (b, a);
+            self.next[a] = b;
+            self.prev[b] = a;
             first = if tip == first { b } else { first };
-            self.turn(tip, Greater);
+            self.set_turn(tip, Greater);
             for k in [a, b] {
                 if self.turns[k] != Greater {
-                    self.turn(k, side([self.prev[k], k, self.next[k]].map(|k| p[k])));
+                    self.set_turn(k, orientation([self.prev[k], k, self.next[k]].map(|k| p[k])));
                 }
             }
-            // Ears side by side would make a fan: every other one is taken, there and back again.
-            start = if back { self.prev[a] } else { self.next[b] };
+            // Adjacent ears would form a fan: skip every other corner, forward and then backward.
+            start = if backward { self.prev[a] } else { self.next[b] };
             if self.turns[start] != Greater {
-                start = if back { self.prev[start] } else { self.next[start] };
-                back = !back;
+                start = if backward { self.prev[start] } else { self.next[start] };
+                backward = !backward;
             }
         }
         out.extend([first, self.next[first], self.prev[first]]);
     }
 
-    fn turn(&mut self, corner: usize, turn: Ordering) {
-        self.odd -= usize::from(self.turns[corner] != Greater && turn == Greater);
+    fn set_turn(&mut self, corner: usize, turn: Ordering) {
+        self.not_convex -= usize::from(self.turns[corner] != Greater && turn == Greater);
         self.turns[corner] = turn;
     }
 
-    /// The next ear's tip from `start` on. What is straight is cut where nothing else can be, and anything where
-    /// nothing is an ear, as where a polygon crosses itself.
-    fn find(&mut self, p: &[DVec2], start: usize, left: usize, back: bool) -> usize {
-        for (i, least) in [Greater, Equal].into_iter().enumerate().skip(self.failed) {
+    /// Returns the tip of the next ear from `start` on among `left` corners. Straight corners are clipped only if
+    /// no convex one is an ear, and any corner if there is no ear, as in a self-intersecting polygon.
+    fn find_ear(&mut self, p: &[DVec2], start: usize, left: usize, backward: bool) -> usize {
+        for (pass, min_turn) in [Greater, Equal].into_iter().enumerate().skip(self.failed_passes) {
             let mut tip = start;
             for _ in 0..left {
-                if self.turns[tip] >= least && self.is_ear(p, tip) {
+                if self.turns[tip] >= min_turn && self.is_ear(p, tip) {
                     return tip;
                 }
-                tip = if back { self.prev[tip] } else { self.next[tip] };
+                tip = if backward { self.prev[tip] } else { self.next[tip] };
             }
-            // Many corners are not all asked again and again for what none of them had.
-            self.failed = if p.len() > MANY { i + 1 } else { 0 };
+            // A large polygon does not repeat a pass that failed.
+            self.failed_passes = if p.len() > GRID_MIN_CORNERS { pass + 1 } else { 0 };
         }
-        let mut all = std::iter::successors(Some(start), |&i| Some(self.next[i])).take(left);
-        all.find(|&i| self.turns[i] != Less).unwrap_or(start)
+        let mut remaining = std::iter::successors(Some(start), |&i| Some(self.next[i])).take(left);
+        remaining.find(|&i| self.turns[i] != Less).unwrap_or(start)
     }
 
-    /// True where no other corner lies in the triangle at `tip`, or on its edge.
+    /// Returns true if no other corner lies in the triangle at `tip` or on its edges.
     fn is_ear(&mut self, p: &[DVec2], tip: usize) -> bool {
-        if self.odd == 0 {
+        if self.not_convex == 0 {
             return true;
         }
         let ear = [self.prev[tip], tip, self.next[tip]];
         let [a, b, c] = ear.map(|i| p[i]);
-        let within = |k: &usize| {
+        let is_inside = |k: &usize| {
             self.turns[*k] != Greater
-                && [[c, a], [a, b], [b, c]].iter().all(|&[from, to]| side([from, to, p[*k]]) != Less)
+                && [[c, a], [a, b], [b, c]].iter().all(|&[from, to]| orientation([from, to, p[*k]]) != Less)
                 && !ear.contains(k)
         };
-        // What was in the way is so, most often, when the same corner is asked again.
-        if within(&self.in_way[tip]) {
+        // The last blocker usually still blocks.
+        if is_inside(&self.blocker[tip]) {
             return false;
         }
-        let found = if self.turns.len() > MANY {
-            self.grid.find([a.min(b).min(c), a.max(b).max(c)], within)
+        let found = if self.turns.len() > GRID_MIN_CORNERS {
+            self.grid.find([a.min(b).min(c), a.max(b).max(c)], is_inside)
         } else {
             let others = std::iter::successors(Some(self.next[ear[2]]), |&k| Some(self.next[k]));
-            others.take_while(|&k| k != ear[0]).find(within)
+            others.take_while(|&k| k != ear[0]).find(is_inside)
         };
-        self.in_way[tip] = found.unwrap_or(tip);
+        self.blocker[tip] = found.unwrap_or(tip);
         found.is_none()
     }
 }
 
-/// On which side of the way from `a` to `b` is `c`: [`Greater`] is left.
+/// Returns the orientation of the triangle abc: [`Greater`] is counter-clockwise, [`Equal`] nearly collinear.
 #[inline]
-fn side([a, b, c]: [DVec2; 3]) -> Ordering {
-    let (to, on) = (b - a, c - a);
-    let across = to.perp_dot(on);
-    // Numbers with six digits turn a little along a straight edge.
-    if across * across <= 1e-12 * to.length_squared() * on.length_squared() {
+fn orientation([a, b, c]: [DVec2; 3]) -> Ordering {
+    let ab = b - a;
+    let ac = c - a;
+    let area = ab.perp_dot(ac);
+    // Rounding to six digits bends a straight edge a little.
+    if area * area <= 1e-12 * ab.length_squared() * ac.length_squared() {
         Equal
     } else {
-        across.total_cmp(&0.0)
+        area.total_cmp(&0.0)
     }
 }
 
-/// Corners of a polygon by where they lie.
+/// A uniform grid over the corners of a polygon.
 #[derive(Default)]
 struct Grid {
     lo: DVec2,
-    /// Cells in a unit.
-    per: DVec2,
+    cells_per_unit: DVec2,
     /// Cells along each axis.
     cells: usize,
-    /// Where each cell's corners begin among all, and where the last one's end.
+    /// Start of each cell in `corners`, and the end of the last one.
     starts: Vec<usize>,
     corners: Vec<usize>,
 }
 
 impl Grid {
-    /// Of `count` corners of `p`.
-    fn fill(&mut self, p: &[DVec2], count: usize, held: impl Fn(usize) -> bool) {
+    /// Sorts the `count` corners of `p` that `include` accepts into cells (counting sort).
+    fn fill(&mut self, p: &[DVec2], count: usize, include: impl Fn(usize) -> bool) {
         let (lo, hi) = p.iter().fold((p[0], p[0]), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
         self.cells = count.isqrt().clamp(1, 1 << 10);
-        (self.lo, self.per) = (lo, self.cells as f64 / (hi - lo).max(DVec2::splat(f64::MIN_POSITIVE)));
-        let held = || (0..p.len()).filter(|&i| held(i));
+        self.lo = lo;
+        self.cells_per_unit = self.cells as f64 / (hi - lo).max(DVec2::splat(f64::MIN_POSITIVE));
+        let included = || (0..p.len()).filter(|&i| include(i));
         self.starts.clear();
         self.starts.resize(self.cells * self.cells + 1, 0);
-        for i in held() {
+        for i in included() {
             let cell = self.index(p[i]);
             self.starts[cell] += 1;
         }
@@ -168,7 +172,7 @@ impl Grid {
         }
         self.corners.clear();
         self.corners.resize(end, 0);
-        for i in held() {
+        for i in included() {
             let cell = self.index(p[i]);
             self.starts[cell] -= 1;
             self.corners[self.starts[cell]] = i;
@@ -176,7 +180,7 @@ impl Grid {
     }
 
     fn cell(&self, p: DVec2) -> USizeVec2 {
-        ((p - self.lo) * self.per).as_usizevec2().min(USizeVec2::splat(self.cells - 1))
+        ((p - self.lo) * self.cells_per_unit).as_usizevec2().min(USizeVec2::splat(self.cells - 1))
     }
 
     fn index(&self, p: DVec2) -> usize {
@@ -184,11 +188,12 @@ impl Grid {
         cell.y * self.cells + cell.x
     }
 
-    /// One of the corners in the cells that a box touches that is `wanted`.
-    fn find(&self, [lo, hi]: [DVec2; 2], wanted: impl Fn(&usize) -> bool) -> Option<usize> {
-        let (lo, hi) = (self.cell(lo), self.cell(hi));
+    /// Returns a corner in the cells that overlap a box and that `predicate` accepts.
+    fn find(&self, [lo, hi]: [DVec2; 2], predicate: impl Fn(&usize) -> bool) -> Option<usize> {
+        let lo = self.cell(lo);
+        let hi = self.cell(hi);
         let row = |y: usize| self.starts[y * self.cells + lo.x]..self.starts[y * self.cells + hi.x + 1];
-        (lo.y..=hi.y).find_map(|y| self.corners[row(y)].iter().copied().find(&wanted))
+        (lo.y..=hi.y).find_map(|y| self.corners[row(y)].iter().copied().find(&predicate))
     }
 }
 
@@ -205,7 +210,7 @@ mod tests {
         text.split(',').map(one).collect()
     }
 
-    /// By threes, whichever corner of a triangle is its first.
+    /// Sorts triangles, each rotated to start at its lowest index.
     fn sorted(triangles: &[[usize; 3]]) -> Vec<[usize; 3]> {
         let from_least = |&[a, b, c]: &[usize; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min();
         let mut all: Vec<_> = triangles.iter().filter_map(from_least).collect();
@@ -213,13 +218,13 @@ mod tests {
         all
     }
 
-    /// As Blender 5.0.1 cut them, none of which is flat but the first.
+    /// Expected triangles are from Blender 5.0.1. Only the first polygon is planar.
     #[test]
-    fn polygons_are_cut_as_blender_cuts_them() {
+    fn polygons_are_triangulated_as_in_blender() {
         for (name, corners, expected) in [
             ("a pentagon", "0 0 0, 2 0 0, 3 2 0, 1 4 0, -1 2 0", "4 0 1, 1 2 3, 1 3 4"),
             (
-                "a convex one",
+                "a convex polygon",
                 "4 0 1, 3 3 0, 0 4 -1, -3 3 1, -4 0 0, -3 -3 -1, 0 -4 1, 3 -3 0",
                 "7 0 1, 1 2 3, 3 4 5, 5 6 7, 7 1 3, 3 5 7",
             ),
@@ -229,20 +234,20 @@ mod tests {
                 "9 0 1, 1 2 3, 3 4 5, 5 6 7, 7 8 9, 9 1 3, 3 5 7, 3 7 9",
             ),
             (
-                "a ribbon that winds upward",
+                "a helical ribbon",
                 "10 0 0, 7 7 1, 0 10 2, -7 7 3, -10 0 4, -7 -7 5, 0 -10 6, \
                  0 -5 6, -4 -4 5, -5 0 4, -4 4 3, 0 5 2, 4 4 1, 5 0 0",
                 "13 0 1, 1 2 3, 3 4 5, 5 6 7, 5 7 8, 12 13 1, 11 12 1, 3 5 8, 3 8 9, 11 1 3, 3 9 10, 3 10 11",
             ),
-            ("one that crosses itself", "0 10 0, -6 -8 1, 9 3 0, -9 3 1, 6 -8 0", "4 0 1, 1 2 3, 1 3 4"),
+            ("a self-intersecting pentagon", "0 10 0, -6 -8 1, 9 3 0, -9 3 1, 6 -8 0", "4 0 1, 1 2 3, 1 3 4"),
             ("a bent quad", "0 0 0, 4 1 3, 5 5 0, 1 4 3", "0 1 3, 1 2 3"),
-            ("the same from its second corner", "4 1 3, 5 5 0, 1 4 3, 0 0 0", "0 1 2, 0 2 3"),
+            ("the same quad from its second corner", "4 1 3, 5 5 0, 1 4 3, 0 0 0", "0 1 2, 0 2 3"),
             ("a concave quad", "4 0 1, 1 1 0, 0 4 1, 0 0 0", "0 1 3, 1 2 3"),
-            ("one that would fold", "11 -4 5, -6 -1 4, -2 4 -8, -1 -4 9", "0 1 3, 1 2 3"),
+            ("a quad that would fold", "11 -4 5, -6 -1 4, -2 4 -8, -1 -4 9", "0 1 3, 1 2 3"),
         ] {
             let corners = numbers(corners).into_iter().map(Vec3::from_array);
-            let cut: Vec<usize> = Triangulator::default().triangulate(corners).collect();
-            assert_eq!(sorted(cut.as_chunks::<3>().0), sorted(&numbers(expected)), "{name}");
+            let triangles: Vec<usize> = Triangulator::default().triangulate(corners).collect();
+            assert_eq!(sorted(triangles.as_chunks::<3>().0), sorted(&numbers(expected)), "{name}");
         }
     }
 }

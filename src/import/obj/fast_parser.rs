@@ -1,8 +1,8 @@
-//! The fast reader: well-formed text to blocks, on all threads at once.
+//! The fast OBJ parser: parses well-formed text in parallel chunks.
 //!
-//! It reads what it recognises with certainty and gives up at anything else — a joined line, an
-//! odd number, an index that points at nothing, a statement it does not know — without a word:
-//! the careful reader then reads the whole file, and says what is wrong with it and where.
+//! It accepts only what it recognizes with certainty. At anything else (a continued line, an unusual
+//! number, an index out of range, an unknown statement) it gives up without a message, and the
+//! [lenient parser](super::lenient_parser) reads the whole file and reports what is wrong and where.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -11,84 +11,99 @@ use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::import::Limits;
-use crate::import::obj::block::{Block, Corner, NONE, Statement};
-use crate::import::obj::line_chunks::Stretches;
-use crate::import::obj::{digits, float, recenter, text};
+use crate::import::obj::chunk::{Chunk, Corner, NO_INDEX, Statement};
+use crate::import::obj::digits::parse_digits;
+use crate::import::obj::float::parse_f32;
+use crate::import::obj::line_chunks::LineChunks;
+use crate::import::obj::recenter::parse_relative;
+use crate::import::obj::text;
 
-/// The blocks of a file, each of about `stretch` bytes, with positions relative to `origin`, and how the
-/// file begins; or `None` where it takes a more careful reader.
-pub(crate) fn read(
+/// A file as the fast parser returns it.
+pub(super) struct ParsedChunks {
+    /// The chunks in file order.
+    pub chunks: Vec<Chunk>,
+    /// The start of the file.
+    pub head: Vec<u8>,
+}
+
+/// Parses a file in chunks of about `chunk_bytes`, with positions relative to `origin`. Returns `None` if the
+/// lenient parser is needed.
+pub(super) fn parse(
     file: impl std::io::Read + Send,
-    stretch: usize,
+    chunk_bytes: usize,
     limits: &Limits,
     origin: Option<DVec3>,
-) -> Option<(Vec<Block>, Vec<u8>)> {
-    let source = Mutex::new(Stretches::new(file, stretch));
-    let (vertices, triangles) = (AtomicU64::new(0), AtomicU64::new(0));
+) -> Option<ParsedChunks> {
+    let source = Mutex::new(LineChunks::new(file, chunk_bytes));
+    let vertices = AtomicU64::new(0);
+    let triangles = AtomicU64::new(0);
     let within = |count: &AtomicU64, more: usize, limit: u64| {
         count.fetch_add(more as u64, Ordering::Relaxed).saturating_add(more as u64) <= limit
     };
-    let odd = AtomicBool::new(false);
-    // Each task takes the next stretch when it is done with one: while one waits for the file, the
-    // others read what they have.
-    let task = |_| -> Option<Vec<(usize, Block)>> {
+    let give_up = AtomicBool::new(false);
+    // Each task takes the next chunk when it finishes one: while one waits for the file, others parse.
+    let task = |_| -> Option<Vec<(usize, Chunk)>> {
         let mut out = Vec::new();
         let mut buffer = Vec::new();
         loop {
-            if odd.load(Ordering::Relaxed) {
+            if give_up.load(Ordering::Relaxed) {
                 return None;
             }
             let next = source.lock().ok()?.next(&mut buffer).ok()?;
             let Some((index, bytes)) = next.map(|index| (index, buffer.as_slice())) else {
                 return Some(out);
             };
-            let block = Scanner { bytes, at: 0, block: Block::default(), origin }.read().filter(|block| {
-                within(&vertices, block.positions.len(), limits.vertices)
-                    && within(&triangles, block.triangles(), limits.triangles)
+            let parser = ChunkParser { bytes, at: 0, chunk: Chunk::default(), origin };
+            let chunk = parser.parse().filter(|chunk| {
+                within(&vertices, chunk.positions.len(), limits.vertices)
+                    && within(&triangles, chunk.triangle_count(), limits.triangles)
             });
-            let Some(block) = block else {
-                odd.store(true, Ordering::Relaxed);
+            let Some(chunk) = chunk else {
+                give_up.store(true, Ordering::Relaxed);
                 return None;
             };
-            out.push((index, block));
+            out.push((index, chunk));
         }
     };
     let tasks = (0..rayon::current_num_threads()).into_par_iter().with_max_len(1);
-    let blocks: Vec<Vec<(usize, Block)>> = tasks.map(task).collect::<Option<_>>()?;
-    let mut blocks: Vec<(usize, Block)> = blocks.into_iter().flatten().collect();
-    blocks.sort_by_key(|(index, _)| *index);
-    Some((blocks.into_iter().map(|(_, block)| block).collect(), source.into_inner().ok()?.head))
+    let chunks: Vec<Vec<(usize, Chunk)>> = tasks.map(task).collect::<Option<_>>()?;
+    let mut chunks: Vec<(usize, Chunk)> = chunks.into_iter().flatten().collect();
+    chunks.sort_by_key(|(index, _)| *index);
+    let chunks = chunks.into_iter().map(|(_, chunk)| chunk).collect();
+    Some(ParsedChunks { chunks, head: source.into_inner().ok()?.head })
 }
 
-struct Scanner<'t> {
+/// Parser of one chunk. Its methods return `None` to give up.
+struct ChunkParser<'t> {
     bytes: &'t [u8],
+    /// Offset of the next byte.
     at: usize,
-    block: Block,
+    chunk: Chunk,
     origin: Option<DVec3>,
 }
 
-impl<'t> Scanner<'t> {
-    fn read(mut self) -> Option<Block> {
+impl<'t> ChunkParser<'t> {
+    fn parse(mut self) -> Option<Chunk> {
         while self.at < self.bytes.len() {
-            self.line()?;
+            self.parse_line()?;
         }
-        Some(self.block)
+        Some(self.chunk)
     }
 
     #[inline(always)]
-    fn here(&self) -> u8 {
-        byte(self.bytes, self.at)
+    fn peek(&self) -> u8 {
+        byte_at(self.bytes, self.at)
     }
 
     #[inline(always)]
-    fn blanks(&mut self) {
+    fn skip_blanks(&mut self) {
         self.at = after_blanks(self.bytes, self.at);
     }
 
-    /// True at the line's end. A CR alone is none: then some other reader counts lines.
+    /// Returns true at the end of a line. Gives up at a CR without LF, which the lenient parser handles.
     #[inline(always)]
-    fn at_end(&self) -> Option<bool> {
-        match self.here() {
+    fn at_line_end(&self) -> Option<bool> {
+        match self.peek() {
             b'\n' => Some(true),
             b'\r' if self.bytes.get(self.at + 1).is_none_or(|b| *b == b'\n') => Some(true),
             b'\r' => None,
@@ -96,125 +111,125 @@ impl<'t> Scanner<'t> {
         }
     }
 
-    /// Goes to the next line.
+    /// Moves to the next line. Gives up if anything but blanks is left on this one.
     #[inline(always)]
-    fn end(&mut self) -> Option<()> {
-        self.blanks();
-        if !self.at_end()? {
+    fn finish_line(&mut self) -> Option<()> {
+        self.skip_blanks();
+        if !self.at_line_end()? {
             return None;
         }
-        self.at += if self.here() == b'\r' { 2 } else { 1 };
+        self.at += if self.peek() == b'\r' { 2 } else { 1 };
         Some(())
     }
 
     #[inline(always)]
-    fn line(&mut self) -> Option<()> {
-        self.blanks();
+    fn parse_line(&mut self) -> Option<()> {
+        self.skip_blanks();
         let next = self.bytes.get(self.at + 1).copied().unwrap_or(b'\n');
         let blank = |b: u8| matches!(b, b' ' | b'\t');
-        match (self.here(), next) {
-            (b'f', b) if blank(b) => self.face(),
-            (b'v', b) if blank(b) => self.vertex(),
-            (b'v', b't') => self.texture_coordinate(),
-            (b'v', b'n') => self.normal(),
-            (b'\n' | b'\r', _) => self.end(),
-            (b'#', _) => self.comment(),
-            _ => self.statement(),
+        match (self.peek(), next) {
+            (b'f', b) if blank(b) => self.parse_face(),
+            (b'v', b) if blank(b) => self.parse_vertex(),
+            (b'v', b't') => self.parse_texture_coordinate(),
+            (b'v', b'n') => self.parse_normal(),
+            (b'\n' | b'\r', _) => self.finish_line(),
+            (b'#', _) => self.parse_comment(),
+            _ => self.parse_statement(),
         }
     }
 
-    /// x y z, perhaps w, perhaps a colour of three or four numbers.
-    fn vertex(&mut self) -> Option<()> {
-        let (mut position, at) = three(self.bytes, self.at + 1)?;
+    /// `v x y z`, followed by nothing, w, or a colour of three or four numbers.
+    fn parse_vertex(&mut self) -> Option<()> {
+        let (mut position, at) = parse_vec3(self.bytes, self.at + 1)?;
         if let Some(origin) = self.origin {
             let text = std::str::from_utf8(&self.bytes[self.at + 1..at]).ok()?;
-            position = recenter::relative(text, position, origin);
+            position = parse_relative(text, position, origin);
         }
         self.at = at;
-        let mut more = [0.0; 4];
+        let mut extra = [0.0; 4];
         let mut count = 0;
         loop {
-            self.blanks();
-            if self.at_end()? {
+            self.skip_blanks();
+            if self.at_line_end()? {
                 break;
             }
-            (*more.get_mut(count)?, self.at) = number(self.bytes, self.at)?;
+            (*extra.get_mut(count)?, self.at) = parse_number(self.bytes, self.at)?;
             count += 1;
         }
-        let [r, g, b, a] = more;
+        let [r, g, b, a] = extra;
         let color = match count {
             0..3 => None,
             3 => Some(Vec4::new(r, g, b, 1.0)),
             _ => Some(Vec4::new(r, g, b, a)),
         };
-        self.block.vertex(position, color);
-        self.end()
+        self.chunk.push_vertex(position, color);
+        self.finish_line()
     }
 
-    fn texture_coordinate(&mut self) -> Option<()> {
-        self.keyword(2)?;
-        let (u, at) = number(self.bytes, self.at)?;
+    fn parse_texture_coordinate(&mut self) -> Option<()> {
+        self.skip_keyword(2)?;
+        let (u, at) = parse_number(self.bytes, self.at)?;
         self.at = at;
-        self.blanks();
+        self.skip_blanks();
         let mut v = 0.0;
-        if !self.at_end()? {
-            (v, self.at) = number(self.bytes, self.at)?;
-            self.blanks();
-            if !self.at_end()? {
-                (_, self.at) = number(self.bytes, self.at)?;
+        if !self.at_line_end()? {
+            (v, self.at) = parse_number(self.bytes, self.at)?;
+            self.skip_blanks();
+            if !self.at_line_end()? {
+                (_, self.at) = parse_number(self.bytes, self.at)?;
             }
         }
-        self.block.uvs.push([u, v]);
-        self.end()
+        self.chunk.uvs.push([u, v]);
+        self.finish_line()
     }
 
-    fn normal(&mut self) -> Option<()> {
-        self.keyword(2)?;
-        let (normal, at) = three(self.bytes, self.at)?;
+    fn parse_normal(&mut self) -> Option<()> {
+        self.skip_keyword(2)?;
+        let (normal, at) = parse_vec3(self.bytes, self.at)?;
         self.at = at;
-        self.block.normals.push(normal);
-        self.end()
+        self.chunk.normals.push(normal);
+        self.finish_line()
     }
 
-    /// Steps over a keyword of `length` letters, which has to end there.
-    fn keyword(&mut self, length: usize) -> Option<()> {
+    /// Skips a keyword of `length` letters and checks that a blank follows.
+    fn skip_keyword(&mut self, length: usize) -> Option<()> {
         self.at += length;
-        matches!(self.here(), b' ' | b'\t').then_some(())
+        matches!(self.peek(), b' ' | b'\t').then_some(())
     }
 
-    fn face(&mut self) -> Option<()> {
-        let Scanner { bytes, block, .. } = self;
-        // Kept out of `self` while the line lasts: it changes with every byte.
+    fn parse_face(&mut self) -> Option<()> {
+        let ChunkParser { bytes, chunk, .. } = self;
+        // A local variable stays in a register; `self.at` would be stored for every byte.
         let mut at = self.at + 1;
-        let first = block.corners.len();
+        let first = chunk.corners.len();
         loop {
             at = after_blanks(bytes, at);
-            if matches!(byte(bytes, at), b'\n' | b'\r') {
+            if matches!(byte_at(bytes, at), b'\n' | b'\r') {
                 break;
             }
-            let mut corner = Corner { v: 0, vt: NONE, vn: NONE };
-            (corner.v, at) = index(block, bytes, at, 0)?;
-            if byte(bytes, at) == b'/' {
+            let mut corner = Corner { v: 0, vt: NO_INDEX, vn: NO_INDEX };
+            (corner.v, at) = parse_index(chunk, bytes, at, 0)?;
+            if byte_at(bytes, at) == b'/' {
                 at += 1;
-                if byte(bytes, at) != b'/' {
-                    (corner.vt, at) = index(block, bytes, at, 1)?;
+                if byte_at(bytes, at) != b'/' {
+                    (corner.vt, at) = parse_index(chunk, bytes, at, 1)?;
                 }
-                if byte(bytes, at) == b'/' {
-                    (corner.vn, at) = index(block, bytes, at + 1, 2)?;
+                if byte_at(bytes, at) == b'/' {
+                    (corner.vn, at) = parse_index(chunk, bytes, at + 1, 2)?;
                 }
             }
-            if !matches!(byte(bytes, at), b' ' | b'\t' | b'\r' | b'\n') {
+            if !matches!(byte_at(bytes, at), b' ' | b'\t' | b'\r' | b'\n') {
                 return None;
             }
-            block.corners.push(corner);
+            chunk.corners.push(corner);
         }
-        self.block.face(first);
+        self.chunk.push_face(first);
         self.at = at;
-        self.end()
+        self.finish_line()
     }
 
-    /// The rest of the line, where it is text that lines end in the usual way.
-    fn rest(&mut self) -> Option<&'t str> {
+    /// Returns the rest of the line and moves to the next one.
+    fn take_rest(&mut self) -> Option<&'t str> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let length = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
         let line = rest[..length].strip_suffix(b"\r").unwrap_or(&rest[..length]);
@@ -225,78 +240,79 @@ impl<'t> Scanner<'t> {
         std::str::from_utf8(line).ok()
     }
 
-    fn comment(&mut self) -> Option<()> {
-        // ZBrush paints in comments.
-        let rest = self.rest()?;
+    fn parse_comment(&mut self) -> Option<()> {
+        // ZBrush writes vertex colours in comments.
+        let rest = self.take_rest()?;
         (!rest.starts_with(text::POLYPAINT)).then_some(())
     }
 
-    fn statement(&mut self) -> Option<()> {
-        let (keyword, rest) = text::split_keyword(text::trim(self.rest()?));
+    fn parse_statement(&mut self) -> Option<()> {
+        let (keyword, rest) = text::split_keyword(text::trim(self.take_rest()?));
         let name = || rest.to_string();
         let statement = match keyword {
             "o" => Statement::Object(name()),
             "g" => Statement::Group(name()),
             "usemtl" => Statement::Material(name()),
             "mtllib" => Statement::Library(name()),
-            "s" if !rest.contains(['#', '\\']) => Statement::Smoothing(text::smoothing(rest)),
+            "s" if !rest.contains(['#', '\\']) => Statement::Smoothing(text::smoothing_group(rest)),
             "l" | "p" if !rest.contains('\\') => {
-                self.block.lines_and_points += 1;
+                self.chunk.lines_and_points += 1;
                 return Some(());
             }
             "" => return Some(()),
-            idle if text::is_idle(idle) && !rest.contains('\\') => return Some(()),
+            keyword if text::is_ignored(keyword) && !rest.contains('\\') => return Some(()),
             _ => return None,
         };
-        self.block.mark(statement);
+        self.chunk.push_statement(statement);
         Some(())
     }
 }
 
-/// A byte; behind the last line stands a line end.
+/// Returns a byte; a line end after the last one.
 #[inline(always)]
-fn byte(bytes: &[u8], at: usize) -> u8 {
+fn byte_at(bytes: &[u8], at: usize) -> u8 {
     bytes.get(at).copied().unwrap_or(b'\n')
 }
 
 #[inline(always)]
 fn after_blanks(bytes: &[u8], mut at: usize) -> usize {
-    while matches!(byte(bytes, at), b' ' | b'\t') {
+    while matches!(byte_at(bytes, at), b' ' | b'\t') {
         at += 1;
     }
     at
 }
 
-/// A number after blanks, and where it ends.
+/// Parses a number after blanks and returns it with its end.
 #[inline(always)]
-fn number(bytes: &[u8], at: usize) -> Option<(f32, usize)> {
+fn parse_number(bytes: &[u8], at: usize) -> Option<(f32, usize)> {
     let at = after_blanks(bytes, at);
-    let (value, length) = float::read(bytes.get(at..)?)?;
+    let (value, length) = parse_f32(bytes.get(at..)?)?;
     Some((value, at + length))
 }
 
-/// Three numbers, and where they end.
+/// Parses three numbers and returns them with their end.
 #[inline(always)]
-fn three(bytes: &[u8], at: usize) -> Option<(Vec3, usize)> {
-    let (x, at) = number(bytes, at)?;
-    let (y, at) = number(bytes, at)?;
-    let (z, at) = number(bytes, at)?;
+fn parse_vec3(bytes: &[u8], at: usize) -> Option<(Vec3, usize)> {
+    let (x, at) = parse_number(bytes, at)?;
+    let (y, at) = parse_number(bytes, at)?;
+    let (z, at) = parse_number(bytes, at)?;
     Some((Vec3::new(x, y, z), at))
 }
 
-/// An index of up to nine digits, of vertices, coordinates or normals, and where it ends.
+/// Parses an index of up to nine digits and returns it, zero-based, with its end. `kind` is 0 for positions,
+/// 1 for texture coordinates, 2 for normals.
 #[inline(always)]
-fn index(block: &mut Block, bytes: &[u8], at: usize, kind: usize) -> Option<(u32, usize)> {
-    let back = byte(bytes, at) == b'-';
-    let at = at + usize::from(back);
-    let (value, count) = digits::read(bytes, at);
+fn parse_index(chunk: &mut Chunk, bytes: &[u8], at: usize, kind: usize) -> Option<(u32, usize)> {
+    let relative = byte_at(bytes, at) == b'-';
+    let at = at + usize::from(relative);
+    let (value, count) = parse_digits(bytes, at);
     if value == 0 || count > 9 {
         return None;
     }
     let value = value as u32;
-    if back {
-        return Some((block.back(kind, value), at + count));
+    if relative {
+        return Some((chunk.relative_index(kind, value), at + count));
     }
-    block.reach[kind] = block.reach[kind].max(value);
+    chunk.max_index[kind] = chunk.max_index[kind].max(value);
     Some((value - 1, at + count))
 }

@@ -1,8 +1,8 @@
-//! Decimal numbers to `f32`, quickly and rightly rounded: always what `str::parse::<f32>` gives.
+//! A fast decimal-to-`f32` parser, correctly rounded: it returns the same as `str::parse::<f32>`.
 
-use super::digits;
+use super::digits::parse_digits;
 
-/// Ten to the power of how many digits stand behind the point.
+/// Powers of ten that scale the integer part by the number of fraction digits.
 const POWERS: [u64; 20] = {
     let mut powers = [1; 20];
     let mut i = 1;
@@ -13,35 +13,39 @@ const POWERS: [u64; 20] = {
     powers
 };
 
-/// The number that `bytes` begins with and how many bytes it takes. `None` for what is not plainly
-/// a decimal number with white space or the end behind it: a slower reader says what that is.
+/// Parses the number at the start of `bytes` and returns it with its length. `None` for anything but a plain
+/// decimal number before white space or the end: the lenient parser reads those.
 #[inline(always)]
-pub(super) fn read(bytes: &[u8]) -> Option<(f32, usize)> {
+pub(super) fn parse_f32(bytes: &[u8]) -> Option<(f32, usize)> {
     let at = |i: usize| bytes.get(i).copied().unwrap_or(b'\n');
     let negative = at(0) == b'-';
     let mut i = usize::from(negative || at(0) == b'+');
-    // Nineteen digits fit; with more the number is read again below.
-    let (mut mantissa, whole) = digits::read(bytes, i);
-    i += whole;
-    let mut fraction = 0;
+    // Nineteen digits fit. Longer numbers are parsed again below.
+    let (mut mantissa, integer_digits) = parse_digits(bytes, i);
+    i += integer_digits;
+    let mut fraction_digits = 0;
     if at(i) == b'.' {
-        let (value, count) = digits::read(bytes, i + 1);
-        fraction = count;
+        let (value, count) = parse_digits(bytes, i + 1);
+        fraction_digits = count;
         i += 1 + count;
         mantissa = POWERS.get(count).map_or(0, |power| mantissa.wrapping_mul(*power).wrapping_add(value));
     }
-    if whole + fraction == 0 {
+    if integer_digits + fraction_digits == 0 {
         return None;
     }
     let mut exponent = 0i64;
     if at(i) | 0x20 == b'e' {
-        let (value, end) = read_exponent(bytes, i + 1)?;
+        let (value, end) = parse_exponent(bytes, i + 1)?;
         (exponent, i) = (value, end);
     }
     if !matches!(at(i), b' ' | b'\t' | b'\r' | b'\n') {
         return None;
     }
-    let exact = if whole + fraction <= 19 { scale(mantissa, exponent - fraction as i64) } else { None };
+    let exact = if integer_digits + fraction_digits <= 19 {
+        scale(mantissa, exponent - fraction_digits as i64)
+    } else {
+        None
+    };
     let value = match exact {
         Some(v) if negative => -v,
         Some(v) => v,
@@ -50,8 +54,8 @@ pub(super) fn read(bytes: &[u8]) -> Option<(f32, usize)> {
     Some((value, i))
 }
 
-/// The exponent behind an `e`, and where it ends. Huge ones are as good as a huge one.
-fn read_exponent(bytes: &[u8], mut i: usize) -> Option<(i64, usize)> {
+/// Parses the exponent after an `e` and returns it with its end. Saturates.
+fn parse_exponent(bytes: &[u8], mut i: usize) -> Option<(i64, usize)> {
     let sign = bytes.get(i).copied()?;
     let negative = sign == b'-';
     i += usize::from(negative || sign == b'+');
@@ -64,18 +68,19 @@ fn read_exponent(bytes: &[u8], mut i: usize) -> Option<(i64, usize)> {
     (i > first).then_some((if negative { -value } else { value }, i))
 }
 
-/// mantissa·10^exponent where one rounding, or a harmless second one, gives it; else `None`.
+/// Returns mantissa·10^exponent if it is correctly rounded in one step, or in two where double rounding is
+/// harmless; else `None`.
 #[inline(always)]
 fn scale(mantissa: u64, exponent: i64) -> Option<f32> {
-    /// The powers of ten that an f32 holds exactly.
+    /// Powers of ten that f32 represents exactly.
     const SINGLE: [f32; 11] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10];
-    /// Those that an f64 holds exactly.
+    /// Powers of ten that f64 represents exactly.
     const DOUBLE: [f64; 23] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17,
         1e18, 1e19, 1e20, 1e21, 1e22,
     ];
     let power = exponent.unsigned_abs() as usize;
-    // Both operands are exact, so the one rounding is the right one (Clinger 1990).
+    // Both operands are exact, so the single rounding is correct (Clinger 1990).
     if mantissa <= 1 << 24 && power < SINGLE.len() {
         let m = mantissa as f32;
         return Some(if exponent < 0 { m / SINGLE[power] } else { m * SINGLE[power] });
@@ -85,8 +90,8 @@ fn scale(mantissa: u64, exponent: i64) -> Option<f32> {
     }
     let m = mantissa as f64;
     let double = if exponent < 0 { m / DOUBLE[power] } else { m * DOUBLE[power] };
-    // Rounding twice goes wrong only where the first rounding fell on the middle between two f32:
-    // the 29 bits that an f32 lacks are then a one and zeros. Subnormal f32 lack more of them.
+    // Double rounding is wrong only if the f64 lies halfway between two f32: the 29 bits that f32 lacks are
+    // then a one followed by zeros. Subnormal f32 lack more bits and are left to the slow path.
     let middle = double.to_bits() & 0x1fff_ffff == 0x1000_0000;
     let normal = double == 0.0 || double >= f64::from(f32::MIN_POSITIVE);
     (normal && !middle).then_some(double as f32)
@@ -96,14 +101,14 @@ fn scale(mantissa: u64, exponent: i64) -> Option<f32> {
 mod tests {
     use super::*;
 
-    fn same(text: &str) {
+    fn assert_same(text: &str) {
         let expected: f32 = text.parse().unwrap();
-        let (value, length) = read(text.as_bytes()).unwrap_or_else(|| panic!("{text}"));
+        let (value, length) = parse_f32(text.as_bytes()).unwrap_or_else(|| panic!("{text}"));
         assert_eq!((value.to_bits(), length), (expected.to_bits(), text.len()), "{text}");
     }
 
     #[test]
-    fn numbers_are_rounded_as_the_standard_library_rounds_them() {
+    fn numbers_are_rounded_as_by_the_standard_library() {
         for text in [
             "0",
             "-0",
@@ -132,14 +137,14 @@ mod tests {
             "0.000000000000000000000000000000000001",
             "1.00000005960464477539062",
             "9007199254740993",
-            // On and about the middle between two f32.
+            // At and near the midpoint between two f32.
             "1.000000059604644775390625",
             "1.00000005960464477",
             "1.00000017881393433",
             "8388608.5",
             "8388609.5",
         ] {
-            same(text);
+            assert_same(text);
         }
     }
 
@@ -154,12 +159,12 @@ mod tests {
         for i in 0..1_000_000u64 {
             text.clear();
             match i % 3 {
-                // Fixed point as exporters write it.
+                // Fixed point, as exporters write it.
                 0 => {
                     let places = random(10) as usize;
                     text = format!("{:.places$}", (random(2_000_001) as f64 - 1e6) / 1e5);
                 }
-                // Any f32, and numbers near the middle of two.
+                // Any f32, and midpoints between two.
                 1 => {
                     let v = f32::from_bits((random(1 << 31) << 1) as u32);
                     if v.is_finite() {
@@ -179,20 +184,20 @@ mod tests {
                 }
             }
             if !text.is_empty() && !text.contains("inf") {
-                same(&text);
+                assert_same(&text);
             }
         }
     }
 
     #[test]
-    fn what_is_no_plain_number_is_left_to_others() {
+    fn other_notations_are_left_to_the_lenient_parser() {
         for text in [
             "", "-", ".", "e5", "1e", "1e+", "nan", "inf", "1,5", "0x1", "1d5", "1.#QNAN", "--1", "1/2",
             "1\\",
         ] {
-            assert_eq!(read(text.as_bytes()), None, "{text}");
+            assert_eq!(parse_f32(text.as_bytes()), None, "{text}");
         }
-        assert_eq!(read(b"1.5 2"), Some((1.5, 3)));
-        assert_eq!(read(b"1.5\r\n"), Some((1.5, 3)));
+        assert_eq!(parse_f32(b"1.5 2"), Some((1.5, 3)));
+        assert_eq!(parse_f32(b"1.5\r\n"), Some((1.5, 3)));
     }
 }

@@ -1,12 +1,12 @@
-//! MTL statements to materials: literally where they are the lecture's, by the physical mapping
-//! where they are a physical renderer's in disguise.
+//! Maps MTL materials to scene materials: directly to the lecture's k_a, k_d, k_s and p, or to
+//! metallic-roughness if the exporter wrote a physically based material.
 
 use glam::Vec3;
 
 use super::super::error::Warnings;
-use super::map::Map;
-use super::mtl::Mtl;
-use super::textures::Library;
+use super::mtl::MtlMaterial;
+use super::texture_map::TextureMap;
+use super::textures::TextureLibrary;
 use crate::geometry::Rgb;
 use crate::import::files::escape::printable;
 use crate::scene::{
@@ -14,7 +14,7 @@ use crate::scene::{
     TextureChannel, TextureRef,
 };
 
-/// What faces without a material get: matte white.
+/// Returns the material of faces without one: matte white.
 pub(super) fn default_material() -> Material {
     Material {
         reflectance: Reflectance::Mtl(MtlReflectance::default()),
@@ -23,25 +23,32 @@ pub(super) fn default_material() -> Material {
     }
 }
 
-/// The scene's material for an MTL's.
-pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Material {
+/// Builds the scene material of an MTL material.
+pub(super) fn build_material(
+    mtl: &MtlMaterial,
+    library: &mut TextureLibrary,
+    warnings: &mut Warnings,
+) -> Material {
     let texture = library.color(mtl, mtl.map_kd.as_ref());
-    let base = ColorInput { factor: mtl.beside(mtl.kd, &texture).unwrap_or(Rgb::ONE), texture };
+    let base = ColorInput { factor: mtl.factor_with_map(mtl.kd, &texture).unwrap_or(Rgb::ONE), texture };
     let texture = library.texture(mtl, mtl.map_ke.as_ref());
-    let unsaid = if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO };
-    let emission = ColorInput { factor: mtl.beside(mtl.ke, &texture).unwrap_or(unsaid), texture };
+    let default_emission = if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO };
+    let emission =
+        ColorInput { factor: mtl.factor_with_map(mtl.ke, &texture).unwrap_or(default_emission), texture };
     let (mut alpha, alpha_mode) = alpha(mtl, library, warnings);
-    // One picture with both: then colours that alpha hides have no say in their mean.
-    let own = base.texture.as_ref().is_some_and(|base| alpha.texture == Some((*base, TextureChannel::A)));
-    if own {
+    // Colour and alpha in one image: texels of alpha 0 are left out when colours are averaged.
+    let alpha_from_base =
+        base.texture.as_ref().is_some_and(|base| alpha.texture == Some((*base, TextureChannel::A)));
+    if alpha_from_base {
         alpha.texture = None;
     }
-    let reflectance = if mtl.is_physical() { physical(mtl, library) } else { literal(mtl, library) };
+    let reflectance =
+        if mtl.is_physical() { metallic_roughness(mtl, library) } else { blinn_phong(mtl, library) };
     Material {
         name: mtl.name.clone(),
         base_color: base,
         alpha,
-        alpha_from_base: own,
+        alpha_from_base,
         alpha_mode,
         reflectance,
         emission,
@@ -52,37 +59,41 @@ pub(super) fn material(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings
     }
 }
 
-impl Mtl {
-    /// Blender writes its roughness into Ns, and a Ks that means nothing.
+impl MtlMaterial {
+    /// Returns true for a physically based material. Blender always writes one: its Ns encodes the roughness.
     fn is_physical(&self) -> bool {
         let maps = self.map_roughness.is_some() || self.map_metallic.is_some();
         self.by_blender || self.roughness.is_some() || self.metallic.is_some() || maps
     }
 
-    /// A factor, where it means something. Beside a map, Blender writes what an input without the map
-    /// would be, and Maya and others 0, which times the map would be black.
-    fn beside<T: Default + PartialEq>(&self, factor: Option<T>, map: &Option<TextureRef>) -> Option<T> {
+    /// Returns a factor unless it has to be ignored next to a map: Blender then writes the value of the unconnected
+    /// input, Maya and others 0, which would make the map black.
+    fn factor_with_map<T: Default + PartialEq>(
+        &self,
+        factor: Option<T>,
+        map: &Option<TextureRef>,
+    ) -> Option<T> {
         factor.filter(|factor| map.is_none() || !self.by_blender && *factor != T::default())
     }
 
-    /// The roughness behind Ns by Blender's law, which was ((1 − r)·30)² once.
+    /// Inverts Blender's Ns = 1000·(1 − r)², or ((1 − r)·30)² of its old exporter.
     fn roughness_of_ns(&self) -> Option<f32> {
-        let most = if self.by_old_blender { 900.0 } else { 1000.0 };
-        self.ns.map(|ns| 1.0 - (ns.clamp(0.0, most) / most).sqrt())
+        let max = if self.by_old_blender { 900.0 } else { 1000.0 };
+        self.ns.map(|ns| 1.0 - (ns.clamp(0.0, max) / max).sqrt())
     }
 
-    /// illum 2 where there is none.
+    /// Returns the illumination model; 2 if it is missing.
     fn illum(&self) -> i64 {
         self.illum.unwrap_or(2)
     }
 }
 
-/// k_a = Ka, k_d = Kd, k_s = Ks, p = Ns, as far as `illum` lets them.
-fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
+/// Uses k_a = Ka, k_d = Kd, k_s = Ks, p = Ns, as far as `illum` enables them.
+fn blinn_phong(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Reflectance {
     if mtl.illum() == 0 {
         return Reflectance::Unlit;
     }
-    // Ka 1 1 1 is what exporters write who mean nothing by it, and so is a map_Ka that repeats map_Kd.
+    // Ka 1 1 1, and a map_Ka equal to map_Kd, are defaults of exporters and carry no information.
     let own_map = mtl.map_ka.as_ref().filter(|map| Some(*map) != mtl.map_kd.as_ref());
     let own_factor = mtl.ka.filter(|&ka| ka != Rgb::ONE);
     let ambient = (own_map.is_some() || own_factor.is_some()).then(|| ColorInput {
@@ -90,7 +101,7 @@ fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
         texture: library.texture(mtl, mtl.map_ka.as_ref()),
     });
     let shininess = mtl.ns.unwrap_or(0.0);
-    // Ns 0 would paint the whole surface with Ks.
+    // With Ns 0 the highlight would cover the whole surface.
     let shiny = mtl.illum() >= 2 && shininess > 0.0;
     let ks = mtl.ks.unwrap_or(if mtl.map_ks.is_some() { Rgb::ONE } else { Rgb::ZERO });
     let specular = if shiny {
@@ -101,55 +112,59 @@ fn literal(mtl: &Mtl, library: &mut Library) -> Reflectance {
     Reflectance::Mtl(MtlReflectance { ambient, specular, shininess: shininess.max(0.0) })
 }
 
-/// Pr and Pm, or what Blender makes of them: Ns = 1000·(1 − r)², and Ka as the metallic value where
-/// illum is 3.
-fn physical(mtl: &Mtl, library: &mut Library) -> Reflectance {
-    let by_ka = if mtl.by_blender && mtl.illum == Some(3) { mtl.ka.map(|ka| ka.x) } else { None };
-    let mut scalar = |given: Option<f32>, map: &Option<Map>, missing: f32| {
+/// Uses Pr and Pm, or Blender's encoding without them: Ns = 1000·(1 − r)², and the metallic value in Ka if illum
+/// is 3.
+fn metallic_roughness(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Reflectance {
+    let metallic_from_ka = if mtl.by_blender && mtl.illum == Some(3) { mtl.ka.map(|ka| ka.x) } else { None };
+    let mut scalar = |value: Option<f32>, map: &Option<TextureMap>, default: f32| {
         let texture = library.texture(mtl, map.as_ref());
-        // A map alone counts as it is.
-        let unsaid = if map.is_some() { 1.0 } else { missing };
-        let factor = mtl.beside(given, &texture).unwrap_or(unsaid).clamp(0.0, 1.0);
+        // A map without a value is used as it is.
+        let default = if map.is_some() { 1.0 } else { default };
+        let factor = mtl.factor_with_map(value, &texture).unwrap_or(default).clamp(0.0, 1.0);
         let channel = map.as_ref().and_then(|map| map.channel).unwrap_or(TextureChannel::Mean);
         ScalarInput { factor, texture: texture.map(|t| (t, channel)) }
     };
     Reflectance::MetallicRoughness {
-        metallic: scalar(mtl.metallic.or(by_ka), &mtl.map_metallic, 0.0),
+        metallic: scalar(mtl.metallic.or(metallic_from_ka), &mtl.map_metallic, 0.0),
         roughness: scalar(mtl.roughness.or(mtl.roughness_of_ns()), &mtl.map_roughness, 0.5),
         dielectric: dielectric(mtl, library),
     }
 }
 
-/// Ni is the index of refraction; 1 is what other exporters write who have none. Blender writes its
-/// specular level into Ks or map_Ks: .5 is what the index says, 0 is none.
-fn dielectric(mtl: &Mtl, library: &mut Library) -> Dielectric {
+/// Reads the index of refraction from Ni; exporters other than Blender write 1 for an unknown one. Blender writes
+/// its specular level into Ks or map_Ks: 0.5 is the reflectance of the index, 0 is none.
+fn dielectric(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Dielectric {
     let default = Dielectric::default();
     let map = if mtl.by_blender { library.texture(mtl, mtl.map_ks.as_ref()) } else { None };
-    let given = mtl.ks.filter(|_| mtl.by_blender);
-    let level = if map.is_some() { 2.0 } else { given.map_or(1.0, |ks| 2.0 * ks.max_element()) };
-    let meant = |&ni: &f32| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0);
+    let blender_level = mtl.ks.filter(|_| mtl.by_blender);
+    let level = if map.is_some() { 2.0 } else { blender_level.map_or(1.0, |ks| 2.0 * ks.max_element()) };
+    let is_valid = |&ni: &f32| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0);
     Dielectric {
-        ior: mtl.ni.filter(meant).unwrap_or(default.ior),
+        ior: mtl.ni.filter(is_valid).unwrap_or(default.ior),
         specular: ScalarInput { factor: level.min(1.0), texture: map.map(|t| (t, TextureChannel::Mean)) },
         specular_color: ColorInput::new(Vec3::splat(level.max(1.0))),
     }
 }
 
-/// The mean of Tf, as Blender has it: of physical materials alone, since others write 1 1 1 and
-/// mean nothing by it.
-fn transmission(mtl: &Mtl, warnings: &mut Warnings) -> ScalarInput {
+/// Returns the mean of Tf for physically based materials, as Blender does. Others write 1 1 1 as a default.
+fn transmission(mtl: &MtlMaterial, warnings: &mut Warnings) -> ScalarInput {
     let Some(tf) = mtl.tf else { return ScalarInput::new(0.0) };
     if mtl.is_physical() {
         return ScalarInput::new(tf.element_sum().clamp(0.0, 3.0) / 3.0);
     }
     if tf != Rgb::ONE && tf != Rgb::ZERO {
         let name = printable(&mtl.name);
-        warnings.add("", format!("material '{name}': its transmission filter Tf is not shown"));
+        warnings.add("", format!("material '{name}': ignored the transmission filter Tf: not supported"));
     }
     ScalarInput::new(0.0)
 }
 
-fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarInput, AlphaMode) {
+/// Returns the opacity of d, Tr and map_d, and how to apply it.
+fn alpha(
+    mtl: &MtlMaterial,
+    library: &mut TextureLibrary,
+    warnings: &mut Warnings,
+) -> (ScalarInput, AlphaMode) {
     let texture = mtl.map_d.as_ref().and_then(|map| {
         let image = library.image(mtl, map)?;
         let channel = match map.channel {
@@ -160,27 +175,32 @@ fn alpha(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> (ScalarIn
         Some((library.texture(mtl, Some(map))?, channel))
     });
     let mut factor = mtl.d.unwrap_or(1.0).clamp(0.0, 1.0);
-    // Others mean the opposite; Blender says by illum that it means it. Beside a map 0 is what the map replaces,
-    // as with other factors.
-    let meant = mtl.by_blender && mtl.illum() > 2;
-    if factor == 0.0 && (texture.is_some() || !meant) {
+    // Some exporters write the transparency instead. Blender writes illum > 2 for a transparent material. Next to a
+    // map, 0 is the unconnected input, as with other factors.
+    let is_transparent = mtl.by_blender && mtl.illum() > 2;
+    if factor == 0.0 && (texture.is_some() || !is_transparent) {
         if texture.is_none() {
-            let what = "is wholly transparent by its d or Tr: taken as opaque";
-            warnings.add("", format!("material '{}' {what}", printable(&mtl.name)));
+            let name = printable(&mtl.name);
+            warnings.add(
+                "",
+                format!("material '{name}': d or Tr make it fully transparent: used opaque instead"),
+            );
         }
         factor = 1.0;
     }
-    let blends = factor < 1.0 || texture.is_some();
-    (ScalarInput { factor, texture }, if blends { AlphaMode::Blend } else { AlphaMode::Opaque })
+    let is_blended = factor < 1.0 || texture.is_some();
+    (ScalarInput { factor, texture }, if is_blended { AlphaMode::Blend } else { AlphaMode::Opaque })
 }
 
-fn normal(mtl: &Mtl, library: &mut Library, warnings: &mut Warnings) -> Option<NormalMap> {
+/// Returns the normal map, unless a bump map holds heights.
+fn normal(mtl: &MtlMaterial, library: &mut TextureLibrary, warnings: &mut Warnings) -> Option<NormalMap> {
     let map = mtl.map_normal.as_ref()?;
     let image = library.image(mtl, map)?;
-    // Blender writes normal maps alone into bump; its older exporter's may have been heights.
-    let certain = !mtl.normal_is_bump || mtl.by_blender && !mtl.by_old_blender;
-    if !certain && !library.looks_like_normals(image) {
-        warnings.add("", format!("bump map '{}' holds heights, which are not shown", printable(&map.file)));
+    // Blender writes only normal maps into bump; its old exporter also wrote heights.
+    let is_normal_map = !mtl.normal_is_bump || mtl.by_blender && !mtl.by_old_blender;
+    if !is_normal_map && !library.looks_like_normals(image) {
+        warnings
+            .add("", format!("ignored bump map '{}': height maps are not supported", printable(&map.file)));
         return None;
     }
     Some(NormalMap {

@@ -1,4 +1,4 @@
-//! Triangles to meshes: one for each material of each object, with welded vertices and normals.
+//! Builds meshes from triangles: one per object, material and vertex format, with welded vertices.
 
 use std::collections::HashMap;
 
@@ -6,17 +6,18 @@ use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::super::{Limits, LoadError};
-use super::block::{Corner, NONE};
-use super::parsed::{Parsed, Segment};
-use super::table::Table;
+use super::chunk::{Corner, NO_INDEX};
+use super::geometry::ObjGeometry;
+use super::segment::Segment;
+use super::vertex_dedup::VertexDeduplicator;
 use crate::scene::Mesh;
 
-/// What the triangles of a mesh have in common. Smoothing groups share meshes: a file may have one
-/// for each face.
+/// The state that all triangles of a mesh share. Smoothing groups share a mesh, since a file may have one
+/// per face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct MeshKey {
     pub object: u32,
-    /// Index into [`Parsed::materials`].
+    /// Index into [`ObjGeometry::materials`].
     pub material: Option<u32>,
     has_uv: bool,
     flat: bool,
@@ -25,17 +26,20 @@ pub(super) struct MeshKey {
 impl MeshKey {
     fn of(segment: &Segment) -> MeshKey {
         let key = segment.key;
-        let flat = !key.has_normal && key.smoothing == 0;
-        MeshKey { object: key.object, material: key.material, has_uv: key.has_uv, flat }
+        let flat = !key.format.normal && key.smoothing == 0;
+        MeshKey { object: key.object, material: key.material, has_uv: key.format.uv, flat }
     }
 }
 
-/// Meshes in the order of their first faces, without their materials, and without triangles of which two
-/// corners are one vertex.
-pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<Vec<(MeshKey, Mesh)>, LoadError> {
+/// Returns the meshes in the order of their first faces, without materials. Triangles that use a vertex twice
+/// are left out.
+pub(super) fn build_meshes(
+    mut geometry: ObjGeometry,
+    limits: &Limits,
+) -> Result<Vec<(MeshKey, Mesh)>, LoadError> {
     let mut of_key: HashMap<MeshKey, usize> = HashMap::new();
     let mut members: Vec<(MeshKey, Vec<usize>)> = Vec::new();
-    for (i, segment) in parsed.segments.iter().enumerate() {
+    for (i, segment) in geometry.segments.iter().enumerate() {
         let key = MeshKey::of(segment);
         let mesh = *of_key.entry(key).or_insert(members.len());
         if mesh == members.len() {
@@ -44,79 +48,81 @@ pub(super) fn meshes(mut parsed: Parsed, limits: &Limits) -> Result<Vec<(MeshKey
         }
         members[mesh].1.push(i);
     }
-    let mut table = Table::new(parsed.positions.len());
-    LoadError::check_limit("normals", parsed.normals.len() as u64, u64::from(NONE) - 1)?;
-    let bad = |n: &mut Vec3| {
-        *n = unit(*n);
+    let mut vertices = VertexDeduplicator::new(geometry.positions.len());
+    LoadError::check_limit("normals", geometry.normals.len() as u64, u64::from(NO_INDEX) - 1)?;
+    let normalize = |n: &mut Vec3| {
+        *n = normalize_or_zero(*n);
         *n == Vec3::ZERO
     };
-    let any_bad = parsed.normals.par_iter_mut().with_min_len(1 << 14).map(bad).reduce(|| false, |a, b| a | b);
-    let mut vertices = 0;
+    let any_zero_normal =
+        geometry.normals.par_iter_mut().with_min_len(1 << 14).map(normalize).reduce(|| false, |a, b| a | b);
+    let mut vertex_count = 0;
     let mut out = Vec::with_capacity(members.len());
     for (key, segments) in members {
-        table.clear();
-        let segments = segments.iter().map(|&i| &parsed.segments[i]);
-        let mesh = weld(&parsed, key, segments, any_bad, &mut table);
-        vertices += mesh.positions.len() as u64;
-        LoadError::check_limit("vertices", vertices, limits.vertices)?;
+        vertices.clear();
+        let segments = segments.iter().map(|&i| &geometry.segments[i]);
+        let mesh = weld(&geometry, key, segments, any_zero_normal, &mut vertices);
+        vertex_count += mesh.positions.len() as u64;
+        LoadError::check_limit("vertices", vertex_count, limits.vertices)?;
         out.push((key, mesh));
     }
     Ok(out)
 }
 
-/// Of length one, or zero where there is no such vector.
-fn unit(n: Vec3) -> Vec3 {
-    let one = n.normalize_or_zero();
-    if one == Vec3::ZERO { n.as_dvec3().normalize_or_zero().as_vec3() } else { one }
+/// Normalizes a vector. Returns zero if it has no direction.
+fn normalize_or_zero(n: Vec3) -> Vec3 {
+    let unit = n.normalize_or_zero();
+    // The squared length of a short vector underflows in f32.
+    if unit == Vec3::ZERO { n.as_dvec3().normalize_or_zero().as_vec3() } else { unit }
 }
 
-/// The normal of a triangle, wherever it has one.
+/// Returns the normal of a triangle, or `None` if it has no area.
 fn face_normal(corners: &[Corner; 3], positions: &[Vec3]) -> Option<DVec3> {
     let [a, b, c] = corners.map(|c| positions[c.v as usize].as_dvec3());
     (b - a).cross(c - a).try_normalize()
 }
 
-/// Corners that agree in vertex, texture coordinate and normal become one. A corner without a
-/// normal of any length gets the triangle's own, and stays alone.
-fn weld<'p>(
-    parsed: &'p Parsed,
+/// Welds corners with the same position, texture coordinate and normal into one vertex. A corner whose normal
+/// is zero gets the triangle's normal and a vertex of its own.
+fn weld<'g>(
+    geometry: &'g ObjGeometry,
     key: MeshKey,
-    segments: impl Iterator<Item = &'p Segment> + Clone,
-    any_bad: bool,
-    table: &mut Table,
+    segments: impl Iterator<Item = &'g Segment> + Clone,
+    any_zero_normal: bool,
+    vertices: &mut VertexDeduplicator,
 ) -> Mesh {
-    let mut mesh = Mesh { name: parsed.objects[key.object as usize].clone(), ..Default::default() };
+    let mut mesh = Mesh { name: geometry.objects[key.object as usize].clone(), ..Default::default() };
     mesh.triangles.reserve_exact(segments.clone().map(|s| s.range.len()).sum());
-    let mut own_normals: Vec<(u32, Vec3)> = Vec::new();
-    for t in segments.flat_map(|s| parsed.triangles_of(s)) {
+    let mut face_normals: Vec<(u32, Vec3)> = Vec::new();
+    for t in segments.flat_map(|s| geometry.triangles_of(s)) {
         let [a, b, c] = t;
-        // Nothing is missing without it.
+        // The triangle has no area.
         if a.v == b.v || b.v == c.v || c.v == a.v {
             continue;
         }
         mesh.triangles.push(t.map(|c| {
-            if any_bad && c.vn != NONE && parsed.normals[c.vn as usize] == Vec3::ZERO {
-                let alone = table.alone(c.v, c.vt, c.vn);
-                let own = face_normal(t, &parsed.positions).unwrap_or(DVec3::Y);
-                own_normals.push((alone, own.as_vec3()));
-                return alone;
+            if any_zero_normal && c.vn != NO_INDEX && geometry.normals[c.vn as usize] == Vec3::ZERO {
+                let vertex = vertices.add_unique(c.v, c.vt, c.vn);
+                let normal = face_normal(t, &geometry.positions).unwrap_or(DVec3::Y);
+                face_normals.push((vertex, normal.as_vec3()));
+                return vertex;
             }
-            table.number(c.v, c.vt, c.vn)
+            vertices.number_of(c.v, c.vt, c.vn)
         }));
     }
-    let keys = table.keys().par_iter().with_min_len(1 << 14);
-    mesh.positions = keys.clone().map(|k| parsed.positions[k.v as usize]).collect();
+    let keys = vertices.keys().par_iter().with_min_len(1 << 14);
+    mesh.positions = keys.clone().map(|k| geometry.positions[k.v as usize]).collect();
     if key.has_uv {
-        // OBJ's v runs up, the scene's runs down.
+        // v runs up in OBJ and down in the scene.
         let uv = |[u, v]: [f32; 2]| Vec2::new(u, 1.0 - v);
-        mesh.uvs.push(keys.clone().map(|k| uv(parsed.uvs[k.a as usize])).collect());
+        mesh.uvs.push(keys.clone().map(|k| uv(geometry.uvs[k.a as usize])).collect());
     }
     if !key.flat {
-        mesh.normals = keys.clone().map(|k| parsed.normals[k.b as usize]).collect();
-        own_normals.into_iter().for_each(|(vertex, n)| mesh.normals[vertex as usize] = n);
+        mesh.normals = keys.clone().map(|k| geometry.normals[k.b as usize]).collect();
+        face_normals.into_iter().for_each(|(vertex, n)| mesh.normals[vertex as usize] = n);
     }
-    if !parsed.colors.is_empty() {
-        mesh.colors = keys.map(|k| parsed.colors[k.v as usize]).collect();
+    if !geometry.colors.is_empty() {
+        mesh.colors = keys.map(|k| geometry.colors[k.v as usize]).collect();
     }
     mesh
 }

@@ -1,30 +1,32 @@
-//! Wavefront OBJ and MTL: forty years of exporters.
+//! The Wavefront OBJ and MTL importer.
 //!
-//! Two readers turn text into the same blocks of numbers, faces and statements: a fast one for
-//! well-formed text ([`scan`]), and a careful one around tobj ([`careful`]) for everything else,
-//! which also says what is wrong. What the blocks mean is then one for both ([`parsed`]):
-//! polygons, smoothing groups, welding, MTLs and textures are our own.
+//! Two parsers turn text into [chunks](chunk) of numbers, faces and statements: a [fast](fast_parser) one for
+//! well-formed text, and a [lenient](lenient_parser) one for everything else, which also reports what is wrong.
+//! Everything after that is shared: [polygon triangulation](polygon), [smoothing groups](smoothing),
+//! [vertex welding](meshes), [material libraries](material_libraries) and [textures].
 
-mod block;
+mod chunk;
 mod colors;
 mod digits;
 mod ear_clipping;
 mod fast_parser;
 mod float;
+mod geometry;
 mod lenient_parser;
-mod libraries;
 mod line_chunks;
-mod map;
 mod material;
+mod material_libraries;
 mod meshes;
 mod mtl;
-mod parsed;
 mod polygon;
 mod recenter;
+mod segment;
 mod smoothing;
-mod table;
 mod text;
+mod texture_files;
+mod texture_map;
 mod textures;
+mod vertex_dedup;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -36,13 +38,14 @@ use super::memory::MemoryBudget;
 use super::{Limits, LoadOptions, UpAxis};
 use crate::import::files::{escape::printable, scene_folder::SceneFolder};
 use crate::scene::{FileDigest, HashingReader, Instance, LocalTransform, Node, Scene, Source, SourceFormat};
-use libraries::Libraries;
-use line_chunks::STRETCH;
-use mtl::Mtl;
-use parsed::Parsed;
-use textures::Library;
+use fast_parser::ParsedChunks;
+use geometry::ObjGeometry;
+use line_chunks::CHUNK_BYTES;
+use material_libraries::MaterialLibraries;
+use mtl::MtlMaterial;
+use textures::TextureLibrary;
 
-/// Reads an .obj with the MTLs and textures that it names.
+/// Loads an OBJ file with its MTL files and textures.
 pub(super) fn load(
     path: &Path,
     folder: &SceneFolder,
@@ -50,121 +53,120 @@ pub(super) fn load(
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limits = &options.limits;
     let budget = MemoryBudget::new(limits.memory_bytes);
-    let mut read = read_text(path, folder, limits, &budget, None)?;
-    if let Some(middle) = recenter::middle(&read.parsed) {
-        // Only what is kept is in memory: the first reading goes before the second comes.
-        drop(read);
-        read = read_text(path, folder, limits, &MemoryBudget::new(limits.memory_bytes), Some(middle))?;
+    let mut file = parse_file(path, folder, limits, &budget, None)?;
+    if let Some(centre) = recenter::far_centre(&file.geometry) {
+        // Free the first result before the second is parsed.
+        drop(file);
+        file = parse_file(path, folder, limits, &MemoryBudget::new(limits.memory_bytes), Some(centre))?;
     }
-    scene(read, folder, options, &budget)
+    build_scene(file, folder, options, &budget)
 }
 
-/// An OBJ's own text, read.
-struct Read {
-    parsed: Parsed,
-    /// What positions are relative to, where that is not where the file has its origin.
+/// A parsed OBJ file, without materials.
+struct ParsedFile {
+    geometry: ObjGeometry,
+    /// Origin that positions are relative to, if it is not that of the file.
     origin: Option<DVec3>,
     generator: String,
     warnings: Warnings,
 }
 
-/// Reads the text of a file, quickly where it can.
-fn read_text(
+/// Parses a file with the fast parser, or else with the lenient one.
+fn parse_file(
     path: &Path,
     folder: &SceneFolder,
     limits: &Limits,
     budget: &MemoryBudget,
     origin: Option<DVec3>,
-) -> Result<Read, LoadError> {
+) -> Result<ParsedFile, LoadError> {
     let file = crate::import::files::read_file::open_scene_file(path, limits.file_bytes)?;
     let bytes = file.get_ref().metadata().map_err(|e| LoadError::io(path, e))?.len();
     budget.charge_obj(bytes)?;
     let mut file = HashingReader::new(file);
-    if let Some(read) = quickly(&mut file, STRETCH, limits, origin) {
+    if let Some(parsed) = parse_fast(&mut file, CHUNK_BYTES, limits, origin) {
         folder.sources.record_scene(file.digest());
-        return Ok(read);
+        return Ok(parsed);
     }
     budget.charge_obj_lenient(bytes)?;
     let bytes = crate::import::files::read_file::read_scene_file(path, limits.file_bytes)?;
     folder.sources.record_scene(FileDigest::of(&bytes));
-    carefully(&bytes, limits, origin)
+    parse_lenient(&bytes, limits, origin)
 }
 
-/// Well-formed text, on all threads; `None` for any other.
-fn quickly(
+/// Parses well-formed text on all threads. Returns `None` if the lenient parser is needed.
+fn parse_fast(
     file: impl std::io::Read + Send,
-    stretch: usize,
+    chunk_bytes: usize,
     limits: &Limits,
     origin: Option<DVec3>,
-) -> Option<Read> {
-    let (blocks, head) = fast_parser::read(file, stretch, limits, origin)?;
+) -> Option<ParsedFile> {
+    let ParsedChunks { chunks, head } = fast_parser::parse(file, chunk_bytes, limits, origin)?;
     let generator = generator(&text::decode(&head).0);
-    Some(Read { parsed: Parsed::new(blocks)?, origin, generator, warnings: Warnings::default() })
+    let geometry = ObjGeometry::assemble(chunks)?;
+    Some(ParsedFile { geometry, origin, generator, warnings: Warnings::default() })
 }
 
-/// Any text, by tobj, with what it has to say.
-fn carefully(bytes: &[u8], limits: &Limits, origin: Option<DVec3>) -> Result<Read, LoadError> {
+/// Parses any text and collects warnings.
+fn parse_lenient(bytes: &[u8], limits: &Limits, origin: Option<DVec3>) -> Result<ParsedFile, LoadError> {
     let mut warnings = Warnings::default();
     let (text, guessed) = text::decode(bytes);
     if guessed {
-        warnings.add("", "lines that are not UTF-8 were read as Windows-1252");
+        warnings.add("", "decoded lines that are not UTF-8 as Windows-1252");
     }
-    let block = lenient_parser::read(&text, limits, origin, &mut warnings)?;
-    // The reader has checked every index itself.
-    let parsed = Parsed::new(vec![block]);
-    let parsed = parsed.ok_or_else(|| LoadError::invalid("OBJ", "a face points at nothing"))?;
-    Ok(Read { parsed, origin, generator: generator(&text), warnings })
+    let chunk = lenient_parser::parse(&text, limits, origin, &mut warnings)?;
+    // The parser has checked every index, so this does not fail.
+    let geometry = ObjGeometry::assemble(vec![chunk]);
+    let geometry = geometry.ok_or_else(|| LoadError::invalid("OBJ", "a face index is out of range"))?;
+    Ok(ParsedFile { geometry, origin, generator: generator(&text), warnings })
 }
 
-/// Why a text without faces is no scene: perhaps it is no OBJ at all.
-fn nothing_to_draw(parsed: &Parsed, warnings: Warnings) -> LoadError {
-    if parsed.positions.is_empty() {
+/// Returns the error for a file without faces, which may not be an OBJ at all.
+fn no_faces_error(geometry: &ObjGeometry, warnings: Warnings) -> LoadError {
+    if geometry.positions.is_empty() {
         return LoadError::invalid(
             "OBJ",
-            "no vertices and no faces: only .gltf, .glb and .obj files are read",
+            "the file has no vertices and no faces; use a .gltf, .glb or .obj file",
         );
     }
-    let told: String = warnings.into_vec().iter().map(|warning| format!("; {warning}")).collect();
-    LoadError::invalid("OBJ", format!("no faces: there is nothing to draw{told}"))
+    let warnings: String = warnings.into_vec().iter().map(|warning| format!("; {warning}")).collect();
+    LoadError::invalid("OBJ", format!("the file has no faces to render{warnings}"))
 }
 
-/// What was read, with materials, as a scene.
-fn scene(
-    read: Read,
+/// Builds the scene from a parsed file and its materials.
+fn build_scene(
+    file: ParsedFile,
     folder: &SceneFolder,
     options: &LoadOptions,
     budget: &MemoryBudget,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
-    let Read { mut parsed, origin, generator, mut warnings } = read;
-    let mut counted = |n: u64, what: &str| {
-        if n > 0 {
-            warnings.add("", format!("{n} {what}"));
-        }
-    };
-    counted(parsed.lines_and_points, "lines and points are not shown");
-    counted(parsed.degenerate, "faces with fewer than three vertices left out");
-    counted(parsed.too_large, "concave polygons with too many corners are cut as if they were convex");
-    counted(parsed.crossing, "polygons of many corners that cross themselves are cut as if they were convex");
-    if parsed.segments.is_empty() {
-        return Err(nothing_to_draw(&parsed, warnings));
+    let ParsedFile { mut geometry, origin, generator, mut warnings } = file;
+    warn_about_faces(&geometry, &mut warnings);
+    if geometry.segments.is_empty() {
+        return Err(no_faces_error(&geometry, warnings));
     }
-    let painted = colors::painted(&parsed.colors);
-    colors::to_linear(&mut parsed.colors, &mut warnings);
-    let libraries =
-        Libraries::read(&parsed.libraries, &parsed.materials, folder, &options.limits, &mut warnings);
-    let used: Vec<Option<&Mtl>> = parsed.materials.iter().map(|name| libraries.material(name)).collect();
-    let mtls: Vec<&Mtl> = used.iter().flatten().copied().collect();
-    let mut images = Library::load(&mtls, folder, &options.limits, budget, &mut warnings)?;
+    let has_colors = colors::has_colors(&geometry.colors);
+    colors::to_linear(&mut geometry.colors, &mut warnings);
+    let libraries = MaterialLibraries::read(
+        &geometry.libraries,
+        &geometry.materials,
+        folder,
+        &options.limits,
+        &mut warnings,
+    );
+    let used: Vec<Option<&MtlMaterial>> =
+        geometry.materials.iter().map(|name| libraries.material(name)).collect();
+    let mtls: Vec<&MtlMaterial> = used.iter().flatten().copied().collect();
+    let mut images = TextureLibrary::load(&mtls, folder, &options.limits, budget, &mut warnings)?;
 
     let mut scene = Scene {
         source: Source { format: SourceFormat::Obj, generator, ..Default::default() },
-        objects: parsed.objects.clone(),
+        objects: geometry.objects.clone(),
         ..Default::default()
     };
     let local = LocalTransform::Matrix(to_world(options.up, origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
-    let meshes = meshes::meshes(parsed, &options.limits)?;
-    // Materials in the order in which faces use them; `None` is the default material.
+    let meshes = meshes::build_meshes(geometry, &options.limits)?;
+    // Materials in order of first use; `None` is the default material.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
     let mut black = 0;
     for (i, (key, mut mesh)) in meshes.into_iter().enumerate() {
@@ -172,19 +174,19 @@ fn scene(
         let slot = key.material.filter(|_| mtl.is_some());
         mesh.material = *material_of.entry(slot).or_insert_with(|| {
             scene.materials.push(match mtl {
-                Some(mtl) => material::material(mtl, &mut images, &mut warnings),
+                Some(mtl) => material::build_material(mtl, &mut images, &mut warnings),
                 None => material::default_material(),
             });
             scene.materials.len() as u32 - 1
         });
         if mtl.is_some_and(|m| m.by_blender) && !mesh.colors.is_empty() {
-            // Blender writes what its materials make of the colours into Kd, and shows no others.
+            // Blender exports colours that its materials do not use.
             mesh.colors = Vec::new();
-            warnings.add("", "vertex colours beside a material of Blender's are not part of it: left out");
+            warnings.add("", "ignored vertex colours: Blender's materials do not use them");
         }
-        black += u64::from(painted && colors::take_black(&mut mesh));
+        black += u64::from(has_colors && colors::remove_black(&mut mesh));
         if let Some(map) = scene.materials[mesh.material as usize].normal {
-            // A normal map turns the normals of flat faces too.
+            // A normal map applies to flat faces too.
             super::tangents::generate(&mut mesh, &map.texture, &scene.source);
         }
         let (mesh_id, object) = (i as u32, key.object + 1);
@@ -192,15 +194,27 @@ fn scene(
         scene.meshes.push(mesh);
     }
     if black > 0 {
-        let what =
-            "meshes whose vertex colours are all 0 0 0, beside others with colours: shown without them";
-        warnings.add("", format!("{black} {what}"));
+        let what = "they are all 0 0 0 while other meshes have colours";
+        warnings.add("", format!("ignored the vertex colours of {black} meshes: {what}"));
     }
     (scene.images, scene.textures) = (images.images, images.textures);
     Ok((scene, warnings.into_vec()))
 }
 
-/// From coordinates relative to `origin` to the world.
+/// Warns about geometry that is ignored or triangulated as fans.
+fn warn_about_faces(geometry: &ObjGeometry, warnings: &mut Warnings) {
+    let mut warn = |count: u64, message: &str| {
+        if count > 0 {
+            warnings.add("", message.replace("{}", &count.to_string()));
+        }
+    };
+    warn(geometry.lines_and_points, "ignored {} lines and points: only faces are rendered");
+    warn(geometry.degenerate, "ignored {} faces with fewer than three vertices");
+    warn(geometry.too_large, "triangulated {} concave polygons as fans: too many corners");
+    warn(geometry.self_intersecting, "triangulated {} self-intersecting polygons as fans: too many corners");
+}
+
+/// Returns the transform from coordinates relative to `origin` to the world.
 fn to_world(up: UpAxis, origin: Option<DVec3>) -> DAffine3 {
     let turn = match up {
         UpAxis::Y => DMat3::IDENTITY,
@@ -209,7 +223,7 @@ fn to_world(up: UpAxis, origin: Option<DVec3>) -> DAffine3 {
     DAffine3 { matrix3: turn, translation: turn * origin.unwrap_or_default() }
 }
 
-/// The first comment, where exporters name themselves.
+/// Returns the first comment, in which exporters name themselves.
 fn generator(text: &str) -> String {
     let first = text.trim_start_matches('\u{feff}').split(['\n', '\r']).next().unwrap_or("");
     first.strip_prefix('#').map(|c| printable(c.trim())).unwrap_or_default()

@@ -1,72 +1,75 @@
-//! Polygons to triangles.
+//! Polygon triangulation: quads by a diagonal, larger polygons by ear clipping, others as fans.
 
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::import::obj::ear_clipping::Ears;
+use crate::import::obj::ear_clipping::EarClipper;
 
-/// Corners up to which a polygon is cut right whatever it costs.
-const MANY_CORNERS: usize = 10_000;
+/// Polygons up to this many corners are always clipped, whatever the budget.
+const FREE_CORNERS: usize = 10_000;
 
-/// What all larger polygons of a file may cost, in squares of their corners: finding out whether they cross
-/// themselves and cutting them ear by ear takes a time that grows so at worst, a second or three for 100,000.
-pub(super) const MOST_SQUARES: u64 = 100 * 100_000 * 100_000;
+/// Work allowed for all larger polygons of a file, as the sum of their squared corner counts. The test for
+/// self-intersection and ear clipping are quadratic in the worst case: one to three seconds for 100,000 corners.
+pub(super) const WORK_BUDGET: u64 = 100 * 100_000 * 100_000;
 
-/// Takes what a polygon may cost from what is `left` of [`MOST_SQUARES`]; false where that is too little.
-pub(super) fn pay(left: &mut u64, corners: usize) -> bool {
+/// Subtracts the work of a polygon from `budget`. Returns false, and leaves the budget, if it is too small.
+pub(super) fn spend_work(budget: &mut u64, corners: usize) -> bool {
     let n = corners as u64;
-    let squares = if corners > MANY_CORNERS { n.saturating_mul(n) } else { 0 };
-    let rest = left.checked_sub(squares);
-    *left = rest.unwrap_or(*left);
+    let work = if corners > FREE_CORNERS { n.saturating_mul(n) } else { 0 };
+    let rest = budget.checked_sub(work);
+    *budget = rest.unwrap_or(*budget);
     rest.is_some()
 }
 
-/// The same for polygons that cross themselves, which have no right triangles: looking for ears that are
-/// not there takes a hundred times as long as finding those that are.
-const MOST_CROSSING: usize = 64;
+/// Self-intersecting polygons up to this many corners are clipped. They have no correct triangulation, and the
+/// search for ears that do not exist takes a hundred times as long as finding those that do.
+const MAX_SELF_INTERSECTING: usize = 64;
 
-/// Cuts polygons, one after the other in the same memory.
+/// Triangulates polygons one after the other and reuses its buffers.
 #[derive(Default)]
 pub(super) struct Triangulator {
-    /// What is left of [`MOST_SQUARES`].
-    left: u64,
-    /// Concave polygons with more corners than that.
+    /// Remaining part of [`WORK_BUDGET`].
+    budget: u64,
+    /// Number of concave polygons that exceeded the budget.
     pub too_large: u64,
-    /// Polygons that cross themselves, with too many corners for that.
-    pub crossing: u64,
+    /// Number of self-intersecting polygons with too many corners.
+    pub self_intersecting: u64,
     corners: Vec<DVec3>,
-    flat: Vec<DVec2>,
-    ears: Ears,
+    projected: Vec<DVec2>,
+    clipper: EarClipper,
     out: Vec<usize>,
 }
 
 impl Triangulator {
-    /// With so much left of [`MOST_SQUARES`].
-    pub fn with(left: u64) -> Triangulator {
-        Triangulator { left, ..Triangulator::default() }
+    /// Creates a triangulator with `budget` left of [`WORK_BUDGET`].
+    pub fn with_budget(budget: u64) -> Triangulator {
+        Triangulator { budget, ..Triangulator::default() }
     }
 
-    /// Triangles of a polygon, as indices into its corners by threes, wound as it is and cut as Blender does: on their
-    /// plane ear by ear, or else a fan from the first corner.
+    /// Returns the triangles of a polygon as triples of indices into its corners, with the polygon's winding.
+    /// It cuts as Blender does: by ear clipping on the polygon's plane, or else as a fan from the first corner.
     pub fn triangulate(&mut self, corners: impl Iterator<Item = Vec3>) -> impl Iterator<Item = usize> {
         self.corners.clear();
         self.corners.extend(corners.map(|p| p.as_dvec3()));
         self.out.clear();
-        // Convex ones too, so that numbers of corners alone say what is left for the next.
-        let paid = pay(&mut self.left, self.corners.len());
+        // Convex polygons count too, so that the budget depends on corner counts alone.
+        let affordable = spend_work(&mut self.budget, self.corners.len());
         if let [a, b, c, d] = self.corners[..] {
-            self.out.extend(if flips([b, c, d].map(|p| p - a)) {
+            self.out.extend(if needs_other_diagonal([b, c, d].map(|p| p - a)) {
                 [0, 1, 3, 1, 2, 3]
             } else {
                 [0, 1, 2, 0, 2, 3]
             });
-        } else if self.corners.len() > 4 && self.flatten() {
-            let convex = self.ears.look(&self.flat);
-            if !convex && !paid {
+        } else if self.corners.len() > 4 && self.project() {
+            let convex = self.clipper.start(&self.projected);
+            if !convex && !affordable {
                 self.too_large += 1;
-            } else if !convex && self.flat.len() > MOST_CROSSING && crosses_itself(&self.flat) {
-                self.crossing += 1;
+            } else if !convex
+                && self.projected.len() > MAX_SELF_INTERSECTING
+                && self_intersects(&self.projected)
+            {
+                self.self_intersecting += 1;
             } else {
-                self.ears.cut(&self.flat, &mut self.out);
+                self.clipper.clip(&self.projected, &mut self.out);
             }
         }
         if self.out.is_empty() {
@@ -75,58 +78,58 @@ impl Triangulator {
         self.out.iter().copied()
     }
 
-    /// The polygon on its own plane (Newell's), counter-clockwise. False without area.
-    fn flatten(&mut self) -> bool {
+    /// Projects the polygon onto its plane by Newell's normal, counter-clockwise. Returns false if it has no area.
+    fn project(&mut self) -> bool {
         let p = &mut self.corners;
         let origin = p[0];
         p.iter_mut().for_each(|p| *p -= origin);
         let normal: DVec3 = (0..p.len()).map(|i| p[i].cross(p[(i + 1) % p.len()])).sum();
         let Some(n) = normal.try_normalize() else { return false };
         let (x, y) = crate::geometry::coordinate_system(n);
-        self.flat.clear();
-        self.flat.extend(p.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))));
+        self.projected.clear();
+        self.projected.extend(p.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))));
         true
     }
 }
 
-/// True where a quad is not cut from its first corner, which the others are relative to, to the third: what is cut
-/// off would fold onto the rest, or be nothing.
-fn flips([b, c, d]: [DVec3; 3]) -> bool {
+/// Returns true if the diagonal from the first to the third corner of a quad would fold it or cut off a triangle
+/// without area. Corners are relative to the first one.
+fn needs_other_diagonal([b, c, d]: [DVec3; 3]) -> bool {
     let areas = [b.cross(c), d.cross(c)];
-    // As little as numbers with six digits turn along a straight edge.
-    let least = |side: DVec3| 1e-12 * side.length_squared() * c.length_squared();
+    // Rounding to six digits bends a straight edge by this much.
+    let tolerance = |side: DVec3| 1e-12 * side.length_squared() * c.length_squared();
     areas[0].dot(areas[1]) > 0.0
-        || areas[0].length_squared() <= least(b)
-        || areas[1].length_squared() <= least(d)
+        || areas[0].length_squared() <= tolerance(b)
+        || areas[1].length_squared() <= tolerance(d)
 }
 
-/// True where two edges of a polygon cross. Those that touch, or nearly, do not.
-fn crosses_itself(p: &[DVec2]) -> bool {
+/// Returns true if two edges of a polygon cross. Edges that touch, or nearly touch, do not.
+fn self_intersects(p: &[DVec2]) -> bool {
     let (lo, hi) = p.iter().fold((p[0], p[0]), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
-    // Along its longer side fewer edges lie side by side.
-    let turned = hi.x - lo.x < hi.y - lo.y;
-    let at = |i: usize| if turned { p[i % p.len()].perp() } else { p[i % p.len()] };
+    // Sweep along the longer side of the bounds, where fewer edges overlap.
+    let swap_axes = hi.x - lo.x < hi.y - lo.y;
+    let at = |i: usize| if swap_axes { p[i % p.len()].perp() } else { p[i % p.len()] };
     let mut edges: Vec<[DVec2; 2]> = (0..p.len())
         .map(|i| if at(i).x <= at(i + 1).x { [at(i), at(i + 1)] } else { [at(i + 1), at(i)] })
         .collect();
     edges.sort_unstable_by(|a, b| a[0].x.total_cmp(&b[0].x));
     edges.iter().enumerate().any(|(i, a)| {
-        let beside = edges[i + 1..].iter().take_while(|b| b[0].x < a[1].x);
-        beside
+        let overlapping = edges[i + 1..].iter().take_while(|b| b[0].x < a[1].x);
+        overlapping
             .filter(|b| a[0].y.min(a[1].y) < b[0].y.max(b[1].y) && b[0].y.min(b[1].y) < a[0].y.max(a[1].y))
-            .any(|b| parts(a, b) && parts(b, a))
+            .any(|b| separates(a, b) && separates(b, a))
     })
 }
 
-/// True where the ends of `b` lie clearly on either side of the line through `a`.
-fn parts(a: &[DVec2; 2], b: &[DVec2; 2]) -> bool {
+/// Returns true if the ends of `b` lie clearly on opposite sides of the line through `a`.
+fn separates(a: &[DVec2; 2], b: &[DVec2; 2]) -> bool {
     let along = a[1] - a[0];
-    let [left, right] = b.map(|end| {
+    let [start, end] = b.map(|end| {
         let to = end - a[0];
         let side = along.perp_dot(to);
         if side.abs() > 1e-9 * (along.length_squared() * to.length_squared()).sqrt() { side } else { 0.0 }
     });
-    left * right < 0.0
+    start * end < 0.0
 }
 
 #[cfg(test)]
@@ -153,9 +156,9 @@ mod tests {
         points.iter().map(|&(x, y)| Vec3::new(x, y, 0.0)).collect()
     }
 
-    /// Round lids: of a fan's triangles most cross the middle of the lid.
+    /// Most triangles of a fan would cross the middle of the lid.
     #[test]
-    fn lids_of_many_corners_are_cut_so_that_few_triangles_lie_anywhere() {
+    fn few_triangles_of_a_round_lid_overlap_any_point_by_their_bounds() {
         for n in [33usize, 34, 100, 1000, 10_000] {
             let angle = |i: usize| i as f64 / n as f64 * std::f64::consts::TAU;
             let corners: Vec<Vec3> =
@@ -180,9 +183,9 @@ mod tests {
         }
     }
 
-    /// A stadium's outline, whose straight sides have corners too.
+    /// A stadium outline with extra corners on its straight sides.
     #[test]
-    fn lids_with_straight_sides_have_all_their_corners() {
+    fn collinear_corners_are_used() {
         let half = |by: f64| {
             let round = (0..=40).map(move |i| DVec2::from_angle(f64::from(i) / 40.0 * std::f64::consts::PI));
             let side = (1..20).map(|i| DVec2::new(-1.0, -0.1 * f64::from(i)));
@@ -198,10 +201,10 @@ mod tests {
         assert!((0..corners.len()).all(|i| triangles.as_flattened().contains(&i)));
     }
 
-    /// Pitfall 21: concave polygons do not fold.
+    /// Concave polygons do not fold.
     #[test]
-    fn concave_polygons_cover_their_area_once_either_way_round() {
-        // An L, an arrow whose first corner a fan would fold at, and a comb.
+    fn concave_polygons_cover_their_area_once_in_both_windings() {
+        // An L, an arrow that folds as a fan from its first corner, and a comb.
         let shapes: [(&[(f32, f32)], f32); 3] = [
             (&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)], 3.0),
             (&[(2.0, 1.0), (0.0, 2.0), (1.0, 1.0), (0.0, 0.0)], 1.0),
@@ -318,22 +321,21 @@ mod tests {
             };
             (0..corners).map(at).collect()
         };
-        let mut cut = Triangulator::default();
+        let mut triangulator = Triangulator::default();
         let start = std::time::Instant::now();
         for _ in 0..300 {
-            assert_eq!(cut.triangulate(star(3000).into_iter()).count(), 3 * 2998);
+            assert_eq!(triangulator.triangulate(star(3000).into_iter()).count(), 3 * 2998);
         }
         assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
-        assert_eq!((cut.crossing, cut.too_large), (300, 0));
-        // Few corners are worth the time.
-        cut.triangulate(star(MOST_CROSSING).into_iter()).count();
-        assert_eq!(cut.crossing, 300);
+        assert_eq!((triangulator.self_intersecting, triangulator.too_large), (300, 0));
+        // Polygons with few corners are clipped.
+        triangulator.triangulate(star(MAX_SELF_INTERSECTING).into_iter()).count();
+        assert_eq!(triangulator.self_intersecting, 300);
     }
 
-    /// Gears, combs upright and lying, a spiral, and a gear whose hole hangs on a bridge, all turned out of
-    /// their axes.
+    /// Gears, upright and lying combs, a spiral, and a gear with a bridged hole, all rotated off their axes.
     #[test]
-    fn what_does_not_cross_itself_is_not_taken_to() {
+    fn simple_polygons_are_not_reported_as_self_intersecting() {
         let around = |n: usize, r: &dyn Fn(usize) -> f64| -> Vec<DVec2> {
             (0..n).map(|i| DVec2::from_angle(i as f64 / n as f64 * std::f64::consts::TAU) * r(i)).collect()
         };
@@ -352,31 +354,30 @@ mod tests {
         for (i, mut shape) in [gear, comb, lying, spiral, bridged].into_iter().enumerate() {
             for turn in [0.0, 0.3, 1.1] {
                 let turned: Vec<DVec2> = shape.iter().map(|p| DVec2::from_angle(turn).rotate(*p)).collect();
-                assert!(!crosses_itself(&turned), "shape {i} turned by {turn}");
+                assert!(!self_intersects(&turned), "shape {i} turned by {turn}");
             }
             shape.swap(100, 300);
-            assert!(crosses_itself(&shape), "shape {i}");
+            assert!(self_intersects(&shape), "shape {i}");
         }
     }
 
     #[test]
-    fn polygons_of_very_many_corners_take_no_longer_than_others() {
-        // A comb, whose every second corner is concave.
+    fn polygons_beyond_the_work_budget_become_fans() {
+        // A comb: every second corner is concave.
         let comb = |teeth: usize| -> Vec<Vec3> {
             let up = (0..teeth).map(|i| Vec3::new(i as f32, if i % 2 == 0 { 1.0 } else { 5.0 }, 0.0));
             let down = [Vec3::new(teeth as f32, -1.0, 0.0), Vec3::new(0.0, -1.0, 0.0)];
             up.chain(down).collect()
         };
         assert_eq!(triangulate(&comb(3000)).len(), 3000);
-        let mut cut = Triangulator::with(MOST_SQUARES);
-        assert_eq!(cut.triangulate(comb(1_000_000).into_iter()).count(), 3_000_000);
-        assert_eq!(cut.too_large, 1);
+        let mut triangulator = Triangulator::with_budget(WORK_BUDGET);
+        assert_eq!(triangulator.triangulate(comb(1_000_000).into_iter()).count(), 3_000_000);
+        assert_eq!(triangulator.too_large, 1);
     }
 
-    /// Outlines of lands and of machines' parts: a coast of 60,000 corners, and a second one that would cost
-    /// more than is left. Small ones are cut all the same.
+    /// A coastline of 60,000 corners is clipped, a second one exceeds the budget, a small one is clipped again.
     #[test]
-    fn large_outlines_are_cut_right_as_long_as_they_do_not_add_up() {
+    fn large_outlines_are_clipped_within_the_work_budget() {
         let coast = |n: usize| -> Vec<Vec3> {
             let at = |i: usize| {
                 let angle = i as f32 / n as f32 * std::f32::consts::TAU;
@@ -397,13 +398,13 @@ mod tests {
             let next = corners.iter().cycle().skip(1);
             corners.iter().zip(next).map(|(a, b)| a.as_dvec3().cross(b.as_dvec3()).z).sum()
         };
-        let mut cut = Triangulator::with(2 * 60_000 * 60_000 - 1);
+        let mut triangulator = Triangulator::with_budget(2 * 60_000 * 60_000 - 1);
         for (n, right) in [(60_000, true), (60_000, false), (9_000, true)] {
             let corners = coast(n);
-            let triangles: Vec<usize> = cut.triangulate(corners.iter().copied()).collect();
+            let triangles: Vec<usize> = triangulator.triangulate(corners.iter().copied()).collect();
             let more = over(&corners, &triangles) / own(&corners) - 1.0;
             assert_eq!(more.abs() < 1e-9, right, "{n}: {more}");
         }
-        assert_eq!((cut.too_large, cut.crossing), (1, 0));
+        assert_eq!((triangulator.too_large, triangulator.self_intersecting), (1, 0));
     }
 }

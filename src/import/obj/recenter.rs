@@ -1,19 +1,20 @@
-//! Meshes far from the origin, as surveyors and cities have them: millions of metres away, f32 tells
-//! no two places within half a metre apart. They are read relative to their own middle.
+//! Recentring of meshes far from the origin, such as survey data and city models. Millions of metres away,
+//! f32 resolves only half a metre, so their positions are parsed relative to their own centre.
 
 use glam::{DVec3, Vec3};
 
 use crate::geometry::Aabb;
-use crate::import::obj::parsed::Parsed;
+use crate::import::obj::geometry::ObjGeometry;
 
-/// How many diagonals away a mesh is far: f32's step there is a millionth of the diagonal.
+/// Distance from the origin, in diagonals of the mesh, beyond which it is recentred: the spacing of f32
+/// there is a millionth of the diagonal.
 const FAR: f64 = 16.0;
 
-/// The middle of all faces, where all of them are far from the origin.
-pub(crate) fn middle(parsed: &Parsed) -> Option<DVec3> {
+/// Returns the centre of all faces if all of them are far from the origin.
+pub(super) fn far_centre(geometry: &ObjGeometry) -> Option<DVec3> {
     let mut bounds = Aabb::EMPTY;
-    let mut corners = parsed.triangles.iter().flatten().map(|c| parsed.positions[c.v as usize]);
-    // Of most meshes the first few faces say that they are not.
+    let mut corners = geometry.triangles.iter().flatten().map(|c| geometry.positions[c.v as usize]);
+    // For most meshes this stops at the first few faces.
     let far = corners.all(|p| {
         bounds.extend(p.as_dvec3());
         let nearest = || DVec3::ZERO.clamp(bounds.min, bounds.max);
@@ -22,13 +23,13 @@ pub(crate) fn middle(parsed: &Parsed) -> Option<DVec3> {
     (far && !bounds.is_empty()).then(|| bounds.centre())
 }
 
-/// What the first three numbers of `text` are relative to `origin`. `read` is what they are as f32, which
-/// counts for those that are written in some odd way.
+/// Parses the first three numbers of `text` in f64, relative to `origin`. `parsed` holds them as f32, which is
+/// used for words that Rust does not parse as a number.
 #[cold]
-pub(crate) fn relative(text: &str, read: Vec3, origin: DVec3) -> Vec3 {
-    let mut place = read.as_dvec3().to_array();
-    for (value, word) in place.iter_mut().zip(text.split_whitespace()) {
+pub(super) fn parse_relative(text: &str, parsed: Vec3, origin: DVec3) -> Vec3 {
+    let mut position = parsed.as_dvec3().to_array();
+    for (value, word) in position.iter_mut().zip(text.split_whitespace()) {
         *value = word.parse().unwrap_or(*value);
     }
-    (DVec3::from(place) - origin).as_vec3()
+    (DVec3::from(position) - origin).as_vec3()
 }

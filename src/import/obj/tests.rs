@@ -1,4 +1,4 @@
-//! OBJ scenes as a whole.
+//! Tests of whole OBJ scenes.
 
 mod differential;
 mod material_regressions;
@@ -13,7 +13,7 @@ use crate::geometry::Rgb;
 use crate::scene::{LocalTransform, Material, Mesh, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
-/// Loads `obj` with further files beside it.
+/// Loads `obj` with other files in the same folder.
 fn read(obj: impl AsRef<[u8]>, beside: &[(&str, &[u8])]) -> Result<(Scene, Vec<String>), LoadError> {
     let dir = tempfile::tempdir().unwrap();
     for (name, bytes) in beside {
@@ -44,7 +44,7 @@ fn error(obj: &str) -> String {
     read(obj, &[]).unwrap_err().to_string()
 }
 
-/// A material and the warnings that came with it.
+/// Loads the material of an MTL and returns it with the warnings.
 fn with_mtl(mtl: &str) -> (Material, Vec<String>) {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let png = png([255, 128, 0, 255]);
@@ -62,17 +62,17 @@ fn png(texel: [u8; 4]) -> Vec<u8> {
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
 
 #[test]
-fn what_changes_no_picture_is_no_warning() {
-    // By the fast reader, and by the careful one, which knows vp.
+fn statements_without_effect_cause_no_warning() {
+    // `vp` selects the lenient parser.
     for other in ["", "vp 1 2\n"] {
-        let idle = "usemap wood\nlod 2\nbevel on\nc_interp off\nshadow_obj a.obj\nmg 1 .5\n";
-        let scene = scene(&format!("{SQUARE}{other}{idle}f 1 2 3\n\u{1a}"));
+        let ignored = "usemap wood\nlod 2\nbevel on\nc_interp off\nshadow_obj a.obj\nmg 1 .5\n";
+        let scene = scene(&format!("{SQUARE}{other}{ignored}f 1 2 3\n\u{1a}"));
         assert_eq!(scene.meshes[0].triangles.len(), 1);
     }
 }
 
 #[test]
-fn a_square_in_every_form_of_corner() {
+fn all_vertex_formats_are_read() {
     for (faces, uvs, normals) in [
         ("f 1 2 3 4", false, false),
         ("f 1/1 2/2 3/3 4/4", true, false),
@@ -90,18 +90,16 @@ fn a_square_in_every_form_of_corner() {
     }
 }
 
-/// Pitfall 22.
 #[test]
-fn negative_indices_count_from_where_they_stand() {
+fn negative_indices_are_relative_to_the_elements_so_far() {
     let scene = scene("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf -3 -2 -1\n");
     let mesh = &scene.meshes[0];
     assert_eq!(mesh.positions[3], Vec3::new(5.0, 0.0, 0.0));
     assert_eq!(mesh.triangles.len(), 2);
 }
 
-/// Pitfall 23.
 #[test]
-fn faces_of_different_forms_do_not_shift_each_other() {
+fn faces_with_different_vertex_formats_keep_their_attributes() {
     let scene = scene(&format!("{SQUARE}f 1/1 2/2 3/3\nf 1 3 4\nf 1//1 2//1 4//1\nf 2/2 3/3 4/4\n"));
     let uv_of = |m: &Mesh| m.uvs.first().map(Vec::len);
     assert_eq!(scene.meshes.len(), 3);
@@ -113,7 +111,7 @@ fn faces_of_different_forms_do_not_shift_each_other() {
 }
 
 #[test]
-fn objects_are_o_else_g_and_a_repeated_o_is_another() {
+fn o_starts_objects_or_else_g_does() {
     let by_o = scene(&format!("{SQUARE}o a\ng x\nf 1 2 3\ng y\nf 1 3 4\no a\nf 1 2 4\n"));
     assert_eq!((by_o.objects.len(), by_o.meshes.len()), (2, 2));
     assert_eq!(by_o.instances.iter().map(|i| i.object).collect::<Vec<_>>(), [1, 2]);
@@ -122,9 +120,8 @@ fn objects_are_o_else_g_and_a_repeated_o_is_another() {
     assert_eq!(scene(&format!("{SQUARE}f 1 2 3\n")).objects, ["default"]);
 }
 
-/// Pitfall 36.
 #[test]
-fn smoothing_groups_make_normals_within_themselves() {
+fn smoothing_groups_average_normals_within_the_group() {
     // A roof: two faces that meet at an edge.
     let roof = "v 0 0 1\nv 0 0 -1\nv -1 -1 1\nv -1 -1 -1\nv 1 -1 1\nv 1 -1 -1\n";
     let faces = "f 1 2 4 3\nf 2 1 5 6\n";
@@ -138,25 +135,24 @@ fn smoothing_groups_make_normals_within_themselves() {
     // Two vertices at each end of the edge, in one mesh.
     assert_eq!((apart.meshes.len(), apart.meshes[0].positions.len()), (1, 8));
     assert!(at_edge(&apart.meshes[0]).abs_diff_eq(Vec3::new(-1.0, 1.0, 0.0).normalize(), 1e-6));
-    // A material change does not cut a smoothing group.
+    // A material change does not split a smoothing group.
     let (two, _) = read(format!("{roof}s 1\nusemtl a\nf 1 2 4 3\nusemtl b\nf 2 1 5 6\n"), &[]).unwrap();
     assert!(two.meshes.iter().all(|m| at_edge(m).abs_diff_eq(Vec3::Y, 1e-6)));
 }
 
-/// Pitfall 34.
 #[test]
-fn vertex_colours_on_all_or_some() {
+fn vertex_colours_may_be_on_all_or_some_vertices() {
     let (all, _) = read("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3", &[]).unwrap();
     assert_eq!(all.meshes[0].colors[1], Vec4::new(0.0, 1.0, 0.0, 1.0));
     let (some, _) = read("v 0 0 0\nv 1 0 0 0 1 0 .5\nv 0 1 0 1.0\nf 1 2 3", &[]).unwrap();
     assert_eq!(some.meshes[0].colors, [Vec4::ONE, Vec4::new(0.0, 1.0, 0.0, 0.5), Vec4::ONE]);
 }
 
-/// In a surveyor's coordinates, metres in the millions, f32 has steps of half a metre.
+/// Millions of metres from the origin, f32 has steps of half a metre.
 #[test]
-fn far_from_the_origin_vertices_keep_their_distances() {
+fn geometry_far_from_the_origin_keeps_its_precision() {
     let faces = "f 1 2 3\nf 1 3 4\n";
-    // The last line is the careful reader's.
+    // The continued line selects the lenient parser.
     for more in ["", "f 1 2 \\\n3\n"] {
         let text = format!(
             "v 500000.125 5300000.001 7\nv 500001.25 5300000 7.5\nv 500001 5300000.75 8\n\
@@ -172,18 +168,17 @@ fn far_from_the_origin_vertices_keep_their_distances() {
         let first = turned.transform_point3(scene.meshes[0].positions[0].as_dvec3());
         assert!(first.abs_diff_eq(DVec3::new(500000.125, 7.0, -5300000.001), 1e-7), "{first}");
     }
-    // One face at the origin, and nothing is moved: what is there keeps its digits.
+    // With a face near the origin nothing is recentred.
     let near = "v 0.1 0 0\nv 1e6 0 0\nv 1e6 1e6 0\nf 2 3 1\nf 1 2 3\n";
     let scene = scene(near);
     assert_eq!(scene.nodes[0].local.affine(), DAffine3::IDENTITY);
     assert!(scene.meshes[0].positions.contains(&Vec3::new(0.1, 0.0, 0.0)));
 }
 
-/// A smooth polygon that is not flat has one normal, however it is cut.
 #[test]
-fn smoothing_groups_are_of_faces_and_not_of_what_they_are_cut_into() {
+fn smooth_normals_do_not_depend_on_the_triangulation() {
     let corners = "v 0 0 0\nv 1 0 0\nv 1 1 .5\nv 0 1 0\ns 1\n";
-    // Twice its area as a vector: (v3 − v1) × (v4 − v2).
+    // Twice the vector area: (v3 − v1) × (v4 − v2).
     let n = Vec3::new(1.0, 1.0, 0.5).cross(Vec3::new(-1.0, 1.0, 0.0)).normalize();
     for face in ["f 1 2 3 4", "f 2 3 4 1"] {
         let (scene, _) = read(format!("{corners}{face}\n"), &[]).unwrap();
@@ -192,26 +187,27 @@ fn smoothing_groups_are_of_faces_and_not_of_what_they_are_cut_into() {
     }
 }
 
-/// Pitfall 35: nothing fills lines and points. A triangle that uses a vertex twice is nothing either, and not
-/// worth a word.
+/// A triangle that uses a vertex twice is left out without a warning.
 #[test]
 fn lines_points_and_degenerate_faces_are_counted() {
     let (scene, warnings) = read(format!("{SQUARE}l 1 2 3\np 1\nf 1 2\nf 1 1 2\nf 1 2 3\n"), &[]).unwrap();
     assert_eq!(scene.meshes[0].triangles.len(), 1);
-    let mut said =
-        vec!["2 lines and points are not shown", "1 faces with fewer than three vertices left out"];
-    assert_eq!(warnings, said);
-    // Nor are curves, as Blender writes them, and surfaces.
+    let mut expected = vec![
+        "ignored 2 lines and points: only faces are rendered",
+        "ignored 1 faces with fewer than three vertices",
+    ];
+    assert_eq!(warnings, expected);
+    // Curves, as Blender writes them, and surfaces.
     let curve =
         "cstype bspline\ndeg 2\ncurv 1.0 5.0 -1 -2 -3\nparm u 0.0 1.0\nend\nsurf 0 1 0 1 1/1 2/2\nend\n";
     let (_, warnings) = read(format!("{SQUARE}{curve}l 1 2 3\np 1\nf 1 2\nf 1 2 3\n"), &[]).unwrap();
-    said.insert(0, "2 curves and surfaces are not shown");
-    assert_eq!(warnings, said);
+    expected.insert(0, "ignored 2 curves and surfaces: not supported");
+    assert_eq!(warnings, expected);
 }
 
-/// assimp's file of number formats has some that are none.
+/// assimp's test file of number formats has such numbers.
 #[test]
-fn numbers_with_odd_exponents_are_read_without_them() {
+fn malformed_exponents_are_ignored() {
     let text = "v 0 0 0\nv 1 0 3.1+e2\nv 0 -2-e1 0\nf 1 2 3\n";
     let (scene, warnings) = read(text, &[]).unwrap();
     let p = &scene.meshes[0].positions;
@@ -224,27 +220,27 @@ fn numbers_with_odd_exponents_are_read_without_them() {
 }
 
 #[test]
-fn errors_name_the_line_and_the_word() {
-    for (obj, says) in [
+fn errors_name_line_column_and_word() {
+    for (obj, expected) in [
         ("v 0 0\n", "line 1, column 1, at 'v': v needs 3 numbers"),
         ("v 0 0 zero\n", "'zero' is not a number"),
-        ("# c\n\nv 0 0 0\nf 1 2 3\n", "line 4, column 5, at '2': there is no vertex 2"),
-        ("v 0 0 0\nf 1 1 0\n", "no vertex 0"),
-        ("v 0 0 0\nf -2 1 1\n", "no vertex -2"),
+        ("# c\n\nv 0 0 0\nf 1 2 3\n", "line 4, column 5, at '2': vertex 2 does not exist"),
+        ("v 0 0 0\nf 1 1 0\n", "vertex 0 does not exist"),
+        ("v 0 0 0\nf -2 1 1\n", "vertex -2 does not exist"),
         ("v 0 0 0\nf x 1 1\n", "'x' is not a vertex index"),
-        ("v 0 0 0\nf /1 1 1\n", "names no vertex"),
+        ("v 0 0 0\nf /1 1 1\n", "has no vertex index"),
         ("v 0 0 0\nf 99999999999999999999 1 1\n", "is not a vertex index"),
-        ("# empty\n", "only .gltf, .glb and .obj files are read"),
-        ("w 0 0 0\nh 1 1 1\n", "only .gltf, .glb and .obj files are read"),
-        ("v 0 0 0\nl 1 1\n", "nothing to draw"),
+        ("# empty\n", "use a .gltf, .glb or .obj file"),
+        ("w 0 0 0\nh 1 1 1\n", "use a .gltf, .glb or .obj file"),
+        ("v 0 0 0\nl 1 1\n", "no faces to render"),
     ] {
-        let told = error(obj);
-        assert!(told.contains(says), "{obj:?} told: {told}");
+        let error = error(obj);
+        assert!(error.contains(expected), "{obj:?}: {error}");
     }
 }
 
 #[test]
-fn z_up_turns_everything() {
+fn z_up_rotates_the_scene() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.obj");
     fs::write(&path, "v 1 2 3\nv 2 2 3\nv 1 3 3\nf 1 2 3\n").unwrap();
@@ -254,7 +250,7 @@ fn z_up_turns_everything() {
 }
 
 #[test]
-fn limits_hold_before_memory_is_taken() {
+fn limits_are_checked_before_allocation() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.obj");
     fs::write(&path, format!("{SQUARE}f 1 2 3 4\n")).unwrap();
@@ -269,33 +265,33 @@ fn limits_hold_before_memory_is_taken() {
 }
 
 #[test]
-fn no_mutant_does_harm() {
+fn mutated_files_do_not_panic() {
     let obj = format!(
         "# c\n{SQUARE}o a\nmtllib a.mtl\nusemtl m\ns 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf -1 -2 -3\\\n -4\n"
     );
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("x.obj");
     let mut tried = 0;
-    let mut look = |bytes: &[u8]| {
+    let mut try_load = |bytes: &[u8]| {
         fs::write(&path, bytes).unwrap();
         let _ = load(&path, &LoadOptions::default());
         tried += 1;
     };
     for end in 0..obj.len() {
-        look(&obj.as_bytes()[..end]);
+        try_load(&obj.as_bytes()[..end]);
     }
     for at in 0..obj.len() {
         for byte in [0, b' ', b'\n', b'/', b'-', b'9', b'#', b'\\', 0x80, 0xff] {
             let mut mutant = obj.clone().into_bytes();
             mutant[at] = byte;
-            look(&mutant);
+            try_load(&mutant);
         }
     }
     assert_eq!(tried, 11 * obj.len());
 }
 
 #[test]
-fn the_models_that_come_along_are_read() {
+fn the_models_of_the_repository_load_without_warnings() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
     for (name, triangles, objects) in
         [("tests/cube.obj", 12, 1), ("cornell/cornell.obj", 4206, 0), ("lecture/lecture.obj", 3438, 0)]
@@ -308,13 +304,13 @@ fn the_models_that_come_along_are_read() {
 }
 
 #[test]
-fn faces_may_stand_before_what_they_use() {
+fn faces_may_precede_their_vertices() {
     let scene = scene("f 1//1 2//1 3//1\nvn 0 0 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\n");
     assert_eq!((scene.meshes[0].triangles.len(), scene.meshes[0].normals.len()), (1, 3));
 }
 
 #[test]
-fn coordinates_that_the_file_lacks_are_done_without() {
+fn indices_of_missing_attributes_are_ignored() {
     let (scene, warnings) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2/2/2 3/3/-3\n", &[]).unwrap();
     assert!(scene.meshes[0].uvs.is_empty() && scene.meshes[0].normals.is_empty());
     assert!(warnings.len() == 1 && warnings[0].contains("line 4"), "{warnings:?}");

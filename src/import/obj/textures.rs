@@ -1,161 +1,122 @@
-//! The images that MTLs name: found, read and decoded once each.
+//! Textures of MTL materials: reads and decodes each image once.
 
-use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use glam::{DVec4, Vec2, Vec3, Vec4};
 use image::{ImageFormat, guess_format};
-use percent_encoding::percent_decode_str;
 use rayon::prelude::*;
 
 use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
 use super::super::image::{decode, decoded_size};
 use super::super::memory::MemoryBudget;
-use super::map::Map;
-use super::mtl::Mtl;
-use super::text::readings;
-use crate::import::files::{
-    escape::printable,
-    scene_folder::{ReferenceError, SceneFolder},
-};
+use super::mtl::MtlMaterial;
+use super::texture_files::find_file;
+use super::texture_map::TextureMap;
+use crate::import::files::escape::printable;
+use crate::import::files::scene_folder::SceneFolder;
 use crate::scene::{Channels, Image, MipMaps, Texels, Texture, TextureFilter, TextureRef, UvTransform, Wrap};
 
-/// Reads a file by a name from another system, another folder, in another case or form of Unicode, with a comment
-/// behind it, or as a URI has it.
-pub(super) fn find(
-    folder: &SceneFolder,
-    beside: &str,
-    name: &str,
-    limit: u64,
-) -> Result<Vec<u8>, ReferenceError> {
-    let whole = find_named(folder, beside, name, limit);
-    // A name is more likely to have a number sign than to be followed by a comment, and a per cent sign than to be
-    // a URI.
-    let decoded = || percent_decode_str(name).decode_utf8().ok().filter(|decoded| decoded != name);
-    let others = || readings(name).skip(1).map(Cow::Borrowed).chain(decoded());
-    let found = || others().find_map(|name| find_named(folder, beside, &name, limit).ok());
-    whole.or_else(|error| found().ok_or(error))
-}
-
-/// Reads a file by its name as written, beside the MTL, beside the OBJ, and by its base name in both.
-pub(super) fn find_named(
-    folder: &SceneFolder,
-    beside: &str,
-    name: &str,
-    limit: u64,
-) -> Result<Vec<u8>, ReferenceError> {
-    let unified = name.replace('\\', "/");
-    let base = unified.rsplit('/').next().unwrap_or(&unified).to_string();
-    let join = |folder: &str, name: &str| {
-        if folder.is_empty() { name.to_string() } else { format!("{folder}/{name}") }
-    };
-    let mut tried = Vec::new();
-    for candidate in [join(beside, &unified), unified.clone(), join(beside, &base), base] {
-        if tried.contains(&candidate) {
-            continue;
-        }
-        match folder.read_file(&candidate, limit) {
-            Ok(bytes) => return Ok(bytes),
-            Err(error @ ReferenceError::TooLarge { .. }) => return Err(error),
-            Err(_) => {
-                if let Some(alike) = folder.find_similar(&candidate)
-                    && let Ok(bytes) = folder.read_file(&alike, limit)
-                {
-                    return Ok(bytes);
-                }
-            }
-        }
-        tried.push(candidate);
-    }
-    // The first attempt says why: refused, or not there.
-    folder.read_file(&join(beside, &unified), limit)
-}
-
-/// The first tile of a picture that is several, each with its number in the place of `<UDIM>`.
+/// Returns the name of the first tile of a UDIM texture.
 fn first_tile(name: &str) -> Option<String> {
     name.contains("<UDIM>").then(|| name.replace("<UDIM>", "1001"))
 }
 
-/// A map's file: beside which MTL, and its name as written.
-type Key = (String, String);
-
-/// The files of all maps, each once; and whether a factor is left where one is missing: of normals
-/// nothing is.
-fn wanted(materials: &[&Mtl]) -> (Vec<Key>, HashMap<Key, bool>) {
-    let mut wanted = Vec::new();
-    let mut multiplies: HashMap<Key, bool> = HashMap::new();
-    for material in materials {
-        let factors = material.maps_of_factors().map(|map| (map, true));
-        for (map, of_factor) in factors.chain(material.map_normal.iter().map(|map| (map, false))) {
-            let key = (material.folder.clone(), map.file.clone());
-            *multiplies.entry(key.clone()).or_insert_with(|| {
-                wanted.push(key);
-                false
-            }) |= of_factor;
-        }
-    }
-    (wanted, multiplies)
+/// The file of a map: the folder of its MTL, and the name as written.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct MapFile {
+    folder: String,
+    name: String,
 }
 
-/// Images and textures of all materials.
+impl MapFile {
+    fn of(material: &MtlMaterial, map: &TextureMap) -> MapFile {
+        MapFile { folder: material.folder.clone(), name: map.file.clone() }
+    }
+}
+
+/// The files of all maps.
 #[derive(Default)]
-pub(super) struct Library {
+struct MapFiles {
+    /// Each file once.
+    files: Vec<MapFile>,
+    /// True for files that multiply a factor; false for normal maps.
+    multiplies: HashMap<MapFile, bool>,
+}
+
+fn collect_map_files(materials: &[&MtlMaterial]) -> MapFiles {
+    let mut out = MapFiles::default();
+    for material in materials {
+        let factors = material.factor_maps().map(|map| (map, true));
+        for (map, multiplies) in factors.chain(material.map_normal.iter().map(|map| (map, false))) {
+            let file = MapFile::of(material, map);
+            *out.multiplies.entry(file.clone()).or_insert_with(|| {
+                out.files.push(file);
+                false
+            }) |= multiplies;
+        }
+    }
+    out
+}
+
+/// The images and textures of all materials.
+#[derive(Default)]
+pub(super) struct TextureLibrary {
     pub images: Vec<Image>,
     pub textures: Vec<Texture>,
-    image_of: HashMap<Key, Option<u32>>,
-    /// By image, and whether it is clamped.
+    image_of: HashMap<MapFile, Option<u32>>,
+    /// Textures by image and whether it is clamped.
     texture_of: HashMap<(u32, bool), u32>,
-    /// Images whose colours Blender never takes times their alpha.
+    /// Images in formats whose colours Blender never multiplies by alpha.
     straight: HashSet<u32>,
-    /// Copies of images whose colours are shown over black.
+    /// Copies of images with colours multiplied by alpha.
     over_black: HashMap<u32, u32>,
-    /// What looks at all of an image tell: hundreds of materials may share one.
+    /// Results of scans over all texels, cached because many materials may share an image.
     has_alpha: HashMap<u32, bool>,
     looks_like_normals: HashMap<u32, bool>,
 }
 
-impl Library {
-    /// Reads and decodes whatever `materials` name, in parallel. What is missing costs a warning.
+impl TextureLibrary {
+    /// Reads and decodes all textures of `materials` in parallel. Warns about missing ones.
     pub fn load(
-        materials: &[&Mtl],
+        materials: &[&MtlMaterial],
         folder: &SceneFolder,
         limits: &Limits,
         budget: &MemoryBudget,
         warnings: &mut Warnings,
-    ) -> Result<Library, LoadError> {
-        let (wanted, multiplies) = wanted(materials);
-        let read = |(beside, name): &Key| {
-            let name = &first_tile(name).unwrap_or_else(|| name.clone());
-            match find(folder, beside, name, limits.file_bytes) {
+    ) -> Result<TextureLibrary, LoadError> {
+        let MapFiles { files: map_files, multiplies } = collect_map_files(materials);
+        let read = |file: &MapFile| {
+            let name = &first_tile(&file.name).unwrap_or_else(|| file.name.clone());
+            match find_file(folder, &file.folder, name, limits.file_bytes) {
                 Ok(bytes) => budget.charge(bytes.len() as u64).map(|()| Ok(bytes)),
                 Err(e) => {
                     e.limit_error(limits.file_bytes).map_or_else(|| Ok(Err(e.message().to_string())), Err)
                 }
             }
         };
-        let files: Vec<_> = wanted.par_iter().map(read).collect();
+        let files: Vec<_> = map_files.par_iter().map(read).collect();
         let files: Vec<Result<Vec<u8>, String>> = files.into_iter().collect::<Result<_, LoadError>>()?;
-        // By their headers first: what is too much is not decoded at all.
+        // Check the sizes in the headers before decoding anything.
         let sizes = files.iter().flatten().map(|bytes| decoded_size(bytes));
         let total = sizes.fold(0u64, u64::saturating_add);
         LoadError::check_limit("bytes of decoded textures", total, limits.texture_bytes)?;
         budget.charge_images(total)?;
         let decoded: Vec<Result<(Image, bool), String>> = files
             .into_par_iter()
-            .zip(&wanted)
-            .map(|(bytes, (_, name))| {
+            .zip(&map_files)
+            .map(|(bytes, file)| {
                 let bytes = bytes?;
-                Ok((decode(&printable(name), &bytes, limits)?, is_straight(&bytes)))
+                Ok((decode(&printable(&file.name), &bytes, limits)?, has_straight_alpha(&bytes)))
             })
             .collect();
-        let mut library = Library::default();
-        for (key, image) in wanted.into_iter().zip(decoded) {
+        let mut library = TextureLibrary::default();
+        for (file, image) in map_files.into_iter().zip(decoded) {
             let id = match image {
                 Ok((image, straight)) => {
-                    if first_tile(&key.1).is_some() {
-                        let name = printable(&key.1);
-                        warnings.add("", format!("texture '{name}': of its tiles, 1001 is shown everywhere"));
+                    if first_tile(&file.name).is_some() {
+                        let name = printable(&file.name);
+                        warnings.add("", format!("texture '{name}': used tile 1001 for all UDIM tiles"));
                     }
                     let id = library.images.len() as u32;
                     library.images.push(image);
@@ -165,27 +126,27 @@ impl Library {
                     Some(id)
                 }
                 Err(why) => {
-                    let then = if multiplies[&key] { "shown as if white" } else { "shown without it" };
+                    let then = if multiplies[&file] { "used white instead" } else { "ignored the map" };
                     warnings.add("", format!("texture {why}; {then}"));
                     None
                 }
             };
-            library.image_of.insert(key, id);
+            library.image_of.insert(file, id);
         }
         Ok(library)
     }
 
-    /// The image behind a map, where there is one.
-    pub fn image(&self, material: &Mtl, map: &Map) -> Option<u32> {
-        *self.image_of.get(&(material.folder.clone(), map.file.clone()))?
+    /// Returns the image of a map, unless it is missing.
+    pub fn image(&self, material: &MtlMaterial, map: &TextureMap) -> Option<u32> {
+        *self.image_of.get(&MapFile::of(material, map))?
     }
 
-    /// The map of a colour. Where a material of Blender's does not use the alpha of its texture,
-    /// Blender shows the texture's colour over black; but not that of every kind of image.
-    pub fn color(&mut self, material: &Mtl, map: Option<&Map>) -> Option<TextureRef> {
+    /// Returns a colour map as a texture reference. If a Blender material does not use the alpha of its texture,
+    /// Blender multiplies the colour by alpha, except for some image formats.
+    pub fn color(&mut self, material: &MtlMaterial, map: Option<&TextureMap>) -> Option<TextureRef> {
         let image = self.image(material, map?)?;
-        let hidden = material.by_blender && material.map_d.is_none() && !self.straight.contains(&image);
-        if !hidden || self.images[image as usize].channels != Channels::Rgba || !self.has_alpha(image) {
+        let multiplied = material.by_blender && material.map_d.is_none() && !self.straight.contains(&image);
+        if !multiplied || self.images[image as usize].channels != Channels::Rgba || !self.has_alpha(image) {
             return self.texture(material, map);
         }
         let copy = *self.over_black.entry(image).or_insert_with(|| {
@@ -195,12 +156,12 @@ impl Library {
         Some(self.reference(copy, map?))
     }
 
-    /// Whether any texel of an image is not opaque.
+    /// Returns true if any texel of an image is not opaque.
     pub fn has_alpha(&mut self, image: u32) -> bool {
         *self.has_alpha.entry(image).or_insert_with(|| has_alpha(&self.images[image as usize]))
     }
 
-    /// Whether an image holds tangent-space normals.
+    /// Returns true if an image holds tangent-space normals.
     pub fn looks_like_normals(&mut self, image: u32) -> bool {
         *self
             .looks_like_normals
@@ -208,14 +169,14 @@ impl Library {
             .or_insert_with(|| looks_like_normals(&self.images[image as usize]))
     }
 
-    /// A map as a texture reference.
-    pub fn texture(&mut self, material: &Mtl, map: Option<&Map>) -> Option<TextureRef> {
+    /// Returns a map as a texture reference.
+    pub fn texture(&mut self, material: &MtlMaterial, map: Option<&TextureMap>) -> Option<TextureRef> {
         let map = map?;
         let image = self.image(material, map)?;
         Some(self.reference(image, map))
     }
 
-    fn reference(&mut self, image: u32, map: &Map) -> TextureRef {
+    fn reference(&mut self, image: u32, map: &TextureMap) -> TextureRef {
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
         let texture = Texture { image, wrap: [wrap; 2], filter: TextureFilter::Linear, decode_last: false };
         let id = *self.texture_of.entry((image, map.clamp)).or_insert_with(|| {
@@ -229,8 +190,9 @@ impl Library {
     }
 }
 
-impl Mtl {
-    fn maps_of_factors(&self) -> impl Iterator<Item = &Map> {
+impl MtlMaterial {
+    /// Returns the maps that multiply a factor.
+    fn factor_maps(&self) -> impl Iterator<Item = &TextureMap> {
         let all = [
             &self.map_ka,
             &self.map_kd,
@@ -244,43 +206,43 @@ impl Mtl {
     }
 }
 
-/// Whether an image holds tangent-space normals. What is black is around them, where nothing was
-/// baked, and so is what has no alpha, unless alpha is something else.
+/// Returns true if an image holds tangent-space normals. Black and transparent texels are ignored, since baking
+/// leaves them around the islands; transparent ones count if alpha has another use.
 fn looks_like_normals(image: &Image) -> bool {
     let count = image.width as usize * image.height as usize;
     let texels = || (0..count).map(|i| image.stored(i)).filter(|v| v.truncate() != Vec3::ZERO);
     are_normals(texels().filter(|v| v.w > 0.0)) || are_normals(texels())
 }
 
-/// Mostly blue, red and green about the middle.
+/// Returns true if the mean is mostly blue with medium red and green.
 fn are_normals(texels: impl Iterator<Item = Vec4>) -> bool {
-    // The last counts them.
+    // The fourth component counts the texels.
     let sum: DVec4 = texels.map(|v| v.truncate().as_dvec3().extend(1.0)).sum();
     let [r, g, b, _] = (sum / sum.w).to_array();
     (0.3..0.7).contains(&r) && (0.3..0.7).contains(&g) && b > 0.65 && b > r + 0.1
 }
 
-/// The image with its colours times its alpha, as they are stored and rounded down, and opaque.
+/// Returns an opaque image with stored colours multiplied by alpha, rounded down.
 fn over_black(image: &Image) -> Image {
-    fn times<T: Copy>(texels: &[T], product: impl Fn(T, T) -> T) -> Vec<T> {
+    fn premultiply<T: Copy>(texels: &[T], product: impl Fn(T, T) -> T) -> Vec<T> {
         let texels = texels.as_chunks::<4>().0.iter();
         texels.flat_map(|&[r, g, b, a]| [r, g, b].map(|c| product(c, a))).collect()
     }
     let texels = match &image.texels {
-        Texels::U8(t) => Texels::U8(times(t, |c, a| (u16::from(c) * u16::from(a) / 0xff) as u8)),
-        Texels::U16(t) => Texels::U16(times(t, |c, a| (u32::from(c) * u32::from(a) / 0xffff) as u16)),
+        Texels::U8(t) => Texels::U8(premultiply(t, |c, a| (u16::from(c) * u16::from(a) / 0xff) as u8)),
+        Texels::U16(t) => Texels::U16(premultiply(t, |c, a| (u32::from(c) * u32::from(a) / 0xffff) as u16)),
     };
     let Image { name, width, height, .. } = image;
     let (width, height) = (*width, *height);
     Image { name: name.clone(), width, height, channels: Channels::Rgb, texels, mips: MipMaps::default() }
 }
 
-/// Whether an image is in a format of which Blender leaves the colours as they are, whatever their alpha.
-fn is_straight(bytes: &[u8]) -> bool {
+/// Returns true for image formats whose colours Blender does not multiply by alpha.
+fn has_straight_alpha(bytes: &[u8]) -> bool {
     matches!(guess_format(bytes), Ok(ImageFormat::WebP | ImageFormat::Bmp))
 }
 
-/// Whether any texel is not opaque.
+/// Returns true if any texel is not opaque.
 fn has_alpha(image: &Image) -> bool {
     let has_channel = matches!(image.channels, Channels::La | Channels::Rgba);
     let count = image.width as usize * image.height as usize;
@@ -291,9 +253,9 @@ fn has_alpha(image: &Image) -> bool {
 mod tests {
     use super::*;
 
-    /// Of an atlas that hundreds of materials share, this was nearly all of the time to load them.
+    /// Without the cache, an atlas that hundreds of materials share is scanned once per material.
     #[test]
-    fn an_image_is_looked_at_once_however_many_materials_share_it() {
+    fn an_image_is_scanned_once_for_all_its_materials() {
         let image = |texel: [u8; 4]| Image {
             name: String::new(),
             width: 1,
@@ -302,7 +264,8 @@ mod tests {
             texels: Texels::U8(texel.to_vec()),
             mips: MipMaps::default(),
         };
-        let mut library = Library { images: vec![image([128, 128, 255, 255])], ..Library::default() };
+        let images = vec![image([128, 128, 255, 255])];
+        let mut library = TextureLibrary { images, ..TextureLibrary::default() };
         assert!(!library.has_alpha(0) && library.looks_like_normals(0));
         library.images = vec![image([255, 0, 0, 0])];
         assert!(!library.has_alpha(0) && library.looks_like_normals(0));

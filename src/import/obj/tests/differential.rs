@@ -1,16 +1,16 @@
-//! The fast reader against the careful one, and against tobj alone, over generated files.
+//! Differential tests over generated files: the fast parser against the lenient parser, and against tobj alone.
 
 use std::fmt::Write;
 
 use glam::DVec3;
 
-use super::super::{Read, carefully, quickly, scene};
+use super::super::{ParsedFile, build_scene, parse_fast, parse_lenient};
 use crate::import::files::scene_folder::SceneFolder;
 use crate::import::memory::MemoryBudget;
 use crate::import::{Limits, LoadOptions};
 use crate::scene::Scene;
 
-/// A generator of numbers that are the same everywhere.
+/// A deterministic linear congruential generator.
 struct Random(u64);
 
 impl Random {
@@ -28,7 +28,7 @@ impl Random {
     }
 }
 
-/// A number in one of the forms that exporters write.
+/// Returns a number in one of the notations that exporters write.
 fn number(random: &mut Random) -> String {
     let v = (random.below(4001) as f64 - 2000.0) / 256.0;
     match random.below(8) {
@@ -42,7 +42,7 @@ fn number(random: &mut Random) -> String {
     }
 }
 
-/// The text of an OBJ with everything that the fast reader takes on.
+/// Generates an OBJ with every notation that the fast parser accepts.
 fn obj(random: &mut Random) -> String {
     let mut text = String::from(random.pick(&["", "\u{feff}", "# Blender 5.0\n", "# x\n\n"]));
     let end = random.pick(&["\n", "\n", "\r\n"]);
@@ -133,36 +133,41 @@ fn obj(random: &mut Random) -> String {
     text
 }
 
-/// Everything of a scene that readers could disagree on, bits and all.
-fn told(scene: &Scene, warnings: &[String]) -> String {
+/// Formats everything of a scene that the parsers could disagree on.
+fn describe(scene: &Scene, warnings: &[String]) -> String {
     format!(
         "{:?}\n{:?}\n{:?}\n{:?}\n{:?}\n{:?}",
         scene.source, scene.objects, scene.instances, scene.materials, scene.meshes, warnings
     )
 }
 
-fn finish(read: Read) -> Result<String, String> {
+fn describe_scene(parsed: ParsedFile) -> Result<String, String> {
     let folder = SceneFolder::of(std::path::Path::new("nowhere/x.obj"), false);
-    match scene(read, &folder, &LoadOptions::default(), &MemoryBudget::new(u64::MAX)) {
-        Ok((scene, w)) => Ok(told(&scene, &w.iter().map(ToString::to_string).collect::<Vec<_>>())),
+    match build_scene(parsed, &folder, &LoadOptions::default(), &MemoryBudget::new(u64::MAX)) {
+        Ok((scene, warnings)) => {
+            let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+            Ok(describe(&scene, &warnings))
+        }
         Err(e) => Err(e.to_string()),
     }
 }
 
 #[test]
-fn both_readers_make_the_same_scenes() {
+fn fast_and_lenient_parser_build_the_same_scenes() {
     let mut random = Random(7);
     let limits = Limits::default();
-    let (mut scenes, mut cases) = (0, 0);
+    let mut scenes = 0;
+    let mut cases = 0;
     for _ in 0..6000 {
         let text = obj(&mut random);
         let origin = random.chance(4).then_some(DVec3::new(5e5, 4e6, -1e-3));
-        let fast =
-            quickly(text.as_bytes(), 100, &limits, origin).unwrap_or_else(|| panic!("gave up at:\n{text}"));
-        let careful =
-            carefully(text.as_bytes(), &limits, origin).unwrap_or_else(|e| panic!("{e} in:\n{text}"));
-        let (fast, careful) = (finish(fast), finish(careful));
-        assert!(fast == careful, "{text}\nfast: {fast:?}\n\ncareful: {careful:?}");
+        let fast = parse_fast(text.as_bytes(), 100, &limits, origin)
+            .unwrap_or_else(|| panic!("gave up at:\n{text}"));
+        let lenient =
+            parse_lenient(text.as_bytes(), &limits, origin).unwrap_or_else(|e| panic!("{e} in:\n{text}"));
+        let fast = describe_scene(fast);
+        let lenient = describe_scene(lenient);
+        assert!(fast == lenient, "{text}\nfast: {fast:?}\n\nlenient: {lenient:?}");
         scenes += usize::from(fast.is_ok());
         cases += 1;
     }
@@ -171,10 +176,11 @@ fn both_readers_make_the_same_scenes() {
 }
 
 #[test]
-fn the_fast_reader_never_accepts_what_the_careful_one_refuses_or_reads_otherwise() {
+fn the_fast_parser_gives_up_where_the_lenient_parser_differs() {
     let mut random = Random(11);
     let limits = Limits::default();
-    let (mut taken, mut cases) = (0, 0);
+    let mut accepted = 0;
+    let mut cases = 0;
     for _ in 0..20_000 {
         let mut text = obj(&mut random).into_bytes();
         for _ in 0..random.below(3) + 1 {
@@ -184,19 +190,20 @@ fn the_fast_reader_never_accepts_what_the_careful_one_refuses_or_reads_otherwise
         }
         cases += 1;
         let origin = random.chance(4).then_some(DVec3::new(-3.5, 1e7, 2e5));
-        let Some(fast) = quickly(&text[..], 100, &limits, origin) else { continue };
-        taken += 1;
+        let Some(fast) = parse_fast(&text[..], 100, &limits, origin) else { continue };
+        accepted += 1;
         let shown = String::from_utf8_lossy(&text).into_owned();
-        let careful = carefully(&text, &limits, origin).unwrap_or_else(|e| panic!("{e} in:\n{shown}"));
-        let (fast, careful) = (finish(fast), finish(careful));
-        assert!(fast == careful, "{shown}\nfast: {fast:?}\n\ncareful: {careful:?}");
+        let lenient = parse_lenient(&text, &limits, origin).unwrap_or_else(|e| panic!("{e} in:\n{shown}"));
+        let fast = describe_scene(fast);
+        let lenient = describe_scene(lenient);
+        assert!(fast == lenient, "{shown}\nfast: {fast:?}\n\nlenient: {lenient:?}");
     }
     assert_eq!(cases, 20_000);
-    assert!(taken > 1000, "{taken}");
+    assert!(accepted > 1000, "{accepted}");
 }
 
 #[test]
-fn tobj_reads_plain_files_the_same() {
+fn the_fast_parser_agrees_with_tobj_on_plain_files() {
     let mut random = Random(3);
     for case in 0..1000 {
         let mut text = String::new();
@@ -212,34 +219,36 @@ fn tobj_reads_plain_files_the_same() {
         let options = tobj::LoadOptions { single_index: false, ..Default::default() };
         let none = |_: &std::path::Path| Ok((Vec::new(), Default::default()));
         let model = tobj::load_obj_buf(&mut text.as_bytes(), &options, none).unwrap().0.remove(0).mesh;
-        let parsed = quickly(text.as_bytes(), 200, &Limits::default(), None).unwrap().parsed;
-        let corners: Vec<_> = parsed.triangles.concat();
+        let geometry = parse_fast(text.as_bytes(), 200, &Limits::default(), None).unwrap().geometry;
+        let corners: Vec<_> = geometry.triangles.concat();
         assert_eq!(corners.len(), model.indices.len(), "case {case}");
         for (i, corner) in corners.iter().enumerate() {
             let at = |values: &[f32], i: u32, n: usize| values[n * i as usize..][..n].to_vec();
-            let p = parsed.positions[corner.v as usize].to_array().to_vec();
+            let p = geometry.positions[corner.v as usize].to_array().to_vec();
             assert_eq!(p, at(&model.positions, model.indices[i], 3));
             assert_eq!(
-                parsed.uvs[corner.vt as usize].to_vec(),
+                geometry.uvs[corner.vt as usize].to_vec(),
                 at(&model.texcoords, model.texcoord_indices[i], 2)
             );
-            let normal = parsed.normals[corner.vn as usize].to_array().to_vec();
+            let normal = geometry.normals[corner.vn as usize].to_array().to_vec();
             assert_eq!(normal, at(&model.normals, model.normal_indices[i], 3));
         }
     }
 }
 
 #[test]
-fn any_number_of_threads_reads_the_same() {
+fn the_number_of_threads_does_not_change_the_scene() {
     let mut random = Random(5);
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let pools = [pool(1), pool(2), pool(5)];
     for _ in 0..100 {
         let text = obj(&mut random);
-        let read = |pool: &rayon::ThreadPool| {
-            pool.install(|| finish(quickly(text.as_bytes(), 64, &Limits::default(), None).unwrap()))
+        let parse = |pool: &rayon::ThreadPool| {
+            pool.install(|| {
+                describe_scene(parse_fast(text.as_bytes(), 64, &Limits::default(), None).unwrap())
+            })
         };
-        let [one, two, five] = pools.each_ref().map(read);
+        let [one, two, five] = pools.each_ref().map(parse);
         assert!(one == two && two == five, "{text}");
     }
 }

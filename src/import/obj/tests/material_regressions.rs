@@ -1,4 +1,4 @@
-//! Materials and textures of OBJ scenes: one test for each defect that was fixed.
+//! Regression tests of OBJ materials and textures.
 
 use std::fs;
 
@@ -8,7 +8,7 @@ use crate::import::{LoadError, LoadOptions, load};
 use crate::scene::{AlphaMode, Reflectance, ScalarInput, TextureChannel};
 
 #[test]
-fn blenders_specular_level_is_its_ks() {
+fn ks_of_blender_is_its_specular_level() {
     let of = |mtl: &str| match with_mtl(&format!("# Blender 5.0.1 MTL File\nnewmtl m\nNs 250\n{mtl}"))
         .0
         .reflectance
@@ -23,9 +23,9 @@ fn blenders_specular_level_is_its_ks() {
     assert_eq!(of("Ks 1 1 1\nillum 2\n"), (1.0, 2.0, 1.5));
 }
 
-/// Blender 2.93 wrote the colour of an input that its map has taken: .8 darkened every texture.
+/// Blender 2.93 writes the colour of an input next to its map; a factor of 0.8 darkened every texture.
 #[test]
-fn blenders_maps_take_the_places_of_factors() {
+fn maps_of_blender_replace_factors() {
     let of = |head: &str, map: &str| {
         with_mtl(&format!("{head}\nnewmtl m\nNs 225\nKd .8 .8 .8\nKe .1 .1 .1\nmap_Kd {map}\nmap_Ke {map}\n"))
             .0
@@ -41,9 +41,9 @@ fn blenders_maps_take_the_places_of_factors() {
     }
 }
 
-/// So Blender writes its maps by default: roughness, metallic and specular level.
+/// Blender writes roughness, metallic and specular level into these maps by default.
 #[test]
-fn blenders_maps_by_lecture_words_are_physical() {
+fn map_ns_map_refl_and_map_ks_of_blender_are_pbr_maps() {
     let maps = "map_Ns tex/t 1.png\nmap_refl tex/t 1.png\nmap_Ks tex/t 1.png\n";
     let of =
         |head: &str| with_mtl(&format!("{head}\nnewmtl m\nNs 250\nKa 1 1 1\nKs .5 .5 .5\nillum 2\n{maps}"));
@@ -55,16 +55,16 @@ fn blenders_maps_by_lecture_words_are_physical() {
     for input in [metallic, roughness, dielectric.specular] {
         assert!(input.factor == 1.0 && input.texture.is_some(), "{input:?}");
     }
-    // A level of .5 is what the index says.
+    // A level of 0.5 is the reflectance of the index of refraction.
     assert_eq!(dielectric.specular_color.factor, Rgb::splat(2.0));
-    // Others' are something else.
+    // Other exporters use these keywords differently.
     let (m, warnings) = of("# Other");
     assert!(matches!(m.reflectance, Reflectance::Mtl(_)) && warnings.len() == 2, "{warnings:?}");
 }
 
-/// Roughness .5 of Blender 2.93 is Ns ((1 − .5)·30)².
+/// Blender 2.93 writes roughness 0.5 as Ns ((1 − 0.5)·30)².
 #[test]
-fn roughness_of_old_blenders_is_by_their_law() {
+fn roughness_of_old_blender_versions_uses_their_formula() {
     for (head, ns, expected) in [
         ("# Blender MTL File: 'x.blend'", "225", 0.5),
         ("# Blender MTL File: 'x.blend'", "950", 0.0),
@@ -77,10 +77,10 @@ fn roughness_of_old_blenders_is_by_their_law() {
 }
 
 #[test]
-fn the_filter_of_physical_glass_is_its_transmission() {
+fn tf_of_pbr_materials_is_their_transmission() {
     let of = |mtl: &str| with_mtl(&format!("newmtl m\n{mtl}"));
     assert!((of("Pr .1\nPm 0\nTf .8 .9 1\n").0.transmission.factor - 0.9).abs() < 1e-6);
-    // 3ds Max writes ones on everything.
+    // 3ds Max always writes 1 1 1.
     let (m, warnings) = of("Tf 1 1 1\n");
     assert!(m.transmission.factor == 0.0 && warnings.is_empty());
     let (m, warnings) = of("Tf .5 1 1\n");
@@ -88,7 +88,7 @@ fn the_filter_of_physical_glass_is_its_transmission() {
 }
 
 #[test]
-fn an_ambient_map_counts_unless_it_repeats_the_diffuse_one() {
+fn map_ka_is_used_unless_it_equals_map_kd() {
     let ambient = |mtl: &str| match with_mtl(&format!("newmtl m\n{mtl}")).0.reflectance {
         Reflectance::Mtl(mtl) => mtl.ambient.map(|a| a.texture.is_some()),
         _ => panic!(),
@@ -99,14 +99,13 @@ fn an_ambient_map_counts_unless_it_repeats_the_diffuse_one() {
 }
 
 #[test]
-fn a_material_given_again_counts_as_given_last() {
+fn a_repeated_material_replaces_the_earlier_one() {
     let (m, warnings) = with_mtl("newmtl m\nKd 1 0 0\nd .5\nnewmtl m\nKd 0 1 0\n");
     assert_eq!((m.base_color.factor, m.alpha.factor, warnings.len()), (Rgb::Y, 1.0, 1), "{warnings:?}");
 }
 
-/// Pitfall 32: `#` in names.
 #[test]
-fn names_of_materials_are_found_as_exporters_alter_them() {
+fn material_names_match_as_exporters_alter_them() {
     let obj = |name: &str| format!("{SQUARE}mtllib a.mtl\nusemtl {name}\nf 1 2 3\n");
     let mtl: &[(&str, &[u8])] = &[("a.mtl", b"newmtl m\nKd 0 1 0\nnewmtl m # 2\nKd 0 0 1\n")];
     for (name, color) in
@@ -118,40 +117,40 @@ fn names_of_materials_are_found_as_exporters_alter_them() {
 }
 
 #[test]
-fn materials_without_any_mtl_are_told_once() {
+fn a_missing_mtl_is_reported_once() {
     let (_, warnings) = read(format!("{SQUARE}usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n"), &[]).unwrap();
-    assert_eq!(warnings, ["the file names 2 materials and no MTL: they are shown matte white"]);
+    assert_eq!(warnings, ["the file names 2 materials and no MTL: used matte white instead"]);
 }
 
-/// Files that were renamed together, and files that name none: Blender asks the namesake, too.
+/// Blender reads it too, for renamed files and for files without `mtllib`.
 #[test]
-fn an_mtl_named_as_the_obj_has_what_others_lack() {
+fn an_mtl_with_the_name_of_the_obj_is_the_fallback() {
     let faces = format!("{SQUARE}usemtl m\nf 1 2 3\nusemtl n\nf 1 3 4\n");
     let green: (&str, &[u8]) = ("scene.mtl", b"newmtl m\nKd 0 1 0\nnewmtl n\nKd 0 1 0\nwhat 1\n");
-    for (line, other, told) in [
+    for (line, other, expected) in [
         ("mtllib untitled.mtl\n", "", "MTL 'untitled.mtl' cannot be read"),
-        ("", "", "the file names no MTL: 'scene.mtl'"),
-        ("mtllib a.mtl\n", "newmtl other\n", "'scene.mtl', which is named as the OBJ, is read"),
-        ("mtllib a.mtl\n", "newmtl m\nKd 1 0 0\n", "'scene.mtl', which is named as the OBJ, is read"),
+        ("", "", "the file names no MTL: used 'scene.mtl'"),
+        ("mtllib a.mtl\n", "newmtl other\n", "used 'scene.mtl', which has the name of the OBJ"),
+        ("mtllib a.mtl\n", "newmtl m\nKd 1 0 0\n", "used 'scene.mtl', which has the name of the OBJ"),
     ] {
         let obj = format!("{line}{faces}");
         let (scene, warnings) = read(&obj, &[("a.mtl", other.as_bytes()), green]).unwrap();
         let first = if other.contains("newmtl m") { Rgb::X } else { Rgb::Y };
         let colors: Vec<Rgb> = scene.materials.iter().map(|m| m.base_color.factor).collect();
         assert_eq!(colors, [first, Rgb::Y], "{warnings:?}");
-        assert!(warnings.len() == 2 && warnings.iter().any(|w| w.contains(told)), "{warnings:?}");
-        // One that has none of them is not asked further.
+        assert!(warnings.len() == 2 && warnings.iter().any(|w| w.contains(expected)), "{warnings:?}");
+        // It is ignored if it has none of the materials.
         let (_, warnings) = read(&obj, &[("scene.mtl", b"newmtl strange\nwhat 1\n")]).unwrap();
-        assert!(warnings.len() == 1 && warnings[0].ends_with("matte white"), "{warnings:?}");
+        assert!(warnings.len() == 1 && warnings[0].contains("matte white"), "{warnings:?}");
     }
-    // Where nothing is lacking, it has no say, nor a word.
+    // It is not read if nothing is missing.
     let files: [(&str, &[u8]); 2] = [("a.mtl", b"newmtl m\nnewmtl n\n"), green];
     let (scene, warnings) = read(format!("mtllib a.mtl\n{faces}"), &files).unwrap();
     assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::ONE, "{warnings:?}");
 }
 
 #[test]
-fn decoded_textures_are_limited_by_their_headers_and_their_depth() {
+fn texture_limits_use_the_size_and_bit_depth_of_headers() {
     let mut deep = std::io::Cursor::new(Vec::new());
     let image = image::ImageBuffer::from_pixel(2, 2, image::Rgba([1u16, 2, 3, u16::MAX]));
     image::DynamicImage::ImageRgba16(image).write_to(&mut deep, image::ImageFormat::Png).unwrap();
@@ -171,7 +170,7 @@ fn decoded_textures_are_limited_by_their_headers_and_their_depth() {
     }
 }
 
-/// Pitfall 26 too: textures are relative to their MTL.
+/// Textures are relative to their MTL.
 #[test]
 fn folders_in_another_case_are_found() {
     let mtl: &[u8] = b"newmtl m\nmap_Kd TEXTURES\\Wood\\OAK.png\n";
@@ -181,9 +180,9 @@ fn folders_in_another_case_are_found() {
     assert!(scene.materials[0].base_color.texture.is_some() && warnings.is_empty(), "{warnings:?}");
 }
 
-/// Of an MTL and its texture with their accents apart, as a Mac's archives have them.
+/// macOS archives have names in Unicode normal form D.
 #[test]
-fn names_in_another_normal_form_are_found() {
+fn file_names_match_in_any_unicode_normal_form() {
     let mtl = "newmtl Ka\u{308}se\nmap_Kd Ku\u{308}che/T\u{fc}r.png\n".as_bytes();
     let obj = format!("{SQUARE}mtllib H\u{f6}lle.mtl\nusemtl K\u{e4}se\nf 1/1 2/2 3/3\n");
     let files: [(&str, &[u8]); 2] =
@@ -193,7 +192,7 @@ fn names_in_another_normal_form_are_found() {
 }
 
 #[test]
-fn blender_shows_colours_over_black_where_alpha_is_not_used() {
+fn colours_of_blender_are_multiplied_by_unused_alpha() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let soft = &png([255, 200, 0, 128])[..];
     let grey = include_bytes!("../../../../models/tests/images/grey_alpha.png");
@@ -202,7 +201,7 @@ fn blender_shows_colours_over_black_where_alpha_is_not_used() {
         ("# Blender 5.0.1", "", soft, [128u8, 100, 0, 255]),
         ("# Blender 5.0.1", "map_d t.png", soft, [255, 200, 0, 128]),
         ("# Other", "", soft, [255, 200, 0, 128]),
-        // Of these it takes no notice of alpha.
+        // Blender ignores alpha in these formats.
         ("# Blender 5.0.1", "", grey, [51; 4]),
         ("# Blender 5.0.1", "", webp, [0, 255, 0, 51]),
     ] {
@@ -216,9 +215,9 @@ fn blender_shows_colours_over_black_where_alpha_is_not_used() {
     }
 }
 
-/// Maya writes Kd 0 beside a map_Kd, others the like: it hides no map that is there.
+/// Maya writes Kd 0 next to a map_Kd.
 #[test]
-fn a_factor_of_0_beside_a_map_that_was_read_is_none() {
+fn a_factor_of_zero_next_to_a_map_is_ignored() {
     let of = |mtl: &str| with_mtl(&format!("newmtl m\n{mtl}"));
     let (m, warnings) = of("Kd 0 0 0\nmap_Kd tex/t 1.png\nKe 0 0 0\nmap_Ke tex/t 1.png\n");
     assert_eq!(
@@ -229,20 +228,20 @@ fn a_factor_of_0_beside_a_map_that_was_read_is_none() {
     let (m, warnings) = of("Pm 0\nmap_Pm tex/t 1.png\nPr 0\nmap_Pr tex/t 1.png\n");
     let Reflectance::MetallicRoughness { metallic, roughness, .. } = m.reflectance else { panic!("{m:?}") };
     assert_eq!((metallic.factor, roughness.factor, warnings.len()), (1.0, 1.0, 0), "{warnings:?}");
-    // Without the map it is black, and so is the lecture's product of Ks and its map.
+    // Without the map the factor is used, and it multiplies map_Ks.
     let (m, _) = of("Kd 0 0 0\nmap_Kd gone.png\nKe 0 0 0\nKs 0 0 0\nmap_Ks tex/t 1.png\nNs 9\n");
     let Reflectance::Mtl(mtl) = m.reflectance else { panic!("{m:?}") };
     assert_eq!(
         (m.base_color.factor, m.emission.factor, mtl.specular.factor),
         (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO)
     );
-    // Any other factor counts.
+    // Any other factor is used.
     assert_eq!(of("Kd 0 .5 0\nmap_Kd tex/t 1.png\n").0.base_color.factor, Rgb::new(0.0, 0.5, 0.0));
 }
 
-/// Nor does a `d 0`, or a `Tr 1`, beside a map_d: nothing would be left to see.
+/// With `d 0` or `Tr 1` the surface would be invisible.
 #[test]
-fn a_density_of_0_beside_a_map_that_was_read_is_none() {
+fn an_opacity_of_zero_next_to_a_map_is_ignored() {
     let of = |mtl: &str| {
         let (m, warnings) = with_mtl(mtl);
         (m.alpha.factor, m.alpha.texture.is_some(), m.alpha_mode, warnings.len())
@@ -250,19 +249,19 @@ fn a_density_of_0_beside_a_map_that_was_read_is_none() {
     let blender = "# Blender 5.0.1\nnewmtl m\nillum 9\n";
     for mtl in ["newmtl m\nd 0\n", "newmtl m\nTr 1\n", "newmtl m\nillum 4\nd 0\n", &format!("{blender}d 0\n")]
     {
-        let beside = of(&format!("{mtl}map_d tex/t 1.png\n"));
-        assert_eq!(beside, (1.0, true, AlphaMode::Blend, 0), "{mtl}");
+        let with_map = of(&format!("{mtl}map_d tex/t 1.png\n"));
+        assert_eq!(with_map, (1.0, true, AlphaMode::Blend, 0), "{mtl}");
     }
-    // Any other counts. Without the map it is opaque, and said to be, as is that the map is missing.
+    // Any other value is used. Without the map the material is opaque, with two warnings.
     assert_eq!(of("newmtl m\nd .5\nmap_d tex/t 1.png\n"), (0.5, true, AlphaMode::Blend, 0));
     assert_eq!(of("newmtl m\nd 0\nmap_d gone.png\n"), (1.0, false, AlphaMode::Opaque, 2));
-    // Unless Blender means it.
+    // Blender writes 0 for an invisible material.
     assert_eq!(of(&format!("{blender}d 0\n")), (0.0, false, AlphaMode::Blend, 0));
 }
 
-/// Occlusion, roughness and metal in one picture; a channel of no map is told.
+/// Occlusion, roughness and metallic share an image.
 #[test]
-fn a_map_s_channel_is_the_one_that_counts() {
+fn imfchan_selects_the_channel_of_a_map() {
     let image = png([255, 51, 204, 255]);
     let of = |mtl: &str| {
         let mtl = format!("newmtl m\n{mtl}");
@@ -277,14 +276,14 @@ fn a_map_s_channel_is_the_one_that_counts() {
     assert!(warnings.is_empty(), "{warnings:?}");
     let (m, warnings) = of("map_Kd -imfchan r orm.png\n");
     assert!(m.base_color.texture.is_some());
-    assert_eq!(warnings, ["a.mtl, line 2: map_Kd: -imfchan left out, the texture is used without"]);
+    assert_eq!(warnings, ["a.mtl, line 2: map_Kd: ignored the options -imfchan of the texture"]);
     let (m, warnings) = of("d nan\nmap_d orm.png\n");
     assert_eq!((m.alpha.factor, warnings.len()), (1.0, 1), "{warnings:?}");
 }
 
-/// Leaves: one picture with colours and alpha. Where alpha is 0, its colours have no say.
+/// Leaf textures hold colour and alpha. Texels with alpha 0 do not affect the colour.
 #[test]
-fn a_picture_that_is_its_own_alpha_is_read_as_one() {
+fn map_kd_and_map_d_of_one_image_are_combined() {
     let image = png([255, 200, 0, 128]);
     for (map_d, own) in
         [("map_d t.png", true), ("map_d -imfchan r t.png", false), ("map_d -s 2 2 t.png", false)]
@@ -298,9 +297,9 @@ fn a_picture_that_is_its_own_alpha_is_read_as_one() {
     }
 }
 
-/// Names may be followed by comments, or have number signs.
+/// Names may contain `#`.
 #[test]
-fn comments_behind_names_are_none_of_them() {
+fn comments_after_names_are_ignored() {
     let image = png([9, 9, 9, 255]);
     for (given, asked) in [("m # c", "m"), ("m", "m # c"), ("m # c", "m # c"), ("m #1 # c", "m #1")] {
         let mtl = format!("newmtl {given}\nmap_Kd t.png # c\nnewmtl other\n");
@@ -312,19 +311,18 @@ fn comments_behind_names_are_none_of_them() {
 }
 
 #[test]
-fn the_first_of_a_pictures_tiles_is_shown() {
+fn the_first_udim_tile_is_used() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let mtl: (&str, &[u8]) = ("a.mtl", b"newmtl m\nmap_Kd wood.<UDIM>.png\n");
     let (scene, warnings) = read(&obj, &[mtl, ("wood.1001.png", &png([9, 9, 9, 255]))]).unwrap();
     assert!(scene.materials[0].base_color.texture.is_some());
-    assert_eq!(warnings, ["texture 'wood.<UDIM>.png': of its tiles, 1001 is shown everywhere"]);
+    assert_eq!(warnings, ["texture 'wood.<UDIM>.png': used tile 1001 for all UDIM tiles"]);
     let (_, warnings) = read(&obj, &[mtl]).unwrap();
     assert!(warnings.len() == 1 && warnings[0].contains("'wood.1001.png'"), "{warnings:?}");
 }
 
-/// Pitfall 31.
 #[test]
-fn several_materials_have_their_own_textures_and_some_none() {
+fn each_material_has_its_own_textures() {
     let obj = format!(
         "{SQUARE}mtllib a.mtl\nmtllib b.mtl\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 3/3 4/4\nusemtl c\nf 1/1 2/2 4/4\n"
     );
@@ -343,7 +341,7 @@ fn several_materials_have_their_own_textures_and_some_none() {
 }
 
 #[test]
-fn paths_of_another_machine_fall_back_and_paths_outside_name_the_flag() {
+fn warnings_about_paths_outside_the_folder_name_the_flag() {
     let (_, warnings) = with_mtl("newmtl m\nmap_Kd ../../else/where.png\n");
     assert!(warnings.len() == 1 && warnings[0].contains("--allow-outside"), "{warnings:?}");
     let (_, warnings) = with_mtl("newmtl m\nmap_Kd /home/else/where.png\n");

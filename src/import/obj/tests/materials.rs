@@ -5,7 +5,7 @@ use crate::geometry::Rgb;
 use crate::scene::{AlphaMode, Reflectance};
 
 #[test]
-fn mtl_statements_are_the_lectures_coefficients() {
+fn mtl_statements_become_the_lectures_coefficients() {
     let (m, warnings) =
         with_mtl("newmtl m\nKa .1 .2 .3\nKd .4 .5 .6\nKs .7 .8 .9\nKe 1 0 0\nNs 37\nillum 2\n");
     assert!(warnings.is_empty(), "{warnings:?}");
@@ -19,9 +19,8 @@ fn mtl_statements_are_the_lectures_coefficients() {
     assert!(m.double_sided);
 }
 
-/// Pitfall 37.
 #[test]
-fn illum_and_ns_decide_whether_there_is_a_highlight() {
+fn illum_and_ns_enable_the_specular_term() {
     let specular = |mtl: &str| match with_mtl(&format!("newmtl m\nKs 1 1 1\n{mtl}")).0.reflectance {
         Reflectance::Mtl(mtl) => mtl.specular.factor.x,
         _ => -1.0,
@@ -38,7 +37,7 @@ fn illum_and_ns_decide_whether_there_is_a_highlight() {
 }
 
 #[test]
-fn blenders_and_physical_mtls_take_the_physical_mapping() {
+fn blender_and_pbr_materials_use_metallic_roughness() {
     let of = |mtl: &str| match with_mtl(mtl).0.reflectance {
         Reflectance::MetallicRoughness { metallic, roughness, .. } => (metallic.factor, roughness.factor),
         other => panic!("{other:?}"),
@@ -50,9 +49,8 @@ fn blenders_and_physical_mtls_take_the_physical_mapping() {
     assert_eq!(of("newmtl m\nPr .25\nPm .75\n"), (0.75, 0.25));
 }
 
-/// Pitfall 30.
 #[test]
-fn transparency_by_d_or_tr() {
+fn opacity_comes_from_d_or_tr() {
     let alpha = |mtl: &str| {
         let (m, warnings) = with_mtl(&format!("newmtl m\n{mtl}"));
         (m.alpha.factor, m.alpha_mode, warnings.len())
@@ -61,16 +59,16 @@ fn transparency_by_d_or_tr() {
     assert_eq!(alpha("Tr .25\n"), (0.75, AlphaMode::Blend, 0));
     assert_eq!(alpha("d .5\nTr .25\n"), (0.75, AlphaMode::Blend, 1));
     assert_eq!(alpha("d 1\n"), (1.0, AlphaMode::Opaque, 0));
-    for unseen in ["d 0\n", "Tr 1\n", "Tr 1\nillum 4\n", "d 0\nillum 9\n"] {
-        assert_eq!(alpha(unseen), (1.0, AlphaMode::Opaque, 1), "{unseen}");
+    for transparent in ["d 0\n", "Tr 1\n", "Tr 1\nillum 4\n", "d 0\nillum 9\n"] {
+        assert_eq!(alpha(transparent), (1.0, AlphaMode::Opaque, 1), "{transparent}");
     }
     let (by_blender, _) = with_mtl("# Blender 5.0.1 MTL File\nnewmtl m\nd 0\nillum 9\n");
     assert_eq!(by_blender.alpha.factor, 0.0);
 }
 
-/// Pitfalls 27 and 28: names of other systems and machines, and blanks behind names.
+/// Names from other systems and machines, and names followed by blanks.
 #[test]
-fn textures_are_found_however_they_are_named() {
+fn textures_are_found_by_names_in_all_notations() {
     for name in [
         "tex/t 1.png",
         "tex\\t 1.png",
@@ -96,16 +94,15 @@ fn textures_are_found_however_they_are_named() {
     }
 }
 
-/// Pitfall 33.
 #[test]
-fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
+fn missing_files_cause_a_warning_each_and_the_scene_loads() {
     let (m, warnings) = with_mtl("newmtl m\nKd .5 .5 .5\nmap_Kd nowhere.png\n");
     assert!(
         m.base_color.texture.is_none() && warnings.len() == 1 && warnings[0].contains("nowhere.png"),
         "{warnings:?}"
     );
     let (_, warnings) = with_mtl("newmtl m\nbump nowhere.png\n");
-    assert!(warnings.len() == 1 && warnings[0].ends_with("; shown without it"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].ends_with("; ignored the map"), "{warnings:?}");
     let obj = format!("{SQUARE}mtllib gone.mtl\nusemtl m\nf 1 2 3\n");
     let (scene, warnings) = read(&obj, &[]).unwrap();
     assert!(warnings.len() == 1 && warnings[0].contains("gone.mtl"), "{warnings:?}");
@@ -117,9 +114,9 @@ fn what_is_missing_costs_a_warning_each_and_the_scene_comes() {
     assert!(warnings[0].contains("--allow-outside"), "{warnings:?}");
 }
 
-/// Pitfall 25; libraries.rs has the rest.
+/// `material_libraries.rs` tests more cases.
 #[test]
-fn libraries_with_spaces_are_one_name_first_and_several_then() {
+fn mtllib_with_spaces_is_one_name_first_and_several_then() {
     let obj = format!("{SQUARE}mtllib my lib.mtl\nusemtl a b\nf 1 2 3\n");
     let (scene, warnings) = read(&obj, &[("my lib.mtl", b"newmtl a b\nKd 0 1 0\n")]).unwrap();
     assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::Y, "{warnings:?}");
@@ -129,7 +126,7 @@ fn libraries_with_spaces_are_one_name_first_and_several_then() {
 }
 
 #[test]
-fn bump_maps_that_are_normal_maps_are_shown() {
+fn bump_maps_with_normals_are_used_as_normal_maps() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1/1 2/2/1 3/3/1\n");
     let mtl: (&str, &[u8]) = ("a.mtl", b"newmtl m\nmap_Bump -bm 0.5 n.png\n");
     let (scene, warnings) = read(&obj, &[mtl, ("n.png", &png([128, 128, 255, 255]))]).unwrap();
@@ -139,11 +136,11 @@ fn bump_maps_that_are_normal_maps_are_shown() {
     assert!(scene.materials[0].normal.is_none() && warnings.len() == 1);
 }
 
-/// Atlases of normals, baked on black or on nothing; Blender's own files have no heights.
+/// Atlases are baked on black or transparent background. Blender writes no heights.
 #[test]
-fn a_background_makes_no_heights_of_normals() {
+fn normal_maps_are_detected_despite_their_background() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1/1 2/2/1 3/3/1\n");
-    let shown = |head: &str, background: [u8; 4], normal: [u8; 4]| {
+    let is_used = |head: &str, background: [u8; 4], normal: [u8; 4]| {
         let mut image = image::RgbaImage::from_pixel(4, 4, image::Rgba(background));
         image.put_pixel(0, 0, image::Rgba(normal));
         let mut bytes = std::io::Cursor::new(Vec::new());
@@ -152,19 +149,19 @@ fn a_background_makes_no_heights_of_normals() {
         let files: [(&str, &[u8]); 2] = [("a.mtl", mtl.as_bytes()), ("n.png", &bytes.into_inner())];
         read(&obj, &files).unwrap().0.materials[0].normal.is_some()
     };
-    let (blue, grey) = ([128, 128, 255, 255], [128, 128, 128, 255]);
-    assert!(shown("# Other", [0, 0, 0, 255], blue) && shown("# Other", [90, 90, 90, 0], blue));
-    // Games keep other things in alpha.
-    assert!(shown("# Other", [128, 128, 255, 0], [128, 128, 255, 0]));
-    assert!(!shown("# Other", [0, 0, 0, 255], grey) && !shown("# Other", [0; 4], [0; 4]));
-    assert!(shown("# Blender 5.0.1 MTL File", [90, 90, 90, 255], blue));
-    // Before, there may have been heights.
-    assert!(!shown("# Blender MTL File: 'x.blend'", [90, 90, 90, 255], grey));
+    let blue = [128, 128, 255, 255];
+    let grey = [128, 128, 128, 255];
+    assert!(is_used("# Other", [0, 0, 0, 255], blue) && is_used("# Other", [90, 90, 90, 0], blue));
+    // Games store other data in alpha.
+    assert!(is_used("# Other", [128, 128, 255, 0], [128, 128, 255, 0]));
+    assert!(!is_used("# Other", [0, 0, 0, 255], grey) && !is_used("# Other", [0; 4], [0; 4]));
+    assert!(is_used("# Blender 5.0.1 MTL File", [90, 90, 90, 255], blue));
+    // Blender's old exporter may have written heights.
+    assert!(!is_used("# Blender MTL File: 'x.blend'", [90, 90, 90, 255], grey));
 }
 
-/// Pitfall 32.
 #[test]
-fn an_empty_material_name_is_a_name_where_the_mtl_has_it() {
+fn an_empty_material_name_is_looked_up() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl \nf 1 2 3\n");
     let (scene, warnings) = read(&obj, &[("a.mtl", b"newmtl \nKd 0 1 0\n")]).unwrap();
     assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::Y, "{warnings:?}");

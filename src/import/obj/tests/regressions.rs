@@ -1,4 +1,4 @@
-//! Geometry and text of OBJ scenes: one test for each defect that was fixed.
+//! Regression tests of OBJ geometry and text.
 
 use std::fs;
 
@@ -7,24 +7,24 @@ use crate::import::{LoadError, LoadOptions, NormalMode, load};
 use glam::Vec3;
 
 #[test]
-fn bare_faces_are_counted_and_the_rest_comes() {
+fn faces_without_corners_are_counted() {
     let (scene, warnings) = read(format!("{SQUARE}f\nf 1\nf 1 2 3\n"), &[]).unwrap();
     assert_eq!(scene.meshes[0].triangles.len(), 1);
-    assert_eq!(warnings, ["2 faces with fewer than three vertices left out"]);
+    assert_eq!(warnings, ["ignored 2 faces with fewer than three vertices"]);
 }
 
 #[test]
-fn vertices_that_are_no_numbers_are_kept_for_the_cleaner() {
-    for odd in ["nan", "-nan(ind)", "1.#QNAN", "-1.#IND", "inf", "1e999"] {
-        let (scene, _) = read(format!("{SQUARE}v {odd} 0 0\nf 1 2 3\nf 1 2 5\n"), &[]).unwrap();
-        assert_eq!(scene.meshes[0].triangles.len(), 2, "{odd}");
-        assert!(!scene.meshes[0].positions[3].is_finite(), "{odd}");
+fn non_finite_vertices_are_kept() {
+    for number in ["nan", "-nan(ind)", "1.#QNAN", "-1.#IND", "inf", "1e999"] {
+        let (scene, _) = read(format!("{SQUARE}v {number} 0 0\nf 1 2 3\nf 1 2 5\n"), &[]).unwrap();
+        assert_eq!(scene.meshes[0].triangles.len(), 2, "{number}");
+        assert!(!scene.meshes[0].positions[3].is_finite(), "{number}");
     }
 }
 
 #[test]
-fn normals_of_no_length_give_way_to_the_faces_own() {
-    // A vn of zero, one that is no number, and a smoothing group whose faces cancel.
+fn zero_normals_are_replaced_by_face_normals() {
+    // A zero vn, a NaN vn, and a smoothing group whose faces cancel.
     for vn in ["0 0 0", "nan 0 0"] {
         let scene = scene(&format!("{SQUARE}vn {vn}\nf 1//1 2//2 3//1\n"));
         assert_eq!(scene.meshes[0].normals, [Vec3::Z; 3], "{vn}");
@@ -38,7 +38,7 @@ fn normals_of_no_length_give_way_to_the_faces_own() {
 }
 
 #[test]
-fn a_smoothing_group_for_each_face_is_still_one_mesh() {
+fn smoothing_groups_do_not_split_meshes() {
     let mut obj = String::new();
     for i in 0..300 {
         obj += &format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1\ns {}\nf -3 -2 -1\n", i + 1);
@@ -48,7 +48,7 @@ fn a_smoothing_group_for_each_face_is_still_one_mesh() {
 }
 
 #[test]
-fn instances_are_limited_before_they_are_made() {
+fn the_instance_limit_is_checked_before_allocation() {
     let obj: String = (0..10).map(|i| format!("o {i}\nf 1 2 3\n")).collect();
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.obj");
@@ -63,20 +63,20 @@ fn instances_are_limited_before_they_are_made() {
 }
 
 #[test]
-fn places_are_those_of_the_original_file() {
-    for (obj, says) in [
+fn locations_are_those_of_the_original_file() {
+    for (obj, expected) in [
         ("v 0 0 0\nf 1 1 \\\n  9 1\n", "line 3, column 3, at '9'"),
         ("v 0 0 0\r\n\tf 1 é 1\r\n", "line 2, column 6, at 'é'"),
         ("v 0 0 0\rf 1 1 9\r", "line 2, column 7, at '9'"),
         ("\u{feff}v 0 0 x\n", "line 1, column 7, at 'x'"),
     ] {
-        let told = error(obj);
-        assert!(told.contains(says), "{obj:?} told: {told}");
+        let error = error(obj);
+        assert!(error.contains(expected), "{obj:?}: {error}");
     }
 }
 
 #[test]
-fn text_of_every_encoding_and_line_end_is_the_same_scene() {
+fn encodings_and_line_ends_do_not_change_the_scene() {
     let text = format!("# Maker 1.0\n{SQUARE}o caf\u{e9}\nf 1 2 3\nf 1 3 4");
     let utf16 = |to: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(to).collect::<Vec<u8>>();
     let latin: Vec<u8> = text.chars().map(|c| c as u8).collect();
@@ -91,15 +91,15 @@ fn text_of_every_encoding_and_line_end_is_the_same_scene() {
         ([b"\xff\xfe".to_vec(), utf16(u16::to_le_bytes)].concat(), 0),
         (latin, 1),
     ];
-    for (bytes, told) in forms {
+    for (bytes, warning_count) in forms {
         let (scene, warnings) = read(&bytes, &[]).unwrap();
         assert_eq!((scene.objects, scene.meshes[0].triangles.len()), (vec!["café".to_string()], 2));
-        assert_eq!((scene.source.generator.as_str(), warnings.len()), ("Maker 1.0", told));
+        assert_eq!((scene.source.generator.as_str(), warnings.len()), ("Maker 1.0", warning_count));
     }
 }
 
 #[test]
-fn polypaint_of_zbrush_is_read() {
+fn zbrush_polypaint_is_read() {
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n#MRGB ffff0000ff00ff00\n#MRGB ff0000ff\nf 1 2 3\n";
     let scene = scene(obj);
     let red_green_blue = [Vec3::X, Vec3::Y, Vec3::Z].map(|c| c.extend(1.0));
@@ -107,27 +107,28 @@ fn polypaint_of_zbrush_is_read() {
 }
 
 #[test]
-fn blenders_vertex_colours_are_srgb_and_no_part_of_its_materials() {
+fn vertex_colours_of_blender_are_srgb_and_unused_by_its_materials() {
     let obj = "# Blender 5.0.1\nmtllib a.mtl\nv 0 0 0 .7353569 0 0\nv 1 0 0 1 1 1\nv 0 1 0 0 0 0\nf 1 2 3\nusemtl m\nf 1 2 3\n";
     let (scene, warnings) = read(obj, &[("a.mtl", b"# Blender 5.0.1 MTL File\nnewmtl m\n")]).unwrap();
     assert!((scene.meshes[0].colors[0].x - 0.5).abs() < 1e-5);
     assert!(scene.meshes[1].colors.is_empty() && warnings.len() == 1, "{warnings:?}");
-    // Others' colours count beside materials.
+    // Colours of other exporters are used with materials.
     let (scene, _) = read(&obj[16..], &[("a.mtl", b"newmtl m\n")]).unwrap();
     assert!(scene.meshes[1].colors[0].x > 0.49);
 }
 
-/// assimp writes colours behind all vertices of a file as soon as one mesh has some.
+/// assimp writes colours for all vertices of a file if one mesh has some.
 #[test]
-fn meshes_that_are_black_beside_painted_ones_have_no_colours() {
+fn black_colours_are_ignored_if_other_meshes_have_colours() {
     let vertices = |color: &str| format!("v 0 0 0 {color}\nv 1 0 0 {color}\nv 0 1 0 {color}\n");
     let faces = "g a\nf 1 2 3\ng b\nf 4 5 6\ng c\nf 3 4 6\n";
     let (scene, warnings) = read(vertices("1 .5 0") + &vertices("0 0 0") + faces, &[]).unwrap();
     let has: Vec<bool> = scene.meshes.iter().map(|m| !m.colors.is_empty()).collect();
     assert_eq!(has, [true, false, true]);
-    let said = "1 meshes whose vertex colours are all 0 0 0, beside others with colours: shown without them";
-    assert_eq!(warnings, [said]);
-    // Where all is black that has a colour, it is meant.
+    let message =
+        "ignored the vertex colours of 1 meshes: they are all 0 0 0 while other meshes have colours";
+    assert_eq!(warnings, [message]);
+    // If all colours are black, they are used.
     for others in ["0 0 0", ""] {
         let (scene, warnings) = read(vertices(others) + &vertices("0 0 0") + faces, &[]).unwrap();
         assert!(scene.meshes[1].colors[0].x == 0.0 && warnings.is_empty(), "{warnings:?}");
@@ -135,7 +136,7 @@ fn meshes_that_are_black_beside_painted_ones_have_no_colours() {
 }
 
 #[test]
-fn smoothing_by_angle_is_for_all_faces_whatever_the_file_says() {
+fn the_crease_angle_overrides_smoothing_groups_and_normals() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.obj");
     let roof = "v 0 0 1\nv 0 0 -1\nv -1 -1 1\nv -1 -1 -1\nv 1 -1 1\nv 1 -1 -1\nvn 1 0 0\n";
@@ -153,7 +154,7 @@ fn smoothing_by_angle_is_for_all_faces_whatever_the_file_says() {
 }
 
 #[test]
-fn normal_maps_on_flat_faces_have_their_frames() {
+fn normal_maps_on_flat_faces_have_tangents() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let files: [(&str, &[u8]); 2] =
         [("a.mtl", b"newmtl m\nnorm n.png\n"), ("n.png", &png([128, 128, 255, 255]))];

@@ -1,0 +1,246 @@
+//! Assembles the chunks of a file: makes indices absolute, applies statements to faces, triangulates polygons.
+
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::chunk::{Chunk, Corner, NO_COLOR, Statement, VertexFormat};
+use super::polygon::{Triangulator, WORK_BUDGET, spend_work};
+use super::segment::{Segment, SegmentKey};
+use super::smoothing::add_smooth_normals;
+
+/// The geometry and statements of an OBJ file.
+#[derive(Debug, Default)]
+pub(super) struct ObjGeometry {
+    pub positions: Vec<Vec3>,
+    /// Vertex colours as written. Empty if no vertex has a colour; [`NO_COLOR`] for a vertex without one.
+    pub colors: Vec<Vec4>,
+    pub uvs: Vec<[f32; 2]>,
+    pub normals: Vec<Vec3>,
+    /// Triangles as consecutive triples of corners, a list per chunk.
+    pub triangles: Vec<Vec<Corner>>,
+    pub segments: Vec<Segment>,
+    pub objects: Vec<String>,
+    pub materials: Vec<String>,
+    /// The rest of each `mtllib` line.
+    pub libraries: Vec<String>,
+    pub lines_and_points: u64,
+    /// Number of faces with fewer than three corners.
+    pub degenerate: u64,
+    /// Number of concave polygons too large for ear clipping.
+    pub too_large: u64,
+    /// Number of self-intersecting polygons too large for ear clipping.
+    pub self_intersecting: u64,
+}
+
+impl ObjGeometry {
+    /// Assembles the chunks of a file. Returns `None` if an index is out of range.
+    pub fn assemble(mut chunks: Vec<Chunk>) -> Option<ObjGeometry> {
+        let count = |b: &Chunk| [b.positions.len(), b.uvs.len(), b.normals.len()];
+        let mut before = Vec::with_capacity(chunks.len());
+        let mut totals = [0; 3];
+        for chunk in &chunks {
+            before.push(totals);
+            (0..3).for_each(|k| totals[k] += count(chunk)[k]);
+        }
+        let resolve = |(chunk, before): (&mut Chunk, &[usize; 3])| chunk.resolve_indices(*before, totals);
+        if !chunks.par_iter_mut().zip(&before).all(resolve) {
+            return None;
+        }
+        let mut out = ObjGeometry {
+            lines_and_points: chunks.iter().map(|b| b.lines_and_points).sum(),
+            degenerate: chunks.iter().map(|b| b.degenerate).sum(),
+            ..Default::default()
+        };
+        let mut state = StatementState { objects_from_o: has_o_statements(&chunks), ..Default::default() };
+        for (i, chunk) in chunks.iter().enumerate() {
+            state.apply_chunk(i, chunk, &mut out);
+        }
+        out.positions = concat_lists(&mut chunks, |b| std::mem::take(&mut b.positions));
+        out.uvs = concat_lists(&mut chunks, |b| std::mem::take(&mut b.uvs));
+        out.normals = concat_lists(&mut chunks, |b| std::mem::take(&mut b.normals));
+        if chunks.iter().any(|b| !b.colors.is_empty()) {
+            for (chunk, before) in chunks.iter_mut().zip(&before) {
+                out.colors.resize(before[0], NO_COLOR);
+                out.colors.append(&mut chunk.colors);
+            }
+            out.colors.resize(out.positions.len(), NO_COLOR);
+        }
+        add_smooth_normals(&mut chunks, &out.segments, &out.positions, &mut out.normals);
+        out.triangulate(chunks);
+        Some(out)
+    }
+
+    /// Triangulates the faces of each chunk in parallel.
+    fn triangulate(&mut self, chunks: Vec<Chunk>) {
+        let mut segments: Vec<Vec<&mut Segment>> = Vec::new();
+        segments.resize_with(chunks.len(), Vec::new);
+        for segment in &mut self.segments {
+            segments[segment.chunk].push(segment);
+        }
+        let positions = &self.positions;
+        // The budget at the start of each chunk: the result does not depend on where chunks begin.
+        let mut budget = WORK_BUDGET;
+        let budgets: Vec<u64> = chunks
+            .iter()
+            .map(|chunk| {
+                let at_start = budget;
+                chunk.arities.iter().for_each(|&arity| _ = spend_work(&mut budget, arity as usize));
+                at_start
+            })
+            .collect();
+        let triangulated: Vec<TriangulatedChunk> = chunks
+            .into_par_iter()
+            .zip(segments)
+            .zip(budgets)
+            .map(|((chunk, segments), budget)| triangulate_chunk(chunk, segments, positions, budget))
+            .collect();
+        for chunk in triangulated {
+            self.triangles.push(chunk.triangles);
+            self.too_large += chunk.too_large;
+            self.self_intersecting += chunk.self_intersecting;
+        }
+    }
+
+    /// Returns the triangles of a segment.
+    pub fn triangles_of(&self, segment: &Segment) -> &[[Corner; 3]] {
+        &self.triangles[segment.chunk].as_chunks::<3>().0[segment.range.clone()]
+    }
+}
+
+/// The triangles of one chunk, and the polygons that were cut as fans.
+#[derive(Default)]
+struct TriangulatedChunk {
+    triangles: Vec<Corner>,
+    too_large: u64,
+    self_intersecting: u64,
+}
+
+/// Triangulates a chunk and makes the ranges of its segments count triangles. `budget` is what is left of
+/// [`WORK_BUDGET`].
+fn triangulate_chunk(
+    chunk: Chunk,
+    segments: Vec<&mut Segment>,
+    positions: &[Vec3],
+    budget: u64,
+) -> TriangulatedChunk {
+    if chunk.arities.is_empty() {
+        return TriangulatedChunk { triangles: chunk.corners, ..Default::default() };
+    }
+    let mut triangulator = Triangulator::with_budget(budget);
+    let mut triangles = Vec::with_capacity(3 * chunk.triangle_count());
+    let mut start = 0;
+    for segment in segments {
+        let first = triangles.len() / 3;
+        for &arity in &chunk.arities[segment.range.clone()] {
+            let corners = &chunk.corners[start..start + arity as usize];
+            start += arity as usize;
+            if let [_, _, _] = corners {
+                triangles.extend_from_slice(corners);
+            } else {
+                let polygon = corners.iter().map(|c| positions[c.v as usize]);
+                triangles.extend(triangulator.triangulate(polygon).map(|i| corners[i]));
+            }
+        }
+        segment.range = first..triangles.len() / 3;
+    }
+    TriangulatedChunk {
+        triangles,
+        too_large: triangulator.too_large,
+        self_intersecting: triangulator.self_intersecting,
+    }
+}
+
+/// Concatenates one list of every chunk, without a copy if there is only one chunk.
+fn concat_lists<T: Copy>(chunks: &mut [Chunk], mut list: impl FnMut(&mut Chunk) -> Vec<T>) -> Vec<T> {
+    let lists: Vec<Vec<T>> = chunks.iter_mut().map(&mut list).collect();
+    match <[Vec<T>; 1]>::try_from(lists) {
+        Ok([only]) => only,
+        Err(lists) => lists.concat(),
+    }
+}
+
+fn has_o_statements(chunks: &[Chunk]) -> bool {
+    let is_object = |s: &Statement| matches!(s, Statement::Object(_));
+    chunks.iter().any(|chunk| chunk.statements.iter().any(|s| is_object(&s.statement)))
+}
+
+/// The state set by the statements so far.
+#[derive(Default)]
+struct StatementState {
+    /// True if `o` starts objects and `g` is ignored. Without any `o`, `g` starts them.
+    objects_from_o: bool,
+    group_of: HashMap<String, u32>,
+    material_of: HashMap<String, u32>,
+    known_libraries: HashSet<String>,
+    object: Option<u32>,
+    smoothing: u32,
+    material: Option<u32>,
+    format: VertexFormat,
+}
+
+impl StatementState {
+    /// Adds the faces of a chunk as segments and applies its statements in order.
+    fn apply_chunk(&mut self, index: usize, chunk: &Chunk, out: &mut ObjGeometry) {
+        let mut start = 0;
+        for at in &chunk.statements {
+            self.add_faces(index, start..at.face, out);
+            start = at.face;
+            self.apply(&at.statement, out);
+        }
+        self.add_faces(index, start..chunk.faces, out);
+    }
+
+    /// Adds faces with the current state, to the last segment if it has the same state.
+    fn add_faces(&mut self, chunk: usize, range: Range<usize>, out: &mut ObjGeometry) {
+        if range.is_empty() {
+            return;
+        }
+        let object = *self.object.get_or_insert_with(|| new_object(out, "default"));
+        let smoothing = if self.format.normal { 0 } else { self.smoothing };
+        let key = SegmentKey { object, smoothing, material: self.material, format: self.format };
+        match out.segments.last_mut() {
+            Some(last) if last.key == key && last.chunk == chunk => last.range.end = range.end,
+            _ => out.segments.push(Segment { key, chunk, range }),
+        }
+    }
+
+    fn apply(&mut self, statement: &Statement, out: &mut ObjGeometry) {
+        match statement {
+            Statement::Object(name) => self.object = Some(new_object(out, name)),
+            Statement::Group(_) if self.objects_from_o => {}
+            Statement::Group(name) => {
+                // A group that occurs again is the same object.
+                let known = self.group_of.get(name).copied();
+                self.object = Some(known.unwrap_or_else(|| {
+                    let new = new_object(out, name);
+                    self.group_of.insert(name.to_string(), new);
+                    new
+                }));
+            }
+            Statement::Smoothing(group) => self.smoothing = *group,
+            Statement::Material(name) => {
+                let known = self.material_of.get(name).copied();
+                self.material = Some(known.unwrap_or_else(|| {
+                    let new = out.materials.len() as u32;
+                    out.materials.push(name.to_string());
+                    self.material_of.insert(name.to_string(), new);
+                    new
+                }));
+            }
+            Statement::Library(name) => {
+                if !name.is_empty() && self.known_libraries.insert(name.to_string()) {
+                    out.libraries.push(name.to_string());
+                }
+            }
+            Statement::VertexFormat(format) => self.format = *format,
+        }
+    }
+}
+
+fn new_object(out: &mut ObjGeometry, name: &str) -> u32 {
+    out.objects.push(name.to_string());
+    out.objects.len() as u32 - 1
+}
