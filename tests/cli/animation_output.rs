@@ -18,8 +18,8 @@ fn all_frames_become_one_file() {
     let turn = format!("turntable {scene} {SMALL} --count 5 --start 20 -q");
     runs(&at, &format!("{turn} -o frames/####.png"));
     for ending in ENDINGS {
-        let told = runs(&at, &format!("{turn} --fps 12 --loop once -o one/spin.{ending}"));
-        assert_eq!(told, "");
+        let messages = runs(&at, &format!("{turn} --fps 12 --loop once -o one/spin.{ending}"));
+        assert_eq!(messages, "");
         runs(&at, &format!("assemble frames --fps 12 --loop once -q -o two/spin.{ending}"));
     }
     let one = files(&at.join("one"));
@@ -85,8 +85,11 @@ fn each_scene_has_a_moving_picture_of_its_own() {
     let line = format!("turntable {a} {b} {SMALL} --count 2");
     let dry = blinn(&at, &format!("{line} -o out/{{stem}}.gif --dry-run"));
     assert_eq!(String::from_utf8(dry.stdout).unwrap(), "out/cornell.gif\nout/figure.gif\n");
-    let told = runs(&at, &format!("{line} -o out/{{stem}}.gif --report out/r.html"));
-    assert!(told.ends_with("wrote out/cornell.gif\nwrote out/figure.gif\nwrote out/r.html\n"), "{told}");
+    let messages = runs(&at, &format!("{line} -o out/{{stem}}.gif --report out/r.html"));
+    assert!(
+        messages.ends_with("wrote out/cornell.gif\nwrote out/figure.gif\nwrote out/r.html\n"),
+        "{messages}"
+    );
     let page = fs::read_to_string(at.join("out/r.html")).unwrap();
     assert_eq!(page.matches("<figure>").count(), 2);
     assert!(page.contains("href=\"figure.gif\""));
@@ -109,7 +112,7 @@ fn what_makes_no_moving_picture_is_refused_with_the_way_to_it() {
     for ending in ENDINGS {
         refused(&at, &format!("render {scene} -o a.{ending}"), "add --frames, take blinn turntable");
     }
-    for (flags, says) in [
+    for (flags, message) in [
         ("-o a.gif --only 1-3", "--only leaves frames out: render frames"),
         ("-o a.mp4 --chunk 1/2", "then take blinn assemble"),
         ("-o a.apng --resume", "--resume keeps finished frames"),
@@ -133,7 +136,7 @@ fn what_makes_no_moving_picture_is_refused_with_the_way_to_it() {
         ("-o a.mp4 --size 64x64 --crop 0,0,8,8", "at least 16 a side, not 8x8"),
         ("-o a.gif --loop twice", "forever, once"),
     ] {
-        refused(&at, &format!("turntable {scene} {flags}"), says);
+        refused(&at, &format!("turntable {scene} {flags}"), message);
     }
     refused(&at, &format!("render {scene} --frames 1-4 --chunk 1/2 -o a.gif"), "--chunk leaves frames out");
     refused(&at, &format!("render {scene} --loop once"), "--loop is of moving pictures");
@@ -153,13 +156,13 @@ fn what_the_format_cannot_hold_is_one_line() {
     let camera = nodes.len() - 1;
     wide["scenes"][0]["nodes"].as_array_mut().unwrap().push(camera.into());
     fs::write(at.join("wide.gltf"), wide.to_string()).unwrap();
-    for (command, says) in
+    for (command, message) in
         [("", "a.mp4 cannot be written: an MP4 has"), ("job slurm ", "-o a.mp4: an MP4 has")]
     {
         let output = blinn(&at, &format!("{command}turntable wide.gltf -s 1 --count 2 -o a.mp4"));
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{told}");
-        assert!(told.lines().count() == 1 && told.contains(says), "{told}");
+        let messages = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{messages}");
+        assert!(messages.lines().count() == 1 && messages.contains(message), "{messages}");
         assert!(output.stdout.is_empty());
     }
     fs::remove_file(at.join("wide.gltf")).unwrap();
@@ -187,8 +190,8 @@ fn a_moving_picture_is_whole_or_not_there() {
             .stderr(std::process::Stdio::piped())
             .spawn()
             .unwrap();
-        let told = std::io::BufReader::new(child.stderr.as_mut().unwrap());
-        assert!(told.lines().any(|line| line.unwrap().contains('%')), "it ended");
+        let messages = std::io::BufReader::new(child.stderr.as_mut().unwrap());
+        assert!(messages.lines().any(|line| line.unwrap().contains('%')), "it ended");
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let status = child.wait().unwrap();
         assert_eq!((status.code(), status.signal()), (code, died));
@@ -198,8 +201,8 @@ fn a_moving_picture_is_whole_or_not_there() {
     let program = env!("CARGO_BIN_EXE_blinn");
     let line = format!("ulimit -f 4; exec '{program}' turntable '{scene}' --size 320x180 -s 1 -o a.apng");
     let output = Command::new("bash").args(["-c", &line]).current_dir(&at).output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.lines().count() == 1 && told.contains("a.apng cannot be written"), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert!(messages.lines().count() == 1 && messages.contains("a.apng cannot be written"), "{messages}");
     assert!(names(&at).is_empty());
 }

@@ -19,7 +19,7 @@ fn assemble(folder: &Path, words: &str) -> Output {
 }
 
 #[track_caller]
-fn told(output: &Output, code: i32, text: &str) {
+fn expect_line(output: &Output, code: i32, text: &str) {
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{error}");
     assert!(error.contains(text) && error.lines().count() == 1, "{error}");
@@ -56,7 +56,7 @@ fn missing_numbers_are_a_warning_and_an_error_when_that_is_asked_for() {
     let error = String::from_utf8_lossy(&out.stderr);
     assert_eq!(error, "warning: a.apng: missing frames: 3 to 8\nwrote a.apng\n");
     assert_eq!(out.status.code(), Some(0));
-    told(&assemble(folder.path(), "f -o b.apng --strict"), 1, "missing frames: 3 to 8");
+    expect_line(&assemble(folder.path(), "f -o b.apng --strict"), 1, "missing frames: 3 to 8");
     assert!(!folder.path().join("b.apng").exists());
 }
 
@@ -72,7 +72,7 @@ fn what_is_written_is_no_frame() {
     let once = std::fs::read(folder.path().join("f/all.webp")).unwrap();
     assert_eq!(assemble(folder.path(), line).status.code(), Some(0));
     assert!(std::fs::read(folder.path().join("f/all.webp")).unwrap() == once);
-    told(&assemble(folder.path(), "f/all.webp -o f/all.webp"), 1, "there are no frames");
+    expect_line(&assemble(folder.path(), "f/all.webp -o f/all.webp"), 1, "there are no frames");
 }
 
 #[test]
@@ -87,9 +87,9 @@ fn a_frame_that_is_cut_off_is_an_error() {
         assert_eq!(assemble(folder.path(), &line).status.code(), Some(0), "{ending}");
         let bytes = std::fs::read(&file).unwrap();
         std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
-        told(&assemble(folder.path(), &line), 1, &format!("cut.{ending} cannot be read as a frame"));
+        expect_line(&assemble(folder.path(), &line), 1, &format!("cut.{ending} cannot be read as a frame"));
         std::fs::write(&file, "").unwrap();
-        told(
+        expect_line(
             &assemble(folder.path(), &line),
             1,
             &format!("cut.{ending} cannot be read as a frame: the file is empty"),
@@ -101,11 +101,11 @@ fn a_frame_that_is_cut_off_is_an_error() {
     bytes[20] ^= 0xff;
     std::fs::write(&file, bytes).unwrap();
     let output = assemble(folder.path(), "damaged.png -o a.gif -q");
-    told(&output, 1, "damaged.png cannot be read as a frame: ");
+    expect_line(&output, 1, "damaged.png cannot be read as a frame: ");
     let error = String::from_utf8(output.stderr).unwrap();
     let mut parts: Vec<&str> = error.trim().split(": ").collect();
     parts.sort_unstable();
-    assert!(parts.windows(2).all(|two| two[0] != two[1]), "nothing is said twice: {error}");
+    assert!(parts.windows(2).all(|two| two[0] != two[1]), "no part is repeated: {error}");
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn every_ending_makes_a_file_and_alpha_needs_a_background_where_there_is_none() 
         assert_eq!(out.status.code(), Some(0), "{name}");
         assert!(folder.path().join(name).metadata().unwrap().len() > 100, "{name}");
     }
-    told(
+    expect_line(
         &assemble(folder.path(), "f -o a.mp4 -q"),
         1,
         "f/a_9.png: a.mp4 cannot be written: an MP4 has no transparency",
@@ -128,20 +128,28 @@ fn every_ending_makes_a_file_and_alpha_needs_a_background_where_there_is_none() 
 #[test]
 fn what_makes_no_sense_is_said_in_one_line() {
     let folder = three_frames();
-    told(&assemble(folder.path(), "f -o a.avi"), 2, "must end in .gif, .apng, .webp, .mp4 or .html");
-    told(
+    expect_line(&assemble(folder.path(), "f -o a.avi"), 2, "must end in .gif, .apng, .webp, .mp4 or .html");
+    expect_line(
         &assemble(folder.path(), "f -o a.gif --quality 50"),
         2,
         "--quality applies only to .webp, .mp4 and .html",
     );
-    told(&assemble(folder.path(), "f -o a.gif --direction cw"), 2, "--direction applies only to .html");
-    told(&assemble(folder.path(), "f/b.png -o a.gif"), 1, "f/b.png cannot be read");
+    expect_line(
+        &assemble(folder.path(), "f -o a.gif --direction cw"),
+        2,
+        "--direction applies only to .html",
+    );
+    expect_line(&assemble(folder.path(), "f/b.png -o a.gif"), 1, "f/b.png cannot be read");
     std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
-    told(&assemble(folder.path(), "text.png -o a.gif"), 1, "text.png: a frame must be a .png, .jpg or .webp");
+    expect_line(
+        &assemble(folder.path(), "text.png -o a.gif"),
+        1,
+        "text.png: a frame must be a .png, .jpg or .webp",
+    );
     frame(&folder.path().join("f/a_3.png"), (18, 32), [0, 0, 0, 255]);
-    told(&assemble(folder.path(), "f -o a.gif -q"), 1, "f/a_3.png is 18x32, but f/a_2.png is 32x18");
+    expect_line(&assemble(folder.path(), "f -o a.gif -q"), 1, "f/a_3.png is 18x32, but f/a_2.png is 32x18");
     std::fs::write(folder.path().join("kept.gif"), "kept").unwrap();
-    told(&assemble(folder.path(), "f/a_2.png -o kept.gif --no-overwrite"), 1, "--no-overwrite");
+    expect_line(&assemble(folder.path(), "f/a_2.png -o kept.gif --no-overwrite"), 1, "--no-overwrite");
     assert_eq!(std::fs::read(folder.path().join("kept.gif")).unwrap(), b"kept");
     let left = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(left, 3, "f, text.png, kept.gif");

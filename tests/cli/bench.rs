@@ -27,7 +27,7 @@ fn a_run_keeps_everything_that_it_says() {
     let (_guard, folder) = folder();
     let line =
         format!("bench {} {LITTLE} --threads 1,2 --json figures.json", model("still-life/still-life.glb"));
-    let told = prints(&folder, &line.replace("--threads 1 ", ""));
+    let messages = prints(&folder, &line.replace("--threads 1 ", ""));
     let figures = read(&folder.join("figures.json"));
     assert_eq!(figures["format"], "blinn bench 1");
     assert_eq!(figures["version"], env!("CARGO_PKG_VERSION"));
@@ -86,7 +86,11 @@ fn a_run_keeps_everything_that_it_says() {
     let of = |stage: &str| stages.iter().find(|s| s["stage"] == stage).unwrap();
     assert_eq!(of("shadow")["rays"], of("incoherent")["rays"]);
     // The table has all of it, in as many lines.
-    assert_eq!(told.lines().filter(|line| once.iter().any(|s| line.starts_with(s))).count(), 14, "{told}");
+    assert_eq!(
+        messages.lines().filter(|line| once.iter().any(|s| line.starts_with(s))).count(),
+        14,
+        "{messages}"
+    );
 }
 
 /// The measured memory of a small scene does not depend on a large one before it.
@@ -205,11 +209,11 @@ fn what_moved_is_told_and_is_an_error_only_if_asked() {
         "{slow}"
     );
     let strict = blinn(&folder, "bench --from slow.json --compare old.json --strict");
-    let told = String::from_utf8(strict.stderr).unwrap();
-    assert_eq!(strict.status.code(), Some(1), "{told}");
+    let messages = String::from_utf8(strict.stderr).unwrap();
+    assert_eq!(strict.status.code(), Some(1), "{messages}");
     assert!(
-        told.contains("scan 10k: eye, 1 thread is 1.50 of what it was (an error because of --strict)"),
-        "{told}"
+        messages.contains("scan 10k: eye, 1 thread is 1.50 of what it was (an error because of --strict)"),
+        "{messages}"
     );
     // The report has it as well.
     runs(&folder, "bench --from slow.json --compare old.json --report page.html");
@@ -239,8 +243,8 @@ fn missing_and_impossible_figures_are_passed_over() {
     sparse["unix_time"] = json!(u64::MAX);
     write(&folder, "sparse.json", &sparse);
     for line in ["--from sparse.json --compare old.json", "--from old.json --compare sparse.json"] {
-        let told = prints(&folder, &format!("bench {line} --report page.html --json again.json"));
-        assert!(told.contains("scan 10k: shadow") || told.contains("scan 10k: frame"), "{told}");
+        let messages = prints(&folder, &format!("bench {line} --report page.html --json again.json"));
+        assert!(messages.contains("scan 10k: shadow") || messages.contains("scan 10k: frame"), "{messages}");
         let page = fs::read_to_string(folder.join("page.html")).unwrap();
         assert!(!page.contains("NaN") && !page.contains("\"inf"), "{line}");
         assert_eq!(read(&folder.join("again.json"))["format"], "blinn bench 1");
@@ -265,7 +269,7 @@ fn files_of_others_are_refused_before_anything_is_measured() {
     wrong["scenes"][1]["stages"][3]["seconds"] = json!("fast");
     write(&folder, "wrong.json", &wrong);
     fs::write(folder.join("deep.json"), "[".repeat(100_000)).unwrap();
-    for (file, says) in [
+    for (file, message) in [
         ("cut.json", "damaged"),
         ("empty.json", "damaged"),
         ("binary.json", "damaged"),
@@ -276,7 +280,7 @@ fn files_of_others_are_refused_before_anything_is_measured() {
         ("wrong.json", "scenes[1].stages[3].seconds"),
         ("absent.json", "No such file"),
     ] {
-        refused(&folder, &format!("bench scene.glb --compare {file}"), says);
+        refused(&folder, &format!("bench scene.glb --compare {file}"), message);
         refused(&folder, &format!("bench --from {file}"), file);
     }
     refused(&folder, "bench", "needs SCENE");
@@ -294,12 +298,12 @@ fn a_scene_that_fails_does_not_keep_the_others_from_being_measured() {
     fs::write(folder.join("none.obj"), "v 0 0 0\n").unwrap();
     let triangle = model("tests/triangle.gltf");
     let output = blinn(&folder, &format!("bench bad.glb {triangle} none.obj {LITTLE} --json a.json"));
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert_eq!(told.matches("blinn: bad.glb").count(), 1, "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert_eq!(messages.matches("blinn: bad.glb").count(), 1, "{messages}");
     let figures = read(&folder.join("a.json"));
     let scenes = figures["scenes"].as_array().unwrap();
-    assert!(scenes.iter().any(|s| s["name"] == triangle.as_str()), "{told}");
+    assert!(scenes.iter().any(|s| s["name"] == triangle.as_str()), "{messages}");
     assert!(scenes.iter().all(|s| s["name"] != "bad.glb"));
     let alone = blinn(&folder, &format!("bench bad.glb {LITTLE} --json b.json"));
     assert_eq!(alone.status.code(), Some(1));

@@ -209,11 +209,11 @@ fn shares_of_a_dataset_are_the_whole() {
     assert!(files(&at.join("parts")) == whole);
     // Existing pictures are kept; `transforms.json` describes the current request.
     fs::remove_file(at.join("parts/transforms.json")).unwrap();
-    let told = runs(&at, &format!("{line} -o parts/#.png --resume"));
-    assert_eq!(told, "kept 4 of box.obj\nwrote parts/transforms.json\n");
+    let messages = runs(&at, &format!("{line} -o parts/#.png --resume"));
+    assert_eq!(messages, "kept 4 of box.obj\nwrote parts/transforms.json\n");
     assert!(files(&at.join("parts")) == whole);
-    let told = runs(&at, &format!("{line} -o parts/#.png --resume --nerf-up y"));
-    assert_eq!(told.matches("wrote ").count(), 17, "normals are said in that world: {told}");
+    let messages = runs(&at, &format!("{line} -o parts/#.png --resume --nerf-up y"));
+    assert_eq!(messages.matches("wrote ").count(), 17, "normals are in that frame: {messages}");
     let dry = blinn(&at, "turntable box.obj --views 1 -o x/ --dry-run").stdout;
     let expected = ["_0001.png", "_0001.depth.png", "_0001.normal.png", "_0001.mask.png"];
     let expected = expected.map(|name| format!("x/box{name}\n")).concat() + "x/transforms.json\n";
@@ -232,7 +232,7 @@ fn shares_of_a_dataset_are_the_whole() {
 fn what_is_no_dataset_is_refused() {
     let (_dir, at) = folder();
     write_box(&at);
-    for (flags, says) in [
+    for (flags, message) in [
         ("--views 0", "0"),
         ("--views 4 --count 4", "--count"),
         ("--views 4 --frames 4", "--count"),
@@ -249,7 +249,7 @@ fn what_is_no_dataset_is_refused() {
         ("--views 4 box.obj -o ds/{index}_#.png", "would both write ds/transforms.json"),
         ("--nerf-up y", "--views"),
     ] {
-        refused(&at, &format!("turntable box.obj {flags}"), says);
+        refused(&at, &format!("turntable box.obj {flags}"), message);
     }
     refused(&at, "render box.obj --views 4", "--views");
 }

@@ -16,17 +16,17 @@ fn example(name: &str, words: &[&str]) -> String {
 
 #[test]
 fn memory_has_pixels() {
-    let told = example("memory", &["models/textured/textured.glb"]);
-    assert!(told.starts_with("320x240 pixels, "), "{told}");
-    let covered: usize = told.split(' ').nth(2).unwrap().parse().unwrap();
-    assert!(covered > 10_000, "{told}");
+    let messages = example("memory", &["models/textured/textured.glb"]);
+    assert!(messages.starts_with("320x240 pixels, "), "{messages}");
+    let covered: usize = messages.split(' ').nth(2).unwrap().parse().unwrap();
+    assert!(covered > 10_000, "{messages}");
 }
 
 #[test]
 fn a_camera_path_is_eight_pictures_that_differ() {
     let folder = tempfile::tempdir().unwrap();
-    let told = example("camera_path", &["models/lecture/lecture.glb", folder.path().to_str().unwrap()]);
-    assert_eq!(told.lines().count(), 8, "{told}");
+    let messages = example("camera_path", &["models/lecture/lecture.glb", folder.path().to_str().unwrap()]);
+    assert_eq!(messages.lines().count(), 8, "{messages}");
     let mut pictures: Vec<Vec<u8>> =
         std::fs::read_dir(&folder).unwrap().map(|e| std::fs::read(e.unwrap().path()).unwrap()).collect();
     pictures.sort();
@@ -36,23 +36,23 @@ fn a_camera_path_is_eight_pictures_that_differ() {
 
 #[test]
 fn layers_are_numbers() {
-    let told = example("layers", &["models/cornell/cornell.glb"]);
-    let lines: Vec<&str> = told.lines().collect();
-    assert_eq!(lines.len(), 3, "{told}");
+    let messages = example("layers", &["models/cornell/cornell.glb"]);
+    let lines: Vec<&str> = messages.lines().collect();
+    assert_eq!(lines.len(), 3, "{messages}");
     let numbers = |line: &str| -> Vec<f32> {
         let list = line.split_once('[').unwrap().1.trim_end_matches(']');
         list.split(", ").map(|n| n.parse().unwrap()).collect()
     };
-    assert!(numbers(lines[0])[0] > 0.1, "{told}");
+    assert!(numbers(lines[0])[0] > 0.1, "{messages}");
     let length: f32 = numbers(lines[1]).iter().map(|x| x * x).sum();
-    assert!((length - 1.0).abs() < 1e-5, "{told}");
-    assert!(numbers(lines[2])[0] >= 1.0, "{told}");
+    assert!((length - 1.0).abs() < 1e-5, "{messages}");
+    assert!(numbers(lines[2])[0] >= 1.0, "{messages}");
 }
 
 #[test]
 fn progress_is_cancelled_half_way() {
-    let told = example("progress", &["models/still-life/still-life.glb"]);
+    let messages = example("progress", &["models/still-life/still-life.glb"]);
     let pixels: u64 =
-        told.trim().strip_prefix("cancelled after ").unwrap().split(' ').next().unwrap().parse().unwrap();
-    assert!((480 * 320 / 2..480 * 320).contains(&pixels), "{told}");
+        messages.trim().strip_prefix("cancelled after ").unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((480 * 320 / 2..480 * 320).contains(&pixels), "{messages}");
 }

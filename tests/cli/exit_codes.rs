@@ -8,8 +8,8 @@ use crate::common::program::*;
 #[test]
 fn a_missing_file_is_one_line() {
     let dir = tempfile::tempdir().unwrap();
-    let told = String::from_utf8(blinn_args(dir.path(), &["info", "missing.obj"]).stderr).unwrap();
-    assert_eq!(told.matches("No such file").count(), 1, "said once: {told}");
+    let messages = String::from_utf8(blinn_args(dir.path(), &["info", "missing.obj"]).stderr).unwrap();
+    assert_eq!(messages.matches("No such file").count(), 1, "once: {messages}");
     fails(dir.path(), &["render", "missing.glb"], 1, "missing.glb");
     fails(dir.path(), &["info", "missing.obj"], 1, "missing.obj");
 }
@@ -52,7 +52,7 @@ fn wrong_command_lines_are_exit_2() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let scene = scene.as_str();
-    for (args, says) in [
+    for (args, message) in [
         (vec!["render"], "SCENE"),
         (vec!["render", scene, "--not-a-flag"], "--not-a-flag"),
         (vec!["render", scene, "--siz", "8x8"], "--siz"),
@@ -83,7 +83,7 @@ fn wrong_command_lines_are_exit_2() {
         (vec!["render", scene, "--hide", "[a"], "pattern"),
         (vec!["frobnicate"], "frobnicate"),
     ] {
-        fails(dir.path(), &args, 2, says);
+        fails(dir.path(), &args, 2, message);
     }
 }
 
@@ -140,18 +140,21 @@ fn a_decoder_that_panics_costs_its_scene_alone() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
     command.arg("render").args(&scenes).args(["--size", "16x16", "-s", "1"]).current_dir(dir.path());
     let output = command.env("BLINN_TEST_PANIC", "planks.png").output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert_eq!(names(dir.path()), ["cube.png"], "{told}");
-    let of: Vec<&str> = told.lines().filter(|line| line.contains("textured.obj")).collect();
-    assert!(!of.is_empty() && told.contains("wrote cube.png"), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert_eq!(names(dir.path()), ["cube.png"], "{messages}");
+    let of: Vec<&str> = messages.lines().filter(|line| line.contains("textured.obj")).collect();
+    assert!(!of.is_empty() && messages.contains("wrote cube.png"), "{messages}");
     for line in of {
         assert!(
             line.contains("please report it with the file: left: 1  right: 2 (src/import/image.rs:"),
-            "{told}"
+            "{messages}"
         );
     }
-    assert!(!told.contains("panicked") && !told.contains("backtrace") && told.lines().count() <= 4, "{told}");
+    assert!(
+        !messages.contains("panicked") && !messages.contains("backtrace") && messages.lines().count() <= 4,
+        "{messages}"
+    );
 }
 
 #[test]

@@ -102,7 +102,7 @@ fn help_lists_all_aovs() {
 #[test]
 fn usage_errors_are_one_line_with_a_hint() {
     let (_dir, at) = folder();
-    for (line, says) in [
+    for (line, message) in [
         ("render a.glb --smaples 4", "unexpected argument '--smaples': did you mean --samples?"),
         ("render a.glb --spp 4", "unexpected argument '--spp': use -s SAMPLES"),
         ("render a.glb --ambient-occlusion", "use --ao SAMPLES"),
@@ -164,9 +164,9 @@ fn usage_errors_are_one_line_with_a_hint() {
             "unexpected argument '--at-once': place it before turntable",
         ),
     ] {
-        refused(&at, line, says);
-        let told = String::from_utf8(blinn(&at, line).stderr).unwrap();
-        assert!(told.starts_with("blinn: ") && told.lines().count() == 1, "{line} told: {told}");
+        refused(&at, line, message);
+        let messages = String::from_utf8(blinn(&at, line).stderr).unwrap();
+        assert!(messages.starts_with("blinn: ") && messages.lines().count() == 1, "{line}: {messages}");
     }
 }
 
@@ -227,9 +227,9 @@ fn usage_errors_are_reported_to_openjd_too() {
         "render a.glb --config c.toml --progress openjd",
     ] {
         let output = blinn(&at, line);
-        let told = String::from_utf8(output.stderr).unwrap();
-        let lines: Vec<&str> = told.lines().collect();
-        assert_eq!((output.status.code(), lines.len()), (Some(2), 2), "{line} told: {told}");
+        let messages = String::from_utf8(output.stderr).unwrap();
+        let lines: Vec<&str> = messages.lines().collect();
+        assert_eq!((output.status.code(), lines.len()), (Some(2), 2), "{line}: {messages}");
         let why = lines[1].strip_prefix("blinn: ").unwrap();
         assert_eq!(lines[0], format!("openjd_fail: {why}"), "{line}");
     }

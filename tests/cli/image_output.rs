@@ -70,9 +70,9 @@ fn sizes_that_a_format_cannot_hold_are_told() {
         dir.path(),
         &["render", &model("tests/cube.obj"), "--size", "16385x1", "-s", "1", "-o", "a.webp"],
     );
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("at most 16384 pixels a side, not 16385x1"), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{messages}");
+    assert!(messages.contains("at most 16384 pixels a side, not 16385x1"), "{messages}");
     assert!(std::fs::read_dir(dir.path()).unwrap().next().is_none());
 }
 

@@ -62,10 +62,10 @@ fn info_tells_of_triangles_that_cannot_be_seen() {
     fs::write(dir.path().join("a.obj"), text).unwrap();
     let output = blinn_args(dir.path(), &["info", "a.obj", "--json"]);
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let said = "ignored 1 triangles with vertices that are not finite numbers";
-    assert_eq!(json["warnings"], serde_json::json!([said]));
-    fails(dir.path(), &["info", "a.obj", "--strict"], 1, said);
-    fails(dir.path(), &["render", "a.obj", "--size", "8x8", "--strict"], 1, said);
+    let text = "ignored 1 triangles with vertices that are not finite numbers";
+    assert_eq!(json["warnings"], serde_json::json!([text]));
+    fails(dir.path(), &["info", "a.obj", "--strict"], 1, text);
+    fails(dir.path(), &["render", "a.obj", "--size", "8x8", "--strict"], 1, text);
 }
 
 /// Triangles without area are common (poles of spheres, CAD exports) and invisible: no warning.
@@ -78,6 +78,6 @@ fn triangles_without_area_are_counted_and_no_warning() {
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&json["warnings"], &json["triangles_without_area"]), (&serde_json::json!([]), &1.into()));
     let output = blinn_args(dir.path(), &["render", "a.obj", "--size", "8x8", "--strict", "--perf"]);
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success() && told.contains("  1 triangles without area"), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && messages.contains("  1 triangles without area"), "{messages}");
 }

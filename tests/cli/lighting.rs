@@ -10,16 +10,16 @@ use crate::common::program::*;
 fn the_exposure_does_not_depend_on_the_pictures_size() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/lights.glb");
-    let told = |size: &str| {
+    let messages = |size: &str| {
         let args =
             ["render", scene.as_str(), "-o", "a.png", "-v", "-s", "1", "--exposure", "auto", "--size", size];
         let output = blinn_args(dir.path(), &args);
         let errors = String::from_utf8(output.stderr).unwrap();
         errors.lines().find(|l| l.starts_with("exposure: ")).unwrap_or_else(|| panic!("{errors}")).to_string()
     };
-    let usual = told("64x36");
-    assert_eq!(told("16x64"), usual);
-    assert_eq!(told("96x8"), usual);
+    let usual = messages("64x36");
+    assert_eq!(messages("16x64"), usual);
+    assert_eq!(messages("96x8"), usual);
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn flags_of_light_that_would_do_nothing_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let scene = scene.as_str();
-    for (args, says) in [
+    for (args, message) in [
         (
             &["--light-radius", ".1", "--integrator", "diffuse"][..],
             "--light-radius softens shadows, which --integrator diffuse disables",
@@ -92,7 +92,7 @@ fn flags_of_light_that_would_do_nothing_are_refused() {
         (&["--light-radius", "-1"], "from 0 to 1000000 metres"),
         (&["--ground", "grass"], "possible values"),
     ] {
-        fails(dir.path(), &[&["render", scene], args].concat(), 2, says);
+        fails(dir.path(), &[&["render", scene], args].concat(), 2, message);
     }
 }
 
@@ -105,8 +105,8 @@ fn a_ground_moves_neither_camera_nor_exposure_and_shows_in_alpha() {
         let fixed = ["render", scene, "--size", "64x48", "-v", "-s", "1", "-o", "a.png"];
         let output = blinn_args(dir.path(), &[&fixed, more].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-        let told = String::from_utf8(output.stderr).unwrap();
-        (image::open(dir.path().join("a.png")).unwrap().into_rgba8(), told)
+        let messages = String::from_utf8(output.stderr).unwrap();
+        (image::open(dir.path().join("a.png")).unwrap().into_rgba8(), messages)
     };
     let clear = ["--background", "transparent"];
     let (bare, _) = picture(&scene, &clear);
@@ -122,8 +122,8 @@ fn a_ground_moves_neither_camera_nor_exposure_and_shows_in_alpha() {
         }
     }
     assert!(same > 200 && shadow > 100, "{same} {shadow}");
-    let told = |more: &[&str]| picture(&lights, &[&["--exposure", "auto"], more].concat()).1;
-    assert_eq!(told(&["--ground", "plane"]), told(&[]));
+    let messages = |more: &[&str]| picture(&lights, &[&["--exposure", "auto"], more].concat()).1;
+    assert_eq!(messages(&["--ground", "plane"]), messages(&[]));
 }
 
 #[test]
@@ -138,12 +138,12 @@ fn a_picture_of_light_lights_by_direction() {
         let fixed = ["render", scene.as_str(), "--size", "64x48", "-v", "--hdri", "light.hdr", "-o", "a.png"];
         let output = blinn_args(dir.path(), &[&fixed, more].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-        let told = String::from_utf8(output.stderr).unwrap();
-        (image::open(dir.path().join("a.png")).unwrap().into_rgba8(), told)
+        let messages = String::from_utf8(output.stderr).unwrap();
+        (image::open(dir.path().join("a.png")).unwrap().into_rgba8(), messages)
     };
     let clear = ["--background", "transparent"];
-    let (seen, told) = picture(&clear);
-    assert!(told.contains("lights: none; ambient by a picture"), "{told}");
+    let (seen, messages) = picture(&clear);
+    assert!(messages.contains("lights: none; ambient by a picture"), "{messages}");
     let blue: Vec<u8> = seen.pixels().filter(|p| p[3] == 255).map(|p| p[2]).collect();
     // Encoded: the top receives all of the light, the sides half.
     assert!(blue.iter().max().unwrap() > &225 && (150..190).contains(blue.iter().min().unwrap()));
@@ -152,12 +152,12 @@ fn a_picture_of_light_lights_by_direction() {
     assert!(occluded.pixels().any(|p| p[3] > 5 && p[3] < 250 && p[2] == 0));
     assert!(picture(&["--ground", "shadow"]).1.contains("shows nothing"));
     let render = ["render", scene.as_str()];
-    for (args, says) in [
+    for (args, message) in [
         (&["--hdri", "missing.hdr"][..], "--hdri: missing.hdr"),
         (&["--hdri", "light.hdr", "--ambient", "1,1,1"], "cannot be used with"),
         (&["--hdri", "light.hdr", "--integrator", "shadow"], "which only --integrator phong has"),
     ] {
-        fails(dir.path(), &[&render, args].concat(), 2, says);
+        fails(dir.path(), &[&render, args].concat(), 2, message);
     }
     fs::write(dir.path().join("text.exr"), "text").unwrap();
     fails(

@@ -31,10 +31,10 @@ fn a_process_without_threads_says_so() {
         for most in [1, 2] {
             let line = format!("ulimit -u {most}; exec '{program}' {command} '{}' -q", scene);
             let output = shell(&line).unwrap();
-            let told = String::from_utf8(output.stderr).unwrap();
-            assert_eq!(output.status.code(), Some(1), "{line}: {told}");
-            assert!(told.starts_with("blinn: no thread could be started: "), "{line}: {told}");
-            assert_eq!(told.lines().count(), 1, "{told}");
+            let messages = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.code(), Some(1), "{line}: {messages}");
+            assert!(messages.starts_with("blinn: no thread could be started: "), "{line}: {messages}");
+            assert_eq!(messages.lines().count(), 1, "{messages}");
         }
     }
 }
@@ -51,9 +51,9 @@ fn a_full_disk_is_one_line() {
         scene
     );
     let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.lines().count() == 1 && told.contains("a.png cannot be written"), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert!(messages.lines().count() == 1 && messages.contains("a.png cannot be written"), "{messages}");
     assert!(names(dir.path()).is_empty());
 }
 
@@ -66,10 +66,10 @@ fn a_picture_of_light_stays_within_the_memory_allowed() {
     let text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2896 +X 5792\n";
     fs::write(dir.path().join("light.hdr"), text).unwrap();
     let needed = 2896 * 5792 * 32 + text.len();
-    let with = |allowed: usize, says: &str| {
+    let with = |allowed: usize, message: &str| {
         let (scene, allowed) = (scene.as_str(), allowed.to_string());
         let args = ["render", scene, "--hdri", "light.hdr", "--max-memory", &allowed];
-        fails(dir.path(), &args, 2, says);
+        fails(dir.path(), &args, 2, message);
     };
     with(needed - 1, &format!("bytes of memory: {needed} exceeds the limit of {}", needed - 1));
     with(needed, "the environment map cannot be decoded");
@@ -88,8 +88,8 @@ fn a_bound_on_addresses_refuses_a_scene_and_not_the_next() {
         two
     );
     let output = Command::new("sh").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
     // Each scene when it fails, and both in the summary.
-    assert_eq!(told.matches("only 2.9 GiB are available").count(), 4, "{told}");
+    assert_eq!(messages.matches("only 2.9 GiB are available").count(), 4, "{messages}");
 }

@@ -93,15 +93,15 @@ fn animations_that_do_not_play_are_told() {
     };
     scene["animations"] = ["Idle", "Walk", "Run"].map(clip).into();
     fs::write(dir.path().join("clips.gltf"), scene.to_string()).unwrap();
-    let told = |flags: &[&str]| {
+    let messages = |flags: &[&str]| {
         let fixed = ["render", "clips.gltf", "--size", "8x8", "-v", "-o", "a.png"];
         String::from_utf8(blinn_args(dir.path(), &[&fixed[..], flags].concat()).stderr).unwrap()
     };
-    let usual = told(&[]);
+    let usual = messages(&[]);
     assert!(usual.contains("animation: 'Idle'; not played: 'Walk', 'Run'"), "{usual}");
     for chosen in ["Walk", "all", "none"] {
-        let told = told(&["--animation", chosen]);
-        assert!(told.contains("wrote a.png") && !told.contains("not played"), "{chosen}: {told}");
+        let messages = messages(&["--animation", chosen]);
+        assert!(messages.contains("wrote a.png") && !messages.contains("not played"), "{chosen}: {messages}");
     }
 }
 

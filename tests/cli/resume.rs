@@ -90,9 +90,9 @@ fn pipes_in_the_place_of_files_hold_nobody_up() {
         panic!("{line}: it waits");
     };
     let line = format!("render a.obj b.obj {SMALL} --resume");
-    let told = run(&line);
-    assert_eq!(told.matches("not a regular file").count(), 2, "{told}");
-    assert_eq!(told.matches("wrote ").count(), 2, "{told}");
+    let messages = run(&line);
+    assert_eq!(messages.matches("not a regular file").count(), 2, "{messages}");
+    assert_eq!(messages.matches("wrote ").count(), 2, "{messages}");
     assert!(!run(&line).contains("wrote "), "what cannot be read is still the same");
     // In place of an MTL file, and of the picture itself: its stamp is not read, and the picture is written
     // into the pipe.
@@ -136,8 +136,8 @@ fn strict_keeps_no_picture_that_was_made_with_a_warning() {
     let line = format!("render a.obj {SMALL} --resume");
     assert!(runs(&at, &line).contains("warning"));
     let output = blinn(&at, &format!("{line} --strict"));
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(1) && told.contains("gone.mtl"), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(1) && messages.contains("gone.mtl"), "{messages}");
     // A picture without warnings serves with and without `--strict`.
     fs::write(at.join("gone.mtl"), "newmtl a\n").unwrap();
     assert!(runs(&at, &format!("{line} --strict")).contains("wrote"));

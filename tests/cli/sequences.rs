@@ -67,8 +67,8 @@ fn a_clip_is_looked_through_once_and_told() {
         ("render --frames 1-4 --view-point 2,1,2 --look-at 0,1,0 -o f.png", 0),
         ("render --orbit 30,20 --animation none -o g.png", 0),
     ] {
-        let told = runs(&at, &format!("{flags} {figure} --size 16x12 -s 1 --perf"));
-        assert_eq!(told.matches("perf: clip ").count(), times, "{flags}: {told}");
+        let messages = runs(&at, &format!("{flags} {figure} --size 16x12 -s 1 --perf"));
+        assert_eq!(messages.matches("perf: clip ").count(), times, "{flags}: {messages}");
     }
 }
 
@@ -83,7 +83,7 @@ fn a_clip_of_nothing_is_one_frame() {
 fn wrong_lists_and_names_are_found_before_anything_is_rendered() {
     let (_dir, at) = folder();
     let (figure, cornell) = (model("figure/figure.glb"), model("cornell/cornell.glb"));
-    for (flags, says) in [
+    for (flags, message) in [
         ("--frames 1-x", "'1-x' is no frame"),
         ("--frames 3-1", "leads away"),
         ("--frames 1-9999999", "more than 1000000"),
@@ -98,7 +98,7 @@ fn wrong_lists_and_names_are_found_before_anything_is_rendered() {
     ] {
         // Eleven scenes: names of the 1st and the 11th may collide.
         let scenes = [figure.as_str(); 10].join(" ");
-        refused(&at, &format!("render {scenes} {cornell} {flags}"), says);
+        refused(&at, &format!("render {scenes} {cornell} {flags}"), message);
     }
     refused(&at, "render @missing.txt", "@missing.txt");
 }
@@ -111,45 +111,52 @@ fn lists_name_scenes_and_a_bad_one_does_not_stop_the_rest() {
         format!("# scenes\n{}\n\nbad.glb\n{}\n", model("lecture/lecture.obj"), model("cornell/cornell.obj"));
     fs::write(at.join("list.txt"), list).unwrap();
     let output = blinn(&at, &format!("render @list.txt missing.obj {SMALL} -o out/{{stem}}.png"));
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
     assert_eq!(names(&at.join("out")), ["cornell.png", "lecture.png"]);
-    let last: Vec<&str> = told.lines().rev().take(3).collect();
-    assert!(last[2].contains("2 of 4 scenes failed"), "{told}");
-    assert!(last[1].contains("bad.glb") && last[0].contains("missing.obj"), "{told}");
+    let last: Vec<&str> = messages.lines().rev().take(3).collect();
+    assert!(last[2].contains("2 of 4 scenes failed"), "{messages}");
+    assert!(last[1].contains("bad.glb") && last[0].contains("missing.obj"), "{messages}");
 }
 
 #[test]
 fn progress_for_farms_is_in_their_words() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
-    let told = runs(&at, &format!("turntable {scene} {SMALL} --count 4 --progress openjd"));
+    let messages = runs(&at, &format!("turntable {scene} {SMALL} --count 4 --progress openjd"));
     let told_percent: Vec<u32> =
-        told.lines().filter_map(|l| l.strip_prefix("openjd_progress: ")?.parse().ok()).collect();
-    assert!(told_percent.is_sorted() && told_percent.last() == Some(&100), "{told}");
-    assert!(told_percent.len() >= 4 && told.contains("openjd_status: "), "{told}");
+        messages.lines().filter_map(|l| l.strip_prefix("openjd_progress: ")?.parse().ok()).collect();
+    assert!(told_percent.is_sorted() && told_percent.last() == Some(&100), "{messages}");
+    assert!(told_percent.len() >= 4 && messages.contains("openjd_status: "), "{messages}");
     let output = blinn(&at, &format!("render missing.glb {scene} {SMALL} --progress openjd"));
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("openjd_fail: missing.glb") && told.contains("openjd_progress: 100"), "{told}");
-    let told = runs(&at, &format!("turntable {scene} {SMALL} --count 4 --progress json"));
-    let events: Vec<serde_json::Value> = told.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        messages.contains("openjd_fail: missing.glb") && messages.contains("openjd_progress: 100"),
+        "{messages}"
+    );
+    let messages = runs(&at, &format!("turntable {scene} {SMALL} --count 4 --progress json"));
+    let events: Vec<serde_json::Value> = messages.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     let last = events.iter().rfind(|e| e["event"] == "progress").unwrap();
     assert_eq!((&last["percent"], &last["frames"]), (&100.into(), &4.into()));
     let wrote: Vec<_> = events.iter().filter(|e| e["event"] == "wrote").collect();
-    assert!(wrote.len() == 4 && wrote.iter().all(|e| e["scene"] == scene), "{told}");
+    assert!(wrote.len() == 4 && wrote.iter().all(|e| e["scene"] == scene), "{messages}");
     let output = blinn(&at, &format!("render missing.glb {scene} {SMALL} --progress json --perf -v"));
-    let told = String::from_utf8(output.stderr).unwrap();
-    let events: Vec<serde_json::Value> = told.lines().filter_map(|l| serde_json::from_str(l).ok()).collect();
+    let messages = String::from_utf8(output.stderr).unwrap();
+    let events: Vec<serde_json::Value> =
+        messages.lines().filter_map(|l| serde_json::from_str(l).ok()).collect();
     let failed: Vec<_> = events.iter().filter(|e| e["event"] == "failed").collect();
-    assert!(failed.len() == 1 && failed[0]["text"].as_str().unwrap().starts_with("missing.glb"), "{told}");
+    assert!(
+        failed.len() == 1 && failed[0]["text"].as_str().unwrap().starts_with("missing.glb"),
+        "{messages}"
+    );
     assert_eq!(failed[0]["scene"], "missing.glb");
     let done = serde_json::json!({
         "event": "done", "scenes": 2, "failed": 1, "left": 0, "wrote": 1, "kept": 0, "exit_code": 1
     });
-    assert_eq!(events.last(), Some(&done), "{told}");
+    assert_eq!(events.last(), Some(&done), "{messages}");
     // Messages that are no events go to standard error as text.
-    let mut others = told.lines().filter(|l| serde_json::from_str::<serde_json::Value>(l).is_err());
-    assert!(others.all(|l| l.starts_with("blinn: ")), "{told}");
+    let mut others = messages.lines().filter(|l| serde_json::from_str::<serde_json::Value>(l).is_err());
+    assert!(others.all(|l| l.starts_with("blinn: ")), "{messages}");
 }
 
 #[test]
@@ -177,7 +184,7 @@ fn settings_come_from_a_file_and_the_command_line_wins() {
     assert!(String::from_utf8_lossy(&printed).contains("samples = 3"));
     runs(&at, "render --config d.toml -s 2 -o d.png");
     assert!(read("d.png") == read("a.png"));
-    for (text, says) in [
+    for (text, message) in [
         ("sizes = 3", "'sizes' is not an option of render"),
         ("size = \"1\"", "1280x720"),
         ("size = true", "'size' cannot be true"),
@@ -185,7 +192,7 @@ fn settings_come_from_a_file_and_the_command_line_wins() {
         ("config = \"c.toml\"", "'config' is not an option"),
     ] {
         fs::write(at.join("e.toml"), text).unwrap();
-        refused(&at, &format!("render {scene} --config e.toml"), says);
+        refused(&at, &format!("render {scene} --config e.toml"), message);
     }
     refused(&at, &format!("render {scene} --config none.toml"), "none.toml");
     // A bad value is reported with its place in the file.
@@ -263,7 +270,7 @@ fn names_that_collide_in_any_of_their_files_are_refused() {
     for name in ["t.glb", "t.depth.glb"] {
         fs::copy(model("tests/triangle.glb"), at.join(name)).unwrap();
     }
-    for (line, says) in [
+    for (line, message) in [
         (
             "render t.glb t.depth.glb --aov depth",
             "t.glb and t.depth.glb would both be written to t.depth.png",
@@ -276,7 +283,7 @@ fn names_that_collide_in_any_of_their_files_are_refused() {
         ("bench t.glb --json t.glb", "--json t.glb would overwrite an input file"),
         ("job slurm -o t.glb turntable t.glb", "-o t.glb would overwrite an input file"),
     ] {
-        refused(&at, line, says);
+        refused(&at, line, message);
     }
 }
 
@@ -301,8 +308,8 @@ fn folders_that_are_there_are_meant_as_they_are_called() {
     fs::create_dir_all(at.join("C#/t{stem}")).unwrap();
     fs::copy(model("tests/triangle.glb"), at.join("t.glb")).unwrap();
     let named = |flags: &str| {
-        let told = blinn(&at, &format!("render t.glb {flags} --dry-run")).stdout;
-        String::from_utf8(told).unwrap().trim().to_string()
+        let messages = blinn(&at, &format!("render t.glb {flags} --dry-run")).stdout;
+        String::from_utf8(messages).unwrap().trim().to_string()
     };
     assert_eq!(named("-o C#/"), "C#/t.png");
     assert_eq!(named("-o C#"), "C#/t.png");

@@ -22,8 +22,8 @@ fn long_render(folder: &Path, line: &str) -> std::process::Child {
 
 /// Waits for the first progress message.
 fn is_rendering(child: &mut std::process::Child) {
-    let told = std::io::BufReader::new(child.stderr.as_mut().unwrap());
-    assert!(told.lines().any(|line| line.unwrap().contains('%')), "it ended");
+    let messages = std::io::BufReader::new(child.stderr.as_mut().unwrap());
+    assert!(messages.lines().any(|line| line.unwrap().contains('%')), "it ended");
 }
 
 fn send(signal: &str, child: &std::process::Child) {
@@ -40,9 +40,12 @@ fn an_interrupted_render_leaves_nothing() {
         let mut child = long_render(dir.path(), "exec $BLINN");
         is_rendering(&mut child);
         send(signal, &child);
-        let told = std::io::read_to_string(child.stderr.as_mut().unwrap()).unwrap();
+        let messages = std::io::read_to_string(child.stderr.as_mut().unwrap()).unwrap();
         assert_eq!(child.wait().unwrap().code(), Some(code));
-        assert!(told.lines().all(|line| !line.is_empty()) && told.contains("blinn: "), "{told:?}");
+        assert!(
+            messages.lines().all(|line| !line.is_empty()) && messages.contains("blinn: "),
+            "{messages:?}"
+        );
         assert!(names(dir.path()).is_empty());
     }
 }

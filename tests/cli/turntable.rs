@@ -105,7 +105,7 @@ fn a_turning_camera_takes_its_lights_along_and_leaves_the_files() {
 fn wrong_turntables_are_refused() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
-    for (flags, says) in [
+    for (flags, message) in [
         ("--count 0", "0"),
         ("--count 4 --only 5", "the frames are 1 to 4"),
         ("--axis 0,0,0", "must not be zero"),
@@ -115,6 +115,6 @@ fn wrong_turntables_are_refused() {
         ("-o -", "several frames"),
         ("--frame 2", "--frame"),
     ] {
-        refused(&at, &format!("turntable {scene} {flags}"), says);
+        refused(&at, &format!("turntable {scene} {flags}"), message);
     }
 }

@@ -22,34 +22,34 @@ pub fn blinn_args(folder: &Path, args: &[&str]) -> Output {
 #[track_caller]
 pub fn runs(folder: &Path, line: &str) -> String {
     let output = blinn(folder, line);
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{line}: {told}");
-    told
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{line}: {messages}");
+    messages
 }
 
 /// Checks that the command line is rejected before anything is written.
 #[track_caller]
-pub fn refused(folder: &Path, line: &str, says: &str) {
+pub fn refused(folder: &Path, line: &str, message: &str) {
     let before = files(folder);
     let output = blinn(folder, line);
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{line}: {told}");
-    assert!(told.contains(says), "{line} told: {told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{line}: {messages}");
+    assert!(messages.contains(message), "{line}: {messages}");
     assert!(files(folder) == before, "{line} left something behind");
 }
 
 /// Checks that it fails with `code` and one line that contains `message`, and writes nothing.
 #[track_caller]
-pub fn fails(folder: &Path, args: &[&str], code: i32, says: &str) {
+pub fn fails(folder: &Path, args: &[&str], code: i32, message: &str) {
     let before = names(folder);
     let output = blinn_args(folder, args);
     let errors = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(code), "{args:?}: {errors}");
     if code == 1 {
-        assert_eq!(errors.lines().count(), 1, "{args:?} told: {errors}");
+        assert_eq!(errors.lines().count(), 1, "{args:?}: {errors}");
         assert!(errors.starts_with("blinn: "), "{errors}");
     }
-    assert!(errors.contains(says), "{args:?} told: {errors}");
+    assert!(errors.contains(message), "{args:?}: {errors}");
     assert!(!errors.contains("panicked") && !errors.contains("backtrace"), "{errors}");
     assert!(output.stdout.is_empty());
     assert_eq!(names(folder), before, "{args:?} left something behind");

@@ -86,14 +86,14 @@ fn picture(folder: &Path, scene: &Path, flags: &[&str], out: &str) -> (image::Gr
         .current_dir(folder)
         .output()
         .unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{told}");
-    (image::open(folder.join(out)).unwrap().into_luma8(), told)
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{messages}");
+    (image::open(folder.join(out)).unwrap().into_luma8(), messages)
 }
 
 /// The log's line about the exposure.
-fn exposure(told: &str) -> &str {
-    told.lines().find_map(|l| l.strip_prefix("exposure: ")).unwrap_or_else(|| panic!("{told}"))
+fn exposure(messages: &str) -> &str {
+    messages.lines().find_map(|l| l.strip_prefix("exposure: ")).unwrap_or_else(|| panic!("{messages}"))
 }
 
 /// In every mode, the default exposure is usable, and the flag that the log prints reproduces it.
@@ -104,8 +104,8 @@ fn every_mode_is_exposed_and_the_log_says_how() {
         for (mode, _) in MODES {
             let scene = folder().join(format!("{kind}_{mode}.glb"));
             let picture = |flags: &[&str], out: &str| picture(dir.path(), &scene, flags, out);
-            let (usual, told) = picture(&[], "a.png");
-            let line = exposure(&told);
+            let (usual, messages) = picture(&[], "a.png");
+            let line = exposure(&messages);
             let mut sorted = usual.to_vec();
             sorted.sort();
             let at = |share: usize| sorted[(sorted.len() - 1) * share / 100];
@@ -151,18 +151,18 @@ fn what_emits_is_neither_metered_nor_scaled_with_the_lights() {
         "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}});
     for (mode, _) in &MODES[1..] {
         let scene = format!("point_{mode}.glb");
-        let (plain, told) = picture(dir.path(), &folder().join(&scene), &[], "plain.png");
+        let (plain, messages) = picture(dir.path(), &folder().join(&scene), &[], "plain.png");
         for (name, ball) in [("unlit", &unlit), ("emits", &emits)] {
             let changed = dir.path().join("changed.glb");
             std::fs::write(&changed, with_ball(&scene, ball.clone())).unwrap();
             let picture = |flags: &[&str]| picture(dir.path(), &changed, flags, "ball.png");
-            let scale = |told: &str| {
-                let last = exposure(told).split(' ').next_back().unwrap();
-                last.parse::<f64>().unwrap_or_else(|_| panic!("{told}"))
+            let scale = |messages: &str| {
+                let last = exposure(messages).split(' ').next_back().unwrap();
+                last.parse::<f64>().unwrap_or_else(|_| panic!("{messages}"))
             };
             let (usual, others) = picture(&[]);
-            let ratio = scale(&others) / scale(&told);
-            assert!((0.9..1.1).contains(&ratio), "{name} {mode}: {others}, without {told}");
+            let ratio = scale(&others) / scale(&messages);
+            assert!((0.9..1.1).contains(&ratio), "{name} {mode}: {others}, without {messages}");
             // The ball's own pixels, where they are brighter than the background.
             let (alone, _) = picture(&["--lights", "none", "--ambient", "0,0,0", "--exposure", "0"]);
             let mut shines = 0;
@@ -197,7 +197,7 @@ fn a_dark_room_with_a_bright_pool_keeps_its_lights() {
         });
         let scene = dir.path().join("room.glb");
         std::fs::write(&scene, glb).unwrap();
-        let (_, told) = picture(dir.path(), &scene, &[], "room.png");
-        assert_eq!(exposure(&told) == "--exposure 0", usual, "{mode}: {told}");
+        let (_, messages) = picture(dir.path(), &scene, &[], "room.png");
+        assert_eq!(exposure(&messages) == "--exposure 0", usual, "{mode}: {messages}");
     }
 }

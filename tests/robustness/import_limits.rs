@@ -151,17 +151,17 @@ fn graph(nodes: Vec<Value>, roots: Value) -> (tempfile::TempDir, PathBuf) {
 
 /// Checks that the graph is rejected within a second; it takes some milliseconds, and would take forever if
 /// expanded. Three attempts, since other tests run at the same time.
-fn is_refused(nodes: Vec<Value>, roots: Value, says: &str) {
+fn is_refused(nodes: Vec<Value>, roots: Value, message: &str) {
     let (_dir, path) = graph(nodes, roots);
     let attempt = || {
         let start = Instant::now();
         let error = read(&path, Limits::default()).unwrap_err().to_string();
-        assert!(error.contains(says), "{error}");
+        assert!(error.contains(message), "{error}");
         start.elapsed()
     };
     let enough = Duration::from_secs(1);
     let elapsed = (0..3).map(|_| attempt()).find(|elapsed| *elapsed < enough).expect("more than a second");
-    println!("{says}: {elapsed:?}");
+    println!("{message}: {elapsed:?}");
 }
 
 #[test]

@@ -31,11 +31,11 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 
 /// Checks that the program failed with one line on standard error, and returns the line.
 fn failed(output: &Output) -> String {
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert_eq!(told.lines().count(), 1, "{told}");
-    assert!(told.starts_with("blinn: ") && !told.contains("panicked"), "{told}");
-    told
+    let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert_eq!(messages.lines().count(), 1, "{messages}");
+    assert!(messages.starts_with("blinn: ") && !messages.contains("panicked"), "{messages}");
+    messages
 }
 
 /// Images of each format, layers, reports and animations.
@@ -56,8 +56,8 @@ fn a_disk_that_fills_up_leaves_nothing_partial() {
             env!("CARGO_BIN_EXE_blinn")
         );
         let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
-        let told = failed(&output);
-        assert!(told.contains(&format!("{out} cannot be written")), "{told}");
+        let messages = failed(&output);
+        assert!(messages.contains(&format!("{out} cannot be written")), "{messages}");
         assert!(files(dir.path()).is_empty(), "{out} {flags}");
     }
 }
@@ -71,8 +71,8 @@ fn moving_pictures_are_whole_or_not_there() {
     for out in ["a.gif", "a.apng", "a.webp", "a.mp4", "a.html"] {
         let line = format!("ulimit -f 1; exec '{}' assemble f -o {out} -q", env!("CARGO_BIN_EXE_blinn"));
         let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
-        let told = failed(&output);
-        assert!(told.contains(out), "{told}");
+        let messages = failed(&output);
+        assert!(messages.contains(out), "{messages}");
         assert!(files(dir.path()).is_empty(), "{out}");
     }
 }
@@ -84,10 +84,10 @@ fn a_folder_that_cannot_be_written_to_is_found_before_anything_is_rendered() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("still-life/still-life.glb");
     let start = Instant::now();
-    let told = failed(&blinn(dir.path(), &format!("render {scene} -s 4096 -o /proc/a.png")));
-    assert!(told.contains("/proc/a.png"), "{told}");
-    let told = failed(&blinn(dir.path(), &format!("render {scene} -s 4096 -o /proc/new/a.png")));
-    assert!(told.contains("/proc/new"), "{told}");
+    let messages = failed(&blinn(dir.path(), &format!("render {scene} -s 4096 -o /proc/a.png")));
+    assert!(messages.contains("/proc/a.png"), "{messages}");
+    let messages = failed(&blinn(dir.path(), &format!("render {scene} -s 4096 -o /proc/new/a.png")));
+    assert!(messages.contains("/proc/new"), "{messages}");
     // Rendering them would take minutes.
     assert!(start.elapsed() < Duration::from_secs(30));
 }
@@ -118,8 +118,8 @@ fn inputs_may_vanish_once_they_are_read() {
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
     assert_eq!(files(&dir.path().join("out")).len(), 12);
     // A second run reports the missing file and keeps the pictures.
-    let told = failed(&blinn(dir.path(), line));
-    assert!(told.contains("inputs/textured.obj"), "{told}");
+    let messages = failed(&blinn(dir.path(), line));
+    assert!(messages.contains("inputs/textured.obj"), "{messages}");
     assert_eq!(files(&dir.path().join("out")).len(), 12);
 }
 
@@ -146,12 +146,12 @@ fn pictures_are_stamped_with_what_they_were_made_of() {
         made();
         let line = "turntable a.obj --views 2 --size 160x90 -s 256 --resume --progress plain -o out/#.png";
         let mut child = command(dir.path(), line).stderr(Stdio::piped()).spawn().unwrap();
-        let told = std::io::BufReader::new(child.stderr.take().unwrap());
-        let mut told = told.lines().map(Result::unwrap);
-        assert!(told.any(|line| line.contains('%')), "it ended");
+        let messages = std::io::BufReader::new(child.stderr.take().unwrap());
+        let mut messages = messages.lines().map(Result::unwrap);
+        assert!(messages.any(|line| line.contains('%')), "it ended");
         assert!(!at("out/1.png").exists());
         replace(name, bytes);
-        let rest: Vec<String> = told.collect();
+        let rest: Vec<String> = messages.collect();
         assert!(child.wait().unwrap().success(), "{rest:?}");
         let whole = files(&at("out"));
         // The same settings as for the existing pictures.
@@ -192,8 +192,8 @@ fn a_closed_pipe_is_no_error() {
             command(dir.path(), &line).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
         let output = child.wait_with_output().unwrap();
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success() && told.is_empty(), "{line}: {:?} {told}", output.status);
+        let messages = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && messages.is_empty(), "{line}: {:?} {messages}", output.status);
     }
 }
 
@@ -233,8 +233,8 @@ fn what_standard_output_does_not_take_is_an_error() {
         "--help".to_string(),
     ] {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-        let told = failed(&command(dir.path(), &line).stdout(full).output().unwrap());
-        assert!(told.contains("standard output cannot be written"), "{line}: {told}");
+        let messages = failed(&command(dir.path(), &line).stdout(full).output().unwrap());
+        assert!(messages.contains("standard output cannot be written"), "{line}: {messages}");
     }
     // A few bytes fit; the rest does not.
     let line = format!(
@@ -290,8 +290,8 @@ fn links_and_devices_stay_what_they_are() {
         assert!(image::open(at("there/a.png")).is_ok() && at("a.png").is_symlink());
         assert!(at("null.html").is_symlink() && files(&at("there")).len() == 1);
     }
-    let told = run(format!("bench {scene} --size 8x8 --rounds 1 --threads 1 -q --json out.json")).stdout;
-    assert!(String::from_utf8_lossy(&told).trim_end().ends_with('}') && at("out.json").is_symlink());
+    let messages = run(format!("bench {scene} --size 8x8 --rounds 1 --threads 1 -q --json out.json")).stdout;
+    assert!(String::from_utf8_lossy(&messages).trim_end().ends_with('}') && at("out.json").is_symlink());
 }
 
 #[cfg(target_os = "linux")]
@@ -303,11 +303,11 @@ fn a_full_disk_ends_a_batch_and_says_what_is_left() {
     }
     std::os::unix::fs::symlink("/dev/full", dir.path().join("b.png")).unwrap();
     let output = blinn(dir.path(), "render a.glb b.glb c.glb d.glb --size 8x8 -q");
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
     assert!(
-        told.contains("blinn: 1 of 4 scenes failed, 2 not started:\nblinn:   b.glb: b.png cannot be"),
-        "{told}"
+        messages.contains("blinn: 1 of 4 scenes failed, 2 not started:\nblinn:   b.glb: b.png cannot be"),
+        "{messages}"
     );
     assert!(dir.path().join("a.png").exists() && !dir.path().join("c.png").exists());
 }
@@ -337,8 +337,8 @@ fn nothing_is_written_over_what_a_scene_is_read_from() {
             "--report negative.png would overwrite an input file",
         ),
     ] {
-        let told = failed(&blinn(dir.path(), &format!("render {line} --size 16x16 -s 1")));
-        assert!(told.contains(names) && told.contains("name another"), "{line}: {told}");
+        let messages = failed(&blinn(dir.path(), &format!("render {line} --size 16x16 -s 1")));
+        assert!(messages.contains(names) && messages.contains("name another"), "{line}: {messages}");
         assert!(files(dir.path()) == before, "{line}");
     }
     assert!(blinn(dir.path(), "render negative.obj --size 16x16 -s 1 -o out/").status.success());
@@ -353,12 +353,15 @@ fn a_report_that_cannot_be_written_is_found_before_anything_is_rendered() {
     fs::write(dir.path().join("r.html"), "mine").unwrap();
     let before = files(dir.path());
     let render = |flags: &str| command(dir.path(), &format!("render {scene} --size 8x8 -o a.png {flags}"));
-    let told = failed(&render("--no-overwrite --report r.html").output().unwrap());
-    assert!(told.contains("r.html cannot be written") && told.contains("--no-overwrite"), "{told}");
-    let told = failed(&render("--report /proc/new/r.html").output().unwrap());
-    assert!(told.contains("/proc/new"), "{told}");
-    let told = failed(&render("--report -").env("TMPDIR", "/proc").output().unwrap());
-    assert!(told.contains("--report: -: no temporary file could be created"), "{told}");
+    let messages = failed(&render("--no-overwrite --report r.html").output().unwrap());
+    assert!(
+        messages.contains("r.html cannot be written") && messages.contains("--no-overwrite"),
+        "{messages}"
+    );
+    let messages = failed(&render("--report /proc/new/r.html").output().unwrap());
+    assert!(messages.contains("/proc/new"), "{messages}");
+    let messages = failed(&render("--report -").env("TMPDIR", "/proc").output().unwrap());
+    assert!(messages.contains("--report: -: no temporary file could be created"), "{messages}");
     assert!(files(dir.path()) == before);
     assert!(render("--report new.html").env("TMPDIR", "/proc").output().unwrap().status.success());
     assert!(fs::read_to_string(dir.path().join("new.html")).unwrap().ends_with("</figure>\n</html>\n"));
@@ -377,8 +380,8 @@ fn a_report_that_grows_too_large_costs_no_picture() {
     let line = "turntable a.glb b.glb --count 30 --size 8x8 -q --report r.html -o out/{stem}_#.png";
     let line = format!("ulimit -f 16; exec '{program}' {line}");
     let output = Command::new("bash").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
-    let told = failed(&output);
-    assert!(told.starts_with("blinn: --report: r.html cannot be written: "), "{told}");
+    let messages = failed(&output);
+    assert!(messages.starts_with("blinn: --report: r.html cannot be written: "), "{messages}");
     assert_eq!(files(&dir.path().join("out")).len(), 60);
     assert!(!dir.path().join("r.html").exists());
 }
@@ -389,8 +392,8 @@ fn a_layer_that_must_be_kept_keeps_the_picture_away() {
     let scene = model("tests/triangle.glb");
     fs::write(dir.path().join("a_2.depth.png"), "mine").unwrap();
     let line = format!("turntable {scene} --count 2 --size 8x8 --aov depth --no-overwrite -o a_#.png");
-    let told = failed(&blinn(dir.path(), &line));
-    assert!(told.contains("a_2.depth.png cannot be written"), "{told}");
+    let messages = failed(&blinn(dir.path(), &line));
+    assert!(messages.contains("a_2.depth.png cannot be written"), "{messages}");
     assert_eq!(files(dir.path()).len(), 1, "nothing was rendered");
 }
 

@@ -34,8 +34,8 @@ fn run(folder: &Path, (scene, flags): (&str, &str), allowed: u64) -> Result<Stri
         .args(["-s", "1", "-o", "a.exr", "--perf"]);
     command.args(["--max-memory", &allowed.to_string(), "--threads", "2"]).current_dir(folder);
     let output = command.output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    if output.status.success() { Ok(told) } else { Err(told) }
+    let messages = String::from_utf8(output.stderr).unwrap();
+    if output.status.success() { Ok(messages) } else { Err(messages) }
 }
 
 /// The first number of a text after `mark`, with its unit.
@@ -71,8 +71,11 @@ fn vertices_that_are_asked_for_again_and_again_are_counted() {
     );
     std::fs::write(&scene, json).unwrap();
     std::fs::write(dir.path().join("a.bin"), vec![0; 780_000]).unwrap();
-    let told = run(dir.path(), (scene.to_str().unwrap(), "--size 16x16"), 4 << 30).unwrap_err();
-    assert!(told.contains("bytes of memory") && told.contains("exceeds the limit of 4294967296"), "{told}");
+    let messages = run(dir.path(), (scene.to_str().unwrap(), "--size 16x16"), 4 << 30).unwrap_err();
+    assert!(
+        messages.contains("bytes of memory") && messages.contains("exceeds the limit of 4294967296"),
+        "{messages}"
+    );
 }
 
 /// 200,000 animated nodes and one drawn triangle: memory goes to the node transforms, which every thread
@@ -155,23 +158,23 @@ fn many_instances_take_no_more_than_was_allowed() {
 fn keeps_within(case: (&str, &str)) {
     let dir = tempfile::tempdir().unwrap();
     let (mut allowed, mut refused) = (1 << 20, 0);
-    let told = loop {
+    let messages = loop {
         match run(dir.path(), case, allowed) {
-            Ok(told) => break told,
-            Err(told) => {
+            Ok(messages) => break messages,
+            Err(messages) => {
                 refused += 1;
-                assert!(refused < 20, "{case:?}: {told}");
+                assert!(refused < 20, "{case:?}: {messages}");
                 // The limit for the file is exact; that for its images is within a tenth.
-                let more = number_before(&told, "exceeds the limit")
-                    .or_else(|| bytes_after(&told, "needs about").map(|b| b * 1.01));
-                let more = more.unwrap_or_else(|| panic!("{case:?}: {told}")).ceil() as u64;
-                assert!(more > allowed, "{case:?}: {told}");
+                let more = number_before(&messages, "exceeds the limit")
+                    .or_else(|| bytes_after(&messages, "needs about").map(|b| b * 1.01));
+                let more = more.unwrap_or_else(|| panic!("{case:?}: {messages}")).ceil() as u64;
+                assert!(more > allowed, "{case:?}: {messages}");
                 allowed = more;
                 assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0, "{case:?}");
             }
         }
     };
-    let peak = bytes_after(&told, "perf: memory").unwrap_or_else(|| panic!("{told}")) as u64;
+    let peak = bytes_after(&messages, "perf: memory").unwrap_or_else(|| panic!("{messages}")) as u64;
     println!("{case:?}: {} MiB allowed, {} MiB taken", allowed >> 20, peak >> 20);
     assert!(refused >= 1 && peak <= allowed, "{case:?}: {peak} of {allowed} bytes");
 }
@@ -203,10 +206,10 @@ fn a_batch_takes_hardly_more_than_its_largest_scene() {
             .current_dir(folder.path())
             .output()
             .unwrap();
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "{told}");
-        assert_eq!(told.matches("wrote").count(), scenes.len(), "{told}");
-        bytes_after(&told, "perf: memory").unwrap()
+        let messages = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{messages}");
+        assert_eq!(messages.matches("wrote").count(), scenes.len(), "{messages}");
+        bytes_after(&messages, "perf: memory").unwrap()
     };
     let largest = FILES.map(|file| peak(&[file])).into_iter().fold(0.0, f64::max);
     let many: Vec<&str> = FILES.into_iter().cycle().take(60).collect();

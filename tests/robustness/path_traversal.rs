@@ -185,7 +185,7 @@ fn nothing_outside_is_read_and_it_is_said() {
             match world.load(&reference, false) {
                 Ok((scene, warnings)) => {
                     assert!(!world.shows(&scene), "{place}, {way}: the canary was read");
-                    assert!(!warnings.is_empty(), "{place}, {way}: nothing is said");
+                    assert!(!warnings.is_empty(), "{place}, {way}: no warning");
                 }
                 Err(e) => assert!(place == "buffer", "{place}, {way}: {e}"),
             }

@@ -119,12 +119,12 @@ pub fn run_script(folder: &Path, job: &str) -> String {
     let script = fs::read_to_string(folder.join(job)).unwrap();
     let array = script.lines().find_map(|line| line.strip_prefix("#SBATCH --array=1-")).unwrap();
     let tasks: usize = array.split_once('%').unwrap().0.parse().unwrap();
-    let mut told = String::new();
+    let mut messages = String::new();
     let mut run = |bash: &mut Command| {
         let bash = bash.current_dir(folder).env("BLINN", env!("CARGO_BIN_EXE_blinn"));
         let output = bash.env("SLURM_CPUS_ON_NODE", "1").output().unwrap();
-        told.push_str(&String::from_utf8_lossy(&output.stderr));
-        assert!(output.status.success(), "{told}");
+        messages.push_str(&String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{messages}");
     };
     for task in 1..=tasks {
         run(Command::new("bash").arg(job).env("SLURM_ARRAY_TASK_ID", task.to_string()));
@@ -132,7 +132,7 @@ pub fn run_script(folder: &Path, job: &str) -> String {
     for asked in submit(folder, job, &[]).into_iter().skip(1) {
         run(Command::new("bash").args(["-c", &asked.script]));
     }
-    told
+    messages
 }
 
 /// The pixels of all pictures in a folder.

@@ -94,7 +94,7 @@ fn odd_names_arrive_as_they_are() {
     let text = fs::read_to_string(at.join("job.json")).unwrap();
     run_template(&at, &serde_json::from_str(&text).unwrap());
     job("slurm", "slurm", "job.sh");
-    let told = run_script(&at, "job.sh");
+    let messages = run_script(&at, "job.sh");
     let made = odd.replace(".glb", ".gif");
     let mut whole = Command::new(env!("CARGO_BIN_EXE_blinn"));
     whole.args(["turntable", "--count", "5", "-q", "-o", "{stem}.gif"]).args(SMALL.split(' ')).arg(odd);
@@ -103,7 +103,7 @@ fn odd_names_arrive_as_they_are() {
     for engine in ["openjd", "slurm"] {
         let file = at.join(engine).join(folder).join(&made);
         assert!(
-            fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}: {told}", file.display())) == whole,
+            fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}: {messages}", file.display())) == whole,
             "{engine}"
         );
     }
@@ -125,8 +125,8 @@ fn a_script_submits_itself_and_what_waits_for_it() {
     assert_eq!(frames.words, ["--parsable", "--partition=a b", "./job.sh"]);
     let waits = ["--parsable", "--dependency=afterok:1", "--kill-on-invalid-dep=yes", "--partition=a b"];
     assert_eq!(assembly.words, waits);
-    let said = assembly.script.replace('\'', "");
-    assert!(said.contains("--fps=12 --loop=once --quality=80 --strict"), "{said}");
+    let text = assembly.script.replace('\'', "");
+    assert!(text.contains("--fps=12 --loop=once --quality=80 --strict"), "{text}");
     // A job of frames without an animation needs no dependent job.
     runs(&at, &format!("job slurm -o frames.sh turntable cube.obj {SMALL} --count 7"));
     assert_eq!(submit(&at, "frames.sh", &[]).len(), 1);
@@ -138,7 +138,7 @@ fn what_makes_no_job_is_refused() {
     for name in ["cube.obj", "triangle.glb"] {
         fs::copy(model(&format!("tests/{name}")), at.join(name)).unwrap();
     }
-    for (work, says) in [
+    for (work, message) in [
         ("render cube.obj", "add --frames"),
         ("turntable cube.obj triangle.glb -o {stem}/#.png", "a job is of one scene, not 2"),
         ("turntable cube.obj --chunk 1/2", "--chunk: the farm makes the shares"),
@@ -151,22 +151,22 @@ fn what_makes_no_job_is_refused() {
         ("assemble cube.obj", "assemble"),
     ] {
         for engine in ["openjd", "slurm"] {
-            refused(&at, &format!("job {engine} {work}"), says);
+            refused(&at, &format!("job {engine} {work}"), message);
         }
     }
     refused(&at, "job openjd --at-once 3 turntable cube.obj", "--at-once");
     refused(&at, "job slurm --target-seconds 3 turntable cube.obj", "--target-seconds");
     refused(&at, "job slurm --chunk-size 0 turntable cube.obj", "--chunk-size");
     // Errors that depend on the scene.
-    for (line, says) in [
+    for (line, message) in [
         ("job openjd turntable missing.glb", "missing.glb"),
         ("job openjd turntable cube.obj -o {{stem}}#.png", "cannot say two braces together"),
         ("job slurm render cube.obj --frames 4-1:-1 -o a.gif", "in the order of its frames' numbers"),
     ] {
         let output = blinn(&at, line);
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0), "{line}: {told}");
-        assert!(told.lines().last().is_some_and(|last| last.contains(says)), "{line}: {told}");
+        let messages = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0), "{line}: {messages}");
+        assert!(messages.lines().last().is_some_and(|last| last.contains(message)), "{line}: {messages}");
     }
     let frames: Vec<String> = (0..400i64).map(|i| (i * i).to_string()).collect();
     let output = blinn(&at, &format!("job openjd render cube.obj --frames {}", frames.join(",")));
@@ -182,9 +182,12 @@ fn what_lies_elsewhere_is_a_parameter_without_default() {
         fs::copy(model(&format!("lecture/{name}")), at.join(name)).unwrap();
     }
     let line = format!("turntable lecture.obj {SMALL} --count 3 -o jobs/out/#.png");
-    let told = runs(&at, &format!("job openjd -o jobs/job.json {line}"));
+    let messages = runs(&at, &format!("job openjd -o jobs/job.json {line}"));
     let scene = at.join("lecture.obj");
-    assert!(told.contains(&format!("submit the job with the parameter Scene={}", scene.display())), "{told}");
+    assert!(
+        messages.contains(&format!("submit the job with the parameter Scene={}", scene.display())),
+        "{messages}"
+    );
     let text = fs::read_to_string(at.join("jobs/job.json")).unwrap();
     let template: serde_json::Value = serde_json::from_str(&text).unwrap();
     let default = |name: &str| {
@@ -207,17 +210,17 @@ fn settings_from_a_file_are_the_tasks_too() {
     let (_dir, at) = folder();
     fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
     fs::write(at.join("c.toml"), "count = 4\nsamples = 2\nno-shadows = true\nexposure = 1\n").unwrap();
-    let told = |flags: &str| {
+    let messages = |flags: &str| {
         let output = blinn(&at, &format!("job openjd turntable cube.obj --config c.toml {flags}"));
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     };
-    let text = told("--resolution 16x9 -s 3");
+    let text = messages("--resolution 16x9 -s 3");
     for expected in ["--count=4", "--samples=3", "--no-shadows", "--exposure=1", "--size=16x9", "\"1-4\""] {
         assert!(text.contains(expected), "{expected}: {text}");
     }
     assert!(!text.contains("--config") && !text.contains("--samples=2"), "{text}");
-    assert!(told("--print-config").contains("no-shadows = true"));
+    assert!(messages("--print-config").contains("no-shadows = true"));
 }
 
 /// Several processes can write the same frames to one folder.
