@@ -1,12 +1,12 @@
-//! blinn renders glTF and OBJ mesh scenes on the CPU: triangle meshes with k_a, k_d, k_s and
-//! shininess, hits by a bounding volume hierarchy, and the Blinn-Phong shading of a classic
-//! ray-tracing lecture — eye rays, Lambert, shadows, many lights, ambient, specular.
+//! blinn renders glTF and OBJ scenes on the CPU. It traces rays through bounding volume hierarchies
+//! (BVHs) of triangles, and shades hits with the Blinn-Phong model of a ray-tracing lecture: ambient,
+//! diffuse and specular terms with coefficients k_a, k_d, k_s and shininess, many lights, and shadows.
 //!
-//! # A picture in four steps
+//! # From a file to a picture
 //!
 //! **file → [`Scene`](scene::Scene) → [`PosedScene`](scene::PosedScene) → [`Accel`](accel::Accel) →
-//! [`Pixels`](render::Pixels) → file.** Each step can be had alone, and each takes what the one before
-//! it made.
+//! [`Pixels`](render::Pixels) → file.** Each step takes the result of the one before, and can be used on
+//! its own.
 //!
 //! ```
 //! use blinn::accel::{Accel, BuildSettings};
@@ -18,22 +18,22 @@
 //! use blinn::scene::{Lighting, PoseSettings, View, pose};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // Load: a file becomes a scene of plain data, with a warning for whatever it lacks.
+//! // Load the file. Problems that do not prevent rendering are warnings.
 //! let (scene, warnings) = load("models/lecture/lecture.obj".as_ref(), &LoadOptions::default())?;
 //! assert!(warnings.is_empty());
 //!
-//! // Pose: where everything is at a moment. Then the trees that rays are traced through.
+//! // Pose the scene at a time (0 s), and build the BVHs.
 //! let posed = pose(&scene, &PoseSettings::default())?;
-//! let (accel, _left_out) = Accel::build(&posed, &BuildSettings::default());
+//! let (accel, _report) = Accel::build(&posed, &BuildSettings::default());
 //!
-//! // Render: the lecture's camera, lights, and the last slide's sum for every sample.
+//! // Render with the file's camera and lights, or with defaults.
 //! let settings = RenderSettings { width: 64, height: 36, ..Default::default() };
 //! let (camera, _notes) = View::default().resolve(&posed, settings.width, settings.height)?;
-//! let lit = Lighting::default().resolve(&posed, &camera);
-//! let frame = Frame::new(&posed, &accel, camera, &lit);
+//! let lighting = Lighting::default().resolve(&posed, &camera);
+//! let frame = Frame::new(&posed, &accel, camera, &lighting);
 //! let pixels = render(&frame, &Phong::default(), &settings, &())?;
 //!
-//! // Save: whole or not at all.
+//! // Convert to display values and save. The file appears only when it is complete.
 //! let display = Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
 //! let picture = Picture::new(pixels, display);
 //! let folder = tempfile::tempdir()?;
@@ -42,11 +42,11 @@
 //! # }
 //! ```
 //!
-//! # Where the eye stands
+//! # Cameras
 //!
-//! A [`View`](scene::View) is what was asked for, a [`Camera`](scene::Camera) what rays start from. A view
-//! that says nothing is the file's first camera, or frames the scene; each of its fields replaces a
-//! part. Metres, radians, and +Y up throughout. Vectors are [`glam`]'s.
+//! A [`View`](scene::View) is a request; it resolves to the [`Camera`](scene::Camera) that generates eye
+//! rays. The default view is the file's first camera, or else frames the scene. Each field of a view
+//! replaces one property. Lengths are metres, angles radians, and +Y is up. Vectors are [`glam`]'s.
 //!
 //! ```
 //! # use blinn::import::{LoadOptions, load};
@@ -64,16 +64,17 @@
 //!     ..View::default()
 //! };
 //! let (camera, _notes) = view.resolve(&posed, 640, 360)?;
-//! // The lecture's basis: w points away from what is looked at.
+//! // In the lecture's basis, w is opposite to the view direction.
 //! assert!(camera.basis.w.dot(DVec3::new(10.0, 4.2, 6.0)) > 0.0);
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! # Moments
+//! # Animation
 //!
-//! [`pose`](scene::pose()) puts a scene where it is at a time in seconds; the scene itself never changes. One
-//! [`Accel`](accel::Accel) follows by [`update`](accel::Accel::update), which is cheaper than to build.
+//! [`pose`](scene::pose()) evaluates a scene at a time in seconds; the scene itself never changes.
+//! [`Accel::update`](accel::Accel::update) adapts an existing `Accel` to another time, which is faster than
+//! building a new one.
 //!
 //! ```
 //! # use blinn::accel::{Accel, BuildSettings};
@@ -83,30 +84,31 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let (scene, _) = load("models/figure/figure.glb".as_ref(), &LoadOptions::default())?;
 //! let at = |time| pose(&scene, &PoseSettings { time, ..Default::default() });
-//! let (start, later) = (at(0.0)?, at(0.5)?);
+//! let start = at(0.0)?;
+//! let later = at(0.5)?;
 //! assert_ne!(start.bounds(), later.bounds());
 //! let (mut accel, _) = Accel::build(&start, &BuildSettings::default());
-//! let _left_out = accel.update(&later);
+//! let _report = accel.update(&later);
 //! # Ok(())
 //! # }
 //! ```
 //!
 //! # Layers
 //!
-//! [`render_aovs`](render::render_aovs) gives what lies behind each pixel's centre as arrays, row-major,
-//! row 0 on top: [`Aov`](integrator::Aov) lists them. More such programs, which also show progress and how
-//! to cancel, are in `docs/examples`.
+//! [`render_aovs`](render::render_aovs) returns arbitrary output variables (AOVs) at the pixel centres, such
+//! as depth, normals and object ids, as row-major arrays with row 0 on top. [`Aov`](integrator::Aov) lists
+//! them. `docs/examples` has complete programs, also for progress reports and cancellation.
 //!
-//! # Errors, panics, threads
+//! # Errors, panics and threads
 //!
-//! Every error says what, where and what to do. No file makes this library panic or take memory without
-//! bound: [`Limits`](import::Limits) are compared before anything is taken. Work is spread over rayon's
-//! current pool; the bytes of a picture are the same on any number of threads.
+//! Errors say what is wrong, where, and what to do. No file can make the library panic or use unbounded
+//! memory: [`Limits`](import::Limits) are checked before allocating. Work runs in rayon's current thread
+//! pool. Pictures are bit-identical for any number of threads.
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
 pub(crate) mod simd;
-/// The vectors and matrices of this crate's interfaces.
+/// Vectors and matrices of the public API.
 pub use glam;
 
 pub mod accel;

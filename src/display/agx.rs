@@ -1,20 +1,20 @@
-//! Blender's view transform AgX, for an sRGB display and without a look.
+//! Blender's AgX view transform, for an sRGB display and without a look.
 //!
-//! Blender shows it by a table of 57 nodes an axis over the logarithm of the light, tetrahedrally
-//! interpolated. The nodes are computed here, by the published formula, when a colour first needs
-//! them; reading them as Blender does is a part of the look: between nodes, saturated colours are up
-//! to 30/255 off the formula. Within 0.01/255 of Blender 5.0's own, measured on a 3-D ramp of 42³
-//! colours, greys, primaries and 400,000 random colours.
+//! Blender applies AgX with a 3D lookup table of 57³ nodes over log2 of the light, tetrahedrally
+//! interpolated. Here the published formula computes each node when a colour first needs it. The
+//! interpolation is part of the look: between nodes, saturated colours differ from the formula by up to
+//! 30/255. The result is within 0.01/255 of Blender 5.0, measured on a 3D ramp of 42³ colours, greys,
+//! primaries and 400,000 random colours.
 //!
-//! Where the constants are from (facts; no data of Blender's tables):
-//! - `config`: Blender 5.0's `config.ocio`: matrices of the colour spaces, ranges, the inset;
-//! - `eary`: <https://github.com/EaryChow/AgX_LUT_Gen>, which Blender's tables are made with: matrices,
-//!   outset, the share of the hue, guard rails and their luminance weights;
+//! Sources of the constants (facts; none of Blender's table data is copied):
+//! - `config`: Blender 5.0's `config.ocio`: colour space matrices, ranges, the inset;
+//! - `eary`: <https://github.com/EaryChow/AgX_LUT_Gen>, which generates Blender's tables: matrices,
+//!   outset, hue mix, gamut guard rails and their luminance weights;
 //! - `troy`: the sigmoid of Jed Smith and Troy Sobotka (SB2383).
 
 use std::sync::OnceLock;
 
-use super::{AT_ONCE, Lights};
+use crate::display::batch::{BATCH, RgbBatch};
 use crate::display::lut3d::{Lut3d, NODES};
 
 type Matrix = [[f64; 3]; 3];
@@ -26,7 +26,7 @@ const SCENE_TO_EGAMUT: [[f32; 3]; 3] = [
     [0.065_526_71, 0.164_546_76, 0.769_926_5],
 ];
 const MID_GREY: f64 = 0.18;
-/// `eary`: stops around mid grey that AgX's nodes stand for.
+/// `eary`: range of the nodes, in stops around mid grey.
 const NODE_STOPS: [f64; 2] = [-10.0, 15.0];
 
 /// `eary`: E-Gamut to Rec.2020, through XYZ.
@@ -35,38 +35,38 @@ const EGAMUT_TO_REC2020: Matrix = [
     [-0.019087164934078887, 1.2153160485727783, -0.19624465667571286],
     [-0.09732562628887605, -0.10088823705990786, 1.1983626362736137],
 ];
-/// `config` and `eary`: Rec.2020 with its primaries turned (2.14°, -1.23°, -3.05°) and moved inwards
+/// `config` and `eary`: Rec.2020 with its primaries rotated (2.14°, −1.23°, −3.05°) and moved inwards
 /// (by 0.330, 0.281, 0.125).
 const INSET: Matrix = [
     [0.856627153315983, 0.0951212405381588, 0.0482516061458583],
     [0.137318972929847, 0.761241990602591, 0.101439036467562],
     [0.11189821299995, 0.0767994186031903, 0.811302368396859],
 ];
-/// `eary`: the inverse of an inset by 0.323, 0.283, 0.037 and none turned, and from there to Rec.709.
+/// `eary`: the inverse of an inset by 0.323, 0.283, 0.037 without rotation, then conversion to Rec.709.
 const OUTSET_TO_REC709: Matrix = [
     [1.9648940291459658, -0.8560079094511955, -0.10888611969477231],
     [-0.29930907896031905, 1.326391891529212, -0.027082812568893812],
     [-0.16435644384894169, -0.2382074020015168, 1.4025638458504575],
 ];
-/// `eary`: luminance of Rec.2020's channels by the colour matching functions of 2015; of Rec.709's.
+/// `eary`: luminance weights of Rec.2020 and Rec.709 for the 2015 colour matching functions.
 const LUMA_REC2020: [f64; 3] = [0.2658180370250449, 0.59846986045365, 0.1357121025213052];
 const LUMA_REC709: [f64; 3] = [0.2103511408861092, 0.6497977702311769, 0.13985108888271428];
 
-/// `eary`: stops around mid grey that the curve takes to 0 and 1.
+/// `eary`: range of the curve, in stops around mid grey; its ends map to 0 and 1.
 const CURVE_STOPS: [f64; 2] = [-10.0, 6.5];
-/// `troy`, `eary`: the curve's slope at its pivot; powers of its bends are 1.5.
+/// `troy`, `eary`: slope of the curve at its pivot. The toe and the shoulder have power 1.5.
 const SLOPE: f64 = 2.4;
-/// The pivot: 10 of 16.5 stops; 0.18 ^ (1 / 2.4).
+/// The pivot: 10 of 16.5 stops; 0.18^(1/2.4).
 const PIVOT: [f64; 2] = [0.6060606060606061, 0.4894370895738783];
-/// How far its bends reach, so that they end in (0, 0) and (1, 1).
+/// Scales of the toe and the shoulder, which end in (0, 0) and (1, 1).
 const TOE: f64 = -0.5656756066543747;
 const SHOULDER: f64 = 0.7151982862790444;
-/// `eary`: how much of the curve's shift of hue stays.
-const HUE_SHARE: f64 = 0.4;
-/// The exponent between light and what the table holds.
+/// `eary`: share of the curve's hue shift that is kept.
+const HUE_MIX: f64 = 0.4;
+/// Exponent between light and the values of the table.
 const POWER: f64 = 2.4;
 
-fn times(m: &Matrix, c: [f64; 3]) -> [f64; 3] {
+fn mul(m: &Matrix, c: [f64; 3]) -> [f64; 3] {
     m.map(|row| dot(row, c))
 }
 
@@ -74,18 +74,18 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn least(c: [f64; 3]) -> f64 {
+fn min_channel(c: [f64; 3]) -> f64 {
     c[0].min(c[1]).min(c[2])
 }
 
-fn most(c: [f64; 3]) -> f64 {
+fn max_channel(c: [f64; 3]) -> f64 {
     c[0].max(c[1]).max(c[2])
 }
 
-/// HSV's hue in sixths of the circle; 0 of greys.
+/// Returns HSV's hue in sixths of the circle; 0 for greys.
 fn hue([r, g, b]: [f64; 3]) -> f64 {
-    let high = most([r, g, b]);
-    let chroma = high - least([r, g, b]);
+    let high = max_channel([r, g, b]);
+    let chroma = high - min_channel([r, g, b]);
     if chroma <= 0.0 {
         return 0.0;
     }
@@ -100,18 +100,18 @@ fn hue([r, g, b]: [f64; 3]) -> f64 {
     }
 }
 
-/// The colour of a hue in 0…6, between its largest and its smallest channel.
-fn of_hue(hue: f64, high: f64, low: f64) -> [f64; 3] {
+/// Returns the colour of a hue in 0…6, given its largest and smallest channel.
+fn from_hue(hue: f64, high: f64, low: f64) -> [f64; 3] {
     [5.0, 3.0, 1.0].map(|n| {
         let k = if n + hue >= 6.0 { n + hue - 6.0 } else { n + hue };
         high - (high - low) * k.min(4.0 - k).clamp(0.0, 1.0)
     })
 }
 
-/// Moves a colour outside of Rec.2020 along grey until it is inside, and dims it to its luminance.
-/// `eary`'s luminance, compensated by the opponent colour's, comes down to 2 Y - min.
+/// Gamut guard rail: moves a colour outside Rec.2020 along grey until it is inside, then scales it to
+/// its luminance. `eary`'s luminance, compensated by the opponent colour's, simplifies to 2 Y − min.
 fn guard_rec2020(c: [f64; 3]) -> [f64; 3] {
-    let (low, luma) = (least(c), dot(LUMA_REC2020, c));
+    let (low, luma) = (min_channel(c), dot(LUMA_REC2020, c));
     if low >= 0.0 {
         return c;
     }
@@ -119,9 +119,9 @@ fn guard_rec2020(c: [f64; 3]) -> [f64; 3] {
     c.map(|v| (v - low) * ratio)
 }
 
-/// The same with Rec.709, where the compensation fades as the luminance grows.
+/// Gamut guard rail for Rec.709: the compensation fades as the luminance grows.
 fn guard_rec709(c: [f64; 3]) -> [f64; 3] {
-    let (low, luma) = (least(c), dot(LUMA_REC709, c));
+    let (low, luma) = (min_channel(c), dot(LUMA_REC709, c));
     if low >= 0.0 {
         return c;
     }
@@ -135,7 +135,7 @@ fn guard_rec709(c: [f64; 3]) -> [f64; 3] {
     c.map(|v| (v - low) * ratio)
 }
 
-/// `troy`: the curve over the normalised logarithm of the light.
+/// `troy`: the tone curve over the normalised logarithm of the light.
 fn sigmoid(x: f64) -> f64 {
     let scale = if x < PIVOT[0] { TOE } else { SHOULDER };
     let u = SLOPE * (x - PIVOT[0]) / scale;
@@ -144,9 +144,9 @@ fn sigmoid(x: f64) -> f64 {
     PIVOT[1] + scale * u / libm::cbrt(bend * bend)
 }
 
-/// AgX's picture of light in E-Gamut: Rec.709, as power 1 / 2.4 of the display's light.
+/// Returns AgX's image of light in E-Gamut: Rec.709, encoded with the power 1 / 2.4.
 fn formation(egamut: [f64; 3]) -> [f64; 3] {
-    let c = times(&INSET, guard_rec2020(times(&EGAMUT_TO_REC2020, egamut)));
+    let c = mul(&INSET, guard_rec2020(mul(&EGAMUT_TO_REC2020, egamut)));
     let before = hue(c);
     let c = c.map(|v| {
         let stops = libm::log2(v.max(1e-30) / MID_GREY);
@@ -155,14 +155,14 @@ fn formation(egamut: [f64; 3]) -> [f64; 3] {
     });
     let mut turn = hue(c) - before;
     turn -= 6.0 * (turn / 6.0).round();
-    let mixed = before + HUE_SHARE * turn;
+    let mixed = before + HUE_MIX * turn;
     let mixed = mixed - 6.0 * (mixed / 6.0).floor();
-    let c = of_hue(mixed, most(c), least(c));
-    let c = guard_rec709(times(&OUTSET_TO_REC709, c));
+    let c = from_hue(mixed, max_channel(c), min_channel(c));
+    let c = guard_rec709(mul(&OUTSET_TO_REC709, c));
     c.map(|v| libm::pow(v.max(0.0), 1.0 / POWER).min(1.0))
 }
 
-/// The table, whose nodes are not known yet.
+/// Returns the lookup table. Its nodes are computed on demand.
 fn lut() -> &'static Lut3d {
     static LATTICE: OnceLock<Lut3d> = OnceLock::new();
     LATTICE.get_or_init(|| {
@@ -172,20 +172,20 @@ fn lut() -> &'static Lut3d {
     })
 }
 
-/// Scene-linear Rec.709 to display-linear Rec.709 in 0…1. NaN is black, infinite light white.
-pub(super) fn agx(rgb: &Lights) -> Lights {
-    let mut egamut = [[0.0; AT_ONCE]; 3];
+/// Maps scene-linear Rec.709 to display-linear Rec.709 in 0…1. NaN becomes black, infinity white.
+pub(super) fn agx(rgb: &RgbBatch) -> RgbBatch {
+    let mut egamut = [[0.0; BATCH]; 3];
     for (out, row) in egamut.iter_mut().zip(SCENE_TO_EGAMUT) {
         for (i, v) in out.iter_mut().enumerate() {
-            // Infinities of both signs cancel to NaN, and NaN is in all three: black. Infinity alone is
-            // white.
+            // Infinities of opposite signs cancel to NaN in all three channels: black. One infinity
+            // alone is white.
             *v = row[0] * rgb[0][i] + row[1] * rgb[1][i] + row[2] * rgb[2][i];
         }
     }
     lut().at(&egamut).map(|channel| channel.map(to_light))
 }
 
-/// v to the power 2.4 for 0…1, within 1e-7, by a table.
+/// Returns v^2.4 for v in 0…1, within 1e-7, by a table.
 fn to_light(v: f32) -> f32 {
     const STEPS: usize = 4096;
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
@@ -203,14 +203,14 @@ mod tests {
     use crate::scene::linear_to_srgb;
 
     fn close(input: [f32; 3], theirs: [f32; 3]) {
-        let ours = agx(&input.map(|v| [v; AT_ONCE])).map(|channel| linear_to_srgb(channel[AT_ONCE - 1]));
+        let ours = agx(&input.map(|v| [v; BATCH])).map(|channel| linear_to_srgb(channel[BATCH - 1]));
         for (a, b) in ours.into_iter().zip(theirs) {
             assert!((a - b).abs() * 255.0 < 0.02, "{input:?}: {ours:?}, not {theirs:?}");
         }
     }
 
     #[test]
-    fn it_is_blenders() {
+    fn agx_matches_blender() {
         let colors = reference::agx();
         assert_eq!(colors.len(), 274);
         for color in colors {
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_colour_is_black_or_white() {
+    fn invalid_colours_become_black_or_white() {
         let (nan, inf) = (f32::NAN, f32::INFINITY);
         for c in [[nan, 0.5, 0.5], [nan; 3], [-inf, 0.5, 0.5], [inf, -inf, 0.0], [-1.0; 3]] {
             close(c, [0.0; 3]);
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_of_powers_is_near_enough() {
+    fn the_power_table_is_within_its_bound() {
         for i in 0..100_000 {
             let v = i as f32 / 99_999.0;
             assert!((f64::from(to_light(v)) - libm::pow(f64::from(v), POWER)).abs() < 1e-7, "{v}");

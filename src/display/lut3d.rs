@@ -1,30 +1,30 @@
-//! A table of colours over the logarithm of light, read by tetrahedral interpolation.
+//! A 3D lookup table (LUT) over the logarithm of light, with tetrahedral interpolation.
 //!
-//! Its size and its range are those of AgX in Blender 5.0's `config.ocio`.
+//! Size and range are those of AgX in Blender 5.0's `config.ocio`.
 
 use std::sync::OnceLock;
 
-use crate::display::{AT_ONCE, Lights};
+use crate::display::batch::{BATCH, RgbBatch};
 
 /// Nodes along each axis.
-pub(crate) const NODES: usize = 57;
-/// log2 of the light at both ends of an axis, as it is looked up.
+pub(super) const NODES: usize = 57;
+/// log2 of the light at both ends of an axis, as used by lookups.
 const LOG2: [f32; 2] = [-12.473_93, 12.526_069];
 const STEPS_PER_STOP: f32 = (NODES - 1) as f32 / (LOG2[1] - LOG2[0]);
-/// From a node to the next along red, green and blue.
+/// Index distance between neighbouring nodes along red, green and blue.
 const STRIDES: [usize; 3] = [NODES * NODES, NODES, 1];
 
-/// A function of light at logarithmic steps of each channel.
-pub(crate) struct Lut3d {
+/// A function of linear light, sampled at logarithmic steps of each channel.
+pub(super) struct Lut3d {
     function: fn([f64; 3]) -> [f64; 3],
-    /// The light that nodes stand for along an axis.
+    /// Light of each node along an axis.
     axis: [f64; NODES],
-    /// A picture needs few of them: each is computed when it is first asked for.
+    /// Computed on first use: a picture needs few of them.
     nodes: Vec<OnceLock<[f32; 3]>>,
 }
 
 impl Lut3d {
-    pub(crate) fn new(function: fn([f64; 3]) -> [f64; 3], axis: [f64; NODES]) -> Lut3d {
+    pub(super) fn new(function: fn([f64; 3]) -> [f64; 3], axis: [f64; NODES]) -> Lut3d {
         let nodes = std::iter::repeat_with(OnceLock::new).take(NODES.pow(3)).collect();
         Lut3d { function, axis, nodes }
     }
@@ -34,12 +34,12 @@ impl Lut3d {
         self.nodes[index].get_or_init(|| (self.function)(light()).map(|v| v as f32))
     }
 
-    /// The function, about; NaN counts as no light.
-    pub(crate) fn at(&self, light: &Lights) -> Lights {
-        let places = light.map(|channel| channel.map(place));
-        let mut out = [[0.0; AT_ONCE]; 3];
-        for i in 0..AT_ONCE {
-            let color = self.between([0, 1, 2].map(|c| places[c][i]));
+    /// Evaluates the interpolated function for a batch. NaN counts as 0.
+    pub(super) fn at(&self, light: &RgbBatch) -> RgbBatch {
+        let positions = light.map(|channel| channel.map(axis_position));
+        let mut out = [[0.0; BATCH]; 3];
+        for i in 0..BATCH {
+            let color = self.interpolate([0, 1, 2].map(|c| positions[c][i]));
             for (channel, v) in out.iter_mut().zip(color) {
                 channel[i] = v;
             }
@@ -47,31 +47,33 @@ impl Lut3d {
         out
     }
 
-    /// From the lowest corner of a cell to its highest, along the axis first that reaches furthest.
-    fn between(&self, place: [f32; 3]) -> [f32; 3] {
-        let cell = place.map(|t| (t as usize).min(NODES - 2));
-        let [r, g, b] = [0, 1, 2].map(|c| place[c] - cell[c] as f32);
+    /// Tetrahedral interpolation: walks from the lowest corner of a cell to its highest, along the axes
+    /// in order of decreasing fraction.
+    fn interpolate(&self, position: [f32; 3]) -> [f32; 3] {
+        let cell = position.map(|t| (t as usize).min(NODES - 2));
+        let [r, g, b] = [0, 1, 2].map(|c| position[c] - cell[c] as f32);
         let low = cell[0] * STRIDES[0] + cell[1] * STRIDES[1] + cell[2];
         let high = low + STRIDES[0] + STRIDES[1] + STRIDES[2];
-        let (most, least) = (r.max(g).max(b), r.min(g).min(b));
+        let max = r.max(g).max(b);
+        let min = r.min(g).min(b);
         let middle = r.min(g).max(r.max(g).min(b));
-        let first = if r == most {
+        let first = if r == max {
             0
-        } else if g == most {
+        } else if g == max {
             1
         } else {
             2
         };
-        let last = if b == least {
+        let last = if b == min {
             2
-        } else if g == least {
+        } else if g == min {
             1
         } else {
             0
         };
         let corners = [low, low + STRIDES[first], high - STRIDES[last], high].map(|i| self.node(i));
         let mut out = *corners[0];
-        for (fraction, edge) in [most, middle, least].into_iter().zip(corners.windows(2)) {
+        for (fraction, edge) in [max, middle, min].into_iter().zip(corners.windows(2)) {
             for c in 0..3 {
                 out[c] += fraction * (edge[1][c] - edge[0][c]);
             }
@@ -80,18 +82,18 @@ impl Lut3d {
     }
 }
 
-/// Where along an axis light is, in nodes.
-fn place(light: f32) -> f32 {
-    // NaN becomes the smallest light here.
+/// Returns the position of `light` along an axis, in nodes.
+fn axis_position(light: f32) -> f32 {
+    // `max` turns NaN into the smallest light.
     let steps = (log2(light.max(f32::MIN_POSITIVE)) - LOG2[0]) * STEPS_PER_STOP;
     steps.clamp(0.0, (NODES - 1) as f32)
 }
 
-/// The logarithm of what is positive and not denormal, within 2e-7 and 1e-7 of its size: quick, and the
-/// same on every machine. Nothing branches, so that many are computed at once.
+/// Returns log2 of a positive normal number, with an absolute error of 2e-7 plus 1e-7 relative.
+/// Branch-free, so that loops vectorise, and identical on every machine.
 #[inline(always)]
 fn log2(v: f32) -> f32 {
-    // v = m·2^e with m between √½ and √2; s = (m − 1)/(m + 1), and ln m = 2 artanh s.
+    // v = m·2^e with m in √½…√2; s = (m − 1)/(m + 1), and ln m = 2 artanh s.
     const SQRT_HALF: i32 = 0x3f35_04f3;
     let bits = v.to_bits() as i32;
     let e = bits.wrapping_sub(SQRT_HALF) >> 23;
@@ -107,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn its_logarithm_is_near_enough() {
+    fn log2_is_within_its_bound() {
         for i in 0..=0xff_u32 {
             for j in 0..512 {
                 let v = f32::from_bits(i << 23 | j << 14);
@@ -121,9 +123,9 @@ mod tests {
         assert_eq!(log2(f32::INFINITY), 128.0);
     }
 
-    /// A linear function is what its interpolation is, wherever one looks and whichever axis is first.
+    /// The interpolation reproduces linear functions everywhere, whichever axis comes first.
     #[test]
-    fn it_joins_nodes_by_planes() {
+    fn linear_functions_are_interpolated_exactly() {
         let step = f64::from(LOG2[1] - LOG2[0]) / (NODES - 1) as f64;
         let linear = |c: [f64; 3]| {
             let [r, g, b] = c.map(libm::log2);
@@ -134,7 +136,7 @@ mod tests {
         for i in 0..4096u32 {
             let light = [0, 4, 8].map(|shift| 0.013 * 1.37f32.powi((i >> shift & 15) as i32));
             let exact = linear(light.map(f64::from));
-            let ours = lut.at(&light.map(|v| [v; AT_ONCE]));
+            let ours = lut.at(&light.map(|v| [v; BATCH]));
             for c in 0..3 {
                 assert!(
                     (f64::from(ours[c][3]) - exact[c]).abs() < 1e-4,

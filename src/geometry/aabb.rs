@@ -1,8 +1,8 @@
-//! Bounding boxes and spheres.
+//! Axis-aligned bounding boxes and bounding spheres in f64, for bounds of whole scenes.
 
 use glam::DVec3;
 
-/// An axis-aligned box in f64; empty when `min > max`.
+/// An axis-aligned bounding box (AABB) in f64. It is empty where `min > max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// Lowest corner.
@@ -18,10 +18,10 @@ impl Default for Aabb {
 }
 
 impl Aabb {
-    /// The box of nothing.
+    /// The empty box.
     pub const EMPTY: Aabb = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
-    /// Grows to hold `p`; a point that is not finite is ignored.
+    /// Extends the box to contain `p`. Ignores points that are not finite.
     pub fn extend(&mut self, p: DVec3) {
         if p.is_finite() {
             self.min = self.min.min(p);
@@ -29,29 +29,34 @@ impl Aabb {
         }
     }
 
-    /// Grows to hold `other`.
+    /// Extends the box to contain `other`.
     pub fn extend_box(&mut self, other: &Aabb) {
         self.min = self.min.min(other.min);
         self.max = self.max.max(other.max);
     }
 
-    /// True where nothing was added.
+    /// Returns true if `other` lies within this box.
+    pub fn contains_box(&self, other: &Aabb) -> bool {
+        self.min.cmple(other.min).all() && self.max.cmpge(other.max).all()
+    }
+
+    /// Returns true if the box contains no point.
     pub fn is_empty(&self) -> bool {
         !(self.min.cmple(self.max).all())
     }
 
-    /// The middle; the origin of an empty box.
+    /// Returns the centre; the origin for an empty box.
     pub fn centre(&self) -> DVec3 {
         if self.is_empty() { DVec3::ZERO } else { 0.5 * self.min + 0.5 * self.max }
     }
 
-    /// The squared distance of its farthest corner from `p`; 0 for an empty box.
+    /// Returns the squared distance from `p` to the farthest corner; 0 for an empty box.
     pub fn max_distance_squared(&self, p: DVec3) -> f64 {
         let far = (self.min - p).abs().max((self.max - p).abs());
         if self.is_empty() { 0.0 } else { far.length_squared() }
     }
 
-    /// Size along each axis; zero for an empty box.
+    /// Returns the size along each axis; zero for an empty box.
     pub fn extent(&self) -> DVec3 {
         if self.is_empty() { DVec3::ZERO } else { self.max - self.min }
     }
@@ -60,8 +65,8 @@ impl Aabb {
 /// A sphere in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Its centre.
+    /// Centre.
     pub centre: DVec3,
-    /// Its radius.
+    /// Radius.
     pub radius: f64,
 }

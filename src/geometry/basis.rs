@@ -1,13 +1,14 @@
-//! The lecture's orthonormal camera basis.
+//! The camera basis of the lecture, and orthonormal frames around a vector.
 
 use glam::{DMat3, DVec3};
 
-/// The camera basis of the lecture: `u` to the right, `v` up, `w` against the view direction.
-/// All unit length, mutually perpendicular and right-handed, but for a file's camera below what mirrors or
-/// shears.
+/// The lecture's camera basis: `u` to the right, `v` up, `w` opposite to the view direction.
+///
+/// The axes have unit length. They are orthonormal and right-handed, except for a camera of a file
+/// whose node transform mirrors or shears.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis {
-    /// To the right in the picture.
+    /// Right in the picture.
     pub u: DVec3,
     /// Up in the picture.
     pub v: DVec3,
@@ -16,10 +17,10 @@ pub struct Basis {
 }
 
 impl Basis {
-    /// `w = −normalize(view_dir)`, `u = normalize(view_up × w)`, `v = w × u`.
+    /// Builds the basis `w = −normalize(view_dir)`, `u = normalize(view_up × w)`, `v = w × u`.
     ///
-    /// `None` where the view direction has no length, or `view_up` is parallel to it
-    /// (within a millionth of a radian), or anything is not finite.
+    /// Returns `None` if the view direction has no length, if `view_up` is parallel to it (within
+    /// 1e-6 rad), or if a component is not finite.
     pub fn from_view(view_dir: DVec3, view_up: DVec3) -> Option<Basis> {
         let w = -view_dir.try_normalize()?;
         let side = view_up.try_normalize()?.cross(w);
@@ -30,33 +31,33 @@ impl Basis {
         Some(Basis { u, v: w.cross(u), w })
     }
 
-    /// The axes of what `to_world` places, as long as one: mirrored and sheared where it does that. `None`
-    /// where they do not span space.
+    /// Builds the basis from the normalised columns of a camera's node transform. Keeps mirroring
+    /// and shear. Returns `None` if the columns do not span space.
     pub fn from_transform(to_world: DMat3) -> Option<Basis> {
         let [u, v, w] = [to_world.x_axis, to_world.y_axis, to_world.z_axis].map(DVec3::try_normalize);
         let basis = Basis { u: u?, v: v?, w: w? };
         (basis.volume().abs() > 1e-6).then_some(basis)
     }
 
-    /// False where the axes shear or mirror.
+    /// Returns true if the axes are orthonormal and right-handed, that is neither sheared nor mirrored.
     pub fn is_orthonormal(&self) -> bool {
         (self.volume() - 1.0).abs() <= 1e-9
     }
 
-    /// What u, v and w span: 1 where they are the lecture's, less where they shear, below 0 where they mirror.
+    /// The signed volume spanned by the axes: 1 if orthonormal, less if sheared, negative if mirrored.
     fn volume(&self) -> f64 {
         self.u.cross(self.v).dot(self.w)
     }
 
-    /// Like [`Basis::from_view`], falling back to the up direction −Z, then +Y, where `view_up`
-    /// will not do. `None` only where the view direction itself has no length.
+    /// Builds the basis like [`Basis::from_view`]. Where `view_up` is unusable, tries −Z, then +Y as the
+    /// up direction. Returns `None` only if the view direction has no length.
     pub fn from_view_with_fallback_up(view_dir: DVec3, view_up: DVec3) -> Option<Basis> {
         [view_up, DVec3::NEG_Z, DVec3::Y].into_iter().find_map(|up| Basis::from_view(view_dir, up))
     }
 }
 
-/// Two unit vectors that complete the unit vector `n` to a right-handed frame (Duff et al.,
-/// "Building an Orthonormal Basis, Revisited", JCGT 2017).
+/// Returns two unit vectors that complete the unit vector `n` to a right-handed frame (Duff et al.,
+/// “Building an Orthonormal Basis, Revisited”, JCGT 2017).
 pub fn coordinate_system(n: DVec3) -> (DVec3, DVec3) {
     let sign = 1f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);
@@ -69,13 +70,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_basis_is_the_lectures() {
+    fn from_view_builds_the_lectures_basis() {
         let b = Basis::from_view(DVec3::new(0.0, 0.0, -2.0), DVec3::new(0.0, 3.0, 1.0)).unwrap();
         assert_eq!((b.u, b.v, b.w), (DVec3::X, DVec3::Y, DVec3::Z));
     }
 
     #[test]
-    fn a_parallel_up_is_refused_and_then_replaced() {
+    fn a_parallel_up_vector_is_rejected_or_replaced() {
         let down = DVec3::NEG_Y;
         assert!(Basis::from_view(down, DVec3::Y).is_none());
         let b = Basis::from_view_with_fallback_up(down, DVec3::Y).unwrap();

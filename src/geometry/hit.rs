@@ -1,61 +1,61 @@
-//! Rays and what they hit.
+//! Rays, ray differentials and hits.
 
 use glam::{DVec3, Vec3};
 
-/// A half-line `r(t) = o + t·d`. The direction need not be unit length: eye rays are `s − e`.
+/// A ray `r(t) = o + t·d`. The direction need not have unit length: eye rays have `d = s − e`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Origin.
     pub o: Vec3,
-    /// Direction; `t` counts in its length.
+    /// Direction; `t` is measured in its length.
     pub d: Vec3,
 }
 
-/// How an eye ray changes from a sample to the next one on the film: to the right, and upward.
+/// Change of an eye ray from one sample to the next on the film: one step right, one step up.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct RayDifferential {
-    /// Of the origin.
+    /// Change of the origin.
     pub o: [DVec3; 2],
-    /// Of the direction.
+    /// Change of the direction.
     pub d: [DVec3; 2],
 }
 
-/// Which triangle of which instance: indices into the posed scene's instances and into that
-/// instance's mesh's triangles. Ordered, so that ties between equal distances have one answer.
+/// Identifies a triangle of an instance. Ordered, so that ties between equal distances are broken
+/// the same way everywhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct HitId {
-    /// Index of the instance in the scene.
+    /// Index into the posed scene's instances.
     pub instance: u32,
-    /// Index of the triangle in the instance's mesh.
+    /// Index into the triangles of the instance's mesh.
     pub triangle: u32,
 }
 
 impl HitId {
-    /// No triangle: greater than every real id.
+    /// No triangle. Greater than every valid id.
     pub const NONE: HitId = HitId { instance: u32::MAX, triangle: u32::MAX };
 }
 
-/// The closest hit of a ray. Barycentrics are not kept: they are recomputed when shading.
+/// The closest hit of a ray. Shading recomputes the barycentrics.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Hit {
-    /// Where along the ray, in lengths of its direction; +∞ for a miss.
+    /// Ray parameter of the hit, in lengths of the direction; +∞ for a miss.
     pub t: f32,
-    /// What was hit; [`HitId::NONE`] for a miss.
+    /// The triangle; [`HitId::NONE`] for a miss.
     pub id: HitId,
 }
 
 impl Hit {
-    /// Nothing was hit.
+    /// A miss.
     pub const MISS: Hit = Hit { t: f32::INFINITY, id: HitId::NONE };
 
-    /// True where nothing was hit.
+    /// Returns true for a miss.
     pub fn is_miss(&self) -> bool {
         self.id == HitId::NONE
     }
 
-    /// The order in which a ray meets surfaces: by `t`, then by id.
+    /// Returns true if this hit comes before `other` along a ray. Equal distances are ordered by id.
     pub fn before(&self, other: &Hit) -> bool {
         self.t < other.t || (self.t == other.t && self.id < other.id)
     }

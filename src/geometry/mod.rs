@@ -1,6 +1,7 @@
-//! Rays, hits, frames, bounds, transforms and the error bounds that keep them honest.
+//! Geometric primitives: rays, hits, bounding boxes, frames, transforms, sampling and rounding-error
+//! bounds.
 //!
-//! Everything here is plain arithmetic: no scene, no files, no threads.
+//! Everything here is arithmetic. It knows no scene, no files and no threads.
 
 mod aabb;
 mod basis;
@@ -22,5 +23,5 @@ pub use transform::{Transform, cofactor};
 
 /// Linear RGB, Rec. 709 primaries.
 pub type Rgb = glam::Vec3;
-/// Linear RGB with alpha; whether premultiplied is said where it is used.
+/// Linear RGB with alpha. Each use says whether it is premultiplied.
 pub type Rgba = glam::Vec4;

@@ -1,4 +1,4 @@
-//! Points of the unit square carried to shapes that light comes from.
+//! Maps from the unit square to discs and hemispheres, for sampling area lights and ambient occlusion.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3};
 
 use super::coordinate_system;
 
-/// The unit square onto the unit disc: equal areas stay equal, neighbours stay neighbours (Shirley
-/// and Chiu, “A Low Distortion Map Between Disk and Square”, JGT 2(3), 1997).
+/// Maps the unit square to the unit disc. Equal areas stay equal and neighbours stay neighbours
+/// (Shirley and Chiu, “A Low Distortion Map Between Disk and Square”, JGT 2(3), 1997).
 pub fn concentric_disc(u: [f32; 2]) -> DVec2 {
     let [x, y] = u.map(|u| 2.0 * f64::from(u) - 1.0);
     if x == 0.0 && y == 0.0 {
@@ -18,8 +18,8 @@ pub fn concentric_disc(u: [f32; 2]) -> DVec2 {
     DVec2::new(r * libm::cos(angle), r * libm::sin(angle))
 }
 
-/// The unit square onto directions about the unit vector `n`, as dense as their cosine: the disc
-/// raised to the hemisphere (Malley's method).
+/// Maps the unit square to cosine-weighted directions around the unit vector `n`: the disc projected
+/// up to the hemisphere (Malley's method).
 pub fn cosine_hemisphere(n: DVec3, u: [f32; 2]) -> DVec3 {
     let p = concentric_disc(u);
     let up = (1.0 - p.length_squared()).max(0.0).sqrt();
@@ -31,17 +31,17 @@ pub fn cosine_hemisphere(n: DVec3, u: [f32; 2]) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// The middles of n × n squares.
+    /// The centres of an n × n grid of cells.
     fn grid(n: u16) -> impl Iterator<Item = [f32; 2]> {
         let at = move |i: u16| (f32::from(i) + 0.5) / f32::from(n);
         (0..n).flat_map(move |i| (0..n).map(move |j| [at(i), at(j)]))
     }
 
     #[test]
-    fn the_disc_is_covered_evenly() {
+    fn the_disc_is_sampled_uniformly() {
         let points: Vec<_> = grid(200).map(concentric_disc).collect();
         assert!(points.iter().all(|p| p.length() < 1.0));
-        // Within radius r lies r² of the area, and above any height what lies below its negative.
+        // A radius r encloses r² of the area.
         for r in [0.1f64, 0.5, 0.9] {
             let inside = points.iter().filter(|p| p.length() < r).count() as f64 / 40_000.0;
             assert!((inside - r * r).abs() < 0.004, "{r}: {inside}");
@@ -55,9 +55,9 @@ mod tests {
     }
 
     #[test]
-    fn directions_are_as_dense_as_their_cosine() {
+    fn hemisphere_directions_are_cosine_weighted() {
         for n in [DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, -0.48, 0.64)] {
-            // The mean cosine of such directions is 2/3, the mean of its square 1/2.
+            // The mean cosine of cosine-weighted directions is 2/3; the mean of its square is 1/2.
             let cosines: Vec<f64> = grid(100).map(|u| cosine_hemisphere(n, u).dot(n)).collect();
             assert!(cosines.iter().all(|c| (0.0..=1.0 + 1e-12).contains(c)));
             let mean = |f: fn(f64) -> f64| cosines.iter().map(|&c| f(c)).sum::<f64>() / 10_000.0;

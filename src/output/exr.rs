@@ -29,7 +29,7 @@ pub(super) fn encode(picture: &Picture, depth: BitDepth) -> io::Result<Vec<u8>> 
     let mattes: Vec<_> = picture.mattes.iter().map(cryptomatte::Layers::new).collect();
     let mut channels: SmallVec<[AnyChannel<Channel>; 4]> = SmallVec::new();
     for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
-        let values: Values = Box::new(move |i| picture.display.linear(picture.pixels.colors[i])[c]);
+        let values: Values = Box::new(move |i| picture.display.composite_linear(picture.pixels.colors[i])[c]);
         channels.push(AnyChannel::new(name, Channel { kind, values }));
     }
     for layer in &picture.layers {

@@ -1,35 +1,35 @@
-//! What was in a file when a scene was read from it.
+//! Digests of the files that a scene was read from, which detect changes between runs.
 
 use std::fmt;
 use std::io::{self, Read};
 
 use twox_hash::XxHash3_128;
 
-/// What was in a file. It may hold something else a moment later.
+/// A digest of a file, taken when it was read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FileDigest {
-    /// It was not there, or could not be read.
+    /// The file was missing or unreadable.
     #[default]
     Unread,
-    /// Bytes of this hash (XXH3, 128 bits).
+    /// XXH3 hash of its bytes, 128 bits.
     Hash(u128),
-    /// It was read more than once, and was not the same each time.
+    /// The file was read more than once, with different bytes.
     Changed,
 }
 
 impl FileDigest {
-    /// Those bytes.
+    /// Returns the digest of `bytes`.
     pub fn of(bytes: &[u8]) -> FileDigest {
         FileDigest::Hash(XxHash3_128::oneshot(bytes))
     }
 
-    /// What a file that was read before holds when it is read again.
+    /// Merges the digests of two reads of the same file.
     pub fn merge(self, other: FileDigest) -> FileDigest {
         if self == other { self } else { FileDigest::Changed }
     }
 }
 
-/// A word: 32 digits, `-` for what was not read, and `?`, which stands for no file's bytes.
+/// Formats the digest as one word: 32 hexadecimal digits, `-` if unread, `?` if changed.
 impl fmt::Display for FileDigest {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
@@ -40,18 +40,18 @@ impl fmt::Display for FileDigest {
     }
 }
 
-/// Hashes what passes through.
+/// A reader that hashes the bytes passing through it.
 pub(crate) struct HashingReader<R> {
-    from: R,
+    inner: R,
     hash: XxHash3_128,
 }
 
 impl<R: Read> HashingReader<R> {
-    pub fn new(from: R) -> HashingReader<R> {
-        HashingReader { from, hash: XxHash3_128::new() }
+    pub fn new(inner: R) -> HashingReader<R> {
+        HashingReader { inner, hash: XxHash3_128::new() }
     }
 
-    /// What has passed so far: all of a file, once there is no more of it.
+    /// Returns the digest of the bytes read so far.
     pub fn digest(&self) -> FileDigest {
         FileDigest::Hash(self.hash.finish_128())
     }
@@ -59,7 +59,7 @@ impl<R: Read> HashingReader<R> {
 
 impl<R: Read> Read for HashingReader<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let read = self.from.read(buffer)?;
+        let read = self.inner.read(buffer)?;
         self.hash.write(&buffer[..read]);
         Ok(read)
     }
@@ -70,17 +70,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bytes_have_one_hash_however_they_are_read() {
+    fn the_digest_does_not_depend_on_the_read_sizes() {
         let bytes: Vec<u8> = (0..100_000u32).map(|i| (i.wrapping_mul(i) >> 3) as u8).collect();
-        let mut hashing = HashingReader::new(&bytes[..]);
+        let mut reader = HashingReader::new(&bytes[..]);
         let mut part = [0; 777];
-        while hashing.read(&mut part).unwrap() > 0 {}
-        assert_eq!(hashing.digest(), FileDigest::of(&bytes));
-        assert_eq!(hashing.digest().to_string().len(), 32);
+        while reader.read(&mut part).unwrap() > 0 {}
+        assert_eq!(reader.digest(), FileDigest::of(&bytes));
+        assert_eq!(reader.digest().to_string().len(), 32);
     }
 
     #[test]
-    fn what_was_not_the_same_twice_is_neither() {
+    fn different_reads_of_a_file_merge_to_changed() {
         let (one, other) = (FileDigest::of(b"1"), FileDigest::of(b"2"));
         assert_eq!(one.merge(one), one);
         assert_eq!(one.merge(other), FileDigest::Changed);

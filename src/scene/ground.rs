@@ -1,4 +1,4 @@
-//! A ground for scenes that bring none.
+//! A ground plane for scenes without one: visible, or a shadow catcher.
 
 use glam::DVec3;
 
@@ -7,37 +7,36 @@ use crate::geometry::{Aabb, Rgb};
 /// What a ground shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GroundKind {
-    /// Itself, grey and matt.
+    /// A matte grey plane.
     Plane,
-    /// Only the shadows that fall on it: it catches them and is not there otherwise.
+    /// Only the shadows that fall on it (a shadow catcher).
     ShadowCatcher,
 }
 
-/// A level ground that ends in no line: far out it thins until it is gone. It is no part of the
-/// scene: no bounds, names, ids or layers know of it.
+/// A horizontal ground plane that fades out with distance, so that it has no visible edge. It is not
+/// part of the scene: bounds, names, ids and AOVs ignore it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// What it shows.
     pub kind: GroundKind,
-    /// Its middle, in world coordinates; its height is the ground's.
+    /// Centre in world coordinates. Its y is the height of the ground.
     pub centre: DVec3,
-    /// Size of what stands on it: half the diagonal of its bounds.
+    /// Size of the scene: half the diagonal of its bounds, in metres.
     pub size: f64,
 }
 
 impl Ground {
     /// k_d and k_a of [`GroundKind::Plane`].
     pub const GREY: Rgb = Rgb::splat(0.5);
-    /// How far below what stands on it a ground lies, in sizes: more than rounding moves a surface
-    /// (see docs/decisions/0041-intersect-the-ground-analytically.md), and less than a pixel.
+    /// Gap between the scene and the ground, in sizes: more than rounding moves a surface (see
+    /// docs/decisions/0041-intersect-the-ground-analytically.md), and less than a pixel.
     const GAP: f64 = 1e-5;
-    /// Whole up to here, in sizes from its middle.
-    const WHOLE: f64 = 3.0;
-    /// Gone from here on.
-    const GONE: f64 = 15.0;
+    /// Distance from the centre where fading starts, in sizes.
+    const FADE_START: f64 = 3.0;
+    /// Distance from the centre where fading ends, in sizes.
+    const FADE_END: f64 = 15.0;
 
-    /// The ground below everything in `bounds`, in world coordinates; below the origin where there
-    /// is nothing.
+    /// Returns the ground below `bounds` (world coordinates); below the origin if they are empty.
     pub fn under(bounds: &Aabb, kind: GroundKind) -> Ground {
         let half = 0.5 * bounds.extent().length();
         let size = if half > 0.0 { half } else { 1.0 };
@@ -46,9 +45,9 @@ impl Ground {
         Ground { kind, centre: DVec3::new(centre.x, lowest - Ground::GAP * size, centre.z), size }
     }
 
-    /// How much of it is there at a distance from its middle: 1 … 0.
+    /// Returns the opacity, 1…0, at a distance from the centre.
     pub fn opacity(&self, distance: f64) -> f32 {
-        let s = (Ground::GONE - distance / self.size) / (Ground::GONE - Ground::WHOLE);
+        let s = (Ground::FADE_END - distance / self.size) / (Ground::FADE_END - Ground::FADE_START);
         let s = s.clamp(0.0, 1.0);
         (s * s * (3.0 - 2.0 * s)) as f32
     }

@@ -1,53 +1,37 @@
-//! Materials as files describe them. What the lecture's k_a, k_d, k_s and p become of each is the
-//! integrator's to say.
+//! Materials as files describe them. The integrator maps them to the lecture's k_a, k_d, k_s and p.
 
-use crate::geometry::Rgb;
 use glam::Vec3;
 
-use super::{TexelSemantics, TextureRef};
+use super::{TexelSemantics, TextureChannel, TextureRef};
+use crate::geometry::Rgb;
 
-/// A channel of a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TextureChannel {
-    /// Red.
-    R,
-    /// Green.
-    G,
-    /// Blue.
-    B,
-    /// Alpha.
-    A,
-    /// The mean of red, green and blue.
-    Mean,
-}
-
-/// A colour, times a texture read as sRGB.
+/// A colour: a factor times an sRGB texture.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct ColorInput {
     /// Linear factor.
     pub factor: Rgb,
-    /// Its texture.
+    /// Texture.
     pub texture: Option<TextureRef>,
 }
 
 impl ColorInput {
-    /// A colour without a texture.
+    /// Returns a constant colour.
     pub fn new(factor: Rgb) -> ColorInput {
         ColorInput { factor, texture: None }
     }
 }
 
-/// A number, times a channel of a texture read as linear data.
+/// A number: a factor times a channel of a linear texture.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct ScalarInput {
-    /// The factor.
+    /// Factor.
     pub factor: f32,
-    /// Its texture and the channel.
+    /// Texture and channel.
     pub texture: Option<(TextureRef, TextureChannel)>,
 }
 
 impl ScalarInput {
-    /// A number without a texture.
+    /// Returns a constant number.
     pub fn new(factor: f32) -> ScalarInput {
         ScalarInput { factor, texture: None }
     }
@@ -56,35 +40,35 @@ impl ScalarInput {
 /// A tangent-space normal map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalMap {
-    /// The texture, read as linear data.
+    /// Texture, read as linear data.
     pub texture: TextureRef,
-    /// How much of it is seen; 1 is all.
+    /// Scale of the slopes; 1 is the full map.
     pub scale: f32,
-    /// `scale` multiplies x and y. True: below 1 it takes z to 1 as well, as Blender's strength does, so that
-    /// the normal goes from the surface's own to the map's.
+    /// False multiplies x and y by `scale` (glTF). True also blends z towards 1 for scales below 1, so
+    /// that the normal goes from the surface's own to the map's, like Blender's strength.
     pub scale_is_strength: bool,
 }
 
-/// What becomes of alpha.
+/// How alpha affects visibility.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum AlphaMode {
     /// Alpha is ignored.
     #[default]
     Opaque,
-    /// Below the cutoff there is nothing.
+    /// Alpha mask: invisible below the cutoff.
     Mask(f32),
-    /// Composited over what is behind.
+    /// Blended over what is behind.
     Blend,
 }
 
-/// A dielectric's reflectance at normal incidence: index of refraction and KHR_materials_specular.
+/// The specular reflection of a dielectric (KHR_materials_ior, KHR_materials_specular).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric {
     /// Index of refraction.
     pub ior: f32,
     /// Weight of the specular reflection (texture: alpha).
     pub specular: ScalarInput,
-    /// Its colour.
+    /// Colour of the specular reflection at normal incidence.
     pub specular_color: ColorInput,
 }
 
@@ -94,74 +78,74 @@ impl Default for Dielectric {
     }
 }
 
-/// The lecture's own coefficients, as an MTL file gives them.
+/// The lecture's coefficients, as an MTL file gives them.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct MtlReflectance {
-    /// k_a; `None` means the same as k_d.
+    /// k_a. `None` means k_d.
     pub ambient: Option<ColorInput>,
     /// k_s.
     pub specular: ColorInput,
-    /// p, exactly as written.
+    /// p, unmodified.
     pub shininess: f32,
 }
 
-/// How a surface reflects.
+/// The reflection model of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reflectance {
-    /// MTL's Ka, Ks and Ns; Kd is the material's base colour.
+    /// MTL's Ka, Ks and Ns. Kd is the material's base colour.
     Mtl(MtlReflectance),
-    /// glTF's metallic-roughness, or an MTL's Pr and Pm.
+    /// glTF's metallic-roughness model, or an MTL's Pr and Pm.
     MetallicRoughness {
-        /// 0 dielectric … 1 metal.
+        /// 0 (dielectric) … 1 (metal).
         metallic: ScalarInput,
         /// Perceptual roughness.
         roughness: ScalarInput,
-        /// What its dielectric part is.
+        /// The dielectric part.
         dielectric: Dielectric,
     },
-    /// KHR_materials_pbrSpecularGlossiness; the diffuse colour is the base colour.
+    /// KHR_materials_pbrSpecularGlossiness. The diffuse colour is the base colour.
     SpecularGlossiness {
         /// F0.
         specular: ColorInput,
         /// 1 − roughness (texture: alpha).
         glossiness: ScalarInput,
     },
-    /// The base colour and nothing else.
+    /// KHR_materials_unlit: shows the base colour without lighting.
     Unlit,
 }
 
 /// A material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Its name in the file.
+    /// Name in the file.
     pub name: String,
     /// Base colour, diffuse colour or Kd.
     pub base_color: ColorInput,
-    /// Opacity, times the base texture's alpha where `alpha_from_base` says so.
+    /// Opacity, multiplied by the alpha of the base colour's texture if `alpha_from_base` is set.
     pub alpha: ScalarInput,
-    /// True where the base colour texture's alpha counts (glTF).
+    /// True if the alpha of the base colour's texture counts (glTF).
     pub alpha_from_base: bool,
-    /// What becomes of it.
+    /// How alpha affects visibility.
     pub alpha_mode: AlphaMode,
-    /// How it reflects.
+    /// Reflection model.
     pub reflectance: Reflectance,
     /// Emitted radiance.
     pub emission: ColorInput,
-    /// Multiplies `emission`.
+    /// Factor of `emission`.
     pub emission_strength: f32,
-    /// A normal map.
+    /// Normal map.
     pub normal: Option<NormalMap>,
     /// Ambient occlusion: 1 + strength·(texture − 1).
     pub occlusion: ScalarInput,
-    /// Transmission T: replaces the diffuse term alone, of which metals have none.
+    /// Transmission T. It replaces only the diffuse term, which metals do not have.
     pub transmission: ScalarInput,
-    /// False: back faces are not seen by eye rays.
+    /// False makes back faces invisible to eye rays.
     pub double_sided: bool,
 }
 
 impl Default for Material {
-    /// White, fully rough, not metallic, single-sided. Importers set what their format says of a
-    /// mesh without a material.
+    /// Returns white, fully rough, not metallic and single-sided. Importers set the defaults of their
+    /// format.
     fn default() -> Self {
         Material {
             name: String::new(),
@@ -185,26 +169,26 @@ impl Default for Material {
 }
 
 impl Material {
-    /// True where textures say what it is from place to place, its normal map aside.
+    /// Returns true if textures other than the normal map vary the material.
     pub fn is_textured(&self) -> bool {
         self.texture_slots().into_iter().flatten().next().is_some()
     }
 
-    /// Its textures, its normal map among them.
+    /// Returns all textures, including the normal map.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let normal = self.normal.as_ref().map(|map| &map.texture);
         self.textures_with_semantics().map(|(texture, _)| texture).chain(normal)
     }
 
-    /// What it looks up, but for the normal map.
+    /// Returns the textures other than the normal map, with their semantics.
     pub(crate) fn textures_with_semantics(&self) -> impl Iterator<Item = (&TextureRef, TexelSemantics)> {
         self.texture_slots().into_iter().flatten()
     }
 
-    /// What its base colour's texture says.
+    /// Returns the semantics of the base colour's texture.
     pub(crate) fn base_color_semantics(&self) -> TexelSemantics {
-        let counts = self.alpha_from_base && self.alpha_mode != AlphaMode::Opaque;
-        if counts { TexelSemantics::AlphaWeightedColor } else { TexelSemantics::Color }
+        let alpha_counts = self.alpha_from_base && self.alpha_mode != AlphaMode::Opaque;
+        if alpha_counts { TexelSemantics::AlphaWeightedColor } else { TexelSemantics::Color }
     }
 
     fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 9] {
@@ -230,13 +214,13 @@ impl Material {
         [base, color(&self.emission), alpha, occlusion, transmission, a, b, c, d]
     }
 
-    /// True where a ray may pass through this material in part.
+    /// Returns true if rays can pass partially through this material.
     pub fn is_translucent(&self) -> bool {
         self.alpha_mode == AlphaMode::Blend || self.transmits()
     }
 
-    /// True where light may pass through its covered part. What passes is part of what a dielectric
-    /// would scatter: metals let nothing through, and neither does what shows its colour and nothing else.
+    /// Returns true if light passes through the covered part. The transmitted light is part of what a
+    /// dielectric would scatter, so metals and unlit materials transmit nothing.
     pub fn transmits(&self) -> bool {
         let scatters = match &self.reflectance {
             Reflectance::MetallicRoughness { metallic, .. } => {
@@ -249,20 +233,20 @@ impl Material {
     }
 }
 
-/// What rays need to know of a material without looking at it closely.
+/// Classification of a material for ray traversal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SurfaceClass {
-    /// Blocks everything.
+    /// Blocks all light.
     #[default]
     Opaque,
-    /// There or not there, by an alpha test, and opaque where it is.
+    /// Alpha-masked: opaque where it is visible.
     Cutout,
-    /// Lets part of the light through, or may not be there.
+    /// Alpha-blended or transmissive.
     Translucent,
 }
 
 impl Material {
-    /// Its class.
+    /// Returns the class of the material.
     pub fn surface_class(&self) -> SurfaceClass {
         match self.alpha_mode {
             _ if self.is_translucent() => SurfaceClass::Translucent,

@@ -1,26 +1,27 @@
-//! How much memory a scene takes.
+//! Estimates how much memory a scene takes.
 
 use std::mem::size_of_val;
 
 use crate::scene::{Image, Mesh, MorphTarget, Scene};
 
-/// Bytes that an allocator may take for itself, for each piece of memory.
-const ALLOCATED: usize = 16;
+/// Overhead of an allocator for each allocation, in bytes.
+const ALLOCATION_OVERHEAD: usize = 16;
 
 impl Scene {
-    /// Bytes of its large arrays: nodes and what hangs at them, meshes, images with all their smaller copies,
-    /// animations. What there is one of for each material is left out.
+    /// Returns the bytes of the large arrays: nodes and instances, meshes, images with their mip maps, and
+    /// animations. Materials are left out.
     pub fn memory_size(&self) -> u64 {
         let meshes: usize = self.meshes.iter().map(Mesh::memory_size).sum();
         let images: u64 = self.images.iter().map(Image::byte_size).sum();
-        let keys = self.animations.iter().flat_map(|a| &a.channels).map(|c| &c.keyframes);
-        let keys: usize = keys.map(|k| size_of_val(&k.times[..]) + size_of_val(&k.values[..])).sum();
-        let text = |name: &String| name.capacity() + ALLOCATED;
+        let keyframes = self.animations.iter().flat_map(|a| &a.channels).map(|c| &c.keyframes);
+        let keyframes: usize =
+            keyframes.map(|k| size_of_val(&k.times[..]) + size_of_val(&k.values[..])).sum();
+        let text = |name: &String| name.capacity() + ALLOCATION_OVERHEAD;
         let nodes: usize = self.nodes.iter().map(|node| size_of_val(node) + text(&node.name)).sum();
         let objects: usize = self.objects.iter().map(|name| size_of_val(name) + text(name)).sum();
         let drawn = size_of_val(&self.instances[..]) + objects;
-        // A pyramid is a third of its image.
-        (nodes + drawn + meshes + keys) as u64 + images + images / 3
+        // A mip pyramid is a third of its image.
+        (nodes + drawn + meshes + keyframes) as u64 + images + images / 3
     }
 }
 

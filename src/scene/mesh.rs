@@ -1,74 +1,97 @@
-//! Triangle meshes.
+//! Triangle meshes, with morph targets and joint influences for animation.
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::GeneratedFrames;
-
-/// Indexed triangles of one material, in a local frame. Attribute arrays are as long as
-/// `positions`, or empty where the file has none.
+/// Indexed triangles of one material, in a local frame. Attribute arrays are as long as `positions`, or
+/// empty where the mesh lacks the attribute.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// Its name in the file.
+    /// Name in the file.
     pub name: String,
-    /// Vertices in metres.
+    /// Vertex positions in metres.
     pub positions: Vec<Vec3>,
-    /// Vertex indices, counter-clockwise seen from the front; all within `positions`.
+    /// Vertex indices, counter-clockwise seen from the front. All are valid.
     pub triangles: Vec<[u32; 3]>,
-    /// Unit vertex normals; empty means flat.
+    /// Unit vertex normals. Empty means flat shading.
     pub normals: Vec<Vec3>,
-    /// True: between vertices, normals are blended in the mesh's own frame, then taken to the world. Else
-    /// each is of unit length in the world before. The two differ where a node scales unevenly.
+    /// True interpolates the normals in the local frame and then transforms them. False transforms and
+    /// normalises them before interpolation. The two differ under non-uniform scale.
     pub interpolate_normals_locally: bool,
-    /// Unit tangents with the bitangent's sign in w, along the set of the normal map.
+    /// Unit tangents, with the sign of the bitangent in w, for the texture coordinates of the normal map.
     pub tangents: Vec<Vec4>,
-    /// What of those the file does not have.
+    /// Which of normals and tangents were generated at import.
     pub generated_frames: GeneratedFrames,
-    /// Texture coordinates by set, as glTF has them: v runs down from the image's top.
+    /// Sets of texture coordinates. As in glTF, v runs down from the top of the image.
     pub uvs: Vec<Vec<Vec2>>,
     /// Vertex colours, linear RGBA.
     pub colors: Vec<Vec4>,
-    /// Index of its material.
+    /// Material.
     pub material: u32,
-    /// Shapes to blend in.
+    /// Morph targets.
     pub morph_targets: Vec<MorphTarget>,
-    /// Weights of the morph targets at rest.
+    /// Weights of the morph targets in the rest pose.
     pub morph_weights: Vec<f32>,
-    /// Which joints move which vertex.
+    /// Joint influences of a skinned mesh.
     pub influences: Influences,
 }
 
 impl Mesh {
-    /// A set of texture coordinates, if it has that.
+    /// Returns a set of texture coordinates, if the mesh has it.
     pub fn uv_set(&self, set: u32) -> Option<&[Vec2]> {
         self.uvs.get(set as usize).filter(|uvs| !uvs.is_empty()).map(Vec::as_slice)
     }
 
-    /// The texture coordinates of a set at a triangle's corners; the origin where there is no such set.
+    /// Returns the texture coordinates at a triangle's corners; zeros if the mesh lacks the set.
     pub fn uvs_at(&self, corners: [u32; 3], set: u32) -> [Vec2; 3] {
         self.uv_set(set).map_or([Vec2::ZERO; 3], |uvs| corners.map(|c| uvs[c as usize]))
     }
 }
 
-/// Displacements from a mesh's rest shape; arrays are as long as the mesh's, or empty.
+/// Which parts of a mesh's tangent frames the importer generated from the rest shape. Generated parts
+/// follow the deformed triangles; parts from the file follow morph targets and joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum GeneratedFrames {
+    /// Nothing.
+    #[default]
+    None,
+    /// The tangents.
+    Tangents,
+    /// Tangents and flat normals. The triangles share no vertices.
+    NormalsAndTangents,
+}
+
+/// Displacements from the rest shape of a mesh. Arrays are as long as the mesh's, or empty.
 #[derive(Clone, Debug, Default)]
 pub struct MorphTarget {
-    /// Its name in the file.
+    /// Name in the file.
     pub name: String,
     /// Added to the positions.
     pub positions: Vec<Vec3>,
     /// Added to the normals.
     pub normals: Vec<Vec3>,
-    /// Added to the tangents' xyz.
+    /// Added to xyz of the tangents.
     pub tangents: Vec<Vec3>,
 }
 
-/// Joint weights of a skinned mesh: `per_vertex` pairs for each vertex, weights summing to one.
+/// Joint indices and weights of a skinned mesh: `per_vertex` pairs for each vertex. The weights of a
+/// vertex sum to 1.
 #[derive(Clone, Debug, Default)]
 pub struct Influences {
     /// Pairs for each vertex: 4, 8, …; 0 for a mesh without skin.
     pub per_vertex: usize,
     /// Indices into the skin's joints.
     pub joints: Vec<u16>,
-    /// Their weights.
+    /// Weights.
     pub weights: Vec<f32>,
+}
+
+/// The vertex attributes of a mesh deformed by a skin or by morph targets.
+#[derive(Clone, Debug, Default)]
+pub struct DeformedMesh {
+    /// Replaces the positions.
+    pub positions: Vec<Vec3>,
+    /// Replaces the normals; empty if the mesh has none.
+    pub normals: Vec<Vec3>,
+    /// Replaces the tangents; empty if the mesh has none.
+    pub tangents: Vec<Vec4>,
 }

@@ -1,171 +1,103 @@
-//! What a file says, as plain data: immutable, flat arrays with `u32` ids, in the file's own
-//! local frames. Nothing here knows files, trees of boxes or pixels.
+//! The scene as plain data: immutable, flat arrays indexed by `u32` ids, in the file's local frames.
 //!
-//! Lengths are metres, angles radians, colours linear RGB (Rec. 709). The world is right-handed
-//! with +Y up.
+//! The scene knows no files, no BVHs and no pixels. [`pose`] evaluates it at a time and gives a
+//! [`PosedScene`].
+//!
+//! Lengths are metres, angles radians, colours linear RGB (Rec. 709). The world is right-handed with
+//! +Y up.
 
 mod animation;
+mod base_view;
 mod camera;
+mod file_camera;
 mod file_digest;
 mod framing;
 mod ground;
 mod light;
+mod light_units;
+mod lighting;
 mod material;
 mod memory_size;
 mod mesh;
 mod node;
 mod opaque_triangles;
+mod resolve_view;
 mod rig;
 mod select;
 mod skin;
 mod sky;
+mod source;
+mod spot_cone;
 mod texture;
 mod turntable;
+mod view;
 
 pub use animation::animated_properties::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
-pub use animation::clip::{ClipBoundsCache, clip_duration};
-pub use animation::deform::DeformedMesh;
+pub use animation::clip_bounds::ClipBoundsCache;
 pub use animation::keyframes::{Animation, Channel, ChannelTarget, Interpolation, Keyframes};
-pub use animation::pose::{
-    AnimationChoice, PoseError, PoseSettings, PosedInstance, PosedScene, active_animations, pose,
-};
-pub use animation::tangent_frames::GeneratedFrames;
-pub use camera::{Camera, ClipPlanes, Orbit, OrbitAngles, Projection, SensorFit, View, ViewError};
+pub use animation::playback::{AnimationChoice, PoseError, active_animations, clip_duration};
+pub use animation::pose::{PoseSettings, pose};
+pub use animation::posed_scene::{PosedInstance, PosedScene};
+pub use camera::{Camera, ClipPlanes, Projection};
+pub use file_camera::{FileCamera, FileProjection, SensorFit};
 pub use file_digest::FileDigest;
 pub(crate) use file_digest::HashingReader;
-pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV, ViewNotes};
+pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV};
 pub use ground::{Ground, GroundKind};
-pub use light::{
-    Light, LightEval, LightKind, LightSample, LightUnits, LocalLight, PosedLight, PosedLightKind, SpotCone,
-};
+pub use light::{Light, LightEval, LightKind, LightSample, LocalLight, PosedLight, PosedLightKind};
+pub use light_units::LightUnits;
+pub use lighting::{LightSet, Lighting, ResolvedLighting, UserLight};
 pub use material::{
     AlphaMode, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, ScalarInput,
-    SurfaceClass, TextureChannel,
+    SurfaceClass,
 };
-pub use mesh::{Influences, Mesh, MorphTarget};
-pub(crate) use node::rotation;
+pub use mesh::{DeformedMesh, GeneratedFrames, Influences, Mesh, MorphTarget};
+pub(crate) use node::unit_quaternion;
 pub use node::{Instance, LocalTransform, Node, PackedTrs};
 pub use opaque_triangles::OpaqueTriangles;
-pub use rig::{LightSet, Lighting, ResolvedLighting, Rig, UserLight, headlight, three_point};
+pub use resolve_view::ViewNotes;
+pub use rig::{Rig, headlight, three_point};
 pub use select::{Glob, NoMatch, Selection};
 pub use skin::Skin;
 pub use sky::SkyIrradiance;
+pub use source::{Source, SourceFile, SourceFormat};
+pub use spot_cone::SpotCone;
 pub use texture::anisotropic::Footprint;
 pub(crate) use texture::batch::SampleCoords;
-pub use texture::image::{Channels, Image, Texels};
-pub use texture::mips::{MipMaps, TexelSemantics};
-pub use texture::sampling::{Texture, TextureFilter, TextureRef, UvTransform, Wrap};
+pub use texture::image::Image;
+pub use texture::mips::MipMaps;
+pub use texture::sampling::{Texture, TextureFilter, TextureRef};
 pub use texture::srgb::{linear_to_srgb, linear_to_srgb8, srgb_to_linear};
+pub use texture::texels::{Channels, TexelSemantics, Texels, TextureChannel};
+pub use texture::uv_transform::UvTransform;
+pub use texture::wrap::Wrap;
 pub use turntable::AxisRotation;
+pub use view::{Orbit, OrbitAngles, View, ViewError};
 
-/// The format a scene came in, for the defaults that depend on it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum SourceFormat {
-    /// glTF 2.0, `.gltf` or `.glb`.
-    #[default]
-    Gltf,
-    /// Wavefront OBJ.
-    Obj,
-}
-
-/// Where a scene came from.
-#[derive(Clone, Debug, Default)]
-pub struct Source {
-    /// The file format.
-    pub format: SourceFormat,
-    /// The program that wrote it, as the file says (`asset.generator`, or an OBJ's first comment).
-    pub generator: String,
-    /// glTF extensions named by the file, in its order.
-    pub extensions: Vec<String>,
-    /// Scenes in the file, by name.
-    pub scenes: Vec<String>,
-    /// What was in the scene's own file.
-    pub digest: FileDigest,
-    /// Files that it refers to, whether they are there or not.
-    pub files: Vec<SourceFile>,
-    /// Names of material variants.
-    pub variants: Vec<String>,
-}
-
-/// A file that a scene refers to.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SourceFile {
-    /// Its name relative to the scene's own folder.
-    pub name: String,
-    /// What was in it.
-    pub digest: FileDigest,
-}
-
-impl Source {
-    /// The names of the files that it refers to.
-    pub fn file_names(&self) -> impl Iterator<Item = &str> {
-        self.files.iter().map(|file| file.name.as_str())
-    }
-
-    /// True for files written by Blender's exporters.
-    pub fn is_blender(&self) -> bool {
-        self.generator.contains("Blender") || self.generator.contains("blender")
-    }
-}
-
-/// A camera of the file: a projection that a node carries.
-#[derive(Clone, Debug)]
-pub struct FileCamera {
-    /// The camera's own name.
-    pub name: String,
-    /// The node that it looks from, down its −Z.
-    pub node: u32,
-    /// Its view.
-    pub projection: FileProjection,
-    /// Distance of the near plane along the view.
-    pub znear: f64,
-    /// Distance of the far plane; infinite where the file gives none.
-    pub zfar: f64,
-}
-
-/// The projection of a camera in a file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FileProjection {
-    /// Vertical field of view in radians; width over height where the file says so.
-    Perspective {
-        /// Full vertical angle.
-        yfov: f64,
-        /// Width over height.
-        aspect: Option<f64>,
-    },
-    /// Half extents in metres.
-    Orthographic {
-        /// Half the width.
-        xmag: f64,
-        /// Half the height.
-        ymag: f64,
-    },
-}
-
-/// A scene as its file describes it. Ids are indices into the arrays here.
+/// A scene as its file describes it. Ids are indices into the arrays.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// The file's name without folder and ending.
+    /// File name without folder and extension.
     pub name: String,
-    /// SourceFormat, generator and the like.
+    /// Format, generator and files.
     pub source: Source,
-    /// Nodes, parents before children, in the order of a depth-first walk.
+    /// Nodes in depth-first order: parents before children.
     pub nodes: Vec<Node>,
-    /// Triangle meshes, each of one material; stored once however often they are drawn.
+    /// Triangle meshes with one material each. Instances share them.
     pub meshes: Vec<Mesh>,
-    /// What is drawn: a mesh at a node.
+    /// Meshes drawn at nodes.
     pub instances: Vec<Instance>,
-    /// Names of the objects that [`Instance::object`] counts, from object 1 on.
+    /// Object names. [`Instance::object`] counts them from 1.
     pub objects: Vec<String>,
-    /// Materials; every mesh has one.
+    /// Materials. Every mesh has one.
     pub materials: Vec<Material>,
-    /// Textures: an image with its wrapping and filter.
+    /// Textures: images with wrap modes and filter.
     pub textures: Vec<Texture>,
     /// Decoded images.
     pub images: Vec<Image>,
     /// Lights at nodes.
     pub lights: Vec<Light>,
-    /// Cameras at nodes, in the order of a depth-first walk.
+    /// Cameras at nodes, in depth-first order.
     pub cameras: Vec<FileCamera>,
     /// Animations.
     pub animations: Vec<Animation>,
@@ -174,20 +106,20 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Triangles as drawn, each instance counted.
+    /// Returns the number of triangles over all instances.
     pub fn instanced_triangle_count(&self) -> u64 {
         self.instances.iter().map(|i| self.meshes[i.mesh as usize].triangles.len() as u64).sum()
     }
 
-    /// The camera called `name` — by its node or its own name, the first that matches — or, where
-    /// no name matches, the one with that index in the walk.
+    /// Returns the index of the first camera whose node, or else whose own name, is `name`. If no name
+    /// matches, reads `name` as an index.
     pub fn find_camera(&self, name: &str) -> Option<usize> {
         let by_node = |c: &FileCamera| self.nodes[c.node as usize].name == name;
-        let by_own = |c: &FileCamera| c.name == name;
+        let by_own_name = |c: &FileCamera| c.name == name;
         let cameras = || self.cameras.iter();
         cameras()
             .position(by_node)
-            .or_else(|| cameras().position(by_own))
+            .or_else(|| cameras().position(by_own_name))
             .or_else(|| name.parse().ok().filter(|&i| i < self.cameras.len()))
     }
 }

@@ -1,20 +1,20 @@
-//! The scene graph, flattened: every node once for each place it is drawn.
+//! Nodes of the scene graph and the instances drawn at them.
 
 use glam::{DAffine3, DMat4, DQuat, DVec3, Quat, Vec3};
 
-/// A node's own transform, relative to its parent.
+/// The transform of a node relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LocalTransform {
-    /// Scale, then rotate, then translate: what animations act on.
+    /// Scale, then rotation, then translation. Animations act on these.
     Trs {
         /// Translation in metres.
         translation: DVec3,
-        /// Rotation, unit length.
+        /// Rotation of unit length.
         rotation: DQuat,
         /// Scale along each axis.
         scale: DVec3,
     },
-    /// A matrix, taken as affine.
+    /// An affine matrix.
     Matrix(DAffine3),
 }
 
@@ -25,11 +25,11 @@ impl Default for LocalTransform {
 }
 
 impl LocalTransform {
-    /// No transform.
+    /// The identity.
     pub const IDENTITY: LocalTransform =
         LocalTransform::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
 
-    /// A column-major 4×4 matrix as files store it; its last row is taken as (0, 0, 0, 1).
+    /// Reads a column-major 4×4 matrix, as files store it. Its last row is taken as (0, 0, 0, 1).
     pub fn from_cols(m: &[f64; 16]) -> LocalTransform {
         let m = DMat4::from_cols_array(m);
         LocalTransform::Matrix(DAffine3::from_cols(
@@ -40,7 +40,7 @@ impl LocalTransform {
         ))
     }
 
-    /// As an affine transform.
+    /// Returns the affine transform.
     pub fn affine(&self) -> DAffine3 {
         match *self {
             LocalTransform::Trs { translation, rotation, scale } => {
@@ -51,13 +51,13 @@ impl LocalTransform {
     }
 }
 
-/// A rotation of unit length from x, y, z, w; none where the numbers make none.
-pub(crate) fn rotation(xyzw: [f32; 4]) -> DQuat {
+/// Normalises a quaternion x, y, z, w. Returns the identity if that is impossible.
+pub(crate) fn unit_quaternion(xyzw: [f32; 4]) -> DQuat {
     let q = Quat::from_array(xyzw).as_dquat();
     if q.is_finite() && q.length_squared() > 0.0 { q.normalize() } else { DQuat::IDENTITY }
 }
 
-/// Where a copy of a mesh is below its node, in the file's own numbers: there may be millions.
+/// Translation, rotation and scale in f32, as files store them: there may be millions of instances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PackedTrs {
     /// Translation in metres.
@@ -69,46 +69,46 @@ pub struct PackedTrs {
 }
 
 impl PackedTrs {
-    /// Scale, then rotate, then translate.
+    /// Returns the affine transform: scale, then rotation, then translation.
     pub fn affine(&self) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(
             self.scale.as_dvec3(),
-            rotation(self.rotation),
+            unit_quaternion(self.rotation),
             self.translation.as_dvec3(),
         )
     }
 }
 
-/// A node of the scene graph. Files may reach a node by several paths: then it stands here once
-/// for each, so that this is a forest.
+/// A node of the scene graph. Nodes form a forest: a node that a file reaches by several paths is
+/// repeated once for each.
 #[derive(Clone, Debug, Default)]
 pub struct Node {
-    /// Its name in the file.
+    /// Name in the file.
     pub name: String,
-    /// Its parent, which stands before it in [`super::Scene::nodes`].
+    /// Parent, which comes before it in [`super::Scene::nodes`].
     pub parent: Option<u32>,
-    /// Its transform relative to the parent, at rest.
+    /// Transform relative to the parent, in the rest pose.
     pub local: LocalTransform,
-    /// Weights of the morph targets of its meshes, at rest; empty means the meshes' own.
+    /// Morph target weights of its meshes in the rest pose. Empty means those of the meshes.
     pub weights: Vec<f32>,
-    /// False hides it and everything below it.
+    /// False hides the node and everything below it.
     pub visible: bool,
 }
 
 /// A mesh drawn at a node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Instance {
-    /// The node that places it.
+    /// Node that places the mesh.
     pub node: u32,
-    /// What is drawn.
+    /// Mesh.
     pub mesh: u32,
-    /// The object it belongs to, counted from 1 (AOV `object-id`).
+    /// Object, counted from 1 (AOV `object-id`).
     pub object: u32,
     /// A further transform below the node's (EXT_mesh_gpu_instancing).
     pub trs: Option<PackedTrs>,
-    /// The skin that bends it; the node's transform does not count then.
+    /// Skin. The joints place a skinned mesh; its node's transform has no effect.
     pub skin: Option<u32>,
-    /// Linear RGB that multiplies its vertex colours.
+    /// Linear RGB that multiplies the vertex colours.
     pub color: Option<Vec3>,
 }
 
@@ -116,7 +116,7 @@ pub struct Instance {
 mod tests {
     use super::*;
 
-    /// There may be millions.
+    /// A scene may have millions of instances.
     #[test]
     fn instances_are_small() {
         assert!(size_of::<Instance>() <= 80);

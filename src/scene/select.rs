@@ -1,4 +1,4 @@
-//! Parts of a scene, by name: what is hidden, and what alone is shown.
+//! Selects parts of a scene by name: shows only some objects, or hides some.
 
 use std::collections::BTreeSet;
 
@@ -6,98 +6,97 @@ use glob::{MatchOptions, Pattern};
 
 use super::{ChannelTarget, Light, Scene};
 
-/// What of a scene is shown. Patterns have `*`, `?`, `[…]` and, in paths, `**`.
+/// Which parts of a scene are shown.
 ///
-/// A pattern is held against the names of nodes and objects; one with a `/` against a node's path
-/// from the root too, where `*` stays within one name. What a pattern finds it finds with all that
-/// is below it.
+/// Patterns have `*`, `?`, `[…]` and, in paths, `**`. They match the names of nodes and objects. A pattern
+/// with a `/` also matches paths of node names from the root, where `*` stays within one name. A match
+/// includes everything below the node.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// Objects that are shown, with nothing but them; all where empty.
+    /// Objects to show, without all others. Empty shows all.
     pub only: Vec<Glob>,
-    /// Objects and lights that are not shown.
+    /// Objects and lights to hide.
     pub hide: Vec<Glob>,
 }
 
-/// A pattern for names.
+/// A glob pattern for names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Glob(Pattern);
 
 impl Glob {
-    /// Reads a pattern.
+    /// Parses a pattern.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The pattern's syntax error.
     pub fn new(text: &str) -> Result<Glob, String> {
         Pattern::new(text).map(Glob).map_err(|e| e.to_string())
     }
 
-    fn finds(&self, name: &str) -> bool {
-        // A name that has brackets or stars of its own is found by itself.
+    fn matches_name(&self, name: &str) -> bool {
+        // Names that contain brackets or stars match themselves.
         name == self.0.as_str() || self.0.matches(name)
     }
 
-    fn finds_path(&self, path: &str) -> bool {
+    fn matches_path(&self, path: &str) -> bool {
         let options = MatchOptions { require_literal_separator: true, ..MatchOptions::new() };
-        let given = self.0.as_str();
-        given.contains('/')
-            && (given.trim_start_matches('/') == path
+        let pattern = self.0.as_str();
+        pattern.contains('/')
+            && (pattern.trim_start_matches('/') == path
                 || self.0.matches_with(path, options)
-                || (given.starts_with('/') && self.0.matches_with(&format!("/{path}"), options)))
+                || (pattern.starts_with('/') && self.0.matches_with(&format!("/{path}"), options)))
     }
 }
 
-/// A pattern that finds nothing.
+/// A pattern without a match.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("nothing is called '{pattern}'; the file has: {names}")]
+#[error("no node or object matches '{pattern}'; the file has: {names}")]
 pub struct NoMatch {
     /// The pattern.
     pub pattern: String,
-    /// Names that exist.
+    /// The names in the file, or the first of them.
     pub names: String,
 }
 
 impl Scene {
-    /// Takes out of the scene what is not to be shown: instances, and lights that are hidden.
-    /// Nodes, materials and the numbers of objects stay what they are.
+    /// Removes the instances and lights that are not shown. Nodes, materials and object numbers stay.
     ///
     /// # Errors
-    /// A pattern that finds nothing.
+    /// A pattern without a match.
     pub fn select(&mut self, selection: &Selection) -> Result<(), NoMatch> {
         if *selection == Selection::default() {
             return Ok(());
         }
         let paths = self.paths();
-        let mut only = Found::default();
+        let mut only = Matches::default();
         for glob in &selection.only {
-            only.join(self.find(glob, &paths)?);
+            only.extend(self.find(glob, &paths)?);
         }
-        let mut hide = Found::default();
+        let mut hide = Matches::default();
         for glob in &selection.hide {
-            hide.join(self.find(glob, &paths)?);
+            hide.extend(self.find(glob, &paths)?);
         }
-        let shown = |node: u32, object: u32| {
-            (selection.only.is_empty() || only.holds(node, object)) && !hide.holds(node, object)
+        let is_shown = |node: u32, object: u32| {
+            (selection.only.is_empty() || only.contains(node, object)) && !hide.contains(node, object)
         };
-        self.instances.retain(|i| shown(i.node, i.object));
-        self.keep_lights(|l| !hide.holds(l.node, 0));
+        self.instances.retain(|i| is_shown(i.node, i.object));
+        self.retain_lights(|l| !hide.contains(l.node, 0));
         Ok(())
     }
 
-    /// Keeps some of the lights, and what animates them.
-    fn keep_lights(&mut self, keep: impl Fn(&Light) -> bool) {
-        let mut kept = 0;
-        let number = |l: &Light| {
-            let new = keep(l).then_some(kept);
-            kept += u32::from(new.is_some());
+    /// Keeps some lights, with the animation channels that drive them.
+    fn retain_lights(&mut self, keep: impl Fn(&Light) -> bool) {
+        let mut count = 0;
+        let new_index = |l: &Light| {
+            let new = keep(l).then_some(count);
+            count += u32::from(new.is_some());
             new
         };
-        let numbers: Vec<Option<u32>> = self.lights.iter().map(number).collect();
+        let new_indices: Vec<Option<u32>> = self.lights.iter().map(new_index).collect();
         self.lights.retain(keep);
         for animation in &mut self.animations {
             animation.channels.retain_mut(|c| match &mut c.target {
                 ChannelTarget::Light(i, _) => {
-                    let new = numbers.get(*i as usize).copied().flatten();
+                    let new = new_indices.get(*i as usize).copied().flatten();
                     *i = new.unwrap_or_default();
                     new.is_some()
                 }
@@ -106,7 +105,7 @@ impl Scene {
         }
     }
 
-    /// Every node's names from the root, with `/` between them.
+    /// Returns the path of every node: the names from the root, separated by `/`.
     fn paths(&self) -> Vec<String> {
         let mut paths: Vec<String> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -117,48 +116,48 @@ impl Scene {
         paths
     }
 
-    fn find(&self, glob: &Glob, paths: &[String]) -> Result<Found, NoMatch> {
-        let mut found = Found { nodes: vec![false; self.nodes.len()], objects: BTreeSet::new() };
+    fn find(&self, glob: &Glob, paths: &[String]) -> Result<Matches, NoMatch> {
+        let mut matches = Matches { nodes: vec![false; self.nodes.len()], objects: BTreeSet::new() };
         let mut any = false;
         for (i, node) in self.nodes.iter().enumerate() {
-            let own = glob.finds(&node.name) || glob.finds_path(&paths[i]);
+            let own = glob.matches_name(&node.name) || glob.matches_path(&paths[i]);
             any |= own && !(node.name.is_empty() && self.nodes.len() == 1);
-            found.nodes[i] = own || node.parent.is_some_and(|p| found.nodes[p as usize]);
+            matches.nodes[i] = own || node.parent.is_some_and(|p| matches.nodes[p as usize]);
         }
-        for (i, _) in self.objects.iter().enumerate().filter(|(_, name)| glob.finds(name)) {
-            found.objects.insert(i as u32 + 1);
+        for (i, _) in self.objects.iter().enumerate().filter(|(_, name)| glob.matches_name(name)) {
+            matches.objects.insert(i as u32 + 1);
             any = true;
         }
-        if any { Ok(found) } else { Err(self.nothing(glob)) }
+        if any { Ok(matches) } else { Err(self.no_match(glob)) }
     }
 
-    fn nothing(&self, glob: &Glob) -> NoMatch {
-        const SHOWN: usize = 20;
+    fn no_match(&self, glob: &Glob) -> NoMatch {
+        const MAX_NAMES: usize = 20;
         let all = self.objects.iter().chain(self.nodes.iter().map(|n| &n.name));
         let names: BTreeSet<&String> = all.filter(|n| !n.is_empty()).collect();
-        let mut list: Vec<String> = names.iter().take(SHOWN).map(|n| format!("'{n}'")).collect();
-        if names.len() > SHOWN {
-            list.push(format!("and {} more", names.len() - SHOWN));
+        let mut list: Vec<String> = names.iter().take(MAX_NAMES).map(|n| format!("'{n}'")).collect();
+        if names.len() > MAX_NAMES {
+            list.push(format!("and {} more", names.len() - MAX_NAMES));
         }
         let names = if list.is_empty() { "no names".into() } else { list.join(", ") };
         NoMatch { pattern: glob.0.as_str().into(), names }
     }
 }
 
-/// What patterns found.
+/// The matches of patterns.
 #[derive(Default)]
-struct Found {
-    /// For each node.
+struct Matches {
+    /// One flag for each node.
     nodes: Vec<bool>,
     objects: BTreeSet<u32>,
 }
 
-impl Found {
-    fn holds(&self, node: u32, object: u32) -> bool {
+impl Matches {
+    fn contains(&self, node: u32, object: u32) -> bool {
         self.nodes.get(node as usize).is_some_and(|&n| n) || self.objects.contains(&object)
     }
 
-    fn join(&mut self, other: Found) {
+    fn extend(&mut self, other: Matches) {
         if self.nodes.is_empty() {
             self.nodes = other.nodes;
         } else {
@@ -217,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lights_that_stay_keep_their_animation() {
+    fn remaining_lights_keep_their_animation() {
         let mut scene = scene();
         scene.select(&Selection { hide: globs(&["lamp*"]), ..Default::default() }).unwrap();
         assert_eq!((scene.lights.len(), scene.lights[0].node), (1, 1));
@@ -231,27 +230,27 @@ mod tests {
         list.iter().map(|g| Glob::new(g).unwrap()).collect()
     }
 
-    fn left(only: &[&str], hide: &[&str]) -> (Vec<u32>, usize) {
+    fn remaining(only: &[&str], hide: &[&str]) -> (Vec<u32>, usize) {
         let mut scene = scene();
         scene.select(&Selection { only: globs(only), hide: globs(hide) }).unwrap();
         (scene.instances.iter().map(|i| i.object).collect(), scene.lights.len())
     }
 
     #[test]
-    fn names_and_paths_find_things_with_all_below_them() {
-        assert_eq!(left(&[], &[]), (vec![1, 2, 3, 4], 2));
-        assert_eq!(left(&[], &["wheel.?"]), (vec![1, 4], 2));
-        assert_eq!(left(&[], &["wheels"]), (vec![1, 4], 2));
-        assert_eq!(left(&["car"], &[]), (vec![1, 2, 3], 2));
-        assert_eq!(left(&["wheel*"], &["*.L"]), (vec![3], 2));
-        assert_eq!(left(&["car/*/wheel.R"], &[]), (vec![3], 2));
-        assert_eq!(left(&["/car/**/wheel.*", "body"], &[]), (vec![1, 2, 3], 2));
-        assert_eq!(left(&[], &["lamp [1]"]), (vec![1, 2, 3], 1));
-        assert_eq!(left(&["body"], &["body"]), (vec![], 1));
+    fn names_and_paths_match_nodes_with_their_descendants() {
+        assert_eq!(remaining(&[], &[]), (vec![1, 2, 3, 4], 2));
+        assert_eq!(remaining(&[], &["wheel.?"]), (vec![1, 4], 2));
+        assert_eq!(remaining(&[], &["wheels"]), (vec![1, 4], 2));
+        assert_eq!(remaining(&["car"], &[]), (vec![1, 2, 3], 2));
+        assert_eq!(remaining(&["wheel*"], &["*.L"]), (vec![3], 2));
+        assert_eq!(remaining(&["car/*/wheel.R"], &[]), (vec![3], 2));
+        assert_eq!(remaining(&["/car/**/wheel.*", "body"], &[]), (vec![1, 2, 3], 2));
+        assert_eq!(remaining(&[], &["lamp [1]"]), (vec![1, 2, 3], 1));
+        assert_eq!(remaining(&["body"], &["body"]), (vec![], 1));
     }
 
     #[test]
-    fn what_finds_nothing_is_told_with_the_names_there_are() {
+    fn a_pattern_without_a_match_is_an_error_that_lists_the_names() {
         for wrong in ["Wheel*", "wheels/*.R", "*/wheel.R", "car/wheel.R", "/wheels"] {
             let selection = Selection { hide: globs(&[wrong]), ..Default::default() };
             let error = scene().select(&selection).unwrap_err().to_string();

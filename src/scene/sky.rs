@@ -1,4 +1,4 @@
-//! Light from all around, as far as matt surfaces can tell.
+//! Diffuse environment lighting by spherical harmonics.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,16 +6,16 @@ use glam::DVec3;
 
 use crate::geometry::Rgb;
 
-/// An environment as nine spherical harmonics: what arrives at a matt surface differs from the whole
-/// environment's by 1 % on average, 9 % at most for a single point of light (Ramamoorthi and
-/// Hanrahan, “An Efficient Representation for Irradiance Environment Maps”, SIGGRAPH 2001).
+/// The irradiance of an environment as nine spherical harmonics. The irradiance of a surface differs
+/// from the exact one by 1 % on average, and by at most 9 % for a single point of light (Ramamoorthi
+/// and Hanrahan, “An Efficient Representation for Irradiance Environment Maps”, SIGGRAPH 2001).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyIrradiance {
-    /// Of 1; x, y, z; xy, yz, zx, 3y² − 1, x² − z².
+    /// Coefficients of 1; x, y, z; xy, yz, zx, 3y² − 1, x² − z².
     coefficients: [DVec3; 9],
 }
 
-/// The harmonics' norms, in the same order.
+/// Norms of the harmonics, in the same order.
 const NORMS: [f64; 9] = [
     0.282_094_791_773_878_14,
     0.488_602_511_902_919_9,
@@ -27,20 +27,20 @@ const NORMS: [f64; 9] = [
     0.315_391_565_252_520_05,
     0.546_274_215_296_039_6,
 ];
-/// What a cosine makes of harmonics of each order, over π.
-const COSINE: [f64; 9] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
+/// Convolution of the harmonics with a clamped cosine, over π.
+const COSINE_LOBE: [f64; 9] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
 
 impl SkyIrradiance {
-    /// From an equirectangular picture: rows from straight up to straight down, the middle column
-    /// towards +X and columns further right towards +Z, as Blender and three.js have it. What is
-    /// negative or no number counts as black.
+    /// Projects an equirectangular image. Rows go from straight up to straight down. The centre column
+    /// faces +X, and columns to the right of it turn towards +Z, as in Blender and three.js. Negative and
+    /// non-finite values count as black.
     pub fn from_equirectangular(width: u32, height: u32, pixel: impl Fn(u32, u32) -> Rgb) -> SkyIrradiance {
         let angle = |i: u32| TAU * ((f64::from(i) + 0.5) / f64::from(width) - 0.5);
         let columns: Vec<(f64, f64)> =
             (0..width).map(|i| (libm::cos(angle(i)), libm::sin(angle(i)))).collect();
         let mut sums = [DVec3::ZERO; 9];
         for j in 0..height {
-            // Over a row's columns: the mean, and those with cos, sin, cos 2, sin 2 of the angle.
+            // Sums over the columns of a row, weighted by 1, cos, sin, cos 2a and sin 2a of the angle.
             let mut row = [DVec3::ZERO; 5];
             for (i, &(cos, sin)) in (0..width).zip(&columns) {
                 let p =
@@ -73,13 +73,13 @@ impl SkyIrradiance {
         SkyIrradiance { coefficients: sums }
     }
 
-    /// I_a for a surface of unit normal `n`: its irradiance over π, so that an even environment's is
-    /// its radiance.
+    /// Returns I_a for a surface with unit normal `n`: its irradiance over π. For a constant environment
+    /// that is its radiance.
     pub fn ambient(&self, n: DVec3) -> Rgb {
         let DVec3 { x, y, z } = n;
         let harmonics = [1.0, x, y, z, x * y, y * z, z * x, 3.0 * y * y - 1.0, x * x - z * z];
         let mut sum = DVec3::ZERO;
-        for (((c, h), norm), cosine) in self.coefficients.iter().zip(harmonics).zip(NORMS).zip(COSINE) {
+        for (((c, h), norm), cosine) in self.coefficients.iter().zip(harmonics).zip(NORMS).zip(COSINE_LOBE) {
             sum += *c * (h * norm * cosine);
         }
         sum.max(DVec3::ZERO).as_vec3()
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_sky_is_even() {
+    fn a_constant_sky_gives_its_radiance() {
         let sky = SkyIrradiance::from_equirectangular(64, 32, |_, _| Rgb::new(0.25, 1.0, 3.0));
         for n in normals() {
             assert!(sky.ambient(n).abs_diff_eq(Rgb::new(0.25, 1.0, 3.0), 1e-2), "{n}: {}", sky.ambient(n));
@@ -105,8 +105,8 @@ mod tests {
     }
 
     #[test]
-    fn a_cosine_sky_is_exact() {
-        // L = 1 + .8 y + .5 x: the cosine takes a third of what is of first order.
+    fn a_first_order_sky_is_exact() {
+        // L = 1 + 0.8 y + 0.5 x: the cosine scales first-order harmonics by 2/3.
         let at = |i: u32, j: u32| {
             let (a, b) = (TAU * ((f64::from(i) + 0.5) / 512.0 - 0.5), PI * (f64::from(j) + 0.5) / 256.0);
             Rgb::splat((1.0 + 0.8 * b.cos() + 0.5 * b.sin() * a.cos()) as f32)
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_is_x_and_its_right_is_z() {
+    fn the_centre_column_faces_x_and_its_right_z() {
         let spot = |column: u32, row: u32| {
             let sky = SkyIrradiance::from_equirectangular(64, 32, |i, j| {
                 if i.abs_diff(column) <= 1 && j.abs_diff(row) <= 1 { Rgb::ONE } else { Rgb::ZERO }
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_light_is_black() {
+    fn invalid_pixels_are_black() {
         let sky = SkyIrradiance::from_equirectangular(8, 4, |i, _| {
             Rgb::new([f32::NAN, f32::INFINITY, -5.0][i as usize % 3], 0.0, 0.0)
         });

@@ -1,24 +1,24 @@
-//! Turntables: a scene turned in front of its camera.
+//! Rotations about an axis, for turntables that rotate the scene in front of the camera.
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::Camera;
 use crate::geometry::Basis;
 
-/// A turn about an axis through a point.
+/// A rotation about an axis through a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisRotation {
-    /// Unit length.
+    /// Axis of unit length.
     pub axis: DVec3,
     /// A point on the axis, in world coordinates.
     pub pivot: DVec3,
-    /// Radians, counter-clockwise as seen from the axis's tip.
+    /// Angle in radians, counter-clockwise seen from the tip of the axis.
     pub angle: f64,
 }
 
 impl AxisRotation {
-    /// The motion that it is. None at all, to the bit, by an angle of 0; and whatever lies along a
-    /// coordinate axis stays there when turned about that axis.
+    /// Returns the rotation as an affine transform. Angle 0 gives exactly the identity, and a coordinate
+    /// axis is mapped exactly to itself by rotations about it.
     pub fn to_affine(&self) -> DAffine3 {
         if self.angle == 0.0 {
             return DAffine3::IDENTITY;
@@ -35,7 +35,7 @@ impl AxisRotation {
 }
 
 impl Camera {
-    /// This camera moved by a rotation and a shift.
+    /// Returns this camera moved by a rigid motion.
     pub fn transformed(&self, motion: &DAffine3) -> Camera {
         let turned = |v: DVec3| motion.matrix3 * v;
         let Basis { u, v, w } = self.basis;
@@ -50,14 +50,14 @@ mod tests {
     use std::f64::consts::{FRAC_PI_2, TAU};
 
     #[test]
-    fn a_quarter_turn_about_up_takes_the_front_to_the_right() {
+    fn a_quarter_turn_about_y_moves_the_front_to_the_right() {
         let turn = AxisRotation { axis: DVec3::Y, pivot: DVec3::new(1.0, 5.0, 2.0), angle: FRAC_PI_2 };
         let moved = turn.to_affine().transform_point3(DVec3::new(1.0, 7.0, 3.0));
         assert!(moved.abs_diff_eq(DVec3::new(2.0, 7.0, 2.0), 1e-15), "{moved}");
     }
 
     #[test]
-    fn up_stays_up_and_nothing_is_nothing_to_the_bit() {
+    fn rotations_keep_their_axis_and_angle_zero_is_the_identity() {
         for i in 0..36 {
             let angle = TAU * f64::from(i) / 36.0;
             let motion = AxisRotation { axis: DVec3::Y, pivot: DVec3::new(0.1, 0.2, 0.3), angle }.to_affine();

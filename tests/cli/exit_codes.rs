@@ -109,13 +109,13 @@ fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
         dir.path(),
         &["render", scene, "--hide", "Nobody*"],
         1,
-        "nothing is called 'Nobody*'; the file has: '",
+        "no node or object matches 'Nobody*'; the file has: '",
     );
     fails(
         dir.path(),
         &["render", scene, "--only-objects", "a/b"],
         1,
-        "nothing is called 'a/b'; the file has: '",
+        "no node or object matches 'a/b'; the file has: '",
     );
     fails(dir.path(), &["render", scene, "--scene", "Nobody"], 1, "Nobody");
     fails(dir.path(), &["render", scene, "--animation", "Nobody"], 1, "Nobody");

@@ -143,7 +143,7 @@ fn a_picture_of_light_lights_by_direction() {
     };
     let clear = ["--background", "transparent"];
     let (seen, messages) = picture(&clear);
-    assert!(messages.contains("lights: none; ambient by a picture"), "{messages}");
+    assert!(messages.contains("lights: none; ambient light from an image"), "{messages}");
     let blue: Vec<u8> = seen.pixels().filter(|p| p[3] == 255).map(|p| p[2]).collect();
     // Encoded: the top receives all of the light, the sides half.
     assert!(blue.iter().max().unwrap() > &225 && (150..190).contains(blue.iter().min().unwrap()));

@@ -115,7 +115,7 @@ fn p04_names_are_percent_encoded_or_not() {
 }
 
 #[test]
-fn textures_without_coordinates_are_told_of() {
+fn textures_without_coordinates_give_a_warning() {
     let warnings_of = |set: u32, variant: &[&str]| {
         let mut file = textured(json!({"mimeType": "image/png"}), &png([255, 0, 0, 255]));
         file.json["materials"][0]["name"] = json!("wood");
@@ -156,7 +156,7 @@ fn textured(image: Value, bytes: &[u8]) -> Fixture {
 }
 
 #[test]
-fn p05_bytes_decide_what_an_image_is() {
+fn p05_image_formats_are_detected_from_the_bytes() {
     for image in [json!({}), json!({"mimeType": "image/jpeg"}), json!({"mimeType": "text/plain"})] {
         let (scene, warnings) = textured(image, &png([255, 0, 0, 255])).load();
         assert!(warnings.is_empty(), "{warnings:?}");
@@ -165,7 +165,7 @@ fn p05_bytes_decide_what_an_image_is() {
 }
 
 #[test]
-fn p06_an_image_that_is_missing_or_broken_costs_only_itself() {
+fn p06_missing_and_broken_images_are_skipped_with_a_warning() {
     let whole = png([255, 0, 0, 255]);
     for (image, bytes) in [(json!({"uri": "gone.png"}), &whole[..]), (json!({}), &whole[..20])] {
         let mut file = textured(image, bytes);
@@ -177,7 +177,7 @@ fn p06_an_image_that_is_missing_or_broken_costs_only_itself() {
 }
 
 #[test]
-fn p07_a_stride_that_cannot_be_is_repaired() {
+fn p07_an_impossible_stride_is_repaired() {
     let mut file = triangle();
     file.json["bufferViews"][0]["byteStride"] = json!(4);
     let (scene, warnings) = file.load();
@@ -188,7 +188,7 @@ fn p07_a_stride_that_cannot_be_is_repaired() {
 }
 
 #[test]
-fn p08_mirrored_nodes_turn_their_winding() {
+fn p08_mirrored_nodes_flip_the_winding_order() {
     // Single-sided, so back faces are invisible.
     let mut file = triangle();
     file.json["nodes"][0] = json!({"mesh": 0, "scale": [-1, 1, 1], "translation": [1, 0, 0]});
@@ -202,7 +202,7 @@ fn p08_mirrored_nodes_turn_their_winding() {
 
 /// Joints place a skin's vertices; its node's transform still determines the front side.
 #[test]
-fn p08_mirrored_nodes_turn_the_winding_of_skins() {
+fn p08_mirrored_nodes_flip_the_winding_order_of_skins() {
     let mut file = triangle();
     let joints = file.accessor(5121, "VEC4", 3, &[0; 12]);
     file.attribute("JOINTS_0", joints);
@@ -234,7 +234,7 @@ fn p09_without_normals_a_mesh_is_flat() {
 }
 
 #[test]
-fn p10_textures_use_the_set_of_coordinates_that_they_name() {
+fn p10_textures_use_their_set_of_coordinates() {
     let mut file = textured(json!({}), &{
         let mut out = std::io::Cursor::new(Vec::new());
         let halves = image::RgbImage::from_fn(2, 1, |x, _| image::Rgb([255 * x as u8, 0, 0]));
@@ -253,7 +253,7 @@ fn p10_textures_use_the_set_of_coordinates_that_they_name() {
 }
 
 #[test]
-fn p11_the_texture_transform_counts_in_every_slot() {
+fn p11_texture_transforms_apply_to_every_slot() {
     let mut file = triangle();
     set_uvs(&mut file, 0, [[0.0, 0.0]; 3]);
     let view = file.view(&png([255; 4]));
@@ -271,7 +271,7 @@ fn p11_the_texture_transform_counts_in_every_slot() {
 }
 
 #[test]
-fn p12_normal_maps_get_tangents_and_mirrored_ones_their_own() {
+fn p12_normal_maps_get_tangents_also_with_mirrored_coordinates() {
     let mut file = textured(json!({}), &png([255, 128, 128, 255]));
     let slot = json!({"index": 0});
     file.json["materials"][0] = json!({"normalTexture": slot});
@@ -307,7 +307,7 @@ fn p12_normal_maps_are_scaled_with_their_surface() {
 /// `normalTexture.scale` scales x and y. In Blender's files it is the strength, and z approaches 1 below a
 /// scale of 1.
 #[test]
-fn p12_normal_maps_are_scaled_as_their_program_means_it() {
+fn p12_the_scale_of_normal_maps_depends_on_the_generator() {
     let mut file = textured(json!({}), &png([219, 128, 219, 255]));
     file.json["materials"][0] = json!({"normalTexture": {"index": 0, "scale": 0.5}});
     set_uvs(&mut file, 0, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
@@ -321,7 +321,7 @@ fn p12_normal_maps_are_scaled_as_their_program_means_it() {
 }
 
 #[test]
-fn p13_unknown_extensions_do_no_harm() {
+fn p13_unknown_extensions_are_ignored() {
     let mut file = triangle();
     let strange = json!({"ACME_strange": {"a": [1, {"b": null}], "index": 7}});
     file.material(json!({"extensions": strange}));
@@ -337,7 +337,7 @@ fn p13_unknown_extensions_do_no_harm() {
 }
 
 #[test]
-fn p14_a_channel_without_a_node_is_skipped_alone() {
+fn p14_only_the_channel_without_a_node_is_skipped() {
     let mut file = triangle();
     let times = file.floats("SCALAR", 1, &[0.0, 1.0]);
     let values = file.vec3(&[[0.0; 3]; 2]);
@@ -352,7 +352,7 @@ fn p14_a_channel_without_a_node_is_skipped_alone() {
 }
 
 #[test]
-fn p15_what_is_out_of_range_is_an_error_with_its_path() {
+fn p15_values_out_of_range_are_errors_with_their_paths() {
     let error = |change: fn(&mut Value)| {
         let mut file = triangle();
         change(&mut file.json);
@@ -379,7 +379,7 @@ fn p16_text_that_is_not_utf_8_is_read() {
 }
 
 #[test]
-fn p17_nodes_that_contain_themselves_are_an_error() {
+fn p17_cycles_of_nodes_are_an_error() {
     let mut file = triangle();
     file.json["nodes"][0]["children"] = json!([1]);
     file.push("nodes", json!({"children": [0]}));
@@ -387,7 +387,7 @@ fn p17_nodes_that_contain_themselves_are_an_error() {
 }
 
 /// The posed lights of a scene with this light at `node`, at z = 1 above the triangle.
-fn lit_by(light: Value, node: Value) -> Vec<blinn::scene::PosedLight> {
+fn posed_lights(light: Value, node: Value) -> Vec<blinn::scene::PosedLight> {
     let mut file = triangle();
     file.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([light]);
     let mut node = node;
@@ -399,10 +399,10 @@ fn lit_by(light: Value, node: Value) -> Vec<blinn::scene::PosedLight> {
 }
 
 #[test]
-fn p18_a_spot_of_equal_cones_divides_by_nothing() {
+fn p18_a_spot_with_equal_cones_is_a_step() {
     let spot =
         json!({"type": "spot", "intensity": 10, "spot": {"innerConeAngle": 0.4, "outerConeAngle": 0.4}});
-    let light = lit_by(spot, json!({}))[0];
+    let light = posed_lights(spot, json!({}))[0];
     let at = light.position().unwrap();
     let inside = light.sample(at - Vec3::Z).attenuation;
     assert!(inside.is_finite() && inside > 0.0);
@@ -410,9 +410,10 @@ fn p18_a_spot_of_equal_cones_divides_by_nothing() {
 }
 
 #[test]
-fn p19_a_nodes_scale_changes_no_light_and_no_camera() {
+fn p19_node_scale_does_not_change_lights_and_cameras() {
     let point = json!({"type": "point", "intensity": 10, "range": 5});
-    let (plain, scaled) = (lit_by(point.clone(), json!({})), lit_by(point, json!({"scale": [7, 7, 7]})));
+    let (plain, scaled) =
+        (posed_lights(point.clone(), json!({})), posed_lights(point, json!({"scale": [7, 7, 7]})));
     assert_eq!((plain[0].intensity, plain[0].range), (scaled[0].intensity, scaled[0].range));
     let camera = |scale: Value| {
         let mut file = triangle();
@@ -451,7 +452,7 @@ fn p19_a_mirrored_camera_sees_things_mirrored() {
 }
 
 #[test]
-fn p20_the_order_of_blended_faces_in_the_file_does_not_matter() {
+fn p20_blended_faces_do_not_depend_on_the_order_in_the_file() {
     use blinn::integrator::Phong;
     use blinn::render::render;
     let picture = |order: [usize; 2]| {
@@ -490,7 +491,7 @@ fn p20_the_order_of_blended_faces_in_the_file_does_not_matter() {
 
 /// EXT_mesh_gpu_instancing: three.js's `_COLOR_0` multiplies vertex and material colours.
 #[test]
-fn a_copy_has_a_colour_of_its_own() {
+fn gpu_instances_multiply_their_own_colours() {
     let mut file = triangle();
     file.material(json!({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 1, 1, 1]}}));
     let vertex_colors = file.vec3(&[[1.0, 0.5, 1.0]; 3]);

@@ -53,7 +53,7 @@ fn ours(kind: &str, mode: &str, units: LightUnits) -> Vec<Vec3> {
 
 /// Diffuse radiance equals Blender's, in W/(sr m²).
 #[test]
-fn with_the_right_unit_a_diffuse_scene_equals_blenders() {
+fn diffuse_scenes_match_cycles_in_every_unit() {
     for kind in KINDS {
         let reference = cycles(kind);
         for (mode, units) in MODES {
@@ -98,15 +98,15 @@ fn exposure(messages: &str) -> &str {
 
 /// In every mode, the default exposure is usable, and the flag that the log prints reproduces it.
 #[test]
-fn every_mode_is_exposed_and_the_log_says_how() {
+fn the_default_exposure_is_usable_and_the_log_reproduces_it() {
     let dir = tempfile::tempdir().unwrap();
     for kind in KINDS {
         for (mode, _) in MODES {
             let scene = folder().join(format!("{kind}_{mode}.glb"));
             let picture = |flags: &[&str], out: &str| picture(dir.path(), &scene, flags, out);
-            let (usual, messages) = picture(&[], "a.png");
+            let (default_picture, messages) = picture(&[], "a.png");
             let line = exposure(&messages);
-            let mut sorted = usual.to_vec();
+            let mut sorted = default_picture.to_vec();
             sorted.sort();
             let at = |share: usize| sorted[(sorted.len() - 1) * share / 100];
             let (low, median, high) = (at(5), at(50), at(95));
@@ -114,7 +114,7 @@ fn every_mode_is_exposed_and_the_log_says_how() {
             // Light and shade, not one flat colour.
             assert!(high - low > 60, "{kind} {mode}: {low} to {high}, {line}");
             let flags: Vec<&str> = line.split_whitespace().collect();
-            assert!(picture(&flags, "b.png").0 == usual, "{kind} {mode}: {line} makes it again");
+            assert!(picture(&flags, "b.png").0 == default_picture, "{kind} {mode}: {line} makes it again");
         }
     }
 }
@@ -144,7 +144,7 @@ fn changed(scene: &str, change: impl FnOnce(&mut serde_json::Value)) -> Vec<u8> 
 
 /// Emission has no light unit: it does not affect metering, and is not scaled with the lights.
 #[test]
-fn what_emits_is_neither_metered_nor_scaled_with_the_lights() {
+fn emission_is_neither_metered_nor_scaled_with_the_lights() {
     let dir = tempfile::tempdir().unwrap();
     let unlit = serde_json::json!({"extensions": {"KHR_materials_unlit": {}}});
     let emits = serde_json::json!({"emissiveFactor": [1, 1, 1],
@@ -160,21 +160,21 @@ fn what_emits_is_neither_metered_nor_scaled_with_the_lights() {
                 let last = exposure(messages).split(' ').next_back().unwrap();
                 last.parse::<f64>().unwrap_or_else(|_| panic!("{messages}"))
             };
-            let (usual, others) = picture(&[]);
-            let ratio = scale(&others) / scale(&messages);
-            assert!((0.9..1.1).contains(&ratio), "{name} {mode}: {others}, without {messages}");
+            let (metered, other_messages) = picture(&[]);
+            let ratio = scale(&other_messages) / scale(&messages);
+            assert!((0.9..1.1).contains(&ratio), "{name} {mode}: {other_messages}, without {messages}");
             // The ball's own pixels, where they are brighter than the background.
             let (alone, _) = picture(&["--lights", "none", "--ambient", "0,0,0", "--exposure", "0"]);
-            let mut shines = 0;
-            for ((usual, alone), plain) in usual.iter().zip(alone.iter()).zip(plain.iter()) {
+            let mut emitting = 0;
+            for ((pixel, alone), plain) in metered.iter().zip(alone.iter()).zip(plain.iter()) {
                 if *alone > 100 {
-                    shines += 1;
-                    assert!(name == "emits" || usual == alone, "{name} {mode}: {usual}, not {alone}");
+                    emitting += 1;
+                    assert!(name == "emits" || pixel == alone, "{name} {mode}: {pixel}, not {alone}");
                 } else {
-                    assert!(usual.abs_diff(*plain) < 10, "{name} {mode}: {usual}, without {plain}");
+                    assert!(pixel.abs_diff(*plain) < 10, "{name} {mode}: {pixel}, without {plain}");
                 }
             }
-            assert!(shines > 20, "{name} {mode}: {shines}");
+            assert!(emitting > 20, "{name} {mode}: {emitting}");
         }
     }
 }
@@ -184,7 +184,7 @@ fn what_emits_is_neither_metered_nor_scaled_with_the_lights() {
 #[test]
 fn a_dark_room_with_a_bright_pool_keeps_its_lights() {
     let dir = tempfile::tempdir().unwrap();
-    for (mode, usual) in [("SPEC", true), ("COMPAT", false), ("RAW", false)] {
+    for (mode, keeps_lights) in [("SPEC", true), ("COMPAT", false), ("RAW", false)] {
         let dark = |material: &mut serde_json::Value, shade: f64| {
             material["pbrMetallicRoughness"] =
                 serde_json::json!({"baseColorFactor": [shade, shade, shade, 1], "metallicFactor": 0});
@@ -198,6 +198,6 @@ fn a_dark_room_with_a_bright_pool_keeps_its_lights() {
         let scene = dir.path().join("room.glb");
         std::fs::write(&scene, glb).unwrap();
         let (_, messages) = picture(dir.path(), &scene, &[], "room.png");
-        assert_eq!(exposure(&messages) == "--exposure 0", usual, "{mode}: {messages}");
+        assert_eq!(exposure(&messages) == "--exposure 0", keeps_lights, "{mode}: {messages}");
     }
 }

@@ -223,7 +223,7 @@ fn a_light_wider_than_its_housing_does_not_leak() {
         let cone = SpotCone::new(1.0, 1.5);
         [
             PosedLightKind::Point { position },
-            PosedLightKind::Spot { position, direction: Vec3::NEG_Y, cone, to_round: None },
+            PosedLightKind::Spot { position, direction: Vec3::NEG_Y, cone, world_to_cone: None },
         ]
     };
     let view = down(DVec3::new(0.0, 0.5, 0.0), 8.0, (32, 32));

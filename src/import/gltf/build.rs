@@ -19,7 +19,7 @@ use super::primitive::PrimitiveId;
 use super::{animation, blender, extensions, instancing, topology, variants};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::options::{LoadOptions, UpAxis};
-use crate::scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, rotation};
+use crate::scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
 
 /// Builds the scene that `options` select.
 pub(super) fn scene(
@@ -222,7 +222,7 @@ fn local_transform(json: &JsonNode) -> LocalTransform {
     let vec = |v: Option<[f32; 3]>, default| v.map_or(default, |v| DVec3::from(v.map(f64::from)));
     LocalTransform::Trs {
         translation: vec(json.translation, DVec3::ZERO),
-        rotation: rotation(json.rotation.unwrap_or_default().0),
+        rotation: unit_quaternion(json.rotation.unwrap_or_default().0),
         scale: vec(json.scale, DVec3::ONE),
     }
 }

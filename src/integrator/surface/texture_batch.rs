@@ -113,7 +113,7 @@ impl AutovecKernel for SampleTexture<'_, '_> {
                 coords.set(i, uv, footprint);
             }
             let end = lanes.end.min(first + HIT_LANES);
-            texture.sample_batch(images, &coords, (semantics, filterable), &mut out[first..end]);
+            texture.sample_batch(images, &coords, semantics, filterable, &mut out[first..end]);
         }
     }
 }

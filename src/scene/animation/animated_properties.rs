@@ -1,6 +1,6 @@
-//! The numbers of materials, lights and cameras that an animation can drive.
+//! Properties of materials, lights and cameras that animations can drive.
 //!
-//! Source: KHR_animation_pointer and glTF's object model.
+//! Source: KHR_animation_pointer and the glTF object model.
 
 use glam::{Vec2, Vec3};
 
@@ -8,26 +8,26 @@ use crate::scene::{
     AlphaMode, FileCamera, FileProjection, Light, LightKind, Material, Reflectance, ScalarInput, TextureRef,
 };
 
-/// A number, or a few, of a material.
+/// A property of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MaterialProperty {
-    /// Base colour and alpha (4 numbers).
+    /// Base colour and alpha (4 components).
     Base,
-    /// The same of a material of specular and glossiness.
+    /// Diffuse colour and alpha of the specular-glossiness model (4 components).
     Diffuse,
-    /// Its specular colour (3 numbers).
+    /// Specular colour of the specular-glossiness model (3 components).
     SpecularF0,
-    /// Its glossiness factor.
+    /// Glossiness factor.
     Glossiness,
-    /// The metallic factor.
+    /// Metallic factor.
     Metallic,
-    /// The roughness factor.
+    /// Roughness factor.
     Roughness,
-    /// The alpha below which a MASK material is not there.
+    /// Cutoff of an alpha mask.
     AlphaCutoff,
-    /// Emitted colour (3 numbers).
+    /// Emitted colour (3 components).
     Emission,
-    /// Its strength.
+    /// Emission strength.
     EmissionStrength,
     /// Scale of the normal map.
     NormalScale,
@@ -37,26 +37,26 @@ pub enum MaterialProperty {
     Ior,
     /// Weight of the specular reflection.
     Specular,
-    /// Its colour (3 numbers).
+    /// Colour of the specular reflection (3 components).
     SpecularColor,
     /// Transmission.
     Transmission,
-    /// Offset of a slot's texture coordinates (2 numbers).
+    /// Offset of a slot's texture coordinates (2 components).
     Offset(TextureSlot),
-    /// Their rotation in radians.
+    /// Rotation of a slot's texture coordinates, in radians.
     Rotation(TextureSlot),
-    /// Their scale (2 numbers).
+    /// Scale of a slot's texture coordinates (2 components).
     Scale(TextureSlot),
 }
 
-/// A place of a material where a texture can be.
+/// A texture slot of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TextureSlot {
     /// Base colour and alpha.
     Base,
-    /// The same of a material of specular and glossiness.
+    /// Diffuse colour and alpha of the specular-glossiness model.
     Diffuse,
-    /// Its specular colour and glossiness.
+    /// Specular colour and glossiness.
     SpecularGlossiness,
     /// Metallic and roughness.
     MetallicRoughness,
@@ -68,39 +68,39 @@ pub enum TextureSlot {
     Emission,
     /// Weight of the specular reflection.
     Specular,
-    /// Its colour.
+    /// Colour of the specular reflection.
     SpecularColor,
     /// Transmission.
     Transmission,
 }
 
-/// A number, or a few, of a light.
+/// A property of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LightProperty {
-    /// Linear colour (3 numbers).
+    /// Linear colour (3 components).
     Color,
-    /// Strength in the file's unit.
+    /// Intensity in the file's unit.
     Intensity,
-    /// Distance at which it ends.
+    /// Range in metres.
     Range,
-    /// Half angle of a spot's full strength, in radians.
+    /// Inner half angle of a spot light, in radians.
     InnerCone,
-    /// Half angle of a spot's end, in radians.
+    /// Outer half angle of a spot light, in radians.
     OuterCone,
-    /// The share of a spot's half angle over which its strength falls; the inner cone's, in other words.
+    /// Blender's blend of a spot light: 1 − inner / outer half angle.
     Blend,
 }
 
-/// A number of a camera.
+/// A property of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CameraProperty {
-    /// Full vertical angle in radians.
+    /// Vertical field of view in radians.
     Yfov,
     /// Width over height.
     Aspect,
-    /// Half the width of an orthographic view.
+    /// Half the width of an orthographic view, in metres.
     Xmag,
-    /// Half its height.
+    /// Half the height of an orthographic view, in metres.
     Ymag,
     /// Distance of the near plane.
     Znear,
@@ -109,7 +109,7 @@ pub enum CameraProperty {
 }
 
 impl MaterialProperty {
-    /// How many numbers it is.
+    /// Returns the number of components.
     pub fn width(self) -> usize {
         match self {
             MaterialProperty::Base | MaterialProperty::Diffuse => 4,
@@ -121,20 +121,20 @@ impl MaterialProperty {
 }
 
 impl LightProperty {
-    /// How many numbers it is.
+    /// Returns the number of components.
     pub fn width(self) -> usize {
         if self == LightProperty::Color { 3 } else { 1 }
     }
 }
 
 impl Material {
-    /// Sets a field to as many numbers as it has. What this material does not have stays as it is.
-    pub(crate) fn set_property(&mut self, field: MaterialProperty, v: &[f64]) {
+    /// Sets a property. Ignores properties that the material does not have.
+    pub(super) fn set_property(&mut self, property: MaterialProperty, v: &[f64]) {
         let at = |i: usize| v.get(i).copied().unwrap_or(0.0) as f32;
         let vec3 = || Vec3::new(at(0), at(1), at(2));
-        match field {
+        match property {
             MaterialProperty::Base | MaterialProperty::Diffuse => {
-                if self.is_glossy() == (field == MaterialProperty::Diffuse) {
+                if self.is_specular_glossiness() == (property == MaterialProperty::Diffuse) {
                     (self.base_color.factor, self.alpha.factor) = (vec3(), at(3));
                 }
             }
@@ -153,24 +153,27 @@ impl Material {
                 }
             }
             MaterialProperty::Offset(slot) => {
-                self.slot(slot, |t| t.transform.set_offset(Vec2::new(at(0), at(1))))
+                self.change_textures(slot, |t| t.transform.set_offset(Vec2::new(at(0), at(1))))
             }
-            MaterialProperty::Rotation(slot) => self.slot(slot, |t| t.transform.set_rotation(at(0))),
+            MaterialProperty::Rotation(slot) => {
+                self.change_textures(slot, |t| t.transform.set_rotation(at(0)))
+            }
             MaterialProperty::Scale(slot) => {
-                self.slot(slot, |t| t.transform.set_scale(Vec2::new(at(0), at(1))))
+                self.change_textures(slot, |t| t.transform.set_scale(Vec2::new(at(0), at(1))))
             }
-            _ => self.reflectance.set_property(field, vec3()),
+            _ => self.reflectance.set_property(property, vec3()),
         }
     }
 
-    /// A material that the metallic-roughness fields beside it in the file say nothing about.
-    fn is_glossy(&self) -> bool {
+    /// Returns true for the specular-glossiness model. Metallic-roughness properties, which such
+    /// materials may also have as a fallback, do not apply to it.
+    fn is_specular_glossiness(&self) -> bool {
         matches!(self.reflectance, Reflectance::SpecularGlossiness { .. })
     }
 
     /// Changes the textures of a slot.
-    fn slot(&mut self, slot: TextureSlot, change: impl Fn(&mut TextureRef)) {
-        let base = if self.is_glossy() { TextureSlot::Diffuse } else { TextureSlot::Base };
+    fn change_textures(&mut self, slot: TextureSlot, change: impl Fn(&mut TextureRef)) {
+        let base = if self.is_specular_glossiness() { TextureSlot::Diffuse } else { TextureSlot::Base };
         let scalar = |input: &mut ScalarInput| input.texture.iter_mut().for_each(|(t, _)| change(t));
         match (slot, &mut self.reflectance) {
             (slot, _) if slot == base => self.base_color.texture.iter_mut().for_each(&change),
@@ -198,11 +201,11 @@ impl Material {
 }
 
 impl Reflectance {
-    /// Sets a field of three numbers, or to the first of them.
-    fn set_property(&mut self, field: MaterialProperty, v: Vec3) {
+    /// Sets a property to a vector, or to its first component.
+    fn set_property(&mut self, property: MaterialProperty, v: Vec3) {
         use MaterialProperty as F;
         match self {
-            Reflectance::MetallicRoughness { metallic, roughness, dielectric } => match field {
+            Reflectance::MetallicRoughness { metallic, roughness, dielectric } => match property {
                 F::Metallic => metallic.factor = v.x,
                 F::Roughness => roughness.factor = v.x,
                 F::Ior => dielectric.ior = v.x,
@@ -210,7 +213,7 @@ impl Reflectance {
                 F::SpecularColor => dielectric.specular_color.factor = v,
                 _ => {}
             },
-            Reflectance::SpecularGlossiness { specular, glossiness } => match field {
+            Reflectance::SpecularGlossiness { specular, glossiness } => match property {
                 F::SpecularF0 => specular.factor = v,
                 F::Glossiness => glossiness.factor = v.x,
                 _ => {}
@@ -221,10 +224,10 @@ impl Reflectance {
 }
 
 impl Light {
-    /// Sets a field to as many numbers as it has.
-    pub(crate) fn set_property(&mut self, field: LightProperty, v: &[f64]) {
+    /// Sets a property. Ignores properties that the type of light does not have.
+    pub(super) fn set_property(&mut self, property: LightProperty, v: &[f64]) {
         let at = |i: usize| v.get(i).copied().unwrap_or(0.0) as f32;
-        match (field, &mut self.kind) {
+        match (property, &mut self.kind) {
             (LightProperty::Color, _) => self.color = Vec3::new(at(0), at(1), at(2)),
             (LightProperty::Intensity, _) => self.intensity = at(0),
             (LightProperty::Range, _) => self.range = if at(0) > 0.0 { at(0) } else { f32::INFINITY },
@@ -237,10 +240,10 @@ impl Light {
 }
 
 impl FileCamera {
-    /// Sets a field, where the number makes a view.
-    pub(crate) fn set_property(&mut self, field: CameraProperty, v: f64) {
+    /// Sets a property. Ignores values that give no view.
+    pub(super) fn set_property(&mut self, property: CameraProperty, v: f64) {
         let positive = v > 0.0 && v.is_finite();
-        match (field, &mut self.projection) {
+        match (property, &mut self.projection) {
             (CameraProperty::Yfov, FileProjection::Perspective { yfov, .. })
                 if positive && v < std::f64::consts::PI =>
             {
@@ -264,15 +267,16 @@ mod tests {
     use crate::scene::ColorInput;
 
     #[test]
-    fn fields_of_the_other_workflow_change_nothing() {
+    fn properties_of_the_other_model_change_nothing() {
         let glossy = Reflectance::SpecularGlossiness {
             specular: ColorInput::new(Vec3::ONE),
             glossiness: ScalarInput::new(1.0),
         };
         let mut material = Material { reflectance: glossy, ..Material::default() };
         let before = format!("{material:?}");
-        for field in [MaterialProperty::Base, MaterialProperty::Roughness, MaterialProperty::SpecularColor] {
-            material.set_property(field, &[0.5; 4]);
+        for property in [MaterialProperty::Base, MaterialProperty::Roughness, MaterialProperty::SpecularColor]
+        {
+            material.set_property(property, &[0.5; 4]);
         }
         assert_eq!(format!("{material:?}"), before);
         material.set_property(MaterialProperty::SpecularF0, &[0.25; 3]);

@@ -1,150 +1,182 @@
-//! A look at the vertices of a scene at many moments of its animations: only their positions are found, a crowd
-//! at a time, and only of crowds that could change what is known by then.
+//! Bounds over an animation clip. Samples vertex positions at many times; clusters of vertices that are
+//! already inside the bounds are skipped.
 
 use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::{Aabb, Sphere};
-use crate::scene::animation::clip::moments;
 use crate::scene::animation::node_transforms::{InstancePose, NodeTransforms};
-use crate::scene::animation::pose_bounds::{CROWD, VertexClusters, add_all, box_about};
+use crate::scene::animation::playback::sample_times;
 use crate::scene::animation::skinned_cluster_bounds::SkinnedClusters;
+use crate::scene::animation::vertex_clusters::{
+    CLUSTER_SIZE, VertexClusters, fold_points, transformed_bounds,
+};
 use crate::scene::{Animation, Instance, Mesh, Scene};
 
-/// Moments that are looked at, at most.
-const MOST: usize = 257;
-/// And at least, however large the scene.
-const LEAST: usize = 9;
-/// Vertices that are looked at, in all moments together, where that leaves moments enough.
-const BUDGET: usize = 1 << 25;
-/// Morph targets that take as long to blend in as a vertex to place.
-const TARGETS: usize = 4;
+/// Most sample times.
+const MAX_SAMPLES: usize = 257;
+/// Fewest sample times, however large the scene.
+const MIN_SAMPLES: usize = 9;
+/// Vertices to process over all sample times, if that leaves enough of them.
+const VERTEX_BUDGET: usize = 1 << 25;
+/// Morph targets that cost as much as transforming a vertex.
+const MORPH_TARGETS_PER_VERTEX: usize = 4;
 
-/// A walk through the moments of a clip, past the vertices of all that is visible: in the world, not relative
-/// to any centre, so that not even rounding depends on whose moment asks.
-pub(crate) struct ClipSampler<'s> {
+/// Bounds over an animation clip, in world coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ClipBounds {
+    pub bounds: Aabb,
+    pub sphere: Sphere,
+    /// Number of sampled times.
+    pub samples: usize,
+}
+
+/// The bounds over an animation clip, once computed. Posed scenes of the same clip share it.
+#[derive(Clone, Debug, Default)]
+pub struct ClipBoundsCache(Arc<OnceLock<ClipBounds>>);
+
+impl ClipBoundsCache {
+    pub(super) fn get(&self) -> Option<&ClipBounds> {
+        self.0.get()
+    }
+
+    pub(super) fn get_or_init(&self, compute: impl FnOnce() -> ClipBounds) -> &ClipBounds {
+        self.0.get_or_init(compute)
+    }
+}
+
+/// Samples the visible vertices of a clip. Positions are in world space, not relative to a centre, so that
+/// rounding does not depend on the posed scene that asks.
+pub(super) struct ClipSampler<'s> {
     scene: &'s Scene,
-    playing: Vec<&'s Animation>,
-    /// Empty where nothing moves.
-    pub moments: Vec<f64>,
-    /// Of each instance.
-    moving: Vec<bool>,
-    /// Of each mesh that is drawn as the file has it.
-    crowds: Vec<Option<VertexClusters<'s>>>,
-    /// Of each mesh that bends, with each of its skins.
-    bent: HashMap<(u32, Option<u32>), SkinnedClusters>,
+    active: Vec<&'s Animation>,
+    /// Sample times. Empty if nothing moves.
+    times: Vec<f64>,
+    /// One flag for each instance.
+    is_animated: Vec<bool>,
+    /// Clusters of each mesh that is drawn undeformed.
+    clusters: Vec<Option<VertexClusters<'s>>>,
+    /// Clusters of each deformed mesh, with its skin.
+    skinned_clusters: HashMap<(u32, Option<u32>), SkinnedClusters>,
 }
 
 impl<'s> ClipSampler<'s> {
-    pub fn new(scene: &'s Scene, playing: Vec<&'s Animation>) -> ClipSampler<'s> {
-        let moving = scene.animated_instances(playing.iter().copied());
+    /// Chooses the sample times, and clusters the meshes.
+    pub fn new(scene: &'s Scene, active: Vec<&'s Animation>) -> ClipSampler<'s> {
+        let is_animated = scene.animated_instances(active.iter().copied());
         let mesh = |i: &Instance| &scene.meshes[i.mesh as usize];
-        let moved = scene.instances.iter().zip(&moving).filter(|m| *m.1);
-        let looks = moved.map(|m| looks(mesh(m.0))).fold(0, usize::saturating_add);
-        let most = (BUDGET / looks.max(1)).clamp(LEAST, MOST);
-        let mut moments = moments(&playing, most);
-        if !moving.contains(&true) {
-            moments.clear();
+        let animated = scene.instances.iter().zip(&is_animated).filter(|m| *m.1);
+        let cost = animated.map(|m| sample_cost(mesh(m.0))).fold(0, usize::saturating_add);
+        let max_samples = (VERTEX_BUDGET / cost.max(1)).clamp(MIN_SAMPLES, MAX_SAMPLES);
+        let mut times = sample_times(&active, max_samples);
+        if !is_animated.contains(&true) {
+            times.clear();
         }
-        let mut crowds: Vec<_> = scene.meshes.iter().map(|_| None).collect();
-        let mut bent = HashMap::new();
-        for i in scene.instances.iter().filter(|_| !moments.is_empty()) {
+        let mut clusters: Vec<_> = scene.meshes.iter().map(|_| None).collect();
+        let mut skinned_clusters = HashMap::new();
+        for i in scene.instances.iter().filter(|_| !times.is_empty()) {
             let mesh = mesh(i);
             let skin = i.skin.filter(|_| mesh.influences.per_vertex > 0);
             if skin.is_none() {
-                crowds[i.mesh as usize].get_or_insert_with(|| VertexClusters::in_order(&mesh.positions));
+                clusters[i.mesh as usize].get_or_insert_with(|| VertexClusters::in_order(&mesh.positions));
             }
             if skin.is_some() || !mesh.morph_targets.is_empty() {
                 let new = || SkinnedClusters::new(mesh, skin.map(|skin| &scene.skins[skin as usize]));
-                bent.entry((i.mesh, i.skin)).or_insert_with(new);
+                skinned_clusters.entry((i.mesh, i.skin)).or_insert_with(new);
             }
         }
-        ClipSampler { scene, playing, moments, moving, crowds, bent }
+        ClipSampler { scene, active, times, is_animated, clusters, skinned_clusters }
     }
 
-    /// Bounds of all, and a sphere about their middle.
-    pub fn measure(&self) -> (Aabb, Sphere) {
-        let within = |bounds: &Aabb, b: Aabb| bounds.min.cmple(b.min).all() && bounds.max.cmpge(b.max).all();
+    /// Computes the bounds over the clip; `None` if nothing moves.
+    pub fn bounds(&self) -> Option<ClipBounds> {
+        if self.times.is_empty() {
+            return None;
+        }
         let join = |mut a: Aabb, b: Aabb| {
             a.extend_box(&b);
             a
         };
-        let bounds = self.over_vertices(Aabb::EMPTY, within, Aabb::extend, join);
-        // One zero and not the other, whichever came first.
+        let bounds = self.fold(Aabb::EMPTY, |bounds, b| bounds.contains_box(&b), Aabb::extend, join);
+        // Adding 0 turns −0 into 0: which zero came first depends on the threads.
         let bounds = Aabb { min: bounds.min + 0.0, max: bounds.max + 0.0 };
-        let middle = bounds.centre();
-        let within = |r2: &f64, b: Aabb| b.max_distance_squared(middle) <= *r2;
+        let centre = bounds.centre();
+        let covers = |r2: &f64, b: Aabb| b.max_distance_squared(centre) <= *r2;
         let add = |r2: &mut f64, p: DVec3| {
             if p.is_finite() {
-                *r2 = r2.max(p.distance_squared(middle));
+                *r2 = r2.max(p.distance_squared(centre));
             }
         };
-        let r2 = self.over_vertices(0.0, within, add, f64::max);
-        (bounds, Sphere { centre: middle, radius: if r2 > 0.0 { r2.sqrt() } else { 1.0 } })
+        let r2 = self.fold(0.0, covers, add, f64::max);
+        let sphere = Sphere { centre, radius: if r2 > 0.0 { r2.sqrt() } else { 1.0 } };
+        Some(ClipBounds { bounds, sphere, samples: self.times.len() })
     }
 
-    /// Has `add` count every vertex in at every moment, but for those in boxes of which `within` says that they
-    /// change nothing. What threads found is `join`ed.
-    fn over_vertices<T: Copy + Send + Sync>(
+    /// Folds `add` over every visible vertex at all times. Skips clusters whose bounds cannot change the
+    /// result, as `covers` says. `join` merges the results of threads.
+    fn fold<T: Copy + Send + Sync>(
         &self,
-        none: T,
-        within: impl Fn(&T, Aabb) -> bool + Sync,
+        identity: T,
+        covers: impl Fn(&T, Aabb) -> bool + Sync,
         add: impl Fn(&mut T, DVec3) + Sync,
         join: impl Fn(T, T) -> T + Sync + Send,
     ) -> T {
-        let Some((&first, others)) = self.moments.split_first() else { return none };
-        let look = |time: f64, moving: bool, (mut found, mut room): (T, Vec<Vec3>)| {
-            self.at(time, moving, &mut found, &mut room, &within, &add);
-            (found, room)
+        let Some((&first, others)) = self.times.split_first() else { return identity };
+        let step = |time: f64, animated: bool, (mut result, mut scratch): (T, Vec<Vec3>)| {
+            self.fold_at(time, animated, &mut result, &mut scratch, &covers, &add);
+            (result, scratch)
         };
-        // What stands still counts once, the rest at every moment: all begin with what the first one shows.
-        let (start, _) = look(first, true, look(first, false, (none, Vec::new())));
-        let begin = || (start, Vec::with_capacity(CROWD));
-        let shares = others.par_iter().fold(begin, |known, &time| look(time, true, known));
-        shares.map(|(found, _)| found).reduce(|| start, join)
+        // Static instances are folded once. All threads start from the result of the first time.
+        let (start, _) = step(first, true, step(first, false, (identity, Vec::new())));
+        let begin = || (start, Vec::with_capacity(CLUSTER_SIZE));
+        let results = others.par_iter().fold(begin, |state, &time| step(time, true, state));
+        results.map(|(result, _)| result).reduce(|| start, join)
     }
 
-    /// The same at one moment, for what moves or for what stands still; `room` is for a crowd.
-    fn at<T>(
+    /// Folds at one time, over either the animated or the static instances. `scratch` holds the positions of
+    /// a cluster.
+    fn fold_at<T>(
         &self,
         time: f64,
-        moving: bool,
-        found: &mut T,
-        room: &mut Vec<Vec3>,
-        within: impl Fn(&T, Aabb) -> bool,
+        animated: bool,
+        result: &mut T,
+        scratch: &mut Vec<Vec3>,
+        covers: impl Fn(&T, Aabb) -> bool,
         add: impl Fn(&mut T, DVec3),
     ) {
-        let stance = NodeTransforms::of(self.scene, &self.playing, time);
-        for (instance, _) in self.scene.instances.iter().zip(&self.moving).filter(|m| *m.1 == moving) {
-            if !stance.visible[instance.node as usize] {
+        let nodes = NodeTransforms::at(self.scene, &self.active, time);
+        let instances = self.scene.instances.iter().zip(&self.is_animated);
+        for (instance, _) in instances.filter(|(_, is_animated)| **is_animated == animated) {
+            if !nodes.visible[instance.node as usize] {
                 continue;
             }
-            let InstancePose { to_world, bend, .. } = stance.place(instance);
-            let Some(bend) = bend else {
-                if let Some(crowds) = &self.crowds[instance.mesh as usize] {
-                    crowds.over_vertices(&to_world, found, &within, &add);
+            let InstancePose { to_world, deformer, .. } = nodes.pose_instance(instance);
+            let Some(deformer) = deformer else {
+                if let Some(clusters) = &self.clusters[instance.mesh as usize] {
+                    clusters.fold(&to_world, result, &covers, &add);
                 }
                 continue;
             };
-            let crowds = self.bent.get(&(instance.mesh, instance.skin));
+            let clusters = self.skinned_clusters.get(&(instance.mesh, instance.skin));
             let count = self.scene.meshes[instance.mesh as usize].positions.len();
-            for (crowd, first) in (0..count).step_by(CROWD).enumerate() {
-                let around = crowds.and_then(|crowds| crowds.around(crowd, &bend));
-                if around.is_some_and(|b| within(found, box_about(&to_world, &b))) {
+            for (cluster, first) in (0..count).step_by(CLUSTER_SIZE).enumerate() {
+                let bounds = clusters.and_then(|clusters| clusters.bounds(cluster, &deformer));
+                if bounds.is_some_and(|b| covers(result, transformed_bounds(&to_world, &b))) {
                     continue;
                 }
-                bend.positions(first..(first + CROWD).min(count), room);
-                add_all(&to_world, room, found, &add);
+                deformer.deform_positions(first..(first + CLUSTER_SIZE).min(count), scratch);
+                fold_points(&to_world, scratch, result, &add);
             }
         }
     }
 }
 
-/// What it takes to look at a mesh once, in vertices.
-fn looks(mesh: &Mesh) -> usize {
-    mesh.positions.len().saturating_mul(1 + mesh.morph_targets.len() / TARGETS)
+/// Returns the cost of sampling a mesh once, in vertices.
+fn sample_cost(mesh: &Mesh) -> usize {
+    mesh.positions.len().saturating_mul(1 + mesh.morph_targets.len() / MORPH_TARGETS_PER_VERTEX)
 }
 
 #[cfg(test)]
@@ -154,7 +186,7 @@ mod tests {
     use glam::{DAffine3, DQuat};
 
     use super::*;
-    use crate::scene::animation::pose::active_animations;
+    use crate::scene::animation::playback::active_animations;
     use crate::scene::pose;
     use crate::scene::{
         AnimationChoice, Channel, ChannelTarget, Interpolation, Keyframes, LocalTransform, MorphTarget, Node,
@@ -164,13 +196,13 @@ mod tests {
     const RINGS: u16 = 300;
     const SIDES: u16 = 20;
 
-    /// A tube of four joints' height.
+    /// A tube as high as four joints.
     fn tube() -> Mesh {
-        let place = |i: u16| {
+        let point = |i: u16| {
             let angle = f32::from(i % SIDES) / f32::from(SIDES) * TAU;
             Vec3::new(0.3 * angle.cos(), 4.0 * f32::from(i / SIDES) / f32::from(RINGS), 0.3 * angle.sin())
         };
-        let positions: Vec<Vec3> = (0..RINGS * SIDES).map(place).collect();
+        let positions: Vec<Vec3> = (0..RINGS * SIDES).map(point).collect();
         Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() }
     }
 
@@ -195,12 +227,11 @@ mod tests {
         mesh
     }
 
-    /// Four joints, one above the other, that swing about as those below them do; below them and beside them
-    /// what is drawn at nodes that move or stand still.
+    /// A chain of four swinging joints, and instances of each mesh at a moving and at a static node.
     fn scene(meshes: Vec<Mesh>) -> Scene {
         let mut scene = Scene { meshes, ..Scene::default() };
         let times: Vec<f32> = (0..30).map(|i| i as f32 / 10.0).collect();
-        // About no axis of the world: nothing keeps the same bounds.
+        // Not a coordinate axis, so that all bounds change.
         let axis = DVec3::new(1.0, 2.0, 3.0).normalize();
         let mut channels = Vec::new();
         for j in 0..4u32 {
@@ -217,7 +248,7 @@ mod tests {
         let inverse_bind = (0..4).map(|j| DAffine3::from_translation(DVec3::NEG_Y * f64::from(j))).collect();
         scene.skins = vec![Skin { name: String::new(), joints: vec![0, 1, 2, 3], inverse_bind }];
         for i in 0..scene.meshes.len() as u32 {
-            // One moves with the last joint, another stands still.
+            // One moves with the last joint, one is static.
             for parent in [Some(3), None] {
                 let node = scene.nodes.len() as u32;
                 let local = LocalTransform::Matrix(DAffine3::from_translation(DVec3::X * f64::from(i)));
@@ -238,30 +269,29 @@ mod tests {
         scene
     }
 
-    fn walk(scene: &Scene) -> ClipSampler<'_> {
+    fn sampler(scene: &Scene) -> ClipSampler<'_> {
         ClipSampler::new(scene, active_animations(scene, &AnimationChoice::Default).unwrap())
     }
 
-    /// How many vertices it takes to know the bounds, and how many there are at all moments.
-    fn looked_at(scene: &Scene) -> (usize, usize) {
-        let walk = walk(scene);
-        let within =
-            |found: &(Aabb, usize), b: Aabb| found.0.min.cmple(b.min).all() && found.0.max.cmpge(b.max).all();
+    /// Returns the number of vertices that computing the bounds visits, and their number over all times.
+    fn visited_vertices(scene: &Scene) -> (usize, usize) {
+        let sampler = sampler(scene);
+        let covers = |found: &(Aabb, usize), b: Aabb| found.0.contains_box(&b);
         let count = |found: &mut (Aabb, usize), p: DVec3| {
             found.0.extend(p);
             found.1 += 1;
         };
         let mut found = (Aabb::EMPTY, 0);
-        for &time in &walk.moments {
-            walk.at(time, true, &mut found, &mut Vec::new(), within, count);
+        for &time in &sampler.times {
+            sampler.fold_at(time, true, &mut found, &mut Vec::new(), covers, count);
         }
-        let moving = scene.instances.iter().zip(&walk.moving).filter(|m| *m.1);
+        let moving = scene.instances.iter().zip(&sampler.is_animated).filter(|m| *m.1);
         let all: usize = moving.map(|m| scene.meshes[m.0.mesh as usize].positions.len()).sum();
-        (found.1, all * walk.moments.len())
+        (found.1, all * sampler.times.len())
     }
 
     #[test]
-    fn what_is_passed_over_would_have_changed_nothing() {
+    fn skipped_clusters_would_not_change_the_bounds() {
         let mut broken = morphing(skinned(tube()));
         broken.positions[7] = Vec3::NAN;
         broken.morph_targets[1].positions[700] = Vec3::INFINITY;
@@ -275,10 +305,10 @@ mod tests {
             vec![tube(), morphing(skinned(tube())), broken],
         ] {
             let scene = scene(meshes);
-            let walk = walk(&scene);
-            assert!(walk.moments.len() > 50);
+            let sampler = sampler(&scene);
+            assert!(sampler.times.len() > 50);
             let all = || {
-                walk.moments.iter().flat_map(|&time| {
+                sampler.times.iter().flat_map(|&time| {
                     let at = PoseSettings { time, centre: Some(DVec3::ZERO), ..PoseSettings::default() };
                     let posed = pose(&scene, &at).unwrap();
                     let of = |i: usize| {
@@ -296,16 +326,18 @@ mod tests {
             all().for_each(|p| bounds.extend(p));
             let (middle, finite) = (bounds.centre(), all().filter(|p| p.is_finite()));
             let r2 = finite.map(|p| p.distance_squared(middle)).fold(0.0, f64::max);
-            assert_eq!(walk.measure(), (bounds, Sphere { centre: middle, radius: r2.sqrt() }));
+            assert_eq!(
+                sampler.bounds().map(|b| (b.bounds, b.sphere)),
+                Some((bounds, Sphere { centre: middle, radius: r2.sqrt() }))
+            );
         }
     }
 
     #[test]
-    fn few_vertices_are_looked_at() {
+    fn few_vertices_are_visited_vertices() {
         for meshes in [vec![tube()], vec![skinned(tube())], vec![morphing(tube())]] {
-            let (looked, all) = looked_at(&scene(meshes));
-            println!("{looked} of {all}");
-            assert!(looked < all / 3, "{looked} of {all}");
+            let (visited, all) = visited_vertices(&scene(meshes));
+            assert!(visited < all / 3, "{visited} of {all}");
         }
     }
 }

@@ -1,83 +1,84 @@
-//! Key-framed animation: plain data and its evaluation at a time.
+//! Keyframe animation: channels of keyframes, and their interpolation.
 
 use glam::{DQuat, DVec3};
 
 use crate::scene::{CameraProperty, LightProperty, MaterialProperty};
 
-/// How values run between keys.
+/// Interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The last key's value holds.
+    /// Holds the value of the last keyframe.
     Step,
-    /// Linear; rotations along the shorter great arc.
+    /// Linear; spherical (slerp) for rotations.
     Linear,
-    /// Hermite splines; each key holds in-tangent, value, out-tangent.
+    /// Cubic Hermite splines. Each keyframe stores in-tangent, value and out-tangent.
     CubicSpline,
 }
 
-/// What a channel drives.
+/// The property that a channel drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ChannelTarget {
-    /// A node's translation (3 numbers a key).
+    /// Translation of a node (3 components).
     Translation(u32),
-    /// A node's rotation (4 numbers a key: x, y, z, w).
+    /// Rotation of a node (4 components: x, y, z, w).
     Rotation(u32),
-    /// A node's scale (3 numbers a key).
+    /// Scale of a node (3 components).
     Scale(u32),
-    /// The morph weights of a node's meshes (as many numbers a key as there are targets).
+    /// Morph weights of the meshes at a node (one component for each target).
     Weights(u32),
-    /// One of a node's morph weights, by its index.
+    /// One morph weight of a node, by its index.
     Weight(u32, u32),
-    /// A node's visibility (1 number a key).
+    /// Visibility of a node (1 component).
     Visibility(u32),
-    /// Numbers of a material.
+    /// A property of a material.
     Material(u32, MaterialProperty),
-    /// Numbers of a light.
+    /// A property of a light.
     Light(u32, LightProperty),
-    /// A number of a camera.
+    /// A property of a camera.
     Camera(u32, CameraProperty),
 }
 
-/// Keyframes over time.
+/// Keyframes of one value.
 #[derive(Clone, Debug)]
 pub struct Keyframes {
-    /// Seconds, ascending, at least one.
+    /// Times in seconds, ascending, at least one.
     pub times: Vec<f32>,
-    /// `width` numbers for each key; three times as many for splines.
+    /// `width` components for each keyframe; three times as many for splines.
     pub values: Vec<f32>,
-    /// Numbers in one value.
+    /// Components of the value.
     pub width: usize,
-    /// How values run between keys.
+    /// Interpolation between keyframes.
     pub interpolation: Interpolation,
 }
 
-/// One target, driven by keys.
+/// Drives a property by keyframes.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    /// What is driven.
+    /// The driven property.
     pub target: ChannelTarget,
-    /// By what.
+    /// Its values over time.
     pub keyframes: Keyframes,
 }
 
 /// An animation of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Animation {
-    /// Its name.
+    /// Name in the file.
     pub name: String,
-    /// Its channels.
+    /// Channels.
     pub channels: Vec<Channel>,
 }
 
 impl Animation {
-    /// Seconds from 0 to the last key.
+    /// Returns the time of the last keyframe, in seconds.
     pub fn duration(&self) -> f32 {
         self.channels.iter().filter_map(|c| c.keyframes.times.last()).fold(0.0, |a, &b| a.max(b))
     }
 }
 
 impl Keyframes {
-    /// The value at `time` seconds, held before the first key and after the last.
+    /// Returns the value at `time`, in seconds. It is constant before the first and after the last
+    /// keyframe.
     pub fn sample(&self, time: f64) -> Vec<f64> {
         match self.span(time) {
             Span::At(key) => self.value(key),
@@ -92,7 +93,7 @@ impl Keyframes {
         }
     }
 
-    /// The rotation at `time`: spherical where linear is asked for; unit length always.
+    /// Returns the rotation at `time`, of unit length. Linear interpolation is spherical (slerp).
     pub fn sample_rotation(&self, time: f64) -> DQuat {
         let unit = |v: &[f64]| {
             let q = DQuat::from_xyzw(v[0], v[1], v[2], v[3]);
@@ -106,14 +107,15 @@ impl Keyframes {
         }
     }
 
-    /// A 3-vector at `time`.
+    /// Returns a vector of 3 components at `time`.
     pub fn sample_vec3(&self, time: f64) -> DVec3 {
         let v = self.sample(time);
         DVec3::new(v[0], v[1], v[2])
     }
 
+    /// Returns the keyframe or the pair of keyframes around `time`.
     fn span(&self, time: f64) -> Span {
-        // As precisely as keys are given: the one of frame 4 of 30 a second may be a little behind 4/30.
+        // Compares in f32: the keyframe of frame 4 at 30 frames/s may be slightly after 4/30 s.
         let after = self.times.partition_point(|&t| t <= time as f32);
         if after == 0 {
             return Span::At(0);
@@ -125,18 +127,22 @@ impl Keyframes {
         Span::Between { key: after - 1, s: ((time - t0) / (t1 - t0)).max(0.0), dt: t1 - t0 }
     }
 
+    /// Returns the components of a keyframe: for splines, part 0 is the in-tangent, 1 the value, 2 the
+    /// out-tangent.
     fn part(&self, key: usize, part: usize) -> impl Iterator<Item = f64> + '_ {
         let parts = if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
         let at = (key * parts + part) * self.width;
         self.values[at..at + self.width].iter().map(|&v| f64::from(v))
     }
 
+    /// Returns the value of a keyframe.
     fn value(&self, key: usize) -> Vec<f64> {
         let middle = usize::from(self.interpolation == Interpolation::CubicSpline);
         self.part(key, middle).collect()
     }
 
-    /// glTF's Hermite form: tangents are per second.
+    /// Evaluates glTF's cubic Hermite spline at s in 0…1. Tangents are per second; `dt` is the
+    /// distance of the keyframes.
     fn spline(&self, key: usize, s: f64, dt: f64) -> Vec<f64> {
         let (s2, s3) = (s * s, s * s * s);
         let (p0, m0) = (self.part(key, 1), self.part(key, 2));
@@ -154,12 +160,13 @@ impl Keyframes {
     }
 }
 
+/// The position of a time among the keyframes.
 enum Span {
     At(usize),
     Between { key: usize, s: f64, dt: f64 },
 }
 
-/// Spherical interpolation along the shorter arc, from `libm` so that every machine agrees.
+/// Spherical linear interpolation along the shorter arc. Uses `libm`, so that all machines agree.
 fn slerp(a: DQuat, b: DQuat, s: f64) -> DQuat {
     let dot = a.dot(b);
     let (b, dot) = if dot < 0.0 { (-b, -dot) } else { (b, dot) };
@@ -180,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn values_hold_outside_and_run_between() {
+    fn values_are_constant_outside_and_interpolated_between() {
         let step = keys(Interpolation::Step, &[2.0, 4.0]);
         let linear = keys(Interpolation::Linear, &[2.0, 4.0]);
         for (t, s, l) in [(0.0, 2.0, 2.0), (1.0, 2.0, 2.0), (2.0, 2.0, 3.0), (3.0, 4.0, 4.0), (9.0, 4.0, 4.0)]
@@ -189,9 +196,9 @@ mod tests {
         }
     }
 
-    /// Keyframes are f32, and lie a little behind or before the f64 time of the frame that they are of.
+    /// Keyframe times are f32, and differ slightly from the f64 time of their frame.
     #[test]
-    fn a_step_is_taken_at_the_frame_of_its_key() {
+    fn a_step_happens_at_the_frame_of_its_keyframe() {
         for frame in 1..200 {
             for fps in [24.0, 25.0, 30.0, 60.0] {
                 let time = f64::from(frame) / fps;
@@ -204,8 +211,8 @@ mod tests {
     }
 
     #[test]
-    fn splines_pass_their_keys_with_their_tangents() {
-        // in, value, out for two keys two seconds apart: p(s) with m0 = 1/s, m1 = 0.
+    fn splines_interpolate_values_and_tangents() {
+        // in-tangent, value, out-tangent of two keyframes 2 s apart: slopes 1/s, then 0.
         let k = keys(Interpolation::CubicSpline, &[0.0, 0.0, 1.0, 0.0, 2.0, 0.0]);
         assert_eq!(k.sample(1.0)[0], 0.0);
         assert_eq!(k.sample(3.0)[0], 2.0);

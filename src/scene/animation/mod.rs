@@ -1,12 +1,15 @@
-//! Animation: key frames, poses, skinning and morph targets, bounds over a clip.
+//! Animation: keyframes, poses, morph targets and skinning, and bounds over a clip.
 
-pub(crate) mod animated_properties;
-pub(crate) mod clip;
-pub(crate) mod clip_bounds;
-pub(crate) mod deform;
-pub(crate) mod keyframes;
-pub(crate) mod node_transforms;
-pub(crate) mod pose;
-pub(crate) mod pose_bounds;
-pub(crate) mod skinned_cluster_bounds;
-pub(crate) mod tangent_frames;
+pub(super) mod animated_properties;
+mod clip;
+pub(super) mod clip_bounds;
+mod deform;
+pub(super) mod keyframes;
+mod node_transforms;
+pub(super) mod playback;
+pub(super) mod pose;
+mod pose_bounds;
+pub(super) mod posed_scene;
+mod skinned_cluster_bounds;
+mod tangent_frames;
+mod vertex_clusters;

@@ -1,104 +1,110 @@
-//! Where the vertices of a mesh that bends can be at most, without a look at each: morph targets move a box of
-//! them by a sum of boxes, a joint takes a box of those that follow it along, and skinning puts each vertex
-//! between the places where its joints would have it.
+//! Conservative bounds of clusters of deformed vertices, without deforming them.
+//!
+//! Morph targets move the bounding box of a cluster by a weighted sum of boxes. Each joint transforms the
+//! box of the vertices that it influences. Linear blend skinning puts every vertex into the convex hull of
+//! its joints' positions, so the union of the joints' boxes contains it.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::geometry::Aabb;
 use crate::scene::animation::deform::MeshDeformer;
-use crate::scene::animation::pose_bounds::{CROWD, box_about, box_of};
+use crate::scene::animation::vertex_clusters::{CLUSTER_SIZE, bounds_of, transformed_bounds};
 use crate::scene::{Mesh, Skin};
 
-/// Joints that a crowd follows, at most: with more, boxes take longer than a look at its vertices.
-const MOST: usize = 16;
-/// How far the weights of a vertex may be from summing to one: more than f32 rounds.
-const SLACK: f64 = 1e-5;
-/// What f32 rounds a sum's terms by, with room to spare.
+/// Most joints of a cluster. With more, its boxes cost more than deforming its vertices.
+const MAX_JOINTS: usize = 16;
+/// Largest difference of the sum of a vertex's weights from 1: more than f32 rounding.
+const WEIGHT_TOLERANCE: f64 = 1e-5;
+/// Relative rounding error of a sum's terms in f32, rounded up.
 const ROUNDING: f64 = 1e-6;
-/// And where there is next to nothing to round.
+/// Absolute rounding error near 0.
 const TINY: f64 = f32::MIN_POSITIVE as f64;
-/// What lies farther out is soon beyond f32.
-const FAR: f64 = 1e30;
+/// Coordinates beyond this may overflow f32.
+const MAX_COORDINATE: f64 = 1e30;
 
-/// The vertices of a mesh, in their order, in crowds of [`CROWD`].
-pub(crate) struct SkinnedClusters {
-    /// `None` where a box would not hold.
-    crowds: Vec<Option<Cluster>>,
+/// The vertices of a mesh, in their order, in clusters of [`CLUSTER_SIZE`].
+pub(super) struct SkinnedClusters {
+    /// `None` where bounds would not be conservative.
+    clusters: Vec<Option<Cluster>>,
 }
 
 struct Cluster {
-    /// Boxes of its vertices at rest: for each joint, of those that follow it. One of all without a skin.
-    boxes: Vec<(u16, Aabb)>,
-    /// How far each morph target moves them.
-    moves: Vec<Aabb>,
+    /// Rest-pose bounds of the vertices that each joint influences. Without a skin, one box of all vertices.
+    joint_boxes: Vec<(u16, Aabb)>,
+    /// Bounds of the displacements of each morph target.
+    displacements: Vec<Aabb>,
 }
 
 impl SkinnedClusters {
     pub fn new(mesh: &Mesh, skin: Option<&Skin>) -> SkinnedClusters {
-        let all = mesh.positions.len();
-        let starts = (0..all).step_by(CROWD);
-        SkinnedClusters {
-            crowds: starts.map(|v| Cluster::new(mesh, skin, v, (v + CROWD).min(all))).collect(),
-        }
+        let count = mesh.positions.len();
+        let clusters = (0..count)
+            .step_by(CLUSTER_SIZE)
+            .map(|first| Cluster::new(mesh, skin, first, (first + CLUSTER_SIZE).min(count)));
+        SkinnedClusters { clusters: clusters.collect() }
     }
 
-    /// A box that holds every vertex of a crowd once it is bent, whatever is rounded.
-    pub fn around(&self, crowd: usize, bend: &MeshDeformer) -> Option<Aabb> {
-        let Cluster { boxes, moves } = self.crowds[crowd].as_ref()?;
-        let mut moved = Aabb { min: DVec3::ZERO, max: DVec3::ZERO };
+    /// Returns a box that contains every deformed vertex of a cluster, including rounding errors.
+    pub fn bounds(&self, cluster: usize, deformer: &MeshDeformer) -> Option<Aabb> {
+        let Cluster { joint_boxes, displacements } = self.clusters[cluster].as_ref()?;
+        let mut displacement = Aabb { min: DVec3::ZERO, max: DVec3::ZERO };
         let mut terms = DVec3::ZERO;
-        for (by, w) in moves.iter().zip(bend.weights).filter(|(_, w)| **w != 0.0) {
-            let (a, b) = (by.min * f64::from(*w), by.max * f64::from(*w));
-            moved = Aabb { min: moved.min + a.min(b), max: moved.max + a.max(b) };
+        for (by, w) in displacements.iter().zip(deformer.weights).filter(|(_, w)| **w != 0.0) {
+            let a = by.min * f64::from(*w);
+            let b = by.max * f64::from(*w);
+            displacement = Aabb { min: displacement.min + a.min(b), max: displacement.max + a.max(b) };
             terms += a.abs().max(b.abs());
         }
-        let mut around = Aabb::EMPTY;
-        for (joint, own) in boxes {
-            let terms = terms + own.min.abs().max(own.max.abs());
-            let rounding = (1 + moves.len()) as f64 * (ROUNDING * terms + TINY);
-            let morphed = Aabb { min: own.min + moved.min - rounding, max: own.max + moved.max + rounding };
-            let placed = match &bend.joints {
-                Some(joints) => box_about(joints.get(usize::from(*joint))?, &morphed),
+        let mut bounds = Aabb::EMPTY;
+        for (joint, rest) in joint_boxes {
+            let terms = terms + rest.min.abs().max(rest.max.abs());
+            let rounding = (1 + displacements.len()) as f64 * (ROUNDING * terms + TINY);
+            let morphed = Aabb {
+                min: rest.min + displacement.min - rounding,
+                max: rest.max + displacement.max + rounding,
+            };
+            let skinned = match &deformer.joints {
+                Some(joints) => transformed_bounds(joints.get(usize::from(*joint))?, &morphed),
                 None => morphed,
             };
-            // Also false of what is not a number.
-            let near = |p: DVec3| p.abs().cmplt(DVec3::splat(FAR)).all();
-            if !(near(terms) && near(placed.min) && near(placed.max)) {
+            // Also false for NaN.
+            let in_range = |p: DVec3| p.abs().cmplt(DVec3::splat(MAX_COORDINATE)).all();
+            if !(in_range(terms) && in_range(skinned.min) && in_range(skinned.max)) {
                 return None;
             }
-            around.extend_box(&placed);
+            bounds.extend_box(&skinned);
         }
-        // Weights that sum to a little more or less than one take a vertex a little out of its joints' boxes.
-        let more = 2.0 * SLACK * around.min.abs().max(around.max.abs()) + TINY;
-        Some(Aabb { min: around.min - more, max: around.max + more })
+        // Weights that do not sum exactly to 1 move vertices slightly out of the boxes.
+        let slack = 2.0 * WEIGHT_TOLERANCE * bounds.min.abs().max(bounds.max.abs()) + TINY;
+        Some(Aabb { min: bounds.min - slack, max: bounds.max + slack })
     }
 }
 
 impl Cluster {
-    /// Of the vertices from `first` up to `end`.
+    /// Bounds the vertices `first..end`.
     fn new(mesh: &Mesh, skin: Option<&Skin>, first: usize, end: usize) -> Option<Cluster> {
-        let finite = |points: &[glam::Vec3]| points.iter().all(|p| p.is_finite());
-        let own = &mesh.positions[first..end];
-        let boxes = match skin {
-            _ if !finite(own) => return None,
-            Some(skin) => by_joint(mesh, skin.joints.len(), first, end)?,
-            None => vec![(0, box_of(own))],
+        let are_finite = |points: &[Vec3]| points.iter().all(|p| p.is_finite());
+        let positions = &mesh.positions[first..end];
+        let joint_boxes = match skin {
+            _ if !are_finite(positions) => return None,
+            Some(skin) => boxes_by_joint(mesh, skin.joints.len(), first, end)?,
+            None => vec![(0, bounds_of(positions))],
         };
-        // No target is there for no vertex: what moves some of a crowd leaves others where they are.
-        let still = Aabb { min: DVec3::ZERO, max: DVec3::ZERO };
-        let moves = mesh.morph_targets.iter().map(|target| {
+        let displacements = mesh.morph_targets.iter().map(|target| {
             let moved = target.positions.get(first..).unwrap_or_default();
             let moved = &moved[..moved.len().min(end - first)];
-            let mut by = still;
-            by.extend_box(&box_of(moved));
-            finite(moved).then_some(by)
+            // Contains 0, because targets may be shorter than the mesh.
+            let mut bounds = Aabb { min: DVec3::ZERO, max: DVec3::ZERO };
+            bounds.extend_box(&bounds_of(moved));
+            are_finite(moved).then_some(bounds)
         });
-        Some(Cluster { boxes, moves: moves.collect::<Option<_>>()? })
+        Some(Cluster { joint_boxes, displacements: displacements.collect::<Option<_>>()? })
     }
 }
 
-/// Boxes of vertices at rest by the joints that they follow, where their weights let them be between those.
-fn by_joint(mesh: &Mesh, joints: usize, first: usize, end: usize) -> Option<Vec<(u16, Aabb)>> {
+/// Returns the rest-pose bounds of the vertices that each joint influences. `None` if a vertex may leave
+/// the convex hull of its joints, or if there are too many joints.
+fn boxes_by_joint(mesh: &Mesh, joints: usize, first: usize, end: usize) -> Option<Vec<(u16, Aabb)>> {
     let n = mesh.influences.per_vertex;
     let mut boxes: Vec<(u16, Aabb)> = Vec::new();
     for (v, p) in (first..end).zip(&mesh.positions[first..end]) {
@@ -111,13 +117,13 @@ fn by_joint(mesh: &Mesh, joints: usize, first: usize, end: usize) -> Option<Vec<
             });
             boxes[at].1.extend(p.as_dvec3());
             sum += f64::from(w);
-            if usize::from(joint) >= joints || w < 0.0 || boxes.len() > MOST {
+            if usize::from(joint) >= joints || w < 0.0 || boxes.len() > MAX_JOINTS {
                 return None;
             }
         }
-        // What is not a number is not near one either.
-        let near = (sum - 1.0f64).abs() <= SLACK;
-        near.then_some(())?;
+        // Also false for NaN.
+        let sums_to_one = (sum - 1.0f64).abs() <= WEIGHT_TOLERANCE;
+        sums_to_one.then_some(())?;
     }
     Some(boxes)
 }

@@ -1,50 +1,39 @@
-//! Frames that no file has: made of a mesh's rest shape, they go where its triangles are taken.
+//! Tangent frames of deformed meshes: generated normals and tangents follow their triangles.
 
 use glam::{DMat3, DVec3, Vec3};
 
-use crate::scene::{DeformedMesh, Mesh};
+use crate::scene::{DeformedMesh, GeneratedFrames, Mesh};
 
-/// What of a mesh's frames was made of its rest shape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum GeneratedFrames {
-    /// Nothing: the file says what becomes of them.
-    #[default]
-    None,
-    /// The tangents.
-    Tangents,
-    /// The normals too: every triangle has its own, and vertices that no other uses.
-    NormalsAndTangents,
-}
-
-/// Makes anew, for the shape that `mesh` was bent to, what was made of the one it has at rest.
-pub(crate) fn carry(mesh: &Mesh, shape: &mut DeformedMesh) {
+/// Recomputes the generated normals and tangents of `mesh` for its deformed shape.
+pub(super) fn update_generated_frames(mesh: &Mesh, shape: &mut DeformedMesh) {
     if mesh.generated_frames == GeneratedFrames::None {
         return;
     }
     let mut tangents = vec![DVec3::ZERO; mesh.tangents.len()];
     for corners in mesh.triangles.iter().map(|t| t.map(|v| v as usize)) {
-        let rest = frame(corners.map(|v| mesh.positions[v]));
-        let Some((rest, now)) = rest.zip(frame(corners.map(|v| shape.positions[v]))) else { continue };
-        let way = now * rest.inverse();
+        let rest = triangle_frame(corners.map(|v| mesh.positions[v]));
+        let deformed = triangle_frame(corners.map(|v| shape.positions[v]));
+        let Some((rest, deformed)) = rest.zip(deformed) else { continue };
+        let motion = deformed * rest.inverse();
         for v in corners {
             if mesh.generated_frames == GeneratedFrames::NormalsAndTangents {
-                shape.normals[v] = now.z_axis.as_vec3();
+                shape.normals[v] = deformed.z_axis.as_vec3();
             }
             if let Some(tangent) = tangents.get_mut(v) {
-                *tangent += (way * mesh.tangents[v].truncate().as_dvec3()).normalize_or_zero();
+                *tangent += (motion * mesh.tangents[v].truncate().as_dvec3()).normalize_or_zero();
             }
         }
     }
-    for ((tangent, along), normal) in shape.tangents.iter_mut().zip(tangents).zip(&shape.normals) {
-        // Where all triangles are without area, as it is.
-        if let Some(along) = along.reject_from(normal.as_dvec3()).try_normalize() {
-            *tangent = along.as_vec3().extend(tangent.w);
+    for ((tangent, sum), normal) in shape.tangents.iter_mut().zip(tangents).zip(&shape.normals) {
+        // Where all triangles are degenerate, the tangent stays.
+        if let Some(unit) = sum.reject_from(normal.as_dvec3()).try_normalize() {
+            *tangent = unit.as_vec3().extend(tangent.w);
         }
     }
 }
 
-/// Two edges of a triangle and its unit normal; `None` without an area.
-fn frame([a, b, c]: [Vec3; 3]) -> Option<DMat3> {
+/// Returns two edges of a triangle and its unit normal; `None` without area.
+fn triangle_frame([a, b, c]: [Vec3; 3]) -> Option<DMat3> {
     let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
     let normal = (b - a).cross(c - a).try_normalize()?;
     Some(DMat3::from_cols(b - a, c - a, normal))
@@ -58,8 +47,8 @@ mod tests {
     use crate::scene::animation::deform::MeshDeformer;
     use crate::scene::{Influences, MorphTarget, Skin};
 
-    /// A triangle in z = 0 whose third corner a target takes to `to`, by a weight of 1.
-    fn bent(generated_frames: GeneratedFrames, to: Vec3) -> DeformedMesh {
+    /// A triangle in z = 0. A morph target of weight 1 moves its third corner to `to`.
+    fn morphed(generated_frames: GeneratedFrames, to: Vec3) -> DeformedMesh {
         let target =
             MorphTarget { positions: vec![Vec3::ZERO, Vec3::ZERO, to - Vec3::Y], ..MorphTarget::default() };
         let mesh = Mesh {
@@ -71,25 +60,25 @@ mod tests {
             generated_frames,
             ..Mesh::default()
         };
-        MeshDeformer::new(&mesh, &[1.0], None, &[]).unwrap().whole()
+        MeshDeformer::new(&mesh, &[1.0], None, &[]).unwrap().deform()
     }
 
     #[test]
-    fn a_flap_takes_its_frame_along() {
-        let flap = bent(GeneratedFrames::NormalsAndTangents, Vec3::NEG_Z * 3.0);
+    fn generated_frames_follow_a_morphed_triangle() {
+        let flap = morphed(GeneratedFrames::NormalsAndTangents, Vec3::NEG_Z * 3.0);
         assert_eq!(flap.normals, [Vec3::Y; 3]);
         assert_eq!(flap.tangents, [Vec4::new(0.0, 0.0, -1.0, -1.0); 3]);
-        // Where the file has normals, they stay as it says.
-        let slanted = bent(GeneratedFrames::Tangents, Vec3::new(1.0, 1.0, 5.0));
+        // Normals from the file are kept.
+        let slanted = morphed(GeneratedFrames::Tangents, Vec3::new(1.0, 1.0, 5.0));
         assert_eq!(slanted.normals, [Vec3::Z; 3]);
         let along = slanted.tangents[0].truncate();
         assert!(along.abs_diff_eq(Vec3::new(0.5f32.sqrt(), 0.5f32.sqrt(), 0.0), 1e-6), "{along}");
-        assert_eq!(bent(GeneratedFrames::None, Vec3::NEG_Z).tangents, [Vec4::new(0.0, 1.0, 0.0, -1.0); 3]);
+        assert_eq!(morphed(GeneratedFrames::None, Vec3::NEG_Z).tangents, [Vec4::new(0.0, 1.0, 0.0, -1.0); 3]);
     }
 
-    /// Its normals were as smooth as its joints part gently, under a normal map alone.
+    /// Blending joints would give the corners different normals.
     #[test]
-    fn a_flat_triangle_stays_flat_where_joints_part() {
+    fn a_flat_triangle_stays_flat_between_joints() {
         let mesh = Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
             triangles: vec![[0, 1, 2]],
@@ -101,16 +90,16 @@ mod tests {
         };
         let skin = Skin { joints: vec![0, 1], inverse_bind: vec![DAffine3::IDENTITY; 2], ..Skin::default() };
         let nodes = [DAffine3::IDENTITY, DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)];
-        let shape = MeshDeformer::new(&mesh, &[], Some(&skin), &nodes).unwrap().whole();
+        let shape = MeshDeformer::new(&mesh, &[], Some(&skin), &nodes).unwrap().deform();
         assert!(shape.normals.iter().all(|n| n.abs_diff_eq(Vec3::Y, 1e-6)), "{:?}", shape.normals);
         let along = Vec4::new(0.0, 0.0, -1.0, -1.0);
         assert!(shape.tangents.iter().all(|t| t.abs_diff_eq(along, 1e-6)), "{:?}", shape.tangents);
     }
 
     #[test]
-    fn what_has_no_area_keeps_its_frame() {
+    fn degenerate_triangles_keep_their_frames() {
         for to in [Vec3::ZERO, Vec3::X, Vec3::NAN, Vec3::INFINITY] {
-            let flat = bent(GeneratedFrames::NormalsAndTangents, to);
+            let flat = morphed(GeneratedFrames::NormalsAndTangents, to);
             assert_eq!((flat.normals[0], flat.tangents[0].y), (Vec3::Z, 1.0), "{to}");
         }
     }

@@ -1,17 +1,18 @@
-//! One texture looked up at several places together.
+//! Texture lookups for a batch of sample points in SoA layout.
 //!
-//! What comes before the texels and after them is the same arithmetic for each, so it goes by the column, as
-//! [`Texture::sample_filtered`] does it one by one: to the same bits.
+//! The arithmetic before and after the texel reads is vectorised over the batch. Results are bit-identical
+//! to [`Texture::sample_filtered`].
 
 use glam::{Vec2, Vec4};
 
 use crate::scene::texture::anisotropic::Footprint;
 use crate::scene::texture::image::Image;
-use crate::scene::texture::mips::TexelSemantics;
-use crate::scene::texture::sampling::{Texture, TextureFilter, Wrap, blend};
+use crate::scene::texture::sampling::{Texture, TextureFilter, bilerp};
 use crate::scene::texture::srgb::decode_colors;
+use crate::scene::texture::texels::TexelSemantics;
+use crate::scene::texture::wrap::Wrap;
 
-/// SampleCoords of a texture, by the column, with what each stands for.
+/// Texture coordinates and footprints of N sample points, in SoA layout.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleCoords<const N: usize> {
     uv: [[f32; N]; 2],
@@ -20,17 +21,17 @@ pub struct SampleCoords<const N: usize> {
 }
 
 impl<const N: usize> SampleCoords<N> {
-    /// The origin, as a point.
+    /// All points at the origin, with point footprints.
     pub const ORIGIN: SampleCoords<N> =
         SampleCoords { uv: [[0.0; N]; 2], dx: [[0.0; N]; 2], dy: [[0.0; N]; 2] };
 
-    /// Sets one.
+    /// Sets point `i`.
     #[inline(always)]
-    pub fn set(&mut self, i: usize, uv: Vec2, over: Footprint) {
+    pub fn set(&mut self, i: usize, uv: Vec2, footprint: Footprint) {
         for axis in 0..2 {
             self.uv[axis][i] = uv[axis];
-            self.dx[axis][i] = over.dx[axis];
-            self.dy[axis][i] = over.dy[axis];
+            self.dx[axis][i] = footprint.dx[axis];
+            self.dy[axis][i] = footprint.dy[axis];
         }
     }
 
@@ -40,79 +41,85 @@ impl<const N: usize> SampleCoords<N> {
     }
 
     #[inline(always)]
-    fn over(&self, i: usize) -> Footprint {
-        let at = |of: &[[f32; N]; 2]| Vec2::new(of[0][i], of[1][i]);
-        Footprint { dx: at(&self.dx), dy: at(&self.dy) }
+    fn footprint(&self, i: usize) -> Footprint {
+        let vec2 = |of: &[[f32; N]; 2]| Vec2::new(of[0][i], of[1][i]);
+        Footprint { dx: vec2(&self.dx), dy: vec2(&self.dy) }
     }
 }
 
-/// Along an axis, the first of the two texels that a place is between, and how far it is to the other.
-struct Between<const N: usize> {
+/// Positions between two neighbouring texels along one axis.
+struct TexelPairs<const N: usize> {
+    /// The lower texel, as an integer in f64.
     first: [f64; N],
-    share: [f32; N],
+    /// Weight of the upper texel.
+    weight: [f32; N],
 }
 
-impl<const N: usize> Between<N> {
+impl<const N: usize> TexelPairs<N> {
     #[inline(always)]
-    fn new(wrap: Wrap, x: &[f32; N], texels: u32) -> Between<N> {
-        /// A sum with this has no digits after the point.
-        const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
-        // Mostly there is nothing to fold.
+    fn new(wrap: Wrap, x: &[f32; N], texels: u32) -> TexelPairs<N> {
+        /// Adding this to an f64 rounds it to an integer.
+        const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;
+        // Coordinates outside 0…1 are rare.
         let inside = x.iter().all(|x| (0.0..1.0).contains(x));
         let folded = if inside { x.map(f64::from) } else { x.map(|x| wrap.fold(x)) };
-        let mut between = Between { first: [0.0; N], share: [0.0; N] };
-        for ((folded, first), share) in folded.iter().zip(&mut between.first).zip(&mut between.share) {
+        let mut pairs = TexelPairs { first: [0.0; N], weight: [0.0; N] };
+        for ((folded, first), weight) in folded.iter().zip(&mut pairs.first).zip(&mut pairs.weight) {
             let x = folded * f64::from(texels) - 0.5;
-            let near = (x + WHOLE) - WHOLE;
-            *first = if near > x { near - 1.0 } else { near };
-            *share = (x - *first) as f32;
+            let nearest = (x + ROUNDING) - ROUNDING;
+            *first = if nearest > x { nearest - 1.0 } else { nearest };
+            *weight = (x - *first) as f32;
         }
-        between
+        pairs
     }
 
-    /// Both texels of place `i`, and the share of the second.
+    /// Returns both texels of point `i`, and the weight of the second.
     #[inline(always)]
     fn at(&self, i: usize, wrap: Wrap, texels: u32) -> (usize, usize, f32) {
-        let (first, texels) = (self.first[i] as i64, i64::from(texels));
-        (wrap.texel(first, texels), wrap.texel(first + 1, texels), self.share[i])
+        let first = self.first[i] as i64;
+        let texels = i64::from(texels);
+        (wrap.texel(first, texels), wrap.texel(first + 1, texels), self.weight[i])
     }
 }
 
 impl Texture {
-    /// [`Texture::sample_filtered`] at the first of `places`, as many as `out` takes; nothing where a place stands for more
-    /// than a texel, unless `all` are asked for.
+    /// Samples the texture at the first `out.len()` of `coords` like [`Texture::sample_filtered`].
+    ///
+    /// Footprints larger than a texel need filtering, which is not vectorised. They are sampled only if
+    /// `filter_minified` is set, and give `None` otherwise.
     #[inline(always)]
     pub fn sample_batch<const N: usize>(
         &self,
         images: &[Image],
-        places: &SampleCoords<N>,
-        (reading, all): (TexelSemantics, bool),
+        coords: &SampleCoords<N>,
+        semantics: TexelSemantics,
+        filter_minified: bool,
         out: &mut [Option<Vec4>],
     ) {
         let image = &images[self.image as usize];
-        let plane = image.plane();
-        let mut within = [false; N];
-        for (i, within) in within.iter_mut().enumerate() {
-            *within = places.over(i).is_small(image.width, image.height);
+        let view = image.view();
+        let mut is_small = [false; N];
+        for (i, is_small) in is_small.iter_mut().enumerate() {
+            *is_small = coords.footprint(i).is_small(image.width, image.height);
         }
         let interpolated = self.filter == TextureFilter::Linear;
-        let x = Between::new(self.wrap[0], &places.uv[0], plane.width);
-        let y = Between::new(self.wrap[1], &places.uv[1], plane.height);
-        let colors = reading != TexelSemantics::Data;
+        let x = TexelPairs::new(self.wrap[0], &coords.uv[0], view.width);
+        let y = TexelPairs::new(self.wrap[1], &coords.uv[1], view.height);
+        let colors = semantics != TexelSemantics::Data;
         for (i, out) in out.iter_mut().enumerate().take(N) {
-            if !(within[i] && interpolated) {
-                let one_by_one = all || within[i];
-                *out =
-                    one_by_one.then(|| self.sample_filtered(images, places.uv(i), &places.over(i), reading));
+            if !(is_small[i] && interpolated) {
+                let sampled = filter_minified || is_small[i];
+                let sample = || self.sample_filtered(images, coords.uv(i), &coords.footprint(i), semantics);
+                *out = sampled.then(sample);
                 continue;
             }
-            let (xa, xb, fx) = x.at(i, self.wrap[0], plane.width);
-            let (ya, yb, fy) = y.at(i, self.wrap[1], plane.height);
-            let (ya, yb) = (ya * plane.width as usize, yb * plane.width as usize);
-            let at = [ya + xa, ya + xb, yb + xa, yb + xb];
-            let decoded = colors && !self.decode_last;
-            let texels = if decoded { plane.all_decoded(at) } else { plane.all_stored(at) };
-            let value = blend(texels, [fx, fy]);
+            let (xa, xb, fx) = x.at(i, self.wrap[0], view.width);
+            let (ya, yb, fy) = y.at(i, self.wrap[1], view.height);
+            let (ya, yb) = (ya * view.width as usize, yb * view.width as usize);
+            let indices = [ya + xa, ya + xb, yb + xa, yb + xb];
+            let decode_first = colors && !self.decode_last;
+            let texels = if decode_first { view.decoded_many(indices) } else { view.stored_many(indices) };
+            let value = bilerp(texels, [fx, fy]);
             *out = Some(if colors && self.decode_last { decode_colors(value) } else { value });
         }
     }
@@ -123,16 +130,16 @@ mod tests {
     use super::*;
     use crate::scene::{Channels, MipMaps, Texels};
 
-    /// Inside, on edges, far outside and nowhere; points, small footprints and large ones; every layout, way of
-    /// wrapping, filter and reading.
+    /// Covers coordinates inside, on edges, far outside and non-finite; point, small and large footprints;
+    /// every layout, wrap mode, filter and semantics.
     #[test]
-    fn places_together_find_what_each_finds_alone() {
+    fn batches_equal_single_lookups() {
         const N: usize = 8;
         let uvs = [0.0, 0.3, 0.999_999_94, 1.0, -0.2, 7.6, -1e9, f32::NAN, f32::INFINITY, 0.5, 0.124, 1.5];
         let steps = [0.0, 1e-4, 0.02, 0.4, f32::NAN];
-        let place = |i: usize| {
-            let over = |k: usize| Vec2::new(steps[k % 5], -steps[(k / 2) % 5]);
-            (Vec2::new(uvs[i % 12], uvs[(i / 5) % 12]), Footprint { dx: over(i), dy: over(i / 3) })
+        let point = |i: usize| {
+            let step = |k: usize| Vec2::new(steps[k % 5], -steps[(k / 2) % 5]);
+            (Vec2::new(uvs[i % 12], uvs[(i / 5) % 12]), Footprint { dx: step(i), dy: step(i / 3) })
         };
         for channels in [Channels::L, Channels::La, Channels::Rgb, Channels::Rgba] {
             let (width, height) = (7, 5);
@@ -150,22 +157,27 @@ mod tests {
                         (TextureFilter::Nearest, false),
                     ] {
                         let texture = Texture { image: 0, wrap: [wrap, Wrap::Repeat], filter, decode_last };
-                        for reading in
+                        for semantics in
                             [TexelSemantics::Color, TexelSemantics::AlphaWeightedColor, TexelSemantics::Data]
                         {
                             for first in (0..120).step_by(N) {
-                                let mut places = SampleCoords::<N>::ORIGIN;
-                                (0..N).for_each(|i| places.set(i, place(first + i).0, place(first + i).1));
-                                let mut together = [None; N];
-                                let some = &mut together[..N - first % 3];
-                                let all = first % 16 == 0;
-                                texture.sample_batch(&images, &places, (reading, all), some);
-                                for (i, found) in some.iter().enumerate() {
-                                    let (uv, over) = place(first + i);
-                                    let alone = texture.sample_filtered(&images, uv, &over, reading);
-                                    let alone = (all || over.is_small(7, 5)).then_some(alone);
-                                    // NaN is one number here.
-                                    assert_eq!(format!("{found:?}"), format!("{alone:?}"), "{uv} {over:?}");
+                                let mut coords = SampleCoords::<N>::ORIGIN;
+                                (0..N).for_each(|i| coords.set(i, point(first + i).0, point(first + i).1));
+                                let mut batch = [None; N];
+                                let out = &mut batch[..N - first % 3];
+                                let filter_minified = first % 16 == 0;
+                                texture.sample_batch(&images, &coords, semantics, filter_minified, out);
+                                for (i, sampled) in out.iter().enumerate() {
+                                    let (uv, footprint) = point(first + i);
+                                    let single = texture.sample_filtered(&images, uv, &footprint, semantics);
+                                    let single =
+                                        (filter_minified || footprint.is_small(7, 5)).then_some(single);
+                                    // Compares as text, because NaN differs from itself.
+                                    assert_eq!(
+                                        format!("{sampled:?}"),
+                                        format!("{single:?}"),
+                                        "{uv} {footprint:?}"
+                                    );
                                 }
                             }
                         }

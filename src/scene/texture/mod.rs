@@ -1,9 +1,13 @@
 //! Textures: images, mip maps, filtering and sRGB.
 
-pub(crate) mod anisotropic;
-pub(crate) mod batch;
-pub(crate) mod image;
-pub(crate) mod min_mip;
-pub(crate) mod mips;
-pub(crate) mod sampling;
-pub(crate) mod srgb;
+pub(super) mod anisotropic;
+pub(super) mod batch;
+mod downsample;
+pub(super) mod image;
+mod min_mip;
+pub(super) mod mips;
+pub(super) mod sampling;
+pub(super) mod srgb;
+pub(super) mod texels;
+pub(super) mod uv_transform;
+pub(super) mod wrap;

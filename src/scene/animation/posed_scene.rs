@@ -1,0 +1,154 @@
+//! A scene at one time: transforms, deformed meshes, animated materials, lights and cameras.
+
+use std::borrow::Cow;
+
+use glam::{DAffine3, DVec3, Vec3, Vec4};
+
+use crate::geometry::{Aabb, HitId, Transform};
+use crate::scene::animation::clip_bounds::ClipBoundsCache;
+use crate::scene::animation::playback::AnimationChoice;
+use crate::scene::{DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedLight, Scene};
+
+/// An instance of a posed scene.
+#[derive(Clone, Debug)]
+pub struct PosedInstance {
+    /// Transforms local (or deformed) vertices to world space, relative to the centre.
+    pub transform: Transform,
+    /// Index into [`PosedScene::deformed`].
+    pub deformed: Option<u32>,
+    /// False if its node or an ancestor is hidden.
+    pub visible: bool,
+}
+
+/// A scene at one time.
+///
+/// Transforms are f64. A common centre is subtracted from everything, so that f32 has its precision where
+/// the scene is, however far from the origin its nodes are.
+#[derive(Clone, Debug)]
+pub struct PosedScene<'s> {
+    /// The scene.
+    pub scene: &'s Scene,
+    /// Materials at this time.
+    pub materials: Cow<'s, [Material]>,
+    /// Cameras at this time.
+    pub cameras: Cow<'s, [FileCamera]>,
+    /// Lights at this time.
+    pub(super) lights: Cow<'s, [Light]>,
+    /// Subtracted from every world position.
+    pub centre: DVec3,
+    /// Instances, parallel to the scene's.
+    pub instances: Vec<PosedInstance>,
+    /// Deformed meshes.
+    pub deformed: Vec<DeformedMesh>,
+    /// Node to world, not relative to the centre.
+    pub(super) node_to_world: Vec<DAffine3>,
+    /// Visibility of the nodes.
+    pub(super) visible: Vec<bool>,
+    pub(super) animation: AnimationChoice,
+    /// Bounds of everything visible, relative to the centre.
+    pub(crate) bounds: Aabb,
+    pub(super) clip_bounds_cache: ClipBoundsCache,
+}
+
+impl<'s> PosedScene<'s> {
+    /// Returns which animations play.
+    pub fn animation(&self) -> &AnimationChoice {
+        &self.animation
+    }
+
+    /// Returns a node's transform to world space in f64, not relative to the centre.
+    pub fn node_to_world(&self, node: u32) -> DAffine3 {
+        self.node_to_world[node as usize]
+    }
+
+    /// Returns the mesh of an instance.
+    #[inline]
+    pub fn mesh(&self, instance: u32) -> &'s Mesh {
+        &self.scene.meshes[self.scene.instances[instance as usize].mesh as usize]
+    }
+
+    /// Returns an instance's vertex positions at this time, in the space that its transform maps from.
+    #[inline]
+    pub fn positions(&self, instance: u32) -> &[Vec3] {
+        match self.deformed_mesh(instance) {
+            Some(d) => &d.positions,
+            None => &self.mesh(instance).positions,
+        }
+    }
+
+    /// Returns an instance's vertex normals at this time. Empty means flat shading.
+    #[inline]
+    pub fn normals(&self, instance: u32) -> &[Vec3] {
+        match self.deformed_mesh(instance) {
+            Some(d) => &d.normals,
+            None => &self.mesh(instance).normals,
+        }
+    }
+
+    /// Returns an instance's tangents at this time. May be empty.
+    pub fn tangents(&self, instance: u32) -> &[Vec4] {
+        match self.deformed_mesh(instance) {
+            Some(d) => &d.tangents,
+            None => &self.mesh(instance).tangents,
+        }
+    }
+
+    #[inline]
+    fn deformed_mesh(&self, instance: u32) -> Option<&DeformedMesh> {
+        self.instances[instance as usize].deformed.map(|d| &self.deformed[d as usize])
+    }
+
+    /// Returns a triangle's corners in the space that the instance's transform maps from.
+    #[inline]
+    pub fn local_triangle(&self, id: HitId) -> [Vec3; 3] {
+        let positions = self.positions(id.instance);
+        // Not `map`, which is not always inlined: BVH builds call this for every triangle.
+        let [a, b, c] = self.mesh(id.instance).triangles[id.triangle as usize];
+        [positions[a as usize], positions[b as usize], positions[c as usize]]
+    }
+
+    /// Returns a triangle's corners in world space, relative to the centre, each rounded once to f32. BVHs
+    /// over world-space triangles store exactly these.
+    #[inline]
+    pub fn world_triangle(&self, id: HitId) -> [Vec3; 3] {
+        let transform = &self.instances[id.instance as usize].transform;
+        let [a, b, c] = self.local_triangle(id);
+        [transform.point(a), transform.point(b), transform.point(c)]
+    }
+
+    /// Returns the bounds of everything visible, in world coordinates (with the centre added).
+    pub fn bounds(&self) -> Aabb {
+        let b = self.bounds;
+        if b.is_empty() { b } else { Aabb { min: b.min + self.centre, max: b.max + self.centre } }
+    }
+
+    /// Returns the radius of a sphere around the centre that contains everything visible.
+    pub fn bounding_radius(&self) -> f64 {
+        let b = self.bounds;
+        if b.is_empty() { 0.0 } else { b.min.abs().max(b.max.abs()).length() }
+    }
+
+    /// Returns the file's lights in the lecture's units, with intensities times `scale`.
+    pub fn lights(&self, units: LightUnits, scale: f32) -> Vec<PosedLight> {
+        let units = units.resolve(&self.scene.source);
+        let visible = self.lights.iter().filter(|l| self.visible[l.node as usize]);
+        visible
+            .map(|light| {
+                let to_world = self.node_to_world[light.node as usize];
+                let position = (to_world.translation - self.centre).as_vec3();
+                let kind = light.kind.pose(position, &to_world.matrix3, &self.scene.source);
+                let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
+                PosedLight { kind, intensity, range: light.range, radius: 0.0 }
+            })
+            .collect()
+    }
+
+    /// Moves the centre from the world's origin.
+    pub(super) fn set_centre(&mut self, centre: DVec3) {
+        self.centre = centre;
+        self.bounds = Aabb { min: self.bounds.min - centre, max: self.bounds.max - centre };
+        for instance in &mut self.instances {
+            instance.transform.affine.translation -= centre;
+        }
+    }
+}

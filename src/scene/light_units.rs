@@ -1,0 +1,72 @@
+//! Units of the light intensities in files, and their conversion to the lecture's.
+
+use super::{LightKind, Source};
+
+/// The unit of a file's light intensities.
+///
+/// The lecture's k_d has no factor 1/π, so photometric and radiometric values are divided by π. Then
+/// k_d·(I/r²)·n·l is the physical radiance ρ/π·E.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum LightUnits {
+    /// `Standard` for files written by Blender, `Unitless` for others.
+    #[default]
+    Auto,
+    /// Candela and lux: v/(683π).
+    Standard,
+    /// W/sr and W/m²: v/π.
+    Unitless,
+    /// Blender's watts: v/(4π²) for point and spot lights, v/π for suns.
+    Raw,
+}
+
+impl LightUnits {
+    /// Replaces `Auto` by the unit for files from `source`.
+    pub fn resolve(self, source: &Source) -> LightUnits {
+        match self {
+            LightUnits::Auto if source.is_blender() => LightUnits::Standard,
+            LightUnits::Auto => LightUnits::Unitless,
+            given => given,
+        }
+    }
+
+    /// Returns the name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            LightUnits::Auto => "auto",
+            LightUnits::Standard => "standard",
+            LightUnits::Unitless => "unitless",
+            LightUnits::Raw => "raw",
+        }
+    }
+
+    /// Returns the factor from a file's value to the lecture's I, or to E for a directional light.
+    pub fn factor(self, kind: LightKind) -> f32 {
+        use std::f64::consts::PI;
+        let factor = match (self, kind) {
+            (LightUnits::Standard, _) => 1.0 / (683.0 * PI),
+            (LightUnits::Raw, LightKind::Point | LightKind::Spot { .. }) => 1.0 / (4.0 * PI * PI),
+            _ => 1.0 / PI,
+        };
+        factor as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blenders_export_modes_give_the_same_intensity() {
+        // A lamp of 1,000 W: 54,351 cd in Standard, 1,000 in Raw, 1,000/4π in Unitless.
+        let by = |units: LightUnits, v: f64| v as f32 * units.factor(LightKind::Point);
+        let expected = (1000.0 / (4.0 * std::f64::consts::PI.powi(2))) as f32;
+        let standard = 1000.0 * 683.0 / (4.0 * std::f64::consts::PI);
+        for (units, v) in [
+            (LightUnits::Standard, standard),
+            (LightUnits::Raw, 1000.0),
+            (LightUnits::Unitless, standard / 683.0),
+        ] {
+            assert!((by(units, v) / expected - 1.0).abs() < 1e-5, "{units:?}");
+        }
+    }
+}

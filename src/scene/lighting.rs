@@ -1,0 +1,196 @@
+//! Lighting settings, and their resolution to the lights and the ambient term of a frame.
+
+use glam::DVec3;
+
+use super::{
+    Camera, LightUnits, PosedLight, PosedScene, Rig, SkyIrradiance, SourceFormat, headlight, three_point,
+};
+use crate::geometry::Rgb;
+
+/// A set of lights to render with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightSet {
+    /// The file's lights.
+    File,
+    /// A dim light at the camera.
+    Headlight,
+    /// Key, fill and rim light, fixed to the camera.
+    ThreePoint,
+}
+
+/// A light given by the user, in world coordinates and the lecture's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum UserLight {
+    /// A point light.
+    Point {
+        /// Position in world coordinates.
+        position: DVec3,
+        /// The lecture's I.
+        intensity: Rgb,
+    },
+    /// A directional light.
+    Sun {
+        /// Direction in which the light travels.
+        direction: DVec3,
+        /// Irradiance E.
+        intensity: Rgb,
+    },
+}
+
+/// The requested lighting of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lighting {
+    /// Light sets. `None` uses the file's lights, else the user's, else the three-point rig.
+    pub sets: Option<Vec<LightSet>>,
+    /// Lights added to the sets.
+    pub user_lights: Vec<UserLight>,
+    /// Units of the file's lights.
+    pub units: LightUnits,
+    /// Multiplies the intensities of the file's lights.
+    pub scale: f32,
+    /// I_a. `None` uses the ambient term of the light sets.
+    pub ambient: Option<Rgb>,
+    /// Raises the ambient term of the light sets to at least a fifth of their light, so that ambient
+    /// occlusion is visible.
+    pub boost_ambient: bool,
+    /// An environment in place of a constant I_a. It also replaces the default three-point rig.
+    pub sky: Option<SkyIrradiance>,
+    /// Radius of every light: [`PosedLight::radius`].
+    pub radius: f32,
+}
+
+impl Default for Lighting {
+    fn default() -> Self {
+        Lighting {
+            sets: None,
+            user_lights: Vec::new(),
+            units: LightUnits::Auto,
+            scale: 1.0,
+            ambient: None,
+            boost_ambient: false,
+            sky: None,
+            radius: 0.0,
+        }
+    }
+}
+
+/// The lights and the ambient term of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResolvedLighting {
+    /// Lights and ambient term.
+    pub rig: Rig,
+    /// The light sets in use.
+    pub sets: Vec<LightSet>,
+    /// True if lights of the file are in use, with the file's intensities.
+    pub uses_file_lights: bool,
+    /// True if the ambient term is Blender's default world, beside lights from Blender's exporter in an
+    /// assumed unit.
+    pub assumes_blender_world: bool,
+    /// Describes the lights, for the log.
+    pub description: String,
+}
+
+/// Ambient term of Blender's default world, for files with Blender's lights.
+const BLENDER_AMBIENT: f32 = 0.05;
+/// Share of the lights that a boosted ambient term has.
+const BOOSTED_AMBIENT_SHARE: f32 = 0.2;
+
+impl Rig {
+    /// Returns the boosted ambient term: a fifth of the light that arrives at the centre of the scene,
+    /// with every light outside the bounding sphere; white without lights.
+    fn boosted_ambient(&self, posed: &PosedScene) -> Rgb {
+        let sphere = posed.bounding_sphere();
+        let centre = sphere.centre - posed.centre;
+        let irradiance = |light: &PosedLight| match light.position() {
+            Some(p) => {
+                let r = p.as_dvec3().distance(centre).max(sphere.radius);
+                light.intensity * (1.0 / (r * r)) as f32
+            }
+            None => light.intensity,
+        };
+        let sum: Rgb = self.lights.iter().map(irradiance).sum();
+        if sum.is_finite() && sum != Rgb::ZERO { sum * BOOSTED_AMBIENT_SHARE } else { Rgb::ONE }
+    }
+}
+
+impl Lighting {
+    /// Returns the lights for `posed` seen from `camera`.
+    pub fn resolve(&self, posed: &PosedScene, camera: &Camera) -> ResolvedLighting {
+        let file_lights = posed.lights(self.units, self.scale);
+        let uses_file = !file_lights.is_empty();
+        let sets = self.sets.clone().unwrap_or_else(|| self.default_sets(uses_file));
+        let source = &posed.scene.source;
+        let blender = uses_file && source.format == SourceFormat::Gltf && source.is_blender();
+        let mut rig = Rig::default();
+        let mut parts = Vec::new();
+        let mut uses_file_lights = false;
+        let mut assumes_blender_world = false;
+        for &set in &sets {
+            let (added, part) = match set {
+                LightSet::File => {
+                    uses_file_lights = uses_file;
+                    assumes_blender_world = blender && self.units == LightUnits::Auto;
+                    let ambient = Rgb::splat(if blender { BLENDER_AMBIENT } else { 0.0 });
+                    let units = self.units.resolve(source).name();
+                    let part = format!("{} from the file ({units})", file_lights.len());
+                    (Rig { lights: file_lights.clone(), ambient, sky: None }, part)
+                }
+                LightSet::Headlight => (headlight(camera), "a headlight".to_string()),
+                LightSet::ThreePoint => (three_point(camera), "the three-point rig".to_string()),
+            };
+            rig.lights.extend(added.lights);
+            rig.ambient = rig.ambient.max(added.ambient);
+            parts.push(part);
+        }
+        rig.lights.extend(self.user_lights.iter().map(|light| light.posed(posed.centre)));
+        if !self.user_lights.is_empty() {
+            parts.push(format!("{} given", self.user_lights.len()));
+        }
+        let blender_world = Rgb::splat(BLENDER_AMBIENT);
+        assumes_blender_world &= self.ambient.is_none() && parts.len() == 1 && rig.ambient == blender_world;
+        if self.boost_ambient {
+            rig.ambient = rig.ambient.max(rig.boosted_ambient(posed));
+        }
+        rig.ambient = self.ambient.unwrap_or(rig.ambient);
+        rig.sky = self.sky;
+        for light in &mut rig.lights {
+            light.radius = self.radius;
+        }
+        let description = describe(&parts, &rig);
+        ResolvedLighting { rig, sets, uses_file_lights, assumes_blender_world, description }
+    }
+
+    /// Returns the light sets where none are requested.
+    fn default_sets(&self, file_has_lights: bool) -> Vec<LightSet> {
+        if file_has_lights {
+            vec![LightSet::File]
+        } else if self.user_lights.is_empty() && self.sky.is_none() {
+            vec![LightSet::ThreePoint]
+        } else {
+            Vec::new()
+        }
+    }
+}
+
+impl UserLight {
+    fn posed(&self, centre: DVec3) -> PosedLight {
+        match *self {
+            UserLight::Point { position, intensity } => {
+                PosedLight::point((position - centre).as_vec3(), intensity)
+            }
+            UserLight::Sun { direction, intensity } => PosedLight::sun(direction, intensity),
+        }
+    }
+}
+
+/// Describes lights and ambient term, for the log.
+fn describe(parts: &[String], rig: &Rig) -> String {
+    let mut text = if parts.is_empty() { "none".to_string() } else { parts.join(", ") };
+    if rig.sky.is_some() {
+        text += "; ambient light from an image";
+    } else if rig.ambient != Rgb::ZERO {
+        let [r, g, b] = rig.ambient.to_array();
+        text += &format!("; ambient {r:.3},{g:.3},{b:.3}");
+    }
+    text
+}

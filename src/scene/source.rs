@@ -1,0 +1,53 @@
+//! Where a scene was loaded from: format, generator, and digests of the files that were read.
+
+use super::FileDigest;
+
+/// The file format of a scene. Some defaults depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum SourceFormat {
+    /// glTF 2.0, `.gltf` or `.glb`.
+    #[default]
+    Gltf,
+    /// Wavefront OBJ.
+    Obj,
+}
+
+/// The source of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Source {
+    /// File format.
+    pub format: SourceFormat,
+    /// Program that wrote the file (`asset.generator`, or the first comment of an OBJ).
+    pub generator: String,
+    /// glTF extensions named by the file, in file order.
+    pub extensions: Vec<String>,
+    /// Names of the scenes in the file.
+    pub scenes: Vec<String>,
+    /// Digest of the scene file itself.
+    pub digest: FileDigest,
+    /// Files that the scene refers to, whether they exist or not.
+    pub files: Vec<SourceFile>,
+    /// Names of the material variants (KHR_materials_variants).
+    pub variants: Vec<String>,
+}
+
+/// A file that a scene refers to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourceFile {
+    /// Path relative to the folder of the scene file.
+    pub name: String,
+    /// Digest of its bytes.
+    pub digest: FileDigest,
+}
+
+impl Source {
+    /// Returns the names of the files that the scene refers to.
+    pub fn file_names(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().map(|file| file.name.as_str())
+    }
+
+    /// Returns true if one of Blender's exporters wrote the file.
+    pub fn is_blender(&self) -> bool {
+        self.generator.contains("Blender") || self.generator.contains("blender")
+    }
+}

@@ -1,0 +1,192 @@
+//! Downsampling filters: the mean of each texel of a mip level over the finer level.
+
+use glam::{Vec3, Vec4};
+
+use crate::scene::texture::srgb::decode_colors;
+use crate::scene::texture::texels::TexelView;
+
+/// How a mip level is averaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DownsampleFilter {
+    /// The mean of linear light.
+    Light { alpha_weighted: bool },
+    /// The mean of the light that bilinear interpolation of *encoded* colours shows. It is darker than
+    /// the mean of the texels, so that the first mip level is as bright as the interpolated image.
+    EncodedBilinear { alpha_weighted: bool },
+    /// The mean of data.
+    Data,
+    /// The mean of unit vectors. Levels hold its direction, and in alpha the root of how much shorter
+    /// than 1 it is.
+    Normals,
+}
+
+impl DownsampleFilter {
+    /// Number of filters.
+    pub const COUNT: usize = 6;
+
+    /// Returns the filter's index, below [`DownsampleFilter::COUNT`].
+    pub fn index(self) -> usize {
+        match self {
+            DownsampleFilter::Light { alpha_weighted } => usize::from(alpha_weighted),
+            DownsampleFilter::EncodedBilinear { alpha_weighted } => 2 + usize::from(alpha_weighted),
+            DownsampleFilter::Data => 4,
+            DownsampleFilter::Normals => 5,
+        }
+    }
+}
+
+/// Weight of the colour of fully transparent texels, so that all-transparent regions keep a colour.
+const MIN_ALPHA_WEIGHT: f32 = 1e-4;
+
+/// Weights a colour by its alpha.
+pub(super) fn weight_by_alpha(v: Vec4) -> Vec4 {
+    (v.truncate() * (v.w + MIN_ALPHA_WEIGHT)).extend(v.w)
+}
+
+/// Divides a mean of weighted colours by its mean weight.
+pub(super) fn unweight_by_alpha(v: Vec4) -> Vec4 {
+    (v.truncate() / (v.w + MIN_ALPHA_WEIGHT)).extend(v.w)
+}
+
+/// Width and height of a level, in texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Size {
+    pub width: usize,
+    pub height: usize,
+}
+
+impl Size {
+    /// Returns the size of the next smaller level.
+    pub fn half(self) -> Size {
+        Size { width: (self.width / 2).max(1), height: (self.height / 2).max(1) }
+    }
+}
+
+/// Computes row `y` of a level of size `fine.half()` from a level of size `fine`, whose texels `one` reads
+/// singly and `four` by four.
+pub(super) fn downsample_row(
+    fine: Size,
+    y: usize,
+    row: &mut [Vec4],
+    one: impl Fn(usize, usize) -> Vec4,
+    four: impl Fn([(usize, usize); 4]) -> [Vec4; 4],
+) {
+    let half = fine.half();
+    let even = fine.width == 2 * half.width && fine.height == 2 * half.height;
+    for (x, mean) in row.iter_mut().enumerate() {
+        *mean = if even {
+            let (x, y) = (2 * x, 2 * y);
+            let [a, b, c, d] = four([(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]);
+            a * 0.25 + b * 0.25 + c * 0.25 + d * 0.25
+        } else {
+            box_mean(fine, (x, y), &one)
+        };
+    }
+}
+
+/// Returns the mean over the area that texel (x, y) of the smaller level covers: two texels along a side,
+/// or three of an odd side, the outer ones in part.
+fn box_mean(fine: Size, (x, y): (usize, usize), texel: &impl Fn(usize, usize) -> Vec4) -> Vec4 {
+    let half = fine.half();
+    let (first_x, across) = taps(x, fine.width, half.width);
+    let (first_y, down) = taps(y, fine.height, half.height);
+    let mut sum = Vec4::ZERO;
+    for (j, wy) in down.into_iter().enumerate().filter(|w| w.1 > 0.0) {
+        for (i, wx) in across.into_iter().enumerate().filter(|w| w.1 > 0.0) {
+            sum += texel(first_x + i, first_y + j) * (wx * wy);
+        }
+    }
+    sum
+}
+
+/// Returns the first texel along a side that texel `i` of the smaller side covers, and the weights of it
+/// and the next two.
+fn taps(i: usize, size: usize, half: usize) -> (usize, [f32; 3]) {
+    if size == 1 {
+        return (0, [1.0, 0.0, 0.0]);
+    }
+    if size == 2 * half {
+        return (2 * i, [0.5, 0.5, 0.0]);
+    }
+    // Texel i covers i·(2 + 1/half) to (i + 1)·(2 + 1/half).
+    let n = size as f32;
+    (2 * i, [(half - i) as f32 / n, half as f32 / n, (i + 1) as f32 / n])
+}
+
+/// Returns the values that `filter` averages, at some texels of an image.
+pub(super) fn filter_inputs<const N: usize>(
+    image: TexelView,
+    filter: DownsampleFilter,
+    texels: [(usize, usize); N],
+) -> [Vec4; N] {
+    let indices = texels.map(|(x, y)| y * image.width as usize + x);
+    match filter {
+        DownsampleFilter::Data => image.stored_many(indices),
+        DownsampleFilter::Light { alpha_weighted: false } => image.decoded_many(indices),
+        DownsampleFilter::Light { alpha_weighted: true } => image.decoded_many(indices).map(weight_by_alpha),
+        DownsampleFilter::EncodedBilinear { alpha_weighted } => {
+            texels.map(|(x, y)| interpolated_light(image, x, y, alpha_weighted))
+        }
+        DownsampleFilter::Normals => image.stored_many(indices).map(|v| {
+            let v = v.truncate() * 2.0 - 1.0;
+            v.normalize_or_zero().extend(0.0)
+        }),
+    }
+}
+
+/// Returns the mean light over a texel of the image interpolated in its encoding: Gauss–Legendre
+/// quadrature with two points along each axis between texel centres.
+fn interpolated_light(image: TexelView, x: usize, y: usize, alpha_weighted: bool) -> Vec4 {
+    const NEAR: f32 = 0.788_675_1;
+    const FAR: f32 = 1.0 - NEAR;
+    let (w, h) = (image.width as usize, image.height as usize);
+    let texel = |x: usize, y: usize| image.stored((y % h) * w + x % w);
+    let centre = texel(x, y);
+    let mut sum = Vec4::ZERO;
+    for dx in [w - 1, 1] {
+        for dy in [h - 1, 1] {
+            let corner = texel(x + dx, y + dy);
+            let sides = texel(x + dx, y) + texel(x, y + dy);
+            let v = centre * (NEAR * NEAR) + sides * (NEAR * FAR) + corner * (FAR * FAR);
+            let light = decode_colors(v);
+            sum += if alpha_weighted { weight_by_alpha(light) } else { light };
+        }
+    }
+    sum * 0.25
+}
+
+/// Encodes means as texels: data with `encode_data`, linear light with `encode_light`.
+pub(super) fn encode_means<T>(
+    means: &[Vec4],
+    filter: DownsampleFilter,
+    encode_data: impl Fn(f32) -> T,
+    encode_light: impl Fn(f32) -> T,
+    texels: &mut [T],
+) {
+    let channels = texels.len() / means.len().max(1);
+    let colors = if channels < 3 { 1 } else { 3 };
+    for (&v, texel) in means.iter().zip(texels.chunks_exact_mut(channels.max(1))) {
+        let (v, is_light) = match filter {
+            DownsampleFilter::Data => (v, false),
+            DownsampleFilter::Normals => (mean_direction(v), false),
+            DownsampleFilter::Light { alpha_weighted: true }
+            | DownsampleFilter::EncodedBilinear { alpha_weighted: true } => (unweight_by_alpha(v), true),
+            DownsampleFilter::Light { .. } | DownsampleFilter::EncodedBilinear { .. } => (v, true),
+        };
+        let (color, alpha) = texel.split_at_mut(colors);
+        for (c, to) in color.iter_mut().enumerate() {
+            *to = if is_light { encode_light(v[c]) } else { encode_data(v[c]) };
+        }
+        for to in alpha {
+            *to = encode_data(v.w);
+        }
+    }
+}
+
+/// Converts a mean of unit vectors to a texel: its direction, and √(1 − length) in alpha.
+fn mean_direction(mean: Vec4) -> Vec4 {
+    let n = mean.truncate();
+    let length = n.length().min(1.0);
+    let unit = n.try_normalize().unwrap_or(Vec3::Z);
+    (unit * 0.5 + 0.5).extend((1.0 - length).sqrt())
+}

@@ -1,0 +1,174 @@
+//! Texel storage: the layouts of images, and access to single texels.
+
+use glam::{Vec3, Vec4};
+
+use crate::scene::texture::srgb;
+
+/// The channels of an image, as its file stores them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channels {
+    /// Grey.
+    L = 1,
+    /// Grey and alpha.
+    La = 2,
+    /// Red, green and blue.
+    Rgb = 3,
+    /// Red, green, blue and alpha, not premultiplied.
+    Rgba = 4,
+}
+
+/// The values of an image: row-major, row 0 on top, channels interleaved.
+#[derive(Clone, Debug)]
+pub enum Texels {
+    /// 8 bits a channel.
+    U8(Vec<u8>),
+    /// 16 bits a channel.
+    U16(Vec<u16>),
+}
+
+/// What the values of a texture mean. Filtering depends on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TexelSemantics {
+    /// sRGB-encoded colours. An alpha channel is unused, or used separately.
+    Color,
+    /// sRGB-encoded colours that filtering weights by alpha: transparent texels do not contribute.
+    AlphaWeightedColor,
+    /// Linear data.
+    Data,
+}
+
+/// A channel of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureChannel {
+    /// Red.
+    R,
+    /// Green.
+    G,
+    /// Blue.
+    B,
+    /// Alpha.
+    A,
+    /// Mean of red, green and blue.
+    Mean,
+}
+
+/// A view of the texels of an image or of one of its mip levels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TexelView<'a> {
+    pub width: u32,
+    pub height: u32,
+    pub channels: Channels,
+    pub texels: &'a Texels,
+}
+
+impl TexelView<'_> {
+    /// Returns texel `i` of the row-major list as stored, in 0…1: neither decoded nor filtered. Grey
+    /// fills all three colours; a missing alpha is 1.
+    pub fn stored(&self, i: usize) -> Vec4 {
+        let n = self.channels as usize;
+        match &self.texels {
+            Texels::U8(t) => expand(&t[n * i..][..n], 255.0, f32::from, f32::from) / 255.0,
+            Texels::U16(t) => expand(&t[n * i..][..n], 65535.0, f32::from, f32::from) / 65535.0,
+        }
+    }
+
+    /// Returns texel `i` with colours decoded from sRGB. Alpha is always linear.
+    pub fn decoded(&self, i: usize) -> Vec4 {
+        let n = self.channels as usize;
+        match &self.texels {
+            Texels::U8(t) => {
+                let table = srgb::decode_table_8();
+                expand(&t[n * i..][..n], 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 255.0)
+            }
+            Texels::U16(t) => {
+                let table = srgb::decode_table_16();
+                expand(&t[n * i..][..n], 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 65535.0)
+            }
+        }
+    }
+
+    /// Returns several texels as [`TexelView::stored`] does. Dispatches once on the layout.
+    #[inline(always)]
+    pub fn stored_many<const N: usize>(&self, indices: [usize; N]) -> [Vec4; N] {
+        match &self.texels {
+            Texels::U8(t) => {
+                self.convert_many(t, indices, 255.0, f32::from, f32::from).map(|texel| texel / 255.0)
+            }
+            Texels::U16(t) => {
+                self.convert_many(t, indices, 65535.0, f32::from, f32::from).map(|texel| texel / 65535.0)
+            }
+        }
+    }
+
+    /// Returns several texels as [`TexelView::decoded`] does. Dispatches once on the layout.
+    #[inline(always)]
+    pub fn decoded_many<const N: usize>(&self, indices: [usize; N]) -> [Vec4; N] {
+        match &self.texels {
+            Texels::U8(t) => {
+                let table = srgb::decode_table_8();
+                self.convert_many(t, indices, 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 255.0)
+            }
+            Texels::U16(t) => {
+                let table = srgb::decode_table_16();
+                self.convert_many(t, indices, 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 65535.0)
+            }
+        }
+    }
+
+    /// Converts several texels. `opaque` stands in for a missing alpha.
+    #[inline(always)]
+    fn convert_many<T: Copy, const N: usize>(
+        &self,
+        texels: &[T],
+        indices: [usize; N],
+        opaque: f32,
+        color: impl Fn(T) -> f32,
+        alpha: impl Fn(T) -> f32,
+    ) -> [Vec4; N] {
+        match self.channels {
+            Channels::L => indices.map(|i| Vec3::splat(color(texels[i])).extend(opaque)),
+            Channels::La => indices.map(|i| {
+                let [l, a] = channels(texels, i);
+                Vec3::splat(color(l)).extend(alpha(a))
+            }),
+            Channels::Rgb => indices.map(|i| {
+                let [r, g, b] = channels(texels, i);
+                Vec4::new(color(r), color(g), color(b), opaque)
+            }),
+            Channels::Rgba => indices.map(|i| {
+                let [r, g, b, a] = channels(texels, i);
+                Vec4::new(color(r), color(g), color(b), alpha(a))
+            }),
+        }
+    }
+
+    /// Returns the alpha of texel `i`.
+    pub fn alpha(&self, i: usize) -> f32 {
+        let n = self.channels as usize;
+        let last = n * (i + 1) - 1;
+        match (self.channels, &self.texels) {
+            (Channels::L | Channels::Rgb, _) => 1.0,
+            (_, Texels::U8(t)) => f32::from(t[last]) / 255.0,
+            (_, Texels::U16(t)) => f32::from(t[last]) / 65535.0,
+        }
+    }
+}
+
+/// Returns the channels of texel `i`.
+#[inline(always)]
+fn channels<T: Copy, const CHANNELS: usize>(texels: &[T], i: usize) -> [T; CHANNELS] {
+    let texel = &texels[CHANNELS * i..][..CHANNELS];
+    std::array::from_fn(|channel| texel[channel])
+}
+
+/// Expands a texel to four channels. `opaque` stands in for a missing alpha.
+#[inline]
+fn expand<T: Copy>(texel: &[T], opaque: f32, color: impl Fn(T) -> f32, alpha: impl Fn(T) -> f32) -> Vec4 {
+    match *texel {
+        [l] => Vec3::splat(color(l)).extend(opaque),
+        [l, a] => Vec3::splat(color(l)).extend(alpha(a)),
+        [r, g, b] => Vec4::new(color(r), color(g), color(b), opaque),
+        [r, g, b, a, ..] => Vec4::new(color(r), color(g), color(b), alpha(a)),
+        [] => Vec4::ZERO,
+    }
+}
