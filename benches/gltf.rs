@@ -1,11 +1,16 @@
 //! Time to load a GLB of 100 MB with textures of 4096 × 4096 pixels, compared to decoding its images alone on
 //! as many threads: `cargo bench --bench gltf`.
 
+#[allow(dead_code, reason = "tests need the rest")]
+#[path = "../src/import/gltf/fixture.rs"]
+mod fixture;
+
 use std::io::Cursor;
 use std::path::Path;
 use std::time::Instant;
 
 use blinn::import::{LoadOptions, load};
+use fixture::{Fixture, bytes_of};
 use image::{DynamicImage, ImageFormat, RgbImage};
 use rayon::prelude::*;
 use serde_json::json;
@@ -39,53 +44,28 @@ fn encode_images(format: ImageFormat, count: u32) -> Vec<Vec<u8>> {
 /// A GLB with a mesh of 20,000 triangles and one material per image.
 fn glb(images: &[Vec<u8>]) -> Vec<u8> {
     let side = 101u32;
-    let mut bin: Vec<u8> = Vec::new();
-    let floats =
-        |bin: &mut Vec<u8>, values: Vec<f32>| values.iter().for_each(|v| bin.extend(v.to_le_bytes()));
-    let grid = || (0..side * side).map(|i| ((i % side) as f32 * 0.01, (i / side) as f32 * 0.01));
-    floats(&mut bin, grid().flat_map(|(x, y)| [x, y, 0.0]).collect());
-    floats(&mut bin, grid().flat_map(|(x, y)| [x, y]).collect());
+    let grid = || (0..side * side).map(|i| [(i % side) as f32 * 0.01, (i / side) as f32 * 0.01]);
     let first = |q: u32| q / (side - 1) * side + q % (side - 1);
-    for v in (0..(side - 1) * (side - 1)).map(first) {
-        [v, v + 1, v + side, v + side, v + 1, v + side + 1].iter().for_each(|i| bin.extend(i.to_le_bytes()));
+    let quads = (0..(side - 1) * (side - 1)).map(first);
+    let triangles: Vec<u32> =
+        quads.flat_map(|v| [v, v + 1, v + side, v + side, v + 1, v + side + 1]).collect();
+    let mut file = Fixture::empty();
+    let positions = file.vec3(&grid().map(|[x, y]| [x, y, 0.0]).collect::<Vec<_>>());
+    let uvs = file.vec2(&grid().collect::<Vec<_>>());
+    let indices = file.accessor(5125, "SCALAR", triangles.len(), &bytes_of(&triangles));
+    let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs});
+    let mut primitives = Vec::new();
+    for bytes in images {
+        let view = file.view(bytes);
+        let image = file.push("images", json!({"bufferView": view}));
+        let texture = file.push("textures", json!({"source": image}));
+        let base_color = json!({"baseColorTexture": {"index": texture}});
+        let material = file.push("materials", json!({"pbrMetallicRoughness": base_color}));
+        primitives.push(json!({"attributes": attributes, "indices": indices, "material": material}));
     }
-    let vertices = (side * side) as usize;
-    let indices = 6 * ((side - 1) * (side - 1)) as usize;
-    let mut views = vec![
-        json!({"buffer": 0, "byteOffset": 0, "byteLength": vertices * 12}),
-        json!({"buffer": 0, "byteOffset": vertices * 12, "byteLength": vertices * 8}),
-        json!({"buffer": 0, "byteOffset": vertices * 20, "byteLength": indices * 4}),
-    ];
-    for image in images {
-        views.push(json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": image.len()}));
-        bin.extend(image);
-        bin.resize(bin.len().next_multiple_of(4), 0);
-    }
-    let n = images.len();
-    let primitive = |i| json!({"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": i});
-    let json = json!({
-        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": (0..n).map(primitive).collect::<Vec<_>>()}],
-        "materials": (0..n).map(|i| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}}))
-            .collect::<Vec<_>>(),
-        "textures": (0..n).map(|i| json!({"source": i})).collect::<Vec<_>>(),
-        "images": (0..n).map(|i| json!({"bufferView": i + 3})).collect::<Vec<_>>(),
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": vertices},
-            {"bufferView": 1, "componentType": 5126, "type": "VEC2", "count": vertices},
-            {"bufferView": 2, "componentType": 5125, "type": "SCALAR", "count": indices}],
-        "bufferViews": views, "buffers": [{"byteLength": bin.len()}],
-    });
-    let mut text = json.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let mut out = b"glTF\x02\0\0\0".to_vec();
-    out.extend(((12 + 8 + text.len() + 8 + bin.len()) as u32).to_le_bytes());
-    for (kind, chunk) in [(b"JSON", &text), (b"BIN\0", &bin)] {
-        out.extend((chunk.len() as u32).to_le_bytes());
-        out.extend(kind);
-        out.extend(chunk);
-    }
-    out
+    file.push("meshes", json!({"primitives": primitives}));
+    file.node(json!({"mesh": 0}));
+    file.glb()
 }
 
 fn seconds(run: impl FnOnce()) -> f64 {

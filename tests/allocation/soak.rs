@@ -1,7 +1,5 @@
 //! Frame after frame in one process: memory does not grow.
 
-use std::path::Path;
-
 use blinn::accel::{Accel, BuildSettings};
 use blinn::display::{Background, Display, ViewTransform};
 use blinn::geometry::Rgb;
@@ -12,6 +10,8 @@ use blinn::render::{RenderSettings, render};
 use blinn::scene::{AnimationChoice, Lighting, PoseSettings, View, pose};
 
 use crate::{MEMORY, alone};
+
+use crate::common::model_path;
 
 const SCENES: [&str; 8] = [
     "figure/figure.glb",
@@ -26,7 +26,7 @@ const SCENES: [&str; 8] = [
 
 /// From scene file to encoded picture. Returns its size.
 fn frame(number: usize) -> usize {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(SCENES[number % SCENES.len()]);
+    let path = model_path(SCENES[number % SCENES.len()]);
     let (scene, _) = load(&path, &LoadOptions::default()).unwrap();
     let time = number as f64 / 24.0;
     let at = PoseSettings { time, animation: AnimationChoice::Default, centre: None };

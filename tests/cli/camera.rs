@@ -1,10 +1,7 @@
 //! Views and parts of a scene: `--orbit`, `--zoom`, f3d's camera flags, `--hide` and `--only-objects`, by the
 //! library behind them.
 
-use std::path::{Path, PathBuf};
-
 use blinn::accel::{Accel, BuildSettings};
-use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{RenderSettings, render_aovs};
 use blinn::scene::{
@@ -13,13 +10,7 @@ use blinn::scene::{
 };
 use glam::DVec3;
 
-fn model(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
-}
-
-fn scene(name: &str) -> Scene {
-    load(&model(name), &LoadOptions::default()).unwrap().0
-}
+use crate::common::load_model;
 
 fn camera(scene: &Scene, view: &View) -> Camera {
     view.resolve(&pose(scene, &PoseSettings::default()).unwrap(), 64, 48).unwrap().0
@@ -49,7 +40,7 @@ fn orbit(azimuth: f64, elevation: f64, distance: Option<f64>) -> Option<Orbit> {
 /// `-v` prints the camera: a scene may have many, or none.
 #[test]
 fn a_view_says_where_it_comes_from() {
-    let (textured, cube) = (scene("textured/textured.gltf"), scene("tests/cube.obj"));
+    let (textured, cube) = (load_model("textured/textured.gltf"), load_model("tests/cube.obj"));
     let from = |scene: &Scene, view: View| {
         view.resolve(&pose(scene, &PoseSettings::default()).unwrap(), 64, 48).unwrap().1.description
     };
@@ -65,7 +56,7 @@ fn a_view_says_where_it_comes_from() {
 /// Clip bounds need every vertex at many times.
 #[test]
 fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {
-    let figure = scene("figure/figure.glb");
+    let figure = load_model("figure/figure.glb");
     let posed = || pose(&figure, &PoseSettings::default()).unwrap();
     let stand = View { view_point: Some(DVec3::ONE), look_at: Some(DVec3::ZERO), ..View::default() };
     let around = View { orbit: orbit(30.0, 20.0, Some(5.0)), look_at: Some(DVec3::Y), ..View::default() };
@@ -96,7 +87,7 @@ fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {
 
 #[test]
 fn an_orbit_counts_from_the_front_to_the_right_and_up() {
-    let scene = scene("tests/cube.obj");
+    let scene = load_model("tests/cube.obj");
     let at = DVec3::new(1.0, 2.0, 3.0);
     for (azimuth, elevation, from, up) in [
         (0.0, 0.0, DVec3::Z, DVec3::Y),
@@ -126,7 +117,7 @@ fn an_orbit_counts_from_the_front_to_the_right_and_up() {
 #[test]
 fn an_orbit_without_a_distance_shows_everything() {
     for name in ["assembly/assembly.glb", "tests/cube.obj"] {
-        let scene = scene(name);
+        let scene = load_model(name);
         for (azimuth, elevation) in [(0.0, 15.0), (37.0, 20.0), (200.0, -60.0), (10.0, 90.0)] {
             for projection in [Projection::Perspective, Projection::Orthographic] {
                 let orbit = orbit(azimuth, elevation, None);
@@ -147,7 +138,7 @@ fn an_orbit_without_a_distance_shows_everything() {
 /// Around any centre.
 #[test]
 fn an_orbit_around_another_point_shows_everything_too() {
-    let scene = scene("tests/cube.obj");
+    let scene = load_model("tests/cube.obj");
     for at in [DVec3::new(0.0, -3.0, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(50.0, 20.0, -30.0)] {
         for projection in [Projection::Perspective, Projection::Orthographic] {
             let orbit = orbit(30.0, 20.0, None);
@@ -176,7 +167,7 @@ fn an_orbit_around_another_point_shows_everything_too() {
 /// scene's centre.
 #[test]
 fn a_point_alone_is_looked_at_or_from() {
-    let scene = scene("tests/cube.obj");
+    let scene = load_model("tests/cube.obj");
     let framed = camera(&scene, &View::default());
     let middle = pose(&scene, &PoseSettings::default()).unwrap().bounding_sphere();
     let at = middle.centre + DVec3::new(0.0, -3.0, 0.0);
@@ -199,7 +190,7 @@ fn a_point_alone_is_looked_at_or_from() {
 /// The file camera's clip planes apply to its own position only.
 #[test]
 fn an_orbit_does_not_cut_at_the_planes_of_the_files_camera() {
-    let mut scene = scene("lecture/lecture.glb");
+    let mut scene = load_model("lecture/lecture.glb");
     (scene.cameras[0].znear, scene.cameras[0].zfar) = (1e-3, 2e-3);
     let there = View { camera: Some("0".into()), ..View::default() };
     assert_eq!(camera(&scene, &there).clip, ClipPlanes { near: 1e-3, far: 2e-3 });
@@ -212,7 +203,7 @@ fn an_orbit_does_not_cut_at_the_planes_of_the_files_camera() {
 
 #[test]
 fn f3ds_angles_go_around_what_is_looked_at() {
-    let scene = scene("tests/cube.obj");
+    let scene = load_model("tests/cube.obj");
     let turned = |turn: (f64, f64)| {
         let view = View {
             view_point: Some(DVec3::new(0.0, 0.0, 4.0)),
@@ -242,7 +233,7 @@ fn f3ds_angles_go_around_what_is_looked_at() {
 
 #[test]
 fn zoom_makes_things_so_many_times_larger() {
-    let scene = scene("lecture/lecture.glb");
+    let scene = load_model("lecture/lecture.glb");
     let zoomed = camera(&scene, &View { zoom: Some(2.5), ..View::default() });
     let plain = camera(&scene, &View::default());
     assert_eq!(zoomed.view_point, plain.view_point);
@@ -253,7 +244,7 @@ fn zoom_makes_things_so_many_times_larger() {
 /// Remaining objects keep their ids and pixels; hidden ones reveal what is behind them.
 #[test]
 fn hidden_objects_leave_the_others_as_they_were() {
-    let whole = scene("still-life/still-life.glb");
+    let whole = load_model("still-life/still-life.glb");
     let view = View { clip: Some(ClipPlanes::OFF), ..View::default() };
     let all = layer(&whole, &view, 0.0, Aov::ObjectId);
     let name = &whole.objects[all[40 * 64 + 32] as usize - 1];
@@ -277,7 +268,7 @@ fn hidden_objects_leave_the_others_as_they_were() {
 /// inside it.
 #[test]
 fn a_framed_view_stands_still_while_things_move() {
-    let mut figure = scene("figure/figure.glb");
+    let mut figure = load_model("figure/figure.glb");
     figure.cameras.clear();
     let seconds = figure.animations.iter().map(|a| f64::from(a.duration())).fold(0.0, f64::max);
     assert!(seconds > 0.5);

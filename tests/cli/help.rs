@@ -86,7 +86,7 @@ fn the_reference_is_the_program_s_own_help() {
     }
     assert!(
         fs::read_to_string(&path).unwrap() == expected,
-        "GOLDEN=update cargo test --test help writes it anew"
+        "rewrite it with GOLDEN=update cargo test --test cli help::"
     );
 }
 

@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+/// The path of a file in models/, for a command line.
 pub fn model(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).to_str().unwrap().to_string()
+    super::model_path(name).to_str().unwrap().to_string()
 }
 
 pub fn blinn(folder: &Path, line: &str) -> Output {

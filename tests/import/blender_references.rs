@@ -1,8 +1,6 @@
 //! Our models against Blender's render passes (`models/tests/references`, by `models/scripts/references.py`):
 //! mask, depth, shading normal and base colour.
 
-use std::path::{Path, PathBuf};
-
 use blinn::accel::{Accel, BuildSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
@@ -11,9 +9,7 @@ use blinn::scene::{AnimationChoice, ClipPlanes, Lighting, PoseSettings, Projecti
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 
-fn models() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models")
-}
+use crate::common::model_path;
 
 /// Mask, depth, normal and albedo of a picture, row 0 on top.
 struct Buffers {
@@ -29,7 +25,7 @@ fn triples(v: &[f32]) -> Vec<Vec3> {
 
 fn reference(case: &Value) -> Buffers {
     use exr::prelude::*;
-    let path = models().join("tests/references").join(case["exr"].as_str().unwrap());
+    let path = model_path("tests/references").join(case["exr"].as_str().unwrap());
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -62,7 +58,7 @@ fn vec3(value: &Value) -> DVec3 {
 /// Renders the case's view of its file, or of a compressed twin.
 fn ours(case: &Value, file: &str) -> Buffers {
     let (scene, _) =
-        load(&models().join(file), &LoadOptions::default()).unwrap_or_else(|e| panic!("{file}: {e}"));
+        load(&model_path(file), &LoadOptions::default()).unwrap_or_else(|e| panic!("{file}: {e}"));
     let settings = PoseSettings {
         time: case["time"].as_f64().unwrap_or(0.0),
         animation: animation(case, &scene),
@@ -173,7 +169,7 @@ fn compare(theirs: &Buffers, ours: &Buffers, case: &Value, tolerance: &Tolerance
 
 #[test]
 fn blender_sees_the_same() {
-    let text = std::fs::read(models().join("tests/references/cases.json")).unwrap();
+    let text = std::fs::read(model_path("tests/references/cases.json")).unwrap();
     let Value::Array(cases) = serde_json::from_slice(&text).unwrap() else { panic!() };
     let (mut judged, mut failures) = (0, Vec::new());
     for case in &cases {

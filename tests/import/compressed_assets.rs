@@ -1,7 +1,7 @@
 //! Compressed and quantised files against their uncompressed twins, and against an independent reader
 //! (`models/tests/gltf/README.md`).
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::HitId;
@@ -14,10 +14,12 @@ use blinn::scene::{
 use glam::DVec3;
 use serde_json::Value;
 
+use crate::common::model_path;
+
 const SIDE: u32 = 64;
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf")
+    model_path("tests/gltf")
 }
 
 fn json(name: &str) -> Value {

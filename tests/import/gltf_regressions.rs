@@ -1,8 +1,6 @@
 //! Known pitfalls of glTF loaders, one test for each, from file to picture. Those of OBJ are tested beside
 //! its importer.
 
-use std::path::Path;
-
 use blinn::accel::{Accel, BuildSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
@@ -12,6 +10,7 @@ use glam::{DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
 
 use crate::common::gltf_fixture::Fixture;
+use crate::common::load_model;
 
 /// One triangle in z = 0 without normals, seen from +z.
 fn triangle() -> Fixture {
@@ -29,8 +28,7 @@ fn set_uvs(file: &mut Fixture, set: usize, uvs: [[f32; 2]; 3]) {
 }
 
 fn model(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf").join(name);
-    load(&path, &LoadOptions::default()).unwrap().0
+    load_model(&format!("tests/gltf/{name}"))
 }
 
 /// Renders one layer of the unit square from +z, 8 × 8 pixels.

@@ -13,13 +13,15 @@ use blinn::scene::{LightUnits, Lighting, MtlReflectance, PoseSettings, Reflectan
 use exr::prelude::read_all_flat_layers_from_file;
 use glam::Vec3;
 
+use crate::common::model_path;
+
 const KINDS: [&str; 3] = ["point", "spot", "sun"];
 const MODES: [(&str, LightUnits); 3] =
     [("SPEC", LightUnits::Standard), ("COMPAT", LightUnits::Unitless), ("RAW", LightUnits::Raw)];
 const SIZE: (u32, u32) = (48, 36);
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/light-units")
+    model_path("tests/light-units")
 }
 
 fn cycles(kind: &str) -> Vec<Vec3> {

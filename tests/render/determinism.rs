@@ -1,20 +1,14 @@
 //! The same input gives the same bytes: on any number of threads, for any tile size, BVH preset and SIMD
 //! level.
 
-use std::path::Path;
-
 use blinn::accel::{Accel, BuildSettings, Preset, SimdLevel};
-use blinn::import::{LoadOptions, load};
 use blinn::integrator::{AmbientOcclusion, Aov, Frame, Phong};
 use blinn::render::{Pixels, RenderSettings, render, render_aovs};
 use blinn::scene::{Ground, GroundKind, Lighting, PoseSettings, Scene, View, pose};
 
-const SCENES: [&str; 3] = ["cornell/cornell.glb", "assembly/assembly.glb", "alpha/alpha.glb"];
+use crate::common::load_model;
 
-fn scene(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
-    load(&path, &LoadOptions::default()).unwrap().0
-}
+const SCENES: [&str; 3] = ["cornell/cornell.glb", "assembly/assembly.glb", "alpha/alpha.glb"];
 
 /// Sharp shadows, or soft shadows with ambient occlusion and a ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +66,7 @@ fn bits(p: &Pixels) -> Vec<u32> {
 #[test]
 fn pictures_do_not_depend_on_threads_tiles_or_bvh_presets() {
     for name in SCENES {
-        let scene = scene(name);
+        let scene = load_model(name);
         for light in [Light::Sharp, Light::Soft(GroundKind::Plane), Light::Soft(GroundKind::ShadowCatcher)] {
             let expected = picture(&scene, 1, 16, Preset::Medium, light);
             assert!(expected.0.colors.iter().any(|c| c.w > 0.0), "{name} is not empty");
@@ -99,7 +93,7 @@ fn pictures_do_not_depend_on_threads_tiles_or_bvh_presets() {
 #[ignore = "takes minutes: just determinism"]
 fn pictures_do_not_depend_on_threads_tiles_or_simd_levels() {
     for name in SCENES {
-        let scene = scene(name);
+        let scene = load_model(name);
         let light = Light::Soft(GroundKind::ShadowCatcher);
         let expected = picture(&scene, 1, 16, Preset::Medium, light);
         let mut pictures = 0;

@@ -1,16 +1,15 @@
 //! Tiles that no ray can hit are skipped, and the picture is the same.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use blinn::accel::{Accel, BuildSettings, Preset};
 use blinn::geometry::Rgba;
-use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Integrator, Phong, Sample, Scratch};
 use blinn::render::{LowDiscrepancySampler, PixelFilter, RenderSettings, render};
-use blinn::scene::{Ground, GroundKind, Lighting, PoseSettings, Projection, Scene, View, pose};
+use blinn::scene::{Ground, GroundKind, Lighting, PoseSettings, Projection, View, pose};
 use glam::DVec3;
 
+use crate::common::load_model;
 use crate::common::scenes::{self, Rng};
 
 /// Counts shaded samples, with or without the region where something may be visible.
@@ -49,11 +48,6 @@ fn sample_counts(frame: &Frame, settings: &RenderSettings) -> [usize; 2] {
     [all.1, some.1]
 }
 
-fn model(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
-    load(&path, &LoadOptions::default()).unwrap().0
-}
-
 #[test]
 fn culling_does_not_change_pictures() {
     let mut rng = Rng::new(5);
@@ -63,7 +57,7 @@ fn culling_does_not_change_pictures() {
         ("alpha/alpha.glb", [Preset::BruteForce, Preset::Medium]),
         ("assembly/assembly.glb", [Preset::Fast, Preset::Medium]),
     ] {
-        let scene = model(name);
+        let scene = load_model(name);
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
         for preset in presets {
             let (accel, _) = Accel::build(&posed, &BuildSettings { preset, ..BuildSettings::default() });

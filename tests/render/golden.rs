@@ -4,7 +4,7 @@
 //! of expected, actual and difference to target/golden.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::display::{Background, Display, ViewTransform};
@@ -14,6 +14,8 @@ use blinn::integrator::{AmbientOcclusion, Frame, MaterialOverrides, Phong, Stage
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{Ground, GroundKind, LightSet, Lighting, PoseSettings, UserLight, View, pose};
 use glam::DVec3;
+
+use crate::common::model_path;
 
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 54;
@@ -52,14 +54,14 @@ impl Shot {
 
     /// The lecture's scene and first view, lit by one point light.
     fn lecture(stage: Stage) -> Shot {
-        let view = load_camera_xml(&path("lecture/view-1.xml")).unwrap();
+        let view = load_camera_xml(&model_path("lecture/view-1.xml")).unwrap();
         let light = UserLight::Point { position: DVec3::new(4.0, 6.0, 1.0), intensity: Rgb::splat(40.0) };
         let lighting = Lighting { sets: Some(Vec::new()), user_lights: vec![light], ..Default::default() };
         Shot { view, lighting, stage, ..Shot::of("lecture/lecture.obj") }
     }
 
     fn render(&self) -> Vec<[u8; 4]> {
-        let (scene, warnings) = load(&path(self.model), &LoadOptions::default()).unwrap();
+        let (scene, warnings) = load(&model_path(self.model), &LoadOptions::default()).unwrap();
         assert!(warnings.is_empty(), "{}: {warnings:?}", self.model);
         let posed = pose(&scene, &PoseSettings { time: self.time, ..Default::default() }).unwrap();
         let (accel, _) = Accel::build(&posed, &BuildSettings::default());
@@ -76,10 +78,6 @@ impl Shot {
         let background = Background::Color(Rgb::splat(self.background));
         Display { ev: self.ev, view: ViewTransform::Standard, background }.to_rgba8(&pixels)
     }
-}
-
-fn path(model: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model)
 }
 
 fn shots() -> Vec<(&'static str, Shot)> {
@@ -100,7 +98,7 @@ fn shots() -> Vec<(&'static str, Shot)> {
         Shot { occlusion, lighting: Lighting { radius: 0.1, ..sky.clone() }, ..Shot::of("tests/cube.obj") };
     let plane = Some(GroundKind::Plane);
     let shadow = Some(GroundKind::ShadowCatcher);
-    let view_2 = load_camera_xml(&path("lecture/view-2.xml")).unwrap();
+    let view_2 = load_camera_xml(&model_path("lecture/view-2.xml")).unwrap();
     let headlight = Lighting { sets: Some(vec![LightSet::Headlight]), ..Default::default() };
     let camera = |name: &str| View { camera: Some(name.into()), ..Default::default() };
     vec![

@@ -1,7 +1,5 @@
 //! Pictures do not depend on the scene's scale and position: all ray tolerances are relative.
 
-use std::path::Path;
-
 use blinn::accel::{Accel, BuildSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
@@ -10,6 +8,8 @@ use blinn::scene::{
     FileProjection, Ground, GroundKind, LightKind, Lighting, LocalTransform, PoseSettings, Scene, View, pose,
 };
 use glam::{DAffine3, DVec3};
+
+use crate::common::load_model;
 
 /// Scenes with cameras, lights of each kind, alpha masks, glass, instances and skins.
 const SCENES: [&str; 6] = [
@@ -22,9 +22,8 @@ const SCENES: [&str; 6] = [
 ];
 
 fn scene(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
     // Without animations, whose keys are lengths too.
-    Scene { animations: Vec::new(), ..load(&path, &LoadOptions::default()).unwrap().0 }
+    Scene { animations: Vec::new(), ..load_model(name) }
 }
 
 /// The scene scaled by `s`: all lengths by `s`, and intensities by s² for the same irradiance.

@@ -10,9 +10,7 @@ use blinn::import::{Limits, LoadError, LoadOptions, Warning, load, load_sky};
 use blinn::scene::{PoseSettings, Scene, pose};
 use serde_json::{Value, json};
 
-fn model(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
-}
+use crate::common::model_path;
 
 fn read(path: &Path, limits: Limits) -> Result<(Scene, Vec<Warning>), LoadError> {
     load(path, &LoadOptions { limits, ..LoadOptions::default() })
@@ -20,7 +18,7 @@ fn read(path: &Path, limits: Limits) -> Result<(Scene, Vec<Warning>), LoadError>
 
 /// Finds how much the file requests, and checks the limit at exactly that amount and one below.
 fn check_limit(name: &str, set: impl Fn(&mut Limits, u64)) {
-    let path = model(name);
+    let path = model_path(name);
     let with = |allowed: u64| {
         let mut limits = Limits::default();
         set(&mut limits, allowed);
@@ -68,7 +66,7 @@ fn every_limit_holds_at_the_limit_and_not_one_past() {
 #[test]
 fn image_pixels_are_limited_per_image() {
     for name in ["textured/textured.glb", "textured/textured.obj", "tests/gltf/basisu.glb"] {
-        let path = model(name);
+        let path = model_path(name);
         let all = read(&path, Limits::default()).unwrap().0.images;
         let pixels = |i: &blinn::scene::Image| u64::from(i.width) * u64::from(i.height);
         let most = all.iter().map(pixels).max().unwrap();
@@ -121,7 +119,7 @@ fn environment_maps_are_limited_in_bytes_pixels_and_memory() {
 fn texture_files_are_limited_in_bytes() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.obj");
-    fs::copy(model("textured/planks.png"), dir.path().join("planks.png")).unwrap();
+    fs::copy(model_path("textured/planks.png"), dir.path().join("planks.png")).unwrap();
     fs::write(dir.path().join("a.mtl"), "newmtl a\nmap_Kd planks.png\n").unwrap();
     fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n").unwrap();
     let size = fs::metadata(dir.path().join("planks.png")).unwrap().len();

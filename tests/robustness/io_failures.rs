@@ -9,19 +9,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-fn model(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
-    path.to_str().unwrap().to_string()
-}
+use crate::common::program::{blinn, model};
 
 fn command(folder: &Path, line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
     command.args(line.split_whitespace()).current_dir(folder);
     command
-}
-
-fn blinn(folder: &Path, line: &str) -> Output {
-    command(folder, line).output().unwrap()
 }
 
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {

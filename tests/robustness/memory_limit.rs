@@ -5,6 +5,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::common::model_path;
+
 /// Scenes of all kinds, with flags that need memory of their own.
 const SCENES: [(&str, &str); 11] = [
     ("cornell/cornell.obj", "--size 640x360"),
@@ -25,7 +27,7 @@ const SCENES: [(&str, &str); 11] = [
 
 /// Renders a scene within `allowed` bytes. Returns the messages, as an error where the exit code is not 0.
 fn run(folder: &Path, (scene, flags): (&str, &str), allowed: u64) -> Result<String, String> {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(scene);
+    let scene = model_path(scene);
     let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
     command
         .arg("render")

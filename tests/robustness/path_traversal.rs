@@ -5,10 +5,12 @@
 //! read.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use blinn::import::{LoadError, LoadOptions, Warning, load};
 use blinn::scene::Scene;
+
+use crate::common::model_path;
 
 /// The places of references.
 const PLACES: [&str; 5] = ["buffer", "image", "mtllib", "map_Kd", "norm"];
@@ -20,12 +22,8 @@ fn canary(place: &str) -> (&'static str, Vec<u8>) {
             ("canary.bin", [0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes).concat())
         }
         "mtllib" => ("canary.mtl", b"newmtl m\nKd .125 .25 .5\n".to_vec()),
-        _ => ("canary.png", fs::read(model("tests/images/rgba.png")).unwrap()),
+        _ => ("canary.png", fs::read(model_path("tests/images/rgba.png")).unwrap()),
     }
-}
-
-fn model(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
 }
 
 /// A folder `outside/` with a canary, beside the folder `scene/`.

@@ -1,7 +1,6 @@
 //! Seeds of mutations: small files of all formats, most from `models/tests`, the others generated.
 
-use std::path::Path;
-
+use crate::common::model_path;
 use crate::common::seed_files;
 
 /// The function that reads a seed's first file.
@@ -43,7 +42,7 @@ impl Seed {
 }
 
 fn model(name: &str) -> Vec<u8> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests").join(name);
+    let path = model_path("tests").join(name);
     std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 

@@ -32,7 +32,7 @@ fn a_small_job_is_printed_so() {
             fs::write(&golden, &output.stdout).unwrap();
         }
         let expected =
-            fs::read_to_string(&golden).unwrap_or_else(|e| panic!("{name}: {e}; GOLDEN=update makes it"));
+            fs::read_to_string(&golden).unwrap_or_else(|e| panic!("{name}: {e}; GOLDEN=update writes it"));
         assert_eq!(String::from_utf8(output.stdout).unwrap(), expected, "{name}");
     }
     assert_eq!(names(&at), ["cube.obj"], "nothing was rendered");

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::Case;
+use crate::common::model_path;
 use crate::common::seed_files;
 
 /// JSON pointers into a file with a bit of everything, and the values that replace theirs; `REMOVE` removes
@@ -222,8 +223,7 @@ fn containers(good: &Value) -> Vec<Case> {
 
 /// Compressed streams that contradict the file around them.
 fn compressed() -> Vec<Case> {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf/strip_draco.glb");
-    let whole = std::fs::read(path).unwrap();
+    let whole = std::fs::read(model_path("tests/gltf/strip_draco.glb")).unwrap();
     let json = u32::from_le_bytes(whole[12..16].try_into().unwrap()) as usize;
     let stream = whole[28 + json..].to_vec();
     let json: Value = serde_json::from_slice(&whole[20..20 + json]).unwrap();

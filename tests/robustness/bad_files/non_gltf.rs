@@ -1,6 +1,7 @@
 //! Bad OBJ, MTL, image, camera and environment map files.
 
 use super::Case;
+use crate::common::model_path;
 use crate::common::seed_files;
 
 /// Three vertices, one texture coordinate, one normal.
@@ -81,10 +82,7 @@ fn mtls() -> Vec<Case> {
 }
 
 fn pictures() -> Vec<Case> {
-    let read = |name: &str| {
-        std::fs::read(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests").join(name))
-            .unwrap()
-    };
+    let read = |name: &str| std::fs::read(model_path("tests").join(name)).unwrap();
     let cut = |name: &str| {
         let bytes = read(name);
         bytes[..bytes.len() * 2 / 3].to_vec()

@@ -139,10 +139,10 @@ impl Modules {
                 None if file == "lib.rs" => String::new(),
                 _ => format!("{}/", file.trim_end_matches(".rs")),
             };
-            let places = [format!("{folder}{name}.rs"), format!("{folder}{name}/mod.rs")];
-            let place = places.into_iter().find(|place| files.contains_key(place));
-            let place = place.unwrap_or_else(|| panic!("{file}: no file for `mod {name};`"));
-            (self.add_file(files, place, Some(module)), i + 3)
+            let candidates = [format!("{folder}{name}.rs"), format!("{folder}{name}/mod.rs")];
+            let found = candidates.into_iter().find(|file| files.contains_key(file));
+            let path = found.unwrap_or_else(|| panic!("{file}: no file for `mod {name};`"));
+            (self.add_file(files, path, Some(module)), i + 3)
         };
         self.0[module].children.insert(name.to_string(), child);
         end
