@@ -34,7 +34,7 @@ pub enum ViewTransform {
 /// Pixels of one parallel task.
 const TASK_PIXELS: usize = 256 * BATCH;
 
-/// What is visible behind the scene.
+/// The background of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Background {
     /// A display-linear colour. Exposure and view transform do not change it.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::geometry::{Aabb, Rgb};
 
-/// What a ground shows.
+/// The appearance of a ground plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GroundKind {
     /// A matte grey plane.
@@ -17,7 +17,7 @@ pub enum GroundKind {
 /// part of the scene: bounds, names, ids and AOVs ignore it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// What it shows.
+    /// Appearance.
     pub kind: GroundKind,
     /// Centre in world coordinates. Its y is the height of the ground.
     pub centre: DVec3,

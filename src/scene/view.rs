@@ -1,10 +1,10 @@
-//! Views: what the user asks of the camera, before the file's camera or framing completes it.
+//! Requested views, before the file's camera or framing completes them.
 
 use glam::DVec3;
 
 use super::{ClipPlanes, Projection, Scene, SensorFit};
 
-/// Why a view gives no camera.
+/// An error in a view.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ViewError {
     /// The file has no camera of that name or index.

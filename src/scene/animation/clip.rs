@@ -1,5 +1,5 @@
-//! Bounds of a posed scene over its whole animation clip, for what must not change between frames: a
-//! framed view, or a ground.
+//! Bounds of a posed scene over its animation clip, for views and grounds that must be the same in all
+//! frames.
 
 use crate::geometry::{Aabb, Sphere};
 use crate::scene::PosedScene;

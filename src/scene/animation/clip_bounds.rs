@@ -49,7 +49,7 @@ impl ClipBoundsCache {
 }
 
 /// Samples the visible vertices of a clip. Positions are in world space, not relative to a centre, so that
-/// rounding does not depend on the posed scene that asks.
+/// rounding does not depend on the posed scene that requests the bounds.
 pub(super) struct ClipSampler<'s> {
     scene: &'s Scene,
     active: Vec<&'s Animation>,

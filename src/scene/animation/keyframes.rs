@@ -144,9 +144,12 @@ impl Keyframes {
     /// Evaluates glTF's cubic Hermite spline at s in 0…1. Tangents are per second; `dt` is the
     /// distance of the keyframes.
     fn spline(&self, key: usize, s: f64, dt: f64) -> Vec<f64> {
-        let (s2, s3) = (s * s, s * s * s);
-        let (p0, m0) = (self.part(key, 1), self.part(key, 2));
-        let (m1, p1) = (self.part(key + 1, 0), self.part(key + 1, 1));
+        let s2 = s * s;
+        let s3 = s * s * s;
+        let p0 = self.part(key, 1);
+        let m0 = self.part(key, 2);
+        let m1 = self.part(key + 1, 0);
+        let p1 = self.part(key + 1, 1);
         let tangents = m0.zip(m1);
         p0.zip(p1)
             .zip(tangents)

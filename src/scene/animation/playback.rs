@@ -24,7 +24,7 @@ pub enum AnimationChoice {
     Rest,
 }
 
-/// Why a scene cannot be posed.
+/// An error in posing a scene.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PoseError {
     /// The file has no animation with that index.

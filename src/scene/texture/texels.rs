@@ -26,7 +26,7 @@ pub enum Texels {
     U16(Vec<u16>),
 }
 
-/// What the values of a texture mean. Filtering depends on it.
+/// The meaning of the values of a texture, which determines how they are filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TexelSemantics {
     /// sRGB-encoded colours. An alpha channel is unused, or used separately.
