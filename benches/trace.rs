@@ -1,5 +1,6 @@
-//! Build, rays and whole frames of the generated scan, and of a floor with a large texture. `cargo bench`;
-//! ratios within one run are what counts, since machines drift (`blinn bench` is for more than that).
+//! Benchmarks of BVH build, refit, rays and whole frames, and of texture filtering (`cargo bench`).
+//!
+//! Compare results of one run only: machines drift between runs. `blinn bench` measures more than this.
 
 use std::hint::black_box;
 
@@ -24,7 +25,8 @@ fn frame<'a>(posed: &'a PosedScene<'a>, accel: &'a Accel, settings: &RenderSetti
     Frame::new(posed, accel, camera, &lit)
 }
 
-fn trace(c: &mut Criterion) {
+/// Build, rays and a frame of the generated scan.
+fn scan(c: &mut Criterion) {
     let subject = Workload::generate(SceneKind::Scan, 70_000).unwrap();
     let (scene, _) = load(&subject.file, &LoadOptions::default()).unwrap();
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
@@ -51,9 +53,9 @@ fn trace(c: &mut Criterion) {
     group.finish();
 }
 
-/// A scan that is twisted about its axis by a clip: trees built anew for a moment, and trees that follow
-/// it there from the one before; rays through both.
-fn bending(c: &mut Criterion) {
+/// A scan that an animation twists about its axis: rebuilding the BVH for a frame against refitting that of the
+/// frame before, and rays through both.
+fn deforming(c: &mut Criterion) {
     let subject = Workload::generate(SceneKind::Scan, 70_000).unwrap();
     let (mut scene, _) = load(&subject.file, &LoadOptions::default()).unwrap();
     let mesh = &mut scene.meshes[0];
@@ -62,37 +64,38 @@ fn bending(c: &mut Criterion) {
     mesh.morph_targets = vec![MorphTarget { positions, ..MorphTarget::default() }];
     mesh.morph_weights = vec![0.0];
     let target = ChannelTarget::Weights(scene.instances[0].node);
-    let (times, values) = (vec![0.0, 1.0], vec![0.0, 1.0]);
-    let keys = Keyframes { times, values, width: 1, interpolation: Interpolation::Linear };
+    let linear = vec![0.0, 1.0];
+    let keys =
+        Keyframes { times: linear.clone(), values: linear, width: 1, interpolation: Interpolation::Linear };
     scene.animations =
         vec![Animation { name: String::new(), channels: vec![Channel { target, keyframes: keys }] }];
     let rest = pose(&scene, &PoseSettings::default()).unwrap();
-    // At a third of the way trees that follow are nearly as long as they may become.
-    let moments = [1.0 / 3.0, 1.0 / 3.0 - 1.0 / 24.0].map(|time| rest.at_time(time));
+    // At a third of the way the cost of the refitted BVH is close to the limit at which it is rebuilt.
+    let poses = [1.0 / 3.0, 1.0 / 3.0 - 1.0 / 24.0].map(|time| rest.at_time(time));
     let mut group = c.benchmark_group(format!("{}, twisted", subject.name));
     group.sample_size(10);
-    let new = |posed: &PosedScene| Accel::build(posed, &BuildSettings::default()).0;
-    group.bench_function("built anew", |b| b.iter(|| new(black_box(&moments[0]))));
-    let mut kept = new(&rest);
-    let mut next = moments.iter().cycle();
-    group.bench_function("followed", |b| b.iter(|| kept.update(next.next().unwrap())));
-    kept.update(&moments[0]);
+    let build = |posed: &PosedScene| Accel::build(posed, &BuildSettings::default()).0;
+    group.bench_function("rebuild", |b| b.iter(|| build(black_box(&poses[0]))));
+    let mut refitted = build(&rest);
+    let mut next = poses.iter().cycle();
+    group.bench_function("refit", |b| b.iter(|| refitted.update(next.next().unwrap())));
+    refitted.update(&poses[0]);
     let settings = RenderSettings { width: 320, height: 180, samples: 1, ..Default::default() };
-    for (name, accel) in [("new tree", new(&moments[0])), ("tree that followed", kept)] {
-        let frame = frame(&moments[0], &accel, &settings);
+    for (name, accel) in [("rebuilt BVH", build(&poses[0])), ("refitted BVH", refitted)] {
+        let frame = frame(&poses[0], &accel, &settings);
         let rays = BenchRays::new(&frame, &settings);
-        group.bench_function(format!("eye rays, {name}"), |b| b.iter(|| rays.trace_eye(&accel, &moments[0])));
+        group.bench_function(format!("eye rays, {name}"), |b| b.iter(|| rays.trace_eye(&accel, &poses[0])));
         group.bench_function(format!("incoherent rays, {name}"), |b| {
-            b.iter(|| rays.trace_incoherent(&accel, &moments[0]))
+            b.iter(|| rays.trace_incoherent(&accel, &poses[0]))
         });
     }
     group.finish();
 }
 
-/// Integrates with every sample a point: textures at their finest.
-struct Points;
+/// Integrates with samples without footprint: textures are sampled at full resolution.
+struct PointSamples;
 
-impl Integrator for Points {
+impl Integrator for PointSamples {
     fn render(
         &self,
         frame: &Frame,
@@ -106,10 +109,11 @@ impl Integrator for Points {
     }
 }
 
-/// A floor of tiles up to the horizon, of one photograph's size.
+/// A floor to the horizon, tiled with a texture of `side` × `side` texels.
 fn floor(side: u32) -> Scene {
     let texels = (0..side * side * 3).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
-    let (channels, texels) = (Channels::Rgb, Texels::U8(texels));
+    let channels = Channels::Rgb;
+    let texels = Texels::U8(texels);
     let image =
         Image { name: String::new(), width: side, height: side, channels, texels, mips: MipMaps::default() };
     let texture = TextureRef { texture: 0, uv_set: 0, transform: UvTransform::IDENTITY };
@@ -132,6 +136,7 @@ fn floor(side: u32) -> Scene {
     }
 }
 
+/// Texture filtering: a frame of the floor with point samples and filtered, and building mip maps.
 fn textures(c: &mut Criterion) {
     let scene = floor(4096);
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
@@ -147,11 +152,12 @@ fn textures(c: &mut Criterion) {
     let frame = Frame::new(&posed, &accel, camera, &lit);
     let mut group = c.benchmark_group("textured floor");
     group.sample_size(10);
-    for (name, how) in [("points", &Points as &dyn Integrator), ("filtered", &Phong::default())] {
+    for (name, how) in [("point samples", &PointSamples as &dyn Integrator), ("filtered", &Phong::default())]
+    {
         group.bench_function(name, |b| b.iter(|| render(black_box(&frame), how, &settings, &()).unwrap()));
     }
     let wide = Footprint { dx: Vec2::X, dy: Vec2::Y };
-    group.bench_function("pyramid of 4096 x 4096", |b| {
+    group.bench_function("mip maps of 4096 x 4096", |b| {
         let fresh = || vec![Image { mips: MipMaps::default(), ..scene.images[0].clone() }];
         b.iter_batched(
             fresh,
@@ -162,5 +168,5 @@ fn textures(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, trace, bending, textures);
+criterion_group!(benches, scan, deforming, textures);
 criterion_main!(benches);

@@ -2,36 +2,32 @@
 //!
 //! # The BVHs
 //!
-//! A scene has two BVHs over world-space triangles, one for what stands still and one for what moves, and for
-//! meshes that are instanced a BVH each in local space (BLAS) and one over their instances (TLAS). All are eight
-//! wide ([`bvh::bvh8`]), with blocks of four triangles in their leaves ([`bvh::triangle4`]). [`build`] makes them
-//! with obvhs by the surface area heuristic (SAH), and refits that of moving triangles from frame to frame.
+//! A scene has two BVHs over world-space triangles, one of static and one of dynamic instances. Instanced meshes
+//! have a BVH each in local space (BLAS), and one more lies over their instances (TLAS). All are eight wide
+//! (`bvh/bvh8.rs`), with blocks of four triangles in their leaves (`bvh/triangle4.rs`). `build/` makes them by the
+//! surface area heuristic (SAH), and refits the BVH of dynamic triangles from frame to frame.
 //!
 //! # From a ray to a triangle
 //!
-//! 1. [`Accel::intersect`] runs an [`IntersectKernel`] at the best SIMD level of the processor. It splits the batch
-//!    into ranges of up to 256 rays ([`PacketSplitter`](packet_splitter::PacketSplitter)).
-//! 2. Rays of a range that share an origin or a direction traverse the world BVHs as a ray packet
-//!    ([`packet::intersect`]). All other rays, and all rays in the TLAS, go one by one
-//!    ([`SingleRayTracer::trace`](single_ray_tracer::SingleRayTracer::trace)).
-//! 3. A single ray enters each BVH by [`Blas::traverse`](bvh::blas::Blas::traverse), or by
-//!    [`Tlas::traverse`](bvh::tlas::Tlas::traverse), which transforms it into the frames of the instances it
-//!    comes to and goes on in their BLAS.
-//! 4. [`Bvh8::traverse_closest`](bvh::bvh8::Bvh8::traverse_closest) leads it front to back through the nodes. A
-//!    [`SimdNodeTest`](traverse::box_test::SimdNodeTest) tests the boxes of eight children at once.
-//! 5. In a leaf, four triangles of a [`Triangle4`](bvh::triangle4::Triangle4) are tested at once, conservatively, in
-//!    f32 ([`traverse::triangle_test`]); the exact hit test in f64 ([`traverse::hit`]) decides about the few
-//!    that are left.
-//! 6. Hits are reported to a query ([`traverse::query`]): the closest hit keeps the first one in the order of
-//!    (t, id).
+//! 1. [`Accel::intersect`] runs the `IntersectKernel` (`intersect.rs`) at a SIMD level. A `PacketSplitter` splits the
+//!    batch into ranges of up to 256 rays.
+//! 2. Rays of a range that share an origin or a direction traverse the world BVHs as a ray packet (`packet/`). Other
+//!    rays, and all rays in the TLAS, are traced one by one by `SingleRayTracer::trace`.
+//! 3. A single ray enters a BVH by `Blas::traverse`, or by `Tlas::traverse`, which transforms it into the frames of the
+//!    instances that it comes to and continues in their BLASes.
+//! 4. `Bvh8::traverse_closest` visits nodes front to back (`traverse/bvh8_traversal.rs`). A `SimdNodeTest` tests the
+//!    boxes of a node's eight children at once (`traverse/box_test.rs`).
+//! 5. In a leaf, a conservative f32 test takes the four triangles of a `Triangle4` at once
+//!    (`traverse/triangle_test.rs`); the exact f64 test decides about the few that are left (`traverse/hit.rs`).
+//! 6. Hits go to a ray query (`traverse/query.rs`): the closest-hit query keeps the first one in the order of (t, id).
 //!
-//! [`Accel::occluded`] and [`Accel::transmittance`] go the same way with an any-hit query, which stops at the first
-//! occluder and visits children by their probability to occlude ([`build::occlusion_order`]).
+//! [`Accel::occluded`] and [`Accel::transmittance`] take the same way with an any-hit query, which ends at the first
+//! occluder, and visit children by their probability of occlusion (`build/occlusion_order.rs`).
 //!
 //! # Determinism
 //!
-//! Only the hit test decides which triangle is hit, and at which t; BVHs merely skip triangles that cannot be
-//! hit. So no answer depends on the BVH, its preset, the SIMD level, the order of rays in a batch, or threads.
+//! Only the hit test decides which triangle is hit, and at which t; BVHs merely skip triangles that cannot be hit. So no
+//! answer depends on the BVH, its preset, the SIMD level, the order of rays in a batch, or threads.
 
 mod build;
 mod bvh;

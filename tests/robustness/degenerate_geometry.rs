@@ -34,7 +34,7 @@ fn shoot(accel: &Accel, o: Vec3, d: Vec3) -> Hit {
 const DOWN: (Vec3, Vec3) = (Vec3::new(0.1, 0.2, 4.0), Vec3::new(0.0, 0.0, -2.0));
 
 #[test]
-fn absurd_vertices_are_left_out_and_counted() {
+fn degenerate_triangles_are_rejected_and_counted() {
     for twice in [1, 2] {
         let mut mesh = scenes::grid(4, 2);
         let good = mesh.triangles.len() as u32;
@@ -55,7 +55,7 @@ fn absurd_vertices_are_left_out_and_counted() {
 }
 
 #[test]
-fn absurd_transforms_hide_their_instance_alone() {
+fn degenerate_transforms_hide_only_their_instance() {
     let nan = DAffine3::from_translation(DVec3::splat(f64::NAN));
     let (accel, report) = build(&scenes::scene(scenes::grid(4, 2), &[DAffine3::IDENTITY, nan]));
     assert_eq!(report.non_finite, 32);
@@ -81,7 +81,7 @@ const PLENTY: Duration = Duration::from_secs(1);
 
 /// Coincident triangles are grouped: without that, the first case takes 19 s and overflows the stack.
 #[test]
-fn a_hundred_thousand_triangles_in_one_place_are_no_trouble() {
+fn a_hundred_thousand_coincident_triangles_build_fast() {
     let one = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(3.0, -1.0, 0.0), Vec3::new(-1.0, 3.0, 0.0)];
     let n = 100_000;
     let same = many(n, |_| one);
@@ -122,7 +122,7 @@ fn a_hundred_thousand_triangles_in_one_place_are_no_trouble() {
 
 /// Next-hit queries return every one of many coincident triangles.
 #[test]
-fn coincident_triangles_are_all_there() {
+fn all_coincident_triangles_are_hit() {
     let corner = [Vec3::NEG_ONE.with_z(0.0), Vec3::new(3.0, -1.0, 0.0), Vec3::new(-1.0, 3.0, 0.0)];
     let scene = scenes::scene(many(1000, |_| corner), &[DAffine3::IDENTITY; 2]);
     let (accel, _) = build(&scene);
@@ -139,7 +139,7 @@ fn coincident_triangles_are_all_there() {
 }
 
 #[test]
-fn nothing_and_one_triangle() {
+fn empty_scenes_and_single_triangles() {
     let (accel, report) = build(&Scene::default());
     assert_eq!((report, accel.stats().triangles), Default::default());
     assert!(shoot(&accel, DOWN.0, DOWN.1).is_miss());
@@ -155,7 +155,7 @@ fn nothing_and_one_triangle() {
 
 /// Rays whose origin or direction is NaN, infinite or zero, or at the limits of f32.
 #[test]
-fn absurd_rays_miss() {
+fn invalid_rays_miss() {
     for placed in [1, 2] {
         let (accel, _) = build(&scenes::scene(scenes::sphere(4), &[DAffine3::IDENTITY; 2][..placed]));
         let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
@@ -194,7 +194,7 @@ fn absurd_rays_miss() {
 
 /// Packets with directions of any length, some of them invalid, return the same hits as single rays.
 #[test]
-fn odd_directions_do_no_harm_to_their_packet() {
+fn invalid_directions_do_not_affect_their_packet() {
     let scene = scenes::scene(scenes::sphere(5), &[DAffine3::IDENTITY]);
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
     let o = Vec3::new(0.3, 0.2, 3.0);
@@ -263,7 +263,7 @@ fn huge(triangle: [Vec3; 3], others: [Vec3; 3], o: Vec3, d: Vec3) -> Hit {
 
 /// The product of three lengths of 1e13 overflows f32: depths were infinite, and hits lay behind the ray.
 #[test]
-fn products_of_three_huge_lengths_prove_nothing() {
+fn depths_that_overflow_f32_are_tested_in_f64() {
     let triangle = [
         Vec3::new(1.164e12, 0.0, 3.492e12),
         Vec3::new(-4.656e12, -5.046e12, -5.245e12),
@@ -278,7 +278,7 @@ fn products_of_three_huge_lengths_prove_nothing() {
 /// From a distance of 1e18, the edge functions of a triangle of 1e11 by .02 are below the rounding error of
 /// f64. The ray misses it by the whole distance.
 #[test]
-fn what_is_too_thin_to_tell_is_not_hit_beside_its_box() {
+fn triangles_below_f64_precision_are_not_hit_outside_their_bounds() {
     let thin = [
         Vec3::new(1e18, 1.5, -1.277832),
         Vec3::new(1e18, 1.5, -1.2993164),
@@ -292,7 +292,7 @@ fn what_is_too_thin_to_tell_is_not_hit_beside_its_box() {
 /// Far away along one axis, f64 cannot tell the edge functions of a triangle of 1e-32 from zero. Across that
 /// axis the ray clearly misses, and so must every BVH.
 #[test]
-fn what_is_too_far_to_tell_is_not_hit_beside_its_box() {
+fn distant_triangles_below_f64_precision_are_not_hit_outside_their_bounds() {
     let tiny = [
         Vec3::new(3.347_341_8e-32, -2.677_873_4e-32, 2.677_873_4e-32),
         Vec3::new(-6.348_181_6e-33, 5.355_747e-32, 8.033_62e-32),
@@ -307,7 +307,7 @@ fn what_is_too_far_to_tell_is_not_hit_beside_its_box() {
 /// The quotient of an origin's coordinate and the smallest direction overflows f32, too: a fused
 /// multiply-subtract then placed the exit of the box before its entry.
 #[test]
-fn rays_along_planes_enter_boxes_however_far_out_they_start() {
+fn axis_aligned_rays_enter_boxes_from_any_distance() {
     let upright = [
         Vec3::new(1.4946289, 0.27661133, 1e18),
         Vec3::new(2.5, -3.7579346, -0.43103027),

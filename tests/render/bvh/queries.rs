@@ -13,7 +13,7 @@ use crate::common::scenes::{self, Holes, Rng};
 /// All layers, occlusion and transmittance of every preset and SIMD level equal those of testing every
 /// triangle.
 #[test]
-fn every_tree_answers_as_no_tree_does() {
+fn every_bvh_answers_as_brute_force_does() {
     let all = all_scenes();
     assert_eq!(all.len(), 9);
     for ((name, scene), flatten) in all.iter().flat_map(|scene| FLATTENED.map(|flatten| (scene, flatten))) {
@@ -32,29 +32,29 @@ fn every_tree_answers_as_no_tree_does() {
             let seen = [false, true].map(|cull| bits(&layers(&accel, &rays, cull, Coherence::None)));
             (seen, occluded, light)
         };
-        let flat = answers(Preset::BruteForce, SimdLevel::Portable);
-        let hits = flat.0[0].iter().flatten().filter(|hit| hit.1 != HitId::NONE).count();
+        let brute_force = answers(Preset::BruteForce, SimdLevel::Portable);
+        let hits = brute_force.0[0].iter().flatten().filter(|hit| hit.1 != HitId::NONE).count();
         assert!(hits > 200, "{name}: only {hits} hits to compare");
         let medium = scenes::simd_levels().map(|simd| (Preset::Medium, simd));
         for (preset, simd) in medium.chain([Preset::Fast, Preset::Slow].map(|p| (p, SimdLevel::detect()))) {
-            let tree = answers(preset, simd);
+            let with_bvh = answers(preset, simd);
             for (i, ray) in rays.iter().enumerate() {
                 for cull in 0..2 {
                     assert_eq!(
-                        tree.0[cull][i], flat.0[cull][i],
+                        with_bvh.0[cull][i], brute_force.0[cull][i],
                         "{name} {preset:?} {simd:?}: ray {i} {ray:?}"
                     );
                 }
-                assert_eq!(tree.1[i], flat.1[i], "{name} {preset:?} {simd:?}: shadow {i}");
-                assert_eq!(tree.2[i], flat.2[i], "{name} {preset:?} {simd:?}: light {i}");
+                assert_eq!(with_bvh.1[i], brute_force.1[i], "{name} {preset:?} {simd:?}: shadow {i}");
+                assert_eq!(with_bvh.2[i], brute_force.2[i], "{name} {preset:?} {simd:?}: light {i}");
             }
         }
     }
 }
 
-/// The traversal that counts steps returns the same hits, and the same counts at every SIMD level.
+/// The traversal that counts nodes and blocks returns the same hits, and the same counts at every SIMD level.
 #[test]
-fn the_counting_walk_meets_the_same_hits() {
+fn the_counting_traversal_finds_the_same_hits() {
     for (name, scene) in &all_scenes() {
         let posed = scenes::posed(scene);
         let rays = rays(&posed, 300);
@@ -64,22 +64,24 @@ fn the_counting_walk_meets_the_same_hits() {
         let counted = accel.intersect_with_stats(&batch, &Holes);
         let mut hits = Vec::new();
         accel.intersect(&batch, &Holes, &mut hits);
-        let (mut nodes, mut asked) = (0, 0);
-        for (i, (hit, steps)) in counted.iter().enumerate() {
+        let mut nodes = 0;
+        let mut blocks = 0;
+        for (i, (hit, stats)) in counted.iter().enumerate() {
             assert_eq!((hit.t.to_bits(), hit.id), (hits[i].t.to_bits(), hits[i].id), "{name}: ray {i}");
-            assert!(hit.is_miss() || steps.blocks > 0, "{name}: ray {i}");
-            nodes += steps.nodes;
-            asked += steps.blocks;
+            assert!(hit.is_miss() || stats.blocks > 0, "{name}: ray {i}");
+            nodes += stats.nodes;
+            blocks += stats.blocks;
         }
         let portable = BuildSettings { simd: SimdLevel::Portable, ..BuildSettings::default() };
         assert_eq!(Accel::build(&posed, &portable).0.intersect_with_stats(&batch, &Holes), counted, "{name}");
-        // A BVH skips most triangles; the flat preset skips none.
-        let flat = BuildSettings { preset: Preset::BruteForce, ..BuildSettings::default() };
-        let flat = Accel::build(&posed, &flat).0;
-        let all: u32 = flat.intersect_with_stats(&batch, &Holes).iter().map(|(_, steps)| steps.blocks).sum();
-        assert!(nodes > 0 && asked < all, "{name}: {nodes} nodes, {asked} of {all} blocks");
-        let (cost, flat_cost) = (accel.sah_cost(), flat.sah_cost());
-        assert!(cost > 1.0 && cost < flat_cost, "{name}: {cost} of {flat_cost}");
+        // A BVH skips most triangles; brute force skips none.
+        let brute_force = BuildSettings { preset: Preset::BruteForce, ..BuildSettings::default() };
+        let brute_force = Accel::build(&posed, &brute_force).0;
+        let all: u32 =
+            brute_force.intersect_with_stats(&batch, &Holes).iter().map(|(_, stats)| stats.blocks).sum();
+        assert!(nodes > 0 && blocks < all, "{name}: {nodes} nodes, {blocks} of {all} blocks");
+        let (cost, brute_force_cost) = (accel.sah_cost(), brute_force.sah_cost());
+        assert!(cost > 1.0 && cost < brute_force_cost, "{name}: {cost} of {brute_force_cost}");
     }
     let empty = Scene::default();
     assert_eq!(Accel::build(&scenes::posed(&empty), &BuildSettings::default()).0.sah_cost(), 0.0);
@@ -87,7 +89,12 @@ fn the_counting_walk_meets_the_same_hits() {
 
 /// Rays of a packet with a common origin or direction, close together, many at vertices and edges. Every 16
 /// aim at a few triangles of their own.
-fn bundle(posed: &PosedScene, rng: &mut Rng, along: bool, count: usize) -> (Coherence, Vec<(Vec3, Vec3)>) {
+fn coherent_rays(
+    posed: &PosedScene,
+    rng: &mut Rng,
+    along: bool,
+    count: usize,
+) -> (Coherence, Vec<(Vec3, Vec3)>) {
     let instance = rng.below(posed.instances.len()) as u32;
     let triangles = posed.mesh(instance).triangles.len();
     let first = rng.below(triangles);
@@ -129,7 +136,7 @@ fn packets_answer_as_single_rays_do() {
             for n in 0..60 {
                 // Full packets, parts of packets, and incomplete groups.
                 let count = [64, 300, 23, 256][n % 4];
-                let (shared, rays) = bundle(&posed, &mut rng, n % 3 == 2, count);
+                let (shared, rays) = coherent_rays(&posed, &mut rng, n % 3 == 2, count);
                 let context = format!("{name} {flatten:?} {simd:?} {n} {shared:?}");
                 let cull = n % 2 == 0;
                 let together = bits(&layers(&accel, &rays, cull, shared));
@@ -146,15 +153,15 @@ fn packets_answer_as_single_rays_do() {
                     }
                     segments
                 };
-                let ask = |accel: &Accel, rays: &[(Vec3, Vec3)]| {
+                let shadow = |accel: &Accel, rays: &[(Vec3, Vec3)]| {
                     let (mut blocked, mut light) = (Vec::new(), Vec::new());
                     accel.occluded(&segments(rays), &Holes, &mut blocked);
                     accel.transmittance(&segments(rays), &Holes, &mut light);
                     let light = light.iter().map(|l| l.to_array().map(f32::to_bits)).collect::<Vec<_>>();
                     blocked.into_iter().zip(light).collect::<Vec<_>>()
                 };
-                let one_by_one: Vec<_> = rays.iter().flat_map(|&ray| ask(&single, &[ray])).collect();
-                assert_eq!(ask(&accel, &rays), one_by_one, "{context}");
+                let one_by_one: Vec<_> = rays.iter().flat_map(|&ray| shadow(&single, &[ray])).collect();
+                assert_eq!(shadow(&accel, &rays), one_by_one, "{context}");
             }
         }
     }

@@ -41,7 +41,7 @@ impl AnyHitFilter for Counted {
 /// Transmittance stops where no light is left: of a thousand panes that each halve it, only so many are
 /// evaluated. A few panes transmit the product of their factors.
 #[test]
-fn light_is_followed_until_none_is_left() {
+fn transmittance_stops_where_no_light_is_left() {
     for (panes, left, most) in [(17, 0.5f32.powi(17), 17), (18, 0.0, 18), (1000, 0.0, 19)] {
         let mut scene = Scene::default();
         let placed: Vec<_> =
@@ -76,7 +76,7 @@ fn light_is_followed_until_none_is_left() {
 /// A translucent sheet attenuates once, also on its edges and vertices: for any ray and winding, in the world
 /// BVH and in a BLAS of its own.
 #[test]
-fn a_sheet_that_light_passes_is_one_layer() {
+fn a_translucent_sheet_is_one_layer_also_at_edges() {
     let mut rng = Rng::new(5);
     let mut bumpy = scenes::grid(4, 2);
     for p in &mut bumpy.positions {

@@ -14,7 +14,7 @@ use crate::common::scenes::{self, Holes, Rng};
 /// Meshes with few instanced triangles go into the static world; the others are instanced, smallest meshes
 /// last. Animated ones go into a dynamic world.
 #[test]
-fn worlds_take_as_much_as_they_are_told_to() {
+fn instancing_obeys_the_flatten_budget() {
     let mut scene = Scene::default();
     let opaque = || scenes::material(SurfaceClass::Opaque, false);
     let at = |x: f64| DAffine3::from_translation(DVec3::X * x);
@@ -28,29 +28,29 @@ fn worlds_take_as_much_as_they_are_told_to() {
     let channels = vec![Channel { target: ChannelTarget::Visibility(6), keyframes: keys }];
     scene.animations.push(Animation { name: String::new(), channels });
     let posed = scenes::posed(&scene);
-    let stats = |still: u64, moving: u64| {
-        let flatten = FlattenBudget { static_triangles: still, dynamic_triangles: moving };
+    let stats = |static_triangles: u64, dynamic_triangles: u64| {
+        let flatten = FlattenBudget { static_triangles, dynamic_triangles };
         let accel = Accel::build(&posed, &BuildSettings { flatten, ..BuildSettings::default() }).0;
         (accel.stats().bvhs, accel.stats().triangles)
     };
-    assert_eq!(stats(1000, 1000), (2, 6 + 16 + 18 + 32), "still and moving");
-    assert_eq!(stats(1000, 31), (2, 6 + 16 + 18 + 32), "what moves has a tree of its own");
+    assert_eq!(stats(1000, 1000), (2, 6 + 16 + 18 + 32), "static and dynamic");
+    assert_eq!(stats(1000, 31), (2, 6 + 16 + 18 + 32), "the dynamic mesh has a BLAS of its own");
     assert_eq!(stats(22, 32), (2, 6 + 16 + 18 + 32));
-    assert_eq!(stats(21, 32), (3, 6 + 8 + 18 + 32), "the larger mesh has its own");
-    assert_eq!(stats(5, 0), (4, 2 + 8 + 18 + 32), "both have");
+    assert_eq!(stats(21, 32), (3, 6 + 8 + 18 + 32), "the larger mesh has a BLAS");
+    assert_eq!(stats(5, 0), (4, 2 + 8 + 18 + 32), "both have a BLAS");
 }
 
 /// An update returns the answers of a new build.
 #[test]
-fn an_update_is_as_good_as_a_build() {
+fn an_update_answers_as_a_rebuild_does() {
     for flatten in FLATTENED {
-        update_as_good_as_build(&BuildSettings { flatten, ..BuildSettings::default() });
+        check_updates(&BuildSettings { flatten, ..BuildSettings::default() });
     }
 }
 
-fn update_as_good_as_build(settings: &BuildSettings) {
+fn check_updates(settings: &BuildSettings) {
     let mut scene = all_scenes().swap_remove(6).1;
-    let (mut kept, _) = Accel::build(&scenes::posed(&scene), settings);
+    let (mut updated, _) = Accel::build(&scenes::posed(&scene), settings);
     for step in 0..3 {
         for (i, node) in scene.nodes.iter_mut().enumerate() {
             let turn = DAffine3::from_rotation_x(0.3 * (i + step) as f64);
@@ -62,10 +62,10 @@ fn update_as_good_as_build(settings: &BuildSettings) {
         }
         let posed = scenes::posed(&scene);
         let (new, report) = Accel::build(&posed, settings);
-        assert_eq!(kept.update(&posed), report);
+        assert_eq!(updated.update(&posed), report);
         let rays = rays(&posed, 1000);
         assert_eq!(
-            bits(&layers(&kept, &rays, false, Coherence::None)),
+            bits(&layers(&updated, &rays, false, Coherence::None)),
             bits(&layers(&new, &rays, false, Coherence::None)),
             "step {step}"
         );
@@ -74,7 +74,7 @@ fn update_as_good_as_build(settings: &BuildSettings) {
 
 /// Two copies of a triangle soup. Morph weights move the second onto the first, deform all, collapse some
 /// triangles, and scatter all.
-fn bending() -> Scene {
+fn deforming() -> Scene {
     let rng = &mut Rng::new(5);
     let mut mesh = scenes::soup(2000, 0.2, rng);
     // In steps whose sums are exact.
@@ -108,9 +108,9 @@ fn bending() -> Scene {
 /// A BVH that was built for one shape answers for another as a new one does, and leaves out the same
 /// triangles.
 #[test]
-fn trees_follow_what_bends() {
-    let mut scene = bending();
-    let (mut kept, _) = Accel::build(&scenes::posed(&scene), &BuildSettings::default());
+fn refitted_bvhs_follow_deforming_meshes() {
+    let mut scene = deforming();
+    let (mut updated, _) = Accel::build(&scenes::posed(&scene), &BuildSettings::default());
     let (mut coincident, mut flat) = (0, 0);
     for weights in [
         [0.0, 0.125, 0.0, 0.0],
@@ -125,49 +125,49 @@ fn trees_follow_what_bends() {
         scene.nodes[0].weights = weights.to_vec();
         let posed = scenes::posed(&scene);
         let (new, report) = Accel::build(&posed, &BuildSettings::default());
-        assert_eq!(kept.update(&posed), report, "{weights:?}");
+        assert_eq!(updated.update(&posed), report, "{weights:?}");
         coincident += report.coincident;
         flat += report.zero_area;
         let rays = rays(&posed, 500);
         let segments = segments(&rays);
         let (mut ours, mut theirs) = (Vec::new(), Vec::new());
-        kept.occluded(&segments, &Holes, &mut ours);
+        updated.occluded(&segments, &Holes, &mut ours);
         new.occluded(&segments, &Holes, &mut theirs);
         assert_eq!(ours, theirs, "{weights:?}");
         let seen = |accel: &Accel| bits(&layers(accel, &rays, false, Coherence::None));
-        assert_eq!(seen(&kept), seen(&new), "{weights:?}");
+        assert_eq!(seen(&updated), seen(&new), "{weights:?}");
     }
-    assert!(coincident > 3900 && flat > 300, "{coincident} in one place, {flat} flat");
+    assert!(coincident > 3900 && flat > 300, "{coincident} coincident, {flat} without area");
 }
 
 /// Animated alpha makes a wall translucent, and an existing BVH follows.
 #[test]
-fn trees_follow_what_becomes_glass() {
+fn updates_follow_materials_that_become_translucent() {
     for flatten in FLATTENED {
         let settings = BuildSettings { flatten, ..BuildSettings::default() };
         let mut scene = Scene::default();
         let at = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::X)];
         scenes::add(&mut scene, scenes::sphere(8), scenes::material(SurfaceClass::Opaque, true), &at);
-        let (mut kept, _) = Accel::build(&scenes::posed(&scene), &settings);
+        let (mut updated, _) = Accel::build(&scenes::posed(&scene), &settings);
         scene.materials[0].transmission.factor = 0.5;
         let posed = scenes::posed(&scene);
         let new = Accel::build(&posed, &settings).0;
-        kept.update(&posed);
+        updated.update(&posed);
         let segments = segments(&rays(&posed, 500));
         let light = |accel: &Accel| {
             let mut light = Vec::new();
             accel.transmittance(&segments, &Holes, &mut light);
             light
         };
-        assert_eq!(light(&kept), light(&new));
-        assert!(light(&new).iter().any(|l| l.x > 0.0 && l.x < 1.0), "something is seen through");
+        assert_eq!(light(&updated), light(&new));
+        assert!(light(&new).iter().any(|l| l.x > 0.0 && l.x < 1.0), "something transmits light");
     }
 }
 
 /// A translucent material whose texture is opaque at all texture coordinates blocks light as an opaque one
 /// does, until the texture transform moves. An existing BVH follows that, too.
 #[test]
-fn trees_follow_textures_that_move() {
+fn updates_follow_animated_texture_transforms() {
     for flatten in FLATTENED {
         let settings = BuildSettings { flatten, ..BuildSettings::default() };
         let mut scene = Scene::default();
@@ -203,14 +203,14 @@ fn trees_follow_textures_that_move() {
             light
         };
         let some = |light: &[Vec3]| light.iter().any(|l| l.x > 0.0 && l.x < 1.0);
-        let (mut kept, _) = Accel::build(&scenes::posed(&scene), &settings);
-        assert!(!kept.has_translucent() && !some(&light(&scene, &kept)));
+        let (mut updated, _) = Accel::build(&scenes::posed(&scene), &settings);
+        assert!(!updated.has_translucent() && !some(&light(&scene, &updated)));
         for (offset, part) in [(0.1, true), (0.5, true), (0.0, false)] {
             scene.materials[0].base_color.texture = by(offset);
             let posed = scenes::posed(&scene);
-            kept.update(&posed);
+            updated.update(&posed);
             let new = Accel::build(&posed, &settings).0;
-            assert_eq!(light(&scene, &kept), light(&scene, &new));
+            assert_eq!(light(&scene, &updated), light(&scene, &new));
             assert_eq!((new.has_translucent(), some(&light(&scene, &new))), (part, part), "{offset}");
         }
     }
