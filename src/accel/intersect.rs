@@ -1,4 +1,4 @@
-//! ClosestHit hits of a batch of rays: ray packets in the world BVHs, single rays elsewhere.
+//! Closest hits of a batch of rays: ray packets in the world BVHs, single rays elsewhere.
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{self, PacketScratch};
@@ -35,15 +35,8 @@ impl SimdKernel for IntersectKernel<'_> {
             let worlds_done = as_packet && {
                 let hits = &mut hits[range.clone()];
                 let range = range.clone();
-                packet::intersect::<S>(
-                    &bvh.worlds,
-                    rays,
-                    range,
-                    filter,
-                    hits,
-                    &mut scratch,
-                    &mut tracer.stack,
-                )
+                let stack = &mut tracer.stack;
+                packet::intersect::<S>(&bvh.worlds, rays, range, filter, hits, &mut scratch, stack)
             };
             if as_packet && !worlds_done && splitter.split(range.clone()) {
                 continue;

@@ -30,8 +30,8 @@ impl SimdKernel for OccludedKernel<'_> {
         while let Some(range) = splitter.pop() {
             let mut occlusion = PacketOcclusion::new(None);
             let as_packet = can_trace_packet(bvh, segments.coherence, range.len());
-            let worlds_done = as_packet && {
-                packet::occluded::<S>(
+            let worlds_done = as_packet
+                && packet::occluded::<S>(
                     &bvh.worlds,
                     segments,
                     range.clone(),
@@ -39,8 +39,7 @@ impl SimdKernel for OccludedKernel<'_> {
                     &mut occlusion,
                     &mut scratch,
                     &mut tracer.stack,
-                )
-            };
+                );
             if as_packet && !worlds_done && splitter.split(range.clone()) {
                 continue;
             }

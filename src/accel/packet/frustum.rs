@@ -4,10 +4,14 @@
 #[cfg(test)]
 mod tests;
 
+use std::marker::PhantomData;
+
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT, WIDTH, plane_row};
+use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, WIDTH, plane_row};
 use crate::accel::bvh::scene_bvh::SceneBvh;
+use crate::accel::traverse::box_test::NodeTest;
+use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
 use crate::geometry::Ray;
 use crate::simd::vec3::per_axis;
 use crate::simd::{Lanes, Simd, SimdKernel};
@@ -93,23 +97,36 @@ impl Frustum {
                 min: (plane.offset - padding * abs_n.element_sum() - slack) as f32,
             }
         });
-        let mut stack = Vec::with_capacity(64);
-        stack.push(root);
-        while let Some(current) = stack.pop() {
-            if current & LEAF_BIT != 0 {
-                return true;
-            }
-            let node = &bvh.nodes[current as usize];
-            let mut inside = node.child_mask();
-            for plane in &planes {
-                inside &= !plane.outside_children::<S>(node.rows());
-            }
-            while inside != 0 {
-                stack.push(node.child[inside.trailing_zeros() as usize & (WIDTH - 1)]);
-                inside &= inside - 1;
-            }
+        let test = FrustumTest::<S> { planes, simd: PhantomData };
+        let mut stack = TraversalStack::default();
+        !bvh.traverse_any(root, &test, &mut stack, f32::INFINITY, &mut StopAtLeaf)
+    }
+}
+
+/// Tests the boxes of nodes against a frustum.
+struct FrustumTest<S> {
+    planes: [PlaneTest; 4],
+    simd: PhantomData<S>,
+}
+
+impl<S: Simd> NodeTest for FrustumTest<S> {
+    #[inline(always)]
+    fn hit_mask(&self, node: &Bvh8Node, _: f32) -> u32 {
+        let mut inside = node.child_mask();
+        for plane in &self.planes {
+            inside &= !plane.outside_children::<S>(node.rows());
         }
-        false
+        inside
+    }
+}
+
+/// Ends a traversal at the first leaf.
+struct StopAtLeaf;
+
+impl LeafVisitor for StopAtLeaf {
+    #[inline(always)]
+    fn visit_leaf(&mut self, _: u32, _: &mut TraversalStack) -> Option<f32> {
+        None
     }
 }
 

@@ -1,4 +1,7 @@
-//! BVH traversal of single rays: front to back for closest hits, by occlusion priority for any hit.
+//! BVH traversal: front to back for closest hits, by occlusion priority for any hit.
+//!
+//! These two loops serve all queries that are not ray packets: single rays in BLAS and TLAS, traversal statistics and
+//! frustum culling. What they do with nodes and leaves is the node test's and the leaf visitor's part.
 
 use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
 use crate::accel::traverse::box_test::{NodeTest, OrderedNodeTest};

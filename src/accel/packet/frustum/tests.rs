@@ -3,7 +3,7 @@
 use super::*;
 use crate::accel::SimdLevel;
 use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::bvh8::Bvh8Node;
+use crate::accel::bvh::bvh8::LEAF_BIT;
 use crate::accel::bvh::huge_pages::HugePageVec;
 
 /// A BVH of small boxes around `points`.
