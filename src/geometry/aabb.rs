@@ -3,6 +3,8 @@
 use glam::DVec3;
 
 /// An axis-aligned bounding box (AABB) in f64. It is empty where `min > max`.
+///
+/// It bounds points before the scene is recentred, where f32 would lose precision. BVHs have a box in f32.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// Lowest corner.
