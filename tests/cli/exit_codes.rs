@@ -147,7 +147,7 @@ fn a_decoder_that_panics_costs_its_scene_alone() {
     assert!(!of.is_empty() && messages.contains("wrote cube.png"), "{messages}");
     for line in of {
         assert!(
-            line.contains("please report it with the file: left: 1  right: 2 (src/import/image.rs:"),
+            line.contains("please report it with the file: left: 1  right: 2 (src/import/image/mod.rs:"),
             "{messages}"
         );
     }

@@ -1,4 +1,4 @@
-//! Bytes that are a file, or one that a scene refers to.
+//! Bytes as a scene file, or as a file that a scene refers to.
 
 use std::fs;
 use std::path::Path;
@@ -29,7 +29,7 @@ pub fn mtl(bytes: &[u8], folder: &Path) -> bool {
     load_and_render(&path)
 }
 
-/// A picture of any format on a triangle.
+/// An image of any format on a triangle.
 pub fn image(bytes: &[u8], folder: &Path) -> bool {
     fs::write(folder.join("a.img"), bytes).unwrap();
     let path = folder.join("a.gltf");

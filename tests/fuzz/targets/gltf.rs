@@ -1,4 +1,4 @@
-//! A glTF whose parts refer to each other at random, and whose buffer is random bytes.
+//! A glTF whose objects refer to each other at random, with a random buffer.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ pub fn target(bytes: &[u8], folder: &Path) -> bool {
 }
 
 fn document(u: &mut Unstructured) -> Result<Value> {
-    // A place to start from that is there; the rest of the parts are whatever comes.
+    // The scene's root exists; everything else is random.
     let count = |u: &mut Unstructured| u.int_in_range(1..=5usize);
     let (accessors, meshes, nodes) = (count(u)? + 2, count(u)?, count(u)?);
     let bin = numbers_of_a_buffer(u)?;
@@ -47,7 +47,7 @@ fn document(u: &mut Unstructured) -> Result<Value> {
     }))
 }
 
-/// Floats near one, and some that nobody expects.
+/// Floats near one, and some special values.
 fn numbers_of_a_buffer(u: &mut Unstructured) -> Result<Vec<u8>> {
     const ODD: [f32; 10] = [
         0.0,
@@ -74,7 +74,7 @@ fn many(n: usize, mut one: impl FnMut(usize) -> Result<Value>) -> Result<Vec<Val
     (0..n).map(&mut one).collect()
 }
 
-/// Nearly always an index that is there.
+/// Nearly always a valid index.
 fn index(u: &mut Unstructured, n: usize) -> Result<Value> {
     Ok(match u.int_in_range(0..=99)? {
         0 => json!(n),
@@ -106,7 +106,7 @@ fn numbers(u: &mut Unstructured, n: usize) -> Result<Vec<Value>> {
 
 fn node(u: &mut Unstructured, i: usize, nodes: usize, meshes: usize) -> Result<Value> {
     let mut node = Map::new();
-    // Mostly trees: children come later.
+    // Mostly trees: children have larger indices.
     if i + 1 < nodes && u.ratio(1u8, 2u8)? {
         let child = if u.ratio(1u8, 30u8)? { i } else { i + 1 };
         node.insert("children".into(), json!([child]));
@@ -128,7 +128,7 @@ fn node(u: &mut Unstructured, i: usize, nodes: usize, meshes: usize) -> Result<V
 }
 
 fn mesh(u: &mut Unstructured, accessors: usize) -> Result<Value> {
-    // The first accessor is one of positions.
+    // The first accessor holds positions.
     let mut attributes = Map::from_iter([("POSITION".to_string(), json!(0))]);
     for _ in 0..u.int_in_range(0..=2)? {
         attributes.insert(u.choose(&ATTRIBUTES)?.to_string(), index(u, accessors)?);

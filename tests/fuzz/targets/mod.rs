@@ -1,7 +1,7 @@
-//! What fuzzers try: each target is a function of bytes.
+//! The fuzz targets: functions of bytes.
 //!
-//! Some take the bytes as a file; others have `arbitrary` make one of them, so that most of it is understood
-//! and gets far. From the file on, all is done that a picture takes.
+//! Some use the bytes as a file; others generate a file from them with `arbitrary`, so that most inputs are
+//! accepted. Then the scene is loaded, posed, built and rendered.
 
 mod files;
 mod gltf;
@@ -23,7 +23,7 @@ use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{AnimationChoice, Lighting, PoseSettings, Scene, View, pose};
 
-/// Tries bytes, with a folder to write files to, and says whether they got as far as they can.
+/// Runs bytes, with a folder for files. Returns whether they were accepted.
 pub type Target = fn(&[u8], &Path) -> bool;
 
 /// All targets by name.
@@ -42,7 +42,7 @@ pub const TARGETS: [(&str, Target); 12] = [
     ("triangles", triangles::target),
 ];
 
-/// Tries a target by its name: what the programs in `bins` do.
+/// Runs a target by name, for the programs in `bins`.
 #[allow(dead_code, reason = "theirs alone")]
 pub fn fuzz(name: &str, bytes: &[u8]) {
     static FOLDER: std::sync::OnceLock<tempfile::TempDir> = std::sync::OnceLock::new();
@@ -51,7 +51,7 @@ pub fn fuzz(name: &str, bytes: &[u8]) {
     target(bytes, folder.path());
 }
 
-/// What a file asks for is small here, so that what it takes unasked stands out.
+/// Small limits, so that allocations outside of them stand out.
 fn limits() -> Limits {
     Limits {
         vertices: 1 << 16,
@@ -65,7 +65,7 @@ fn limits() -> Limits {
     }
 }
 
-/// From the file to pixels; says whether it was read.
+/// Renders a file. Returns whether it was loaded.
 fn load_and_render(path: &Path) -> bool {
     let Ok((scene, _)) = load(path, &LoadOptions { limits: limits(), ..LoadOptions::default() }) else {
         return false;
@@ -82,7 +82,7 @@ fn load_and_render(path: &Path) -> bool {
     true
 }
 
-/// What an importer promises about every scene: its numbers name what there is.
+/// Checks what importers guarantee: all indices are valid.
 fn assert_sound(scene: &Scene) {
     for mesh in &scene.meshes {
         let vertices = mesh.positions.len();

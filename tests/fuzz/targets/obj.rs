@@ -1,4 +1,4 @@
-//! An OBJ of statements in any order, most of whose numbers make sense.
+//! An OBJ of random statements, with mostly valid numbers.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -93,7 +93,7 @@ fn face(u: &mut Unstructured, text: &mut String) -> Result<()> {
     let slashes = u.choose(&["", "/v", "//v", "/v/v", "/", "//", "/v/"])?;
     let corners = if u.ratio(7u8, 8u8)? { u.int_in_range(3..=6)? } else { u.int_in_range(0..=20)? };
     for _ in 0..corners {
-        // Near indices, from either end; seldom others.
+        // Small indices from either end; rarely others.
         let mut index = || -> Result<String> {
             Ok(match u.int_in_range(0..=999)? {
                 0 => "0".into(),

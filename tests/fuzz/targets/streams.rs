@@ -1,4 +1,4 @@
-//! Compressed streams inside a glTF that fits whatever they hold.
+//! Compressed streams in a glTF that accepts any contents.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::gltf_fixture::Fixture;
 use super::load_and_render;
 
-/// A first byte that says which attributes there are, then the stream.
+/// A first byte that selects the attributes, then the stream.
 pub fn draco(bytes: &[u8], folder: &Path) -> bool {
     let Some((&first, stream)) = bytes.split_first() else { return false };
     let names = ["POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"];
@@ -32,7 +32,7 @@ pub fn meshopt(bytes: &[u8], folder: &Path) -> bool {
     let filter = ["NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"][usize::from(filter % 5)];
     let packed = json!({"buffer": 0, "byteOffset": 0, "byteLength": stream.len(), "byteStride": stride,
         "count": count, "mode": mode, "filter": filter});
-    // What is read of it: positions, or indices of some.
+    // The accessor of the stream: positions, or indices of some.
     let indices = mode != "ATTRIBUTES";
     let component = if stride == 2 { 5123 } else { 5125 };
     let accessor = match indices {
@@ -53,7 +53,7 @@ pub fn meshopt(bytes: &[u8], folder: &Path) -> bool {
     look_at(json, stream, folder)
 }
 
-/// As a GLB with one mesh at one node.
+/// Renders it as a GLB with one mesh at one node.
 fn look_at(parts: Value, stream: &[u8], folder: &Path) -> bool {
     let mut file = Fixture::empty().with(parts);
     file.node(json!({"mesh": 0}));

@@ -1,4 +1,4 @@
-//! Any triangles, instances and rays: the tree answers what asking every triangle answers.
+//! Arbitrary triangles, instances and rays: the BVH returns what testing every triangle returns.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use blinn::geometry::HitId;
 use blinn::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// Numbers that geometry has trouble with; most are small and few, so that things coincide.
+/// Numbers that are difficult for geometry; most are small and few, so that triangles coincide.
 const NUMBERS: [f32; 16] = [
     0.0,
     1.0,
@@ -37,7 +37,7 @@ fn number(u: &mut Unstructured) -> Result<f32> {
     })
 }
 
-/// Where a ray may be: as far out as triangles may (beyond, what it hits has no meaning in f32).
+/// Ray origins as far out as triangles may be; hits beyond have no meaning in f32.
 fn place(u: &mut Unstructured) -> Result<Vec3> {
     let v = vector(u)?;
     Ok(if v.abs().max_element() <= 1e9 { v } else { Vec3::ONE })
@@ -78,7 +78,7 @@ fn scene(u: &mut Unstructured) -> Result<Scene> {
     Ok(scene)
 }
 
-/// Got far: a ray hit something.
+/// Accepted: a ray hit something.
 pub fn target(bytes: &[u8], _: &Path) -> bool {
     answers_agree(&mut Unstructured::new(bytes)).unwrap_or(false)
 }
