@@ -1,4 +1,5 @@
-//! What a picture was made from: enough to know that it would come out the same.
+//! Fingerprints of rendered images: a hash of the settings, and the digest of each input file. `--resume` skips images
+//! whose fingerprint is current.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -11,13 +12,15 @@ use twox_hash::XxHash3_128;
 use crate::import::open_regular_file;
 use crate::scene::{FileDigest, HashingReader, Source};
 
-/// What stands between a fingerprint's words, and what XML minds, is encoded in names.
+/// Percent-encoded in file names: everything that separates words, or that XML escapes.
 const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'/');
 
-/// What a fingerprint's key ends in where every warning was an error.
-const STRICT: &str = "+strict";
+/// The first word of a fingerprint.
+const VERSION: &str = "1";
+/// Suffix of the settings hash of an image that was rendered with warnings as errors.
+const STRICT_SUFFIX: &str = "+strict";
 
-/// All that a picture depends on but the files it is made from: settings, frame, and the program's
+/// A hash of everything that an image depends on except the input files: the settings, the frame and the program's
 /// version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SettingsHash {
@@ -26,106 +29,110 @@ pub struct SettingsHash {
 }
 
 impl SettingsHash {
-    /// The key of anything whose debug form says all about it.
-    pub fn of(what: &dyn std::fmt::Debug) -> SettingsHash {
-        struct Sink(XxHash3_128);
-        impl std::fmt::Write for Sink {
+    /// Hashes the debug form of `settings`, which must contain everything that affects the image.
+    pub fn of(settings: &dyn std::fmt::Debug) -> SettingsHash {
+        struct HashWriter(XxHash3_128);
+        impl std::fmt::Write for HashWriter {
             fn write_str(&mut self, text: &str) -> std::fmt::Result {
                 self.0.write(text.as_bytes());
                 Ok(())
             }
         }
-        let mut sink = Sink(XxHash3_128::new());
-        // A sink of this kind never fails.
-        let _ = write!(sink, "{} {what:?}", env!("CARGO_PKG_VERSION"));
-        SettingsHash { hash: sink.0.finish_128(), strict: false }
+        let mut writer = HashWriter(XxHash3_128::new());
+        // Writing to a hash cannot fail.
+        let _ = write!(writer, "{} {settings:?}", env!("CARGO_PKG_VERSION"));
+        SettingsHash { hash: writer.0.finish_128(), strict: false }
     }
 
-    /// The same where every warning is an error. Such pictures do for anyone, and others, which may
-    /// have been made with a warning, not for this key.
+    /// Sets whether warnings are errors. An image that was rendered without warnings is current for everyone; one
+    /// that may have had warnings is not current for a strict render.
     pub fn strict(self, strict: bool) -> SettingsHash {
         SettingsHash { strict, ..self }
     }
 
+    /// The word of a fingerprint.
     fn word(self) -> String {
-        format!("{:032x}{}", self.hash, if self.strict { STRICT } else { "" })
+        format!("{:032x}{}", self.hash, if self.strict { STRICT_SUFFIX } else { "" })
     }
 
-    /// Whether a picture that was made by the key of that word will do for this one.
-    fn takes(self, word: &str) -> bool {
+    /// Whether an image whose fingerprint has this word is current.
+    fn accepts(self, word: &str) -> bool {
         word == SettingsHash { strict: true, ..self }.word() || !self.strict && word == self.word()
     }
 }
 
-/// What is in files, each read once.
+/// A cache of the digests of input files, each of which is read once.
 #[derive(Debug)]
 pub struct FileDigests {
-    known: HashMap<PathBuf, FileDigest>,
-    /// Bytes of a file that is read, at most.
-    limit: u64,
+    digests: HashMap<PathBuf, FileDigest>,
+    /// Larger files are not read, as the importers do not read them.
+    max_bytes: u64,
 }
 
 impl FileDigests {
-    /// Of files that whoever makes the pictures reads: those of no more than `limit` bytes.
-    pub fn with_limit(limit: u64) -> FileDigests {
-        FileDigests { known: HashMap::new(), limit }
+    /// An empty cache for files of at most `max_bytes`.
+    pub fn with_limit(max_bytes: u64) -> FileDigests {
+        FileDigests { digests: HashMap::new(), max_bytes }
     }
 
-    fn of(&mut self, path: &Path) -> FileDigest {
-        let limit = self.limit;
-        let content = || content(path, limit).unwrap_or_default();
-        *self.known.entry(path.to_path_buf()).or_insert_with(content)
+    fn get(&mut self, path: &Path) -> FileDigest {
+        let max_bytes = self.max_bytes;
+        let digest = || digest_file(path, max_bytes).unwrap_or_default();
+        *self.digests.entry(path.to_path_buf()).or_insert_with(digest)
     }
 
-    /// Takes what `scene` was made of for what is in its files. False where something else was found in
-    /// one of them before: it was replaced meanwhile.
+    /// Records the digests of the files that `scene` was imported from. Returns false if one of them differs from
+    /// the digest before: the file was replaced in the meantime.
     pub fn record(&mut self, scene: &Path, source: &Source) -> bool {
-        let others = source.files.iter().map(|file| (beside(scene, &file.name), file.digest));
-        let all = std::iter::once((scene.to_path_buf(), source.digest)).chain(others);
-        all.fold(true, |agreed, (path, content)| {
-            let before = self.known.insert(path, content);
-            agreed && before.is_none_or(|before| before == content)
+        let referenced = source.files.iter().map(|file| (resolve(scene, &file.name), file.digest));
+        let all = std::iter::once((scene.to_path_buf(), source.digest)).chain(referenced);
+        all.fold(true, |unchanged, (path, digest)| {
+            let before = self.digests.insert(path, digest);
+            unchanged && before.is_none_or(|before| before == digest)
         })
     }
 
-    /// Whether a picture with that fingerprint is what `key` would make of `scene` today.
-    pub fn is_current(&mut self, fingerprint: &str, key: SettingsHash, scene: &Path) -> bool {
+    /// Whether rendering `scene` now would produce the image with this fingerprint.
+    pub fn is_current(&mut self, fingerprint: &str, settings: SettingsHash, scene: &Path) -> bool {
         let mut words = fingerprint.split(' ');
-        if words.next() != Some("1") || !words.next().is_some_and(|word| key.takes(word)) {
+        if words.next() != Some(VERSION) || !words.next().is_some_and(|word| settings.accepts(word)) {
             return false;
         }
-        let own = words.next().and_then(|word| word.split_once('='));
-        // Of a scene that cannot be read nothing is known, so nothing is the same.
-        own.is_some_and(|(content, name)| {
-            let today = self.of(scene);
-            name == own_name(scene) && today != FileDigest::Unread && content == today.to_string()
-        }) && words.all(|word| {
-            word.split_once('=').is_some_and(|(content, name)| {
-                let name = percent_decode_str(name).decode_utf8_lossy();
-                content == self.of(&beside(scene, &name)).to_string()
+        let scene_file = words.next().and_then(|word| word.split_once('='));
+        // An unreadable scene may have changed.
+        let same_scene = scene_file.is_some_and(|(digest, name)| {
+            let current = self.get(scene);
+            name == encoded_file_name(scene) && current != FileDigest::Unread && digest == current.to_string()
+        });
+        same_scene
+            && words.all(|word| {
+                word.split_once('=').is_some_and(|(digest, name)| {
+                    let name = percent_decode_str(name).decode_utf8_lossy();
+                    digest == self.get(&resolve(scene, &name)).to_string()
+                })
             })
-        })
     }
 }
 
-/// The fingerprint of a picture of a scene that was read from a file of that name: the key, then each file with
-/// what was in it, `-` where it could not be read. It knows no folder, so that a fingerprint holds wherever a scene
-/// is moved with its files. `None` where a file changed while it was read: nobody knows what the picture is of.
-pub fn fingerprint(key: SettingsHash, scene: &Path, source: &Source) -> Option<String> {
-    let mut contents = std::iter::once(source.digest).chain(source.files.iter().map(|file| file.digest));
-    if contents.any(|content| content == FileDigest::Changed) {
+/// The fingerprint of an image of `scene`: a version, the settings' hash, and `digest=name` of each input file, with the
+/// digest `-` for files that could not be read. Names are relative to the scene's folder, so that a fingerprint stays
+/// current when a scene is moved with its files. `None` if a file changed while it was read.
+pub fn fingerprint(settings: SettingsHash, scene: &Path, source: &Source) -> Option<String> {
+    let mut digests = std::iter::once(source.digest).chain(source.files.iter().map(|file| file.digest));
+    if digests.any(|digest| digest == FileDigest::Changed) {
         return None;
     }
-    let mut fingerprint = format!("1 {} {}={}", key.word(), source.digest, own_name(scene));
+    let mut fingerprint =
+        format!("{VERSION} {} {}={}", settings.word(), source.digest, encoded_file_name(scene));
     for file in &source.files {
         let _ = write!(fingerprint, " {}={}", file.digest, utf8_percent_encode(&file.name, ENCODED));
     }
     Some(fingerprint)
 }
 
-/// What is in a regular file of no more than `limit` bytes.
-fn content(path: &Path, limit: u64) -> io::Result<FileDigest> {
-    let mut file = HashingReader::new(open_regular_file(path, limit)?.take(limit));
+/// Hashes a regular file of at most `max_bytes`.
+fn digest_file(path: &Path, max_bytes: u64) -> io::Result<FileDigest> {
+    let mut file = HashingReader::new(open_regular_file(path, max_bytes)?.take(max_bytes));
     let mut buffer = vec![0; 1 << 18];
     loop {
         match file.read(&mut buffer) {
@@ -136,13 +143,14 @@ fn content(path: &Path, limit: u64) -> io::Result<FileDigest> {
     }
 }
 
-/// A scene's name without its folder, byte by byte: it may be no text.
-fn own_name(scene: &Path) -> String {
+/// The file name of a scene, percent-encoded byte by byte, because it may not be UTF-8.
+fn encoded_file_name(scene: &Path) -> String {
     let name = scene.file_name().unwrap_or_default();
     percent_encode(name.as_encoded_bytes(), ENCODED).to_string()
 }
 
-fn beside(scene: &Path, name: &str) -> PathBuf {
+/// The path of a file that `scene` refers to as `name`.
+fn resolve(scene: &Path, name: &str) -> PathBuf {
     scene.parent().unwrap_or(Path::new("")).join(name)
 }
 
@@ -151,69 +159,69 @@ mod tests {
     use super::*;
     use crate::scene::SourceFile;
 
-    fn contents() -> FileDigests {
+    fn digests() -> FileDigests {
         FileDigests::with_limit(1 << 20)
     }
 
-    /// As an importer would have read them.
+    /// The source of a scene that an importer read with the files `referred`.
     fn source(scene: &Path, referred: &[&str]) -> Source {
-        let mut contents = contents();
+        let mut digests = digests();
         let mut file =
-            |name: &&str| SourceFile { name: name.to_string(), digest: contents.of(&beside(scene, name)) };
+            |name: &&str| SourceFile { name: name.to_string(), digest: digests.get(&resolve(scene, name)) };
         let files = referred.iter().map(&mut file).collect();
-        Source { digest: contents.of(scene), files, ..Source::default() }
+        Source { digest: digests.get(scene), files, ..Source::default() }
     }
 
-    fn stamped(key: SettingsHash, scene: &Path, referred: &[&str]) -> String {
+    fn current_fingerprint(key: SettingsHash, scene: &Path, referred: &[&str]) -> String {
         fingerprint(key, scene, &source(scene, referred)).unwrap()
     }
 
     #[test]
-    fn a_stamp_holds_until_something_changes() {
+    fn a_fingerprint_is_current_until_something_changes() {
         let dir = tempfile::tempdir().unwrap();
         let at = |name: &str| dir.path().join(name);
         std::fs::write(at("a b.gltf"), "{}").unwrap();
         std::fs::write(at("x=\"1\".png"), "x").unwrap();
         let referred = ["x=\"1\".png", "missing.bin"];
         let (scene, key) = (at("a b.gltf"), SettingsHash::of(&("size", 3)));
-        let fingerprint = stamped(key, &scene, &referred);
+        let fingerprint = current_fingerprint(key, &scene, &referred);
         assert!(fingerprint.is_ascii() && !fingerprint.contains(['"', '<', '&', '\n']), "{fingerprint}");
-        let holds = |key: SettingsHash, scene: &Path| contents().is_current(&fingerprint, key, scene);
-        assert!(holds(key, &scene));
-        assert!(!holds(SettingsHash::of(&("size", 4)), &scene));
-        assert!(!contents().is_current("", key, &scene));
-        assert!(!contents().is_current(&fingerprint[..34], key, &scene));
+        let is_current = |key: SettingsHash, scene: &Path| digests().is_current(&fingerprint, key, scene);
+        assert!(is_current(key, &scene));
+        assert!(!is_current(SettingsHash::of(&("size", 4)), &scene));
+        assert!(!digests().is_current("", key, &scene));
+        assert!(!digests().is_current(&fingerprint[..34], key, &scene));
         std::fs::copy(&scene, at("c.gltf")).unwrap();
-        assert!(!holds(key, &at("c.gltf")));
+        assert!(!is_current(key, &at("c.gltf")));
         std::fs::write(at("missing.bin"), "").unwrap();
-        assert!(!holds(key, &scene), "what was missing is there");
+        assert!(!is_current(key, &scene), "a missing file appeared");
         std::fs::remove_file(at("missing.bin")).unwrap();
         std::fs::write(at("x=\"1\".png"), "y").unwrap();
-        assert!(!holds(key, &scene), "another content");
+        assert!(!is_current(key, &scene), "a file changed");
     }
 
-    /// A picture that may have been made with a warning is none that `--strict` keeps.
+    /// `--strict` does not keep an image that may have been rendered with warnings.
     #[test]
-    fn a_strict_stamp_does_for_anyone_and_another_not_for_the_strict() {
+    fn a_strict_fingerprint_is_current_for_all_and_others_not_for_strict() {
         let dir = tempfile::tempdir().unwrap();
         let scene = dir.path().join("a.gltf");
         std::fs::write(&scene, "{}").unwrap();
         let key = SettingsHash::of(&1);
-        for (made, asked, holds) in
+        for (rendered, requested, current) in
             [(false, false, true), (false, true, false), (true, false, true), (true, true, true)]
         {
-            let fingerprint = stamped(key.strict(made), &scene, &[]);
+            let fingerprint = current_fingerprint(key.strict(rendered), &scene, &[]);
             assert_eq!(
-                contents().is_current(&fingerprint, key.strict(asked), &scene),
-                holds,
+                digests().is_current(&fingerprint, key.strict(requested), &scene),
+                current,
                 "{fingerprint}"
             );
         }
     }
 
-    /// What the importers refuse is not read here either, and a fingerprint that names it holds.
+    /// Files that the importers refuse are not read here either.
     #[test]
-    fn what_is_no_file_or_too_large_counts_as_missing() {
+    fn folders_and_too_large_files_count_as_missing() {
         let dir = tempfile::tempdir().unwrap();
         let scene = dir.path().join("a.gltf");
         std::fs::write(&scene, "{}").unwrap();
@@ -221,39 +229,39 @@ mod tests {
         let huge = std::fs::File::create(dir.path().join("huge.mtl")).unwrap();
         huge.set_len(2 << 20).unwrap();
         let (key, referred) = (SettingsHash::of(&1), ["folder", "huge.mtl"]);
-        let fingerprint = stamped(key, &scene, &referred);
+        let fingerprint = current_fingerprint(key, &scene, &referred);
         assert!(fingerprint.ends_with(" -=folder -=huge.mtl"), "{fingerprint}");
-        assert!(contents().is_current(&fingerprint, key, &scene));
+        assert!(digests().is_current(&fingerprint, key, &scene));
     }
 
-    /// Nothing is known of a scene that cannot be read, whatever was known of it before.
+    /// An unreadable scene may have changed.
     #[test]
-    fn an_unreadable_scene_holds_no_stamp() {
+    fn a_fingerprint_of_an_unreadable_scene_is_never_current() {
         let dir = tempfile::tempdir().unwrap();
         let scene = dir.path().join("gone.gltf");
-        let fingerprint = stamped(SettingsHash::of(&1), &scene, &[]);
+        let fingerprint = current_fingerprint(SettingsHash::of(&1), &scene, &[]);
         assert!(fingerprint.ends_with(" -=gone.gltf"), "{fingerprint}");
-        assert!(!contents().is_current(&fingerprint, SettingsHash::of(&1), &scene));
+        assert!(!digests().is_current(&fingerprint, SettingsHash::of(&1), &scene));
     }
 
-    /// A fingerprint is of what was read, whatever the file holds by the time it is written.
+    /// A fingerprint describes what was read, even if the file changes before the image is written.
     #[test]
-    fn what_is_replaced_after_it_was_read_is_another() {
+    fn a_file_replaced_after_it_was_read_makes_the_fingerprint_outdated() {
         let dir = tempfile::tempdir().unwrap();
         let scene = dir.path().join("a.gltf");
         std::fs::write(&scene, "{}").unwrap();
         let (key, read) = (SettingsHash::of(&1), source(&scene, &[]));
-        let mut before = contents();
+        let mut before = digests();
         assert!(before.record(&scene, &read) && before.record(&scene, &read));
         std::fs::write(&scene, "{ }").unwrap();
         let fingerprint = fingerprint(key, &scene, &read).unwrap();
-        assert!(!contents().is_current(&fingerprint, key, &scene));
-        assert!(!before.record(&scene, &source(&scene, &[])), "it was replaced");
-        assert!(!before.is_current(&fingerprint, key, &scene), "and what was read last counts");
+        assert!(!digests().is_current(&fingerprint, key, &scene));
+        assert!(!before.record(&scene, &source(&scene, &[])), "the file was replaced");
+        assert!(!before.is_current(&fingerprint, key, &scene), "the latest digest counts");
     }
 
     #[test]
-    fn what_changed_while_it_was_read_has_no_stamp() {
+    fn a_file_that_changed_while_it_was_read_prevents_a_fingerprint() {
         let changing = SourceFile { name: "a.png".into(), digest: FileDigest::Changed };
         let own = Source { digest: FileDigest::of(b"{}"), ..Source::default() };
         assert!(fingerprint(SettingsHash::of(&1), Path::new("a.gltf"), &own).is_some());

@@ -1,33 +1,33 @@
-//! Which frames: Open Job Description's range expressions, and shares of them.
+//! Frame lists as range expressions of Open Job Description, and equal chunks of them.
 
 use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 
-/// Frame numbers, in the order in which they were asked for, each once.
+/// A list of distinct frame numbers in render order.
 ///
-/// `1-240:2`, `1-3,7,9-11`, `10-1:-3` as Open Job Description writes them, and Blender's `1..10`.
+/// The syntax is Open Job Description's, `1-240:2`, `1-3,7,9-11`, `10-1:-3`, and Blender's `1..10`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FrameList(Vec<i64>);
 
-/// Frames in one list, at most: eleven hours at 24 frames a second.
+/// The largest number of frames in a list: eleven hours at 24 frames a second.
 pub const MAX_FRAMES: usize = 1_000_000;
 
 impl FrameList {
-    /// Reads a list.
+    /// Parses a list. The first occurrence of a frame counts.
     ///
     /// # Errors
-    /// What is wrong with which part of it.
+    /// A part is not a range, its step leads away from its end, or there are too many frames.
     pub fn parse(text: &str) -> Result<FrameList, String> {
         let mut frames = Vec::new();
         let mut seen = HashSet::new();
         for part in text.split(',').map(str::trim) {
             let range = FrameRange::parse(part).ok_or_else(|| {
-                format!("'{part}' is no frame and no range of them, such as 7, 1-10, 1-240:2 or 10-1:-3")
+                format!("'{part}' is not a frame or a range of frames, such as 7, 1-10, 1-240:2 or 10-1:-3")
             })?;
             let count = range.count().filter(|n| *n > 0);
             let count =
-                count.ok_or_else(|| format!("'{part}' holds no frame: its step leads away from its end"))?;
+                count.ok_or_else(|| format!("'{part}' has no frames: its step leads away from its end"))?;
             if count > (MAX_FRAMES - frames.len()) as u64 {
                 return Err(format!("more than {MAX_FRAMES} frames"));
             }
@@ -36,12 +36,12 @@ impl FrameList {
         Ok(FrameList(frames))
     }
 
-    /// 1 to `last`.
+    /// The frames 1 to `last`.
     pub fn up_to(last: u32) -> FrameList {
         FrameList((1..=i64::from(last)).collect())
     }
 
-    /// Those frames, in increasing order.
+    /// Sorts frames and removes duplicates.
     pub fn ascending(frames: impl IntoIterator<Item = i64>) -> FrameList {
         let mut frames: Vec<i64> = frames.into_iter().collect();
         frames.sort_unstable();
@@ -49,28 +49,28 @@ impl FrameList {
         FrameList(frames)
     }
 
-    /// The frames.
+    /// The frames in render order.
     pub fn frames(&self) -> &[i64] {
         &self.0
     }
 
-    /// Whether every frame is the next one's neighbour.
+    /// Whether each frame is followed by the next number.
     pub fn is_contiguous(&self) -> bool {
-        self.0.windows(2).all(|two| two[0].checked_add(1) == Some(two[1]))
+        self.0.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1]))
     }
 }
 
-/// As [`FrameList::parse`] reads it: `1-3,7,9-21:3`.
+/// Formats the list in the syntax that [`FrameList::parse`] reads: `1-3,7,9-21:3`.
 impl fmt::Display for FrameList {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let mut rest = &self.0[..];
         let mut comma = "";
         while let [first, after @ ..] = rest {
             let step = after.first().and_then(|next| next.checked_sub(*first)).unwrap_or(0);
-            let alike = |two: &&[i64]| two[1].checked_sub(two[0]) == Some(step);
-            let steps = rest.windows(2).take_while(alike).count();
+            let same_step = |pair: &&[i64]| pair[1].checked_sub(pair[0]) == Some(step);
+            let steps = rest.windows(2).take_while(same_step).count();
             let last = rest[steps];
-            // Two frames are no range.
+            // Two frames are not written as a range.
             let length = match (steps, step) {
                 (0 | 1, _) => {
                     write!(f, "{comma}{first}")?;
@@ -92,7 +92,7 @@ impl fmt::Display for FrameList {
     }
 }
 
-/// `first-last:step`.
+/// A part of a frame list: `first-last:step`.
 struct FrameRange {
     first: i64,
     last: i64,
@@ -106,7 +106,7 @@ impl FrameRange {
             None => (text, None),
         };
         let number = |s: &str| s.trim().parse::<i64>().ok();
-        // A minus sign at the very start belongs to the number.
+        // A minus sign at the start belongs to the number.
         let dash = ends.char_indices().skip(1).find(|&(_, c)| c == '-').map(|(i, _)| i);
         let parts = match (ends.split_once(".."), dash) {
             (Some(parts), _) => Some(parts),
@@ -118,52 +118,54 @@ impl FrameRange {
                 Some(FrameRange { first: number(first)?, last: number(last)?, step: step.unwrap_or(1) })
             }
             None if step.is_none() => {
-                let one = number(ends)?;
-                Some(FrameRange { first: one, last: one, step: 1 })
+                let frame = number(ends)?;
+                Some(FrameRange { first: frame, last: frame, step: 1 })
             }
             None => None,
         }
     }
 
-    /// `None` where the step leads away from the end.
+    /// The number of frames. `None` if the step leads away from the end.
     fn count(&self) -> Option<u64> {
         let away = (self.step > 0) != (self.first <= self.last) && self.first != self.last;
         (!away).then(|| (self.first.abs_diff(self.last) / self.step.unsigned_abs()).saturating_add(1))
     }
 
     fn frames(&self, count: u64) -> impl Iterator<Item = i64> + use<> {
-        let (first, step) = (self.first, self.step);
-        // Within the ends, so nothing overflows.
+        let first = self.first;
+        let step = self.step;
+        // The results lie between the ends, so nothing overflows.
         (0..count).map(move |i| first.wrapping_add((i as i64).wrapping_mul(step)))
     }
 }
 
-/// The I-th of N shares of a list: contiguous, their sizes differ by at most one.
+/// The I-th of N contiguous chunks, whose sizes differ by at most one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chunk {
     /// From 1.
     index: u32,
-    of: u32,
+    chunk_count: u32,
 }
 
 impl Chunk {
-    /// Reads `I/N`.
+    /// Parses `I/N`.
     ///
     /// # Errors
-    /// What is expected.
+    /// The text is not of this form, or I is not between 1 and N.
     pub fn parse(text: &str) -> Result<Chunk, String> {
-        let read = || {
-            let (index, of) = text.split_once('/')?;
-            let (index, of) = (index.trim().parse().ok()?, of.trim().parse().ok()?);
-            (1 <= index && index <= of).then_some(Chunk { index, of })
+        let parse = || {
+            let (index, chunk_count) = text.split_once('/')?;
+            let index = index.trim().parse().ok()?;
+            let chunk_count = chunk_count.trim().parse().ok()?;
+            (1 <= index && index <= chunk_count).then_some(Chunk { index, chunk_count })
         };
-        read().ok_or_else(|| "expected I/N with I from 1 to N, such as 2/8".to_string())
+        parse().ok_or_else(|| "expected I/N with I from 1 to N, such as 2/8".to_string())
     }
 
-    /// This share of `count` things. Empty where there are fewer things than shares.
+    /// The indices of this chunk among `count` items. Empty if there are fewer items than chunks.
     pub fn range(self, count: usize) -> Range<usize> {
-        let at = |i: u32| (count as u128 * u128::from(i) / u128::from(self.of)) as usize;
-        at(self.index - 1)..at(self.index)
+        let start = |i: u32| (count as u128 * u128::from(i) / u128::from(self.chunk_count)) as usize;
+        start(self.index - 1)..start(self.index)
     }
 }
 
@@ -172,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_are_read_as_open_job_description_writes_them() {
+    fn open_job_description_ranges_are_parsed() {
         for (text, frames) in [
             ("7", vec![7]),
             ("1-4", vec![1, 2, 3, 4]),
@@ -193,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_list_is_told() {
+    fn invalid_and_too_long_lists_are_errors() {
         for wrong in
             ["", "a", "1-", "-", "1,,2", "1-3:", "1-3:0", "7:2", "1.5", "1...3", "1-2-3", "3-1", "1-3:-1"]
         {
@@ -206,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_are_written_as_they_are_read() {
+    fn display_and_parse_are_inverse() {
         for (frames, text) in [
             (&[7][..], "7"),
             (&[7, 8], "7,8"),
@@ -229,18 +231,18 @@ mod tests {
     }
 
     #[test]
-    fn chunks_are_all_of_it_and_alike() {
-        for (count, of) in [(36, 5), (3, 7), (0, 2), (240, 240), (1_000_000, 4_000_000_000)] {
-            let chunk = |index| Chunk { index, of }.range(count);
-            if of <= 240 {
-                let sizes: Vec<_> = (1..=of).map(|i| chunk(i).len()).collect();
+    fn chunks_cover_the_list_in_equal_parts() {
+        for (count, chunk_count) in [(36, 5), (3, 7), (0, 2), (240, 240), (1_000_000, 4_000_000_000)] {
+            let chunk = |index| Chunk { index, chunk_count }.range(count);
+            if chunk_count <= 240 {
+                let sizes: Vec<_> = (1..=chunk_count).map(|i| chunk(i).len()).collect();
                 assert_eq!(sizes.iter().sum::<usize>(), count);
                 assert!(sizes.iter().max().unwrap() - sizes.iter().min().unwrap() <= 1);
-                assert!((1..of).all(|i| chunk(i).end == chunk(i + 1).start));
+                assert!((1..chunk_count).all(|i| chunk(i).end == chunk(i + 1).start));
             }
-            assert_eq!((chunk(1).start, chunk(of).end), (0, count));
+            assert_eq!((chunk(1).start, chunk(chunk_count).end), (0, count));
         }
-        assert_eq!(Chunk::parse("2/8"), Ok(Chunk { index: 2, of: 8 }));
+        assert_eq!(Chunk::parse("2/8"), Ok(Chunk { index: 2, chunk_count: 8 }));
         for wrong in ["0/3", "4/3", "1", "1/0", "a/b", "-1/2", ""] {
             assert!(Chunk::parse(wrong).is_err(), "{wrong}");
         }

@@ -1,5 +1,4 @@
-//! Many frames, or many files: which frames there are, what their files are called, and where they
-//! were seen from.
+//! Rendering of many frames or files: frame lists, output paths, fingerprints, pipelining and dataset cameras.
 
 mod fingerprint;
 mod frames;

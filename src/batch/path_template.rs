@@ -1,170 +1,171 @@
-//! What files are called: patterns, filled in for a scene and a frame.
+//! Templates of output paths, with placeholders for the scene and the frame.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-/// A file name with places to fill in: `{stem}` or `{model}`, `{parent}`, `{index}`, and for the
-/// frame's number `####`, `%04d` or `{frame:04}`. What looks like none of those stands for itself.
+/// A path with placeholders: `{stem}` or `{model}`, `{parent}`, `{index}`, and for the frame number `####`, `%04d` or
+/// `{frame:04}`. Other braces, `#` and `%` are literal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathTemplate(Vec<Piece>);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Piece {
-    Text(String),
+    Literal(String),
     Stem,
     Parent,
     Index,
-    /// Padded with zeros to so many digits.
-    Frame(usize),
+    /// The frame number, padded with zeros.
+    Frame {
+        digits: usize,
+    },
 }
 
-/// What a name is filled in with.
+/// The values of the placeholders.
 #[derive(Clone, Copy, Debug)]
 pub struct TemplateFields<'a> {
-    /// The scene's file.
+    /// The scene file.
     pub scene: &'a Path,
-    /// Which scene of the batch, from 1.
+    /// The index of the scene in the batch, from 1.
     pub index: usize,
-    /// The frame's number.
+    /// The frame number.
     pub frame: i64,
 }
 
-/// Digits of a frame's number where no pattern says.
-const DIGITS: usize = 4;
-/// Digits that anyone may want.
-const MOST_DIGITS: usize = 32;
+/// Digits of a frame number that is appended to a path without one.
+const DEFAULT_DIGITS: usize = 4;
+const MAX_DIGITS: usize = 32;
 
 impl PathTemplate {
-    /// Reads a pattern. Every text is one.
+    /// Parses a template. Every text is valid.
     pub fn parse(text: &str) -> PathTemplate {
         let mut pieces = Vec::new();
         let mut rest = text;
         while let Some(c) = rest.chars().next() {
-            if let Some((piece, after)) = place(rest) {
+            if let Some((piece, after)) = parse_placeholder(rest) {
                 pieces.push(piece);
                 rest = after;
                 continue;
             }
             match pieces.last_mut() {
-                Some(Piece::Text(text)) => text.push(c),
-                _ => pieces.push(Piece::Text(c.into())),
+                Some(Piece::Literal(text)) => text.push(c),
+                _ => pieces.push(Piece::Literal(c.into())),
             }
             rest = &rest[c.len_utf8()..];
         }
         PathTemplate(pieces)
     }
 
-    /// A pattern inside a folder, whose name stands for itself.
+    /// A template inside a folder whose name is literal.
     pub fn in_folder(folder: &str, name: &str) -> PathTemplate {
-        let mut pieces = vec![Piece::Text(folder.into())];
+        let mut pieces = vec![Piece::Literal(folder.into())];
         pieces.extend(PathTemplate::parse(name).0);
         PathTemplate(pieces)
     }
 
-    /// The first word in braces that would be filled in if it were a known one.
+    /// Returns the first word in braces that is not a placeholder, which is probably a typing error.
     pub fn unknown_placeholder(text: &str) -> Option<&str> {
-        let opens = text.match_indices('{').map(|(i, _)| &text[i..]);
-        opens.filter(|rest| place(rest).is_none()).find_map(|rest| {
+        let open_braces = text.match_indices('{').map(|(i, _)| &text[i..]);
+        open_braces.filter(|rest| parse_placeholder(rest).is_none()).find_map(|rest| {
             let word = &rest[..=rest.find('}')?];
-            let letter = |c: char| c.is_ascii_alphanumeric() || "_:".contains(c);
-            (word.len() > 2 && word[1..word.len() - 1].chars().all(letter)).then_some(word)
+            let in_name = |c: char| c.is_ascii_alphanumeric() || "_:".contains(c);
+            (word.len() > 2 && word[1..word.len() - 1].chars().all(in_name)).then_some(word)
         })
     }
 
-    /// Whether there is nothing to fill in.
+    /// Whether it has no placeholders.
     pub fn is_literal(&self) -> bool {
-        self.0.iter().all(|piece| matches!(piece, Piece::Text(_)))
+        self.0.iter().all(|piece| matches!(piece, Piece::Literal(_)))
     }
 
-    /// Whether a frame's number is part of the name.
+    /// Whether it has a placeholder for the frame number.
     pub fn has_frame_number(&self) -> bool {
-        self.0.iter().any(|piece| matches!(piece, Piece::Frame(_)))
+        self.0.iter().any(|piece| matches!(piece, Piece::Frame { .. }))
     }
 
-    /// With `_####` before the ending, unless frames have a number already.
+    /// Inserts `_####` before the extension if there is no frame number.
     pub fn with_frame_number(mut self) -> PathTemplate {
         if self.has_frame_number() {
             return self;
         }
-        let number = [Piece::Text("_".into()), Piece::Frame(DIGITS)];
+        let number = [Piece::Literal("_".into()), Piece::Frame { digits: DEFAULT_DIGITS }];
         match self.0.pop() {
-            Some(Piece::Text(last)) => {
+            Some(Piece::Literal(last)) => {
                 let name = last.rfind(['/', '\\']).map_or(0, |i| i + 1);
-                let ending = last[name..].rfind('.').map_or(last.len(), |i| name + i);
-                let (before, ending) = last.split_at(ending);
+                let extension = last[name..].rfind('.').map_or(last.len(), |i| name + i);
+                let (before, extension) = last.split_at(extension);
                 if !before.is_empty() {
-                    self.0.push(Piece::Text(before.into()));
+                    self.0.push(Piece::Literal(before.into()));
                 }
                 self.0.extend(number);
-                self.0.push(Piece::Text(ending.into()));
+                self.0.push(Piece::Literal(extension.into()));
             }
             other => self.0.extend(other.into_iter().chain(number)),
         }
         self
     }
 
-    /// The name for a scene and a frame.
-    pub fn expand(&self, name: &TemplateFields) -> PathBuf {
-        let mut out = OsString::new();
+    /// Expands the placeholders.
+    pub fn expand(&self, fields: &TemplateFields) -> PathBuf {
+        let mut path = OsString::new();
         for piece in &self.0 {
-            match piece {
-                Piece::Text(t) => out.push(t),
-                Piece::Stem => out.push(name.scene.file_stem().unwrap_or_default()),
-                Piece::Parent => out.push(folder_name(name.scene)),
-                Piece::Index => out.push(name.index.to_string()),
-                Piece::Frame(width) => {
-                    let sign = if name.frame < 0 { "-" } else { "" };
-                    out.push(format!("{sign}{:0width$}", name.frame.unsigned_abs(), width = *width));
+            match *piece {
+                Piece::Literal(ref text) => path.push(text),
+                Piece::Stem => path.push(fields.scene.file_stem().unwrap_or_default()),
+                Piece::Parent => path.push(folder_name(fields.scene)),
+                Piece::Index => path.push(fields.index.to_string()),
+                Piece::Frame { digits } => {
+                    let sign = if fields.frame < 0 { "-" } else { "" };
+                    path.push(format!("{sign}{:0digits$}", fields.frame.unsigned_abs()));
                 }
             }
         }
-        out.into()
+        path.into()
     }
 }
 
-/// The name of the folder that holds a scene, which a bare name does not say, nor one behind `..`.
+/// The name of the folder of a scene. The path may not contain it, or may end in `..`.
 fn folder_name(scene: &Path) -> OsString {
     let folder = scene.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = |folder: &Path| folder.file_name().map(OsStr::to_os_string);
     name(folder).or_else(|| name(&folder.canonicalize().ok()?)).unwrap_or_default()
 }
 
-/// The place to fill in that `text` begins with, and what follows it.
-fn place(text: &str) -> Option<(Piece, &str)> {
-    let width = |digits: &str| digits.parse::<usize>().ok().map(|w| w.min(MOST_DIGITS));
+/// Parses the placeholder at the start of `text`. Returns it with the rest of the text.
+fn parse_placeholder(text: &str) -> Option<(Piece, &str)> {
+    let frame = |digits: usize| Piece::Frame { digits: digits.min(MAX_DIGITS) };
     if let Some((key, after)) = text.strip_prefix('{').and_then(|rest| rest.split_once('}')) {
         let piece = match key {
             "stem" | "model" => Piece::Stem,
             "parent" => Piece::Parent,
             "index" => Piece::Index,
-            "frame" => Piece::Frame(0),
-            _ => Piece::Frame(width(key.strip_prefix("frame:")?)?),
+            "frame" => frame(0),
+            _ => frame(key.strip_prefix("frame:")?.parse().ok()?),
         };
         return Some((piece, after));
     }
     let after = text.trim_start_matches('#');
     if after.len() < text.len() {
-        return Some((Piece::Frame((text.len() - after.len()).min(MOST_DIGITS)), after));
+        return Some((frame(text.len() - after.len()), after));
     }
     let (digits, after) = text.strip_prefix('%')?.split_once('d')?;
     if digits.is_empty() {
-        return Some((Piece::Frame(0), after));
+        return Some((frame(0), after));
     }
-    let all_digits = digits.bytes().all(|b| b.is_ascii_digit());
-    all_digits.then(|| width(digits)).flatten().map(|w| (Piece::Frame(w), after))
+    let is_number = digits.bytes().all(|b| b.is_ascii_digit());
+    Some((frame(digits.parse().ok().filter(|_| is_number)?), after))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn filled(template: &PathTemplate, frame: i64) -> String {
+    fn expand(template: &PathTemplate, frame: i64) -> String {
         let scene = Path::new("shots/Ä robot.glb");
         template.expand(&TemplateFields { scene, index: 3, frame }).to_str().unwrap().into()
     }
 
     #[test]
-    fn names_are_filled_in() {
+    fn placeholders_are_expanded() {
         for (template, expected) in [
             ("{stem}.png", "Ä robot.png"),
             ("out/{parent}-{model}-{index}.exr", "out/shots-Ä robot-3.exr"),
@@ -179,14 +180,14 @@ mod tests {
             ("{frame:x}.png", "{frame:x}.png"),
             ("{.png", "{.png"),
         ] {
-            assert_eq!(filled(&PathTemplate::parse(template), 7), expected);
+            assert_eq!(expand(&PathTemplate::parse(template), 7), expected);
         }
-        assert_eq!(filled(&PathTemplate::parse("f_####.png"), 12345), "f_12345.png");
-        assert_eq!(filled(&PathTemplate::parse("f_####.png"), -7), "f_-0007.png");
+        assert_eq!(expand(&PathTemplate::parse("f_####.png"), 12345), "f_12345.png");
+        assert_eq!(expand(&PathTemplate::parse("f_####.png"), -7), "f_-0007.png");
     }
 
     #[test]
-    fn words_that_stand_for_nothing_are_found() {
+    fn unknown_placeholders_are_reported() {
         for (text, unknown) in [
             ("{other}.png", Some("{other}")),
             ("{stem}_{frames:04}.png", Some("{frames:04}")),
@@ -201,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_has_a_name_wherever_one_is() {
+    fn the_folder_name_is_found_without_a_path_and_behind_dots() {
         let here = std::env::current_dir().unwrap().file_name().unwrap().to_os_string();
         for scene in ["a.glb", "./a.glb", "src/../a.glb"] {
             assert_eq!(folder_name(Path::new(scene)), here, "{scene}");
@@ -212,16 +213,16 @@ mod tests {
     }
 
     #[test]
-    fn a_given_folder_is_not_filled_in() {
+    fn the_folder_of_a_template_is_literal() {
         assert_eq!(
-            filled(&PathTemplate::in_folder("C#/{stem}/", "{stem}_#.png"), 7),
+            expand(&PathTemplate::in_folder("C#/{stem}/", "{stem}_#.png"), 7),
             "C#/{stem}/Ä robot_7.png"
         );
-        assert_eq!(filled(&PathTemplate::in_folder("C#/", "a.png").with_frame_number(), 7), "C#/a_0007.png");
+        assert_eq!(expand(&PathTemplate::in_folder("C#/", "a.png").with_frame_number(), 7), "C#/a_0007.png");
         assert!(!PathTemplate::in_folder("C#/", "a.png").has_frame_number());
     }
 
-    /// Two scenes whose names are no text have two pictures.
+    /// Scenes whose names are not UTF-8 get distinct images.
     #[cfg(unix)]
     #[test]
     fn names_keep_their_bytes() {
@@ -232,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn several_frames_are_numbered_before_the_ending() {
+    fn the_frame_number_is_inserted_before_the_extension() {
         for (template, expected) in [
             ("a.png", "a_0007.png"),
             ("b.d/a", "b.d/a_0007"),
@@ -241,7 +242,7 @@ mod tests {
             ("a.{index}", "a.3_0007"),
             ("##.png", "07.png"),
         ] {
-            assert_eq!(filled(&PathTemplate::parse(template).with_frame_number(), 7), expected);
+            assert_eq!(expand(&PathTemplate::parse(template).with_frame_number(), 7), expected);
         }
     }
 }

@@ -1,12 +1,12 @@
-//! One thing after another, with all processors busy.
+//! A three-stage pipeline over a sequence of items, such as the frames of an animation.
 
-/// Takes `count` things through three steps: `prepare`, `work`, `finish`. While one is worked on,
-/// the next is prepared and the one before it finished, all on the threads that there are; things
-/// are finished in their order. `prepare` is given the thing before, which is still worked on, and
-/// the one before that, to make what it makes out of.
+/// Runs `prepare`, `work` and `finish` on each of `count` items. While item i is worked on, item i + 1 is prepared and
+/// item i − 1 is finished, all on the current thread pool. Items are finished in order.
+///
+/// `prepare(i, previous, recycled)` gets item i − 1, which is being worked on, and item i − 2, whose memory it may reuse.
 ///
 /// # Errors
-/// The first error of any step; nothing is begun after it.
+/// The first error of any stage; no item is started after it.
 pub fn run_pipeline<T, D, E>(
     count: usize,
     mut prepare: impl FnMut(usize, Option<&T>, Option<T>) -> Result<T, E> + Send,
@@ -18,24 +18,27 @@ where
     D: Send,
     E: Send,
 {
-    let (mut ready, mut spent, mut done) = (None, None, None);
+    let mut prepared = None;
+    let mut recycled = None;
+    let mut unfinished = None;
     for i in 0..count {
-        let now = match ready.take() {
-            Some(now) => now,
-            None => prepare(i, None, spent.take())?,
+        let item = match prepared.take() {
+            Some(item) => item,
+            None => prepare(i, None, recycled.take())?,
         };
-        let next = || match i + 1 < count {
-            true => prepare(i + 1, Some(&now), spent.take()).map(Some),
+        let prepare_next = || match i + 1 < count {
+            true => prepare(i + 1, Some(&item), recycled.take()).map(Some),
             false => Ok(None),
         };
-        let last = || done.take().map_or(Ok(()), |done| finish(i - 1, done));
-        let (made, (next, finished)) = rayon::join(|| work(i, &now), || rayon::join(next, last));
+        let finish_last = || unfinished.take().map_or(Ok(()), |result| finish(i - 1, result));
+        let (result, (next, finished)) =
+            rayon::join(|| work(i, &item), || rayon::join(prepare_next, finish_last));
         finished?;
-        done = Some(made?);
-        ready = next?;
-        spent = Some(now);
+        unfinished = Some(result?);
+        prepared = next?;
+        recycled = Some(item);
     }
-    done.map_or(Ok(()), |done| finish(count - 1, done))
+    unfinished.map_or(Ok(()), |result| finish(count - 1, result))
 }
 
 #[cfg(test)]
@@ -44,19 +47,19 @@ mod tests {
     use std::sync::Mutex;
 
     #[test]
-    fn everything_is_prepared_once_worked_on_and_finished_in_order() {
+    fn each_item_passes_all_stages_and_is_finished_in_order() {
         for count in 0..5 {
             let finished = Mutex::new(Vec::new());
             let done = run_pipeline(
                 count,
-                |i, before, spent| {
-                    assert_eq!(before, i.checked_sub(1).map(|b| b * 10).as_ref());
-                    assert_eq!(spent, i.checked_sub(2).map(|b| b * 10));
+                |i, previous, recycled| {
+                    assert_eq!(previous, i.checked_sub(1).map(|b| b * 10).as_ref());
+                    assert_eq!(recycled, i.checked_sub(2).map(|b| b * 10));
                     Ok::<_, ()>(i * 10)
                 },
-                |i, thing| Ok((i, *thing)),
-                |i, made| {
-                    assert_eq!(made, (i, i * 10));
+                |i, item| Ok((i, *item)),
+                |i, result| {
+                    assert_eq!(result, (i, i * 10));
                     finished.lock().unwrap().push(i);
                     Ok(())
                 },
@@ -67,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_ends_it_and_what_was_made_before_is_finished() {
+    fn after_an_error_earlier_items_are_finished() {
         let finished = Mutex::new(0);
         let run = |prepares: usize, works: usize| {
             *finished.lock().unwrap() = 0;
@@ -84,7 +87,7 @@ mod tests {
         assert_eq!(run(99, 4), Err("work"));
         assert_eq!(*finished.lock().unwrap(), 4);
         assert_eq!(run(4, 99), Err("prepare"));
-        // The one that was worked on meanwhile is lost with it.
+        // The item that was worked on meanwhile is lost.
         assert_eq!(*finished.lock().unwrap(), 3);
     }
 }

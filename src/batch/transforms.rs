@@ -1,5 +1,4 @@
-//! `transforms.json`: where the camera stood for each picture of a dataset, as the tools for radiance
-//! fields read it.
+//! `transforms.json`: the cameras of a dataset, in the format of NeRF tools (instant-ngp, nerfstudio).
 
 use glam::{DMat3, DMat4, DVec3};
 use serde_json::{Map, Value, json};
@@ -8,18 +7,18 @@ use crate::geometry::Aabb;
 use crate::render::PixelRect;
 use crate::scene::Camera;
 
-/// Which way is up in a dataset's world.
+/// The up axis of a dataset's world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WorldUp {
-    /// (x, y, z) as it is here, and in glTF.
+    /// (x, y, z): unchanged, as in glTF.
     Y,
-    /// (x, −z, y), as in Blender, and as the tools expect.
+    /// (x, −z, y): as in Blender, and as the tools expect.
     Z,
 }
 
 impl WorldUp {
-    /// The turn from the world here to a dataset's.
-    pub fn turn(self) -> DMat3 {
+    /// The rotation from blinn's world to the dataset's.
+    pub fn rotation(self) -> DMat3 {
         match self {
             WorldUp::Y => DMat3::IDENTITY,
             WorldUp::Z => DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
@@ -27,91 +26,100 @@ impl WorldUp {
     }
 }
 
-/// A picture of a dataset.
+/// An image of a dataset.
 #[derive(Clone, Debug)]
 pub struct DatasetView {
-    /// Its file, as seen from the folder of `transforms.json`.
+    /// The image file, relative to the folder of `transforms.json`.
     pub file: String,
-    /// Files of its layers beside it: the key that the tools look for, and the name.
+    /// The files of its layers, each with its key in `transforms.json`.
     pub layers: Vec<(&'static str, String)>,
-    /// What it was taken with. Perspective.
+    /// The camera of the image. Perspective.
     pub camera: Camera,
 }
 
-/// What all pictures of a dataset share.
+/// The properties that all images of a dataset share.
 #[derive(Clone, Copy, Debug)]
 pub struct Dataset {
-    /// Pixels of a whole picture.
+    /// Width and height of the full image in pixels.
     pub size: (u32, u32),
-    /// What was rendered of it.
+    /// The rendered part of it.
     pub window: PixelRect,
-    /// The world's up.
+    /// The up axis.
     pub up: WorldUp,
-    /// What holds the scene, in the world that is rendered.
+    /// Bounds of the scene in blinn's world, in metres.
     pub bounds: Aabb,
-    /// Metres that a step of an integer depth stands for, where there are such.
+    /// Metres per step of integer depth layers, if there are any.
     pub depth_step: Option<f64>,
 }
 
 impl Dataset {
-    /// The text of `transforms.json`. Pinhole cameras in pixels, rows downward, pixel (i, j) centred at
-    /// (i + ½, j + ½); matrices take camera coordinates (x right, y up, z backward: OpenGL's) to the
-    /// world, in metres.
+    /// The text of `transforms.json`. Cameras are pinhole cameras in pixels, rows downward, with the centre of pixel
+    /// (i, j) at (i + ½, j + ½). Matrices transform from OpenGL camera space (x right, y up, z backward) to the world,
+    /// in metres.
     pub fn to_json(&self, views: &[DatasetView]) -> String {
-        let mut all = Map::new();
+        let mut root = Map::new();
         if let Some(view) = views.first() {
-            let Camera { view_width, view_height, proj_distance, .. } = view.camera;
-            let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
-            let PixelRect { x, y, width: w, height: h } = self.window;
-            // The lens is the same everywhere.
-            let (fl_x, fl_y) = (width * proj_distance / view_width, height * proj_distance / view_height);
-            let angle = |pixels: u32, focal: f64| 2.0 * libm::atan(0.5 * f64::from(pixels) / focal);
-            let numbers = [
-                ("camera_angle_x", angle(w, fl_x)),
-                ("camera_angle_y", angle(h, fl_y)),
-                ("fl_x", fl_x),
-                ("fl_y", fl_y),
-                ("cx", 0.5 * width - f64::from(x)),
-                ("cy", 0.5 * height - f64::from(y)),
-            ];
-            all.extend(numbers.map(|(key, value)| (key.to_string(), json!(value))));
-            all.insert("w".into(), json!(w));
-            all.insert("h".into(), json!(h));
+            // All cameras have the same intrinsics.
+            root.extend(self.intrinsics(&view.camera));
         }
-        // instant-ngp looks for the scene here, and else near the origin alone.
+        // Without it, instant-ngp looks for the scene near the origin only.
         if !self.bounds.is_empty() {
-            all.insert("aabb".into(), self.aabb());
+            root.insert("aabb".into(), self.aabb());
         }
-        all.extend(self.depth_step.map(|step| ("integer_depth_scale".into(), json!(step))));
-        all.insert("frames".into(), views.iter().map(|view| self.frame(view)).collect());
-        format!("{:#}\n", Value::Object(all))
+        root.extend(self.depth_step.map(|step| ("integer_depth_scale".into(), json!(step))));
+        root.insert("frames".into(), views.iter().map(|view| self.frame(view)).collect());
+        format!("{:#}\n", Value::Object(root))
+    }
+
+    /// Angles of view in radians; focal lengths, principal point and size in pixels.
+    fn intrinsics(&self, camera: &Camera) -> Vec<(String, Value)> {
+        let Camera { view_width, view_height, proj_distance, .. } = *camera;
+        let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
+        let PixelRect { x, y, width: w, height: h } = self.window;
+        let fl_x = width * proj_distance / view_width;
+        let fl_y = height * proj_distance / view_height;
+        let angle = |pixels: u32, focal: f64| 2.0 * libm::atan(0.5 * f64::from(pixels) / focal);
+        [
+            ("camera_angle_x", json!(angle(w, fl_x))),
+            ("camera_angle_y", json!(angle(h, fl_y))),
+            ("fl_x", json!(fl_x)),
+            ("fl_y", json!(fl_y)),
+            ("cx", json!(0.5 * width - f64::from(x))),
+            ("cy", json!(0.5 * height - f64::from(y))),
+            ("w", json!(w)),
+            ("h", json!(h)),
+        ]
+        .map(|(key, value)| (key.to_string(), value))
+        .into()
     }
 
     fn frame(&self, view: &DatasetView) -> Value {
         let mut frame = Map::new();
         frame.insert("file_path".into(), json!(view.file));
         frame.extend(view.layers.iter().map(|(key, name)| (key.to_string(), json!(name))));
-        frame.insert("transform_matrix".into(), self.matrix(&view.camera));
+        frame.insert("transform_matrix".into(), self.camera_to_world(&view.camera));
         Value::Object(frame)
     }
 
-    /// The lowest and the highest corner.
+    /// The lowest and the highest corner in the dataset's world.
     fn aabb(&self) -> Value {
-        let mut turned = Aabb::EMPTY;
-        turned.extend(self.up.turn() * self.bounds.min);
-        turned.extend(self.up.turn() * self.bounds.max);
-        // No zero has a sign.
-        let corner = |p: DVec3| p.to_array().map(|x| x + 0.0);
-        json!([corner(turned.min), corner(turned.max)])
+        let mut rotated = Aabb::EMPTY;
+        rotated.extend(self.up.rotation() * self.bounds.min);
+        rotated.extend(self.up.rotation() * self.bounds.max);
+        json!([positive_zeros(rotated.min.to_array()), positive_zeros(rotated.max.to_array())])
     }
 
-    /// Camera to world, row by row.
-    fn matrix(&self, camera: &Camera) -> Value {
-        let turn = self.up.turn();
-        let [u, v, w] = [camera.basis.u, camera.basis.v, camera.basis.w].map(|axis| turn * axis);
-        let e = turn * camera.view_point;
-        let to_world = DMat4::from_cols(u.extend(0.0), v.extend(0.0), w.extend(0.0), e.extend(1.0));
-        // No zero has a sign.
-        (0..4).map(|i| json!(to_world.row(i).to_array().map(|x| x + 0.0))).collect()
+    /// The camera-to-world matrix, row by row.
+    fn camera_to_world(&self, camera: &Camera) -> Value {
+        let rotation = self.up.rotation();
+        let [u, v, w] = [camera.basis.u, camera.basis.v, camera.basis.w].map(|axis| rotation * axis);
+        let e = rotation * camera.view_point;
+        let matrix = DMat4::from_cols(u.extend(0.0), v.extend(0.0), w.extend(0.0), e.extend(1.0));
+        (0..4).map(|i| json!(positive_zeros(matrix.row(i).to_array()))).collect()
     }
+}
+
+/// Replaces −0 by 0.
+fn positive_zeros<const N: usize>(numbers: [f64; N]) -> [f64; N] {
+    numbers.map(|x| x + 0.0)
 }

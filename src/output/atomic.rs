@@ -1,4 +1,4 @@
-//! Whole files or none.
+//! Atomic file writes: a temporary file beside the target, renamed when it is complete.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
@@ -7,47 +7,46 @@ use std::sync::{RwLock, RwLockWriteGuard};
 
 use super::write_target::WriteTarget;
 
-/// Read by whoever writes a file, written by whoever must not find one half-written.
-static WRITING: RwLock<()> = RwLock::new(());
+/// Locked for reading while a file is written, and for writing by [`block_writes`].
+static WRITES: RwLock<()> = RwLock::new(());
 
-/// Waits until no file is being written, and keeps it so while the guard lives. A process that
-/// ends meanwhile leaves nothing partial.
+/// Waits until no file is being written, and blocks new writes while the guard lives. A process that exits
+/// meanwhile leaves no temporary file behind.
 pub fn block_writes() -> RwLockWriteGuard<'static, ()> {
-    WRITING.write().unwrap_or_else(|e| e.into_inner())
+    WRITES.write().unwrap_or_else(|e| e.into_inner())
 }
 
-/// What becomes of a file that is there already.
+/// Whether an existing file may be replaced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Overwrite {
-    /// The new file takes its place once it is complete.
+    /// The new file replaces it when it is complete.
     #[default]
     Yes,
-    /// It stays, and writing fails.
+    /// Writing fails.
     No,
 }
 
-/// Writes `bytes` under a passing name beside `path`, and moves them there when they are all on
-/// disk. On any error, and when the process is stopped in order, nothing is left behind. A link to a
-/// file stays one, to the new file; pipes and devices are written into.
+/// Writes `bytes` to a temporary file beside `path` and renames it to `path`. After an error, and after an orderly
+/// shutdown, no temporary file is left. Symbolic links are followed; pipes and devices are appended to.
 ///
 /// # Errors
-/// What the system said, or that the file exists where it must not be replaced.
-pub fn write_atomically(path: &Path, bytes: &[u8], replace: Overwrite) -> io::Result<()> {
-    write_atomically_with(path, replace, |file| file.write_all(bytes))
+/// Errors of the file system, and a file that exists and must not be overwritten.
+pub fn write_atomically(path: &Path, bytes: &[u8], overwrite: Overwrite) -> io::Result<()> {
+    write_atomically_with(path, overwrite, |file| file.write_all(bytes))
 }
 
-/// As [`write_atomically`], of what `write` puts into the file.
+/// As [`write_atomically`]; `write` writes the content.
 ///
 /// # Errors
-/// As [`write_atomically`], or what `write` says.
+/// As [`write_atomically`], and the errors of `write`.
 pub fn write_atomically_with(
     path: &Path,
-    replace: Overwrite,
+    overwrite: Overwrite,
     write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> io::Result<()> {
-    check_overwrite(path, replace)?;
-    let _writing = WRITING.read().unwrap_or_else(|e| e.into_inner());
-    let path = match WriteTarget::of(path)? {
+    check_overwrite(path, overwrite)?;
+    let _writing = WRITES.read().unwrap_or_else(|e| e.into_inner());
+    let path = match WriteTarget::resolve(path)? {
         WriteTarget::File(path) => path,
         WriteTarget::Stream(path) => return write(&mut OpenOptions::new().append(true).open(path)?),
     };
@@ -56,13 +55,13 @@ pub fn write_atomically_with(
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As any program's files: the umask takes away what it must.
+        // The default of new files; the umask applies. Temporary files are private otherwise.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder(&path)).map_err(without_path)?;
     write(file.as_file_mut())?;
     file.as_file().sync_data()?;
-    match replace {
+    match overwrite {
         Overwrite::Yes => file.persist(path),
         Overwrite::No => file.persist_noclobber(path),
     }
@@ -70,33 +69,36 @@ pub fn write_atomically_with(
     .map_err(|e| e.error)
 }
 
-/// A file without a name, on the disk that `path` is on: it is gone when the process is, however that ends.
-/// For a pipe or a device, which is on none, it lies where passing files do.
+/// Creates an unnamed temporary file on the file system of `path`, or in the system's temporary folder if `path` is
+/// a pipe or device. It vanishes with the process, even if that is killed.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the file system.
 pub fn unnamed_temp_file(path: &Path) -> io::Result<File> {
-    match WriteTarget::of(path)? {
+    match WriteTarget::resolve(path)? {
         WriteTarget::File(path) => tempfile::tempfile_in(folder(&path)),
         WriteTarget::Stream(_) => tempfile::tempfile(),
     }
     .map_err(without_path)
 }
 
-/// Tries whether a file could be written at `path`. No file is seen there meanwhile.
-pub(super) fn check_writable(path: &Path, replace: Overwrite) -> io::Result<()> {
-    check_overwrite(path, replace)?;
-    match WriteTarget::of(path)? {
+/// Checks that a file can be created at `path`, by creating an unnamed file in its folder.
+pub(super) fn check_writable(path: &Path, overwrite: Overwrite) -> io::Result<()> {
+    check_overwrite(path, overwrite)?;
+    match WriteTarget::resolve(path)? {
         WriteTarget::File(path) => tempfile::tempfile_in(folder(&path)).map(drop).map_err(without_path),
-        // Who is at a pipe's other end would see that it was opened.
+        // The reader of a pipe would see it being opened and closed.
         WriteTarget::Stream(_) => Ok(()),
     }
 }
 
-/// Whether a file may appear at `path`.
-pub(super) fn check_overwrite(path: &Path, replace: Overwrite) -> io::Result<()> {
-    if replace == Overwrite::No && path.exists() && matches!(WriteTarget::of(path)?, WriteTarget::File(_)) {
-        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it exists, and --no-overwrite was given"));
+/// Checks that `path` is no folder, and no existing file that must not be overwritten.
+pub(super) fn check_overwrite(path: &Path, overwrite: Overwrite) -> io::Result<()> {
+    if overwrite == Overwrite::No
+        && path.exists()
+        && matches!(WriteTarget::resolve(path)?, WriteTarget::File(_))
+    {
+        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it exists and --no-overwrite is set"));
     }
     if path.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
@@ -108,7 +110,7 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The system's own words: the passing name, which tempfile adds, means nothing to anyone.
+/// Removes the name of the temporary file, which tempfile appends to the system's message.
 fn without_path(error: io::Error) -> io::Error {
     let text = error.to_string();
     io::Error::new(error.kind(), text.split(" at path").next().unwrap_or(&text).to_string())
@@ -119,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_replaced_whole_or_kept() {
+    fn a_file_is_replaced_completely_or_not_at_all() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a");
         write_atomically(&path, b"one", Overwrite::Yes).unwrap();
@@ -131,7 +133,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn links_and_pipes_stay_what_they_are() {
+    fn symbolic_links_and_pipes_are_written_through() {
         let dir = tempfile::tempdir().unwrap();
         let at = |name: &str| dir.path().join(name);
         let write = |name: &str| write_atomically(&at(name), name.as_bytes(), Overwrite::Yes);
@@ -158,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_left_where_nothing_can_be_written() {
+    fn a_failed_write_leaves_no_temporary_file() {
         let dir = tempfile::tempdir().unwrap();
         let error = write_atomically(&dir.path().join("missing/a"), b"x", Overwrite::Yes).unwrap_err();
         assert!(!error.to_string().contains(".part"), "{error}");

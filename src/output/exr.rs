@@ -1,8 +1,6 @@
-//! OpenEXR: one part, colour as R G B A and every layer as `name.channel`, linear.
+//! OpenEXR: one part with linear colour as R G B A and each AOV as `name.channel`.
 
-use std::fs::File;
-use std::io::{self, Cursor, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::io::{self, Cursor};
 
 use exr::block::lines::LineRefMut;
 use exr::block::writer::ChunksWriter;
@@ -18,112 +16,124 @@ use exr::prelude::{
 };
 use rayon::prelude::*;
 
-use super::{BitDepth, Picture, cryptomatte};
+use super::cryptomatte::{Cryptomatte, PixelFn};
+use super::exr_header::sort_attributes;
+use super::picture::{FINGERPRINT_KEY, Picture};
 use crate::integrator::Aov;
 use crate::render::AovLayer;
 
-/// Encodes a picture. Everything is 32-bit floats, ids 32-bit integers; `Sixteen` makes colour,
-/// normals and albedo half.
-pub(super) fn encode(picture: &Picture, depth: BitDepth) -> io::Result<Vec<u8>> {
-    let kind = if depth == BitDepth::Sixteen { SampleType::F16 } else { SampleType::F32 };
-    let mattes: Vec<_> = picture.mattes.iter().map(cryptomatte::Layers::new).collect();
-    let mut channels: SmallVec<[AnyChannel<Channel>; 4]> = SmallVec::new();
-    for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
-        let values: Values = Box::new(move |i| picture.display.composite_linear(picture.pixels.colors[i])[c]);
-        channels.push(AnyChannel::new(name, Channel { kind, values }));
-    }
+type Channels<'p> = SmallVec<[AnyChannel<Channel<'p>>; 4]>;
+
+/// Encodes an image. All channels are 32-bit floats, ids 32-bit integers; with `half`, colour, normals and albedo
+/// are half floats.
+pub(super) fn encode(picture: &Picture, half: bool) -> io::Result<Vec<u8>> {
+    let color_type = if half { SampleType::F16 } else { SampleType::F32 };
+    let mattes: Vec<_> = picture.mattes.iter().map(Cryptomatte::new).collect();
+    let mut channels = color_channels(picture, color_type);
     for layer in &picture.layers {
-        add_layer(layer, kind, &mut channels);
+        add_layer(layer, color_type, &mut channels);
     }
-    for (name, values) in mattes.iter().flat_map(cryptomatte::Layers::channels) {
-        // Ids lose their meaning with any bit of theirs.
-        channels.push(AnyChannel::new(name.as_str(), Channel { kind: SampleType::F32, values }));
+    for (name, values) in mattes.iter().flat_map(Cryptomatte::channels) {
+        // Ids need all their bits.
+        channels.push(AnyChannel::new(name.as_str(), Channel { sample_type: SampleType::F32, values }));
     }
+
     let size = Vec2(picture.pixels.width as usize, picture.pixels.height as usize);
-    // The display window is the whole picture, the data window what was rendered of it.
-    let (position, whole) = match picture.crop_window {
-        Some(part) => {
-            (Vec2(part.crop.x as i32, part.crop.y as i32), Vec2(part.width as usize, part.height as usize))
-        }
+    let (data_position, display_size) = match picture.crop_window {
+        Some(window) => (
+            Vec2(window.crop.x as i32, window.crop.y as i32),
+            Vec2(window.full_width as usize, window.full_height as usize),
+        ),
         None => (Vec2(0, 0), size),
     };
-    let text = |value: &str| ExrText::from_bytes_unchecked(value.bytes().collect());
-    let fingerprint =
-        picture.fingerprint.iter().map(|fingerprint| (super::metadata::KEY.to_string(), fingerprint.clone()));
-    let other = mattes.iter().flat_map(cryptomatte::Layers::metadata);
-    let other = other
-        .chain(fingerprint)
-        .map(|(key, value)| (text(&key), AttributeValue::Text(text(&value))))
-        .collect();
-    let software_name = Some(concat!("blinn ", env!("CARGO_PKG_VERSION")).into());
-    let attributes = LayerAttributes { software_name, layer_position: position, other, ..Default::default() };
+    let attributes = LayerAttributes {
+        software_name: Some(concat!("blinn ", env!("CARGO_PKG_VERSION")).into()),
+        layer_position: data_position,
+        other: text_attributes(picture, &mattes),
+        ..Default::default()
+    };
     let layer = ExrLayer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
-    let image = Image::new(ImageAttributes::new(IntegerBounds::new((0, 0), whole)), layer);
-    let mut bytes = file(&image).map_err(io::Error::other)?;
+    let display_window = IntegerBounds::new((0, 0), display_size);
+    let image = Image::new(ImageAttributes::new(display_window), layer);
+    let mut bytes = write_image(&image).map_err(io::Error::other)?;
     sort_attributes(&mut bytes);
     Ok(bytes)
 }
 
-fn add_layer<'p>(
-    layer: &'p AovLayer,
-    kind: SampleType,
-    channels: &mut SmallVec<[AnyChannel<Channel<'p>>; 4]>,
-) {
+fn color_channels(picture: &Picture, sample_type: SampleType) -> Channels<'_> {
+    let mut channels = Channels::new();
+    for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+        let values: PixelFn = Box::new(move |i| picture.display.composite_linear(picture.pixels.colors[i])[c]);
+        channels.push(AnyChannel::new(name, Channel { sample_type, values }));
+    }
+    channels
+}
+
+fn add_layer<'p>(layer: &'p AovLayer, color_type: SampleType, channels: &mut Channels<'p>) {
     let name = layer.aov.name();
     let letters = layer.aov.channels();
-    let width = layer.aov.channel_count();
-    let kind = match layer.aov {
+    let channel_count = layer.aov.channel_count();
+    let sample_type = match layer.aov {
         aov if aov.is_id() => SampleType::U32,
-        Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal | Aov::Albedo => kind,
+        Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal | Aov::Albedo => color_type,
         _ => SampleType::F32,
     };
     for (c, letter) in letters.chars().enumerate() {
-        let values: Values = Box::new(move |i| layer.values[width * i + c]);
-        channels.push(AnyChannel::new(format!("{name}.{letter}").as_str(), Channel { kind, values }));
+        let values: PixelFn = Box::new(move |i| layer.values[channel_count * i + c]);
+        channels.push(AnyChannel::new(format!("{name}.{letter}").as_str(), Channel { sample_type, values }));
     }
 }
 
-/// What a channel has at each pixel.
-pub(super) type Values<'p> = Box<dyn Fn(usize) -> f32 + Sync + 'p>;
+/// The manifests of the mattes and the fingerprint.
+fn text_attributes(
+    picture: &Picture,
+    mattes: &[Cryptomatte],
+) -> std::collections::HashMap<ExrText, AttributeValue> {
+    let text = |value: &str| ExrText::from_bytes_unchecked(value.bytes().collect());
+    let fingerprint = picture.fingerprint.iter().map(|f| (FINGERPRINT_KEY.to_string(), f.clone()));
+    let all = mattes.iter().flat_map(Cryptomatte::metadata).chain(fingerprint);
+    all.map(|(key, value)| (text(&key), AttributeValue::Text(text(&value)))).collect()
+}
 
-/// A channel, whose values are asked for when they are written: there is no copy of all of them.
+/// A channel whose values are computed while its lines are written, so that they are never stored.
 struct Channel<'p> {
-    kind: SampleType,
-    values: Values<'p>,
+    sample_type: SampleType,
+    values: PixelFn<'p>,
 }
 
 impl<'c> WritableSamples<'c> for Channel<'_>
 where
     Self: 'c,
 {
-    type Writer = Rows<'c>;
+    type Writer = ChannelLines<'c>;
 
     fn sample_type(&self) -> SampleType {
-        self.kind
+        self.sample_type
     }
 
     fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
         (LevelMode::Singular, RoundingMode::Down)
     }
 
-    fn create_samples_writer(&'c self, header: &Header) -> Rows<'c> {
-        Rows { kind: self.kind, values: &self.values, width: header.layer_size.width() }
+    fn create_samples_writer(&'c self, header: &Header) -> ChannelLines<'c> {
+        ChannelLines { sample_type: self.sample_type, values: &self.values, width: header.layer_size.width() }
     }
 }
 
-/// A channel of a picture so many pixels wide.
-struct Rows<'c> {
-    kind: SampleType,
+/// Writes the lines of a channel.
+struct ChannelLines<'c> {
+    sample_type: SampleType,
     values: &'c (dyn Fn(usize) -> f32 + Sync),
+    /// Width of the image in pixels.
     width: usize,
 }
 
-impl SamplesWriter for Rows<'_> {
+impl SamplesWriter for ChannelLines<'_> {
     fn extract_line(&self, line: LineRefMut<'_>) {
         let first = line.location.position.y() * self.width + line.location.position.x();
         let value = |i: usize| (self.values)(first + i);
-        // Lines are as long as their channel's numbers are: it cannot fail.
-        let _ = match self.kind {
+        // Fails only if the line's byte length does not match its sample type, which the encoder rules out.
+        let _ = match self.sample_type {
             SampleType::F16 => line.write_samples(|i| f16::from_f32(value(i))),
             SampleType::F32 => line.write_samples(value),
             SampleType::U32 => line.write_samples(|i| value(i) as u32),
@@ -131,90 +141,27 @@ impl SamplesWriter for Rows<'_> {
     }
 }
 
-/// Blocks of which threads make their part of the file before it is written: of few there is little to hold.
-const AT_ONCE: usize = 32;
+/// Blocks that are compressed in parallel before they are written: bounds the memory they hold.
+const BLOCKS_IN_FLIGHT: usize = 32;
 
-/// An image's file. It does not depend on how many threads there are.
-fn file<'i, L: WritableLayers<'i>>(image: &'i Image<L>) -> exr::error::Result<Vec<u8>> {
+/// Encodes an image on all threads. The bytes do not depend on the number of threads.
+fn write_image<'i, L: WritableLayers<'i>>(image: &'i Image<L>) -> exr::error::Result<Vec<u8>> {
     let headers = image.write().infer_meta_data();
     let pixels = image.layer_data.create_writer(&headers);
     let mut bytes = Cursor::new(Vec::new());
     exr::block::write(&mut bytes, headers, true, |meta, file| {
         let blocks: Vec<(usize, BlockIndex)> = meta.enumerate_ordered_header_block_indices().collect();
-        for some in blocks.chunks(AT_ONCE) {
-            let pack = |&(place, index): &(usize, BlockIndex)| {
+        for batch in blocks.chunks(BLOCKS_IN_FLIGHT) {
+            let compress = |&(position, index): &(usize, BlockIndex)| {
                 let data = pixels.extract_uncompressed_block(&meta.headers, index);
-                (place, UncompressedBlock { index, data }.compress_to_chunk(&meta.headers))
+                (position, UncompressedBlock { index, data }.compress_to_chunk(&meta.headers))
             };
-            let packed: Vec<_> = some.par_iter().with_max_len(1).map(pack).collect();
-            packed.into_iter().try_for_each(|(place, chunk)| file.write_chunk(place, chunk?))?;
+            let compressed: Vec<_> = batch.par_iter().with_max_len(1).map(compress).collect();
+            compressed.into_iter().try_for_each(|(position, chunk)| file.write_chunk(position, chunk?))?;
         }
         Ok(())
     })?;
     Ok(bytes.into_inner())
-}
-
-/// Puts a header's attributes in the order of their names. The encoder keeps some of them in an
-/// order that changes from run to run, and a picture shall always be the same bytes. The header's
-/// length stays, so all that follows it holds.
-fn sort_attributes(file: &mut [u8]) {
-    let mut sorted: Vec<&[u8]> = attributes(file).collect();
-    sorted.sort();
-    let header = sorted.concat();
-    if let Some(place) = file.get_mut(MAGIC_AND_VERSION..MAGIC_AND_VERSION + header.len()) {
-        place.copy_from_slice(&header);
-    }
-}
-
-const MAGIC_AND_VERSION: usize = 8;
-
-/// The attributes of the header that a file begins with.
-fn attributes(file: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let mut rest = file.get(MAGIC_AND_VERSION..).unwrap_or_default();
-    std::iter::from_fn(move || {
-        let (first, after) = rest.split_at_checked(attribute_length(rest)?)?;
-        rest = after;
-        Some(first)
-    })
-}
-
-/// The text of the attribute of that name in a header that `file` begins with.
-pub(super) fn attribute<'f>(file: &'f [u8], name: &str) -> Option<&'f [u8]> {
-    let text = |attribute: &'f [u8]| attribute.strip_prefix(name.as_bytes())?.strip_prefix(b"\0string\0");
-    attributes(file).find_map(text)?.get(4..)
-}
-
-/// Whether the file that begins with `head` ends where its last chunk does.
-pub(super) fn is_whole(head: &[u8], path: &Path) -> bool {
-    // A zero ends the header; then come the places of the chunks, and directly behind those the first.
-    let table = MAGIC_AND_VERSION + attributes(head).map(<[u8]>::len).sum::<usize>() + 1;
-    // A chunk begins with its place, a tile's four numbers or a line's one, and its size.
-    let tiled = attributes(head).any(|attribute| attribute.starts_with(b"tiles\0"));
-    let place_length = if tiled { 16 } else { 4 };
-    let place = |at: usize| Some(u64::from_le_bytes(*head.get(at..)?.first_chunk()?));
-    let end = || {
-        let count = place(table)?.checked_sub(table as u64)? / 8;
-        let last = place(table.checked_add(usize::try_from(count).ok()?.checked_sub(1)?.checked_mul(8)?)?)?;
-        let mut file = File::open(path).ok()?;
-        let mut size = [0; 4];
-        file.seek(SeekFrom::Start(last.checked_add(place_length)?)).ok()?;
-        file.read_exact(&mut size).ok()?;
-        let end = last.checked_add(place_length + 4)?.checked_add(u64::from(u32::from_le_bytes(size)))?;
-        Some(end == file.metadata().ok()?.len())
-    };
-    end() == Some(true)
-}
-
-/// The length of the attribute that `bytes` begin with: name, type, size and value. `None` at the
-/// header's end.
-fn attribute_length(bytes: &[u8]) -> Option<usize> {
-    let text = |from: usize| bytes.get(from..)?.iter().position(|&b| b == 0);
-    let name = text(0).filter(|&length| length > 0)?;
-    let kind = text(name + 1)?;
-    let value = name + kind + 2;
-    let (size, rest) = bytes.get(value..)?.split_first_chunk::<4>()?;
-    let size = u32::from_le_bytes(*size) as usize;
-    (size <= rest.len()).then_some(value + 4 + size)
 }
 
 #[cfg(test)]
@@ -226,9 +173,9 @@ mod tests {
     use crate::display::{Background, Display, ViewTransform};
     use crate::render::Pixels;
 
-    /// Of more blocks than are made at once, and some cut short.
+    /// The image has more blocks than are compressed at once, and incomplete ones.
     #[test]
-    fn blocks_are_where_they_belong_whoever_makes_them() {
+    fn the_bytes_do_not_depend_on_the_number_of_threads() {
         let (width, height) = (450, 390);
         let color = |i: u32| Vec4::new(i as f32, (i % width) as f32, 1.0 / i as f32, 1.0);
         let colors = (0..width * height).map(color).collect();
@@ -238,7 +185,7 @@ mod tests {
             Picture { layers: vec![ids], ..Picture::new(Pixels { width, height, colors }, display) };
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| encode(&picture, BitDepth::Default).unwrap())
+            pool.install(|| encode(&picture, false).unwrap())
         };
         let bytes = with(1);
         assert!(bytes == with(3));
@@ -246,7 +193,7 @@ mod tests {
         let layer = read.all_attributes().from_buffered(Cursor::new(bytes)).unwrap().layer_data;
         for channel in layer.channel_data.list {
             let name = channel.name.to_string();
-            let found = channel.sample_data.values_as_f32();
+            let values = channel.sample_data.values_as_f32();
             let expected = picture.pixels.colors.iter().enumerate().map(|(i, color)| match name.as_str() {
                 "R" => color.x,
                 "G" => color.y,
@@ -254,7 +201,7 @@ mod tests {
                 "A" => color.w,
                 _ => i as f32,
             });
-            assert!(found.eq(expected), "{name}");
+            assert!(values.eq(expected), "{name}");
         }
     }
 }

@@ -1,28 +1,33 @@
-//! Small pictures of pictures.
+//! Downscaled JPEG thumbnails for reports.
 
 use std::io;
 
-use super::{Picture, jpeg};
+use super::jpeg;
+use super::picture::Picture;
 
-/// Behind what is transparent.
-const GREY: u32 = 0x60;
+/// The grey background behind transparent pixels.
+const BACKGROUND: u32 = 0x60;
+const QUALITY: u8 = 80;
 
-/// A JPEG of the picture, at most `side` pixels wide and high: the means of its display values.
+/// Encodes a JPEG of at most `max_side` pixels a side, box-filtered in display values.
 ///
 /// # Errors
-/// What the encoder says.
-pub fn encode_thumbnail(picture: &Picture, side: u32) -> io::Result<Vec<u8>> {
-    let (width, height) = (picture.pixels.width, picture.pixels.height);
-    let shown = picture.display.to_rgba8(&picture.pixels);
-    let times = width.max(height).div_ceil(side.max(1)).max(1);
-    let (w, h) = ((width / times).max(1), (height / times).max(1));
+/// The encoder fails.
+pub fn encode_thumbnail(picture: &Picture, max_side: u32) -> io::Result<Vec<u8>> {
+    let (width, height) = picture.size();
+    let pixels = picture.display.to_rgba8(&picture.pixels);
+    let factor = width.max(height).div_ceil(max_side.max(1)).max(1);
+    let small_width = (width / factor).max(1);
+    let small_height = (height / factor).max(1);
     let mean = |x: u32, y: u32| {
-        let (mut sum, mut count) = ([0u32; 3], 0);
-        for row in y * times..((y + 1) * times).min(height) {
-            for column in x * times..((x + 1) * times).min(width) {
-                let [rgb @ .., a] = shown[row as usize * width as usize + column as usize].map(u32::from);
+        let mut sum = [0u32; 3];
+        let mut count = 0;
+        for row in y * factor..((y + 1) * factor).min(height) {
+            for column in x * factor..((x + 1) * factor).min(width) {
+                let pixel = pixels[row as usize * width as usize + column as usize];
+                let [rgb @ .., a] = pixel.map(u32::from);
                 for (sum, c) in sum.iter_mut().zip(rgb) {
-                    *sum += (c * a + GREY * (255 - a)) / 255;
+                    *sum += (c * a + BACKGROUND * (255 - a)) / 255;
                 }
                 count += 1;
             }
@@ -30,7 +35,9 @@ pub fn encode_thumbnail(picture: &Picture, side: u32) -> io::Result<Vec<u8>> {
         let [r, g, b] = sum.map(|c| (c / count.max(1)) as u8);
         [r, g, b, 255]
     };
-    let small: Vec<[u8; 4]> =
-        (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect();
-    jpeg::encode((w, h), &small, 80, None)
+    let small: Vec<[u8; 4]> = (0..small_height)
+        .flat_map(|y| (0..small_width).map(move |x| (x, y)))
+        .map(|(x, y)| mean(x, y))
+        .collect();
+    jpeg::encode((small_width, small_height), &small, QUALITY, None)
 }

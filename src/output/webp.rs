@@ -1,10 +1,16 @@
-//! WebP without loss: 8 bits, straight alpha, sRGB.
+//! Lossless WebP: 8 bits, straight alpha, sRGB.
 
 use std::io;
 
 use image_webp::{ColorType, WebPEncoder};
 
-/// Encodes 8-bit RGBA; without an alpha channel where all is opaque.
+use super::picture::opaque_rgb;
+use super::riff;
+
+/// The XMP attribute before the fingerprint.
+const ATTRIBUTE: &str = " blinn:stamp=\"";
+
+/// Encodes 8-bit RGBA, without the alpha channel if every pixel is opaque.
 pub(super) fn encode(
     (width, height): (u32, u32),
     pixels: &[[u8; 4]],
@@ -13,12 +19,29 @@ pub(super) fn encode(
     let mut out = Vec::new();
     let mut encoder = WebPEncoder::new(&mut out);
     if let Some(fingerprint) = fingerprint {
-        encoder.set_xmp_metadata(super::metadata::xmp(fingerprint));
+        encoder.set_xmp_metadata(xmp(fingerprint));
     }
-    let written = match super::opaque(pixels) {
+    let encoded = match opaque_rgb(pixels) {
         Some(rgb) => encoder.encode(&rgb, width, height, ColorType::Rgb8),
         None => encoder.encode(pixels.as_flattened(), width, height, ColorType::Rgba8),
     };
-    written.map_err(io::Error::other)?;
+    encoded.map_err(io::Error::other)?;
     Ok(out)
+}
+
+/// An XMP packet with the fingerprint, which has no characters that XML escapes.
+fn xmp(fingerprint: &str) -> Vec<u8> {
+    format!(
+        "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF \
+         xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\"><rdf:Description rdf:about=\"\" \
+         xmlns:blinn=\"urn:blinn\"{ATTRIBUTE}{fingerprint}\"/></rdf:RDF></x:xmpmeta>"
+    )
+    .into_bytes()
+}
+
+/// The fingerprint in the XMP packet.
+pub(super) fn fingerprint(file: &[u8]) -> Option<Vec<u8>> {
+    let (_, packet) = riff::chunks(file).find(|(name, _)| *name == b"XMP ")?;
+    let (_, value) = std::str::from_utf8(packet).ok()?.split_once(ATTRIBUTE)?;
+    Some(value.split_once('"')?.0.into())
 }

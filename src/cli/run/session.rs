@@ -80,7 +80,7 @@ impl<'a> RenderSession<'a> {
             exposure,
             settings,
             display: Display { ev, view, background: options.background },
-            aov_world: plan.dataset.map_or(DMat3::IDENTITY, |dataset| dataset.up.turn()),
+            aov_world: plan.dataset.map_or(DMat3::IDENTITY, |dataset| dataset.up.rotation()),
         };
         Ok((session, first))
     }
@@ -125,7 +125,8 @@ impl<'a> RenderSession<'a> {
         if !options.aovs.is_empty() {
             log.stage("aovs", start, "");
         }
-        let crop_window = settings.crop.map(|crop| CropWindow { crop, width, height });
+        let crop_window =
+            settings.crop.map(|crop| CropWindow { crop, full_width: width, full_height: height });
         let depth_step = framing.depth_step;
         Ok(Picture { layers, mattes, crop_window, depth_step, ..Picture::new(pixels, self.display) })
     }

@@ -1,30 +1,22 @@
-//! What differs between two frames.
+//! Dirty rectangles: the part of a frame that differs from the frame before it.
 
-/// A rectangle of pixels; row 0 on top.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Rect {
-    pub x: u32,
-    pub y: u32,
-    pub width: u32,
-    pub height: u32,
+use crate::render::PixelRect;
+
+/// The rectangle of a full image.
+pub(super) fn full_rect(width: u32, height: u32) -> PixelRect {
+    PixelRect { x: 0, y: 0, width, height }
 }
 
-impl Rect {
-    /// All of a picture.
-    pub fn whole(width: u32, height: u32) -> Rect {
-        Rect { x: 0, y: 0, width, height }
-    }
-
-    /// The pixels of a picture that is `width` wide which lie in here.
-    pub fn cut<T: Copy>(self, pixels: &[T], width: u32) -> Vec<T> {
-        let (x, columns) = (self.x as usize, self.width as usize);
-        let rows = pixels.chunks_exact(width as usize).skip(self.y as usize).take(self.height as usize);
-        rows.flat_map(|row| row[x..x + columns].iter().copied()).collect()
-    }
+/// Copies the pixels inside `rect` from an image that is `width` pixels wide.
+pub(super) fn crop<T: Copy>(pixels: &[T], width: u32, rect: PixelRect) -> Vec<T> {
+    let x = rect.x as usize;
+    let columns = rect.width as usize;
+    let rows = pixels.chunks_exact(width as usize).skip(rect.y as usize).take(rect.height as usize);
+    rows.flat_map(|row| row[x..x + columns].iter().copied()).collect()
 }
 
-/// The smallest rectangle outside which `after` equals `before`; none where they are equal.
-pub(crate) fn changed(before: &[[u8; 4]], after: &[[u8; 4]], width: u32) -> Option<Rect> {
+/// The smallest rectangle that contains all differing pixels; `None` if the frames are equal.
+pub(super) fn dirty_rect(before: &[[u8; 4]], after: &[[u8; 4]], width: u32) -> Option<PixelRect> {
     let width = width as usize;
     let (mut left, mut right, mut top, mut bottom) = (width, 0, usize::MAX, 0);
     let rows = before.chunks_exact(width).zip(after.chunks_exact(width));
@@ -38,7 +30,7 @@ pub(crate) fn changed(before: &[[u8; 4]], after: &[[u8; 4]], width: u32) -> Opti
         top = top.min(y);
         bottom = y;
     }
-    (top != usize::MAX).then(|| Rect {
+    (top != usize::MAX).then(|| PixelRect {
         x: left as u32,
         y: top as u32,
         width: (right - left + 1) as u32,
@@ -51,21 +43,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_changed_is_inside() {
+    fn the_rectangle_bounds_the_differing_pixels() {
         let (width, height) = (7, 5);
         let before = vec![[1, 2, 3, 255]; width * height];
-        assert_eq!(changed(&before, &before, 7), None);
+        assert_eq!(dirty_rect(&before, &before, 7), None);
         for (a, b) in [(0, 0), (8, 19), (34, 34), (6, 28), (13, 8)] {
             let mut after = before.clone();
             after[a][3] = 0;
             after[b][0] = 9;
-            let rect = changed(&before, &after, 7).unwrap();
-            let (xs, ys) = ([a % 7, b % 7], [a / 7, b / 7]);
+            let rect = dirty_rect(&before, &after, 7).unwrap();
+            let xs = [a % 7, b % 7];
+            let ys = [a / 7, b / 7];
             assert_eq!((rect.x, rect.y), (xs[0].min(xs[1]) as u32, ys[0].min(ys[1]) as u32));
             assert_eq!(rect.width as usize, xs[0].abs_diff(xs[1]) + 1);
             assert_eq!(rect.height as usize, ys[0].abs_diff(ys[1]) + 1);
-            let cut = rect.cut(&after, 7);
-            assert_eq!(cut.iter().filter(|p| **p != before[0]).count(), if a == b { 1 } else { 2 });
+            let cropped = crop(&after, 7, rect);
+            assert_eq!(cropped.iter().filter(|p| **p != before[0]).count(), if a == b { 1 } else { 2 });
         }
     }
 }

@@ -1,19 +1,19 @@
-//! When frames begin, in the ticks of a format.
+//! Frame durations in the ticks of a file format.
 
-/// Frames a second, in a format that counts whole ticks.
+/// A frame rate in a format that counts integer ticks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FrameTiming {
+pub(super) struct FrameTiming {
+    /// Frames per second.
     pub fps: f64,
-    /// Ticks a second.
-    pub ticks: f64,
+    pub ticks_per_second: f64,
 }
 
 impl FrameTiming {
-    /// Ticks that frame `index` is shown for. What one frame is rounded by the next makes up for: any
-    /// number of frames lasts as long as it should, to half a tick.
+    /// The duration of frame `index` in ticks. Rounding does not accumulate: any number of frames lasts as long as it
+    /// should, to half a tick.
     pub fn delay(self, index: u64) -> u64 {
-        let begin = |i: u64| (i as f64 * self.ticks / self.fps).round() as u64;
-        begin(index.saturating_add(1)).saturating_sub(begin(index))
+        let start = |i: u64| (i as f64 * self.ticks_per_second / self.fps).round() as u64;
+        start(index.saturating_add(1)).saturating_sub(start(index))
     }
 }
 
@@ -22,12 +22,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn delays_add_up() {
+    fn rounding_does_not_accumulate() {
         for fps in [0.5, 7.0, 12.0, 23.976, 24.0, 29.97, 30.0, 50.0, 120.0] {
-            for ticks in [100.0, 1000.0] {
-                let clock = FrameTiming { fps, ticks };
-                let all: u64 = (0..999).map(|i| clock.delay(i)).sum();
-                assert!((all as f64 / ticks - 999.0 / fps).abs() <= 0.5 / ticks + 1e-9, "{fps} {ticks}");
+            for ticks_per_second in [100.0, 1000.0] {
+                let timing = FrameTiming { fps, ticks_per_second };
+                let total: u64 = (0..999).map(|i| timing.delay(i)).sum();
+                let error = (total as f64 / ticks_per_second - 999.0 / fps).abs();
+                assert!(error <= 0.5 / ticks_per_second + 1e-9, "{fps} {ticks_per_second}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! A page that shows frames by being turned: one file, which needs nothing else.
+//! A self-contained HTML page that turns the model by mouse, keys and touch.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -6,40 +6,40 @@ use std::path::Path;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::output::animation::spool::Spool;
-use crate::output::animation::webp;
-use crate::output::animation::{AnimationSettings, Encoder};
-use crate::output::escape_html;
+use super::encoder::{AnimationSettings, Encoder};
+use super::spool::Spool;
+use super::webp;
+use crate::output::escape::escape_html;
 
-/// The page; frames go where [`FRAMES`] stands.
+/// The page, with a placeholder for the frames.
 const PAGE: &str = include_str!("player.html");
-const FRAMES: &str = "/*FRAMES*/";
+const FRAMES_PLACEHOLDER: &str = "/*FRAMES*/";
 
-pub(crate) struct Html {
+pub(super) struct Html {
     settings: AnimationSettings,
     title: String,
 }
 
 impl Html {
-    pub fn new(path: &Path, settings: &AnimationSettings) -> io::Result<Html> {
+    pub fn new(path: &Path, settings: &AnimationSettings) -> Html {
         let title = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        Ok(Html { settings: *settings, title })
+        Html { settings: *settings, title }
     }
 }
 
 impl Encoder for Html {
     fn frame(&mut self, pixels: &[[u8; 4]], body: &mut Spool) -> io::Result<()> {
         let AnimationSettings { width, height, quality, .. } = self.settings;
-        let picture = webp::compress(width, height, pixels, quality)?;
-        writeln!(body, "\"{}\",", STANDARD.encode(picture))
+        let image = webp::compress(width, height, pixels, quality)?;
+        writeln!(body, "\"{}\",", STANDARD.encode(image))
     }
 
     fn finish(self: Box<Self>, body: &mut Spool) -> io::Result<Vec<u8>> {
         let AnimationSettings { width, height, fps, repeat, clockwise, .. } = self.settings;
-        let (head, tail) = PAGE.split_once(FRAMES).unwrap_or((PAGE, ""));
+        let (head, tail) = PAGE.split_once(FRAMES_PLACEHOLDER).unwrap_or((PAGE, ""));
         body.write_all(tail.as_bytes())?;
         let values = [
-            // A title says nothing of other values.
+            // A title with braces must not be taken for a placeholder.
             ("{{title}}", escape_html(&self.title).replace('{', "&#123;")),
             ("{{width}}", width.to_string()),
             ("{{height}}", height.to_string()),

@@ -1,10 +1,12 @@
-//! Files are read back by other decoders than what wrote them, where there are any.
+//! Decodes the written files, with another decoder than the encoder's library where one exists.
 
+use std::io;
 use std::path::Path;
 
 use crate::output::animation::*;
+use crate::output::atomic::Overwrite;
 
-pub(crate) const SETTINGS: AnimationSettings = AnimationSettings {
+const SETTINGS: AnimationSettings = AnimationSettings {
     width: 40,
     height: 30,
     fps: 12.0,
@@ -14,43 +16,44 @@ pub(crate) const SETTINGS: AnimationSettings = AnimationSettings {
     clockwise: false,
 };
 
-/// A disc that goes around on a ground, or on nothing.
-pub(crate) fn frame(i: u32, ground: [u8; 4]) -> Vec<[u8; 4]> {
+/// A disc that moves around on a background.
+fn frame(i: u32, background: [u8; 4]) -> Vec<[u8; 4]> {
     let (width, height) = (SETTINGS.width as i32, SETTINGS.height as i32);
     let (cx, cy) = (20 + [8, 0, -8, 0][i as usize % 4], 15 + [0, 8, 0, -8][i as usize % 4]);
-    let one = |p: i32| {
+    let pixel = |p: i32| {
         let (x, y) = (p % width, p / width);
         let inside = (x - cx).pow(2) + (y - cy).pow(2) < 30;
-        if inside { [200, (5 * x) as u8, (6 * y) as u8, 255] } else { ground }
+        if inside { [200, (5 * x) as u8, (6 * y) as u8, 255] } else { background }
     };
-    (0..width * height).map(one).collect()
+    (0..width * height).map(pixel).collect()
 }
 
-pub(crate) fn written(
-    format: AnimationFormat,
-    settings: &AnimationSettings,
-    frames: &[Vec<[u8; 4]>],
-) -> Vec<u8> {
+/// Writes an animation and returns the bytes of the file.
+fn encode(format: AnimationFormat, settings: &AnimationSettings, frames: &[Vec<[u8; 4]>]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("moving");
-    let mut moving = AnimationFile::create(&path, format, settings).unwrap();
+    let path = folder.path().join("animation");
+    let mut animation = AnimationFile::create(&path, format, settings).unwrap();
     for frame in frames {
-        moving.push(frame).unwrap();
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing shows before the end");
+        animation.push(frame).unwrap();
+        assert_eq!(
+            std::fs::read_dir(folder.path()).unwrap().count(),
+            0,
+            "the file is not visible before the end"
+        );
     }
-    moving.finish().unwrap();
+    animation.finish().unwrap();
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     std::fs::read(path).unwrap()
 }
 
-/// Frames as a screen shows them, with their delays.
-fn shown_gif(bytes: &[u8]) -> (::gif::Repeat, Vec<(u16, Vec<[u8; 4]>)>) {
+/// Decodes a GIF to its frames as a screen shows them, with their delays.
+fn decode_gif(bytes: &[u8]) -> (::gif::Repeat, Vec<(u16, Vec<[u8; 4]>)>) {
     let mut options = ::gif::DecodeOptions::new();
     options.set_color_output(::gif::ColorOutput::RGBA);
     let mut decoder = options.read_info(bytes).unwrap();
     let width = usize::from(decoder.width());
     let mut screen = vec![[0u8; 4]; width * usize::from(decoder.height())];
-    let mut shown = Vec::new();
+    let mut frames = Vec::new();
     while let Some(frame) = decoder.read_next_frame().unwrap() {
         let (left, top) = (usize::from(frame.left), usize::from(frame.top));
         let columns = usize::from(frame.width);
@@ -59,20 +62,20 @@ fn shown_gif(bytes: &[u8]) -> (::gif::Repeat, Vec<(u16, Vec<[u8; 4]>)>) {
                 screen[(top + i / columns) * width + left + i % columns] = *pixel;
             }
         }
-        shown.push((frame.delay, screen.clone()));
+        frames.push((frame.delay, screen.clone()));
         if frame.dispose == ::gif::DisposalMethod::Background {
             screen.fill([0; 4]);
         }
     }
-    (decoder.repeat(), shown)
+    (decoder.repeat(), frames)
 }
 
 #[test]
-fn a_gif_shows_its_frames() {
-    for ground in [[10, 20, 30, 255], [0; 4]] {
-        // The third frame again: nothing changes.
-        let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, ground)).into();
-        let (repeat, shown) = shown_gif(&written(AnimationFormat::Gif, &SETTINGS, &frames));
+fn gif_frames_are_exact_with_few_colours() {
+    for background in [[10, 20, 30, 255], [0; 4]] {
+        // The third frame is repeated: nothing changes.
+        let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, background)).into();
+        let (repeat, shown) = decode_gif(&encode(AnimationFormat::Gif, &SETTINGS, &frames));
         assert_eq!(repeat, ::gif::Repeat::Infinite);
         assert_eq!(shown.iter().map(|s| s.0).collect::<Vec<_>>(), [8, 9, 8, 8, 9]);
         assert_eq!(shown.into_iter().map(|s| s.1).collect::<Vec<_>>(), frames);
@@ -80,30 +83,30 @@ fn a_gif_shows_its_frames() {
 }
 
 #[test]
-fn a_gif_takes_alpha_by_half_and_ends_when_it_shall() {
+fn gif_alpha_is_thresholded_and_one_loop_ends() {
     let mut half = frame(0, [0; 4]);
     half[0] = [9, 9, 9, 127];
     half[1] = [9, 9, 9, 128];
     let settings = AnimationSettings { repeat: false, ..SETTINGS };
-    let (repeat, shown) = shown_gif(&written(AnimationFormat::Gif, &settings, &[half]));
+    let (repeat, shown) = decode_gif(&encode(AnimationFormat::Gif, &settings, &[half]));
     assert_eq!(repeat, ::gif::Repeat::Finite(0));
     assert_eq!((shown[0].1[0], shown[0].1[1]), ([0; 4], [9, 9, 9, 255]));
 }
 
-/// A delay has sixteen bits; between those that fit, one of a slow rate may be rounded up to what does not.
+/// At the slowest rate, single delays are rounded up to 65536, which does not fit 16 bits.
 #[test]
-fn the_longest_delays_of_a_gif_do_not_become_none() {
+fn the_longest_gif_delays_do_not_wrap_to_zero() {
     let settings = AnimationSettings { fps: 0.001_525_892_8, ..SETTINGS };
     let frames: Vec<_> = (0..3).map(|i| frame(i, [0; 4])).collect();
-    let (_, shown) = shown_gif(&written(AnimationFormat::Gif, &settings, &frames));
+    let (_, shown) = decode_gif(&encode(AnimationFormat::Gif, &settings, &frames));
     assert_eq!(shown.iter().map(|s| s.0).collect::<Vec<_>>(), [u16::MAX; 3]);
 }
 
 #[test]
-fn an_apng_shows_its_frames() {
-    for (ground, repeat) in [([10, 20, 30, 255], true), ([7, 8, 9, 60], false)] {
-        let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, ground)).into();
-        let bytes = written(AnimationFormat::Apng, &AnimationSettings { repeat, ..SETTINGS }, &frames);
+fn apng_frames_are_exact() {
+    for (background, repeat) in [([10, 20, 30, 255], true), ([7, 8, 9, 60], false)] {
+        let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, background)).into();
+        let bytes = encode(AnimationFormat::Apng, &AnimationSettings { repeat, ..SETTINGS }, &frames);
         let mut reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let control = *reader.info().animation_control().unwrap();
         assert_eq!((control.num_frames, control.num_plays), (5, u32::from(!repeat)));
@@ -129,7 +132,7 @@ fn an_apng_shows_its_frames() {
 }
 
 #[test]
-fn what_cannot_be_written_is_an_error_in_words() {
+fn unsupported_input_is_an_error_of_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gif");
     let refused = |path: &Path, format, settings: &AnimationSettings, word: &str| {
@@ -142,15 +145,15 @@ fn what_cannot_be_written_is_an_error_in_words() {
         settings
     };
     refused(&path, AnimationFormat::Gif, &with(|s| s.fps = 60.0), "50 frames a second");
-    refused(&path, AnimationFormat::Gif, &with(|s| s.fps = f64::NAN), "number of frames");
+    refused(&path, AnimationFormat::Gif, &with(|s| s.fps = f64::NAN), "greater than zero");
     refused(&path, AnimationFormat::Gif, &with(|s| s.width = 70_000), "65535");
     refused(&path, AnimationFormat::Apng, &with(|s| s.fps = 0.1), "6.5 s");
     refused(&path, AnimationFormat::Apng, &with(|s| s.height = 0), "one pixel");
     refused(&folder.path().join("no/a.gif"), AnimationFormat::Gif, &SETTINGS, "cannot be written");
     refused(folder.path(), AnimationFormat::Gif, &SETTINGS, "folder");
 
-    let mut moving = AnimationFile::create(&path, AnimationFormat::Gif, &SETTINGS).unwrap();
-    assert!(moving.push(&[[0; 4]; 3]).unwrap_err().to_string().contains("40x30"));
+    let mut animation = AnimationFile::create(&path, AnimationFormat::Gif, &SETTINGS).unwrap();
+    assert!(animation.push(&[[0; 4]; 3]).unwrap_err().to_string().contains("40x30"));
     let empty = AnimationFile::create(&path, AnimationFormat::Apng, &SETTINGS).unwrap();
     assert!(empty.finish().unwrap_err().to_string().contains("no frames"));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -160,8 +163,8 @@ fn what_cannot_be_written_is_an_error_in_words() {
     assert_eq!(std::fs::read(&path).unwrap(), b"mine");
 }
 
-/// Chunks of a RIFF file, after its header.
-fn riff(mut rest: &[u8]) -> Vec<([u8; 4], &[u8])> {
+/// The chunks of a RIFF file after its header.
+fn riff_chunks(mut rest: &[u8]) -> Vec<([u8; 4], &[u8])> {
     let mut all = Vec::new();
     while let [a, b, c, d, e, f, g, h, after @ ..] = rest {
         let length = u32::from_le_bytes([*e, *f, *g, *h]) as usize;
@@ -172,14 +175,14 @@ fn riff(mut rest: &[u8]) -> Vec<([u8; 4], &[u8])> {
 }
 
 #[test]
-fn a_webp_shows_its_frames() {
+fn webp_frames_are_exact_at_quality_100() {
     use image::AnimationDecoder;
-    for (ground, repeat) in [([10, 20, 30, 255], true), ([0; 4], false)] {
-        let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, ground)).into();
+    for (background, repeat) in [([10, 20, 30, 255], true), ([0; 4], false)] {
+        let frames: Vec<_> = [0, 1, 2, 2, 3].map(|i| frame(i, background)).into();
         let settings = AnimationSettings { quality: 100, repeat, ..SETTINGS };
-        let bytes = written(AnimationFormat::Webp, &settings, &frames);
+        let bytes = encode(AnimationFormat::Webp, &settings, &frames);
         assert_eq!(u32::from_le_bytes(bytes[4..8].try_into().unwrap()) as usize, bytes.len() - 8);
-        let chunks = riff(&bytes[12..]);
+        let chunks = riff_chunks(&bytes[12..]);
         assert_eq!((chunks[0].0, chunks[1].0), (*b"VP8X", *b"ANIM"));
         assert_eq!(chunks[1].1[4..], [u8::from(!repeat), 0]);
         let delay = |frame: &[u8]| u32::from_le_bytes([frame[12], frame[13], frame[14], 0]);
@@ -189,9 +192,9 @@ fn a_webp_shows_its_frames() {
         let shown = decoder.into_frames().collect_frames().unwrap();
         assert_eq!(shown.len(), 5);
         for (i, (shown, expected)) in shown.iter().zip(&frames).enumerate() {
-            // What colour nothing has is nobody's concern.
-            let seen = |p: &[u8; 4]| if p[3] == 0 { [0; 4] } else { *p };
-            let shown: Vec<_> = shown.buffer().as_raw().as_chunks::<4>().0.iter().map(seen).collect();
+            // The colour of a transparent pixel does not matter.
+            let visible = |p: &[u8; 4]| if p[3] == 0 { [0; 4] } else { *p };
+            let shown: Vec<_> = shown.buffer().as_raw().as_chunks::<4>().0.iter().map(visible).collect();
             assert!(shown == *expected, "frame {i}");
         }
     }
@@ -201,70 +204,70 @@ fn a_webp_shows_its_frames() {
     let noisy: Vec<Vec<[u8; 4]>> =
         (0..3).map(|i| noise(i).map(|[r, g, b]| [r as u8, g as u8, b as u8, 255]).collect()).collect();
     let length =
-        |quality| written(AnimationFormat::Webp, &AnimationSettings { quality, ..SETTINGS }, &noisy).len();
+        |quality| encode(AnimationFormat::Webp, &AnimationSettings { quality, ..SETTINGS }, &noisy).len();
     assert!(length(10) < length(90));
 }
 
-/// The box at `path`, by names.
-fn boxed<'a>(mut inside: &'a [u8], path: &[&[u8; 4]]) -> &'a [u8] {
+/// The content of the MP4 box at `path`, a list of names.
+fn mp4_box<'a>(mut inside: &'a [u8], path: &[&[u8; 4]]) -> &'a [u8] {
     let Some((name, deeper)) = path.split_first() else { return inside };
     loop {
         let length = u32::from_be_bytes(inside[..4].try_into().unwrap()) as usize;
         if inside[4..8] == name[..] {
-            return boxed(&inside[8..length], deeper);
+            return mp4_box(&inside[8..length], deeper);
         }
         inside = &inside[length..];
     }
 }
 
-fn be(bytes: &[u8], at: usize) -> u32 {
+fn read_u32(bytes: &[u8], at: usize) -> u32 {
     u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap())
 }
 
 #[test]
-fn an_mp4_has_its_index_in_front_and_its_frames_where_that_says() {
+fn the_mp4_index_precedes_the_frames_and_points_to_them() {
     let frames: Vec<_> = (0..30).map(|i| frame(i, [10, 20, 30, 255])).collect();
-    let bytes = written(AnimationFormat::Mp4, &AnimationSettings { fps: 7.5, ..SETTINGS }, &frames);
+    let bytes = encode(AnimationFormat::Mp4, &AnimationSettings { fps: 7.5, ..SETTINGS }, &frames);
     assert_eq!(&bytes[4..8], b"ftyp");
-    let stbl = boxed(&bytes, &[b"moov", b"trak", b"mdia", b"minf", b"stbl"]);
-    let sizes = boxed(stbl, &[b"stsz"]);
-    assert_eq!(be(sizes, 8), 30);
-    let at = be(boxed(stbl, &[b"stco"]), 8) as usize;
-    assert_eq!(&bytes[at - 4..at], b"mdat");
-    let all: u32 = (0..30).map(|i| be(sizes, 12 + 4 * i)).sum();
-    assert_eq!(at + all as usize, bytes.len());
-    // The first slice is of a frame that stands alone; two seconds later there is another.
-    assert_eq!(bytes[at + 4] & 31, 5);
-    let alone = boxed(stbl, &[b"stss"]);
-    assert_eq!((be(alone, 4), be(alone, 8), be(alone, 12)), (2, 1, 16));
-    let times = boxed(stbl, &[b"stts"]);
-    // After two dates, of 64 bits in the second version of this box.
-    let header = boxed(&bytes, &[b"moov", b"trak", b"mdia", b"mdhd"]);
-    let scale = be(header, if header[0] == 1 { 20 } else { 12 });
-    assert_eq!((be(times, 8), be(times, 12), scale), (30, 1000, 7500));
-    assert_eq!(bytes, written(AnimationFormat::Mp4, &AnimationSettings { fps: 7.5, ..SETTINGS }, &frames));
+    let stbl = mp4_box(&bytes, &[b"moov", b"trak", b"mdia", b"minf", b"stbl"]);
+    let sizes = mp4_box(stbl, &[b"stsz"]);
+    assert_eq!(read_u32(sizes, 8), 30);
+    let offset = read_u32(mp4_box(stbl, &[b"stco"]), 8) as usize;
+    assert_eq!(&bytes[offset - 4..offset], b"mdat");
+    let total: u32 = (0..30).map(|i| read_u32(sizes, 12 + 4 * i)).sum();
+    assert_eq!(offset + total as usize, bytes.len());
+    // The first frame is a key frame; the next one follows after two seconds.
+    assert_eq!(bytes[offset + 4] & 31, 5);
+    let key_frames = mp4_box(stbl, &[b"stss"]);
+    assert_eq!((read_u32(key_frames, 4), read_u32(key_frames, 8), read_u32(key_frames, 12)), (2, 1, 16));
+    let times = mp4_box(stbl, &[b"stts"]);
+    // The timescale follows two dates, which have 64 bits in version 1 of this box.
+    let header = mp4_box(&bytes, &[b"moov", b"trak", b"mdia", b"mdhd"]);
+    let timescale = read_u32(header, if header[0] == 1 { 20 } else { 12 });
+    assert_eq!((read_u32(times, 8), read_u32(times, 12), timescale), (30, 1000, 7500));
+    assert_eq!(bytes, encode(AnimationFormat::Mp4, &AnimationSettings { fps: 7.5, ..SETTINGS }, &frames));
 
-    let small = written(AnimationFormat::Mp4, &AnimationSettings { quality: 10, ..SETTINGS }, &frames);
+    let small = encode(AnimationFormat::Mp4, &AnimationSettings { quality: 10, ..SETTINGS }, &frames);
     assert!(small.len() * 2 < bytes.len(), "{} {}", small.len(), bytes.len());
     let folder = tempfile::tempdir().unwrap();
-    let mut moving =
+    let mut animation =
         AnimationFile::create(&folder.path().join("a.mp4"), AnimationFormat::Mp4, &SETTINGS).unwrap();
-    assert!(moving.push(&frame(0, [0; 4])).unwrap_err().to_string().contains("no transparency"));
+    assert!(animation.push(&frame(0, [0; 4])).unwrap_err().to_string().contains("no transparency"));
 }
 
 #[test]
-fn a_page_holds_every_frame_and_its_title_is_text() {
+fn an_html_page_embeds_all_frames_and_escapes_its_title() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a<b>&{{width}}.html");
-    let mut moving = AnimationFile::create(&path, AnimationFormat::Html, &SETTINGS).unwrap();
+    let mut animation = AnimationFile::create(&path, AnimationFormat::Html, &SETTINGS).unwrap();
     for i in 0..4 {
-        moving.push(&frame(i, [0; 4])).unwrap();
+        animation.push(&frame(i, [0; 4])).unwrap();
     }
-    moving.finish().unwrap();
+    animation.finish().unwrap();
     let page = std::fs::read_to_string(&path).unwrap();
     assert_eq!(page.matches("\n\"UklGR").count(), 4);
     assert!(page.contains("<title>a&lt;b&gt;&amp;&#123;&#123;width}}</title>"));
     assert!(page.contains("width=\"40\" height=\"30\"") && page.contains("FPS = 12, REPEAT = true"));
     assert!(!page.contains("{{") && page.ends_with("</html>\n"));
-    assert!(!page.contains("http"), "nothing is fetched");
+    assert!(!page.contains("http"), "the page loads nothing");
 }

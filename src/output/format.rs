@@ -1,0 +1,103 @@
+//! The still image formats: detection by extension, limits and encoding.
+
+use std::io;
+use std::path::Path;
+
+use super::picture::Picture;
+use super::{exr, jpeg, png, webp};
+
+/// Bits per channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BitDepth {
+    /// The usual depth of the format: 8 in PNG, 32 in EXR.
+    Default,
+    /// 8-bit integers.
+    Eight,
+    /// 16-bit integers in PNG, half floats in EXR.
+    Sixteen,
+}
+
+/// Still image formats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageFormat {
+    /// Display-referred, straight alpha.
+    Png,
+    /// Linear, premultiplied alpha, with the layers in the same part.
+    Exr,
+    /// Display-referred, opaque, 8 bits, with a quality from 1 to 100.
+    Jpeg(u8),
+    /// Display-referred, straight alpha, 8 bits, lossless.
+    Webp,
+}
+
+/// The default quality of JPEG.
+pub const JPEG_QUALITY: u8 = 90;
+
+impl ImageFormat {
+    /// The file extensions, for messages.
+    pub const EXTENSIONS: &str = ".png, .exr, .jpg, .webp";
+
+    /// The format that the file extension of `path` stands for.
+    pub fn from_path(path: &Path) -> Option<ImageFormat> {
+        match path.extension()?.to_ascii_lowercase().to_str()? {
+            "png" => Some(ImageFormat::Png),
+            "exr" => Some(ImageFormat::Exr),
+            "jpg" | "jpeg" => Some(ImageFormat::Jpeg(JPEG_QUALITY)),
+            "webp" => Some(ImageFormat::Webp),
+            _ => None,
+        }
+    }
+
+    /// The name of the format with its article, and the bits per channel that it supports.
+    pub fn bit_depths(self) -> (&'static str, &'static [(u8, BitDepth)]) {
+        match self {
+            ImageFormat::Png => ("a PNG", &[(8, BitDepth::Eight), (16, BitDepth::Sixteen)]),
+            ImageFormat::Exr => ("an EXR", &[(16, BitDepth::Sixteen), (32, BitDepth::Default)]),
+            ImageFormat::Jpeg(_) => ("a JPEG", &[(8, BitDepth::Eight)]),
+            ImageFormat::Webp => ("a WebP", &[(8, BitDepth::Eight)]),
+        }
+    }
+
+    /// Checks that the format supports images of this size.
+    ///
+    /// # Errors
+    /// The size is larger than the format's limit.
+    pub fn check_size(self, (width, height): (u32, u32)) -> io::Result<()> {
+        let (name, max) = match self {
+            ImageFormat::Png | ImageFormat::Exr => return Ok(()),
+            ImageFormat::Jpeg(_) => ("a JPEG", u32::from(u16::MAX)),
+            ImageFormat::Webp => ("a WebP", 1 << 14),
+        };
+        if width <= max && height <= max {
+            return Ok(());
+        }
+        let message =
+            format!("{name} has at most {max} pixels a side, not {width}x{height}; write PNG or EXR");
+        Err(io::Error::new(io::ErrorKind::InvalidInput, message))
+    }
+
+    /// Encodes the image.
+    ///
+    /// # Errors
+    /// The encoder fails, or the image is larger than the format's limit.
+    pub fn encode(self, picture: &Picture, depth: BitDepth) -> io::Result<Vec<u8>> {
+        let Picture { pixels, display, .. } = picture;
+        let size = picture.size();
+        let fingerprint = picture.fingerprint.as_deref();
+        self.check_size(size)?;
+        match self {
+            ImageFormat::Png if depth == BitDepth::Sixteen => {
+                png::encode_rgba16(size, &display.to_rgba16(pixels), fingerprint)
+            }
+            ImageFormat::Png => png::encode_rgba8(size, &display.to_rgba8(pixels), fingerprint),
+            ImageFormat::Exr => exr::encode(picture, depth == BitDepth::Sixteen),
+            ImageFormat::Jpeg(quality) => jpeg::encode(size, &display.to_rgba8(pixels), quality, fingerprint),
+            ImageFormat::Webp => webp::encode(size, &display.to_rgba8(pixels), fingerprint),
+        }
+    }
+
+    /// Whether the image file itself holds the layers. Otherwise they are written to files beside it.
+    pub fn supports_layers(self) -> bool {
+        self == ImageFormat::Exr
+    }
+}

@@ -1,0 +1,63 @@
+//! A rendered image with its AOV layers and cryptomattes, ready to be encoded.
+
+use crate::display::Display;
+use crate::render::{AovLayer, Matte, PixelRect, Pixels};
+
+/// The key under which formats with named metadata store [`Picture::fingerprint`].
+pub(super) const FINGERPRINT_KEY: &str = "blinn";
+
+/// A rendered image with its layers and the transform to display values.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Premultiplied linear colour.
+    pub pixels: Pixels,
+    /// AOV layers of the same size.
+    pub layers: Vec<AovLayer>,
+    /// Cryptomattes of the same size.
+    pub mattes: Vec<Matte>,
+    /// Exposure, view transform and background. Formats with linear colour ignore the view transform.
+    pub display: Display,
+    /// The rectangle of a larger image that was rendered; `None` for the full image.
+    pub crop_window: Option<CropWindow>,
+    /// Metres per step of the 16-bit depth layer, in which 0 means no hit. `None`: the depth layer is a preview.
+    pub depth_step: Option<f64>,
+    /// A line of ASCII that is stored in the file; [`read_fingerprint`](super::read_fingerprint) reads it back.
+    pub fingerprint: Option<String>,
+}
+
+/// A rendered rectangle of a larger image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CropWindow {
+    /// The rendered rectangle.
+    pub crop: PixelRect,
+    /// Width of the full image in pixels.
+    pub full_width: u32,
+    /// Height of the full image in pixels.
+    pub full_height: u32,
+}
+
+impl Picture {
+    /// A full image without layers.
+    pub fn new(pixels: Pixels, display: Display) -> Picture {
+        Picture {
+            pixels,
+            layers: Vec::new(),
+            mattes: Vec::new(),
+            display,
+            crop_window: None,
+            depth_step: None,
+            fingerprint: None,
+        }
+    }
+
+    /// Width and height in pixels.
+    pub(super) fn size(&self) -> (u32, u32) {
+        (self.pixels.width, self.pixels.height)
+    }
+}
+
+/// Returns 8-bit RGB if every pixel is opaque.
+pub(super) fn opaque_rgb(pixels: &[[u8; 4]]) -> Option<Vec<u8>> {
+    let opaque = pixels.iter().all(|p| p[3] == u8::MAX);
+    opaque.then(|| pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect())
+}

@@ -1,0 +1,95 @@
+//! Writes an image and the previews of its layers.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::atomic::{self, Overwrite, write_atomically};
+use super::format::{BitDepth, ImageFormat};
+use super::picture::Picture;
+use super::png;
+use super::preview::{preview_layer, preview_matte, quantize_depth};
+use crate::integrator::Aov;
+use crate::render::AovLayer;
+
+/// Writes an image. Formats that hold no layers get a preview `OUT.<aov>.png` for each layer.
+/// Returns the paths of the written files.
+///
+/// # Errors
+/// A file cannot be written. All paths are checked before the first file is written.
+pub fn save(
+    picture: &Picture,
+    path: &Path,
+    format: ImageFormat,
+    depth: BitDepth,
+    overwrite: Overwrite,
+) -> Result<Vec<PathBuf>, SaveError> {
+    let previews = if format.supports_layers() { Vec::new() } else { preview_paths(picture, path) };
+    check_overwrite(path, overwrite)?;
+    previews.iter().try_for_each(|file| check_overwrite(file, overwrite))?;
+
+    write(path, format.encode(picture, depth), overwrite)?;
+    if !previews.is_empty() {
+        let layers = picture.layers.iter().map(|layer| encode_layer(picture, layer));
+        let mattes = picture.mattes.iter().map(|matte| {
+            png::encode_rgba8(picture.size(), &preview_matte(matte), picture.fingerprint.as_deref())
+        });
+        for (file, bytes) in previews.iter().zip(layers.chain(mattes)) {
+            write(file, bytes, overwrite)?;
+        }
+    }
+    Ok([path.to_path_buf()].into_iter().chain(previews).collect())
+}
+
+/// The files of the layers, then of the mattes.
+fn preview_paths(picture: &Picture, path: &Path) -> Vec<PathBuf> {
+    let layers = picture.layers.iter().map(|layer| layer.aov.name().to_string());
+    let mattes = picture.mattes.iter().map(|matte| format!("cryptomatte-{}", matte.kind.name()));
+    layers.chain(mattes).map(|name| path.with_extension(format!("{name}.png"))).collect()
+}
+
+fn encode_layer(picture: &Picture, layer: &AovLayer) -> io::Result<Vec<u8>> {
+    let size = picture.size();
+    let fingerprint = picture.fingerprint.as_deref();
+    match (layer.aov, picture.depth_step) {
+        (Aov::Depth, Some(step)) => png::encode_grey16(size, &quantize_depth(layer, step), fingerprint),
+        // Programs that read masks expect a single channel.
+        (Aov::Mask, _) => png::encode_grey8(size, &preview_layer(layer), fingerprint),
+        _ => png::encode_rgba8(size, &preview_layer(layer), fingerprint),
+    }
+}
+
+fn write(path: &Path, bytes: io::Result<Vec<u8>>, overwrite: Overwrite) -> Result<(), SaveError> {
+    bytes.and_then(|bytes| write_atomically(path, &bytes, overwrite)).map_err(|e| SaveError::new(path, e))
+}
+
+/// Checks, without touching the disk, that a file may be created at `path`.
+///
+/// # Errors
+/// `path` is a folder, or exists and must not be overwritten.
+pub fn check_overwrite(path: &Path, overwrite: Overwrite) -> Result<(), SaveError> {
+    atomic::check_overwrite(path, overwrite).map_err(|e| SaveError::new(path, e))
+}
+
+/// Checks that a file can be created at `path`, without creating it.
+///
+/// # Errors
+/// As [`save`].
+pub fn check_writable(path: &Path, overwrite: Overwrite) -> Result<(), SaveError> {
+    atomic::check_writable(path, overwrite).map_err(|e| SaveError::new(path, e))
+}
+
+/// A file that could not be written. Nothing of it is on disk.
+#[derive(Debug, thiserror::Error)]
+#[error("{} cannot be written: {cause}", .path.display())]
+pub struct SaveError {
+    /// The file.
+    pub path: PathBuf,
+    /// The system's or encoder's error.
+    pub cause: io::Error,
+}
+
+impl SaveError {
+    pub(super) fn new(path: &Path, cause: io::Error) -> SaveError {
+        SaveError { path: path.to_path_buf(), cause }
+    }
+}
