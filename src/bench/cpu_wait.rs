@@ -1,36 +1,36 @@
-//! What this process's threads had of the processors, as the system counts it.
+//! Scheduling statistics of this process: how long its threads ran and how long they waited for a processor.
 
-/// Seconds of all threads together. They grow; 0 where the system does not tell (only Linux does).
+/// Sums over all threads in seconds. They only grow. 0 on systems other than Linux.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CpuTimes {
     /// On a processor.
     pub running: f64,
-    /// In line for one, ready to run.
+    /// Ready to run, without a processor.
     pub waiting: f64,
 }
 
 impl CpuTimes {
-    /// Up to now.
+    /// The sums until now.
     pub fn now() -> CpuTimes {
-        let mut shares = CpuTimes::default();
-        let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return shares };
+        let mut times = CpuTimes::default();
+        let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return times };
         for task in tasks.flatten() {
             let Ok(text) = std::fs::read_to_string(task.path().join("schedstat")) else { continue };
-            // Nanoseconds on a processor, nanoseconds waiting for one, turns.
+            // Nanoseconds running, nanoseconds waiting, time slices.
             let mut numbers = text.split_whitespace().map_while(|word| word.parse::<u64>().ok());
-            shares.running += numbers.next().unwrap_or(0) as f64 * 1e-9;
-            shares.waiting += numbers.next().unwrap_or(0) as f64 * 1e-9;
+            times.running += numbers.next().unwrap_or(0) as f64 * 1e-9;
+            times.waiting += numbers.next().unwrap_or(0) as f64 * 1e-9;
         }
-        shares
+        times
     }
 
-    /// From `before` to now.
-    pub fn since(before: CpuTimes) -> CpuTimes {
+    /// The difference between now and `start`.
+    pub fn since(start: CpuTimes) -> CpuTimes {
         let now = CpuTimes::now();
-        // A thread that ended takes its share with it.
+        // The times of a thread vanish when it ends.
         CpuTimes {
-            running: (now.running - before.running).max(0.0),
-            waiting: (now.waiting - before.waiting).max(0.0),
+            running: (now.running - start.running).max(0.0),
+            waiting: (now.waiting - start.waiting).max(0.0),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Timing by turns: the workload, some work, the workload again. Or once, for the memory that it takes.
+//! Interleaved timing: calibration loop, workload, calibration loop, … Or one run that measures peak memory instead.
 
 use std::time::Instant;
 
@@ -7,66 +7,81 @@ use crate::bench::cpu_wait::CpuTimes;
 use crate::bench::memory;
 use crate::bench::stats::median;
 
-/// Measures on so many threads.
+/// Fewest samples per measurement.
+const MIN_SAMPLES: usize = 3;
+/// Sampling continues until the samples lasted this many seconds.
+const MIN_TOTAL_SECONDS: f64 = 0.2;
+/// Most samples per measurement.
+const MAX_SAMPLES: usize = 50;
+/// Work is repeated within a sample until the sample lasts about this many seconds.
+const MIN_SAMPLE_SECONDS: f64 = 0.002;
+/// Fewest consecutive runs of the calibration loop, whose median counts.
+const MIN_CALIBRATION_RUNS: usize = 3;
+const MAX_CALIBRATION_RUNS: f64 = 64.0;
+/// Target duration of the calibration relative to the sample: a shorter one would be the noisier of the two.
+const CALIBRATION_FRACTION: f64 = 0.4;
+
+/// Measures work on a pool of threads.
 pub struct InterleavedTimer {
-    /// What work takes turns with; `None` where its memory is measured.
+    /// `None` measures peak memory.
     calibration: Option<Calibration>,
     pool: rayon::ThreadPool,
     threads: usize,
 }
 
-/// Least number of turns that count.
-const LEAST: usize = 3;
-/// InterleavedTimer go on until they took this long together, in seconds.
-const ENOUGH: f64 = 0.2;
-/// InterleavedTimer, at most.
-const MOST: usize = 50;
-/// What takes less than this, in seconds, is done several times a turn.
-const SHORT: f64 = 0.002;
-/// Times that the workload is done in a row, at least: a median has a middle.
-const FEWEST: usize = 3;
-/// The workload takes about this share of what is measured: less of it would be the noisier of the two.
-const SHARE: f64 = 0.4;
-
-/// What one round said about some work.
+/// The measurement of a workload in one round.
 #[derive(Clone, Copy, Debug)]
 pub struct Timing {
-    /// Seconds, without the waiting; NaN where it was not timed.
+    /// Median of the samples in seconds, without waiting for a processor. NaN if it was not timed.
     pub seconds: f64,
-    /// The same in units of the workload.
+    /// The same in units of the calibration loop.
     pub relative: f64,
-    /// Seconds of the quickest turn.
-    pub least: f64,
-    /// Seconds of the workload at its quickest.
-    pub least_workload: f64,
-    /// Share of the time that others had the processors.
-    pub waited: f64,
-    /// The most memory that the process had meanwhile; `None` where that was not measured.
+    /// The fastest sample in seconds.
+    pub min_seconds: f64,
+    /// The fastest run of the calibration loop in seconds.
+    pub min_calibration_seconds: f64,
+    /// Fraction of the time that other programs had the processors.
+    pub wait_fraction: f64,
+    /// Peak memory in bytes. `None` if it was not measured.
     pub peak_bytes: Option<u64>,
 }
 
-/// A stretch of time.
-#[derive(Clone, Copy)]
-struct Span {
-    wall: f64,
-    /// The same without what others had of the processors.
-    own: f64,
+impl Timing {
+    /// A measurement of memory only.
+    fn untimed(peak_bytes: Option<u64>) -> Timing {
+        Timing {
+            seconds: f64::NAN,
+            relative: f64::NAN,
+            min_seconds: f64::NAN,
+            min_calibration_seconds: f64::NAN,
+            wait_fraction: 0.0,
+            peak_bytes,
+        }
+    }
 }
 
-impl Span {
-    /// Of `threads` threads. They wait side by side, so that each waiting second is a share of one; but a
-    /// thread may also wait while it is not needed, so the work itself, evenly shared, is the least.
-    fn new(wall: f64, shares: CpuTimes, threads: usize) -> Span {
+/// A time interval in seconds.
+#[derive(Clone, Copy)]
+struct Interval {
+    wall: f64,
+    /// Without the time that other programs had the processors.
+    net: f64,
+}
+
+impl Interval {
+    /// Threads wait in parallel, so a second of waiting counts as 1 / `threads`. A thread may also wait while it is
+    /// not needed, so the running time, evenly distributed, is a lower bound.
+    fn new(wall: f64, times: CpuTimes, threads: usize) -> Interval {
         let threads = threads as f64;
-        let own = (wall - shares.waiting / threads).max(shares.running / threads).clamp(0.0, wall);
-        // A clock too coarse for it leaves something.
-        Span { wall, own: own.max(1e-9) }
+        let net = (wall - times.waiting / threads).max(times.running / threads).clamp(0.0, wall);
+        // A coarse clock may report 0.
+        Interval { wall, net: net.max(1e-9) }
     }
 }
 
 impl InterleavedTimer {
     /// # Errors
-    /// Where so many threads cannot be had.
+    /// The threads cannot be created.
     pub fn new(
         calibration: Option<Calibration>,
         threads: usize,
@@ -75,100 +90,129 @@ impl InterleavedTimer {
         Ok(InterleavedTimer { calibration, pool, threads })
     }
 
-    /// Does something that is not measured on the same threads.
+    /// Runs `work` on the pool without measuring it.
     pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.pool.install(work)
     }
 
-    /// Does `work`, and tells what it took and what it made at last.
+    /// Measures `work`. Also returns its last result.
     pub fn measure<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Timing, T) {
         match self.calibration {
-            Some(calibration) => self.timed(calibration, work),
-            None => self.once(work),
+            Some(calibration) => self.measure_time(calibration, work),
+            None => self.measure_memory(work),
         }
     }
 
-    /// Does it once.
-    fn once<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Timing, T) {
-        let tells_peak = memory::reset_peak();
-        let made = self.pool.install(&work);
-        let peak_bytes = memory::peak_bytes().filter(|_| tells_peak);
-        let none = f64::NAN;
-        let untimed = Timing {
-            seconds: none,
-            relative: none,
-            least: none,
-            least_workload: none,
-            waited: 0.0,
-            peak_bytes,
-        };
-        (untimed, made)
+    /// Runs `work` once.
+    fn measure_memory<T: Send>(&self, work: impl Fn() -> T + Sync) -> (Timing, T) {
+        let is_reset = memory::reset_peak();
+        let result = self.pool.install(&work);
+        let peak_bytes = memory::peak_bytes().filter(|_| is_reset);
+        (Timing::untimed(peak_bytes), result)
     }
 
-    /// Does it again and again. A first time, which does not count, warms up.
-    fn timed<T: Send>(&self, calibration: Calibration, work: impl Fn() -> T + Sync) -> (Timing, T) {
-        let (first, mut made) = self.time(|| self.pool.install(&work));
-        // What takes hardly any time is done several times a turn.
-        let repeats = (SHORT / first.own).clamp(1.0, 1000.0) as usize;
-        let (mut seconds, mut relative) = (Vec::new(), Vec::new());
-        let (mut wall, mut own, mut least_workload) = (0.0, 0.0, f64::INFINITY);
-        let mut times = FEWEST;
-        let mut before = self.calibrate(calibration, times);
-        while seconds.len() < LEAST || (wall < ENOUGH && seconds.len() < MOST) {
-            // What was made before is let go of before the clock runs.
-            drop(made);
-            let (span, new) = self.time(|| {
+    /// Runs `work` repeatedly, after one run that warms up.
+    fn measure_time<T: Send>(&self, calibration: Calibration, work: impl Fn() -> T + Sync) -> (Timing, T) {
+        let (warm_up, mut result) = self.time(|| self.pool.install(&work));
+        let repeats = (MIN_SAMPLE_SECONDS / warm_up.net).clamp(1.0, 1000.0) as usize;
+        let mut samples = Samples::default();
+        let mut calibration_runs = MIN_CALIBRATION_RUNS;
+        let mut before = self.calibrate(calibration, calibration_runs);
+        while samples.needs_more() {
+            // Freeing the previous result is not timed.
+            drop(result);
+            let (interval, new) = self.time(|| {
                 for _ in 1..repeats {
                     self.pool.install(&work);
                 }
                 self.pool.install(&work)
             });
-            made = new;
-            let after = self.calibrate(calibration, times);
-            let once = span.own / repeats as f64;
-            seconds.push(once);
-            relative.push(once / (0.5 * (before + after)));
-            least_workload = before.min(after).min(least_workload);
-            wall += span.wall;
-            own += span.own;
-            let wanted = (SHARE * span.own / after).clamp(FEWEST as f64, 64.0) as usize;
-            before = if wanted == times { after } else { self.calibrate(calibration, wanted) };
-            times = wanted;
+            result = new;
+            let after = self.calibrate(calibration, calibration_runs);
+            samples.add(interval, repeats, before, after);
+            let wanted_runs = (CALIBRATION_FRACTION * interval.net / after)
+                .clamp(MIN_CALIBRATION_RUNS as f64, MAX_CALIBRATION_RUNS)
+                as usize;
+            before = if wanted_runs == calibration_runs {
+                after
+            } else {
+                self.calibrate(calibration, wanted_runs)
+            };
+            calibration_runs = wanted_runs;
         }
-        let middle = |values: Vec<f64>| median(values).unwrap_or(f64::NAN);
-        let waited = if wall > 0.0 { 1.0 - own / wall } else { 0.0 };
-        let taken = Timing {
-            least: seconds.iter().copied().fold(f64::INFINITY, f64::min),
-            least_workload,
-            seconds: middle(seconds),
-            relative: middle(relative),
-            waited: waited.clamp(0.0, 1.0),
-            peak_bytes: None,
-        };
-        (taken, made)
+        (samples.timing(), result)
     }
 
-    /// Seconds of the workload done once: the median of several, the mean over all threads. Each times itself,
-    /// for work is shared evenly among threads, and waking them up is no part of it; nor is a first time, after
-    /// other work.
-    fn calibrate(&self, calibration: Calibration, times: usize) -> f64 {
+    /// Seconds of one run of the calibration loop: the median of `runs`, then the mean over all threads. Each thread
+    /// times itself after a warm-up run, so that waking the threads is not counted.
+    fn calibrate(&self, calibration: Calibration, runs: usize) -> f64 {
         let medians = self.pool.broadcast(|_| {
             calibration.run();
-            let once = || {
+            let run = || {
                 let start = Instant::now();
                 calibration.run();
                 start.elapsed().as_secs_f64()
             };
-            median((0..times).map(|_| once())).unwrap_or(f64::NAN)
+            median((0..runs).map(|_| run())).unwrap_or(f64::NAN)
         });
         medians.iter().sum::<f64>() / medians.len() as f64
     }
 
-    fn time<T>(&self, work: impl FnOnce() -> T) -> (Span, T) {
-        let (before, start) = (CpuTimes::now(), Instant::now());
-        let made = work();
+    fn time<T>(&self, work: impl FnOnce() -> T) -> (Interval, T) {
+        let cpu_start = CpuTimes::now();
+        let start = Instant::now();
+        let result = work();
         let wall = start.elapsed().as_secs_f64();
-        (Span::new(wall, CpuTimes::since(before), self.threads), made)
+        (Interval::new(wall, CpuTimes::since(cpu_start), self.threads), result)
+    }
+}
+
+/// The samples of a measurement.
+struct Samples {
+    seconds: Vec<f64>,
+    relative: Vec<f64>,
+    total: Interval,
+    min_calibration_seconds: f64,
+}
+
+impl Default for Samples {
+    fn default() -> Samples {
+        Samples {
+            seconds: Vec::new(),
+            relative: Vec::new(),
+            total: Interval { wall: 0.0, net: 0.0 },
+            min_calibration_seconds: f64::INFINITY,
+        }
+    }
+}
+
+impl Samples {
+    fn needs_more(&self) -> bool {
+        self.seconds.len() < MIN_SAMPLES
+            || (self.total.wall < MIN_TOTAL_SECONDS && self.seconds.len() < MAX_SAMPLES)
+    }
+
+    /// Adds a sample of `repeats` runs, between two calibrations in seconds.
+    fn add(&mut self, interval: Interval, repeats: usize, before: f64, after: f64) {
+        let seconds = interval.net / repeats as f64;
+        self.seconds.push(seconds);
+        self.relative.push(seconds / (0.5 * (before + after)));
+        self.min_calibration_seconds = before.min(after).min(self.min_calibration_seconds);
+        self.total.wall += interval.wall;
+        self.total.net += interval.net;
+    }
+
+    fn timing(self) -> Timing {
+        let Interval { wall, net } = self.total;
+        let wait_fraction = if wall > 0.0 { 1.0 - net / wall } else { 0.0 };
+        Timing {
+            min_seconds: self.seconds.iter().copied().fold(f64::INFINITY, f64::min),
+            min_calibration_seconds: self.min_calibration_seconds,
+            seconds: median(self.seconds).unwrap_or(f64::NAN),
+            relative: median(self.relative).unwrap_or(f64::NAN),
+            wait_fraction: wait_fraction.clamp(0.0, 1.0),
+            peak_bytes: None,
+        }
     }
 }
 
@@ -177,16 +221,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn waiting_is_taken_off_and_work_is_not() {
-        let own =
-            |wall, running, waiting, threads| Span::new(wall, CpuTimes { running, waiting }, threads).own;
-        assert_eq!(own(1.0, 0.0, 0.0, 2), 1.0);
-        assert_eq!(own(1.0, 0.25, 0.75, 1), 0.25);
-        // Two threads that wait at once.
-        assert_eq!(own(1.0, 1.0, 1.0, 2), 0.5);
-        // Threads that waited although nobody needed them.
-        assert_eq!(own(1.0, 0.5, 3.0, 2), 0.25);
-        // Counts that are a little ahead of the clock.
-        assert_eq!(own(1.0, 2.5, 0.0, 2), 1.0);
+    fn waiting_is_subtracted_but_running_is_not() {
+        let net =
+            |wall, running, waiting, threads| Interval::new(wall, CpuTimes { running, waiting }, threads).net;
+        assert_eq!(net(1.0, 0.0, 0.0, 2), 1.0);
+        assert_eq!(net(1.0, 0.25, 0.75, 1), 0.25);
+        // Two threads wait at the same time.
+        assert_eq!(net(1.0, 1.0, 1.0, 2), 0.5);
+        // Threads wait although they are not needed.
+        assert_eq!(net(1.0, 0.5, 3.0, 2), 0.25);
+        // The counts are slightly ahead of the clock.
+        assert_eq!(net(1.0, 2.5, 0.0, 2), 1.0);
     }
 }

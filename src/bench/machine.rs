@@ -7,8 +7,8 @@ use super::results::Machine;
 use crate::accel::SimdLevel;
 
 impl Machine {
-    /// Describes this machine. What only Linux tells is a default elsewhere.
-    pub fn here() -> Machine {
+    /// Describes this machine. Systems other than Linux report defaults for some fields.
+    pub fn detect() -> Machine {
         let cpus = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let cores = cpus.lines().filter(|line| line.starts_with("processor")).count();
         let cores =

@@ -1,10 +1,10 @@
-//! Measuring: what reading a scene, its trees, rays, whole frames and files cost on this machine, in
-//! figures that can be compared with those of another day.
+//! Benchmarks: the cost of loading, building, tracing, rendering and encoding on this machine, as results that can be
+//! compared with a baseline from another day.
 //!
-//! Everything is timed by turns with a fixed workload ([`Calibration`]), round after round over all
-//! scenes. What a stage takes in units of that workload is its *relative* time: where the machine is slow
-//! for a while, both are. Time that other programs had the processors is taken off, as far as the system
-//! tells it. How much rounds differ is the noise that [`compare()`] goes by.
+//! Each measurement is interleaved with a fixed calibration loop ([`Calibration`]), round after round over all scenes.
+//! The *relative* time of a stage is its time in units of that loop: a slow phase of the machine affects both. Time
+//! that other programs had the processors is subtracted, if the system reports it. The spread of the rounds gives
+//! [`compare()`] the threshold of a significant change.
 
 mod calibration;
 mod compare;
@@ -14,18 +14,25 @@ mod machine;
 mod measure;
 pub mod memory;
 mod rays;
+mod record;
 mod report;
 mod results;
+mod results_file;
+mod scene_round;
 pub mod scenes;
+mod settings;
 mod stats;
 mod workload;
 
 pub use calibration::Calibration;
 pub use compare::{Change, Comparison, Verdict, compare};
-pub use measure::{BenchObserver, BenchRun, BenchSettings, MeasureError, measure};
+pub use measure::{BenchRun, measure};
 pub use rays::BenchRays;
+pub use record::MeasureError;
 pub use report::{HeatMap, format_duration, report_page};
 pub use results::{
-    BenchResults, BenchStage, BvhResults, Machine, RecordedSettings, ResultsError, SceneResults, StageResults,
+    BenchResults, BenchStage, BvhResults, Machine, RecordedSettings, SceneResults, StageResults,
 };
+pub use results_file::ResultsError;
+pub use settings::{BenchObserver, BenchSettings};
 pub use workload::{Workload, WorkloadError, remove_generated_scenes, standard_suite};

@@ -1,15 +1,15 @@
-//! The middle of some numbers, and how far they lie from it.
+//! Median and spread of samples.
 
-/// The median of those that are finite; `None` where there is none.
+/// The median of the finite values. `None` if there are none.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
-    let (&low, &high) = (sorted.get(sorted.len().checked_sub(1)? / 2)?, sorted.get(sorted.len() / 2)?);
+    let low = sorted.get(sorted.len().checked_sub(1)? / 2)?;
+    let high = sorted.get(sorted.len() / 2)?;
     Some(0.5 * low + 0.5 * high)
 }
 
-/// How far positive numbers scatter, as a share of themselves: the standard deviation of their
-/// logarithms. `None` for fewer than two.
+/// The standard deviation of the logarithms of the positive values: their relative spread. `None` for fewer than two.
 pub fn log_std_dev(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let positive = values.into_iter().filter(|v| v.is_finite() && *v > 0.0);
     let logs: Vec<f64> = positive.map(libm::log).collect();
@@ -26,7 +26,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn medians_pass_over_what_is_no_number() {
+    fn the_median_ignores_values_that_are_not_finite() {
         assert_eq!(median([3.0, f64::NAN, 1.0, 2.0, f64::INFINITY]), Some(2.0));
         assert_eq!(median([1.0, 4.0]), Some(2.5));
         assert_eq!(median([f64::MAX, f64::MAX]), Some(f64::MAX));
@@ -35,8 +35,9 @@ mod tests {
     }
 
     #[test]
-    fn a_spread_is_relative() {
-        let (small, large) = (log_std_dev([0.9, 1.0, 1.1]).unwrap(), log_std_dev([9e6, 10e6, 11e6]).unwrap());
+    fn the_spread_is_relative() {
+        let small = log_std_dev([0.9, 1.0, 1.1]).unwrap();
+        let large = log_std_dev([9e6, 10e6, 11e6]).unwrap();
         assert!((small - large).abs() < 1e-12 && (small - 0.1).abs() < 0.002, "{small} {large}");
         assert_eq!(log_std_dev([5.0; 4]), Some(0.0));
         assert_eq!(log_std_dev([1.0, -1.0, f64::NAN]), None);

@@ -1,35 +1,35 @@
-//! What is measured: files, and the standard scenes.
+//! Benchmark workloads: scene files, and the generated standard scenes.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use super::scenes::{SceneKind, format_triangle_count, write_glb};
 
-/// Folders of scenes that were made for measuring.
+/// Temporary folders of generated scenes.
 static FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Removes what was made for measuring: for a process that is about to end out of turn.
+/// Removes the temporary files of generated scenes, for a process that is about to be terminated.
 pub fn remove_generated_scenes() {
     for folder in FOLDERS.lock().unwrap_or_else(|e| e.into_inner()).drain(..) {
-        // There is nobody left to be told.
+        // An error cannot be reported any more.
         let _ = std::fs::remove_dir_all(folder);
     }
 }
 
-/// A scene file and what it is called in tables.
+/// A scene file to measure.
 #[derive(Debug)]
 pub struct Workload {
-    /// What it is called.
+    /// The name in tables.
     pub name: String,
-    /// Where it is.
+    /// The file.
     pub file: PathBuf,
-    /// The folder that vanishes with it, where it was made for measuring.
+    /// The temporary folder of a generated scene.
     folder: Option<tempfile::TempDir>,
 }
 
-/// A standard scene that could not be written, in one line.
+/// A standard scene that could not be written.
 #[derive(Debug, thiserror::Error)]
-#[error("the scene {name} cannot be written in {folder}: {cause}; set TMPDIR to a folder with room")]
+#[error("the scene {name} cannot be written in {folder}: {cause}; set TMPDIR to a folder with free space")]
 pub struct WorkloadError {
     name: String,
     folder: String,
@@ -37,15 +37,15 @@ pub struct WorkloadError {
 }
 
 impl Workload {
-    /// A file of the user's.
+    /// An existing file.
     pub fn file(path: &Path) -> Workload {
         Workload { name: path.to_string_lossy().into_owned(), file: path.to_path_buf(), folder: None }
     }
 
-    /// A standard scene of about so many triangles as stored, written to a passing file.
+    /// Generates a standard scene of about `triangles` stored triangles, in a temporary file.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// The file cannot be written.
     pub fn generate(kind: SceneKind, triangles: usize) -> Result<Workload, WorkloadError> {
         let scene = kind.generate(triangles);
         let name = format!("{kind} {}", format_triangle_count(scene.stored_triangles()));
@@ -65,23 +65,23 @@ impl Workload {
         }
     }
 
-    /// True of a scene that was made for measuring.
+    /// Whether this is a generated scene.
     pub fn is_generated(&self) -> bool {
         self.folder.is_some()
     }
 }
 
-/// The standard scenes: every kind in each of these sizes, in triangles as stored; kinds that are
-/// larger than a size at their least come once.
+/// The standard scenes: each kind in each of these sizes, in stored triangles. Sizes below the minimum of a kind are
+/// raised to it, without duplicates.
 pub fn standard_suite(sizes: &[usize]) -> Vec<(SceneKind, usize)> {
-    let mut all: Vec<(SceneKind, usize)> = Vec::new();
+    let mut suite: Vec<(SceneKind, usize)> = Vec::new();
     for kind in SceneKind::ALL {
         for &size in sizes {
-            let one = (kind, size.max(kind.min_triangles()) & !1);
-            if !all.contains(&one) {
-                all.push(one);
+            let entry = (kind, size.max(kind.min_triangles()) & !1);
+            if !suite.contains(&entry) {
+                suite.push(entry);
             }
         }
     }
-    all
+    suite
 }

@@ -221,7 +221,7 @@ impl<'e> Built<'e> {
             let mut all = GeneratedMesh::default();
             for i in &scene.instances {
                 let (mesh, base) = (&scene.meshes[i.mesh], all.positions.len() as u32);
-                all.positions.extend(mesh.positions.iter().map(|&p| i.point(p)));
+                all.positions.extend(mesh.positions.iter().map(|&p| i.transform_point(p)));
                 all.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + base)));
             }
             built.handle = built.mesh(&all, robust);

@@ -204,7 +204,7 @@ impl Rays {
             let mut hits = Vec::new();
             accel.intersect(&perspective, &Opaque, &mut hits);
             let from_here = |shared| SegmentBatch { coherence: shared, ..SegmentBatch::default() };
-            let (light, to_sun) = (Vec3::from(scene.light), -Vec3::from(scene.sun).normalize());
+            let (light, to_sun) = (Vec3::from(scene.light), -Vec3::from(scene.sun_direction).normalize());
             let mut shadow = from_here(Coherence::Origin(light));
             let mut sun = from_here(Coherence::Direction(to_sun));
             let (mut open, mut near) = (from_here(Coherence::None), from_here(Coherence::None));

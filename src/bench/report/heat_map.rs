@@ -1,4 +1,4 @@
-//! Pictures of what eye rays cost.
+//! Heat maps of the traversal steps of eye rays.
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -7,47 +7,48 @@ use super::svg::Svg;
 use crate::output::{encode_png, escape_html, heat_color, heat_map_max, preview_layer};
 use crate::render::AovLayer;
 
-/// A picture of the steps of a scene's eye rays, as `--heatmap steps` makes it.
+/// The heat map of a scene, as `blinn render --heatmap steps` renders it.
 #[derive(Clone, Debug)]
 pub struct HeatMap {
     name: String,
     png: Vec<u8>,
     /// Steps of the brightest colour.
-    heat_map_max: f32,
-    /// Steps of a ray.
+    max: f32,
+    /// Mean steps per ray.
     mean: f64,
 }
 
 impl HeatMap {
-    /// Of a layer of [`crate::integrator::Aov::Steps`] of this size.
+    /// Renders a layer of [`crate::integrator::Aov::Steps`] of this size.
     ///
     /// # Errors
-    /// What the encoder says.
+    /// The PNG encoder fails.
     pub fn new(scene: &str, layer: &AovLayer, size: (u32, u32)) -> std::io::Result<HeatMap> {
         let rays = layer.values.len() / layer.aov.channel_count();
         let sum: f64 = layer.values.iter().map(|&v| f64::from(v)).sum();
         Ok(HeatMap {
             name: scene.into(),
             png: encode_png(size, &preview_layer(layer))?,
-            heat_map_max: heat_map_max(layer),
+            max: heat_map_max(layer),
             mean: sum / rays.max(1) as f64,
         })
     }
 
+    /// The HTML figure with a colour scale.
     pub(super) fn figure(&self) -> String {
-        let HeatMap { name, png, heat_map_max, mean } = self;
-        let mut scale = Svg::new(300.0, 30.0, "Steps by colour");
-        const PARTS: u8 = 60;
-        for i in 0..PARTS {
-            let [r, g, b] = heat_color(f32::from(i) / f32::from(PARTS - 1));
+        let HeatMap { name, png, max, mean } = self;
+        let mut scale = Svg::new(300.0, 30.0, "Traversal steps by colour");
+        const SCALE_BARS: u8 = 60;
+        for i in 0..SCALE_BARS {
+            let [r, g, b] = heat_color(f32::from(i) / f32::from(SCALE_BARS - 1));
             let fill = format!("#{r:02x}{g:02x}{b:02x}");
             scale.bar((f64::from(i) * 5.0, 0.0), (5.2, 12.0), &fill, "");
         }
         scale.text((0.0, 26.0), "start", "0");
-        scale.text((300.0, 26.0), "end", &format!("{heat_map_max:.0} steps"));
+        scale.text((300.0, 26.0), "end", &format!("{max:.0} steps"));
         format!(
             "<figure><img alt=\"Heat map of {name}\" width=\"440\" src=\"data:image/png;base64,{}\">{}<figcaption>{name}: \
-             {mean:.1} steps a ray</figcaption></figure>\n",
+             {mean:.1} steps per ray</figcaption></figure>\n",
             BASE64_STANDARD.encode(png),
             scale.finish(),
             name = escape_html(name),

@@ -1,15 +1,22 @@
-//! `--report`: one page with everything in it, to be opened without a network.
+//! The report of `blinn bench --report`: a self-contained HTML page.
 
 mod heat_map;
-mod plots;
+mod rays_plot;
+mod scaling_plot;
+mod stage_plot;
 mod svg;
 mod tables;
+mod units;
 
 use super::compare::Comparison;
 use super::results::{BenchResults, Machine, RecordedSettings};
 use crate::output::escape_html;
+use rays_plot::rays_plot;
+use scaling_plot::scaling_plot;
+use stage_plot::stage_plot;
 
 pub use heat_map::HeatMap;
+pub use units::format_duration;
 
 const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
 <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:\">\n\
@@ -26,67 +33,54 @@ img { display: block; max-width: 100%; border: 1px solid #ccc }\n\
 .more { color: #b00020; font-weight: bold } .less { color: #1b6e2d; font-weight: bold } .note { color: #555 }\n\
 </style></head><body>\n";
 
-/// The page. BenchResults that are missing are left out of its plots.
-pub fn report_page(figures: &BenchResults, heat_maps: &[HeatMap], comparison: Option<&Comparison>) -> String {
-    let mut page = format!("{HEAD}<h1>blinn bench</h1>\n<p>{}</p>\n", escape_html(&about(figures)));
+/// The largest time that is formatted: the end of the year 9999, in seconds since 1970.
+const MAX_UNIX_TIME: u64 = 253_402_300_799;
+
+/// The HTML of the report. Missing results are left out of the plots.
+pub fn report_page(results: &BenchResults, heat_maps: &[HeatMap], comparison: Option<&Comparison>) -> String {
+    let mut page = format!("{HEAD}<h1>blinn bench</h1>\n<p>{}</p>\n", escape_html(&description(results)));
     page += &comparison.map(tables::comparison).unwrap_or_default();
-    page += "<h2 id=\"stages\">Time of each stage</h2>\n<p class=\"note\">Medians over the rounds; whiskers reach \
-             from the fastest round to the slowest.</p>\n";
-    page += &figures.scenes.iter().map(plots::stages).collect::<String>();
-    for (id, title, note, plot) in [
-        (
-            "rays",
-            "BenchRays against triangles",
-            "One thread. Lines join sizes of one scene.",
-            plots::rays_by_triangles(figures),
-        ),
-        (
-            "threads",
-            "Scaling with threads",
-            "How many times faster than on one thread: the median over all scenes. Dashed: as many times as \
-             threads.",
-            plots::scaling(figures),
-        ),
-    ] {
-        if let Some(plot) = plot {
-            page += &format!("<h2 id=\"{id}\">{title}</h2>\n<p class=\"note\">{note}</p>\n{plot}");
-        }
+    page += &heading(
+        "stages",
+        "Time of each stage",
+        "Medians of the rounds, from the fastest round to the slowest.",
+    );
+    page += &results.scenes.iter().map(stage_plot).collect::<String>();
+    if let Some(plot) = rays_plot(results) {
+        page += &heading("rays", "Rays against triangles", "One thread. Lines join sizes of one scene.");
+        page += &plot;
+    }
+    if let Some(plot) = scaling_plot(results) {
+        let note = "Speed-up over one thread: the median of all scenes. Dashed: linear scaling.";
+        page += &heading("threads", "Scaling with threads", note);
+        page += &plot;
     }
     if !heat_maps.is_empty() {
-        page += "<h2 id=\"steps\">Steps of eye rays</h2>\n<p class=\"note\">Nodes and blocks of triangles that each \
-                 pixel's ray looks into until its hit is known, when it goes alone.</p>\n";
+        let note = "Nodes and blocks of triangles that each pixel's ray visits, traced as a single ray.";
+        page += &heading("steps", "Traversal steps of eye rays", note);
         page += &heat_maps.iter().map(HeatMap::figure).collect::<String>();
     }
-    page += "<h2 id=\"figures\">BenchResults</h2>\n";
-    page += &tables::trees(figures);
-    page += &tables::stages(figures);
+    page += "<h2 id=\"figures\">Figures</h2>\n";
+    page += &tables::bvhs(results);
+    page += &tables::stages(results);
     page + "</body></html>\n"
 }
 
-/// Where, when and how, in one paragraph.
-fn about(figures: &BenchResults) -> String {
-    let Machine { cpu, cores, memory_bytes, os, kernel, .. } = &figures.machine;
-    let RecordedSettings { width, height, samples, rounds, simd, debug_build, .. } = &figures.settings;
-    let gib = *memory_bytes as f64 / f64::from(1 << 30);
-    let since = std::time::Duration::from_secs(figures.unix_time.min(LATEST));
-    let when = humantime::format_rfc3339_seconds(std::time::UNIX_EPOCH + since);
-    let debug = if *debug_build { " A build without optimisation." } else { "" };
-    format!(
-        "blinn {}, {when}. {cpu}, {cores} processors, {gib:.1} GiB, {os} {kernel}. {width}x{height} pixels, {samples} \
-         samples a pixel in frames, {rounds} rounds, {simd} instructions.{debug}",
-        figures.version
-    )
+fn heading(id: &str, title: &str, note: &str) -> String {
+    format!("<h2 id=\"{id}\">{title}</h2>\n<p class=\"note\">{note}</p>\n")
 }
 
-/// The end of the year 9999, beyond which dates are not written.
-const LATEST: u64 = 253_402_300_799;
-
-/// Seconds in words.
-pub fn format_duration(seconds: f64) -> String {
-    match seconds {
-        s if !s.is_finite() => "–".into(),
-        s if s < 0.9995e-3 => format!("{:.1} µs", s * 1e6),
-        s if s < 0.9995 => format!("{:.1} ms", s * 1e3),
-        s => format!("{s:.2} s"),
-    }
+/// Version, date, machine and settings, in one paragraph.
+fn description(results: &BenchResults) -> String {
+    let Machine { cpu, cores, memory_bytes, os, kernel, .. } = &results.machine;
+    let RecordedSettings { width, height, samples, rounds, simd, debug_build, .. } = &results.settings;
+    let gib = *memory_bytes as f64 / f64::from(1 << 30);
+    let since_epoch = std::time::Duration::from_secs(results.unix_time.min(MAX_UNIX_TIME));
+    let date = humantime::format_rfc3339_seconds(std::time::UNIX_EPOCH + since_epoch);
+    let debug = if *debug_build { " Build without optimisation." } else { "" };
+    format!(
+        "blinn {}, {date}. {cpu}, {cores} processors, {gib:.1} GiB, {os} {kernel}. {width}x{height} pixels, {samples} \
+         samples per pixel in frames, {rounds} rounds, SIMD level {simd}.{debug}",
+        results.version
+    )
 }

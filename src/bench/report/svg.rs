@@ -4,16 +4,20 @@ use std::fmt::Write;
 
 use crate::output::escape_html;
 
-/// Colours of series, apart for most eyes, and told apart by their order in the legend.
-pub(super) const COLORS: [&str; 7] =
-    ["#3366aa", "#d9822b", "#3a9151", "#b3446c", "#7a6bc2", "#8c6d31", "#4aa3a2"];
+/// Stroke of the axes.
+pub(super) const AXIS_STYLE: &str = "stroke=\"#999\"";
+/// Stroke of the grid lines.
+pub(super) const GRID_STYLE: &str = "stroke=\"#e4e4e4\"";
+
+/// Colours of data series. The order in the legend distinguishes them, too.
+const COLORS: [&str; 7] = ["#3366aa", "#d9822b", "#3a9151", "#b3446c", "#7a6bc2", "#8c6d31", "#4aa3a2"];
 
 /// The colour of series `i`.
 pub(super) fn color(i: usize) -> &'static str {
     COLORS[i % COLORS.len()]
 }
 
-/// A scale from numbers to places.
+/// A linear or logarithmic scale from values to coordinates.
 #[derive(Clone, Copy)]
 pub(super) struct Scale {
     low: f64,
@@ -24,25 +28,26 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// `low` lands on `from`, `high` on `to`.
+    /// Maps `low` to `from` and `high` to `to`.
     pub fn linear((low, high): (f64, f64), (from, to): (f64, f64)) -> Scale {
         Scale { low, high, from, to, log: false }
     }
 
-    /// The same by ratios; of positive numbers.
+    /// The same logarithmically. Values must be positive.
     pub fn log((low, high): (f64, f64), (from, to): (f64, f64)) -> Scale {
         Scale { low: libm::log10(low), high: libm::log10(high), from, to, log: true }
     }
 
+    /// The coordinate of `v`, clamped to the range.
     pub fn at(&self, v: f64) -> f64 {
         let v = if self.log { libm::log10(v) } else { v };
-        let share = if self.high > self.low { (v - self.low) / (self.high - self.low) } else { 0.5 };
-        self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
+        let t = if self.high > self.low { (v - self.low) / (self.high - self.low) } else { 0.5 };
+        self.from + t.clamp(0.0, 1.0) * (self.to - self.from)
     }
 }
 
-/// Round numbers from 0 to `high`, about five of them.
-pub(super) fn ticks(high: f64) -> Vec<f64> {
+/// About five round numbers from 0 to `high`.
+pub(super) fn round_ticks(high: f64) -> Vec<f64> {
     let rough = high / 4.0;
     if !(rough > 0.0 && rough.is_finite()) {
         return vec![0.0];
@@ -52,13 +57,13 @@ pub(super) fn ticks(high: f64) -> Vec<f64> {
     (0..=8).map(|i| f64::from(i) * step).take_while(|v| *v <= high * 1.0001).collect()
 }
 
-/// A drawing.
+/// An SVG drawing.
 pub(super) struct Svg {
     text: String,
 }
 
 impl Svg {
-    /// Of so many units, described for those who cannot see it.
+    /// A drawing of this size with a label for screen readers.
     pub fn new(width: f64, height: f64, label: &str) -> Svg {
         let label = escape_html(label);
         let text = format!(
@@ -68,6 +73,7 @@ impl Svg {
         Svg { text }
     }
 
+    /// A line.
     pub fn line(&mut self, (x0, y0): (f64, f64), (x1, y1): (f64, f64), style: &str) {
         let _ = writeln!(
             self.text,
@@ -75,7 +81,7 @@ impl Svg {
         );
     }
 
-    /// A rectangle with a text that shows when it is pointed at.
+    /// A rectangle with a tooltip.
     pub fn bar(&mut self, (x, y): (f64, f64), (width, height): (f64, f64), fill: &str, title: &str) {
         let title = escape_html(title);
         let _ = writeln!(
@@ -85,7 +91,7 @@ impl Svg {
         );
     }
 
-    /// A dot with such a text.
+    /// A dot with a tooltip.
     pub fn dot(&mut self, (x, y): (f64, f64), fill: &str, title: &str) {
         let title = escape_html(title);
         let _ = writeln!(
@@ -94,13 +100,13 @@ impl Svg {
         );
     }
 
-    /// Text that begins (`start`), is centred (`middle`) or ends (`end`) at a place.
+    /// Text that starts (`start`), is centred (`middle`) or ends (`end`) at a point.
     pub fn text(&mut self, (x, y): (f64, f64), anchor: &str, text: &str) {
         let text = escape_html(text);
         let _ = writeln!(self.text, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{text}</text>");
     }
 
-    /// A row of coloured names from a place on.
+    /// A row of names with their colours, to the right of a point.
     pub fn legend(&mut self, (mut x, y): (f64, f64), names: impl Iterator<Item = String>) {
         for (i, name) in names.enumerate() {
             self.bar((x, y - 9.0), (10.0, 10.0), color(i), &name);
@@ -109,6 +115,7 @@ impl Svg {
         }
     }
 
+    /// The SVG text.
     pub fn finish(self) -> String {
         self.text + "</svg>\n"
     }
@@ -120,15 +127,15 @@ mod tests {
 
     #[test]
     fn ticks_are_round() {
-        assert_eq!(ticks(10.0), [0.0, 5.0, 10.0]);
-        assert_eq!(ticks(3.9), [0.0, 1.0, 2.0, 3.0]);
-        assert_eq!(ticks(0.0), [0.0]);
-        assert_eq!(ticks(f64::NAN), [0.0]);
-        assert!(ticks(1e300).len() > 1 && ticks(1e-300).len() > 1);
+        assert_eq!(round_ticks(10.0), [0.0, 5.0, 10.0]);
+        assert_eq!(round_ticks(3.9), [0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(round_ticks(0.0), [0.0]);
+        assert_eq!(round_ticks(f64::NAN), [0.0]);
+        assert!(round_ticks(1e300).len() > 1 && round_ticks(1e-300).len() > 1);
     }
 
     #[test]
-    fn scales_stay_in_their_place() {
+    fn scales_clamp_to_their_range() {
         let log = Scale::log((10.0, 1000.0), (0.0, 100.0));
         assert!((log.at(100.0) - 50.0).abs() < 1e-9);
         assert_eq!(log.at(1e9), 100.0);

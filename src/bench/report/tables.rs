@@ -1,8 +1,8 @@
-//! The page's tables.
+//! The tables of the report.
 
-use super::format_duration;
+use super::units::format_duration;
 use crate::bench::compare::{Comparison, Verdict};
-use crate::bench::results::BenchResults;
+use crate::bench::results::{BenchResults, SceneResults};
 use crate::output::escape_html;
 
 fn table(head: &[&str], rows: &[Vec<String>]) -> String {
@@ -19,9 +19,9 @@ fn optional(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
     cell(&value.filter(|v| v.is_finite()).map_or_else(|| "–".into(), show))
 }
 
-/// Trees, a row for each scene.
-pub(super) fn trees(figures: &BenchResults) -> String {
-    let row = |scene: &crate::bench::results::SceneResults| {
+/// A row of BVH statistics for each scene.
+pub(super) fn bvhs(results: &BenchResults) -> String {
+    let row = |scene: &SceneResults| {
         let tree = scene.tree.clone().unwrap_or_default();
         vec![
             cell(&scene.name),
@@ -32,14 +32,14 @@ pub(super) fn trees(figures: &BenchResults) -> String {
             optional(tree.sah_cost, |v| format!("{v:.1}")),
         ]
     };
-    let head = ["scene", "triangles", "in trees", "nodes", "bytes a triangle", "SAH cost"];
-    table(&head, &figures.scenes.iter().map(row).collect::<Vec<_>>())
+    let head = ["scene", "triangles", "in BVHs", "nodes", "bytes a triangle", "SAH cost"];
+    table(&head, &results.scenes.iter().map(row).collect::<Vec<_>>())
 }
 
-/// Stages, a row for each.
-pub(super) fn stages(figures: &BenchResults) -> String {
+/// A row for each stage.
+pub(super) fn stages(results: &BenchResults) -> String {
     let mut rows = Vec::new();
-    for (scene, s) in figures.scenes.iter().flat_map(|scene| scene.stages.iter().map(move |s| (scene, s))) {
+    for (scene, s) in results.scenes.iter().flat_map(|scene| scene.stages.iter().map(move |s| (scene, s))) {
         rows.push(vec![
             cell(&scene.name),
             cell(s.stage.name()),
@@ -47,7 +47,7 @@ pub(super) fn stages(figures: &BenchResults) -> String {
             optional(s.median(), format_duration),
             optional(s.least_seconds, format_duration),
             optional(s.mrays(), |v| format!("{v:.2}")),
-            optional(s.spread_of_rounds(), |v| format!("{:.1} %", 100.0 * v)),
+            optional(s.relative_spread(), |v| format!("{:.1} %", 100.0 * v)),
             optional(s.waited, |v| format!("{:.0} %", 100.0 * v)),
             optional(s.peak(), |v| format!("{:.0} MiB", v / f64::from(1 << 20))),
         ]);
@@ -55,18 +55,21 @@ pub(super) fn stages(figures: &BenchResults) -> String {
     table(&["scene", "stage", "threads", "time", "least", "Mray/s", "spread", "waited", "peak memory"], &rows)
 }
 
-/// What moved, and beneath it everything.
-pub(super) fn comparison(compared: &Comparison) -> String {
-    let mut out = String::from("<h2 id=\"compared\">Beside the earlier figures</h2>\n");
-    for note in &compared.notes {
+/// A summary of the comparison, and a row for each change.
+pub(super) fn comparison(comparison: &Comparison) -> String {
+    let mut out = String::from("<h2 id=\"compared\">Comparison with the baseline</h2>\n");
+    for note in &comparison.notes {
         out += &format!("<p class=\"note\">{}</p>\n", escape_html(note));
     }
-    out += &match compared.significant().count() {
-        0 => "<p>Nothing moved beyond the noise.</p>\n".to_string(),
-        n => format!("<p>{n} of {} figures moved beyond the noise.</p>\n", compared.changes.len()),
+    out += &match comparison.significant().count() {
+        0 => "<p>No change beyond the noise.</p>\n".to_string(),
+        n => format!(
+            "<p>{n} of {} measurements changed by more than the noise.</p>\n",
+            comparison.changes.len()
+        ),
     };
     let mut rows = Vec::new();
-    for change in &compared.changes {
+    for change in &comparison.changes {
         let verdict = match change.verdict {
             Verdict::Same => "<td></td>",
             Verdict::Less => "<td class=\"word less\">less</td>",
@@ -74,12 +77,12 @@ pub(super) fn comparison(compared: &Comparison) -> String {
         };
         rows.push(vec![
             cell(&change.scene),
-            format!("<td class=\"word\">{}</td>", escape_html(&change.what)),
+            format!("<td class=\"word\">{}</td>", escape_html(&change.metric)),
             cell(&format!("{:.3}", change.ratio)),
             optional(Some(change.noise), |v| format!("{:.1} %", 100.0 * v)),
-            optional(change.by_least, |v| format!("{v:.3}")),
+            optional(change.min_ratio, |v| format!("{v:.3}")),
             verdict.to_string(),
         ]);
     }
-    out + &table(&["scene", "cost of", "now to then", "noise", "by least", ""], &rows)
+    out + &table(&["scene", "cost", "new / old", "noise", "by least", ""], &rows)
 }

@@ -1,4 +1,4 @@
-//! Binary glTF: one buffer, written as it is made, after a header that counts it beforehand.
+//! Writes generated scenes as binary glTF. The header, which precedes the buffer, holds its length in advance.
 
 use std::fs::File;
 use std::io::{BufWriter, Error, ErrorKind, Result, Write};
@@ -6,23 +6,25 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::noise::fractal;
+use super::mesh::GeneratedMesh;
+use super::noise::fractal_noise;
+use super::scene::{GeneratedInstance, GeneratedScene};
 use super::vector::{cross, sub, unit};
-use super::{GeneratedMesh, GeneratedScene};
 
+/// Component types of accessors.
 const FLOAT: u32 = 5126;
-const UNSIGNED: u32 = 5125;
+const UNSIGNED_INT: u32 = 5125;
 
-/// Texels along a side of the texture.
-const TEXTURE: u32 = 1024;
+/// Texels per side of the texture.
+const TEXTURE_SIDE: u32 = 1024;
 
-/// Writes the scene as GLB, with its camera, a point light and a sun; textured where it says so.
+/// Writes a scene as GLB, with its camera, a point light and a sun.
 ///
 /// # Errors
-/// Those of the file system, and scenes of 4 GiB and more, which a GLB cannot hold.
+/// Errors of the file system, and scenes of 4 GiB and more, which exceed the format.
 pub fn write_glb(scene: &GeneratedScene, path: &Path) -> Result<()> {
-    let texture = if scene.textured { png()? } else { Vec::new() };
-    let (json, length) = describe(scene, texture.len());
+    let texture = if scene.textured { texture_png()? } else { Vec::new() };
+    let (json, length) = json_and_buffer_length(scene, texture.len());
     let mut text = json.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     let total = 28 + text.len() + length;
@@ -56,9 +58,12 @@ pub fn write_glb(scene: &GeneratedScene, path: &Path) -> Result<()> {
     out.flush()
 }
 
-/// The JSON, and the length of the buffer that it describes.
-fn describe(scene: &GeneratedScene, texture: usize) -> (Value, usize) {
-    let (mut views, mut accessors, mut meshes, mut materials) = (vec![], vec![], vec![], vec![]);
+/// The JSON chunk, and the length of the buffer that it describes. `texture` is the length of the PNG.
+fn json_and_buffer_length(scene: &GeneratedScene, texture: usize) -> (Value, usize) {
+    let mut views = vec![];
+    let mut accessors = vec![];
+    let mut meshes = vec![];
+    let mut materials = vec![];
     let mut length = 0;
     let mut view = |bytes: usize| {
         views.push(json!({"buffer": 0, "byteOffset": length, "byteLength": bytes}));
@@ -80,7 +85,7 @@ fn describe(scene: &GeneratedScene, texture: usize) -> (Value, usize) {
         if scene.textured {
             attributes["TEXCOORD_0"] = accessor(n * 8, FLOAT, "VEC2", n).into();
         }
-        let indices = accessor(mesh.triangles.len() * 12, UNSIGNED, "SCALAR", mesh.triangles.len() * 3);
+        let indices = accessor(mesh.triangles.len() * 12, UNSIGNED_INT, "SCALAR", mesh.triangles.len() * 3);
         let (low, high) = bounds(mesh);
         accessors[position]["min"] = json!(low);
         accessors[position]["max"] = json!(high);
@@ -130,12 +135,12 @@ fn material(mesh: &GeneratedMesh, textured: bool) -> Value {
     json!({"pbrMetallicRoughness": surface, "doubleSided": true})
 }
 
-/// A lamp that makes its target about as bright as the sun does.
+/// A point light that lights the target about as brightly as the sun.
 fn lights(scene: &GeneratedScene) -> Value {
-    let way = sub(scene.light, scene.target);
-    let squared: f32 = way.iter().map(|x| x * x).sum();
+    let to_light = sub(scene.light, scene.target);
+    let squared_distance: f32 = to_light.iter().map(|x| x * x).sum();
     json!([
-        {"type": "point", "intensity": 3.0 * squared, "color": [1.0, 0.95, 0.85]},
+        {"type": "point", "intensity": 3.0 * squared_distance, "color": [1.0, 0.95, 0.85]},
         {"type": "directional", "intensity": 1.5, "color": [0.85, 0.92, 1.0]},
     ])
 }
@@ -145,8 +150,8 @@ fn nodes(scene: &GeneratedScene) -> Vec<Value> {
         let [x, y, z, o] = columns;
         json!([x[0], x[1], x[2], 0, y[0], y[1], y[2], 0, z[0], z[1], z[2], 0, o[0], o[1], o[2], 1])
     };
-    // −Z looks along `d`.
-    let looking = |d: [f32; 3], from: [f32; 3]| {
+    // The matrix of a node at `from` whose −Z axis points along `d`.
+    let look_along = |d: [f32; 3], from: [f32; 3]| {
         let z = unit(d.map(|x| -x));
         let x = unit(cross([0.0, 1.0, 0.0], z));
         matrix([x, cross(z, x), z, from])
@@ -155,38 +160,42 @@ fn nodes(scene: &GeneratedScene) -> Vec<Value> {
         .instances
         .iter()
         .map(|i| {
-            let plain = *i == super::GeneratedInstance::identity(i.mesh);
-            if plain { json!({"mesh": i.mesh}) } else { json!({"mesh": i.mesh, "matrix": matrix(i.columns)}) }
+            let is_identity = *i == GeneratedInstance::identity(i.mesh);
+            if is_identity {
+                json!({"mesh": i.mesh})
+            } else {
+                json!({"mesh": i.mesh, "matrix": matrix(i.columns)})
+            }
         })
         .collect();
     nodes.push(
-        json!({"name": "Camera", "camera": 0, "matrix": looking(sub(scene.target, scene.eye), scene.eye)}),
+        json!({"name": "Camera", "camera": 0, "matrix": look_along(sub(scene.target, scene.eye), scene.eye)}),
     );
-    let lamp = |i: usize, matrix: Value| json!({"matrix": matrix, "extensions": {"KHR_lights_punctual": {"light": i}}});
-    nodes.push(lamp(0, looking([0.0, 0.0, -1.0], scene.light)));
-    nodes.push(lamp(1, looking(scene.sun, scene.light)));
+    let light = |i: usize, matrix: Value| json!({"matrix": matrix, "extensions": {"KHR_lights_punctual": {"light": i}}});
+    nodes.push(light(0, look_along([0.0, 0.0, -1.0], scene.light)));
+    nodes.push(light(1, look_along(scene.sun_direction, scene.light)));
     nodes
 }
 
-/// Texture coordinates from above and aside: without seams.
+/// Texture coordinates of an oblique projection, which has no seams.
 fn uv(p: [f32; 3]) -> [f32; 2] {
     [0.5 + 0.4 * p[0] + 0.15 * p[2], 0.5 - 0.4 * p[1] + 0.15 * p[2]]
 }
 
-/// A mottled texture with fine grain, as a PNG.
-fn png() -> Result<Vec<u8>> {
-    let mut texels = Vec::with_capacity((TEXTURE * TEXTURE * 3) as usize);
-    for y in 0..TEXTURE {
-        for x in 0..TEXTURE {
-            let p = [f64::from(x) / f64::from(TEXTURE), f64::from(y) / f64::from(TEXTURE), 0.0];
-            for band in 0..3 {
-                let shade = 0.7 + 0.18 * fractal(p, 8.0, 6, 0.6, 60 + band);
+/// A mottled texture with fine grain.
+fn texture_png() -> Result<Vec<u8>> {
+    let mut texels = Vec::with_capacity((TEXTURE_SIDE * TEXTURE_SIDE * 3) as usize);
+    for y in 0..TEXTURE_SIDE {
+        for x in 0..TEXTURE_SIDE {
+            let p = [f64::from(x) / f64::from(TEXTURE_SIDE), f64::from(y) / f64::from(TEXTURE_SIDE), 0.0];
+            for channel in 0..3 {
+                let shade = 0.7 + 0.18 * fractal_noise(p, 8.0, 6, 0.6, 60 + channel);
                 texels.push((255.0 * shade.clamp(0.0, 1.0)) as u8);
             }
         }
     }
     let mut out = Vec::new();
-    let mut encoder = png::Encoder::new(&mut out, TEXTURE, TEXTURE);
+    let mut encoder = png::Encoder::new(&mut out, TEXTURE_SIDE, TEXTURE_SIDE);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_compression(png::Compression::Fast);
     encoder.write_header()?.write_image_data(&texels)?;

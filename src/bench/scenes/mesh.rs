@@ -1,29 +1,30 @@
-//! Meshes in memory.
+//! Generated meshes.
 
 use super::vector::{add, cross, sub, unit};
 
 /// Indexed triangles, counter-clockwise from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GeneratedMesh {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Vertices.
+    /// Vertex positions.
     pub positions: Vec<[f32; 3]>,
-    /// Unit normals of the vertices; empty where the mesh is flat.
+    /// Unit vertex normals; empty for flat shading.
     pub normals: Vec<[f32; 3]>,
-    /// Indices of vertices.
+    /// Vertex indices.
     pub triangles: Vec<[u32; 3]>,
     /// Linear base colour.
     pub color: [f32; 3],
 }
 
 impl GeneratedMesh {
-    pub(crate) fn named(name: &str, color: [f32; 3]) -> GeneratedMesh {
+    /// An empty mesh.
+    pub(super) fn named(name: &str, color: [f32; 3]) -> GeneratedMesh {
         GeneratedMesh { name: name.into(), color, ..GeneratedMesh::default() }
     }
 
-    /// Gives every vertex the mean of its triangles' normals, by area.
-    pub(crate) fn smooth(&mut self) {
+    /// Sets vertex normals: the area-weighted mean of the adjacent triangles' normals.
+    pub(super) fn smooth(&mut self) {
         let mut sums = vec![[0.0; 3]; self.positions.len()];
         for t in &self.triangles {
             let [a, b, c] = t.map(|v| self.positions[v as usize]);
@@ -35,14 +36,15 @@ impl GeneratedMesh {
         self.normals = sums.into_iter().map(unit).collect();
     }
 
-    /// Adds `other`, each point moved by `place`. Without normals of its own.
-    pub(crate) fn join(&mut self, other: &GeneratedMesh, place: impl Fn([f32; 3]) -> [f32; 3]) {
+    /// Appends `other` without its normals. `transform` transforms its points.
+    pub(super) fn append(&mut self, other: &GeneratedMesh, transform: impl Fn([f32; 3]) -> [f32; 3]) {
         let base = self.positions.len() as u32;
-        self.positions.extend(other.positions.iter().map(|&p| place(p)));
+        self.positions.extend(other.positions.iter().map(|&p| transform(p)));
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
     }
 
-    pub(crate) fn add_to(&self, hash: &mut Fnv) {
+    /// Hashes all numbers.
+    pub(super) fn hash(&self, hash: &mut Fnv1a) {
         for p in self.positions.iter().chain(&self.normals) {
             p.iter().for_each(|x| hash.add(x.to_bits()));
         }
@@ -50,16 +52,16 @@ impl GeneratedMesh {
     }
 }
 
-/// The hash FNV-1a over words.
-pub(crate) struct Fnv(u64);
+/// The hash FNV-1a, over 32-bit words.
+pub(super) struct Fnv1a(u64);
 
-impl Default for Fnv {
-    fn default() -> Fnv {
-        Fnv(0xcbf2_9ce4_8422_2325)
+impl Default for Fnv1a {
+    fn default() -> Fnv1a {
+        Fnv1a(0xcbf2_9ce4_8422_2325)
     }
 }
 
-impl Fnv {
+impl Fnv1a {
     pub fn add(&mut self, word: u32) {
         self.0 = (self.0 ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3);
     }

@@ -1,14 +1,13 @@
-//! Random numbers by hashing, and smooth noise over space. In f64, by additions, products and
-//! integer hashes alone.
+//! Random numbers from hashes, and value noise in f64: only additions, products and integer hashes.
 
-/// Mixes 64 bits (the finaliser of splitmix64).
+/// Hashes 64 bits (the finaliser of SplitMix64).
 pub fn mix(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     x ^ (x >> 31)
 }
 
-/// A sequence of random numbers.
+/// A random number generator.
 pub struct Random(u64);
 
 impl Random {
@@ -21,19 +20,19 @@ impl Random {
         mix(self.0)
     }
 
-    /// In 0…1.
+    /// A number in 0…1.
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1u32 << 24) as f32
     }
 
-    /// Between `low` and `high`.
+    /// A number between `low` and `high`.
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
 }
 
-/// A number in −1…1 that belongs to a corner of the lattice.
-fn corner(x: i64, y: i64, z: i64, seed: u64) -> f64 {
+/// The random value of a lattice point, in −1…1.
+fn lattice_value(x: i64, y: i64, z: i64, seed: u64) -> f64 {
     let key = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
         ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f)
         ^ (z as u64).wrapping_mul(0x1656_67b1_9e37_79f9)
@@ -41,7 +40,7 @@ fn corner(x: i64, y: i64, z: i64, seed: u64) -> f64 {
     (mix(key) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
-/// Value noise: smooth to the second derivative, about −1…1, features of the size of one unit.
+/// Value noise on the unit lattice, about −1…1, with continuous second derivatives.
 pub fn noise(p: [f64; 3], seed: u64) -> f64 {
     let cell = p.map(f64::floor);
     let f = [0, 1, 2].map(|a| {
@@ -49,21 +48,24 @@ pub fn noise(p: [f64; 3], seed: u64) -> f64 {
         t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
     });
     let [x, y, z] = cell.map(|c| c as i64);
-    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-    let line = |y, z| mix(corner(x, y, z, seed), corner(x + 1, y, z, seed), f[0]);
-    let plane = |z| mix(line(y, z), line(y + 1, z), f[1]);
-    mix(plane(z), plane(z + 1), f[2])
+    let lerp = |a: f64, b: f64, t: f64| a + (b - a) * t;
+    let line = |y, z| lerp(lattice_value(x, y, z, seed), lattice_value(x + 1, y, z, seed), f[0]);
+    let plane = |z| lerp(line(y, z), line(y + 1, z), f[1]);
+    lerp(plane(z), plane(z + 1), f[2])
 }
 
-/// `octaves` of noise from frequency `frequency` on, each twice as fine and `gain` as strong.
-pub fn fractal(p: [f64; 3], frequency: f64, octaves: u32, gain: f64, seed: u64) -> f64 {
-    let (mut f, mut strength, mut sum) = (frequency, 1.0, 0.0);
+/// Fractal noise: `octaves` of value noise from `frequency` on, each of twice the frequency and `gain` times the
+/// amplitude.
+pub fn fractal_noise(p: [f64; 3], frequency: f64, octaves: u32, gain: f64, seed: u64) -> f64 {
+    let mut f = frequency;
+    let mut amplitude = 1.0;
+    let mut sum = 0.0;
     for octave in 0..octaves {
-        // Octaves are shifted, so that their lattices do not coincide at the origin.
+        // The lattices of the octaves must not coincide at the origin.
         let shift = 17.31 * f64::from(octave + 1);
-        sum += strength * noise(p.map(|x| x * f + shift), seed + u64::from(octave));
+        sum += amplitude * noise(p.map(|x| x * f + shift), seed + u64::from(octave));
         f *= 2.0;
-        strength *= gain;
+        amplitude *= gain;
     }
     sum
 }

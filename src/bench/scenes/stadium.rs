@@ -1,25 +1,24 @@
-//! The teapot in the stadium: a place 400 metres wide of a few thousand triangles, and in its
-//! middle, 10 centimetres large, all the others.
+//! Teapot in a stadium: a few thousand triangles 400 metres wide, and all others within 10 centimetres at the centre.
 
 use super::mesh::GeneratedMesh;
-use super::scan::surface;
-use super::{GeneratedInstance, GeneratedScene};
+use super::scan::scan_surface;
+use super::scene::{GeneratedInstance, GeneratedScene};
 
-/// The stadium.
+/// Generates the stadium.
 pub fn scene(triangles: usize) -> GeneratedScene {
     let mut stands = GeneratedMesh::named("stands", [0.5, 0.5, 0.55]);
     let profile: Vec<(f32, f32)> = (0..8)
         .flat_map(|i| [(60.0 + 17.0 * i as f32, 8.0 * i as f32), (77.0 + 17.0 * i as f32, 8.0 * i as f32)])
         .collect();
-    // Seen from within.
-    stands.turned([0.0; 3], &profile, 64, 0.0);
+    // The stands face inward.
+    stands.add_revolved([0.0; 3], &profile, 64, 0.0);
     stands.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let mut lawn = GeneratedMesh::named("lawn", [0.1, 0.4, 0.12]);
-    lawn.grid(4, 4, |u, v| [(u * 400.0 - 200.0) as f32, 0.0, (v * 400.0 - 200.0) as f32]);
-    let rest = triangles - stands.triangles.len() - lawn.triangles.len();
-    let dense = surface(rest, 2, [0.75, 0.7, 0.65]);
+    lawn.add_grid(4, 4, |u, v| [(u * 400.0 - 200.0) as f32, 0.0, (v * 400.0 - 200.0) as f32]);
+    let remaining = triangles - stands.triangles.len() - lawn.triangles.len();
+    let dense = scan_surface(remaining, 2, [0.75, 0.7, 0.65]);
     let mut pot = GeneratedMesh::named("pot", dense.color);
-    pot.join(&dense, |p| [p[0] * 0.05, p[1] * 0.05 + 0.06, p[2] * 0.05]);
+    pot.append(&dense, |p| [p[0] * 0.05, p[1] * 0.05 + 0.06, p[2] * 0.05]);
     pot.smooth();
     let meshes = vec![stands, lawn, pot];
     GeneratedScene {
@@ -30,7 +29,7 @@ pub fn scene(triangles: usize) -> GeneratedScene {
         target: [0.0, 0.065, 0.0],
         yfov: 45.0,
         light: [30.0, 60.0, 20.0],
-        sun: [-0.4, -0.8, -0.45],
+        sun_direction: [-0.4, -0.8, -0.45],
         textured: false,
     }
 }

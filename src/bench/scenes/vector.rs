@@ -1,4 +1,4 @@
-//! Three numbers at a time: only operations that IEEE 754 rounds the same everywhere.
+//! Vectors in f32, with operations that IEEE 754 rounds identically on every machine.
 
 pub fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|i| a[i] + b[i])
@@ -20,7 +20,7 @@ pub fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Of length one; straight up where there is no length.
+/// The unit vector; +Y for vectors of zero or infinite length.
 pub fn unit(a: [f32; 3]) -> [f32; 3] {
     let length = dot(a, a).sqrt();
     if length > 0.0 && length.is_finite() { scale(a, 1.0 / length) } else { [0.0, 1.0, 0.0] }

@@ -148,7 +148,7 @@ fn measure_all(
     }
     let mut observer =
         ConsoleObserver { quiet: args.common.quiet, strict: args.common.strict, rounds: settings.rounds };
-    let BenchRun { figures: mut results, heat_maps, failed } = measure(settings, &workloads, &mut observer);
+    let BenchRun { mut results, heat_maps, failed } = measure(settings, &workloads, &mut observer);
     if !settings.memory {
         let has_failed = |i: usize| failed.iter().any(|(other, _)| *other == i);
         let measured = workloads.iter().enumerate().filter(|(i, _)| !has_failed(*i));
@@ -205,7 +205,7 @@ fn fail(summary: &mut Summary, text: &str) {
 /// With --strict, any higher cost is an error.
 fn fail_higher_costs(summary: &mut Summary, comparison: &Comparison) {
     for change in comparison.significant().filter(|change| change.verdict == Verdict::More) {
-        let text = format!("{}: {} is {:.2}× the earlier value", change.scene, change.what, change.ratio);
+        let text = format!("{}: {} is {:.2}× the earlier value", change.scene, change.metric, change.ratio);
         fail(summary, &strict_error(text).to_string());
     }
 }

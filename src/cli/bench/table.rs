@@ -62,7 +62,7 @@ fn stage_row(s: &StageResults) -> Vec<String> {
         or_dash(s.median(), format_duration),
         or_dash(s.least_seconds, format_duration),
         or_dash(s.mrays(), |v| format!("{v:.2}")),
-        or_dash(s.spread_of_rounds(), |v| format!("{:.1} %", 100.0 * v)),
+        or_dash(s.relative_spread(), |v| format!("{:.1} %", 100.0 * v)),
         or_dash(s.waited, |v| format!("{:.0} %", 100.0 * v)),
         or_dash(s.peak(), |v| format!("{:.0} MiB", v / f64::from(1 << 20))),
     ]
@@ -71,7 +71,7 @@ fn stage_row(s: &StageResults) -> Vec<String> {
 /// The ratios of all measurements, notes, and a list of the significant changes.
 pub fn comparison(compared: &Comparison) -> String {
     let mut rows = vec![cells(["cost, new / old", "ratio", "noise", "by least", ""])];
-    let name = |c: &Change| format!("{}: {}", single_line(&c.scene), single_line(&c.what));
+    let name = |c: &Change| format!("{}: {}", single_line(&c.scene), single_line(&c.metric));
     let noise = |c: &Change| or_dash(Some(c.noise), |v| format!("{:.1} %", 100.0 * v));
     for change in &compared.changes {
         let verdict = match change.verdict {
@@ -83,7 +83,7 @@ pub fn comparison(compared: &Comparison) -> String {
             name(change),
             format!("{:.3}", change.ratio),
             noise(change),
-            or_dash(change.by_least, |v| format!("{v:.3}")),
+            or_dash(change.min_ratio, |v| format!("{v:.3}")),
             verdict.into(),
         ]);
     }

@@ -1,0 +1,126 @@
+use super::*;
+use crate::bench::interleaved_timer::Timing;
+use crate::bench::results::{BenchStage, BvhResults};
+
+/// A run of five scenes whose rounds scatter by about 1 %. All times are multiplied by `factor`.
+fn run(factor: f64, rounds: usize, seed: usize) -> BenchResults {
+    let stages = |scene: usize| {
+        BenchStage::ALL.into_iter().enumerate().map(move |(i, stage)| {
+            let timing = |round: usize| {
+                let shift = ((seed + 7 * scene + 3 * i + 5 * round) % 11) as f64 / 5.0 - 1.0;
+                let relative = factor * (1.0 + 0.01 * shift);
+                let seconds = relative * 0.001;
+                Timing {
+                    seconds,
+                    relative,
+                    min_seconds: 0.9 * seconds,
+                    min_calibration_seconds: 0.0009,
+                    wait_fraction: 0.1,
+                    peak_bytes: Some(1 << 20),
+                }
+            };
+            StageResults::new(stage, 1, None, &(0..rounds).map(timing).collect::<Vec<_>>())
+        })
+    };
+    let scene = |i: usize| SceneResults {
+        name: format!("scene {i}"),
+        triangles: 10,
+        tree: None,
+        stages: stages(i).collect(),
+    };
+    let mut results = BenchResults::new(RecordedSettings::default(), (0..5).map(scene).collect());
+    results.machine = Machine::default();
+    results
+}
+
+#[test]
+fn only_real_changes_are_significant() {
+    for seed in 0..11 {
+        let same = compare(&run(1.0, 5, 0), &run(1.0, 5, seed));
+        assert_eq!(same.changes.len(), 5 * 7 * 2);
+        assert!(same.notes.is_empty(), "{:?}", same.notes);
+        assert_eq!(same.significant().count(), 0, "{same:?}");
+        let slower = compare(&run(1.0, 5, 0), &run(1.2, 5, seed));
+        let faster = compare(&run(1.2, 5, 0), &run(1.0, 5, seed));
+        assert!(slower.has_regression() && slower.significant().count() == 35);
+        assert!(!faster.has_regression() && faster.significant().all(|c| c.verdict == Verdict::Less));
+        assert_eq!(faster.significant().count(), 35);
+    }
+}
+
+#[test]
+fn the_ratio_of_minima_exists_on_one_thread_only() {
+    let (mut old, mut new) = (run(1.0, 5, 0), run(1.5, 5, 0));
+    new.scenes[1].stages[0].least_relative = None;
+    new.scenes[2].stages[0].threads = 2;
+    old.scenes[2].stages[0].threads = 2;
+    for change in compare(&old, &new).changes {
+        let expected = match (change.scene.as_str(), change.metric.as_str()) {
+            (_, metric) if metric.ends_with("memory") => None,
+            ("scene 1", "load, 1 thread") | ("scene 2", "load, 2 threads") => None,
+            _ => Some(1.5),
+        };
+        let min_ratio = change.min_ratio.map(|ratio| (ratio * 1000.0).round() / 1000.0);
+        assert_eq!(min_ratio, expected, "{change:?}");
+    }
+}
+
+/// A change by 20 % is significant if the rounds agree, but not if they differ as much.
+#[test]
+fn noise_follows_the_spread_of_the_rounds() {
+    let (old, mut new) = (run(1.0, 5, 0), run(1.2, 5, 1));
+    for stage in new.scenes.iter_mut().flat_map(|scene| &mut scene.stages) {
+        stage.relative = [0.9, 1.5, 1.2, 1.0, 1.4].map(Some).to_vec();
+    }
+    let compared = compare(&old, &new);
+    assert_eq!(compared.significant().count(), 0, "{compared:?}");
+    assert!(compared.changes.iter().any(|c| c.ratio > 1.19 && c.noise > 0.3));
+}
+
+#[test]
+fn rounds_that_agree_by_chance_do_not_lower_the_noise() {
+    let (mut old, mut new) = (run(1.0, 3, 0), run(1.0, 3, 1));
+    for (i, stage) in old.scenes.iter_mut().chain(&mut new.scenes).flat_map(|s| &mut s.stages).enumerate() {
+        let scatter = if i == 0 || i == 35 { 0.0 } else { 0.05 };
+        let middle = if i == 0 { 1.1 } else { 1.0 };
+        stage.relative = [1.0 - scatter, 1.0, 1.0 + scatter].map(|v| Some(v * middle)).to_vec();
+    }
+    assert_eq!(compare(&old, &new).significant().count(), 0);
+}
+
+#[test]
+fn missing_results_are_noted_or_skipped() {
+    let (old, mut new) = (run(1.0, 5, 0), run(2.0, 5, 0));
+    new.scenes[0].name = "new".into();
+    new.scenes[1].triangles = 11;
+    new.scenes[2].stages[2].rays = Some(5);
+    new.scenes[3].stages[0].relative = vec![None, None];
+    new.scenes[3].stages[1].relative = vec![Some(f64::NAN), Some(-1.0), Some(0.0), None];
+    new.scenes[4].stages.clear();
+    new.machine.cores = 64;
+    let compared = compare(&old, &new);
+    for text in
+        ["new: only in the new", "scene 0: only in the old", "scene 1: different scenes", "different rays"]
+    {
+        assert!(compared.notes.iter().any(|note| note.contains(text)), "{text}: {:?}", compared.notes);
+    }
+    assert!(compared.notes[0].contains("different machines"));
+    let times = compared.changes.iter().filter(|c| !c.metric.contains("memory"));
+    assert_eq!(times.count(), 6 + 5);
+    let single = compare(&run(1.0, 1, 0), &run(3.0, 1, 0));
+    assert!(single.significant().count() == 0 && single.notes[0].contains("--rounds"), "{single:?}");
+    new.settings.calibration += 1;
+    assert!(compare(&old, &new).notes.iter().any(|note| note.contains("seconds are compared")));
+    assert!(compare(&new, &old).changes.iter().all(|c| c.ratio.is_finite()));
+}
+
+#[test]
+fn bvh_statistics_have_no_noise() {
+    let (mut old, mut new) = (run(1.0, 5, 0), run(1.0, 5, 0));
+    let tree = BvhResults { nodes: 100, sah_cost: Some(50.0), ..Default::default() };
+    old.scenes[0].tree = Some(tree.clone());
+    new.scenes[0].tree = Some(BvhResults { sah_cost: Some(51.0), bytes_per_triangle: Some(3.0), ..tree });
+    let compared = compare(&old, &new);
+    let moved: Vec<&str> = compared.significant().map(|c| c.metric.as_str()).collect();
+    assert_eq!(moved, ["SAH cost"]);
+}

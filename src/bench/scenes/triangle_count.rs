@@ -1,0 +1,24 @@
+//! Numbers of triangles as people write them.
+
+/// Formats a number of triangles: `70k`, `1.1m`.
+pub fn format_triangle_count(triangles: usize) -> String {
+    let n = triangles as f64;
+    if triangles < 999_500 { format!("{:.0}k", n / 1e3) } else { format!("{:.1}m", n / 1e6) }
+}
+
+/// Parses a number of triangles: `70000`, `70k`, `1.1m`.
+///
+/// # Errors
+/// The text is not a number, or not between 1 and 10⁹.
+pub fn parse_triangle_count(word: &str) -> Result<usize, String> {
+    let lower = word.to_ascii_lowercase();
+    let (digits, scale) = match lower.as_bytes().last() {
+        Some(b'k') => (&lower[..lower.len() - 1], 1e3),
+        Some(b'm') => (&lower[..lower.len() - 1], 1e6),
+        _ => (&lower[..], 1.0),
+    };
+    match digits.parse::<f64>() {
+        Ok(n) if n > 0.0 && n * scale <= 1e9 => Ok((n * scale).round() as usize),
+        _ => Err(format!("'{word}' is not a number of triangles; use 70k, 1.1m or 70000, at most 1000m")),
+    }
+}

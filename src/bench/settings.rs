@@ -1,0 +1,39 @@
+//! Settings of a benchmark run, and the interface that receives its progress.
+
+use super::workload::Workload;
+use crate::accel::SimdLevel;
+use crate::import::{LoadOptions, Warning};
+use crate::render::RenderSettings;
+
+/// Settings of a benchmark run.
+#[derive(Clone, Debug)]
+pub struct BenchSettings {
+    /// How files are imported.
+    pub load: LoadOptions,
+    /// Size of the images, and samples per pixel of frames. Rays go through the pixel centres.
+    pub render: RenderSettings,
+    /// Rounds over all scenes.
+    pub rounds: u32,
+    /// Numbers of threads.
+    pub threads: Vec<usize>,
+    /// The SIMD level of ray traversal.
+    pub simd: SimdLevel,
+    /// Whether heat maps of the eye rays' traversal steps are rendered.
+    pub heat_maps: bool,
+    /// Measures peak memory instead of time, with a single run of each stage. A process keeps memory of earlier work,
+    /// so it must not measure anything before.
+    pub memory: bool,
+    /// The command line, which the results record.
+    pub command: Vec<String>,
+}
+
+/// Receives the progress of a run.
+pub trait BenchObserver {
+    /// A round of a scene starts.
+    fn scene_started(&mut self, workload: &Workload, round: u32);
+    /// A scene has been imported with these warnings. Called once per scene.
+    ///
+    /// # Errors
+    /// The scene must not be measured.
+    fn scene_loaded(&mut self, workload: &Workload, warnings: &[Warning]) -> Result<(), String>;
+}
