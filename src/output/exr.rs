@@ -63,7 +63,8 @@ pub(super) fn encode(picture: &Picture, half: bool) -> io::Result<Vec<u8>> {
 fn color_channels(picture: &Picture, sample_type: SampleType) -> Channels<'_> {
     let mut channels = Channels::new();
     for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
-        let values: PixelFn = Box::new(move |i| picture.display.composite_linear(picture.pixels.colors[i])[c]);
+        let values: PixelFn =
+            Box::new(move |i| picture.display.composite_linear(picture.pixels.colors[i])[c]);
         channels.push(AnyChannel::new(name, Channel { sample_type, values }));
     }
     channels

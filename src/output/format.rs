@@ -48,13 +48,13 @@ impl ImageFormat {
         }
     }
 
-    /// The name of the format with its article, and the bits per channel that it supports.
+    /// The name of the format, and the bits per channel that it supports.
     pub fn bit_depths(self) -> (&'static str, &'static [(u8, BitDepth)]) {
         match self {
-            ImageFormat::Png => ("a PNG", &[(8, BitDepth::Eight), (16, BitDepth::Sixteen)]),
-            ImageFormat::Exr => ("an EXR", &[(16, BitDepth::Sixteen), (32, BitDepth::Default)]),
-            ImageFormat::Jpeg(_) => ("a JPEG", &[(8, BitDepth::Eight)]),
-            ImageFormat::Webp => ("a WebP", &[(8, BitDepth::Eight)]),
+            ImageFormat::Png => ("PNG", &[(8, BitDepth::Eight), (16, BitDepth::Sixteen)]),
+            ImageFormat::Exr => ("EXR", &[(16, BitDepth::Sixteen), (32, BitDepth::Default)]),
+            ImageFormat::Jpeg(_) => ("JPEG", &[(8, BitDepth::Eight)]),
+            ImageFormat::Webp => ("WebP", &[(8, BitDepth::Eight)]),
         }
     }
 
@@ -65,8 +65,8 @@ impl ImageFormat {
     pub fn check_size(self, (width, height): (u32, u32)) -> io::Result<()> {
         let (name, max) = match self {
             ImageFormat::Png | ImageFormat::Exr => return Ok(()),
-            ImageFormat::Jpeg(_) => ("a JPEG", u32::from(u16::MAX)),
-            ImageFormat::Webp => ("a WebP", 1 << 14),
+            ImageFormat::Jpeg(_) => ("JPEG", u32::from(u16::MAX)),
+            ImageFormat::Webp => ("WebP", 1 << 14),
         };
         if width <= max && height <= max {
             return Ok(());

@@ -20,7 +20,7 @@ pub(super) fn encode(
     fingerprint: Option<&str>,
 ) -> io::Result<Vec<u8>> {
     let Some(rgb) = opaque_rgb(pixels) else {
-        let message = "a JPEG has no transparency; set a background, or write PNG or WebP";
+        let message = "JPEG has no transparency; set a background, or write PNG or WebP";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
     };
     let mut out = Vec::new();

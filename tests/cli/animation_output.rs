@@ -12,7 +12,7 @@ const ENDINGS: [&str; 4] = ["gif", "apng", "mp4", "html"];
 
 /// The output equals that of `assemble` on the same frames, byte for byte.
 #[test]
-fn all_frames_become_one_file() {
+fn an_animation_has_the_bytes_of_assembled_frames() {
     let (_dir, at) = folder();
     let scene = model("still-life/still-life.glb");
     let turn = format!("turntable {scene} {SMALL} --count 5 --start 20 -q");
@@ -35,7 +35,7 @@ fn all_frames_become_one_file() {
 /// Dragging on an HTML page moves the front of the model along: a turning camera and a turning model rotate
 /// in opposite directions.
 #[test]
-fn a_page_is_dragged_the_way_that_its_picture_turns() {
+fn the_drag_direction_of_a_page_follows_the_rotation() {
     let (_dir, at) = folder();
     let turn = format!("turntable {} {SMALL} --count 3 -q", model("still-life/still-life.glb"));
     for (flags, way) in [
@@ -57,7 +57,7 @@ fn a_page_is_dragged_the_way_that_its_picture_turns() {
 }
 
 #[test]
-fn an_animation_plays_as_fast_as_it_is() {
+fn an_animation_plays_at_the_speed_of_its_clip() {
     let (_dir, at) = folder();
     let line = format!("render {} {SMALL} --no-background -q --fps 5 --frames", model("figure/figure.glb"));
     runs(&at, &format!("{line} -o frames/####.png"));
@@ -73,13 +73,13 @@ fn an_animation_plays_as_fast_as_it_is() {
     let seconds = f64::from(control.delay_num) / f64::from(control.delay_den);
     assert!((seconds - 0.2).abs() < 1e-3, "{seconds}");
     // Backwards, and in part: in the requested order.
-    runs(&at, &format!("{line}=3-1:-1 -o back.apng"));
-    runs(&at, &format!("{line}=1-3 -o on.apng"));
-    assert!(fs::read(at.join("back.apng")).unwrap() != fs::read(at.join("on.apng")).unwrap());
+    runs(&at, &format!("{line}=3-1:-1 -o backward.apng"));
+    runs(&at, &format!("{line}=1-3 -o forward.apng"));
+    assert!(fs::read(at.join("backward.apng")).unwrap() != fs::read(at.join("forward.apng")).unwrap());
 }
 
 #[test]
-fn each_scene_has_a_moving_picture_of_its_own() {
+fn each_scene_gets_its_own_animation() {
     let (_dir, at) = folder();
     let (a, b) = (model("cornell/cornell.glb"), model("figure/figure.glb"));
     let line = format!("turntable {a} {b} {SMALL} --count 2");
@@ -98,7 +98,7 @@ fn each_scene_has_a_moving_picture_of_its_own() {
 
 /// Names without a frame number get one, except those with endings that are animations only.
 #[test]
-fn a_webp_is_a_picture_of_each_frame() {
+fn a_turntable_to_webp_writes_an_image_per_frame() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
     runs(&at, &format!("turntable {scene} {SMALL} --count 2 -q -o a.webp"));
@@ -106,44 +106,44 @@ fn a_webp_is_a_picture_of_each_frame() {
 }
 
 #[test]
-fn what_makes_no_moving_picture_is_refused_with_the_way_to_it() {
+fn unsupported_animation_options_are_usage_errors() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
     for ending in ENDINGS {
-        refused(&at, &format!("render {scene} -o a.{ending}"), "add --frames, take blinn turntable");
+        refused(&at, &format!("render {scene} -o a.{ending}"), "add --frames, use blinn turntable");
     }
     for (flags, message) in [
-        ("-o a.gif --only 1-3", "--only leaves frames out: render frames"),
-        ("-o a.mp4 --chunk 1/2", "then take blinn assemble"),
-        ("-o a.apng --resume", "--resume keeps finished frames"),
-        ("-o a.html --aov depth", "no --aov"),
-        ("-o a.gif --depth 16", "8 bits a channel"),
-        ("-o a.gif --quality 50", "--quality is of"),
-        ("-o a_##.gif", "leave their number out"),
-        ("-o a.mp4 --background transparent", "an MP4 has no transparency"),
-        ("-o a.mp4 --no-background", "an MP4 has no transparency"),
-        ("-o a.png --loop once", "--loop is of moving pictures"),
-        ("-o a.png --fps 12", "--fps is of moving pictures"),
-        ("--fps 12", "--fps is of moving pictures"),
+        ("-o a.gif --only 1-3", "--only leaves out frames of the animation"),
+        ("-o a.mp4 --chunk 1/2", "then use blinn assemble"),
+        ("-o a.apng --resume", "--resume does not apply to animations"),
+        ("-o a.html --aov depth", "--aov does not apply to animations"),
+        ("-o a.gif --depth 16", "8 bits per channel"),
+        ("-o a.gif --quality 50", "--quality applies only to .jpg, .mp4 and .html"),
+        ("-o a_##.gif", "remove the frame number"),
+        ("-o a.mp4 --background transparent", "MP4 has no transparency"),
+        ("-o a.mp4 --no-background", "MP4 has no transparency"),
+        ("-o a.png --loop once", "--loop applies only to animations"),
+        ("-o a.png --fps 12", "--fps applies only to animations"),
+        ("--fps 12", "--fps applies only to animations"),
         ("-o a.gif --fps 0", "greater than zero"),
         ("-o a.gif --fps 60", "at most 50 frames a second"),
         ("-o a.mp4 --fps 1e-9", "frames a second, not 0.000000001"),
-        ("-o a.apng --fps .01", "an APNG's frame lasts 6.5 s at most"),
-        ("-o a.gif --size 65536x1", "a GIF has at most 65535 pixels"),
-        ("-o a.html --size 1x16384", "a WebP has at most 16383 pixels"),
-        ("-o a.mp4 --size 8x8", "an MP4 has at most 3840x2160 pixels"),
-        ("-o a.mp4 --size 2160x3841", "an MP4 has at most 3840x2160 pixels"),
+        ("-o a.apng --fps .01", "APNG has at least one frame in 6.5 s"),
+        ("-o a.gif --size 65536x1", "GIF has at most 65535 pixels"),
+        ("-o a.html --size 1x16384", "WebP has at most 16383 pixels"),
+        ("-o a.mp4 --size 8x8", "MP4 has at most 3840x2160 pixels"),
+        ("-o a.mp4 --size 2160x3841", "MP4 has at most 3840x2160 pixels"),
         ("-o a.mp4 --size 64x64 --crop 0,0,8,8", "at least 16 a side, not 8x8"),
         ("-o a.gif --loop twice", "forever, once"),
     ] {
         refused(&at, &format!("turntable {scene} {flags}"), message);
     }
-    refused(&at, &format!("render {scene} --frames 1-4 --chunk 1/2 -o a.gif"), "--chunk leaves frames out");
-    refused(&at, &format!("render {scene} --loop once"), "--loop is of moving pictures");
+    refused(&at, &format!("render {scene} --frames 1-4 --chunk 1/2 -o a.gif"), "--chunk leaves out frames");
+    refused(&at, &format!("render {scene} --loop once"), "--loop applies only to animations");
 }
 
 #[test]
-fn what_the_format_cannot_hold_is_one_line() {
+fn a_size_beyond_the_format_is_an_error_of_one_line() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
     // The size depends on the scene: its camera has an aspect ratio of 100.
@@ -156,8 +156,7 @@ fn what_the_format_cannot_hold_is_one_line() {
     let camera = nodes.len() - 1;
     wide["scenes"][0]["nodes"].as_array_mut().unwrap().push(camera.into());
     fs::write(at.join("wide.gltf"), wide.to_string()).unwrap();
-    for (command, message) in
-        [("", "a.mp4 cannot be written: an MP4 has"), ("job slurm ", "-o a.mp4: an MP4 has")]
+    for (command, message) in [("", "a.mp4 cannot be written: MP4 has"), ("job slurm ", "-o a.mp4: MP4 has")]
     {
         let output = blinn(&at, &format!("{command}turntable wide.gltf -s 1 --count 2 -o a.mp4"));
         let messages = String::from_utf8(output.stderr).unwrap();
@@ -166,7 +165,7 @@ fn what_the_format_cannot_hold_is_one_line() {
         assert!(output.stdout.is_empty());
     }
     fs::remove_file(at.join("wide.gltf")).unwrap();
-    refused(&at, &format!("job slurm turntable {scene} --size 8x8 -o a.mp4"), "an MP4 has at most");
+    refused(&at, &format!("job slurm turntable {scene} --size 8x8 -o a.mp4"), "MP4 has at most");
     fs::write(at.join("kept.gif"), "kept").unwrap();
     let output = blinn(&at, &format!("turntable {scene} {SMALL} --count 2 -o kept.gif --no-overwrite"));
     assert_eq!(output.status.code(), Some(1));
@@ -177,7 +176,7 @@ fn what_the_format_cannot_hold_is_one_line() {
 /// Terminated, killed, or on a full disk: no file, and no part of one.
 #[cfg(unix)]
 #[test]
-fn a_moving_picture_is_whole_or_not_there() {
+fn an_animation_file_is_complete_or_absent() {
     use std::os::unix::process::ExitStatusExt;
     let scene = model("cornell/cornell.glb");
     let signals = [("-INT", Some(130), None), ("-TERM", Some(143), None), ("-KILL", None, Some(9))];

@@ -120,7 +120,7 @@ fn every_ending_makes_a_file_and_alpha_needs_a_background_where_there_is_none() 
     expect_line(
         &assemble(folder.path(), "f -o a.mp4 -q"),
         1,
-        "f/a_9.png: a.mp4 cannot be written: an MP4 has no transparency",
+        "f/a_9.png: a.mp4 cannot be written: MP4 has no transparency",
     );
     assert_eq!(assemble(folder.path(), "f -o a.mp4 -q --background #ffffff").status.code(), Some(0));
 }

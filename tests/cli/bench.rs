@@ -8,27 +8,27 @@ use serde_json::{Value, json};
 use crate::common::program::{blinn, files, folder, model, names, refused, runs};
 
 /// The smallest useful run.
-const LITTLE: &str = "--size 32x18 --rounds 2 --threads 1 -q";
+const MINIMAL: &str = "--size 32x18 --rounds 2 --threads 1 -q";
 
-fn read(file: &Path) -> Value {
+fn read_json(file: &Path) -> Value {
     serde_json::from_slice(&fs::read(file).unwrap()).unwrap()
 }
 
 /// Checks that it succeeds. Returns its output.
 #[track_caller]
-fn prints(folder: &Path, line: &str) -> String {
+fn stdout_of(folder: &Path, line: &str) -> String {
     let output = blinn(folder, line);
     assert_eq!(output.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
 #[test]
-fn a_run_keeps_everything_that_it_says() {
+fn the_results_file_holds_all_measurements() {
     let (_guard, folder) = folder();
     let line =
-        format!("bench {} {LITTLE} --threads 1,2 --json figures.json", model("still-life/still-life.glb"));
-    let messages = prints(&folder, &line.replace("--threads 1 ", ""));
-    let figures = read(&folder.join("figures.json"));
+        format!("bench {} {MINIMAL} --threads 1,2 --json figures.json", model("still-life/still-life.glb"));
+    let messages = stdout_of(&folder, &line.replace("--threads 1 ", ""));
+    let figures = read_json(&folder.join("figures.json"));
     assert_eq!(figures["format"], "blinn bench 1");
     assert_eq!(figures["version"], env!("CARGO_PKG_VERSION"));
     for key in ["cpu", "os", "simd"] {
@@ -44,7 +44,7 @@ fn a_run_keeps_everything_that_it_says() {
     assert_eq!(settings["threads"], json!([1, 2]));
     assert_eq!(settings["command"][0], "bench");
     let scene = &figures["scenes"][0];
-    let info: Value = serde_json::from_str(&prints(
+    let info: Value = serde_json::from_str(&stdout_of(
         &folder,
         &format!("info --json {}", model("still-life/still-life.glb")),
     ))
@@ -83,8 +83,8 @@ fn a_run_keeps_everything_that_it_says() {
         let rate = s["rays"].as_f64().unwrap() / s["median_seconds"].as_f64().unwrap() / 1e6;
         assert!((s["mrays_per_second"].as_f64().unwrap() / rate - 1.0).abs() < 1e-9, "{s}");
     }
-    let of = |stage: &str| stages.iter().find(|s| s["stage"] == stage).unwrap();
-    assert_eq!(of("shadow")["rays"], of("incoherent")["rays"]);
+    let find = |stage: &str| stages.iter().find(|s| s["stage"] == stage).unwrap();
+    assert_eq!(find("shadow")["rays"], find("incoherent")["rays"]);
     // The table has all of it, in as many lines.
     assert_eq!(
         messages.lines().filter(|line| once.iter().any(|s| line.starts_with(s))).count(),
@@ -96,22 +96,22 @@ fn a_run_keeps_everything_that_it_says() {
 /// The measured memory of a small scene does not depend on a large one before it.
 #[test]
 #[cfg(target_os = "linux")]
-fn memory_is_that_of_the_scene_alone() {
+fn peak_memory_does_not_depend_on_earlier_scenes() {
     let (_guard, folder) = folder();
-    let (large, little) = (model("assembly/assembly.glb"), model("cornell/cornell.obj"));
+    let (large, small) = (model("assembly/assembly.glb"), model("cornell/cornell.obj"));
     let encode = |scenes: &str| {
-        prints(&folder, &format!("bench {scenes} {LITTLE} --json figures.json"));
-        let figures = read(&folder.join("figures.json"));
+        stdout_of(&folder, &format!("bench {scenes} {MINIMAL} --json figures.json"));
+        let figures = read_json(&folder.join("figures.json"));
         let scene = figures["scenes"].as_array().unwrap().last().unwrap();
         let stage = scene["stages"].as_array().unwrap().last().unwrap();
         stage["peak_bytes"][0].as_f64().unwrap()
     };
-    let (alone, after) = (encode(&little), encode(&format!("{large} {little}")));
+    let (alone, after) = (encode(&small), encode(&format!("{large} {small}")));
     assert!((after / alone - 1.0).abs() < 0.1, "{alone} alone, {after} after another");
 }
 
 #[test]
-fn the_suite_has_a_row_for_every_kind_and_leaves_nothing_behind() {
+fn the_suite_measures_every_kind_and_removes_its_files() {
     let (_guard, folder) = folder();
     let temporary = folder.join("tmp");
     fs::create_dir(&temporary).unwrap();
@@ -123,7 +123,7 @@ fn the_suite_has_a_row_for_every_kind_and_leaves_nothing_behind() {
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let figures = read(&folder.join("a.json"));
+    let figures = read_json(&folder.join("a.json"));
     let names: Vec<&str> =
         figures["scenes"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
     let kinds: Vec<&str> = names.iter().map(|name| name.split(' ').next().unwrap()).collect();
@@ -134,11 +134,11 @@ fn the_suite_has_a_row_for_every_kind_and_leaves_nothing_behind() {
 }
 
 #[test]
-fn the_report_needs_nothing_but_itself() {
+fn the_report_is_self_contained() {
     let (_guard, folder) = folder();
     let cornell = model("cornell/cornell.obj");
     fs::write(folder.join("<b>&.obj"), fs::read(&cornell).unwrap()).unwrap();
-    runs(&folder, &format!("bench <b>&.obj {LITTLE} --report page/report.html --json a.json"));
+    runs(&folder, &format!("bench <b>&.obj {MINIMAL} --report page/report.html --json a.json"));
     let page = fs::read_to_string(folder.join("page/report.html")).unwrap();
     assert!(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
     for outside in ["http:", "https:", "src=\"/", "url(", "<script", "<link", "@import", "<b>&"] {
@@ -161,11 +161,11 @@ fn the_report_needs_nothing_but_itself() {
     let without_pictures: Vec<&str> =
         page.split("data:image/png;base64,").map(|part| &part[part.find('"').unwrap_or(0)..]).collect();
     let numbers = without_pictures.concat();
-    assert!(!numbers.contains("NaN") && !numbers.contains("inf\""), "numbers that are none");
+    assert!(!numbers.contains("NaN") && !numbers.contains("inf\""), "numbers that are not finite");
 }
 
 /// Figures of an earlier run.
-fn made(factor: f64, threads: &[u32]) -> Value {
+fn results_json(factor: f64, threads: &[u32]) -> Value {
     let stages = |threads: u32| {
         ["load", "build", "eye", "shadow", "incoherent", "frame", "encode"].map(|stage| {
             let rays = matches!(stage, "eye" | "shadow" | "incoherent").then_some(1000);
@@ -191,44 +191,47 @@ fn write(folder: &Path, name: &str, value: &Value) {
 }
 
 #[test]
-fn what_moved_is_told_and_is_an_error_only_if_asked() {
+fn significant_changes_are_listed_and_are_errors_with_strict() {
     let (_guard, folder) = folder();
     for (name, factor) in [("old.json", 1.0), ("same.json", 1.02), ("slow.json", 1.5), ("fast.json", 0.5)] {
-        write(&folder, name, &made(factor, &[1, 2]));
+        write(&folder, name, &results_json(factor, &[1, 2]));
     }
-    let same = prints(&folder, "bench --from same.json --compare old.json --strict");
-    assert!(same.contains("nothing moved beyond the noise: 62 figures"), "{same}");
-    let fast = prints(&folder, "bench --from fast.json --compare old.json --strict");
+    let same = stdout_of(&folder, "bench --from same.json --compare old.json --strict");
+    assert!(same.contains("no change beyond the noise in 62 measurements"), "{same}");
+    let fast = stdout_of(&folder, "bench --from fast.json --compare old.json --strict");
     assert!(
-        fast.contains("28 of 62 figures moved") && fast.contains("  less: scan 70k: eye, 2 threads 0.500"),
+        fast.contains("28 of 62 measurements changed")
+            && fast.contains("  less: scan 70k: eye, 2 threads 0.500"),
         "{fast}"
     );
-    let slow = prints(&folder, "bench --from slow.json --compare old.json");
+    let slow = stdout_of(&folder, "bench --from slow.json --compare old.json");
     assert!(
-        slow.contains("28 of 62 figures moved") && slow.contains("  more: scan 10k: eye, 1 thread 1.500"),
+        slow.contains("28 of 62 measurements changed")
+            && slow.contains("  more: scan 10k: eye, 1 thread 1.500"),
         "{slow}"
     );
     let strict = blinn(&folder, "bench --from slow.json --compare old.json --strict");
     let messages = String::from_utf8(strict.stderr).unwrap();
     assert_eq!(strict.status.code(), Some(1), "{messages}");
     assert!(
-        messages.contains("scan 10k: eye, 1 thread is 1.50 of what it was (an error because of --strict)"),
+        messages
+            .contains("scan 10k: eye, 1 thread is 1.50× the earlier value (an error because of --strict)"),
         "{messages}"
     );
     // The report has it as well.
     runs(&folder, "bench --from slow.json --compare old.json --report page.html");
     let page = fs::read_to_string(folder.join("page.html")).unwrap();
-    for part in ["id=\"compared\"", "28 of 62 figures moved", "id=\"threads\"", "id=\"rays\""] {
+    for part in ["id=\"compared\"", "28 of 62 measurements changed", "id=\"threads\"", "id=\"rays\""] {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("id=\"steps\""));
 }
 
 #[test]
-fn missing_and_impossible_figures_are_passed_over() {
+fn missing_and_invalid_results_are_skipped() {
     let (_guard, folder) = folder();
-    write(&folder, "old.json", &made(1.0, &[1]));
-    let mut sparse = made(1.0, &[1, 2]);
+    write(&folder, "old.json", &results_json(1.0, &[1]));
+    let mut sparse = results_json(1.0, &[1, 2]);
     let stages = &mut sparse["scenes"][0]["stages"];
     stages[0] = json!({"stage": "load", "threads": 1});
     stages[1]["relative"] = json!([null, 1e308, -5.0]);
@@ -243,29 +246,29 @@ fn missing_and_impossible_figures_are_passed_over() {
     sparse["unix_time"] = json!(u64::MAX);
     write(&folder, "sparse.json", &sparse);
     for line in ["--from sparse.json --compare old.json", "--from old.json --compare sparse.json"] {
-        let messages = prints(&folder, &format!("bench {line} --report page.html --json again.json"));
+        let messages = stdout_of(&folder, &format!("bench {line} --report page.html --json again.json"));
         assert!(messages.contains("scan 10k: shadow") || messages.contains("scan 10k: frame"), "{messages}");
         let page = fs::read_to_string(folder.join("page.html")).unwrap();
         assert!(!page.contains("NaN") && !page.contains("\"inf"), "{line}");
-        assert_eq!(read(&folder.join("again.json"))["format"], "blinn bench 1");
+        assert_eq!(read_json(&folder.join("again.json"))["format"], "blinn bench 1");
     }
     let nothing =
         json!({"format": "blinn bench 1", "version": "0", "machine": {}, "settings": {}, "scenes": []});
     write(&folder, "nothing.json", &nothing);
-    prints(&folder, "bench --from nothing.json --compare nothing.json --report page.html");
+    stdout_of(&folder, "bench --from nothing.json --compare nothing.json --report page.html");
 }
 
 #[test]
-fn files_of_others_are_refused_before_anything_is_measured() {
+fn invalid_results_files_are_errors_before_measuring() {
     let (_guard, folder) = folder();
-    let whole = made(1.0, &[1]).to_string();
+    let whole = results_json(1.0, &[1]).to_string();
     fs::write(folder.join("cut.json"), &whole[..whole.len() / 2]).unwrap();
     fs::write(folder.join("empty.json"), "").unwrap();
     fs::write(folder.join("binary.json"), [0u8, 255, 17]).unwrap();
     write(&folder, "foreign.json", &json!({"benchmarks": [1, 2, 3]}));
     write(&folder, "list.json", &json!([1]));
     write(&folder, "later.json", &json!({"format": "blinn bench 2"}));
-    let mut wrong = made(1.0, &[1]);
+    let mut wrong = results_json(1.0, &[1]);
     wrong["scenes"][1]["stages"][3]["seconds"] = json!("fast");
     write(&folder, "wrong.json", &wrong);
     fs::write(folder.join("deep.json"), "[".repeat(100_000)).unwrap();
@@ -273,9 +276,9 @@ fn files_of_others_are_refused_before_anything_is_measured() {
         ("cut.json", "damaged"),
         ("empty.json", "damaged"),
         ("binary.json", "damaged"),
-        ("deep.json", "no figures of 'blinn bench'"),
-        ("foreign.json", "no figures of 'blinn bench'"),
-        ("list.json", "no figures of 'blinn bench'"),
+        ("deep.json", "not a results file of 'blinn bench'"),
+        ("foreign.json", "not a results file of 'blinn bench'"),
+        ("list.json", "not a results file of 'blinn bench'"),
         ("later.json", "'blinn bench 2'"),
         ("wrong.json", "scenes[1].stages[3].seconds"),
         ("absent.json", "No such file"),
@@ -285,33 +288,33 @@ fn files_of_others_are_refused_before_anything_is_measured() {
     }
     refused(&folder, "bench", "needs SCENE");
     refused(&folder, "bench --suite 70q", "70q");
-    refused(&folder, "bench --suite=0", "no count of triangles");
+    refused(&folder, "bench --suite=0", "not a number of triangles");
     refused(&folder, "bench a.glb --rounds 0", "0");
     refused(&folder, "bench a.glb --threads 1,0", "0");
     refused(&folder, "bench a.glb --from cut.json", "cannot be used with");
 }
 
 #[test]
-fn a_scene_that_fails_does_not_keep_the_others_from_being_measured() {
+fn a_failing_scene_does_not_affect_the_others() {
     let (_guard, folder) = folder();
     fs::write(folder.join("bad.glb"), "no scene").unwrap();
     fs::write(folder.join("none.obj"), "v 0 0 0\n").unwrap();
     let triangle = model("tests/triangle.gltf");
-    let output = blinn(&folder, &format!("bench bad.glb {triangle} none.obj {LITTLE} --json a.json"));
+    let output = blinn(&folder, &format!("bench bad.glb {triangle} none.obj {MINIMAL} --json a.json"));
     let messages = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{messages}");
     assert_eq!(messages.matches("blinn: bad.glb").count(), 1, "{messages}");
-    let figures = read(&folder.join("a.json"));
+    let figures = read_json(&folder.join("a.json"));
     let scenes = figures["scenes"].as_array().unwrap();
     assert!(scenes.iter().any(|s| s["name"] == triangle.as_str()), "{messages}");
     assert!(scenes.iter().all(|s| s["name"] != "bad.glb"));
-    let alone = blinn(&folder, &format!("bench bad.glb {LITTLE} --json b.json"));
+    let alone = blinn(&folder, &format!("bench bad.glb {MINIMAL} --json b.json"));
     assert_eq!(alone.status.code(), Some(1));
     assert_eq!(names(&folder), ["a.json", "bad.glb", "none.obj"]);
 }
 
 #[test]
-fn a_heat_map_is_a_layer_like_others() {
+fn a_heat_map_is_an_aov_layer() {
     let (_guard, folder) = folder();
     let scene = model("cornell/cornell.obj");
     runs(&folder, &format!("render {scene} -o a.png --size 48x27 -s 1 --heatmap steps"));

@@ -34,7 +34,7 @@ fn timing(fps: f64) -> FrameTiming {
 pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if fps > MAX_FPS || timing(fps).delay(0) > u64::from(u16::MAX) {
         return Err(format!(
-            "a GIF has at most {MAX_FPS} frames a second and at least one in 655 s, not {fps}; \
+            "GIF has at most {MAX_FPS} frames a second and at least one in 655 s, not {fps}; \
              set another --fps, or write .apng or .mp4"
         ));
     }
@@ -45,7 +45,7 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
 fn sides((width, height): (u32, u32)) -> Result<(u16, u16), String> {
     match (u16::try_from(width), u16::try_from(height)) {
         (Ok(columns), Ok(rows)) => Ok((columns, rows)),
-        _ => Err(format!("a GIF has at most 65535 pixels a side, not {width}x{height}")),
+        _ => Err(format!("GIF has at most 65535 pixels a side, not {width}x{height}")),
     }
 }
 

@@ -38,7 +38,7 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if fps <= 1000.0 && timing(fps).delay(0) <= MAX_DELAY {
         return Ok(());
     }
-    Err(format!("a WebP has 0.00006 to 1000 frames a second, not {fps}; set another --fps"))
+    Err(format!("WebP has 0.00006 to 1000 frames a second, not {fps}; set another --fps"))
 }
 
 /// Checks the number of pixels a side.
@@ -46,7 +46,7 @@ pub(super) fn check_size((width, height): (u32, u32)) -> Result<(), String> {
     if width.max(height) <= MAX_SIDE {
         return Ok(());
     }
-    Err(format!("a WebP has at most {MAX_SIDE} pixels a side, not {width}x{height}"))
+    Err(format!("WebP has at most {MAX_SIDE} pixels a side, not {width}x{height}"))
 }
 
 impl Webp {
@@ -113,7 +113,7 @@ impl Encoder for Webp {
             &[&transparent_background, &plays.to_le_bytes()[..]].concat(),
         )?;
         let length = u32::try_from(after_length.len() as u64 + body.length()).map_err(|_| {
-            invalid_input("a WebP has at most 4 GiB; write .mp4, or fewer or smaller frames".into())
+            invalid_input("WebP has at most 4 GiB; write .mp4, or fewer or smaller frames".into())
         })?;
         let mut head = b"RIFF".to_vec();
         head.extend(length.to_le_bytes());

@@ -30,7 +30,7 @@ pub(super) struct Track {
 /// The `ftyp` and `moov` boxes. The frames begin at byte `offset` of the file.
 pub(super) fn movie_header(track: &Track, offset: u64) -> io::Result<Vec<u8>> {
     let frames = u32::try_from(track.frame_sizes.len())
-        .map_err(|_| invalid_input("the animation has too many frames for an MP4".into()))?;
+        .map_err(|_| invalid_input("the animation has too many frames for MP4".into()))?;
     let duration = u64::from(frames) * u64::from(track.frame_ticks);
     let moov = Moov {
         mvhd: Mvhd {
