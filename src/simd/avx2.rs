@@ -10,6 +10,7 @@ use std::ops::{Add, Div, Mul, Sub};
 use crate::simd::instruction_set::{OutlinedKernel, Simd, SimdKernel};
 use crate::simd::lanes::Lanes;
 use crate::simd::pair::Pair;
+use crate::simd::x86_lanes::impl_x86_lanes;
 
 pub(crate) struct Avx2;
 
@@ -153,97 +154,32 @@ fn mask_to_vector8(mask: u32) -> __m256 {
     }
 }
 
-macro_rules! impl_lanes {
-    ($name:ident, $n:literal, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $fmadd:ident, $fmsub:ident, $min:ident, $max:ident, $and:ident, $andnot:ident,
-     $xor:ident, $cmp:ident, $movemask:ident, $blendv:ident, $mask_to_vector:ident, { $($own:tt)* }) => {
-        impl Add for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn add(self, o: Self) -> Self {
-                // SAFETY: see the module comment, here and below.
-                $name(unsafe { $add(self.0, o.0) })
-            }
-        }
-        impl Sub for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn sub(self, o: Self) -> Self {
-                $name(unsafe { $sub(self.0, o.0) })
-            }
-        }
-        impl Mul for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn mul(self, o: Self) -> Self {
-                $name(unsafe { $mul(self.0, o.0) })
-            }
-        }
-        impl Div for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn div(self, o: Self) -> Self {
-                $name(unsafe { $div(self.0, o.0) })
-            }
-        }
-        impl Lanes<$n> for $name {
-            #[inline(always)]
-            fn splat(x: f32) -> Self {
-                $name(unsafe { $set1(x) })
-            }
-            #[inline(always)]
-            fn load(from: &[f32; $n]) -> Self {
-                // SAFETY: as above; `from` has the size of a register.
-                $name(unsafe { $load(from.as_ptr()) })
-            }
-            #[inline(always)]
-            fn store(self, to: &mut [f32; $n]) {
-                // SAFETY: as above; `to` has the size of a register.
-                unsafe { $store(to.as_mut_ptr(), self.0) }
-            }
-            #[inline(always)]
-            fn mul_add(self, b: Self, c: Self) -> Self {
-                $name(unsafe { $fmadd(self.0, b.0, c.0) })
-            }
-            #[inline(always)]
-            fn mul_sub(self, b: Self, c: Self) -> Self {
-                $name(unsafe { $fmsub(self.0, b.0, c.0) })
-            }
-            // The instruction returns its second operand if either is NaN.
-            #[inline(always)]
-            fn min(self, o: Self) -> Self {
-                $name(unsafe { $min(self.0, o.0) })
-            }
-            #[inline(always)]
-            fn max(self, o: Self) -> Self {
-                $name(unsafe { $max(self.0, o.0) })
-            }
-            #[inline(always)]
-            fn abs(self) -> Self {
-                $name(unsafe { $andnot($set1(-0.0), self.0) })
-            }
-            #[inline(always)]
-            fn xor_sign(self, o: Self) -> Self {
-                $name(unsafe { $xor(self.0, $and($set1(-0.0), o.0)) })
-            }
-            #[inline(always)]
-            fn lt(self, o: Self) -> u32 {
-                unsafe { $movemask($cmp::<_CMP_LT_OQ>(self.0, o.0)) as u32 }
-            }
-            #[inline(always)]
-            fn le(self, o: Self) -> u32 {
-                unsafe { $movemask($cmp::<_CMP_LE_OQ>(self.0, o.0)) as u32 }
-            }
-            #[inline(always)]
-            fn select(self, mask: u32, o: Self) -> Self {
-                $name(unsafe { $blendv(o.0, self.0, $mask_to_vector(mask)) })
-            }
-            $($own)*
-        }
-    };
+/// Converts a vector mask to a bit mask.
+#[inline(always)]
+fn mask_bits4(mask: __m128) -> u32 {
+    // SAFETY: see the module comment.
+    unsafe { _mm_movemask_ps(mask) as u32 }
 }
 
-impl_lanes!(
+#[inline(always)]
+fn mask_bits8(mask: __m256) -> u32 {
+    // SAFETY: see the module comment.
+    unsafe { _mm256_movemask_ps(mask) as u32 }
+}
+
+#[inline(always)]
+fn select4(mask: u32, a: __m128, b: __m128) -> __m128 {
+    // SAFETY: see the module comment.
+    unsafe { _mm_blendv_ps(b, a, mask_to_vector4(mask)) }
+}
+
+#[inline(always)]
+fn select8(mask: u32, a: __m256, b: __m256) -> __m256 {
+    // SAFETY: see the module comment.
+    unsafe { _mm256_blendv_ps(b, a, mask_to_vector8(mask)) }
+}
+
+impl_x86_lanes!(
     F32x4,
     4,
     _mm_set1_ps,
@@ -261,13 +197,12 @@ impl_lanes!(
     _mm_andnot_ps,
     _mm_xor_ps,
     _mm_cmp_ps,
-    _mm_movemask_ps,
-    _mm_blendv_ps,
-    mask_to_vector4,
+    mask_bits4,
+    select4,
     {}
 );
 
-impl_lanes!(
+impl_x86_lanes!(
     F32x8,
     8,
     _mm256_set1_ps,
@@ -285,9 +220,8 @@ impl_lanes!(
     _mm256_andnot_ps,
     _mm256_xor_ps,
     _mm256_cmp_ps,
-    _mm256_movemask_ps,
-    _mm256_blendv_ps,
-    mask_to_vector8,
+    mask_bits8,
+    select8,
     {
         #[inline(always)]
         fn eq_u32(values: &[u32; 8], x: u32) -> u32 {

@@ -12,6 +12,7 @@ use glam::Vec3;
 use crate::simd::avx2::{self, F32x4};
 use crate::simd::instruction_set::{Intersected, OutlinedKernel, Simd, SimdKernel};
 use crate::simd::lanes::Lanes;
+use crate::simd::x86_lanes::impl_x86_lanes;
 
 pub(crate) struct Avx512;
 
@@ -262,100 +263,21 @@ pub(crate) struct F32x8(__m256);
 #[derive(Clone, Copy)]
 pub(crate) struct F32x16(__m512);
 
-macro_rules! impl_lanes {
-    ($name:ident, $n:literal, $mask:ident, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $fmadd:ident, $fmsub:ident, $min:ident, $max:ident, $and:ident, $andnot:ident,
-     $xor:ident, $cmp:ident, $blend:ident, { $($own:tt)* }) => {
-        impl Add for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn add(self, o: Self) -> Self {
-                // SAFETY: see the module comment, here and below.
-                $name(unsafe { $add(self.0, o.0) })
-            }
-        }
-        impl Sub for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn sub(self, o: Self) -> Self {
-                $name(unsafe { $sub(self.0, o.0) })
-            }
-        }
-        impl Mul for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn mul(self, o: Self) -> Self {
-                $name(unsafe { $mul(self.0, o.0) })
-            }
-        }
-        impl Div for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn div(self, o: Self) -> Self {
-                $name(unsafe { $div(self.0, o.0) })
-            }
-        }
-        impl Lanes<$n> for $name {
-            #[inline(always)]
-            fn splat(x: f32) -> Self {
-                $name(unsafe { $set1(x) })
-            }
-            #[inline(always)]
-            fn load(from: &[f32; $n]) -> Self {
-                // SAFETY: as above; `from` has the size of a register.
-                $name(unsafe { $load(from.as_ptr()) })
-            }
-            #[inline(always)]
-            fn store(self, to: &mut [f32; $n]) {
-                // SAFETY: as above; `to` has the size of a register.
-                unsafe { $store(to.as_mut_ptr(), self.0) }
-            }
-            #[inline(always)]
-            fn mul_add(self, b: Self, c: Self) -> Self {
-                $name(unsafe { $fmadd(self.0, b.0, c.0) })
-            }
-            #[inline(always)]
-            fn mul_sub(self, b: Self, c: Self) -> Self {
-                $name(unsafe { $fmsub(self.0, b.0, c.0) })
-            }
-            // The instruction returns its second operand if either is NaN.
-            #[inline(always)]
-            fn min(self, o: Self) -> Self {
-                $name(unsafe { $min(self.0, o.0) })
-            }
-            #[inline(always)]
-            fn max(self, o: Self) -> Self {
-                $name(unsafe { $max(self.0, o.0) })
-            }
-            #[inline(always)]
-            fn abs(self) -> Self {
-                $name(unsafe { $andnot($set1(-0.0), self.0) })
-            }
-            #[inline(always)]
-            fn xor_sign(self, o: Self) -> Self {
-                $name(unsafe { $xor(self.0, $and($set1(-0.0), o.0)) })
-            }
-            #[inline(always)]
-            fn lt(self, o: Self) -> u32 {
-                u32::from(unsafe { $cmp::<_CMP_LT_OQ>(self.0, o.0) })
-            }
-            #[inline(always)]
-            fn le(self, o: Self) -> u32 {
-                u32::from(unsafe { $cmp::<_CMP_LE_OQ>(self.0, o.0) })
-            }
-            #[inline(always)]
-            fn select(self, mask: u32, o: Self) -> Self {
-                $name(unsafe { $blend(mask as $mask, o.0, self.0) })
-            }
-            $($own)*
-        }
-    };
+#[inline(always)]
+fn select8(mask: u32, a: __m256, b: __m256) -> __m256 {
+    // SAFETY: see the module comment.
+    unsafe { _mm256_mask_blend_ps(mask as __mmask8, b, a) }
 }
 
-impl_lanes!(
+#[inline(always)]
+fn select16(mask: u32, a: __m512, b: __m512) -> __m512 {
+    // SAFETY: see the module comment.
+    unsafe { _mm512_mask_blend_ps(mask as __mmask16, b, a) }
+}
+
+impl_x86_lanes!(
     F32x8,
     8,
-    __mmask8,
     _mm256_set1_ps,
     _mm256_loadu_ps,
     _mm256_storeu_ps,
@@ -371,7 +293,8 @@ impl_lanes!(
     _mm256_andnot_ps,
     _mm256_xor_ps,
     _mm256_cmp_ps_mask,
-    _mm256_mask_blend_ps,
+    u32::from,
+    select8,
     {
         /// As for sixteen lanes.
         #[inline(always)]
@@ -385,10 +308,9 @@ impl_lanes!(
     }
 );
 
-impl_lanes!(
+impl_x86_lanes!(
     F32x16,
     16,
-    __mmask16,
     _mm512_set1_ps,
     _mm512_loadu_ps,
     _mm512_storeu_ps,
@@ -404,7 +326,8 @@ impl_lanes!(
     _mm512_andnot_ps,
     _mm512_xor_ps,
     _mm512_cmp_ps_mask,
-    _mm512_mask_blend_ps,
+    u32::from,
+    select16,
     {
         /// One Newton–Raphson step on an estimate that is accurate to 2⁻¹⁴. The error that remains, 2⁻²⁸, is
         /// negligible beside the two roundings.

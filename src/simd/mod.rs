@@ -17,6 +17,8 @@ mod prefetch;
 #[cfg(test)]
 mod tests;
 pub(crate) mod vec3;
+#[cfg(target_arch = "x86_64")]
+mod x86_lanes;
 
 pub(crate) use instruction_set::{AutovecKernel, OutlinedKernel, Simd, SimdKernel};
 pub(crate) use lanes::Lanes;
