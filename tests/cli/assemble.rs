@@ -35,7 +35,7 @@ fn three_frames() -> tempfile::TempDir {
 }
 
 #[test]
-fn frames_come_in_the_order_of_their_numbers() {
+fn frames_are_assembled_in_the_order_of_their_numbers() {
     let folder = three_frames();
     let out = assemble(folder.path(), "f/a_10.png f/a_2.png f/a_9.png -o a.gif --fps 10 -q");
     assert_eq!((out.status.code(), out.stderr.len()), (Some(0), 0));
@@ -50,7 +50,7 @@ fn frames_come_in_the_order_of_their_numbers() {
 }
 
 #[test]
-fn missing_numbers_are_a_warning_and_an_error_when_that_is_asked_for() {
+fn missing_frames_are_a_warning_or_an_error_with_strict() {
     let folder = three_frames();
     let out = assemble(folder.path(), "f -o a.apng");
     let error = String::from_utf8_lossy(&out.stderr);
@@ -62,7 +62,7 @@ fn missing_numbers_are_a_warning_and_an_error_when_that_is_asked_for() {
 
 /// `*.webp` also matches the output of the previous run.
 #[test]
-fn what_is_written_is_no_frame() {
+fn the_output_is_not_a_frame() {
     let folder = three_frames();
     for i in [1, 2] {
         frame(&folder.path().join(format!("f/{i}.webp")), (32, 18), [90, 90, 90, 255]);
@@ -76,7 +76,7 @@ fn what_is_written_is_no_frame() {
 }
 
 #[test]
-fn a_frame_that_is_cut_off_is_an_error() {
+fn a_truncated_frame_is_an_error() {
     let folder = three_frames();
     let noise =
         image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([((x * 37) ^ (y * 91)) as u8, x as u8, 9]));
@@ -109,7 +109,7 @@ fn a_frame_that_is_cut_off_is_an_error() {
 }
 
 #[test]
-fn every_ending_makes_a_file_and_alpha_needs_a_background_where_there_is_none() {
+fn every_format_is_written_and_mp4_needs_a_background() {
     let folder = three_frames();
     frame(&folder.path().join("f/a_9.png"), (32, 18), [255, 0, 0, 128]);
     for name in ["a.gif", "a.apng", "a.webp", "a.html"] {
@@ -126,7 +126,7 @@ fn every_ending_makes_a_file_and_alpha_needs_a_background_where_there_is_none() 
 }
 
 #[test]
-fn what_makes_no_sense_is_said_in_one_line() {
+fn invalid_arguments_are_one_line() {
     let folder = three_frames();
     expect_line(&assemble(folder.path(), "f -o a.avi"), 2, "must end in .gif, .apng, .webp, .mp4 or .html");
     expect_line(

@@ -39,7 +39,7 @@ fn orbit(azimuth: f64, elevation: f64, distance: Option<f64>) -> Option<Orbit> {
 
 /// `-v` prints the camera: a scene may have many, or none.
 #[test]
-fn a_view_says_where_it_comes_from() {
+fn views_are_described_for_verbose() {
     let (textured, cube) = (load_model("textured/textured.gltf"), load_model("tests/cube.obj"));
     let from = |scene: &Scene, view: View| {
         view.resolve(&pose(scene, &PoseSettings::default()).unwrap(), 64, 48).unwrap().1.description
@@ -55,7 +55,7 @@ fn a_view_says_where_it_comes_from() {
 
 /// Clip bounds need every vertex at many times.
 #[test]
-fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {
+fn clip_bounds_are_computed_once_and_only_for_framed_views() {
     let figure = load_model("figure/figure.glb");
     let posed = || pose(&figure, &PoseSettings::default()).unwrap();
     let stand = View { view_point: Some(DVec3::ONE), look_at: Some(DVec3::ZERO), ..View::default() };
@@ -86,7 +86,7 @@ fn a_clip_is_looked_through_only_for_views_that_need_it_and_once() {
 }
 
 #[test]
-fn an_orbit_counts_from_the_front_to_the_right_and_up() {
+fn an_orbit_is_measured_from_the_front_to_the_right_and_up() {
     let scene = load_model("tests/cube.obj");
     let at = DVec3::new(1.0, 2.0, 3.0);
     for (azimuth, elevation, from, up) in [
@@ -115,7 +115,7 @@ fn an_orbit_counts_from_the_front_to_the_right_and_up() {
 
 /// From any direction, the whole scene is visible and fills the picture.
 #[test]
-fn an_orbit_without_a_distance_shows_everything() {
+fn an_orbit_without_a_distance_frames_the_scene() {
     for name in ["assembly/assembly.glb", "tests/cube.obj"] {
         let scene = load_model(name);
         for (azimuth, elevation) in [(0.0, 15.0), (37.0, 20.0), (200.0, -60.0), (10.0, 90.0)] {
@@ -137,7 +137,7 @@ fn an_orbit_without_a_distance_shows_everything() {
 
 /// Around any centre.
 #[test]
-fn an_orbit_around_another_point_shows_everything_too() {
+fn an_orbit_around_another_point_frames_the_scene() {
     let scene = load_model("tests/cube.obj");
     for at in [DVec3::new(0.0, -3.0, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(50.0, 20.0, -30.0)] {
         for projection in [Projection::Perspective, Projection::Orthographic] {
@@ -166,7 +166,7 @@ fn an_orbit_around_another_point_shows_everything_too() {
 /// Without a camera in the file, `--look-at` is the centre of the framing, and `--view-point` looks at the
 /// scene's centre.
 #[test]
-fn a_point_alone_is_looked_at_or_from() {
+fn a_single_point_is_looked_at_or_from() {
     let scene = load_model("tests/cube.obj");
     let framed = camera(&scene, &View::default());
     let middle = pose(&scene, &PoseSettings::default()).unwrap().bounding_sphere();
@@ -202,7 +202,7 @@ fn an_orbit_does_not_cut_at_the_planes_of_the_files_camera() {
 }
 
 #[test]
-fn f3ds_angles_go_around_what_is_looked_at() {
+fn f3d_angles_rotate_around_the_focal_point() {
     let scene = load_model("tests/cube.obj");
     let turned = |turn: (f64, f64)| {
         let view = View {
@@ -232,7 +232,7 @@ fn f3ds_angles_go_around_what_is_looked_at() {
 }
 
 #[test]
-fn zoom_makes_things_so_many_times_larger() {
+fn zoom_divides_the_view_rectangle() {
     let scene = load_model("lecture/lecture.glb");
     let zoomed = camera(&scene, &View { zoom: Some(2.5), ..View::default() });
     let plain = camera(&scene, &View::default());
@@ -243,7 +243,7 @@ fn zoom_makes_things_so_many_times_larger() {
 
 /// Remaining objects keep their ids and pixels; hidden ones reveal what is behind them.
 #[test]
-fn hidden_objects_leave_the_others_as_they_were() {
+fn hiding_objects_does_not_change_the_others() {
     let whole = load_model("still-life/still-life.glb");
     let view = View { clip: Some(ClipPlanes::OFF), ..View::default() };
     let all = layer(&whole, &view, 0.0, Aov::ObjectId);

@@ -141,7 +141,7 @@ fn side_distance(p: DVec3) -> f64 {
 }
 
 #[test]
-fn an_exr_holds_its_layers_itself() {
+fn an_exr_contains_its_aovs() {
     let (_dir, at) = folder();
     write_box(&at);
     runs(&at, &format!("turntable box.obj --views 2 {SMALL} -q -o ds/#.exr"));
@@ -195,7 +195,7 @@ fn all_views_are_lit_alike() {
 }
 
 #[test]
-fn shares_of_a_dataset_are_the_whole() {
+fn chunks_of_a_dataset_equal_the_complete_dataset() {
     let (_dir, at) = folder();
     write_box(&at);
     let line = format!("turntable box.obj --views 4 {SMALL}");
@@ -229,7 +229,7 @@ fn shares_of_a_dataset_are_the_whole() {
 }
 
 #[test]
-fn what_is_no_dataset_is_refused() {
+fn invalid_datasets_are_refused() {
     let (_dir, at) = folder();
     write_box(&at);
     for (flags, message) in [

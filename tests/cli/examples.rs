@@ -15,7 +15,7 @@ fn example(name: &str, words: &[&str]) -> String {
 }
 
 #[test]
-fn memory_has_pixels() {
+fn the_memory_example_prints_pixels() {
     let messages = example("memory", &["models/textured/textured.glb"]);
     assert!(messages.starts_with("320x240 pixels, "), "{messages}");
     let covered: usize = messages.split(' ').nth(2).unwrap().parse().unwrap();
@@ -23,7 +23,7 @@ fn memory_has_pixels() {
 }
 
 #[test]
-fn a_camera_path_is_eight_pictures_that_differ() {
+fn a_camera_path_renders_eight_different_images() {
     let folder = tempfile::tempdir().unwrap();
     let messages = example("camera_path", &["models/lecture/lecture.glb", folder.path().to_str().unwrap()]);
     assert_eq!(messages.lines().count(), 8, "{messages}");
@@ -35,7 +35,7 @@ fn a_camera_path_is_eight_pictures_that_differ() {
 }
 
 #[test]
-fn layers_are_numbers() {
+fn the_layers_example_prints_values() {
     let messages = example("layers", &["models/cornell/cornell.glb"]);
     let lines: Vec<&str> = messages.lines().collect();
     assert_eq!(lines.len(), 3, "{messages}");
@@ -50,7 +50,7 @@ fn layers_are_numbers() {
 }
 
 #[test]
-fn progress_is_cancelled_half_way() {
+fn the_progress_example_cancels_half_way() {
     let messages = example("progress", &["models/still-life/still-life.glb"]);
     let pixels: u64 =
         messages.trim().strip_prefix("cancelled after ").unwrap().split(' ').next().unwrap().parse().unwrap();

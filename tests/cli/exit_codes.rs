@@ -88,7 +88,7 @@ fn wrong_command_lines_are_exit_2() {
 }
 
 #[test]
-fn the_rest_is_done_when_one_scene_fails() {
+fn the_other_scenes_are_rendered_when_one_fails() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let args = ["render", "missing.glb", scene.as_str(), "--size", "8x8", "-q"];
@@ -100,7 +100,7 @@ fn the_rest_is_done_when_one_scene_fails() {
 }
 
 #[test]
-fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
+fn unknown_names_are_exit_1_and_list_known_names() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let scene = scene.as_str();
@@ -134,7 +134,7 @@ fn what_the_file_lacks_is_exit_1_and_names_what_there_is() {
 /// A panic in a decoder, on any thread, fails its scene only.
 #[cfg(debug_assertions)]
 #[test]
-fn a_decoder_that_panics_costs_its_scene_alone() {
+fn a_decoder_panic_fails_only_its_scene() {
     let dir = tempfile::tempdir().unwrap();
     let scenes = ["textured/textured.obj", "tests/cube.obj"].map(model);
     let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
@@ -158,7 +158,7 @@ fn a_decoder_that_panics_costs_its_scene_alone() {
 }
 
 #[test]
-fn a_file_of_another_kind_is_told_to_be_none() {
+fn a_file_of_another_format_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     for (name, bytes) in [("a.glb", &b"\x89PNG\r\n\x1a\n"[..]), ("b.gltf", b"hello"), ("c.glb", b"")] {
         fs::write(dir.path().join(name), bytes).unwrap();

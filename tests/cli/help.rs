@@ -54,7 +54,7 @@ fn help_is_one_screen() {
 }
 
 #[test]
-fn help_all_has_every_flag_with_a_word_about_it() {
+fn help_all_describes_every_flag() {
     let all = prints("render --help-all");
     for heading in ["Scene", "Output", "Image", "Camera", "Lights", "Shading", "Time", "Process"] {
         assert!(all.contains(&format!("\n{heading}:\n")), "{heading}");
@@ -70,7 +70,7 @@ fn help_all_has_every_flag_with_a_word_about_it() {
 
 /// docs/reference/command-line.md has this program's help; `GOLDEN=update` rewrites it.
 #[test]
-fn the_reference_is_the_program_s_own_help() {
+fn the_reference_page_shows_the_help() {
     const HERE: &str = "<!-- From here on: the program's own help. -->";
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference/command-line.md");
     let page = fs::read_to_string(&path).unwrap();
@@ -171,7 +171,7 @@ fn usage_errors_are_one_line_with_a_hint() {
 }
 
 #[test]
-fn completions_know_commands_and_flags() {
+fn completions_contain_commands_and_flags() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let text = prints(&format!("completions {shell}"));
         for word in ["turntable", "point-light", "help-all"] {
@@ -181,7 +181,7 @@ fn completions_know_commands_and_flags() {
 }
 
 #[test]
-fn every_command_has_a_page_with_its_flags() {
+fn every_command_has_a_man_page_with_its_flags() {
     let page = prints("man");
     assert!(page.contains(".TH blinn 1") && page.contains("Exit codes"), "{page}");
     let titled = |page: &str, name: &str| {
@@ -202,7 +202,7 @@ fn every_command_has_a_page_with_its_flags() {
 
 /// Help pages refer to existing pages.
 #[test]
-fn pages_name_pages_that_there_are() {
+fn man_pages_refer_to_existing_pages() {
     let known: Vec<String> = pages().map(|name| format!("blinn-{}(1)", name.replace(' ', "-"))).collect();
     let mut named = 0;
     for line in pages().map(|name| format!("man {name}")).chain(["man".into()]) {

@@ -24,7 +24,7 @@ fn read_exr(path: &Path) -> Exr {
 
 /// Compositors place a crop by its windows: the display window is the whole picture.
 #[test]
-fn a_cropped_exr_lies_in_its_picture() {
+fn a_cropped_exr_has_the_display_window_of_the_image() {
     let dir = tempfile::tempdir().unwrap();
     let path =
         rendered(dir.path(), &model("cornell/cornell.glb"), "a.exr", "--size 40x30 -s 1 --crop 3,4,10,11");
@@ -38,7 +38,7 @@ fn a_cropped_exr_lies_in_its_picture() {
 
 /// The same picture in every format, within the format's precision.
 #[test]
-fn jpeg_and_webp_show_what_a_png_shows() {
+fn jpeg_and_webp_match_png() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("textured/textured.glb");
     let picture = |out: &str, flags: &str| {
@@ -64,7 +64,7 @@ fn jpeg_and_webp_show_what_a_png_shows() {
 
 /// Pictures larger than the format allows are rejected before the scene is read.
 #[test]
-fn sizes_that_a_format_cannot_hold_are_told() {
+fn sizes_beyond_a_format_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let output = blinn_args(
         dir.path(),
@@ -172,7 +172,7 @@ fn cryptomatte_covers_what_the_picture_covers() {
 
 /// A pane of opacity .25 in front of a wall: both ids, ordered by their coverage over the samples.
 #[test]
-fn a_blended_pane_shares_its_pixels() {
+fn cryptomatte_ranks_a_blended_pane_by_coverage() {
     let dir = tempfile::tempdir().unwrap();
     let quad = |z: f32, x: f32| {
         format!("v {} -1 {z}\nv {x} -1 {z}\nv {x} 1.1 {z}\nv {} 1.1 {z}\n", x - 2.03, x - 2.03)
@@ -201,7 +201,7 @@ fn a_blended_pane_shares_its_pixels() {
 
 /// Pictures of formats without layers get a preview file for each.
 #[test]
-fn layers_have_previews_beside_pictures() {
+fn aovs_have_previews_beside_images() {
     let dir = tempfile::tempdir().unwrap();
     let names = ["depth", "object-id", "cryptomatte-object", "cryptomatte-material"];
     for ending in ["png", "jpg", "webp"] {

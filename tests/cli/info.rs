@@ -5,7 +5,7 @@ use std::fs;
 use crate::common::program::*;
 
 #[test]
-fn info_tells_what_is_there_in_text_and_json() {
+fn info_prints_text_and_json() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let text = blinn_args(dir.path(), &["info", scene.as_str()]);
@@ -25,7 +25,7 @@ fn info_tells_what_is_there_in_text_and_json() {
 
 /// `--json` reports failed scenes as well: an object for one scene, a list for several.
 #[test]
-fn info_in_json_tells_of_scenes_that_fail() {
+fn info_json_includes_scenes_that_fail() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     fs::write(dir.path().join("broken.glb"), "glTF").unwrap();
@@ -44,7 +44,7 @@ fn info_in_json_tells_of_scenes_that_fail() {
 }
 
 #[test]
-fn a_scene_without_anything_to_draw_is_told_of() {
+fn a_scene_without_meshes_is_a_warning() {
     let dir = tempfile::tempdir().unwrap();
     let text = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{}]}"#;
     fs::write(dir.path().join("a.gltf"), text).unwrap();
@@ -56,7 +56,7 @@ fn a_scene_without_anything_to_draw_is_told_of() {
 
 /// `info` has the warnings of `render`'s BVH build.
 #[test]
-fn info_tells_of_triangles_that_cannot_be_seen() {
+fn info_warns_of_ignored_triangles() {
     let dir = tempfile::tempdir().unwrap();
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n";
     fs::write(dir.path().join("a.obj"), text).unwrap();

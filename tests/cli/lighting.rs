@@ -7,7 +7,7 @@ use crate::common::program::*;
 /// Metering uses the file's camera with its own aspect ratio, so thumbnails, strips and crops have the same
 /// exposure.
 #[test]
-fn the_exposure_does_not_depend_on_the_pictures_size() {
+fn exposure_does_not_depend_on_image_size() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/lights.glb");
     let messages = |size: &str| {
@@ -23,7 +23,7 @@ fn the_exposure_does_not_depend_on_the_pictures_size() {
 }
 
 #[test]
-fn a_radius_of_zero_is_no_radius_and_any_other_softens() {
+fn a_light_radius_softens_shadows_and_zero_does_not() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("lecture/lecture.obj");
     let fixed = ["render", scene.as_str(), "--size", "64x36", "-q", "-o"];
@@ -40,7 +40,7 @@ fn a_radius_of_zero_is_no_radius_and_any_other_softens() {
 }
 
 #[test]
-fn occlusion_shows_whatever_the_light() {
+fn ambient_occlusion_shows_with_any_lights() {
     let dir = tempfile::tempdir().unwrap();
     let lights = [
         &[][..],
@@ -72,7 +72,7 @@ fn occlusion_shows_whatever_the_light() {
 }
 
 #[test]
-fn flags_of_light_that_would_do_nothing_are_refused() {
+fn light_flags_without_effect_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let scene = scene.as_str();
@@ -97,7 +97,7 @@ fn flags_of_light_that_would_do_nothing_are_refused() {
 }
 
 #[test]
-fn a_ground_moves_neither_camera_nor_exposure_and_shows_in_alpha() {
+fn a_ground_changes_neither_camera_nor_exposure_and_is_in_alpha() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/cube.obj");
     let lights = model("tests/lights.glb");
@@ -127,7 +127,7 @@ fn a_ground_moves_neither_camera_nor_exposure_and_shows_in_alpha() {
 }
 
 #[test]
-fn a_picture_of_light_lights_by_direction() {
+fn an_environment_map_lights_by_direction() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/cube.obj");
     let light = dir.path().join("light.hdr");

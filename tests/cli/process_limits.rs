@@ -8,7 +8,7 @@ use crate::common::program::*;
 /// Thread creation fails: one line.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_process_without_threads_says_so() {
+fn thread_creation_failure_is_one_line() {
     // The limit applies to every user except root.
     let shell = |line: &str| {
         let id = Command::new("id").arg("-u").output().unwrap().stdout;
@@ -59,7 +59,7 @@ fn a_full_disk_is_one_line() {
 
 /// `--max-memory` covers environment maps, before they are decoded.
 #[test]
-fn a_picture_of_light_stays_within_the_memory_allowed() {
+fn an_environment_map_is_within_max_memory() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/cube.obj");
     // Only a header; the pixels would need 512 MiB beside the file.
@@ -78,7 +78,7 @@ fn a_picture_of_light_stays_within_the_memory_allowed() {
 /// Memory is limited by the address space, too.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_bound_on_addresses_refuses_a_scene_and_not_the_next() {
+fn ulimit_refuses_a_scene_and_not_the_next() {
     let dir = tempfile::tempdir().unwrap();
     let (one, two) = (model("tests/triangle.glb"), model("cornell/cornell.glb"));
     let line = format!(

@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::common::program::*;
 
 #[test]
-fn a_scene_becomes_a_picture_under_its_own_name() {
+fn an_image_has_the_name_of_its_scene() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let output = blinn_args(dir.path(), &["render", scene.as_str(), "--size", "48x27"]);
@@ -43,7 +43,7 @@ fn smooth_makes_normals_of_any_format_by_the_angle() {
 }
 
 #[test]
-fn vertices_that_are_no_numbers_cost_their_triangles() {
+fn triangles_with_non_finite_vertices_are_ignored() {
     let dir = tempfile::tempdir().unwrap();
     let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv nan -nan(ind) 1.#QNAN\nf 1 2 3 4\nf 1 2 5\n";
     fs::write(dir.path().join("a.obj"), obj).unwrap();
@@ -56,7 +56,7 @@ fn vertices_that_are_no_numbers_cost_their_triangles() {
 }
 
 #[test]
-fn an_obj_becomes_a_picture_too() {
+fn an_obj_is_rendered_into_a_new_folder() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.obj");
     let output =
@@ -77,7 +77,7 @@ fn standard_output_takes_a_png() {
 
 /// Of clips that animate the same properties, the first plays by default, and -v lists the others.
 #[test]
-fn animations_that_do_not_play_are_told() {
+fn idle_animations_are_listed_with_verbose() {
     let dir = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(model("tests/triangle.gltf")).unwrap();
     let mut scene: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -106,7 +106,7 @@ fn animations_that_do_not_play_are_told() {
 }
 
 #[test]
-fn a_variant_changes_the_picture() {
+fn a_variant_changes_the_image() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/gltf/variants.glb");
     let picture = |variant: &str| {
@@ -138,7 +138,7 @@ fn the_view_transform_follows_the_file() {
 }
 
 #[test]
-fn an_existing_file_can_be_kept() {
+fn no_overwrite_keeps_existing_files() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     fs::write(dir.path().join("a.png"), "mine").unwrap();
@@ -149,7 +149,7 @@ fn an_existing_file_can_be_kept() {
 }
 
 #[test]
-fn every_flag_is_taken() {
+fn every_flag_is_accepted() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let xml = model("lecture/view-1.xml");
@@ -196,7 +196,7 @@ fn every_flag_is_taken() {
 
 /// `BLINN_SIMD` selects the instructions and does not change the picture.
 #[test]
-fn every_tier_renders_the_same_bytes() {
+fn every_simd_level_renders_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/models/still-life/still-life.glb");
     let render = |tier: &str| {
@@ -226,7 +226,7 @@ fn every_tier_renders_the_same_bytes() {
 
 /// Standard input is not lost when the program re-executes itself.
 #[test]
-fn scenes_of_a_config_may_come_from_standard_input() {
+fn a_config_file_may_read_scenes_from_standard_input() {
     let dir = tempfile::tempdir().unwrap();
     fs::write(dir.path().join("c.toml"), "scenes = [\"@-\"]\nsize = \"32x18\"\nsamples = 1\n").unwrap();
     let scene = model("tests/triangle.glb");
@@ -242,7 +242,7 @@ fn scenes_of_a_config_may_come_from_standard_input() {
 }
 
 #[test]
-fn lists_name_scenes_for_every_command() {
+fn every_command_reads_scene_lists() {
     let dir = tempfile::tempdir().unwrap();
     let (one, two) = (model("tests/triangle.glb"), model("tests/cube.obj"));
     fs::write(dir.path().join("list"), format!("{}\n{}\n", one, two)).unwrap();

@@ -10,7 +10,7 @@ const SMALL: &str = "--size 32x18 -s 1";
 
 /// Pictures of every format are kept while their inputs and settings are unchanged.
 #[test]
-fn finished_pictures_are_kept_until_something_changes() {
+fn resume_keeps_images_until_an_input_changes() {
     let (_dir, at) = folder();
     for name in [
         "textured.gltf",
@@ -61,7 +61,7 @@ fn finished_pictures_are_kept_until_something_changes() {
 /// picture's stamp does.
 #[cfg(unix)]
 #[test]
-fn pipes_in_the_place_of_files_hold_nobody_up() {
+fn pipes_instead_of_files_do_not_block() {
     let (_dir, at) = folder();
     let pipe = |name: &str| {
         assert!(Command::new("mkfifo").arg(at.join(name)).status().unwrap().success());
@@ -111,7 +111,7 @@ fn pipes_in_the_place_of_files_hold_nobody_up() {
 /// File names that are not UTF-8 are told apart.
 #[cfg(target_os = "linux")]
 #[test]
-fn resume_knows_scenes_whose_names_are_no_text() {
+fn resume_distinguishes_names_that_are_not_utf8() {
     use std::os::unix::ffi::OsStrExt;
     let (_dir, at) = folder();
     let name = std::ffi::OsStr::from_bytes(b"m\xff.glb");
@@ -130,7 +130,7 @@ fn resume_knows_scenes_whose_names_are_no_text() {
 
 /// A picture with warnings is rendered again under `--strict`.
 #[test]
-fn strict_keeps_no_picture_that_was_made_with_a_warning() {
+fn strict_does_not_keep_images_made_with_a_warning() {
     let (_dir, at) = folder();
     fs::write(at.join("a.obj"), "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let line = format!("render a.obj {SMALL} --resume");
@@ -149,7 +149,7 @@ fn strict_keeps_no_picture_that_was_made_with_a_warning() {
 /// A job that is killed several times ends with the same files as an undisturbed one.
 #[cfg(unix)]
 #[test]
-fn what_was_killed_is_resumed() {
+fn a_killed_render_is_resumed() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
     let line =

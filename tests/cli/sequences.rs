@@ -26,7 +26,7 @@ fn frames_are_numbered_files() {
 }
 
 #[test]
-fn any_share_of_a_clip_is_the_same_pictures_as_the_whole() {
+fn chunks_of_a_clip_equal_the_complete_clip() {
     let (_dir, at) = folder();
     let figure = model("figure/figure.glb");
     let line = format!("render {figure} {SMALL} --fps 8 --ao 4 --ground plane -q");
@@ -55,7 +55,7 @@ fn any_share_of_a_clip_is_the_same_pictures_as_the_whole() {
 /// The bounds of the clip are computed once for all pictures, and `--perf` prints the time; a view with a
 /// fixed position does not need them.
 #[test]
-fn a_clip_is_looked_through_once_and_told() {
+fn clip_bounds_are_computed_once() {
     let (_dir, at) = folder();
     let figure = model("figure/figure.glb");
     for (flags, times) in [
@@ -73,14 +73,14 @@ fn a_clip_is_looked_through_once_and_told() {
 }
 
 #[test]
-fn a_clip_of_nothing_is_one_frame() {
+fn a_scene_without_animation_is_one_frame() {
     let (_dir, at) = folder();
     runs(&at, &format!("render --frames {} {SMALL} -q", model("cornell/cornell.glb")));
     assert_eq!(names(&at), ["cornell_0001.png"]);
 }
 
 #[test]
-fn wrong_lists_and_names_are_found_before_anything_is_rendered() {
+fn invalid_lists_and_names_are_refused_before_rendering() {
     let (_dir, at) = folder();
     let (figure, cornell) = (model("figure/figure.glb"), model("cornell/cornell.glb"));
     for (flags, message) in [
@@ -104,7 +104,7 @@ fn wrong_lists_and_names_are_found_before_anything_is_rendered() {
 }
 
 #[test]
-fn lists_name_scenes_and_a_bad_one_does_not_stop_the_rest() {
+fn a_bad_scene_in_a_list_does_not_stop_the_others() {
     let (_dir, at) = folder();
     fs::write(at.join("bad.glb"), b"glTF and nothing").unwrap();
     let list =
@@ -120,7 +120,7 @@ fn lists_name_scenes_and_a_bad_one_does_not_stop_the_rest() {
 }
 
 #[test]
-fn progress_for_farms_is_in_their_words() {
+fn progress_is_reported_as_openjd_and_json() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
     let messages = runs(&at, &format!("turntable {scene} {SMALL} --count 4 --progress openjd"));
@@ -160,7 +160,7 @@ fn progress_for_farms_is_in_their_words() {
 }
 
 #[test]
-fn settings_come_from_a_file_and_the_command_line_wins() {
+fn the_command_line_overrides_a_config_file() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
     let config = format!(
@@ -213,7 +213,7 @@ fn settings_come_from_a_file_and_the_command_line_wins() {
 }
 
 #[test]
-fn a_report_shows_all_pictures_and_what_went_wrong() {
+fn a_report_shows_all_images_and_failures() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
     let before = format!("turntable {scene} missing<.glb {SMALL} --count 3 -o out/{{stem}}_#.png");
@@ -265,7 +265,7 @@ fn a_dash_is_standard_output() {
 
 /// Pictures, their layers, animations and reports.
 #[test]
-fn names_that_collide_in_any_of_their_files_are_refused() {
+fn colliding_names_are_refused() {
     let (_dir, at) = folder();
     for name in ["t.glb", "t.depth.glb"] {
         fs::copy(model("tests/triangle.glb"), at.join(name)).unwrap();
@@ -289,7 +289,7 @@ fn names_that_collide_in_any_of_their_files_are_refused() {
 
 /// The number of frames depends on the scene.
 #[test]
-fn names_that_collide_at_a_later_frame_are_refused_too() {
+fn colliding_names_at_later_frames_are_refused() {
     let (_dir, at) = folder();
     for name in ["figure.glb", "figure1.glb"] {
         fs::copy(model("figure/figure.glb"), at.join(name)).unwrap();
@@ -303,7 +303,7 @@ fn names_that_collide_at_a_later_frame_are_refused_too() {
 }
 
 #[test]
-fn folders_that_are_there_are_meant_as_they_are_called() {
+fn placeholders_in_existing_folders_are_literal() {
     let (_dir, at) = folder();
     fs::create_dir_all(at.join("C#/t{stem}")).unwrap();
     fs::copy(model("tests/triangle.glb"), at.join("t.glb")).unwrap();

@@ -70,7 +70,7 @@ fn a_signal_that_was_ignored_stays_ignored() {
 
 /// A signal ends the program at any time, also while it re-executes itself with allocator settings.
 #[test]
-fn a_signal_in_the_first_moments_is_not_lost() {
+fn a_signal_during_startup_is_not_lost() {
     let dir = tempfile::tempdir().unwrap();
     for i in 0..60 {
         let mut child = long_render(dir.path(), "exec $BLINN");

@@ -48,7 +48,7 @@ fn a_turntable_goes_once_around() {
 
 /// The scene is turned in the file itself, and the turntable's frame must be what `render` makes of it.
 #[test]
-fn a_turning_model_is_the_model_turned() {
+fn a_turntable_frame_equals_the_rotated_model() {
     let (_dir, at) = folder();
     let quarter = |[x, y, z]: [f64; 3]| [z, y, -x];
     let corners = [[-1., 0., -1.], [2., 0., -1.], [-1., 0., 1.], [-1., 3., -1.]];
@@ -81,7 +81,7 @@ fn a_turning_model_is_the_model_turned() {
 }
 
 #[test]
-fn a_turning_camera_takes_its_lights_along_and_leaves_the_files() {
+fn a_rotating_camera_moves_only_its_own_lights() {
     let (_dir, at) = folder();
     fs::write(
         at.join("a.obj"),
@@ -102,7 +102,7 @@ fn a_turning_camera_takes_its_lights_along_and_leaves_the_files() {
 }
 
 #[test]
-fn wrong_turntables_are_refused() {
+fn invalid_turntables_are_refused() {
     let (_dir, at) = folder();
     let scene = model("cornell/cornell.glb");
     for (flags, message) in [

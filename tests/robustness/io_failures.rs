@@ -33,7 +33,7 @@ fn failed(output: &Output) -> String {
 
 /// Images of each format, layers, reports and animations.
 #[test]
-fn a_disk_that_fills_up_leaves_nothing_partial() {
+fn a_full_disk_leaves_no_partial_file() {
     let scene = model("still-life/still-life.glb");
     for (out, flags) in [
         ("a.png", ""),
@@ -56,7 +56,7 @@ fn a_disk_that_fills_up_leaves_nothing_partial() {
 }
 
 #[test]
-fn moving_pictures_are_whole_or_not_there() {
+fn animations_are_complete_or_missing() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let made = blinn(dir.path(), &format!("turntable {scene} --size 128x128 -s 1 --count 3 -q -o f/#.png"));
@@ -73,7 +73,7 @@ fn moving_pictures_are_whole_or_not_there() {
 /// Not even root can write to `/proc`.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_folder_that_cannot_be_written_to_is_found_before_anything_is_rendered() {
+fn unwritable_folders_are_found_before_rendering() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("still-life/still-life.glb");
     let start = Instant::now();
@@ -96,7 +96,7 @@ fn wait_for(what: &Path, child: &mut Child) {
 
 /// Scenes are read once: frames continue after the file is deleted.
 #[test]
-fn inputs_may_vanish_once_they_are_read() {
+fn inputs_may_be_deleted_once_they_are_read() {
     let dir = tempfile::tempdir().unwrap();
     let inputs = dir.path().join("inputs");
     fs::create_dir(&inputs).unwrap();
@@ -118,7 +118,7 @@ fn inputs_may_vanish_once_they_are_read() {
 
 /// `--resume` renders again after an export during the first frame, whatever the file's date.
 #[test]
-fn pictures_are_stamped_with_what_they_were_made_of() {
+fn fingerprints_are_of_the_files_that_were_read() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);
     let made = || {
@@ -159,7 +159,7 @@ fn pictures_are_stamped_with_what_they_were_made_of() {
 
 /// Another program may still be writing the file.
 #[test]
-fn an_input_that_is_cut_off_meanwhile_is_an_error_or_a_picture() {
+fn a_truncated_input_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let whole = fs::read(model("cornell/cornell.glb")).unwrap();
     for share in [0, 1, 2, 3] {
@@ -211,7 +211,7 @@ fn processes_may_share_a_folder() {
 /// Output to standard output is complete, or the program fails.
 #[cfg(target_os = "linux")]
 #[test]
-fn what_standard_output_does_not_take_is_an_error() {
+fn a_full_standard_output_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/triangle.glb");
     for line in [
@@ -241,7 +241,7 @@ fn what_standard_output_does_not_take_is_an_error() {
 /// Without standard error the work continues, and the exit code reports its result.
 #[cfg(target_os = "linux")]
 #[test]
-fn work_goes_on_where_standard_error_takes_nothing() {
+fn a_full_standard_error_is_ignored() {
     let dir = tempfile::tempdir().unwrap();
     let (one, two) = (model("tests/triangle.glb"), model("cornell/cornell.glb"));
     let size = "--size 8x8 -s 1";
@@ -265,7 +265,7 @@ fn work_goes_on_where_standard_error_takes_nothing() {
 
 /// A link's target is replaced; devices and pipes are written into.
 #[test]
-fn links_and_devices_stay_what_they_are() {
+fn links_and_devices_are_not_replaced() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);
     let scene = model("tests/triangle.glb");
@@ -289,7 +289,7 @@ fn links_and_devices_stay_what_they_are() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_ends_a_batch_and_says_what_is_left() {
+fn a_full_disk_ends_a_batch() {
     let dir = tempfile::tempdir().unwrap();
     for name in ["a.glb", "b.glb", "c.glb", "d.glb"] {
         fs::copy(model("tests/triangle.glb"), dir.path().join(name)).unwrap();
@@ -307,7 +307,7 @@ fn a_full_disk_ends_a_batch_and_says_what_is_left() {
 
 /// A picture may have the default name of a texture beside its scene.
 #[test]
-fn nothing_is_written_over_what_a_scene_is_read_from() {
+fn input_files_are_never_overwritten() {
     let dir = tempfile::tempdir().unwrap();
     for name in ["negative.obj", "negative.mtl", "negative.png"] {
         fs::copy(model(&format!("tests/{name}")), dir.path().join(name)).unwrap();
@@ -340,7 +340,7 @@ fn nothing_is_written_over_what_a_scene_is_read_from() {
 /// An unwritable report is an error before rendering starts.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_report_that_cannot_be_written_is_found_before_anything_is_rendered() {
+fn an_unwritable_report_is_found_before_rendering() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/triangle.glb");
     fs::write(dir.path().join("r.html"), "mine").unwrap();
@@ -364,7 +364,7 @@ fn a_report_that_cannot_be_written_is_found_before_anything_is_rendered() {
 
 /// Pictures are written without their report, of which no part remains; the exit code is 1.
 #[test]
-fn a_report_that_grows_too_large_costs_no_picture() {
+fn a_report_over_the_size_limit_costs_no_image() {
     let dir = tempfile::tempdir().unwrap();
     for name in ["a.glb", "b.glb"] {
         fs::copy(model("tests/triangle.glb"), dir.path().join(name)).unwrap();
@@ -380,7 +380,7 @@ fn a_report_that_grows_too_large_costs_no_picture() {
 }
 
 #[test]
-fn a_layer_that_must_be_kept_keeps_the_picture_away() {
+fn no_overwrite_protects_aov_previews() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("tests/triangle.glb");
     fs::write(dir.path().join("a_2.depth.png"), "mine").unwrap();
@@ -393,7 +393,7 @@ fn a_layer_that_must_be_kept_keeps_the_picture_away() {
 /// File names are bytes: names that are not UTF-8 are told apart; patterns must be UTF-8.
 #[cfg(target_os = "linux")]
 #[test]
-fn names_that_are_no_text_are_kept_or_refused() {
+fn names_that_are_not_utf8_are_kept_or_refused() {
     use std::os::unix::ffi::OsStrExt;
     let dir = tempfile::tempdir().unwrap();
     let name = |bytes: &[u8]| std::ffi::OsStr::from_bytes(bytes).to_os_string();

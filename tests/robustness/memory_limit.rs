@@ -60,7 +60,7 @@ fn number_before(text: &str, mark: &str) -> Option<f64> {
 
 /// A small file with large demands: 16,000 meshes that share 65,000 vertices.
 #[test]
-fn vertices_that_are_asked_for_again_and_again_are_counted() {
+fn repeated_accessors_count_against_the_limit() {
     let dir = tempfile::tempdir().unwrap();
     let scene = dir.path().join("a.gltf");
     let primitive = r#"{"attributes": {"POSITION": 0}}"#;
@@ -105,7 +105,7 @@ fn write_nodes(scene: &Path) {
 const NODES: usize = 200_000;
 
 #[test]
-fn what_is_let_through_takes_no_more_than_was_allowed() {
+fn accepted_scenes_stay_within_the_limit() {
     let scenes = tempfile::tempdir().unwrap();
     let nodes = scenes.path().join("a.gltf");
     write_nodes(&nodes);
@@ -116,7 +116,7 @@ fn what_is_let_through_takes_no_more_than_was_allowed() {
 
 /// A tetrahedron with many coincident faces, instanced often enough for a BLAS of its own.
 #[test]
-fn many_instances_take_no_more_than_was_allowed() {
+fn many_instances_stay_within_the_limit() {
     const COPIES: usize = 120_000;
     let dir = tempfile::tempdir().unwrap();
     let corners = [[0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -185,7 +185,7 @@ fn keeps_within(case: (&str, &str)) {
 /// alone.
 #[cfg(target_env = "gnu")]
 #[test]
-fn a_batch_takes_hardly_more_than_its_largest_scene() {
+fn a_batch_needs_hardly_more_memory_than_its_largest_scene() {
     const FILES: [&str; 5] = [
         "assembly/assembly.glb",
         "still-life/still-life.glb",

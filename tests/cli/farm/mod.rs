@@ -14,7 +14,7 @@ const SMALL: &str = "--size 32x18 -s 1";
 
 /// The printed job, byte for byte. `GOLDEN=update` rewrites it; read the diff.
 #[test]
-fn a_small_job_is_printed_so() {
+fn a_small_job_matches_its_golden_file() {
     let (_dir, at) = folder();
     fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
     let work = format!("turntable cube.obj {SMALL} --count 12 --elevation 20 -o out/{{stem}}_##.png");
@@ -40,7 +40,7 @@ fn a_small_job_is_printed_so() {
 
 /// Tasks render the same pixels as one process: flags resolved for the whole job hold for each chunk.
 #[test]
-fn tasks_make_the_pictures_of_one_process() {
+fn tasks_render_the_pixels_of_one_process() {
     let (_dir, at) = folder();
     for name in ["lecture/lecture.obj", "lecture/lecture.mtl", "lecture/view-1.xml", "figure/figure.glb"] {
         fs::copy(model(name), at.join(Path::new(name).file_name().unwrap())).unwrap();
@@ -77,7 +77,7 @@ fn tasks_make_the_pictures_of_one_process() {
 
 /// File and folder names with characters that shells and templates treat specially.
 #[test]
-fn odd_names_arrive_as_they_are() {
+fn special_characters_in_names_are_quoted() {
     let (_dir, at) = folder();
     let odd = "it's $(touch x) `y` \"&\" {stem} ä%d\\;.glb";
     let folder = "a b's $HOME";
@@ -113,7 +113,7 @@ fn odd_names_arrive_as_they_are() {
 /// Calls of sbatch: the array job, then the dependent job, both with the user's own options.
 #[cfg(unix)]
 #[test]
-fn a_script_submits_itself_and_what_waits_for_it() {
+fn a_script_submits_itself_and_its_assembly() {
     let (_dir, at) = folder();
     fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
     let work = format!("turntable cube.obj {SMALL} --count 7 -o spin.mp4 --fps 12 --quality 80 --loop once");
@@ -133,7 +133,7 @@ fn a_script_submits_itself_and_what_waits_for_it() {
 }
 
 #[test]
-fn what_makes_no_job_is_refused() {
+fn invalid_jobs_are_refused() {
     let (_dir, at) = folder();
     for name in ["cube.obj", "triangle.glb"] {
         fs::copy(model(&format!("tests/{name}")), at.join(name)).unwrap();
@@ -175,7 +175,7 @@ fn what_makes_no_job_is_refused() {
 
 /// A template refers to files beside it, and has parameters for the others.
 #[test]
-fn what_lies_elsewhere_is_a_parameter_without_default() {
+fn paths_outside_the_job_folder_have_no_default() {
     let (_dir, at) = folder();
     fs::create_dir(at.join("jobs")).unwrap();
     for name in ["lecture.obj", "lecture.mtl"] {
@@ -206,7 +206,7 @@ fn what_lies_elsewhere_is_a_parameter_without_default() {
 
 /// Settings from a configuration file become flags of the tasks; aliases by their full names.
 #[test]
-fn settings_from_a_file_are_the_tasks_too() {
+fn options_of_a_config_file_reach_the_tasks() {
     let (_dir, at) = folder();
     fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
     fs::write(at.join("c.toml"), "count = 4\nsamples = 2\nno-shadows = true\nexposure = 1\n").unwrap();
@@ -225,7 +225,7 @@ fn settings_from_a_file_are_the_tasks_too() {
 
 /// Several processes can write the same frames to one folder.
 #[test]
-fn several_writers_share_a_folder() {
+fn several_processes_share_a_folder() {
     let (_dir, at) = folder();
     fs::copy(model("cornell/cornell.glb"), at.join("cornell.glb")).unwrap();
     let line = |out: &str| format!("turntable cornell.glb {SMALL} --count 6 --resume -q -o {out}/####.png");
