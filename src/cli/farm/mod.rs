@@ -6,6 +6,7 @@
 mod camera_flags;
 mod explicit_flags;
 mod farm_job;
+mod job_output;
 mod job_paths;
 mod openjd;
 mod resolve;

@@ -1,23 +1,23 @@
 //! Resolves a render plan into a farm job: checks options, then reads the scene once and turns everything that tasks
 //! share into flags.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Result, anyhow, bail};
 use twox_hash::XxHash3_128;
 
 use super::camera_flags;
-use super::explicit_flags::{ExplicitFlags, single_line_text};
+use super::explicit_flags::ExplicitFlags;
 use super::farm_job::{Assembly, FarmJob, InputFile};
+use super::job_output::{JobAnimation, JobOutput, assemble_args};
 use super::job_paths::{JobFolder, JobPath};
 use crate::batch::{FrameList, PathTemplate};
 use crate::cli::args::{EngineArgs, JobCommand};
-use crate::cli::plan::{AnimationOutput, OutputKind, PlannedFrame, RenderPlan, Target};
+use crate::cli::plan::RenderPlan;
 use crate::cli::run::progress::SceneLog;
 use crate::cli::run::scene_job::load_scene;
 use crate::cli::run::session::RenderSession;
 use crate::cli::usage::UsageError;
-use crate::output::AnimationFormat;
 use crate::scene::{PosedScene, Scene};
 
 /// Flags that a job sets itself or drops.
@@ -52,20 +52,6 @@ pub struct JobPlan<'a> {
     inputs: Vec<InputFile>,
     output: JobOutput,
     output_folder: JobPath,
-}
-
-/// Output of a job.
-struct JobOutput {
-    folder: PathBuf,
-    /// Pattern of image names in the folder; empty for default names and for animations.
-    pattern: String,
-    animation: Option<JobAnimation>,
-}
-
-struct JobAnimation {
-    output: AnimationOutput,
-    /// The name of its file in the output folder.
-    file: String,
 }
 
 impl<'a> JobPlan<'a> {
@@ -207,95 +193,4 @@ fn check_flags(flags: &ExplicitFlags) -> Result<(), UsageError> {
         }
     }
     Ok(())
-}
-
-impl JobOutput {
-    fn new(command: &JobCommand, plan: &RenderPlan, scene: &Path) -> Result<JobOutput, UsageError> {
-        match plan.outputs.kind {
-            OutputKind::Images(..) => JobOutput::images(command.output().output.as_deref()),
-            OutputKind::Animation(output) => {
-                let first = plan.frames.known().and_then(|frames| frames.first().copied());
-                let frame = first.unwrap_or(PlannedFrame::at(1, 0.0));
-                let Target::File(file) = plan.outputs.target(scene, 1, &frame) else {
-                    return Err(no_stdout());
-                };
-                let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
-                let file = single_line_text("-o", file.file_name().unwrap_or_default())?;
-                let animation = Some(JobAnimation { output, file });
-                Ok(JobOutput { folder, pattern: String::new(), animation })
-            }
-        }
-    }
-
-    /// Splits -o into the folder without placeholders and the pattern after it.
-    fn images(output: Option<&Path>) -> Result<JobOutput, UsageError> {
-        let (mut folder, mut pattern) = (PathBuf::new(), String::new());
-        if let Some(output) = output {
-            let name = single_line_text("-o", output.as_os_str())?;
-            if name == "-" {
-                return Err(no_stdout());
-            }
-            let name = if output.is_dir() && !name.ends_with('/') { name + "/" } else { name };
-            let ends = name.match_indices('/').map(|(i, _)| i + 1);
-            let end = ends.take_while(|&i| PathTemplate::parse(&name[..i]).is_literal()).last().unwrap_or(0);
-            folder = name[..end].into();
-            pattern = name[end..].into();
-        }
-        Ok(JobOutput { folder, pattern, animation: None })
-    }
-}
-
-fn no_stdout() -> UsageError {
-    UsageError("-o -: a job writes files; set -o to a file name".into())
-}
-
-/// Arguments of `blinn assemble` for an animation.
-fn assemble_args(output: &AnimationOutput) -> Vec<String> {
-    let AnimationOutput { format, fps, loops, quality, clockwise } = *output;
-    let mut args = vec![format!("--fps={fps}")];
-    if !loops {
-        args.push("--loop=once".into());
-    }
-    if format.has_quality() {
-        args.push(format!("--quality={quality}"));
-    }
-    if clockwise && format == AnimationFormat::Html {
-        args.push("--direction=cw".into());
-    }
-    args
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_html_has_a_direction() {
-        let output =
-            |format| AnimationOutput { format, fps: 24.0, loops: true, quality: 90, clockwise: true };
-        assert_eq!(assemble_args(&output(AnimationFormat::Html)).last().unwrap(), "--direction=cw");
-        assert!(!assemble_args(&output(AnimationFormat::Mp4)).concat().contains("direction"));
-    }
-
-    #[test]
-    fn output_is_split_into_folder_and_pattern() {
-        for (output, folder, pattern) in [
-            ("a.png", "", "a.png"),
-            ("out/a.png", "out/", "a.png"),
-            ("out/####.png", "out/", "####.png"),
-            ("/x/out/{stem}/####.png", "/x/out/", "{stem}/####.png"),
-            ("f#/a.png", "", "f#/a.png"),
-            ("out/", "out/", ""),
-            ("out/{stem}/", "out/", "{stem}/"),
-            ("src", "src/", ""),
-        ] {
-            let found = JobOutput::images(Some(Path::new(output))).unwrap();
-            assert_eq!(
-                (found.folder.as_path(), &found.pattern[..]),
-                (Path::new(folder), pattern),
-                "{output}"
-            );
-        }
-        assert!(JobOutput::images(Some(Path::new("-"))).is_err());
-    }
 }
