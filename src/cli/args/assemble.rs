@@ -11,7 +11,9 @@ use crate::display::Background;
 
 #[derive(Debug, Args)]
 pub struct AssembleArgs {
-    /// PNG, JPEG or WebP files of one size, or a folder with one sequence of them, in the order of their numbers
+    /// PNG, JPEG or WebP files of one size, or a folder with one sequence
+    ///
+    /// They are sorted by their numbers.
     #[arg(required = true, value_name = "FRAMES")]
     pub frames: Vec<PathBuf>,
     /// Output file: .gif, .apng, .webp, .mp4 or .html

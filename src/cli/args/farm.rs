@@ -22,7 +22,7 @@ pub struct JobArgs {
 pub enum EngineArgs {
     /// Print an Open Job Description template, 2023-09 with TASK_CHUNKING
     Openjd(OpenjdArgs),
-    /// Print an sbatch script for Slurm: an array job that renders a part of the frames in each task
+    /// Print an sbatch script for Slurm that runs an array job
     Slurm(SlurmArgs),
 }
 
@@ -65,7 +65,7 @@ pub struct JobFileArgs {
 /// The command that the tasks run.
 #[derive(Debug, Subcommand)]
 pub enum JobCommand {
-    /// Render frames of a scene's animation: the options of blinn render, with --frames
+    /// Render frames of an animation: the options of blinn render
     Render(Box<RenderArgs>),
     /// Render frames of a turntable: the options of blinn turntable
     Turntable(Box<TurntableArgs>),

@@ -11,8 +11,8 @@ use super::root::Cli;
 
 /// Options on the screens of commands that have more than `MAX_LISTED`.
 const COMMON: &str = "\
-    variant output quality resume aov size samples background exposure view camera view-point look-at yfov orbit zoom \
-    lights point-light sun light-radius ao ground hdri kd ks hide time animation frames fps count only chunk turn axis \
+    output quality resume aov size samples background exposure view camera view-point look-at yfov orbit zoom \
+    lights point-light sun light-radius ao ground kd ks hide time frames fps count only chunk turn axis \
     elevation views threads config report quiet";
 const MAX_LISTED: usize = 20;
 /// Width of a screen in columns.
@@ -146,7 +146,9 @@ fn option_rows(command: &Command) -> String {
     let mut rows = String::new();
     for arg in command.get_positionals() {
         let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
-        rows += &row("", &[format!("{}  {help}{}", value_name(arg), possible_values(arg, ", "))]);
+        let values = possible_values(arg, ", ");
+        let separator = if values.is_empty() { "" } else { ": " };
+        rows += &format!("  {}  {help}{separator}{values}\n", value_name(arg));
     }
     let options: Vec<&Arg> =
         command.get_arguments().filter(|arg| !arg.is_positional() && !arg.is_hide_set()).collect();

@@ -12,7 +12,7 @@ pub struct CompletionsArgs {
 
 #[derive(Debug, Args)]
 pub struct ManArgs {
-    /// Command that the page describes, such as render or job slurm [default: blinn itself]
+    /// Command, such as render or job slurm [default: blinn itself]
     #[arg(value_name = "COMMAND")]
     pub command: Vec<String>,
 }

@@ -140,11 +140,11 @@ fn invalid_jobs_are_refused() {
     }
     for (work, message) in [
         ("render cube.obj", "add --frames"),
-        ("turntable cube.obj triangle.glb -o {stem}/#.png", "a job is of one scene, not 2"),
-        ("turntable cube.obj --chunk 1/2", "--chunk: the farm makes the shares"),
-        ("turntable cube.obj --no-overwrite", "--no-overwrite: a task that is run again"),
+        ("turntable cube.obj triangle.glb -o {stem}/#.png", "a job renders one scene, not 2"),
+        ("turntable cube.obj --chunk 1/2", "--chunk: the farm distributes the frames"),
+        ("turntable cube.obj --no-overwrite", "--no-overwrite: a task that runs again"),
         ("turntable cube.obj --report r.html", "--report: every task would write it"),
-        ("turntable cube.obj --dry-run", "--dry-run: a job is printed"),
+        ("turntable cube.obj --dry-run", "--dry-run: a job is only printed"),
         ("turntable cube.obj -o -", "standard output takes one image"),
         ("turntable cube.obj --count 0", "--count"),
         ("turntable cube.obj --nonsense", "--nonsense"),
@@ -160,8 +160,8 @@ fn invalid_jobs_are_refused() {
     // Errors that depend on the scene.
     for (line, message) in [
         ("job openjd turntable missing.glb", "missing.glb"),
-        ("job openjd turntable cube.obj -o {{stem}}#.png", "cannot say two braces together"),
-        ("job slurm render cube.obj --frames 4-1:-1 -o a.gif", "in the order of its frames' numbers"),
+        ("job openjd turntable cube.obj -o {{stem}}#.png", "cannot contain double braces"),
+        ("job slurm render cube.obj --frames 4-1:-1 -o a.gif", "in the order of frame numbers"),
     ] {
         let output = blinn(&at, line);
         let messages = String::from_utf8(output.stderr).unwrap();
@@ -170,7 +170,7 @@ fn invalid_jobs_are_refused() {
     }
     let frames: Vec<String> = (0..400i64).map(|i| (i * i).to_string()).collect();
     let output = blinn(&at, &format!("job openjd render cube.obj --frames {}", frames.join(",")));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("make a job of each part"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("split the job"));
 }
 
 /// A template refers to files beside it, and has parameters for the others.
