@@ -1,7 +1,7 @@
-"""Whole programs, from a scene file to a picture of 1280 x 720, by turns: `just bench-peers programs`.
+"""Compares renderers from a scene file to an image of 1280 x 720: `just bench-peers programs`.
 
-Wall and CPU seconds and peak memory of the process, medians of rounds. A program that cannot be had is
-skipped, loudly. `--quick`: three rounds, the small files; `--only NAME`: one of the files.
+Prints medians of interleaved rounds: wall and CPU seconds, and peak memory of the process. Programs that are not
+installed are skipped with a message. `--quick`: three rounds of the small files; `--only NAME`: one of the files.
 `--turntable`: the 36 frames of one turn of the gear train instead.
 """
 
@@ -40,7 +40,7 @@ def blender_python():
 
 
 def set_up():
-    """Installs what pip has; says what Debian has."""
+    """Installs the programs that pip has, and generates the scenes."""
     if not PYTHON.exists():
         subprocess.run([sys.executable, "-m", "venv", WORK / "venv"], check=True)
     for package, module in (("f3d==4.0.0", "f3d"), ("mitsuba==3.9.1", "mitsuba"), ("filly==0.2.1", "filly"),
@@ -59,7 +59,7 @@ def set_up():
 
 
 def programs(quick):
-    """name: (files' endings, samples, shadows, command by (scene, picture)); None where it cannot be had."""
+    """name: (files' endings, samples, shadows, command of (scene, picture)); None if it is not installed."""
     def script(name, *rest, python=PYTHON):
         return lambda scene, out: [python, HERE / name, scene, out, *rest]
 
@@ -95,7 +95,7 @@ def programs(quick):
 
 
 def run(command, out):
-    """(wall s, CPU s, peak MB) of a process, or a string that says what went wrong."""
+    """Returns (wall s, CPU s, peak MB) of a process, or an error message."""
     out.unlink(missing_ok=True)
     start = time.perf_counter()
     with open(WORK / "last.log", "w") as log:
@@ -114,7 +114,7 @@ def measure(name, rounds):
     scene = SCENES / name
     runs, broken = {}, {}
     for turn in range(rounds + 1):
-        for program, (endings, _, _, command) in programs_had.items():
+        for program, (endings, _, _, command) in installed.items():
             if scene.suffix not in endings or program in broken:
                 continue
             out = WORK / f"{name}-{''.join(c for c in program if c.isalnum())}.png"
@@ -122,19 +122,19 @@ def measure(name, rounds):
             if isinstance(result, str):
                 broken[program] = result
                 print(f"!! {program} on {name}: SKIPPED, {result}", file=sys.stderr)
-            elif turn:  # The first warms up files and caches.
+            elif turn:  # The first round warms up files and caches.
                 runs.setdefault(program, []).append(result)
     rows = []
     for program, results in runs.items():
         wall, cpu, peak = (statistics.median(column) for column in zip(*results))
-        _, samples, shadows, _ = programs_had[program]
+        _, samples, shadows, _ = installed[program]
         rows.append({"file": name, "program": program, "samples": samples, "shadows": shadows, "wall": wall,
                      "cpu": cpu, "peak MB": peak})
     own = {row["samples"]: row for row in rows if row["program"].startswith("blinn")}
     print(f"\n### {name}, medians of {rounds}\n| program | samples | shadows | wall s | CPU s | peak MB "
           "| blinn's wall to it | blinn's CPU to it |\n|---|---|---|---|---|---|---|---|")
     for row in sorted(rows, key=lambda r: (r["samples"], r["wall"])):
-        # Of a turn, each program has the samples that it has.
+        # In turntables the programs have different numbers of samples.
         mine = own.get(row["samples"]) or next(iter(own.values()), None)
         ratio = [f"{mine[k] / row[k]:.2f}" if mine else "" for k in ("wall", "cpu")]
         print(f"| {row['program']} | {row['samples']} | {'yes' if row['shadows'] else 'no'} | {row['wall']:.2f} "
@@ -143,7 +143,7 @@ def measure(name, rounds):
 
 
 def turntables():
-    """The same for one turn; blinn's last frame tells that all are there."""
+    """The programs for --turntable. The last frame shows that all were rendered."""
     def blinn(scene, out):
         shutil.rmtree(out.parent / "turn", ignore_errors=True)
         return ["bash", "-euc", '"$0" turntable "$1" -o "$2/turn/####.png" --size 1280x720 -q && mv "$2/turn/0036.png" "$3"',
@@ -162,13 +162,13 @@ parser.add_argument("--only", choices=FILES)
 parser.add_argument("--turntable", action="store_true")
 arguments = parser.parse_args()
 set_up()
-programs_had = {}
+installed = {}
 for name, row in (turntables() if arguments.turntable else programs(arguments.quick)).items():
     if row[3] is None:
         print(f"!! {name}: NOT INSTALLED, SKIPPED (povray, embree-tools: Debian; f3d, mitsuba, filly: pip; "
               "Cycles: BPY_PYTHON=a Python with bpy)", file=sys.stderr)
     else:
-        programs_had[name] = row
+        installed[name] = row
 if arguments.turntable:
     SCENES = ROOT / "models/assembly"
     files = ["assembly.glb"]

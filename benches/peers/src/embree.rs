@@ -1,6 +1,5 @@
-//! Embree 4 by its C API, from a shared library that is opened when the program runs: nothing
-//! needs Embree to compile.
-#![allow(dead_code, reason = "structures are laid out as Embree has them")]
+//! Bindings to Embree 4's C API. The shared library is loaded at run time, so that Embree is not needed to compile.
+#![allow(dead_code, reason = "the layout of structures is Embree's")]
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::mem::ManuallyDrop;
@@ -16,7 +15,7 @@ type Handle = *mut c_void;
 
 /// `RTCIntersectArguments` and `RTCOccludedArguments`.
 #[repr(C)]
-pub struct Arguments {
+pub struct QueryArguments {
     flags: c_uint,
     features: c_uint,
     context: Handle,
@@ -25,10 +24,10 @@ pub struct Arguments {
     rest: [u64; 2],
 }
 
-impl Arguments {
-    pub fn new(coherent: bool) -> Arguments {
+impl QueryArguments {
+    pub fn new(coherent: bool) -> QueryArguments {
         let flags = if coherent { 1 << 16 } else { 0 };
-        Arguments {
+        QueryArguments {
             flags,
             features: !0,
             context: null_mut(),
@@ -66,7 +65,7 @@ pub struct RayHit {
     pub rest: [u32; 7],
 }
 
-/// `RTCRayHitN`; its beginning is an `RTCRayN`. Numbers of 32 bits, one row for each field.
+/// `RTCRayHitN`, which begins with an `RTCRayN`: SoA, a row for each field.
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
 pub struct Packet<const N: usize> {
@@ -86,13 +85,14 @@ pub const NEAR: usize = 3;
 /// Row of [`Packet::numbers`].
 pub const FAR: usize = 8;
 
-type Packets<const N: usize> = unsafe extern "C" fn(*const c_int, Handle, *mut Packet<N>, *const Arguments);
-type Monitor = extern "C" fn(Handle, isize, bool) -> bool;
+type PacketFunction<const N: usize> =
+    unsafe extern "C" fn(*const c_int, Handle, *mut Packet<N>, *const QueryArguments);
+type MemoryMonitor = extern "C" fn(Handle, isize, bool) -> bool;
 
 macro_rules! api {
     ($($field:ident = $name:ident: fn($($arg:ty),*) $(-> $out:ty)?;)*) => {
-        /// The functions. The library that holds them is never closed: TBB's threads outlive every device,
-        /// and would go on in code that is gone.
+        /// The functions. The library is never closed, because TBB's threads outlive every device and would execute
+        /// unloaded code.
         pub struct Embree {
             $(pub $field: unsafe extern "C" fn($($arg),*) $(-> $out)?,)*
             _libraries: ManuallyDrop<(Library, Option<Library>)>,
@@ -100,8 +100,8 @@ macro_rules! api {
 
         impl Embree {
             fn bind(library: Library, needed: Option<Library>) -> Result<Embree, libloading::Error> {
-                // SAFETY: the types are those of Embree 4's headers; the library lives as long as
-                // the pointers do.
+                // SAFETY: the types are those of Embree 4's headers; the library lives as long as the
+                // pointers.
                 unsafe {
                     Ok(Embree {
                         $($field: *library.get(concat!(stringify!($name), "\0").as_bytes())?,)*
@@ -117,7 +117,7 @@ api! {
     new_device = rtcNewDevice: fn(*const c_char) -> Handle;
     release_device = rtcReleaseDevice: fn(Handle);
     device_error = rtcGetDeviceError: fn(Handle) -> c_int;
-    monitor = rtcSetDeviceMemoryMonitorFunction: fn(Handle, Monitor, Handle);
+    monitor = rtcSetDeviceMemoryMonitorFunction: fn(Handle, MemoryMonitor, Handle);
     new_scene = rtcNewScene: fn(Handle) -> Handle;
     release_scene = rtcReleaseScene: fn(Handle);
     quality = rtcSetSceneBuildQuality: fn(Handle, c_int);
@@ -130,16 +130,16 @@ api! {
     commit_geometry = rtcCommitGeometry: fn(Handle);
     attach = rtcAttachGeometry: fn(Handle, Handle) -> c_uint;
     release_geometry = rtcReleaseGeometry: fn(Handle);
-    intersect1 = rtcIntersect1: fn(Handle, *mut RayHit, *const Arguments);
-    occluded1 = rtcOccluded1: fn(Handle, *mut Ray, *const Arguments);
-    intersect8 = rtcIntersect8: fn(*const c_int, Handle, *mut Packet<8>, *const Arguments);
-    occluded8 = rtcOccluded8: fn(*const c_int, Handle, *mut Packet<8>, *const Arguments);
-    intersect16 = rtcIntersect16: fn(*const c_int, Handle, *mut Packet<16>, *const Arguments);
-    occluded16 = rtcOccluded16: fn(*const c_int, Handle, *mut Packet<16>, *const Arguments);
+    intersect1 = rtcIntersect1: fn(Handle, *mut RayHit, *const QueryArguments);
+    occluded1 = rtcOccluded1: fn(Handle, *mut Ray, *const QueryArguments);
+    intersect8 = rtcIntersect8: fn(*const c_int, Handle, *mut Packet<8>, *const QueryArguments);
+    occluded8 = rtcOccluded8: fn(*const c_int, Handle, *mut Packet<8>, *const QueryArguments);
+    intersect16 = rtcIntersect16: fn(*const c_int, Handle, *mut Packet<16>, *const QueryArguments);
+    occluded16 = rtcOccluded16: fn(*const c_int, Handle, *mut Packet<16>, *const QueryArguments);
 }
 
 impl Embree {
-    /// Opens the library in `folder`, where an unpacked wheel of embreex lies, or the system's.
+    /// Loads the library from `folder`, which holds an unpacked wheel of embreex, or else the system's.
     pub fn open(folder: &Path) -> Result<Embree, String> {
         let found = |start: &str| -> Option<PathBuf> {
             let entries = std::fs::read_dir(folder).ok()?.flatten();
@@ -148,74 +148,85 @@ impl Embree {
                 .find(|p| p.file_name().is_some_and(|n| n.to_string_lossy().starts_with(start)))
         };
         let path = found("libembree4").unwrap_or_else(|| "libembree4.so.4".into());
-        // SAFETY: Embree and TBB run nothing on being opened but their own set-up.
+        // SAFETY: loading Embree and TBB runs only their own initialisers.
         let open = |path: &Path| unsafe { Library::new(path) };
-        // The wheel's Embree finds its TBB once that is loaded.
+        // The wheel's Embree finds its TBB if that is loaded first.
         let needed = found("libtbb").and_then(|path| open(&path).ok());
         let bound = open(&path).and_then(|library| Embree::bind(library, needed));
         bound.map_err(|e| format!("no Embree 4 in {}: {e}; `just bench-peers` fetches it", folder.display()))
     }
 
-    pub fn intersect<const N: usize>(&self) -> Option<Packets<N>> {
+    pub fn intersect<const N: usize>(&self) -> Option<PacketFunction<N>> {
         self.packets(self.intersect8, self.intersect16)
     }
 
-    pub fn occluded<const N: usize>(&self) -> Option<Packets<N>> {
+    pub fn occluded<const N: usize>(&self) -> Option<PacketFunction<N>> {
         self.packets(self.occluded8, self.occluded16)
     }
 
-    /// The function of width `N` of the two.
-    fn packets<const N: usize>(&self, eight: Packets<8>, sixteen: Packets<16>) -> Option<Packets<N>> {
+    /// The function of packet width `N`.
+    fn packets<const N: usize>(
+        &self,
+        eight: PacketFunction<8>,
+        sixteen: PacketFunction<16>,
+    ) -> Option<PacketFunction<N>> {
         // SAFETY: source and target are the same type where N matches.
         unsafe {
             match N {
-                8 => Some(std::mem::transmute::<Packets<8>, Packets<N>>(eight)),
-                16 => Some(std::mem::transmute::<Packets<16>, Packets<N>>(sixteen)),
+                8 => Some(std::mem::transmute::<PacketFunction<8>, PacketFunction<N>>(eight)),
+                16 => Some(std::mem::transmute::<PacketFunction<16>, PacketFunction<N>>(sixteen)),
                 _ => None,
             }
         }
     }
 }
 
-/// Bytes that Embree holds for what is being built.
-static HELD: AtomicIsize = AtomicIsize::new(0);
+/// Bytes that Embree has allocated, for all devices.
+static ALLOCATED_BYTES: AtomicIsize = AtomicIsize::new(0);
 
 extern "C" fn count(_: Handle, bytes: isize, _: bool) -> bool {
-    HELD.fetch_add(bytes, Ordering::Relaxed);
+    ALLOCATED_BYTES.fetch_add(bytes, Ordering::Relaxed);
     true
 }
 
 /// A committed scene.
-pub struct Built<'e> {
+pub struct EmbreeScene<'e> {
     embree: &'e Embree,
     device: Handle,
     pub handle: Handle,
-    parts: Vec<Handle>,
-    /// Seconds of all commits.
+    /// The scenes of instanced meshes.
+    mesh_scenes: Vec<Handle>,
+    /// Build time in seconds.
     pub seconds: f64,
-    /// Bytes of its trees, with their copies of triangles.
+    /// Memory of the BVHs with their copies of triangles, in bytes.
     pub bytes: usize,
 }
 
-// SAFETY: committed scenes may be traced from all threads.
-unsafe impl Sync for Built<'_> {}
+// SAFETY: committed scenes may be traced from several threads.
+unsafe impl Sync for EmbreeScene<'_> {}
 
-impl<'e> Built<'e> {
-    /// Commits `scene` at medium quality, with instances where it has any and as one geometry
-    /// otherwise, which is what Embree traces soonest.
+impl<'e> EmbreeScene<'e> {
+    /// Builds `scene` at medium quality. A scene without instancing becomes one geometry, which Embree traces fastest.
     pub fn new(
         embree: &'e Embree,
         scene: &GeneratedScene,
         threads: usize,
         robust: bool,
-    ) -> Result<Built<'e>, String> {
+    ) -> Result<EmbreeScene<'e>, String> {
         let settings =
             CString::new(format!("threads={threads},set_affinity=0")).map_err(|e| e.to_string())?;
-        // SAFETY: handles are used as Embree's manual says, and released in `drop`.
+        // SAFETY: handles are used as Embree's manual specifies, and released in `drop`.
         let mut built = unsafe {
             let device = (embree.new_device)(settings.as_ptr());
             (embree.monitor)(device, count, null_mut());
-            Built { embree, device, handle: null_mut(), parts: Vec::new(), seconds: 0.0, bytes: 0 }
+            EmbreeScene {
+                embree,
+                device,
+                handle: null_mut(),
+                mesh_scenes: Vec::new(),
+                seconds: 0.0,
+                bytes: 0,
+            }
         };
         if scene.stored_triangles() == scene.drawn_triangles() {
             let mut all = GeneratedMesh::default();
@@ -228,7 +239,7 @@ impl<'e> Built<'e> {
         } else {
             let meshes: Vec<Handle> = scene.meshes.iter().map(|m| built.mesh(m, robust)).collect();
             built.handle = built.instances(&scene.instances, &meshes, robust);
-            built.parts = meshes;
+            built.mesh_scenes = meshes;
         }
         // SAFETY: the device lives.
         match unsafe { (embree.device_error)(built.device) } {
@@ -249,7 +260,7 @@ impl<'e> Built<'e> {
 
     fn mesh(&mut self, mesh: &GeneratedMesh, robust: bool) -> Handle {
         let (scene, e) = (self.scene(robust), self.embree);
-        // SAFETY: buffers are as large as asked for.
+        // SAFETY: Embree's buffers have the requested size.
         unsafe {
             let geometry = (e.new_geometry)(self.device, 0);
             let vertices = (e.new_buffer)(geometry, 1, 0, 0x9003, 12, mesh.positions.len());
@@ -286,10 +297,10 @@ impl<'e> Built<'e> {
                 (e.attach)(scene, geometry);
                 (e.release_geometry)(geometry);
             }
-            let (before, start) = (HELD.load(Ordering::Relaxed), Instant::now());
+            let (before, start) = (ALLOCATED_BYTES.load(Ordering::Relaxed), Instant::now());
             (e.commit_scene)(scene);
             self.seconds += start.elapsed().as_secs_f64();
-            self.bytes += (HELD.load(Ordering::Relaxed) - before).max(0) as usize;
+            self.bytes += (ALLOCATED_BYTES.load(Ordering::Relaxed) - before).max(0) as usize;
         }
     }
 
@@ -298,12 +309,12 @@ impl<'e> Built<'e> {
     }
 }
 
-impl Drop for Built<'_> {
+impl Drop for EmbreeScene<'_> {
     fn drop(&mut self) {
-        // SAFETY: each was made once and is released once.
+        // SAFETY: each handle was created once and is released once.
         unsafe {
             (self.embree.release_scene)(self.handle);
-            self.parts.iter().for_each(|&part| (self.embree.release_scene)(part));
+            self.mesh_scenes.iter().for_each(|&scene| (self.embree.release_scene)(scene));
             (self.embree.release_device)(self.device);
         }
     }

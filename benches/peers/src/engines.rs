@@ -1,4 +1,4 @@
-//! What traces a set of rays: blinn, and Embree in every way that it offers.
+//! Traces sets of rays with blinn and with all variants of Embree.
 
 use std::ffi::c_int;
 use std::hint::black_box;
@@ -8,16 +8,14 @@ use std::time::Instant;
 
 use blinn::accel::{Accel, HitBatch};
 
-use crate::embree::{Arguments, Built, FAR, NEAR, Packet, Ray, RayHit};
-use crate::rays::{Batch, Opaque, Set};
+use crate::embree::{EmbreeScene, FAR, NEAR, Packet, QueryArguments, Ray, RayHit};
+use crate::rays::{Batch, Opaque, RaySet};
 
-/// What was found for every ray: t of the closest hit, +∞ for none; for any hit 0 where something
-/// is in the way.
-pub type Found = Vec<Vec<f32>>;
+/// The result of each ray: t of the closest hit, +∞ for a miss. Occluded segments have 0.
+pub type HitDistances = Vec<Vec<f32>>;
 
-/// Seconds that `work` takes for all of `count` batches on `threads` threads. With `flush` the
-/// threads take numbers near zero as zero, as Embree's manual asks for; blinn leaves the machine
-/// as it is.
+/// Seconds of `work` on all of `count` batches on `threads` threads. `flush` sets flush-to-zero and
+/// denormals-are-zero, as Embree's manual recommends; blinn does not change the mode.
 fn time(threads: usize, count: usize, flush: bool, work: impl Fn(usize) + Sync) -> f64 {
     let next = AtomicUsize::new(0);
     let run = || {
@@ -25,7 +23,7 @@ fn time(threads: usize, count: usize, flush: bool, work: impl Fn(usize) + Sync) 
             flush_denormals();
         }
         loop {
-            // Some batches at a time: one may be as small as a handful of rays.
+            // Several batches at a time, since a batch may have only a few rays.
             let first = next.fetch_add(4, Ordering::Relaxed);
             if first >= count {
                 return;
@@ -53,8 +51,8 @@ fn flush_denormals() {
     }
 }
 
-/// blinn, batch by batch.
-pub fn ours(accel: &Accel, set: &Set, threads: usize) -> f64 {
+/// Seconds of blinn.
+pub fn time_blinn(accel: &Accel, set: &RaySet, threads: usize) -> f64 {
     time(threads, set.batches.len(), false, |i| match &set.batches[i] {
         Batch::Closest(rays) => {
             let mut hits = HitBatch::new();
@@ -69,8 +67,8 @@ pub fn ours(accel: &Accel, set: &Set, threads: usize) -> f64 {
     })
 }
 
-/// What blinn finds.
-pub fn ours_found(accel: &Accel, set: &Set) -> Found {
+/// The results of blinn.
+pub fn blinn_distances(accel: &Accel, set: &RaySet) -> HitDistances {
     let one = |batch: &Batch| match batch {
         Batch::Closest(rays) => {
             let mut hits = HitBatch::new();
@@ -86,50 +84,50 @@ pub fn ours_found(accel: &Accel, set: &Set) -> Found {
     set.batches.iter().map(one).collect()
 }
 
-/// A way to ask Embree.
+/// A variant of Embree's queries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Way {
-    /// Rays at a time: 1, 8, 16.
+pub struct EmbreeVariant {
+    /// Rays per packet: 1, 8 or 16.
     pub width: usize,
-    /// Its flag for coherent rays.
+    /// Sets the flag for coherent rays.
     pub coherent: bool,
-    /// Shadow rays run from the light to the surface.
+    /// Traces shadow rays from the light to the surface.
     pub from_light: bool,
 }
 
-impl Way {
+impl EmbreeVariant {
     pub fn name(self) -> String {
         let coherent = if self.coherent { " coherent" } else { "" };
         let from = if self.from_light { " from light" } else { "" };
         format!("{}{coherent}{from}", self.width)
     }
 
-    /// All for a set; the first is the plain single ray.
-    pub fn all(set: &Set) -> Vec<Way> {
+    /// All variants for a set. The first is the single ray without flags.
+    pub fn all(set: &RaySet) -> Vec<EmbreeVariant> {
         let ends: &[bool] = if set.light().is_some() { &[false, true] } else { &[false] };
         let mut ways = Vec::new();
         for &from_light in ends {
-            ways.push(Way { width: 1, coherent: false, from_light });
+            ways.push(EmbreeVariant { width: 1, coherent: false, from_light });
             for width in [8, 16] {
-                ways.extend([false, true].map(|coherent| Way { width, coherent, from_light }));
+                ways.extend([false, true].map(|coherent| EmbreeVariant { width, coherent, from_light }));
             }
         }
         ways
     }
 }
 
-/// A set as Embree takes it: rows of numbers by batch, in squares of pixels.
-pub struct Flat<'s> {
-    set: &'s Set,
+/// A set in SoA layout for Embree, in the order of its packets.
+pub struct EmbreeRays<'s> {
+    set: &'s RaySet,
     any: bool,
-    /// Origin, direction, far; for each batch padded to a multiple of 16.
+    /// Origin, direction and far of each batch, padded to a multiple of 16.
     batches: Vec<[Vec<f32>; 7]>,
     near: f32,
 }
 
-impl<'s> Flat<'s> {
-    pub fn new(set: &'s Set, from_light: bool) -> Flat<'s> {
-        let batches = set.batches.iter().zip(&set.squares).map(|(batch, order)| {
+impl<'s> EmbreeRays<'s> {
+    pub fn new(set: &'s RaySet, from_light: bool) -> EmbreeRays<'s> {
+        let batches = set.batches.iter().zip(&set.packet_order).map(|(batch, order)| {
             let mut rows: [Vec<f32>; 7] = Default::default();
             for &i in order {
                 let (mut o, mut d, mut far) = batch.ray(i as usize);
@@ -146,38 +144,44 @@ impl<'s> Flat<'s> {
             rows
         });
         let any = matches!(set.batches.first(), Some(Batch::Any(_)));
-        Flat { set, any, batches: batches.collect(), near: if from_light { 0.0 } else { set.margin } }
+        EmbreeRays { set, any, batches: batches.collect(), near: if from_light { 0.0 } else { set.margin } }
     }
 
-    /// Seconds to trace all.
-    pub fn time(&self, built: &Built, way: Way, threads: usize) -> f64 {
+    /// Seconds to trace all rays.
+    pub fn time(&self, built: &EmbreeScene, variant: EmbreeVariant, threads: usize) -> f64 {
         time(threads, self.batches.len(), true, |i| {
-            self.trace(i, built, way, |_, t| {
+            self.trace(i, built, variant, |_, t| {
                 black_box(t);
             })
         })
     }
 
-    /// What Embree finds, in the order of blinn's batches.
-    pub fn found(&self, built: &Built, way: Way) -> Found {
+    /// The results of Embree in the order of blinn's batches.
+    pub fn found(&self, built: &EmbreeScene, variant: EmbreeVariant) -> HitDistances {
         let one = |i: usize| {
             let mut found = vec![f32::INFINITY; self.set.batches[i].len()];
-            self.trace(i, built, way, |place, t| found[self.set.squares[i][place] as usize] = t);
+            self.trace(i, built, variant, |place, t| found[self.set.packet_order[i][place] as usize] = t);
             found
         };
         (0..self.batches.len()).map(one).collect()
     }
 
-    fn trace(&self, batch: usize, built: &Built, way: Way, out: impl FnMut(usize, f32)) {
-        let arguments = Arguments::new(way.coherent);
-        match way.width {
+    fn trace(&self, batch: usize, built: &EmbreeScene, variant: EmbreeVariant, out: impl FnMut(usize, f32)) {
+        let arguments = QueryArguments::new(variant.coherent);
+        match variant.width {
             8 => self.packets::<8>(batch, built, &arguments, out),
             16 => self.packets::<16>(batch, built, &arguments, out),
             _ => self.single(batch, built, &arguments, out),
         }
     }
 
-    fn single(&self, batch: usize, built: &Built, arguments: &Arguments, mut out: impl FnMut(usize, f32)) {
+    fn single(
+        &self,
+        batch: usize,
+        built: &EmbreeScene,
+        arguments: &QueryArguments,
+        mut out: impl FnMut(usize, f32),
+    ) {
         let [ox, oy, oz, dx, dy, dz, far] = &self.batches[batch];
         let embree = built.embree();
         for i in 0..self.set.batches[batch].len() {
@@ -218,8 +222,8 @@ impl<'s> Flat<'s> {
     fn packets<const N: usize>(
         &self,
         batch: usize,
-        built: &Built,
-        arguments: &Arguments,
+        built: &EmbreeScene,
+        arguments: &QueryArguments,
         mut out: impl FnMut(usize, f32),
     ) {
         #[repr(align(64))]
@@ -231,7 +235,7 @@ impl<'s> Flat<'s> {
         };
         let rows = &self.batches[batch];
         let count = self.set.batches[batch].len();
-        // SAFETY: a structure of numbers; zeros are numbers.
+        // SAFETY: all fields are numbers, for which zero is valid.
         let mut packet: Packet<N> = unsafe { zeroed() };
         packet.mask = [!0; N];
         packet.numbers[NEAR] = [self.near; N];
@@ -246,8 +250,8 @@ impl<'s> Flat<'s> {
             packet.instance = [[u32::MAX; N]; 2];
             // SAFETY: the scene is committed, the structures are Embree's and aligned.
             unsafe {
-                let ask = if self.any { occluded } else { intersect };
-                ask(valid.0.as_ptr(), built.handle, &mut packet, arguments);
+                let query = if self.any { occluded } else { intersect };
+                query(valid.0.as_ptr(), built.handle, &mut packet, arguments);
             }
             for lane in 0..live {
                 let far = packet.numbers[FAR][lane];
@@ -259,10 +263,10 @@ impl<'s> Flat<'s> {
     }
 }
 
-/// The share of rays where one side hits and the other does not, or t differs by over 1e-4.
-pub fn differing(a: &Found, b: &Found) -> f64 {
+/// The fraction of rays where only one engine hits, or t differs by more than a relative 1e-4.
+pub fn mismatch_rate(a: &HitDistances, b: &HitDistances) -> f64 {
     let differs = |(&a, &b): (&f32, &f32)| {
-        // Infinity is a miss: no multiple of it may excuse a difference.
+        // Infinity is a miss, for which a relative difference is undefined.
         let both = a.is_finite() && b.is_finite();
         if both { (a - b).abs() > 1e-4 * a.abs().max(b.abs()) } else { a.to_bits() != b.to_bits() }
     };
@@ -279,7 +283,7 @@ mod tests {
         let miss = f32::INFINITY;
         let ours = vec![vec![1.0, miss, 0.0, miss], vec![2.0, 3.0, 1e-3, miss]];
         let theirs = vec![vec![1.00005, miss, miss, 0.0], vec![2.001, 3.0, 1e-3, 4.0]];
-        assert_eq!(differing(&ours, &ours), 0.0);
-        assert_eq!(differing(&ours, &theirs), 4.0 / 8.0);
+        assert_eq!(mismatch_rate(&ours, &ours), 0.0);
+        assert_eq!(mismatch_rate(&ours, &theirs), 4.0 / 8.0);
     }
 }

@@ -1,5 +1,4 @@
-//! Whole frames, as the program renders them: two threads against one, and how much of a frame is
-//! tracing.
+//! Frames as `blinn render` renders them: two threads against one, and the fraction of ray traversal.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -18,10 +17,13 @@ use crate::measure::median;
 use crate::options::Options;
 use crate::rays::Opaque;
 
-/// A tile's rays: the eye's, and those to each light.
-type Tile = (RayBatch, Vec<SegmentBatch>);
+/// The rays of a tile: eye rays, and shadow rays to each light.
+struct TileRays {
+    eye: RayBatch,
+    shadows: Vec<SegmentBatch>,
+}
 
-/// 1280 × 720 pixels, 4 samples, two lights, textured.
+/// Measures frames of 1280 × 720 pixels with 4 samples, two lights and textures.
 pub fn frames(options: &Options) -> Result<Value, String> {
     let mut out = Vec::new();
     println!(
@@ -36,10 +38,10 @@ pub fn frames(options: &Options) -> Result<Value, String> {
     let [one, two] = pools;
     let (one, two) = (one.map_err(|e| e.to_string())?, two.map_err(|e| e.to_string())?);
     for &(kind, triangles) in &options.scenes {
-        let mut made = kind.generate(triangles);
-        made.textured = true;
+        let mut generated = kind.generate(triangles);
+        generated.textured = true;
         let path = std::env::temp_dir().join(format!("blinn-peers-{}.glb", std::process::id()));
-        write_glb(&made, &path).map_err(|e| e.to_string())?;
+        write_glb(&generated, &path).map_err(|e| e.to_string())?;
         let loaded = load(&path, &LoadOptions::default()).map_err(|e| e.to_string());
         std::fs::remove_file(&path).map_err(|e| e.to_string())?;
         let (scene, _) = loaded?;
@@ -72,19 +74,19 @@ pub fn frames(options: &Options) -> Result<Value, String> {
         let rest = (single - tracing) / tracing;
         println!(
             "| {} {} | {single:.3} | {double:.3} | {:.2} | {tracing:.3} | {rest:.2} |",
-            made.name,
-            made.stored_triangles(),
+            generated.name,
+            generated.stored_triangles(),
             single / double
         );
         out.push(
-            json!({"scene": made.name, "triangles": made.stored_triangles(), "1 thread": single, "2 threads": double,
+            json!({"scene": generated.name, "triangles": generated.stored_triangles(), "1 thread": single, "2 threads": double,
             "speed-up": single / double, "tracing": tracing, "rest to tracing": rest}),
         );
     }
     Ok(out.into())
 }
 
-fn trace(accel: &Accel, (eye, shadows): &Tile) {
+fn trace(accel: &Accel, TileRays { eye, shadows }: &TileRays) {
     let (mut hits, mut blocked) = (Vec::new(), Vec::new());
     accel.intersect(eye, &Opaque, &mut hits);
     black_box(&hits);
@@ -94,8 +96,8 @@ fn trace(accel: &Accel, (eye, shadows): &Tile) {
     }
 }
 
-/// The rays that the frame traces, but for the samples' exact places.
-fn tiles(frame: &Frame, settings: &RenderSettings) -> Vec<Tile> {
+/// The rays that the frame traces, except for the exact positions of the samples.
+fn tiles(frame: &Frame, settings: &RenderSettings) -> Vec<TileRays> {
     let (w, h, side) = (settings.width, settings.height, settings.tile);
     let corners: Vec<(u32, u32)> = (0..h)
         .step_by(side as usize)
@@ -117,12 +119,12 @@ fn tiles(frame: &Frame, settings: &RenderSettings) -> Vec<Tile> {
             }
         }
         let shadows = shadows(frame, &eye);
-        (eye, shadows)
+        TileRays { eye, shadows }
     };
     corners.par_iter().map(tile).collect()
 }
 
-/// For each light a batch of the rays that its shading asks for.
+/// A batch of shadow rays for each light.
 fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<SegmentBatch> {
     let mut hits = Vec::new();
     frame.accel.intersect(eye, &Opaque, &mut hits);

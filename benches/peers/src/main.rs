@@ -1,4 +1,4 @@
-//! blinn beside Embree: the same meshes, the same rays, the same process, by turns.
+//! Compares blinn with Embree: the same meshes and rays, in one process, with interleaved timing.
 
 mod embree;
 mod engines;
@@ -15,8 +15,8 @@ use options::{Mode, Options};
 use serde_json::json;
 
 fn main() -> ExitCode {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    match run(&words) {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    match run(&args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             eprintln!("{message}");
@@ -25,8 +25,8 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(words: &[String]) -> Result<(), String> {
-    let options = Options::parse(words)?;
+fn run(args: &[String]) -> Result<(), String> {
+    let options = Options::parse(args)?;
     let embree = || Embree::open(&options.embree);
     let figures = match options.mode {
         Mode::Rays => measure::rays(&options, &embree()?)?,
@@ -36,7 +36,7 @@ fn run(words: &[String]) -> Result<(), String> {
         Mode::Alone => measure::alone(&options)?,
     };
     if let Some(path) = &options.json {
-        let text = json!({"mode": words[0], "rounds": options.rounds, "figures": figures});
+        let text = json!({"mode": args[0], "rounds": options.rounds, "figures": figures});
         std::fs::write(path, format!("{text:#}\n")).map_err(|e| format!("{}: {e}", path.display()))?;
     }
     Ok(())

@@ -6,22 +6,22 @@ use blinn_scenes::{SceneKind, parse_triangle_count};
 
 use crate::rays::Film;
 
-/// What is measured.
+/// The measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Rays a second beside Embree.
+    /// Rays per second of blinn and of Embree.
     Rays,
-    /// Build times and bytes beside Embree.
+    /// Build times and memory of blinn and of Embree.
     Build,
     /// Time per ray from 10 thousand triangles to 10 million.
     Scale,
-    /// Whole frames: two threads against one, and what is not tracing.
+    /// Frames: two threads against one, and the time outside ray traversal.
     Frame,
-    /// blinn's rays alone, for profilers.
+    /// Rays per second of blinn alone, for profilers.
     Alone,
 }
 
-/// The plan.
+/// The options of a run.
 pub struct Options {
     pub mode: Mode,
     pub scenes: Vec<(SceneKind, usize)>,
@@ -30,21 +30,21 @@ pub struct Options {
     pub film: Film,
     pub json: Option<PathBuf>,
     pub embree: PathBuf,
-    /// The one kind of rays to trace.
+    /// The name of the only ray set to trace.
     pub only: Option<String>,
 }
 
 pub const USAGE: &str = "usage: blinn-peers rays|build|scale|frame|alone [KIND:TRIANGLES …] [options]
   --quick           480 × 270 pixels, three rounds, smaller scenes
-  --threads LIST    threads to measure with [default: 1,2]
-  --rounds N        rounds by turns, of which the medians count [default: 5]
+  --threads LIST    numbers of threads [default: 1,2]
+  --rounds N        interleaved rounds, whose medians count [default: 5]
   --size WxH        pixels [default: 1920x1080]
-  --tile N          side of a tile, which is a batch, in pixels [default: 32]
-  --samples N       samples for each pixel [default: 1]
-  --only NAME       of `alone`: the kind of rays
-  --json FILE       writes all figures
-  --embree FOLDER   where libembree4 lies [default: target/embree/embreex.libs]
-A scene is a kind and a count of triangles: scan:70k, interior:1.4m.";
+  --tile N          side of a tile (a batch of rays) in pixels [default: 32]
+  --samples N       samples per pixel [default: 1]
+  --only NAME       with `alone`: trace only this set of rays
+  --json FILE       write all results
+  --embree FOLDER   folder of libembree4 [default: target/embree/embreex.libs]
+A scene is a kind and a number of triangles: scan:70k, interior:1.4m.";
 
 impl Options {
     pub fn parse(words: &[String]) -> Result<Options, String> {
@@ -88,7 +88,8 @@ impl Options {
                 "--json" => options.json = Some(value()?.into()),
                 "--embree" => options.embree = value()?.into(),
                 scene => {
-                    let (kind, size) = scene.split_once(':').ok_or(format!("what is '{scene}'?\n{USAGE}"))?;
+                    let (kind, size) =
+                        scene.split_once(':').ok_or(format!("unknown argument '{scene}'\n{USAGE}"))?;
                     options.scenes.push((kind.parse()?, parse_triangle_count(size)?));
                 }
             }
@@ -98,21 +99,21 @@ impl Options {
             options.rounds = options.rounds.min(3);
         }
         if options.scenes.is_empty() {
-            options.scenes = usual(mode, quick);
+            options.scenes = default_scenes(mode, quick);
         }
         Ok(options)
     }
 }
 
-fn number(word: &str, most: usize) -> Result<usize, String> {
+fn number(word: &str, max: usize) -> Result<usize, String> {
     match word.parse() {
-        Ok(n) if (1..=most).contains(&n) => Ok(n),
-        _ => Err(format!("'{word}' is no number from 1 to {most}")),
+        Ok(n) if (1..=max).contains(&n) => Ok(n),
+        _ => Err(format!("'{word}' is not a number from 1 to {max}")),
     }
 }
 
-/// The scenes that docs/explanation/performance.md has goals for.
-fn usual(mode: Mode, quick: bool) -> Vec<(SceneKind, usize)> {
+/// The scenes with goals in docs/explanation/performance.md.
+fn default_scenes(mode: Mode, quick: bool) -> Vec<(SceneKind, usize)> {
     let scans = |counts: &[usize]| counts.iter().map(|&n| (SceneKind::Scan, n)).collect::<Vec<_>>();
     match (mode, quick) {
         (Mode::Rays, false) => {

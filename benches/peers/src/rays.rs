@@ -1,5 +1,4 @@
-//! The rays that both sides trace: made once, from the hits of the eye rays, in the batches that a
-//! tile of a picture gives.
+//! The rays that both engines trace: generated once from the hits of the eye rays, in a batch per tile.
 
 use blinn::accel::{Accel, AnyHitFilter, Coherence, RayBatch, SegmentBatch};
 use blinn::geometry::{HitId, Ray, offset_ray_origin};
@@ -8,7 +7,7 @@ use blinn::scene::PosedScene;
 use blinn_scenes::GeneratedScene;
 use glam::{Vec3, vec3};
 
-/// Nothing is cut out of the scenes here.
+/// A hit filter for opaque scenes.
 pub struct Opaque;
 
 impl AnyHitFilter for Opaque {
@@ -21,18 +20,18 @@ impl AnyHitFilter for Opaque {
     }
 }
 
-/// A picture's size and how it is cut up.
+/// The size of the image, its tiles and its samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Film {
     pub width: u32,
     pub height: u32,
     /// Side of a tile in pixels.
     pub tile: u32,
-    /// Samples for each pixel.
+    /// Samples per pixel.
     pub samples: u32,
 }
 
-/// A tile's rays as blinn takes them.
+/// The rays of a tile in blinn's layout.
 pub enum Batch {
     Closest(RayBatch),
     Any(SegmentBatch),
@@ -59,32 +58,31 @@ impl Batch {
     }
 }
 
-/// Rays of one kind.
-pub struct Set {
+/// The rays of one kind.
+pub struct RaySet {
     pub name: &'static str,
-    /// One for each tile.
+    /// One batch per tile.
     pub batches: Vec<Batch>,
-    /// For each batch its rays in squares of 4 × 4 pixels: the order that suits Embree's packets,
-    /// as the order of rows suits blinn's batches.
-    pub squares: Vec<Vec<u32>>,
-    /// What comes before this t means nothing to Embree, whose hits are not exact enough to leave a
-    /// surface without meeting it: blinn's are, and it gets no such margin.
+    /// The indices of each batch's rays in squares of 4 × 4 pixels: the best order for Embree's packets. blinn's
+    /// batches are in Morton order.
+    pub packet_order: Vec<Vec<u32>>,
+    /// Embree's smallest t, against self-intersection. blinn's hits are exact enough not to need it.
     pub margin: f32,
 }
 
-/// That margin, in sizes of the scene.
+/// The margin relative to the size of the scene.
 const MARGIN: f32 = 1e-4;
 
-/// Lengths of rays that ask for any hit, in sizes of the scene.
+/// Lengths of occlusion rays relative to the size of the scene.
 const LONG: f32 = 4.0;
 const SHORT: f32 = 0.02;
 
-impl Set {
+impl RaySet {
     pub fn rays(&self) -> usize {
         self.batches.iter().map(Batch::len).sum()
     }
 
-    /// Whether all end in one place, so that they can be traced from there too.
+    /// The point light where all segments end; they can also be traced from there.
     pub fn light(&self) -> Option<Vec3> {
         match self.batches.first() {
             Some(Batch::Any(SegmentBatch { coherence: Coherence::Origin(light), .. })) => Some(*light),
@@ -93,13 +91,13 @@ impl Set {
     }
 }
 
-/// A tile's samples: where they are on the film (0…1, y upward), and which square each is in.
+/// The samples of a tile: positions on the film in 0…1 with y upward, and the order of Embree's packets.
 struct Tile {
     samples: Vec<(f32, f32)>,
     squares: Vec<u32>,
 }
 
-/// A number in 0…1 for a sample and a purpose.
+/// A random number in 0…1 for a sample and a dimension.
 fn random(i: u32, purpose: u32) -> f32 {
     let mut x = i.wrapping_mul(0x9e37_79b9) ^ purpose.wrapping_mul(0x85eb_ca6b);
     x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
@@ -114,7 +112,7 @@ fn tiles(film: Film) -> Vec<Tile> {
         .flat_map(|y| (0..film.width).step_by(film.tile as usize).map(move |x| (y, x)))
     {
         let mut tile = Tile { samples: Vec::new(), squares: Vec::new() };
-        for (i, j) in along_z(film.tile) {
+        for (i, j) in morton_order(film.tile) {
             let (x, y) = (left + i, top + j);
             if x < film.width && y < film.height {
                 for s in 0..film.samples {
@@ -123,7 +121,7 @@ fn tiles(film: Film) -> Vec<Tile> {
                     let (u, v) =
                         ((x as f32 + at(1)) / film.width as f32, (y as f32 + at(2)) / film.height as f32);
                     tile.samples.push((u, 1.0 - v));
-                    // Squares by rows of the tile, then the sample, then the place in the square.
+                    // Square, then sample, then pixel in the square.
                     let square = (j / 4) * film.tile.div_ceil(4) + i / 4;
                     tile.squares.push((square * film.samples + s) * 16 + (j % 4) * 4 + i % 4);
                 }
@@ -134,8 +132,8 @@ fn tiles(film: Film) -> Vec<Tile> {
     tiles
 }
 
-/// The pixels of a tile along Morton's curve, as blinn's renderer goes through them.
-fn along_z(side: u32) -> impl Iterator<Item = (u32, u32)> {
+/// The pixels of a tile in Morton order, as in blinn's renderer.
+fn morton_order(side: u32) -> impl Iterator<Item = (u32, u32)> {
     let even = |mut x: u32| {
         x &= 0x5555_5555;
         for (shift, mask) in [(1, 0x3333_3333), (2, 0x0f0f_0f0f), (4, 0x00ff_00ff), (8, 0x0000_ffff)] {
@@ -147,30 +145,30 @@ fn along_z(side: u32) -> impl Iterator<Item = (u32, u32)> {
     (0..whole * whole).map(move |i| (even(i), even(i >> 1))).filter(move |&(x, y)| x < side && y < side)
 }
 
-/// Indices in the order of their squares.
-fn by_square(squares: &[u32]) -> Vec<u32> {
+/// Indices sorted by their squares.
+fn square_order(squares: &[u32]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..squares.len() as u32).collect();
     order.sort_by_key(|&i| squares[i as usize]);
     order
 }
 
-/// What a scene's eye sees, and the rays that follow from it.
+/// All sets of rays of a scene.
 pub struct Rays {
-    pub eye: Set,
-    pub orthographic: Set,
-    /// To a point light, one for each hit.
-    pub shadow: Set,
-    /// To a sun, one for each hit.
-    pub sun: Set,
-    /// Closest hit, anywhere over the surface.
-    pub bounce: Set,
-    /// Any hit, anywhere over the surface, to the scene's end and to a fiftieth of its size.
-    pub open: Set,
-    pub near: Set,
+    pub eye: RaySet,
+    pub orthographic: RaySet,
+    /// Shadow rays to the point light, one per hit.
+    pub shadow: RaySet,
+    /// Shadow rays to the sun, one per hit.
+    pub sun: RaySet,
+    /// Closest hits of cosine-distributed directions, one per hit.
+    pub bounce: RaySet,
+    /// Any hits of cosine-distributed directions, one per hit: long, and up to a fiftieth of the scene's size.
+    pub open: RaySet,
+    pub near: RaySet,
 }
 
 impl Rays {
-    pub fn all(&self) -> [&Set; 7] {
+    pub fn all(&self) -> [&RaySet; 7] {
         [&self.eye, &self.shadow, &self.sun, &self.orthographic, &self.bounce, &self.open, &self.near]
     }
 
@@ -182,7 +180,7 @@ impl Rays {
         let high = (scene.yfov.to_radians() * 0.5).tan();
         let wide = high * film.width as f32 / film.height as f32;
         let size = distance.max(1e-3);
-        let set = |name, margin| Set { name, batches: Vec::new(), squares: Vec::new(), margin };
+        let set = |name, margin| RaySet { name, batches: Vec::new(), packet_order: Vec::new(), margin };
         let mut rays = Rays {
             eye: set("eye", 0.0),
             orthographic: set("orthographic", 0.0),
@@ -225,14 +223,14 @@ impl Rays {
                 if n.dot(ray.d) > 0.0 {
                     n = -n;
                 }
-                let d = over(n, random(id, 3), random(id, 4));
+                let d = cosine_direction(n, random(id, 3), random(id, 4));
                 let o = offset_ray_origin(surface.p, surface.p_error, n, n);
                 bounce.push(o, d);
                 open.push(o, o + d * (LONG * size), hit.id);
                 near.push(o, o + d * (SHORT * size), hit.id);
             }
-            let full = by_square(&tile.squares);
-            let hit = by_square(&squares);
+            let full = square_order(&tile.squares);
+            let hit = square_order(&squares);
             for (set, batch, order) in [
                 (&mut rays.eye, Batch::Closest(perspective), &full),
                 (&mut rays.orthographic, Batch::Closest(parallel), &full),
@@ -243,15 +241,15 @@ impl Rays {
                 (&mut rays.near, Batch::Any(near), &hit),
             ] {
                 set.batches.push(batch);
-                set.squares.push(order.clone());
+                set.packet_order.push(order.clone());
             }
         }
         rays
     }
 }
 
-/// A direction over the plane of unit normal `n`, by its cosine.
-fn over(n: Vec3, a: f32, b: f32) -> Vec3 {
+/// A cosine-distributed direction around the unit normal `n`.
+fn cosine_direction(n: Vec3, a: f32, b: f32) -> Vec3 {
     let side = if n.y.abs() < 0.9 { vec3(0.0, 1.0, 0.0) } else { vec3(1.0, 0.0, 0.0) };
     let x = side.cross(n).normalize();
     let y = n.cross(x);

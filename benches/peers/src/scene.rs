@@ -1,9 +1,9 @@
-//! A generated scene as blinn's.
+//! Converts generated scenes to blinn's.
 
 use blinn::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// The scene with its meshes and instances; lights and camera stay with the generator's.
+/// Converts the meshes and instances. Lights and camera are taken from the generated scene.
 pub fn convert(from: &blinn_scenes::GeneratedScene) -> Scene {
     let mesh = |m: &blinn_scenes::GeneratedMesh| Mesh {
         name: m.name.clone(),
@@ -35,7 +35,7 @@ pub fn convert(from: &blinn_scenes::GeneratedScene) -> Scene {
     }
 }
 
-/// Posed where it stands, so that both sides have the same numbers.
+/// Poses the scene around the origin, so that both engines get the same coordinates.
 pub fn posed(scene: &Scene) -> Result<PosedScene<'_>, String> {
     let settings = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
     pose(scene, &settings).map_err(|e| e.to_string())

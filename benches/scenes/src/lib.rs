@@ -1,4 +1,4 @@
-//! The scenes that blinn is measured with, which are the library's own: [`blinn::bench::scenes`].
+//! The generated benchmark scenes, re-exported from [`blinn::bench::scenes`].
 //!
 //! ```sh
 //! cargo run --release -p blinn-scenes -- scan 1100000 target/scenes/scan-1.1m.glb

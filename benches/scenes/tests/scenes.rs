@@ -1,4 +1,4 @@
-//! What benches rely on: counts as asked, the same numbers everywhere, surfaces without holes.
+//! Properties of the generated scenes that benchmarks rely on: size, bit-identity, closed surfaces.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -6,7 +6,7 @@ use std::error::Error;
 use blinn_scenes::{GeneratedMesh, GeneratedScene, SceneKind, parse_triangle_count, write_glb, write_obj};
 
 #[test]
-fn every_kind_has_exactly_as_many_triangles_as_asked() {
+fn every_kind_has_the_requested_number_of_triangles() {
     for kind in SceneKind::ALL {
         for asked in [10_000, 70_002, 123_456] {
             let scene = kind.generate(asked);
@@ -19,9 +19,9 @@ fn every_kind_has_exactly_as_many_triangles_as_asked() {
     }
 }
 
-/// Written down once: another number means that old and new measurements no longer compare.
+/// If a hash changes, old and new measurements no longer compare.
 #[test]
-fn the_same_numbers_everywhere() {
+fn scenes_are_bit_identical_everywhere() {
     let hashes: Vec<String> =
         SceneKind::ALL.iter().map(|kind| format!("{kind} {:016x}", kind.generate(50_000).hash())).collect();
     assert_eq!(
@@ -39,7 +39,7 @@ fn the_same_numbers_everywhere() {
 }
 
 #[test]
-fn indices_and_numbers_are_sound() {
+fn indices_positions_and_normals_are_valid() {
     for kind in SceneKind::ALL {
         for mesh in &kind.generate(50_000).meshes {
             let n = mesh.positions.len();
@@ -64,7 +64,7 @@ fn volume(mesh: &GeneratedMesh) -> f64 {
 }
 
 #[test]
-fn a_scan_is_closed_faces_outward_and_is_about_even() {
+fn a_scan_is_closed_faces_outward_and_has_even_areas() {
     for asked in [48, 10_000, 70_000, 69_998] {
         let scene = SceneKind::Scan.generate(asked);
         let mesh = &scene.meshes[0];
@@ -95,7 +95,7 @@ fn a_scan_is_closed_faces_outward_and_is_about_even() {
 }
 
 #[test]
-fn layers_lie_in_the_very_same_place() {
+fn layers_coincide() {
     let mesh = &SceneKind::Layers.generate(20_000).meshes[0];
     let mut places: HashMap<[[u32; 3]; 3], usize> = HashMap::new();
     for t in &mesh.triangles {
@@ -109,7 +109,7 @@ fn small() -> GeneratedScene {
 }
 
 #[test]
-fn a_glb_is_as_long_as_it_says() -> Result<(), Box<dyn Error>> {
+fn the_lengths_in_a_glb_are_right() -> Result<(), Box<dyn Error>> {
     let path = std::env::temp_dir().join(format!("blinn-scenes-{}.glb", std::process::id()));
     let scene = small();
     write_glb(&scene, &path)?;
@@ -131,7 +131,7 @@ fn a_glb_is_as_long_as_it_says() -> Result<(), Box<dyn Error>> {
 }
 
 #[test]
-fn an_obj_draws_every_instance() -> Result<(), Box<dyn Error>> {
+fn an_obj_contains_every_instance() -> Result<(), Box<dyn Error>> {
     let path = std::env::temp_dir().join(format!("blinn-scenes-{}.obj", std::process::id()));
     let scene = small();
     write_obj(&scene, &path)?;
@@ -145,7 +145,7 @@ fn an_obj_draws_every_instance() -> Result<(), Box<dyn Error>> {
 }
 
 #[test]
-fn counts_are_read_as_people_write_them() {
+fn triangle_counts_are_parsed() {
     let read = ["70000", "70k", "1.1m", "30M"].map(parse_triangle_count);
     assert_eq!(read, [Ok(70_000), Ok(70_000), Ok(1_100_000), Ok(30_000_000)]);
     for wrong in ["", "k", "-3", "0", "1e9m", "nan", "7x"] {
