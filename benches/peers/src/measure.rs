@@ -180,11 +180,7 @@ fn compare(set: &RaySet, accel: &Accel, built: &[EmbreeScene; 2], threads: usize
             EmbreeVariant::all(set).into_iter().map(|variant| (variant, time(variant, robust))).collect();
         let best = first.iter().map(|f| f.1).fold(f64::INFINITY, f64::min);
         let kept = first.into_iter().enumerate().filter(|(i, (_, t))| *i == 0 || *t <= 1.25 * best);
-        runs.extend(kept.map(|(_, (variant, _))| VariantTimes {
-            variant: variant,
-            robust,
-            times: Vec::new(),
-        }));
+        runs.extend(kept.map(|(_, (variant, _))| VariantTimes { variant, robust, times: Vec::new() }));
     }
     let differ = embree_rays[0].as_ref().map_or(f64::NAN, |flat| {
         let variant = EmbreeVariant { width: 1, coherent: false, from_light: false };
