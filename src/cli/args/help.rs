@@ -141,23 +141,23 @@ fn common_options() -> impl Iterator<Item = &'static str> {
     COMMON.split_whitespace()
 }
 
-/// Positional arguments with their help, then the names of options, in rows by heading.
+/// The names of options in rows by heading. All positional arguments and options are listed if they are few, else just
+/// the common options.
 fn option_rows(command: &Command) -> String {
+    let options: Vec<&Arg> =
+        command.get_arguments().filter(|arg| !arg.is_positional() && !arg.is_hide_set()).collect();
+    let lists_all = options.len() <= MAX_LISTED;
     let mut rows = String::new();
-    for arg in command.get_positionals() {
+    for arg in command.get_positionals().filter(|_| lists_all) {
         let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
         let values = possible_values(arg, ", ");
         let separator = if values.is_empty() { "" } else { ": " };
         rows += &format!("  {}  {help}{separator}{values}\n", value_name(arg));
     }
-    let options: Vec<&Arg> =
-        command.get_arguments().filter(|arg| !arg.is_positional() && !arg.is_hide_set()).collect();
-    let is_listed = |arg: &&&Arg| {
-        options.len() <= MAX_LISTED
-            || arg.get_long().is_some_and(|name| common_options().any(|common| common == name))
-    };
+    let is_common =
+        |arg: &Arg| arg.get_long().is_some_and(|name| common_options().any(|common| common == name));
     let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
-    for arg in options.iter().filter(is_listed) {
+    for arg in options.into_iter().filter(|arg| lists_all || is_common(arg)) {
         let heading = arg.get_help_heading().unwrap_or("Options");
         match groups.iter_mut().find(|(name, _)| *name == heading) {
             Some((_, names)) => names.push(option_name(arg)),

@@ -4,6 +4,7 @@
 
 mod print;
 mod read;
+#[cfg(test)]
 mod tests;
 
 use clap::parser::ValueSource;

@@ -1,5 +1,3 @@
-#![cfg(test)]
-
 use std::ffi::OsString;
 
 use clap::{Arg, ArgAction};
