@@ -1,12 +1,13 @@
 //! One light at a block of points: directions, irradiance and the shadow rays that decide what arrives.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::geometry::Rgb;
 use crate::integrator::shadow_rays::ShadowRay;
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::shadow_terminator::shadow_ray_origin;
 use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
+use crate::scene::{LightEval, LightSample};
 
 /// A light at the points of a [`PointBlock`].
 pub(crate) struct LightBlock {
@@ -36,9 +37,32 @@ impl LightBlock {
         dvec3(&self.l, i)
     }
 
+    /// Evaluates a light of an `intensity` at the points of a block. Each type of light has its own branch-free loop,
+    /// which the compiler vectorises: a match inside the loop, or a closure that all types share, prevents that.
+    #[inline(always)]
+    pub fn evaluate(&mut self, light: &LightEval, intensity: Rgb, block: &PointBlock) {
+        match *light {
+            LightEval::Directional(l) => {
+                self.sample_points(intensity, block, |_| LightSample { l, attenuation: 1.0 });
+            }
+            LightEval::Local(light) => self.sample_points(intensity, block, |p| light.sample(p)),
+            LightEval::ScaledSpot(light, world_to_cone) => {
+                self.sample_points(intensity, block, |p| light.sample_in_cone_frame(p, &world_to_cone));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn sample_points(&mut self, intensity: Rgb, block: &PointBlock, sample: impl Fn(Vec3) -> LightSample) {
+        for i in 0..LANES {
+            let LightSample { l, attenuation } = sample(vec3(&block.p, i));
+            self.set(block, i, l, intensity * attenuation);
+        }
+    }
+
     /// Stores a light at point `i`, given its direction and its irradiance.
     #[inline(always)]
-    pub fn set(&mut self, block: &PointBlock, i: usize, l: DVec3, irradiance: Rgb) {
+    fn set(&mut self, block: &PointBlock, i: usize, l: DVec3, irradiance: Rgb) {
         let n_dot_l = block.n(i).dot(l);
         // Light on one side of the surface is not seen from the other.
         let is_facing = n_dot_l > 0.0 && dvec3(&block.n_v, i).dot(l) > 0.0;

@@ -35,8 +35,8 @@ use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, apply_visibility, trace_visibility};
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::points_soa::PointsSoa;
-use crate::integrator::surface::soa::{LANES, vec3};
-use crate::scene::{LightSample, PosedLight};
+use crate::integrator::surface::soa::LANES;
+use crate::scene::PosedLight;
 use crate::simd::AutovecKernel;
 
 /// The lecture's stages of shading.
@@ -158,13 +158,7 @@ impl AutovecKernel for DirectLight<'_> {
         let mut incident = LightBlock::ZERO;
         for (index, (block, count)) in points.blocks_mut().enumerate() {
             // l and I/r².
-            light.sample(
-                LANES,
-                |i| vec3(&block.p, i),
-                |i, LightSample { l, attenuation }| {
-                    incident.set(block, i, l, intensity * attenuation);
-                },
-            );
+            incident.evaluate(&light, intensity, block);
             let lit_mask = incident.lit_mask(count);
             reflect(block, &incident, has_specular && block.has_specular && lit_mask != 0);
             if has_shadow_catcher {

@@ -210,9 +210,7 @@ impl PosedLight {
 
     /// Returns the light seen from `p`. For many points, prepare [`PosedLight::light_eval`] once.
     pub fn sample(&self, p: Vec3) -> LightSample {
-        let mut result = LightSample { l: DVec3::ZERO, attenuation: 0.0 };
-        self.light_eval().sample(1, |_| p, |_, sample| result = sample);
-        result
+        self.light_eval().sample(p)
     }
 }
 
@@ -228,18 +226,12 @@ pub enum LightEval {
 }
 
 impl LightEval {
-    /// Evaluates the light at `count` points: passes the light seen from `p(i)` to `store(i, sample)`. Each
-    /// type of light has its own branch-free loop, so that the compiler vectorises it.
-    #[inline(always)]
-    pub fn sample(&self, count: usize, p: impl Fn(usize) -> Vec3, mut store: impl FnMut(usize, LightSample)) {
+    /// Returns the light seen from `p`.
+    fn sample(&self, p: Vec3) -> LightSample {
         match *self {
-            LightEval::Directional(l) => {
-                (0..count).for_each(|i| store(i, LightSample { l, attenuation: 1.0 }))
-            }
-            LightEval::Local(light) => (0..count).for_each(|i| store(i, light.sample(p(i)))),
-            LightEval::ScaledSpot(light, world_to_cone) => {
-                (0..count).for_each(|i| store(i, light.sample_in_cone_frame(p(i), &world_to_cone)));
-            }
+            LightEval::Directional(l) => LightSample { l, attenuation: 1.0 },
+            LightEval::Local(light) => light.sample(p),
+            LightEval::ScaledSpot(light, world_to_cone) => light.sample_in_cone_frame(p, &world_to_cone),
         }
     }
 }
@@ -259,13 +251,13 @@ impl LocalLight {
     ///
     /// Branch-free, so that loops over points vectorise.
     #[inline(always)]
-    fn sample(&self, p: Vec3) -> LightSample {
+    pub fn sample(&self, p: Vec3) -> LightSample {
         self.attenuate(p, |l| -l.dot(self.axis))
     }
 
     /// Samples the light like [`LocalLight::sample`], with the cone in the space of `world_to_cone`.
     #[inline(always)]
-    fn sample_in_cone_frame(&self, p: Vec3, world_to_cone: &DMat3) -> LightSample {
+    pub fn sample_in_cone_frame(&self, p: Vec3, world_to_cone: &DMat3) -> LightSample {
         self.attenuate(p, |l| {
             let l = *world_to_cone * l;
             l.z / l.length()
