@@ -10,6 +10,9 @@
 //! - `memory_limit`: `--max-memory` holds
 //! - `path_traversal`: references that lead out of a scene's folder
 
+// The fuzz targets are a crate of their own that includes the same fixtures.
+#![allow(clippy::duplicate_mod)]
+
 #[path = "../common/mod.rs"]
 mod common;
 
