@@ -1,4 +1,5 @@
 use super::*;
+use crate::integrator::surface::soa::vec3;
 
 #[test]
 fn the_specular_lobe_is_the_cosine_to_the_power_p() {
