@@ -34,13 +34,13 @@ docs *pages:
 
 # Build a static program.
 static:
-    RUSTFLAGS="-C target-feature=+crt-static" cargo build --release --locked --target x86_64-unknown-linux-gnu
+    RUSTFLAGS="-C target-feature=+crt-static" cargo build --profile dist --locked --target x86_64-unknown-linux-gnu
 
 # Build a Debian package of the static program with man pages and completions; needs cargo-deb. DEBFULLNAME
 # and DEBEMAIL name the maintainer.
 deb: static
-    bash docs/scripts/packaging.sh target/x86_64-unknown-linux-gnu/release/blinn target/packaging
-    cargo deb --no-build --strip --target x86_64-unknown-linux-gnu \
+    bash docs/scripts/packaging.sh target/x86_64-unknown-linux-gnu/dist/blinn target/packaging
+    cargo deb --no-build --strip --profile dist --target x86_64-unknown-linux-gnu \
         --maintainer "${DEBFULLNAME:-The blinn developers} <${DEBEMAIL:-blinn@localhost}>"
 
 # Run the criterion benchmarks.

@@ -104,7 +104,7 @@ fn unknown_names_are_exit_1_and_list_known_names() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let scene = scene.as_str();
-    fails(dir.path(), &["render", scene, "--camera", "Nobody"], 1, "it has: 0 'Camera'");
+    fails(dir.path(), &["render", scene, "--camera", "Nobody"], 1, "its cameras are: 0 'Camera'");
     fails(
         dir.path(),
         &["render", scene, "--hide", "Nobody*"],
@@ -162,7 +162,7 @@ fn a_file_of_another_format_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     for (name, bytes) in [("a.glb", &b"\x89PNG\r\n\x1a\n"[..]), ("b.gltf", b"hello"), ("c.glb", b"")] {
         fs::write(dir.path().join(name), bytes).unwrap();
-        fails(dir.path(), &["render", name], 1, "this is no glTF file");
+        fails(dir.path(), &["render", name], 1, "not a glTF file");
     }
     fails(dir.path(), &["render", "gone.glb", "--dry-run"], 1, "gone.glb: ");
 }

@@ -84,7 +84,7 @@ fn invalid_lists_and_names_are_refused_before_rendering() {
     let (_dir, at) = folder();
     let (figure, cornell) = (model("figure/figure.glb"), model("cornell/cornell.glb"));
     for (flags, message) in [
-        ("--frames 1-x", "'1-x' is no frame"),
+        ("--frames 1-x", "'1-x' is not a frame"),
         ("--frames 3-1", "leads away"),
         ("--frames 1-9999999", "more than 1000000"),
         ("--frames 1-3 --frame 2", "--frame"),

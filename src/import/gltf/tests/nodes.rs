@@ -205,7 +205,7 @@ fn a_camera_with_a_scale_of_0_is_an_error_that_names_it() {
     let posed = crate::scene::pose(&scene, &crate::scene::PoseSettings::default()).unwrap();
     let view = crate::scene::View::default();
     let error = view.resolve(&posed, 4, 4).unwrap_err().to_string();
-    assert!(error.starts_with("the file's camera 'eye' looks nowhere: "), "{error}");
+    assert!(error.starts_with("the file's camera 'eye' has no view direction: "), "{error}");
     let with_direction = crate::scene::View { view_dir: Some(glam::DVec3::NEG_Z), ..view };
     assert!(with_direction.resolve(&posed, 4, 4).is_ok());
 }
