@@ -5,8 +5,8 @@
 #SBATCH --cpus-per-task=2
 #SBATCH --mem=1024M
 #
-# 12 frames in 3 tasks. `bash` with this file submits them; words behind it, such as
-# --partition=render, are sbatch's. BLINN names the program where it is not in PATH.
+# 12 frames in 3 tasks. Run this file with `bash` to submit them; its arguments, such as
+# --partition=render, are passed to sbatch. BLINN is the program if it is not in PATH.
 set -euo pipefail
 blinn=${BLINN:-blinn}
 
