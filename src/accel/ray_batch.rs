@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::geometry::{Hit, HitId};
 
-/// What the rays of a batch share: it lets them be traced as ray packets.
+/// The origin or direction that all rays of a batch share, so that they can be traced as ray packets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Coherence {
     /// The origin: eye rays of a perspective camera, shadow rays of a point light.
@@ -20,7 +20,7 @@ pub enum Coherence {
 /// Rays to intersect, in world space. The arrays are parallel; `after` may be empty instead.
 #[derive(Clone, Debug)]
 pub struct RayBatch {
-    /// What the rays share.
+    /// The vector that the rays share.
     pub coherence: Coherence,
     /// Ignore back faces of single-sided materials, as eye rays do.
     pub cull_back_faces: bool,
@@ -107,7 +107,7 @@ pub type HitBatch = Vec<Hit>;
 /// Shadow segments from surface points to a light, in world space. The arrays are parallel.
 #[derive(Clone, Debug)]
 pub struct SegmentBatch {
-    /// What the segments share. `Origin`: the position of the light, at which all end. `Direction`: the direction
+    /// The vector that the segments share. `Origin`: the position of the light, at which all end. `Direction`: the direction
     /// *to* a directional light, in which all go on for ever. `None`: each has its own end.
     pub coherence: Coherence,
     /// Start points: surface points, already offset from their surface by their error bound.

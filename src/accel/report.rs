@@ -1,4 +1,4 @@
-//! What a BVH build rejected, and how large the result is.
+//! Reports of BVH builds: rejected triangles and the size of the result.
 
 /// The triangles that a build rejected or merged, each counted as often as it is instanced. Ids do not change:
 /// a rejected triangle is never hit.

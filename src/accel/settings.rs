@@ -10,7 +10,7 @@ pub struct BuildSettings {
     /// The SIMD instructions of traversal: by default the best that the processor has. Pictures never depend on
     /// it.
     pub simd: SimdLevel,
-    /// Which instanced meshes are copied into a world BVH. Pictures depend on it by the rounding of t.
+    /// Limit on the instanced meshes that are copied into a world BVH. Pictures depend on it by the rounding of t.
     pub flatten: FlattenBudget,
 }
 

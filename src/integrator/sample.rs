@@ -20,7 +20,7 @@ pub struct Sample {
     pub footprint: [f64; 2],
 }
 
-/// What random numbers are used for. Each use has a pair of sampler dimensions of its own; the first pair is the
+/// The uses of random numbers. Each use has a pair of sampler dimensions of its own; the first pair is the
 /// position on the film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SampleDimension {

@@ -22,7 +22,7 @@ pub(crate) struct BatchBuffers {
     hits_by_triangle: HitsByTriangle,
 }
 
-/// What a shading point has besides its lane in [`PointsSoa`].
+/// Data of a shading point besides its lane in [`PointsSoa`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadingPoint {
     /// Index of the sample whose eye ray hit it.

@@ -96,7 +96,7 @@ impl ImageFormat {
         }
     }
 
-    /// Whether the image file itself holds the layers. Otherwise they are written to files beside it.
+    /// Returns true if the image file holds the layers. Otherwise they are written to files beside it.
     pub fn supports_layers(self) -> bool {
         self == ImageFormat::Exr
     }

@@ -1,6 +1,6 @@
 //! Cameras as files describe them: a projection carried by a node.
 
-/// Which extent of a file's camera is kept where the picture has another aspect ratio than the camera.
+/// The extent of a file's camera that is kept where the picture has another aspect ratio than the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum SensorFit {
     /// Blender's automatic sensor fit: keeps the extent along the longer side of the picture.

@@ -19,7 +19,7 @@ pub struct Mesh {
     pub interpolate_normals_locally: bool,
     /// Unit tangents, with the sign of the bitangent in w, for the texture coordinates of the normal map.
     pub tangents: Vec<Vec4>,
-    /// Which of normals and tangents were generated at import.
+    /// The parts of normals and tangents that were generated at import.
     pub generated_frames: GeneratedFrames,
     /// Sets of texture coordinates. As in glTF, v runs down from the top of the image.
     pub uvs: Vec<Vec<Vec2>>,
@@ -47,7 +47,7 @@ impl Mesh {
     }
 }
 
-/// Which parts of a mesh's tangent frames the importer generated from the rest shape. Generated parts
+/// The parts of a mesh's tangent frames that the importer generated from the rest shape. Generated parts
 /// follow the deformed triangles; parts from the file follow morph targets and joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum GeneratedFrames {

@@ -6,7 +6,7 @@ use glob::{MatchOptions, Pattern};
 
 use super::{ChannelTarget, Light, Scene};
 
-/// Which parts of a scene are shown.
+/// The visible parts of a scene.
 ///
 /// Patterns have `*`, `?`, `[…]` and, in paths, `**`. They match the names of nodes and objects. A pattern
 /// with a `/` also matches paths of node names from the root, where `*` stays within one name. A match

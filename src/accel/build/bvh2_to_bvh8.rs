@@ -215,7 +215,7 @@ impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
     }
 }
 
-/// What a conversion has yet to do.
+/// The remaining work of a conversion.
 #[derive(Default)]
 struct Pending {
     /// Nodes that become wide ones.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::scene::{Material, OpaqueTriangles, PosedScene, SurfaceClass};
 
-/// What a ray has to know about a triangle's surface.
+/// Properties of a triangle's surface that rays test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct SurfaceFlags {
     pub class: SurfaceClass,

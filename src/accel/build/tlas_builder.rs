@@ -126,7 +126,7 @@ pub(crate) fn build_tlas(
     tlas
 }
 
-/// What the padding of boxes depends on ([`Tlas`]).
+/// The inputs of the padding of boxes ([`Tlas`]).
 #[derive(Default)]
 struct PaddingBounds {
     /// The largest condition number of all transforms.

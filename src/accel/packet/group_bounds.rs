@@ -19,7 +19,7 @@ use crate::geometry::EPSILON;
 use crate::simd::vec3::per_axis;
 use crate::simd::{Lanes, Simd};
 
-/// What the children of a node cover on the projection plane, a child in each lane.
+/// Bounds of a node's children on the projection plane, a child in each lane.
 #[derive(Clone, Copy)]
 pub(super) struct ProjectedBoxes<L> {
     /// By the two axes of the plane.
@@ -30,7 +30,7 @@ pub(super) struct ProjectedBoxes<L> {
     pub far: L,
 }
 
-/// What one child covers on the projection plane.
+/// Bounds of one child on the projection plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ProjectedBox {
     pub min: [f32; 2],

@@ -1,4 +1,4 @@
-//! What a packet traversal does with hits: keep the closest ([`closest_hit`]) or end the ray ([`any_hit`]).
+//! Handling of hits in packet traversal: keep the closest ([`closest_hit`]) or end the ray ([`any_hit`]).
 //!
 //! [`closest_hit`]: crate::accel::packet::closest_hit
 //! [`any_hit`]: crate::accel::packet::any_hit

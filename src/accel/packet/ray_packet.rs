@@ -18,7 +18,7 @@ const MAX_COORDINATE: f32 = 1e30;
 /// Rays that share an origin or a direction. Their directions are divided by `t_scale`.
 #[derive(Debug)]
 pub(super) struct RayPacket {
-    /// What rays do not share, by axis: their directions or their origins.
+    /// The vectors that differ between rays, by axis: directions or origins.
     pub varying: [PerRay<f32>; 3],
     /// 1/direction, where directions vary.
     pub reciprocal: [PerRay<f32>; 3],

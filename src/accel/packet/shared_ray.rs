@@ -13,7 +13,7 @@ use crate::accel::packet::traverse::{PacketStack, TraversePacketKernel};
 use crate::accel::traverse::error_bounds::EdgeFunctionBounds;
 use crate::simd::Simd;
 
-/// What the rays of a packet share. Directions are divided by the packet's `t_scale`.
+/// The origin or direction that the rays of a packet share. Directions are divided by the packet's `t_scale`.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum SharedRay {
     Origin(Vec3),

@@ -36,7 +36,7 @@ struct PendingNode {
     near: [f32; WIDTH],
     /// Number of children that are left.
     remaining: u32,
-    /// What the children cover on the projection plane, by axis and slot.
+    /// Bounds of the children on the projection plane, by axis and slot.
     min: [[f32; WIDTH]; 2],
     max: [[f32; WIDTH]; 2],
 }

@@ -21,7 +21,7 @@ use crate::accel::traverse::hit::LocalRay;
 use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
 use crate::geometry::{EPSILON, Hit, HitId};
 
-/// What a ray visits until its closest hit is known.
+/// Number of nodes and blocks that a ray visits until its closest hit is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalStats {
     /// Inner nodes of all BVHs, each with up to eight boxes.

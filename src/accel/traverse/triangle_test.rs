@@ -31,9 +31,9 @@ pub(crate) struct TriangleTestRay {
 pub(crate) struct Candidates {
     /// Triangles that the ray possibly hits.
     pub possible: u32,
-    /// Of those, the triangles that the line of the ray certainly passes through.
+    /// The triangles among them that the line of the ray certainly passes through.
     pub certain: u32,
-    /// Of those, the hits that are certainly within the early-out interval.
+    /// The hits among them that are certainly within the early-out interval.
     pub early_out: u32,
 }
 

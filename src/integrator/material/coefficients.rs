@@ -19,7 +19,7 @@ pub struct Coefficients {
     pub color: Rgb,
     /// Coverage: 1 is opaque, 0 not there.
     pub alpha: f32,
-    /// What passes through the covered part: transmission × (1 − metallic) × base colour.
+    /// Transmittance of the covered part: transmission × (1 − metallic) × base colour.
     pub transmission: Rgb,
 }
 

@@ -102,7 +102,7 @@ impl PointBlock {
         }
     }
 
-    /// What the curvature of the smooth surface adds to α² of each point's highlight.
+    /// Returns the increase of α² of each point's highlight by the curvature of the smooth surface.
     #[inline(always)]
     pub fn curvature_roughness(&self) -> LaneArray<f32> {
         self.differentials[BarycentricDifferentials::LEN - 1].map(roughness)

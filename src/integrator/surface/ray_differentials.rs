@@ -114,13 +114,14 @@ impl BarycentricDifferentials {
         self.db.map(|step| (b - a) * step.x + (c - a) * step.y)
     }
 
-    /// What the curvature of the smooth surface adds to α² of a highlight.
+    /// Returns the increase of a highlight's α² by the curvature of the smooth surface.
     pub fn roughness(&self) -> f32 {
         roughness(self.dn_squared)
     }
 }
 
-/// What |∂n|² over a sample, the last member of [`BarycentricDifferentials::to_array`], adds to α² of a highlight.
+/// Returns the increase of a highlight's α² by |∂n|² over a sample, the last member of
+/// [`BarycentricDifferentials::to_array`].
 #[inline(always)]
 pub(crate) fn roughness(dn_squared: f32) -> f32 {
     // NaN where the triangle is seen edge-on or the normals cancel.

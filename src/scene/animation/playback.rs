@@ -1,4 +1,4 @@
-//! Which animations play, what they move, and at which times bounds sample them.
+//! Selection of the animations that play, the nodes they move, and the times at which bounds sample them.
 
 use std::collections::HashSet;
 
@@ -9,7 +9,7 @@ const MAX_INTERVALS: usize = 4;
 /// Number of sample times from which on keyframes alone are dense enough.
 const DENSE: usize = 64;
 
-/// Which animations play.
+/// The animations that play.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AnimationChoice {
     /// All if they drive different targets (Blender writes one animation for each object), else the

@@ -16,7 +16,7 @@ use crate::scene::{Animation, ChannelTarget, DeformedMesh, FileCamera, Light, Ma
 pub struct PoseSettings {
     /// Time in seconds.
     pub time: f64,
-    /// Which animations play.
+    /// The animations that play.
     pub animation: AnimationChoice,
     /// Subtracted from all positions. `None` takes the centre of the posed bounds. All frames of a job use
     /// the centre of the first.
