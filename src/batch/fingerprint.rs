@@ -55,7 +55,7 @@ impl SettingsHash {
         format!("{:032x}{}", self.hash, if self.strict { STRICT_SUFFIX } else { "" })
     }
 
-    /// Whether an image whose fingerprint has this word is current.
+    /// Returns true if an image whose fingerprint has this word is current.
     fn accepts(self, word: &str) -> bool {
         word == SettingsHash { strict: true, ..self }.word() || !self.strict && word == self.word()
     }
@@ -92,7 +92,7 @@ impl FileDigests {
         })
     }
 
-    /// Whether rendering `scene` now would produce the image with this fingerprint.
+    /// Returns true if rendering `scene` now would produce the image with this fingerprint.
     pub fn is_current(&mut self, fingerprint: &str, settings: SettingsHash, scene: &Path) -> bool {
         let mut words = fingerprint.split(' ');
         if words.next() != Some(VERSION) || !words.next().is_some_and(|word| settings.accepts(word)) {

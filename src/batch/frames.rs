@@ -54,7 +54,7 @@ impl FrameList {
         &self.0
     }
 
-    /// Whether each frame is followed by the next number.
+    /// Returns true if each frame is followed by the next number.
     pub fn is_contiguous(&self) -> bool {
         self.0.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1]))
     }

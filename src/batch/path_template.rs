@@ -72,12 +72,12 @@ impl PathTemplate {
         })
     }
 
-    /// Whether it has no placeholders.
+    /// Returns true if it has no placeholders.
     pub fn is_literal(&self) -> bool {
         self.0.iter().all(|piece| matches!(piece, Piece::Literal(_)))
     }
 
-    /// Whether it has a placeholder for the frame number.
+    /// Returns true if it has a placeholder for the frame number.
     pub fn has_frame_number(&self) -> bool {
         self.0.iter().any(|piece| matches!(piece, Piece::Frame { .. }))
     }

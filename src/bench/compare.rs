@@ -40,7 +40,7 @@ pub struct Change {
     pub min_ratio: Option<f64>,
     /// The relative change that noise may cause.
     pub noise: f64,
-    /// Whether the change is significant.
+    /// Significance and direction of the change.
     pub verdict: Verdict,
 }
 
@@ -59,7 +59,7 @@ impl Comparison {
         self.changes.iter().filter(|change| change.verdict != Verdict::Same)
     }
 
-    /// Whether any cost is significantly higher.
+    /// Returns true if any cost is significantly higher.
     pub fn has_regression(&self) -> bool {
         self.changes.iter().any(|change| change.verdict == Verdict::More)
     }

@@ -228,7 +228,7 @@ impl StageResults {
         results
     }
 
-    /// Whether these are results of the same stage and number of threads.
+    /// Returns true if these are results of the same stage and number of threads.
     pub fn is_same_stage(&self, other: &StageResults) -> bool {
         (self.stage, self.threads) == (other.stage, other.threads)
     }

@@ -18,7 +18,7 @@ pub struct BenchSettings {
     pub threads: Vec<usize>,
     /// The SIMD level of ray traversal.
     pub simd: SimdLevel,
-    /// Whether heat maps of the eye rays' traversal steps are rendered.
+    /// True if heat maps of the eye rays' traversal steps are rendered.
     pub heat_maps: bool,
     /// Measures peak memory instead of time, with a single run of each stage. A process keeps memory of earlier work,
     /// so it must not measure anything before.

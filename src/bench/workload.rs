@@ -65,7 +65,7 @@ impl Workload {
         }
     }
 
-    /// Whether this is a generated scene.
+    /// Returns true if this is a generated scene.
     pub fn is_generated(&self) -> bool {
         self.folder.is_some()
     }

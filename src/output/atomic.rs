@@ -16,7 +16,7 @@ pub fn block_writes() -> RwLockWriteGuard<'static, ()> {
     WRITES.write().unwrap_or_else(|e| e.into_inner())
 }
 
-/// Whether an existing file may be replaced.
+/// Handling of an existing file at the output path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Overwrite {
     /// The new file replaces it when it is complete.

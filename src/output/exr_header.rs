@@ -46,7 +46,7 @@ pub(super) fn string_attribute<'f>(file: &'f [u8], name: &str) -> Option<&'f [u8
     attributes(file).find_map(value)?.get(4..)
 }
 
-/// Whether the file at `path`, which begins with `head`, ends with its last chunk.
+/// Returns true if the file at `path`, which begins with `head`, ends with its last chunk.
 pub(super) fn is_complete(head: &[u8], path: &Path) -> bool {
     end_of_last_chunk(head, path).is_some_and(|end| path.metadata().is_ok_and(|m| m.len() == end))
 }

@@ -81,7 +81,7 @@ pub fn folder() -> (tempfile::TempDir, PathBuf) {
     (dir, path)
 }
 
-/// Whether child processes react to a signal: background jobs of a shell script ignore interrupts.
+/// Returns true if child processes react to a signal: background jobs of a shell script ignore interrupts.
 pub fn heeds(signal: &str) -> bool {
     let number = [("-HUP", 1), ("-INT", 2), ("-TERM", 15)].iter().find(|(name, _)| *name == signal);
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

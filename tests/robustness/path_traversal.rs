@@ -95,7 +95,7 @@ impl World {
         load(&scene, &LoadOptions { allow_outside, ..LoadOptions::default() })
     }
 
-    /// Whether the canary is in the loaded scene.
+    /// Returns true if the canary is in the loaded scene.
     fn shows(&self, scene: &Scene) -> bool {
         match self.place {
             "buffer" => scene.meshes[0].positions.len() == 3,

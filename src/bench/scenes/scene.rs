@@ -22,7 +22,7 @@ pub struct GeneratedScene {
     pub light: [f32; 3],
     /// The direction in which sunlight travels.
     pub sun_direction: [f32; 3],
-    /// Whether the meshes are textured.
+    /// True if the meshes are textured.
     pub textured: bool,
 }
 

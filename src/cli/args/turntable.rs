@@ -44,7 +44,7 @@ pub struct TurnArgs {
     /// Render only the I-th of N equal parts of the frames
     #[arg(long, value_name = "I/N", value_parser = Chunk::parse)]
     pub chunk: Option<Chunk>,
-    /// What rotates: the model in front of fixed camera and lights, or the camera
+    /// Rotate the model in front of a fixed camera and lights, or the camera
     #[arg(long, value_enum, default_value_t = TurnArg::Model)]
     pub turn: TurnArg,
     /// Rotation axis through the centre of the scene's bounds: x, y, z or a direction [default: y]

@@ -31,7 +31,7 @@ const DEFAULT_TRIANGLES: usize = 70_000;
 /// Width and height of images without --size.
 const DEFAULT_SIZE: (u32, u32) = (640, 360);
 
-/// What a run has measured.
+/// The measurements of a run.
 struct Measurement {
     results: BenchResults,
     heat_maps: Vec<HeatMap>,

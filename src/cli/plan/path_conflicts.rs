@@ -16,7 +16,7 @@ enum PathUse<'a> {
     Output(Writer<'a>),
 }
 
-/// What writes an output.
+/// The writer of an output.
 #[derive(Clone, Copy, Debug)]
 pub enum Writer<'a> {
     /// The images of a scene.

@@ -1,4 +1,4 @@
-//! What output files need to know about the frames that go into them.
+//! Properties of a frame sequence that output files depend on.
 
 /// Properties of the frames of each scene.
 #[derive(Clone, Copy, Debug)]

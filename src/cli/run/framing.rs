@@ -24,7 +24,7 @@ pub fn log_clip_bounds<T>(log: &SceneLog, posed: &PosedScene, function: impl FnO
     result
 }
 
-/// What all images have in common.
+/// View, ground and distances that all images of a scene share.
 pub struct Framing {
     /// The camera at the start of the clip.
     pub camera: Camera,

@@ -19,7 +19,7 @@ pub struct AnimationSettings {
     pub repeat: bool,
     /// Quality from 1 to 100 of the lossy formats.
     pub quality: u8,
-    /// Whether an existing file may be replaced.
+    /// Handling of an existing file at the output path.
     pub overwrite: Overwrite,
     /// The model turns clockwise as seen from above. A drag on an HTML page follows it.
     pub clockwise: bool,

@@ -75,7 +75,7 @@ impl AnimationFormat {
         }
     }
 
-    /// Whether [`AnimationSettings::quality`] applies.
+    /// Returns true if [`AnimationSettings::quality`] applies.
     pub fn has_quality(self) -> bool {
         matches!(self, AnimationFormat::Webp | AnimationFormat::Mp4 | AnimationFormat::Html)
     }

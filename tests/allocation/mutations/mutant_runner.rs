@@ -23,7 +23,7 @@ const HANGS: u64 = 60;
 /// Memory limit of a mutant in bytes, beyond what was allocated before.
 const BYTES: usize = 256 << 20;
 
-/// Whether a mutant is running, whose panics are recorded.
+/// True if a mutant is running, whose panics are recorded.
 static RUNNING: AtomicBool = AtomicBool::new(false);
 
 /// Runs mutants one by one and records failures.
@@ -72,7 +72,7 @@ impl MutantRunner {
         format!("at most {:?} and {} KiB", self.longest, self.largest >> 10)
     }
 
-    /// Whether a seed with these bytes is read without error.
+    /// Returns true if a seed with these bytes is read without error.
     pub fn reads(&self, seed: &Seed, bytes: &[u8]) -> bool {
         self.write(seed);
         std::fs::write(self.folder.join(seed.changed()), bytes).unwrap();

@@ -48,7 +48,7 @@ fn rank(folder: &str) -> usize {
     ORDER.iter().position(|m| *m == folder).unwrap_or_else(|| panic!("'{folder}' is not in the list"))
 }
 
-/// Whether code in `folder` may name what is in `other`.
+/// Returns true if code in `folder` may use items of `other`.
 fn may_use(folder: &str, other: &str) -> bool {
     rank(other) <= rank(folder) && !FORBIDDEN.contains(&(folder, other))
 }

@@ -96,7 +96,7 @@ fn quote(text: &str) -> usize {
     }
 }
 
-/// Whether `#[cfg(test)]`, `#![cfg(test)]` or a `cfg` of all of several that `test` is among starts at `i`.
+/// Returns true if `#[cfg(test)]`, `#![cfg(test)]` or a `cfg(all(…))` that contains `test` starts at `i`.
 pub fn is_test_attribute(tokens: &[&str], i: usize) -> bool {
     if tokens.get(i) != Some(&"#") {
         return false;

@@ -1,4 +1,4 @@
-//! Which file takes which names from which, through re-exports to the file that defines them.
+//! Uses of names between files, followed through re-exports to the file that defines each name.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use super::source::{Import, Modules};
 /// The names that a file takes from another, by both.
 pub type Uses = BTreeMap<(String, String), BTreeSet<String>>;
 
-/// What a path names.
+/// The target of a path.
 enum Named {
     Module(usize),
     /// An item by its name, and the module that defines it.
@@ -53,7 +53,7 @@ pub fn uses(modules: &Modules, with_exports: bool) -> Uses {
 }
 
 impl Modules {
-    /// What a path in a module names, if it is of this crate.
+    /// Resolves a path in a module, if it is of this crate.
     fn resolve(&self, module: usize, path: &[String], open: &mut Open) -> Option<Named> {
         let mut at = match path.first()?.as_str() {
             "crate" => 0,
@@ -78,8 +78,8 @@ impl Modules {
         Some(Named::Module(at))
     }
 
-    /// What a module knows by a name: what it defines, then what it imports. A path's last segment is rather an
-    /// item than a module.
+    /// Looks up a name in a module: first its definitions, then its imports. The last segment of a path prefers
+    /// an item to a module.
     fn find(&self, number: usize, name: &str, last: bool, open: &mut Open) -> Option<Named> {
         let module = &self.0[number];
         let item = || module.items.contains(name).then(|| Named::Item(number, name.to_string()));

@@ -51,7 +51,7 @@ pub struct RenderOptions {
     pub rotation: Option<TurntableRotation>,
 }
 
-/// What a turntable rotates, and about which axis.
+/// The object that a turntable rotates, and its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurntableRotation {
     /// Unit length.

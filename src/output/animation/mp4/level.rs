@@ -29,7 +29,7 @@ const LEVELS: [Level; 8] = [
     level(52, 2_073_600.0, 36_864, 300e6),
 ];
 
-/// What a stream demands of a player.
+/// The decoding rate that a stream requires of a player.
 pub(super) struct StreamRate {
     macroblocks_per_frame: u32,
     macroblocks_per_second: f64,
