@@ -28,6 +28,7 @@ pub use cryptomatte::{MatteCoverage, MatteKind, trace_mattes};
 pub use frame::{AmbientOcclusion, Frame};
 pub use material::coefficients::{Coefficients, MaterialOverrides};
 pub use material::hit_filter::MaterialHitFilter;
+pub use material::specular_layers::SpecularLayers;
 pub use phong::{Phong, Stage, specular_lobe};
 pub use sample::Sample;
 pub use sampler::{LowDiscrepancySampler, Sampler};

@@ -87,6 +87,8 @@ pub struct MtlReflectance {
     pub specular: ColorInput,
     /// p, unmodified.
     pub shininess: f32,
+    /// Index of refraction (Ni); 0 where the file has none.
+    pub ior: f32,
 }
 
 /// The reflection model of a surface.
@@ -114,6 +116,40 @@ pub enum Reflectance {
     Unlit,
 }
 
+/// How a surface reflects its surroundings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reflection {
+    /// Not at all: the lecture's materials, which reflect light sources only.
+    #[default]
+    None,
+    /// By k_s in every direction (MTL `illum` 3, 4 and 6).
+    Constant,
+    /// More at grazing angles, as Fresnel's equations say.
+    Fresnel,
+}
+
+/// A clear coat over a surface (KHR_materials_clearcoat): a dielectric layer of index 1.5.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clearcoat {
+    /// Share of the surface that is coated (texture: red); 0 is no coat.
+    pub factor: ScalarInput,
+    /// Perceptual roughness (texture: green).
+    pub roughness: ScalarInput,
+    /// Normal map of the coat.
+    pub normal: Option<NormalMap>,
+}
+
+/// The inside of a body (KHR_materials_volume).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Volume {
+    /// Thickness in metres below the surface; above 0. It marks the mesh as the boundary of a body.
+    pub thickness: f32,
+    /// Colour that white light has after the attenuation distance.
+    pub attenuation_color: Rgb,
+    /// Mean free path in metres; infinite where nothing is absorbed.
+    pub attenuation_distance: f32,
+}
+
 /// A material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -139,6 +175,14 @@ pub struct Material {
     pub occlusion: ScalarInput,
     /// Transmission T. It replaces only the diffuse term, which metals do not have.
     pub transmission: ScalarInput,
+    /// Colour of the transmitted light (MTL `Tf`); `None` is the base colour.
+    pub transmission_color: Option<Rgb>,
+    /// How the surroundings are reflected.
+    pub reflection: Reflection,
+    /// Clear coat.
+    pub clearcoat: Clearcoat,
+    /// The body that the surface bounds; `None` for a thin wall.
+    pub volume: Option<Volume>,
     /// False makes back faces invisible to eye rays.
     pub double_sided: bool,
 }
@@ -163,6 +207,10 @@ impl Default for Material {
             normal: None,
             occlusion: ScalarInput::new(1.0),
             transmission: ScalarInput::new(0.0),
+            transmission_color: None,
+            reflection: Reflection::None,
+            clearcoat: Clearcoat::default(),
+            volume: None,
             double_sided: false,
         }
     }
@@ -191,7 +239,7 @@ impl Material {
         if alpha_counts { TexelSemantics::AlphaWeightedColor } else { TexelSemantics::Color }
     }
 
-    fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 9] {
+    fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 11] {
         fn color(of: &ColorInput) -> Option<(&TextureRef, TexelSemantics)> {
             of.texture.as_ref().map(|texture| (texture, TexelSemantics::Color))
         }
@@ -211,7 +259,32 @@ impl Material {
         };
         let [alpha, occlusion, transmission] = [&self.alpha, &self.occlusion, &self.transmission].map(scalar);
         let base = self.base_color.texture.as_ref().map(|texture| (texture, self.base_color_semantics()));
-        [base, color(&self.emission), alpha, occlusion, transmission, a, b, c, d]
+        let [coat, coat_roughness] = [&self.clearcoat.factor, &self.clearcoat.roughness].map(scalar);
+        [base, color(&self.emission), alpha, occlusion, transmission, a, b, c, d, coat, coat_roughness]
+    }
+
+    /// Returns true if the material may reflect its surroundings.
+    pub fn reflects(&self) -> bool {
+        let may_be_positive = |scalar: &ScalarInput| scalar.factor > 0.0;
+        let reflects = match &self.reflectance {
+            Reflectance::Mtl(mtl) => mtl.specular.factor != Rgb::ZERO,
+            Reflectance::MetallicRoughness { metallic, dielectric, .. } => {
+                may_be_positive(metallic) || may_be_positive(&dielectric.specular)
+            }
+            Reflectance::SpecularGlossiness { specular, .. } => specular.factor != Rgb::ZERO,
+            Reflectance::Unlit => return false,
+        };
+        self.reflection != Reflection::None && (reflects || may_be_positive(&self.clearcoat.factor))
+    }
+
+    /// Returns the index of refraction of the inside; 1.5 where the file has none.
+    pub fn ior(&self) -> f32 {
+        let ior = match &self.reflectance {
+            Reflectance::Mtl(mtl) => mtl.ior,
+            Reflectance::MetallicRoughness { dielectric, .. } => dielectric.ior,
+            Reflectance::SpecularGlossiness { .. } | Reflectance::Unlit => 0.0,
+        };
+        if ior > 0.0 { ior } else { Dielectric::default().ior }
     }
 
     /// Returns true if rays can pass partially through this material.

@@ -48,8 +48,8 @@ pub use light::{Light, LightEval, LightKind, LightSample, LocalLight, PosedLight
 pub use light_units::LightUnits;
 pub use lighting::{LightSet, Lighting, ResolvedLighting, UserLight};
 pub use material::{
-    AlphaMode, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, ScalarInput,
-    SurfaceClass,
+    AlphaMode, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
+    Reflection, ScalarInput, SurfaceClass, Volume,
 };
 pub use mesh::{DeformedMesh, GeneratedFrames, Influences, Mesh, MorphTarget};
 pub(crate) use node::unit_quaternion;

@@ -18,6 +18,7 @@ fn material(k_a: Rgb, k_d: Rgb, k_s: Rgb, p: f32) -> Material {
             ambient: Some(ColorInput::new(k_a)),
             specular: ColorInput::new(k_s),
             shininess: p,
+            ior: 0.0,
         }),
         double_sided: true,
         ..Default::default()

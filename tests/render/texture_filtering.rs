@@ -388,6 +388,7 @@ fn mtl_shininess_is_not_widened() {
         ambient: None,
         specular: ColorInput::new(Rgb::ONE),
         shininess: 200.0,
+        ior: 0.0,
     });
     ball.materials[0].normal = None;
     let render = |integrator: &dyn Integrator| {

@@ -7,8 +7,8 @@ use glam::Vec3;
 use serde_json::{Map, Value};
 
 use crate::scene::{
-    AlphaMode, ColorInput, Dielectric, Material, NormalMap, Reflectance, ScalarInput, TextureChannel,
-    TextureRef, UvTransform,
+    AlphaMode, Clearcoat, ColorInput, Dielectric, Material, NormalMap, Reflectance, Reflection, ScalarInput,
+    TextureChannel, TextureRef, UvTransform,
 };
 
 /// glTF's default material: white metal, fully rough.
@@ -63,6 +63,10 @@ pub(super) fn read(json: &gltf::Material, resolve: &mut dyn FnMut(usize) -> Opti
         transmission: extensions.and_then(|e| e.transmission.as_ref()).map_or(ScalarInput::new(0.0), |t| {
             slots.scalar(t.transmission_factor.0, t.transmission_texture.as_ref(), TextureChannel::R)
         }),
+        transmission_color: None,
+        reflection: Reflection::Fresnel,
+        clearcoat: Clearcoat::default(),
+        volume: None,
         double_sided: json.double_sided,
     };
     if let Some(glossy) = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref()) {

@@ -109,7 +109,7 @@ fn blinn_phong(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Reflectance {
     } else {
         ColorInput::new(Vec3::ZERO)
     };
-    Reflectance::Mtl(MtlReflectance { ambient, specular, shininess: shininess.max(0.0) })
+    Reflectance::Mtl(MtlReflectance { ambient, specular, shininess: shininess.max(0.0), ior: 0.0 })
 }
 
 /// Uses Pr and Pm, or Blender's encoding without them: Ns = 1000·(1 − r)², and the metallic value in Ka if illum

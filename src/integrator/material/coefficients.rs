@@ -1,6 +1,7 @@
 //! The coefficients of the lecture's shading model at a point.
 
 use crate::geometry::Rgb;
+use crate::integrator::material::specular_layers::SpecularLayers;
 
 /// The lecture's coefficients at a point, linear RGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,10 @@ pub struct Coefficients {
     pub alpha: f32,
     /// Transmittance of the covered part: transmission × (1 − metallic) × base colour.
     pub transmission: Rgb,
+    /// Transmission × (1 − metallic), the share of light below the specular layers that is not scattered.
+    pub transmission_share: f32,
+    /// The layers that reflect the surroundings.
+    pub layers: SpecularLayers,
 }
 
 impl Coefficients {
@@ -35,6 +40,8 @@ impl Coefficients {
             color,
             alpha,
             transmission: Rgb::ZERO,
+            transmission_share: 0.0,
+            layers: SpecularLayers::NONE,
         }
     }
 }

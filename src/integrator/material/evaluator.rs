@@ -10,11 +10,15 @@ use glam::Vec3;
 
 use crate::geometry::Rgb;
 use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
+use crate::integrator::material::fresnel::ior_from_f0;
 use crate::integrator::material::opacity::{
     alpha, base_color_from_texel, base_color_texel, opacity_from_texel, transmission,
 };
+use crate::integrator::material::specular_layers::SpecularLayers;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
-use crate::scene::{AlphaMode, Dielectric, Material, MtlReflectance, PosedScene, Reflectance};
+use crate::scene::{
+    AlphaMode, Clearcoat, Dielectric, Material, MtlReflectance, PosedScene, Reflectance, Reflection,
+};
 
 /// Evaluates the materials of the surfaces of a batch, and stores the coefficients. A material that is the same at every
 /// point is evaluated once for consecutive surfaces.
@@ -86,11 +90,23 @@ impl Coefficients {
         let k_e = material.emission.eval(posed, ctx) * material.emission_strength;
         let mut k = Coefficients { k_e, ..Coefficients::matte(color, alpha) };
         match &material.reflectance {
-            Reflectance::Mtl(mtl) => k.set_mtl(mtl, posed, ctx, under_sky),
+            Reflectance::Mtl(mtl) => k.set_mtl(mtl, material.reflection, posed, ctx, under_sky),
             Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
                 let metallic = metallic.eval(posed, ctx).clamp(0.0, 1.0);
                 let roughness = roughness.eval(posed, ctx).clamp(0.0, 1.0);
-                k.set_metallic_roughness(color, metallic, roughness, dielectric.f0(posed, ctx));
+                let weight = dielectric.specular.eval(posed, ctx).clamp(0.0, 1.0);
+                let f0 = dielectric.f0(posed, ctx, weight);
+                k.set_metallic_roughness(color, metallic, roughness, f0);
+                k.layers = SpecularLayers {
+                    alpha: roughness * roughness,
+                    metallic,
+                    metal_f0: color.clamp(Vec3::ZERO, Vec3::ONE),
+                    metal_f90: Vec3::ONE,
+                    dielectric_f0: f0.clamp(Vec3::ZERO, Vec3::ONE),
+                    dielectric_f90: weight,
+                    ior: dielectric.ior,
+                    ..SpecularLayers::COVERING
+                };
             }
             Reflectance::SpecularGlossiness { specular, glossiness } => {
                 let f0 = specular.eval(posed, ctx).clamp(Vec3::ZERO, Vec3::ONE);
@@ -99,6 +115,14 @@ impl Coefficients {
                 // All reflected light, as for the base colour of a metal.
                 k.k_a = diffuse + f0;
                 k.set_microfacets(diffuse, f0, roughness);
+                let max_f0 = f0.max_element();
+                k.layers = SpecularLayers {
+                    alpha: roughness * roughness,
+                    dielectric_f0: f0,
+                    dielectric_f90: if max_f0 > 0.0 { 1.0 } else { 0.0 },
+                    ior: ior_from_f0(f64::from(max_f0)) as f32,
+                    ..SpecularLayers::COVERING
+                };
             }
             Reflectance::Unlit => {
                 k.k_a = Rgb::ZERO;
@@ -114,14 +138,29 @@ impl Coefficients {
         if t > 0.0 {
             k.k_d *= 1.0 - t;
             k.k_a *= 1.0 - t;
-            k.transmission = color * t;
+            k.transmission = material.transmission_color.unwrap_or(color) * t;
+            k.transmission_share = t;
+        }
+        if material.reflects() {
+            k.set_clearcoat(&material.clearcoat, posed, ctx);
+        } else {
+            k.layers = SpecularLayers::NONE;
         }
         k
+    }
+
+    fn set_clearcoat(&mut self, coat: &Clearcoat, posed: &PosedScene, ctx: &TextureEvalContext) {
+        if coat.factor.factor > 0.0 {
+            let roughness = coat.roughness.eval(posed, ctx).clamp(0.0, 1.0);
+            self.layers.coat = coat.factor.eval(posed, ctx).clamp(0.0, 1.0);
+            self.layers.coat_alpha = roughness * roughness;
+        }
     }
 
     fn set_mtl(
         &mut self,
         mtl: &MtlReflectance,
+        reflection: Reflection,
         posed: &PosedScene,
         ctx: &TextureEvalContext,
         under_sky: bool,
@@ -133,6 +172,15 @@ impl Coefficients {
         }
         self.k_s = mtl.specular.eval(posed, ctx);
         self.shininess = mtl.shininess;
+        let f0 = self.k_s.clamp(Vec3::ZERO, Vec3::ONE);
+        self.layers = SpecularLayers {
+            reflects: true,
+            alpha: alpha_of_shininess(mtl.shininess),
+            metallic: 1.0,
+            metal_f0: f0,
+            metal_f90: if reflection == Reflection::Constant { f0 } else { Vec3::ONE },
+            ..SpecularLayers::NONE
+        };
     }
 
     fn set_metallic_roughness(&mut self, base: Rgb, metallic: f32, roughness: f32, f0_dielectric: Rgb) {
@@ -155,9 +203,14 @@ impl Coefficients {
 impl Dielectric {
     /// Reflectance at normal incidence (KHR_materials_ior, KHR_materials_specular): ((ior − 1)/(ior + 1))² × specular
     /// colour, at most 1, × specular weight.
-    fn f0(&self, posed: &PosedScene, ctx: &TextureEvalContext) -> Rgb {
+    fn f0(&self, posed: &PosedScene, ctx: &TextureEvalContext, weight: f32) -> Rgb {
         let r = (self.ior - 1.0) / (self.ior + 1.0);
         let tinted = self.specular_color.eval(posed, ctx) * (r * r);
-        tinted.min(Vec3::ONE) * self.specular.eval(posed, ctx)
+        tinted.min(Vec3::ONE) * weight
     }
+}
+
+/// The GGX α whose lobe is as wide as that of exponent p: p = 2/α² − 2.
+fn alpha_of_shininess(p: f32) -> f32 {
+    (2.0 / (p + 2.0)).sqrt().min(1.0)
 }

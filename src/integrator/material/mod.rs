@@ -1,7 +1,11 @@
 //! Materials: the lecture's coefficients k_a, k_d, k_s and p, opacity, and the accelerator's hit filter.
 
 pub(crate) mod coefficients;
+pub(crate) mod directional_albedo;
 pub(crate) mod evaluator;
+pub(crate) mod fresnel;
+pub(crate) mod ggx;
 pub(crate) mod hit_filter;
 pub(crate) mod opacity;
 pub(crate) mod specular_antialiasing;
+pub(crate) mod specular_layers;

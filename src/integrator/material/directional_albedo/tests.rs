@@ -1,0 +1,152 @@
+use glam::DVec3;
+
+use super::*;
+use crate::integrator::material::fresnel::{
+    dielectric_curve, f0_from_ior, fresnel_dielectric, schlick_weight,
+};
+use crate::integrator::material::ggx::{sample_visible_normal, shadowing_ratio};
+
+/// The mean of `f(v·h) · G2/G1` over visible normals, on a grid of n² of them.
+fn integrate(cos: f64, alpha: f64, n: usize, f: impl Fn(f64) -> f64) -> f64 {
+    // The limit at grazing views: without extent in z, visible normals are the same as those of a tiny cosine.
+    let cos = cos.max(1e-4);
+    let v = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+    let mut sum = 0.0;
+    for i in 0..n {
+        for j in 0..n {
+            // φ from 0 to π: the lobe is symmetric.
+            let u = [0.5 * (i as f64 + 0.5) / n as f64, (j as f64 + 0.5) / n as f64];
+            let h = sample_visible_normal(v, alpha.max(1e-5), u);
+            let v_h = v.dot(h);
+            sum += f(v_h) * shadowing_ratio(v.z, 2.0 * v_h * h.z - v.z, alpha);
+        }
+    }
+    sum / (n * n) as f64
+}
+
+fn node(i: usize, count: usize) -> f64 {
+    let x = i as f64 / (count - 1) as f64;
+    x * x
+}
+
+fn table(f: impl Fn(f64) -> f64) -> Vec<Vec<f64>> {
+    let at = |i, j| integrate(node(j, COLUMNS), node(i, ROWS), 96, &f);
+    (0..ROWS).map(|i| (0..COLUMNS).map(|j| at(i, j)).collect()).collect()
+}
+
+fn ior(r: f32) -> f64 {
+    let r = f64::from(r);
+    (1.0 + r) / (1.0 - r).max(1e-3)
+}
+
+fn write_row(out: &mut String, indent: &str, row: &[f64]) {
+    let numbers: Vec<String> = row.iter().map(|v| format!("{}", (v * 65535.0).round() as u16)).collect();
+    out.push_str(&format!("{indent}[{}],\n", numbers.join(", ")));
+}
+
+fn source() -> String {
+    let mut out = String::from(
+        "//! Tables of directional albedo. The test `the_tables_are_those_of_the_source` generates this file.\n\n\
+         use super::{R_NODES, ROWS, Table};\n\n",
+    );
+    let e = table(|_| 1.0);
+    let tables = [
+        ("E, facets that reflect everything.", "ALBEDO", &e),
+        ("Facets that reflect (1 − v·h)⁵.", "SCHLICK", &table(schlick_weight)),
+    ];
+    for (what, name, table) in tables {
+        out.push_str(&format!("/// {what}\n#[rustfmt::skip]\npub(super) const {name}: Table = [\n"));
+        table.iter().for_each(|row| write_row(&mut out, "    ", row));
+        out.push_str("];\n\n");
+    }
+    out.push_str("/// Facets that reflect the dielectric curve, for each of the `R_NODES`.\n#[rustfmt::skip]\npub(super) const DIELECTRIC: [Table; R_NODES.len()] = [\n");
+    for r in R_NODES {
+        out.push_str("    [\n");
+        table(|c| dielectric_curve(c, ior(r))).iter().for_each(|row| write_row(&mut out, "        ", row));
+        out.push_str("    ],\n");
+    }
+    out.push_str("];\n\n/// Mean of E over directions, weighted by the cosine, for each roughness.\n#[rustfmt::skip]\npub(super) const MEAN_ALBEDO: [u16; ROWS] = [\n    ");
+    for row in 0..ROWS {
+        // 2 ∫ E cos d(cos), by the midpoint rule.
+        let mean: f64 = (0..200)
+            .map(|i| (f64::from(i) + 0.5) / 200.0)
+            .map(|c| 2.0 * c * integrate(c, node(row, ROWS), 24, |_| 1.0) / 200.0)
+            .sum();
+        out.push_str(&format!("{}, ", (mean * 65535.0).round() as u16));
+    }
+    out.truncate(out.trim_end().len());
+    out.push_str("\n];\n");
+    out
+}
+
+/// `GOLDEN=update` writes the tables.
+#[test]
+fn the_tables_are_those_of_the_source() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/integrator/material/directional_albedo/tables.rs");
+    if std::env::var_os("GOLDEN").is_some_and(|v| v == "update") {
+        std::fs::write(path, source()).unwrap();
+    } else {
+        assert_eq!(std::fs::read_to_string(path).unwrap(), source(), "GOLDEN=update rewrites it");
+    }
+}
+
+const COSINES: [f32; 7] = [0.01, 0.07, 0.2, 0.45, 0.7, 0.93, 1.0];
+
+/// White furnace: facets that reflect everything lose nothing, at any roughness.
+#[test]
+fn white_metal_reflects_everything() {
+    for alpha in [0.0, 1e-3, 0.03, 0.17, 0.5, 0.83, 1.0] {
+        for cos in COSINES {
+            let albedo = metal_albedo(cos, alpha, Rgb::ONE, Rgb::ONE);
+            assert!(albedo.x <= 1.0 && albedo.x > 1.0 - 1e-5, "{alpha} {cos}: {albedo}");
+        }
+    }
+}
+
+#[test]
+fn interpolated_tables_agree_with_integration() {
+    let compensated = |once: f64, f_ss: f64, cos: f64, alpha: f64| {
+        let e = integrate(cos, alpha, 128, |_| 1.0);
+        let mean: f64 = (0..50)
+            .map(|i| (f64::from(i) + 0.5) / 50.0)
+            .map(|c| c * integrate(c, alpha, 48, |_| 1.0) / 25.0)
+            .sum();
+        once * (1.0 + f_ss * mean / (1.0 - f_ss * (1.0 - mean)) * (1.0 - e) / e)
+    };
+    for alpha in [0.002f32, 0.03, 0.17, 0.5, 0.83] {
+        for cos in COSINES {
+            let (c, a) = (f64::from(cos), f64::from(alpha));
+            let f0 = 0.6;
+            let once = integrate(c, a, 128, |h| f0 + (1.0 - f0) * schlick_weight(h));
+            let expected = compensated(once, f0 + (1.0 - f0) / 21.0, c, a);
+            let ours = f64::from(metal_albedo(cos, alpha, Rgb::splat(f0 as f32), Rgb::ONE).x);
+            assert!((ours / expected - 1.0).abs() < 0.01, "metal {alpha} {cos}: {ours} {expected}");
+            for eta in [1.33, 1.5, 1.8, 2.42] {
+                let f0 = f0_from_ior(eta);
+                let once = integrate(c, a, 128, |h| fresnel_dielectric(h, eta));
+                let mean: f64 = (0..500)
+                    .map(|i| (f64::from(i) + 0.5) / 500.0)
+                    .map(|c| c * fresnel_dielectric(c, eta) / 250.0)
+                    .sum();
+                let expected = compensated(once, mean, c, a);
+                let ours = f64::from(dielectric_albedo(cos, alpha, eta as f32, Rgb::splat(f0 as f32), 1.0).x);
+                assert!(
+                    (ours - expected).abs() < 0.01 * expected + 0.002,
+                    "{eta} {alpha} {cos}: {ours} {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn albedos_are_finite_for_any_input() {
+    for cos in [f32::NAN, -1.0, 0.0, 2.0, f32::INFINITY] {
+        for alpha in [f32::NAN, -1.0, 0.0, 2.0] {
+            for ior in [f32::NAN, 0.0, 1.0, f32::INFINITY] {
+                let _ = dielectric_albedo(cos, alpha, ior, Rgb::splat(0.04), 1.0);
+                let _ = metal_albedo(cos, alpha, Rgb::ONE, Rgb::ONE);
+            }
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! The specular layers of a surface: what they reflect in total, and what reaches the base below them.
+
+use crate::geometry::Rgb;
+use crate::integrator::material::directional_albedo::{coat_albedo, dielectric_albedo, metal_albedo};
+
+/// The layers of a surface that reflect its surroundings: a clear coat over microfacets of metal and dielectric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpecularLayers {
+    /// False for surfaces that reflect no surroundings.
+    pub reflects: bool,
+    /// True if the base receives only what the layers let through. False for MTL's literal sum.
+    pub cover_base: bool,
+    /// GGX α of the microfacets: the square of the perceptual roughness.
+    pub alpha: f32,
+    /// Share of the microfacets that is metal.
+    pub metallic: f32,
+    /// Reflectance of the metal at normal incidence.
+    pub metal_f0: Rgb,
+    /// Reflectance of the metal at grazing incidence.
+    pub metal_f90: Rgb,
+    /// Reflectance of the dielectric at normal incidence.
+    pub dielectric_f0: Rgb,
+    /// Reflectance of the dielectric at grazing incidence.
+    pub dielectric_f90: f32,
+    /// Index of refraction, which shapes the curve between the two.
+    pub ior: f32,
+    /// Share of the surface that has a clear coat of index 1.5.
+    pub coat: f32,
+    /// GGX α of the coat.
+    pub coat_alpha: f32,
+}
+
+/// Shares of the light that arrives from the direction of view, which by reciprocity are the weights of what is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LayerAlbedo {
+    /// k_r of the microfacets, below the coat.
+    pub specular: Rgb,
+    /// k_r of the coat.
+    pub coat: f32,
+    /// Share of the light that reaches the diffuse or transmissive base.
+    pub base: f32,
+}
+
+impl SpecularLayers {
+    /// No layers.
+    pub const NONE: SpecularLayers = SpecularLayers {
+        reflects: false,
+        cover_base: false,
+        alpha: 1.0,
+        metallic: 0.0,
+        metal_f0: Rgb::ZERO,
+        metal_f90: Rgb::ZERO,
+        dielectric_f0: Rgb::ZERO,
+        dielectric_f90: 0.0,
+        ior: 1.5,
+        coat: 0.0,
+        coat_alpha: 1.0,
+    };
+
+    /// Layers without reflectance that cover the base.
+    pub(crate) const COVERING: SpecularLayers =
+        SpecularLayers { reflects: true, cover_base: true, ..SpecularLayers::NONE };
+
+    /// Returns the albedo of each layer seen at cosine `cos` to the normal. The sum of all is at most 1.
+    pub fn albedo(&self, cos: f32) -> LayerAlbedo {
+        if !self.reflects {
+            return LayerAlbedo { specular: Rgb::ZERO, coat: 0.0, base: 1.0 };
+        }
+        let mut dielectric = Rgb::ZERO;
+        if self.metallic < 1.0 && self.dielectric_f90 > 0.0 {
+            dielectric =
+                dielectric_albedo(cos, self.alpha, self.ior, self.dielectric_f0, self.dielectric_f90);
+        }
+        let mut specular = dielectric;
+        if self.metallic > 0.0 {
+            let metal = metal_albedo(cos, self.alpha, self.metal_f0, self.metal_f90);
+            specular = dielectric + (metal - dielectric) * self.metallic;
+        }
+        let base = if self.cover_base { 1.0 - dielectric.max_element() } else { 1.0 };
+        if self.coat > 0.0 {
+            let coat = self.coat * coat_albedo(cos, self.coat_alpha);
+            return LayerAlbedo { specular: specular * (1.0 - coat), coat, base: base * (1.0 - coat) };
+        }
+        LayerAlbedo { specular, coat: 0.0, base }
+    }
+}
