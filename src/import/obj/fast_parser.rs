@@ -143,7 +143,7 @@ impl<'t> ChunkParser<'t> {
         let (mut position, at) = parse_vec3(self.bytes, self.at + 1)?;
         if let Some(origin) = self.origin {
             let text = std::str::from_utf8(&self.bytes[self.at + 1..at]).ok()?;
-            position = parse_relative(text, position, origin);
+            position = parse_relative(text.split_whitespace(), origin);
         }
         self.at = at;
         let mut extra = [0.0; 4];

@@ -1,19 +1,20 @@
 //! The lenient OBJ parser: accepts the notations and mistakes of real exporters and reports what is wrong and where.
 //!
-//! It parses the files that the fast parser gives up at, line by line. tobj then reads the numbers and faces
-//! from plain text with absolute indices and faces sorted by vertex format.
+//! It cleans the files that the fast parser gives up at, line by line, to [plain text](PlainText) for tobj.
 
 use std::borrow::Cow;
-use std::fmt::Write;
 
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::import::Limits;
 use crate::import::error::{LoadError, Warnings};
 use crate::import::files::escape::printable;
-use crate::import::obj::chunk::{Chunk, Corner, NO_INDEX, Statement, VertexFormat};
+use crate::import::obj::chunk::{Chunk, Corner, NO_INDEX, Statement};
+use crate::import::obj::decimal_comma::{AMBIGUOUS, Commas, Counts, split_numbers};
+use crate::import::obj::number::{plain_mantissa, plain_number};
+use crate::import::obj::plain_text::PlainText;
 use crate::import::obj::recenter::parse_relative;
-use crate::import::obj::text::{self, Line, logical_lines, parse_mantissa, parse_number, split_keyword};
+use crate::import::obj::text::{self, Line, logical_lines, split_keyword};
 
 /// Parses the text of an OBJ into one chunk with absolute indices and positions relative to `origin`.
 pub(super) fn parse(
@@ -26,16 +27,27 @@ pub(super) fn parse(
         limits,
         origin,
         chunk: Chunk::default(),
+        plain_text: PlainText::default(),
         triangles: 0,
         unknown: Vec::new(),
         totals: count_elements(text),
         missing_attributes: None,
         polypaint: Vec::new(),
         malformed_exponent: None,
+        decimal_comma: None,
+        separating_comma: None,
         free_forms: 0,
     };
     for line in logical_lines(text) {
-        parser.parse_line(&line)?;
+        let Err(error) = parser.parse_line(&line) else { continue };
+        return match line.before_cut(text) {
+            Some(complete) if matches!(error, LoadError::Parse { .. }) => {
+                let what = "the file ends in the middle of a line; ignored the line";
+                warnings.add(format_args!("line {}", line.number), what);
+                parse(complete, limits, origin, warnings)
+            }
+            _ => Err(error),
+        };
     }
     parser.finish(warnings)
 }
@@ -43,7 +55,9 @@ pub(super) fn parse(
 struct LenientParser<'l> {
     limits: &'l Limits,
     origin: Option<DVec3>,
+    /// Faces and statements; the numbers of vertices follow from `plain_text`.
     chunk: Chunk,
+    plain_text: PlainText,
     triangles: u64,
     unknown: Vec<String>,
     /// Number of positions, texture coordinates and normals in the file. Faces may precede the elements they use.
@@ -53,6 +67,10 @@ struct LenientParser<'l> {
     polypaint: Vec<Vec4>,
     /// Location of the first number with a malformed exponent.
     malformed_exponent: Option<String>,
+    /// Location of the first number with a decimal comma.
+    decimal_comma: Option<String>,
+    /// Location of the first comma between numbers.
+    separating_comma: Option<String>,
     free_forms: u64,
 }
 
@@ -69,12 +87,15 @@ impl LenientParser<'_> {
         match &*lower_case(keyword) {
             "v" => self.parse_vertex(line, rest)?,
             "vt" => {
-                let v = self.parse_numbers(line, "vt", rest, 1)?;
-                self.chunk.uvs.push([v[0], v.get(1).copied().unwrap_or(0.0)]);
+                let mut words = self.parse_numbers(line, "vt", rest, 1, Counts::TEXTURE_COORDINATE)?;
+                words.resize(2, "0".into());
+                self.plain_text.push_line("vt", &words);
+                self.chunk.uvs.push([0.0; 2]);
             }
             "vn" => {
-                let v = self.parse_numbers(line, "vn", rest, 3)?;
-                self.chunk.normals.push(Vec3::new(v[0], v[1], v[2]));
+                let words = self.parse_numbers(line, "vn", rest, 3, Counts::NORMAL)?;
+                self.plain_text.push_line("vn", &words[..3]);
+                self.chunk.normals.push(Vec3::ZERO);
             }
             "f" | "fo" => self.parse_face(line, rest)?,
             "l" | "p" => self.chunk.lines_and_points += 1,
@@ -99,15 +120,17 @@ impl LenientParser<'_> {
     /// `v x y z`, followed by nothing, w, or a colour of three or four numbers.
     fn parse_vertex(&mut self, line: &Line, rest: &str) -> Result<(), LoadError> {
         LoadError::check_limit("vertices", self.chunk.positions.len() as u64 + 1, self.limits.vertices)?;
-        let v = self.parse_numbers(line, "v", rest, 3)?;
-        let color = match v[3..] {
+        let words = self.parse_numbers(line, "v", rest, 3, Counts::VERTEX)?;
+        let (position, extra) = words.split_at(3);
+        let extra: Vec<f32> = extra.iter().map(|word| word.parse().unwrap_or(f32::NAN)).collect();
+        let color = match extra[..] {
             [r, g, b] => Some(Vec4::new(r, g, b, 1.0)),
             [r, g, b, a, ..] => Some(Vec4::new(r, g, b, a)),
             _ => None,
         };
-        let position = Vec3::new(v[0], v[1], v[2]);
-        let position = self.origin.map_or(position, |origin| parse_relative(rest, position, origin));
-        self.chunk.push_vertex(position, color);
+        self.plain_text.push_line("v", position);
+        let relative = |origin| parse_relative(position.iter().map(|word| &**word), origin);
+        self.chunk.push_vertex(self.origin.map_or(Vec3::ZERO, relative), color);
         Ok(())
     }
 
@@ -168,6 +191,12 @@ impl LenientParser<'_> {
         if let Some(location) = self.malformed_exponent {
             warnings.add(location, "ignored malformed exponents of numbers");
         }
+        if let Some(location) = self.decimal_comma {
+            warnings.add(location, "numbers have decimal commas: read as decimal points");
+        }
+        if let Some(location) = self.separating_comma {
+            warnings.add(location, "numbers are separated by commas: read as blanks");
+        }
         if self.free_forms > 0 {
             warnings.add("", format!("ignored {} curves and surfaces: not supported", self.free_forms));
         }
@@ -178,34 +207,51 @@ impl LenientParser<'_> {
             self.polypaint.truncate(self.chunk.positions.len());
             self.chunk.colors = self.polypaint;
         }
-        parse_with_tobj(&mut self.chunk)?;
+        self.plain_text.parse_into(&mut self.chunk, self.origin.is_some())?;
         Ok(self.chunk)
     }
 
-    /// Parses at least `min` numbers.
-    fn parse_numbers(
+    /// Returns at least `min` numbers as words that `str::parse` accepts.
+    fn parse_numbers<'t>(
         &mut self,
         line: &Line,
         keyword: &str,
-        rest: &str,
+        rest: &'t str,
         min: usize,
-    ) -> Result<Vec<f32>, LoadError> {
-        let mut parse = |word: &str| {
-            let value = parse_number(word).or_else(|| {
-                let mantissa = parse_mantissa(word)?;
-                self.malformed_exponent.get_or_insert_with(|| line.location(word));
+        counts: Counts,
+    ) -> Result<Vec<Cow<'t, str>>, LoadError> {
+        let Some(mut list) = split_numbers(rest, counts) else {
+            return Err(LoadError::parse(line.location(rest), format!("{keyword} {AMBIGUOUS}")));
+        };
+        // A word whose decimal comma was replaced is no part of the line.
+        let location =
+            |word: &Cow<str>| line.location(if let Cow::Borrowed(word) = word { word } else { rest });
+        for word in &mut list.words {
+            let plain = plain_number(word).or_else(|| {
+                let mantissa = plain_mantissa(word)?;
+                self.malformed_exponent.get_or_insert_with(|| location(word));
                 Some(mantissa)
             });
-            let message = || format!("'{}' is not a number", printable(word));
-            value.ok_or_else(|| LoadError::parse(line.location(word), message()))
-        };
-        let values: Vec<f32> = rest.split_whitespace().map(&mut parse).collect::<Result<_, _>>()?;
-        if values.len() < min {
-            let found = values.len();
+            match plain {
+                None => {
+                    let message = format!("'{}' is not a number", printable(word));
+                    return Err(LoadError::parse(location(word), message));
+                }
+                Some(Cow::Borrowed(same)) if same.len() == word.len() => {}
+                Some(plain) => *word = plain.into_owned().into(),
+            }
+        }
+        match list.commas {
+            Commas::None => {}
+            Commas::Decimal => _ = self.decimal_comma.get_or_insert_with(|| line.location(rest)),
+            Commas::Separator => _ = self.separating_comma.get_or_insert_with(|| line.location(rest)),
+        }
+        if list.words.len() < min {
+            let found = list.words.len();
             let location = line.location(line.text.get(..keyword.len()).unwrap_or(""));
             return Err(LoadError::parse(location, format!("{keyword} needs {min} numbers, found {found}")));
         }
-        Ok(values)
+        Ok(list.words)
     }
 }
 
@@ -247,85 +293,4 @@ fn parse_index(
     };
     let index = if index < 0 { (so_far as i64).checked_add(index) } else { index.checked_sub(1) };
     Ok(index.and_then(|i| u32::try_from(i).ok()))
-}
-
-/// Calls `visit` with the corners and the vertex format of each face.
-fn visit_faces(chunk: &Chunk, mut visit: impl FnMut(std::ops::Range<usize>, VertexFormat)) {
-    let mut statements = chunk.statements.iter().peekable();
-    let mut format = VertexFormat::default();
-    let mut start = 0;
-    for face in 0..chunk.faces {
-        while let Some(at) = statements.next_if(|s| s.face <= face) {
-            if let Statement::VertexFormat(new) = at.statement {
-                format = new;
-            }
-        }
-        let arity = chunk.arities.get(face).map_or(3, |&a| a as usize);
-        visit(start..start + arity, format);
-        start += arity;
-    }
-}
-
-/// Passes everything through tobj and uses its numbers.
-fn parse_with_tobj(chunk: &mut Chunk) -> Result<(), LoadError> {
-    let formats = [(false, false), (true, false), (false, true), (true, true)]
-        .map(|(uv, normal)| VertexFormat { uv, normal });
-    let mut corners: [Vec<usize>; 4] = Default::default();
-    let mut text = String::with_capacity(chunk.positions.len() * 40);
-    for p in &chunk.positions {
-        let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z);
-    }
-    for t in &chunk.uvs {
-        let _ = writeln!(text, "vt {} {}", t[0], t[1]);
-    }
-    for n in &chunk.normals {
-        let _ = writeln!(text, "vn {} {} {}", n.x, n.y, n.z);
-    }
-    for (i, format) in formats.iter().enumerate() {
-        let _ = writeln!(text, "o {i}");
-        visit_faces(chunk, |face, face_format| {
-            if face_format != *format {
-                return;
-            }
-            text.push('f');
-            for c in &chunk.corners[face.clone()] {
-                let _ = match (format.uv, format.normal) {
-                    (true, true) => write!(text, " {}/{}/{}", c.v + 1, c.vt + 1, c.vn + 1),
-                    (true, false) => write!(text, " {}/{}", c.v + 1, c.vt + 1),
-                    (false, true) => write!(text, " {}//{}", c.v + 1, c.vn + 1),
-                    (false, false) => write!(text, " {}", c.v + 1),
-                };
-            }
-            text.push('\n');
-            corners[i].extend(face);
-        });
-    }
-    let options = tobj::LoadOptions { single_index: false, triangulate: false, ..Default::default() };
-    let no_materials = |_: &std::path::Path| Ok((Vec::new(), Default::default()));
-    let error =
-        |e: &dyn std::fmt::Display| LoadError::parse("the file", format!("cannot be parsed as OBJ: {e}"));
-    let (models, _) =
-        tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials).map_err(|e| error(&e))?;
-    let mut read = 0;
-    for model in models {
-        let Some(own) = model.name.parse().ok().and_then(|i: usize| corners.get(i)) else { continue };
-        let mesh = model.mesh;
-        if mesh.indices.len() != own.len() {
-            return Err(error(&"faces were lost"));
-        }
-        read += own.len();
-        let at = |values: &[f32], i: u32| Vec3::from_slice(&values[3 * i as usize..]);
-        for (k, &corner) in own.iter().enumerate() {
-            let Corner { v, vt, vn } = chunk.corners[corner];
-            chunk.positions[v as usize] = at(&mesh.positions, mesh.indices[k]);
-            if vt != NO_INDEX {
-                let i = 2 * mesh.texcoord_indices[k] as usize;
-                chunk.uvs[vt as usize] = [mesh.texcoords[i], mesh.texcoords[i + 1]];
-            }
-            if vn != NO_INDEX {
-                chunk.normals[vn as usize] = at(&mesh.normals, mesh.normal_indices[k]);
-            }
-        }
-    }
-    if read == chunk.corners.len() { Ok(()) } else { Err(error(&"faces were lost")) }
 }

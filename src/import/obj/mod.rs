@@ -7,6 +7,7 @@
 
 mod chunk;
 mod colors;
+mod decimal_comma;
 mod digits;
 mod ear_clipping;
 mod fast_parser;
@@ -18,6 +19,8 @@ mod material;
 mod material_libraries;
 mod meshes;
 mod mtl;
+mod number;
+mod plain_text;
 mod polygon;
 mod recenter;
 mod segment;

@@ -1,7 +1,8 @@
 //! Parses MTL text into materials, line by line. An invalid line is skipped with a warning.
 
 use super::super::error::Warnings;
-use super::text::{logical_lines, parse_number, split_keyword};
+use super::decimal_comma::DecimalCommas;
+use super::text::{logical_lines, split_keyword};
 use super::texture_map::{self, TextureMap};
 use crate::geometry::Rgb;
 use crate::import::files::escape::printable;
@@ -49,6 +50,7 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
     let by_old_blender = head.starts_with("# Blender MTL File");
     let by_vtk = head.starts_with("# wavefront mtl file written by the visualization toolkit");
     let mut all: Vec<MtlMaterial> = Vec::new();
+    let mut commas = DecimalCommas::default();
     for line in logical_lines(text) {
         let (keyword, rest) = split_keyword(&line.text);
         if keyword.eq_ignore_ascii_case("newmtl") {
@@ -67,8 +69,12 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
             warnings.add(here, "ignored a statement before the first newmtl");
             continue;
         };
-        if let Err(problem) = material.apply(keyword, rest) {
+        let found_before = commas.found;
+        if let Err(problem) = material.apply(keyword, rest, &mut commas) {
             problem.warn(&printable(keyword), &here, place, warnings);
+        }
+        if commas.found && !found_before {
+            warnings.add(&here, "numbers have decimal commas: read as decimal points");
         }
     }
     all
@@ -114,26 +120,25 @@ impl Problem {
 
 impl MtlMaterial {
     /// Applies a statement to the material.
-    fn apply(&mut self, keyword: &str, rest: &str) -> Result<(), Problem> {
-        let scalar = || {
-            let word = rest.split_whitespace().next().unwrap_or("");
-            let value = parse_number(word).filter(|v| v.is_finite());
+    fn apply(&mut self, keyword: &str, rest: &str, commas: &mut DecimalCommas) -> Result<(), Problem> {
+        let mut scalar_in = |text: &str| {
+            let word = text.split_whitespace().next().unwrap_or("");
+            let value = commas.parse(word).filter(|v| v.is_finite());
             value.ok_or_else(|| Problem::Invalid(format!("'{}' is not a number", printable(word))))
         };
         match keyword.to_ascii_lowercase().as_str() {
-            "ka" => return set_reflectance(&mut self.ka, rest),
-            "kd" => return set_reflectance(&mut self.kd, rest),
-            "ks" => return set_reflectance(&mut self.ks, rest),
-            "ke" => return set_color(&mut self.ke, rest),
-            "tf" => return set_color(&mut self.tf, rest),
-            "ns" => self.ns = Some(scalar()?),
-            "ni" => self.ni = Some(scalar()?),
-            "pr" => self.roughness = Some(scalar()?),
-            "pm" => self.metallic = Some(scalar()?),
-            "illum" => self.illum = Some(scalar()? as i64),
+            "ka" => return set_reflectance(&mut self.ka, rest, commas),
+            "kd" => return set_reflectance(&mut self.kd, rest, commas),
+            "ks" => return set_reflectance(&mut self.ks, rest, commas),
+            "ke" => return set_color(&mut self.ke, rest, commas),
+            "tf" => return set_color(&mut self.tf, rest, commas),
+            "ns" => self.ns = Some(scalar_in(rest)?),
+            "ni" => self.ni = Some(scalar_in(rest)?),
+            "pr" => self.roughness = Some(scalar_in(rest)?),
+            "pm" => self.metallic = Some(scalar_in(rest)?),
+            "illum" => self.illum = Some(scalar_in(rest)? as i64),
             key @ ("d" | "tr") => {
-                let value = parse_number(rest.trim_start_matches("-halo").trim()).filter(|v| v.is_finite());
-                let value = value.map_or_else(scalar, Ok)?;
+                let value = scalar_in(rest.trim_start_matches("-halo"))?;
                 let value = if key == "d" || self.by_vtk { value } else { 1.0 - value };
                 let before = self.d.replace(value);
                 // 3ds Max writes both with four decimals.
@@ -141,24 +146,26 @@ impl MtlMaterial {
                     return Err(Problem::ConflictingOpacity);
                 }
             }
-            "map_ka" => return set_color_map(&mut self.map_ka, rest),
-            "map_kd" => return set_color_map(&mut self.map_kd, rest),
-            "map_ks" => return set_color_map(&mut self.map_ks, rest),
-            "map_ke" => return set_color_map(&mut self.map_ke, rest),
-            "map_d" | "map_opacity" => return set_scalar_map(&mut self.map_d, rest),
-            "map_pr" => return set_scalar_map(&mut self.map_roughness, rest),
-            "map_pm" => return set_scalar_map(&mut self.map_metallic, rest),
+            "map_ka" => return set_color_map(&mut self.map_ka, rest, commas),
+            "map_kd" => return set_color_map(&mut self.map_kd, rest, commas),
+            "map_ks" => return set_color_map(&mut self.map_ks, rest, commas),
+            "map_ke" => return set_color_map(&mut self.map_ke, rest, commas),
+            "map_d" | "map_opacity" => return set_scalar_map(&mut self.map_d, rest, commas),
+            "map_pr" => return set_scalar_map(&mut self.map_roughness, rest, commas),
+            "map_pm" => return set_scalar_map(&mut self.map_metallic, rest, commas),
             // Blender's keywords for the same without the PBR extensions option.
-            "map_ns" if self.by_blender => return set_scalar_map(&mut self.map_roughness, rest),
-            "refl" | "map_refl" if self.by_blender => return set_scalar_map(&mut self.map_metallic, rest),
+            "map_ns" if self.by_blender => return set_scalar_map(&mut self.map_roughness, rest, commas),
+            "refl" | "map_refl" if self.by_blender => {
+                return set_scalar_map(&mut self.map_metallic, rest, commas);
+            }
             "norm" => {
                 self.normal_is_bump = false;
-                return set_scalar_map(&mut self.map_normal, rest);
+                return set_scalar_map(&mut self.map_normal, rest, commas);
             }
             // `norm` takes precedence over `bump`, which may hold heights.
             "bump" | "map_bump" if self.map_normal.is_none() || self.normal_is_bump => {
                 self.normal_is_bump = true;
-                return set_scalar_map(&mut self.map_normal, rest);
+                return set_scalar_map(&mut self.map_normal, rest, commas);
             }
             "bump" | "map_bump" => {}
             "disp" | "map_disp" => {
@@ -172,7 +179,7 @@ impl MtlMaterial {
             // Sharpness of reflection maps, and texture antialiasing, which is always on.
             "sharpness" | "map_aat" => {}
             // Exporters write 0 for every feature that a material does not use.
-            _ if is_zero(rest) => {}
+            _ if is_zero(rest, commas) => {}
             _ => return Err(Problem::Unknown),
         }
         Ok(())
@@ -180,28 +187,27 @@ impl MtlMaterial {
 }
 
 /// Returns true if all words are the number 0.
-fn is_zero(rest: &str) -> bool {
-    !rest.is_empty() && rest.split_whitespace().all(|word| parse_number(word) == Some(0.0))
+fn is_zero(rest: &str, commas: &mut DecimalCommas) -> bool {
+    !rest.is_empty() && rest.split_whitespace().all(|word| commas.parse(word) == Some(0.0))
 }
 
 /// Parses three numbers, or one for all three channels.
-fn parse_color(rest: &str) -> Result<Rgb, Problem> {
-    // Some exporters separate them by commas.
-    let words: Vec<&str> = rest.split([' ', '\t', ',']).filter(|word| !word.is_empty()).collect();
-    if matches!(words.first(), Some(&("spectral" | "xyz"))) {
+fn parse_color(rest: &str, commas: &mut DecimalCommas) -> Result<Rgb, Problem> {
+    if matches!(rest.split_whitespace().next(), Some("spectral" | "xyz")) {
         return Err(Problem::Invalid("only RGB colours are supported".into()));
     }
-    let values: Option<Vec<f32>> = words.iter().map(|w| parse_number(w)).collect();
-    match values.as_deref() {
-        Some([v]) if v.is_finite() => Ok(Rgb::splat(*v)),
-        Some([r, g, b, ..]) if (r + g + b).is_finite() => Ok(Rgb::new(*r, *g, *b)),
-        _ => Err(Problem::Invalid(format!("'{}' is not a colour", printable(rest)))),
+    let invalid = |why: &str| Problem::Invalid(format!("'{}' {why}", printable(rest)));
+    let values = commas.parse_color(rest).map_err(invalid)?;
+    match values[..] {
+        [v] if v.is_finite() => Ok(Rgb::splat(v)),
+        [r, g, b, ..] if (r + g + b).is_finite() => Ok(Rgb::new(r, g, b)),
+        _ => Err(invalid("is not a colour")),
     }
 }
 
 /// Sets a colour. Negative components become 0.
-fn set_color(slot: &mut Option<Rgb>, rest: &str) -> Result<(), Problem> {
-    let color = parse_color(rest)?;
+fn set_color(slot: &mut Option<Rgb>, rest: &str, commas: &mut DecimalCommas) -> Result<(), Problem> {
+    let color = parse_color(rest, commas)?;
     *slot = Some(color.max(Rgb::ZERO));
     if color.min_element() < 0.0 { Err(Problem::Negative) } else { Ok(()) }
 }
@@ -210,8 +216,8 @@ fn set_color(slot: &mut Option<Rgb>, rest: &str) -> Result<(), Problem> {
 const MAX_REFLECTANCE: f32 = 10.0;
 
 /// Sets a reflectance. Integers far beyond 1 are read as bytes.
-fn set_reflectance(slot: &mut Option<Rgb>, rest: &str) -> Result<(), Problem> {
-    set_color(slot, rest)?;
+fn set_reflectance(slot: &mut Option<Rgb>, rest: &str, commas: &mut DecimalCommas) -> Result<(), Problem> {
+    set_color(slot, rest, commas)?;
     let Some(color) = slot else { return Ok(()) };
     match color.max_element() {
         max if max <= MAX_REFLECTANCE => Ok(()),
@@ -224,8 +230,12 @@ fn set_reflectance(slot: &mut Option<Rgb>, rest: &str) -> Result<(), Problem> {
 }
 
 /// Sets a map of scalars or normals.
-fn set_scalar_map(slot: &mut Option<TextureMap>, rest: &str) -> Result<(), Problem> {
-    let parsed = texture_map::parse(rest);
+fn set_scalar_map(
+    slot: &mut Option<TextureMap>,
+    rest: &str,
+    commas: &mut DecimalCommas,
+) -> Result<(), Problem> {
+    let parsed = texture_map::parse(rest, commas);
     let parsed = parsed.ok_or_else(|| Problem::Invalid("the file name is missing".into()))?;
     *slot = Some(parsed.map);
     match parsed.unsupported[..] {
@@ -235,8 +245,12 @@ fn set_scalar_map(slot: &mut Option<TextureMap>, rest: &str) -> Result<(), Probl
 }
 
 /// Sets a map of colours, which does not support the choice of a channel.
-fn set_color_map(slot: &mut Option<TextureMap>, rest: &str) -> Result<(), Problem> {
-    let result = set_scalar_map(slot, rest);
+fn set_color_map(
+    slot: &mut Option<TextureMap>,
+    rest: &str,
+    commas: &mut DecimalCommas,
+) -> Result<(), Problem> {
+    let result = set_scalar_map(slot, rest, commas);
     if slot.as_mut().and_then(|map| map.channel.take()).is_none() {
         return result;
     }

@@ -23,13 +23,12 @@ pub(super) fn far_centre(geometry: &ObjGeometry) -> Option<DVec3> {
     (far && !bounds.is_empty()).then(|| bounds.centre())
 }
 
-/// Parses the first three numbers of `text` in f64, relative to `origin`. `parsed` holds them as f32, which is
-/// used for words that Rust does not parse as a number.
+/// Parses three plain numbers in f64 and makes them relative to `origin`.
 #[cold]
-pub(super) fn parse_relative(text: &str, parsed: Vec3, origin: DVec3) -> Vec3 {
-    let mut position = parsed.as_dvec3().to_array();
-    for (value, word) in position.iter_mut().zip(text.split_whitespace()) {
-        *value = word.parse().unwrap_or(*value);
+pub(super) fn parse_relative<'t>(words: impl IntoIterator<Item = &'t str>, origin: DVec3) -> Vec3 {
+    let mut position = [f64::NAN; 3];
+    for (value, word) in position.iter_mut().zip(words) {
+        *value = word.parse().unwrap_or(f64::NAN);
     }
     (DVec3::from(position) - origin).as_vec3()
 }

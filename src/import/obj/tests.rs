@@ -1,9 +1,11 @@
 //! Tests of whole OBJ scenes.
 
+mod decimal_commas;
 mod differential;
 mod material_regressions;
 mod materials;
 mod regressions;
+mod truncated;
 
 use std::fs;
 use std::path::Path;
@@ -216,7 +218,7 @@ fn malformed_exponents_are_ignored() {
         warnings.len() == 1 && warnings[0].starts_with("line 2, column 7, at '3.1+e2': "),
         "{warnings:?}"
     );
-    assert!(error("v 0 0 1,5\n").contains("'1,5' is not a number"));
+    assert!(error("v 0 0 1,5x\n").contains("'1.5x' is not a number"));
 }
 
 #[test]

@@ -1,8 +1,8 @@
-//! Decodes OBJ and MTL text and splits it into logical lines: encodings, line ends, continuations, comments,
-//! number notations.
+//! Decodes OBJ and MTL text and splits it into logical lines: encodings, line ends, continuations, comments.
 
 use std::borrow::Cow;
 
+use super::number::parse_number;
 use crate::import::files::escape::printable;
 
 /// Decodes a file as UTF-8, or as UTF-16 with or without a byte-order mark. Lines that are neither are decoded as
@@ -67,6 +67,19 @@ impl Line<'_> {
         let before = self.text.get(origin.offset..offset).unwrap_or("");
         let column = origin.column + before.chars().count();
         format!("line {}, column {column}, at '{}'", origin.line, printable(part))
+    }
+
+    /// Returns the text before this line if it is the last line of `text` and has no line end, as in a file that is
+    /// cut off.
+    pub fn before_cut<'t>(&self, text: &'t str) -> Option<&'t str> {
+        if text.ends_with(['\n', '\r']) {
+            return None;
+        }
+        let last_number = self.joined.last().map_or(self.number, |part| part.line);
+        let mut lines = numbered_lines(text).skip_while(|(number, _)| *number < self.number);
+        let start = lines.next()?.1.as_ptr() as usize - text.as_ptr() as usize;
+        let count = self.number + lines.count();
+        (count == last_number).then(|| &text[..start])
     }
 }
 
@@ -208,38 +221,6 @@ pub(super) fn is_free_form(keyword: &str) -> bool {
     FREE_FORM.contains(&keyword)
 }
 
-/// Parses a number in any notation that exporters write: `1.5`, `.5`, `+3`, `1e-3`, Fortran's `1D-3`, C's `1.5f`,
-/// and the NaN and infinity of C libraries. Rounds once, to the nearest `f32`.
-pub(super) fn parse_number(word: &str) -> Option<f32> {
-    if let Ok(v) = word.parse::<f32>() {
-        return Some(v);
-    }
-    // A C literal.
-    if let Some(v) = word.strip_suffix(['f', 'F']).and_then(|word| word.parse().ok()) {
-        return Some(v);
-    }
-    let bare = word.trim_start_matches(['-', '+']).to_ascii_lowercase();
-    if let Some((_, kind)) = bare.split_once(".#") {
-        let infinite = kind.starts_with("inf");
-        let known =
-            infinite || kind.starts_with("qnan") || kind.starts_with("snan") || kind.starts_with("ind");
-        return known.then_some(if infinite { f32::INFINITY } else { f32::NAN });
-    }
-    if bare.starts_with("nan(") {
-        return Some(f32::NAN);
-    }
-    let fortran =
-        word.contains(['d', 'D']) && word.bytes().all(|b| b.is_ascii_digit() || b"+-.dD".contains(&b));
-    fortran.then(|| word.replace(['d', 'D'], "e").parse().ok()).flatten()
-}
-
-/// Parses the mantissa of a number with a malformed exponent, such as `3.1+e2`.
-pub(super) fn parse_mantissa(word: &str) -> Option<f32> {
-    let at = word.char_indices().skip(1).find(|(_, c)| "+-eE".contains(*c))?.0;
-    let exponent = word[at..].bytes().all(|b| b.is_ascii_digit() || b"+-.eE".contains(&b));
-    exponent.then(|| parse_number(&word[..at])).flatten()
-}
-
 /// Returns the smoothing group of an `s` statement; 0, off, for anything but a number.
 pub(super) fn smoothing_group(rest: &str) -> u32 {
     match rest {
@@ -310,21 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn number_notations_of_many_exporters_are_read() {
-        for (word, v) in
-            [("1.5", 1.5), (".5", 0.5), ("5.", 5.0), ("+3", 3.0), ("1e+05", 1e5), ("-1.5D-3", -1.5e-3)]
-                .into_iter()
-                .chain([("1.5f", 1.5), ("1.F", 1.0), ("-2e1f", -20.0)])
-        {
-            assert_eq!(parse_number(word), Some(v));
-        }
-        for word in ["nan", "-nan(ind)", "1.#QNAN", "-1.#IND00"] {
-            assert!(parse_number(word).unwrap().is_nan(), "{word}");
-        }
-        assert_eq!(parse_number("1.#INF"), Some(f32::INFINITY));
+    fn nan_of_c_libraries_is_no_comment() {
         assert_eq!(all("v 1.#QNAN 0 0 # x"), [(1, "v 1.#QNAN 0 0".into())]);
-        for word in ["", "x", "1.2.3", "d", "0x10", "0x1f", "--1", "f", "-f", "1ff", "1.5m"] {
-            assert_eq!(parse_number(word), None, "{word}");
-        }
     }
 }

@@ -3,7 +3,9 @@
 
 use glam::Vec2;
 
-use super::text::{parse_number, split_keyword};
+use super::decimal_comma::DecimalCommas;
+use super::number::parse_number;
+use super::text::split_keyword;
 use crate::scene::TextureChannel;
 
 /// A texture map of a material.
@@ -40,7 +42,7 @@ pub(super) struct ParsedMap<'t> {
 }
 
 /// Parses the rest of a map statement. Returns `None` if it names no file.
-pub(super) fn parse(rest: &str) -> Option<ParsedMap<'_>> {
+pub(super) fn parse<'t>(rest: &'t str, commas: &mut DecimalCommas) -> Option<ParsedMap<'t>> {
     let rest = rest.trim();
     let mut unsupported = Vec::new();
     let mut map = TextureMap {
@@ -73,19 +75,21 @@ pub(super) fn parse(rest: &str) -> Option<ParsedMap<'_>> {
         if !name.is_empty() && before.is_none() {
             before = Some((map.clone(), unsupported.clone()));
         }
-        let mut values = Vec::new();
+        let mut values = OptionValues::default();
         text = after;
-        while values.len() < max_values && !text.is_empty() {
+        while values.count() < max_values && !text.is_empty() {
             let (value, after) = split_keyword(text);
             let fits = match word {
-                "-clamp" | "-blendu" | "-blendv" | "-cc" => is_word(value, "on") || is_word(value, "off"),
-                "-imfchan" | "-type" | "-colorspace" => true,
-                _ => parse_number(value).is_some(),
+                "-clamp" | "-blendu" | "-blendv" | "-cc" => {
+                    values.word = Some(value).filter(|value| is_word(value, "on") || is_word(value, "off"));
+                    values.word.is_some()
+                }
+                "-imfchan" | "-type" | "-colorspace" => values.word.replace(value).is_none(),
+                _ => values.push_numbers(value, max_values, commas),
             };
             if !fits {
                 break;
             }
-            values.push(value);
             text = after;
         }
         if !map.set_option(word, &values) {
@@ -101,21 +105,53 @@ fn is_word(value: &str, word: &str) -> bool {
     value.eq_ignore_ascii_case(word)
 }
 
+/// The values of an option: numbers, or a word.
+#[derive(Default)]
+struct OptionValues<'t> {
+    numbers: Vec<f32>,
+    word: Option<&'t str>,
+}
+
+impl<'t> OptionValues<'t> {
+    fn count(&self) -> usize {
+        self.numbers.len() + usize::from(self.word.is_some())
+    }
+
+    /// Adds the number in `text`, or numbers with commas between them. Returns false if it is neither.
+    fn push_numbers(&mut self, text: &str, max_values: usize, commas: &mut DecimalCommas) -> bool {
+        if let Some(number) = commas.parse(text) {
+            self.numbers.push(number);
+            return true;
+        }
+        let list: Option<Vec<f32>> = text.split(',').map(parse_number).collect();
+        let list = list.filter(|list| self.numbers.is_empty() && (2..=max_values).contains(&list.len()));
+        list.map(|list| self.numbers = list).is_some()
+    }
+
+    fn number(&self, index: usize, default: f32) -> f32 {
+        self.numbers.get(index).copied().unwrap_or(default)
+    }
+
+    fn is_word(&self, word: &str) -> bool {
+        self.word.is_some_and(|own| is_word(own, word))
+    }
+}
+
 impl TextureMap {
     /// Sets an option. Returns false if the option would change the picture but is not supported.
-    fn set_option(&mut self, option: &str, values: &[&str]) -> bool {
-        let first = values.first().copied().unwrap_or("");
-        if values.iter().any(|v| parse_number(v).is_some_and(|v| !v.is_finite())) {
+    fn set_option(&mut self, option: &str, values: &OptionValues) -> bool {
+        if values.numbers.iter().any(|v| !v.is_finite()) {
             return false;
         }
-        let value = |i: usize, default: f32| values.get(i).and_then(|v| parse_number(v)).unwrap_or(default);
+        let value = |i: usize, default: f32| values.number(i, default);
         match option {
             "-s" => self.scale = Vec2::new(value(0, 1.0), value(1, 1.0)),
             "-o" => self.offset = Vec2::new(value(0, 0.0), value(1, 0.0)),
             "-bm" => self.bump = value(0, 1.0),
-            "-clamp" => self.clamp = is_word(first, "on"),
+            "-clamp" => self.clamp = values.is_word("on"),
             "-imfchan" => {
-                self.channel = first.chars().next().map(|c| match c.to_ascii_lowercase() {
+                let letter = values.word.and_then(|word| word.chars().next());
+                self.channel = letter.map(|c| match c.to_ascii_lowercase() {
                     'r' => TextureChannel::R,
                     'g' => TextureChannel::G,
                     'b' => TextureChannel::B,
@@ -125,9 +161,9 @@ impl TextureMap {
             }
             "-mm" => return value(0, 0.0) == 0.0 && value(1, 1.0) == 1.0,
             "-t" | "-boost" => return (0..3).all(|i| value(i, 0.0) == 0.0),
-            "-cc" => return !is_word(first, "on"),
-            "-blendu" | "-blendv" => return !is_word(first, "off"),
-            "-colorspace" => return is_word(first, "sRGB"),
+            "-cc" => return !values.is_word("on"),
+            "-blendu" | "-blendv" => return !values.is_word("off"),
+            "-colorspace" => return values.is_word("sRGB"),
             _ => {}
         }
         true
