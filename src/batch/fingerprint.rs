@@ -130,8 +130,12 @@ pub fn fingerprint(settings: SettingsHash, scene: &Path, source: &Source) -> Opt
     Some(fingerprint)
 }
 
-/// Hashes a regular file of at most `max_bytes`.
+/// Hashes a regular file of at most `max_bytes`. A path with a slash at the end is a folder, of which only the
+/// existence matters.
 fn digest_file(path: &Path, max_bytes: u64) -> io::Result<FileDigest> {
+    if path.as_os_str().as_encoded_bytes().ends_with(b"/") && path.is_dir() {
+        return Ok(FileDigest::of(b""));
+    }
     let mut file = HashingReader::new(open_regular_file(path, max_bytes)?.take(max_bytes));
     let mut buffer = vec![0; 1 << 18];
     loop {

@@ -52,6 +52,11 @@ fn resume_keeps_images_until_an_input_changes() {
     assert!(wrote() && !wrote());
     fs::remove_file(at.join("planks.png")).unwrap();
     assert!(wrote() && !wrote());
+    // One that appears in a texture folder, which did not exist before.
+    fs::create_dir(at.join("textures")).unwrap();
+    assert!(wrote() && !wrote());
+    fs::write(at.join("textures/planks.png"), &planks).unwrap();
+    assert!(wrote() && !wrote());
     fs::write(at.join("planks.png"), planks).unwrap();
     assert!(wrote() && !wrote());
     refused(&at, &format!("{line} --no-overwrite"), "--no-overwrite");

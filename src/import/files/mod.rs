@@ -7,5 +7,7 @@ pub(crate) mod git_lfs;
 pub(crate) mod limits;
 pub(crate) mod name_match;
 pub(crate) mod read_file;
+mod reference;
 pub(crate) mod scene_folder;
+pub(crate) mod scene_input;
 pub(crate) mod source_tracker;

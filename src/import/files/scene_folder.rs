@@ -1,14 +1,11 @@
-//! Resolves the references of a scene (URIs and file names) to bytes, inside the scene's folder.
+//! Resolves paths relative to the scene's folder, and reads files inside it.
 
 use std::collections::HashMap;
 use std::io;
 use std::path::{Component, MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use percent_encoding::percent_decode_str;
-
 use crate::import::error::LoadError;
-use crate::import::files::data_uri;
 use crate::import::files::escape::printable;
 use crate::import::files::name_match;
 use crate::import::files::read_file::{FILE_SIZE, read_limited, reject_lfs_pointer};
@@ -24,12 +21,14 @@ pub(crate) struct SceneFolder {
     path: PathBuf,
     /// The scene's file name without extension.
     stem: String,
-    allow_outside: bool,
+    pub allow_outside: bool,
     /// Contents of all files that were looked up, by their names relative to this folder.
     pub sources: SourceTracker,
     /// File names of each folder that was searched for similar names, by their case-folded form. Cached,
     /// since thousands of files may be missing from a folder of thousands.
     listings: Mutex<HashMap<PathBuf, HashMap<String, Vec<String>>>>,
+    /// Usual texture folders that exist in each folder that was searched.
+    pub usual_folders: Mutex<HashMap<String, Vec<String>>>,
 }
 
 /// The reason why a reference was not read.
@@ -75,43 +74,18 @@ impl SceneFolder {
             allow_outside,
             sources: SourceTracker::default(),
             listings: Mutex::default(),
+            usual_folders: Mutex::default(),
         }
+    }
+
+    /// The scene's file name without extension.
+    pub fn stem(&self) -> &str {
+        &self.stem
     }
 
     /// The scene's file name with another extension.
     pub fn with_extension(&self, extension: &str) -> String {
         format!("{}.{extension}", self.stem)
-    }
-
-    /// Reads a glTF URI: a data URI, or a percent-encoded relative path.
-    pub fn read_uri(&self, uri: &str, limit: u64) -> Result<Vec<u8>, ReferenceError> {
-        let trimmed = uri.trim();
-        if trimmed.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")) {
-            return data_uri::decode(trimmed, limit).map_err(ReferenceError::Refused);
-        }
-        let decode = |uri: &str| percent_decode_str(uri).decode_utf8_lossy().into_owned();
-        // The decoded name has priority, then the name as written (a file may contain a literal '%20'), then
-        // the name without query and fragment. Similar names come last.
-        let path = uri.split(['?', '#']).next().unwrap_or(uri);
-        let mut names = vec![decode(uri)];
-        for name in [uri.into(), decode(path)] {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        let is_missing = |result: &Result<_, _>| matches!(result, Err(ReferenceError::Missing(_)));
-        let mut result = self.read_file(&names[0], limit);
-        for name in &names[1..] {
-            if is_missing(&result) {
-                result = self.read_file(name, limit);
-            }
-        }
-        if is_missing(&result) {
-            let similar = names.iter().filter_map(|name| self.find_similar(name));
-            let other = similar.map(|name| self.read_file(&name, limit)).find(|other| !is_missing(other));
-            result = other.unwrap_or(result);
-        }
-        result
     }
 
     /// Reads a file by a relative path with the separators of any operating system.
@@ -160,7 +134,7 @@ impl SceneFolder {
     }
 
     /// Finds the entry of a folder whose name is most similar to `part`.
-    fn find_similar_in(&self, folder: &str, part: &str) -> Option<String> {
+    pub fn find_similar_in(&self, folder: &str, part: &str) -> Option<String> {
         let path = self.resolve(folder).ok()?;
         let mut listings = self.listings.lock().unwrap_or_else(PoisonError::into_inner);
         let listing = listings.entry(path).or_insert_with_key(|path| {

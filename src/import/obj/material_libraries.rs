@@ -6,7 +6,7 @@ use super::super::Limits;
 use super::super::error::Warnings;
 use super::mtl::{self, MtlMaterial};
 use super::text;
-use super::texture_files::{find_file, find_named};
+use super::texture_files::find_file;
 use crate::import::files::name_match::{decompose, fold_case};
 use crate::import::files::{escape::printable, scene_folder::SceneFolder};
 
@@ -103,7 +103,7 @@ impl MaterialLibraries {
         if missing.is_empty() {
             return false;
         }
-        let Ok(bytes) = find_named(folder, "", name, limits.file_bytes) else { return false };
+        let Ok(bytes) = find_file(folder, "", name, limits.file_bytes) else { return false };
         let mut library = MaterialLibraries::default();
         let mut its_warnings = Warnings::default();
         library.parse(name, &bytes, &mut its_warnings);

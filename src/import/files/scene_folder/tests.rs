@@ -58,7 +58,7 @@ fn parent_steps_are_resolved_lexically() {
     for uri in [format!("file://{here}"), format!("file://localhost{here}")] {
         assert_eq!(folder.read_uri(&uri, 100).unwrap(), b"inside", "{uri}");
     }
-    for uri in ["none/../../canary", "../other/tex/a b.png", "file://tex/a b.png"] {
+    for uri in ["none/../../canary", "../other/tex/c.png", "file://tex/c.png"] {
         assert!(matches!(folder.read_uri(uri, 100), Err(ReferenceError::Refused(_))), "{uri}");
     }
 }
