@@ -10,10 +10,11 @@ use super::console::{print_error, print_stdout, scene_error, single_line, strict
 use super::plan::{load_limits, load_options, scene_list};
 use super::run::panics;
 use super::run::posed_frame::ignored_triangles;
+use super::scene_file::load_scene_file;
 use super::summary::Summary;
 use super::usage::UsageError;
 use crate::accel::BuildReport;
-use crate::import::{LoadOptions, load};
+use crate::import::LoadOptions;
 use crate::scene::pose;
 use crate::scene::{
     AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
@@ -56,7 +57,7 @@ pub fn run(args: &InfoArgs) -> Result<Summary, UsageError> {
 
 /// Reads a scene and returns its properties.
 fn read_properties(path: &Path, options: &LoadOptions, args: &InfoArgs) -> Result<Properties> {
-    let (scene, warnings) = load(path, options)?;
+    let (scene, warnings) = load_scene_file(path, options)?;
     let posed = pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
     let report = BuildReport::count_degenerate(&posed);
     let warnings = warnings.iter().map(ToString::to_string);

@@ -9,6 +9,7 @@ mod info;
 mod packaging;
 mod plan;
 mod run;
+mod scene_file;
 mod summary;
 mod usage;
 

@@ -21,7 +21,8 @@ mod tangents;
 use std::io::{self, Read};
 use std::path::Path;
 
-use crate::scene::{FileDigest, Scene};
+use crate::scene::{FileDigest, Scene, SourceFormat};
+use files::scene_input::SceneInput;
 
 pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
@@ -35,15 +36,36 @@ pub use smooth::NormalMode;
 const HEAD_BYTES: u64 = 4096;
 
 /// Loads a scene with all warnings. The format (glTF, GLB or OBJ) is detected from the content, then from the
-/// extension.
+/// extension, unless [`LoadOptions::format`] is set.
 ///
 /// # Errors
 /// The file cannot be read, is malformed, exceeds a limit or needs an unsupported feature. The error has the
 /// location in the file.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
+    load_input(SceneInput::File(path), path, options)
+}
+
+/// Loads a scene from memory, as [`load`] does. `path` names the scene, and its folder has the files that the scene
+/// refers to. The path itself need not exist.
+///
+/// # Errors
+/// As for [`load`].
+pub fn load_bytes(
+    bytes: &[u8],
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<(Scene, Vec<Warning>), LoadError> {
+    load_input(SceneInput::Memory(bytes), path, options)
+}
+
+fn load_input(
+    input: SceneInput,
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limit = options.limits.file_bytes;
     let mut head = Vec::new();
-    let file = files::read_file::open_scene_file(path, limit)?;
+    let (file, _) = input.open(limit)?;
     file.take(HEAD_BYTES).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
     if let Some(hint) = files::git_lfs::pointer_hint(&head) {
         return Err(LoadError::io(path, io::Error::new(io::ErrorKind::InvalidData, hint)));
@@ -52,15 +74,18 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
         return Err(LoadError::Unsupported(hint.into()));
     }
     let folder = files::scene_folder::SceneFolder::of(path, options.allow_outside);
-    let (mut scene, mut warnings) = if is_gltf(path, &head) {
-        let bytes = files::read_file::read_scene_file(path, limit)?;
-        folder.sources.record_scene(FileDigest::of(&bytes));
-        gltf::load(&bytes, &folder, options)?
-    } else {
-        if let Some(name) = options.variant.as_deref().filter(|name| *name != "none") {
-            return Err(gltf::unknown_variant(name, &[]));
+    let (mut scene, mut warnings) = match options.format.unwrap_or_else(|| detect_format(path, &head)) {
+        SourceFormat::Gltf => {
+            let bytes = input.read(limit)?;
+            folder.sources.record_scene(FileDigest::of(&bytes));
+            gltf::load(&bytes, &folder, options)?
         }
-        obj::load(path, &folder, options)?
+        SourceFormat::Obj => {
+            if let Some(name) = options.variant.as_deref().filter(|name| *name != "none") {
+                return Err(gltf::unknown_variant(name, &[]));
+            }
+            obj::load(input, &folder, options)?
+        }
     };
     warnings.extend(missing_uvs::warnings(&scene));
     scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
@@ -73,9 +98,12 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>),
 }
 
 /// Detects glTF by GLB's magic number, by JSON's first brace or by the extension.
-fn is_gltf(path: &Path, head: &[u8]) -> bool {
+fn detect_format(path: &Path, head: &[u8]) -> SourceFormat {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let first = text.iter().copied().find(|b| !b.is_ascii_whitespace());
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
-    head.starts_with(b"glTF") || first == Some(b'{') || extension.is_some_and(|e| e == "gltf" || e == "glb")
+    let is_gltf = head.starts_with(b"glTF")
+        || first == Some(b'{')
+        || extension.is_some_and(|e| e == "gltf" || e == "glb");
+    if is_gltf { SourceFormat::Gltf } else { SourceFormat::Obj }
 }

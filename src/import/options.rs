@@ -2,6 +2,7 @@
 
 use super::NormalMode;
 use super::files::limits::Limits;
+use crate::scene::SourceFormat;
 
 /// Selects one of the file's scenes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -28,6 +29,8 @@ pub enum UpAxis {
 pub struct LoadOptions {
     /// Limits that are checked before memory is allocated.
     pub limits: Limits,
+    /// The file's format; detected if `None`.
+    pub format: Option<SourceFormat>,
     /// The scene to load.
     pub scene: SceneChoice,
     /// The file's up axis.

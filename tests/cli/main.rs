@@ -38,6 +38,7 @@ mod lighting;
 mod process_limits;
 mod render;
 mod resume;
+mod scene_inputs;
 mod sequences;
 mod signals;
 mod turntable;

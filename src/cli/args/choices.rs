@@ -10,6 +10,7 @@ macro_rules! choices {
 }
 
 choices! {
+    FormatArg { Gltf, Glb, Obj }
     UpArg { Y, Z }
     HeatmapArg { Steps }
     FilterArg { Box, Tent, Gaussian, BlackmanHarris }

@@ -37,10 +37,7 @@ static FLAGS: [(&[&str], Equivalent); 42] = [
     (&["-a", "--render-anim"], Use("--frames")),
     (&["-e", "--frame-start", "--frame-end", "--frame-jump"], Use("--frames 1-48:2")),
     (&["--render-output", "--out", "--output-file"], Use("-o OUT")),
-    (
-        &["-F", "--render-format", "--format", "--file-format"],
-        Use("-o with an extension: .png, .exr, .jpg, .webp"),
-    ),
+    (&["-F", "--render-format", "--file-format"], Use("-o with an extension: .png, .exr, .jpg, .webp")),
     (&["-E", "--engine", "--renderer"], Use("--integrator phong")),
     (&["-b"], Unneeded("no window is ever opened")),
     (&["-S"], Use("--scene NAME")),

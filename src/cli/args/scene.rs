@@ -4,16 +4,19 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::choices::UpArg;
+use super::choices::{FormatArg, UpArg};
 use super::values;
 use crate::import::NormalMode;
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneArgs {
-    /// Scene files: .gltf, .glb or .obj
+    /// Scene files: .gltf, .glb or .obj; - for standard input
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
+    /// Format of the scene files, which is otherwise detected
+    #[arg(long, value_enum)]
+    pub format: Option<FormatArg>,
     /// Scene within the file, by name or index
     #[arg(long, value_name = "NAME|INDEX")]
     pub scene: Option<String>,

@@ -15,6 +15,7 @@ use super::console::{
 use super::files::create_parent_folder;
 use super::plan::{PathConflicts, Writer, scene_list, simd_level};
 use super::run::panics;
+use super::scene_file::is_stdin;
 use super::summary::Summary;
 use super::usage::UsageError;
 use crate::bench::{
@@ -40,6 +41,9 @@ struct Measurement {
 pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     let settings = settings(args)?;
     let scenes = if args.scenes.is_empty() { Vec::new() } else { scene_list(&args.scenes)? };
+    if scenes.iter().any(|scene| is_stdin(scene)) {
+        return Err(UsageError("bench reads scenes several times; save standard input to a file".into()));
+    }
     let mut summary = Summary::default();
     // Errors in files are found before minutes of measuring.
     let old = read_results("--compare", args.compare.as_deref())?;

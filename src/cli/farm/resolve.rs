@@ -17,6 +17,7 @@ use crate::cli::plan::RenderPlan;
 use crate::cli::run::progress::SceneLog;
 use crate::cli::run::scene_job::load_scene;
 use crate::cli::run::session::RenderSession;
+use crate::cli::scene_file::is_stdin;
 use crate::cli::usage::UsageError;
 use crate::scene::{PosedScene, Scene};
 
@@ -68,6 +69,11 @@ impl<'a> JobPlan<'a> {
             let count = plan.scenes.len();
             return Err(UsageError(format!("a job renders one scene, not {count}; make a job for each")));
         };
+        if is_stdin(scene) {
+            return Err(UsageError(
+                "the tasks of a job read their scene from a file; save standard input".into(),
+            ));
+        }
         if !plan.frames.is_sequence() {
             return Err(UsageError("a job renders several frames; add --frames".into()));
         }

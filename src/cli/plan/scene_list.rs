@@ -3,9 +3,10 @@
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use crate::cli::scene_file::{is_stdin, scene_path};
 use crate::cli::usage::UsageError;
 
-/// Expands scene arguments. `@FILE` stands for the paths in FILE, one per line, and `@-` for those on standard input;
+/// Expands scene arguments. `-` stands for a scene on standard input, `@FILE` stands for the paths in FILE, one per line, and `@-` for those on standard input;
 /// empty lines and lines that begin with `#` are skipped. A list is UTF-8, or UTF-16 with a byte order mark. A list
 /// that contains zero bytes has a path before each of them, as `find -print0` writes it.
 pub fn scene_list(args: &[PathBuf]) -> Result<Vec<PathBuf>, UsageError> {
@@ -16,8 +17,12 @@ pub fn scene_list(args: &[PathBuf]) -> Result<Vec<PathBuf>, UsageError> {
                 let error = |e: io::Error| UsageError(format!("@{list}: the list cannot be read: {e}"));
                 scenes.extend(parse(&read(list).and_then(to_ascii_superset).map_err(error)?));
             }
-            _ => scenes.push(arg.clone()),
+            _ => scenes.push(scene_path(arg).to_path_buf()),
         }
+    }
+    let is_list = |arg: &&PathBuf| arg.as_os_str() == "@-";
+    if scenes.iter().filter(|scene| is_stdin(scene)).count() + args.iter().filter(is_list).count() > 1 {
+        return Err(UsageError("standard input can be read only once; name it once".into()));
     }
     if scenes.is_empty() {
         return Err(UsageError("the lists contain no scene".into()));
@@ -106,6 +111,15 @@ mod tests {
             assert!(named(broken).unwrap_err().0.contains("invalid UTF-16"));
         }
         assert!(named(b"\xff\xfe").unwrap_err().0.contains("contain no scene"));
+    }
+
+    #[test]
+    fn standard_input_is_one_scene() {
+        let list = |args: &[&str]| scene_list(&args.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(list(&["a.glb", "-"]).unwrap(), ["a.glb", "/dev/stdin"].map(PathBuf::from));
+        for args in [&["-", "-"][..], &["-", "/dev/stdin"]] {
+            assert!(list(args).unwrap_err().0.contains("only once"), "{args:?}");
+        }
     }
 
     #[test]

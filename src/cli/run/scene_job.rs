@@ -17,7 +17,8 @@ use crate::batch::{FileDigests, fingerprint, run_pipeline};
 use crate::cli::console::print_stdout;
 use crate::cli::files::create_parent_folder;
 use crate::cli::plan::{OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer, load_limits};
-use crate::import::{LoadOptions, load, open_scene_file};
+use crate::cli::scene_file::{is_stdin, load_scene_file};
+use crate::import::{LoadOptions, open_scene_file};
 use crate::output::{Picture, check_overwrite, check_writable, encode_thumbnail, save};
 use crate::scene::{ClipBoundsCache, Scene, clip_duration};
 
@@ -39,7 +40,7 @@ impl SceneJob<'_> {
     pub fn run(&mut self) -> Result<()> {
         // If all images are up to date, the scene need not be read.
         let known = self.plan.frames.known().map(|frames| self.without_kept(frames));
-        if self.plan.dry_run {
+        if self.plan.dry_run && !is_stdin(self.path) {
             // Checks that the file exists and may be a scene.
             open_scene_file(self.path, load_limits(self.plan.max_memory).file_bytes)?;
         }
@@ -232,7 +233,7 @@ pub fn load_scene(plan: &RenderPlan, path: &Path, log: &SceneLog) -> Result<Scen
     let start = Instant::now();
     let options = &plan.options;
     let limits = load_limits(plan.max_memory);
-    let (mut scene, warnings) = load(path, &LoadOptions { limits, ..options.load.clone() })?;
+    let (mut scene, warnings) = load_scene_file(path, &LoadOptions { limits, ..options.load.clone() })?;
     let is_empty = scene.instances.is_empty();
     scene.select(&options.selection)?;
     log.stage("load", start, &format!("{} triangles", scene.instanced_triangle_count()));

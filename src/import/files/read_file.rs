@@ -2,9 +2,10 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::import::error::LoadError;
+use crate::import::files::escape::printable;
 use crate::import::files::git_lfs;
 
 /// Name of the limit on a file's size.
@@ -25,8 +26,33 @@ pub(crate) fn open_scene_file(path: &Path, limit: u64) -> Result<io::Take<File>,
         Ok(file) if e.kind() == io::ErrorKind::FileTooLarge => {
             LoadError::Limit { name: FILE_SIZE, requested: file.len(), allowed: limit }
         }
+        _ if e.kind() == io::ErrorKind::IsADirectory => {
+            LoadError::io(path, io::Error::new(e.kind(), folder_hint(path)))
+        }
         _ => LoadError::io(path, e),
     })
+}
+
+/// Number of scene files that the message about a folder names.
+const NAMED_SCENES: usize = 4;
+
+/// Explains what to type instead of a folder.
+fn folder_hint(folder: &Path) -> String {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_scene = |path: &PathBuf| {
+        let extension = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
+        ["gltf", "glb", "obj"].iter().any(|scene| extension == *scene)
+    };
+    let mut scenes: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_scene).collect();
+    scenes.sort();
+    let names = scenes.iter().take(NAMED_SCENES).map(|path| printable(&path.to_string_lossy()));
+    let names = names.collect::<Vec<_>>().join(" or ");
+    match scenes.len() {
+        0 => "a folder without .gltf, .glb or .obj files; name a scene file".to_string(),
+        1 => format!("a folder; name the scene in it: {names}"),
+        count if count <= NAMED_SCENES => format!("a folder; name a scene in it: {names}"),
+        count => format!("a folder; name a scene in it, such as {names} ({count} scenes)"),
+    }
 }
 
 /// Opens a regular file of at most `limit` bytes. Folders, pipes and devices, which may never end, are
@@ -37,6 +63,9 @@ pub(crate) fn open_scene_file(path: &Path, limit: u64) -> Result<io::Take<File>,
 pub(crate) fn open_regular_file(path: &Path, limit: u64) -> io::Result<File> {
     // Checked before opening: opening a pipe without a writer blocks.
     let metadata = std::fs::metadata(path)?;
+    if metadata.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "a folder, not a file"));
+    }
     if !metadata.is_file() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
     }

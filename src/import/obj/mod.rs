@@ -32,14 +32,13 @@ mod textures;
 mod vertex_dedup;
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::error::{LoadError, Warning, Warnings};
 use super::memory::MemoryBudget;
 use super::{Limits, LoadOptions, UpAxis};
-use crate::import::files::{escape::printable, scene_folder::SceneFolder};
+use crate::import::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
 use crate::scene::{FileDigest, HashingReader, Instance, LocalTransform, Node, Scene, Source, SourceFormat};
 use fast_parser::ParsedChunks;
 use geometry::ObjGeometry;
@@ -50,17 +49,17 @@ use textures::TextureLibrary;
 
 /// Loads an OBJ file with its MTL files and textures.
 pub(super) fn load(
-    path: &Path,
+    input: SceneInput,
     folder: &SceneFolder,
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limits = &options.limits;
     let budget = MemoryBudget::new(limits.memory_bytes);
-    let mut file = parse_file(path, folder, limits, &budget, None)?;
+    let mut file = parse_file(input, folder, limits, &budget, None)?;
     if let Some(centre) = recenter::far_centre(&file.geometry) {
         // Free the first result before the second is parsed.
         drop(file);
-        file = parse_file(path, folder, limits, &MemoryBudget::new(limits.memory_bytes), Some(centre))?;
+        file = parse_file(input, folder, limits, &MemoryBudget::new(limits.memory_bytes), Some(centre))?;
     }
     build_scene(file, folder, options, &budget)
 }
@@ -76,14 +75,13 @@ struct ParsedFile {
 
 /// Parses a file with the fast parser, or else with the lenient one.
 fn parse_file(
-    path: &Path,
+    input: SceneInput,
     folder: &SceneFolder,
     limits: &Limits,
     budget: &MemoryBudget,
     origin: Option<DVec3>,
 ) -> Result<ParsedFile, LoadError> {
-    let file = crate::import::files::read_file::open_scene_file(path, limits.file_bytes)?;
-    let bytes = file.get_ref().metadata().map_err(|e| LoadError::io(path, e))?.len();
+    let (file, bytes) = input.open(limits.file_bytes)?;
     budget.charge_obj(bytes)?;
     let mut file = HashingReader::new(file);
     if let Some(parsed) = parse_fast(&mut file, CHUNK_BYTES, limits, origin) {
@@ -91,7 +89,7 @@ fn parse_file(
         return Ok(parsed);
     }
     budget.charge_obj_lenient(bytes)?;
-    let bytes = crate::import::files::read_file::read_scene_file(path, limits.file_bytes)?;
+    let bytes = input.read(limits.file_bytes)?;
     folder.sources.record_scene(FileDigest::of(&bytes));
     parse_lenient(&bytes, limits, origin)
 }

@@ -3,8 +3,8 @@
 use super::{RenderOptions, camera, lights};
 use crate::cli::args::values::AovSelection;
 use crate::cli::args::{
-    CommonArgs, CullArg, FilterArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg, RenderOptionArgs,
-    SceneArgs, ShadingArgs, UpArg, ViewArg,
+    CommonArgs, CullArg, FilterArg, FormatArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
+    RenderOptionArgs, SceneArgs, ShadingArgs, UpArg, ViewArg,
 };
 use crate::cli::usage::UsageError;
 use crate::display::{Background, ViewTransform};
@@ -12,7 +12,7 @@ use crate::geometry::Rgb;
 use crate::import::{Limits, LoadOptions, SceneChoice, UpAxis};
 use crate::integrator::{Aov, MaterialOverrides, Stage};
 use crate::render::{AdaptiveSampling, PixelFilter, RenderSettings};
-use crate::scene::{GroundKind, Selection};
+use crate::scene::{GroundKind, Selection, SourceFormat};
 
 impl RenderOptions {
     /// Resolves arguments. `limits` apply to the environment map.
@@ -57,6 +57,10 @@ impl RenderOptions {
 pub fn load_options(args: &SceneArgs, common: &CommonArgs) -> LoadOptions {
     LoadOptions {
         limits: Limits::default(),
+        format: args.format.map(|format| match format {
+            FormatArg::Gltf | FormatArg::Glb => SourceFormat::Gltf,
+            FormatArg::Obj => SourceFormat::Obj,
+        }),
         scene: args.scene.clone().map_or(SceneChoice::Default, SceneChoice::Named),
         variant: args.variant.clone(),
         up: match args.up {

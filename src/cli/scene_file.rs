@@ -1,0 +1,39 @@
+//! Scenes of the command line: files, and standard input.
+
+use std::io::{Read, stdin};
+use std::path::Path;
+
+use crate::import::{LoadError, LoadOptions, Warning, load, load_bytes};
+use crate::scene::Scene;
+
+/// Path that stands for standard input, as on Linux and macOS. The argument `-` is short for it.
+const STDIN: &str = "/dev/stdin";
+
+/// Returns the path of a scene argument.
+pub fn scene_path(arg: &Path) -> &Path {
+    if arg == Path::new("-") { Path::new(STDIN) } else { arg }
+}
+
+/// Returns true for standard input, which can be read only once.
+pub fn is_stdin(scene: &Path) -> bool {
+    scene == Path::new(STDIN)
+}
+
+/// Loads a scene. References of a scene on standard input are relative to the current folder.
+///
+/// # Errors
+/// As for [`load`]; standard input cannot be read.
+pub fn load_scene_file(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
+    if !is_stdin(path) {
+        return load(path, options);
+    }
+    let mut bytes = Vec::new();
+    // One byte more than allowed makes the importer report the limit.
+    let limit = options.limits.file_bytes.saturating_add(1);
+    let read = stdin().lock().take(limit).read_to_end(&mut bytes);
+    read.map_err(|cause| LoadError::Io { path: path.to_path_buf(), cause })?;
+    if bytes.is_empty() {
+        return Err(LoadError::Unsupported("standard input is empty; write a scene to it".into()));
+    }
+    load_bytes(&bytes, Path::new("stdin"), options)
+}
