@@ -123,6 +123,9 @@ fn a_folder_given_as_a_scene_names_the_scenes_in_it() {
     let (_dir, folder) = folder();
     fs::create_dir(folder.join("models")).unwrap();
     fails(&folder, &["render", "models"], 1, "a folder without .gltf, .glb or .obj files");
+    fs::create_dir(folder.join("models/lamp")).unwrap();
+    fs::write(folder.join("models/lamp/lamp.glb"), "").unwrap();
+    fails(&folder, &["render", "models"], 1, "name the scene in it: models/lamp/lamp.glb");
     let at = |name: &str| folder.join("models").join(name);
     fs::write(at("b.obj"), "").unwrap();
     fs::write(at("notes.txt"), "").unwrap();

@@ -38,12 +38,18 @@ const NAMED_SCENES: usize = 4;
 
 /// Explains what to type instead of a folder.
 fn folder_hint(folder: &Path) -> String {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let entries = |folder: &Path| -> Vec<PathBuf> {
+        std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
+    };
     let is_scene = |path: &PathBuf| {
         let extension = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
         ["gltf", "glb", "obj"].iter().any(|scene| extension == *scene)
     };
-    let mut scenes: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_scene).collect();
+    let direct = entries(folder);
+    let mut scenes: Vec<PathBuf> = direct.iter().filter(|path| is_scene(path)).cloned().collect();
+    if scenes.is_empty() {
+        scenes = direct.iter().flat_map(|inner| entries(inner)).filter(is_scene).collect();
+    }
     scenes.sort();
     let names = scenes.iter().take(NAMED_SCENES).map(|path| printable(&path.to_string_lossy()));
     let names = names.collect::<Vec<_>>().join(" or ");
