@@ -60,6 +60,10 @@ pub(super) fn split_numbers(list: &str, counts: Counts) -> Option<NumberList<'_>
     {
         return Some(NumberList { words, commas: Commas::Decimal });
     }
+    // Blanks already separate the numbers, but their notation is another: `1.234,5` with thousands separators.
+    if words.len() > 1 && counts.blanks.contains(&words.len()) {
+        return None;
+    }
     let parts: Vec<&str> = words.iter().flat_map(|word| word.split(',')).filter(|p| !p.is_empty()).collect();
     let in_pairs = words.iter().all(|word| word.matches(',').count() % 2 == 1 && !word.contains('.'));
     let is_list = counts.commas.contains(&parts.len());
