@@ -33,7 +33,7 @@ mod turntable;
 mod view;
 
 pub use animation::animated_properties::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
-pub use animation::clip_bounds::ClipBoundsCache;
+pub use animation::bounds_cache::ClipBoundsCache;
 pub use animation::keyframes::{Animation, Channel, ChannelTarget, Interpolation, Keyframes};
 pub use animation::playback::{AnimationChoice, PoseError, active_animations, clip_duration};
 pub use animation::pose::{PoseSettings, pose};

@@ -134,7 +134,7 @@ impl Material {
         let vec3 = || Vec3::new(at(0), at(1), at(2));
         match property {
             MaterialProperty::Base | MaterialProperty::Diffuse => {
-                if self.is_specular_glossiness() == (property == MaterialProperty::Diffuse) {
+                if self.has_base_property(property) {
                     (self.base_color.factor, self.alpha.factor) = (vec3(), at(3));
                 }
             }
@@ -163,6 +163,11 @@ impl Material {
             }
             _ => self.reflectance.set_property(property, vec3()),
         }
+    }
+
+    /// Returns true if this property, `Base` or `Diffuse`, is that of the material's model.
+    pub(super) fn has_base_property(&self, property: MaterialProperty) -> bool {
+        self.is_specular_glossiness() == (property == MaterialProperty::Diffuse)
     }
 
     /// Returns true for the specular-glossiness model. Metallic-roughness properties, which such

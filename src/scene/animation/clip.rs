@@ -3,11 +3,12 @@
 
 use crate::geometry::{Aabb, Sphere};
 use crate::scene::PosedScene;
-use crate::scene::animation::clip_bounds::{ClipBounds, ClipBoundsCache, ClipSampler};
+use crate::scene::animation::bounds_cache::{ClipBounds, ClipBoundsCache};
+use crate::scene::animation::clip_bounds::ClipSampler;
 use crate::scene::animation::playback::active_animations;
 
 impl PosedScene<'_> {
-    /// Returns the bounds of everything visible at any time of the animations that play, in world
+    /// Returns the bounds of all triangles that can be seen at any time of the animations that play, in world
     /// coordinates. They are the same for all times. Without animations they are
     /// [`PosedScene::bounds`].
     ///
@@ -16,7 +17,7 @@ impl PosedScene<'_> {
         self.cached_clip_bounds().bounds
     }
 
-    /// Returns a bounding sphere of everything visible at any time of the animations that play, in world
+    /// Returns a bounding sphere of all triangles that can be seen at any time of the animations that play, in world
     /// coordinates. It is the same for all times. Without animations it is
     /// [`PosedScene::bounding_sphere`].
     ///
@@ -29,7 +30,7 @@ impl PosedScene<'_> {
     /// Returns the number of sampled times if the clip bounds were computed, at this time or at another
     /// that shares the cache; 0 if nothing moves.
     pub fn clip_sample_count(&self) -> Option<usize> {
-        self.clip_bounds_cache.get().map(|bounds| bounds.samples)
+        self.clip_bounds_cache.clip().map(|bounds| bounds.samples)
     }
 
     /// Returns the cache that times of the same clip share.
@@ -44,9 +45,9 @@ impl PosedScene<'_> {
     }
 
     fn cached_clip_bounds(&self) -> &ClipBounds {
-        self.clip_bounds_cache.get_or_init(|| {
+        self.clip_bounds_cache.clip_or_init(|| {
             let active = active_animations(self.scene, self.animation()).unwrap_or_default();
-            let sampler = ClipSampler::new(self.scene, active);
+            let sampler = ClipSampler::new(self.scene, active, &self.clip_bounds_cache);
             sampler.bounds().unwrap_or_else(|| ClipBounds {
                 bounds: self.bounds(),
                 sphere: self.bounding_sphere(),
@@ -145,7 +146,11 @@ mod tests {
     fn clip_bounds_contain_a_falling_ball_where_it_lands() {
         let local =
             LocalTransform::Trs { translation: DVec3::Y * 7.0, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
-        let mesh = Mesh { positions: vec![Vec3::NEG_ONE, Vec3::ONE], ..Mesh::default() };
+        let mesh = Mesh {
+            positions: vec![Vec3::NEG_ONE, Vec3::ONE, Vec3::new(1.0, -1.0, 1.0)],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        };
         let keys = Keyframes {
             times: vec![0.0, 1.0, 2.0],
             values: vec![0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 3.0, 4.0, 0.0],

@@ -1,18 +1,23 @@
 //! Bounds over an animation clip. Samples vertex positions at many times; clusters of vertices that are
 //! already inside the bounds are skipped.
+//!
+//! As for a single pose, all triangles are visited only if vertices that no triangle draws attain the bounds.
 
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::{Aabb, Sphere};
+use crate::scene::animation::bounds_cache::{ClipBounds, ClipBoundsCache};
+use crate::scene::animation::clip_alpha::ClipAlpha;
+use crate::scene::animation::drawn_triangles::{Rank, add_drawn_triangles, is_drawn};
+use crate::scene::animation::extremes::{BoxExtremes, Extremes, FarthestVertex, VertexAt};
 use crate::scene::animation::node_transforms::{InstancePose, NodeTransforms};
 use crate::scene::animation::playback::sample_times;
 use crate::scene::animation::skinned_cluster_bounds::SkinnedClusters;
 use crate::scene::animation::vertex_clusters::{
-    CLUSTER_SIZE, VertexClusters, fold_points, transformed_bounds,
+    CLUSTER_SIZE, VertexClusters, add_points, transformed_bounds,
 };
 use crate::scene::{Animation, Instance, Mesh, Scene};
 
@@ -25,34 +30,12 @@ const VERTEX_BUDGET: usize = 1 << 25;
 /// Morph targets that cost as much as transforming a vertex.
 const MORPH_TARGETS_PER_VERTEX: usize = 4;
 
-/// Bounds over an animation clip, in world coordinates.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ClipBounds {
-    pub bounds: Aabb,
-    pub sphere: Sphere,
-    /// Number of sampled times.
-    pub samples: usize,
-}
-
-/// The bounds over an animation clip, once computed. Posed scenes of the same clip share it.
-#[derive(Clone, Debug, Default)]
-pub struct ClipBoundsCache(Arc<OnceLock<ClipBounds>>);
-
-impl ClipBoundsCache {
-    pub(super) fn get(&self) -> Option<&ClipBounds> {
-        self.0.get()
-    }
-
-    pub(super) fn get_or_init(&self, compute: impl FnOnce() -> ClipBounds) -> &ClipBounds {
-        self.0.get_or_init(compute)
-    }
-}
-
 /// Samples the visible vertices of a clip. Positions are in world space, not relative to a centre, so that
 /// rounding does not depend on the posed scene that requests the bounds.
 pub(super) struct ClipSampler<'s> {
     scene: &'s Scene,
     active: Vec<&'s Animation>,
+    cache: &'s ClipBoundsCache,
     /// Sample times. Empty if nothing moves.
     times: Vec<f64>,
     /// One flag for each instance.
@@ -65,7 +48,7 @@ pub(super) struct ClipSampler<'s> {
 
 impl<'s> ClipSampler<'s> {
     /// Chooses the sample times, and clusters the meshes.
-    pub fn new(scene: &'s Scene, active: Vec<&'s Animation>) -> ClipSampler<'s> {
+    pub fn new(scene: &'s Scene, active: Vec<&'s Animation>, cache: &'s ClipBoundsCache) -> ClipSampler<'s> {
         let is_animated = scene.animated_instances(active.iter().copied());
         let mesh = |i: &Instance| &scene.meshes[i.mesh as usize];
         let animated = scene.instances.iter().zip(&is_animated).filter(|m| *m.1);
@@ -88,7 +71,7 @@ impl<'s> ClipSampler<'s> {
                 skinned_clusters.entry((i.mesh, i.skin)).or_insert_with(new);
             }
         }
-        ClipSampler { scene, active, times, is_animated, clusters, skinned_clusters }
+        ClipSampler { scene, active, cache, times, is_animated, clusters, skinned_clusters }
     }
 
     /// Computes the bounds over the clip; `None` if nothing moves.
@@ -96,67 +79,73 @@ impl<'s> ClipSampler<'s> {
         if self.times.is_empty() {
             return None;
         }
-        let join = |mut a: Aabb, b: Aabb| {
-            a.extend_box(&b);
-            a
-        };
-        let bounds = self.fold(Aabb::EMPTY, |bounds, b| bounds.contains_box(&b), Aabb::extend, join);
+        let bounds = self.find_extremes(BoxExtremes::EMPTY).bounds;
         // Adding 0 turns −0 into 0: which zero came first depends on the threads.
         let bounds = Aabb { min: bounds.min + 0.0, max: bounds.max + 0.0 };
         let centre = bounds.centre();
-        let covers = |r2: &f64, b: Aabb| b.max_distance_squared(centre) <= *r2;
-        let add = |r2: &mut f64, p: DVec3| {
-            if p.is_finite() {
-                *r2 = r2.max(p.distance_squared(centre));
-            }
-        };
-        let r2 = self.fold(0.0, covers, add, f64::max);
+        let r2 = self.find_extremes(FarthestVertex::from(centre)).distance_squared;
         let sphere = Sphere { centre, radius: if r2 > 0.0 { r2.sqrt() } else { 1.0 } };
         Some(ClipBounds { bounds, sphere, samples: self.times.len() })
     }
 
-    /// Folds `add` over every visible vertex at all times. Skips clusters whose bounds cannot change the
-    /// result, as `covers` says. `join` merges the results of threads.
-    fn fold<T: Copy + Send + Sync>(
-        &self,
-        identity: T,
-        covers: impl Fn(&T, Aabb) -> bool + Sync,
-        add: impl Fn(&mut T, DVec3) + Sync,
-        join: impl Fn(T, T) -> T + Sync + Send,
-    ) -> T {
-        let Some((&first, others)) = self.times.split_first() else { return identity };
-        let step = |time: f64, animated: bool, (mut result, mut scratch): (T, Vec<Vec3>)| {
-            self.fold_at(time, animated, &mut result, &mut scratch, &covers, &add);
-            (result, scratch)
-        };
-        // Static instances are folded once. All threads start from the result of the first time.
-        let (start, _) = step(first, true, step(first, false, (identity, Vec::new())));
-        let begin = || (start, Vec::with_capacity(CLUSTER_SIZE));
-        let results = others.par_iter().fold(begin, |state, &time| step(time, true, state));
-        results.map(|(result, _)| result).reduce(|| start, join)
+    /// Finds the extremes over the corners of all triangles that can be seen at some time.
+    fn find_extremes<E: Extremes>(&self, start: E) -> E {
+        let alpha = self.cache.alpha(self.scene, || self.active.clone());
+        if self.cache.drawn().is_none() {
+            let found = self.over_all_times(start, |time, which, e: &mut E, scratch| {
+                self.add_vertices(time, which, e, scratch);
+            });
+            if found.vertices().iter().all(|at| self.is_drawn(at, alpha)) {
+                return found;
+            }
+        }
+        let drawn = self.cache.drawn_or_init(self.scene);
+        let clusters: Vec<_> = (0..self.scene.meshes.len())
+            .map(|mesh| self.clusters[mesh].as_ref().map(|_| drawn.of(self.scene, mesh as u32, alpha)))
+            .map(|points| points.map(VertexClusters::in_order))
+            .collect();
+        self.over_all_times(start, |time, which, e: &mut E, scratch| {
+            self.add_triangles(time, which, &clusters, alpha, e, scratch);
+        })
     }
 
-    /// Folds at one time, over either the animated or the static instances. `scratch` holds the positions of
-    /// a cluster.
-    fn fold_at<T>(
+    /// Adds the instances at all times, on all threads. `add` includes the animated or the static instances at one
+    /// time; its last argument is memory to reuse.
+    fn over_all_times<E: Extremes>(
         &self,
-        time: f64,
-        animated: bool,
-        result: &mut T,
+        start: E,
+        add: impl Fn(usize, Moving, &mut E, &mut Vec<Vec3>) + Sync,
+    ) -> E {
+        let step = |time: usize, (mut extremes, mut scratch): (E, Vec<Vec3>)| {
+            add(time, Moving::Animated, &mut extremes, &mut scratch);
+            (extremes, scratch)
+        };
+        // Static instances are added once. All threads start from the result of the first time.
+        let mut first = start;
+        add(0, Moving::Static, &mut first, &mut Vec::new());
+        let (first, _) = step(0, (first, Vec::new()));
+        let begin = || (first, Vec::with_capacity(CLUSTER_SIZE));
+        let results = (1..self.times.len()).into_par_iter().fold(begin, |state, time| step(time, state));
+        results.map(|(extremes, _)| extremes).reduce(|| first, E::join)
+    }
+
+    /// Includes the vertices of visible instances at one time.
+    fn add_vertices<E: Extremes>(
+        &self,
+        time: usize,
+        which: Moving,
+        extremes: &mut E,
         scratch: &mut Vec<Vec3>,
-        covers: impl Fn(&T, Aabb) -> bool,
-        add: impl Fn(&mut T, DVec3),
     ) {
-        let nodes = NodeTransforms::at(self.scene, &self.active, time);
-        let instances = self.scene.instances.iter().zip(&self.is_animated);
-        for (instance, _) in instances.filter(|(_, is_animated)| **is_animated == animated) {
-            if !nodes.visible[instance.node as usize] {
+        let nodes = NodeTransforms::at(self.scene, &self.active, self.times[time]);
+        for (at, instance) in self.visible_instances(time, which, &nodes) {
+            let InstancePose { to_world, deformer, .. } = nodes.pose_instance(instance);
+            if Rank::of(&to_world.matrix3) == Rank::Line {
                 continue;
             }
-            let InstancePose { to_world, deformer, .. } = nodes.pose_instance(instance);
             let Some(deformer) = deformer else {
                 if let Some(clusters) = &self.clusters[instance.mesh as usize] {
-                    clusters.fold(&to_world, result, &covers, &add);
+                    clusters.add_to(&to_world, at, extremes);
                 }
                 continue;
             };
@@ -164,14 +153,79 @@ impl<'s> ClipSampler<'s> {
             let count = self.scene.meshes[instance.mesh as usize].positions.len();
             for (cluster, first) in (0..count).step_by(CLUSTER_SIZE).enumerate() {
                 let bounds = clusters.and_then(|clusters| clusters.bounds(cluster, &deformer));
-                if bounds.is_some_and(|b| covers(result, transformed_bounds(&to_world, &b))) {
+                if bounds.is_some_and(|b| extremes.covers(&transformed_bounds(&to_world, &b))) {
                     continue;
                 }
                 deformer.deform_positions(first..(first + CLUSTER_SIZE).min(count), scratch);
-                fold_points(&to_world, scratch, result, &add);
+                add_points(&to_world, scratch, at, extremes, |i| (first + i) as u32);
             }
         }
     }
+
+    /// Includes the triangles that can be seen at one time. `clusters` are those of the drawn vertices.
+    fn add_triangles<E: Extremes>(
+        &self,
+        time: usize,
+        which: Moving,
+        clusters: &[Option<VertexClusters>],
+        alpha: &ClipAlpha,
+        extremes: &mut E,
+        scratch: &mut Vec<Vec3>,
+    ) {
+        let nodes = NodeTransforms::at(self.scene, &self.active, self.times[time]);
+        for (at, instance) in self.visible_instances(time, which, &nodes) {
+            let InstancePose { to_world, deformer, .. } = nodes.pose_instance(instance);
+            let mesh = &self.scene.meshes[instance.mesh as usize];
+            match (Rank::of(&to_world.matrix3), &deformer, &clusters[instance.mesh as usize]) {
+                (Rank::Line, ..) => {}
+                (Rank::Full, None, Some(clusters)) => clusters.add_to(&to_world, at, extremes),
+                (_, Some(deformer), _) => {
+                    deformer.deform_positions(0..mesh.positions.len(), scratch);
+                    add_drawn_triangles(self.scene, mesh, scratch, &to_world, alpha, extremes);
+                }
+                _ => add_drawn_triangles(self.scene, mesh, &mesh.positions, &to_world, alpha, extremes),
+            }
+        }
+    }
+
+    /// Returns the animated or the static instances that are visible at one time.
+    fn visible_instances<'n>(
+        &'n self,
+        time: usize,
+        which: Moving,
+        nodes: &'n NodeTransforms,
+    ) -> impl Iterator<Item = (VertexAt, &'n Instance)> {
+        let instances = self.scene.instances.iter().zip(&self.is_animated).enumerate();
+        let chosen = instances.filter(move |(_, (instance, is_animated))| {
+            **is_animated == (which == Moving::Animated) && nodes.visible[instance.node as usize]
+        });
+        chosen.map(move |(i, (instance, _))| {
+            (VertexAt { time: time as u32, instance: i as u32, vertex: 0 }, instance)
+        })
+    }
+
+    /// Returns true if a triangle that can be seen uses a vertex.
+    fn is_drawn(&self, at: &VertexAt, alpha: &ClipAlpha) -> bool {
+        let nodes = NodeTransforms::at(self.scene, &self.active, self.times[at.time as usize]);
+        let instance = &self.scene.instances[at.instance as usize];
+        let mesh = &self.scene.meshes[instance.mesh as usize];
+        let InstancePose { to_world, deformer, .. } = nodes.pose_instance(instance);
+        let mut position = Vec::new();
+        is_drawn(self.scene, mesh, at.vertex, alpha, &to_world, |v| match &deformer {
+            Some(deformer) => {
+                deformer.deform_positions(v as usize..v as usize + 1, &mut position);
+                position[0]
+            }
+            None => mesh.positions[v as usize],
+        })
+    }
+}
+
+/// The instances that animations move, or the others.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Moving {
+    Animated,
+    Static,
 }
 
 /// Returns the cost of sampling a mesh once, in vertices.
@@ -183,9 +237,10 @@ fn sample_cost(mesh: &Mesh) -> usize {
 mod tests {
     use std::f32::consts::TAU;
 
-    use glam::{DAffine3, DQuat};
+    use glam::{DAffine3, DQuat, DVec3};
 
     use super::*;
+    use crate::scene::animation::extremes::CountingBox;
     use crate::scene::animation::playback::active_animations;
     use crate::scene::pose;
     use crate::scene::{
@@ -203,7 +258,8 @@ mod tests {
             Vec3::new(0.3 * angle.cos(), 4.0 * f32::from(i / SIDES) / f32::from(RINGS), 0.3 * angle.sin())
         };
         let positions: Vec<Vec3> = (0..RINGS * SIDES).map(point).collect();
-        Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() }
+        let triangles = (0..positions.len() as u32 - 2).map(|i| [i, i + 1, i + 2]).collect();
+        Mesh { positions, triangles, ..Mesh::default() }
     }
 
     fn skinned(mut mesh: Mesh) -> Mesh {
@@ -269,25 +325,21 @@ mod tests {
         scene
     }
 
-    fn sampler(scene: &Scene) -> ClipSampler<'_> {
-        ClipSampler::new(scene, active_animations(scene, &AnimationChoice::Default).unwrap())
+    fn sampler<'s>(scene: &'s Scene, cache: &'s ClipBoundsCache) -> ClipSampler<'s> {
+        ClipSampler::new(scene, active_animations(scene, &AnimationChoice::Default).unwrap(), cache)
     }
 
     /// Returns the number of vertices that computing the bounds visits, and their number over all times.
     fn visited_vertices(scene: &Scene) -> (usize, usize) {
-        let sampler = sampler(scene);
-        let covers = |found: &(Aabb, usize), b: Aabb| found.0.contains_box(&b);
-        let count = |found: &mut (Aabb, usize), p: DVec3| {
-            found.0.extend(p);
-            found.1 += 1;
-        };
-        let mut found = (Aabb::EMPTY, 0);
-        for &time in &sampler.times {
-            sampler.fold_at(time, true, &mut found, &mut Vec::new(), covers, count);
+        let cache = ClipBoundsCache::default();
+        let sampler = sampler(scene, &cache);
+        let mut found = CountingBox::default();
+        for time in 0..sampler.times.len() {
+            sampler.add_vertices(time, Moving::Animated, &mut found, &mut Vec::new());
         }
         let moving = scene.instances.iter().zip(&sampler.is_animated).filter(|m| *m.1);
         let all: usize = moving.map(|m| scene.meshes[m.0.mesh as usize].positions.len()).sum();
-        (found.1, all * sampler.times.len())
+        (found.points, all * sampler.times.len())
     }
 
     #[test]
@@ -305,7 +357,8 @@ mod tests {
             vec![tube(), morphing(skinned(tube())), broken],
         ] {
             let scene = scene(meshes);
-            let sampler = sampler(&scene);
+            let cache = ClipBoundsCache::default();
+            let sampler = sampler(&scene, &cache);
             assert!(sampler.times.len() > 50);
             let all = || {
                 sampler.times.iter().flat_map(|&time| {
@@ -334,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn few_vertices_are_visited_vertices() {
+    fn few_vertices_are_visited() {
         for meshes in [vec![tube()], vec![skinned(tube())], vec![morphing(tube())]] {
             let (visited, all) = visited_vertices(&scene(meshes));
             assert!(visited < all / 3, "{visited} of {all}");

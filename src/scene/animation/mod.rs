@@ -1,9 +1,13 @@
 //! Animation: keyframes, poses, morph targets and skinning, and bounds over a clip.
 
 pub(super) mod animated_properties;
+pub(super) mod bounds_cache;
 mod clip;
-pub(super) mod clip_bounds;
+mod clip_alpha;
+mod clip_bounds;
 mod deform;
+mod drawn_triangles;
+mod extremes;
 pub(super) mod keyframes;
 mod node_transforms;
 pub(super) mod playback;

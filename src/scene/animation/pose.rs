@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 
 use crate::geometry::{Aabb, Transform};
-use crate::scene::animation::clip_bounds::ClipBoundsCache;
+use crate::scene::animation::bounds_cache::ClipBoundsCache;
 use crate::scene::animation::node_transforms::{InstancePose, NodeTransforms};
 use crate::scene::animation::playback::{AnimationChoice, PoseError, active_animations};
 use crate::scene::animation::posed_scene::{PosedInstance, PosedScene};
@@ -28,6 +28,15 @@ pub struct PoseSettings {
 /// # Errors
 /// An animation index that the scene does not have.
 pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, PoseError> {
+    pose_with_cache(scene, at, ClipBoundsCache::default())
+}
+
+/// Poses `scene` with what other times of the same clip know of its bounds.
+fn pose_with_cache<'s>(
+    scene: &'s Scene,
+    at: &PoseSettings,
+    clip_bounds_cache: ClipBoundsCache,
+) -> Result<PosedScene<'s>, PoseError> {
     let active = active_animations(scene, &at.animation)?;
     let properties = AnimatedProperties::at(scene, &active, at.time);
     let nodes = NodeTransforms::at(scene, &active, at.time);
@@ -45,7 +54,7 @@ pub fn pose<'s>(scene: &'s Scene, at: &PoseSettings) -> Result<PosedScene<'s>, P
         visible: nodes.visible,
         animation: at.animation.clone(),
         bounds: Aabb::EMPTY,
-        clip_bounds_cache: ClipBoundsCache::default(),
+        clip_bounds_cache,
     };
     posed.bounds = posed.compute_bounds();
     let centre = at.centre.unwrap_or_else(|| posed.bounds.centre());
@@ -112,7 +121,7 @@ impl<'s> PosedScene<'s> {
     /// bounds.
     pub fn at_time(&self, time: f64) -> PosedScene<'s> {
         let settings = PoseSettings { time, animation: self.animation().clone(), centre: Some(self.centre) };
-        let posed = pose(self.scene, &settings).unwrap_or_else(|_| self.clone());
-        posed.with_clip_bounds_cache(self.clip_bounds_cache())
+        let cache = self.clip_bounds_cache().clone();
+        pose_with_cache(self.scene, &settings, cache).unwrap_or_else(|_| self.clone())
     }
 }

@@ -1,67 +1,131 @@
-//! Bounds of a posed scene, exact to the vertex. Clusters of vertices inside the bounds so far are skipped.
-
-use glam::DVec3;
+//! Bounds of a posed scene, exact to the corners of the triangles that can be seen.
+//!
+//! The extremes over all vertices are found first. Mostly, drawn triangles attain them, which is quickly checked.
+//! Only if not, all triangles are visited.
 
 use crate::geometry::{Aabb, Sphere};
+use crate::scene::animation::clip_alpha::ClipAlpha;
+use crate::scene::animation::drawn_triangles::{DrawnPoints, Rank, add_drawn_triangles, is_drawn};
+use crate::scene::animation::extremes::{BoxExtremes, Extremes, FarthestVertex, VertexAt};
+use crate::scene::animation::playback::active_animations;
 use crate::scene::animation::posed_scene::PosedScene;
-use crate::scene::animation::vertex_clusters::{VertexClusters, fold_points};
+use crate::scene::animation::vertex_clusters::{VertexClusters, add_points};
 
 impl PosedScene<'_> {
-    /// Computes the bounds of everything visible, relative to the centre.
+    /// Computes the bounds of the triangles that can be seen, relative to the centre.
     pub(super) fn compute_bounds(&self) -> Aabb {
-        self.fold_vertices(Aabb::EMPTY, |bounds, b| bounds.contains_box(&b), Aabb::extend)
+        self.find_extremes(BoxExtremes::EMPTY).bounds
     }
 
-    /// Computes a bounding sphere of everything visible, in world coordinates: centred at the centre of the
-    /// bounds, and as small as contains every vertex. Radius 1 if nothing is visible.
+    /// Computes a bounding sphere of the triangles that can be seen, in world coordinates: centred at the centre of
+    /// the bounds, and as small as contains every corner. Radius 1 if nothing can be seen.
     pub fn bounding_sphere(&self) -> Sphere {
         let centre = self.bounds.centre();
-        let covers = |r2: &f64, b: Aabb| b.max_distance_squared(centre) <= *r2;
-        let r2 = self.fold_vertices(0.0, covers, |r2, p| {
-            if p.is_finite() {
-                *r2 = f64::max(*r2, p.distance_squared(centre));
-            }
-        });
+        let r2 = self.find_extremes(FarthestVertex::from(centre)).distance_squared;
         let radius = if r2 > 0.0 { r2.sqrt() } else { 1.0 };
         Sphere { centre: centre + self.centre, radius }
     }
 
-    /// Folds `add` over every visible vertex, relative to the centre. Skips clusters whose bounds cannot
-    /// change the result, as `covers` says.
-    fn fold_vertices<T>(
-        &self,
-        mut result: T,
-        covers: impl Fn(&T, Aabb) -> bool,
-        add: impl Fn(&mut T, DVec3),
-    ) -> T {
-        let clusters = self.vertex_clusters();
-        for (i, instance) in self.instances.iter().enumerate().filter(|(_, i)| i.visible) {
-            let to_world = &instance.transform.affine;
-            let own = clusters[self.scene.instances[i].mesh as usize].as_ref();
-            match own.filter(|_| instance.deformed.is_none()) {
-                Some(own) => own.fold(to_world, &mut result, &covers, &add),
-                None => fold_points(to_world, self.positions(i as u32), &mut result, &add),
+    /// Finds the extremes over the corners of all triangles that can be seen, relative to the centre.
+    fn find_extremes<E: Extremes>(&self, start: E) -> E {
+        let cache = self.clip_bounds_cache();
+        let active = || active_animations(self.scene, self.animation()).unwrap_or_default();
+        let alpha = cache.alpha(self.scene, active);
+        if cache.drawn().is_none() {
+            let found = self.extremes_of_vertices(start);
+            if found.vertices().iter().all(|vertex| self.is_drawn(vertex, alpha)) {
+                return found;
             }
         }
-        result
+        self.extremes_of_triangles(start, cache.drawn_or_init(self.scene), alpha)
     }
 
-    /// Clusters the vertices of each mesh with several instances.
-    fn vertex_clusters(&self) -> Vec<Option<VertexClusters<'_>>> {
-        let mut instances = vec![0usize; self.scene.meshes.len()];
-        self.scene.instances.iter().for_each(|i| instances[i.mesh as usize] += 1);
-        let meshes = self.scene.meshes.iter().zip(instances);
-        meshes.map(|(mesh, n)| (n > 1).then(|| VertexClusters::new(&mesh.positions, n))).collect()
+    /// Finds the extremes over all vertices of visible instances.
+    fn extremes_of_vertices<E: Extremes>(&self, mut extremes: E) -> E {
+        let counts = self.instance_counts();
+        let mut clusters: Vec<Option<VertexClusters>> = counts.iter().map(|_| None).collect();
+        for i in self.spread_instances() {
+            let to_world = &self.instances[i as usize].transform.affine;
+            let at = VertexAt { instance: i, ..VertexAt::default() };
+            let mesh = self.scene.instances[i as usize].mesh as usize;
+            // Clusters pay off for several instances.
+            if self.instances[i as usize].deformed.is_none() && counts[mesh] > 1 {
+                let positions = &self.scene.meshes[mesh].positions;
+                clusters[mesh].get_or_insert_with(|| VertexClusters::new(positions, counts[mesh])).add_to(
+                    to_world,
+                    at,
+                    &mut extremes,
+                );
+            } else {
+                add_points(to_world, self.positions(i), at, &mut extremes, |v| v as u32);
+            }
+        }
+        extremes
+    }
+
+    /// Finds the extremes over the triangles that can be seen.
+    fn extremes_of_triangles<E: Extremes>(
+        &self,
+        mut extremes: E,
+        drawn: &DrawnPoints,
+        alpha: &ClipAlpha,
+    ) -> E {
+        let counts = self.instance_counts();
+        let mut clusters: Vec<Option<VertexClusters>> = counts.iter().map(|_| None).collect();
+        for i in self.spread_instances() {
+            let to_world = &self.instances[i as usize].transform.affine;
+            let mesh = self.scene.instances[i as usize].mesh;
+            let is_deformed = self.instances[i as usize].deformed.is_some();
+            if is_deformed || Rank::of(&to_world.matrix3) == Rank::Flat {
+                let positions = self.positions(i);
+                add_drawn_triangles(self.scene, self.mesh(i), positions, to_world, alpha, &mut extremes);
+            } else {
+                let count = counts[mesh as usize];
+                clusters[mesh as usize]
+                    .get_or_insert_with(|| VertexClusters::new(drawn.of(self.scene, mesh, alpha), count))
+                    .add_to(to_world, VertexAt::default(), &mut extremes);
+            }
+        }
+        extremes
+    }
+
+    /// Returns the visible instances whose transforms do not collapse them.
+    fn spread_instances(&self) -> impl Iterator<Item = u32> {
+        let is_spread = |i: &u32| {
+            let instance = &self.instances[*i as usize];
+            instance.visible && Rank::of(&instance.transform.affine.matrix3) != Rank::Line
+        };
+        (0..self.instances.len() as u32).filter(is_spread)
+    }
+
+    /// Returns the number of instances of each mesh.
+    fn instance_counts(&self) -> Vec<usize> {
+        let mut counts = vec![0; self.scene.meshes.len()];
+        self.scene.instances.iter().for_each(|i| counts[i.mesh as usize] += 1);
+        counts
+    }
+
+    /// Returns true if a triangle that can be seen uses a vertex.
+    fn is_drawn(&self, at: &VertexAt, alpha: &ClipAlpha) -> bool {
+        let to_world = &self.instances[at.instance as usize].transform.affine;
+        let positions = self.positions(at.instance);
+        is_drawn(self.scene, self.mesh(at.instance), at.vertex, alpha, to_world, |v| positions[v as usize])
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::{DAffine3, DMat3, Vec3};
+    use glam::{DAffine3, DMat3, DVec3, Vec3};
 
     use super::*;
+    use crate::scene::animation::extremes::CountingBox;
     use crate::scene::pose;
     use crate::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene};
+
+    /// Triangles between each three neighbours of `count` vertices.
+    fn strip(count: u32) -> Vec<[u32; 3]> {
+        (0..count - 2).map(|i| [i, i + 1, i + 2]).collect()
+    }
 
     /// Instances of a mesh: translated, rotated, mirrored and flattened by reproducible numbers.
     fn scene(copies: u32) -> Scene {
@@ -69,7 +133,7 @@ mod tests {
         let vector = |i: u32| DVec3::new(number(i), number(i + 1), number(i + 2));
         let mut positions: Vec<Vec3> = (0..500).map(|i| vector(7 * i).as_vec3()).collect();
         positions.extend([Vec3::NAN, Vec3::INFINITY]);
-        let mesh = Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() };
+        let mesh = Mesh { positions, triangles: strip(500), ..Mesh::default() };
         let mut scene =
             Scene { materials: vec![Material::default()], meshes: vec![mesh], ..Scene::default() };
         for i in 0..copies {
@@ -84,12 +148,7 @@ mod tests {
 
     /// Returns the number of vertices that computing the bounds visits.
     fn visited_vertices(posed: &PosedScene) -> usize {
-        let covers = |found: &(Aabb, usize), b: Aabb| found.0.contains_box(&b);
-        let count = |found: &mut (Aabb, usize), p: DVec3| {
-            found.0.extend(p);
-            found.1 += 1;
-        };
-        posed.fold_vertices((Aabb::EMPTY, 0), covers, count).1
+        posed.extremes_of_vertices(CountingBox::default()).points
     }
 
     #[test]
@@ -114,12 +173,13 @@ mod tests {
 
     /// All instances have the same bounds, except for rounding.
     #[test]
-    fn of_copies_in_one_place_few_vertices_are_visited_vertices() {
+    fn of_copies_in_one_place_few_vertices_are_visited() {
         let copies = 400;
         let mut scene = scene(copies);
         let turn = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8) * 1e-3;
         let of_sphere = |i: u32| DVec3::new(turn(i).cos(), turn(i).sin(), turn(7 * i).sin()).normalize();
         scene.meshes[0].positions = (0..6400).map(|i| of_sphere(i).as_vec3()).collect();
+        scene.meshes[0].triangles = strip(6400);
         scene.nodes.iter_mut().for_each(|node| node.local = LocalTransform::default());
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
         let visited = visited_vertices(&posed);

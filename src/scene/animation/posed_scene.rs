@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use crate::geometry::{Aabb, HitId, Transform};
-use crate::scene::animation::clip_bounds::ClipBoundsCache;
+use crate::scene::animation::bounds_cache::ClipBoundsCache;
 use crate::scene::animation::playback::AnimationChoice;
 use crate::scene::{DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedLight, Scene};
 
@@ -45,7 +45,7 @@ pub struct PosedScene<'s> {
     /// Visibility of the nodes.
     pub(super) visible: Vec<bool>,
     pub(super) animation: AnimationChoice,
-    /// Bounds of everything visible, relative to the centre.
+    /// Bounds of the triangles that can be seen, relative to the centre.
     pub(crate) bounds: Aabb,
     pub(super) clip_bounds_cache: ClipBoundsCache,
 }
@@ -116,13 +116,16 @@ impl<'s> PosedScene<'s> {
         [transform.point(a), transform.point(b), transform.point(c)]
     }
 
-    /// Returns the bounds of everything visible, in world coordinates (with the centre added).
+    /// Returns the bounds of the triangles that can be seen, in world coordinates (with the centre added).
+    ///
+    /// They hold the corners of all triangles with area at this time, except those whose alpha hides them at every
+    /// time of the animations that play. They are empty if there are none.
     pub fn bounds(&self) -> Aabb {
         let b = self.bounds;
         if b.is_empty() { b } else { Aabb { min: b.min + self.centre, max: b.max + self.centre } }
     }
 
-    /// Returns the radius of a sphere around the centre that contains everything visible.
+    /// Returns the radius of a sphere around the centre that contains all triangles that can be seen.
     pub fn bounding_radius(&self) -> f64 {
         let b = self.bounds;
         if b.is_empty() { 0.0 } else { b.min.abs().max(b.max.abs()).length() }

@@ -1,4 +1,4 @@
-//! Bounds of clusters of vertices. Folds over all vertices of a mesh skip clusters that cannot change the
+//! Bounds of clusters of vertices. Extremes over all vertices of a mesh skip clusters that cannot change the
 //! result.
 
 use std::borrow::Cow;
@@ -6,11 +6,14 @@ use std::borrow::Cow;
 use glam::{DAffine3, DVec3, UVec3, Vec3};
 
 use crate::geometry::{Aabb, morton3};
+use crate::scene::animation::extremes::{Extremes, VertexAt};
 
 /// The vertices of a mesh in clusters of neighbours, in local coordinates. Many instances side by side may
 /// each extend the bounds a little, but only with a few of their clusters.
 pub(super) struct VertexClusters<'m> {
     points: Cow<'m, [Vec3]>,
+    /// Indices of the sorted vertices; empty if the points are in their order.
+    order: Vec<u32>,
     /// Points of a cluster. The last may have fewer.
     size: usize,
     boxes: Vec<Aabb>,
@@ -27,13 +30,16 @@ impl<'m> VertexClusters<'m> {
     /// are many, else makes a single cluster.
     pub fn new(positions: &'m [Vec3], instances: usize) -> VertexClusters<'m> {
         let bounds = bounds_of(positions);
-        let mut points = Cow::Borrowed(positions);
-        let mut size = positions.len().max(1);
-        if instances >= MIN_INSTANCES && size > CLUSTER_SIZE {
-            size = CLUSTER_SIZE;
-            points.to_mut().sort_by_cached_key(|p| morton_code(p.as_dvec3(), &bounds));
+        let mut clusters = VertexClusters::of(Cow::Borrowed(positions), positions.len().max(1), bounds);
+        if instances >= MIN_INSTANCES && positions.len() > CLUSTER_SIZE {
+            let point = |i: &u32| positions[*i as usize];
+            let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+            order.sort_by_cached_key(|i| morton_code(point(i).as_dvec3(), &bounds));
+            let points = order.iter().map(point).collect();
+            clusters =
+                VertexClusters { order, ..VertexClusters::of(Cow::Owned(points), CLUSTER_SIZE, bounds) };
         }
-        VertexClusters::of(points, size, bounds)
+        clusters
     }
 
     /// Clusters the vertices in their order: files mostly store neighbours together.
@@ -43,38 +49,40 @@ impl<'m> VertexClusters<'m> {
 
     fn of(points: Cow<'m, [Vec3]>, size: usize, bounds: Aabb) -> VertexClusters<'m> {
         let boxes = points.chunks(size).map(bounds_of).collect();
-        VertexClusters { points, size, boxes, bounds }
+        VertexClusters { points, order: Vec::new(), size, boxes, bounds }
     }
 
-    /// Folds `add` over the transformed vertices. Skips clusters whose bounds cannot change the result, as
-    /// `covers` says.
-    pub fn fold<T>(
-        &self,
-        to_world: &DAffine3,
-        result: &mut T,
-        covers: impl Fn(&T, Aabb) -> bool,
-        add: impl Fn(&mut T, DVec3),
-    ) {
-        let skip = |result: &T, b: &Aabb| !b.is_empty() && covers(result, transformed_bounds(to_world, b));
-        if skip(result, &self.bounds) {
+    /// Includes the transformed vertices of an instance. Skips clusters that cannot change the result.
+    pub fn add_to<E: Extremes>(&self, to_world: &DAffine3, instance: VertexAt, extremes: &mut E) {
+        let skip = |e: &E, b: &Aabb| !b.is_empty() && e.covers(&transformed_bounds(to_world, b));
+        if skip(extremes, &self.bounds) {
             return;
         }
-        for (points, b) in self.points.chunks(self.size).zip(&self.boxes) {
-            if !skip(result, b) {
-                fold_points(to_world, points, result, &add);
+        for (cluster, (points, b)) in self.points.chunks(self.size).zip(&self.boxes).enumerate() {
+            if skip(extremes, b) {
+                continue;
+            }
+            let first = cluster * self.size;
+            match self.order.get(first..first + points.len()) {
+                Some(order) => add_points(to_world, points, instance, extremes, |i| order[i]),
+                None => add_points(to_world, points, instance, extremes, |i| (first + i) as u32),
             }
         }
     }
 }
 
-/// Folds `add` over all transformed points.
-pub(super) fn fold_points<T>(
+/// Includes all transformed points. `vertex` returns the index of the vertex at a point.
+pub(super) fn add_points<E: Extremes>(
     to_world: &DAffine3,
     points: &[Vec3],
-    result: &mut T,
-    add: impl Fn(&mut T, DVec3),
+    instance: VertexAt,
+    extremes: &mut E,
+    vertex: impl Fn(usize) -> u32,
 ) {
-    points.iter().for_each(|&p| add(result, to_world.transform_point3(p.as_dvec3())));
+    for (i, p) in points.iter().enumerate() {
+        let at = VertexAt { vertex: vertex(i), ..instance };
+        extremes.add(to_world.transform_point3(p.as_dvec3()), at);
+    }
 }
 
 /// Returns the bounds of points.

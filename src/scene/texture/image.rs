@@ -2,6 +2,7 @@
 
 use glam::Vec4;
 
+use crate::scene::texture::max_mip::MaxMip;
 use crate::scene::texture::min_mip::MinMip;
 use crate::scene::texture::mips::MipMaps;
 use crate::scene::texture::texels::{Channels, TexelView, Texels, TextureChannel};
@@ -42,6 +43,11 @@ impl Image {
     /// Returns the min-mip pyramid of a channel.
     pub(crate) fn min_mip(&self, channel: TextureChannel) -> &MinMip {
         self.mips.min_mip(self.view(), channel)
+    }
+
+    /// Returns the max-mip pyramid of a channel.
+    pub(crate) fn max_mip(&self, channel: TextureChannel) -> &MaxMip {
+        self.mips.max_mip(self.view(), channel)
     }
 
     /// Returns the texels at full resolution.

@@ -54,10 +54,25 @@ impl MinLevel {
 impl MinMip {
     /// Computes the minima of a channel.
     pub fn new(image: TexelView, channel: TextureChannel) -> MinMip {
+        MinMip::of_mapped(image, channel, |value, _one| value)
+    }
+
+    /// Computes the minima of one minus a channel.
+    pub fn of_complement(image: TexelView, channel: TextureChannel) -> MinMip {
+        MinMip::of_mapped(image, channel, |value, one| one - value)
+    }
+
+    /// Computes the minima of `map(value, one)` of a channel, as the image stores its values.
+    fn of_mapped(image: TexelView, channel: TextureChannel, map: impl Fn(u16, u16) -> u16) -> MinMip {
         let layout = Layout { width: image.width as usize, channels: image.channels as usize };
-        let (finest, one) = match image.texels {
-            Texels::U8(texels) => (finest(texels, layout, channel, u8::MAX), u16::from(u8::MAX)),
-            Texels::U16(texels) => (finest(texels, layout, channel, u16::MAX), u16::MAX),
+        let one = match image.texels {
+            Texels::U8(_) => u16::from(u8::MAX),
+            Texels::U16(_) => u16::MAX,
+        };
+        let map = |value: u16| map(value, one);
+        let finest = match image.texels {
+            Texels::U8(texels) => finest(texels, layout, channel, one, map),
+            Texels::U16(texels) => finest(texels, layout, channel, one, map),
         };
         let mut levels = vec![finest];
         while let Some(finer) = levels.last().filter(|finer| finer.minima.len() > 1) {
@@ -93,8 +108,14 @@ impl MinMip {
     }
 }
 
-/// Computes the finest level. `one` is the greatest value of a channel.
-fn finest<T: Copy + Into<u16>>(texels: &[T], layout: Layout, channel: TextureChannel, one: T) -> MinLevel {
+/// Computes the finest level of mapped values. `one` is the greatest value of a channel.
+fn finest<T: Copy + Into<u16>>(
+    texels: &[T],
+    layout: Layout,
+    channel: TextureChannel,
+    one: u16,
+    map: impl Fn(u16) -> u16,
+) -> MinLevel {
     let channels = layout.channels;
     let colors = if channels < 3 { 1 } else { 3 };
     let nth = match channel {
@@ -102,16 +123,16 @@ fn finest<T: Copy + Into<u16>>(texels: &[T], layout: Layout, channel: TextureCha
         TextureChannel::G => 1.min(colors - 1),
         TextureChannel::B => colors - 1,
         TextureChannel::A if channels == colors => {
-            return MinLevel::new(texels, layout, FINEST_SHIFT, |_| one.into());
+            return MinLevel::new(texels, layout, FINEST_SHIFT, |_| map(one));
         }
         TextureChannel::A => channels - 1,
         // The minimum of the colours bounds their mean.
         TextureChannel::Mean => {
-            let min = |texel: &[T]| texel[..colors].iter().map(|&c| c.into()).min().unwrap_or(0);
+            let min = |texel: &[T]| texel[..colors].iter().map(|&c| map(c.into())).min().unwrap_or(0);
             return MinLevel::new(texels, layout, FINEST_SHIFT, min);
         }
     };
-    MinLevel::new(texels, layout, FINEST_SHIFT, |texel| texel[nth].into())
+    MinLevel::new(texels, layout, FINEST_SHIFT, |texel| map(texel[nth].into()))
 }
 
 #[cfg(test)]

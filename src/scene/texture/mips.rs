@@ -13,16 +13,19 @@ use glam::Vec4;
 use crate::scene::texture::downsample::{
     DownsampleFilter, Size, downsample_row, encode_means, filter_inputs,
 };
+use crate::scene::texture::max_mip::MaxMip;
 use crate::scene::texture::min_mip::MinMip;
 use crate::scene::texture::srgb::{linear_to_srgb, linear_to_srgb8};
 use crate::scene::texture::texels::{Channels, TexelView, Texels, TextureChannel};
 
-/// The mip maps of an image, and the min-mip pyramids of its channels. Computed on first use.
+/// The mip maps of an image, and the min-mip and max-mip pyramids of its channels. Computed on first use.
 #[derive(Clone, Debug, Default)]
 pub struct MipMaps {
     pyramids: [OnceLock<Vec<MipLevel>>; DownsampleFilter::COUNT],
     /// One for each [`TextureChannel`].
     min_mips: [OnceLock<MinMip>; 5],
+    /// One for each [`TextureChannel`].
+    max_mips: [OnceLock<MaxMip>; 5],
 }
 
 /// A mip level.
@@ -49,6 +52,11 @@ impl MipMaps {
     /// Returns the minima of a channel of `image`. The first caller computes them.
     pub(super) fn min_mip(&self, image: TexelView, channel: TextureChannel) -> &MinMip {
         self.min_mips[channel as usize].get_or_init(|| MinMip::new(image, channel))
+    }
+
+    /// Returns the maxima of a channel of `image`. The first caller computes them.
+    pub(super) fn max_mip(&self, image: TexelView, channel: TextureChannel) -> &MaxMip {
+        self.max_mips[channel as usize].get_or_init(|| MaxMip::new(image, channel))
     }
 }
 
