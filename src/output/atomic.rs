@@ -27,7 +27,8 @@ pub enum Overwrite {
 }
 
 /// Writes `bytes` to a temporary file beside `path` and renames it to `path`. After an error, and after an orderly
-/// shutdown, no temporary file is left. Symbolic links are followed; pipes and devices are appended to.
+/// shutdown, no temporary file is left. Symbolic links are followed; pipes and devices are appended to. A file that is
+/// replaced keeps its permissions.
 ///
 /// # Errors
 /// Errors of the file system, and a file that exists and must not be overwritten.
@@ -60,6 +61,11 @@ pub fn write_atomically_with(
     }
     let mut file = builder.tempfile_in(folder(&path)).map_err(without_path)?;
     write(file.as_file_mut())?;
+    #[cfg(unix)]
+    if let Ok(replaced) = path.metadata() {
+        // Some file systems have no permissions to set.
+        let _ = file.as_file().set_permissions(replaced.permissions());
+    }
     file.as_file().sync_data()?;
     match overwrite {
         Overwrite::Yes => file.persist(path),
@@ -129,6 +135,22 @@ mod tests {
         assert!(write_atomically(&path, b"three", Overwrite::No).is_err());
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
         assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_replaced_file_keeps_its_permissions() {
+        use std::os::unix::fs::PermissionsExt;
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a");
+        let mode = || std::fs::metadata(&path).unwrap().permissions().mode() & 0o7777;
+        write_atomically(&path, b"new", Overwrite::Yes).unwrap();
+        assert_eq!(mode() & 0o600, 0o600);
+        for kept in [0o600, 0o640, 0o664, 0o444, 0o755] {
+            std::fs::set_permissions(&path, std::fs::Permissions::from_mode(kept)).unwrap();
+            write_atomically(&path, b"replaced", Overwrite::Yes).unwrap();
+            assert_eq!(mode(), kept, "{kept:o}");
+        }
     }
 
     #[cfg(unix)]
