@@ -1,5 +1,7 @@
 //! `transforms.json`: the cameras of a dataset, in the format of NeRF tools (instant-ngp, nerfstudio).
 
+use std::collections::BTreeSet;
+
 use glam::{DMat3, DMat4, DVec3};
 use serde_json::{Map, Value, json};
 
@@ -35,6 +37,8 @@ pub struct DatasetView {
     pub layers: Vec<(&'static str, String)>,
     /// The camera of the image. Perspective.
     pub camera: Camera,
+    /// True if the image is known to show nothing.
+    pub is_empty: bool,
 }
 
 /// The properties that all images of a dataset share.
@@ -97,8 +101,20 @@ impl Dataset {
         let mut frame = Map::new();
         frame.insert("file_path".into(), json!(view.file));
         frame.extend(view.layers.iter().map(|(key, name)| (key.to_string(), json!(name))));
+        if view.is_empty {
+            frame.insert("empty".into(), json!(true));
+        }
         frame.insert("transform_matrix".into(), self.camera_to_world(&view.camera));
         Value::Object(frame)
+    }
+
+    /// Returns the images that a text of `transforms.json` marks as empty.
+    pub fn empty_images(text: &str) -> BTreeSet<String> {
+        let root: Value = serde_json::from_str(text).unwrap_or_default();
+        let frames = root["frames"].as_array().map(Vec::as_slice).unwrap_or_default();
+        let is_marked = |frame: &&Value| frame["empty"] == json!(true);
+        let name = |frame: &Value| Some(frame["file_path"].as_str()?.to_string());
+        frames.iter().filter(is_marked).filter_map(name).collect()
     }
 
     /// The lowest and the highest corner in the dataset's world.

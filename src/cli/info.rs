@@ -13,8 +13,9 @@ use super::run::posed_frame::ignored_triangles;
 use super::scene_file::load_scene_file;
 use super::summary::Summary;
 use super::usage::UsageError;
+use super::warning_filter::WarningFilter;
 use crate::accel::BuildReport;
-use crate::import::LoadOptions;
+use crate::import::{LoadOptions, Warning};
 use crate::scene::pose;
 use crate::scene::{
     AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
@@ -60,19 +61,35 @@ fn read_properties(path: &Path, options: &LoadOptions, args: &InfoArgs) -> Resul
     let (scene, warnings) = load_scene_file(path, options)?;
     let posed = pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
     let report = BuildReport::count_degenerate(&posed);
-    let warnings = warnings.iter().map(ToString::to_string);
-    let warnings: Vec<String> = warnings.chain(ignored_triangles(&report)).collect();
+    let warnings: Vec<Warning> = warnings
+        .into_iter()
+        .chain(ignored_triangles(&report).map(|message| Warning { location: String::new(), message }))
+        .collect();
     if args.common.strict
         && let Some(warning) = warnings.first()
     {
         return Err(strict_error(warning));
     }
+    let warnings = if args.json { all_lines(&warnings) } else { bounded_lines(&warnings) };
     let mut properties = properties(&posed, &report, &warnings);
     properties.insert("file".into(), json!(path.to_string_lossy()));
     if args.json {
         properties.extend(aov_ids(&scene));
     }
     Ok(properties)
+}
+
+fn all_lines(warnings: &[Warning]) -> Vec<String> {
+    warnings.iter().map(ToString::to_string).collect()
+}
+
+/// The first few warnings of each kind, and how many there are beyond.
+fn bounded_lines(warnings: &[Warning]) -> Vec<String> {
+    let mut filter = WarningFilter::default();
+    let admitted = warnings.iter().filter(|warning| filter.admit(&warning.message));
+    let mut lines: Vec<String> = admitted.map(ToString::to_string).collect();
+    lines.extend(filter.summary("use --json to print all"));
+    lines
 }
 
 fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String]) -> Properties {

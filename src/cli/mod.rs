@@ -12,6 +12,7 @@ mod run;
 mod scene_file;
 mod summary;
 mod usage;
+mod warning_filter;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -37,6 +38,10 @@ pub fn run() -> ExitCode {
 
 fn execute() -> ExitCode {
     let command_line = args::argv::join_values(std::env::args_os());
+    if args::argv::asks_for_version(&command_line) {
+        let version = concat!("blinn ", env!("CARGO_PKG_VERSION"), "\n");
+        return Summary::of_output(console::print_stdout(version.as_bytes())).exit();
+    }
     let argv = match args::config::merge_file(command_line.clone()) {
         Ok(argv) => argv,
         Err(error) => return error.exit(&command_line),

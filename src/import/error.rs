@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::fmt;
+use std::hash::{BuildHasherDefault, DefaultHasher, Hash, Hasher};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -93,17 +94,23 @@ impl fmt::Display for Warning {
     }
 }
 
+/// Longest location and longest message of a warning, in bytes. A long name that many objects share must not be
+/// stored for each.
+const MAX_TEXT: usize = 400;
+
 /// Collects warnings in order, without repetitions.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     list: Vec<Warning>,
-    known: HashSet<Warning>,
+    /// Hashes of the listed warnings, which take less memory than copies.
+    known: HashSet<u64, BuildHasherDefault<DefaultHasher>>,
 }
 
 impl Warnings {
     /// Adds a warning unless it is already in the list.
     pub fn add(&mut self, location: impl fmt::Display, message: impl fmt::Display) {
-        self.push(Warning { location: location.to_string(), message: message.to_string() });
+        let text = |text: String| if text.len() > MAX_TEXT { shortened(&text) } else { text };
+        self.push(Warning { location: text(location.to_string()), message: text(message.to_string()) });
     }
 
     /// Appends the warnings of another collection.
@@ -112,7 +119,9 @@ impl Warnings {
     }
 
     fn push(&mut self, warning: Warning) {
-        if self.known.insert(warning.clone()) {
+        let mut hasher = DefaultHasher::new();
+        warning.hash(&mut hasher);
+        if self.known.insert(hasher.finish()) {
             self.list.push(warning);
         }
     }
@@ -125,5 +134,32 @@ impl Warnings {
     #[cfg(test)]
     pub fn into_lines(self) -> Vec<String> {
         self.list.iter().map(ToString::to_string).collect()
+    }
+}
+
+/// Returns the beginning and the end of a long text.
+fn shortened(text: &str) -> String {
+    let head = text.floor_char_boundary(MAX_TEXT * 2 / 3);
+    let tail = text.ceil_char_boundary(text.len() - MAX_TEXT / 3);
+    format!("{} … {}", &text[..head], &text[tail..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_texts_are_shortened_and_repetitions_are_dropped() {
+        let mut warnings = Warnings::default();
+        for i in 0..3 {
+            let name = "ü".repeat(1_000_000);
+            warnings
+                .add(format!("materials[{i}].{name}"), format!("texture '{name}' is missing; used white"));
+            warnings.add("asset", "version is missing; used 2.0");
+        }
+        let list = warnings.into_vec();
+        assert_eq!(list.len(), 4);
+        assert!(list.iter().all(|w| w.location.len() <= MAX_TEXT + 9 && w.message.len() <= MAX_TEXT + 9));
+        assert!(list[2].location.starts_with("materials[1].ü") && list[0].message.ends_with("used white"));
     }
 }

@@ -6,6 +6,7 @@
 //! - `bench`: what `blinn bench` counts, writes, reads and compares
 //! - `camera`: `--orbit`, `--zoom`, f3d's camera flags, `--hide`, `--only-objects`
 //! - `datasets`: `turntable --views`, its layers and `transforms.json`
+//! - `empty_images`: images that show nothing, and the reason
 //! - `examples`: the programs in docs/examples; they need `cargo build --examples`
 //! - `exit_codes`: wrong files and command lines: one line and an exit code
 //! - `farm`: scripts for render farms, and their tasks run by a stand-in for the engine
@@ -19,6 +20,7 @@
 //! - `sequences`: many frames and many files: lists, names, configuration files, reports, progress
 //! - `signals`: interrupted renders
 //! - `turntable`: a model or a camera once around
+//! - `warnings`: how many are printed; `--version` and `--cull`
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -28,6 +30,7 @@ mod assemble;
 mod bench;
 mod camera;
 mod datasets;
+mod empty_images;
 mod examples;
 mod exit_codes;
 mod farm;
@@ -42,3 +45,4 @@ mod scene_inputs;
 mod sequences;
 mod signals;
 mod turntable;
+mod warnings;

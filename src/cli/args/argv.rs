@@ -36,6 +36,12 @@ pub fn join_values(argv: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     joined
 }
 
+/// True for --version or -V in any position, such as after a command.
+pub fn asks_for_version(argv: &[OsString]) -> bool {
+    let mut flags = argv.iter().skip(1).take_while(|arg| *arg != "--");
+    flags.any(|arg| arg == "--version" || arg == "-V")
+}
+
 /// True for a list of frames, and for text that is nothing else, so that its error mentions --frames.
 fn is_frame_list(arg: &OsString) -> bool {
     let Some(text) = arg.to_str() else { return false };
@@ -70,6 +76,22 @@ fn takes_value(arg: &OsStr) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_version_is_found_in_any_position() {
+        let asks =
+            |line: &str| asks_for_version(&line.split(' ').map(OsString::from).collect::<Vec<OsString>>());
+        for line in
+            ["blinn -V", "blinn --version", "blinn render --version", "blinn job slurm render a.glb -V"]
+        {
+            assert!(asks(line), "{line}");
+        }
+        for line in
+            ["--version", "blinn render -v a.glb", "blinn render -- --version", "blinn info --version=1"]
+        {
+            assert!(!asks(line), "{line}");
+        }
+    }
 
     #[test]
     fn lists_and_negative_numbers_are_joined_to_their_flags() {

@@ -20,7 +20,7 @@ choices! {
     UnitsArg { Auto, Standard, Unitless, Raw }
     IntegratorArg { Phong, Shadow, Diffuse, Color }
     GroundArg { Shadow, Plane }
-    CullArg { Auto, Off }
+    CullArg { Auto, Back, Off }
     TurnArg { Model, Camera }
     DirectionArg { Ccw, Cw }
     EaseArg { None, InOut }

@@ -212,7 +212,10 @@ pub struct ShadingArgs {
     /// Hide the objects and lights that match GLOB (repeatable)
     #[arg(long, value_name = "GLOB", value_parser = values::glob)]
     pub hide: Vec<Glob>,
-    /// Back-face culling of single-sided materials
+    /// Back faces that the camera sees through: those of single-sided materials (auto), of all materials (back), or
+    /// none (off)
+    ///
+    /// OBJ materials are double-sided. back removes the backs of doubled faces, and shows rooms from outside.
     #[arg(long, value_enum, default_value_t = CullArg::Auto)]
     pub cull: CullArg,
 }

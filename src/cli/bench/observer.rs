@@ -2,6 +2,7 @@
 
 use crate::bench::{BenchObserver, Workload};
 use crate::cli::console::{eprint_line, single_line, strict_error};
+use crate::cli::warning_filter::WarningFilter;
 use crate::import::Warning;
 
 pub struct ConsoleObserver {
@@ -18,13 +19,15 @@ impl BenchObserver for ConsoleObserver {
     }
 
     fn scene_loaded(&mut self, workload: &Workload, warnings: &[Warning]) -> Result<(), String> {
-        for warning in warnings {
-            if self.strict {
-                return Err(strict_error(warning).to_string());
-            }
-            if !self.quiet {
-                eprint_line(&single_line(&format!("warning: {}: {warning}", workload.name)));
-            }
+        if let Some(warning) = warnings.first().filter(|_| self.strict) {
+            return Err(strict_error(warning).to_string());
+        }
+        let mut filter = WarningFilter::default();
+        let admitted = warnings.iter().filter(|warning| filter.admit(&warning.message));
+        let mut lines: Vec<String> = admitted.map(ToString::to_string).collect();
+        lines.extend(filter.summary("use blinn info --json to print all"));
+        for line in lines.iter().filter(|_| !self.quiet) {
+            eprint_line(&single_line(&format!("warning: {}: {line}", workload.name)));
         }
         Ok(())
     }

@@ -28,7 +28,7 @@ pub use frames::{FrameSet, PlannedFrame};
 pub use memory_limit::load_limits;
 pub use outputs::{OutputKind, Outputs, Target};
 pub use path_conflicts::{PathConflicts, Writer};
-pub use render_options::{RenderOptions, TurntableRotation, load_options, natural_size};
+pub use render_options::{BackFaceCulling, RenderOptions, TurntableRotation, load_options, natural_size};
 pub use scene_list::scene_list;
 pub use simd_level::simd_level;
 

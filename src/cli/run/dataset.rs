@@ -1,5 +1,6 @@
 //! Writes `transforms.json`: the cameras of a dataset's images.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -33,16 +34,28 @@ pub struct TransformsFile<'a> {
 impl TransformsFile<'_> {
     /// Writes the file and returns its path, or `None` if it exists already and --no-overwrite keeps it.
     ///
-    /// It describes all views, also those that --only or --chunk leave out: all tasks of a farm write the same file.
-    /// `clip_bounds` holds the clip bounds that the images used.
-    pub fn write(&self, clip_bounds: &ClipBoundsCache) -> Result<Option<PathBuf>> {
+    /// It describes all views, also those that --only or --chunk leave out: all tasks of a farm write the same file,
+    /// except for the marks of empty images. Images that were not rendered keep the marks of an existing file.
+    /// `clip_bounds` holds the clip bounds that the images used; `views_shown` says which images show something.
+    pub fn write(
+        &self,
+        clip_bounds: &ClipBoundsCache,
+        views_shown: &BTreeMap<String, bool>,
+    ) -> Result<Option<PathBuf>> {
         let file = self.file();
         let replace = self.plan.outputs.replace;
-        let text = self.text(clip_bounds)?;
-        match write_atomically(&file, text.as_bytes(), replace) {
+        let (dataset, mut views) = self.describe(clip_bounds)?;
+        let marked = marks_of_same(&file, &dataset, &views).unwrap_or_default();
+        for view in &mut views {
+            let is_shown = views_shown.get(&view.file);
+            view.is_empty = is_shown.map_or_else(|| marked.contains(&view.file), |is_shown| !is_shown);
+        }
+        match write_atomically(&file, dataset.to_json(&views).as_bytes(), replace) {
             Ok(()) => Ok(Some(file)),
-            // Another task wrote the same file.
-            Err(_) if replace == Overwrite::No && has_content(&file, &text) => Ok(None),
+            // Another task wrote the same file, or writes it now.
+            Err(_) if replace == Overwrite::No && marks_of_same(&file, &dataset, &views).is_some() => {
+                Ok(None)
+            }
             Err(cause) => Err(SaveError { path: file, cause }.into()),
         }
     }
@@ -51,8 +64,11 @@ impl TransformsFile<'_> {
     pub fn check(&self) -> Result<()> {
         let file = self.file();
         let Err(error) = check_overwrite(&file, self.plan.outputs.replace) else { return Ok(()) };
-        if file.is_file() && has_content(&file, &self.text(&ClipBoundsCache::default())?) {
-            return Ok(());
+        if file.is_file() {
+            let (dataset, views) = self.describe(&ClipBoundsCache::default())?;
+            if marks_of_same(&file, &dataset, &views).is_some() {
+                return Ok(());
+            }
         }
         Err(error.into())
     }
@@ -61,7 +77,8 @@ impl TransformsFile<'_> {
         self.dataset.transforms_file(&self.plan.outputs, self.path, self.index)
     }
 
-    fn text(&self, clip_bounds: &ClipBoundsCache) -> Result<String> {
+    /// The content of the file, without marks of empty images.
+    fn describe(&self, clip_bounds: &ClipBoundsCache) -> Result<(Dataset, Vec<DatasetView>)> {
         let TransformsFile { plan, dataset, scene, .. } = *self;
         let options = &plan.options;
         let animation = options.animation(scene)?;
@@ -78,7 +95,8 @@ impl TransformsFile<'_> {
             bounds: posed.bounds(),
             depth_step: depth_step(plan, &start, size)?,
         };
-        Ok(dataset.to_json(&self.views(&posed, size)?))
+        let views = self.views(&posed, size)?;
+        Ok((dataset, views))
     }
 
     /// File names and cameras of all views.
@@ -100,14 +118,21 @@ impl TransformsFile<'_> {
                 file: name(image),
                 layers: layers.collect(),
                 camera: plan.options.camera(&frame, posed, size)?,
+                is_empty: false,
             });
         }
         Ok(views)
     }
 }
 
-fn has_content(file: &Path, text: &str) -> bool {
-    std::fs::read(file).is_ok_and(|bytes| bytes == text.as_bytes())
+/// The images that an existing file marks as empty, if the rest of its content is the same.
+fn marks_of_same(file: &Path, dataset: &Dataset, views: &[DatasetView]) -> Option<BTreeSet<String>> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let marked = Dataset::empty_images(&text);
+    let with_mark =
+        |view: &DatasetView| DatasetView { is_empty: marked.contains(&view.file), ..view.clone() };
+    let views: Vec<DatasetView> = views.iter().map(with_mark).collect();
+    (dataset.to_json(&views) == text).then_some(marked)
 }
 
 /// Metres per step of a dataset's 16-bit depth images, so that every point that a view can see has a depth. `None` if

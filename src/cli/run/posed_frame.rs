@@ -8,7 +8,7 @@ use glam::DAffine3;
 use super::framing::Framing;
 use super::progress::SceneLog;
 use crate::accel::{Accel, BuildReport, BuildSettings};
-use crate::cli::plan::{RenderOptions, TurntableRotation};
+use crate::cli::plan::{BackFaceCulling, RenderOptions, TurntableRotation};
 use crate::integrator::Frame;
 use crate::scene::{AxisRotation, Camera, Lighting, PosedScene};
 
@@ -94,7 +94,7 @@ impl<'a> SceneSetup<'a> {
         let lit = self.lighting.resolve(&frame.posed, light_camera);
         Ok(Frame {
             overrides: self.options.overrides,
-            cull_back_faces: self.options.cull,
+            cull_back_faces: self.options.cull != BackFaceCulling::Off,
             shadows: self.options.shadows,
             ambient_occlusion: self.framing.occlusion,
             ..Frame::new(&frame.posed, accel, camera, &lit)

@@ -1,5 +1,6 @@
 //! `blinn render` and `blinn turntable`: renders each scene of a plan.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -86,21 +87,26 @@ fn render_scene(
     report: &mut Option<Report>,
     summary: &mut Summary,
 ) -> Result<()> {
-    let log = SceneLog::new(reporter, path, plan.strict);
+    let mut log = SceneLog::new(reporter, path, plan.strict);
     if let Some(report) = report {
         report.begin_scene(path);
+        log = log.collecting();
     }
     let digests = FileDigests::with_limit(load_limits(plan.max_memory).file_bytes);
-    let mut job = SceneJob { plan, index, path, log: &log, report: report.as_mut(), digests, kept: 0 };
+    let report_page = report.as_mut();
+    let views_shown = BTreeMap::new();
+    let mut job =
+        SceneJob { plan, index, path, log: &log, report: report_page, digests, kept: 0, views_shown };
     let outcome = panics::catch(|| job.run());
     let kept = job.kept;
     reporter.scene_done(path);
     let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
+    let warnings = log.finish();
     if let Some(line) = &failure {
         reporter.fail(Some(path), line);
     }
     if let Some(page) = report
-        && let Err(error) = page.end_scene(&log.warnings(), kept, failure.as_deref())
+        && let Err(error) = page.end_scene(&warnings, kept, failure.as_deref())
     {
         // Images are rendered without the page.
         fail(summary, reporter, &Error::new(error).context("--report"));

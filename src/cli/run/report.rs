@@ -82,14 +82,15 @@ impl Report {
         self.add(&format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy())));
     }
 
-    /// Adds an image that was written to `file`. `thumbnail` is a JPEG.
-    pub fn add_image(&mut self, thumbnail: &[u8], file: &Path, render_time: Duration) {
+    /// Adds an image that was written to `file`. `thumbnail` is a JPEG. Marks an image that shows nothing.
+    pub fn add_image(&mut self, thumbnail: &[u8], file: &Path, render_time: Duration, is_empty: bool) {
+        let mark = if is_empty { " &middot; <span class=\"warning\">empty</span>" } else { "" };
         let thumbnail = BASE64_STANDARD.encode(thumbnail);
         let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
         self.images += 1;
         self.add(&format!(
             "<figure><a href=\"{}\"><img alt=\"\" src=\"data:image/jpeg;base64,{thumbnail}\"></a><figcaption>{} \
-             &middot; {:.2} s</figcaption></figure>\n",
+             &middot; {:.2} s{mark}</figcaption></figure>\n",
             escape_html(&self.link(file)),
             escape_html(&name),
             render_time.as_secs_f64()

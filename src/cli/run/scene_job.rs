@@ -1,5 +1,6 @@
 //! Renders one scene: from its file to its images.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -8,15 +9,18 @@ use anyhow::{Context, Error, Result};
 
 use super::animation_writer::AnimationWriter;
 use super::dataset::TransformsFile;
+use super::empty_images::EmptyImages;
 use super::memory_estimate;
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::{ImageMonitor, SceneLog};
 use super::report::{Report, THUMBNAIL_SIDE};
-use super::session::RenderSession;
+use super::session::{RenderSession, RenderedImage};
 use crate::batch::{FileDigests, fingerprint, run_pipeline};
 use crate::cli::console::print_stdout;
 use crate::cli::files::create_parent_folder;
-use crate::cli::plan::{OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer, load_limits};
+use crate::cli::plan::{
+    BackFaceCulling, OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer, load_limits,
+};
 use crate::cli::scene_file::{is_stdin, load_scene_file};
 use crate::import::{LoadOptions, open_scene_file};
 use crate::output::{Picture, check_overwrite, check_writable, encode_thumbnail, save};
@@ -34,6 +38,8 @@ pub struct SceneJob<'a> {
     pub digests: FileDigests,
     /// Number of images that --resume kept.
     pub kept: usize,
+    /// The written images of a dataset, by file name: true if they show something.
+    pub views_shown: BTreeMap<String, bool>,
 }
 
 impl SceneJob<'_> {
@@ -66,7 +72,7 @@ impl SceneJob<'_> {
             if frames.is_empty() { ClipBoundsCache::default() } else { self.render(&scene, &frames)? };
         // transforms.json comes last: if it exists, all images do.
         if let Some(transforms) = self.transforms_file(&scene)
-            && let Some(file) = transforms.write(&clip_bounds)?
+            && let Some(file) = transforms.write(&clip_bounds, &self.views_shown)?
         {
             self.log.reporter.wrote(Some(self.path), &file);
         }
@@ -124,21 +130,32 @@ impl SceneJob<'_> {
             _ => None,
         };
         let mut start = Some(start);
+        let empty_images = EmptyImages::default();
+        let log = self.log;
         run_pipeline(
             frames.len(),
             |i, previous, finished| prepare(&session.setup, frames[i].time, previous, finished, &mut start),
             |i, posed_frame| {
                 let since = Instant::now();
                 let monitor = ImageMonitor::new(reporter, path, session.pixels());
-                let picture = session.render(&frames[i], posed_frame, &monitor)?;
+                let image = session.render(&frames[i], posed_frame, &monitor)?;
                 monitor.finish();
-                Ok((picture, since.elapsed()))
+                if let Some(reason) = image.empty {
+                    reporter.count_empty();
+                    // With --strict, the first ends the scene.
+                    let message = empty_images.add(reason, frames[i].number);
+                    message.filter(|_| log.is_strict()).map_or(Ok(()), |text| log.warn(&text))?;
+                }
+                Ok((image, since.elapsed()))
             },
-            |i, (picture, render_time)| match &mut animation {
-                Some(animation) => self.add_to_animation(animation, &picture, render_time),
-                None => self.write(&frames[i], picture, scene, render_time),
+            |i, (image, render_time)| match &mut animation {
+                Some(animation) => self.add_to_animation(animation, &image.picture, render_time),
+                None => self.write(&frames[i], image, scene, render_time),
             },
         )?;
+        if let Some(text) = empty_images.message(frames.len()) {
+            log.warn(&text)?;
+        }
         if let Some(animation) = animation {
             self.finish_animation(animation)?;
         }
@@ -163,7 +180,7 @@ impl SceneJob<'_> {
         self.log.stage("save", start, "");
         self.log.reporter.wrote(Some(self.path), &written.file);
         if let Some(report) = &mut self.report {
-            report.add_image(&written.thumbnail, &written.file, written.render_time);
+            report.add_image(&written.thumbnail, &written.file, written.render_time, false);
         }
         Ok(())
     }
@@ -199,11 +216,13 @@ impl SceneJob<'_> {
     fn write(
         &mut self,
         frame: &PlannedFrame,
-        picture: Picture,
+        image: RenderedImage,
         scene: &Scene,
         render_time: Duration,
     ) -> Result<()> {
         let start = Instant::now();
+        let RenderedImage { picture, empty } = image;
+        let is_empty = empty.is_some();
         let outputs = &self.plan.outputs;
         let OutputKind::Images(format, depth) = outputs.kind else { return Ok(()) };
         match self.target(frame) {
@@ -216,10 +235,15 @@ impl SceneJob<'_> {
                 let picture = Picture { fingerprint, ..picture };
                 create_parent_folder(&file)?;
                 for written in save(&picture, &file, format, depth, outputs.replace)? {
-                    self.log.reporter.wrote(Some(self.path), &written);
+                    self.log.reporter.wrote_image(Some(self.path), &written, is_empty);
                 }
                 if let Some(report) = &mut self.report {
-                    report.add_image(&encode_thumbnail(&picture, THUMBNAIL_SIDE)?, &file, render_time);
+                    let thumbnail = encode_thumbnail(&picture, THUMBNAIL_SIDE)?;
+                    report.add_image(&thumbnail, &file, render_time, is_empty);
+                }
+                if self.plan.dataset.is_some() {
+                    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                    self.views_shown.insert(name, !is_empty);
                 }
             }
         }
@@ -236,10 +260,11 @@ pub fn load_scene(plan: &RenderPlan, path: &Path, log: &SceneLog) -> Result<Scen
     let (mut scene, warnings) = load_scene_file(path, &LoadOptions { limits, ..options.load.clone() })?;
     let is_empty = scene.instances.is_empty();
     scene.select(&options.selection)?;
-    log.stage("load", start, &format!("{} triangles", scene.instanced_triangle_count()));
-    for warning in &warnings {
-        log.warn(&warning.to_string())?;
+    if options.cull == BackFaceCulling::All {
+        scene.materials.iter_mut().for_each(|material| material.double_sided = false);
     }
+    log.stage("load", start, &format!("{} triangles", scene.instanced_triangle_count()));
+    log.warn_of_import(warnings)?;
     if is_empty {
         log.warn("nothing to render: no node of the scene has a mesh with triangles")?;
     } else if scene.instances.is_empty() {

@@ -6,6 +6,7 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use glam::{DAffine3, DMat3};
 
+use super::empty_images::{EmptyReason, empty_reason};
 use super::framing::{Framing, log_clip_bounds};
 use super::metering::{ResolvedExposure, resolve_exposure};
 use super::posed_frame::{PosedFrame, SceneSetup};
@@ -97,13 +98,13 @@ impl<'a> RenderSession<'a> {
         u64::from(width) * u64::from(height)
     }
 
-    /// Renders an image with its AOVs.
+    /// Renders an image with its AOVs. Also returns the reason if it shows nothing.
     pub fn render(
         &self,
         planned: &PlannedFrame,
         posed_frame: &PosedFrame,
         monitor: &dyn ProgressMonitor,
-    ) -> Result<Picture> {
+    ) -> Result<RenderedImage> {
         let SceneSetup { options, log, framing, .. } = &self.setup;
         let settings = &self.settings;
         let (width, height) = (settings.width, settings.height);
@@ -116,6 +117,7 @@ impl<'a> RenderSession<'a> {
         let pixels = render(&frame, &Phong { stage: options.stage }, settings, monitor)?;
         let detail = format!("{width}x{height}, {} samples, frame {}", settings.samples, planned.number);
         log.stage("render", start, &detail);
+        let empty = empty_reason(&frame, settings, &pixels)?;
         let start = Instant::now();
         let scene_to_world = DAffine3::from_mat3(self.aov_world) * frame.scene_to_world;
         let layers =
@@ -128,8 +130,16 @@ impl<'a> RenderSession<'a> {
         let crop_window =
             settings.crop.map(|crop| CropWindow { crop, full_width: width, full_height: height });
         let depth_step = framing.depth_step;
-        Ok(Picture { layers, mattes, crop_window, depth_step, ..Picture::new(pixels, self.display) })
+        let picture = Picture::new(pixels, self.display);
+        Ok(RenderedImage { picture: Picture { layers, mattes, crop_window, depth_step, ..picture }, empty })
     }
+}
+
+/// A rendered image.
+pub struct RenderedImage {
+    pub picture: Picture,
+    /// The reason if it shows nothing.
+    pub empty: Option<EmptyReason>,
 }
 
 /// Fixes light sources and ambient colour to the resolved ones for all frames.

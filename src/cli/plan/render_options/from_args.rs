@@ -1,6 +1,6 @@
 //! Resolves arguments into render options.
 
-use super::{RenderOptions, camera, lights};
+use super::{BackFaceCulling, RenderOptions, camera, lights};
 use crate::cli::args::values::AovSelection;
 use crate::cli::args::{
     CommonArgs, CullArg, FilterArg, FormatArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
@@ -47,7 +47,11 @@ impl RenderOptions {
             }),
             stage,
             overrides: overrides(shading),
-            cull: shading.cull == CullArg::Auto,
+            cull: match shading.cull {
+                CullArg::Auto => BackFaceCulling::SingleSided,
+                CullArg::Back => BackFaceCulling::All,
+                CullArg::Off => BackFaceCulling::Off,
+            },
             rotation: None,
         })
     }

@@ -46,9 +46,19 @@ pub struct RenderOptions {
     pub ground: Option<GroundKind>,
     pub stage: Stage,
     pub overrides: MaterialOverrides,
-    pub cull: bool,
+    pub cull: BackFaceCulling,
     /// Set for turntables.
     pub rotation: Option<TurntableRotation>,
+}
+
+/// The back faces that eye rays pass through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BackFaceCulling {
+    Off,
+    /// Those of single-sided materials.
+    SingleSided,
+    /// Those of all materials.
+    All,
 }
 
 /// The object that a turntable rotates, and its axis.

@@ -28,6 +28,8 @@ pub struct Reporter {
     wrote: AtomicU64,
     /// Number of images that --resume kept.
     kept: AtomicU64,
+    /// Number of images that show nothing.
+    empty: AtomicU64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +66,7 @@ impl Reporter {
             steps: AtomicU64::new(0),
             wrote: AtomicU64::new(0),
             kept: AtomicU64::new(0),
+            empty: AtomicU64::new(0),
         }
     }
 
@@ -79,6 +82,11 @@ impl Reporter {
             }
             _ => self.line(&format!("warning: {}: {text}", scene.display())),
         }
+    }
+
+    /// True if all warnings are printed, not only the first few of each kind: for programs and with --verbose.
+    pub fn prints_all_warnings(&self) -> bool {
+        self.verbose || self.style == Style::Json
     }
 
     /// Reports a failure, of a scene or of anything else, also with --quiet.
@@ -114,14 +122,30 @@ impl Reporter {
 
     /// Reports a written file, of a scene or of all.
     pub fn wrote(&self, scene: Option<&Path>, file: &Path) {
+        self.wrote_image(scene, file, false);
+    }
+
+    /// Reports a written image, and for programs whether it shows nothing.
+    pub fn wrote_image(&self, scene: Option<&Path>, file: &Path, is_empty: bool) {
         self.wrote.fetch_add(1, Ordering::Relaxed);
         match self.style {
             _ if self.quiet => {}
-            Style::Json => self.event(json!({
-                "event": "wrote", "scene": scene.map(Path::to_string_lossy), "file": file.to_string_lossy()
-            })),
+            Style::Json => {
+                let mut event = json!({
+                    "event": "wrote", "scene": scene.map(Path::to_string_lossy), "file": file.to_string_lossy()
+                });
+                if is_empty {
+                    event["empty"] = json!(true);
+                }
+                self.event(event);
+            }
             _ => self.line(&format!("wrote {}", file.display())),
         }
+    }
+
+    /// Counts an image that shows nothing.
+    pub fn count_empty(&self) {
+        self.empty.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Reports images that --resume kept.
@@ -167,14 +191,20 @@ impl Reporter {
 
     /// Reports the totals at the end.
     pub fn done(&self, summary: &Summary) {
-        if self.style == Style::Json {
-            self.event(json!({
-                "event": "done", "scenes": summary.scenes + summary.not_started,
-                "failed": summary.failures.len(), "left": summary.not_started,
-                "wrote": self.wrote.load(Ordering::Relaxed), "kept": self.kept.load(Ordering::Relaxed),
-                "exit_code": summary.exit_code(),
-            }));
+        if self.style != Style::Json {
+            return;
         }
+        let mut event = json!({
+            "event": "done", "scenes": summary.scenes + summary.not_started,
+            "failed": summary.failures.len(), "left": summary.not_started,
+            "wrote": self.wrote.load(Ordering::Relaxed), "kept": self.kept.load(Ordering::Relaxed),
+            "exit_code": summary.exit_code(),
+        });
+        let empty = self.empty.load(Ordering::Relaxed);
+        if empty > 0 {
+            event["empty"] = json!(empty);
+        }
+        self.event(event);
     }
 
     fn progress(&self) -> MutexGuard<'_, WorkProgress> {

@@ -1,0 +1,198 @@
+//! Images that show nothing are reported with the reason, once for each scene, and marked.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::common::gltf_fixture::Fixture;
+use crate::common::program::*;
+
+const SMALL: &str = "--size 32x18 -s 1";
+
+/// A unit cube at the origin, single-sided, with this camera.
+fn cube(camera: Value, camera_node: Value) -> Fixture {
+    let mut fixture = Fixture::empty();
+    let corner = |i: u16| [0, 1, 2].map(|k| if i >> k & 1 == 0 { -0.5 } else { 0.5 });
+    let positions: Vec<[f32; 3]> = (0..8).map(corner).collect();
+    let positions = fixture.vec3(&positions);
+    let indices = fixture.indices(&[
+        0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3,
+        7, 5,
+    ]);
+    let primitive = json!({"attributes": {"POSITION": positions}, "indices": indices});
+    fixture.push("meshes", json!({"primitives": [primitive]}));
+    fixture.node(json!({"mesh": 0, "name": "cube"}));
+    if !camera.is_null() {
+        fixture.push("cameras", camera);
+        let mut node = camera_node;
+        node["camera"] = json!(0);
+        fixture.node(node);
+    }
+    fixture
+}
+
+/// A perspective camera between these planes.
+fn perspective(near: f64, far: f64) -> Value {
+    json!({"type": "perspective", "perspective": {"yfov": 0.7, "znear": near, "zfar": far}})
+}
+
+fn write(folder: &Path, fixture: &Fixture) {
+    fs::write(folder.join("a.glb"), fixture.glb()).unwrap();
+}
+
+/// The warnings of a render of a.glb.
+fn warnings(folder: &Path, flags: &str) -> Vec<String> {
+    let messages = runs(folder, &format!("render a.glb {SMALL} {flags}"));
+    messages.lines().filter(|line| line.starts_with("warning:")).map(String::from).collect()
+}
+
+#[test]
+fn the_reason_and_the_flag_that_helps_are_named() {
+    let (_dir, at) = folder();
+    let usual = perspective(0.1, 100.0);
+    let hidden = |extra: Value| {
+        let mut fixture = cube(usual.clone(), json!({"translation": [0, 0, 5]}));
+        fixture.json["nodes"][0].as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
+        fixture
+    };
+    let mut flat = cube(Value::Null, Value::Null);
+    let line = flat.indices(&[0, 7, 0, 7, 7, 7]);
+    flat.primitive()["indices"] = json!(line);
+    for (fixture, flags, reason, remedy) in [
+        (cube(usual.clone(), json!({"translation": [0, 0, -5]})), "", "looks away", "--look-at"),
+        (cube(usual.clone(), json!({"translation": [9, 0, 5]})), "", "looks away", "--orbit"),
+        (cube(usual.clone(), json!({})), "", "inside an object", "--cull off"),
+        (cube(perspective(0.1, 2.0), json!({"translation": [0, 0, 5]})), "", "far plane", "--clip off"),
+        (cube(perspective(9.0, 20.0), json!({"translation": [0, 0, 5]})), "", "near plane", "--clip off"),
+        (cube(usual.clone(), json!({"translation": [0, 0, 9]})), "--clip 30,70", "near plane", "--clip off"),
+        (
+            cube(usual.clone(), json!({"translation": [0.013, 0.4, 99000]})),
+            "--clip off",
+            "smaller than a pixel",
+            "--zoom",
+        ),
+        (hidden(json!({"scale": [0, 0, 0]})), "", "no triangle has an area", "blinn info"),
+        (flat, "", "no triangle has an area", "blinn info"),
+        (
+            cube(usual.clone(), json!({"translation": [0, 0, 5]})),
+            "--crop 0,0,3,3",
+            "--crop shows only",
+            "move",
+        ),
+        (
+            cube(usual.clone(), json!({"translation": [0, 0, -5]})),
+            "--ground plane",
+            "looks away",
+            "--look-at",
+        ),
+    ] {
+        write(&at, &fixture);
+        let lines = warnings(&at, flags);
+        assert!(lines.len() == 1, "{reason}: {lines:?}");
+        assert!(lines[0].contains("shows nothing") && lines[0].contains(reason), "{reason}: {lines:?}");
+        assert!(lines[0].contains(remedy), "{reason}: {lines:?}");
+        fs::remove_file(at.join("a.png")).unwrap();
+        let words = format!("render a.glb {SMALL} {flags} --strict");
+        fails(&at, &words.split_whitespace().collect::<Vec<_>>(), 1, reason);
+    }
+    // An image that shows something: no word.
+    write(&at, &cube(usual.clone(), json!({"translation": [0, 0, 5]})));
+    for flags in ["", "--ground plane", "--crop 14,7,4,4", "--orbit 30,20", "--zoom 0.2 --ground plane"] {
+        assert!(warnings(&at, flags).is_empty(), "{flags}");
+    }
+}
+
+/// The cube is visible from 2 s on: six frames of ten show nothing.
+#[test]
+fn one_line_counts_the_frames_of_a_scene() {
+    let (_dir, at) = folder();
+    let mut fixture = cube(perspective(0.1, 100.0), json!({"translation": [0, 0, 5]}));
+    let times = fixture.floats("SCALAR", 1, &[0.0, 2.0]);
+    let scales = fixture.vec3(&[[0.0; 3], [1.0; 3]]);
+    fixture.push(
+        "animations",
+        json!({"samplers": [{"input": times, "output": scales, "interpolation": "STEP"}],
+               "channels": [{"sampler": 0, "target": {"node": 0, "path": "scale"}}]}),
+    );
+    write(&at, &fixture);
+    let line = format!("render a.glb {SMALL} --frames 1-10 --fps 3 -o f/####.png");
+    let messages = runs(&at, &line);
+    let expected = "5 of 10 images show nothing; frames 1, 2, 3 and 2 more: all objects are hidden";
+    assert_eq!(messages.matches("warning:").count(), 1, "{messages}");
+    assert!(messages.contains(expected), "{messages}");
+    // JSON events and the report mark them.
+    let messages = runs(&at, &format!("{line} --progress json --report r.html"));
+    let events: Vec<Value> = messages.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let wrote: Vec<&Value> =
+        events.iter().filter(|e| e["event"] == "wrote" && !e["scene"].is_null()).collect();
+    let empty: Vec<bool> = wrote.iter().map(|e| e["empty"] == true).collect();
+    assert_eq!(empty, [[true; 5], [false; 5]].concat());
+    assert_eq!(events.last().unwrap()["empty"], 5);
+    let page = fs::read_to_string(at.join("r.html")).unwrap();
+    assert_eq!(page.matches(">empty<").count(), 5);
+    assert!(page.contains(expected));
+}
+
+#[test]
+fn transforms_mark_empty_views_and_keep_the_marks_of_other_tasks() {
+    let (_dir, at) = folder();
+    write(&at, &cube(Value::Null, Value::Null));
+    let marks = || -> Vec<bool> {
+        let text = fs::read_to_string(at.join("v/transforms.json")).unwrap();
+        let all: Value = serde_json::from_str(&text).unwrap();
+        all["frames"].as_array().unwrap().iter().map(|frame| frame["empty"] == true).collect()
+    };
+    let views = |flags: &str| {
+        runs(&at, &format!("turntable a.glb --views 4 --size 16x16 -s 1 -o v/####.png {flags}"));
+    };
+    views("");
+    assert_eq!(marks(), [false; 4]);
+    // Clipping planes make views empty, and are not part of the file.
+    views("--clip 1000,2000 --only 2");
+    assert_eq!(marks(), [false, true, false, false]);
+    views("--clip 1000,2000 --only 3-4");
+    assert_eq!(marks(), [false, true, true, true]);
+    views("--only 2");
+    assert_eq!(marks(), [false, false, true, true]);
+    fs::remove_file(at.join("v/0003.png")).unwrap();
+    for layer in ["depth", "normal", "mask"] {
+        fs::remove_file(at.join(format!("v/0003.{layer}.png"))).unwrap();
+    }
+    views("--only 3 --no-overwrite");
+    assert_eq!(marks(), [false, false, true, true], "the file is kept");
+}
+
+/// Unused vertices, collapsed and transparent objects change neither the view nor the ground.
+#[test]
+fn what_cannot_be_seen_changes_no_picture() {
+    let (_dir, at) = folder();
+    let plain = cube(Value::Null, Value::Null);
+    fs::write(at.join("plain.glb"), plain.glb()).unwrap();
+    let mut stray = cube(Value::Null, Value::Null);
+    let corner = |i: u16| [0, 1, 2].map(|k| if i >> k & 1 == 0 { -0.5 } else { 0.5 });
+    let mut positions: Vec<[f32; 3]> = (0..8).map(corner).collect();
+    positions.push([1e6, 0.0, 0.0]);
+    let accessor = stray.vec3(&positions);
+    stray.primitive()["attributes"]["POSITION"] = json!(accessor);
+    let mut hidden = cube(Value::Null, Value::Null);
+    hidden.node(json!({"mesh": 0, "translation": [1e4, 0, 0], "scale": [0, 0, 0]}));
+    let mut clear = cube(Value::Null, Value::Null);
+    let of_triangle = clear.vec3(&[[100.0, 0.0, 0.0], [100.0, 200.0, 0.0], [0.0, 300.0, 5.0]]);
+    clear.push(
+        "materials",
+        json!({"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0]}}),
+    );
+    let primitive = json!({"attributes": {"POSITION": of_triangle}, "material": 0});
+    clear.push("meshes", json!({"primitives": [primitive]}));
+    clear.node(json!({"mesh": 1}));
+    let flags = format!("{SMALL} --ground plane --ao 4");
+    runs(&at, &format!("render plain.glb -o plain.png {flags}"));
+    let expected = fs::read(at.join("plain.png")).unwrap();
+    let pixels = |file: &Path| image::open(file).unwrap().into_rgba8();
+    for (name, fixture) in [("stray", stray), ("hidden", hidden), ("clear", clear)] {
+        write(&at, &fixture);
+        runs(&at, &format!("render a.glb {flags}"));
+        assert!(expected.len() > 100 && pixels(&at.join("a.png")) == pixels(&at.join("plain.png")), "{name}");
+    }
+}
