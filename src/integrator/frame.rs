@@ -123,6 +123,11 @@ impl<'a> Frame<'a> {
         self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
     }
 
+    /// True if there are surroundings to reflect, and materials keep their own coefficients.
+    pub(crate) fn reflects(&self) -> bool {
+        self.environment.is_some() && self.overrides == MaterialOverrides::default()
+    }
+
     /// The ray differential of an eye ray over a footprint on the film; `None` for a point.
     pub(crate) fn ray_differential(&self, [x, y]: [f64; 2]) -> Option<RayDifferential> {
         (x != 0.0 || y != 0.0).then(|| self.camera.ray_differential(x, y))

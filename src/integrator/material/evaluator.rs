@@ -30,6 +30,8 @@ pub(crate) struct MaterialEvaluator<'a> {
     overrides: &'a MaterialOverrides,
     /// True if ambient light comes from a sky.
     under_sky: bool,
+    /// True if surfaces reflect their surroundings.
+    reflects: bool,
     /// The last uniform material, and the index of its coefficients.
     last_uniform: Option<(u32, u32)>,
 }
@@ -40,8 +42,9 @@ impl<'a> MaterialEvaluator<'a> {
         coefficients: &'a mut Vec<Coefficients>,
         overrides: &'a MaterialOverrides,
         under_sky: bool,
+        reflects: bool,
     ) -> MaterialEvaluator<'a> {
-        MaterialEvaluator { posed, coefficients, overrides, under_sky, last_uniform: None }
+        MaterialEvaluator { posed, coefficients, overrides, under_sky, reflects, last_uniform: None }
     }
 
     /// Evaluates a material without textures or vertex colours; `ctx` is any point of its mesh. Returns an index.
@@ -59,7 +62,8 @@ impl<'a> MaterialEvaluator<'a> {
     /// Evaluates a material at a point. Returns an index.
     pub fn eval(&mut self, material: u32, ctx: &TextureEvalContext) -> u32 {
         let material = &self.posed.materials[material as usize];
-        let k = Coefficients::eval(self.posed, material, ctx, self.under_sky);
+        let reflects = self.reflects && material.reflects();
+        let k = Coefficients::eval(self.posed, material, ctx, self.under_sky, reflects);
         self.coefficients.push(self.overrides.apply_to_colors(k));
         (self.coefficients.len() - 1) as u32
     }
@@ -77,6 +81,7 @@ impl Coefficients {
         material: &Material,
         ctx: &TextureEvalContext,
         under_sky: bool,
+        reflects: bool,
     ) -> Coefficients {
         let texel = base_color_texel(posed, material, ctx);
         let alpha = match material.alpha_mode {
@@ -98,6 +103,7 @@ impl Coefficients {
                 let f0 = dielectric.f0(posed, ctx, weight);
                 k.set_metallic_roughness(color, metallic, roughness, f0);
                 k.layers = SpecularLayers {
+                    base: color * (1.0 - metallic),
                     alpha: roughness * roughness,
                     metallic,
                     metal_f0: color.clamp(Vec3::ZERO, Vec3::ONE),
@@ -117,6 +123,7 @@ impl Coefficients {
                 k.set_microfacets(diffuse, f0, roughness);
                 let max_f0 = f0.max_element();
                 k.layers = SpecularLayers {
+                    base: color,
                     alpha: roughness * roughness,
                     dielectric_f0: f0,
                     dielectric_f90: if max_f0 > 0.0 { 1.0 } else { 0.0 },
@@ -130,6 +137,15 @@ impl Coefficients {
                 k.k_e = color;
             }
         }
+        if reflects {
+            k.set_clearcoat(&material.clearcoat, posed, ctx);
+            if k.layers.cover_base {
+                // The specular share of the ambient light is what the layers reflect.
+                k.k_a = k.layers.base;
+            }
+        } else {
+            k.layers = SpecularLayers::NONE;
+        }
         if material.occlusion.texture.is_some() {
             let texel = material.occlusion.eval_texture(posed, ctx);
             k.k_a *= 1.0 + material.occlusion.factor * (texel - 1.0);
@@ -138,13 +154,9 @@ impl Coefficients {
         if t > 0.0 {
             k.k_d *= 1.0 - t;
             k.k_a *= 1.0 - t;
+            k.layers.base *= 1.0 - t;
             k.transmission = material.transmission_color.unwrap_or(color) * t;
             k.transmission_share = t;
-        }
-        if material.reflects() {
-            k.set_clearcoat(&material.clearcoat, posed, ctx);
-        } else {
-            k.layers = SpecularLayers::NONE;
         }
         k
     }
