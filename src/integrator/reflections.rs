@@ -81,6 +81,7 @@ pub(crate) fn environment_reflection(
     let mut radiance = Rgb::ZERO;
     let k_r = vec3(&block.k_r, lane);
     if k_r != Rgb::ZERO {
+        let k_r = k_r * layers.occlusion;
         radiance += k_r * lobe(layers.alpha, layers.mean_f0()).environment_radiance(environment, subset);
     }
     let k_coat = block.k_coat[lane];

@@ -3,7 +3,7 @@
 //! with the solid angle that it stands for. Neighbouring pixels use the same set, so there is no noise.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use glam::DVec3;
 
@@ -15,6 +15,9 @@ use crate::scene::Environment;
 
 /// Directions in the set of a pixel, shared among its samples.
 pub(crate) const LOBE_DIRECTIONS: u32 = 32;
+/// Solid angle of a lookup over that which its direction stands for. Lookups are filtered a little wider than asked,
+/// between texels and between levels; 0.7 comes closest to the integral over the lobe.
+const FILTER_WIDTH: f64 = 0.7;
 /// Lobes with a smaller α are looked up once, in the mirror's direction: their width is that of a texel.
 const MIRROR_ALPHA: f64 = 0.004;
 
@@ -45,6 +48,9 @@ impl Lobe {
     /// Returns the radiance of the environment, averaged over the lobe: 1 under a white one. Directions below the horizon
     /// count as black, as they do in the lobe's albedo.
     pub fn environment_radiance(&self, environment: &Environment, subset: LobeSubset) -> Rgb {
+        if let Some(radiance) = environment.as_uniform() {
+            return radiance;
+        }
         let Lobe { n, v, alpha, f0 } = *self;
         let frame = LobeFrame::new(n, v);
         if alpha < MIRROR_ALPHA {
@@ -64,7 +70,7 @@ impl Lobe {
             let l = h * (2.0 * v_h) - frame.v;
             let weight = shadowing_ratio(frame.v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_h));
             if weight > 0.0 {
-                let solid_angle = 1.0 / (f64::from(total) * reflected_pdf(frame.v.z, h.z, alpha));
+                let solid_angle = FILTER_WIDTH / (f64::from(total) * reflected_pdf(frame.v.z, h.z, alpha));
                 let radiance =
                     environment.radiance(frame.to_world(l).as_vec3(), solid_angle.min(2.0 * PI) as f32);
                 sum += radiance * weight as f32;
@@ -101,16 +107,22 @@ impl LobeFrame {
 /// Smallest cosine between normal and viewer.
 const MIN_COS: f64 = 1e-3;
 
-/// Cosine and sine of the angle number `i` of the van der Corput sequence, which repeats after [`ANGLES`] numbers.
+/// Cosine and sine of the angle of direction number `i`: steps of the golden angle, which together with equal steps of the
+/// radius spread directions evenly.
 fn direction_around(i: u32) -> [f64; 2] {
-    static DIRECTIONS: LazyLock<[[f64; 2]; ANGLES]> = LazyLock::new(|| {
-        std::array::from_fn(|i| {
-            let angle = TAU * f64::from((i as u32).reverse_bits()) * 0.5f64.powi(32);
-            [libm::cos(angle), libm::sin(angle)]
-        })
-    });
-    DIRECTIONS[i as usize % ANGLES]
+    const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
+    let compute = |i: u32| {
+        let turns = f64::from(i) * GOLDEN_RATIO + 0.13;
+        let angle = TAU * (turns - turns.floor());
+        [libm::cos(angle), libm::sin(angle)]
+    };
+    static DIRECTIONS: OnceLock<[[f64; 2]; TABULATED_ANGLES]> = OnceLock::new();
+    let table = DIRECTIONS.get_or_init(|| std::array::from_fn(|i| compute(i as u32)));
+    table.get(i as usize).copied().unwrap_or_else(|| compute(i))
 }
 
-/// Angles around a lobe; a power of two.
-const ANGLES: usize = 64;
+/// Angles that are computed once.
+const TABULATED_ANGLES: usize = 256;
+
+#[cfg(test)]
+mod tests;

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use crate::geometry::Rgb;
 use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
-use crate::integrator::material::fresnel::ior_from_f0;
+use crate::integrator::material::fresnel::{f0_from_ior, ior_from_f0};
 use crate::integrator::material::opacity::{
     alpha, base_color_from_texel, base_color_texel, opacity_from_texel, transmission,
 };
@@ -95,7 +95,7 @@ impl Coefficients {
         let k_e = material.emission.eval(posed, ctx) * material.emission_strength;
         let mut k = Coefficients { k_e, ..Coefficients::matte(color, alpha) };
         match &material.reflectance {
-            Reflectance::Mtl(mtl) => k.set_mtl(mtl, material.reflection, posed, ctx, under_sky),
+            Reflectance::Mtl(mtl) => k.set_mtl(mtl, material, posed, ctx, under_sky),
             Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
                 let metallic = metallic.eval(posed, ctx).clamp(0.0, 1.0);
                 let roughness = roughness.eval(posed, ctx).clamp(0.0, 1.0);
@@ -139,7 +139,7 @@ impl Coefficients {
         }
         if reflects {
             k.set_clearcoat(&material.clearcoat, posed, ctx);
-            if k.layers.cover_base {
+            if k.layers.cover_base && !matches!(material.reflectance, Reflectance::Mtl(_)) {
                 // The specular share of the ambient light is what the layers reflect.
                 k.k_a = k.layers.base;
             }
@@ -148,7 +148,9 @@ impl Coefficients {
         }
         if material.occlusion.texture.is_some() {
             let texel = material.occlusion.eval_texture(posed, ctx);
-            k.k_a *= 1.0 + material.occlusion.factor * (texel - 1.0);
+            let occlusion = 1.0 + material.occlusion.factor * (texel - 1.0);
+            k.k_a *= occlusion;
+            k.layers.occlusion = occlusion;
         }
         let t = transmission(posed, material, ctx);
         if t > 0.0 {
@@ -172,7 +174,7 @@ impl Coefficients {
     fn set_mtl(
         &mut self,
         mtl: &MtlReflectance,
-        reflection: Reflection,
+        material: &Material,
         posed: &PosedScene,
         ctx: &TextureEvalContext,
         under_sky: bool,
@@ -184,14 +186,33 @@ impl Coefficients {
         }
         self.k_s = mtl.specular.eval(posed, ctx);
         self.shininess = mtl.shininess;
-        let f0 = self.k_s.clamp(Vec3::ZERO, Vec3::ONE);
-        self.layers = SpecularLayers {
-            reflects: true,
-            alpha: alpha_of_shininess(mtl.shininess),
-            metallic: 1.0,
-            metal_f0: f0,
-            metal_f90: if reflection == Reflection::Constant { f0 } else { Vec3::ONE },
-            ..SpecularLayers::NONE
+        let alpha = alpha_of_shininess(mtl.shininess);
+        let k_s = self.k_s.clamp(Vec3::ZERO, Vec3::ONE);
+        let constant = material.reflection == Reflection::Constant;
+        self.layers = if material.transmits() {
+            // Glass transmits what it does not reflect. Its Ks is for highlights, unless it takes the place of Fresnel's
+            // equations.
+            let f0 = if constant { k_s } else { Rgb::splat(f0_from_ior(f64::from(material.ior())) as f32) };
+            let f90 = if constant { k_s.element_sum() / 3.0 } else { 1.0 };
+            let alpha = if mtl.shininess > 0.0 { alpha } else { 0.0 };
+            SpecularLayers {
+                alpha,
+                dielectric_f0: f0,
+                dielectric_f90: f90,
+                ior: material.ior(),
+                ..SpecularLayers::COVERING
+            }
+        } else {
+            // The lecture's sum: what is reflected does not reduce k_d.
+            let metal_f90 = if constant { k_s } else { Vec3::ONE };
+            SpecularLayers {
+                cover_base: false,
+                alpha,
+                metallic: 1.0,
+                metal_f0: k_s,
+                metal_f90,
+                ..SpecularLayers::COVERING
+            }
         };
     }
 

@@ -26,6 +26,8 @@ pub struct SpecularLayers {
     pub dielectric_f90: f32,
     /// Index of refraction, which shapes the curve between the two.
     pub ior: f32,
+    /// The occlusion map: share of the environment that reaches the microfacets where no ray is traced.
+    pub occlusion: f32,
     /// Share of the surface that has a clear coat of index 1.5.
     pub coat: f32,
     /// GGX α of the coat.
@@ -56,6 +58,7 @@ impl SpecularLayers {
         dielectric_f0: Rgb::ZERO,
         dielectric_f90: 0.0,
         ior: 1.5,
+        occlusion: 1.0,
         coat: 0.0,
         coat_alpha: 1.0,
     };
