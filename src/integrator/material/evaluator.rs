@@ -75,6 +75,10 @@ impl<'a> MaterialEvaluator<'a> {
     }
 }
 
+/// Smallest roughness of highlights, and its α.
+const MIN_HIGHLIGHT_ROUGHNESS: f32 = 0.1;
+const MIN_HIGHLIGHT_ALPHA: f32 = MIN_HIGHLIGHT_ROUGHNESS * MIN_HIGHLIGHT_ROUGHNESS;
+
 impl Coefficients {
     fn eval(
         posed: &PosedScene,
@@ -140,6 +144,8 @@ impl Coefficients {
         if reflects {
             k.set_clearcoat(&material.clearcoat, posed, ctx);
             if k.layers.cover_base && !matches!(material.reflectance, Reflectance::Mtl(_)) {
+                // A light without size has no image in a mirror.
+                k.k_s *= (k.layers.alpha / MIN_HIGHLIGHT_ALPHA).min(1.0);
                 // The specular share of the ambient light is what the layers reflect.
                 k.k_a = k.layers.base;
             }
@@ -223,8 +229,8 @@ impl Coefficients {
 
     /// A diffuse layer below microfacets. The rougher the microfacets, the more of F0 is diffuse.
     fn set_microfacets(&mut self, diffuse: Rgb, f0: Rgb, roughness: f32) {
-        // Narrower lobes than at roughness 0.1 are beyond point lights and f32.
-        let roughness = roughness.clamp(0.1, 1.0);
+        // Narrower lobes are beyond point lights and f32.
+        let roughness = roughness.clamp(MIN_HIGHLIGHT_ROUGHNESS, 1.0);
         let alpha = roughness * roughness;
         let p = 2.0 / (alpha * alpha) - 2.0;
         self.k_d = diffuse + f0 * (0.35 * alpha);
