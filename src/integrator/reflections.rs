@@ -10,6 +10,9 @@ use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::{LANES, set3, vec3};
 use crate::scene::Environment;
 
+/// Largest weight of a lobe that is looked up in half as many directions.
+const WEAK_LOBE: f32 = 0.1;
+
 /// Splits the light of all reflecting points among their layers: sets k_r, and reduces k_e + k_a I_a, k_d and k_s to the
 /// share that the layers above leave to them.
 pub(crate) fn split_light_among_layers(frame: &Frame, points: &mut ShadingBatch) {
@@ -73,20 +76,26 @@ pub(crate) fn environment_reflection(
     let (block, lane) = points.soa.lane(i);
     let roughness = block.roughness[lane];
     let index = stream.samples[points.points[i].sample].index;
-    let subset = LobeSubset { index, count: stream.sampler.count, directions: LOBE_DIRECTIONS };
     let lobe = |alpha: f32, f0: f32| {
         let alpha = f64::from(widened(alpha, roughness));
         Lobe { n: block.n(lane), v: block.v(lane), alpha, f0: f64::from(f0) }
+    };
+    let subset = |weight: f32| {
+        // Errors of a weak lobe are not seen.
+        let directions = if weight < WEAK_LOBE { LOBE_DIRECTIONS / 2 } else { LOBE_DIRECTIONS };
+        LobeSubset { index, count: stream.sampler.count, directions }
     };
     let mut radiance = Rgb::ZERO;
     let k_r = vec3(&block.k_r, lane);
     if k_r != Rgb::ZERO {
         let k_r = k_r * layers.occlusion;
-        radiance += k_r * lobe(layers.alpha, layers.mean_f0()).environment_radiance(environment, subset);
+        let lobe = lobe(layers.alpha, layers.mean_f0());
+        radiance += k_r * lobe.environment_radiance(environment, subset(k_r.max_element()));
     }
     let k_coat = block.k_coat[lane];
     if k_coat > 0.0 {
-        radiance += k_coat * lobe(layers.coat_alpha, 0.04).environment_radiance(environment, subset);
+        let lobe = lobe(layers.coat_alpha, 0.04);
+        radiance += k_coat * lobe.environment_radiance(environment, subset(k_coat));
     }
     radiance
 }
