@@ -112,7 +112,7 @@ impl ExactHits {
     #[inline(always)]
     pub fn compute<S: Simd>(&self, packet: &RayPacket, g: usize, slots: &[u32; RAY_GROUP]) -> GroupHits {
         let inv_t_scale = invert_power_of_two(packet.t_scale);
-        let n = per_axis(|axis| S::lookup_f64(&self.normal[axis], slots));
+        let n = lookup_vectors::<S>(&self.normal, slots);
         let n = |i: usize| DVec3::new(n[0][i], n[1][i], n[2][i]);
         let shared_term = S::lookup_f64(&self.shared_term, slots);
         let varying = |i: usize| DVec3::from(per_axis(|axis| f64::from(packet.varying[axis].group(g)[i])));
@@ -124,7 +124,7 @@ impl ExactHits {
                 }
             }
             SharedF64::Direction(_) => {
-                let v0 = per_axis(|axis| S::lookup_f64(&self.vertex[axis], slots));
+                let v0 = lookup_vectors::<S>(&self.vertex, slots);
                 let v0 = |i: usize| DVec3::new(v0[0][i], v0[1][i], v0[2][i]);
                 for (i, t) in t.iter_mut().enumerate() {
                     *t = (n(i).dot(v0(i) - varying(i)) / shared_term[i] * inv_t_scale) as f32;
@@ -135,4 +135,17 @@ impl ExactHits {
         let triangle = S::lookup_u32(&self.triangle, slots);
         GroupHits { t, instance, triangle }
     }
+}
+
+/// Looks up vectors by axis. Without closures: one of this size is compiled as a function of its own, without the
+/// instructions of `S`.
+#[inline(always)]
+fn lookup_vectors<S: Simd>(
+    table: &[[f64; RAY_GROUP]; 3],
+    indices: &[u32; RAY_GROUP],
+) -> [[f64; RAY_GROUP]; 3] {
+    let x = S::lookup_f64(&table[0], indices);
+    let y = S::lookup_f64(&table[1], indices);
+    let z = S::lookup_f64(&table[2], indices);
+    [x, y, z]
 }
