@@ -17,8 +17,12 @@ use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
 use crate::accel::traverse::hit::{LocalRay, TriangleHit};
 use crate::accel::traverse::query::{CoincidentIds, RayQuery};
 use crate::accel::traverse::triangle_test::TriangleTestRay;
+use crate::geometry::HitId;
 use crate::scene::SurfaceClass;
-use crate::simd::{OutlinedKernel, Simd};
+use crate::simd::{Lanes, OutlinedKernel, Simd};
+
+/// No triangle's index, nor that of a set of coincident ones.
+const NO_SOURCE: u32 = u32::MAX;
 
 /// Triangles and the BVH over them.
 #[derive(Debug, Default)]
@@ -103,6 +107,16 @@ impl Blas {
         CoincidentIds { indices: std::slice::from_ref(&block.ids[lane]), id_map: &self.ids, instance }
     }
 
+    /// Returns the index of the triangle `source` of the scene, or [`NO_SOURCE`] where it is not one of this BLAS's.
+    #[inline(always)]
+    fn source_index(&self, source: HitId, instance: Option<u32>) -> u32 {
+        match instance {
+            None => self.ids.index(source).unwrap_or(NO_SOURCE),
+            Some(instance) if instance == source.instance => source.triangle,
+            Some(_) => NO_SOURCE,
+        }
+    }
+
     /// Returns the block and lane of `entry`: the block's index times [`TRIANGLE_LANES`] plus the lane.
     #[inline(always)]
     pub fn locate(&self, entry: u32) -> (&Triangle4, usize) {
@@ -152,6 +166,7 @@ impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for TraverseBlasKernel<'_, Q> {
         let node_test = SimdNodeTest::<S>::new(&box_ray);
         let triangle_ray = TriangleTestRay::new(ray, blas.centre, blas.radius, query.early_out_t_max());
         let limit = box_limit(ray, query);
+        let source = if Q::ANY_HIT { blas.source_index(query.source(), instance) } else { NO_SOURCE };
         let blocks: &[Triangle4] = &blas.blocks;
         let mut leaves: TriangleIntersector<S, Q> = TriangleIntersector {
             blas,
@@ -161,6 +176,7 @@ impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for TraverseBlasKernel<'_, Q> {
             instance,
             query,
             limit,
+            source,
             simd: PhantomData,
         };
         match Q::ANY_HIT {
@@ -179,6 +195,8 @@ struct TriangleIntersector<'a, S, Q> {
     instance: Option<u32>,
     query: &'a mut Q,
     limit: f32,
+    /// Index of the triangle that the ray starts on, or [`NO_SOURCE`].
+    source: u32,
     simd: PhantomData<S>,
 }
 
@@ -204,6 +222,10 @@ impl<S: Simd, Q: RayQuery> TriangleIntersector<'_, S, Q> {
     fn intersect(&mut self, block: &Triangle4) -> bool {
         let candidates = self.triangle_ray.candidates::<S>(block, self.limit);
         let mut possible = candidates.possible;
+        if Q::ANY_HIT && possible != 0 {
+            // Nearly every such ray would take the exact test of its own triangle.
+            possible &= !S::F32x4::eq_u32(&block.ids, self.source);
+        }
         while possible != 0 {
             let lane = possible.trailing_zeros() as usize & (TRIANGLE_LANES - 1);
             possible &= possible - 1;

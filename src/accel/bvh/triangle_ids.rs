@@ -60,7 +60,7 @@ impl TriangleIdMap {
     #[inline(always)]
     pub fn index(&self, id: HitId) -> Option<u32> {
         let position = *self.positions.get(id.instance as usize)?;
-        Some(self.first_triangles.get(position as usize)? + id.triangle)
+        self.first_triangles.get(position as usize)?.checked_add(id.triangle)
     }
 
     /// Writes the indices of `ids`; `u32::MAX` for those not in the map.

@@ -51,6 +51,11 @@ pub(crate) trait RayQuery {
     /// Hits before this t have no effect.
     fn t_min(&self) -> f32;
 
+    /// The triangle that the ray starts on, whose hits have no effect; [`HitId::NONE`] without one.
+    fn source(&self) -> HitId {
+        HitId::NONE
+    }
+
     /// An opaque hit before this t ends the query, whichever triangle it is.
     fn early_out_t_max(&self) -> Option<f32>;
 
@@ -156,6 +161,11 @@ pub(crate) struct AnyHit<'a, 't> {
 
 impl RayQuery for AnyHit<'_, '_> {
     const ANY_HIT: bool = true;
+
+    #[inline(always)]
+    fn source(&self) -> HitId {
+        self.source
+    }
 
     #[inline(always)]
     fn t_max(&self) -> f32 {

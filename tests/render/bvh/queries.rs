@@ -4,7 +4,7 @@ use blinn::accel::{
     Accel, BuildSettings, Coherence, FlattenBudget, Preset, RayBatch, SegmentBatch, SimdLevel,
 };
 use blinn::geometry::HitId;
-use blinn::scene::{PosedScene, Scene, SurfaceClass};
+use blinn::scene::{PoseSettings, PosedScene, Scene, SurfaceClass, pose};
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::{FLATTENED, all_scenes, bits, layers, rays, segments};
@@ -162,6 +162,50 @@ fn packets_answer_as_single_rays_do() {
                 };
                 let one_by_one: Vec<_> = rays.iter().flat_map(|&ray| shadow(&single, &[ray])).collect();
                 assert_eq!(shadow(&accel, &rays), one_by_one, "{context}");
+            }
+        }
+    }
+}
+
+/// The triangle that a segment starts on does not occlude it, in world and instanced BVHs; a coincident one does, and so
+/// does the same triangle of another instance.
+#[test]
+fn only_the_source_triangle_itself_is_skipped() {
+    let mut square = scenes::grid(2, 2);
+    let first = square.triangles[0];
+    let single = square.triangles.len() as u32;
+    square.triangles.push([first[1], first[2], first[0]]);
+    let behind = DAffine3::from_translation(DVec3::Z * -1.0);
+    for (placed, flatten) in [
+        (vec![DAffine3::IDENTITY], FlattenBudget::DEFAULT),
+        (vec![DAffine3::IDENTITY, behind], FlattenBudget::DEFAULT),
+        (vec![DAffine3::IDENTITY, behind], FlattenBudget::ZERO),
+    ] {
+        let scene = scenes::scene(square.clone(), &placed);
+        // Not recentred: the segments are in the frame of the scene.
+        let settings = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
+        let posed = pose(&scene, &settings).unwrap();
+        for simd in scenes::simd_levels() {
+            let settings = BuildSettings { flatten, simd, ..BuildSettings::default() };
+            let accel = Accel::build(&posed, &settings).0;
+            for triangle in 0..single {
+                let corners = square.triangles[triangle as usize].map(|v| square.positions[v as usize]);
+                let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+                let mut segments = SegmentBatch { coherence: Coherence::None, ..SegmentBatch::default() };
+                // Through the triangle alone, without and with its id, and on through the second instance.
+                let [above, below] = [0.5, -0.5].map(|z| centre + Vec3::Z * z);
+                let id = |instance, triangle| HitId { instance, triangle };
+                segments.push(above, below, HitId::NONE);
+                segments.push(above, below, id(0, triangle));
+                segments.push(above, below, id(1, triangle));
+                segments.push(above, below, id(0, single + 7));
+                segments.push(above, centre - Vec3::Z * 1.5, id(0, triangle));
+                let mut occluded = Vec::new();
+                accel.occluded(&segments, &scenes::Plain, &mut occluded);
+                let has_twin = triangle == 0;
+                let second = placed.len() > 1;
+                let expected = [true, has_twin, true, true, has_twin || second];
+                assert_eq!(occluded, expected, "{flatten:?} {simd:?} triangle {triangle}");
             }
         }
     }
