@@ -42,7 +42,7 @@ mod single_ray_tracer;
 mod transmittance;
 mod traverse;
 
-pub use crate::simd::SimdLevel;
+pub use crate::simd::{SimdLevel, SimdLevelError};
 pub use ray_batch::{AnyHitFilter, Coherence, HitBatch, RayBatch, SegmentBatch};
 pub use report::{AccelStats, BuildReport};
 pub use settings::{BuildSettings, FlattenBudget, Preset};

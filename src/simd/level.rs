@@ -1,5 +1,7 @@
 //! SIMD levels: which instruction sets exist, detection at run time, and dispatch of kernels.
 
+use std::str::FromStr;
+
 #[cfg(target_arch = "x86_64")]
 use crate::simd::avx2;
 #[cfg(target_arch = "x86_64")]
@@ -61,6 +63,30 @@ impl SimdLevel {
             _ => {}
         }
         kernel.run::<Portable>()
+    }
+}
+
+/// A value of `BLINN_SIMD` that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SimdLevelError {
+    /// No level has this name.
+    #[error("unknown value '{0}': expected {names}", names = SimdLevel::ALL.map(SimdLevel::name).join(", "))]
+    Unknown(String),
+    /// The level needs another processor.
+    #[error("this processor does not support {}", .0.name())]
+    Unsupported(SimdLevel),
+}
+
+/// Parses the name of a level that this processor supports.
+impl FromStr for SimdLevel {
+    type Err = SimdLevelError;
+
+    fn from_str(name: &str) -> Result<SimdLevel, SimdLevelError> {
+        match SimdLevel::ALL.into_iter().find(|level| level.name() == name) {
+            Some(level) if level.is_supported() => Ok(level),
+            Some(level) => Err(SimdLevelError::Unsupported(level)),
+            None => Err(SimdLevelError::Unknown(name.into())),
+        }
     }
 }
 

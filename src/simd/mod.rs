@@ -22,5 +22,5 @@ mod x86_lanes;
 
 pub(crate) use instruction_set::{AutovecKernel, OutlinedKernel, Simd, SimdKernel};
 pub(crate) use lanes::Lanes;
-pub use level::SimdLevel;
+pub use level::{SimdLevel, SimdLevelError};
 pub(crate) use prefetch::{prefetch, prefetch_all_lines};

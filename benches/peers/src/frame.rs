@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use blinn::accel::{Accel, BuildSettings, Coherence, RayBatch, SegmentBatch};
+use blinn::accel::{Accel, Coherence, RayBatch, SegmentBatch};
 use blinn::geometry::{HitId, Ray};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong, SurfacePoint};
@@ -46,7 +46,7 @@ pub fn frames(options: &Options) -> Result<Value, String> {
         std::fs::remove_file(&path).map_err(|e| e.to_string())?;
         let (scene, _) = loaded?;
         let posed = pose(&scene, &PoseSettings::default()).map_err(|e| e.to_string())?;
-        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let (accel, _) = Accel::build(&posed, &options.build);
         let settings = RenderSettings::default();
         let view = View::default().resolve(&posed, settings.width, settings.height);
         let (camera, _) = view.map_err(|e| e.to_string())?;

@@ -10,6 +10,7 @@ mod scene;
 
 use std::process::ExitCode;
 
+use blinn::bench::Machine;
 use embree::Embree;
 use options::{Mode, Options};
 use serde_json::json;
@@ -36,7 +37,8 @@ fn run(args: &[String]) -> Result<(), String> {
         Mode::Alone => measure::alone(&options)?,
     };
     if let Some(path) = &options.json {
-        let text = json!({"mode": args[0], "rounds": options.rounds, "figures": figures});
+        let machine = Machine { simd: options.build.simd.name().into(), ..Machine::detect() };
+        let text = json!({"mode": args[0], "machine": machine, "rounds": options.rounds, "figures": figures});
         std::fs::write(path, format!("{text:#}\n")).map_err(|e| format!("{}: {e}", path.display()))?;
     }
     Ok(())

@@ -3,14 +3,14 @@
 
 use std::time::Instant;
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::Accel;
 use blinn_scenes::{GeneratedScene, format_triangle_count};
 use serde_json::{Value, json};
 
 use crate::embree::{Embree, EmbreeScene};
 use crate::engines::{EmbreeRays, EmbreeVariant, blinn_distances, mismatch_rate, time_blinn};
 use crate::options::Options;
-use crate::rays::{RaySet, Rays};
+use crate::rays::{Film, RaySet, Rays};
 use crate::scene::{convert, posed};
 
 pub fn median(mut times: Vec<f64>) -> f64 {
@@ -40,48 +40,65 @@ pub fn rays(options: &Options, embree: &Embree) -> Result<Value, String> {
         let generated = kind.generate(triangles);
         let scene = convert(&generated);
         let posed = posed(&scene)?;
-        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let (accel, _) = Accel::build(&posed, &options.build);
         let built = [false, true].map(|robust| EmbreeScene::new(embree, &generated, 2, robust));
         let [default, robust] = built;
         let built = [default?, robust?];
-        let rays = Rays::new(&generated, &posed, &accel, options.film);
-        println!("\n### {}, {}", title(&generated), about(options));
-        println!(
-            "| threads | rays | Mrays | blinn Mray/s | Embree best (variant) | robust best (variant) | to best | to robust | to Embree 1 | to robust 1 | differ |"
-        );
-        println!("|---|---|---|---|---|---|---|---|---|---|---|");
-        for &threads in &options.threads {
-            let (mut sums, mut some) = ([0.0; 5], 0);
-            for set in rays.all() {
-                if set.rays() == 0 {
-                    continue;
-                }
-                let row = compare(set, &accel, &built, threads, options.rounds);
-                print_row(threads, set, &row);
-                if set.name == "eye" || set.name == "shadow, point" {
-                    some += set.rays();
-                    sums = [0, 1, 2, 3, 4].map(|i| sums[i] + row.seconds()[i]);
-                }
-                out.push(row.json(&generated, threads, set));
-            }
-            let [ours, best, robust, one, robust_one] = sums;
-            let rate = |s: f64| some as f64 / s / 1e6;
+        for &film in &options.films {
+            let rays = Rays::new(&generated, &posed, &accel, film);
+            println!("\n### {}, {}", title(&generated), about(options, film));
             println!(
-                "| {threads} | **eye + shadow** | {:.2} | {:.2} | {:.2} | {:.2} | **{:.2}** | **{:.2}** | {:.2} | {:.2} | |",
-                some as f64 / 1e6,
-                rate(ours),
-                rate(best),
-                rate(robust),
-                best / ours,
-                robust / ours,
-                one / ours,
-                robust_one / ours,
+                "| threads | rays | Mrays | blinn Mray/s | Embree best (variant) | robust best (variant) | to best | to robust | to Embree 1 | to robust 1 | differ |"
             );
-            out.push(json!({"scene": generated.name, "triangles": generated.stored_triangles(), "threads": threads, "rays": "eye + shadow",
-                "to best": best / ours, "to robust best": robust / ours, "to 1": one / ours, "to robust 1": robust_one / ours}));
+            println!("|---|---|---|---|---|---|---|---|---|---|---|");
+            for &threads in &options.threads {
+                let context = RowContext { scene: &generated, film, threads };
+                compare_sets(context, &rays, &accel, &built, options.rounds, &mut out);
+            }
         }
     }
     Ok(out.into())
+}
+
+/// Compares all ray sets of a film, and eye and shadow rays together.
+fn compare_sets(
+    context: RowContext,
+    rays: &Rays,
+    accel: &Accel,
+    built: &[EmbreeScene; 2],
+    rounds: usize,
+    out: &mut Vec<Value>,
+) {
+    let threads = context.threads;
+    let mut sums = [0.0; 5];
+    let mut some = 0;
+    for set in rays.all() {
+        if set.rays() == 0 {
+            continue;
+        }
+        let row = compare(set, accel, built, threads, rounds);
+        print_row(threads, set, &row);
+        if set.name == "eye" || set.name == "shadow, point" {
+            some += set.rays();
+            sums = [0, 1, 2, 3, 4].map(|i| sums[i] + row.seconds()[i]);
+        }
+        out.push(context.json(set.name, row.json(set)));
+    }
+    let [ours, best, robust, one, robust_one] = sums;
+    let rate = |s: f64| some as f64 / s / 1e6;
+    println!(
+        "| {threads} | **eye + shadow** | {:.2} | {:.2} | {:.2} | {:.2} | **{:.2}** | **{:.2}** | {:.2} | {:.2} | |",
+        some as f64 / 1e6,
+        rate(ours),
+        rate(best),
+        rate(robust),
+        best / ours,
+        robust / ours,
+        one / ours,
+        robust_one / ours,
+    );
+    let ratios = json!({"to best": best / ours, "to robust best": robust / ours, "to 1": one / ours, "to robust 1": robust_one / ours});
+    out.push(context.json("eye + shadow", ratios));
 }
 
 /// Rays per second of blinn alone, for profilers.
@@ -91,30 +108,58 @@ pub fn alone(options: &Options) -> Result<Value, String> {
         let generated = kind.generate(triangles);
         let scene = convert(&generated);
         let posed = posed(&scene)?;
-        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
-        let rays = Rays::new(&generated, &posed, &accel, options.film);
-        for set in rays.all().into_iter().filter(|set| options.only.as_deref().is_none_or(|o| o == set.name))
-        {
-            for &threads in &options.threads {
-                let times = (0..options.rounds).map(|_| time_blinn(&accel, set, threads)).collect();
-                let rate = set.rays() as f64 / median(times) / 1e6;
-                println!("{}, {threads} thread(s), {}: {rate:.2} Mray/s", title(&generated), set.name);
-                out.push(
-                    json!({"scene": generated.name, "triangles": generated.stored_triangles(), "threads": threads,
-                    "rays": set.name, "blinn": rate}),
-                );
+        let (accel, _) = Accel::build(&posed, &options.build);
+        for &film in &options.films {
+            let rays = Rays::new(&generated, &posed, &accel, film);
+            let is_wanted = |set: &&RaySet| options.only.as_deref().is_none_or(|name| name == set.name);
+            for set in rays.all().into_iter().filter(is_wanted) {
+                for &threads in &options.threads {
+                    let times = (0..options.rounds).map(|_| time_blinn(&accel, set, threads)).collect();
+                    let rate = set.rays() as f64 / median(times) / 1e6;
+                    println!(
+                        "{}, {} × {}, {threads} thread(s), {}: {rate:.2} Mray/s",
+                        title(&generated),
+                        film.width,
+                        film.height,
+                        set.name
+                    );
+                    let context = RowContext { scene: &generated, film, threads };
+                    out.push(context.json(set.name, json!({"blinn": rate})));
+                }
             }
         }
     }
     Ok(out.into())
 }
 
-fn about(options: &Options) -> String {
-    let film = options.film;
+fn about(options: &Options, film: Film) -> String {
     format!(
         "{} × {} pixels, {} sample(s), tiles of {}, medians of {}",
         film.width, film.height, film.samples, film.tile, options.rounds
     )
+}
+
+/// The scene, film and threads of a row of the JSON file.
+#[derive(Clone, Copy)]
+struct RowContext<'a> {
+    scene: &'a GeneratedScene,
+    film: Film,
+    threads: usize,
+}
+
+impl RowContext<'_> {
+    /// The row of the rays `name` with its `figures`.
+    fn json(&self, name: &str, figures: Value) -> Value {
+        let mut row = json!({
+            "scene": self.scene.name, "triangles": self.scene.stored_triangles(),
+            "size": format!("{}x{}", self.film.width, self.film.height),
+            "threads": self.threads, "rays": name,
+        });
+        if let (Value::Object(row), Value::Object(figures)) = (&mut row, figures) {
+            row.extend(figures);
+        }
+        row
+    }
 }
 
 /// Median times in seconds of a set of rays.
@@ -134,10 +179,9 @@ impl Row {
         [self.blinn, self.best[0].1, self.best[1].1, self.single[0], self.single[1]]
     }
 
-    fn json(&self, scene: &GeneratedScene, threads: usize, set: &RaySet) -> Value {
+    fn json(&self, set: &RaySet) -> Value {
         let rate = |seconds: f64| set.rays() as f64 / seconds / 1e6;
         json!({
-            "scene": scene.name, "triangles": scene.stored_triangles(), "threads": threads, "rays": set.name,
             "count": set.rays(), "blinn": rate(self.blinn),
             "best": rate(self.best[0].1), "best way": self.best[0].0.name(),
             "robust best": rate(self.best[1].1), "robust best way": self.best[1].0.name(),
@@ -219,7 +263,7 @@ pub fn builds(options: &Options, embree: &Embree) -> Result<Value, String> {
             let (mut own, mut theirs, mut bytes) = (Vec::new(), Vec::new(), [0; 2]);
             for round in 0..=options.rounds {
                 let start = Instant::now();
-                let (accel, _) = pool.install(|| Accel::build(&posed, &BuildSettings::default()));
+                let (accel, _) = pool.install(|| Accel::build(&posed, &options.build));
                 let seconds = start.elapsed().as_secs_f64();
                 let stats = accel.stats();
                 drop(accel);
@@ -252,7 +296,8 @@ pub fn builds(options: &Options, embree: &Embree) -> Result<Value, String> {
 /// Time per ray by the number of triangles.
 pub fn scale(options: &Options, embree: &Embree) -> Result<Value, String> {
     let mut out = Vec::new();
-    println!("\n### Time per ray by triangles, one thread, {}", about(options));
+    let film = *options.films.first().ok_or("no size")?;
+    println!("\n### Time per ray by triangles, one thread, {}", about(options, film));
     println!(
         "| scene | eye ns | shadow ns | Embree eye ns | Embree shadow ns | blinn's growth over log n | Embree's |"
     );
@@ -262,10 +307,10 @@ pub fn scale(options: &Options, embree: &Embree) -> Result<Value, String> {
         let generated = kind.generate(triangles);
         let scene = convert(&generated);
         let posed = posed(&scene)?;
-        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let (accel, _) = Accel::build(&posed, &options.build);
         let built =
             [EmbreeScene::new(embree, &generated, 2, false)?, EmbreeScene::new(embree, &generated, 2, true)?];
-        let rays = Rays::new(&generated, &posed, &accel, options.film);
+        let rays = Rays::new(&generated, &posed, &accel, film);
         let row = [&rays.eye, &rays.shadow].map(|set| {
             let row = compare(set, &accel, &built, 1, options.rounds);
             [row.blinn, row.best[0].1].map(|s| s / set.rays().max(1) as f64 * 1e9)

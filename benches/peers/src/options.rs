@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use blinn::accel::{BuildSettings, SimdLevel};
 use blinn_scenes::{SceneKind, parse_triangle_count};
 
 use crate::rays::Film;
@@ -27,24 +28,31 @@ pub struct Options {
     pub scenes: Vec<(SceneKind, usize)>,
     pub threads: Vec<usize>,
     pub rounds: usize,
-    pub film: Film,
+    /// The films to trace rays for, one for each size.
+    pub films: Vec<Film>,
     pub json: Option<PathBuf>,
     pub embree: PathBuf,
     /// The name of the only ray set to trace.
     pub only: Option<String>,
+    /// The settings of blinn's BVHs, with the SIMD level.
+    pub build: BuildSettings,
 }
 
 pub const USAGE: &str = "usage: blinn-peers rays|build|scale|frame|alone [KIND:TRIANGLES …] [options]
-  --quick           480 × 270 pixels, three rounds, smaller scenes
+  --quick           480x270 pixels, three rounds, smaller scenes
   --threads LIST    numbers of threads [default: 1,2]
   --rounds N        interleaved rounds, whose medians count [default: 5]
-  --size WxH        pixels [default: 1920x1080]
+  --size LIST       pixels [default: 256x256,480x270,1920x1080; with `scale`: 1920x1080]
   --tile N          side of a tile (a batch of rays) in pixels [default: 32]
   --samples N       samples per pixel [default: 1]
   --only NAME       with `alone`: trace only this set of rays
   --json FILE       write all results
   --embree FOLDER   folder of libembree4 [default: target/embree/embreex.libs]
-A scene is a kind and a number of triangles: scan:70k, interior:1.4m.";
+A scene is a kind and a number of triangles: scan:70k, interior:1.4m. BLINN_SIMD selects blinn's SIMD level, as it
+does for the program.";
+
+/// Pixels of small, middle and large pictures.
+const SIZES: [(u32, u32); 3] = [(256, 256), (480, 270), (1920, 1080)];
 
 impl Options {
     pub fn parse(words: &[String]) -> Result<Options, String> {
@@ -62,12 +70,16 @@ impl Options {
             scenes: Vec::new(),
             threads: vec![1, 2],
             rounds: 5,
-            film: Film { width: 1920, height: 1080, tile: 32, samples: 1 },
+            films: Vec::new(),
             json: None,
             embree: "target/embree/embreex.libs".into(),
             only: None,
+            build: BuildSettings { simd: simd_level()?, ..BuildSettings::default() },
         };
         let mut quick = false;
+        let mut sizes = if mode == Mode::Scale { vec![SIZES[2]] } else { SIZES.to_vec() };
+        let mut tile = 32;
+        let mut samples = 1;
         while let Some(word) = words.next() {
             let mut value = || words.next().ok_or(format!("{word} needs a value\n{USAGE}"));
             match word {
@@ -77,13 +89,9 @@ impl Options {
                         value()?.split(',').map(|n| number(n, 256)).collect::<Result<_, _>>()?;
                 }
                 "--rounds" => options.rounds = number(value()?, 1000)?,
-                "--size" => {
-                    let (w, h) = value()?.split_once('x').ok_or("--size is WxH")?;
-                    options.film.width = number(w, 16384)? as u32;
-                    options.film.height = number(h, 16384)? as u32;
-                }
-                "--tile" => options.film.tile = number(value()?, 4096)? as u32,
-                "--samples" => options.film.samples = number(value()?, 4096)? as u32,
+                "--size" => sizes = value()?.split(',').map(size).collect::<Result<_, _>>()?,
+                "--tile" => tile = number(value()?, 4096)? as u32,
+                "--samples" => samples = number(value()?, 4096)? as u32,
                 "--only" => options.only = Some(value()?.into()),
                 "--json" => options.json = Some(value()?.into()),
                 "--embree" => options.embree = value()?.into(),
@@ -95,9 +103,11 @@ impl Options {
             }
         }
         if quick {
-            options.film = Film { width: 480, height: 270, ..options.film };
+            sizes = vec![SIZES[1]];
             options.rounds = options.rounds.min(3);
         }
+        options.films =
+            sizes.into_iter().map(|(width, height)| Film { width, height, tile, samples }).collect();
         if options.scenes.is_empty() {
             options.scenes = default_scenes(mode, quick);
         }
@@ -109,6 +119,20 @@ fn number(word: &str, max: usize) -> Result<usize, String> {
     match word.parse() {
         Ok(n) if (1..=max).contains(&n) => Ok(n),
         _ => Err(format!("'{word}' is not a number from 1 to {max}")),
+    }
+}
+
+/// Parses `WxH`.
+fn size(word: &str) -> Result<(u32, u32), String> {
+    let (w, h) = word.split_once('x').ok_or(format!("'{word}' is not a size like 480x270"))?;
+    Ok((number(w, 16384)? as u32, number(h, 16384)? as u32))
+}
+
+/// The SIMD level that `BLINN_SIMD` names, else the highest that this processor has.
+fn simd_level() -> Result<SimdLevel, String> {
+    match std::env::var("BLINN_SIMD") {
+        Ok(name) if !name.is_empty() => name.parse().map_err(|e| format!("BLINN_SIMD: {e}")),
+        _ => Ok(SimdLevel::detect()),
     }
 }
 
