@@ -3,6 +3,7 @@
 //!
 //! - `bad_files`: hand-made bad files, each with its expected error
 //! - `degenerate_geometry`: NaN, infinite, coincident and huge triangles and rays
+//! - `denormals`: renders compute with few subnormal numbers
 //! - `fuzz_corpus`: the corpus of the fuzz targets, and generated inputs for each
 //! - `import_limits`: each of `import::Limits`, at the limit and one past it
 //! - `io_failures`: disks that fill up, files that vanish, closed pipes, shared folders
@@ -18,6 +19,9 @@ mod common;
 
 mod bad_files;
 mod degenerate_geometry;
+// The counter needs the control word and signals of x86-64 Linux.
+#[cfg(all(target_arch = "x86_64", target_os = "linux"))]
+mod denormals;
 mod fuzz_corpus;
 mod import_limits;
 mod io_failures;

@@ -31,8 +31,10 @@ impl CanonicalTriangle {
     pub const ZERO: CanonicalTriangle = CanonicalTriangle { vertices: [Vec3::ZERO; 3], max_edge: 0.0 };
 
     /// Sorts the vertices, so that coincident triangles have bit for bit the same t, whatever their winding.
-    /// Returns true with it where sorting flips the winding.
-    pub fn new(mut vertices: [Vec3; 3]) -> Result<(CanonicalTriangle, bool), Degeneracy> {
+    /// Returns true with it where sorting flips the winding. Subnormal coordinates become 0: each test of the triangle
+    /// would be slow.
+    pub fn new(vertices: [Vec3; 3]) -> Result<(CanonicalTriangle, bool), Degeneracy> {
+        let mut vertices = vertices.map(flush_subnormal);
         let [a, b, c] = vertices;
         let largest = a.abs().max(b.abs()).max(c.abs());
         // `max` may drop NaN. Times 0, NaN stays and infinity becomes NaN.
@@ -52,8 +54,6 @@ impl CanonicalTriangle {
                 flipped = !flipped;
             }
         }
-        // Adding 0 turns −0 into 0: equal positions must have equal bits, by which they are compared.
-        let vertices = vertices.map(|v| v + Vec3::ZERO);
         let edge = |i: usize| (vertices[i].as_dvec3() - vertices[0].as_dvec3()).length_squared();
         let max_edge = (edge(1).max(edge(2)).sqrt() * (1.0 + 4.0 * f64::from(EPSILON))) as f32;
         Ok((CanonicalTriangle { vertices, max_edge: max_edge.max(f32::MIN_POSITIVE) }, flipped))
@@ -85,6 +85,15 @@ impl CanonicalTriangle {
     }
 }
 
+/// Returns a vertex with 0 for subnormal coordinates and for −0: equal positions must have equal bits, by which they are
+/// compared.
+#[inline(always)]
+fn flush_subnormal(vertex: Vec3) -> Vec3 {
+    // By bits, so that no comparison meets a subnormal number.
+    let flush = |x: f32| if x.to_bits() << 1 < f32::MIN_POSITIVE.to_bits() << 1 { 0.0 } else { x };
+    Vec3::new(flush(vertex.x), flush(vertex.y), flush(vertex.z))
+}
+
 /// The cross product of the edges at the first vertex: the normal, as long as twice the area.
 #[inline(always)]
 fn doubled_area_vector(vertices: &[Vec3; 3]) -> DVec3 {
@@ -97,4 +106,25 @@ fn doubled_area_vector(vertices: &[Vec3; 3]) -> DVec3 {
 pub(crate) fn padded_bounds(vertices: &[Vec3; 3]) -> Aabb {
     let bounds = Aabb::of_triangle(vertices);
     bounds.padded(3.0 * EPSILON * bounds.max_abs_coordinate() + 4.0 * MIN_PADDING)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn subnormal_coordinates_become_zero() {
+        let v = [
+            Vec3::new(1e-39, 2.0, -0.0),
+            Vec3::new(-1e-44, -1e-39, 1.0),
+            Vec3::new(1.0, f32::MIN_POSITIVE, 3.0),
+        ];
+        let (triangle, _) = CanonicalTriangle::new(v).unwrap();
+        assert!(
+            triangle.vertices().iter().flat_map(|v| v.to_array()).all(|x| x.to_bits() == 0 || x.is_normal())
+        );
+        assert!(triangle.vertices().contains(&v[2]), "the smallest normal number stays");
+        let subnormal = v.map(|v| v * 1e-39);
+        assert_eq!(CanonicalTriangle::new(subnormal).unwrap_err(), Degeneracy::ZeroArea);
+    }
 }

@@ -8,7 +8,7 @@ use obvhs::aabb::Aabb as ObvhsAabb;
 use rayon::prelude::*;
 
 use crate::accel::build::builder::{self, Cluster, ClusterLeaves};
-use crate::accel::build::canonical_triangle::MAX_COORDINATE;
+use crate::accel::build::canonical_triangle::{MAX_COORDINATE, MIN_PADDING};
 use crate::accel::build::instancing_plan::InstancingPlan;
 use crate::accel::build::leaf_packing::LeafCapacity;
 use crate::accel::build::morton_clusters::MortonKey;
@@ -184,8 +184,10 @@ fn world_bounds(to_world: &DAffine3, local: Aabb) -> Aabb {
         let at = |axis: usize| if corner >> axis & 1 == 0 { local.min[axis] } else { local.max[axis] };
         bounds.extend(to_world.transform_point3(Vec3::new(at(0), at(1), at(2)).as_dvec3()));
     }
-    let down = |x: f64| (x as f32).next_down();
-    let up = |x: f64| (x as f32).next_up();
+    // By no more than boxes of triangles are padded, and not to subnormal numbers, which are slow on many processors.
+    let is_zero = |x: f64| x.abs() < f64::from(MIN_PADDING);
+    let down = |x: f64| if is_zero(x) { -MIN_PADDING } else { (x as f32).next_down() };
+    let up = |x: f64| if is_zero(x) { MIN_PADDING } else { (x as f32).next_up() };
     let min = Vec3::new(down(bounds.min.x), down(bounds.min.y), down(bounds.min.z));
     let max = Vec3::new(up(bounds.max.x), up(bounds.max.y), up(bounds.max.z));
     // Triangles beyond this are rejected, and nothing there can be hit.

@@ -11,6 +11,10 @@ use crate::accel::bvh::huge_pages::HugePageVec;
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
 
+/// Boxes of unused slots reach from this to its negative, so that no ray enters them. It is beyond all coordinates, but
+/// its reciprocal is a normal number: subnormal ones are slow on many processors.
+const EMPTY_SLOT: f32 = (1u128 << 125) as f32;
+
 /// Marks a child reference as a leaf number; without it, a reference is a node's index.
 pub(crate) const LEAF_BIT: u32 = 1 << 31;
 
@@ -47,7 +51,7 @@ impl Bvh8Node {
     /// Builds a node from the boxes and references of 1 to 8 children.
     pub fn new(children: &[(Aabb, u32)]) -> Bvh8Node {
         let mut node = Bvh8Node {
-            planes: [[[f32::MAX; WIDTH], [-f32::MAX; WIDTH]]; 3],
+            planes: [[[EMPTY_SLOT; WIDTH], [-EMPTY_SLOT; WIDTH]]; 3],
             child: [LEAF_BIT; WIDTH],
             order: [0; WIDTH],
         };

@@ -10,7 +10,20 @@
 //! |δu|, |δv| ≤ 5ε|d||e||c| and |δw| ≤ 12ε|d||e|(|c| + |e|/2). One more ε covers o and d, which may have been rounded
 //! to f32 themselves.
 //!
+//! These bounds are relative. Below the smallest normal f32, a rounding error is absolute: 2⁻¹⁵⁰ for each product; sums
+//! are exact there. It is covered as follows, with M the largest distance or coordinate:
+//!
+//! - u, v and w: a component of e×c is off by 2⁻¹⁴⁹, which d scales by |d|. The floor of 10⁻³⁴·max(|d|, 1) covers it.
+//! - with d×e computed first, for a shared direction, the error is 3·2⁻¹⁴⁹·M < 5·10⁻⁴⁵·M. The relative bound is at least
+//!   6ε·M·e > 8·10⁻⁴⁵·M, because `max_edge` is never below the smallest normal f32.
+//! - the depth: n is off by 2⁻¹⁴⁹, and c·n by 3·2⁻¹⁴⁹·M. The depth is used only where the determinant is certain, beyond the
+//!   floor; then e² > 10⁻³⁴, and the relative bound of 16ε·M·e² is at least 10⁻⁴⁰·M.
+//!
+//! Box tests need no such term: boxes are padded by 4·10⁻²⁰ at least ([`MIN_PADDING`]).
+//!
 //! Compare "Managing Rounding Error" in *Physically Based Rendering* (pbrt-v4, section 6.8).
+//!
+//! [`MIN_PADDING`]: crate::accel::build::canonical_triangle::MIN_PADDING
 
 use crate::accel::traverse::hit::GRAZING_DETERMINANT;
 use crate::geometry::EPSILON;
@@ -24,7 +37,7 @@ pub(crate) struct EdgeFunctionBounds {
     /// The bound on u, v and scaled w is `edge·(per_edge + edge·per_area) + floor`.
     per_edge: f32,
     per_area: f32,
-    /// Covers underflow.
+    /// Covers underflow (see the module).
     floor: f32,
     /// The bound on the depth is `edge²·(per_depth + edge·16ε) + floor`.
     per_depth: f32,

@@ -10,7 +10,6 @@ mod attributes;
 mod blender;
 mod buffers;
 mod build;
-mod clearcoat;
 mod color;
 mod container;
 mod document;

@@ -64,14 +64,11 @@ impl PointsSoa {
         }
         self.count += count;
         let (block, lane) = self.lane_mut(first);
-        if lane == 0 {
-            block.has_specular = false;
-            block.reflecting = 0;
-        }
+        block.has_specular &= lane > 0;
         (block, lane)
     }
 
-    /// Computes v, the unit directions to the eye, in blocks with highlights or reflections.
+    /// Computes v, the unit directions to the eye, in blocks with highlights.
     pub fn compute_view_dirs(&mut self, accel: &Accel) {
         accel.run_autovec(ViewDirs(self));
     }
@@ -89,7 +86,7 @@ impl AutovecKernel for ViewDirs<'_> {
     #[inline(always)]
     fn run(self) {
         for (block, _) in self.0.blocks_mut() {
-            if block.has_specular || block.reflecting != 0 {
+            if block.has_specular {
                 block.compute_view_dirs();
             }
         }

@@ -32,8 +32,17 @@ impl TerminatorOffset {
             let depth = -height * side;
             side * b[i] * if depth > 0.0 { depth } else { 0.0 }
         };
-        (self.n[0] * weight(0) + self.n[1] * weight(1) + self.n[2] * weight(2)).as_vec3()
+        let offset = self.n[0] * weight(0) + self.n[1] * weight(1) + self.n[2] * weight(2);
+        DVec3::new(or_zero(offset.x), or_zero(offset.y), or_zero(offset.z)).as_vec3()
     }
+}
+
+/// Returns `x`, or 0 where it is far less than any ray origin's distance from its surface. Normals of flat triangles that
+/// are off by rounding have such offsets, which as f32 would be subnormal, and slow to compute with.
+#[inline(always)]
+fn or_zero(x: f64) -> f64 {
+    const NEGLIGIBLE: f64 = 1.0 / (1u128 << 100) as f64;
+    if x.abs() < NEGLIGIBLE { 0.0 } else { x }
 }
 
 /// Share of the offset, 0…1, for light at angle `cos` to the geometric normal. Only grazing light is offset: else coarse
@@ -49,4 +58,22 @@ fn grazing_weight(cos: f64) -> f32 {
 #[inline(always)]
 pub(crate) fn shadow_ray_origin(origin: Vec3, offset: Vec3, cos: f64) -> Vec3 {
     origin + offset * grazing_weight(cos)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offsets_of_flat_triangles_with_rounded_normals_are_not_subnormal() {
+        let v = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        // The first normal leans by 1e-22: the offset is about 1e-22 along z and 1e-44 along x.
+        let n = [DVec3::new(-1e-22, 0.0, 1.0), DVec3::Z, DVec3::Z];
+        let flat = TerminatorOffset::new(&v, &n, true).at([0.4, 0.3, 0.3], false);
+        assert_eq!(flat.x, 0.0);
+        assert!(flat.z > 1e-24, "{flat}");
+        let round = [DVec3::new(-0.6, 0.0, 0.8), DVec3::Z, DVec3::Z];
+        let offset = TerminatorOffset::new(&v, &round, true).at([0.4, 0.3, 0.3], false);
+        assert!(offset.x < 0.0 && offset.z > 0.0, "{offset}");
+    }
 }
