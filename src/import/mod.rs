@@ -28,7 +28,7 @@ pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
 pub use files::limits::Limits;
 pub(crate) use files::read_file::{open_regular_file, open_scene_file};
-pub use image::environment::load_sky;
+pub use image::environment::load_environment;
 pub use options::{LoadOptions, SceneChoice, UpAxis};
 pub use smooth::NormalMode;
 

@@ -17,14 +17,14 @@ pub(crate) fn occlude_ambient(
     buffers: &mut ShadowBuffers,
 ) {
     let has_ambient = |&i: &usize| {
-        let k = points.coefficients(i);
-        k.alpha > 0.0 && k.k_a * frame.ambient_at(points.n(i)) != Rgb::ZERO
+        let (_, k_a) = points.emission_and_ambient(i);
+        points.coefficients(i).alpha > 0.0 && k_a * frame.ambient_at(points.n(i)) != Rgb::ZERO
     };
     let indices: Vec<usize> = (0..points.points.len()).filter(has_ambient).collect();
     let visibility = trace_ambient_visibility(frame, settings, points, &indices, stream, buffers);
     for (i, visibility) in indices.into_iter().zip(visibility) {
-        let k = points.coefficients(i);
-        let radiance = k.k_e + k.k_a * frame.ambient_at(points.n(i)) * visibility;
+        let (k_e, k_a) = points.emission_and_ambient(i);
+        let radiance = k_e + k_a * frame.ambient_at(points.n(i)) * visibility;
         let (block, lane) = points.soa.lane_mut(i);
         set3(&mut block.radiance, lane, radiance.to_array());
     }

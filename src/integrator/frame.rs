@@ -6,7 +6,9 @@ use crate::accel::{Accel, Coherence, RayBatch};
 use crate::geometry::{RayDifferential, Rgb};
 use crate::integrator::material::coefficients::MaterialOverrides;
 use crate::integrator::sample::Sample;
-use crate::scene::{Camera, Ground, PosedLight, PosedScene, Projection, ResolvedLighting, SkyIrradiance};
+use crate::scene::{
+    Camera, Environment, Ground, PosedLight, PosedScene, Projection, ResolvedLighting, SkyIrradiance,
+};
 
 /// Everything that one picture is made from.
 #[derive(Clone, Debug)]
@@ -23,6 +25,9 @@ pub struct Frame<'a> {
     pub ambient: Rgb,
     /// Replaces I_a by the light of a sky, which depends on the normal.
     pub sky: Option<SkyIrradiance>,
+    /// The light from infinitely far away that specular lobes and escaping rays meet, in the scene's coordinates; `None`
+    /// is black.
+    pub environment: Option<Environment>,
     /// Coefficients that replace those of all materials.
     pub overrides: MaterialOverrides,
     /// True: eye rays pass through back faces of single-sided materials.
@@ -61,6 +66,7 @@ impl<'a> Frame<'a> {
             lights: lit.rig.lights.clone(),
             ambient: lit.rig.ambient,
             sky: lit.rig.sky,
+            environment: lit.rig.environment.clone(),
             overrides: MaterialOverrides::default(),
             cull_back_faces: true,
             shadows: true,
@@ -81,6 +87,7 @@ impl<'a> Frame<'a> {
         self.camera = self.camera.transformed(&inverse);
         self.lights =
             self.lights.iter().map(|light| light.transformed(&inverse, self.posed.centre)).collect();
+        self.environment = self.environment.map(|environment| environment.rotated(inverse.matrix3));
         self.scene_to_world = *motion * self.scene_to_world;
         self
     }
@@ -114,6 +121,11 @@ impl<'a> Frame<'a> {
     /// I_a at a surface with shading normal `n`.
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
         self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
+    }
+
+    /// True if there are surroundings to reflect, and materials keep their own coefficients.
+    pub(crate) fn reflects(&self) -> bool {
+        self.environment.is_some() && self.overrides == MaterialOverrides::default()
     }
 
     /// The ray differential of an eye ray over a footprint on the film; `None` for a point.

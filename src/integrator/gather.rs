@@ -26,19 +26,20 @@ use crate::integrator::surface::texture_batch::TextureSamples;
 use crate::integrator::surface::texture_eval::{PointSamples, TextureEvalContext};
 
 /// Gathers the current layer's points, first those on the ground in front of it. `unlit` computes k_e + k_a I_a from a
-/// point's coefficients and shading normal.
+/// point's coefficients and shading normal. `reflects` is true if surfaces reflect their surroundings.
 pub(crate) fn gather_points<'s>(
     frame: &Frame<'s>,
     layers: &mut Layers,
     samples: &[Sample],
     buffers: &mut BatchBuffers,
+    reflects: bool,
     unlit: impl Fn(&Coefficients, DVec3) -> Rgb,
 ) -> ShadingBatch<'s> {
     let mut batch = ShadingBatch::new(buffers);
     // Composited in this order, the ground covers what is behind it.
     frame.gather_ground(&mut batch, &layers.rays, &mut layers.ground_t, &unlit);
     compute_hits(frame, &mut batch, &layers.rays, samples);
-    evaluate_materials(frame, &mut batch, unlit);
+    evaluate_materials(frame, &mut batch, reflects, unlit);
     batch
 }
 
@@ -80,10 +81,16 @@ fn compute_hits<'s>(frame: &Frame<'s>, batch: &mut ShadingBatch<'s>, rays: &EyeR
 }
 
 /// Evaluates the materials of all triangles' points.
-fn evaluate_materials(frame: &Frame, batch: &mut ShadingBatch, unlit: impl Fn(&Coefficients, DVec3) -> Rgb) {
+fn evaluate_materials(
+    frame: &Frame,
+    batch: &mut ShadingBatch,
+    reflects: bool,
+    unlit: impl Fn(&Coefficients, DVec3) -> Rgb,
+) {
     let ShadingBatch { points, coefficients, soa, triangles, samples, .. } = batch;
     let overrides = &frame.overrides;
-    let evaluator = MaterialEvaluator::new(frame.posed, coefficients, overrides, frame.sky.is_some());
+    let evaluator =
+        MaterialEvaluator::new(frame.posed, coefficients, overrides, frame.sky.is_some(), reflects);
     let mut stage = MaterialStage {
         frame,
         evaluator,
@@ -154,6 +161,9 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialStage<'_, F> {
                 let index = self.evaluator.eval(triangle.material, &ctx);
                 let k = self.evaluator.get(index);
                 block.set_material(lane, n, k, (self.unlit)(k, n));
+                if k.layers.reflects {
+                    block.set_reflecting(lane, roughness[lane]);
+                }
                 self.points.push(ShadingPoint::new(self.samples[i], triangle.id, index));
                 i += 1;
             }

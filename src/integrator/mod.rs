@@ -14,6 +14,7 @@ mod ground_plane;
 mod layers;
 mod material;
 mod phong;
+mod reflections;
 mod sample;
 mod sampler;
 mod scratch;

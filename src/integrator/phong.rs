@@ -1,8 +1,9 @@
 //! Blinn-Phong shading: the last slide of the lecture.
 //!
-//! L = k_e + k_a I_a + Σ V · I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ],  h = (v + l)/‖v + l‖
+//! L = k_e + k_a I_a + Σ V · I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ] + k_r L_r,  h = (v + l)/‖v + l‖
 //!
-//! The sum is over the lights. V, 0…1, is the visibility of the light, which a shadow ray finds.
+//! The sum is over the lights. V, 0…1, is the visibility of the light, which a shadow ray finds. L_r is the light that
+//! arrives from where the surface reflects; k_r is 0 for matte surfaces.
 //!
 //! Points are shaded in blocks of [`LANES`], stored as structure of arrays, so that the loops over a block are vectorised.
 //! The path of a pixel:
@@ -28,6 +29,7 @@ use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
 use crate::integrator::layers::Layers;
 use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::reflections::{reflect_environment, split_light_among_layers};
 use crate::integrator::sample::{Sample, SampleStream};
 use crate::integrator::sampler::LowDiscrepancySampler;
 use crate::integrator::scratch::Scratch;
@@ -75,7 +77,7 @@ impl Integrator for Phong {
         for _ in 0..MAX_LAYERS {
             layers.rays.intersect(frame);
             let unlit = |k: &Coefficients, n: DVec3| self.emission_and_ambient(frame, k, n);
-            let mut points = gather_points(frame, &mut layers, samples, buffers, unlit);
+            let mut points = gather_points(frame, &mut layers, samples, buffers, self.reflects(frame), unlit);
             self.shade(frame, &mut points, stream, shadow);
             let continues = layers.composite(&points);
             points.recycle(buffers);
@@ -92,6 +94,11 @@ impl Integrator for Phong {
 }
 
 impl Phong {
+    /// True if surfaces reflect their surroundings: unless the material is replaced by the lecture's coefficients.
+    fn reflects(&self, frame: &Frame) -> bool {
+        self.stage == Stage::Phong && frame.reflects()
+    }
+
     /// k_e + k_a I_a at a surface with shading normal `n`.
     #[inline(always)]
     fn emission_and_ambient(&self, frame: &Frame, k: &Coefficients, n: DVec3) -> Rgb {
@@ -116,10 +123,12 @@ impl Phong {
         let has_specular = self.stage == Stage::Phong;
         let has_shadows = frame.shadows && self.stage != Stage::Diffuse;
         if has_specular {
+            points.soa.compute_view_dirs(frame.accel);
+            split_light_among_layers(frame, points);
             if let Some(settings) = frame.ambient_occlusion {
                 occlude_ambient(frame, settings, points, stream, shadow);
             }
-            points.soa.compute_view_dirs(frame.accel);
+            reflect_environment(frame, points, stream);
         }
         for (i, light) in frame.lights.iter().enumerate() {
             frame.accel.run_autovec(DirectLight {

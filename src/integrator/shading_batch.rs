@@ -86,6 +86,18 @@ impl ShadingBatch<'_> {
         &self.coefficients[self.points[i].coefficients as usize]
     }
 
+    /// k_e and k_a of point `i`, as far as its specular layers let light through.
+    #[inline(always)]
+    pub fn emission_and_ambient(&self, i: usize) -> (Rgb, Rgb) {
+        let k = self.coefficients(i);
+        let (block, lane) = self.soa.lane(i);
+        if block.reflects(lane) {
+            (k.k_e * (1.0 - block.k_coat[lane]), k.k_a * block.base_share[lane])
+        } else {
+            (k.k_e, k.k_a)
+        }
+    }
+
     /// Shading normal of point `i`.
     #[inline(always)]
     pub fn n(&self, i: usize) -> DVec3 {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{
-    Camera, LightUnits, PosedLight, PosedScene, Rig, SkyIrradiance, SourceFormat, headlight, three_point,
+    Camera, Environment, LightUnits, PosedLight, PosedScene, Rig, SourceFormat, headlight, three_point,
 };
 use crate::geometry::Rgb;
 
@@ -53,8 +53,9 @@ pub struct Lighting {
     /// Raises the ambient term of the light sets to at least a fifth of their light, so that ambient
     /// occlusion is visible.
     pub boost_ambient: bool,
-    /// An environment in place of a constant I_a. It also replaces the default three-point rig.
-    pub sky: Option<SkyIrradiance>,
+    /// An environment in place of a constant I_a, also for specular lobes. It also replaces the default three-point rig.
+    /// `None` reflects the studio of the three-point rig, else the constant I_a.
+    pub environment: Option<Environment>,
     /// Radius of every light: [`PosedLight::radius`].
     pub radius: f32,
 }
@@ -68,7 +69,7 @@ impl Default for Lighting {
             scale: 1.0,
             ambient: None,
             boost_ambient: false,
-            sky: None,
+            environment: None,
             radius: 0.0,
         }
     }
@@ -133,13 +134,14 @@ impl Lighting {
                     let ambient = Rgb::splat(if blender { BLENDER_AMBIENT } else { 0.0 });
                     let units = self.units.resolve(source).name();
                     let part = format!("{} from the file ({units})", file_lights.len());
-                    (Rig { lights: file_lights.clone(), ambient, sky: None }, part)
+                    (Rig { lights: file_lights.clone(), ambient, ..Rig::default() }, part)
                 }
                 LightSet::Headlight => (headlight(camera), "a headlight".to_string()),
                 LightSet::ThreePoint => (three_point(camera), "the three-point rig".to_string()),
             };
             rig.lights.extend(added.lights);
             rig.ambient = rig.ambient.max(added.ambient);
+            rig.environment = rig.environment.or(added.environment);
             parts.push(part);
         }
         rig.lights.extend(self.user_lights.iter().map(|light| light.posed(posed.centre)));
@@ -152,7 +154,12 @@ impl Lighting {
             rig.ambient = rig.ambient.max(rig.boosted_ambient(posed));
         }
         rig.ambient = self.ambient.unwrap_or(rig.ambient);
-        rig.sky = self.sky;
+        rig.sky = self.environment.as_ref().map(Environment::irradiance);
+        if let Some(environment) = &self.environment {
+            rig.environment = Some(environment.clone());
+        } else if rig.environment.is_none() && rig.ambient != Rgb::ZERO {
+            rig.environment = Some(Environment::uniform(rig.ambient));
+        }
         for light in &mut rig.lights {
             light.radius = self.radius;
         }
@@ -164,7 +171,7 @@ impl Lighting {
     fn default_sets(&self, file_has_lights: bool) -> Vec<LightSet> {
         if file_has_lights {
             vec![LightSet::File]
-        } else if self.user_lights.is_empty() && self.sky.is_none() {
+        } else if self.user_lights.is_empty() && self.environment.is_none() {
             vec![LightSet::ThreePoint]
         } else {
             Vec::new()

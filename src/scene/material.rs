@@ -135,8 +135,6 @@ pub struct Clearcoat {
     pub factor: ScalarInput,
     /// Perceptual roughness (texture: green).
     pub roughness: ScalarInput,
-    /// Normal map of the coat.
-    pub normal: Option<NormalMap>,
 }
 
 /// The inside of a body (KHR_materials_volume).
@@ -267,7 +265,7 @@ impl Material {
     pub fn reflects(&self) -> bool {
         let may_be_positive = |scalar: &ScalarInput| scalar.factor > 0.0;
         let reflects = match &self.reflectance {
-            Reflectance::Mtl(mtl) => mtl.specular.factor != Rgb::ZERO,
+            Reflectance::Mtl(mtl) => mtl.specular.factor != Rgb::ZERO || may_be_positive(&self.transmission),
             Reflectance::MetallicRoughness { metallic, dielectric, .. } => {
                 may_be_positive(metallic) || may_be_positive(&dielectric.specular)
             }

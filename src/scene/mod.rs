@@ -9,6 +9,7 @@
 mod animation;
 mod base_view;
 mod camera;
+mod environment;
 mod file_camera;
 mod file_digest;
 mod framing;
@@ -25,7 +26,7 @@ mod resolve_view;
 mod rig;
 mod select;
 mod skin;
-mod sky;
+
 mod source;
 mod spot_cone;
 mod texture;
@@ -39,6 +40,7 @@ pub use animation::playback::{AnimationChoice, PoseError, active_animations, cli
 pub use animation::pose::{PoseSettings, pose};
 pub use animation::posed_scene::{PosedInstance, PosedScene};
 pub use camera::{Camera, ClipPlanes, Projection};
+pub use environment::{Environment, Panorama, SkyIrradiance};
 pub use file_camera::{FileCamera, FileProjection, SensorFit};
 pub use file_digest::FileDigest;
 pub(crate) use file_digest::HashingReader;
@@ -59,7 +61,6 @@ pub use resolve_view::ViewNotes;
 pub use rig::{Rig, headlight, three_point};
 pub use select::{Glob, NoMatch, Selection};
 pub use skin::Skin;
-pub use sky::SkyIrradiance;
 pub use source::{Source, SourceFile, SourceFormat};
 pub use spot_cone::SpotCone;
 pub use texture::anisotropic::Footprint;

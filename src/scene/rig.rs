@@ -1,9 +1,9 @@
 //! Light rigs fixed to the camera, for scenes without lights.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
-use super::{Camera, PosedLight, SkyIrradiance};
-use crate::geometry::Rgb;
+use super::{Camera, Environment, PosedLight, SkyIrradiance};
+use crate::geometry::{Basis, Rgb};
 
 /// Lights with a matching ambient term.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,11 +14,13 @@ pub struct Rig {
     pub ambient: Rgb,
     /// An I_a that depends on the normal, in place of `ambient`.
     pub sky: Option<SkyIrradiance>,
+    /// The light from infinitely far away that specular lobes reflect; `None` reflects black.
+    pub environment: Option<Environment>,
 }
 
 /// Returns the three-point rig: a key light from the upper left, a fill light from the right and a rim
 /// light from behind. All are suns, so the picture does not depend on the size of the scene. A white
-/// Lambertian surface stays below 1.
+/// Lambertian surface stays below 1. Specular lobes reflect [`Environment::studio`], fixed to the camera like the lights.
 pub fn three_point(camera: &Camera) -> Rig {
     let basis = camera.basis;
     let sun = |to_light: DVec3, e: f32| {
@@ -33,7 +35,16 @@ pub fn three_point(camera: &Camera) -> Rig {
         ],
         ambient: Rgb::splat(0.1),
         sky: None,
+        environment: Some(Environment::studio().rotated(orthonormal(&basis))),
     }
+}
+
+/// Returns the axes of a basis, made orthogonal where a file's camera shears them.
+fn orthonormal(basis: &Basis) -> DMat3 {
+    let w = basis.w;
+    let v = basis.v.reject_from_normalized(w).normalize();
+    let u = v.cross(w);
+    DMat3::from_cols(if u.dot(basis.u) < 0.0 { -u } else { u }, v, w)
 }
 
 /// Returns the lecture's “dim light at camera”: a sun along the view direction.
@@ -41,6 +52,6 @@ pub fn headlight(camera: &Camera) -> Rig {
     Rig {
         lights: vec![PosedLight::sun(-camera.basis.w, Rgb::splat(0.8))],
         ambient: Rgb::splat(0.05),
-        sky: None,
+        ..Rig::default()
     }
 }

@@ -8,6 +8,7 @@
 //! - `ggx_materials`: physical materials against the GGX surface that they stand for
 //! - `golden`: reference images of each shading term and each model
 //! - `lecture`: every row of the lecture's formulas
+//! - `reflections`: white furnaces of metals, plastics and clear coats, and what stays matte
 //! - `scale_invariance`: pictures at other scales and far from the origin
 //! - `self_shadowing`: offset ray origins, at every scale
 //! - `shadow_terminator`: smooth surfaces cast no faceted shadows on themselves
@@ -26,6 +27,7 @@ mod empty_tile_culling;
 mod ggx_materials;
 mod golden;
 mod lecture;
+mod reflections;
 mod scale_invariance;
 mod self_shadowing;
 mod shadow_terminator;

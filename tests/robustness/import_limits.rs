@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use blinn::accel::{Accel, BuildSettings};
-use blinn::import::{Limits, LoadError, LoadOptions, Warning, load, load_sky};
+use blinn::import::{Limits, LoadError, LoadOptions, Warning, load, load_environment};
 use blinn::scene::{PoseSettings, Scene, pose};
 use serde_json::{Value, json};
 
@@ -101,7 +101,7 @@ fn environment_maps_are_limited_in_bytes_pixels_and_memory() {
             let with = |allowed: u64| {
                 let mut limits = Limits::default();
                 set(&mut limits, allowed);
-                load_sky(&path, &limits)
+                load_environment(&path, &limits)
             };
             with(most).unwrap_or_else(|e| panic!("{name} at {most}: {e}"));
             match with(most - 1) {

@@ -125,6 +125,7 @@ fn meter_frame(
     if light == MeteredLight::LightsOnly {
         frame.ambient = Rgb::ZERO;
         frame.sky = None;
+        frame.environment = None;
         frame.overrides.k_e = Some(Rgb::ZERO);
     }
     Ok(meter(&frame, &Phong { stage: setup.options.stage }, camera.aspect, &())?)

@@ -9,7 +9,7 @@ use super::material;
 use crate::import::error::Warnings;
 use crate::scene::{
     Channel, ChannelTarget, Interpolation, Keyframes, LightKind, LightProperty, Material, Mesh, Reflectance,
-    Scene,
+    Reflection, Scene,
 };
 
 /// Restores the normals, lights and normal maps of a scene from Blender's exporter.
@@ -57,6 +57,7 @@ fn make_diffuse(material: &mut Material) {
     if let Reflectance::MetallicRoughness { metallic, .. } = &mut material.reflectance {
         metallic.factor = 0.0;
     }
+    material.reflection = Reflection::None;
 }
 
 /// Removes the file's tangents. Blender shades with tangents along the normal map's coordinates; the file has

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use crate::scene::{
     AlphaMode, Clearcoat, ColorInput, Dielectric, Material, NormalMap, Reflectance, Reflection, ScalarInput,
-    TextureChannel, TextureRef, UvTransform,
+    TextureChannel, TextureRef, UvTransform, Volume,
 };
 
 /// glTF's default material: white metal, fully rough.
@@ -65,8 +65,8 @@ pub(super) fn read(json: &gltf::Material, resolve: &mut dyn FnMut(usize) -> Opti
         }),
         transmission_color: None,
         reflection: Reflection::Fresnel,
-        clearcoat: Clearcoat::default(),
-        volume: None,
+        clearcoat: clearcoat(extensions, &mut slots),
+        volume: extensions.and_then(|e| e.volume.as_ref()).and_then(volume),
         double_sided: json.double_sided,
     };
     if let Some(glossy) = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref()) {
@@ -99,6 +99,33 @@ fn dielectric(
             slots.color(Vec3::from(s.specular_color_factor.0), s.specular_color_texture.as_ref());
     }
     out
+}
+
+fn clearcoat(
+    extensions: Option<&gltf::extensions::material::Material>,
+    slots: &mut TextureSlots<'_>,
+) -> Clearcoat {
+    let Some(extensions) = extensions else { return Clearcoat::default() };
+    let coat = super::clearcoat::read(&extensions.others);
+    Clearcoat {
+        factor: slots.scalar(coat.clearcoat_factor, coat.clearcoat_texture.as_ref(), TextureChannel::R),
+        roughness: slots.scalar(
+            coat.clearcoat_roughness_factor,
+            coat.clearcoat_roughness_texture.as_ref(),
+            TextureChannel::G,
+        ),
+    }
+}
+
+/// Returns the body that a material bounds; `None` for the infinitely thin wall of a thickness of 0. Only the thickness
+/// factor matters: rays measure the true distance.
+fn volume(json: &gltf::extensions::material::Volume) -> Option<Volume> {
+    let distance = json.attenuation_distance.0;
+    (json.thickness_factor.0 > 0.0).then(|| Volume {
+        thickness: json.thickness_factor.0,
+        attenuation_color: Vec3::from(json.attenuation_color.0).clamp(Vec3::ZERO, Vec3::ONE),
+        attenuation_distance: if distance > 0.0 { distance } else { f32::INFINITY },
+    })
 }
 
 fn rgb([r, g, b, _]: [f32; 4]) -> Vec3 {

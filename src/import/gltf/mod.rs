@@ -10,6 +10,7 @@ mod attributes;
 mod blender;
 mod buffers;
 mod build;
+mod clearcoat;
 mod color;
 mod container;
 mod document;

@@ -1,5 +1,6 @@
 //! KHR_animation_pointer: the property that a JSON pointer animates.
 
+use super::clearcoat;
 use crate::scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 
 /// An animated property, by the indices of the file.
@@ -59,6 +60,10 @@ fn material(field: &[&str]) -> Option<MaterialProperty> {
         ["extensions", "KHR_materials_specular", "specularFactor"] => F::Specular,
         ["extensions", "KHR_materials_specular", "specularColorFactor"] => F::SpecularColor,
         ["extensions", "KHR_materials_transmission", "transmissionFactor"] => F::Transmission,
+        ["extensions", clearcoat::NAME, "clearcoatFactor"] => F::Clearcoat,
+        ["extensions", clearcoat::NAME, "clearcoatRoughnessFactor"] => F::ClearcoatRoughness,
+        ["extensions", "KHR_materials_volume", "attenuationColor"] => F::AttenuationColor,
+        ["extensions", "KHR_materials_volume", "attenuationDistance"] => F::AttenuationDistance,
         ["extensions", SPECULAR_GLOSSINESS, "diffuseFactor"] => F::Diffuse,
         ["extensions", SPECULAR_GLOSSINESS, "specularFactor"] => F::SpecularF0,
         ["extensions", SPECULAR_GLOSSINESS, "glossinessFactor"] => F::Glossiness,
@@ -85,6 +90,8 @@ fn slot(path: &[&str]) -> Option<TextureSlot> {
         ["extensions", "KHR_materials_specular", "specularTexture"] => TextureSlot::Specular,
         ["extensions", "KHR_materials_specular", "specularColorTexture"] => TextureSlot::SpecularColor,
         ["extensions", "KHR_materials_transmission", "transmissionTexture"] => TextureSlot::Transmission,
+        ["extensions", clearcoat::NAME, "clearcoatTexture"] => TextureSlot::Clearcoat,
+        ["extensions", clearcoat::NAME, "clearcoatRoughnessTexture"] => TextureSlot::ClearcoatRoughness,
         ["extensions", SPECULAR_GLOSSINESS, "diffuseTexture"] => TextureSlot::Diffuse,
         ["extensions", SPECULAR_GLOSSINESS, "specularGlossinessTexture"] => TextureSlot::SpecularGlossiness,
         _ => return None,

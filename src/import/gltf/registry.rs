@@ -29,7 +29,7 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("KHR_draco_mesh_compression", Supported),
     ("KHR_lights_punctual", Supported),
     ("KHR_materials_anisotropy", Ignored("highlights are isotropic")),
-    ("KHR_materials_clearcoat", Ignored("the coat is missing")),
+    ("KHR_materials_clearcoat", Supported),
     ("KHR_materials_dispersion", Ignored("refraction has no dispersion")),
     ("KHR_materials_emissive_strength", Supported),
     ("KHR_materials_ior", Supported),

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use serde_path_to_error::Segment;
 
 use super::json_tree::{Object, as_objects, objects, primitives};
-use super::material_schema;
+use super::{clearcoat, material_schema};
 use crate::import::error::Warnings;
 use crate::import::files::escape::printable;
 
@@ -40,6 +40,7 @@ pub(super) fn validate(root: &mut Value, warnings: &mut Warnings) {
         let modes = ["OPAQUE", "MASK", "BLEND"].map(Value::from);
         check_choice(object, "alphaMode", &modes, &location, warnings);
         material_schema::repair(object, &location, warnings);
+        clearcoat::repair(object, &location, warnings);
     }
     for (i, object) in objects(root, "samplers") {
         for key in ["wrapS", "wrapT"] {

@@ -5,12 +5,11 @@ use std::path::Path;
 
 use image::{ImageFormat, ImageReader};
 
-use crate::geometry::Rgb;
 use crate::import::Limits;
 use crate::import::error::LoadError;
 use crate::import::files::read_file::read_scene_file;
 use crate::import::memory::MemoryBudget;
-use crate::scene::SkyIrradiance;
+use crate::scene::{Environment, Panorama};
 
 /// Largest environment map: 16384 × 8192 pixels.
 const MAX_PIXELS: u64 = 1 << 27;
@@ -23,7 +22,7 @@ const PIXEL_BYTES: u64 = 32;
 ///
 /// # Errors
 /// The file cannot be read, has another format, is damaged, exceeds a limit, or has another aspect ratio.
-pub fn load_sky(path: &Path, limits: &Limits) -> Result<SkyIrradiance, LoadError> {
+pub fn load_environment(path: &Path, limits: &Limits) -> Result<Environment, LoadError> {
     let budget = MemoryBudget::new(limits.memory_bytes);
     let bytes = read_scene_file(path, limits.file_bytes.min(limits.memory_bytes))?;
     budget.charge(bytes.len() as u64)?;
@@ -55,7 +54,10 @@ pub fn load_sky(path: &Path, limits: &Limits) -> Result<SkyIrradiance, LoadError
     decoder_limits.max_alloc = Some((pixels * PIXEL_BYTES).max(64 << 20));
     reader.limits(decoder_limits);
     let map = reader.decode().map_err(damaged)?.into_rgb32f();
-    Ok(SkyIrradiance::from_equirectangular(width, height, |x, y| Rgb::from(map.get_pixel(x, y).0)))
+    let texels = bytemuck::allocation::cast_vec(map.into_raw());
+    let panorama = Panorama::new(width, height, texels);
+    let panorama = panorama.ok_or_else(|| LoadError::invalid(&place, "the environment map is empty"))?;
+    Ok(Environment::from_panorama(panorama))
 }
 
 #[cfg(test)]
@@ -81,7 +83,7 @@ mod tests {
             let made = file(dir.path(), name, 32, 16);
             let path = dir.path().join("light.png");
             std::fs::copy(made, &path).unwrap();
-            let sky = load_sky(&path, &Limits::default()).unwrap();
+            let sky = load_environment(&path, &Limits::default()).unwrap();
             let up = sky.ambient(glam::DVec3::Y);
             let down = sky.ambient(glam::DVec3::NEG_Y);
             assert!(up.z > 1.8 && up.x < 0.05 && down.x > 0.45 && down.z < 0.2, "{name}: {up} {down}");
@@ -92,7 +94,7 @@ mod tests {
     fn invalid_environment_maps_are_errors_that_name_the_defect() {
         let dir = tempfile::tempdir().unwrap();
         let fails = |path: &Path, limits: &Limits, expected: &str| {
-            let error = load_sky(path, limits).unwrap_err().to_string();
+            let error = load_environment(path, limits).unwrap_err().to_string();
             assert!(error.contains(expected) && !error.contains('\n'), "{error}");
         };
         let limits = Limits::default();
@@ -113,11 +115,11 @@ mod tests {
             let cut = dir.path().join("cut");
             for at in (0..whole.len()).step_by(1 + whole.len() / 60) {
                 std::fs::write(&cut, &whole[..at]).unwrap();
-                assert!(load_sky(&cut, &limits).is_err(), "{name} cut at {at} of {}", whole.len());
+                assert!(load_environment(&cut, &limits).is_err(), "{name} cut at {at} of {}", whole.len());
                 let mut garbled = whole.clone();
                 garbled[at] ^= 0x55;
                 std::fs::write(&cut, garbled).unwrap();
-                let _ = load_sky(&cut, &limits);
+                let _ = load_environment(&cut, &limits);
             }
         }
     }

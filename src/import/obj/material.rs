@@ -10,8 +10,8 @@ use super::textures::TextureLibrary;
 use crate::geometry::Rgb;
 use crate::import::files::escape::printable;
 use crate::scene::{
-    AlphaMode, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, ScalarInput,
-    TextureChannel, TextureRef,
+    AlphaMode, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, Reflection,
+    ScalarInput, TextureChannel, TextureRef,
 };
 
 /// Returns the material of faces without one: matte white.
@@ -35,7 +35,11 @@ pub(super) fn build_material(
     let default_emission = if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO };
     let emission =
         ColorInput { factor: mtl.factor_with_map(mtl.ke, &texture).unwrap_or(default_emission), texture };
-    let (mut alpha, alpha_mode) = alpha(mtl, library, warnings);
+    let (mut alpha, mut alpha_mode) = alpha(mtl, library, warnings);
+    let transmission = transmission(mtl, &alpha, warnings);
+    if transmission.replaces_alpha {
+        (alpha, alpha_mode) = (ScalarInput::new(1.0), AlphaMode::Opaque);
+    }
     // Colour and alpha in one image: texels of alpha 0 are left out when colours are averaged.
     let alpha_from_base =
         base.texture.as_ref().is_some_and(|base| alpha.texture == Some((*base, TextureChannel::A)));
@@ -53,7 +57,9 @@ pub(super) fn build_material(
         reflectance,
         emission,
         normal: normal(mtl, library, warnings),
-        transmission: transmission(mtl, warnings),
+        transmission: ScalarInput::new(transmission.share),
+        transmission_color: transmission.color,
+        reflection: reflection(mtl, transmission.share > 0.0),
         double_sided: true,
         ..Default::default()
     }
@@ -109,7 +115,12 @@ fn blinn_phong(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Reflectance {
     } else {
         ColorInput::new(Vec3::ZERO)
     };
-    Reflectance::Mtl(MtlReflectance { ambient, specular, shininess: shininess.max(0.0), ior: 0.0 })
+    Reflectance::Mtl(MtlReflectance {
+        ambient,
+        specular,
+        shininess: shininess.max(0.0),
+        ior: ior(mtl).unwrap_or(0.0),
+    })
 }
 
 /// Uses Pr and Pm, or Blender's encoding without them: Ns = 1000·(1 − r)², and the metallic value in Ka if illum
@@ -131,32 +142,79 @@ fn metallic_roughness(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Reflec
     }
 }
 
-/// Reads the index of refraction from Ni; exporters other than Blender write 1 for an unknown one. Blender writes
+/// Reads the index of refraction from Ni. Blender writes
 /// its specular level into Ks or map_Ks: 0.5 is the reflectance of the index, 0 is none.
 fn dielectric(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Dielectric {
     let default = Dielectric::default();
     let map = if mtl.by_blender { library.texture(mtl, mtl.map_ks.as_ref()) } else { None };
     let blender_level = mtl.ks.filter(|_| mtl.by_blender);
     let level = if map.is_some() { 2.0 } else { blender_level.map_or(1.0, |ks| 2.0 * ks.max_element()) };
-    let is_valid = |&ni: &f32| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0);
     Dielectric {
-        ior: mtl.ni.filter(is_valid).unwrap_or(default.ior),
+        ior: ior(mtl).unwrap_or(default.ior),
         specular: ScalarInput { factor: level.min(1.0), texture: map.map(|t| (t, TextureChannel::Mean)) },
         specular_color: ColorInput::new(Vec3::splat(level.max(1.0))),
     }
 }
 
-/// Returns the mean of Tf for physically based materials, as Blender does. Others write 1 1 1 as a default.
-fn transmission(mtl: &MtlMaterial, warnings: &mut Warnings) -> ScalarInput {
-    let Some(tf) = mtl.tf else { return ScalarInput::new(0.0) };
+/// Returns how `illum` reflects the surroundings. From 3 on, it stands for ray-traced reflection; 5 and 7 add Fresnel's
+/// equations, and so does glass, 4.
+fn reflection(mtl: &MtlMaterial, is_glass: bool) -> Reflection {
+    match mtl.illum() {
+        ..=2 => Reflection::None,
+        5 | 7 => Reflection::Fresnel,
+        4 if is_glass => Reflection::Fresnel,
+        _ if mtl.is_physical() => Reflection::Fresnel,
+        3..=9 => Reflection::Constant,
+        _ => Reflection::None,
+    }
+}
+
+/// The light that passes through a surface.
+struct Transmission {
+    share: f32,
+    /// `None` is the base colour.
+    color: Option<Rgb>,
+    /// True if d described the same transparency.
+    replaces_alpha: bool,
+}
+
+/// Returns the transmission of a material: of physically based ones the mean of Tf, as Blender does; of others what `illum`
+/// 4 (glass), 6 and 7 (refraction) say. Exporters write illum 4 with Tf 1 1 1 for opaque materials, so that glass of
+/// illum 4 is as transparent as its d; materials that refract are fully so, unless d or Tf reduce it.
+fn transmission(mtl: &MtlMaterial, alpha: &ScalarInput, warnings: &mut Warnings) -> Transmission {
+    const NONE: Transmission = Transmission { share: 0.0, color: None, replaces_alpha: false };
     if mtl.is_physical() {
-        return ScalarInput::new(tf.element_sum().clamp(0.0, 3.0) / 3.0);
+        let share = mtl.tf.map_or(0.0, |tf| tf.element_sum().clamp(0.0, 3.0) / 3.0);
+        return Transmission { share, ..NONE };
     }
-    if tf != Rgb::ONE && tf != Rgb::ZERO {
-        let name = printable(&mtl.name);
-        warnings.add("", format!("material '{name}': ignored the transmission filter Tf: not supported"));
-    }
-    ScalarInput::new(0.0)
+    // 0 0 0 is a default of exporters.
+    let filter = mtl.tf.filter(|&tf| tf != Rgb::ZERO).map(|tf| tf.min(Rgb::ONE));
+    let transparency = 1.0 - alpha.factor;
+    let (share, color) = match mtl.illum() {
+        // A map of opacity leaves holes in the glass.
+        4 | 6 | 7 if alpha.texture.is_some() => (0.0, Rgb::ONE),
+        4 => (transparency, filter.unwrap_or(Rgb::ONE)),
+        6 | 7 => match filter {
+            // Of a grey filter, the brightness is the transparency that d repeats.
+            Some(filter) => (1.0, filter),
+            None if transparency > 0.0 => (transparency, Rgb::ONE),
+            None => (1.0, Rgb::ONE),
+        },
+        _ => {
+            if filter.is_some_and(|filter| filter != Rgb::ONE) {
+                let name = printable(&mtl.name);
+                let message = "ignored the transmission filter Tf, which needs illum 4, 6 or 7";
+                warnings.add("", format!("material '{name}': {message}"));
+            }
+            return NONE;
+        }
+    };
+    if share > 0.0 { Transmission { share, color: Some(color), replaces_alpha: true } } else { NONE }
+}
+
+/// Returns a plausible index of refraction; exporters other than Blender write 1 for an unknown one.
+fn ior(mtl: &MtlMaterial) -> Option<f32> {
+    mtl.ni.filter(|&ni| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0))
 }
 
 /// Returns the opacity of d, Tr and map_d, and how to apply it.

@@ -72,6 +72,14 @@ fn compensation(f_ss: Rgb, e: f32, e_mean: f32) -> Rgb {
     Rgb::ONE + f_ms * ((1.0 - e) / e)
 }
 
+/// Returns the albedo of facets that reflect light once, with Schlick's Fresnel term from `f0` to 1.
+#[inline(always)]
+pub(crate) fn single_scattering_albedo(cos: f32, alpha: f32, f0: f32) -> f32 {
+    let at = TablePosition::new(cos, alpha);
+    let schlick = at.get(&SCHLICK);
+    f0 * (at.get(&ALBEDO) - schlick) + schlick
+}
+
 /// Returns the albedo of a metal with Schlick's Fresnel term between `f0` and `f90`, seen at cosine `cos`.
 #[inline(always)]
 pub(crate) fn metal_albedo(cos: f32, alpha: f32, f0: Rgb, f90: Rgb) -> Rgb {

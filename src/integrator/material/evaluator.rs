@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use crate::geometry::Rgb;
 use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
-use crate::integrator::material::fresnel::ior_from_f0;
+use crate::integrator::material::fresnel::{f0_from_ior, ior_from_f0};
 use crate::integrator::material::opacity::{
     alpha, base_color_from_texel, base_color_texel, opacity_from_texel, transmission,
 };
@@ -30,6 +30,8 @@ pub(crate) struct MaterialEvaluator<'a> {
     overrides: &'a MaterialOverrides,
     /// True if ambient light comes from a sky.
     under_sky: bool,
+    /// True if surfaces reflect their surroundings.
+    reflects: bool,
     /// The last uniform material, and the index of its coefficients.
     last_uniform: Option<(u32, u32)>,
 }
@@ -40,8 +42,9 @@ impl<'a> MaterialEvaluator<'a> {
         coefficients: &'a mut Vec<Coefficients>,
         overrides: &'a MaterialOverrides,
         under_sky: bool,
+        reflects: bool,
     ) -> MaterialEvaluator<'a> {
-        MaterialEvaluator { posed, coefficients, overrides, under_sky, last_uniform: None }
+        MaterialEvaluator { posed, coefficients, overrides, under_sky, reflects, last_uniform: None }
     }
 
     /// Evaluates a material without textures or vertex colours; `ctx` is any point of its mesh. Returns an index.
@@ -59,7 +62,8 @@ impl<'a> MaterialEvaluator<'a> {
     /// Evaluates a material at a point. Returns an index.
     pub fn eval(&mut self, material: u32, ctx: &TextureEvalContext) -> u32 {
         let material = &self.posed.materials[material as usize];
-        let k = Coefficients::eval(self.posed, material, ctx, self.under_sky);
+        let reflects = self.reflects && material.reflects();
+        let k = Coefficients::eval(self.posed, material, ctx, self.under_sky, reflects);
         self.coefficients.push(self.overrides.apply_to_colors(k));
         (self.coefficients.len() - 1) as u32
     }
@@ -71,12 +75,17 @@ impl<'a> MaterialEvaluator<'a> {
     }
 }
 
+/// Smallest roughness of highlights, and its α.
+const MIN_HIGHLIGHT_ROUGHNESS: f32 = 0.1;
+const MIN_HIGHLIGHT_ALPHA: f32 = MIN_HIGHLIGHT_ROUGHNESS * MIN_HIGHLIGHT_ROUGHNESS;
+
 impl Coefficients {
     fn eval(
         posed: &PosedScene,
         material: &Material,
         ctx: &TextureEvalContext,
         under_sky: bool,
+        reflects: bool,
     ) -> Coefficients {
         let texel = base_color_texel(posed, material, ctx);
         let alpha = match material.alpha_mode {
@@ -90,7 +99,7 @@ impl Coefficients {
         let k_e = material.emission.eval(posed, ctx) * material.emission_strength;
         let mut k = Coefficients { k_e, ..Coefficients::matte(color, alpha) };
         match &material.reflectance {
-            Reflectance::Mtl(mtl) => k.set_mtl(mtl, material.reflection, posed, ctx, under_sky),
+            Reflectance::Mtl(mtl) => k.set_mtl(mtl, material, posed, ctx, under_sky),
             Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
                 let metallic = metallic.eval(posed, ctx).clamp(0.0, 1.0);
                 let roughness = roughness.eval(posed, ctx).clamp(0.0, 1.0);
@@ -98,6 +107,7 @@ impl Coefficients {
                 let f0 = dielectric.f0(posed, ctx, weight);
                 k.set_metallic_roughness(color, metallic, roughness, f0);
                 k.layers = SpecularLayers {
+                    base: color * (1.0 - metallic),
                     alpha: roughness * roughness,
                     metallic,
                     metal_f0: color.clamp(Vec3::ZERO, Vec3::ONE),
@@ -117,6 +127,7 @@ impl Coefficients {
                 k.set_microfacets(diffuse, f0, roughness);
                 let max_f0 = f0.max_element();
                 k.layers = SpecularLayers {
+                    base: color,
                     alpha: roughness * roughness,
                     dielectric_f0: f0,
                     dielectric_f90: if max_f0 > 0.0 { 1.0 } else { 0.0 },
@@ -130,21 +141,30 @@ impl Coefficients {
                 k.k_e = color;
             }
         }
+        if reflects {
+            k.set_clearcoat(&material.clearcoat, posed, ctx);
+            if k.layers.cover_base && !matches!(material.reflectance, Reflectance::Mtl(_)) {
+                // A light without size has no image in a mirror.
+                k.k_s *= (k.layers.alpha / MIN_HIGHLIGHT_ALPHA).min(1.0);
+                // The specular share of the ambient light is what the layers reflect.
+                k.k_a = k.layers.base;
+            }
+        } else {
+            k.layers = SpecularLayers::NONE;
+        }
         if material.occlusion.texture.is_some() {
             let texel = material.occlusion.eval_texture(posed, ctx);
-            k.k_a *= 1.0 + material.occlusion.factor * (texel - 1.0);
+            let occlusion = 1.0 + material.occlusion.factor * (texel - 1.0);
+            k.k_a *= occlusion;
+            k.layers.occlusion = occlusion;
         }
         let t = transmission(posed, material, ctx);
         if t > 0.0 {
             k.k_d *= 1.0 - t;
             k.k_a *= 1.0 - t;
+            k.layers.base *= 1.0 - t;
             k.transmission = material.transmission_color.unwrap_or(color) * t;
             k.transmission_share = t;
-        }
-        if material.reflects() {
-            k.set_clearcoat(&material.clearcoat, posed, ctx);
-        } else {
-            k.layers = SpecularLayers::NONE;
         }
         k
     }
@@ -160,7 +180,7 @@ impl Coefficients {
     fn set_mtl(
         &mut self,
         mtl: &MtlReflectance,
-        reflection: Reflection,
+        material: &Material,
         posed: &PosedScene,
         ctx: &TextureEvalContext,
         under_sky: bool,
@@ -172,14 +192,33 @@ impl Coefficients {
         }
         self.k_s = mtl.specular.eval(posed, ctx);
         self.shininess = mtl.shininess;
-        let f0 = self.k_s.clamp(Vec3::ZERO, Vec3::ONE);
-        self.layers = SpecularLayers {
-            reflects: true,
-            alpha: alpha_of_shininess(mtl.shininess),
-            metallic: 1.0,
-            metal_f0: f0,
-            metal_f90: if reflection == Reflection::Constant { f0 } else { Vec3::ONE },
-            ..SpecularLayers::NONE
+        let alpha = alpha_of_shininess(mtl.shininess);
+        let k_s = self.k_s.clamp(Vec3::ZERO, Vec3::ONE);
+        let constant = material.reflection == Reflection::Constant;
+        self.layers = if material.transmits() {
+            // Glass transmits what it does not reflect. Its Ks is for highlights, unless it takes the place of Fresnel's
+            // equations.
+            let f0 = if constant { k_s } else { Rgb::splat(f0_from_ior(f64::from(material.ior())) as f32) };
+            let f90 = if constant { k_s.element_sum() / 3.0 } else { 1.0 };
+            let alpha = if mtl.shininess > 0.0 { alpha } else { 0.0 };
+            SpecularLayers {
+                alpha,
+                dielectric_f0: f0,
+                dielectric_f90: f90,
+                ior: material.ior(),
+                ..SpecularLayers::COVERING
+            }
+        } else {
+            // The lecture's sum: what is reflected does not reduce k_d.
+            let metal_f90 = if constant { k_s } else { Vec3::ONE };
+            SpecularLayers {
+                cover_base: false,
+                alpha,
+                metallic: 1.0,
+                metal_f0: k_s,
+                metal_f90,
+                ..SpecularLayers::COVERING
+            }
         };
     }
 
@@ -190,8 +229,8 @@ impl Coefficients {
 
     /// A diffuse layer below microfacets. The rougher the microfacets, the more of F0 is diffuse.
     fn set_microfacets(&mut self, diffuse: Rgb, f0: Rgb, roughness: f32) {
-        // Narrower lobes than at roughness 0.1 are beyond point lights and f32.
-        let roughness = roughness.clamp(0.1, 1.0);
+        // Narrower lobes are beyond point lights and f32.
+        let roughness = roughness.clamp(MIN_HIGHLIGHT_ROUGHNESS, 1.0);
         let alpha = roughness * roughness;
         let p = 2.0 / (alpha * alpha) - 2.0;
         self.k_d = diffuse + f0 * (0.35 * alpha);

@@ -2,6 +2,7 @@
 
 pub(crate) mod coefficients;
 pub(crate) mod directional_albedo;
+pub(crate) mod environment_lobe;
 pub(crate) mod evaluator;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;

@@ -10,6 +10,8 @@ pub struct SpecularLayers {
     pub reflects: bool,
     /// True if the base receives only what the layers let through. False for MTL's literal sum.
     pub cover_base: bool,
+    /// Diffuse colour of the base, as if nothing covered it.
+    pub base: Rgb,
     /// GGX α of the microfacets: the square of the perceptual roughness.
     pub alpha: f32,
     /// Share of the microfacets that is metal.
@@ -24,6 +26,8 @@ pub struct SpecularLayers {
     pub dielectric_f90: f32,
     /// Index of refraction, which shapes the curve between the two.
     pub ior: f32,
+    /// The occlusion map: share of the environment that reaches the microfacets where no ray is traced.
+    pub occlusion: f32,
     /// Share of the surface that has a clear coat of index 1.5.
     pub coat: f32,
     /// GGX α of the coat.
@@ -46,6 +50,7 @@ impl SpecularLayers {
     pub const NONE: SpecularLayers = SpecularLayers {
         reflects: false,
         cover_base: false,
+        base: Rgb::ZERO,
         alpha: 1.0,
         metallic: 0.0,
         metal_f0: Rgb::ZERO,
@@ -53,6 +58,7 @@ impl SpecularLayers {
         dielectric_f0: Rgb::ZERO,
         dielectric_f90: 0.0,
         ior: 1.5,
+        occlusion: 1.0,
         coat: 0.0,
         coat_alpha: 1.0,
     };
@@ -61,24 +67,31 @@ impl SpecularLayers {
     pub(crate) const COVERING: SpecularLayers =
         SpecularLayers { reflects: true, cover_base: true, ..SpecularLayers::NONE };
 
+    /// Mean reflectance of the microfacets at normal incidence, which shapes the lobe.
+    pub(crate) fn mean_f0(&self) -> f32 {
+        let f0 = self.dielectric_f0 + (self.metal_f0 - self.dielectric_f0) * self.metallic;
+        f0.element_sum() / 3.0
+    }
+
     /// Returns the albedo of each layer seen at cosine `cos` to the normal. The sum of all is at most 1.
-    pub fn albedo(&self, cos: f32) -> LayerAlbedo {
+    ///
+    /// `alpha` and `coat_alpha` are those of the layers, with the variance of the normals that a sample covers.
+    pub fn albedo(&self, cos: f32, alpha: f32, coat_alpha: f32) -> LayerAlbedo {
         if !self.reflects {
             return LayerAlbedo { specular: Rgb::ZERO, coat: 0.0, base: 1.0 };
         }
         let mut dielectric = Rgb::ZERO;
         if self.metallic < 1.0 && self.dielectric_f90 > 0.0 {
-            dielectric =
-                dielectric_albedo(cos, self.alpha, self.ior, self.dielectric_f0, self.dielectric_f90);
+            dielectric = dielectric_albedo(cos, alpha, self.ior, self.dielectric_f0, self.dielectric_f90);
         }
         let mut specular = dielectric;
         if self.metallic > 0.0 {
-            let metal = metal_albedo(cos, self.alpha, self.metal_f0, self.metal_f90);
+            let metal = metal_albedo(cos, alpha, self.metal_f0, self.metal_f90);
             specular = dielectric + (metal - dielectric) * self.metallic;
         }
         let base = if self.cover_base { 1.0 - dielectric.max_element() } else { 1.0 };
         if self.coat > 0.0 {
-            let coat = self.coat * coat_albedo(cos, self.coat_alpha);
+            let coat = self.coat * coat_albedo(cos, coat_alpha);
             return LayerAlbedo { specular: specular * (1.0 - coat), coat, base: base * (1.0 - coat) };
         }
         LayerAlbedo { specular, coat: 0.0, base }

@@ -39,6 +39,15 @@ pub(crate) struct PointBlock {
     /// k_s and p after specular antialiasing.
     pub k_s: LaneArray3<f32>,
     pub shininess: LaneArray<f32>,
+    /// The points that reflect their surroundings, as a bit mask. The following are set for these points only.
+    pub reflecting: u32,
+    /// Variance of the normals that the sample covers, which is added to α².
+    pub roughness: LaneArray<f32>,
+    /// Reflectance of the microfacets, by colour, and of the clear coat.
+    pub k_r: LaneArray3<f32>,
+    pub k_coat: LaneArray<f32>,
+    /// Share of light that reaches the diffuse base.
+    pub base_share: LaneArray<f32>,
     /// L so far.
     pub radiance: LaneArray3<f32>,
     /// L so far without shadows; used by shadow catchers.
@@ -63,6 +72,11 @@ impl PointBlock {
         k_d: ZERO3_F32,
         k_s: ZERO3_F32,
         shininess: [0.0; LANES + HIT_LANES],
+        reflecting: 0,
+        roughness: [0.0; LANES + HIT_LANES],
+        k_r: ZERO3_F32,
+        k_coat: [0.0; LANES + HIT_LANES],
+        base_share: [0.0; LANES + HIT_LANES],
         radiance: ZERO3_F32,
         unshadowed: ZERO3_F32,
         direct: ZERO3_F32,
@@ -161,6 +175,10 @@ impl PointBlock {
         for at in range.clone().step_by(HIT_LANES) {
             self.set_uniform_material_group(at, k, unlit);
         }
+        if k.layers.reflects {
+            let roughness = self.curvature_roughness();
+            range.clone().for_each(|i| self.set_reflecting(i, roughness[i]));
+        }
         if !antialiasing.is_identity() {
             let roughness = self.curvature_roughness();
             self.apply_specular_antialiasing(range, antialiasing, &roughness);
@@ -180,6 +198,19 @@ impl PointBlock {
         fill3(&mut self.k_s, at, |axis, _| k.k_s[axis]);
         fill(&mut self.shininess, at, |_| k.shininess);
         self.has_specular |= k.k_s != Rgb::ZERO;
+    }
+
+    /// True if point `i` reflects its surroundings.
+    #[inline(always)]
+    pub fn reflects(&self, i: usize) -> bool {
+        self.reflecting >> i & 1 != 0
+    }
+
+    /// Marks point `i` as one that reflects its surroundings. `roughness` is the variance of its normals.
+    #[inline(always)]
+    pub fn set_reflecting(&mut self, i: usize, roughness: f32) {
+        self.reflecting |= 1 << i;
+        self.roughness[i] = roughness;
     }
 
     /// Widens the highlights of a range of points by the `roughness` of each. It overwrites up to [`HIT_LANES`] − 1 lanes

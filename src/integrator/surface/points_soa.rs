@@ -64,11 +64,14 @@ impl PointsSoa {
         }
         self.count += count;
         let (block, lane) = self.lane_mut(first);
-        block.has_specular &= lane > 0;
+        if lane == 0 {
+            block.has_specular = false;
+            block.reflecting = 0;
+        }
         (block, lane)
     }
 
-    /// Computes v, the unit directions to the eye, in blocks with highlights.
+    /// Computes v, the unit directions to the eye, in blocks with highlights or reflections.
     pub fn compute_view_dirs(&mut self, accel: &Accel) {
         accel.run_autovec(ViewDirs(self));
     }
@@ -86,7 +89,7 @@ impl AutovecKernel for ViewDirs<'_> {
     #[inline(always)]
     fn run(self) {
         for (block, _) in self.0.blocks_mut() {
-            if block.has_specular {
+            if block.has_specular || block.reflecting != 0 {
                 block.compute_view_dirs();
             }
         }

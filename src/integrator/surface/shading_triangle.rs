@@ -70,7 +70,7 @@ impl<'s> ShadingTriangle<'s> {
             tint,
             material: mesh.material,
             is_uniform: !(has_color || has_textures),
-            needs_differentials: widens_highlights(material) || has_textures,
+            needs_differentials: widens_highlights(material) || has_textures || material.reflects(),
         }
     }
 

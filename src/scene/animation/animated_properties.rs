@@ -41,6 +41,14 @@ pub enum MaterialProperty {
     SpecularColor,
     /// Transmission.
     Transmission,
+    /// Clear coat.
+    Clearcoat,
+    /// Roughness of the clear coat.
+    ClearcoatRoughness,
+    /// Colour of the light after the attenuation distance in a volume (3 components).
+    AttenuationColor,
+    /// Attenuation distance of a volume, in metres.
+    AttenuationDistance,
     /// Offset of a slot's texture coordinates (2 components).
     Offset(TextureSlot),
     /// Rotation of a slot's texture coordinates, in radians.
@@ -72,6 +80,10 @@ pub enum TextureSlot {
     SpecularColor,
     /// Transmission.
     Transmission,
+    /// Clear coat.
+    Clearcoat,
+    /// Roughness of the clear coat.
+    ClearcoatRoughness,
 }
 
 /// A property of a light.
@@ -114,6 +126,7 @@ impl MaterialProperty {
         match self {
             MaterialProperty::Base | MaterialProperty::Diffuse => 4,
             MaterialProperty::Emission | MaterialProperty::SpecularColor | MaterialProperty::SpecularF0 => 3,
+            MaterialProperty::AttenuationColor => 3,
             MaterialProperty::Offset(_) | MaterialProperty::Scale(_) => 2,
             _ => 1,
         }
@@ -147,6 +160,18 @@ impl Material {
             MaterialProperty::EmissionStrength => self.emission_strength = at(0),
             MaterialProperty::OcclusionStrength => self.occlusion.factor = at(0),
             MaterialProperty::Transmission => self.transmission.factor = at(0),
+            MaterialProperty::Clearcoat => self.clearcoat.factor.factor = at(0),
+            MaterialProperty::ClearcoatRoughness => self.clearcoat.roughness.factor = at(0),
+            MaterialProperty::AttenuationColor => {
+                if let Some(volume) = &mut self.volume {
+                    volume.attenuation_color = vec3().clamp(Vec3::ZERO, Vec3::ONE);
+                }
+            }
+            MaterialProperty::AttenuationDistance => {
+                if let Some(volume) = &mut self.volume {
+                    volume.attenuation_distance = if at(0) > 0.0 { at(0) } else { f32::INFINITY };
+                }
+            }
             MaterialProperty::NormalScale => {
                 if let Some(map) = &mut self.normal {
                     map.scale = at(0);
@@ -186,6 +211,8 @@ impl Material {
             (TextureSlot::Occlusion, _) => scalar(&mut self.occlusion),
             (TextureSlot::Emission, _) => self.emission.texture.iter_mut().for_each(&change),
             (TextureSlot::Transmission, _) => scalar(&mut self.transmission),
+            (TextureSlot::Clearcoat, _) => scalar(&mut self.clearcoat.factor),
+            (TextureSlot::ClearcoatRoughness, _) => scalar(&mut self.clearcoat.roughness),
             (TextureSlot::MetallicRoughness, Reflectance::MetallicRoughness { metallic, roughness, .. }) => {
                 scalar(metallic);
                 scalar(roughness);

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use blinn::accel::{Accel, BuildSettings};
-use blinn::import::{Limits, LoadOptions, load, load_camera_xml, load_sky};
+use blinn::import::{Limits, LoadOptions, load, load_camera_xml, load_environment};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{AnimationChoice, Lighting, PoseSettings, View, pose};
@@ -121,7 +121,7 @@ impl MutantRunner {
         let path = self.folder.join(&seed.files[0].0);
         match seed.reader {
             Reader::Scene => self.load_and_render(&path),
-            Reader::Sky => load_sky(&path, &self.limits).map(drop).map_err(drop),
+            Reader::Sky => load_environment(&path, &self.limits).map(drop).map_err(drop),
             Reader::CameraXml => load_camera_xml(&path).map(drop).map_err(drop),
         }
     }

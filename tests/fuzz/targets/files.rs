@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use blinn::import::{load_camera_xml, load_sky};
+use blinn::import::{load_camera_xml, load_environment};
 
 use super::{limits, load_and_render, seed_files};
 
@@ -41,7 +41,7 @@ pub fn image(bytes: &[u8], folder: &Path) -> bool {
 pub fn sky(bytes: &[u8], folder: &Path) -> bool {
     let path = folder.join("a.hdr");
     fs::write(&path, bytes).unwrap();
-    load_sky(&path, &limits()).is_ok()
+    load_environment(&path, &limits()).is_ok()
 }
 
 pub fn camera(bytes: &[u8], folder: &Path) -> bool {

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
-use blinn::import::{LoadError, LoadOptions, load, load_camera_xml, load_sky};
+use blinn::import::{LoadError, LoadOptions, load, load_camera_xml, load_environment};
 
 /// A bad file: its name in the list, and its files, of which the first is read.
 pub struct Case {
@@ -36,7 +36,7 @@ fn outcome(case: &Case) -> String {
     }
     let path = dir.path().join(case.files[0].0);
     let read = match path.extension().and_then(|e| e.to_str()) {
-        Some("hdr") => load_sky(&path, &LoadOptions::default().limits).map(|_| Vec::new()),
+        Some("hdr") => load_environment(&path, &LoadOptions::default().limits).map(|_| Vec::new()),
         Some("xml") => load_camera_xml(&path).map(|_| Vec::new()),
         _ => load(&path, &LoadOptions::default()).map(|(_, warnings)| warnings),
     };

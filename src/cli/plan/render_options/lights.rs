@@ -3,12 +3,17 @@
 use crate::cli::args::{GroundArg, LightArgs, UnitsArg};
 use crate::cli::usage::UsageError;
 use crate::geometry::Rgb;
-use crate::import::{Limits, load_sky};
+use crate::import::{Limits, load_environment};
 use crate::integrator::Stage;
 use crate::scene::{LightSet, LightUnits, Lighting};
 
 pub(super) fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, UsageError> {
-    let sky = args.hdri.as_ref().map(|path| load_sky(path, limits)).transpose();
+    // The process's own pool of threads starts when the command line has been read.
+    let load = |path| match rayon::ThreadPoolBuilder::new().build() {
+        Ok(pool) => pool.install(|| load_environment(path, limits)),
+        Err(_) => load_environment(path, limits),
+    };
+    let environment = args.hdri.as_ref().map(load).transpose();
     Ok(Lighting {
         sets: args.lights.clone(),
         user_lights: args.point_light.iter().chain(&args.sun).copied().collect(),
@@ -21,7 +26,7 @@ pub(super) fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, Us
         scale: args.light_scale.unwrap_or(1.0) as f32,
         ambient: args.ambient,
         boost_ambient: args.ao.is_some(),
-        sky: sky.map_err(|e| UsageError(format!("--hdri: {e}")))?,
+        environment: environment.map_err(|e| UsageError(format!("--hdri: {e}")))?,
         radius: args.light_radius.unwrap_or(0.0) as f32,
     })
 }

@@ -39,11 +39,11 @@ fn unsupported_extensions_in_use_are_warnings() {
 
 #[test]
 fn unlisted_extensions_are_warnings_once() {
-    let coat = json!({"KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatNormalTexture": {
+    let sheen = json!({"KHR_materials_sheen": {"sheenColorFactor": [1, 1, 1], "sheenColorTexture": {
         "extensions": {"ACME_x": {}}}}});
-    let mut fixture = material(coat.clone());
+    let mut fixture = material(sheen.clone());
     fixture.json["materials"][0]["extras"] = json!({"extensions": {"ACME_y": {}}});
-    fixture.json["meshes"][0]["extensions"] = coat;
+    fixture.json["meshes"][0]["extensions"] = sheen;
     fixture.json["nodes"][0]["extensions"] = json!({"CESIUM_primitive_outline": {}});
     fixture.json["extensionsRequired"] = json!(["CESIUM_primitive_outline"]);
     let (_, warnings) = fixture.load();
@@ -52,7 +52,7 @@ fn unlisted_extensions_are_warnings_once() {
         [
             "ignored CESIUM_primitive_outline: outlines are missing",
             "ignored unknown extension ACME_x",
-            "ignored KHR_materials_clearcoat: the coat is missing"
+            "ignored KHR_materials_sheen: the sheen is missing"
         ]
     );
 }
@@ -101,8 +101,8 @@ fn an_animated_factor_is_a_use() {
 #[test]
 fn extensions_of_unused_materials_are_no_warnings() {
     let mut fixture = Fixture::triangle();
-    let coat = json!({"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}});
-    fixture.push("materials", coat);
+    let sheen = json!({"extensions": {"KHR_materials_sheen": {"sheenColorFactor": [1, 1, 1]}}});
+    fixture.push("materials", sheen);
     assert!(fixture.load().1.is_empty());
     // In another scene of the file.
     let mut other = fixture.json["meshes"][0].clone();
@@ -113,5 +113,5 @@ fn extensions_of_unused_materials_are_no_warnings() {
     assert!(fixture.load().1.is_empty());
     let scene = SceneChoice::Named("other".into());
     let (_, warnings) = fixture.load_with(&LoadOptions { scene, ..LoadOptions::default() });
-    assert_eq!(warnings, ["ignored KHR_materials_clearcoat: the coat is missing"]);
+    assert_eq!(warnings, ["ignored KHR_materials_sheen: the sheen is missing"]);
 }

@@ -116,6 +116,57 @@ fn metallic_roughness_materials_and_their_extensions_are_read() {
 }
 
 #[test]
+fn clear_coats_and_volumes_are_read() {
+    let coat = json!({"clearcoatFactor": 0.5, "clearcoatTexture": {"index": 0, "texCoord": 1},
+        "clearcoatRoughnessFactor": 0.25, "clearcoatRoughnessTexture": {"index": 0}});
+    let volume = json!({"thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [0.5, 1, 2]});
+    let m =
+        material(json!({"extensions": {"KHR_materials_clearcoat": coat, "KHR_materials_volume": volume}}));
+    assert_eq!((m.clearcoat.factor.factor, m.clearcoat.roughness.factor), (0.5, 0.25));
+    let (texture, channel) = m.clearcoat.factor.texture.unwrap();
+    assert_eq!((texture.uv_set, channel), (1, TextureChannel::R));
+    assert_eq!(m.clearcoat.roughness.texture.unwrap().1, TextureChannel::G);
+    let volume = m.volume.unwrap();
+    assert_eq!((volume.thickness, volume.attenuation_distance), (0.1, 2.0));
+    assert_eq!(volume.attenuation_color, Vec3::new(0.5, 1.0, 1.0));
+    // A thickness of 0 is a thin wall.
+    let thin = json!({"extensions": {"KHR_materials_volume": {"attenuationDistance": 1}}});
+    assert_eq!(material(thin).volume, None);
+    let clear =
+        json!({"extensions": {"KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 0}}});
+    assert_eq!(material(clear).volume.unwrap().attenuation_distance, f32::INFINITY);
+}
+
+#[test]
+fn invalid_members_of_clear_coats_are_ignored_one_by_one() {
+    let coat = json!({"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": [1], "clearcoatTexture": 3,
+        "clearcoatNormalTexture": {"index": 0}});
+    let (scene, warnings) = textured(json!({"extensions": {"KHR_materials_clearcoat": coat}})).load();
+    let coat = scene.materials[0].clearcoat;
+    assert_eq!((coat.factor.factor, coat.factor.texture, coat.roughness.factor), (0.5, None, 0.0));
+    let place = "materials[0].extensions.KHR_materials_clearcoat";
+    for expected in [
+        format!("{place}.clearcoatRoughnessFactor: ignored invalid value [1]"),
+        format!("{place}.clearcoatTexture: ignored invalid value 3"),
+        format!("{place}.clearcoatNormalTexture: ignored the normal map of the coat: not supported"),
+    ] {
+        assert!(warnings.contains(&expected), "{expected}: {warnings:?}");
+    }
+}
+
+/// What is matte in glTF: unlit materials, and dielectrics without a specular share.
+#[test]
+fn physical_materials_reflect_their_surroundings() {
+    let reflects = |json: Value| material(json).reflects();
+    assert!(reflects(json!({})) && reflects(json!({"pbrMetallicRoughness": {"metallicFactor": 0}})));
+    let matte = json!({"KHR_materials_specular": {"specularFactor": 0}});
+    let dielectric = json!({"metallicFactor": 0});
+    assert!(!reflects(json!({"pbrMetallicRoughness": dielectric, "extensions": matte})));
+    assert!(reflects(json!({"pbrMetallicRoughness": {}, "extensions": matte})));
+    assert!(!reflects(json!({"extensions": {"KHR_materials_unlit": {}}})));
+}
+
+#[test]
 fn specular_glossiness_and_unlit_materials_are_read() {
     let old = json!({"diffuseFactor": [0.1, 0.2, 0.3, 0.4], "specularFactor": [0.5, 0.5, 0.5],
         "glossinessFactor": 0.6, "specularGlossinessTexture": {"index": 0}});

@@ -5,7 +5,7 @@ use std::fs;
 use super::{SQUARE, png, read, with_mtl};
 use crate::geometry::Rgb;
 use crate::import::{LoadError, LoadOptions, load};
-use crate::scene::{AlphaMode, Reflectance, ScalarInput, TextureChannel};
+use crate::scene::{AlphaMode, Reflectance, Reflection, ScalarInput, TextureChannel};
 
 #[test]
 fn ks_of_blender_is_its_specular_level() {
@@ -85,6 +85,43 @@ fn tf_of_pbr_materials_is_their_transmission() {
     assert!(m.transmission.factor == 0.0 && warnings.is_empty());
     let (m, warnings) = of("Tf .5 1 1\n");
     assert!(m.transmission.factor == 0.0 && warnings.len() == 1);
+}
+
+#[test]
+fn illum_3_and_above_reflect() {
+    let of = |mtl: &str| with_mtl(&format!("newmtl m\nKs .5 .5 .5\nNs 100\n{mtl}")).0;
+    for mtl in ["", "illum 0\n", "illum 1\n", "illum 2\n", "illum 10\n", "illum 2\nPr 0\nPm 1\n"] {
+        assert!(!of(mtl).reflects(), "{mtl}");
+    }
+    for (mtl, expected) in [
+        ("illum 3\n", Reflection::Constant),
+        ("illum 5\n", Reflection::Fresnel),
+        ("illum 4\nTf 1 1 1\n", Reflection::Constant),
+        ("illum 4\nd .25\n", Reflection::Fresnel),
+        ("illum 3\nPr 0\nPm 1\n", Reflection::Fresnel),
+    ] {
+        let m = of(mtl);
+        assert!(m.reflects() && m.reflection == expected, "{mtl}: {m:?}");
+    }
+    assert!(!with_mtl("newmtl m\nillum 3\n").0.reflects());
+}
+
+#[test]
+fn illum_4_6_and_7_transmit() {
+    let of = |mtl: &str| {
+        let (m, warnings) = with_mtl(&format!("newmtl m\n{mtl}"));
+        assert!(warnings.is_empty(), "{mtl}: {warnings:?}");
+        (m.transmission.factor, m.transmission_color, m.alpha_mode, m.ior())
+    };
+    let white = Some(Rgb::ONE);
+    // Maya's opaque default.
+    assert_eq!(of("illum 4\nTf 1 1 1\nNi 1\n"), (0.0, None, AlphaMode::Opaque, 1.5));
+    assert_eq!(of("illum 4\nd .25\nNi 1.3\n"), (0.75, white, AlphaMode::Opaque, 1.3));
+    assert_eq!(of("illum 7\nNi 2.4\n"), (1.0, white, AlphaMode::Opaque, 2.4));
+    let tinted = Some(Rgb::new(0.5, 0.75, 1.0));
+    assert_eq!(of("illum 6\nd .3\nTf .5 .75 1\n"), (1.0, tinted, AlphaMode::Opaque, 1.5));
+    // An opacity map leaves holes: blended as before.
+    assert_eq!(of("illum 7\nmap_d tex/t 1.png\n").2, AlphaMode::Blend);
 }
 
 #[test]

@@ -30,8 +30,21 @@ fn node(i: usize, count: usize) -> f64 {
 }
 
 fn table(f: impl Fn(f64) -> f64) -> Vec<Vec<f64>> {
-    let at = |i, j| integrate(node(j, COLUMNS), node(i, ROWS), 96, &f);
-    (0..ROWS).map(|i| (0..COLUMNS).map(|j| at(i, j)).collect()).collect()
+    (0..ROWS).map(|i| (0..COLUMNS).map(|j| at_node(i, j, &f)).collect()).collect()
+}
+
+fn at_node(i: usize, j: usize, f: impl Fn(f64) -> f64) -> f64 {
+    integrate(node(j, COLUMNS), node(i, ROWS), 96, f)
+}
+
+/// 2 ∫ E cos d(cos) for a row, by the midpoint rule.
+fn mean_albedo(row: usize) -> f64 {
+    let cosines = (0..200).map(|i| (f64::from(i) + 0.5) / 200.0);
+    cosines.map(|c| 2.0 * c * integrate(c, node(row, ROWS), 24, |_| 1.0) / 200.0).sum()
+}
+
+fn quantised(v: f64) -> u16 {
+    (v * 65535.0).round() as u16
 }
 
 fn ior(r: f32) -> f64 {
@@ -40,7 +53,7 @@ fn ior(r: f32) -> f64 {
 }
 
 fn write_row(out: &mut String, indent: &str, row: &[f64]) {
-    let numbers: Vec<String> = row.iter().map(|v| format!("{}", (v * 65535.0).round() as u16)).collect();
+    let numbers: Vec<String> = row.iter().map(|v| quantised(*v).to_string()).collect();
     out.push_str(&format!("{indent}[{}],\n", numbers.join(", ")));
 }
 
@@ -67,26 +80,33 @@ fn source() -> String {
     }
     out.push_str("];\n\n/// Mean of E over directions, weighted by the cosine, for each roughness.\n#[rustfmt::skip]\npub(super) const MEAN_ALBEDO: [u16; ROWS] = [\n    ");
     for row in 0..ROWS {
-        // 2 ∫ E cos d(cos), by the midpoint rule.
-        let mean: f64 = (0..200)
-            .map(|i| (f64::from(i) + 0.5) / 200.0)
-            .map(|c| 2.0 * c * integrate(c, node(row, ROWS), 24, |_| 1.0) / 200.0)
-            .sum();
-        out.push_str(&format!("{}, ", (mean * 65535.0).round() as u16));
+        out.push_str(&format!("{}, ", quantised(mean_albedo(row))));
     }
     out.truncate(out.trim_end().len());
     out.push_str("\n];\n");
     out
 }
 
-/// `GOLDEN=update` writes the tables.
+/// `GOLDEN=update` writes the tables. Otherwise some of their numbers are computed again.
 #[test]
 fn the_tables_are_those_of_the_source() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/integrator/material/directional_albedo/tables.rs");
     if std::env::var_os("GOLDEN").is_some_and(|v| v == "update") {
-        std::fs::write(path, source()).unwrap();
-    } else {
-        assert_eq!(std::fs::read_to_string(path).unwrap(), source(), "GOLDEN=update rewrites it");
+        let path = "/src/integrator/material/directional_albedo/tables.rs";
+        let path = format!("{}{path}", env!("CARGO_MANIFEST_DIR"));
+        return std::fs::write(path, source()).unwrap();
+    }
+    for i in (0..ROWS).step_by(5) {
+        assert_eq!(MEAN_ALBEDO[i], quantised(mean_albedo(i)), "mean of row {i}");
+        for j in (0..COLUMNS).step_by(6) {
+            let check = |name: &str, table: &Table, f: &dyn Fn(f64) -> f64| {
+                assert_eq!(table[i][j], quantised(at_node(i, j, f)), "{name} {i} {j}");
+            };
+            check("E", &ALBEDO, &|_| 1.0);
+            check("Schlick", &SCHLICK, &schlick_weight);
+            for (r, table) in R_NODES.into_iter().zip(&DIELECTRIC) {
+                check("dielectric", table, &|c| dielectric_curve(c, ior(r)));
+            }
+        }
     }
 }
 

@@ -2,8 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
+use super::panorama::Panorama;
+use super::pyramid::Pyramid;
 use crate::geometry::Rgb;
 
 /// The irradiance of an environment as nine spherical harmonics. The irradiance of a surface differs
@@ -13,6 +15,8 @@ use crate::geometry::Rgb;
 pub struct SkyIrradiance {
     /// Coefficients of 1; x, y, z; xy, yz, zx, 3y² − 1, x² − z².
     coefficients: [DVec3; 9],
+    /// From the world to the frame of the harmonics.
+    to_map: DMat3,
 }
 
 /// Norms of the harmonics, in the same order.
@@ -29,6 +33,16 @@ const NORMS: [f64; 9] = [
 ];
 /// Convolution of the harmonics with a clamped cosine, over π.
 const COSINE_LOBE: [f64; 9] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
+
+/// Texels on a side of the mip level that is projected: the harmonics have no detail that it lacks.
+const PROJECTED_SIDE: usize = 128;
+
+/// Returns the nine harmonics in the direction `d`, without their norms.
+#[inline(always)]
+fn harmonics(d: DVec3) -> [f64; 9] {
+    let DVec3 { x, y, z } = d;
+    [1.0, x, y, z, x * y, y * z, z * x, 3.0 * y * y - 1.0, x * x - z * z]
+}
 
 impl SkyIrradiance {
     /// Projects an equirectangular image. Rows go from straight up to straight down. The centre column
@@ -70,14 +84,55 @@ impl SkyIrradiance {
                 *sum += h * norm;
             }
         }
-        SkyIrradiance { coefficients: sums }
+        SkyIrradiance { coefficients: sums, to_map: DMat3::IDENTITY }
+    }
+
+    /// Projects a panorama.
+    pub fn from_panorama(panorama: &Panorama) -> SkyIrradiance {
+        SkyIrradiance::from_equirectangular(panorama.width(), panorama.height(), |x, y| panorama.texel(x, y))
+    }
+
+    /// Projects a mip pyramid.
+    pub(super) fn from_pyramid(pyramid: &Pyramid) -> SkyIrradiance {
+        let mut coefficients = [DVec3::ZERO; 9];
+        pyramid.for_each_texel(PROJECTED_SIDE, |d, radiance, solid_angle| {
+            for ((sum, h), norm) in coefficients.iter_mut().zip(harmonics(d)).zip(NORMS) {
+                *sum += radiance.as_dvec3() * (h * norm * solid_angle);
+            }
+        });
+        SkyIrradiance { coefficients, to_map: DMat3::IDENTITY }
+    }
+
+    /// Makes the irradiance of the same radiance in all directions.
+    pub fn uniform(radiance: Rgb) -> SkyIrradiance {
+        let mut coefficients = [DVec3::ZERO; 9];
+        coefficients[0] = radiance.as_dvec3() * (4.0 * PI * NORMS[0]);
+        SkyIrradiance { coefficients, to_map: DMat3::IDENTITY }
+    }
+
+    /// Makes the irradiance from coefficients of the radiance in the order of this type: 1; x, y, z; xy, yz, zx,
+    /// 3y² − 1, x² − z², each of unit norm.
+    pub fn from_coefficients(coefficients: [DVec3; 9]) -> SkyIrradiance {
+        SkyIrradiance { coefficients, to_map: DMat3::IDENTITY }
+    }
+
+    /// Returns the irradiance multiplied by `factor`.
+    pub(super) fn scaled(mut self, factor: Rgb) -> SkyIrradiance {
+        if factor != Rgb::ONE {
+            self.coefficients = self.coefficients.map(|c| c * factor.as_dvec3());
+        }
+        self
+    }
+
+    /// Returns the irradiance of the same environment, which a rotation `to_map` takes from the world to its frame.
+    pub(super) fn rotated(self, to_map: DMat3) -> SkyIrradiance {
+        SkyIrradiance { to_map: self.to_map * to_map, ..self }
     }
 
     /// Returns I_a for a surface with unit normal `n`: its irradiance over π. For a constant environment
     /// that is its radiance.
     pub fn ambient(&self, n: DVec3) -> Rgb {
-        let DVec3 { x, y, z } = n;
-        let harmonics = [1.0, x, y, z, x * y, y * z, z * x, 3.0 * y * y - 1.0, x * x - z * z];
+        let harmonics = harmonics(self.to_map * n);
         let mut sum = DVec3::ZERO;
         for (((c, h), norm), cosine) in self.coefficients.iter().zip(harmonics).zip(NORMS).zip(COSINE_LOBE) {
             sum += *c * (h * norm * cosine);

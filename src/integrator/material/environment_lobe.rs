@@ -1,0 +1,128 @@
+//! The light of an environment that a GGX lobe reflects, by filtered importance sampling (Křivánek and Colbert, “Real-time
+//! Shading with Filtered Importance Sampling”, EGSR 2008): a fixed set of directions drawn from the lobe, each looked up
+//! with the solid angle that it stands for. Neighbouring pixels use the same set, so there is no noise.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::OnceLock;
+
+use glam::DVec3;
+
+use crate::geometry::Rgb;
+use crate::integrator::material::directional_albedo::single_scattering_albedo;
+use crate::integrator::material::fresnel::schlick_weight;
+use crate::integrator::material::ggx::{reflected_pdf, sample_visible_normal_at, shadowing_ratio};
+use crate::scene::Environment;
+
+/// Directions in the set of a pixel, shared among its samples.
+pub(crate) const LOBE_DIRECTIONS: u32 = 32;
+/// Solid angle of a lookup over that which its direction stands for. Lookups are filtered a little wider than asked,
+/// between texels and between levels; 0.7 comes closest to the integral over the lobe.
+const FILTER_WIDTH: f64 = 0.7;
+/// Lobes with a smaller α are looked up once, in the mirror's direction: their width is that of a texel.
+const MIRROR_ALPHA: f64 = 0.004;
+
+/// A lobe at a surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lobe {
+    /// Shading normal, unit length.
+    pub n: DVec3,
+    /// Unit direction to the viewer.
+    pub v: DVec3,
+    /// GGX α, with the variance of the normals that the sample covers.
+    pub alpha: f64,
+    /// Mean reflectance at normal incidence, which weights the directions.
+    pub f0: f64,
+}
+
+/// The directions of one sample among those of its pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LobeSubset {
+    /// Index of the sample, and the number of samples of a pixel.
+    pub index: u32,
+    pub count: u32,
+    /// Directions of a pixel, at most.
+    pub directions: u32,
+}
+
+impl Lobe {
+    /// Returns the radiance of the environment, averaged over the lobe: 1 under a white one. Directions below the horizon
+    /// count as black, as they do in the lobe's albedo.
+    pub fn environment_radiance(&self, environment: &Environment, subset: LobeSubset) -> Rgb {
+        if let Some(radiance) = environment.as_uniform() {
+            return radiance;
+        }
+        let Lobe { n, v, alpha, f0 } = *self;
+        let frame = LobeFrame::new(n, v);
+        if alpha < MIRROR_ALPHA {
+            let l = frame.to_world(DVec3::new(-frame.v.x, -frame.v.y, frame.v.z));
+            // About the half-width of the lobe, which is twice that of the normals.
+            return environment.radiance(l.as_vec3(), (4.0 * PI * alpha * alpha) as f32);
+        }
+        let count = subset.count.max(1);
+        let per_sample = subset.directions.div_ceil(count).max(1);
+        let total = per_sample.saturating_mul(count);
+        let first = (subset.index % count) * per_sample;
+        let mut sum = Rgb::ZERO;
+        for i in first..first + per_sample {
+            let u = (f64::from(i) + 0.5) / f64::from(total);
+            let h = sample_visible_normal_at(frame.v, alpha, direction_around(i), u);
+            let v_h = frame.v.dot(h);
+            let l = h * (2.0 * v_h) - frame.v;
+            let weight = shadowing_ratio(frame.v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_h));
+            if weight > 0.0 {
+                let solid_angle = FILTER_WIDTH / (f64::from(total) * reflected_pdf(frame.v.z, h.z, alpha));
+                let radiance =
+                    environment.radiance(frame.to_world(l).as_vec3(), solid_angle.min(2.0 * PI) as f32);
+                sum += radiance * weight as f32;
+            }
+        }
+        let expected = single_scattering_albedo(frame.v.z as f32, alpha as f32, f0 as f32);
+        sum / (per_sample as f32 * expected)
+    }
+}
+
+/// The frame of a surface: z is the normal, and the viewer is in the xz plane.
+struct LobeFrame {
+    x: DVec3,
+    y: DVec3,
+    z: DVec3,
+    /// Direction to the viewer, at least a little above the surface.
+    v: DVec3,
+}
+
+impl LobeFrame {
+    fn new(n: DVec3, v: DVec3) -> LobeFrame {
+        // A shading normal may face away from the viewer.
+        let cos = n.dot(v).clamp(MIN_COS, 1.0);
+        let tangent = v - n * n.dot(v);
+        let x = tangent.try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
+        LobeFrame { x, y: n.cross(x), z: n, v: DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos) }
+    }
+
+    fn to_world(&self, d: DVec3) -> DVec3 {
+        self.x * d.x + self.y * d.y + self.z * d.z
+    }
+}
+
+/// Smallest cosine between normal and viewer.
+const MIN_COS: f64 = 1e-3;
+
+/// Cosine and sine of the angle of direction number `i`: steps of the golden angle, which together with equal steps of the
+/// radius spread directions evenly.
+fn direction_around(i: u32) -> [f64; 2] {
+    const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
+    let compute = |i: u32| {
+        let turns = f64::from(i) * GOLDEN_RATIO + 0.13;
+        let angle = TAU * (turns - turns.floor());
+        [libm::cos(angle), libm::sin(angle)]
+    };
+    static DIRECTIONS: OnceLock<[[f64; 2]; TABULATED_ANGLES]> = OnceLock::new();
+    let table = DIRECTIONS.get_or_init(|| std::array::from_fn(|i| compute(i as u32)));
+    table.get(i as usize).copied().unwrap_or_else(|| compute(i))
+}
+
+/// Angles that are computed once.
+const TABULATED_ANGLES: usize = 256;
+
+#[cfg(test)]
+mod tests;

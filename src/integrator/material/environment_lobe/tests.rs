@@ -1,0 +1,103 @@
+use glam::Vec3;
+
+use super::*;
+use crate::integrator::material::ggx::sample_visible_normal;
+
+/// A dark room with two soft boxes, smooth at their edges.
+fn studio(d: Vec3) -> Rgb {
+    let spot = |axis: Vec3, width: f32| {
+        let x = ((1.0 - d.dot(axis.normalize())) / width).min(1.0);
+        (1.0 - x) * (1.0 - x) * (1.0 + 2.0 * x)
+    };
+    Rgb::new(0.2, 0.25, 0.3)
+        + Rgb::new(4.0, 3.5, 3.0) * spot(Vec3::new(0.5, 1.0, 0.3), 0.25)
+        + Rgb::new(1.0, 2.0, 3.0) * spot(Vec3::new(-1.0, 0.2, 0.5), 0.4)
+}
+
+fn view(cos: f64) -> DVec3 {
+    DVec3::new((1.0 - cos * cos).sqrt(), cos, 0.0)
+}
+
+/// The mean over a pixel's samples.
+fn looked_up(lobe: &Lobe, environment: &Environment, count: u32) -> Rgb {
+    let of = |index| {
+        lobe.environment_radiance(environment, LobeSubset { index, count, directions: LOBE_DIRECTIONS })
+    };
+    (0..count).map(of).sum::<Rgb>() / count as f32
+}
+
+/// The lobe integrated with a million directions.
+fn integrated(lobe: &Lobe, radiance: impl Fn(Vec3) -> Rgb) -> Rgb {
+    let frame = LobeFrame::new(lobe.n, lobe.v);
+    let n = 400;
+    let mut sum = DVec3::ZERO;
+    let mut weights = 0.0;
+    for i in 0..n * n {
+        let u = [(i % n) as f64 + 0.5, (i / n) as f64 + 0.5].map(|x| x / n as f64);
+        let h = sample_visible_normal(frame.v, lobe.alpha, u);
+        let v_h = frame.v.dot(h);
+        let l = h * (2.0 * v_h) - frame.v;
+        let weight =
+            shadowing_ratio(frame.v.z, l.z, lobe.alpha) * (lobe.f0 + (1.0 - lobe.f0) * schlick_weight(v_h));
+        sum += radiance(frame.to_world(l).as_vec3()).as_dvec3() * weight;
+        weights += weight;
+    }
+    (sum / weights).as_vec3()
+}
+
+/// In percent: the mean error over views and reflectances, for the samples of a pixel together.
+fn mean_error(radiance: impl Fn(Vec3) -> Rgb + Sync + Copy, alpha: f64) -> f32 {
+    let environment = Environment::from_function(256, 2, radiance);
+    let mut errors = Vec::new();
+    for f0 in [0.04, 0.7] {
+        for cos in [0.15, 0.3, 0.5, 0.7, 0.9, 1.0] {
+            let lobe = Lobe { n: DVec3::Y, v: view(cos), alpha, f0 };
+            let expected = integrated(&lobe, radiance);
+            for count in [1, 4, 16] {
+                let found = looked_up(&lobe, &environment, count);
+                errors.push(((found - expected) / expected).abs().max_element());
+            }
+        }
+    }
+    100.0 * errors.iter().sum::<f32>() / errors.len() as f32
+}
+
+#[test]
+fn lookups_of_a_smooth_environment_agree_with_integration() {
+    let smooth = |d: Vec3| Rgb::splat(2.0) + d + Rgb::splat(0.7 * d.x * d.y);
+    for alpha in [0.01, 0.04, 0.16, 0.4] {
+        let error = mean_error(smooth, alpha);
+        assert!(error < 2.5, "α {alpha}: {error} %");
+    }
+}
+
+#[test]
+fn lookups_of_soft_boxes_agree_with_integration() {
+    for alpha in [0.01, 0.04, 0.16, 0.4] {
+        let error = mean_error(studio, alpha);
+        assert!(error < 4.0, "α {alpha}: {error} %");
+    }
+}
+
+#[test]
+fn a_white_environment_gives_white() {
+    let environment = Environment::uniform(Rgb::ONE);
+    for alpha in [0.0, 0.003, 0.02, 0.3, 1.0] {
+        for cos in [-0.2, 0.0, 0.1, 0.5, 1.0] {
+            let lobe = Lobe { n: DVec3::Y, v: view(cos), alpha, f0: 0.04 };
+            for count in [1, 4, 16, 100] {
+                let found = looked_up(&lobe, &environment, count);
+                assert_eq!(found, Rgb::ONE, "α {alpha} cos {cos}, {count}");
+            }
+        }
+    }
+}
+
+#[test]
+fn mirrors_reflect_the_mirrored_direction() {
+    let environment = Environment::from_function(256, 2, |d| d * 0.5 + 0.5);
+    let v = DVec3::new(0.6, 0.64, -0.48);
+    let lobe = Lobe { n: DVec3::Y, v, alpha: 0.0, f0: 1.0 };
+    let found = looked_up(&lobe, &environment, 1) * 2.0 - 1.0;
+    assert!(found.abs_diff_eq(Vec3::new(-0.6, 0.64, 0.48), 1e-3), "{found}");
+}

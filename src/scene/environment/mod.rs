@@ -1,0 +1,162 @@
+//! The light that arrives from infinitely far away: radiance by direction, and the irradiance of matte surfaces.
+
+mod irradiance;
+mod octahedral;
+mod panorama;
+mod procedural;
+mod pyramid;
+
+use std::sync::Arc;
+
+use glam::{DMat3, Mat3, Vec3};
+
+use crate::geometry::Rgb;
+
+pub use irradiance::SkyIrradiance;
+pub use panorama::Panorama;
+use pyramid::Pyramid;
+
+/// Panoramas that are wider are halved.
+const MAX_PANORAMA_WIDTH: u32 = 4096;
+/// Most texels on a side of the finest mip level.
+const MAX_PYRAMID_SIDE: usize = 1024;
+
+/// The light that arrives from infinitely far away. Radiance is linear RGB (Rec. 709). A clone shares the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Environment {
+    /// `None` for a uniform environment.
+    map: Option<Arc<EnvironmentMap>>,
+    /// The radiance of a uniform environment, else a factor.
+    radiance: Rgb,
+    /// From the world to the map.
+    to_map: Mat3,
+    /// Irradiance of the map, before the factor and the rotation.
+    irradiance: SkyIrradiance,
+    /// The inverse of the rotation, in double precision.
+    to_map_f64: DMat3,
+}
+
+/// Radiance by direction, in the environment's own frame.
+#[derive(Clone, Debug, PartialEq)]
+struct EnvironmentMap {
+    /// The picture itself, for lookups that are sharper than the mip levels.
+    panorama: Option<Panorama>,
+    pyramid: Pyramid,
+}
+
+impl Environment {
+    /// Makes an environment of the same radiance in all directions.
+    pub fn uniform(radiance: Rgb) -> Environment {
+        Environment::new(None, radiance, SkyIrradiance::uniform(Rgb::ONE))
+    }
+
+    /// Makes an environment from an equirectangular picture. Of pictures wider than 4096 texels, the nine harmonics of
+    /// [`Environment::irradiance`] keep all texels, and lookups a reduced picture.
+    pub fn from_panorama(panorama: Panorama) -> Environment {
+        let irradiance = SkyIrradiance::from_panorama(&panorama);
+        let mut panorama = panorama;
+        while panorama.width() > MAX_PANORAMA_WIDTH {
+            panorama = panorama.halved();
+        }
+        let map = EnvironmentMap::from_panorama(panorama);
+        Environment::new(Some(map), Rgb::ONE, irradiance)
+    }
+
+    /// Makes an environment from a function of the unit direction, sampled at `side`² directions, a power of two, with
+    /// `samples`² samples each.
+    pub(crate) fn from_function(
+        side: usize,
+        samples: usize,
+        radiance: impl Fn(Vec3) -> Rgb + Sync,
+    ) -> Environment {
+        let pyramid = Pyramid::new(side, samples, radiance);
+        let irradiance = SkyIrradiance::from_pyramid(&pyramid);
+        Environment::new(Some(EnvironmentMap { panorama: None, pyramid }), Rgb::ONE, irradiance)
+    }
+
+    fn new(map: Option<EnvironmentMap>, radiance: Rgb, irradiance: SkyIrradiance) -> Environment {
+        Environment {
+            map: map.map(Arc::new),
+            radiance,
+            to_map: Mat3::IDENTITY,
+            irradiance,
+            to_map_f64: DMat3::IDENTITY,
+        }
+    }
+
+    /// Returns the environment with its radiance multiplied by `strength`.
+    pub fn scaled(mut self, strength: Rgb) -> Environment {
+        self.radiance *= strength;
+        self
+    }
+
+    /// Returns the environment turned by a rotation: the light from `d` arrives from `rotation * d` afterwards.
+    pub fn rotated(mut self, rotation: DMat3) -> Environment {
+        self.to_map_f64 *= rotation.transpose();
+        self.to_map = self.to_map_f64.as_mat3();
+        self
+    }
+
+    /// Returns the radiance from the unit world direction `d`, averaged over about `solid_angle` steradians; 0 is sharp.
+    /// It is continuous in both, and the same on every processor.
+    #[inline]
+    pub fn radiance(&self, d: Vec3, solid_angle: f32) -> Rgb {
+        match &self.map {
+            None => self.radiance,
+            Some(map) => map.radiance(self.to_map * d, solid_angle) * self.radiance,
+        }
+    }
+
+    /// Returns the radiance, if it is the same in all directions.
+    pub fn as_uniform(&self) -> Option<Rgb> {
+        self.map.is_none().then_some(self.radiance)
+    }
+
+    /// Returns the mean radiance over all directions.
+    pub fn mean(&self) -> Rgb {
+        self.map.as_ref().map_or(Rgb::ONE, |map| map.pyramid.mean()) * self.radiance
+    }
+
+    /// Returns the irradiance of surfaces by their normal.
+    pub fn irradiance(&self) -> SkyIrradiance {
+        self.irradiance.scaled(self.radiance).rotated(self.to_map_f64)
+    }
+}
+
+impl EnvironmentMap {
+    fn from_panorama(panorama: Panorama) -> EnvironmentMap {
+        // The finest level has texels about twice as wide as the picture's.
+        let side = (panorama.width() as usize / 4).clamp(16, MAX_PYRAMID_SIDE);
+        let side = 1 << side.ilog2();
+        // The picture is filtered first to texels as wide as the samples are apart.
+        let mut filtered = if panorama.width() >= 64 { panorama.halved() } else { panorama.clone() };
+        filtered.blur_poles();
+        let pyramid = Pyramid::new(side, 3, |d| filtered.radiance(d));
+        EnvironmentMap { panorama: Some(panorama), pyramid }
+    }
+
+    #[inline]
+    fn radiance(&self, d: Vec3, solid_angle: f32) -> Rgb {
+        let level = 0.5 * log2(solid_angle / self.pyramid.texel_solid_angle());
+        match &self.panorama {
+            Some(panorama) if level < 0.0 => {
+                let sharp = panorama.radiance(d);
+                if level <= -1.0 { sharp } else { sharp.lerp(self.pyramid.radiance(d, 0.0), 1.0 + level) }
+            }
+            _ => self.pyramid.radiance(d, level),
+        }
+    }
+}
+
+/// Returns the binary logarithm with an error below 0.01: continuous, increasing, and the same on every processor. That
+/// of 0 is −127.
+#[inline(always)]
+fn log2(x: f32) -> f32 {
+    let bits = x.max(0.0).to_bits();
+    let exponent = (bits >> 23) as f32 - 127.0;
+    let f = f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000) - 1.0;
+    exponent + f + 0.346_607 * f * (1.0 - f)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,136 @@
+//! Mip levels of an environment in the equal-area octahedral map.
+
+use std::f32::consts::PI;
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::octahedral::{to_direction, to_square};
+use crate::geometry::Rgb;
+
+/// Mip levels of an environment, finest first. The last one has a single texel.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Pyramid {
+    levels: Vec<Level>,
+}
+
+/// A level with a border of one texel, which repeats the texels that adjoin on the sphere.
+#[derive(Clone, Debug, PartialEq)]
+struct Level {
+    /// Texels on a side, without the border.
+    side: usize,
+    texels: Vec<Vec4>,
+}
+
+impl Pyramid {
+    /// Makes the levels from a function of the direction. The finest level has `side` texels on a side, a power of two,
+    /// each the mean of `samples`² directions.
+    pub fn new(side: usize, samples: usize, radiance: impl Fn(Vec3) -> Rgb + Sync) -> Pyramid {
+        let step = 1.0 / (side * samples) as f64;
+        let mut texels = vec![Vec4::ZERO; side * side];
+        texels.par_chunks_exact_mut(side).enumerate().for_each(|(j, row)| {
+            for (i, texel) in row.iter_mut().enumerate() {
+                let mut sum = Rgb::ZERO;
+                for k in 0..samples * samples {
+                    let x = (i * samples + k % samples) as f64 + 0.5;
+                    let y = (j * samples + k / samples) as f64 + 0.5;
+                    sum += radiance(to_direction(x * step, y * step).as_vec3());
+                }
+                *texel = (sum / (samples * samples) as f32).extend(0.0);
+            }
+        });
+        let mut levels = Vec::new();
+        let mut side = side;
+        while side > 1 {
+            let next = downsample(&texels, side);
+            levels.push(Level::with_border(&texels, side));
+            texels = next;
+            side /= 2;
+        }
+        levels.push(Level::with_border(&texels, side));
+        Pyramid { levels }
+    }
+
+    /// Returns the mean radiance.
+    pub fn mean(&self) -> Rgb {
+        self.levels.last().map_or(Rgb::ZERO, |level| level.texels[0].truncate())
+    }
+
+    /// Returns the solid angle of a texel of the finest level, in steradians.
+    pub fn texel_solid_angle(&self) -> f32 {
+        let side = self.levels[0].side as f32;
+        4.0 * PI / (side * side)
+    }
+
+    /// Returns the radiance from the unit direction `d`, linear in the position and in the level. Level 0 is the finest.
+    #[inline]
+    pub fn radiance(&self, d: Vec3, level: f32) -> Rgb {
+        let p = to_square(d);
+        let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
+        let fine = level as usize;
+        let t = level - fine as f32;
+        let radiance = self.levels[fine].radiance(p.x, p.y);
+        if t == 0.0 {
+            return radiance.truncate();
+        }
+        radiance.lerp(self.levels[fine + 1].radiance(p.x, p.y), t).truncate()
+    }
+
+    /// Calls `f` with the direction, the radiance and the solid angle of each texel of the finest level that has at most
+    /// `max_side` texels on a side.
+    pub fn for_each_texel(&self, max_side: usize, mut f: impl FnMut(glam::DVec3, Rgb, f64)) {
+        let Some(level) = self.levels.iter().find(|level| level.side <= max_side) else { return };
+        let n = level.side;
+        let solid_angle = 4.0 * std::f64::consts::PI / (n * n) as f64;
+        for j in 0..n {
+            for i in 0..n {
+                let d = to_direction((i as f64 + 0.5) / n as f64, (j as f64 + 0.5) / n as f64);
+                f(d, level.texels[(j + 1) * (n + 2) + i + 1].truncate(), solid_angle);
+            }
+        }
+    }
+}
+
+/// Halves a square of texels: means of four. `side` is even.
+fn downsample(texels: &[Vec4], side: usize) -> Vec<Vec4> {
+    let half = side / 2;
+    let mut out = vec![Vec4::ZERO; half * half];
+    out.par_chunks_exact_mut(half).enumerate().for_each(|(j, row)| {
+        let upper = &texels[2 * j * side..][..side];
+        let lower = &texels[(2 * j + 1) * side..][..side];
+        for (i, out) in row.iter_mut().enumerate() {
+            *out = (upper[2 * i] + upper[2 * i + 1] + (lower[2 * i] + lower[2 * i + 1])) * 0.25;
+        }
+    });
+    out
+}
+
+impl Level {
+    fn with_border(texels: &[Vec4], side: usize) -> Level {
+        let last = side as isize - 1;
+        let padded = side + 2;
+        let at = |i: isize, j: isize| {
+            // Beyond an edge of the square follows the same edge, reversed.
+            let (i, j) = if i < 0 || i > last { (i.clamp(0, last), last - j) } else { (i, j) };
+            let (i, j) = if j < 0 || j > last { (last - i, j.clamp(0, last)) } else { (i, j) };
+            texels[j as usize * side + i as usize]
+        };
+        let texel = |k: usize| at((k % padded) as isize - 1, (k / padded) as isize - 1);
+        Level { side, texels: (0..padded * padded).map(texel).collect() }
+    }
+
+    /// The radiance at a point of the unit square, linear between texels.
+    #[inline(always)]
+    fn radiance(&self, x: f32, y: f32) -> Vec4 {
+        let side = self.side as f32;
+        let (x, y) = (x * side + 0.5, y * side + 0.5);
+        let (i, j) = ((x as usize).min(self.side), (y as usize).min(self.side));
+        let (fx, fy) = (x - i as f32, y - j as f32);
+        let padded = self.side + 2;
+        let upper = &self.texels[j * padded + i..][..2];
+        let lower = &self.texels[(j + 1) * padded + i..][..2];
+        let upper = upper[0].lerp(upper[1], fx);
+        let lower = lower[0].lerp(lower[1], fx);
+        upper.lerp(lower, fy)
+    }
+}
