@@ -122,13 +122,13 @@ impl<'f> Search<'f> {
 
     /// The last part of each name, relative to each place.
     fn base_names(&self) -> impl Iterator<Item = String> {
-        let names = self.names.iter().filter_map(|name| path_ends(name).last());
+        let names = self.names.iter().filter_map(|name| shorter_ends(name).last());
         names.flat_map(|base| self.places.iter().map(move |place| join(place, base)))
     }
 
     /// The last parts of each name, relative to each place, more parts first.
     fn path_ends(&self) -> impl Iterator<Item = String> {
-        let ends = self.names.iter().flat_map(|name| path_ends(name));
+        let ends = self.names.iter().flat_map(|name| shorter_ends(name));
         ends.flat_map(|end| self.places.iter().map(move |place| join(place, end)))
     }
 
@@ -200,4 +200,9 @@ fn path_ends(path: &str) -> impl Iterator<Item = &str> {
     let starts: Vec<usize> = starts.collect();
     let ends = starts.into_iter().rev().map(move |start| &path[start..]);
     ends.filter(|end| !end.is_empty() && !end.split('/').any(|part| matches!(part, "" | "." | "..")))
+}
+
+/// Returns the ends of a path except the whole.
+fn shorter_ends(path: &str) -> impl Iterator<Item = &str> {
+    path_ends(path).filter(move |end| end.len() < path.len())
 }
