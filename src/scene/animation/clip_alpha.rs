@@ -43,6 +43,11 @@ impl ClipAlpha {
         ClipAlpha { materials }
     }
 
+    /// Returns true if alpha may hide triangles of a mesh.
+    pub fn may_hide(&self, mesh: &Mesh) -> bool {
+        matches!(self.materials.get(mesh.material as usize), Some(Some(_)))
+    }
+
     /// Returns true if a point of the triangle may be visible at some time.
     pub fn may_show(&self, scene: &Scene, mesh: &Mesh, corners: [u32; 3]) -> bool {
         let material = mesh.material as usize;

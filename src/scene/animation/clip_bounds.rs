@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::geometry::{Aabb, Sphere};
 use crate::scene::animation::bounds_cache::{ClipBounds, ClipBoundsCache};
 use crate::scene::animation::clip_alpha::ClipAlpha;
-use crate::scene::animation::drawn_triangles::{Rank, add_drawn_triangles, is_drawn};
+use crate::scene::animation::drawn_triangles::{InstanceShape, Rank, add_drawn_triangles};
 use crate::scene::animation::extremes::{BoxExtremes, Extremes, FarthestVertex, VertexAt};
 use crate::scene::animation::node_transforms::{InstancePose, NodeTransforms};
 use crate::scene::animation::playback::sample_times;
@@ -95,7 +95,7 @@ impl<'s> ClipSampler<'s> {
             let found = self.over_all_times(start, |time, which, e: &mut E, scratch| {
                 self.add_vertices(time, which, e, scratch);
             });
-            if found.vertices().iter().all(|at| self.is_drawn(at, alpha)) {
+            if found.vertices().iter().all(|(part, at)| self.is_attained(&found, *part, at, alpha)) {
                 return found;
             }
         }
@@ -204,20 +204,22 @@ impl<'s> ClipSampler<'s> {
         })
     }
 
-    /// Returns true if a triangle that can be seen uses a vertex.
-    fn is_drawn(&self, at: &VertexAt, alpha: &ClipAlpha) -> bool {
+    /// Returns true if a triangle that can be seen attains a part of `extremes`, as a vertex does.
+    fn is_attained<E: Extremes>(&self, extremes: &E, part: usize, at: &VertexAt, alpha: &ClipAlpha) -> bool {
         let nodes = NodeTransforms::at(self.scene, &self.active, self.times[at.time as usize]);
         let instance = &self.scene.instances[at.instance as usize];
         let mesh = &self.scene.meshes[instance.mesh as usize];
         let InstancePose { to_world, deformer, .. } = nodes.pose_instance(instance);
-        let mut position = Vec::new();
-        is_drawn(self.scene, mesh, at.vertex, alpha, &to_world, |v| match &deformer {
+        let mut deformed = Vec::new();
+        let position = |v: u32| match &deformer {
             Some(deformer) => {
-                deformer.deform_positions(v as usize..v as usize + 1, &mut position);
-                position[0]
+                deformer.deform_positions(v as usize..v as usize + 1, &mut deformed);
+                deformed[0]
             }
             None => mesh.positions[v as usize],
-        })
+        };
+        InstanceShape { scene: self.scene, mesh, alpha, to_world, position }
+            .attains(extremes, part, at.vertex)
     }
 }
 

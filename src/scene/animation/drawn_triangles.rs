@@ -20,6 +20,12 @@ const MAX_COORDINATE: f64 = 1e18;
 const FLAT: f64 = 1e-12;
 /// Triangles that a search tests at once.
 const SEARCH_BLOCK: usize = 256;
+/// Vertices in the same place for which all triangles are searched.
+const THOROUGH_TIES: usize = 4;
+/// Blocks that are searched for each of the others.
+const TIE_BLOCKS: usize = 16;
+/// Most vertices in the same place that are tried.
+const MAX_TIES: usize = 64;
 /// Triangles that a thread marks at once.
 const MARK_BLOCK: usize = 1 << 13;
 
@@ -58,34 +64,63 @@ impl Rank {
     }
 }
 
-/// Returns true if a triangle that can be seen uses `vertex`. `position` returns vertices in the space that
-/// `to_world` maps from.
-pub(super) fn is_drawn(
-    scene: &Scene,
-    mesh: &Mesh,
-    vertex: u32,
-    alpha: &ClipAlpha,
-    to_world: &DAffine3,
-    mut position: impl FnMut(u32) -> Vec3,
-) -> bool {
-    let blocks = mesh.triangles.len().div_ceil(SEARCH_BLOCK);
-    // Files mostly store vertices in the order of their triangles.
-    let likely = vertex as usize * blocks / mesh.positions.len().max(1);
-    let ahead = likely..blocks;
-    let behind = (0..likely).rev();
-    let mut order = alternate(ahead, behind);
-    order.any(|block| {
-        let triangles = &mesh.triangles[block * SEARCH_BLOCK..];
-        let triangles = &triangles[..triangles.len().min(SEARCH_BLOCK)];
-        // Without an early exit, so that it is vectorised.
-        let is_used = triangles.as_flattened().iter().fold(false, |found, &v| found | (v == vertex));
-        is_used
-            && triangles.iter().any(|corners| {
-                corners.contains(&vertex)
-                    && has_area(&corners.map(|v| to_world.transform_point3(position(v).as_dvec3())))
-                    && alpha.may_show(scene, mesh, *corners)
-            })
-    })
+/// An instance at one time.
+pub(super) struct InstanceShape<'a, P> {
+    pub scene: &'a Scene,
+    pub mesh: &'a Mesh,
+    pub alpha: &'a ClipAlpha,
+    pub to_world: DAffine3,
+    /// Returns a vertex in the space that `to_world` maps from.
+    pub position: P,
+}
+
+impl<P: FnMut(u32) -> Vec3> InstanceShape<'_, P> {
+    /// Returns true if a triangle that can be seen attains a part of `extremes`, as `vertex` does.
+    pub fn attains<E: Extremes>(&mut self, extremes: &E, part: usize, vertex: u32) -> bool {
+        if self.is_drawn(vertex, usize::MAX) {
+            return true;
+        }
+        // Spheres have several vertices at their poles, of which triangles use only some.
+        let count = self.mesh.positions.len() as u32;
+        let mut ties = 0;
+        for v in alternate(vertex + 1..count, (0..vertex).rev()) {
+            if extremes.attains(part, self.point(v)) {
+                let max_blocks = if ties < THOROUGH_TIES { usize::MAX } else { TIE_BLOCKS };
+                if self.is_drawn(v, max_blocks) {
+                    return true;
+                }
+                ties += 1;
+                if ties == MAX_TIES {
+                    break;
+                }
+            }
+        }
+        false
+    }
+
+    fn point(&mut self, vertex: u32) -> DVec3 {
+        self.to_world.transform_point3((self.position)(vertex).as_dvec3())
+    }
+
+    /// Returns true if a triangle that can be seen uses `vertex`. Searches at most `max_blocks` blocks of triangles.
+    fn is_drawn(&mut self, vertex: u32, max_blocks: usize) -> bool {
+        let mesh = self.mesh;
+        let blocks = mesh.triangles.len().div_ceil(SEARCH_BLOCK);
+        // Files mostly store vertices in the order of their triangles.
+        let likely = vertex as usize * blocks / mesh.positions.len().max(1);
+        alternate(likely..blocks, (0..likely).rev()).take(max_blocks).any(|block| {
+            let triangles = &mesh.triangles[block * SEARCH_BLOCK..];
+            let triangles = &triangles[..triangles.len().min(SEARCH_BLOCK)];
+            // Without an early exit, so that it is vectorised.
+            let is_used = triangles.as_flattened().iter().fold(false, |found, &v| found | (v == vertex));
+            is_used
+                && triangles.iter().any(|corners| {
+                    corners.contains(&vertex)
+                        && has_area(&corners.map(|v| self.point(v)))
+                        && self.alpha.may_show(self.scene, mesh, *corners)
+                })
+        })
+    }
 }
 
 /// Returns the items of two iterators in turn, then the rest of the longer one.
@@ -146,10 +181,11 @@ impl DrawnPoints {
 /// Returns the drawn vertices of a mesh at rest; `None` if all are drawn.
 fn drawn_points(scene: &Scene, mesh: &Mesh, alpha: &ClipAlpha) -> Option<Vec<Vec3>> {
     let is_drawn: Vec<AtomicBool> = mesh.positions.iter().map(|_| AtomicBool::new(false)).collect();
+    let may_hide = alpha.may_hide(mesh);
     mesh.triangles.par_chunks(MARK_BLOCK).for_each(|triangles| {
         for corners in triangles {
             let points = corners.map(|v| mesh.positions[v as usize].as_dvec3());
-            if has_area(&points) && alpha.may_show(scene, mesh, *corners) {
+            if has_area(&points) && (!may_hide || alpha.may_show(scene, mesh, *corners)) {
                 corners.iter().for_each(|&v| is_drawn[v as usize].store(true, Relaxed));
             }
         }

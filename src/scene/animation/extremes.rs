@@ -21,8 +21,10 @@ pub(super) trait Extremes: Copy + Send + Sync {
     fn add(&mut self, p: DVec3, vertex: VertexAt);
     /// Merges the results of two threads.
     fn join(self, other: Self) -> Self;
-    /// Returns the vertices that attain the result.
-    fn vertices(&self) -> Vec<VertexAt>;
+    /// Returns the vertices that attain the result, one for each part of it, such as a side of a box.
+    fn vertices(&self) -> Vec<(usize, VertexAt)>;
+    /// Returns true if `p` attains a part of the result, too.
+    fn attains(&self, part: usize, p: DVec3) -> bool;
 }
 
 /// A bounding box.
@@ -79,13 +81,18 @@ impl Extremes for BoxExtremes {
         self
     }
 
-    fn vertices(&self) -> Vec<VertexAt> {
+    fn vertices(&self) -> Vec<(usize, VertexAt)> {
         if self.bounds.is_empty() {
             return Vec::new();
         }
-        let mut vertices: Vec<VertexAt> = self.lowest.into_iter().chain(self.highest).collect();
-        vertices.dedup();
-        vertices
+        self.lowest.into_iter().chain(self.highest).enumerate().collect()
+    }
+
+    fn attains(&self, part: usize, p: DVec3) -> bool {
+        match part {
+            0..3 => p[part] == self.bounds.min[part],
+            _ => p[part - 3] == self.bounds.max[part - 3],
+        }
     }
 }
 
@@ -123,8 +130,12 @@ impl Extremes for FarthestVertex {
         if other.distance_squared > self.distance_squared { other } else { self }
     }
 
-    fn vertices(&self) -> Vec<VertexAt> {
-        self.vertex.into_iter().collect()
+    fn vertices(&self) -> Vec<(usize, VertexAt)> {
+        self.vertex.into_iter().map(|vertex| (0, vertex)).collect()
+    }
+
+    fn attains(&self, _part: usize, p: DVec3) -> bool {
+        p.distance_squared(self.centre) == self.distance_squared
     }
 }
 
@@ -158,7 +169,11 @@ impl Extremes for CountingBox {
         CountingBox { extremes: self.extremes.join(other.extremes), points: self.points + other.points }
     }
 
-    fn vertices(&self) -> Vec<VertexAt> {
+    fn vertices(&self) -> Vec<(usize, VertexAt)> {
         self.extremes.vertices()
+    }
+
+    fn attains(&self, part: usize, p: DVec3) -> bool {
+        self.extremes.attains(part, p)
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::geometry::{Aabb, Sphere};
 use crate::scene::animation::clip_alpha::ClipAlpha;
-use crate::scene::animation::drawn_triangles::{DrawnPoints, Rank, add_drawn_triangles, is_drawn};
+use crate::scene::animation::drawn_triangles::{DrawnPoints, InstanceShape, Rank, add_drawn_triangles};
 use crate::scene::animation::extremes::{BoxExtremes, Extremes, FarthestVertex, VertexAt};
 use crate::scene::animation::playback::active_animations;
 use crate::scene::animation::posed_scene::PosedScene;
@@ -33,7 +33,7 @@ impl PosedScene<'_> {
         let alpha = cache.alpha(self.scene, active);
         if cache.drawn().is_none() {
             let found = self.extremes_of_vertices(start);
-            if found.vertices().iter().all(|vertex| self.is_drawn(vertex, alpha)) {
+            if found.vertices().iter().all(|(part, at)| self.is_attained(&found, *part, at, alpha)) {
                 return found;
             }
         }
@@ -105,11 +105,17 @@ impl PosedScene<'_> {
         counts
     }
 
-    /// Returns true if a triangle that can be seen uses a vertex.
-    fn is_drawn(&self, at: &VertexAt, alpha: &ClipAlpha) -> bool {
-        let to_world = &self.instances[at.instance as usize].transform.affine;
+    /// Returns true if a triangle that can be seen attains a part of `extremes`, as a vertex does.
+    fn is_attained<E: Extremes>(&self, extremes: &E, part: usize, at: &VertexAt, alpha: &ClipAlpha) -> bool {
         let positions = self.positions(at.instance);
-        is_drawn(self.scene, self.mesh(at.instance), at.vertex, alpha, to_world, |v| positions[v as usize])
+        let mut shape = InstanceShape {
+            scene: self.scene,
+            mesh: self.mesh(at.instance),
+            alpha,
+            to_world: self.instances[at.instance as usize].transform.affine,
+            position: |v: u32| positions[v as usize],
+        };
+        shape.attains(extremes, part, at.vertex)
     }
 }
 

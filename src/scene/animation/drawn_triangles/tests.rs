@@ -271,6 +271,31 @@ fn nothing_that_can_be_seen_has_empty_bounds() {
     assert_eq!(posed.clip_sphere(), Sphere { centre: DVec3::ZERO, radius: 1.0 });
 }
 
+/// A triangle uses only one of the vertices at each pole of a sphere. The quick path finds it.
+#[test]
+fn poles_of_spheres_need_no_visit_of_all_triangles() {
+    let mut scene = square();
+    let n = 40u32;
+    let mesh = &mut scene.meshes[0];
+    mesh.positions.clear();
+    mesh.triangles.clear();
+    for i in 0..=n {
+        let polar = std::f64::consts::PI * f64::from(i) / f64::from(n);
+        for j in 0..=n {
+            let around = std::f64::consts::TAU * f64::from(j) / f64::from(n);
+            let (sin, cos) = polar.sin_cos();
+            mesh.positions.push(DVec3::new(sin * around.cos(), cos, sin * around.sin()).as_vec3());
+            let a = i * (n + 1) + j;
+            if i < n && j < n {
+                mesh.triangles.extend([[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]);
+            }
+        }
+    }
+    let posed = posed(&scene);
+    assert_eq!((posed.bounds().min.y, posed.bounds().max.y), (-1.0, 1.0));
+    assert!(posed.clip_bounds_cache().drawn().is_none(), "all triangles were visited");
+}
+
 /// Random meshes with unused vertices and degenerate triangles at random nodes: the same as over all triangles.
 #[test]
 fn bounds_are_those_of_all_triangles_with_area() {
