@@ -9,7 +9,7 @@ use crate::scene::{LightSet, LightUnits, Lighting};
 
 pub(super) fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, UsageError> {
     // The process's own pool of threads starts when the command line has been read.
-    let load = |path| match rayon::ThreadPoolBuilder::new().build() {
+    let load = |path: &std::path::PathBuf| match rayon::ThreadPoolBuilder::new().build() {
         Ok(pool) => pool.install(|| load_environment(path, limits)),
         Err(_) => load_environment(path, limits),
     };
