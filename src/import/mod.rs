@@ -5,6 +5,7 @@
 //! references stay inside the scene's folder unless [`LoadOptions::allow_outside`] is set. Harmless defects
 //! are repaired and reported as [`Warning`]s.
 
+mod bodies;
 mod camera_xml;
 mod error;
 mod files;
@@ -29,7 +30,7 @@ pub use error::{LoadError, Warning};
 pub use files::limits::Limits;
 pub(crate) use files::read_file::{open_regular_file, open_scene_file};
 pub use image::environment::load_environment;
-pub use options::{LoadOptions, SceneChoice, UpAxis};
+pub use options::{GlassMode, LoadOptions, SceneChoice, UpAxis};
 pub use smooth::NormalMode;
 
 /// Bytes at the start of a file that its format is detected from.
@@ -93,6 +94,7 @@ fn load_input(
     // Blender filters encoded texels and decodes sRGB afterwards; its files are rendered likewise.
     let is_blender = scene.source.is_blender();
     scene.textures.iter_mut().for_each(|t| t.decode_last = is_blender);
+    bodies::mark_bodies(&mut scene, options.glass);
     smooth::apply(&mut scene, options.normals);
     Ok((scene, warnings))
 }

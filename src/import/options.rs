@@ -24,6 +24,18 @@ pub enum UpAxis {
     Z,
 }
 
+/// Which transmissive meshes bound bodies that refract light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GlassMode {
+    /// Those with a volume, and closed meshes of files whose format or exporter implies refraction.
+    #[default]
+    Auto,
+    /// None: all are thin walls.
+    Thin,
+    /// All.
+    Solid,
+}
+
 /// Options of [`load`](super::load).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
@@ -39,6 +51,8 @@ pub struct LoadOptions {
     pub variant: Option<String>,
     /// Source of the vertex normals.
     pub normals: NormalMode,
+    /// Which transmissive meshes refract.
+    pub glass: GlassMode,
     /// Allows references to files outside the scene's folder.
     pub allow_outside: bool,
 }

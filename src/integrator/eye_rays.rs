@@ -4,6 +4,7 @@ use crate::accel::{HitBatch, RayBatch};
 use crate::geometry::{Hit, Ray};
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
+use crate::integrator::paths::{PathState, Wave};
 use crate::integrator::sample::Sample;
 
 /// Most surfaces along one eye ray; the rest is dropped.
@@ -15,6 +16,10 @@ pub(crate) struct EyeRays<'a> {
     hits: &'a mut HitBatch,
     /// The sample of each ray.
     ray_sample: Vec<usize>,
+    /// The state of each sample's path, if surfaces of the scene send out rays.
+    pub states: Vec<PathState>,
+    /// True for rays that surfaces have sent out.
+    pub is_secondary: bool,
 }
 
 /// A ray of a batch with its closest hit.
@@ -36,7 +41,15 @@ impl<'a> EyeRays<'a> {
         hits: &'a mut HitBatch,
     ) -> EyeRays<'a> {
         frame.generate_eye_rays(samples, rays);
-        EyeRays { rays, hits, ray_sample: (0..samples.len()).collect() }
+        let ray_sample = (0..samples.len()).collect();
+        EyeRays { rays, hits, ray_sample, states: Vec::new(), is_secondary: false }
+    }
+
+    /// The rays of a wave, in place of eye rays.
+    pub fn secondary(wave: &Wave, rays: &'a mut RayBatch, hits: &'a mut HitBatch) -> EyeRays<'a> {
+        wave.fill(rays);
+        let states = wave.rays.iter().map(|ray| ray.state).collect();
+        EyeRays { rays, hits, ray_sample: (0..wave.rays.len()).collect(), states, is_secondary: true }
     }
 
     pub fn is_empty(&self) -> bool {

@@ -3,12 +3,16 @@
 use glam::{DAffine3, DVec3};
 
 use crate::accel::{Accel, Coherence, RayBatch};
-use crate::geometry::{RayDifferential, Rgb};
+use crate::geometry::{HitId, RayDifferential, Rgb};
 use crate::integrator::material::coefficients::MaterialOverrides;
+use crate::integrator::media::Medium;
 use crate::integrator::sample::Sample;
 use crate::scene::{
-    Camera, Environment, Ground, PosedLight, PosedScene, Projection, ResolvedLighting, SkyIrradiance,
+    Camera, Environment, Ground, Material, PosedLight, PosedScene, Projection, ResolvedLighting, SkyIrradiance,
 };
+
+/// [`Frame::bounces`] of a new frame.
+pub const DEFAULT_BOUNCES: u8 = 4;
 
 /// Everything that one picture is made from.
 #[derive(Clone, Debug)]
@@ -28,6 +32,11 @@ pub struct Frame<'a> {
     /// The light from infinitely far away that specular lobes and escaping rays meet, in the scene's coordinates; `None`
     /// is black.
     pub environment: Option<Environment>,
+    /// Most reflections along a path of light, and a third of its passages through surfaces of glass; 0 is the pure
+    /// lecture, without reflections.
+    pub bounces: u8,
+    /// True if any material reflects its surroundings.
+    pub(crate) has_reflecting_materials: bool,
     /// Coefficients that replace those of all materials.
     pub overrides: MaterialOverrides,
     /// True: eye rays pass through back faces of single-sided materials.
@@ -67,6 +76,8 @@ impl<'a> Frame<'a> {
             ambient: lit.rig.ambient,
             sky: lit.rig.sky,
             environment: lit.rig.environment.clone(),
+            bounces: DEFAULT_BOUNCES,
+            has_reflecting_materials: posed.materials.iter().any(Material::reflects),
             overrides: MaterialOverrides::default(),
             cull_back_faces: true,
             shadows: true,
@@ -123,9 +134,29 @@ impl<'a> Frame<'a> {
         self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
     }
 
-    /// True if there are surroundings to reflect, and materials keep their own coefficients.
+    /// True if surfaces reflect their surroundings, and materials keep their own coefficients.
     pub(crate) fn reflects(&self) -> bool {
-        self.environment.is_some() && self.overrides == MaterialOverrides::default()
+        self.bounces > 0 && self.overrides == MaterialOverrides::default()
+    }
+
+    /// True if a triangle belongs to the surface of a body, and not to a thin wall.
+    #[inline]
+    pub(crate) fn is_body(&self, id: HitId) -> bool {
+        self.posed.scene.instances.get(id.instance as usize).is_some_and(|instance| instance.is_body)
+    }
+
+    /// True if a triangle of a transmissive surface refracts light.
+    #[inline]
+    pub(crate) fn refracts(&self, id: HitId) -> bool {
+        self.is_body(id) && self.reflects() && self.has_reflecting_materials
+    }
+
+    /// The inside of the body that a triangle belongs to.
+    pub(crate) fn medium(&self, id: HitId) -> Medium {
+        let instance = &self.posed.scene.instances[id.instance as usize];
+        let material = &self.posed.materials[self.posed.mesh(id.instance).material as usize];
+        let absorption = material.volume.map_or(Rgb::ZERO, |volume| volume.absorption());
+        Medium { body: instance.object, ior: material.ior(), absorption }
     }
 
     /// The ray differential of an eye ray over a footprint on the film; `None` for a point.

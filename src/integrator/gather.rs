@@ -60,11 +60,15 @@ fn compute_hits<'s>(frame: &Frame<'s>, batch: &mut ShadingBatch<'s>, rays: &EyeR
         let start = point_samples.len();
         let mut next = Some(first);
         while let Some(hit) = next {
-            if footprint(hit) != last_footprint {
+            let capacity = HIT_LANES.min(soa.free_lanes());
+            let capacity = if rays.is_secondary { 1 } else { capacity };
+            if rays.is_secondary {
+                let state = &rays.states[rays.sample(hit as usize)];
+                differential = Some(state.ray_differential(rays.ray(hit as usize).d));
+            } else if footprint(hit) != last_footprint {
                 last_footprint = footprint(hit);
                 differential = frame.ray_differential(last_footprint);
             }
-            let capacity = HIT_LANES.min(soa.free_lanes());
             let mut count = 0;
             let same_footprint = |hit: &u32| !footprints_differ || footprint(*hit) == last_footprint;
             while let Some(hit) = next.filter(|hit| count < capacity && same_footprint(hit)) {

@@ -29,11 +29,12 @@ impl Frame<'_> {
         self.ground.is_some_and(|ground| ground.kind == GroundKind::ShadowCatcher)
     }
 
-    /// The t where each ray hits the ground from above; empty without a ground.
-    pub(crate) fn intersect_ground(&self, rays: &RayBatch) -> Vec<Option<f64>> {
+    /// The t where each ray hits the ground from above; empty without a ground. Eye rays miss it in front of the near
+    /// plane.
+    pub(crate) fn intersect_ground(&self, rays: &RayBatch, is_secondary: bool) -> Vec<Option<f64>> {
         let Some(ground) = &self.ground else { return Vec::new() };
         let height = f64::from(self.ground_height(ground));
-        let near = self.camera.clip.near / self.camera.depth_per_t();
+        let near = if is_secondary { 0.0 } else { self.camera.clip.near / self.camera.depth_per_t() };
         let intersect = |i: usize| {
             let above = f64::from(rays.origins[i].y) - height;
             let d_y = f64::from(rays.directions[i].y);

@@ -1,9 +1,11 @@
 //! Transparency: eye rays pass through layers of surfaces, whose light is composited front to back.
 
-use crate::geometry::{Rgb, Rgba};
+use crate::geometry::Rgb;
 use crate::integrator::eye_rays::EyeRays;
 use crate::integrator::frame::Frame;
+use crate::integrator::paths::{PathLight, Wave};
 use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
+use crate::integrator::surface::soa::vec3;
 
 /// Less transmittance than this counts as none: white behind it would change black by less than half a byte.
 const MIN_TRANSMITTANCE: f32 = 1.0 / (1 << 13) as f32;
@@ -16,7 +18,7 @@ pub(crate) struct Layers<'a> {
     /// For each sample the light so far.
     radiance: Vec<Rgb>,
     /// For each sample the share of light from behind that still arrives, by colour.
-    transmittance: Vec<Rgb>,
+    pub transmittance: Vec<Rgb>,
 }
 
 impl<'a> Layers<'a> {
@@ -24,7 +26,7 @@ impl<'a> Layers<'a> {
     pub fn new(frame: &Frame, rays: EyeRays<'a>) -> Layers<'a> {
         let samples = rays.batch().len();
         Layers {
-            ground_t: frame.intersect_ground(rays.batch()),
+            ground_t: frame.intersect_ground(rays.batch(), rays.is_secondary),
             rays,
             radiance: vec![Rgb::ZERO; samples],
             transmittance: vec![Rgb::ONE; samples],
@@ -33,10 +35,14 @@ impl<'a> Layers<'a> {
 
     /// Composites the shaded points of the current layer, and moves the rays of samples that are not opaque yet behind
     /// their hits. False if there are none.
-    pub fn composite(&mut self, points: &ShadingBatch) -> bool {
+    pub fn composite(&mut self, frame: &Frame, points: &ShadingBatch) -> bool {
         let mut any_transparent = false;
         for (i, point) in points.points.iter().enumerate() {
-            let layer = Layer::new(points, i, point);
+            let mut layer = Layer::new(frame, points, i, point);
+            if let Some(state) = self.rays.states.get(point.sample) {
+                let (block, lane) = points.soa.lane(i);
+                layer.radiance *= state.transmittance_to(vec3(&block.p, lane));
+            }
             let transmittance = &mut self.transmittance[point.sample];
             self.radiance[point.sample] += *transmittance * layer.radiance;
             *transmittance *= layer.transmittance;
@@ -54,11 +60,19 @@ impl<'a> Layers<'a> {
         !self.rays.is_empty()
     }
 
-    /// Writes the samples' colours, premultiplied by alpha.
-    pub fn write(&self, out: &mut [Rgba]) {
-        for ((out, radiance), t) in out.iter_mut().zip(&self.radiance).zip(&self.transmittance) {
-            *out = radiance.extend(1.0 - (t.x + t.y + t.z) / 3.0);
+    /// Adds the light that secondary rays found to the samples that sent them out.
+    pub fn add_secondary(&mut self, wave: &Wave, found: &[PathLight]) {
+        for (ray, &light) in wave.rays.iter().zip(found) {
+            let added = ray.contribution(light);
+            self.radiance[ray.parent] += added.radiance;
+            self.transmittance[ray.parent] += added.transmittance;
         }
+    }
+
+    /// The light of all samples.
+    pub fn into_light(self) -> impl Iterator<Item = PathLight> {
+        let light = self.radiance.into_iter().zip(self.transmittance);
+        light.map(|(radiance, transmittance)| PathLight { radiance, transmittance })
     }
 }
 
@@ -72,17 +86,21 @@ struct Layer {
 
 impl Layer {
     #[inline(always)]
-    fn new(points: &ShadingBatch, i: usize, point: &ShadingPoint) -> Layer {
+    fn new(frame: &Frame, points: &ShadingBatch, i: usize, point: &ShadingPoint) -> Layer {
         let k = points.coefficients(i);
         let light = points.radiance(i);
         if point.is_shadow_catcher {
             let lit = lit_share(light, points.unshadowed(i));
             return Layer { radiance: Rgb::ZERO, transmittance: Rgb::ONE - (Rgb::ONE - lit) * k.alpha };
         }
-        Layer {
-            radiance: light * k.alpha,
-            transmittance: Rgb::splat(1.0 - k.alpha) + k.transmission * k.alpha,
-        }
+        let transmitted = match k.transmission {
+            // Most surfaces transmit nothing.
+            Rgb::ZERO => Rgb::ZERO,
+            // Refracted rays take this light.
+            _ if frame.refracts(point.id) => Rgb::ZERO,
+            transmission => transmission * points.base_share(i),
+        };
+        Layer { radiance: light * k.alpha, transmittance: Rgb::splat(1.0 - k.alpha) + transmitted * k.alpha }
     }
 }
 

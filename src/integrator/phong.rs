@@ -20,6 +20,7 @@
 
 use glam::DVec3;
 
+use crate::accel::{HitBatch, RayBatch};
 use crate::geometry::{Rgb, Rgba, pow_one_minus};
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::occlude_ambient;
@@ -29,11 +30,13 @@ use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
 use crate::integrator::layers::Layers;
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::reflections::{reflect_environment, split_light_among_layers};
+use crate::integrator::paths::{PathLight, Wave};
+use crate::integrator::reflections::split_light_among_layers;
 use crate::integrator::sample::{Sample, SampleStream};
 use crate::integrator::sampler::LowDiscrepancySampler;
 use crate::integrator::scratch::Scratch;
-use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::secondary_rays::send_out_rays;
+use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch};
 use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, apply_visibility, trace_visibility};
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::points_soa::PointsSoa;
@@ -71,21 +74,16 @@ impl Integrator for Phong {
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
-        let Scratch { rays, hits, points: buffers, shadow } = scratch;
-        let stream = SampleStream { samples, sampler };
-        let mut layers = Layers::new(frame, EyeRays::new(frame, samples, rays, hits));
-        for _ in 0..MAX_LAYERS {
-            layers.rays.intersect(frame);
-            let unlit = |k: &Coefficients, n: DVec3| self.emission_and_ambient(frame, k, n);
-            let mut points = gather_points(frame, &mut layers, samples, buffers, self.reflects(frame), unlit);
-            self.shade(frame, &mut points, stream, shadow);
-            let continues = layers.composite(&points);
-            points.recycle(buffers);
-            if !continues {
-                break;
-            }
+        let Scratch { rays, hits, points, shadow } = scratch;
+        let stream = SampleStream { samples, sampler, wave: 0 };
+        let mut eye_rays = EyeRays::new(frame, samples, rays, hits);
+        if self.reflects(frame) && frame.has_reflecting_materials {
+            eye_rays.states = frame.eye_states(eye_rays.batch(), samples);
         }
-        layers.write(out);
+        let light = self.trace(frame, eye_rays, stream, points, shadow);
+        for (out, PathLight { radiance, transmittance: t }) in out.iter_mut().zip(light) {
+            *out = radiance.extend(1.0 - (t.x + t.y + t.z) / 3.0);
+        }
     }
 
     fn may_hit(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
@@ -97,6 +95,41 @@ impl Phong {
     /// True if surfaces reflect their surroundings: unless the material is replaced by the lecture's coefficients.
     fn reflects(&self, frame: &Frame) -> bool {
         self.stage == Stage::Phong && frame.reflects()
+    }
+
+    /// L along a wave of rays: eye rays at first, then the rays that surfaces have reflected or refracted.
+    fn trace(
+        &self,
+        frame: &Frame,
+        rays: EyeRays,
+        stream: SampleStream,
+        buffers: &mut BatchBuffers,
+        shadow: &mut ShadowBuffers,
+    ) -> Vec<PathLight> {
+        let mut layers = Layers::new(frame, rays);
+        let mut next = Wave::default();
+        for _ in 0..MAX_LAYERS {
+            layers.rays.intersect(frame);
+            let unlit = |k: &Coefficients, n: DVec3| self.emission_and_ambient(frame, k, n);
+            let reflects = self.reflects(frame);
+            let mut points = gather_points(frame, &mut layers, stream.samples, buffers, reflects, unlit);
+            self.shade(frame, &mut points, stream, shadow);
+            send_out_rays(frame, &layers, &mut points, stream, &mut next);
+            let continues = layers.composite(frame, &points);
+            points.recycle(buffers);
+            if !continues {
+                break;
+            }
+        }
+        if !next.rays.is_empty() {
+            let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
+            let stream = SampleStream { samples: &next.samples, wave: stream.wave + 1, ..stream };
+            let secondary = EyeRays::secondary(&next, &mut batch, &mut hits);
+            // L_r and the light behind glass.
+            let found = self.trace(frame, secondary, stream, buffers, shadow);
+            layers.add_secondary(&next, &found);
+        }
+        layers.into_light().collect()
     }
 
     /// k_e + k_a I_a at a surface with shading normal `n`.
@@ -128,7 +161,6 @@ impl Phong {
             if let Some(settings) = frame.ambient_occlusion {
                 occlude_ambient(frame, settings, points, stream, shadow);
             }
-            reflect_environment(frame, points, stream);
         }
         for (i, light) in frame.lights.iter().enumerate() {
             frame.accel.run_autovec(DirectLight {

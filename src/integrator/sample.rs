@@ -28,6 +28,12 @@ pub(crate) enum SampleDimension {
     Ambient,
     /// A point on the light of that index.
     Light(usize),
+    /// The direction of a reflected or refracted ray.
+    Reflection,
+    /// The direction of a ray that a clear coat reflects.
+    Coat,
+    /// Which of two weak rays are traced.
+    Roulette,
 }
 
 impl SampleDimension {
@@ -35,15 +41,25 @@ impl SampleDimension {
         match self {
             SampleDimension::Ambient => 1,
             SampleDimension::Light(i) => 2 + i as u32,
+            SampleDimension::Reflection => FIRST_PATH_PAIR,
+            SampleDimension::Coat => FIRST_PATH_PAIR + 1,
+            SampleDimension::Roulette => FIRST_PATH_PAIR + 2,
         }
     }
 }
+
+/// The first pair of dimensions of secondary rays, behind those of lights.
+const FIRST_PATH_PAIR: u32 = 1 << 28;
+/// Distance between the pairs of dimensions of two waves of rays.
+const WAVE_PAIRS: u32 = 0x9e37_79b1;
 
 /// The random numbers of the samples of a tile.
 #[derive(Clone, Copy)]
 pub(crate) struct SampleStream<'a> {
     pub samples: &'a [Sample],
     pub sampler: &'a LowDiscrepancySampler,
+    /// Number of surfaces that sent the rays on, which have random numbers of their own.
+    pub wave: u32,
 }
 
 impl SampleStream<'_> {
@@ -59,7 +75,7 @@ impl SampleStream<'_> {
         let LowDiscrepancySampler { seed, count } = *self.sampler;
         let finer = LowDiscrepancySampler { seed, count: count.max(1).saturating_mul(parts) };
         let index = index.wrapping_mul(parts).wrapping_add(part);
-        let first = 2 * dimension.pair();
+        let first = dimension.pair().wrapping_add(self.wave.wrapping_mul(WAVE_PAIRS)).wrapping_mul(2);
         [finer.get(pixel, index, first), finer.get(pixel, index, first + 1)]
     }
 }

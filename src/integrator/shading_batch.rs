@@ -98,6 +98,21 @@ impl ShadingBatch<'_> {
         }
     }
 
+    /// The share of light that the specular layers of point `i` let through.
+    #[inline(always)]
+    pub fn base_share(&self, i: usize) -> f32 {
+        let (block, lane) = self.soa.lane(i);
+        if block.reflects(lane) { block.base_share[lane] } else { 1.0 }
+    }
+
+    /// True if point `i` is seen from the front of its triangle; `None` on the ground.
+    pub fn is_front(&self, i: usize) -> Option<bool> {
+        let after = self.triangles.partition_point(|points| points.range.start <= i);
+        let points = &self.triangles[after.checked_sub(1)?];
+        let (block, lane) = self.soa.lane(i);
+        points.range.contains(&i).then(|| points.triangle.is_front(dvec3(&block.n_g, lane)))
+    }
+
     /// Shading normal of point `i`.
     #[inline(always)]
     pub fn n(&self, i: usize) -> DVec3 {

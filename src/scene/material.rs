@@ -148,6 +148,20 @@ pub struct Volume {
     pub attenuation_distance: f32,
 }
 
+impl Volume {
+    /// Returns the absorption coefficient σ per metre, by colour: light is attenuated by exp(−σ t) over t metres
+    /// (Beer's law, as in the extension's specification).
+    pub fn absorption(&self) -> Rgb {
+        if !(self.attenuation_distance > 0.0 && self.attenuation_distance.is_finite()) {
+            return Rgb::ZERO;
+        }
+        // A channel that is fully absorbed has a large, finite coefficient.
+        let sigma = |color: f32| -libm::logf(color.clamp(1e-6, 1.0)) / self.attenuation_distance;
+        let color = self.attenuation_color;
+        Rgb::new(sigma(color.x), sigma(color.y), sigma(color.z))
+    }
+}
+
 /// A material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {

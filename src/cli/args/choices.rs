@@ -19,6 +19,7 @@ choices! {
     FitArg { Auto, Horizontal, Vertical }
     UnitsArg { Auto, Standard, Unitless, Raw }
     IntegratorArg { Phong, Shadow, Diffuse, Color }
+    GlassArg { Auto, Thin, Solid }
     GroundArg { Shadow, Plane }
     CullArg { Auto, Back, Off }
     TurnArg { Model, Camera }

@@ -10,6 +10,7 @@ use super::values;
 use super::values::{AoArg, AovSelection, Exposure};
 use crate::display::Background;
 use crate::geometry::Rgb;
+use crate::integrator::DEFAULT_BOUNCES;
 use crate::render::PixelRect;
 use crate::scene::{ClipPlanes, Glob, LightSet, Orbit, UserLight};
 
@@ -212,6 +213,9 @@ pub struct ShadingArgs {
     /// Hide the objects and lights that match GLOB (repeatable)
     #[arg(long, value_name = "GLOB", value_parser = values::glob)]
     pub hide: Vec<Glob>,
+    /// Reflections that are traced along a path, and a third of the surfaces of glass; 0 shades by the lecture alone
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_BOUNCES, value_parser = clap::value_parser!(u8).range(0..=64))]
+    pub bounces: u8,
     /// Back faces that the camera sees through: those of single-sided materials (auto), of all materials (back), or
     /// none (off)
     ///

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::choices::{FormatArg, UpArg};
+use super::choices::{FormatArg, GlassArg, UpArg};
 use super::values;
 use crate::import::NormalMode;
 
@@ -26,6 +26,10 @@ pub struct SceneArgs {
     /// Up axis of the file
     #[arg(long, value_enum, default_value_t = UpArg::Y)]
     pub up: UpArg,
+    /// Transmissive meshes: thin walls, solid bodies that refract, or auto to decide by volumes, exporter and closed
+    /// surfaces
+    #[arg(long, value_enum, default_value_t = GlassArg::Auto)]
+    pub glass: GlassArg,
     /// Recompute normals: smooth across edges below ANGLE degrees, or flat (off) [default: the file's normals]
     #[arg(long, value_name = "ANGLE|off", value_parser = values::smooth)]
     pub smooth: Option<NormalMode>,

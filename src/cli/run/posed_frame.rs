@@ -94,6 +94,7 @@ impl<'a> SceneSetup<'a> {
         let lit = self.lighting.resolve(&frame.posed, light_camera);
         Ok(Frame {
             overrides: self.options.overrides,
+            bounces: self.options.bounces,
             cull_back_faces: self.options.cull != BackFaceCulling::Off,
             shadows: self.options.shadows,
             ambient_occlusion: self.framing.occlusion,

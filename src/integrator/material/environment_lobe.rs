@@ -10,7 +10,9 @@ use glam::DVec3;
 use crate::geometry::Rgb;
 use crate::integrator::material::directional_albedo::single_scattering_albedo;
 use crate::integrator::material::fresnel::schlick_weight;
-use crate::integrator::material::ggx::{reflected_pdf, sample_visible_normal_at, shadowing_ratio};
+use crate::integrator::material::ggx::{
+    reflected_pdf, sample_visible_normal, sample_visible_normal_at, shadowing_ratio,
+};
 use crate::scene::Environment;
 
 /// Directions in the set of a pixel, shared among its samples.
@@ -78,6 +80,30 @@ impl Lobe {
         }
         let expected = single_scattering_albedo(frame.v.z as f32, alpha as f32, f0 as f32);
         sum / (per_sample as f32 * expected)
+    }
+}
+
+impl Lobe {
+    /// Returns a direction that the lobe reflects, for a point of the unit square, and its weight: the mean over all
+    /// points of the weight times the radiance is the radiance averaged over the lobe. The weight is 0 below the horizon.
+    pub fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {
+        let Lobe { n, v, alpha, f0 } = *self;
+        let frame = LobeFrame::new(n, v);
+        if alpha < MIRROR_ALPHA {
+            return (frame.to_world(DVec3::new(-frame.v.x, -frame.v.y, frame.v.z)), 1.0);
+        }
+        let h = sample_visible_normal(frame.v, alpha, u);
+        let v_h = frame.v.dot(h);
+        let l = h * (2.0 * v_h) - frame.v;
+        let weight = shadowing_ratio(frame.v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_h));
+        let expected = single_scattering_albedo(frame.v.z as f32, alpha as f32, f0 as f32);
+        (frame.to_world(l), weight / f64::from(expected))
+    }
+
+    /// Returns a microfacet normal that is visible to the viewer, for a point of the unit square.
+    pub fn sample_normal(&self, u: [f64; 2]) -> DVec3 {
+        let frame = LobeFrame::new(self.n, self.v);
+        frame.to_world(sample_visible_normal(frame.v, self.alpha, u))
     }
 }
 

@@ -30,11 +30,21 @@ pub(crate) fn opacity_from_texel(
     material.alpha.eval(posed, ctx) * ctx.color().w * texel_alpha
 }
 
-/// Share of light that passes through a surface, by colour: past its alpha, and tinted through what it transmits.
-pub(crate) fn transmittance(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> Rgb {
+/// Share of light that passes straight through a surface, by colour: past its alpha, and tinted through what it transmits.
+/// The surface of a body has half of the tint, the square root, because light passes two of them.
+pub(crate) fn transmittance(
+    posed: &PosedScene,
+    material: &Material,
+    ctx: &TextureEvalContext,
+    is_body: bool,
+) -> Rgb {
     let alpha = alpha(posed, material, ctx);
     let share = transmission(posed, material, ctx);
-    let transmitted = if share > 0.0 { share * base_color(posed, material, ctx) } else { Rgb::ZERO };
+    let tint = || {
+        let color = material.transmission_color.unwrap_or_else(|| base_color(posed, material, ctx));
+        if is_body { Rgb::from_array(color.max(Rgb::ZERO).to_array().map(f32::sqrt)) } else { color }
+    };
+    let transmitted = if share > 0.0 { share * tint() } else { Rgb::ZERO };
     Rgb::splat(1.0 - alpha) + transmitted * alpha
 }
 

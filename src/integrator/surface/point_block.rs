@@ -122,6 +122,14 @@ impl PointBlock {
         self.differentials[BarycentricDifferentials::LEN - 1].map(roughness)
     }
 
+    /// Change of the interpolated vertex normal of point `i` from one sample to the next, in radians.
+    #[inline(always)]
+    pub fn normal_change(&self, i: usize) -> f32 {
+        let dn_squared = self.differentials[BarycentricDifferentials::LEN - 1][i];
+        // NaN where the triangle is seen edge-on.
+        if dn_squared > 0.0 { (0.5 * dn_squared).sqrt().min(1.0) } else { 0.0 }
+    }
+
     /// Stores a group of hits from lane `at` on.
     #[inline(always)]
     pub fn store_hits(&mut self, at: usize, rays: &Ray8, hits: &SurfaceHit8) {

@@ -151,11 +151,15 @@ impl<'s> ShadingTriangle<'s> {
             p_error: self.p_error,
             n_g: hit.n_g,
             n_v: hit.n_v,
-            // A degenerate triangle faces every ray.
-            front: self.plane.front_normal.is_none_or(|n| n.dot(hit.n_g) > 0.0),
+            front: self.is_front(hit.n_g),
             material: self.material,
             ctx: self.texture_context(hit.coords),
         }
+    }
+
+    /// True if `n_g`, the geometric normal on a ray's side, is that of the front. A degenerate triangle faces every ray.
+    pub fn is_front(&self, n_g: DVec3) -> bool {
+        self.plane.front_normal.is_none_or(|n| n.dot(n_g) > 0.0)
     }
 
     /// The context to evaluate textures at a point.

@@ -3,13 +3,13 @@
 use super::{BackFaceCulling, RenderOptions, camera, lights};
 use crate::cli::args::values::AovSelection;
 use crate::cli::args::{
-    CommonArgs, CullArg, FilterArg, FormatArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
+    CommonArgs, CullArg, FilterArg, FormatArg, GlassArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
     RenderOptionArgs, SceneArgs, ShadingArgs, UpArg, ViewArg,
 };
 use crate::cli::usage::UsageError;
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
-use crate::import::{Limits, LoadOptions, SceneChoice, UpAxis};
+use crate::import::{GlassMode, Limits, LoadOptions, SceneChoice, UpAxis};
 use crate::integrator::{Aov, MaterialOverrides, Stage};
 use crate::render::{AdaptiveSampling, PixelFilter, RenderSettings};
 use crate::scene::{GroundKind, Selection, SourceFormat};
@@ -47,6 +47,7 @@ impl RenderOptions {
             }),
             stage,
             overrides: overrides(shading),
+            bounces: shading.bounces,
             cull: match shading.cull {
                 CullArg::Auto => BackFaceCulling::SingleSided,
                 CullArg::Back => BackFaceCulling::All,
@@ -72,6 +73,11 @@ pub fn load_options(args: &SceneArgs, common: &CommonArgs) -> LoadOptions {
             UpArg::Z => UpAxis::Z,
         },
         normals: args.smooth.unwrap_or_default(),
+        glass: match args.glass {
+            GlassArg::Auto => GlassMode::Auto,
+            GlassArg::Thin => GlassMode::Thin,
+            GlassArg::Solid => GlassMode::Solid,
+        },
         allow_outside: common.allow_outside,
     }
 }

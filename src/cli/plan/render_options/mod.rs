@@ -46,6 +46,7 @@ pub struct RenderOptions {
     pub ground: Option<GroundKind>,
     pub stage: Stage,
     pub overrides: MaterialOverrides,
+    pub bounces: u8,
     pub cull: BackFaceCulling,
     /// Set for turntables.
     pub rotation: Option<TurntableRotation>,

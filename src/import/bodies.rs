@@ -1,0 +1,138 @@
+//! Finds the transmissive meshes that bound bodies of glass or liquid, which refract, and are not thin walls.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use super::GlassMode;
+use crate::scene::{Mesh, Reflectance, Scene};
+
+/// Sets [`Instance::is_body`](crate::scene::Instance::is_body) of all instances.
+///
+/// By default a mesh bounds a body if its material has a volume, as KHR_materials_volume specifies. Blender refracts at every
+/// surface but exports no volume, and MTL's `Ni` stands for refraction: closed meshes of such files are bodies too.
+pub(super) fn mark_bodies(scene: &mut Scene, mode: GlassMode) {
+    if mode == GlassMode::Thin || !scene.materials.iter().any(|material| material.transmits()) {
+        return;
+    }
+    let is_blender = scene.source.is_blender();
+    let mut closed = ClosedObjects::new(scene);
+    let is_body: Vec<bool> = scene
+        .instances
+        .iter()
+        .map(|instance| {
+            let material = &scene.materials[scene.meshes[instance.mesh as usize].material as usize];
+            let refracts_if_closed = match &material.reflectance {
+                Reflectance::Mtl(mtl) => mtl.ior > 1.0,
+                _ => is_blender,
+            };
+            material.transmits()
+                && (mode == GlassMode::Solid
+                    || material.volume.is_some()
+                    || refracts_if_closed && closed.is_closed(scene, instance.object))
+        })
+        .collect();
+    for (instance, is_body) in scene.instances.iter_mut().zip(is_body) {
+        instance.is_body = is_body;
+    }
+}
+
+/// Which objects are closed, found when they are needed.
+struct ClosedObjects {
+    /// The meshes of each object. Objects that are instances of the same meshes have the same answer.
+    meshes: HashMap<u32, Vec<u32>>,
+    known: HashMap<Vec<u32>, bool>,
+}
+
+impl ClosedObjects {
+    fn new(scene: &Scene) -> ClosedObjects {
+        let mut meshes: HashMap<u32, Vec<u32>> = HashMap::new();
+        for instance in &scene.instances {
+            let of_object = meshes.entry(instance.object).or_default();
+            // A primitive is in an object once, also if the object is instanced by a list of transforms.
+            if !of_object.contains(&instance.mesh) {
+                of_object.push(instance.mesh);
+            }
+        }
+        ClosedObjects { meshes, known: HashMap::new() }
+    }
+
+    fn is_closed(&mut self, scene: &Scene, object: u32) -> bool {
+        let Some(ids) = self.meshes.get(&object) else { return false };
+        if let Some(&known) = self.known.get(ids) {
+            return known;
+        }
+        let closed = is_closed(ids.iter().map(|&id| &scene.meshes[id as usize]));
+        self.known.insert(ids.clone(), closed);
+        closed
+    }
+}
+
+/// True if every edge of the meshes together is passed as often in one direction as in the other: they enclose a volume.
+/// Vertices at the same position are one.
+fn is_closed<'m>(meshes: impl Iterator<Item = &'m Mesh>) -> bool {
+    let mut vertices: HashMap<[u32; 3], u32> = HashMap::new();
+    let mut balance: HashMap<[u32; 2], i64> = HashMap::new();
+    let mut has_triangles = false;
+    for mesh in meshes {
+        for triangle in &mesh.triangles {
+            let corners = triangle.map(|i| {
+                let next = vertices.len() as u32;
+                *vertices.entry(bits(mesh.positions[i as usize])).or_insert(next)
+            });
+            for [a, b] in [[0, 1], [1, 2], [2, 0]].map(|edge| edge.map(|i| corners[i])) {
+                if a != b {
+                    *balance.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+                }
+            }
+            has_triangles = true;
+        }
+    }
+    has_triangles && balance.values().all(|&sum| sum == 0)
+}
+
+/// A position as a key: −0 is 0.
+fn bits(p: Vec3) -> [u32; 3] {
+    (p + Vec3::ZERO).to_array().map(f32::to_bits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tetrahedron, with vertices of its own for each triangle.
+    fn tetrahedron() -> Mesh {
+        let p = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        Mesh {
+            positions: faces.iter().flatten().map(|&i: &usize| p[i]).collect(),
+            triangles: (0..4).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn a_tetrahedron_is_closed_until_a_face_is_missing_or_turned() {
+        let whole = tetrahedron();
+        assert!(is_closed([&whole].into_iter()));
+        let mut open = whole.clone();
+        open.triangles.pop();
+        assert!(!is_closed([&open].into_iter()));
+        let mut turned = whole.clone();
+        turned.triangles[0].swap(1, 2);
+        assert!(!is_closed([&turned].into_iter()));
+        assert!(!is_closed([&Mesh::default()].into_iter()));
+    }
+
+    #[test]
+    fn the_primitives_of_an_object_close_together() {
+        let whole = tetrahedron();
+        let part = |range: std::ops::Range<usize>| Mesh {
+            triangles: whole.triangles[range].to_vec(),
+            ..whole.clone()
+        };
+        let parts = [part(0..1), part(1..4)];
+        assert!(!is_closed(parts[1..].iter()));
+        assert!(is_closed(parts.iter()));
+    }
+}

@@ -1,0 +1,153 @@
+//! Paths of light: an eye ray and the reflected and refracted rays that follow it, traced in waves. Each wave has the rays
+//! that the surfaces hit by the previous one send out.
+
+use glam::{DVec3, Vec3};
+
+use crate::accel::RayBatch;
+use crate::geometry::{RayDifferential, Rgb};
+use crate::integrator::frame::Frame;
+use crate::integrator::media::MediumStack;
+use crate::integrator::sample::Sample;
+
+/// The part of a path's state that changes from surface to surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathState {
+    /// Where the current ray starts.
+    pub origin: Vec3,
+    /// Width of the beam that the ray stands for: at its origin in metres, and its growth per metre.
+    pub width: f32,
+    pub spread: f32,
+    /// The bodies that the ray is inside of.
+    pub media: MediumStack,
+    /// Reflections and passages through the surface of a body that may still follow.
+    pub reflections_left: u8,
+    pub transmissions_left: u8,
+}
+
+impl PathState {
+    /// Width of the beam at `p`.
+    pub fn width_at(&self, p: Vec3) -> f32 {
+        self.width + self.spread * self.origin.distance(p)
+    }
+
+    /// The share of light that the medium around the ray leaves between its origin and `p`.
+    pub fn transmittance_to(&self, p: Vec3) -> Rgb {
+        let sigma = self.media.current().absorption;
+        if sigma == Rgb::ZERO {
+            return Rgb::ONE;
+        }
+        let depth = sigma * self.origin.distance(p);
+        let left = |x: f32| if x > 0.0 { libm::expf(-x) } else { 1.0 };
+        Rgb::new(left(depth.x), left(depth.y), left(depth.z))
+    }
+
+    /// The differential of a ray with unit direction `d`.
+    pub fn ray_differential(&self, d: Vec3) -> RayDifferential {
+        let d = d.as_dvec3();
+        let x = d.any_orthonormal_vector();
+        let y = d.cross(x);
+        let (width, spread) = (f64::from(self.width), f64::from(self.spread));
+        RayDifferential { o: [x * width, y * width], d: [x * spread, y * spread] }
+    }
+}
+
+/// What a ray sees that escapes from the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Escape {
+    /// This light.
+    Radiance(Rgb),
+    /// The background of the picture.
+    Background,
+}
+
+/// A ray that a surface sends out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SecondaryRay {
+    /// Index of the path in the previous wave.
+    pub parent: usize,
+    /// Share of its light that arrives at the previous wave's origin.
+    pub weight: Rgb,
+    /// Share that the light of an escaping ray has.
+    pub escape_weight: Rgb,
+    pub escape: Escape,
+    /// Unit length.
+    pub direction: Vec3,
+    pub state: PathState,
+}
+
+/// The rays of one wave, with the samples whose random numbers they use.
+#[derive(Default)]
+pub(crate) struct Wave {
+    pub rays: Vec<SecondaryRay>,
+    pub samples: Vec<Sample>,
+}
+
+impl Wave {
+    pub fn push(&mut self, ray: SecondaryRay, sample: Sample) {
+        self.rays.push(ray);
+        self.samples.push(sample);
+    }
+
+    /// Fills `batch` with the rays of the wave. They meet both sides of surfaces.
+    pub fn fill(&self, batch: &mut RayBatch) {
+        *batch = RayBatch::default();
+        batch.origins.extend(self.rays.iter().map(|ray| ray.state.origin));
+        batch.directions.extend(self.rays.iter().map(|ray| ray.direction));
+    }
+}
+
+/// The light along a path.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathLight {
+    pub radiance: Rgb,
+    /// Share of the light from behind all surfaces that arrives.
+    pub transmittance: Rgb,
+}
+
+/// The most light that one secondary ray adds to a picture, by colour channel. A highlight of a small light seen in a rough
+/// surface is brighter, and rare: it would be a white dot.
+const MAX_CONTRIBUTION: f32 = 10.0;
+
+impl SecondaryRay {
+    /// The light that the ray adds to its parent, given what was found along it.
+    pub fn contribution(&self, found: PathLight) -> PathLight {
+        let mut light = found.radiance * self.weight;
+        let brightest = light.max_element();
+        if brightest > MAX_CONTRIBUTION {
+            light *= MAX_CONTRIBUTION / brightest;
+        }
+        match self.escape {
+            Escape::Radiance(radiance) => PathLight {
+                radiance: light + radiance * self.escape_weight * found.transmittance,
+                transmittance: Rgb::ZERO,
+            },
+            Escape::Background => PathLight {
+                radiance: light,
+                transmittance: self.escape_weight * found.transmittance,
+            },
+        }
+    }
+}
+
+impl Frame<'_> {
+    /// The state of the eye rays of a batch, for a scene whose surfaces send out rays.
+    pub(crate) fn eye_states(&self, rays: &RayBatch, samples: &[Sample]) -> Vec<PathState> {
+        let spread = |sample: &Sample, d: Vec3| {
+            let Some(differential) = self.ray_differential(sample.footprint) else { return [0.0; 2] };
+            let length = |v: [DVec3; 2]| (v[0].length() * v[1].length()).sqrt();
+            [length(differential.o) as f32, (length(differential.d) / d.as_dvec3().length()) as f32]
+        };
+        let state = |(i, sample): (usize, &Sample)| {
+            let [width, spread] = spread(sample, rays.directions[i]);
+            PathState {
+                origin: rays.origins[i],
+                width,
+                spread,
+                media: MediumStack::EMPTY,
+                reflections_left: self.bounces,
+                transmissions_left: self.bounces.saturating_mul(3),
+            }
+        };
+        samples.iter().enumerate().map(state).collect()
+    }
+}

@@ -1,0 +1,346 @@
+//! The rays that reflecting and refracting surfaces send out.
+//!
+//! A mirror or a narrow lobe sends out one ray for each sample. Where it hits a surface, that surface's light counts; where
+//! it escapes, the prefiltered light of the environment in the whole lobe does, so that only the edge between the two is
+//! noisy. Weak and wide lobes send out none: they look the environment up.
+//!
+//! A body of glass sends out a reflected and a refracted ray, with the exact Fresnel equations.
+
+use glam::{DVec3, Vec3};
+
+use crate::geometry::{Rgb, offset_ray_origin};
+use crate::integrator::frame::Frame;
+use crate::integrator::layers::Layers;
+use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::material::environment_lobe::{LOBE_DIRECTIONS, Lobe, LobeSubset};
+use crate::integrator::material::fresnel::fresnel_dielectric;
+use crate::integrator::media::Medium;
+use crate::integrator::paths::{Escape, PathState, SecondaryRay, Wave};
+use crate::integrator::reflections::{reflecting_points, widened};
+use crate::integrator::sample::{SampleDimension, SampleStream};
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::surface::soa::{dvec3, set3, vec3};
+
+/// Lobes that reflect less than this of white send out no rays unless they are narrow.
+const STRONG_REFLECTANCE: f32 = 0.15;
+/// Lobes of at most this α are narrow: they show what they reflect.
+const NARROW_ALPHA: f32 = 0.1;
+/// Largest weight of a lobe that is looked up in half as many directions.
+const WEAK_LOBE: f32 = 0.1;
+/// Smallest share of white for which a ray is sent out.
+const MIN_WEIGHT: f32 = 1.0 / 512.0;
+/// Rays of a smaller weight are sent out with a probability in proportion, and count more instead.
+const ROULETTE_WEIGHT: f32 = 0.04;
+/// Glass of a smaller α is smooth.
+const SMOOTH_ALPHA: f32 = 1e-3;
+
+/// True if a lobe of reflectance `k_r` is traced, not only looked up.
+pub(crate) fn is_traced(k_r: Rgb, alpha: f32) -> bool {
+    let strength = k_r.max_element();
+    strength >= STRONG_REFLECTANCE || (alpha <= NARROW_ALPHA && strength >= MIN_WEIGHT)
+}
+
+/// A point that sends out rays.
+struct Emitter<'a, 's> {
+    frame: &'a Frame<'a>,
+    points: &'a ShadingBatch<'s>,
+    stream: SampleStream<'a>,
+    i: usize,
+    k: Coefficients,
+    state: PathState,
+    /// Share of the point's light that arrives at the origin of the wave.
+    throughput: Rgb,
+    p: Vec3,
+    n: DVec3,
+    n_g: DVec3,
+    v: DVec3,
+    /// Change of the normal across the beam.
+    normal_change: f32,
+}
+
+/// Sends out the rays of the points of a layer. Light that is looked up instead is added to the points.
+pub(crate) fn send_out_rays(
+    frame: &Frame,
+    layers: &Layers,
+    points: &mut ShadingBatch,
+    stream: SampleStream,
+    wave: &mut Wave,
+) {
+    if layers.rays.states.is_empty() {
+        return;
+    }
+    for i in reflecting_points(points) {
+        let sample = points.points[i].sample;
+        let state = layers.rays.states[sample];
+        let k = *points.coefficients(i);
+        let (block, lane) = points.soa.lane(i);
+        let p = vec3(&block.p, lane);
+        let throughput = layers.transmittance[sample] * state.transmittance_to(p) * k.alpha;
+        if throughput.max_element() < MIN_WEIGHT {
+            continue;
+        }
+        let emitter = Emitter {
+            frame,
+            points,
+            stream,
+            i,
+            k,
+            state,
+            throughput,
+            p,
+            n: block.n(lane),
+            n_g: dvec3(&block.n_g, lane),
+            v: block.v(lane),
+            normal_change: block.normal_change(lane),
+        };
+        let looked_up = match points.is_front(i).and_then(|front| emitter.boundary(front)) {
+            Some(boundary) => emitter.send_through_glass(&boundary, wave),
+            None => emitter.send_reflections(wave),
+        };
+        if looked_up != Rgb::ZERO {
+            let (block, lane) = points.soa.lane_mut(i);
+            let radiance = vec3(&block.radiance, lane) + looked_up;
+            set3(&mut block.radiance, lane, radiance.to_array());
+        }
+    }
+}
+
+/// The surface of a body.
+struct Boundary {
+    medium: Medium,
+    entering: bool,
+}
+
+impl Emitter<'_, '_> {
+    fn sample(&self) -> usize {
+        self.points.points[self.i].sample
+    }
+
+    /// The boundary of the body that the point is on, if it is on one.
+    fn boundary(&self, entering: bool) -> Option<Boundary> {
+        let id = self.points.points[self.i].id;
+        if self.k.transmission_share <= 0.0 || !self.frame.is_body(id) {
+            return None;
+        }
+        Some(Boundary { medium: self.frame.medium(id), entering })
+    }
+
+    /// Sends out the rays of the microfacets and of the coat. Returns the light that is looked up instead.
+    fn send_reflections(&self, wave: &mut Wave) -> Rgb {
+        let (block, lane) = self.points.soa.lane(self.i);
+        let layers = &self.k.layers;
+        let roughness = block.roughness[lane];
+        let lobe = |alpha: f32, f0: f32| Lobe {
+            n: self.n,
+            v: self.v,
+            alpha: f64::from(widened(alpha, roughness)),
+            f0: f64::from(f0),
+        };
+        let k_coat = Rgb::splat(block.k_coat[lane]);
+        self.send_lobe(
+            vec3(&block.k_r, lane),
+            layers.occlusion,
+            layers.alpha,
+            &lobe(layers.alpha, layers.mean_f0()),
+            SampleDimension::Reflection,
+            wave,
+        ) + self.send_lobe(
+            k_coat,
+            1.0,
+            layers.coat_alpha,
+            &lobe(layers.coat_alpha, 0.04),
+            SampleDimension::Coat,
+            wave,
+        )
+    }
+
+    /// `occlusion` is the share of the environment that reaches the lobe where no ray is traced.
+    fn send_lobe(
+        &self,
+        k_r: Rgb,
+        occlusion: f32,
+        alpha: f32,
+        lobe: &Lobe,
+        dimension: SampleDimension,
+        wave: &mut Wave,
+    ) -> Rgb {
+        if k_r == Rgb::ZERO {
+            return Rgb::ZERO;
+        }
+        let index = self.stream.samples[self.sample()].index;
+        // Errors of a weak lobe are not seen.
+        let is_weak = (self.throughput * k_r).max_element() < WEAK_LOBE;
+        let directions = if is_weak { LOBE_DIRECTIONS / 2 } else { LOBE_DIRECTIONS };
+        let subset = LobeSubset { index, count: self.stream.sampler.count, directions };
+        let environment = self.frame.environment.as_ref();
+        let escape =
+            environment.map_or(Rgb::ZERO, |environment| lobe.environment_radiance(environment, subset));
+        if self.state.reflections_left == 0 || !is_traced(self.throughput * k_r, alpha) {
+            return k_r * occlusion * escape;
+        }
+        let u = self.stream.get_2d(self.sample(), dimension).map(f64::from);
+        let (l, weight) = lobe.sample(u);
+        // A tilted normal or a wide lobe may point below the triangle.
+        let l = above(l, self.n_g);
+        let (origin, _) = self.points.shadow_ray_origin(self.i, l);
+        let state = PathState {
+            origin,
+            width: self.state.width_at(self.p),
+            spread: self.state.spread + 2.0 * self.normal_change + alpha,
+            reflections_left: self.state.reflections_left - 1,
+            ..self.state
+        };
+        let arrives = self.throughput * k_r;
+        let ray = SecondaryRay {
+            parent: self.sample(),
+            weight: arrives * weight as f32,
+            escape_weight: arrives,
+            escape: Escape::Radiance(escape),
+            direction: l.as_vec3(),
+            state,
+        };
+        wave.push(ray, self.stream.samples[self.sample()]);
+        Rgb::ZERO
+    }
+
+    /// Sends out a reflected and a refracted ray. Returns the light that is looked up instead.
+    fn send_through_glass(&self, boundary: &Boundary, wave: &mut Wave) -> Rgb {
+        let before = self.state.media.current();
+        let media = self.state.media.behind(boundary.medium, boundary.entering);
+        let after = media.current();
+        let eta = f64::from(after.ior) / f64::from(before.ior);
+        let alpha = self.k.layers.alpha;
+        let u = self.stream.get_2d(self.sample(), SampleDimension::Reflection).map(f64::from);
+        let h = if alpha < SMOOTH_ALPHA {
+            self.n
+        } else {
+            Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: 1.0 }.sample_normal(u)
+        };
+        let cos = self.v.dot(h).clamp(0.0, 1.0);
+        let reflectance = if eta == 1.0 {
+            0.0
+        } else {
+            (fresnel_dielectric(cos, eta) as f32) * self.k.layers.dielectric_f90.min(1.0)
+        };
+        let share = self.k.transmission_share;
+        // Half of the tint at each of the two surfaces of a body.
+        let color = (self.k.transmission / share).max(Rgb::ZERO);
+        let tint = Rgb::new(color.x.sqrt(), color.y.sqrt(), color.z.sqrt());
+        let spread = self.state.spread + 2.0 * alpha;
+        let reflected = PathState {
+            spread: spread + 2.0 * self.normal_change,
+            ..self.state
+        };
+        let refracted = PathState {
+            media,
+            spread: spread + (eta as f32 - 1.0).abs() * self.normal_change,
+            ..self.state
+        };
+        let roulette = self.stream.get_2d(self.sample(), SampleDimension::Roulette);
+        let l = h * (2.0 * self.v.dot(h)) - self.v;
+        let mut looked_up =
+            self.send_glass_ray(l, Rgb::splat(reflectance), reflected, roulette[0], wave);
+        if reflectance < 1.0 {
+            let weight = tint * (share * (1.0 - reflectance));
+            let l = refract(self.v, h, cos, eta);
+            looked_up += self.send_glass_ray(l, weight, refracted, roulette[1], wave);
+        }
+        looked_up
+    }
+
+    /// Sends out a ray with `weight`, or returns the light that is looked up in its direction instead.
+    fn send_glass_ray(
+        &self,
+        l: DVec3,
+        weight: Rgb,
+        state: PathState,
+        roulette: f32,
+        wave: &mut Wave,
+    ) -> Rgb {
+        let is_refracted = state.media != self.state.media || l.dot(self.n) < 0.0;
+        let mut arrives = self.throughput * weight;
+        let strength = arrives.max_element();
+        if !(strength > 0.0) {
+            return Rgb::ZERO;
+        }
+        let side = if is_refracted { -self.n_g } else { self.n_g };
+        // Tilted normals may point rays to the wrong side of the triangle.
+        let l = above(l, side);
+        let solid_angle = state.spread * state.spread;
+        if self.state.transmissions_left == 0 {
+            let environment = self.frame.environment.as_ref();
+            return weight
+                * environment.map_or(Rgb::ZERO, |environment| environment.radiance(l.as_vec3(), solid_angle));
+        }
+        if strength < ROULETTE_WEIGHT {
+            let survival = strength / ROULETTE_WEIGHT;
+            if roulette >= survival {
+                return Rgb::ZERO;
+            }
+            arrives /= survival;
+        }
+        let escape = match &self.frame.environment {
+            Some(environment) => Escape::Radiance(environment.radiance(l.as_vec3(), solid_angle)),
+            // Without an environment, the background is seen through glass, and nothing in it.
+            None if is_refracted => Escape::Background,
+            None => Escape::Radiance(Rgb::ZERO),
+        };
+        let state = PathState {
+            origin: self.origin_on_side(is_refracted),
+            width: self.state.width_at(self.p),
+            transmissions_left: self.state.transmissions_left - 1,
+            ..state
+        };
+        let ray = SecondaryRay {
+            parent: self.sample(),
+            weight: arrives,
+            escape_weight: arrives,
+            escape,
+            direction: l.as_vec3(),
+            state,
+        };
+        wave.push(ray, self.stream.samples[self.sample()]);
+        Rgb::ZERO
+    }
+
+    /// The origin of a ray on the viewer's side of the triangle, or behind it: clear of the error bound of the point.
+    fn origin_on_side(&self, behind: bool) -> Vec3 {
+        let (block, lane) = self.points.soa.lane(self.i);
+        let origin = vec3(&block.ray_origin, lane);
+        if !behind {
+            return origin;
+        }
+        let n_g = -self.n_g.as_vec3();
+        offset_ray_origin(self.p - (origin - self.p), Vec3::ZERO, n_g, n_g)
+    }
+}
+
+/// The direction `l`, mirrored to the side that `n` points to.
+fn above(l: DVec3, n: DVec3) -> DVec3 {
+    let below = l.dot(n).min(0.0);
+    if below < 0.0 { (l - n * (2.0 * below)).normalize_or(n) } else { l }
+}
+
+/// The direction of the ray from direction `v` that is refracted at a surface of normal `h`, by Snell's law. `cos` is v·h,
+/// and `eta` the index of refraction behind the surface over that in front of it.
+fn refract(v: DVec3, h: DVec3, cos: f64, eta: f64) -> DVec3 {
+    let cos2_t = 1.0 - (1.0 - cos * cos) / (eta * eta);
+    let cos_t = cos2_t.max(0.0).sqrt();
+    (h * (cos / eta - cos_t) - v / eta).normalize_or(-v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refraction_follows_snells_law() {
+        let n = DVec3::Y;
+        for (angle, eta) in [(0.0f64, 1.5), (0.7, 1.5), (1.2, 1.33), (0.4, 1.0 / 1.5), (0.5, 1.0)] {
+            let v = DVec3::new(angle.sin(), angle.cos(), 0.0);
+            let l = refract(v, n, angle.cos(), eta);
+            assert!((l.length() - 1.0).abs() < 1e-12);
+            assert!((-l.x * eta - angle.sin()).abs() < 1e-12 && l.y < 0.0, "{angle} {eta}: {l}");
+        }
+    }
+}
