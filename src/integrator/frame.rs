@@ -8,7 +8,8 @@ use crate::integrator::material::coefficients::MaterialOverrides;
 use crate::integrator::media::Medium;
 use crate::integrator::sample::Sample;
 use crate::scene::{
-    Camera, Environment, Ground, Material, PosedLight, PosedScene, Projection, ResolvedLighting, SkyIrradiance,
+    Camera, Environment, Ground, Material, PosedLight, PosedScene, Projection, ResolvedLighting,
+    SkyIrradiance,
 };
 
 /// [`Frame::bounces`] of a new frame.

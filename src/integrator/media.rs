@@ -74,7 +74,10 @@ mod tests {
         assert_eq!(in_both.current(), liquid);
         let in_liquid = in_both.behind(glass, false);
         assert_eq!(in_liquid.current(), liquid, "the glass ends inside the liquid: nothing changes");
-        assert_eq!(in_liquid.behind(liquid, false), MediumStack { depth: 0, ..in_liquid.behind(liquid, false) });
+        assert_eq!(
+            in_liquid.behind(liquid, false),
+            MediumStack { depth: 0, ..in_liquid.behind(liquid, false) }
+        );
         assert_eq!(in_liquid.behind(liquid, false).current(), OUTSIDE);
     }
 

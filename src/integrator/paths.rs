@@ -121,10 +121,9 @@ impl SecondaryRay {
                 radiance: light + radiance * self.escape_weight * found.transmittance,
                 transmittance: Rgb::ZERO,
             },
-            Escape::Background => PathLight {
-                radiance: light,
-                transmittance: self.escape_weight * found.transmittance,
-            },
+            Escape::Background => {
+                PathLight { radiance: light, transmittance: self.escape_weight * found.transmittance }
+            }
         }
     }
 }

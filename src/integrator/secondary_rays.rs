@@ -227,19 +227,12 @@ impl Emitter<'_, '_> {
         let color = (self.k.transmission / share).max(Rgb::ZERO);
         let tint = Rgb::new(color.x.sqrt(), color.y.sqrt(), color.z.sqrt());
         let spread = self.state.spread + 2.0 * alpha;
-        let reflected = PathState {
-            spread: spread + 2.0 * self.normal_change,
-            ..self.state
-        };
-        let refracted = PathState {
-            media,
-            spread: spread + (eta as f32 - 1.0).abs() * self.normal_change,
-            ..self.state
-        };
+        let reflected = PathState { spread: spread + 2.0 * self.normal_change, ..self.state };
+        let refracted =
+            PathState { media, spread: spread + (eta as f32 - 1.0).abs() * self.normal_change, ..self.state };
         let roulette = self.stream.get_2d(self.sample(), SampleDimension::Roulette);
         let l = h * (2.0 * self.v.dot(h)) - self.v;
-        let mut looked_up =
-            self.send_glass_ray(l, Rgb::splat(reflectance), reflected, roulette[0], wave);
+        let mut looked_up = self.send_glass_ray(l, Rgb::splat(reflectance), reflected, roulette[0], wave);
         if reflectance < 1.0 {
             let weight = tint * (share * (1.0 - reflectance));
             let l = refract(self.v, h, cos, eta);
@@ -249,14 +242,7 @@ impl Emitter<'_, '_> {
     }
 
     /// Sends out a ray with `weight`, or returns the light that is looked up in its direction instead.
-    fn send_glass_ray(
-        &self,
-        l: DVec3,
-        weight: Rgb,
-        state: PathState,
-        roulette: f32,
-        wave: &mut Wave,
-    ) -> Rgb {
+    fn send_glass_ray(&self, l: DVec3, weight: Rgb, state: PathState, roulette: f32, wave: &mut Wave) -> Rgb {
         let is_refracted = state.media != self.state.media || l.dot(self.n) < 0.0;
         let mut arrives = self.throughput * weight;
         let strength = arrives.max_element();
@@ -270,7 +256,8 @@ impl Emitter<'_, '_> {
         if self.state.transmissions_left == 0 {
             let environment = self.frame.environment.as_ref();
             return weight
-                * environment.map_or(Rgb::ZERO, |environment| environment.radiance(l.as_vec3(), solid_angle));
+                * environment
+                    .map_or(Rgb::ZERO, |environment| environment.radiance(l.as_vec3(), solid_angle));
         }
         if strength < ROULETTE_WEIGHT {
             let survival = strength / ROULETTE_WEIGHT;

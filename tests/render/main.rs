@@ -10,6 +10,7 @@
 //! - `lecture`: every row of the lecture's formulas
 //! - `reflections`: white furnaces of metals, plastics and clear coats, and what stays matte
 //! - `scale_invariance`: pictures at other scales and far from the origin
+//! - `secondary_rays`: mirrors and glass
 //! - `self_shadowing`: offset ray origins, at every scale
 //! - `shadow_terminator`: smooth surfaces cast no faceted shadows on themselves
 //! - `soft_lighting`: lights with a radius, ambient occlusion, ground
@@ -29,6 +30,7 @@ mod golden;
 mod lecture;
 mod reflections;
 mod scale_invariance;
+mod secondary_rays;
 mod self_shadowing;
 mod shadow_terminator;
 mod soft_lighting;

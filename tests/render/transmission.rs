@@ -1,4 +1,4 @@
-//! Translucent panes in front of a white wall: what is seen through them, and how much light they transmit.
+//! Translucent panes in front of a white wall, without reflections: what is seen through them, and how much light they transmit.
 
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
@@ -34,7 +34,12 @@ fn render_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
     let sun = PosedLight { kind, intensity: Rgb::splat(sun), range: f32::INFINITY, radius: 0.0 };
     let no_lights = Lighting { sets: Some(Vec::new()), ..Lighting::default() };
     let lit = no_lights.resolve(&posed, &camera);
-    let frame = Frame { lights: vec![sun], ambient: Rgb::ZERO, ..Frame::new(&posed, &accel, camera, &lit) };
+    let frame = Frame {
+        lights: vec![sun],
+        ambient: Rgb::ZERO,
+        bounces: 0,
+        ..Frame::new(&posed, &accel, camera, &lit)
+    };
     let settings = RenderSettings { width: 9, height: 9, samples: 1, ..RenderSettings::default() };
     render(&frame, &Phong::default(), &settings, &()).unwrap().colors
 }
