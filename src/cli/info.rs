@@ -1,5 +1,6 @@
 //! `blinn info`: prints the contents of a scene, as text or JSON.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use anyhow::Result;
@@ -15,7 +16,7 @@ use super::summary::Summary;
 use super::usage::UsageError;
 use super::warning_filter::WarningFilter;
 use crate::accel::BuildReport;
-use crate::import::{LoadOptions, Warning};
+use crate::import::{GlassMode, LoadOptions, Warning, refracts_if_closed};
 use crate::scene::pose;
 use crate::scene::{
     AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
@@ -71,12 +72,35 @@ fn read_properties(path: &Path, options: &LoadOptions, args: &InfoArgs) -> Resul
         return Err(strict_error(warning));
     }
     let warnings = if args.json { all_lines(&warnings) } else { bounded_lines(&warnings) };
-    let mut properties = properties(&posed, &report, &warnings);
+    let mut properties = properties(&posed, &report, &warnings, options.glass);
     properties.insert("file".into(), json!(path.to_string_lossy()));
     if args.json {
         properties.extend(aov_ids(&scene));
     }
     Ok(properties)
+}
+
+/// The transmissive objects: whether each is solid or a thin wall, and why.
+fn glass(scene: &Scene, mode: GlassMode) -> Vec<Value> {
+    let mut known = HashSet::new();
+    let mut glass = Vec::new();
+    for instance in &scene.instances {
+        let material = &scene.materials[scene.meshes[instance.mesh as usize].material as usize];
+        if !material.transmits() || !known.insert((instance.object, material.name.as_str())) {
+            continue;
+        }
+        let because = match (instance.is_body, material.volume.is_some()) {
+            _ if mode != GlassMode::Auto => "--glass",
+            (true, true) => "volume",
+            (true, false) => "closed surface",
+            (false, _) if refracts_if_closed(scene, material) => "open surface",
+            (false, _) => "no volume",
+        };
+        let object = (instance.object as usize).checked_sub(1).and_then(|i| scene.objects.get(i));
+        let kind = if instance.is_body { "solid" } else { "thin" };
+        glass.push(json!({"object": object, "material": material.name, "kind": kind, "because": because}));
+    }
+    glass
 }
 
 fn all_lines(warnings: &[Warning]) -> Vec<String> {
@@ -92,7 +116,7 @@ fn bounded_lines(warnings: &[Warning]) -> Vec<String> {
     lines
 }
 
-fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String]) -> Properties {
+fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mode: GlassMode) -> Properties {
     let scene = posed.scene;
     let bounds = posed.bounds();
     let corner = |v: glam::DVec3| if bounds.is_empty() { Value::Null } else { json!(v.to_array()) };
@@ -123,6 +147,7 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String]) -> 
             "textured": m.base_color.texture.is_some(),
             "double_sided": m.double_sided,
         })).collect::<Vec<_>>(),
+        "glass": glass(scene, mode),
         "images": scene.images.iter().map(|i| json!({
             "name": i.name, "width": i.width, "height": i.height
         })).collect::<Vec<_>>(),

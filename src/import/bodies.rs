@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::Vec3;
 
 use super::GlassMode;
-use crate::scene::{Mesh, Reflectance, Scene};
+use crate::scene::{Material, Mesh, Reflectance, Scene};
 
 /// Sets [`Instance::is_body`](crate::scene::Instance::is_body) of all instances.
 ///
@@ -15,21 +15,16 @@ pub(super) fn mark_bodies(scene: &mut Scene, mode: GlassMode) {
     if mode == GlassMode::Thin || !scene.materials.iter().any(|material| material.transmits()) {
         return;
     }
-    let is_blender = scene.source.is_blender();
     let mut closed = ClosedObjects::new(scene);
     let is_body: Vec<bool> = scene
         .instances
         .iter()
         .map(|instance| {
             let material = &scene.materials[scene.meshes[instance.mesh as usize].material as usize];
-            let refracts_if_closed = match &material.reflectance {
-                Reflectance::Mtl(mtl) => mtl.ior > 1.0,
-                _ => is_blender,
-            };
             material.transmits()
                 && (mode == GlassMode::Solid
                     || material.volume.is_some()
-                    || refracts_if_closed && closed.is_closed(scene, instance.object))
+                    || refracts_if_closed(scene, material) && closed.is_closed(scene, instance.object))
         })
         .collect();
     for (instance, is_body) in scene.instances.iter_mut().zip(is_body) {
@@ -37,7 +32,16 @@ pub(super) fn mark_bodies(scene: &mut Scene, mode: GlassMode) {
     }
 }
 
-/// Which objects are closed, found when they are needed.
+/// True if closed meshes of a transmissive material are bodies, though it has no volume: in Blender's files, and in MTL files
+/// that give an index of refraction.
+pub fn refracts_if_closed(scene: &Scene, material: &Material) -> bool {
+    match &material.reflectance {
+        Reflectance::Mtl(mtl) => mtl.ior > 1.0,
+        _ => scene.source.is_blender(),
+    }
+}
+
+/// A cache of the objects that are closed.
 struct ClosedObjects {
     /// The meshes of each object. Objects that are instances of the same meshes have the same answer.
     meshes: HashMap<u32, Vec<u32>>,
