@@ -105,6 +105,18 @@ pub(crate) fn send_out_rays(
     }
 }
 
+/// A specular layer of a point.
+struct Layer {
+    /// Share of the light from the lobe that is reflected.
+    k_r: Rgb,
+    /// Share of the environment that reaches the lobe where no ray is traced.
+    occlusion: f32,
+    /// GGX α of the material.
+    alpha: f32,
+    lobe: Lobe,
+    dimension: SampleDimension,
+}
+
 /// The surface of a body.
 struct Boundary {
     medium: Medium,
@@ -136,50 +148,43 @@ impl Emitter<'_, '_> {
             alpha: f64::from(widened(alpha, roughness)),
             f0: f64::from(f0),
         };
-        let k_coat = Rgb::splat(block.k_coat[lane]);
-        self.send_lobe(
-            vec3(&block.k_r, lane),
-            layers.occlusion,
-            layers.alpha,
-            &lobe(layers.alpha, layers.mean_f0()),
-            SampleDimension::Reflection,
-            wave,
-        ) + self.send_lobe(
-            k_coat,
-            1.0,
-            layers.coat_alpha,
-            &lobe(layers.coat_alpha, 0.04),
-            SampleDimension::Coat,
-            wave,
-        )
+        let microfacets = Layer {
+            k_r: vec3(&block.k_r, lane),
+            occlusion: layers.occlusion,
+            alpha: layers.alpha,
+            lobe: lobe(layers.alpha, layers.mean_f0()),
+            dimension: SampleDimension::Reflection,
+        };
+        let coat = Layer {
+            k_r: Rgb::splat(block.k_coat[lane]),
+            occlusion: 1.0,
+            alpha: layers.coat_alpha,
+            lobe: lobe(layers.coat_alpha, 0.04),
+            dimension: SampleDimension::Coat,
+        };
+        self.send_reflection(&microfacets, wave) + self.send_reflection(&coat, wave)
     }
 
-    /// `occlusion` is the share of the environment that reaches the lobe where no ray is traced.
-    fn send_lobe(
-        &self,
-        k_r: Rgb,
-        occlusion: f32,
-        alpha: f32,
-        lobe: &Lobe,
-        dimension: SampleDimension,
-        wave: &mut Wave,
-    ) -> Rgb {
+    fn send_reflection(&self, layer: &Layer, wave: &mut Wave) -> Rgb {
+        let &Layer { k_r, alpha, .. } = layer;
         if k_r == Rgb::ZERO {
             return Rgb::ZERO;
         }
+        let arrives = self.throughput * k_r;
         let index = self.stream.samples[self.sample()].index;
         // Errors of a weak lobe are not seen.
-        let is_weak = (self.throughput * k_r).max_element() < WEAK_LOBE;
+        let is_weak = arrives.max_element() < WEAK_LOBE;
         let directions = if is_weak { LOBE_DIRECTIONS / 2 } else { LOBE_DIRECTIONS };
         let subset = LobeSubset { index, count: self.stream.sampler.count, directions };
-        let environment = self.frame.environment.as_ref();
-        let escape =
-            environment.map_or(Rgb::ZERO, |environment| lobe.environment_radiance(environment, subset));
-        if self.state.reflections_left == 0 || !is_traced(self.throughput * k_r, alpha) {
-            return k_r * occlusion * escape;
+        let escape = match &self.frame.environment {
+            Some(environment) => layer.lobe.environment_radiance(environment, subset),
+            None => Rgb::ZERO,
+        };
+        if self.state.reflections_left == 0 || !is_traced(arrives, alpha) {
+            return k_r * layer.occlusion * escape;
         }
-        let u = self.stream.get_2d(self.sample(), dimension).map(f64::from);
-        let (l, weight) = lobe.sample(u);
+        let u = self.stream.get_2d(self.sample(), layer.dimension).map(f64::from);
+        let (l, weight) = layer.lobe.sample(u);
         // A tilted normal or a wide lobe may point below the triangle.
         let l = above(l, self.n_g);
         let (origin, _) = self.points.shadow_ray_origin(self.i, l);
@@ -190,7 +195,6 @@ impl Emitter<'_, '_> {
             reflections_left: self.state.reflections_left - 1,
             ..self.state
         };
-        let arrives = self.throughput * k_r;
         let ray = SecondaryRay {
             parent: self.sample(),
             weight: arrives * weight as f32,
