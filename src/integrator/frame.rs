@@ -36,8 +36,6 @@ pub struct Frame<'a> {
     /// Most reflections along a path of light, and a third of its passages through surfaces of glass; 0 is the pure
     /// lecture, without reflections.
     pub bounces: u8,
-    /// True if any material reflects its surroundings.
-    pub(crate) has_reflecting_materials: bool,
     /// Coefficients that replace those of all materials.
     pub overrides: MaterialOverrides,
     /// True: eye rays pass through back faces of single-sided materials.
@@ -78,7 +76,6 @@ impl<'a> Frame<'a> {
             sky: lit.rig.sky,
             environment: lit.rig.environment.clone(),
             bounces: DEFAULT_BOUNCES,
-            has_reflecting_materials: posed.materials.iter().any(Material::reflects),
             overrides: MaterialOverrides::default(),
             cull_back_faces: true,
             shadows: true,
@@ -149,13 +146,23 @@ impl<'a> Frame<'a> {
     /// True if a triangle of a transmissive surface refracts light.
     #[inline]
     pub(crate) fn refracts(&self, id: HitId) -> bool {
-        self.is_body(id) && self.reflects() && self.has_reflecting_materials
+        self.is_body(id) && self.reflects() && self.material(id).reflects()
+    }
+
+    /// True if any material reflects its surroundings.
+    pub(crate) fn has_reflecting_materials(&self) -> bool {
+        self.posed.materials.iter().any(Material::reflects)
+    }
+
+    /// The material of a triangle's mesh.
+    fn material(&self, id: HitId) -> &Material {
+        &self.posed.materials[self.posed.mesh(id.instance).material as usize]
     }
 
     /// The inside of the body that a triangle belongs to.
     pub(crate) fn medium(&self, id: HitId) -> Medium {
         let instance = &self.posed.scene.instances[id.instance as usize];
-        let material = &self.posed.materials[self.posed.mesh(id.instance).material as usize];
+        let material = self.material(id);
         let absorption = material.volume.map_or(Rgb::ZERO, |volume| volume.absorption());
         Medium { body: instance.object, ior: material.ior(), absorption }
     }

@@ -77,7 +77,7 @@ impl Integrator for Phong {
         let Scratch { rays, hits, points, shadow } = scratch;
         let stream = SampleStream { samples, sampler, wave: 0 };
         let mut eye_rays = EyeRays::new(frame, samples, rays, hits);
-        if self.reflects(frame) && frame.has_reflecting_materials {
+        if self.reflects(frame) && frame.has_reflecting_materials() {
             eye_rays.states = frame.eye_states(eye_rays.batch(), samples);
         }
         let light = self.trace(frame, eye_rays, stream, points, shadow);

@@ -82,6 +82,8 @@ fn radiance_under_sky(
         shadows: true,
         ambient_occlusion: None,
         ground: None,
+        environment: None,
+        bounces: 0,
         scene_to_world: glam::DAffine3::IDENTITY,
     };
     let settings = RenderSettings { width: 1, height: 1, samples: 1, ..Default::default() };

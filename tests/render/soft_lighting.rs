@@ -44,7 +44,12 @@ impl Shot {
     }
 
     fn frame<'a>(&self, posed: &'a PosedScene, accel: &'a Accel) -> Frame<'a> {
-        let rig = Rig { lights: self.lights.clone(), ambient: Rgb::splat(self.ambient), sky: None };
+        let rig = Rig {
+            lights: self.lights.clone(),
+            ambient: Rgb::splat(self.ambient),
+            sky: None,
+            environment: None,
+        };
         let lit = ResolvedLighting {
             rig,
             sets: Vec::new(),
