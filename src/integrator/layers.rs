@@ -37,8 +37,11 @@ impl<'a> Layers<'a> {
     /// their hits. False if there are none.
     pub fn composite(&mut self, frame: &Frame, points: &ShadingBatch) -> bool {
         let mut any_transparent = false;
+        // The stages without reflections have no states, and glass lets light pass straight.
+        let has_paths = !self.rays.states.is_empty();
         for (i, point) in points.points.iter().enumerate() {
-            let mut layer = Layer::new(frame, points, i, point);
+            let refracts = has_paths && frame.refracts(point.id);
+            let mut layer = Layer::new(points, i, point, refracts);
             if let Some(state) = self.rays.states.get(point.sample) {
                 let (block, lane) = points.soa.lane(i);
                 layer.radiance *= state.transmittance_to(vec3(&block.p, lane));
@@ -86,7 +89,7 @@ struct Layer {
 
 impl Layer {
     #[inline(always)]
-    fn new(frame: &Frame, points: &ShadingBatch, i: usize, point: &ShadingPoint) -> Layer {
+    fn new(points: &ShadingBatch, i: usize, point: &ShadingPoint, refracts: bool) -> Layer {
         let k = points.coefficients(i);
         let light = points.radiance(i);
         if point.is_shadow_catcher {
@@ -97,7 +100,7 @@ impl Layer {
             // Most surfaces transmit nothing.
             Rgb::ZERO => Rgb::ZERO,
             // Refracted rays take this light.
-            _ if frame.refracts(point.id) => Rgb::ZERO,
+            _ if refracts => Rgb::ZERO,
             transmission => transmission * points.base_share(i),
         };
         Layer { radiance: light * k.alpha, transmittance: Rgb::splat(1.0 - k.alpha) + transmitted * k.alpha }
