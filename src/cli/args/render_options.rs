@@ -213,7 +213,7 @@ pub struct ShadingArgs {
     /// Hide the objects and lights that match GLOB (repeatable)
     #[arg(long, value_name = "GLOB", value_parser = values::glob)]
     pub hide: Vec<Glob>,
-    /// Reflections that are traced along a path, and a third of the surfaces of glass; 0 shades by the lecture alone
+    /// Maximum reflections along a path, and three times as many surfaces of glass; 0 disables reflections and refraction
     #[arg(long, value_name = "N", default_value_t = DEFAULT_BOUNCES, value_parser = clap::value_parser!(u8).range(0..=64))]
     pub bounces: u8,
     /// Back faces that the camera sees through: those of single-sided materials (auto), of all materials (back), or
