@@ -1,4 +1,4 @@
-//! Rays that surfaces send out: mirrors, and bodies of glass.
+//! Reflected and refracted rays: mirrors, and bodies of glass.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,7 +8,7 @@ use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
     ColorInput, Dielectric, Environment, Lighting, Material, Mesh, PosedLight, Projection, Reflectance,
-    ScalarInput, Scene, View,
+    Reflection, ScalarInput, Scene, View,
 };
 use glam::{DAffine3, DVec3};
 
@@ -41,6 +41,7 @@ fn physical(color: Rgb, metallic: f32, roughness: f32, specular: f32) -> Materia
             roughness: ScalarInput::new(roughness),
             dielectric: Dielectric { specular: ScalarInput::new(specular), ..Dielectric::default() },
         },
+        reflection: Reflection::Fresnel,
         double_sided: true,
         ..Material::default()
     }
