@@ -8,18 +8,8 @@
 
 mod tables;
 
-use self::tables::{ALBEDO, DIELECTRIC, MEAN_ALBEDO, SCHLICK};
+use self::tables::{ALBEDO, COLUMNS, DIELECTRIC, MEAN_ALBEDO, R_NODES, ROWS, SCHLICK, Table};
 use crate::geometry::Rgb;
-
-/// Nodes of the tables along the perceptual roughness √α, 0…1.
-const ROWS: usize = 24;
-/// Nodes of the tables along √(cos θ), 0…1.
-const COLUMNS: usize = 32;
-/// Nodes along r = |η − 1|/(η + 1), the square root of the reflectance at normal incidence. 0.2 is η = 1.5.
-const R_NODES: [f32; 8] = [0.0, 0.1, 0.14, 0.2, 0.3, 0.42, 0.6, 1.0];
-
-/// A table over roughness (rows) and √(cos θ), in 65535ths.
-type Table = [[u16; COLUMNS]; ROWS];
 
 /// A place between four nodes of a [`Table`].
 #[derive(Clone, Copy)]

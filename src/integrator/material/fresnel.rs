@@ -39,8 +39,9 @@ pub(crate) fn ior_from_f0(f0: f64) -> f64 {
 }
 
 /// Returns the exact Fresnel curve of a dielectric, scaled to go from 0 at normal incidence to 1 at grazing incidence. In
-/// F = F0 + (F90 − F0) · curve it takes the place of Schlick's weight, for an F0 that is tinted or weighted.
-#[inline(always)]
+/// F = F0 + (F90 − F0) · curve it takes the place of Schlick's weight, for an F0 that is tinted or weighted. The tables of
+/// directional albedo are made from it.
+#[cfg(test)]
 pub(crate) fn dielectric_curve(cos: f64, eta: f64) -> f64 {
     let f0 = f0_from_ior(eta);
     if f0 >= 1.0 {

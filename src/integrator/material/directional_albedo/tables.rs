@@ -1,6 +1,14 @@
 //! Tables of directional albedo. The test `the_tables_are_those_of_the_source` generates this file.
 
-use super::{R_NODES, ROWS, Table};
+/// Nodes of the tables along the perceptual roughness √α, 0…1.
+pub(super) const ROWS: usize = 24;
+/// Nodes of the tables along √(cos θ), 0…1.
+pub(super) const COLUMNS: usize = 32;
+/// Nodes along r = |η − 1|/(η + 1), the square root of the reflectance at normal incidence. 0.2 is η = 1.5.
+pub(super) const R_NODES: [f32; 8] = [0.0, 0.1, 0.14, 0.2, 0.3, 0.42, 0.6, 1.0];
+
+/// A table over roughness (rows) and √(cos θ), in 65535ths.
+pub(super) type Table = [[u16; COLUMNS]; ROWS];
 
 /// E, facets that reflect everything.
 #[rustfmt::skip]

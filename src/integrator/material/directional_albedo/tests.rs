@@ -57,11 +57,23 @@ fn write_row(out: &mut String, indent: &str, row: &[f64]) {
     out.push_str(&format!("{indent}[{}],\n", numbers.join(", ")));
 }
 
+/// The start of the file, which the tables do not change.
+const HEADER: &str = r"//! Tables of directional albedo. The test `the_tables_are_those_of_the_source` generates this file.
+
+/// Nodes of the tables along the perceptual roughness √α, 0…1.
+pub(super) const ROWS: usize = 24;
+/// Nodes of the tables along √(cos θ), 0…1.
+pub(super) const COLUMNS: usize = 32;
+/// Nodes along r = |η − 1|/(η + 1), the square root of the reflectance at normal incidence. 0.2 is η = 1.5.
+pub(super) const R_NODES: [f32; 8] = [0.0, 0.1, 0.14, 0.2, 0.3, 0.42, 0.6, 1.0];
+
+/// A table over roughness (rows) and √(cos θ), in 65535ths.
+pub(super) type Table = [[u16; COLUMNS]; ROWS];
+
+";
+
 fn source() -> String {
-    let mut out = String::from(
-        "//! Tables of directional albedo. The test `the_tables_are_those_of_the_source` generates this file.\n\n\
-         use super::{R_NODES, ROWS, Table};\n\n",
-    );
+    let mut out = String::from(HEADER);
     let e = table(|_| 1.0);
     let tables = [
         ("E, facets that reflect everything.", "ALBEDO", &e),
