@@ -25,8 +25,8 @@ use std::path::Path;
 use crate::scene::{FileDigest, Scene, SourceFormat};
 use files::scene_input::SceneInput;
 
-pub use camera_xml::load_camera_xml;
 pub use bodies::refracts_if_closed;
+pub use camera_xml::load_camera_xml;
 pub use error::{LoadError, Warning};
 pub use files::limits::Limits;
 pub(crate) use files::read_file::{open_regular_file, open_scene_file};

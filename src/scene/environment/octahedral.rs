@@ -9,7 +9,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 /// Coefficients of P in (2/π) atan t ≈ t P(t²) for t in 0…1; the error is below 2e-7.
 const ATAN: [f32; 7] =
-    [0.636_617_15, -0.212_100_11, 0.126_055_82, -0.084_073, 0.050_368_63, -0.021_109_996, 0.004_241_501_4];
+    [0.636_617_1, -0.212_100_1, 0.126_055_82, -0.084_073, 0.050_368_63, -0.021_109_996, 0.004_241_501_4];
 
 /// Returns the angle of the vector (x, y) in quarter turns, 0…1, for x ≥ 0 and y ≥ 0. It uses no function whose result
 /// depends on the platform.
