@@ -85,11 +85,12 @@ fn glass(scene: &Scene, mode: GlassMode) -> Vec<Value> {
     let mut known = HashSet::new();
     let mut glass = Vec::new();
     for instance in &scene.instances {
-        let material = &scene.materials[scene.meshes[instance.mesh as usize].material as usize];
+        let mesh = &scene.meshes[instance.mesh as usize];
+        let material = &scene.materials[mesh.material as usize];
         if !material.transmits() || !known.insert((instance.object, material.name.as_str())) {
             continue;
         }
-        let because = match (instance.is_body, material.volume.is_some()) {
+        let because = match (mesh.is_body, material.volume.is_some()) {
             _ if mode != GlassMode::Auto => "--glass",
             (true, true) => "volume",
             (true, false) => "closed surface",
@@ -97,7 +98,7 @@ fn glass(scene: &Scene, mode: GlassMode) -> Vec<Value> {
             (false, _) => "no volume",
         };
         let object = (instance.object as usize).checked_sub(1).and_then(|i| scene.objects.get(i));
-        let kind = if instance.is_body { "solid" } else { "thin" };
+        let kind = if mesh.is_body { "solid" } else { "thin" };
         glass.push(json!({"object": object, "material": material.name, "kind": kind, "because": because}));
     }
     glass

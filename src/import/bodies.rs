@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::GlassMode;
 use crate::scene::{Material, Mesh, Reflectance, Scene};
 
-/// Sets [`Instance::is_body`](crate::scene::Instance::is_body) of all instances.
+/// Sets [`Mesh::is_body`] of all meshes.
 ///
 /// By default a mesh bounds a body if its material has a volume, as KHR_materials_volume specifies. Blender refracts at every
 /// surface but exports no volume, and MTL's `Ni` stands for refraction: closed meshes of such files are bodies too.
@@ -16,19 +16,17 @@ pub(super) fn mark_bodies(scene: &mut Scene, mode: GlassMode) {
         return;
     }
     let mut closed = ClosedObjects::new(scene);
-    let is_body: Vec<bool> = scene
-        .instances
-        .iter()
-        .map(|instance| {
-            let material = &scene.materials[scene.meshes[instance.mesh as usize].material as usize];
-            material.transmits()
-                && (mode == GlassMode::Solid
-                    || material.volume.is_some()
-                    || refracts_if_closed(scene, material) && closed.is_closed(scene, instance.object))
-        })
-        .collect();
-    for (instance, is_body) in scene.instances.iter_mut().zip(is_body) {
-        instance.is_body = is_body;
+    let mut is_body = vec![false; scene.meshes.len()];
+    for instance in &scene.instances {
+        let is_body = &mut is_body[instance.mesh as usize];
+        let material = &scene.materials[scene.meshes[instance.mesh as usize].material as usize];
+        *is_body |= material.transmits()
+            && (mode == GlassMode::Solid
+                || material.volume.is_some()
+                || refracts_if_closed(scene, material) && closed.is_closed(scene, instance.object));
+    }
+    for (mesh, is_body) in scene.meshes.iter_mut().zip(is_body) {
+        mesh.is_body = is_body;
     }
 }
 
@@ -52,11 +50,12 @@ impl ClosedObjects {
     fn new(scene: &Scene) -> ClosedObjects {
         let mut meshes: HashMap<u32, Vec<u32>> = HashMap::new();
         for instance in &scene.instances {
-            let of_object = meshes.entry(instance.object).or_default();
-            // A primitive is in an object once, also if the object is instanced by a list of transforms.
-            if !of_object.contains(&instance.mesh) {
-                of_object.push(instance.mesh);
-            }
+            meshes.entry(instance.object).or_default().push(instance.mesh);
+        }
+        // A primitive is in an object once, also if the object is instanced by a list of transforms.
+        for of_object in meshes.values_mut() {
+            of_object.sort_unstable();
+            of_object.dedup();
         }
         ClosedObjects { meshes, known: HashMap::new() }
     }

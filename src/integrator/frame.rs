@@ -140,7 +140,7 @@ impl<'a> Frame<'a> {
     /// True if a triangle belongs to the surface of a body, and not to a thin wall.
     #[inline]
     pub(crate) fn is_body(&self, id: HitId) -> bool {
-        self.posed.scene.instances.get(id.instance as usize).is_some_and(|instance| instance.is_body)
+        self.posed.scene.instances.get(id.instance as usize).is_some() && self.posed.mesh(id.instance).is_body
     }
 
     /// True if a triangle of a transmissive surface refracts light.

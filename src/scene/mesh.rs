@@ -27,6 +27,8 @@ pub struct Mesh {
     pub colors: Vec<Vec4>,
     /// Material.
     pub material: u32,
+    /// True if the mesh, of a transmissive material, bounds a body; false if it is a thin wall.
+    pub is_body: bool,
     /// Morph targets.
     pub morph_targets: Vec<MorphTarget>,
     /// Weights of the morph targets in the rest pose.

@@ -110,8 +110,6 @@ pub struct Instance {
     pub skin: Option<u32>,
     /// Linear RGB that multiplies the vertex colours.
     pub color: Option<Vec3>,
-    /// True if a transmissive mesh bounds a body, and is not a thin wall.
-    pub is_body: bool,
 }
 
 #[cfg(test)]

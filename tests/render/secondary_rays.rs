@@ -164,7 +164,8 @@ fn without_bounces_nothing_is_reflected() {
 fn lens_scene(is_body: bool, distance: f64) -> Scene {
     let mut scene = Scene::default();
     scenes::add(&mut scene, ball(), glass(0.0), &[DAffine3::IDENTITY]);
-    scene.instances[0].is_body = is_body;
+    let mesh = scene.instances[0].mesh as usize;
+    scene.meshes[mesh].is_body = is_body;
     scenes::add(&mut scene, scenes::grid(1, 2), light(1.0), &[at(0.0, 0.0, -distance, 0.025)]);
     scene
 }
@@ -189,7 +190,8 @@ fn glass_in_a_white_furnace_is_white() {
     for roughness in [0.0, 0.2, 0.5, 1.0] {
         let mut scene = Scene::default();
         scenes::add(&mut scene, ball(), glass(roughness), &[DAffine3::IDENTITY]);
-        scene.instances[0].is_body = true;
+        let mesh = scene.instances[0].mesh as usize;
+        scene.meshes[mesh].is_body = true;
         let environment = Some(Environment::uniform(Rgb::ONE));
         let shot = Shot { environment, samples: 16, has_sun: false, ..Shot::along_z(1.4) };
         let pixels = shot.take(&scene);
@@ -202,7 +204,8 @@ fn glass_in_a_white_furnace_is_white() {
 fn reflections_do_not_depend_on_tiles_or_simd_levels() {
     let mut scene = mirror_scene(true);
     scenes::add(&mut scene, ball(), glass(0.3), &[at(0.0, 0.0, 1.0, 0.4)]);
-    scene.instances[2].is_body = true;
+    let mesh = scene.instances[2].mesh as usize;
+    scene.meshes[mesh].is_body = true;
     let environment = Some(Environment::uniform(Rgb::new(0.2, 0.3, 0.4)));
     let shot = Shot { environment, samples: 4, view_dir: DVec3::new(0.2, 0.1, -1.0), ..Shot::along_z(2.5) };
     let bits = |simd: SimdLevel, tile: u32| {

@@ -106,7 +106,7 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
             let name = json.name.as_ref().or(self.doc.root().meshes[mesh].name.as_ref());
             scene.objects.push(name.cloned().unwrap_or_default());
             let object = scene.objects.len() as u32;
-            let instance = |&mesh: &u32| Instance { node, mesh, object, trs, skin, color, is_body: false };
+            let instance = |&mesh: &u32| Instance { node, mesh, object, trs, skin, color };
             scene.instances.extend(meshes.iter().map(instance));
         }
         Ok(())

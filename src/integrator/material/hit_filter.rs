@@ -21,7 +21,7 @@ impl AnyHitFilter for MaterialHitFilter<'_> {
     fn transmittance(&self, id: HitId, o: Vec3, d: Vec3) -> Rgb {
         let ctx = TextureEvalContext::at(self.0, id, Ray { o, d });
         let material = ctx.triangle.mesh.material;
-        let is_body = self.0.scene.instances[id.instance as usize].is_body;
+        let is_body = ctx.triangle.mesh.is_body;
         // Colours above 1 do not amplify light.
         transmittance(self.0, &self.0.materials[material as usize], &ctx, is_body).clamp(Rgb::ZERO, Rgb::ONE)
     }
