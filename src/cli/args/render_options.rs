@@ -35,7 +35,7 @@ pub struct ImageArgs {
     /// Samples per pixel; a single sample is at the pixel's centre
     #[arg(short, long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: u32,
-    /// AdaptiveSampling sampling: use all --samples only where neighbouring pixels differ by more than THRESHOLD (0–1), 4
+    /// Adaptive sampling: use all --samples only where neighbouring pixels differ by more than THRESHOLD (0–1), 4
     /// elsewhere
     ///
     /// With 16 or more samples, 0.08 takes about half the time for the same error.
