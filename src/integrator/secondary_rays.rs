@@ -34,10 +34,12 @@ const ROULETTE_WEIGHT: f32 = 0.04;
 /// Glass of a smaller α is smooth.
 const SMOOTH_ALPHA: f32 = 1e-3;
 
-/// True if a lobe of reflectance `k_r` is traced, not only looked up.
-pub(crate) fn is_traced(k_r: Rgb, alpha: f32) -> bool {
-    let strength = k_r.max_element();
-    strength >= STRONG_REFLECTANCE || (alpha <= NARROW_ALPHA && strength >= MIN_WEIGHT)
+/// True if a lobe is traced, not only looked up, where a share of its light `arrives`. What is seen in a reflection shows
+/// only its strong reflections: others would double the rays with each wave.
+fn is_traced(arrives: Rgb, alpha: f32, wave: u32) -> bool {
+    let strength = arrives.max_element();
+    let least = if wave == 0 { MIN_WEIGHT } else { STRONG_REFLECTANCE };
+    strength >= STRONG_REFLECTANCE || (alpha <= NARROW_ALPHA && strength >= least)
 }
 
 /// A point that sends out rays.
@@ -180,7 +182,7 @@ impl Emitter<'_, '_> {
             Some(environment) => layer.lobe.environment_radiance(environment, subset),
             None => Rgb::ZERO,
         };
-        if self.state.reflections_left == 0 || !is_traced(arrives, alpha) {
+        if self.state.reflections_left == 0 || !is_traced(arrives, alpha, self.stream.wave) {
             return k_r * layer.occlusion * escape;
         }
         let u = self.stream.get_2d(self.sample(), layer.dimension).map(f64::from);

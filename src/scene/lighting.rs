@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::{
-    Camera, Environment, LightUnits, PosedLight, PosedScene, Rig, SourceFormat, headlight, three_point,
+    Camera, Environment, LightUnits, Material, PosedLight, PosedScene, Rig, SourceFormat, headlight,
+    studio_before, three_point,
 };
 use crate::geometry::Rgb;
 
@@ -141,7 +142,6 @@ impl Lighting {
             };
             rig.lights.extend(added.lights);
             rig.ambient = rig.ambient.max(added.ambient);
-            rig.environment = rig.environment.or(added.environment);
             parts.push(part);
         }
         rig.lights.extend(self.user_lights.iter().map(|light| light.posed(posed.centre)));
@@ -155,11 +155,14 @@ impl Lighting {
         }
         rig.ambient = self.ambient.unwrap_or(rig.ambient);
         rig.sky = self.environment.as_ref().map(Environment::irradiance);
-        if let Some(environment) = &self.environment {
-            rig.environment = Some(environment.clone());
-        } else if rig.environment.is_none() && rig.ambient != Rgb::ZERO {
-            rig.environment = Some(Environment::uniform(rig.ambient));
-        }
+        rig.environment = if let Some(environment) = &self.environment {
+            Some(environment.clone())
+        } else if sets.contains(&LightSet::ThreePoint) {
+            // Matte scenes need none, and the studio takes longer to make than a small picture.
+            posed.materials.iter().any(Material::reflects).then(|| studio_before(camera))
+        } else {
+            (rig.ambient != Rgb::ZERO).then(|| Environment::uniform(rig.ambient))
+        };
         for light in &mut rig.lights {
             light.radius = self.radius;
         }

@@ -58,7 +58,7 @@ pub(crate) use node::unit_quaternion;
 pub use node::{Instance, LocalTransform, Node, PackedTrs};
 pub use opaque_triangles::OpaqueTriangles;
 pub use resolve_view::ViewNotes;
-pub use rig::{Rig, headlight, three_point};
+pub use rig::{Rig, headlight, studio_before, three_point};
 pub use select::{Glob, NoMatch, Selection};
 pub use skin::Skin;
 pub use source::{Source, SourceFile, SourceFormat};

@@ -20,7 +20,7 @@ pub struct Rig {
 
 /// Returns the three-point rig: a key light from the upper left, a fill light from the right and a rim
 /// light from behind. All are suns, so the picture does not depend on the size of the scene. A white
-/// Lambertian surface stays below 1. Specular lobes reflect [`Environment::studio`], fixed to the camera like the lights.
+/// Lambertian surface stays below 1. [`studio_before`] is what specular lobes reflect beside it.
 pub fn three_point(camera: &Camera) -> Rig {
     let basis = camera.basis;
     let sun = |to_light: DVec3, e: f32| {
@@ -34,9 +34,13 @@ pub fn three_point(camera: &Camera) -> Rig {
             sun(DVec3::new(0.45, 0.7, -0.9), 0.3),
         ],
         ambient: Rgb::splat(0.1),
-        sky: None,
-        environment: Some(Environment::studio().rotated(orthonormal(&basis))),
+        ..Rig::default()
     }
+}
+
+/// Returns [`Environment::studio`], fixed to the camera like the lights of the three-point rig.
+pub fn studio_before(camera: &Camera) -> Environment {
+    Environment::studio().rotated(orthonormal(&camera.basis))
 }
 
 /// Returns the axes of a basis, made orthogonal where a file's camera shears them.

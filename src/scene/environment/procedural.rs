@@ -93,7 +93,7 @@ impl Environment {
     /// Returns the studio: four soft boxes in a dark grey room. +Z faces the viewer: the key box is on the left.
     pub fn studio() -> Environment {
         static STUDIO: OnceLock<Environment> = OnceLock::new();
-        STUDIO.get_or_init(|| Environment::from_function(SIDE, 2, studio_radiance)).clone()
+        STUDIO.get_or_init(|| Environment::from_function(SIDE, 1, studio_radiance)).clone()
     }
 
     /// Returns a clear sky with a hazy sun in the direction (0.55, 0.55, 0.63), over a grey ground.
