@@ -24,7 +24,7 @@ pub enum UpAxis {
     Z,
 }
 
-/// Which transmissive meshes bound bodies that refract light.
+/// The choice of transmissive meshes that bound bodies, which refract light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GlassMode {
     /// Those with a volume, and closed meshes of files whose format or exporter implies refraction.
@@ -51,7 +51,7 @@ pub struct LoadOptions {
     pub variant: Option<String>,
     /// Source of the vertex normals.
     pub normals: NormalMode,
-    /// Which transmissive meshes refract.
+    /// The transmissive meshes that refract.
     pub glass: GlassMode,
     /// Allows references to files outside the scene's folder.
     pub allow_outside: bool,

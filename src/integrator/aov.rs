@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use crate::accel::{RayBatch, TraversalStats};
 use crate::geometry::{Hit, Rgb};
-use crate::integrator::eye_rays::EyeRays;
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
 use crate::integrator::material::opacity::{alpha, base_color};
+use crate::integrator::path_rays::PathRays;
 use crate::integrator::sample::Sample;
 use crate::integrator::scratch::Scratch;
 use crate::integrator::surface::surface_point::SurfacePoint;
@@ -164,7 +164,7 @@ impl FirstHit<'_> {
 /// The first hits of the eye rays of `samples`.
 pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scratch) -> Vec<FirstHit<'s>> {
     let mut first: Vec<FirstHit> = samples.iter().map(|&sample| FirstHit { sample, surface: None }).collect();
-    let mut rays = EyeRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
+    let mut rays = PathRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
     while !rays.is_empty() {
         rays.intersect(frame);
         for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {

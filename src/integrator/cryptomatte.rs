@@ -4,9 +4,9 @@
 //! A surface covers its alpha of what the surfaces in front of it leave open. A blended pane therefore shares its pixels
 //! with what is behind it, while glass (transmission) covers all of them. Cycles does the same.
 
-use crate::integrator::eye_rays::{EyeRays, MAX_LAYERS};
 use crate::integrator::frame::Frame;
 use crate::integrator::material::opacity::alpha;
+use crate::integrator::path_rays::{MAX_LAYERS, PathRays};
 use crate::integrator::sample::Sample;
 use crate::integrator::scratch::Scratch;
 use crate::integrator::surface::surface_point::SurfacePoint;
@@ -64,7 +64,7 @@ pub fn trace_mattes(
 ) {
     // The share of each sample that is not covered yet.
     let mut open = vec![1f32; samples.len()];
-    let mut rays = EyeRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
+    let mut rays = PathRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
     for _ in 0..MAX_LAYERS {
         rays.intersect(frame);
         for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {

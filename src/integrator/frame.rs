@@ -140,18 +140,14 @@ impl<'a> Frame<'a> {
     /// True if a triangle belongs to the surface of a body, and not to a thin wall.
     #[inline]
     pub(crate) fn is_body(&self, id: HitId) -> bool {
-        self.posed.scene.instances.get(id.instance as usize).is_some() && self.posed.mesh(id.instance).is_body
+        // The ground has no triangles.
+        id != HitId::NONE && self.posed.mesh(id.instance).is_body
     }
 
     /// True if a triangle of a transmissive surface refracts light.
     #[inline]
     pub(crate) fn refracts(&self, id: HitId) -> bool {
         self.is_body(id) && self.reflects() && self.material(id).reflects()
-    }
-
-    /// True if any material reflects its surroundings.
-    pub(crate) fn has_reflecting_materials(&self) -> bool {
-        self.posed.materials.iter().any(Material::reflects)
     }
 
     /// The material of a triangle's mesh.

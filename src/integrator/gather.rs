@@ -9,12 +9,12 @@ use std::ops::Range;
 use glam::DVec3;
 
 use crate::geometry::Rgb;
-use crate::integrator::eye_rays::EyeRays;
 use crate::integrator::frame::Frame;
 use crate::integrator::layers::Layers;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::evaluator::MaterialEvaluator;
 use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
+use crate::integrator::path_rays::PathRays;
 use crate::integrator::sample::Sample;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch, ShadingPoint, TrianglePoints};
 use crate::integrator::surface::points_soa::PointsSoa;
@@ -44,7 +44,7 @@ pub(crate) fn gather_points<'s>(
 }
 
 /// Computes the surface points of all hits, triangle by triangle.
-fn compute_hits<'s>(frame: &Frame<'s>, batch: &mut ShadingBatch<'s>, rays: &EyeRays, samples: &[Sample]) {
+fn compute_hits<'s>(frame: &Frame<'s>, batch: &mut ShadingBatch<'s>, rays: &PathRays, samples: &[Sample]) {
     let ShadingBatch { soa, triangles, samples: point_samples, hits_by_triangle, .. } = batch;
     hits_by_triangle.group(rays.hits());
     triangles.reserve(hits_by_triangle.len());

@@ -4,9 +4,9 @@ use glam::{DVec3, Vec3};
 
 use crate::accel::RayBatch;
 use crate::geometry::{HitId, Ray, Rgb, offset_ray_origin};
-use crate::integrator::eye_rays::EyeRays;
 use crate::integrator::frame::Frame;
 use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::path_rays::PathRays;
 use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
 use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
 use crate::integrator::surface::surface_hit::SurfaceHit;
@@ -49,7 +49,7 @@ impl Frame<'_> {
     pub(crate) fn gather_ground(
         &self,
         batch: &mut ShadingBatch,
-        rays: &EyeRays,
+        rays: &PathRays,
         ground_t: &mut [Option<f64>],
         unlit: impl Fn(&Coefficients, DVec3) -> Rgb,
     ) {

@@ -1,8 +1,8 @@
 //! Transparency: eye rays pass through layers of surfaces, whose light is composited front to back.
 
 use crate::geometry::Rgb;
-use crate::integrator::eye_rays::EyeRays;
 use crate::integrator::frame::Frame;
+use crate::integrator::path_rays::PathRays;
 use crate::integrator::paths::{PathLight, Wave};
 use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
 use crate::integrator::surface::soa::vec3;
@@ -12,7 +12,7 @@ const MIN_TRANSMITTANCE: f32 = 1.0 / (1 << 13) as f32;
 
 /// The layers of a batch of samples.
 pub(crate) struct Layers<'a> {
-    pub rays: EyeRays<'a>,
+    pub rays: PathRays<'a>,
     /// For each sample the t where its eye ray hits the ground, until it is shaded; empty without a ground.
     pub ground_t: Vec<Option<f64>>,
     /// For each sample the light so far.
@@ -23,7 +23,7 @@ pub(crate) struct Layers<'a> {
 
 impl<'a> Layers<'a> {
     /// Starts with all rays at the camera.
-    pub fn new(frame: &Frame, rays: EyeRays<'a>) -> Layers<'a> {
+    pub fn new(frame: &Frame, rays: PathRays<'a>) -> Layers<'a> {
         let samples = rays.batch().len();
         Layers {
             ground_t: frame.intersect_ground(rays.batch(), rays.is_secondary),

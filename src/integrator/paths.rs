@@ -51,7 +51,7 @@ impl PathState {
     }
 }
 
-/// What a ray sees that escapes from the scene.
+/// The light that a ray meets if it escapes from the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Escape {
     /// This light.

@@ -10,13 +10,16 @@
 //!
 //! 1. `render::tiles` cuts the film into tiles and `render::sample_generator` places samples in their pixels.
 //!    [`Phong::render`] gets the samples of many pixels at once.
-//! 2. [`EyeRays`] makes an eye ray of each and finds the closest hits, with `Accel::intersect`.
+//! 2. [`PathRays`] makes an eye ray of each and finds the closest hits, with `Accel::intersect`.
 //! 3. [`gather_points`] computes surface and material of each hit (`surface/`, `material/`), and fills blocks of points
 //!    with n, v, k_d, k_s, p and the radiance k_e + k_a I_a.
 //! 4. [`Phong::shade`] adds the light of each source: [`DirectLight`] evaluates the formula, [`trace_visibility`] traces the
 //!    shadow rays, with `Accel::occluded`.
-//! 5. [`Layers`] adds the points' light to their samples. Rays continue behind transparent surfaces: back to step 2.
-//! 6. `render::tiles` averages the samples of a pixel, and `render::film` collects the tiles.
+//! 5. [`send_out_rays`] lists the rays that reflecting and refracting points send out, and looks up the environment where
+//!    no ray is needed.
+//! 6. [`Layers`] adds the points' light to their samples. Rays continue behind transparent surfaces: back to step 2.
+//! 7. [`Phong::trace`] traces the rays of step 5 in the same way, as the next [`Wave`], and adds what they find.
+//! 8. `render::tiles` averages the samples of a pixel, and `render::film` collects the tiles.
 
 use glam::DVec3;
 
@@ -25,11 +28,11 @@ use crate::geometry::{Rgb, Rgba, pow_one_minus};
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::occlude_ambient;
 use crate::integrator::direct_light::LightBlock;
-use crate::integrator::eye_rays::{EyeRays, MAX_LAYERS};
 use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
 use crate::integrator::layers::Layers;
 use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::path_rays::{MAX_LAYERS, PathRays};
 use crate::integrator::paths::{PathLight, Wave};
 use crate::integrator::reflections::split_light_among_layers;
 use crate::integrator::sample::{Sample, SampleStream};
@@ -76,8 +79,8 @@ impl Integrator for Phong {
     ) {
         let Scratch { rays, hits, points, shadow } = scratch;
         let stream = SampleStream { samples, sampler, wave: 0 };
-        let mut eye_rays = EyeRays::new(frame, samples, rays, hits);
-        if self.reflects(frame) && frame.has_reflecting_materials() {
+        let mut eye_rays = PathRays::new(frame, samples, rays, hits);
+        if self.reflects(frame) && frame.posed.has_reflecting_materials {
             eye_rays.states = frame.eye_states(eye_rays.batch(), samples);
         }
         let light = self.trace(frame, eye_rays, stream, points, shadow);
@@ -101,7 +104,7 @@ impl Phong {
     fn trace(
         &self,
         frame: &Frame,
-        rays: EyeRays,
+        rays: PathRays,
         stream: SampleStream,
         buffers: &mut BatchBuffers,
         shadow: &mut ShadowBuffers,
@@ -124,7 +127,7 @@ impl Phong {
         if !next.rays.is_empty() {
             let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
             let stream = SampleStream { samples: &next.samples, wave: stream.wave + 1, ..stream };
-            let secondary = EyeRays::secondary(&next, &mut batch, &mut hits);
+            let secondary = PathRays::secondary(&next, &mut batch, &mut hits);
             // L_r and the light behind glass.
             let found = self.trace(frame, secondary, stream, buffers, shadow);
             layers.add_secondary(&next, &found);

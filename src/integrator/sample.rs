@@ -32,7 +32,7 @@ pub(crate) enum SampleDimension {
     Reflection,
     /// The direction of a ray that a clear coat reflects.
     Coat,
-    /// Which of two weak rays are traced.
+    /// The choice of weak rays that are traced.
     Roulette,
 }
 

@@ -108,7 +108,7 @@ pub(crate) fn send_out_rays(
 }
 
 /// A specular layer of a point.
-struct Layer {
+struct ReflectingLayer {
     /// Share of the light from the lobe that is reflected.
     k_r: Rgb,
     /// Share of the environment that reaches the lobe where no ray is traced.
@@ -123,6 +123,17 @@ struct Layer {
 struct Boundary {
     medium: Medium,
     entering: bool,
+}
+
+/// A ray that leaves the surface of a body.
+struct GlassRay {
+    /// Unit direction.
+    l: DVec3,
+    /// Share of the light from there that arrives at the viewer.
+    weight: Rgb,
+    /// True for a ray that passes through the surface.
+    is_refracted: bool,
+    state: PathState,
 }
 
 impl Emitter<'_, '_> {
@@ -150,14 +161,14 @@ impl Emitter<'_, '_> {
             alpha: f64::from(widened(alpha, roughness)),
             f0: f64::from(f0),
         };
-        let microfacets = Layer {
+        let microfacets = ReflectingLayer {
             k_r: vec3(&block.k_r, lane),
             occlusion: layers.occlusion,
             alpha: layers.alpha,
             lobe: lobe(layers.alpha, layers.mean_f0()),
             dimension: SampleDimension::Reflection,
         };
-        let coat = Layer {
+        let coat = ReflectingLayer {
             k_r: Rgb::splat(block.k_coat[lane]),
             occlusion: 1.0,
             alpha: layers.coat_alpha,
@@ -167,8 +178,8 @@ impl Emitter<'_, '_> {
         self.send_reflection(&microfacets, wave) + self.send_reflection(&coat, wave)
     }
 
-    fn send_reflection(&self, layer: &Layer, wave: &mut Wave) -> Rgb {
-        let &Layer { k_r, alpha, .. } = layer;
+    fn send_reflection(&self, layer: &ReflectingLayer, wave: &mut Wave) -> Rgb {
+        let &ReflectingLayer { k_r, alpha, .. } = layer;
         if k_r == Rgb::ZERO {
             return Rgb::ZERO;
         }
@@ -238,18 +249,21 @@ impl Emitter<'_, '_> {
             PathState { media, spread: spread + (eta as f32 - 1.0).abs() * self.normal_change, ..self.state };
         let roulette = self.stream.get_2d(self.sample(), SampleDimension::Roulette);
         let l = h * (2.0 * self.v.dot(h)) - self.v;
-        let mut looked_up = self.send_glass_ray(l, Rgb::splat(reflectance), reflected, roulette[0], wave);
+        let reflected =
+            GlassRay { l, weight: Rgb::splat(reflectance), is_refracted: false, state: reflected };
+        let mut looked_up = self.send_glass_ray(reflected, roulette[0], wave);
         if reflectance < 1.0 {
             let weight = tint * (share * (1.0 - reflectance));
             let l = refract(self.v, h, cos, eta);
-            looked_up += self.send_glass_ray(l, weight, refracted, roulette[1], wave);
+            let refracted = GlassRay { l, weight, is_refracted: true, state: refracted };
+            looked_up += self.send_glass_ray(refracted, roulette[1], wave);
         }
         looked_up
     }
 
-    /// Sends out a ray with `weight`, or returns the light that is looked up in its direction instead.
-    fn send_glass_ray(&self, l: DVec3, weight: Rgb, state: PathState, roulette: f32, wave: &mut Wave) -> Rgb {
-        let is_refracted = state.media != self.state.media || l.dot(self.n) < 0.0;
+    /// Sends out a ray, or returns the light that is looked up in its direction instead.
+    fn send_glass_ray(&self, ray: GlassRay, roulette: f32, wave: &mut Wave) -> Rgb {
+        let GlassRay { l, weight, is_refracted, state } = ray;
         let mut arrives = self.throughput * weight;
         let strength = arrives.max_element();
         if !(strength > 0.0) {

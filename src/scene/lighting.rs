@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::{
-    Camera, Environment, LightUnits, Material, PosedLight, PosedScene, Rig, SourceFormat, headlight,
-    studio_before, three_point,
+    Camera, Environment, LightUnits, PosedLight, PosedScene, Rig, SourceFormat, headlight, studio_before,
+    three_point,
 };
 use crate::geometry::Rgb;
 
@@ -159,7 +159,7 @@ impl Lighting {
             Some(environment.clone())
         } else if sets.contains(&LightSet::ThreePoint) {
             // Matte scenes need none, and the studio takes longer to make than a small picture.
-            posed.materials.iter().any(Material::reflects).then(|| studio_before(camera))
+            posed.has_reflecting_materials.then(|| studio_before(camera))
         } else {
             (rig.ambient != Rgb::ZERO).then(|| Environment::uniform(rig.ambient))
         };

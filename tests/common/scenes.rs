@@ -1,7 +1,7 @@
 //! Meshes, scenes and random numbers for tests of rays and BVHs.
 
 use std::collections::HashMap;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Preset, SimdLevel};
 use blinn::geometry::HitId;
@@ -271,4 +271,23 @@ impl Placement {
         };
         if self.twice { vec![at(DVec3::ZERO), at(aside)] } else { vec![at(DVec3::ZERO)] }
     }
+}
+
+/// A ball of unit radius with smooth normals, as rows of quads between its poles.
+pub fn ball(around: u32, down: u32) -> Mesh {
+    let mut mesh = Mesh::default();
+    for j in 0..=down {
+        let (sin, cos) = (PI * f64::from(j) / f64::from(down)).sin_cos();
+        for i in 0..=around {
+            let (s, c) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
+            mesh.positions.push(DVec3::new(sin * s, cos, sin * c).as_vec3());
+        }
+    }
+    for (j, i) in (0..down).flat_map(|j| (0..around).map(move |i| (j, i))) {
+        let row = around + 1;
+        let (a, b) = (j * row + i, (j + 1) * row + i);
+        mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+    }
+    mesh.normals = mesh.positions.clone();
+    mesh
 }

@@ -1,7 +1,7 @@
 //! Metallic-roughness materials through the whole renderer, against the GGX microfacet surface that they
 //! stand for. docs/scripts/ggx.py describes the set-up.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::Rgb;
@@ -14,27 +14,14 @@ use blinn::scene::{
 };
 use glam::{DVec3, Vec3};
 
+use crate::common::scenes;
+
 const BASE: f64 = 0.8;
 const SIDE: u32 = 256;
 
 /// A ball of unit radius whose vertex normals are exact to a thousandth.
 fn ball() -> Mesh {
-    let (around, down) = (256, 128);
-    let mut mesh = Mesh::default();
-    for j in 0..=down {
-        let (sin, cos) = (PI * f64::from(j) / f64::from(down)).sin_cos();
-        for i in 0..=around {
-            let (s, c) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
-            mesh.positions.push(DVec3::new(sin * s, cos, sin * c).as_vec3());
-        }
-    }
-    for (j, i) in (0..down as u32).flat_map(|j| (0..around as u32).map(move |i| (j, i))) {
-        let row = around as u32 + 1;
-        let (a, b) = (j * row + i, (j + 1) * row + i);
-        mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
-    }
-    mesh.normals = mesh.positions.clone();
-    mesh
+    scenes::ball(256, 128)
 }
 
 fn physical(metallic: f64, roughness: f64) -> Material {

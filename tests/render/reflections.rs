@@ -1,7 +1,5 @@
 //! Reflections of the environment: white furnaces and what stays matte.
 
-use std::f64::consts::{PI, TAU};
-
 use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
@@ -12,25 +10,12 @@ use blinn::scene::{
 };
 use glam::DVec3;
 
+use crate::common::scenes;
+
 const SIDE: u32 = 48;
 
 fn ball() -> Mesh {
-    let (around, down) = (64, 32);
-    let mut mesh = Mesh::default();
-    for j in 0..=down {
-        let (sin, cos) = (PI * f64::from(j) / f64::from(down)).sin_cos();
-        for i in 0..=around {
-            let (s, c) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
-            mesh.positions.push(DVec3::new(sin * s, cos, sin * c).as_vec3());
-        }
-    }
-    for (j, i) in (0..down as u32).flat_map(|j| (0..around as u32).map(move |i| (j, i))) {
-        let row = around as u32 + 1;
-        let (a, b) = (j * row + i, (j + 1) * row + i);
-        mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
-    }
-    mesh.normals = mesh.positions.clone();
-    mesh
+    scenes::ball(64, 32)
 }
 
 fn physical(base: f32, metallic: f32, roughness: f32) -> Material {
@@ -140,7 +125,7 @@ fn mtl_reflects_by_ks_from_illum_3_on() {
     assert_eq!((low, high), (0.2, 0.2));
 }
 
-/// What is matte has the same bits with and without an environment.
+/// Matte surfaces have the same bits with and without an environment.
 #[test]
 fn matte_materials_reflect_nothing() {
     let white = || Some(Environment::uniform(Rgb::ONE));

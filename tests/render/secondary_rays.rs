@@ -1,7 +1,5 @@
 //! Reflected and refracted rays: mirrors, and bodies of glass.
 
-use std::f64::consts::{PI, TAU};
-
 use blinn::accel::{Accel, BuildSettings, SimdLevel};
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
@@ -16,21 +14,7 @@ use crate::common::scenes;
 
 /// A smooth ball of unit radius.
 fn ball() -> Mesh {
-    let (around, down) = (128u32, 64u32);
-    let mut mesh = Mesh::default();
-    for j in 0..=down {
-        let (sin, cos) = (PI * f64::from(j) / f64::from(down)).sin_cos();
-        for i in 0..=around {
-            let (s, c) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
-            mesh.positions.push(DVec3::new(sin * s, cos, sin * c).as_vec3());
-        }
-    }
-    for (j, i) in (0..down).flat_map(|j| (0..around).map(move |i| (j, i))) {
-        let (a, b) = (j * (around + 1) + i, (j + 1) * (around + 1) + i);
-        mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
-    }
-    mesh.normals = mesh.positions.clone();
-    mesh
+    scenes::ball(128, 64)
 }
 
 fn physical(color: Rgb, metallic: f32, roughness: f32, specular: f32) -> Material {

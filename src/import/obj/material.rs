@@ -195,7 +195,7 @@ fn transmission(mtl: &MtlMaterial, alpha: &ScalarInput, warnings: &mut Warnings)
         4 | 6 | 7 if alpha.texture.is_some() => (0.0, Rgb::ONE),
         4 => (transparency, filter.unwrap_or(Rgb::ONE)),
         6 | 7 => match filter {
-            // Of a grey filter, the brightness is the transparency that d repeats.
+            // d repeats the brightness of a grey filter.
             Some(filter) => (1.0, filter),
             None if transparency > 0.0 => (transparency, Rgb::ONE),
             None => (1.0, Rgb::ONE),

@@ -44,6 +44,7 @@ fn pose_with_cache<'s>(
     let instances = pose_instances(scene, &nodes, &mut deformed);
     let mut posed = PosedScene {
         scene,
+        has_reflecting_materials: properties.materials.iter().any(Material::reflects),
         materials: properties.materials,
         cameras: properties.cameras,
         lights: properties.lights,

@@ -30,6 +30,8 @@ pub struct PosedScene<'s> {
     pub scene: &'s Scene,
     /// Materials at this time.
     pub materials: Cow<'s, [Material]>,
+    /// True if any material reflects its surroundings.
+    pub has_reflecting_materials: bool,
     /// Cameras at this time.
     pub cameras: Cow<'s, [FileCamera]>,
     /// Lights at this time.

@@ -35,20 +35,32 @@ const CEILING: f32 = 0.06;
 /// Width of the soft edge of a box, as a tangent.
 const EDGE: f32 = 0.04;
 
-impl SoftBox {
-    /// The share of the box in the direction `d`: 1 inside, 0 outside, smooth between.
-    fn coverage(&self, d: Vec3) -> f32 {
-        let w = self.centre.normalize();
-        let distance = d.dot(w);
-        if distance <= 0.0 {
-            return 0.0;
-        }
+/// A soft box with the axes of its plane.
+struct PlacedBox {
+    u: Vec3,
+    v: Vec3,
+    w: Vec3,
+    half_size: [f32; 2],
+    radiance: f32,
+}
+
+impl PlacedBox {
+    fn new(soft_box: &SoftBox) -> PlacedBox {
+        let w = soft_box.centre.normalize();
         // A box straight above has its width along X.
         let up = if w.y.abs() > 0.9 { Vec3::NEG_Z } else { Vec3::Y };
         let u = up.cross(w).normalize();
-        let v = w.cross(u);
+        PlacedBox { u, v: w.cross(u), w, half_size: soft_box.half_size, radiance: soft_box.radiance }
+    }
+
+    /// The share of the box in the direction `d`: 1 inside, 0 outside, smooth between.
+    fn coverage(&self, d: Vec3) -> f32 {
+        let distance = d.dot(self.w);
+        if distance <= 0.0 {
+            return 0.0;
+        }
         let inside = |p: f32, half: f32| smoothstep((half - (p / distance).abs()) / EDGE + 0.5);
-        inside(d.dot(u), self.half_size[0]) * inside(d.dot(v), self.half_size[1])
+        inside(d.dot(self.u), self.half_size[0]) * inside(d.dot(self.v), self.half_size[1])
     }
 }
 
@@ -59,10 +71,10 @@ fn smoothstep(t: f32) -> f32 {
 }
 
 /// Radiance of the studio: walls that grow darker upwards and downwards, and soft boxes before them.
-fn studio_radiance(d: Vec3) -> Rgb {
+fn studio_radiance(soft_boxes: &[PlacedBox], d: Vec3) -> Rgb {
     let end = if d.y < 0.0 { FLOOR } else { CEILING };
     let room = WALL + (end - WALL) * smoothstep(d.y.abs());
-    let light = SOFT_BOXES.iter().fold(room, |light, soft_box| {
+    let light = soft_boxes.iter().fold(room, |light, soft_box| {
         let coverage = soft_box.coverage(d);
         light + (soft_box.radiance - light) * coverage
     });
@@ -93,7 +105,11 @@ impl Environment {
     /// Returns the studio: four soft boxes in a dark grey room. +Z faces the viewer: the key box is on the left.
     pub fn studio() -> Environment {
         static STUDIO: OnceLock<Environment> = OnceLock::new();
-        STUDIO.get_or_init(|| Environment::from_function(SIDE, 1, studio_radiance)).clone()
+        let make = || {
+            let soft_boxes = SOFT_BOXES.each_ref().map(PlacedBox::new);
+            Environment::from_function(SIDE, 1, |d| studio_radiance(&soft_boxes, d))
+        };
+        STUDIO.get_or_init(make).clone()
     }
 
     /// Returns a clear sky with a hazy sun in the direction (0.55, 0.55, 0.63), over a grey ground.

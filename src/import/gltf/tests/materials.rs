@@ -154,7 +154,7 @@ fn invalid_members_of_clear_coats_are_ignored_one_by_one() {
     }
 }
 
-/// What is matte in glTF: unlit materials, and dielectrics without a specular share.
+/// Unlit materials, and dielectrics without a specular share, are matte.
 #[test]
 fn physical_materials_reflect_their_surroundings() {
     let reflects = |json: Value| material(json).reflects();

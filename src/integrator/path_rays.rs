@@ -1,4 +1,4 @@
-//! Eye rays of a batch of samples, traced from surface to surface.
+//! The rays of a batch of paths, traced from surface to surface: eye rays, or a wave of secondary rays.
 
 use crate::accel::{HitBatch, RayBatch};
 use crate::geometry::{Hit, Ray};
@@ -10,8 +10,8 @@ use crate::integrator::sample::Sample;
 /// Most surfaces along one eye ray; the rest is dropped.
 pub(crate) const MAX_LAYERS: usize = 4096;
 
-/// Eye rays, one for each sample at first. Rays whose sample is finished are removed.
-pub(crate) struct EyeRays<'a> {
+/// The rays of paths, one for each sample at first. Rays whose sample is finished are removed.
+pub(crate) struct PathRays<'a> {
     rays: &'a mut RayBatch,
     hits: &'a mut HitBatch,
     /// The sample of each ray.
@@ -24,7 +24,7 @@ pub(crate) struct EyeRays<'a> {
 
 /// A ray of a batch with its closest hit.
 #[derive(Clone, Copy)]
-pub(crate) struct EyeRayHit {
+pub(crate) struct PathRayHit {
     /// Index of the sample.
     pub sample: usize,
     pub ray: Ray,
@@ -32,24 +32,24 @@ pub(crate) struct EyeRayHit {
     pub hit: Hit,
 }
 
-impl<'a> EyeRays<'a> {
+impl<'a> PathRays<'a> {
     /// The eye rays of `samples`. `rays` and `hits` lend memory.
     pub fn new(
         frame: &Frame,
         samples: &[Sample],
         rays: &'a mut RayBatch,
         hits: &'a mut HitBatch,
-    ) -> EyeRays<'a> {
+    ) -> PathRays<'a> {
         frame.generate_eye_rays(samples, rays);
         let ray_sample = (0..samples.len()).collect();
-        EyeRays { rays, hits, ray_sample, states: Vec::new(), is_secondary: false }
+        PathRays { rays, hits, ray_sample, states: Vec::new(), is_secondary: false }
     }
 
     /// The rays of a wave, in place of eye rays.
-    pub fn secondary(wave: &Wave, rays: &'a mut RayBatch, hits: &'a mut HitBatch) -> EyeRays<'a> {
+    pub fn secondary(wave: &Wave, rays: &'a mut RayBatch, hits: &'a mut HitBatch) -> PathRays<'a> {
         wave.fill(rays);
         let states = wave.rays.iter().map(|ray| ray.state).collect();
-        EyeRays { rays, hits, ray_sample: (0..wave.rays.len()).collect(), states, is_secondary: true }
+        PathRays { rays, hits, ray_sample: (0..wave.rays.len()).collect(), states, is_secondary: true }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -60,7 +60,7 @@ impl<'a> EyeRays<'a> {
         self.rays
     }
 
-    /// The hits of all rays, as [`EyeRays::intersect`] found them.
+    /// The hits of all rays, as [`PathRays::intersect`] found them.
     pub fn hits(&self) -> &[Hit] {
         self.hits
     }
@@ -83,8 +83,8 @@ impl<'a> EyeRays<'a> {
     }
 
     /// All rays with their hits and misses.
-    pub fn iter(&self) -> impl Iterator<Item = EyeRayHit> {
-        (0..self.hits.len()).map(|i| EyeRayHit {
+    pub fn iter(&self) -> impl Iterator<Item = PathRayHit> {
+        (0..self.hits.len()).map(|i| PathRayHit {
             sample: self.sample(i),
             ray: self.ray(i),
             hit: self.hits[i],
