@@ -161,4 +161,10 @@ pub trait AnyHitFilter: Sync {
     /// Returns the transmittance of a translucent triangle where the ray hits it, in linear RGB: from 0 (opaque) to
     /// 1 (invisible).
     fn transmittance(&self, id: HitId, o: Vec3, d: Vec3) -> Vec3;
+
+    /// Returns the absorption coefficient behind a translucent triangle minus that in front of it, for a ray of direction
+    /// `d`: per unit of t, in linear RGB. 0 unless the triangle bounds an absorbing medium.
+    fn absorption_step(&self, _id: HitId, _d: Vec3) -> Vec3 {
+        Vec3::ZERO
+    }
 }

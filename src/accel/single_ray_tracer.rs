@@ -53,12 +53,15 @@ pub(crate) fn segment_query<'a, 'p>(
     let from = segments.from[i];
     let (o, d, t_max, ray) = match segments.coherence {
         Coherence::Direction(d) => (from, d, f32::INFINITY, LocalRay::new(from.as_dvec3(), d.as_dvec3())),
-        Coherence::Origin(light) => (light, from - light, 1.0, LocalRay::shadow(from, light)),
+        Coherence::Origin(light) => (light, from - light, 1.0, LocalRay::from_light_to_point(light, from)),
         Coherence::None => {
-            (segments.to[i], from - segments.to[i], 1.0, LocalRay::shadow(from, segments.to[i]))
+            (segments.to[i], from - segments.to[i], 1.0, LocalRay::from_light_to_point(segments.to[i], from))
         }
     };
     let context = RayContext { o, d, filter };
-    let query = AnyHit { ray: context, t_max, source: segments.source[i], occluded: false, transmittance };
+    // A segment to a point is traced from there.
+    let to_light = if t_max == 1.0 { -d } else { d };
+    let query =
+        AnyHit { ray: context, to_light, t_max, source: segments.source[i], occluded: false, transmittance };
     (ray, query)
 }

@@ -3,7 +3,7 @@
 use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{self, PACKET_SIZE, PacketOcclusion, PacketScratch};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
-use crate::accel::ray_batch::{AnyHitFilter, SegmentBatch};
+use crate::accel::ray_batch::{AnyHitFilter, Coherence, SegmentBatch};
 use crate::accel::single_ray_tracer::{SingleRayTracer, segment_query};
 use crate::accel::traverse::transmittance::Transmittance;
 use crate::geometry::Rgb;
@@ -29,6 +29,7 @@ impl SimdKernel for TransmittanceKernel<'_> {
         let mut tracer = SingleRayTracer::new(bvh);
         let mut scratch = PacketScratch::default();
         let mut transmittances = vec![Transmittance::default(); PACKET_SIZE].into_boxed_slice();
+        let t_max = if matches!(segments.coherence, Coherence::Direction(_)) { f32::INFINITY } else { 1.0 };
         let mut splitter = PacketSplitter::new(segments.len());
         while let Some(range) = splitter.pop() {
             transmittances.iter_mut().for_each(Transmittance::clear);
@@ -63,7 +64,7 @@ impl SimdKernel for TransmittanceKernel<'_> {
                     occluded = query.occluded;
                 }
                 out.push(match occlusion.transmittance(i) {
-                    Some(transmittance) if !occluded => transmittance.sorted_product(),
+                    Some(transmittance) if !occluded => transmittance.of_ray(t_max),
                     _ => Rgb::ZERO,
                 });
             }

@@ -40,7 +40,9 @@ fn trace_ambient_visibility(
     stream: SampleStream,
     buffers: &mut ShadowBuffers,
 ) -> Vec<Rgb> {
-    let parts = settings.samples.div_ceil(stream.sampler.count.max(1)).max(1);
+    // What reflections and glass show is one surface among others in a pixel: one ray for each sample suffices.
+    let samples = if stream.wave == 0 { settings.samples } else { 1 };
+    let parts = samples.div_ceil(stream.sampler.count.max(1)).max(1);
     let mut sums = vec![Rgb::ZERO; indices.len()];
     for part in 0..parts {
         let segments = &mut buffers.segments;

@@ -148,6 +148,9 @@ pub struct Volume {
     pub attenuation_distance: f32,
 }
 
+/// The largest absorption coefficient per metre; its products with distances stay finite.
+const MAX_ABSORPTION: f32 = 1e18;
+
 impl Volume {
     /// Returns the absorption coefficient σ per metre, by colour: light is attenuated by exp(−σ t) over t metres
     /// (Beer's law, as in the extension's specification).
@@ -156,7 +159,9 @@ impl Volume {
             return Rgb::ZERO;
         }
         // A channel that is fully absorbed has a large, finite coefficient.
-        let sigma = |color: f32| -libm::logf(color.clamp(1e-6, 1.0)) / self.attenuation_distance;
+        let sigma = |color: f32| {
+            (-libm::logf(color.clamp(1e-6, 1.0)) / self.attenuation_distance).min(MAX_ABSORPTION)
+        };
         let color = self.attenuation_color;
         Rgb::new(sigma(color.x), sigma(color.y), sigma(color.z))
     }

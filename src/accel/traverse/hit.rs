@@ -81,12 +81,12 @@ impl LocalRay {
         Some(LocalRay { o, d: d * inv_t_scale, t_scale, inv_t_scale, from_light: false })
     }
 
-    /// The shadow ray from a light to a surface point. It hits only triangles between the two.
+    /// The shadow ray from a light, at t = 0, to a surface point. It hits only triangles between the two, and reports t in
+    /// the other direction: 0 at the point, 1 at the light.
     #[inline(always)]
-    pub fn shadow(from: Vec3, light: Vec3) -> Option<LocalRay> {
-        let from = from.as_dvec3();
+    pub fn from_light_to_point(light: Vec3, point: Vec3) -> Option<LocalRay> {
         let light = light.as_dvec3();
-        let mut ray = LocalRay::new(light, from - light)?;
+        let mut ray = LocalRay::new(light, point.as_dvec3() - light)?;
         ray.from_light = true;
         Some(ray)
     }

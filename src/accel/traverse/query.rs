@@ -151,6 +151,8 @@ impl RayQuery for ClosestHit<'_> {
 /// segment counts as occluded once they let no light through.
 pub(crate) struct AnyHit<'a, 't> {
     pub ray: RayContext<'a>,
+    /// The segment from its surface point to the light, along which t grows; `ray` may run the other way.
+    pub to_light: Vec3,
     /// The segment ends before this t.
     pub t_max: f32,
     /// The triangle that the segment starts on, which does not occlude it.
@@ -206,8 +208,11 @@ impl RayQuery for AnyHit<'_, '_> {
             (SurfaceClass::Opaque, _) => occluders.next().is_some(),
             (SurfaceClass::Cutout, _) => occluders.any(|id| ray.accepts(id)),
             (SurfaceClass::Translucent, None) => false,
-            (SurfaceClass::Translucent, Some(transmittance)) => occluders
-                .any(|id| transmittance.attenuate(Hit { t, id }, ray.filter.transmittance(id, ray.o, ray.d))),
+            (SurfaceClass::Translucent, Some(transmittance)) => occluders.any(|id| {
+                let RayContext { o, d, filter } = ray;
+                let absorption_step = filter.absorption_step(id, self.to_light);
+                transmittance.attenuate(Hit { t, id }, filter.transmittance(id, o, d), absorption_step)
+            }),
         };
         if self.occluded { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

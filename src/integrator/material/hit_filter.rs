@@ -6,6 +6,7 @@ use crate::accel::AnyHitFilter;
 use crate::geometry::{HitId, Ray, Rgb};
 use crate::integrator::material::opacity::{alpha, transmittance};
 use crate::integrator::surface::texture_eval::TextureEvalContext;
+use crate::integrator::surface::triangle_plane::TrianglePlane;
 use crate::scene::PosedScene;
 
 /// Filters hits by the materials of a scene.
@@ -24,6 +25,20 @@ impl AnyHitFilter for MaterialHitFilter<'_> {
         let is_body = ctx.triangle.mesh.is_body;
         // Colours above 1 do not amplify light.
         transmittance(self.0, &self.0.materials[material as usize], &ctx, is_body).clamp(Rgb::ZERO, Rgb::ONE)
+    }
+
+    fn absorption_step(&self, id: HitId, d: Vec3) -> Rgb {
+        let mesh = self.0.mesh(id.instance);
+        let material = &self.0.materials[mesh.material as usize];
+        let Some(volume) = material.volume.filter(|_| mesh.is_body) else { return Rgb::ZERO };
+        let flips_winding = self.0.instances[id.instance as usize].transform.flips_winding;
+        let plane = TrianglePlane::new(self.0.world_triangle(id), flips_winding);
+        let absorption = volume.absorption() * d.length();
+        match plane.front_normal {
+            Some(n) if n.dot(d.as_dvec3()) < 0.0 => absorption,
+            Some(_) => -absorption,
+            None => Rgb::ZERO,
+        }
     }
 }
 

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Coherence, Preset, SegmentBatch};
 use blinn::geometry::HitId;
-use blinn::scene::{Scene, SurfaceClass};
+use blinn::integrator::MaterialHitFilter;
+use blinn::scene::{ColorInput, Material, ScalarInput, Scene, SurfaceClass, Volume};
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::{FLATTENED, layers};
@@ -131,4 +132,55 @@ fn a_translucent_sheet_is_one_layer_also_at_edges() {
         }
     }
     assert!(on_edges > 1000, "{on_edges}");
+}
+
+/// A body absorbs light by the distance that a shadow ray travels inside (Beer's law), whatever the direction of the ray and
+/// also if its transform mirrors it.
+#[test]
+fn bodies_absorb_by_distance() {
+    let attenuation_color = Vec3::new(0.25, 0.5, 1.0);
+    let glass = Material {
+        base_color: ColorInput::new(Vec3::ONE),
+        transmission: ScalarInput::new(1.0),
+        volume: Some(Volume { thickness: 1.0, attenuation_color, attenuation_distance: 2.0 }),
+        double_sided: true,
+        ..Material::default()
+    };
+    let mut scene = Scene::default();
+    for scale in [DVec3::new(1.0, 1.0, 0.5), DVec3::new(-1.0, 1.0, 0.5)] {
+        let aside = DAffine3::from_translation(DVec3::X * scale.x * 4.0);
+        scenes::add(&mut scene, scenes::cube(2), glass.clone(), &[aside * DAffine3::from_scale(scale)]);
+    }
+    for i in 0..2 {
+        let mesh = scene.instances[i].mesh as usize;
+        scene.meshes[mesh].is_body = true;
+    }
+    let posed = scenes::posed(&scene);
+    // (x, z) of both ends, and the distance inside.
+    let segments = [
+        ([4.1, 3.0], [4.1, -3.0], 1.0),
+        ([-4.1, 3.0], [-4.1, -3.0], 1.0),
+        ([-4.1, -3.0], [-4.1, 3.0], 1.0),
+        ([4.1, 0.0], [4.1, 3.0], 0.5),
+        ([4.1, 3.0], [4.1, 0.25], 0.25),
+    ];
+    for (simd, flatten) in scenes::simd_levels().flat_map(|simd| FLATTENED.map(|flatten| (simd, flatten))) {
+        let settings = BuildSettings { preset: Preset::Medium, simd, flatten };
+        let accel = Accel::build(&posed, &settings).0;
+        for ([x0, z0], [x1, z1], distance) in segments {
+            let at = |x: f64, z: f64| (DVec3::new(x, 0.2, z) - posed.centre).as_vec3();
+            let (from, light) = (at(x0, z0), at(x1, z1));
+            for coherence in [Coherence::None, Coherence::Origin(light)] {
+                let mut segments = SegmentBatch { coherence, ..SegmentBatch::default() };
+                (0..20).for_each(|_| segments.push(from, light, HitId::NONE));
+                let mut left = Vec::new();
+                accel.transmittance(&segments, &MaterialHitFilter(&posed), &mut left);
+                let expected = attenuation_color.powf(distance / 2.0);
+                assert!(
+                    left.iter().all(|left| left.abs_diff_eq(expected, 1e-5)),
+                    "{x0} {z0} {z1} {simd:?} {coherence:?}: {left:?}, not {expected}"
+                );
+            }
+        }
+    }
 }
