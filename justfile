@@ -43,6 +43,18 @@ deb: static
     cargo deb --no-build --strip --profile dist --target x86_64-unknown-linux-gnu \
         --maintainer "${DEBFULLNAME:-The blinn developers} <${DEBEMAIL:-blinn@localhost}>"
 
+# Build a Python wheel in target/wheels, for any x86-64 Linux with glibc 2.28; needs maturin and ziglang from pip.
+wheel:
+    maturin build --release --locked --zig --compatibility manylinux_2_28 --out target/wheels
+
+# Build the Python module into src/python/blinn for development; needs maturin in a virtual environment.
+develop:
+    maturin develop --locked
+
+# Run the tests of the installed Python package.
+pytest *words:
+    python3 -m pytest tests/python {{words}}
+
 # Run the criterion benchmarks.
 bench:
     cargo bench

@@ -120,5 +120,7 @@ pub mod geometry;
 pub mod import;
 pub mod integrator;
 pub mod output;
+#[cfg(feature = "python")]
+mod python;
 pub mod render;
 pub mod scene;

@@ -77,7 +77,7 @@ impl Dataset {
 
     /// Angles of view in radians; focal lengths, principal point and size in pixels.
     fn intrinsics(&self, camera: &Camera) -> Vec<(String, Value)> {
-        let Camera { view_width, view_height, proj_distance, .. } = *camera;
+        let Camera { view_width, view_height, view_centre, proj_distance, .. } = *camera;
         let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
         let PixelRect { x, y, width: w, height: h } = self.window;
         let fl_x = width * proj_distance / view_width;
@@ -88,8 +88,8 @@ impl Dataset {
             ("camera_angle_y", json!(angle(h, fl_y))),
             ("fl_x", json!(fl_x)),
             ("fl_y", json!(fl_y)),
-            ("cx", json!(0.5 * width - f64::from(x))),
-            ("cy", json!(0.5 * height - f64::from(y))),
+            ("cx", json!(0.5 * width - width * view_centre.x / view_width - f64::from(x))),
+            ("cy", json!(0.5 * height + height * view_centre.y / view_height - f64::from(y))),
             ("w", json!(w)),
             ("h", json!(h)),
         ]

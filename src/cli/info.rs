@@ -117,6 +117,15 @@ fn bounded_lines(warnings: &[Warning]) -> Vec<String> {
     lines
 }
 
+/// Properties of a posed scene with the ids of its AOVs.
+#[cfg(feature = "python")]
+pub fn scene_properties(posed: &PosedScene, warnings: &[String], mode: GlassMode) -> Value {
+    let mut all = properties(posed, &BuildReport::count_degenerate(posed), warnings, mode);
+    all.remove("file");
+    all.extend(aov_ids(posed.scene));
+    Value::Object(all)
+}
+
 fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mode: GlassMode) -> Properties {
     let scene = posed.scene;
     let bounds = posed.bounds();

@@ -3,6 +3,8 @@
 mod args;
 mod bench;
 mod console;
+#[cfg(feature = "python")]
+pub(crate) mod embed;
 mod farm;
 mod files;
 mod info;
@@ -29,15 +31,29 @@ use usage::{EXIT_USAGE, UsageError};
 ///
 /// Exit codes: 0 success, 1 something failed, 2 wrong command line, 129, 130 or 143 after SIGHUP, SIGINT or SIGTERM.
 pub fn run() -> ExitCode {
+    ExitCode::from(run_arguments(std::env::args_os().collect(), Host::Program))
+}
+
+/// The process that runs the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Host {
+    /// The program. It may execute itself again.
+    Program,
+    /// Another program, such as Python.
+    #[cfg(feature = "python")]
+    Other,
+}
+
+fn run_arguments(argv: Vec<OsString>, host: Host) -> u8 {
     panics::install_hook();
-    panics::catch(|| Ok(execute())).unwrap_or_else(|error| {
+    panics::catch(|| Ok(execute(argv, host))).unwrap_or_else(|error| {
         console::print_error(&error.to_string());
-        ExitCode::from(EXIT_FAILURE)
+        EXIT_FAILURE
     })
 }
 
-fn execute() -> ExitCode {
-    let command_line = args::argv::join_values(std::env::args_os());
+fn execute(argv: Vec<OsString>, host: Host) -> u8 {
+    let command_line = args::argv::join_values(argv);
     if args::argv::asks_for_version(&command_line) {
         let version = concat!("blinn ", env!("CARGO_PKG_VERSION"), "\n");
         return Summary::of_output(console::print_stdout(version.as_bytes())).exit();
@@ -51,13 +67,13 @@ fn execute() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return exit_for_clap_error(&error, &argv, &command_line),
     };
-    match execute_command(&cli.command, &argv) {
+    match execute_command(&cli.command, &argv, host) {
         Ok(summary) => summary.exit(),
         Err(error) => error.exit(&argv),
     }
 }
 
-fn execute_command(command: &Command, argv: &[OsString]) -> Result<Summary, UsageError> {
+fn execute_command(command: &Command, argv: &[OsString], host: Host) -> Result<Summary, UsageError> {
     if command.process().is_some_and(|process| process.print_config) {
         let settings = args::config::print(argv)?;
         return Ok(Summary::of_output(console::print_stdout(settings.as_bytes())));
@@ -69,9 +85,10 @@ fn execute_command(command: &Command, argv: &[OsString]) -> Result<Summary, Usag
             return Ok(Summary::of_output(started));
         }
     }
+    let restart_argv = (host == Host::Program).then_some(argv);
     match command {
-        Command::Render(args) => run::render::render(args, argv),
-        Command::Turntable(args) => run::render::turntable(args, argv),
+        Command::Render(args) => run::render::render(args, restart_argv),
+        Command::Turntable(args) => run::render::turntable(args, restart_argv),
         Command::Assemble(args) => run::assemble::run(args),
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args),
@@ -82,7 +99,7 @@ fn execute_command(command: &Command, argv: &[OsString]) -> Result<Summary, Usag
 }
 
 /// Prints help or version, or reports a wrong command line.
-fn exit_for_clap_error(error: &clap::Error, argv: &[OsString], command_line: &[OsString]) -> ExitCode {
+fn exit_for_clap_error(error: &clap::Error, argv: &[OsString], command_line: &[OsString]) -> u8 {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             Summary::of_output(console::finish_stdout(error.print())).exit()
@@ -90,7 +107,7 @@ fn exit_for_clap_error(error: &clap::Error, argv: &[OsString], command_line: &[O
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             // clap prints this help to standard error.
             let _ = error.print();
-            ExitCode::from(EXIT_USAGE)
+            EXIT_USAGE
         }
         _ => UsageError(args::usage_error::message(error, argv, command_line)).exit(argv),
     }

@@ -1,7 +1,5 @@
 //! Outcome of a command: which scenes failed, and the exit code that follows.
 
-use std::process::ExitCode;
-
 use anyhow::Result;
 
 use super::console::print_error;
@@ -48,7 +46,7 @@ impl Summary {
 
     /// Lists the failures of several scenes again, since the first reports may have scrolled away, and returns the
     /// exit code.
-    pub fn exit(self) -> ExitCode {
+    pub fn exit(self) -> u8 {
         let total = self.scenes + self.not_started;
         if total > 1 && !self.failures.is_empty() {
             let not_started = match self.not_started {
@@ -58,7 +56,7 @@ impl Summary {
             print_error(&format!("{} of {total} scenes failed{not_started}:", self.failures.len()));
             self.failures.iter().for_each(|line| print_error(&format!("  {line}")));
         }
-        ExitCode::from(self.exit_code())
+        self.exit_code()
     }
 
     pub fn exit_code(&self) -> u8 {

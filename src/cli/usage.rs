@@ -1,7 +1,6 @@
 //! Errors of the command line, which end the program before it does anything.
 
 use std::ffi::OsString;
-use std::process::ExitCode;
 
 use super::console::{eprint_line, print_error, single_line};
 
@@ -14,12 +13,12 @@ pub struct UsageError(pub String);
 
 impl UsageError {
     /// Reports the error and returns the exit code. `argv` tells whether an OpenJD engine listens.
-    pub fn exit(self, argv: &[OsString]) -> ExitCode {
+    pub fn exit(self, argv: &[OsString]) -> u8 {
         if wants_openjd_messages(argv) {
             eprint_line(&format!("openjd_fail: {}", single_line(&self.0)));
         }
         print_error(&self.0);
-        ExitCode::from(EXIT_USAGE)
+        EXIT_USAGE
     }
 }
 

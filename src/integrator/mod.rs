@@ -38,6 +38,8 @@ pub use sample::Sample;
 pub use sampler::{LowDiscrepancySampler, Sampler};
 pub use scratch::Scratch;
 pub use surface::surface_point::SurfacePoint;
+#[cfg(feature = "python")]
+pub(crate) use surface::triangle_plane::barycentrics;
 
 /// Computes the colours of samples: linear RGB premultiplied by alpha, 0 where nothing is hit.
 pub trait Integrator: Sync {

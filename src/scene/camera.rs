@@ -1,6 +1,6 @@
 //! The lecture's camera, which generates eye rays and their differentials.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::geometry::{Basis, Ray, RayDifferential};
 
@@ -38,6 +38,8 @@ pub struct Camera {
     pub view_width: f64,
     /// Height of the view rectangle.
     pub view_height: f64,
+    /// Centre of the view rectangle along u and v; 0 unless the principal point is off-centre.
+    pub view_centre: DVec2,
     /// Projection distance d, from e to the view rectangle. 1 where it has no effect.
     pub proj_distance: f64,
     /// Perspective or orthographic.
@@ -52,14 +54,15 @@ impl Camera {
     /// Both coordinates are in 0…1, x to the right and y *upward*: pixel (i, j) of n_x by n_y has its
     /// centre at ((i + ½)/n_x, (j + ½)/n_y).
     ///
-    /// With l, r = ∓view_width/2 and b, t = ∓view_height/2: `u = l + (r − l)·x`,
-    /// `v = b + (t − b)·y`.
+    /// With l, r = view_centre.x ∓ view_width/2 and b, t = view_centre.y ∓ view_height/2:
+    /// `u = l + (r − l)·x`, `v = b + (t − b)·y`.
     /// - Perspective: `s = e + u·u + v·v − d·w`; origin e, direction s − e.
     /// - Orthographic: origin e + u·u + v·v, direction −w.
     #[inline]
     pub fn eye_ray(&self, x: f64, y: f64, centre: DVec3) -> Ray {
-        let (r, t) = (0.5 * self.view_width, 0.5 * self.view_height);
-        let (l, b) = (-r, -t);
+        let half_size = 0.5 * DVec2::new(self.view_width, self.view_height);
+        let DVec2 { x: l, y: b } = self.view_centre - half_size;
+        let DVec2 { x: r, y: t } = self.view_centre + half_size;
         let across = self.basis.u * (l + (r - l) * x) + self.basis.v * (b + (t - b) * y);
         let e = self.view_point - centre;
         let (o, d) = match self.projection {

@@ -1,6 +1,6 @@
 //! Resolves a view to the lecture's camera: the file's camera or the framed scene, modified by the view.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::base_view::BaseView;
 use super::{Camera, OrbitAngles, PosedScene, Projection, Scene, View, ViewError};
@@ -24,13 +24,18 @@ struct ViewSize {
 impl View {
     /// Returns the camera for a picture of `n_x` by `n_y` pixels of `posed`.
     ///
-    /// The view modifies the named camera of the file, or else the file's first, unless it has both a
-    /// view point and a direction. Without a camera, it frames a sphere around the scene, centred at the
-    /// point to look at if there is one. A view point alone looks at the centre of the scene.
+    /// A complete camera is returned as it is. Otherwise the view modifies the named camera of the file, or else the
+    /// file's first, unless it has both a view point and a direction. Without a camera, it frames a sphere around
+    /// the scene, centred at the point to look at if there is one. A view point alone looks at the centre of the
+    /// scene.
     ///
     /// # Errors
     /// An unknown camera, an up direction parallel to the view, or values out of range.
     pub fn resolve(&self, posed: &PosedScene, n_x: u32, n_y: u32) -> Result<(Camera, ViewNotes), ViewError> {
+        if let Some(camera) = self.complete {
+            let description = "a complete camera".to_string();
+            return Ok((camera, ViewNotes { description, warnings: Vec::new() }));
+        }
         let picture = f64::from(n_x) / f64::from(n_y);
         self.check_ranges()?;
         let base = self.base(posed, picture)?;
@@ -54,6 +59,7 @@ impl View {
             basis,
             view_width: size.width,
             view_height: size.height,
+            view_centre: DVec2::ZERO,
             proj_distance,
             projection,
             clip: self.clip.unwrap_or(base.clip),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{ClipPlanes, Projection, Scene, SensorFit};
+use super::{Camera, ClipPlanes, Projection, Scene, SensorFit};
 
 /// An error in a view.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -106,13 +106,16 @@ pub struct View {
     pub orbit_by: OrbitAngles,
     /// Magnification.
     pub zoom: Option<f64>,
+    /// A complete camera. Where it is set, no other field has an effect.
+    pub complete: Option<Camera>,
 }
 
 impl View {
     /// Returns true if the view replaces the position and the direction of the file's camera.
     pub fn replaces_file_camera(&self) -> bool {
         let directed = self.view_dir.is_some() || self.look_at.is_some();
-        self.orbit.is_some() || (self.view_point.is_some() && directed)
+        let is_complete = self.complete.is_some();
+        is_complete || self.orbit.is_some() || (self.view_point.is_some() && directed)
     }
 
     /// Returns true if the view takes anything from a camera of `scene`'s file.

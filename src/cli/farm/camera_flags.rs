@@ -1,5 +1,7 @@
 //! A resolved camera as flags, so that no task needs the bounds over the clip.
 
+use glam::DVec2;
+
 use crate::scene::{Camera, ClipPlanes, Projection};
 
 /// Flags that the resolved camera replaces.
@@ -25,11 +27,12 @@ pub const REPLACED: [&str; 19] = [
     "fit",
 ];
 
-/// The flags that give exactly this camera. `None` if there are none: for an empty view, and for a file's camera that
-/// mirrors or shears.
+/// The flags that give exactly this camera. `None` if there are none: for an empty view, for an off-centre view
+/// rectangle, and for a file's camera that mirrors or shears.
 pub fn camera_flags(camera: &Camera) -> Option<Vec<String>> {
-    let Camera { view_point, basis, view_width, view_height, proj_distance, projection, clip } = *camera;
-    if !basis.is_orthonormal() {
+    let Camera { view_point, basis, view_width, view_height, view_centre, proj_distance, projection, clip } =
+        *camera;
+    if !basis.is_orthonormal() || view_centre != DVec2::ZERO {
         return None;
     }
     let vector = |v: glam::DVec3| v.is_finite().then(|| format!("{},{},{}", v.x, v.y, v.z));

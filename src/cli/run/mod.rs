@@ -3,7 +3,7 @@
 pub(super) mod animation_writer;
 pub(super) mod assemble;
 mod dataset;
-mod empty_images;
+pub(super) mod empty_images;
 mod frame_files;
 mod framing;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]

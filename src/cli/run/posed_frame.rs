@@ -64,6 +64,16 @@ impl<'a> SceneSetup<'a> {
         Ok(frame)
     }
 
+    /// The scene at `time` with its acceleration structure, starting from the first frame.
+    pub fn frame_at(&self, time: f64, mut start: PosedFrame<'a>) -> Result<PosedFrame<'a>> {
+        if self.is_at(&start, time) {
+            self.build(&mut start)?;
+            return Ok(start);
+        }
+        let reusable = start.accel.take();
+        self.pose_at(time, &start, reusable)
+    }
+
     /// Builds the acceleration structure if the frame has none.
     pub fn build(&self, frame: &mut PosedFrame) -> Result<()> {
         if frame.accel.is_some() {

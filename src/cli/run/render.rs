@@ -20,26 +20,27 @@ use crate::cli::summary::Summary;
 use crate::cli::usage::UsageError;
 use crate::output::SaveError;
 
-pub fn render(args: &RenderArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
-    execute(&RenderPlan::for_render(args)?, argv, &args.process, args.common.quiet)
+pub fn render(args: &RenderArgs, restart_argv: Option<&[OsString]>) -> Result<Summary, UsageError> {
+    execute(&RenderPlan::for_render(args)?, restart_argv, &args.process, args.common.quiet)
 }
 
-pub fn turntable(args: &TurntableArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
-    execute(&RenderPlan::for_turntable(args)?, argv, &args.process, args.common.quiet)
+pub fn turntable(args: &TurntableArgs, restart_argv: Option<&[OsString]>) -> Result<Summary, UsageError> {
+    execute(&RenderPlan::for_turntable(args)?, restart_argv, &args.process, args.common.quiet)
 }
 
+/// Executes a plan. `restart_argv` are the arguments of this process, if it may execute itself again.
 fn execute(
     plan: &RenderPlan,
-    argv: &[OsString],
+    restart_argv: Option<&[OsString]>,
     process: &ProcessArgs,
     quiet: bool,
 ) -> Result<Summary, UsageError> {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    if !plan.dry_run {
+    if let Some(argv) = restart_argv.filter(|_| !plan.dry_run) {
         super::malloc_tuning::restart_with_tunables(plan, argv);
     }
     #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
-    let _ = argv;
+    let _ = restart_argv;
     let reporter = Reporter::new(&process.log, plan.scenes.len(), quiet);
     let mut summary = Summary::default();
     // Only now: a restarted process would not know of a signal that arrived earlier.

@@ -284,18 +284,11 @@ fn prepare<'s>(
 ) -> Result<Arc<PosedFrame<'s>>> {
     let frame = match (previous, start.take()) {
         (Some(previous), _) if setup.is_at(previous, time) => return Ok(previous.clone()),
-        (_, Some(mut start)) if setup.is_at(&start, time) => {
-            setup.build(&mut start)?;
-            start
-        }
         (Some(previous), _) => {
             let reusable = finished.and_then(Arc::into_inner).and_then(|frame| frame.accel);
             setup.pose_at(time, previous, reusable)?
         }
-        (None, Some(mut start)) => {
-            let reusable = start.accel.take();
-            setup.pose_at(time, &start, reusable)?
-        }
+        (None, Some(start)) => setup.frame_at(time, start)?,
         (None, None) => unreachable!("the first frame is posed from the start"),
     };
     Ok(Arc::new(frame))

@@ -17,9 +17,10 @@ use crate::integrator::{Frame, Phong};
 use crate::output::{CropWindow, Picture};
 use crate::render::{AdaptiveSampling, ProgressMonitor, RenderSettings, render, render_aovs, render_mattes};
 use crate::scene::{
-    Animation, AnimationChoice, GroundKind, Lighting, PoseSettings, ResolvedLighting, Scene, clip_duration,
+    Animation, AnimationChoice, Camera, GroundKind, Lighting, PoseSettings, PosedScene, ResolvedLighting,
+    Scene,
 };
-use crate::scene::{active_animations, pose};
+use crate::scene::{active_animations, clip_duration, pose};
 
 /// A scene with everything that its images share.
 pub struct RenderSession<'a> {
@@ -38,13 +39,23 @@ impl<'a> RenderSession<'a> {
         scene: &'a Scene,
         log: &'a SceneLog<'a>,
     ) -> Result<(RenderSession<'a>, PosedFrame<'a>)> {
+        let animation = plan.options.animation(scene)?;
+        let start = Instant::now();
+        let posed = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?;
+        log.stage("pose", start, "");
+        RenderSession::from_start(plan, scene, log, PosedFrame { time: 0.0, posed, accel: None })
+    }
+
+    /// Resolves camera, lights and exposure for a scene that is posed at the start of its clip.
+    pub fn from_start(
+        plan: &'a RenderPlan,
+        scene: &'a Scene,
+        log: &'a SceneLog<'a>,
+        mut first: PosedFrame<'a>,
+    ) -> Result<(RenderSession<'a>, PosedFrame<'a>)> {
         let options = &plan.options;
         let animation = options.animation(scene)?;
         log_idle_animations(scene, &animation, log)?;
-        let start = Instant::now();
-        let posed = pose(scene, &PoseSettings { time: 0.0, animation: animation.clone(), centre: None })?;
-        log.stage("pose", start, "");
-        let mut first = PosedFrame { time: 0.0, posed, accel: None };
 
         let (width, height) = options.size_for(scene);
         let mut settings = RenderSettings { width, height, ..options.settings };
@@ -98,6 +109,16 @@ impl<'a> RenderSession<'a> {
         u64::from(width) * u64::from(height)
     }
 
+    /// Width and height of an image without --crop.
+    pub fn full_size(&self) -> (u32, u32) {
+        (self.settings.width, self.settings.height)
+    }
+
+    /// The camera of a frame.
+    pub fn camera(&self, planned: &PlannedFrame, posed: &PosedScene) -> Result<Camera> {
+        Ok(self.setup.options.camera(planned, posed, self.full_size())?)
+    }
+
     /// Renders an image with its AOVs. Also returns the reason if it shows nothing.
     pub fn render(
         &self,
@@ -105,10 +126,21 @@ impl<'a> RenderSession<'a> {
         posed_frame: &PosedFrame,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
+        let camera = self.camera(planned, &posed_frame.posed)?;
+        self.render_view(camera, planned, posed_frame, monitor)
+    }
+
+    /// Renders an image from any camera, as [`RenderSession::render`] does.
+    pub fn render_view(
+        &self,
+        camera: Camera,
+        planned: &PlannedFrame,
+        posed_frame: &PosedFrame,
+        monitor: &dyn ProgressMonitor,
+    ) -> Result<RenderedImage> {
         let SceneSetup { options, log, framing, .. } = &self.setup;
         let settings = &self.settings;
-        let (width, height) = (settings.width, settings.height);
-        let camera = options.camera(planned, &posed_frame.posed, (width, height))?;
+        let (width, height) = self.full_size();
         let frame = self.setup.rotated_frame(planned.angle, posed_frame, camera)?;
         // The ground is added last: it affects neither framing nor metering.
         let frame = Frame { ground: framing.ground, ..frame };

@@ -40,5 +40,6 @@ pub(super) fn view(args: &CameraArgs) -> Result<View, UsageError> {
         orbit: args.orbit,
         orbit_by: OrbitAngles { azimuth: args.camera_azimuth_angle, elevation: args.camera_elevation_angle },
         zoom: args.zoom,
+        complete: None,
     })
 }

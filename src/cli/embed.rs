@@ -1,0 +1,81 @@
+//! The parts of the command line that the Python module uses: options by name, plans and render sessions.
+//!
+//! This is the only way from the module to the command line. Keyword arguments become flags, and pictures come from the
+//! same sessions, so that they equal those of the command bit for bit.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+
+use clap::{ArgAction, Args, Command, FromArgMatches, Parser};
+
+use super::args::{Cli, Command as CliCommand, LogArgs, RenderOptionArgs, SceneArgs};
+use super::args::{argv, help, usage_error};
+use super::{Host, run_arguments};
+
+pub use super::info::scene_properties;
+pub use super::plan::{BackFaceCulling, PlannedFrame, RenderPlan, load_limits, natural_size};
+pub use super::run::empty_images::EmptyImages;
+pub use super::run::panics::{catch as catch_panic, install_hook as install_panic_hook};
+pub use super::run::posed_frame::PosedFrame;
+pub use super::run::progress::{Reporter, SceneLog};
+pub use super::run::session::{RenderSession, RenderedImage};
+
+/// Stands for a scene that is already loaded where the parser needs a path. No file has this name.
+const LOADED_SCENE: &str = "blinn/loaded\u{1}scene";
+
+/// Options by name without dashes in front.
+pub type Options = BTreeMap<String, Repetition>;
+
+/// True if a flag may be repeated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Repetition(pub bool);
+
+/// Returns the options that decide the pixels.
+pub fn render_options() -> Options {
+    options(RenderOptionArgs::augment_args(Command::new("")))
+}
+
+/// Returns the options that select and interpret scene files.
+pub fn scene_options() -> Options {
+    options(SceneArgs::augment_args(Command::new("")))
+}
+
+fn options(command: Command) -> Options {
+    let named = command.get_arguments().filter_map(|arg| Some((arg.get_long()?, arg.get_action())));
+    named.map(|(name, action)| (name.into(), Repetition(matches!(action, ArgAction::Append)))).collect()
+}
+
+/// Resolves flags of `blinn render` into a plan. The scenes of the plan mean nothing.
+///
+/// # Errors
+/// A message for users.
+pub fn parse_render(flags: Vec<OsString>) -> Result<RenderPlan, String> {
+    let mut arguments: Vec<OsString> = ["blinn", "render"].map(OsString::from).into();
+    arguments.extend(flags);
+    arguments.extend(["--", LOADED_SCENE].map(OsString::from));
+    let arguments = argv::join_values(arguments);
+    let matches = help::command(&arguments).try_get_matches_from(&arguments);
+    let cli = matches
+        .and_then(|matches| Cli::from_arg_matches(&matches))
+        .map_err(|error| usage_error::message(&error, &arguments, &arguments))?;
+    match cli.command {
+        CliCommand::Render(args) => RenderPlan::for_render(&args).map_err(|error| error.0),
+        _ => Err("these are not flags of blinn render".into()),
+    }
+}
+
+/// Returns a reporter that prints nothing.
+pub fn quiet_reporter() -> Reporter {
+    #[derive(Parser)]
+    struct Log {
+        #[command(flatten)]
+        log: LogArgs,
+    }
+    Reporter::new(&Log::parse_from([""]).log, 1, true)
+}
+
+/// Runs the program with the given arguments, its name first, inside a process of another program. Returns the exit
+/// code.
+pub fn run_program(arguments: Vec<OsString>) -> u8 {
+    run_arguments(arguments, Host::Other)
+}

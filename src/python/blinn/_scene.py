@@ -1,0 +1,250 @@
+"""Scenes: from files, bytes, arrays and trimesh; rendered and traced."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Callable, Iterable, Mapping, NamedTuple, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _blinn
+from ._blinn import Camera, Picture, Pictures
+from ._glb import Mesh, write_glb
+
+Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
+Size = tuple[int, int]
+
+
+class Hits(NamedTuple):
+    """The closest hits of n rays. Rays that miss have t = inf, object = 0 and triangle = -1."""
+
+    t: npt.NDArray[np.float32]
+    """Distances in lengths of the directions, shape (n,)."""
+    object: npt.NDArray[np.uint32]
+    """Object ids from 1, as in the layer "object-id", shape (n,)."""
+    instance: npt.NDArray[np.int32]
+    """Indices of the mesh instances, shape (n,)."""
+    triangle: npt.NDArray[np.int32]
+    """Indices of the triangles in their meshes, shape (n,)."""
+    barycentrics: npt.NDArray[np.float32]
+    """Weights of the triangles' corners, shape (n, 3)."""
+
+
+def load(source: Source, *, name: str | os.PathLike[str] | None = None, **options: Any) -> "Scene":
+    """Load a .gltf, .glb or .obj file, or its bytes.
+
+    ``name`` is the path that bytes were read from: messages show it, and its folder has the files that the scene
+    refers to. Other options are those of the command with underscores: ``format``, ``scene``, ``variant``,
+    ``up`` ("y" or "z"), ``glass``, ``smooth``, ``hide``, ``only_objects``, ``allow_outside``, ``max_memory``.
+
+    Defects that do not prevent rendering are issued as `SceneWarning` and listed in ``Scene.warnings``.
+
+    Raises FileNotFoundError, `LoadError`, `LimitError` or `UnsupportedError`.
+    """
+    if isinstance(source, (bytearray, memoryview)):
+        source = bytes(source)
+    return Scene(_blinn.Scene.load(source, name=name, **options))
+
+
+class Scene:
+    """A scene at a time. It never changes; `pose` returns it at another time."""
+
+    def __init__(self, scene: _blinn.Scene) -> None:
+        """Wrap a scene of the extension module. Use `load` or `from_arrays` instead."""
+        self._scene = scene
+        self._info: dict[str, Any] | None = None
+
+    @classmethod
+    def from_arrays(
+        cls,
+        vertices: npt.ArrayLike,
+        faces: npt.ArrayLike,
+        *,
+        normals: npt.ArrayLike | None = None,
+        uvs: npt.ArrayLike | None = None,
+        colors: npt.ArrayLike | None = None,
+        material: Mapping[str, Any] | None = None,
+        transforms: npt.ArrayLike | None = None,
+        name: str = "mesh",
+        **options: Any,
+    ) -> "Scene":
+        """Build a scene of one mesh. `from_meshes` builds scenes of several.
+
+        - ``vertices``: shape (n, 3), metres.
+        - ``faces``: shape (m, 3), indices of vertices, counter-clockwise seen from the front.
+        - ``normals``: shape (n, 3), unit length. Without them, faces are flat; ``smooth=60`` makes smooth ones.
+        - ``uvs``: shape (n, 2). v runs up, as in OBJ files and trimesh: row 0 of a texture is at v = 1.
+        - ``colors``: shape (n, 3) or (n, 4): uint8 sRGB, or float linear RGB.
+        - ``material``: see `from_meshes`.
+        - ``transforms``: shape (4, 4) or (k, 4, 4): places the mesh once or k times.
+        """
+        only = Mesh(
+            vertices=vertices,
+            faces=faces,
+            normals=normals,
+            uvs=uvs,
+            colors=colors,
+            material=material,
+            transforms=transforms,
+            name=name,
+        )
+        return cls(_blinn.Scene.load(write_glb([only]), name="arrays", **options))
+
+    @classmethod
+    def from_meshes(cls, meshes: Iterable[Mesh | Mapping[str, Any]], **options: Any) -> "Scene":
+        """Build a scene of several meshes: `Mesh` objects, or mappings with the arguments of `from_arrays`.
+
+        A material is a mapping. Colours are linear RGB, images are uint8 arrays of shape (height, width, 3 or 4) with
+        row 0 on top:
+
+        - ``base_color`` (3 or 4 numbers), ``base_color_texture`` (sRGB)
+        - ``metallic``, ``roughness`` (0 to 1), ``metallic_roughness_texture`` (green: roughness, blue: metallic)
+        - ``normal_texture``, ``occlusion_texture`` (red)
+        - ``emissive`` (3 numbers), ``emissive_texture`` (sRGB)
+        - ``alpha_mode`` ("OPAQUE", "MASK", "BLEND"), ``alpha_cutoff``
+        - ``double_sided`` (default True), ``ior``, ``transmission`` (0 to 1), ``name``
+        """
+        converted = [mesh if isinstance(mesh, Mesh) else Mesh(**mesh) for mesh in meshes]
+        return cls(_blinn.Scene.load(write_glb(converted), name="arrays", **options))
+
+    @classmethod
+    def from_trimesh(cls, mesh: Any, **options: Any) -> "Scene":
+        """Build a scene of a ``trimesh.Trimesh`` or ``trimesh.Scene``, with textures, colours and instances.
+
+        trimesh writes the scene as a GLB file in memory, and blinn reads it.
+        """
+        exported = mesh.export(file_type="glb")
+        return cls(_blinn.Scene.load(bytes(exported), name="trimesh", **options))
+
+    def pose(self, time: float = 0.0, *, animation: str | int | None = None) -> "Scene":
+        """Return the scene at a time in seconds, 0 or later. It shares the data of this one.
+
+        ``animation`` is a name or an index, "all" or "none" (the rest pose).
+        """
+        return Scene(self._scene.pose(time, animation=animation))
+
+    @property
+    def time(self) -> float:
+        """Time in seconds."""
+        return self._scene.time
+
+    @property
+    def duration(self) -> float:
+        """Length of the animation in seconds."""
+        return self._scene.duration
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings of the import."""
+        return self._scene.warnings
+
+    @property
+    def triangle_count(self) -> int:
+        """Number of triangles, those of shared meshes counted once for each instance."""
+        return self._scene.triangle_count
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """The lowest and the highest corner of all that can be seen, shape (2, 3), metres; NaN if that is nothing."""
+        return self._scene.bounds
+
+    @property
+    def cameras(self) -> list[Camera]:
+        """The file's cameras at this time."""
+        return self._scene.cameras
+
+    @property
+    def info(self) -> dict[str, Any]:
+        """All that ``blinn info --json`` prints."""
+        if self._info is None:
+            self._info = self._scene.info()
+        return self._info
+
+    @property
+    def lights(self) -> list[dict[str, Any]]:
+        """The file's lights: name, node, kind, linear colour and intensity."""
+        return list(self.info["lights"])
+
+    @property
+    def materials(self) -> list[dict[str, Any]]:
+        """The materials. Number i of the layer "material-id" is ``materials[i - 1]``."""
+        return list(self.info["materials"])
+
+    @property
+    def objects(self) -> list[str]:
+        """The names of the objects. Number i of the layer "object-id" is ``objects[i - 1]``."""
+        return [entry["name"] for entry in self.info["object_ids"]]
+
+    @property
+    def animations(self) -> list[dict[str, Any]]:
+        """The animations: name, number of channels and length in seconds."""
+        return list(self.info["animations"])
+
+    def render(
+        self,
+        camera: Camera | str | int | None = None,
+        size: Size | None = None,
+        samples: int = 4,
+        layers: str | Sequence[str] = (),
+        progress: Callable[[float], object] | None = None,
+        **options: Any,
+    ) -> Picture:
+        """Render a picture.
+
+        - ``camera``: a `Camera`, or name or index of one of the file's; by default the file's first, else a view of all.
+        - ``size``: (width, height); by default the camera's.
+        - ``samples``: per pixel.
+        - ``layers``: a name or several of "depth" (metres along the view direction, inf where nothing is), "normal",
+          "vertex-normal", "geometric-normal", "position", "albedo", "uv", "mask", "object-id", "material-id", "steps".
+        - ``progress``: called with the finished fraction, 0 to 1, in this thread.
+        - ``options``: those of the command with underscores, such as ``lights="headlight"``, ``hdri="studio.hdr"``,
+          ``exposure=0``, ``background="transparent"``, ``ao=16``; `render_options` lists them. True stands for a flag
+          without value, a tuple of numbers for a vector, a list for a flag that is repeated.
+
+        Raises ValueError for values that the command would not take, TypeError for unknown options and `RenderError`.
+        """
+        return self._scene.render(camera, size, samples, _names(layers), progress, **options)
+
+    def render_many(
+        self,
+        cameras: Iterable[Camera],
+        size: Size | None = None,
+        samples: int = 4,
+        layers: str | Sequence[str] = (),
+        progress: Callable[[float], object] | None = None,
+        **options: Any,
+    ) -> Pictures:
+        """Render a picture from each camera on all cores, and yield them in order as they finish.
+
+        Exposure and lights are resolved once, for the first camera. Other arguments are those of `render`. Rendering
+        goes on while the pictures are used, at most a few pictures ahead. ``close()`` ends it early.
+        """
+        return self._scene.render_many(list(cameras), size, samples, _names(layers), progress, **options)
+
+    def intersect(
+        self, origins: npt.ArrayLike, directions: npt.ArrayLike, *, cull_back_faces: bool = False
+    ) -> Hits:
+        """Find the closest hits of rays.
+
+        ``origins`` and ``directions`` have shape (n, 3). Directions may have any length; t counts in it.
+        """
+        hits = self._scene.intersect(
+            np.asarray(origins, np.float64), np.asarray(directions, np.float64), cull_back_faces=cull_back_faces
+        )
+        return Hits(**hits)
+
+    def occluded(self, from_points: npt.ArrayLike, to_points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Find whether something blocks the way between two points, for each row of arrays of shape (n, 3).
+
+        The points themselves may lie on surfaces. Translucent surfaces block nothing.
+        """
+        return self._scene.occluded(np.asarray(from_points, np.float64), np.asarray(to_points, np.float64))
+
+    def __repr__(self) -> str:
+        return repr(self._scene)
+
+
+def _names(layers: str | Sequence[str]) -> list[str]:
+    """Return the names of layers as a list."""
+    return [layers] if isinstance(layers, str) else list(layers)

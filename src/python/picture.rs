@@ -1,0 +1,155 @@
+//! A rendered picture with its layers.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use super::errors::value_error;
+use super::pool;
+use crate::integrator::Aov;
+use crate::output::{BitDepth, ImageFormat, Overwrite, Picture, SaveError, save};
+use crate::render::AovLayer;
+
+/// A rendered picture.
+#[pyclass(name = "Picture", module = "blinn", frozen)]
+pub struct PyPicture {
+    picture: Arc<Picture>,
+}
+
+impl PyPicture {
+    pub fn new(picture: Picture) -> PyPicture {
+        PyPicture { picture: Arc::new(picture) }
+    }
+
+    fn size(&self) -> (usize, usize) {
+        (self.picture.pixels.width as usize, self.picture.pixels.height as usize)
+    }
+
+    fn layer(&self, name: &str) -> Option<&AovLayer> {
+        self.picture.layers.iter().find(|layer| layer.aov.name() == name)
+    }
+}
+
+#[pymethods]
+impl PyPicture {
+    /// Width in pixels.
+    #[getter]
+    fn width(&self) -> u32 {
+        self.picture.pixels.width
+    }
+
+    /// Height in pixels.
+    #[getter]
+    fn height(&self) -> u32 {
+        self.picture.pixels.height
+    }
+
+    /// Exposure in stops that `rgba` is shown with.
+    #[getter]
+    fn exposure(&self) -> f64 {
+        self.picture.display.ev
+    }
+
+    /// The displayed picture as the command writes it to a PNG: straight alpha, sRGB, shape (height, width, 4), uint8.
+    #[getter]
+    fn rgba<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (width, height) = self.size();
+        let bytes = pool::run(py, || {
+            let pixels = self.picture.display.to_rgba8(&self.picture.pixels);
+            Ok(pixels.into_flattened())
+        })?;
+        Ok(bytes.into_pyarray(py).reshape([height, width, 4])?.into_any())
+    }
+
+    /// The linear picture as the command writes it to an EXR: Rec. 709 primaries, premultiplied alpha, shape
+    /// (height, width, 4), float32. Exposure and view transform are not applied.
+    #[getter]
+    fn linear<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (width, height) = self.size();
+        let values: Vec<f32> = py.detach(|| {
+            let colors = self.picture.pixels.colors.iter();
+            colors.flat_map(|&c| self.picture.display.composite_linear(c).to_array()).collect()
+        });
+        Ok(values.into_pyarray(py).reshape([height, width, 4])?.into_any())
+    }
+
+    /// Names of the layers.
+    #[getter]
+    fn layers(&self) -> Vec<&'static str> {
+        self.picture.layers.iter().map(|layer| layer.aov.name()).collect()
+    }
+
+    /// A layer at the pixel centres: shape (height, width) for one channel, else (height, width, channels). Ids and
+    /// counts are uint32, all others float32.
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let Some(layer) = self.layer(name) else {
+            let known: Vec<_> = Aov::ALL.iter().map(|aov| aov.name()).collect();
+            let hint = if known.contains(&name) {
+                format!("'{name}' was not rendered; pass layers=[\"{name}\"] to render()")
+            } else {
+                format!("there is no layer '{name}'; layers: {}", known.join(", "))
+            };
+            return Err(PyKeyError::new_err(hint));
+        };
+        let (width, height) = self.size();
+        if layer.aov.is_id() {
+            let ids: Vec<u32> = layer.values.iter().map(|&id| id as u32).collect();
+            shaped(ids.into_pyarray(py), width, height, layer.aov.channel_count())
+        } else {
+            shaped(PyArray1::from_slice(py, &layer.values), width, height, layer.aov.channel_count())
+        }
+    }
+
+    fn __contains__(&self, name: &str) -> bool {
+        self.layer(name).is_some()
+    }
+
+    /// Writes the picture. The ending picks the format: .png, .exr, .jpg or .webp. Layers are channels of an .exr, and
+    /// previews named NAME.<layer>.png beside other formats. Returns the written paths.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<Vec<PathBuf>> {
+        let Some(format) = ImageFormat::from_path(&path) else {
+            let (path, endings) = (path.display(), ImageFormat::EXTENSIONS);
+            return Err(value_error(format!("{path}: unknown ending; use one of {endings}")));
+        };
+        let write = || Ok(save(&self.picture, &path, format, BitDepth::Default, Overwrite::Yes));
+        pool::run(py, write)?.map_err(|error| {
+            let SaveError { cause, .. } = &error;
+            std::io::Error::new(cause.kind(), error.to_string()).into()
+        })
+    }
+
+    /// The displayed picture as a PNG file, for notebooks.
+    fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = pool::run(py, || {
+            let alone = Picture::new(self.picture.pixels.clone(), self.picture.display);
+            Ok(ImageFormat::Png.encode(&alone, BitDepth::Default)?)
+        })?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    fn __repr__(&self) -> String {
+        let (width, height) = self.size();
+        let layers = match self.layers()[..] {
+            [] => String::new(),
+            ref names => format!(" with {}", names.join(", ")),
+        };
+        format!("<blinn.Picture {width}x{height}{layers}>")
+    }
+}
+
+/// An array of pixels with its shape.
+fn shaped<'py, T: numpy::Element>(
+    values: Bound<'py, PyArray1<T>>,
+    width: usize,
+    height: usize,
+    channels: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match channels {
+        1 => values.reshape([height, width])?.into_any(),
+        _ => values.reshape([height, width, channels])?.into_any(),
+    })
+}

@@ -1,0 +1,308 @@
+//! A scene in a pose: loads, inspects, renders and traces it.
+
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use glam::DVec3;
+use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLike2, PyArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyString};
+
+use super::camera::PyCamera;
+use super::errors::value_error;
+use super::info;
+use super::loaded::{LoadedScene, SceneInput};
+use super::options::{OptionSet, plan};
+use super::picture::PyPicture;
+use super::pictures::PyPictures;
+use super::pool;
+use super::posed::PosedCell;
+use super::rays;
+use super::render_job::RenderJob;
+use crate::cli::embed::{RenderPlan, natural_size, scene_properties};
+use crate::scene::{AnimationChoice, Scene, View, clip_duration};
+
+/// A scene, at a time in seconds.
+#[pyclass(name = "Scene", module = "blinn", frozen)]
+pub struct PyScene {
+    loaded: Arc<LoadedScene>,
+    time: f64,
+    /// The value of --animation.
+    animation: Option<String>,
+    /// The pose without and with acceleration structure, made when they are needed.
+    pose: OnceLock<Arc<PosedCell>>,
+    traceable: OnceLock<Arc<PosedCell>>,
+}
+
+impl PyScene {
+    fn at(loaded: Arc<LoadedScene>, time: f64, animation: Option<String>) -> PyScene {
+        PyScene { loaded, time, animation, pose: OnceLock::new(), traceable: OnceLock::new() }
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.loaded.scene
+    }
+
+    fn choice(&self, plan: &RenderPlan) -> PyResult<AnimationChoice> {
+        plan.options.animation(self.scene()).map_err(|e| value_error(e.to_string()))
+    }
+
+    fn animation_choice(&self) -> PyResult<AnimationChoice> {
+        let flags: Vec<(&str, String)> =
+            self.animation.iter().map(|name| ("animation", name.clone())).collect();
+        self.choice(&plan(OptionSet::Render, None, &flags)?)
+    }
+
+    /// The pose, with acceleration structure if rays are traced in it.
+    fn posed(&self, py: Python<'_>, is_traced: bool) -> PyResult<Arc<PosedCell>> {
+        let slot = if is_traced { &self.traceable } else { &self.pose };
+        if let Some(cell) = slot.get() {
+            return Ok(cell.clone());
+        }
+        let choice = self.animation_choice()?;
+        let pose = if is_traced { PosedCell::build } else { PosedCell::pose };
+        let (scene, time) = (self.loaded.scene.clone(), self.time);
+        let cell = pool::run_interruptible(py, move || pose(scene, time, &choice))?;
+        Ok(slot.get_or_init(|| Arc::new(cell)).clone())
+    }
+
+    /// Prepares a job. `camera` is a name or an index.
+    fn job(
+        &self,
+        py: Python<'_>,
+        picture: PictureArguments,
+        camera: Option<&Bound<'_, PyAny>>,
+        cameras: Vec<Option<PyCamera>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<RenderJob> {
+        let PictureArguments { size, samples, layers } = picture;
+        let mut flags = vec![("samples", samples.to_string())];
+        flags.extend(size.map(|(width, height)| ("size", format!("{width}x{height}"))));
+        if !layers.is_empty() {
+            flags.push(("aov", layers.join(",")));
+        }
+        flags.extend(self.animation.iter().map(|name| ("animation", name.clone())));
+        if let Some(camera) = camera {
+            flags.push(("camera", camera.str()?.extract()?));
+        }
+        let plan = plan(OptionSet::Render, options, &flags)?;
+        let choice = self.choice(&plan)?;
+        let animation = plan.options.animation.clone();
+        Ok(RenderJob {
+            start: self.loaded.clip_start(py, &plan, animation.as_deref(), &choice)?,
+            name: self.loaded.name.clone(),
+            plan,
+            cameras,
+            time: self.time,
+        })
+    }
+}
+
+/// Arguments of all pictures of a job.
+struct PictureArguments {
+    size: Option<(u32, u32)>,
+    samples: u32,
+    layers: Vec<String>,
+}
+
+#[pymethods]
+impl PyScene {
+    /// Load a file, or bytes of a GLB, glTF or OBJ file. See `blinn.load`.
+    #[staticmethod]
+    #[pyo3(signature = (source, *, name = None, **options))]
+    fn load(
+        py: Python<'_>,
+        source: &Bound<'_, PyAny>,
+        name: Option<PathBuf>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<PyScene> {
+        let (input, default_name) = if let Ok(bytes) = source.cast::<PyBytes>() {
+            (SceneInput::Memory(bytes.as_bytes().to_vec()), PathBuf::from("bytes"))
+        } else if source.is_instance_of::<PyString>() || source.hasattr("__fspath__")? {
+            let path: PathBuf = source.extract()?;
+            (SceneInput::File(path.clone()), path)
+        } else {
+            let kind = source.get_type().name()?;
+            return Err(PyTypeError::new_err(format!("source must be a path or bytes, not {kind}")));
+        };
+        let name = name.unwrap_or(default_name);
+        let plan = plan(OptionSet::Load, options, &[])?;
+        let loaded = LoadedScene::load(py, input, name, &plan)?;
+        Ok(PyScene::at(Arc::new(loaded), 0.0, None))
+    }
+
+    /// Return the same scene at another time in seconds, sharing its data.
+    #[pyo3(signature = (time = 0.0, *, animation = None))]
+    fn pose(&self, time: f64, animation: Option<&Bound<'_, PyAny>>) -> PyResult<PyScene> {
+        if !(time.is_finite() && time >= 0.0) {
+            return Err(value_error("time must be finite and not negative"));
+        }
+        let animation = match animation {
+            Some(animation) => Some(animation.str()?.extract()?),
+            None => self.animation.clone(),
+        };
+        let posed = PyScene::at(self.loaded.clone(), time, animation);
+        posed.animation_choice()?;
+        Ok(posed)
+    }
+
+    /// Time in seconds.
+    #[getter]
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Length of the animation in seconds.
+    #[getter]
+    fn duration(&self) -> PyResult<f64> {
+        clip_duration(self.scene(), &self.animation_choice()?).map_err(|e| value_error(e.to_string()))
+    }
+
+    /// Warnings of the import.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.loaded.warnings.clone()
+    }
+
+    /// Number of triangles, those of shared meshes counted once for each instance.
+    #[getter]
+    fn triangle_count(&self) -> u64 {
+        self.scene().instanced_triangle_count()
+    }
+
+    /// The lowest and the highest corner of all that is visible, shape (2, 3), in metres.
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let bounds = self.posed(py, false)?.borrow_dependent().posed.bounds();
+        let corner = |v: DVec3| if bounds.is_empty() { DVec3::NAN } else { v };
+        let corners = [corner(bounds.min).to_array(), corner(bounds.max).to_array()];
+        PyArray1::from_slice(py, corners.as_flattened()).reshape([2, 3])
+    }
+
+    /// The file's cameras at this time, in the order of their indices.
+    #[getter]
+    fn cameras(&self, py: Python<'_>) -> PyResult<Vec<PyCamera>> {
+        let posed = self.posed(py, false)?;
+        let scene = self.scene();
+        let resolve = |index: usize| {
+            let (width, height) = natural_size(scene, Some(index));
+            let view = View { camera: Some(camera_name(scene, index)), ..View::default() };
+            let (camera, _) = view.resolve(&posed.borrow_dependent().posed, width, height)?;
+            Ok(PyCamera::from_camera(&camera, (width, height)))
+        };
+        pool::run(py, || (0..scene.cameras.len()).map(resolve).collect())
+    }
+
+    /// What is in the scene, as `blinn info --json` prints it.
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let posed = self.posed(py, false)?;
+        let LoadedScene { warnings, glass, .. } = &*self.loaded;
+        let value =
+            pool::run(py, || Ok(scene_properties(&posed.borrow_dependent().posed, warnings, *glass)))?;
+        info::to_python(py, &value)
+    }
+
+    /// Render a picture. See the package.
+    #[pyo3(signature = (camera = None, size = None, samples = 4, layers = Vec::new(), progress = None, **options))]
+    #[allow(clippy::too_many_arguments)]
+    fn render(
+        &self,
+        py: Python<'_>,
+        camera: Option<&Bound<'_, PyAny>>,
+        size: Option<(u32, u32)>,
+        samples: u32,
+        layers: Vec<String>,
+        progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<PyPicture> {
+        let own = camera.and_then(|camera| camera.extract::<PyCamera>().ok());
+        let named = if own.is_some() { None } else { camera };
+        let size = size.or(own.as_ref().and_then(PyCamera::picture_size));
+        let picture = PictureArguments { size, samples, layers };
+        PyPictures::start(self.job(py, picture, named, vec![own], options)?, progress)?.single(py)
+    }
+
+    /// Render a picture from each camera. See the package.
+    #[pyo3(signature = (cameras, size = None, samples = 4, layers = Vec::new(), progress = None, **options))]
+    #[allow(clippy::too_many_arguments)]
+    fn render_many(
+        &self,
+        py: Python<'_>,
+        cameras: Vec<PyCamera>,
+        size: Option<(u32, u32)>,
+        samples: u32,
+        layers: Vec<String>,
+        progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<PyPictures> {
+        let sizes: Vec<_> = cameras.iter().filter_map(PyCamera::picture_size).collect();
+        if size.is_none() && sizes.iter().any(|other| *other != sizes[0]) {
+            return Err(value_error("the cameras have different sizes; pass size"));
+        }
+        let picture = PictureArguments { size: size.or(sizes.first().copied()), samples, layers };
+        let cameras = cameras.into_iter().map(Some).collect();
+        PyPictures::start(self.job(py, picture, None, cameras, options)?, progress)
+    }
+
+    /// Find the closest hits of rays. See the package.
+    #[pyo3(signature = (origins, directions, *, cull_back_faces = false))]
+    fn intersect<'py>(
+        &self,
+        py: Python<'py>,
+        origins: PyArrayLike2<'py, f64, AllowTypeChange>,
+        directions: PyArrayLike2<'py, f64, AllowTypeChange>,
+        cull_back_faces: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (origins, directions) = (origins.as_array(), directions.as_array());
+        check_pairs("origins", origins.shape(), "directions", directions.shape())?;
+        let posed = self.posed(py, true)?;
+        let hits = pool::run(py, || {
+            rays::intersect(posed.borrow_dependent(), &origins, &directions, cull_back_faces)
+        })?;
+        let out = PyDict::new(py);
+        out.set_item("t", hits.t.into_pyarray(py))?;
+        out.set_item("object", hits.object.into_pyarray(py))?;
+        out.set_item("instance", hits.instance.into_pyarray(py))?;
+        out.set_item("triangle", hits.triangle.into_pyarray(py))?;
+        let count = hits.barycentrics.len();
+        let barycentrics = hits.barycentrics.into_flattened().into_pyarray(py);
+        out.set_item("barycentrics", barycentrics.reshape([count, 3])?)?;
+        Ok(out)
+    }
+
+    /// Find whether something blocks the way between points. See the package.
+    fn occluded<'py>(
+        &self,
+        py: Python<'py>,
+        from_points: PyArrayLike2<'py, f64, AllowTypeChange>,
+        to_points: PyArrayLike2<'py, f64, AllowTypeChange>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let (from, to) = (from_points.as_array(), to_points.as_array());
+        check_pairs("from_points", from.shape(), "to_points", to.shape())?;
+        let posed = self.posed(py, true)?;
+        let occluded = pool::run(py, || rays::occluded(posed.borrow_dependent(), &from, &to))?;
+        Ok(occluded.into_pyarray(py))
+    }
+
+    fn __repr__(&self) -> String {
+        let (name, triangles) = (self.loaded.name.display(), self.triangle_count());
+        format!("<blinn.Scene {name} with {triangles} triangles>")
+    }
+}
+
+/// A name that finds the file's camera number `index`: the index, unless that is the name of another camera.
+fn camera_name(scene: &Scene, index: usize) -> String {
+    let number = index.to_string();
+    let camera = &scene.cameras[index];
+    let node = &scene.nodes[camera.node as usize].name;
+    let names = [&number, node, &camera.name];
+    names.into_iter().find(|name| scene.find_camera(name) == Some(index)).unwrap_or(&number).clone()
+}
+
+/// Checks that two arrays have the same shape (n, 3).
+fn check_pairs(a: &str, a_shape: &[usize], b: &str, b_shape: &[usize]) -> PyResult<()> {
+    let is_valid = a_shape[1] == 3 && a_shape == b_shape;
+    let text = || format!("{a} and {b} must both have shape (n, 3), not {a_shape:?} and {b_shape:?}");
+    if is_valid { Ok(()) } else { Err(value_error(text())) }
+}

@@ -1,0 +1,80 @@
+"""Rays and shadow segments of arrays."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import blinn
+
+
+def test_known_hits(quad: blinn.Scene) -> None:
+    origins = [[0.5, 0.25, 3], [0.5, 0.25, -3], [2, 0, 3]]
+    directions = [[0, 0, -1], [0, 0, 2], [0, 0, -1]]
+    hits = quad.intersect(origins, directions)
+    np.testing.assert_allclose(hits.t, [3, 1.5, np.inf])
+    np.testing.assert_array_equal(hits.object, [1, 1, 0])
+    np.testing.assert_array_equal(hits.triangle, [0, 0, -1])
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0]])
+    np.testing.assert_allclose(hits.barycentrics[0] @ corners, [0.5, 0.25, 0], atol=1e-6)
+
+
+def test_occlusion(quad: blinn.Scene) -> None:
+    blocked = quad.occluded([[0, 0, 1], [2, 0, 1], [0, 0, 1]], [[0, 0, -1], [2, 0, -1], [0, 0, 0.5]])
+    np.testing.assert_array_equal(blocked, [True, False, False])
+
+
+def test_hits_do_not_depend_on_the_batch(lecture: blinn.Scene) -> None:
+    rng = np.random.default_rng(1)
+    origins = rng.normal(size=(20_000, 3)) * 5
+    directions = rng.normal(size=(20_000, 3))
+    whole = lecture.intersect(origins, directions)
+    part = lecture.intersect(origins[777:800], directions[777:800])
+    np.testing.assert_array_equal(whole.t[777:800], part.t)
+    np.testing.assert_array_equal(whole.triangle[777:800], part.triangle)
+    assert np.isfinite(whole.t).any() and (whole.object[np.isinf(whole.t)] == 0).all()
+
+
+def test_shapes_are_checked(quad: blinn.Scene) -> None:
+    with pytest.raises(ValueError, match="shape"):
+        quad.intersect(np.zeros((3, 3)), np.zeros((2, 3)))
+    with pytest.raises((ValueError, TypeError)):
+        quad.intersect(np.zeros(3), np.zeros(3))
+    assert len(quad.intersect(np.zeros((0, 3)), np.zeros((0, 3))).t) == 0
+
+
+def test_points_on_a_surface_are_not_occluded_by_it_from_outside(quad: blinn.Scene) -> None:
+    outside = [[0.1, 0.2, 1], [0.1, 0.2, 1]]
+    np.testing.assert_array_equal(quad.occluded(outside, [[0.1, 0.2, 1e-5], [0.1, 0.2, -1e-5]]), [False, True])
+
+
+def test_rays_use_the_pose(models: Path) -> None:
+    scene = blinn.load(models / "figure/figure.glb")
+    centre = scene.bounds.mean(axis=0)
+    rng = np.random.default_rng(2)
+    origins = centre + rng.normal(size=(2_000, 3)) * 3
+    now, later = (scene.pose(time=time).intersect(origins, centre - origins) for time in (0, 0.4))
+    assert not np.array_equal(now.t, later.t)
+
+
+def test_hits_equal_embree() -> None:
+    """Equal triangles, except where two are equally far."""
+    trimesh = pytest.importorskip("trimesh")
+    embree = pytest.importorskip("embreex.rtcore_scene")
+    mesh = trimesh.creation.icosphere(subdivisions=5)
+    mesh.vertices += np.random.default_rng(0).normal(size=mesh.vertices.shape) * 0.002
+    vertices = mesh.vertices.astype(np.float32)
+    faces = np.asarray(mesh.faces, np.int32)
+    scene = blinn.Scene.from_arrays(vertices, faces)
+    rng = np.random.default_rng(1)
+    origins = (rng.normal(size=(100_000, 3)) * 2).astype(np.float32)
+    directions = rng.normal(size=(100_000, 3)).astype(np.float32)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    hits = scene.intersect(origins, directions)
+    peer = embree.EmbreeScene()
+    pytest.importorskip("embreex.mesh_construction").TriangleMesh(peer, vertices, faces)
+    expected = peer.run(origins, directions, query="INTERSECT", output=True)
+    different = hits.triangle != expected["primID"]
+    assert different.mean() < 1e-4 and (hits.triangle >= 0).mean() > 0.05
+    both = (hits.triangle >= 0) & (expected["primID"] >= 0)
+    np.testing.assert_allclose(hits.t[both], expected["tfar"][both], rtol=1e-4, atol=1e-4)

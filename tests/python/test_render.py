@@ -1,0 +1,127 @@
+"""Cameras, layers, sequences, progress and interruption."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import blinn
+
+
+def test_arrays_are_contiguous_and_shaped(lecture: blinn.Scene) -> None:
+    names = ["depth", "normal", "uv", "mask", "object-id", "material-id"]
+    picture = lecture.render(size=(40, 30), layers=names)
+    assert picture.rgba.shape == (30, 40, 4) and picture.rgba.dtype == np.uint8
+    assert picture.linear.shape == (30, 40, 4) and picture.linear.dtype == np.float32
+    assert picture["depth"].shape == (30, 40) and picture["normal"].shape == (30, 40, 3)
+    assert picture["object-id"].dtype == np.uint32
+    assert picture.layers == names
+    for array in [picture.rgba, picture.linear, picture["depth"], picture["normal"]]:
+        assert array.flags.c_contiguous
+    with pytest.raises(KeyError, match="layers="):
+        picture["albedo"]
+    with pytest.raises(KeyError, match="there is no layer"):
+        picture["colour"]
+
+
+def test_intrinsics_and_matrices_agree(quad: blinn.Scene) -> None:
+    size = (64, 48)
+    K = np.array([[60.0, 0, 40], [0, 55, 20], [0, 0, 1]])
+    to_world = np.array([[1.0, 0, 0, 0.2], [0, -1, 0, 0.1], [0, 0, -1, 4], [0, 0, 0, 1]])
+    camera = blinn.Camera.from_intrinsics(K, size, to_world, convention="opencv")
+    np.testing.assert_allclose(camera.intrinsics(), K)
+    picture = quad.render(camera, layers=["position", "mask", "depth"])
+    assert (picture.width, picture.height) == size
+    rows, columns = np.nonzero(picture["mask"])
+    points = picture["position"][rows, columns]
+    local = (np.linalg.inv(to_world) @ np.c_[points, np.ones(len(points))].T)[:3]
+    pixels = (K @ (local / local[2]))[:2].T
+    # The centre of pixel (i, j) is (i + 0.5, j + 0.5).
+    np.testing.assert_allclose(pixels, np.c_[columns + 0.5, rows + 0.5], atol=1e-3)
+    np.testing.assert_allclose(picture["depth"][rows, columns], local[2], rtol=1e-5)
+
+
+def test_conventions_are_the_same_camera(quad: blinn.Scene) -> None:
+    look = blinn.Camera.look_at((1, 2, 5), (0, 0, 0), yfov=40)
+    flipped = look.camera_to_world @ np.diag([1.0, -1, -1, 1])
+    opencv = blinn.Camera.from_matrix(flipped, convention="opencv", yfov=40)
+    a, b = (quad.render(camera, size=(32, 32)).rgba for camera in (look, opencv))
+    np.testing.assert_array_equal(a, b)
+    with pytest.raises(ValueError, match="rotation"):
+        blinn.Camera.from_matrix(np.diag([2.0, 2, 2, 1]))
+    with pytest.raises(ValueError, match="parallel"):
+        blinn.Camera.look_at((0, 1, 0), (0, 0, 0))
+
+
+def test_orthographic_cameras_have_a_height(quad: blinn.Scene) -> None:
+    camera = blinn.Camera.look_at((0, 0, 5), (0, 0, 0), height=4)
+    mask = quad.render(camera, size=(40, 40), layers=["mask"])["mask"]
+    assert mask.sum() == 400
+    assert camera.orthographic
+
+
+def test_many_pictures_equal_single_ones(lecture: blinn.Scene) -> None:
+    cameras = [blinn.Camera.look_at((10 * np.sin(a), 4, 10 * np.cos(a)), (0, 0, 0)) for a in range(5)]
+    many = list(lecture.render_many(cameras, size=(32, 24), exposure=0, layers=["depth"]))
+    assert len(many) == 5
+    for camera, picture in zip(cameras, many):
+        single = lecture.render(camera, size=(32, 24), exposure=0, layers=["depth"])
+        np.testing.assert_array_equal(picture.rgba, single.rgba)
+        np.testing.assert_array_equal(picture["depth"], single["depth"])
+
+
+def test_an_iterator_may_be_dropped(lecture: blinn.Scene) -> None:
+    camera = blinn.Camera.look_at((0, 4, 10), (0, 0, 0))
+    pictures = lecture.render_many([camera] * 50, size=(64, 48))
+    next(pictures)
+    pictures.close()
+    assert lecture.render(camera, size=(8, 8)).width == 8
+
+
+def test_progress_reaches_one(lecture: blinn.Scene) -> None:
+    seen: list[float] = []
+    lecture.render(size=(320, 240), samples=16, progress=seen.append)
+    assert seen == sorted(seen) and 0 <= seen[0] and seen[-1] == 1.0
+
+
+def test_an_error_in_the_callback_ends_the_render(lecture: blinn.Scene) -> None:
+    def fail(fraction: float) -> None:
+        raise RuntimeError("stop")
+
+    with pytest.raises(RuntimeError, match="stop"):
+        lecture.render(size=(640, 480), samples=64, progress=fail)
+
+
+def test_ctrl_c_interrupts(lecture: blinn.Scene) -> None:
+    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        lecture.render(size=(4096, 4096), samples=4096)
+    assert time.monotonic() - start < 20
+
+
+def test_other_threads_run_while_rendering(lecture: blinn.Scene) -> None:
+    counts: list[int] = []
+    done = threading.Event()
+
+    def count() -> None:
+        n = 0
+        while not done.is_set():
+            n += 1
+            time.sleep(0.001)
+        counts.append(n)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    lecture.render(size=(640, 480), samples=64)
+    done.set()
+    thread.join()
+    assert counts[0] > 5
+
+
+def test_notebooks_show_a_png(lecture: blinn.Scene) -> None:
+    assert lecture.render(size=(8, 8))._repr_png_().startswith(b"\x89PNG")
