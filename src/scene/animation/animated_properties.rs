@@ -141,30 +141,32 @@ impl LightProperty {
 }
 
 impl Material {
-    /// Sets a property. Ignores properties that the material does not have.
+    /// Sets a property, clamped to its range: keys may exceed it, and so may splines between keys. Ignores
+    /// properties that the material does not have.
     pub(super) fn set_property(&mut self, property: MaterialProperty, v: &[f64]) {
         let at = |i: usize| v.get(i).copied().unwrap_or(0.0) as f32;
-        let vec3 = || Vec3::new(at(0), at(1), at(2));
+        let vec3 = || Vec3::new(at(0), at(1), at(2)).max(Vec3::ZERO);
+        let fraction = || at(0).clamp(0.0, 1.0);
         match property {
             MaterialProperty::Base | MaterialProperty::Diffuse => {
                 if self.has_base_property(property) {
-                    (self.base_color.factor, self.alpha.factor) = (vec3(), at(3));
+                    (self.base_color.factor, self.alpha.factor) = (vec3(), at(3).clamp(0.0, 1.0));
                 }
             }
             MaterialProperty::AlphaCutoff => {
                 if let AlphaMode::Mask(cutoff) = &mut self.alpha_mode {
-                    *cutoff = at(0);
+                    *cutoff = at(0).max(0.0);
                 }
             }
             MaterialProperty::Emission => self.emission.factor = vec3(),
-            MaterialProperty::EmissionStrength => self.emission_strength = at(0),
-            MaterialProperty::OcclusionStrength => self.occlusion.factor = at(0),
-            MaterialProperty::Transmission => self.transmission.factor = at(0),
-            MaterialProperty::Clearcoat => self.clearcoat.factor.factor = at(0),
-            MaterialProperty::ClearcoatRoughness => self.clearcoat.roughness.factor = at(0),
+            MaterialProperty::EmissionStrength => self.emission_strength = at(0).max(0.0),
+            MaterialProperty::OcclusionStrength => self.occlusion.factor = fraction(),
+            MaterialProperty::Transmission => self.transmission.factor = fraction(),
+            MaterialProperty::Clearcoat => self.clearcoat.factor.factor = fraction(),
+            MaterialProperty::ClearcoatRoughness => self.clearcoat.roughness.factor = fraction(),
             MaterialProperty::AttenuationColor => {
                 if let Some(volume) = &mut self.volume {
-                    volume.attenuation_color = vec3().clamp(Vec3::ZERO, Vec3::ONE);
+                    volume.attenuation_color = vec3().min(Vec3::ONE);
                 }
             }
             MaterialProperty::AttenuationDistance => {
@@ -233,21 +235,22 @@ impl Material {
 }
 
 impl Reflectance {
-    /// Sets a property to a vector, or to its first component.
+    /// Sets a property to a vector that is not negative, or to its first component.
     fn set_property(&mut self, property: MaterialProperty, v: Vec3) {
         use MaterialProperty as F;
+        let fraction = v.x.min(1.0);
         match self {
             Reflectance::MetallicRoughness { metallic, roughness, dielectric } => match property {
-                F::Metallic => metallic.factor = v.x,
-                F::Roughness => roughness.factor = v.x,
-                F::Ior => dielectric.ior = v.x,
-                F::Specular => dielectric.specular.factor = v.x,
+                F::Metallic => metallic.factor = fraction,
+                F::Roughness => roughness.factor = fraction,
+                F::Ior => dielectric.ior = if v.x == 0.0 { 0.0 } else { v.x.max(1.0) },
+                F::Specular => dielectric.specular.factor = fraction,
                 F::SpecularColor => dielectric.specular_color.factor = v,
                 _ => {}
             },
             Reflectance::SpecularGlossiness { specular, glossiness } => match property {
                 F::SpecularF0 => specular.factor = v,
-                F::Glossiness => glossiness.factor = v.x,
+                F::Glossiness => glossiness.factor = fraction,
                 _ => {}
             },
             Reflectance::Mtl(_) | Reflectance::Unlit => {}
@@ -256,12 +259,12 @@ impl Reflectance {
 }
 
 impl Light {
-    /// Sets a property. Ignores properties that the type of light does not have.
+    /// Sets a property, clamped to its range. Ignores properties that the type of light does not have.
     pub(super) fn set_property(&mut self, property: LightProperty, v: &[f64]) {
         let at = |i: usize| v.get(i).copied().unwrap_or(0.0) as f32;
         match (property, &mut self.kind) {
-            (LightProperty::Color, _) => self.color = Vec3::new(at(0), at(1), at(2)),
-            (LightProperty::Intensity, _) => self.intensity = at(0),
+            (LightProperty::Color, _) => self.color = Vec3::new(at(0), at(1), at(2)).max(Vec3::ZERO),
+            (LightProperty::Intensity, _) => self.intensity = at(0).max(0.0),
             (LightProperty::Range, _) => self.range = if at(0) > 0.0 { at(0) } else { f32::INFINITY },
             (LightProperty::InnerCone, LightKind::Spot { inner, .. }) => *inner = at(0),
             (LightProperty::OuterCone, LightKind::Spot { outer, .. }) => *outer = at(0),
