@@ -16,17 +16,23 @@ mod tests;
 /// Faces that may share a position: MikkTSpace compares all pairs.
 const MAX_VALENCE: u32 = 1024;
 
-/// Generates tangents of `mesh` along the texture coordinates of `map`, unless the mesh has tangents. Splits
-/// vertices whose faces have different tangents. A mesh without normals gets face normals.
+/// Sine of the smallest angle between a usable tangent and the normal.
+const MIN_SINE: f32 = 1e-3;
+
+/// Generates tangents of `mesh` along the texture coordinates of `map`. Splits vertices whose faces have
+/// different tangents. A mesh without normals gets face normals. Tangents that the mesh has are kept where they
+/// are usable: finite, not 0, and not parallel to the normal.
 ///
 /// The tangents follow rotations and reflections of the map's texture transform (KHR_texture_transform),
 /// except in Blender's files: Blender's normal maps use the axes of the untransformed coordinates.
 pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
-    let has_uvs = mesh.uv_set(map.uv_set).is_some();
-    if !has_uvs || !mesh.tangents.is_empty() {
+    if mesh.uv_set(map.uv_set).is_none() {
         return;
     }
-    mesh.generated_frames = GeneratedFrames::Tangents;
+    let Some(own_tangents) = take_usable_tangents(mesh) else { return };
+    if own_tangents.is_empty() {
+        mesh.generated_frames = GeneratedFrames::Tangents;
+    }
     if mesh.normals.is_empty() {
         flat::generate_normals(mesh);
         mesh.generated_frames = GeneratedFrames::NormalsAndTangents;
@@ -52,7 +58,38 @@ pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
             corners.iter_mut().for_each(|c| *c = c.or(fallback));
         }
     }
+    for (tangent, &v) in tangents.iter_mut().zip(mesh.triangles.as_flattened()) {
+        if let Some(own) = own_tangents.get(v as usize).filter(|own| own.is_some()) {
+            *tangent = *own;
+        }
+    }
     split_vertices(mesh, &tangents);
+}
+
+/// Removes the tangents of a mesh and returns those that are usable; empty if there are none. Returns `None`,
+/// and removes nothing, if all tangents are usable.
+fn take_usable_tangents(mesh: &mut Mesh) -> Option<Vec<Option<Vec4>>> {
+    let is_usable = |(tangent, normal): (&Vec4, &Vec3)| {
+        let t = tangent.truncate();
+        // Usable tangents have been normalized, and so have usable normals.
+        t.length_squared() > 0.5 && t.is_finite() && {
+            let is_parallel =
+                normal.is_normalized() && normal.cross(t).length_squared() < MIN_SINE * MIN_SINE;
+            !is_parallel
+        }
+    };
+    let mut usable = mesh.tangents.iter().zip(&mesh.normals).map(is_usable);
+    if !mesh.tangents.is_empty() && usable.all(|usable| usable) {
+        return None;
+    }
+    let tangents = std::mem::take(&mut mesh.tangents);
+    let own: Vec<Option<Vec4>> =
+        tangents.iter().zip(&mesh.normals).map(|pair| is_usable(pair).then_some(*pair.0)).collect();
+    if own.iter().any(Option::is_some) {
+        return Some(own);
+    }
+    mesh.morph_targets.iter_mut().for_each(|target| target.tangents.clear());
+    Some(Vec::new())
 }
 
 /// The triangles that MikkTSpace processes.

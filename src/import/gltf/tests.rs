@@ -11,5 +11,6 @@ mod malformed;
 mod materials;
 mod nodes;
 mod parse;
+mod tangents;
 mod validate;
 mod variants;
