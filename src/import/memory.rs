@@ -17,7 +17,7 @@ const JSON: u64 = 2;
 const JSON_OBJECT: u64 = 768;
 /// Bytes of the JSON tree and the typed document per array and per further value.
 const JSON_VALUE: u64 = 128;
-/// Bytes per node of the scene, with shared nodes repeated.
+/// Bytes per node of the scene.
 const NODE: u64 = 320;
 /// Bytes per instance, as stored and in the scene.
 const INSTANCE: u64 = 256;

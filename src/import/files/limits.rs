@@ -9,7 +9,7 @@ pub struct Limits {
     pub vertices: u64,
     /// Triangles of all meshes, as stored.
     pub triangles: u64,
-    /// Nodes, with shared nodes counted once per path from the root.
+    /// Nodes of the scene.
     pub nodes: u64,
     /// Instances of meshes.
     pub instances: u64,

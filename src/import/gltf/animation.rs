@@ -8,6 +8,8 @@ use ::gltf::json::validation::Checked;
 
 use super::accessor::Accessor;
 use super::document::Document;
+use super::keys;
+use super::keys::KeyShape;
 use super::pointer;
 use super::pointer::PointerTarget;
 use crate::import::error::{LoadError, Warnings};
@@ -19,8 +21,7 @@ const MAX_KEY_NUMBERS: u64 = 1 << 28;
 
 /// The scene's objects for each index of the file. Objects outside the scene are missing.
 pub(super) struct SceneIds<'a> {
-    /// Scene nodes of each node: one for each path from the root.
-    pub nodes: &'a [Vec<u32>],
+    pub nodes: &'a [Option<u32>],
     pub materials: &'a HashMap<usize, u32>,
     /// One light for each node with it.
     pub lights: &'a HashMap<usize, Vec<u32>>,
@@ -28,7 +29,7 @@ pub(super) struct SceneIds<'a> {
     pub cameras: &'a HashMap<usize, Vec<u32>>,
 }
 
-/// Reads all animations. An invalid channel is ignored with a warning.
+/// Reads all animations. A channel without valid keyframes is ignored with a warning.
 pub(super) fn read(
     doc: &Document<'_>,
     ids: &SceneIds<'_>,
@@ -39,8 +40,9 @@ pub(super) fn read(
     for (i, json) in doc.root().animations.iter().enumerate() {
         let mut animation = Animation { name: json.name.clone().unwrap_or_default(), channels: Vec::new() };
         for (j, channel) in json.channels.iter().enumerate() {
-            let reader =
-                ChannelReader { doc, animation: json, channel, pointer: doc.json.pointers.get(&(i, j)) };
+            let pointer = doc.json.pointers.get(&(i, j));
+            let location = format!("animations[{i}].channels[{j}]");
+            let reader = ChannelReader { doc, animation: json, channel, pointer, location };
             match reader.read(ids, warnings) {
                 Ok(Some(read)) => {
                     let size = (read.keyframes.times.len() + read.keyframes.values.len()) as u64;
@@ -51,8 +53,8 @@ pub(super) fn read(
                 }
                 Ok(None) => {}
                 Err(ChannelError::File(error @ LoadError::Limit { .. })) => return Err(error),
-                Err(ChannelError::File(error)) => warn(i, j, &error, warnings),
-                Err(ChannelError::Channel(why)) => warn(i, j, &why, warnings),
+                Err(ChannelError::File(error)) => warn(&reader.location, &error, warnings),
+                Err(ChannelError::Channel(why)) => warn(&reader.location, &why, warnings),
             }
         }
         out.push(animation);
@@ -60,8 +62,7 @@ pub(super) fn read(
     Ok(out)
 }
 
-fn warn(animation: usize, channel: usize, why: &dyn std::fmt::Display, warnings: &mut Warnings) {
-    let location = format!("animations[{animation}].channels[{channel}]");
+fn warn(location: &str, why: &dyn std::fmt::Display, warnings: &mut Warnings) {
     warnings.add(location, format_args!("ignored channel: {why}"));
 }
 
@@ -99,6 +100,8 @@ struct ChannelReader<'r, 'd> {
     channel: &'r JsonChannel,
     /// The JSON pointer of KHR_animation_pointer.
     pointer: Option<&'r String>,
+    /// JSON path of the channel.
+    location: String,
 }
 
 impl ChannelReader<'_, '_> {
@@ -139,10 +142,7 @@ impl ChannelReader<'_, '_> {
         if input.components != 1 || input.count == 0 {
             return invalid("keyframe times are not scalars".into());
         }
-        let times: Vec<f32> = input.flat_floats();
-        if !times.iter().all(|t| t.is_finite()) || !times.is_sorted() {
-            return invalid("keyframe times do not ascend".into());
-        }
+        let mut times: Vec<f32> = input.flat_floats();
         let interpolation = match sampler.interpolation {
             Checked::Valid(JsonInterpolation::Step) => Interpolation::Step,
             Checked::Valid(JsonInterpolation::CubicSpline) => Interpolation::CubicSpline,
@@ -150,10 +150,11 @@ impl ChannelReader<'_, '_> {
         };
         // Cubic splines have an in-tangent, a value and an out-tangent per keyframe.
         let elements = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-        let per_key = times.len() * elements;
-        let width = target.width().unwrap_or(output.count / per_key);
-        let components = target.width().unwrap_or(1);
-        if output.components != components || width == 0 || output.count != per_key * (width / components) {
+        let width = target.width().unwrap_or_else(|| {
+            let weights = target.morph_targets(self.doc);
+            weights_per_value(output.count, times.len() * elements, weights)
+        });
+        if output.components != target.width().unwrap_or(1) || width == 0 {
             return invalid(format!(
                 "{} values of {} components do not match {} keyframes",
                 output.count,
@@ -161,38 +162,49 @@ impl ChannelReader<'_, '_> {
                 times.len()
             ));
         }
-        let values = output.flat_floats();
-        if !values.iter().all(|v| v.is_finite()) {
-            return invalid("keyframe values are not finite".into());
+        let mut values = output.flat_floats();
+        for message in keys::repair(&mut times, &mut values, KeyShape { elements, width }) {
+            warnings.add(&self.location, message);
+        }
+        if times.is_empty() {
+            return invalid("it has no valid keyframes".into());
         }
         Ok(Keyframes { times, values, width, interpolation })
     }
 }
 
+/// Numbers per value of a channel of morph weights: what the number of values implies if that is possible,
+/// else the number of morph targets.
+fn weights_per_value(values: usize, values_per_weight: usize, morph_targets: usize) -> usize {
+    if values.is_multiple_of(values_per_weight) { values / values_per_weight } else { morph_targets }
+}
+
 impl FileTarget {
     /// The animated properties in the scene.
     fn in_scene(&self, doc: &Document<'_>, ids: &SceneIds<'_>) -> Vec<ChannelTarget> {
-        let nodes = |i: usize| ids.nodes.get(i).map_or(&[][..], Vec::as_slice).iter().copied();
+        let node = |i: usize| ids.nodes.get(i).copied().flatten();
         let all = |map: &HashMap<usize, Vec<u32>>, i: usize| map.get(&i).cloned().unwrap_or_default();
         match *self {
-            FileTarget::Node(node, property) => {
+            FileTarget::Node(index, property) => {
                 let target = match property {
                     Property::Translation => ChannelTarget::Translation,
                     Property::Rotation => ChannelTarget::Rotation,
                     Property::Scale => ChannelTarget::Scale,
                     Property::MorphTargetWeights => ChannelTarget::Weights,
                 };
-                nodes(node).map(target).collect()
+                node(index).map(target).into_iter().collect()
             }
             FileTarget::Pointer(target) => match target {
-                PointerTarget::Visibility(node) => nodes(node).map(ChannelTarget::Visibility).collect(),
-                PointerTarget::Weight(node, k) => nodes(node).map(|n| ChannelTarget::Weight(n, k)).collect(),
+                PointerTarget::Visibility(i) => node(i).map(ChannelTarget::Visibility).into_iter().collect(),
+                PointerTarget::Weight(i, k) => {
+                    node(i).map(|n| ChannelTarget::Weight(n, k)).into_iter().collect()
+                }
                 PointerTarget::MeshWeights(mesh) => nodes_with_default_weights(doc, mesh)
-                    .flat_map(nodes)
+                    .filter_map(node)
                     .map(ChannelTarget::Weights)
                     .collect(),
                 PointerTarget::MeshWeight(mesh, k) => {
-                    let nodes = nodes_with_default_weights(doc, mesh).flat_map(nodes);
+                    let nodes = nodes_with_default_weights(doc, mesh).filter_map(node);
                     nodes.map(|n| ChannelTarget::Weight(n, k)).collect()
                 }
                 PointerTarget::Material(i, field) => {
@@ -206,6 +218,23 @@ impl FileTarget {
                 }
             },
         }
+    }
+
+    /// Number of morph targets that a channel of weights animates; 0 for other channels.
+    fn morph_targets(&self, doc: &Document<'_>) -> usize {
+        let meshes = &doc.root().meshes;
+        let mesh = match *self {
+            FileTarget::Node(node, _) => doc
+                .root()
+                .nodes
+                .get(node)
+                .and_then(|node| node.mesh)
+                .and_then(|mesh| meshes.get(mesh.value())),
+            FileTarget::Pointer(PointerTarget::MeshWeights(mesh)) => meshes.get(mesh),
+            FileTarget::Pointer(_) => None,
+        };
+        let primitives = mesh.into_iter().flat_map(|mesh| &mesh.primitives);
+        primitives.map(|primitive| primitive.targets.as_ref().map_or(0, Vec::len)).max().unwrap_or(0)
     }
 
     /// Numbers per value; `None` for morph weights, whose number follows from the sampler's output.

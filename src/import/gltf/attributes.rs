@@ -115,9 +115,12 @@ impl<'d> Attributes<'_, 'd> {
                 continue;
             }
             if let Some(accessor) = self.open(Semantic::TexCoords(set), &[2], warnings)? {
+                let mut uvs: Vec<Vec2> = accessor.floats(self.elements);
+                let location = format!("{}.attributes.TEXCOORD_{set}", self.location);
+                replace_nonfinite(&mut uvs, &location, warnings);
                 let set = set as usize;
                 sets.resize_with(sets.len().max(set + 1), Vec::new);
-                sets[set] = accessor.floats(self.elements);
+                sets[set] = uvs;
             }
         }
         Ok(sets)
@@ -196,6 +199,18 @@ impl<'d> Attributes<'_, 'd> {
         mesh.morph_weights = json.weights.clone().unwrap_or_default();
         mesh.morph_weights.resize(mesh.morph_targets.len(), 0.0);
         Ok(())
+    }
+}
+
+/// Replaces texture coordinates that are not finite by 0.
+fn replace_nonfinite(uvs: &mut [Vec2], location: &str, warnings: &mut Warnings) {
+    let mut replaced = 0usize;
+    for uv in uvs.iter_mut().filter(|uv| !uv.is_finite()) {
+        *uv = Vec2::from(uv.to_array().map(|x| if x.is_finite() { x } else { 0.0 }));
+        replaced += 1;
+    }
+    if replaced > 0 {
+        warnings.add(location, format_args!("{replaced} texture coordinates are not finite; used 0"));
     }
 }
 

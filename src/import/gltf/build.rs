@@ -10,13 +10,12 @@ use rayon::prelude::*;
 use super::super::tangents;
 use super::animation::SceneIds;
 use super::document::Document;
-use super::graph;
-use super::graph::ExpandedNode;
+use super::graph::SceneNode;
 use super::material_table::MaterialTable;
 use super::objects::ObjectBuilder;
 use super::primitive;
 use super::primitive::PrimitiveId;
-use super::{animation, blender, extensions, instancing, topology, variants};
+use super::{animation, blender, extensions, forest, graph, instancing, topology, variants};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::options::{LoadOptions, UpAxis};
 use crate::scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
@@ -29,11 +28,13 @@ pub(super) fn scene(
 ) -> Result<Scene, LoadError> {
     let root = doc.root();
     let roots = graph::roots(root, &options.scene, warnings)?;
-    let expanded = graph::expand(root, &roots, doc.limits.nodes, warnings)?;
-    check_instances(doc, &expanded)?;
+    let nodes = forest::nodes(root, &roots, warnings);
+    LoadError::check_limit("nodes", nodes.len() as u64, doc.limits.nodes)?;
+    graph::warn_of_empty_scene(root, &options.scene, &nodes, warnings);
+    check_instances(doc, &nodes)?;
 
     let variant = variants::find(doc, options.variant.as_deref())?;
-    let primitives = used_primitives(doc, &expanded, warnings)?;
+    let primitives = used_primitives(doc, &nodes, warnings)?;
     let source = source(doc);
     let is_blender = source.is_blender();
     // In Blender's files the further sets are either unused or follow a used set or white.
@@ -56,9 +57,9 @@ pub(super) fn scene(
     scene.materials = materials.materials;
     scene.images = materials.textures.images;
     scene.textures = materials.textures.textures;
-    let scene_nodes = scene.add_nodes(doc, &expanded, options.up);
+    let scene_nodes = scene.add_nodes(doc, &nodes, options.up);
     let objects = ObjectBuilder::new(doc, mesh_ids, &scene_nodes);
-    let attached = objects.attach_all(&mut scene, &expanded, warnings)?;
+    let attached = objects.attach_all(&mut scene, &nodes, warnings)?;
     let ids = SceneIds {
         nodes: &scene_nodes,
         materials: &material_ids,
@@ -86,23 +87,23 @@ fn source(doc: &Document<'_>) -> Source {
 }
 
 /// Checks the number of nodes and instances before they are created.
-fn check_instances(doc: &Document<'_>, expanded: &[ExpandedNode]) -> Result<(), LoadError> {
+fn check_instances(doc: &Document<'_>, nodes: &[SceneNode]) -> Result<(), LoadError> {
     let root = doc.root();
-    let instances = |n: &ExpandedNode| {
+    let instances = |n: &SceneNode| {
         let node = &root.nodes[n.node];
         let primitives = node.mesh.map_or(0, |m| root.meshes[m.value()].primitives.len() as u64);
         primitives.saturating_mul(instancing::count(doc, node).unwrap_or(1))
     };
-    let total = expanded.iter().fold(0u64, |sum, n| sum.saturating_add(instances(n)));
+    let total = nodes.iter().fold(0u64, |sum, n| sum.saturating_add(instances(n)));
     LoadError::check_limit("instances", total, doc.limits.instances)?;
-    doc.budget.charge_nodes(expanded.len() as u64, total)
+    doc.budget.charge_nodes(nodes.len() as u64, total)
 }
 
 /// The primitives of all used meshes, each once, in the order of the nodes. Checks their size before they are
 /// read.
 fn used_primitives(
     doc: &Document<'_>,
-    expanded: &[ExpandedNode],
+    nodes: &[SceneNode],
     warnings: &mut Warnings,
 ) -> Result<Vec<PrimitiveId>, LoadError> {
     let root = doc.root();
@@ -111,7 +112,7 @@ fn used_primitives(
     let mut ignored = 0usize;
     let mut vertices = 0u64;
     let mut triangles = 0u64;
-    for mesh in expanded.iter().filter_map(|n| root.nodes[n.node].mesh).map(|m| m.value()) {
+    for mesh in nodes.iter().filter_map(|n| root.nodes[n.node].mesh).map(|m| m.value()) {
         if std::mem::replace(&mut is_used[mesh], true) {
             continue;
         }
@@ -137,7 +138,7 @@ fn used_primitives(
 
 type Meshes = Result<Vec<Option<Mesh>>, LoadError>;
 
-/// Reads the primitives in parallel.
+/// Reads the primitives in parallel. Incomplete primitives of a truncated file are left out, unless all are.
 fn read_meshes(doc: &Document<'_>, primitives: &[PrimitiveId]) -> (Meshes, Warnings) {
     let read = |&id: &PrimitiveId| {
         let mut warnings = Warnings::default();
@@ -146,9 +147,14 @@ fn read_meshes(doc: &Document<'_>, primitives: &[PrimitiveId]) -> (Meshes, Warni
     let results: Vec<_> = primitives.par_iter().map(read).collect();
     let mut all = Warnings::default();
     let mut meshes = Vec::with_capacity(results.len());
+    let is_any_complete = results.iter().any(|(mesh, _)| matches!(mesh, Ok(Some(_))));
     for (mesh, warnings) in results {
         all.extend(warnings);
-        meshes.push(mesh);
+        meshes.push(if is_any_complete {
+            doc.tolerate_truncation(mesh, &mut all).map(Option::flatten)
+        } else {
+            mesh
+        });
     }
     // Returns the first error in file order, whichever thread found one first.
     (meshes.into_iter().collect(), all)
@@ -185,8 +191,8 @@ impl Scene {
     }
 
     /// Adds the nodes, below a root that rotates the scene if the file's up axis is +Z. Returns the scene's
-    /// nodes for each node of the file.
-    fn add_nodes(&mut self, doc: &Document<'_>, expanded: &[ExpandedNode], up: UpAxis) -> Vec<Vec<u32>> {
+    /// node for each node of the file.
+    fn add_nodes(&mut self, doc: &Document<'_>, nodes: &[SceneNode], up: UpAxis) -> Vec<Option<u32>> {
         if up == UpAxis::Z {
             let rotation = DAffine3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y, DVec3::ZERO);
             self.nodes.push(Node {
@@ -197,8 +203,8 @@ impl Scene {
         }
         let offset = self.nodes.len() as u32;
         let top = (up == UpAxis::Z).then_some(0);
-        let mut scene_nodes: Vec<Vec<u32>> = vec![Vec::new(); doc.root().nodes.len()];
-        for (id, node) in (offset..).zip(expanded) {
+        let mut scene_nodes = vec![None; doc.root().nodes.len()];
+        for (id, node) in (offset..).zip(nodes) {
             let json = &doc.root().nodes[node.node];
             let others = json.extensions.as_ref().map(|e| &e.others);
             let visible = others.and_then(|o| o.get("KHR_node_visibility")).and_then(|v| v.get("visible"));
@@ -209,7 +215,7 @@ impl Scene {
                 weights: json.weights.clone().unwrap_or_default(),
                 visible: visible.and_then(|v| v.as_bool()).unwrap_or(true),
             });
-            scene_nodes[node.node].push(id);
+            scene_nodes[node.node] = Some(id);
         }
         scene_nodes
     }

@@ -9,8 +9,15 @@ use crate::import::error::Warnings;
 /// Numbers of components that a colour may have.
 pub(super) const COMPONENTS: &[usize] = &[3, 4];
 
-/// Reads colours. Non-finite components become 1, which keeps the material's colour. Integers stand for 0 to
-/// 1, even if the accessor is not marked as normalized.
+/// Largest plausible component of floats. Larger ones are bytes, as in OBJ files.
+const MAX_COLOR: f32 = 10.0;
+
+/// Deviations from 0 to 1 without a warning.
+const ROUNDING: f32 = 1e-3;
+
+/// Reads colours, from 0 to 1. Non-finite components become 1, which keeps the material's colour. Integers
+/// stand for 0 to 1, even if the accessor is not marked as normalized, and so do floats from 0 to 255.
+/// Others are clamped, as the specification requires.
 pub(super) fn read(
     mut accessor: Accessor<'_>,
     elements: Elements<'_>,
@@ -33,7 +40,35 @@ pub(super) fn read(
     if replaced > 0 {
         warnings.add(location, format_args!("{replaced} colours have non-finite components; used 1"));
     }
+    if !matches!(accessor.component_type, ComponentType::U8 | ComponentType::U16 | ComponentType::U32) {
+        clamp(&mut colors, location, warnings);
+    }
     colors
+}
+
+/// Scales bytes to 1 and clamps what is still out of range. All components are finite.
+fn clamp(colors: &mut [Vec4], location: &str, warnings: &mut Warnings) {
+    let extent = colors.iter().fold((Vec4::ZERO, Vec4::ZERO), |(min, max), c| (min.min(*c), max.max(*c)));
+    let (min, max) = (extent.0.min_element(), extent.1.max_element());
+    if min >= 0.0 && max <= 1.0 {
+        return;
+    }
+    let are_bytes = || colors.iter().all(|c| c.fract() == Vec4::ZERO && c.min_element() >= 0.0);
+    // Simplified meshes have averages of bytes.
+    if max > 1.0 && max <= 255.0 && (max > MAX_COLOR || are_bytes()) {
+        warnings.add(location, "colours exceed 1: read as bytes from 0 to 255");
+        for color in &mut *colors {
+            // A missing alpha is 1 in byte colours too.
+            let alpha = if color.w > 1.0 { color.w / 255.0 } else { color.w };
+            *color = (color.truncate() / 255.0).extend(alpha);
+        }
+    } else if max > 1.0 + ROUNDING {
+        warnings.add(location, format_args!("colours have the value {max}, expected 0 to 1; used 1"));
+    }
+    if min < -ROUNDING {
+        warnings.add(location, format_args!("colours have the value {min}, expected 0 to 1; used 0"));
+    }
+    colors.iter_mut().for_each(|c| *c = c.clamp(Vec4::ZERO, Vec4::ONE));
 }
 
 fn rgba(accessor: &Accessor<'_>, elements: Elements<'_>) -> Vec<Vec4> {

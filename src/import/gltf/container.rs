@@ -1,5 +1,6 @@
 //! The container: JSON text, or the header and chunks of a GLB.
 
+use super::text_repair;
 use crate::import::error::{LoadError, Warnings};
 
 const HEADER: usize = 12;
@@ -17,24 +18,23 @@ pub(super) struct Container<'a> {
     pub json: &'a [u8],
     /// The first binary chunk of a GLB.
     pub bin: Option<&'a [u8]>,
+    /// True if the end of the binary chunk is missing.
+    pub is_truncated: bool,
 }
 
 /// Splits a file into its JSON and binary chunk. Other chunks are ignored, as the GLB specification requires.
+/// Wrong lengths in the headers, which programs leave that write to a pipe, are warnings: the JSON ends where its
+/// braces close, and the binary chunk at the end of the file.
 pub(super) fn split<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Container<'a>, LoadError> {
     if !bytes.starts_with(b"glTF") {
         let json = trim(bytes);
         return match json.iter().find(|byte| !byte.is_ascii_whitespace()) {
-            Some(b'{') => Ok(Container { json, bin: None }),
+            Some(b'{') => Ok(Container { json, bin: None, is_truncated: false }),
             _ => Err(LoadError::parse("byte 0", NOT_GLTF)),
         };
     }
-    let word = |at: usize| {
-        bytes
-            .get(at..at + 4)
-            .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-            .ok_or_else(|| LoadError::parse(format_args!("byte {at}"), "the GLB header is truncated"))
-    };
-    match word(4)? {
+    let truncated = |at: usize| LoadError::parse(format_args!("byte {at}"), "the GLB header is truncated");
+    match word(bytes, 4).ok_or_else(|| truncated(4))? {
         2 => {}
         1 => return Err(LoadError::Unsupported(super::version::VERSION_1.into())),
         v => {
@@ -43,40 +43,111 @@ pub(super) fn split<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Cont
             )));
         }
     }
-    let length = word(8)? as usize;
-    if length > bytes.len() {
-        let message = format!("the file is truncated: it has {} of {length} bytes", bytes.len());
-        return Err(LoadError::parse("byte 8", message));
+    let length = word(bytes, 8).ok_or_else(|| truncated(8))? as usize;
+    let mut chunks = Chunks { bytes, length, at: HEADER, is_truncated: false };
+    if word(bytes, HEADER + 4) != Some(JSON) {
+        return Err(LoadError::parse("byte 12", "the first GLB chunk is not JSON"));
     }
-    let mut json = None;
+    let json = chunks.json(warnings);
     let mut bin = None;
-    let mut at = HEADER;
-    while length.saturating_sub(at) >= CHUNK_HEADER {
-        let size = word(at)? as usize;
-        let kind = word(at + 4)?;
-        let body = at + CHUNK_HEADER;
-        // A chunk may exceed the length in the header as long as it lies within the file.
-        let chunk = body.checked_add(size).and_then(|end| bytes.get(body..end)).ok_or_else(|| {
-            let left = bytes.len() - body;
-            LoadError::parse(
-                format_args!("byte {at}"),
-                format_args!("a chunk of {size} bytes exceeds the file, which has {left} bytes left"),
-            )
-        })?;
-        match kind {
-            JSON if json.is_none() => json = Some(chunk),
-            _ if json.is_none() => break,
-            BIN if bin.is_none() => bin = Some(chunk),
-            _ => warnings.add(format_args!("byte {at}"), "ignored an additional GLB chunk"),
+    while chunks.has_next(bin.is_none()) {
+        let at = chunks.at;
+        if word(bytes, at + 4) == Some(BIN) && bin.is_none() {
+            bin = Some(chunks.binary(warnings));
+        } else {
+            warnings.add(format_args!("byte {at}"), "ignored an additional GLB chunk");
+            chunks.skip();
         }
-        at = body + size;
     }
-    if at < bytes.len() {
-        let left = bytes.len() - at;
-        warnings.add(format_args!("byte {at}"), format_args!("ignored {left} trailing bytes"));
+    chunks.check_end(warnings);
+    Ok(Container { json: trim(json), bin, is_truncated: chunks.is_truncated })
+}
+
+/// The number at an offset.
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    bytes.get(at..)?.first_chunk().map(|word| u32::from_le_bytes(*word))
+}
+
+/// Reads the chunks of a GLB.
+struct Chunks<'a> {
+    bytes: &'a [u8],
+    /// Length of the file by its header.
+    length: usize,
+    /// Offset of the next chunk.
+    at: usize,
+    is_truncated: bool,
+}
+
+impl<'a> Chunks<'a> {
+    /// Moves past the header of a chunk. Returns the chunk's length and what follows the header in the file.
+    fn enter(&mut self) -> (usize, &'a [u8]) {
+        let size = word(self.bytes, self.at).unwrap_or(0) as usize;
+        self.at += CHUNK_HEADER;
+        (size, self.bytes.get(self.at..).unwrap_or_default())
     }
-    let json = json.ok_or_else(|| LoadError::parse("byte 12", "the first GLB chunk is not JSON"))?;
-    Ok(Container { json: trim(json), bin })
+
+    /// Reads the JSON chunk. If its length is wrong, it ends with the last brace.
+    fn json(&mut self, warnings: &mut Warnings) -> &'a [u8] {
+        let (size, rest) = self.enter();
+        if size != 0 && size <= rest.len() {
+            self.at += size;
+            return &rest[..size];
+        }
+        let start = rest.iter().position(|&b| b == b'{').unwrap_or(rest.len());
+        let end = text_repair::end_of_container(rest, start);
+        let message = format!("the JSON chunk has a length of {size}; read {end} bytes up to its last brace");
+        warnings.add(format_args!("byte {HEADER}"), message);
+        self.at = (self.at + end).next_multiple_of(4).min(self.bytes.len());
+        &rest[..end]
+    }
+
+    /// Reads the binary chunk. If its length is 0 or beyond the file, it ends with the file.
+    fn binary(&mut self, warnings: &mut Warnings) -> &'a [u8] {
+        let at = self.at;
+        let (size, rest) = self.enter();
+        if size > rest.len() {
+            let message =
+                format!("the file is truncated: it has {} of {size} bytes of the chunk", rest.len());
+            warnings.add(format_args!("byte {at}"), message);
+            self.is_truncated = true;
+        } else if size != 0 || rest.is_empty() || self.at == self.length {
+            self.at += size;
+            return &rest[..size];
+        } else {
+            let message =
+                format!("the binary chunk has a length of 0; read the {} bytes that follow", rest.len());
+            warnings.add(format_args!("byte {at}"), message);
+        }
+        self.at = self.bytes.len();
+        rest
+    }
+
+    fn skip(&mut self) {
+        let (size, rest) = self.enter();
+        self.at += size.min(rest.len());
+    }
+
+    /// Returns true if another chunk follows: within the length of the header, or the missing binary chunk.
+    fn has_next(&self, wants_binary: bool) -> bool {
+        let has_header = self.bytes.len() - self.at >= CHUNK_HEADER;
+        let is_within = self.at + CHUNK_HEADER <= self.length;
+        has_header && (is_within || wants_binary && word(self.bytes, self.at + 4) == Some(BIN))
+    }
+
+    /// Warns of trailing bytes or a wrong length in the header.
+    fn check_end(&self, warnings: &mut Warnings) {
+        let (end, total) = (self.at, self.bytes.len());
+        if self.length < end {
+            let message = format!("the header has a length of {}; read {end} bytes", self.length);
+            warnings.add("byte 8", message);
+        } else if self.length > total && !self.is_truncated {
+            let message = format!("the file is truncated: it has {total} of {} bytes", self.length);
+            warnings.add("byte 8", message);
+        }
+        if end < total {
+            warnings.add(format_args!("byte {end}"), format_args!("ignored {} trailing bytes", total - end));
+        }
+    }
 }
 
 /// Removes the byte-order mark, and trailing white space and zeros, which some exporters pad with.
@@ -118,13 +189,57 @@ mod tests {
         let intact = glb(&[(JSON, b"{}  "), (BIN, b"data")]);
         let error = |bytes: &[u8]| split(bytes, &mut Warnings::default()).unwrap_err().to_string();
         assert_eq!(error(&intact[..9]), "byte 8: the GLB header is truncated");
-        assert_eq!(error(&intact[..30]), "byte 8: the file is truncated: it has 30 of 36 bytes");
-        let mut long = intact.clone();
-        long[12] = 99;
-        assert_eq!(error(&long), "byte 12: a chunk of 99 bytes exceeds the file, which has 16 bytes left");
         assert_eq!(error(&glb(&[(BIN, b"data")])), "byte 12: the first GLB chunk is not JSON");
         let mut old = intact;
         old[4] = 1;
         assert!(error(&old).contains("glTF 1.0"));
+    }
+
+    #[test]
+    fn wrong_lengths_are_warnings() {
+        let json = b"{\"a\":\"}\"}   ";
+        let intact = glb(&[(JSON, json), (BIN, b"data1234")]);
+        let bin = HEADER + CHUNK_HEADER + json.len();
+        let read = |edit: &dyn Fn(&mut Vec<u8>)| {
+            let mut file = intact.clone();
+            edit(&mut file);
+            let mut warnings = Warnings::default();
+            let container = split(&file, &mut warnings).unwrap();
+            assert_eq!(container.json, json.trim_ascii());
+            (container.bin.map(<[u8]>::to_vec), container.is_truncated, warnings.into_lines())
+        };
+        let set =
+            |file: &mut Vec<u8>, at: usize, word: u32| file[at..at + 4].copy_from_slice(&word.to_le_bytes());
+        let data = Some(b"data1234".to_vec());
+        assert_eq!(read(&|_| {}), (data.clone(), false, vec![]));
+        for length in [0, 12, 20, u32::MAX] {
+            let (found, is_truncated, warnings) = read(&|file| set(file, 8, length));
+            assert_eq!(
+                (found, is_truncated, warnings.len()),
+                (data.clone(), false, 1),
+                "{length}: {warnings:?}"
+            );
+        }
+        for length in [0, u32::MAX] {
+            let (found, is_truncated, warnings) = read(&|file| set(file, HEADER, length));
+            assert_eq!(
+                (found, is_truncated, warnings.len()),
+                (data.clone(), false, 1),
+                "{length}: {warnings:?}"
+            );
+        }
+        let (found, is_truncated, warnings) = read(&|file| set(file, bin, 0));
+        assert_eq!((found, is_truncated, warnings.len()), (data.clone(), false, 1), "{warnings:?}");
+        // All lengths at once, as a program writes them that cannot seek.
+        let (found, _, warnings) = read(&|file| [8, HEADER, bin].iter().for_each(|&at| set(file, at, 0)));
+        assert_eq!((found, warnings.len()), (data, 3), "{warnings:?}");
+        let (found, is_truncated, warnings) = read(&|file| file.truncate(bin + CHUNK_HEADER + 5));
+        assert_eq!(
+            (found.unwrap(), is_truncated, warnings.len()),
+            (b"data1".to_vec(), true, 1),
+            "{warnings:?}"
+        );
+        let (found, _, warnings) = read(&|file| file.truncate(bin));
+        assert_eq!((found, warnings.len()), (None, 1), "{warnings:?}");
     }
 }

@@ -26,6 +26,7 @@ pub(super) struct Document<'a> {
     pub folder: &'a SceneFolder,
     pub limits: &'a Limits,
     pub budget: MemoryBudget,
+    is_truncated: bool,
     buffers: Buffers<'a>,
     /// Contents of compressed buffer views, decompressed on first use.
     decompressed: Vec<OnceLock<Result<Vec<u8>, String>>>,
@@ -62,7 +63,8 @@ impl<'a> Document<'a> {
         budget.charge(total)?;
         let decompressed = json.root.buffer_views.iter().map(|_| OnceLock::new()).collect();
         let zero_bytes = AtomicU64::new(0);
-        Ok(Document { json, folder, limits, budget, buffers, decompressed, zero_bytes })
+        let is_truncated = container.is_truncated;
+        Ok(Document { json, folder, limits, budget, is_truncated, buffers, decompressed, zero_bytes })
     }
 
     pub fn root(&self) -> &Root {
@@ -90,6 +92,21 @@ impl<'a> Document<'a> {
         let location = || format!("{}.extensions.{}", location(), compressed.name);
         let bytes = decompressed.as_ref().map_err(|message| LoadError::invalid(location(), message))?;
         Ok(BufferView { bytes, stride: stride.or(compressed.attribute_stride()) })
+    }
+
+    /// Replaces an error by a warning and `None` if it may be due to the missing end of a truncated file.
+    pub fn tolerate_truncation<T>(
+        &self,
+        result: Result<T, LoadError>,
+        warnings: &mut Warnings,
+    ) -> Result<Option<T>, LoadError> {
+        match result {
+            Err(LoadError::Invalid { location, message }) if self.is_truncated => {
+                warnings.add(location, format_args!("{message}; ignored what needs it"));
+                Ok(None)
+            }
+            result => result.map(Some),
+        }
     }
 
     /// Charges zeros of an accessor without data. Without a limit, a few characters of JSON could request all

@@ -109,7 +109,12 @@ impl Fixture {
     pub fn glb(&self) -> Vec<u8> {
         let mut json = self.json.clone();
         json["buffers"][0]["byteLength"] = json!(self.bin.len());
-        let mut text = serde_json::to_vec(&json).unwrap();
+        self.glb_of(&json.to_string())
+    }
+
+    /// The file as GLB with another JSON text.
+    pub fn glb_of(&self, json: &str) -> Vec<u8> {
+        let mut text = json.as_bytes().to_vec();
         text.resize(text.len().next_multiple_of(4), b' ');
         let mut bin = self.bin.clone();
         bin.resize(bin.len().next_multiple_of(4), 0);

@@ -1,4 +1,4 @@
-//! The scene graph: choice of the scene, and its nodes once for each path from the root.
+//! The scene graph: choice of the scene, and its nodes as a forest in which each node occurs once.
 
 use ::gltf::json::Root;
 
@@ -6,12 +6,12 @@ use crate::import::error::{LoadError, Warnings};
 use crate::import::files::escape::printable;
 use crate::import::options::SceneChoice;
 
-/// A node of the expanded graph.
+/// A node of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct ExpandedNode {
+pub(super) struct SceneNode {
     /// Index of the node in the file.
     pub node: usize,
-    /// Index of the parent among the expanded nodes, which precedes this node.
+    /// Index of the parent among the scene's nodes, which precedes this node.
     pub parent: Option<u32>,
 }
 
@@ -21,12 +21,17 @@ pub(super) fn scene_names(root: &Root) -> Vec<String> {
     root.scenes.iter().enumerate().map(name).collect()
 }
 
+/// The nodes that a scene starts at.
+#[derive(Debug)]
+pub(super) enum Roots {
+    /// The roots that the scene lists.
+    Scene(Vec<usize>),
+    /// All nodes of a file without scenes: those without a parent, and the others.
+    File { roots: Vec<usize>, children: Vec<usize> },
+}
+
 /// Root nodes of the chosen scene. A file without scenes has all nodes without a parent.
-pub(super) fn roots(
-    root: &Root,
-    choice: &SceneChoice,
-    warnings: &mut Warnings,
-) -> Result<Vec<usize>, LoadError> {
+pub(super) fn roots(root: &Root, choice: &SceneChoice, warnings: &mut Warnings) -> Result<Roots, LoadError> {
     let scene = match choice {
         SceneChoice::Named(name) => {
             let by_name = root.scenes.iter().position(|s| s.name.as_ref() == Some(name));
@@ -42,7 +47,7 @@ pub(super) fn roots(
         SceneChoice::Default => root.scene.map(|s| s.value()).or((!root.scenes.is_empty()).then_some(0)),
     };
     if let Some(scene) = scene.and_then(|i| root.scenes.get(i)) {
-        return Ok(scene.nodes.iter().map(|n| n.value()).collect());
+        return Ok(Roots::Scene(scene.nodes.iter().map(|n| n.value()).collect()));
     }
     if !root.nodes.is_empty() {
         warnings.add("scenes", "the file has no scene; used all nodes without a parent");
@@ -53,96 +58,40 @@ pub(super) fn roots(
             *flag = true;
         }
     }
-    Ok((0..root.nodes.len()).filter(|&i| !has_parent[i]).collect())
+    let (children, roots) = (0..root.nodes.len()).partition(|&i| has_parent[i]);
+    Ok(Roots::File { roots, children })
 }
 
-fn children(root: &Root, node: usize) -> impl DoubleEndedIterator<Item = usize> + ExactSizeIterator + '_ {
-    let list = root.nodes.get(node).and_then(|n| n.children.as_deref()).unwrap_or_default();
-    list.iter().map(|c| c.value())
-}
-
-/// Expands the graph depth first from `roots`, with children in the file's order.
-///
-/// Paths are counted before the expansion: forty nodes can expand to 2⁴⁰.
-pub(super) fn expand(
+/// Warns of a default scene without meshes if another scene has some.
+pub(super) fn warn_of_empty_scene(
     root: &Root,
-    roots: &[usize],
-    limit: u64,
+    choice: &SceneChoice,
+    nodes: &[SceneNode],
     warnings: &mut Warnings,
-) -> Result<Vec<ExpandedNode>, LoadError> {
-    let order = parents_first(root, roots)?;
-    let mut paths = vec![0u64; root.nodes.len()];
-    let add = |paths: &mut Vec<u64>, node: usize, more: u64| {
-        if let Some(count) = paths.get_mut(node) {
-            *count = count.saturating_add(more);
-        }
-    };
-    roots.iter().for_each(|&n| add(&mut paths, n, 1));
-    for &node in &order {
-        let count = paths[node];
-        children(root, node).for_each(|c| add(&mut paths, c, count));
+) {
+    let has_mesh = |node: usize| root.nodes.get(node).is_some_and(|node| node.mesh.is_some());
+    if *choice != SceneChoice::Default || nodes.iter().any(|node| has_mesh(node.node)) {
+        return;
     }
-    let total = paths.iter().fold(0u64, |a, &b| a.saturating_add(b));
-    LoadError::check_limit("nodes, counted once per path from the root", total, limit)?;
-    let shared = paths.iter().filter(|&&n| n > 1).count();
-    if let Some(first) = paths.iter().position(|&n| n > 1) {
-        let message =
-            format!("{shared} nodes have several parents; each is drawn once per path from the root");
-        warnings.add(format_args!("nodes[{first}]"), message);
-    }
-
-    let mut expanded: Vec<ExpandedNode> = Vec::with_capacity(total as usize);
-    let root_node = |&node: &usize| ExpandedNode { node, parent: None };
-    let mut stack: Vec<ExpandedNode> = roots.iter().rev().map(root_node).collect();
-    while let Some(next) = stack.pop() {
-        let parent = Some(expanded.len() as u32);
-        expanded.push(next);
-        stack.extend(children(root, next.node).rev().map(|node| ExpandedNode { node, parent }));
-    }
-    Ok(expanded)
-}
-
-/// The nodes below `roots`, each once, in topological order. A cycle is an error.
-fn parents_first(root: &Root, roots: &[usize]) -> Result<Vec<usize>, LoadError> {
-    #[derive(Clone, Copy, PartialEq)]
-    enum State {
-        New,
-        Open,
-        Done,
-    }
-    let mut state = vec![State::New; root.nodes.len()];
-    let mut order = Vec::new();
-    let mut stack: Vec<(usize, usize)> = Vec::new();
-    for &start in roots {
-        if state.get(start) != Some(&State::New) {
-            continue;
-        }
-        state[start] = State::Open;
-        stack.push((start, 0));
-        while let Some((node, next)) = stack.last_mut() {
-            let Some(child) = children(root, *node).nth(*next) else {
-                state[*node] = State::Done;
-                order.push(*node);
-                stack.pop();
-                continue;
-            };
-            *next += 1;
-            match state.get(child) {
-                Some(State::Open) => {
-                    let name = root.nodes[child].name.as_deref().unwrap_or_default();
-                    let name =
-                        if name.is_empty() { String::new() } else { format!(" ('{}')", printable(name)) };
-                    let message = format!("node {child}{name} is its own descendant; remove the cycle");
-                    return Err(LoadError::invalid(format_args!("nodes[{node}].children"), message));
-                }
-                Some(State::New) => {
-                    state[child] = State::Open;
-                    stack.push((child, 0));
-                }
-                _ => {}
+    // Nodes below which there is no mesh.
+    let mut is_searched = vec![false; root.nodes.len()];
+    let mut shows_mesh = |scene: &::gltf::json::Scene| {
+        let mut open: Vec<usize> = scene.nodes.iter().map(|node| node.value()).collect();
+        while let Some(node) = open.pop() {
+            let Some(flag) = is_searched.get_mut(node) else { continue };
+            if has_mesh(node) {
+                return true;
+            }
+            if !std::mem::replace(flag, true) {
+                open.extend(root.nodes[node].children.iter().flatten().map(|child| child.value()));
             }
         }
+        false
+    };
+    if let Some(other) = root.scenes.iter().position(&mut shows_mesh) {
+        let default = root.scene.map_or(0, |scene| scene.value());
+        let name = printable(&scene_names(root)[other]);
+        let message = format!("the default scene has no meshes; select another with --scene '{name}'");
+        warnings.add(format_args!("scenes[{default}]"), message);
     }
-    order.reverse();
-    Ok(order)
 }

@@ -4,7 +4,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::document::Document;
-use super::graph::ExpandedNode;
+use super::graph::SceneNode;
 use super::instancing::InstanceAttributes;
 use super::{instancing, light, skin};
 use crate::import::error::{LoadError, Warnings};
@@ -22,8 +22,8 @@ pub(super) struct ObjectBuilder<'a, 'd> {
     doc: &'d Document<'a>,
     /// The scene's meshes for each mesh of the file.
     mesh_ids: HashMap<usize, Vec<u32>>,
-    /// The scene's nodes for each node of the file.
-    scene_nodes: &'d [Vec<u32>],
+    /// The scene's node for each node of the file.
+    scene_nodes: &'d [Option<u32>],
     /// The scene's skin for each skin of the file that was read.
     skins: HashMap<usize, Option<u32>>,
     /// Pairs of a scene's skin and a mesh of the file whose joint indices were checked.
@@ -34,23 +34,23 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
     pub fn new(
         doc: &'d Document<'a>,
         mesh_ids: HashMap<usize, Vec<u32>>,
-        scene_nodes: &'d [Vec<u32>],
+        scene_nodes: &'d [Option<u32>],
     ) -> ObjectBuilder<'a, 'd> {
         let skins = HashMap::new();
         ObjectBuilder { doc, mesh_ids, scene_nodes, skins, checked_joints: HashSet::new() }
     }
 
-    /// Attaches everything to the expanded nodes, which are the last nodes of the scene.
+    /// Attaches everything to `nodes`, which are the last nodes of the scene.
     pub fn attach_all(
         mut self,
         scene: &mut Scene,
-        expanded: &[ExpandedNode],
+        nodes: &[SceneNode],
         warnings: &mut Warnings,
     ) -> Result<AttachedIds, LoadError> {
         let root = self.doc.root();
         let mut attached = AttachedIds::default();
-        let offset = (scene.nodes.len() - expanded.len()) as u32;
-        for (id, node) in (offset..).zip(expanded) {
+        let offset = (scene.nodes.len() - nodes.len()) as u32;
+        for (id, node) in (offset..).zip(nodes) {
             let json = &root.nodes[node.node];
             self.attach_mesh(scene, node.node, id, warnings)?;
             if let Some(index) = json.camera.map(|c| c.value())
@@ -88,7 +88,10 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
             None => None,
         };
         let instances = match instancing::count(self.doc, json) {
-            Some(_) => instancing::read(self.doc, index, warnings)?,
+            Some(_) => {
+                let instances = instancing::read(self.doc, index, warnings);
+                self.doc.tolerate_truncation(instances, warnings)?.unwrap_or_default()
+            }
             None => vec![InstanceAttributes::default()],
         };
         let meshes = self.mesh_ids.get(&mesh).map_or(&[][..], Vec::as_slice);
@@ -122,7 +125,8 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
         if let Some(known) = self.skins.get(&index) {
             return Ok(*known);
         }
-        let skin = skin::read(self.doc, index, self.scene_nodes, warnings)?;
+        let skin = skin::read(self.doc, index, self.scene_nodes, warnings);
+        let skin = self.doc.tolerate_truncation(skin, warnings)?.flatten();
         let id = skin.map(|skin| {
             scene.skins.push(skin);
             scene.skins.len() as u32 - 1

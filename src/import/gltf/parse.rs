@@ -5,10 +5,14 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use ::gltf::json::Root;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::json_tree::{objects, primitives};
-use super::{extensions, float_integers, nonfinite, null_members, references, validate, version};
+use super::json_tree::objects;
+use super::text_repair::Position;
+use super::{
+    extensions, float_integers, null_values, references, required, text_repair, undisplayed, validate,
+    version,
+};
 use crate::import::error::{LoadError, Warnings};
 
 /// The typed JSON of a glTF.
@@ -34,22 +38,19 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<ParsedGltf, 
     if matches!(text, Cow::Owned(_)) {
         warnings.add("JSON", "replaced bytes that are not UTF-8");
     }
-    let mut value = parse_value(&text, warnings).map_err(|e| {
-        let location = format!("JSON, line {} column {}", e.line(), e.column());
-        let message = e.to_string();
-        LoadError::parse(location, message.split(" at line ").next().unwrap_or(&message))
-    })?;
-    null_members::remove_null_members(&mut value);
+    let (mut value, has_nonfinite) = parse_value(&text, warnings)?;
+    null_values::repair(&mut value, has_nonfinite, warnings);
     let Some(root) = value.as_object_mut() else {
         return Err(LoadError::parse("JSON", "the JSON is not an object"));
     };
     version::check(root, warnings)?;
     float_integers::convert(&mut value, warnings);
-    null_members::repair_names(&mut value, warnings);
+    null_values::repair_names(&mut value, warnings);
+    undisplayed::remove_invalid(&mut value, warnings);
     references::check_indices(&value)?;
     let pointers = extract_pointers(&mut value);
     let extensions = extensions::find_uses(&value, &pointers);
-    insert_missing_properties(&mut value, warnings);
+    required::insert_missing(&mut value, warnings);
     validate::validate(&mut value, warnings);
     let root = serde_path_to_error::deserialize(value).map_err(|e| {
         let path = e.path().to_string();
@@ -58,20 +59,21 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<ParsedGltf, 
     Ok(ParsedGltf { root, pointers, extensions })
 }
 
-/// Parses JSON. Text that is not JSON is parsed once more with NaN and Infinity replaced by null.
-fn parse_value(text: &str, warnings: &mut Warnings) -> serde_json::Result<Value> {
-    serde_json::from_str(text).or_else(|error| {
-        let Some(replaced) = nonfinite::replace_by_null(text) else { return Err(error) };
-        let mut value = serde_json::from_str(&replaced.text)?;
-        null_members::remove_arrays_with_null(&mut value);
-        warnings.add(
-            format_args!("JSON, line {} column {}", replaced.first.line, replaced.first.column),
-            format_args!(
-                "ignored {} invalid numbers (NaN or Infinity) and the arrays with them",
-                replaced.count
-            ),
-        );
-        Ok(value)
+/// Parses JSON. Text that is not JSON is parsed once more with its defects repaired. Returns true beside the
+/// value if it had NaN or infinite numbers, which are null now.
+fn parse_value(text: &str, warnings: &mut Warnings) -> Result<(Value, bool), LoadError> {
+    let error = |e: &serde_json::Error, at: Position| {
+        let message = e.to_string();
+        let message = message.split(" at line ").next().unwrap_or(&message);
+        LoadError::parse(format_args!("JSON, line {} column {}", at.line, at.column), message)
+    };
+    let position = |e: &serde_json::Error| Position { line: e.line(), column: e.column() };
+    serde_json::from_str(text).map(|value| (value, false)).or_else(|e| {
+        let Some(repaired) = text_repair::repair(text) else { return Err(error(&e, position(&e))) };
+        let value = serde_json::from_str(&repaired.text)
+            .map_err(|e| error(&e, repaired.original_position(text, position(&e))))?;
+        repaired.warn(text, warnings);
+        Ok((value, repaired.has_nonfinite()))
     })
 }
 
@@ -103,62 +105,4 @@ fn extract_pointers(value: &mut Value) -> HashMap<(usize, usize), String> {
         }
     }
     pointers
-}
-
-/// Inserts a missing property.
-fn insert_missing(object: &mut Map<String, Value>, key: &str, default: Value) {
-    if !object.contains_key(key) {
-        object.insert(key.into(), default);
-    }
-}
-
-/// Inserts a missing required property with a warning.
-fn insert_required(
-    location: &dyn Fn() -> String,
-    object: &mut Map<String, Value>,
-    key: &str,
-    default: Value,
-    warnings: &mut Warnings,
-) {
-    if !object.contains_key(key) {
-        warnings.add(location(), format_args!("required property '{key}' is missing; used {default}"));
-        object.insert(key.into(), default);
-    }
-}
-
-/// Inserts required properties whose default is obvious.
-fn insert_missing_properties(value: &mut Value, warnings: &mut Warnings) {
-    for (_, scene) in objects(value, "scenes") {
-        // Optional in the specification.
-        insert_missing(scene, "nodes", json!([]));
-    }
-    for (array, keys) in
-        [("meshes", &["primitives"][..]), ("skins", &["joints"]), ("animations", &["channels", "samplers"])]
-    {
-        for (i, object) in objects(value, array) {
-            for key in keys {
-                insert_required(&|| format!("{array}[{i}]"), object, key, json!([]), warnings);
-            }
-        }
-    }
-    for (i, mesh) in objects(value, "meshes") {
-        for (j, primitive) in primitives(mesh) {
-            let location = || format!("meshes[{i}].primitives[{j}]");
-            insert_required(&location, primitive, "attributes", json!({}), warnings);
-        }
-    }
-    for (_, animation) in objects(value, "animations") {
-        let channels = animation.get_mut("channels").and_then(Value::as_array_mut).into_iter().flatten();
-        for target in channels.filter_map(|channel| channel.get_mut("target")?.as_object_mut()) {
-            // The animation reader ignores such channels.
-            insert_missing(target, "node", json!(u32::MAX));
-            insert_missing(target, "path", json!("none"));
-        }
-    }
-    for (i, camera) in objects(value, "cameras") {
-        if let Some(Value::Object(perspective)) = camera.get_mut("perspective") {
-            let location = || format!("cameras[{i}].perspective");
-            insert_required(&location, perspective, "znear", json!(0), warnings);
-        }
-    }
 }

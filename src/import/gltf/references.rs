@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value};
 
+use super::json_tree::{Step, path_text};
 use crate::import::error::LoadError;
 use crate::import::files::escape::printable;
 
@@ -68,7 +69,7 @@ fn check_path<'v>(
 ) -> Result<(), LoadError> {
     let Some((part, rest)) = parts.split_first() else {
         return match value.as_u64() {
-            Some(index) if index >= length as u64 => Err(out_of_range(render(path), index, array, length)),
+            Some(index) if index >= length as u64 => Err(out_of_range(path_text(path), index, array, length)),
             // Values of another type are errors when the JSON is typed.
             _ => Ok(()),
         };
@@ -89,26 +90,6 @@ fn check_path<'v>(
         }
         _ => Ok(()),
     }
-}
-
-enum Step<'v> {
-    Key(&'v str),
-    Index(usize),
-}
-
-fn render(path: &[Step<'_>]) -> String {
-    let mut text = String::new();
-    for step in path {
-        match step {
-            Step::Key(key) if text.is_empty() => text.push_str(key),
-            Step::Key(key) => {
-                text.push('.');
-                text.push_str(&printable(key));
-            }
-            Step::Index(i) => text.push_str(&format!("[{i}]")),
-        }
-    }
-    text
 }
 
 /// Checks the texture infos of a material: all objects named `…Texture`, also in extensions.

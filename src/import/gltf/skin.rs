@@ -13,12 +13,12 @@ use crate::scene::Skin;
 pub(super) fn read(
     doc: &Document<'_>,
     index: usize,
-    scene_nodes: &[Vec<u32>],
+    scene_nodes: &[Option<u32>],
     warnings: &mut Warnings,
 ) -> Result<Option<Skin>, LoadError> {
     let Some(json) = doc.root().skins.get(index) else { return Ok(None) };
     let location = format!("skins[{index}]");
-    let node = |joint: &Index<Node>| scene_nodes.get(joint.value())?.first().copied();
+    let node = |joint: &Index<Node>| scene_nodes.get(joint.value()).copied().flatten();
     let joints: Option<Vec<u32>> = json.joints.iter().map(node).collect();
     let Some(joints) = joints.filter(|j| !j.is_empty()) else {
         warnings.add(location, "ignored skin whose joints are not in the scene");

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use serde_path_to_error::Segment;
 
 use super::json_tree::{Object, as_objects, objects, primitives};
-use super::{clearcoat, material_schema};
+use super::{clearcoat, material_schema, ranges};
 use crate::import::error::Warnings;
 use crate::import::files::escape::printable;
 
@@ -41,6 +41,7 @@ pub(super) fn validate(root: &mut Value, warnings: &mut Warnings) {
         check_choice(object, "alphaMode", &modes, &location, warnings);
         material_schema::repair(object, &location, warnings);
         clearcoat::repair(object, &location, warnings);
+        ranges::repair_material(object, &location, warnings);
     }
     for (i, object) in objects(root, "samplers") {
         for key in ["wrapS", "wrapT"] {
@@ -55,9 +56,18 @@ pub(super) fn validate(root: &mut Value, warnings: &mut Warnings) {
             check_choice(object, "interpolation", &kinds, location, warnings);
         }
     }
+    for (i, object) in objects(root, "accessors") {
+        let types = ["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"];
+        correct_case(object, "type", &types, format_args!("accessors[{i}]"), warnings);
+    }
     for (i, object) in objects(root, "cameras") {
+        let kinds = ["perspective", "orthographic"];
+        correct_case(object, "type", &kinds, format_args!("cameras[{i}]"), warnings);
         remove_untypable::<Camera>(object, &format!("cameras[{i}]"), warnings);
-        for kind in ["perspective", "orthographic"] {
+        if let Some(Value::Object(perspective)) = object.get_mut("perspective") {
+            ranges::repair_perspective(perspective, &format!("cameras[{i}].perspective"), warnings);
+        }
+        for kind in kinds {
             if let Some(object) = object.get(kind).and_then(Value::as_object) {
                 check_clipping(object, &format!("cameras[{i}].{kind}"), warnings);
             }
@@ -110,7 +120,25 @@ fn number(object: &Object, key: &str) -> Option<f64> {
     object.get(key).and_then(Value::as_f64)
 }
 
-/// Replaces a value that is not among the `allowed` ones by their first.
+/// Corrects the case of a value that is among the `allowed` ones but for its case.
+fn correct_case(
+    object: &mut Object,
+    key: &str,
+    allowed: &[&str],
+    location: impl Display,
+    warnings: &mut Warnings,
+) {
+    let Some(Value::String(text)) = object.get_mut(key) else { return };
+    if let Some(value) =
+        allowed.iter().find(|value| value.eq_ignore_ascii_case(text.trim()) && *value != text)
+    {
+        warnings
+            .add(format_args!("{location}.{key}"), format_args!("read '{}' as '{value}'", printable(text)));
+        *text = value.to_string();
+    }
+}
+
+/// Corrects the case of a value, and replaces one that is not among the `allowed` ones by their first.
 fn check_choice(
     object: &mut Object,
     key: &str,
@@ -118,6 +146,8 @@ fn check_choice(
     location: impl Display,
     warnings: &mut Warnings,
 ) {
+    let texts: Vec<&str> = allowed.iter().filter_map(Value::as_str).collect();
+    correct_case(object, key, &texts, &location, warnings);
     let Some(value) = object.get_mut(key).filter(|v| v.is_string() || v.is_number()) else { return };
     if !allowed.contains(value) {
         let default = allowed.first().cloned().unwrap_or_default();
@@ -232,16 +262,9 @@ fn repair_light(object: &mut Object, location: &str, warnings: &mut Warnings) {
         warnings.add(format_args!("{location}.color"), message);
         color.truncate(3);
     }
+    correct_case(object, "type", &["directional", "point", "spot"], location, warnings);
     remove_untypable::<Light>(object, location, warnings);
-    if let Some(intensity) = number(object, "intensity").filter(|&i| i < 0.0) {
-        let message = format!("ignored negative value {intensity}; used 0");
-        warnings.add(format_args!("{location}.intensity"), message);
-        object.insert("intensity".into(), json!(0));
-    }
-    if let Some(range) = number(object, "range").filter(|&r| r <= 0.0) {
-        let message = format!("ignored value {range}, which is not positive; used infinity");
-        warnings.add(format_args!("{location}.range"), message);
-    }
+    ranges::repair_light(object, location, warnings);
     let Some(spot) = object.get_mut("spot").and_then(Value::as_object_mut) else { return };
     // π/2 rounded to f32 is slightly larger than π/2.
     for key in ["innerConeAngle", "outerConeAngle"] {

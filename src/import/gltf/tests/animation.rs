@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::super::fixture::{Fixture, bytes_of};
 use super::materials::textured;
 use crate::scene::pose;
-use crate::scene::{ChannelTarget, Interpolation, PoseSettings};
+use crate::scene::{ChannelTarget, Interpolation, Keyframes, PoseSettings};
 
 /// A triangle with one channel on node 0, two keys.
 fn animated(path: &str, interpolation: &str, kind: &str, width: usize, values: &[f32]) -> Fixture {
@@ -61,16 +61,16 @@ fn normalized_integers_are_converted() {
 fn an_invalid_channel_is_ignored_with_a_warning() {
     type Break = fn(&mut Value);
     let breaks: [Break; 6] = [
-        |a| a["samplers"][0]["output"] = json!(0), // 3 values for 2 keyframes
+        |a| a["samplers"][0]["output"] = json!(2), // not vectors
         |a| a["samplers"][0]["input"] = json!(0),  // not scalars
-        |a| a["samplers"][0]["input"] = json!(4),  // descending
+        |a| a["samplers"][0]["input"] = json!(4),  // no numbers
         |a| a["channels"][0]["sampler"] = json!(5),
         |a| a["channels"][0]["target"]["path"] = json!("colour"),
         |a| a["samplers"][0]["output"] = json!(5), // beyond its buffer
     ];
     for (i, break_it) in breaks.iter().enumerate() {
         let mut fixture = animated("translation", "LINEAR", "VEC3", 3, &[0.0; 6]);
-        fixture.floats("SCALAR", 1, &[1.0, 0.0]);
+        fixture.floats("SCALAR", 1, &[f32::NAN, f32::INFINITY]);
         fixture.floats("VEC3", 3, &[0.0; 3]);
         fixture.json["accessors"][5]["count"] = json!(2);
         let good = json!({"sampler": 1, "target": {"node": 0, "path": "scale"}});
@@ -90,13 +90,117 @@ fn an_invalid_channel_is_ignored_with_a_warning() {
     assert!(scene.animations[0].channels.is_empty() && warnings.is_empty());
 }
 
+/// The keyframes of a channel on node 0, and the warnings.
+fn keyframes(
+    path: &str,
+    interpolation: &str,
+    kind: &str,
+    times: &[f32],
+    values: &[f32],
+) -> (Keyframes, Vec<String>) {
+    let width = if kind == "SCALAR" { 1 } else { 3 };
+    let mut fixture = animated(path, interpolation, kind, width, values);
+    let times = fixture.floats("SCALAR", 1, times);
+    fixture.json["animations"][0]["samplers"][0]["input"] = json!(times);
+    let up = fixture.vec3(&[[0.0, 0.0, 1.0]; 3]);
+    fixture.primitive()["targets"] = json!([{"POSITION": up}, {"POSITION": up}]);
+    let (scene, warnings) = fixture.load();
+    (scene.animations[0].channels[0].keyframes.clone(), warnings)
+}
+
 #[test]
-fn every_instance_of_a_shared_node_is_animated() {
+fn the_good_keyframes_of_a_channel_are_kept() {
+    const NAN: f32 = f32::NAN;
+    let spline: Vec<f32> = (0..18).map(|i| i as f32).collect();
+    let swapped: Vec<f32> = [&spline[9..], &spline[..9]].concat();
+    let broken: Vec<f32> = spline.iter().map(|&v| if v == 2.0 { NAN } else { v }).collect();
+    let order = "keyframe times do not ascend; sorted the keyframes";
+    for (path, interpolation, kind, times, values, kept, expected, message) in [
+        (
+            "translation",
+            "LINEAR",
+            "VEC3",
+            &[1.0, 0.0][..],
+            &[3.0, 4.0, 5.0, 0.0, 1.0, 2.0][..],
+            &[0.0, 1.0][..],
+            &spline[..6],
+            order,
+        ),
+        ("translation", "CUBICSPLINE", "VEC3", &[1.0, 0.0], &swapped, &[0.0, 1.0], &spline, order),
+        (
+            "scale",
+            "STEP",
+            "VEC3",
+            &[NAN, 1.0],
+            &[9.0, 9.0, 9.0, 0.0, 1.0, 2.0],
+            &[1.0],
+            &spline[..3],
+            "ignored 1 of 2 keyframes, which are not finite",
+        ),
+        (
+            "scale",
+            "CUBICSPLINE",
+            "VEC3",
+            &[0.0, 1.0],
+            &broken,
+            &[1.0],
+            &spline[9..],
+            "ignored 1 of 2 keyframes, which are not finite",
+        ),
+        (
+            "scale",
+            "LINEAR",
+            "VEC3",
+            &[0.0],
+            &spline[..9],
+            &[0.0],
+            &spline[..3],
+            "3 values for 1 keyframes; ignored the last values",
+        ),
+        (
+            "scale",
+            "LINEAR",
+            "VEC3",
+            &[0.0, 1.0, 2.0],
+            &spline[..6],
+            &[0.0, 1.0],
+            &spline[..6],
+            "values for 2 of 3 keyframes; ignored the last keyframes",
+        ),
+        (
+            "weights",
+            "LINEAR",
+            "SCALAR",
+            &[0.0, 1.0],
+            &spline[..5],
+            &[0.0, 1.0],
+            &spline[..4],
+            "2 values for 2 keyframes; ignored the last values",
+        ),
+        (
+            "weights",
+            "LINEAR",
+            "SCALAR",
+            &[0.0, 1.0, 2.0],
+            &spline[..5],
+            &[0.0, 1.0],
+            &spline[..4],
+            "values for 2 of 3 keyframes; ignored the last keyframes",
+        ),
+    ] {
+        let (keyframes, warnings) = keyframes(path, interpolation, kind, times, values);
+        assert_eq!((&keyframes.times[..], &keyframes.values[..]), (kept, expected), "{message}");
+        assert_eq!(warnings, [format!("animations[0].channels[0]: {message}")]);
+    }
+}
+
+#[test]
+fn a_node_that_is_a_root_and_a_child_is_animated_below_its_parent() {
     let mut fixture = animated("translation", "LINEAR", "VEC3", 3, &[0.0; 6]);
     fixture.node(json!({"children": [0]}));
     let (scene, _) = fixture.load();
     let targets: Vec<ChannelTarget> = scene.animations[0].channels.iter().map(|c| c.target).collect();
-    assert_eq!(targets, [ChannelTarget::Translation(0), ChannelTarget::Translation(2)]);
+    assert_eq!(targets, [ChannelTarget::Translation(1)]);
 }
 
 #[test]

@@ -22,6 +22,17 @@ impl Fixture {
         self.load_with(&LoadOptions::default())
     }
 
+    /// Loads the file with a part of its JSON text replaced, which must exist.
+    pub fn load_replaced(&self, from: &str, to: &str) -> Result<(Scene, Vec<String>), String> {
+        let mut json = self.json.clone();
+        json["buffers"][0]["byteLength"] = self.bin.len().into();
+        let text = json.to_string();
+        assert!(text.contains(from), "{from} is not in {text}");
+        let glb = self.glb_of(&text.replacen(from, to, 1));
+        let (scene, warnings) = load(&glb, &folder(), &LoadOptions::default()).map_err(|e| e.to_string())?;
+        Ok((scene, warnings.iter().map(ToString::to_string).collect()))
+    }
+
     pub fn error(&self) -> String {
         self.try_load_with(&LoadOptions::default()).map(|_| ()).unwrap_err().to_string()
     }

@@ -35,7 +35,7 @@ fn invalid_values_are_replaced_with_a_warning() {
             {"extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"_ID": 0}}}}],
         "meshes": [{"weights": [], "primitives": [{"material": -1,
             "targets": [{"POSITION": 0, "COLOR_0": 0, "_X": 0}]}]}],
-        "materials": [{"alphaMode": "blend"}, {"doubleSided": 1}],
+        "materials": [{"alphaMode": "HALF"}, {"doubleSided": 1}],
         "textures": [{"sampler": -1, "source": 0}],
         "samplers": [{"wrapS": 5}],
         "animations": [{"samplers": [{}, {"interpolation": "SMOOTH"}]}],
@@ -56,7 +56,7 @@ fn invalid_values_are_replaced_with_a_warning() {
             "nodes[0].rotation: ignored quaternion of length 0",
             "nodes[1].extensions.EXT_mesh_gpu_instancing: ignored instancing without TRANSLATION, ROTATION and \
              SCALE",
-            "materials[0].alphaMode: ignored invalid value 'blend' (expected one of 'OPAQUE', 'MASK', 'BLEND'); used 'OPAQUE'",
+            "materials[0].alphaMode: ignored invalid value 'HALF' (expected one of 'OPAQUE', 'MASK', 'BLEND'); used 'OPAQUE'",
             "samplers[0].wrapS: ignored invalid value 5 (expected one of 10497, 33071, 33648); used 10497",
             "animations[0].samplers[1].interpolation: ignored invalid value 'SMOOTH' (expected one of \
              'LINEAR', 'STEP', 'CUBICSPLINE'); used 'LINEAR'",
@@ -97,4 +97,22 @@ fn invalid_lights_and_cameras_are_warnings() {
     let expected = json!([{"intensity": 3, "type": ""}, {"type": "point"},
         {"type": "point", "color": [1, 0.5, 0.25]}, {"type": "point"}]);
     assert_eq!(root["extensions"]["KHR_lights_punctual"]["lights"], expected);
+}
+
+#[test]
+fn choices_are_read_in_any_case() {
+    let (root, warnings) = validated(json!({
+        "materials": [{"alphaMode": "blend"}, {"alphaMode": "Mask"}],
+        "animations": [{"samplers": [{"interpolation": "cubicSpline"}]}],
+        "accessors": [{"type": "vec3"}],
+        "cameras": [{"type": "Perspective"}],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "POINT"}]}},
+    }));
+    assert_eq!(root["materials"], json!([{"alphaMode": "BLEND"}, {"alphaMode": "MASK"}]));
+    assert_eq!(root["animations"][0]["samplers"][0]["interpolation"], "CUBICSPLINE");
+    assert_eq!(root["accessors"][0]["type"], "VEC3");
+    assert_eq!(root["cameras"][0]["type"], "perspective");
+    assert_eq!(root["extensions"]["KHR_lights_punctual"]["lights"][0]["type"], "point");
+    assert_eq!(warnings.len(), 6, "{warnings:?}");
+    assert_eq!(warnings[0], "materials[0].alphaMode: read 'blend' as 'BLEND'");
 }
