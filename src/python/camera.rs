@@ -32,6 +32,25 @@ pub struct PyCamera {
     size: Option<(u32, u32)>,
 }
 
+/// A pickled camera.
+type CameraState = (CameraNumbers, Option<(u32, u32)>);
+
+/// The numbers of a pickled camera.
+#[derive(FromPyObject, IntoPyObject)]
+struct CameraNumbers {
+    /// View point, u, v and w.
+    #[pyo3(item)]
+    axes: [[f64; 3]; 4],
+    #[pyo3(item)]
+    is_orthographic: bool,
+    /// Height, or left, right, bottom and top.
+    #[pyo3(item)]
+    rect: Vec<f64>,
+    /// Near and far.
+    #[pyo3(item)]
+    clip: (f64, f64),
+}
+
 impl PyCamera {
     /// The camera for a picture of `width` by `height` pixels.
     pub fn resolve(&self, (width, height): (u32, u32)) -> Camera {
@@ -216,6 +235,40 @@ impl PyCamera {
 
     fn __eq__(&self, other: &PyCamera) -> bool {
         self == other
+    }
+
+    /// Restore a camera that was pickled.
+    #[staticmethod]
+    fn _restore(numbers: CameraNumbers, size: Option<(u32, u32)>) -> PyCamera {
+        let CameraNumbers { axes, is_orthographic, rect, clip: (near, far) } = numbers;
+        let [view_point, u, v, w] = axes.map(DVec3::from_array);
+        PyCamera {
+            view_point,
+            basis: Basis { u, v, w },
+            projection: if is_orthographic { Projection::Orthographic } else { Projection::Perspective },
+            rect: match rect[..] {
+                [l, r, b, t] => ViewRect::Bounds([l, r, b, t]),
+                _ => ViewRect::Height(rect.first().copied().unwrap_or(1.0)),
+            },
+            clip: ClipPlanes { near, far },
+            size,
+        }
+    }
+
+    /// Pickle the camera.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, CameraState)> {
+        let restore = py.get_type::<PyCamera>().getattr("_restore")?;
+        let Basis { u, v, w } = self.basis;
+        let numbers = CameraNumbers {
+            axes: [self.view_point, u, v, w].map(|v| v.to_array()),
+            is_orthographic: self.orthographic(),
+            rect: match self.rect {
+                ViewRect::Height(height) => vec![height],
+                ViewRect::Bounds(bounds) => bounds.to_vec(),
+            },
+            clip: (self.clip.near, self.clip.far),
+        };
+        Ok((restore, (numbers, self.size)))
     }
 }
 

@@ -20,6 +20,7 @@ mod loaded;
 mod options;
 mod picture;
 mod pictures;
+mod plan_cache;
 mod pool;
 mod posed;
 mod rays;

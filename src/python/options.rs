@@ -6,8 +6,8 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 
-use super::errors::value_error;
-use crate::cli::embed::{Options, RenderPlan, Repetition, parse_render, render_options, scene_options};
+use super::plan_cache::resolve_plan;
+use crate::cli::embed::{Options, RenderPlan, Repetition, render_options, scene_options};
 
 /// Options of `load` that the command line has among those that decide the pixels.
 const LOAD_ONLY: [&str; 2] = ["hide", "only-objects"];
@@ -67,7 +67,7 @@ pub fn plan(
         let Some(repetition) = known.get(&name) else { return Err(unknown(&key, set, &known)) };
         push_flag(&mut argv, &name, &value, *repetition)?;
     }
-    parse_render(argv).map_err(value_error)
+    resolve_plan(argv)
 }
 
 fn unknown(key: &str, set: OptionSet, known: &Options) -> PyErr {

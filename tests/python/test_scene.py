@@ -69,8 +69,8 @@ def test_arrays_have_bounds_colors_and_instances() -> None:
 
 
 def test_textures_are_upright() -> None:
-    image = np.zeros((2, 2, 3), np.uint8)
-    image[0] = 255
+    image = np.zeros((8, 8, 3), np.uint8)
+    image[:4] = 255
     uvs = [[0, 0], [1, 0], [1, 1], [0, 1]]
     scene = blinn.Scene.from_arrays(**QUAD, uvs=uvs, material={"base_color": (1, 1, 1), "base_color_texture": image})
     camera = blinn.Camera.look_at((0, 0, 3), (0, 0, 0))
@@ -96,3 +96,72 @@ def test_trimesh_round_trips() -> None:
     assert box.triangle_count == 12
     sphere = trimesh.creation.icosphere(subdivisions=3)
     assert blinn.Scene.from_trimesh(sphere).triangle_count == len(sphere.faces)
+
+
+def test_trimesh_keeps_textures_and_instances() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    image = pytest.importorskip("PIL.Image").fromarray(np.full((4, 4, 3), (255, 0, 0), np.uint8))
+    visual = trimesh.visual.TextureVisuals(uv=[[0, 0], [1, 0], [1, 1], [0, 1]], image=image)
+    mesh = trimesh.Trimesh(QUAD["vertices"], QUAD["faces"], visual=visual, process=False)
+    scene = trimesh.Scene(mesh)
+    scene.add_geometry(mesh, transform=trimesh.transformations.translation_matrix([3, 0, 0]))
+    loaded = blinn.Scene.from_trimesh(scene)
+    np.testing.assert_allclose(loaded.bounds, [[-1, -1, 0], [4, 1, 0]])
+    camera = blinn.Camera.look_at((0, 0, 3), (0, 0, 0))
+    albedo = loaded.render(camera, size=(9, 9), layers="albedo")["albedo"][4, 4]
+    assert albedo[0] > 0.3 and albedo[1] == albedo[2] == 0
+
+
+def test_a_glb_of_trimesh_is_the_same_scene(tmp_path: Path, models: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    file = models / "textured/textured.glb"
+    loaded = blinn.Scene.from_trimesh(trimesh.load(file))
+    original = blinn.load(file)
+    np.testing.assert_allclose(loaded.bounds, original.bounds, atol=1e-5)
+    camera = blinn.Camera.look_at(original.bounds[1] * 3 + 1, original.bounds.mean(axis=0))
+    a, b = (scene.render(camera, size=(48, 48), layers="mask")["mask"] for scene in (loaded, original))
+    assert (a != b).mean() < 0.01 and a.any()
+
+
+def test_sequences_are_values_of_options(quad: blinn.Scene) -> None:
+    camera = blinn.Camera.look_at((0, 0, 3), (0, 0, 0))
+
+    def render(**options: object) -> np.ndarray:
+        return quad.render(camera, size=(8, 8), **options).rgba
+
+    one = render(sun=(0, 0, -1, 1))
+    np.testing.assert_array_equal(one, render(sun="0,0,-1,1"))
+    np.testing.assert_array_equal(one, render(sun=[np.array([0, 0, -1, 1])]))
+    np.testing.assert_array_equal(render(sun=[(0, 0, -1, 0.5), (0, 0, -1, 0.5)]).max(), one.max())
+    np.testing.assert_array_equal(render(lights=["headlight", "three-point"]), render(lights="headlight,three-point"))
+    np.testing.assert_array_equal(render(no_shadows=False), render(no_shadows=None))
+
+
+def test_culling_does_not_change_the_scene(quad: blinn.Scene) -> None:
+    behind = blinn.Camera.look_at((0, 0, -3), (0, 0, 0))
+
+    def coverage(**options: object) -> float:
+        return float(quad.render(behind, size=(9, 9), layers="mask", **options)["mask"].mean())
+
+    assert coverage() > 0
+    with pytest.warns(blinn.SceneWarning, match="back faces"):
+        assert coverage(cull="back") == 0
+    assert coverage() > 0
+
+
+def test_warnings_name_the_line_of_the_caller(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.obj"
+    scene.write_text("mtllib missing.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        blinn.load(scene)
+    assert caught[0].filename == __file__
+
+
+def test_empty_arrays_are_an_empty_scene() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        empty = blinn.Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+        assert empty.triangle_count == 0 and np.isnan(empty.bounds).all()
+        assert empty.render(size=(4, 4), layers="mask")["mask"].max() == 0
+        assert np.isinf(empty.intersect([[0, 0, 0]], [[0, 0, 1]]).t).all()

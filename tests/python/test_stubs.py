@@ -11,8 +11,9 @@ import blinn
 
 
 def test_docstring_examples_run() -> None:
-    failures, count = doctest.testmod(blinn)
-    assert failures == 0 and count > 0
+    for module in (blinn, sys.modules["blinn._scene"]):
+        failures, count = doctest.testmod(module)
+        assert failures == 0 and count > 4
 
 
 def test_the_command_runs() -> None:

@@ -35,7 +35,7 @@ pub use simd_level::simd_level;
 use sequence_info::SequenceInfo;
 
 /// Images of one or more scenes.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct RenderPlan {
     pub scenes: Vec<PathBuf>,
     /// The frames of each scene.

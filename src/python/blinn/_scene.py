@@ -78,6 +78,10 @@ class Scene:
         - ``colors``: shape (n, 3) or (n, 4): uint8 sRGB, or float linear RGB.
         - ``material``: see `from_meshes`.
         - ``transforms``: shape (4, 4) or (k, 4, 4): places the mesh once or k times.
+
+        >>> quad = Scene.from_arrays([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+        >>> quad.triangle_count, quad.bounds.tolist()
+        (2, [[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]])
         """
         only = Mesh(
             vertices=vertices,
@@ -219,6 +223,11 @@ class Scene:
 
         Exposure and lights are resolved once, for the first camera. Other arguments are those of `render`. Rendering
         goes on while the pictures are used, at most a few pictures ahead. ``close()`` ends it early.
+
+        >>> triangle = Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> cameras = [Camera.look_at((x, 0, 4), (0.3, 0.3, 0)) for x in (-1, 0, 1)]
+        >>> [int(picture["mask"].sum() > 0) for picture in triangle.render_many(cameras, (32, 32), layers="mask")]
+        [1, 1, 1]
         """
         return self._scene.render_many(list(cameras), size, samples, _names(layers), progress, **options)
 
@@ -228,6 +237,11 @@ class Scene:
         """Find the closest hits of rays.
 
         ``origins`` and ``directions`` have shape (n, 3). Directions may have any length; t counts in it.
+
+        >>> triangle = Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> hits = triangle.intersect([[0.25, 0.25, 2], [5, 5, 2]], [[0, 0, -1], [0, 0, -1]])
+        >>> hits.t.tolist(), hits.triangle.tolist(), hits.barycentrics[0].tolist()
+        ([2.0, inf], [0, -1], [0.5, 0.25, 0.25])
         """
         hits = self._scene.intersect(
             np.asarray(origins, np.float64), np.asarray(directions, np.float64), cull_back_faces=cull_back_faces
