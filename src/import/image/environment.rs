@@ -1,10 +1,8 @@
 //! Equirectangular environment maps: Radiance HDR and OpenEXR.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use image::{ImageFormat, ImageReader};
-
+use super::{exr, radiance};
 use crate::import::Limits;
 use crate::import::error::LoadError;
 use crate::import::files::read_file::read_scene_file;
@@ -13,12 +11,15 @@ use crate::scene::{Environment, Panorama};
 
 /// Largest environment map: 16384 × 8192 pixels.
 const MAX_PIXELS: u64 = 1 << 27;
-/// Peak bytes per pixel: four floats in the decoder and in its output.
+/// Peak bytes per pixel: three floats, a reduced copy, the mip levels, and a decoder's blocks.
 const PIXEL_BYTES: u64 = 32;
+/// Width minus twice the height, at most: some programs round one of them. Small maps are exact.
+const MAX_DIFFERENCE: u64 = 2;
+/// Height for each texel of difference.
+const HEIGHT_PER_DIFFERENCE: u64 = 64;
 
 /// Loads an equirectangular environment map, twice as wide as high, from a Radiance HDR or OpenEXR file. The
-/// format is detected from the content. The result holds nine coefficients, so the map has a memory budget
-/// apart from the scene's.
+/// format is detected from the content. The map has a memory budget apart from the scene's.
 ///
 /// # Errors
 /// The file cannot be read, has another format, is damaged, exceeds a limit, or has another aspect ratio.
@@ -26,38 +27,68 @@ pub fn load_environment(path: &Path, limits: &Limits) -> Result<Environment, Loa
     let budget = MemoryBudget::new(limits.memory_bytes);
     let bytes = read_scene_file(path, limits.file_bytes.min(limits.memory_bytes))?;
     budget.charge(bytes.len() as u64)?;
-    let place = path.display();
-    let damaged = |e: image::ImageError| {
-        LoadError::parse(&place, format!("the environment map cannot be decoded: {e}"))
-    };
-    let reader = || {
-        let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format();
-        let reader = reader.map_err(|cause| LoadError::io(path, cause))?;
-        match reader.format() {
-            Some(ImageFormat::Hdr | ImageFormat::OpenExr) => Ok(reader),
-            _ => Err(LoadError::Unsupported(format!(
-                "{place}: not a Radiance HDR or OpenEXR file; save the environment map as .hdr or .exr"
-            ))),
-        }
-    };
-    let (width, height) = reader()?.into_dimensions().map_err(damaged)?;
-    let pixels = u64::from(width) * u64::from(height);
-    LoadError::check_limit("environment map pixels", pixels, MAX_PIXELS.min(limits.image_pixels))?;
-    if height == 0 || u64::from(width) != 2 * u64::from(height) {
-        let message =
-            format!("an equirectangular environment map must be twice as wide as high, not {width}x{height}");
-        return Err(LoadError::invalid(&place, message));
-    }
-    budget.charge(pixels * PIXEL_BYTES)?;
-    let mut reader = reader()?;
-    let mut decoder_limits = image::Limits::default();
-    decoder_limits.max_alloc = Some((pixels * PIXEL_BYTES).max(64 << 20));
-    reader.limits(decoder_limits);
-    let map = reader.decode().map_err(damaged)?.into_rgb32f();
-    let texels = bytemuck::allocation::cast_vec(map.into_raw());
-    let panorama = Panorama::new(width, height, texels);
-    let panorama = panorama.ok_or_else(|| LoadError::invalid(&place, "the environment map is empty"))?;
+    let texels = decode(&bytes, &budget, limits);
+    let panorama = texels.map_err(|error| error.into_load_error(path))?;
     Ok(Environment::from_panorama(panorama))
+}
+
+/// The cause why a map cannot be used.
+enum MapError {
+    Unsupported,
+    Damaged(String),
+    Invalid(String),
+    Limit(LoadError),
+}
+
+impl MapError {
+    fn into_load_error(self, path: &Path) -> LoadError {
+        let place = path.display();
+        match self {
+            MapError::Unsupported => LoadError::Unsupported(format!(
+                "{place}: not a Radiance HDR or OpenEXR file; save the environment map as .hdr or .exr"
+            )),
+            MapError::Damaged(cause) => {
+                // Some decoder messages contain line breaks.
+                let cause = cause.split_whitespace().collect::<Vec<_>>().join(" ");
+                LoadError::parse(&place, format!("the environment map cannot be decoded: {cause}"))
+            }
+            MapError::Invalid(message) => LoadError::invalid(&place, message),
+            MapError::Limit(error) => error,
+        }
+    }
+}
+
+/// Decodes a map. The size is checked before memory is allocated.
+fn decode(bytes: &[u8], budget: &MemoryBudget, limits: &Limits) -> Result<Panorama, MapError> {
+    let check = |[width, height]: [usize; 2]| check_size(width as u64, height as u64, budget, limits);
+    let ([width, height], texels) = if radiance::is_radiance(bytes) {
+        let header = radiance::Header::read(bytes).map_err(MapError::Damaged)?;
+        let size = [header.width as usize, header.height as usize];
+        check(size)?;
+        (size, radiance::decode(bytes, &header).map_err(MapError::Damaged)?)
+    } else if exr::is_exr(bytes) {
+        let picture = exr::ExrPicture::open(bytes).map_err(MapError::Damaged)?;
+        let size = picture.size();
+        check(size)?;
+        (size, picture.decode().map_err(MapError::Damaged)?)
+    } else {
+        return Err(MapError::Unsupported);
+    };
+    let panorama = Panorama::new(width as u32, height as u32, texels);
+    panorama.ok_or_else(|| MapError::Invalid("the environment map is empty".into()))
+}
+
+/// Checks the size of a map and charges its memory.
+fn check_size(width: u64, height: u64, budget: &MemoryBudget, limits: &Limits) -> Result<(), MapError> {
+    let pixels = width.saturating_mul(height);
+    let limit = MAX_PIXELS.min(limits.image_pixels);
+    LoadError::check_limit("environment map pixels", pixels, limit).map_err(MapError::Limit)?;
+    if height == 0 || width.abs_diff(2 * height) > (height / HEIGHT_PER_DIFFERENCE).min(MAX_DIFFERENCE) {
+        return Err(MapError::Invalid(format!(
+            "an equirectangular environment map must be twice as wide as high, not {width}x{height}"
+        )));
+    }
+    budget.charge(pixels * PIXEL_BYTES).map_err(MapError::Limit)
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! Decodes texture images: PNG, JPEG, WebP, BMP, TGA, TIFF, GIF and KTX2.
 
 pub(crate) mod environment;
+mod exr;
 pub(crate) mod jpeg;
 mod ktx2;
+mod radiance;
 mod tiff;
 
 use std::io::Cursor;
@@ -37,6 +39,9 @@ pub(crate) fn decode(name: &str, bytes: &[u8], limits: &Limits) -> Result<Image,
     // Lets a test provoke a panic in a decoder.
     #[cfg(debug_assertions)]
     assert!(std::env::var_os("BLINN_TEST_PANIC").is_none_or(|at| at != name), "left: 1\n right: 2");
+    if let Some(reason) = tiff::unsupported(bytes) {
+        return Err(error(&reason));
+    }
     let (bytes, palette) = tiff::split_palette(bytes);
     let bytes = &*bytes;
     let (width, height) = size(bytes).map_err(|e| error(&e))?;
