@@ -55,8 +55,13 @@ pub struct Lighting {
     /// occlusion is visible.
     pub boost_ambient: bool,
     /// An environment in place of a constant I_a, also for specular lobes. It also replaces the default three-point rig.
-    /// `None` reflects the studio of the three-point rig, else the constant I_a.
+    /// `None` uses the file's with the file's lights, unless there is an I_a; else the studio of the three-point rig is
+    /// reflected, else the constant I_a.
     pub environment: Option<Environment>,
+    /// Turns the environment about +Y, in radians: +Z turns towards +X.
+    pub environment_rotation: f64,
+    /// Multiplies the radiance of the environment.
+    pub environment_strength: f32,
     /// Radius of every light: [`PosedLight::radius`].
     pub radius: f32,
 }
@@ -71,6 +76,8 @@ impl Default for Lighting {
             ambient: None,
             boost_ambient: false,
             environment: None,
+            environment_rotation: 0.0,
+            environment_strength: 1.0,
             radius: 0.0,
         }
     }
@@ -85,6 +92,8 @@ pub struct ResolvedLighting {
     pub sets: Vec<LightSet>,
     /// True if lights of the file are in use, with the file's intensities.
     pub uses_file_lights: bool,
+    /// True if the file's environment is in use.
+    pub uses_file_environment: bool,
     /// True if the ambient term is Blender's default world, beside lights from Blender's exporter in an
     /// assumed unit.
     pub assumes_blender_world: bool,
@@ -116,11 +125,17 @@ impl Rig {
 }
 
 impl Lighting {
+    /// Returns true if a rotation or a strength of the environment is requested.
+    pub fn adjusts_environment(&self) -> bool {
+        self.environment_rotation != 0.0 || self.environment_strength != 1.0
+    }
+
     /// Returns the lights for `posed` seen from `camera`.
     pub fn resolve(&self, posed: &PosedScene, camera: &Camera) -> ResolvedLighting {
         let file_lights = posed.lights(self.units, self.scale);
         let uses_file = !file_lights.is_empty();
-        let sets = self.sets.clone().unwrap_or_else(|| self.default_sets(uses_file));
+        let has_file_environment = posed.scene.environment.is_some();
+        let sets = self.sets.clone().unwrap_or_else(|| self.default_sets(uses_file || has_file_environment));
         let source = &posed.scene.source;
         let blender = uses_file && source.format == SourceFormat::Gltf && source.is_blender();
         let mut rig = Rig::default();
@@ -154,9 +169,15 @@ impl Lighting {
             rig.ambient = rig.ambient.max(rig.boosted_ambient(posed));
         }
         rig.ambient = self.ambient.unwrap_or(rig.ambient);
-        rig.sky = self.environment.as_ref().map(Environment::irradiance);
-        rig.environment = if let Some(environment) = &self.environment {
-            Some(environment.clone())
+        let uses_file_environment = has_file_environment
+            && self.environment.is_none()
+            && self.ambient.is_none()
+            && sets.contains(&LightSet::File);
+        let source = if uses_file_environment { &posed.scene.environment } else { &self.environment };
+        let environment = source.clone().map(|environment| self.adjust(environment));
+        rig.sky = environment.as_ref().map(Environment::irradiance);
+        rig.environment = if environment.is_some() {
+            environment
         } else if sets.contains(&LightSet::ThreePoint) {
             // Matte scenes need none, and the studio takes longer to make than a small picture.
             posed.has_reflecting_materials.then(|| studio_before(camera))
@@ -167,12 +188,25 @@ impl Lighting {
             light.radius = self.radius;
         }
         let description = describe(&parts, &rig);
-        ResolvedLighting { rig, sets, uses_file_lights, assumes_blender_world, description }
+        ResolvedLighting {
+            rig,
+            sets,
+            uses_file_lights,
+            uses_file_environment,
+            assumes_blender_world,
+            description,
+        }
+    }
+
+    /// Returns the environment with the requested rotation and strength.
+    fn adjust(&self, environment: Environment) -> Environment {
+        let strength = Rgb::splat(self.environment_strength);
+        environment.scaled(strength).rotated_about_y(self.environment_rotation)
     }
 
     /// Returns the light sets where none are requested.
-    fn default_sets(&self, file_has_lights: bool) -> Vec<LightSet> {
-        if file_has_lights {
+    fn default_sets(&self, file_has_light: bool) -> Vec<LightSet> {
+        if file_has_light {
             vec![LightSet::File]
         } else if self.user_lights.is_empty() && self.environment.is_none() {
             vec![LightSet::ThreePoint]
@@ -197,7 +231,7 @@ impl UserLight {
 fn describe(parts: &[String], rig: &Rig) -> String {
     let mut text = if parts.is_empty() { "none".to_string() } else { parts.join(", ") };
     if rig.sky.is_some() {
-        text += "; ambient light from an image";
+        text += "; ambient light from an environment";
     } else if rig.ambient != Rgb::ZERO {
         let [r, g, b] = rig.ambient.to_array();
         text += &format!("; ambient {r:.3},{g:.3},{b:.3}");

@@ -40,7 +40,7 @@ pub use animation::playback::{AnimationChoice, PoseError, active_animations, cli
 pub use animation::pose::{PoseSettings, pose};
 pub use animation::posed_scene::{PosedInstance, PosedScene};
 pub use camera::{Camera, ClipPlanes, Projection};
-pub use environment::{Environment, Panorama, SkyIrradiance};
+pub use environment::{CubeMap, Environment, Panorama, SkyIrradiance};
 pub use file_camera::{FileCamera, FileProjection, SensorFit};
 pub use file_digest::FileDigest;
 pub(crate) use file_digest::HashingReader;
@@ -98,6 +98,8 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Lights at nodes.
     pub lights: Vec<Light>,
+    /// The environment that lights the scene.
+    pub environment: Option<Environment>,
     /// Cameras at nodes, in depth-first order.
     pub cameras: Vec<FileCamera>,
     /// Animations.

@@ -131,6 +131,7 @@ pub fn small_gltf() -> Vec<(&'static str, Vec<u8>)> {
         ("animated.gltf", animated().gltf()),
         ("shiny.gltf", shiny().gltf()),
         ("fan.gltf", fan().gltf()),
+        ("surrounded.gltf", surrounded().gltf()),
     ]
 }
 
@@ -171,6 +172,18 @@ fn shiny() -> Fixture {
             "KHR_materials_transmission": {"transmissionFactor": 0.5}, "KHR_materials_unlit": {}}}]}))
 }
 
+/// A triangle lit by an environment.
+fn surrounded() -> Fixture {
+    let mut file = Fixture::empty();
+    file.vec3(&TRIANGLE);
+    let light = json!({"rotation": [0, 0.6, 0, 0.8], "intensity": 1.5, "specularImageSize": 2,
+        "specularImages": [[0, 0, 0, 0, 0, 0]], "irradianceCoefficients": vec![vec![0.3; 3]; 9]});
+    one_mesh(file, json!({"attributes": {"POSITION": 0}})).with(json!({
+        "images": [{"uri": data_uri(&png())}],
+        "extensions": {"EXT_lights_image_based": {"lights": [light]}},
+        "scenes": [{"nodes": [0], "extensions": {"EXT_lights_image_based": {"light": 0}}}]}))
+}
+
 /// A triangle fan.
 fn fan() -> Fixture {
     let mut file = Fixture::empty();
@@ -185,6 +198,13 @@ fn png() -> Vec<u8> {
     out.into_inner()
 }
 
+/// A flat Radiance picture of another orientation and other units.
+fn turned() -> Vec<u8> {
+    let header = "#?RGBE\r\nEXPOSURE=2\r\nCOLORCORR= 1 2 1\r\nFORMAT=32-bit_rle_xyze\r\n\r\n+X 8 -Y 4\r\n";
+    let pixels = (0..8 * 4).flat_map(|i| [i, 128, 255 - i, 120 + i / 4]);
+    header.bytes().chain(pixels).collect()
+}
+
 /// Environment maps in both formats.
 pub fn skies() -> Vec<(&'static str, Vec<u8>)> {
     let image = image::Rgb32FImage::from_fn(16, 8, |x, y| image::Rgb([x as f32, 0.5, y as f32]));
@@ -194,5 +214,6 @@ pub fn skies() -> Vec<(&'static str, Vec<u8>)> {
         image.write_to(&mut out, format).unwrap();
         out.into_inner()
     };
-    vec![("sky.hdr", save(image::ImageFormat::Hdr)), ("sky.exr", save(image::ImageFormat::OpenExr))]
+    let [hdr, exr] = [image::ImageFormat::Hdr, image::ImageFormat::OpenExr].map(save);
+    vec![("sky.hdr", hdr), ("sky.exr", exr), ("turned.hdr", turned())]
 }

@@ -15,7 +15,7 @@ use super::material_table::MaterialTable;
 use super::objects::ObjectBuilder;
 use super::primitive;
 use super::primitive::PrimitiveId;
-use super::{animation, blender, extensions, forest, graph, instancing, topology, variants};
+use super::{animation, blender, extensions, forest, graph, image_based_light, instancing, topology, variants};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::options::{LoadOptions, UpAxis};
 use crate::scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
@@ -57,6 +57,8 @@ pub(super) fn scene(
     scene.materials = materials.materials;
     scene.images = materials.textures.images;
     scene.textures = materials.textures.textures;
+    let selected = graph::selected_scene(root, &options.scene)?;
+    scene.environment = image_based_light::read(doc, selected, options.up, warnings)?;
     let scene_nodes = scene.add_nodes(doc, &nodes, options.up);
     let objects = ObjectBuilder::new(doc, mesh_ids, &scene_nodes);
     let attached = objects.attach_all(&mut scene, &nodes, warnings)?;

@@ -32,21 +32,7 @@ pub(super) enum Roots {
 
 /// Root nodes of the chosen scene. A file without scenes has all nodes without a parent.
 pub(super) fn roots(root: &Root, choice: &SceneChoice, warnings: &mut Warnings) -> Result<Roots, LoadError> {
-    let scene = match choice {
-        SceneChoice::Named(name) => {
-            let by_name = root.scenes.iter().position(|s| s.name.as_ref() == Some(name));
-            let by_index = || name.parse().ok().filter(|&i: &usize| i < root.scenes.len());
-            Some(by_name.or_else(by_index).ok_or_else(|| {
-                let list: Vec<String> =
-                    scene_names(root).iter().map(|n| format!("'{}'", printable(n))).collect();
-                let list = if list.is_empty() { "none".into() } else { list.join(", ") };
-                let message = format!("no scene '{}'; available: {list}", printable(name));
-                LoadError::invalid("scenes", message)
-            })?)
-        }
-        SceneChoice::Default => root.scene.map(|s| s.value()).or((!root.scenes.is_empty()).then_some(0)),
-    };
-    if let Some(scene) = scene.and_then(|i| root.scenes.get(i)) {
+    if let Some(scene) = selected_scene(root, choice)?.and_then(|i| root.scenes.get(i)) {
         return Ok(Roots::Scene(scene.nodes.iter().map(|n| n.value()).collect()));
     }
     if !root.nodes.is_empty() {
@@ -60,6 +46,27 @@ pub(super) fn roots(root: &Root, choice: &SceneChoice, warnings: &mut Warnings) 
     }
     let (children, roots) = (0..root.nodes.len()).partition(|&i| has_parent[i]);
     Ok(Roots::File { roots, children })
+}
+
+/// Index of the chosen scene; `None` if the file has none.
+///
+/// # Errors
+/// There is no scene of the chosen name.
+pub(super) fn selected_scene(root: &Root, choice: &SceneChoice) -> Result<Option<usize>, LoadError> {
+    Ok(match choice {
+        SceneChoice::Named(name) => {
+            let by_name = root.scenes.iter().position(|s| s.name.as_ref() == Some(name));
+            let by_index = || name.parse().ok().filter(|&i: &usize| i < root.scenes.len());
+            Some(by_name.or_else(by_index).ok_or_else(|| {
+                let list: Vec<String> =
+                    scene_names(root).iter().map(|n| format!("'{}'", printable(n))).collect();
+                let list = if list.is_empty() { "none".into() } else { list.join(", ") };
+                let message = format!("no scene '{}'; available: {list}", printable(name));
+                LoadError::invalid("scenes", message)
+            })?)
+        }
+        SceneChoice::Default => root.scene.map(|s| s.value()).or((!root.scenes.is_empty()).then_some(0)),
+    })
 }
 
 /// Warns of a default scene without meshes if another scene has some.

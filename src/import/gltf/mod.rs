@@ -21,6 +21,7 @@ mod fixture;
 mod float_integers;
 mod forest;
 mod graph;
+mod image_based_light;
 mod instancing;
 mod json_tree;
 mod keys;

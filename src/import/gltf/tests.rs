@@ -6,6 +6,7 @@ mod attributes;
 mod blender;
 mod extensions;
 mod graph;
+mod image_based_light;
 mod json_text;
 mod loading;
 mod malformed;

@@ -128,6 +128,21 @@ impl Images {
     }
 }
 
+/// Reads one image. The inner error is a warning.
+///
+/// # Errors
+/// The file exceeds a limit.
+pub(super) fn read_image(doc: &Document<'_>, index: usize) -> Result<Result<Image, String>, LoadError> {
+    let image = match read_encoded(doc, index)? {
+        Ok(image) => image,
+        Err(cause) => return Ok(Err(cause)),
+    };
+    let bytes = image::decoded_size(&image.bytes);
+    LoadError::check_limit("bytes of decoded textures", bytes, doc.limits.texture_bytes)?;
+    doc.budget.charge(bytes)?;
+    Ok(image::decode(&image.name, &image.bytes, doc.limits))
+}
+
 /// The alternative images of a texture, best first.
 fn image_sources(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) -> Vec<usize> {
     let Some(json) = doc.root().textures.get(texture) else { return Vec::new() };

@@ -116,6 +116,20 @@ impl SkyIrradiance {
         SkyIrradiance { coefficients, to_map: DMat3::IDENTITY }
     }
 
+    /// Makes the irradiance from coefficients of the irradiance itself in the usual order of the harmonics, whose pole is
+    /// z: 1; y, z, x; xy, yz, 3z² − 1, xz, x² − y², each of unit norm.
+    pub fn from_irradiance(e: [DVec3; 9]) -> SkyIrradiance {
+        let half_sqrt_3 = 0.5 * 3f64.sqrt();
+        // The same functions with the pole y.
+        let pole = -0.5 * e[6] - half_sqrt_3 * e[8];
+        let across = -half_sqrt_3 * e[6] + 0.5 * e[8];
+        let mut coefficients = [e[0], e[3], e[1], e[2], e[4], e[5], e[7], pole, across];
+        for (c, cosine) in coefficients.iter_mut().zip(COSINE_LOBE) {
+            *c /= PI * cosine;
+        }
+        SkyIrradiance { coefficients, to_map: DMat3::IDENTITY }
+    }
+
     /// Returns the irradiance multiplied by `factor`.
     pub(super) fn scaled(mut self, factor: Rgb) -> SkyIrradiance {
         if factor != Rgb::ONE {
@@ -186,6 +200,33 @@ mod tests {
         assert_eq!(spot(48, 16), DVec3::Z);
         assert_eq!(spot(16, 16), DVec3::NEG_Z);
         assert_eq!((spot(20, 1), spot(20, 30)), (DVec3::Y, DVec3::NEG_Y));
+    }
+
+    /// The irradiance max(0, n·l) of a light from a direction, projected numerically.
+    #[test]
+    fn irradiance_coefficients_have_their_pole_at_z() {
+        let sky = SkyIrradiance::from_equirectangular(256, 128, |i, j| {
+            Rgb::splat(if (40..60).contains(&i) && (20..50).contains(&j) { 3.0 } else { 0.1 })
+        });
+        let mut e = [DVec3::ZERO; 9];
+        let count = 20_000;
+        for i in 0..count {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
+            let angle = f64::from(i) * 2.399_963;
+            let r = (1.0 - z * z).sqrt();
+            let n = DVec3::new(r * angle.cos(), r * angle.sin(), z);
+            let irradiance = sky.ambient(n).as_dvec3() * PI * (4.0 * PI / f64::from(count));
+            let DVec3 { x, y, z } = n;
+            let h = [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y];
+            let norms = [0, 1, 1, 1, 4, 4, 7, 4, 8].map(|i| NORMS[i]);
+            for ((e, h), norm) in e.iter_mut().zip(h).zip(norms) {
+                *e += irradiance * (h * norm);
+            }
+        }
+        let same = SkyIrradiance::from_irradiance(e);
+        for n in normals() {
+            assert!(same.ambient(n).abs_diff_eq(sky.ambient(n), 1e-3), "{n}");
+        }
     }
 
     #[test]

@@ -1,17 +1,22 @@
 //! The light that arrives from infinitely far away: radiance by direction, and the irradiance of matte surfaces.
 
+mod blur;
+mod cube_map;
 mod irradiance;
 mod octahedral;
 mod panorama;
 mod procedural;
 mod pyramid;
 
+use std::fmt;
 use std::sync::Arc;
 
 use glam::{DMat3, Mat3, Vec3};
+use twox_hash::XxHash3_128;
 
 use crate::geometry::Rgb;
 
+pub use cube_map::CubeMap;
 pub use irradiance::SkyIrradiance;
 pub use panorama::Panorama;
 use pyramid::Pyramid;
@@ -37,11 +42,20 @@ pub struct Environment {
 }
 
 /// Radiance by direction, in the environment's own frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 struct EnvironmentMap {
     /// The picture itself, for lookups that are sharper than the mip levels.
     panorama: Option<Panorama>,
     pyramid: Pyramid,
+    /// Hash of the texels.
+    digest: u128,
+}
+
+/// Formats the hash of the texels in place of millions of numbers.
+impl fmt::Debug for EnvironmentMap {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "EnvironmentMap({:032x})", self.digest)
+    }
 }
 
 impl Environment {
@@ -71,7 +85,7 @@ impl Environment {
     ) -> Environment {
         let pyramid = Pyramid::new(side, samples, radiance);
         let irradiance = SkyIrradiance::from_pyramid(&pyramid);
-        Environment::new(Some(EnvironmentMap { panorama: None, pyramid }), Rgb::ONE, irradiance)
+        Environment::new(Some(EnvironmentMap::new(None, pyramid)), Rgb::ONE, irradiance)
     }
 
     fn new(map: Option<EnvironmentMap>, radiance: Rgb, irradiance: SkyIrradiance) -> Environment {
@@ -88,6 +102,15 @@ impl Environment {
     pub fn scaled(mut self, strength: Rgb) -> Environment {
         self.radiance *= strength;
         self
+    }
+
+    /// Returns the environment turned about +Y by `angle` radians: +Z turns towards +X.
+    pub fn rotated_about_y(self, angle: f64) -> Environment {
+        if angle == 0.0 {
+            return self;
+        }
+        let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+        self.rotated(DMat3::from_cols_array(&[cos, 0.0, -sin, 0.0, 1.0, 0.0, sin, 0.0, cos]))
     }
 
     /// Returns the environment turned by a rotation: the light from `d` arrives from `rotation * d` afterwards.
@@ -132,7 +155,12 @@ impl EnvironmentMap {
         let mut filtered = if panorama.width() >= 64 { panorama.halved() } else { panorama.clone() };
         filtered.blur_poles();
         let pyramid = Pyramid::new(side, 3, |d| filtered.radiance(d));
-        EnvironmentMap { panorama: Some(panorama), pyramid }
+        EnvironmentMap::new(Some(panorama), pyramid)
+    }
+
+    fn new(panorama: Option<Panorama>, pyramid: Pyramid) -> EnvironmentMap {
+        let texels = panorama.as_ref().map_or_else(|| pyramid.bytes(), Panorama::bytes);
+        EnvironmentMap { digest: XxHash3_128::oneshot(texels), panorama, pyramid }
     }
 
     #[inline]

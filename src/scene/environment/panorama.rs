@@ -60,6 +60,11 @@ impl Panorama {
         self.row(y as usize)[x as usize].into()
     }
 
+    /// Returns the texels as bytes.
+    pub(super) fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.texels)
+    }
+
     fn row(&self, y: usize) -> &[[f32; 3]] {
         &self.texels[y * self.width..][..self.width]
     }
@@ -166,7 +171,8 @@ fn blur_row(row: &mut [[f32; 3]], radius: usize) {
     }
 }
 
-/// Replaces values that are no radiance: NaN, infinite and negative ones become 0, huge ones the largest allowed.
-fn valid_radiance(v: f32) -> f32 {
-    if v.is_finite() { v.clamp(0.0, MAX_RADIANCE) } else { 0.0 }
+/// Replaces values that are no radiance: NaN, infinite, negative and subnormal ones become 0, huge ones the largest
+/// allowed.
+pub(super) fn valid_radiance(v: f32) -> f32 {
+    if v.is_normal() { v.clamp(0.0, MAX_RADIANCE) } else { 0.0 }
 }

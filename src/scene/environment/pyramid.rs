@@ -51,6 +51,11 @@ impl Pyramid {
         Pyramid { levels }
     }
 
+    /// Returns the texels of the finest level as bytes.
+    pub fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.levels[0].texels)
+    }
+
     /// Returns the mean radiance.
     pub fn mean(&self) -> Rgb {
         self.levels.last().map_or(Rgb::ZERO, |level| level.texels[0].truncate())

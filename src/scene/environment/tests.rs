@@ -70,3 +70,72 @@ fn invalid_pixels_are_black() {
     assert_eq!(environment.radiance(Vec3::X, 0.3), Rgb::ZERO);
     assert!(Panorama::new(4, 2, vec![[0.0; 3]; 7]).is_none());
 }
+
+/// +Z turns towards +X, and a quarter turn is exact.
+#[test]
+fn a_positive_angle_turns_counterclockwise_seen_from_above() {
+    let environment = Environment::from_panorama(gradient());
+    let turned = environment.clone().rotated_about_y(std::f64::consts::FRAC_PI_2);
+    // Blue comes from +Z in the picture.
+    assert!(environment.radiance(Vec3::Z, 0.0).z > 1.99 && turned.radiance(Vec3::X, 0.0).z > 1.99);
+    assert!(turned.radiance(Vec3::Z, 0.0).abs_diff_eq(Rgb::new(1.0, 0.5, 1.0), 0.01));
+}
+
+/// Texels of the mip levels, looked up at their centres, against the mean of the picture over their part of the sphere.
+#[test]
+fn levels_agree_with_brute_force_integration() {
+    use super::octahedral::to_direction;
+    let panorama = gradient();
+    let environment = Environment::from_panorama(gradient());
+    for side in [2, 4, 8] {
+        let steps = 64 / side * 4;
+        for texel in 0..side * side {
+            let (i, j) = (texel % side, texel / side);
+            let mut sum = glam::DVec3::ZERO;
+            for k in 0..steps * steps {
+                let at = |cell: usize, k: usize| {
+                    (cell as f64 + (k as f64 + 0.5) / steps as f64) / side as f64
+                };
+                let d = to_direction(at(i, k % steps), at(j, k / steps));
+                sum += panorama.radiance(d.as_vec3()).as_dvec3();
+            }
+            let expected = (sum / (steps * steps) as f64).as_vec3();
+            let centre = to_direction((i as f64 + 0.5) / side as f64, (j as f64 + 0.5) / side as f64);
+            let solid_angle = 4.0 * std::f32::consts::PI / (side * side) as f32;
+            let found = environment.radiance(centre.as_vec3(), solid_angle);
+            let error = ((found - expected) / environment.mean()).abs().max_element();
+            assert!(error < 0.01, "{side} {i} {j}: {found} {expected}");
+        }
+    }
+}
+
+/// A small light keeps its power, and its blurred image has the width of the blur.
+#[test]
+fn a_blur_spreads_light_and_keeps_its_power() {
+    let spot = |d: Vec3| if d.z > 0.999 { Rgb::ONE } else { Rgb::ZERO };
+    let environment = Environment::from_function(256, 2, spot);
+    for blur in [0.4f32, 0.7, 1.0] {
+        let blurred = environment.blurred(blur);
+        let ratio = blurred.mean().x / environment.mean().x;
+        assert!((ratio - 1.0).abs() < 0.03, "{blur}: {ratio}");
+        let kappa = 1.0 / f64::from(blur).powi(4);
+        let peak = blurred.radiance(Vec3::Z, 0.0).x;
+        for angle in [0.5, 1.0, 1.5].map(|k| k * f64::from(blur * blur)) {
+            let d = Vec3::new(angle.sin() as f32, 0.0, angle.cos() as f32);
+            let found = f64::from(blurred.radiance(d, 0.0).x / peak);
+            let expected = (kappa * (angle.cos() - 1.0)).exp();
+            assert!((found - expected).abs() < 0.06, "{blur} {angle}: {found} {expected}");
+        }
+    }
+    assert_eq!(environment.blurred(0.0), environment);
+    assert_eq!(Environment::uniform(Rgb::ONE).blurred(0.7), Environment::uniform(Rgb::ONE));
+}
+
+/// Fingerprints of images hash the debug form of settings.
+#[test]
+fn the_debug_form_is_short_and_tells_pictures_apart() {
+    let text = |panorama: Panorama| format!("{:?}", Environment::from_panorama(panorama));
+    let other = Panorama::new(64, 32, vec![[0.5; 3]; 64 * 32]).unwrap();
+    assert!(text(gradient()).len() < 2000 && text(gradient()) == text(gradient()));
+    assert!(text(gradient()) != text(other));
+}

@@ -1,0 +1,80 @@
+//! Blurred environments, as backgrounds show them.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec3, Vec3};
+
+use super::{Environment, EnvironmentMap};
+use crate::geometry::Rgb;
+
+/// Directions that are averaged for each texel.
+const DIRECTIONS: u32 = 128;
+/// Solid angle of a lookup over that which its direction stands for: neighbouring lookups overlap.
+const FILTER_WIDTH: f64 = 2.0;
+/// Texels on a side of the finest mip level of a blurred environment.
+const SIDES: std::ops::RangeInclusive<f64> = 32.0..=512.0;
+/// Texels on a side for a blur of 1 radian: texels are narrower than the blur.
+const SIDE_TIMES_WIDTH: f64 = 24.0;
+/// Least width of a blur in radians. Less is sharp.
+const MIN_WIDTH: f64 = 1e-3;
+
+impl Environment {
+    /// Returns the environment averaged around each direction with the weights exp(κ (cos θ − 1)) of a von Mises–Fisher
+    /// distribution, which is a Gaussian on the sphere. Its standard deviation is `blur`² radians: about as blurred as the
+    /// reflection of a surface of that roughness. 0 returns it as it is.
+    pub fn blurred(&self, blur: f32) -> Environment {
+        let width = f64::from(blur) * f64::from(blur);
+        let Some(map) = self.map.as_ref().filter(|_| width >= MIN_WIDTH) else { return self.clone() };
+        let side = (SIDE_TIMES_WIDTH / width).clamp(*SIDES.start(), *SIDES.end());
+        let side = 1 << (side as u32).ilog2();
+        let kernel = Kernel::new(1.0 / (width * width));
+        let blurred = Environment::from_function(side, 1, |d| kernel.mean(map, d));
+        Environment {
+            radiance: self.radiance,
+            to_map: self.to_map,
+            to_map_f64: self.to_map_f64,
+            irradiance: self.irradiance,
+            ..blurred
+        }
+    }
+}
+
+/// The directions of a blur around +Z.
+struct Kernel {
+    directions: Vec<DVec3>,
+    /// Solid angle of each lookup in steradians.
+    solid_angle: f32,
+}
+
+impl Kernel {
+    /// Spreads directions of equal weight by steps of the golden angle.
+    fn new(kappa: f64) -> Kernel {
+        const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
+        // The distribution function of cos θ is (e^(κ (cos θ − 1)) − e^(−2κ)) / (1 − e^(−2κ)).
+        let tail = libm::exp(-2.0 * kappa);
+        let direction = |i: u32| {
+            let u = (f64::from(i) + 0.5) / f64::from(DIRECTIONS);
+            let cos = (1.0 + libm::log(tail + u * (1.0 - tail)) / kappa).clamp(-1.0, 1.0);
+            let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
+            let turns = f64::from(i) * GOLDEN_RATIO;
+            let angle = TAU * (turns - turns.floor());
+            DVec3::new(sin * libm::cos(angle), sin * libm::sin(angle), cos)
+        };
+        // The density in the middle is κ / 2π (1 − e^(−2κ)).
+        let covered = TAU * (1.0 - tail) / kappa;
+        let solid_angle = (FILTER_WIDTH * covered / f64::from(DIRECTIONS)) as f32;
+        Kernel { directions: (0..DIRECTIONS).map(direction).collect(), solid_angle }
+    }
+
+    fn mean(&self, map: &EnvironmentMap, d: Vec3) -> Rgb {
+        let z = d.as_dvec3().normalize();
+        // The axes turn with the direction, so that neighbouring texels average neighbouring directions.
+        let x = DVec3::Y.cross(z).try_normalize().unwrap_or(DVec3::X);
+        let y = z.cross(x);
+        let lookup = |l: &DVec3| {
+            let l = x * l.x + y * l.y + z * l.z;
+            map.radiance(l.as_vec3(), self.solid_angle)
+        };
+        self.directions.iter().map(lookup).sum::<Rgb>() / DIRECTIONS as f32
+    }
+}
