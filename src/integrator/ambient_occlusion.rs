@@ -1,74 +1,140 @@
 //! Ambient occlusion: the share of light from all directions that reaches a point.
 
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
 use crate::accel::Coherence;
 use crate::geometry::{Rgb, cosine_hemisphere};
 use crate::integrator::frame::{AmbientOcclusion, Frame};
+use crate::integrator::paths::PathState;
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::shadow_rays::ShadowBuffers;
 use crate::integrator::surface::soa::{dvec3, set3};
+use crate::scene::Environment;
 
-/// Sets the radiance of the points to k_e + V k_a I_a, where V is the share of ambient light that arrives.
+/// Largest solid angle of a lookup in the environment, in steradians: a hemisphere.
+const MAX_SOLID_ANGLE: f64 = 2.0 * PI;
+
+/// Sets the radiance of the points to k_e + k_a I_a, where I_a is the ambient light that arrives: I_a times the visible
+/// share of all directions, or under an environment the light from the visible directions.
 pub(crate) fn occlude_ambient(
     frame: &Frame,
     settings: AmbientOcclusion,
     points: &mut ShadingBatch,
+    states: &[PathState],
     stream: SampleStream,
     buffers: &mut ShadowBuffers,
 ) {
+    let environment = frame.ambient_environment();
     let has_ambient = |&i: &usize| {
         let (_, k_a) = points.emission_and_ambient(i);
-        points.coefficients(i).alpha > 0.0 && k_a * frame.ambient_at(points.n(i)) != Rgb::ZERO
+        points.coefficients(i).alpha > 0.0
+            && k_a != Rgb::ZERO
+            && (environment.is_some() || k_a * frame.ambient_at(points.n(i)) != Rgb::ZERO)
     };
     let indices: Vec<usize> = (0..points.points.len()).filter(has_ambient).collect();
-    let visibility = trace_ambient_visibility(frame, settings, points, &indices, stream, buffers);
-    for (i, visibility) in indices.into_iter().zip(visibility) {
+    let rays = AmbientRays::new(settings, points, &indices, states, stream);
+    let light = rays.trace(frame, environment, points, stream, buffers);
+    for (i, light) in indices.into_iter().zip(light) {
         let (k_e, k_a) = points.emission_and_ambient(i);
-        let radiance = k_e + k_a * frame.ambient_at(points.n(i)) * visibility;
+        let ambient = if environment.is_some() { light } else { frame.ambient_at(points.n(i)) * light };
+        let radiance = k_e + k_a * ambient;
         let (block, lane) = points.soa.lane_mut(i);
         set3(&mut block.radiance, lane, radiance.to_array());
     }
 }
 
-/// The visibility of the hemisphere at the points of those indices, by colour: the mean over directions whose density is
-/// the cosine to the shading normal.
-fn trace_ambient_visibility(
-    frame: &Frame,
-    settings: AmbientOcclusion,
-    points: &ShadingBatch,
-    indices: &[usize],
-    stream: SampleStream,
-    buffers: &mut ShadowBuffers,
-) -> Vec<Rgb> {
-    // What reflections and glass show is one surface among others in a pixel: one ray for each sample suffices.
-    let samples = if stream.wave == 0 { settings.samples } else { 1 };
-    let parts = samples.div_ceil(stream.sampler.count.max(1)).max(1);
-    let mut sums = vec![Rgb::ZERO; indices.len()];
-    for part in 0..parts {
-        let segments = &mut buffers.segments;
-        segments.clear();
-        segments.coherence = Coherence::None;
-        for &i in indices {
-            let (block, lane) = points.soa.lane(i);
-            let n_g = dvec3(&block.n_g, lane);
-            let sample = points.points[i].sample;
-            let u = stream.get_2d_split(sample, SampleDimension::Ambient, part, parts);
-            let l = cosine_hemisphere(block.n(lane), u);
-            // Directions into the triangle, which a tilted shading normal allows, are mirrored out.
-            let l = l - n_g * (2.0 * l.dot(n_g).min(0.0));
-            let (from, source) = points.shadow_ray_origin(i, l);
-            let distance = settings.distance.min(frame.distance_beyond_scene(from));
-            segments.push(from, (from.as_dvec3() + l * distance).as_vec3(), source);
-        }
-        buffers.trace(frame);
-        for (k, sum) in sums.iter_mut().enumerate() {
-            let from = buffers.segments.from[k];
-            let to = buffers.segments.to[k];
-            let to_infinity = settings.distance == f64::INFINITY;
-            if !frame.ground_blocks(from, to.as_dvec3() - from.as_dvec3(), to_infinity) {
-                *sum += buffers.visibility[k];
+/// The rays that a batch of points sends out for ambient light.
+struct AmbientRays<'a> {
+    /// Only nearer surfaces occlude.
+    distance: f64,
+    /// Indices of the points.
+    points: &'a [usize],
+    /// Number of rays of each point.
+    counts: Vec<u32>,
+}
+
+impl<'a> AmbientRays<'a> {
+    /// Divides the rays of a pixel among its samples. Points seen in reflections and through glass are some among others
+    /// in a pixel: they get half as many, in proportion to the share of their light that arrives at the eye.
+    fn new(
+        settings: AmbientOcclusion,
+        points: &ShadingBatch,
+        indices: &'a [usize],
+        states: &[PathState],
+        stream: SampleStream,
+    ) -> AmbientRays<'a> {
+        let first = settings.samples.div_ceil(stream.sampler.count.max(1)).max(1);
+        let count = |&i: &usize| match states.get(points.points[i].sample) {
+            Some(state) if stream.wave > 0 => {
+                ((0.5 * first as f32 * state.importance.min(1.0)).round() as u32).max(1)
             }
+            _ => first,
+        };
+        AmbientRays {
+            distance: settings.distance,
+            points: indices,
+            counts: indices.iter().map(count).collect(),
         }
     }
-    sums.iter().map(|&sum| sum / parts as f32).collect()
+
+    /// Traces rays whose density is the cosine to the shading normal. Returns the mean visibility at each point by colour,
+    /// weighted by the radiance of `environment` if there is one.
+    fn trace(
+        &self,
+        frame: &Frame,
+        environment: Option<&Environment>,
+        points: &ShadingBatch,
+        stream: SampleStream,
+        buffers: &mut ShadowBuffers,
+    ) -> Vec<Rgb> {
+        let mut sums = vec![Rgb::ZERO; self.points.len()];
+        let mut radiance = Vec::new();
+        for part in 0..self.counts.iter().copied().max().unwrap_or(0) {
+            let active: Vec<usize> = (0..self.counts.len()).filter(|&k| part < self.counts[k]).collect();
+            let segments = &mut buffers.segments;
+            segments.clear();
+            segments.coherence = Coherence::None;
+            radiance.clear();
+            for &k in &active {
+                let (i, count) = (self.points[k], self.counts[k]);
+                let (block, lane) = points.soa.lane(i);
+                let n_g = dvec3(&block.n_g, lane);
+                let sample = points.points[i].sample;
+                let u = stream.get_2d_split(sample, SampleDimension::Ambient, part, count);
+                let n = block.n(lane);
+                let l = cosine_hemisphere(n, u);
+                if let Some(environment) = environment {
+                    let of_pixel = count.saturating_mul(stream.sampler.count.max(1));
+                    radiance.push(lookup(environment, n, l, of_pixel));
+                }
+                // Directions into the triangle, which a tilted shading normal allows, are mirrored out.
+                let l = l - n_g * (2.0 * l.dot(n_g).min(0.0));
+                let (from, source) = points.shadow_ray_origin(i, l);
+                let distance = self.distance.min(frame.distance_beyond_scene(from));
+                segments.push(from, (from.as_dvec3() + l * distance).as_vec3(), source);
+            }
+            buffers.trace(frame);
+            for (j, &k) in active.iter().enumerate() {
+                let from = buffers.segments.from[j];
+                let to = buffers.segments.to[j];
+                let to_infinity = self.distance == f64::INFINITY;
+                if !frame.ground_blocks(from, to.as_dvec3() - from.as_dvec3(), to_infinity) {
+                    let visibility = buffers.visibility[j];
+                    sums[k] += radiance.get(j).map_or(visibility, |&radiance| visibility * radiance);
+                }
+            }
+        }
+        sums.iter().zip(&self.counts).map(|(&sum, &count)| sum / count as f32).collect()
+    }
+}
+
+/// The radiance of the environment from the unit direction `l`, averaged over the directions that one of `count` rays
+/// stands for at a surface with normal `n`.
+fn lookup(environment: &Environment, n: DVec3, l: DVec3, count: u32) -> Rgb {
+    let density = n.dot(l).max(0.0) / PI;
+    let solid_angle = (1.0 / (f64::from(count) * density)).min(MAX_SOLID_ANGLE);
+    environment.radiance(l.as_vec3(), solid_angle as f32)
 }

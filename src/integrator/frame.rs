@@ -33,6 +33,9 @@ pub struct Frame<'a> {
     /// The light from infinitely far away that specular lobes and escaping rays meet, in the scene's coordinates; `None`
     /// is black.
     pub environment: Option<Environment>,
+    /// The light that eye rays meet which pass the scene, in the scene's coordinates; `None` is nothing, which leaves
+    /// pixels transparent.
+    pub background: Option<Environment>,
     /// Most reflections along a path of light, and a third of its passages through surfaces of glass; 0 is the pure
     /// lecture, without reflections.
     pub bounces: u8,
@@ -75,6 +78,7 @@ impl<'a> Frame<'a> {
             ambient: lit.rig.ambient,
             sky: lit.rig.sky,
             environment: lit.rig.environment.clone(),
+            background: None,
             bounces: DEFAULT_BOUNCES,
             overrides: MaterialOverrides::default(),
             cull_back_faces: true,
@@ -96,7 +100,9 @@ impl<'a> Frame<'a> {
         self.camera = self.camera.transformed(&inverse);
         self.lights =
             self.lights.iter().map(|light| light.transformed(&inverse, self.posed.centre)).collect();
-        self.environment = self.environment.map(|environment| environment.rotated(inverse.matrix3));
+        let rotate = |environment: Environment| environment.rotated(inverse.matrix3);
+        self.environment = self.environment.map(rotate);
+        self.background = self.background.map(rotate);
         self.scene_to_world = *motion * self.scene_to_world;
         self
     }
@@ -119,17 +125,34 @@ impl<'a> Frame<'a> {
         };
     }
 
-    /// False if eye rays between the film positions `low` and `high` certainly hit neither the scene nor the ground.
+    /// The light of the background at a sample; `None` if there is none.
+    pub(crate) fn background_radiance(&self, sample: &Sample) -> Option<Rgb> {
+        let background = self.background.as_ref()?;
+        let d = self.camera.eye_ray(sample.x, sample.y, self.posed.centre).d.as_dvec3();
+        let length = d.length();
+        let [x, y] = self.camera.ray_differential(sample.footprint[0], sample.footprint[1]).d;
+        // The part of the view rectangle that the sample covers, seen from the eye.
+        let solid_angle = x.cross(y).dot(d).abs() / (length * length * length);
+        Some(background.radiance((d / length).as_vec3(), solid_angle as f32))
+    }
+
+    /// False if eye rays between the film positions `low` and `high` certainly hit neither the scene nor the ground, and
+    /// there is no background.
     pub(crate) fn may_hit(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let ray = |x: f64, y: f64| self.camera.eye_ray(x, y, self.posed.centre);
         let corners =
             || [ray(low[0], low[1]), ray(high[0], low[1]), ray(high[0], high[1]), ray(low[0], high[1])];
-        self.ground.is_some() || self.accel.may_intersect(&corners())
+        self.background.is_some() || self.ground.is_some() || self.accel.may_intersect(&corners())
     }
 
     /// I_a at a surface with shading normal `n`.
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
         self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
+    }
+
+    /// The environment that the ambient light comes from, unless it is a constant I_a.
+    pub(crate) fn ambient_environment(&self) -> Option<&Environment> {
+        self.environment.as_ref().filter(|environment| self.sky.is_some() && environment.as_uniform().is_none())
     }
 
     /// True if surfaces reflect their surroundings, and materials keep their own coefficients.

@@ -19,6 +19,8 @@ pub(crate) struct PathState {
     pub spread: f32,
     /// The bodies that the ray is inside of.
     pub media: MediumStack,
+    /// About the share of the ray's light that arrives at the eye.
+    pub importance: f32,
     /// Reflections and passages through the surface of a body that may still follow.
     pub reflections_left: u8,
     pub transmissions_left: u8,
@@ -143,6 +145,7 @@ impl Frame<'_> {
                 width,
                 spread,
                 media: MediumStack::EMPTY,
+                importance: 1.0,
                 reflections_left: self.bounces,
                 transmissions_left: self.bounces.saturating_mul(3),
             }

@@ -33,7 +33,7 @@ use crate::integrator::gather::gather_points;
 use crate::integrator::layers::Layers;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::path_rays::{MAX_LAYERS, PathRays};
-use crate::integrator::paths::{PathLight, Wave};
+use crate::integrator::paths::{PathLight, PathState, Wave};
 use crate::integrator::reflections::split_light_among_layers;
 use crate::integrator::sample::{Sample, SampleStream};
 use crate::integrator::sampler::LowDiscrepancySampler;
@@ -84,8 +84,11 @@ impl Integrator for Phong {
             eye_rays.states = frame.eye_states(eye_rays.batch(), samples);
         }
         let light = self.trace(frame, eye_rays, stream, points, shadow);
-        for (out, PathLight { radiance, transmittance: t }) in out.iter_mut().zip(light) {
-            *out = radiance.extend(1.0 - (t.x + t.y + t.z) / 3.0);
+        for ((out, sample), PathLight { radiance, transmittance: t }) in out.iter_mut().zip(samples).zip(light) {
+            *out = match frame.background_radiance(sample) {
+                Some(background) => (radiance + t * background).extend(1.0),
+                None => radiance.extend(1.0 - (t.x + t.y + t.z) / 3.0),
+            };
         }
     }
 
@@ -116,7 +119,7 @@ impl Phong {
             let unlit = |k: &Coefficients, n: DVec3| self.emission_and_ambient(frame, k, n);
             let reflects = self.reflects(frame);
             let mut points = gather_points(frame, &mut layers, stream.samples, buffers, reflects, unlit);
-            self.shade(frame, &mut points, stream, shadow);
+            self.shade(frame, &mut points, &layers.rays.states, stream, shadow);
             send_out_rays(frame, &layers, &mut points, stream, &mut next);
             let continues = layers.composite(frame, &points);
             points.recycle(buffers);
@@ -150,6 +153,7 @@ impl Phong {
         &self,
         frame: &Frame,
         points: &mut ShadingBatch,
+        states: &[PathState],
         stream: SampleStream,
         shadow: &mut ShadowBuffers,
     ) {
@@ -162,7 +166,7 @@ impl Phong {
             points.soa.compute_view_dirs(frame.accel);
             split_light_among_layers(frame, points);
             if let Some(settings) = frame.ambient_occlusion {
-                occlude_ambient(frame, settings, points, stream, shadow);
+                occlude_ambient(frame, settings, points, states, stream, shadow);
             }
         }
         for (i, light) in frame.lights.iter().enumerate() {

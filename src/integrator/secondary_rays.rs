@@ -205,6 +205,7 @@ impl Emitter<'_, '_> {
             origin,
             width: self.state.width_at(self.p),
             spread: self.state.spread + 2.0 * self.normal_change + alpha,
+            importance: self.state.importance * arrives.max_element(),
             reflections_left: self.state.reflections_left - 1,
             ..self.state
         };
@@ -295,6 +296,7 @@ impl Emitter<'_, '_> {
         let state = PathState {
             origin: self.origin_on_side(is_refracted),
             width: self.state.width_at(self.p),
+            importance: self.state.importance * arrives.max_element(),
             transmissions_left: self.state.transmissions_left - 1,
             ..state
         };

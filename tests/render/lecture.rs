@@ -83,6 +83,7 @@ fn radiance_under_sky(
         ambient_occlusion: None,
         ground: None,
         environment: None,
+        background: None,
         bounces: 0,
         scene_to_world: glam::DAffine3::IDENTITY,
     };

@@ -5,6 +5,7 @@
 //! - `bvh`: every BVH query against brute force, bit for bit; refit against rebuild
 //! - `determinism`: the same bytes on any number of threads, tile size, BVH preset and SIMD level
 //! - `empty_tile_culling`: tiles that no ray can hit trace none
+//! - `environment`: environments as the background, and as light that ambient occlusion finds
 //! - `ggx_materials`: physical materials against the GGX surface that they stand for
 //! - `golden`: reference images of each shading term and each model
 //! - `lecture`: every row of the lecture's formulas
@@ -25,6 +26,7 @@ mod antialiasing;
 mod bvh;
 mod determinism;
 mod empty_tile_culling;
+mod environment;
 mod ggx_materials;
 mod golden;
 mod lecture;

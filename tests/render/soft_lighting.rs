@@ -54,6 +54,7 @@ impl Shot {
             rig,
             sets: Vec::new(),
             uses_file_lights: false,
+            uses_file_environment: false,
             assumes_blender_world: false,
             description: String::new(),
         };
