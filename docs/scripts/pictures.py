@@ -201,7 +201,7 @@ OPTION_SHEETS = [
     Sheet(
         "hdri",
         "Environment maps",
-        "`--hdri` takes the ambient light from an environment map: here a blue sky with a low sun.",
+        "`--hdri` lights the scene with an environment map: here a blue sky with a low sun.",
         STILL,
         ["--lights file", "--hdri {sky} --lights none", "--hdri {sky} --lights none --ao 32"],
     ),

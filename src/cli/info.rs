@@ -168,6 +168,9 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
             "color": l.color.to_array(),
             "intensity": l.intensity,
         })).collect::<Vec<_>>(),
+        "environments": scene.environment.iter().map(|environment| json!({
+            "mean_radiance": environment.mean().to_array(),
+        })).collect::<Vec<_>>(),
         "cameras": scene.cameras.iter().map(|c| {
             let (kind, yfov, ymag) = match c.projection {
                 FileProjection::Perspective { yfov, .. } => ("perspective", Some(yfov.to_degrees()), None),

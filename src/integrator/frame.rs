@@ -152,7 +152,9 @@ impl<'a> Frame<'a> {
 
     /// The environment that the ambient light comes from, unless it is a constant I_a.
     pub(crate) fn ambient_environment(&self) -> Option<&Environment> {
-        self.environment.as_ref().filter(|environment| self.sky.is_some() && environment.as_uniform().is_none())
+        self.environment
+            .as_ref()
+            .filter(|environment| self.sky.is_some() && environment.as_uniform().is_none())
     }
 
     /// True if surfaces reflect their surroundings, and materials keep their own coefficients.

@@ -84,7 +84,9 @@ impl Integrator for Phong {
             eye_rays.states = frame.eye_states(eye_rays.batch(), samples);
         }
         let light = self.trace(frame, eye_rays, stream, points, shadow);
-        for ((out, sample), PathLight { radiance, transmittance: t }) in out.iter_mut().zip(samples).zip(light) {
+        for ((out, sample), PathLight { radiance, transmittance: t }) in
+            out.iter_mut().zip(samples).zip(light)
+        {
             *out = match frame.background_radiance(sample) {
                 Some(background) => (radiance + t * background).extend(1.0),
                 None => radiance.extend(1.0 - (t.x + t.y + t.z) / 3.0),

@@ -143,7 +143,7 @@ fn an_environment_map_lights_by_direction() {
     };
     let clear = ["--background", "transparent"];
     let (seen, messages) = picture(&clear);
-    assert!(messages.contains("lights: none; ambient light from an image"), "{messages}");
+    assert!(messages.contains("lights: none; ambient light from an environment"), "{messages}");
     let blue: Vec<u8> = seen.pixels().filter(|p| p[3] == 255).map(|p| p[2]).collect();
     // Encoded: the top receives all of the light, the sides half.
     assert!(blue.iter().max().unwrap() > &225 && (150..190).contains(blue.iter().min().unwrap()));
@@ -156,8 +156,20 @@ fn an_environment_map_lights_by_direction() {
         (&["--hdri", "missing.hdr"][..], "--hdri: missing.hdr"),
         (&["--hdri", "light.hdr", "--ambient", "1,1,1"], "cannot be used with"),
         (&["--hdri", "light.hdr", "--integrator", "shadow"], "which only --integrator phong has"),
+        (
+            &["--hdri", "sky", "--background-blur", "0.5"],
+            "--background-blur applies only to --background hdri",
+        ),
+        (&["--hdri", "sky", "--hdri-strength", "-1"], "must not be negative"),
+        (&["--hdri", "./studio"], "./studio"),
     ] {
         fails(dir.path(), &[&render, args].concat(), 2, message);
+    }
+    for (args, message) in [
+        (&["--background", "hdri"][..], "no environment lights the scene; add --hdri FILE"),
+        (&["--hdri-rotate", "90", "--strict"], "--hdri-rotate and --hdri-strength have no effect"),
+    ] {
+        fails(dir.path(), &[&render, args].concat(), 1, message);
     }
     fs::write(dir.path().join("text.exr"), "text").unwrap();
     fails(
@@ -166,4 +178,29 @@ fn an_environment_map_lights_by_direction() {
         2,
         "not a Radiance HDR or OpenEXR file",
     );
+}
+
+/// The environment is red towards +X and black elsewhere. The camera looks along −Z.
+#[test]
+fn a_background_shows_the_environment_rotated_and_scaled() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/cube.obj");
+    let towards_x = |x: u32, _| image::Rgb([if (12..20).contains(&x) { 0.4f32 } else { 0.0 }, 0.0, 0.0]);
+    let light: image::DynamicImage = image::ImageBuffer::from_fn(32, 16, towards_x).into();
+    light.save(dir.path().join("light.exr")).unwrap();
+    let corner = |more: &[&str]| {
+        let fixed = ["render", scene.as_str(), "--size", "64x48", "-q", "-o", "a.png", "--view", "raw"];
+        let view = ["--view-point", "0,0,6", "--look-at", "0,0,0", "--background", "hdri"];
+        let output = blinn_args(dir.path(), &[&fixed[..], &view, more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let picture = image::open(dir.path().join("a.png")).unwrap().into_rgb8();
+        picture.get_pixel(1, 1).0
+    };
+    assert_eq!(corner(&["--hdri", "light.exr"]), [0, 0, 0]);
+    assert_eq!(corner(&["--hdri", "light.exr", "--hdri-rotate", "-90"]), [0, 0, 0]);
+    assert_eq!(corner(&["--hdri", "light.exr", "--hdri-rotate", "90"]), [102, 0, 0]);
+    assert_eq!(corner(&["--hdri", "light.exr", "--hdri-rotate", "90", "--hdri-strength", "2"]), [204, 0, 0]);
+    let blurred = corner(&["--hdri", "light.exr", "--hdri-rotate", "90", "--background-blur", "1"]);
+    assert!((20..80).contains(&blurred[0]) && blurred[1] == 0, "{blurred:?}");
+    assert!(corner(&["--hdri", "studio"]) != corner(&["--hdri", "sky"]));
 }

@@ -6,8 +6,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    Camera, ColorInput, Environment, Lighting, Material, Panorama, Projection, Reflectance, ScalarInput, Scene,
-    View,
+    Camera, ColorInput, Environment, Lighting, Material, Panorama, Projection, Reflectance, ScalarInput,
+    Scene, View,
 };
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
@@ -25,7 +25,9 @@ fn environment(radiance: impl Fn(DVec3) -> Rgb) -> Environment {
         let d = DVec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin());
         radiance(d).to_array()
     };
-    Environment::from_panorama(Panorama::new(width, height, (0..width * height).map(texel).collect()).unwrap())
+    Environment::from_panorama(
+        Panorama::new(width, height, (0..width * height).map(texel).collect()).unwrap(),
+    )
 }
 
 /// The direction as a colour.
@@ -131,11 +133,8 @@ fn panes_tint_the_background() {
         shoot(&scene, DVec3::NEG_Z, Projection::Perspective, show)[20]
     };
     let tint = Rgb::new(1.0, 0.25, 0.5);
-    let glass = pane(Material {
-        base_color: ColorInput::new(tint),
-        transmission: ScalarInput::new(1.0),
-        ..matte()
-    });
+    let glass =
+        pane(Material { base_color: ColorInput::new(tint), transmission: ScalarInput::new(1.0), ..matte() });
     assert!(glass.abs_diff_eq(Rgba::new(0.8, 0.15, 0.2, 1.0), 1e-3), "{glass}");
     let blended = pane(Material {
         alpha: ScalarInput::new(0.25),

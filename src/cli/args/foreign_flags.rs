@@ -21,7 +21,7 @@ static FLAGS: [(&[&str], Equivalent); 42] = [
     (&["--anti-aliasing", "--anti-aliasing-mode"], Use("-s SAMPLES")),
     (&["--background-color", "--bg-color", "--bg"], Use("--background COLOR")),
     (&["--hdri-file", "--hdri-ambient", "--env", "--envmap", "--environment"], Use("--hdri FILE")),
-    (&["--hdri-skybox"], Use("--background COLOR; --hdri FILE only lights the scene")),
+    (&["--hdri-skybox", "--skybox"], Use("--background hdri, with --hdri FILE")),
     (&["--light-intensity"], Use("--light-scale F")),
     (&["--tone-mapping", "--tonemap", "--tonemapping"], Use("--view agx")),
     (&["--animation-index"], Use("--animation INDEX")),

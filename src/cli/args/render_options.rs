@@ -7,8 +7,7 @@ use glam::DVec3;
 
 use super::choices::*;
 use super::values;
-use super::values::{AoArg, AovSelection, Exposure};
-use crate::display::Background;
+use super::values::{AoArg, AovSelection, BackgroundArg, Exposure, HdriArg};
 use crate::geometry::Rgb;
 use crate::integrator::DEFAULT_BOUNCES;
 use crate::render::PixelRect;
@@ -44,9 +43,13 @@ pub struct ImageArgs {
     /// Reconstruction filter
     #[arg(long, value_enum, default_value_t = FilterArg::BlackmanHarris)]
     pub filter: FilterArg,
-    /// Background colour as displayed [default: .05,.05,.05]
-    #[arg(long, value_name = "COLOR|transparent", value_parser = values::background)]
-    pub background: Option<Background>,
+    /// Background: a colour as displayed, none (transparent), or the environment of --hdri or the file (hdri)
+    /// [default: .05,.05,.05]
+    #[arg(long, value_name = "COLOR|transparent|hdri", value_parser = values::image_background)]
+    pub background: Option<BackgroundArg>,
+    /// Blur --background hdri: from 0 (sharp) to 1, like the reflection of a surface of that roughness [default: 0]
+    #[arg(long, value_name = "BLUR", value_parser = values::fraction)]
+    pub background_blur: Option<f32>,
     /// Same as --background transparent
     #[arg(long, hide = true, conflicts_with = "background")]
     pub no_background: bool,
@@ -179,12 +182,19 @@ pub struct LightArgs {
     /// background.
     #[arg(long, value_enum)]
     pub ground: Option<GroundArg>,
-    /// Light the scene with an environment map: .hdr or .exr, twice as wide as high
+    /// Light the scene with an environment map: .hdr or .exr, twice as wide as high; or with soft boxes (studio) or a
+    /// clear sky (sky)
     ///
-    /// It replaces the ambient light, and is the only light unless the file or flags have lights. The background
-    /// does not show it.
-    #[arg(long, value_name = "FILE", conflicts_with = "ambient")]
-    pub hdri: Option<PathBuf>,
+    /// It replaces the ambient light, and is the only light unless the file or flags have lights. --background hdri
+    /// shows it. A file of the name studio or sky is ./studio or ./sky.
+    #[arg(long, value_name = "FILE|studio|sky", value_parser = values::hdri(), conflicts_with = "ambient")]
+    pub hdri: Option<HdriArg>,
+    /// Turn the environment about the vertical: counterclockwise seen from above [default: 0]
+    #[arg(long, value_name = "DEGREES", value_parser = values::angle)]
+    pub hdri_rotate: Option<f64>,
+    /// Multiply the light of the environment by X [default: 1]
+    #[arg(long, value_name = "X", value_parser = values::strength)]
+    pub hdri_strength: Option<f64>,
     /// Disable shadows
     #[arg(long)]
     pub no_shadows: bool,

@@ -12,6 +12,7 @@ use super::farm_job::{Assembly, FarmJob, InputFile};
 use super::job_output::{JobAnimation, JobOutput, assemble_args};
 use super::job_paths::{JobFolder, JobPath};
 use crate::batch::{FrameList, PathTemplate};
+use crate::cli::args::values::HdriArg;
 use crate::cli::args::{EngineArgs, JobCommand};
 use crate::cli::plan::RenderPlan;
 use crate::cli::run::progress::SceneLog;
@@ -84,11 +85,16 @@ impl<'a> JobPlan<'a> {
             return Err(UsageError(format!("{name}: the folder's name contains a placeholder; rename it")));
         }
         let options = engine.command().options();
-        let files = [("camera-xml", &options.camera.camera_xml), ("hdri", &options.light.hdri)];
+        let hdri = options.light.hdri.as_ref().and_then(HdriArg::file);
+        let files = [("camera-xml", options.camera.camera_xml.as_ref()), ("hdri", hdri)];
         let mut inputs = Vec::new();
         for (flag, file) in files {
             if let Some(file) = file {
-                inputs.push(InputFile { flag, path: folder.job_path(file)? });
+                let mut path = folder.job_path(file)?;
+                if flag == "hdri" && HdriArg::new(path.path.clone().into()).file().is_none() {
+                    path.path = format!("./{}", path.path);
+                }
+                inputs.push(InputFile { flag, path });
             }
         }
         let scene_folder = folder.job_path(scene.parent().unwrap_or(Path::new("")))?;
@@ -117,6 +123,9 @@ impl<'a> JobPlan<'a> {
         let mut flags = self.flags.without(&JOB_FLAGS);
         let mut resolved = vec![format!("--size={}x{}", size.0, size.1)];
         resolved.push(format!("--exposure={}", session.exposure.ev));
+        if let Some(name) = hdri_name(self.engine) {
+            resolved.push(format!("--hdri={name}"));
+        }
         if let Some(light_scale) = session.exposure.light_scale {
             flags = flags.without(&["light-scale"]);
             resolved.push(format!("--light-scale={light_scale}"));
@@ -185,6 +194,11 @@ impl<'a> JobPlan<'a> {
         let (camera, _) = view.resolve(posed, size.0, size.1)?;
         Ok(camera_flags::camera_flags(&camera))
     }
+}
+
+/// The environment of a job that is no file.
+fn hdri_name(engine: &EngineArgs) -> Option<&'static str> {
+    engine.command().options().light.hdri.as_ref().and_then(HdriArg::name)
 }
 
 fn check_flags(flags: &ExplicitFlags) -> Result<(), UsageError> {

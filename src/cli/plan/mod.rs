@@ -16,6 +16,7 @@ mod turntable;
 
 use std::path::{Path, PathBuf};
 
+use super::args::values::HdriArg;
 use super::args::{ProcessArgs, RenderArgs, RenderOptionArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
@@ -57,7 +58,14 @@ impl RenderPlan {
     pub fn for_render(args: &RenderArgs) -> Result<RenderPlan, UsageError> {
         let limits = load_limits(args.process.max_memory);
         let animation = args.time.animation.as_deref();
-        let options = RenderOptions::from_args(&args.options, &args.scene, animation, &args.common, &limits)?;
+        let options = RenderOptions::from_args(
+            &args.options,
+            &args.scene,
+            animation,
+            &args.common,
+            &limits,
+            args.process.threads,
+        )?;
         let frames = FrameSet::from_args(&args.frames, &args.time)?;
         let sequence = SequenceInfo {
             is_sequence: frames.is_sequence(),
@@ -84,8 +92,14 @@ impl RenderPlan {
     pub fn for_turntable(args: &TurntableArgs) -> Result<RenderPlan, UsageError> {
         let limits = load_limits(args.process.max_memory);
         let animation = args.time.animation.as_deref();
-        let mut options =
-            RenderOptions::from_args(&args.options, &args.scene, animation, &args.common, &limits)?;
+        let mut options = RenderOptions::from_args(
+            &args.options,
+            &args.scene,
+            animation,
+            &args.common,
+            &limits,
+            args.process.threads,
+        )?;
         let dataset = args.turn.views.map(|count| DatasetPlan::new(count, args, &mut options)).transpose()?;
         if dataset.is_none() {
             options.rotation = Some(turntable::rotation(&args.turn));
@@ -130,7 +144,8 @@ impl RenderPlan {
     /// Checks that no two outputs have the same name and that none is an input. If the number of frames is known only
     /// after reading a scene, its first frame is checked.
     fn checked(self, options: &RenderOptionArgs, process: &ProcessArgs) -> Result<RenderPlan, UsageError> {
-        let option_files = [&options.light.hdri, &options.camera.camera_xml, &process.config];
+        let hdri = options.light.hdri.as_ref().and_then(HdriArg::file);
+        let option_files = [hdri, options.camera.camera_xml.as_ref(), process.config.as_ref()];
         let mut paths =
             PathConflicts::with_inputs(self.scenes.iter().chain(option_files.into_iter().flatten()));
         let report = process.report.as_deref();

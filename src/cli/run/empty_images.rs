@@ -59,7 +59,7 @@ impl EmptyReason {
 const SEARCH_SIDE: u32 = 256;
 
 /// Returns the reason why `pixels`, an image of `frame`, shows nothing of the scene; `None` if it shows something. A
-/// ground is not part of the scene.
+/// ground or a background is not part of the scene.
 ///
 /// # Errors
 /// The image was cancelled.
@@ -69,7 +69,8 @@ pub fn empty_reason(
     pixels: &Pixels,
 ) -> Result<Option<EmptyReason>, Cancelled> {
     let is_covered = pixels.colors.iter().any(|color| color.w > 0.0);
-    if is_covered && (frame.ground.is_none() || shows_object(frame, settings)?) {
+    let shows_scene_only = frame.ground.is_none() && frame.background.is_none();
+    if is_covered && (shows_scene_only || shows_object(frame, settings)?) {
         return Ok(None);
     }
     find_reason(frame, settings).map(Some)

@@ -122,6 +122,7 @@ fn meter_frame(
     light: MeteredLight,
 ) -> Result<Option<Metering>> {
     let mut frame = setup.frame(start, camera.camera)?;
+    frame.background = None;
     if light == MeteredLight::LightsOnly {
         frame.ambient = Rgb::ZERO;
         frame.sky = None;

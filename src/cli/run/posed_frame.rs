@@ -10,7 +10,7 @@ use super::progress::SceneLog;
 use crate::accel::{Accel, BuildReport, BuildSettings};
 use crate::cli::plan::{BackFaceCulling, RenderOptions, TurntableRotation};
 use crate::integrator::Frame;
-use crate::scene::{AxisRotation, Camera, Lighting, PosedScene};
+use crate::scene::{AxisRotation, Camera, Environment, Lighting, PosedScene};
 
 /// A scene at one time.
 pub struct PosedFrame<'s> {
@@ -31,6 +31,8 @@ pub struct SceneSetup<'a> {
     pub framing: Framing,
     /// Light sources and ambient colour are those at the start of the clip.
     pub lighting: Lighting,
+    /// The environment that images show as their background.
+    pub background: Option<Environment>,
 }
 
 impl<'a> SceneSetup<'a> {
@@ -108,6 +110,7 @@ impl<'a> SceneSetup<'a> {
             cull_back_faces: self.options.cull != BackFaceCulling::Off,
             shadows: self.options.shadows,
             ambient_occlusion: self.framing.occlusion,
+            background: self.background.clone(),
             ..Frame::new(&frame.posed, accel, camera, &lit)
         })
     }

@@ -11,14 +11,14 @@ use super::framing::{Framing, log_clip_bounds};
 use super::metering::{ResolvedExposure, resolve_exposure};
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::SceneLog;
-use crate::cli::plan::{PlannedFrame, RenderPlan};
+use crate::cli::plan::{PlannedFrame, RenderOptions, RenderPlan};
 use crate::display::{Display, ViewTransform};
 use crate::integrator::{Frame, Phong};
 use crate::output::{CropWindow, Picture};
 use crate::render::{AdaptiveSampling, ProgressMonitor, RenderSettings, render, render_aovs, render_mattes};
 use crate::scene::{
-    Animation, AnimationChoice, Camera, GroundKind, Lighting, PoseSettings, PosedScene, ResolvedLighting,
-    Scene,
+    Animation, AnimationChoice, Camera, Environment, GroundKind, Lighting, PoseSettings, PosedScene,
+    ResolvedLighting, Scene,
 };
 use crate::scene::{active_animations, clip_duration, pose};
 
@@ -69,16 +69,21 @@ impl<'a> RenderSession<'a> {
         let camera = framing.camera;
         let lit = options.lighting.resolve(&first.posed, &camera);
         log.note(&format!("lights: {}", lit.description));
-        let lighting = fixed_lighting(options.lighting.clone(), &lit);
+        let lighting = fixed_lighting(options.lighting.clone(), &lit, scene);
         let clip_duration = clip_duration(scene, &animation)?;
-        let mut setup = SceneSetup { options, log, build: plan.build, clip_duration, framing, lighting };
+        let background = background(options, &lit)?;
+        if lit.rig.sky.is_none() && options.lighting.adjusts_environment() {
+            log.warn("--hdri-rotate and --hdri-strength have no effect: no environment lights the scene")?;
+        }
+        let mut setup =
+            SceneSetup { options, log, build: plan.build, clip_duration, framing, lighting, background };
         let exposure = resolve_exposure(&setup, &mut first, &lit)?;
         let ev = exposure.ev;
         settings.adaptive = settings.adaptive.map(|adaptive| AdaptiveSampling { ev, ..adaptive });
         if let Some(scale) = exposure.light_scale {
             let scaled = Lighting { scale, ..options.lighting.clone() };
             let lit = scaled.resolve(&first.posed, &camera);
-            setup.lighting = fixed_lighting(scaled, &lit);
+            setup.lighting = fixed_lighting(scaled, &lit, scene);
         }
         if options.ground == Some(GroundKind::ShadowCatcher)
             && lit.rig.lights.is_empty()
@@ -174,9 +179,22 @@ pub struct RenderedImage {
     pub empty: Option<EmptyReason>,
 }
 
+/// The environment that images show, if they do.
+fn background(options: &RenderOptions, lit: &ResolvedLighting) -> Result<Option<Environment>> {
+    let Some(blur) = options.environment_background else { return Ok(None) };
+    match lit.rig.environment.as_ref().filter(|_| lit.rig.sky.is_some()) {
+        Some(environment) => Ok(Some(environment.blurred(blur))),
+        None => bail!(
+            "--background hdri: no environment lights the scene; add --hdri FILE, --hdri studio or --hdri sky"
+        ),
+    }
+}
+
 /// Fixes light sources and ambient colour to the resolved ones for all frames.
-fn fixed_lighting(lighting: Lighting, lit: &ResolvedLighting) -> Lighting {
-    Lighting { sets: Some(lit.sets.clone()), ambient: Some(lit.rig.ambient), ..lighting }
+fn fixed_lighting(lighting: Lighting, lit: &ResolvedLighting, scene: &Scene) -> Lighting {
+    let environment = if lit.uses_file_environment { &scene.environment } else { &lighting.environment };
+    let environment = environment.clone();
+    Lighting { sets: Some(lit.sets.clone()), ambient: Some(lit.rig.ambient), environment, ..lighting }
 }
 
 /// Notes the animations that do not play because they have the same targets as others.

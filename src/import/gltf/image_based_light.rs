@@ -57,7 +57,8 @@ pub(super) fn read(
     if quaternion.is_none() {
         warnings.add(&place, "the rotation is no quaternion; used none");
     }
-    let rotation = quaternion.map_or(DMat3::IDENTITY, |q| DMat3::from_quat(unit_quaternion(q.map(|v| v as f32))));
+    let rotation =
+        quaternion.map_or(DMat3::IDENTITY, |q| DMat3::from_quat(unit_quaternion(q.map(|v| v as f32))));
     let to_world = match up {
         UpAxis::Y => DMat3::IDENTITY,
         UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
@@ -78,7 +79,8 @@ fn floats<const N: usize>(value: &Value) -> Option<[f64; N]> {
 }
 
 fn irradiance(light: &Value) -> Option<SkyIrradiance> {
-    let rows = light.get("irradianceCoefficients")?.as_array()?.iter().map(|row| floats::<3>(row).map(DVec3::from));
+    let rows =
+        light.get("irradianceCoefficients")?.as_array()?.iter().map(|row| floats::<3>(row).map(DVec3::from));
     let rows: [DVec3; 9] = rows.collect::<Option<Vec<DVec3>>>()?.try_into().ok()?;
     Some(SkyIrradiance::from_irradiance(rows))
 }

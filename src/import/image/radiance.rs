@@ -140,8 +140,7 @@ fn parse_size(line: &str) -> Option<([u32; 2], Orientation)> {
     };
     match (axis(slow)?, axis(fast)?) {
         (('y', up), ('x', right)) => {
-            let orientation =
-                Orientation { is_transposed: false, right_to_left: !right, bottom_to_top: up };
+            let orientation = Orientation { is_transposed: false, right_to_left: !right, bottom_to_top: up };
             Some(([fast_count, slow_count], orientation))
         }
         (('x', right), ('y', up)) => {

@@ -41,16 +41,18 @@ pub(crate) fn unsupported(bytes: &[u8]) -> Option<&'static str> {
     let value = |tag| tags.value(tag).unwrap_or(0);
     let is_jpeg = matches!(value(COMPRESSION), OLD_JPEG | JPEG);
     if is_jpeg && value(PHOTOMETRIC) == YCBCR {
-        return Some("it is a TIFF with YCbCr JPEG data, which is not supported; save it as RGB, or as a JPEG");
+        return Some(
+            "it is a TIFF with YCbCr JPEG data, which is not supported; save it as RGB, or as a JPEG",
+        );
     }
     if value(PHOTOMETRIC) == YCBCR {
         return Some("it is a TIFF in YCbCr, which is not supported; save it as RGB");
     }
     let bits = tags.first_short(BITS_PER_SAMPLE).unwrap_or(1);
     match (tags.first_short(SAMPLE_FORMAT), bits) {
-        (Some(FLOAT), 16) => {
-            Some("it is a TIFF of half floats (16 bits), which are not supported; save it with 8 or 16-bit integers")
-        }
+        (Some(FLOAT), 16) => Some(
+            "it is a TIFF of half floats (16 bits), which are not supported; save it with 8 or 16-bit integers",
+        ),
         (Some(FLOAT), 64) => {
             Some("it is a TIFF of 64-bit floats, which are not supported; save it with 8 or 16-bit integers")
         }

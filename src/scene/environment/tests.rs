@@ -93,9 +93,8 @@ fn levels_agree_with_brute_force_integration() {
             let (i, j) = (texel % side, texel / side);
             let mut sum = glam::DVec3::ZERO;
             for k in 0..steps * steps {
-                let at = |cell: usize, k: usize| {
-                    (cell as f64 + (k as f64 + 0.5) / steps as f64) / side as f64
-                };
+                let at =
+                    |cell: usize, k: usize| (cell as f64 + (k as f64 + 0.5) / steps as f64) / side as f64;
                 let d = to_direction(at(i, k % steps), at(j, k / steps));
                 sum += panorama.radiance(d.as_vec3()).as_dvec3();
             }

@@ -34,6 +34,23 @@ pub fn background(text: &str) -> Result<Background, String> {
     color(text).map(Background::Color).map_err(|e| format!("{e}, or 'transparent'"))
 }
 
+/// The value of --background for images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BackgroundArg {
+    /// The same for all pixels.
+    Fixed(Background),
+    /// The environment that lights the scene.
+    Hdri,
+}
+
+/// A colour, `transparent` or `hdri`.
+pub fn image_background(text: &str) -> Result<BackgroundArg, String> {
+    if text == "hdri" {
+        return Ok(BackgroundArg::Hdri);
+    }
+    background(text).map(BackgroundArg::Fixed).map_err(|e| format!("{e}, or 'hdri'"))
+}
+
 /// `WxH` or `W,H` in pixels.
 pub fn size(text: &str) -> Result<(u32, u32), String> {
     let form = || "expected WIDTHxHEIGHT, such as 1280x720".to_string();

@@ -1,5 +1,8 @@
 //! Light sources and ambient occlusion.
 
+use std::path::PathBuf;
+
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use glam::DVec3;
 
 use super::image::color;
@@ -40,6 +43,53 @@ pub fn ao(text: &str) -> Result<AoArg, String> {
         }
     };
     Ok(AoArg { samples, distance })
+}
+
+/// The value of --hdri.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum HdriArg {
+    /// A picture.
+    File(PathBuf),
+    /// Soft boxes in a dark room.
+    Studio,
+    /// A clear sky.
+    Sky,
+}
+
+impl HdriArg {
+    /// The file, if it is one.
+    pub fn file(&self) -> Option<&PathBuf> {
+        match self {
+            HdriArg::File(path) => Some(path),
+            HdriArg::Studio | HdriArg::Sky => None,
+        }
+    }
+
+    /// The name, if it is no file.
+    pub fn name(&self) -> Option<&'static str> {
+        match self {
+            HdriArg::File(_) => None,
+            HdriArg::Studio => Some("studio"),
+            HdriArg::Sky => Some("sky"),
+        }
+    }
+
+    /// Reads a name or a file.
+    pub fn new(path: PathBuf) -> HdriArg {
+        let named = [HdriArg::Studio, HdriArg::Sky].into_iter().find(|hdri| path.to_str() == hdri.name());
+        named.unwrap_or(HdriArg::File(path))
+    }
+}
+
+/// A file, `studio` or `sky`.
+pub fn hdri() -> impl TypedValueParser<Value = HdriArg> {
+    PathBufValueParser::new().map(HdriArg::new)
+}
+
+/// A strength of light, at least 0.
+pub fn strength(text: &str) -> Result<f64, String> {
+    let v = number(text)?;
+    if v >= 0.0 { Ok(v) } else { Err("must not be negative".into()) }
 }
 
 /// A list of light sources, or `none`.
@@ -116,6 +166,16 @@ mod tests {
         for wrong in ["0", "-1", "65537", "x", "", "16,", "16,0", "16,-1", "16,nan", "1.5", "16,1,2"] {
             assert!(ao(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn names_of_environments_are_no_files() {
+        let parse = |text: &str| HdriArg::new(PathBuf::from(text));
+        assert_eq!((parse("studio"), parse("sky")), (HdriArg::Studio, HdriArg::Sky));
+        for file in ["./studio", "Sky", "a/sky", "sky.hdr"] {
+            assert_eq!(parse(file).file(), Some(&PathBuf::from(file)));
+        }
+        assert!(strength("-0.1").is_err() && strength("0") == Ok(0.0));
     }
 
     #[test]

@@ -6,8 +6,10 @@ mod lights;
 mod numbers;
 
 pub use camera::{axis, clip, elevation, field_of_view, orbit};
-pub use image::{AovSelection, Exposure, aovs, background, color, crop, exposure, size};
-pub use lights::{AoArg, ao, lights, point_light, radius, sun};
+pub use image::{
+    AovSelection, BackgroundArg, Exposure, aovs, background, color, crop, exposure, image_background, size,
+};
+pub use lights::{AoArg, HdriArg, ao, hdri, lights, point_light, radius, strength, sun};
 pub use numbers::{
     angle, bytes, direction, fraction, frame_count, glob, number, positive, smooth, triangle_counts, vector,
 };

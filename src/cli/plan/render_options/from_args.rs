@@ -1,7 +1,7 @@
 //! Resolves arguments into render options.
 
 use super::{BackFaceCulling, RenderOptions, camera, lights};
-use crate::cli::args::values::AovSelection;
+use crate::cli::args::values::{AovSelection, BackgroundArg};
 use crate::cli::args::{
     CommonArgs, CullArg, FilterArg, FormatArg, GlassArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
     RenderOptionArgs, SceneArgs, ShadingArgs, UpArg, ViewArg,
@@ -15,18 +15,20 @@ use crate::render::{AdaptiveSampling, PixelFilter, RenderSettings};
 use crate::scene::{GroundKind, Selection, SourceFormat};
 
 impl RenderOptions {
-    /// Resolves arguments. `limits` apply to the environment map.
+    /// Resolves arguments. `limits` and `threads` apply to the environment map.
     pub fn from_args(
         args: &RenderOptionArgs,
         scene: &SceneArgs,
         animation: Option<&str>,
         common: &CommonArgs,
         limits: &Limits,
+        threads: Option<u16>,
     ) -> Result<RenderOptions, UsageError> {
         let RenderOptionArgs { image, camera, light, shading } = args;
         let stage = stage(shading.integrator);
         lights::check_effects(light, stage)?;
         check_image(image)?;
+        check_background(image, stage)?;
         Ok(RenderOptions {
             load: load_options(scene, common),
             selection: Selection { only: shading.only_objects.clone(), hide: shading.hide.clone() },
@@ -34,11 +36,15 @@ impl RenderOptions {
             size: image.size,
             settings: render_settings(image),
             background: background(image, stage),
+            environment_background: match image.background {
+                Some(BackgroundArg::Hdri) => Some(image.background_blur.unwrap_or(0.0)),
+                _ => None,
+            },
             exposure: image.exposure,
             view_transform: view_transform(image.view),
             aovs: aovs(image),
             view: camera::view(camera)?,
-            lighting: lights::lighting(light, limits)?,
+            lighting: lights::lighting(light, limits, threads)?,
             shadows: !light.no_shadows,
             ao: light.ao,
             ground: light.ground.map(|ground| match ground {
@@ -103,6 +109,20 @@ fn check_image(args: &ImageArgs) -> Result<(), UsageError> {
     Ok(())
 }
 
+fn check_background(image: &ImageArgs, stage: Stage) -> Result<(), UsageError> {
+    let shows_environment = image.background == Some(BackgroundArg::Hdri);
+    if shows_environment && stage != Stage::Phong {
+        return Err(UsageError(
+            "--background hdri shows the environment, which only --integrator phong has; remove one of them"
+                .into(),
+        ));
+    }
+    if image.background_blur.is_some() && !shows_environment {
+        return Err(UsageError("--background-blur applies only to --background hdri".into()));
+    }
+    Ok(())
+}
+
 fn render_settings(args: &ImageArgs) -> RenderSettings {
     RenderSettings {
         samples: args.samples,
@@ -125,11 +145,14 @@ fn background(args: &ImageArgs, stage: Stage) -> Background {
     if args.no_background {
         return Background::Transparent;
     }
-    args.background.unwrap_or(Background::Color(match stage {
+    match (args.background, stage) {
+        (Some(BackgroundArg::Fixed(background)), _) => background,
+        // The environment covers it.
+        (Some(BackgroundArg::Hdri), _) => Background::Color(Rgb::ZERO),
         // As in the lecture: the colour of the surface, else black.
-        Stage::Color => Rgb::ZERO,
-        _ => Rgb::splat(0.05),
-    }))
+        (None, Stage::Color) => Background::Color(Rgb::ZERO),
+        (None, _) => Background::Color(Rgb::splat(0.05)),
+    }
 }
 
 fn view_transform(view: ViewArg) -> Option<ViewTransform> {

@@ -1,19 +1,32 @@
 //! Light options, and checks for options that would have no effect.
 
+use crate::cli::args::values::HdriArg;
 use crate::cli::args::{GroundArg, LightArgs, UnitsArg};
 use crate::cli::usage::UsageError;
 use crate::geometry::Rgb;
 use crate::import::{Limits, load_environment};
 use crate::integrator::Stage;
-use crate::scene::{LightSet, LightUnits, Lighting};
+use crate::scene::{Environment, LightSet, LightUnits, Lighting};
 
-pub(super) fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, UsageError> {
-    // The process's own pool of threads starts when the command line has been read.
-    let load = |path: &std::path::PathBuf| match rayon::ThreadPoolBuilder::new().build() {
-        Ok(pool) => pool.install(|| load_environment(path, limits)),
-        Err(_) => load_environment(path, limits),
+/// Resolves the lights. The environment is made within `limits`, by that many threads.
+pub(super) fn lighting(
+    args: &LightArgs,
+    limits: &Limits,
+    threads: Option<u16>,
+) -> Result<Lighting, UsageError> {
+    let make = |hdri: &HdriArg| {
+        let make = || match hdri {
+            HdriArg::File(path) => load_environment(path, limits),
+            HdriArg::Studio => Ok(Environment::studio()),
+            HdriArg::Sky => Ok(Environment::sky()),
+        };
+        // The process's own pool of threads starts when the command line has been read.
+        match rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build() {
+            Ok(pool) => pool.install(make),
+            Err(_) => make(),
+        }
     };
-    let environment = args.hdri.as_ref().map(load).transpose();
+    let environment = args.hdri.as_ref().map(make).transpose();
     Ok(Lighting {
         sets: args.lights.clone(),
         user_lights: args.point_light.iter().chain(&args.sun).copied().collect(),
@@ -27,6 +40,8 @@ pub(super) fn lighting(args: &LightArgs, limits: &Limits) -> Result<Lighting, Us
         ambient: args.ambient,
         boost_ambient: args.ao.is_some(),
         environment: environment.map_err(|e| UsageError(format!("--hdri: {e}")))?,
+        environment_rotation: args.hdri_rotate.unwrap_or(0.0),
+        environment_strength: args.hdri_strength.unwrap_or(1.0) as f32,
         radius: args.light_radius.unwrap_or(0.0) as f32,
     })
 }

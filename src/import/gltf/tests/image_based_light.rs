@@ -143,5 +143,11 @@ fn faces_count_as_textures_in_limits() {
     let options = |limits| LoadOptions { limits, ..LoadOptions::default() };
     let fixture = bright_towards_x();
     let limits = Limits { texture_bytes: 15, ..Limits::default() };
-    assert!(fixture.try_load_with(&options(limits)).unwrap_err().to_string().contains("bytes of decoded textures"));
+    assert!(
+        fixture
+            .try_load_with(&options(limits))
+            .unwrap_err()
+            .to_string()
+            .contains("bytes of decoded textures")
+    );
 }

@@ -107,7 +107,8 @@ fn colour_is_found_in_any_part() {
 
 #[test]
 fn one_channel_is_grey() {
-    for channels in [vec![("Y", floats(0))], vec![("Y", floats(0)), ("A", floats(9))], vec![("V", floats(0))]] {
+    for channels in [vec![("Y", floats(0))], vec![("Y", floats(0)), ("A", floats(9))], vec![("V", floats(0))]]
+    {
         let bytes = file(vec![Part::new(channels)], IntegerBounds::from_dimensions((WIDTH, HEIGHT)));
         assert_eq!(read(&bytes).unwrap().1[5], [5.0; 3]);
     }

@@ -91,7 +91,8 @@ fn scanlines_are_flat_or_compressed_in_either_way() {
     // 1 1 1 n repeats.
     let old = [&COLOR[..], &[1, 1, 1, 6], &last].concat();
     // Runs of a channel are 128 plus their length.
-    let new = [&[2, 2, 0, 8][..], &[135, 64, 1, 128], &[136, 32], &[3, 128, 128, 128, 133, 128], &[136, 129]].concat();
+    let new = [&[2, 2, 0, 8][..], &[135, 64, 1, 128], &[136, 32], &[3, 128, 128, 128, 133, 128], &[136, 129]]
+        .concat();
     for data in [&flat, &old, &new] {
         assert_eq!(texels(data).unwrap(), expected);
         for end in 0..data.len() {
