@@ -93,7 +93,7 @@ fn the_background_shows_the_environment_in_the_direction_of_each_ray() {
             let [x, y] = [i % SIDE, i / SIDE].map(|v| (f64::from(v) + 0.5) / f64::from(SIDE));
             let d = camera.eye_ray(x, 1.0 - y, posed.centre).d.normalize();
             let expected = (d * 0.5 + 0.5).extend(1.0);
-            assert!(color.abs_diff_eq(expected, 0.01), "{projection:?} {i}: {color} {expected}");
+            assert!(color.abs_diff_eq(expected, 0.03), "{projection:?} {i}: {color} {expected}");
         }
     }
 }
@@ -164,7 +164,7 @@ fn occlusion_takes_away_the_light_that_is_hidden() {
         middle.x
     };
     let [hidden, open] = [0.6, -0.6].map(floor_beside_wall);
-    assert!(hidden < 0.01 && (open - 0.5).abs() < 0.02, "{hidden} {open}");
+    assert!(hidden < 0.03 && (open - 0.5).abs() < 0.03, "{hidden} {open}");
 }
 
 #[test]

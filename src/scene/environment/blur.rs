@@ -39,12 +39,8 @@ impl Environment {
     }
 }
 
-/// The directions of a blur around +Z.
-struct Kernel {
-    directions: Vec<DVec3>,
-    /// Solid angle of each lookup in steradians.
-    solid_angle: f32,
-}
+/// The directions of a blur around +Z, each with the solid angle of its lookup in steradians.
+struct Kernel(Vec<(DVec3, f32)>);
 
 impl Kernel {
     /// Spreads directions of equal weight by steps of the golden angle.
@@ -54,16 +50,17 @@ impl Kernel {
         let tail = libm::exp(-2.0 * kappa);
         let direction = |i: u32| {
             let u = (f64::from(i) + 0.5) / f64::from(DIRECTIONS);
-            let cos = (1.0 + libm::log(tail + u * (1.0 - tail)) / kappa).clamp(-1.0, 1.0);
+            let density = tail + u * (1.0 - tail);
+            let cos = (1.0 + libm::log(density) / kappa).clamp(-1.0, 1.0);
             let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
             let turns = f64::from(i) * GOLDEN_RATIO;
             let angle = TAU * (turns - turns.floor());
-            DVec3::new(sin * libm::cos(angle), sin * libm::sin(angle), cos)
+            // The density in the middle is κ / 2π (1 − e^(−2κ)).
+            let covered = TAU * (1.0 - tail) / (kappa * density);
+            let solid_angle = (FILTER_WIDTH * covered / f64::from(DIRECTIONS)) as f32;
+            (DVec3::new(sin * libm::cos(angle), sin * libm::sin(angle), cos), solid_angle)
         };
-        // The density in the middle is κ / 2π (1 − e^(−2κ)).
-        let covered = TAU * (1.0 - tail) / kappa;
-        let solid_angle = (FILTER_WIDTH * covered / f64::from(DIRECTIONS)) as f32;
-        Kernel { directions: (0..DIRECTIONS).map(direction).collect(), solid_angle }
+        Kernel((0..DIRECTIONS).map(direction).collect())
     }
 
     fn mean(&self, map: &EnvironmentMap, d: Vec3) -> Rgb {
@@ -71,10 +68,10 @@ impl Kernel {
         // The axes turn with the direction, so that neighbouring texels average neighbouring directions.
         let x = DVec3::Y.cross(z).try_normalize().unwrap_or(DVec3::X);
         let y = z.cross(x);
-        let lookup = |l: &DVec3| {
+        let lookup = |(l, solid_angle): &(DVec3, f32)| {
             let l = x * l.x + y * l.y + z * l.z;
-            map.radiance(l.as_vec3(), self.solid_angle)
+            map.radiance(l.as_vec3(), *solid_angle)
         };
-        self.directions.iter().map(lookup).sum::<Rgb>() / DIRECTIONS as f32
+        self.0.iter().map(lookup).sum::<Rgb>() / DIRECTIONS as f32
     }
 }

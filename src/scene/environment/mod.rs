@@ -22,7 +22,7 @@ pub use panorama::Panorama;
 use pyramid::Pyramid;
 
 /// Panoramas that are wider are halved.
-const MAX_PANORAMA_WIDTH: u32 = 4096;
+const MAX_PANORAMA_WIDTH: u32 = 8192;
 /// Most texels on a side of the finest mip level.
 const MAX_PYRAMID_SIDE: usize = 1024;
 
@@ -64,7 +64,7 @@ impl Environment {
         Environment::new(None, radiance, SkyIrradiance::uniform(Rgb::ONE))
     }
 
-    /// Makes an environment from an equirectangular picture. Of pictures wider than 4096 texels, the nine harmonics of
+    /// Makes an environment from an equirectangular picture. Of pictures wider than 8192 texels, the nine harmonics of
     /// [`Environment::irradiance`] keep all texels, and lookups a reduced picture.
     pub fn from_panorama(panorama: Panorama) -> Environment {
         let irradiance = SkyIrradiance::from_panorama(&panorama);
