@@ -204,3 +204,15 @@ fn a_background_shows_the_environment_rotated_and_scaled() {
     assert!((20..80).contains(&blurred[0]) && blurred[1] == 0, "{blurred:?}");
     assert!(corner(&["--hdri", "studio"]) != corner(&["--hdri", "sky"]));
 }
+
+/// A background covers all pixels, and is no part of the scene.
+#[test]
+fn a_background_does_not_hide_that_an_image_is_empty() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = model("tests/cube.obj");
+    let away = ["--view-point", "0,0,6", "--view-dir", "0,0,1", "--size", "16x16"];
+    let args = [&["render", scene.as_str(), "--hdri", "sky", "--background", "hdri"][..], &away].concat();
+    let output = blinn_args(dir.path(), &args);
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert!(messages.contains("the camera looks away from the scene"), "{messages}");
+}

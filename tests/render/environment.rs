@@ -199,3 +199,23 @@ fn backgrounds_and_occlusion_do_not_depend_on_threads_or_tiles() {
     let expected = bits(picture(1, 16));
     assert!(bits(picture(3, 7)) == expected && bits(picture(8, 32)) == expected);
 }
+
+/// A file's environment lights its scene with the file's lights, unless a flag gives another or an I_a.
+#[test]
+fn the_environment_of_a_file_lights_its_scene() {
+    let mut scene = elsewhere();
+    scene.environment = Some(Environment::uniform(Rgb::splat(0.5)));
+    let posed = scenes::posed(&scene);
+    let camera = camera(&posed, Projection::Perspective, DVec3::NEG_Z);
+    let resolve = |lighting: Lighting| lighting.resolve(&posed, &camera).rig;
+    let mean = |lighting| resolve(lighting).environment.map(|environment| environment.mean().x);
+    let rig = resolve(Lighting::default());
+    assert!(rig.lights.is_empty(), "no three-point rig");
+    assert_eq!(rig.sky.map(|sky| sky.ambient(DVec3::Y).x), Some(0.5));
+    let twice = Lighting { environment_strength: 2.0, ..Lighting::default() };
+    assert_eq!((mean(Lighting::default()), mean(twice)), (Some(0.5), Some(1.0)));
+    let other = Some(Environment::uniform(Rgb::splat(0.25)));
+    assert_eq!(mean(Lighting { environment: other, ..Lighting::default() }), Some(0.25));
+    assert_eq!(mean(Lighting { ambient: Some(Rgb::splat(0.1)), ..Lighting::default() }), Some(0.1));
+    assert_eq!(mean(Lighting { sets: Some(Vec::new()), ..Lighting::default() }), None);
+}

@@ -58,6 +58,7 @@ fn tasks_render_the_pixels_of_one_process() {
         "turntable cornell.glb --count 3 --aov depth --view-point 0,1,3",
         "turntable lights.glb --count 3 --exposure auto",
         "turntable lights.glb --views 3",
+        "turntable cube.obj --count 3 --hdri studio --background hdri --background-blur .4 --hdri-rotate 30",
         "render figure.glb --frames --fps 3",
         "render figure.glb --frames 7,1-5:2 --fps 6 --orbit 10,5",
         "render lights.glb --frames 1-3 --light-scale 300",
