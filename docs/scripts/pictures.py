@@ -201,9 +201,16 @@ OPTION_SHEETS = [
     Sheet(
         "hdri",
         "Environment maps",
-        "`--hdri` lights the scene with an environment map: here a blue sky with a low sun.",
+        "`--hdri` lights the scene with an environment map: here a blue sky with a low sun. `studio` and `sky` need no file.",
         STILL,
-        ["--lights file", "--hdri {sky} --lights none", "--hdri {sky} --lights none --ao 32"],
+        [
+            "--lights file",
+            "--hdri {sky} --lights none",
+            "--hdri {sky} --lights none --ao 32",
+            "--hdri studio --lights none --ao 32",
+            "--hdri sky --lights none --background hdri",
+            "--hdri sky --lights none --background hdri --background-blur .4 --hdri-rotate 120",
+        ],
     ),
     Sheet(
         "light-radius",
