@@ -1,8 +1,9 @@
 //! Ambient occlusion: the share of light from all directions that reaches a point.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec3, UVec2};
 
 use crate::accel::Coherence;
 use crate::geometry::{Rgb, cosine_hemisphere};
@@ -36,14 +37,82 @@ pub(crate) fn occlude_ambient(
     };
     let indices: Vec<usize> = (0..points.points.len()).filter(has_ambient).collect();
     let rays = AmbientRays::new(settings, points, &indices, states, stream);
-    let light = rays.trace(frame, environment, points, stream, buffers);
-    for (i, light) in indices.into_iter().zip(light) {
+    let found = rays.trace(frame, environment, points, stream, buffers);
+    let ambient: Vec<Rgb> = match environment {
+        Some(environment) => {
+            let unoccluded = |&i: &usize| environment.diffuse(points.n(i).as_vec3());
+            let unoccluded: Vec<Rgb> = indices.iter().map(unoccluded).collect();
+            let pixels = indices.iter().map(|&i| stream.samples[points.points[i].sample].pixel);
+            arriving_light(&found, &unoccluded, &pixels.collect::<Vec<UVec2>>())
+        }
+        None => {
+            let ambient = |(&i, found): (&usize, &Found)| frame.ambient_at(points.n(i)) * found.visibility;
+            indices.iter().zip(&found).map(ambient).collect()
+        }
+    };
+    for (i, ambient) in indices.into_iter().zip(ambient) {
         let (k_e, k_a) = points.emission_and_ambient(i);
-        let ambient = if environment.is_some() { light } else { frame.ambient_at(points.n(i)) * light };
         let radiance = k_e + k_a * ambient;
         let (block, lane) = points.soa.lane_mut(i);
         set3(&mut block.radiance, lane, radiance.to_array());
     }
+}
+
+/// Means over the rays of a point.
+#[derive(Clone, Copy, Default)]
+struct Found {
+    /// The share of directions that is visible, by colour.
+    visibility: Rgb,
+    /// Light of the environment that arrives, and that is hidden.
+    visible: Rgb,
+    hidden: Rgb,
+}
+
+/// What the rays of a pixel have found, in exact sums that do not depend on the order of points.
+#[derive(Default)]
+struct PixelSums {
+    points: i128,
+    visibility: i128,
+    /// Unoccluded light and hidden light, by colour.
+    unoccluded: [i128; 3],
+    hidden: [i128; 3],
+}
+
+/// The environment's light that arrives at points of these pixels.
+///
+/// In pixels where most directions are visible, it is the unoccluded light minus what is hidden, and else what the visible
+/// directions show: open surfaces have no noise, whatever the environment. Both have the same mean; the choice is made for
+/// pixels and not for samples, whose few rays would prefer one of them when they miss a light.
+fn arriving_light(found: &[Found], unoccluded: &[Rgb], pixels: &[UVec2]) -> Vec<Rgb> {
+    let mut sums: HashMap<UVec2, PixelSums> = HashMap::new();
+    for ((found, unoccluded), &pixel) in found.iter().zip(unoccluded).zip(pixels) {
+        let sums = sums.entry(pixel).or_default();
+        sums.points += 1;
+        sums.visibility += fixed(found.visibility.dot(Rgb::splat(1.0 / 3.0)));
+        for c in 0..3 {
+            sums.unoccluded[c] += fixed(unoccluded[c]);
+            sums.hidden[c] += fixed(found.hidden[c]);
+        }
+    }
+    let light = |((found, &unoccluded), pixel): ((&Found, &Rgb), &UVec2)| {
+        let Some(sums) = sums.get(pixel) else { return found.visible };
+        if 2 * sums.visibility < sums.points * fixed(1.0) {
+            return found.visible;
+        }
+        // Noise may hide more than there is.
+        let share = |c: usize| {
+            let (all, hidden) = (sums.unoccluded[c], sums.hidden[c]);
+            if hidden > all { (all as f64 / hidden as f64) as f32 } else { 1.0 }
+        };
+        unoccluded - found.hidden * Rgb::new(share(0), share(1), share(2))
+    };
+    found.iter().zip(unoccluded).zip(pixels).map(light).collect()
+}
+
+/// A number in fixed point.
+fn fixed(v: f32) -> i128 {
+    const ONE: f64 = (1u64 << 32) as f64;
+    (f64::from(v) * ONE) as i128
 }
 
 /// The rays that a batch of points sends out for ambient light.
@@ -80,8 +149,7 @@ impl<'a> AmbientRays<'a> {
         }
     }
 
-    /// Traces rays whose density is the cosine to the shading normal. Returns the mean visibility at each point by colour,
-    /// weighted by the radiance of `environment` if there is one.
+    /// Traces rays whose density is the cosine to the shading normal. Returns what they find at each point.
     fn trace(
         &self,
         frame: &Frame,
@@ -89,8 +157,8 @@ impl<'a> AmbientRays<'a> {
         points: &ShadingBatch,
         stream: SampleStream,
         buffers: &mut ShadowBuffers,
-    ) -> Vec<Rgb> {
-        let mut sums = vec![Rgb::ZERO; self.points.len()];
+    ) -> Vec<Found> {
+        let mut sums = vec![Found::default(); self.points.len()];
         let mut radiance = Vec::new();
         for part in 0..self.counts.iter().copied().max().unwrap_or(0) {
             let active: Vec<usize> = (0..self.counts.len()).filter(|&k| part < self.counts[k]).collect();
@@ -121,13 +189,20 @@ impl<'a> AmbientRays<'a> {
                 let from = buffers.segments.from[j];
                 let to = buffers.segments.to[j];
                 let to_infinity = self.distance == f64::INFINITY;
-                if !frame.ground_blocks(from, to.as_dvec3() - from.as_dvec3(), to_infinity) {
-                    let visibility = buffers.visibility[j];
-                    sums[k] += radiance.get(j).map_or(visibility, |&radiance| visibility * radiance);
-                }
+                let is_blocked = frame.ground_blocks(from, to.as_dvec3() - from.as_dvec3(), to_infinity);
+                let visibility = if is_blocked { Rgb::ZERO } else { buffers.visibility[j] };
+                let radiance = radiance.get(j).copied().unwrap_or_default();
+                sums[k].visibility += visibility;
+                sums[k].visible += visibility * radiance;
+                sums[k].hidden += (Rgb::ONE - visibility) * radiance;
             }
         }
-        sums.iter().zip(&self.counts).map(|(&sum, &count)| sum / count as f32).collect()
+        let mean = |(sum, &count): (&Found, &u32)| {
+            let Found { visibility, visible, hidden } = *sum;
+            let count = count as f32;
+            Found { visibility: visibility / count, visible: visible / count, hidden: hidden / count }
+        };
+        sums.iter().zip(&self.counts).map(mean).collect()
     }
 }
 

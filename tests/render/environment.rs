@@ -219,3 +219,23 @@ fn the_environment_of_a_file_lights_its_scene() {
     assert_eq!(mean(Lighting { ambient: Some(Rgb::splat(0.1)), ..Lighting::default() }), Some(0.1));
     assert_eq!(mean(Lighting { sets: Some(Vec::new()), ..Lighting::default() }), None);
 }
+
+/// A convex body before a small bright light: no noise, whatever the number of rays.
+#[test]
+fn open_surfaces_have_no_noise_under_ambient_occlusion() {
+    let spot = environment(|d| Rgb::splat(if d.y > 0.99 { 50.0 } else { 0.2 }));
+    let mut scene = Scene::default();
+    scenes::add(&mut scene, scenes::grid(1, 1), matte(), &[DAffine3::from_scale(DVec3::splat(20.0))]);
+    let colors = shoot(&scene, DVec3::NEG_Y, Projection::Orthographic, |frame| {
+        let lighting = Lighting { environment: Some(spot.clone()), ..Lighting::default() };
+        let lit = lighting.resolve(frame.posed, &frame.camera);
+        (frame.sky, frame.environment) = (lit.rig.sky, lit.rig.environment);
+        frame.ambient_occlusion = Some(AmbientOcclusion { samples: 4, distance: f64::INFINITY });
+    });
+    // The share of the light with its cosine: sin² of its radius.
+    let expected = 0.2 + 49.8 * (1.0 - 0.99 * 0.99);
+    for color in &colors {
+        assert!((f64::from(color.x) / expected - 1.0).abs() < 0.02, "{color}: {expected}");
+        assert_eq!(color.x.to_bits(), colors[0].x.to_bits());
+    }
+}

@@ -15,7 +15,9 @@ use super::material_table::MaterialTable;
 use super::objects::ObjectBuilder;
 use super::primitive;
 use super::primitive::PrimitiveId;
-use super::{animation, blender, extensions, forest, graph, image_based_light, instancing, topology, variants};
+use super::{
+    animation, blender, extensions, forest, graph, image_based_light, instancing, topology, variants,
+};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::options::{LoadOptions, UpAxis};
 use crate::scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};

@@ -9,7 +9,7 @@ mod procedural;
 mod pyramid;
 
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DMat3, Mat3, Vec3};
 use twox_hash::XxHash3_128;
@@ -42,13 +42,21 @@ pub struct Environment {
 }
 
 /// Radiance by direction, in the environment's own frame.
-#[derive(Clone, PartialEq)]
+#[derive(Clone)]
 struct EnvironmentMap {
     /// The picture itself, for lookups that are sharper than the mip levels.
     panorama: Option<Panorama>,
     pyramid: Pyramid,
+    /// Irradiance over π by normal, computed on first use.
+    diffuse: OnceLock<Pyramid>,
     /// Hash of the texels.
     digest: u128,
+}
+
+impl PartialEq for EnvironmentMap {
+    fn eq(&self, other: &EnvironmentMap) -> bool {
+        self.digest == other.digest && self.panorama.is_some() == other.panorama.is_some()
+    }
 }
 
 /// Formats the hash of the texels in place of millions of numbers.
@@ -140,6 +148,19 @@ impl Environment {
         self.map.as_ref().map_or(Rgb::ONE, |map| map.pyramid.mean()) * self.radiance
     }
 
+    /// Returns the irradiance over π of a surface with unit normal `n`: the radiance that white matte surfaces reflect. Unlike
+    /// [`Environment::irradiance`] it has no error of harmonics.
+    pub(crate) fn diffuse(&self, n: Vec3) -> Rgb {
+        match &self.map {
+            None => self.radiance,
+            Some(map) => {
+                // Not in parallel: threads would wait for each other inside of other work.
+                let diffuse = map.diffuse.get_or_init(|| map.pyramid.diffuse());
+                diffuse.radiance(self.to_map * n, 0.0) * self.radiance
+            }
+        }
+    }
+
     /// Returns the irradiance of surfaces by their normal.
     pub fn irradiance(&self) -> SkyIrradiance {
         self.irradiance.scaled(self.radiance).rotated(self.to_map_f64)
@@ -160,7 +181,7 @@ impl EnvironmentMap {
 
     fn new(panorama: Option<Panorama>, pyramid: Pyramid) -> EnvironmentMap {
         let texels = panorama.as_ref().map_or_else(|| pyramid.bytes(), Panorama::bytes);
-        EnvironmentMap { digest: XxHash3_128::oneshot(texels), panorama, pyramid }
+        EnvironmentMap { digest: XxHash3_128::oneshot(texels), panorama, pyramid, diffuse: OnceLock::new() }
     }
 
     #[inline]

@@ -138,3 +138,17 @@ fn the_debug_form_is_short_and_tells_pictures_apart() {
     assert!(text(gradient()).len() < 2000 && text(gradient()) == text(gradient()));
     assert!(text(gradient()) != text(other));
 }
+
+/// The irradiance of a small light, against its cosine.
+#[test]
+fn diffuse_light_agrees_with_integration() {
+    let spot = |d: Vec3| if d.z > 0.9 { Rgb::ONE } else { Rgb::ZERO };
+    let environment = Environment::from_function(256, 2, spot);
+    for n in [Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.8, 0.6)] {
+        // Light on one side of the surface: the solid angle's projection, sin² of the radius times the cosine.
+        let expected = (1.0 - 0.9 * 0.9) * n.z;
+        let found = environment.diffuse(n).x;
+        assert!((found / expected - 1.0).abs() < 0.01, "{n}: {found} {expected}");
+    }
+    assert_eq!(environment.diffuse(Vec3::NEG_Z), Rgb::ZERO);
+}
