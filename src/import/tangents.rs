@@ -16,8 +16,8 @@ mod tests;
 /// Faces that may share a position: MikkTSpace compares all pairs.
 const MAX_VALENCE: u32 = 1024;
 
-/// Sine of the smallest angle between a usable tangent and the normal.
-const MIN_SINE: f32 = 1e-3;
+/// Cosine of the smallest angle between a usable tangent and the normal, 0.1°.
+const MAX_COSINE: f32 = 0.999_998;
 
 /// Generates tangents of `mesh` along the texture coordinates of `map`. Splits vertices whose faces have
 /// different tangents. A mesh without normals gets face normals. Tangents that the mesh has are kept where they
@@ -69,14 +69,11 @@ pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
 /// Removes the tangents of a mesh and returns those that are usable; empty if there are none. Returns `None`,
 /// and removes nothing, if all tangents are usable.
 fn take_usable_tangents(mesh: &mut Mesh) -> Option<Vec<Option<Vec4>>> {
+    // Usable tangents and normals have been normalized. A normal that has not does not reject a tangent.
     let is_usable = |(tangent, normal): (&Vec4, &Vec3)| {
         let t = tangent.truncate();
-        // Usable tangents have been normalized, and so have usable normals.
-        t.length_squared() > 0.5 && t.is_finite() && {
-            let is_parallel =
-                normal.is_normalized() && normal.cross(t).length_squared() < MIN_SINE * MIN_SINE;
-            !is_parallel
-        }
+        let is_parallel = normal.dot(t).abs() > MAX_COSINE;
+        (t.length_squared() - 1.0).abs() < 0.1 && !is_parallel
     };
     let mut usable = mesh.tangents.iter().zip(&mesh.normals).map(is_usable);
     if !mesh.tangents.is_empty() && usable.all(|usable| usable) {

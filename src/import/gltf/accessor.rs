@@ -87,8 +87,11 @@ impl<'d> Accessor<'d> {
         let count = count.ok_or_else(|| invalid(".count", format!("{} exceeds 2^32", json.count.0)))?;
         let components = element_type.multiplicity();
 
+        let mut count = count;
         let base = if json.buffer_view.is_some() {
-            Some(Strided::open(doc, json, count, element_size, &location(), warnings)?)
+            let (base, complete) = Strided::open(doc, json, count, element_size, &location(), warnings)?;
+            count = complete;
+            Some(base)
         } else {
             doc.charge_zeros(count as u64 * 4 * components as u64)?;
             None
@@ -224,7 +227,8 @@ impl<'d> Accessor<'d> {
 }
 
 impl<'d> Strided<'d> {
-    /// Checks that `count` elements lie in the accessor's buffer view.
+    /// Checks that `count` elements lie in the accessor's buffer view. Returns their number, which is less only in
+    /// a truncated file.
     fn open(
         doc: &'d Document<'_>,
         json: &::gltf::json::Accessor,
@@ -232,7 +236,7 @@ impl<'d> Strided<'d> {
         element_size: usize,
         accessor: &str,
         warnings: &mut Warnings,
-    ) -> Result<Strided<'d>, LoadError> {
+    ) -> Result<(Strided<'d>, usize), LoadError> {
         let index = json.buffer_view.map_or(0, |view| view.value());
         let view = doc.buffer_view(index)?;
         let stride = match view.stride {
@@ -248,10 +252,19 @@ impl<'d> Strided<'d> {
         };
         let offset = json.byte_offset.map_or(0, |o| o.0);
         let bytes = usize::try_from(offset).ok().and_then(|o| view.bytes.get(o..));
+        if doc.is_truncated() {
+            let bytes = bytes.unwrap_or_default();
+            let complete = bytes.len().checked_sub(element_size).map_or(0, |rest| rest / stride + 1);
+            if complete < count {
+                let message = format!("has {complete} of {count} elements; ignored what needs the others");
+                warnings.add(accessor, message);
+            }
+            return Ok((Strided { bytes, stride }, complete.min(count)));
+        }
         let needed =
             count.checked_sub(1).map_or(Some(0), |n| n.checked_mul(stride)?.checked_add(element_size));
         let bytes = bytes.filter(|b| needed.is_some_and(|n| n <= b.len()));
-        bytes.map(|bytes| Strided { bytes, stride }).ok_or_else(|| {
+        bytes.map(|bytes| (Strided { bytes, stride }, count)).ok_or_else(|| {
             let has = view.bytes.len();
             let message = format!(
                 "{count} elements of {element_size} bytes at stride {stride} from byte {offset} exceed \

@@ -106,6 +106,11 @@ impl<'a> Buffers<'a> {
         }
     }
 
+    /// Number of a buffer's bytes.
+    pub fn length(&self, buffer: usize) -> u64 {
+        self.content_of.get(buffer).map_or(0, |&content| self.contents[content].len() as u64)
+    }
+
     /// Returns a range of a buffer's bytes.
     pub fn slice(&self, buffer: usize, offset: u64, length: u64) -> Result<&[u8], String> {
         let bytes: &[u8] = self.content_of.get(buffer).map_or(&[], |&content| &self.contents[content]);

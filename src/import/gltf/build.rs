@@ -149,16 +149,21 @@ fn read_meshes(doc: &Document<'_>, primitives: &[PrimitiveId]) -> (Meshes, Warni
         (primitive::read(doc, id, &mut warnings), warnings)
     };
     let results: Vec<_> = primitives.par_iter().map(read).collect();
+    let has_triangles = results.iter().any(|(mesh, _)| matches!(mesh, Ok(Some(_))));
     let mut all = Warnings::default();
     let mut meshes = Vec::with_capacity(results.len());
-    let is_any_complete = results.iter().any(|(mesh, _)| matches!(mesh, Ok(Some(_))));
     for (mesh, warnings) in results {
         all.extend(warnings);
-        meshes.push(if is_any_complete {
+        let is_optional = has_triangles && doc.is_truncated();
+        meshes.push(if is_optional {
             doc.tolerate_truncation(mesh, &mut all).map(Option::flatten)
         } else {
             mesh
         });
+    }
+    if doc.is_truncated() && !has_triangles && !primitives.is_empty() {
+        meshes
+            .push(Err(LoadError::parse("GLB", "the file is truncated before the end of its first triangle")));
     }
     // Returns the first error in file order, whichever thread found one first.
     (meshes.into_iter().collect(), all)

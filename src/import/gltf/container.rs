@@ -33,8 +33,11 @@ pub(super) fn split<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Cont
             _ => Err(LoadError::parse("byte 0", NOT_GLTF)),
         };
     }
-    let truncated = |at: usize| LoadError::parse(format_args!("byte {at}"), "the GLB header is truncated");
-    match word(bytes, 4).ok_or_else(|| truncated(4))? {
+    let header = |at: usize| {
+        let error = || LoadError::parse(format_args!("byte {at}"), "the GLB header is truncated");
+        word(bytes, at).ok_or_else(error)
+    };
+    match header(4)? {
         2 => {}
         1 => return Err(LoadError::Unsupported(super::version::VERSION_1.into())),
         v => {
@@ -43,12 +46,21 @@ pub(super) fn split<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Cont
             )));
         }
     }
-    let length = word(bytes, 8).ok_or_else(|| truncated(8))? as usize;
+    let length = header(8)? as usize;
+    let without_json = || {
+        if length <= bytes.len() {
+            return LoadError::parse("byte 12", "the JSON chunk has no end");
+        }
+        let message = format!("the file is truncated: it has {} of {length} bytes", bytes.len());
+        LoadError::parse("byte 8", message)
+    };
     let mut chunks = Chunks { bytes, length, at: HEADER, is_truncated: false };
-    if word(bytes, HEADER + 4) != Some(JSON) {
-        return Err(LoadError::parse("byte 12", "the first GLB chunk is not JSON"));
+    match word(bytes, HEADER + 4) {
+        Some(JSON) => {}
+        None if length > bytes.len() => return Err(without_json()),
+        _ => return Err(LoadError::parse("byte 12", "the first GLB chunk is not JSON")),
     }
-    let json = chunks.json(warnings);
+    let json = chunks.json(warnings).ok_or_else(without_json)?;
     let mut bin = None;
     while chunks.has_next(bin.is_none()) {
         let at = chunks.at;
@@ -86,19 +98,22 @@ impl<'a> Chunks<'a> {
         (size, self.bytes.get(self.at..).unwrap_or_default())
     }
 
-    /// Reads the JSON chunk. If its length is wrong, it ends with the last brace.
-    fn json(&mut self, warnings: &mut Warnings) -> &'a [u8] {
+    /// Reads the JSON chunk. If its length is wrong, it ends with the last brace. `None` if that is missing.
+    fn json(&mut self, warnings: &mut Warnings) -> Option<&'a [u8]> {
         let (size, rest) = self.enter();
         if size != 0 && size <= rest.len() {
             self.at += size;
-            return &rest[..size];
+            return Some(&rest[..size]);
         }
-        let start = rest.iter().position(|&b| b == b'{').unwrap_or(rest.len());
-        let end = text_repair::end_of_container(rest, start);
+        let start = rest.iter().position(|&b| b == b'{')?;
+        let end = text_repair::end_of_container(rest, start)?;
         let message = format!("the JSON chunk has a length of {size}; read {end} bytes up to its last brace");
         warnings.add(format_args!("byte {HEADER}"), message);
-        self.at = (self.at + end).next_multiple_of(4).min(self.bytes.len());
-        &rest[..end]
+        let end_of_json = self.at + end;
+        let is_binary = |&at: &usize| word(self.bytes, at + 4) == Some(BIN);
+        let next = (end_of_json..end_of_json + 4).find(is_binary);
+        self.at = next.unwrap_or(end_of_json.next_multiple_of(4)).min(self.bytes.len());
+        Some(&rest[..end])
     }
 
     /// Reads the binary chunk. If its length is 0 or beyond the file, it ends with the file.
@@ -189,6 +204,10 @@ mod tests {
         let intact = glb(&[(JSON, b"{}  "), (BIN, b"data")]);
         let error = |bytes: &[u8]| split(bytes, &mut Warnings::default()).unwrap_err().to_string();
         assert_eq!(error(&intact[..9]), "byte 8: the GLB header is truncated");
+        for end in [12, 19, 20, 21] {
+            let message = format!("byte 8: the file is truncated: it has {end} of 36 bytes");
+            assert_eq!(error(&intact[..end]), message);
+        }
         assert_eq!(error(&glb(&[(BIN, b"data")])), "byte 12: the first GLB chunk is not JSON");
         let mut old = intact;
         old[4] = 1;

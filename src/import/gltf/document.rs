@@ -71,7 +71,8 @@ impl<'a> Document<'a> {
         &self.json.root
     }
 
-    /// Returns the bytes of a buffer view, decompressed if necessary.
+    /// Returns the bytes of a buffer view, decompressed if necessary. In a truncated file, some or all of them may be
+    /// missing.
     pub fn buffer_view(&self, index: usize) -> Result<BufferView<'_>, LoadError> {
         let location = || format!("bufferViews[{index}]");
         let view = self.root().buffer_views.get(index);
@@ -80,7 +81,12 @@ impl<'a> Document<'a> {
         let stride = view.byte_stride.map(|s| s.0);
         let Some(compressed) = CompressedView::of(view) else {
             let offset = view.byte_offset.map_or(0, |o| o.0);
-            let bytes = self.buffers.slice(view.buffer.value(), offset, view.byte_length.0);
+            let mut length = view.byte_length.0;
+            if self.is_truncated {
+                length = length.min(self.buffers.length(view.buffer.value()).saturating_sub(offset));
+            }
+            let offset = if length == 0 { 0 } else { offset };
+            let bytes = self.buffers.slice(view.buffer.value(), offset, length);
             let bytes = bytes.map_err(|message| LoadError::invalid(location(), message))?;
             return Ok(BufferView { bytes, stride });
         };
@@ -92,6 +98,11 @@ impl<'a> Document<'a> {
         let location = || format!("{}.extensions.{}", location(), compressed.name);
         let bytes = decompressed.as_ref().map_err(|message| LoadError::invalid(location(), message))?;
         Ok(BufferView { bytes, stride: stride.or(compressed.attribute_stride()) })
+    }
+
+    /// Returns true if the end of the binary chunk is missing.
+    pub fn is_truncated(&self) -> bool {
+        self.is_truncated
     }
 
     /// Replaces an error by a warning and `None` if it may be due to the missing end of a truncated file.

@@ -159,7 +159,13 @@ fn read_triangles(
                 return Err(LoadError::invalid(path(), "indices are not SCALAR"));
             }
             let indices: Vec<[u32; 1]> = accessor.integers(Elements::First(accessor.count));
-            VertexOrder::Indexed { indices: indices.into_flattened(), restart: accessor.restart_index() }
+            let mut indices = indices.into_flattened();
+            if doc.is_truncated() && mode(json) == Mode::Triangles {
+                let triangles =
+                    indices.chunks_exact(3).filter(|t| t.iter().all(|&v| (v as usize) < vertices));
+                indices = triangles.flatten().copied().collect();
+            }
+            VertexOrder::Indexed { indices, restart: accessor.restart_index() }
         }
     };
     let count = match &order {

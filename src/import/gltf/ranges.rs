@@ -1,6 +1,8 @@
 //! Replaces numbers of materials, lights and cameras outside of the range that the specification gives.
 
 use std::f64::consts::PI;
+use std::fmt;
+use std::fmt::{Display, Formatter};
 
 use serde_json::{Value, json};
 
@@ -59,9 +61,26 @@ const MATERIAL: [(&[&str], Range); 24] = [
 ];
 const GLOSSY: &str = "KHR_materials_pbrSpecularGlossiness";
 
+/// Properties of a perspective camera.
+const PERSPECTIVE: [(&[&str], Range); 1] = [(&["aspectRatio"], Positive("that of the image"))];
+
 /// Properties of a light.
 const LIGHT: [(&[&str], Range); 3] =
     [(&["color"], Color), (&["intensity"], NotNegative), (&["range"], Positive("infinity"))];
+
+/// The JSON path of a property.
+#[derive(Clone, Copy)]
+struct Location<'l> {
+    object: &'l str,
+    path: &'l [&'l str],
+}
+
+impl Display for Location<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.object)?;
+        self.path.iter().try_for_each(|name| write!(f, ".{name}"))
+    }
+}
 
 /// Repairs the numbers of a material.
 pub(super) fn repair_material(material: &mut Object, location: &str, warnings: &mut Warnings) {
@@ -75,7 +94,7 @@ pub(super) fn repair_light(light: &mut Object, location: &str, warnings: &mut Wa
 
 /// Repairs the numbers of a perspective camera. A vertical field of view above π is in degrees.
 pub(super) fn repair_perspective(camera: &mut Object, location: &str, warnings: &mut Warnings) {
-    repair(camera, "aspectRatio", Positive("that of the image"), location, warnings);
+    repair_all(&PERSPECTIVE, camera, location, warnings);
     if let Some(yfov) = camera.get("yfov").and_then(Value::as_f64).filter(|yfov| (PI..180.0).contains(yfov)) {
         warnings.add(format_args!("{location}.yfov"), format_args!("{yfov} exceeds π: read as degrees"));
         camera.insert("yfov".into(), json!(yfov.to_radians()));
@@ -83,20 +102,20 @@ pub(super) fn repair_perspective(camera: &mut Object, location: &str, warnings: 
 }
 
 fn repair_all(ranges: &[(&[&str], Range)], object: &mut Object, location: &str, warnings: &mut Warnings) {
-    for &(path, range) in ranges {
+    let has_extensions = object.contains_key("extensions");
+    for &(path, range) in ranges.iter().filter(|(path, _)| has_extensions || path[0] != "extensions") {
         let Some((key, parents)) = path.split_last() else { continue };
         let mut parent = Some(&mut *object);
         for name in parents {
             parent = parent.and_then(|object| object.get_mut(*name)?.as_object_mut());
         }
-        let Some(parent) = parent.filter(|parent| parent.contains_key(*key)) else { continue };
-        let parents = parents.iter().fold(location.to_string(), |path, name| format!("{path}.{name}"));
-        repair(parent, key, range, &parents, warnings);
+        if let Some(parent) = parent {
+            repair(parent, key, range, Location { object: location, path }, warnings);
+        }
     }
 }
 
-fn repair(object: &mut Object, key: &str, range: Range, location: &str, warnings: &mut Warnings) {
-    let location = format_args!("{location}.{key}");
+fn repair(object: &mut Object, key: &str, range: Range, location: Location<'_>, warnings: &mut Warnings) {
     let Some(value) = object.get_mut(key) else { return };
     if let (Color | BrightColor, Value::Array(components)) = (range, &mut *value) {
         let is_bounded = matches!(range, Color);

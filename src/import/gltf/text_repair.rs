@@ -127,7 +127,7 @@ impl<'t> Scanner<'t> {
             match byte {
                 b'"' => self.string(),
                 b'{' | b'[' if self.depth == MAX_DEPTH => {
-                    let end = end_of_container(self.bytes, self.at);
+                    let end = end_of_container(self.bytes, self.at).unwrap_or(self.bytes.len());
                     self.replace(end, "null", Defect::Depth);
                 }
                 b'{' | b'[' => {
@@ -239,8 +239,8 @@ fn corrected(word: &str) -> Option<(String, Defect)> {
     spelled(serde_json::Number::from_f64(number)?.to_string())
 }
 
-/// Offset after the object or array that starts at `at`; the length of the text if it has no end.
-pub(super) fn end_of_container(bytes: &[u8], mut at: usize) -> usize {
+/// Offset after the object or array that starts at `at`; `None` if it has no end.
+pub(super) fn end_of_container(bytes: &[u8], mut at: usize) -> Option<usize> {
     let mut depth = 0usize;
     while let Some(byte) = bytes.get(at) {
         match byte {
@@ -251,10 +251,10 @@ pub(super) fn end_of_container(bytes: &[u8], mut at: usize) -> usize {
         }
         at += 1;
         if depth == 0 {
-            return at;
+            return Some(at);
         }
     }
-    bytes.len()
+    None
 }
 
 /// Offset after the closing quotation mark of a string whose first byte is at `at`.
