@@ -9,6 +9,7 @@ mod bodies;
 mod camera_xml;
 mod error;
 mod files;
+mod finite_uvs;
 mod flat;
 mod gltf;
 pub(crate) mod image;

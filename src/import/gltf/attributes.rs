@@ -10,6 +10,7 @@ use super::color;
 use super::document::Document;
 use super::draco::DecodedPrimitive;
 use crate::import::error::{LoadError, Warnings};
+use crate::import::finite_uvs::replace_nonfinite;
 use crate::scene::{Influences, Mesh, MorphTarget};
 
 /// Supported sets of texture coordinates (TEXCOORD_n).
@@ -116,8 +117,12 @@ impl<'d> Attributes<'_, 'd> {
             }
             if let Some(accessor) = self.open(Semantic::TexCoords(set), &[2], warnings)? {
                 let mut uvs: Vec<Vec2> = accessor.floats(self.elements);
-                let location = format!("{}.attributes.TEXCOORD_{set}", self.location);
-                replace_nonfinite(&mut uvs, &location, warnings);
+                let replaced = replace_nonfinite(&mut uvs);
+                if replaced > 0 {
+                    let location = format!("{}.attributes.TEXCOORD_{set}", self.location);
+                    let message = format!("{replaced} texture coordinates are not finite; used 0");
+                    warnings.add(location, message);
+                }
                 let set = set as usize;
                 sets.resize_with(sets.len().max(set + 1), Vec::new);
                 sets[set] = uvs;
@@ -199,18 +204,6 @@ impl<'d> Attributes<'_, 'd> {
         mesh.morph_weights = json.weights.clone().unwrap_or_default();
         mesh.morph_weights.resize(mesh.morph_targets.len(), 0.0);
         Ok(())
-    }
-}
-
-/// Replaces texture coordinates that are not finite by 0.
-fn replace_nonfinite(uvs: &mut [Vec2], location: &str, warnings: &mut Warnings) {
-    let mut replaced = 0usize;
-    for uv in uvs.iter_mut().filter(|uv| !uv.is_finite()) {
-        *uv = Vec2::from(uv.to_array().map(|x| if x.is_finite() { x } else { 0.0 }));
-        replaced += 1;
-    }
-    if replaced > 0 {
-        warnings.add(location, format_args!("{replaced} texture coordinates are not finite; used 0"));
     }
 }
 

@@ -36,6 +36,7 @@ use std::collections::HashMap;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::error::{LoadError, Warning, Warnings};
+use super::finite_uvs::replace_nonfinite;
 use super::memory::MemoryBudget;
 use super::{Limits, LoadOptions, UpAxis};
 use crate::import::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
@@ -170,6 +171,7 @@ fn build_scene(
     // Materials in order of first use; `None` is the default material.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
     let mut black = 0;
+    let mut nonfinite_uvs = 0;
     for (i, (key, mut mesh)) in meshes.into_iter().enumerate() {
         let mtl = key.material.and_then(|m| used[m as usize]);
         let slot = key.material.filter(|_| mtl.is_some());
@@ -185,6 +187,7 @@ fn build_scene(
             mesh.colors = Vec::new();
             warnings.add("", "ignored vertex colours: Blender's materials do not use them");
         }
+        nonfinite_uvs += mesh.uvs.iter_mut().map(|uvs| replace_nonfinite(uvs)).sum::<usize>();
         black += u64::from(has_colors && colors::remove_black(&mut mesh));
         if let Some(map) = scene.materials[mesh.material as usize].normal {
             // A normal map applies to flat faces too.
@@ -193,6 +196,9 @@ fn build_scene(
         let (mesh_id, object) = (i as u32, key.object + 1);
         scene.instances.push(Instance { node: 0, mesh: mesh_id, object, ..Instance::default() });
         scene.meshes.push(mesh);
+    }
+    if nonfinite_uvs > 0 {
+        warnings.add("", format!("{nonfinite_uvs} texture coordinates are not finite; used 0"));
     }
     if black > 0 {
         let what = "they are all 0 0 0 while other meshes have colours";
