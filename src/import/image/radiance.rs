@@ -22,7 +22,7 @@ pub(super) fn is_radiance(bytes: &[u8]) -> bool {
     }
 }
 
-const FORMAT: &[u8] = b"FORMAT=32-bit_rle_";
+const FORMAT: &[u8] = b"FORMAT=32-bit_";
 
 /// The header of a picture.
 #[derive(Debug, PartialEq)]
@@ -87,8 +87,9 @@ impl Header {
         };
         match name {
             "FORMAT" => match value {
-                "32-bit_rle_rgbe" => self.is_xyz = false,
-                "32-bit_rle_xyze" => self.is_xyz = true,
+                // Some programs leave `rle` out, or write capitals.
+                format if ends_with(format, "rgbe") => self.is_xyz = false,
+                format if ends_with(format, "xyze") => self.is_xyz = true,
                 other => return Err(format!("the pixel format {other} is unknown")),
             },
             "EXPOSURE" => {
@@ -123,6 +124,10 @@ impl Header {
         }
         color
     }
+}
+
+fn ends_with(text: &str, end: &str) -> bool {
+    text.to_ascii_lowercase().ends_with(end)
 }
 
 /// Parses the last line of the header, such as `-Y 512 +X 1024`: the axis from scanline to scanline, then that along

@@ -2,6 +2,7 @@
 
 mod blur;
 mod cube_map;
+mod diffuse;
 mod irradiance;
 mod octahedral;
 mod panorama;
@@ -17,6 +18,7 @@ use twox_hash::XxHash3_128;
 use crate::geometry::Rgb;
 
 pub use cube_map::CubeMap;
+use diffuse::DiffuseTable;
 pub use irradiance::SkyIrradiance;
 pub use panorama::Panorama;
 use pyramid::Pyramid;
@@ -48,7 +50,7 @@ struct EnvironmentMap {
     panorama: Option<Panorama>,
     pyramid: Pyramid,
     /// Irradiance over π by normal, computed on first use.
-    diffuse: OnceLock<Pyramid>,
+    diffuse: OnceLock<DiffuseTable>,
     /// Hash of the texels.
     digest: u128,
 }
@@ -155,8 +157,8 @@ impl Environment {
             None => self.radiance,
             Some(map) => {
                 // Not in parallel: threads would wait for each other inside of other work.
-                let diffuse = map.diffuse.get_or_init(|| map.pyramid.diffuse());
-                diffuse.radiance(self.to_map * n, 0.0) * self.radiance
+                let diffuse = map.diffuse.get_or_init(|| DiffuseTable::new(&map.pyramid));
+                diffuse.irradiance(self.to_map * n) * self.radiance
             }
         }
     }

@@ -81,27 +81,6 @@ impl Pyramid {
         radiance.lerp(self.levels[fine + 1].radiance(p.x, p.y), t).truncate()
     }
 
-    /// Returns the irradiance over π by normal, as a pyramid of one level: the mean radiance weighted by the cosine.
-    pub fn diffuse(&self) -> Pyramid {
-        const SOURCE_SIDE: usize = 64;
-        const SIDE: usize = 32;
-        let mut source = Vec::new();
-        self.for_each_texel(SOURCE_SIDE, |d, radiance, _| source.push((d.as_vec3(), radiance)));
-        let texel = |k: usize| {
-            let at = |i: usize| (i as f64 + 0.5) / SIDE as f64;
-            let n = to_direction(at(k % SIDE), at(k / SIDE)).as_vec3();
-            let (mut sum, mut total) = (Rgb::ZERO, 0.0);
-            for &(d, radiance) in &source {
-                let cos = n.dot(d).max(0.0);
-                sum += radiance * cos;
-                total += cos;
-            }
-            (sum / total.max(f32::MIN_POSITIVE)).extend(0.0)
-        };
-        let texels: Vec<Vec4> = (0..SIDE * SIDE).map(texel).collect();
-        Pyramid { levels: vec![Level::with_border(&texels, SIDE)] }
-    }
-
     /// Calls `f` with the direction, the radiance and the solid angle of each texel of the finest level that has at most
     /// `max_side` texels on a side.
     pub fn for_each_texel(&self, max_side: usize, mut f: impl FnMut(glam::DVec3, Rgb, f64)) {

@@ -144,7 +144,13 @@ fn the_debug_form_is_short_and_tells_pictures_apart() {
 fn diffuse_light_agrees_with_integration() {
     let spot = |d: Vec3| if d.z > 0.9 { Rgb::ONE } else { Rgb::ZERO };
     let environment = Environment::from_function(256, 2, spot);
-    for n in [Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.8, 0.6)] {
+    let third = 1.0 / 3.0;
+    for n in [
+        Vec3::Z,
+        Vec3::new(0.6, 0.0, 0.8),
+        Vec3::new(0.0, 0.8, 0.6),
+        Vec3::new(-third, 2.0 * third, 2.0 * third),
+    ] {
         // Light on one side of the surface: the solid angle's projection, sin² of the radius times the cosine.
         let expected = (1.0 - 0.9 * 0.9) * n.z;
         let found = environment.diffuse(n).x;

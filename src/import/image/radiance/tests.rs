@@ -26,6 +26,7 @@ fn first_lines_and_line_ends_of_all_programs_are_read() {
         "#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n",
         "#?AUTOPANO\r\nSOFTWARE=x\r\nFORMAT=32-bit_rle_rgbe\r\n\r\n-Y 1 +X 2\r\n",
         "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n",
+        "#?RGBE\nFORMAT=32-bit_rgbe\n\n-Y 1 +X 2\n",
         "# made by hand\nFORMAT=32-bit_rle_rgbe\n# FORMAT=other\n\n-Y 1 +X 2\n",
         "#?RADIANCE\n\n-Y 1 +X 2\n",
         "#?RADIANCE\nFORMAT = 32-bit_rle_rgbe\nPIXASPECT=1\n\n\n-Y  1  +X  2\n",
