@@ -53,7 +53,7 @@ pub(super) fn read(
     if intensity.is_none() {
         warnings.add(&place, "the intensity is not a positive number; used 1");
     }
-    let quaternion = light.get("rotation").map(|v| floats::<4>(v)).unwrap_or(Some([0.0, 0.0, 0.0, 1.0]));
+    let quaternion = light.get("rotation").map(floats::<4>).unwrap_or(Some([0.0, 0.0, 0.0, 1.0]));
     if quaternion.is_none() {
         warnings.add(&place, "the rotation is no quaternion; used none");
     }
