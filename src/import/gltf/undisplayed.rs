@@ -32,12 +32,13 @@ pub(super) fn remove_invalid(root: &mut Value, warnings: &mut Warnings) {
         remove(asset, "minVersion", Value::is_string, "asset", warnings);
     }
     for_each_object(root, &mut |object, path| {
-        // Lua and PHP write empty objects as arrays.
-        if object.get("extensions").is_some_and(|value| value.as_array().is_some_and(Vec::is_empty)) {
-            object.remove("extensions");
-        }
-        if object.get("extensions").is_some_and(|value| !value.is_object()) {
-            remove(object, "extensions", Value::is_object, &path_text(path), warnings);
+        match object.get("extensions") {
+            None | Some(Value::Object(_)) => {}
+            // Lua and PHP write empty objects as arrays.
+            Some(Value::Array(items)) if items.is_empty() => {
+                object.remove("extensions");
+            }
+            Some(_) => remove(object, "extensions", Value::is_object, &path_text(path), warnings),
         }
     });
     let Some(root) = root.as_object_mut() else { return };
