@@ -3,9 +3,9 @@
 use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{self, PacketScratch};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
-use crate::accel::ray_batch::{AnyHitFilter, HitBatch, RayBatch};
+use crate::accel::ray_batch::{HitBatch, HitFilter, RayBatch};
 use crate::accel::single_ray_tracer::SingleRayTracer;
-use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::accel::traverse::query::{ClosestHit, RayContext};
 use crate::geometry::{Hit, HitId};
 use crate::simd::{Simd, SimdKernel};
@@ -16,7 +16,7 @@ use crate::simd::{Simd, SimdKernel};
 pub(crate) struct IntersectKernel<'a> {
     pub bvh: &'a SceneBvh,
     pub rays: &'a RayBatch,
-    pub filter: &'a dyn AnyHitFilter,
+    pub filter: &'a dyn HitFilter,
     /// Misses, one for each ray.
     pub hits: &'a mut HitBatch,
 }
@@ -32,16 +32,16 @@ impl SimdKernel for IntersectKernel<'_> {
         let mut splitter = PacketSplitter::new(rays.len());
         while let Some(range) = splitter.pop() {
             let as_packet = can_trace_packet(bvh, rays.coherence, range.len());
-            let worlds_done = as_packet && {
+            let worlds_traced = as_packet && {
                 let hits = &mut hits[range.clone()];
                 let range = range.clone();
                 let stack = &mut tracer.stack;
                 packet::intersect::<S>(&bvh.worlds, rays, range, filter, hits, &mut scratch, stack)
             };
-            if as_packet && !worlds_done && splitter.split(range.clone()) {
+            if as_packet && !worlds_traced && splitter.split(range.clone()) {
                 continue;
             }
-            if worlds_done && bvh.tlas.is_empty() {
+            if worlds_traced && bvh.tlas.is_empty() {
                 continue;
             }
             for i in range {
@@ -53,7 +53,7 @@ impl SimdKernel for IntersectKernel<'_> {
                 let cull_back_faces = rays.cull_back_faces;
                 let mut query = ClosestHit { ray, cull_back_faces, after: rays.after(i), best };
                 if let Some(ray) = LocalRay::new(o.as_dvec3(), d.as_dvec3()) {
-                    tracer.trace::<S>(&ray, worlds_done, &mut query);
+                    tracer.trace::<S>(&ray, worlds_traced, &mut query);
                 }
                 if !query.best.is_miss() {
                     *hit = query.best;

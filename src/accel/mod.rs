@@ -18,11 +18,11 @@
 //! 4. `Bvh8::traverse_closest` visits nodes front to back (`traverse/bvh8_traversal.rs`). A `SimdNodeTest` tests the
 //!    boxes of a node's eight children at once (`traverse/box_test.rs`).
 //! 5. In a leaf, a conservative f32 test takes the four triangles of a `Triangle4` at once
-//!    (`traverse/triangle_test.rs`); the exact f64 test decides about the few that are left (`traverse/hit.rs`).
+//!    (`traverse/conservative_triangle_test.rs`); the exact f64 test decides about the few that are left (`traverse/exact_triangle_test.rs`).
 //! 6. Hits go to a ray query (`traverse/query.rs`): the closest-hit query keeps the first one in the order of (t, id).
 //!
 //! [`Accel::occluded`] and [`Accel::transmittance`] take the same way with an any-hit query, which ends at the first
-//! occluder, and visit children by their probability of occlusion (`build/occlusion_order.rs`).
+//! occluder, and visit children by their probability of occlusion (`bvh/occlusion_order.rs`).
 //!
 //! # Determinism
 //!
@@ -31,6 +31,7 @@
 
 mod build;
 mod bvh;
+mod frustum;
 mod intersect;
 mod occluded;
 mod packet;
@@ -43,7 +44,7 @@ mod transmittance;
 mod traverse;
 
 pub use crate::simd::{SimdLevel, SimdLevelError};
-pub use ray_batch::{AnyHitFilter, Coherence, HitBatch, RayBatch, SegmentBatch};
+pub use ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
 pub use report::{AccelStats, BuildReport};
 pub use settings::{BuildSettings, FlattenBudget, Preset};
 pub use traverse::traversal_stats::TraversalStats;
@@ -52,13 +53,13 @@ use crate::geometry::{Hit, Ray, Rgb};
 use crate::scene::PosedScene;
 use crate::simd::AutovecKernel;
 use build::instancing_plan::InstancingPlan;
+use build::mesh_flags::MeshFlagsCache;
 use build::scene_triangles::{build_mesh_blas, build_world_blas, world_triangles};
-use build::surface_flags::MeshFlagsCache;
 use build::tlas_builder::build_tlas;
 use bvh::scene_bvh::SceneBvh;
+use frustum::FrustumKernel;
 use intersect::IntersectKernel;
 use occluded::OccludedKernel;
-use packet::frustum::FrustumKernel;
 use transmittance::TransmittanceKernel;
 
 /// The acceleration structure: a posed scene's triangles in BVHs. It owns all that it needs.
@@ -129,7 +130,7 @@ impl Accel {
     }
 
     /// Finds the closest hit of every ray after its `after`. `hits` becomes as long as `rays`.
-    pub fn intersect(&self, rays: &RayBatch, filter: &dyn AnyHitFilter, hits: &mut HitBatch) {
+    pub fn intersect(&self, rays: &RayBatch, filter: &dyn HitFilter, hits: &mut HitBatch) {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
         self.settings.simd.run(IntersectKernel { bvh: &self.bvh, rays, filter, hits });
@@ -137,7 +138,7 @@ impl Accel {
 
     /// Finds whether anything occludes each segment: opaque surfaces, and alpha-tested ones where the filter accepts
     /// the hit. Translucent surfaces do not occlude. `out` becomes as long as `segments`.
-    pub fn occluded(&self, segments: &SegmentBatch, filter: &dyn AnyHitFilter, out: &mut Vec<bool>) {
+    pub fn occluded(&self, segments: &ShadowRayBatch, filter: &dyn HitFilter, out: &mut Vec<bool>) {
         out.clear();
         self.settings.simd.run(OccludedKernel { bvh: &self.bvh, segments, filter, out });
     }
@@ -145,7 +146,7 @@ impl Accel {
     /// Finds the transmittance of each segment in linear RGB: 0 where it is occluded, else the product of the
     /// transmittances of the translucent surfaces on it, in the order of (t, id), and 0 where that is less
     /// than 2⁻¹⁷. `out` becomes as long as `segments`.
-    pub fn transmittance(&self, segments: &SegmentBatch, filter: &dyn AnyHitFilter, out: &mut Vec<Rgb>) {
+    pub fn transmittance(&self, segments: &ShadowRayBatch, filter: &dyn HitFilter, out: &mut Vec<Rgb>) {
         out.clear();
         self.settings.simd.run(TransmittanceKernel { bvh: &self.bvh, segments, filter, out });
     }
@@ -184,7 +185,7 @@ impl Accel {
     pub fn intersect_with_stats(
         &self,
         rays: &RayBatch,
-        filter: &dyn AnyHitFilter,
+        filter: &dyn HitFilter,
     ) -> Vec<(Hit, TraversalStats)> {
         traverse::traversal_stats::intersect_with_stats(&self.bvh, rays, filter)
     }

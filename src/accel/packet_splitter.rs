@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet::{PACKET_SIZE, RAY_GROUP};
+use crate::accel::packet::{PACKET_SIZE, RAYS_PER_GROUP};
 use crate::accel::ray_batch::Coherence;
 
 /// Ranges of this many rays or fewer are traced ray by ray.
@@ -50,10 +50,10 @@ impl PacketSplitter {
     /// Queues the parts of a range. Returns false where it is a single group or less.
     pub fn split(&mut self, range: Range<usize>) -> bool {
         let count = range.len();
-        if count <= RAY_GROUP {
+        if count <= RAYS_PER_GROUP {
             return false;
         }
-        let size = if count > PACKET_SIZE / PARTS { PACKET_SIZE / PARTS } else { RAY_GROUP };
+        let size = if count > PACKET_SIZE / PARTS { PACKET_SIZE / PARTS } else { RAYS_PER_GROUP };
         let parts = count.div_ceil(size);
         for (part, i) in self.parts[self.part_count..].iter_mut().zip((0..parts).rev()) {
             let first = range.start + i * size;
@@ -76,8 +76,8 @@ mod tests {
         assert_eq!(splitter.pop(), Some(0..PACKET_SIZE / 4));
         assert!(splitter.split(0..PACKET_SIZE / 4));
         for g in 0..4 {
-            assert_eq!(splitter.pop(), Some(g * RAY_GROUP..(g + 1) * RAY_GROUP));
-            assert!(!splitter.split(g * RAY_GROUP..(g + 1) * RAY_GROUP));
+            assert_eq!(splitter.pop(), Some(g * RAYS_PER_GROUP..(g + 1) * RAYS_PER_GROUP));
+            assert!(!splitter.split(g * RAYS_PER_GROUP..(g + 1) * RAYS_PER_GROUP));
         }
         for q in 1..4 {
             assert_eq!(splitter.pop(), Some(q * PACKET_SIZE / 4..(q + 1) * PACKET_SIZE / 4));

@@ -54,7 +54,7 @@ impl Default for RayBatch {
 impl RayBatch {
     /// The greatest hit in the order of (t, id) that comes before all hits from `t_min` on.
     #[inline]
-    pub(crate) fn before_first(&self) -> Hit {
+    pub(crate) fn lower_bound(&self) -> Hit {
         let t = if self.t_min > 0.0 { self.t_min.next_down() } else { 0.0 };
         Hit { t, id: HitId::NONE }
     }
@@ -62,7 +62,7 @@ impl RayBatch {
     /// The hit that ray `i`'s has to come after.
     #[inline]
     pub(crate) fn after(&self, i: usize) -> Hit {
-        self.after.get(i).copied().unwrap_or_else(|| self.before_first())
+        self.after.get(i).copied().unwrap_or_else(|| self.lower_bound())
     }
 
     /// Removes all rays and keeps the memory.
@@ -106,7 +106,7 @@ pub type HitBatch = Vec<Hit>;
 
 /// Shadow segments from surface points to a light, in world space. The arrays are parallel.
 #[derive(Clone, Debug)]
-pub struct SegmentBatch {
+pub struct ShadowRayBatch {
     /// The vector that the segments share. `Origin`: the position of the light, at which all end. `Direction`: the direction
     /// *to* a directional light, in which all go on for ever. `None`: each has its own end.
     pub coherence: Coherence,
@@ -118,13 +118,13 @@ pub struct SegmentBatch {
     pub source: Vec<HitId>,
 }
 
-impl Default for SegmentBatch {
+impl Default for ShadowRayBatch {
     fn default() -> Self {
-        SegmentBatch { coherence: Coherence::None, from: Vec::new(), to: Vec::new(), source: Vec::new() }
+        ShadowRayBatch { coherence: Coherence::None, from: Vec::new(), to: Vec::new(), source: Vec::new() }
     }
 }
 
-impl SegmentBatch {
+impl ShadowRayBatch {
     /// Removes all segments and keeps the memory.
     pub fn clear(&mut self) {
         self.from.clear();
@@ -154,7 +154,7 @@ impl SegmentBatch {
 ///
 /// Methods are called in any order and perhaps more than once for a hit: results must depend on the arguments
 /// only.
-pub trait AnyHitFilter: Sync {
+pub trait HitFilter: Sync {
     /// Returns whether the hit of an alpha-tested triangle counts: where its alpha mask is not transparent.
     fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool;
 

@@ -2,11 +2,11 @@
 
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::ray_batch::{AnyHitFilter, Coherence, SegmentBatch};
+use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
 use crate::accel::traverse::bvh8_traversal::TraversalStack;
-use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::accel::traverse::query::{AnyHit, RayContext, RayQuery};
-use crate::accel::traverse::transmittance::Transmittance;
+use crate::accel::traverse::translucent_hits::Transmittance;
 use crate::simd::Simd;
 
 /// The BVHs of a scene with the memory that traversal needs, ray after ray.
@@ -23,10 +23,10 @@ impl<'a> SingleRayTracer<'a> {
     }
 
     /// Reports the triangles that `ray` hits to `query`: those of the world BVHs, unless packets have traced them
-    /// (`worlds_done`), then those of instances.
+    /// (`worlds_traced`), then those of instances.
     #[inline(always)]
-    pub fn trace<S: Simd>(&mut self, ray: &LocalRay, worlds_done: bool, query: &mut impl RayQuery) {
-        for world in self.bvh.worlds.iter().filter(|_| !worlds_done) {
+    pub fn trace<S: Simd>(&mut self, ray: &LocalRay, worlds_traced: bool, query: &mut impl RayQuery) {
+        for world in self.bvh.worlds.iter().filter(|_| !worlds_traced) {
             if let Some(root) = world.bvh.root
                 && !world.traverse::<S, _>(root, ray, None, query, &mut self.stack)
             {
@@ -44,10 +44,10 @@ impl<'a> SingleRayTracer<'a> {
 /// A segment ends before its light, which is at t = 1. Segments to a point are traced from there, as packets do,
 /// so that both trace the same line to the bit.
 #[inline(always)]
-pub(crate) fn segment_query<'a, 'p>(
-    segments: &SegmentBatch,
+pub(crate) fn shadow_ray_query<'a, 'p>(
+    segments: &ShadowRayBatch,
     i: usize,
-    filter: &'a dyn AnyHitFilter,
+    filter: &'a dyn HitFilter,
     transmittance: Option<&'p mut Transmittance>,
 ) -> (Option<LocalRay>, AnyHit<'a, 'p>) {
     let from = segments.from[i];

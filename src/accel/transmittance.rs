@@ -3,9 +3,9 @@
 use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{self, PACKET_SIZE, PacketOcclusion, PacketScratch};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
-use crate::accel::ray_batch::{AnyHitFilter, Coherence, SegmentBatch};
-use crate::accel::single_ray_tracer::{SingleRayTracer, segment_query};
-use crate::accel::traverse::transmittance::Transmittance;
+use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
+use crate::accel::single_ray_tracer::{SingleRayTracer, shadow_ray_query};
+use crate::accel::traverse::translucent_hits::Transmittance;
 use crate::geometry::Rgb;
 use crate::simd::{Simd, SimdKernel};
 
@@ -14,8 +14,8 @@ use crate::simd::{Simd, SimdKernel};
 /// [`Accel::transmittance`]: crate::accel::Accel::transmittance
 pub(crate) struct TransmittanceKernel<'a> {
     pub bvh: &'a SceneBvh,
-    pub segments: &'a SegmentBatch,
-    pub filter: &'a dyn AnyHitFilter,
+    pub segments: &'a ShadowRayBatch,
+    pub filter: &'a dyn HitFilter,
     /// Empty; takes an answer for each segment.
     pub out: &'a mut Vec<Rgb>,
 }
@@ -35,7 +35,7 @@ impl SimdKernel for TransmittanceKernel<'_> {
             transmittances.iter_mut().for_each(Transmittance::clear);
             let mut occlusion = PacketOcclusion::new(Some(&mut transmittances));
             let as_packet = can_trace_packet(bvh, segments.coherence, range.len());
-            let worlds_done = as_packet
+            let worlds_traced = as_packet
                 && packet::occluded::<S>(
                     &bvh.worlds,
                     segments,
@@ -45,21 +45,21 @@ impl SimdKernel for TransmittanceKernel<'_> {
                     &mut scratch,
                     &mut tracer.stack,
                 );
-            if as_packet && !worlds_done {
+            if as_packet && !worlds_traced {
                 if splitter.split(range.clone()) {
                     continue;
                 }
                 // All BVHs are traversed again.
                 occlusion.clear_transmittance();
             }
-            let remaining = !worlds_done || !bvh.tlas.is_empty();
+            let remaining = !worlds_traced || !bvh.tlas.is_empty();
             for (i, segment) in range.enumerate() {
                 let mut occluded = occlusion.is_occluded(i);
                 if remaining && !occluded {
                     let transmittance = occlusion.transmittance(i);
-                    let (ray, mut query) = segment_query(segments, segment, filter, transmittance);
+                    let (ray, mut query) = shadow_ray_query(segments, segment, filter, transmittance);
                     if let Some(ray) = ray {
-                        tracer.trace::<S>(&ray, worlds_done, &mut query);
+                        tracer.trace::<S>(&ray, worlds_traced, &mut query);
                     }
                     occluded = query.occluded;
                 }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::scenes::noise::mix;
-use crate::accel::{Accel, Coherence, HitBatch, RayBatch, SegmentBatch};
+use crate::accel::{Accel, Coherence, HitBatch, RayBatch, ShadowRayBatch};
 use crate::geometry::{Ray, cosine_hemisphere, offset_ray_origin};
 use crate::integrator::{Frame, MaterialHitFilter, SurfacePoint};
 use crate::render::{Film, PixelRect, RenderSettings};
@@ -13,7 +13,7 @@ use crate::scene::{PosedScene, Projection};
 /// The rays of a tile.
 struct TileRays {
     eye: RayBatch,
-    shadow: SegmentBatch,
+    shadow: ShadowRayBatch,
     incoherent: RayBatch,
 }
 
@@ -84,7 +84,7 @@ fn tile_rays(frame: &Frame, settings: &RenderSettings, tile: PixelRect, light: V
     let eye = eye_rays(frame, settings, tile);
     let mut hits = HitBatch::new();
     frame.accel.intersect(&eye, &MaterialHitFilter(frame.posed), &mut hits);
-    let mut shadow = SegmentBatch { coherence: Coherence::Origin(light), ..SegmentBatch::default() };
+    let mut shadow = ShadowRayBatch { coherence: Coherence::Origin(light), ..ShadowRayBatch::default() };
     let mut incoherent = RayBatch::default();
     for (i, (hit, pixel)) in hits.iter().zip(tile.pixels()).enumerate().filter(|(_, (hit, _))| !hit.is_miss())
     {

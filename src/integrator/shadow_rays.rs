@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::{Coherence, SegmentBatch};
+use crate::accel::{Coherence, ShadowRayBatch};
 use crate::geometry::{HitId, Rgb};
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
@@ -29,10 +29,10 @@ pub(crate) struct ShadowBuffers {
     pub rays: Vec<ShadowRay>,
     /// The share of light that each ray finds unblocked, by colour.
     pub visibility: Vec<Rgb>,
-    pub segments: SegmentBatch,
+    pub segments: ShadowRayBatch,
     occluded: Vec<bool>,
     /// From points on an area light to its centre.
-    emitter_segments: SegmentBatch,
+    emitter_segments: ShadowRayBatch,
     emitter_visibility: Vec<Rgb>,
 }
 
@@ -148,7 +148,7 @@ fn block_hidden_emitters(frame: &Frame, centre: Vec3, buffers: &mut ShadowBuffer
 /// Traces `segments` and stores the share of light that passes each, by colour.
 fn trace_segments(
     frame: &Frame,
-    segments: &SegmentBatch,
+    segments: &ShadowRayBatch,
     occluded: &mut Vec<bool>,
     visibility: &mut Vec<Rgb>,
 ) {

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use numpy::ndarray::ArrayView2;
 use rayon::prelude::*;
 
-use crate::accel::{Accel, AnyHitFilter, Coherence, RayBatch, SegmentBatch};
+use crate::accel::{Accel, HitFilter, Coherence, RayBatch, ShadowRayBatch};
 use crate::cli::embed::PosedFrame;
 use crate::geometry::{Hit, HitId, Ray};
 use crate::integrator::{MaterialHitFilter, barycentrics};
@@ -94,12 +94,12 @@ pub fn occluded(frame: &PosedFrame, from: &ArrayView2<f64>, to: &ArrayView2<f64>
     let accel = accel(frame)?;
     let count = from.nrows();
     let trace = |task: usize| {
-        let mut segments = SegmentBatch::default();
+        let mut segments = ShadowRayBatch::default();
         for i in task * TASK_RAYS..count.min((task + 1) * TASK_RAYS) {
             segments.push(position(from, i, posed.centre), position(to, i, posed.centre), HitId::NONE);
         }
         let mut occluded = Vec::new();
-        let filter: &dyn AnyHitFilter = &MaterialHitFilter(posed);
+        let filter: &dyn HitFilter = &MaterialHitFilter(posed);
         accel.occluded(&segments, filter, &mut occluded);
         occluded
     };

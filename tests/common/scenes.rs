@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
-use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Preset, SimdLevel};
+use blinn::accel::{Accel, BuildSettings, HitFilter, Preset, SimdLevel};
 use blinn::geometry::HitId;
 use blinn::scene::{
     AlphaMode, Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, ScalarInput, Scene,
@@ -219,7 +219,7 @@ pub fn build_with(posed: &PosedScene, preset: Preset) -> Accel {
 /// Accepts all hits; translucent surfaces attenuate by an amount that depends on the triangle.
 pub struct Plain;
 
-impl AnyHitFilter for Plain {
+impl HitFilter for Plain {
     fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
         true
     }
@@ -232,7 +232,7 @@ impl AnyHitFilter for Plain {
 /// Rejects every third triangle.
 pub struct Holes;
 
-impl AnyHitFilter for Holes {
+impl HitFilter for Holes {
     fn accepts(&self, id: HitId, _: Vec3, _: Vec3) -> bool {
         !id.triangle.is_multiple_of(3)
     }

@@ -1,6 +1,6 @@
 //! No surface shadows itself at any scale or distance, and close occluders still cast shadows.
 
-use blinn::accel::{Coherence, SegmentBatch};
+use blinn::accel::{Coherence, ShadowRayBatch};
 use blinn::geometry::{HitId, offset_ray_origin, point_error};
 use blinn::scene::{Scene, SurfaceClass};
 use glam::{DAffine3, DVec3, Vec3};
@@ -30,7 +30,7 @@ fn count_occluded(placement: Placement, occluder: bool, sun: bool) -> u64 {
     let chunk = 5000;
     let trace_chunk = |seed: u64| {
         let mut rng = Rng::new(seed);
-        let mut segments = SegmentBatch::default();
+        let mut segments = ShadowRayBatch::default();
         let random_point_above = |rng: &mut Rng| {
             let elevation = 10f64.powf(-2.0 * rng.unit());
             let around = std::f64::consts::TAU * rng.unit();

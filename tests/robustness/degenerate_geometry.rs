@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use blinn::accel::{Accel, BuildReport, BuildSettings, Coherence, Preset, RayBatch, SegmentBatch};
+use blinn::accel::{Accel, BuildReport, BuildSettings, Coherence, Preset, RayBatch, ShadowRayBatch};
 use blinn::geometry::{Hit, HitId};
 use blinn::scene::{Mesh, PoseSettings, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
@@ -166,7 +166,7 @@ fn invalid_rays_miss() {
                 assert!(shoot(&accel, Vec3::from(v), Vec3::X).is_miss());
                 assert!(shoot(&accel, Vec3::ZERO, Vec3::from(v)).is_miss());
                 let mut segments =
-                    SegmentBatch { coherence: Coherence::Direction(Vec3::from(v)), ..Default::default() };
+                    ShadowRayBatch { coherence: Coherence::Direction(Vec3::from(v)), ..Default::default() };
                 segments.push(Vec3::ZERO, Vec3::ZERO, HitId::NONE);
                 let mut out = Vec::new();
                 accel.occluded(&segments, &Plain, &mut out);

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use blinn::accel::{Accel, Coherence, RayBatch, SegmentBatch};
+use blinn::accel::{Accel, Coherence, RayBatch, ShadowRayBatch};
 use blinn::geometry::{HitId, Ray};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong, SurfacePoint};
@@ -20,7 +20,7 @@ use crate::rays::Opaque;
 /// The rays of a tile: eye rays, and shadow rays to each light.
 struct TileRays {
     eye: RayBatch,
-    shadows: Vec<SegmentBatch>,
+    shadows: Vec<ShadowRayBatch>,
 }
 
 /// Measures frames of 1280 × 720 pixels with 4 samples, two lights and textures.
@@ -125,7 +125,7 @@ fn tiles(frame: &Frame, settings: &RenderSettings) -> Vec<TileRays> {
 }
 
 /// A batch of shadow rays for each light.
-fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<SegmentBatch> {
+fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<ShadowRayBatch> {
     let mut hits = Vec::new();
     frame.accel.intersect(eye, &Opaque, &mut hits);
     let surfaces: Vec<SurfacePoint> = hits
@@ -141,7 +141,7 @@ fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<SegmentBatch> {
             PosedLightKind::Directional { direction } => Coherence::Direction(-direction),
             _ => Coherence::Origin(light.position().unwrap_or_default()),
         };
-        let mut segments = SegmentBatch { coherence: shared, ..SegmentBatch::default() };
+        let mut segments = ShadowRayBatch { coherence: shared, ..ShadowRayBatch::default() };
         for s in &surfaces {
             let LightSample { l, attenuation } = light.sample(s.p);
             let is_lit = (light.intensity * attenuation).max_element() > 0.0;

@@ -1,6 +1,6 @@
 //! The rays that both engines trace: generated once from the hits of the eye rays, in a batch per tile.
 
-use blinn::accel::{Accel, AnyHitFilter, Coherence, RayBatch, SegmentBatch};
+use blinn::accel::{Accel, Coherence, HitFilter, RayBatch, ShadowRayBatch};
 use blinn::geometry::{HitId, Ray, offset_ray_origin};
 use blinn::integrator::SurfacePoint;
 use blinn::scene::PosedScene;
@@ -10,7 +10,7 @@ use glam::{Vec3, vec3};
 /// A hit filter for opaque scenes.
 pub struct Opaque;
 
-impl AnyHitFilter for Opaque {
+impl HitFilter for Opaque {
     fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
         true
     }
@@ -34,7 +34,7 @@ pub struct Film {
 /// The rays of a tile in blinn's layout.
 pub enum Batch {
     Closest(RayBatch),
-    Any(SegmentBatch),
+    Any(ShadowRayBatch),
 }
 
 impl Batch {
@@ -85,7 +85,7 @@ impl RaySet {
     /// The point light where all segments end; they can also be traced from there.
     pub fn light(&self) -> Option<Vec3> {
         match self.batches.first() {
-            Some(Batch::Any(SegmentBatch { coherence: Coherence::Origin(light), .. })) => Some(*light),
+            Some(Batch::Any(ShadowRayBatch { coherence: Coherence::Origin(light), .. })) => Some(*light),
             _ => None,
         }
     }
@@ -201,7 +201,7 @@ impl Rays {
             }
             let mut hits = Vec::new();
             accel.intersect(&perspective, &Opaque, &mut hits);
-            let from_here = |shared| SegmentBatch { coherence: shared, ..SegmentBatch::default() };
+            let from_here = |shared| ShadowRayBatch { coherence: shared, ..ShadowRayBatch::default() };
             let (light, to_sun) = (Vec3::from(scene.light), -Vec3::from(scene.sun_direction).normalize());
             let mut shadow = from_here(Coherence::Origin(light));
             let mut sun = from_here(Coherence::Direction(to_sun));

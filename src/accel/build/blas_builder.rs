@@ -6,7 +6,7 @@ use crate::accel::build::input_triangles::{InputTriangle, filter_triangles};
 use crate::accel::build::leaf_packing::LeafCapacity;
 use crate::accel::build::morton_clusters::MortonKey;
 use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::huge_pages::HugePageVec;
+use crate::accel::bvh::huge_pages::HugePageArray;
 use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::settings::Preset;
 
@@ -29,7 +29,7 @@ pub(crate) fn build_blas(
     };
     let mut parts: Vec<(ClusterLeaves<LeafPrims>, u32)> = leaves.into_iter().map(with_first).collect();
     let block_count = |(leaves, _): &(ClusterLeaves<LeafPrims>, u32)| leaves.end as usize;
-    let blocks = HugePageVec::from_parts(
+    let blocks = HugePageArray::from_parts(
         &parts,
         block_count,
         |(leaves, first_coincident), blocks: &mut [Triangle4]| {

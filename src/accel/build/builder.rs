@@ -15,11 +15,11 @@ use rayon::prelude::*;
 use crate::accel::build::bvh2_to_bvh8::WideConverter;
 use crate::accel::build::leaf_packing::LeafCapacity;
 use crate::accel::build::morton_clusters::{MortonClusters, MortonKey};
-use crate::accel::build::occlusion_order::OcclusionCost;
 use crate::accel::build::subtree::{Child, Subtree};
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
-use crate::accel::bvh::huge_pages::HugePageVec;
+use crate::accel::bvh::huge_pages::HugePageArray;
+use crate::accel::bvh::occlusion_order::OcclusionCost;
 use crate::accel::settings::Preset;
 
 /// A cluster of neighbouring boxes, and what is in them.
@@ -70,14 +70,14 @@ impl BuildParams {
         match preset {
             Preset::BruteForce => None,
             Preset::Fast => params(BvhBuildParams::fastest_build(), CLUSTER_SIZE),
-            Preset::Medium => params(medium_params(PlocSearchDistance::Low, 0.02), CLUSTER_SIZE),
+            Preset::Medium => params(full_search_params(PlocSearchDistance::Low, 0.02), CLUSTER_SIZE),
             Preset::Slow => params(BvhBuildParams::slow_build(), usize::MAX),
         }
     }
 }
 
 /// obvhs's fast build with the full PLOC search distance from the first round on: that makes fewer nodes and blocks.
-const fn medium_params(
+const fn full_search_params(
     ploc_search_distance: PlocSearchDistance,
     reinsertion_batch_ratio: f32,
 ) -> BvhBuildParams {
@@ -151,7 +151,7 @@ impl ClusterTree {
             }
         };
         let mut leaves = cluster.into_leaves(subtree.leaves());
-        let node_costs = subtree.sort_by_occlusion(&leaves.occlusion_costs);
+        let node_costs = subtree.sort_children_and_compute_costs(&leaves.occlusion_costs);
         let branch = |root: Child| Branch {
             root,
             occlusion_cost: root.occlusion_cost(&leaves.occlusion_costs, &node_costs),
@@ -174,12 +174,12 @@ fn build_binary(boxes: &[ObvhsAabb], params: BvhBuildParams) -> Bvh2 {
 /// are few and most rays pass here, so that time is well spent.
 fn build_top(branches: &[(usize, Branch)], top: &mut Subtree) -> Branch {
     let boxes: Vec<ObvhsAabb> = branches.iter().map(|(_, branch)| branch.root.bounds().into()).collect();
-    let bvh2 = build_binary(&boxes, medium_params(PlocSearchDistance::Medium, 1.0));
+    let bvh2 = build_binary(&boxes, full_search_params(PlocSearchDistance::Medium, 1.0));
     // With more entries than a leaf's capacity, branches are never put into one leaf.
     let root = WideConverter::new(&bvh2, &boxes, |_| 2, LeafCapacity::ONE).convert(0, top);
     let leaf_costs: Vec<OcclusionCost> =
         top.leaves().map(|leaf| branches[leaf[0] as usize].1.occlusion_cost).collect();
-    let node_costs = top.sort_by_occlusion(&leaf_costs);
+    let node_costs = top.sort_children_and_compute_costs(&leaf_costs);
     Branch { root, occlusion_cost: root.occlusion_cost(&leaf_costs, &node_costs) }
 }
 
@@ -229,7 +229,7 @@ fn merge<L: Sync>(trees: &[ClusterTree], leaves: &[ClusterLeaves<L>]) -> Bvh8 {
     let parts: Vec<usize> = (0..=trees.len()).collect();
     let subtree = |part: usize| if part == 0 { &top } else { &trees[part - 1].subtree };
     let node_count = |&part: &usize| subtree(part).node_count();
-    let nodes = HugePageVec::from_parts(&parts, node_count, |&part, nodes: &mut [Bvh8Node]| {
+    let nodes = HugePageArray::from_parts(&parts, node_count, |&part, nodes: &mut [Bvh8Node]| {
         for (i, node) in nodes.iter_mut().enumerate() {
             let mut children = [(Aabb::EMPTY, LEAF_BIT); WIDTH];
             let own = subtree(part).node(i);

@@ -3,25 +3,25 @@
 //! - Coincident triangles, of either winding, share one leaf entry that lists them all.
 //! - Entries with equal boxes share one box. Thousands of equal boxes would make the builder take minutes, for a
 //!   tree as deep as they are many. Equal boxes lie in one Morton cell, and hardly any other triangles do.
-//! - Neighbours along the curve whose boxes mostly overlap, such as the two halves of a quad, share one box: that
+//! - Neighbours along the curve whose boxes mostly overlap, such as the two halves of a rectangle, share one box: that
 //!   halves the builder's work, and it would put them into one leaf anyway.
 
 use obvhs::Boundable;
 use obvhs::aabb::Aabb as ObvhsAabb;
 
 use crate::accel::build::builder::{Cluster, ClusterLeaves};
-use crate::accel::build::input_triangles::TriangleRef;
 use crate::accel::build::morton_clusters::MortonKey;
-use crate::accel::build::occlusion_order::{OcclusionCost, occluding_fraction};
 use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::build_triangle::BuildTriangle;
 use crate::accel::bvh::coincident::{CoincidentGroup, group_by_flags};
+use crate::accel::bvh::occlusion_order::{OcclusionCost, occluding_fraction};
 use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
 
 /// Two triangles share a box where its area is at most this fraction of the sum of theirs.
 const PAIR_AREA_RATIO: f32 = 0.95;
 
 /// The area of a triangle that counts as an occluder.
-fn occluding_area(triangle: &TriangleRef) -> f64 {
+fn occluding_area(triangle: &BuildTriangle) -> f64 {
     triangle.triangle.area() * occluding_fraction(triangle.flags.class)
 }
 
@@ -43,17 +43,17 @@ pub(crate) struct ClusterPrims {
     prims: Vec<BoxPrims>,
     /// The occluding area in each box.
     areas: Vec<f64>,
-    /// Lists of entries with equal boxes. The id of an entry is a triangle's, or [`COINCIDENT`] and an index of
+    /// Lists of entries with equal boxes. The index of an entry is a triangle's, or [`COINCIDENT`] and an index of
     /// `coincident`.
-    equal_boxes: Vec<Vec<TriangleRef>>,
+    equal_boxes: Vec<Vec<BuildTriangle>>,
     coincident: Vec<Vec<CoincidentGroup>>,
-    /// Number of triangles that are coincident with one of a lower id.
+    /// Number of triangles that are coincident with one of a lower index.
     coincident_count: u64,
 }
 
 impl ClusterPrims {
     /// Makes the cluster of some triangles of `all`, by their keys sorted by cell.
-    pub fn new(all: &[TriangleRef], keys: &[MortonKey]) -> ClusterPrims {
+    pub fn new(all: &[BuildTriangle], keys: &[MortonKey]) -> ClusterPrims {
         let mut cluster = ClusterPrims {
             boxes: Vec::with_capacity(keys.len()),
             prims: Vec::with_capacity(keys.len()),
@@ -77,13 +77,13 @@ impl ClusterPrims {
     }
 
     /// Adds triangle `i` in a box of its own.
-    fn add_one(&mut self, all: &[TriangleRef], i: u32) {
+    fn add_one(&mut self, all: &[BuildTriangle], i: u32) {
         let triangle = &all[i as usize];
         self.add(triangle.aabb(), BoxPrims::One(i), occluding_area(triangle));
     }
 
     /// Adds the triangles of a cell, those with equal boxes together.
-    fn add_cell(&mut self, all: &[TriangleRef], mut cell: Vec<u32>) {
+    fn add_cell(&mut self, all: &[BuildTriangle], mut cell: Vec<u32>) {
         let triangle = |&i: &u32| &all[i as usize].triangle;
         let bounds = |i: &u32| triangle(i).bounds().to_bits();
         cell.sort_unstable_by_key(|i| (bounds(i), triangle(i).to_bits(), *i));
@@ -93,7 +93,8 @@ impl ClusterPrims {
                 continue;
             }
             let coincident = equal.chunk_by(|a, b| triangle(a).to_bits() == triangle(b).to_bits());
-            let entries: Vec<TriangleRef> = coincident.map(|triangles| self.entry(all, triangles)).collect();
+            let entries: Vec<BuildTriangle> =
+                coincident.map(|triangles| self.entry(all, triangles)).collect();
             let area = entries.iter().map(occluding_area).sum();
             self.add(entries[0].aabb(), BoxPrims::Many(self.equal_boxes.len() as u32), area);
             self.equal_boxes.push(entries);
@@ -101,15 +102,15 @@ impl ClusterPrims {
     }
 
     /// Makes one entry of coincident triangles.
-    fn entry(&mut self, all: &[TriangleRef], coincident: &[u32]) -> TriangleRef {
+    fn entry(&mut self, all: &[BuildTriangle], coincident: &[u32]) -> BuildTriangle {
         let first = all[coincident[0] as usize];
         if coincident.len() == 1 {
             return first;
         }
         self.coincident_count += coincident.len() as u64 - 1;
         let triangles = coincident.iter().map(|&i| &all[i as usize]);
-        self.coincident.push(group_by_flags(triangles.map(|triangle| (triangle.id, triangle.flags))));
-        TriangleRef { id: COINCIDENT | (self.coincident.len() - 1) as u32, ..first }
+        self.coincident.push(group_by_flags(triangles.map(|triangle| (triangle.index, triangle.flags))));
+        BuildTriangle { index: COINCIDENT | (self.coincident.len() - 1) as u32, ..first }
     }
 
     /// Puts a triangle and the next one along the curve into one box where that reduces the area, and where the
@@ -214,13 +215,13 @@ pub(crate) struct LeafPrims {
     /// End of each leaf's range in `entries`.
     leaf_ends: Vec<u32>,
     /// Entries that share a box.
-    others: Vec<TriangleRef>,
+    others: Vec<BuildTriangle>,
     pub coincident: Vec<Vec<CoincidentGroup>>,
     pub coincident_count: u64,
 }
 
 impl LeafPrims {
-    fn add_others(&mut self, entries: &[TriangleRef]) {
+    fn add_others(&mut self, entries: &[BuildTriangle]) {
         for &entry in entries {
             self.entries.push(COINCIDENT | self.others.len() as u32);
             self.others.push(entry);
@@ -234,13 +235,14 @@ impl LeafPrims {
 
     /// Packs the triangles of `all` into blocks. `first_coincident` is the number of sets of coincident triangles in
     /// earlier clusters.
-    pub fn pack(&self, all: &[TriangleRef], first_coincident: u32, blocks: &mut [Triangle4]) {
+    pub fn pack(&self, all: &[BuildTriangle], first_coincident: u32, blocks: &mut [Triangle4]) {
         let entry = |&entry: &u32| match entry & COINCIDENT {
             0 => all[entry as usize],
             _ => {
                 let other = self.others[(entry & !COINCIDENT) as usize];
-                let id = if other.id & COINCIDENT == 0 { other.id } else { other.id + first_coincident };
-                TriangleRef { id, ..other }
+                let index =
+                    if other.index & COINCIDENT == 0 { other.index } else { other.index + first_coincident };
+                BuildTriangle { index, ..other }
             }
         };
         let mut start = 0;
@@ -249,7 +251,7 @@ impl LeafPrims {
             let leaf = &self.entries[start..end as usize];
             start = end as usize;
             for (nth, (entries, block)) in leaf.chunks(TRIANGLE_LANES).zip(&mut blocks).enumerate() {
-                let mut triangles = [TriangleRef::REJECTED; TRIANGLE_LANES];
+                let mut triangles = [BuildTriangle::REJECTED; TRIANGLE_LANES];
                 triangles.iter_mut().zip(entries).for_each(|(to, from)| *to = entry(from));
                 let is_last = (nth + 1) * TRIANGLE_LANES >= leaf.len();
                 *block = Triangle4::new(&triangles[..entries.len()], is_last);

@@ -3,18 +3,17 @@
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use glam::Vec3;
-use obvhs::Boundable;
-use obvhs::aabb::Aabb as ObvhsAabb;
 use rayon::prelude::*;
 
-use crate::accel::build::canonical_triangle::{CanonicalTriangle, Degeneracy};
-use crate::accel::build::surface_flags::SurfaceFlags;
+use crate::accel::bvh::build_triangle::BuildTriangle;
+use crate::accel::bvh::canonical_triangle::{CanonicalTriangle, Degeneracy};
+use crate::accel::bvh::surface_flags::SurfaceFlags;
 use crate::accel::report::BuildReport;
 
 /// Bits of a triangle's index: it shares 32 bits with the marks of leaf entries.
 pub(crate) const INDEX_BITS: u32 = 30;
 
-/// Most triangles in a BVH.
+/// Maximum number of triangles in a BVH.
 pub(crate) const MAX_TRIANGLES: usize = (1 << INDEX_BITS) - 1;
 
 /// A triangle as the scene has it. `flags.reversed` is true where its winding is that of the back face.
@@ -29,26 +28,6 @@ impl InputTriangle {
     pub fn canonical(self) -> Result<(CanonicalTriangle, SurfaceFlags), Degeneracy> {
         let (triangle, flipped) = CanonicalTriangle::new(self.vertices)?;
         Ok((triangle, SurfaceFlags { reversed: self.flags.reversed ^ flipped, ..self.flags }))
-    }
-}
-
-/// A triangle in the build: canonical, with its flags and index.
-#[derive(Clone, Copy)]
-pub(crate) struct TriangleRef {
-    pub triangle: CanonicalTriangle,
-    pub flags: SurfaceFlags,
-    pub id: u32,
-}
-
-impl TriangleRef {
-    /// A rejected triangle.
-    pub const REJECTED: TriangleRef =
-        TriangleRef { triangle: CanonicalTriangle::ZERO, flags: SurfaceFlags::OPAQUE, id: u32::MAX };
-}
-
-impl Boundable for TriangleRef {
-    fn aabb(&self) -> ObvhsAabb {
-        self.triangle.bounds().into()
     }
 }
 
@@ -87,19 +66,19 @@ pub(crate) fn par_indices(count: usize) -> impl IndexedParallelIterator<Item = u
 pub(crate) fn filter_triangles(
     count: usize,
     input: impl Fn(usize) -> InputTriangle + Sync,
-) -> (Vec<TriangleRef>, BuildReport) {
+) -> (Vec<BuildTriangle>, BuildReport) {
     let rejects = RejectCounter::default();
     let reference = |i: usize| match input(i).canonical() {
-        Ok((triangle, flags)) => TriangleRef { triangle, flags, id: i as u32 },
+        Ok((triangle, flags)) => BuildTriangle { triangle, flags, index: i as u32 },
         Err(degeneracy) => {
             rejects.count(degeneracy);
-            TriangleRef::REJECTED
+            BuildTriangle::REJECTED
         }
     };
-    let mut triangles: Vec<TriangleRef> = par_indices(count).map(reference).collect();
+    let mut triangles: Vec<BuildTriangle> = par_indices(count).map(reference).collect();
     let report = rejects.into_report();
     if report != BuildReport::default() {
-        triangles.retain(|triangle| triangle.id != TriangleRef::REJECTED.id);
+        triangles.retain(|triangle| triangle.index != BuildTriangle::REJECTED.index);
     }
     (triangles, report)
 }

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::accel::build::surface_flags::MeshFlags;
+use crate::accel::build::mesh_flags::MeshFlags;
 use crate::accel::bvh::instance::InstanceTransform;
 use crate::accel::settings::FlattenBudget;
 use crate::geometry::Transform;
@@ -72,7 +72,7 @@ impl InstancingPlan {
         mut flags: impl FnMut(u32) -> MeshFlags,
     ) -> InstancingPlan {
         let mut plan = InstancingPlan::default();
-        let mut rigid_meshes = plan.flatten_deforming_instances(posed, &mut flags);
+        let mut rigid_meshes = plan.split_off_rigid_meshes(posed, &mut flags);
         // The meshes with the fewest triangles first.
         rigid_meshes.sort_by_key(|rigid| (rigid.triangles(posed), rigid.mesh));
         let mut remaining = budget;
@@ -102,7 +102,7 @@ impl InstancingPlan {
 
     /// Flattens the instances that cannot have a BLAS of their own, as they deform or have a degenerate transform,
     /// and returns the others by mesh.
-    fn flatten_deforming_instances(
+    fn split_off_rigid_meshes(
         &mut self,
         posed: &PosedScene,
         mut flags: impl FnMut(u32) -> MeshFlags,

@@ -5,15 +5,16 @@
 
 use rayon::prelude::*;
 
-use crate::accel::build::canonical_triangle::{CanonicalTriangle, Degeneracy, padded_bounds};
 use crate::accel::build::duplicate_filter::{DuplicateFilter, Inserter};
-use crate::accel::build::input_triangles::{InputTriangle, TriangleRef, par_indices};
-use crate::accel::build::surface_flags::SurfaceFlags;
+use crate::accel::build::input_triangles::{InputTriangle, par_indices};
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::build_triangle::BuildTriangle;
 use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT};
+use crate::accel::bvh::canonical_triangle::{CanonicalTriangle, Degeneracy, padded_bounds};
 use crate::accel::bvh::coincident::group_by_flags;
 use crate::accel::bvh::sah::sah_cost;
+use crate::accel::bvh::surface_flags::SurfaceFlags;
 use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
 use crate::accel::report::BuildReport;
 
@@ -39,13 +40,13 @@ impl Blas {
     /// Updates the flags of coincident triangles. Returns false where some are not coincident any more.
     fn update_coincident(&mut self, input: &(impl Fn(usize) -> InputTriangle + Sync)) -> bool {
         self.coincident.par_iter_mut().all(|groups| {
-            let mut ids: Vec<u32> = groups.iter().flat_map(|group| &group.ids).copied().collect();
-            ids.sort_unstable();
-            let canonical = |&id: &u32| input(id as usize).canonical().ok();
+            let mut indices: Vec<u32> = groups.iter().flat_map(|group| &group.indices).copied().collect();
+            indices.sort_unstable();
+            let canonical = |&index: &u32| input(index as usize).canonical().ok();
             let triangles =
-                ids.iter().map(canonical).collect::<Option<Vec<(CanonicalTriangle, SurfaceFlags)>>>();
+                indices.iter().map(canonical).collect::<Option<Vec<(CanonicalTriangle, SurfaceFlags)>>>();
             let Some(triangles) = triangles else { return false };
-            *groups = group_by_flags(ids.into_iter().zip(triangles.iter().map(|(_, flags)| *flags)));
+            *groups = group_by_flags(indices.into_iter().zip(triangles.iter().map(|(_, flags)| *flags)));
             triangles.windows(2).all(|pair| pair[0].0.to_bits() == pair[1].0.to_bits())
         })
     }
@@ -55,16 +56,16 @@ impl Blas {
         let coincident = &self.coincident;
         let filter = DuplicateFilter::new(self.triangle_count);
         let update = |inserter: &mut Inserter, block: &mut Triangle4| {
-            let mut triangles = [TriangleRef::REJECTED; TRIANGLE_LANES];
+            let mut triangles = [BuildTriangle::REJECTED; TRIANGLE_LANES];
             let count = block.count();
-            for (to, &id) in triangles.iter_mut().zip(&block.ids[..count]) {
-                let index = match id & COINCIDENT {
-                    0 => id,
-                    _ => coincident[(id & !COINCIDENT) as usize][0].ids[0],
+            for (to, &index) in triangles.iter_mut().zip(&block.indices[..count]) {
+                let input_index = match index & COINCIDENT {
+                    0 => index,
+                    _ => coincident[(index & !COINCIDENT) as usize][0].indices[0],
                 };
-                let Ok((triangle, flags)) = input(index as usize).canonical() else { return false };
+                let Ok((triangle, flags)) = input(input_index as usize).canonical() else { return false };
                 inserter.insert(&triangle.bounds());
-                *to = TriangleRef { triangle, flags, id };
+                *to = BuildTriangle { triangle, flags, index };
             }
             *block = Triangle4::new(&triangles[..count], block.is_last_in_leaf());
             true

@@ -3,7 +3,7 @@
 use crate::accel::build::blas_builder::build_blas;
 use crate::accel::build::input_triangles::{InputTriangle, count_rejected};
 use crate::accel::build::instancing_plan::{FlattenedInstance, InstancingPlan, World};
-use crate::accel::build::surface_flags::MeshFlags;
+use crate::accel::build::mesh_flags::MeshFlags;
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::report::BuildReport;

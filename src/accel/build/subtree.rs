@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::accel::build::occlusion_order::OcclusionCost;
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::bvh8::WIDTH;
+use crate::accel::bvh::occlusion_order::OcclusionCost;
 
 /// A child of a wide node: its bounds and its index among the leaves or nodes of the [`Subtree`].
 #[derive(Clone, Copy)]
@@ -90,7 +90,7 @@ impl Subtree {
     }
 
     /// Sorts the children of each node by descending priority for occlusion rays, and returns the nodes' costs.
-    pub fn sort_by_occlusion(&mut self, leaf_costs: &[OcclusionCost]) -> Vec<OcclusionCost> {
+    pub fn sort_children_and_compute_costs(&mut self, leaf_costs: &[OcclusionCost]) -> Vec<OcclusionCost> {
         let mut node_costs = vec![OcclusionCost::default(); self.node_count()];
         for i in (0..self.node_count()).rev() {
             let range = self.child_range(i);

@@ -8,14 +8,14 @@ use obvhs::aabb::Aabb as ObvhsAabb;
 use rayon::prelude::*;
 
 use crate::accel::build::builder::{self, Cluster, ClusterLeaves};
-use crate::accel::build::canonical_triangle::{MAX_COORDINATE, MIN_PADDING};
 use crate::accel::build::instancing_plan::InstancingPlan;
 use crate::accel::build::leaf_packing::LeafCapacity;
 use crate::accel::build::morton_clusters::MortonKey;
-use crate::accel::build::occlusion_order::OcclusionCost;
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::canonical_triangle::{MAX_COORDINATE, MIN_PADDING};
 use crate::accel::bvh::instance::{BlasInstance, InstanceTransform, condition_number};
+use crate::accel::bvh::occlusion_order::OcclusionCost;
 use crate::accel::bvh::tlas::Tlas;
 use crate::accel::settings::Preset;
 use crate::scene::PosedScene;
@@ -50,13 +50,13 @@ struct InstanceCluster<'a> {
 /// The instances in the leaves of a cluster.
 #[derive(Default)]
 struct LeafInstances {
-    instances: Vec<InstanceOfBlas>,
+    instances: Vec<InstanceRef>,
     /// End of each leaf's range in `instances`.
     leaf_ends: Vec<u32>,
 }
 
 #[derive(Clone, Copy)]
-struct InstanceOfBlas {
+struct InstanceRef {
     instance: u32,
     blas: u32,
 }
@@ -79,13 +79,14 @@ impl Cluster for InstanceCluster<'_> {
             let first = contents.instances.len();
             let instances = leaf.iter().flat_map(|&i| self.instances[i as usize].0);
             let without_bounds =
-                |of: &InstanceBounds| InstanceOfBlas { instance: of.instance, blas: of.blas };
+                |bounds: &InstanceBounds| InstanceRef { instance: bounds.instance, blas: bounds.blas };
             contents.instances.extend(instances.map(without_bounds));
             contents.leaf_ends.push(contents.instances.len() as u32);
             // A mesh fills its instance's bounds about as it fills its own.
             let unit = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
-            let costs =
-                contents.instances[first..].iter().map(|of| (unit, self.blas_costs[of.blas as usize]));
+            let costs = contents.instances[first..]
+                .iter()
+                .map(|instance| (unit, self.blas_costs[instance.blas as usize]));
             occlusion_costs.push(OcclusionCost::of_node(unit, costs));
         }
         let end = contents.leaf_ends.len() as u32;
@@ -165,7 +166,7 @@ fn fill_leaves(tlas: &mut Tlas, posed: &PosedScene, clusters: Vec<LeafInstances>
     for LeafInstances { instances, leaf_ends } in clusters {
         let first = tlas.instances.len() as u32;
         tlas.leaf_ends.extend(leaf_ends.into_iter().map(|end| first + end));
-        let with_transform = |InstanceOfBlas { instance, blas }| {
+        let with_transform = |InstanceRef { instance, blas }| {
             let transform = InstanceTransform::new(to_world(posed, instance))?;
             Some(BlasInstance { instance, blas, transform })
         };

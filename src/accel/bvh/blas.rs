@@ -4,19 +4,19 @@ use std::marker::PhantomData;
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::build::surface_flags::SurfaceFlags;
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::bvh8::Bvh8;
 use crate::accel::bvh::coincident::CoincidentGroup;
-use crate::accel::bvh::huge_pages::HugePageVec;
+use crate::accel::bvh::huge_pages::HugePageArray;
+use crate::accel::bvh::surface_flags::SurfaceFlags;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
 use crate::accel::report::BuildReport;
 use crate::accel::traverse::box_test::{BoxTestRay, SimdNodeTest};
 use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
-use crate::accel::traverse::hit::{LocalRay, TriangleHit};
+use crate::accel::traverse::conservative_triangle_test::TriangleTestRay;
+use crate::accel::traverse::exact_triangle_test::{LocalRay, TriangleHit};
 use crate::accel::traverse::query::{CoincidentIds, RayQuery};
-use crate::accel::traverse::triangle_test::TriangleTestRay;
 use crate::geometry::HitId;
 use crate::scene::SurfaceClass;
 use crate::simd::{Lanes, OutlinedKernel, Simd};
@@ -29,7 +29,7 @@ const NO_SOURCE: u32 = u32::MAX;
 pub(crate) struct Blas {
     pub bvh: Bvh8,
     /// Leaf blocks: leaf n of the BVH begins at `blocks[n]`.
-    pub blocks: HugePageVec<Triangle4>,
+    pub blocks: HugePageArray<Triangle4>,
     pub ids: TriangleIdMap,
     /// Number of input triangles, rejected ones included.
     pub input_count: usize,
@@ -81,18 +81,18 @@ impl Blas {
         instance: Option<u32>,
         query: &mut impl RayQuery,
     ) -> bool {
-        let id = block.ids[lane];
-        let mut report = |flags: SurfaceFlags, ids: &[u32]| {
+        let index = block.indices[lane];
+        let mut report = |flags: SurfaceFlags, indices: &[u32]| {
             // An occluder may be reported by both triangles at an edge; a transmitting surface counts once.
             if flags.class == SurfaceClass::Translucent && !hit.owned {
                 return false;
             }
-            let ids = CoincidentIds { indices: ids, id_map: &self.ids, instance };
+            let ids = CoincidentIds { indices, id_map: &self.ids, instance };
             query.record_hit(hit.t, flags, hit.ccw == flags.reversed, ids).is_break()
         };
-        match id & COINCIDENT {
-            0 => report(block.flags(lane), std::slice::from_ref(&id)),
-            _ => self.coincident[(id & !COINCIDENT) as usize].iter().any(|g| report(g.flags, &g.ids)),
+        match index & COINCIDENT {
+            0 => report(block.flags(lane), std::slice::from_ref(&index)),
+            _ => self.coincident[(index & !COINCIDENT) as usize].iter().any(|g| report(g.flags, &g.indices)),
         }
     }
 
@@ -104,7 +104,7 @@ impl Blas {
         lane: usize,
         instance: Option<u32>,
     ) -> CoincidentIds<'b> {
-        CoincidentIds { indices: std::slice::from_ref(&block.ids[lane]), id_map: &self.ids, instance }
+        CoincidentIds { indices: std::slice::from_ref(&block.indices[lane]), id_map: &self.ids, instance }
     }
 
     /// Returns the index of the triangle `source` of the scene, or [`NO_SOURCE`] where it is not one of this BLAS's.
@@ -135,8 +135,9 @@ impl Blas {
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        let ids: usize = self.coincident.iter().flatten().map(|g| g.ids.len() * size_of::<u32>()).sum();
-        self.bvh.bytes() + self.blocks.bytes() + ids
+        let coincident: usize =
+            self.coincident.iter().flatten().map(|g| g.indices.len() * size_of::<u32>()).sum();
+        self.bvh.bytes() + self.blocks.bytes() + coincident
     }
 }
 
@@ -164,7 +165,7 @@ impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for TraverseBlasKernel<'_, Q> {
         let TraverseBlasKernel { blas, root, ray, instance, query, stack } = self;
         let box_ray = BoxTestRay::new(ray.o, ray.d, 0.0, ray.local_t(query.t_min()));
         let node_test = SimdNodeTest::<S>::new(&box_ray);
-        let triangle_ray = TriangleTestRay::new(ray, blas.centre, blas.radius, query.early_out_t_max());
+        let triangle_ray = TriangleTestRay::new(ray, blas.centre, blas.radius, query.early_exit_t_max());
         let limit = box_limit(ray, query);
         let source = if Q::ANY_HIT { blas.source_index(query.source(), instance) } else { NO_SOURCE };
         let blocks: &[Triangle4] = &blas.blocks;
@@ -224,14 +225,14 @@ impl<S: Simd, Q: RayQuery> TriangleIntersector<'_, S, Q> {
         let mut possible = candidates.possible;
         if Q::ANY_HIT && possible != 0 {
             // Nearly every such ray would take the exact test of its own triangle.
-            possible &= !S::F32x4::eq_u32(&block.ids, self.source);
+            possible &= !S::F32x4::eq_u32(&block.indices, self.source);
         }
         while possible != 0 {
             let lane = possible.trailing_zeros() as usize & (TRIANGLE_LANES - 1);
             possible &= possible - 1;
-            if candidates.early_out >> lane & 1 == 1 {
+            if candidates.early_exit >> lane & 1 == 1 {
                 let ids = self.blas.single_id(block, lane, self.instance);
-                if self.query.early_out(block, lane, ids) {
+                if self.query.early_exit(block, lane, ids) {
                     return false;
                 }
             }

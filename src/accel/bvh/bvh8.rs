@@ -4,9 +4,9 @@
 
 use glam::Vec3;
 
-use crate::accel::build::occlusion_order::OcclusionCost;
 use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::huge_pages::HugePageVec;
+use crate::accel::bvh::huge_pages::HugePageArray;
+use crate::accel::bvh::occlusion_order::OcclusionCost;
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
@@ -19,9 +19,9 @@ const EMPTY_SLOT: f32 = (1u128 << 125) as f32;
 pub(crate) const LEAF_BIT: u32 = 1 << 31;
 
 /// The slots of a node from first to last: descending priority for occlusion rays ([`OcclusionCost::priority`]).
-pub(crate) const SLOTS_ASCENDING: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
+pub(crate) const SLOTS_IN_ORDER: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// The same in the order of pushing to a stack.
-pub(crate) const SLOTS_DESCENDING: [u32; WIDTH] = [7, 6, 5, 4, 3, 2, 1, 0];
+pub(crate) const SLOTS_REVERSED: [u32; WIDTH] = [7, 6, 5, 4, 3, 2, 1, 0];
 
 /// An inner node: the boxes of up to eight children and references to them.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -162,7 +162,7 @@ impl Octant {
 #[derive(Debug, Default)]
 pub(crate) struct Bvh8 {
     /// Parents before their children.
-    pub nodes: HugePageVec<Bvh8Node>,
+    pub nodes: HugePageArray<Bvh8Node>,
     /// Reference to the root, a node or a leaf; `None` for an empty tree.
     pub root: Option<u32>,
     /// Bounds of everything.

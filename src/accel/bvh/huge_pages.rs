@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 /// An array of fixed length, in huge pages if it is large.
 #[derive(Debug)]
-pub(crate) struct HugePageVec<T> {
+pub(crate) struct HugePageArray<T> {
     memory: Memory,
     len: usize,
     element: PhantomData<T>,
@@ -34,7 +34,7 @@ struct CacheLine([u8; 64]);
 /// Arrays of this many bytes or more are mapped in huge pages: two of 2 MiB, the usual size.
 const MIN_MAPPED_BYTES: usize = 4 << 20;
 
-impl<T: Pod + Send + Sync> HugePageVec<T> {
+impl<T: Pod + Send + Sync> HugePageArray<T> {
     /// Builds the array from `parts` in parallel: `fill` writes the `len` elements of each part.
     pub fn from_parts<P: Sync>(
         parts: &[P],
@@ -43,7 +43,7 @@ impl<T: Pod + Send + Sync> HugePageVec<T> {
     ) -> Self {
         let total = parts.iter().map(&len).sum();
         let memory = Memory::zeroed(total * size_of::<T>());
-        let mut elements = HugePageVec { memory, len: total, element: PhantomData };
+        let mut elements = HugePageArray { memory, len: total, element: PhantomData };
         let mut rest: &mut [T] = &mut elements;
         let mut chunks = Vec::with_capacity(parts.len());
         for part in parts {
@@ -74,13 +74,13 @@ impl Memory {
     }
 }
 
-impl<T> Default for HugePageVec<T> {
+impl<T> Default for HugePageArray<T> {
     fn default() -> Self {
-        HugePageVec { memory: Memory::Heap(Vec::new()), len: 0, element: PhantomData }
+        HugePageArray { memory: Memory::Heap(Vec::new()), len: 0, element: PhantomData }
     }
 }
 
-impl<T: Pod> Deref for HugePageVec<T> {
+impl<T: Pod> Deref for HugePageArray<T> {
     type Target = [T];
 
     #[inline(always)]
@@ -94,7 +94,7 @@ impl<T: Pod> Deref for HugePageVec<T> {
     }
 }
 
-impl<T: Pod> DerefMut for HugePageVec<T> {
+impl<T: Pod> DerefMut for HugePageArray<T> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [T] {
         let bytes: &mut [u8] = match &mut self.memory {
@@ -120,13 +120,13 @@ mod tests {
                 assert_eq!(to.len(), part.1);
                 to.iter_mut().zip(part.0..).for_each(|(to, i)| *to = 3 * i as u64);
             };
-            let mut elements = HugePageVec::from_parts(&parts, |part| part.1, fill);
+            let mut elements = HugePageArray::from_parts(&parts, |part| part.1, fill);
             assert_eq!(matches!(elements.memory, Memory::Mapped(_)), len >= many);
             assert_eq!((elements.len(), elements.bytes()), (len, 8 * len));
             assert!(elements.iter().zip(0..).all(|(&x, i)| x == 3 * i));
             elements.iter_mut().for_each(|x| *x += 1);
             assert!(elements.iter().zip(0..).all(|(&x, i)| x == 3 * i + 1));
         }
-        assert!(HugePageVec::<u64>::default().is_empty());
+        assert!(HugePageArray::<u64>::default().is_empty());
     }
 }

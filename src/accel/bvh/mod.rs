@@ -2,12 +2,16 @@
 
 pub(crate) mod aabb;
 pub(crate) mod blas;
+pub(crate) mod build_triangle;
 pub(crate) mod bvh8;
+pub(crate) mod canonical_triangle;
 pub(crate) mod coincident;
 pub(crate) mod huge_pages;
 pub(crate) mod instance;
+pub(crate) mod occlusion_order;
 pub(crate) mod sah;
 pub(crate) mod scene_bvh;
+pub(crate) mod surface_flags;
 pub(crate) mod tlas;
 pub(crate) mod triangle4;
 pub(crate) mod triangle_ids;

@@ -9,7 +9,7 @@ use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT};
 use crate::accel::bvh::instance::BlasInstance;
 use crate::accel::traverse::box_test::{BoxTestRay, SimdNodeTest};
 use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
-use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::accel::traverse::query::RayQuery;
 use crate::simd::Simd;
 

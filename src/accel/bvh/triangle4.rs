@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use crate::accel::build::canonical_triangle::padded_bounds;
-use crate::accel::build::input_triangles::TriangleRef;
-use crate::accel::build::surface_flags::SurfaceFlags;
 use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::build_triangle::BuildTriangle;
+use crate::accel::bvh::canonical_triangle::padded_bounds;
+use crate::accel::bvh::surface_flags::SurfaceFlags;
 use crate::scene::SurfaceClass;
 use crate::simd::Lanes;
 use crate::simd::vec3::{Vec3Lanes, per_axis};
@@ -13,7 +13,7 @@ use crate::simd::vec3::{Vec3Lanes, per_axis};
 /// Triangles in a [`Triangle4`].
 pub(crate) const TRIANGLE_LANES: usize = 4;
 
-/// Marks an id as the index of a set of coincident triangles ([`Blas::coincident`]).
+/// Marks a triangle index as the index of a set of coincident triangles ([`Blas::coincident`]).
 ///
 /// [`Blas::coincident`]: crate::accel::bvh::blas::Blas::coincident
 pub(crate) const COINCIDENT: u32 = 1 << 31;
@@ -28,7 +28,7 @@ pub(crate) struct Triangle4 {
     /// Coordinates by vertex, axis and lane.
     pub vertex: [[[f32; TRIANGLE_LANES]; 3]; 3],
     /// Index of a triangle of the BLAS, or [`COINCIDENT`] and the index of a set of coincident triangles.
-    pub ids: [u32; TRIANGLE_LANES],
+    pub indices: [u32; TRIANGLE_LANES],
     /// Upper bound on the lengths of the edges at first vertices.
     pub max_edge: f32,
     /// Four bits for each lane, see [`Triangle4::flags`].
@@ -44,10 +44,10 @@ const _: () = assert!(size_of::<Triangle4>() == 168);
 
 impl Triangle4 {
     /// Packs 1 to 4 triangles. `last_in_leaf` ends a leaf.
-    pub fn new(triangles: &[TriangleRef], last_in_leaf: bool) -> Triangle4 {
+    pub fn new(triangles: &[BuildTriangle], last_in_leaf: bool) -> Triangle4 {
         let mut block = Triangle4 {
             vertex: [[[0.0; TRIANGLE_LANES]; 3]; 3],
-            ids: [0; TRIANGLE_LANES],
+            indices: [0; TRIANGLE_LANES],
             max_edge: 0.0,
             flags: 0,
             masks: 0,
@@ -59,15 +59,15 @@ impl Triangle4 {
         block
     }
 
-    fn set(&mut self, lane: usize, &TriangleRef { triangle, id, flags }: &TriangleRef) {
+    fn set(&mut self, lane: usize, &BuildTriangle { triangle, index, flags }: &BuildTriangle) {
         for (to, vertex) in self.vertex.iter_mut().zip(triangle.vertices()) {
             for axis in 0..3 {
                 to[axis][lane] = vertex[axis];
             }
         }
-        self.ids[lane] = id;
+        self.indices[lane] = index;
         self.max_edge = self.max_edge.max(triangle.max_edge());
-        let coincident = id & COINCIDENT != 0;
+        let coincident = index & COINCIDENT != 0;
         // Coincident triangles may have either winding: back faces are culled one by one.
         let single_sided = flags.single_sided && !coincident;
         let bits = flags.class as u16 | u16::from(single_sided) << 2 | u16::from(flags.reversed) << 3;

@@ -4,16 +4,16 @@ use std::ops::Range;
 
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::packet::packet_hits::{CertainHit, PacketHits};
-use crate::accel::packet::per_ray::{PerRay, RAY_GROUP, RAY_GROUPS, RayMask};
+use crate::accel::packet::packet_query::{CertainHit, PacketQuery};
+use crate::accel::packet::per_ray::{GROUPS_PER_PACKET, PerRay, RAYS_PER_GROUP, RayMask};
 use crate::accel::packet::ray_packet::{RayPacket, pad_to_packet, prefetch_next_packet};
 use crate::accel::packet::scratch::PacketScratch;
-use crate::accel::packet::shared_ray::SharedRay;
-use crate::accel::ray_batch::{AnyHitFilter, Coherence, SegmentBatch};
-use crate::accel::single_ray_tracer::segment_query;
+use crate::accel::packet::shared_vector::SharedVector;
+use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
+use crate::accel::single_ray_tracer::shadow_ray_query;
 use crate::accel::traverse::bvh8_traversal::TraversalStack;
-use crate::accel::traverse::transmittance::Transmittance;
-use crate::accel::traverse::triangle_test::LIGHT_MARGIN;
+use crate::accel::traverse::conservative_triangle_test::LIGHT_MARGIN;
+use crate::accel::traverse::translucent_hits::Transmittance;
 use crate::simd::{Lanes, Simd};
 
 /// The result of [`occluded`] for the segments of a packet.
@@ -27,7 +27,7 @@ pub(crate) struct PacketOcclusion<'t> {
 impl<'t> PacketOcclusion<'t> {
     /// A result without occluded segments.
     pub fn new(transmittance: Option<&'t mut [Transmittance]>) -> PacketOcclusion<'t> {
-        PacketOcclusion { occluded: [0; RAY_GROUPS], transmittance }
+        PacketOcclusion { occluded: [0; GROUPS_PER_PACKET], transmittance }
     }
 
     /// Forgets the translucent surfaces, to collect them again.
@@ -38,7 +38,7 @@ impl<'t> PacketOcclusion<'t> {
     /// Returns true where a segment is occluded.
     #[inline(always)]
     pub fn is_occluded(&self, segment: usize) -> bool {
-        self.occluded[segment / RAY_GROUP] >> (segment % RAY_GROUP) & 1 == 1
+        self.occluded[segment / RAYS_PER_GROUP] >> (segment % RAYS_PER_GROUP) & 1 == 1
     }
 
     /// The transmittance of a segment that is not occluded.
@@ -53,9 +53,9 @@ impl<'t> PacketOcclusion<'t> {
 #[inline(always)]
 pub(crate) fn occluded<S: Simd>(
     worlds: &[Blas],
-    segments: &SegmentBatch,
+    segments: &ShadowRayBatch,
     range: Range<usize>,
-    filter: &dyn AnyHitFilter,
+    filter: &dyn HitFilter,
     occlusion: &mut PacketOcclusion<'_>,
     scratch: &mut PacketScratch,
     single_ray_stack: &mut TraversalStack,
@@ -80,9 +80,9 @@ pub(crate) fn occluded<S: Simd>(
 #[inline(always)]
 fn load_segments<S: Simd>(
     packet: &mut RayPacket,
-    segments: &SegmentBatch,
+    segments: &ShadowRayBatch,
     range: Range<usize>,
-) -> Option<SharedRay> {
+) -> Option<SharedVector> {
     prefetch_next_packet(segments.from.get(range.end..));
     let count = range.len();
     let mut room = None;
@@ -94,12 +94,12 @@ fn load_segments<S: Simd>(
             }
             packet.activate::<S>(count, 0.0, 1.0);
             packet.certain_t_min = LIGHT_MARGIN * packet.t_scale as f32;
-            Some(SharedRay::Origin(light))
+            Some(SharedVector::Origin(light))
         }
         Coherence::Direction(d) => {
             let d = packet.load_origins::<S>(d, from, count)?;
             packet.activate::<S>(count, 0.0, f32::INFINITY);
-            Some(SharedRay::Direction(d))
+            Some(SharedVector::Direction(d))
         }
         Coherence::None => None,
     }
@@ -108,10 +108,10 @@ fn load_segments<S: Simd>(
 /// The occlusion of a packet of segments in one BVH so far.
 struct AnyHits<'a, 't, 's, 'o> {
     blas: &'a Blas,
-    segments: &'a SegmentBatch,
+    segments: &'a ShadowRayBatch,
     /// Index of the packet's first segment in the batch.
     first: usize,
-    filter: &'a dyn AnyHitFilter,
+    filter: &'a dyn HitFilter,
     /// Index of the triangle that each segment starts on.
     source: PerRay<u32>,
     occlusion: &'o mut PacketOcclusion<'t>,
@@ -121,11 +121,11 @@ struct AnyHits<'a, 't, 's, 'o> {
 impl AnyHits<'_, '_, '_, '_> {
     fn set_occluded(&mut self, packet: &mut RayPacket, ray: usize) {
         packet.deactivate(ray);
-        self.occlusion.occluded[ray / RAY_GROUP] |= 1 << (ray % RAY_GROUP);
+        self.occlusion.occluded[ray / RAYS_PER_GROUP] |= 1 << (ray % RAYS_PER_GROUP);
     }
 }
 
-impl<S: Simd> PacketHits<S> for AnyHits<'_, '_, '_, '_> {
+impl<S: Simd> PacketQuery<S> for AnyHits<'_, '_, '_, '_> {
     #[inline(always)]
     fn culls_back_faces(&self) -> bool {
         false
@@ -144,7 +144,7 @@ impl<S: Simd> PacketHits<S> for AnyHits<'_, '_, '_, '_> {
 
     #[inline(always)]
     fn excluded_rays(&self, block: &Triangle4, lane: usize, g: usize) -> u32 {
-        S::F32x16::eq_u32(self.source.group(g), block.ids[lane])
+        S::F32x16::eq_u32(self.source.group(g), block.indices[lane])
     }
 
     #[inline(always)]
@@ -161,7 +161,7 @@ impl<S: Simd> PacketHits<S> for AnyHits<'_, '_, '_, '_> {
         let (block, lane) = self.blas.locate(entry);
         let transmittance = self.occlusion.transmittance(ray);
         let (local_ray, mut query) =
-            segment_query(self.segments, self.first + ray, self.filter, transmittance);
+            shadow_ray_query(self.segments, self.first + ray, self.filter, transmittance);
         let hit = local_ray.and_then(|ray| ray.intersect(&block.vertices(lane), certain));
         let Some(hit) = hit else { return };
         self.blas.report_hit(block, lane, hit, None, &mut query);
@@ -174,7 +174,7 @@ impl<S: Simd> PacketHits<S> for AnyHits<'_, '_, '_, '_> {
     fn trace_single(&mut self, packet: &mut RayPacket, ray: usize, child: u32) -> bool {
         let transmittance = self.occlusion.transmittance(ray);
         let (local_ray, mut query) =
-            segment_query(self.segments, self.first + ray, self.filter, transmittance);
+            shadow_ray_query(self.segments, self.first + ray, self.filter, transmittance);
         let Some(local_ray) = local_ray else { return false };
         self.blas.traverse::<S, _>(child, &local_ray, None, &mut query, self.single_ray_stack);
         let occluded = query.occluded;

@@ -7,15 +7,15 @@ use glam::Vec3;
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::packet::exact_hits::{BLOCKS, ExactHits, GroupHits};
-use crate::accel::packet::packet_hits::{CertainHit, PacketHits};
-use crate::accel::packet::per_ray::{PerRay, QUAD, RAY_GROUP};
+use crate::accel::packet::exact_hits::{BLOCKS_PER_TABLE, ExactHits, GroupHits};
+use crate::accel::packet::packet_query::{CertainHit, PacketQuery};
+use crate::accel::packet::per_ray::{GROUPS_PER_QUAD, PerRay, RAYS_PER_GROUP};
 use crate::accel::packet::ray_packet::{RayPacket, pad_to_packet, prefetch_next_packet};
 use crate::accel::packet::scratch::PacketScratch;
-use crate::accel::packet::shared_ray::SharedRay;
-use crate::accel::ray_batch::{AnyHitFilter, Coherence, RayBatch};
+use crate::accel::packet::shared_vector::SharedVector;
+use crate::accel::ray_batch::{Coherence, HitFilter, RayBatch};
 use crate::accel::traverse::bvh8_traversal::TraversalStack;
-use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
 use crate::geometry::{EPSILON, Hit, HitId};
 use crate::simd::{Lanes, Simd};
@@ -33,7 +33,7 @@ pub(crate) fn intersect<S: Simd>(
     worlds: &[Blas],
     rays: &RayBatch,
     range: Range<usize>,
-    filter: &dyn AnyHitFilter,
+    filter: &dyn HitFilter,
     hits: &mut [Hit],
     scratch: &mut PacketScratch,
     single_ray_stack: &mut TraversalStack,
@@ -45,7 +45,7 @@ pub(crate) fn intersect<S: Simd>(
     if !(rays.t_max > 0.0) {
         return false;
     }
-    packet.activate::<S>(count, rays.before_first().t, rays.t_max);
+    packet.activate::<S>(count, rays.lower_bound().t, rays.t_max);
     if let Some(after) = rays.after.get(range) {
         let t_scale = packet.t_scale as f32;
         after.iter().enumerate().for_each(|(i, after)| packet.t_min.set(i, after.t * t_scale));
@@ -69,7 +69,7 @@ pub(crate) fn intersect<S: Simd>(
 /// Loads the rays of a packet. The shared origin or direction is taken from the batch, and so equal for all rays to the
 /// bit.
 #[inline(always)]
-fn load_rays<S: Simd>(packet: &mut RayPacket, rays: &RayBatch, range: Range<usize>) -> Option<SharedRay> {
+fn load_rays<S: Simd>(packet: &mut RayPacket, rays: &RayBatch, range: Range<usize>) -> Option<SharedVector> {
     prefetch_next_packet(match rays.coherence {
         Coherence::Direction(_) => rays.origins.get(range.end..),
         _ => rays.directions.get(range.end..),
@@ -81,11 +81,11 @@ fn load_rays<S: Simd>(packet: &mut RayPacket, rays: &RayBatch, range: Range<usiz
         Coherence::Origin(o) => {
             let directions = pad_to_packet(&rays.directions[range], &mut room)?;
             let fits = packet.load_directions::<S>(o, directions, count, Vec3::ZERO);
-            fits.then_some(SharedRay::Origin(o))
+            fits.then_some(SharedVector::Origin(o))
         }
         Coherence::Direction(_) => {
             let origins = pad_to_packet(&rays.origins[range], &mut room)?;
-            packet.load_origins::<S>(rays.directions[first], origins, count).map(SharedRay::Direction)
+            packet.load_origins::<S>(rays.directions[first], origins, count).map(SharedVector::Direction)
         }
         Coherence::None => None,
     }
@@ -97,7 +97,7 @@ struct ClosestHits<'a, 's> {
     rays: &'a RayBatch,
     /// Index of the packet's first ray in the batch.
     first: usize,
-    filter: &'a dyn AnyHitFilter,
+    filter: &'a dyn HitFilter,
     /// The closest hit of each ray: [`NO_ENTRY`], [`EXACT`], or the entry of an unfiltered triangle
     /// ([`Blas::locate`]).
     entry: PerRay<u32>,
@@ -133,7 +133,7 @@ impl<'a> ClosestHits<'a, '_> {
             entry => {
                 let (block, lane) = self.blas.locate(entry);
                 let hit = self.local_ray(ray).and_then(|ray| ray.intersect_certain(&block.vertices(lane)));
-                hit.map_or(Hit::MISS, |hit| Hit { t: hit.t, id: self.blas.ids.id(block.ids[lane]) })
+                hit.map_or(Hit::MISS, |hit| Hit { t: hit.t, id: self.blas.ids.id(block.indices[lane]) })
             }
         }
     }
@@ -161,17 +161,19 @@ impl<'a> ClosestHits<'a, '_> {
     /// Computes the hits that are not [`EXACT`] yet, a quad at a time: neighbouring rays mostly hit the same few
     /// blocks.
     #[inline(always)]
-    fn write_hits<S: Simd>(&mut self, packet: &RayPacket, shared: &SharedRay) {
-        for (q, hits) in self.hits.chunks_mut(QUAD * RAY_GROUP).enumerate().take(packet.quads) {
+    fn write_hits<S: Simd>(&mut self, packet: &RayPacket, shared: &SharedVector) {
+        for (q, hits) in self.hits.chunks_mut(GROUPS_PER_QUAD * RAYS_PER_GROUP).enumerate().take(packet.quads)
+        {
             let Some(mut pending) = PendingHits::new::<S>(self.blas, &self.entry.quads[q], hits) else {
                 continue;
             };
             let mut table = ExactHits::new(shared);
-            while pending.first_group < QUAD {
+            while pending.first_group < GROUPS_PER_QUAD {
                 let in_table = pending.fill_table::<S>(&mut table);
-                for (g, hits) in hits.chunks_mut(RAY_GROUP).enumerate().take(QUAD) {
+                for (g, hits) in hits.chunks_mut(RAYS_PER_GROUP).enumerate().take(GROUPS_PER_QUAD) {
                     if in_table[g] != 0 {
-                        let group_hits = table.compute::<S>(packet, q * QUAD + g, &pending.slots[g]);
+                        let group_hits =
+                            table.compute::<S>(packet, q * GROUPS_PER_QUAD + g, &pending.slots[g]);
                         write_group_hits::<S>(in_table[g], &group_hits, hits);
                     }
                 }
@@ -185,27 +187,32 @@ struct PendingHits<'a> {
     blocks: &'a [Triangle4],
     id_map: &'a TriangleIdMap,
     /// The triangle that each ray hits.
-    entries: &'a [[u32; RAY_GROUP]; QUAD],
+    entries: &'a [[u32; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
     /// Rays that are left, by group.
-    remaining: [u32; QUAD],
+    remaining: [u32; GROUPS_PER_QUAD],
     /// The first group with rays that are left.
     first_group: usize,
     /// Where the triangle of each ray is in the table, for rays that [`PendingHits::fill_table`] returned.
-    slots: [[u32; RAY_GROUP]; QUAD],
+    slots: [[u32; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
 }
 
 impl<'a> PendingHits<'a> {
     /// Finds the rays of a quad with an entry. Returns `None` where there are none.
     #[inline(always)]
-    fn new<S: Simd>(blas: &'a Blas, entries: &'a [[u32; RAY_GROUP]; QUAD], hits: &[Hit]) -> Option<Self> {
-        let mut remaining = [0; QUAD];
-        for (remaining, (hits, entries)) in remaining.iter_mut().zip(hits.chunks(RAY_GROUP).zip(entries)) {
+    fn new<S: Simd>(
+        blas: &'a Blas,
+        entries: &'a [[u32; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
+        hits: &[Hit],
+    ) -> Option<Self> {
+        let mut remaining = [0; GROUPS_PER_QUAD];
+        for (remaining, (hits, entries)) in remaining.iter_mut().zip(hits.chunks(RAYS_PER_GROUP).zip(entries))
+        {
             *remaining = S::F32x16::lt_u32(entries, EXACT) & ((1 << hits.len()) - 1) as u32;
         }
-        if remaining == [0; QUAD] {
+        if remaining == [0; GROUPS_PER_QUAD] {
             return None;
         }
-        let slots = [[0; RAY_GROUP]; QUAD];
+        let slots = [[0; RAYS_PER_GROUP]; GROUPS_PER_QUAD];
         Some(PendingHits {
             blocks: &blas.blocks,
             id_map: &blas.ids,
@@ -218,16 +225,16 @@ impl<'a> PendingHits<'a> {
 
     /// Fills the table with the next blocks that rays hit. Returns these rays, by group.
     #[inline(always)]
-    fn fill_table<S: Simd>(&mut self, table: &mut ExactHits) -> [u32; QUAD] {
-        let mut in_table = [0; QUAD];
+    fn fill_table<S: Simd>(&mut self, table: &mut ExactHits) -> [u32; GROUPS_PER_QUAD] {
+        let mut in_table = [0; GROUPS_PER_QUAD];
         let mut block_count = 0;
-        while self.first_group < QUAD && block_count < BLOCKS {
+        while self.first_group < GROUPS_PER_QUAD && block_count < BLOCKS_PER_TABLE {
             let rays = self.remaining[self.first_group];
             if rays == 0 {
                 self.first_group += 1;
                 continue;
             }
-            let entry = self.entries[self.first_group][rays.trailing_zeros() as usize & (RAY_GROUP - 1)];
+            let entry = self.entries[self.first_group][rays.trailing_zeros() as usize & (RAYS_PER_GROUP - 1)];
             let block = entry as usize / TRIANGLE_LANES;
             table.set_block(block_count, &self.blocks[block], self.id_map);
             let first_entry = (block * TRIANGLE_LANES) as u32;
@@ -250,15 +257,15 @@ impl<'a> PendingHits<'a> {
 fn write_group_hits<S: Simd>(mask: u32, group_hits: &GroupHits, hits: &mut [Hit]) {
     let t = S::F32x16::load(&group_hits.t);
     let mut mask = mask & S::F32x16::splat(0.0).lt(t) & t.lt(S::F32x16::splat(f32::INFINITY));
-    if mask == (1 << RAY_GROUP) - 1
-        && let Some(hits) = hits.first_chunk_mut::<RAY_GROUP>()
+    if mask == (1 << RAYS_PER_GROUP) - 1
+        && let Some(hits) = hits.first_chunk_mut::<RAYS_PER_GROUP>()
     {
         let t = bytemuck::cast_ref(&group_hits.t);
         S::interleave3([t, &group_hits.instance, &group_hits.triangle], bytemuck::cast_mut(hits));
         return;
     }
     while mask != 0 {
-        let i = mask.trailing_zeros() as usize & (RAY_GROUP - 1);
+        let i = mask.trailing_zeros() as usize & (RAYS_PER_GROUP - 1);
         if let Some(hit) = hits.get_mut(i) {
             let id = HitId { instance: group_hits.instance[i], triangle: group_hits.triangle[i] };
             *hit = Hit { t: group_hits.t[i], id };
@@ -267,7 +274,7 @@ fn write_group_hits<S: Simd>(mask: u32, group_hits: &GroupHits, hits: &mut [Hit]
     }
 }
 
-impl<S: Simd> PacketHits<S> for ClosestHits<'_, '_> {
+impl<S: Simd> PacketQuery<S> for ClosestHits<'_, '_> {
     #[inline(always)]
     fn culls_back_faces(&self) -> bool {
         self.rays.cull_back_faces

@@ -4,71 +4,71 @@ use glam::DVec3;
 
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::packet::per_ray::RAY_GROUP;
+use crate::accel::packet::per_ray::RAYS_PER_GROUP;
 use crate::accel::packet::ray_packet::RayPacket;
-use crate::accel::packet::shared_ray::SharedRay;
-use crate::accel::traverse::hit::invert_power_of_two;
+use crate::accel::packet::shared_vector::SharedVector;
+use crate::accel::traverse::exact_triangle_test::invert_power_of_two;
 use crate::simd::Simd;
 use crate::simd::vec3::per_axis;
 
 /// Leaf blocks whose triangles an [`ExactHits`] holds.
-pub(super) const BLOCKS: usize = RAY_GROUP / TRIANGLE_LANES;
+pub(super) const BLOCKS_PER_TABLE: usize = RAYS_PER_GROUP / TRIANGLE_LANES;
 
 /// The triangles of a few leaf blocks, for rays that certainly hit one of them at an angle that is not grazing. Their t
 /// is that of [`LocalRay::intersect_certain`], to the bit. What depends on a triangle alone is computed once for all
 /// rays; each ray looks up the triangle that it hits.
 ///
-/// [`LocalRay::intersect_certain`]: crate::accel::traverse::hit::LocalRay::intersect_certain
+/// [`LocalRay::intersect_certain`]: crate::accel::traverse::exact_triangle_test::LocalRay::intersect_certain
 #[derive(Clone, Debug)]
 pub(super) struct ExactHits {
-    shared: SharedF64,
+    shared: SharedVectorF64,
     /// n = e₁×e₂, by axis.
-    normal: [[f64; RAY_GROUP]; 3],
+    normal: [[f64; RAYS_PER_GROUP]; 3],
     /// v₀, by axis, where the direction is shared.
-    vertex: [[f64; RAY_GROUP]; 3],
+    vertex: [[f64; RAYS_PER_GROUP]; 3],
     /// The part of t = n·(v₀ − o) / n·d that all rays share: the numerator with a shared origin, the denominator with a
     /// shared direction.
-    shared_term: [f64; RAY_GROUP],
-    instance: [u32; RAY_GROUP],
-    triangle: [u32; RAY_GROUP],
+    shared_term: [f64; RAYS_PER_GROUP],
+    instance: [u32; RAYS_PER_GROUP],
+    triangle: [u32; RAYS_PER_GROUP],
 }
 
-/// A [`SharedRay`] in f64.
+/// A [`SharedVector`] in f64.
 #[derive(Clone, Copy, Debug)]
-enum SharedF64 {
+enum SharedVectorF64 {
     Origin(DVec3),
     Direction(DVec3),
 }
 
 /// The hits of a ray group.
 pub(super) struct GroupHits {
-    pub t: [f32; RAY_GROUP],
-    pub instance: [u32; RAY_GROUP],
-    pub triangle: [u32; RAY_GROUP],
+    pub t: [f32; RAYS_PER_GROUP],
+    pub instance: [u32; RAYS_PER_GROUP],
+    pub triangle: [u32; RAYS_PER_GROUP],
 }
 
 impl ExactHits {
     /// Returns a table without triangles.
     #[inline(always)]
-    pub fn new(shared: &SharedRay) -> ExactHits {
+    pub fn new(shared: &SharedVector) -> ExactHits {
         let shared = match *shared {
-            SharedRay::Origin(o) => SharedF64::Origin(o.as_dvec3()),
-            SharedRay::Direction(d) => SharedF64::Direction(d.as_dvec3()),
+            SharedVector::Origin(o) => SharedVectorF64::Origin(o.as_dvec3()),
+            SharedVector::Direction(d) => SharedVectorF64::Direction(d.as_dvec3()),
         };
         ExactHits {
             shared,
-            normal: [[0.0; RAY_GROUP]; 3],
-            vertex: [[0.0; RAY_GROUP]; 3],
-            shared_term: [0.0; RAY_GROUP],
-            instance: [0; RAY_GROUP],
-            triangle: [0; RAY_GROUP],
+            normal: [[0.0; RAYS_PER_GROUP]; 3],
+            vertex: [[0.0; RAYS_PER_GROUP]; 3],
+            shared_term: [0.0; RAYS_PER_GROUP],
+            instance: [0; RAYS_PER_GROUP],
+            triangle: [0; RAYS_PER_GROUP],
         }
     }
 
     /// Sets the four triangles of block number `i` of the table.
     #[inline(always)]
     pub fn set_block(&mut self, i: usize, block: &Triangle4, id_map: &TriangleIdMap) {
-        let first = i % BLOCKS * TRIANGLE_LANES;
+        let first = i % BLOCKS_PER_TABLE * TRIANGLE_LANES;
         let v0 = per_axis(|axis| block.vertex[0][axis].map(f64::from));
         let edge = |vertex: usize, axis: usize| {
             let mut edge = block.vertex[vertex][axis].map(f64::from);
@@ -87,12 +87,12 @@ impl ExactHits {
         let n = |i: usize| DVec3::from(per_axis(|axis| self.normal[axis][first + i]));
         let v0 = |i: usize| DVec3::from(per_axis(|axis| v0[axis][i]));
         match self.shared {
-            SharedF64::Origin(o) => {
+            SharedVectorF64::Origin(o) => {
                 for i in 0..TRIANGLE_LANES {
                     self.shared_term[first + i] = n(i).dot(v0(i) - o);
                 }
             }
-            SharedF64::Direction(d) => {
+            SharedVectorF64::Direction(d) => {
                 for i in 0..TRIANGLE_LANES {
                     self.shared_term[first + i] = n(i).dot(d);
                     for axis in 0..3 {
@@ -101,7 +101,7 @@ impl ExactHits {
                 }
             }
         }
-        for (i, &index) in block.ids.iter().enumerate().take(block.count()) {
+        for (i, &index) in block.indices.iter().enumerate().take(block.count()) {
             let id = id_map.id(index);
             self.instance[first + i] = id.instance;
             self.triangle[first + i] = id.triangle;
@@ -110,20 +110,20 @@ impl ExactHits {
 
     /// Computes the hits of the rays of group `g` with the triangles `slots` of the table.
     #[inline(always)]
-    pub fn compute<S: Simd>(&self, packet: &RayPacket, g: usize, slots: &[u32; RAY_GROUP]) -> GroupHits {
+    pub fn compute<S: Simd>(&self, packet: &RayPacket, g: usize, slots: &[u32; RAYS_PER_GROUP]) -> GroupHits {
         let inv_t_scale = invert_power_of_two(packet.t_scale);
         let n = lookup_vectors::<S>(&self.normal, slots);
         let n = |i: usize| DVec3::new(n[0][i], n[1][i], n[2][i]);
         let shared_term = S::lookup_f64(&self.shared_term, slots);
         let varying = |i: usize| DVec3::from(per_axis(|axis| f64::from(packet.varying[axis].group(g)[i])));
-        let mut t = [0.0; RAY_GROUP];
+        let mut t = [0.0; RAYS_PER_GROUP];
         match self.shared {
-            SharedF64::Origin(_) => {
+            SharedVectorF64::Origin(_) => {
                 for (i, t) in t.iter_mut().enumerate() {
                     *t = (shared_term[i] / n(i).dot(varying(i)) * inv_t_scale) as f32;
                 }
             }
-            SharedF64::Direction(_) => {
+            SharedVectorF64::Direction(_) => {
                 let v0 = lookup_vectors::<S>(&self.vertex, slots);
                 let v0 = |i: usize| DVec3::new(v0[0][i], v0[1][i], v0[2][i]);
                 for (i, t) in t.iter_mut().enumerate() {
@@ -141,9 +141,9 @@ impl ExactHits {
 /// instructions of `S`.
 #[inline(always)]
 fn lookup_vectors<S: Simd>(
-    table: &[[f64; RAY_GROUP]; 3],
-    indices: &[u32; RAY_GROUP],
-) -> [[f64; RAY_GROUP]; 3] {
+    table: &[[f64; RAYS_PER_GROUP]; 3],
+    indices: &[u32; RAYS_PER_GROUP],
+) -> [[f64; RAYS_PER_GROUP]; 3] {
     let x = S::lookup_f64(&table[0], indices);
     let y = S::lookup_f64(&table[1], indices);
     let z = S::lookup_f64(&table[2], indices);

@@ -11,8 +11,8 @@
 use glam::Vec3;
 
 use crate::accel::bvh::bvh8::WIDTH;
-use crate::accel::packet::direction_cone::{MAX_SPREAD, Projection};
-use crate::accel::packet::per_ray::{QUAD, QUADS, RAY_GROUP};
+use crate::accel::packet::packet_frustum::{AxisProjection, MAX_SPREAD};
+use crate::accel::packet::per_ray::{GROUPS_PER_QUAD, QUADS_PER_PACKET, RAYS_PER_GROUP};
 use crate::accel::packet::ray_packet::RayPacket;
 use crate::accel::traverse::box_test::{FAR_FACTOR, NEAR_FACTOR};
 use crate::geometry::EPSILON;
@@ -60,34 +60,34 @@ pub(super) struct GroupBounds<L> {
     max: [L; 2],
     size: [L; 2],
     /// By quad and the two axes. Each group of the quad fills four lanes, for the triangles of a leaf block.
-    quad_centre: [[L; 2]; QUADS],
-    quad_half_size: [[L; 2]; QUADS],
+    quad_centre: [[L; 2]; QUADS_PER_PACKET],
+    quad_half_size: [[L; 2]; QUADS_PER_PACKET],
     /// A ray is no deeper at t than t·depth_scale + depth_shift. The shift is by quad, laid out as above.
     depth_scale: f32,
-    depth_shift: [L; QUADS],
+    depth_shift: [L; QUADS_PER_PACKET],
 }
 
 /// The depth beyond which nothing matters to a group.
 #[derive(Clone, Copy)]
 pub(super) struct FarLimit<L> {
     /// By quad. Each group fills four lanes.
-    quads: [L; QUADS],
+    quads: [L; QUADS_PER_PACKET],
     /// A group in each lane.
     groups: L,
     packet: f32,
 }
 
-impl<L: Lanes<RAY_GROUP>> GroupBounds<L> {
+impl<L: Lanes<RAYS_PER_GROUP>> GroupBounds<L> {
     /// Bounds of rays from one origin: tangents, and depths relative to the origin.
     #[inline(always)]
     pub fn of_directions<S: Simd<F32x16 = L>>(packet: &RayPacket) -> GroupBounds<L> {
-        let cone = &packet.cone;
-        let [a0, a1, b0, b1] = cone.tangents;
-        let near = packet.min_t_min::<S>() * (NEAR_FACTOR * NEAR_FACTOR / cone.max_inv_k);
+        let frustum = &packet.frustum;
+        let [a0, a1, b0, b1] = frustum.tangents;
+        let near = packet.min_t_min::<S>() * (NEAR_FACTOR * NEAR_FACTOR / frustum.max_inv_k);
         let packet_bounds = PacketBounds { min: [a0, b0], max: [a1, b1], near };
-        let mut bounds = GroupBounds::new(packet_bounds, FAR_FACTOR / cone.min_inv_k);
+        let mut bounds = GroupBounds::new(packet_bounds, FAR_FACTOR / frustum.min_inv_k);
         for q in 0..packet.quads {
-            let [a0, a1, b0, b1] = &cone.group_tangents[q];
+            let [a0, a1, b0, b1] = &frustum.group_tangents[q];
             bounds.set_quad(q, [L::load(a0), L::load(a1), L::load(b0), L::load(b1)]);
         }
         bounds.pack_groups::<S>(packet.quads);
@@ -103,7 +103,7 @@ impl<L: Lanes<RAY_GROUP>> GroupBounds<L> {
         max_coordinate: f32,
         radius: f32,
     ) -> Option<GroupBounds<L>> {
-        let axes = Projection::along(d).axes;
+        let axes = AxisProjection::along(d).axes;
         let [k, a, b] = axes;
         let slope_a = d[a] / d[k];
         let slope_b = d[b] / d[k];
@@ -120,10 +120,10 @@ impl<L: Lanes<RAY_GROUP>> GroupBounds<L> {
         let mut max = [zero - infinity; 2];
         let mut near = infinity;
         for q in 0..packet.quads {
-            let mut plane_a = [zero; QUAD];
-            let mut plane_b = [zero; QUAD];
-            let mut depth = [zero; QUAD];
-            for i in 0..QUAD {
+            let mut plane_a = [zero; GROUPS_PER_QUAD];
+            let mut plane_b = [zero; GROUPS_PER_QUAD];
+            let mut depth = [zero; GROUPS_PER_QUAD];
+            for i in 0..GROUPS_PER_QUAD {
                 let o = per_axis(|axis| L::load(&packet.varying[axes[axis]].quads[q][i]));
                 plane_a[i] = o[1] - o[0] * L::splat(slope_a);
                 plane_b[i] = o[2] - o[0] * L::splat(slope_b);
@@ -160,10 +160,10 @@ impl<L: Lanes<RAY_GROUP>> GroupBounds<L> {
             min: [zero; 2],
             max: [zero; 2],
             size: [zero; 2],
-            quad_centre: [[zero; 2]; QUADS],
-            quad_half_size: [[zero; 2]; QUADS],
+            quad_centre: [[zero; 2]; QUADS_PER_PACKET],
+            quad_half_size: [[zero; 2]; QUADS_PER_PACKET],
             depth_scale,
-            depth_shift: [zero; QUADS],
+            depth_shift: [zero; QUADS_PER_PACKET],
         }
     }
 
@@ -179,7 +179,7 @@ impl<L: Lanes<RAY_GROUP>> GroupBounds<L> {
     /// Computes the bounds with a group in each lane from those of quads.
     #[inline(always)]
     fn pack_groups<S: Simd<F32x16 = L>>(&mut self, quads: usize) {
-        for q in quads..QUADS {
+        for q in quads..QUADS_PER_PACKET {
             self.quad_centre[q] = self.quad_centre[0];
             self.quad_half_size[q] = self.quad_half_size[0];
         }
@@ -198,7 +198,7 @@ impl<L: Lanes<RAY_GROUP>> GroupBounds<L> {
     #[inline(always)]
     pub fn far_limit<S: Simd<F32x16 = L>>(&self, packet: &RayPacket) -> FarLimit<L> {
         let nothing = L::splat(f32::NEG_INFINITY);
-        let mut limit = FarLimit { quads: [nothing; QUADS], groups: nothing, packet: 0.0 };
+        let mut limit = FarLimit { quads: [nothing; QUADS_PER_PACKET], groups: nothing, packet: 0.0 };
         for q in 0..packet.quads {
             limit.quads[q] = self.quad_far_limit::<S>(packet, q);
         }
@@ -215,7 +215,7 @@ impl<L: Lanes<RAY_GROUP>> GroupBounds<L> {
         limit: &mut FarLimit<L>,
     ) {
         for q in 0..packet.quads {
-            if changed_groups >> (q * QUAD) & ((1 << QUAD) - 1) != 0 {
+            if changed_groups >> (q * GROUPS_PER_QUAD) & ((1 << GROUPS_PER_QUAD) - 1) != 0 {
                 limit.quads[q] = self.quad_far_limit::<S>(packet, q);
             }
         }
@@ -282,7 +282,7 @@ impl<L: Lanes<RAY_GROUP>> GroupBounds<L> {
     }
 }
 
-impl<L: Lanes<RAY_GROUP>> FarLimit<L> {
+impl<L: Lanes<RAYS_PER_GROUP>> FarLimit<L> {
     /// Computes the limits with a group in each lane, and that of the packet, from those of quads.
     #[inline(always)]
     fn pack_groups<S: Simd<F32x16 = L>>(&mut self) {

@@ -2,9 +2,9 @@
 
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::packet::group_bounds::{GroupBounds, LinearFunction};
-use crate::accel::packet::packet_hits::{CertainHit, PacketHits};
 use crate::accel::packet::packet_kind::PacketKind;
-use crate::accel::packet::per_ray::{QUAD, QUADS, RAY_GROUP, RAY_GROUPS};
+use crate::accel::packet::packet_query::{CertainHit, PacketQuery};
+use crate::accel::packet::per_ray::{GROUPS_PER_PACKET, GROUPS_PER_QUAD, QUADS_PER_PACKET, RAYS_PER_GROUP};
 use crate::accel::packet::prepared_triangles::PreparedTriangles;
 use crate::accel::packet::ray_packet::RayPacket;
 use crate::accel::traverse::error_bounds::{BlockErrorBounds, W_SCALE};
@@ -50,7 +50,7 @@ impl RayPacket {
         groups: u32,
         kind: &K,
         bounds: &GroupBounds<S::F32x16>,
-        hits: &mut impl PacketHits<S>,
+        hits: &mut impl PacketQuery<S>,
     ) -> u32 {
         let mut changed = 0;
         for (index, block) in blocks.iter().enumerate().skip(first as usize) {
@@ -93,23 +93,27 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
 
     /// Intersects the rays of `groups` with the triangles. Returns the groups in which anything changed.
     #[inline(always)]
-    fn intersect(&self, packet: &mut RayPacket, groups: u32, hits: &mut impl PacketHits<S>) -> u32 {
+    fn intersect(&self, packet: &mut RayPacket, groups: u32, hits: &mut impl PacketQuery<S>) -> u32 {
         let mut changed = 0;
         let mut missed = 0;
         let mut quad = usize::MAX;
         let mut remaining = groups;
         while remaining != 0 {
-            let g = remaining.trailing_zeros() as usize % RAY_GROUPS;
+            let g = remaining.trailing_zeros() as usize % GROUPS_PER_PACKET;
             remaining &= remaining - 1;
-            if g / QUAD != quad {
-                quad = g / QUAD;
+            if g / GROUPS_PER_QUAD != quad {
+                quad = g / GROUPS_PER_QUAD;
                 let edge_functions = &self.projected_edge_functions;
-                missed = self.bounds.missed_triangles(quad % QUADS, edge_functions, self.projected_error);
+                missed = self.bounds.missed_triangles(
+                    quad % QUADS_PER_PACKET,
+                    edge_functions,
+                    self.projected_error,
+                );
             }
             if packet.active[g] == 0 {
                 continue;
             }
-            let triangles = self.block.lane_mask() & !(missed >> (g % QUAD * TRIANGLE_LANES));
+            let triangles = self.block.lane_mask() & !(missed >> (g % GROUPS_PER_QUAD * TRIANGLE_LANES));
             changed |= u32::from(self.intersect_group(packet, g, triangles, hits)) << g;
         }
         changed
@@ -122,7 +126,7 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
         packet: &mut RayPacket,
         g: usize,
         mut triangles: u32,
-        hits: &mut impl PacketHits<S>,
+        hits: &mut impl PacketQuery<S>,
     ) -> bool {
         let mut changed = false;
         while triangles != 0 {
@@ -137,7 +141,7 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
             let mut uncertain = rays.uncertain;
             while uncertain != 0 {
                 let ray = uncertain.trailing_zeros() as usize;
-                hits.test_exactly(packet, g * RAY_GROUP + ray, entry, rays.inside >> ray & 1 == 1);
+                hits.test_exactly(packet, g * RAYS_PER_GROUP + ray, entry, rays.inside >> ray & 1 == 1);
                 uncertain &= uncertain - 1;
             }
         }
@@ -151,7 +155,7 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
         packet: &RayPacket,
         g: usize,
         lane: usize,
-        hits: &impl PacketHits<S>,
+        hits: &impl PacketQuery<S>,
     ) -> Option<RayCandidates<S::F32x16>> {
         let edge_functions = self.kind.edge_functions(packet, g, self.triangles, lane);
         let u = edge_functions.u;

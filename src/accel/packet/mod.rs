@@ -13,33 +13,32 @@
 //!
 //! f32 only decides what its error bounds prove. Each ray has an interval around the t of its closest hit so far.
 //! Hits that are not certainly inside or outside of a triangle, or of that interval, take the same exact test in f64
-//! as those of single rays ([`traverse::hit`]), and the t of the closest hit is computed there. So packets and single
+//! as those of single rays ([`exact_triangle_test`]), and the t of the closest hit is computed there. So packets and single
 //! rays give the same hits, to the bit.
 //!
 //! Compare Wald et al., "Ray tracing deformable scenes using dynamic bounding volume hierarchies" (2007), for packets
 //! in a BVH, and Reshetov et al., "Multi-level ray tracing algorithm" (2005), for culling by the frustum of a packet.
 //!
-//! [`traverse::hit`]: crate::accel::traverse::hit
+//! [`exact_triangle_test`]: crate::accel::traverse::exact_triangle_test
 
 mod any_hit;
 mod closest_hit;
-mod direction_cone;
 mod exact_hits;
-pub(crate) mod frustum;
 mod group_bounds;
 mod leaf;
-mod packet_hits;
+mod packet_frustum;
 mod packet_kind;
+mod packet_query;
+mod packet_traversal;
 mod per_ray;
 mod prepared_triangles;
 mod ray_packet;
 mod scratch;
 mod shared_direction;
 mod shared_origin;
-mod shared_ray;
-mod traverse;
+mod shared_vector;
 
 pub(crate) use any_hit::{PacketOcclusion, occluded};
 pub(crate) use closest_hit::intersect;
-pub(crate) use per_ray::{PACKET_SIZE, RAY_GROUP};
+pub(crate) use per_ray::{PACKET_SIZE, RAYS_PER_GROUP};
 pub(crate) use scratch::PacketScratch;

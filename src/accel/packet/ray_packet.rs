@@ -2,10 +2,12 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::packet::direction_cone::DirectionCone;
-use crate::accel::packet::per_ray::{PACKET_SIZE, PerRay, QUAD, RAY_GROUP, RAY_GROUPS, RayMask};
+use crate::accel::packet::packet_frustum::PacketFrustum;
+use crate::accel::packet::per_ray::{
+    GROUPS_PER_PACKET, GROUPS_PER_QUAD, PACKET_SIZE, PerRay, RAYS_PER_GROUP, RayMask,
+};
 use crate::accel::traverse::box_test::MIN_DIRECTION;
-use crate::accel::traverse::hit::{floor_power_of_two, invert_power_of_two};
+use crate::accel::traverse::exact_triangle_test::{floor_power_of_two, invert_power_of_two};
 use crate::geometry::EPSILON;
 use crate::simd::{Lanes, Simd, prefetch};
 
@@ -36,7 +38,7 @@ pub(super) struct RayPacket {
     /// Upper bound on the coordinates of origins, where these vary.
     pub max_coordinate: f32,
     /// Bounds on the directions, where these vary.
-    pub cone: DirectionCone,
+    pub frustum: PacketFrustum,
     /// A packet's t is this many times a caller's t. A power of two, and 1 for directions of ordinary length.
     pub t_scale: f64,
 }
@@ -50,11 +52,11 @@ impl Default for RayPacket {
             t_min: zero.clone(),
             t_max_lower: zero.clone(),
             t_max_upper: zero,
-            active: [0; RAY_GROUPS],
+            active: [0; GROUPS_PER_PACKET],
             quads: 0,
             certain_t_min: 0.0,
             max_coordinate: 0.0,
-            cone: DirectionCone::default(),
+            frustum: PacketFrustum::default(),
             t_scale: 1.0,
         }
     }
@@ -71,7 +73,7 @@ impl RayPacket {
         count: usize,
         base: Vec3,
     ) -> bool {
-        self.quads = count.div_ceil(QUAD * RAY_GROUP);
+        self.quads = count.div_ceil(GROUPS_PER_QUAD * RAYS_PER_GROUP);
         if !(origin.abs().max_element() < MAX_COORDINATE) {
             return false;
         }
@@ -80,7 +82,7 @@ impl RayPacket {
         let max_component = mean.abs().max_element();
         if max_component > UNSCALED_DIRECTIONS[0] && max_component < UNSCALED_DIRECTIONS[1] {
             self.store_directions::<S>(points, base);
-            return self.cone.bound::<S>(&self.varying, &self.reciprocal, self.quads, mean);
+            return self.frustum.bound::<S>(&self.varying, &self.reciprocal, self.quads, mean);
         }
         let max_component = points.iter().map(|p| (p - base).abs().max_element()).fold(0.0, f32::max);
         if !(max_component > MIN_DIRECTION && max_component < MAX_COORDINATE) {
@@ -89,14 +91,14 @@ impl RayPacket {
         self.t_scale = floor_power_of_two(f64::from(max_component));
         let scale = invert_power_of_two(self.t_scale) as f32;
         self.store_directions::<S>(&points.map(|p| (p - base) * scale), Vec3::ZERO);
-        self.cone.bound::<S>(&self.varying, &self.reciprocal, self.quads, mean * scale)
+        self.frustum.bound::<S>(&self.varying, &self.reciprocal, self.quads, mean * scale)
     }
 
     /// Stores directions and their reciprocals.
     #[inline(always)]
     fn store_directions<S: Simd>(&mut self, points: &[Vec3; PACKET_SIZE], base: Vec3) {
         let min_direction = S::F32x16::splat(MIN_DIRECTION);
-        for (g, points) in points.as_chunks().0.iter().enumerate().take(self.quads * QUAD) {
+        for (g, points) in points.as_chunks().0.iter().enumerate().take(self.quads * GROUPS_PER_QUAD) {
             let columns = S::deinterleave3(points);
             for axis in 0..3 {
                 let d = columns[axis] - S::F32x16::splat(base[axis]);
@@ -116,11 +118,11 @@ impl RayPacket {
         origins: &[Vec3; PACKET_SIZE],
         count: usize,
     ) -> Option<Vec3> {
-        self.quads = count.div_ceil(QUAD * RAY_GROUP);
+        self.quads = count.div_ceil(GROUPS_PER_QUAD * RAYS_PER_GROUP);
         let zero = S::F32x16::splat(0.0);
         let mut non_finite = zero;
         let mut max_coordinate = zero;
-        for (g, origins) in origins.as_chunks().0.iter().enumerate().take(self.quads * QUAD) {
+        for (g, origins) in origins.as_chunks().0.iter().enumerate().take(self.quads * GROUPS_PER_QUAD) {
             for (varying, x) in self.varying.iter_mut().zip(S::deinterleave3(origins)) {
                 x.store(varying.group_mut(g));
                 // Infinity and NaN times 0 are NaN.
@@ -148,9 +150,9 @@ impl RayPacket {
         let t_min = S::F32x16::splat(t_min * t_scale);
         let t_max = S::F32x16::splat(t_max * t_scale);
         let inactive = S::F32x16::splat(-1.0);
-        self.active = [0; RAY_GROUPS];
-        for g in 0..self.quads * QUAD {
-            let rays = count.saturating_sub(g * RAY_GROUP).min(RAY_GROUP);
+        self.active = [0; GROUPS_PER_PACKET];
+        for g in 0..self.quads * GROUPS_PER_QUAD {
+            let rays = count.saturating_sub(g * RAYS_PER_GROUP).min(RAYS_PER_GROUP);
             self.active[g] = (1 << rays) - 1;
             t_min.store(self.t_min.group_mut(g));
             let t_max = t_max.select(self.active[g], inactive);
@@ -164,7 +166,7 @@ impl RayPacket {
     #[inline(always)]
     pub fn active_groups(&self) -> u32 {
         let mut groups = 0;
-        for g in 0..RAY_GROUPS {
+        for g in 0..GROUPS_PER_PACKET {
             groups |= u32::from(self.active[g] != 0) << g;
         }
         groups
@@ -176,7 +178,7 @@ impl RayPacket {
         let centre32 = centre.as_vec3();
         let mut max = S::F32x16::splat(0.0);
         for axis in 0..3 {
-            for g in 0..self.quads * QUAD {
+            for g in 0..self.quads * GROUPS_PER_QUAD {
                 let origin = S::F32x16::load(self.varying[axis].group(g));
                 max = (origin - S::F32x16::splat(centre32[axis])).abs().max(max);
             }
@@ -190,7 +192,7 @@ impl RayPacket {
     #[inline(always)]
     pub fn min_t_min<S: Simd>(&self) -> f32 {
         let mut min = S::F32x16::load(self.t_min.group(0));
-        for g in 1..self.quads * QUAD {
+        for g in 1..self.quads * GROUPS_PER_QUAD {
             min = min.min(S::F32x16::load(self.t_min.group(g)));
         }
         min.reduce_min()
@@ -198,7 +200,7 @@ impl RayPacket {
 
     /// Ends the tracing of a ray.
     pub fn deactivate(&mut self, ray: usize) {
-        self.active[ray / RAY_GROUP] &= !(1 << (ray % RAY_GROUP));
+        self.active[ray / RAYS_PER_GROUP] &= !(1 << (ray % RAYS_PER_GROUP));
         self.t_max_lower.set(ray, -1.0);
         self.t_max_upper.set(ray, -1.0);
     }
@@ -230,5 +232,7 @@ pub(super) fn pad_to_packet<'a, T: Copy>(
 pub(super) fn prefetch_next_packet(vectors: Option<&[Vec3]>) {
     let vectors = vectors.unwrap_or_default();
     // Cache lines have 64 bytes.
-    vectors[..vectors.len().min(QUAD * RAY_GROUP)].chunks(64 / size_of::<Vec3>()).for_each(prefetch);
+    vectors[..vectors.len().min(GROUPS_PER_QUAD * RAYS_PER_GROUP)]
+        .chunks(64 / size_of::<Vec3>())
+        .for_each(prefetch);
 }

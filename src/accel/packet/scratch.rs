@@ -1,7 +1,7 @@
 //! Memory that packets of a batch are traced in, one after the other.
 
+use crate::accel::packet::packet_traversal::PacketStack;
 use crate::accel::packet::ray_packet::RayPacket;
-use crate::accel::packet::traverse::PacketStack;
 
 /// A packet and its traversal stack, reused for all packets of a batch.
 #[derive(Debug, Default)]

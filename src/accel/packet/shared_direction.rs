@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use crate::accel::bvh::bvh8::{Bvh8Node, plane_row};
 use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::packet::direction_cone::Projection;
 use crate::accel::packet::group_bounds::{LinearFunction, ProjectedBoxes};
+use crate::accel::packet::packet_frustum::AxisProjection;
 use crate::accel::packet::packet_kind::{BoxPlanes, PacketKind};
 use crate::accel::packet::prepared_triangles::{EdgeFunctions, PreparedTriangles};
 use crate::accel::packet::ray_packet::RayPacket;
@@ -24,7 +24,7 @@ const V0: usize = 3;
 /// Rays along one direction.
 pub(super) struct SharedDirection {
     d: Vec3,
-    projection: Projection,
+    projection: AxisProjection,
     reciprocal: Vec3,
     bounds: EdgeFunctionBounds,
     /// Bounds for projected edge functions, which are relative to the world's origin instead of a ray's.
@@ -38,7 +38,7 @@ impl SharedDirection {
         let bounds = |max_distance: f64| EdgeFunctionBounds::new(d.as_dvec3().length(), max_distance, 0.0);
         SharedDirection {
             d,
-            projection: Projection::along(d),
+            projection: AxisProjection::along(d),
             reciprocal: direction_reciprocal(d),
             bounds: bounds(max_distance),
             projected_bounds: bounds(8.0 * (max_distance + f64::from(max_coordinate))),

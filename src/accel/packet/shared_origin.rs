@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use crate::accel::bvh::bvh8::{Bvh8Node, plane_row};
 use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::packet::direction_cone::Projection;
 use crate::accel::packet::group_bounds::{LinearFunction, ProjectedBoxes};
+use crate::accel::packet::packet_frustum::AxisProjection;
 use crate::accel::packet::packet_kind::{BoxPlanes, PacketKind};
 use crate::accel::packet::prepared_triangles::{EdgeFunctions, PreparedTriangles};
 use crate::accel::packet::ray_packet::RayPacket;
@@ -27,7 +27,7 @@ const W: usize = 3;
 /// Rays from one origin.
 pub(super) struct SharedOrigin {
     pub o: Vec3,
-    pub projection: Projection,
+    pub projection: AxisProjection,
     /// The least 1/|k| of directions with component k along the major axis.
     pub min_inv_k: f32,
     pub bounds: EdgeFunctionBounds,

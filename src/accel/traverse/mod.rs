@@ -3,9 +3,9 @@
 
 pub(crate) mod box_test;
 pub(crate) mod bvh8_traversal;
+pub(crate) mod conservative_triangle_test;
 pub(crate) mod error_bounds;
-pub(crate) mod hit;
+pub(crate) mod exact_triangle_test;
 pub(crate) mod query;
-pub(crate) mod transmittance;
+pub(crate) mod translucent_hits;
 pub(crate) mod traversal_stats;
-pub(crate) mod triangle_test;

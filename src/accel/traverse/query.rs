@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 
 use glam::Vec3;
 
-use crate::accel::build::surface_flags::SurfaceFlags;
+use crate::accel::bvh::surface_flags::SurfaceFlags;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::ray_batch::AnyHitFilter;
-use crate::accel::traverse::transmittance::Transmittance;
+use crate::accel::ray_batch::HitFilter;
+use crate::accel::traverse::translucent_hits::Transmittance;
 use crate::geometry::{Hit, HitId};
 use crate::scene::SurfaceClass;
 
@@ -57,11 +57,11 @@ pub(crate) trait RayQuery {
     }
 
     /// An opaque hit before this t ends the query, whichever triangle it is.
-    fn early_out_t_max(&self) -> Option<f32>;
+    fn early_exit_t_max(&self) -> Option<f32>;
 
     /// Reports that the ray certainly hits an unfiltered triangle ([`Triangle4::unfiltered_mask`]) before
-    /// [`RayQuery::early_out_t_max`]. Returns true where that ends the query.
-    fn early_out(&mut self, block: &Triangle4, lane: usize, ids: CoincidentIds<'_>) -> bool;
+    /// [`RayQuery::early_exit_t_max`]. Returns true where that ends the query.
+    fn early_exit(&mut self, block: &Triangle4, lane: usize, ids: CoincidentIds<'_>) -> bool;
 
     /// Reports that the ray hits the triangles `ids` at `t`, on their back face with `back`. Breaks where that ends
     /// the query.
@@ -79,7 +79,7 @@ pub(crate) trait RayQuery {
 pub(crate) struct RayContext<'a> {
     pub o: Vec3,
     pub d: Vec3,
-    pub filter: &'a dyn AnyHitFilter,
+    pub filter: &'a dyn HitFilter,
 }
 
 impl RayContext<'_> {
@@ -111,12 +111,12 @@ impl RayQuery for ClosestHit<'_> {
     }
 
     #[inline(always)]
-    fn early_out_t_max(&self) -> Option<f32> {
+    fn early_exit_t_max(&self) -> Option<f32> {
         None
     }
 
     #[inline(always)]
-    fn early_out(&mut self, _: &Triangle4, _: usize, _: CoincidentIds<'_>) -> bool {
+    fn early_exit(&mut self, _: &Triangle4, _: usize, _: CoincidentIds<'_>) -> bool {
         false
     }
 
@@ -180,12 +180,12 @@ impl RayQuery for AnyHit<'_, '_> {
     }
 
     #[inline(always)]
-    fn early_out_t_max(&self) -> Option<f32> {
+    fn early_exit_t_max(&self) -> Option<f32> {
         Some(self.t_max)
     }
 
     #[inline(always)]
-    fn early_out(&mut self, block: &Triangle4, lane: usize, ids: CoincidentIds<'_>) -> bool {
+    fn early_exit(&mut self, block: &Triangle4, lane: usize, ids: CoincidentIds<'_>) -> bool {
         self.occluded = block.opaque_mask() >> lane & 1 == 1 && ids.iter().all(|id| id != self.source);
         self.occluded
     }

@@ -14,10 +14,10 @@ use crate::accel::bvh::blas::{Blas, box_limit};
 use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, Octant, WIDTH};
 use crate::accel::bvh::instance::BlasInstance;
 use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::ray_batch::{AnyHitFilter, RayBatch};
+use crate::accel::ray_batch::{HitFilter, RayBatch};
 use crate::accel::traverse::box_test::{NEAR_FACTOR, OrderedNodeTest, direction_reciprocal};
 use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
-use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
 use crate::geometry::{EPSILON, Hit, HitId};
 
@@ -34,7 +34,7 @@ pub struct TraversalStats {
 pub(crate) fn intersect_with_stats(
     bvh: &SceneBvh,
     rays: &RayBatch,
-    filter: &dyn AnyHitFilter,
+    filter: &dyn HitFilter,
 ) -> Vec<(Hit, TraversalStats)> {
     let blases: Vec<&Blas> = bvh.meshes.values().collect();
     let mut stack = TraversalStack::default();

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::accel::AnyHitFilter;
+use crate::accel::HitFilter;
 use crate::geometry::{HitId, Ray, Rgb};
 use crate::integrator::material::opacity::{alpha, transmittance};
 use crate::integrator::surface::texture_eval::TextureEvalContext;
@@ -12,7 +12,7 @@ use crate::scene::PosedScene;
 /// Filters hits by the materials of a scene.
 pub struct MaterialHitFilter<'a>(pub &'a PosedScene<'a>);
 
-impl AnyHitFilter for MaterialHitFilter<'_> {
+impl HitFilter for MaterialHitFilter<'_> {
     fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
         let ctx = TextureEvalContext::at(self.0, id, Ray { o, d });
         let material = ctx.triangle.mesh.material;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use arbitrary::{Result, Unstructured};
-use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Coherence, Preset, RayBatch, SegmentBatch};
+use blinn::accel::{Accel, BuildSettings, Coherence, HitFilter, Preset, RayBatch, ShadowRayBatch};
 use blinn::geometry::HitId;
 use blinn::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
@@ -49,7 +49,7 @@ fn vector(u: &mut Unstructured) -> Result<Vec3> {
 
 struct Whole;
 
-impl AnyHitFilter for Whole {
+impl HitFilter for Whole {
     fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
         true
     }
@@ -95,7 +95,7 @@ fn answers_agree(u: &mut Unstructured) -> Result<bool> {
     assert_eq!(cleaned, same);
     let origin = place(u)?;
     let mut rays = RayBatch { coherence: Coherence::Origin(origin), ..RayBatch::default() };
-    let mut shadows = SegmentBatch { coherence: Coherence::None, ..SegmentBatch::default() };
+    let mut shadows = ShadowRayBatch { coherence: Coherence::None, ..ShadowRayBatch::default() };
     for _ in 0..u.int_in_range(1..=64)? {
         let to = place(u)?;
         rays.push(origin, to);

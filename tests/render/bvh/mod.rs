@@ -4,7 +4,7 @@ mod queries;
 mod transmittance;
 mod update;
 
-use blinn::accel::{Accel, Coherence, FlattenBudget, RayBatch, SegmentBatch};
+use blinn::accel::{Accel, Coherence, FlattenBudget, RayBatch, ShadowRayBatch};
 use blinn::geometry::{Hit, HitId};
 use blinn::scene::{
     Animation, Channel, ChannelTarget, Interpolation, Keyframes, PosedScene, Scene, SurfaceClass,
@@ -139,8 +139,8 @@ fn layers(accel: &Accel, rays: &[(Vec3, Vec3)], cull: bool, shared: Coherence) -
     found
 }
 
-fn segments(rays: &[(Vec3, Vec3)]) -> SegmentBatch {
-    let mut segments = SegmentBatch::default();
+fn segments(rays: &[(Vec3, Vec3)]) -> ShadowRayBatch {
+    let mut segments = ShadowRayBatch::default();
     for (o, d) in rays {
         segments.push(*o, *o + *d * 0.8, HitId { instance: 0, triangle: 0 });
     }

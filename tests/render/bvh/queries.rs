@@ -1,7 +1,7 @@
 //! Closest hits, layers and occlusion: single rays, packets and the counting traversal.
 
 use blinn::accel::{
-    Accel, BuildSettings, Coherence, FlattenBudget, Preset, RayBatch, SegmentBatch, SimdLevel,
+    Accel, BuildSettings, Coherence, FlattenBudget, Preset, RayBatch, ShadowRayBatch, SimdLevel,
 };
 use blinn::geometry::HitId;
 use blinn::scene::{PoseSettings, PosedScene, Scene, SurfaceClass, pose};
@@ -143,7 +143,7 @@ fn packets_answer_as_single_rays_do() {
                 assert_eq!(together, bits(&layers(&single, &rays, cull, Coherence::None)), "{context}");
                 // Towards the light where the rays share one.
                 let segments = |rays: &[(Vec3, Vec3)]| {
-                    let mut segments = SegmentBatch { coherence: shared, ..SegmentBatch::default() };
+                    let mut segments = ShadowRayBatch { coherence: shared, ..ShadowRayBatch::default() };
                     for &(o, d) in rays {
                         let source = HitId { instance: 0, triangle: 3 };
                         match shared {
@@ -191,7 +191,7 @@ fn only_the_source_triangle_itself_is_skipped() {
             for triangle in 0..single {
                 let corners = square.triangles[triangle as usize].map(|v| square.positions[v as usize]);
                 let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-                let mut segments = SegmentBatch { coherence: Coherence::None, ..SegmentBatch::default() };
+                let mut segments = ShadowRayBatch { coherence: Coherence::None, ..ShadowRayBatch::default() };
                 // Through the triangle alone, without and with its id, and on through the second instance.
                 let [above, below] = [0.5, -0.5].map(|z| centre + Vec3::Z * z);
                 let id = |instance, triangle| HitId { instance, triangle };

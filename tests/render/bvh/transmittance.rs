@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use blinn::accel::{Accel, AnyHitFilter, BuildSettings, Coherence, Preset, SegmentBatch};
+use blinn::accel::{Accel, BuildSettings, Coherence, HitFilter, Preset, ShadowRayBatch};
 use blinn::geometry::HitId;
 use blinn::integrator::MaterialHitFilter;
 use blinn::scene::{ColorInput, Material, ScalarInput, Scene, SurfaceClass, Volume};
@@ -14,7 +14,7 @@ use crate::common::scenes::{self, Rng};
 /// Every surface transmits half of the light.
 struct Halved;
 
-impl AnyHitFilter for Halved {
+impl HitFilter for Halved {
     fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
         true
     }
@@ -28,7 +28,7 @@ impl AnyHitFilter for Halved {
 #[derive(Default)]
 struct Counted(AtomicUsize);
 
-impl AnyHitFilter for Counted {
+impl HitFilter for Counted {
     fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
         Halved.accepts(id, o, d)
     }
@@ -61,7 +61,7 @@ fn transmittance_stops_where_no_light_is_left() {
             let settings = BuildSettings { preset: Preset::Medium, simd, flatten };
             let accel = Accel::build(&posed, &settings).0;
             for shared in [Coherence::None, Coherence::Origin(light), Coherence::Direction(-Vec3::Z)] {
-                let mut segments = SegmentBatch { coherence: shared, ..SegmentBatch::default() };
+                let mut segments = ShadowRayBatch { coherence: shared, ..ShadowRayBatch::default() };
                 (0..40).for_each(|i| segments.push(far + Vec3::X * 0.01 * i as f32, light, HitId::NONE));
                 let (asked, mut free) = (Counted::default(), Vec::new());
                 accel.transmittance(&segments, &asked, &mut free);
@@ -123,7 +123,7 @@ fn a_translucent_sheet_is_one_layer_also_at_edges() {
                     }
                 }
                 let mut segments =
-                    SegmentBatch { coherence: Coherence::Origin(eye), ..SegmentBatch::default() };
+                    ShadowRayBatch { coherence: Coherence::Origin(eye), ..ShadowRayBatch::default() };
                 from_eye.iter().for_each(|&(o, d)| segments.push(o + 2.0 * d, eye, HitId::NONE));
                 let mut light = Vec::new();
                 accel.transmittance(&segments, &Halved, &mut light);
@@ -171,7 +171,7 @@ fn bodies_absorb_by_distance() {
             let at = |x: f64, z: f64| (DVec3::new(x, 0.2, z) - posed.centre).as_vec3();
             let (from, light) = (at(x0, z0), at(x1, z1));
             for coherence in [Coherence::None, Coherence::Origin(light)] {
-                let mut segments = SegmentBatch { coherence, ..SegmentBatch::default() };
+                let mut segments = ShadowRayBatch { coherence, ..ShadowRayBatch::default() };
                 (0..20).for_each(|_| segments.push(from, light, HitId::NONE));
                 let mut left = Vec::new();
                 accel.transmittance(&segments, &MaterialHitFilter(&posed), &mut left);

@@ -4,15 +4,15 @@ use rayon::iter::ParallelIterator;
 use super::*;
 use crate::accel::build::input_triangles::{InputTriangle, filter_triangles};
 use crate::accel::build::morton_clusters::MortonClusters;
-use crate::accel::build::surface_flags::SurfaceFlags;
+use crate::accel::bvh::surface_flags::SurfaceFlags;
 
-fn triangle_refs(triangles: &[[Vec3; 3]]) -> Vec<TriangleRef> {
+fn triangle_refs(triangles: &[[Vec3; 3]]) -> Vec<BuildTriangle> {
     let flags = SurfaceFlags::default();
     filter_triangles(triangles.len(), |i| InputTriangle { vertices: triangles[i], flags }).0
 }
 
 /// Makes one cluster of all triangles.
-fn single_cluster(all: &[TriangleRef]) -> ClusterPrims {
+fn single_cluster(all: &[BuildTriangle]) -> ClusterPrims {
     let clusters = MortonClusters::new(all, usize::MAX);
     let mut made: Vec<ClusterPrims> = clusters.par_iter().map(|keys| ClusterPrims::new(all, keys)).collect();
     assert_eq!(made.len(), 1);
@@ -51,7 +51,7 @@ fn halves_of_quads_share_a_box_and_each_triangle_is_in_one_box() {
                 found.extend(triangles);
             }
             BoxPrims::Many(i) => {
-                found.extend(cluster.equal_boxes[*i as usize].iter().map(|triangle| triangle.id));
+                found.extend(cluster.equal_boxes[*i as usize].iter().map(|triangle| triangle.index));
             }
         }
     }

@@ -1,23 +1,10 @@
-//! Surface flags of triangles, by their material: opaque, alpha tested or translucent; single sided or not.
+//! Surface flags of a mesh's triangles, by its material and its textures' alpha.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::accel::bvh::surface_flags::SurfaceFlags;
 use crate::scene::{Material, OpaqueTriangles, PosedScene, SurfaceClass};
-
-/// Properties of a triangle's surface that rays test.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct SurfaceFlags {
-    pub class: SurfaceClass,
-    pub single_sided: bool,
-    /// True where the front face is seen by rays that run along the vertices' normal, not against it.
-    pub reversed: bool,
-}
-
-impl SurfaceFlags {
-    pub const OPAQUE: SurfaceFlags =
-        SurfaceFlags { class: SurfaceClass::Opaque, single_sided: false, reversed: false };
-}
 
 /// The surface flags of a mesh's triangles.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,12 +1,12 @@
 //! BVH traversal of a ray packet.
 
 use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::bvh8::{Bvh8Node, LEAF_BIT, Octant, SLOTS_ASCENDING, SLOTS_DESCENDING, WIDTH};
+use crate::accel::bvh::bvh8::{Bvh8Node, LEAF_BIT, Octant, SLOTS_IN_ORDER, SLOTS_REVERSED, WIDTH};
 use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::packet::group_bounds::{FarLimit, GroupBounds, ProjectedBox, ProjectedBoxes};
-use crate::accel::packet::packet_hits::PacketHits;
 use crate::accel::packet::packet_kind::PacketKind;
-use crate::accel::packet::per_ray::{RAY_GROUP, RAY_GROUPS, RayMask};
+use crate::accel::packet::packet_query::PacketQuery;
+use crate::accel::packet::per_ray::{GROUPS_PER_PACKET, RAYS_PER_GROUP, RayMask};
 use crate::accel::packet::ray_packet::RayPacket;
 use crate::simd::{Lanes, OutlinedKernel, Simd, prefetch_all_lines};
 
@@ -84,7 +84,7 @@ pub(super) struct TraversePacketKernel<'a, S: Simd, K, H> {
     pub stack: &'a mut PacketStack,
 }
 
-impl<S: Simd, K: PacketKind<S>, H: PacketHits<S>> OutlinedKernel<S> for TraversePacketKernel<'_, S, K, H> {
+impl<S: Simd, K: PacketKind<S>, H: PacketQuery<S>> OutlinedKernel<S> for TraversePacketKernel<'_, S, K, H> {
     type Output = ();
 
     #[inline(always)]
@@ -164,7 +164,7 @@ struct EnteringRays {
     count: u32,
 }
 
-impl<'a, S: Simd, K: PacketKind<S>, H: PacketHits<S>> PacketTraversal<'a, S, K, H> {
+impl<'a, S: Simd, K: PacketKind<S>, H: PacketQuery<S>> PacketTraversal<'a, S, K, H> {
     /// Pushes the children of a node that any ray may enter.
     #[inline(always)]
     fn push_children(&mut self, NodeVisit { node: index, groups }: NodeVisit) {
@@ -178,8 +178,8 @@ impl<'a, S: Simd, K: PacketKind<S>, H: PacketHits<S>> PacketTraversal<'a, S, K, 
         entry.node = index;
         entry.groups = groups;
         entry.remaining = children.count_ones();
-        let order = if self.by_occlusion_priority { SLOTS_DESCENDING } else { node.order(self.octant) };
-        S::permute_compress(children, order, boxes.near, &SLOTS_ASCENDING, &mut entry.near, &mut entry.slots);
+        let order = if self.by_occlusion_priority { SLOTS_REVERSED } else { node.order(self.octant) };
+        S::permute_compress(children, order, boxes.near, &SLOTS_IN_ORDER, &mut entry.near, &mut entry.slots);
         for axis in 0..2 {
             boxes.min[axis].store(&mut entry.min[axis]);
             boxes.max[axis].store(&mut entry.max[axis]);
@@ -265,12 +265,12 @@ impl<'a, S: Simd, K: PacketKind<S>, H: PacketHits<S>> PacketTraversal<'a, S, K, 
     fn intersect_box(&self, visit: &ChildVisit, mut groups_by_ray: u32) -> EnteringRays {
         let planes = self.kind.box_planes(visit.parent, visit.slot);
         let mut entering = EnteringRays {
-            rays: [0; RAY_GROUPS],
+            rays: [0; GROUPS_PER_PACKET],
             groups: visit.groups,
-            count: (visit.groups & !groups_by_ray).count_ones() * RAY_GROUP as u32,
+            count: (visit.groups & !groups_by_ray).count_ones() * RAYS_PER_GROUP as u32,
         };
         while groups_by_ray != 0 {
-            let g = groups_by_ray.trailing_zeros() as usize % RAY_GROUPS;
+            let g = groups_by_ray.trailing_zeros() as usize % GROUPS_PER_PACKET;
             groups_by_ray &= groups_by_ray - 1;
             let rays = self.kind.intersect_box(self.packet, g, &planes) & self.packet.active[g];
             entering.rays[g] = rays;
@@ -286,11 +286,11 @@ impl<'a, S: Simd, K: PacketKind<S>, H: PacketHits<S>> PacketTraversal<'a, S, K, 
         let mut changed = 0;
         let mut groups = entering.groups;
         while groups != 0 {
-            let g = groups.trailing_zeros() as usize % RAY_GROUPS;
+            let g = groups.trailing_zeros() as usize % GROUPS_PER_PACKET;
             groups &= groups - 1;
             let mut rays = entering.rays[g];
             while rays != 0 {
-                let ray = g * RAY_GROUP + rays.trailing_zeros() as usize;
+                let ray = g * RAYS_PER_GROUP + rays.trailing_zeros() as usize;
                 changed |= u32::from(self.hits.trace_single(self.packet, ray, child)) << g;
                 rays &= rays - 1;
             }
@@ -305,7 +305,7 @@ impl<'a, S: Simd, K: PacketKind<S>, H: PacketHits<S>> PacketTraversal<'a, S, K, 
             return false;
         }
         self.bounds.update_far_limit::<S>(self.packet, changed_groups, &mut self.far_limit);
-        self.packet.active == [0; RAY_GROUPS]
+        self.packet.active == [0; GROUPS_PER_PACKET]
     }
 }
 

@@ -24,8 +24,8 @@ mod tests;
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::build::canonical_triangle::MIN_PADDING;
 use crate::accel::bvh::aabb::Aabb;
+use crate::accel::bvh::canonical_triangle::MIN_PADDING;
 use crate::geometry::EPSILON;
 
 /// An edge function in f64 counts as zero up to this multiple of the product of its factors' magnitudes.

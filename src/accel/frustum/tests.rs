@@ -4,14 +4,14 @@ use super::*;
 use crate::accel::SimdLevel;
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::bvh8::LEAF_BIT;
-use crate::accel::bvh::huge_pages::HugePageVec;
+use crate::accel::bvh::huge_pages::HugePageArray;
 
 /// A BVH of small boxes around `points`.
 fn bvh(points: &[Vec3]) -> Bvh8 {
     let leaf = |&p: &Vec3| (Aabb { min: p - 0.01, max: p + 0.01 }, LEAF_BIT);
     let leaves: Vec<(Aabb, u32)> = points.iter().map(leaf).collect();
     let bounds = Aabb::union_of(leaves.iter().map(|(bounds, _)| *bounds));
-    let nodes = HugePageVec::from_parts(&[leaves], |_| 1, |leaves, to| to.fill(Bvh8Node::new(leaves)));
+    let nodes = HugePageArray::from_parts(&[leaves], |_| 1, |leaves, to| to.fill(Bvh8Node::new(leaves)));
     Bvh8 { nodes, root: Some(0), bounds, ..Bvh8::default() }
 }
 

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 
 use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::traverse::error_bounds::{EdgeFunctionBounds, W_SCALE};
-use crate::accel::traverse::hit::LocalRay;
+use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::geometry::EPSILON;
 use crate::simd::vec3::{Vec3Lanes, cross, dot, splat, sub};
 use crate::simd::{Lanes, Simd};
@@ -22,8 +22,8 @@ pub(crate) struct TriangleTestRay {
     d: Vec3,
     bounds: EdgeFunctionBounds,
     /// Certain hits between these, in the ray's own parameter, may end the query early.
-    early_out_t_min: f32,
-    early_out_t_max: f32,
+    early_exit_t_min: f32,
+    early_exit_t_max: f32,
 }
 
 /// The triangles of a block that a ray may hit, as lane masks.
@@ -33,27 +33,27 @@ pub(crate) struct Candidates {
     pub possible: u32,
     /// The triangles among them that the line of the ray certainly passes through.
     pub certain: u32,
-    /// The hits among them that are certainly within the early-out interval.
-    pub early_out: u32,
+    /// The hits among them that are certainly within the early-exit interval.
+    pub early_exit: u32,
 }
 
 impl TriangleTestRay {
-    /// Prepares a ray for triangles within `radius` of `centre`. Certain hits before `early_out_t_max` are marked
-    /// in [`Candidates::early_out`]; none are without it.
+    /// Prepares a ray for triangles within `radius` of `centre`. Certain hits before `early_exit_t_max` are marked
+    /// in [`Candidates::early_exit`]; none are without it.
     #[inline(always)]
-    pub fn new(ray: &LocalRay, centre: DVec3, radius: f64, early_out_t_max: Option<f32>) -> TriangleTestRay {
+    pub fn new(ray: &LocalRay, centre: DVec3, radius: f64, early_exit_t_max: Option<f32>) -> TriangleTestRay {
         let o = ray.o.as_vec3();
         let d = ray.d.as_vec3();
         let max_distance = ray.o.distance(centre) + radius;
         let rounded_origin = if o.as_dvec3() == ray.o { 0.0 } else { ray.o.length() };
         // A hit so near the light that 1 − t rounds to 1 does not occlude.
-        let early_out_t_min = if ray.from_light { ray.local_t(LIGHT_MARGIN) } else { 0.0 };
+        let early_exit_t_min = if ray.from_light { ray.local_t(LIGHT_MARGIN) } else { 0.0 };
         TriangleTestRay {
             o,
             d,
             bounds: EdgeFunctionBounds::new(ray.d.length(), max_distance, rounded_origin),
-            early_out_t_min,
-            early_out_t_max: early_out_t_max.map_or(-1.0, |t| ray.local_t(t) * (1.0 - 8.0 * EPSILON)),
+            early_exit_t_min,
+            early_exit_t_max: early_exit_t_max.map_or(-1.0, |t| ray.local_t(t) * (1.0 - 8.0 * EPSILON)),
         }
     }
 
@@ -92,9 +92,9 @@ impl TriangleTestRay {
         let out_of_range = (det * S::F32x4::splat(t_max)).lt(depth_min) | depth_max.lt(S::F32x4::splat(0.0));
         possible &= !(out_of_range & sign_is_certain);
         let certain = possible & sign_is_certain & (error.lt(min) | max.lt(negative_error));
-        let early_out = certain
-            & (det * S::F32x4::splat(self.early_out_t_min)).lt(depth_min)
-            & depth_max.lt(det * S::F32x4::splat(self.early_out_t_max));
-        Candidates { possible, certain, early_out }
+        let early_exit = certain
+            & (det * S::F32x4::splat(self.early_exit_t_min)).lt(depth_min)
+            & depth_max.lt(det * S::F32x4::splat(self.early_exit_t_max));
+        Candidates { possible, certain, early_exit }
     }
 }

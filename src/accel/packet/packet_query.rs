@@ -8,7 +8,7 @@ use crate::accel::packet::ray_packet::RayPacket;
 use crate::simd::Simd;
 
 /// Receives the hits of a packet.
-pub(super) trait PacketHits<S: Simd> {
+pub(super) trait PacketQuery<S: Simd> {
     /// True where back faces of single-sided triangles are culled.
     fn culls_back_faces(&self) -> bool;
 

@@ -1,8 +1,8 @@
-//! Bounds on the directions of a packet whose rays share an origin.
+//! The frustum of a ray packet from one origin: bounds on the directions of all rays and of each group.
 
 use glam::Vec3;
 
-use crate::accel::packet::per_ray::{PerRay, QUAD, QUADS, RAY_GROUP};
+use crate::accel::packet::per_ray::{GROUPS_PER_QUAD, PerRay, QUADS_PER_PACKET, RAYS_PER_GROUP};
 use crate::geometry::EPSILON;
 use crate::simd::{Lanes, Simd};
 
@@ -15,37 +15,38 @@ const MIN_INV_K: f32 = 1.0 / 65536.0;
 
 /// Axis-aligned projection along a direction.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Projection {
-    /// The major axis k, along which the direction is longest, and the two others, a and b.
+pub(super) struct AxisProjection {
+    /// The major axis, along which the direction is longest (k in names of variables), and the two others, a and b.
     pub axes: [usize; 3],
     /// The sign of the direction along the major axis.
     pub sign: f32,
 }
 
-impl Projection {
-    pub fn along(direction: Vec3) -> Projection {
+impl AxisProjection {
+    pub fn along(direction: Vec3) -> AxisProjection {
         let abs = direction.abs();
-        let k = if abs.x >= abs.y && abs.x >= abs.z { 0 } else { usize::from(abs.z > abs.y) + 1 };
-        Projection { axes: [k, (k + 1) % 3, (k + 2) % 3], sign: if direction[k] < 0.0 { -1.0 } else { 1.0 } }
+        let major = if abs.x >= abs.y && abs.x >= abs.z { 0 } else { usize::from(abs.z > abs.y) + 1 };
+        let sign = if direction[major] < 0.0 { -1.0 } else { 1.0 };
+        AxisProjection { axes: [major, (major + 1) % 3, (major + 2) % 3], sign }
     }
 }
 
-/// Bounds on the directions of all rays and of each group, as tangents: the components along a and b divided by the
-/// absolute value of that along k.
+/// The frustum of all rays and that of each group, as tangents: the components of directions along a and b divided by
+/// the absolute value of that along the major axis.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct DirectionCone {
-    pub projection: Projection,
+pub(super) struct PacketFrustum {
+    pub projection: AxisProjection,
     /// Bounds of all tangents, rounding included: min and max along a, min and max along b.
     pub tangents: [f32; 4],
     /// The same for each group, by quad. Each group fills four lanes.
-    pub group_tangents: [[[f32; RAY_GROUP]; 4]; QUADS],
+    pub group_tangents: [[[f32; RAYS_PER_GROUP]; 4]; QUADS_PER_PACKET],
     /// The least and the greatest 1/|k|.
     pub min_inv_k: f32,
     pub max_inv_k: f32,
     pub mean: Vec3,
 }
 
-impl DirectionCone {
+impl PacketFrustum {
     /// Computes the bounds of `quads` quads of directions with known reciprocals; `mean` is about the mean
     /// direction. Returns false where the directions spread too far, differ too much in length or are not finite.
     #[inline(always)]
@@ -56,7 +57,7 @@ impl DirectionCone {
         quads: usize,
         mean: Vec3,
     ) -> bool {
-        let projection = Projection::along(mean);
+        let projection = AxisProjection::along(mean);
         let [k, a, b] = projection.axes;
         let zero = S::F32x16::splat(0.0);
         let infinity = S::F32x16::splat(f32::INFINITY);
@@ -66,9 +67,9 @@ impl DirectionCone {
         let mut max = [zero - infinity; 2];
         let mut sum = zero;
         for q in 0..quads {
-            let mut tangents_a = [zero; QUAD];
-            let mut tangents_b = [zero; QUAD];
-            for i in 0..QUAD {
+            let mut tangents_a = [zero; GROUPS_PER_QUAD];
+            let mut tangents_b = [zero; GROUPS_PER_QUAD];
+            for i in 0..GROUPS_PER_QUAD {
                 let inv_k = S::F32x16::load(&reciprocals[k].quads[q][i]) * S::F32x16::splat(projection.sign);
                 min_inv_k = min_inv_k.min(inv_k);
                 max_inv_k = max_inv_k.max(inv_k);
@@ -95,7 +96,7 @@ impl DirectionCone {
         let min_inv_k = min_inv_k.reduce_min();
         let max_inv_k = max_inv_k.reduce_max();
         // Minima and maxima may lose NaN; a sum does not.
-        let finite = sum.le(infinity) == (1 << RAY_GROUP) - 1;
+        let finite = sum.le(infinity) == (1 << RAYS_PER_GROUP) - 1;
         let similar_lengths = min_inv_k > MIN_INV_K && max_inv_k < 1.0 / MIN_INV_K;
         let tangents = [min[0].reduce_min(), max[0].reduce_max(), min[1].reduce_min(), max[1].reduce_max()];
         let [a0, a1, b0, b1] = tangents;
@@ -133,7 +134,7 @@ impl DirectionCone {
 
 /// Returns an upper bound on the rounding error of a tangent.
 #[inline(always)]
-fn tangent_error<L: Lanes<RAY_GROUP>>(tangent: L) -> L {
+fn tangent_error<L: Lanes<RAYS_PER_GROUP>>(tangent: L) -> L {
     let margin = L::splat(8.0 * EPSILON);
     tangent.abs().mul_add(margin, margin)
 }

@@ -5,17 +5,17 @@ use glam::Vec3;
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::bvh8::Octant;
 use crate::accel::packet::group_bounds::GroupBounds;
-use crate::accel::packet::packet_hits::PacketHits;
+use crate::accel::packet::packet_query::PacketQuery;
+use crate::accel::packet::packet_traversal::{PacketStack, TraversePacketKernel};
 use crate::accel::packet::ray_packet::RayPacket;
 use crate::accel::packet::shared_direction::SharedDirection;
 use crate::accel::packet::shared_origin::SharedOrigin;
-use crate::accel::packet::traverse::{PacketStack, TraversePacketKernel};
 use crate::accel::traverse::error_bounds::EdgeFunctionBounds;
 use crate::simd::Simd;
 
 /// The origin or direction that the rays of a packet share. Directions are divided by the packet's `t_scale`.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum SharedRay {
+pub(super) enum SharedVector {
     Origin(Vec3),
     Direction(Vec3),
 }
@@ -23,26 +23,26 @@ pub(super) enum SharedRay {
 impl RayPacket {
     /// Traces the packet through a BVH. Returns false, without any hits, where its rays spread too far.
     #[inline(always)]
-    pub fn trace<S: Simd, H: PacketHits<S>>(
+    pub fn trace<S: Simd, H: PacketQuery<S>>(
         &mut self,
         blas: &Blas,
-        shared: &SharedRay,
+        shared: &SharedVector,
         hits: &mut H,
         stack: &mut PacketStack,
     ) -> bool {
         match *shared {
-            SharedRay::Origin(o) => {
-                let cone = &self.cone;
+            SharedVector::Origin(o) => {
+                let frustum = &self.frustum;
                 let max_distance = o.as_dvec3().distance(blas.centre) + blas.radius;
                 let kind = SharedOrigin {
                     o,
-                    projection: cone.projection,
-                    min_inv_k: cone.min_inv_k,
-                    bounds: EdgeFunctionBounds::new(cone.max_length(), max_distance, 0.0),
-                    near_sides: cone.near_sides(),
+                    projection: frustum.projection,
+                    min_inv_k: frustum.min_inv_k,
+                    bounds: EdgeFunctionBounds::new(frustum.max_length(), max_distance, 0.0),
+                    near_sides: frustum.near_sides(),
                 };
                 let bounds = GroupBounds::of_directions::<S>(self);
-                let octant = Octant::of(cone.mean);
+                let octant = Octant::of(frustum.mean);
                 S::call_outlined(TraversePacketKernel {
                     packet: self,
                     blas,
@@ -53,7 +53,7 @@ impl RayPacket {
                     stack,
                 });
             }
-            SharedRay::Direction(d) => {
+            SharedVector::Direction(d) => {
                 let max_coordinate = blas.max_coordinate();
                 let radius = blas.radius;
                 let Some(bounds) = GroupBounds::of_origins::<S>(self, d, max_coordinate, radius as f32)

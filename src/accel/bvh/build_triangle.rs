@@ -1,0 +1,30 @@
+//! A triangle in a BVH build, before it is packed into a leaf block.
+
+use obvhs::Boundable;
+use obvhs::aabb::Aabb as ObvhsAabb;
+
+use crate::accel::bvh::canonical_triangle::CanonicalTriangle;
+use crate::accel::bvh::surface_flags::SurfaceFlags;
+
+/// A triangle in the build: canonical, with its flags and index.
+#[derive(Clone, Copy)]
+pub(crate) struct BuildTriangle {
+    pub triangle: CanonicalTriangle,
+    pub flags: SurfaceFlags,
+    /// Index of the triangle in the input, or a mark and the index of a set of coincident triangles ([`COINCIDENT`]).
+    ///
+    /// [`COINCIDENT`]: crate::accel::bvh::triangle4::COINCIDENT
+    pub index: u32,
+}
+
+impl BuildTriangle {
+    /// A rejected triangle.
+    pub const REJECTED: BuildTriangle =
+        BuildTriangle { triangle: CanonicalTriangle::ZERO, flags: SurfaceFlags::OPAQUE, index: u32::MAX };
+}
+
+impl Boundable for BuildTriangle {
+    fn aabb(&self) -> ObvhsAabb {
+        self.triangle.bounds().into()
+    }
+}
