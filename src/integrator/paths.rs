@@ -19,7 +19,7 @@ pub(crate) struct PathState {
     pub spread: f32,
     /// The bodies that the ray is inside of.
     pub media: MediumStack,
-    /// About the share of the ray's light that arrives at the eye.
+    /// Share of the light at the origin that arrives in the picture: the brightest channel.
     pub importance: f32,
     /// Reflections and passages through the surface of a body that may still follow.
     pub reflections_left: u8,
@@ -69,8 +69,6 @@ pub(crate) struct SecondaryRay {
     pub parent: usize,
     /// Share of its light that arrives at the previous wave's origin.
     pub weight: Rgb,
-    /// Share that the light of an escaping ray has.
-    pub escape_weight: Rgb,
     pub escape: Escape,
     /// Unit length.
     pub direction: Vec3,
@@ -120,11 +118,11 @@ impl SecondaryRay {
         }
         match self.escape {
             Escape::Radiance(radiance) => PathLight {
-                radiance: light + radiance * self.escape_weight * found.transmittance,
+                radiance: light + radiance * self.weight * found.transmittance,
                 transmittance: Rgb::ZERO,
             },
             Escape::Background => {
-                PathLight { radiance: light, transmittance: self.escape_weight * found.transmittance }
+                PathLight { radiance: light, transmittance: self.weight * found.transmittance }
             }
         }
     }

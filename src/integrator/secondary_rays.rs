@@ -1,10 +1,12 @@
 //! The rays that reflecting and refracting surfaces send out.
 //!
-//! A mirror or a narrow lobe sends out one ray for each sample. Where it hits a surface, that surface's light counts; where
-//! it escapes, the prefiltered light of the environment in the whole lobe does, so that only the edge between the two is
-//! noisy. Weak and wide lobes send out none: they look the environment up.
+//! A strong or narrow lobe sends out one ray for each sample. Where it hits a surface, that surface's light counts; where it
+//! escapes, the light of the environment does, prefiltered over the part of the lobe that the sample stands for. Lobes that
+//! are both weak and wide send out none: they look the environment up in the whole lobe.
 //!
 //! A body of glass sends out a reflected and a refracted ray, with the exact Fresnel equations.
+
+use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
@@ -12,7 +14,7 @@ use crate::geometry::{Rgb, offset_ray_origin};
 use crate::integrator::frame::Frame;
 use crate::integrator::layers::Layers;
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::material::environment_lobe::{LOBE_DIRECTIONS, Lobe, LobeSubset};
+use crate::integrator::material::environment_lobe::{LOBE_DIRECTIONS, Lobe, LobeSample, LobeSubset};
 use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::media::Medium;
 use crate::integrator::paths::{Escape, PathState, SecondaryRay, Wave};
@@ -21,25 +23,26 @@ use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{dvec3, set3, vec3};
 
-/// Lobes that reflect less than this of white send out no rays unless they are narrow.
-const STRONG_REFLECTANCE: f32 = 0.15;
+/// Lobes of a smaller importance send out no rays unless they are narrow.
+const STRONG_IMPORTANCE: f32 = 0.15;
 /// Lobes of at most this α are narrow: they show what they reflect.
 const NARROW_ALPHA: f32 = 0.1;
-/// Largest weight of a lobe that is looked up in half as many directions.
-const WEAK_LOBE: f32 = 0.1;
-/// Smallest share of white for which a ray is sent out.
-const MIN_WEIGHT: f32 = 1.0 / 512.0;
-/// Rays of a smaller weight are sent out with a probability in proportion, and count more instead.
-const ROULETTE_WEIGHT: f32 = 0.04;
+/// Largest importance of a lobe that is looked up in half as many directions.
+const WEAK_IMPORTANCE: f32 = 0.1;
+/// Smallest importance of a ray that is sent out.
+const MIN_IMPORTANCE: f32 = 1.0 / 512.0;
+/// Rays through glass of a smaller importance are sent out with a probability in proportion, and count more instead
+/// (Russian roulette): those that eye rays send out, and others.
+const EYE_ROULETTE: f32 = 0.04;
+const ROULETTE: f32 = 0.1;
 /// Glass of a smaller α is smooth.
 const SMOOTH_ALPHA: f32 = 1e-3;
 
-/// True if a lobe is traced, not only looked up, where a share of its light `arrives`. What is seen in a reflection shows
-/// only its strong reflections: others would double the rays with each wave.
-fn is_traced(arrives: Rgb, alpha: f32, wave: u32) -> bool {
-    let strength = arrives.max_element();
-    let least = if wave == 0 { MIN_WEIGHT } else { STRONG_REFLECTANCE };
-    strength >= STRONG_REFLECTANCE || (alpha <= NARROW_ALPHA && strength >= least)
+/// True if a lobe is traced, not only looked up. What is seen in a reflection shows only its strong reflections: others
+/// would double the rays with each wave.
+fn is_traced(importance: f32, alpha: f32, wave: u32) -> bool {
+    let is_seen = wave == 0 && alpha <= NARROW_ALPHA;
+    importance >= if is_seen { MIN_IMPORTANCE } else { STRONG_IMPORTANCE }
 }
 
 /// A point that sends out rays.
@@ -78,7 +81,7 @@ pub(crate) fn send_out_rays(
         let (block, lane) = points.soa.lane(i);
         let p = vec3(&block.p, lane);
         let throughput = layers.transmittance[sample] * state.transmittance_to(p) * k.alpha;
-        if throughput.max_element() < MIN_WEIGHT {
+        if state.importance * throughput.max_element() < MIN_IMPORTANCE {
             continue;
         }
         let emitter = Emitter {
@@ -184,41 +187,44 @@ impl Emitter<'_, '_> {
             return Rgb::ZERO;
         }
         let arrives = self.throughput * k_r;
-        let index = self.stream.samples[self.sample()].index;
-        // Errors of a weak lobe are not seen.
-        let is_weak = arrives.max_element() < WEAK_LOBE;
-        let directions = if is_weak { LOBE_DIRECTIONS / 2 } else { LOBE_DIRECTIONS };
-        let subset = LobeSubset { index, count: self.stream.sampler.count, directions };
-        let escape = match &self.frame.environment {
-            Some(environment) => layer.lobe.environment_radiance(environment, subset),
-            None => Rgb::ZERO,
-        };
-        if self.state.reflections_left == 0 || !is_traced(arrives, alpha, self.stream.wave) {
-            return k_r * layer.occlusion * escape;
+        let importance = self.state.importance * arrives.max_element();
+        if self.state.reflections_left == 0 || !is_traced(importance, alpha, self.stream.wave) {
+            return k_r * layer.occlusion * self.environment_radiance(layer, importance);
         }
         let u = self.stream.get_2d(self.sample(), layer.dimension).map(f64::from);
-        let (l, weight) = layer.lobe.sample(u);
+        let LobeSample { l, weight, solid_angle } = layer.lobe.sample(u, self.stream.sampler.count);
         // A tilted normal or a wide lobe may point below the triangle.
         let l = above(l, self.n_g);
+        let environment = self.frame.environment.as_ref();
+        let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(l.as_vec3(), solid_angle));
         let (origin, _) = self.points.shadow_ray_origin(self.i, l);
         let state = PathState {
             origin,
             width: self.state.width_at(self.p),
-            spread: self.state.spread + 2.0 * self.normal_change + alpha,
-            importance: self.state.importance * arrives.max_element(),
+            spread: self.state.spread + 2.0 * self.normal_change + solid_angle.sqrt(),
+            importance,
             reflections_left: self.state.reflections_left - 1,
             ..self.state
         };
         let ray = SecondaryRay {
             parent: self.sample(),
-            weight: arrives * weight as f32,
-            escape_weight: arrives,
+            weight: arrives * weight,
             escape: Escape::Radiance(escape),
             direction: l.as_vec3(),
             state,
         };
         wave.push(ray, self.stream.samples[self.sample()]);
         Rgb::ZERO
+    }
+
+    /// The light of the environment that a layer reflects, averaged over its lobe.
+    fn environment_radiance(&self, layer: &ReflectingLayer, importance: f32) -> Rgb {
+        let Some(environment) = &self.frame.environment else { return Rgb::ZERO };
+        // Errors of a weak lobe are not seen.
+        let directions = if importance < WEAK_IMPORTANCE { LOBE_DIRECTIONS / 2 } else { LOBE_DIRECTIONS };
+        let index = self.stream.samples[self.sample()].index;
+        let subset = LobeSubset { index, count: self.stream.sampler.count, directions };
+        layer.lobe.environment_radiance(environment, subset)
     }
 
     /// Sends out a reflected and a refracted ray. Returns the light that is looked up instead.
@@ -244,10 +250,13 @@ impl Emitter<'_, '_> {
         // Half of the tint at each of the two surfaces of a body.
         let color = (self.k.transmission / share).max(Rgb::ZERO);
         let tint = Rgb::new(color.x.sqrt(), color.y.sqrt(), color.z.sqrt());
-        let spread = self.state.spread + 2.0 * alpha;
-        let reflected = PathState { spread: spread + 2.0 * self.normal_change, ..self.state };
+        // The change of the normal across the beam, and the part of the microfacets' normals that this sample stands for.
+        let count = self.stream.sampler.count.max(1) as f32;
+        let normal_change = self.normal_change + alpha * (PI / count).sqrt();
+        let spread = self.state.spread;
+        let reflected = PathState { spread: spread + 2.0 * normal_change, ..self.state };
         let refracted =
-            PathState { media, spread: spread + (eta as f32 - 1.0).abs() * self.normal_change, ..self.state };
+            PathState { media, spread: spread + (eta as f32 - 1.0).abs() * normal_change, ..self.state };
         let roulette = self.stream.get_2d(self.sample(), SampleDimension::Roulette);
         let l = h * (2.0 * self.v.dot(h)) - self.v;
         let reflected =
@@ -266,8 +275,8 @@ impl Emitter<'_, '_> {
     fn send_glass_ray(&self, ray: GlassRay, roulette: f32, wave: &mut Wave) -> Rgb {
         let GlassRay { l, weight, is_refracted, state } = ray;
         let mut arrives = self.throughput * weight;
-        let strength = arrives.max_element();
-        if !(strength > 0.0) {
+        let mut importance = self.state.importance * arrives.max_element();
+        if !(importance > 0.0) {
             return Rgb::ZERO;
         }
         let side = if is_refracted { -self.n_g } else { self.n_g };
@@ -280,12 +289,14 @@ impl Emitter<'_, '_> {
                 * environment
                     .map_or(Rgb::ZERO, |environment| environment.radiance(l.as_vec3(), solid_angle));
         }
-        if strength < ROULETTE_WEIGHT {
-            let survival = strength / ROULETTE_WEIGHT;
+        let threshold = if self.stream.wave == 0 { EYE_ROULETTE } else { ROULETTE };
+        if importance < threshold {
+            let survival = importance / threshold;
             if roulette >= survival {
                 return Rgb::ZERO;
             }
             arrives /= survival;
+            importance = threshold;
         }
         let escape = match &self.frame.environment {
             Some(environment) => Escape::Radiance(environment.radiance(l.as_vec3(), solid_angle)),
@@ -296,18 +307,12 @@ impl Emitter<'_, '_> {
         let state = PathState {
             origin: self.origin_on_side(is_refracted),
             width: self.state.width_at(self.p),
-            importance: self.state.importance * arrives.max_element(),
+            importance,
             transmissions_left: self.state.transmissions_left - 1,
             ..state
         };
-        let ray = SecondaryRay {
-            parent: self.sample(),
-            weight: arrives,
-            escape_weight: arrives,
-            escape,
-            direction: l.as_vec3(),
-            state,
-        };
+        let ray =
+            SecondaryRay { parent: self.sample(), weight: arrives, escape, direction: l.as_vec3(), state };
         wave.push(ray, self.stream.samples[self.sample()]);
         Rgb::ZERO
     }
@@ -339,17 +344,4 @@ fn refract(v: DVec3, h: DVec3, cos: f64, eta: f64) -> DVec3 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn refraction_follows_snells_law() {
-        let n = DVec3::Y;
-        for (angle, eta) in [(0.0f64, 1.5), (0.7, 1.5), (1.2, 1.33), (0.4, 1.0 / 1.5), (0.5, 1.0)] {
-            let v = DVec3::new(angle.sin(), angle.cos(), 0.0);
-            let l = refract(v, n, angle.cos(), eta);
-            assert!((l.length() - 1.0).abs() < 1e-12);
-            assert!((-l.x * eta - angle.sin()).abs() < 1e-12 && l.y < 0.0, "{angle} {eta}: {l}");
-        }
-    }
-}
+mod tests;

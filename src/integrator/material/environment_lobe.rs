@@ -36,6 +36,17 @@ pub(crate) struct Lobe {
     pub f0: f64,
 }
 
+/// A direction that a lobe reflects.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LobeSample {
+    /// Unit direction.
+    pub l: DVec3,
+    /// The mean over all samples of the weight times the radiance is the radiance averaged over the lobe. 0 below the horizon.
+    pub weight: f32,
+    /// Solid angle in steradians that the sample stands for.
+    pub solid_angle: f32,
+}
+
 /// The directions of one sample among those of its pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LobeSubset {
@@ -84,20 +95,25 @@ impl Lobe {
 }
 
 impl Lobe {
-    /// Returns a direction that the lobe reflects, for a point of the unit square, and its weight: the mean over all
-    /// points of the weight times the radiance is the radiance averaged over the lobe. The weight is 0 below the horizon.
-    pub fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {
+    /// Returns a direction that the lobe reflects, for a point of the unit square: one of `count` samples.
+    pub fn sample(&self, u: [f64; 2], count: u32) -> LobeSample {
         let Lobe { n, v, alpha, f0 } = *self;
         let frame = LobeFrame::new(n, v);
         if alpha < MIRROR_ALPHA {
-            return (frame.to_world(DVec3::new(-frame.v.x, -frame.v.y, frame.v.z)), 1.0);
+            let l = frame.to_world(DVec3::new(-frame.v.x, -frame.v.y, frame.v.z));
+            return LobeSample { l, weight: 1.0, solid_angle: (4.0 * PI * alpha * alpha) as f32 };
         }
         let h = sample_visible_normal(frame.v, alpha, u);
         let v_h = frame.v.dot(h);
         let l = h * (2.0 * v_h) - frame.v;
         let weight = shadowing_ratio(frame.v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_h));
         let expected = single_scattering_albedo(frame.v.z as f32, alpha as f32, f0 as f32);
-        (frame.to_world(l), weight / f64::from(expected))
+        let solid_angle = FILTER_WIDTH / (f64::from(count.max(1)) * reflected_pdf(frame.v.z, h.z, alpha));
+        LobeSample {
+            l: frame.to_world(l),
+            weight: weight as f32 / expected,
+            solid_angle: solid_angle.min(2.0 * PI) as f32,
+        }
     }
 
     /// Returns a microfacet normal that is visible to the viewer, for a point of the unit square.
