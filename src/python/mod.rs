@@ -23,6 +23,7 @@ mod pictures;
 mod plan_cache;
 mod pool;
 mod posed;
+mod ray_order;
 mod rays;
 mod render_job;
 mod scene;

@@ -78,3 +78,32 @@ def test_hits_equal_embree() -> None:
     assert different.mean() < 1e-4 and (hits.triangle >= 0).mean() > 0.05
     both = (hits.triangle >= 0) & (expected["primID"] >= 0)
     np.testing.assert_allclose(hits.t[both], expected["tfar"][both], rtol=1e-4, atol=1e-4)
+
+
+def test_faulty_rays_miss(quad: blinn.Scene) -> None:
+    origins = np.array([[0, 0, 1], [np.nan, 0, 1], [0, 0, 1], [0, 0, 1e300], [0, 0, 1]])
+    directions = np.array([[0, 0, -1], [0, 0, -1], [0, 0, 0], [0, 0, -1], [0, np.inf, -1]])
+    np.testing.assert_array_equal(quad.intersect(origins, directions).t, [1, np.inf, np.inf, np.inf, np.inf])
+    assert quad.occluded(origins, origins + directions * 2).tolist() == [True, False, False, False, False]
+
+
+def test_rays_at_the_border_of_the_scene_hit(quad: blinn.Scene) -> None:
+    """Rays that only touch the bounds: along their faces, through their corners, from far away."""
+    border = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [1, 0.3], [-1, 0.3], [0.3, 1], [0.3, -1]]) * (1 - 2**-22)
+    for distance in (1e-3, 1, 1e3, 1e6):
+        origins = np.c_[border, np.full(len(border), distance)]
+        down = np.broadcast_to([0, 0, -1], origins.shape)
+        np.testing.assert_allclose(quad.intersect(origins, down).t, distance, rtol=1e-6)
+        assert quad.occluded(origins, origins + down * 2 * distance).all()
+    flat = [[-3, 0.2, 1e-6], [0.1, 0.2, 5]]
+    assert np.isinf(quad.intersect(flat, [[1, 0, 0], [0, 0, 1]]).t).all()
+
+
+def test_every_ray_towards_a_closed_surface_hits() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    box = trimesh.creation.box(extents=(1, 2, 3))
+    scene = blinn.Scene.from_arrays(box.vertices + 7, box.faces)
+    rng = np.random.default_rng(5)
+    origins = rng.normal(size=(50_000, 3)) * 10.0 ** rng.integers(-1, 5, (50_000, 1)) + 7
+    inside = 7 + (rng.random((50_000, 3)) - 0.5) * [0.99, 1.99, 2.99]
+    assert np.isfinite(scene.intersect(origins, inside - origins).t).all()
