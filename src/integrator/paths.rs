@@ -69,6 +69,9 @@ pub(crate) struct SecondaryRay {
     pub parent: usize,
     /// Share of its light that arrives at the previous wave's origin.
     pub weight: Rgb,
+    /// Share that the light of an escaping ray has: without the weight of the ray's direction in its lobe, so that a uniform
+    /// environment adds no noise.
+    pub escape_weight: Rgb,
     pub escape: Escape,
     /// Unit length.
     pub direction: Vec3,
@@ -118,11 +121,11 @@ impl SecondaryRay {
         }
         match self.escape {
             Escape::Radiance(radiance) => PathLight {
-                radiance: light + radiance * self.weight * found.transmittance,
+                radiance: light + radiance * self.escape_weight * found.transmittance,
                 transmittance: Rgb::ZERO,
             },
             Escape::Background => {
-                PathLight { radiance: light, transmittance: self.weight * found.transmittance }
+                PathLight { radiance: light, transmittance: self.escape_weight * found.transmittance }
             }
         }
     }

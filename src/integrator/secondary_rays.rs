@@ -209,6 +209,7 @@ impl Emitter<'_, '_> {
         let ray = SecondaryRay {
             parent: self.sample(),
             weight: arrives * weight,
+            escape_weight: arrives,
             escape: Escape::Radiance(escape),
             direction: l.as_vec3(),
             state,
@@ -311,8 +312,14 @@ impl Emitter<'_, '_> {
             transmissions_left: self.state.transmissions_left - 1,
             ..state
         };
-        let ray =
-            SecondaryRay { parent: self.sample(), weight: arrives, escape, direction: l.as_vec3(), state };
+        let ray = SecondaryRay {
+            parent: self.sample(),
+            weight: arrives,
+            escape_weight: arrives,
+            escape,
+            direction: l.as_vec3(),
+            state,
+        };
         wave.push(ray, self.stream.samples[self.sample()]);
         Rgb::ZERO
     }
