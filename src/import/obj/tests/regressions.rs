@@ -25,7 +25,7 @@ fn non_finite_vertices_are_kept() {
 #[test]
 fn texture_coordinates_that_are_not_finite_are_0() {
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt nan 0.5\nvt 1 inf\nvt 0.25 1\nf 1/1 2/2 3/3\n";
-    let (scene, warnings) = read(obj.to_string(), &[]).unwrap();
+    let (scene, warnings) = read(obj, &[]).unwrap();
     assert!(scene.meshes[0].uvs[0].iter().all(|uv| uv.is_finite()), "{:?}", scene.meshes[0].uvs);
     assert_eq!(scene.meshes[0].uvs[0].len(), 3);
     assert_eq!(warnings, ["2 texture coordinates are not finite; used 0"]);
