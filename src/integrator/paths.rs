@@ -69,8 +69,8 @@ pub(crate) struct SecondaryRay {
     pub parent: usize,
     /// Share of its light that arrives at the previous wave's origin.
     pub weight: Rgb,
-    /// Share that the light of an escaping ray has: without the weight of the ray's direction in its lobe, so that a uniform
-    /// environment adds no noise.
+    /// Share that the light of an escaping ray has: `weight`, without that of the ray's direction in its lobe under a uniform
+    /// environment, which then adds no noise.
     pub escape_weight: Rgb,
     pub escape: Escape,
     /// Unit length.

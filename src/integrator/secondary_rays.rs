@@ -196,6 +196,7 @@ impl Emitter<'_, '_> {
         // A tilted normal or a wide lobe may point below the triangle.
         let l = above(l, self.n_g);
         let environment = self.frame.environment.as_ref();
+        let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
         let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(l.as_vec3(), solid_angle));
         let (origin, _) = self.points.shadow_ray_origin(self.i, l);
         let state = PathState {
@@ -209,7 +210,8 @@ impl Emitter<'_, '_> {
         let ray = SecondaryRay {
             parent: self.sample(),
             weight: arrives * weight,
-            escape_weight: arrives,
+            // The mean of the weight is 1.
+            escape_weight: if is_uniform { arrives } else { arrives * weight },
             escape: Escape::Radiance(escape),
             direction: l.as_vec3(),
             state,
