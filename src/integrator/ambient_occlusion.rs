@@ -37,17 +37,19 @@ pub(crate) fn occlude_ambient(
     };
     let indices: Vec<usize> = (0..points.points.len()).filter(has_ambient).collect();
     let rays = AmbientRays::new(settings, points, &indices, states, stream);
-    let found = rays.trace(frame, environment, points, stream, buffers);
+    let estimates = rays.trace(frame, environment, points, stream, buffers);
     let ambient: Vec<Rgb> = match environment {
         Some(environment) => {
             let unoccluded = |&i: &usize| environment.diffuse(points.n(i).as_vec3());
             let unoccluded: Vec<Rgb> = indices.iter().map(unoccluded).collect();
             let pixels = indices.iter().map(|&i| stream.samples[points.points[i].sample].pixel);
-            arriving_light(&found, &unoccluded, &pixels.collect::<Vec<UVec2>>())
+            arriving_light(&estimates, &unoccluded, &pixels.collect::<Vec<UVec2>>())
         }
         None => {
-            let ambient = |(&i, found): (&usize, &Found)| frame.ambient_at(points.n(i)) * found.visibility;
-            indices.iter().zip(&found).map(ambient).collect()
+            let ambient = |(&i, estimate): (&usize, &AmbientEstimate)| {
+                frame.ambient_at(points.n(i)) * estimate.visibility
+            };
+            indices.iter().zip(&estimates).map(ambient).collect()
         }
     };
     for (i, ambient) in indices.into_iter().zip(ambient) {
@@ -60,21 +62,23 @@ pub(crate) fn occlude_ambient(
 
 /// Means over the rays of a point.
 #[derive(Clone, Copy, Default)]
-struct Found {
+struct AmbientEstimate {
     /// The share of directions that is visible, by colour.
     visibility: Rgb,
-    /// Light of the environment that arrives, and that is hidden.
+    /// The environment's light that arrives.
     visible: Rgb,
+    /// The environment's light that is hidden.
     hidden: Rgb,
 }
 
-/// What the rays of a pixel have found, in exact sums that do not depend on the order of points.
+/// Sums over the points of a pixel, in fixed point: exact, so that they do not depend on the order of points.
 #[derive(Default)]
 struct PixelSums {
     points: i128,
     visibility: i128,
-    /// Unoccluded light and hidden light, by colour.
+    /// Light without occlusion, by colour.
     unoccluded: [i128; 3],
+    /// Hidden light, by colour.
     hidden: [i128; 3],
 }
 
@@ -83,30 +87,31 @@ struct PixelSums {
 /// In pixels where most directions are visible, it is the unoccluded light minus what is hidden, and else what the visible
 /// directions show: open surfaces have no noise, whatever the environment. Both have the same mean; the choice is made for
 /// pixels and not for samples, whose few rays would prefer one of them when they miss a light.
-fn arriving_light(found: &[Found], unoccluded: &[Rgb], pixels: &[UVec2]) -> Vec<Rgb> {
+fn arriving_light(estimates: &[AmbientEstimate], unoccluded: &[Rgb], pixels: &[UVec2]) -> Vec<Rgb> {
     let mut sums: HashMap<UVec2, PixelSums> = HashMap::new();
-    for ((found, unoccluded), &pixel) in found.iter().zip(unoccluded).zip(pixels) {
+    for ((estimate, unoccluded), &pixel) in estimates.iter().zip(unoccluded).zip(pixels) {
         let sums = sums.entry(pixel).or_default();
         sums.points += 1;
-        sums.visibility += fixed(found.visibility.dot(Rgb::splat(1.0 / 3.0)));
+        sums.visibility += fixed(estimate.visibility.dot(Rgb::splat(1.0 / 3.0)));
         for c in 0..3 {
-            sums.unoccluded[c] += fixed(unoccluded[c]);
-            sums.hidden[c] += fixed(found.hidden[c]);
+            // Huge radiance saturates, in any order.
+            sums.unoccluded[c] = sums.unoccluded[c].saturating_add(fixed(unoccluded[c]));
+            sums.hidden[c] = sums.hidden[c].saturating_add(fixed(estimate.hidden[c]));
         }
     }
-    let light = |((found, &unoccluded), pixel): ((&Found, &Rgb), &UVec2)| {
-        let Some(sums) = sums.get(pixel) else { return found.visible };
+    let light = |((estimate, &unoccluded), pixel): ((&AmbientEstimate, &Rgb), &UVec2)| {
+        let Some(sums) = sums.get(pixel) else { return estimate.visible };
         if 2 * sums.visibility < sums.points * fixed(1.0) {
-            return found.visible;
+            return estimate.visible;
         }
         // Noise may hide more than there is.
         let share = |c: usize| {
             let (all, hidden) = (sums.unoccluded[c], sums.hidden[c]);
             if hidden > all { (all as f64 / hidden as f64) as f32 } else { 1.0 }
         };
-        unoccluded - found.hidden * Rgb::new(share(0), share(1), share(2))
+        unoccluded - estimate.hidden * Rgb::new(share(0), share(1), share(2))
     };
-    found.iter().zip(unoccluded).zip(pixels).map(light).collect()
+    estimates.iter().zip(unoccluded).zip(pixels).map(light).collect()
 }
 
 /// A number in fixed point.
@@ -149,7 +154,7 @@ impl<'a> AmbientRays<'a> {
         }
     }
 
-    /// Traces rays whose density is the cosine to the shading normal. Returns what they find at each point.
+    /// Traces rays whose density is the cosine to the shading normal. Returns the estimate at each point.
     fn trace(
         &self,
         frame: &Frame,
@@ -157,8 +162,8 @@ impl<'a> AmbientRays<'a> {
         points: &ShadingBatch,
         stream: SampleStream,
         buffers: &mut ShadowBuffers,
-    ) -> Vec<Found> {
-        let mut sums = vec![Found::default(); self.points.len()];
+    ) -> Vec<AmbientEstimate> {
+        let mut sums = vec![AmbientEstimate::default(); self.points.len()];
         let mut radiance = Vec::new();
         for part in 0..self.counts.iter().copied().max().unwrap_or(0) {
             let active: Vec<usize> = (0..self.counts.len()).filter(|&k| part < self.counts[k]).collect();
@@ -175,6 +180,7 @@ impl<'a> AmbientRays<'a> {
                 let n = block.n(lane);
                 let l = cosine_hemisphere(n, u);
                 if let Some(environment) = environment {
+                    // In the direction before it is mirrored, so that the mean is that of the whole hemisphere.
                     let of_pixel = count.saturating_mul(stream.sampler.count.max(1));
                     radiance.push(lookup(environment, n, l, of_pixel));
                 }
@@ -197,10 +203,14 @@ impl<'a> AmbientRays<'a> {
                 sums[k].hidden += (Rgb::ONE - visibility) * radiance;
             }
         }
-        let mean = |(sum, &count): (&Found, &u32)| {
-            let Found { visibility, visible, hidden } = *sum;
+        let mean = |(sum, &count): (&AmbientEstimate, &u32)| {
+            let AmbientEstimate { visibility, visible, hidden } = *sum;
             let count = count as f32;
-            Found { visibility: visibility / count, visible: visible / count, hidden: hidden / count }
+            AmbientEstimate {
+                visibility: visibility / count,
+                visible: visible / count,
+                hidden: hidden / count,
+            }
         };
         sums.iter().zip(&self.counts).map(mean).collect()
     }
@@ -212,4 +222,18 @@ fn lookup(environment: &Environment, n: DVec3, l: DVec3, count: u32) -> Rgb {
     let density = n.dot(l).max(0.0) / PI;
     let solid_angle = (1.0 / (f64::from(count) * density)).min(MAX_SOLID_ANGLE);
     environment.radiance(l.as_vec3(), solid_angle as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums over the points of a pixel stay within their range, whatever an environment and its strength are.
+    #[test]
+    fn huge_radiance_does_not_overflow() {
+        let hidden = Rgb::splat(3e38);
+        let estimate = AmbientEstimate { visibility: Rgb::splat(0.75), visible: Rgb::ZERO, hidden };
+        let light = arriving_light(&[estimate; 4], &[Rgb::splat(3e38); 4], &[UVec2::ZERO; 4]);
+        assert_eq!(light, [Rgb::ZERO; 4]);
+    }
 }
