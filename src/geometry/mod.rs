@@ -18,7 +18,7 @@ pub use hit::{Hit, HitId, Ray, RayDifferential};
 pub(crate) use morton::{morton2, morton3};
 pub use power::pow_one_minus;
 pub use rounding_error::{EPSILON, offset_ray_origin, point_error};
-pub use sampling::{concentric_disc, cosine_hemisphere};
+pub use sampling::{concentric_disc, cosine_hemisphere, golden_angle};
 pub use transform::{Transform, cofactor};
 
 /// Linear RGB, Rec. 709 primaries.

@@ -1,6 +1,6 @@
 //! Maps from the unit square to discs and hemispheres, for sampling area lights and ambient occlusion.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use glam::{DVec2, DVec3};
 
@@ -25,6 +25,15 @@ pub fn cosine_hemisphere(n: DVec3, u: [f32; 2]) -> DVec3 {
     let up = (1.0 - p.length_squared()).max(0.0).sqrt();
     let (a, b) = coordinate_system(n);
     (a * p.x + b * p.y + n * up).normalize()
+}
+
+/// Returns the cosine and the sine of `i` golden angles after `offset` turns. With equal steps of an area they spread points
+/// evenly over a disc.
+pub fn golden_angle(i: u32, offset: f64) -> [f64; 2] {
+    const INV_GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
+    let turns = f64::from(i) * INV_GOLDEN_RATIO + offset;
+    let angle = TAU * (turns - turns.floor());
+    [libm::cos(angle), libm::sin(angle)]
 }
 
 #[cfg(test)]

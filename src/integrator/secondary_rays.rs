@@ -31,10 +31,11 @@ const NARROW_ALPHA: f32 = 0.1;
 const WEAK_IMPORTANCE: f32 = 0.1;
 /// Smallest importance of a ray that is sent out.
 const MIN_IMPORTANCE: f32 = 1.0 / 512.0;
-/// Rays through glass of a smaller importance are sent out with a probability in proportion, and count more instead
-/// (Russian roulette): those that eye rays send out, and others.
-const EYE_ROULETTE: f32 = 0.04;
-const ROULETTE: f32 = 0.1;
+/// Russian roulette: rays of glass that eye rays hit are sent out with a probability in proportion to their importance if it
+/// is smaller, and count more instead.
+const FIRST_ROULETTE_IMPORTANCE: f32 = 0.04;
+/// The same for glass that secondary rays hit.
+const ROULETTE_IMPORTANCE: f32 = 0.1;
 /// Glass of a smaller α is smooth.
 const SMOOTH_ALPHA: f32 = 1e-3;
 
@@ -292,7 +293,7 @@ impl Emitter<'_, '_> {
                 * environment
                     .map_or(Rgb::ZERO, |environment| environment.radiance(l.as_vec3(), solid_angle));
         }
-        let threshold = if self.stream.wave == 0 { EYE_ROULETTE } else { ROULETTE };
+        let threshold = if self.stream.wave == 0 { FIRST_ROULETTE_IMPORTANCE } else { ROULETTE_IMPORTANCE };
         if importance < threshold {
             let survival = importance / threshold;
             if roulette >= survival {

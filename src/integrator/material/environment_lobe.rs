@@ -2,12 +2,12 @@
 //! Shading with Filtered Importance Sampling”, EGSR 2008): a fixed set of directions drawn from the lobe, each looked up
 //! with the solid angle that it stands for. Neighbouring pixels use the same set, so there is no noise.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use crate::geometry::Rgb;
+use crate::geometry::{Rgb, golden_angle};
 use crate::integrator::material::directional_albedo::single_scattering_albedo;
 use crate::integrator::material::fresnel::schlick_weight;
 use crate::integrator::material::ggx::{
@@ -152,12 +152,7 @@ const MIN_COS: f64 = 1e-3;
 /// Cosine and sine of the angle of direction number `i`: steps of the golden angle, which together with equal steps of the
 /// radius spread directions evenly.
 fn direction_around(i: u32) -> [f64; 2] {
-    const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
-    let compute = |i: u32| {
-        let turns = f64::from(i) * GOLDEN_RATIO + 0.13;
-        let angle = TAU * (turns - turns.floor());
-        [libm::cos(angle), libm::sin(angle)]
-    };
+    let compute = |i: u32| golden_angle(i, 0.13);
     static DIRECTIONS: OnceLock<[[f64; 2]; TABULATED_ANGLES]> = OnceLock::new();
     let table = DIRECTIONS.get_or_init(|| std::array::from_fn(|i| compute(i as u32)));
     table.get(i as usize).copied().unwrap_or_else(|| compute(i))

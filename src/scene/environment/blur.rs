@@ -1,11 +1,12 @@
 //! Blurred environments, as backgrounds show them.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::{Environment, EnvironmentMap};
-use crate::geometry::Rgb;
+use super::{Environment, EnvironmentMap, Pyramid};
+use crate::geometry::{Rgb, golden_angle};
 
 /// Directions that are averaged for each texel.
 const DIRECTIONS: u32 = 128;
@@ -25,17 +26,32 @@ impl Environment {
     pub fn blurred(&self, blur: f32) -> Environment {
         let width = f64::from(blur) * f64::from(blur);
         let Some(map) = self.map.as_ref().filter(|_| width >= MIN_WIDTH) else { return self.clone() };
+        // Computed without a lock, because it is parallel: threads must not wait for each other inside of other work.
+        let known = map.blurred.get().filter(|blurred| blurred.width == width);
+        let blurred = known.cloned().unwrap_or_else(|| {
+            let blurred = BlurredMap { width, map: map.blur(width) };
+            // The scenes of a batch share the first one.
+            let _ = map.blurred.set(blurred.clone());
+            blurred
+        });
+        Environment { map: Some(blurred.map), ..self.clone() }
+    }
+}
+
+/// A map blurred by a width in radians.
+#[derive(Clone)]
+pub(super) struct BlurredMap {
+    width: f64,
+    map: Arc<EnvironmentMap>,
+}
+
+impl EnvironmentMap {
+    fn blur(&self, width: f64) -> Arc<EnvironmentMap> {
         let side = (SIDE_TIMES_WIDTH / width).clamp(*SIDES.start(), *SIDES.end());
         let side = 1 << (side as u32).ilog2();
         let kernel = Kernel::new(1.0 / (width * width));
-        let blurred = Environment::from_function(side, 1, |d| kernel.mean(map, d));
-        Environment {
-            radiance: self.radiance,
-            to_map: self.to_map,
-            to_map_f64: self.to_map_f64,
-            irradiance: self.irradiance,
-            ..blurred
-        }
+        let pyramid = Pyramid::new(side, 1, |d| kernel.mean(self, d));
+        Arc::new(EnvironmentMap::new(None, pyramid))
     }
 }
 
@@ -45,7 +61,6 @@ struct Kernel(Vec<(DVec3, f32)>);
 impl Kernel {
     /// Spreads directions of equal weight by steps of the golden angle.
     fn new(kappa: f64) -> Kernel {
-        const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
         // The distribution function of cos θ is (e^(κ (cos θ − 1)) − e^(−2κ)) / (1 − e^(−2κ)).
         let tail = libm::exp(-2.0 * kappa);
         let direction = |i: u32| {
@@ -53,12 +68,11 @@ impl Kernel {
             let density = tail + u * (1.0 - tail);
             let cos = (1.0 + libm::log(density) / kappa).clamp(-1.0, 1.0);
             let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
-            let turns = f64::from(i) * GOLDEN_RATIO;
-            let angle = TAU * (turns - turns.floor());
+            let [cos_around, sin_around] = golden_angle(i, 0.0);
             // The density in the middle is κ / 2π (1 − e^(−2κ)).
             let covered = TAU * (1.0 - tail) / (kappa * density);
             let solid_angle = (FILTER_WIDTH * covered / f64::from(DIRECTIONS)) as f32;
-            (DVec3::new(sin * libm::cos(angle), sin * libm::sin(angle), cos), solid_angle)
+            (DVec3::new(sin * cos_around, sin * sin_around, cos), solid_angle)
         };
         Kernel((0..DIRECTIONS).map(direction).collect())
     }

@@ -17,6 +17,7 @@ use twox_hash::XxHash3_128;
 
 use crate::geometry::Rgb;
 
+use blur::BlurredMap;
 pub use cube_map::CubeMap;
 use diffuse::DiffuseTable;
 pub use irradiance::SkyIrradiance;
@@ -51,6 +52,8 @@ struct EnvironmentMap {
     pyramid: Pyramid,
     /// Irradiance over π by normal, computed on first use.
     diffuse: OnceLock<DiffuseTable>,
+    /// The first blurred map that was requested.
+    blurred: OnceLock<BlurredMap>,
     /// Hash of the texels.
     digest: u128,
 }
@@ -183,7 +186,13 @@ impl EnvironmentMap {
 
     fn new(panorama: Option<Panorama>, pyramid: Pyramid) -> EnvironmentMap {
         let texels = panorama.as_ref().map_or_else(|| pyramid.bytes(), Panorama::bytes);
-        EnvironmentMap { digest: XxHash3_128::oneshot(texels), panorama, pyramid, diffuse: OnceLock::new() }
+        EnvironmentMap {
+            digest: XxHash3_128::oneshot(texels),
+            panorama,
+            pyramid,
+            diffuse: OnceLock::new(),
+            blurred: OnceLock::new(),
+        }
     }
 
     #[inline]

@@ -158,3 +158,12 @@ fn diffuse_light_agrees_with_integration() {
     }
     assert_eq!(environment.diffuse(Vec3::NEG_Z), Rgb::ZERO);
 }
+
+/// The scenes of a batch share one blurred map; another blur has one of its own.
+#[test]
+fn a_blur_is_computed_once() {
+    let environment = Environment::from_panorama(gradient());
+    let map = |blur: f32| environment.clone().scaled(Rgb::splat(2.0)).blurred(blur).map.unwrap();
+    assert!(std::sync::Arc::ptr_eq(&map(0.8), &map(0.8)));
+    assert!(map(0.8) != map(0.5));
+}
