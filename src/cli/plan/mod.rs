@@ -56,16 +56,9 @@ pub struct RenderPlan {
 impl RenderPlan {
     /// The plan of `blinn render`.
     pub fn for_render(args: &RenderArgs) -> Result<RenderPlan, UsageError> {
-        let limits = load_limits(args.process.max_memory);
         let animation = args.time.animation.as_deref();
-        let options = RenderOptions::from_args(
-            &args.options,
-            &args.scene,
-            animation,
-            &args.common,
-            &limits,
-            args.process.threads,
-        )?;
+        let options =
+            RenderOptions::from_args(&args.options, &args.scene, animation, &args.common, &args.process)?;
         let frames = FrameSet::from_args(&args.frames, &args.time)?;
         let sequence = SequenceInfo {
             is_sequence: frames.is_sequence(),
@@ -90,16 +83,9 @@ impl RenderPlan {
 
     /// The plan of `blinn turntable`.
     pub fn for_turntable(args: &TurntableArgs) -> Result<RenderPlan, UsageError> {
-        let limits = load_limits(args.process.max_memory);
         let animation = args.time.animation.as_deref();
-        let mut options = RenderOptions::from_args(
-            &args.options,
-            &args.scene,
-            animation,
-            &args.common,
-            &limits,
-            args.process.threads,
-        )?;
+        let mut options =
+            RenderOptions::from_args(&args.options, &args.scene, animation, &args.common, &args.process)?;
         let dataset = args.turn.views.map(|count| DatasetPlan::new(count, args, &mut options)).transpose()?;
         if dataset.is_none() {
             options.rotation = Some(turntable::rotation(&args.turn));

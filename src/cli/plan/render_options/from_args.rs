@@ -4,8 +4,9 @@ use super::{BackFaceCulling, RenderOptions, camera, lights};
 use crate::cli::args::values::{AovSelection, BackgroundArg};
 use crate::cli::args::{
     CommonArgs, CullArg, FilterArg, FormatArg, GlassArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
-    RenderOptionArgs, SceneArgs, ShadingArgs, UpArg, ViewArg,
+    ProcessArgs, RenderOptionArgs, SceneArgs, ShadingArgs, UpArg, ViewArg,
 };
+use crate::cli::plan::memory_limit::load_limits;
 use crate::cli::usage::UsageError;
 use crate::display::{Background, ViewTransform};
 use crate::geometry::Rgb;
@@ -15,14 +16,13 @@ use crate::render::{AdaptiveSampling, PixelFilter, RenderSettings};
 use crate::scene::{GroundKind, Selection, SourceFormat};
 
 impl RenderOptions {
-    /// Resolves arguments. `limits` and `threads` apply to the environment map.
+    /// Resolves arguments. The limits of the process apply to the environment map.
     pub fn from_args(
         args: &RenderOptionArgs,
         scene: &SceneArgs,
         animation: Option<&str>,
         common: &CommonArgs,
-        limits: &Limits,
-        threads: Option<u16>,
+        process: &ProcessArgs,
     ) -> Result<RenderOptions, UsageError> {
         let RenderOptionArgs { image, camera, light, shading } = args;
         let stage = stage(shading.integrator);
@@ -44,7 +44,7 @@ impl RenderOptions {
             view_transform: view_transform(image.view),
             aovs: aovs(image),
             view: camera::view(camera)?,
-            lighting: lights::lighting(light, limits, threads)?,
+            lighting: lights::lighting(light, &load_limits(process.max_memory), process.threads)?,
             shadows: !light.no_shadows,
             ao: light.ao,
             ground: light.ground.map(|ground| match ground {

@@ -34,7 +34,7 @@ pub struct RenderOptions {
     /// Width and height from --size.
     pub size: Option<(u32, u32)>,
     pub settings: RenderSettings,
-    /// What pixels show where there is no light; opaque if the background is the environment.
+    /// The colour of pixels where there is nothing; opaque if the background is the environment.
     pub background: Background,
     /// The blur of an environment as the background; `None` if the background is not the environment.
     pub environment_background: Option<f32>,
