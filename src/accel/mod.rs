@@ -51,7 +51,6 @@ pub use traverse::traversal_stats::TraversalStats;
 
 use crate::geometry::{Hit, Ray, Rgb};
 use crate::scene::PosedScene;
-use crate::simd::AutovecKernel;
 use build::instancing_plan::InstancingPlan;
 use build::mesh_flags::MeshFlagsCache;
 use build::scene_triangles::{build_mesh_blas, build_world_blas, world_triangles};
@@ -157,9 +156,9 @@ impl Accel {
         self.settings.simd.run(FrustumKernel { bvh: &self.bvh, corner_rays })
     }
 
-    /// Runs a kernel at the SIMD level of traversal.
-    pub(crate) fn run_autovec(&self, kernel: impl AutovecKernel) {
-        self.settings.simd.run(kernel);
+    /// Returns the SIMD level of traversal, which shading uses as well.
+    pub fn simd(&self) -> SimdLevel {
+        self.settings.simd
     }
 
     /// Returns true where a visible surface transmits part of the light. Without one, [`Accel::occluded`] is all that

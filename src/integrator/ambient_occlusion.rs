@@ -15,47 +15,49 @@ use crate::integrator::shadow_rays::ShadowBuffers;
 use crate::integrator::surface::soa::{dvec3, set3};
 use crate::scene::Environment;
 
-/// Largest solid angle of a lookup in the environment, in steradians: a hemisphere.
+/// Maximum solid angle of a lookup in the environment, in steradians: a hemisphere.
 const MAX_SOLID_ANGLE: f64 = 2.0 * PI;
 
-/// Sets the radiance of the points to k_e + k_a I_a, where I_a is the ambient light that arrives: I_a times the visible
-/// share of all directions, or under an environment the light from the visible directions.
+/// Sets the radiance of the points to k_e + k_a V_a I_a, where V_a is the visible share of all directions; under an
+/// environment V_a I_a is the light from the visible directions. The radiance without shadows keeps all of I_a.
+///
+/// To be called before any light is added. It overwrites `segments` and `visibility` of `buffers`.
 pub(crate) fn occlude_ambient(
     frame: &Frame,
     settings: AmbientOcclusion,
-    points: &mut ShadingBatch,
+    batch: &mut ShadingBatch,
     states: &[PathState],
     stream: SampleStream,
     buffers: &mut ShadowBuffers,
 ) {
     let environment = frame.ambient_environment();
     let has_ambient = |&i: &usize| {
-        let (_, k_a) = points.emission_and_ambient(i);
-        points.coefficients(i).alpha > 0.0
+        let (_, k_a) = batch.layered_ke_ka(i);
+        batch.coefficients(i).opacity > 0.0
             && k_a != Rgb::ZERO
-            && (environment.is_some() || k_a * frame.ambient_at(points.n(i)) != Rgb::ZERO)
+            && (environment.is_some() || k_a * frame.ambient_at(batch.n(i)) != Rgb::ZERO)
     };
-    let indices: Vec<usize> = (0..points.points.len()).filter(has_ambient).collect();
-    let rays = AmbientRays::new(settings, points, &indices, states, stream);
-    let estimates = rays.trace(frame, environment, points, stream, buffers);
+    let indices: Vec<usize> = (0..batch.points.len()).filter(has_ambient).collect();
+    let rays = AmbientRays::new(settings, batch, &indices, states, stream);
+    let estimates = rays.trace(frame, environment, batch, stream, buffers);
     let ambient: Vec<Rgb> = match environment {
         Some(environment) => {
-            let unoccluded = |&i: &usize| environment.diffuse(points.n(i).as_vec3());
+            let unoccluded = |&i: &usize| environment.diffuse(batch.n(i).as_vec3());
             let unoccluded: Vec<Rgb> = indices.iter().map(unoccluded).collect();
-            let pixels = indices.iter().map(|&i| stream.samples[points.points[i].sample].pixel);
+            let pixels = indices.iter().map(|&i| stream.samples[batch.points[i].path].pixel);
             arriving_light(&estimates, &unoccluded, &pixels.collect::<Vec<UVec2>>())
         }
         None => {
             let ambient = |(&i, estimate): (&usize, &AmbientEstimate)| {
-                frame.ambient_at(points.n(i)) * estimate.visibility
+                frame.ambient_at(batch.n(i)) * estimate.visibility
             };
             indices.iter().zip(&estimates).map(ambient).collect()
         }
     };
     for (i, ambient) in indices.into_iter().zip(ambient) {
-        let (k_e, k_a) = points.emission_and_ambient(i);
+        let (k_e, k_a) = batch.layered_ke_ka(i);
         let radiance = k_e + k_a * ambient;
-        let (block, lane) = points.soa.lane_mut(i);
+        let (block, lane) = batch.soa.lane_mut(i);
         set3(&mut block.radiance, lane, radiance.to_array());
     }
 }
@@ -63,7 +65,7 @@ pub(crate) fn occlude_ambient(
 /// Means over the rays of a point.
 #[derive(Clone, Copy, Default)]
 struct AmbientEstimate {
-    /// The share of directions that is visible, by colour.
+    /// V_a, the share of directions that is visible, by colour.
     visibility: Rgb,
     /// The environment's light that arrives.
     visible: Rgb,
@@ -84,9 +86,9 @@ struct PixelSums {
 
 /// The environment's light that arrives at points of these pixels.
 ///
-/// In pixels where most directions are visible, it is the unoccluded light minus what is hidden, and else what the visible
-/// directions show: open surfaces have no noise, whatever the environment. Both have the same mean; the choice is made for
-/// pixels and not for samples, whose few rays would prefer one of them when they miss a light.
+/// In pixels where most directions are visible, it is the unoccluded light minus what is hidden, and otherwise what the
+/// visible directions show: open surfaces have no noise, whatever the environment. Both have the same mean; the choice is
+/// made for pixels and not for samples, whose few rays would prefer one of them when they miss a light.
 fn arriving_light(estimates: &[AmbientEstimate], unoccluded: &[Rgb], pixels: &[UVec2]) -> Vec<Rgb> {
     let mut sums: HashMap<UVec2, PixelSums> = HashMap::new();
     for ((estimate, unoccluded), &pixel) in estimates.iter().zip(unoccluded).zip(pixels) {
@@ -120,11 +122,11 @@ fn fixed(v: f32) -> i128 {
     (f64::from(v) * ONE) as i128
 }
 
-/// The rays that a batch of points sends out for ambient light.
+/// The rays of a batch of points for ambient light.
 struct AmbientRays<'a> {
     /// Only nearer surfaces occlude.
     distance: f64,
-    /// Indices of the points.
+    /// Indices of the points in the batch.
     points: &'a [usize],
     /// Number of rays of each point.
     counts: Vec<u32>,
@@ -135,13 +137,13 @@ impl<'a> AmbientRays<'a> {
     /// in a pixel: they get half as many, in proportion to the share of their light that arrives at the eye.
     fn new(
         settings: AmbientOcclusion,
-        points: &ShadingBatch,
+        batch: &ShadingBatch,
         indices: &'a [usize],
         states: &[PathState],
         stream: SampleStream,
     ) -> AmbientRays<'a> {
         let first = settings.samples.div_ceil(stream.sampler.count.max(1)).max(1);
-        let count = |&i: &usize| match states.get(points.points[i].sample) {
+        let count = |&i: &usize| match states.get(batch.points[i].path) {
             Some(state) if stream.wave > 0 => {
                 ((0.5 * first as f32 * state.importance.min(1.0)).round() as u32).max(1)
             }
@@ -159,24 +161,24 @@ impl<'a> AmbientRays<'a> {
         &self,
         frame: &Frame,
         environment: Option<&Environment>,
-        points: &ShadingBatch,
+        batch: &ShadingBatch,
         stream: SampleStream,
         buffers: &mut ShadowBuffers,
     ) -> Vec<AmbientEstimate> {
         let mut sums = vec![AmbientEstimate::default(); self.points.len()];
         let mut radiance = Vec::new();
         for part in 0..self.counts.iter().copied().max().unwrap_or(0) {
-            let active: Vec<usize> = (0..self.counts.len()).filter(|&k| part < self.counts[k]).collect();
+            let active: Vec<usize> = (0..self.counts.len()).filter(|&i| part < self.counts[i]).collect();
             let segments = &mut buffers.segments;
             segments.clear();
             segments.coherence = Coherence::None;
             radiance.clear();
-            for &k in &active {
-                let (i, count) = (self.points[k], self.counts[k]);
-                let (block, lane) = points.soa.lane(i);
+            for &i in &active {
+                let (point, count) = (self.points[i], self.counts[i]);
+                let (block, lane) = batch.soa.lane(point);
                 let n_g = dvec3(&block.n_g, lane);
-                let sample = points.points[i].sample;
-                let u = stream.get_2d_split(sample, SampleDimension::Ambient, part, count);
+                let path = batch.points[point].path;
+                let u = stream.get_2d_split(path, SampleDimension::Ambient, part, count);
                 let n = block.n(lane);
                 let l = cosine_hemisphere(n, u);
                 if let Some(environment) = environment {
@@ -186,21 +188,21 @@ impl<'a> AmbientRays<'a> {
                 }
                 // Directions into the triangle, which a tilted shading normal allows, are mirrored out.
                 let l = l - n_g * (2.0 * l.dot(n_g).min(0.0));
-                let (from, source) = points.shadow_ray_origin(i, l);
+                let (from, source) = batch.offset_origin(point, l);
                 let distance = self.distance.min(frame.distance_beyond_scene(from));
                 segments.push(from, (from.as_dvec3() + l * distance).as_vec3(), source);
             }
             buffers.trace(frame);
-            for (j, &k) in active.iter().enumerate() {
+            for (j, &i) in active.iter().enumerate() {
                 let from = buffers.segments.from[j];
                 let to = buffers.segments.to[j];
                 let to_infinity = self.distance == f64::INFINITY;
                 let is_blocked = frame.ground_blocks(from, to.as_dvec3() - from.as_dvec3(), to_infinity);
                 let visibility = if is_blocked { Rgb::ZERO } else { buffers.visibility[j] };
                 let radiance = radiance.get(j).copied().unwrap_or_default();
-                sums[k].visibility += visibility;
-                sums[k].visible += visibility * radiance;
-                sums[k].hidden += (Rgb::ONE - visibility) * radiance;
+                sums[i].visibility += visibility;
+                sums[i].visible += visibility * radiance;
+                sums[i].hidden += (Rgb::ONE - visibility) * radiance;
             }
         }
         let mean = |(sum, &count): (&AmbientEstimate, &u32)| {

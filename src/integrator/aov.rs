@@ -8,8 +8,8 @@ use crate::accel::{RayBatch, TraversalStats};
 use crate::geometry::{Hit, Rgb};
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
-use crate::integrator::material::opacity::{alpha, base_color};
-use crate::integrator::path_rays::PathRays;
+use crate::integrator::material::opacity::{base_color, opacity};
+use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
 use crate::integrator::sample::Sample;
 use crate::integrator::scratch::Scratch;
 use crate::integrator::surface::surface_point::SurfacePoint;
@@ -84,6 +84,7 @@ impl Aov {
             Aov::Uv => "UV",
             Aov::Mask => "A",
             Aov::ObjectId | Aov::MaterialId => "I",
+            // Nodes and blocks of triangles.
             Aov::Steps => "NB",
         }
     }
@@ -152,7 +153,7 @@ pub struct FirstHit<'s> {
 }
 
 impl FirstHit<'_> {
-    /// Cost of the eye ray up to its first hit.
+    /// Cost of the eye ray up to its first hit. Traces the ray again, because only this layer counts the steps.
     fn traversal_stats(&self, frame: &Frame) -> TraversalStats {
         let mut ray = RayBatch::default();
         frame.generate_eye_rays(std::slice::from_ref(&self.sample), &mut ray);
@@ -165,30 +166,33 @@ impl FirstHit<'_> {
 pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scratch) -> Vec<FirstHit<'s>> {
     let mut first: Vec<FirstHit> = samples.iter().map(|&sample| FirstHit { sample, surface: None }).collect();
     let mut rays = PathRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
-    while !rays.is_empty() {
+    for _ in 0..MAX_SURFACES_PER_RAY {
         rays.intersect(frame);
         for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {
             let surface = SurfacePoint::at(frame.posed, eye.hit.id, eye.ray);
             if !is_hole(frame, &surface) {
-                first[eye.sample].surface = Some((eye.hit, surface));
+                first[eye.path].surface = Some((eye.hit, surface));
             }
         }
         rays.continue_behind(|sample| first[sample].surface.is_none());
+        if rays.is_empty() {
+            break;
+        }
     }
     first
 }
 
 /// Less opacity than an 8-bit picture can show.
-const MIN_ALPHA: f32 = 1.0 / 512.0;
+const MIN_OPACITY: f32 = 1.0 / 512.0;
 
 /// True where a texture makes a surface fully transparent.
 fn is_hole(frame: &Frame, surface: &SurfacePoint) -> bool {
     let material = &frame.posed.materials[surface.material as usize];
-    let alpha = || alpha(frame.posed, material, &surface.ctx);
+    let opacity = || opacity(frame.posed, material, &surface.ctx);
     match material.alpha_mode {
         AlphaMode::Opaque => false,
-        AlphaMode::Mask(_) => alpha() == 0.0,
+        AlphaMode::Mask(_) => opacity() == 0.0,
         // A material that is transparent everywhere is an object nevertheless.
-        AlphaMode::Blend => material.alpha.factor > MIN_ALPHA && alpha() < MIN_ALPHA,
+        AlphaMode::Blend => material.alpha.factor > MIN_OPACITY && opacity() < MIN_OPACITY,
     }
 }

@@ -1,12 +1,12 @@
 //! Cryptomatte coverage: the share of each sample that each object and material covers (Friedman and Jones, “Fully
 //! Automatic ID Mattes with Support for Motion Blur and Transparency”, SIGGRAPH 2015).
 //!
-//! A surface covers its alpha of what the surfaces in front of it leave open. A blended pane therefore shares its pixels
-//! with what is behind it, while glass (transmission) covers all of them. Cycles does the same.
+//! A surface covers the fraction alpha of what the surfaces in front of it leave open. A blended pane therefore shares its
+//! pixels with what is behind it, while glass (transmission) covers all of them. Cycles does the same.
 
 use crate::integrator::frame::Frame;
-use crate::integrator::material::opacity::alpha;
-use crate::integrator::path_rays::{MAX_LAYERS, PathRays};
+use crate::integrator::material::opacity::opacity;
+use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
 use crate::integrator::sample::Sample;
 use crate::integrator::scratch::Scratch;
 use crate::integrator::surface::surface_point::SurfacePoint;
@@ -54,8 +54,8 @@ impl MatteCoverage {
     }
 }
 
-/// Calls `add` with the index of a sample and a surface that it sees: for each layer of surfaces, nearest first, sample by
-/// sample.
+/// Calls `add` with the index of a sample and a surface that it sees: first the nearest surface of each sample, then the
+/// surfaces behind these, and so on.
 pub fn trace_mattes(
     frame: &Frame,
     samples: &[Sample],
@@ -65,17 +65,17 @@ pub fn trace_mattes(
     // The share of each sample that is not covered yet.
     let mut open = vec![1f32; samples.len()];
     let mut rays = PathRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
-    for _ in 0..MAX_LAYERS {
+    for _ in 0..MAX_SURFACES_PER_RAY {
         rays.intersect(frame);
         for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {
             let surface = SurfacePoint::at(frame.posed, eye.hit.id, eye.ray);
             let material = &frame.posed.materials[surface.material as usize];
-            let open = &mut open[eye.sample];
-            let coverage = *open * alpha(frame.posed, material, &surface.ctx);
+            let open = &mut open[eye.path];
+            let coverage = *open * opacity(frame.posed, material, &surface.ctx);
             *open -= coverage;
             if coverage > 0.0 {
                 let object = frame.posed.scene.instances[eye.hit.id.instance as usize].object;
-                add(eye.sample, MatteCoverage { object, material: surface.material + 1, coverage });
+                add(eye.path, MatteCoverage { object, material: surface.material + 1, coverage });
             }
         }
         rays.continue_behind(|sample| open[sample] > 0.0);

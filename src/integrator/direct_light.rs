@@ -5,25 +5,26 @@ use glam::{DVec3, Vec3};
 use crate::geometry::Rgb;
 use crate::integrator::shadow_rays::ShadowRay;
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::shadow_terminator::shadow_ray_origin;
+use crate::integrator::surface::shadow_terminator::offset_to_smooth_surface;
 use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
 use crate::scene::{LightEval, LightSample};
 
 /// A light at the points of a [`PointBlock`].
-pub(crate) struct LightBlock {
+pub(crate) struct IncidentLight {
     /// Unit directions to the light. In f64, because narrow highlights magnify rounding errors.
     l: [[f64; LANES]; 3],
-    /// I/r² (E for directional lights) by colour; 0 where the light does not face the surface.
+    /// I/r² (E for directional lights) by colour, with the light's cone and range, before the factor n·l; 0 where the light
+    /// does not face the surface.
     pub irradiance: [[f32; LANES]; 3],
-    /// n·l.
+    /// n·l, not clamped: where it is not positive, `irradiance` is 0.
     pub n_dot_l: [f32; LANES],
-    /// The same of the geometric normal.
+    /// n_g·l.
     n_g_dot_l: [f64; LANES],
     shadow_ray_origin: [[f32; LANES]; 3],
 }
 
-impl LightBlock {
-    pub const ZERO: LightBlock = LightBlock {
+impl IncidentLight {
+    pub const ZERO: IncidentLight = IncidentLight {
         l: [[0.0; LANES]; 3],
         irradiance: [[0.0; LANES]; 3],
         n_dot_l: [0.0; LANES],
@@ -37,7 +38,7 @@ impl LightBlock {
         dvec3(&self.l, i)
     }
 
-    /// Evaluates a light of an `intensity` at the points of a block. Each type of light has its own branch-free loop,
+    /// Evaluates a light with the given `intensity` at the points of a block. Each type of light has its own branch-free loop,
     /// which the compiler vectorises: a match inside the loop, or a closure that all types share, prevents that.
     #[inline(always)]
     pub fn evaluate(&mut self, light: &LightEval, intensity: Rgb, block: &PointBlock) {
@@ -64,7 +65,7 @@ impl LightBlock {
     #[inline(always)]
     fn set(&mut self, block: &PointBlock, i: usize, l: DVec3, irradiance: Rgb) {
         let n_dot_l = block.n(i).dot(l);
-        // Light on one side of the surface is not seen from the other.
+        // Both the shading and the vertex normal must face the light. This is the max of max(0, n·l).
         let is_facing = n_dot_l > 0.0 && dvec3(&block.n_v, i).dot(l) > 0.0;
         // Also turns NaN, as ∞ · 0 is, into 0.
         let is_lit = is_facing && irradiance.max_element() > 0.0;
@@ -76,7 +77,7 @@ impl LightBlock {
         set3(&mut self.irradiance, i, irradiance.to_array());
         self.n_dot_l[i] = n_dot_l as f32;
         self.n_g_dot_l[i] = n_g_dot_l;
-        set3(&mut self.shadow_ray_origin, i, shadow_ray_origin(origin, offset, n_g_dot_l).to_array());
+        set3(&mut self.shadow_ray_origin, i, offset_to_smooth_surface(origin, offset, n_g_dot_l).to_array());
     }
 
     /// The lit points among the first `count`, as a bit mask.
@@ -94,11 +95,12 @@ impl LightBlock {
     #[inline(always)]
     pub fn push_shadow_rays(&self, first: usize, mut lit_mask: u32, rays: &mut Vec<ShadowRay>) {
         while lit_mask != 0 {
+            // The remainder lets the compiler drop the bounds checks.
             let i = lit_mask.trailing_zeros() as usize % LANES;
             lit_mask &= lit_mask - 1;
             rays.push(ShadowRay {
                 point: first + i,
-                l: self.l(i),
+                l_centre: self.l(i),
                 origin: vec3(&self.shadow_ray_origin, i),
                 light_in_front: self.n_g_dot_l[i] > 0.0,
             });

@@ -4,13 +4,14 @@ use glam::{DAffine3, DVec3};
 
 use crate::accel::{Accel, Coherence, RayBatch};
 use crate::geometry::{HitId, RayDifferential, Rgb};
-use crate::integrator::material::coefficients::MaterialOverrides;
+use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
 use crate::integrator::media::Medium;
 use crate::integrator::sample::Sample;
 use crate::scene::{
     Camera, Environment, Ground, Material, PosedLight, PosedScene, Projection, ResolvedLighting,
     SkyIrradiance,
 };
+use crate::simd::SimdLevel;
 
 /// [`Frame::bounces`] of a new frame.
 pub const DEFAULT_BOUNCES: u8 = 4;
@@ -28,16 +29,15 @@ pub struct Frame<'a> {
     pub lights: Vec<PosedLight>,
     /// The lecture's I_a.
     pub ambient: Rgb,
-    /// Replaces I_a by the light of a sky, which depends on the normal.
+    /// Replaces I_a by the light of a sky, which depends on the normal: the irradiance of `environment`.
     pub sky: Option<SkyIrradiance>,
-    /// The light from infinitely far away that specular lobes and escaping rays meet, in the scene's coordinates; `None`
-    /// is black.
+    /// The radiance of the same light from infinitely far away, which specular lobes and escaping rays meet, in the scene's
+    /// coordinates; `None` is black.
     pub environment: Option<Environment>,
     /// The light that eye rays meet which pass the scene, in the scene's coordinates; `None` is nothing, which leaves
     /// pixels transparent.
     pub background: Option<Environment>,
-    /// Most reflections along a path of light, and a third of its passages through surfaces of glass; 0 is the pure
-    /// lecture, without reflections.
+    /// Maximum number of reflections along a path; a path may meet glass three times as often. 0: the lecture alone.
     pub bounces: u8,
     /// Coefficients that replace those of all materials.
     pub overrides: MaterialOverrides,
@@ -49,7 +49,7 @@ pub struct Frame<'a> {
     pub ambient_occlusion: Option<AmbientOcclusion>,
     /// A ground plane below the scene.
     pub ground: Option<Ground>,
-    /// From the scene to the world; the identity unless the frame was [`Frame::with_scene_motion`].
+    /// From the scene to the world: the identity unless [`Frame::with_scene_motion`] has moved it.
     pub scene_to_world: DAffine3,
 }
 
@@ -90,8 +90,8 @@ impl<'a> Frame<'a> {
     }
 
     /// The same frame with the scene moved by a rotation and a translation, while camera, lights and sky stand still. It
-    /// moves camera and lights by the inverse instead, so that the acceleration structure stays valid. A ground plane is
-    /// only kept right by rotations about the vertical through its centre.
+    /// moves camera and lights by the inverse instead, so that the acceleration structure stays valid. Rotations about the
+    /// vertical through a ground plane's centre are the only motions that keep the ground right.
     pub fn with_scene_motion(mut self, motion: &DAffine3) -> Frame<'a> {
         if *motion == DAffine3::IDENTITY {
             return self;
@@ -105,6 +105,11 @@ impl<'a> Frame<'a> {
         self.background = self.background.map(rotate);
         self.scene_to_world = *motion * self.scene_to_world;
         self
+    }
+
+    /// The SIMD level that rays are traced and points are shaded with.
+    pub(crate) fn simd(&self) -> SimdLevel {
+        self.accel.simd()
     }
 
     /// Fills `rays` with the eye rays of `samples`, between the camera's clip planes.
@@ -157,22 +162,25 @@ impl<'a> Frame<'a> {
             .filter(|environment| self.sky.is_some() && environment.as_uniform().is_none())
     }
 
-    /// True if surfaces reflect their surroundings, and materials keep their own coefficients.
-    pub(crate) fn reflects(&self) -> bool {
+    /// True if surfaces reflect and refract their surroundings. Any override of coefficients turns that off: glass is then
+    /// thin.
+    pub(crate) fn reflections_enabled(&self) -> bool {
         self.bounces > 0 && self.overrides == MaterialOverrides::default()
     }
 
-    /// True if a triangle belongs to the surface of a body, and not to a thin wall.
+    /// True if a triangle belongs to the surface of a solid (a body), and not to a thin wall.
     #[inline]
     pub(crate) fn is_body(&self, id: HitId) -> bool {
         // The ground has no triangles.
         id != HitId::NONE && self.posed.mesh(id.instance).is_body
     }
 
-    /// True if a triangle of a transmissive surface refracts light.
+    /// True if the light that a point of triangle `id` with coefficients `k` transmits is carried by refracted rays. Other
+    /// surfaces let it pass straight.
     #[inline]
-    pub(crate) fn refracts(&self, id: HitId) -> bool {
-        self.is_body(id) && self.reflects() && self.material(id).reflects()
+    pub(crate) fn refracts(&self, id: HitId, k: &Coefficients) -> bool {
+        // Where reflections are disabled no point has layers.
+        k.transmission_weight > 0.0 && k.layers.reflects && self.is_body(id)
     }
 
     /// The material of a triangle's mesh.

@@ -1,5 +1,5 @@
-//! Gathers the hits of eye rays as shading points, and evaluates all of them that depends on no light: surface, material,
-//! and the radiance k_e + k_a I_a.
+//! Gathers the hits of path rays as shading points, and evaluates everything that does not depend on a light: surface,
+//! material, and the radiance k_e + k_a I_a.
 //!
 //! Hits are grouped by triangle, because the points of one triangle share vertices and material, and are computed eight
 //! at a time.
@@ -8,9 +8,9 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::geometry::Rgb;
+use crate::geometry::{RayDifferential, Rgb};
+use crate::integrator::compositor::Compositor;
 use crate::integrator::frame::Frame;
-use crate::integrator::layers::Layers;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::evaluator::MaterialEvaluator;
 use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
@@ -22,65 +22,105 @@ use crate::integrator::surface::shading_triangle::ShadingTriangle;
 use crate::integrator::surface::soa::{HIT_LANES, dvec3};
 use crate::integrator::surface::surface_hit::Ray8;
 use crate::integrator::surface::surface_point::SurfacePoint;
-use crate::integrator::surface::texture_batch::TextureSamples;
-use crate::integrator::surface::texture_eval::{PointSamples, TextureEvalContext};
+use crate::integrator::surface::texel_batch::TexelBatch;
+use crate::integrator::surface::texture_eval::{PointTexels, TextureEvalContext};
 
-/// Gathers the current layer's points, first those on the ground in front of it. `unlit` computes k_e + k_a I_a from a
-/// point's coefficients and shading normal. `reflects` is true if surfaces reflect their surroundings.
+/// Gathers the points that the rays hit, first those on the ground in front of other surfaces. `base_radiance` computes
+/// k_e + k_a I_a from a point's coefficients and shading normal.
 pub(crate) fn gather_points<'s>(
     frame: &Frame<'s>,
-    layers: &mut Layers,
+    compositor: &mut Compositor,
     samples: &[Sample],
     buffers: &mut BatchBuffers,
-    reflects: bool,
-    unlit: impl Fn(&Coefficients, DVec3) -> Rgb,
+    reflections_enabled: bool,
+    base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
 ) -> ShadingBatch<'s> {
     let mut batch = ShadingBatch::new(buffers);
-    // Composited in this order, the ground covers what is behind it.
-    frame.gather_ground(&mut batch, &layers.rays, &mut layers.ground_t, &unlit);
-    compute_hits(frame, &mut batch, &layers.rays, samples);
-    evaluate_materials(frame, &mut batch, reflects, unlit);
+    // Composited in this order, the ground covers what is behind it. Its points are the first of their paths in the batch.
+    frame.gather_ground(&mut batch, &compositor.rays, &mut compositor.ground_t, &base_radiance);
+    compute_surface_points(frame, &mut batch, &compositor.rays, samples);
+    evaluate_materials(frame, &mut batch, reflections_enabled, base_radiance);
     batch
 }
 
 /// Computes the surface points of all hits, triangle by triangle.
-fn compute_hits<'s>(frame: &Frame<'s>, batch: &mut ShadingBatch<'s>, rays: &PathRays, samples: &[Sample]) {
-    let ShadingBatch { soa, triangles, samples: point_samples, hits_by_triangle, .. } = batch;
+fn compute_surface_points<'s>(
+    frame: &Frame<'s>,
+    batch: &mut ShadingBatch<'s>,
+    rays: &PathRays,
+    samples: &[Sample],
+) {
+    let ShadingBatch { points, soa, triangles, hits_by_triangle, .. } = batch;
     hits_by_triangle.group(rays.hits());
     triangles.reserve(hits_by_triangle.len());
-    let footprint = |hit: u32| samples[rays.sample(hit as usize)].footprint;
-    // Usually all samples have one footprint.
-    let footprints_differ = samples.iter().any(|sample| sample.footprint != samples[0].footprint);
-    let mut last_footprint = [0.0; 2];
-    let mut differential = None;
+    let mut footprints = Footprints::new(frame, rays, samples);
     let mut ray8 = Ray8::ZERO;
-    let mut ray8_samples = [0; HIT_LANES];
     for (id, first) in hits_by_triangle.iter() {
         let triangle = ShadingTriangle::new(frame.posed, id);
-        let start = point_samples.len();
+        let start = points.len();
         let mut next = Some(first);
         while let Some(hit) = next {
-            let capacity = HIT_LANES.min(soa.free_lanes());
-            let capacity = if rays.is_secondary { 1 } else { capacity };
-            if rays.is_secondary {
-                let state = &rays.states[rays.sample(hit as usize)];
-                differential = Some(state.ray_differential(rays.ray(hit as usize).d));
-            } else if footprint(hit) != last_footprint {
-                last_footprint = footprint(hit);
-                differential = frame.ray_differential(last_footprint);
-            }
+            let capacity = if rays.is_secondary { 1 } else { HIT_LANES.min(soa.free_lanes()) };
+            let differential = footprints.differential(hit);
             let mut count = 0;
-            let same_footprint = |hit: &u32| !footprints_differ || footprint(*hit) == last_footprint;
-            while let Some(hit) = next.filter(|hit| count < capacity && same_footprint(hit)) {
+            while let Some(hit) = next.filter(|&hit| count < capacity && footprints.is_current(hit)) {
                 ray8.set(count, rays.ray(hit as usize));
-                ray8_samples[count] = rays.sample(hit as usize);
+                let path = rays.path(hit as usize);
+                points.push(ShadingPoint { path, id, is_shadow_catcher: false, coefficients: 0 });
                 count += 1;
                 next = hits_by_triangle.next(hit);
             }
-            point_samples.extend_from_slice(&ray8_samples[..count]);
-            triangle.append_hits(frame.accel, &ray8, count, differential, soa);
+            triangle.append_hits(frame.simd(), &ray8, count, differential, soa);
         }
-        triangles.push(TrianglePoints { triangle, range: start..point_samples.len() });
+        triangles.push(TrianglePoints { triangle, range: start..points.len() });
+    }
+}
+
+/// The ray differentials of hits. Usually all samples have one footprint, and so one differential.
+struct Footprints<'a> {
+    frame: &'a Frame<'a>,
+    rays: &'a PathRays<'a>,
+    samples: &'a [Sample],
+    /// True if eye rays have different footprints.
+    differ: bool,
+    /// The last footprint of an eye ray.
+    last: [f64; 2],
+    /// The differential of `last`.
+    last_differential: Option<RayDifferential>,
+}
+
+impl<'a> Footprints<'a> {
+    fn new(frame: &'a Frame, rays: &'a PathRays, samples: &'a [Sample]) -> Footprints<'a> {
+        // Each secondary ray has a differential of its own.
+        let differ =
+            !rays.is_secondary && samples.iter().any(|sample| sample.footprint != samples[0].footprint);
+        Footprints { frame, rays, samples, differ, last: [0.0; 2], last_differential: None }
+    }
+
+    #[inline(always)]
+    fn footprint(&self, hit: u32) -> [f64; 2] {
+        self.samples[self.rays.path(hit as usize)].footprint
+    }
+
+    /// The differential of the ray of a hit, which becomes the current one.
+    #[inline(always)]
+    fn differential(&mut self, hit: u32) -> Option<RayDifferential> {
+        if self.rays.is_secondary {
+            let state = &self.rays.states[self.rays.path(hit as usize)];
+            return Some(state.ray_differential(self.rays.ray(hit as usize).d));
+        }
+        let footprint = self.footprint(hit);
+        if footprint != self.last {
+            self.last = footprint;
+            self.last_differential = self.frame.ray_differential(footprint);
+        }
+        self.last_differential
+    }
+
+    /// True if a hit's footprint is the current one.
+    #[inline(always)]
+    fn is_current(&self, hit: u32) -> bool {
+        !self.differ || self.footprint(hit) == self.last
     }
 }
 
@@ -88,42 +128,33 @@ fn compute_hits<'s>(frame: &Frame<'s>, batch: &mut ShadingBatch<'s>, rays: &Path
 fn evaluate_materials(
     frame: &Frame,
     batch: &mut ShadingBatch,
-    reflects: bool,
-    unlit: impl Fn(&Coefficients, DVec3) -> Rgb,
+    reflections_enabled: bool,
+    base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
 ) {
-    let ShadingBatch { points, coefficients, soa, triangles, samples, .. } = batch;
-    let overrides = &frame.overrides;
+    let ShadingBatch { points, coefficients, soa, triangles, .. } = batch;
+    let under_sky = frame.sky.is_some();
     let evaluator =
-        MaterialEvaluator::new(frame.posed, coefficients, overrides, frame.sky.is_some(), reflects);
-    let mut stage = MaterialStage {
-        frame,
-        evaluator,
-        texture_samples: TextureSamples::default(),
-        unlit,
-        samples: &samples[..],
-        points,
-    };
+        MaterialEvaluator::new(frame.posed, coefficients, &frame.overrides, under_sky, reflections_enabled);
+    let mut pass = MaterialPass { frame, evaluator, texels: TexelBatch::default(), base_radiance, points };
     for TrianglePoints { triangle, range } in triangles.iter() {
         if triangle.is_uniform {
-            stage.eval_uniform(triangle, range.clone(), soa);
+            pass.eval_uniform(triangle, range.clone(), soa);
         } else {
-            stage.eval_textured(triangle, range.clone(), soa);
+            pass.eval_textured(triangle, range.clone(), soa);
         }
     }
 }
 
-/// Evaluates materials, and appends the points that it has evaluated.
-struct MaterialStage<'a, F> {
+/// Evaluates the materials of points.
+struct MaterialPass<'a, F> {
     frame: &'a Frame<'a>,
     evaluator: MaterialEvaluator<'a>,
-    texture_samples: TextureSamples<'a>,
-    unlit: F,
-    /// The sample of each point.
-    samples: &'a [usize],
-    points: &'a mut Vec<ShadingPoint>,
+    texels: TexelBatch<'a>,
+    base_radiance: F,
+    points: &'a mut [ShadingPoint],
 }
 
-impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialStage<'_, F> {
+impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
     /// Points with the same coefficients.
     fn eval_uniform(&mut self, triangle: &ShadingTriangle, range: Range<usize>, soa: &mut PointsSoa) {
         let (block, lane) = soa.lane(range.start);
@@ -132,15 +163,14 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialStage<'_, F> {
         let k = self.evaluator.get(index);
         let antialiasing = self.specular_antialiasing(triangle);
         // Only a sky's light depends on the normal.
-        let unlit = (self.unlit)(k, DVec3::ZERO);
+        let base_radiance = (self.base_radiance)(k, DVec3::ZERO);
         for (block, lanes) in soa.lanes_mut(range.clone()) {
-            block.set_uniform_material(lanes.clone(), k, &antialiasing, unlit);
+            block.set_uniform_material(lanes.clone(), k, &antialiasing, base_radiance);
             for lane in lanes.filter(|_| self.frame.sky.is_some()) {
-                block.set_unlit(lane, (self.unlit)(k, block.n(lane)));
+                block.set_base_radiance(lane, (self.base_radiance)(k, block.n(lane)));
             }
         }
-        let samples = &self.samples[range];
-        self.points.extend(samples.iter().map(|&sample| ShadingPoint::new(sample, triangle.id, index)));
+        self.points[range].iter_mut().for_each(|point| point.coefficients = index);
     }
 
     /// Points whose coefficients or normals depend on textures or vertex colours.
@@ -150,28 +180,28 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialStage<'_, F> {
         let has_normal_map = posed.materials[triangle.material as usize].normal.is_some();
         let mut i = range.start;
         for (block, lanes) in soa.lanes_mut(range) {
-            let (accel, mesh) = (self.frame.accel, triangle.triangle);
-            self.texture_samples.sample(accel, posed, triangle.material, mesh, block, lanes.clone());
-            let mut roughness = block.curvature_roughness();
+            let (simd, mesh) = (self.frame.simd(), triangle.triangle);
+            self.texels.sample(simd, posed, triangle.material, mesh, block, lanes.clone());
+            let mut alpha2_increase = block.curvature_alpha2_increase();
             for lane in lanes.clone() {
-                let samples = PointSamples { samples: &self.texture_samples, lane };
+                let texels = PointTexels { batch: &self.texels, lane };
                 let ctx = triangle.texture_context(block.coords(lane));
-                let ctx = TextureEvalContext { samples: Some(samples), ..ctx };
+                let ctx = TextureEvalContext { texels: Some(texels), ..ctx };
                 let mut n = dvec3(&block.n_v, lane);
                 if has_normal_map {
                     let surface = SurfacePoint { ctx, ..triangle.surface_from_hit(&block.hit(lane)) };
-                    (n, roughness[lane]) = surface.filtered_normal(posed);
+                    (n, alpha2_increase[lane]) = surface.filtered_normal(posed);
                 }
                 let index = self.evaluator.eval(triangle.material, &ctx);
                 let k = self.evaluator.get(index);
-                block.set_material(lane, n, k, (self.unlit)(k, n));
+                block.set_material(lane, n, k, (self.base_radiance)(k, n));
                 if k.layers.reflects {
-                    block.set_reflecting(lane, roughness[lane]);
+                    block.set_reflecting(lane, alpha2_increase[lane]);
                 }
-                self.points.push(ShadingPoint::new(self.samples[i], triangle.id, index));
+                self.points[i].coefficients = index;
                 i += 1;
             }
-            block.apply_specular_antialiasing(lanes, &antialiasing, &roughness);
+            block.apply_specular_antialiasing(lanes, &antialiasing, &alpha2_increase);
         }
     }
 

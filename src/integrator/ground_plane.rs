@@ -1,4 +1,5 @@
-//! The ground plane: its intersection with eye rays, and what it hides from lights.
+//! The ground plane: its intersection with path rays, and what it hides from lights. It lies below the scene's bounds, so
+//! that rays from above meet nothing behind it.
 
 use glam::{DVec3, Vec3};
 
@@ -45,22 +46,22 @@ impl Frame<'_> {
         (0..rays.len()).map(intersect).collect()
     }
 
-    /// Adds the ground where it is in front of the rays' hits. `ground_t`, by sample, loses what was added.
+    /// Adds the ground where it is in front of the rays' hits. `ground_t`, by path, loses what was added.
     pub(crate) fn gather_ground(
         &self,
         batch: &mut ShadingBatch,
         rays: &PathRays,
         ground_t: &mut [Option<f64>],
-        unlit: impl Fn(&Coefficients, DVec3) -> Rgb,
+        base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
     ) {
         if ground_t.is_empty() {
             return;
         }
-        for eye in rays.iter() {
+        for ray_hit in rays.iter() {
             // The t of a hit has an error of about one ulp: an object on the ground is in front of it.
-            let in_front = |t: &mut f64| eye.hit.is_miss() || (*t as f32) < eye.hit.t.next_down();
-            if let Some(t) = ground_t[eye.sample].take_if(in_front) {
-                self.add_ground_point(batch, eye.sample, eye.ray, t, &unlit);
+            let in_front = |t: &mut f64| ray_hit.hit.is_miss() || (*t as f32) < ray_hit.hit.t.next_down();
+            if let Some(t) = ground_t[ray_hit.path].take_if(in_front) {
+                self.add_ground_point(batch, ray_hit.path, ray_hit.ray, t, &base_radiance);
             }
         }
     }
@@ -69,22 +70,22 @@ impl Frame<'_> {
     fn add_ground_point(
         &self,
         batch: &mut ShadingBatch,
-        sample: usize,
+        path: usize,
         ray: Ray,
         t: f64,
-        unlit: impl Fn(&Coefficients, DVec3) -> Rgb,
+        base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
     ) {
         let Some(ground) = self.ground.as_ref() else { return };
         let at = (ray.o.as_dvec3() + ray.d.as_dvec3() * t).as_vec3();
         let p = Vec3::new(at.x, self.ground_height(ground), at.z);
         let from_centre = p.as_dvec3() + self.posed.centre - ground.centre;
-        let alpha = ground.opacity(from_centre.length());
-        if !(p.is_finite() && alpha > 0.0) {
+        let opacity = ground.opacity(from_centre.length());
+        if !(p.is_finite() && opacity > 0.0) {
             return;
         }
         let is_shadow_catcher = ground.kind == GroundKind::ShadowCatcher;
         let color = if is_shadow_catcher { Rgb::ONE } else { Ground::GREY };
-        let k = Coefficients::matte(color, alpha);
+        let k = Coefficients::matte(color, opacity);
         let n = DVec3::Y;
         let hit = SurfaceHit {
             p,
@@ -97,11 +98,10 @@ impl Frame<'_> {
         };
         let (block, lane) = batch.soa.append(1);
         block.store_hit(lane, ray.d, &hit);
-        block.set_material(lane, n, &k, unlit(&k, n));
+        block.set_material(lane, n, &k, base_radiance(&k, n));
         let coefficients = batch.coefficients.len() as u32;
         batch.coefficients.push(k);
-        batch.samples.push(sample);
-        batch.points.push(ShadingPoint { sample, id: HitId::NONE, is_shadow_catcher, coefficients });
+        batch.points.push(ShadingPoint { path, id: HitId::NONE, is_shadow_catcher, coefficients });
     }
 
     /// True if the ground is between `from` and `from + to_light`, or between `from` and infinity in that direction.

@@ -1,4 +1,4 @@
-//! The bodies of glass or liquid that a path is inside of.
+//! The solids (bodies) of glass or liquid that a path is inside of.
 
 use crate::geometry::Rgb;
 
@@ -16,7 +16,7 @@ pub(crate) struct Medium {
 /// Air, or whatever the camera is in.
 const OUTSIDE: Medium = Medium { body: u32::MAX, ior: 1.0, absorption: Rgb::ZERO };
 
-/// Most bodies that are inside each other; further ones are ignored.
+/// Maximum number of bodies that are inside each other; further ones are ignored.
 const MAX_DEPTH: usize = 4;
 
 /// The bodies around a path, in the order in which it entered them. The last one entered fills the space, so that a

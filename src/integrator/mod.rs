@@ -5,18 +5,18 @@
 
 mod ambient_occlusion;
 mod aov;
+mod compositor;
 mod cryptomatte;
 mod direct_light;
 mod frame;
 mod gather;
 mod ground_plane;
-mod layers;
+mod layer_split;
 mod material;
 mod media;
 mod path_rays;
 mod paths;
 mod phong;
-mod reflections;
 mod sample;
 mod sampler;
 mod scratch;

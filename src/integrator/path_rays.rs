@@ -7,26 +7,28 @@ use crate::integrator::material::hit_filter::MaterialHitFilter;
 use crate::integrator::paths::{PathState, Wave};
 use crate::integrator::sample::Sample;
 
-/// Most surfaces along one eye ray; the rest is dropped.
-pub(crate) const MAX_LAYERS: usize = 4096;
+/// Maximum number of surfaces that a ray passes; the rest is dropped.
+pub(crate) const MAX_SURFACES_PER_RAY: usize = 4096;
 
-/// The rays of paths, one for each sample at first. Rays whose sample is finished are removed.
+/// The rays of a batch of paths, one for each path at first. Rays of finished paths are removed.
+///
+/// The index of a path is that of its sample among eye rays, and that of its ray in a [`Wave`].
 pub(crate) struct PathRays<'a> {
     rays: &'a mut RayBatch,
     hits: &'a mut HitBatch,
-    /// The sample of each ray.
-    ray_sample: Vec<usize>,
-    /// The state of each sample's path, if surfaces of the scene send out rays.
+    /// Index of the path of each ray.
+    ray_path: Vec<usize>,
+    /// The state of each path, if surfaces of the scene spawn rays.
     pub states: Vec<PathState>,
-    /// True for rays that surfaces have sent out.
+    /// True for the rays of a [`Wave`].
     pub is_secondary: bool,
 }
 
 /// A ray of a batch with its closest hit.
 #[derive(Clone, Copy)]
 pub(crate) struct PathRayHit {
-    /// Index of the sample.
-    pub sample: usize,
+    /// Index of the path.
+    pub path: usize,
     pub ray: Ray,
     /// A miss if there is nothing along the ray.
     pub hit: Hit,
@@ -41,19 +43,19 @@ impl<'a> PathRays<'a> {
         hits: &'a mut HitBatch,
     ) -> PathRays<'a> {
         frame.generate_eye_rays(samples, rays);
-        let ray_sample = (0..samples.len()).collect();
-        PathRays { rays, hits, ray_sample, states: Vec::new(), is_secondary: false }
+        let ray_path = (0..samples.len()).collect();
+        PathRays { rays, hits, ray_path, states: Vec::new(), is_secondary: false }
     }
 
     /// The rays of a wave, in place of eye rays.
     pub fn secondary(wave: &Wave, rays: &'a mut RayBatch, hits: &'a mut HitBatch) -> PathRays<'a> {
         wave.fill(rays);
         let states = wave.rays.iter().map(|ray| ray.state).collect();
-        PathRays { rays, hits, ray_sample: (0..wave.rays.len()).collect(), states, is_secondary: true }
+        PathRays { rays, hits, ray_path: (0..wave.rays.len()).collect(), states, is_secondary: true }
     }
 
     pub fn is_empty(&self) -> bool {
-        self.ray_sample.is_empty()
+        self.ray_path.is_empty()
     }
 
     pub fn batch(&self) -> &RayBatch {
@@ -76,26 +78,22 @@ impl<'a> PathRays<'a> {
         Ray { o: self.rays.origins[i], d: self.rays.directions[i] }
     }
 
-    /// The sample of ray number `i`.
+    /// Index of the path of ray number `i`.
     #[inline(always)]
-    pub fn sample(&self, i: usize) -> usize {
-        self.ray_sample[i]
+    pub fn path(&self, i: usize) -> usize {
+        self.ray_path[i]
     }
 
     /// All rays with their hits and misses.
     pub fn iter(&self) -> impl Iterator<Item = PathRayHit> {
-        (0..self.hits.len()).map(|i| PathRayHit {
-            sample: self.sample(i),
-            ray: self.ray(i),
-            hit: self.hits[i],
-        })
+        (0..self.hits.len()).map(|i| PathRayHit { path: self.path(i), ray: self.ray(i), hit: self.hits[i] })
     }
 
-    /// Keeps the rays that hit a surface and whose sample `continues`. They start again behind their hits.
+    /// Keeps the rays that hit a surface and whose path `continues`. They start again behind their hits.
     pub fn continue_behind(&mut self, continues: impl Fn(usize) -> bool) {
-        let keep = |i: &usize| !self.hits[*i].is_miss() && continues(self.ray_sample[*i]);
+        let keep = |i: &usize| !self.hits[*i].is_miss() && continues(self.ray_path[*i]);
         let kept: Vec<usize> = (0..self.hits.len()).filter(keep).collect();
         self.rays.continue_behind(&kept, self.hits);
-        self.ray_sample = kept.iter().map(|&i| self.ray_sample[i]).collect();
+        self.ray_path = kept.iter().map(|&i| self.ray_path[i]).collect();
     }
 }

@@ -1,5 +1,5 @@
 //! Paths of light: an eye ray and the reflected and refracted rays that follow it, traced in waves. Each wave has the rays
-//! that the surfaces hit by the previous one send out.
+//! that the surfaces hit by the previous one spawn.
 
 use glam::{DVec3, Vec3};
 
@@ -9,31 +9,37 @@ use crate::integrator::frame::Frame;
 use crate::integrator::media::MediumStack;
 use crate::integrator::sample::Sample;
 
-/// The part of a path's state that changes from surface to surface.
+/// State of a path at its current ray.
+///
+/// A path has a ray cone (Akenine-Möller et al., “Texture Level of Detail Strategies for Real-Time Ray Tracing”, Ray Tracing
+/// Gems, 2019): a width and its growth, which sum up all surfaces met so far. Eye rays have exact ray differentials, whose
+/// shape textures are filtered with; behind a rough or curved surface only the size of the footprint is known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathState {
     /// Where the current ray starts.
     pub origin: Vec3,
-    /// Width of the beam that the ray stands for: at its origin in metres, and its growth per metre.
+    /// Width of the ray cone at the ray's origin, in metres.
     pub width: f32,
+    /// Growth of the ray cone per metre.
     pub spread: f32,
     /// The bodies that the ray is inside of.
     pub media: MediumStack,
     /// Share of the light at the origin that arrives in the picture: the brightest channel.
     pub importance: f32,
-    /// Reflections and passages through the surface of a body that may still follow.
+    /// Number of reflections at surfaces that are no glass that may still follow.
     pub reflections_left: u8,
-    pub transmissions_left: u8,
+    /// Number of reflections and refractions at glass that may still follow.
+    pub glass_events_left: u8,
 }
 
 impl PathState {
-    /// Width of the beam at `p`.
+    /// Width of the ray cone at `p`, in metres.
     pub fn width_at(&self, p: Vec3) -> f32 {
         self.width + self.spread * self.origin.distance(p)
     }
 
     /// The share of light that the medium around the ray leaves between its origin and `p`.
-    pub fn transmittance_to(&self, p: Vec3) -> Rgb {
+    pub fn medium_transmittance_to(&self, p: Vec3) -> Rgb {
         let sigma = self.media.current().absorption;
         if sigma == Rgb::ZERO {
             return Rgb::ONE;
@@ -43,7 +49,7 @@ impl PathState {
         Rgb::new(left(depth.x), left(depth.y), left(depth.z))
     }
 
-    /// The differential of a ray with unit direction `d`.
+    /// The differential of a ray with unit direction `d` that is as wide as the ray cone.
     pub fn ray_differential(&self, d: Vec3) -> RayDifferential {
         let d = d.as_dvec3();
         let x = d.any_orthonormal_vector();
@@ -62,12 +68,12 @@ pub(crate) enum Escape {
     Background,
 }
 
-/// A ray that a surface sends out.
+/// A ray that a surface spawns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SecondaryRay {
     /// Index of the path in the previous wave.
     pub parent: usize,
-    /// Share of its light that arrives at the previous wave's origin.
+    /// Factor from this ray's radiance to its parent's.
     pub weight: Rgb,
     /// Share that the light of an escaping ray has: `weight`, without that of the ray's direction in its lobe under a uniform
     /// environment, which then adds no noise.
@@ -107,13 +113,13 @@ pub(crate) struct PathLight {
     pub transmittance: Rgb,
 }
 
-/// The most light that one secondary ray adds to a picture, by colour channel. A highlight of a small light seen in a rough
-/// surface is brighter, and rare: it would be a white dot.
+/// Maximum light that one secondary ray adds to a picture, by colour channel. A highlight of a small light seen in a rough
+/// surface is brighter, and rare: it would be a firefly, a white dot.
 const MAX_CONTRIBUTION: f32 = 10.0;
 
 impl SecondaryRay {
-    /// The light that the ray adds to its parent, given what was found along it.
-    pub fn contribution(&self, found: PathLight) -> PathLight {
+    /// The light that the ray adds to its parent, given what was found along it. Clamps fireflies.
+    pub fn clamped_contribution(&self, found: PathLight) -> PathLight {
         let mut light = found.radiance * self.weight;
         let brightest = light.max_element();
         if brightest > MAX_CONTRIBUTION {
@@ -132,7 +138,7 @@ impl SecondaryRay {
 }
 
 impl Frame<'_> {
-    /// The state of the eye rays of a batch, for a scene whose surfaces send out rays.
+    /// The state of the eye rays of a batch, for a scene whose surfaces spawn rays.
     pub(crate) fn eye_states(&self, rays: &RayBatch, samples: &[Sample]) -> Vec<PathState> {
         let spread = |sample: &Sample, d: Vec3| {
             let Some(differential) = self.ray_differential(sample.footprint) else { return [0.0; 2] };
@@ -148,7 +154,7 @@ impl Frame<'_> {
                 media: MediumStack::EMPTY,
                 importance: 1.0,
                 reflections_left: self.bounces,
-                transmissions_left: self.bounces.saturating_mul(3),
+                glass_events_left: self.bounces.saturating_mul(3),
             }
         };
         samples.iter().enumerate().map(state).collect()

@@ -1,23 +1,24 @@
-//! Blinn-Phong shading: the last slide of the lecture.
+//! Blinn-Phong shading: the last slide of the lecture, extended by emission k_e, visibility V and reflection k_r L_r.
 //!
 //! L = k_e + k_a I_a + Σ V · I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ] + k_r L_r,  h = (v + l)/‖v + l‖
 //!
 //! The sum is over the lights. V, 0…1, is the visibility of the light, which a shadow ray finds. L_r is the light that
-//! arrives from where the surface reflects; k_r is 0 for matte surfaces.
+//! arrives from where the surface reflects; k_r is 0 for matte surfaces. The lecture's exponent p is `shininess` here, and
+//! its ray origin p is `o`: in this program p is a point of a surface.
 //!
 //! Points are shaded in blocks of [`LANES`], stored as structure of arrays, so that the loops over a block are vectorised.
 //! The path of a pixel:
 //!
 //! 1. `render::tiles` cuts the film into tiles and `render::sample_generator` places samples in their pixels.
 //!    [`Phong::render`] gets the samples of many pixels at once.
-//! 2. [`PathRays`] makes an eye ray of each and finds the closest hits, with `Accel::intersect`.
+//! 2. [`PathRays`] makes an eye ray of each, with `Camera::eye_ray`, and finds the closest hits, with `Accel::intersect`.
 //! 3. [`gather_points`] computes surface and material of each hit (`surface/`, `material/`), and fills blocks of points
-//!    with n, v, k_d, k_s, p and the radiance k_e + k_a I_a.
-//! 4. [`Phong::shade`] adds the light of each source: [`DirectLight`] evaluates the formula, [`trace_visibility`] traces the
-//!    shadow rays, with `Accel::occluded`.
-//! 5. [`send_out_rays`] lists the rays that reflecting and refracting points send out, and looks up the environment where
-//!    no ray is needed.
-//! 6. [`Layers`] adds the points' light to their samples. Rays continue behind transparent surfaces: back to step 2.
+//!    with n, k_d, k_s, p and the radiance k_e + k_a I_a.
+//! 4. [`Phong::shade`] computes v and k_r, and adds the light of each source: [`DirectLightKernel`] evaluates the formula,
+//!    [`trace_visibility`] traces the shadow rays, with `Accel::occluded`.
+//! 5. [`spawn_rays`] lists the rays that reflecting and refracting points spawn, and adds the environment's light where no
+//!    ray is needed.
+//! 6. [`Compositor`] adds the points' light to their paths. Rays continue behind transparent surfaces: back to step 2.
 //! 7. [`Phong::trace`] traces the rays of step 5 in the same way, as the next [`Wave`], and adds what they find.
 //! 8. `render::tiles` averages the samples of a pixel, and `render::film` collects the tiles.
 
@@ -27,18 +28,18 @@ use crate::accel::{HitBatch, RayBatch};
 use crate::geometry::{Rgb, Rgba, pow_one_minus};
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::occlude_ambient;
-use crate::integrator::direct_light::LightBlock;
+use crate::integrator::compositor::Compositor;
+use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
-use crate::integrator::layers::Layers;
+use crate::integrator::layer_split::apply_specular_layers;
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::path_rays::{MAX_LAYERS, PathRays};
+use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
 use crate::integrator::paths::{PathLight, PathState, Wave};
-use crate::integrator::reflections::split_light_among_layers;
 use crate::integrator::sample::{Sample, SampleStream};
 use crate::integrator::sampler::LowDiscrepancySampler;
 use crate::integrator::scratch::Scratch;
-use crate::integrator::secondary_rays::send_out_rays;
+use crate::integrator::secondary_rays::spawn_rays;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch};
 use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, apply_visibility, trace_visibility};
 use crate::integrator::surface::point_block::PointBlock;
@@ -61,7 +62,7 @@ pub enum Stage {
     Phong,
 }
 
-/// The Blinn-Phong integrator.
+/// A Whitted-style ray tracer with Blinn-Phong shading.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Phong {
     /// The terms that count.
@@ -80,16 +81,15 @@ impl Integrator for Phong {
         let Scratch { rays, hits, points, shadow } = scratch;
         let stream = SampleStream { samples, sampler, wave: 0 };
         let mut eye_rays = PathRays::new(frame, samples, rays, hits);
-        if self.reflects(frame) && frame.posed.has_reflecting_materials {
+        if self.reflections_enabled(frame) && frame.posed.has_reflecting_materials {
             eye_rays.states = frame.eye_states(eye_rays.batch(), samples);
         }
         let light = self.trace(frame, eye_rays, stream, points, shadow);
-        for ((out, sample), PathLight { radiance, transmittance: t }) in
-            out.iter_mut().zip(samples).zip(light)
-        {
+        for ((out, sample), PathLight { radiance, transmittance }) in out.iter_mut().zip(samples).zip(light) {
             *out = match frame.background_radiance(sample) {
-                Some(background) => (radiance + t * background).extend(1.0),
-                None => radiance.extend(1.0 - (t.x + t.y + t.z) / 3.0),
+                Some(background) => (radiance + transmittance * background).extend(1.0),
+                // Alpha is the mean opacity of the three colours.
+                None => radiance.extend(1.0 - transmittance.element_sum() / 3.0),
             };
         }
     }
@@ -100,12 +100,15 @@ impl Integrator for Phong {
 }
 
 impl Phong {
-    /// True if surfaces reflect their surroundings: unless the material is replaced by the lecture's coefficients.
-    fn reflects(&self, frame: &Frame) -> bool {
-        self.stage == Stage::Phong && frame.reflects()
+    /// True if surfaces reflect and refract their surroundings.
+    fn reflections_enabled(&self, frame: &Frame) -> bool {
+        self.stage == Stage::Phong && frame.reflections_enabled()
     }
 
     /// L along a wave of rays: eye rays at first, then the rays that surfaces have reflected or refracted.
+    ///
+    /// Each turn of the loop shades one surface of every path, because the ground has nothing behind it. Rays are therefore
+    /// spawned with the transmittance in front of the batch, before it is composited.
     fn trace(
         &self,
         frame: &Frame,
@@ -114,17 +117,24 @@ impl Phong {
         buffers: &mut BatchBuffers,
         shadow: &mut ShadowBuffers,
     ) -> Vec<PathLight> {
-        let mut layers = Layers::new(frame, rays);
+        let mut compositor = Compositor::new(frame, rays);
         let mut next = Wave::default();
-        for _ in 0..MAX_LAYERS {
-            layers.rays.intersect(frame);
-            let unlit = |k: &Coefficients, n: DVec3| self.emission_and_ambient(frame, k, n);
-            let reflects = self.reflects(frame);
-            let mut points = gather_points(frame, &mut layers, stream.samples, buffers, reflects, unlit);
-            self.shade(frame, &mut points, &layers.rays.states, stream, shadow);
-            send_out_rays(frame, &layers, &mut points, stream, &mut next);
-            let continues = layers.composite(frame, &points);
-            points.recycle(buffers);
+        for _ in 0..MAX_SURFACES_PER_RAY {
+            compositor.rays.intersect(frame);
+            let base_radiance = |k: &Coefficients, n: DVec3| self.base_radiance(frame, k, n);
+            let reflections_enabled = self.reflections_enabled(frame);
+            let mut batch = gather_points(
+                frame,
+                &mut compositor,
+                stream.samples,
+                buffers,
+                reflections_enabled,
+                base_radiance,
+            );
+            self.shade(frame, &mut batch, &compositor.rays.states, stream, shadow);
+            spawn_rays(frame, &compositor, &mut batch, stream, &mut next);
+            let continues = compositor.composite(frame, &batch);
+            batch.recycle(buffers);
             if !continues {
                 break;
             }
@@ -135,14 +145,14 @@ impl Phong {
             let secondary = PathRays::secondary(&next, &mut batch, &mut hits);
             // L_r and the light behind glass.
             let found = self.trace(frame, secondary, stream, buffers, shadow);
-            layers.add_secondary(&next, &found);
+            compositor.add_secondary(&next, &found);
         }
-        layers.into_light().collect()
+        compositor.into_light().collect()
     }
 
     /// k_e + k_a I_a at a surface with shading normal `n`.
     #[inline(always)]
-    fn emission_and_ambient(&self, frame: &Frame, k: &Coefficients, n: DVec3) -> Rgb {
+    fn base_radiance(&self, frame: &Frame, k: &Coefficients, n: DVec3) -> Rgb {
         match self.stage {
             Stage::Color => k.color,
             Stage::Diffuse | Stage::Shadow => Rgb::ZERO,
@@ -150,11 +160,11 @@ impl Phong {
         }
     }
 
-    /// Adds the light of all sources to `points`, whose radiance is k_e + k_a I_a.
+    /// Adds the light of all sources to the points of `batch`, whose radiance is k_e + k_a I_a.
     fn shade(
         &self,
         frame: &Frame,
-        points: &mut ShadingBatch,
+        batch: &mut ShadingBatch,
         states: &[PathState],
         stream: SampleStream,
         shadow: &mut ShadowBuffers,
@@ -162,34 +172,34 @@ impl Phong {
         if self.stage == Stage::Color {
             return;
         }
-        let has_specular = self.stage == Stage::Phong;
+        let is_full_model = self.stage == Stage::Phong;
         let has_shadows = frame.shadows && self.stage != Stage::Diffuse;
-        if has_specular {
-            points.soa.compute_view_dirs(frame.accel);
-            split_light_among_layers(frame, points);
+        if is_full_model {
+            batch.soa.compute_view_dirs(frame.simd());
+            apply_specular_layers(frame, batch);
             if let Some(settings) = frame.ambient_occlusion {
-                occlude_ambient(frame, settings, points, states, stream, shadow);
+                occlude_ambient(frame, settings, batch, states, stream, shadow);
             }
         }
         for (i, light) in frame.lights.iter().enumerate() {
-            frame.accel.run_autovec(DirectLight {
-                points: &mut points.soa,
+            frame.simd().run(DirectLightKernel {
+                points: &mut batch.soa,
                 light,
-                has_specular,
+                has_specular: is_full_model,
                 has_shadow_catcher: frame.has_shadow_catcher(),
                 shadow_rays: &mut shadow.rays,
             });
             if has_shadows {
-                trace_visibility(frame, i, points, stream, shadow);
-                apply_visibility(points, shadow);
+                trace_visibility(frame, i, batch, stream, shadow);
+                apply_visibility(batch, shadow);
             }
-            points.soa.accumulate(frame.accel);
+            batch.soa.accumulate(frame.simd());
         }
     }
 }
 
 /// Computes the unshadowed light of one source at all points, and lists the shadow rays to it.
-struct DirectLight<'a> {
+struct DirectLightKernel<'a> {
     points: &'a mut PointsSoa,
     light: &'a PosedLight,
     has_specular: bool,
@@ -198,19 +208,19 @@ struct DirectLight<'a> {
     shadow_rays: &'a mut Vec<ShadowRay>,
 }
 
-impl AutovecKernel for DirectLight<'_> {
+impl AutovecKernel for DirectLightKernel<'_> {
     #[inline(always)]
     fn run(self) {
-        let DirectLight { points, light, has_specular, has_shadow_catcher, shadow_rays } = self;
+        let DirectLightKernel { points, light, has_specular, has_shadow_catcher, shadow_rays } = self;
         shadow_rays.clear();
         let intensity = light.intensity;
         let light = light.light_eval();
-        let mut incident = LightBlock::ZERO;
+        let mut incident = IncidentLight::ZERO;
         for (index, (block, count)) in points.blocks_mut().enumerate() {
             // l and I/r².
             incident.evaluate(&light, intensity, block);
             let lit_mask = incident.lit_mask(count);
-            reflect(block, &incident, has_specular && block.has_specular && lit_mask != 0);
+            blinn_phong(block, &incident, has_specular && block.has_specular && lit_mask != 0);
             if has_shadow_catcher {
                 block.accumulate_unshadowed();
             }
@@ -220,8 +230,10 @@ impl AutovecKernel for DirectLight<'_> {
 }
 
 /// The reflected light I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ] of a block's points.
+///
+/// Unlike the lecture's, the highlight counts only where n·l > 0: the irradiance is 0 elsewhere.
 #[inline(always)]
-fn reflect(block: &mut PointBlock, light: &LightBlock, has_specular: bool) {
+fn blinn_phong(block: &mut PointBlock, light: &IncidentLight, has_specular: bool) {
     let mut lobe = [0.0; LANES];
     if has_specular {
         for (i, lobe) in lobe.iter_mut().enumerate() {
@@ -234,7 +246,7 @@ fn reflect(block: &mut PointBlock, light: &LightBlock, has_specular: bool) {
             let specular = block.k_s[c][i] * lobe;
             let reflected = light.irradiance[c][i] * (diffuse + specular);
             // The irradiance is 0 where n·l ≤ 0. There the other factors may be NaN.
-            block.direct[c][i] = if light.irradiance[c][i] == 0.0 { 0.0 } else { reflected };
+            block.current_light[c][i] = if light.irradiance[c][i] == 0.0 { 0.0 } else { reflected };
         }
     }
 }

@@ -53,25 +53,26 @@ const FIRST_PATH_PAIR: u32 = 1 << 28;
 /// Distance between the pairs of dimensions of two waves of rays.
 const WAVE_PAIRS: u32 = 0x9e37_79b1;
 
-/// The random numbers of the samples of a tile.
+/// The random numbers of the paths of a tile.
 #[derive(Clone, Copy)]
 pub(crate) struct SampleStream<'a> {
+    /// The sample of each path.
     pub samples: &'a [Sample],
     pub sampler: &'a LowDiscrepancySampler,
-    /// Number of surfaces that sent the rays on, which have random numbers of their own.
+    /// 0 for eye rays, one more for each bounce. Each wave has sampler dimensions of its own.
     pub wave: u32,
 }
 
 impl SampleStream<'_> {
-    /// A point of the unit square for a sample.
-    pub fn get_2d(&self, sample: usize, dimension: SampleDimension) -> [f32; 2] {
-        self.get_2d_split(sample, dimension, 0, 1)
+    /// A point of the unit square for the path of index `path`.
+    pub fn get_2d(&self, path: usize, dimension: SampleDimension) -> [f32; 2] {
+        self.get_2d_split(path, dimension, 0, 1)
     }
 
-    /// Point number `part` of the `parts` points of a sample. All points of a pixel together are distributed as those of
-    /// so many samples would be.
-    pub fn get_2d_split(&self, sample: usize, dimension: SampleDimension, part: u32, parts: u32) -> [f32; 2] {
-        let Sample { pixel, index, .. } = self.samples[sample];
+    /// Point number `part` of the `parts` points of a path. All points of a pixel form one point set of count × parts
+    /// points.
+    pub fn get_2d_split(&self, path: usize, dimension: SampleDimension, part: u32, parts: u32) -> [f32; 2] {
+        let Sample { pixel, index, .. } = self.samples[path];
         let LowDiscrepancySampler { seed, count } = *self.sampler;
         let finer = LowDiscrepancySampler { seed, count: count.max(1).saturating_mul(parts) };
         let index = index.wrapping_mul(parts).wrapping_add(part);

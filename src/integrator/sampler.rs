@@ -20,7 +20,7 @@ pub trait Sampler: Sync {
 /// were measured on edges, lines, floors and zone plates, for all counts and filters; the table is in
 /// docs/explanation/antialiasing.md.
 ///
-/// The other pairs (lights, directions, lens) are Sobol's (0,2)-sequence, each scrambled and shuffled by hashes (Burley,
+/// The other pairs (lights, directions) are Sobol's (0,2)-sequence, each scrambled and shuffled by hashes (Burley,
 /// “Practical Hash-based Owen Scrambling”, JCGT 9(4), 2020). All pixels share one sequence along the Morton curve (Ahmed and
 /// Wonka, “Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels”, 2020):
 /// neighbours receive nearly the same light, so that their errors cancel to the eye.
@@ -74,7 +74,7 @@ impl Sampler for LowDiscrepancySampler {
 fn hammersley<const N: usize>(scramble: &[u64; N], count: u32, index: &[u32; N]) -> [[f32; N]; 2] {
     let mut column = [0; N];
     for i in 0..N {
-        // Rotates the columns, because sample 0 would else be on the left of every pixel.
+        // Rotates the columns, because sample 0 would otherwise be on the left of every pixel.
         let first = (((scramble[i] >> 32) * u64::from(count)) >> 32) as u32;
         let before_end = count - first;
         column[i] = if index[i] < before_end { first.wrapping_add(index[i]) } else { index[i] - before_end };

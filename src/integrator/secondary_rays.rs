@@ -1,93 +1,93 @@
-//! The rays that reflecting and refracting surfaces send out.
+//! The rays that reflecting and refracting surfaces spawn.
 //!
-//! A strong or narrow lobe sends out one ray for each sample. Where it hits a surface, that surface's light counts; where it
-//! escapes, the light of the environment does, prefiltered over the part of the lobe that the sample stands for. Lobes that
-//! are both weak and wide send out none: they look the environment up in the whole lobe.
+//! A strong or narrow lobe spawns one ray for each path. Where it hits a surface, that surface's light counts; where it
+//! escapes, the light of the environment does, prefiltered over the part of the lobe that the ray stands for. Lobes that
+//! are both weak and wide spawn none: they reflect the environment's light averaged over the whole lobe.
 //!
-//! A body of glass sends out a reflected and a refracted ray, with the exact Fresnel equations.
+//! A body of glass spawns a reflected and a refracted ray, with the exact Fresnel equations.
 
 use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
 use crate::geometry::{Rgb, offset_ray_origin};
+use crate::integrator::compositor::Compositor;
 use crate::integrator::frame::Frame;
-use crate::integrator::layers::Layers;
+use crate::integrator::layer_split::widened;
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::material::environment_lobe::{LOBE_DIRECTIONS, Lobe, LobeSample, LobeSubset};
+use crate::integrator::material::directional_albedo::COAT_F0;
 use crate::integrator::material::fresnel::fresnel_dielectric;
-use crate::integrator::media::Medium;
+use crate::integrator::material::ggx::{NARROW_ALPHA, SMOOTH_GLASS_ALPHA};
+use crate::integrator::material::ggx_lobe::{LOBE_DIRECTIONS, Lobe, LobeSample, LobeSubset};
+use crate::integrator::media::{Medium, MediumStack};
 use crate::integrator::paths::{Escape, PathState, SecondaryRay, Wave};
-use crate::integrator::reflections::{reflecting_points, widened};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{dvec3, set3, vec3};
 
-/// Lobes of a smaller importance send out no rays unless they are narrow.
+/// Lobes of a smaller importance spawn no rays unless they are narrow.
 const STRONG_IMPORTANCE: f32 = 0.15;
-/// Lobes of at most this α are narrow: they show what they reflect.
-const NARROW_ALPHA: f32 = 0.1;
-/// Largest importance of a lobe that is looked up in half as many directions.
+/// Importance up to which a lobe takes the environment's light from half as many directions.
 const WEAK_IMPORTANCE: f32 = 0.1;
-/// Smallest importance of a ray that is sent out.
+/// Smallest importance of a ray that is spawned.
 const MIN_IMPORTANCE: f32 = 1.0 / 512.0;
-/// Russian roulette: rays of glass that eye rays hit are sent out with a probability in proportion to their importance if it
+/// Russian roulette: rays of glass that eye rays hit are spawned with a probability in proportion to their importance if it
 /// is smaller, and count more instead.
 const FIRST_ROULETTE_IMPORTANCE: f32 = 0.04;
 /// The same for glass that secondary rays hit.
 const ROULETTE_IMPORTANCE: f32 = 0.1;
-/// Glass of a smaller α is smooth.
-const SMOOTH_ALPHA: f32 = 1e-3;
 
-/// True if a lobe is traced, not only looked up. What is seen in a reflection shows only its strong reflections: others
-/// would double the rays with each wave.
+/// True if a lobe spawns a ray. What is seen in a reflection shows only its strong reflections: others would double the rays
+/// with each wave.
 fn is_traced(importance: f32, alpha: f32, wave: u32) -> bool {
     let is_seen = wave == 0 && alpha <= NARROW_ALPHA;
     importance >= if is_seen { MIN_IMPORTANCE } else { STRONG_IMPORTANCE }
 }
 
-/// A point that sends out rays.
-struct Emitter<'a, 's> {
+/// A point of a path that spawns rays.
+struct PathVertex<'a, 's> {
     frame: &'a Frame<'a>,
-    points: &'a ShadingBatch<'s>,
+    batch: &'a ShadingBatch<'s>,
     stream: SampleStream<'a>,
+    /// Index of the point in the batch.
     i: usize,
     k: Coefficients,
     state: PathState,
-    /// Share of the point's light that arrives at the origin of the wave.
+    /// Share of the point's light that arrives at the origin of the path's ray.
     throughput: Rgb,
     p: Vec3,
     n: DVec3,
     n_g: DVec3,
     v: DVec3,
-    /// Change of the normal across the beam.
+    /// Change of the normal across the ray cone.
     normal_change: f32,
 }
 
-/// Sends out the rays of the points of a layer. Light that is looked up instead is added to the points.
-pub(crate) fn send_out_rays(
+/// Spawns the rays of the points of a batch, before the batch is composited. Where no ray is needed, the environment's light
+/// is added to the points.
+pub(crate) fn spawn_rays(
     frame: &Frame,
-    layers: &Layers,
-    points: &mut ShadingBatch,
+    compositor: &Compositor,
+    batch: &mut ShadingBatch,
     stream: SampleStream,
     wave: &mut Wave,
 ) {
-    if layers.rays.states.is_empty() {
+    if compositor.rays.states.is_empty() {
         return;
     }
-    for i in reflecting_points(points) {
-        let sample = points.points[i].sample;
-        let state = layers.rays.states[sample];
-        let k = *points.coefficients(i);
-        let (block, lane) = points.soa.lane(i);
+    for i in batch.soa.reflecting_points() {
+        let path = batch.points[i].path;
+        let state = compositor.rays.states[path];
+        let k = *batch.coefficients(i);
+        let (block, lane) = batch.soa.lane(i);
         let p = vec3(&block.p, lane);
-        let throughput = layers.transmittance[sample] * state.transmittance_to(p) * k.alpha;
+        let throughput = compositor.transmittance[path] * state.medium_transmittance_to(p) * k.opacity;
         if state.importance * throughput.max_element() < MIN_IMPORTANCE {
             continue;
         }
-        let emitter = Emitter {
+        let vertex = PathVertex {
             frame,
-            points,
+            batch,
             stream,
             i,
             k,
@@ -99,13 +99,13 @@ pub(crate) fn send_out_rays(
             v: block.v(lane),
             normal_change: block.normal_change(lane),
         };
-        let looked_up = match points.is_front(i).and_then(|front| emitter.boundary(front)) {
-            Some(boundary) => emitter.send_through_glass(&boundary, wave),
-            None => emitter.send_reflections(wave),
+        let environment_light = match vertex.medium_interface() {
+            Some(interface) => vertex.spawn_at_dielectric(&interface, wave),
+            None => vertex.spawn_reflections(wave),
         };
-        if looked_up != Rgb::ZERO {
-            let (block, lane) = points.soa.lane_mut(i);
-            let radiance = vec3(&block.radiance, lane) + looked_up;
+        if environment_light != Rgb::ZERO {
+            let (block, lane) = batch.soa.lane_mut(i);
+            let radiance = vec3(&block.radiance, lane) + environment_light;
             set3(&mut block.radiance, lane, radiance.to_array());
         }
     }
@@ -123,46 +123,54 @@ struct ReflectingLayer {
     dimension: SampleDimension,
 }
 
-/// The surface of a body.
-struct Boundary {
-    medium: Medium,
-    entering: bool,
+/// The surface of a body at a point.
+struct MediumInterface {
+    /// The bodies behind the surface.
+    media: MediumStack,
+    /// Index of refraction behind the surface over that in front of it.
+    eta: f64,
 }
 
 /// A ray that leaves the surface of a body.
-struct GlassRay {
+struct DielectricRay {
     /// Unit direction.
-    l: DVec3,
-    /// Share of the light from there that arrives at the viewer.
+    direction: DVec3,
+    /// Factor from this ray's radiance to that of the point.
     weight: Rgb,
     /// True for a ray that passes through the surface.
     is_refracted: bool,
-    state: PathState,
+    media: MediumStack,
+    /// Growth of the ray cone per metre.
+    spread: f32,
 }
 
-impl Emitter<'_, '_> {
-    fn sample(&self) -> usize {
-        self.points.points[self.i].sample
+impl PathVertex<'_, '_> {
+    /// Index of the path.
+    fn path(&self) -> usize {
+        self.batch.points[self.i].path
     }
 
-    /// The boundary of the body that the point is on, if it is on one.
-    fn boundary(&self, entering: bool) -> Option<Boundary> {
-        let id = self.points.points[self.i].id;
-        if self.k.transmission_share <= 0.0 || !self.frame.is_body(id) {
+    /// The surface of the body that the point is on, if it refracts light there.
+    fn medium_interface(&self) -> Option<MediumInterface> {
+        let id = self.batch.points[self.i].id;
+        if !self.frame.refracts(id, &self.k) {
             return None;
         }
-        Some(Boundary { medium: self.frame.medium(id), entering })
+        let entering = self.batch.is_front(self.i)?;
+        let media = self.state.media.behind(self.frame.medium(id), entering);
+        let ior = |medium: Medium| f64::from(medium.ior);
+        Some(MediumInterface { media, eta: ior(media.current()) / ior(self.state.media.current()) })
     }
 
-    /// Sends out the rays of the microfacets and of the coat. Returns the light that is looked up instead.
-    fn send_reflections(&self, wave: &mut Wave) -> Rgb {
-        let (block, lane) = self.points.soa.lane(self.i);
+    /// Spawns the rays of the microfacets and of the coat. Returns the environment's light where none is needed.
+    fn spawn_reflections(&self, wave: &mut Wave) -> Rgb {
+        let (block, lane) = self.batch.soa.lane(self.i);
         let layers = &self.k.layers;
-        let roughness = block.roughness[lane];
+        let alpha2_increase = block.alpha2_increase[lane];
         let lobe = |alpha: f32, f0: f32| Lobe {
             n: self.n,
             v: self.v,
-            alpha: f64::from(widened(alpha, roughness)),
+            alpha: f64::from(widened(alpha, alpha2_increase)),
             f0: f64::from(f0),
         };
         let microfacets = ReflectingLayer {
@@ -173,16 +181,16 @@ impl Emitter<'_, '_> {
             dimension: SampleDimension::Reflection,
         };
         let coat = ReflectingLayer {
-            k_r: Rgb::splat(block.k_coat[lane]),
+            k_r: Rgb::splat(block.k_r_coat[lane]),
             occlusion: 1.0,
             alpha: layers.coat_alpha,
-            lobe: lobe(layers.coat_alpha, 0.04),
+            lobe: lobe(layers.coat_alpha, COAT_F0),
             dimension: SampleDimension::Coat,
         };
-        self.send_reflection(&microfacets, wave) + self.send_reflection(&coat, wave)
+        self.spawn_reflection(&microfacets, wave) + self.spawn_reflection(&coat, wave)
     }
 
-    fn send_reflection(&self, layer: &ReflectingLayer, wave: &mut Wave) -> Rgb {
+    fn spawn_reflection(&self, layer: &ReflectingLayer, wave: &mut Wave) -> Rgb {
         let &ReflectingLayer { k_r, alpha, .. } = layer;
         if k_r == Rgb::ZERO {
             return Rgb::ZERO;
@@ -190,16 +198,16 @@ impl Emitter<'_, '_> {
         let arrives = self.throughput * k_r;
         let importance = self.state.importance * arrives.max_element();
         if self.state.reflections_left == 0 || !is_traced(importance, alpha, self.stream.wave) {
-            return k_r * layer.occlusion * self.environment_radiance(layer, importance);
+            return k_r * layer.occlusion * self.lobe_radiance(layer, importance);
         }
-        let u = self.stream.get_2d(self.sample(), layer.dimension).map(f64::from);
+        let u = self.stream.get_2d(self.path(), layer.dimension).map(f64::from);
         let LobeSample { l, weight, solid_angle } = layer.lobe.sample(u, self.stream.sampler.count);
         // A tilted normal or a wide lobe may point below the triangle.
-        let l = above(l, self.n_g);
+        let direction = mirrored_to_side(l, self.n_g);
         let environment = self.frame.environment.as_ref();
         let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
-        let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(l.as_vec3(), solid_angle));
-        let (origin, _) = self.points.shadow_ray_origin(self.i, l);
+        let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(direction.as_vec3(), solid_angle));
+        let (origin, _) = self.batch.offset_origin(self.i, direction);
         let state = PathState {
             origin,
             width: self.state.width_at(self.p),
@@ -209,101 +217,100 @@ impl Emitter<'_, '_> {
             ..self.state
         };
         let ray = SecondaryRay {
-            parent: self.sample(),
+            parent: self.path(),
             weight: arrives * weight,
             // The mean of the weight is 1.
             escape_weight: if is_uniform { arrives } else { arrives * weight },
             escape: Escape::Radiance(escape),
-            direction: l.as_vec3(),
+            direction: direction.as_vec3(),
             state,
         };
-        wave.push(ray, self.stream.samples[self.sample()]);
+        wave.push(ray, self.stream.samples[self.path()]);
         Rgb::ZERO
     }
 
     /// The light of the environment that a layer reflects, averaged over its lobe.
-    fn environment_radiance(&self, layer: &ReflectingLayer, importance: f32) -> Rgb {
+    fn lobe_radiance(&self, layer: &ReflectingLayer, importance: f32) -> Rgb {
         let Some(environment) = &self.frame.environment else { return Rgb::ZERO };
         // Errors of a weak lobe are not seen.
         let directions = if importance < WEAK_IMPORTANCE { LOBE_DIRECTIONS / 2 } else { LOBE_DIRECTIONS };
-        let index = self.stream.samples[self.sample()].index;
+        let index = self.stream.samples[self.path()].index;
         let subset = LobeSubset { index, count: self.stream.sampler.count, directions };
         layer.lobe.environment_radiance(environment, subset)
     }
 
-    /// Sends out a reflected and a refracted ray. Returns the light that is looked up instead.
-    fn send_through_glass(&self, boundary: &Boundary, wave: &mut Wave) -> Rgb {
-        let before = self.state.media.current();
-        let media = self.state.media.behind(boundary.medium, boundary.entering);
-        let after = media.current();
-        let eta = f64::from(after.ior) / f64::from(before.ior);
-        let alpha = self.k.layers.alpha;
-        let u = self.stream.get_2d(self.sample(), SampleDimension::Reflection).map(f64::from);
-        let h = if alpha < SMOOTH_ALPHA {
-            self.n
-        } else {
-            Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: 1.0 }.sample_normal(u)
-        };
-        let cos = self.v.dot(h).clamp(0.0, 1.0);
+    /// Spawns a reflected and a refracted ray. Returns the environment's light in place of rays that are not traced.
+    fn spawn_at_dielectric(&self, interface: &MediumInterface, wave: &mut Wave) -> Rgb {
+        let eta = interface.eta;
+        let m = self.sample_microfacet_normal();
+        let cos = self.v.dot(m).clamp(0.0, 1.0);
         let reflectance = if eta == 1.0 {
             0.0
         } else {
             (fresnel_dielectric(cos, eta) as f32) * self.k.layers.dielectric_f90.min(1.0)
         };
-        let share = self.k.transmission_share;
-        // Half of the tint at each of the two surfaces of a body.
-        let color = (self.k.transmission / share).max(Rgb::ZERO);
-        let tint = Rgb::new(color.x.sqrt(), color.y.sqrt(), color.z.sqrt());
-        // The change of the normal across the beam, and the part of the microfacets' normals that this sample stands for.
+        // The change of the normal across the ray cone, and the part of the microfacets' normals that this path stands for.
         let count = self.stream.sampler.count.max(1) as f32;
-        let normal_change = self.normal_change + alpha * (PI / count).sqrt();
-        let spread = self.state.spread;
-        let reflected = PathState { spread: spread + 2.0 * normal_change, ..self.state };
-        let refracted =
-            PathState { media, spread: spread + (eta as f32 - 1.0).abs() * normal_change, ..self.state };
-        let roulette = self.stream.get_2d(self.sample(), SampleDimension::Roulette);
-        let l = h * (2.0 * self.v.dot(h)) - self.v;
-        let reflected =
-            GlassRay { l, weight: Rgb::splat(reflectance), is_refracted: false, state: reflected };
-        let mut looked_up = self.send_glass_ray(reflected, roulette[0], wave);
+        let normal_change = self.normal_change + self.k.layers.alpha * (PI / count).sqrt();
+        let [u_reflected, u_refracted] = self.stream.get_2d(self.path(), SampleDimension::Roulette);
+        let reflected = DielectricRay {
+            direction: m * (2.0 * self.v.dot(m)) - self.v,
+            weight: Rgb::splat(reflectance),
+            is_refracted: false,
+            media: self.state.media,
+            spread: self.state.spread + 2.0 * normal_change,
+        };
+        let mut environment_light = self.spawn_dielectric_ray(&reflected, u_reflected, wave);
         if reflectance < 1.0 {
-            let weight = tint * (share * (1.0 - reflectance));
-            let l = refract(self.v, h, cos, eta);
-            let refracted = GlassRay { l, weight, is_refracted: true, state: refracted };
-            looked_up += self.send_glass_ray(refracted, roulette[1], wave);
+            let refracted = DielectricRay {
+                direction: refract(self.v, m, cos, eta),
+                weight: self.surface_tint() * (self.k.transmission_weight * (1.0 - reflectance)),
+                is_refracted: true,
+                media: interface.media,
+                spread: self.state.spread + (eta as f32 - 1.0).abs() * normal_change,
+            };
+            environment_light += self.spawn_dielectric_ray(&refracted, u_refracted, wave);
         }
-        looked_up
+        environment_light
     }
 
-    /// Sends out a ray, or returns the light that is looked up in its direction instead.
-    fn send_glass_ray(&self, ray: GlassRay, roulette: f32, wave: &mut Wave) -> Rgb {
-        let GlassRay { l, weight, is_refracted, state } = ray;
-        let mut arrives = self.throughput * weight;
-        let mut importance = self.state.importance * arrives.max_element();
+    /// The normal of a microfacet of glass that is visible from the path; the shading normal of smooth glass.
+    fn sample_microfacet_normal(&self) -> DVec3 {
+        let alpha = self.k.layers.alpha;
+        if alpha < SMOOTH_GLASS_ALPHA {
+            return self.n;
+        }
+        let u = self.stream.get_2d(self.path(), SampleDimension::Reflection).map(f64::from);
+        Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: 1.0 }.sample_normal(u)
+    }
+
+    /// The tint of one surface of a body: the square root, because light passes two of them.
+    fn surface_tint(&self) -> Rgb {
+        let color = (self.k.k_t / self.k.transmission_weight).max(Rgb::ZERO);
+        Rgb::new(color.x.sqrt(), color.y.sqrt(), color.z.sqrt())
+    }
+
+    /// Spawns a ray, or returns the environment's light in its direction instead.
+    fn spawn_dielectric_ray(&self, ray: &DielectricRay, u: f32, wave: &mut Wave) -> Rgb {
+        let &DielectricRay { weight, is_refracted, media, spread, .. } = ray;
+        let arrives = self.throughput * weight;
+        let importance = self.state.importance * arrives.max_element();
         if !(importance > 0.0) {
             return Rgb::ZERO;
         }
         let side = if is_refracted { -self.n_g } else { self.n_g };
         // Tilted normals may point rays to the wrong side of the triangle.
-        let l = above(l, side);
-        let solid_angle = state.spread * state.spread;
-        if self.state.transmissions_left == 0 {
-            let environment = self.frame.environment.as_ref();
-            return weight
-                * environment
-                    .map_or(Rgb::ZERO, |environment| environment.radiance(l.as_vec3(), solid_angle));
+        let direction = mirrored_to_side(ray.direction, side).as_vec3();
+        let environment = self.frame.environment.as_ref();
+        let environment_radiance = || environment.map(|e| e.radiance(direction, spread * spread));
+        if self.state.glass_events_left == 0 {
+            return weight * environment_radiance().unwrap_or(Rgb::ZERO);
         }
-        let threshold = if self.stream.wave == 0 { FIRST_ROULETTE_IMPORTANCE } else { ROULETTE_IMPORTANCE };
-        if importance < threshold {
-            let survival = importance / threshold;
-            if roulette >= survival {
-                return Rgb::ZERO;
-            }
-            arrives /= survival;
-            importance = threshold;
-        }
-        let escape = match &self.frame.environment {
-            Some(environment) => Escape::Radiance(environment.radiance(l.as_vec3(), solid_angle)),
+        let Some(Survivor { weight, importance }) = self.play_roulette(arrives, importance, u) else {
+            return Rgb::ZERO;
+        };
+        let escape = match environment_radiance() {
+            Some(radiance) => Escape::Radiance(radiance),
             // Without an environment, the background is seen through glass, and nothing in it.
             None if is_refracted => Escape::Background,
             None => Escape::Radiance(Rgb::ZERO),
@@ -311,25 +318,31 @@ impl Emitter<'_, '_> {
         let state = PathState {
             origin: self.origin_on_side(is_refracted),
             width: self.state.width_at(self.p),
+            spread,
+            media,
             importance,
-            transmissions_left: self.state.transmissions_left - 1,
-            ..state
+            glass_events_left: self.state.glass_events_left - 1,
+            ..self.state
         };
-        let ray = SecondaryRay {
-            parent: self.sample(),
-            weight: arrives,
-            escape_weight: arrives,
-            escape,
-            direction: l.as_vec3(),
-            state,
-        };
-        wave.push(ray, self.stream.samples[self.sample()]);
+        let parent = self.path();
+        let ray = SecondaryRay { parent, weight, escape_weight: weight, escape, direction, state };
+        wave.push(ray, self.stream.samples[parent]);
         Rgb::ZERO
+    }
+
+    /// Russian roulette with a random number `u`: `None` ends the ray.
+    fn play_roulette(&self, weight: Rgb, importance: f32, u: f32) -> Option<Survivor> {
+        let threshold = if self.stream.wave == 0 { FIRST_ROULETTE_IMPORTANCE } else { ROULETTE_IMPORTANCE };
+        if !(importance < threshold) {
+            return Some(Survivor { weight, importance });
+        }
+        let survival = importance / threshold;
+        (u < survival).then(|| Survivor { weight: weight / survival, importance: threshold })
     }
 
     /// The origin of a ray on the viewer's side of the triangle, or behind it: clear of the error bound of the point.
     fn origin_on_side(&self, behind: bool) -> Vec3 {
-        let (block, lane) = self.points.soa.lane(self.i);
+        let (block, lane) = self.batch.soa.lane(self.i);
         let origin = vec3(&block.ray_origin, lane);
         if !behind {
             return origin;
@@ -339,18 +352,24 @@ impl Emitter<'_, '_> {
     }
 }
 
-/// The direction `l`, mirrored to the side that `n` points to.
-fn above(l: DVec3, n: DVec3) -> DVec3 {
-    let below = l.dot(n).min(0.0);
-    if below < 0.0 { (l - n * (2.0 * below)).normalize_or(n) } else { l }
+/// A ray that Russian roulette has left, with the weight and the importance that make up for the others.
+struct Survivor {
+    weight: Rgb,
+    importance: f32,
 }
 
-/// The direction of the ray from direction `v` that is refracted at a surface of normal `h`, by Snell's law. `cos` is v·h,
+/// `direction`, mirrored to the side that `n` points to.
+fn mirrored_to_side(direction: DVec3, n: DVec3) -> DVec3 {
+    let below = direction.dot(n).min(0.0);
+    if below < 0.0 { (direction - n * (2.0 * below)).normalize_or(n) } else { direction }
+}
+
+/// The direction of the ray from direction `v` that is refracted at a surface of normal `m`, by Snell's law. `cos` is v·m,
 /// and `eta` the index of refraction behind the surface over that in front of it.
-fn refract(v: DVec3, h: DVec3, cos: f64, eta: f64) -> DVec3 {
+fn refract(v: DVec3, m: DVec3, cos: f64, eta: f64) -> DVec3 {
     let cos2_t = 1.0 - (1.0 - cos * cos) / (eta * eta);
     let cos_t = cos2_t.max(0.0).sqrt();
-    (h * (cos / eta - cos_t) - v / eta).normalize_or(-v)
+    (m * (cos / eta - cos_t) - v / eta).normalize_or(-v)
 }
 
 #[cfg(test)]

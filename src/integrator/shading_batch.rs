@@ -1,4 +1,4 @@
-//! The shading points of a batch of eye rays.
+//! The shading points of a batch of path rays.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::surface::hits_by_triangle::HitsByTriangle;
 use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::shading_triangle::ShadingTriangle;
-use crate::integrator::surface::shadow_terminator::shadow_ray_origin;
+use crate::integrator::surface::shadow_terminator::offset_to_smooth_surface;
 use crate::integrator::surface::soa::{dvec3, vec3};
 
 /// Memory that is reused from batch to batch.
@@ -18,29 +18,20 @@ pub(crate) struct BatchBuffers {
     soa: PointsSoa,
     points: Vec<ShadingPoint>,
     coefficients: Vec<Coefficients>,
-    samples: Vec<usize>,
     hits_by_triangle: HitsByTriangle,
 }
 
 /// Data of a shading point besides its lane in [`PointsSoa`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadingPoint {
-    /// Index of the sample whose eye ray hit it.
-    pub sample: usize,
+    /// Index of the path whose ray hit it.
+    pub path: usize,
     /// Its triangle; [`HitId::NONE`] on the ground.
     pub id: HitId,
     /// True on a ground of which only shadows are seen.
     pub is_shadow_catcher: bool,
-    /// Index of its coefficients.
+    /// Index of its coefficients; 0 until its material is evaluated.
     pub coefficients: u32,
-}
-
-impl ShadingPoint {
-    /// A point on a triangle of the scene.
-    #[inline(always)]
-    pub fn new(sample: usize, id: HitId, coefficients: u32) -> ShadingPoint {
-        ShadingPoint { sample, id, is_shadow_catcher: false, coefficients }
-    }
 }
 
 /// A triangle and its points, which follow each other.
@@ -57,27 +48,24 @@ pub(crate) struct ShadingBatch<'s> {
     /// As many points as in `points`.
     pub soa: PointsSoa,
     pub triangles: Vec<TrianglePoints<'s>>,
-    /// The sample of each point in `soa`.
-    pub samples: Vec<usize>,
     pub hits_by_triangle: HitsByTriangle,
 }
 
 impl ShadingBatch<'_> {
     /// An empty batch, in the memory of `buffers`.
     pub fn new(buffers: &mut BatchBuffers) -> Self {
-        let BatchBuffers { mut soa, mut points, mut coefficients, mut samples, hits_by_triangle } =
+        let BatchBuffers { mut soa, mut points, mut coefficients, hits_by_triangle } =
             std::mem::take(buffers);
         soa.clear();
         points.clear();
         coefficients.clear();
-        samples.clear();
-        ShadingBatch { points, coefficients, soa, triangles: Vec::new(), samples, hits_by_triangle }
+        ShadingBatch { points, coefficients, soa, triangles: Vec::new(), hits_by_triangle }
     }
 
     /// Gives the memory back.
     pub fn recycle(self, buffers: &mut BatchBuffers) {
-        let ShadingBatch { points, coefficients, soa, triangles: _, samples, hits_by_triangle } = self;
-        *buffers = BatchBuffers { soa, points, coefficients, samples, hits_by_triangle };
+        let ShadingBatch { points, coefficients, soa, triangles: _, hits_by_triangle } = self;
+        *buffers = BatchBuffers { soa, points, coefficients, hits_by_triangle };
     }
 
     /// Coefficients of point `i`.
@@ -88,11 +76,11 @@ impl ShadingBatch<'_> {
 
     /// k_e and k_a of point `i`, as far as its specular layers let light through.
     #[inline(always)]
-    pub fn emission_and_ambient(&self, i: usize) -> (Rgb, Rgb) {
+    pub fn layered_ke_ka(&self, i: usize) -> (Rgb, Rgb) {
         let k = self.coefficients(i);
         let (block, lane) = self.soa.lane(i);
         if block.reflects(lane) {
-            (k.k_e * (1.0 - block.k_coat[lane]), k.k_a * block.base_share[lane])
+            (k.k_e * (1.0 - block.k_r_coat[lane]), k.k_a * block.base_share[lane])
         } else {
             (k.k_e, k.k_a)
         }
@@ -134,19 +122,19 @@ impl ShadingBatch<'_> {
         vec3(&block.unshadowed, lane)
     }
 
-    /// Origin of a shadow ray from point `i` in direction `l`, and the triangle that it must not hit.
-    pub fn shadow_ray_origin(&self, i: usize, l: DVec3) -> (Vec3, HitId) {
+    /// Origin of a ray that leaves point `i` in `direction`, and the triangle that it must not hit.
+    pub fn offset_origin(&self, i: usize, direction: DVec3) -> (Vec3, HitId) {
         let (block, lane) = self.soa.lane(i);
-        let cos = dvec3(&block.n_g, lane).dot(l);
+        let cos = dvec3(&block.n_g, lane).dot(direction);
         let origin = vec3(&block.ray_origin, lane);
         let offset = vec3(&block.terminator_offset, lane);
-        (shadow_ray_origin(origin, offset, cos), self.excluded_triangle(i, cos > 0.0))
+        (offset_to_smooth_surface(origin, offset, cos), self.excluded_triangle(i, cos > 0.0))
     }
 
-    /// The triangle that shadow rays from point `i` must not hit: its own, if the light is in front of it. Light behind
-    /// the triangle that the smooth surface still faces has to pass the triangle's edge.
+    /// The triangle that a ray from point `i` must not hit: its own, if the ray leaves it on the front (n_g·l > 0). Light
+    /// behind the triangle that the smooth surface still faces has to pass the triangle's edge.
     #[inline(always)]
-    pub fn excluded_triangle(&self, i: usize, light_in_front: bool) -> HitId {
-        if light_in_front { self.points[i].id } else { HitId::NONE }
+    pub fn excluded_triangle(&self, i: usize, in_front: bool) -> HitId {
+        if in_front { self.points[i].id } else { HitId::NONE }
     }
 }

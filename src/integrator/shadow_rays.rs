@@ -17,13 +17,13 @@ pub(crate) struct ShadowRay {
     /// Index of the point.
     pub point: usize,
     /// Unit direction to the light's centre.
-    pub l: DVec3,
+    pub l_centre: DVec3,
     pub origin: Vec3,
     /// True if the light is in front of the point's triangle, and not only of the smooth surface.
     pub light_in_front: bool,
 }
 
-/// The shadow rays of one light, and memory to trace them.
+/// The shadow rays of one light, and memory to trace them and the rays of ambient occlusion.
 #[derive(Default)]
 pub(crate) struct ShadowBuffers {
     pub rays: Vec<ShadowRay>,
@@ -40,28 +40,28 @@ pub(crate) struct ShadowBuffers {
 pub(crate) fn trace_visibility(
     frame: &Frame,
     light_index: usize,
-    points: &ShadingBatch,
+    batch: &ShadingBatch,
     stream: SampleStream,
     buffers: &mut ShadowBuffers,
 ) {
     if frame.lights[light_index].radius > 0.0 {
-        trace_area_light(frame, light_index, points, stream, buffers);
+        trace_area_light(frame, light_index, batch, stream, buffers);
     } else {
-        trace_point_light(frame, light_index, points, buffers);
+        trace_point_light(frame, light_index, batch, buffers);
     }
 }
 
 /// Multiplies the current light at the points by the visibility of their shadow rays.
-pub(crate) fn apply_visibility(points: &mut ShadingBatch, buffers: &ShadowBuffers) {
+pub(crate) fn apply_visibility(batch: &mut ShadingBatch, buffers: &ShadowBuffers) {
     let blocked = |(_, visibility): &(_, &Rgb)| **visibility != Rgb::ONE;
     for (ray, &visibility) in buffers.rays.iter().zip(&buffers.visibility).filter(blocked) {
-        let (block, lane) = points.soa.lane_mut(ray.point);
+        let (block, lane) = batch.soa.lane_mut(ray.point);
         block.apply_visibility(lane, visibility);
     }
 }
 
 /// Sharp shadows of a light without extent.
-fn trace_point_light(frame: &Frame, light_index: usize, points: &ShadingBatch, buffers: &mut ShadowBuffers) {
+fn trace_point_light(frame: &Frame, light_index: usize, batch: &ShadingBatch, buffers: &mut ShadowBuffers) {
     let light = &frame.lights[light_index];
     let ShadowBuffers { rays, segments, .. } = buffers;
     segments.clear();
@@ -71,14 +71,14 @@ fn trace_point_light(frame: &Frame, light_index: usize, points: &ShadingBatch, b
         _ => Coherence::Origin(position.unwrap_or_default()),
     };
     segments.from.extend(rays.iter().map(|ray| ray.origin));
-    segments.source.extend(rays.iter().map(|ray| points.excluded_triangle(ray.point, ray.light_in_front)));
+    segments.source.extend(rays.iter().map(|ray| batch.excluded_triangle(ray.point, ray.light_in_front)));
     segments.to.resize(rays.len(), position.unwrap_or_default());
     trace_segments(frame, segments, &mut buffers.occluded, &mut buffers.visibility);
     if frame.opaque_ground_height().is_none() {
         return;
     }
     for (ray, visibility) in buffers.rays.iter().zip(&mut buffers.visibility) {
-        let to_light = position.map_or(ray.l, |p| p.as_dvec3() - ray.origin.as_dvec3());
+        let to_light = position.map_or(ray.l_centre, |p| p.as_dvec3() - ray.origin.as_dvec3());
         if frame.ground_blocks(ray.origin, to_light, position.is_none()) {
             *visibility = Rgb::ZERO;
         }
@@ -90,7 +90,7 @@ fn trace_point_light(frame: &Frame, light_index: usize, points: &ShadingBatch, b
 fn trace_area_light(
     frame: &Frame,
     light_index: usize,
-    points: &ShadingBatch,
+    batch: &ShadingBatch,
     stream: SampleStream,
     buffers: &mut ShadowBuffers,
 ) {
@@ -100,17 +100,17 @@ fn trace_area_light(
     segments.coherence = Coherence::None;
     // True below the horizon of the smooth surface or of the ground.
     let mut hidden = Vec::with_capacity(rays.len());
-    for &ShadowRay { point, l: to_centre, .. } in rays.iter() {
-        let (block, lane) = points.soa.lane(point);
-        let u = stream.get_2d(points.points[point].sample, SampleDimension::Light(light_index));
-        let offset = light.disc_offset(to_centre, u);
+    for &ShadowRay { point, l_centre, .. } in rays.iter() {
+        let (block, lane) = batch.soa.lane(point);
+        let u = stream.get_2d(batch.points[point].path, SampleDimension::Light(light_index));
+        let offset = light.disc_offset(l_centre, u);
         let p = vec3(&block.p, lane).as_dvec3();
         let to_emitter = match light.position() {
             Some(centre) => centre.as_dvec3() + offset - p,
-            None => to_centre + offset,
+            None => l_centre + offset,
         };
-        let l = to_emitter.normalize_or(to_centre);
-        let (from, source) = points.shadow_ray_origin(point, l);
+        let l = to_emitter.normalize_or(l_centre);
+        let (from, source) = batch.offset_origin(point, l);
         let to = match light.position() {
             Some(_) => (p + to_emitter).as_vec3(),
             None => (from.as_dvec3() + l * frame.distance_beyond_scene(from)).as_vec3(),

@@ -146,8 +146,8 @@ fn to_byte(v: f32) -> u8 {
 /// A distinct colour for an id, the same in every image. The hue advances by the golden angle, and three
 /// combinations of brightness and saturation alternate, so that successive ids are far apart.
 fn id_color(id: u32) -> [u8; 3] {
-    const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
-    let turn = f64::from(id / 3) * GOLDEN_RATIO + f64::from(id % 3) / 3.0;
+    const INV_GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
+    let turn = f64::from(id / 3) * INV_GOLDEN_RATIO + f64::from(id % 3) / 3.0;
     let hue = (turn - turn.floor()) * 6.0;
     let (brightness, whiteness) = [(0.62, 0.1), (1.0, 0.15), (0.9, 0.5)][id as usize % 3];
     let channel = |shift: f64| {

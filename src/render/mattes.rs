@@ -71,7 +71,7 @@ pub fn render_mattes(
                     break;
                 }
                 let pixels: Vec<UVec2> = batch.iter().map(|&x| UVec2::new(x, y)).collect();
-                generator.generate(frame.accel, &pixels, samples);
+                generator.generate(frame.simd(), &pixels, samples);
                 row.extend(sum_coverage(frame, samples, pixels.len(), scratch));
             }
             row

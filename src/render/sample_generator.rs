@@ -2,11 +2,10 @@
 
 use glam::UVec2;
 
-use crate::accel::Accel;
 use crate::integrator::{LowDiscrepancySampler, Sample};
 use crate::render::filter::FilterSampler;
 use crate::render::settings::RenderSettings;
-use crate::simd::AutovecKernel;
+use crate::simd::{AutovecKernel, SimdLevel};
 
 /// Generates the samples of the pixels of a picture.
 pub(super) struct SampleGenerator<'a> {
@@ -55,14 +54,14 @@ impl SampleGenerator<'_> {
     }
 
     /// Replaces `out` by the samples of `pixels`: pixel by pixel, in the order of their indices.
-    pub fn generate(&self, accel: &Accel, pixels: &[UVec2], out: &mut Vec<Sample>) {
+    pub fn generate(&self, simd: SimdLevel, pixels: &[UVec2], out: &mut Vec<Sample>) {
         out.clear();
         out.reserve(pixels.len() * self.samples_per_pixel());
         if self.samples_per_pixel() == 1 {
             let centre = |&pixel| Sample { footprint: self.footprint, ..self.settings.centre_sample(pixel) };
             out.extend(pixels.iter().map(centre));
         } else {
-            accel.run_autovec(GenerateSamples { generator: self, pixels, out });
+            simd.run(GenerateSamples { generator: self, pixels, out });
         }
     }
 }

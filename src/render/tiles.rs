@@ -73,7 +73,7 @@ pub(super) fn render_pixels(
             means.resize(means.len() + batch.len(), Rgba::ZERO);
             continue;
         }
-        generator.generate(frame.accel, batch, samples);
+        generator.generate(frame.simd(), batch, samples);
         colors.clear();
         colors.resize(samples.len(), Rgba::ZERO);
         integrator.render(frame, samples, &generator.sampler, integrator_scratch, colors);

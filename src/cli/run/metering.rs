@@ -127,6 +127,7 @@ fn meter_frame(
         frame.ambient = Rgb::ZERO;
         frame.sky = None;
         frame.environment = None;
+        // The override also turns off reflections, which show the environment, and makes glass thin.
         frame.overrides.k_e = Some(Rgb::ZERO);
     }
     Ok(meter(&frame, &Phong { stage: setup.options.stage }, camera.aspect, &())?)

@@ -6,7 +6,8 @@ use crate::integrator::material::specular_layers::SpecularLayers;
 /// The lecture's coefficients at a point, linear RGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
-    /// Ambient.
+    /// Ambient. Of a surface whose layers cover its base (see [`SpecularLayers`]) without the specular share, which is
+    /// k_r L_r.
     pub k_a: Rgb,
     /// Diffuse.
     pub k_d: Rgb,
@@ -19,18 +20,18 @@ pub struct Coefficients {
     /// The surface's own colour: base × texture × vertex colour (AOV `albedo`, stage `color`).
     pub color: Rgb,
     /// Coverage: 1 is opaque, 0 not there.
-    pub alpha: f32,
-    /// Transmittance of the covered part: transmission × (1 − metallic) × base colour.
-    pub transmission: Rgb,
+    pub opacity: f32,
+    /// Transmission of the covered part: `transmission_weight` × base colour.
+    pub k_t: Rgb,
     /// Transmission × (1 − metallic), the share of light below the specular layers that is not scattered.
-    pub transmission_share: f32,
+    pub transmission_weight: f32,
     /// The layers that reflect the surroundings.
     pub layers: SpecularLayers,
 }
 
 impl Coefficients {
     /// A matte surface of that colour: k_a = k_d = colour.
-    pub fn matte(color: Rgb, alpha: f32) -> Coefficients {
+    pub fn matte(color: Rgb, opacity: f32) -> Coefficients {
         Coefficients {
             k_a: color,
             k_d: color,
@@ -38,9 +39,9 @@ impl Coefficients {
             shininess: 1.0,
             k_e: Rgb::ZERO,
             color,
-            alpha,
-            transmission: Rgb::ZERO,
-            transmission_share: 0.0,
+            opacity,
+            k_t: Rgb::ZERO,
+            transmission_weight: 0.0,
             layers: SpecularLayers::NONE,
         }
     }

@@ -16,9 +16,10 @@ use crate::geometry::Rgb;
 struct TablePosition {
     row: usize,
     column: usize,
-    /// Weights of the next row and the next column.
-    v: f32,
-    u: f32,
+    /// Weight of the next row.
+    row_weight: f32,
+    /// Weight of the next column.
+    column_weight: f32,
 }
 
 impl TablePosition {
@@ -30,28 +31,28 @@ impl TablePosition {
             let i = (x as usize).min(count - 2);
             (i, x - i as f32)
         };
-        let (row, v) = node(alpha, ROWS);
-        let (column, u) = node(cos, COLUMNS);
-        TablePosition { row, column, v, u }
+        let (row, row_weight) = node(alpha, ROWS);
+        let (column, column_weight) = node(cos, COLUMNS);
+        TablePosition { row, column, row_weight, column_weight }
     }
 
     #[inline(always)]
     fn get(self, table: &Table) -> f32 {
-        let TablePosition { row, column, v, u } = self;
+        let TablePosition { row, column, row_weight, column_weight } = self;
         let at = |i: usize| {
             let row = &table[i];
             let [a, b] = [f32::from(row[column]), f32::from(row[column + 1])];
-            a + (b - a) * u
+            a + (b - a) * column_weight
         };
         let [a, b] = [at(row), at(row + 1)];
-        (a + (b - a) * v) * (1.0 / 65535.0)
+        (a + (b - a) * row_weight) * (1.0 / 65535.0)
     }
 
     /// Mean of E over the directions of a row.
     #[inline(always)]
     fn mean(self) -> f32 {
         let [a, b] = [self.row, self.row + 1].map(|i| f32::from(MEAN_ALBEDO[i]));
-        (a + (b - a) * self.v) * (1.0 / 65535.0)
+        (a + (b - a) * self.row_weight) * (1.0 / 65535.0)
     }
 }
 
@@ -101,10 +102,15 @@ pub(crate) fn dielectric_albedo(cos: f32, alpha: f32, ior: f32, f0: Rgb, f90: f3
 /// Mean of the dielectric curve at η = 1.5, weighted by the cosine. Between η = 1.1 and 2.4 it differs by less than 0.04.
 const MEAN_CURVE: f32 = 0.054;
 
-/// Returns the albedo of a clear coat: a dielectric of index 1.5.
+/// Index of refraction of a clear coat (KHR_materials_clearcoat).
+const COAT_IOR: f32 = 1.5;
+/// Reflectance of a clear coat at normal incidence.
+pub(crate) const COAT_F0: f32 = 0.04;
+
+/// Returns the albedo of a clear coat.
 #[inline(always)]
 pub(crate) fn coat_albedo(cos: f32, alpha: f32) -> f32 {
-    dielectric_albedo(cos, alpha, 1.5, Rgb::splat(0.04), 1.0).x
+    dielectric_albedo(cos, alpha, COAT_IOR, Rgb::splat(COAT_F0), 1.0).x
 }
 
 #[cfg(test)]

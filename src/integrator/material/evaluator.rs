@@ -1,4 +1,4 @@
-//! Evaluates materials: the lecture's k_a, k_d, k_s and p at a point, literally from MTL, by a mapping from physically
+//! Evaluates materials: the lecture's k_a, k_d, k_s and p at a point, taken literally from MTL, or mapped from physically
 //! based materials.
 //!
 //! The mapping of metallic-roughness: α = clamp(roughness, 0.1, 1)², p = 2/α² − 2, F0_d = reflectance of the dielectric at
@@ -12,7 +12,7 @@ use crate::geometry::Rgb;
 use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
 use crate::integrator::material::fresnel::{f0_from_ior, ior_from_f0};
 use crate::integrator::material::opacity::{
-    alpha, base_color_from_texel, base_color_texel, opacity_from_texel, transmission,
+    base_color_from_texel, base_color_texel, opacity, opacity_from_texel, transmission_weight,
 };
 use crate::integrator::material::specular_layers::SpecularLayers;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
@@ -31,7 +31,7 @@ pub(crate) struct MaterialEvaluator<'a> {
     /// True if ambient light comes from a sky.
     under_sky: bool,
     /// True if surfaces reflect their surroundings.
-    reflects: bool,
+    reflections_enabled: bool,
     /// The last uniform material, and the index of its coefficients.
     last_uniform: Option<(u32, u32)>,
 }
@@ -42,12 +42,20 @@ impl<'a> MaterialEvaluator<'a> {
         coefficients: &'a mut Vec<Coefficients>,
         overrides: &'a MaterialOverrides,
         under_sky: bool,
-        reflects: bool,
+        reflections_enabled: bool,
     ) -> MaterialEvaluator<'a> {
-        MaterialEvaluator { posed, coefficients, overrides, under_sky, reflects, last_uniform: None }
+        MaterialEvaluator {
+            posed,
+            coefficients,
+            overrides,
+            under_sky,
+            reflections_enabled,
+            last_uniform: None,
+        }
     }
 
-    /// Evaluates a material without textures or vertex colours; `ctx` is any point of its mesh. Returns an index.
+    /// Evaluates a material without textures or vertex colours; `ctx` is any point of its mesh. Returns the
+    /// index of its coefficients.
     pub fn eval_uniform(&mut self, material: u32, ctx: &TextureEvalContext) -> u32 {
         match self.last_uniform {
             Some((last, index)) if last == material => index,
@@ -59,10 +67,10 @@ impl<'a> MaterialEvaluator<'a> {
         }
     }
 
-    /// Evaluates a material at a point. Returns an index.
+    /// Evaluates a material at a point. Returns the index of its coefficients.
     pub fn eval(&mut self, material: u32, ctx: &TextureEvalContext) -> u32 {
         let material = &self.posed.materials[material as usize];
-        let reflects = self.reflects && material.reflects();
+        let reflects = self.reflections_enabled && material.reflects();
         let k = Coefficients::eval(self.posed, material, ctx, self.under_sky, reflects);
         self.coefficients.push(self.overrides.apply_to_colors(k));
         (self.coefficients.len() - 1) as u32
@@ -88,16 +96,16 @@ impl Coefficients {
         reflects: bool,
     ) -> Coefficients {
         let texel = base_color_texel(posed, material, ctx);
-        let alpha = match material.alpha_mode {
+        let opacity = match material.alpha_mode {
             // One texture sample has both colour and alpha.
             AlphaMode::Blend if material.alpha_from_base => {
                 opacity_from_texel(posed, material, ctx, texel.w).clamp(0.0, 1.0)
             }
-            _ => alpha(posed, material, ctx),
+            _ => opacity(posed, material, ctx),
         };
         let color = base_color_from_texel(material, ctx, texel);
         let k_e = material.emission.eval(posed, ctx) * material.emission_strength;
-        let mut k = Coefficients { k_e, ..Coefficients::matte(color, alpha) };
+        let mut k = Coefficients { k_e, ..Coefficients::matte(color, opacity) };
         match &material.reflectance {
             Reflectance::Mtl(mtl) => k.set_mtl(mtl, material, posed, ctx, under_sky),
             Reflectance::MetallicRoughness { metallic, roughness, dielectric } => {
@@ -105,35 +113,12 @@ impl Coefficients {
                 let roughness = roughness.eval(posed, ctx).clamp(0.0, 1.0);
                 let weight = dielectric.specular.eval(posed, ctx).clamp(0.0, 1.0);
                 let f0 = dielectric.f0(posed, ctx, weight);
-                k.set_metallic_roughness(color, metallic, roughness, f0);
-                k.layers = SpecularLayers {
-                    base: color * (1.0 - metallic),
-                    alpha: roughness * roughness,
-                    metallic,
-                    metal_f0: color.clamp(Vec3::ZERO, Vec3::ONE),
-                    metal_f90: Vec3::ONE,
-                    dielectric_f0: f0.clamp(Vec3::ZERO, Vec3::ONE),
-                    dielectric_f90: weight,
-                    ior: dielectric.ior,
-                    ..SpecularLayers::COVERING
-                };
+                k.set_metallic_roughness(metallic, roughness, f0, weight, dielectric.ior);
             }
             Reflectance::SpecularGlossiness { specular, glossiness } => {
                 let f0 = specular.eval(posed, ctx).clamp(Vec3::ZERO, Vec3::ONE);
                 let roughness = 1.0 - glossiness.eval(posed, ctx).clamp(0.0, 1.0);
-                let diffuse = color * (1.0 - f0.max_element());
-                // All reflected light, as for the base colour of a metal.
-                k.k_a = diffuse + f0;
-                k.set_microfacets(diffuse, f0, roughness);
-                let max_f0 = f0.max_element();
-                k.layers = SpecularLayers {
-                    base: color,
-                    alpha: roughness * roughness,
-                    dielectric_f0: f0,
-                    dielectric_f90: if max_f0 > 0.0 { 1.0 } else { 0.0 },
-                    ior: ior_from_f0(f64::from(max_f0)) as f32,
-                    ..SpecularLayers::COVERING
-                };
+                k.set_specular_glossiness(f0, roughness);
             }
             Reflectance::Unlit => {
                 k.k_a = Rgb::ZERO;
@@ -143,7 +128,7 @@ impl Coefficients {
         }
         if reflects {
             k.set_clearcoat(&material.clearcoat, posed, ctx);
-            if k.layers.cover_base && !matches!(material.reflectance, Reflectance::Mtl(_)) {
+            if k.layers.covers_base && !matches!(material.reflectance, Reflectance::Mtl(_)) {
                 // A light without size has no image in a mirror.
                 k.k_s *= (k.layers.alpha / MIN_HIGHLIGHT_ALPHA).min(1.0);
                 // The specular share of the ambient light is what the layers reflect.
@@ -152,21 +137,30 @@ impl Coefficients {
         } else {
             k.layers = SpecularLayers::NONE;
         }
+        k.apply_occlusion(material, posed, ctx);
+        k.set_transmission(material, posed, ctx);
+        k
+    }
+
+    fn apply_occlusion(&mut self, material: &Material, posed: &PosedScene, ctx: &TextureEvalContext) {
         if material.occlusion.texture.is_some() {
             let texel = material.occlusion.eval_texture(posed, ctx);
             let occlusion = 1.0 + material.occlusion.factor * (texel - 1.0);
-            k.k_a *= occlusion;
-            k.layers.occlusion = occlusion;
+            self.k_a *= occlusion;
+            self.layers.occlusion = occlusion;
         }
-        let t = transmission(posed, material, ctx);
-        if t > 0.0 {
-            k.k_d *= 1.0 - t;
-            k.k_a *= 1.0 - t;
-            k.layers.base *= 1.0 - t;
-            k.transmission = material.transmission_color.unwrap_or(color) * t;
-            k.transmission_share = t;
+    }
+
+    /// Moves light from the diffuse base to what the surface transmits.
+    fn set_transmission(&mut self, material: &Material, posed: &PosedScene, ctx: &TextureEvalContext) {
+        let weight = transmission_weight(posed, material, ctx);
+        if weight > 0.0 {
+            self.k_d *= 1.0 - weight;
+            self.k_a *= 1.0 - weight;
+            self.layers.base *= 1.0 - weight;
+            self.k_t = material.transmission_color.unwrap_or(self.color) * weight;
+            self.transmission_weight = weight;
         }
-        k
     }
 
     fn set_clearcoat(&mut self, coat: &Clearcoat, posed: &PosedScene, ctx: &TextureEvalContext) {
@@ -192,7 +186,7 @@ impl Coefficients {
         }
         self.k_s = mtl.specular.eval(posed, ctx);
         self.shininess = mtl.shininess;
-        let alpha = alpha_of_shininess(mtl.shininess);
+        let ggx_alpha = ggx_alpha_of_shininess(mtl.shininess);
         let k_s = self.k_s.clamp(Vec3::ZERO, Vec3::ONE);
         let constant = material.reflection == Reflection::Constant;
         self.layers = if material.transmits() {
@@ -200,9 +194,9 @@ impl Coefficients {
             // equations.
             let f0 = if constant { k_s } else { Rgb::splat(f0_from_ior(f64::from(material.ior())) as f32) };
             let f90 = if constant { k_s.element_sum() / 3.0 } else { 1.0 };
-            let alpha = if mtl.shininess > 0.0 { alpha } else { 0.0 };
+            let ggx_alpha = if mtl.shininess > 0.0 { ggx_alpha } else { 0.0 };
             SpecularLayers {
-                alpha,
+                alpha: ggx_alpha,
                 dielectric_f0: f0,
                 dielectric_f90: f90,
                 ior: material.ior(),
@@ -212,8 +206,8 @@ impl Coefficients {
             // The lecture's sum: what is reflected does not reduce k_d.
             let metal_f90 = if constant { k_s } else { Vec3::ONE };
             SpecularLayers {
-                cover_base: false,
-                alpha,
+                covers_base: false,
+                alpha: ggx_alpha,
                 metallic: 1.0,
                 metal_f0: k_s,
                 metal_f90,
@@ -222,19 +216,55 @@ impl Coefficients {
         };
     }
 
-    fn set_metallic_roughness(&mut self, base: Rgb, metallic: f32, roughness: f32, f0_dielectric: Rgb) {
+    /// `f0_dielectric` and `f90_dielectric` are the reflectance of the dielectric at normal and at grazing incidence.
+    fn set_metallic_roughness(
+        &mut self,
+        metallic: f32,
+        roughness: f32,
+        f0_dielectric: Rgb,
+        f90_dielectric: f32,
+        ior: f32,
+    ) {
+        let base = self.color;
         let diffuse = base * ((1.0 - metallic) * (1.0 - f0_dielectric.max_element()));
         self.set_microfacets(diffuse, f0_dielectric + (base - f0_dielectric) * metallic, roughness);
+        self.layers = SpecularLayers {
+            base: base * (1.0 - metallic),
+            alpha: roughness * roughness,
+            metallic,
+            metal_f0: base.clamp(Vec3::ZERO, Vec3::ONE),
+            metal_f90: Vec3::ONE,
+            dielectric_f0: f0_dielectric.clamp(Vec3::ZERO, Vec3::ONE),
+            dielectric_f90: f90_dielectric,
+            ior,
+            ..SpecularLayers::COVERING
+        };
+    }
+
+    fn set_specular_glossiness(&mut self, f0: Rgb, roughness: f32) {
+        let max_f0 = f0.max_element();
+        let diffuse = self.color * (1.0 - max_f0);
+        // All reflected light, as for the base colour of a metal.
+        self.k_a = diffuse + f0;
+        self.set_microfacets(diffuse, f0, roughness);
+        self.layers = SpecularLayers {
+            base: self.color,
+            alpha: roughness * roughness,
+            dielectric_f0: f0,
+            dielectric_f90: if max_f0 > 0.0 { 1.0 } else { 0.0 },
+            ior: ior_from_f0(f64::from(max_f0)) as f32,
+            ..SpecularLayers::COVERING
+        };
     }
 
     /// A diffuse layer below microfacets. The rougher the microfacets, the more of F0 is diffuse.
     fn set_microfacets(&mut self, diffuse: Rgb, f0: Rgb, roughness: f32) {
         // Narrower lobes are beyond point lights and f32.
         let roughness = roughness.clamp(MIN_HIGHLIGHT_ROUGHNESS, 1.0);
-        let alpha = roughness * roughness;
-        let p = 2.0 / (alpha * alpha) - 2.0;
-        self.k_d = diffuse + f0 * (0.35 * alpha);
-        self.k_s = f0 * ((1.0 - alpha) * (p + 2.0) / 8.0);
+        let ggx_alpha = roughness * roughness;
+        let p = 2.0 / (ggx_alpha * ggx_alpha) - 2.0;
+        self.k_d = diffuse + f0 * (0.35 * ggx_alpha);
+        self.k_s = f0 * ((1.0 - ggx_alpha) * (p + 2.0) / 8.0);
         self.shininess = p;
     }
 }
@@ -250,6 +280,6 @@ impl Dielectric {
 }
 
 /// The GGX α whose lobe is as wide as that of exponent p: p = 2/α² − 2.
-fn alpha_of_shininess(p: f32) -> f32 {
+fn ggx_alpha_of_shininess(p: f32) -> f32 {
     (2.0 / (p + 2.0)).sqrt().min(1.0)
 }

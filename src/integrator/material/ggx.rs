@@ -6,9 +6,16 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
+/// Lobes of a smaller α are mirrors: they are as narrow as a texel of an environment.
+pub(crate) const MIRROR_ALPHA: f64 = 0.004;
+/// Glass of a smaller α is smooth: it refracts at the shading normal.
+pub(crate) const SMOOTH_GLASS_ALPHA: f32 = 1e-3;
+/// Lobes of at most this α are narrow: they show what they reflect.
+pub(crate) const NARROW_ALPHA: f32 = 0.1;
+
 /// Samples a microfacet normal visible from the unit direction `v`, v.z > 0, given a point `u` of the unit square (Dupuy
 /// and Benyoub, “Sampling Visible GGX Normals with Spherical Caps”, 2023). The light that it reflects goes to
-/// 2(v·h)h − v. The density of that direction is [`reflected_pdf`], and the share of light that leaves the surface, for
+/// 2(v·m)m − v. The density of that direction is [`reflected_pdf`], and the share of light that leaves the surface, for
 /// facets that reflect everything, is [`shadowing_ratio`].
 #[inline(always)]
 pub(crate) fn sample_visible_normal(v: DVec3, alpha: f64, u: [f64; 2]) -> DVec3 {
@@ -24,10 +31,10 @@ pub(crate) fn sample_visible_normal_at(v: DVec3, alpha: f64, [cos, sin]: [f64; 2
     let w = stretched * stretched.length_recip();
     let z = (1.0 - u) * (1.0 + w.z) - w.z;
     let r = (1.0 - z * z).max(0.0).sqrt();
-    let h = DVec3::new(r * cos, r * sin, z) + w;
-    let h = DVec3::new(h.x * alpha, h.y * alpha, h.z.max(0.0));
-    let length = h.length();
-    if length > 0.0 { h / length } else { DVec3::Z }
+    let m = DVec3::new(r * cos, r * sin, z) + w;
+    let m = DVec3::new(m.x * alpha, m.y * alpha, m.z.max(0.0));
+    let length = m.length();
+    if length > 0.0 { m / length } else { DVec3::Z }
 }
 
 /// Λ of Smith's shadowing for a direction at cosine `cos` > 0 to the normal.
@@ -45,24 +52,24 @@ pub(crate) fn shadowing_ratio(v_z: f64, l_z: f64, alpha: f64) -> f64 {
     if l_z <= 0.0 {
         return 0.0;
     }
-    let v = 1.0 + smith_lambda(v_z, alpha);
-    v / (v + smith_lambda(l_z, alpha))
+    let lambda_v = smith_lambda(v_z, alpha);
+    (1.0 + lambda_v) / (1.0 + lambda_v + smith_lambda(l_z, alpha))
 }
 
-/// Density of normals D(h).
+/// Density of normals D(m).
 #[inline(always)]
-fn distribution(h_z: f64, alpha: f64) -> f64 {
+fn distribution(m_z: f64, alpha: f64) -> f64 {
     let a2 = alpha * alpha;
-    let c2 = h_z * h_z;
-    // 1 − c² + α² c², without the loss of digits near c = 1 mattering: lobes of tiny α are looked up as mirrors.
+    let c2 = m_z * m_z;
+    // 1 − c² + α² c². The loss of digits near c = 1 does not matter: lobes of tiny α are mirrors.
     let d = (1.0 - c2) + a2 * c2;
     a2 / (PI * d * d)
 }
 
-/// Density per solid angle of the reflected direction of a visible normal `h`, seen from `v`: D G1 / (4 n·v).
+/// Density per solid angle of the reflected direction of a visible normal `m`, seen from `v`: D G1 / (4 n·v).
 #[inline(always)]
-pub(crate) fn reflected_pdf(v_z: f64, h_z: f64, alpha: f64) -> f64 {
-    distribution(h_z, alpha) / ((1.0 + smith_lambda(v_z, alpha)) * 4.0 * v_z)
+pub(crate) fn reflected_pdf(v_z: f64, m_z: f64, alpha: f64) -> f64 {
+    distribution(m_z, alpha) / ((1.0 + smith_lambda(v_z, alpha)) * 4.0 * v_z)
 }
 
 #[cfg(test)]
@@ -77,12 +84,12 @@ mod tests {
         DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
     }
 
-    /// The mean of f over visible normals equals the integral of f · D G1 max(0, v·h)/(n·v) over the hemisphere.
+    /// The mean of f over visible normals equals the integral of f · D G1 max(0, v·m)/(n·v) over the hemisphere.
     #[test]
     fn samples_have_the_distribution_of_visible_normals() {
         for (alpha, cos) in [(0.1, 0.9), (0.3, 0.4), (0.8, 0.2), (1.0, 1.0)] {
             let v = view(cos);
-            let f = |h: DVec3| h.x + 2.0 * h.z * h.z + h.y * h.y;
+            let f = |m: DVec3| m.x + 2.0 * m.z * m.z + m.y * m.y;
             let sampled: f64 =
                 grid(200).map(|u| f(sample_visible_normal(v, alpha, u))).sum::<f64>() / 40_000.0;
             let mut sum = 0.0;
@@ -91,11 +98,11 @@ mod tests {
                 // Denser around the normal, where D is.
                 let theta = 0.5 * PI * b * b;
                 let phi = TAU * a;
-                let h = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+                let m = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
                 let g1 = 1.0 / (1.0 + smith_lambda(v.z, alpha));
-                let density = distribution(h.z, alpha) * g1 * v.dot(h).max(0.0) / v.z;
+                let density = distribution(m.z, alpha) * g1 * v.dot(m).max(0.0) / v.z;
                 let area = theta.sin() * (0.5 * PI * 2.0 * b) * TAU / (1500.0 * 1500.0);
-                sum += f(h) * density * area;
+                sum += f(m) * density * area;
                 total += density * area;
             }
             assert!((total - 1.0).abs() < 2e-3, "{alpha} {cos}: {total}");
@@ -111,10 +118,10 @@ mod tests {
         let mut expected = 0.0;
         let cap = 0.9f64;
         for u in grid(300) {
-            let h = sample_visible_normal(v, alpha, u);
-            let l = h * (2.0 * v.dot(h)) - v;
+            let m = sample_visible_normal(v, alpha, u);
+            let l = m * (2.0 * v.dot(m)) - v;
             if l.z > cap {
-                inside += 1.0 / reflected_pdf(v.z, h.z, alpha) / 90_000.0;
+                inside += 1.0 / reflected_pdf(v.z, m.z, alpha) / 90_000.0;
             }
             expected = TAU * (1.0 - cap);
         }
@@ -126,8 +133,8 @@ mod tests {
         for alpha in [0.0, 1e-4, 1.0] {
             for cos in [1e-6, 0.5, 1.0] {
                 for u in [[0.0, 0.0], [0.5, 1.0 - 1e-9], [0.25, 0.5]] {
-                    let h = sample_visible_normal(view(cos), alpha, u);
-                    assert!((h.length() - 1.0).abs() < 1e-9 && h.z >= 0.0, "{alpha} {cos} {u:?}: {h}");
+                    let m = sample_visible_normal(view(cos), alpha, u);
+                    assert!((m.length() - 1.0).abs() < 1e-9 && m.z >= 0.0, "{alpha} {cos} {u:?}: {m}");
                 }
             }
         }

@@ -1,10 +1,10 @@
-//! The accelerator's hit filter: alpha masks, and transmittance for shadow rays, from the materials of a scene.
+//! The hit filter of [`Accel`](crate::accel::Accel): alpha masks, and transmittance for shadow rays, from the materials of a scene.
 
 use glam::Vec3;
 
 use crate::accel::HitFilter;
 use crate::geometry::{HitId, Ray, Rgb};
-use crate::integrator::material::opacity::{alpha, transmittance};
+use crate::integrator::material::opacity::{opacity, transmittance};
 use crate::integrator::surface::texture_eval::TextureEvalContext;
 use crate::integrator::surface::triangle_plane::TrianglePlane;
 use crate::scene::PosedScene;
@@ -16,7 +16,7 @@ impl HitFilter for MaterialHitFilter<'_> {
     fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
         let ctx = TextureEvalContext::at(self.0, id, Ray { o, d });
         let material = ctx.triangle.mesh.material;
-        alpha(self.0, &self.0.materials[material as usize], &ctx) > 0.0
+        opacity(self.0, &self.0.materials[material as usize], &ctx) > 0.0
     }
 
     fn transmittance(&self, id: HitId, o: Vec3, d: Vec3) -> Rgb {

@@ -1,11 +1,11 @@
-//! Materials: the lecture's coefficients k_a, k_d, k_s and p, opacity, and the accelerator's hit filter.
+//! Materials: the lecture's coefficients k_a, k_d, k_s and p, opacity, and the hit filter of `Accel`.
 
 pub(crate) mod coefficients;
 pub(crate) mod directional_albedo;
-pub(crate) mod environment_lobe;
 pub(crate) mod evaluator;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
+pub(crate) mod ggx_lobe;
 pub(crate) mod hit_filter;
 pub(crate) mod opacity;
 pub(crate) mod specular_antialiasing;

@@ -8,15 +8,15 @@ use crate::scene::{AlphaMode, Material, PosedScene, Reflectance};
 
 /// Opacity of a material: 0 or 1 for MASK, 0…1 for BLEND. Masks are cut from the finest texels: mip levels would show a
 /// distant fence as all there or all gone.
-pub(crate) fn alpha(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> f32 {
-    let opacity = |ctx: &TextureEvalContext| {
+pub(crate) fn opacity(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> f32 {
+    let unclamped = |ctx: &TextureEvalContext| {
         let texture = if material.alpha_from_base { material.base_color.texture.as_ref() } else { None };
         opacity_from_texel(posed, material, ctx, ctx.alpha(posed, texture))
     };
     match material.alpha_mode {
         AlphaMode::Opaque => 1.0,
-        AlphaMode::Mask(cutoff) => f32::from(opacity(&ctx.without_footprint()) >= cutoff),
-        AlphaMode::Blend => opacity(ctx).clamp(0.0, 1.0),
+        AlphaMode::Mask(cutoff) => f32::from(unclamped(&ctx.without_footprint()) >= cutoff),
+        AlphaMode::Blend => unclamped(ctx).clamp(0.0, 1.0),
     }
 }
 
@@ -30,26 +30,26 @@ pub(crate) fn opacity_from_texel(
     material.alpha.eval(posed, ctx) * ctx.color().w * texel_alpha
 }
 
-/// Share of light that passes straight through a surface, by colour: past its alpha, and tinted through what it transmits.
-/// The surface of a body has half of the tint, the square root, because light passes two of them.
+/// Share of light that passes straight through a surface, by colour: what its opacity leaves, and tinted what it transmits.
+/// The surface of a solid (a body) has half of the tint, the square root, because light passes two of them.
 pub(crate) fn transmittance(
     posed: &PosedScene,
     material: &Material,
     ctx: &TextureEvalContext,
     is_body: bool,
 ) -> Rgb {
-    let alpha = alpha(posed, material, ctx);
-    let share = transmission(posed, material, ctx);
+    let opacity = opacity(posed, material, ctx);
+    let weight = transmission_weight(posed, material, ctx);
     let tint = || {
         let color = material.transmission_color.unwrap_or_else(|| base_color(posed, material, ctx));
         if is_body { Rgb::from_array(color.max(Rgb::ZERO).to_array().map(f32::sqrt)) } else { color }
     };
-    let transmitted = if share > 0.0 { share * tint() } else { Rgb::ZERO };
-    Rgb::splat(1.0 - alpha) + transmitted * alpha
+    let transmitted = if weight > 0.0 { weight * tint() } else { Rgb::ZERO };
+    Rgb::splat(1.0 - opacity) + transmitted * opacity
 }
 
-/// The share T of what a dielectric would scatter that passes through instead; 0 for metals.
-pub(crate) fn transmission(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> f32 {
+/// The share of what a dielectric would scatter that passes through instead; 0 for metals.
+pub(crate) fn transmission_weight(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> f32 {
     if !material.transmits() {
         return 0.0;
     }

@@ -36,15 +36,15 @@ impl SpecularAntialiasing {
         !self.enabled && self.shininess_override.is_none()
     }
 
-    /// Widens a lobe of the material's own exponent by the `roughness` that
-    /// [`SurfacePoint::filtered_normal`](crate::integrator::SurfacePoint::filtered_normal) adds to α². The mean of lobes
+    /// Widens a lobe of the material's own exponent by the increase of its α², which
+    /// [`SurfacePoint::filtered_normal`](crate::integrator::SurfacePoint::filtered_normal) computes. The mean of lobes
     /// around many normals is nearly one lobe with a smaller exponent and as much light.
     #[inline(always)]
-    pub fn widen(&self, shininess: f32, roughness: f32) -> WidenedLobe {
+    pub fn widen(&self, shininess: f32, alpha2_increase: f32) -> WidenedLobe {
         // Free of branches, so that loops over it are vectorised.
-        let alpha_squared = (2.0 / (shininess + 2.0) + roughness).min(1.0);
+        let alpha_squared = (2.0 / (shininess + 2.0) + alpha2_increase).min(1.0);
         let wider = 2.0 / alpha_squared - 2.0;
-        let widens = self.enabled & (roughness > 0.0);
+        let widens = self.enabled & (alpha2_increase > 0.0);
         let p = if widens { wider } else { shininess };
         let k_s_scale = if widens & !self.k_s_overridden { (wider + 2.0) / (shininess + 2.0) } else { 1.0 };
         WidenedLobe { shininess: self.shininess_override.unwrap_or(p), k_s_scale }

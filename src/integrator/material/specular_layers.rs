@@ -9,7 +9,7 @@ pub struct SpecularLayers {
     /// False for surfaces that reflect no surroundings.
     pub reflects: bool,
     /// True if the base receives only what the layers let through. False for MTL's literal sum.
-    pub cover_base: bool,
+    pub covers_base: bool,
     /// Diffuse colour of the base, as if nothing covered it.
     pub base: Rgb,
     /// GGX α of the microfacets: the square of the perceptual roughness.
@@ -38,18 +38,18 @@ pub struct SpecularLayers {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayerAlbedo {
     /// k_r of the microfacets, below the coat.
-    pub specular: Rgb,
+    pub k_r: Rgb,
     /// k_r of the coat.
-    pub coat: f32,
+    pub k_r_coat: f32,
     /// Share of the light that reaches the diffuse or transmissive base.
-    pub base: f32,
+    pub base_share: f32,
 }
 
 impl SpecularLayers {
     /// No layers.
     pub const NONE: SpecularLayers = SpecularLayers {
         reflects: false,
-        cover_base: false,
+        covers_base: false,
         base: Rgb::ZERO,
         alpha: 1.0,
         metallic: 0.0,
@@ -65,7 +65,7 @@ impl SpecularLayers {
 
     /// Layers without reflectance that cover the base.
     pub(crate) const COVERING: SpecularLayers =
-        SpecularLayers { reflects: true, cover_base: true, ..SpecularLayers::NONE };
+        SpecularLayers { reflects: true, covers_base: true, ..SpecularLayers::NONE };
 
     /// Mean reflectance of the microfacets at normal incidence, which shapes the lobe.
     pub(crate) fn mean_f0(&self) -> f32 {
@@ -78,22 +78,23 @@ impl SpecularLayers {
     /// `alpha` and `coat_alpha` are those of the layers, with the variance of the normals that a sample covers.
     pub fn albedo(&self, cos: f32, alpha: f32, coat_alpha: f32) -> LayerAlbedo {
         if !self.reflects {
-            return LayerAlbedo { specular: Rgb::ZERO, coat: 0.0, base: 1.0 };
+            return LayerAlbedo { k_r: Rgb::ZERO, k_r_coat: 0.0, base_share: 1.0 };
         }
         let mut dielectric = Rgb::ZERO;
         if self.metallic < 1.0 && self.dielectric_f90 > 0.0 {
             dielectric = dielectric_albedo(cos, alpha, self.ior, self.dielectric_f0, self.dielectric_f90);
         }
-        let mut specular = dielectric;
+        let mut k_r = dielectric;
         if self.metallic > 0.0 {
             let metal = metal_albedo(cos, alpha, self.metal_f0, self.metal_f90);
-            specular = dielectric + (metal - dielectric) * self.metallic;
+            k_r = dielectric + (metal - dielectric) * self.metallic;
         }
-        let base = if self.cover_base { 1.0 - dielectric.max_element() } else { 1.0 };
+        let base_share = if self.covers_base { 1.0 - dielectric.max_element() } else { 1.0 };
         if self.coat > 0.0 {
-            let coat = self.coat * coat_albedo(cos, coat_alpha);
-            return LayerAlbedo { specular: specular * (1.0 - coat), coat, base: base * (1.0 - coat) };
+            let k_r_coat = self.coat * coat_albedo(cos, coat_alpha);
+            let below_coat = 1.0 - k_r_coat;
+            return LayerAlbedo { k_r: k_r * below_coat, k_r_coat, base_share: base_share * below_coat };
         }
-        LayerAlbedo { specular, coat: 0.0, base }
+        LayerAlbedo { k_r, k_r_coat: 0.0, base_share }
     }
 }

@@ -45,7 +45,7 @@ fn points_that_face_away_from_a_light_get_none_of_it_however_strong() {
             }
         }
         let mut shadow_rays = Vec::new();
-        DirectLight {
+        DirectLightKernel {
             points: &mut points,
             light: &light,
             has_specular: false,

@@ -79,21 +79,21 @@ fn rays_by_wave(waves: u32) -> Vec<usize> {
     let Scratch { mut rays, mut hits, mut points, .. } = Scratch::default();
     let mut path_rays = PathRays::new(&frame, &samples, &mut rays, &mut hits);
     path_rays.states = frame.eye_states(path_rays.batch(), &samples);
-    let mut layers = Layers::new(&frame, path_rays);
+    let mut compositor = Compositor::new(&frame, path_rays);
     let mut wave = Wave { rays: Vec::new(), samples };
     let mut counts = Vec::new();
     for depth in 0..waves {
-        layers.rays.intersect(&frame);
+        compositor.rays.intersect(&frame);
         let mut next = Wave::default();
         let stream = SampleStream { samples: &wave.samples, sampler: &sampler, wave: depth };
         let mut batch =
-            gather_points(&frame, &mut layers, &wave.samples, &mut points, true, |_, _| Rgb::ZERO);
-        batch.soa.compute_view_dirs(frame.accel);
-        send_out_rays(&frame, &layers, &mut batch, stream, &mut next);
+            gather_points(&frame, &mut compositor, &wave.samples, &mut points, true, |_, _| Rgb::ZERO);
+        batch.soa.compute_view_dirs(frame.simd());
+        spawn_rays(&frame, &compositor, &mut batch, stream, &mut next);
         batch.recycle(&mut points);
         counts.push(next.rays.len());
         wave = next;
-        layers = Layers::new(&frame, PathRays::secondary(&wave, &mut rays, &mut hits));
+        compositor = Compositor::new(&frame, PathRays::secondary(&wave, &mut rays, &mut hits));
     }
     counts
 }

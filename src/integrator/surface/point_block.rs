@@ -7,7 +7,9 @@ use glam::{DVec3, Vec3};
 use crate::geometry::Rgb;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
-use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords, roughness};
+use crate::integrator::surface::ray_differentials::{
+    BarycentricDifferentials, TriangleCoords, alpha2_increase,
+};
 use crate::integrator::surface::soa::{
     HIT_LANES, LANES, LaneArray, LaneArray3, ZERO3_F32, ZERO3_F64, dvec3, set3, vec3,
 };
@@ -17,35 +19,40 @@ use crate::integrator::surface::surface_hit::{Ray8, SurfaceHit, SurfaceHit8};
 #[derive(Clone)]
 pub(crate) struct PointBlock {
     pub p: LaneArray3<f32>,
-    /// Origins of shadow rays that do not graze the triangle, and the offset from there to the smooth surface.
+    /// Origins of rays that leave the points and do not graze the triangle.
     pub ray_origin: LaneArray3<f32>,
+    /// Offsets from `ray_origin` to the smooth surface.
     pub terminator_offset: LaneArray3<f32>,
-    /// Directions of the eye rays, not normalised.
+    /// Directions of the path rays that hit the points, not normalised.
     pub d: LaneArray3<f32>,
-    /// [`TriangleCoords`].
+    /// Barycentrics: [`TriangleCoords::b`].
     pub b: LaneArray3<f32>,
+    /// [`TriangleCoords::differentials`].
     pub differentials: [LaneArray<f32>; BarycentricDifferentials::LEN],
     /// Geometric normals.
     pub n_g: LaneArray3<f64>,
     /// Interpolated vertex normals.
     pub n_v: LaneArray3<f64>,
-    /// Shading normals; 0 where the surface is fully transparent, so that no light reaches it.
+    /// Shading normals; [`NO_NORMAL`] where the surface is fully transparent.
     pub n: LaneArray3<f64>,
-    /// Unit directions to the eye; computed in blocks with highlights only.
+    /// Unit directions towards the path rays' origins. [`PointBlock::compute_view_dirs`] sets them, in blocks with highlights
+    /// or reflections.
     pub v: LaneArray3<f64>,
     /// True if k_s of any point is not 0.
     pub has_specular: bool,
     pub k_d: LaneArray3<f32>,
-    /// k_s and p after specular antialiasing.
+    /// k_s after specular antialiasing.
     pub k_s: LaneArray3<f32>,
+    /// The lecture's p after specular antialiasing.
     pub shininess: LaneArray<f32>,
     /// The points that reflect their surroundings, as a bit mask. The following are set for these points only.
     pub reflecting: u32,
-    /// Variance of the normals that the sample covers, which is added to α².
-    pub roughness: LaneArray<f32>,
-    /// Reflectance of the microfacets, by colour, and of the clear coat.
+    /// Increase of α² by the normals that the sample covers: twice their variance.
+    pub alpha2_increase: LaneArray<f32>,
+    /// k_r of the microfacets, by colour.
     pub k_r: LaneArray3<f32>,
-    pub k_coat: LaneArray<f32>,
+    /// k_r of the clear coat.
+    pub k_r_coat: LaneArray<f32>,
     /// Share of light that reaches the diffuse base.
     pub base_share: LaneArray<f32>,
     /// L so far.
@@ -53,8 +60,11 @@ pub(crate) struct PointBlock {
     /// L so far without shadows; used by shadow catchers.
     pub unshadowed: LaneArray3<f32>,
     /// Light from the current light source.
-    pub direct: LaneArray3<f32>,
+    pub current_light: LaneArray3<f32>,
 }
+
+/// The shading normal of points that no light reaches: n·l > 0 for no l.
+const NO_NORMAL: DVec3 = DVec3::ZERO;
 
 impl PointBlock {
     pub const ZERO: PointBlock = PointBlock {
@@ -73,13 +83,13 @@ impl PointBlock {
         k_s: ZERO3_F32,
         shininess: [0.0; LANES + HIT_LANES],
         reflecting: 0,
-        roughness: [0.0; LANES + HIT_LANES],
+        alpha2_increase: [0.0; LANES + HIT_LANES],
         k_r: ZERO3_F32,
-        k_coat: [0.0; LANES + HIT_LANES],
+        k_r_coat: [0.0; LANES + HIT_LANES],
         base_share: [0.0; LANES + HIT_LANES],
         radiance: ZERO3_F32,
         unshadowed: ZERO3_F32,
-        direct: ZERO3_F32,
+        current_light: ZERO3_F32,
     };
 
     /// Shading normal of point `i`.
@@ -88,7 +98,7 @@ impl PointBlock {
         dvec3(&self.n, i)
     }
 
-    /// Unit direction from point `i` to the eye.
+    /// Unit direction from point `i` towards the path ray's origin.
     #[inline(always)]
     pub fn v(&self, i: usize) -> DVec3 {
         dvec3(&self.v, i)
@@ -118,14 +128,14 @@ impl PointBlock {
 
     /// Returns the increase of α² of each point's highlight by the curvature of the smooth surface.
     #[inline(always)]
-    pub fn curvature_roughness(&self) -> LaneArray<f32> {
-        self.differentials[BarycentricDifferentials::LEN - 1].map(roughness)
+    pub fn curvature_alpha2_increase(&self) -> LaneArray<f32> {
+        self.differentials[BarycentricDifferentials::DN_SQUARED].map(alpha2_increase)
     }
 
     /// Change of the interpolated vertex normal of point `i` from one sample to the next, in radians.
     #[inline(always)]
     pub fn normal_change(&self, i: usize) -> f32 {
-        let dn_squared = self.differentials[BarycentricDifferentials::LEN - 1][i];
+        let dn_squared = self.differentials[BarycentricDifferentials::DN_SQUARED][i];
         // NaN where the triangle is seen edge-on.
         if dn_squared > 0.0 { (0.5 * dn_squared).sqrt().min(1.0) } else { 0.0 }
     }
@@ -158,16 +168,16 @@ impl PointBlock {
         }
     }
 
-    /// Sets what point `i` has before any light is evaluated: its shading normal, its coefficients, and `unlit`, its
-    /// radiance k_e + k_a I_a.
+    /// Sets what point `i` has before any light is evaluated: its shading normal, its coefficients, and its radiance
+    /// k_e + k_a I_a.
     #[inline(always)]
-    pub fn set_material(&mut self, i: usize, n: DVec3, k: &Coefficients, unlit: Rgb) {
-        set3(&mut self.n, i, if k.alpha == 0.0 { [0.0; 3] } else { n.to_array() });
+    pub fn set_material(&mut self, i: usize, n: DVec3, k: &Coefficients, base_radiance: Rgb) {
+        set3(&mut self.n, i, if k.opacity == 0.0 { NO_NORMAL } else { n }.to_array());
         set3(&mut self.k_d, i, k.k_d.to_array());
         set3(&mut self.k_s, i, k.k_s.to_array());
         self.shininess[i] = k.shininess;
         self.has_specular |= k.k_s != Rgb::ZERO;
-        self.set_unlit(i, unlit);
+        self.set_base_radiance(i, base_radiance);
     }
 
     /// [`PointBlock::set_material`] for all points of a range that share coefficients and have no normal map. It
@@ -178,31 +188,32 @@ impl PointBlock {
         range: Range<usize>,
         k: &Coefficients,
         antialiasing: &SpecularAntialiasing,
-        unlit: Rgb,
+        base_radiance: Rgb,
     ) {
         for at in range.clone().step_by(HIT_LANES) {
-            self.set_uniform_material_group(at, k, unlit);
+            self.set_uniform_material_group(at, k, base_radiance);
         }
         if k.layers.reflects {
-            let roughness = self.curvature_roughness();
-            range.clone().for_each(|i| self.set_reflecting(i, roughness[i]));
+            let alpha2_increase = self.curvature_alpha2_increase();
+            range.clone().for_each(|i| self.set_reflecting(i, alpha2_increase[i]));
         }
         if !antialiasing.is_identity() {
-            let roughness = self.curvature_roughness();
-            self.apply_specular_antialiasing(range, antialiasing, &roughness);
+            let alpha2_increase = self.curvature_alpha2_increase();
+            self.apply_specular_antialiasing(range, antialiasing, &alpha2_increase);
         }
     }
 
     #[inline(always)]
-    fn set_uniform_material_group(&mut self, at: usize, k: &Coefficients, unlit: Rgb) {
+    fn set_uniform_material_group(&mut self, at: usize, k: &Coefficients, base_radiance: Rgb) {
         // Lets the compiler drop the bounds checks.
         let at = at % LANES;
-        let visible = k.alpha != 0.0;
+        // `NO_NORMAL` where it is false.
+        let visible = k.opacity != 0.0;
         let n_v = &self.n_v;
         fill3(&mut self.n, at, |axis, i| if visible { n_v[axis][i] } else { 0.0 });
         fill3(&mut self.k_d, at, |axis, _| k.k_d[axis]);
-        fill3(&mut self.radiance, at, |axis, _| unlit[axis]);
-        fill3(&mut self.unshadowed, at, |axis, _| unlit[axis]);
+        fill3(&mut self.radiance, at, |axis, _| base_radiance[axis]);
+        fill3(&mut self.unshadowed, at, |axis, _| base_radiance[axis]);
         fill3(&mut self.k_s, at, |axis, _| k.k_s[axis]);
         fill(&mut self.shininess, at, |_| k.shininess);
         self.has_specular |= k.k_s != Rgb::ZERO;
@@ -214,21 +225,21 @@ impl PointBlock {
         self.reflecting >> i & 1 != 0
     }
 
-    /// Marks point `i` as one that reflects its surroundings. `roughness` is the variance of its normals.
+    /// Marks point `i` as one that reflects its surroundings.
     #[inline(always)]
-    pub fn set_reflecting(&mut self, i: usize, roughness: f32) {
+    pub fn set_reflecting(&mut self, i: usize, alpha2_increase: f32) {
         self.reflecting |= 1 << i;
-        self.roughness[i] = roughness;
+        self.alpha2_increase[i] = alpha2_increase;
     }
 
-    /// Widens the highlights of a range of points by the `roughness` of each. It overwrites up to [`HIT_LANES`] − 1 lanes
-    /// behind them.
+    /// Widens the highlights of a range of points by the increase of α² of each. It overwrites up to [`HIT_LANES`] − 1
+    /// lanes behind them.
     #[inline(always)]
     pub fn apply_specular_antialiasing(
         &mut self,
         range: Range<usize>,
         antialiasing: &SpecularAntialiasing,
-        roughness: &LaneArray<f32>,
+        alpha2_increase: &LaneArray<f32>,
     ) {
         if antialiasing.is_identity() {
             return;
@@ -238,7 +249,7 @@ impl PointBlock {
             let at = at % LANES;
             let mut scale = [0.0; HIT_LANES];
             for (i, scale) in scale.iter_mut().enumerate() {
-                let lobe = antialiasing.widen(self.shininess[at + i], roughness[at + i]);
+                let lobe = antialiasing.widen(self.shininess[at + i], alpha2_increase[at + i]);
                 self.shininess[at + i] = lobe.shininess;
                 *scale = lobe.k_s_scale;
             }
@@ -250,14 +261,14 @@ impl PointBlock {
         }
     }
 
-    /// Sets point `i`'s radiance k_e + k_a I_a.
+    /// Sets the radiance of point `i`, with and without shadows, to k_e + k_a I_a.
     #[inline(always)]
-    pub fn set_unlit(&mut self, i: usize, unlit: Rgb) {
-        set3(&mut self.radiance, i, unlit.to_array());
-        set3(&mut self.unshadowed, i, unlit.to_array());
+    pub fn set_base_radiance(&mut self, i: usize, base_radiance: Rgb) {
+        set3(&mut self.radiance, i, base_radiance.to_array());
+        set3(&mut self.unshadowed, i, base_radiance.to_array());
     }
 
-    /// Computes v, the unit directions to the eye.
+    /// Computes v, the unit directions towards the path rays' origins.
     #[inline(always)]
     pub fn compute_view_dirs(&mut self) {
         for i in 0..LANES {
@@ -270,20 +281,20 @@ impl PointBlock {
     /// Multiplies the current light at point `i` by its visibility.
     #[inline(always)]
     pub fn apply_visibility(&mut self, i: usize, visibility: Rgb) {
-        let direct = vec3(&self.direct, i);
-        set3(&mut self.direct, i, (visibility * direct).to_array());
+        let unshadowed = vec3(&self.current_light, i);
+        set3(&mut self.current_light, i, (visibility * unshadowed).to_array());
     }
 
     /// Adds the current light to the radiance.
     #[inline(always)]
     pub fn accumulate(&mut self) {
-        add(&mut self.radiance, &self.direct);
+        add(&mut self.radiance, &self.current_light);
     }
 
     /// Adds the current light to the radiance without shadows.
     #[inline(always)]
     pub fn accumulate_unshadowed(&mut self) {
-        add(&mut self.unshadowed, &self.direct);
+        add(&mut self.unshadowed, &self.current_light);
     }
 }
 

@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use crate::accel::Accel;
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::LANES;
-use crate::simd::AutovecKernel;
+use crate::simd::{AutovecKernel, SimdLevel};
 
 /// Shading points in blocks, which are full but for the last one. Clearing it keeps the memory.
 #[derive(Default)]
@@ -26,13 +25,27 @@ impl PointsSoa {
         self.blocks.iter_mut().zip(counts)
     }
 
+    /// Indices of the points that reflect their surroundings.
+    pub fn reflecting_points(&self) -> Vec<usize> {
+        let mut indices = Vec::new();
+        for (block, first) in self.blocks.iter().zip((0..self.count).step_by(LANES)) {
+            let count = LANES.min(self.count - first);
+            let mut mask = block.reflecting & (u32::MAX >> (LANES - count));
+            while mask != 0 {
+                indices.push(first + mask.trailing_zeros() as usize);
+                mask &= mask - 1;
+            }
+        }
+        indices
+    }
+
     /// The block and the lane of point `i`.
     #[inline(always)]
     pub fn lane(&self, i: usize) -> (&PointBlock, usize) {
         (&self.blocks[i / LANES], i % LANES)
     }
 
-    /// The block and the lane of point `i`.
+    /// The block and the lane of point `i`, to change it.
     #[inline(always)]
     pub fn lane_mut(&mut self, i: usize) -> (&mut PointBlock, usize) {
         (&mut self.blocks[i / LANES], i % LANES)
@@ -71,14 +84,14 @@ impl PointsSoa {
         (block, lane)
     }
 
-    /// Computes v, the unit directions to the eye, in blocks with highlights or reflections.
-    pub fn compute_view_dirs(&mut self, accel: &Accel) {
-        accel.run_autovec(ViewDirs(self));
+    /// Computes v, the unit directions towards the path rays' origins, in blocks with highlights or reflections.
+    pub fn compute_view_dirs(&mut self, simd: SimdLevel) {
+        simd.run(ViewDirs(self));
     }
 
     /// Adds the current light to the radiance of all points.
-    pub fn accumulate(&mut self, accel: &Accel) {
-        accel.run_autovec(Accumulate(self));
+    pub fn accumulate(&mut self, simd: SimdLevel) {
+        simd.run(Accumulate(self));
     }
 }
 

@@ -14,7 +14,7 @@ pub(crate) struct TriangleCoords {
     pub differentials: BarycentricDifferentials,
 }
 
-/// The change of barycentrics 1 and 2 from an eye ray to its neighbours.
+/// The change of the barycentrics b₁ and b₂ from a path's ray to the rays of its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BarycentricDifferentials {
     /// By the step to the next sample in x and in y; not finite where the triangle is seen edge-on.
@@ -44,11 +44,12 @@ impl InterpolatedNormal {
     }
 }
 
-/// Share of |∂n|² that is added to α²: twice the variance of a position in the footprint, whose standard deviation along
-/// each axis is 1/√12 of a sample (Tokuyoshi and Kaplanyan, “Improved Geometric Specular Antialiasing”, I3D 2019).
-const ROUGHNESS_PER_DN_SQUARED: f32 = 2.0 / 12.0;
-/// The most that is added, from the same paper.
-const MAX_ROUGHNESS: f32 = 0.18;
+/// Share of |∂n|² that is added to α². The increase is twice the variance of the normals: the standard deviation of a
+/// position in the footprint is 1/√12 of a sample along each axis (Tokuyoshi and Kaplanyan, “Improved Geometric Specular
+/// Antialiasing”, I3D 2019).
+const ALPHA2_PER_DN_SQUARED: f32 = 2.0 / 12.0;
+/// Maximum increase of α², from the same paper.
+const MAX_ALPHA2_INCREASE: f32 = 0.18;
 
 impl BarycentricDifferentials {
     /// A sample without extent.
@@ -75,6 +76,8 @@ impl BarycentricDifferentials {
 
     /// Length of [`BarycentricDifferentials::to_array`].
     pub const LEN: usize = 5;
+    /// Index of |∂n|² in [`BarycentricDifferentials::to_array`].
+    pub const DN_SQUARED: usize = 4;
 
     /// All members, for storage as arrays.
     #[inline(always)]
@@ -115,20 +118,19 @@ impl BarycentricDifferentials {
     }
 
     /// Returns the increase of a highlight's α² by the curvature of the smooth surface.
-    pub fn roughness(&self) -> f32 {
-        roughness(self.dn_squared)
+    pub fn alpha2_increase(&self) -> f32 {
+        alpha2_increase(self.dn_squared)
     }
 }
 
-/// Returns the increase of a highlight's α² by |∂n|² over a sample, the last member of
-/// [`BarycentricDifferentials::to_array`].
+/// Returns the increase of a highlight's α² by |∂n|² over a sample: twice the variance of the normals.
 #[inline(always)]
-pub(crate) fn roughness(dn_squared: f32) -> f32 {
+pub(crate) fn alpha2_increase(dn_squared: f32) -> f32 {
     // NaN where the triangle is seen edge-on or the normals cancel.
     if dn_squared.is_nan() {
-        MAX_ROUGHNESS
+        MAX_ALPHA2_INCREASE
     } else {
-        (ROUGHNESS_PER_DN_SQUARED * dn_squared).min(MAX_ROUGHNESS)
+        (ALPHA2_PER_DN_SQUARED * dn_squared).min(MAX_ALPHA2_INCREASE)
     }
 }
 
@@ -190,12 +192,12 @@ mod tests {
     }
 
     #[test]
-    fn roughness_is_limited_edge_on_and_where_normals_cancel() {
+    fn alpha2_increase_is_limited_edge_on_and_where_normals_cancel() {
         let mut s = differentials(1.0, DVec3::X, [DVec3::ZERO; 2], STEPS);
         let normals = [DVec3::Z, DVec3::X, -DVec3::Z];
         let n = InterpolatedNormal::new(&normals, [0.5, 0.0, 0.5]);
         s.set_normal_change(&normals, &InterpolatedNormal { valid: true, ..n });
-        assert_eq!(s.roughness(), MAX_ROUGHNESS);
-        assert_eq!(BarycentricDifferentials::POINT.roughness(), 0.0);
+        assert_eq!(s.alpha2_increase(), MAX_ALPHA2_INCREASE);
+        assert_eq!(BarycentricDifferentials::POINT.alpha2_increase(), 0.0);
     }
 }

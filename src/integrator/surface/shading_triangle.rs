@@ -1,8 +1,7 @@
-//! A triangle prepared for shading: the data that all points on it share, and its intersection with eye rays.
+//! A triangle prepared for shading: the data that all points on it share, and its intersection with path rays.
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::Accel;
 use crate::geometry::{HitId, Ray, RayDifferential, offset_ray_origin, point_error};
 use crate::integrator::material::specular_antialiasing::widens_highlights;
 use crate::integrator::surface::mesh_triangle::MeshTriangle;
@@ -11,14 +10,14 @@ use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::ray_differentials::{
     BarycentricDifferentials, InterpolatedNormal, TriangleCoords,
 };
-use crate::integrator::surface::shadow_terminator::{TerminatorOffset, shadow_ray_origin};
+use crate::integrator::surface::shadow_terminator::{TerminatorOffset, offset_to_smooth_surface};
 use crate::integrator::surface::soa::HIT_LANES;
 use crate::integrator::surface::surface_hit::{Ray8, SurfaceHit, SurfaceHit8};
 use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
 use crate::integrator::surface::triangle_plane::TrianglePlane;
 use crate::scene::PosedScene;
-use crate::simd::AutovecKernel;
+use crate::simd::{AutovecKernel, SimdLevel};
 
 /// A triangle in the world, relative to the scene's centre.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +28,7 @@ pub(crate) struct ShadingTriangle<'s> {
     /// Error bound of points on it.
     p_error: Vec3,
     /// Vertex normals, as they are interpolated; 0 in a mesh without normals.
-    n: [DVec3; 3],
+    vertex_normals: [DVec3; 3],
     terminator: TerminatorOffset,
     /// The instance's own colour.
     tint: Option<Vec3>,
@@ -54,19 +53,20 @@ impl<'s> ShadingTriangle<'s> {
             let n = transform.normal(normals[c as usize]);
             if mesh.interpolate_normals_locally { n } else { n.normalize_or_zero() }
         };
-        let n = if normals.is_empty() { [DVec3::ZERO; 3] } else { corners.map(normal) };
+        let vertex_normals = if normals.is_empty() { [DVec3::ZERO; 3] } else { corners.map(normal) };
         let plane = TrianglePlane::new(world, transform.flips_winding);
         let material = &posed.materials[mesh.material as usize];
         let tint = posed.scene.instances[id.instance as usize].color;
         let has_color = tint.is_some() || !mesh.colors.is_empty();
         let has_textures = material.normal.is_some() || material.is_textured();
+        let are_normalized = !mesh.interpolate_normals_locally;
         ShadingTriangle {
             id,
             triangle: MeshTriangle { mesh, corners },
             plane,
             p_error: point_error(world, local, &transform.affine),
-            n,
-            terminator: TerminatorOffset::new(&plane.v, &n, !mesh.interpolate_normals_locally),
+            vertex_normals,
+            terminator: TerminatorOffset::new(&plane.vertices, &vertex_normals, are_normalized),
             tint,
             material: mesh.material,
             is_uniform: !(has_color || has_textures),
@@ -74,16 +74,16 @@ impl<'s> ShadingTriangle<'s> {
         }
     }
 
-    /// The point that `ray`, which is known to hit the triangle, sees.
+    /// The surface point of `ray`, which is known to hit the triangle.
     pub fn surface_point(&self, ray: Ray, differential: Option<&RayDifferential>) -> SurfacePoint<'s> {
         let differential = differential.filter(|_| self.needs_differentials);
         self.surface_from_hit(&self.hit(self.plane.front_normal_for(ray), ray, differential))
     }
 
-    /// Appends the points that the first `count` of `rays`, which are known to hit the triangle, see.
+    /// Appends the surface points of the first `count` of `rays`, which are known to hit the triangle.
     pub fn append_hits(
         &self,
-        accel: &Accel,
+        simd: SimdLevel,
         rays: &Ray8,
         count: usize,
         differential: Option<RayDifferential>,
@@ -94,7 +94,7 @@ impl<'s> ShadingTriangle<'s> {
         match self.plane.front_normal {
             Some(front_normal) if count > 1 => {
                 let triangle = *self;
-                accel.run_autovec(ComputeHits { triangle, front_normal, rays, differential, block, lane });
+                simd.run(ComputeHits { triangle, front_normal, rays, differential, block, lane });
             }
             _ => {
                 for i in 0..count {
@@ -110,16 +110,16 @@ impl<'s> ShadingTriangle<'s> {
     fn hit(&self, front_normal: DVec3, ray: Ray, differential: Option<&RayDifferential>) -> SurfaceHit {
         let plane_hit = self.plane.intersect(front_normal, ray);
         let b = plane_hit.b;
-        let [v0, v1, v2] = self.plane.v;
+        let [v0, v1, v2] = self.plane.vertices;
         let p = v0 * b[0] + v1 * b[1] + v2 * b[2];
         let n_g = if plane_hit.n_dot_d <= 0.0 { front_normal } else { -front_normal };
         let mut differentials = BarycentricDifferentials::POINT;
         if let Some(differential) = differential {
             differentials = BarycentricDifferentials::new(differential, &plane_hit, &self.plane.gradients);
         }
-        let vertex_normal = InterpolatedNormal::new(&self.n, b);
+        let vertex_normal = InterpolatedNormal::new(&self.vertex_normals, b);
         if differential.is_some() {
-            differentials.set_normal_change(&self.n, &vertex_normal);
+            differentials.set_normal_change(&self.vertex_normals, &vertex_normal);
         }
         // Some files have normals that point against the winding.
         let flip = vertex_normal.n.dot(n_g) < 0.0;
@@ -165,12 +165,12 @@ impl<'s> ShadingTriangle<'s> {
     /// The context to evaluate textures at a point.
     #[inline(always)]
     pub fn texture_context(&self, coords: TriangleCoords) -> TextureEvalContext<'s> {
-        TextureEvalContext { triangle: self.triangle, coords, tint: self.tint, samples: None }
+        TextureEvalContext { triangle: self.triangle, coords, tint: self.tint, texels: None }
     }
 }
 
 impl<'s> SurfacePoint<'s> {
-    /// The point that `ray` sees on triangle `id`, which it is known to hit. Its textures are evaluated at their finest
+    /// The surface point of `ray` on triangle `id`, which it is known to hit. Its textures are evaluated at their finest
     /// level.
     pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> SurfacePoint<'s> {
         ShadingTriangle::new(posed, id).surface_point(ray, None)
@@ -181,10 +181,11 @@ impl<'s> SurfacePoint<'s> {
     pub fn shadow_origin(&self, posed: &PosedScene, l: DVec3) -> Vec3 {
         let triangle = ShadingTriangle::new(posed, self.id);
         let b = self.ctx.coords.b.map(f64::from);
-        let n = triangle.n[0] * b[0] + triangle.n[1] * b[1] + triangle.n[2] * b[2];
+        let [n0, n1, n2] = triangle.vertex_normals;
+        let n = n0 * b[0] + n1 * b[1] + n2 * b[2];
         let flip = n.dot(self.n_v) < 0.0;
         let origin = triangle.ray_origin(self.p, self.n_g);
-        shadow_ray_origin(origin, triangle.terminator.at(b, flip), self.n_g.dot(l))
+        offset_to_smooth_surface(origin, triangle.terminator.at(b, flip), self.n_g.dot(l))
     }
 }
 

@@ -1,5 +1,5 @@
-//! The shadow terminator offset: moves the origins of shadow rays from a triangle to the smooth surface that its vertex
-//! normals describe (Hanika, “Hacking the Shadow Terminator”, Ray Tracing Gems II, chapter 4).
+//! The shadow terminator offset: moves the origins of shadow rays, and of reflected rays, from a triangle to the smooth
+//! surface that its vertex normals describe (Hanika, “Hacking the Shadow Terminator”, Ray Tracing Gems II, chapter 4).
 
 use glam::{DVec3, Vec3};
 
@@ -45,7 +45,7 @@ fn or_zero(x: f64) -> f64 {
     if x.abs() < NEGLIGIBLE { 0.0 } else { x }
 }
 
-/// Share of the offset, 0…1, for light at angle `cos` to the geometric normal. Only grazing light is offset: else coarse
+/// Share of the offset, 0…1, for light at angle `cos` to the geometric normal. Only grazing light is offset: otherwise coarse
 /// meshes would lose the contact shadows of objects that stand on them.
 #[inline(always)]
 fn grazing_weight(cos: f64) -> f32 {
@@ -54,9 +54,10 @@ fn grazing_weight(cos: f64) -> f32 {
     (1.0 - cos * INV_GRAZING_COS).clamp(0.0, 1.0) as f32
 }
 
-/// Origin of a shadow ray at angle `cos` to the geometric normal, from `origin`, which is clear of the triangle.
+/// Origin of a ray that leaves a surface at angle `cos` to the geometric normal, from `origin`, which is clear of the
+/// triangle.
 #[inline(always)]
-pub(crate) fn shadow_ray_origin(origin: Vec3, offset: Vec3, cos: f64) -> Vec3 {
+pub(crate) fn offset_to_smooth_surface(origin: Vec3, offset: Vec3, cos: f64) -> Vec3 {
     origin + offset * grazing_weight(cos)
 }
 

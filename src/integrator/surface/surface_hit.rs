@@ -10,7 +10,7 @@ use crate::integrator::surface::soa::{HIT_LANES, set3, vec3};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceHit {
     pub p: Vec3,
-    /// Origin of shadow rays that do not graze the triangle.
+    /// Origin of all rays that leave the point and do not graze the triangle.
     pub ray_origin: Vec3,
     /// Offset from there to the smooth surface.
     pub terminator_offset: Vec3,

@@ -35,10 +35,10 @@ impl SurfacePoint<'_> {
         self.filtered_normal(posed).0
     }
 
-    /// The mean shading normal over the footprint, and what the variance of normals adds to α² of a highlight: the
-    /// curvature of the smooth surface, and the slopes of the normal map.
+    /// The mean shading normal over the footprint, and the increase of a highlight's α²: twice the variance of the normals,
+    /// by the curvature of the smooth surface and by the slopes of the normal map.
     pub fn filtered_normal(&self, posed: &PosedScene) -> (DVec3, f32) {
-        let curvature = self.ctx.coords.differentials.roughness();
+        let curvature = self.ctx.coords.differentials.alpha2_increase();
         let Some(map) = &posed.materials[self.material as usize].normal else { return (self.n_v, curvature) };
         let normals = posed.normals(self.id.instance);
         let tangents = posed.tangents(self.id.instance);
@@ -62,7 +62,7 @@ impl SurfacePoint<'_> {
         let m_z = if map.scale_is_strength { 1.0 + (m.z - 1.0) * scale.min(1.0) } else { m.z };
         let perturbed = (t * m.x + b * m.y) * scale + n * m_z;
         // α² is twice the variance of slopes.
-        let roughness = curvature + 2.0 * variance * map.scale * map.scale;
-        ((to_world(perturbed) * side).try_normalize().unwrap_or(self.n_v), roughness)
+        let alpha2_increase = curvature + 2.0 * variance * map.scale * map.scale;
+        ((to_world(perturbed) * side).try_normalize().unwrap_or(self.n_v), alpha2_increase)
     }
 }

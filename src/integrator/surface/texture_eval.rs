@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 use crate::geometry::{HitId, Ray, Rgb};
 use crate::integrator::surface::mesh_triangle::{MeshTriangle, TextureCoords, interpolate_uv};
 use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
-use crate::integrator::surface::texture_batch::TextureSamples;
+use crate::integrator::surface::texel_batch::TexelBatch;
 use crate::integrator::surface::triangle_plane::barycentrics;
 use crate::scene::{
     ColorInput, PosedScene, ScalarInput, TexelSemantics, Texture, TextureChannel, TextureRef,
@@ -18,21 +18,21 @@ pub(crate) struct TextureEvalContext<'s> {
     pub coords: TriangleCoords,
     /// The instance's own colour.
     pub tint: Option<Vec3>,
-    /// Samples taken in advance.
-    pub samples: Option<PointSamples<'s>>,
+    /// Filtered texels that were sampled in advance.
+    pub texels: Option<PointTexels<'s>>,
 }
 
-/// The texture samples of one point of a block.
+/// The texels of one point of a block.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PointSamples<'s> {
-    pub samples: &'s TextureSamples<'s>,
+pub(crate) struct PointTexels<'s> {
+    pub batch: &'s TexelBatch<'s>,
     pub lane: usize,
 }
 
-impl PointSamples<'_> {
+impl PointTexels<'_> {
     #[inline(always)]
     fn get(&self, texture: &TextureRef, semantics: TexelSemantics) -> Option<Vec4> {
-        self.samples.get(texture, semantics, self.lane)
+        self.batch.get(texture, semantics, self.lane)
     }
 }
 
@@ -45,14 +45,14 @@ impl<'s> TextureEvalContext<'s> {
             triangle: MeshTriangle { mesh, corners: mesh.triangles[id.triangle as usize] },
             coords: TriangleCoords { b, differentials: BarycentricDifferentials::POINT },
             tint: posed.scene.instances[id.instance as usize].color,
-            samples: None,
+            texels: None,
         }
     }
 
     /// The same point without a footprint: textures are evaluated at their finest level.
     pub fn without_footprint(&self) -> TextureEvalContext<'s> {
         let coords = TriangleCoords { differentials: BarycentricDifferentials::POINT, ..self.coords };
-        TextureEvalContext { coords, samples: None, ..*self }
+        TextureEvalContext { coords, texels: None, ..*self }
     }
 
     /// Texture coordinates of a set; the origin if the mesh has no such set.
@@ -82,8 +82,8 @@ impl<'s> TextureEvalContext<'s> {
         semantics: TexelSemantics,
     ) -> Vec4 {
         let Some(texture) = texture else { return Vec4::ONE };
-        if let Some(sample) = self.samples.and_then(|samples| samples.get(texture, semantics)) {
-            return sample;
+        if let Some(texel) = self.texels.and_then(|texels| texels.get(texture, semantics)) {
+            return texel;
         }
         let TextureCoords { uv, footprint } = self.texture_coords(texture);
         let images = &posed.scene.images;
@@ -92,9 +92,9 @@ impl<'s> TextureEvalContext<'s> {
 
     /// The mean vector of a normal map over the footprint, in tangent space, and the variance of its slopes.
     pub fn normal_map(&self, posed: &PosedScene, texture: &TextureRef) -> (Vec3, f32) {
-        // Batched samples have no footprint, so no variance.
-        if let Some(sample) = self.samples.and_then(|samples| samples.get(texture, TexelSemantics::Data)) {
-            return (Texture::decode_normal(sample), 0.0);
+        // Batched texels have no footprint, so no variance.
+        if let Some(texel) = self.texels.and_then(|texels| texels.get(texture, TexelSemantics::Data)) {
+            return (Texture::decode_normal(texel), 0.0);
         }
         let TextureCoords { uv, footprint } = self.texture_coords(texture);
         posed.scene.textures[texture.texture as usize].sample_normal_map(&posed.scene.images, uv, &footprint)

@@ -7,13 +7,13 @@ use crate::geometry::Ray;
 /// A triangle in the world, relative to the scene's centre, without vertex normals.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TrianglePlane {
-    pub v: [DVec3; 3],
+    pub vertices: [DVec3; 3],
     /// Unit normal of the front face; `None` for a degenerate triangle.
     pub front_normal: Option<DVec3>,
     pub gradients: BarycentricGradients,
 }
 
-/// Gradients of barycentrics 1 and 2 in the plane of a triangle: the dot product with a step along the plane is the
+/// Gradients of the barycentrics b₁ and b₂ in the plane of a triangle: the dot product with a step along the plane is the
 /// change of the barycentric. From the first vertex, where both are 0, it is the barycentric itself.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BarycentricGradients([DVec3; 2]);
@@ -24,7 +24,7 @@ pub(crate) struct PlaneHit {
     pub t: f64,
     /// Direction of the ray.
     pub d: DVec3,
-    /// Unit normal of the front face.
+    /// The normal passed to [`TrianglePlane::intersect`].
     pub n: DVec3,
     pub n_dot_d: f64,
     pub inv_n_dot_d: f64,
@@ -35,13 +35,13 @@ pub(crate) struct PlaneHit {
 impl TrianglePlane {
     /// A triangle whose vertices are counter-clockwise seen from the front, or clockwise with `flip_winding`.
     #[inline(always)]
-    pub fn new(v: [Vec3; 3], flip_winding: bool) -> TrianglePlane {
-        let v = v.map(|v| v.as_dvec3());
-        let edges = [v[1] - v[0], v[2] - v[0]];
+    pub fn new(vertices: [Vec3; 3], flip_winding: bool) -> TrianglePlane {
+        let vertices = vertices.map(|v| v.as_dvec3());
+        let edges = [vertices[1] - vertices[0], vertices[2] - vertices[0]];
         let normal = edges[0].cross(edges[1]) * if flip_winding { -1.0 } else { 1.0 };
         let front_normal = normal.try_normalize();
         let gradients = BarycentricGradients::new(edges, front_normal.unwrap_or(DVec3::ZERO));
-        TrianglePlane { v, front_normal, gradients }
+        TrianglePlane { vertices, front_normal, gradients }
     }
 
     /// The front normal; a degenerate triangle faces the ray.
@@ -57,7 +57,7 @@ impl TrianglePlane {
     /// the ray.
     #[inline(always)]
     pub fn intersect(&self, n: DVec3, ray: Ray) -> PlaneHit {
-        let v0 = self.v[0];
+        let v0 = self.vertices[0];
         let o = ray.o.as_dvec3();
         let d = ray.d.as_dvec3();
         let n_dot_d = n.dot(d);
@@ -76,40 +76,40 @@ impl BarycentricGradients {
         BarycentricGradients([e2.cross(n) * inv_area, n.cross(e1) * inv_area])
     }
 
-    /// Change of barycentrics 1 and 2 along `step`.
+    /// Change of b₁ and b₂ along `step`.
     #[inline(always)]
     pub fn change(&self, step: DVec3) -> [f64; 2] {
         [step.dot(self.0[0]), step.dot(self.0[1])]
     }
 }
 
-/// Barycentrics of the point where `ray` hits the triangle `v`, which it is known to hit. They equal those of
+/// Barycentrics of the point where `ray` hits the triangle `vertices`, which it is known to hit. They equal those of
 /// [`TrianglePlane::intersect`] up to rounding and cost less where nothing else of the triangle is needed (Möller and
 /// Trumbore, “Fast, Minimum Storage Ray/Triangle Intersection”, 1997).
 #[inline(always)]
-pub(crate) fn barycentrics(v: [Vec3; 3], ray: Ray) -> [f64; 3] {
-    let [v0, v1, v2] = v.map(|v| v.as_dvec3());
+pub(crate) fn barycentrics(vertices: [Vec3; 3], ray: Ray) -> [f64; 3] {
+    let [v0, v1, v2] = vertices.map(|v| v.as_dvec3());
     let d = ray.d.as_dvec3();
     let e1 = v1 - v0;
     let e2 = v2 - v0;
     let from_v0 = ray.o.as_dvec3() - v0;
-    let p = d.cross(e2);
-    let q = from_v0.cross(e1);
-    let inv_det = 1.0 / p.dot(e1);
-    clamp_to_triangle([p.dot(from_v0) * inv_det, q.dot(d) * inv_det])
+    let pvec = d.cross(e2);
+    let qvec = from_v0.cross(e1);
+    let inv_det = 1.0 / pvec.dot(e1);
+    clamp_to_triangle([pvec.dot(from_v0) * inv_det, qvec.dot(d) * inv_det])
 }
 
-/// Completes barycentrics 1 and 2 by the first, and clamps points that rounding put outside the triangle. Barycentrics
-/// that are not finite become the centroid's.
+/// Completes b₁ and b₂ by b₀, and clamps points that rounding put outside the triangle. Barycentrics that are not finite
+/// become the centroid's.
 #[inline(always)]
-fn clamp_to_triangle([u, v]: [f64; 2]) -> [f64; 3] {
-    let finite = u.is_finite() & v.is_finite();
-    let u = u.clamp(0.0, 1.0);
-    let v = v.clamp(0.0, 1.0);
-    let sum = u + v;
+fn clamp_to_triangle([b1, b2]: [f64; 2]) -> [f64; 3] {
+    let finite = b1.is_finite() & b2.is_finite();
+    let b1 = b1.clamp(0.0, 1.0);
+    let b2 = b2.clamp(0.0, 1.0);
+    let sum = b1 + b2;
     let outside = sum > 1.0;
     let scale = if outside { 1.0 / sum } else { 1.0 };
-    let b = [if outside { 0.0 } else { 1.0 - sum }, u * scale, v * scale];
+    let b = [if outside { 0.0 } else { 1.0 - sum }, b1 * scale, b2 * scale];
     let third = 1.0 / 3.0;
     [if finite { b[0] } else { third }, if finite { b[1] } else { third }, if finite { b[2] } else { third }]
 }

@@ -124,8 +124,8 @@ fn check(scene: &Scene, random: &mut Random) {
             let coords =
                 TriangleCoords { b: random.barycentrics(), differentials: BarycentricDifferentials::POINT };
             let triangle = MeshTriangle { mesh, corners };
-            let ctx = TextureEvalContext { triangle, coords, tint: None, samples: None };
-            least = least.min(alpha(&posed, &scene.materials[0], &ctx));
+            let ctx = TextureEvalContext { triangle, coords, tint: None, texels: None };
+            least = least.min(opacity(&posed, &scene.materials[0], &ctx));
         }
         let is_opaque = least > 1.0 - 1e-5;
         assert!(is_opaque || !marked.contains(triangle), "{triangle}: {least} {:?}", scene.textures);

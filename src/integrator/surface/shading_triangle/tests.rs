@@ -1,7 +1,6 @@
 use glam::DAffine3;
 
 use super::*;
-use crate::accel::{BuildSettings, SimdLevel};
 use crate::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene, pose};
 
 /// A scene with one mesh.
@@ -73,7 +72,6 @@ fn eight_hits_at_once_equal_single_hits() {
         let scene = scene_of(mesh, rotation);
         let posed = pose(&scene, &centred_at_origin()).unwrap();
         for simd in SimdLevel::ALL.into_iter().filter(|simd| simd.is_supported()) {
-            let accel = Accel::build(&posed, &BuildSettings { simd, ..BuildSettings::default() }).0;
             let mut points = PointsSoa::default();
             let mut next = 0;
             for (id, differential) in (0..4).flat_map(|t| [(t, None), (t, Some(differential))]) {
@@ -82,7 +80,7 @@ fn eight_hits_at_once_equal_single_hits() {
                     let count = count.min(points.free_lanes());
                     let mut rays = Ray8::ZERO;
                     (0..count).for_each(|i| rays.set(i, ray(next + i)));
-                    triangle.append_hits(&accel, &rays, count, differential, &mut points);
+                    triangle.append_hits(simd, &rays, count, differential, &mut points);
                     for i in next..next + count {
                         let (block, lane) = points.lane(i);
                         // Compared as text, because NaN differs from itself.

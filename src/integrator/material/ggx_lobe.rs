@@ -1,6 +1,8 @@
-//! The light of an environment that a GGX lobe reflects, by filtered importance sampling (Křivánek and Colbert, “Real-time
-//! Shading with Filtered Importance Sampling”, EGSR 2008): a fixed set of directions drawn from the lobe, each looked up
-//! with the solid angle that it stands for. Neighbouring pixels use the same set, so there is no noise.
+//! GGX lobes at a surface: their samples, and the light of an environment that they reflect.
+//!
+//! The light of an environment is averaged by filtered importance sampling (Křivánek and Colbert, “Real-time Shading with
+//! Filtered Importance Sampling”, EGSR 2008): a fixed set of directions drawn from the lobe, each looked up with the solid
+//! angle that it stands for. Neighbouring pixels use the same set, so there is no noise.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -11,17 +13,15 @@ use crate::geometry::{Rgb, golden_angle};
 use crate::integrator::material::directional_albedo::single_scattering_albedo;
 use crate::integrator::material::fresnel::schlick_weight;
 use crate::integrator::material::ggx::{
-    reflected_pdf, sample_visible_normal, sample_visible_normal_at, shadowing_ratio,
+    MIRROR_ALPHA, reflected_pdf, sample_visible_normal, sample_visible_normal_at, shadowing_ratio,
 };
 use crate::scene::Environment;
 
 /// Directions in the set of a pixel, shared among its samples.
 pub(crate) const LOBE_DIRECTIONS: u32 = 32;
-/// Solid angle of a lookup over that which its direction stands for. Lookups are filtered a little wider than asked,
+/// Solid angle of a lookup over that which its direction stands for. Lookups are filtered a little wider than requested,
 /// between texels and between levels; 0.7 comes closest to the integral over the lobe.
 const FILTER_WIDTH: f64 = 0.7;
-/// Lobes with a smaller α are looked up once, in the mirror's direction: their width is that of a texel.
-const MIRROR_ALPHA: f64 = 0.004;
 
 /// A lobe at a surface.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ pub(crate) struct Lobe {
     pub n: DVec3,
     /// Unit direction to the viewer.
     pub v: DVec3,
-    /// GGX α, with the variance of the normals that the sample covers.
+    /// GGX α, widened by the normals that the sample covers.
     pub alpha: f64,
     /// Mean reflectance at normal incidence, which weights the directions.
     pub f0: f64,
@@ -50,8 +50,9 @@ pub(crate) struct LobeSample {
 /// The directions of one sample among those of its pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LobeSubset {
-    /// Index of the sample, and the number of samples of a pixel.
+    /// Index of the sample.
     pub index: u32,
+    /// Number of samples of a pixel.
     pub count: u32,
     /// Directions of a pixel, at most.
     pub directions: u32,
@@ -65,9 +66,9 @@ impl Lobe {
             return radiance;
         }
         let Lobe { n, v, alpha, f0 } = *self;
-        let frame = LobeFrame::new(n, v);
+        let basis = LobeBasis::new(n, v);
         if alpha < MIRROR_ALPHA {
-            let l = frame.to_world(DVec3::new(-frame.v.x, -frame.v.y, frame.v.z));
+            let l = basis.to_world(DVec3::new(-basis.v.x, -basis.v.y, basis.v.z));
             // About the half-width of the lobe, which is twice that of the normals.
             return environment.radiance(l.as_vec3(), (4.0 * PI * alpha * alpha) as f32);
         }
@@ -78,18 +79,18 @@ impl Lobe {
         let mut sum = Rgb::ZERO;
         for i in first..first + per_sample {
             let u = (f64::from(i) + 0.5) / f64::from(total);
-            let h = sample_visible_normal_at(frame.v, alpha, direction_around(i), u);
-            let v_h = frame.v.dot(h);
-            let l = h * (2.0 * v_h) - frame.v;
-            let weight = shadowing_ratio(frame.v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_h));
+            let m = sample_visible_normal_at(basis.v, alpha, direction_around(i), u);
+            let v_m = basis.v.dot(m);
+            let l = m * (2.0 * v_m) - basis.v;
+            let weight = shadowing_ratio(basis.v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_m));
             if weight > 0.0 {
-                let solid_angle = FILTER_WIDTH / (f64::from(total) * reflected_pdf(frame.v.z, h.z, alpha));
+                let solid_angle = FILTER_WIDTH / (f64::from(total) * reflected_pdf(basis.v.z, m.z, alpha));
                 let radiance =
-                    environment.radiance(frame.to_world(l).as_vec3(), solid_angle.min(2.0 * PI) as f32);
+                    environment.radiance(basis.to_world(l).as_vec3(), solid_angle.min(2.0 * PI) as f32);
                 sum += radiance * weight as f32;
             }
         }
-        let expected = single_scattering_albedo(frame.v.z as f32, alpha as f32, f0 as f32);
+        let expected = single_scattering_albedo(basis.v.z as f32, alpha as f32, f0 as f32);
         sum / (per_sample as f32 * expected)
     }
 }
@@ -98,19 +99,19 @@ impl Lobe {
     /// Returns a direction that the lobe reflects, for a point of the unit square: one of `count` samples.
     pub fn sample(&self, u: [f64; 2], count: u32) -> LobeSample {
         let Lobe { n, v, alpha, f0 } = *self;
-        let frame = LobeFrame::new(n, v);
+        let basis = LobeBasis::new(n, v);
         if alpha < MIRROR_ALPHA {
-            let l = frame.to_world(DVec3::new(-frame.v.x, -frame.v.y, frame.v.z));
+            let l = basis.to_world(DVec3::new(-basis.v.x, -basis.v.y, basis.v.z));
             return LobeSample { l, weight: 1.0, solid_angle: (4.0 * PI * alpha * alpha) as f32 };
         }
-        let h = sample_visible_normal(frame.v, alpha, u);
-        let v_h = frame.v.dot(h);
-        let l = h * (2.0 * v_h) - frame.v;
-        let weight = shadowing_ratio(frame.v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_h));
-        let expected = single_scattering_albedo(frame.v.z as f32, alpha as f32, f0 as f32);
-        let solid_angle = FILTER_WIDTH / (f64::from(count.max(1)) * reflected_pdf(frame.v.z, h.z, alpha));
+        let m = sample_visible_normal(basis.v, alpha, u);
+        let v_m = basis.v.dot(m);
+        let l = m * (2.0 * v_m) - basis.v;
+        let weight = shadowing_ratio(basis.v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_m));
+        let expected = single_scattering_albedo(basis.v.z as f32, alpha as f32, f0 as f32);
+        let solid_angle = FILTER_WIDTH / (f64::from(count.max(1)) * reflected_pdf(basis.v.z, m.z, alpha));
         LobeSample {
-            l: frame.to_world(l),
+            l: basis.to_world(l),
             weight: weight as f32 / expected,
             solid_angle: solid_angle.min(2.0 * PI) as f32,
         }
@@ -118,13 +119,13 @@ impl Lobe {
 
     /// Returns a microfacet normal that is visible to the viewer, for a point of the unit square.
     pub fn sample_normal(&self, u: [f64; 2]) -> DVec3 {
-        let frame = LobeFrame::new(self.n, self.v);
-        frame.to_world(sample_visible_normal(frame.v, self.alpha, u))
+        let basis = LobeBasis::new(self.n, self.v);
+        basis.to_world(sample_visible_normal(basis.v, self.alpha, u))
     }
 }
 
-/// The frame of a surface: z is the normal, and the viewer is in the xz plane.
-struct LobeFrame {
+/// The basis of a surface: z is the normal, and the viewer is in the xz plane.
+struct LobeBasis {
     x: DVec3,
     y: DVec3,
     z: DVec3,
@@ -132,13 +133,13 @@ struct LobeFrame {
     v: DVec3,
 }
 
-impl LobeFrame {
-    fn new(n: DVec3, v: DVec3) -> LobeFrame {
+impl LobeBasis {
+    fn new(n: DVec3, v: DVec3) -> LobeBasis {
         // A shading normal may face away from the viewer.
         let cos = n.dot(v).clamp(MIN_COS, 1.0);
         let tangent = v - n * n.dot(v);
         let x = tangent.try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
-        LobeFrame { x, y: n.cross(x), z: n, v: DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos) }
+        LobeBasis { x, y: n.cross(x), z: n, v: DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos) }
     }
 
     fn to_world(&self, d: DVec3) -> DVec3 {

@@ -28,18 +28,18 @@ fn looked_up(lobe: &Lobe, environment: &Environment, count: u32) -> Rgb {
 
 /// The lobe integrated with a million directions.
 fn integrated(lobe: &Lobe, radiance: impl Fn(Vec3) -> Rgb) -> Rgb {
-    let frame = LobeFrame::new(lobe.n, lobe.v);
+    let basis = LobeBasis::new(lobe.n, lobe.v);
     let n = 400;
     let mut sum = DVec3::ZERO;
     let mut weights = 0.0;
     for i in 0..n * n {
         let u = [(i % n) as f64 + 0.5, (i / n) as f64 + 0.5].map(|x| x / n as f64);
-        let h = sample_visible_normal(frame.v, lobe.alpha, u);
-        let v_h = frame.v.dot(h);
-        let l = h * (2.0 * v_h) - frame.v;
+        let m = sample_visible_normal(basis.v, lobe.alpha, u);
+        let v_m = basis.v.dot(m);
+        let l = m * (2.0 * v_m) - basis.v;
         let weight =
-            shadowing_ratio(frame.v.z, l.z, lobe.alpha) * (lobe.f0 + (1.0 - lobe.f0) * schlick_weight(v_h));
-        sum += radiance(frame.to_world(l).as_vec3()).as_dvec3() * weight;
+            shadowing_ratio(basis.v.z, l.z, lobe.alpha) * (lobe.f0 + (1.0 - lobe.f0) * schlick_weight(v_m));
+        sum += radiance(basis.to_world(l).as_vec3()).as_dvec3() * weight;
         weights += weight;
     }
     (sum / weights).as_vec3()

@@ -4,21 +4,20 @@ use std::ops::Range;
 
 use glam::Vec4;
 
-use crate::accel::Accel;
 use crate::integrator::surface::mesh_triangle::{MeshTriangle, TextureCoords};
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::{HIT_LANES, LANES};
 use crate::scene::{Image, PosedScene, SampleCoords, TexelSemantics, Texture, TextureRef};
-use crate::simd::AutovecKernel;
+use crate::simd::{AutovecKernel, SimdLevel};
 
-/// Samples of all textures of one material, by the points' lanes in their [`PointBlock`].
+/// Filtered texels of all textures of one material, by the points' lanes in their [`PointBlock`].
 #[derive(Debug, Default)]
-pub(crate) struct TextureSamples<'a> {
+pub(crate) struct TexelBatch<'a> {
     material: Option<u32>,
     /// Each use of a texture by the material.
     uses: Vec<TextureUse<'a>>,
-    /// The samples of each distinct use.
-    samples: Vec<[Option<Vec4>; LANES]>,
+    /// The texels of each distinct use.
+    texels: Vec<[Option<Vec4>; LANES]>,
 }
 
 /// A use of a texture by a material.
@@ -29,15 +28,15 @@ struct TextureUse<'a> {
     /// False for normal maps: filtered, they need the variance of slopes, which
     /// [`Texture::sample_normal_map`] computes.
     filterable: bool,
-    /// Index of its samples.
-    slot: usize,
+    /// Index of its texels in [`TexelBatch::texels`].
+    texels: usize,
 }
 
-impl<'a> TextureSamples<'a> {
+impl<'a> TexelBatch<'a> {
     /// Samples every texture of a material at the points of a triangle in the given lanes.
     pub fn sample(
         &mut self,
-        accel: &Accel,
+        simd: SimdLevel,
         posed: &'a PosedScene,
         material: u32,
         triangle: MeshTriangle,
@@ -47,9 +46,9 @@ impl<'a> TextureSamples<'a> {
         if self.material != Some(material) {
             self.set_material(posed, material);
         }
-        for (slot, out) in self.samples.iter_mut().enumerate() {
-            let Some(texture_use) = self.uses.iter().find(|u| u.slot == slot) else { continue };
-            accel.run_autovec(SampleTexture {
+        for (i, out) in self.texels.iter_mut().enumerate() {
+            let Some(texture_use) = self.uses.iter().find(|u| u.texels == i) else { continue };
+            simd.run(SampleTexture {
                 triangle,
                 block,
                 lanes: lanes.clone(),
@@ -61,7 +60,7 @@ impl<'a> TextureSamples<'a> {
         }
     }
 
-    /// Lists the textures of a material. Equal uses share their samples.
+    /// Lists the textures of a material. Equal uses share their texels.
     fn set_material(&mut self, posed: &'a PosedScene, material: u32) {
         self.material = Some(material);
         self.uses.clear();
@@ -69,22 +68,22 @@ impl<'a> TextureSamples<'a> {
         let normal_map = material.normal.as_ref().map(|map| (&map.texture, TexelSemantics::Data, false));
         let textures =
             material.textures_with_semantics().map(|(texture, semantics)| (texture, semantics, true));
-        let mut slots = 0;
+        let mut count = 0;
         for (texture, semantics, filterable) in textures.chain(normal_map) {
             let equal =
                 |u: &&TextureUse| (u.texture, u.semantics, u.filterable) == (texture, semantics, filterable);
-            let slot = self.uses.iter().find(equal).map_or(slots, |u| u.slot);
-            slots = slots.max(slot + 1);
-            self.uses.push(TextureUse { texture, semantics, filterable, slot });
+            let texels = self.uses.iter().find(equal).map_or(count, |u| u.texels);
+            count = count.max(texels + 1);
+            self.uses.push(TextureUse { texture, semantics, filterable, texels });
         }
-        self.samples.resize(slots, [None; LANES]);
+        self.texels.resize(count, [None; LANES]);
     }
 
-    /// The sample of a texture in lane `i`; `None` where it has to be sampled alone.
+    /// The filtered texel of a texture in lane `i`; `None` where it has to be sampled alone.
     #[inline(always)]
     pub fn get(&self, texture: &TextureRef, semantics: TexelSemantics, i: usize) -> Option<Vec4> {
         let matches = |u: &&TextureUse| std::ptr::eq(u.texture, texture) && u.semantics == semantics;
-        self.uses.iter().find(matches).and_then(|u| self.samples[u.slot][i])
+        self.uses.iter().find(matches).and_then(|u| self.texels[u.texels][i])
     }
 }
 
