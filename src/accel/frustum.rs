@@ -51,7 +51,7 @@ impl SimdKernel for FrustumKernel<'_> {
         let tlas = &bvh.tlas;
         let padding =
             || corner_rays.iter().fold(0f32, |padding, ray| padding.max(tlas.padding(ray.o.as_dvec3())));
-        bvh.worlds.iter().any(|world| frustum.may_intersect::<S>(&world.bvh, 0.0))
+        bvh.worlds().iter().any(|world| frustum.may_intersect::<S>(&world.bvh, 0.0))
             || (!tlas.is_empty() && frustum.may_intersect::<S>(&tlas.bvh, f64::from(padding())))
     }
 }
@@ -82,7 +82,7 @@ impl Frustum {
         }))
     }
 
-    /// Returns false where the frustum certainly intersects no leaf box of a BVH, whose boxes are enlarged by
+    /// Returns false if the frustum certainly intersects no leaf box of a BVH, whose boxes are enlarged by
     /// `padding`.
     #[inline(always)]
     fn may_intersect<S: Simd>(&self, bvh: &Bvh8, padding: f64) -> bool {

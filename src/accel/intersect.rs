@@ -36,7 +36,7 @@ impl SimdKernel for IntersectKernel<'_> {
                 let hits = &mut hits[range.clone()];
                 let range = range.clone();
                 let stack = &mut tracer.stack;
-                packet::intersect::<S>(&bvh.worlds, rays, range, filter, hits, &mut scratch, stack)
+                packet::intersect::<S>(bvh.worlds(), rays, range, filter, hits, &mut scratch, stack)
             };
             if as_packet && !worlds_traced && splitter.split(range.clone()) {
                 continue;

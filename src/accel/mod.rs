@@ -5,7 +5,8 @@
 //! A scene has two BVHs over world-space triangles, one of static and one of dynamic instances. Instanced meshes
 //! have a BVH each in local space (BLAS), and one more lies over their instances (TLAS). All are eight wide
 //! (`bvh/bvh8.rs`), with blocks of four triangles in their leaves (`bvh/triangle4.rs`). `build/` makes them by the
-//! surface area heuristic (SAH), and refits the BVH of dynamic triangles from frame to frame.
+//! surface area heuristic (SAH; `build/builder.rs`, `build/bvh2_to_bvh8.rs`), and refits the BVH of dynamic triangles from
+//! frame to frame (`build/refit.rs`).
 //!
 //! # From a ray to a triangle
 //!
@@ -14,15 +15,29 @@
 //! 2. Rays of a range that share an origin or a direction traverse the world BVHs as a ray packet (`packet/`). Other
 //!    rays, and all rays in the TLAS, are traced one by one by `SingleRayTracer::trace`.
 //! 3. A single ray enters a BVH by `Blas::traverse`, or by `Tlas::traverse`, which transforms it into the frames of the
-//!    instances that it comes to and continues in their BLASes.
+//!    instances that it reaches and continues in their BLASes.
 //! 4. `Bvh8::traverse_closest` visits nodes front to back (`traverse/bvh8_traversal.rs`). A `SimdNodeTest` tests the
 //!    boxes of a node's eight children at once (`traverse/box_test.rs`).
 //! 5. In a leaf, a conservative f32 test takes the four triangles of a `Triangle4` at once
-//!    (`traverse/conservative_triangle_test.rs`); the exact f64 test decides about the few that are left (`traverse/exact_triangle_test.rs`).
+//!    (`traverse/conservative_triangle_test.rs`); the exact f64 test decides about the few that are left
+//!    (`traverse/exact_triangle_test.rs`).
 //! 6. Hits go to a ray query (`traverse/query.rs`): the closest-hit query keeps the first one in the order of (t, id).
 //!
-//! [`Accel::occluded`] and [`Accel::transmittance`] take the same way with an any-hit query, which ends at the first
-//! occluder, and visit children by their probability of occlusion (`bvh/occlusion_order.rs`).
+//! [`Accel::occluded`] and [`Accel::transmittance`] (`occlusion.rs`) take the same way with an any-hit query, which ends
+//! at the first occluder, and visit children by their probability of occlusion (`bvh/occlusion_order.rs`).
+//!
+//! # Glossary
+//!
+//! - *node*: a `Bvh8Node`, with up to eight children in its *slots*. Construction says *wide node* to tell it from a node of
+//!   obvhs's binary BVHs (BVH2).
+//! - *leaf*: one or more *blocks* in a row. A block is a `Triangle4`, with a triangle in each of its four *lanes*.
+//! - *triangle slot*: a place in the blocks of a BLAS, 4 · block + lane.
+//! - *entry*: what a leaf is filled with during construction, a triangle or a set of coincident ones.
+//! - *world BVH*: one of the two BVHs over world-space triangles.
+//! - *local frame*: the space of a BVH's triangles: the world, or that of an instanced mesh.
+//! - *shadow ray*: a ray whose answer is not the closest hit but if, or how much, light passes. Rays of ambient occlusion
+//!   are shadow rays.
+//! - *ray packet*: up to 256 rays with a common origin or direction, in 16 *groups* of 16 rays; a *quad* is four groups.
 //!
 //! # Determinism
 //!
@@ -33,14 +48,13 @@ mod build;
 mod bvh;
 mod frustum;
 mod intersect;
-mod occluded;
+mod occlusion;
 mod packet;
 mod packet_splitter;
 mod ray_batch;
 mod report;
 mod settings;
 mod single_ray_tracer;
-mod transmittance;
 mod traverse;
 
 pub use crate::simd::{SimdLevel, SimdLevelError};
@@ -58,8 +72,7 @@ use build::tlas_builder::build_tlas;
 use bvh::scene_bvh::SceneBvh;
 use frustum::FrustumKernel;
 use intersect::IntersectKernel;
-use occluded::OccludedKernel;
-use transmittance::TransmittanceKernel;
+use occlusion::ShadowRayKernel;
 
 /// The acceleration structure: a posed scene's triangles in BVHs. It owns all that it needs.
 #[derive(Debug)]
@@ -92,65 +105,65 @@ impl Accel {
         let BuildSettings { preset, flatten, .. } = self.settings;
         let plan = InstancingPlan::new(posed, flatten, |mesh| self.flags_cache.get(posed, mesh));
         if self.plan.static_world != plan.static_world {
-            self.bvh.worlds[0] = build_world_blas(posed, &plan.static_world, preset);
+            self.bvh.static_world = build_world_blas(posed, &plan.static_world, preset);
         }
         if self.plan.dynamic_world != plan.dynamic_world || plan.may_deform(posed) {
             self.update_dynamic_world(posed, &plan);
         }
-        self.bvh.meshes.retain(|&mesh, _| plan.mesh_flags(mesh) == self.plan.mesh_flags(mesh));
+        self.bvh.mesh_blases.retain(|&mesh, _| plan.mesh_flags(mesh) == self.plan.mesh_flags(mesh));
         for (&mesh, instanced) in &plan.instanced {
             let build = || build_mesh_blas(posed, mesh, &instanced.flags, preset);
-            self.bvh.meshes.entry(mesh).or_insert_with(build);
+            self.bvh.mesh_blases.entry(mesh).or_insert_with(build);
         }
-        self.bvh.tlas = build_tlas(posed, &plan, &self.bvh.meshes, preset);
+        self.bvh.tlas = build_tlas(posed, &plan, &self.bvh.mesh_blases, preset);
         self.has_translucent = plan.has_translucent();
         self.plan = plan;
         self.report()
     }
 
     fn update_dynamic_world(&mut self, posed: &PosedScene, plan: &InstancingPlan) {
-        let world = &mut self.bvh.worlds[1];
-        let before = self.plan.dynamic_world.iter().map(|member| member.instance);
-        let same_instances = before.eq(plan.dynamic_world.iter().map(|member| member.instance));
+        let world = &mut self.bvh.dynamic_world;
+        let before = self.plan.dynamic_world.iter().map(|flattened| flattened.instance);
+        let same_instances = before.eq(plan.dynamic_world.iter().map(|flattened| flattened.instance));
         let ids = world.ids.clone();
         if !(same_instances && world.refit(world_triangles(posed, &plan.dynamic_world, &ids))) {
             *world = build_world_blas(posed, &plan.dynamic_world, self.settings.preset);
         }
     }
 
-    /// Sums up the reports of all BLASes.
+    /// Adds the reports of all BLASes.
     fn report(&self) -> BuildReport {
         let mut report = BuildReport::default();
-        self.bvh.worlds.iter().for_each(|world| report.add(world.report, 1));
-        for (mesh, blas) in &self.bvh.meshes {
+        self.bvh.worlds().iter().for_each(|world| report.add(world.report, 1));
+        for (mesh, blas) in &self.bvh.mesh_blases {
             report.add(blas.report, self.plan.instanced[mesh].instances.len() as u64);
         }
         report
     }
 
-    /// Finds the closest hit of every ray after its `after`. `hits` becomes as long as `rays`.
+    /// Finds each ray's closest hit, behind [`RayBatch::after`] if that is set. `hits` becomes as long as `rays`.
     pub fn intersect(&self, rays: &RayBatch, filter: &dyn HitFilter, hits: &mut HitBatch) {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
         self.settings.simd.run(IntersectKernel { bvh: &self.bvh, rays, filter, hits });
     }
 
-    /// Finds whether anything occludes each segment: opaque surfaces, and alpha-tested ones where the filter accepts
-    /// the hit. Translucent surfaces do not occlude. `out` becomes as long as `segments`.
-    pub fn occluded(&self, segments: &ShadowRayBatch, filter: &dyn HitFilter, out: &mut Vec<bool>) {
+    /// Finds out if anything occludes each shadow ray: opaque surfaces, and alpha-tested ones where the filter accepts
+    /// the hit. Translucent surfaces do not occlude. `out` becomes as long as `rays`.
+    pub fn occluded(&self, rays: &ShadowRayBatch, filter: &dyn HitFilter, out: &mut Vec<bool>) {
         out.clear();
-        self.settings.simd.run(OccludedKernel { bvh: &self.bvh, segments, filter, out });
+        self.settings.simd.run(ShadowRayKernel { bvh: &self.bvh, rays, filter, out });
     }
 
-    /// Finds the transmittance of each segment in linear RGB: 0 where it is occluded, else the product of the
+    /// Finds the transmittance of each shadow ray in linear RGB: 0 if it is occluded, otherwise the product of the
     /// transmittances of the translucent surfaces on it, in the order of (t, id), and 0 where that is less
-    /// than 2⁻¹⁷. `out` becomes as long as `segments`.
-    pub fn transmittance(&self, segments: &ShadowRayBatch, filter: &dyn HitFilter, out: &mut Vec<Rgb>) {
+    /// than 2⁻¹⁷. `out` becomes as long as `rays`.
+    pub fn transmittance(&self, rays: &ShadowRayBatch, filter: &dyn HitFilter, out: &mut Vec<Rgb>) {
         out.clear();
-        self.settings.simd.run(TransmittanceKernel { bvh: &self.bvh, segments, filter, out });
+        self.settings.simd.run(ShadowRayKernel { bvh: &self.bvh, rays, filter, out });
     }
 
-    /// Returns false where no ray inside a frustum can hit a triangle, by the bounds of the BVHs; true says nothing.
+    /// Returns false if no ray inside a frustum can hit a triangle, by the bounds of the BVHs; true if one may.
     /// `corner_rays` are the frustum's four edges in order around it; they share an origin or a direction.
     pub fn may_intersect(&self, corner_rays: &[Ray; 4]) -> bool {
         self.settings.simd.run(FrustumKernel { bvh: &self.bvh, corner_rays })
@@ -161,7 +174,7 @@ impl Accel {
         self.settings.simd
     }
 
-    /// Returns true where a visible surface transmits part of the light. Without one, [`Accel::occluded`] is all that
+    /// Returns true if a visible surface transmits part of the light. Without one, [`Accel::occluded`] is all that
     /// shadows need.
     pub fn has_translucent(&self) -> bool {
         self.has_translucent

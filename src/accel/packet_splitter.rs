@@ -6,18 +6,18 @@ use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{PACKET_SIZE, RAYS_PER_GROUP};
 use crate::accel::ray_batch::Coherence;
 
-/// Ranges of this many rays or fewer are traced ray by ray.
-const MAX_SINGLE_RAYS: usize = 8;
+/// Ranges of fewer rays are traced ray by ray.
+const MIN_PACKET_RAYS: usize = 9;
 
 /// Parts that a full packet is split into.
 const PARTS: usize = 4;
 
-/// Returns true where `count` rays can be tried as a packet: they share an origin or a direction, are not too few,
+/// Returns true if `count` rays can be tried as a packet: they share an origin or a direction, are not too few,
 /// and have a world BVH to traverse.
 pub(crate) fn can_trace_packet(bvh: &SceneBvh, coherence: Coherence, count: usize) -> bool {
-    count > MAX_SINGLE_RAYS
+    count >= MIN_PACKET_RAYS
         && coherence != Coherence::None
-        && bvh.worlds.iter().any(|world| !world.is_empty())
+        && bvh.worlds().iter().any(|world| !world.is_empty())
 }
 
 /// The ranges of a batch, in order: full packets first; where the rays of one are too far apart, quarters of it,
@@ -47,7 +47,7 @@ impl PacketSplitter {
         (first < self.next).then_some(first..self.next)
     }
 
-    /// Queues the parts of a range. Returns false where it is a single group or less.
+    /// Queues the parts of a range. Returns false if it is a single group or less.
     pub fn split(&mut self, range: Range<usize>) -> bool {
         let count = range.len();
         if count <= RAYS_PER_GROUP {

@@ -1,4 +1,4 @@
-//! Batches of rays and of shadow segments, and the any-hit filter for alpha masks and transmittance.
+//! Batches of rays and of shadow rays, and the hit filter for alpha masks and transmittance.
 //!
 //! Callers say what the rays of a batch share, never how they are traced.
 
@@ -32,8 +32,8 @@ pub struct RayBatch {
     pub t_min: f32,
     /// Hits need a t of at most this.
     pub t_max: f32,
-    /// Where it is not empty, each ray's hit comes later than this one in the order of (t, id), whatever `t_min`. So
-    /// a hit finds the one behind it, coincident ones included.
+    /// Finds the hit behind a given one: if it is not empty, each ray's hit comes later than this one in the order of
+    /// (t, id), whatever `t_min`. Coincident triangles are found one after the other.
     pub after: Vec<Hit>,
 }
 
@@ -59,7 +59,7 @@ impl RayBatch {
         Hit { t, id: HitId::NONE }
     }
 
-    /// The hit that ray `i`'s has to come after.
+    /// The hit that the hit of ray `i` has to come after.
     #[inline]
     pub(crate) fn after(&self, i: usize) -> Hit {
         self.after.get(i).copied().unwrap_or_else(|| self.lower_bound())
@@ -95,7 +95,7 @@ impl RayBatch {
         self.origins.len()
     }
 
-    /// Returns true without rays.
+    /// Returns true if there are no rays.
     pub fn is_empty(&self) -> bool {
         self.origins.is_empty()
     }
@@ -104,17 +104,18 @@ impl RayBatch {
 /// The closest hits of a batch, parallel to its rays.
 pub type HitBatch = Vec<Hit>;
 
-/// Shadow segments from surface points to a light, in world space. The arrays are parallel.
+/// Shadow rays from surface points to a light, in world space. The arrays are parallel. Rays of ambient occlusion are
+/// shadow rays as well.
 #[derive(Clone, Debug)]
 pub struct ShadowRayBatch {
-    /// The vector that the segments share. `Origin`: the position of the light, at which all end. `Direction`: the direction
+    /// The vector that the rays share. `Origin`: the position of the light, at which all end. `Direction`: the direction
     /// *to* a directional light, in which all go on for ever. `None`: each has its own end.
     pub coherence: Coherence,
     /// Start points: surface points, already offset from their surface by their error bound.
     pub from: Vec<Vec3>,
     /// End points; unused for directional lights.
     pub to: Vec<Vec3>,
-    /// The triangle that each segment starts on, which cannot occlude it.
+    /// The triangle that each ray starts on, which cannot occlude it.
     pub source: Vec<HitId>,
 }
 
@@ -125,26 +126,26 @@ impl Default for ShadowRayBatch {
 }
 
 impl ShadowRayBatch {
-    /// Removes all segments and keeps the memory.
+    /// Removes all rays and keeps the memory.
     pub fn clear(&mut self) {
         self.from.clear();
         self.to.clear();
         self.source.clear();
     }
 
-    /// Adds a segment.
+    /// Adds a ray.
     pub fn push(&mut self, from: Vec3, to: Vec3, source: HitId) {
         self.from.push(from);
         self.to.push(to);
         self.source.push(source);
     }
 
-    /// Number of segments.
+    /// Number of rays.
     pub fn len(&self) -> usize {
         self.from.len()
     }
 
-    /// Returns true without segments.
+    /// Returns true if there are no rays.
     pub fn is_empty(&self) -> bool {
         self.from.is_empty()
     }

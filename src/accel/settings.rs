@@ -14,7 +14,7 @@ pub struct BuildSettings {
     pub flatten: FlattenBudget,
 }
 
-/// Build quality, by the presets of the builder (obvhs).
+/// The kind of BVH: none, or one built by a preset of the builder (obvhs).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preset {
     /// No BVH: every ray tests every triangle. The reference for tests.

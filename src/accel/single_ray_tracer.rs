@@ -19,14 +19,14 @@ pub(crate) struct SingleRayTracer<'a> {
 
 impl<'a> SingleRayTracer<'a> {
     pub fn new(bvh: &'a SceneBvh) -> SingleRayTracer<'a> {
-        SingleRayTracer { bvh, blases: bvh.meshes.values().collect(), stack: TraversalStack::default() }
+        SingleRayTracer { bvh, blases: bvh.mesh_blases.values().collect(), stack: TraversalStack::default() }
     }
 
     /// Reports the triangles that `ray` hits to `query`: those of the world BVHs, unless packets have traced them
     /// (`worlds_traced`), then those of instances.
     #[inline(always)]
     pub fn trace<S: Simd>(&mut self, ray: &LocalRay, worlds_traced: bool, query: &mut impl RayQuery) {
-        for world in self.bvh.worlds.iter().filter(|_| !worlds_traced) {
+        for world in self.bvh.worlds().iter().filter(|_| !worlds_traced) {
             if let Some(root) = world.bvh.root
                 && !world.traverse::<S, _>(root, ray, None, query, &mut self.stack)
             {
@@ -37,31 +37,31 @@ impl<'a> SingleRayTracer<'a> {
     }
 }
 
-/// Returns the any-hit query of segment `i` and the ray to trace it with; no ray where the segment is not finite or
-/// has no length, which nothing occludes. With `transmittance`, the query collects what translucent surfaces
+/// Returns the any-hit query of shadow ray `i` and the ray to trace it with; no ray if the shadow ray is not finite or
+/// has no length, which nothing occludes. If `transmittance` is given, the query collects what translucent surfaces
 /// transmit.
 ///
-/// A segment ends before its light, which is at t = 1. Segments to a point are traced from there, as packets do,
+/// A shadow ray ends before its light, which is at t = 1. Those to a point are traced from there, as packets do,
 /// so that both trace the same line to the bit.
 #[inline(always)]
 pub(crate) fn shadow_ray_query<'a, 'p>(
-    segments: &ShadowRayBatch,
+    rays: &ShadowRayBatch,
     i: usize,
     filter: &'a dyn HitFilter,
     transmittance: Option<&'p mut Transmittance>,
 ) -> (Option<LocalRay>, AnyHit<'a, 'p>) {
-    let from = segments.from[i];
-    let (o, d, t_max, ray) = match segments.coherence {
+    let from = rays.from[i];
+    let (o, d, t_max, ray) = match rays.coherence {
         Coherence::Direction(d) => (from, d, f32::INFINITY, LocalRay::new(from.as_dvec3(), d.as_dvec3())),
         Coherence::Origin(light) => (light, from - light, 1.0, LocalRay::from_light_to_point(light, from)),
         Coherence::None => {
-            (segments.to[i], from - segments.to[i], 1.0, LocalRay::from_light_to_point(segments.to[i], from))
+            (rays.to[i], from - rays.to[i], 1.0, LocalRay::from_light_to_point(rays.to[i], from))
         }
     };
     let context = RayContext { o, d, filter };
-    // A segment to a point is traced from there.
+    // A shadow ray to a point is traced from there.
     let to_light = if t_max == 1.0 { -d } else { d };
     let query =
-        AnyHit { ray: context, to_light, t_max, source: segments.source[i], occluded: false, transmittance };
+        AnyHit { ray: context, to_light, t_max, source: rays.source[i], occluded: false, transmittance };
     (ray, query)
 }

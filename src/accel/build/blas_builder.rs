@@ -1,7 +1,7 @@
 //! Builds a BLAS: filters the input triangles, builds the BVH over them and packs its leaves into blocks.
 
 use crate::accel::build::builder::{self, ClusterLeaves};
-use crate::accel::build::cluster_prims::{ClusterPrims, LeafPrims};
+use crate::accel::build::cluster_triangles::{ClusterTriangles, LeafTriangles};
 use crate::accel::build::input_triangles::{InputTriangle, filter_triangles};
 use crate::accel::build::leaf_packing::LeafCapacity;
 use crate::accel::build::morton_clusters::MortonKey;
@@ -17,18 +17,18 @@ pub(crate) fn build_blas(
     preset: Preset,
 ) -> Blas {
     let (triangles, mut report) = filter_triangles(count, input);
-    let open = |keys: &[MortonKey]| ClusterPrims::new(&triangles, keys);
-    let (bvh, leaves) = builder::build(&triangles, open, LeafCapacity::BLOCKS, preset);
+    let make_cluster = |keys: &[MortonKey]| ClusterTriangles::new(&triangles, keys);
+    let (bvh, leaves) = builder::build(&triangles, make_cluster, LeafCapacity::BLOCKS, preset);
     report.coincident = leaves.iter().map(|leaves| leaves.contents.coincident_count).sum();
     let triangle_count = leaves.iter().map(|leaves| leaves.contents.len()).sum();
     // The index of each cluster's first set of coincident triangles.
     let mut next = 0;
-    let with_first = |leaves: ClusterLeaves<LeafPrims>| {
+    let with_first = |leaves: ClusterLeaves<LeafTriangles>| {
         let after = next + leaves.contents.coincident.len() as u32;
         (leaves, std::mem::replace(&mut next, after))
     };
-    let mut parts: Vec<(ClusterLeaves<LeafPrims>, u32)> = leaves.into_iter().map(with_first).collect();
-    let block_count = |(leaves, _): &(ClusterLeaves<LeafPrims>, u32)| leaves.end as usize;
+    let mut parts: Vec<(ClusterLeaves<LeafTriangles>, u32)> = leaves.into_iter().map(with_first).collect();
+    let block_count = |(leaves, _): &(ClusterLeaves<LeafTriangles>, u32)| leaves.end as usize;
     let blocks = HugePageArray::from_parts(
         &parts,
         block_count,

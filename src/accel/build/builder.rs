@@ -1,4 +1,6 @@
-//! Builds an eight-wide BVH over boxes by the surface area heuristic (SAH), from obvhs's binary BVHs (PLOC).
+//! Builds an eight-wide BVH over boxes by the surface area heuristic (SAH), from obvhs's binary BVHs: parallel locally
+//! ordered clustering (PLOC; Meister and Bittner, “Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy
+//! Construction”, 2018).
 //!
 //! The boxes are split into Morton clusters. Each has a tree of its own, which one thread builds and converts
 //! while all of it is in the processor's cache; over a large scene as a whole, the builder would mostly wait for
@@ -52,7 +54,7 @@ pub(crate) struct ClusterLeaves<L> {
 #[derive(Clone, Copy)]
 struct BuildParams {
     obvhs: BvhBuildParams,
-    /// Most boxes in a cluster.
+    /// Maximum number of boxes in a cluster.
     max_cluster_size: usize,
     /// Branches of a cluster's tree that the tree over all clusters sees.
     branches: usize,
@@ -89,22 +91,22 @@ const fn full_search_params(
     }
 }
 
-/// Builds a BVH over `boxes` with leaves of at most `capacity`, or of one box that holds more. `open` makes the
+/// Builds a BVH over `boxes` with leaves of at most `capacity`, or of one box that holds more. `make_cluster` makes the
 /// cluster of some boxes. Leaf numbers count through the clusters, whose leaves are returned in order.
 ///
 /// The tree depends on the boxes only, not on the number of threads.
 pub(crate) fn build<T: Boundable + Sync, C: Cluster>(
     boxes: &[T],
-    open: impl Fn(&[MortonKey]) -> C + Sync,
+    make_cluster: impl Fn(&[MortonKey]) -> C + Sync,
     capacity: LeafCapacity,
     preset: Preset,
 ) -> (Bvh8, Vec<ClusterLeaves<C::Leaves>>) {
-    build_with(boxes, open, capacity, BuildParams::new(preset))
+    build_with(boxes, make_cluster, capacity, BuildParams::new(preset))
 }
 
 fn build_with<T: Boundable + Sync, C: Cluster>(
     boxes: &[T],
-    open: impl Fn(&[MortonKey]) -> C + Sync,
+    make_cluster: impl Fn(&[MortonKey]) -> C + Sync,
     capacity: LeafCapacity,
     params: Option<BuildParams>,
 ) -> (Bvh8, Vec<ClusterLeaves<C::Leaves>>) {
@@ -112,7 +114,7 @@ fn build_with<T: Boundable + Sync, C: Cluster>(
     // The tree of a single cluster is the tree of all.
     let branches = |params: BuildParams| if clusters.len() > 1 { params.branches } else { 1 };
     let params = params.map(|params| BuildParams { branches: branches(params), ..params });
-    let build = |keys: &[MortonKey]| ClusterTree::build(open(keys), capacity, params);
+    let build = |keys: &[MortonKey]| ClusterTree::build(make_cluster(keys), capacity, params);
     let (trees, leaves): (Vec<ClusterTree>, Vec<_>) = clusters.par_iter().with_max_len(1).map(build).unzip();
     (merge(&trees, &leaves), leaves)
 }

@@ -1,6 +1,7 @@
-//! Converts a binary BVH (BVH2) to an eight-wide one: which binary nodes become wide nodes and which become leaves.
+//! Converts a binary BVH (BVH2) to an eight-wide one by the surface area heuristic (SAH): which binary nodes become wide
+//! nodes and which become leaves.
 //!
-//! Dynamic programming minimises the expected cost (SAH): for each binary node it finds the cheapest forest of up
+//! Dynamic programming minimises the expected cost: for each binary node it finds the cheapest forest of up
 //! to 1…7 wide subtrees that covers it (Ylitie, Karras and Laine, Efficient Incoherent Ray Traversal on GPUs Through
 //! Compressed Wide BVHs, 2017, section 3.3).
 //!
@@ -14,8 +15,7 @@ use crate::accel::build::subtree::{Child, Subtree};
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::bvh8::WIDTH;
 
-/// Cost that is accepted for a leaf of more than one block, relative to a node with the same contents: it takes
-/// less memory.
+/// A leaf of several blocks is accepted up to this multiple of a node's cost, because it takes less memory.
 const LARGE_LEAF_FACTOR: f32 = 1.3;
 
 /// The cheapest forest of at most n roots: how many roots it has, and how many of those are in the first child.
@@ -47,7 +47,7 @@ struct BinaryNode {
     second: u32,
     /// Entries in the subtree.
     entries: u32,
-    /// True where the subtree becomes a leaf if it is a root.
+    /// True if the subtree becomes a leaf if it is a root.
     is_leaf: bool,
     /// `choices[i]`: the forest of at most i + 1 roots. The last one makes the children of a wide node.
     choices: [Choice; WIDTH],
@@ -95,13 +95,13 @@ impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
         };
         self.nodes[i].entries = entries;
         let leaf_cost = LeafShape::new(*binary.aabb(), entries).cost;
-        if second == 0 || entries <= self.capacity.block {
+        if second == 0 || entries <= self.capacity.entries_per_block {
             self.nodes[i].is_leaf = true;
             return [leaf_cost; WIDTH - 1];
         }
         let Forests { mut best, mut choices } = Forests::new(&costs[first], &costs[second]);
         let node_cost = best[WIDTH - 1] + binary.aabb().half_area();
-        let is_leaf = entries <= self.capacity.leaf && leaf_cost <= LARGE_LEAF_FACTOR * node_cost;
+        let is_leaf = entries <= self.capacity.entries_per_leaf && leaf_cost <= LARGE_LEAF_FACTOR * node_cost;
         let single_root_cost = if is_leaf { leaf_cost } else { node_cost };
         let mut own = Costs::default();
         for roots in 1..WIDTH {
@@ -141,30 +141,30 @@ impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
             let leaf = self.leaf(i);
             return out.add_leaf(leaf.boxes(), leaf.shape.bounds.into());
         }
-        let mut pending = Pending::default();
-        pending.nodes.push(PendingNode { node: i, reference: None });
-        while let Some(PendingNode { node, reference }) = pending.nodes.pop() {
+        let mut work = RemainingWork::default();
+        work.nodes.push(NodeToConvert { node: i, reference: None });
+        while let Some(NodeToConvert { node, reference }) = work.nodes.pop() {
             if let Some(reference) = reference {
                 out.resolve(reference);
             }
-            self.convert_node(node, out, &mut pending);
+            self.convert_node(node, out, &mut work);
         }
         Child::Node(self.bounds(i), root)
     }
 
-    /// Adds one wide node with its leaves; its inner children become pending.
-    fn convert_node(&self, i: usize, out: &mut Subtree, pending: &mut Pending) {
-        pending.forests.extend(self.split(i, self.nodes[i].choices[WIDTH - 1]));
+    /// Adds one wide node with its leaves; its inner children are added to `work`.
+    fn convert_node(&self, i: usize, out: &mut Subtree, work: &mut RemainingWork) {
+        work.forests.extend(self.split(i, self.nodes[i].choices[WIDTH - 1]));
         let mut siblings = SiblingLeaves::NONE;
-        while let Some(PendingForest { node, max_roots }) = pending.forests.pop() {
+        while let Some(ForestToSplit { node, max_roots }) = work.forests.pop() {
             let choice = self.nodes[node].choices[max_roots - 1];
             if choice.roots() > 1 {
-                pending.forests.extend(self.split(node, choice));
+                work.forests.extend(self.split(node, choice));
             } else if self.nodes[node].is_leaf {
                 siblings.push(self.leaf(node));
             } else {
                 let reference = Some(out.add_unresolved(self.bounds(node)));
-                pending.nodes.push(PendingNode { node, reference });
+                work.nodes.push(NodeToConvert { node, reference });
             }
         }
         siblings.repack(self.capacity, |i| self.entry_box(i));
@@ -202,11 +202,11 @@ impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
     }
 
     /// The forests of node `i`'s children, the first child last.
-    fn split(&self, i: usize, choice: Choice) -> [PendingForest; 2] {
+    fn split(&self, i: usize, choice: Choice) -> [ForestToSplit; 2] {
         let second = self.nodes[i].second as usize;
         [
-            PendingForest { node: second, max_roots: choice.roots() - choice.in_first() },
-            PendingForest { node: i + 1, max_roots: choice.in_first() },
+            ForestToSplit { node: second, max_roots: choice.roots() - choice.in_first() },
+            ForestToSplit { node: i + 1, max_roots: choice.in_first() },
         ]
     }
 
@@ -217,20 +217,20 @@ impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
 
 /// The remaining work of a conversion.
 #[derive(Default)]
-struct Pending {
+struct RemainingWork {
     /// Nodes that become wide ones.
-    nodes: Vec<PendingNode>,
+    nodes: Vec<NodeToConvert>,
     /// Forests whose roots become children of the current wide node.
-    forests: Vec<PendingForest>,
+    forests: Vec<ForestToSplit>,
 }
 
-struct PendingNode {
+struct NodeToConvert {
     node: usize,
     /// The reference that takes its number; the root has none.
     reference: Option<usize>,
 }
 
-struct PendingForest {
+struct ForestToSplit {
     node: usize,
     max_roots: usize,
 }

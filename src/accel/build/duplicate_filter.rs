@@ -20,7 +20,8 @@ impl DuplicateFilter {
         DuplicateFilter { once: BitTable::new(count), twice: BitTable::new(count) }
     }
 
-    /// Returns an inserter. Each thread needs its own; drop them all before asking for duplicates.
+    /// Returns an inserter. Each thread needs its own; call [`Inserter::finish`] on all of them before asking for
+    /// duplicates.
     pub fn inserter(&self) -> Inserter<'_> {
         Inserter { filter: self, delayed: [None; DELAY], next: 0 }
     }
@@ -41,6 +42,7 @@ impl DuplicateFilter {
 const DELAY: usize = 16;
 
 /// Inserts boxes with a delay. The tables are large and are accessed at random: the delay hides the memory latency.
+#[must_use]
 pub(crate) struct Inserter<'a> {
     filter: &'a DuplicateFilter,
     delayed: [Option<u64>; DELAY],
@@ -51,17 +53,16 @@ impl Inserter<'_> {
     /// Inserts a box.
     pub fn insert(&mut self, bounds: &Aabb) {
         let hash = hash(bounds);
-        prefetch(self.filter.once.locate(hash).0);
-        let slot = &mut self.delayed[self.next % DELAY];
+        prefetch(self.filter.once.word_and_bit(hash).0);
+        let oldest = &mut self.delayed[self.next % DELAY];
         self.next = self.next.wrapping_add(1);
-        if let Some(hash) = slot.replace(hash) {
+        if let Some(hash) = oldest.replace(hash) {
             self.filter.insert(hash);
         }
     }
-}
 
-impl Drop for Inserter<'_> {
-    fn drop(&mut self) {
+    /// Inserts the boxes that are still delayed.
+    pub fn finish(self) {
         self.delayed.iter().flatten().for_each(|&hash| self.filter.insert(hash));
     }
 }
@@ -76,18 +77,18 @@ impl BitTable {
     }
 
     /// Returns the word and the bit in it.
-    fn locate(&self, hash: u64) -> (&AtomicU64, u64) {
+    fn word_and_bit(&self, hash: u64) -> (&AtomicU64, u64) {
         (&self.0[(hash >> 6) as usize & (self.0.len() - 1)], 1 << (hash & 63))
     }
 
     /// Sets a bit and returns whether it was set before.
     fn set(&self, hash: u64) -> bool {
-        let (word, bit) = self.locate(hash);
+        let (word, bit) = self.word_and_bit(hash);
         word.fetch_or(bit, Relaxed) & bit != 0
     }
 
     fn get(&self, hash: u64) -> bool {
-        let (word, bit) = self.locate(hash);
+        let (word, bit) = self.word_and_bit(hash);
         word.load(Relaxed) & bit != 0
     }
 }

@@ -133,20 +133,20 @@ impl InstancingPlan {
         self.instanced.get(&mesh).map(|instanced| &instanced.flags)
     }
 
-    /// Returns true where something may transmit light.
+    /// Returns true if something may transmit light.
     pub fn has_translucent(&self) -> bool {
         let worlds = self.static_world.iter().chain(&self.dynamic_world).map(|flattened| &flattened.flags);
         let instanced = self.instanced.values().map(|instanced| &instanced.flags);
         worlds.chain(instanced).any(MeshFlags::is_translucent)
     }
 
-    /// Returns true where a dynamic instance may change its shape, even if its transform is the same.
+    /// Returns true if a dynamic instance may change its shape, even if its transform is the same.
     pub fn may_deform(&self, posed: &PosedScene) -> bool {
         self.dynamic_world.iter().any(|flattened| may_deform(posed, flattened.instance))
     }
 }
 
-/// Returns true where a transform collapses everything to a line or a point, such as a scale of 0 by which an
+/// Returns true if a transform collapses everything to a line or a point, such as a scale of 0 by which an
 /// animation hides an object.
 fn is_collapsed(to_world: &DMat3) -> bool {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *to_world;
@@ -158,7 +158,7 @@ fn flattened_instance(posed: &PosedScene, instance: u32, flags: MeshFlags) -> Fl
     FlattenedInstance { instance, to_world, flags: flags.in_world(flips_winding) }
 }
 
-/// Returns true where morph targets or a skin may deform an instance.
+/// Returns true if morph targets or a skin may deform an instance.
 fn may_deform(posed: &PosedScene, instance: u32) -> bool {
     !posed.mesh(instance).morph_targets.is_empty() || posed.scene.instances[instance as usize].skin.is_some()
 }

@@ -1,4 +1,5 @@
-//! Leaf packing: repacks the boxes of a wide node's leaves so that fewer blocks hold them.
+//! Leaf packing: repacks the boxes of a wide node's leaves by the surface area heuristic (SAH), so that fewer blocks hold
+//! them.
 //!
 //! The leaves of a binary tree are as full as its branches happen to be: hardly more than three of four lanes of a
 //! block are used. But blocks are most of a BVH's memory, and which leaf of a wide node holds a triangle
@@ -16,26 +17,31 @@ const ENTRY_COST: f32 = 0.2;
 /// A leaf is dissolved where its boxes cost the other leaves at most this multiple of its own cost.
 const MAX_COST_RATIO: f32 = 2.5;
 
-/// Most boxes of a leaf.
+/// Maximum number of boxes in a leaf.
 const MAX_BOXES: usize = 2 * TRIANGLE_LANES;
 
 /// How many entries fit into a block, whose entries are tested at once (a power of two up to 4), and into a leaf
 /// (up to 8). A box that has more than a leaf's capacity is a leaf of its own.
 #[derive(Clone, Copy)]
 pub(crate) struct LeafCapacity {
-    pub block: u32,
-    pub leaf: u32,
+    pub entries_per_block: u32,
+    pub entries_per_leaf: u32,
 }
 
 impl LeafCapacity {
     /// One entry in each leaf.
-    pub const ONE: LeafCapacity = LeafCapacity { block: 1, leaf: 1 };
+    pub const ONE: LeafCapacity = LeafCapacity { entries_per_block: 1, entries_per_leaf: 1 };
     /// One or two blocks of four triangles in each leaf.
-    pub const BLOCKS: LeafCapacity = LeafCapacity { block: TRIANGLE_LANES as u32, leaf: MAX_BOXES as u32 };
+    pub const BLOCKS: LeafCapacity =
+        LeafCapacity { entries_per_block: TRIANGLE_LANES as u32, entries_per_leaf: MAX_BOXES as u32 };
 
     /// Number of entries that a leaf can take without another block.
     fn room(self, leaf: &LeafShape) -> u32 {
-        if leaf.entries > self.leaf { 0 } else { leaf.entries.wrapping_neg() & (self.block - 1) }
+        if leaf.entries > self.entries_per_leaf {
+            0
+        } else {
+            leaf.entries.wrapping_neg() & (self.entries_per_block - 1)
+        }
     }
 }
 
@@ -148,13 +154,13 @@ impl SiblingLeaves {
     fn best_removal(&self, capacity: LeafCapacity, entry_box: impl Fn(u32) -> EntryBox) -> Option<Removal> {
         let room: u32 = self.leaves().iter().map(|leaf| capacity.room(&leaf.shape)).sum();
         // The room of the removed leaf does not count.
-        if room < capacity.block {
+        if room < capacity.entries_per_block {
             return None;
         }
         let mut best: Option<Removal> = None;
         for removed in 0..self.count {
             let leaf = self.leaves[removed].shape;
-            if leaf.entries < capacity.block {
+            if leaf.entries < capacity.entries_per_block {
                 let best_so_far = best.as_ref().map_or(f32::INFINITY, |best| best.cost_change);
                 let max_cost = ((MAX_COST_RATIO - 1.0) * leaf.cost).min(best_so_far);
                 best = self.removal(removed, capacity, &entry_box, max_cost).or(best);

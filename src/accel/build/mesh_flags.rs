@@ -55,7 +55,7 @@ impl MeshFlags {
         }
     }
 
-    /// Returns true where some triangles may transmit light.
+    /// Returns true if some triangles may transmit light.
     pub fn is_translucent(&self) -> bool {
         self.flags.class == SurfaceClass::Translucent
     }

@@ -3,7 +3,7 @@
 pub(crate) mod blas_builder;
 mod builder;
 mod bvh2_to_bvh8;
-mod cluster_prims;
+mod cluster_triangles;
 mod duplicate_filter;
 pub(crate) mod input_triangles;
 pub(crate) mod instancing_plan;

@@ -48,10 +48,10 @@ pub(crate) struct MortonClusters {
     clusters: Vec<Range<usize>>,
 }
 
-/// A range of keys that may have to be split.
-struct Pending {
+/// A range of keys that has to be split if it is too long.
+struct RangeToSplit {
     range: Range<usize>,
-    /// True where the keys are sorted by their cells.
+    /// True if the keys are sorted by their cells.
     sorted: bool,
 }
 
@@ -60,24 +60,24 @@ impl MortonClusters {
     pub fn new<T: Boundable + Sync>(boxes: &[T], max_size: usize) -> MortonClusters {
         let mut keys: Vec<MortonKey> = (0..boxes.len() as u64).into_par_iter().map(MortonKey).collect();
         let mut clusters = Vec::new();
-        let mut stack = vec![Pending { range: 0..keys.len(), sorted: false }];
-        while let Some(Pending { range, sorted }) = stack.pop() {
+        let mut stack = vec![RangeToSplit { range: 0..keys.len(), sorted: false }];
+        while let Some(RangeToSplit { range, sorted }) = stack.pop() {
             let keys = &mut keys[range.clone()];
             if !sorted {
                 sort_by_cell(boxes, keys);
             }
             let (Some(first), Some(last)) = (keys.first(), keys.last()) else { break };
             let difference = first.cell() ^ last.cell();
-            if keys.len() <= max_size || !sorted && difference == 0 {
+            if keys.len() <= max_size || (!sorted && difference == 0) {
                 clusters.push(range);
             } else if difference == 0 {
                 // Too many boxes in one cell: sort them by smaller cells.
-                stack.push(Pending { range, sorted: false });
+                stack.push(RangeToSplit { range, sorted: false });
             } else {
                 let bit = difference.ilog2();
                 let middle = range.start + keys.partition_point(|key| key.cell() >> bit & 1 == 0);
-                stack.push(Pending { range: middle..range.end, sorted: true });
-                stack.push(Pending { range: range.start..middle, sorted: true });
+                stack.push(RangeToSplit { range: middle..range.end, sorted: true });
+                stack.push(RangeToSplit { range: range.start..middle, sorted: true });
             }
         }
         MortonClusters { keys, clusters }

@@ -21,15 +21,22 @@ use crate::accel::report::BuildReport;
 /// A BVH is rebuilt where its SAH cost exceeds this multiple of that at its build.
 const MAX_COST_GROWTH: f64 = 1.25;
 
+/// Blocks that a thread packs with one [`Inserter`].
+const BLOCKS_PER_TASK: usize = 1024;
+
 impl Blas {
-    /// Refits the BVH to the triangles `input(0..)`. Returns false where it has to be rebuilt, since other triangles
+    /// Refits the BVH to the triangles `input(0..)`. Returns false if it has to be rebuilt, since other triangles
     /// are degenerate or coincident than before, or since rays would take too long; it must not be used then.
     pub fn refit(&mut self, input: impl Fn(usize) -> InputTriangle + Sync) -> bool {
         let cost = |bvh: &Bvh8| sah_cost(bvh, |_| 1.0);
         let built_cost = *self.built_cost.get_or_insert_with(|| cost(&self.bvh));
-        let same_triangles =
-            self.update_coincident(&input) && self.update_blocks(&input) && self.rejects_same(&input);
-        if !same_triangles {
+        if !self.update_coincident(&input) {
+            return false;
+        }
+        if !self.update_blocks(&input) {
+            return false;
+        }
+        if !self.rejects_same(&input) {
             return false;
         }
         self.bvh.refit(|leaf| leaf_bounds(&self.blocks[leaf as usize..]));
@@ -37,7 +44,7 @@ impl Blas {
         cost(&self.bvh) <= MAX_COST_GROWTH * built_cost
     }
 
-    /// Updates the flags of coincident triangles. Returns false where some are not coincident any more.
+    /// Updates the flags of coincident triangles. Returns false if some are not coincident any more.
     fn update_coincident(&mut self, input: &(impl Fn(usize) -> InputTriangle + Sync)) -> bool {
         self.coincident.par_iter_mut().all(|groups| {
             let mut indices: Vec<u32> = groups.iter().flat_map(|group| &group.indices).copied().collect();
@@ -51,11 +58,11 @@ impl Blas {
         })
     }
 
-    /// Packs all blocks again. Returns false where a triangle has become degenerate, or coincident with another.
+    /// Packs all blocks again. Returns false if a triangle has become degenerate, or coincident with another.
     fn update_blocks(&mut self, input: &(impl Fn(usize) -> InputTriangle + Sync)) -> bool {
         let coincident = &self.coincident;
         let filter = DuplicateFilter::new(self.triangle_count);
-        let update = |inserter: &mut Inserter, block: &mut Triangle4| {
+        let update_block = |inserter: &mut Inserter, block: &mut Triangle4| {
             let mut triangles = [BuildTriangle::REJECTED; TRIANGLE_LANES];
             let count = block.count();
             for (to, &index) in triangles.iter_mut().zip(&block.indices[..count]) {
@@ -70,11 +77,16 @@ impl Blas {
             *block = Triangle4::new(&triangles[..count], block.is_last_in_leaf());
             true
         };
-        let updated = self.blocks.par_iter_mut().with_min_len(256).map_init(|| filter.inserter(), update);
-        updated.all(|valid| valid) && !self.has_duplicates(&filter)
+        let update = |blocks: &mut [Triangle4]| {
+            let mut inserter = filter.inserter();
+            let valid = blocks.iter_mut().all(|block| update_block(&mut inserter, block));
+            inserter.finish();
+            valid
+        };
+        self.blocks.par_chunks_mut(BLOCKS_PER_TASK).all(update) && !self.has_duplicates(&filter)
     }
 
-    /// Returns true where two triangles of the blocks are coincident.
+    /// Returns true if two triangles of the blocks are coincident.
     fn has_duplicates(&self, filter: &DuplicateFilter) -> bool {
         let suspects = |block: &Triangle4| {
             let triangles = (0..block.count()).map(|lane| block.vertices(lane));
@@ -88,7 +100,7 @@ impl Blas {
         suspects.windows(2).any(|pair| pair[0] == pair[1])
     }
 
-    /// Returns false where a rejected triangle has become valid.
+    /// Returns false if a rejected triangle has become valid.
     fn rejects_same(&self, input: &(impl Fn(usize) -> InputTriangle + Sync)) -> bool {
         let BuildReport { non_finite, zero_area, .. } = self.report;
         if non_finite + zero_area == 0 {

@@ -1,4 +1,4 @@
-//! A part of an eight-wide BVH under construction: children by reference, leaves by their members.
+//! A part of an eight-wide BVH under construction: children by reference, leaves by the indices of their boxes.
 
 use std::ops::Range;
 
@@ -36,17 +36,17 @@ pub(crate) struct Subtree {
     children: Vec<Child>,
     /// End of each node's range in `children`.
     node_ends: Vec<u32>,
-    /// The members of all leaves, leaf by leaf.
-    members: Vec<u32>,
-    /// End of each leaf's range in `members`.
+    /// Indices of the boxes of all leaves, leaf by leaf.
+    boxes: Vec<u32>,
+    /// End of each leaf's range in `boxes`.
     leaf_ends: Vec<u32>,
 }
 
 impl Subtree {
     /// Adds a leaf.
-    pub fn add_leaf(&mut self, members: impl IntoIterator<Item = u32>, bounds: Aabb) -> Child {
-        self.members.extend(members);
-        self.leaf_ends.push(self.members.len() as u32);
+    pub fn add_leaf(&mut self, boxes: impl IntoIterator<Item = u32>, bounds: Aabb) -> Child {
+        self.boxes.extend(boxes);
+        self.leaf_ends.push(self.boxes.len() as u32);
         Child::Leaf(bounds, self.leaf_ends.len() as u32 - 1)
     }
 
@@ -89,7 +89,7 @@ impl Subtree {
         start as usize..self.node_ends[i] as usize
     }
 
-    /// Sorts the children of each node by descending priority for occlusion rays, and returns the nodes' costs.
+    /// Sorts the children of each node by descending priority for shadow rays, and returns the nodes' costs.
     pub fn sort_children_and_compute_costs(&mut self, leaf_costs: &[OcclusionCost]) -> Vec<OcclusionCost> {
         let mut node_costs = vec![OcclusionCost::default(); self.node_count()];
         for i in (0..self.node_count()).rev() {
@@ -112,20 +112,20 @@ impl Subtree {
         node_costs
     }
 
-    /// The members of a leaf.
+    /// Indices of the boxes of a leaf.
     pub fn leaf(&self, i: usize) -> &[u32] {
         let start = if i == 0 { 0 } else { self.leaf_ends[i - 1] };
-        &self.members[start as usize..self.leaf_ends[i] as usize]
+        &self.boxes[start as usize..self.leaf_ends[i] as usize]
     }
 
-    /// The members of each leaf.
+    /// Indices of the boxes of each leaf.
     pub fn leaves(&self) -> impl ExactSizeIterator<Item = &[u32]> {
         (0..self.leaf_ends.len()).map(|i| self.leaf(i))
     }
 
-    /// Frees the members of leaves and unused capacity.
+    /// Frees the leaves and unused capacity.
     pub fn drop_leaves(&mut self) {
-        self.members = Vec::new();
+        self.boxes = Vec::new();
         self.leaf_ends = Vec::new();
         self.children.shrink_to_fit();
         self.node_ends.shrink_to_fit();

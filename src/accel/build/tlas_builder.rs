@@ -106,12 +106,12 @@ pub(crate) fn build_tlas(
     let same_bounds = |a: &InstanceBounds, b: &InstanceBounds| a.bounds.to_bits() == b.bounds.to_bits();
     let equal_bounds: Vec<EqualBounds> = bounds.chunk_by(same_bounds).map(EqualBounds).collect();
     let blas_costs: Vec<OcclusionCost> = meshes.values().map(|blas| blas.bvh.occlusion_cost).collect();
-    let open = |keys: &[MortonKey]| {
+    let make_cluster = |keys: &[MortonKey]| {
         let instances: Vec<EqualBounds> = keys.iter().map(|key| equal_bounds[key.index()]).collect();
         let boxes = instances.iter().map(EqualBounds::aabb).collect();
         InstanceCluster { boxes, instances, blas_costs: &blas_costs }
     };
-    let (bvh, leaves) = builder::build(&equal_bounds, open, LeafCapacity::ONE, preset);
+    let (bvh, leaves) = builder::build(&equal_bounds, make_cluster, LeafCapacity::ONE, preset);
     drop(equal_bounds);
     drop(bounds);
     let PaddingBounds { condition, largest_coordinate } = padding;
@@ -170,6 +170,7 @@ fn fill_leaves(tlas: &mut Tlas, posed: &PosedScene, clusters: Vec<LeafInstances>
             let transform = InstanceTransform::new(to_world(posed, instance))?;
             Some(BlasInstance { instance, blas, transform })
         };
+        // Never `None`, which would shift `leaf_ends`: `collect_instances` has skipped instances without a transform.
         tlas.instances.extend(instances.into_iter().filter_map(with_transform));
     }
 }

@@ -64,7 +64,7 @@ impl Aabb {
         0.5 * (self.min.as_dvec3() + self.max.as_dvec3())
     }
 
-    /// Returns true where `other` is inside or equal.
+    /// Returns true if `other` is inside or equal.
     #[cfg(test)]
     pub fn contains(self, other: Aabb) -> bool {
         self.min.cmple(other.min).all() && self.max.cmpge(other.max).all()

@@ -28,7 +28,7 @@ const NO_SOURCE: u32 = u32::MAX;
 #[derive(Debug, Default)]
 pub(crate) struct Blas {
     pub bvh: Bvh8,
-    /// Leaf blocks: leaf n of the BVH begins at `blocks[n]`.
+    /// Blocks of leaves: leaf n of the BVH begins at `blocks[n]`.
     pub blocks: HugePageArray<Triangle4>,
     pub ids: TriangleIdMap,
     /// Number of input triangles, rejected ones included.
@@ -57,21 +57,21 @@ impl Blas {
         self.radius = 0.5 * bounds.min.as_dvec3().distance(bounds.max.as_dvec3());
     }
 
-    /// Reports the triangles that `ray` hits below `root` to `query`, in any order. Returns false once the query
-    /// has ended. `instance` is the owner of the triangles of an instanced mesh.
+    /// Reports the triangles that `ray` hits in and below `child`, a node or a leaf, to `query`, in any order. Returns
+    /// false once the query has ended. `instance` is the owner of the triangles of an instanced mesh.
     #[inline(always)]
     pub fn traverse<S: Simd, Q: RayQuery>(
         &self,
-        root: u32,
+        child: u32,
         ray: &LocalRay,
         instance: Option<u32>,
         query: &mut Q,
         stack: &mut TraversalStack,
     ) -> bool {
-        S::call_outlined(TraverseBlasKernel { blas: self, root, ray, instance, query, stack })
+        S::call_outlined(TraverseBlasKernel { blas: self, child, ray, instance, query, stack })
     }
 
-    /// Reports that a ray hits the triangle in a lane of a block. Returns true where the query ends.
+    /// Reports that a ray hits the triangle in a lane of a block. Returns true if the query ends.
     #[inline(always)]
     pub fn report_hit(
         &self,
@@ -117,10 +117,11 @@ impl Blas {
         }
     }
 
-    /// Returns the block and lane of `entry`: the block's index times [`TRIANGLE_LANES`] plus the lane.
+    /// Returns the block and lane of a triangle slot: the block's index times [`TRIANGLE_LANES`] plus the lane.
     #[inline(always)]
-    pub fn locate(&self, entry: u32) -> (&Triangle4, usize) {
-        (&self.blocks[entry as usize / TRIANGLE_LANES], entry as usize % TRIANGLE_LANES)
+    pub fn block_and_lane(&self, triangle_slot: u32) -> (&Triangle4, usize) {
+        let slot = triangle_slot as usize;
+        (&self.blocks[slot / TRIANGLE_LANES], slot % TRIANGLE_LANES)
     }
 
     /// The largest absolute coordinate.
@@ -128,7 +129,7 @@ impl Blas {
         self.bounds.map_or(0.0, Aabb::max_abs_coordinate)
     }
 
-    /// Returns true without triangles.
+    /// Returns true if there are no triangles.
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()
     }
@@ -150,7 +151,7 @@ pub(crate) fn box_limit(ray: &LocalRay, query: &impl RayQuery) -> f32 {
 /// [`Blas::traverse`] as a function of its own.
 struct TraverseBlasKernel<'a, Q> {
     blas: &'a Blas,
-    root: u32,
+    child: u32,
     ray: &'a LocalRay,
     instance: Option<u32>,
     query: &'a mut Q,
@@ -162,7 +163,7 @@ impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for TraverseBlasKernel<'_, Q> {
 
     #[inline(always)]
     fn run(self) -> bool {
-        let TraverseBlasKernel { blas, root, ray, instance, query, stack } = self;
+        let TraverseBlasKernel { blas, child, ray, instance, query, stack } = self;
         let box_ray = BoxTestRay::new(ray.o, ray.d, 0.0, ray.local_t(query.t_min()));
         let node_test = SimdNodeTest::<S>::new(&box_ray);
         let triangle_ray = TriangleTestRay::new(ray, blas.centre, blas.radius, query.early_exit_t_max());
@@ -181,8 +182,8 @@ impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for TraverseBlasKernel<'_, Q> {
             simd: PhantomData,
         };
         match Q::ANY_HIT {
-            true => blas.bvh.traverse_any(root, &node_test, stack, limit, &mut leaves),
-            false => blas.bvh.traverse_closest(root, &node_test, stack, limit, &mut leaves),
+            true => blas.bvh.traverse_any(child, &node_test, stack, limit, &mut leaves),
+            false => blas.bvh.traverse_closest(child, &node_test, stack, limit, &mut leaves),
         }
     }
 }
@@ -218,7 +219,7 @@ impl<S: Simd, Q: RayQuery> LeafVisitor for TriangleIntersector<'_, S, Q> {
 
 impl<S: Simd, Q: RayQuery> TriangleIntersector<'_, S, Q> {
     /// Intersects the ray with four triangles: a conservative f32 test of all, the exact test for those that
-    /// it leaves. Returns false where the query ends.
+    /// it leaves. Returns false if the query ends.
     #[inline(always)]
     fn intersect(&mut self, block: &Triangle4) -> bool {
         let candidates = self.triangle_ray.candidates::<S>(block, self.limit);
@@ -236,8 +237,8 @@ impl<S: Simd, Q: RayQuery> TriangleIntersector<'_, S, Q> {
                     return false;
                 }
             }
-            let sure = candidates.certain >> lane & 1 == 1;
-            let Some(hit) = self.ray.intersect(&block.vertices(lane), sure) else { continue };
+            let inside = candidates.inside >> lane & 1 == 1;
+            let Some(hit) = self.ray.intersect(&block.vertices(lane), inside) else { continue };
             if self.blas.report_hit(block, lane, hit, self.instance, self.query) {
                 return false;
             }

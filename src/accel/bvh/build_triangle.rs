@@ -1,4 +1,4 @@
-//! A triangle in a BVH build, before it is packed into a leaf block.
+//! A triangle in a BVH build, before it is packed into a block.
 
 use obvhs::Boundable;
 use obvhs::aabb::Aabb as ObvhsAabb;

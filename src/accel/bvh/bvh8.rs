@@ -18,7 +18,7 @@ const EMPTY_SLOT: f32 = (1u128 << 125) as f32;
 /// Marks a child reference as a leaf number; without it, a reference is a node's index.
 pub(crate) const LEAF_BIT: u32 = 1 << 31;
 
-/// The slots of a node from first to last: descending priority for occlusion rays ([`OcclusionCost::priority`]).
+/// The slots of a node from first to last: descending priority for shadow rays ([`OcclusionCost::priority`]).
 pub(crate) const SLOTS_IN_ORDER: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// The same in the order of pushing to a stack.
 pub(crate) const SLOTS_REVERSED: [u32; WIDTH] = [7, 6, 5, 4, 3, 2, 1, 0];
@@ -30,7 +30,7 @@ pub(crate) struct Bvh8Node {
     /// The planes of the boxes, by axis, side (min, max) and child.
     pub planes: [[[f32; WIDTH]; 2]; 3],
     /// [`LEAF_BIT`] and a leaf's number, or a node's index. The first [`Bvh8Node::count`] are used; the boxes
-    /// of the others are empty. Children are sorted by descending priority for occlusion rays.
+    /// of the others are empty. Children are sorted by descending priority for shadow rays.
     pub child: [u32; WIDTH],
     /// Front-to-back order of the slots for each octant of ray directions, farthest first, in three bits
     /// for each octant: `order[i] >> 3·octant & 7` is the slot to be pushed i-th. The lowest bit of an octant's
@@ -95,7 +95,9 @@ impl Bvh8Node {
             // Halve first: the sum of two huge numbers would be infinite.
             0.5 * self.planes[axis][0][slot] + 0.5 * self.planes[axis][1][slot]
         };
-        self.order = std::array::from_fn(|i| i as u32 * 0x0024_9249);
+        // Slot i in place i for all octants: a bit at the lowest of each octant's three.
+        const EVERY_OCTANT: u32 = 0o11_111_111;
+        self.order = std::array::from_fn(|i| i as u32 * EVERY_OCTANT);
         // The order of an octant is the reverse of its opposite's.
         for octant in 0..4u32 {
             let mut slots: [(f32, u32); WIDTH] = std::array::from_fn(|slot| {
@@ -139,7 +141,7 @@ impl Bvh8Node {
     }
 }
 
-/// An octant of ray directions: three times its number.
+/// An octant of ray directions. It holds three times the octant's number, the shift of its bits in [`Bvh8Node::order`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Octant(u32);
 

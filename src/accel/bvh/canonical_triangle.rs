@@ -8,7 +8,8 @@ use crate::geometry::EPSILON;
 /// Larger coordinates are rejected: their products would overflow.
 pub(crate) const MAX_COORDINATE: f32 = 1e18;
 
-/// Padding of boxes at the origin. Times the largest reciprocal of a direction, it is still farther than any hit.
+/// Padding of boxes at the origin. Times the largest reciprocal of a direction it is still farther than any
+/// hit: 1e-20 · 1e30 = 1e10.
 pub(crate) const MIN_PADDING: f32 = 1e-20;
 
 /// A triangle with sorted vertices.

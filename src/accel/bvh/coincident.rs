@@ -1,4 +1,4 @@
-//! Coincident triangles: equal vertices, of either winding. They share one lane of a leaf block.
+//! Coincident triangles: equal vertices, of either winding. They share one lane of a block.
 
 use crate::accel::bvh::surface_flags::SurfaceFlags;
 

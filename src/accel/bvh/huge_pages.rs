@@ -1,4 +1,4 @@
-//! Arrays in huge pages (transparent huge pages on Linux), for the nodes and leaf blocks of large BVHs.
+//! Arrays in huge pages (transparent huge pages on Linux), for the nodes and blocks of large BVHs.
 //!
 //! Rays read a BVH at random. Large ones take far more 4 KiB pages than the TLB has entries for, and rays
 //! would mostly wait for page walks.

@@ -1,4 +1,4 @@
-//! Child order for occlusion rays: hit probability and expected cost of each subtree.
+//! Child order for shadow rays: hit probability and expected cost of each subtree.
 //!
 //! The first hit of an any-hit ray is the whole answer, wherever it is. So the children of a node are visited in
 //! descending order of hit probability per cost, not front to back: a wall before the furniture. (Ize and

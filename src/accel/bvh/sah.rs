@@ -1,4 +1,5 @@
-//! Surface area heuristic (SAH): the expected cost of a random line through a BVH.
+//! Surface area heuristic (SAH): measures the expected cost of a random line through a BVH. `build/builder.rs`,
+//! `build/bvh2_to_bvh8.rs` and `build/leaf_packing.rs` construct BVHs by it.
 //!
 //! A line that hits a convex body hits a box inside it with the ratio of the boxes' surface areas (Goldsmith
 //! and Salmon, Automatic Creation of Object Hierarchies for Ray Tracing, 1987).
@@ -42,12 +43,12 @@ impl SceneBvh {
     /// SAH cost of all BVHs: the expected number of nodes and blocks of four triangles that a line through the
     /// scene's bounds visits. 0 for an empty scene.
     pub fn sah_cost(&self) -> f64 {
-        let mesh_costs: Vec<f64> = self.meshes.values().map(blas_cost).collect();
+        let mesh_costs: Vec<f64> = self.mesh_blases.values().map(blas_cost).collect();
         let instanced_cost = sah_cost(&self.tlas.bvh, |leaf| {
             self.tlas.instances(leaf).iter().map(|instance| mesh_costs[instance.blas as usize]).sum()
         });
         let mut costs: Vec<(Aabb, f64)> =
-            self.worlds.iter().map(|world| (world.bvh.bounds, blas_cost(world))).collect();
+            self.worlds().iter().map(|world| (world.bvh.bounds, blas_cost(world))).collect();
         costs.push((self.tlas.bvh.bounds, instanced_cost));
         costs.retain(|&(_, cost)| cost > 0.0);
         let total_area = Aabb::union_of(costs.iter().map(|cost| cost.0)).half_area();

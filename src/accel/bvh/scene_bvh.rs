@@ -8,17 +8,25 @@ use crate::accel::bvh::tlas::Tlas;
 /// All BVHs of a posed scene.
 #[derive(Debug, Default)]
 pub(crate) struct SceneBvh {
-    /// World-space triangles of static and of dynamic instances.
-    pub worlds: [Blas; 2],
+    /// World-space triangles of static instances.
+    pub static_world: Blas,
+    /// World-space triangles of dynamic instances.
+    pub dynamic_world: Blas,
     /// Local-space triangles of instanced meshes, by mesh. The TLAS numbers them in this order.
-    pub meshes: BTreeMap<u32, Blas>,
-    /// The instances of `meshes`.
+    pub mesh_blases: BTreeMap<u32, Blas>,
+    /// The instances of `mesh_blases`.
     pub tlas: Tlas,
 }
 
 impl SceneBvh {
+    /// The BVHs over world-space triangles.
+    #[inline(always)]
+    pub fn worlds(&self) -> [&Blas; 2] {
+        [&self.static_world, &self.dynamic_world]
+    }
+
     /// All BVHs over triangles that are not empty.
     pub fn blases(&self) -> impl Iterator<Item = &Blas> {
-        self.worlds.iter().chain(self.meshes.values()).filter(|blas| !blas.is_empty())
+        self.worlds().into_iter().chain(self.mesh_blases.values()).filter(|blas| !blas.is_empty())
     }
 }

@@ -45,7 +45,7 @@ impl Tlas {
         self.padding + self.padding_per_distance * o.abs().max_element() as f32
     }
 
-    /// Returns true without instances.
+    /// Returns true if there are no instances.
     pub fn is_empty(&self) -> bool {
         self.bvh.root.is_none()
     }

@@ -90,7 +90,7 @@ impl Triangle4 {
     }
 
     /// A bit for each triangle that is neither coincident with others nor alpha tested: a ray that intersects
-    /// it hits it, without asking the any-hit filter.
+    /// it hits it, without asking the hit filter.
     #[inline(always)]
     pub fn unfiltered_mask(&self) -> u8 {
         self.masks & ((1 << TRIANGLE_LANES) - 1)

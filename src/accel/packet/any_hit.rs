@@ -1,4 +1,4 @@
-//! Any-hit tracing of a ray packet: occlusion and transmittance of segments.
+//! Any hit of a ray packet: occlusion and transmittance of shadow rays.
 
 use std::ops::Range;
 
@@ -16,16 +16,16 @@ use crate::accel::traverse::conservative_triangle_test::LIGHT_MARGIN;
 use crate::accel::traverse::translucent_hits::Transmittance;
 use crate::simd::{Lanes, Simd};
 
-/// The result of [`occluded`] for the segments of a packet.
+/// The result of [`occluded`] for the rays of a packet.
 #[derive(Debug)]
 pub(crate) struct PacketOcclusion<'t> {
     occluded: RayMask,
-    /// Collects the translucent surfaces on each segment; without it, they are ignored.
+    /// Collects the translucent surfaces on each ray; without it, they are ignored.
     transmittance: Option<&'t mut [Transmittance]>,
 }
 
 impl<'t> PacketOcclusion<'t> {
-    /// A result without occluded segments.
+    /// A result without occluded rays.
     pub fn new(transmittance: Option<&'t mut [Transmittance]>) -> PacketOcclusion<'t> {
         PacketOcclusion { occluded: [0; GROUPS_PER_PACKET], transmittance }
     }
@@ -35,25 +35,25 @@ impl<'t> PacketOcclusion<'t> {
         self.transmittance.iter_mut().flat_map(|all| all.iter_mut()).for_each(Transmittance::clear);
     }
 
-    /// Returns true where a segment is occluded.
+    /// Returns true if a ray is occluded.
     #[inline(always)]
-    pub fn is_occluded(&self, segment: usize) -> bool {
-        self.occluded[segment / RAYS_PER_GROUP] >> (segment % RAYS_PER_GROUP) & 1 == 1
+    pub fn is_occluded(&self, ray: usize) -> bool {
+        self.occluded[ray / RAYS_PER_GROUP] >> (ray % RAYS_PER_GROUP) & 1 == 1
     }
 
-    /// The transmittance of a segment that is not occluded.
+    /// The transmittance of a ray that is not occluded.
     #[inline(always)]
-    pub fn transmittance(&mut self, segment: usize) -> Option<&mut Transmittance> {
-        self.transmittance.as_mut().map(|transmittance| &mut transmittance[segment])
+    pub fn transmittance(&mut self, ray: usize) -> Option<&mut Transmittance> {
+        self.transmittance.as_mut().map(|transmittance| &mut transmittance[ray])
     }
 }
 
-/// Finds the segments of `range`, a packet at most, that are occluded in the world BVHs. Returns false where they do not
-/// make a packet; some of the BVHs may have been traversed then.
+/// Finds the rays of `range`, a packet at most, that are occluded in the world BVHs. Returns false if they do not
+/// make a packet; `occlusion` may then have results of some of the BVHs.
 #[inline(always)]
 pub(crate) fn occluded<S: Simd>(
-    worlds: &[Blas],
-    segments: &ShadowRayBatch,
+    worlds: [&Blas; 2],
+    rays: &ShadowRayBatch,
     range: Range<usize>,
     filter: &dyn HitFilter,
     occlusion: &mut PacketOcclusion<'_>,
@@ -62,13 +62,13 @@ pub(crate) fn occluded<S: Simd>(
 ) -> bool {
     let PacketScratch { packet, stack } = scratch;
     let first = range.start;
-    let Some(shared) = load_segments::<S>(packet, segments, range.clone()) else { return false };
-    for blas in worlds.iter().filter(|blas| !blas.is_empty()) {
+    let Some(shared) = load_shadow_rays::<S>(packet, rays, range.clone()) else { return false };
+    for blas in worlds.into_iter().filter(|blas| !blas.is_empty()) {
         let mut source = PerRay::splat(u32::MAX);
         let source_entries = source.quads.as_flattened_mut().as_flattened_mut();
-        blas.ids.indices(&segments.source[range.clone()], source_entries);
+        blas.ids.indices(&rays.source[range.clone()], source_entries);
         let mut any_hits =
-            AnyHits { blas, segments, first, filter, source, occlusion: &mut *occlusion, single_ray_stack };
+            AnyHits { blas, rays, first, filter, source, occlusion: &mut *occlusion, single_ray_stack };
         if !packet.trace::<S, _>(blas, &shared, &mut any_hits, stack) {
             return false;
         }
@@ -76,18 +76,18 @@ pub(crate) fn occluded<S: Simd>(
     true
 }
 
-/// Loads the segments of a packet. Segments to a point light are traced from the light, and end at t = 1.
+/// Loads the rays of a packet. Those to a point light are traced from the light, and end at t = 1.
 #[inline(always)]
-fn load_segments<S: Simd>(
+fn load_shadow_rays<S: Simd>(
     packet: &mut RayPacket,
-    segments: &ShadowRayBatch,
+    rays: &ShadowRayBatch,
     range: Range<usize>,
 ) -> Option<SharedVector> {
-    prefetch_next_packet(segments.from.get(range.end..));
+    prefetch_next_packet(rays.from.get(range.end..));
     let count = range.len();
     let mut room = None;
-    let from = pad_to_packet(&segments.from[range], &mut room)?;
-    match segments.coherence {
+    let from = pad_to_packet(&rays.from[range], &mut room)?;
+    match rays.coherence {
         Coherence::Origin(light) => {
             if !packet.load_directions::<S>(light, from, count, light) {
                 return None;
@@ -105,14 +105,14 @@ fn load_segments<S: Simd>(
     }
 }
 
-/// The occlusion of a packet of segments in one BVH so far.
+/// The occlusion of a packet of rays in one BVH so far.
 struct AnyHits<'a, 't, 's, 'o> {
     blas: &'a Blas,
-    segments: &'a ShadowRayBatch,
-    /// Index of the packet's first segment in the batch.
+    rays: &'a ShadowRayBatch,
+    /// Index of the packet's first ray in the batch.
     first: usize,
     filter: &'a dyn HitFilter,
-    /// Index of the triangle that each segment starts on.
+    /// Index of the triangle that each ray starts on.
     source: PerRay<u32>,
     occlusion: &'o mut PacketOcclusion<'t>,
     single_ray_stack: &'s mut TraversalStack,
@@ -134,7 +134,7 @@ impl<S: Simd> PacketQuery<S> for AnyHits<'_, '_, '_, '_> {
     /// Shadow rays of a point light converge at the light; those of a directional light do so nowhere.
     #[inline(always)]
     fn visits_by_occlusion_priority(&self) -> bool {
-        matches!(self.segments.coherence, Coherence::Direction(_))
+        matches!(self.rays.coherence, Coherence::Direction(_))
     }
 
     #[inline(always)]
@@ -157,12 +157,12 @@ impl<S: Simd> PacketQuery<S> for AnyHits<'_, '_, '_, '_> {
         }
     }
 
-    fn test_exactly(&mut self, packet: &mut RayPacket, ray: usize, entry: u32, certain: bool) {
-        let (block, lane) = self.blas.locate(entry);
+    fn test_exactly(&mut self, packet: &mut RayPacket, ray: usize, triangle_slot: u32, inside: bool) {
+        let (block, lane) = self.blas.block_and_lane(triangle_slot);
         let transmittance = self.occlusion.transmittance(ray);
         let (local_ray, mut query) =
-            shadow_ray_query(self.segments, self.first + ray, self.filter, transmittance);
-        let hit = local_ray.and_then(|ray| ray.intersect(&block.vertices(lane), certain));
+            shadow_ray_query(self.rays, self.first + ray, self.filter, transmittance);
+        let hit = local_ray.and_then(|ray| ray.intersect(&block.vertices(lane), inside));
         let Some(hit) = hit else { return };
         self.blas.report_hit(block, lane, hit, None, &mut query);
         if query.occluded {
@@ -174,7 +174,7 @@ impl<S: Simd> PacketQuery<S> for AnyHits<'_, '_, '_, '_> {
     fn trace_single(&mut self, packet: &mut RayPacket, ray: usize, child: u32) -> bool {
         let transmittance = self.occlusion.transmittance(ray);
         let (local_ray, mut query) =
-            shadow_ray_query(self.segments, self.first + ray, self.filter, transmittance);
+            shadow_ray_query(self.rays, self.first + ray, self.filter, transmittance);
         let Some(local_ray) = local_ray else { return false };
         self.blas.traverse::<S, _>(child, &local_ray, None, &mut query, self.single_ray_stack);
         let occluded = query.occluded;

@@ -20,17 +20,17 @@ use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
 use crate::geometry::{EPSILON, Hit, HitId};
 use crate::simd::{Lanes, Simd};
 
-/// In [`ClosestHits::entry`]: the ray has hit nothing yet.
-const NO_ENTRY: u32 = u32::MAX;
-/// In [`ClosestHits::entry`]: the closest hit is in [`ClosestHits::hits`].
+/// In [`ClosestHits::triangle_slot`]: the ray has hit nothing yet.
+const NO_TRIANGLE: u32 = u32::MAX;
+/// In [`ClosestHits::triangle_slot`]: the closest hit is in [`ClosestHits::hits`].
 const EXACT: u32 = u32::MAX - 1;
 
 /// Finds the closest hits of the rays `range`, a packet at most, in the world BVHs. `hits` holds a miss for each of
-/// them, and takes their hits. Returns false where the rays do not make a packet; `hits` may then have hits in some of
+/// them, and takes their hits. Returns false if the rays do not make a packet; `hits` may then have hits in some of
 /// the BVHs.
 #[inline(always)]
 pub(crate) fn intersect<S: Simd>(
-    worlds: &[Blas],
+    worlds: [&Blas; 2],
     rays: &RayBatch,
     range: Range<usize>,
     filter: &dyn HitFilter,
@@ -50,14 +50,14 @@ pub(crate) fn intersect<S: Simd>(
         let t_scale = packet.t_scale as f32;
         after.iter().enumerate().for_each(|(i, after)| packet.t_min.set(i, after.t * t_scale));
     }
-    for (i, blas) in worlds.iter().filter(|blas| !blas.is_empty()).enumerate() {
-        let mut entry = PerRay::splat(NO_ENTRY);
+    for (i, blas) in worlds.into_iter().filter(|blas| !blas.is_empty()).enumerate() {
+        let mut triangle_slot = PerRay::splat(NO_TRIANGLE);
         if i > 0 {
-            let known = |ray: usize| if hits[ray].is_miss() { NO_ENTRY } else { EXACT };
-            (0..count).for_each(|ray| entry.set(ray, known(ray)));
+            let known = |ray: usize| if hits[ray].is_miss() { NO_TRIANGLE } else { EXACT };
+            (0..count).for_each(|ray| triangle_slot.set(ray, known(ray)));
         }
         let mut closest =
-            ClosestHits { blas, rays, first, filter, entry, hits: &mut *hits, single_ray_stack };
+            ClosestHits { blas, rays, first, filter, triangle_slot, hits: &mut *hits, single_ray_stack };
         if !packet.trace::<S, _>(blas, &shared, &mut closest, stack) {
             return false;
         }
@@ -98,9 +98,9 @@ struct ClosestHits<'a, 's> {
     /// Index of the packet's first ray in the batch.
     first: usize,
     filter: &'a dyn HitFilter,
-    /// The closest hit of each ray: [`NO_ENTRY`], [`EXACT`], or the entry of an unfiltered triangle
-    /// ([`Blas::locate`]).
-    entry: PerRay<u32>,
+    /// The closest hit of each ray: [`NO_TRIANGLE`], [`EXACT`], or the slot of an unfiltered triangle
+    /// ([`Blas::block_and_lane`]).
+    triangle_slot: PerRay<u32>,
     /// The hits of rays that are [`EXACT`]; the others follow by [`ClosestHits::write_hits`].
     hits: &'s mut [Hit],
     single_ray_stack: &'s mut TraversalStack,
@@ -127,12 +127,12 @@ impl<'a> ClosestHits<'a, '_> {
     /// Computes the closest hit of a ray so far.
     #[inline(always)]
     fn closest_hit(&self, ray: usize) -> Hit {
-        match self.entry.get(ray) {
-            NO_ENTRY => Hit { t: self.rays.t_max, id: HitId::NONE },
+        match self.triangle_slot.get(ray) {
+            NO_TRIANGLE => Hit { t: self.rays.t_max, id: HitId::NONE },
             EXACT => self.hits[ray],
-            entry => {
-                let (block, lane) = self.blas.locate(entry);
-                let hit = self.local_ray(ray).and_then(|ray| ray.intersect_certain(&block.vertices(lane)));
+            triangle_slot => {
+                let (block, lane) = self.blas.block_and_lane(triangle_slot);
+                let hit = self.local_ray(ray).and_then(|ray| ray.intersect_inside(&block.vertices(lane)));
                 hit.map_or(Hit::MISS, |hit| Hit { t: hit.t, id: self.blas.ids.id(block.indices[lane]) })
             }
         }
@@ -147,11 +147,12 @@ impl<'a> ClosestHits<'a, '_> {
         }
     }
 
-    /// Records the result of a query. Returns true where it is a new hit.
+    /// Records the result of a query. Returns true if it is a new hit.
     fn record_query(&mut self, packet: &mut RayPacket, ray: usize, query: &ClosestHit) -> bool {
-        let changed = !query.best.is_miss() && (self.entry.get(ray) != EXACT || self.hits[ray] != query.best);
+        let changed =
+            !query.best.is_miss() && (self.triangle_slot.get(ray) != EXACT || self.hits[ray] != query.best);
         if changed {
-            self.entry.set(ray, EXACT);
+            self.triangle_slot.set(ray, EXACT);
             self.hits[ray] = query.best;
             packet.set_t_max(ray, query.t_max());
         }
@@ -164,7 +165,8 @@ impl<'a> ClosestHits<'a, '_> {
     fn write_hits<S: Simd>(&mut self, packet: &RayPacket, shared: &SharedVector) {
         for (q, hits) in self.hits.chunks_mut(GROUPS_PER_QUAD * RAYS_PER_GROUP).enumerate().take(packet.quads)
         {
-            let Some(mut pending) = PendingHits::new::<S>(self.blas, &self.entry.quads[q], hits) else {
+            let Some(mut pending) = PendingHits::new::<S>(self.blas, &self.triangle_slot.quads[q], hits)
+            else {
                 continue;
             };
             let mut table = ExactHits::new(shared);
@@ -173,7 +175,7 @@ impl<'a> ClosestHits<'a, '_> {
                 for (g, hits) in hits.chunks_mut(RAYS_PER_GROUP).enumerate().take(GROUPS_PER_QUAD) {
                     if in_table[g] != 0 {
                         let group_hits =
-                            table.compute::<S>(packet, q * GROUPS_PER_QUAD + g, &pending.slots[g]);
+                            table.compute::<S>(packet, q * GROUPS_PER_QUAD + g, &pending.table_slots[g]);
                         write_group_hits::<S>(in_table[g], &group_hits, hits);
                     }
                 }
@@ -186,40 +188,39 @@ impl<'a> ClosestHits<'a, '_> {
 struct PendingHits<'a> {
     blocks: &'a [Triangle4],
     id_map: &'a TriangleIdMap,
-    /// The triangle that each ray hits.
-    entries: &'a [[u32; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
+    /// Slot of the triangle that each ray hits.
+    triangle_slots: &'a [[u32; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
     /// Rays that are left, by group.
     remaining: [u32; GROUPS_PER_QUAD],
     /// The first group with rays that are left.
     first_group: usize,
     /// Where the triangle of each ray is in the table, for rays that [`PendingHits::fill_table`] returned.
-    slots: [[u32; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
+    table_slots: [[u32; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
 }
 
 impl<'a> PendingHits<'a> {
-    /// Finds the rays of a quad with an entry. Returns `None` where there are none.
+    /// Finds the rays of a quad with a triangle slot. Returns `None` if there are none.
     #[inline(always)]
     fn new<S: Simd>(
         blas: &'a Blas,
-        entries: &'a [[u32; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
+        triangle_slots: &'a [[u32; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
         hits: &[Hit],
     ) -> Option<Self> {
         let mut remaining = [0; GROUPS_PER_QUAD];
-        for (remaining, (hits, entries)) in remaining.iter_mut().zip(hits.chunks(RAYS_PER_GROUP).zip(entries))
-        {
-            *remaining = S::F32x16::lt_u32(entries, EXACT) & ((1 << hits.len()) - 1) as u32;
+        let groups = hits.chunks(RAYS_PER_GROUP).zip(triangle_slots);
+        for (remaining, (hits, triangle_slots)) in remaining.iter_mut().zip(groups) {
+            *remaining = S::F32x16::lt_u32(triangle_slots, EXACT) & ((1 << hits.len()) - 1) as u32;
         }
         if remaining == [0; GROUPS_PER_QUAD] {
             return None;
         }
-        let slots = [[0; RAYS_PER_GROUP]; GROUPS_PER_QUAD];
         Some(PendingHits {
             blocks: &blas.blocks,
             id_map: &blas.ids,
-            entries,
+            triangle_slots,
             remaining,
             first_group: 0,
-            slots,
+            table_slots: [[0; RAYS_PER_GROUP]; GROUPS_PER_QUAD],
         })
     }
 
@@ -234,15 +235,16 @@ impl<'a> PendingHits<'a> {
                 self.first_group += 1;
                 continue;
             }
-            let entry = self.entries[self.first_group][rays.trailing_zeros() as usize & (RAYS_PER_GROUP - 1)];
-            let block = entry as usize / TRIANGLE_LANES;
+            let ray = rays.trailing_zeros() as usize & (RAYS_PER_GROUP - 1);
+            let block = self.triangle_slots[self.first_group][ray] as usize / TRIANGLE_LANES;
             table.set_block(block_count, &self.blocks[block], self.id_map);
-            let first_entry = (block * TRIANGLE_LANES) as u32;
-            let first_slot = (block_count * TRIANGLE_LANES) as u32;
+            let first_slot = (block * TRIANGLE_LANES) as u32;
+            let first_in_table = (block_count * TRIANGLE_LANES) as u32;
             for (g, in_table) in in_table.iter_mut().enumerate().skip(self.first_group) {
-                let rays =
-                    S::F32x16::renumber_quad(&self.entries[g], first_entry, first_slot, &mut self.slots[g])
-                        & self.remaining[g];
+                let triangle_slots = &self.triangle_slots[g];
+                let out = &mut self.table_slots[g];
+                let rays = S::F32x16::renumber_quad(triangle_slots, first_slot, first_in_table, out)
+                    & self.remaining[g];
                 self.remaining[g] &= !rays;
                 *in_table |= rays;
             }
@@ -296,7 +298,7 @@ impl<S: Simd> PacketQuery<S> for ClosestHits<'_, '_> {
         packet: &mut RayPacket,
         g: usize,
         mask: u32,
-        entry: u32,
+        triangle_slot: u32,
         hit: CertainHit<S::F32x16>,
     ) {
         let inv_det = hit.det.rcp();
@@ -307,12 +309,12 @@ impl<S: Simd> PacketQuery<S> for ClosestHits<'_, '_> {
         lower.select(mask, S::F32x16::load(t_max_lower)).store(t_max_lower);
         let t_max_upper = packet.t_max_upper.group_mut(g);
         upper.select(mask, S::F32x16::load(t_max_upper)).store(t_max_upper);
-        S::F32x16::masked_fill(mask, self.entry.group_mut(g), entry);
+        S::F32x16::masked_fill(mask, self.triangle_slot.group_mut(g), triangle_slot);
     }
 
-    fn test_exactly(&mut self, packet: &mut RayPacket, ray: usize, entry: u32, certain: bool) {
-        let (block, lane) = self.blas.locate(entry);
-        let hit = self.local_ray(ray).and_then(|ray| ray.intersect(&block.vertices(lane), certain));
+    fn test_exactly(&mut self, packet: &mut RayPacket, ray: usize, triangle_slot: u32, inside: bool) {
+        let (block, lane) = self.blas.block_and_lane(triangle_slot);
+        let hit = self.local_ray(ray).and_then(|ray| ray.intersect(&block.vertices(lane), inside));
         let Some(hit) = hit else { return };
         let mut query = self.query(ray);
         self.blas.report_hit(block, lane, hit, None, &mut query);

@@ -14,11 +14,11 @@ use crate::simd::vec3::per_axis;
 /// Leaf blocks whose triangles an [`ExactHits`] holds.
 pub(super) const BLOCKS_PER_TABLE: usize = RAYS_PER_GROUP / TRIANGLE_LANES;
 
-/// The triangles of a few leaf blocks, for rays that certainly hit one of them at an angle that is not grazing. Their t
-/// is that of [`LocalRay::intersect_certain`], to the bit. What depends on a triangle alone is computed once for all
+/// The triangles of a few blocks, for rays that certainly hit one of them at an angle that is not grazing. Their t
+/// is that of [`LocalRay::intersect_inside`], to the bit. What depends on a triangle alone is computed once for all
 /// rays; each ray looks up the triangle that it hits.
 ///
-/// [`LocalRay::intersect_certain`]: crate::accel::traverse::exact_triangle_test::LocalRay::intersect_certain
+/// [`LocalRay::intersect_inside`]: crate::accel::traverse::exact_triangle_test::LocalRay::intersect_inside
 #[derive(Clone, Debug)]
 pub(super) struct ExactHits {
     shared: SharedVectorF64,

@@ -22,11 +22,13 @@ use crate::simd::{Lanes, Simd};
 /// Bounds of a node's children on the projection plane, a child in each lane.
 #[derive(Clone, Copy)]
 pub(super) struct ProjectedBoxes<L> {
-    /// By the two axes of the plane.
+    /// Minimum by the two axes of the plane.
     pub min: [L; 2],
+    /// Maximum by the two axes of the plane.
     pub max: [L; 2],
-    /// Depths where the boxes begin and end.
+    /// Depths where the boxes begin.
     pub near: L,
+    /// Depths where the boxes end.
     pub far: L,
 }
 
@@ -55,15 +57,19 @@ struct PacketBounds {
 #[derive(Clone, Copy)]
 pub(super) struct GroupBounds<L> {
     packet: PacketBounds,
-    /// By the two axes, a group in each lane.
+    /// Minimum by the two axes, a group in each lane.
     min: [L; 2],
+    /// Maximum by the two axes, a group in each lane.
     max: [L; 2],
+    /// `max` − `min`.
     size: [L; 2],
-    /// By quad and the two axes. Each group of the quad fills four lanes, for the triangles of a leaf block.
+    /// Centre by quad and the two axes. Each group of the quad fills four lanes, for the triangles of a block.
     quad_centre: [[L; 2]; QUADS_PER_PACKET],
+    /// Half of the size, laid out as `quad_centre`.
     quad_half_size: [[L; 2]; QUADS_PER_PACKET],
-    /// A ray is no deeper at t than t·depth_scale + depth_shift. The shift is by quad, laid out as above.
+    /// A ray is no deeper at t than t·depth_scale + depth_shift.
     depth_scale: f32,
+    /// See `depth_scale`; by quad, each group in four lanes.
     depth_shift: [L; QUADS_PER_PACKET],
 }
 

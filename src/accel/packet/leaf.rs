@@ -10,16 +10,17 @@ use crate::accel::packet::ray_packet::RayPacket;
 use crate::accel::traverse::error_bounds::{BlockErrorBounds, W_SCALE};
 use crate::simd::{Lanes, Simd};
 
-/// A leaf block prepared for a packet.
+/// A block prepared for a packet.
 struct PreparedBlock<'a, S: Simd, K> {
     block: &'a Triangle4,
-    /// Index of the block's first triangle in the leaf blocks.
-    first_entry: usize,
+    /// Slot of the block's first triangle.
+    first_slot: usize,
     kind: &'a K,
     bounds: &'a GroupBounds<S::F32x16>,
     triangles: &'a PreparedTriangles,
-    /// Error bounds of the edge functions, both signs.
+    /// Error bound of the edge functions.
     error: S::F32x16,
+    /// −`error`.
     negative_error: S::F32x16,
     depth_error: S::F32x16,
     /// The sign of a determinant is certain beyond this.
@@ -30,8 +31,9 @@ struct PreparedBlock<'a, S: Simd, K> {
 
 /// The rays of a group that may hit a triangle, as masks.
 struct RayCandidates<L> {
-    /// Rays that certainly hit an unfiltered triangle, before all that they have hit so far.
-    certain: u32,
+    /// Rays whose hit can be recorded without the exact test: they certainly hit an unfiltered triangle, nearer than all that
+    /// they have hit so far.
+    recordable: u32,
     /// Other rays that may hit it: they need the exact test.
     uncertain: u32,
     /// Rays whose line certainly passes through the triangle, and not at a grazing angle.
@@ -55,8 +57,8 @@ impl RayPacket {
         let mut changed = 0;
         for (index, block) in blocks.iter().enumerate().skip(first as usize) {
             let triangles = kind.prepare(block);
-            let first_entry = index * TRIANGLE_LANES;
-            let prepared = PreparedBlock::<S, K>::new(block, first_entry, kind, bounds, &triangles);
+            let first_slot = index * TRIANGLE_LANES;
+            let prepared = PreparedBlock::<S, K>::new(block, first_slot, kind, bounds, &triangles);
             changed |= prepared.intersect(self, groups, hits);
             if block.is_last_in_leaf() {
                 break;
@@ -70,7 +72,7 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
     #[inline(always)]
     fn new(
         block: &'a Triangle4,
-        first_entry: usize,
+        first_slot: usize,
         kind: &'a K,
         bounds: &'a GroupBounds<S::F32x16>,
         triangles: &'a PreparedTriangles,
@@ -78,7 +80,7 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
         let BlockErrorBounds { edge_function, depth, min_determinant } = kind.error_bounds(block);
         PreparedBlock {
             block,
-            first_entry,
+            first_slot,
             kind,
             bounds,
             triangles,
@@ -119,7 +121,7 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
         changed
     }
 
-    /// Intersects the rays of group `g` with some of the triangles. Returns true where anything changed.
+    /// Intersects the rays of group `g` with some of the triangles. Returns true if anything changed.
     #[inline(always)]
     fn intersect_group(
         &self,
@@ -134,14 +136,19 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
             triangles &= triangles - 1;
             let Some(rays) = self.candidates(packet, g, lane, hits) else { continue };
             changed = true;
-            let entry = (self.first_entry + lane) as u32;
-            if rays.certain != 0 {
-                hits.record(packet, g, rays.certain, entry, rays.hit);
+            let triangle_slot = (self.first_slot + lane) as u32;
+            if rays.recordable != 0 {
+                hits.record(packet, g, rays.recordable, triangle_slot, rays.hit);
             }
             let mut uncertain = rays.uncertain;
             while uncertain != 0 {
                 let ray = uncertain.trailing_zeros() as usize;
-                hits.test_exactly(packet, g * RAYS_PER_GROUP + ray, entry, rays.inside >> ray & 1 == 1);
+                hits.test_exactly(
+                    packet,
+                    g * RAYS_PER_GROUP + ray,
+                    triangle_slot,
+                    rays.inside >> ray & 1 == 1,
+                );
                 uncertain &= uncertain - 1;
             }
         }
@@ -180,24 +187,25 @@ impl<'a, S: Simd, K: PacketKind<S>> PreparedBlock<'a, S, K> {
         let inside = sign_is_certain & (self.error.lt(min) | max.lt(self.negative_error));
         let depth_min = depth - self.depth_error;
         let depth_max = depth + self.depth_error;
-        let closest = depth_max.lt(S::F32x16::load(packet.t_max_lower.group(g)) * det)
+        let is_closest = depth_max.lt(S::F32x16::load(packet.t_max_lower.group(g)) * det)
             & (t_min.max(S::F32x16::splat(packet.certain_t_min)) * det).lt(depth_min);
+        // All rays or none: −1 has all bits.
         let unfiltered = u32::from(hits.unfiltered_mask(self.block) >> lane & 1).wrapping_neg();
-        let certain = possible & inside & closest & unfiltered;
-        let mut uncertain = possible & !certain;
+        let recordable = possible & inside & is_closest & unfiltered;
+        let mut uncertain = possible & !recordable;
         if uncertain != 0 {
             let t_max = S::F32x16::load(packet.t_max_upper.group(g));
             let out_of_range = (t_max * det).lt(depth_min) | depth_max.lt(t_min * det);
             uncertain &= !(out_of_range & sign_is_certain);
         }
-        if certain | uncertain == 0 {
+        if recordable | uncertain == 0 {
             return None;
         }
         let hit = CertainHit { depth, depth_error: self.depth_error, det };
-        Some(RayCandidates { certain, uncertain, inside, hit })
+        Some(RayCandidates { recordable, uncertain, inside, hit })
     }
 
-    /// Returns the rays of determinants `det` that meet the back of a single-sided triangle.
+    /// Returns the rays that meet the back of a single-sided triangle. `det` are their determinants.
     #[inline(always)]
     fn back_faces(&self, lane: usize, det: S::F32x16) -> u32 {
         let flags = self.block.flags(lane);

@@ -5,7 +5,7 @@
 //!
 //! 1. The eight children of a node are tested against the bounds of the whole packet.
 //! 2. Each child is tested against the bounds of all groups at once.
-//! 3. The four triangles of a leaf block are tested against the bounds of four groups at once.
+//! 3. The four triangles of a block are tested against the bounds of four groups at once.
 //! 4. Single rays are tested only at leaves, and at boxes that are smaller than the rectangle of a group.
 //!
 //! Where few rays are left, they continue as single rays. Whatever depends on the shared origin or direction and on a

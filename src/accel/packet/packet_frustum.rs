@@ -48,7 +48,7 @@ pub(super) struct PacketFrustum {
 
 impl PacketFrustum {
     /// Computes the bounds of `quads` quads of directions with known reciprocals; `mean` is about the mean
-    /// direction. Returns false where the directions spread too far, differ too much in length or are not finite.
+    /// direction. Returns false if the directions spread too far, differ too much in length or are not finite.
     #[inline(always)]
     pub fn bound<S: Simd>(
         &mut self,

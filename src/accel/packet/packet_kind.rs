@@ -31,7 +31,8 @@ pub(super) trait PacketKind<S: Simd> {
     /// Returns bounds on the rounding errors of [`PacketKind::edge_functions`].
     fn error_bounds(&self, block: &Triangle4) -> BlockErrorBounds;
 
-    /// Returns the edge functions of a block's triangles on the projection plane, four times over.
+    /// Returns the edge functions of a block's triangles on the projection plane, up to a common sign, repeated for the
+    /// four groups of a quad.
     fn projected_edge_functions(&self, prepared: &PreparedTriangles) -> [LinearFunction<S::F32x16>; 3];
 
     /// Returns a bound on the rounding error of [`PacketKind::projected_edge_functions`].

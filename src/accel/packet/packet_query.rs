@@ -9,10 +9,10 @@ use crate::simd::Simd;
 
 /// Receives the hits of a packet.
 pub(super) trait PacketQuery<S: Simd> {
-    /// True where back faces of single-sided triangles are culled.
+    /// True if back faces of single-sided triangles are culled.
     fn culls_back_faces(&self) -> bool;
 
-    /// True where children are visited by occlusion priority instead of front to back.
+    /// True if children are visited by occlusion priority instead of front to back.
     fn visits_by_occlusion_priority(&self) -> bool {
         false
     }
@@ -23,15 +23,22 @@ pub(super) trait PacketQuery<S: Simd> {
     /// Returns the rays of group `g` that cannot hit triangle `lane` of a block.
     fn excluded_rays(&self, block: &Triangle4, lane: usize, g: usize) -> u32;
 
-    /// Records certain hits of an unfiltered triangle by the rays `mask` of group `g`, each closer than all hits of
-    /// its ray so far.
-    fn record(&mut self, packet: &mut RayPacket, g: usize, mask: u32, entry: u32, hit: CertainHit<S::F32x16>);
+    /// Records certain hits of an unfiltered triangle by the rays `mask` of group `g`, each closer than all hits that its
+    /// ray has had so far.
+    fn record(
+        &mut self,
+        packet: &mut RayPacket,
+        g: usize,
+        mask: u32,
+        triangle_slot: u32,
+        hit: CertainHit<S::F32x16>,
+    );
 
-    /// Takes the exact test of a ray and a triangle. With `certain`, its line is known to pass through the triangle,
+    /// Takes the exact test of a ray and a triangle. If `inside`, its line is known to pass through the triangle,
     /// and not at a grazing angle.
-    fn test_exactly(&mut self, packet: &mut RayPacket, ray: usize, entry: u32, certain: bool);
+    fn test_exactly(&mut self, packet: &mut RayPacket, ray: usize, triangle_slot: u32, inside: bool);
 
-    /// Traces a single ray through the BVH below `child`. Returns true where that found a hit.
+    /// Traces a single ray through the BVH below `child`. Returns true if that found a hit.
     fn trace_single(&mut self, packet: &mut RayPacket, ray: usize, child: u32) -> bool;
 }
 

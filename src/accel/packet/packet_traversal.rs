@@ -11,7 +11,7 @@ use crate::accel::packet::ray_packet::RayPacket;
 use crate::simd::{Lanes, OutlinedKernel, Simd, prefetch_all_lines};
 
 /// This many rays or fewer continue as single rays.
-const MAX_SINGLE_RAYS: u32 = 3;
+const MAX_RAYS_TO_CONTINUE_SINGLY: u32 = 3;
 
 /// BVHs up to this many bytes are mostly in the processor's caches, where prefetching only costs time.
 const CACHED_BVH_BYTES: usize = 8 << 20;
@@ -19,14 +19,14 @@ const CACHED_BVH_BYTES: usize = 8 << 20;
 /// The nodes whose children a packet has yet to visit.
 #[derive(Clone, Debug)]
 pub(super) struct PacketStack {
-    nodes: Vec<PendingNode>,
+    nodes: Vec<StackedNode>,
     /// Entries in use.
     len: usize,
 }
 
 /// A node and those of its children that are left to visit.
 #[derive(Clone, Copy, Debug, Default)]
-struct PendingNode {
+struct StackedNode {
     node: u32,
     /// Groups that may enter the children.
     groups: u32,
@@ -41,8 +41,8 @@ struct PendingNode {
     max: [[f32; WIDTH]; 2],
 }
 
-impl PendingNode {
-    /// Returns the slot of child `i` in the order of visits.
+impl StackedNode {
+    /// Returns the node's slot of child `i` in the order of visits.
     #[inline(always)]
     fn slot(&self, i: u32) -> usize {
         self.slots[i as usize & (WIDTH - 1)] as usize & (WIDTH - 1)
@@ -51,14 +51,14 @@ impl PendingNode {
 
 impl Default for PacketStack {
     fn default() -> Self {
-        PacketStack { nodes: vec![PendingNode::default(); 16], len: 0 }
+        PacketStack { nodes: vec![StackedNode::default(); 16], len: 0 }
     }
 }
 
 impl PacketStack {
     /// Returns the first unused entry.
     #[inline(always)]
-    fn unused_entry(&mut self) -> &mut PendingNode {
+    fn unused_entry(&mut self) -> &mut StackedNode {
         if self.len >= self.nodes.len() {
             self.grow();
         }
@@ -68,7 +68,7 @@ impl PacketStack {
     #[cold]
     #[inline(never)]
     fn grow(&mut self) {
-        self.nodes.resize(2 * (self.len + 1), PendingNode::default());
+        self.nodes.resize(2 * (self.len + 1), StackedNode::default());
     }
 }
 
@@ -205,7 +205,7 @@ impl<'a, S: Simd, K: PacketKind<S>, H: PacketQuery<S>> PacketTraversal<'a, S, K,
                 if groups == 0 {
                     continue;
                 }
-                if entering.count <= MAX_SINGLE_RAYS && !is_leaf {
+                if entering.count <= MAX_RAYS_TO_CONTINUE_SINGLY && !is_leaf {
                     let changed = self.trace_single_rays(visit.child, &entering);
                     if self.update_far_limit(changed) {
                         return None;
@@ -298,7 +298,7 @@ impl<'a, S: Simd, K: PacketKind<S>, H: PacketQuery<S>> PacketTraversal<'a, S, K,
         changed
     }
 
-    /// Updates the far limit after hits in some groups. Returns true where no active ray is left.
+    /// Updates the far limit after hits in some groups. Returns true if no active ray is left.
     #[inline(always)]
     fn update_far_limit(&mut self, changed_groups: u32) -> bool {
         if changed_groups == 0 {

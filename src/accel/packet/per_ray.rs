@@ -4,7 +4,7 @@ use crate::simd::Lanes;
 
 /// Rays in a ray group, each in a SIMD lane.
 pub(crate) const RAYS_PER_GROUP: usize = 16;
-/// Ray groups in a quad. With the four triangles of a leaf block, they make sixteen pairs of group and triangle, each
+/// Ray groups in a quad. With the four triangles of a block, they make sixteen pairs of group and triangle, each
 /// in a SIMD lane.
 pub(super) const GROUPS_PER_QUAD: usize = 4;
 /// Quads in a packet.

@@ -4,7 +4,7 @@ use crate::accel::bvh::triangle4::TRIANGLE_LANES;
 use crate::simd::vec3::per_axis;
 use crate::simd::{Lanes, Simd};
 
-/// The triangles of a leaf block, prepared for rays with a shared origin or direction.
+/// The triangles of a block, prepared for rays with a shared origin or direction.
 #[repr(C, align(64))]
 pub(super) struct PreparedTriangles {
     /// Four vectors of each triangle, by vector, axis and triangle. Their meaning depends on the packet kind.

@@ -26,8 +26,9 @@ pub(super) struct RayPacket {
     pub reciprocal: [PerRay<f32>; 3],
     /// Hits certainly before this have no effect.
     pub t_min: PerRay<f32>,
-    /// Lower and upper bound on the t beyond which hits have no effect; −1 for inactive rays.
+    /// Lower bound on the t beyond which hits have no effect; −1 for inactive rays.
     pub t_max_lower: PerRay<f32>,
+    /// Upper bound on the same; −1 for inactive rays.
     pub t_max_upper: PerRay<f32>,
     /// Rays that are still traced.
     pub active: RayMask,
@@ -63,7 +64,7 @@ impl Default for RayPacket {
 }
 
 impl RayPacket {
-    /// Loads the directions from `base` to `points` of `count` rays from one origin. Returns false where they do not
+    /// Loads the directions from `base` to `points` of `count` rays from one origin. Returns false if they do not
     /// make a packet.
     #[inline(always)]
     pub fn load_directions<S: Simd>(

@@ -115,7 +115,7 @@ impl<S: Simd> PacketKind<S> for SharedDirection {
         self.bounds.for_max_edge(block.max_edge)
     }
 
-    /// Returns −u, −v and −w. Whether the three have one sign is the same for all of them negated.
+    /// Returns −u, −v and −w.
     #[inline(always)]
     fn projected_edge_functions(&self, prepared: &PreparedTriangles) -> [LinearFunction<S::F32x16>; 3] {
         let [_, a, b] = self.projection.axes;

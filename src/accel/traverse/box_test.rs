@@ -15,7 +15,7 @@ pub(crate) const NEAR_FACTOR: f32 = 1.0 - 8.0 * EPSILON;
 /// Direction components smaller than this are replaced by it, so that their reciprocals are finite.
 pub(crate) const MIN_DIRECTION: f32 = 1e-30;
 
-/// The largest o/d that a [`BoxTestRay`] works with.
+/// Maximum of o/d that a [`BoxTestRay`] works with.
 const MAX_SHIFT: f32 = 1e37;
 
 /// Returns 1/d by component, finite also where d is zero.
@@ -27,10 +27,9 @@ pub(crate) fn direction_reciprocal(d: Vec3) -> Vec3 {
 
 /// A ray prepared for box tests.
 ///
-/// The plane b is hit at t = b/d − o/d, by a fused multiply–subtract. Near planes have scales and shifts that
-/// can only move them nearer, far planes such that can only move them farther, by more than rounding can do
-/// in the other direction: the errors of o, d, 1/d and the results are each relative, and sum to 4ε at most of
-/// o/d and of t. So the test is conservative wherever the ray starts.
+/// The plane b is hit at t = b/d − o/d, by a fused multiply–subtract. Near planes are only ever moved nearer, far planes
+/// only farther, by more than rounding can do in the other direction: the errors of o, d, 1/d and the results are each
+/// relative, and sum to 4ε at most of o/d and of t. So the test is conservative wherever the ray starts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoxTestRay {
     near_scale: Vec3,

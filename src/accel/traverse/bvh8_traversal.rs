@@ -10,32 +10,33 @@ use crate::accel::traverse::box_test::{NodeTest, OrderedNodeTest};
 /// (TLAS, then BLAS).
 #[derive(Clone, Debug)]
 pub(crate) struct TraversalStack {
-    child: Vec<u32>,
-    /// Entry distances.
+    /// Children to visit; in any-hit traversal a node and the mask of its remaining children by turns.
+    words: Vec<u32>,
+    /// Distances at which the ray enters the children; unused in any-hit traversal.
     near: Vec<f32>,
-    /// Entries in use.
+    /// Words in use. A traversal updates it only around leaves, where another one may nest.
     len: usize,
 }
 
 impl Default for TraversalStack {
     fn default() -> Self {
-        TraversalStack { child: vec![0; 256], near: vec![0.0; 256], len: 0 }
+        TraversalStack { words: vec![0; 256], near: vec![0.0; 256], len: 0 }
     }
 }
 
 impl TraversalStack {
-    /// Returns room for eight more entries behind the first `len`.
+    /// Returns room for eight more words behind the first `len`.
     #[inline(always)]
     fn room(&mut self, len: usize) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
-        if len + WIDTH > self.child.len() {
+        if len + WIDTH > self.words.len() {
             self.grow(len);
         }
         let range = len..len + WIDTH;
         // The ranges have that length: this cannot fail.
         let near = self.near[range.clone()].first_chunk_mut();
-        let child = self.child[range].first_chunk_mut();
-        match (near, child) {
-            (Some(near), Some(child)) => (near, child),
+        let words = self.words[range].first_chunk_mut();
+        match (near, words) {
+            (Some(near), Some(words)) => (near, words),
             _ => unreachable!("ranges have their length"),
         }
     }
@@ -44,7 +45,7 @@ impl TraversalStack {
     #[inline(never)]
     fn grow(&mut self, len: usize) {
         let size = 2 * (len + WIDTH);
-        self.child.resize(size, 0);
+        self.words.resize(size, 0);
         self.near.resize(size, 0.0);
     }
 }
@@ -58,7 +59,7 @@ pub(crate) trait LeafVisitor {
 
 impl Bvh8 {
     /// Closest-hit traversal below `root`: visits children front to back and skips those that the ray enters
-    /// beyond `limit`. Returns false where `leaves` ended it.
+    /// beyond `limit`. Returns false if `leaves` ended it.
     #[inline(always)]
     pub fn traverse_closest(
         &self,
@@ -68,7 +69,7 @@ impl Bvh8 {
         mut limit: f32,
         leaves: &mut impl LeafVisitor,
     ) -> bool {
-        // A local, not in memory: every step waits for it.
+        // A local, so that it stays in a register.
         let base = stack.len;
         let mut top = base;
         let nodes: &[Bvh8Node] = &self.nodes;
@@ -99,7 +100,7 @@ impl Bvh8 {
                     return true;
                 }
                 top -= 1;
-                let (Some(&next), Some(&near)) = (stack.child.get(top), stack.near.get(top)) else {
+                let (Some(&next), Some(&near)) = (stack.words.get(top), stack.near.get(top)) else {
                     return true;
                 };
                 if near <= limit {
@@ -110,8 +111,8 @@ impl Bvh8 {
         }
     }
 
-    /// Any-hit traversal below `root`, for occlusion rays up to `limit`: visits children in the order of their
-    /// slots, which is that of their occlusion priority. Returns false where `leaves` ended it.
+    /// Any-hit traversal below `root`, for shadow rays up to `limit`: visits children in the order of their
+    /// slots, which is that of their occlusion priority. Returns false if `leaves` ended it.
     ///
     /// It is a loop of its own because it pushes a node with the mask of its remaining children, where
     /// [`Bvh8::traverse_closest`] sorts and pushes children: 2 words for each level instead of up to 14.
@@ -134,9 +135,9 @@ impl Bvh8 {
                 let hits = test.hit_mask(node, limit);
                 if hits != 0 {
                     let remaining = hits & (hits - 1);
-                    let (_, room) = stack.room(top);
-                    room[0] = current;
-                    room[1] = remaining;
+                    let (_, words) = stack.room(top);
+                    words[0] = current;
+                    words[1] = remaining;
                     top += if remaining == 0 { 0 } else { 2 };
                     current = node.child[hits.trailing_zeros() as usize & (WIDTH - 1)];
                     continue;
@@ -152,7 +153,7 @@ impl Bvh8 {
             if top == base {
                 return true;
             }
-            let Some([node, remaining]) = stack.child[..top].last_chunk_mut() else { return true };
+            let Some([node, remaining]) = stack.words[..top].last_chunk_mut() else { return true };
             current = nodes[*node as usize].child[remaining.trailing_zeros() as usize & (WIDTH - 1)];
             *remaining &= *remaining - 1;
             top -= if *remaining == 0 { 2 } else { 0 };

@@ -1,4 +1,4 @@
-//! Conservative f32 ray–triangle test: one ray against the four triangles of a leaf block.
+//! Conservative f32 ray–triangle test: one ray against the four triangles of a block.
 //!
 //! It rejects the triangles that the ray certainly misses and classifies the others. The exact test
 //! ([`LocalRay::intersect`]) decides about those.
@@ -15,7 +15,7 @@ use crate::simd::{Lanes, Simd};
 /// A fraction of the distance from a light: a hit nearer to the light than this may round to the light itself.
 pub(crate) const LIGHT_MARGIN: f32 = 1.0 / (1u32 << 22) as f32;
 
-/// A ray prepared for the leaf blocks of one BVH.
+/// A ray prepared for the blocks of one BVH.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TriangleTestRay {
     o: Vec3,
@@ -32,7 +32,7 @@ pub(crate) struct Candidates {
     /// Triangles that the ray possibly hits.
     pub possible: u32,
     /// The triangles among them that the line of the ray certainly passes through.
-    pub certain: u32,
+    pub inside: u32,
     /// The hits among them that are certainly within the early-exit interval.
     pub early_exit: u32,
 }
@@ -91,10 +91,10 @@ impl TriangleTestRay {
         let depth_max = depth + depth_error;
         let out_of_range = (det * S::F32x4::splat(t_max)).lt(depth_min) | depth_max.lt(S::F32x4::splat(0.0));
         possible &= !(out_of_range & sign_is_certain);
-        let certain = possible & sign_is_certain & (error.lt(min) | max.lt(negative_error));
-        let early_exit = certain
+        let inside = possible & sign_is_certain & (error.lt(min) | max.lt(negative_error));
+        let early_exit = inside
             & (det * S::F32x4::splat(self.early_exit_t_min)).lt(depth_min)
             & depth_max.lt(det * S::F32x4::splat(self.early_exit_t_max));
-        Candidates { possible, certain, early_exit }
+        Candidates { possible, inside, early_exit }
     }
 }

@@ -46,7 +46,7 @@ pub(crate) struct EdgeFunctionBounds {
     per_determinant: f32,
 }
 
-/// The error bounds for the triangles of one leaf block.
+/// The error bounds for the triangles of one block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BlockErrorBounds {
     /// Bound on the error of u, v and scaled w.

@@ -45,7 +45,7 @@ pub(crate) const GRAZING_DETERMINANT: f64 = 1.0 / 65536.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TriangleHit {
     pub t: f32,
-    /// True where the vertices are in counter-clockwise order as seen along the ray: d·n < 0.
+    /// True if the vertices are in counter-clockwise order as seen along the ray: d·n < 0.
     pub ccw: bool,
     /// False where the ray passes through an edge or vertex and another triangle there owns the hit.
     pub owned: bool,
@@ -97,10 +97,10 @@ impl LocalRay {
         (f64::from(t) * self.t_scale) as f32
     }
 
-    /// Intersects the ray with a triangle. With `certain`, its line is known to pass through the triangle.
+    /// Intersects the ray with a triangle. If `inside`, its line is known to pass through the triangle.
     #[inline(always)]
-    pub fn intersect(&self, v: &[Vec3; 3], certain: bool) -> Option<TriangleHit> {
-        if certain { self.intersect_certain(v) } else { self.intersect_f64(v) }
+    pub fn intersect(&self, v: &[Vec3; 3], inside: bool) -> Option<TriangleHit> {
+        if inside { self.intersect_inside(v) } else { self.intersect_f64(v) }
     }
 
     /// Intersects the ray with a triangle by edge functions in f64. Hits have a positive t.
@@ -142,7 +142,7 @@ impl LocalRay {
 
     /// Intersects the ray with a triangle that its line is known to pass through.
     #[inline(always)]
-    pub fn intersect_certain(&self, v: &[Vec3; 3]) -> Option<TriangleHit> {
+    pub fn intersect_inside(&self, v: &[Vec3; 3]) -> Option<TriangleHit> {
         self.compute_hit(v, false)
     }
 

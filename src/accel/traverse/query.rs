@@ -60,10 +60,10 @@ pub(crate) trait RayQuery {
     fn early_exit_t_max(&self) -> Option<f32>;
 
     /// Reports that the ray certainly hits an unfiltered triangle ([`Triangle4::unfiltered_mask`]) before
-    /// [`RayQuery::early_exit_t_max`]. Returns true where that ends the query.
+    /// [`RayQuery::early_exit_t_max`]. Returns true if that ends the query.
     fn early_exit(&mut self, block: &Triangle4, lane: usize, ids: CoincidentIds<'_>) -> bool;
 
-    /// Reports that the ray hits the triangles `ids` at `t`, on their back face with `back`. Breaks where that ends
+    /// Reports that the ray hits the triangles `ids` at `t`, on their back face if `back` is true. Breaks if that ends
     /// the query.
     fn record_hit(
         &mut self,
@@ -74,7 +74,7 @@ pub(crate) trait RayQuery {
     ) -> ControlFlow<()>;
 }
 
-/// A ray in world space and the any-hit filter of its batch.
+/// A ray in world space and the hit filter of its batch.
 #[derive(Clone, Copy)]
 pub(crate) struct RayContext<'a> {
     pub o: Vec3,
@@ -147,15 +147,15 @@ impl RayQuery for ClosestHit<'_> {
     }
 }
 
-/// The any-hit query: is a segment occluded? With `transmittance`, translucent surfaces are collected there, and the
-/// segment counts as occluded once they let no light through.
+/// The any-hit query: is a shadow ray occluded? If there is a `transmittance`, translucent surfaces are collected there, and
+/// the ray counts as occluded once they let no light through.
 pub(crate) struct AnyHit<'a, 't> {
     pub ray: RayContext<'a>,
-    /// The segment from its surface point to the light, along which t grows; `ray` may run the other way.
+    /// From the surface point to the light, along which t grows; `ray` may run the other way.
     pub to_light: Vec3,
-    /// The segment ends before this t.
+    /// The shadow ray ends before this t.
     pub t_max: f32,
-    /// The triangle that the segment starts on, which does not occlude it.
+    /// The triangle that the shadow ray starts on, which does not occlude it.
     pub source: HitId,
     pub occluded: bool,
     pub transmittance: Option<&'t mut Transmittance>,

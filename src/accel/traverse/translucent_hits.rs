@@ -36,7 +36,7 @@ impl Transmittance {
     }
 
     /// Multiplies by the transmittance of a surface, at which the absorption coefficient changes by `absorption_step`.
-    /// Returns true where no light is left, whatever else the ray passes through.
+    /// Returns true if no light is left, whatever else the ray passes through.
     pub fn attenuate(&mut self, hit: Hit, transmittance: Rgb, absorption_step: Rgb) -> bool {
         if transmittance != Rgb::ONE || absorption_step != Rgb::ZERO {
             self.crossings.push(Crossing { hit, transmittance, absorption_step });

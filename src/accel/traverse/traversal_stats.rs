@@ -1,4 +1,4 @@
-//! Traversal statistics: the nodes and leaf blocks that a ray visits.
+//! Traversal statistics: the nodes and blocks that a ray visits.
 //!
 //! Rays are traced one by one, by the traversal of other single rays ([`Bvh8::traverse_closest`]), but with a node
 //! test in f64 that counts. So counts do not depend on the SIMD level, and other rays do not pay for counting.
@@ -36,7 +36,7 @@ pub(crate) fn intersect_with_stats(
     rays: &RayBatch,
     filter: &dyn HitFilter,
 ) -> Vec<(Hit, TraversalStats)> {
-    let blases: Vec<&Blas> = bvh.meshes.values().collect();
+    let blases: Vec<&Blas> = bvh.mesh_blases.values().collect();
     let mut stack = TraversalStack::default();
     let trace = |i: usize| {
         let o = rays.origins[i];
@@ -65,8 +65,8 @@ struct CountingTracer<'a, 'q> {
 
 impl CountingTracer<'_, '_> {
     fn trace(&mut self, ray: &LocalRay, stack: &mut TraversalStack) {
-        let SceneBvh { worlds, tlas, .. } = self.bvh;
-        for world in worlds {
+        let SceneBvh { tlas, .. } = self.bvh;
+        for world in self.bvh.worlds() {
             self.trace_blas(world, ray, None, stack);
         }
         let leaves = |tracer: &mut Self, leaf: u32, stack: &mut TraversalStack| {

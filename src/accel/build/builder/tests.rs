@@ -43,11 +43,11 @@ fn occlusion_cost(leaf: &[u32]) -> OcclusionCost {
 
 /// Builds a tree and returns it with the boxes in its leaves.
 fn built(boxes: &[ObvhsAabb], params: Option<BuildParams>) -> (Bvh8, Vec<Vec<u32>>) {
-    let open = |keys: &[MortonKey]| {
+    let make_cluster = |keys: &[MortonKey]| {
         let indices: Vec<u32> = keys.iter().map(|key| key.index() as u32).collect();
         TestCluster { boxes: indices.iter().map(|&i| boxes[i as usize]).collect(), indices }
     };
-    let (bvh, leaves) = build_with(boxes, open, CAPACITY, params);
+    let (bvh, leaves) = build_with(boxes, make_cluster, CAPACITY, params);
     (bvh, leaves.into_iter().flat_map(|leaves| leaves.contents).collect())
 }
 

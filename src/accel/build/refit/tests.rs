@@ -33,7 +33,7 @@ fn built() -> Blas {
     build_blas(2 * SIDE * SIDE + 1, wave(1.0), Preset::Medium)
 }
 
-/// Returns true where every triangle is inside all boxes above it.
+/// Returns true if every triangle is inside all boxes above it.
 fn encloses(blas: &Blas) -> bool {
     let mut stack = vec![(blas.bvh.root.unwrap(), blas.bounds.unwrap())];
     while let Some((child, bounds)) = stack.pop() {

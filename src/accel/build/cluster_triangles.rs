@@ -27,20 +27,20 @@ fn occluding_area(triangle: &BuildTriangle) -> f64 {
 
 /// The contents of a box.
 #[derive(Clone, Copy)]
-enum BoxPrims {
+enum BoxContents {
     /// The index of a triangle in the input.
     One(u32),
     Two([u32; 2]),
-    /// An index of [`ClusterPrims::equal_boxes`].
+    /// An index of [`ClusterTriangles::equal_boxes`].
     Many(u32),
 }
 
 /// The triangles of a cluster.
 #[derive(Default)]
-pub(crate) struct ClusterPrims {
+pub(crate) struct ClusterTriangles {
     boxes: Vec<ObvhsAabb>,
     /// The contents of each box.
-    prims: Vec<BoxPrims>,
+    box_contents: Vec<BoxContents>,
     /// The occluding area in each box.
     areas: Vec<f64>,
     /// Lists of entries with equal boxes. The index of an entry is a triangle's, or [`COINCIDENT`] and an index of
@@ -51,14 +51,14 @@ pub(crate) struct ClusterPrims {
     coincident_count: u64,
 }
 
-impl ClusterPrims {
+impl ClusterTriangles {
     /// Makes the cluster of some triangles of `all`, by their keys sorted by cell.
-    pub fn new(all: &[BuildTriangle], keys: &[MortonKey]) -> ClusterPrims {
-        let mut cluster = ClusterPrims {
+    pub fn new(all: &[BuildTriangle], keys: &[MortonKey]) -> ClusterTriangles {
+        let mut cluster = ClusterTriangles {
             boxes: Vec::with_capacity(keys.len()),
-            prims: Vec::with_capacity(keys.len()),
+            box_contents: Vec::with_capacity(keys.len()),
             areas: Vec::with_capacity(keys.len()),
-            ..ClusterPrims::default()
+            ..ClusterTriangles::default()
         };
         for cell in keys.chunk_by(|a, b| a.cell() == b.cell()) {
             match cell {
@@ -70,16 +70,16 @@ impl ClusterPrims {
         cluster
     }
 
-    fn add(&mut self, bounds: ObvhsAabb, prims: BoxPrims, area: f64) {
+    fn add(&mut self, bounds: ObvhsAabb, box_contents: BoxContents, area: f64) {
         self.boxes.push(bounds);
-        self.prims.push(prims);
+        self.box_contents.push(box_contents);
         self.areas.push(area);
     }
 
     /// Adds triangle `i` in a box of its own.
     fn add_one(&mut self, all: &[BuildTriangle], i: u32) {
         let triangle = &all[i as usize];
-        self.add(triangle.aabb(), BoxPrims::One(i), occluding_area(triangle));
+        self.add(triangle.aabb(), BoxContents::One(i), occluding_area(triangle));
     }
 
     /// Adds the triangles of a cell, those with equal boxes together.
@@ -96,7 +96,7 @@ impl ClusterPrims {
             let entries: Vec<BuildTriangle> =
                 coincident.map(|triangles| self.entry(all, triangles)).collect();
             let area = entries.iter().map(occluding_area).sum();
-            self.add(entries[0].aabb(), BoxPrims::Many(self.equal_boxes.len() as u32), area);
+            self.add(entries[0].aabb(), BoxContents::Many(self.equal_boxes.len() as u32), area);
             self.equal_boxes.push(entries);
         }
     }
@@ -119,38 +119,39 @@ impl ClusterPrims {
         let mut next_gain = self.pair_gain(0);
         let mut from = 0;
         let mut to = 0;
-        while from < self.prims.len() {
+        while from < self.box_contents.len() {
             let gain = next_gain;
             next_gain = self.pair_gain(from + 1);
             let mut bounds = self.boxes[from];
-            let mut prims = self.prims[from];
+            let mut box_contents = self.box_contents[from];
             let mut area = self.areas[from];
             if gain > 0.0
                 && gain >= next_gain
-                && let (BoxPrims::One(a), BoxPrims::One(b)) = (prims, self.prims[from + 1])
+                && let (BoxContents::One(a), BoxContents::One(b)) =
+                    (box_contents, self.box_contents[from + 1])
             {
                 from += 1;
                 bounds = bounds.union(&self.boxes[from]);
-                prims = BoxPrims::Two([a, b]);
+                box_contents = BoxContents::Two([a, b]);
                 area += self.areas[from];
                 next_gain = self.pair_gain(from + 1);
             }
             self.boxes[to] = bounds;
-            self.prims[to] = prims;
+            self.box_contents[to] = box_contents;
             self.areas[to] = area;
             from += 1;
             to += 1;
         }
         self.boxes.truncate(to);
-        self.prims.truncate(to);
+        self.box_contents.truncate(to);
         self.areas.truncate(to);
     }
 
     /// Returns by how much a box around boxes `i` and `i + 1` is smaller than [`PAIR_AREA_RATIO`] of both; 0 where
     /// either does not hold a single triangle.
     fn pair_gain(&self, i: usize) -> f32 {
-        match (self.prims.get(i..i + 2), self.boxes.get(i..i + 2)) {
-            (Some([BoxPrims::One(_), BoxPrims::One(_)]), Some([a, b])) => {
+        match (self.box_contents.get(i..i + 2), self.boxes.get(i..i + 2)) {
+            (Some([BoxContents::One(_), BoxContents::One(_)]), Some([a, b])) => {
                 PAIR_AREA_RATIO * (a.half_area() + b.half_area()) - a.union(b).half_area()
             }
             _ => 0.0,
@@ -158,24 +159,24 @@ impl ClusterPrims {
     }
 }
 
-impl Cluster for ClusterPrims {
-    type Leaves = LeafPrims;
+impl Cluster for ClusterTriangles {
+    type Leaves = LeafTriangles;
 
     fn boxes(&self) -> &[ObvhsAabb] {
         &self.boxes
     }
 
     fn entry_count(&self, i: u32) -> u32 {
-        match self.prims[i as usize] {
-            BoxPrims::One(_) => 1,
-            BoxPrims::Two(_) => 2,
-            BoxPrims::Many(i) => self.equal_boxes[i as usize].len() as u32,
+        match self.box_contents[i as usize] {
+            BoxContents::One(_) => 1,
+            BoxContents::Two(_) => 2,
+            BoxContents::Many(i) => self.equal_boxes[i as usize].len() as u32,
         }
     }
 
-    fn into_leaves<'a>(self, leaves: impl Iterator<Item = &'a [u32]>) -> ClusterLeaves<LeafPrims> {
-        let ClusterPrims { boxes, prims, areas, equal_boxes, coincident, coincident_count } = self;
-        let mut contents = LeafPrims {
+    fn into_leaves<'a>(self, leaves: impl Iterator<Item = &'a [u32]>) -> ClusterLeaves<LeafTriangles> {
+        let ClusterTriangles { boxes, box_contents, areas, equal_boxes, coincident, coincident_count } = self;
+        let mut contents = LeafTriangles {
             // Most boxes hold two triangles.
             entries: Vec::with_capacity(2 * boxes.len()),
             leaf_ends: Vec::new(),
@@ -189,10 +190,10 @@ impl Cluster for ClusterPrims {
         for leaf in leaves {
             let first_entry = contents.entries.len();
             for &i in leaf {
-                match prims[i as usize] {
-                    BoxPrims::One(triangle) => contents.entries.push(triangle),
-                    BoxPrims::Two(triangles) => contents.entries.extend(triangles),
-                    BoxPrims::Many(i) => contents.add_others(&equal_boxes[i as usize]),
+                match box_contents[i as usize] {
+                    BoxContents::One(triangle) => contents.entries.push(triangle),
+                    BoxContents::Two(triangles) => contents.entries.extend(triangles),
+                    BoxContents::Many(i) => contents.add_others(&equal_boxes[i as usize]),
                 }
             }
             let last_entry = contents.entries.len();
@@ -209,7 +210,7 @@ impl Cluster for ClusterPrims {
 }
 
 /// The triangles in the leaves of a cluster.
-pub(crate) struct LeafPrims {
+pub(crate) struct LeafTriangles {
     /// Index of a triangle in the input, or [`COINCIDENT`] and an index of `others`.
     entries: Vec<u32>,
     /// End of each leaf's range in `entries`.
@@ -220,7 +221,7 @@ pub(crate) struct LeafPrims {
     pub coincident_count: u64,
 }
 
-impl LeafPrims {
+impl LeafTriangles {
     fn add_others(&mut self, entries: &[BuildTriangle]) {
         for &entry in entries {
             self.entries.push(COINCIDENT | self.others.len() as u32);

@@ -12,9 +12,10 @@ fn triangle_refs(triangles: &[[Vec3; 3]]) -> Vec<BuildTriangle> {
 }
 
 /// Makes one cluster of all triangles.
-fn single_cluster(all: &[BuildTriangle]) -> ClusterPrims {
+fn single_cluster(all: &[BuildTriangle]) -> ClusterTriangles {
     let clusters = MortonClusters::new(all, usize::MAX);
-    let mut made: Vec<ClusterPrims> = clusters.par_iter().map(|keys| ClusterPrims::new(all, keys)).collect();
+    let mut made: Vec<ClusterTriangles> =
+        clusters.par_iter().map(|keys| ClusterTriangles::new(all, keys)).collect();
     assert_eq!(made.len(), 1);
     made.remove(0)
 }
@@ -38,19 +39,19 @@ fn halves_of_quads_share_a_box_and_each_triangle_is_in_one_box() {
     let cluster = single_cluster(&all);
     let own_box = |i: &u32| all[*i as usize].aabb();
     let mut found = Vec::new();
-    for (bounds, prims) in cluster.boxes.iter().zip(&cluster.prims) {
-        match prims {
-            BoxPrims::One(i) => {
+    for (bounds, box_contents) in cluster.boxes.iter().zip(&cluster.box_contents) {
+        match box_contents {
+            BoxContents::One(i) => {
                 assert_eq!(*bounds, own_box(i));
                 found.push(*i);
             }
-            BoxPrims::Two(triangles) => {
+            BoxContents::Two(triangles) => {
                 let [a, b] = triangles.each_ref().map(own_box);
                 assert_eq!(*bounds, a.union(&b));
                 assert!(bounds.half_area() < a.half_area() + b.half_area());
                 found.extend(triangles);
             }
-            BoxPrims::Many(i) => {
+            BoxContents::Many(i) => {
                 found.extend(cluster.equal_boxes[*i as usize].iter().map(|triangle| triangle.index));
             }
         }
