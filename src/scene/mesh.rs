@@ -27,7 +27,7 @@ pub struct Mesh {
     pub colors: Vec<Vec4>,
     /// Material.
     pub material: u32,
-    /// True if the mesh, of a transmissive material, bounds a body; false if it is a thin wall.
+    /// True if the mesh, of a transmissive material, bounds a solid (a body); false if it is a thin wall.
     pub is_body: bool,
     /// Morph targets.
     pub morph_targets: Vec<MorphTarget>,

@@ -6,8 +6,8 @@ use std::f64::consts::{PI, TAU};
 use blinn::accel::{Accel, BuildSettings, HitFilter, Preset, SimdLevel};
 use blinn::geometry::HitId;
 use blinn::scene::{
-    AlphaMode, Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, ScalarInput, Scene,
-    SurfaceClass, pose,
+    AlphaMode, Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, Projection,
+    ScalarInput, Scene, SurfaceClass, View, pose,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -186,6 +186,25 @@ pub fn scene(mesh: Mesh, placed: &[DAffine3]) -> Scene {
     let mut scene = Scene::default();
     add(&mut scene, mesh, material(SurfaceClass::Opaque, true), placed);
     scene
+}
+
+/// A scene of one mesh of a material, where its vertices are.
+pub fn of_material(mesh: Mesh, material: Material) -> Scene {
+    let mut scene = Scene::default();
+    add(&mut scene, mesh, material, &[DAffine3::IDENTITY]);
+    scene
+}
+
+/// An orthographic view along −z of the square [−1, 1]².
+pub fn front_view() -> View {
+    View {
+        view_point: Some(DVec3::Z * 5.0),
+        look_at: Some(DVec3::ZERO),
+        projection: Some(Projection::Orthographic),
+        view_width: Some(2.0),
+        view_height: Some(2.0),
+        ..View::default()
+    }
 }
 
 pub fn material(class: SurfaceClass, double_sided: bool) -> Material {

@@ -3,15 +3,11 @@
 
 use std::f64::consts::PI;
 
-use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::Rgb;
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::linear_to_srgb;
-use blinn::scene::{
-    ColorInput, Dielectric, Instance, Lighting, Material, Mesh, Node, PoseSettings, PosedLight, Projection,
-    Reflectance, ScalarInput, Scene, View, pose,
-};
+use blinn::scene::{ColorInput, Dielectric, Lighting, Material, Mesh, PosedLight, Reflectance, ScalarInput};
 use glam::{DVec3, Vec3};
 
 use crate::common::scenes;
@@ -38,24 +34,10 @@ fn physical(metallic: f64, roughness: f64) -> Material {
 
 /// The red channel of each pixel, seen from far away and lit at `angle` to the view direction.
 fn render_red(mesh: &Mesh, material: Material, ambient: Rgb, angle: f64) -> Vec<f64> {
-    let scene = Scene {
-        materials: vec![material],
-        meshes: vec![mesh.clone()],
-        nodes: vec![Node { visible: true, ..Default::default() }],
-        instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
-        ..Default::default()
-    };
-    let posed = pose(&scene, &PoseSettings::default()).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
-    let view = View {
-        view_point: Some(DVec3::Z * 5.0),
-        look_at: Some(DVec3::ZERO),
-        projection: Some(Projection::Orthographic),
-        view_width: Some(2.0),
-        view_height: Some(2.0),
-        ..Default::default()
-    };
-    let (camera, _) = view.resolve(&posed, SIDE, SIDE).unwrap();
+    let scene = scenes::of_material(mesh.clone(), material);
+    let posed = scenes::posed(&scene);
+    let accel = scenes::build(&posed);
+    let (camera, _) = scenes::front_view().resolve(&posed, SIDE, SIDE).unwrap();
     let lit = Lighting::default().resolve(&posed, &camera);
     let frame = Frame {
         // An irradiance of π: the lecture's units leave out the 1/π of Lambertian reflection.

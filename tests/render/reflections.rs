@@ -1,14 +1,12 @@
 //! Reflections of the environment: white furnaces and what stays matte.
 
-use blinn::accel::{Accel, BuildSettings};
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    Clearcoat, ColorInput, Dielectric, Environment, Instance, Lighting, Material, Mesh, MtlReflectance, Node,
-    PoseSettings, Projection, Reflectance, Reflection, ScalarInput, Scene, SkyIrradiance, View, pose,
+    Clearcoat, ColorInput, Dielectric, Environment, Lighting, Material, Mesh, MtlReflectance, Reflectance,
+    Reflection, ScalarInput, SkyIrradiance,
 };
-use glam::DVec3;
 
 use crate::common::scenes;
 
@@ -33,24 +31,10 @@ fn physical(base: f32, metallic: f32, roughness: f32) -> Material {
 
 /// The pixels of a ball that fills the picture, one sample each, under an environment and no lights.
 fn picture(material: Material, environment: Option<Environment>) -> Vec<Rgba> {
-    let scene = Scene {
-        materials: vec![material],
-        meshes: vec![ball()],
-        nodes: vec![Node { visible: true, ..Default::default() }],
-        instances: vec![Instance { node: 0, mesh: 0, object: 1, ..Instance::default() }],
-        ..Default::default()
-    };
-    let posed = pose(&scene, &PoseSettings::default()).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
-    let view = View {
-        view_point: Some(DVec3::Z * 5.0),
-        look_at: Some(DVec3::ZERO),
-        projection: Some(Projection::Orthographic),
-        view_width: Some(2.0),
-        view_height: Some(2.0),
-        ..Default::default()
-    };
-    let (camera, _) = view.resolve(&posed, SIDE, SIDE).unwrap();
+    let scene = scenes::of_material(ball(), material);
+    let posed = scenes::posed(&scene);
+    let accel = scenes::build(&posed);
+    let (camera, _) = scenes::front_view().resolve(&posed, SIDE, SIDE).unwrap();
     let lit = Lighting::default().resolve(&posed, &camera);
     let frame = Frame {
         lights: Vec::new(),
