@@ -74,7 +74,10 @@ fn check(boxes: &[ObvhsAabb], (bvh, leaves): &(Bvh8, Vec<Vec<u32>>)) {
     while let Some((child, bounds)) = stack.pop() {
         if child & LEAF_BIT != 0 {
             let leaf = &leaves[(child & !LEAF_BIT) as usize];
-            assert!(leaf.len() == 1 || leaf.iter().map(|&i| entry_count(i)).sum::<u32>() <= CAPACITY.leaf);
+            assert!(
+                leaf.len() == 1
+                    || leaf.iter().map(|&i| entry_count(i)).sum::<u32>() <= CAPACITY.entries_per_leaf
+            );
             for &i in leaf {
                 assert!(bounds.contains(boxes[i as usize].into()));
                 times_found[i as usize] += 1;
