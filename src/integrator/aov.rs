@@ -4,16 +4,12 @@
 
 use glam::DVec3;
 
-use crate::accel::{RayBatch, TraversalStats};
-use crate::geometry::{Hit, Rgb};
+use crate::accel::TraversalStats;
+use crate::geometry::{HitId, Rgb};
+use crate::integrator::first_hit::FirstHit;
 use crate::integrator::frame::Frame;
-use crate::integrator::material::hit_filter::MaterialHitFilter;
-use crate::integrator::material::opacity::{base_color, opacity};
-use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
-use crate::integrator::sample::Sample;
-use crate::integrator::scratch::Scratch;
-use crate::integrator::surface::surface_point::SurfacePoint;
-use crate::scene::AlphaMode;
+use crate::integrator::material::opacity::base_color;
+use crate::scene::ObjectSpaces;
 
 /// A layer: values of the first surface at each pixel's centre, never filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -40,11 +36,27 @@ pub enum Aov {
     MaterialId,
     /// Cost of the eye ray up to its first hit, or its miss: BVH nodes and leaf blocks tested.
     Steps,
+    /// Distance along the eye ray in metres; +∞ without a hit.
+    Distance,
+    /// Shading normal in camera space: x to the right, y upward, z backward.
+    CameraNormal,
+    /// Position in camera space in metres.
+    CameraPosition,
+    /// Normalised object coordinates: the point in the rest shape of its object, in 0…1.
+    Nocs,
+    /// Flow to the next frame: pixels to the right and downward, and 1 where the next frame sees the point.
+    FlowForward,
+    /// Flow to the previous frame, in the same form.
+    FlowBackward,
+    /// Barycentric coordinates of the triangle's three corners.
+    Barycentric,
+    /// Number of the triangle in its object, from 1; 0 without a hit. An id with all bits: see [`Aov::id`].
+    TriangleId,
 }
 
 impl Aov {
     /// All layers.
-    pub const ALL: [Aov; 11] = [
+    pub const ALL: [Aov; 19] = [
         Aov::Depth,
         Aov::Normal,
         Aov::VertexNormal,
@@ -56,6 +68,14 @@ impl Aov {
         Aov::ObjectId,
         Aov::MaterialId,
         Aov::Steps,
+        Aov::Distance,
+        Aov::CameraNormal,
+        Aov::CameraPosition,
+        Aov::Nocs,
+        Aov::FlowForward,
+        Aov::FlowBackward,
+        Aov::Barycentric,
+        Aov::TriangleId,
     ];
 
     /// Name on the command line and in files.
@@ -72,6 +92,14 @@ impl Aov {
             Aov::ObjectId => "object-id",
             Aov::MaterialId => "material-id",
             Aov::Steps => "steps",
+            Aov::Distance => "distance",
+            Aov::CameraNormal => "camera-normal",
+            Aov::CameraPosition => "camera-position",
+            Aov::Nocs => "nocs",
+            Aov::FlowForward => "flow-forward",
+            Aov::FlowBackward => "flow-backward",
+            Aov::Barycentric => "barycentric",
+            Aov::TriangleId => "triangle-id",
         }
     }
 
@@ -79,13 +107,18 @@ impl Aov {
     pub fn channels(self) -> &'static str {
         match self {
             Aov::Depth => "Z",
+            Aov::Distance => "D",
             Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal | Aov::Position => "XYZ",
+            Aov::CameraNormal | Aov::CameraPosition | Aov::Nocs => "XYZ",
             Aov::Albedo => "RGB",
             Aov::Uv => "UV",
             Aov::Mask => "A",
-            Aov::ObjectId | Aov::MaterialId => "I",
+            Aov::ObjectId | Aov::MaterialId | Aov::TriangleId => "I",
             // Nodes and blocks of triangles.
             Aov::Steps => "NB",
+            // V is the visibility.
+            Aov::FlowForward | Aov::FlowBackward => "XYV",
+            Aov::Barycentric => "UVW",
         }
     }
 
@@ -101,16 +134,49 @@ impl Aov {
 
     /// True for whole numbers: identifiers and counts.
     pub fn is_id(self) -> bool {
-        matches!(self, Aov::ObjectId | Aov::MaterialId | Aov::Steps)
+        matches!(self, Aov::ObjectId | Aov::MaterialId | Aov::Steps | Aov::TriangleId)
+    }
+
+    /// The whole number that a value of a layer with [`Aov::is_id`] stands for. Triangle ids are stored as the bits of
+    /// the value, because an object may have more triangles than floats count.
+    pub fn id(self, value: f32) -> u32 {
+        if self == Aov::TriangleId { value.to_bits() } else { value as u32 }
+    }
+
+    /// True for layers that need the frames before and after.
+    pub fn is_flow(self) -> bool {
+        matches!(self, Aov::FlowForward | Aov::FlowBackward)
+    }
+
+    /// True for layers that need the [`ObjectSpaces`] of the scene.
+    pub fn needs_object_spaces(self) -> bool {
+        matches!(self, Aov::Nocs | Aov::TriangleId)
+    }
+
+    /// True for distances, which are +∞ without a hit.
+    pub fn is_distance(self) -> bool {
+        matches!(self, Aov::Depth | Aov::Distance)
+    }
+
+    /// True for unit vectors.
+    pub fn is_normal(self) -> bool {
+        use Aov::{CameraNormal, GeometricNormal, Normal, VertexNormal};
+        matches!(self, Normal | VertexNormal | GeometricNormal | CameraNormal)
     }
 
     /// Value where no surface is hit.
     pub fn miss_value(self) -> f32 {
-        if self == Aov::Depth { f32::INFINITY } else { 0.0 }
+        if self.is_distance() { f32::INFINITY } else { 0.0 }
     }
 
-    /// Appends the values at a first hit.
-    pub fn evaluate(self, frame: &Frame, first: &FirstHit, out: &mut Vec<f32>) {
+    /// Appends the values at a first hit. `spaces` are those of the scene, if [`Aov::needs_object_spaces`].
+    pub fn evaluate(
+        self,
+        frame: &Frame,
+        spaces: Option<&ObjectSpaces>,
+        first: &FirstHit,
+        out: &mut Vec<f32>,
+    ) {
         if self == Aov::Steps {
             let TraversalStats { nodes, blocks } = first.traversal_stats(frame);
             return out.extend([nodes as f32, blocks as f32]);
@@ -123,12 +189,20 @@ impl Aov {
         let to_world = frame.scene_to_world;
         let vector = |out: &mut Vec<f32>, v: DVec3| out.extend(v.as_vec3().to_array());
         let normal = |out: &mut Vec<f32>, n: DVec3| vector(out, to_world.matrix3 * n);
+        let point = || surface.p.as_dvec3() + posed.centre;
         match self {
             Aov::Depth => out.push((f64::from(hit.t) * frame.camera.depth_per_t()) as f32),
+            Aov::Distance => out.push((f64::from(hit.t) * first.direction(frame).length()) as f32),
             Aov::Normal => normal(out, surface.shading_normal(posed)),
             Aov::VertexNormal => normal(out, surface.n_v),
             Aov::GeometricNormal => normal(out, surface.n_g),
-            Aov::Position => vector(out, to_world.transform_point3(surface.p.as_dvec3() + posed.centre)),
+            Aov::CameraNormal => {
+                let axes = frame.camera.basis;
+                let n = surface.shading_normal(posed);
+                vector(out, DVec3::new(n.dot(axes.u), n.dot(axes.v), n.dot(axes.w)).normalize_or_zero());
+            }
+            Aov::Position => vector(out, to_world.transform_point3(point())),
+            Aov::CameraPosition => vector(out, frame.camera.to_camera(point())),
             Aov::Albedo => {
                 let material = &posed.materials[surface.material as usize];
                 let color: Rgb = base_color(posed, material, &surface.ctx);
@@ -138,61 +212,22 @@ impl Aov {
             Aov::Mask => out.push(1.0),
             Aov::ObjectId => out.push(posed.scene.instances[surface.id.instance as usize].object as f32),
             Aov::MaterialId => out.push((surface.material + 1) as f32),
+            Aov::Nocs => {
+                let object = posed.scene.instances[surface.id.instance as usize].object;
+                let space = spaces.and_then(|spaces| spaces.object(object));
+                let p = surface.ctx.interpolate(&posed.mesh(surface.id.instance).positions);
+                vector(out, space.map_or(DVec3::ZERO, |space| space.normalized(p)));
+            }
+            Aov::FlowForward => out.extend(first.flow.forward),
+            Aov::FlowBackward => out.extend(first.flow.backward),
+            Aov::Barycentric => out.extend(surface.ctx.coords.b),
+            Aov::TriangleId => {
+                let HitId { instance, triangle } = surface.id;
+                let number = spaces.map_or(triangle, |spaces| spaces.triangle_in_object(instance, triangle));
+                out.push(f32::from_bits(number.saturating_add(1)));
+            }
             // Handled above, because it needs no surface.
             Aov::Steps => {}
         }
-    }
-}
-
-/// The first surface along an eye ray. Alpha masks and the fully transparent texels of a blended material are holes; a
-/// surface that is partly transparent counts.
-#[derive(Clone, Debug)]
-pub struct FirstHit<'s> {
-    sample: Sample,
-    surface: Option<(Hit, SurfacePoint<'s>)>,
-}
-
-impl FirstHit<'_> {
-    /// Cost of the eye ray up to its first hit. Traces the ray again, because only this layer counts the steps.
-    fn traversal_stats(&self, frame: &Frame) -> TraversalStats {
-        let mut ray = RayBatch::default();
-        frame.generate_eye_rays(std::slice::from_ref(&self.sample), &mut ray);
-        let hits = frame.accel.intersect_with_stats(&ray, &MaterialHitFilter(frame.posed));
-        hits.first().map(|(_, stats)| *stats).unwrap_or_default()
-    }
-}
-
-/// The first hits of the eye rays of `samples`.
-pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scratch) -> Vec<FirstHit<'s>> {
-    let mut first: Vec<FirstHit> = samples.iter().map(|&sample| FirstHit { sample, surface: None }).collect();
-    let mut rays = PathRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
-    for _ in 0..MAX_SURFACES_PER_RAY {
-        rays.intersect(frame);
-        for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {
-            let surface = SurfacePoint::at(frame.posed, eye.hit.id, eye.ray);
-            if !is_hole(frame, &surface) {
-                first[eye.path].surface = Some((eye.hit, surface));
-            }
-        }
-        rays.continue_behind(|sample| first[sample].surface.is_none());
-        if rays.is_empty() {
-            break;
-        }
-    }
-    first
-}
-
-/// Less opacity than an 8-bit picture can show.
-const MIN_OPACITY: f32 = 1.0 / 512.0;
-
-/// True where a texture makes a surface fully transparent.
-fn is_hole(frame: &Frame, surface: &SurfacePoint) -> bool {
-    let material = &frame.posed.materials[surface.material as usize];
-    let opacity = || opacity(frame.posed, material, &surface.ctx);
-    match material.alpha_mode {
-        AlphaMode::Opaque => false,
-        AlphaMode::Mask(_) => opacity() == 0.0,
-        // A material that is transparent everywhere is an object nevertheless.
-        AlphaMode::Blend => material.alpha.factor > MIN_OPACITY && opacity() < MIN_OPACITY,
     }
 }

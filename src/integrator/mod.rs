@@ -8,12 +8,15 @@ mod aov;
 mod compositor;
 mod cryptomatte;
 mod direct_light;
+mod first_hit;
+mod flow;
 mod frame;
 mod gather;
 mod ground_plane;
 mod layer_split;
 mod material;
 mod media;
+mod object_hits;
 mod path_rays;
 mod paths;
 mod phong;
@@ -24,15 +27,19 @@ mod secondary_rays;
 mod shading_batch;
 mod shadow_rays;
 mod surface;
+mod visibility;
 
 use crate::geometry::Rgba;
 
-pub use aov::{Aov, FirstHit, first_hits};
+pub use aov::Aov;
 pub use cryptomatte::{MatteCoverage, MatteKind, trace_mattes};
+pub use first_hit::{FirstHit, first_hits};
+pub use flow::{NeighbourFrames, add_flow};
 pub use frame::{AmbientOcclusion, DEFAULT_BOUNCES, Frame};
 pub use material::coefficients::{Coefficients, MaterialOverrides};
 pub use material::hit_filter::MaterialHitFilter;
 pub use material::specular_layers::SpecularLayers;
+pub use object_hits::{ObjectHit, trace_objects};
 pub use phong::{Phong, Stage, specular_lobe};
 pub use sample::Sample;
 pub use sampler::{LowDiscrepancySampler, Sampler};
@@ -40,6 +47,7 @@ pub use scratch::Scratch;
 pub use surface::surface_point::SurfacePoint;
 #[cfg(feature = "python")]
 pub(crate) use surface::triangle_plane::barycentrics;
+pub use visibility::{SurfaceTarget, sees};
 
 /// Computes the colours of samples: linear RGB premultiplied by alpha, 0 where nothing is hit.
 pub trait Integrator: Sync {

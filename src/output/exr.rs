@@ -35,7 +35,10 @@ pub(super) fn encode(picture: &Picture, half: bool) -> io::Result<Vec<u8>> {
     }
     for (name, values) in mattes.iter().flat_map(Cryptomatte::channels) {
         // Ids need all their bits.
-        channels.push(AnyChannel::new(name.as_str(), Channel { sample_type: SampleType::F32, values }));
+        channels.push(AnyChannel::new(
+            name.as_str(),
+            Channel { sample_type: SampleType::F32, aov: None, values },
+        ));
     }
 
     let size = Vec2(picture.pixels.width as usize, picture.pixels.height as usize);
@@ -65,7 +68,7 @@ fn color_channels(picture: &Picture, sample_type: SampleType) -> Channels<'_> {
     for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
         let values: PixelFn =
             Box::new(move |i| picture.display.composite_linear(picture.pixels.colors[i])[c]);
-        channels.push(AnyChannel::new(name, Channel { sample_type, values }));
+        channels.push(AnyChannel::new(name, Channel { sample_type, aov: None, values }));
     }
     channels
 }
@@ -76,12 +79,13 @@ fn add_layer<'p>(layer: &'p AovLayer, color_type: SampleType, channels: &mut Cha
     let channel_count = layer.aov.channel_count();
     let sample_type = match layer.aov {
         aov if aov.is_id() => SampleType::U32,
-        Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal | Aov::Albedo => color_type,
+        aov if aov.is_normal() || aov == Aov::Albedo => color_type,
         _ => SampleType::F32,
     };
     for (c, letter) in letters.chars().enumerate() {
         let values: PixelFn = Box::new(move |i| layer.values[channel_count * i + c]);
-        channels.push(AnyChannel::new(format!("{name}.{letter}").as_str(), Channel { sample_type, values }));
+        let channel = Channel { sample_type, aov: Some(layer.aov), values };
+        channels.push(AnyChannel::new(format!("{name}.{letter}").as_str(), channel));
     }
 }
 
@@ -99,6 +103,8 @@ fn text_attributes(
 /// A channel whose values are computed while its lines are written, so that they are never stored.
 struct Channel<'p> {
     sample_type: SampleType,
+    /// The layer that it belongs to.
+    aov: Option<Aov>,
     values: PixelFn<'p>,
 }
 
@@ -117,13 +123,15 @@ where
     }
 
     fn create_samples_writer(&'c self, header: &Header) -> ChannelLines<'c> {
-        ChannelLines { sample_type: self.sample_type, values: &self.values, width: header.layer_size.width() }
+        let Channel { sample_type, aov, ref values } = *self;
+        ChannelLines { sample_type, aov, values, width: header.layer_size.width() }
     }
 }
 
 /// Writes the lines of a channel.
 struct ChannelLines<'c> {
     sample_type: SampleType,
+    aov: Option<Aov>,
     values: &'c (dyn Fn(usize) -> f32 + Sync),
     /// Width of the image in pixels.
     width: usize,
@@ -137,7 +145,9 @@ impl SamplesWriter for ChannelLines<'_> {
         let _ = match self.sample_type {
             SampleType::F16 => line.write_samples(|i| f16::from_f32(value(i))),
             SampleType::F32 => line.write_samples(value),
-            SampleType::U32 => line.write_samples(|i| value(i) as u32),
+            SampleType::U32 => {
+                line.write_samples(|i| self.aov.map_or(value(i) as u32, |aov| aov.id(value(i))))
+            }
         };
     }
 }

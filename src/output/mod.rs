@@ -10,6 +10,7 @@ mod exr;
 mod exr_header;
 mod fingerprint;
 mod format;
+mod id_image;
 mod jpeg;
 mod picture;
 mod png;
@@ -26,8 +27,9 @@ pub use atomic::{Overwrite, block_writes, unnamed_temp_file, write_atomically, w
 pub use escape::escape_html;
 pub use fingerprint::read_fingerprint;
 pub use format::{BitDepth, ImageFormat, JPEG_QUALITY};
+pub use id_image::IdNames;
 pub use picture::{CropWindow, Picture};
-pub use png::encode_png;
+pub use png::{encode_mask, encode_png};
 pub use preview::{heat_color, heat_map_max, preview_layer, preview_matte, quantize_depth};
 pub use save::{SaveError, check_overwrite, check_writable, save};
 pub use thumbnail::encode_thumbnail;

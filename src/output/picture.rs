@@ -1,5 +1,8 @@
 //! A rendered image with its AOV layers and cryptomattes, ready to be encoded.
 
+use std::sync::Arc;
+
+use super::id_image::IdNames;
 use crate::display::Display;
 use crate::render::{AovLayer, Matte, PixelRect, Pixels};
 
@@ -21,6 +24,8 @@ pub struct Picture {
     pub crop_window: Option<CropWindow>,
     /// Metres per step of the 16-bit depth layer, in which 0 means no hit. `None`: the depth layer is a preview.
     pub depth_step: Option<f64>,
+    /// Names of the ids in layers.
+    pub id_names: Arc<IdNames>,
     /// A line of ASCII that is stored in the file; [`read_fingerprint`](super::read_fingerprint) reads it back.
     pub fingerprint: Option<String>,
 }
@@ -46,6 +51,7 @@ impl Picture {
             display,
             crop_window: None,
             depth_step: None,
+            id_names: Arc::default(),
             fingerprint: None,
         }
     }

@@ -7,6 +7,23 @@ use ::png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
 use super::picture::{FINGERPRINT_KEY, opaque_rgb};
 use super::png_chunks::chunks;
 
+/// Texts that a file stores before its pixels.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Texts<'t> {
+    pub fingerprint: Option<&'t str>,
+    /// JSON object from ids to names.
+    pub names: Option<&'t str>,
+}
+
+impl<'t> From<Option<&'t str>> for Texts<'t> {
+    fn from(fingerprint: Option<&'t str>) -> Texts<'t> {
+        Texts { fingerprint, names: None }
+    }
+}
+
+/// The key of [`Texts::names`].
+const NAMES_KEY: &str = "names";
+
 /// Encodes straight 8-bit sRGB with alpha, row-major, row 0 on top.
 ///
 /// # Errors
@@ -51,22 +68,51 @@ pub(super) fn encode_grey8(
     encode(size, ColorType::Grayscale, BitDepth::Eight, &bytes, fingerprint)
 }
 
-/// Encodes 16-bit greyscale.
-pub(super) fn encode_grey16(
-    size: (u32, u32),
-    values: &[u16],
-    fingerprint: Option<&str>,
-) -> io::Result<Vec<u8>> {
-    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_be_bytes()).collect();
-    encode(size, ColorType::Grayscale, BitDepth::Sixteen, &bytes, fingerprint)
+/// Encodes 8-bit greyscale, row-major, row 0 on top.
+///
+/// # Errors
+/// The encoder fails.
+pub fn encode_mask(size: (u32, u32), pixels: &[u8]) -> io::Result<Vec<u8>> {
+    encode(size, ColorType::Grayscale, BitDepth::Eight, pixels, None)
 }
 
-fn encode(
+/// Encodes 16-bit greyscale.
+pub(super) fn encode_grey16<'t>(
+    size: (u32, u32),
+    values: &[u16],
+    texts: impl Into<Texts<'t>>,
+) -> io::Result<Vec<u8>> {
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_be_bytes()).collect();
+    encode(size, ColorType::Grayscale, BitDepth::Sixteen, &bytes, texts)
+}
+
+/// Encodes 8-bit indices into a palette of sRGB colours.
+pub(super) fn encode_indexed(
+    size: (u32, u32),
+    indices: &[u8],
+    palette: &[[u8; 3]],
+    texts: Texts,
+) -> io::Result<Vec<u8>> {
+    encode_with(size, ColorType::Indexed, BitDepth::Eight, indices, texts, Some(palette))
+}
+
+fn encode<'t>(
+    size: (u32, u32),
+    color: ColorType,
+    depth: BitDepth,
+    bytes: &[u8],
+    texts: impl Into<Texts<'t>>,
+) -> io::Result<Vec<u8>> {
+    encode_with(size, color, depth, bytes, texts.into(), None)
+}
+
+fn encode_with(
     (width, height): (u32, u32),
     color: ColorType,
     depth: BitDepth,
     bytes: &[u8],
-    fingerprint: Option<&str>,
+    texts: Texts,
+    palette: Option<&[[u8; 3]]>,
 ) -> io::Result<Vec<u8>> {
     let mut out = Vec::new();
     let mut encoder = Encoder::new(&mut out, width, height);
@@ -74,8 +120,14 @@ fn encode(
     encoder.set_depth(depth);
     encoder.set_compression(Compression::Fast);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-    if let Some(fingerprint) = fingerprint {
+    if let Some(palette) = palette {
+        encoder.set_palette(palette.as_flattened().to_vec());
+    }
+    if let Some(fingerprint) = texts.fingerprint {
         encoder.add_text_chunk(FINGERPRINT_KEY.into(), fingerprint.into())?;
+    }
+    if let Some(names) = texts.names {
+        encoder.add_itxt_chunk(NAMES_KEY.into(), names.into())?;
     }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(bytes)?;

@@ -29,14 +29,16 @@ impl Range {
 
 /// Renders a layer as 8-bit RGBA: depth logarithmically from near (bright) to far (dark), directions as colours,
 /// positions relative to their range, ids as distinct colours, traversal steps as a heat map from 0 to
-/// [`heat_map_max`]. Pixels without a hit are black.
+/// [`heat_map_max`], flow by direction (hue) and length (saturation), darker where the other frame does not see the
+/// point. Pixels without a hit are black.
 pub fn preview_layer(layer: &AovLayer) -> Vec<[u8; 4]> {
     let channels = layer.aov.channel_count();
     let ranges: Vec<Range> =
         (0..channels).map(|i| Range::of(layer.values.iter().skip(i).step_by(channels))).collect();
     let depths =
-        if layer.aov == Aov::Depth { depth_range(&layer.values) } else { Range { min: 1.0, max: 1.0 } };
+        if layer.aov.is_distance() { depth_range(&layer.values) } else { Range { min: 1.0, max: 1.0 } };
     let max_steps = if layer.aov == Aov::Steps { heat_map_max(layer) } else { 1.0 };
+    let max_flow = if layer.aov.is_flow() { max_flow(&layer.values) } else { 1.0 };
     let is_miss = |v: &[f32]| v.iter().all(|&x| x == layer.aov.miss_value());
     layer
         .values
@@ -46,20 +48,45 @@ pub fn preview_layer(layer: &AovLayer) -> Vec<[u8; 4]> {
                 return [0, 0, 0, 255];
             }
             let rgb = match layer.aov {
-                Aov::Depth => [to_byte(depth_brightness(v[0], depths)); 3],
-                Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal => {
+                Aov::Depth | Aov::Distance => [to_byte(depth_brightness(v[0], depths)); 3],
+                Aov::Normal | Aov::VertexNormal | Aov::GeometricNormal | Aov::CameraNormal => {
                     [0, 1, 2].map(|i| to_byte(0.5 * v[i] + 0.5))
                 }
-                Aov::Position => [0, 1, 2].map(|i| to_byte(ranges[i].normalize(v[i]))),
+                Aov::Position | Aov::CameraPosition => [0, 1, 2].map(|i| to_byte(ranges[i].normalize(v[i]))),
                 Aov::Albedo => [0, 1, 2].map(|i| to_byte(linear_to_srgb(v[i].clamp(0.0, 1.0)))),
                 Aov::Uv => [to_byte(wrap_repeat(v[0])), to_byte(wrap_repeat(v[1])), 0],
                 Aov::Mask => [to_byte(v[0]); 3],
-                Aov::ObjectId | Aov::MaterialId => id_color(v[0] as u32),
+                Aov::ObjectId | Aov::MaterialId | Aov::TriangleId => id_color(layer.aov.id(v[0])),
+                Aov::Nocs | Aov::Barycentric => [0, 1, 2].map(|i| to_byte(v[i])),
+                Aov::FlowForward | Aov::FlowBackward => flow_color([v[0], v[1]], v[2], max_flow),
                 Aov::Steps => heat_color((v[0] + v[1]) / max_steps),
             };
             [rgb[0], rgb[1], rgb[2], 255]
         })
         .collect()
+}
+
+/// The length of the longest flow of a layer, in pixels; 1 if nothing moves.
+fn max_flow(values: &[f32]) -> f32 {
+    let longest = values.chunks_exact(3).map(|v| libm::hypotf(v[0], v[1])).fold(0.0, f32::max);
+    if longest > 0.0 && longest.is_finite() { longest } else { 1.0 }
+}
+
+/// The colour of a flow: white where nothing moves, and of the hue of the direction where it is longest.
+fn flow_color([x, y]: [f32; 2], visibility: f32, longest: f32) -> [u8; 3] {
+    let hue = (libm::atan2(f64::from(y), f64::from(x)) / std::f64::consts::TAU).rem_euclid(1.0) * 6.0;
+    let saturation = f64::from((libm::hypotf(x, y) / longest).min(1.0));
+    let brightness = if visibility > 0.0 { 1.0 } else { 0.4 };
+    let channel = |shift: f64| {
+        let pure = hue_channel(hue + shift);
+        to_byte((brightness * (1.0 - saturation * (1.0 - pure))) as f32)
+    };
+    [channel(0.0), channel(4.0), channel(2.0)]
+}
+
+/// The red channel of a hue in 0…6; the other channels are those of shifted hues.
+fn hue_channel(hue: f64) -> f64 {
+    ((hue % 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0)
 }
 
 /// The number of traversal steps (nodes and blocks) of the brightest colour in the heat map of an [`Aov::Steps`]
@@ -145,14 +172,13 @@ fn to_byte(v: f32) -> u8 {
 
 /// A distinct colour for an id, the same in every image. The hue advances by the golden angle, and three
 /// combinations of brightness and saturation alternate, so that successive ids are far apart.
-fn id_color(id: u32) -> [u8; 3] {
+pub(super) fn id_color(id: u32) -> [u8; 3] {
     const INV_GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
     let turn = f64::from(id / 3) * INV_GOLDEN_RATIO + f64::from(id % 3) / 3.0;
     let hue = (turn - turn.floor()) * 6.0;
     let (brightness, whiteness) = [(0.62, 0.1), (1.0, 0.15), (0.9, 0.5)][id as usize % 3];
     let channel = |shift: f64| {
-        let h = (hue + shift) % 6.0;
-        let pure = ((h - 3.0).abs() - 1.0).clamp(0.0, 1.0);
+        let pure = hue_channel(hue + shift);
         (brightness * (whiteness + (1.0 - whiteness) * pure) * 255.0 + 0.5) as u8
     };
     [channel(0.0), channel(4.0), channel(2.0)]

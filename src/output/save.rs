@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::atomic::{self, Overwrite, write_atomically};
 use super::format::{BitDepth, ImageFormat};
+use super::id_image;
 use super::picture::Picture;
 use super::png;
 use super::preview::{preview_layer, preview_matte, quantize_depth};
@@ -50,6 +51,11 @@ fn preview_paths(picture: &Picture, path: &Path) -> Vec<PathBuf> {
 fn encode_layer(picture: &Picture, layer: &AovLayer) -> io::Result<Vec<u8>> {
     let size = picture.size();
     let fingerprint = picture.fingerprint.as_deref();
+    if let Some(names) = picture.id_names.of(layer.aov)
+        && let Some(ids) = id_image::encode(size, layer, names, fingerprint)
+    {
+        return ids;
+    }
     match (layer.aov, picture.depth_step) {
         (Aov::Depth, Some(step)) => png::encode_grey16(size, &quantize_depth(layer, step), fingerprint),
         // Programs that read masks expect a single channel.

@@ -97,7 +97,7 @@ impl PyPicture {
         };
         let (width, height) = self.size();
         if layer.aov.is_id() {
-            let ids: Vec<u32> = layer.values.iter().map(|&id| id as u32).collect();
+            let ids: Vec<u32> = layer.values.iter().map(|&value| layer.aov.id(value)).collect();
             shaped(ids.into_pyarray(py), width, height, layer.aov.channel_count())
         } else {
             shaped(PyArray1::from_slice(py, &layer.values), width, height, layer.aov.channel_count())

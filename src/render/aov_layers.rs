@@ -3,12 +3,13 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use crate::integrator::{Aov, Frame, Sample, Scratch, first_hits};
+use crate::integrator::{Aov, Frame, NeighbourFrames, Sample, Scratch, add_flow, first_hits};
 use crate::render::film::AovLayer;
 use crate::render::progress::{Cancelled, ProgressMonitor};
 use crate::render::settings::RenderSettings;
+use crate::scene::ObjectSpaces;
 
-/// Renders layers of the first surface at each pixel's centre.
+/// Renders layers of the first surface at each pixel's centre. Flow is 0: it needs [`render_moving_aovs`].
 ///
 /// # Errors
 /// [`Cancelled`] if `monitor` cancels.
@@ -18,10 +19,27 @@ pub fn render_aovs(
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
 ) -> Result<Vec<AovLayer>, Cancelled> {
+    render_moving_aovs(frame, &NeighbourFrames::default(), aovs, settings, monitor)
+}
+
+/// Renders layers as [`render_aovs`] does, with the flow to the frames before and after.
+///
+/// # Errors
+/// [`Cancelled`] if `monitor` cancels.
+pub fn render_moving_aovs(
+    frame: &Frame,
+    neighbours: &NeighbourFrames,
+    aovs: &[Aov],
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Vec<AovLayer>, Cancelled> {
     // Saves tracing rays for no layer.
     if aovs.is_empty() {
         return Ok(Vec::new());
     }
+    let spaces =
+        aovs.iter().any(|aov| aov.needs_object_spaces()).then(|| ObjectSpaces::new(frame.posed.scene));
+    let has_flow = aovs.iter().any(|aov| aov.is_flow());
     let window = settings.window();
     let rows: Vec<Vec<Vec<f32>>> = (window.y..window.y + window.height)
         .into_par_iter()
@@ -32,9 +50,14 @@ pub fn render_aovs(
             }
             let columns = window.x..window.x + window.width;
             let samples: Vec<Sample> = columns.map(|x| settings.centre_sample(UVec2::new(x, y))).collect();
-            for first in first_hits(frame, &samples, scratch) {
+            let mut row = first_hits(frame, &samples, scratch);
+            if has_flow {
+                let size = (settings.width, settings.height);
+                add_flow(frame, neighbours, size, &mut row, scratch);
+            }
+            for first in row {
                 for (aov, out) in aovs.iter().zip(&mut layers) {
-                    aov.evaluate(frame, &first, out);
+                    aov.evaluate(frame, spaces.as_ref(), &first, out);
                 }
             }
             layers

@@ -9,21 +9,27 @@ mod film;
 mod filter;
 mod mattes;
 mod meter;
+mod object_masks;
+mod pixel_mask;
 mod progress;
 mod sample_generator;
 mod settings;
+mod surface_tracks;
 mod tiles;
 
 use crate::integrator::{Frame, Integrator};
 
 pub use crate::integrator::{LowDiscrepancySampler, Sampler};
-pub use aov_layers::render_aovs;
+pub use aov_layers::{render_aovs, render_moving_aovs};
 pub use film::{AovLayer, Film, PixelRect, Pixels, TileBuffer};
 pub use filter::{FilterSampler, PixelFilter};
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
+pub use object_masks::{ObjectMask, render_object_masks};
+pub use pixel_mask::{MaskRect, PixelMask};
 pub use progress::{Cancelled, ProgressMonitor};
 pub use settings::{AdaptiveSampling, RenderSettings};
+pub use surface_tracks::{SurfaceTrack, trace_surface_tracks};
 
 /// Renders a picture: linear RGB premultiplied by alpha, without background, row 0 on top.
 ///

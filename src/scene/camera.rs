@@ -1,6 +1,6 @@
 //! The lecture's camera, which generates eye rays and their differentials.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use crate::geometry::{Basis, Ray, RayDifferential};
 
@@ -80,6 +80,26 @@ impl Camera {
             Projection::Perspective => RayDifferential { o: [DVec3::ZERO; 2], d: steps },
             Projection::Orthographic => RayDifferential { o: steps, d: [DVec3::ZERO; 2] },
         }
+    }
+
+    /// Returns the coordinates of a world position along u, v and w, relative to the view point: the camera space of
+    /// OpenGL and glTF, with x to the right, y upward and z backward.
+    pub fn to_camera(&self, p: DVec3) -> DVec3 {
+        let axes = DMat3::from_cols(self.basis.u, self.basis.v, self.basis.w);
+        axes.inverse() * (p - self.view_point)
+    }
+
+    /// Returns the film position of a world position, in the units of [`Camera::eye_ray`]; `None` unless it is in front
+    /// of the view point.
+    pub fn project(&self, p: DVec3) -> Option<DVec2> {
+        let p = self.to_camera(p);
+        let scale = match self.projection {
+            Projection::Perspective => self.proj_distance / -p.z,
+            Projection::Orthographic => 1.0,
+        };
+        let size = DVec2::new(self.view_width, self.view_height);
+        let film = (p.truncate() * scale - self.view_centre) / size + 0.5;
+        (p.z < 0.0 && film.is_finite()).then_some(film)
     }
 
     /// Returns the depth along −w of one unit of an eye ray's t.

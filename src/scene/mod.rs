@@ -36,6 +36,7 @@ mod view;
 pub use animation::animated_properties::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 pub use animation::bounds_cache::ClipBoundsCache;
 pub use animation::keyframes::{Animation, Channel, ChannelTarget, Interpolation, Keyframes};
+pub use animation::object_space::{ObjectSpace, ObjectSpaces};
 pub use animation::playback::{AnimationChoice, PoseError, active_animations, clip_duration};
 pub use animation::pose::{PoseSettings, pose};
 pub use animation::posed_scene::{PosedInstance, PosedScene};

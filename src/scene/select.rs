@@ -32,9 +32,15 @@ impl Glob {
         Pattern::new(text).map(Glob).map_err(|e| e.to_string())
     }
 
-    fn matches_name(&self, name: &str) -> bool {
+    /// Returns true if the pattern matches a name.
+    pub fn matches_name(&self, name: &str) -> bool {
         // Names that contain brackets or stars match themselves.
         name == self.0.as_str() || self.0.matches(name)
+    }
+
+    /// The text of the pattern.
+    pub fn as_str(&self) -> &str {
+        self.0.as_str()
     }
 
     fn matches_path(&self, path: &str) -> bool {
@@ -81,6 +87,16 @@ impl Scene {
         self.instances.retain(|i| is_shown(i.node, i.object));
         self.retain_lights(|l| !hide.contains(l.node, 0));
         Ok(())
+    }
+
+    /// Returns the numbers of the drawn objects that a pattern matches, as [`Selection`] matches them.
+    ///
+    /// # Errors
+    /// A pattern without a match.
+    pub fn matching_objects(&self, glob: &Glob) -> Result<BTreeSet<u32>, NoMatch> {
+        let matches = self.find(glob, &self.paths())?;
+        let matching = self.instances.iter().filter(|i| matches.contains(i.node, i.object));
+        Ok(matching.map(|instance| instance.object).collect())
     }
 
     /// Keeps some lights, with the animation channels that drive them.

@@ -55,6 +55,12 @@ impl<'s> TextureEvalContext<'s> {
         TextureEvalContext { coords, texels: None, ..*self }
     }
 
+    /// Interpolates an attribute of the mesh's vertices.
+    pub fn interpolate(&self, values: &[Vec3]) -> Vec3 {
+        let corners = self.triangle.corners.map(|corner| values[corner as usize]);
+        corners[0] * self.coords.b[0] + corners[1] * self.coords.b[1] + corners[2] * self.coords.b[2]
+    }
+
     /// Texture coordinates of a set; the origin if the mesh has no such set.
     pub fn uv(&self, set: u32) -> Vec2 {
         interpolate_uv(self.triangle.uvs(set), self.coords.b)

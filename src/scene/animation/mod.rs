@@ -10,6 +10,7 @@ mod drawn_triangles;
 mod extremes;
 pub(super) mod keyframes;
 mod node_transforms;
+pub(super) mod object_space;
 pub(super) mod playback;
 pub(super) mod pose;
 mod pose_bounds;
