@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use glam::{DMat3, DMat4, DVec3};
 use serde_json::{Map, Value, json};
 
+use super::pinhole::Pinhole;
 use crate::geometry::Aabb;
 use crate::render::PixelRect;
 use crate::scene::Camera;
@@ -77,19 +78,15 @@ impl Dataset {
 
     /// Angles of view in radians; focal lengths, principal point and size in pixels.
     fn intrinsics(&self, camera: &Camera) -> Vec<(String, Value)> {
-        let Camera { view_width, view_height, view_centre, proj_distance, .. } = *camera;
-        let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
-        let PixelRect { x, y, width: w, height: h } = self.window;
-        let fl_x = width * proj_distance / view_width;
-        let fl_y = height * proj_distance / view_height;
+        let Pinhole { fx, fy, cx, cy, width: w, height: h } = Pinhole::new(camera, self.size, self.window);
         let angle = |pixels: u32, focal: f64| 2.0 * libm::atan(0.5 * f64::from(pixels) / focal);
         [
-            ("camera_angle_x", json!(angle(w, fl_x))),
-            ("camera_angle_y", json!(angle(h, fl_y))),
-            ("fl_x", json!(fl_x)),
-            ("fl_y", json!(fl_y)),
-            ("cx", json!(0.5 * width - width * view_centre.x / view_width - f64::from(x))),
-            ("cy", json!(0.5 * height + height * view_centre.y / view_height - f64::from(y))),
+            ("camera_angle_x", json!(angle(w, fx))),
+            ("camera_angle_y", json!(angle(h, fy))),
+            ("fl_x", json!(fx)),
+            ("fl_y", json!(fy)),
+            ("cx", json!(cx)),
+            ("cy", json!(cy)),
             ("w", json!(w)),
             ("h", json!(h)),
         ]
