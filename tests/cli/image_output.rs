@@ -14,11 +14,11 @@ fn rendered(folder: &Path, scene: &str, out: &str, flags: &str) -> PathBuf {
     folder.join(out)
 }
 
-type Exr = exr::image::Image<
+pub type Exr = exr::image::Image<
     exr::prelude::SmallVec<[exr::image::Layer<exr::image::AnyChannels<exr::image::FlatSamples>>; 2]>,
 >;
 
-fn read_exr(path: &Path) -> Exr {
+pub fn read_exr(path: &Path) -> Exr {
     exr::prelude::read_all_flat_layers_from_file(path).unwrap()
 }
 
@@ -76,7 +76,7 @@ fn sizes_beyond_a_format_are_refused() {
     assert!(std::fs::read_dir(dir.path()).unwrap().next().is_none());
 }
 
-fn channel(image: &Exr, name: &str) -> Vec<f32> {
+pub fn channel(image: &Exr, name: &str) -> Vec<f32> {
     let list = &image.layer_data[0].channel_data.list;
     let found = list.iter().find(|c| c.name.to_string() == name).unwrap_or_else(|| panic!("no {name}"));
     found.sample_data.values_as_f32().collect()

@@ -13,6 +13,7 @@
 //! - `help`: help pages, usage errors, completions, man pages, docs/reference/command-line.md
 //! - `image_output`: EXR, JPEG, WebP, Cryptomatte and layer previews read back
 //! - `info`: `blinn info`, in text and JSON
+//! - `layers`: layers of geometry: camera space, object coordinates, flow, triangles
 //! - `lighting`: exposure, light radius, ambient occlusion, ground and environment maps from flags
 //! - `process_limits`: threads, file sizes and memory that the system does not grant
 //! - `render`: flags of `blinn render`, and the pictures that they change
@@ -37,6 +38,7 @@ mod farm;
 mod help;
 mod image_output;
 mod info;
+mod layers;
 mod lighting;
 mod process_limits;
 mod render;

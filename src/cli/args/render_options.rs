@@ -62,11 +62,17 @@ pub struct ImageArgs {
     #[arg(long, value_enum, default_value_t = ViewArg::Auto)]
     pub view: ViewArg,
     /// AOVs: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask, object-id,
-    /// material-id, steps, cryptomatte
+    /// material-id, steps, distance, camera-normal, camera-position, nocs, flow-forward, flow-backward, barycentric,
+    /// triangle-id, cryptomatte
     ///
     /// They are channels of an .exr, and previews named OUT.<aov>.png beside other images.
     #[arg(long, value_name = "LIST", value_parser = values::aovs, help_heading = "Output")]
     pub aov: Option<AovSelection>,
+    /// Unit of the 16-bit depth beside images, for --aov depth: mm, m or metres per step
+    ///
+    /// OUT.depth.png then holds depths in place of a preview; 0 means no hit. [default for --views: fits the scene]
+    #[arg(long, value_name = "mm|m|SCALE", value_parser = values::depth_unit, help_heading = "Output")]
+    pub depth_unit: Option<f64>,
     /// Write a heat map of the BVH traversal steps of each pixel's eye ray; same as --aov steps
     #[arg(long, value_enum, value_name = "steps", help_heading = "Output")]
     pub heatmap: Option<HeatmapArg>,

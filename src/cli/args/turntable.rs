@@ -9,7 +9,7 @@ use super::process::{CommonArgs, ProcessArgs};
 use super::render_options::RenderOptionArgs;
 use super::scene::SceneArgs;
 use super::time::TimeArgs;
-use super::values;
+use super::values::{self, CategoryRule, DatasetFormats};
 use crate::batch::{Chunk, FrameList};
 
 #[derive(Debug, Args)]
@@ -72,6 +72,17 @@ pub struct TurnArgs {
                                 "view_point", "view_dir", "view_up", "camera_xml", "camera_azimuth_angle",
                                 "camera_elevation_angle"])]
     pub views: Option<u32>,
+    /// Formats of the dataset, a list: nerf (transforms.json), colmap (a sparse model), bop (object poses), coco
+    /// (annotations.json) [default: nerf]
+    #[arg(long, value_name = "LIST", requires = "views", value_parser = values::dataset_formats)]
+    pub dataset: Option<DatasetFormats>,
+    /// Categories of --dataset coco: object or material (their names), NAME=GLOB or NAME=material:GLOB (repeatable)
+    /// [default: object]
+    ///
+    /// GLOB matches object names and paths, as in --hide, or names of materials. The first rule that applies decides;
+    /// objects without category are not annotated.
+    #[arg(long, value_name = "RULE", requires = "dataset", value_parser = values::category_rule)]
+    pub category: Vec<CategoryRule>,
     /// Up axis in transforms.json [default: z, as NeRF tools expect]
     #[arg(long, value_enum, requires = "views")]
     pub nerf_up: Option<UpArg>,

@@ -4,6 +4,8 @@
 mod animation_output;
 mod clip_conflicts;
 mod dataset;
+mod dataset_formats;
+mod frame_neighbours;
 mod frames;
 mod memory_limit;
 mod outputs;
@@ -25,6 +27,8 @@ use crate::batch::SettingsHash;
 
 pub use animation_output::AnimationOutput;
 pub use dataset::DatasetPlan;
+pub use dataset_formats::{BopFolders, FormatsPlan, coco_file, colmap_folder};
+pub use frame_neighbours::FrameNeighbours;
 pub use frames::{FrameSet, PlannedFrame};
 pub use memory_limit::load_limits;
 pub use outputs::{OutputKind, Outputs, Target};
@@ -41,11 +45,15 @@ pub struct RenderPlan {
     pub scenes: Vec<PathBuf>,
     /// The frames of each scene.
     pub frames: FrameSet,
+    /// The frames before and after each frame, for layers of flow.
+    pub neighbours: FrameNeighbours,
     pub options: RenderOptions,
     pub outputs: Outputs,
     pub build: BuildSettings,
     /// Set for `turntable --views`.
     pub dataset: Option<DatasetPlan>,
+    /// The formats of the dataset.
+    pub formats: FormatsPlan,
     pub strict: bool,
     /// Memory limit in bytes for a scene and its images.
     pub max_memory: Option<u64>,
@@ -70,10 +78,12 @@ impl RenderPlan {
         RenderPlan {
             scenes: scene_list(&args.scene.scenes)?,
             frames,
+            neighbours: FrameNeighbours::of_render(&args.frames),
             options,
             outputs,
             build: build_settings()?,
             dataset: None,
+            formats: FormatsPlan::default(),
             strict: args.common.strict,
             max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
@@ -99,10 +109,12 @@ impl RenderPlan {
         RenderPlan {
             scenes: scene_list(&args.scene.scenes)?,
             frames,
+            neighbours: turntable::neighbours(&args.turn),
             options,
             outputs,
             build: build_settings()?,
             dataset,
+            formats: FormatsPlan::from_args(&args.turn)?,
             strict: args.common.strict,
             max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
@@ -113,18 +125,26 @@ impl RenderPlan {
     /// Hash of everything that decides an image except the input files.
     pub fn settings_hash(&self, frame: &PlannedFrame) -> SettingsHash {
         let dataset = self.dataset.map(|dataset| (dataset.count, dataset.up));
+        let has_flow = self.options.aovs.aovs.iter().any(|aov| aov.is_flow());
+        let neighbours = has_flow.then(|| [-1, 1].map(|step| self.neighbours.frame(frame, step)));
         let frame = (frame.time, frame.angle, frame.orbit);
-        SettingsHash::of(&(&self.options, self.outputs.kind, frame, dataset)).strict(self.strict)
+        SettingsHash::of(&(&self.options, self.outputs.kind, frame, dataset, neighbours)).strict(self.strict)
     }
 
-    /// All files for frames of the `index`-th scene, counted from 1, with previews and `transforms.json`.
+    /// All files for frames of the `index`-th scene, counted from 1, with previews and the files of a dataset.
     pub fn output_files(&self, scene: &Path, index: usize, frames: &[PlannedFrame]) -> Vec<PathBuf> {
         let files_of = |frame| self.outputs.files(&self.outputs.target(scene, index, frame));
         let mut files: Vec<PathBuf> = frames.iter().flat_map(files_of).collect();
         // All frames of an animation have the same file.
         files.dedup();
-        files.extend(self.dataset.map(|dataset| dataset.transforms_file(&self.outputs, scene, index)));
+        files.extend(self.dataset_files(scene, index));
         files
+    }
+
+    /// The files that describe all views of the dataset of a scene.
+    pub fn dataset_files(&self, scene: &Path, index: usize) -> Vec<PathBuf> {
+        let transforms = self.dataset.map(|dataset| dataset.transforms_file(&self.outputs, scene, index));
+        transforms.map_or_else(Vec::new, |transforms| self.formats.shared_files(&transforms))
     }
 
     /// Checks that no two outputs have the same name and that none is an input. If the number of frames is known only
@@ -135,9 +155,11 @@ impl RenderPlan {
         let mut paths =
             PathConflicts::with_inputs(self.scenes.iter().chain(option_files.into_iter().flatten()));
         let report = process.report.as_deref();
+        self.neighbours.check(&self.options)?;
         self.outputs.check_stdout(&self.scenes, report.is_some_and(is_stdout))?;
         if let Some(dataset) = &self.dataset {
             dataset.check_names(&self.scenes, &self.outputs)?;
+            self.formats.check_names(dataset, &self.scenes, &self.outputs)?;
         }
         let frames = self.frames.known().filter(|frames| !frames.is_empty());
         let frames = frames.unwrap_or_else(|| vec![PlannedFrame::at(1, 0.0)]);

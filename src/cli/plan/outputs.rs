@@ -11,6 +11,7 @@ use crate::cli::args::OutputArgs;
 use crate::cli::console::is_stdout;
 use crate::cli::usage::UsageError;
 use crate::display::Background;
+use crate::integrator::Aov;
 use crate::output::{BitDepth, ImageFormat, Overwrite, read_fingerprint};
 
 /// Where one image is written.
@@ -73,10 +74,16 @@ impl Outputs {
         let replace = if args.no_overwrite { Overwrite::No } else { Overwrite::Yes };
         let mut outputs =
             Outputs { template: Some(template), kind, replace, resume: args.resume, previews: Vec::new() };
-        let OutputKind::Images(format, _) = outputs.kind else { return Ok(outputs) };
+        let OutputKind::Images(format, _) = outputs.kind else {
+            return match options.depth_unit {
+                Some(_) => Err(UsageError("--depth-unit applies only to images; remove it".into())),
+                None => Ok(outputs),
+            };
+        };
         if args.r#loop.is_some() {
             return Err(animation_only("--loop"));
         }
+        check_depth_unit(options, format)?;
         if !format.supports_layers() {
             outputs.previews = options.aovs.preview_names();
         }
@@ -162,6 +169,20 @@ fn name_pattern(output: Option<&Path>) -> Result<String, UsageError> {
 fn split_existing_folder(pattern: &str) -> (&str, &str) {
     let mut splits = pattern.rmatch_indices(is_separator).map(|(i, _)| pattern.split_at(i + 1));
     splits.find(|(folder, _)| Path::new(folder).is_dir()).unwrap_or(("", pattern))
+}
+
+/// Returns an error if --depth-unit has no effect.
+fn check_depth_unit(options: &RenderOptions, format: ImageFormat) -> Result<(), UsageError> {
+    let text = if options.depth_unit.is_none() {
+        return Ok(());
+    } else if format.supports_layers() {
+        "--depth-unit applies only to depth beside images; an .exr holds metres: remove it, or set -o to .png"
+    } else if !options.aovs.aovs.contains(&Aov::Depth) {
+        "--depth-unit applies only to --aov depth; add it"
+    } else {
+        return Ok(());
+    };
+    Err(UsageError(text.into()))
 }
 
 /// ImageFormat and bit depth of images with this name.

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::dataset::view_frame;
+use super::frame_neighbours::FrameNeighbours;
 use super::frames::{FrameSet, PlannedFrame};
 use super::render_options::{RenderOptions, TurntableRotation};
 use super::sequence_info::SequenceInfo;
@@ -47,6 +48,16 @@ pub fn frames(args: &TurnArgs, time: f64) -> Result<FrameSet, UsageError> {
         None => PlannedFrame { angle: angle(args, number), ..PlannedFrame::at(number, time) },
     };
     Ok(FrameSet::List(numbers[part].iter().map(frame).collect()))
+}
+
+/// The frames before and after each frame. The views of a dataset follow no order.
+pub fn neighbours(args: &TurnArgs) -> FrameNeighbours {
+    match args.views {
+        Some(_) => FrameNeighbours::None,
+        None => FrameNeighbours::Turntable {
+            angles: (1..=i64::from(args.count)).map(|number| angle(args, number)).collect(),
+        },
+    }
 }
 
 pub fn sequence_info(args: &TurnArgs) -> SequenceInfo {

@@ -73,19 +73,26 @@ impl TransformsFile<'_> {
         Err(error.into())
     }
 
-    fn file(&self) -> PathBuf {
+    pub fn file(&self) -> PathBuf {
         self.dataset.transforms_file(&self.plan.outputs, self.path, self.index)
     }
 
-    /// The content of the file, without marks of empty images.
-    fn describe(&self, clip_bounds: &ClipBoundsCache) -> Result<(Dataset, Vec<DatasetView>)> {
+    /// The scene at the start of its clip, and at the time of the dataset.
+    pub fn pose(&self, clip_bounds: &ClipBoundsCache) -> Result<(PosedScene<'_>, PosedScene<'_>)> {
         let TransformsFile { plan, dataset, scene, .. } = *self;
-        let options = &plan.options;
-        let animation = options.animation(scene)?;
+        let animation = plan.options.animation(scene)?;
         let time = dataset.time.min(clip_duration(scene, &animation)?);
         let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
             .with_clip_bounds_cache(clip_bounds);
         let posed = start.at_time(time);
+        Ok((start, posed))
+    }
+
+    /// The content of the file, without marks of empty images.
+    pub fn describe(&self, clip_bounds: &ClipBoundsCache) -> Result<(Dataset, Vec<DatasetView>)> {
+        let TransformsFile { plan, dataset, scene, .. } = *self;
+        let options = &plan.options;
+        let (start, posed) = self.pose(clip_bounds)?;
         let size = options.size_for(scene);
         let (width, height) = size;
         let dataset = Dataset {
@@ -138,6 +145,9 @@ fn marks_of_same(file: &Path, dataset: &Dataset, views: &[DatasetView]) -> Optio
 /// Metres per step of a dataset's 16-bit depth images, so that every point that a view can see has a depth. `None` if
 /// there are no such images.
 pub fn depth_step(plan: &RenderPlan, posed: &PosedScene, size: (u32, u32)) -> Result<Option<f64>> {
+    if plan.options.depth_unit.is_some() {
+        return Ok(plan.options.depth_unit);
+    }
     let Some(first) = plan.dataset.and_then(|dataset| dataset.frames().next()) else { return Ok(None) };
     if plan.outputs.holds_aovs() {
         return Ok(None);

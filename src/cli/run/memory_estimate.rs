@@ -57,6 +57,8 @@ fn estimate(plan: &RenderPlan, scene: &Scene, frames: usize) -> u64 {
     };
     // With several frames, one is prepared and one is written while one is rendered.
     let posed_frames = if frames > 1 && is_animated { 2 } else { 1 };
+    let neighbours = plan.options.aovs.aovs.iter().filter(|aov| aov.is_flow() && is_animated).count() as u64;
+    let posed_frames = posed_frames + neighbours;
     let images = if frames > 1 { 2 } else { 1 };
     (PROGRAM + scene.memory_size() + (posed_frames * (bvh + posed)).max(clip_bounds))
         .saturating_add(image_bytes(plan, scene).saturating_mul(images))

@@ -3,6 +3,8 @@
 pub(super) mod animation_writer;
 pub(super) mod assemble;
 mod dataset;
+mod dataset_files;
+mod depth_range;
 pub(super) mod empty_images;
 mod frame_files;
 mod framing;
@@ -10,6 +12,7 @@ mod framing;
 mod malloc_tuning;
 mod memory_estimate;
 mod metering;
+mod neighbour_frames;
 pub(super) mod panics;
 pub(super) mod posed_frame;
 pub(super) mod progress;

@@ -9,6 +9,7 @@ use anyhow::{Context, Error, Result};
 
 use super::animation_writer::AnimationWriter;
 use super::dataset::TransformsFile;
+use super::dataset_files::DatasetFiles;
 use super::empty_images::EmptyImages;
 use super::memory_estimate;
 use super::posed_frame::{PosedFrame, SceneSetup};
@@ -16,6 +17,7 @@ use super::progress::{ImageMonitor, SceneLog};
 use super::report::{Report, THUMBNAIL_SIDE};
 use super::session::{RenderSession, RenderedImage};
 use crate::batch::{FileDigests, fingerprint, run_pipeline};
+use crate::cli::args::values::DatasetFormat;
 use crate::cli::console::print_stdout;
 use crate::cli::files::create_parent_folder;
 use crate::cli::plan::{
@@ -70,8 +72,14 @@ impl SceneJob<'_> {
         self.check_files(&scene, &frames)?;
         let clip_bounds =
             if frames.is_empty() { ClipBoundsCache::default() } else { self.render(&scene, &frames)? };
+        if let Some(transforms) = self.transforms_file(&scene) {
+            for file in (DatasetFiles { transforms: &transforms, log: self.log }).write(&clip_bounds)? {
+                self.log.reporter.wrote(Some(self.path), &file);
+            }
+        }
         // transforms.json comes last: if it exists, all images do.
         if let Some(transforms) = self.transforms_file(&scene)
+            && self.plan.formats.has(DatasetFormat::Nerf)
             && let Some(file) = transforms.write(&clip_bounds, &self.views_shown)?
         {
             self.log.reporter.wrote(Some(self.path), &file);
@@ -90,7 +98,9 @@ impl SceneJob<'_> {
             paths.check_not_input(file, Writer::Scene(self.path)).map_err(Error::msg)?;
         }
         self.check_not_kept(&files)?;
-        if let Some(transforms) = self.transforms_file(scene) {
+        if let Some(transforms) = self.transforms_file(scene)
+            && self.plan.formats.has(DatasetFormat::Nerf)
+        {
             transforms.check()?;
         }
         if let Some(first) = files.first() {
@@ -105,12 +115,12 @@ impl SceneJob<'_> {
         Some(TransformsFile { plan: self.plan, dataset, scene, path: self.path, index: self.index })
     }
 
-    /// Returns an error if a file exists that --no-overwrite keeps. `transforms.json` is checked by its content, as
-    /// all tasks of a farm write it.
+    /// Returns an error if a file exists that --no-overwrite keeps. The files that describe all views are checked by their
+    /// content, as all tasks of a farm write them.
     fn check_not_kept(&self, files: &[PathBuf]) -> Result<()> {
         let plan = self.plan;
-        let transforms = plan.dataset.map(|d| d.transforms_file(&plan.outputs, self.path, self.index));
-        let mut images = files.iter().filter(|file| Some(*file) != transforms.as_ref());
+        let shared = plan.dataset_files(self.path, self.index);
+        let mut images = files.iter().filter(|file| !shared.contains(file));
         images.try_for_each(|file| Ok(check_overwrite(file, plan.outputs.replace)?))
     }
 

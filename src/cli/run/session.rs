@@ -1,21 +1,25 @@
 //! Renders the frames of a scene. Everything that frames share is resolved once at the start of the clip, so that
 //! nothing flickers and any part of the frames has the same pixels as in the complete sequence.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
 use glam::{DAffine3, DMat3};
 
+use super::depth_range::check_depth_range;
 use super::empty_images::{EmptyReason, empty_reason};
 use super::framing::{Framing, log_clip_bounds};
 use super::metering::{ResolvedExposure, resolve_exposure};
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::SceneLog;
-use crate::cli::plan::{PlannedFrame, RenderOptions, RenderPlan};
+use crate::cli::plan::{FrameNeighbours, PlannedFrame, RenderOptions, RenderPlan};
 use crate::display::{Display, ViewTransform};
-use crate::integrator::{Frame, Phong};
-use crate::output::{CropWindow, Picture};
-use crate::render::{AdaptiveSampling, ProgressMonitor, RenderSettings, render, render_aovs, render_mattes};
+use crate::integrator::{Frame, NeighbourFrames, Phong};
+use crate::output::{CropWindow, IdNames, Picture};
+use crate::render::{
+    AdaptiveSampling, ProgressMonitor, RenderSettings, render, render_mattes, render_moving_aovs,
+};
 use crate::scene::{
     Animation, AnimationChoice, Camera, Environment, GroundKind, Lighting, PoseSettings, PosedScene,
     ResolvedLighting, Scene,
@@ -27,6 +31,8 @@ pub struct RenderSession<'a> {
     pub setup: SceneSetup<'a>,
     pub exposure: ResolvedExposure,
     settings: RenderSettings,
+    pub neighbours: &'a FrameNeighbours,
+    id_names: Arc<IdNames>,
     display: Display,
     /// Rotation from the scene's world to that of AOVs.
     aov_world: DMat3,
@@ -96,6 +102,8 @@ impl<'a> RenderSession<'a> {
             setup,
             exposure,
             settings,
+            neighbours: &plan.neighbours,
+            id_names: id_names(plan, scene),
             display: Display { ev, view, background: options.background },
             aov_world: plan.dataset.map_or(DMat3::IDENTITY, |dataset| dataset.up.rotation()),
         };
@@ -128,7 +136,7 @@ impl<'a> RenderSession<'a> {
     pub fn render(
         &self,
         planned: &PlannedFrame,
-        posed_frame: &PosedFrame,
+        posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
         let camera = self.camera(planned, &posed_frame.posed)?;
@@ -140,7 +148,7 @@ impl<'a> RenderSession<'a> {
         &self,
         camera: Camera,
         planned: &PlannedFrame,
-        posed_frame: &PosedFrame,
+        posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
         let SceneSetup { options, log, framing, .. } = &self.setup;
@@ -157,8 +165,13 @@ impl<'a> RenderSession<'a> {
         let empty = empty_reason(&frame, settings, &pixels)?;
         let start = Instant::now();
         let scene_to_world = DAffine3::from_mat3(self.aov_world) * frame.scene_to_world;
-        let layers =
-            render_aovs(&Frame { scene_to_world, ..frame.clone() }, &options.aovs.aovs, settings, &())?;
+        let neighbours = self.neighbour_frames(planned, posed_frame)?;
+        let [previous, next] =
+            neighbours.each_ref().map(|n| n.as_ref().map(|n| n.frame(&self.setup)).transpose());
+        let (previous, next) = (previous?, next?);
+        let neighbours = NeighbourFrames { previous: previous.as_ref(), next: next.as_ref() };
+        let frame_in_world = Frame { scene_to_world, ..frame.clone() };
+        let layers = render_moving_aovs(&frame_in_world, &neighbours, &options.aovs.aovs, settings, &())?;
         let mattes =
             if options.aovs.cryptomatte { render_mattes(&frame, settings, &())? } else { Vec::new() };
         if !options.aovs.is_empty() {
@@ -167,7 +180,10 @@ impl<'a> RenderSession<'a> {
         let crop_window =
             settings.crop.map(|crop| CropWindow { crop, full_width: width, full_height: height });
         let depth_step = framing.depth_step;
-        let picture = Picture::new(pixels, self.display);
+        if options.depth_unit.is_some() {
+            check_depth_range(&layers, depth_step, planned.number, log)?;
+        }
+        let picture = Picture { id_names: self.id_names.clone(), ..Picture::new(pixels, self.display) };
         Ok(RenderedImage { picture: Picture { layers, mattes, crop_window, depth_step, ..picture }, empty })
     }
 }
@@ -177,6 +193,16 @@ pub struct RenderedImage {
     pub picture: Picture,
     /// The reason if it shows nothing.
     pub empty: Option<EmptyReason>,
+}
+
+/// The names for id layers, if there are any beside images.
+fn id_names(plan: &RenderPlan, scene: &Scene) -> Arc<IdNames> {
+    let has_names = plan.options.aovs.aovs.iter().any(|aov| aov.is_id()) && !plan.outputs.holds_aovs();
+    if !has_names {
+        return Arc::default();
+    }
+    let materials = scene.materials.iter().map(|material| material.name.clone()).collect();
+    Arc::new(IdNames { objects: scene.objects.clone(), materials })
 }
 
 /// The environment that images show, if they do.

@@ -1,15 +1,18 @@
 //! Parsers of option values. Their errors say which form is expected.
 
 mod camera;
+mod dataset;
 mod image;
 mod lights;
 mod numbers;
 
 pub use camera::{axis, clip, elevation, field_of_view, orbit};
+pub use dataset::{CategoryRule, DatasetFormat, DatasetFormats, category_rule, dataset_formats};
 pub use image::{
     AovSelection, BackgroundArg, Exposure, aovs, background, color, crop, exposure, image_background, size,
 };
 pub use lights::{AoArg, HdriArg, ao, hdri, lights, point_light, radius, strength, sun};
 pub use numbers::{
-    angle, bytes, direction, fraction, frame_count, glob, number, positive, smooth, triangle_counts, vector,
+    angle, bytes, depth_unit, direction, fraction, frame_count, glob, number, positive, smooth,
+    triangle_counts, vector,
 };

@@ -44,6 +44,15 @@ pub fn positive(text: &str) -> Result<f64, String> {
     if v > 0.0 { Ok(v) } else { Err("must be greater than zero".into()) }
 }
 
+/// `mm`, `m`, or metres per step.
+pub fn depth_unit(text: &str) -> Result<f64, String> {
+    match text {
+        "mm" => Ok(0.001),
+        "m" => Ok(1.0),
+        _ => positive(text).map_err(|e| format!("{e}; expected mm, m or metres per step")),
+    }
+}
+
 /// A number from 0 to 1.
 pub fn fraction(text: &str) -> Result<f32, String> {
     let v = number(text)?;

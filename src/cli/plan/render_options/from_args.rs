@@ -43,6 +43,7 @@ impl RenderOptions {
             exposure: image.exposure,
             view_transform: view_transform(image.view),
             aovs: aovs(image),
+            depth_unit: image.depth_unit,
             view: camera::view(camera)?,
             lighting: lights::lighting(light, &load_limits(process.max_memory), process.threads)?,
             shadows: !light.no_shadows,

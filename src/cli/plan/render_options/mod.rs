@@ -42,6 +42,8 @@ pub struct RenderOptions {
     /// `None` to choose by the origin of the scene.
     pub view_transform: Option<ViewTransform>,
     pub aovs: AovSelection,
+    /// Metres per step of 16-bit depth beside images, from --depth-unit.
+    pub depth_unit: Option<f64>,
     pub view: View,
     pub lighting: Lighting,
     pub shadows: bool,

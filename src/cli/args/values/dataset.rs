@@ -1,0 +1,102 @@
+//! Formats and categories of datasets.
+
+use super::numbers::glob;
+use crate::scene::Glob;
+
+/// A format of datasets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DatasetFormat {
+    Nerf,
+    Colmap,
+    Bop,
+    Coco,
+}
+
+const FORMATS: [(&str, DatasetFormat); 4] = [
+    ("nerf", DatasetFormat::Nerf),
+    ("colmap", DatasetFormat::Colmap),
+    ("bop", DatasetFormat::Bop),
+    ("coco", DatasetFormat::Coco),
+];
+
+/// The formats of a dataset, sorted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DatasetFormats(pub Vec<DatasetFormat>);
+
+impl Default for DatasetFormats {
+    fn default() -> DatasetFormats {
+        DatasetFormats(vec![DatasetFormat::Nerf])
+    }
+}
+
+/// A comma-separated list of formats.
+pub fn dataset_formats(text: &str) -> Result<DatasetFormats, String> {
+    let mut formats = Vec::new();
+    for name in text.split(',').map(str::trim) {
+        match FORMATS.into_iter().find(|(known, _)| *known == name) {
+            Some((_, format)) => formats.push(format),
+            None => {
+                let known = FORMATS.map(|(name, _)| name).join(", ");
+                return Err(format!("unknown format '{name}': expected {known}"));
+            }
+        }
+    }
+    formats.sort();
+    formats.dedup();
+    Ok(DatasetFormats(formats))
+}
+
+/// A rule that gives objects a category.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CategoryRule {
+    /// Each object name is a category.
+    Object,
+    /// The material of an object is its category.
+    Material,
+    /// Objects whose name or path matches.
+    Objects { category: String, glob: Glob },
+    /// Objects with a material whose name matches.
+    Materials { category: String, glob: Glob },
+}
+
+/// `object`, `material`, `NAME=GLOB` or `NAME=material:GLOB`.
+pub fn category_rule(text: &str) -> Result<CategoryRule, String> {
+    match (text, text.split_once('=')) {
+        ("object", _) => Ok(CategoryRule::Object),
+        ("material", _) => Ok(CategoryRule::Material),
+        (_, Some((category, pattern))) if !category.is_empty() && !pattern.is_empty() => {
+            let category = category.to_string();
+            Ok(match pattern.strip_prefix("material:") {
+                Some(pattern) => CategoryRule::Materials { category, glob: glob(pattern)? },
+                None => CategoryRule::Objects { category, glob: glob(pattern)? },
+            })
+        }
+        _ => Err("expected object, material, NAME=GLOB or NAME=material:GLOB".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_are_a_list_without_order() {
+        let formats = |text: &str| dataset_formats(text).map(|formats| formats.0);
+        assert_eq!(formats("coco, nerf,coco"), Ok(vec![DatasetFormat::Nerf, DatasetFormat::Coco]));
+        assert!(formats("nerf,kitti").unwrap_err().contains("'kitti': expected nerf, colmap, bop, coco"));
+        assert_eq!(DatasetFormats::default().0, [DatasetFormat::Nerf]);
+    }
+
+    #[test]
+    fn category_rules_are_words_or_patterns() {
+        assert_eq!(category_rule("object"), Ok(CategoryRule::Object));
+        assert_eq!(category_rule("material"), Ok(CategoryRule::Material));
+        assert!(
+            matches!(category_rule("wheel=car/wheel*"), Ok(CategoryRule::Objects { category, .. }) if category == "wheel")
+        );
+        assert!(matches!(category_rule("glass=material:*glass"), Ok(CategoryRule::Materials { .. })));
+        for wrong in ["", "objects", "=x", "x=", "x=[", "x=material:["] {
+            assert!(category_rule(wrong).is_err(), "{wrong}");
+        }
+    }
+}

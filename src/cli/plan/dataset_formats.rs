@@ -1,0 +1,159 @@
+//! `--dataset`: the formats of a dataset, and where their files are.
+
+use std::path::{Path, PathBuf};
+
+use super::dataset::DatasetPlan;
+use super::outputs::{OutputKind, Outputs, Target};
+use crate::cli::args::TurnArgs;
+use crate::cli::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
+use crate::cli::usage::UsageError;
+
+/// The formats of a dataset.
+#[derive(Clone, Debug, Default)]
+pub struct FormatsPlan {
+    formats: DatasetFormats,
+    /// The first rule that applies to an object decides its category. Never empty.
+    pub categories: Vec<CategoryRule>,
+}
+
+/// The annotations of COCO.
+const ANNOTATIONS: &str = "annotations.json";
+/// The folder of images in datasets of COLMAP and BOP.
+const COLMAP_IMAGES: &str = "images";
+const BOP_IMAGES: &str = "rgb";
+
+impl FormatsPlan {
+    pub fn from_args(args: &TurnArgs) -> Result<FormatsPlan, UsageError> {
+        let formats = args.dataset.clone().unwrap_or_default();
+        let has_categories = !args.category.is_empty();
+        if has_categories && !formats.0.contains(&DatasetFormat::Coco) {
+            return Err(UsageError("--category applies only to --dataset coco; add it".into()));
+        }
+        let categories = if has_categories { args.category.clone() } else { vec![CategoryRule::Object] };
+        Ok(FormatsPlan { formats, categories })
+    }
+
+    pub fn has(&self, format: DatasetFormat) -> bool {
+        self.formats.0.contains(&format)
+    }
+
+    /// The files that describe all views of a scene. Masks and models are not among them, as their number depends on the
+    /// scene. `transforms` is the `transforms.json` of the scene.
+    pub fn shared_files(&self, transforms: &Path) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        if self.has(DatasetFormat::Nerf) {
+            files.push(transforms.to_path_buf());
+        }
+        if self.has(DatasetFormat::Coco) {
+            files.push(coco_file(transforms));
+        }
+        if self.has(DatasetFormat::Colmap) {
+            let folder = colmap_folder(transforms);
+            files.extend(["cameras.txt", "images.txt", "points3D.txt"].map(|name| folder.join(name)));
+        }
+        if self.has(DatasetFormat::Bop) {
+            let folders = BopFolders::of(transforms);
+            let names = ["scene_camera.json", "scene_gt.json", "scene_gt_info.json"];
+            files.extend(names.map(|name| folders.scene.join(name)));
+            files.push(folders.models.join("models_info.json"));
+        }
+        files
+    }
+
+    /// Checks that the formats support the names and folders of images.
+    pub fn check_names(
+        &self,
+        dataset: &DatasetPlan,
+        scenes: &[PathBuf],
+        outputs: &Outputs,
+    ) -> Result<(), UsageError> {
+        for (i, scene) in scenes.iter().enumerate() {
+            let mut frames = dataset.frames();
+            let first = frames.next().map(|frame| (frame.number, outputs.target(scene, i + 1, &frame)));
+            let last = frames.last().map(|frame| (frame.number, outputs.target(scene, i + 1, &frame)));
+            for (number, target) in [first, last].into_iter().flatten() {
+                let Target::File(image) = target else { continue };
+                if self.has(DatasetFormat::Colmap) {
+                    check_colmap_name(&image)?;
+                }
+                if self.has(DatasetFormat::Bop) {
+                    check_bop_name(&image, number, outputs)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The annotations beside the images.
+pub fn coco_file(transforms: &Path) -> PathBuf {
+    transforms.with_file_name(ANNOTATIONS)
+}
+
+/// The folder of COLMAP's model: `sparse/0`, beside a folder `images`, else beside the images.
+pub fn colmap_folder(transforms: &Path) -> PathBuf {
+    let images = transforms.parent().unwrap_or(Path::new(""));
+    let folder = if images.ends_with(COLMAP_IMAGES) { images.parent().unwrap_or(images) } else { images };
+    folder.join("sparse/0")
+}
+
+/// The folders of a dataset for BOP whose images are `ROOT/SPLIT/SCENE/rgb/*`.
+pub struct BopFolders {
+    /// `ROOT/SPLIT/SCENE`.
+    pub scene: PathBuf,
+    /// `ROOT/models`.
+    pub models: PathBuf,
+}
+
+impl BopFolders {
+    pub fn of(transforms: &Path) -> BopFolders {
+        let up = |path: &Path| path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let scene = up(&up(transforms));
+        let models = up(&up(&scene)).join("models");
+        BopFolders { scene, models }
+    }
+}
+
+fn check_colmap_name(image: &Path) -> Result<(), UsageError> {
+    let name = image.file_name().unwrap_or_default().to_string_lossy();
+    if name.contains(char::is_whitespace) {
+        let text = format!(
+            "--dataset colmap: COLMAP reads no spaces in names of images, such as {name}; set another name with -o"
+        );
+        return Err(UsageError(text));
+    }
+    Ok(())
+}
+
+fn check_bop_name(image: &Path, number: i64, outputs: &Outputs) -> Result<(), UsageError> {
+    let name = image.file_stem().unwrap_or_default();
+    let is_image = matches!(outputs.kind, OutputKind::Images(format, _) if !format.supports_layers());
+    let folders: Vec<_> = image.parent().into_iter().flat_map(Path::ancestors).collect();
+    let is_deep = folders.len() > 3 && folders[0].ends_with(BOP_IMAGES);
+    if is_image && is_deep && name == format!("{number:06}").as_str() {
+        return Ok(());
+    }
+    Err(UsageError(
+        "--dataset bop: BOP's tools read images named ROOT/SPLIT/SCENE/rgb/000001.png; set \
+         -o ROOT/train/000001/rgb/######.png"
+            .into(),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_follow_from_that_of_the_images() {
+        assert_eq!(colmap_folder(Path::new("a/images/transforms.json")), Path::new("a/sparse/0"));
+        assert_eq!(colmap_folder(Path::new("images/transforms.json")), Path::new("sparse/0"));
+        assert_eq!(colmap_folder(Path::new("a/transforms.json")), Path::new("a/sparse/0"));
+        assert_eq!(colmap_folder(Path::new("transforms.json")), Path::new("sparse/0"));
+        let BopFolders { scene, models } =
+            BopFolders::of(Path::new("tower/train/000001/rgb/transforms.json"));
+        assert_eq!((scene, models), ("tower/train/000001".into(), "tower/models".into()));
+        let BopFolders { models, .. } = BopFolders::of(Path::new("train/000001/rgb/transforms.json"));
+        assert_eq!(models, Path::new("models"));
+    }
+}

@@ -1,0 +1,86 @@
+//! The frames before and after a frame, to which layers of flow lead.
+
+use super::frames::{DEFAULT_FPS, PlannedFrame};
+use super::render_options::RenderOptions;
+use crate::cli::args::FrameArgs;
+use crate::cli::usage::UsageError;
+
+/// The frames before and after each frame, whichever frames are rendered.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FrameNeighbours {
+    /// A single time, or views that follow no order.
+    None,
+    /// Frames of an animation.
+    Animation {
+        /// Frames per second.
+        fps: f64,
+    },
+    /// Frames of a turntable, which starts again after the last frame.
+    Turntable {
+        /// The rotation of each frame in radians.
+        angles: Vec<f64>,
+    },
+}
+
+impl FrameNeighbours {
+    /// Those of `render`.
+    pub fn of_render(args: &FrameArgs) -> FrameNeighbours {
+        match (&args.frames, args.frame) {
+            (None, None) => FrameNeighbours::None,
+            _ => FrameNeighbours::Animation { fps: args.fps.unwrap_or(DEFAULT_FPS) },
+        }
+    }
+
+    /// The frame `step` frames later, or earlier if it is negative.
+    pub fn frame(&self, frame: &PlannedFrame, step: i64) -> Option<PlannedFrame> {
+        let number = frame.number.saturating_add(step);
+        match self {
+            FrameNeighbours::None => None,
+            // A whole frame has exactly the time of the frame list.
+            FrameNeighbours::Animation { fps } if frame.time == frame.number as f64 / fps => {
+                Some(PlannedFrame { number, time: number as f64 / fps, ..*frame })
+            }
+            FrameNeighbours::Animation { fps } => {
+                Some(PlannedFrame { number, time: frame.time + step as f64 / fps, ..*frame })
+            }
+            FrameNeighbours::Turntable { angles } => {
+                let count = i64::try_from(angles.len()).ok().filter(|&count| count > 0)?;
+                let number = (number - 1).rem_euclid(count) + 1;
+                let angle = *angles.get(usize::try_from(number - 1).ok()?)?;
+                Some(PlannedFrame { number, angle, ..*frame })
+            }
+        }
+    }
+
+    /// Returns an error if `options` have layers of flow, and there are no frames before and after.
+    pub fn check(&self, options: &RenderOptions) -> Result<(), UsageError> {
+        let flow = options.aovs.aovs.iter().find(|aov| aov.is_flow());
+        match (self, flow) {
+            (FrameNeighbours::None, Some(aov)) => Err(UsageError(format!(
+                "--aov {}: flow leads from frame to frame; set --frame or --frames, or use turntable without --views",
+                aov.name()
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_are_the_frames_of_the_complete_sequence() {
+        let clip = FrameNeighbours::Animation { fps: 24.0 };
+        let seventh = PlannedFrame::at(7, 7.0 / 24.0);
+        assert_eq!(clip.frame(&seventh, 1), Some(PlannedFrame::at(8, 8.0 / 24.0)));
+        assert_eq!(clip.frame(&seventh, -1), Some(PlannedFrame::at(6, 6.0 / 24.0)));
+        let between = PlannedFrame::at(7, 7.5 / 24.0);
+        assert_eq!(clip.frame(&between, 1).map(|f| f.time), Some(7.5 / 24.0 + 1.0 / 24.0));
+        let turn = FrameNeighbours::Turntable { angles: vec![0.0, 1.0, 2.0] };
+        let at = |number: i64, angle: f64| PlannedFrame { angle, ..PlannedFrame::at(number, 0.5) };
+        assert_eq!(turn.frame(&at(3, 2.0), 1), Some(at(1, 0.0)));
+        assert_eq!(turn.frame(&at(1, 0.0), -1), Some(at(3, 2.0)));
+        assert_eq!(FrameNeighbours::None.frame(&seventh, 1), None);
+    }
+}

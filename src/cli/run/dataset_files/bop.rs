@@ -1,0 +1,147 @@
+//! The files of BOP: cameras and poses, masks, depth, and models.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use glam::{DVec2, DVec3};
+use serde_json::{Map, Value};
+
+use super::{DatasetContext, DatasetFiles, ImageMasks};
+use crate::batch::{
+    BopObject, BopScene, DatasetView, Pinhole, PosedObject, RigidPose, WorldUp, posed_objects,
+};
+use crate::cli::plan::BopFolders;
+use crate::integrator::{Aov, Frame};
+use crate::output::encode_mask;
+use crate::render::{MaskRect, RenderSettings};
+
+/// Writes the files of a scene.
+pub struct BopWriter<'a> {
+    files: &'a DatasetFiles<'a>,
+    context: &'a DatasetContext<'a>,
+    folders: BopFolders,
+    objects: BTreeMap<u32, PosedObject>,
+    scene: BopScene,
+}
+
+impl<'a> BopWriter<'a> {
+    pub fn new(files: &'a DatasetFiles<'a>, context: &'a DatasetContext<'a>) -> BopWriter<'a> {
+        BopWriter {
+            files,
+            context,
+            folders: BopFolders::of(&files.transforms.file()),
+            objects: posed_objects(context.frame.posed),
+            scene: BopScene::default(),
+        }
+    }
+
+    /// Adds a view. Writes its masks and depth image if it is one of this task.
+    pub fn add_view(
+        &mut self,
+        number: i64,
+        view: &DatasetView,
+        masks: &[ImageMasks],
+        is_own: bool,
+    ) -> Result<()> {
+        let dataset = &self.context.dataset;
+        let pinhole = Pinhole::new(&view.camera, dataset.size, dataset.window);
+        let world_to_camera = RigidPose::world_to_camera(&view.camera, dataset.up);
+        let to_world = |pose: &RigidPose| in_world(pose, dataset.up);
+        let object = |mask: &ImageMasks| {
+            let pose = to_world(&self.objects.get(&mask.object)?.pose);
+            Some(BopObject {
+                object: mask.object,
+                model_to_camera: world_to_camera.after(&pose),
+                all_pixels: mask.all_pixels,
+                valid_pixels: mask.amodal.area(),
+                visible_pixels: mask.visible.area(),
+                bounds: mask.all_bounds,
+                visible_bounds: mask.visible.bounds(),
+            })
+        };
+        let objects: Vec<BopObject> = masks.iter().filter_map(object).collect();
+        let step = dataset.depth_step.unwrap_or(1.0);
+        self.scene.add_image(number, &pinhole, &world_to_camera, step, &objects);
+        if !is_own {
+            return Ok(());
+        }
+        for (k, mask) in masks.iter().enumerate() {
+            let name = format!("{number:06}_{k:06}.png");
+            for (folder, pixels) in [("mask", &mask.amodal), ("mask_visib", &mask.visible)] {
+                let size = (pinhole.width, pinhole.height);
+                let bytes = encode_mask(size, &pixels.to_bytes(size.0, size.1))?;
+                self.files.write_file(&self.folders.scene.join(folder).join(&name), &bytes)?;
+            }
+        }
+        self.write_depth(number, view)
+    }
+
+    /// Writes the depth image under the name that BOP's tools read.
+    fn write_depth(&self, number: i64, view: &DatasetView) -> Result<()> {
+        let image = self.files.transforms.file().with_file_name(&view.file);
+        let depth = image.with_extension(format!("{}.png", Aov::Depth.name()));
+        let bytes = fs::read(&depth).with_context(|| format!("{} cannot be read", depth.display()))?;
+        let name = format!("{number:06}.png");
+        self.files.write_file(&self.folders.scene.join("depth").join(name), &bytes)?;
+        Ok(())
+    }
+
+    /// Writes the models and the files that describe all views. Returns the latter.
+    pub fn finish(self) -> Result<Vec<PathBuf>> {
+        let mut info = Map::new();
+        for (object, posed) in &self.objects {
+            let model = posed.model(self.context.frame.posed);
+            if model.triangles.is_empty() {
+                continue;
+            }
+            info.insert(object.to_string(), model.info());
+            self.files
+                .write_file(&self.folders.models.join(format!("obj_{object:06}.ply")), &model.to_ply())?;
+        }
+        let mut written = Vec::new();
+        let info = format!("{:#}\n", Value::Object(info));
+        written
+            .extend(self.files.write_file(&self.folders.models.join("models_info.json"), info.as_bytes())?);
+        for (name, text) in self.scene.files() {
+            written.extend(self.files.write_file(&self.folders.scene.join(name), text.as_bytes())?);
+        }
+        Ok(written)
+    }
+}
+
+/// The pose in the dataset's world of an object with a pose in blinn's.
+fn in_world(pose: &RigidPose, up: WorldUp) -> RigidPose {
+    RigidPose { rotation: up.rotation() * pose.rotation, translation: up.rotation() * pose.translation }
+}
+
+/// The pixels in which amodal masks are traced: those of the image, and beyond it what the scene's bounds cover, up to
+/// three times the width and height of the image as in BOP's toolkit.
+pub fn canvas(frame: &Frame, settings: &RenderSettings) -> MaskRect {
+    let window = MaskRect::from(settings.window());
+    let (width, height) = (i64::from(window.width), i64::from(window.height));
+    let low = [i64::from(window.x) - width, i64::from(window.y) - height];
+    let high = [i64::from(window.x) + 2 * width, i64::from(window.y) + 2 * height];
+    let bounds = frame.posed.bounds();
+    let corner = |i: usize| {
+        let pick = |k: usize| if i >> k & 1 == 0 { bounds.min[k] } else { bounds.max[k] };
+        let film = frame.camera.project(DVec3::new(pick(0), pick(1), pick(2)))?;
+        let size = DVec2::new(settings.width.into(), settings.height.into());
+        Some(DVec2::new(film.x, 1.0 - film.y) * size)
+    };
+    let corners: Option<Vec<DVec2>> = (0..8).map(corner).collect();
+    // Bounds that reach behind the eye may cover everything.
+    let (first, last) = match corners {
+        Some(corners) => (
+            corners.iter().fold(DVec2::INFINITY, |low, p| low.min(*p)),
+            corners.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p)),
+        ),
+        None => (DVec2::NEG_INFINITY, DVec2::INFINITY),
+    };
+    let from = |k: usize, start: i32| (first[k].floor() as i64).clamp(low[k], i64::from(start));
+    let to = |k: usize, end: i32| (last[k].ceil() as i64).clamp(i64::from(end), high[k]);
+    let (x, y) = (from(0, window.x), from(1, window.y));
+    let (right, bottom) = (to(0, window.right()), to(1, window.bottom()));
+    MaskRect { x: x as i32, y: y as i32, width: (right - x) as u32, height: (bottom - y) as u32 }
+}

@@ -1,0 +1,52 @@
+//! The sparse model of COLMAP.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use glam::DVec2;
+
+use super::{DatasetContext, DatasetFiles};
+use crate::batch::{ColmapImage, ColmapModel, ColmapPoint, Pinhole, RigidPose};
+use crate::cli::plan::colmap_folder;
+use crate::render::trace_surface_tracks;
+use crate::scene::{Camera, linear_to_srgb8};
+
+/// Points that are chosen on the surface; those that several images see are written.
+const POINTS: usize = 20_000;
+/// Most images in which points are searched, evenly distributed over all.
+const MAX_IMAGES: usize = 512;
+
+impl DatasetFiles<'_> {
+    /// Writes the model and returns its files.
+    pub(super) fn write_colmap(&self, context: &DatasetContext) -> Result<Vec<PathBuf>> {
+        let DatasetContext { dataset, views, frame, settings } = context;
+        let image = |view: &super::NumberedView| ColmapImage {
+            name: view.view.file.clone(),
+            pinhole: Pinhole::new(&view.view.camera, dataset.size, dataset.window),
+            world_to_camera: RigidPose::world_to_camera(&view.view.camera, dataset.up),
+        };
+        let step = views.len().div_ceil(MAX_IMAGES).max(1);
+        let cameras: Vec<Camera> = views.iter().step_by(step).map(|view| view.view.camera).collect();
+        let tracks = trace_surface_tracks(frame, &cameras, settings, POINTS, &())?;
+        let corner = DVec2::new(dataset.window.x.into(), dataset.window.y.into());
+        let points = tracks.into_iter().map(|track| ColmapPoint {
+            position: dataset.up.rotation() * track.position,
+            color: track.color.to_array().map(linear_to_srgb8),
+            observations: track
+                .observations
+                .into_iter()
+                .map(|(view, pixel)| (view as usize * step, pixel - corner))
+                .collect(),
+        });
+        let model = ColmapModel { points: points.collect(), images: views.iter().map(image).collect() };
+        let texts = model.texts();
+        let folder = colmap_folder(&self.transforms.file());
+        let mut written = Vec::new();
+        for (name, text) in
+            [("cameras.txt", texts.cameras), ("images.txt", texts.images), ("points3D.txt", texts.points)]
+        {
+            written.extend(self.write_file(&folder.join(name), text.as_bytes())?);
+        }
+        Ok(written)
+    }
+}

@@ -1,0 +1,185 @@
+//! Writes a dataset in the formats of COLMAP, BOP and COCO.
+//!
+//! Everything is computed from the scene and the cameras of all views, also of those that --only or --chunk leave out, so
+//! that all tasks of a farm write the same files. Only masks and depth images belong to the views of a task.
+
+mod bop;
+mod categories;
+mod colmap;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+
+use self::bop::BopWriter;
+use self::categories::ObjectCategories;
+use super::dataset::TransformsFile;
+use super::progress::SceneLog;
+use crate::accel::Accel;
+use crate::batch::{CocoDataset, CocoObject, Dataset, DatasetView};
+use crate::cli::args::values::DatasetFormat;
+use crate::cli::files::create_parent_folder;
+use crate::cli::plan::{BackFaceCulling, coco_file};
+use crate::integrator::Frame;
+use crate::output::{Overwrite, SaveError, write_atomically};
+use crate::render::{MaskRect, ObjectMask, PixelMask, RenderSettings, render_object_masks};
+use crate::scene::{Camera, ClipBoundsCache, PosedScene};
+
+/// The files of a scene's dataset, apart from `transforms.json`.
+pub struct DatasetFiles<'a> {
+    pub transforms: &'a TransformsFile<'a>,
+    pub log: &'a SceneLog<'a>,
+}
+
+/// What all formats describe.
+pub struct DatasetContext<'a> {
+    dataset: Dataset,
+    views: Vec<NumberedView>,
+    /// The scene as eye rays see it; the camera is that of the first view.
+    frame: Frame<'a>,
+    settings: RenderSettings,
+}
+
+/// A view with its number.
+pub struct NumberedView {
+    number: i64,
+    view: DatasetView,
+}
+
+impl DatasetFiles<'_> {
+    /// Writes all files and returns those that describe all views.
+    pub fn write(&self, clip_bounds: &ClipBoundsCache) -> Result<Vec<PathBuf>> {
+        let formats = &self.transforms.plan.formats;
+        let has = |format: DatasetFormat| formats.has(format);
+        if !(has(DatasetFormat::Colmap) || has(DatasetFormat::Bop) || has(DatasetFormat::Coco)) {
+            return Ok(Vec::new());
+        }
+        let start = Instant::now();
+        let (_, posed) = self.transforms.pose(clip_bounds)?;
+        let (dataset, views) = self.transforms.describe(clip_bounds)?;
+        let Some(camera) = views.first().map(|view| view.camera) else { return Ok(Vec::new()) };
+        let (accel, _) = Accel::build(&posed, &self.transforms.plan.build);
+        let numbers = self.transforms.dataset.frames().map(|frame| frame.number);
+        let context = DatasetContext {
+            views: numbers.zip(views).map(|(number, view)| NumberedView { number, view }).collect(),
+            frame: self.frame(&posed, &accel, camera),
+            settings: self.settings(&dataset),
+            dataset,
+        };
+        let mut written = Vec::new();
+        if has(DatasetFormat::Coco) || has(DatasetFormat::Bop) {
+            written.extend(self.write_masks(&context)?);
+        }
+        if has(DatasetFormat::Colmap) {
+            written.extend(self.write_colmap(&context)?);
+        }
+        self.log.stage("dataset", start, &format!("{} views", context.views.len()));
+        Ok(written)
+    }
+
+    /// The posed scene with the faces that eye rays hit.
+    fn frame<'p>(&self, posed: &'p PosedScene<'p>, accel: &'p Accel, camera: Camera) -> Frame<'p> {
+        let options = &self.transforms.plan.options;
+        let lit = options.lighting.resolve(posed, &camera);
+        let cull_back_faces = options.cull != BackFaceCulling::Off;
+        Frame { cull_back_faces, ..Frame::new(posed, accel, camera, &lit) }
+    }
+
+    fn settings(&self, dataset: &Dataset) -> RenderSettings {
+        let (width, height) = dataset.size;
+        RenderSettings { width, height, ..self.transforms.plan.options.settings }
+    }
+
+    /// Writes what depends on the masks of objects: the formats of COCO and BOP.
+    fn write_masks(&self, context: &DatasetContext) -> Result<Vec<PathBuf>> {
+        let plan = self.transforms.plan;
+        let scene = self.transforms.scene;
+        let window = MaskRect::from(context.dataset.window);
+        let categories = ObjectCategories::new(scene, &plan.formats.categories)?;
+        let mut coco = CocoDataset::new((window.width, window.height), categories.names.clone());
+        let mut bop = plan.formats.has(DatasetFormat::Bop).then(|| BopWriter::new(self, context));
+        let own: BTreeSet<i64> =
+            plan.frames.known().unwrap_or_default().iter().map(|frame| frame.number).collect();
+        for NumberedView { number, view } in &context.views {
+            let frame = Frame { camera: view.camera, ..context.frame.clone() };
+            let traced = if bop.is_some() { bop::canvas(&frame, &context.settings) } else { window };
+            let masks = render_object_masks(&frame, &context.settings, traced, &())?;
+            let masks: Vec<ImageMasks> = masks.iter().map(|mask| ImageMasks::new(mask, window)).collect();
+            let object = |mask: &ImageMasks| {
+                let category = categories.of(mask.object)?;
+                let index = (mask.object as usize).checked_sub(1)?;
+                let name = scene.objects.get(index).map_or("", String::as_str);
+                Some((mask.object, name, category))
+            };
+            coco.add_image(
+                *number,
+                &view.file,
+                masks.iter().filter_map(|mask| {
+                    let (object, name, category) = object(mask)?;
+                    Some(CocoObject { object, name, category, visible: &mask.visible, amodal: &mask.amodal })
+                }),
+            );
+            if let Some(bop) = &mut bop {
+                bop.add_view(*number, view, &masks, own.contains(number))?;
+            }
+        }
+        let mut written = Vec::new();
+        if plan.formats.has(DatasetFormat::Coco) {
+            written.extend(self.write_file(&coco_file(&self.transforms.file()), coco.to_json().as_bytes())?);
+        }
+        if let Some(bop) = bop {
+            written.extend(bop.finish()?);
+        }
+        Ok(written)
+    }
+
+    /// Writes a file and returns its path, or `None` if --no-overwrite keeps one with the same content.
+    fn write_file(&self, file: &Path, bytes: &[u8]) -> Result<Option<PathBuf>> {
+        let replace = self.transforms.plan.outputs.replace;
+        if replace == Overwrite::No && fs::read(file).is_ok_and(|known| known == bytes) {
+            return Ok(None);
+        }
+        create_parent_folder(file)?;
+        match write_atomically(file, bytes, replace) {
+            Ok(()) => Ok(Some(file.to_path_buf())),
+            // Another task wrote the same file meanwhile.
+            Err(_) if replace == Overwrite::No && fs::read(file).is_ok_and(|known| known == bytes) => {
+                Ok(None)
+            }
+            Err(cause) => Err(SaveError { path: file.to_path_buf(), cause }).context("--dataset"),
+        }
+    }
+}
+
+/// The masks of an object in an image.
+pub struct ImageMasks {
+    object: u32,
+    /// Within the image.
+    visible: PixelMask,
+    amodal: PixelMask,
+    /// All pixels that were traced, also outside the image.
+    all_pixels: u64,
+    /// Their bounds.
+    all_bounds: Option<MaskRect>,
+}
+
+impl ImageMasks {
+    /// The masks within `window`, counted from its upper left corner.
+    fn new(mask: &ObjectMask, window: MaskRect) -> ImageMasks {
+        let moved = |bounds: MaskRect| MaskRect {
+            x: bounds.x.saturating_sub(window.x),
+            y: bounds.y.saturating_sub(window.y),
+            ..bounds
+        };
+        ImageMasks {
+            object: mask.object,
+            visible: mask.visible.cropped(window),
+            amodal: mask.amodal.cropped(window),
+            all_pixels: mask.amodal.area(),
+            all_bounds: mask.amodal.bounds().map(moved),
+        }
+    }
+}

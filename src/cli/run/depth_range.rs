@@ -1,0 +1,22 @@
+//! Checks that 16-bit depth holds the depths of an image.
+
+use anyhow::Result;
+
+use super::progress::SceneLog;
+use crate::integrator::Aov;
+use crate::render::AovLayer;
+
+/// Warns of depths that a 16-bit image with `step` metres per unit cannot store. They become 65535.
+pub fn check_depth_range(layers: &[AovLayer], step: Option<f64>, frame: i64, log: &SceneLog) -> Result<()> {
+    let Some(step) = step else { return Ok(()) };
+    let depths = layers.iter().filter(|layer| layer.aov == Aov::Depth).flat_map(|layer| &layer.values);
+    let farthest = depths.copied().filter(|depth| depth.is_finite()).fold(0.0, f32::max);
+    let largest = step * f64::from(u16::MAX);
+    if f64::from(farthest) <= largest + 0.5 * step {
+        return Ok(());
+    }
+    log.warn(&format!(
+        "frame {frame} has depths up to {farthest} m, but 16 bits in units of {step} m hold at most {largest} m; farther \
+         points are stored as 65535; set a larger --depth-unit"
+    ))
+}
