@@ -5,6 +5,7 @@
 //! - `assemble`: `blinn assemble` over frames on disk
 //! - `bench`: what `blinn bench` counts, writes, reads and compares
 //! - `camera`: `--orbit`, `--zoom`, f3d's camera flags, `--hide`, `--only-objects`
+//! - `dataset_formats`: `turntable --dataset`: COLMAP, BOP and COCO
 //! - `datasets`: `turntable --views`, its layers and `transforms.json`
 //! - `empty_images`: images that show nothing, and the reason
 //! - `examples`: the programs in docs/examples; they need `cargo build --examples`
@@ -30,6 +31,7 @@ mod animation_output;
 mod assemble;
 mod bench;
 mod camera;
+mod dataset_formats;
 mod datasets;
 mod empty_images;
 mod examples;

@@ -9,6 +9,7 @@
 //! - `ggx_materials`: physical materials against the GGX surface that they stand for
 //! - `golden`: reference images of each shading term and each model
 //! - `lecture`: every row of the lecture's formulas
+//! - `object_masks`: masks of objects, alone and hidden, and tracks of surface points
 //! - `reflections`: white furnaces of metals, plastics and clear coats, and what stays matte
 //! - `scale_invariance`: pictures at other scales and far from the origin
 //! - `secondary_rays`: mirrors and glass
@@ -30,6 +31,7 @@ mod environment;
 mod ggx_materials;
 mod golden;
 mod lecture;
+mod object_masks;
 mod reflections;
 mod scale_invariance;
 mod secondary_rays;

@@ -1,0 +1,137 @@
+//! `turntable --views --dataset`: the formats of COLMAP, BOP and COCO. `.ci/datasets.py` reads them with other programs.
+
+use serde_json::Value;
+
+use crate::common::program::*;
+
+const SMALL: &str = "--size 48x36 -s 1 -q";
+
+fn json(folder: &std::path::Path, file: &str) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(folder.join(file)).unwrap()).unwrap()
+}
+
+/// All tasks of a farm together write what one run writes, and interrupted runs are completed.
+#[test]
+fn shares_and_resumed_runs_equal_the_whole() {
+    let (_dir, at) = folder();
+    let scene = model("assembly/assembly.glb");
+    let line = format!("turntable {scene} --views 4 {SMALL} --dataset nerf,colmap,bop,coco");
+    let images = |folder: &str| format!("{folder}/train/000001/rgb/######.png");
+    runs(&at, &format!("{line} -o {}", images("whole")));
+    let whole = files(&at.join("whole"));
+    for file in [
+        "models/models_info.json",
+        "models/obj_000001.ply",
+        "train/000001/scene_camera.json",
+        "train/000001/scene_gt.json",
+        "train/000001/scene_gt_info.json",
+        "train/000001/depth/000004.png",
+        "train/000001/mask/000001_000000.png",
+        "train/000001/mask_visib/000001_000000.png",
+        "train/000001/rgb/000002.png",
+        "train/000001/rgb/annotations.json",
+        "train/000001/rgb/sparse/0/points3D.txt",
+        "train/000001/rgb/transforms.json",
+    ] {
+        assert!(whole.contains_key(file), "{file} is missing: {:?}", whole.keys());
+    }
+    for share in ["--chunk 1/2 --no-overwrite", "--chunk 2/2 --no-overwrite"] {
+        runs(&at, &format!("{line} -o {} {share}", images("parts")));
+    }
+    assert!(files(&at.join("parts")) == whole);
+    // A killed run may lack any file.
+    for lost in ["train/000001/scene_gt.json", "train/000001/mask/000002_000001.png", "models/obj_000002.ply"]
+    {
+        std::fs::remove_file(at.join("parts").join(lost)).unwrap();
+    }
+    std::fs::remove_file(at.join("parts/train/000001/rgb/000003.png")).unwrap();
+    runs(&at, &format!("{line} -o {} --resume", images("parts")));
+    assert!(files(&at.join("parts")) == whole);
+    let dry = blinn(&at, &format!("{line} -o {} --dry-run", images("x"))).stdout;
+    let dry = String::from_utf8(dry).unwrap();
+    assert!(dry.contains("x/train/000001/scene_gt.json\n") && dry.contains("x/models/models_info.json\n"));
+}
+
+/// Without `--dataset`, only `transforms.json` is written; with another format, only that.
+#[test]
+fn only_the_formats_in_the_list_are_written() {
+    let (_dir, at) = folder();
+    let line = format!("turntable {} --views 2 {SMALL}", model("tests/cube.obj"));
+    let shared = |folder: &str| {
+        let all = names(&at.join(folder)).into_iter().filter(|name| !name.ends_with(".png"));
+        all.collect::<Vec<_>>()
+    };
+    runs(&at, &format!("{line} -o default/#.png"));
+    runs(&at, &format!("{line} -o nerf/#.png --dataset nerf"));
+    assert_eq!(shared("default"), ["transforms.json"]);
+    assert!(files(&at.join("default")) == files(&at.join("nerf")));
+    runs(&at, &format!("{line} -o coco/#.png --dataset coco"));
+    assert_eq!(shared("coco"), ["annotations.json"]);
+    runs(&at, &format!("{line} -o splat/images/#.exr --dataset colmap"));
+    let model = ["cameras.txt", "images.txt", "points3D.txt"].map(|name| format!("sparse/0/{name}"));
+    assert_eq!(shared("splat")[2..], model);
+}
+
+#[test]
+fn categories_follow_rules() {
+    let (_dir, at) = folder();
+    let scene = model("cornell/cornell.glb");
+    let info: Value = serde_json::from_slice(&blinn(&at, &format!("info --json {scene}")).stdout).unwrap();
+    let name = info["object_ids"][0]["name"].as_str().unwrap().to_string();
+    let annotated = |flags: &str| {
+        runs(&at, &format!("turntable {scene} --views 2 {SMALL} --dataset coco -o a/#.png {flags}"));
+        json(&at.join("a"), "annotations.json")
+    };
+    let categories = |data: &Value| {
+        let rows = data["categories"].as_array().unwrap().iter();
+        rows.map(|row| row["name"].as_str().unwrap().to_string()).collect::<Vec<_>>()
+    };
+    let by_object = annotated("");
+    assert!(categories(&by_object).contains(&name));
+    let rules = annotated(&format!("--category first={name} --category rest=*"));
+    assert_eq!(categories(&rules), ["first", "rest"]);
+    for annotation in rules["annotations"].as_array().unwrap() {
+        let is_first = annotation["name"] == name.as_str();
+        assert_eq!(annotation["category_id"], if is_first { 1 } else { 2 });
+    }
+    // The same objects, and no others, without a rule for the rest.
+    let some = annotated(&format!("--category first={name}"));
+    assert!(some["annotations"].as_array().unwrap().iter().all(|row| row["name"] == name.as_str()));
+    let materials = annotated("--category material");
+    assert_eq!(
+        materials["annotations"].as_array().unwrap().len(),
+        by_object["annotations"].as_array().unwrap().len()
+    );
+    let line = format!("turntable {scene} --views 1 {SMALL} --dataset coco -o b/#.png");
+    for (rule, message) in
+        [("x=nothing", "no node or object matches"), ("x=material:nothing", "no material matches")]
+    {
+        let output = blinn(&at, &format!("{line} --category {rule}"));
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(1) && text.contains(message), "{text}");
+    }
+}
+
+#[test]
+fn invalid_formats_are_refused() {
+    let (_dir, at) = folder();
+    let cube = model("tests/cube.obj");
+    for (flags, message) in [
+        ("--views 2 --dataset kitti", "expected nerf, colmap, bop, coco"),
+        ("--dataset coco", "--views"),
+        ("--views 2 --category object", "--dataset"),
+        ("--views 2 --dataset nerf --category object", "only to --dataset coco"),
+        ("--views 2 --dataset coco --category =x", "NAME=GLOB"),
+        ("--views 2 --dataset bop -o a/#.png", "-o ROOT/train/000001/rgb/######.png"),
+        ("--views 2 --dataset bop -o r/train/000001/rgb/####.png", "-o ROOT/train/000001/rgb/######.png"),
+        ("--views 2 --dataset bop -o r/train/000001/rgb/######.exr", "-o ROOT/train/000001/rgb/######.png"),
+    ] {
+        refused(&at, &format!("turntable {cube} {flags}"), message);
+    }
+    fails(
+        &at,
+        &["turntable", &cube, "--views", "2", "--dataset", "colmap", "-o", "a b #.png"],
+        2,
+        "COLMAP reads no spaces",
+    );
+}
