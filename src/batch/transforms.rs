@@ -2,32 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use glam::{DMat3, DMat4, DVec3};
+use glam::DMat4;
 use serde_json::{Map, Value, json};
 
 use super::pinhole::Pinhole;
+use super::world_up::WorldUp;
 use crate::geometry::Aabb;
 use crate::render::PixelRect;
 use crate::scene::Camera;
-
-/// The up axis of a dataset's world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WorldUp {
-    /// (x, y, z): unchanged, as in glTF.
-    Y,
-    /// (x, −z, y): as in Blender, and as the tools expect.
-    Z,
-}
-
-impl WorldUp {
-    /// The rotation from blinn's world to the dataset's.
-    pub fn rotation(self) -> DMat3 {
-        match self {
-            WorldUp::Y => DMat3::IDENTITY,
-            WorldUp::Z => DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
-        }
-    }
-}
 
 /// An image of a dataset.
 #[derive(Clone, Debug)]

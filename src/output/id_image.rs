@@ -8,28 +8,7 @@ use std::io;
 
 use super::png;
 use super::preview::id_color;
-use crate::integrator::Aov;
 use crate::render::AovLayer;
-
-/// Names of objects and materials as in the scene: index 0 is id 1.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct IdNames {
-    /// Names of objects. They may be empty, and may not be unique.
-    pub objects: Vec<String>,
-    /// Names of materials.
-    pub materials: Vec<String>,
-}
-
-impl IdNames {
-    /// The names of the ids in a layer; `None` for layers without names.
-    pub(super) fn of(&self, aov: Aov) -> Option<&[String]> {
-        match aov {
-            Aov::ObjectId => Some(&self.objects),
-            Aov::MaterialId => Some(&self.materials),
-            _ => None,
-        }
-    }
-}
 
 /// Encodes a layer of ids; `None` if there are more ids than 16 bits hold. The form depends on the number of names, so
 /// that all images of a scene have the same.
@@ -68,6 +47,7 @@ fn names_of(ids: &[u32], names: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrator::Aov;
 
     fn decoded(bytes: &[u8]) -> (::png::ColorType, ::png::BitDepth, Vec<u8>, Option<String>) {
         let mut reader = ::png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();

@@ -27,8 +27,7 @@ pub use atomic::{Overwrite, block_writes, unnamed_temp_file, write_atomically, w
 pub use escape::escape_html;
 pub use fingerprint::read_fingerprint;
 pub use format::{BitDepth, ImageFormat, JPEG_QUALITY};
-pub use id_image::IdNames;
-pub use picture::{CropWindow, Picture};
+pub use picture::{CropWindow, IdNames, Picture};
 pub use png::{encode_mask, encode_png};
 pub use preview::{heat_color, heat_map_max, preview_layer, preview_matte, quantize_depth};
 pub use save::{SaveError, check_overwrite, check_writable, save};

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::id_image::IdNames;
 use crate::display::Display;
+use crate::integrator::Aov;
 use crate::render::{AovLayer, Matte, PixelRect, Pixels};
 
 /// The key under which formats with named metadata store [`Picture::fingerprint`].
@@ -28,6 +28,26 @@ pub struct Picture {
     pub id_names: Arc<IdNames>,
     /// A line of ASCII that is stored in the file; [`read_fingerprint`](super::read_fingerprint) reads it back.
     pub fingerprint: Option<String>,
+}
+
+/// Names of objects and materials as in the scene: index 0 is id 1.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IdNames {
+    /// Names of objects. They may be empty, and may not be unique.
+    pub objects: Vec<String>,
+    /// Names of materials.
+    pub materials: Vec<String>,
+}
+
+impl IdNames {
+    /// The names of the ids in a layer; `None` for layers without names.
+    pub(super) fn of(&self, aov: Aov) -> Option<&[String]> {
+        match aov {
+            Aov::ObjectId => Some(&self.objects),
+            Aov::MaterialId => Some(&self.materials),
+            _ => None,
+        }
+    }
 }
 
 /// A rendered rectangle of a larger image.

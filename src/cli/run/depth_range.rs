@@ -15,6 +15,7 @@ pub fn check_depth_range(layers: &[AovLayer], step: Option<f64>, frame: i64, log
     if f64::from(farthest) <= largest + 0.5 * step {
         return Ok(());
     }
+    let largest = largest as f32;
     log.warn(&format!(
         "frame {frame} has depths up to {farthest} m, but 16 bits in units of {step} m hold at most {largest} m; farther \
          points are stored as 65535; set a larger --depth-unit"

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use glam::{DVec2, DVec3};
 use serde_json::{Map, Value};
 
-use super::{DatasetContext, DatasetFiles, ImageMasks};
+use super::context::{DatasetContext, DatasetFiles, ImageMasks};
 use crate::batch::{
     BopObject, BopScene, DatasetView, Pinhole, PosedObject, RigidPose, WorldUp, posed_objects,
 };

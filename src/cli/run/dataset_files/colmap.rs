@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use glam::DVec2;
 
-use super::{DatasetContext, DatasetFiles};
+use super::context::{DatasetContext, DatasetFiles, NumberedView};
 use crate::batch::{ColmapImage, ColmapModel, ColmapPoint, Pinhole, RigidPose};
 use crate::cli::plan::colmap_folder;
 use crate::render::trace_surface_tracks;
@@ -20,7 +20,7 @@ impl DatasetFiles<'_> {
     /// Writes the model and returns its files.
     pub(super) fn write_colmap(&self, context: &DatasetContext) -> Result<Vec<PathBuf>> {
         let DatasetContext { dataset, views, frame, settings } = context;
-        let image = |view: &super::NumberedView| ColmapImage {
+        let image = |view: &NumberedView| ColmapImage {
             name: view.view.file.clone(),
             pinhole: Pinhole::new(&view.view.camera, dataset.size, dataset.window),
             world_to_camera: RigidPose::world_to_camera(&view.view.camera, dataset.up),

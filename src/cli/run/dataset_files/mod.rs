@@ -6,48 +6,26 @@
 mod bop;
 mod categories;
 mod colmap;
+mod context;
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use self::bop::BopWriter;
 use self::categories::ObjectCategories;
-use super::dataset::TransformsFile;
-use super::progress::SceneLog;
+use self::context::{DatasetContext, ImageMasks, NumberedView};
 use crate::accel::Accel;
-use crate::batch::{CocoDataset, CocoObject, Dataset, DatasetView};
+use crate::batch::{CocoDataset, CocoObject, Dataset};
 use crate::cli::args::values::DatasetFormat;
-use crate::cli::files::create_parent_folder;
 use crate::cli::plan::{BackFaceCulling, coco_file};
 use crate::integrator::Frame;
-use crate::output::{Overwrite, SaveError, write_atomically};
-use crate::render::{MaskRect, ObjectMask, PixelMask, RenderSettings, render_object_masks};
+use crate::render::{MaskRect, RenderSettings, render_object_masks};
 use crate::scene::{Camera, ClipBoundsCache, PosedScene};
 
-/// The files of a scene's dataset, apart from `transforms.json`.
-pub struct DatasetFiles<'a> {
-    pub transforms: &'a TransformsFile<'a>,
-    pub log: &'a SceneLog<'a>,
-}
-
-/// What all formats describe.
-pub struct DatasetContext<'a> {
-    dataset: Dataset,
-    views: Vec<NumberedView>,
-    /// The scene as eye rays see it; the camera is that of the first view.
-    frame: Frame<'a>,
-    settings: RenderSettings,
-}
-
-/// A view with its number.
-pub struct NumberedView {
-    number: i64,
-    view: DatasetView,
-}
+pub use self::context::DatasetFiles;
 
 impl DatasetFiles<'_> {
     /// Writes all files and returns those that describe all views.
@@ -134,52 +112,5 @@ impl DatasetFiles<'_> {
             written.extend(bop.finish()?);
         }
         Ok(written)
-    }
-
-    /// Writes a file and returns its path, or `None` if --no-overwrite keeps one with the same content.
-    fn write_file(&self, file: &Path, bytes: &[u8]) -> Result<Option<PathBuf>> {
-        let replace = self.transforms.plan.outputs.replace;
-        if replace == Overwrite::No && fs::read(file).is_ok_and(|known| known == bytes) {
-            return Ok(None);
-        }
-        create_parent_folder(file)?;
-        match write_atomically(file, bytes, replace) {
-            Ok(()) => Ok(Some(file.to_path_buf())),
-            // Another task wrote the same file meanwhile.
-            Err(_) if replace == Overwrite::No && fs::read(file).is_ok_and(|known| known == bytes) => {
-                Ok(None)
-            }
-            Err(cause) => Err(SaveError { path: file.to_path_buf(), cause }).context("--dataset"),
-        }
-    }
-}
-
-/// The masks of an object in an image.
-pub struct ImageMasks {
-    object: u32,
-    /// Within the image.
-    visible: PixelMask,
-    amodal: PixelMask,
-    /// All pixels that were traced, also outside the image.
-    all_pixels: u64,
-    /// Their bounds.
-    all_bounds: Option<MaskRect>,
-}
-
-impl ImageMasks {
-    /// The masks within `window`, counted from its upper left corner.
-    fn new(mask: &ObjectMask, window: MaskRect) -> ImageMasks {
-        let moved = |bounds: MaskRect| MaskRect {
-            x: bounds.x.saturating_sub(window.x),
-            y: bounds.y.saturating_sub(window.y),
-            ..bounds
-        };
-        ImageMasks {
-            object: mask.object,
-            visible: mask.visible.cropped(window),
-            amodal: mask.amodal.cropped(window),
-            all_pixels: mask.amodal.area(),
-            all_bounds: mask.amodal.bounds().map(moved),
-        }
     }
 }

@@ -1,0 +1,84 @@
+//! What the formats of a dataset have in common.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::batch::{Dataset, DatasetView};
+use crate::cli::files::create_parent_folder;
+use crate::cli::run::dataset::TransformsFile;
+use crate::cli::run::progress::SceneLog;
+use crate::integrator::Frame;
+use crate::output::{Overwrite, SaveError, write_atomically};
+use crate::render::{MaskRect, ObjectMask, PixelMask, RenderSettings};
+
+/// The files of a scene's dataset, apart from `transforms.json`.
+pub struct DatasetFiles<'a> {
+    pub transforms: &'a TransformsFile<'a>,
+    pub log: &'a SceneLog<'a>,
+}
+
+/// What all formats describe.
+pub struct DatasetContext<'a> {
+    pub dataset: Dataset,
+    pub views: Vec<NumberedView>,
+    /// The scene as eye rays see it; the camera is that of the first view.
+    pub frame: Frame<'a>,
+    pub settings: RenderSettings,
+}
+
+/// A view with its number.
+pub struct NumberedView {
+    pub number: i64,
+    pub view: DatasetView,
+}
+
+impl DatasetFiles<'_> {
+    /// Writes a file and returns its path, or `None` if --no-overwrite keeps one with the same content.
+    pub fn write_file(&self, file: &Path, bytes: &[u8]) -> Result<Option<PathBuf>> {
+        let replace = self.transforms.plan.outputs.replace;
+        if replace == Overwrite::No && fs::read(file).is_ok_and(|known| known == bytes) {
+            return Ok(None);
+        }
+        create_parent_folder(file)?;
+        match write_atomically(file, bytes, replace) {
+            Ok(()) => Ok(Some(file.to_path_buf())),
+            // Another task wrote the same file meanwhile.
+            Err(_) if replace == Overwrite::No && fs::read(file).is_ok_and(|known| known == bytes) => {
+                Ok(None)
+            }
+            Err(cause) => Err(SaveError { path: file.to_path_buf(), cause }).context("--dataset"),
+        }
+    }
+}
+
+/// The masks of an object in an image.
+pub struct ImageMasks {
+    pub object: u32,
+    /// Within the image.
+    pub visible: PixelMask,
+    pub amodal: PixelMask,
+    /// All pixels that were traced, also outside the image.
+    pub all_pixels: u64,
+    /// Their bounds.
+    pub all_bounds: Option<MaskRect>,
+}
+
+impl ImageMasks {
+    /// The masks within `window`, counted from its upper left corner.
+    pub fn new(mask: &ObjectMask, window: MaskRect) -> ImageMasks {
+        let moved = |bounds: MaskRect| MaskRect {
+            x: bounds.x.saturating_sub(window.x),
+            y: bounds.y.saturating_sub(window.y),
+            ..bounds
+        };
+        ImageMasks {
+            object: mask.object,
+            visible: mask.visible.cropped(window),
+            amodal: mask.amodal.cropped(window),
+            all_pixels: mask.amodal.area(),
+            all_bounds: mask.amodal.bounds().map(moved),
+        }
+    }
+}
