@@ -111,9 +111,11 @@ impl Triangle4 {
     /// The vertices of a triangle.
     #[inline(always)]
     pub fn vertices(&self, lane: usize) -> [Vec3; 3] {
-        let vertex =
-            |k: usize| Vec3::new(self.vertex[k][0][lane], self.vertex[k][1][lane], self.vertex[k][2][lane]);
-        [vertex(0), vertex(1), vertex(2)]
+        let position = |i: usize| {
+            let [x, y, z] = &self.vertex[i];
+            Vec3::new(x[lane], y[lane], z[lane])
+        };
+        [position(0), position(1), position(2)]
     }
 
     /// Loads the vertices of all four triangles.

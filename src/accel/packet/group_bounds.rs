@@ -89,9 +89,9 @@ impl<L: Lanes<RAYS_PER_GROUP>> GroupBounds<L> {
     pub fn of_directions<S: Simd<F32x16 = L>>(packet: &RayPacket) -> GroupBounds<L> {
         let frustum = &packet.frustum;
         let [a0, a1, b0, b1] = frustum.tangents;
-        let near = packet.min_t_min::<S>() * (NEAR_FACTOR * NEAR_FACTOR / frustum.max_inv_k);
+        let near = packet.min_t_min::<S>() * (NEAR_FACTOR * NEAR_FACTOR / frustum.max_inv_major);
         let packet_bounds = PacketBounds { min: [a0, b0], max: [a1, b1], near };
-        let mut bounds = GroupBounds::new(packet_bounds, FAR_FACTOR / frustum.min_inv_k);
+        let mut bounds = GroupBounds::new(packet_bounds, FAR_FACTOR / frustum.min_inv_major);
         for q in 0..packet.quads {
             let [a0, a1, b0, b1] = &frustum.group_tangents[q];
             bounds.set_quad(q, [L::load(a0), L::load(a1), L::load(b0), L::load(b1)]);
@@ -110,16 +110,16 @@ impl<L: Lanes<RAYS_PER_GROUP>> GroupBounds<L> {
         radius: f32,
     ) -> Option<GroupBounds<L>> {
         let axes = AxisProjection::along(d).axes;
-        let [k, a, b] = axes;
-        let slope_a = d[a] / d[k];
-        let slope_b = d[b] / d[k];
-        let inv_k = 1.0 / d[k];
+        let [major, a, b] = axes;
+        let slope_a = d[a] / d[major];
+        let slope_b = d[b] / d[major];
+        let inv_major = 1.0 / d[major];
         let zero = L::splat(0.0);
         let infinity = L::splat(f32::INFINITY);
         let max_slope = slope_a.abs().max(slope_b.abs());
         let error = 16.0 * EPSILON * (1.0 + max_slope) * (max_coordinate + packet.max_coordinate);
         let plane_error = L::splat(error);
-        let depth_error = L::splat(2.0 * error * inv_k.abs());
+        let depth_error = L::splat(2.0 * error * inv_major.abs());
         let no_bounds = PacketBounds { min: [0.0; 2], max: [0.0; 2], near: 0.0 };
         let mut bounds = GroupBounds::new(no_bounds, 1.0);
         let mut min = [infinity; 2];
@@ -133,7 +133,7 @@ impl<L: Lanes<RAYS_PER_GROUP>> GroupBounds<L> {
                 let o = per_axis(|axis| L::load(&packet.varying[axes[axis]].quads[q][i]));
                 plane_a[i] = o[1] - o[0] * L::splat(slope_a);
                 plane_b[i] = o[2] - o[0] * L::splat(slope_b);
-                depth[i] = o[0] * L::splat(inv_k);
+                depth[i] = o[0] * L::splat(inv_major);
             }
             let a0 = S::reduce_min_each(plane_a) - plane_error;
             let a1 = S::reduce_max_each(plane_a) + plane_error;
@@ -148,7 +148,7 @@ impl<L: Lanes<RAYS_PER_GROUP>> GroupBounds<L> {
         let min = [min[0].reduce_min(), min[1].reduce_min()];
         let max = [max[0].reduce_max(), max[1].reduce_max()];
         let max_size = MAX_SPREAD * radius + 2.0 * error;
-        if !(max[0] - min[0] <= max_size && max[1] - min[1] <= max_size && inv_k.is_finite()) {
+        if !(max[0] - min[0] <= max_size && max[1] - min[1] <= max_size && inv_major.is_finite()) {
             return None;
         }
         let near = packet.min_t_min::<S>() * NEAR_FACTOR + near.reduce_min();

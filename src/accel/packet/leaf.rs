@@ -31,8 +31,8 @@ struct PreparedBlock<'a, S: Simd, K> {
 
 /// The rays of a group that may hit a triangle, as masks.
 struct RayCandidates<L> {
-    /// Rays whose hit can be recorded without the exact test: they certainly hit an unfiltered triangle, nearer than all that
-    /// they have hit so far.
+    /// Rays whose hit can be recorded without the exact test: they certainly hit an unfiltered triangle, nearer than all
+    /// that they have hit so far.
     recordable: u32,
     /// Other rays that may hit it: they need the exact test.
     uncertain: u32,

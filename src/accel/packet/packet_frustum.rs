@@ -10,13 +10,13 @@ use crate::simd::{Lanes, Simd};
 /// some group meets nearly every node.
 pub(super) const MAX_SPREAD: f32 = 0.8;
 
-/// With k the component of a direction along the major axis, 1/|k| has to be between this and its reciprocal.
-const MIN_INV_K: f32 = 1.0 / 65536.0;
+/// 1/|d_major|, with d_major the component of a direction along the major axis, is between this and its reciprocal.
+const MIN_INV_MAJOR: f32 = 1.0 / 65536.0;
 
 /// Axis-aligned projection along a direction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AxisProjection {
-    /// The major axis, along which the direction is longest (k in names of variables), and the two others, a and b.
+    /// The major axis, along which the direction is longest, and the two others, a and b.
     pub axes: [usize; 3],
     /// The sign of the direction along the major axis.
     pub sign: f32,
@@ -40,9 +40,10 @@ pub(super) struct PacketFrustum {
     pub tangents: [f32; 4],
     /// The same for each group, by quad. Each group fills four lanes.
     pub group_tangents: [[[f32; RAYS_PER_GROUP]; 4]; QUADS_PER_PACKET],
-    /// The least and the greatest 1/|k|.
-    pub min_inv_k: f32,
-    pub max_inv_k: f32,
+    /// The least 1/|d_major|, with d_major the component of a direction along the major axis.
+    pub min_inv_major: f32,
+    /// The greatest 1/|d_major|.
+    pub max_inv_major: f32,
     pub mean: Vec3,
 }
 
@@ -58,11 +59,11 @@ impl PacketFrustum {
         mean: Vec3,
     ) -> bool {
         let projection = AxisProjection::along(mean);
-        let [k, a, b] = projection.axes;
+        let [major, a, b] = projection.axes;
         let zero = S::F32x16::splat(0.0);
         let infinity = S::F32x16::splat(f32::INFINITY);
-        let mut min_inv_k = infinity;
-        let mut max_inv_k = zero;
+        let mut min_inv_major = infinity;
+        let mut max_inv_major = zero;
         let mut min = [infinity; 2];
         let mut max = [zero - infinity; 2];
         let mut sum = zero;
@@ -70,11 +71,12 @@ impl PacketFrustum {
             let mut tangents_a = [zero; GROUPS_PER_QUAD];
             let mut tangents_b = [zero; GROUPS_PER_QUAD];
             for i in 0..GROUPS_PER_QUAD {
-                let inv_k = S::F32x16::load(&reciprocals[k].quads[q][i]) * S::F32x16::splat(projection.sign);
-                min_inv_k = min_inv_k.min(inv_k);
-                max_inv_k = max_inv_k.max(inv_k);
-                tangents_a[i] = S::F32x16::load(&directions[a].quads[q][i]) * inv_k;
-                tangents_b[i] = S::F32x16::load(&directions[b].quads[q][i]) * inv_k;
+                let inv_major =
+                    S::F32x16::load(&reciprocals[major].quads[q][i]) * S::F32x16::splat(projection.sign);
+                min_inv_major = min_inv_major.min(inv_major);
+                max_inv_major = max_inv_major.max(inv_major);
+                tangents_a[i] = S::F32x16::load(&directions[a].quads[q][i]) * inv_major;
+                tangents_b[i] = S::F32x16::load(&directions[b].quads[q][i]) * inv_major;
                 sum = sum + (tangents_a[i] + tangents_b[i]);
             }
             let min_a = S::reduce_min_each(tangents_a);
@@ -93,11 +95,11 @@ impl PacketFrustum {
             min = [min[0].min(group_tangents[0]), min[1].min(group_tangents[2])];
             max = [max[0].max(group_tangents[1]), max[1].max(group_tangents[3])];
         }
-        let min_inv_k = min_inv_k.reduce_min();
-        let max_inv_k = max_inv_k.reduce_max();
+        let min_inv_major = min_inv_major.reduce_min();
+        let max_inv_major = max_inv_major.reduce_max();
         // Minima and maxima may lose NaN; a sum does not.
         let finite = sum.le(infinity) == (1 << RAYS_PER_GROUP) - 1;
-        let similar_lengths = min_inv_k > MIN_INV_K && max_inv_k < 1.0 / MIN_INV_K;
+        let similar_lengths = min_inv_major > MIN_INV_MAJOR && max_inv_major < 1.0 / MIN_INV_MAJOR;
         let tangents = [min[0].reduce_min(), max[0].reduce_max(), min[1].reduce_min(), max[1].reduce_max()];
         let [a0, a1, b0, b1] = tangents;
         if !(finite && similar_lengths && a1 - a0 <= MAX_SPREAD && b1 - b0 <= MAX_SPREAD) {
@@ -105,8 +107,8 @@ impl PacketFrustum {
         }
         self.projection = projection;
         self.tangents = tangents;
-        self.min_inv_k = min_inv_k;
-        self.max_inv_k = max_inv_k;
+        self.min_inv_major = min_inv_major;
+        self.max_inv_major = max_inv_major;
         self.mean = mean;
         true
     }
@@ -115,17 +117,17 @@ impl PacketFrustum {
     #[inline(always)]
     pub fn max_length(&self) -> f64 {
         let [a0, a1, b0, b1] = self.tangents.map(|x| f64::from(x * x));
-        (1.0 + 1e-6) / f64::from(self.min_inv_k) * (1.0 + a0.max(a1) + b0.max(b1)).sqrt()
+        (1.0 + 1e-6) / f64::from(self.min_inv_major) * (1.0 + a0.max(a1) + b0.max(b1)).sqrt()
     }
 
     /// Returns for each axis the side by which rays enter boxes (0 for min, 1 for max), where all rays certainly agree
     /// on it.
     #[inline(always)]
     pub fn near_sides(&self) -> Option<[usize; 3]> {
-        let [k, a, b] = self.projection.axes;
+        let [major, a, b] = self.projection.axes;
         let [a0, a1, b0, b1] = self.tangents;
         let mut sides = [0; 3];
-        sides[k] = usize::from(self.projection.sign < 0.0);
+        sides[major] = usize::from(self.projection.sign < 0.0);
         sides[a] = usize::from(a0 < 0.0);
         sides[b] = usize::from(b0 < 0.0);
         ((a0 > 0.0 || a1 < 0.0) && (b0 > 0.0 || b1 < 0.0)).then_some(sides)

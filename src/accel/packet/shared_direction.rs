@@ -49,22 +49,22 @@ impl SharedDirection {
 impl<S: Simd> PacketKind<S> for SharedDirection {
     #[inline(always)]
     fn project_children(&self, node: &Bvh8Node) -> ProjectedBoxes<S::F32x8> {
-        let [k, a, b] = self.projection.axes;
+        let [major, a, b] = self.projection.axes;
         let plane = |axis: usize, side: usize| S::F32x8::load(&node.rows()[plane_row(axis, side) & 7]);
-        let inv_k = 1.0 / self.d[k];
-        let near_side = usize::from(inv_k < 0.0);
-        let slope_a = self.d[a] / self.d[k];
-        let slope_b = self.d[b] / self.d[k];
-        // The side of the box along k that moves the given side the farthest outwards.
+        let inv_major = 1.0 / self.d[major];
+        let near_side = usize::from(inv_major < 0.0);
+        let slope_a = self.d[a] / self.d[major];
+        let slope_b = self.d[b] / self.d[major];
+        // The side of the box along the major axis that moves the given side the farthest outwards.
         let shear = |slope: f32, side: usize| {
             let side = if slope >= 0.0 { 1 - side } else { side };
-            plane(k, side) * S::F32x8::splat(slope)
+            plane(major, side) * S::F32x8::splat(slope)
         };
         ProjectedBoxes {
             min: [plane(a, 0) - shear(slope_a, 0), plane(b, 0) - shear(slope_b, 0)],
             max: [plane(a, 1) - shear(slope_a, 1), plane(b, 1) - shear(slope_b, 1)],
-            near: plane(k, near_side) * S::F32x8::splat(inv_k),
-            far: plane(k, 1 - near_side) * S::F32x8::splat(inv_k),
+            near: plane(major, near_side) * S::F32x8::splat(inv_major),
+            far: plane(major, 1 - near_side) * S::F32x8::splat(inv_major),
         }
     }
 

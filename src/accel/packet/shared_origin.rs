@@ -28,8 +28,8 @@ const W: usize = 3;
 pub(super) struct SharedOrigin {
     pub o: Vec3,
     pub projection: AxisProjection,
-    /// The least 1/|k| of directions with component k along the major axis.
-    pub min_inv_k: f32,
+    /// The least 1/|d_major|, with d_major the component of a direction along the major axis.
+    pub min_inv_major: f32,
     pub bounds: EdgeFunctionBounds,
     /// The side by which rays enter boxes, by axis, where all rays agree on it.
     pub near_sides: Option<[usize; 3]>,
@@ -39,15 +39,15 @@ impl<S: Simd> PacketKind<S> for SharedOrigin {
     #[inline(always)]
     fn project_children(&self, node: &Bvh8Node) -> ProjectedBoxes<S::F32x8> {
         let rows = node.rows();
-        let [k, a, b] = self.projection.axes;
+        let [major, a, b] = self.projection.axes;
         let sign = self.projection.sign;
         let near_side = usize::from(sign < 0.0);
         let plane = |axis: usize, side: usize| S::F32x8::load(&rows[plane_row(axis, side) & 7]);
         let origin = |axis: usize| S::F32x8::splat(self.o[axis]);
-        let origin_depth = S::F32x8::splat(sign * self.o[k]);
+        let origin_depth = S::F32x8::splat(sign * self.o[major]);
         let sign = S::F32x8::splat(sign);
-        let near = plane(k, near_side).mul_sub(sign, origin_depth);
-        let far = plane(k, 1 - near_side).mul_sub(sign, origin_depth);
+        let near = plane(major, near_side).mul_sub(sign, origin_depth);
+        let far = plane(major, 1 - near_side).mul_sub(sign, origin_depth);
         let min_depth = S::F32x8::splat(MIN_DEPTH);
         let inv_near = near.max(min_depth).rcp();
         let inv_far = far.max(min_depth).rcp();
@@ -115,20 +115,20 @@ impl<S: Simd> PacketKind<S> for SharedOrigin {
 
     #[inline(always)]
     fn projected_edge_functions(&self, prepared: &PreparedTriangles) -> [LinearFunction<S::F32x16>; 3] {
-        let [k, a, b] = self.projection.axes;
+        let [major, a, b] = self.projection.axes;
         let sign = S::F32x16::splat(self.projection.sign);
         let component = |i: usize, axis: usize| S::broadcast_quad(&prepared.vectors[i][axis % 3]);
         [
-            [component(U, k) * sign, component(U, a), component(U, b)],
-            [component(V, k) * sign, component(V, a), component(V, b)],
-            [component(W, k) * sign, component(W, a), component(W, b)],
+            [component(U, major) * sign, component(U, a), component(U, b)],
+            [component(V, major) * sign, component(V, a), component(V, b)],
+            [component(W, major) * sign, component(W, a), component(W, b)],
         ]
     }
 
     #[inline(always)]
     fn projected_error(&self, block: &Triangle4) -> f32 {
         // Directions are scaled to 1 along the major axis.
-        4.0 * self.min_inv_k * self.bounds.for_max_edge(block.max_edge).edge_function
+        4.0 * self.min_inv_major * self.bounds.for_max_edge(block.max_edge).edge_function
     }
 
     #[inline(always)]

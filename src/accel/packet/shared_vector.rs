@@ -37,7 +37,7 @@ impl RayPacket {
                 let kind = SharedOrigin {
                     o,
                     projection: frustum.projection,
-                    min_inv_k: frustum.min_inv_k,
+                    min_inv_major: frustum.min_inv_major,
                     bounds: EdgeFunctionBounds::new(frustum.max_length(), max_distance, 0.0),
                     near_sides: frustum.near_sides(),
                 };

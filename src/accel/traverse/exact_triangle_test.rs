@@ -186,13 +186,13 @@ impl LocalRay {
         let max = bounds.max.as_dvec3() + pad - self.o;
         let mut near = f64::NEG_INFINITY;
         let mut far = f64::INFINITY;
-        for k in 0..3 {
-            if self.d[k] != 0.0 {
-                let t_min = min[k] / self.d[k];
-                let t_max = max[k] / self.d[k];
+        for axis in 0..3 {
+            if self.d[axis] != 0.0 {
+                let t_min = min[axis] / self.d[axis];
+                let t_max = max[axis] / self.d[axis];
                 near = near.max(t_min.min(t_max));
                 far = far.min(t_min.max(t_max));
-            } else if min[k] > 0.0 || max[k] < 0.0 {
+            } else if min[axis] > 0.0 || max[axis] < 0.0 {
                 return None;
             }
         }

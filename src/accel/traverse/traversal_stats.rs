@@ -163,12 +163,12 @@ impl CountingNodeTest {
         const SLACK: f64 = 4.0 * EPSILON as f64;
         let mut near = self.t_min;
         let mut far = limit;
-        for k in 0..3 {
-            let o = self.o[k];
-            let r = self.d_reciprocal[k];
+        for axis in 0..3 {
+            let o = self.o[axis];
+            let r = self.d_reciprocal[axis];
             let padding = self.padding + SLACK * o.abs();
-            let a = (f64::from(bounds.min[k]) - padding - o) * r;
-            let b = (f64::from(bounds.max[k]) + padding - o) * r;
+            let a = (f64::from(bounds.min[axis]) - padding - o) * r;
+            let b = (f64::from(bounds.max[axis]) + padding - o) * r;
             near = near.max(a.min(b) - SLACK * a.min(b).abs());
             far = far.min(a.max(b) + SLACK * a.max(b).abs());
         }
