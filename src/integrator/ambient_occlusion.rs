@@ -21,7 +21,7 @@ const MAX_SOLID_ANGLE: f64 = 2.0 * PI;
 /// Sets the radiance of the points to k_e + k_a V_a I_a, where V_a is the visible share of all directions; under an
 /// environment V_a I_a is the light from the visible directions. The radiance without shadows keeps all of I_a.
 ///
-/// To be called before any light is added. It overwrites `segments` and `visibility` of `buffers`.
+/// To be called before any light is added. It overwrites `traced_rays` and `visibility` of `buffers`.
 pub(crate) fn occlude_ambient(
     frame: &Frame,
     settings: AmbientOcclusion,
@@ -169,9 +169,9 @@ impl<'a> AmbientRays<'a> {
         let mut radiance = Vec::new();
         for part in 0..self.counts.iter().copied().max().unwrap_or(0) {
             let active: Vec<usize> = (0..self.counts.len()).filter(|&i| part < self.counts[i]).collect();
-            let segments = &mut buffers.segments;
-            segments.clear();
-            segments.coherence = Coherence::None;
+            let traced_rays = &mut buffers.traced_rays;
+            traced_rays.clear();
+            traced_rays.coherence = Coherence::None;
             radiance.clear();
             for &i in &active {
                 let (point, count) = (self.points[i], self.counts[i]);
@@ -190,12 +190,12 @@ impl<'a> AmbientRays<'a> {
                 let l = l - n_g * (2.0 * l.dot(n_g).min(0.0));
                 let (from, source) = batch.offset_origin(point, l);
                 let distance = self.distance.min(frame.distance_beyond_scene(from));
-                segments.push(from, (from.as_dvec3() + l * distance).as_vec3(), source);
+                traced_rays.push(from, (from.as_dvec3() + l * distance).as_vec3(), source);
             }
             buffers.trace(frame);
             for (j, &i) in active.iter().enumerate() {
-                let from = buffers.segments.from[j];
-                let to = buffers.segments.to[j];
+                let from = buffers.traced_rays.from[j];
+                let to = buffers.traced_rays.to[j];
                 let to_infinity = self.distance == f64::INFINITY;
                 let is_blocked = frame.ground_blocks(from, to.as_dvec3() - from.as_dvec3(), to_infinity);
                 let visibility = if is_blocked { Rgb::ZERO } else { buffers.visibility[j] };

@@ -38,8 +38,8 @@ impl IncidentLight {
         dvec3(&self.l, i)
     }
 
-    /// Evaluates a light with the given `intensity` at the points of a block. Each type of light has its own branch-free loop,
-    /// which the compiler vectorises: a match inside the loop, or a closure that all types share, prevents that.
+    /// Evaluates a light with the given `intensity` at the points of a block. Each type of light has its own branch-free
+    /// loop, which the compiler vectorises: a match inside the loop, or a closure that all types share, prevents that.
     #[inline(always)]
     pub fn evaluate(&mut self, light: &LightEval, intensity: Rgb, block: &PointBlock) {
         match *light {

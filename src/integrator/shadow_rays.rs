@@ -29,10 +29,10 @@ pub(crate) struct ShadowBuffers {
     pub rays: Vec<ShadowRay>,
     /// The share of light that each ray finds unblocked, by colour.
     pub visibility: Vec<Rgb>,
-    pub segments: ShadowRayBatch,
+    pub traced_rays: ShadowRayBatch,
     occluded: Vec<bool>,
     /// From points on an area light to its centre.
-    emitter_segments: ShadowRayBatch,
+    emitter_rays: ShadowRayBatch,
     emitter_visibility: Vec<Rgb>,
 }
 
@@ -63,17 +63,17 @@ pub(crate) fn apply_visibility(batch: &mut ShadingBatch, buffers: &ShadowBuffers
 /// Sharp shadows of a light without extent.
 fn trace_point_light(frame: &Frame, light_index: usize, batch: &ShadingBatch, buffers: &mut ShadowBuffers) {
     let light = &frame.lights[light_index];
-    let ShadowBuffers { rays, segments, .. } = buffers;
-    segments.clear();
+    let ShadowBuffers { rays, traced_rays, .. } = buffers;
+    traced_rays.clear();
     let position = light.position();
-    segments.coherence = match light.kind {
+    traced_rays.coherence = match light.kind {
         PosedLightKind::Directional { direction } => Coherence::Direction(-direction),
         _ => Coherence::Origin(position.unwrap_or_default()),
     };
-    segments.from.extend(rays.iter().map(|ray| ray.origin));
-    segments.source.extend(rays.iter().map(|ray| batch.excluded_triangle(ray.point, ray.light_in_front)));
-    segments.to.resize(rays.len(), position.unwrap_or_default());
-    trace_segments(frame, segments, &mut buffers.occluded, &mut buffers.visibility);
+    traced_rays.from.extend(rays.iter().map(|ray| ray.origin));
+    traced_rays.source.extend(rays.iter().map(|ray| batch.excluded_triangle(ray.point, ray.light_in_front)));
+    traced_rays.to.resize(rays.len(), position.unwrap_or_default());
+    trace_shadow_rays(frame, traced_rays, &mut buffers.occluded, &mut buffers.visibility);
     if frame.opaque_ground_height().is_none() {
         return;
     }
@@ -95,9 +95,9 @@ fn trace_area_light(
     buffers: &mut ShadowBuffers,
 ) {
     let light = &frame.lights[light_index];
-    let ShadowBuffers { rays, segments, .. } = buffers;
-    segments.clear();
-    segments.coherence = Coherence::None;
+    let ShadowBuffers { rays, traced_rays, .. } = buffers;
+    traced_rays.clear();
+    traced_rays.coherence = Coherence::None;
     // True below the horizon of the smooth surface or of the ground.
     let mut hidden = Vec::with_capacity(rays.len());
     for &ShadowRay { point, l_centre, .. } in rays.iter() {
@@ -115,12 +115,12 @@ fn trace_area_light(
             Some(_) => (p + to_emitter).as_vec3(),
             None => (from.as_dvec3() + l * frame.distance_beyond_scene(from)).as_vec3(),
         };
-        segments.push(from, to, source);
+        traced_rays.push(from, to, source);
         let to_light = to.as_dvec3() - from.as_dvec3();
         let below_ground = frame.ground_blocks(from, to_light, light.position().is_none());
         hidden.push(below_ground || dvec3(&block.n_v, lane).dot(l) <= 0.0);
     }
-    trace_segments(frame, segments, &mut buffers.occluded, &mut buffers.visibility);
+    trace_shadow_rays(frame, traced_rays, &mut buffers.occluded, &mut buffers.visibility);
     for (visibility, _) in buffers.visibility.iter_mut().zip(&hidden).filter(|(_, hidden)| **hidden) {
         *visibility = Rgb::ZERO;
     }
@@ -132,40 +132,40 @@ fn trace_area_light(
 /// Blocks the points of an area light that its centre does not see: a light that is wider than its fixture, or nearer to a
 /// wall than its radius, would shine through.
 fn block_hidden_emitters(frame: &Frame, centre: Vec3, buffers: &mut ShadowBuffers) {
-    let ShadowBuffers { visibility, segments, occluded, emitter_segments, emitter_visibility, .. } = buffers;
-    let visible: Vec<usize> = (0..segments.len()).filter(|&i| visibility[i] != Rgb::ZERO).collect();
-    emitter_segments.clear();
-    emitter_segments.coherence = Coherence::Origin(centre);
+    let ShadowBuffers { visibility, traced_rays, occluded, emitter_rays, emitter_visibility, .. } = buffers;
+    let visible: Vec<usize> = (0..traced_rays.len()).filter(|&i| visibility[i] != Rgb::ZERO).collect();
+    emitter_rays.clear();
+    emitter_rays.coherence = Coherence::Origin(centre);
     for &i in &visible {
-        emitter_segments.push(segments.to[i], centre, HitId::NONE);
+        emitter_rays.push(traced_rays.to[i], centre, HitId::NONE);
     }
-    trace_segments(frame, emitter_segments, occluded, emitter_visibility);
+    trace_shadow_rays(frame, emitter_rays, occluded, emitter_visibility);
     for (&i, &from_centre) in visible.iter().zip(emitter_visibility.iter()) {
         visibility[i] *= from_centre;
     }
 }
 
-/// Traces `segments` and stores the share of light that passes each, by colour.
-fn trace_segments(
+/// Traces `rays` and stores the share of light that passes each, by colour.
+fn trace_shadow_rays(
     frame: &Frame,
-    segments: &ShadowRayBatch,
+    rays: &ShadowRayBatch,
     occluded: &mut Vec<bool>,
     visibility: &mut Vec<Rgb>,
 ) {
     visibility.clear();
     let filter = MaterialHitFilter(frame.posed);
     if frame.accel.has_translucent() {
-        frame.accel.transmittance(segments, &filter, visibility);
+        frame.accel.transmittance(rays, &filter, visibility);
     } else {
-        frame.accel.occluded(segments, &filter, occluded);
+        frame.accel.occluded(rays, &filter, occluded);
         visibility.extend(occluded.iter().map(|&occluded| if occluded { Rgb::ZERO } else { Rgb::ONE }));
     }
 }
 
 impl ShadowBuffers {
-    /// Traces `segments` and stores their visibility.
+    /// Traces `traced_rays` and stores their visibility.
     pub fn trace(&mut self, frame: &Frame) {
-        trace_segments(frame, &self.segments, &mut self.occluded, &mut self.visibility);
+        trace_shadow_rays(frame, &self.traced_rays, &mut self.occluded, &mut self.visibility);
     }
 }
 

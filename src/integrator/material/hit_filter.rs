@@ -1,4 +1,5 @@
-//! The hit filter of [`Accel`](crate::accel::Accel): alpha masks, and transmittance for shadow rays, from the materials of a scene.
+//! The hit filter of [`Accel`](crate::accel::Accel): alpha masks, and transmittance for shadow rays, from the materials of
+//! a scene.
 
 use glam::Vec3;
 

@@ -7,7 +7,8 @@
 //! - [`PlaneHit`](triangle_plane::PlaneHit): the ray where it crosses the plane of the triangle, with barycentrics.
 //! - [`SurfaceHit`](surface_hit::SurfaceHit): position, normals, ray origin and footprint; the geometry that shading needs.
 //!   [`PointBlock`](point_block::PointBlock) stores it as structure of arrays.
-//! - [`ShadingPoint`](crate::integrator::shading_batch::ShadingPoint): path, triangle and coefficients of a point in a block.
+//! - [`ShadingPoint`](crate::integrator::shading_batch::ShadingPoint): path, triangle and coefficients of a
+//!   point in a block.
 //! - [`SurfacePoint`](surface_point::SurfacePoint): a single point with its material and textures, for normal maps, AOVs and
 //!   mattes. [`FirstHit`](crate::integrator::FirstHit) is the one that AOVs show.
 

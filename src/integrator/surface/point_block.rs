@@ -35,8 +35,8 @@ pub(crate) struct PointBlock {
     pub n_v: LaneArray3<f64>,
     /// Shading normals; [`NO_NORMAL`] where the surface is fully transparent.
     pub n: LaneArray3<f64>,
-    /// Unit directions towards the path rays' origins. [`PointBlock::compute_view_dirs`] sets them, in blocks with highlights
-    /// or reflections.
+    /// Unit directions towards the path rays' origins. [`PointBlock::compute_view_dirs`] sets them, in blocks with
+    /// highlights or reflections.
     pub v: LaneArray3<f64>,
     /// True if k_s of any point is not 0.
     pub has_specular: bool,

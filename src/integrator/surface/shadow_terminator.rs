@@ -45,8 +45,8 @@ fn or_zero(x: f64) -> f64 {
     if x.abs() < NEGLIGIBLE { 0.0 } else { x }
 }
 
-/// Share of the offset, 0…1, for light at angle `cos` to the geometric normal. Only grazing light is offset: otherwise coarse
-/// meshes would lose the contact shadows of objects that stand on them.
+/// Share of the offset, 0…1, for light at angle `cos` to the geometric normal. Only grazing light is offset: otherwise
+/// coarse meshes would lose the contact shadows of objects that stand on them.
 #[inline(always)]
 fn grazing_weight(cos: f64) -> f32 {
     /// 1 over the cosine at which light starts to graze; Cycles' default is 0.1.
