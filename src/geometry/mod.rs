@@ -15,7 +15,7 @@ mod transform;
 pub use aabb::{Aabb, Sphere};
 pub use basis::{Basis, coordinate_system};
 pub use hit::{Hit, HitId, Ray, RayDifferential};
-pub(crate) use morton::{morton2, morton3};
+pub(crate) use morton::{decode_morton2, morton2, morton3};
 pub use power::pow_one_minus;
 pub use rounding_error::{EPSILON, offset_ray_origin, point_error};
 pub use sampling::{concentric_disc, cosine_hemisphere, golden_angle};

@@ -8,6 +8,11 @@ pub(crate) fn morton2(cell: UVec2) -> u64 {
     spread2(cell.x) | (spread2(cell.y) << 1)
 }
 
+/// Returns the cell of a 2-D Morton code of up to 32 bits.
+pub(crate) fn decode_morton2(code: u32) -> UVec2 {
+    UVec2::new(compact2(code), compact2(code >> 1))
+}
+
 /// Returns the 3-D Morton code of 21 bits for each axis: x in bits 0, 3, 6 …, then y, then z.
 #[inline]
 pub(crate) fn morton3(cell: UVec3) -> u64 {
@@ -23,6 +28,13 @@ fn spread2(x: u32) -> u64 {
     x = (x | (x << 4)) & 0x0f0f_0f0f_0f0f_0f0f;
     x = (x | (x << 2)) & 0x3333_3333_3333_3333;
     (x | (x << 1)) & 0x5555_5555_5555_5555
+}
+
+/// Moves bit 2i to bit i.
+fn compact2(code: u32) -> u32 {
+    [(1, 0x3333_3333), (2, 0x0f0f_0f0f), (4, 0x00ff_00ff), (8, 0x0000_ffff)]
+        .into_iter()
+        .fold(code & 0x5555_5555, |x, (shift, mask)| (x | x >> shift) & mask)
 }
 
 /// Moves bit i of the lowest 21 bits to bit 3i.
@@ -56,6 +68,7 @@ mod tests {
                     | bit(cell.z, i) << (3 * i + 2)
             });
             assert_eq!(morton3(cell), code3);
+            assert_eq!(decode_morton2(code2 as u32), cell.truncate() & UVec2::splat(0xffff));
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use glam::UVec2;
 
-use crate::geometry::{Rgba, morton2};
+use crate::geometry::{Rgba, decode_morton2, morton2};
 use crate::integrator::Aov;
 
 /// A rectangle of pixels of the picture, row 0 on top: a crop window or a tile.
@@ -25,17 +25,10 @@ impl PixelRect {
     pub fn pixels(self) -> impl Iterator<Item = UVec2> {
         let side = self.width.max(self.height).next_power_of_two();
         (0..side * side)
-            .map(|code| UVec2::new(compact_bits(code), compact_bits(code >> 1)))
+            .map(decode_morton2)
             .filter(move |p| p.x < self.width && p.y < self.height)
             .map(move |p| UVec2::new(self.x, self.y) + p)
     }
-}
-
-/// The even bits of a Morton code, side by side.
-fn compact_bits(code: u32) -> u32 {
-    [(1, 0x3333_3333), (2, 0x0f0f_0f0f), (4, 0x00ff_00ff), (8, 0x0000_ffff)]
-        .into_iter()
-        .fold(code & 0x5555_5555, |x, (shift, mask)| (x | x >> shift) & mask)
 }
 
 /// A rendered tile.
