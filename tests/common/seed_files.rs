@@ -8,7 +8,8 @@ use super::gltf_fixture::{Fixture, bytes_of, data_uri};
 
 pub const MTL: &str = "newmtl a\nKa .1 .1 .1\nKd .8 .2 .1\nKs .5 .5 .5\nKe 0 0 0\nNs 100\nd .5\nillum 2\nTf 1 1 1\nNi 1.5\n\
 map_Kd -s 2 3 1 -o .5 0 0 -clamp on a.png\nmap_d a.png\nbump -bm 0.5 a.png\nmap_Ks a.png\n\
-newmtl b\nPr .3\nPm 1\nmap_Pr a.png\nmap_Pm a.png\nnorm a.png\nTr .25\nmap_Ke \"a.png\"\nrefl a.png\nNs 1D2\n";
+newmtl b\nPr .3\nPm 1\nmap_Pr a.png\nmap_Pm a.png\nnorm a.png\nTr .25\nmap_Ke \"a.png\"\nrefl a.png\nNs 1D2\n\
+newmtl c\nillum 7\nTf xyz .9 .5 .2\nNi 1.4\nKs 1 1 1\nd 1\nnewmtl d\nillum 4\nTf .5\nNi 1\n";
 
 pub const MTL_OF_BLENDER: &str = "# Blender 5.0.1 MTL File: 'None'\n# www.blender.org\n\nnewmtl a\nNs 250.000000\n\
 Ka 1.000000 1.000000 1.000000\nKd 0.800000 0.800000 0.800000\nKs 0.500000 0.500000 0.500000\nNi 1.450000\nd 1.0\n\
@@ -130,6 +131,7 @@ pub fn small_gltf() -> Vec<(&'static str, Vec<u8>)> {
         ("sparse.gltf", sparse().gltf()),
         ("animated.gltf", animated().gltf()),
         ("shiny.gltf", shiny().gltf()),
+        ("glass.gltf", glass().gltf()),
         ("fan.gltf", fan().gltf()),
         ("surrounded.gltf", surrounded().gltf()),
     ]
@@ -170,6 +172,26 @@ fn shiny() -> Fixture {
         "materials": [{"normalTexture": {"index": 0, "scale": 0.5}, "extensions": {
             "KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": {"index": 0}, "glossinessFactor": 0.4},
             "KHR_materials_transmission": {"transmissionFactor": 0.5}, "KHR_materials_unlit": {}}}]}))
+}
+
+/// A triangle with extensions of materials that reflect and refract.
+fn glass() -> Fixture {
+    let mut file = Fixture::empty();
+    file.vec3(&TRIANGLE);
+    file.vec2(&CORNERS);
+    let texture = json!({"index": 0});
+    one_mesh(file, json!({"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0})).with(json!({
+        "images": [{"uri": data_uri(&png())}], "textures": [{"source": 0}],
+        "materials": [{"doubleSided": true, "extensions": {
+            "KHR_materials_transmission": {"transmissionFactor": 0.9, "transmissionTexture": texture},
+            "KHR_materials_ior": {"ior": 1.4},
+            "KHR_materials_volume": {"thicknessFactor": 0.2, "thicknessTexture": texture, "attenuationDistance": 0.5,
+                "attenuationColor": [0.9, 0.4, 0.2]},
+            "KHR_materials_specular": {"specularFactor": 0.7, "specularTexture": texture,
+                "specularColorFactor": [0.9, 0.8, 0.7], "specularColorTexture": texture},
+            "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatTexture": texture,
+                "clearcoatRoughnessFactor": 0.1, "clearcoatRoughnessTexture": texture},
+            "KHR_materials_emissive_strength": {"emissiveStrength": 2.0}}}]}))
 }
 
 /// A triangle lit by an environment.

@@ -144,6 +144,21 @@ fn without_bounces_nothing_is_reflected() {
     assert!(dark.iter().all(|p| p.truncate().max_element() < 0.01), "{dark:?}");
 }
 
+/// Between two mirrors that face each other, a path ends after the maximum number of reflections.
+#[test]
+fn facing_mirrors_end_at_the_limit() {
+    let mut scene = Scene::default();
+    let mirror = physical(Rgb::ONE, 1.0, 0.0, 1.0);
+    let mirrors = [at(0.0, 0.0, 0.0, 3.0), at(0.0, 0.0, 9.0, 3.0)];
+    scenes::add(&mut scene, scenes::grid(1, 2), mirror, &mirrors);
+    for bounces in [1, u8::MAX] {
+        let environment = Some(Environment::uniform(Rgb::ONE));
+        let shot = Shot { environment, bounces, has_sun: false, ..Shot::along_z(1.0) };
+        let pixels = shot.take(&scene);
+        assert!(pixels.iter().all(|p| p.truncate().abs_diff_eq(Rgb::ONE, 1e-4)), "{bounces}: {pixels:?}");
+    }
+}
+
 /// A ball of glass, solid or a thin shell, and a small light behind it, `distance` from its centre.
 fn lens_scene(is_body: bool, distance: f64) -> Scene {
     let mut scene = Scene::default();
@@ -185,7 +200,7 @@ fn glass_in_a_white_furnace_is_white() {
 }
 
 #[test]
-fn reflections_do_not_depend_on_tiles_or_simd_levels() {
+fn reflections_do_not_depend_on_threads_tiles_or_simd_levels() {
     let mut scene = mirror_scene(true);
     scenes::add(&mut scene, ball(), glass(0.3), &[at(0.0, 0.0, 1.0, 0.4)]);
     let mesh = scene.instances[2].mesh as usize;
@@ -202,5 +217,10 @@ fn reflections_do_not_depend_on_tiles_or_simd_levels() {
     }
     for simd in scenes::simd_levels() {
         assert!(bits(simd, 16) == expected, "{simd:?}");
+    }
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pixels = pool.install(|| bits(BuildSettings::default().simd, 4));
+        assert!(pixels == expected, "{threads} threads");
     }
 }
