@@ -45,6 +45,13 @@ SHOTS = [
         "blinn render models/still-life/still-life.glb --light-radius .12 --ao 64 -s 32 --adaptive .04 --size 960x640 -o still-life.png",
     ),
     Shot(
+        "bar",
+        "Metal and glass",
+        "A wine glass and a tumbler with a wall and a drink in each, a frosted carafe; brushed steel, chrome, copper and gold; "
+        "varnished wood. Reflected and refracted rays, and the studio environment where they escape.",
+        "blinn render models/bar/bar.glb --hdri studio --light-radius .15 --ao 32 -s 64 --adaptive .02 --size 960x540 -o bar.png",
+    ),
+    Shot(
         "cornell",
         "A room with one lamp",
         "Shadows of a lamp as wide as its panel. The ambient term, with ambient occlusion, stands for indirect light.",

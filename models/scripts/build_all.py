@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 here = Path(__file__).resolve().parent
-SCENES = ["cornell", "still_life", "assembly", "textured", "figure", "lecture", "alpha", "tower", "tests"]
+SCENES = ["cornell", "still_life", "bar", "assembly", "textured", "figure", "lecture", "alpha", "tower", "tests"]
 
 for name in sys.argv[1:] or SCENES:
     print(f"{name} …", flush=True)

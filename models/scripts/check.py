@@ -94,6 +94,13 @@ def main():
     expect(
         "still-life", 10_000 <= f["expanded"] <= 60_000 and f["images"] == 1, "10,000 to 60,000 triangles, one image"
     )
+    f = get("bar/bar.glb")
+    expect("bar", f["metals"] == 4 and f["images"] == 1, "four metals, one image")
+    expect(
+        "bar",
+        {"KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_clearcoat"} <= set(f["extensions"]),
+        "glass and varnish",
+    )
     f = get("assembly/assembly.glb")
     expect(
         "assembly",
