@@ -1,12 +1,12 @@
 //! Ambient occlusion: the share of light from all directions that reaches a point.
 
-use std::collections::HashMap;
 use std::f64::consts::PI;
 
-use glam::{DVec3, UVec2};
+use glam::DVec3;
 
 use crate::accel::Coherence;
 use crate::geometry::{Rgb, cosine_hemisphere};
+use crate::integrator::environment_occlusion::{OcclusionEstimate, arriving_light};
 use crate::integrator::frame::{AmbientOcclusion, Frame};
 use crate::integrator::paths::PathState;
 use crate::integrator::sample::{SampleDimension, SampleStream};
@@ -42,10 +42,14 @@ pub(crate) fn occlude_ambient(
     let estimates = rays.trace(frame, environment, batch, stream, buffers);
     let ambient: Vec<Rgb> = match environment {
         Some(environment) => {
-            let unoccluded = |&i: &usize| environment.diffuse(batch.n(i).as_vec3());
-            let unoccluded: Vec<Rgb> = indices.iter().map(unoccluded).collect();
-            let pixels = indices.iter().map(|&i| stream.samples[batch.points[i].path].pixel);
-            arriving_light(&estimates, &unoccluded, &pixels.collect::<Vec<UVec2>>())
+            let estimate = |(&i, estimate): (&usize, &AmbientEstimate)| OcclusionEstimate {
+                pixel: stream.samples[batch.points[i].path].pixel,
+                unoccluded: environment.diffuse(batch.n(i).as_vec3()),
+                visibility: estimate.visibility,
+                visible: estimate.visible,
+                hidden: estimate.hidden,
+            };
+            arriving_light(&indices.iter().zip(&estimates).map(estimate).collect::<Vec<_>>())
         }
         None => {
             let ambient = |(&i, estimate): (&usize, &AmbientEstimate)| {
@@ -71,55 +75,6 @@ struct AmbientEstimate {
     visible: Rgb,
     /// The environment's light that is hidden.
     hidden: Rgb,
-}
-
-/// Sums over the points of a pixel, in fixed point: exact, so that they do not depend on the order of points.
-#[derive(Default)]
-struct PixelSums {
-    points: i128,
-    visibility: i128,
-    /// Light without occlusion, by colour.
-    unoccluded: [i128; 3],
-    /// Hidden light, by colour.
-    hidden: [i128; 3],
-}
-
-/// The environment's light that arrives at points of these pixels.
-///
-/// In pixels where most directions are visible, it is the unoccluded light minus what is hidden, and otherwise what the
-/// visible directions show: open surfaces have no noise, whatever the environment. Both have the same mean; the choice is
-/// made for pixels and not for samples, whose few rays would prefer one of them when they miss a light.
-fn arriving_light(estimates: &[AmbientEstimate], unoccluded: &[Rgb], pixels: &[UVec2]) -> Vec<Rgb> {
-    let mut sums: HashMap<UVec2, PixelSums> = HashMap::new();
-    for ((estimate, unoccluded), &pixel) in estimates.iter().zip(unoccluded).zip(pixels) {
-        let sums = sums.entry(pixel).or_default();
-        sums.points += 1;
-        sums.visibility += fixed(estimate.visibility.dot(Rgb::splat(1.0 / 3.0)));
-        for c in 0..3 {
-            // Huge radiance saturates, in any order.
-            sums.unoccluded[c] = sums.unoccluded[c].saturating_add(fixed(unoccluded[c]));
-            sums.hidden[c] = sums.hidden[c].saturating_add(fixed(estimate.hidden[c]));
-        }
-    }
-    let light = |((estimate, &unoccluded), pixel): ((&AmbientEstimate, &Rgb), &UVec2)| {
-        let Some(sums) = sums.get(pixel) else { return estimate.visible };
-        if 2 * sums.visibility < sums.points * fixed(1.0) {
-            return estimate.visible;
-        }
-        // Noise may hide more than there is.
-        let share = |c: usize| {
-            let (all, hidden) = (sums.unoccluded[c], sums.hidden[c]);
-            if hidden > all { (all as f64 / hidden as f64) as f32 } else { 1.0 }
-        };
-        unoccluded - estimate.hidden * Rgb::new(share(0), share(1), share(2))
-    };
-    estimates.iter().zip(unoccluded).zip(pixels).map(light).collect()
-}
-
-/// A number in fixed point.
-fn fixed(v: f32) -> i128 {
-    const ONE: f64 = (1u64 << 32) as f64;
-    (f64::from(v) * ONE) as i128
 }
 
 /// The rays of a batch of points for ambient light.
@@ -224,18 +179,4 @@ fn lookup(environment: &Environment, n: DVec3, l: DVec3, count: u32) -> Rgb {
     let density = n.dot(l).max(0.0) / PI;
     let solid_angle = (1.0 / (f64::from(count) * density)).min(MAX_SOLID_ANGLE);
     environment.radiance(l.as_vec3(), solid_angle as f32)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Sums over the points of a pixel stay within their range, whatever an environment and its strength are.
-    #[test]
-    fn huge_radiance_does_not_overflow() {
-        let hidden = Rgb::splat(3e38);
-        let estimate = AmbientEstimate { visibility: Rgb::splat(0.75), visible: Rgb::ZERO, hidden };
-        let light = arriving_light(&[estimate; 4], &[Rgb::splat(3e38); 4], &[UVec2::ZERO; 4]);
-        assert_eq!(light, [Rgb::ZERO; 4]);
-    }
 }

@@ -62,8 +62,7 @@ impl<'a> Compositor<'a> {
 
     /// Adds the light that secondary rays found to the paths that spawned them.
     pub fn add_secondary(&mut self, wave: &Wave, found: &[PathLight]) {
-        for (ray, &light) in wave.rays.iter().zip(found) {
-            let added = ray.clamped_contribution(light);
+        for (ray, added) in wave.rays.iter().zip(wave.contributions(found)) {
             self.radiance[ray.parent] += added.radiance;
             self.transmittance[ray.parent] += added.transmittance;
         }

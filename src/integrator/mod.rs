@@ -8,6 +8,7 @@ mod aov;
 mod compositor;
 mod cryptomatte;
 mod direct_light;
+mod environment_occlusion;
 mod first_hit;
 mod flow;
 mod frame;

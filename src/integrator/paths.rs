@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 
 use crate::accel::RayBatch;
 use crate::geometry::{RayDifferential, Rgb};
+use crate::integrator::environment_occlusion::{OcclusionEstimate, arriving_light};
 use crate::integrator::frame::Frame;
 use crate::integrator::media::MediumStack;
 use crate::integrator::sample::Sample;
@@ -79,6 +80,8 @@ pub(crate) struct SecondaryRay {
     /// environment, which then adds no noise.
     pub escape_weight: Rgb,
     pub escape: Escape,
+    /// The environment's light over the whole lobe that the ray is one direction of, if nothing hid it, as the parent's.
+    pub unoccluded: Option<Rgb>,
     /// Unit length.
     pub direction: Vec3,
     pub state: PathState,
@@ -118,22 +121,44 @@ pub(crate) struct PathLight {
 const MAX_CONTRIBUTION: f32 = 10.0;
 
 impl SecondaryRay {
-    /// The light that the ray adds to its parent, given what was found along it. Clamps fireflies.
-    pub fn clamped_contribution(&self, found: PathLight) -> PathLight {
-        let mut light = found.radiance * self.weight;
+    /// The light of the surfaces along the ray, as the parent's. Clamps fireflies.
+    fn surface_light(&self, found: PathLight) -> Rgb {
+        let light = found.radiance * self.weight;
         let brightest = light.max_element();
-        if brightest > MAX_CONTRIBUTION {
-            light *= MAX_CONTRIBUTION / brightest;
-        }
-        match self.escape {
-            Escape::Radiance(radiance) => PathLight {
-                radiance: light + radiance * self.escape_weight * found.transmittance,
-                transmittance: Rgb::ZERO,
-            },
-            Escape::Background => {
-                PathLight { radiance: light, transmittance: self.escape_weight * found.transmittance }
+        if brightest > MAX_CONTRIBUTION { light * (MAX_CONTRIBUTION / brightest) } else { light }
+    }
+}
+
+impl Wave {
+    /// The light that each ray adds to its parent, given what was found along it.
+    pub fn contributions(&self, found: &[PathLight]) -> Vec<PathLight> {
+        let mut lights: Vec<PathLight> = Vec::with_capacity(found.len());
+        let (mut estimates, mut estimated) = (Vec::new(), Vec::new());
+        for (i, (ray, &found)) in self.rays.iter().zip(found).enumerate() {
+            let mut light = PathLight { radiance: ray.surface_light(found), transmittance: Rgb::ZERO };
+            match (ray.escape, ray.unoccluded) {
+                (Escape::Background, _) => light.transmittance = ray.escape_weight * found.transmittance,
+                (Escape::Radiance(radiance), None) => {
+                    light.radiance += radiance * ray.escape_weight * found.transmittance;
+                }
+                (Escape::Radiance(radiance), Some(unoccluded)) => {
+                    let radiance = radiance * ray.escape_weight;
+                    estimated.push(i);
+                    estimates.push(OcclusionEstimate {
+                        pixel: self.samples[i].pixel,
+                        unoccluded,
+                        visibility: found.transmittance,
+                        visible: radiance * found.transmittance,
+                        hidden: radiance * (Rgb::ONE - found.transmittance),
+                    });
+                }
             }
+            lights.push(light);
         }
+        for (i, light) in estimated.into_iter().zip(arriving_light(&estimates)) {
+            lights[i].radiance += light;
+        }
+        lights
     }
 }
 

@@ -18,17 +18,18 @@ use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::directional_albedo::COAT_F0;
 use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::material::ggx::{NARROW_ALPHA, SMOOTH_GLASS_ALPHA};
-use crate::integrator::material::ggx_lobe::{LOBE_DIRECTIONS, Lobe, LobeSample, LobeSubset};
+use crate::integrator::material::ggx_lobe::{Lobe, LobeSample, LobeSubset};
 use crate::integrator::media::{Medium, MediumStack};
 use crate::integrator::paths::{Escape, PathState, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{dvec3, set3, vec3};
+use crate::scene::Environment;
 
-/// Lobes of a smaller importance spawn no rays unless they are narrow.
+/// Lobes of a smaller importance are weak: they spawn no rays unless they are narrow, and look the environment up once.
 const STRONG_IMPORTANCE: f32 = 0.15;
-/// Importance up to which a lobe takes the environment's light from half as many directions.
-const WEAK_IMPORTANCE: f32 = 0.1;
+/// Pixels of fewer samples look up the environment over a lobe once for each sample.
+const MIN_SAMPLES_OF_LOBES: u32 = 4;
 /// Smallest importance of a ray that is spawned.
 const MIN_IMPORTANCE: f32 = 1.0 / 512.0;
 /// Russian roulette: rays of glass that eye rays hit are spawned with a probability in proportion to their importance if it
@@ -198,7 +199,8 @@ impl PathVertex<'_, '_> {
         let arrives = self.throughput * k_r;
         let importance = self.state.importance * arrives.max_element();
         if self.state.reflections_left == 0 || !is_traced(importance, alpha, self.stream.wave) {
-            return k_r * layer.occlusion * self.lobe_radiance(layer, importance);
+            let Some(environment) = &self.frame.environment else { return Rgb::ZERO };
+            return k_r * layer.occlusion * self.lobe_radiance(layer, importance, environment);
         }
         let u = self.stream.get_2d(self.path(), layer.dimension).map(f64::from);
         let LobeSample { l, weight, solid_angle } = layer.lobe.sample(u, self.stream.sampler.count);
@@ -222,6 +224,9 @@ impl PathVertex<'_, '_> {
             // The mean of the weight is 1.
             escape_weight: if is_uniform { arrives } else { arrives * weight },
             escape: Escape::Radiance(escape),
+            unoccluded: environment
+                .filter(|_| !is_uniform)
+                .map(|e| arrives * self.unoccluded(layer, importance, e)),
             direction: direction.as_vec3(),
             state,
         };
@@ -229,13 +234,23 @@ impl PathVertex<'_, '_> {
         Rgb::ZERO
     }
 
-    /// The light of the environment that a layer reflects, averaged over its lobe.
-    fn lobe_radiance(&self, layer: &ReflectingLayer, importance: f32) -> Rgb {
-        let Some(environment) = &self.frame.environment else { return Rgb::ZERO };
-        // Errors of a weak lobe are not seen.
-        let directions = if importance < WEAK_IMPORTANCE { LOBE_DIRECTIONS / 2 } else { LOBE_DIRECTIONS };
+    /// The radiance of the environment over the lobe of a layer whose rays are traced.
+    fn unoccluded(&self, layer: &ReflectingLayer, importance: f32, environment: &Environment) -> Rgb {
+        // Alone, a sample would need many directions.
+        if self.stream.wave > 0 || self.stream.sampler.count < MIN_SAMPLES_OF_LOBES {
+            return layer.lobe.prefiltered_radiance(environment);
+        }
+        self.lobe_radiance(layer, importance, environment)
+    }
+
+    /// The radiance of the environment, averaged over the lobe of a layer.
+    fn lobe_radiance(&self, layer: &ReflectingLayer, importance: f32, environment: &Environment) -> Rgb {
+        // The error of a single lookup is not seen in a weak lobe.
+        if importance < STRONG_IMPORTANCE {
+            return layer.lobe.prefiltered_radiance(environment);
+        }
         let index = self.stream.samples[self.path()].index;
-        let subset = LobeSubset { index, count: self.stream.sampler.count, directions };
+        let subset = LobeSubset { index, count: self.stream.sampler.count };
         layer.lobe.environment_radiance(environment, subset)
     }
 
@@ -325,7 +340,15 @@ impl PathVertex<'_, '_> {
             ..self.state
         };
         let parent = self.path();
-        let ray = SecondaryRay { parent, weight, escape_weight: weight, escape, direction, state };
+        let ray = SecondaryRay {
+            parent,
+            weight,
+            escape_weight: weight,
+            escape,
+            unoccluded: None,
+            direction,
+            state,
+        };
         wave.push(ray, self.stream.samples[parent]);
         Rgb::ZERO
     }

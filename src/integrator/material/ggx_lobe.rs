@@ -15,10 +15,11 @@ use crate::integrator::material::fresnel::schlick_weight;
 use crate::integrator::material::ggx::{
     MIRROR_ALPHA, reflected_pdf, sample_visible_normal, sample_visible_normal_at, shadowing_ratio,
 };
+use crate::integrator::material::lobe_moments::LobeMoments;
 use crate::scene::Environment;
 
 /// Directions in the set of a pixel, shared among its samples.
-pub(crate) const LOBE_DIRECTIONS: u32 = 32;
+const LOBE_DIRECTIONS: u32 = 32;
 /// Solid angle of a lookup over that which its direction stands for. Lookups are filtered a little wider than requested,
 /// between texels and between levels; 0.7 comes closest to the integral over the lobe.
 const FILTER_WIDTH: f64 = 0.7;
@@ -54,8 +55,6 @@ pub(crate) struct LobeSubset {
     pub index: u32,
     /// Number of samples of a pixel.
     pub count: u32,
-    /// Directions of a pixel, at most.
-    pub directions: u32,
 }
 
 impl Lobe {
@@ -73,7 +72,7 @@ impl Lobe {
             return environment.radiance(l.as_vec3(), (4.0 * PI * alpha * alpha) as f32);
         }
         let count = subset.count.max(1);
-        let per_sample = subset.directions.div_ceil(count).max(1);
+        let per_sample = LOBE_DIRECTIONS.div_ceil(count).max(1);
         let total = per_sample.saturating_mul(count);
         let first = (subset.index % count) * per_sample;
         let mut sum = Rgb::ZERO;
@@ -92,6 +91,18 @@ impl Lobe {
         }
         let expected = single_scattering_albedo(basis.v.z as f32, alpha as f32, f0 as f32);
         sum / (per_sample as f32 * expected)
+    }
+
+    /// The same by one lookup, without the stretch of lobes at grazing angles: for weak lobes.
+    pub fn prefiltered_radiance(&self, environment: &Environment) -> Rgb {
+        if let Some(radiance) = environment.as_uniform() {
+            return radiance;
+        }
+        let (n, v) = (self.n.as_vec3(), self.v.as_vec3());
+        let cos = n.dot(v);
+        let LobeMoments { x, z, alpha } = LobeMoments::new(cos, self.alpha as f32);
+        let away = (n * cos - v).normalize_or_zero();
+        environment.prefiltered((away * x + n * z).normalize_or(n), alpha)
     }
 }
 

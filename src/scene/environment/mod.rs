@@ -4,8 +4,10 @@ mod blur;
 mod cube_map;
 mod diffuse;
 mod irradiance;
+mod kernel;
 mod octahedral;
 mod panorama;
+mod prefiltered;
 mod procedural;
 mod pyramid;
 
@@ -22,6 +24,7 @@ pub use cube_map::CubeMap;
 use diffuse::DiffuseTable;
 pub use irradiance::SkyIrradiance;
 pub use panorama::Panorama;
+use prefiltered::PrefilteredMaps;
 use pyramid::Pyramid;
 
 /// Panoramas that are wider are halved.
@@ -52,6 +55,8 @@ struct EnvironmentMap {
     pyramid: Pyramid,
     /// Irradiance over π by normal, computed on first use.
     diffuse: OnceLock<DiffuseTable>,
+    /// Averages over reflected lobes.
+    prefiltered: PrefilteredMaps,
     /// The first blurred map that was requested.
     blurred: OnceLock<BlurredMap>,
     /// Hash of the texels.
@@ -191,6 +196,7 @@ impl EnvironmentMap {
             panorama,
             pyramid,
             diffuse: OnceLock::new(),
+            prefiltered: PrefilteredMaps::default(),
             blurred: OnceLock::new(),
         }
     }

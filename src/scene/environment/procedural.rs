@@ -7,8 +7,10 @@ use glam::Vec3;
 use super::Environment;
 use crate::geometry::Rgb;
 
-/// Texels on a side of the finest mip level.
-const SIDE: usize = 512;
+/// Texels on a side of the studio's finest mip level: three over the edge of a soft box.
+const STUDIO_SIDE: usize = 256;
+/// Texels on a side of the sky's finest mip level.
+const SKY_SIDE: usize = 512;
 
 /// A soft box at infinity: a rectangle on a plane whose distance is 1.
 struct SoftBox {
@@ -107,7 +109,7 @@ impl Environment {
         static STUDIO: OnceLock<Environment> = OnceLock::new();
         let make = || {
             let soft_boxes = SOFT_BOXES.each_ref().map(PlacedBox::new);
-            Environment::from_function(SIDE, 1, |d| studio_radiance(&soft_boxes, d))
+            Environment::from_function(STUDIO_SIDE, 1, |d| studio_radiance(&soft_boxes, d))
         };
         STUDIO.get_or_init(make).clone()
     }
@@ -115,6 +117,6 @@ impl Environment {
     /// Returns a clear sky with a hazy sun in the direction (0.55, 0.55, 0.63), over a grey ground.
     pub fn sky() -> Environment {
         static SKY: OnceLock<Environment> = OnceLock::new();
-        SKY.get_or_init(|| Environment::from_function(SIDE, 2, sky_radiance)).clone()
+        SKY.get_or_init(|| Environment::from_function(SKY_SIDE, 2, sky_radiance)).clone()
     }
 }

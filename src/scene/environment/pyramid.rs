@@ -16,7 +16,7 @@ pub(super) struct Pyramid {
 
 /// A level with a border of one texel, which repeats the texels that adjoin on the sphere.
 #[derive(Clone, Debug, PartialEq)]
-struct Level {
+pub(super) struct Level {
     /// Texels on a side, without the border.
     side: usize,
     texels: Vec<Vec4>,
@@ -111,6 +111,16 @@ fn downsample(texels: &[Vec4], side: usize) -> Vec<Vec4> {
 }
 
 impl Level {
+    /// Makes a level from a function of the direction, at the centre of each texel.
+    pub fn from_function(side: usize, radiance: impl Fn(Vec3) -> Rgb) -> Level {
+        let step = 1.0 / side as f64;
+        let direction =
+            |k: usize| to_direction(((k % side) as f64 + 0.5) * step, ((k / side) as f64 + 0.5) * step);
+        let texels: Vec<Vec4> =
+            (0..side * side).map(|k| radiance(direction(k).as_vec3()).extend(0.0)).collect();
+        Level::with_border(&texels, side)
+    }
+
     fn with_border(texels: &[Vec4], side: usize) -> Level {
         let last = side as isize - 1;
         let padded = side + 2;
@@ -126,7 +136,7 @@ impl Level {
 
     /// The radiance at a point of the unit square, linear between texels.
     #[inline(always)]
-    fn radiance(&self, x: f32, y: f32) -> Vec4 {
+    pub fn radiance(&self, x: f32, y: f32) -> Vec4 {
         let side = self.side as f32;
         let (x, y) = (x * side + 0.5, y * side + 0.5);
         let (i, j) = ((x as usize).min(self.side), (y as usize).min(self.side));
