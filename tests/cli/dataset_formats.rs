@@ -128,6 +128,9 @@ fn invalid_formats_are_refused() {
     ] {
         refused(&at, &format!("turntable {cube} {flags}"), message);
     }
+    std::fs::copy(&cube, at.join("cube.obj")).unwrap();
+    let line = "job openjd turntable cube.obj --views 2 --dataset bop -o r/train/000001/rgb/######.png";
+    refused(&at, line, "a job cannot write r/train/000001/scene_camera.json");
     fails(
         &at,
         &["turntable", &cube, "--views", "2", "--dataset", "colmap", "-o", "a b #.png"],

@@ -39,6 +39,20 @@ const JOB_FLAGS: [&str; 13] = [
     "print-config",
 ];
 
+/// Returns an error if a dataset has files outside the folder of its images, which engines do not collect.
+fn check_dataset(plan: &RenderPlan, scene: &Path) -> Result<(), UsageError> {
+    let Some(dataset) = plan.dataset else { return Ok(()) };
+    let transforms = dataset.transforms_file(&plan.outputs, scene, 1);
+    let images = transforms.parent().unwrap_or(Path::new(""));
+    match plan.dataset_files(scene, 1).into_iter().find(|file| !file.starts_with(images)) {
+        Some(file) => Err(UsageError(format!(
+            "--dataset: a job cannot write {}, outside the folder of the images; run turntable, or remove that format",
+            file.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
 /// Default maximum number of tasks: Slurm's default limit.
 const MAX_TASKS: usize = 1000;
 /// Default number of frames per task.
@@ -79,6 +93,7 @@ impl<'a> JobPlan<'a> {
             return Err(UsageError("a job renders several frames; add --frames".into()));
         }
         let output = JobOutput::new(engine.command(), plan, scene)?;
+        check_dataset(plan, scene)?;
         let output_folder = folder.job_path(&output.folder)?;
         if !PathTemplate::parse(&output_folder.path).is_literal() {
             let name = &output_folder.path;

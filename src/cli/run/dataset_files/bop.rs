@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use serde_json::{Map, Value};
 
 use super::context::{DatasetContext, DatasetFiles, ImageMasks};
@@ -67,14 +68,15 @@ impl<'a> BopWriter<'a> {
         if !is_own {
             return Ok(());
         }
-        for (k, mask) in masks.iter().enumerate() {
+        let size = (pinhole.width, pinhole.height);
+        masks.par_iter().enumerate().try_for_each(|(k, mask)| -> Result<()> {
             let name = format!("{number:06}_{k:06}.png");
             for (folder, pixels) in [("mask", &mask.amodal), ("mask_visib", &mask.visible)] {
-                let size = (pinhole.width, pinhole.height);
                 let bytes = encode_mask(size, &pixels.to_bytes(size.0, size.1))?;
-                self.files.write_file(&self.folders.scene.join(folder).join(&name), &bytes)?;
+                self.files.update_file(&self.folders.scene.join(folder).join(&name), &bytes)?;
             }
-        }
+            Ok(())
+        })?;
         self.write_depth(number, view)
     }
 
@@ -84,8 +86,7 @@ impl<'a> BopWriter<'a> {
         let depth = image.with_extension(format!("{}.png", Aov::Depth.name()));
         let bytes = fs::read(&depth).with_context(|| format!("{} cannot be read", depth.display()))?;
         let name = format!("{number:06}.png");
-        self.files.write_file(&self.folders.scene.join("depth").join(name), &bytes)?;
-        Ok(())
+        self.files.update_file(&self.folders.scene.join("depth").join(name), &bytes)
     }
 
     /// Writes the models and the files that describe all views. Returns the latter.
@@ -98,7 +99,7 @@ impl<'a> BopWriter<'a> {
             }
             info.insert(object.to_string(), model.info());
             self.files
-                .write_file(&self.folders.models.join(format!("obj_{object:06}.ply")), &model.to_ply())?;
+                .update_file(&self.folders.models.join(format!("obj_{object:06}.ply")), &model.to_ply())?;
         }
         let mut written = Vec::new();
         let info = format!("{:#}\n", Value::Object(info));

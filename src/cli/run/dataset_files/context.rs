@@ -35,6 +35,14 @@ pub struct NumberedView {
 }
 
 impl DatasetFiles<'_> {
+    /// Writes a file unless it exists with the same content: there are many masks, and most are kept by `--resume`.
+    pub fn update_file(&self, file: &Path, bytes: &[u8]) -> Result<()> {
+        match fs::read(file) {
+            Ok(known) if known == bytes => Ok(()),
+            _ => self.write_file(file, bytes).map(drop),
+        }
+    }
+
     /// Writes a file and returns its path, or `None` if --no-overwrite keeps one with the same content.
     pub fn write_file(&self, file: &Path, bytes: &[u8]) -> Result<Option<PathBuf>> {
         let replace = self.transforms.plan.outputs.replace;
