@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::world_up::WorldUp;
 use crate::render::PixelRect;
-use crate::scene::Camera;
+use crate::scene::{Camera, Intrinsics};
 
 /// Focal lengths and principal point in pixels of an image. Rows run downward; the centre of pixel (i, j) is at
 /// (i + ½, j + ½).
@@ -27,17 +27,9 @@ pub struct Pinhole {
 impl Pinhole {
     /// The intrinsics of the part `window` of an image of `size` pixels. The camera is perspective.
     pub fn new(camera: &Camera, size: (u32, u32), window: PixelRect) -> Pinhole {
-        let Camera { view_width, view_height, view_centre, proj_distance, .. } = *camera;
-        let (full_width, full_height) = (f64::from(size.0), f64::from(size.1));
+        let Intrinsics { fx, fy, cx, cy } = Intrinsics::of(camera, size);
         let PixelRect { x, y, width, height } = window;
-        Pinhole {
-            fx: full_width * proj_distance / view_width,
-            fy: full_height * proj_distance / view_height,
-            cx: 0.5 * full_width - full_width * view_centre.x / view_width - f64::from(x),
-            cy: 0.5 * full_height + full_height * view_centre.y / view_height - f64::from(y),
-            width,
-            height,
-        }
+        Pinhole { fx, fy, cx: cx - f64::from(x), cy: cy - f64::from(y), width, height }
     }
 }
 

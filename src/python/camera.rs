@@ -6,18 +6,18 @@ use pyo3::prelude::*;
 
 use super::errors::value_error;
 use crate::geometry::Basis;
-use crate::scene::{Camera, ClipPlanes, Projection};
+use crate::scene::{Camera, ClipPlanes, Intrinsics, Projection, ViewRect};
 
 /// Anything that NumPy converts to a matrix of numbers.
 type Matrix<'py> = PyArrayLike2<'py, f64, AllowTypeChange>;
 
 /// The view rectangle at distance 1 for perspective, in metres for orthographic cameras.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum ViewRect {
+enum Extent {
     /// Centred, of this height. The width follows the size of the picture.
     Height(f64),
-    /// Left, right, bottom and top: the lecture's l, r, b and t.
-    Bounds([f64; 4]),
+    /// Possibly off-centre.
+    Bounds(ViewRect),
 }
 
 /// A camera: position, orientation, projection and view rectangle.
@@ -27,7 +27,7 @@ pub struct PyCamera {
     view_point: DVec3,
     basis: Basis,
     projection: Projection,
-    rect: ViewRect,
+    rect: Extent,
     clip: ClipPlanes,
     size: Option<(u32, u32)>,
 }
@@ -55,16 +55,19 @@ impl PyCamera {
     /// The camera for a picture of `width` by `height` pixels.
     pub fn resolve(&self, (width, height): (u32, u32)) -> Camera {
         let aspect = f64::from(width) / f64::from(height);
-        let [l, r, b, t] = match self.rect {
-            ViewRect::Height(h) => [-0.5 * h * aspect, 0.5 * h * aspect, -0.5 * h, 0.5 * h],
-            ViewRect::Bounds(bounds) => bounds,
+        let rect = match self.rect {
+            Extent::Height(h) => {
+                let (right, top) = (0.5 * h * aspect, 0.5 * h);
+                ViewRect { left: -right, right, bottom: -top, top }
+            }
+            Extent::Bounds(rect) => rect,
         };
         Camera {
             view_point: self.view_point,
             basis: self.basis,
-            view_width: r - l,
-            view_height: t - b,
-            view_centre: 0.5 * DVec2::new(l + r, b + t),
+            view_width: rect.width(),
+            view_height: rect.height(),
+            view_centre: rect.centre(),
             proj_distance: 1.0,
             projection: self.projection,
             clip: self.clip,
@@ -85,7 +88,7 @@ impl PyCamera {
             view_point: camera.view_point,
             basis: camera.basis,
             projection: camera.projection,
-            rect: ViewRect::Bounds([low.x, high.x, low.y, high.y]),
+            rect: Extent::Bounds(ViewRect { left: low.x, right: high.x, bottom: low.y, top: high.y }),
             clip: camera.clip,
             size: Some(size),
         }
@@ -161,16 +164,15 @@ impl PyCamera {
         if k[[0, 1]] != 0.0 {
             return Err(value_error("K has skew, which is not supported; set K[0, 1] = 0"));
         }
-        let is_valid = [fx, fy].iter().all(|f| *f > 0.0 && f.is_finite()) && cx.is_finite() && cy.is_finite();
-        if !is_valid || size.0 == 0 || size.1 == 0 {
+        let intrinsics = Intrinsics { fx, fy, cx, cy };
+        if !intrinsics.is_valid() || size.0 == 0 || size.1 == 0 {
             return Err(value_error("focal lengths and size must be positive and finite"));
         }
-        let (width, height) = (f64::from(size.0), f64::from(size.1));
         let (view_point, basis) = match &camera_to_world {
             Some(matrix) => pose(matrix, convention)?,
             None => axes(&DMat4::IDENTITY, convention)?,
         };
-        let rect = ViewRect::Bounds([-cx / fx, (width - cx) / fx, (cy - height) / fy, cy / fy]);
+        let rect = Extent::Bounds(intrinsics.view_rect(size));
         let projection = Projection::Perspective;
         Ok(PyCamera { view_point, basis, projection, rect, clip: clip(near, far)?, size: Some(size) })
     }
@@ -216,11 +218,7 @@ impl PyCamera {
         if size.0 == 0 || size.1 == 0 {
             return Err(value_error("the size must be positive"));
         }
-        let camera = self.resolve(size);
-        let (width, height) = (f64::from(size.0), f64::from(size.1));
-        let (fx, fy) = (width / camera.view_width, height / camera.view_height);
-        let cx = 0.5 * width - fx * camera.view_centre.x;
-        let cy = 0.5 * height + fy * camera.view_centre.y;
+        let Intrinsics { fx, fy, cx, cy } = Intrinsics::of(&self.resolve(size), size);
         PyArray1::from_slice(py, &[fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]).reshape([3, 3])
     }
 
@@ -247,8 +245,8 @@ impl PyCamera {
             basis: Basis { u, v, w },
             projection: if is_orthographic { Projection::Orthographic } else { Projection::Perspective },
             rect: match rect[..] {
-                [l, r, b, t] => ViewRect::Bounds([l, r, b, t]),
-                _ => ViewRect::Height(rect.first().copied().unwrap_or(1.0)),
+                [left, right, bottom, top] => Extent::Bounds(ViewRect { left, right, bottom, top }),
+                _ => Extent::Height(rect.first().copied().unwrap_or(1.0)),
             },
             clip: ClipPlanes { near, far },
             size,
@@ -263,8 +261,8 @@ impl PyCamera {
             axes: [self.view_point, u, v, w].map(|v| v.to_array()),
             is_orthographic: self.orthographic(),
             rect: match self.rect {
-                ViewRect::Height(height) => vec![height],
-                ViewRect::Bounds(bounds) => bounds.to_vec(),
+                Extent::Height(height) => vec![height],
+                Extent::Bounds(rect) => vec![rect.left, rect.right, rect.bottom, rect.top],
             },
             clip: (self.clip.near, self.clip.far),
         };
@@ -278,11 +276,11 @@ fn finite(name: &str, v: [f64; 3]) -> PyResult<DVec3> {
 }
 
 /// Projection and view rectangle for a field of view in degrees, or a height in metres.
-fn extent(yfov: Option<f64>, height: Option<f64>) -> PyResult<(Projection, ViewRect)> {
+fn extent(yfov: Option<f64>, height: Option<f64>) -> PyResult<(Projection, Extent)> {
     match (yfov, height) {
         (Some(_), Some(_)) => Err(value_error("yfov is for perspective, height for orthographic cameras")),
         (None, Some(height)) if height > 0.0 && height.is_finite() => {
-            Ok((Projection::Orthographic, ViewRect::Height(height)))
+            Ok((Projection::Orthographic, Extent::Height(height)))
         }
         (None, Some(_)) => Err(value_error("height must be positive and finite")),
         (yfov, None) => {
@@ -291,7 +289,7 @@ fn extent(yfov: Option<f64>, height: Option<f64>) -> PyResult<(Projection, ViewR
                 return Err(value_error("yfov must be between 0 and 180 degrees"));
             }
             let height = 2.0 * libm::tan(0.5 * yfov.to_radians());
-            Ok((Projection::Perspective, ViewRect::Height(height)))
+            Ok((Projection::Perspective, Extent::Height(height)))
         }
     }
 }

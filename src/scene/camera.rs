@@ -102,6 +102,14 @@ impl Camera {
         (p.z < 0.0 && film.is_finite()).then_some(film)
     }
 
+    /// Returns this camera with 0 in place of −0.
+    pub(crate) fn with_positive_zeros(&self) -> Camera {
+        let Basis { u, v, w } = self.basis;
+        let basis = Basis { u: u + 0.0, v: v + 0.0, w: w + 0.0 };
+        let (view_point, view_centre) = (self.view_point + 0.0, self.view_centre + 0.0);
+        Camera { view_point, basis, view_centre, ..*self }
+    }
+
     /// Returns the depth along −w of one unit of an eye ray's t.
     pub fn depth_per_t(&self) -> f64 {
         match self.projection {

@@ -1,6 +1,6 @@
 //! Framing: camera distances and view rectangles that show a bounding sphere, and orbits around it.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::{Camera, Orbit, OrbitAngles, Projection};
 use crate::geometry::{Basis, Sphere};
@@ -20,10 +20,25 @@ fn framing_distance(radius: f64, half_width: f64, half_height: f64) -> f64 {
     MARGIN * radius * (1.0 + tangent * tangent).sqrt() / tangent
 }
 
+/// Returns the distance from which a sphere of `radius` fits, with a margin, into an off-centre view whose
+/// rectangle at distance 1 has this half size and this centre, if the sphere is in the middle of the picture.
+fn off_centre_distance(radius: f64, half_size: DVec2, centre: DVec2) -> f64 {
+    // The nearer plane of each pair is the one farther from the view axis.
+    let side = centre.abs() + half_size;
+    let distance = |half: f64, side: f64| MARGIN * radius * (1.0 + side * side).sqrt() / half;
+    distance(half_size.x, side.x).max(distance(half_size.y, side.y))
+}
+
 impl Camera {
-    /// Moves back along w until the sphere is in view.
+    /// Moves back along w until the sphere is in view, and sideways until it is in the middle of the picture.
     pub(super) fn frame_sphere(&mut self, sphere: Sphere) {
+        let is_centred = self.view_centre == DVec2::ZERO;
         let distance = match self.projection {
+            Projection::Perspective if !is_centred => {
+                let half_size = 0.5 * DVec2::new(self.view_width, self.view_height);
+                let d = self.proj_distance;
+                off_centre_distance(sphere.radius, half_size / d, self.view_centre / d)
+            }
             Projection::Perspective => {
                 let half = 0.5 / self.proj_distance;
                 framing_distance(sphere.radius, half * self.view_width, half * self.view_height)
@@ -34,6 +49,13 @@ impl Camera {
             }
         };
         self.view_point = sphere.centre + self.basis.w * distance;
+        if !is_centred {
+            let sideways = match self.projection {
+                Projection::Perspective => self.view_centre * (distance / self.proj_distance),
+                Projection::Orthographic => self.view_centre,
+            };
+            self.view_point -= self.basis.u * sideways.x + self.basis.v * sideways.y;
+        }
     }
 
     /// Widens the view rectangle until a sphere of `radius` fits.
@@ -41,8 +63,10 @@ impl Camera {
         let smaller = self.view_width.min(self.view_height);
         let wanted = 2.0 * MARGIN * radius;
         if smaller < wanted {
-            self.view_width *= wanted / smaller;
-            self.view_height *= wanted / smaller;
+            let factor = wanted / smaller;
+            self.view_width *= factor;
+            self.view_height *= factor;
+            self.view_centre *= factor;
         }
     }
 

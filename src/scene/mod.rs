@@ -32,6 +32,7 @@ mod spot_cone;
 mod texture;
 mod turntable;
 mod view;
+mod view_rect;
 
 pub use animation::animated_properties::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 pub use animation::bounds_cache::ClipBoundsCache;
@@ -75,6 +76,7 @@ pub use texture::uv_transform::UvTransform;
 pub use texture::wrap::Wrap;
 pub use turntable::AxisRotation;
 pub use view::{Orbit, OrbitAngles, View, ViewError};
+pub use view_rect::{Intrinsics, ViewRect};
 
 /// A scene as its file describes it. Ids are indices into the arrays.
 #[derive(Clone, Debug, Default)]

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::base_view::BaseView;
-use super::{Camera, OrbitAngles, PosedScene, Projection, Scene, View, ViewError};
+use super::{Camera, OrbitAngles, PosedScene, Projection, Scene, View, ViewError, ViewRect};
 use crate::geometry::Basis;
 
 /// Information beside the camera of a resolved view.
@@ -15,10 +15,17 @@ pub struct ViewNotes {
     pub warnings: Vec<String>,
 }
 
-/// The extent of the view rectangle.
-struct ViewSize {
+/// The extent of the view rectangle, and its centre along u and v.
+struct ViewExtent {
     width: f64,
     height: f64,
+    centre: DVec2,
+}
+
+impl From<ViewRect> for ViewExtent {
+    fn from(rect: ViewRect) -> ViewExtent {
+        ViewExtent { width: rect.width(), height: rect.height(), centre: rect.centre() }
+    }
 }
 
 impl View {
@@ -47,8 +54,16 @@ impl View {
         let view_point =
             self.view_point.or_else(|| orbit_distance.map(|distance| base.centre() + basis.w * distance));
         let proj_distance = self.proj_distance.unwrap_or(base.proj_distance);
-        let size = self.view_size(&base, picture, projection, proj_distance);
-        if (size.width / size.height / picture - 1.0).abs() > 1e-3 {
+        let size = match self.intrinsics {
+            Some(_) if projection == Projection::Orthographic => {
+                let camera = self.describe(posed.scene, base.camera);
+                return Err(ViewError::OrthographicIntrinsics(camera));
+            }
+            Some(intrinsics) => intrinsics.view_rect((n_x, n_y)).scaled(proj_distance).into(),
+            None => self.view_extent(&base, picture, projection, proj_distance),
+        };
+        // Intrinsics are exact about the shape of pixels.
+        if self.intrinsics.is_none() && (size.width / size.height / picture - 1.0).abs() > 1e-3 {
             notes.warnings.push(format!(
                 "pixels are not square: the view is {} by {}, the picture {n_x} by {n_y} pixels",
                 size.width, size.height
@@ -59,7 +74,7 @@ impl View {
             basis,
             view_width: size.width,
             view_height: size.height,
-            view_centre: DVec2::ZERO,
+            view_centre: size.centre,
             proj_distance,
             projection,
             clip: self.clip.unwrap_or(base.clip),
@@ -84,6 +99,13 @@ impl View {
         positive("--view-width", self.view_width)?;
         positive("--view-height", self.view_height)?;
         positive("--zoom", self.zoom)?;
+        if let Some(k) = self.intrinsics {
+            positive("the FX of --intrinsics", Some(k.fx))?;
+            positive("the FY of --intrinsics", Some(k.fy))?;
+        }
+        if let Some(rect) = self.view_rect.filter(|rect| !rect.is_valid()) {
+            return Err(ViewError::EmptyViewRect(rect));
+        }
         positive("the distance of --orbit", self.orbit.and_then(|o| o.distance))?;
         if let Some(yfov) = self.yfov
             && !(yfov > 0.0 && yfov < std::f64::consts::PI)
@@ -107,19 +129,23 @@ impl View {
         if self.orbit.is_some() { format!("{base}, from --orbit") } else { base }
     }
 
-    /// Returns the extent of the view rectangle. A given width or height alone keeps pixels square.
+    /// Returns the view rectangle without intrinsics. A given width or height alone keeps pixels square.
     ///
     /// A projection distance alone zooms, as in the lecture; an angle holds at any distance.
-    fn view_size(&self, base: &BaseView, picture: f64, projection: Projection, d: f64) -> ViewSize {
+    fn view_extent(&self, base: &BaseView, picture: f64, projection: Projection, d: f64) -> ViewExtent {
+        if let Some(rect) = self.view_rect {
+            return rect.into();
+        }
         let height = self.view_height.or(self.yfov.map(|yfov| 2.0 * d * libm::tan(0.5 * yfov)));
-        match (self.view_width, height) {
-            (Some(width), Some(height)) => ViewSize { width, height },
-            (Some(width), None) => ViewSize { width, height: width / picture },
+        let (width, height) = match (self.view_width, height) {
+            (Some(width), Some(height)) => (width, height),
+            (Some(width), None) => (width, width / picture),
             (None, height) => {
                 let height = height.unwrap_or_else(|| base.view_height_for(projection));
-                ViewSize { width: height * picture, height }
+                (height * picture, height)
             }
-        }
+        };
+        ViewExtent { width, height, centre: self.shift * width.max(height) }
     }
 
     /// Returns the basis of the camera.

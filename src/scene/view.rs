@@ -1,8 +1,8 @@
 //! Requested views, before the file's camera or framing completes them.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use super::{Camera, ClipPlanes, Projection, Scene, SensorFit};
+use super::{Camera, ClipPlanes, Intrinsics, Projection, Scene, SensorFit, ViewRect};
 
 /// An error in a view.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -26,6 +26,14 @@ pub enum ViewError {
         "the file's camera '{0}' has no view direction: its node or a parent has scale 0; set --view-dir"
     )]
     DegenerateFileCamera(String),
+    /// Intrinsics for an orthographic camera.
+    #[error(
+        "--intrinsics describes a perspective camera, and {0} is orthographic; add --projection perspective"
+    )]
+    OrthographicIntrinsics(String),
+    /// A view rectangle without area.
+    #[error("--view-rect {0} must have L < R and B < T")]
+    EmptyViewRect(ViewRect),
     /// A value outside its range.
     #[error("{what} must be {rule}, not {value}")]
     OutOfRange {
@@ -93,6 +101,12 @@ pub struct View {
     pub view_height: Option<f64>,
     /// Vertical field of view in radians, in place of a height.
     pub yfov: Option<f64>,
+    /// The view rectangle at the projection distance, in place of a size or an angle.
+    pub view_rect: Option<ViewRect>,
+    /// The view rectangle of a perspective camera in pixels, in place of a size or an angle.
+    pub intrinsics: Option<Intrinsics>,
+    /// Blender's lens shift: moves the view rectangle to the right and up, in units of its larger side.
+    pub shift: DVec2,
     /// Perspective or orthographic.
     pub projection: Option<Projection>,
     /// Clipping planes.
@@ -104,7 +118,7 @@ pub struct View {
     pub orbit: Option<Orbit>,
     /// Moves the camera around the point that it looks at, after all else.
     pub orbit_by: OrbitAngles,
-    /// Magnification.
+    /// Magnification about the centre of the picture.
     pub zoom: Option<f64>,
     /// A complete camera. Where it is set, no other field has an effect.
     pub complete: Option<Camera>,

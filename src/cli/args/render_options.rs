@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::choices::*;
 use super::values;
@@ -11,7 +11,7 @@ use super::values::{AoArg, AovSelection, BackgroundArg, Exposure, HdriArg};
 use crate::geometry::Rgb;
 use crate::integrator::DEFAULT_BOUNCES;
 use crate::render::PixelRect;
-use crate::scene::{ClipPlanes, Glob, LightSet, Orbit, UserLight};
+use crate::scene::{ClipPlanes, Glob, Intrinsics, LightSet, Orbit, UserLight, ViewRect};
 
 #[derive(Debug, Args)]
 pub struct RenderOptionArgs {
@@ -116,6 +116,20 @@ pub struct CameraArgs {
     #[arg(long, alias = "camera-view-angle", value_name = "DEGREES", value_parser = values::field_of_view,
           conflicts_with = "view_height")]
     pub yfov: Option<f64>,
+    /// View rectangle at distance d, instead of a width and height; off-centre unless L = −R and B = −T
+    #[arg(long, value_name = "L,R,B,T", value_parser = values::view_rect,
+          conflicts_with_all = ["view_width", "view_height", "yfov"])]
+    pub view_rect: Option<ViewRect>,
+    /// View rectangle in pixels of --size, instead of a width and height: focal lengths and principal point
+    ///
+    /// The principal point is measured from the top left corner of the image. Pixel centres are at half-integers: the
+    /// first is (0.5, 0.5). Add 0.5 to CX and CY from OpenCV's calibration.
+    #[arg(long, value_name = "FX,FY,CX,CY", value_parser = values::intrinsics, requires = "size",
+          conflicts_with_all = ["view_rect", "view_width", "view_height", "yfov", "proj_distance"])]
+    pub intrinsics: Option<Intrinsics>,
+    /// Move the view rectangle to the right and up, in units of its larger side: Blender's lens shift
+    #[arg(long, value_name = "X,Y", value_parser = values::shift, conflicts_with_all = ["view_rect", "intrinsics"])]
+    pub shift: Option<DVec2>,
     /// Projection [default: perspective, or that of the file's camera]
     #[arg(long, value_enum)]
     pub projection: Option<ProjectionArg>,

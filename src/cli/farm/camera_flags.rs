@@ -5,7 +5,7 @@ use glam::DVec2;
 use crate::scene::{Camera, ClipPlanes, Projection};
 
 /// Flags that the resolved camera replaces.
-pub const REPLACED: [&str; 19] = [
+pub const REPLACED: [&str; 22] = [
     "camera",
     "view-point",
     "view-dir",
@@ -15,6 +15,9 @@ pub const REPLACED: [&str; 19] = [
     "view-width",
     "view-height",
     "yfov",
+    "view-rect",
+    "intrinsics",
+    "shift",
     "projection",
     "camera-orthographic",
     "orbit",

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::geometry::Aabb;
 use crate::integrator::{Aov, Frame};
@@ -139,8 +139,9 @@ impl ProjectedSize {
     /// `None` if the box is certainly out of view.
     fn of(bounds: &Aabb, camera: &Camera) -> Option<ProjectedSize> {
         let is_perspective = camera.projection == Projection::Perspective;
-        let half = DVec3::new(0.5 * camera.view_width, 0.5 * camera.view_height, 0.0)
-            / if is_perspective { camera.proj_distance } else { 1.0 };
+        let unit = if is_perspective { camera.proj_distance } else { 1.0 };
+        let half = 0.5 * DVec2::new(camera.view_width, camera.view_height) / unit;
+        let centre = camera.view_centre / unit;
         let to_camera = |p: DVec3| {
             let offset = p - camera.view_point;
             DVec3::new(offset.dot(camera.basis.u), offset.dot(camera.basis.v), -offset.dot(camera.basis.w))
@@ -152,10 +153,10 @@ impl ProjectedSize {
         let all = |is_outside: &dyn Fn(DVec3) -> bool| (0..8).all(|i| is_outside(corner(i)));
         let scale = |p: DVec3| if is_perspective { p.z } else { 1.0 };
         let is_outside = all(&|p| p.z <= 0.0)
-            || all(&|p| p.x > half.x * scale(p))
-            || all(&|p| -p.x > half.x * scale(p))
-            || all(&|p| p.y > half.y * scale(p))
-            || all(&|p| -p.y > half.y * scale(p));
+            || all(&|p| p.x > (centre.x + half.x) * scale(p))
+            || all(&|p| p.x < (centre.x - half.x) * scale(p))
+            || all(&|p| p.y > (centre.y + half.y) * scale(p))
+            || all(&|p| p.y < (centre.y - half.y) * scale(p));
         let nearest = (0..8).map(|i| corner(i).z).fold(f64::INFINITY, f64::min);
         let distance = if is_perspective { nearest.max(f64::MIN_POSITIVE) } else { 1.0 };
         (!is_outside).then(|| ProjectedSize(bounds.extent().length() / (2.0 * half.y * distance)))

@@ -1,9 +1,9 @@
 //! Positions, angles and clip planes of cameras.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::numbers::{exactly, number, numbers, vector};
-use crate::scene::{ClipPlanes, Orbit};
+use crate::scene::{ClipPlanes, Intrinsics, Orbit, ViewRect};
 
 const ELEVATION_RANGE: &str = "the elevation must be within ±90 degrees";
 
@@ -44,6 +44,25 @@ pub fn orbit(text: &str) -> Result<Orbit, String> {
 pub fn field_of_view(text: &str) -> Result<f64, String> {
     let v = number(text)?;
     if v > 0.0 && v < 180.0 { Ok(v.to_radians()) } else { Err("must be between 0 and 180 degrees".into()) }
+}
+
+/// `L,R,B,T`.
+pub fn view_rect(text: &str) -> Result<ViewRect, String> {
+    let [left, right, bottom, top] = exactly::<4>(text, "L,R,B,T")?;
+    let rect = ViewRect { left, right, bottom, top };
+    if rect.is_valid() { Ok(rect) } else { Err("expected L < R and B < T, such as -1,1,-1,1".into()) }
+}
+
+/// `FX,FY,CX,CY` in pixels.
+pub fn intrinsics(text: &str) -> Result<Intrinsics, String> {
+    let [fx, fy, cx, cy] = exactly::<4>(text, "FX,FY,CX,CY")?;
+    let intrinsics = Intrinsics { fx, fy, cx, cy };
+    if intrinsics.is_valid() { Ok(intrinsics) } else { Err("FX and FY must be greater than zero".into()) }
+}
+
+/// `X,Y`.
+pub fn shift(text: &str) -> Result<DVec2, String> {
+    exactly::<2>(text, "X,Y").map(DVec2::from_array)
 }
 
 /// `NEAR,FAR` or `off`.

@@ -6,7 +6,7 @@ mod image;
 mod lights;
 mod numbers;
 
-pub use camera::{axis, clip, elevation, field_of_view, orbit};
+pub use camera::{axis, clip, elevation, field_of_view, intrinsics, orbit, shift, view_rect};
 pub use dataset::{CategoryRule, DatasetFormat, DatasetFormats, category_rule, dataset_formats};
 pub use image::{
     AovSelection, BackgroundArg, Exposure, aovs, background, color, crop, exposure, image_background, size,

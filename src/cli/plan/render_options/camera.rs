@@ -17,8 +17,13 @@ pub(super) fn view(args: &CameraArgs) -> Result<View, UsageError> {
         Some(ProjectionArg::Perspective) => Some(Projection::Perspective),
         None => xml.projection,
     };
-    // --yfov replaces the file's view rectangle, --look-at its direction.
-    let keeps_rectangle = args.yfov.is_none();
+    if args.intrinsics.is_some() && projection == Some(Projection::Orthographic) {
+        return Err(UsageError(
+            "--intrinsics describes a perspective camera; remove the orthographic projection".into(),
+        ));
+    }
+    // --yfov and the like replace the file's view rectangle, --look-at its direction.
+    let keeps_rectangle = args.yfov.is_none() && args.view_rect.is_none() && args.intrinsics.is_none();
     let xml_view_dir = if args.look_at.is_none() { xml.view_dir } else { None };
     Ok(View {
         camera: args.camera.clone(),
@@ -30,6 +35,9 @@ pub(super) fn view(args: &CameraArgs) -> Result<View, UsageError> {
         view_width: args.view_width.or(xml.view_width.filter(|_| keeps_rectangle)),
         view_height: args.view_height.or(xml.view_height.filter(|_| keeps_rectangle)),
         yfov: args.yfov,
+        view_rect: args.view_rect,
+        intrinsics: args.intrinsics,
+        shift: args.shift.unwrap_or_default(),
         projection,
         clip: args.clip,
         fit: match args.fit {
