@@ -7,6 +7,7 @@
 
 mod bodies;
 mod camera_xml;
+mod cameras;
 mod error;
 mod files;
 mod finite_uvs;
@@ -28,6 +29,7 @@ use files::scene_input::SceneInput;
 
 pub use bodies::refracts_if_closed;
 pub use camera_xml::load_camera_xml;
+pub use cameras::{CameraFile, Lens, ListedCamera, MAX_CAMERAS, RecordedView};
 pub use error::{LoadError, Warning};
 pub use files::limits::Limits;
 pub(crate) use files::read_file::{open_regular_file, open_scene_file};

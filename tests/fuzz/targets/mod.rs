@@ -27,8 +27,9 @@ use blinn::scene::{AnimationChoice, Lighting, PoseSettings, Scene, View, pose};
 pub type Target = fn(&[u8], &Path) -> bool;
 
 /// All targets by name.
-pub const TARGETS: [(&str, Target); 12] = [
+pub const TARGETS: [(&str, Target); 13] = [
     ("camera", files::camera),
+    ("cameras", files::cameras),
     ("draco", streams::draco),
     ("glb", files::glb),
     ("gltf", gltf::target),

@@ -1,0 +1,167 @@
+//! `transforms.json` of NeRF, instant-ngp and nerfstudio, as `blinn turntable --views` writes it.
+
+use std::fmt;
+use std::path::Path;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
+
+use super::json;
+use super::lens_keys::LensKeys;
+use super::listed_camera::{ListedCamera, MAX_CAMERAS};
+use super::matrix::Matrix;
+use super::names::picture_name;
+use super::pose::{CameraAxes, RigidTransform};
+use super::recorded_view::{RecordedKeys, RecordedView};
+use crate::import::error::LoadError;
+
+/// The document. Other keys are ignored.
+#[derive(Default)]
+struct Document {
+    lens: LensKeys,
+    /// Metres per step of integer depth images.
+    integer_depth_scale: Option<f64>,
+    /// What blinn records.
+    recorded: Option<RecordedView>,
+    frames: Vec<Frame>,
+}
+
+/// A frame, whose lens may be completed by the root, which may follow it.
+struct Frame {
+    name: Option<String>,
+    to_world: RigidTransform,
+    /// Seconds.
+    time: Option<f64>,
+    /// `None` without keys of its own.
+    lens: Option<Box<LensKeys>>,
+}
+
+/// Loads the cameras in the order of the frames, and their recorded lens if no frame has another one.
+pub(super) fn load(path: &Path, limit: u64) -> Result<(Vec<ListedCamera>, Option<RecordedView>), LoadError> {
+    let Document { lens: root, integer_depth_scale, recorded, frames } = json::read_document(path, limit)?;
+    if let Some(scale) = integer_depth_scale.filter(|scale| !(*scale > 0.0 && scale.is_finite())) {
+        let message = format!("must be greater than zero, not {scale}");
+        return Err(json::invalid(path, "integer_depth_scale", message));
+    }
+    let complete = |(i, frame): (usize, Frame)| {
+        let (lens, size) = frame
+            .lens
+            .unwrap_or_default()
+            .resolve(&root)
+            .map_err(|message| json::invalid(path, &format!("frames[{i}]"), message))?;
+        let (view_point, basis) = frame.to_world.camera_pose(CameraAxes::OpenGl);
+        Ok(ListedCamera {
+            name: frame.name,
+            view_point,
+            basis,
+            lens,
+            size,
+            time: frame.time.or(recorded.map(|view| view.time)),
+            depth_step: integer_depth_scale,
+        })
+    };
+    let cameras =
+        frames.into_iter().enumerate().map(complete).collect::<Result<Vec<ListedCamera>, LoadError>>()?;
+    let is_same = |view: &RecordedView| {
+        cameras.iter().all(|camera| view.matches(&camera.camera(view.size), camera.size))
+    };
+    let recorded = recorded.map(|view| RecordedView { is_exact: is_same(&view), ..view });
+    Ok((cameras, recorded))
+}
+
+impl<'de> Deserialize<'de> for Document {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Document, D::Error> {
+        struct DocumentVisitor;
+        impl<'de> Visitor<'de> for DocumentVisitor {
+            type Value = Document;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an object with frames")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Document, A::Error> {
+                let mut document = Document::default();
+                while let Some(key) = map.next_key::<String>()? {
+                    match key.as_str() {
+                        "frames" => document.frames = map.next_value::<Frames>()?.0,
+                        "blinn" => {
+                            let view = map.next_value::<RecordedKeys>()?.to_view();
+                            document.recorded = Some(view.map_err(A::Error::custom)?);
+                        }
+                        "integer_depth_scale" => document.integer_depth_scale = map.next_value()?,
+                        key if document.lens.read(key, &mut map)? => {}
+                        _ => drop(map.next_value::<IgnoredAny>()?),
+                    }
+                }
+                Ok(document)
+            }
+        }
+        deserializer.deserialize_map(DocumentVisitor)
+    }
+}
+
+/// A limited number of frames.
+struct Frames(Vec<Frame>);
+
+impl<'de> Deserialize<'de> for Frames {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Frames, D::Error> {
+        struct FramesVisitor;
+        impl<'de> Visitor<'de> for FramesVisitor {
+            type Value = Frames;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a list of frames")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Frames, A::Error> {
+                let mut frames = Vec::new();
+                while let Some(frame) = seq.next_element()? {
+                    if frames.len() == MAX_CAMERAS {
+                        return Err(A::Error::custom(format!("more than {MAX_CAMERAS} cameras")));
+                    }
+                    frames.push(frame);
+                }
+                Ok(Frames(frames))
+            }
+        }
+        deserializer.deserialize_seq(FramesVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for Frame {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Frame, D::Error> {
+        struct FrameVisitor;
+        impl<'de> Visitor<'de> for FrameVisitor {
+            type Value = Frame;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a frame with a transform_matrix")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Frame, A::Error> {
+                let (mut name, mut to_world, mut time) = (None, None, None);
+                let mut lens = LensKeys::default();
+                while let Some(key) = map.next_key::<String>()? {
+                    match key.as_str() {
+                        "file_path" => name = map.next_value::<Option<String>>()?,
+                        "time" => time = map.next_value::<Option<f64>>()?,
+                        "transform_matrix" => {
+                            let matrix = map.next_value::<Matrix>()?.to_rigid();
+                            let named = |defect| A::Error::custom(format!("transform_matrix {defect}"));
+                            to_world = Some(matrix.map_err(named)?);
+                        }
+                        key if lens.read(key, &mut map)? => {}
+                        _ => drop(map.next_value::<IgnoredAny>()?),
+                    }
+                }
+                Ok(Frame {
+                    name: name.as_deref().and_then(picture_name),
+                    to_world: to_world.ok_or_else(|| A::Error::custom("has no transform_matrix"))?,
+                    time,
+                    lens: (!lens.is_empty()).then(|| Box::new(lens)),
+                })
+            }
+        }
+        deserializer.deserialize_map(FrameVisitor)
+    }
+}
