@@ -1,10 +1,10 @@
 //! Templates of output paths, with placeholders for the scene and the frame.
 
 use std::ffi::{OsStr, OsString};
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, is_separator};
 
-/// A path with placeholders: `{stem}` or `{model}`, `{parent}`, `{index}`, and for the frame number `####`, `%04d` or
-/// `{frame:04}`. Other braces, `#` and `%` are literal.
+/// A path with placeholders: `{stem}` or `{model}`, `{parent}`, `{index}`, `{camera}`, and for the frame number `####`,
+/// `%04d` or `{frame:04}`. Other braces, `#` and `%` are literal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathTemplate(Vec<Piece>);
 
@@ -14,6 +14,8 @@ enum Piece {
     Stem,
     Parent,
     Index,
+    /// The name of the camera.
+    Camera,
     /// The frame number, padded with zeros.
     Frame {
         digits: usize,
@@ -29,6 +31,8 @@ pub struct TemplateFields<'a> {
     pub index: usize,
     /// The frame number.
     pub frame: i64,
+    /// The name of the camera in a list, which may have folders; empty without a list.
+    pub camera: &'a str,
 }
 
 /// Digits of a frame number that is appended to a path without one.
@@ -82,9 +86,14 @@ impl PathTemplate {
         self.0.iter().any(|piece| matches!(piece, Piece::Frame { .. }))
     }
 
-    /// Inserts `_####` before the extension if there is no frame number.
+    /// Returns true if it has a placeholder for the name of the camera.
+    pub fn has_camera(&self) -> bool {
+        self.0.contains(&Piece::Camera)
+    }
+
+    /// Inserts `_####` before the extension if there is neither a frame number nor a camera.
     pub fn with_frame_number(mut self) -> PathTemplate {
-        if self.has_frame_number() {
+        if self.has_frame_number() || self.has_camera() {
             return self;
         }
         let number = [Piece::Literal("_".into()), Piece::Frame { digits: DEFAULT_DIGITS }];
@@ -113,6 +122,9 @@ impl PathTemplate {
                 Piece::Stem => path.push(fields.scene.file_stem().unwrap_or_default()),
                 Piece::Parent => path.push(folder_name(fields.scene)),
                 Piece::Index => path.push(fields.index.to_string()),
+                // Folders of a name are folders only where a part of the path begins.
+                Piece::Camera if begins_part(&path) => path.push(fields.camera),
+                Piece::Camera => path.push(fields.camera.replace('/', "_")),
                 Piece::Frame { digits } => {
                     let sign = if fields.frame < 0 { "-" } else { "" };
                     path.push(format!("{sign}{:0digits$}", fields.frame.unsigned_abs()));
@@ -121,6 +133,11 @@ impl PathTemplate {
         }
         path.into()
     }
+}
+
+/// Returns true if what follows `path` begins a folder or file name.
+fn begins_part(path: &OsStr) -> bool {
+    path.as_encoded_bytes().last().is_none_or(|last| is_separator(char::from(*last)))
 }
 
 /// The name of the folder of a scene. The path may not contain it, or may end in `..`.
@@ -138,6 +155,7 @@ fn parse_placeholder(text: &str) -> Option<(Piece, &str)> {
             "stem" | "model" => Piece::Stem,
             "parent" => Piece::Parent,
             "index" => Piece::Index,
+            "camera" => Piece::Camera,
             "frame" => frame(0),
             _ => frame(key.strip_prefix("frame:")?.parse().ok()?),
         };
@@ -161,7 +179,7 @@ mod tests {
 
     fn expand(template: &PathTemplate, frame: i64) -> String {
         let scene = Path::new("shots/Ä robot.glb");
-        template.expand(&TemplateFields { scene, index: 3, frame }).to_str().unwrap().into()
+        template.expand(&TemplateFields { scene, index: 3, frame, camera: "" }).to_str().unwrap().into()
     }
 
     #[test]
@@ -184,6 +202,19 @@ mod tests {
         }
         assert_eq!(expand(&PathTemplate::parse("f_####.png"), 12345), "f_12345.png");
         assert_eq!(expand(&PathTemplate::parse("f_####.png"), -7), "f_-0007.png");
+    }
+
+    #[test]
+    fn folders_of_camera_names_are_folders_where_a_part_begins() {
+        let expand = |template: &str| {
+            let scene = Path::new("a.glb");
+            let fields = TemplateFields { scene, index: 1, frame: 7, camera: "train/r_0" };
+            PathTemplate::parse(template).with_frame_number().expand(&fields)
+        };
+        assert_eq!(expand("out/{camera}.png"), Path::new("out/train/r_0.png"));
+        assert_eq!(expand("{camera}.png"), Path::new("train/r_0.png"));
+        assert_eq!(expand("out/{stem}_{camera}.png"), Path::new("out/a_train_r_0.png"));
+        assert_eq!(expand("{camera}_##.png"), Path::new("train/r_0_07.png"));
     }
 
     #[test]
@@ -228,7 +259,12 @@ mod tests {
     fn names_keep_their_bytes() {
         use std::os::unix::ffi::OsStrExt;
         let scene = Path::new(OsStr::from_bytes(b"a\xff.glb"));
-        let name = PathTemplate::parse("{stem}_#.png").expand(&TemplateFields { scene, index: 1, frame: 2 });
+        let name = PathTemplate::parse("{stem}_#.png").expand(&TemplateFields {
+            scene,
+            index: 1,
+            frame: 2,
+            camera: "",
+        });
         assert_eq!(name.as_os_str().as_bytes(), b"a\xff_2.png");
     }
 

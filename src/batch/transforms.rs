@@ -9,7 +9,7 @@ use super::pinhole::Pinhole;
 use super::world_up::WorldUp;
 use crate::geometry::Aabb;
 use crate::render::PixelRect;
-use crate::scene::Camera;
+use crate::scene::{Camera, ClipPlanes};
 
 /// An image of a dataset.
 #[derive(Clone, Debug)]
@@ -33,6 +33,8 @@ pub struct Dataset {
     pub window: PixelRect,
     /// The up axis.
     pub up: WorldUp,
+    /// Time of the scene in seconds.
+    pub time: f64,
     /// Bounds of the scene in blinn's world, in metres.
     pub bounds: Aabb,
     /// Metres per step of integer depth layers, if there are any.
@@ -54,6 +56,9 @@ impl Dataset {
             root.insert("aabb".into(), self.aabb());
         }
         root.extend(self.depth_step.map(|step| ("integer_depth_scale".into(), json!(step))));
+        if let Some(recorded) = self.recorded(views) {
+            root.insert("blinn".into(), recorded);
+        }
         root.insert("frames".into(), views.iter().map(|view| self.frame(view)).collect());
         format!("{:#}\n", Value::Object(root))
     }
@@ -74,6 +79,38 @@ impl Dataset {
         ]
         .map(|(key, value)| (key.to_string(), value))
         .into()
+    }
+
+    /// What `render --cameras` needs to render the same images to the byte, which the lens in pixels does not tell to the
+    /// last digit. `None` if the lenses differ.
+    fn recorded(&self, views: &[DatasetView]) -> Option<Value> {
+        let camera = &views.first()?.camera;
+        let Camera { view_width, view_height, view_centre, proj_distance, clip, .. } = *camera;
+        let same_lens = |other: &Camera| {
+            (other.view_width, other.view_height, other.view_centre) == (view_width, view_height, view_centre)
+                && (other.proj_distance, other.clip) == (proj_distance, clip)
+        };
+        if !views.iter().all(|view| same_lens(&view.camera)) {
+            return None;
+        }
+        let mut recorded = Map::new();
+        let mut insert = |key: &str, value: Value| drop(recorded.insert(key.into(), value));
+        insert("up", json!(if self.up == WorldUp::Y { "y" } else { "z" }));
+        insert("time", json!(self.time));
+        insert("size", json!([self.size.0, self.size.1]));
+        let PixelRect { x, y, width, height } = self.window;
+        if (x, y, width, height) != (0, 0, self.size.0, self.size.1) {
+            insert("crop", json!([x, y, width, height]));
+        }
+        insert("view_width", json!(view_width));
+        insert("view_height", json!(view_height));
+        insert("view_centre", json!(positive_zeros(view_centre.to_array())));
+        insert("proj_distance", json!(proj_distance));
+        if clip != ClipPlanes::OFF {
+            // JSON has no infinity: null.
+            insert("clip", json!([clip.near, clip.far]));
+        }
+        Some(Value::Object(recorded))
     }
 
     fn frame(&self, view: &DatasetView) -> Value {

@@ -5,6 +5,7 @@
 //! - `assemble`: `blinn assemble` over frames on disk
 //! - `bench`: what `blinn bench` counts, writes, reads and compares
 //! - `camera`: `--orbit`, `--zoom`, f3d's camera flags, `--hide`, `--only-objects`
+//! - `cameras`: lists of cameras in each format
 //! - `dataset_formats`: `turntable --dataset`: COLMAP, BOP and COCO
 //! - `datasets`: `turntable --views`, its layers and `transforms.json`
 //! - `empty_images`: images that show nothing, and the reason
@@ -22,6 +23,7 @@
 //! - `sequences`: many frames and many files: lists, names, configuration files, reports, progress
 //! - `signals`: interrupted renders
 //! - `turntable`: a model or a camera once around
+//! - `view_rects`: off-centre views from flags
 //! - `warnings`: how many are printed; `--version` and `--cull`
 
 #[path = "../common/mod.rs"]
@@ -31,6 +33,7 @@ mod animation_output;
 mod assemble;
 mod bench;
 mod camera;
+mod cameras;
 mod dataset_formats;
 mod datasets;
 mod empty_images;
@@ -49,4 +52,5 @@ mod scene_inputs;
 mod sequences;
 mod signals;
 mod turntable;
+mod view_rects;
 mod warnings;

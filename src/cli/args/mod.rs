@@ -3,6 +3,7 @@
 pub(super) mod argv;
 mod assemble;
 mod bench;
+mod camera_list;
 mod choices;
 pub(super) mod command_tree;
 pub(super) mod config;
@@ -24,6 +25,7 @@ pub(super) mod values;
 
 pub use assemble::AssembleArgs;
 pub use bench::BenchArgs;
+pub use camera_list::CameraListArgs;
 pub use choices::*;
 pub use farm::{EngineArgs, JobArgs, JobCommand};
 pub use info::InfoArgs;

@@ -2,6 +2,7 @@
 
 use clap::Args;
 
+use super::camera_list::CameraListArgs;
 use super::output::OutputArgs;
 use super::process::{CommonArgs, ProcessArgs};
 use super::render_options::RenderOptionArgs;
@@ -16,6 +17,8 @@ pub struct RenderArgs {
     pub output: OutputArgs,
     #[command(flatten)]
     pub options: RenderOptionArgs,
+    #[command(flatten)]
+    pub cameras: CameraListArgs,
     #[command(flatten)]
     pub frames: FrameArgs,
     #[command(flatten)]

@@ -30,8 +30,8 @@ pub struct FrameArgs {
     #[arg(long, value_name = "LIST", num_args = 0..=1, require_equals = true,
           conflicts_with_all = ["time", "frame"], value_parser = FrameList::parse)]
     pub frames: Option<Option<FrameList>>,
-    /// Render only the I-th of N equal parts of --frames
-    #[arg(long, value_name = "I/N", requires = "frames", value_parser = Chunk::parse)]
+    /// Render only the I-th of N equal parts of --frames or --cameras
+    #[arg(long, value_name = "I/N", value_parser = Chunk::parse)]
     pub chunk: Option<Chunk>,
     /// Frames per second [default: 24]
     #[arg(long, value_parser = values::positive)]

@@ -89,6 +89,12 @@ impl<'a> JobPlan<'a> {
                 "the tasks of a job read their scene from a file; save standard input".into(),
             ));
         }
+        if plan.cameras.is_some() {
+            return Err(UsageError(
+                "a job does not render --cameras; run blinn render --cameras with --chunk I/N in each task"
+                    .into(),
+            ));
+        }
         if !plan.frames.is_sequence() {
             return Err(UsageError("a job renders several frames; add --frames".into()));
         }

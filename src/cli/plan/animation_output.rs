@@ -72,6 +72,9 @@ fn check_options(
     if template.has_frame_number() {
         return Err("all frames go into one file; remove the frame number from its name".into());
     }
+    if template.has_camera() {
+        return Err("all frames go into one file; remove {camera} from its name".into());
+    }
     if let Some(flag) = sequence.subset_flag {
         return Err(format!("{flag} leaves out frames of the animation; {USE_FRAMES}"));
     }

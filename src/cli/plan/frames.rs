@@ -1,7 +1,10 @@
 //! The frames to render of each scene.
 
+use std::sync::Arc;
+
 use anyhow::{Result, bail};
 
+use super::camera_list::CameraList;
 use crate::batch::{Chunk, FrameList, MAX_FRAMES};
 use crate::cli::args::{FrameArgs, TimeArgs};
 use crate::cli::usage::UsageError;
@@ -20,12 +23,14 @@ pub struct PlannedFrame {
     pub angle: f64,
     /// Camera position in a dataset.
     pub orbit: Option<Orbit>,
+    /// Index in the list of --cameras.
+    pub camera: Option<usize>,
 }
 
 impl PlannedFrame {
     /// A frame at a time, without rotation.
     pub fn at(number: i64, time: f64) -> PlannedFrame {
-        PlannedFrame { number, time, angle: 0.0, orbit: None }
+        PlannedFrame { number, time, angle: 0.0, orbit: None, camera: None }
     }
 }
 
@@ -45,10 +50,30 @@ pub enum FrameSet {
         /// The part of the frames to render.
         chunk: Option<Chunk>,
     },
+    /// The cameras of a list, numbered from 1.
+    Cameras {
+        cameras: Arc<CameraList>,
+        /// Time in seconds of cameras without a time.
+        time: f64,
+        /// The part of the cameras to render.
+        chunk: Option<Chunk>,
+    },
 }
 
 impl FrameSet {
-    pub fn from_args(frames: &FrameArgs, time: &TimeArgs) -> Result<FrameSet, UsageError> {
+    /// Resolves frames or times, or the cameras of a list.
+    pub fn from_args(
+        frames: &FrameArgs,
+        time: &TimeArgs,
+        cameras: Option<&Arc<CameraList>>,
+    ) -> Result<FrameSet, UsageError> {
+        if let Some(cameras) = cameras {
+            let time = time.time.unwrap_or(0.0);
+            return Ok(FrameSet::Cameras { cameras: cameras.clone(), time, chunk: frames.chunk });
+        }
+        if frames.chunk.is_some() && frames.frames.is_none() {
+            return Err(UsageError("--chunk applies only to --frames and --cameras; add one of them".into()));
+        }
         let fps = frames.fps.unwrap_or(DEFAULT_FPS);
         match (&frames.frames, frames.frame) {
             (Some(list), _) => Ok(FrameSet::Clip { frames: list.clone(), fps, chunk: frames.chunk }),
@@ -87,6 +112,14 @@ impl FrameSet {
                 let part = chunk.map_or(0..numbers.len(), |chunk| chunk.range(numbers.len()));
                 let frame = |&number: &i64| PlannedFrame::at(number, number as f64 / fps);
                 numbers[part].iter().map(frame).collect()
+            }
+            FrameSet::Cameras { cameras, time, chunk } => {
+                let part = chunk.map_or(0..cameras.len(), |chunk| chunk.range(cameras.len()));
+                let frame = |index: usize| PlannedFrame {
+                    camera: Some(index),
+                    ..PlannedFrame::at(index as i64 + 1, cameras.time(index).unwrap_or(*time))
+                };
+                part.map(frame).collect()
             }
         })
     }

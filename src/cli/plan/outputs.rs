@@ -1,8 +1,10 @@
 //! Names and formats of output files.
 
 use std::path::{Path, PathBuf, is_separator};
+use std::sync::Arc;
 
 use super::animation_output::{AnimationOutput, animation_format};
+use super::camera_list::CameraList;
 use super::frames::PlannedFrame;
 use super::render_options::RenderOptions;
 use super::sequence_info::SequenceInfo;
@@ -36,6 +38,8 @@ pub enum OutputKind {
 pub struct Outputs {
     /// Pattern of file names; `None` for standard output.
     template: Option<PathTemplate>,
+    /// The list that names of cameras come from.
+    cameras: Option<Arc<CameraList>>,
     pub kind: OutputKind,
     pub replace: Overwrite,
     /// True to keep images that are up to date.
@@ -56,15 +60,20 @@ impl Outputs {
         options: &RenderOptions,
     ) -> Result<Outputs, UsageError> {
         let output = args.output.as_deref();
-        let pattern = name_pattern(output)?;
+        let pattern = name_pattern(output, sequence.has_cameras)?;
         let (folder, name) = split_existing_folder(&pattern);
         if let Some(word) = PathTemplate::unknown_placeholder(name) {
             return Err(UsageError(format!(
                 "-o {pattern}: unknown placeholder {word}: expected {{stem}}, {{model}}, {{parent}}, {{index}}, \
-                 {{frame}} or {{frame:04}}"
+                 {{camera}}, {{frame}} or {{frame:04}}"
             )));
         }
         let template = PathTemplate::in_folder(folder, name);
+        if template.has_camera() && !sequence.has_cameras {
+            return Err(UsageError(format!(
+                "-o {pattern}: {{camera}} is the name of a camera of --cameras; add --cameras or use {{frame}}"
+            )));
+        }
         let kind = match animation_format(Path::new(&pattern)) {
             Some(format) => {
                 OutputKind::Animation(AnimationOutput::new(format, &template, args, sequence, options)?)
@@ -72,8 +81,14 @@ impl Outputs {
             None => image_kind(&pattern, args, options)?,
         };
         let replace = if args.no_overwrite { Overwrite::No } else { Overwrite::Yes };
-        let mut outputs =
-            Outputs { template: Some(template), kind, replace, resume: args.resume, previews: Vec::new() };
+        let mut outputs = Outputs {
+            template: Some(template),
+            cameras: None,
+            kind,
+            replace,
+            resume: args.resume,
+            previews: Vec::new(),
+        };
         let OutputKind::Images(format, _) = outputs.kind else {
             return match options.depth_unit {
                 Some(_) => Err(UsageError("--depth-unit applies only to images; remove it".into())),
@@ -102,11 +117,19 @@ impl Outputs {
         Ok(outputs)
     }
 
+    /// Names files after the cameras of a list.
+    pub fn with_cameras(self, cameras: Option<&Arc<CameraList>>) -> Outputs {
+        Outputs { cameras: cameras.cloned(), ..self }
+    }
+
     /// Where a frame of the `index`-th scene, counted from 1, is written.
     pub fn target(&self, scene: &Path, index: usize, frame: &PlannedFrame) -> Target {
         match &self.template {
             Some(template) => {
-                Target::File(template.expand(&TemplateFields { scene, index, frame: frame.number }))
+                let cameras = self.cameras.as_ref().filter(|_| template.has_camera());
+                let camera = cameras.and_then(|cameras| Some(cameras.name(frame.camera?)));
+                let camera = camera.as_deref().unwrap_or_default();
+                Target::File(template.expand(&TemplateFields { scene, index, frame: frame.number, camera }))
             }
             None => Target::Stdout,
         }
@@ -153,13 +176,14 @@ impl Outputs {
 }
 
 /// The pattern of file names. A folder gets the default name.
-fn name_pattern(output: Option<&Path>) -> Result<String, UsageError> {
-    let Some(output) = output else { return Ok("{stem}.png".into()) };
+fn name_pattern(output: Option<&Path>, has_cameras: bool) -> Result<String, UsageError> {
+    let default = if has_cameras { "{stem}_{camera}.png" } else { "{stem}.png" };
+    let Some(output) = output else { return Ok(default.into()) };
     let Some(text) = output.to_str() else {
         return Err(UsageError(format!("-o {}: the name must be UTF-8", output.display())));
     };
     Ok(if text.ends_with(is_separator) || output.is_dir() {
-        format!("{}/{{stem}}.png", text.trim_end_matches(is_separator))
+        format!("{}/{default}", text.trim_end_matches(is_separator))
     } else {
         text.into()
     })

@@ -5,6 +5,8 @@
 pub struct SequenceInfo {
     /// True for numbered frames, false for a single image.
     pub is_sequence: bool,
+    /// True if the frames are the cameras of a list.
+    pub has_cameras: bool,
     /// Frames per second if given.
     pub fps: Option<f64>,
     /// The flag that restricts rendering to some of the frames.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use crate::batch::{Dataset, DatasetView};
-use crate::cli::plan::{DatasetPlan, RenderPlan, Target};
+use crate::cli::plan::{DatasetPlan, PlannedFrame, RenderPlan, SizedCamera, Target};
 use crate::integrator::Aov;
 use crate::output::{Overwrite, SaveError, check_overwrite, write_atomically};
 use crate::render::RenderSettings;
@@ -99,6 +99,7 @@ impl TransformsFile<'_> {
             size,
             window: RenderSettings { width, height, ..options.settings }.window(),
             up: dataset.up,
+            time: dataset.time,
             bounds: posed.bounds(),
             depth_step: depth_step(plan, &start, size)?,
         };
@@ -129,6 +130,38 @@ impl TransformsFile<'_> {
             });
         }
         Ok(views)
+    }
+}
+
+/// The scene as all views of a dataset see it.
+pub struct DatasetViews<'s> {
+    plan: &'s RenderPlan,
+    posed: PosedScene<'s>,
+    size: (u32, u32),
+    depth_step: Option<f64>,
+}
+
+impl<'s> DatasetViews<'s> {
+    pub fn new(
+        plan: &'s RenderPlan,
+        dataset: &DatasetPlan,
+        scene: &'s Scene,
+        clip_bounds: &ClipBoundsCache,
+    ) -> Result<DatasetViews<'s>> {
+        let animation = plan.options.animation(scene)?;
+        let time = dataset.time.min(clip_duration(scene, &animation)?);
+        let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
+            .with_clip_bounds_cache(clip_bounds);
+        let size = plan.options.size_for(scene);
+        let depth_step = depth_step(plan, &start, size)?;
+        Ok(DatasetViews { plan, posed: start.at_time(time), size, depth_step })
+    }
+
+    /// The camera of a view.
+    pub fn view(&self, frame: &PlannedFrame) -> Result<SizedCamera> {
+        let DatasetViews { plan, posed, size, depth_step } = self;
+        let camera = plan.options.camera(frame, posed, *size)?;
+        Ok(SizedCamera { camera, size: *size, crop: plan.options.settings.crop, depth_step: *depth_step })
     }
 }
 

@@ -33,7 +33,7 @@ pub struct Framing {
     pub pivot: DVec3,
     pub occlusion: Option<AmbientOcclusion>,
     pub ground: Option<Ground>,
-    /// The camera that camera-fixed lights follow in a dataset, so that all views are lit alike.
+    /// The camera that camera-fixed lights follow in a dataset or for a list of cameras, so that all views are lit alike.
     pub light_camera: Option<Camera>,
     /// Metres per step of 16-bit depth in a dataset.
     pub depth_step: Option<f64>,
@@ -65,9 +65,9 @@ impl Framing {
             pivot: options.rotation.map_or(DVec3::ZERO, |_| posed.clip_sphere().centre),
             occlusion: options.ao.map(occlusion),
             ground: options.ground.map(|kind| Ground::under(&posed.clip_bounds(), kind)),
-            light_camera: match plan.dataset {
-                Some(_) => Some(options.view.without_orbit().resolve(posed, width, height)?.0),
-                None => None,
+            light_camera: match plan.dataset.is_some() || plan.cameras.is_some() {
+                true => Some(options.view.without_orbit().resolve(posed, width, height)?.0),
+                false => None,
             },
             depth_step: depth_step(plan, posed, size)?,
         })

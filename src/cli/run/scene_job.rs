@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Error, Result};
 
 use super::animation_writer::AnimationWriter;
-use super::dataset::TransformsFile;
+use super::dataset::{DatasetViews, TransformsFile};
 use super::dataset_files::DatasetFiles;
 use super::empty_images::EmptyImages;
 use super::memory_estimate;
@@ -27,6 +27,9 @@ use crate::cli::scene_file::{is_stdin, load_scene_file};
 use crate::import::{LoadOptions, open_scene_file};
 use crate::output::{Picture, check_overwrite, check_writable, encode_thumbnail, save};
 use crate::scene::{ClipBoundsCache, Scene, clip_duration};
+
+/// Frames whose output files are checked at once.
+const FILES_AT_ONCE: usize = 1024;
 
 /// The work for one scene.
 pub struct SceneJob<'a> {
@@ -47,7 +50,10 @@ pub struct SceneJob<'a> {
 impl SceneJob<'_> {
     pub fn run(&mut self) -> Result<()> {
         // If all images are up to date, the scene need not be read.
-        let known = self.plan.frames.known().map(|frames| self.without_kept(frames));
+        // The fingerprints of a dataset's images have cameras that depend on the scene.
+        let needs_scene = self.plan.dataset.is_some() && self.plan.outputs.resume;
+        let known = self.plan.frames.known().filter(|_| !needs_scene);
+        let known = known.map(|frames| self.without_kept(frames, None)).transpose()?;
         if self.plan.dry_run && !is_stdin(self.path) {
             // Checks that the file exists and may be a scene.
             open_scene_file(self.path, load_limits(self.plan.max_memory).file_bytes)?;
@@ -63,7 +69,7 @@ impl SceneJob<'_> {
             Some(frames) if is_unchanged => frames,
             _ => {
                 let duration = clip_duration(&scene, &self.plan.options.animation(&scene)?)?;
-                self.without_kept(self.plan.frames.resolve(duration)?)
+                self.without_kept(self.plan.frames.resolve(duration)?, Some(&scene))?
             }
         };
         if self.plan.dry_run {
@@ -93,17 +99,21 @@ impl SceneJob<'_> {
         if let Some(report) = &mut self.report {
             report.check_not_input(&paths)?;
         }
-        let files = self.plan.output_files(self.path, self.index, frames);
-        for file in &files {
-            paths.check_not_input(file, Writer::Scene(self.path)).map_err(Error::msg)?;
+        // A list may have many cameras.
+        for part in frames.chunks(FILES_AT_ONCE).chain([&frames[..0]]) {
+            let files = self.plan.output_files(self.path, self.index, part);
+            for file in &files {
+                paths.check_not_input(file, Writer::Scene(self.path)).map_err(Error::msg)?;
+            }
+            self.check_not_kept(&files)?;
         }
-        self.check_not_kept(&files)?;
         if let Some(transforms) = self.transforms_file(scene)
             && self.plan.formats.has(DatasetFormat::Nerf)
         {
             transforms.check()?;
         }
-        if let Some(first) = files.first() {
+        let first = &frames[..frames.len().min(1)];
+        if let Some(first) = self.plan.output_files(self.path, self.index, first).first() {
             create_parent_folder(first)?;
             check_writable(first, self.plan.outputs.replace)?;
         }
@@ -147,7 +157,7 @@ impl SceneJob<'_> {
             |i, previous, finished| prepare(&session.setup, frames[i].time, previous, finished, &mut start),
             |i, posed_frame| {
                 let since = Instant::now();
-                let monitor = ImageMonitor::new(reporter, path, session.pixels());
+                let monitor = ImageMonitor::new(reporter, path, session.frame_pixels(&frames[i])?);
                 let image = session.render(&frames[i], posed_frame, &monitor)?;
                 monitor.finish();
                 if let Some(reason) = image.empty {
@@ -200,18 +210,37 @@ impl SceneJob<'_> {
     }
 
     /// Removes the frames that --resume keeps.
-    fn without_kept(&mut self, mut frames: Vec<PlannedFrame>) -> Vec<PlannedFrame> {
+    fn without_kept(
+        &mut self,
+        mut frames: Vec<PlannedFrame>,
+        scene: Option<&Scene>,
+    ) -> Result<Vec<PlannedFrame>> {
         let plan = self.plan;
         let count = frames.len();
         if plan.outputs.resume {
+            let views = match (&plan.dataset, scene) {
+                (Some(dataset), Some(scene)) => {
+                    Some(DatasetViews::new(plan, dataset, scene, &ClipBoundsCache::default())?)
+                }
+                _ => None,
+            };
             frames.retain(|frame| {
+                let hash = match (&views, &plan.cameras, frame.camera) {
+                    (Some(views), ..) => views.view(frame).ok().map(|view| plan.view_hash(frame.time, &view)),
+                    (None, Some(cameras), Some(index)) => {
+                        cameras.camera(index).ok().map(|view| plan.view_hash(frame.time, &view))
+                    }
+                    _ => Some(plan.settings_hash(frame)),
+                };
+                // A camera that is not found is an error when its image is rendered.
+                let Some(hash) = hash else { return true };
                 let target = plan.outputs.target(self.path, self.index, frame);
-                !plan.outputs.is_up_to_date(&target, plan.settings_hash(frame), self.path, &mut self.digests)
+                !plan.outputs.is_up_to_date(&target, hash, self.path, &mut self.digests)
             });
             self.kept = count - frames.len();
             self.log.reporter.kept(self.path, self.kept);
         }
-        frames
+        Ok(frames)
     }
 
     /// Prints the names of output files for --dry-run.
@@ -231,7 +260,7 @@ impl SceneJob<'_> {
         render_time: Duration,
     ) -> Result<()> {
         let start = Instant::now();
-        let RenderedImage { picture, empty } = image;
+        let RenderedImage { picture, empty, view } = image;
         let is_empty = empty.is_some();
         let outputs = &self.plan.outputs;
         let OutputKind::Images(format, depth) = outputs.kind else { return Ok(()) };
@@ -241,7 +270,12 @@ impl SceneJob<'_> {
                 print_stdout(&bytes)?;
             }
             Target::File(file) => {
-                let fingerprint = fingerprint(self.plan.settings_hash(frame), self.path, &scene.source);
+                let has_view = self.plan.dataset.is_some() || self.plan.cameras.is_some();
+                let hash = match view.filter(|_| has_view) {
+                    Some(view) => self.plan.view_hash(frame.time, &view),
+                    None => self.plan.settings_hash(frame),
+                };
+                let fingerprint = fingerprint(hash, self.path, &scene.source);
                 let picture = Picture { fingerprint, ..picture };
                 create_parent_folder(&file)?;
                 for written in save(&picture, &file, format, depth, outputs.replace)? {

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use glam::{DAffine3, DMat3};
 
 use super::depth_range::check_depth_range;
@@ -13,7 +13,8 @@ use super::framing::{Framing, log_clip_bounds};
 use super::metering::{ResolvedExposure, resolve_exposure};
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::SceneLog;
-use crate::cli::plan::{FrameNeighbours, PlannedFrame, RenderOptions, RenderPlan};
+use crate::batch::WorldUp;
+use crate::cli::plan::{CameraList, FrameNeighbours, PlannedFrame, RenderOptions, RenderPlan, SizedCamera};
 use crate::display::{Display, ViewTransform};
 use crate::integrator::{Frame, NeighbourFrames, Phong};
 use crate::output::{CropWindow, IdNames, Picture};
@@ -33,6 +34,8 @@ pub struct RenderSession<'a> {
     settings: RenderSettings,
     pub neighbours: &'a FrameNeighbours,
     id_names: Arc<IdNames>,
+    /// Cameras of a list.
+    cameras: Option<&'a CameraList>,
     display: Display,
     /// Rotation from the scene's world to that of AOVs.
     aov_world: DMat3,
@@ -68,9 +71,14 @@ impl<'a> RenderSession<'a> {
         check_crop(&settings)?;
         let framing =
             log_clip_bounds(log, &first.posed, || Framing::new(plan, &first.posed, (width, height)))?;
-        log.note(&format!("camera: {}", framing.notes.description));
-        for warning in &framing.notes.warnings {
-            log.warn(warning)?;
+        match &plan.cameras {
+            Some(cameras) => {
+                log.note(&format!("cameras: {} from {}", cameras.len(), cameras.path().display()));
+            }
+            None => {
+                log.note(&format!("camera: {}", framing.notes.description));
+                framing.notes.warnings.iter().try_for_each(|warning| log.warn(warning))?;
+            }
         }
         let camera = framing.camera;
         let lit = options.lighting.resolve(&first.posed, &camera);
@@ -104,8 +112,9 @@ impl<'a> RenderSession<'a> {
             settings,
             neighbours: &plan.neighbours,
             id_names: id_names(plan, scene),
+            cameras: plan.cameras.as_deref(),
             display: Display { ev, view, background: options.background },
-            aov_world: plan.dataset.map_or(DMat3::IDENTITY, |dataset| dataset.up.rotation()),
+            aov_world: aov_world(plan),
         };
         Ok((session, first))
     }
@@ -116,10 +125,17 @@ impl<'a> RenderSession<'a> {
         (window.width, window.height)
     }
 
-    /// Number of pixels of an image.
+    /// Number of pixels of an image; of the largest, if they differ.
     pub fn pixels(&self) -> u64 {
         let (width, height) = self.size();
         u64::from(width) * u64::from(height)
+    }
+
+    /// Number of pixels of the image of a frame.
+    pub fn frame_pixels(&self, planned: &PlannedFrame) -> Result<u64> {
+        let Some(listed) = self.listed_camera(planned)? else { return Ok(self.pixels()) };
+        let window = self.settings_for(&listed).window();
+        Ok(u64::from(window.width) * u64::from(window.height))
     }
 
     /// Width and height of an image without --crop.
@@ -129,6 +145,9 @@ impl<'a> RenderSession<'a> {
 
     /// The camera of a frame.
     pub fn camera(&self, planned: &PlannedFrame, posed: &PosedScene) -> Result<Camera> {
+        if let Some(listed) = self.listed_camera(planned)? {
+            return Ok(listed.camera);
+        }
         Ok(self.setup.options.camera(planned, posed, self.full_size())?)
     }
 
@@ -139,8 +158,31 @@ impl<'a> RenderSession<'a> {
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
-        let camera = self.camera(planned, &posed_frame.posed)?;
-        self.render_view(camera, planned, posed_frame, monitor)
+        let Some(listed) = self.listed_camera(planned)? else {
+            let camera = self.camera(planned, &posed_frame.posed)?;
+            let image = self.render_view(camera, planned, posed_frame, monitor)?;
+            let (size, crop) = (self.full_size(), self.settings.crop);
+            let depth_step = self.setup.framing.depth_step;
+            return Ok(RenderedImage { view: Some(SizedCamera { camera, size, crop, depth_step }), ..image });
+        };
+        let settings = self.settings_for(&listed);
+        let image = self.render_with(&settings, listed.camera, planned, posed_frame, monitor)?;
+        // --depth-unit takes precedence.
+        let depth_step = self.setup.framing.depth_step.or(listed.depth_step);
+        let picture = Picture { depth_step, ..image.picture };
+        Ok(RenderedImage { picture, view: Some(listed), ..image })
+    }
+
+    /// The camera of a list.
+    fn listed_camera(&self, planned: &PlannedFrame) -> Result<Option<SizedCamera>> {
+        let (Some(cameras), Some(index)) = (self.cameras, planned.camera) else { return Ok(None) };
+        Ok(Some(cameras.camera(index).context("--cameras")?))
+    }
+
+    /// The settings for an image of another size.
+    fn settings_for(&self, view: &SizedCamera) -> RenderSettings {
+        let (width, height) = view.size;
+        RenderSettings { width, height, crop: view.crop, ..self.settings }
     }
 
     /// Renders an image from any camera, as [`RenderSession::render`] does.
@@ -151,9 +193,19 @@ impl<'a> RenderSession<'a> {
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
+        self.render_with(&self.settings, camera, planned, posed_frame, monitor)
+    }
+
+    fn render_with(
+        &self,
+        settings: &RenderSettings,
+        camera: Camera,
+        planned: &PlannedFrame,
+        posed_frame: &PosedFrame<'a>,
+        monitor: &dyn ProgressMonitor,
+    ) -> Result<RenderedImage> {
         let SceneSetup { options, log, framing, .. } = &self.setup;
-        let settings = &self.settings;
-        let (width, height) = self.full_size();
+        let (width, height) = (settings.width, settings.height);
         let frame = self.setup.rotated_frame(planned.angle, posed_frame, camera)?;
         // The ground is added last: it affects neither framing nor metering.
         let frame = Frame { ground: framing.ground, ..frame };
@@ -184,7 +236,8 @@ impl<'a> RenderSession<'a> {
             check_depth_range(&layers, depth_step, planned.number, log)?;
         }
         let picture = Picture { id_names: self.id_names.clone(), ..Picture::new(pixels, self.display) };
-        Ok(RenderedImage { picture: Picture { layers, mattes, crop_window, depth_step, ..picture }, empty })
+        let picture = Picture { layers, mattes, crop_window, depth_step, ..picture };
+        Ok(RenderedImage { picture, empty, view: None })
     }
 }
 
@@ -193,6 +246,15 @@ pub struct RenderedImage {
     pub picture: Picture,
     /// The reason if it shows nothing.
     pub empty: Option<EmptyReason>,
+    /// Its camera, for images of the plan's frames.
+    pub view: Option<SizedCamera>,
+}
+
+/// The rotation from the scene's world to that of AOVs: the world of a dataset or of a list of cameras.
+fn aov_world(plan: &RenderPlan) -> DMat3 {
+    let listed = plan.cameras.as_ref().map(|cameras| cameras.world_up());
+    let up = plan.dataset.map(|dataset| dataset.up).or(listed);
+    up.map_or(DMat3::IDENTITY, WorldUp::rotation)
 }
 
 /// The names for id layers, if there are any beside images.

@@ -1,0 +1,27 @@
+//! Options for lists of cameras.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::choices::UpArg;
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+pub struct CameraListArgs {
+    /// Render an image for each camera of a list: transforms.json (NeRF, nerfstudio, blinn turntable --views), the folder
+    /// of a COLMAP model, BOP's scene_camera.json, or JSON lines
+    ///
+    /// JSON lines have K, camera_to_world or world_to_camera, width, height, convention (opencv or opengl), time and
+    /// file. A time poses the scene. --size changes the number of pixels, not the view. {camera} in -o stands for a
+    /// camera's name.
+    #[arg(long, value_name = "FILE|FOLDER",
+          conflicts_with_all = ["camera", "view_point", "view_dir", "look_at", "view_up", "proj_distance",
+                                "view_width", "view_height", "yfov", "view_rect", "intrinsics", "shift",
+                                "projection", "camera_orthographic", "orbit", "zoom", "camera_azimuth_angle",
+                                "camera_elevation_angle", "camera_xml", "fit", "frame", "frames"])]
+    pub cameras: Option<PathBuf>,
+    /// Up axis of the world of --cameras; z is for lists from Blender: (x, y, z) becomes (x, z, −y) [default: y]
+    #[arg(long, value_enum, requires = "cameras")]
+    pub cameras_up: Option<UpArg>,
+}

@@ -1,0 +1,119 @@
+//! The list of `--cameras`: names, sizes and cameras of images.
+
+use std::path::Path;
+
+use crate::batch::WorldUp;
+use crate::cli::args::{CameraListArgs, ImageArgs, UpArg};
+use crate::cli::usage::UsageError;
+use crate::import::{CameraFile, Limits, ListedCamera, LoadError, RecordedView, UpAxis};
+use crate::render::PixelRect;
+use crate::scene::{Camera, ClipPlanes};
+
+/// The cameras of a list, each for an image.
+#[derive(Debug)]
+pub struct CameraList {
+    file: CameraFile,
+    /// The value of --size, which replaces the size of each camera.
+    size: Option<(u32, u32)>,
+    /// The value of --crop.
+    crop: Option<PixelRect>,
+    /// The value of --clip.
+    clip: Option<ClipPlanes>,
+}
+
+/// A camera with the size of its image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizedCamera {
+    pub camera: Camera,
+    /// Width and height of the image without crop.
+    pub size: (u32, u32),
+    /// The rendered region.
+    pub crop: Option<PixelRect>,
+    /// Metres per step of 16-bit depth.
+    pub depth_step: Option<f64>,
+}
+
+impl CameraList {
+    /// Opens the list of --cameras, if there is one.
+    pub fn open(
+        args: &CameraListArgs,
+        image: &ImageArgs,
+        clip: Option<ClipPlanes>,
+        limits: &Limits,
+    ) -> Result<Option<CameraList>, UsageError> {
+        let Some(path) = &args.cameras else { return Ok(None) };
+        let file = CameraFile::open(path, limits).map_err(|e| UsageError(format!("--cameras: {e}")))?;
+        let up = match args.cameras_up {
+            Some(UpArg::Z) => UpAxis::Z,
+            Some(UpArg::Y) => UpAxis::Y,
+            None => file.up(),
+        };
+        Ok(Some(CameraList { file: file.with_up(up), size: image.size, crop: image.crop, clip }))
+    }
+
+    /// The file of the list.
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// The up axis of the world that the list describes.
+    pub fn world_up(&self) -> WorldUp {
+        match self.file.up() {
+            UpAxis::Y => WorldUp::Y,
+            UpAxis::Z => WorldUp::Z,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.file.len()
+    }
+
+    /// A camera as the list has it.
+    ///
+    /// # Errors
+    /// The file changed.
+    pub fn listed(&self, index: usize) -> Result<ListedCamera, LoadError> {
+        self.file.camera(index)
+    }
+
+    /// The time of a camera in seconds, if it has one.
+    pub fn time(&self, index: usize) -> Option<f64> {
+        self.file.time(index)
+    }
+
+    /// The name of a camera for output files: that of its picture, else its number.
+    pub fn name(&self, index: usize) -> String {
+        let name = self.file.camera(index).ok().and_then(|camera| camera.name);
+        name.unwrap_or_else(|| format!("{:04}", index + 1))
+    }
+
+    /// The camera of an image. It does not depend on the scene.
+    ///
+    /// # Errors
+    /// The file changed.
+    pub fn camera(&self, index: usize) -> Result<SizedCamera, LoadError> {
+        let listed = self.file.camera(index)?;
+        // All cameras were checked to have a size.
+        let (size, crop) = self.size_of(&listed).unwrap_or(((1, 1), None));
+        let camera = listed.camera(size);
+        let recorded = self.recorded();
+        let camera =
+            recorded.map_or(Camera { clip: ClipPlanes::OFF, ..camera }, |view| view.lens_of(&camera));
+        let camera = Camera { clip: self.clip.unwrap_or(camera.clip), ..camera };
+        Ok(SizedCamera { camera, size, crop, depth_step: listed.depth_step })
+    }
+
+    /// The recorded lens of blinn's own list, if no option changes the size of images.
+    fn recorded(&self) -> Option<&RecordedView> {
+        self.file.recorded().filter(|_| self.size.is_none() && self.crop.is_none())
+    }
+
+    /// Width and height of an image, and the rendered region.
+    pub fn size_of(&self, listed: &ListedCamera) -> Option<((u32, u32), Option<PixelRect>)> {
+        if let Some(view) = self.recorded() {
+            let crop = view.crop.map(|[x, y, width, height]| PixelRect { x, y, width, height });
+            return Some((view.size, crop));
+        }
+        Some((self.size.or(listed.size)?, self.crop))
+    }
+}
