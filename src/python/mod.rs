@@ -13,6 +13,7 @@
 #![allow(unsafe_code)]
 
 mod camera;
+mod camera_list;
 mod command;
 mod errors;
 mod info;
@@ -42,6 +43,7 @@ fn _blinn(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<picture::PyPicture>()?;
     module.add_class::<scene::PyScene>()?;
     module.add_class::<pictures::PyPictures>()?;
+    module.add_function(wrap_pyfunction!(camera_list::load_cameras, module)?)?;
     module.add_function(wrap_pyfunction!(command::main, module)?)?;
     module.add_function(wrap_pyfunction!(options::list_render_options, module)?)?;
     module.add_function(wrap_pyfunction!(pool::set_threads, module)?)?;

@@ -162,7 +162,7 @@ impl RenderJob {
             let images: Vec<Result<RenderedImage>> =
                 pool.install(|| cameras.par_iter().map(render).collect());
             for image in images {
-                let RenderedImage { picture, empty } = image?;
+                let RenderedImage { picture, empty, .. } = image?;
                 number += 1;
                 if let Some(reason) = empty {
                     empty_images.add(reason, number);

@@ -1,9 +1,11 @@
 """Cameras, layers, sequences, progress and interruption."""
 
+import json
 import os
 import signal
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -42,6 +44,24 @@ def test_intrinsics_and_matrices_agree(quad: blinn.Scene) -> None:
     # The centre of pixel (i, j) is (i + 0.5, j + 0.5).
     np.testing.assert_allclose(pixels, np.c_[columns + 0.5, rows + 0.5], atol=1e-3)
     np.testing.assert_allclose(picture["depth"][rows, columns], local[2], rtol=1e-5)
+
+
+def test_lists_of_cameras_are_loaded(quad: blinn.Scene, tmp_path: Path) -> None:
+    K = np.array([[60.0, 0, 40], [0, 55, 20], [0, 0, 1]])
+    to_world = np.array([[1.0, 0, 0, 0.2], [0, -1, 0, 0.1], [0, 0, -1, 4], [0, 0, 0, 1]])
+    line = {"K": K.tolist(), "camera_to_world": to_world.tolist(), "convention": "opencv"}
+    path = tmp_path / "cameras.jsonl"
+    path.write_text(json.dumps(line | {"width": 64, "height": 48}) + "\n" + json.dumps(line))
+    with pytest.raises(ValueError, match="has no size"):
+        blinn.load_cameras(path)
+    cameras = blinn.load_cameras(path, size=(64, 48))
+    assert [camera.size for camera in cameras] == [(64, 48)] * 2
+    np.testing.assert_allclose(cameras[0].intrinsics(), K)
+    expected = blinn.Camera.from_intrinsics(K, (64, 48), to_world, convention="opencv")
+    np.testing.assert_array_equal(quad.render(cameras[1]).rgba, quad.render(expected).rgba)
+    path.write_text("{}")
+    with pytest.raises(blinn.LoadError, match="no cameras"):
+        blinn.load_cameras(path)
 
 
 def test_conventions_are_the_same_camera(quad: blinn.Scene) -> None:

@@ -23,6 +23,7 @@ from ._blinn import (
     SceneWarning,
     UnsupportedError,
     __version__,
+    load_cameras,
     render_options,
     set_threads,
 )
@@ -44,6 +45,7 @@ __all__ = [
     "UnsupportedError",
     "__version__",
     "load",
+    "load_cameras",
     "render_options",
     "set_threads",
 ]

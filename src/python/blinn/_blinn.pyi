@@ -19,6 +19,13 @@ def main(argv: Sequence[str]) -> int: ...
 def render_options() -> list[str]: ...
 def set_threads(count: int) -> None: ...
 
+def load_cameras(
+    path: str | os.PathLike[str],
+    *,
+    size: tuple[int, int] | None = None,
+    up: Literal["y", "z"] | None = None,
+) -> list[Camera]: ...
+
 class Camera:
     @staticmethod
     def look_at(

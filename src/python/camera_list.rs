@@ -1,0 +1,38 @@
+//! Lists of cameras in files.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+
+use super::camera::PyCamera;
+use super::errors::{load_error, value_error};
+use crate::import::{CameraFile, Limits, UpAxis};
+
+/// Load the cameras of a list: transforms.json of NeRF tools, a COLMAP model, BOP's scene_camera.json, or JSON lines.
+///
+/// `size` = (width, height) is needed where the list has no sizes. `up` is the up axis of the list's world, "y" or "z";
+/// "z" turns (x, y, z) into (x, z, −y), as Blender's exporter does. By default it is "y", or what the list names.
+#[pyfunction]
+#[pyo3(signature = (path, *, size = None, up = None))]
+pub fn load_cameras(path: PathBuf, size: Option<(u32, u32)>, up: Option<&str>) -> PyResult<Vec<PyCamera>> {
+    if size.is_some_and(|(width, height)| width == 0 || height == 0) {
+        return Err(value_error("the size must be positive"));
+    }
+    let name = path.display().to_string();
+    let file = CameraFile::open(&path, &Limits::default()).map_err(|error| load_error(&name, error))?;
+    let up = match up {
+        None => file.up(),
+        Some("y") => UpAxis::Y,
+        Some("z") => UpAxis::Z,
+        Some(other) => return Err(value_error(format!("up must be \"y\" or \"z\", not {other:?}"))),
+    };
+    let file = file.with_up(up);
+    let camera = |index: usize| {
+        let listed = file.camera(index).map_err(|error| load_error(&name, error))?;
+        let size = listed.size.or(size).ok_or_else(|| {
+            value_error(format!("camera {} of {name} has no size; pass size=(width, height)", index + 1))
+        })?;
+        Ok(PyCamera::from_camera(&listed.camera(size), size))
+    };
+    (0..file.len()).map(camera).collect()
+}
