@@ -96,6 +96,23 @@ impl ImageFormat {
         }
     }
 
+    /// Encodes 8-bit sRGB pixels with straight alpha, row-major, row 0 on top.
+    ///
+    /// # Errors
+    /// As for [`ImageFormat::encode`]; EXR, which stores linear light.
+    pub fn encode_rgba8(self, size: (u32, u32), pixels: &[[u8; 4]]) -> io::Result<Vec<u8>> {
+        self.check_size(size)?;
+        match self {
+            ImageFormat::Png => png::encode_rgba8(size, pixels, None),
+            ImageFormat::Jpeg(quality) => jpeg::encode(size, pixels, quality, None),
+            ImageFormat::Webp => webp::encode(size, pixels, None),
+            ImageFormat::Exr => {
+                let message = "EXR stores linear light, not display values; write PNG, JPEG or WebP";
+                Err(io::Error::new(io::ErrorKind::InvalidInput, message))
+            }
+        }
+    }
+
     /// Returns true if the image file holds the layers. Otherwise they are written to files beside it.
     pub fn supports_layers(self) -> bool {
         self == ImageFormat::Exr

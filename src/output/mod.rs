@@ -4,6 +4,7 @@
 
 mod animation;
 mod atomic;
+mod canvas;
 mod cryptomatte;
 mod escape;
 mod exr;
@@ -18,12 +19,14 @@ mod png_chunks;
 mod preview;
 mod riff;
 mod save;
+mod stroke_font;
 mod thumbnail;
 mod webp;
 mod write_target;
 
 pub use animation::{ANIMATION_QUALITY, AnimationFile, AnimationFormat, AnimationSettings};
 pub use atomic::{Overwrite, block_writes, unnamed_temp_file, write_atomically, write_atomically_with};
+pub use canvas::{Anchor, Canvas, TextStyle};
 pub use escape::escape_html;
 pub use fingerprint::read_fingerprint;
 pub use format::{BitDepth, ImageFormat, JPEG_QUALITY};

@@ -29,6 +29,7 @@ mod skin;
 
 mod source;
 mod spot_cone;
+mod standard_view;
 mod texture;
 mod turntable;
 mod view;
@@ -65,6 +66,7 @@ pub use select::{Glob, NoMatch, Selection};
 pub use skin::Skin;
 pub use source::{Source, SourceFile, SourceFormat};
 pub use spot_cone::SpotCone;
+pub use standard_view::StandardView;
 pub use texture::anisotropic::Footprint;
 pub(crate) use texture::batch::SampleCoords;
 pub use texture::image::Image;
