@@ -115,6 +115,7 @@ pub mod accel;
 pub mod batch;
 pub mod bench;
 pub mod cli;
+pub mod compare;
 pub mod display;
 pub mod geometry;
 pub mod import;

@@ -34,6 +34,7 @@ pub use error::{LoadError, Warning};
 pub use files::limits::Limits;
 pub(crate) use files::read_file::{open_regular_file, open_scene_file};
 pub use image::environment::load_environment;
+pub use image::stored_picture::{PictureChannel, PictureEncoding, StoredPicture};
 pub use options::{GlassMode, LoadOptions, SceneChoice, UpAxis};
 pub use smooth::NormalMode;
 

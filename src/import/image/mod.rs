@@ -5,6 +5,7 @@ mod exr;
 pub(crate) mod jpeg;
 mod ktx2;
 mod radiance;
+pub(crate) mod stored_picture;
 mod tiff;
 
 use std::io::Cursor;

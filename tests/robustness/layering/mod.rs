@@ -13,7 +13,7 @@ use source::Modules;
 use uses::{Cycle, cycles, uses};
 
 /// From the bottom up. `main.rs` and `lib.rs` stand above all.
-const ORDER: [&str; 13] = [
+const ORDER: [&str; 14] = [
     "geometry",
     "scene",
     "import",
@@ -23,6 +23,7 @@ const ORDER: [&str; 13] = [
     "render",
     "display",
     "output",
+    "compare",
     "batch",
     "bench",
     "cli",

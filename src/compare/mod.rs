@@ -1,0 +1,13 @@
+//! Differences of pictures, of scenes, and of their descriptions.
+
+mod canonical_material;
+mod flip;
+mod json;
+mod objects;
+mod pictures;
+mod regions;
+
+pub use flip::{FLIP_PIXELS_PER_DEGREE, flip};
+pub use json::{JsonDifference, json_differences};
+pub use objects::{ObjectChange, ObjectDifference, compare_objects};
+pub use pictures::{DifferenceMap, DifferenceSummary, Mismatch, compare_pictures};
