@@ -117,6 +117,15 @@ fn bounded_lines(warnings: &[Warning]) -> Vec<String> {
     lines
 }
 
+/// Properties of a scene that do not depend on its file name and on the order of its objects.
+pub fn comparable_properties(scene: &Scene, warnings: &[Warning], mode: GlassMode) -> Result<Value> {
+    let posed = pose(scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
+    let report = BuildReport::count_degenerate(&posed);
+    let mut all = properties(&posed, &report, &all_lines(warnings), mode);
+    all.remove("file");
+    Ok(Value::Object(all))
+}
+
 /// Properties of a posed scene with the ids of its AOVs.
 #[cfg(feature = "python")]
 pub fn scene_properties(posed: &PosedScene, warnings: &[String], mode: GlassMode) -> Value {
@@ -223,7 +232,7 @@ fn to_text(properties: &Value) -> String {
 }
 
 /// A value on one line.
-fn inline(value: &Value) -> String {
+pub(super) fn inline(value: &Value) -> String {
     match value {
         Value::String(s) => s.chars().map(|c| if c.is_control() { ' ' } else { c }).collect(),
         Value::Object(map) => {

@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod console;
+mod diff;
 #[cfg(feature = "python")]
 pub(crate) mod embed;
 mod farm;
@@ -12,6 +13,7 @@ mod packaging;
 mod plan;
 mod run;
 mod scene_file;
+mod sheet;
 mod summary;
 mod usage;
 mod warning_filter;
@@ -79,7 +81,7 @@ fn execute_command(command: &Command, argv: &[OsString], host: Host) -> Result<S
         return Ok(Summary::of_output(console::print_stdout(settings.as_bytes())));
     }
     // Commands that render start the runtime themselves, after `run::malloc_tuning`, with --threads.
-    if !matches!(command, Command::Render(_) | Command::Turntable(_)) {
+    if !matches!(command, Command::Render(_) | Command::Turntable(_) | Command::Sheet(_) | Command::Diff(_)) {
         let started = runtime::start(None);
         if started.is_err() {
             return Ok(Summary::of_output(started));
@@ -89,6 +91,8 @@ fn execute_command(command: &Command, argv: &[OsString], host: Host) -> Result<S
     match command {
         Command::Render(args) => run::render::render(args, restart_argv),
         Command::Turntable(args) => run::render::turntable(args, restart_argv),
+        Command::Sheet(args) => sheet::run(args),
+        Command::Diff(args) => diff::run(args),
         Command::Assemble(args) => run::assemble::run(args),
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args),

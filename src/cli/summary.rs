@@ -20,6 +20,8 @@ pub struct Summary {
     pub failures: Vec<String>,
     /// True if something failed that belongs to no scene. It has been reported.
     pub other_failure: bool,
+    /// True if a comparison found differences.
+    pub is_different: bool,
 }
 
 impl Summary {
@@ -60,6 +62,7 @@ impl Summary {
     }
 
     pub fn exit_code(&self) -> u8 {
-        if self.failures.is_empty() && !self.other_failure { EXIT_SUCCESS } else { EXIT_FAILURE }
+        let is_success = self.failures.is_empty() && !self.other_failure && !self.is_different;
+        if is_success { EXIT_SUCCESS } else { EXIT_FAILURE }
     }
 }

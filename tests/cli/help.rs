@@ -109,7 +109,10 @@ fn usage_errors_are_one_line_with_a_hint() {
         ("render -b a.glb", "not needed, no window is ever opened"),
         ("render a.glb --render-output=x", "use -o OUT"),
         ("render a.glb --count 4", "unexpected argument '--count': it is an option of blinn turntable"),
-        ("info a.glb --size 4x4", "it is an option of blinn render and blinn turntable and blinn bench"),
+        (
+            "info a.glb --size 4x4",
+            "it is an option of blinn render, blinn turntable, blinn sheet, blinn bench and blinn diff",
+        ),
         ("render a.glb --quux", "unexpected argument '--quux': see blinn render --help-all"),
         (
             "render a.glb --filter gaus",

@@ -8,10 +8,12 @@
 //! - `cameras`: lists of cameras in each format
 //! - `dataset_formats`: `turntable --dataset`: COLMAP, BOP and COCO
 //! - `datasets`: `turntable --views`, its layers and `transforms.json`
+//! - `diff`: `blinn diff` of scenes and images
 //! - `empty_images`: images that show nothing, and the reason
 //! - `examples`: the programs in docs/examples; they need `cargo build --examples`
 //! - `exit_codes`: wrong files and command lines: one line and an exit code
 //! - `farm`: scripts for render farms, and their tasks run by a stand-in for the engine
+//! - `golden_check`: `render --check`, `--bless` and `--max-size`
 //! - `help`: help pages, usage errors, completions, man pages, docs/reference/command-line.md
 //! - `image_output`: EXR, JPEG, WebP, Cryptomatte and layer previews read back
 //! - `info`: `blinn info`, in text and JSON
@@ -21,6 +23,7 @@
 //! - `render`: flags of `blinn render`, and the pictures that they change
 //! - `resume`: `--resume` after changes, crashes and kills
 //! - `sequences`: many frames and many files: lists, names, configuration files, reports, progress
+//! - `sheet`: `blinn sheet` and its JSON
 //! - `signals`: interrupted renders
 //! - `turntable`: a model or a camera once around
 //! - `view_rects`: off-centre views from flags
@@ -36,10 +39,12 @@ mod camera;
 mod cameras;
 mod dataset_formats;
 mod datasets;
+mod diff;
 mod empty_images;
 mod examples;
 mod exit_codes;
 mod farm;
+mod golden_check;
 mod help;
 mod image_output;
 mod info;
@@ -50,6 +55,7 @@ mod render;
 mod resume;
 mod scene_inputs;
 mod sequences;
+mod sheet;
 mod signals;
 mod turntable;
 mod view_rects;

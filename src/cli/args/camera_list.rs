@@ -16,7 +16,7 @@ pub struct CameraListArgs {
     /// file. A time poses the scene. --size changes the number of pixels, not the view. {camera} in -o stands for a
     /// camera's name.
     #[arg(long, value_name = "FILE|FOLDER",
-          conflicts_with_all = ["camera", "view_point", "view_dir", "look_at", "view_up", "proj_distance",
+          conflicts_with_all = ["camera", "max_size", "view_point", "view_dir", "look_at", "view_up", "proj_distance",
                                 "view_width", "view_height", "yfov", "view_rect", "intrinsics", "shift",
                                 "projection", "camera_orthographic", "orbit", "zoom", "camera_azimuth_angle",
                                 "camera_elevation_angle", "camera_xml", "fit", "frame", "frames"])]

@@ -7,11 +7,12 @@ use std::ffi::OsString;
 
 use clap::{Arg, ArgAction, Command, CommandFactory};
 
+use super::diff::DIFF_FILES;
 use super::root::Cli;
 
 /// Options on the screens of commands that have more than `MAX_LISTED`.
 const COMMON: &str = "\
-    output quality resume aov size samples background exposure view camera view-point look-at yfov orbit zoom \
+    output json quality resume aov size samples background exposure view camera view-point look-at yfov orbit zoom \
     lights point-light sun light-radius ao ground kd ks hide time frames fps count only chunk turn axis \
     elevation views threads config report quiet";
 const MAX_LISTED: usize = 20;
@@ -22,7 +23,7 @@ const MAX_VALUES: usize = 24;
 
 /// Examples of each command. `job` stands for the commands below it, too.
 #[rustfmt::skip]
-const EXAMPLES: [(&str, &str); 9] = [
+const EXAMPLES: [(&str, &str); 11] = [
     ("", "\
 Examples:
   blinn render chair.obj                 # chair.png, framed and lit
@@ -39,6 +40,15 @@ Examples:
   blinn turntable shoe.glb               # shoe_0001.png … shoe_0036.png
   blinn turntable shoe.glb -o shoe.html --ground shadow
   blinn turntable shoe.glb --views 100 --size 800x800 -o shoe/####.png"),
+    ("sheet", "\
+Examples:
+  blinn sheet shoe.glb                   # shoe_sheet.png
+  blinn sheet shoe.glb -o shoe.png --size 1920x1440 --json"),
+    ("diff", "\
+Examples:
+  blinn diff old.glb new.glb             # prints what changed
+  blinn diff old.glb new.glb -o diff.html
+  blinn diff golden.png today.png --flip --tolerance 0.1"),
     ("assemble", "\
 Examples:
   blinn assemble walk/ -o walk.webp --fps 24
@@ -84,7 +94,12 @@ pub fn command(argv: &[OsString]) -> Command {
 
 /// The command tree with complete help.
 pub fn full() -> Command {
+    let ([old, new], help) = DIFF_FILES;
+    let name_files = |files: Arg| {
+        files.action(ArgAction::Set).num_args(2).value_names([old, new]).help(help).long_help(None)
+    };
     let root = Cli::command().after_long_help(EXIT_CODES);
+    let root = root.mut_subcommand("diff", |diff| diff.mut_arg("scenes", name_files));
     map_tree(root, "", &|command, path| {
         let command = add_help_flags(command);
         match examples(path) {

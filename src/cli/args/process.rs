@@ -7,7 +7,7 @@ use clap::Args;
 use super::choices::ProgressArg;
 use super::values;
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Process")]
 pub struct ProcessArgs {
     /// Number of threads [default: the processors available to this process]
@@ -35,7 +35,7 @@ pub struct ProcessArgs {
 }
 
 /// Messages on standard error.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Process")]
 pub struct LogArgs {
     /// Format of progress messages on standard error
@@ -50,7 +50,7 @@ pub struct LogArgs {
 }
 
 /// Options of all commands that read scenes.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Process")]
 pub struct CommonArgs {
     /// Allow files outside the scene's folder

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::camera_list::CameraListArgs;
+use super::check::CheckArgs;
 use super::output::OutputArgs;
 use super::process::{CommonArgs, ProcessArgs};
 use super::render_options::RenderOptionArgs;
@@ -23,6 +24,8 @@ pub struct RenderArgs {
     pub frames: FrameArgs,
     #[command(flatten)]
     pub time: TimeArgs,
+    #[command(flatten)]
+    pub check: CheckArgs,
     #[command(flatten)]
     pub process: ProcessArgs,
     #[command(flatten)]

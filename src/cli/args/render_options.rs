@@ -31,6 +31,9 @@ pub struct ImageArgs {
     /// Width and height in pixels [default: 1280x720, or the aspect ratio of the file's camera]
     #[arg(long, alias = "resolution", value_name = "WxH", value_parser = values::size)]
     pub size: Option<(u32, u32)>,
+    /// Longer side in pixels, for thumbnails: the image has the aspect ratio of the file's camera, or is square
+    #[arg(long, value_name = "N", conflicts_with = "size", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    pub max_size: Option<u32>,
     /// Samples per pixel; a single sample is at the pixel's centre
     #[arg(short, long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: u32,
@@ -163,7 +166,7 @@ pub struct CameraArgs {
     pub fit: FitArg,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Lights")]
 pub struct LightArgs {
     /// Light sources: file, headlight, three-point (a list), or none [default: file, else three-point]
@@ -220,7 +223,7 @@ pub struct LightArgs {
     pub no_shadows: bool,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Shading")]
 pub struct ShadingArgs {
     /// Terms of the lecture's shading: color (unlit), diffuse (Lambert), shadow (Lambert with shadows), phong (all)

@@ -4,11 +4,13 @@ use clap::{Parser, Subcommand};
 
 use super::assemble::AssembleArgs;
 use super::bench::BenchArgs;
+use super::diff::DiffArgs;
 use super::farm::JobArgs;
 use super::info::InfoArgs;
 use super::packaging::{CompletionsArgs, ManArgs};
 use super::process::ProcessArgs;
 use super::render::RenderArgs;
+use super::sheet::SheetArgs;
 use super::turntable::TurntableArgs;
 
 /// Render glTF and OBJ mesh scenes on the CPU
@@ -25,6 +27,10 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Render a turntable of each scene: one turn, seen from all sides
     Turntable(Box<TurntableArgs>),
+    /// Draw views from four sides at one scale, with dimensions
+    Sheet(Box<SheetArgs>),
+    /// Compare two scenes or two images
+    Diff(Box<DiffArgs>),
     /// Make an animation from finished frames
     Assemble(AssembleArgs),
     /// Print the contents of a scene

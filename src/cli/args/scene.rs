@@ -8,7 +8,7 @@ use super::choices::{FormatArg, GlassArg, UpArg};
 use super::values;
 use crate::import::NormalMode;
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneArgs {
     /// Scene files: .gltf, .glb or .obj; - for standard input

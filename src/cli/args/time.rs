@@ -6,7 +6,7 @@ use super::values;
 use crate::batch::{Chunk, FrameList};
 
 /// A time in an animation.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Time")]
 pub struct TimeArgs {
     /// Time in the animation

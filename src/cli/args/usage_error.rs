@@ -65,7 +65,11 @@ fn unknown_argument(error: &Error, flag: &str, argv: &[OsString]) -> String {
         }
     }
     let suggestion = context(error, ContextKind::SuggestedArg);
-    let other_commands = with_flag(&root).join(" and blinn ");
+    let other_commands = match &with_flag(&root)[..] {
+        [] => String::new(),
+        [one] => one.clone(),
+        [others @ .., last] => format!("{} and blinn {last}", others.join(", blinn ")),
+    };
     let hint = match (equivalent(flag), suggestion) {
         (Some(Equivalent::Use(option)), _) => format!("use {option}"),
         (Some(Equivalent::Unneeded(reason)), _) => format!("not needed, {reason}"),

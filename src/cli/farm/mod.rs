@@ -37,6 +37,10 @@ pub fn run(args: &JobArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
         JobCommand::Render(args) => RenderPlan::for_render(args)?,
         JobCommand::Turntable(args) => RenderPlan::for_turntable(args)?,
     };
+    if plan.check.is_some() {
+        let text = "--check compares images where all of them are rendered; run blinn render --check --resume after the job";
+        return Err(UsageError(text.into()));
+    }
     let output = engine.job().output.as_deref().filter(|output| !is_stdout(output));
     if let Some(file) = output {
         let paths = PathConflicts::with_inputs(&plan.scenes);

@@ -4,6 +4,7 @@
 mod animation_output;
 mod camera_checks;
 mod camera_list;
+mod check;
 mod clip_conflicts;
 mod dataset;
 mod dataset_formats;
@@ -32,6 +33,7 @@ use crate::scene::View;
 
 pub use animation_output::AnimationOutput;
 pub use camera_list::{CameraList, SizedCamera};
+pub use check::CheckPlan;
 pub use dataset::DatasetPlan;
 pub use dataset_formats::{BopFolders, FormatsPlan, coco_file, colmap_folder};
 pub use frame_neighbours::FrameNeighbours;
@@ -39,7 +41,9 @@ pub use frames::{FrameSet, PlannedFrame};
 pub use memory_limit::load_limits;
 pub use outputs::{OutputKind, Outputs, Target};
 pub use path_conflicts::{PathConflicts, Writer};
-pub use render_options::{BackFaceCulling, RenderOptions, TurntableRotation, load_options, natural_size};
+pub use render_options::{
+    BackFaceCulling, RenderOptions, TurntableRotation, load_options, natural_size, scaled_to,
+};
 pub use scene_list::scene_list;
 pub use simd_level::simd_level;
 
@@ -63,6 +67,8 @@ pub struct RenderPlan {
     pub formats: FormatsPlan,
     /// Set for `render --cameras`.
     pub cameras: Option<Arc<CameraList>>,
+    /// Golden images to compare with.
+    pub check: Option<CheckPlan>,
     pub strict: bool,
     /// Memory limit in bytes for a scene and its images.
     pub max_memory: Option<u64>,
@@ -98,6 +104,7 @@ impl RenderPlan {
             // Limits and buffers suit the largest image.
             options.size = Some(check_cameras(cameras, &outputs, first)?);
         }
+        let check = CheckPlan::from_args(&args.check, &outputs)?;
         RenderPlan {
             scenes,
             frames,
@@ -108,6 +115,7 @@ impl RenderPlan {
             dataset: None,
             formats: FormatsPlan::default(),
             cameras,
+            check,
             strict: args.common.strict,
             max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
@@ -140,6 +148,7 @@ impl RenderPlan {
             dataset,
             formats: FormatsPlan::from_args(&args.turn)?,
             cameras: None,
+            check: None,
             strict: args.common.strict,
             max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
@@ -214,6 +223,11 @@ impl RenderPlan {
             _ => self.frames.known().filter(|frames| !frames.is_empty()),
         };
         let frames = frames.unwrap_or_else(|| vec![PlannedFrame::at(1, 0.0)]);
+        if let Some(check) = &self.check {
+            let files =
+                self.scenes.iter().enumerate().map(|(i, scene)| self.output_files(scene, i + 1, &frames));
+            check.check_names(&files.flatten().collect::<Vec<_>>())?;
+        }
         for (i, scene) in self.scenes.iter().enumerate() {
             for file in self.output_files(scene, i + 1, &frames) {
                 paths.add_output(&file, Writer::Scene(scene)).map_err(UsageError)?;

@@ -142,6 +142,11 @@ impl Outputs {
         std::iter::once(path.clone()).chain(previews).collect()
     }
 
+    /// True if the image goes to standard output.
+    pub fn is_stdout(&self) -> bool {
+        self.template.is_none()
+    }
+
     /// True if AOVs are stored in the images themselves.
     pub fn holds_aovs(&self) -> bool {
         matches!(self.kind, OutputKind::Images(format, _) if format.supports_layers())

@@ -8,9 +8,10 @@ mod depth_range;
 pub(super) mod empty_images;
 mod frame_files;
 mod framing;
+mod golden_check;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod malloc_tuning;
-mod memory_estimate;
+pub(super) mod memory_estimate;
 mod metering;
 mod neighbour_frames;
 pub(super) mod panics;

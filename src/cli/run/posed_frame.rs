@@ -10,7 +10,7 @@ use super::progress::SceneLog;
 use crate::accel::{Accel, BuildReport, BuildSettings};
 use crate::cli::plan::{BackFaceCulling, RenderOptions, TurntableRotation};
 use crate::integrator::Frame;
-use crate::scene::{AxisRotation, Camera, Environment, Lighting, PosedScene};
+use crate::scene::{AxisRotation, Camera, Environment, Lighting, PosedScene, ResolvedLighting};
 
 /// A scene at one time.
 pub struct PosedFrame<'s> {
@@ -101,9 +101,24 @@ impl<'a> SceneSetup<'a> {
 
     /// The frame as `camera` sees it, without ground.
     pub fn frame<'m>(&self, frame: &'m PosedFrame<'m>, camera: Camera) -> Result<Frame<'m>> {
+        let lit = self.lights(frame, &camera);
+        self.lit_frame(frame, camera, &lit)
+    }
+
+    /// The lights of a frame that `camera` sees.
+    pub fn lights(&self, frame: &PosedFrame, camera: &Camera) -> ResolvedLighting {
+        let light_camera = self.framing.light_camera.as_ref().unwrap_or(camera);
+        self.lighting.resolve(&frame.posed, light_camera)
+    }
+
+    /// The frame as `camera` sees it in any light, without ground.
+    pub fn lit_frame<'m>(
+        &self,
+        frame: &'m PosedFrame<'m>,
+        camera: Camera,
+        lit: &ResolvedLighting,
+    ) -> Result<Frame<'m>> {
         let Some(accel) = &frame.accel else { bail!("the scene has no acceleration structure") };
-        let light_camera = self.framing.light_camera.as_ref().unwrap_or(&camera);
-        let lit = self.lighting.resolve(&frame.posed, light_camera);
         Ok(Frame {
             overrides: self.options.overrides,
             bounces: self.options.bounces,
@@ -111,7 +126,7 @@ impl<'a> SceneSetup<'a> {
             shadows: self.options.shadows,
             ambient_occlusion: self.framing.occlusion,
             background: self.background.clone(),
-            ..Frame::new(&frame.posed, accel, camera, &lit)
+            ..Frame::new(&frame.posed, accel, camera, lit)
         })
     }
 

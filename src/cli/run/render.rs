@@ -96,8 +96,17 @@ fn render_scene(
     let digests = FileDigests::with_limit(load_limits(plan.max_memory).file_bytes);
     let report_page = report.as_mut();
     let views_shown = BTreeMap::new();
-    let mut job =
-        SceneJob { plan, index, path, log: &log, report: report_page, digests, kept: 0, views_shown };
+    let mut job = SceneJob {
+        plan,
+        index,
+        path,
+        log: &log,
+        report: report_page,
+        digests,
+        frames: Vec::new(),
+        kept: 0,
+        views_shown,
+    };
     let outcome = panics::catch(|| job.run());
     let kept = job.kept;
     reporter.scene_done(path);

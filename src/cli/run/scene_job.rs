@@ -11,6 +11,7 @@ use super::animation_writer::AnimationWriter;
 use super::dataset::{DatasetViews, TransformsFile};
 use super::dataset_files::DatasetFiles;
 use super::empty_images::EmptyImages;
+use super::golden_check;
 use super::memory_estimate;
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::{ImageMonitor, SceneLog};
@@ -41,6 +42,8 @@ pub struct SceneJob<'a> {
     pub report: Option<&'a mut Report>,
     /// Digests of the files that images are made from.
     pub digests: FileDigests,
+    /// All frames, once they are known, if images are compared with golden ones.
+    pub frames: Vec<PlannedFrame>,
     /// Number of images that --resume kept.
     pub kept: usize,
     /// The written images of a dataset, by file name: true if they show something.
@@ -48,7 +51,16 @@ pub struct SceneJob<'a> {
 }
 
 impl SceneJob<'_> {
+    /// Renders what is missing, and compares it with golden images.
     pub fn run(&mut self) -> Result<()> {
+        self.render_missing()?;
+        let Some(check) = self.plan.check.as_ref().filter(|_| !self.plan.dry_run) else { return Ok(()) };
+        let files = self.plan.output_files(self.path, self.index, &self.frames);
+        let limits = load_limits(self.plan.max_memory);
+        golden_check::check(check, self.path, &files, &limits, self.log.reporter)
+    }
+
+    fn render_missing(&mut self) -> Result<()> {
         // If all images are up to date, the scene need not be read.
         // The fingerprints of a dataset's images have cameras that depend on the scene.
         let needs_scene = self.plan.dataset.is_some() && self.plan.outputs.resume;
@@ -216,6 +228,9 @@ impl SceneJob<'_> {
         scene: Option<&Scene>,
     ) -> Result<Vec<PlannedFrame>> {
         let plan = self.plan;
+        if plan.check.is_some() {
+            self.frames.clone_from(&frames);
+        }
         let count = frames.len();
         if plan.outputs.resume {
             let views = match (&plan.dataset, scene) {
@@ -303,10 +318,7 @@ pub fn load_scene(plan: &RenderPlan, path: &Path, log: &SceneLog) -> Result<Scen
     let limits = load_limits(plan.max_memory);
     let (mut scene, warnings) = load_scene_file(path, &LoadOptions { limits, ..options.load.clone() })?;
     let is_empty = scene.instances.is_empty();
-    scene.select(&options.selection)?;
-    if options.cull == BackFaceCulling::All {
-        scene.materials.iter_mut().for_each(|material| material.double_sided = false);
-    }
+    prepare_scene(plan, &mut scene)?;
     log.stage("load", start, &format!("{} triangles", scene.instanced_triangle_count()));
     log.warn_of_import(warnings)?;
     if is_empty {
@@ -315,6 +327,15 @@ pub fn load_scene(plan: &RenderPlan, path: &Path, log: &SceneLog) -> Result<Scen
         log.warn("nothing to render: --hide and --only-objects exclude all objects")?;
     }
     Ok(scene)
+}
+
+/// Removes hidden objects, and applies --cull back.
+pub fn prepare_scene(plan: &RenderPlan, scene: &mut Scene) -> Result<()> {
+    scene.select(&plan.options.selection)?;
+    if plan.options.cull == BackFaceCulling::All {
+        scene.materials.iter_mut().for_each(|material| material.double_sided = false);
+    }
+    Ok(())
 }
 
 /// The scene at `time`: the previous frame or the start of the clip if that shows the same, else posed anew with the

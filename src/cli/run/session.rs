@@ -204,9 +204,31 @@ impl<'a> RenderSession<'a> {
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
+        let frame = self.setup.rotated_frame(planned.angle, posed_frame, camera)?;
+        self.render_frame_with(settings, frame, planned, posed_frame, monitor)
+    }
+
+    /// Renders an image of any frame, of a scene posed as `posed_frame`.
+    pub fn render_frame(
+        &self,
+        frame: Frame,
+        planned: &PlannedFrame,
+        posed_frame: &PosedFrame<'a>,
+        monitor: &dyn ProgressMonitor,
+    ) -> Result<RenderedImage> {
+        self.render_frame_with(&self.settings, frame, planned, posed_frame, monitor)
+    }
+
+    fn render_frame_with(
+        &self,
+        settings: &RenderSettings,
+        frame: Frame,
+        planned: &PlannedFrame,
+        posed_frame: &PosedFrame<'a>,
+        monitor: &dyn ProgressMonitor,
+    ) -> Result<RenderedImage> {
         let SceneSetup { options, log, framing, .. } = &self.setup;
         let (width, height) = (settings.width, settings.height);
-        let frame = self.setup.rotated_frame(planned.angle, posed_frame, camera)?;
         // The ground is added last: it affects neither framing nor metering.
         let frame = Frame { ground: framing.ground, ..frame };
 

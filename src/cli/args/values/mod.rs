@@ -13,6 +13,6 @@ pub use image::{
 };
 pub use lights::{AoArg, HdriArg, ao, hdri, lights, point_light, radius, strength, sun};
 pub use numbers::{
-    angle, bytes, depth_unit, direction, fraction, frame_count, glob, number, positive, smooth,
+    angle, bytes, depth_unit, direction, fraction, frame_count, glob, number, positive, smooth, tolerance,
     triangle_counts, vector,
 };

@@ -59,6 +59,12 @@ pub fn fraction(text: &str) -> Result<f32, String> {
     if (0.0..=1.0).contains(&v) { Ok(v as f32) } else { Err("must be from 0 to 1".into()) }
 }
 
+/// A number that is not negative, as the largest difference that counts as equal.
+pub fn tolerance(text: &str) -> Result<f32, String> {
+    let v = number(text)?;
+    if v >= 0.0 { Ok(v as f32) } else { Err("must not be negative".into()) }
+}
+
 /// An angle in degrees, converted to radians.
 pub fn angle(text: &str) -> Result<f64, String> {
     number(text).map(f64::to_radians)

@@ -34,6 +34,7 @@ impl RenderOptions {
             selection: Selection { only: shading.only_objects.clone(), hide: shading.hide.clone() },
             animation: animation.map(str::to_string),
             size: image.size,
+            max_size: image.max_size,
             settings: render_settings(image),
             background: background(image, stage),
             environment_background: match image.background {

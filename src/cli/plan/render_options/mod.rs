@@ -33,6 +33,8 @@ pub struct RenderOptions {
     pub animation: Option<String>,
     /// Width and height from --size.
     pub size: Option<(u32, u32)>,
+    /// Longer side in pixels from --max-size.
+    pub max_size: Option<u32>,
     pub settings: RenderSettings,
     /// The colour of pixels where there is nothing; opaque if the background is the environment.
     pub background: Background,
@@ -114,7 +116,8 @@ impl RenderOptions {
         self.settings.crop.map(|crop| (crop.width, crop.height)).or(self.size)
     }
 
-    /// Width and height of the image: --size, else the aspect ratio of the file's camera, else 16:9.
+    /// Width and height of the image: --size, else the aspect ratio of the file's camera, else 16:9, or square for
+    /// --max-size.
     pub fn size_for(&self, scene: &Scene) -> (u32, u32) {
         if let Some(size) = self.size {
             return size;
@@ -124,8 +127,22 @@ impl RenderOptions {
             None if self.view.replaces_file_camera() => None,
             None => (!scene.cameras.is_empty()).then_some(0),
         };
-        natural_size(scene, camera)
+        match (self.max_size, camera) {
+            (None, _) => natural_size(scene, camera),
+            // Framing shows a sphere.
+            (Some(side), None) => (side, side),
+            (Some(side), Some(_)) => scaled_to(side, natural_size(scene, camera)),
+        }
     }
+}
+
+/// A size of the same aspect ratio, with `side` pixels at its longer side.
+pub fn scaled_to(side: u32, (width, height): (u32, u32)) -> (u32, u32) {
+    let scaled = |pixels: u32| {
+        let exact = f64::from(pixels) * f64::from(side) / f64::from(width.max(height).max(1));
+        exact.round().max(1.0) as u32
+    };
+    (scaled(width), scaled(height))
 }
 
 /// The default image size for a camera of the file, or for a framed scene.

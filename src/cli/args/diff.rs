@@ -1,0 +1,47 @@
+//! Arguments of `blinn diff`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::preview::PreviewArgs;
+use super::scene::SceneArgs;
+use super::values;
+
+/// Names and help of the two files, which [`SceneArgs`] takes as scenes.
+pub const DIFF_FILES: ([&str; 2], &str) = (["OLD", "NEW"], "Two scenes (.gltf, .glb or .obj), or two images");
+
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Write the pictures before and after and their differences: an HTML page, or one .png
+    #[arg(short, long, value_name = "FILE.html|FILE.png", help_heading = "Output")]
+    pub output: Option<PathBuf>,
+    /// Print JSON instead of text
+    #[arg(long, help_heading = "Output")]
+    pub json: bool,
+    /// Refuse to overwrite an existing file
+    #[arg(long, help_heading = "Output")]
+    pub no_overwrite: bool,
+    #[command(flatten)]
+    pub compare: CompareArgs,
+    /// Width and height of the pictures of scenes in pixels [default: 640x480, or the aspect ratio of the file's camera]
+    #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Image")]
+    pub size: Option<(u32, u32)>,
+    #[command(flatten)]
+    pub preview: PreviewArgs,
+}
+
+/// Options of comparisons of pictures.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Comparison")]
+pub struct CompareArgs {
+    /// Largest difference of a pixel that counts as equal, in values of 0 to 1 as displayed, or in the values of an .exr
+    /// or .hdr [default: 0]
+    #[arg(long, value_name = "T", value_parser = values::tolerance)]
+    pub tolerance: Option<f32>,
+    /// Compare by the FLIP error, from 0 to 1: how visible a difference is when the pictures alternate
+    #[arg(long)]
+    pub flip: bool,
+}

@@ -1,0 +1,140 @@
+//! `blinn diff`: compares two scenes or two images.
+//!
+//! Exit codes are those of diff(1): 0 if both are equal, 1 if they differ, 2 if something fails.
+
+pub(super) mod comparison;
+pub(super) mod html;
+pub(super) mod images;
+mod scenes;
+mod strip;
+mod text;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use super::args::DiffArgs;
+use super::args::values::BackgroundArg;
+use super::console::{print_stdout, single_line};
+use super::files::create_parent_folder;
+use super::plan::{PathConflicts, RenderPlan, Writer, load_limits};
+use super::run::progress::Reporter;
+use super::run::{panics, runtime};
+use super::scene_file::{is_stdin, scene_path};
+use super::summary::Summary;
+use super::usage::UsageError;
+use crate::display::Background;
+use crate::geometry::Rgb;
+use crate::import::StoredPicture;
+use crate::output::{Overwrite, check_writable, write_atomically};
+use comparison::{Comparison, Heading};
+
+/// The background without --background.
+const BACKGROUND: Rgb = Rgb::new(0.05, 0.05, 0.05);
+/// Bytes at the start of a file that tell images from scenes.
+const HEAD_BYTES: u64 = 64;
+
+pub fn run(args: &DiffArgs) -> Result<Summary, UsageError> {
+    let [old, new] = &args.scene.scenes[..] else {
+        return Err(UsageError("diff compares two files: blinn diff OLD NEW".into()));
+    };
+    let files = [scene_path(old), scene_path(new)];
+    if files.iter().all(|file| is_stdin(file)) {
+        return Err(UsageError("standard input can be read only once; name it once".into()));
+    }
+    check_output(args, files)?;
+    let plan = plan(args, files[0])?;
+    let process = &args.preview.process;
+    // Everything that fails has the exit code 2, as 1 means different.
+    let failure = |error: anyhow::Error| UsageError(single_line(&format!("{error:#}")));
+    runtime::start(process.threads).map_err(failure)?;
+    let reporter = Reporter::new(&process.log, 1, args.preview.common.quiet);
+    let comparison = panics::catch(|| compare(args, files, plan, &reporter)).map_err(failure)?;
+    let heading = Heading {
+        old: files[0],
+        new: files[1],
+        tolerance: args.compare.tolerance.unwrap_or(0.0),
+        flip: args.compare.flip,
+    };
+    if let Some(page) = &args.output {
+        write_output(page, &heading, &comparison, overwrite(args)).map_err(failure)?;
+        reporter.wrote(None, page);
+    }
+    let text =
+        if args.json { text::to_json(&heading, &comparison) } else { text::to_text(&heading, &comparison) };
+    print_stdout(text.as_bytes()).map_err(failure)?;
+    Ok(Summary { is_different: comparison.is_different(), ..Summary::default() })
+}
+
+fn overwrite(args: &DiffArgs) -> Overwrite {
+    if args.no_overwrite { Overwrite::No } else { Overwrite::Yes }
+}
+
+fn check_output(args: &DiffArgs, files: [&Path; 2]) -> Result<(), UsageError> {
+    let Some(page) = &args.output else { return Ok(()) };
+    if !has_extension(page, &["html", "htm", "png"]) {
+        return Err(UsageError(format!(
+            "-o {}: diff writes an HTML page or a picture; use .html or .png",
+            page.display()
+        )));
+    }
+    PathConflicts::with_inputs(files).check_not_input(page, Writer::Flag("-o")).map_err(UsageError)
+}
+
+fn has_extension(file: &Path, extensions: &[&str]) -> bool {
+    file.extension().is_some_and(|e| extensions.iter().any(|known| e.eq_ignore_ascii_case(known)))
+}
+
+/// Writes the page or the picture.
+fn write_output(file: &Path, heading: &Heading, comparison: &Comparison, overwrite: Overwrite) -> Result<()> {
+    if has_extension(file, &["png"]) {
+        let cannot_be_written = || format!("{} cannot be written", file.display());
+        let bytes = strip::encode(comparison).with_context(cannot_be_written)?;
+        return write_atomically(file, &bytes, overwrite).with_context(cannot_be_written);
+    }
+    html::write_page(file, heading, comparison, overwrite)
+}
+
+/// The plan for pictures of a scene. Its size is preliminary.
+fn plan(args: &DiffArgs, old: &Path) -> Result<RenderPlan, UsageError> {
+    let usage = |error: clap::Error| UsageError(error.to_string());
+    let mut scene = args.scene.clone();
+    scene.scenes = vec![old.to_path_buf()];
+    let background = BackgroundArg::Fixed(Background::Color(BACKGROUND));
+    let mut render =
+        args.preview.to_render_args(scene, args.size.unwrap_or((1, 1)), background).map_err(usage)?;
+    // No picture is written under this name.
+    render.output.output = Some("{stem}.diff.png".into());
+    RenderPlan::for_render(&render)
+}
+
+fn compare(args: &DiffArgs, files: [&Path; 2], plan: RenderPlan, reporter: &Reporter) -> Result<Comparison> {
+    if let Some(page) = &args.output {
+        create_parent_folder(page)?;
+        check_writable(page, overwrite(args))?;
+    }
+    let [old, new] = files;
+    match (is_picture(old)?, is_picture(new)?) {
+        (true, true) => images::compare(old, new, &args.compare, &load_limits(plan.max_memory)),
+        (false, false) => scenes::compare(files, plan, args.size, &args.compare, reporter),
+        (is_old, _) => {
+            let (image, scene) = if is_old { (old, new) } else { (new, old) };
+            let (image, scene) = (image.display(), scene.display());
+            anyhow::bail!("{image} is an image and {scene} is not; compare two images or two scenes")
+        }
+    }
+}
+
+/// True for image files, judged by their content.
+fn is_picture(file: &Path) -> Result<bool> {
+    if is_stdin(file) {
+        return Ok(false);
+    }
+    let cannot_be_read = || format!("{} cannot be read", file.display());
+    let mut head = Vec::new();
+    let opened = File::open(file).with_context(cannot_be_read)?;
+    opened.take(HEAD_BYTES).read_to_end(&mut head).with_context(cannot_be_read)?;
+    Ok(StoredPicture::is_picture(&head))
+}

@@ -1,0 +1,261 @@
+//! Compares two scenes: pictures from the same cameras in the same light, their objects and their properties.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use glam::{DMat3, DVec2, DVec3};
+
+use super::comparison::{Comparison, PicturePair, ViewComparison};
+use crate::cli::args::CompareArgs;
+use crate::cli::info::comparable_properties;
+use crate::cli::plan::{RenderPlan, load_limits, natural_size, scaled_to};
+use crate::cli::run::memory_estimate;
+use crate::cli::run::posed_frame::PosedFrame;
+use crate::cli::run::progress::{ImageMonitor, Reporter, SceneLog};
+use crate::cli::run::scene_job::prepare_scene;
+use crate::cli::run::session::{RenderSession, RenderedImage};
+use crate::cli::scene_file::load_scene_file;
+use crate::compare::{DifferenceMap, ObjectDifference, compare_objects, json_differences};
+use crate::geometry::Aabb;
+use crate::import::{LoadOptions, Warning};
+use crate::render::PixelRect;
+use crate::scene::{Camera, PoseSettings, PosedScene, Projection, Scene, StandardView, View, pose};
+
+/// Cameras of the file that are compared.
+const MAX_CAMERAS: usize = 8;
+/// Longer side of a picture without --size, in pixels.
+const DEFAULT_SIDE: u32 = 640;
+/// Space around the scenes in standard views, as a factor of their size.
+const MARGIN: f64 = 1.12;
+/// Space between an object and its box in pixels.
+const BOX_MARGIN: f64 = 3.0;
+
+/// A view of both scenes.
+struct SharedView {
+    name: String,
+    camera: Camera,
+}
+
+/// A loaded scene.
+struct Loaded {
+    scene: Scene,
+    warnings: Vec<Warning>,
+}
+
+/// Compares the scenes in two files. `plan` has the options of the pictures; without `size`, their size is that of the
+/// file's camera.
+pub fn compare(
+    files: [&Path; 2],
+    mut plan: RenderPlan,
+    size: Option<(u32, u32)>,
+    args: &CompareArgs,
+    reporter: &Reporter,
+) -> Result<Comparison> {
+    let logs = files.map(|file| SceneLog::new(reporter, file, plan.strict));
+    let [old, new] = [0, 1].map(|i| load(&plan, files[i]));
+    let [old, new] = [old.map_err(|e| in_file(files[0], e))?, new.map_err(|e| in_file(files[1], e))?];
+    logs[0].warn_of_import(old.warnings.clone())?;
+    logs[1].warn_of_import(new.warnings.clone())?;
+    let mode = plan.options.load.glass;
+    let properties = json_differences(
+        &comparable_properties(&old.scene, &old.warnings, mode)?,
+        &comparable_properties(&new.scene, &new.warnings, mode)?,
+    );
+    let frames = plan.frames.resolve(0.0)?;
+    let planned = *frames.first().context("there is no frame")?;
+    plan.options.size = Some(size.unwrap_or_else(|| default_size(&old.scene)));
+    memory_estimate::check(&plan, &old.scene, 2)?;
+    memory_estimate::check(&plan, &new.scene, 2)?;
+
+    // Both scenes have one centre, so that equal triangles have equal coordinates.
+    let animation = |scene: &Scene| plan.options.animation(scene);
+    let at = PoseSettings { time: planned.time, animation: animation(&old.scene)?, centre: None };
+    let posed_old = pose(&old.scene, &at)?;
+    let animation = animation(&new.scene).or_else(|_| plan.options.animation(&Scene::default()))?;
+    let at = PoseSettings { time: planned.time, animation, centre: Some(posed_old.centre) };
+    let posed_new = pose(&new.scene, &at)?;
+    let objects = compare_objects(&posed_old, &posed_new);
+    let views = shared_views(&plan, &posed_old, &posed_new)?;
+    plan.options.view.complete = views.first().map(|view| view.camera);
+
+    let mut pictures = Vec::new();
+    {
+        let start = PosedFrame { time: planned.time, posed: posed_old, accel: None };
+        let (session, mut old_frame) = RenderSession::from_start(&plan, &old.scene, &logs[0], start)?;
+        session.setup.build(&mut old_frame)?;
+        let mut new_frame = PosedFrame { time: planned.time, posed: posed_new, accel: None };
+        session.setup.build(&mut new_frame)?;
+        reporter.begin_frames(files[0], 2 * views.len());
+        for view in views {
+            let lit = session.setup.lights(&old_frame, &view.camera);
+            let render = |posed_frame| -> Result<RenderedImage> {
+                let monitor = ImageMonitor::new(reporter, files[0], session.pixels());
+                let frame = session.setup.lit_frame(posed_frame, view.camera, &lit)?;
+                let image = session.render_frame(frame, &planned, posed_frame, &monitor)?;
+                monitor.finish();
+                Ok(image)
+            };
+            let pair = picture_pair(&render(&old_frame)?, &render(&new_frame)?);
+            let mut compared = pair.compare(view.name, args);
+            compared.objects = object_boxes(&objects, &view.camera, &compared);
+            pictures.push(compared);
+        }
+    }
+    logs.into_iter().for_each(|log| drop(log.finish()));
+    Ok(Comparison {
+        views: pictures,
+        objects,
+        properties,
+        mismatch: None,
+        pictures_decide: args.tolerance.is_some() || args.flip,
+    })
+}
+
+fn in_file(file: &Path, error: anyhow::Error) -> anyhow::Error {
+    anyhow::Error::msg(crate::cli::console::scene_error(file, &error))
+}
+
+fn load(plan: &RenderPlan, file: &Path) -> Result<Loaded> {
+    let limits = load_limits(plan.max_memory);
+    let options = LoadOptions { limits, ..plan.options.load.clone() };
+    let (mut scene, warnings) = load_scene_file(file, &options)?;
+    prepare_scene(plan, &mut scene)?;
+    Ok(Loaded { scene, warnings })
+}
+
+/// The aspect ratio of the file's first camera, else 4:3.
+fn default_size(scene: &Scene) -> (u32, u32) {
+    if scene.cameras.is_empty() {
+        return (DEFAULT_SIDE, DEFAULT_SIDE * 3 / 4);
+    }
+    scaled_to(DEFAULT_SIDE, natural_size(scene, Some(0)))
+}
+
+/// The cameras of the old file and the isometric view; without cameras, all standard views. They frame both scenes.
+fn shared_views(plan: &RenderPlan, old: &PosedScene, new: &PosedScene) -> Result<Vec<SharedView>> {
+    let (width, height) = plan.options.size.unwrap_or((DEFAULT_SIDE, DEFAULT_SIDE));
+    let mut views = Vec::new();
+    for (i, camera) in old.cameras.iter().enumerate().take(MAX_CAMERAS) {
+        let view = View { camera: Some(i.to_string()), ..View::default() };
+        // A camera that cannot be used shows nothing to compare.
+        if let Ok((resolved, _)) = view.resolve(old, width, height) {
+            let name = &old.scene.nodes[camera.node as usize].name;
+            views.push(SharedView { name: format!("camera '{name}'"), camera: resolved });
+        }
+    }
+    let mut bounds = old.bounds();
+    bounds.extend_box(&new.bounds());
+    let standard = if views.is_empty() { &StandardView::ALL[..] } else { &[StandardView::Isometric] };
+    let pixels = DVec2::new(f64::from(width), f64::from(height));
+    views.extend(standard.iter().map(|view| {
+        let metres_per_pixel = (view.projected_extent(&bounds) * MARGIN / pixels).max_element();
+        let metres_per_pixel = if metres_per_pixel > 0.0 { metres_per_pixel } else { 1.0 / pixels.x };
+        let camera = view.camera(&bounds, pixels * metres_per_pixel);
+        SharedView { name: view.name().into(), camera }
+    }));
+    Ok(views)
+}
+
+fn picture_pair(old: &RenderedImage, new: &RenderedImage) -> PicturePair {
+    let images = [old, new].map(|image| &image.picture);
+    let [a, b] = images.map(|picture| picture.display.to_rgba16(&picture.pixels));
+    let [light_a, light_b] = images.map(|picture| &picture.pixels.colors);
+    let pixel = |i: usize| {
+        if light_a[i].to_array().map(f32::to_bits) == light_b[i].to_array().map(f32::to_bits) {
+            return 0.0;
+        }
+        let shown = a[i].iter().zip(&b[i]).map(|(x, y)| x.abs_diff(*y)).max().unwrap_or(0);
+        // Light may differ where 16 bits do not.
+        (f32::from(shown) / 65535.0).max(f32::MIN_POSITIVE)
+    };
+    let (width, height) = (images[0].pixels.width, images[0].pixels.height);
+    let over_black = |pixels: &[[u16; 4]]| -> Vec<DVec3> {
+        let unit = |v: u16| f64::from(v) / 65535.0;
+        pixels.iter().map(|p| DVec3::new(unit(p[0]), unit(p[1]), unit(p[2])) * unit(p[3])).collect()
+    };
+    PicturePair {
+        width,
+        height,
+        map: DifferenceMap { width, height, magnitudes: (0..light_a.len()).map(pixel).collect() },
+        colors: [over_black(&a), over_black(&b)],
+        shown: images.map(|picture| picture.display.to_rgba8(&picture.pixels)),
+    }
+}
+
+/// The boxes of changed objects that are in view.
+fn object_boxes(
+    objects: &[ObjectDifference],
+    camera: &Camera,
+    view: &ViewComparison,
+) -> Vec<(usize, PixelRect)> {
+    let size = (view.width, view.height);
+    let rects = objects.iter().map(|object| projected_rect(&object.bounds, camera, size)).enumerate();
+    rects.filter_map(|(i, rect)| Some((i, rect?))).collect()
+}
+
+/// The pixels that a box covers, with a margin. The whole picture if it reaches behind the eye; `None` out of view.
+fn projected_rect(bounds: &Aabb, camera: &Camera, (width, height): (u32, u32)) -> Option<PixelRect> {
+    if bounds.is_empty() {
+        return None;
+    }
+    let size = DVec2::new(f64::from(width), f64::from(height));
+    let mut min = DVec2::INFINITY;
+    let mut max = DVec2::NEG_INFINITY;
+    for i in 0..8 {
+        let corner = DVec3::from([0, 1, 2].map(|axis| [bounds.min, bounds.max][i >> axis & 1][axis]));
+        match project(camera, corner) {
+            Some(film) => {
+                let pixel = DVec2::new(film.x, 1.0 - film.y) * size;
+                min = min.min(pixel);
+                max = max.max(pixel);
+            }
+            None => return Some(PixelRect { x: 0, y: 0, width, height }),
+        }
+    }
+    let min = (min - BOX_MARGIN).floor().clamp(DVec2::ZERO, size);
+    let max = (max + BOX_MARGIN).ceil().clamp(DVec2::ZERO, size);
+    let side = max - min;
+    (side.min_element() >= 1.0).then(|| PixelRect {
+        x: min.x as u32,
+        y: min.y as u32,
+        width: side.x as u32,
+        height: side.y as u32,
+    })
+}
+
+/// Film position of a point, 0 to 1 to the right and upward; `None` behind the eye.
+fn project(camera: &Camera, point: DVec3) -> Option<DVec2> {
+    let axes = DMat3::from_cols(camera.basis.u, camera.basis.v, -camera.basis.w);
+    let inside = axes.inverse() * (point - camera.view_point);
+    let across = match camera.projection {
+        Projection::Orthographic => inside.truncate(),
+        Projection::Perspective if inside.z > 0.0 => inside.truncate() * (camera.proj_distance / inside.z),
+        Projection::Perspective => return None,
+    };
+    Some((across - camera.view_centre) / DVec2::new(camera.view_width, camera.view_height) + 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_project_to_where_eye_rays_pass() {
+        let bounds = Aabb { min: DVec3::splat(-1.0), max: DVec3::new(1.0, 2.0, 3.0) };
+        let orthographic = StandardView::Isometric.camera(&bounds, DVec2::new(4.0, 3.0));
+        let perspective = Camera {
+            projection: Projection::Perspective,
+            view_centre: DVec2::new(0.3, -0.2),
+            proj_distance: 1.7,
+            ..orthographic
+        };
+        for camera in [orthographic, perspective] {
+            for (x, y) in [(0.1, 0.9), (0.5, 0.5), (0.7, 0.2)] {
+                let ray = camera.eye_ray(x, y, DVec3::ZERO);
+                let film = project(&camera, (ray.o + 1.5 * ray.d).as_dvec3()).unwrap();
+                assert!(film.distance(DVec2::new(x, y)) < 1e-5, "{film}");
+            }
+        }
+        assert_eq!(project(&perspective, perspective.view_point + perspective.basis.w), None);
+    }
+}

@@ -1,0 +1,184 @@
+//! A comparison as text and as JSON.
+
+use serde_json::{Value, json};
+
+use super::comparison::{Comparison, Heading};
+use crate::cli::info::inline;
+use crate::compare::{JsonDifference, ObjectChange, ObjectDifference};
+use crate::render::PixelRect;
+
+/// Longest value that a line of text shows in full, in characters.
+const MAX_VALUE: usize = 60;
+
+/// The comparison as lines of text.
+pub fn to_text(heading: &Heading, comparison: &Comparison) -> String {
+    let Heading { old, new, .. } = heading;
+    let verdict = if comparison.is_different() { "different" } else { "equal" };
+    let mut out = format!("{verdict}: {} and {}\n", old.display(), new.display());
+    if let Some(mismatch) = &comparison.mismatch {
+        out += &format!("  {mismatch}\n");
+    }
+    for view in &comparison.views {
+        let summary = &view.summary;
+        if summary.changed == 0 {
+            out += &format!("  {}: equal\n", view.name);
+            continue;
+        }
+        let percent = 100.0 * summary.changed as f64 / (f64::from(view.width) * f64::from(view.height));
+        let boxes: Vec<String> = summary.boxes.iter().take(4).map(rect_text).collect();
+        let more = summary.boxes.len() + summary.more_boxes - boxes.len();
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        out += &format!(
+            "  {}: {} pixels ({percent:.2} %), by up to {:.3}, in {}{more}\n",
+            view.name,
+            summary.changed,
+            summary.max,
+            boxes.join(" ")
+        );
+    }
+    for object in &comparison.objects {
+        out += &format!("  object '{}': {}\n", object.name, change_text(&object.change));
+    }
+    for property in &comparison.properties {
+        out += &format!("  {}: {}\n", property.path, values_text(property));
+    }
+    out
+}
+
+fn rect_text(rect: &PixelRect) -> String {
+    format!("{},{},{},{}", rect.x, rect.y, rect.width, rect.height)
+}
+
+/// A change of an object as a part of a sentence.
+pub fn change_text(change: &ObjectChange) -> String {
+    let triangles = |count: u64| format!("{count} triangle{}", if count == 1 { "" } else { "s" });
+    match change {
+        ObjectChange::Added { triangles: count } => format!("added, {}", triangles(*count)),
+        ObjectChange::Removed { triangles: count } => format!("removed, {}", triangles(*count)),
+        ObjectChange::Rebuilt { triangles: [old, new] } if old == new => {
+            format!("other parts, {}", triangles(*new))
+        }
+        ObjectChange::Rebuilt { triangles: [old, new] } => format!("{old} → {}", triangles(*new)),
+        ObjectChange::Changed { moved_triangles, max_distance, attributes, material } => {
+            let moved = (*moved_triangles > 0)
+                .then(|| format!("{} moved by up to {max_distance:.4e}", triangles(*moved_triangles)));
+            let attributes =
+                attributes.then(|| "normals, texture coordinates or colours changed".to_string());
+            let material = material.then(|| "material changed".to_string());
+            [moved, attributes, material].into_iter().flatten().collect::<Vec<_>>().join(", ")
+        }
+    }
+}
+
+/// The old and the new value.
+fn values_text(property: &JsonDifference) -> String {
+    match (&property.old, &property.new) {
+        (Some(old), Some(new)) => format!("{} → {}", value_text(old), value_text(new)),
+        (Some(old), None) => format!("removed, {}", value_text(old)),
+        (None, Some(new)) => format!("added, {}", value_text(new)),
+        (None, None) => String::new(),
+    }
+}
+
+/// A value on one line, shortened.
+pub fn value_text(value: &Value) -> String {
+    let text = inline(value);
+    match text.char_indices().nth(MAX_VALUE) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}
+
+/// The comparison as JSON.
+pub fn to_json(heading: &Heading, comparison: &Comparison) -> String {
+    let rect = |r: &PixelRect| json!({"x": r.x, "y": r.y, "width": r.width, "height": r.height});
+    let views = comparison.views.iter().map(|view| {
+        let summary = &view.summary;
+        let objects = view.objects.iter().map(|(i, r)| {
+            let name = comparison.objects.get(*i).map(|object| object.name.as_str());
+            json!({"name": name, "box": rect(r)})
+        });
+        json!({
+            "name": view.name,
+            "width": view.width,
+            "height": view.height,
+            "changed_pixels": summary.changed,
+            "max": finite(summary.max),
+            "mean": finite(summary.mean),
+            "boxes": summary.boxes.iter().map(rect).collect::<Vec<_>>(),
+            "more_boxes": summary.more_boxes,
+            "objects": objects.collect::<Vec<_>>(),
+        })
+    });
+    let properties = comparison
+        .properties
+        .iter()
+        .map(|property| json!({"path": property.path, "old": property.old, "new": property.new}));
+    let value = json!({
+        "old": heading.old.to_string_lossy(),
+        "new": heading.new.to_string_lossy(),
+        "equal": !comparison.is_different(),
+        "metric": if heading.flip { "flip" } else { "difference" },
+        "tolerance": heading.tolerance,
+        "mismatch": comparison.mismatch,
+        "views": views.collect::<Vec<_>>(),
+        "objects": comparison.objects.iter().map(object_json).collect::<Vec<_>>(),
+        "properties": properties.collect::<Vec<_>>(),
+    });
+    format!("{value:#}\n")
+}
+
+/// JSON has no infinity: a difference that is not finite is `null`.
+fn finite(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+fn object_json(object: &ObjectDifference) -> Value {
+    let corner = |v: glam::DVec3| if object.bounds.is_empty() { Value::Null } else { json!(v.to_array()) };
+    let mut value = json!({
+        "name": object.name,
+        "bounds": {"min": corner(object.bounds.min), "max": corner(object.bounds.max)},
+    });
+    let more = match &object.change {
+        ObjectChange::Added { triangles } => json!({"change": "added", "triangles": triangles}),
+        ObjectChange::Removed { triangles } => json!({"change": "removed", "triangles": triangles}),
+        ObjectChange::Rebuilt { triangles } => json!({"change": "rebuilt", "triangles": triangles}),
+        ObjectChange::Changed { moved_triangles, max_distance, attributes, material } => json!({
+            "change": "changed",
+            "moved_triangles": moved_triangles,
+            "max_distance": finite(*max_distance),
+            "attributes": attributes,
+            "material": material,
+        }),
+    };
+    if let (Value::Object(value), Value::Object(more)) = (&mut value, more) {
+        value.extend(more);
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_are_described_in_words() {
+        let changed = |moved_triangles, attributes, material| {
+            change_text(&ObjectChange::Changed { moved_triangles, max_distance: 0.001, attributes, material })
+        };
+        assert_eq!(changed(1, false, false), "1 triangle moved by up to 1.0000e-3");
+        assert_eq!(
+            changed(0, true, true),
+            "normals, texture coordinates or colours changed, material changed"
+        );
+        assert_eq!(change_text(&ObjectChange::Rebuilt { triangles: [3, 2] }), "3 → 2 triangles");
+        assert_eq!(change_text(&ObjectChange::Added { triangles: 1 }), "added, 1 triangle");
+    }
+
+    #[test]
+    fn long_values_are_shortened() {
+        let long = value_text(&json!("é".repeat(100)));
+        assert_eq!(long.chars().count(), MAX_VALUE + 1);
+        assert_eq!(value_text(&json!({"a": "b\nc", "base": [0.1f32, 1.0]})), "a b c, base 0.1 1");
+    }
+}

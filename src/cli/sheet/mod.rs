@@ -1,0 +1,232 @@
+//! `blinn sheet`: front, right, top and isometric views at one scale, with dimensions.
+
+mod labels;
+mod layout;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use serde_json::{Value, json};
+
+use super::args::SheetArgs;
+use super::args::values::BackgroundArg;
+use super::console::{print_stdout, scene_error, single_line};
+use super::files::create_parent_folder;
+use super::plan::{OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer};
+use super::run::empty_images::EmptyImages;
+use super::run::posed_frame::PosedFrame;
+use super::run::progress::{ImageMonitor, Reporter, SceneLog};
+use super::run::scene_job::load_scene;
+use super::run::session::RenderSession;
+use super::run::{memory_estimate, panics, runtime};
+use super::summary::Summary;
+use super::usage::UsageError;
+use crate::display::Background;
+use crate::geometry::Rgb;
+use crate::output::{Canvas, ImageFormat, check_writable, write_atomically};
+use crate::scene::{PoseSettings, SourceFormat, linear_to_srgb8, pose};
+use labels::{Labels, Unit};
+use layout::{MIN_SIDE, SheetLayout};
+
+/// The background without --background, linear: light enough for dark labels.
+const BACKGROUND: Rgb = Rgb::new(0.8, 0.82, 0.85);
+
+pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
+    let plan = plan(args)?;
+    let OutputKind::Images(format, _) = plan.outputs.kind else { return Err(no_such_format()) };
+    if format == ImageFormat::Exr {
+        return Err(no_such_format());
+    }
+    let process = &args.preview.process;
+    if let Err(error) = runtime::start(process.threads) {
+        return Ok(Summary::of_output(Err(error)));
+    }
+    let reporter = Reporter::new(&process.log, plan.scenes.len(), args.preview.common.quiet);
+    let mut summary = Summary::default();
+    let mut all = Vec::new();
+    for (i, path) in plan.scenes.iter().enumerate() {
+        let log = SceneLog::new(&reporter, path, plan.strict);
+        let sheet = Sheet { plan: &plan, path, index: i + 1, size: args.size, format, log: &log };
+        let outcome = panics::catch(|| sheet.write());
+        reporter.scene_done(path);
+        let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
+        log.finish();
+        if let Some(line) = &failure {
+            reporter.fail(Some(path), line);
+            all.push(json!({"scene": path.to_string_lossy(), "error": line}));
+        }
+        all.extend(outcome);
+        summary.add_scene(failure);
+    }
+    reporter.done(&summary);
+    if args.json {
+        let value = if let [one] = &all[..] { one.clone() } else { Value::Array(all) };
+        summary.record(print_stdout(format!("{value:#}\n").as_bytes()));
+    }
+    Ok(summary)
+}
+
+fn no_such_format() -> UsageError {
+    UsageError("a sheet is one image as displayed; set -o to .png, .jpg or .webp".into())
+}
+
+/// The plan for one of the views, without its camera.
+fn plan(args: &SheetArgs) -> Result<RenderPlan, UsageError> {
+    let usage = |error: clap::Error| UsageError(error.to_string());
+    let (width, height) = args.size;
+    if width.min(height) < MIN_SIDE {
+        return Err(UsageError(format!("--size: a sheet needs at least {MIN_SIDE}x{MIN_SIDE} pixels")));
+    }
+    let is_stdout = args.output.as_deref() == Some(Path::new("-"));
+    if args.json && is_stdout {
+        return Err(UsageError(
+            "-o - and --json would both be written to standard output; name a file".into(),
+        ));
+    }
+    let background = BackgroundArg::Fixed(Background::Color(BACKGROUND));
+    let size = (width / 2, height / 2);
+    let mut render = args.preview.to_render_args(args.scene.clone(), size, background).map_err(usage)?;
+    render.output.output = Some(args.output.clone().unwrap_or_else(|| PathBuf::from("{stem}_sheet.png")));
+    render.output.no_overwrite = args.no_overwrite;
+    RenderPlan::for_render(&render)
+}
+
+/// The sheet of a scene.
+struct Sheet<'a> {
+    plan: &'a RenderPlan,
+    path: &'a Path,
+    /// The scene's number, from 1.
+    index: usize,
+    size: (u32, u32),
+    format: ImageFormat,
+    log: &'a SceneLog<'a>,
+}
+
+impl Sheet<'_> {
+    /// Renders and writes the sheet, and returns its description.
+    fn write(&self) -> Result<Value> {
+        let Sheet { plan, path, log, .. } = *self;
+        let planned = self.planned_frame()?;
+        let scene = load_scene(plan, path, log)?;
+        let target = plan.outputs.target(path, self.index, &planned);
+        if let Target::File(file) = &target {
+            let paths = PathConflicts::with_scene(path, scene.source.file_names());
+            paths.check_not_input(file, Writer::Scene(path)).map_err(anyhow::Error::msg)?;
+            create_parent_folder(file)?;
+            check_writable(file, plan.outputs.replace)?;
+        }
+        memory_estimate::check(plan, &scene, 1)?;
+        let animation = plan.options.animation(&scene)?;
+        let posed = pose(&scene, &PoseSettings { time: planned.time, animation, centre: None })?;
+        let layout = SheetLayout::new(posed.bounds(), self.size);
+
+        let mut plan = plan.clone();
+        plan.options.view.complete = layout.cells.first().map(|cell| cell.camera);
+        let start = PosedFrame { time: planned.time, posed, accel: None };
+        let (session, mut frame) = RenderSession::from_start(&plan, &scene, log, start)?;
+        session.setup.build(&mut frame)?;
+        let mut canvas = Canvas::new(self.size, background_pixel(plan.options.background));
+        let empty_images = EmptyImages::default();
+        log.reporter.begin_frames(path, layout.cells.len());
+        for cell in &layout.cells {
+            let monitor = ImageMonitor::new(log.reporter, path, session.pixels());
+            let image = session.render_view(cell.camera, &planned, &frame, &monitor)?;
+            monitor.finish();
+            let pixels = image.picture.display.to_rgba8(&image.picture.pixels);
+            canvas.copy(&pixels, layout.cell_size.0, cell.origin);
+            image.empty.map(|reason| empty_images.add(reason, planned.number));
+        }
+        if let Some(text) = empty_images.message(layout.cells.len()) {
+            log.warn(&text)?;
+        }
+        let is_metres = scene.source.format == SourceFormat::Gltf;
+        let unit = Unit::for_longest(layout.bounds.extent().max_element(), is_metres);
+        let on_light = is_light(plan.options.background);
+        labels::draw(&mut canvas, &layout, &Labels { title: &scene.name, unit, on_light });
+        self.save(&target, &canvas.into_pixels())?;
+        Ok(self.describe(&target, &layout, is_metres, session.exposure.ev))
+    }
+
+    fn planned_frame(&self) -> Result<PlannedFrame> {
+        let frames = self.plan.frames.resolve(0.0)?;
+        frames.first().copied().context("there is no frame")
+    }
+
+    fn save(&self, target: &Target, pixels: &[[u8; 4]]) -> Result<()> {
+        let start = Instant::now();
+        let bytes = self.format.encode_rgba8(self.size, pixels)?;
+        match target {
+            Target::Stdout => print_stdout(&bytes)?,
+            Target::File(file) => {
+                write_atomically(file, &bytes, self.plan.outputs.replace)
+                    .with_context(|| format!("{} cannot be written", file.display()))?;
+                self.log.reporter.wrote(Some(self.path), file);
+            }
+        }
+        self.log.stage("save", start, "");
+        Ok(())
+    }
+
+    /// The description that --json prints.
+    fn describe(&self, target: &Target, layout: &SheetLayout, is_metres: bool, ev: f64) -> Value {
+        let (width, height) = layout.cell_size;
+        let cells = layout.cells.iter().map(|cell| {
+            let camera = &cell.camera;
+            let [left, top] = cell.origin;
+            json!({
+                "view": cell.view.name(),
+                "rect": {"x": left, "y": top, "width": width, "height": height},
+                "camera": {
+                    "projection": "orthographic",
+                    "view_point": camera.view_point.to_array(),
+                    "u": camera.basis.u.to_array(),
+                    "v": camera.basis.v.to_array(),
+                    "w": camera.basis.w.to_array(),
+                    "view_width": camera.view_width,
+                    "view_height": camera.view_height,
+                },
+                "model_to_pixel": layout.model_to_pixel(cell),
+            })
+        });
+        let file = match target {
+            Target::Stdout => Value::Null,
+            Target::File(file) => json!(file.to_string_lossy()),
+        };
+        json!({
+            "scene": self.path.to_string_lossy(),
+            "file": file,
+            "width": self.size.0,
+            "height": self.size.1,
+            "unit": if is_metres { json!("metre") } else { Value::Null },
+            "bounds": {
+                "min": layout.bounds.min.to_array(),
+                "max": layout.bounds.max.to_array(),
+                "size": layout.bounds.extent().to_array(),
+            },
+            "pixels_per_unit": layout.pixels_per_metre,
+            "exposure": ev,
+            "cells": cells.collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// The background of the sheet where no view covers it.
+fn background_pixel(background: Background) -> [u8; 4] {
+    match background {
+        Background::Transparent => [0; 4],
+        Background::Color(color) => {
+            let [r, g, b] = color.to_array().map(linear_to_srgb8);
+            [r, g, b, 255]
+        }
+    }
+}
+
+/// True for backgrounds on which dark labels are legible. A transparent image is mostly laid over white.
+fn is_light(background: Background) -> bool {
+    match background {
+        Background::Transparent => true,
+        // Contrast with black and with white is equal at a relative luminance of 0.18.
+        Background::Color(color) => color.dot(Rgb::new(0.2126, 0.7152, 0.0722)) > 0.18,
+    }
+}

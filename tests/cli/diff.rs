@@ -1,0 +1,157 @@
+//! `blinn diff`: scenes and images that are equal, that differ, and that cannot be compared.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::common::gltf_fixture::Fixture;
+use crate::common::program::*;
+
+/// Compares, checks the exit code, and returns the JSON.
+#[track_caller]
+fn diff(dir: &Path, line: &str, code: i32) -> Value {
+    let output = blinn(dir, &format!("diff {line} --json -q"));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{line}: {errors}");
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["equal"], code == 0, "{json:#}");
+    json
+}
+
+/// A sheet of 20 × 20 squares of side 1 with another object beside it.
+fn sheet_with(moved: &str) -> String {
+    let mut text = "o sheet\n".to_string();
+    for (y, x) in (0..=20).flat_map(|y| (0..=20).map(move |x| (y, x))) {
+        let z = if (x, y) == (7, 13) { moved } else { "0" };
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for (y, x) in (0..20).flat_map(|y| (0..20).map(move |x| (y, x))) {
+        let a = y * 21 + x + 1;
+        text += &format!("f {a} {} {} {}\n", a + 1, a + 22, a + 21);
+    }
+    text + "o other\nv 22 0 0\nv 23 0 0\nv 23 1 0\nf -3 -2 -1\n"
+}
+
+#[test]
+fn one_vertex_moved_by_a_thousandth_of_the_scene_is_found_and_boxed() {
+    let (_dir, dir) = folder();
+    fs::write(dir.join("old.obj"), sheet_with("0")).unwrap();
+    fs::write(dir.join("new.obj"), sheet_with("0.03")).unwrap();
+    let json = diff(&dir, "old.obj new.obj -o d.html --size 320x240", 1);
+    let object = &json["objects"][0];
+    assert_eq!((&object["name"], &object["change"]), (&json!("sheet"), &json!("changed")));
+    assert!((object["max_distance"].as_f64().unwrap() - 0.03).abs() < 1e-6);
+    assert_eq!(json["objects"].as_array().unwrap().len(), 1);
+    let bounds = [0, 1].map(|i| [object["bounds"]["min"][i].as_f64(), object["bounds"]["max"][i].as_f64()]);
+    assert_eq!(bounds, [[Some(6.0), Some(8.0)], [Some(12.0), Some(14.0)]]);
+    let front = &json["views"][0];
+    assert_eq!(front["name"], "front");
+    assert!(front["changed_pixels"].as_u64().unwrap() > 20, "{front:#}");
+    // All changed pixels lie in the box of the object.
+    let side = |r: &Value, key: &str| r[key].as_i64().unwrap();
+    let outer = &front["objects"][0]["box"];
+    for inner in front["boxes"].as_array().unwrap() {
+        for (at, size) in [("x", "width"), ("y", "height")] {
+            let (low, high) = (side(outer, at), side(outer, at) + side(outer, size));
+            assert!(side(inner, at) >= low && side(inner, at) + side(inner, size) <= high, "{front:#}");
+        }
+        assert!(side(inner, "width") < 60, "{inner}");
+    }
+    let page = fs::read_to_string(dir.join("d.html")).unwrap();
+    assert_eq!(page.matches("data:image/png;base64,").count(), 12);
+    assert!(page.contains("<title>sheet</title>") && page.contains("3.0000e-2"));
+    assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("{{"));
+    diff(&dir, "old.obj new.obj -o d.png --size 320x240", 1);
+    assert_eq!(image::image_dimensions(dir.join("d.png")).unwrap(), (968, 1060));
+    // The same file is equal to itself.
+    let json = diff(&dir, "old.obj old.obj --size 64x48", 0);
+    assert!(json["views"].as_array().unwrap().iter().all(|view| view["changed_pixels"] == 0));
+}
+
+/// Reverses the keys of all objects.
+fn reversed(value: &Value) -> Value {
+    match value {
+        Value::Object(map) => {
+            Value::Object(map.iter().rev().map(|(key, value)| (key.clone(), reversed(value))).collect())
+        }
+        Value::Array(list) => list.iter().map(reversed).collect(),
+        other => other.clone(),
+    }
+}
+
+#[test]
+fn reordered_json_is_equal_and_another_colour_is_not() {
+    let (_dir, dir) = folder();
+    let mut fixture = Fixture::triangle();
+    fixture.material(json!({"name": "Paint", "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}));
+    let text = fixture.gltf();
+    fs::write(dir.join("old.gltf"), &text).unwrap();
+    let value: Value = serde_json::from_slice(&text).unwrap();
+    fs::write(dir.join("new.gltf"), reversed(&value).to_string()).unwrap();
+    assert_ne!(fs::read(dir.join("old.gltf")).unwrap(), fs::read(dir.join("new.gltf")).unwrap());
+    diff(&dir, "old.gltf new.gltf --size 64x48", 0);
+
+    let mut painted = value.clone();
+    painted["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0, 1, 0, 1]);
+    fs::write(dir.join("painted.gltf"), painted.to_string()).unwrap();
+    let json = diff(&dir, "old.gltf painted.gltf --size 64x48", 1);
+    assert_eq!(json["properties"][0]["path"], "materials[Paint].base");
+    assert_eq!(json["objects"][0]["material"], true);
+    // As text, on one line for each.
+    let output = blinn(&dir, "diff old.gltf painted.gltf --size 64x48");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.starts_with("different: ") && text.contains("material changed"), "{text}");
+}
+
+#[test]
+fn images_are_compared_exactly_or_within_a_tolerance() {
+    let (_dir, dir) = folder();
+    let mut picture = image::RgbImage::from_pixel(40, 30, image::Rgb([100, 100, 100]));
+    picture.save(dir.join("old.png")).unwrap();
+    image::DynamicImage::from(picture.clone()).into_rgba8().save(dir.join("same.png")).unwrap();
+    picture.put_pixel(31, 7, image::Rgb([100, 105, 100]));
+    picture.save(dir.join("new.png")).unwrap();
+    image::RgbImage::new(41, 30).save(dir.join("wide.png")).unwrap();
+    diff(&dir, "old.png same.png", 0);
+    let json = diff(&dir, "old.png new.png", 1);
+    let view = &json["views"][0];
+    assert_eq!(
+        (&view["changed_pixels"], &view["boxes"][0]),
+        (&json!(1), &json!({"x": 31, "y": 7, "width": 1, "height": 1}))
+    );
+    diff(&dir, "old.png new.png --tolerance 0.02", 0);
+    diff(&dir, "old.png new.png --tolerance 0.019", 1);
+    let json = diff(&dir, "old.png new.png --flip --tolerance 0.5", 0);
+    assert!(json["metric"] == "flip" && json["views"][0]["max"].as_f64().unwrap() > 0.0);
+    let json = diff(&dir, "old.png wide.png", 1);
+    assert!(json["mismatch"].as_str().unwrap().contains("40 by 30"));
+    // All channels of an EXR count: the depth of a black picture.
+    for (name, distance) in [("a", 9), ("b", 10)] {
+        let scene = model("tests/cube.obj");
+        runs(
+            &dir,
+            &format!(
+                "render {scene} --size 16x16 -s 1 --aov depth --lights none --background 0,0,0 --projection \
+                 orthographic --view-width 1 --orbit 0,0,{distance} -o {name}.exr"
+            ),
+        );
+    }
+    diff(&dir, "a.exr a.exr", 0);
+    let json = diff(&dir, "a.exr b.exr", 1);
+    assert_eq!(json["views"][0]["max"], 1.0);
+}
+
+#[test]
+fn failures_have_the_exit_code_2() {
+    let (_dir, dir) = folder();
+    let cube = model("tests/cube.obj");
+    image::RgbImage::new(4, 4).save(dir.join("a.png")).unwrap();
+    fs::write(dir.join("broken.glb"), "glTF").unwrap();
+    refused(&dir, &format!("diff {cube}"), "2 values required");
+    refused(&dir, &format!("diff {cube} missing.obj"), "missing.obj");
+    refused(&dir, &format!("diff {cube} a.png"), "a.png is an image");
+    refused(&dir, &format!("diff {cube} broken.glb"), "broken.glb");
+    refused(&dir, &format!("diff {cube} {cube} -o a.gif"), "use .html or .png");
+    refused(&dir, "diff a.png a.png --tolerance -1", "must not be negative");
+}

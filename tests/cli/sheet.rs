@@ -1,0 +1,139 @@
+//! `blinn sheet`: the picture, its scale, and the description that `--json` prints.
+
+use std::fs;
+
+use blinn::glam::DVec3;
+use serde_json::Value;
+
+use crate::common::program::*;
+
+fn sheet(dir: &std::path::Path, line: &str) -> Value {
+    let output = blinn(dir, &format!("sheet {line} --json -q"));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn vector(value: &Value) -> DVec3 {
+    let number = |i: usize| value[i].as_f64().unwrap();
+    DVec3::new(number(0), number(1), number(2))
+}
+
+fn corners(json: &Value) -> Vec<DVec3> {
+    let ends = [vector(&json["bounds"]["min"]), vector(&json["bounds"]["max"])];
+    (0..8).map(|i| DVec3::from([0, 1, 2].map(|axis| ends[i >> axis & 1][axis]))).collect()
+}
+
+/// The matrices agree with a projection from the cameras alone, and with the pixels of the picture.
+#[test]
+fn the_matrices_map_corners_to_their_pixels() {
+    let (_dir, dir) = folder();
+    // A box of 2 × 3 × 5 far from the origin.
+    let cube = fs::read_to_string(model("tests/cube.obj")).unwrap();
+    let moved: String = cube
+        .lines()
+        .map(|line| match line.strip_prefix("v ") {
+            Some(numbers) => {
+                let v: Vec<f64> = numbers.split(' ').map(|n| n.parse().unwrap()).collect();
+                format!("v {} {} {}\n", v[0] + 70.0, 1.5 * v[1] - 8.0, 2.5 * v[2] + 9.0)
+            }
+            None => format!("{line}\n"),
+        })
+        .collect();
+    fs::write(dir.join("box.obj"), moved).unwrap();
+    let json = sheet(&dir, "box.obj --size 900x701 --background #ff00ff -o s.png");
+    let picture = image::open(dir.join("s.png")).unwrap().into_rgb8();
+    assert_eq!(picture.dimensions(), (900, 701));
+    assert_eq!(json["cells"].as_array().unwrap().len(), 4);
+    for cell in json["cells"].as_array().unwrap() {
+        let number = |group: &str, key: &str| cell[group][key].as_f64().unwrap();
+        let (mut min, mut max) = ([f64::INFINITY; 2], [0f64; 2]);
+        for corner in corners(&json) {
+            let offset = corner - vector(&cell["camera"]["view_point"]);
+            let x = offset.dot(vector(&cell["camera"]["u"])) / number("camera", "view_width") + 0.5;
+            let y = offset.dot(vector(&cell["camera"]["v"])) / number("camera", "view_height") + 0.5;
+            let expected = [
+                number("rect", "x") + x * number("rect", "width"),
+                number("rect", "y") + (1.0 - y) * number("rect", "height"),
+            ];
+            for (axis, expected) in expected.into_iter().enumerate() {
+                let row = &cell["model_to_pixel"][axis];
+                let pixel = vector(row).dot(corner) + row[3].as_f64().unwrap();
+                assert!((pixel - expected).abs() < 1e-3, "{}: {pixel} {expected}", cell["view"]);
+                min[axis] = min[axis].min(pixel);
+                max[axis] = max[axis].max(pixel);
+            }
+        }
+        if cell["view"] == "isometric" {
+            continue;
+        }
+        // Just inside the outline is the box, just outside the background. The filter blurs by 1.5 pixels.
+        let [left, top] = min.map(|v| v as u32);
+        let [right, bottom] = max.map(|v| v as u32);
+        let is_background = |x: u32, y: u32| {
+            let [r, g, b] = picture.get_pixel(x, y).0;
+            r > 250 && g < 5 && b > 250
+        };
+        let row = (top + bottom) / 2;
+        let column = (left + right) / 2;
+        for (outside, inside) in [((left - 3, row), (left + 3, row)), ((column, top - 3), (column, top + 3))]
+        {
+            let at = |(x, y)| is_background(x, y);
+            assert!(at(outside) && !at(inside), "{}: {outside:?} {inside:?}", cell["view"]);
+        }
+    }
+}
+
+/// `render` with the camera of a cell gives the pixels of the cell.
+#[test]
+fn a_cell_is_the_picture_of_its_camera() {
+    let (_dir, dir) = folder();
+    let scene = model("lecture/lecture.obj");
+    let json = sheet(&dir, &format!("{scene} --size 400x300 -s 1 -o s.png"));
+    let cell = &json["cells"][1];
+    assert_eq!(cell["view"], "isometric");
+    let list = |v: DVec3| format!("{},{},{}", v.x, v.y, v.z);
+    let camera = &cell["camera"];
+    let line = format!(
+        "render {scene} --projection orthographic --view-point {} --view-dir {} --view-up {} --view-width {} \
+         --view-height {} --size 200x150 -s 1 --background .8,.82,.85 -o c.png",
+        list(vector(&camera["view_point"])),
+        list(-vector(&camera["w"])),
+        list(vector(&camera["v"])),
+        camera["view_width"],
+        camera["view_height"]
+    );
+    runs(&dir, &line);
+    let [sheet, alone] = ["s.png", "c.png"].map(|name| image::open(dir.join(name)).unwrap().into_rgb8());
+    // Without the labels at the edges.
+    let area = || (25..125).flat_map(|y| (10..190).map(move |x| (x, y)));
+    let differing = area().filter(|&(x, y)| sheet.get_pixel(200 + x, y) != alone.get_pixel(x, y)).count();
+    assert!(differing < 20, "{differing} pixels differ");
+    let colors: std::collections::HashSet<_> = area().map(|(x, y)| alone.get_pixel(x, y).0).collect();
+    assert!(colors.len() > 20);
+}
+
+#[test]
+fn several_scenes_and_failures_are_listed() {
+    let (_dir, dir) = folder();
+    fs::write(dir.join("broken.glb"), "glTF").unwrap();
+    let scene = model("tests/cube.obj");
+    let output = blinn(&dir, &format!("sheet {scene} broken.glb --size 256x256 -s 1 --json -o out/"));
+    assert_eq!(output.status.code(), Some(1));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json[0]["file"], "out/cube.png");
+    assert!(json[1]["error"].as_str().unwrap().contains("broken.glb"));
+    assert_eq!(names(&dir), ["broken.glb", "out/cube.png"]);
+    runs(&dir, &format!("sheet {scene} --size 256x256 -s 1"));
+    assert!(dir.join("cube_sheet.png").exists());
+}
+
+#[test]
+fn wrong_outputs_are_usage_errors() {
+    let (_dir, dir) = folder();
+    let scene = model("tests/cube.obj");
+    refused(&dir, &format!("sheet {scene} -o a.exr"), "set -o to .png, .jpg or .webp");
+    refused(&dir, &format!("sheet {scene} -o a.gif"), "gif");
+    refused(&dir, &format!("sheet {scene} -o - --json"), "standard output");
+    refused(&dir, &format!("sheet {scene} --size 100x500"), "at least 128x128");
+    refused(&dir, &format!("sheet {scene} --orbit 1,2"), "--orbit");
+}
