@@ -161,6 +161,28 @@ SHOTS = [
         [f"gloss-{p}.png" for p in (4, 16, 64, 256, 1024)],
         5,
     ),
+    Shot(
+        "sheet",
+        "A sheet with dimensions",
+        "Top, isometric, front and right view at one scale.",
+        "blinn sheet models/assembly/assembly.glb --hide 'Bench*' --ao 64 -s 32 --lights three-point --size 960x720 -o sheet.png",
+    ),
+    Shot(
+        "diff",
+        "What has changed",
+        "Views before, after, and their difference. The cube is higher, and the small sphere is red.",
+        "cp models/lecture/lecture.mtl .; sed 's/usemtl Gold/usemtl Red/; 12,20s/ 0.5 / 0.9 /' models/lecture/lecture.obj > changed.obj; "
+        "blinn diff models/lecture/lecture.obj changed.obj -o diff.png --size 300x225 -s 16 || test $? = 1",
+        ["diff.png"],
+    ),
+    Shot(
+        "thumbnails",
+        "Thumbnails",
+        "`--max-size`, with the aspect ratio of each file's camera; the Debian package shows them in file managers.",
+        "blinn render models/*/*.glb --max-size 180 -s 16 -o thumbnails/",
+        [f"thumbnails/{name}.png" for name in ("alpha", "assembly", "cornell", "figure", "lecture", "still-life", "textured", "tower")],
+        4,
+    ),
 ]
 
 SOFT = "--light-radius .15 --ao 32 -s 16 --background '#d9d4c8'"
@@ -200,14 +222,15 @@ def over_checkerboard(image):
 
 
 def sheet(images, columns, gap=6):
-    """Places pictures of one size in a grid."""
+    """Places pictures in a grid, each in the middle of its cell."""
     if len(images) == 1:
         return images[0]
-    width, height = images[0].size
+    width, height = (max(sides) for sides in zip(*(image.size for image in images)))
     rows = -(-len(images) // columns)
     paper = Image.new("RGB", (columns * (width + gap) - gap, rows * (height + gap) - gap), PAPER)
     for i, image in enumerate(images):
-        paper.paste(image, (i % columns * (width + gap), i // columns * (height + gap)))
+        left, top = (width - image.width) // 2, (height - image.height) // 2
+        paper.paste(image, (i % columns * (width + gap) + left, i // columns * (height + gap) + top))
     return paper
 
 
