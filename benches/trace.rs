@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use blinn::accel::{Accel, BuildSettings};
 use blinn::bench::scenes::SceneKind;
-use blinn::bench::{BenchRays, Workload};
+use blinn::bench::{BenchStage, RaySet, RaySets, Workload};
 use blinn::geometry::Rgba;
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
@@ -25,6 +25,23 @@ fn frame<'a>(posed: &'a PosedScene<'a>, accel: &'a Accel, settings: &RenderSetti
     Frame::new(posed, accel, camera, &lit)
 }
 
+/// The rays of these stages.
+fn ray_sets<const N: usize>(
+    frame: &Frame,
+    settings: &RenderSettings,
+    stages: [BenchStage; N],
+) -> Vec<RaySet> {
+    let mut sets = RaySets::new(frame, settings);
+    let mut out = Vec::new();
+    while let Some(set) = sets.next_set() {
+        if stages.contains(&set.stage) {
+            out.push(set.clone());
+        }
+    }
+    assert_eq!(out.len(), N);
+    out
+}
+
 /// Build, rays and a frame of the generated scan.
 fn scan(c: &mut Criterion) {
     let subject = Workload::generate(SceneKind::Scan, 70_000).unwrap();
@@ -37,14 +54,10 @@ fn scan(c: &mut Criterion) {
 
     let (accel, _) = Accel::build(&posed, &BuildSettings::default());
     let frame = frame(&posed, &accel, &settings);
-    let rays = BenchRays::new(&frame, &settings);
-    for (name, count, trace) in [
-        ("eye rays", rays.eye_count(), BenchRays::trace_eye as fn(&BenchRays, &Accel, &PosedScene) -> u64),
-        ("shadow rays", rays.hit_count(), BenchRays::trace_shadow),
-        ("incoherent rays", rays.hit_count(), BenchRays::trace_incoherent),
-    ] {
-        group.throughput(Throughput::Elements(count));
-        group.bench_function(name, |b| b.iter(|| trace(black_box(&rays), &accel, &posed)));
+    for set in ray_sets(&frame, &settings, [BenchStage::Eye, BenchStage::Shadow, BenchStage::Bounce1]) {
+        group.throughput(Throughput::Elements(set.len()));
+        let name = format!("{} rays", set.stage.name());
+        group.bench_function(name, |b| b.iter(|| black_box(&set).trace(&accel, &posed)));
     }
     group.throughput(Throughput::Elements(u64::from(settings.width) * u64::from(settings.height)));
     group.bench_function("frame, two lights", |b| {
@@ -83,11 +96,11 @@ fn deforming(c: &mut Criterion) {
     let settings = RenderSettings { width: 320, height: 180, samples: 1, ..Default::default() };
     for (name, accel) in [("rebuilt BVH", build(&poses[0])), ("refitted BVH", refitted)] {
         let frame = frame(&poses[0], &accel, &settings);
-        let rays = BenchRays::new(&frame, &settings);
-        group.bench_function(format!("eye rays, {name}"), |b| b.iter(|| rays.trace_eye(&accel, &poses[0])));
-        group.bench_function(format!("incoherent rays, {name}"), |b| {
-            b.iter(|| rays.trace_incoherent(&accel, &poses[0]))
-        });
+        for set in ray_sets(&frame, &settings, [BenchStage::Eye, BenchStage::Bounce1]) {
+            group.bench_function(format!("{} rays, {name}", set.stage.name()), |b| {
+                b.iter(|| set.trace(&accel, &poses[0]))
+            });
+        }
     }
     group.finish();
 }

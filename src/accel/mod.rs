@@ -192,14 +192,24 @@ impl Accel {
         }
     }
 
-    /// Finds the closest hits as [`Accel::intersect`] does, with the number of nodes and blocks that each ray visits when
-    /// it is traced alone. Slow: for heat maps of traversal cost.
+    /// Finds the closest hits as [`Accel::intersect`] does, with the number of nodes, blocks and triangles that each ray
+    /// visits when it is traced alone. Slow: for heat maps of traversal cost.
     pub fn intersect_with_stats(
         &self,
         rays: &RayBatch,
         filter: &dyn HitFilter,
     ) -> Vec<(Hit, TraversalStats)> {
         traverse::traversal_stats::intersect_with_stats(&self.bvh, rays, filter)
+    }
+
+    /// Finds occlusion as [`Accel::occluded`] does, with the number of nodes, blocks and triangles that each segment
+    /// visits when it is traced alone. Slow: for statistics of traversal cost.
+    pub fn occluded_with_stats(
+        &self,
+        segments: &ShadowRayBatch,
+        filter: &dyn HitFilter,
+    ) -> Vec<(bool, TraversalStats)> {
+        traverse::traversal_stats::occluded_with_stats(&self.bvh, segments, filter)
     }
 
     /// Returns the cost of the BVHs by the surface area heuristic (SAH): the expected number of nodes and of blocks of

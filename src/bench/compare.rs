@@ -3,7 +3,9 @@
 #[cfg(test)]
 mod tests;
 
+use super::bootstrap::{Interval, ratio_interval};
 use super::results::{BenchResults, Machine, RecordedSettings, SceneResults, StageResults};
+use super::stage::BenchStage;
 use super::stats::{log_std_dev, median};
 
 /// Smaller relative changes of times and memory are never significant: two runs of one program on one machine agree
@@ -40,6 +42,8 @@ pub struct Change {
     pub min_ratio: Option<f64>,
     /// The relative change that noise may cause.
     pub noise: f64,
+    /// The 95 % bootstrap confidence interval of the ratio; `None` for costs of fewer than two rounds.
+    pub interval: Option<Interval>,
     /// Significance and direction of the change.
     pub verdict: Verdict,
 }
@@ -51,6 +55,8 @@ pub struct Comparison {
     pub changes: Vec<Change>,
     /// Differences between the runs that prevent or limit the comparison.
     pub notes: Vec<String>,
+    /// Stages whose hashes differ: the runs did different work, and their times do not compare.
+    pub different_work: Vec<String>,
 }
 
 impl Comparison {
@@ -69,9 +75,9 @@ impl Comparison {
 ///
 /// The noise of a measurement is the spread of its rounds in either run, and at least the median spread of all
 /// measurements, since a few rounds may agree by chance. A change is significant if the ratio of the medians is beyond
-/// five standard errors and beyond 5 %.
+/// five standard errors and beyond 5 %, and its bootstrap confidence interval excludes 1.
 pub fn compare(old: &BenchResults, new: &BenchResults) -> Comparison {
-    let mut out = Comparison { changes: Vec::new(), notes: setup_differences(old, new) };
+    let mut out = Comparison { notes: setup_differences(old, new), ..Comparison::default() };
     let calibrated = old.settings.calibration == new.settings.calibration;
     let pairs = matching_scenes(old, new, &mut out.notes);
     let typical = TypicalSpread::of(old, new, calibrated);
@@ -80,7 +86,8 @@ pub fn compare(old: &BenchResults, new: &BenchResults) -> Comparison {
     }
     for pair in pairs {
         compare_bvhs(&pair, &mut out.changes);
-        compare_stages(&pair, &typical, calibrated, &mut out);
+        let same_samples = old.settings.samples == new.settings.samples;
+        compare_stages(&pair, &typical, calibrated, same_samples, &mut out);
     }
     out
 }
@@ -115,14 +122,27 @@ fn matching_scenes<'r>(
     pairs
 }
 
-fn compare_stages(pair: &ScenePair, typical: &TypicalSpread, calibrated: bool, out: &mut Comparison) {
+fn compare_stages(
+    pair: &ScenePair,
+    typical: &TypicalSpread,
+    calibrated: bool,
+    same_samples: bool,
+    out: &mut Comparison,
+) {
     let scene = &pair.new.name;
     for new in &pair.new.stages {
         let Some(old) = pair.old.stages.iter().find(|old| old.is_same_stage(new)) else { continue };
-        let threads = if new.threads == 1 { "thread" } else { "threads" };
-        let metric = format!("{}, {} {threads}", new.stage.name(), new.threads);
+        let metric = new.description();
         if old.rays != new.rays {
             out.notes.push(format!("{scene}: {metric}: different rays, which do not compare"));
+            continue;
+        }
+        if let (Some(before), Some(now)) = (&old.hash, &new.hash)
+            && before != now
+            && (same_samples || new.stage != BenchStage::Frame)
+        {
+            let text = format!("{scene}: {metric}: hash {before}, then {now}: the runs did different work");
+            out.different_work.push(text);
             continue;
         }
         let min_ratio = min_ratio(old, new, calibrated);
@@ -143,9 +163,11 @@ fn setup_differences(old: &BenchResults, new: &BenchResults) -> Vec<String> {
         notes.push(format!("different machines: {}, then {}", name(&old.machine), name(&new.machine)));
     }
     let (old, new) = (&old.settings, &new.settings);
-    let size = |s: &RecordedSettings| format!("{}x{} with {} samples", s.width, s.height, s.samples);
-    if size(old) != size(new) {
-        notes.push(format!("different images: {}, then {}", size(old), size(new)));
+    if old.sizes != new.sizes {
+        notes.push(format!("different sizes of images: {}, then {}", sizes(old), sizes(new)));
+    }
+    if old.samples != new.samples {
+        notes.push(format!("different samples per pixel: {}, then {}", old.samples, new.samples));
     }
     if old.simd != new.simd {
         notes.push(format!("different SIMD levels: {}, then {}", old.simd, new.simd));
@@ -157,6 +179,12 @@ fn setup_differences(old: &BenchResults, new: &BenchResults) -> Vec<String> {
         notes.push("different calibrations: seconds are compared instead of relative times".into());
     }
     notes
+}
+
+/// The sizes of images in words.
+fn sizes(settings: &RecordedSettings) -> String {
+    let sizes = settings.sizes.iter().map(|[width, height]| format!("{width}x{height}"));
+    sizes.collect::<Vec<_>>().join(", ")
 }
 
 /// The finite, positive values.
@@ -224,7 +252,13 @@ fn compare_rounds(
         }
         _ => f64::INFINITY,
     };
-    Some(Change::new(scene, metric, ratio, log_noise))
+    let change = Change::new(scene, metric, ratio, log_noise);
+    let interval = ratio_interval(old, new);
+    let verdict = match interval {
+        Some(interval) if interval.contains(1.0) => Verdict::Same,
+        _ => change.verdict,
+    };
+    Some(Change { interval, verdict, ..change })
 }
 
 impl Change {
@@ -235,7 +269,15 @@ impl Change {
             _ => Verdict::Same,
         };
         let noise = libm::expm1(log_noise);
-        Change { scene: scene.into(), metric: metric.into(), ratio, min_ratio: None, noise, verdict }
+        Change {
+            scene: scene.into(),
+            metric: metric.into(),
+            ratio,
+            min_ratio: None,
+            noise,
+            interval: None,
+            verdict,
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use crate::bench::calibration::Calibration;
 use crate::bench::cpu_wait::CpuTimes;
+use crate::bench::energy::EnergyMeter;
 use crate::bench::memory;
 use crate::bench::stats::median;
 
@@ -25,6 +26,8 @@ const CALIBRATION_FRACTION: f64 = 0.4;
 pub struct InterleavedTimer {
     /// `None` measures peak memory.
     calibration: Option<Calibration>,
+    /// `None` where the machine reports no energy.
+    energy: Option<EnergyMeter>,
     pool: rayon::ThreadPool,
     threads: usize,
 }
@@ -42,19 +45,22 @@ pub struct Timing {
     pub min_calibration_seconds: f64,
     /// Fraction of the time that other programs had the processors.
     pub wait_fraction: f64,
+    /// Energy in joules of the processor packages: the mean of all repetitions. NaN if it was not measured.
+    pub joules: f64,
     /// Peak memory in bytes. `None` if it was not measured.
     pub peak_bytes: Option<u64>,
 }
 
 impl Timing {
     /// A measurement of memory only.
-    fn untimed(peak_bytes: Option<u64>) -> Timing {
+    pub(super) fn untimed(peak_bytes: Option<u64>) -> Timing {
         Timing {
             seconds: f64::NAN,
             relative: f64::NAN,
             min_seconds: f64::NAN,
             min_calibration_seconds: f64::NAN,
             wait_fraction: 0.0,
+            joules: f64::NAN,
             peak_bytes,
         }
     }
@@ -66,6 +72,8 @@ struct Interval {
     wall: f64,
     /// Without the time that other programs had the processors.
     net: f64,
+    /// Energy in joules; NaN if it was not measured.
+    joules: f64,
 }
 
 impl Interval {
@@ -75,7 +83,7 @@ impl Interval {
         let threads = threads as f64;
         let net = (wall - times.waiting / threads).max(times.running / threads).clamp(0.0, wall);
         // A coarse clock may report 0.
-        Interval { wall, net: net.max(1e-9) }
+        Interval { wall, net: net.max(1e-9), joules: f64::NAN }
     }
 }
 
@@ -87,7 +95,8 @@ impl InterleavedTimer {
         threads: usize,
     ) -> Result<InterleavedTimer, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        Ok(InterleavedTimer { calibration, pool, threads })
+        let energy = calibration.and_then(|_| EnergyMeter::open());
+        Ok(InterleavedTimer { calibration, energy, pool, threads })
     }
 
     /// Runs `work` on the pool without measuring it.
@@ -160,10 +169,17 @@ impl InterleavedTimer {
 
     fn time<T>(&self, work: impl FnOnce() -> T) -> (Interval, T) {
         let cpu_start = CpuTimes::now();
+        let energy_start = self.energy.as_ref().and_then(EnergyMeter::read);
         let start = Instant::now();
         let result = work();
         let wall = start.elapsed().as_secs_f64();
-        (Interval::new(wall, CpuTimes::since(cpu_start), self.threads), result)
+        let mut interval = Interval::new(wall, CpuTimes::since(cpu_start), self.threads);
+        if let (Some(meter), Some(start)) = (&self.energy, energy_start)
+            && let Some(end) = meter.read()
+        {
+            interval.joules = meter.joules(&start, &end);
+        }
+        (interval, result)
     }
 }
 
@@ -172,6 +188,8 @@ struct Samples {
     seconds: Vec<f64>,
     relative: Vec<f64>,
     total: Interval,
+    /// Repetitions of all samples.
+    repeats: usize,
     min_calibration_seconds: f64,
 }
 
@@ -180,7 +198,8 @@ impl Default for Samples {
         Samples {
             seconds: Vec::new(),
             relative: Vec::new(),
-            total: Interval { wall: 0.0, net: 0.0 },
+            total: Interval { wall: 0.0, net: 0.0, joules: 0.0 },
+            repeats: 0,
             min_calibration_seconds: f64::INFINITY,
         }
     }
@@ -200,10 +219,12 @@ impl Samples {
         self.min_calibration_seconds = before.min(after).min(self.min_calibration_seconds);
         self.total.wall += interval.wall;
         self.total.net += interval.net;
+        self.total.joules += interval.joules;
+        self.repeats += repeats;
     }
 
     fn timing(self) -> Timing {
-        let Interval { wall, net } = self.total;
+        let Interval { wall, net, joules } = self.total;
         let wait_fraction = if wall > 0.0 { 1.0 - net / wall } else { 0.0 };
         Timing {
             min_seconds: self.seconds.iter().copied().fold(f64::INFINITY, f64::min),
@@ -211,6 +232,7 @@ impl Samples {
             seconds: median(self.seconds).unwrap_or(f64::NAN),
             relative: median(self.relative).unwrap_or(f64::NAN),
             wait_fraction: wait_fraction.clamp(0.0, 1.0),
+            joules: joules / self.repeats as f64,
             peak_bytes: None,
         }
     }

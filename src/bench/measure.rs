@@ -70,8 +70,7 @@ fn measure_scene(
 fn recorded(settings: &BenchSettings) -> RecordedSettings {
     RecordedSettings {
         command: settings.command.clone(),
-        width: settings.render.width,
-        height: settings.render.height,
+        sizes: settings.sizes.iter().map(|&(width, height)| [width, height]).collect(),
         samples: settings.render.samples,
         rounds: settings.rounds,
         threads: settings.threads.iter().map(|&threads| threads as u32).collect(),

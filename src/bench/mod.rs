@@ -5,10 +5,15 @@
 //! The *relative* time of a stage is its time in units of that loop: a slow phase of the machine affects both. Time
 //! that other programs had the processors is subtracted, if the system reports it. The spread of the rounds gives
 //! [`compare()`] the threshold of a significant change.
+//!
+//! A [`WorkHash`] of the hits of each stage and of the pixels of each frame shows that rounds, numbers of threads, SIMD
+//! levels and machines did the same work.
 
+mod bootstrap;
 mod calibration;
 mod compare;
 mod cpu_wait;
+mod energy;
 mod interleaved_timer;
 mod machine;
 mod measure;
@@ -21,18 +26,25 @@ mod results_file;
 mod scene_round;
 pub mod scenes;
 mod settings;
+mod stage;
+mod stage_record;
 mod stats;
+mod work_hash;
 mod workload;
 
+pub use bootstrap::{Interval, ratio_interval};
 pub use calibration::Calibration;
 pub use compare::{Change, Comparison, Verdict, compare};
 pub use measure::{BenchRun, measure};
-pub use rays::BenchRays;
+pub use rays::{MeanSteps, RaySet, RaySets, TileBatch, TileRays};
 pub use record::MeasureError;
-pub use report::{HeatMap, format_duration, report_page};
-pub use results::{
-    BenchResults, BenchStage, BvhResults, Machine, RecordedSettings, SceneResults, StageResults,
+pub use report::{
+    HeatMap, MachineResults, Table, different_work, format_duration, machines_page, report_page,
+    result_tables,
 };
+pub use results::{BenchResults, BvhResults, Machine, RecordedSettings, SceneResults, StageResults};
 pub use results_file::ResultsError;
 pub use settings::{BenchObserver, BenchSettings};
+pub use stage::BenchStage;
+pub use work_hash::WorkHash;
 pub use workload::{Workload, WorkloadError, remove_generated_scenes, standard_suite};

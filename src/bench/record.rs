@@ -1,7 +1,10 @@
 //! The measurements of a scene while the rounds go on.
 
 use super::interleaved_timer::Timing;
-use super::results::{BenchStage, BvhResults, SceneResults, StageResults};
+use super::results::{BvhResults, SceneResults, StageResults};
+use super::stage::BenchStage;
+use super::stage_record::{StageKey, StageRecord, StageWork};
+use super::work_hash::WorkHash;
 use crate::import::LoadError;
 use crate::render::Cancelled;
 use crate::scene::{PoseError, ViewError};
@@ -32,6 +35,26 @@ pub enum MeasureError {
         /// The reason.
         cause: rayon::ThreadPoolBuildError,
     },
+    /// A stage had other results than before.
+    #[error(
+        "{} at {width}x{height} pixels: the results with {threads} threads differ from those before (hash {found} \
+         instead of {expected}); report this as a defect of blinn or of the machine",
+        stage.name()
+    )]
+    DifferentWork {
+        /// The stage.
+        stage: BenchStage,
+        /// The width of the image in pixels.
+        width: u32,
+        /// The height of the image in pixels.
+        height: u32,
+        /// The number of threads.
+        threads: usize,
+        /// The hash of the first results.
+        expected: WorkHash,
+        /// The hash of these results.
+        found: WorkHash,
+    },
     /// The observer rejected the scene.
     #[error("{0}")]
     Rejected(String),
@@ -46,31 +69,65 @@ pub(super) struct SceneRecord {
     pub failure: Option<MeasureError>,
 }
 
-/// The measurements of a stage so far.
-struct StageRecord {
-    stage: BenchStage,
-    threads: usize,
-    rays: Option<u64>,
-    rounds: Vec<Timing>,
-}
-
 impl SceneRecord {
     /// Adds a round of a stage.
-    pub fn add(&mut self, stage: BenchStage, threads: usize, rays: Option<u64>, timing: Timing) {
-        match self.stages.iter_mut().find(|record| (record.stage, record.threads) == (stage, threads)) {
-            Some(record) => record.rounds.push(timing),
-            None => self.stages.push(StageRecord { stage, threads, rays, rounds: vec![timing] }),
+    ///
+    /// # Errors
+    /// The hash of the results differs from that of an earlier round or of another number of threads.
+    pub fn add(&mut self, key: StageKey, work: StageWork, timing: Timing) -> Result<(), MeasureError> {
+        let same_work = |record: &&StageRecord| {
+            (record.key.stage, record.key.size) == (key.stage, key.size) && record.work.hash.is_some()
+        };
+        let first = self.stages.iter().find(same_work);
+        if let (Some(expected), Some(found)) = (first.and_then(|record| record.work.hash), work.hash)
+            && expected != found
+        {
+            let StageKey { threads, size, stage } = key;
+            let (width, height) = size.unwrap_or_default();
+            return Err(MeasureError::DifferentWork { stage, width, height, threads, expected, found });
         }
+        let steps = first.and_then(|record| record.work.steps);
+        match self.stages.iter_mut().find(|record| record.key == key) {
+            Some(record) => record.rounds.push(timing),
+            None => {
+                let work = StageWork { steps: work.steps.or(steps), ..work };
+                self.stages.push(StageRecord { key, work, rounds: vec![timing] });
+            }
+        }
+        Ok(())
     }
 
     /// Summarizes the rounds of all stages.
     pub fn results(&self, name: &str) -> SceneResults {
-        let summarize = |record: &StageRecord| {
-            StageResults::new(record.stage, record.threads, record.rays, &record.rounds)
-        };
-        let mut stages: Vec<StageResults> = self.stages.iter().map(summarize).collect();
-        stages.sort_by_key(|s| (s.threads, s.stage));
+        let mut records: Vec<&StageRecord> = self.stages.iter().collect();
+        records.sort_by_key(|record| record.key);
+        let stages = records.into_iter().map(StageResults::new).collect();
         let tree = Some(self.bvh.clone());
         SceneResults { name: name.into(), triangles: self.triangles, tree, stages }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Another hash in a later round, or on another number of threads, is an error; other sizes and stages have hashes of
+    /// their own.
+    #[test]
+    fn a_different_hash_is_an_error() {
+        let mut record = SceneRecord::default();
+        let key = |threads, size, stage| StageKey { threads, size: Some((size, size)), stage };
+        let work = |bit| StageWork { hash: Some(WorkHash::of_occlusion(&[bit])), ..StageWork::default() };
+        let timing = Timing::untimed(None);
+        record.add(key(1, 8, BenchStage::Eye), work(true), timing).unwrap();
+        record.add(key(1, 8, BenchStage::Eye), work(true), timing).unwrap();
+        record.add(key(1, 16, BenchStage::Eye), work(false), timing).unwrap();
+        record.add(key(1, 8, BenchStage::Sun), work(false), timing).unwrap();
+        for threads in [1, 2] {
+            let error = record.add(key(threads, 8, BenchStage::Eye), work(false), timing).unwrap_err();
+            let message = error.to_string();
+            assert!(message.starts_with("eye at 8x8 pixels: the results with"), "{message}");
+        }
+        assert_eq!(record.results("a").stages.len(), 3);
     }
 }

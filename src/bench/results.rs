@@ -4,15 +4,17 @@ use serde::{Deserialize, Serialize};
 
 use super::calibration::Calibration;
 use super::interleaved_timer::Timing;
+use super::stage::BenchStage;
+use super::stage_record::StageRecord;
 use super::stats::{log_std_dev, median};
 
 /// The format's name and version.
-pub(super) const FORMAT: &str = "blinn bench 1";
+pub(super) const FORMAT: &str = "blinn bench 2";
 
 /// The results of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BenchResults {
-    /// `blinn bench 1`.
+    /// `blinn bench 2`.
     pub format: String,
     /// The version of blinn.
     pub version: String,
@@ -51,10 +53,8 @@ pub struct Machine {
 pub struct RecordedSettings {
     /// The command line.
     pub command: Vec<String>,
-    /// Width of the images in pixels.
-    pub width: u32,
-    /// Height of the images in pixels.
-    pub height: u32,
+    /// Widths and heights of the images in pixels.
+    pub sizes: Vec<[u32; 2]>,
     /// Samples per pixel of frames.
     pub samples: u32,
     /// Rounds over all scenes.
@@ -101,52 +101,6 @@ pub struct BvhResults {
     pub sah_cost: Option<f64>,
 }
 
-/// A measured stage of rendering.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum BenchStage {
-    /// Importing the file.
-    Load,
-    /// Building the BVHs.
-    Build,
-    /// Closest hits of eye rays through the pixel centres.
-    Eye,
-    /// Any hits between the eye rays' hits and a point light.
-    Shadow,
-    /// Closest hits of a cosine-distributed ray from each of the eye rays' hits.
-    Incoherent,
-    /// Rendering a frame: rays, shading, film.
-    Frame,
-    /// Encoding the frame as PNG.
-    Encode,
-}
-
-impl BenchStage {
-    /// All stages in order.
-    pub const ALL: [BenchStage; 7] = [
-        BenchStage::Load,
-        BenchStage::Build,
-        BenchStage::Eye,
-        BenchStage::Shadow,
-        BenchStage::Incoherent,
-        BenchStage::Frame,
-        BenchStage::Encode,
-    ];
-
-    /// The name in tables and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            BenchStage::Load => "load",
-            BenchStage::Build => "build",
-            BenchStage::Eye => "eye",
-            BenchStage::Shadow => "shadow",
-            BenchStage::Incoherent => "incoherent",
-            BenchStage::Frame => "frame",
-            BenchStage::Encode => "encode",
-        }
-    }
-}
-
 /// The results of a stage. Missing and non-finite numbers are null.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StageResults {
@@ -154,9 +108,27 @@ pub struct StageResults {
     pub stage: BenchStage,
     /// The number of threads.
     pub threads: u32,
+    /// The width of the image in pixels, for stages that depend on its size.
+    #[serde(default)]
+    pub width: Option<u32>,
+    /// The height of the image in pixels, for stages that depend on its size.
+    #[serde(default)]
+    pub height: Option<u32>,
     /// The number of rays, for stages that only trace.
     #[serde(default)]
     pub rays: Option<u64>,
+    /// The [`super::WorkHash`] of the hits, or of the pixels of the frame.
+    #[serde(default)]
+    pub hash: Option<String>,
+    /// Inner nodes that a ray visits, if it is traced alone.
+    #[serde(default)]
+    pub nodes_per_ray: Option<f64>,
+    /// Blocks of up to four triangles that a ray visits, if it is traced alone.
+    #[serde(default)]
+    pub blocks_per_ray: Option<f64>,
+    /// Triangles that a ray visits, if it is traced alone.
+    #[serde(default)]
+    pub triangles_per_ray: Option<f64>,
     /// Seconds of each round: the median of its samples, without waiting for a processor.
     #[serde(default)]
     pub seconds: Vec<Option<f64>>,
@@ -166,6 +138,9 @@ pub struct StageResults {
     /// Peak memory of a process that measured nothing else, for each round.
     #[serde(default)]
     pub peak_bytes: Vec<Option<u64>>,
+    /// Joules of each round: the energy of the processor packages for one repetition. Null where it cannot be read.
+    #[serde(default)]
+    pub joules: Vec<Option<f64>>,
     /// Seconds of the fastest sample of all rounds.
     #[serde(default)]
     pub least_seconds: Option<f64>,
@@ -192,12 +167,8 @@ pub struct StageResults {
 
 impl StageResults {
     /// Summarizes the rounds.
-    pub(super) fn new(
-        stage: BenchStage,
-        threads: usize,
-        rays: Option<u64>,
-        rounds: &[Timing],
-    ) -> StageResults {
+    pub(super) fn new(record: &StageRecord) -> StageResults {
+        let StageRecord { key, work, rounds } = record;
         let finite = |value: fn(&Timing) -> f64| -> Vec<Option<f64>> {
             rounds.iter().map(|timing| Some(value(timing)).filter(|v| v.is_finite())).collect()
         };
@@ -207,12 +178,19 @@ impl StageResults {
         let least_seconds = min(|t| t.min_seconds);
         let unit = min(|t| t.min_calibration_seconds);
         let mut results = StageResults {
-            stage,
-            threads: threads as u32,
-            rays,
+            stage: key.stage,
+            threads: key.threads as u32,
+            width: key.size.map(|(width, _)| width),
+            height: key.size.map(|(_, height)| height),
+            rays: work.rays,
+            hash: work.hash.map(|hash| hash.to_string()),
+            nodes_per_ray: work.steps.map(|steps| steps.nodes),
+            blocks_per_ray: work.steps.map(|steps| steps.blocks),
+            triangles_per_ray: work.steps.map(|steps| steps.triangles),
             seconds: finite(|t| t.seconds),
             relative: finite(|t| t.relative),
             peak_bytes: rounds.iter().filter_map(|t| t.peak_bytes).map(Some).collect(),
+            joules: finite(|t| t.joules),
             least_seconds,
             least_relative: least_seconds.zip(unit).map(|(seconds, unit)| seconds / unit),
             waited: median(rounds.iter().map(|timing| timing.wait_fraction)),
@@ -228,9 +206,21 @@ impl StageResults {
         results
     }
 
-    /// Returns true if these are results of the same stage and number of threads.
+    /// Returns true if these are results of the same stage, size and number of threads.
     pub fn is_same_stage(&self, other: &StageResults) -> bool {
-        (self.stage, self.threads) == (other.stage, other.threads)
+        (self.stage, self.threads, self.size()) == (other.stage, other.threads, other.size())
+    }
+
+    /// Width and height of the image in pixels, for stages that depend on its size.
+    pub fn size(&self) -> Option<(u32, u32)> {
+        self.width.zip(self.height)
+    }
+
+    /// The measurement in words: `eye, 640x360, 1 thread`.
+    pub fn description(&self) -> String {
+        let size = self.size().map(|(width, height)| format!(", {width}x{height}")).unwrap_or_default();
+        let threads = if self.threads == 1 { "thread" } else { "threads" };
+        format!("{}{size}, {} {threads}", self.stage.name(), self.threads)
     }
 
     /// Relative times of the rounds that have one.
@@ -252,6 +242,11 @@ impl StageResults {
     pub fn mrays(&self) -> Option<f64> {
         let rate = self.rays? as f64 / self.median()? * 1e-6;
         Some(rate).filter(|rate| rate.is_finite())
+    }
+
+    /// Median energy in joules.
+    pub fn median_joules(&self) -> Option<f64> {
+        median(self.joules.iter().copied().flatten())
     }
 
     /// Median of the peak memory in bytes.

@@ -3,11 +3,14 @@
 use std::hint::black_box;
 
 use super::interleaved_timer::{InterleavedTimer, Timing};
-use super::rays::BenchRays;
+use super::rays::RaySets;
 use super::record::{MeasureError, SceneRecord};
 use super::report::HeatMap;
-use super::results::{BenchStage, BvhResults};
+use super::results::BvhResults;
 use super::settings::{BenchObserver, BenchSettings};
+use super::stage::BenchStage;
+use super::stage_record::{StageKey, StageWork};
+use super::work_hash::WorkHash;
 use super::workload::Workload;
 use crate::accel::{Accel, AccelStats, BuildSettings};
 use crate::display::{Background, Display, ViewTransform};
@@ -39,54 +42,90 @@ impl SceneRound<'_> {
         if self.is_first {
             observer.scene_loaded(self.workload, &warnings).map_err(MeasureError::Rejected)?;
         }
-        self.add(BenchStage::Load, None, timing);
+        self.add(BenchStage::Load, None, StageWork::default(), timing)?;
         let posed = timer.install(|| pose(&scene, &PoseSettings::default()))?;
 
         let build = BuildSettings { simd: settings.simd, ..BuildSettings::default() };
         let (timing, (accel, _)) = timer.measure(|| Accel::build(&posed, &build));
-        self.add(BenchStage::Build, None, timing);
+        self.add(BenchStage::Build, None, StageWork::default(), timing)?;
         if self.is_first {
             self.record.triangles = scene.instanced_triangle_count();
             self.record.bvh = bvh_results(&accel);
         }
 
-        let (frame, display) = timer.install(|| frame_and_display(settings, &scene, &posed, &accel))?;
-        self.measure_rays(&frame);
+        let mut heat_map = None;
+        for &(width, height) in &settings.sizes {
+            let render = RenderSettings { width, height, ..settings.render };
+            let map = self.measure_size(&render, &scene, &posed, &accel)?;
+            heat_map = heat_map.or(map);
+        }
+        Ok(heat_map)
+    }
 
-        let (timing, pixels) = timer.measure(|| render(&frame, &Phong::default(), &settings.render, &()));
-        self.add(BenchStage::Frame, None, timing);
-        let picture = Picture::new(pixels?, display);
+    /// Measures the stages that depend on the size of the image. Returns a heat map in the first round.
+    fn measure_size(
+        &mut self,
+        settings: &RenderSettings,
+        scene: &Scene,
+        posed: &PosedScene,
+        accel: &Accel,
+    ) -> Result<Option<HeatMap>, MeasureError> {
+        let timer = self.timer;
+        let size = Some((settings.width, settings.height));
+        let (frame, display) = timer.install(|| frame_and_display(settings, scene, posed, accel))?;
+        self.measure_rays(&frame, settings)?;
+
+        let (timing, pixels) = timer.measure(|| render(&frame, &Phong::default(), settings, &()));
+        let pixels = pixels?;
+        let hash = self.timed().then(|| WorkHash::of_pixels(&pixels.colors));
+        self.add(BenchStage::Frame, size, StageWork { hash, ..StageWork::default() }, timing)?;
+        let picture = Picture::new(pixels, display);
         let (timing, png) = timer.measure(|| ImageFormat::Png.encode(&picture, BitDepth::Default));
         png?;
-        self.add(BenchStage::Encode, None, timing);
+        self.add(BenchStage::Encode, size, StageWork::default(), timing)?;
 
-        if self.is_first && settings.heat_maps { self.heat_map(&frame) } else { Ok(None) }
+        if self.is_first && self.settings.heat_maps { self.heat_map(&frame, settings) } else { Ok(None) }
     }
 
-    fn measure_rays(&mut self, frame: &Frame) {
+    fn measure_rays(&mut self, frame: &Frame, settings: &RenderSettings) -> Result<(), MeasureError> {
         let timer = self.timer;
         let (accel, posed) = (frame.accel, frame.posed);
-        let rays = timer.install(|| BenchRays::new(frame, &self.settings.render));
-        let (timing, hits) = timer.measure(|| black_box(rays.trace_eye(accel, posed)));
-        self.add(BenchStage::Eye, Some(rays.eye_count()), timing);
-        if hits > 0 {
-            let (timing, _) = timer.measure(|| black_box(rays.trace_shadow(accel, posed)));
-            self.add(BenchStage::Shadow, Some(rays.hit_count()), timing);
-            let (timing, _) = timer.measure(|| black_box(rays.trace_incoherent(accel, posed)));
-            self.add(BenchStage::Incoherent, Some(rays.hit_count()), timing);
+        let size = Some((settings.width, settings.height));
+        let mut sets = RaySets::new(frame, settings);
+        while let Some(set) = timer.install(|| sets.next_set()) {
+            let (timing, _) = timer.measure(|| black_box(set.trace(accel, posed)));
+            let mut work = StageWork { rays: Some(set.len()), ..StageWork::default() };
+            if self.timed() {
+                work.hash = Some(timer.install(|| set.hash(accel, posed)));
+            }
+            if self.timed() && self.is_first {
+                work.steps = timer.install(|| set.mean_steps(accel, posed));
+            }
+            self.add(set.stage, size, work, timing)?;
         }
+        Ok(())
     }
 
-    fn heat_map(&self, frame: &Frame) -> Result<Option<HeatMap>, MeasureError> {
-        let render = &self.settings.render;
-        let layers = self.timer.install(|| render_aovs(frame, &[Aov::Steps], render, &()))?;
-        let size = (render.width, render.height);
+    /// Returns false for a run that measures memory: hashes and steps would add to it.
+    fn timed(&self) -> bool {
+        !self.settings.memory
+    }
+
+    fn heat_map(&self, frame: &Frame, settings: &RenderSettings) -> Result<Option<HeatMap>, MeasureError> {
+        let layers = self.timer.install(|| render_aovs(frame, &[Aov::Steps], settings, &()))?;
+        let size = (settings.width, settings.height);
         let map = layers.first().map(|layer| HeatMap::new(&self.workload.name, layer, size));
         Ok(map.transpose()?)
     }
 
-    fn add(&mut self, stage: BenchStage, rays: Option<u64>, timing: Timing) {
-        self.record.add(stage, self.threads, rays, timing);
+    fn add(
+        &mut self,
+        stage: BenchStage,
+        size: Option<(u32, u32)>,
+        work: StageWork,
+        timing: Timing,
+    ) -> Result<(), MeasureError> {
+        self.record.add(StageKey { threads: self.threads, size, stage }, work, timing)
     }
 }
 
@@ -105,12 +144,12 @@ fn bvh_results(accel: &Accel) -> BvhResults {
 /// Sets the scene up as `blinn render` does by default: the first camera or a framing, the file's lights or
 /// three-point lighting.
 fn frame_and_display<'a>(
-    settings: &BenchSettings,
+    settings: &RenderSettings,
     scene: &Scene,
     posed: &'a PosedScene<'a>,
     accel: &'a Accel,
 ) -> Result<(Frame<'a>, Display), MeasureError> {
-    let RenderSettings { width, height, .. } = settings.render;
+    let RenderSettings { width, height, .. } = *settings;
     let (camera, _) = View::default().resolve(posed, width, height)?;
     let lit = Lighting::default().resolve(posed, &camera);
     let frame = Frame::new(posed, accel, camera, &lit);

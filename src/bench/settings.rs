@@ -10,8 +10,10 @@ use crate::render::RenderSettings;
 pub struct BenchSettings {
     /// How files are imported.
     pub load: LoadOptions,
-    /// Size of the images, and samples per pixel of frames. Rays go through the pixel centres.
+    /// Sampling of frames. Rays go through the pixel centres.
     pub render: RenderSettings,
+    /// Widths and heights of the images in pixels; they replace those of `render`.
+    pub sizes: Vec<(u32, u32)>,
     /// Rounds over all scenes.
     pub rounds: u32,
     /// Numbers of threads.

@@ -178,7 +178,7 @@ impl Aov {
         out: &mut Vec<f32>,
     ) {
         if self == Aov::Steps {
-            let TraversalStats { nodes, blocks } = first.traversal_stats(frame);
+            let TraversalStats { nodes, blocks, .. } = first.traversal_stats(frame);
             return out.extend([nodes as f32, blocks as f32]);
         }
         let Some((hit, surface)) = &first.surface else {

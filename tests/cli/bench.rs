@@ -25,11 +25,13 @@ fn stdout_of(folder: &Path, line: &str) -> String {
 #[test]
 fn the_results_file_holds_all_measurements() {
     let (_guard, folder) = folder();
-    let line =
-        format!("bench {} {MINIMAL} --threads 1,2 --json figures.json", model("still-life/still-life.glb"));
-    let messages = stdout_of(&folder, &line.replace("--threads 1 ", ""));
+    let line = format!(
+        "bench {} {MINIMAL} --size 32x18,16x16 --threads 1,2 --json figures.json",
+        model("still-life/still-life.glb")
+    );
+    let messages = stdout_of(&folder, &line.replace("--threads 1 ", "").replace("--size 32x18 ", ""));
     let figures = read_json(&folder.join("figures.json"));
-    assert_eq!(figures["format"], "blinn bench 1");
+    assert_eq!(figures["format"], "blinn bench 2");
     assert_eq!(figures["version"], env!("CARGO_PKG_VERSION"));
     for key in ["cpu", "os", "simd"] {
         assert!(!figures["machine"][key].as_str().unwrap().is_empty(), "{key}");
@@ -37,10 +39,8 @@ fn the_results_file_holds_all_measurements() {
     assert!(figures["machine"]["cores"].as_u64().unwrap() >= 1);
     assert!(figures["machine"]["memory_bytes"].as_u64().unwrap() > 1 << 26);
     let settings = &figures["settings"];
-    assert_eq!(
-        [&settings["width"], &settings["height"], &settings["samples"], &settings["rounds"]],
-        [32, 18, 1, 2].map(|n| json!(n)).each_ref()
-    );
+    assert_eq!(settings["sizes"], json!([[32, 18], [16, 16]]));
+    assert_eq!((&settings["samples"], &settings["rounds"]), (&json!(1), &json!(2)));
     assert_eq!(settings["threads"], json!([1, 2]));
     assert_eq!(settings["command"][0], "bench");
     let scene = &figures["scenes"][0];
@@ -56,39 +56,105 @@ fn the_results_file_holds_all_measurements() {
     let per_triangle = tree["bytes"].as_f64().unwrap() / tree["entries"].as_f64().unwrap();
     assert!((tree["bytes_per_triangle"].as_f64().unwrap() - per_triangle).abs() < 1e-9);
     let stages = scene["stages"].as_array().unwrap();
-    let order: Vec<(u64, &str)> =
-        stages.iter().map(|s| (s["threads"].as_u64().unwrap(), s["stage"].as_str().unwrap())).collect();
-    let once = ["load", "build", "eye", "shadow", "incoherent", "frame", "encode"];
-    assert_eq!(order, [1, 2].iter().flat_map(|&n| once.map(|s| (n, s))).collect::<Vec<_>>());
+    let order: Vec<(u64, Value, &str)> = stages
+        .iter()
+        .map(|s| (s["threads"].as_u64().unwrap(), s["width"].clone(), s["stage"].as_str().unwrap()))
+        .collect();
+    let mut expected = Vec::new();
+    for n in [1, 2] {
+        expected.extend(["load", "build"].map(|stage| (n, Value::Null, stage)));
+        for width in [16, 32] {
+            expected.extend(RAYS.iter().chain(&["frame", "encode"]).map(|stage| (n, json!(width), *stage)));
+        }
+    }
+    assert_eq!(order, expected);
     for s in stages {
         for rounds in ["seconds", "relative"] {
             let rounds = s[rounds].as_array().unwrap();
             assert!(rounds.len() == 2 && rounds.iter().all(|v| v.as_f64().unwrap() > 0.0), "{s}");
         }
         assert!((0.0..=1.0).contains(&s["waited"].as_f64().unwrap()), "{s}");
+        assert_eq!(s["joules"].as_array().unwrap().len(), 2);
         // Where the system reports it.
         if cfg!(target_os = "linux") {
             let peaks = s["peak_bytes"].as_array().unwrap();
             assert!(peaks.len() == 2 && peaks.iter().all(|v| v.as_u64().unwrap() > 1 << 20), "{s}");
         }
-        let rays = match s["stage"].as_str().unwrap() {
-            "eye" => 32 * 18..=32 * 18,
-            "shadow" | "incoherent" => 1..=32 * 18,
-            _ => {
-                assert!(s["rays"].is_null() && s["mrays_per_second"].is_null(), "{s}");
-                continue;
-            }
-        };
+        let stage = s["stage"].as_str().unwrap();
+        assert_eq!(s["hash"].is_string(), RAYS.contains(&stage) || stage == "frame", "{s}");
+        if !RAYS.contains(&stage) {
+            assert!(s["rays"].is_null() && s["mrays_per_second"].is_null(), "{s}");
+            continue;
+        }
+        let pixels = s["width"].as_u64().unwrap() * s["height"].as_u64().unwrap();
+        let rays = if stage == "eye" { pixels..=pixels } else { 1..=pixels };
         assert!(rays.contains(&s["rays"].as_u64().unwrap()), "{s}");
         let rate = s["rays"].as_f64().unwrap() / s["median_seconds"].as_f64().unwrap() / 1e6;
         assert!((s["mrays_per_second"].as_f64().unwrap() / rate - 1.0).abs() < 1e-9, "{s}");
+        let [nodes, blocks, triangles] =
+            ["nodes", "blocks", "triangles"].map(|what| s[format!("{what}_per_ray")].as_f64().unwrap());
+        assert!(nodes > 0.0 && blocks <= triangles && triangles <= 4.0 * blocks, "{s}");
     }
+    // Hashes do not depend on the number of threads.
+    let hashes = |threads: u64| -> Vec<&Value> {
+        stages.iter().filter(|s| s["threads"] == threads).map(|s| &s["hash"]).collect()
+    };
+    assert_eq!(hashes(1), hashes(2));
     let find = |stage: &str| stages.iter().find(|s| s["stage"] == stage).unwrap();
-    assert_eq!(find("shadow")["rays"], find("incoherent")["rays"]);
+    for stage in ["sun", "ao", "reflection", "bounce1"] {
+        assert_eq!(find("shadow")["rays"], find(stage)["rays"], "{stage}");
+    }
     // The table has all of it, in as many lines.
+    let names = ["load ", "build ", "frame ", "encode "].into_iter().chain(RAYS);
+    let names: Vec<&str> = names.collect();
     assert_eq!(
-        messages.lines().filter(|line| once.iter().any(|s| line.starts_with(s))).count(),
-        14,
+        messages.lines().filter(|line| names.iter().any(|s| line.starts_with(s))).count(),
+        2 * (2 + 2 * 11),
+        "{messages}"
+    );
+}
+
+/// The stages that trace rays.
+const RAYS: [&str; 9] =
+    ["eye", "shadow", "sun", "ao", "reflection", "bounce1", "bounce2", "bounce3", "bounce4"];
+
+/// Runs at different SIMD levels did the same work; a run of another scene under the same name did not.
+#[test]
+fn hashes_agree_across_simd_levels_and_differ_between_scenes() {
+    let (_guard, folder) = folder();
+    let scene = folder.join("scene.glb");
+    let bench = |level: &str, file: &str, compare: &str| {
+        let line = format!("bench scene.glb --size 40x24 --rounds 1 --threads 2 -q --json {file} {compare}");
+        std::process::Command::new(env!("CARGO_BIN_EXE_blinn"))
+            .args(line.split_whitespace())
+            .current_dir(&folder)
+            .env("BLINN_SIMD", level)
+            .output()
+            .unwrap()
+    };
+    fs::copy(model("still-life/still-life.glb"), &scene).unwrap();
+    let first = bench("portable", "a.json", "");
+    assert_eq!(first.status.code(), Some(0), "{}", String::from_utf8_lossy(&first.stderr));
+    let same = bench("", "b.json", "--compare a.json");
+    let messages = String::from_utf8_lossy(&same.stderr);
+    assert_eq!(same.status.code(), Some(0), "{messages}");
+    let [a, b] = ["a.json", "b.json"].map(|file| read_json(&folder.join(file)));
+    let hashes = |results: &Value| -> Vec<Value> {
+        results["scenes"][0]["stages"].as_array().unwrap().iter().map(|s| s["hash"].clone()).collect()
+    };
+    assert_eq!(hashes(&a), hashes(&b));
+    // One hit differs.
+    let mut other = a.clone();
+    let stage = other["scenes"][0]["stages"].as_array_mut().unwrap();
+    let stage = stage.iter_mut().find(|s| s["stage"] == "bounce2").unwrap();
+    stage["hash"] = json!("00000000000000000000000000000000");
+    write(&folder, "other.json", &other);
+    let output = blinn(&folder, "bench --from b.json --compare other.json");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert!(
+        messages.contains("scene.glb: bounce2, 40x24, 2 threads: hash 0000")
+            && messages.contains("did different work"),
         "{messages}"
     );
 }
@@ -201,21 +267,22 @@ fn significant_changes_are_listed_and_are_errors_with_strict() {
     let fast = stdout_of(&folder, "bench --from fast.json --compare old.json --strict");
     assert!(
         fast.contains("28 of 62 measurements changed")
-            && fast.contains("  less: scan 70k: eye, 2 threads 0.500"),
+            && fast.contains("  less: scan 70k: eye, 64x36, 2 threads 0.500"),
         "{fast}"
     );
     let slow = stdout_of(&folder, "bench --from slow.json --compare old.json");
     assert!(
         slow.contains("28 of 62 measurements changed")
-            && slow.contains("  more: scan 10k: eye, 1 thread 1.500"),
+            && slow.contains("  more: scan 10k: eye, 64x36, 1 thread 1.500"),
         "{slow}"
     );
     let strict = blinn(&folder, "bench --from slow.json --compare old.json --strict");
     let messages = String::from_utf8(strict.stderr).unwrap();
     assert_eq!(strict.status.code(), Some(1), "{messages}");
     assert!(
-        messages
-            .contains("scan 10k: eye, 1 thread is 1.50× the earlier value (an error because of --strict)"),
+        messages.contains(
+            "scan 10k: eye, 64x36, 1 thread is 1.50× the earlier value (an error because of --strict)"
+        ),
         "{messages}"
     );
     // The report has it as well.
@@ -225,6 +292,56 @@ fn significant_changes_are_listed_and_are_errors_with_strict() {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("id=\"steps\""));
+}
+
+/// Results of several machines become one page and tables, with ratios to the first.
+#[test]
+fn several_machines_are_compared_in_one_report() {
+    let (_guard, folder) = folder();
+    for (name, factor) in [("desk.json", 1.0), ("laptop.json", 2.0), ("other.json", 0.5)] {
+        let mut results = results_json(factor, &[1]);
+        results["format"] = json!("blinn bench 2");
+        for stage in results["scenes"][0]["stages"].as_array_mut().unwrap() {
+            stage["hash"] = json!("0123456789abcdef0123456789abcdef");
+        }
+        write(&folder, name, &results);
+    }
+    let line = "bench --from desk.json laptop.json other.json";
+    let text =
+        stdout_of(&folder, &format!("{line} --report page.html --markdown tables.md --latex tables.tex"));
+    assert!(text.contains("time / desk") && text.contains("2.00 [1.96, 2.04]"), "{text}");
+    let [page, markdown, latex] =
+        ["page.html", "tables.md", "tables.tex"].map(|file| fs::read_to_string(folder.join(file)).unwrap());
+    assert!(page.contains("they did the same work") && !page.contains("http"), "{page}");
+    assert!(
+        markdown.contains("| stage | pixels | threads | desk | laptop | time / desk | other |"),
+        "{markdown}"
+    );
+    assert_eq!(latex.matches("\\begin{tabular}").count(), 3);
+    for label in ["desk", "laptop", "other"] {
+        assert!(page.contains(label) && latex.contains(label), "{label}");
+    }
+    // A machine with another hit.
+    let mut wrong = read_json(&folder.join("other.json"));
+    wrong["scenes"][0]["stages"][2]["hash"] = json!("ffffffffffffffffffffffffffffffff");
+    write(&folder, "other.json", &wrong);
+    let output = blinn(&folder, line);
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert_eq!(messages.matches("did different work").count(), 1, "{messages}");
+    assert!(
+        messages.contains("scan 10k: eye, 1 thread: hash 0123") && messages.contains("of other"),
+        "{messages}"
+    );
+    refused(&folder, &format!("{line} --compare desk.json"), "--compare takes the results of one run");
+    refused(&folder, &format!("{line} --json a.json"), "--json takes the results of one run");
+    // One run has tables, too.
+    runs(&folder, "bench --from desk.json --markdown one.md --latex one.tex");
+    let one = fs::read_to_string(folder.join("one.md")).unwrap();
+    assert!(
+        one.contains("## scan 10k, 10000 triangles") && one.contains("| load | – | 1 | 1.00 s |"),
+        "{one}"
+    );
 }
 
 #[test]
@@ -247,10 +364,21 @@ fn missing_and_invalid_results_are_skipped() {
     write(&folder, "sparse.json", &sparse);
     for line in ["--from sparse.json --compare old.json", "--from old.json --compare sparse.json"] {
         let messages = stdout_of(&folder, &format!("bench {line} --report page.html --json again.json"));
-        assert!(messages.contains("scan 10k: shadow") || messages.contains("scan 10k: frame"), "{messages}");
+        assert!(
+            messages.contains("scan 10k: shadow, 64x36") || messages.contains("scan 10k: frame, 64x36"),
+            "{messages}"
+        );
         let page = fs::read_to_string(folder.join("page.html")).unwrap();
         assert!(!page.contains("NaN") && !page.contains("\"inf"), "{line}");
-        assert_eq!(read_json(&folder.join("again.json"))["format"], "blinn bench 1");
+        // Version 1 becomes version 2.
+        let again = read_json(&folder.join("again.json"));
+        assert_eq!(
+            (&again["format"], &again["settings"]["sizes"]),
+            (&json!("blinn bench 2"), &json!([[64, 36]]))
+        );
+        let stages = again["scenes"][0]["stages"].as_array().unwrap();
+        let stage = |name: &str| stages.iter().find(|s| s["stage"] == name && s["threads"] == 1).unwrap();
+        assert_eq!((&stage("bounce1")["width"], &stage("load")["width"]), (&json!(64), &Value::Null));
     }
     let nothing =
         json!({"format": "blinn bench 1", "version": "0", "machine": {}, "settings": {}, "scenes": []});
@@ -267,7 +395,7 @@ fn invalid_results_files_are_errors_before_measuring() {
     fs::write(folder.join("binary.json"), [0u8, 255, 17]).unwrap();
     write(&folder, "foreign.json", &json!({"benchmarks": [1, 2, 3]}));
     write(&folder, "list.json", &json!([1]));
-    write(&folder, "later.json", &json!({"format": "blinn bench 2"}));
+    write(&folder, "later.json", &json!({"format": "blinn bench 3"}));
     let mut wrong = results_json(1.0, &[1]);
     wrong["scenes"][1]["stages"][3]["seconds"] = json!("fast");
     write(&folder, "wrong.json", &wrong);
@@ -279,7 +407,7 @@ fn invalid_results_files_are_errors_before_measuring() {
         ("deep.json", "not a results file of 'blinn bench'"),
         ("foreign.json", "not a results file of 'blinn bench'"),
         ("list.json", "not a results file of 'blinn bench'"),
-        ("later.json", "'blinn bench 2'"),
+        ("later.json", "'blinn bench 3'"),
         ("wrong.json", "scenes[1].stages[3].seconds"),
         ("absent.json", "No such file"),
     ] {

@@ -1,9 +1,11 @@
 //! Traversal statistics: the nodes and blocks that a ray visits.
 //!
-//! Rays are traced one by one, by the traversal of other single rays ([`Bvh8::traverse_closest`]), but with a node
-//! test in f64 that counts. So counts do not depend on the SIMD level, and other rays do not pay for counting.
+//! Rays are traced one by one, by the traversals of other single rays ([`Bvh8::traverse_closest`] and
+//! [`Bvh8::traverse_any`]), but with a node test in f64 that counts. So counts do not depend on the SIMD level, and
+//! other rays do not pay for counting.
 //!
 //! [`Bvh8::traverse_closest`]: crate::accel::bvh::bvh8::Bvh8::traverse_closest
+//! [`Bvh8::traverse_any`]: crate::accel::bvh::bvh8::Bvh8::traverse_any
 
 use std::cell::Cell;
 
@@ -14,20 +16,23 @@ use crate::accel::bvh::blas::{Blas, box_limit};
 use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, Octant, WIDTH};
 use crate::accel::bvh::instance::BlasInstance;
 use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::ray_batch::{HitFilter, RayBatch};
-use crate::accel::traverse::box_test::{NEAR_FACTOR, OrderedNodeTest, direction_reciprocal};
+use crate::accel::ray_batch::{HitFilter, RayBatch, ShadowRayBatch};
+use crate::accel::single_ray_tracer::shadow_ray_query;
+use crate::accel::traverse::box_test::{NEAR_FACTOR, NodeTest, OrderedNodeTest, direction_reciprocal};
 use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
 use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
 use crate::geometry::{EPSILON, Hit, HitId};
 
-/// Number of nodes and blocks that a ray visits until its closest hit is known.
+/// Number of nodes, blocks and triangles that a ray visits until its answer is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalStats {
     /// Inner nodes of all BVHs, each with up to eight boxes.
     pub nodes: u32,
     /// Leaf blocks of up to four triangles.
     pub blocks: u32,
+    /// Triangles of these blocks.
+    pub triangles: u32,
 }
 
 /// Returns the closest hit of each ray with the statistics of its traversal.
@@ -54,67 +59,103 @@ pub(crate) fn intersect_with_stats(
     (0..rays.len()).map(trace).collect()
 }
 
+/// Returns whether each segment is occluded with the statistics of its traversal.
+pub(crate) fn occluded_with_stats(
+    bvh: &SceneBvh,
+    segments: &ShadowRayBatch,
+    filter: &dyn HitFilter,
+) -> Vec<(bool, TraversalStats)> {
+    let blases: Vec<&Blas> = bvh.meshes.values().collect();
+    let mut stack = TraversalStack::default();
+    let trace = |i: usize| {
+        let (ray, query) = shadow_ray_query(segments, i, filter, None);
+        let mut tracer = CountingTracer { bvh, blases: &blases, query, stats: TraversalStats::default() };
+        if let Some(ray) = ray {
+            tracer.trace(&ray, &mut stack);
+        }
+        (tracer.query.occluded, tracer.stats)
+    };
+    (0..segments.len()).map(trace).collect()
+}
+
 /// Traces one ray and counts.
-struct CountingTracer<'a, 'q> {
+struct CountingTracer<'a, Q> {
     bvh: &'a SceneBvh,
     /// The BLASes of the TLAS, by their number there.
     blases: &'a [&'a Blas],
-    query: ClosestHit<'q>,
+    query: Q,
     stats: TraversalStats,
 }
 
-impl CountingTracer<'_, '_> {
+impl<Q: RayQuery> CountingTracer<'_, Q> {
     fn trace(&mut self, ray: &LocalRay, stack: &mut TraversalStack) {
         let SceneBvh { tlas, .. } = self.bvh;
         for world in self.bvh.worlds() {
-            self.trace_blas(world, ray, None, stack);
+            if !self.trace_blas(world, ray, None, stack) {
+                return;
+            }
         }
         let leaves = |tracer: &mut Self, leaf: u32, stack: &mut TraversalStack| {
-            for BlasInstance { instance, blas, transform } in tlas.instances(leaf) {
+            tlas.instances(leaf).iter().all(|BlasInstance { instance, blas, transform }| {
                 let blas = tracer.blases[*blas as usize];
-                tracer.trace_blas(blas, &transform.ray(ray), Some(*instance), stack);
-            }
+                tracer.trace_blas(blas, &transform.ray(ray), Some(*instance), stack)
+            })
         };
         self.traverse(&tlas.bvh, ray, f64::from(tlas.padding(ray.o)), stack, leaves);
     }
 
-    fn trace_blas(&mut self, blas: &Blas, ray: &LocalRay, instance: Option<u32>, stack: &mut TraversalStack) {
+    /// Traces the ray through a BLAS. Returns false once the query has ended.
+    fn trace_blas(
+        &mut self,
+        blas: &Blas,
+        ray: &LocalRay,
+        instance: Option<u32>,
+        stack: &mut TraversalStack,
+    ) -> bool {
         let leaves = |tracer: &mut Self, leaf: u32, _: &mut TraversalStack| {
             for block in &blas.blocks[leaf as usize..] {
                 tracer.stats.blocks += 1;
+                tracer.stats.triangles += block.count() as u32;
                 for lane in 0..block.count() {
-                    if let Some(hit) = ray.intersect_f64(&block.vertices(lane)) {
-                        // A closest-hit query never ends a traversal.
-                        blas.report_hit(block, lane, hit, instance, &mut tracer.query);
+                    if let Some(hit) = ray.intersect_f64(&block.vertices(lane))
+                        && blas.report_hit(block, lane, hit, instance, &mut tracer.query)
+                    {
+                        return false;
                     }
                 }
                 if block.is_last_in_leaf() {
                     break;
                 }
             }
+            true
         };
-        self.traverse(&blas.bvh, ray, 0.0, stack, leaves);
+        self.traverse(&blas.bvh, ray, 0.0, stack, leaves)
     }
 
-    /// Traverses a BVH whose boxes are padded, with `visit_leaf` at leaves.
+    /// Traverses a BVH whose boxes are padded, with `visit_leaf` at leaves: it returns false where the query ends.
+    /// Returns false once the query has ended.
     fn traverse(
         &mut self,
         bvh: &Bvh8,
         ray: &LocalRay,
         padding: f64,
         stack: &mut TraversalStack,
-        visit_leaf: impl FnMut(&mut Self, u32, &mut TraversalStack),
-    ) {
-        let Some(root) = bvh.root else { return };
+        visit_leaf: impl FnMut(&mut Self, u32, &mut TraversalStack) -> bool,
+    ) -> bool {
+        let Some(root) = bvh.root else { return true };
         let t_min = ray.local_t(self.query.t_min()) * NEAR_FACTOR;
         let limit = box_limit(ray, &self.query);
         if t_min > limit {
-            return;
+            return true;
         }
         let test = CountingNodeTest::new(ray, padding, t_min);
         let mut leaves = CountingVisitor { tracer: self, ray, visit_leaf };
-        bvh.traverse_closest(root, &test, stack, limit, &mut leaves);
+        let goes_on = match Q::ANY_HIT {
+            true => bvh.traverse_any(root, &test, stack, limit, &mut leaves),
+            false => bvh.traverse_closest(root, &test, stack, limit, &mut leaves),
+        };
         self.stats.nodes += test.nodes.get();
+        goes_on
     }
 }
 
@@ -124,13 +165,14 @@ struct CountingVisitor<'a, T, F> {
     visit_leaf: F,
 }
 
-impl<'a, 'q, F> LeafVisitor for CountingVisitor<'_, CountingTracer<'a, 'q>, F>
+impl<'a, Q, F> LeafVisitor for CountingVisitor<'_, CountingTracer<'a, Q>, F>
 where
-    F: FnMut(&mut CountingTracer<'a, 'q>, u32, &mut TraversalStack),
+    Q: RayQuery,
+    F: FnMut(&mut CountingTracer<'a, Q>, u32, &mut TraversalStack) -> bool,
 {
     fn visit_leaf(&mut self, leaf: u32, stack: &mut TraversalStack) -> Option<f32> {
-        (self.visit_leaf)(self.tracer, leaf, stack);
-        Some(box_limit(self.ray, &self.tracer.query))
+        let goes_on = (self.visit_leaf)(self.tracer, leaf, stack);
+        goes_on.then(|| box_limit(self.ray, &self.tracer.query))
     }
 }
 
@@ -198,6 +240,14 @@ impl OrderedNodeTest for CountingNodeTest {
             }
         }
         (count, nearest)
+    }
+}
+
+impl NodeTest for CountingNodeTest {
+    fn hit_mask(&self, node: &Bvh8Node, limit: f32) -> u32 {
+        self.nodes.set(self.nodes.get() + 1);
+        let is_hit = |&slot: &usize| self.entry(node.bounds(slot), f64::from(limit)).is_some();
+        (0..node.count()).filter(is_hit).fold(0, |mask, slot| mask | 1 << slot)
     }
 }
 

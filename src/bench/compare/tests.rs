@@ -1,6 +1,7 @@
 use super::*;
 use crate::bench::interleaved_timer::Timing;
-use crate::bench::results::{BenchStage, BvhResults};
+use crate::bench::results::BvhResults;
+use crate::bench::stage_record::{StageKey, StageRecord, StageWork};
 
 /// A run of five scenes whose rounds scatter by about 1 %. All times are multiplied by `factor`.
 fn run(factor: f64, rounds: usize, seed: usize) -> BenchResults {
@@ -16,10 +17,13 @@ fn run(factor: f64, rounds: usize, seed: usize) -> BenchResults {
                     min_seconds: 0.9 * seconds,
                     min_calibration_seconds: 0.0009,
                     wait_fraction: 0.1,
+                    joules: f64::NAN,
                     peak_bytes: Some(1 << 20),
                 }
             };
-            StageResults::new(stage, 1, None, &(0..rounds).map(timing).collect::<Vec<_>>())
+            let key = StageKey { threads: 1, size: stage.has_size().then_some((64, 36)), stage };
+            let rounds = (0..rounds).map(timing).collect();
+            StageResults::new(&StageRecord { key, work: StageWork::default(), rounds })
         })
     };
     let scene = |i: usize| SceneResults {
@@ -37,14 +41,14 @@ fn run(factor: f64, rounds: usize, seed: usize) -> BenchResults {
 fn only_real_changes_are_significant() {
     for seed in 0..11 {
         let same = compare(&run(1.0, 5, 0), &run(1.0, 5, seed));
-        assert_eq!(same.changes.len(), 5 * 7 * 2);
+        assert_eq!(same.changes.len(), 5 * 13 * 2);
         assert!(same.notes.is_empty(), "{:?}", same.notes);
         assert_eq!(same.significant().count(), 0, "{same:?}");
         let slower = compare(&run(1.0, 5, 0), &run(1.2, 5, seed));
         let faster = compare(&run(1.2, 5, 0), &run(1.0, 5, seed));
-        assert!(slower.has_regression() && slower.significant().count() == 35);
+        assert!(slower.has_regression() && slower.significant().count() == 65);
         assert!(!faster.has_regression() && faster.significant().all(|c| c.verdict == Verdict::Less));
-        assert_eq!(faster.significant().count(), 35);
+        assert_eq!(faster.significant().count(), 65);
     }
 }
 
@@ -81,7 +85,7 @@ fn noise_follows_the_spread_of_the_rounds() {
 fn rounds_that_agree_by_chance_do_not_lower_the_noise() {
     let (mut old, mut new) = (run(1.0, 3, 0), run(1.0, 3, 1));
     for (i, stage) in old.scenes.iter_mut().chain(&mut new.scenes).flat_map(|s| &mut s.stages).enumerate() {
-        let scatter = if i == 0 || i == 35 { 0.0 } else { 0.05 };
+        let scatter = if i == 0 || i == 65 { 0.0 } else { 0.05 };
         let middle = if i == 0 { 1.1 } else { 1.0 };
         stage.relative = [1.0 - scatter, 1.0, 1.0 + scatter].map(|v| Some(v * middle)).to_vec();
     }
@@ -106,7 +110,7 @@ fn missing_results_are_noted_or_skipped() {
     }
     assert!(compared.notes[0].contains("different machines"));
     let times = compared.changes.iter().filter(|c| !c.metric.contains("memory"));
-    assert_eq!(times.count(), 6 + 5);
+    assert_eq!(times.count(), 12 + 11);
     let single = compare(&run(1.0, 1, 0), &run(3.0, 1, 0));
     assert!(single.significant().count() == 0 && single.notes[0].contains("--rounds"), "{single:?}");
     new.settings.calibration += 1;
@@ -123,4 +127,24 @@ fn bvh_statistics_have_no_noise() {
     let compared = compare(&old, &new);
     let moved: Vec<&str> = compared.significant().map(|c| c.metric.as_str()).collect();
     assert_eq!(moved, ["SAH cost"]);
+}
+
+/// Runs with other hashes of a stage did different work. Frames of other samples do so on purpose.
+#[test]
+fn different_hashes_are_different_work() {
+    let (mut old, mut new) = (run(1.0, 5, 0), run(1.0, 5, 0));
+    let set = |results: &mut BenchResults, stage: usize, hash: &str| {
+        results.scenes[1].stages[stage].hash = Some(hash.into());
+    };
+    let frame = BenchStage::ALL.iter().position(|stage| *stage == BenchStage::Frame).unwrap();
+    for (stage, [a, b]) in [(2, ["one", "two"]), (3, ["three", "three"]), (frame, ["four", "five"])] {
+        set(&mut old, stage, a);
+        set(&mut new, stage, b);
+    }
+    let compared = compare(&old, &new);
+    assert_eq!(compared.different_work.len(), 2, "{compared:?}");
+    assert!(compared.different_work[0].starts_with("scene 1: eye, 64x36, 1 thread: hash one, then two"));
+    assert_eq!(compared.changes.len(), (5 * 13 - 2) * 2);
+    new.settings.samples = 4;
+    assert_eq!(compare(&old, &new).different_work.len(), 1);
 }

@@ -1,21 +1,25 @@
-//! The report of `blinn bench --report`: a self-contained HTML page.
+//! The report of `blinn bench --report`, a self-contained HTML page, and tables of results.
 
 mod heat_map;
+mod machines;
 mod rays_plot;
 mod scaling_plot;
 mod stage_plot;
 mod svg;
+mod table;
 mod tables;
 mod units;
 
 use super::compare::Comparison;
-use super::results::{BenchResults, Machine, RecordedSettings};
+use super::results::{BenchResults, Machine, RecordedSettings, StageResults};
 use crate::output::escape_html;
 use rays_plot::rays_plot;
 use scaling_plot::scaling_plot;
 use stage_plot::stage_plot;
 
 pub use heat_map::HeatMap;
+pub use machines::{MachineResults, different_work, machines_page, result_tables};
+pub use table::Table;
 pub use units::format_duration;
 
 const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
@@ -45,10 +49,19 @@ pub fn report_page(results: &BenchResults, heat_maps: &[HeatMap], comparison: Op
         "Time of each stage",
         "Medians of the rounds, from the fastest round to the slowest.",
     );
-    page += &results.scenes.iter().map(stage_plot).collect::<String>();
-    if let Some(plot) = rays_plot(results) {
+    for scene in &results.scenes {
+        let sizes = image_sizes(&scene.stages);
+        let plots = sizes.iter().map(|&size| stage_plot(scene, Some(size)));
+        page += &plots.collect::<String>();
+        if sizes.is_empty() {
+            page += &stage_plot(scene, None);
+        }
+    }
+    let sizes = image_sizes(results.scenes.iter().flat_map(|scene| &scene.stages));
+    let plots: String = sizes.into_iter().filter_map(|size| rays_plot(results, size)).collect();
+    if !plots.is_empty() {
         page += &heading("rays", "Rays against triangles", "One thread. Lines join sizes of one scene.");
-        page += &plot;
+        page += &plots;
     }
     if let Some(plot) = scaling_plot(results) {
         let note = "Speed-up over one thread: the median of all scenes. Dashed: linear scaling.";
@@ -66,6 +79,17 @@ pub fn report_page(results: &BenchResults, heat_maps: &[HeatMap], comparison: Op
     page + "</body></html>\n"
 }
 
+/// The sizes of images, without duplicates, in the order of the results.
+fn image_sizes<'r>(stages: impl IntoIterator<Item = &'r StageResults>) -> Vec<(u32, u32)> {
+    let mut sizes = Vec::new();
+    for size in stages.into_iter().filter_map(StageResults::size) {
+        if !sizes.contains(&size) {
+            sizes.push(size);
+        }
+    }
+    sizes
+}
+
 fn heading(id: &str, title: &str, note: &str) -> String {
     format!("<h2 id=\"{id}\">{title}</h2>\n<p class=\"note\">{note}</p>\n")
 }
@@ -73,14 +97,21 @@ fn heading(id: &str, title: &str, note: &str) -> String {
 /// Version, date, machine and settings, in one paragraph.
 fn description(results: &BenchResults) -> String {
     let Machine { cpu, cores, memory_bytes, os, kernel, .. } = &results.machine;
-    let RecordedSettings { width, height, samples, rounds, simd, debug_build, .. } = &results.settings;
+    let RecordedSettings { sizes, samples, rounds, simd, debug_build, .. } = &results.settings;
+    let sizes: Vec<String> = sizes.iter().map(|[width, height]| format!("{width}x{height}")).collect();
+    let sizes = sizes.join(", ");
     let gib = *memory_bytes as f64 / f64::from(1 << 30);
-    let since_epoch = std::time::Duration::from_secs(results.unix_time.min(MAX_UNIX_TIME));
-    let date = humantime::format_rfc3339_seconds(std::time::UNIX_EPOCH + since_epoch);
+    let date = date(results.unix_time);
     let debug = if *debug_build { " Build without optimisation." } else { "" };
     format!(
-        "blinn {}, {date}. {cpu}, {cores} processors, {gib:.1} GiB, {os} {kernel}. {width}x{height} pixels, {samples} \
+        "blinn {}, {date}. {cpu}, {cores} processors, {gib:.1} GiB, {os} {kernel}. {sizes} pixels, {samples} \
          samples per pixel in frames, {rounds} rounds, SIMD level {simd}.{debug}",
         results.version
     )
+}
+
+/// Date and time in UTC, as RFC 3339 has it.
+fn date(unix_time: u64) -> String {
+    let since_epoch = std::time::Duration::from_secs(unix_time.min(MAX_UNIX_TIME));
+    humantime::format_rfc3339_seconds(std::time::UNIX_EPOCH + since_epoch).to_string()
 }

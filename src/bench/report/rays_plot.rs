@@ -2,9 +2,18 @@
 
 use super::svg::{AXIS_STYLE, GRID_STYLE, Scale, Svg, color, round_ticks};
 use super::units::format_count;
-use crate::bench::results::{BenchResults, BenchStage};
+use crate::bench::results::BenchResults;
+use crate::bench::stage::BenchStage;
 
-const KINDS: [BenchStage; 3] = [BenchStage::Eye, BenchStage::Shadow, BenchStage::Incoherent];
+const KINDS: [BenchStage; 7] = [
+    BenchStage::Eye,
+    BenchStage::Shadow,
+    BenchStage::Sun,
+    BenchStage::AmbientOcclusion,
+    BenchStage::Reflection,
+    BenchStage::Bounce1,
+    BenchStage::Bounce4,
+];
 const LEFT: f64 = 56.0;
 const RIGHT: f64 = 620.0;
 const TOP: f64 = 30.0;
@@ -28,9 +37,10 @@ impl Point<'_> {
     }
 }
 
-/// Rays per second on one thread against the number of triangles in BVHs. `None` without such results.
-pub(super) fn rays_plot(results: &BenchResults) -> Option<String> {
-    let mut points = points(results);
+/// Rays per second on one thread against the number of triangles in BVHs, for images of a size. `None` without such
+/// results.
+pub(super) fn rays_plot(results: &BenchResults, size: (u32, u32)) -> Option<String> {
+    let mut points = points(results, size);
     if points.is_empty() {
         return None;
     }
@@ -68,14 +78,14 @@ pub(super) fn rays_plot(results: &BenchResults) -> Option<String> {
         svg.dot(position(p), color(p.kind), &title);
     }
     svg.line((LEFT, BOTTOM), (RIGHT, BOTTOM), AXIS_STYLE);
-    Some(svg.finish())
+    Some(format!("<figure>{}<figcaption>{}x{} pixels</figcaption></figure>\n", svg.finish(), size.0, size.1))
 }
 
-fn points(results: &BenchResults) -> Vec<Point<'_>> {
+fn points(results: &BenchResults, size: (u32, u32)) -> Vec<Point<'_>> {
     let mut points = Vec::new();
     for scene in &results.scenes {
         let triangles = scene.tree.as_ref().map_or(scene.triangles, |tree| tree.entries);
-        for s in scene.stages.iter().filter(|s| s.threads == 1 && triangles > 0) {
+        for s in scene.stages.iter().filter(|s| s.threads == 1 && s.size() == Some(size) && triangles > 0) {
             if let (Some(kind), Some(rate)) = (KINDS.iter().position(|k| *k == s.stage), s.mrays()) {
                 points.push(Point { kind, scene: &scene.name, triangles: triangles as f64, rate });
             }

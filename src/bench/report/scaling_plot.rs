@@ -2,13 +2,24 @@
 
 use super::stage_plot::thread_counts;
 use super::svg::{AXIS_STYLE, GRID_STYLE, Scale, Svg, color, round_ticks};
-use crate::bench::results::{BenchResults, BenchStage, SceneResults};
+use crate::bench::results::{BenchResults, SceneResults, StageResults};
+use crate::bench::stage::BenchStage;
 use crate::bench::stats::median;
 
 const LEFT: f64 = 56.0;
 const RIGHT: f64 = 460.0;
 const TOP: f64 = 46.0;
 const BOTTOM: f64 = 300.0;
+/// The stages that are shown.
+const STAGES: [BenchStage; 7] = [
+    BenchStage::Load,
+    BenchStage::Build,
+    BenchStage::Eye,
+    BenchStage::Shadow,
+    BenchStage::Bounce1,
+    BenchStage::Frame,
+    BenchStage::Encode,
+];
 /// Distance of the labels at the ends of the lines.
 const LABEL_SPACING: f64 = 14.0;
 
@@ -16,7 +27,7 @@ const LABEL_SPACING: f64 = 14.0;
 struct Curve {
     stage: BenchStage,
     color: &'static str,
-    /// Numbers of threads, and the median speed-up over all scenes.
+    /// Numbers of threads, and the median speed-up over all scenes and sizes.
     points: Vec<(f64, f64)>,
 }
 
@@ -35,7 +46,7 @@ pub(super) fn scaling_plot(results: &BenchResults) -> Option<String> {
     let position = |p: (f64, f64)| (x.at(p.0), y.at(p.1));
 
     let mut svg = Svg::new(620.0, 350.0, "Speed-up against threads");
-    svg.legend((LEFT, 14.0), BenchStage::ALL.iter().map(|s| s.name().to_string()));
+    svg.legend((LEFT, 14.0), STAGES.iter().map(|s| s.name().to_string()));
     for tick in round_ticks(max_speedup) {
         svg.line((LEFT, y.at(tick)), (RIGHT, y.at(tick)), GRID_STYLE);
         svg.text((LEFT - 6.0, y.at(tick) + 4.0), "end", &format!("{tick}"));
@@ -63,17 +74,22 @@ pub(super) fn scaling_plot(results: &BenchResults) -> Option<String> {
 fn curves(results: &BenchResults, threads: &[u32]) -> Vec<Curve> {
     let curve = |(i, stage): (usize, BenchStage)| {
         let point = |&n: &u32| {
-            let speedups = results.scenes.iter().filter_map(|scene| speedup(scene, stage, n));
+            let speedups = results.scenes.iter().flat_map(|scene| speedups(scene, stage, n));
             Some((f64::from(n), median(speedups)?))
         };
         Curve { stage, color: color(i), points: threads.iter().filter_map(point).collect() }
     };
-    BenchStage::ALL.into_iter().enumerate().map(curve).collect()
+    STAGES.into_iter().enumerate().map(curve).collect()
 }
 
-fn speedup(scene: &SceneResults, stage: BenchStage, threads: u32) -> Option<f64> {
-    let time = |n: u32| scene.stages.iter().find(|s| (s.stage, s.threads) == (stage, n))?.median();
-    Some(time(1)? / time(threads)?).filter(|v| v.is_finite())
+/// The speed-ups of a stage of a scene, one for each size.
+fn speedups(scene: &SceneResults, stage: BenchStage, threads: u32) -> impl Iterator<Item = f64> {
+    let of = move |n: u32| scene.stages.iter().filter(move |s| (s.stage, s.threads) == (stage, n));
+    let ratio = move |several: &StageResults| {
+        let single = of(1).find(|single| single.size() == several.size())?;
+        Some(single.median()? / several.median()?).filter(|v| v.is_finite())
+    };
+    of(threads).filter_map(ratio)
 }
 
 /// Labels the ends of the curves, moved down where they would overlap.

@@ -2,7 +2,8 @@
 
 use super::svg::{AXIS_STYLE, GRID_STYLE, Scale, Svg, color, round_ticks};
 use super::units::{format_duration, format_threads};
-use crate::bench::results::{BenchStage, SceneResults, StageResults};
+use crate::bench::results::{SceneResults, StageResults};
+use crate::bench::stage::BenchStage;
 use crate::output::escape_html;
 
 const BAR_HEIGHT: f64 = 13.0;
@@ -12,18 +13,19 @@ const LEFT: f64 = 80.0;
 const RIGHT: f64 = 430.0;
 const TOP: f64 = 26.0;
 
-/// A figure with a group of bars for each stage, and a bar for each number of threads.
-pub(super) fn stage_plot(scene: &SceneResults) -> String {
-    let is_timed =
-        |stage: &BenchStage| scene.stages.iter().any(|s| s.stage == *stage && s.median().is_some());
+/// A figure with a group of bars for each stage, and a bar for each number of threads, for images of a size.
+pub(super) fn stage_plot(scene: &SceneResults, size: Option<(u32, u32)>) -> String {
+    let shown: Vec<&StageResults> =
+        scene.stages.iter().filter(|s| s.size().is_none() || s.size() == size).collect();
+    let is_timed = |stage: &BenchStage| shown.iter().any(|s| s.stage == *stage && s.median().is_some());
     let stages: Vec<BenchStage> = BenchStage::ALL.into_iter().filter(is_timed).collect();
     if stages.is_empty() {
         return String::new();
     }
-    let threads = thread_counts(scene.stages.iter());
+    let threads = thread_counts(shown.iter().copied());
     let group_height = BAR_HEIGHT * threads.len() as f64 + GROUP_GAP;
     let height = TOP + group_height * stages.len() as f64 + 24.0;
-    let longest = scene.stages.iter().flat_map(rounds).fold(0.0, f64::max);
+    let longest = shown.iter().flat_map(|s| rounds(s)).fold(0.0, f64::max);
     let scale = Scale::linear((0.0, longest), (LEFT, RIGHT));
 
     let mut svg = Svg::new(500.0, height, &format!("Time of each stage of {}", scene.name));
@@ -35,15 +37,16 @@ pub(super) fn stage_plot(scene: &SceneResults) -> String {
     for (i, &stage) in stages.iter().enumerate() {
         let y = TOP + group_height * i as f64 + 5.0;
         svg.text((LEFT - 8.0, y + (group_height - GROUP_GAP) / 2.0 + 4.0), "end", stage.name());
-        for s in scene.stages.iter().filter(|s| s.stage == stage) {
+        for s in shown.iter().filter(|s| s.stage == stage) {
             if let Some(row) = threads.iter().position(|&n| n == s.threads) {
                 bar(&mut svg, &scale, s, row, y + BAR_HEIGHT * row as f64);
             }
         }
     }
     svg.line((LEFT, TOP), (LEFT, height - 20.0), AXIS_STYLE);
+    let size = size.map(|(width, height)| format!(", {width}x{height} pixels")).unwrap_or_default();
     format!(
-        "<figure>{}<figcaption>{}, {} triangles</figcaption></figure>\n",
+        "<figure>{}<figcaption>{}, {} triangles{size}</figcaption></figure>\n",
         svg.finish(),
         escape_html(&scene.name),
         scene.triangles

@@ -19,6 +19,13 @@ fn optional(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
     cell(&value.filter(|v| v.is_finite()).map_or_else(|| "–".into(), show))
 }
 
+/// The first digits of a hash, with all of them as a tooltip.
+fn hash_cell(hash: Option<&str>) -> String {
+    let Some(hash) = hash else { return cell("–") };
+    let start: String = hash.chars().take(8).collect();
+    format!("<td title=\"{}\">{}</td>", escape_html(hash), escape_html(&start))
+}
+
 /// A row of BVH statistics for each scene.
 pub(super) fn bvhs(results: &BenchResults) -> String {
     let row = |scene: &SceneResults| {
@@ -43,21 +50,45 @@ pub(super) fn stages(results: &BenchResults) -> String {
         rows.push(vec![
             cell(&scene.name),
             cell(s.stage.name()),
+            cell(&s.size().map_or_else(|| "–".into(), |(width, height)| format!("{width}x{height}"))),
             cell(&s.threads.to_string()),
             optional(s.median(), format_duration),
             optional(s.least_seconds, format_duration),
             optional(s.mrays(), |v| format!("{v:.2}")),
+            optional(s.nodes_per_ray, |v| format!("{v:.1}")),
+            optional(s.triangles_per_ray, |v| format!("{v:.1}")),
             optional(s.relative_spread(), |v| format!("{:.1} %", 100.0 * v)),
             optional(s.waited, |v| format!("{:.0} %", 100.0 * v)),
             optional(s.peak(), |v| format!("{:.0} MiB", v / f64::from(1 << 20))),
+            optional(s.median_joules(), |v| format!("{v:.3} J")),
+            hash_cell(s.hash.as_deref()),
         ]);
     }
-    table(&["scene", "stage", "threads", "time", "least", "Mray/s", "spread", "waited", "peak memory"], &rows)
+    let head = [
+        "scene",
+        "stage",
+        "pixels",
+        "threads",
+        "time",
+        "least",
+        "Mray/s",
+        "nodes a ray",
+        "triangles a ray",
+        "spread",
+        "waited",
+        "peak memory",
+        "energy",
+        "hash",
+    ];
+    table(&head, &rows)
 }
 
 /// A summary of the comparison, and a row for each change.
 pub(super) fn comparison(comparison: &Comparison) -> String {
     let mut out = String::from("<h2 id=\"compared\">Comparison with the baseline</h2>\n");
+    for text in &comparison.different_work {
+        out += &format!("<p class=\"more\">{}</p>\n", escape_html(text));
+    }
     for note in &comparison.notes {
         out += &format!("<p class=\"note\">{}</p>\n", escape_html(note));
     }
@@ -79,10 +110,11 @@ pub(super) fn comparison(comparison: &Comparison) -> String {
             cell(&change.scene),
             format!("<td class=\"word\">{}</td>", escape_html(&change.metric)),
             cell(&format!("{:.3}", change.ratio)),
+            cell(&change.interval.map_or_else(|| "–".into(), |i| format!("{:.3}–{:.3}", i.low, i.high))),
             optional(Some(change.noise), |v| format!("{:.1} %", 100.0 * v)),
             optional(change.min_ratio, |v| format!("{v:.3}")),
             verdict.to_string(),
         ]);
     }
-    out + &table(&["scene", "cost", "new / old", "noise", "by least", ""], &rows)
+    out + &table(&["scene", "cost", "new / old", "95 % interval", "noise", "by least", ""], &rows)
 }

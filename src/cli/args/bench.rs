@@ -7,6 +7,9 @@ use clap::Args;
 use super::process::CommonArgs;
 use super::values;
 
+/// Widths and heights of images in pixels. An alias, so that clap takes the list for one value.
+type Sizes = Vec<(u32, u32)>;
+
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     /// Scene files: .gltf, .glb or .obj
@@ -17,22 +20,30 @@ pub struct BenchArgs {
     #[arg(long, value_name = "SIZES", num_args = 0..=1, require_equals = true, help_heading = "Scene",
           value_parser = values::triangle_counts)]
     pub suite: Option<Option<Vec<usize>>>,
-    /// Read the results of an earlier run instead of measuring
-    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["scenes", "suite"], help_heading = "Scene")]
-    pub from: Option<PathBuf>,
+    /// Read the results of an earlier run instead of measuring, or those of several machines to show side by side
+    #[arg(long, value_name = "FILE.json", num_args = 1.., conflicts_with_all = ["scenes", "suite"],
+          help_heading = "Scene")]
+    pub from: Vec<PathBuf>,
     /// Write all results as JSON
     #[arg(long, value_name = "FILE.json", help_heading = "Output")]
     pub json: Option<PathBuf>,
     /// Write an HTML page with plots and tables
     #[arg(long, value_name = "FILE.html", help_heading = "Output")]
     pub report: Option<PathBuf>,
+    /// Write tables in Markdown
+    #[arg(long, value_name = "FILE.md", help_heading = "Output")]
+    pub markdown: Option<PathBuf>,
+    /// Write tables in LaTeX, for the package booktabs
+    #[arg(long, value_name = "FILE.tex", help_heading = "Output")]
+    pub latex: Option<PathBuf>,
     /// Print what changed since an earlier run by more than the noise of both; with --strict, any higher cost is an
     /// error
     #[arg(long, value_name = "OLD.json", help_heading = "Output")]
     pub compare: Option<PathBuf>,
-    /// Width and height of images in pixels, one eye ray per pixel [default: 640x360]
-    #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Measuring")]
-    pub size: Option<(u32, u32)>,
+    /// Width and height of images in pixels, one eye ray per pixel; or several, such as 480x270,1920x1080
+    /// [default: 640x360]
+    #[arg(long, value_name = "SIZES", value_parser = values::sizes, help_heading = "Measuring")]
+    pub size: Option<Sizes>,
     /// Samples per pixel of whole frames
     #[arg(short, long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=65536),
           help_heading = "Measuring")]
@@ -46,7 +57,7 @@ pub struct BenchArgs {
           value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<Vec<u16>>,
     /// Run everything once and print the peak memory as JSON: run by `blinn bench` as a child process
-    #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "json", "report", "compare"])]
+    #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "json", "report", "markdown", "latex", "compare"])]
     pub memory: bool,
     #[command(flatten)]
     pub common: CommonArgs,

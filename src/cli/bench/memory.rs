@@ -6,7 +6,6 @@ use std::process::{Command, Stdio};
 use crate::bench::{BenchResults, BenchSettings, SceneResults, Workload};
 use crate::cli::args::BenchArgs;
 use crate::cli::console::{eprint_line, single_line};
-use crate::render::RenderSettings;
 
 /// Maximum number of rounds: memory varies little.
 const MAX_ROUNDS: u32 = 3;
@@ -37,10 +36,11 @@ fn run_child(
     threads: usize,
     args: &BenchArgs,
 ) -> Result<SceneResults, String> {
-    let RenderSettings { width, height, samples, .. } = settings.render;
+    let sizes: Vec<String> =
+        settings.sizes.iter().map(|(width, height)| format!("{width}x{height}")).collect();
     let mut command = Command::new(std::env::current_exe().map_err(|e| e.to_string())?);
     command.args(["bench", "--memory", "--quiet", "--rounds", "1"]);
-    command.args(["--size", &format!("{width}x{height}"), "--samples", &samples.to_string()]);
+    command.args(["--size", &sizes.join(","), "--samples", &settings.render.samples.to_string()]);
     command.args(["--threads", &threads.to_string()]);
     if args.common.allow_outside {
         command.arg("--allow-outside");

@@ -1,17 +1,17 @@
 //! `blinn bench`: measures scenes, then prints, writes and compares the results.
 
+mod machines;
 mod memory;
 mod observer;
+mod output;
 mod table;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use super::args::BenchArgs;
-use super::console::{
-    eprint_line, is_stdout, print_error, print_stdout, scene_error, single_line, strict_error,
-};
+use super::console::{eprint_line, is_stdout, print_stdout, scene_error, strict_error};
 use super::files::create_parent_folder;
 use super::plan::{PathConflicts, Writer, scene_list, simd_level};
 use super::run::panics;
@@ -19,13 +19,14 @@ use super::scene_file::is_stdin;
 use super::summary::Summary;
 use super::usage::UsageError;
 use crate::bench::{
-    BenchResults, BenchRun, BenchSettings, Comparison, HeatMap, Verdict, Workload, compare, measure,
-    report_page, standard_suite,
+    BenchResults, BenchRun, BenchSettings, Comparison, HeatMap, MachineResults, Verdict, Workload, compare,
+    measure, report_page, result_tables, standard_suite,
 };
 use crate::import::LoadOptions;
-use crate::output::{Overwrite, check_writable, write_atomically};
+use crate::output::{Overwrite, check_writable};
 use crate::render::RenderSettings;
 use observer::ConsoleObserver;
+use output::{fail, output_files, print, write};
 
 /// Triangles of the standard scenes without a size.
 const DEFAULT_TRIANGLES: usize = 70_000;
@@ -47,13 +48,17 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     let mut summary = Summary::default();
     // Errors in files are found before minutes of measuring.
     let old = read_results("--compare", args.compare.as_deref())?;
-    let from = read_results("--from", args.from.as_deref())?;
+    let from = read_machines(args)?;
     if let Err(error) = check_outputs(args, &scenes)? {
         fail(&mut summary, &format!("{error:#}"));
         return Ok(summary);
     }
-    let measurement = match from {
-        Some(results) => Measurement { results, heat_maps: Vec::new() },
+    if from.len() > 1 {
+        machines::show(args, &from, &mut summary);
+        return Ok(summary);
+    }
+    let measurement = match from.into_iter().next() {
+        Some(MachineResults { results, .. }) => Measurement { results, heat_maps: Vec::new() },
         None => match panics::catch(|| measure_all(args, &scenes, &settings, &mut summary)) {
             Ok(Some(measurement)) => measurement,
             // Every scene has failed, which was reported.
@@ -75,16 +80,21 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     write(&mut summary, args, args.report.as_deref(), || {
         report_page(results, heat_maps, comparison.as_ref())
     });
-    if let Some(comparison) = &comparison
-        && args.common.strict
-    {
-        fail_higher_costs(&mut summary, comparison);
+    if args.markdown.is_some() || args.latex.is_some() {
+        let machine = MachineResults { label: results.machine.cpu.clone(), results: results.clone() };
+        machines::write_tables(args, &result_tables(&[machine]), &mut summary);
+    }
+    if let Some(comparison) = &comparison {
+        comparison.different_work.iter().for_each(|text| fail(&mut summary, text));
+        if args.common.strict {
+            fail_higher_costs(&mut summary, comparison);
+        }
     }
     Ok(summary)
 }
 
 fn settings(args: &BenchArgs) -> Result<BenchSettings, UsageError> {
-    let (width, height) = args.size.unwrap_or(DEFAULT_SIZE);
+    let sizes = args.size.clone().unwrap_or_else(|| vec![DEFAULT_SIZE]);
     let threads = match &args.threads {
         Some(list) => list.iter().map(|&n| usize::from(n)).collect(),
         None => default_threads(std::thread::available_parallelism().map_or(1, usize::from)),
@@ -97,7 +107,8 @@ fn settings(args: &BenchArgs) -> Result<BenchSettings, UsageError> {
     }
     Ok(BenchSettings {
         load: LoadOptions { allow_outside: args.common.allow_outside, ..LoadOptions::default() },
-        render: RenderSettings { width, height, samples: args.samples, ..RenderSettings::default() },
+        render: RenderSettings { samples: args.samples, ..RenderSettings::default() },
+        sizes,
         rounds: args.rounds,
         threads: unique,
         simd: simd_level(std::env::var_os("BLINN_SIMD"))?,
@@ -118,10 +129,28 @@ fn read_results(flag: &str, file: Option<&Path>) -> Result<Option<BenchResults>,
     file.map(BenchResults::read).transpose().map_err(|e| UsageError(format!("{flag}: {e}")))
 }
 
-/// Checks that --json and --report can be written. The inner error is one of the file system.
+/// Reads the results of --from, each labelled by the name of its file.
+fn read_machines(args: &BenchArgs) -> Result<Vec<MachineResults>, UsageError> {
+    let mut machines: Vec<MachineResults> = Vec::new();
+    for file in &args.from {
+        let results = BenchResults::read(file).map_err(|e| UsageError(format!("--from: {e}")))?;
+        let name = file.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let is_taken = |label: &str| machines.iter().any(|machine| machine.label == label);
+        let numbered = (2..).map(|i| format!("{name} {i}"));
+        let label = std::iter::once(name.clone()).chain(numbered).find(|label| !is_taken(label));
+        machines.push(MachineResults { label: label.unwrap_or(name), results });
+    }
+    let of_one_run = [("--compare", &args.compare), ("--json", &args.json)];
+    if let Some((flag, _)) = of_one_run.iter().find(|(_, file)| file.is_some() && machines.len() > 1) {
+        return Err(UsageError(format!("{flag} takes the results of one run; name one file with --from")));
+    }
+    Ok(machines)
+}
+
+/// Checks that the files of results can be written. The inner error is one of the file system.
 fn check_outputs(args: &BenchArgs, scenes: &[PathBuf]) -> Result<Result<()>, UsageError> {
     let mut paths = PathConflicts::with_inputs(scenes);
-    for (flag, file) in [("--json", &args.json), ("--report", &args.report)] {
+    for (flag, file) in output_files(args) {
         let Some(file) = file else { continue };
         paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;
         if is_stdout(file) {
@@ -168,7 +197,7 @@ fn measure_all(
     Ok((!results.scenes.is_empty()).then_some(Measurement { results, heat_maps }))
 }
 
-/// Prints tables to standard output, or to standard error if that takes the JSON or the report.
+/// Prints tables to standard output, or to standard error if a file of results goes there.
 fn print_tables(
     args: &BenchArgs,
     results: &BenchResults,
@@ -177,33 +206,7 @@ fn print_tables(
 ) {
     let mut text = table::results(results);
     text += &comparison.map(table::comparison).unwrap_or_default();
-    if [&args.json, &args.report].into_iter().flatten().any(|file| is_stdout(file)) {
-        eprint_line(text.trim_end());
-    } else {
-        summary.record(print_stdout(text.as_bytes()));
-    }
-}
-
-fn write(summary: &mut Summary, args: &BenchArgs, file: Option<&Path>, text: impl FnOnce() -> String) {
-    let Some(file) = file else { return };
-    if is_stdout(file) {
-        return summary.record(print_stdout(text().as_bytes()));
-    }
-    let written = create_parent_folder(file).and_then(|()| {
-        write_atomically(file, text().as_bytes(), Overwrite::Yes)
-            .with_context(|| format!("{} cannot be written", file.display()))
-    });
-    match written {
-        Ok(()) if args.common.quiet => {}
-        Ok(()) => eprint_line(&format!("wrote {}", file.display())),
-        Err(error) => fail(summary, &format!("{error:#}")),
-    }
-}
-
-/// Reports a failure.
-fn fail(summary: &mut Summary, text: &str) {
-    print_error(text);
-    summary.failures.push(single_line(text));
+    print(args, &text, summary);
 }
 
 /// With --strict, any higher cost is an error.

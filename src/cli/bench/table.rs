@@ -1,6 +1,8 @@
 //! Benchmark results as text tables.
 
-use crate::bench::{BenchResults, Change, Comparison, SceneResults, StageResults, Verdict, format_duration};
+use crate::bench::{
+    BenchResults, Change, Comparison, SceneResults, StageResults, Table, Verdict, format_duration,
+};
 use crate::cli::console::single_line;
 
 /// Aligns columns: the first to the left, the others to the right.
@@ -27,13 +29,17 @@ fn or_dash(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
     value.filter(|v| v.is_finite()).map_or_else(|| "-".into(), show)
 }
 
+const HEAD: [&str; 13] = [
+    "stage", "pixels", "threads", "time", "least", "Mray/s", "nodes", "tris", "spread", "waited", "memory",
+    "energy", "hash",
+];
+
 /// A table of the stages of each scene.
 pub fn results(results: &BenchResults) -> String {
     let mut out = String::new();
     for scene in &results.scenes {
         out += &heading(scene);
-        let mut rows =
-            vec![cells(["stage", "threads", "time", "least", "Mray/s", "spread", "waited", "memory"])];
+        let mut rows = vec![cells(HEAD)];
         rows.extend(scene.stages.iter().map(stage_row));
         out += &align(&rows);
         out.push('\n');
@@ -58,19 +64,36 @@ fn heading(scene: &SceneResults) -> String {
 fn stage_row(s: &StageResults) -> Vec<String> {
     vec![
         s.stage.name().to_string(),
+        s.size().map_or_else(|| "-".into(), |(width, height)| format!("{width}x{height}")),
         s.threads.to_string(),
         or_dash(s.median(), format_duration),
         or_dash(s.least_seconds, format_duration),
         or_dash(s.mrays(), |v| format!("{v:.2}")),
+        or_dash(s.nodes_per_ray, |v| format!("{v:.1}")),
+        or_dash(s.triangles_per_ray, |v| format!("{v:.1}")),
         or_dash(s.relative_spread(), |v| format!("{:.1} %", 100.0 * v)),
         or_dash(s.waited, |v| format!("{:.0} %", 100.0 * v)),
         or_dash(s.peak(), |v| format!("{:.0} MiB", v / f64::from(1 << 20))),
+        or_dash(s.median_joules(), |v| format!("{v:.3} J")),
+        s.hash.as_deref().map_or_else(|| "-".into(), |hash| single_line(hash).chars().take(8).collect()),
     ]
+}
+
+/// The tables of several machines.
+pub fn machines(tables: &[Table]) -> String {
+    let mut out = String::new();
+    for table in tables {
+        let mut rows = vec![table.head.clone()];
+        rows.extend(table.rows.iter().cloned());
+        rows.iter_mut().flatten().for_each(|cell| *cell = single_line(cell));
+        out += &format!("{}\n{}\n", single_line(&table.title), align(&rows));
+    }
+    out
 }
 
 /// The ratios of all measurements, notes, and a list of the significant changes.
 pub fn comparison(compared: &Comparison) -> String {
-    let mut rows = vec![cells(["cost, new / old", "ratio", "noise", "by least", ""])];
+    let mut rows = vec![cells(["cost, new / old", "ratio", "95 % interval", "noise", "by least", ""])];
     let name = |c: &Change| format!("{}: {}", single_line(&c.scene), single_line(&c.metric));
     let noise = |c: &Change| or_dash(Some(c.noise), |v| format!("{:.1} %", 100.0 * v));
     for change in &compared.changes {
@@ -82,6 +105,7 @@ pub fn comparison(compared: &Comparison) -> String {
         rows.push(vec![
             name(change),
             format!("{:.3}", change.ratio),
+            change.interval.map_or_else(|| "-".into(), |i| format!("{:.3} to {:.3}", i.low, i.high)),
             noise(change),
             or_dash(change.min_ratio, |v| format!("{v:.3}")),
             verdict.into(),

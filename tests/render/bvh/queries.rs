@@ -87,6 +87,35 @@ fn the_counting_traversal_finds_the_same_hits() {
     assert_eq!(Accel::build(&scenes::posed(&empty), &BuildSettings::default()).0.sah_cost(), 0.0);
 }
 
+/// The any-hit traversal that counts finds the same occlusion, with the same counts at every SIMD level, and stops at
+/// the first occluder.
+#[test]
+fn the_counting_any_hit_traversal_finds_the_same_occlusion() {
+    for (name, scene) in &all_scenes() {
+        let posed = scenes::posed(scene);
+        let segments = segments(&rays(&posed, 300));
+        let accel = Accel::build(&posed, &BuildSettings::default()).0;
+        let counted = accel.occluded_with_stats(&segments, &Holes);
+        let mut occluded = Vec::new();
+        accel.occluded(&segments, &Holes, &mut occluded);
+        let found: Vec<bool> = counted.iter().map(|(occluded, _)| *occluded).collect();
+        assert_eq!(found, occluded, "{name}");
+        for (i, (occluded, stats)) in counted.iter().enumerate() {
+            assert!(!occluded || stats.triangles > 0, "{name}: segment {i}");
+            assert!(
+                stats.triangles >= stats.blocks && stats.triangles <= 4 * stats.blocks,
+                "{name}: {stats:?}"
+            );
+        }
+        let portable = BuildSettings { simd: SimdLevel::Portable, ..BuildSettings::default() };
+        assert_eq!(
+            Accel::build(&posed, &portable).0.occluded_with_stats(&segments, &Holes),
+            counted,
+            "{name}"
+        );
+    }
+}
+
 /// Rays of a packet with a common origin or direction, close together, many at vertices and edges. Every 16
 /// aim at a few triangles of their own.
 fn coherent_rays(

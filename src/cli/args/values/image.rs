@@ -63,6 +63,21 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
     Ok((w, h))
 }
 
+/// `WxH`, or several without duplicates: `480x270,1920x1080`.
+pub fn sizes(text: &str) -> Result<Vec<(u32, u32)>, String> {
+    if !text.contains(['x', 'X']) {
+        return Ok(vec![size(text)?]);
+    }
+    let mut sizes = Vec::new();
+    for part in text.split(',') {
+        let size = size(part)?;
+        if !sizes.contains(&size) {
+            sizes.push(size);
+        }
+    }
+    Ok(sizes)
+}
+
 /// `X,Y,W,H` in pixels.
 pub fn crop(text: &str) -> Result<PixelRect, String> {
     let v = exactly::<4>(text, "X,Y,W,H")?;
@@ -153,6 +168,9 @@ mod tests {
     fn sizes_and_crops_are_whole_pixels() {
         assert_eq!(size("1280x720").unwrap(), (1280, 720));
         assert_eq!(size("64,32").unwrap(), (64, 32));
+        assert_eq!(sizes("480x270,64X32,480x270").unwrap(), [(480, 270), (64, 32)]);
+        assert_eq!(sizes("640,360").unwrap(), [(640, 360)]);
+        assert!(sizes("480x270,").is_err() && sizes("").is_err() && sizes("1x1,2").is_err());
         assert!(size("0x10").is_err() && size("100000x1").is_err() && size("65536x65536").is_err());
         assert_eq!(crop("1,2,3,4").unwrap(), PixelRect { x: 1, y: 2, width: 3, height: 4 });
         assert!(crop("1,2,0,4").is_err() && crop("-1,2,3,4").is_err() && crop("1.5,2,3,4").is_err());

@@ -10,6 +10,7 @@ pub use camera::{axis, clip, elevation, field_of_view, intrinsics, orbit, shift,
 pub use dataset::{CategoryRule, DatasetFormat, DatasetFormats, category_rule, dataset_formats};
 pub use image::{
     AovSelection, BackgroundArg, Exposure, aovs, background, color, crop, exposure, image_background, size,
+    sizes,
 };
 pub use lights::{AoArg, HdriArg, ao, hdri, lights, point_light, radius, strength, sun};
 pub use numbers::{

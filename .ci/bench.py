@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""Checks the results of `blinn bench` against their JSON Schema, and their hashes across threads and SIMD levels.
+
+    bench.py BLINN
+
+Needs jsonschema.
+"""
+import copy
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+import jsonschema
+
+BLINN = os.path.abspath(sys.argv[1])
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), ".."))
+RAYS = ["eye", "shadow", "sun", "ao", "reflection", "bounce1", "bounce2", "bounce3", "bounce4"]
+SMALL = "--size 64x36,48x48 -q".split()
+
+
+def run(*command, code=0, **environment):
+    done = subprocess.run(command, capture_output=True, env={**os.environ, **environment})
+    assert done.returncode == code, f"{command}: exit code {done.returncode}: {done.stderr.decode()[-2000:]}"
+    return done.stdout
+
+
+def read(file):
+    with open(file, encoding="utf-8") as text:
+        return json.load(text)
+
+
+def schema():
+    """Every field of real results is described and has its type; the schema is not so wide that it accepts anything."""
+    schema = read(os.path.join(ROOT, "docs/reference/bench-schema.json"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    run(BLINN, "bench", "--suite", "3k", *SMALL, "--rounds", "2", "--threads", "1,2", "--json", "a.json")
+    results = read("a.json")
+    validator.validate(results)
+    stages = results["scenes"][0]["stages"]
+    assert len(stages) == 2 * (2 + 2 * (len(RAYS) + 2)), len(stages)
+    for path, value in ((("format",), "blinn bench 1"), (("scenes", 0, "stages", 0, "threads"), 0),
+                        (("scenes", 0, "stages", 2, "hash"), "short"), (("machine", "cores"), "two")):
+        wrong = copy.deepcopy(results)
+        parent = wrong
+        for key in path[:-1]:
+            parent = parent[key]
+        parent[path[-1]] = value
+        assert not validator.is_valid(wrong), path
+    for parent in (results, results["machine"], results["settings"], results["scenes"][0], stages[0]):
+        for key in list(parent):
+            value = parent.pop(key)
+            assert not validator.is_valid(results), f"{key} is optional"
+            parent[key] = value
+            parent["undescribed"] = 1
+            assert not validator.is_valid(results)
+            del parent["undescribed"]
+    print(f"bench-schema.json: {len(results['scenes'])} scenes, {sum(len(s['stages']) for s in results['scenes'])} stages")
+
+
+def hashes():
+    """Hashes are equal across threads and SIMD levels, and a comparison of other work fails."""
+    def of(results):
+        found = {}
+        for scene in results["scenes"]:
+            for s in scene["stages"]:
+                if s["hash"]:
+                    key = (scene["name"], s["stage"], s["width"])
+                    assert found.setdefault(key, s["hash"]) == s["hash"], f"{key} differs between numbers of threads"
+        return found
+
+    first = of(read("a.json"))
+    run(BLINN, "bench", "--suite", "3k", *SMALL, "--threads", "1", "--rounds", "1", "--compare", "a.json", "--json", "b.json",
+        BLINN_SIMD="portable")
+    assert of(read("b.json")) == first
+    assert len(first) == 7 * 2 * (len(RAYS) + 1) and len(set(first.values())) > len(first) * 0.9
+    other = read("a.json")
+    for s in other["scenes"][0]["stages"]:
+        s["hash"] = s["hash"] and "0" * 32
+    with open("other.json", "w", encoding="utf-8") as text:
+        json.dump(other, text)
+    run(BLINN, "bench", "--from", "b.json", "--compare", "other.json", code=1)
+    print(f"{len(first)} hashes agree across threads and SIMD levels")
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        schema()
+        hashes()

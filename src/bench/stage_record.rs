@@ -1,0 +1,33 @@
+//! The measurements of a stage while the rounds go on.
+
+use super::interleaved_timer::Timing;
+use super::rays::MeanSteps;
+use super::stage::BenchStage;
+use super::work_hash::WorkHash;
+
+/// Identifies a measurement: a stage, the number of threads, and the size of the image for stages that depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct StageKey {
+    pub threads: usize,
+    /// Width and height in pixels.
+    pub size: Option<(u32, u32)>,
+    pub stage: BenchStage,
+}
+
+/// What a stage did, the same in each round and for each number of threads.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StageWork {
+    /// The number of rays, for stages that only trace.
+    pub rays: Option<u64>,
+    /// The hash of the results.
+    pub hash: Option<WorkHash>,
+    /// Traversal steps per ray, counted in the first round.
+    pub steps: Option<MeanSteps>,
+}
+
+/// The measurements of a stage so far.
+pub(super) struct StageRecord {
+    pub key: StageKey,
+    pub work: StageWork,
+    pub rounds: Vec<Timing>,
+}

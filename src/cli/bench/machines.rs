@@ -1,0 +1,25 @@
+//! Shows the results of several machines side by side.
+
+use super::output::{fail, print, write};
+use super::table;
+use crate::bench::{MachineResults, Table, different_work, machines_page, result_tables};
+use crate::cli::args::BenchArgs;
+use crate::cli::summary::Summary;
+
+/// Prints and writes tables of several machines. Different hashes are an error: the machines did different work.
+pub fn show(args: &BenchArgs, machines: &[MachineResults], summary: &mut Summary) {
+    let tables = result_tables(machines);
+    print(args, &table::machines(&tables), summary);
+    write(summary, args, args.report.as_deref(), || machines_page(machines));
+    write_tables(args, &tables, summary);
+    for text in different_work(machines) {
+        fail(summary, &text);
+    }
+}
+
+/// Writes the files of --markdown and --latex.
+pub fn write_tables(args: &BenchArgs, tables: &[Table], summary: &mut Summary) {
+    let join = |to_text: fn(&Table) -> String| tables.iter().map(to_text).collect::<Vec<_>>().join("\n");
+    write(summary, args, args.markdown.as_deref(), || join(Table::to_markdown));
+    write(summary, args, args.latex.as_deref(), || join(Table::to_latex));
+}

@@ -1,0 +1,53 @@
+//! Writes and prints results.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+use crate::cli::args::BenchArgs;
+use crate::cli::console::{eprint_line, is_stdout, print_error, print_stdout, single_line};
+use crate::cli::files::create_parent_folder;
+use crate::cli::summary::Summary;
+use crate::output::{Overwrite, write_atomically};
+
+/// The files that results are written to, by their flags.
+pub fn output_files(args: &BenchArgs) -> [(&'static str, &Option<PathBuf>); 4] {
+    [
+        ("--json", &args.json),
+        ("--report", &args.report),
+        ("--markdown", &args.markdown),
+        ("--latex", &args.latex),
+    ]
+}
+
+/// Prints to standard output, or to standard error if a file of results goes there.
+pub fn print(args: &BenchArgs, text: &str, summary: &mut Summary) {
+    if output_files(args).iter().filter_map(|(_, file)| file.as_ref()).any(|file| is_stdout(file)) {
+        eprint_line(text.trim_end());
+    } else {
+        summary.record(print_stdout(text.as_bytes()));
+    }
+}
+
+/// Writes a file of results, if it is wanted.
+pub fn write(summary: &mut Summary, args: &BenchArgs, file: Option<&Path>, text: impl FnOnce() -> String) {
+    let Some(file) = file else { return };
+    if is_stdout(file) {
+        return summary.record(print_stdout(text().as_bytes()));
+    }
+    let written = create_parent_folder(file).and_then(|()| {
+        write_atomically(file, text().as_bytes(), Overwrite::Yes)
+            .with_context(|| format!("{} cannot be written", file.display()))
+    });
+    match written {
+        Ok(()) if args.common.quiet => {}
+        Ok(()) => eprint_line(&format!("wrote {}", file.display())),
+        Err(error) => fail(summary, &format!("{error:#}")),
+    }
+}
+
+/// Reports a failure.
+pub fn fail(summary: &mut Summary, text: &str) {
+    print_error(text);
+    summary.failures.push(single_line(text));
+}
