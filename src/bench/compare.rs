@@ -115,6 +115,11 @@ fn matching_scenes<'r>(
             notes.push(format!("{}: different scenes of {before} and {now} triangles", scene.name));
             continue;
         }
+        if let (Some(before), Some(now)) = (&old.sha256, &scene.sha256)
+            && before != now
+        {
+            notes.push(format!("{}: different files (SHA-256 {before}, then {now})", scene.name));
+        }
         pairs.push(ScenePair { old, new: scene });
     }
     let removed = old.scenes.iter().filter(|old| new.scenes.iter().all(|scene| scene.name != old.name));

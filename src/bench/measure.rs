@@ -40,7 +40,7 @@ pub fn measure(
         }
     }
     let measured = workloads.iter().zip(&records).filter(|(_, record)| record.failure.is_none());
-    let scenes = measured.map(|(workload, record)| record.results(&workload.name)).collect();
+    let scenes = measured.map(|(workload, record)| record.results(workload)).collect();
     let failed =
         records.into_iter().enumerate().filter_map(|(i, record)| Some((i, record.failure?))).collect();
     BenchRun { results: BenchResults::new(recorded(settings), scenes), heat_maps, failed }

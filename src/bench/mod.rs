@@ -11,11 +11,13 @@
 
 mod bootstrap;
 mod calibration;
+mod camera;
 mod compare;
 mod cpu_wait;
 mod energy;
 mod interleaved_timer;
 mod machine;
+pub mod manifest;
 mod measure;
 pub mod memory;
 mod rays;
@@ -34,6 +36,7 @@ mod workload;
 
 pub use bootstrap::{Interval, ratio_interval};
 pub use calibration::Calibration;
+pub use camera::{BenchCamera, CameraPlacement};
 pub use compare::{Change, Comparison, Verdict, compare};
 pub use measure::{BenchRun, measure};
 pub use rays::{MeanSteps, RaySet, RaySets, TileBatch, TileRays};

@@ -5,6 +5,7 @@ use super::results::{BvhResults, SceneResults, StageResults};
 use super::stage::BenchStage;
 use super::stage_record::{StageKey, StageRecord, StageWork};
 use super::work_hash::WorkHash;
+use super::workload::Workload;
 use crate::import::LoadError;
 use crate::render::Cancelled;
 use crate::scene::{PoseError, ViewError};
@@ -76,13 +77,14 @@ impl SceneRecord {
     /// The hash of the results differs from that of an earlier round or of another number of threads.
     pub fn add(&mut self, key: StageKey, work: StageWork, timing: Timing) -> Result<(), MeasureError> {
         let same_work = |record: &&StageRecord| {
-            (record.key.stage, record.key.size) == (key.stage, key.size) && record.work.hash.is_some()
+            let other = StageKey { threads: key.threads, ..record.key };
+            other == key && record.work.hash.is_some()
         };
         let first = self.stages.iter().find(same_work);
         if let (Some(expected), Some(found)) = (first.and_then(|record| record.work.hash), work.hash)
             && expected != found
         {
-            let StageKey { threads, size, stage } = key;
+            let StageKey { threads, size, stage, .. } = key;
             let (width, height) = size.unwrap_or_default();
             return Err(MeasureError::DifferentWork { stage, width, height, threads, expected, found });
         }
@@ -98,12 +100,20 @@ impl SceneRecord {
     }
 
     /// Summarizes the rounds of all stages.
-    pub fn results(&self, name: &str) -> SceneResults {
+    pub fn results(&self, workload: &Workload) -> SceneResults {
         let mut records: Vec<&StageRecord> = self.stages.iter().collect();
         records.sort_by_key(|record| record.key);
-        let stages = records.into_iter().map(StageResults::new).collect();
-        let tree = Some(self.bvh.clone());
-        SceneResults { name: name.into(), triangles: self.triangles, tree, stages }
+        let results = |record: &StageRecord| {
+            let camera = record.key.camera.and_then(|i| workload.cameras.get(i));
+            StageResults::new(record, camera.map(|camera| camera.name.as_str()))
+        };
+        SceneResults {
+            name: workload.name.clone(),
+            sha256: workload.sha256.clone(),
+            triangles: self.triangles,
+            tree: Some(self.bvh.clone()),
+            stages: records.into_iter().map(results).collect(),
+        }
     }
 }
 
@@ -116,7 +126,7 @@ mod tests {
     #[test]
     fn a_different_hash_is_an_error() {
         let mut record = SceneRecord::default();
-        let key = |threads, size, stage| StageKey { threads, size: Some((size, size)), stage };
+        let key = |threads, size, stage| StageKey { threads, camera: None, size: Some((size, size)), stage };
         let work = |bit| StageWork { hash: Some(WorkHash::of_occlusion(&[bit])), ..StageWork::default() };
         let timing = Timing::untimed(None);
         record.add(key(1, 8, BenchStage::Eye), work(true), timing).unwrap();
@@ -128,6 +138,6 @@ mod tests {
             let message = error.to_string();
             assert!(message.starts_with("eye at 8x8 pixels: the results with"), "{message}");
         }
-        assert_eq!(record.results("a").stages.len(), 3);
+        assert_eq!(record.results(&Workload::file("a".as_ref())).stages.len(), 3);
     }
 }

@@ -74,6 +74,9 @@ pub struct RecordedSettings {
 pub struct SceneResults {
     /// `scan 70k`, or the name of a file.
     pub name: String,
+    /// SHA-256 of its file in hexadecimal digits.
+    #[serde(default)]
+    pub sha256: Option<String>,
     /// Triangles, counted for each instance.
     #[serde(default)]
     pub triangles: u64,
@@ -108,6 +111,9 @@ pub struct StageResults {
     pub stage: BenchStage,
     /// The number of threads.
     pub threads: u32,
+    /// The camera of the manifest, for stages that depend on it; null for the default view.
+    #[serde(default)]
+    pub camera: Option<String>,
     /// The width of the image in pixels, for stages that depend on its size.
     #[serde(default)]
     pub width: Option<u32>,
@@ -167,7 +173,7 @@ pub struct StageResults {
 
 impl StageResults {
     /// Summarizes the rounds.
-    pub(super) fn new(record: &StageRecord) -> StageResults {
+    pub(super) fn new(record: &StageRecord, camera: Option<&str>) -> StageResults {
         let StageRecord { key, work, rounds } = record;
         let finite = |value: fn(&Timing) -> f64| -> Vec<Option<f64>> {
             rounds.iter().map(|timing| Some(value(timing)).filter(|v| v.is_finite())).collect()
@@ -180,6 +186,7 @@ impl StageResults {
         let mut results = StageResults {
             stage: key.stage,
             threads: key.threads as u32,
+            camera: camera.map(str::to_string),
             width: key.size.map(|(width, _)| width),
             height: key.size.map(|(_, height)| height),
             rays: work.rays,
@@ -206,9 +213,14 @@ impl StageResults {
         results
     }
 
-    /// Returns true if these are results of the same stage, size and number of threads.
+    /// Returns true if these are results of the same stage, camera, size and number of threads.
     pub fn is_same_stage(&self, other: &StageResults) -> bool {
-        (self.stage, self.threads, self.size()) == (other.stage, other.threads, other.size())
+        (self.stage, self.threads) == (other.stage, other.threads) && self.has_same_view(other)
+    }
+
+    /// Returns true if these are results of the same camera and size of images.
+    pub fn has_same_view(&self, other: &StageResults) -> bool {
+        (&self.camera, self.size()) == (&other.camera, other.size())
     }
 
     /// Width and height of the image in pixels, for stages that depend on its size.
@@ -219,8 +231,9 @@ impl StageResults {
     /// The measurement in words: `eye, 640x360, 1 thread`.
     pub fn description(&self) -> String {
         let size = self.size().map(|(width, height)| format!(", {width}x{height}")).unwrap_or_default();
+        let camera = self.camera.as_ref().map(|name| format!(" of {name}")).unwrap_or_default();
         let threads = if self.threads == 1 { "thread" } else { "threads" };
-        format!("{}{size}, {} {threads}", self.stage.name(), self.threads)
+        format!("{}{camera}{size}, {} {threads}", self.stage.name(), self.threads)
     }
 
     /// Relative times of the rounds that have one.

@@ -32,6 +32,13 @@ pub(super) struct SceneRound<'a> {
     pub record: &'a mut SceneRecord,
 }
 
+/// What an image shows.
+struct Image {
+    /// Index in the workload's cameras; `None` for the default view.
+    camera: Option<usize>,
+    settings: RenderSettings,
+}
+
 impl SceneRound<'_> {
     /// Measures all stages. Returns a heat map in the first round, if the settings want one.
     pub fn run(&mut self, observer: &mut dyn BenchObserver) -> Result<Option<HeatMap>, MeasureError> {
@@ -54,44 +61,49 @@ impl SceneRound<'_> {
         }
 
         let mut heat_map = None;
-        for &(width, height) in &settings.sizes {
-            let render = RenderSettings { width, height, ..settings.render };
-            let map = self.measure_size(&render, &scene, &posed, &accel)?;
+        let cameras = &self.workload.cameras;
+        let cameras = if cameras.is_empty() { vec![None] } else { (0..cameras.len()).map(Some).collect() };
+        for (camera, &(width, height)) in
+            cameras.into_iter().flat_map(|camera| settings.sizes.iter().map(move |size| (camera, size)))
+        {
+            let image = Image { camera, settings: RenderSettings { width, height, ..settings.render } };
+            let map = self.measure_image(&image, &scene, &posed, &accel)?;
             heat_map = heat_map.or(map);
         }
         Ok(heat_map)
     }
 
-    /// Measures the stages that depend on the size of the image. Returns a heat map in the first round.
-    fn measure_size(
+    /// Measures the stages that depend on the image. Returns a heat map in the first round.
+    fn measure_image(
         &mut self,
-        settings: &RenderSettings,
+        image: &Image,
         scene: &Scene,
         posed: &PosedScene,
         accel: &Accel,
     ) -> Result<Option<HeatMap>, MeasureError> {
         let timer = self.timer;
-        let size = Some((settings.width, settings.height));
-        let (frame, display) = timer.install(|| frame_and_display(settings, scene, posed, accel))?;
-        self.measure_rays(&frame, settings)?;
+        let settings = &image.settings;
+        let camera = image.camera.and_then(|i| self.workload.cameras.get(i));
+        let view = camera.map_or_else(View::default, |camera| camera.view(posed.bounds()));
+        let (frame, display) = timer.install(|| frame_and_display(settings, &view, scene, posed, accel))?;
+        self.measure_rays(&frame, image)?;
 
         let (timing, pixels) = timer.measure(|| render(&frame, &Phong::default(), settings, &()));
         let pixels = pixels?;
         let hash = self.timed().then(|| WorkHash::of_pixels(&pixels.colors));
-        self.add(BenchStage::Frame, size, StageWork { hash, ..StageWork::default() }, timing)?;
+        self.add(BenchStage::Frame, Some(image), StageWork { hash, ..StageWork::default() }, timing)?;
         let picture = Picture::new(pixels, display);
         let (timing, png) = timer.measure(|| ImageFormat::Png.encode(&picture, BitDepth::Default));
         png?;
-        self.add(BenchStage::Encode, size, StageWork::default(), timing)?;
+        self.add(BenchStage::Encode, Some(image), StageWork::default(), timing)?;
 
         if self.is_first && self.settings.heat_maps { self.heat_map(&frame, settings) } else { Ok(None) }
     }
 
-    fn measure_rays(&mut self, frame: &Frame, settings: &RenderSettings) -> Result<(), MeasureError> {
+    fn measure_rays(&mut self, frame: &Frame, image: &Image) -> Result<(), MeasureError> {
         let timer = self.timer;
         let (accel, posed) = (frame.accel, frame.posed);
-        let size = Some((settings.width, settings.height));
-        let mut sets = RaySets::new(frame, settings);
+        let mut sets = RaySets::new(frame, &image.settings);
         while let Some(set) = timer.install(|| sets.next_set()) {
             let (timing, _) = timer.measure(|| black_box(set.trace(accel, posed)));
             let mut work = StageWork { rays: Some(set.len()), ..StageWork::default() };
@@ -101,7 +113,7 @@ impl SceneRound<'_> {
             if self.timed() && self.is_first {
                 work.steps = timer.install(|| set.mean_steps(accel, posed));
             }
-            self.add(set.stage, size, work, timing)?;
+            self.add(set.stage, Some(image), work, timing)?;
         }
         Ok(())
     }
@@ -121,11 +133,13 @@ impl SceneRound<'_> {
     fn add(
         &mut self,
         stage: BenchStage,
-        size: Option<(u32, u32)>,
+        image: Option<&Image>,
         work: StageWork,
         timing: Timing,
     ) -> Result<(), MeasureError> {
-        self.record.add(StageKey { threads: self.threads, size, stage }, work, timing)
+        let size = image.map(|image| (image.settings.width, image.settings.height));
+        let camera = image.and_then(|image| image.camera);
+        self.record.add(StageKey { threads: self.threads, camera, size, stage }, work, timing)
     }
 }
 
@@ -141,16 +155,17 @@ fn bvh_results(accel: &Accel) -> BvhResults {
     }
 }
 
-/// Sets the scene up as `blinn render` does by default: the first camera or a framing, the file's lights or
-/// three-point lighting.
+/// Sets the scene up as `blinn render` does by default: the view, else the first camera or a framing, and the file's
+/// lights or three-point lighting.
 fn frame_and_display<'a>(
     settings: &RenderSettings,
+    view: &View,
     scene: &Scene,
     posed: &'a PosedScene<'a>,
     accel: &'a Accel,
 ) -> Result<(Frame<'a>, Display), MeasureError> {
     let RenderSettings { width, height, .. } = *settings;
-    let (camera, _) = View::default().resolve(posed, width, height)?;
+    let (camera, _) = view.resolve(posed, width, height)?;
     let lit = Lighting::default().resolve(posed, &camera);
     let frame = Frame::new(posed, accel, camera, &lit);
     let metered = match lit.uses_file_lights {

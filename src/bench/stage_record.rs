@@ -5,10 +5,13 @@ use super::rays::MeanSteps;
 use super::stage::BenchStage;
 use super::work_hash::WorkHash;
 
-/// Identifies a measurement: a stage, the number of threads, and the size of the image for stages that depend on it.
+/// Identifies a measurement: a stage, the number of threads, and the camera and the size of the image for stages that
+/// depend on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct StageKey {
     pub threads: usize,
+    /// Index in the workload's cameras; `None` for the default view.
+    pub camera: Option<usize>,
     /// Width and height in pixels.
     pub size: Option<(u32, u32)>,
     pub stage: BenchStage,

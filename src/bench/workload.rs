@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use super::camera::BenchCamera;
+use super::manifest::ManifestScene;
 use super::scenes::{SceneKind, format_triangle_count, write_glb};
 
 /// Temporary folders of generated scenes.
@@ -23,6 +25,12 @@ pub struct Workload {
     pub name: String,
     /// The file.
     pub file: PathBuf,
+    /// SHA-256 of the file in hexadecimal digits, if it was computed.
+    pub sha256: Option<String>,
+    /// SHA-256 of the file that the manifest describes, where it is known.
+    pub expected_sha256: Option<String>,
+    /// The cameras that it is measured from; empty for the default view.
+    pub cameras: Vec<BenchCamera>,
     /// The temporary folder of a generated scene.
     folder: Option<tempfile::TempDir>,
 }
@@ -39,7 +47,20 @@ pub struct WorkloadError {
 impl Workload {
     /// An existing file.
     pub fn file(path: &Path) -> Workload {
-        Workload { name: path.to_string_lossy().into_owned(), file: path.to_path_buf(), folder: None }
+        Workload {
+            name: path.to_string_lossy().into_owned(),
+            file: path.to_path_buf(),
+            sha256: None,
+            expected_sha256: None,
+            cameras: Vec::new(),
+            folder: None,
+        }
+    }
+
+    /// A scene of the manifest of public scenes in its file.
+    pub fn public(scene: ManifestScene, file: &Path) -> Workload {
+        let ManifestScene { name, sha256, cameras, .. } = scene;
+        Workload { name, expected_sha256: sha256, cameras, ..Workload::file(file) }
     }
 
     /// Generates a standard scene of about `triangles` stored triangles, in a temporary file.
@@ -57,7 +78,7 @@ impl Workload {
             Ok((folder, file))
         };
         match write() {
-            Ok((folder, file)) => Ok(Workload { name, file, folder: Some(folder) }),
+            Ok((folder, file)) => Ok(Workload { name, folder: Some(folder), ..Workload::file(&file) }),
             Err(cause) => {
                 let folder = std::env::temp_dir().display().to_string();
                 Err(WorkloadError { name, folder, cause })

@@ -21,13 +21,15 @@ fn run(factor: f64, rounds: usize, seed: usize) -> BenchResults {
                     peak_bytes: Some(1 << 20),
                 }
             };
-            let key = StageKey { threads: 1, size: stage.has_size().then_some((64, 36)), stage };
+            let key =
+                StageKey { threads: 1, camera: None, size: stage.has_size().then_some((64, 36)), stage };
             let rounds = (0..rounds).map(timing).collect();
-            StageResults::new(&StageRecord { key, work: StageWork::default(), rounds })
+            StageResults::new(&StageRecord { key, work: StageWork::default(), rounds }, None)
         })
     };
     let scene = |i: usize| SceneResults {
         name: format!("scene {i}"),
+        sha256: None,
         triangles: 10,
         tree: None,
         stages: stages(i).collect(),

@@ -125,6 +125,12 @@ fn or_dash(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
     value.filter(|v| v.is_finite()).map_or_else(|| "–".into(), show)
 }
 
+/// The stage, with the camera if it has a name.
+fn stage_name(stage: &StageResults) -> String {
+    let camera = stage.camera.as_ref().map(|name| format!(", {name}")).unwrap_or_default();
+    format!("{}{camera}", stage.stage.name())
+}
+
 fn size(stage: &StageResults) -> String {
     stage.size().map_or_else(|| "–".into(), |(width, height)| format!("{width}x{height}"))
 }
@@ -138,7 +144,7 @@ fn short_hash(hash: Option<&str>) -> String {
 fn scene_table(scene: &SceneResults) -> Table {
     let row = |s: &StageResults| {
         vec![
-            s.stage.name().to_string(),
+            stage_name(s),
             size(s),
             s.threads.to_string(),
             or_dash(s.median(), format_duration),
@@ -175,7 +181,7 @@ fn comparison_table(name: &str, machines: &[MachineResults], scenes: &[Option<&S
     let row = |key: &&StageResults| {
         let found: Vec<Option<&StageResults>> =
             scenes.iter().map(|scene| scene.and_then(|scene| find_stage(scene, key))).collect();
-        let mut cells = vec![key.stage.name().to_string(), size(key), key.threads.to_string()];
+        let mut cells = vec![stage_name(key), size(key), key.threads.to_string()];
         for (i, stage) in found.iter().enumerate() {
             cells.push(stage.map_or_else(|| "–".into(), rate_or_time));
             if i > 0 {

@@ -50,10 +50,14 @@ pub fn report_page(results: &BenchResults, heat_maps: &[HeatMap], comparison: Op
         "Medians of the rounds, from the fastest round to the slowest.",
     );
     for scene in &results.scenes {
-        let sizes = image_sizes(&scene.stages);
-        let plots = sizes.iter().map(|&size| stage_plot(scene, Some(size)));
-        page += &plots.collect::<String>();
-        if sizes.is_empty() {
+        let mut views: Vec<&StageResults> = Vec::new();
+        for stage in scene.stages.iter().filter(|stage| stage.size().is_some()) {
+            if !views.iter().any(|view| view.has_same_view(stage)) {
+                views.push(stage);
+            }
+        }
+        page += &views.iter().map(|view| stage_plot(scene, Some(view))).collect::<String>();
+        if views.is_empty() {
             page += &stage_plot(scene, None);
         }
     }

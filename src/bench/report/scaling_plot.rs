@@ -27,7 +27,7 @@ const LABEL_SPACING: f64 = 14.0;
 struct Curve {
     stage: BenchStage,
     color: &'static str,
-    /// Numbers of threads, and the median speed-up over all scenes and sizes.
+    /// Numbers of threads, and the median speed-up over all scenes, cameras and sizes.
     points: Vec<(f64, f64)>,
 }
 
@@ -82,11 +82,11 @@ fn curves(results: &BenchResults, threads: &[u32]) -> Vec<Curve> {
     STAGES.into_iter().enumerate().map(curve).collect()
 }
 
-/// The speed-ups of a stage of a scene, one for each size.
+/// The speed-ups of a stage of a scene, one for each camera and size.
 fn speedups(scene: &SceneResults, stage: BenchStage, threads: u32) -> impl Iterator<Item = f64> {
     let of = move |n: u32| scene.stages.iter().filter(move |s| (s.stage, s.threads) == (stage, n));
     let ratio = move |several: &StageResults| {
-        let single = of(1).find(|single| single.size() == several.size())?;
+        let single = of(1).find(|single| single.has_same_view(several))?;
         Some(single.median()? / several.median()?).filter(|v| v.is_finite())
     };
     of(threads).filter_map(ratio)

@@ -13,10 +13,11 @@ const LEFT: f64 = 80.0;
 const RIGHT: f64 = 430.0;
 const TOP: f64 = 26.0;
 
-/// A figure with a group of bars for each stage, and a bar for each number of threads, for images of a size.
-pub(super) fn stage_plot(scene: &SceneResults, size: Option<(u32, u32)>) -> String {
-    let shown: Vec<&StageResults> =
-        scene.stages.iter().filter(|s| s.size().is_none() || s.size() == size).collect();
+/// A figure with a group of bars for each stage, and a bar for each number of threads, for the camera and
+/// the size of images of the stage `view`.
+pub(super) fn stage_plot(scene: &SceneResults, view: Option<&StageResults>) -> String {
+    let is_shown = |s: &&StageResults| s.size().is_none() || view.is_some_and(|view| view.has_same_view(s));
+    let shown: Vec<&StageResults> = scene.stages.iter().filter(is_shown).collect();
     let is_timed = |stage: &BenchStage| shown.iter().any(|s| s.stage == *stage && s.median().is_some());
     let stages: Vec<BenchStage> = BenchStage::ALL.into_iter().filter(is_timed).collect();
     if stages.is_empty() {
@@ -44,11 +45,14 @@ pub(super) fn stage_plot(scene: &SceneResults, size: Option<(u32, u32)>) -> Stri
         }
     }
     svg.line((LEFT, TOP), (LEFT, height - 20.0), AXIS_STYLE);
+    let size = view.and_then(StageResults::size);
     let size = size.map(|(width, height)| format!(", {width}x{height} pixels")).unwrap_or_default();
+    let camera =
+        view.and_then(|view| view.camera.as_ref()).map(|name| format!(", {name}")).unwrap_or_default();
     format!(
         "<figure>{}<figcaption>{}, {} triangles{size}</figcaption></figure>\n",
         svg.finish(),
-        escape_html(&scene.name),
+        escape_html(&format!("{}{camera}", scene.name)),
         scene.triangles
     )
 }

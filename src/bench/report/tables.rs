@@ -50,6 +50,7 @@ pub(super) fn stages(results: &BenchResults) -> String {
         rows.push(vec![
             cell(&scene.name),
             cell(s.stage.name()),
+            cell(s.camera.as_deref().unwrap_or("–")),
             cell(&s.size().map_or_else(|| "–".into(), |(width, height)| format!("{width}x{height}"))),
             cell(&s.threads.to_string()),
             optional(s.median(), format_duration),

@@ -13,15 +13,19 @@ type Sizes = Vec<(u32, u32)>;
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     /// Scene files: .gltf, .glb or .obj
-    #[arg(required_unless_present_any = ["suite", "from"], value_name = "SCENE", help_heading = "Scene")]
+    #[arg(required_unless_present_any = ["suite", "scene_folder", "from"], value_name = "SCENE", help_heading = "Scene")]
     pub scenes: Vec<PathBuf>,
     /// Measure all standard scenes, with each number of triangles in SIZES, such as 70k or 10k,70k,1.1m [default
     /// SIZES: 70k]
     #[arg(long, value_name = "SIZES", num_args = 0..=1, require_equals = true, help_heading = "Scene",
           value_parser = values::triangle_counts)]
     pub suite: Option<Option<Vec<usize>>>,
+    /// Measure the public scenes whose files are in DIR, each from three cameras, and list those that are missing with
+    /// their sources. DIR/manifest.toml may add scenes
+    #[arg(long = "scenes", value_name = "DIR", help_heading = "Scene")]
+    pub scene_folder: Option<PathBuf>,
     /// Read the results of an earlier run instead of measuring, or those of several machines to show side by side
-    #[arg(long, value_name = "FILE.json", num_args = 1.., conflicts_with_all = ["scenes", "suite"],
+    #[arg(long, value_name = "FILE.json", num_args = 1.., conflicts_with_all = ["scenes", "suite", "scene_folder"],
           help_heading = "Scene")]
     pub from: Vec<PathBuf>,
     /// Write all results as JSON
@@ -57,7 +61,7 @@ pub struct BenchArgs {
           value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<Vec<u16>>,
     /// Run everything once and print the peak memory as JSON: run by `blinn bench` as a child process
-    #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "json", "report", "markdown", "latex", "compare"])]
+    #[arg(long, hide = true, conflicts_with_all = ["suite", "scene_folder", "from", "json", "report", "markdown", "latex", "compare"])]
     pub memory: bool,
     #[command(flatten)]
     pub common: CommonArgs,

@@ -4,6 +4,7 @@ mod machines;
 mod memory;
 mod observer;
 mod output;
+mod public_scenes;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -18,6 +19,7 @@ use super::run::panics;
 use super::scene_file::is_stdin;
 use super::summary::Summary;
 use super::usage::UsageError;
+use crate::bench::manifest::sha256_of_file;
 use crate::bench::{
     BenchResults, BenchRun, BenchSettings, Comparison, HeatMap, MachineResults, Verdict, Workload, compare,
     measure, report_page, result_tables, standard_suite,
@@ -27,6 +29,7 @@ use crate::output::{Overwrite, check_writable};
 use crate::render::RenderSettings;
 use observer::ConsoleObserver;
 use output::{fail, output_files, print, write};
+use public_scenes::PublicScenes;
 
 /// Triangles of the standard scenes without a size.
 const DEFAULT_TRIANGLES: usize = 70_000;
@@ -49,6 +52,14 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     // Errors in files are found before minutes of measuring.
     let old = read_results("--compare", args.compare.as_deref())?;
     let from = read_machines(args)?;
+    let public = args.scene_folder.as_deref().map(PublicScenes::find).transpose()?;
+    if let Some(public) = &public {
+        public.list_missing(args.common.quiet);
+        if public.workloads.is_empty() && scenes.is_empty() && args.suite.is_none() {
+            fail(&mut summary, &public.none_found());
+            return Ok(summary);
+        }
+    }
     if let Err(error) = check_outputs(args, &scenes)? {
         fail(&mut summary, &format!("{error:#}"));
         return Ok(summary);
@@ -59,7 +70,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     }
     let measurement = match from.into_iter().next() {
         Some(MachineResults { results, .. }) => Measurement { results, heat_maps: Vec::new() },
-        None => match panics::catch(|| measure_all(args, &scenes, &settings, &mut summary)) {
+        None => match panics::catch(|| measure_all(args, &scenes, public, &settings, &mut summary)) {
             Ok(Some(measurement)) => measurement,
             // Every scene has failed, which was reported.
             Ok(None) => return Ok(summary),
@@ -168,16 +179,23 @@ fn check_outputs(args: &BenchArgs, scenes: &[PathBuf]) -> Result<Result<()>, Usa
 fn measure_all(
     args: &BenchArgs,
     scenes: &[PathBuf],
+    public: Option<PublicScenes>,
     settings: &BenchSettings,
     summary: &mut Summary,
 ) -> Result<Option<Measurement>> {
     let mut workloads: Vec<Workload> = scenes.iter().map(|path| Workload::file(path)).collect();
+    workloads.extend(public.into_iter().flat_map(|public| public.workloads));
     let sizes = args.suite.as_ref().map(|sizes| sizes.as_deref().unwrap_or(&[DEFAULT_TRIANGLES]));
     for (kind, triangles) in sizes.map(standard_suite).unwrap_or_default() {
         if !args.common.quiet {
             eprint_line(&format!("generating {kind} with {triangles} triangles"));
         }
         workloads.push(Workload::generate(kind, triangles)?);
+    }
+    if !settings.memory {
+        // A file that cannot be read fails when it is measured.
+        workloads.iter_mut().for_each(|workload| workload.sha256 = sha256_of_file(&workload.file).ok());
+        public_scenes::check_files(&workloads);
     }
     let mut observer =
         ConsoleObserver { quiet: args.common.quiet, strict: args.common.strict, rounds: settings.rounds };

@@ -63,7 +63,10 @@ fn heading(scene: &SceneResults) -> String {
 
 fn stage_row(s: &StageResults) -> Vec<String> {
     vec![
-        s.stage.name().to_string(),
+        match &s.camera {
+            Some(camera) => format!("{}, {}", s.stage.name(), single_line(camera)),
+            None => s.stage.name().to_string(),
+        },
         s.size().map_or_else(|| "-".into(), |(width, height)| format!("{width}x{height}")),
         s.threads.to_string(),
         or_dash(s.median(), format_duration),

@@ -1,0 +1,92 @@
+//! The public scenes of `--scenes DIR`: finds those that exist and lists those that are missing.
+
+use std::path::{Path, PathBuf};
+
+use crate::bench::Workload;
+use crate::bench::manifest::{Manifest, ManifestScene, find_scene_file, parse_manifest};
+use crate::cli::console::{eprint_line, single_line};
+use crate::cli::usage::UsageError;
+
+/// A larger manifest is not read.
+const MAX_MANIFEST_BYTES: u64 = 1 << 20;
+/// The file of a folder of scenes that adds scenes.
+const MANIFEST_FILE: &str = "manifest.toml";
+
+/// The scenes of the manifest.
+#[derive(Debug)]
+pub struct PublicScenes {
+    folder: PathBuf,
+    /// Those that exist, in the order of the manifest.
+    pub workloads: Vec<Workload>,
+    missing: Vec<ManifestScene>,
+}
+
+impl PublicScenes {
+    /// Looks for the scenes below `folder`.
+    pub fn find(folder: &Path) -> Result<PublicScenes, UsageError> {
+        let error = |message: String| UsageError(format!("--scenes: {}: {message}", folder.display()));
+        if !folder.is_dir() {
+            return Err(error("this is not a folder".into()));
+        }
+        let mut manifest = Manifest::built_in().map_err(|e| error(e.to_string()))?;
+        if let Some(text) = read_manifest(folder).map_err(error)? {
+            let added = parse_manifest(&text).map_err(|e| error(format!("{MANIFEST_FILE}: {e}")))?;
+            manifest.extend(added);
+        }
+        let mut public = PublicScenes { folder: folder.into(), workloads: Vec::new(), missing: Vec::new() };
+        for scene in manifest.scenes {
+            match find_scene_file(folder, &scene) {
+                Some(file) => public.workloads.push(Workload::public(scene, &file)),
+                None => public.missing.push(scene),
+            }
+        }
+        Ok(public)
+    }
+
+    /// Prints the scenes that are missing, with their files and sources.
+    pub fn list_missing(&self, quiet: bool) {
+        for scene in self.missing.iter().filter(|_| !quiet) {
+            let ManifestScene { name, files, licence, source, .. } = scene;
+            let line = format!("missing: {name}: {} from {source} (licence: {licence})", files.join(" or "));
+            eprint_line(&single_line(&line));
+        }
+    }
+
+    /// The message where no scene exists.
+    pub fn none_found(&self) -> String {
+        format!(
+            "--scenes: {}: none of the {} scenes is there; run without --quiet to list them with their sources",
+            self.folder.display(),
+            self.missing.len()
+        )
+    }
+}
+
+/// The text of the folder's own manifest, if it has one.
+fn read_manifest(folder: &Path) -> Result<Option<String>, String> {
+    let file = folder.join(MANIFEST_FILE);
+    if !file.is_file() {
+        return Ok(None);
+    }
+    let error = |e: std::io::Error| format!("{MANIFEST_FILE}: {e}");
+    let length = std::fs::metadata(&file).map_err(error)?.len();
+    if length > MAX_MANIFEST_BYTES {
+        return Err(format!("{MANIFEST_FILE}: {length} bytes are too many for a manifest"));
+    }
+    std::fs::read_to_string(&file).map(Some).map_err(error)
+}
+
+/// Warns of files that are not those of the manifest.
+pub fn check_files(workloads: &[Workload]) {
+    for workload in workloads {
+        if let (Some(expected), Some(found)) = (&workload.expected_sha256, &workload.sha256)
+            && expected != found
+        {
+            let name = &workload.name;
+            let line = format!(
+                "warning: {name}: the file differs from that of the manifest (SHA-256 {found} instead of {expected})"
+            );
+            eprint_line(&single_line(&line));
+        }
+    }
+}
