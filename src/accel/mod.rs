@@ -202,14 +202,14 @@ impl Accel {
         traverse::traversal_stats::intersect_with_stats(&self.bvh, rays, filter)
     }
 
-    /// Finds occlusion as [`Accel::occluded`] does, with the number of nodes, blocks and triangles that each segment
+    /// Finds occlusion as [`Accel::occluded`] does, with the number of nodes, blocks and triangles that each shadow ray
     /// visits when it is traced alone. Slow: for statistics of traversal cost.
     pub fn occluded_with_stats(
         &self,
-        segments: &ShadowRayBatch,
+        rays: &ShadowRayBatch,
         filter: &dyn HitFilter,
     ) -> Vec<(bool, TraversalStats)> {
-        traverse::traversal_stats::occluded_with_stats(&self.bvh, segments, filter)
+        traverse::traversal_stats::occluded_with_stats(&self.bvh, rays, filter)
     }
 
     /// Returns the cost of the BVHs by the surface area heuristic (SAH): the expected number of nodes and of blocks of

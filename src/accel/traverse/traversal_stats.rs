@@ -59,23 +59,23 @@ pub(crate) fn intersect_with_stats(
     (0..rays.len()).map(trace).collect()
 }
 
-/// Returns whether each segment is occluded with the statistics of its traversal.
+/// Returns whether each shadow ray is occluded with the statistics of its traversal.
 pub(crate) fn occluded_with_stats(
     bvh: &SceneBvh,
-    segments: &ShadowRayBatch,
+    rays: &ShadowRayBatch,
     filter: &dyn HitFilter,
 ) -> Vec<(bool, TraversalStats)> {
-    let blases: Vec<&Blas> = bvh.meshes.values().collect();
+    let blases: Vec<&Blas> = bvh.mesh_blases.values().collect();
     let mut stack = TraversalStack::default();
     let trace = |i: usize| {
-        let (ray, query) = shadow_ray_query(segments, i, filter, None);
+        let (ray, query) = shadow_ray_query(rays, i, filter, None);
         let mut tracer = CountingTracer { bvh, blases: &blases, query, stats: TraversalStats::default() };
         if let Some(ray) = ray {
             tracer.trace(&ray, &mut stack);
         }
         (tracer.query.occluded, tracer.stats)
     };
-    (0..segments.len()).map(trace).collect()
+    (0..rays.len()).map(trace).collect()
 }
 
 /// Traces one ray and counts.
