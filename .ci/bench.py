@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Checks the results of `blinn bench` against their JSON Schema, and their hashes across threads and SIMD levels.
+"""Checks the results of `blinn bench` against their JSON Schema, their hashes across threads and SIMD levels, and the rays
+of `blinn rays` in NumPy.
 
     bench.py BLINN
 
-Needs jsonschema.
+Needs jsonschema and numpy.
 """
 import copy
 import json
@@ -13,6 +14,7 @@ import sys
 import tempfile
 
 import jsonschema
+import numpy as np
 
 BLINN = os.path.abspath(sys.argv[1])
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), ".."))
@@ -85,8 +87,47 @@ def hashes():
     print(f"{len(first)} hashes agree across threads and SIMD levels")
 
 
+def brute_force(origin, direction, vertices):
+    """Distances of the closest hits by Möller and Trumbore's test of all triangles, in f64."""
+    closest = np.full(len(origin), np.inf)
+    for a, b, c in vertices:
+        p = np.cross(direction, c - a)
+        determinant = p @ (b - a)
+        with np.errstate(all="ignore"):
+            s = origin - a
+            u = np.einsum("ij,ij->i", s, p) / determinant
+            q = np.cross(s, b - a)
+            v = np.einsum("ij,ij->i", direction, q) / determinant
+            t = q @ (c - a) / determinant
+        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
+        closest = np.where(hit & (t < closest), t, closest)
+    return closest
+
+
+def rays():
+    """NumPy reads the rays; brute force finds the same hits."""
+    scene = os.path.join(ROOT, "models/cornell/cornell.obj")
+    run(BLINN, "rays", scene, "--dump", "rays.npz", "--size", "48x48", "--triangles", "-q")
+    arrays = np.load("rays.npz")
+    kinds = [name.decode() for name in arrays["kinds"]]
+    assert [kinds[k] for k in np.unique(arrays["kind"])] == RAYS
+    n = len(arrays["kind"])
+    for name, kind, shape in (("origin", "f4", (n, 3)), ("direction", "f4", (n, 3)), ("t", "f4", (n,)), ("id", "u4", (n, 2)),
+                              ("barycentrics", "f4", (n, 2)), ("pixel", "u4", (n, 2)), ("occluded", "b1", (n,)),
+                              ("source", "u4", (n, 2)), ("t_max", "f4", (n,)), ("tile", "u4", (n,))):
+        assert arrays[name].dtype == np.dtype(kind) and arrays[name].shape == shape, (name, arrays[name].dtype)
+    vertices = arrays["triangle_vertices"].astype(float)
+    closest = np.isin(arrays["kind"], [kinds.index(k) for k in ("reflection", "bounce1", "bounce2", "bounce3", "bounce4")])
+    origin, direction, t = (arrays[name][closest].astype(float) for name in ("origin", "direction", "t"))
+    expected = brute_force(origin, direction, vertices)
+    agree = np.isclose(t, expected, rtol=1e-4, atol=1e-6) | (np.isinf(t) & np.isinf(expected))
+    assert agree.mean() > 0.999, f"{(~agree).sum()} of {len(t)} hits differ"
+    print(f"rays.npz: {n} rays, {agree.sum()} of {len(t)} closest hits as by brute force")
+
+
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         schema()
         hashes()
+        rays()

@@ -20,6 +20,8 @@ mod machine;
 pub mod manifest;
 mod measure;
 pub mod memory;
+pub mod npz;
+mod ray_dump;
 mod rays;
 mod record;
 mod report;
@@ -39,6 +41,7 @@ pub use calibration::Calibration;
 pub use camera::{BenchCamera, CameraPlacement};
 pub use compare::{Change, Comparison, Verdict, compare};
 pub use measure::{BenchRun, measure};
+pub use ray_dump::{DumpSettings, RayDump, dump_rays};
 pub use rays::{MeanSteps, RaySet, RaySets, TileBatch, TileRays};
 pub use record::MeasureError;
 pub use report::{

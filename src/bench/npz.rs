@@ -158,7 +158,8 @@ mod tests {
 
     #[test]
     fn headers_are_aligned_and_name_the_shape() {
-        let array = |shape: &[usize], element| NpyArray { name: "a", element, shape: shape.to_vec(), data: vec![] };
+        let array =
+            |shape: &[usize], element| NpyArray { name: "a", element, shape: shape.to_vec(), data: vec![] };
         for (array, expected) in [
             (array(&[5], NpyType::U8), "{'descr': '|u1', 'fortran_order': False, 'shape': (5,), }"),
             (array(&[5, 3], NpyType::F32), "{'descr': '<f4', 'fortran_order': False, 'shape': (5, 3), }"),
@@ -181,7 +182,8 @@ mod tests {
     /// The central directory points at the local headers, whose sizes lead from one to the next.
     #[test]
     fn the_directory_lists_every_array() {
-        let array = |name, n: usize| NpyArray { name, element: NpyType::U8, shape: vec![n], data: vec![7; n] };
+        let array =
+            |name, n: usize| NpyArray { name, element: NpyType::U8, shape: vec![n], data: vec![7; n] };
         let mut file = Vec::new();
         write_npz(&mut file, &[array("first", 3), array("second", 100)]).unwrap();
         let u32_at = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;

@@ -11,6 +11,7 @@ mod files;
 mod info;
 mod packaging;
 mod plan;
+mod rays;
 mod run;
 mod scene_file;
 mod sheet;
@@ -96,6 +97,7 @@ fn execute_command(command: &Command, argv: &[OsString], host: Host) -> Result<S
         Command::Assemble(args) => run::assemble::run(args),
         Command::Info(args) => info::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Rays(args) => rays::run(args),
         Command::Completions(args) => packaging::completions(args),
         Command::Man(args) => packaging::man(args),
         Command::Job(args) => farm::run(args, argv),

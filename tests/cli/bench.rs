@@ -441,52 +441,6 @@ fn a_failing_scene_does_not_affect_the_others() {
     assert_eq!(names(&folder), ["a.json", "bad.glb", "none.obj"]);
 }
 
-/// Scenes of the manifest are measured from each camera; those that are missing are listed with their source.
-#[test]
-fn public_scenes_are_measured_where_they_exist() {
-    let (_guard, folder) = folder();
-    let scenes = folder.join("scenes");
-    fs::create_dir(&scenes).unwrap();
-    refused(&folder, "bench --scenes nowhere", "this is not a folder");
-    let none = blinn(&folder, "bench --scenes scenes");
-    let messages = String::from_utf8(none.stderr).unwrap();
-    assert_eq!(none.status.code(), Some(1), "{messages}");
-    assert!(
-        messages
-            .contains("missing: Hairball: **/hairball.obj from https://casual-effects.com/data/ (licence"),
-        "{messages}"
-    );
-    assert!(messages.contains("none of the 14 scenes is there"), "{messages}");
-    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    fs::write(scenes.join("mine.obj"), triangle).unwrap();
-    let manifest = "[[scene]]\nname = 'Mine'\nfiles = ['mine.obj']\nlicence = 'CC0'\nsource = 'here'\n\
-        sha256 = '00000000000000000000000000000000000000000000000000000000000000ff'\n\
-        camera = [{ name = 'front', orbit = [0, 0] },\n\
-        { name = 'near', eye = [0.5, 0.5, 2], look_at = [0.5, 0.5, 0], yfov = 40 }]\n";
-    fs::write(scenes.join("manifest.toml"), manifest).unwrap();
-    let line = "bench --scenes scenes --size 8x8 --rounds 1 --threads 1 --json a.json --report a.html";
-    let output = blinn(&folder, line);
-    let messages = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{messages}");
-    assert!(
-        messages.contains("missing: Lantern") && messages.contains("Mine: the file differs"),
-        "{messages}"
-    );
-    let results = read_json(&folder.join("a.json"));
-    let scene = &results["scenes"][0];
-    assert_eq!((&scene["name"], &scene["triangles"]), (&json!("Mine"), &json!(1)));
-    assert_eq!(scene["sha256"].as_str().unwrap().len(), 64);
-    let cameras = |stage: &str| -> Vec<&Value> {
-        let stages = scene["stages"].as_array().unwrap();
-        stages.iter().filter(|s| s["stage"] == stage).map(|s| &s["camera"]).collect()
-    };
-    assert_eq!(cameras("load"), [&Value::Null]);
-    assert_eq!(cameras("eye"), ["front", "near"]);
-    assert_eq!(cameras("frame"), ["front", "near"]);
-    fs::write(scenes.join("manifest.toml"), manifest.replace("mine.obj", "../mine.obj")).unwrap();
-    refused(&folder, "bench --scenes scenes", "must stay below the folder of scenes");
-}
-
 #[test]
 fn a_heat_map_is_an_aov_layer() {
     let (_guard, folder) = folder();

@@ -35,6 +35,7 @@ mod common;
 mod animation_output;
 mod assemble;
 mod bench;
+mod benchmark_scenes;
 mod camera;
 mod cameras;
 mod dataset_formats;

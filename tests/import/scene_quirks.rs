@@ -131,7 +131,8 @@ fn every_quirk_of_the_manifest_has_a_fixture_that_loads() {
         let (scene, warnings) = load(file, &LoadOptions::default()).unwrap();
         // Only what is not shown is reported.
         let expected = if quirk.name == "map-bump" { vec!["ignored bump map"] } else { Vec::new() };
-        let is_expected = warnings.iter().zip(&expected).all(|(warning, text)| warning.message.contains(text));
+        let is_expected =
+            warnings.iter().zip(&expected).all(|(warning, text)| warning.message.contains(text));
         assert!(is_expected && warnings.len() == expected.len(), "{}: {warnings:?}", quirk.name);
         (quirk.check)(&scene);
     }

@@ -23,7 +23,7 @@ const MAX_VALUES: usize = 24;
 
 /// Examples of each command. `job` stands for the commands below it, too.
 #[rustfmt::skip]
-const EXAMPLES: [(&str, &str); 11] = [
+const EXAMPLES: [(&str, &str); 12] = [
     ("", "\
 Examples:
   blinn render chair.obj                 # chair.png, framed and lit
@@ -63,6 +63,10 @@ Examples:
   blinn bench shot.glb
   blinn bench --suite --json today.json --report today.html
   blinn bench --suite --compare yesterday.json"),
+    ("rays", "\
+Examples:
+  blinn rays shot.glb --dump rays.npz
+  blinn rays shot.glb --dump rays.npz --kinds eye,bounce1 --triangles"),
     ("job", "\
 Examples:
   blinn job slurm -o shoe.sh turntable shoe.glb --count 240 -o out/shoe.mp4

@@ -9,6 +9,7 @@ use super::farm::JobArgs;
 use super::info::InfoArgs;
 use super::packaging::{CompletionsArgs, ManArgs};
 use super::process::ProcessArgs;
+use super::rays::RaysArgs;
 use super::render::RenderArgs;
 use super::sheet::SheetArgs;
 use super::turntable::TurntableArgs;
@@ -37,6 +38,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Measure load, build, ray and frame times and memory
     Bench(Box<BenchArgs>),
+    /// Write the rays of a benchmark and their hits for NumPy
+    Rays(RaysArgs),
     /// Print completions for a shell
     Completions(CompletionsArgs),
     /// Print a man page

@@ -28,6 +28,12 @@ pub struct SurfacePoint<'s> {
 }
 
 impl SurfacePoint<'_> {
+    /// The barycentrics of the triangle's second and third vertex, in the order of its mesh.
+    pub fn barycentrics(&self) -> [f32; 2] {
+        let [_, b1, b2] = self.ctx.coords.b;
+        [b1, b2]
+    }
+
     /// The shading normal: `n_v`, perturbed by the material's normal map if there is one and the mesh has tangents. The
     /// bitangent is computed in object space and then transformed, which keeps mirrored and sheared nodes right; a back
     /// face flips the whole frame.

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::numbers::{exactly, number};
+use crate::bench::BenchStage;
 use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::integrator::{Aov, MatteKind};
@@ -76,6 +77,16 @@ pub fn sizes(text: &str) -> Result<Vec<(u32, u32)>, String> {
         }
     }
     Ok(sizes)
+}
+
+/// The name of a kind of rays.
+pub fn ray_kind(text: &str) -> Result<BenchStage, String> {
+    let mut kinds = BenchStage::ALL.into_iter().filter(|stage| stage.traces_rays());
+    kinds.clone().find(|stage| stage.name() == text).ok_or_else(|| {
+        let last = kinds.next_back().map_or("", BenchStage::name);
+        let names: Vec<&str> = kinds.map(BenchStage::name).collect();
+        format!("expected {} or {last}", names.join(", "))
+    })
 }
 
 /// `X,Y,W,H` in pixels.
