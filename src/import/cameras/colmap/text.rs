@@ -30,7 +30,7 @@ pub(super) fn load_lenses(path: &Path, limit: u64) -> Result<LensesById, LoadErr
         let width = number(&mut words, "WIDTH").map_err(located)?;
         let height = number(&mut words, "HEIGHT").map_err(located)?;
         let mut parameters = Vec::new();
-        while let Some(word) = words.next() {
+        for word in words {
             let parameter = word.parse().map_err(|_| located(format!("'{word}' is not a number")))?;
             if parameters.len() == MAX_PARAMETERS {
                 return Err(located(format!("has more than {MAX_PARAMETERS} parameters")));
