@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::diff::CompareArgs;
+use super::compare::CompareArgs;
 use super::values;
 
 #[derive(Clone, Debug, Args)]

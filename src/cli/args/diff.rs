@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::compare::CompareArgs;
 use super::preview::PreviewArgs;
 use super::scene::SceneArgs;
 use super::values;
@@ -31,17 +32,4 @@ pub struct DiffArgs {
     pub size: Option<(u32, u32)>,
     #[command(flatten)]
     pub preview: PreviewArgs,
-}
-
-/// Options of comparisons of pictures.
-#[derive(Clone, Copy, Debug, Args)]
-#[command(next_help_heading = "Comparison")]
-pub struct CompareArgs {
-    /// Largest difference of a pixel that counts as equal, in values of 0 to 1 as displayed, or in the values of an .exr
-    /// or .hdr [default: 0]
-    #[arg(long, value_name = "T", value_parser = values::tolerance)]
-    pub tolerance: Option<f32>,
-    /// Compare by the FLIP error, from 0 to 1: how visible a difference is when the pictures alternate
-    #[arg(long)]
-    pub flip: bool,
 }
