@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::kernel::Kernel;
-use super::{Environment, EnvironmentMap, Pyramid};
+use super::{BlurredMap, Environment, EnvironmentMap, Pyramid};
 
 /// Texels on a side of the finest mip level of a blurred environment.
 const SIDES: std::ops::RangeInclusive<f64> = 32.0..=512.0;
@@ -29,13 +29,6 @@ impl Environment {
         });
         Environment { map: Some(blurred.map), ..self.clone() }
     }
-}
-
-/// A map blurred by a width in radians.
-#[derive(Clone)]
-pub(super) struct BlurredMap {
-    width: f64,
-    map: Arc<EnvironmentMap>,
 }
 
 impl EnvironmentMap {

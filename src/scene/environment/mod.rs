@@ -19,18 +19,18 @@ use twox_hash::XxHash3_128;
 
 use crate::geometry::Rgb;
 
-use blur::BlurredMap;
 pub use cube_map::CubeMap;
 use diffuse::DiffuseTable;
 pub use irradiance::SkyIrradiance;
 pub use panorama::Panorama;
-use prefiltered::PrefilteredMaps;
-use pyramid::Pyramid;
+use pyramid::{Level, Pyramid};
 
 /// Panoramas that are wider are halved.
 const MAX_PANORAMA_WIDTH: u32 = 8192;
-/// Most texels on a side of the finest mip level.
+/// Maximum number of texels on a side of the finest mip level.
 const MAX_PYRAMID_SIDE: usize = 1024;
+/// Number of maps that are averaged over reflected lobes.
+const PREFILTERED_MAPS: usize = 5;
 
 /// The light that arrives from infinitely far away. Radiance is linear RGB (Rec. 709). A clone shares the picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,12 +55,19 @@ struct EnvironmentMap {
     pyramid: Pyramid,
     /// Irradiance over π by normal, computed on first use.
     diffuse: OnceLock<DiffuseTable>,
-    /// Averages over reflected lobes.
-    prefiltered: PrefilteredMaps,
+    /// Averages over reflected lobes by α, each computed on first use.
+    prefiltered: [OnceLock<Level>; PREFILTERED_MAPS],
     /// The first blurred map that was requested.
     blurred: OnceLock<BlurredMap>,
     /// Hash of the texels.
     digest: u128,
+}
+
+/// A map blurred by a width in radians.
+#[derive(Clone)]
+struct BlurredMap {
+    width: f64,
+    map: Arc<EnvironmentMap>,
 }
 
 impl PartialEq for EnvironmentMap {
@@ -196,7 +203,7 @@ impl EnvironmentMap {
             panorama,
             pyramid,
             diffuse: OnceLock::new(),
-            prefiltered: PrefilteredMaps::default(),
+            prefiltered: Default::default(),
             blurred: OnceLock::new(),
         }
     }

@@ -2,22 +2,17 @@
 //! Shading in Unreal Engine 4”, 2013).
 
 use std::f32::consts::PI;
-use std::sync::OnceLock;
 
 use glam::Vec3;
 
 use super::kernel::Kernel;
 use super::octahedral::to_square;
 use super::pyramid::Level;
-use super::{Environment, EnvironmentMap, log2};
+use super::{Environment, EnvironmentMap, PREFILTERED_MAPS, log2};
 use crate::geometry::Rgb;
 
 /// Texels on a side of the maps for α = 1, 1/2, 1/4, 1/8 and 1/16: two or more over the width of the lobe.
-const SIDES: [usize; 5] = [8, 16, 16, 32, 64];
-
-/// Maps by α, each computed on first use.
-#[derive(Clone, Default)]
-pub(super) struct PrefilteredMaps([OnceLock<Level>; SIDES.len()]);
+const SIDES: [usize; PREFILTERED_MAPS] = [8, 16, 16, 32, 64];
 
 impl Environment {
     /// Returns the radiance averaged over the lobe that a GGX surface of roughness `alpha` reflects around the unit direction
@@ -53,7 +48,7 @@ impl EnvironmentMap {
     #[inline]
     fn prefiltered_level(&self, i: usize) -> &Level {
         // Not in parallel: threads would wait for each other inside of other work.
-        self.prefiltered.0[i].get_or_init(|| {
+        self.prefiltered[i].get_or_init(|| {
             let kernel = Kernel::ggx(1.0 / f64::from(1 << i));
             Level::from_function(SIDES[i], |d| kernel.mean(self, d))
         })
