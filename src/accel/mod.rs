@@ -141,7 +141,7 @@ impl Accel {
         report
     }
 
-    /// Finds each ray's closest hit, behind [`RayBatch::after`] if that is set. `hits` becomes as long as `rays`.
+    /// Finds each ray's closest hit, behind [`after`](RayBatch#structfield.after) if that is set. `hits` becomes as long as `rays`.
     pub fn intersect(&self, rays: &RayBatch, filter: &dyn HitFilter, hits: &mut HitBatch) {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
