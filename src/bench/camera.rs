@@ -5,6 +5,9 @@ use glam::DVec3;
 use crate::geometry::Aabb;
 use crate::scene::{Orbit, View};
 
+/// The least extent of the box that cameras are placed in along an axis, as a fraction of the largest.
+const MIN_EXTENT: f64 = 0.1;
+
 /// A camera of a benchmark scene. It is placed relative to the scene's bounds, so that it does not depend on the
 /// file's unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +42,10 @@ pub enum CameraPlacement {
 impl BenchCamera {
     /// The view of a scene with these bounds in world coordinates.
     pub fn view(&self, bounds: Aabb) -> View {
-        let at = |fraction: [f64; 3]| bounds.min + bounds.extent() * DVec3::from_array(fraction);
+        let extent = bounds.extent();
+        // In a flat scene, positions differ along all axes as well.
+        let extent = extent.max(DVec3::splat(MIN_EXTENT * extent.max_element()));
+        let at = |fraction: [f64; 3]| bounds.min + extent * DVec3::from_array(fraction);
         match self.placement {
             CameraPlacement::InBounds { eye, look_at, yfov } => View {
                 view_point: Some(at(eye)),
@@ -51,5 +57,23 @@ impl BenchCamera {
                 View { orbit: Some(Orbit { azimuth, elevation, distance: None }), ..View::default() }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_follow_the_bounds_also_of_flat_scenes() {
+        let placement =
+            CameraPlacement::InBounds { eye: [0.5, 0.5, 2.0], look_at: [0.5, 0.5, 0.0], yfov: 1.0 };
+        let camera = BenchCamera { name: "a".into(), placement };
+        let bounds = |depth: f64| Aabb { min: DVec3::splat(-1.0), max: DVec3::new(3.0, 1.0, depth - 1.0) };
+        let view = camera.view(bounds(4.0));
+        assert_eq!(view.view_point, Some(DVec3::new(1.0, 0.0, 7.0)));
+        assert_eq!(view.look_at, Some(DVec3::new(1.0, 0.0, -1.0)));
+        let flat = camera.view(bounds(0.0)).view_point.unwrap();
+        assert!((flat.z - (-1.0 + 2.0 * 0.4)).abs() < 1e-12, "{flat}");
     }
 }

@@ -37,7 +37,7 @@ impl EnergyMeter {
             // Packages are `intel-rapl:0`; `intel-rapl:0:0` is a part of one. AMD's have the same names.
             let name = zone.file_name();
             let is_package = name.to_str().and_then(|name| name.strip_prefix("intel-rapl:"));
-            if !is_package.is_some_and(|number| number.parse::<u32>().is_ok()) {
+            if is_package.is_none_or(|number| number.parse::<u32>().is_err()) {
                 continue;
             }
             // `psys` is the whole platform and contains the packages.

@@ -58,13 +58,29 @@ pub fn different_work(machines: &[MachineResults]) -> Vec<String> {
     texts
 }
 
+/// Returns true if the first machine and another one have hashes of the same stage.
+fn has_common_hash(machines: &[MachineResults]) -> bool {
+    let Some((first, others)) = machines.split_first() else { return false };
+    let is_common = |scene: &SceneResults, stage: &StageResults| {
+        stage.hash.is_some()
+            && others.iter().any(|other| {
+                let found = find_scene(other, &scene.name).and_then(|scene| find_stage(scene, stage));
+                found.is_some_and(|found| found.hash.is_some())
+            })
+    };
+    first.results.scenes.iter().any(|scene| scene.stages.iter().any(|stage| is_common(scene, stage)))
+}
+
 /// The HTML page of several machines.
 pub fn machines_page(machines: &[MachineResults]) -> String {
     let mut page = format!("{HEAD}<h1>blinn bench: {} machines</h1>\n", machines.len());
     let different = different_work(machines);
-    page += match different.is_empty() {
-        true => "<p>All hashes that several machines have are equal: they did the same work.</p>\n",
-        false => "<p class=\"more\">The machines did different work.</p>\n",
+    page += match (different.is_empty(), has_common_hash(machines)) {
+        (true, true) => "<p>All hashes that several machines have are equal: they did the same work.</p>\n",
+        (true, false) => {
+            "<p class=\"note\">The machines have no hash in common that shows the same work.</p>\n"
+        }
+        (false, _) => "<p class=\"more\">The machines did different work.</p>\n",
     };
     for text in different {
         page += &format!("<p class=\"more\">{}</p>\n", escape_html(&text));
@@ -277,6 +293,9 @@ mod tests {
         assert_eq!(tables[1].rows[1][5..], ["2.00 [2.00, 2.00]", "–", "–", "–"]);
         assert!(different_work(&machines).is_empty());
         assert!(machines_page(&machines).contains("they did the same work"));
+        machines.truncate(2);
+        machines[1].results.scenes[0].stages[0].hash = None;
+        assert!(machines_page(&machines).contains("no hash in common"));
     }
 
     #[test]
