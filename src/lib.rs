@@ -114,6 +114,7 @@ pub use glam;
 pub mod accel;
 pub mod batch;
 pub mod bench;
+pub mod cancellation;
 pub mod cli;
 pub mod compare;
 pub mod display;

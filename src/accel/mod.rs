@@ -63,6 +63,9 @@ pub use report::{AccelStats, BuildReport};
 pub use settings::{BuildSettings, FlattenBudget, Preset};
 pub use traverse::traversal_stats::TraversalStats;
 
+use std::collections::btree_map::Entry;
+
+use crate::cancellation::{CancelToken, Cancelled};
 use crate::geometry::{Hit, Ray, Rgb};
 use crate::scene::PosedScene;
 use build::instancing_plan::InstancingPlan;
@@ -88,6 +91,18 @@ pub struct Accel {
 impl Accel {
     /// Builds the BVHs of `posed`, and reports the triangles that it rejected.
     pub fn build(posed: &PosedScene, settings: &BuildSettings) -> (Accel, BuildReport) {
+        never_cancelled(Accel::build_cancellable(posed, settings, &CancelToken::default()))
+    }
+
+    /// Builds the BVHs as [`Accel::build`] does, unless it is cancelled.
+    ///
+    /// # Errors
+    /// `cancel` was cancelled.
+    pub fn build_cancellable(
+        posed: &PosedScene,
+        settings: &BuildSettings,
+        cancel: &CancelToken,
+    ) -> Result<(Accel, BuildReport), Cancelled> {
         let mut accel = Accel {
             settings: *settings,
             bvh: SceneBvh::default(),
@@ -95,40 +110,59 @@ impl Accel {
             flags_cache: MeshFlagsCache::default(),
             has_translucent: false,
         };
-        let report = accel.update(posed);
-        (accel, report)
+        let report = accel.update_cancellable(posed, cancel)?;
+        Ok((accel, report))
     }
 
     /// Updates the BVHs to another pose of the same scene: keeps those of static triangles and of instanced
     /// meshes, rebuilds the TLAS, and refits the BVH of dynamic triangles, or rebuilds it where that is better.
     pub fn update(&mut self, posed: &PosedScene) -> BuildReport {
+        never_cancelled(self.update_cancellable(posed, &CancelToken::default()))
+    }
+
+    /// Updates the BVHs as [`Accel::update`] does, unless it is cancelled. They are of no use then.
+    ///
+    /// # Errors
+    /// `cancel` was cancelled.
+    pub fn update_cancellable(
+        &mut self,
+        posed: &PosedScene,
+        cancel: &CancelToken,
+    ) -> Result<BuildReport, Cancelled> {
         let BuildSettings { preset, flatten, .. } = self.settings;
         let plan = InstancingPlan::new(posed, flatten, |mesh| self.flags_cache.get(posed, mesh));
         if self.plan.static_world != plan.static_world {
-            self.bvh.static_world = build_world_blas(posed, &plan.static_world, preset);
+            self.bvh.static_world = build_world_blas(posed, &plan.static_world, preset, cancel)?;
         }
         if self.plan.dynamic_world != plan.dynamic_world || plan.may_deform(posed) {
-            self.update_dynamic_world(posed, &plan);
+            self.update_dynamic_world(posed, &plan, cancel)?;
         }
         self.bvh.mesh_blases.retain(|&mesh, _| plan.mesh_flags(mesh) == self.plan.mesh_flags(mesh));
         for (&mesh, instanced) in &plan.instanced {
-            let build = || build_mesh_blas(posed, mesh, &instanced.flags, preset);
-            self.bvh.mesh_blases.entry(mesh).or_insert_with(build);
+            if let Entry::Vacant(slot) = self.bvh.mesh_blases.entry(mesh) {
+                slot.insert(build_mesh_blas(posed, mesh, &instanced.flags, preset, cancel)?);
+            }
         }
-        self.bvh.tlas = build_tlas(posed, &plan, &self.bvh.mesh_blases, preset);
+        self.bvh.tlas = build_tlas(posed, &plan, &self.bvh.mesh_blases, preset, cancel)?;
         self.has_translucent = plan.has_translucent();
         self.plan = plan;
-        self.report()
+        Ok(self.report())
     }
 
-    fn update_dynamic_world(&mut self, posed: &PosedScene, plan: &InstancingPlan) {
+    fn update_dynamic_world(
+        &mut self,
+        posed: &PosedScene,
+        plan: &InstancingPlan,
+        cancel: &CancelToken,
+    ) -> Result<(), Cancelled> {
         let world = &mut self.bvh.dynamic_world;
         let before = self.plan.dynamic_world.iter().map(|flattened| flattened.instance);
         let same_instances = before.eq(plan.dynamic_world.iter().map(|flattened| flattened.instance));
         let ids = world.ids.clone();
         if !(same_instances && world.refit(world_triangles(posed, &plan.dynamic_world, &ids))) {
-            *world = build_world_blas(posed, &plan.dynamic_world, self.settings.preset);
+            *world = build_world_blas(posed, &plan.dynamic_world, self.settings.preset, cancel)?;
         }
+        Ok(())
     }
 
     /// Adds the reports of all BLASes.
@@ -218,4 +252,9 @@ impl Accel {
     pub fn sah_cost(&self) -> f64 {
         self.bvh.sah_cost()
     }
+}
+
+/// The result of work whose token nobody cancels.
+fn never_cancelled<T>(result: Result<T, Cancelled>) -> T {
+    result.unwrap_or_else(|Cancelled| unreachable!("the default token is never cancelled"))
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, percent_encode, utf8_percent_encode};
 use twox_hash::XxHash3_128;
 
-use crate::import::open_regular_file;
+use crate::import::open_input_file;
 use crate::scene::{FileDigest, HashingReader, Source};
 
 /// Percent-encoded in file names: everything that separates words, or that XML escapes.
@@ -17,6 +17,8 @@ const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'
 
 /// The first word of a fingerprint.
 const VERSION: &str = "1";
+/// The last word of the fingerprint of a dataset's image that shows nothing.
+const EMPTY_WORD: &str = "empty";
 /// Suffix of the settings hash of an image that was rendered with warnings as errors.
 const STRICT_SUFFIX: &str = "+strict";
 
@@ -48,6 +50,11 @@ impl SettingsHash {
     /// that may have had warnings is not current for a strict render.
     pub fn strict(self, strict: bool) -> SettingsHash {
         SettingsHash { strict, ..self }
+    }
+
+    /// The hash without the strictness.
+    pub fn hash(self) -> u128 {
+        self.hash
     }
 
     /// The word of a fingerprint.
@@ -105,7 +112,7 @@ impl FileDigests {
             name == encoded_file_name(scene) && current != FileDigest::Unread && digest == current.to_string()
         });
         same_scene
-            && words.all(|word| {
+            && words.filter(|word| *word != EMPTY_WORD).all(|word| {
                 word.split_once('=').is_some_and(|(digest, name)| {
                     let name = percent_decode_str(name).decode_utf8_lossy();
                     digest == self.get(&resolve(scene, &name)).to_string()
@@ -130,13 +137,20 @@ pub fn fingerprint(settings: SettingsHash, scene: &Path, source: &Source) -> Opt
     Some(fingerprint)
 }
 
+/// Marks the fingerprint of an image that shows nothing, so that a later run knows without looking at the pixels.
+pub fn mark_empty(fingerprint: &str) -> String {
+    format!("{fingerprint} {EMPTY_WORD}")
+}
+
+/// Returns true if a fingerprint is marked by [`mark_empty`].
+pub fn is_marked_empty(fingerprint: &str) -> bool {
+    fingerprint.rsplit(' ').next() == Some(EMPTY_WORD)
+}
+
 /// Hashes a regular file of at most `max_bytes`. A path with a slash at the end is a folder, of which only the
 /// existence matters.
 fn digest_file(path: &Path, max_bytes: u64) -> io::Result<FileDigest> {
-    if path.as_os_str().as_encoded_bytes().ends_with(b"/") && path.is_dir() {
-        return Ok(FileDigest::of(b""));
-    }
-    let mut file = HashingReader::new(open_regular_file(path, max_bytes)?.take(max_bytes));
+    let mut file = HashingReader::new(open_input_file(path, max_bytes)?);
     let mut buffer = vec![0; 1 << 18];
     loop {
         match file.read(&mut buffer) {
@@ -202,6 +216,20 @@ mod tests {
         std::fs::remove_file(at("missing.bin")).unwrap();
         std::fs::write(at("x=\"1\".png"), "y").unwrap();
         assert!(!is_current(key, &scene), "a file changed");
+    }
+
+    #[test]
+    fn a_mark_of_empty_images_does_not_make_a_fingerprint_outdated() {
+        let dir = tempfile::tempdir().unwrap();
+        let scene = dir.path().join("a.gltf");
+        std::fs::write(&scene, "{}").unwrap();
+        let key = SettingsHash::of(&1);
+        let plain = current_fingerprint(key, &scene, &["empty"]);
+        let marked = mark_empty(&plain);
+        assert!(is_marked_empty(&marked) && !is_marked_empty(&plain));
+        assert!(digests().is_current(&marked, key, &scene));
+        std::fs::write(&scene, "{ }").unwrap();
+        assert!(!digests().is_current(&marked, key, &scene));
     }
 
     /// `--strict` does not keep an image that may have been rendered with warnings.

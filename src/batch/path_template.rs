@@ -3,8 +3,8 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf, is_separator};
 
-/// A path with placeholders: `{stem}` or `{model}`, `{parent}`, `{index}`, `{camera}`, and for the frame number `####`,
-/// `%04d` or `{frame:04}`. Other braces, `#` and `%` are literal.
+/// A path with placeholders: `{stem}` or `{model}`, `{parent}`, `{index}`, `{camera}`, for the frame number `####`,
+/// `%04d` or `{frame:04}`, and for the number of an archive `{shard}` or `{shard:05}`. Other braces, `#` and `%` are literal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathTemplate(Vec<Piece>);
 
@@ -20,6 +20,10 @@ enum Piece {
     Frame {
         digits: usize,
     },
+    /// The number of an archive, padded with zeros.
+    Shard {
+        digits: usize,
+    },
 }
 
 /// The values of the placeholders.
@@ -33,6 +37,8 @@ pub struct TemplateFields<'a> {
     pub frame: i64,
     /// The name of the camera in a list, which may have folders; empty without a list.
     pub camera: &'a str,
+    /// The number of the archive, from 0.
+    pub shard: usize,
 }
 
 /// Digits of a frame number that is appended to a path without one.
@@ -86,6 +92,16 @@ impl PathTemplate {
         self.0.iter().any(|piece| matches!(piece, Piece::Frame { .. }))
     }
 
+    /// Returns true if it has a placeholder for the number of an archive.
+    pub fn has_shard_number(&self) -> bool {
+        self.0.iter().any(|piece| matches!(piece, Piece::Shard { .. }))
+    }
+
+    /// Returns true if it has no placeholder but that.
+    pub fn has_only_shard_number(&self) -> bool {
+        self.0.iter().all(|piece| matches!(piece, Piece::Shard { .. } | Piece::Literal(_)))
+    }
+
     /// Returns true if it has a placeholder for the name of the camera.
     pub fn has_camera(&self) -> bool {
         self.0.contains(&Piece::Camera)
@@ -129,6 +145,7 @@ impl PathTemplate {
                     let sign = if fields.frame < 0 { "-" } else { "" };
                     path.push(format!("{sign}{:0digits$}", fields.frame.unsigned_abs()));
                 }
+                Piece::Shard { digits } => path.push(format!("{:0digits$}", fields.shard)),
             }
         }
         path.into()
@@ -157,7 +174,11 @@ fn parse_placeholder(text: &str) -> Option<(Piece, &str)> {
             "index" => Piece::Index,
             "camera" => Piece::Camera,
             "frame" => frame(0),
-            _ => frame(key.strip_prefix("frame:")?.parse().ok()?),
+            "shard" => Piece::Shard { digits: 0 },
+            _ => match key.strip_prefix("shard:") {
+                Some(digits) => Piece::Shard { digits: digits.parse::<usize>().ok()?.min(MAX_DIGITS) },
+                None => frame(key.strip_prefix("frame:")?.parse().ok()?),
+            },
         };
         return Some((piece, after));
     }
@@ -179,7 +200,11 @@ mod tests {
 
     fn expand(template: &PathTemplate, frame: i64) -> String {
         let scene = Path::new("shots/Ä robot.glb");
-        template.expand(&TemplateFields { scene, index: 3, frame, camera: "" }).to_str().unwrap().into()
+        template
+            .expand(&TemplateFields { scene, index: 3, frame, camera: "", shard: 12 })
+            .to_str()
+            .unwrap()
+            .into()
     }
 
     #[test]
@@ -192,6 +217,8 @@ mod tests {
             ("f_%d.png", "f_7.png"),
             ("f_{frame}.png", "f_7.png"),
             ("f_{frame:05}.png", "f_00007.png"),
+            ("s_{shard}.tar", "s_12.tar"),
+            ("s_{shard:05}.tar", "s_00012.tar"),
             ("100%.png", "100%.png"),
             ("%xd.png", "%xd.png"),
             ("{other}.png", "{other}.png"),
@@ -208,7 +235,7 @@ mod tests {
     fn folders_of_camera_names_are_folders_where_a_part_begins() {
         let expand = |template: &str| {
             let scene = Path::new("a.glb");
-            let fields = TemplateFields { scene, index: 1, frame: 7, camera: "train/r_0" };
+            let fields = TemplateFields { scene, index: 1, frame: 7, camera: "train/r_0", shard: 0 };
             PathTemplate::parse(template).with_frame_number().expand(&fields)
         };
         assert_eq!(expand("out/{camera}.png"), Path::new("out/train/r_0.png"));
@@ -264,6 +291,7 @@ mod tests {
             index: 1,
             frame: 2,
             camera: "",
+            shard: 0,
         });
         assert_eq!(name.as_os_str().as_bytes(), b"a\xff_2.png");
     }

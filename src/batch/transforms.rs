@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 use serde_json::{Map, Value, json};
 
 use super::pinhole::Pinhole;
 use super::world_up::WorldUp;
 use crate::geometry::Aabb;
 use crate::render::PixelRect;
-use crate::scene::{Camera, ClipPlanes};
+use crate::scene::{Camera, ClipPlanes, DistanceRange, Normalization, ViewLayout, ViewSampling};
 
 /// An image of a dataset.
 #[derive(Clone, Debug)]
@@ -20,6 +20,10 @@ pub struct DatasetView {
     pub layers: Vec<(&'static str, String)>,
     /// The camera of the image. Perspective.
     pub camera: Camera,
+    /// Rotation of the light sources about the vertical in radians; 0 as they are.
+    pub light_rotation: f64,
+    /// Rotation of the environment, likewise.
+    pub environment_rotation: f64,
     /// True if the image is known to show nothing.
     pub is_empty: bool,
 }
@@ -37,8 +41,12 @@ pub struct Dataset {
     pub time: f64,
     /// Bounds of the scene in blinn's world, in metres.
     pub bounds: Aabb,
-    /// Metres per step of integer depth layers, if there are any.
+    /// Metres, or units of the normalization, per step of integer depth layers, if there are any.
     pub depth_step: Option<f64>,
+    /// From blinn's world to the units of the file, before the rotation to its up axis. `None` for metres.
+    pub normalization: Option<Normalization>,
+    /// How the views were chosen.
+    pub sampling: ViewSampling,
 }
 
 impl Dataset {
@@ -46,6 +54,13 @@ impl Dataset {
     /// (i, j) at (i + ½, j + ½). Matrices transform from OpenGL camera space (x right, y up, z backward) to the world,
     /// in metres.
     pub fn to_json(&self, views: &[DatasetView]) -> String {
+        let mut root = self.shared_members(views);
+        root.insert("frames".into(), views.iter().map(|view| Value::Object(self.frame(view))).collect());
+        format!("{:#}\n", Value::Object(root))
+    }
+
+    /// All members of `transforms.json` but the frames.
+    fn shared_members(&self, views: &[DatasetView]) -> Map<String, Value> {
         let mut root = Map::new();
         if let Some(view) = views.first() {
             // All cameras have the same intrinsics.
@@ -56,11 +71,17 @@ impl Dataset {
             root.insert("aabb".into(), self.aabb());
         }
         root.extend(self.depth_step.map(|step| ("integer_depth_scale".into(), json!(step))));
-        if let Some(recorded) = self.recorded(views) {
+        if let Some(normalization) = &self.normalization {
+            let inverse = normalization.inverse() * DMat4::from_mat3(self.up.rotation().transpose());
+            root.insert("normalized_to_scene".into(), matrix_rows(&inverse));
+        }
+        if self.sampling != (ViewSampling { seed: self.sampling.seed, ..ViewSampling::default() }) {
+            root.insert("view_sampling".into(), self.sampling());
+        }
+        if let Some(recorded) = self.recorded(views).filter(|_| self.normalization.is_none()) {
             root.insert("blinn".into(), recorded);
         }
-        root.insert("frames".into(), views.iter().map(|view| self.frame(view)).collect());
-        format!("{:#}\n", Value::Object(root))
+        root
     }
 
     /// Angles of view in radians; focal lengths, principal point and size in pixels.
@@ -113,15 +134,31 @@ impl Dataset {
         Some(Value::Object(recorded))
     }
 
-    fn frame(&self, view: &DatasetView) -> Value {
+    /// Adds what `transforms.json` would hold of one image to the description of a sample.
+    pub fn describe_sample(&self, view: &DatasetView, description: &mut Value) {
+        for (key, value) in
+            self.shared_members(std::slice::from_ref(view)).into_iter().chain(self.frame(view))
+        {
+            description[key] = value;
+        }
+    }
+
+    fn frame(&self, view: &DatasetView) -> Map<String, Value> {
         let mut frame = Map::new();
         frame.insert("file_path".into(), json!(view.file));
         frame.extend(view.layers.iter().map(|(key, name)| (key.to_string(), json!(name))));
+        for (key, angle) in
+            [("light_rotation", view.light_rotation), ("environment_rotation", view.environment_rotation)]
+        {
+            if angle != 0.0 {
+                frame.insert(key.into(), json!(angle.to_degrees()));
+            }
+        }
         if view.is_empty {
             frame.insert("empty".into(), json!(true));
         }
         frame.insert("transform_matrix".into(), self.camera_to_world(&view.camera));
-        Value::Object(frame)
+        frame
     }
 
     /// Returns the images that a text of `transforms.json` marks as empty.
@@ -136,8 +173,8 @@ impl Dataset {
     /// The lowest and the highest corner in the dataset's world.
     fn aabb(&self) -> Value {
         let mut rotated = Aabb::EMPTY;
-        rotated.extend(self.up.rotation() * self.bounds.min);
-        rotated.extend(self.up.rotation() * self.bounds.max);
+        rotated.extend(self.point(self.bounds.min));
+        rotated.extend(self.point(self.bounds.max));
         json!([positive_zeros(rotated.min.to_array()), positive_zeros(rotated.max.to_array())])
     }
 
@@ -145,10 +182,56 @@ impl Dataset {
     fn camera_to_world(&self, camera: &Camera) -> Value {
         let rotation = self.up.rotation();
         let [u, v, w] = [camera.basis.u, camera.basis.v, camera.basis.w].map(|axis| rotation * axis);
-        let e = rotation * camera.view_point;
-        let matrix = DMat4::from_cols(u.extend(0.0), v.extend(0.0), w.extend(0.0), e.extend(1.0));
-        (0..4).map(|i| json!(positive_zeros(matrix.row(i).to_array()))).collect()
+        let e = self.point(camera.view_point);
+        matrix_rows(&DMat4::from_cols(u.extend(0.0), v.extend(0.0), w.extend(0.0), e.extend(1.0)))
     }
+
+    /// A point of blinn's world in that of the file.
+    fn point(&self, p: DVec3) -> DVec3 {
+        self.up.rotation() * self.normalization.map_or(p, |normalization| normalization.point(p))
+    }
+
+    /// The settings that the views follow from, by the names of the flags.
+    fn sampling(&self) -> Value {
+        let ViewSampling { layout, elevation, distance, roll, look_at_jitter, .. } = self.sampling;
+        let mut root = Map::new();
+        let on = match layout {
+            ViewLayout::Sphere => "sphere",
+            ViewLayout::Hemisphere => "hemisphere",
+            ViewLayout::Ring => "ring",
+            ViewLayout::Icosphere => "icosphere",
+            ViewLayout::Random => "random",
+            ViewLayout::Stereo { .. } => "stereo",
+        };
+        root.insert("on".into(), json!(on));
+        if let ViewLayout::Stereo { baseline: Some(baseline) } = layout {
+            root.insert("baseline".into(), json!(baseline));
+        }
+        if let Some((low, high)) = elevation {
+            root.insert("elevation_range".into(), json!([low.to_degrees(), high.to_degrees()]));
+        }
+        match distance {
+            Some(DistanceRange::Metres(low, high)) => {
+                root.insert("distance_range".into(), json!([low, high]))
+            }
+            Some(DistanceRange::Framed(low, high)) => {
+                root.insert("distance_range_framed".into(), json!([low, high]))
+            }
+            None => None,
+        };
+        for (key, value) in [("roll", roll.to_degrees()), ("look_at_jitter", look_at_jitter)] {
+            if value != 0.0 {
+                root.insert(key.into(), json!(value));
+            }
+        }
+        root.insert("seed".into(), json!(self.sampling.seed));
+        Value::Object(root)
+    }
+}
+
+/// The rows of a matrix.
+fn matrix_rows(matrix: &DMat4) -> Value {
+    (0..4).map(|i| json!(positive_zeros(matrix.row(i).to_array()))).collect()
 }
 
 /// Replaces −0 by 0.

@@ -30,7 +30,8 @@ pub fn run(args: &InfoArgs) -> Result<Summary, UsageError> {
     let scenes = scene_list(&args.scene.scenes)?;
     let mut summary = Summary::default();
     let mut all = Vec::new();
-    for path in &scenes {
+    for path in scenes.iter() {
+        let path = &path?;
         match panics::catch(|| read_properties(path, &options, args)) {
             Ok(properties) => {
                 all.push(Value::Object(properties));

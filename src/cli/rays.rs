@@ -37,7 +37,7 @@ pub fn run(args: &RaysArgs) -> Result<Summary, UsageError> {
     if let Err(error) = panics::catch(|| dump(args, &settings)) {
         let text = scene_error(&args.scene, &error).to_string();
         print_error(&text);
-        summary.failures.push(single_line(&text));
+        summary.add_failure(single_line(&text));
     }
     Ok(summary)
 }

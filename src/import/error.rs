@@ -6,6 +6,8 @@ use std::hash::{BuildHasherDefault, DefaultHasher, Hash, Hasher};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::cancellation::Cancelled;
+
 /// The reason why a file was not loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
@@ -43,6 +45,9 @@ pub enum LoadError {
         /// The largest allowed amount.
         allowed: u64,
     },
+    /// [`LoadOptions::cancel`](super::LoadOptions::cancel) was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// The file is valid but needs a feature that is not supported.
     #[error("{0}")]
     Unsupported(String),

@@ -26,13 +26,15 @@ use std::path::Path;
 
 use crate::scene::{FileDigest, Scene, SourceFormat};
 use files::scene_input::SceneInput;
+use files::tar_archive::ArchivePath;
 
 pub use bodies::refracts_if_closed;
 pub use camera_xml::load_camera_xml;
 pub use cameras::{CameraFile, Lens, ListedCamera, MAX_CAMERAS, RecordedView};
 pub use error::{LoadError, Warning};
 pub use files::limits::Limits;
-pub(crate) use files::read_file::{open_regular_file, open_scene_file};
+pub(crate) use files::read_file::{open_input_file, open_scene_file};
+pub(crate) use files::tar_archive::{file_version, has_tar_extension, is_in_archive, scenes_in_tar};
 pub use image::environment::load_environment;
 pub use image::stored_picture::{PictureChannel, PictureEncoding, StoredPicture};
 pub use options::{GlassMode, LoadOptions, SceneChoice, UpAxis};
@@ -42,12 +44,22 @@ pub use smooth::NormalMode;
 const HEAD_BYTES: u64 = 4096;
 
 /// Loads a scene with all warnings. The format (glTF, GLB or OBJ) is detected from the content, then from the
-/// extension, unless [`LoadOptions::format`] is set.
+/// extension, unless [`LoadOptions::format`] is set. A path such as `objects.tar/a/chair.obj` names a file in a tar file,
+/// which is read in place with the files beside it.
 ///
 /// # Errors
 /// The file cannot be read, is malformed, exceeds a limit or needs an unsupported feature. The error has the
 /// location in the file.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
+    if let Some(inside) = ArchivePath::of(path) {
+        let limit = options.limits.file_bytes;
+        let inside = inside.map_err(|e| LoadError::io(path, e))?;
+        if let Some((_, bytes)) = inside.archive.place(&inside.name) {
+            LoadError::check_limit(files::read_file::FILE_SIZE, bytes, limit)?;
+        }
+        let bytes = inside.read(limit).map_err(|e| LoadError::io(path, e))?;
+        return load_input(SceneInput::Memory(&bytes), path, options);
+    }
     load_input(SceneInput::File(path), path, options)
 }
 
@@ -79,7 +91,8 @@ fn load_input(
     if let Some(hint) = files::archive_hint::hint(&head) {
         return Err(LoadError::Unsupported(hint.into()));
     }
-    let folder = files::scene_folder::SceneFolder::of(path, options.allow_outside);
+    let folder =
+        files::scene_folder::SceneFolder::of(path, options.allow_outside).with_cancel(&options.cancel);
     let (mut scene, mut warnings) = match options.format.unwrap_or_else(|| detect_format(path, &head)) {
         SourceFormat::Gltf => {
             let bytes = input.read(limit)?;
@@ -93,6 +106,7 @@ fn load_input(
             obj::load(input, &folder, options)?
         }
     };
+    options.cancel.check()?;
     warnings.extend(missing_uvs::warnings(&scene));
     scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     (scene.source.digest, scene.source.files) = folder.sources.into_contents();
@@ -100,7 +114,8 @@ fn load_input(
     let is_blender = scene.source.is_blender();
     scene.textures.iter_mut().for_each(|t| t.decode_last = is_blender);
     bodies::mark_bodies(&mut scene, options.glass);
-    smooth::apply(&mut scene, options.normals);
+    options.cancel.check()?;
+    smooth::apply(&mut scene, options.normals, &options.cancel)?;
     Ok((scene, warnings))
 }
 

@@ -2,6 +2,7 @@
 
 use super::NormalMode;
 use super::files::limits::Limits;
+use crate::cancellation::CancelToken;
 use crate::scene::SourceFormat;
 
 /// Selects one of the file's scenes.
@@ -55,4 +56,6 @@ pub struct LoadOptions {
     pub glass: GlassMode,
     /// Allows references to files outside the scene's folder.
     pub allow_outside: bool,
+    /// Ends the import early. It decides nothing else.
+    pub cancel: CancelToken,
 }

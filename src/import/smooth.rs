@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::tangents;
+use crate::cancellation::{CancelToken, Cancelled};
 use crate::scene::{GeneratedFrames, Mesh, Scene};
 
 #[cfg(test)]
@@ -24,9 +25,12 @@ pub enum NormalMode {
 }
 
 /// Replaces the normals of all meshes as `mode` requires, and the tangents of meshes with normal maps.
-pub(super) fn apply(scene: &mut Scene, mode: NormalMode) {
+///
+/// # Errors
+/// The import was cancelled.
+pub(super) fn apply(scene: &mut Scene, mode: NormalMode, cancel: &CancelToken) -> Result<(), Cancelled> {
     if mode == NormalMode::File {
-        return;
+        return Ok(());
     }
     for mesh in &mut scene.meshes {
         mesh.normals = Vec::new();
@@ -39,14 +43,17 @@ pub(super) fn apply(scene: &mut Scene, mode: NormalMode) {
     }
     if let NormalMode::CreaseAngle(degrees) = mode {
         for object in object_meshes(scene) {
+            cancel.check()?;
             generate(&mut scene.meshes, &object, libm::cos(degrees.to_radians()));
         }
     }
     for mesh in &mut scene.meshes {
         if let Some(map) = scene.materials.get(mesh.material as usize).and_then(|m| m.normal) {
+            cancel.check()?;
             tangents::generate(mesh, &map.texture, &scene.source);
         }
     }
+    Ok(())
 }
 
 /// Groups the meshes by object, so that a surface stays smooth where its material changes.

@@ -5,6 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::{RwLock, RwLockWriteGuard};
 
+use tempfile::NamedTempFile;
+
 use super::write_target::WriteTarget;
 
 /// Locked for reading while a file is written, and for writing by [`block_writes`].
@@ -26,8 +28,8 @@ pub enum Overwrite {
     No,
 }
 
-/// Writes `bytes` to a temporary file beside `path` and renames it to `path`. After an error, and after an orderly
-/// shutdown, no temporary file is left. Symbolic links are followed; pipes and devices are appended to. A file that is
+/// Writes `bytes` to a temporary file in the folder of `path` and names it `path`. After an error, and after an orderly
+/// shutdown, no temporary file is left; on Linux file systems with unnamed files also not after a kill. Symbolic links are followed; pipes and devices are appended to. A file that is
 /// replaced keeps its permissions.
 ///
 /// # Errors
@@ -51,28 +53,109 @@ pub fn write_atomically_with(
         WriteTarget::File(path) => path,
         WriteTarget::Stream(path) => return write(&mut OpenOptions::new().append(true).open(path)?),
     };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".blinn-").suffix(".part");
+    #[cfg(target_os = "linux")]
+    if let Some(mut file) = unnamed_file::create(folder(&path)) {
+        write(&mut file)?;
+        keep_permissions(&file, &path);
+        file.sync_data()?;
+        return unnamed_file::link(&mut file, &path, overwrite);
+    }
+    let mut file = named_temp_file(&path)?;
+    write(file.as_file_mut())?;
+    keep_permissions(file.as_file(), &path);
+    file.as_file().sync_data()?;
+    persist(file, &path, overwrite)
+}
+
+/// Creates a temporary file beside `path` that keeps its name after a kill.
+fn named_temp_file(path: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = temp_name();
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         // The default of new files; the umask applies. Temporary files are private otherwise.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder(&path)).map_err(without_path)?;
-    write(file.as_file_mut())?;
+    builder.tempfile_in(folder(path)).map_err(without_path)
+}
+
+/// The form of temporary names.
+fn temp_name() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".blinn-").suffix(".part");
+    builder
+}
+
+/// Sets the permissions of the file that will be replaced.
+fn keep_permissions(file: &File, replaced: &Path) {
     #[cfg(unix)]
-    if let Ok(replaced) = path.metadata() {
+    if let Ok(replaced) = replaced.metadata() {
         // Some file systems have no permissions to set.
-        let _ = file.as_file().set_permissions(replaced.permissions());
+        let _ = file.set_permissions(replaced.permissions());
     }
-    file.as_file().sync_data()?;
+    #[cfg(not(unix))]
+    let _ = (file, replaced);
+}
+
+/// Gives a temporary file its final name.
+fn persist<F>(file: NamedTempFile<F>, path: &Path, overwrite: Overwrite) -> io::Result<()> {
     match overwrite {
         Overwrite::Yes => file.persist(path),
         Overwrite::No => file.persist_noclobber(path),
     }
     .map(drop)
     .map_err(|e| e.error)
+}
+
+/// Files that have no name until they are complete: a process that is killed leaves nothing of them.
+#[cfg(target_os = "linux")]
+mod unnamed_file {
+    use std::fs::File;
+    use std::io::{self, Seek};
+    use std::os::fd::AsRawFd;
+    use std::path::{Path, PathBuf};
+
+    use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
+    use rustix::io::Errno;
+
+    use super::{Overwrite, folder, named_temp_file, persist, temp_name, without_path};
+
+    /// Creates a file in a folder. `None` where the file system has no unnamed files.
+    pub fn create(folder: &Path) -> Option<File> {
+        let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
+        let file = File::from(open(folder, flags, Mode::from_raw_mode(0o666)).ok()?);
+        // Its name in /proc is needed later.
+        descriptor_path(&file).exists().then_some(file)
+    }
+
+    /// Names a complete file.
+    pub fn link(file: &mut File, path: &Path, overwrite: Overwrite) -> io::Result<()> {
+        match link_as(file, path) {
+            Ok(()) => return Ok(()),
+            Err(Errno::EXIST) if overwrite == Overwrite::No => {
+                return Err(io::Error::from(io::ErrorKind::AlreadyExists));
+            }
+            Err(_) => {}
+        }
+        // A file can be replaced only by a named one.
+        if let Ok(named) = temp_name().make_in(folder(path), |name| Ok(link_as(file, name)?)) {
+            return persist(named, path, overwrite);
+        }
+        let mut copy = named_temp_file(path)?;
+        file.rewind()?;
+        io::copy(file, copy.as_file_mut()).map_err(without_path)?;
+        super::keep_permissions(copy.as_file(), path);
+        copy.as_file().sync_data()?;
+        persist(copy, path, overwrite)
+    }
+
+    fn link_as(file: &File, path: &Path) -> rustix::io::Result<()> {
+        linkat(CWD, descriptor_path(file), CWD, path, AtFlags::SYMLINK_FOLLOW)
+    }
+
+    fn descriptor_path(file: &File) -> PathBuf {
+        format!("/proc/self/fd/{}", file.as_raw_fd()).into()
+    }
 }
 
 /// Creates an unnamed temporary file on the file system of `path`, or in the system's temporary folder if `path` is
@@ -179,6 +262,35 @@ mod tests {
         });
         write("pipe").unwrap();
         assert_eq!(reader.join().unwrap().unwrap(), b"pipe");
+    }
+
+    /// While a new file is written, its folder is empty: a kill leaves nothing.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn an_unfinished_file_has_no_name() {
+        let dir = tempfile::tempdir().unwrap();
+        if unnamed_file::create(dir.path()).is_none() {
+            return;
+        }
+        let count = || std::fs::read_dir(dir.path()).unwrap().count();
+        for (file, before) in [("a", 0), ("a", 1), ("b", 1)] {
+            let write = |file: &mut File| {
+                assert_eq!(count(), before);
+                file.write_all(b"x")
+            };
+            write_atomically_with(&dir.path().join(file), Overwrite::Yes, write).unwrap();
+        }
+        assert_eq!(count(), 2);
+        // Another process writes the file meanwhile.
+        let path = dir.path().join("c");
+        let race = |file: &mut File| {
+            std::fs::write(&path, "other")?;
+            file.write_all(b"x")
+        };
+        let error = write_atomically_with(&path, Overwrite::No, race).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(std::fs::read(&path).unwrap(), b"other");
+        assert_eq!(count(), 3);
     }
 
     #[test]

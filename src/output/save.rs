@@ -24,25 +24,51 @@ pub fn save(
     depth: BitDepth,
     overwrite: Overwrite,
 ) -> Result<Vec<PathBuf>, SaveError> {
-    let previews = if format.supports_layers() { Vec::new() } else { preview_paths(picture, path) };
+    let previews = preview_paths(picture, path, format);
     check_overwrite(path, overwrite)?;
     previews.iter().try_for_each(|file| check_overwrite(file, overwrite))?;
-
-    write(path, format.encode(picture, depth), overwrite)?;
-    if !previews.is_empty() {
-        let layers = picture.layers.iter().map(|layer| encode_layer(picture, layer));
-        let mattes = picture.mattes.iter().map(|matte| {
-            png::encode_rgba8(picture.size(), &preview_matte(matte), picture.fingerprint.as_deref())
-        });
-        for (file, bytes) in previews.iter().zip(layers.chain(mattes)) {
-            write(file, bytes, overwrite)?;
-        }
-    }
-    Ok([path.to_path_buf()].into_iter().chain(previews).collect())
+    encode_files(picture, path, format, depth)
+        .map(|file| {
+            let EncodedFile { path, bytes } = file?;
+            write_atomically(&path, &bytes, overwrite).map_err(|e| SaveError::new(&path, e))?;
+            Ok(path)
+        })
+        .collect()
 }
 
-/// The files of the layers, then of the mattes.
-fn preview_paths(picture: &Picture, path: &Path) -> Vec<PathBuf> {
+/// A file in memory.
+#[derive(Clone, Debug)]
+pub struct EncodedFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// Encodes the files that [`save`] writes, one after the other: the image, then the previews of its layers.
+pub fn encode_files<'p>(
+    picture: &'p Picture,
+    path: &'p Path,
+    format: ImageFormat,
+    depth: BitDepth,
+) -> impl Iterator<Item = Result<EncodedFile, SaveError>> + 'p {
+    let image = std::iter::once_with(move || (path.to_path_buf(), format.encode(picture, depth)));
+    let layers = picture.layers.iter().map(|layer| encode_layer(picture, layer));
+    let mattes = picture.mattes.iter().map(|matte| {
+        png::encode_rgba8(picture.size(), &preview_matte(matte), picture.fingerprint.as_deref())
+    });
+    let previews = preview_paths(picture, path, format).into_iter().zip(layers.chain(mattes));
+    image.chain(previews).map(|(path, bytes)| match bytes {
+        Ok(bytes) => Ok(EncodedFile { path, bytes }),
+        Err(cause) => Err(SaveError { path, cause }),
+    })
+}
+
+/// The files of the layers, then of the mattes. None for formats that hold layers.
+fn preview_paths(picture: &Picture, path: &Path, format: ImageFormat) -> Vec<PathBuf> {
+    if format.supports_layers() {
+        return Vec::new();
+    }
     let layers = picture.layers.iter().map(|layer| layer.aov.name().to_string());
     let mattes = picture.mattes.iter().map(|matte| format!("cryptomatte-{}", matte.kind.name()));
     layers.chain(mattes).map(|name| path.with_extension(format!("{name}.png"))).collect()
@@ -62,10 +88,6 @@ fn encode_layer(picture: &Picture, layer: &AovLayer) -> io::Result<Vec<u8>> {
         (Aov::Mask, _) => png::encode_grey8(size, &preview_layer(layer), fingerprint),
         _ => png::encode_rgba8(size, &preview_layer(layer), fingerprint),
     }
-}
-
-fn write(path: &Path, bytes: io::Result<Vec<u8>>, overwrite: Overwrite) -> Result<(), SaveError> {
-    bytes.and_then(|bytes| write_atomically(path, &bytes, overwrite)).map_err(|e| SaveError::new(path, e))
 }
 
 /// Checks, without touching the disk, that a file may be created at `path`.

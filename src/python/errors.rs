@@ -36,7 +36,7 @@ pub fn load_error(name: &str, error: LoadError) -> PyErr {
     };
     match error {
         LoadError::Limit { .. } => LimitError::new_err(text),
-        LoadError::Unsupported(_) => UnsupportedError::new_err(text),
+        LoadError::Cancelled(_) | LoadError::Unsupported(_) => UnsupportedError::new_err(text),
         LoadError::Io { .. } | LoadError::Parse { .. } | LoadError::Invalid { .. } => {
             PyLoadError::new_err(text)
         }

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use super::camera::PyCamera;
 use super::posed::PosedCell;
 use crate::accel::Accel;
+use crate::cancellation::CancelToken;
 use crate::cli::embed::{
     EmptyImages, PlannedFrame, PosedFrame, RenderPlan, RenderSession, RenderedImage, SceneLog, quiet_reporter,
 };
@@ -141,7 +142,13 @@ impl RenderJob {
         sender: &SyncSender<Message>,
     ) -> Result<()> {
         let (session, frame) = pool.install(|| -> Result<_> {
-            let (session, start) = RenderSession::from_start(&self.plan, scene, log, self.start.frame())?;
+            let (session, start) = RenderSession::from_start(
+                &self.plan,
+                scene,
+                log,
+                self.start.frame(),
+                &CancelToken::default(),
+            )?;
             let frame = session.setup.frame_at(self.time, start)?;
             Ok((session, frame))
         })?;

@@ -8,10 +8,11 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
+use crate::cancellation::Cancelled;
 use crate::geometry::Rgba;
 use crate::integrator::{Frame, Integrator};
 use crate::render::film::{PixelRect, Pixels};
-use crate::render::progress::{CancelOnly, Cancelled, ProgressMonitor};
+use crate::render::progress::{CancelOnly, ProgressMonitor};
 use crate::render::sample_generator::SampleGenerator;
 use crate::render::settings::{AdaptiveSampling, RenderSettings};
 use crate::render::tiles::{render_pixels, render_tiles, render_uniform};

@@ -3,9 +3,10 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
+use crate::cancellation::Cancelled;
 use crate::integrator::{Aov, Frame, NeighbourFrames, Sample, Scratch, add_flow, first_hits};
 use crate::render::film::AovLayer;
-use crate::render::progress::{Cancelled, ProgressMonitor};
+use crate::render::progress::ProgressMonitor;
 use crate::render::settings::RenderSettings;
 use crate::scene::ObjectSpaces;
 

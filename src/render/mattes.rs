@@ -3,8 +3,9 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
+use crate::cancellation::Cancelled;
 use crate::integrator::{Frame, MatteKind, Sample, Scratch, trace_mattes};
-use crate::render::progress::{Cancelled, ProgressMonitor};
+use crate::render::progress::ProgressMonitor;
 use crate::render::sample_generator::SampleGenerator;
 use crate::render::settings::RenderSettings;
 use crate::scene::Scene;

@@ -1,9 +1,10 @@
 //! Exposure metering: the log-average and the highlights of a scene's light.
 
+use crate::cancellation::Cancelled;
 use crate::geometry::Rgb;
 use crate::integrator::{Frame, Integrator};
 use crate::render::film::Pixels;
-use crate::render::progress::{Cancelled, ProgressMonitor};
+use crate::render::progress::ProgressMonitor;
 use crate::render::settings::RenderSettings;
 use crate::render::tiles::render_uniform;
 

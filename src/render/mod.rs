@@ -19,6 +19,7 @@ mod tiles;
 
 use crate::integrator::{Frame, Integrator};
 
+pub use crate::cancellation::Cancelled;
 pub use crate::integrator::{LowDiscrepancySampler, Sampler};
 pub use aov_layers::{render_aovs, render_moving_aovs};
 pub use film::{AovLayer, Film, PixelRect, Pixels, TileBuffer};
@@ -27,7 +28,7 @@ pub use mattes::{MATTE_RANKS, Matte, render_mattes};
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
 pub use object_masks::{ObjectMask, render_object_masks};
 pub use pixel_mask::{MaskRect, PixelMask};
-pub use progress::{Cancelled, ProgressMonitor};
+pub use progress::ProgressMonitor;
 pub use settings::{AdaptiveSampling, RenderSettings};
 pub use surface_tracks::{SurfaceTrack, trace_surface_tracks};
 

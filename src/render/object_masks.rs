@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use glam::UVec2;
 use rayon::prelude::*;
 
+use crate::cancellation::Cancelled;
 use crate::integrator::{Frame, ObjectHit, Sample, Scratch, trace_objects};
 use crate::render::pixel_mask::{MaskRect, PixelMask};
-use crate::render::progress::{Cancelled, ProgressMonitor};
+use crate::render::progress::ProgressMonitor;
 use crate::render::settings::RenderSettings;
 
 /// The masks of an object, in pixels of the full picture.

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::cancellation::CancelToken;
+
 /// Receives the progress of a render, and can cancel it.
 pub trait ProgressMonitor: Sync {
     /// `count` more pixels are done.
@@ -25,6 +27,13 @@ impl ProgressMonitor for AtomicBool {
     }
 }
 
+/// A token that cancels.
+impl ProgressMonitor for CancelToken {
+    fn is_cancelled(&self) -> bool {
+        CancelToken::is_cancelled(self)
+    }
+}
+
 /// Passes on cancellation only.
 pub(super) struct CancelOnly<'a>(pub &'a dyn ProgressMonitor);
 
@@ -33,8 +42,3 @@ impl ProgressMonitor for CancelOnly<'_> {
         self.0.is_cancelled()
     }
 }
-
-/// The render was cancelled; there are no pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("cancelled")]
-pub struct Cancelled;

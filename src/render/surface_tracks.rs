@@ -3,10 +3,11 @@
 use glam::{DVec2, DVec3, UVec2};
 use rayon::prelude::*;
 
+use crate::cancellation::Cancelled;
 use crate::geometry::Rgb;
 use crate::integrator::{Frame, Sample, Scratch, SurfaceTarget, first_hits, sees};
 use crate::render::film::PixelRect;
-use crate::render::progress::{Cancelled, ProgressMonitor};
+use crate::render::progress::ProgressMonitor;
 use crate::render::settings::RenderSettings;
 use crate::scene::Camera;
 

@@ -3,10 +3,11 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
+use crate::cancellation::Cancelled;
 use crate::geometry::Rgba;
 use crate::integrator::{Frame, Integrator, Sample, Scratch};
 use crate::render::film::{Film, PixelRect, Pixels, TileBuffer};
-use crate::render::progress::{Cancelled, ProgressMonitor};
+use crate::render::progress::ProgressMonitor;
 use crate::render::sample_generator::SampleGenerator;
 use crate::render::settings::RenderSettings;
 

@@ -21,6 +21,7 @@ mod material;
 mod memory_size;
 mod mesh;
 mod node;
+mod normalization;
 mod opaque_triangles;
 mod resolve_view;
 mod rig;
@@ -34,6 +35,7 @@ mod texture;
 mod turntable;
 mod view;
 mod view_rect;
+mod view_sampling;
 
 pub use animation::animated_properties::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 pub use animation::bounds_cache::ClipBoundsCache;
@@ -59,6 +61,7 @@ pub use material::{
 pub use mesh::{DeformedMesh, GeneratedFrames, Influences, Mesh, MorphTarget};
 pub(crate) use node::unit_quaternion;
 pub use node::{Instance, LocalTransform, Node, PackedTrs};
+pub use normalization::{Normalization, UnitShape};
 pub use opaque_triangles::OpaqueTriangles;
 pub use resolve_view::ViewNotes;
 pub use rig::{Rig, headlight, studio_before, three_point};
@@ -79,6 +82,10 @@ pub use texture::wrap::Wrap;
 pub use turntable::AxisRotation;
 pub use view::{Orbit, OrbitAngles, View, ViewError};
 pub use view_rect::{Intrinsics, ViewRect};
+pub use view_sampling::{
+    DEFAULT_BASELINE, DistanceRange, SampledDistance, SampledView, StereoEye, ViewLayout, ViewSampling,
+    icosphere,
+};
 
 /// A scene as its file describes it. Ids are indices into the arrays.
 #[derive(Clone, Debug, Default)]

@@ -253,3 +253,117 @@ fn invalid_datasets_are_refused() {
     }
     refused(&at, "render box.obj --views 4", "--views");
 }
+
+/// Whatever the cameras, the depths lie on the mesh once `normalized_to_scene` is applied.
+#[test]
+fn sampled_and_normalized_views_describe_the_mesh() {
+    let (_dir, at) = folder();
+    write_box(&at);
+    for (flags, ext) in [
+        ("--on random --distance-range .9x,1.6x --roll 180 --look-at-jitter .2", "png"),
+        ("--on hemisphere --normalize unit-cube --nerf-up y", "exr"),
+        (
+            "--on random --normalize unit-sphere --distance-range 2,3 --roll 20 --seed 9 --elevation-range -20,70",
+            "exr",
+        ),
+        ("--on stereo=.1 --normalize unit-sphere --distance-range 3", "png"),
+        ("--on icosphere --look-at 1,.5,-1", "png"),
+        ("--on ring --elevation-range 30 --random-lights --random-hdri --hdri sky", "png"),
+    ] {
+        let out = at.join("ds");
+        runs(&at, &format!("turntable box.obj --views 12 {SMALL} {flags} -q -o ds/##.{ext}"));
+        let all = transforms(&out);
+        let to_scene = match all.get("normalized_to_scene") {
+            Some(rows) => matrix(&serde_json::json!({"transform_matrix": rows})),
+            None => DMat4::from_cols_array_2d(&[
+                [1.0, 0.0, 0.0, 0.0],
+                [0.0, 0.0, -1.0, 0.0],
+                [0.0, 1.0, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 1.0],
+            ]),
+        };
+        assert_eq!(all.get("normalized_to_scene").is_some(), flags.contains("--normalize"));
+        let scale = 1.0 / to_scene.x_axis.truncate().length();
+        let frames = all["frames"].as_array().unwrap();
+        assert_eq!(frames.len(), 12);
+        let mut hits = 0;
+        for frame in frames {
+            let to_world = matrix(frame);
+            let u = to_world.x_axis.truncate();
+            assert!((u.length() - 1.0).abs() < 1e-12, "{flags}: the matrix is rigid");
+            let mut check = |i: u32, j: u32, depth: f64, step: f64| {
+                let p = point(&all, &to_world, i, j, depth);
+                let off = side(to_scene.transform_point3(p)).0.abs() * scale;
+                assert!(off <= step, "{flags}: {p} is off by {off}, {step} a step");
+                hits += 1;
+            };
+            if ext == "exr" {
+                let file = out.join(frame["file_path"].as_str().unwrap());
+                let image = exr::prelude::read_all_flat_layers_from_file(file).unwrap();
+                let depths =
+                    image.layer_data[0].channel_data.list.iter().find(|c| c.name.eq("depth.Z")).unwrap();
+                let depths: Vec<f32> = depths.sample_data.values_as_f32().collect();
+                for (k, &depth) in depths.iter().enumerate().filter(|(_, z)| z.is_finite()) {
+                    check(k as u32 % 48, k as u32 / 48, f64::from(depth), 1e-5);
+                }
+            } else {
+                let step = number(&all["integer_depth_scale"]);
+                let depths = beside(&out, frame, "depth_path").into_luma16();
+                for (i, j, depth) in depths.enumerate_pixels().filter(|(_, _, depth)| depth.0[0] > 0) {
+                    check(i, j, f64::from(depth.0[0]) * step, step);
+                }
+            }
+        }
+        assert!(hits > 600, "{flags}: {hits} pixels see it");
+        if flags.contains("stereo") {
+            for pair in frames.chunks(2) {
+                let (left, right) = (matrix(&pair[0]), matrix(&pair[1]));
+                let between = (right.w_axis - left.w_axis).truncate();
+                assert!((between - left.x_axis.truncate() * 0.1).length() < 1e-9, "{between}");
+                assert_eq!(left.z_axis, right.z_axis);
+            }
+        }
+        if flags.contains("random-lights") {
+            assert!(frames.iter().all(|frame| frame["light_rotation"].is_number()), "{flags}");
+            assert!(frames.iter().all(|frame| frame["environment_rotation"].is_number()), "{flags}");
+        }
+        let bounds = |k: usize| DVec3::from_array(std::array::from_fn(|c| number(&all["aabb"][k][c])));
+        if flags.contains("unit-cube") {
+            assert!(((bounds(1) - bounds(0)).max_element() - 1.0).abs() < 1e-6);
+            assert!((bounds(1) + bounds(0)).length() < 1e-6);
+        }
+        fs::remove_dir_all(out).unwrap();
+    }
+}
+
+/// Every view can be rendered by itself, and random views do not depend on how many there are.
+#[test]
+fn sampled_views_do_not_depend_on_shares() {
+    let (_dir, at) = folder();
+    write_box(&at);
+    let flags = "--on random --roll 30 --look-at-jitter .3 --distance-range 1x,2x --random-lights --seed 5";
+    let line = |views: u32| format!("turntable box.obj --views {views} {SMALL} {flags} -q");
+    runs(&at, &format!("{} -o whole/#.png", line(6)));
+    for share in ["--chunk 2/3", "--only 5-6,1", "--chunk 1/3"] {
+        runs(&at, &format!("{} -o parts/#.png {share}", line(6)));
+    }
+    let whole = files(&at.join("whole"));
+    assert!(files(&at.join("parts")) == whole);
+    runs(&at, &format!("{} -o few/#.png", line(3)));
+    let (few, many) = (transforms(&at.join("few")), transforms(&at.join("whole")));
+    for k in 0..3 {
+        assert_eq!(few["frames"][k]["transform_matrix"], many["frames"][k]["transform_matrix"]);
+        assert_eq!(few["frames"][k]["light_rotation"], many["frames"][k]["light_rotation"]);
+    }
+    for (flags, message) in [
+        ("--views 5 --on stereo", "--on: stereo views are pairs, but 5 is odd"),
+        ("--views 5 --on icosphere", "an icosphere has 12, 42"),
+        ("--views 12 --on icosphere --elevation-range 0,9", "fixed elevations"),
+        ("--views 5 --on cube", "expected sphere, hemisphere"),
+        ("--views 5 --distance-range 2,1", "the range is empty"),
+        ("--on ring", "--views"),
+        ("--normalize unit-cube", "--views"),
+    ] {
+        refused(&at, &format!("turntable box.obj {flags}"), message);
+    }
+}

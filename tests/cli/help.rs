@@ -149,7 +149,7 @@ fn usage_errors_are_one_line_with_a_hint() {
             "render a.glb --yfov 20 --view-height 2",
             "'--yfov <DEGREES>' cannot be used with '--view-height <H>'",
         ),
-        ("render a.glb --chunk 1/2", "--chunk applies only to --frames and --cameras"),
+        ("render a.glb --chunk 1/2", "--chunk: there is only one image; add --frames"),
         ("render", "the following required arguments were not provided: <SCENE>..."),
         ("assemble a.png", "required arguments were not provided: --output <OUT>"),
         ("rendr a.glb", "unknown command 'rendr': did you mean render?"),

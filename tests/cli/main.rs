@@ -3,6 +3,7 @@
 //!
 //! - `animation_output`: `--frames` and `turntable` into GIF, APNG, MP4 and HTML
 //! - `assemble`: `blinn assemble` over frames on disk
+//! - `batches`: folders and lists of scenes, `--chunk`, `--ledger` and `--timeout`, after kills too
 //! - `bench`: what `blinn bench` counts, writes, reads and compares
 //! - `camera`: `--orbit`, `--zoom`, f3d's camera flags, `--hide`, `--only-objects`
 //! - `cameras`: lists of cameras in each format
@@ -24,6 +25,7 @@
 //! - `resume`: `--resume` after changes, crashes and kills
 //! - `sequences`: many frames and many files: lists, names, configuration files, reports, progress
 //! - `sheet`: `blinn sheet` and its JSON
+//! - `shards`: archives of images for WebDataset
 //! - `signals`: interrupted renders
 //! - `turntable`: a model or a camera once around
 //! - `view_rects`: off-centre views from flags
@@ -34,6 +36,7 @@ mod common;
 
 mod animation_output;
 mod assemble;
+mod batches;
 mod bench;
 mod benchmark_scenes;
 mod camera;
@@ -56,6 +59,7 @@ mod render;
 mod resume;
 mod scene_inputs;
 mod sequences;
+mod shards;
 mod sheet;
 mod signals;
 mod turntable;

@@ -119,22 +119,11 @@ fn standard_input_is_refused_where_it_cannot_be_read() {
 }
 
 #[test]
-fn a_folder_given_as_a_scene_names_the_scenes_in_it() {
+fn a_folder_without_scenes_is_a_wrong_command_line() {
     let (_dir, folder) = folder();
     fs::create_dir(folder.join("models")).unwrap();
-    fails(&folder, &["render", "models"], 1, "a folder without .gltf, .glb or .obj files");
+    refused(&folder, "render models", "models: a folder without .gltf, .glb or .obj files");
     fs::create_dir(folder.join("models/lamp")).unwrap();
-    fs::write(folder.join("models/lamp/lamp.glb"), "").unwrap();
-    fails(&folder, &["render", "models"], 1, "name the scene in it: models/lamp/lamp.glb");
-    let at = |name: &str| folder.join("models").join(name);
-    fs::write(at("b.obj"), "").unwrap();
-    fs::write(at("notes.txt"), "").unwrap();
-    fails(&folder, &["render", "models"], 1, "models: a folder; name the scene in it: models/b.obj");
-    fs::write(at("A.GLB"), "").unwrap();
-    fails(&folder, &["info", "models/"], 1, "name a scene in it: models/A.GLB or models/b.obj");
-    for i in 0..4 {
-        fs::write(at(&format!("c{i}.gltf")), "").unwrap();
-    }
-    let message = "such as models/A.GLB or models/b.obj or models/c0.gltf or models/c1.gltf (6 scenes)";
-    fails(&folder, &["render", "models", "--dry-run"], 1, message);
+    fs::write(folder.join("models/notes.txt"), "").unwrap();
+    refused(&folder, "info models/", "a folder without .gltf, .glb or .obj files");
 }

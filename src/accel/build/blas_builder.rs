@@ -9,16 +9,19 @@ use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::huge_pages::HugePageArray;
 use crate::accel::bvh::triangle4::Triangle4;
 use crate::accel::settings::Preset;
+use crate::cancellation::{CancelToken, Cancelled};
 
 /// Builds a BLAS over the triangles `input(0..count)`. Its id map is empty.
 pub(crate) fn build_blas(
     count: usize,
     input: impl Fn(usize) -> InputTriangle + Sync,
     preset: Preset,
-) -> Blas {
+    cancel: &CancelToken,
+) -> Result<Blas, Cancelled> {
+    cancel.check()?;
     let (triangles, mut report) = filter_triangles(count, input);
     let make_cluster = |keys: &[MortonKey]| ClusterTriangles::new(&triangles, keys);
-    let (bvh, leaves) = builder::build(&triangles, make_cluster, LeafCapacity::BLOCKS, preset);
+    let (bvh, leaves) = builder::build(&triangles, make_cluster, LeafCapacity::BLOCKS, preset, cancel)?;
     report.coincident = leaves.iter().map(|leaves| leaves.contents.coincident_count).sum();
     let triangle_count = leaves.iter().map(|leaves| leaves.contents.len()).sum();
     // The index of each cluster's first set of coincident triangles.
@@ -41,5 +44,5 @@ pub(crate) fn build_blas(
     let mut blas =
         Blas { bvh, blocks, input_count: count, coincident, triangle_count, report, ..Blas::default() };
     blas.update_bounds();
-    blas
+    Ok(blas)
 }

@@ -23,6 +23,7 @@ use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
 use crate::accel::bvh::huge_pages::HugePageArray;
 use crate::accel::bvh::occlusion_order::OcclusionCost;
 use crate::accel::settings::Preset;
+use crate::cancellation::{CancelToken, Cancelled};
 
 /// A cluster of neighbouring boxes, and what is in them.
 pub(crate) trait Cluster {
@@ -95,13 +96,17 @@ const fn full_search_params(
 /// cluster of some boxes. Leaf numbers count through the clusters, whose leaves are returned in order.
 ///
 /// The tree depends on the boxes only, not on the number of threads.
+///
+/// # Errors
+/// The build was cancelled.
 pub(crate) fn build<T: Boundable + Sync, C: Cluster>(
     boxes: &[T],
     make_cluster: impl Fn(&[MortonKey]) -> C + Sync,
     capacity: LeafCapacity,
     preset: Preset,
-) -> (Bvh8, Vec<ClusterLeaves<C::Leaves>>) {
-    build_with(boxes, make_cluster, capacity, BuildParams::new(preset))
+    cancel: &CancelToken,
+) -> Result<(Bvh8, Vec<ClusterLeaves<C::Leaves>>), Cancelled> {
+    build_with(boxes, make_cluster, capacity, BuildParams::new(preset), cancel)
 }
 
 fn build_with<T: Boundable + Sync, C: Cluster>(
@@ -109,14 +114,19 @@ fn build_with<T: Boundable + Sync, C: Cluster>(
     make_cluster: impl Fn(&[MortonKey]) -> C + Sync,
     capacity: LeafCapacity,
     params: Option<BuildParams>,
-) -> (Bvh8, Vec<ClusterLeaves<C::Leaves>>) {
+    cancel: &CancelToken,
+) -> Result<(Bvh8, Vec<ClusterLeaves<C::Leaves>>), Cancelled> {
     let clusters = MortonClusters::new(boxes, params.map_or(usize::MAX, |params| params.max_cluster_size));
     // The tree of a single cluster is the tree of all.
     let branches = |params: BuildParams| if clusters.len() > 1 { params.branches } else { 1 };
     let params = params.map(|params| BuildParams { branches: branches(params), ..params });
-    let build = |keys: &[MortonKey]| ClusterTree::build(make_cluster(keys), capacity, params);
-    let (trees, leaves): (Vec<ClusterTree>, Vec<_>) = clusters.par_iter().with_max_len(1).map(build).unzip();
-    (merge(&trees, &leaves), leaves)
+    let build = |keys: &[MortonKey]| {
+        cancel.check()?;
+        Ok(ClusterTree::build(make_cluster(keys), capacity, params))
+    };
+    let built: Result<Vec<_>, Cancelled> = clusters.par_iter().with_max_len(1).map(build).collect();
+    let (trees, leaves): (Vec<ClusterTree>, Vec<_>) = built?.into_iter().unzip();
+    Ok((merge(&trees, &leaves), leaves))
 }
 
 /// The tree of a cluster.

@@ -8,6 +8,7 @@ use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::report::BuildReport;
 use crate::accel::settings::{FlattenBudget, Preset};
+use crate::cancellation::{CancelToken, Cancelled};
 use crate::geometry::HitId;
 use crate::scene::PosedScene;
 
@@ -31,17 +32,28 @@ impl BuildReport {
 }
 
 /// Builds a world BVH.
-pub(crate) fn build_world_blas(posed: &PosedScene, world: &World, preset: Preset) -> Blas {
+pub(crate) fn build_world_blas(
+    posed: &PosedScene,
+    world: &World,
+    preset: Preset,
+    cancel: &CancelToken,
+) -> Result<Blas, Cancelled> {
     let (ids, count) = world_ids(posed, world);
     let triangles = world_triangles(posed, world, &ids);
-    Blas { ids: ids.clone(), ..build_blas(count, triangles, preset) }
+    Ok(Blas { ids: ids.clone(), ..build_blas(count, triangles, preset, cancel)? })
 }
 
 /// Builds the BLAS of an instanced mesh.
-pub(crate) fn build_mesh_blas(posed: &PosedScene, mesh: u32, flags: &MeshFlags, preset: Preset) -> Blas {
+pub(crate) fn build_mesh_blas(
+    posed: &PosedScene,
+    mesh: u32,
+    flags: &MeshFlags,
+    preset: Preset,
+    cancel: &CancelToken,
+) -> Result<Blas, Cancelled> {
     let count = posed.scene.meshes[mesh as usize].triangles.len();
     let (ids, _) = TriangleIdMap::new([(0, count)].into_iter());
-    Blas { ids, ..build_blas(count, mesh_triangles(posed, mesh, flags), preset) }
+    Ok(Blas { ids, ..build_blas(count, mesh_triangles(posed, mesh, flags), preset, cancel)? })
 }
 
 fn world_ids(posed: &PosedScene, world: &World) -> (TriangleIdMap, usize) {

@@ -18,6 +18,7 @@ use crate::accel::bvh::instance::{BlasInstance, InstanceTransform, condition_num
 use crate::accel::bvh::occlusion_order::OcclusionCost;
 use crate::accel::bvh::tlas::Tlas;
 use crate::accel::settings::Preset;
+use crate::cancellation::{CancelToken, Cancelled};
 use crate::scene::PosedScene;
 
 /// An instance in the build. There may be millions: transforms are computed once these are freed.
@@ -100,7 +101,8 @@ pub(crate) fn build_tlas(
     plan: &InstancingPlan,
     meshes: &BTreeMap<u32, Blas>,
     preset: Preset,
-) -> Tlas {
+    cancel: &CancelToken,
+) -> Result<Tlas, Cancelled> {
     let (mut bounds, padding) = collect_instances(posed, plan, meshes);
     bounds.par_sort_by_key(|instance| instance.bounds.to_bits());
     let same_bounds = |a: &InstanceBounds, b: &InstanceBounds| a.bounds.to_bits() == b.bounds.to_bits();
@@ -111,7 +113,7 @@ pub(crate) fn build_tlas(
         let boxes = instances.iter().map(EqualBounds::aabb).collect();
         InstanceCluster { boxes, instances, blas_costs: &blas_costs }
     };
-    let (bvh, leaves) = builder::build(&equal_bounds, make_cluster, LeafCapacity::ONE, preset);
+    let (bvh, leaves) = builder::build(&equal_bounds, make_cluster, LeafCapacity::ONE, preset, cancel)?;
     drop(equal_bounds);
     drop(bounds);
     let PaddingBounds { condition, largest_coordinate } = padding;
@@ -124,7 +126,7 @@ pub(crate) fn build_tlas(
     };
     let leaves = leaves.into_iter().map(|leaves| leaves.contents);
     fill_leaves(&mut tlas, posed, leaves.collect());
-    tlas
+    Ok(tlas)
 }
 
 /// The inputs of the padding of boxes ([`Tlas`]).

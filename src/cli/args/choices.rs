@@ -26,5 +26,6 @@ choices! {
     DirectionArg { Ccw, Cw }
     EaseArg { None, InOut }
     LoopArg { Forever, Once }
+    UnitShapeArg { UnitCube, UnitSphere }
     ProgressArg { Auto, Plain, Json, Openjd, None }
 }

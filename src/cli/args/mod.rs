@@ -28,6 +28,7 @@ mod time;
 mod turntable;
 pub(super) mod usage_error;
 pub(super) mod values;
+mod view_sampling;
 
 pub use assemble::AssembleArgs;
 pub use bench::BenchArgs;
@@ -49,3 +50,4 @@ pub use scene::SceneArgs;
 pub use sheet::SheetArgs;
 pub use time::{FrameArgs, TimeArgs};
 pub use turntable::{TurnArgs, TurntableArgs};
+pub use view_sampling::ViewSamplingArgs;

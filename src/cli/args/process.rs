@@ -16,11 +16,25 @@ pub struct ProcessArgs {
     /// Refuse scenes that need more memory, such as 4GiB or 800MB
     #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
+    /// Give up a scene after SECONDS: it fails, and the others go on
+    ///
+    /// Images that are finished by then are kept. Reading, building and rendering end between their steps.
+    #[arg(long, value_name = "SECONDS", value_parser = values::positive)]
+    pub timeout: Option<f64>,
     #[command(flatten)]
     pub log: LogArgs,
     /// Write an HTML page with all images, render times and warnings
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
+    /// Append a line of JSON about each finished scene: done or failed, its error, warnings, seconds and bytes
+    ///
+    /// With --resume, scenes that it names as done are skipped without reading them, if their files have the same sizes
+    /// and times as before and their images exist. Without --resume, it begins anew.
+    #[arg(long, value_name = "FILE")]
+    pub ledger: Option<PathBuf>,
+    /// With --resume, skip scenes that --ledger names as failed
+    #[arg(long, requires_all = ["ledger", "resume"])]
+    pub no_retry: bool,
     /// Read options from a TOML file; the command line overrides them
     ///
     /// Keys are option names without dashes, such as size = "640x360".

@@ -30,7 +30,9 @@ pub struct FrameArgs {
     #[arg(long, value_name = "LIST", num_args = 0..=1, require_equals = true,
           conflicts_with_all = ["time", "frame"], value_parser = FrameList::parse)]
     pub frames: Option<Option<FrameList>>,
-    /// Render only the I-th of N equal parts of --frames or --cameras
+    /// Render only the I-th of N equal parts: of the scenes if there are several, else of --frames or --cameras
+    ///
+    /// Several files, a list or a folder are several scenes.
     #[arg(long, value_name = "I/N", value_parser = Chunk::parse)]
     pub chunk: Option<Chunk>,
     /// Frames per second [default: 24]

@@ -10,6 +10,7 @@ use super::render_options::RenderOptionArgs;
 use super::scene::SceneArgs;
 use super::time::TimeArgs;
 use super::values::{self, CategoryRule, DatasetFormats};
+use super::view_sampling::ViewSamplingArgs;
 use crate::batch::{Chunk, FrameList};
 
 #[derive(Debug, Args)]
@@ -41,7 +42,9 @@ pub struct TurnArgs {
     /// Render only these frames, which keep their numbers: 1-36:2, 1-3,7,9-11
     #[arg(long, value_name = "LIST", value_parser = FrameList::parse)]
     pub only: Option<FrameList>,
-    /// Render only the I-th of N equal parts of the frames
+    /// Render only the I-th of N equal parts: of the scenes if there are several, else of the frames
+    ///
+    /// Several files, a list or a folder are several scenes.
     #[arg(long, value_name = "I/N", value_parser = Chunk::parse)]
     pub chunk: Option<Chunk>,
     /// Rotate the model in front of a fixed camera and lights, or the camera
@@ -63,10 +66,10 @@ pub struct TurnArgs {
     /// Ease the rotation in and out
     #[arg(long, value_enum, default_value_t = EaseArg::None)]
     pub ease: EaseArg,
-    /// Render a dataset instead: N views evenly distributed around the scene, with transforms.json
+    /// Render a dataset instead: N views around the scene, with transforms.json
     ///
     /// Each view has depth, normal and mask images. Lights stay fixed. --camera selects the lens, --look-at the
-    /// centre.
+    /// centre, --on the distribution.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
           conflicts_with_all = ["count", "turn", "axis", "start", "direction", "elevation", "ease", "orbit",
                                 "view_point", "view_dir", "view_up", "camera_xml", "camera_azimuth_angle",
@@ -83,6 +86,8 @@ pub struct TurnArgs {
     /// objects without category are not annotated.
     #[arg(long, value_name = "RULE", requires = "dataset", value_parser = values::category_rule)]
     pub category: Vec<CategoryRule>,
+    #[command(flatten)]
+    pub sampling: ViewSamplingArgs,
     /// Up axis in transforms.json [default: z, as NeRF tools expect]
     #[arg(long, value_enum, requires = "views")]
     pub nerf_up: Option<UpArg>,

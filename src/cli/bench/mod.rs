@@ -44,7 +44,7 @@ struct Measurement {
 
 pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     let settings = settings(args)?;
-    let scenes = if args.scenes.is_empty() { Vec::new() } else { scene_list(&args.scenes)? };
+    let scenes = if args.scenes.is_empty() { Vec::new() } else { scene_list(&args.scenes)?.to_vec()? };
     if scenes.iter().any(|scene| is_stdin(scene)) {
         return Err(UsageError("bench reads scenes several times; save standard input to a file".into()));
     }

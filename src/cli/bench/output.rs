@@ -49,5 +49,5 @@ pub fn write(summary: &mut Summary, args: &BenchArgs, file: Option<&Path>, text:
 /// Reports a failure.
 pub fn fail(summary: &mut Summary, text: &str) {
     print_error(text);
-    summary.failures.push(single_line(text));
+    summary.add_failure(single_line(text));
 }

@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use glam::{DMat3, DVec2, DVec3};
 
 use super::comparison::{Comparison, PicturePair, ViewComparison};
+use crate::cancellation::CancelToken;
 use crate::cli::args::CompareArgs;
 use crate::cli::info::comparable_properties;
 use crate::cli::plan::{RenderPlan, load_limits, natural_size, scaled_to};
@@ -81,7 +82,8 @@ pub fn compare(
     let mut pictures = Vec::new();
     {
         let start = PosedFrame { time: planned.time, posed: posed_old, accel: None };
-        let (session, mut old_frame) = RenderSession::from_start(&plan, &old.scene, &logs[0], start)?;
+        let (session, mut old_frame) =
+            RenderSession::from_start(&plan, &old.scene, &logs[0], start, &CancelToken::default())?;
         session.setup.build(&mut old_frame)?;
         let mut new_frame = PosedFrame { time: planned.time, posed: posed_new, accel: None };
         session.setup.build(&mut new_frame)?;
@@ -89,7 +91,7 @@ pub fn compare(
         for view in views {
             let lit = session.setup.lights(&old_frame, &view.camera);
             let render = |posed_frame| -> Result<RenderedImage> {
-                let monitor = ImageMonitor::new(reporter, files[0], session.pixels());
+                let monitor = ImageMonitor::new(reporter, files[0], session.pixels(), &session.setup.cancel);
                 let frame = session.setup.lit_frame(posed_frame, view.camera, &lit)?;
                 let image = session.render_frame(frame, &planned, posed_frame, &monitor)?;
                 monitor.finish();

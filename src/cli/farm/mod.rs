@@ -43,13 +43,13 @@ pub fn run(args: &JobArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
     }
     let output = engine.job().output.as_deref().filter(|output| !is_stdout(output));
     if let Some(file) = output {
-        let paths = PathConflicts::with_inputs(&plan.scenes);
+        let paths = PathConflicts::with_inputs(plan.scenes.single());
         paths.check_not_input(file, Writer::Flag("-o")).map_err(UsageError)?;
     }
     let flags = ExplicitFlags::parse(argv)?;
     let folder = JobFolder::of(output)?;
     let job_plan = JobPlan::new(engine, &plan, flags, &folder)?;
-    let scene = &plan.scenes[0];
+    let scene = &job_plan.file.clone();
     let reporter = Reporter::new(&engine.command().process().log, 1, engine.command().common().quiet);
     let log = SceneLog::new(&reporter, scene, plan.strict);
     let failure = panics::catch(|| {

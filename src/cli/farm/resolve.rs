@@ -1,7 +1,7 @@
 //! Resolves a render plan into a farm job: checks options, then reads the scene once and turns everything that tasks
 //! share into flags.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 use twox_hash::XxHash3_128;
@@ -12,6 +12,7 @@ use super::farm_job::{Assembly, FarmJob, InputFile};
 use super::job_output::{JobAnimation, JobOutput, assemble_args};
 use super::job_paths::{JobFolder, JobPath};
 use crate::batch::{FrameList, PathTemplate};
+use crate::cancellation::CancelToken;
 use crate::cli::args::values::HdriArg;
 use crate::cli::args::{EngineArgs, JobCommand};
 use crate::cli::plan::RenderPlan;
@@ -63,6 +64,8 @@ pub struct JobPlan<'a> {
     engine: &'a EngineArgs,
     plan: &'a RenderPlan,
     flags: ExplicitFlags,
+    /// The scene's file.
+    pub file: PathBuf,
     scene: JobPath,
     scene_folder: JobPath,
     inputs: Vec<InputFile>,
@@ -80,11 +83,11 @@ impl<'a> JobPlan<'a> {
         folder: &JobFolder,
     ) -> Result<Self, UsageError> {
         check_flags(&flags)?;
-        let [scene] = &plan.scenes[..] else {
+        let Some(scene) = plan.scenes.single() else {
             let count = plan.scenes.len();
             return Err(UsageError(format!("a job renders one scene, not {count}; make a job for each")));
         };
-        if is_stdin(scene) {
+        if is_stdin(&scene) {
             return Err(UsageError(
                 "the tasks of a job read their scene from a file; save standard input".into(),
             ));
@@ -98,8 +101,8 @@ impl<'a> JobPlan<'a> {
         if !plan.frames.is_sequence() {
             return Err(UsageError("a job renders several frames; add --frames".into()));
         }
-        let output = JobOutput::new(engine.command(), plan, scene)?;
-        check_dataset(plan, scene)?;
+        let output = JobOutput::new(engine.command(), plan, &scene)?;
+        check_dataset(plan, &scene)?;
         let output_folder = folder.job_path(&output.folder)?;
         if !PathTemplate::parse(&output_folder.path).is_literal() {
             let name = &output_folder.path;
@@ -119,15 +122,25 @@ impl<'a> JobPlan<'a> {
             }
         }
         let scene_folder = folder.job_path(scene.parent().unwrap_or(Path::new("")))?;
-        let scene = folder.job_path(scene)?;
-        Ok(JobPlan { engine, plan, flags, scene, scene_folder, inputs, output, output_folder })
+        let file = folder.job_path(&scene)?;
+        Ok(JobPlan {
+            engine,
+            plan,
+            flags,
+            file: scene,
+            scene: file,
+            scene_folder,
+            inputs,
+            output,
+            output_folder,
+        })
     }
 
     /// Reads the scene and resolves what all tasks share.
     pub fn resolve(self, log: &SceneLog) -> Result<FarmJob> {
         let plan = self.plan;
-        let scene = load_scene(plan, &plan.scenes[0], log)?;
-        let (session, start) = RenderSession::new(plan, &scene, log)?;
+        let scene = load_scene(plan, &self.file, log, &CancelToken::default())?;
+        let (session, start) = RenderSession::new(plan, &scene, log, &CancelToken::default())?;
         if let Some(JobAnimation { output, file }) = &self.output.animation {
             output.format.check_size(session.size()).map_err(|text| anyhow!("-o {file}: {text}"))?;
         }
@@ -227,6 +240,7 @@ fn check_flags(flags: &ExplicitFlags) -> Result<(), UsageError> {
         ("chunk", "the farm distributes the frames; remove it, and set --chunk-size before the command"),
         ("no-overwrite", "a task that runs again keeps finished images; remove it"),
         ("report", "every task would write it; remove it"),
+        ("ledger", "a job renders one scene; remove it"),
         ("dry-run", "a job is only printed, nothing is rendered; remove it"),
     ] {
         if flags.contains(flag) {

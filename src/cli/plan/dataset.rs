@@ -1,6 +1,5 @@
 //! `turntable --views`: views from all around a scene, as a training set for NeRF and Gaussian splatting.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::animation_output::animation_format;
@@ -8,10 +7,10 @@ use super::frames::PlannedFrame;
 use super::outputs::{Outputs, Target};
 use super::render_options::RenderOptions;
 use crate::batch::WorldUp;
-use crate::cli::args::{TurntableArgs, UpArg};
+use crate::cli::args::{TurntableArgs, UnitShapeArg, UpArg, ViewSamplingArgs};
 use crate::cli::usage::UsageError;
 use crate::integrator::Aov;
-use crate::scene::{Orbit, Projection};
+use crate::scene::{Projection, UnitShape, ViewLayout, ViewSampling, icosphere};
 
 /// The views of a dataset.
 #[derive(Clone, Copy, Debug)]
@@ -20,18 +19,14 @@ pub struct DatasetPlan {
     /// Time of all views in the animation, in seconds.
     pub time: f64,
     pub up: WorldUp,
+    /// How the views are chosen.
+    pub sampling: ViewSampling,
 }
 
 /// AOVs that every dataset has.
 const AOVS: [Aov; 3] = [Aov::Depth, Aov::Normal, Aov::Mask];
 /// The file with the cameras of all views.
 const TRANSFORMS: &str = "transforms.json";
-
-/// View number `frame` of `count`, evenly distributed on a sphere.
-pub fn view_frame(frame: i64, count: u32, time: f64) -> PlannedFrame {
-    let orbit = Orbit::fibonacci_sphere(u32::try_from(frame - 1).unwrap_or_default(), count);
-    PlannedFrame { orbit: Some(orbit), ..PlannedFrame::at(frame, time) }
-}
 
 impl DatasetPlan {
     /// Resolves a dataset. Sets projection, orbit and AOVs in `options`.
@@ -50,7 +45,13 @@ impl DatasetPlan {
             return Err(UsageError(text.into()));
         }
         options.view.projection = Some(Projection::Perspective);
-        options.view.orbit = Some(Orbit::fibonacci_sphere(0, count));
+        let sampling = sampling(&args.turn.sampling, options.settings.seed);
+        let has_elevation = sampling.elevation.is_some();
+        sampling.layout.check(count, has_elevation).map_err(|text| UsageError(format!("--on: {text}")))?;
+        options.normalize = args.turn.sampling.normalize.map(|shape| match shape {
+            UnitShapeArg::UnitCube => UnitShape::Cube,
+            UnitShapeArg::UnitSphere => UnitShape::Sphere,
+        });
         for aov in AOVS {
             if !options.aovs.aovs.contains(&aov) {
                 options.aovs.aovs.push(aov);
@@ -60,54 +61,67 @@ impl DatasetPlan {
             Some(UpArg::Y) => WorldUp::Y,
             Some(UpArg::Z) | None => WorldUp::Z,
         };
-        Ok(DatasetPlan { count, time: args.time.time.unwrap_or(0.0), up })
+        let dataset = DatasetPlan { count, time: args.time.time.unwrap_or(0.0), up, sampling };
+        options.view.orbit = dataset.views(1..=1).next().and_then(|frame| frame.view).map(|view| view.orbit);
+        Ok(dataset)
     }
 
     /// All views, also those that --only or --chunk leave out.
     pub fn frames(&self) -> impl Iterator<Item = PlannedFrame> {
-        let DatasetPlan { count, time, .. } = *self;
-        (1..=i64::from(count)).map(move |frame| view_frame(frame, count, time))
+        self.views(1..=i64::from(self.count))
+    }
+
+    /// The views with these numbers.
+    pub fn views(&self, numbers: impl Iterator<Item = i64>) -> impl Iterator<Item = PlannedFrame> {
+        let DatasetPlan { count, time, sampling, .. } = *self;
+        let is_icosphere = sampling.layout == ViewLayout::Icosphere;
+        let positions = if is_icosphere { icosphere(count) } else { Vec::new() };
+        numbers.map(move |number| {
+            let view = sampling.view(u32::try_from(number - 1).unwrap_or_default(), count, &positions);
+            PlannedFrame { view: Some(view), ..PlannedFrame::at(number, time) }
+        })
     }
 
     /// The `transforms.json` beside the images of a scene.
     pub fn transforms_file(&self, outputs: &Outputs, scene: &Path, index: usize) -> PathBuf {
-        match outputs.target(scene, index, &view_frame(1, self.count, self.time)) {
+        match outputs.target(scene, index, &PlannedFrame::at(1, self.time)) {
             Target::File(image) => image.with_file_name(TRANSFORMS),
             Target::Stdout => TRANSFORMS.into(),
         }
     }
 
-    /// Checks that the images of each dataset are in one folder, that no two datasets share a folder, and that names
-    /// are UTF-8.
-    pub fn check_names(&self, scenes: &[PathBuf], outputs: &Outputs) -> Result<(), UsageError> {
-        let mut transforms_files: HashMap<PathBuf, &PathBuf> = HashMap::new();
-        for (i, scene) in scenes.iter().enumerate() {
-            let transforms = self.transforms_file(outputs, scene, i + 1);
-            let last = view_frame(i64::from(self.count), self.count, self.time);
-            let last = outputs.target(scene, i + 1, &last);
-            if !matches!(&last, Target::File(last) if last.parent() == transforms.parent()) {
-                return Err(UsageError(
-                    "--views: the images of a dataset must be in one folder; use the frame number only in file names"
-                        .into(),
-                ));
-            }
-            if let Target::File(image) = &last
-                && image.file_name().is_some_and(|name| name.to_str().is_none())
-            {
-                return Err(UsageError(format!(
+    /// Checks that the images of a scene are in one folder, and that their names are UTF-8.
+    pub fn check_folder(&self, scene: &Path, index: usize, outputs: &Outputs) -> Result<(), UsageError> {
+        let transforms = self.transforms_file(outputs, scene, index);
+        let last = PlannedFrame::at(i64::from(self.count), self.time);
+        let last = outputs.target(scene, index, &last);
+        if !matches!(&last, Target::File(last) if last.parent() == transforms.parent()) {
+            return Err(UsageError(
+                "--views: the images of a dataset must be in one folder; use the frame number only in file names"
+                    .into(),
+            ));
+        }
+        match &last {
+            Target::File(image) if image.file_name().is_some_and(|name| name.to_str().is_none()) => {
+                Err(UsageError(format!(
                     "--views: the name {} is not UTF-8, as {TRANSFORMS} requires; set another name with -o",
                     image.display()
-                )));
+                )))
             }
-            if let Some(other) = transforms_files.insert(transforms.clone(), scene) {
-                return Err(UsageError(format!(
-                    "{} and {} would both write {}; use {{stem}}/ in -o",
-                    other.display(),
-                    scene.display(),
-                    transforms.display()
-                )));
-            }
+            _ => Ok(()),
         }
-        Ok(())
+    }
+}
+
+fn sampling(args: &ViewSamplingArgs, seed: u32) -> ViewSampling {
+    ViewSampling {
+        layout: args.on.unwrap_or_default(),
+        elevation: args.elevation_range,
+        distance: args.distance_range,
+        roll: args.roll.unwrap_or(0.0),
+        look_at_jitter: args.look_at_jitter.unwrap_or(0.0),
+        random_lights: args.random_lights,
+        random_environment: args.random_hdri,
+        seed,
     }
 }

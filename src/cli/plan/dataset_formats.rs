@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::dataset::DatasetPlan;
+use super::frames::PlannedFrame;
 use super::outputs::{OutputKind, Outputs, Target};
 use crate::cli::args::TurnArgs;
 use crate::cli::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
@@ -64,24 +65,48 @@ impl FormatsPlan {
     pub fn check_names(
         &self,
         dataset: &DatasetPlan,
-        scenes: &[PathBuf],
+        scene: &Path,
+        index: usize,
         outputs: &Outputs,
     ) -> Result<(), UsageError> {
-        for (i, scene) in scenes.iter().enumerate() {
-            let mut frames = dataset.frames();
-            let first = frames.next().map(|frame| (frame.number, outputs.target(scene, i + 1, &frame)));
-            let last = frames.last().map(|frame| (frame.number, outputs.target(scene, i + 1, &frame)));
-            for (number, target) in [first, last].into_iter().flatten() {
-                let Target::File(image) = target else { continue };
-                if self.has(DatasetFormat::Colmap) {
-                    check_colmap_name(&image)?;
-                }
-                if self.has(DatasetFormat::Bop) {
-                    check_bop_name(&image, number, outputs)?;
-                }
+        for number in [1, i64::from(dataset.count)] {
+            let Target::File(image) = outputs.target(scene, index, &PlannedFrame::at(number, dataset.time))
+            else {
+                continue;
+            };
+            if self.has(DatasetFormat::Colmap) {
+                check_colmap_name(&image)?;
+            }
+            if self.has(DatasetFormat::Bop) {
+                check_bop_name(&image, number, outputs)?;
             }
         }
         Ok(())
+    }
+
+    /// Returns an error if the formats do not suit what is written: archives and normalized scenes have transforms only.
+    pub fn check_outputs(&self, outputs: &Outputs, is_normalized: bool) -> Result<(), UsageError> {
+        let has_others = self.formats.0.iter().any(|format| *format != DatasetFormat::Nerf);
+        let text = match () {
+            () if !has_others => return Ok(()),
+            () if outputs.shards.is_some() => "an archive holds images and their cameras; use --dataset nerf",
+            () if is_normalized => {
+                "only nerf has normalized coordinates; remove --normalize or the other formats"
+            }
+            () => return Ok(()),
+        };
+        Err(UsageError(format!("--dataset: {text}")))
+    }
+
+    /// A path that only scenes with a file in common share. `transforms` is the `transforms.json` of the scene.
+    pub fn shared_path(&self, transforms: &Path) -> PathBuf {
+        if self.has(DatasetFormat::Bop) {
+            BopFolders::of(transforms).models
+        } else if self.has(DatasetFormat::Colmap) {
+            colmap_folder(transforms)
+        } else {
+            transforms.to_path_buf()
+        }
     }
 }
 

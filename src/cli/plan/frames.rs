@@ -8,7 +8,7 @@ use super::camera_list::CameraList;
 use crate::batch::{Chunk, FrameList, MAX_FRAMES};
 use crate::cli::args::{FrameArgs, TimeArgs};
 use crate::cli::usage::UsageError;
-use crate::scene::Orbit;
+use crate::scene::SampledView;
 
 /// Frames per second without --fps.
 pub const DEFAULT_FPS: f64 = 24.0;
@@ -21,8 +21,8 @@ pub struct PlannedFrame {
     pub time: f64,
     /// Rotation of a turntable, in radians.
     pub angle: f64,
-    /// Camera position in a dataset.
-    pub orbit: Option<Orbit>,
+    /// Camera and light in a dataset.
+    pub view: Option<SampledView>,
     /// Index in the list of --cameras.
     pub camera: Option<usize>,
 }
@@ -30,7 +30,7 @@ pub struct PlannedFrame {
 impl PlannedFrame {
     /// A frame at a time, without rotation.
     pub fn at(number: i64, time: f64) -> PlannedFrame {
-        PlannedFrame { number, time, angle: 0.0, orbit: None, camera: None }
+        PlannedFrame { number, time, angle: 0.0, view: None, camera: None }
     }
 }
 
@@ -61,22 +61,20 @@ pub enum FrameSet {
 }
 
 impl FrameSet {
-    /// Resolves frames or times, or the cameras of a list.
+    /// Resolves frames or times, or the cameras of a list. `chunk` is the part of them to render.
     pub fn from_args(
         frames: &FrameArgs,
         time: &TimeArgs,
         cameras: Option<&Arc<CameraList>>,
+        chunk: Option<Chunk>,
     ) -> Result<FrameSet, UsageError> {
         if let Some(cameras) = cameras {
             let time = time.time.unwrap_or(0.0);
-            return Ok(FrameSet::Cameras { cameras: cameras.clone(), time, chunk: frames.chunk });
-        }
-        if frames.chunk.is_some() && frames.frames.is_none() {
-            return Err(UsageError("--chunk applies only to --frames and --cameras; add one of them".into()));
+            return Ok(FrameSet::Cameras { cameras: cameras.clone(), time, chunk });
         }
         let fps = frames.fps.unwrap_or(DEFAULT_FPS);
         match (&frames.frames, frames.frame) {
-            (Some(list), _) => Ok(FrameSet::Clip { frames: list.clone(), fps, chunk: frames.chunk }),
+            (Some(list), _) => Ok(FrameSet::Clip { frames: list.clone(), fps, chunk }),
             (None, Some(frame)) => Ok(FrameSet::Single(PlannedFrame::at(frame as i64, frame / fps))),
             (None, None) if frames.fps.is_some() => Err(UsageError(
                 "--fps applies only to --frame and --frames; add one of them or remove --fps".into(),
@@ -96,6 +94,12 @@ impl FrameSet {
             FrameSet::Clip { frames: None, .. } => None,
             _ => self.resolve(0.0).ok(),
         }
+    }
+
+    /// The frames of a scene that has `count` of them.
+    pub fn with_count(&self, count: u64) -> Vec<PlannedFrame> {
+        let count = i64::try_from(count).unwrap_or(i64::MAX).min(MAX_FRAMES as i64);
+        self.known().unwrap_or_else(|| (1..=count).map(|number| PlannedFrame::at(number, 0.0)).collect())
     }
 
     /// The frames of a scene whose clip takes `clip_duration` seconds.

@@ -6,19 +6,23 @@ mod camera_checks;
 mod camera_list;
 mod check;
 mod clip_conflicts;
+mod command_files;
 mod dataset;
 mod dataset_formats;
 mod frame_neighbours;
 mod frames;
 mod memory_limit;
+mod output_names;
 mod outputs;
 mod path_conflicts;
 mod render_options;
 mod scene_list;
 mod sequence_info;
+mod shards;
 mod simd_level;
 mod turntable;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -27,13 +31,15 @@ use super::args::{ProcessArgs, RenderArgs, RenderOptionArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
 use crate::accel::BuildSettings;
-use crate::batch::{SettingsHash, WorldUp};
+use crate::batch::{Chunk, SettingsHash, WorldUp};
+use crate::import::file_version;
 use crate::render::RenderSettings;
 use crate::scene::View;
 
 pub use animation_output::AnimationOutput;
 pub use camera_list::{CameraList, SizedCamera};
 pub use check::CheckPlan;
+pub use command_files::NumberedScene;
 pub use dataset::DatasetPlan;
 pub use dataset_formats::{BopFolders, FormatsPlan, coco_file, colmap_folder};
 pub use frame_neighbours::FrameNeighbours;
@@ -44,16 +50,20 @@ pub use path_conflicts::{PathConflicts, Writer};
 pub use render_options::{
     BackFaceCulling, RenderOptions, TurntableRotation, load_options, natural_size, scaled_to,
 };
-pub use scene_list::scene_list;
+pub use scene_list::{SceneList, scene_list};
+pub use shards::{ShardPlan, sample_key};
 pub use simd_level::simd_level;
 
 use camera_checks::check_cameras;
+use command_files::OptionFiles;
 use sequence_info::SequenceInfo;
 
 /// Images of one or more scenes.
 #[derive(Clone, Debug)]
 pub struct RenderPlan {
-    pub scenes: Vec<PathBuf>,
+    pub scenes: Arc<SceneList>,
+    /// The part of the scenes to render.
+    pub scene_chunk: Option<Chunk>,
     /// The frames of each scene.
     pub frames: FrameSet,
     /// The frames before and after each frame, for layers of flow.
@@ -86,27 +96,31 @@ impl RenderPlan {
         let cameras =
             CameraList::open(&args.cameras, &args.options.image, args.options.camera.clip, &limits)?
                 .map(Arc::new);
-        let frames = FrameSet::from_args(&args.frames, &args.time, cameras.as_ref())?;
+        let scenes = Arc::new(scene_list(&args.scene.scenes)?);
+        let chunk =
+            ScopedChunk::new(args.frames.chunk, &scenes, args.frames.frames.is_some() || cameras.is_some())?;
+        let frames = FrameSet::from_args(&args.frames, &args.time, cameras.as_ref(), chunk.frames)?;
         let sequence = SequenceInfo {
             is_sequence: frames.is_sequence(),
             has_cameras: cameras.is_some(),
             fps: args.frames.fps,
-            subset_flag: args.frames.chunk.map(|_| "--chunk"),
+            subset_flag: chunk.frames.map(|_| "--chunk"),
             clockwise: false,
         };
-        let outputs = Outputs::new(&args.output, &sequence, &options)?.with_cameras(cameras.as_ref());
-        let scenes = scene_list(&args.scene.scenes)?;
+        let outputs =
+            Outputs::new(&args.output, &sequence, &frames, &options)?.with_cameras(cameras.as_ref());
+        chunk.check_shards(&outputs)?;
         if let Some(cameras) = &cameras {
             if args.frames.fps.is_some() && !matches!(outputs.kind, OutputKind::Animation(_)) {
                 return Err(outputs::animation_only("--fps"));
             }
-            let first = scenes.first().map_or(Path::new(""), PathBuf::as_path);
             // Limits and buffers suit the largest image.
-            options.size = Some(check_cameras(cameras, &outputs, first)?);
+            options.size = Some(check_cameras(cameras, &outputs, &scenes.first()?)?);
         }
         let check = CheckPlan::from_args(&args.check, &outputs)?;
         RenderPlan {
             scenes,
+            scene_chunk: chunk.scenes,
             frames,
             neighbours: FrameNeighbours::of_render(&args.frames),
             options,
@@ -133,13 +147,19 @@ impl RenderPlan {
             options.rotation = Some(turntable::rotation(&args.turn));
             turntable::place_camera(&args.turn, &mut options)?;
         }
-        let frames = turntable::frames(&args.turn, args.time.time.unwrap_or(0.0))?;
-        let outputs = Outputs::new(&args.output, &turntable::sequence_info(&args.turn), &options)?;
+        let scenes = Arc::new(scene_list(&args.scene.scenes)?);
+        let chunk = ScopedChunk::new(args.turn.chunk, &scenes, true)?;
+        let time = args.time.time.unwrap_or(0.0);
+        let frames = turntable::frames(&args.turn, time, dataset.as_ref(), chunk.frames)?;
+        let sequence = turntable::sequence_info(&args.turn, chunk.frames);
+        let outputs = Outputs::new(&args.output, &sequence, &frames, &options)?;
+        chunk.check_shards(&outputs)?;
         if args.turn.fps.is_some() && !matches!(outputs.kind, OutputKind::Animation(_)) {
             return Err(outputs::animation_only("--fps"));
         }
         RenderPlan {
-            scenes: scene_list(&args.scene.scenes)?,
+            scenes,
+            scene_chunk: chunk.scenes,
             frames,
             neighbours: turntable::neighbours(&args.turn),
             options,
@@ -160,13 +180,13 @@ impl RenderPlan {
     pub fn settings_hash(&self, frame: &PlannedFrame) -> SettingsHash {
         let has_flow = self.options.aovs.aovs.iter().any(|aov| aov.is_flow());
         let neighbours = has_flow.then(|| [-1, 1].map(|step| self.neighbours.frame(frame, step)));
-        let frame = (frame.time, frame.angle, frame.orbit);
+        let frame = (frame.time, frame.angle, frame.view);
         SettingsHash::of(&(&self.options, self.outputs.kind, frame, neighbours)).strict(self.strict)
     }
 
     /// Hash of everything that decides an image of a dataset or of a list of cameras except the input files. It is the
     /// same for a dataset and for its `transforms.json` as a list, and does not change with other cameras of a list.
-    pub fn view_hash(&self, time: f64, view: &SizedCamera) -> SettingsHash {
+    pub fn view_hash(&self, frame: &PlannedFrame, view: &SizedCamera) -> SettingsHash {
         let options = &self.options;
         // Lights that follow the camera follow the view at rest.
         let rest = (&options.view.camera, options.view.look_at);
@@ -180,11 +200,50 @@ impl RenderPlan {
         };
         let depth_step = options.depth_unit.or(view.depth_step);
         let view = SizedCamera { camera: view.camera.with_positive_zeros(), depth_step, ..*view };
-        SettingsHash::of(&(&options, rest, self.outputs.kind, time, view, up)).strict(self.strict)
+        let hash = SettingsHash::of(&(&options, rest, self.outputs.kind, frame.time, view, up));
+        let light = frame.view.map(|view| (view.light_rotation, view.environment_rotation));
+        match light.filter(|light| *light != (0.0, 0.0)) {
+            Some(light) => SettingsHash::of(&(hash, light)),
+            None => hash,
+        }
+        .strict(self.strict)
+    }
+
+    /// Hash of everything that decides an image in an archive except the input files, whatever its scene. `None` if its
+    /// camera is not found in the list.
+    pub fn member_hash(&self, frame: &PlannedFrame) -> Option<SettingsHash> {
+        if let (Some(cameras), Some(index)) = (&self.cameras, frame.camera) {
+            return Some(self.view_hash(frame, &cameras.camera(index).ok()?));
+        }
+        let dataset = self.dataset.map(|dataset| (dataset.count, dataset.up));
+        Some(SettingsHash::of(&(self.settings_hash(frame), dataset)).strict(self.strict))
+    }
+
+    /// Hash of everything that decides the images of a scene except its files.
+    pub fn scene_settings_hash(&self) -> SettingsHash {
+        let dataset = self.dataset.map(|dataset| (dataset.count, dataset.up));
+        let cameras = self.cameras.as_ref().map(|cameras| file_version(cameras.path()));
+        let formats = (&self.neighbours, &self.formats, cameras);
+        SettingsHash::of(&(&self.options, self.outputs.kind, &self.frames, dataset, formats))
+            .strict(self.strict)
+    }
+
+    /// The indices of the scenes to render, from 0.
+    pub fn scene_range(&self) -> Range<usize> {
+        let count = self.scenes.len();
+        match (self.scene_chunk, &self.outputs.shards) {
+            (None, _) => 0..count,
+            (Some(chunk), None) => chunk.range(count),
+            // Each archive is written by one share.
+            (Some(chunk), Some(shards)) => shards.scenes(chunk.range(shards.count(count)), count),
+        }
     }
 
     /// All files for frames of the `index`-th scene, counted from 1, with previews and the files of a dataset.
     pub fn output_files(&self, scene: &Path, index: usize, frames: &[PlannedFrame]) -> Vec<PathBuf> {
+        if let Some(shards) = &self.outputs.shards {
+            return vec![shards.file(index)];
+        }
         let files_of = |frame| self.outputs.files(&self.outputs.target(scene, index, frame));
         let mut files: Vec<PathBuf> = frames.iter().flat_map(files_of).collect();
         // All frames of an animation have the same file.
@@ -199,44 +258,63 @@ impl RenderPlan {
         transforms.map_or_else(Vec::new, |transforms| self.formats.shared_files(&transforms))
     }
 
-    /// Checks that no two outputs have the same name and that none is an input. If the number of frames is known only
-    /// after reading a scene, its first frame is checked.
+    /// Checks that no two outputs have the same name and that none is an input.
     fn checked(self, options: &RenderOptionArgs, process: &ProcessArgs) -> Result<RenderPlan, UsageError> {
         let hdri = options.light.hdri.as_ref().and_then(HdriArg::file);
         let cameras = self.cameras.as_ref().map(|cameras| cameras.path().to_path_buf());
-        let option_files =
-            [hdri, options.camera.camera_xml.as_ref(), process.config.as_ref(), cameras.as_ref()];
-        let mut paths =
-            PathConflicts::with_inputs(self.scenes.iter().chain(option_files.into_iter().flatten()));
+        let inputs = [hdri, options.camera.camera_xml.as_ref(), process.config.as_ref(), cameras.as_ref()];
         let report = process.report.as_deref();
         self.neighbours.check(&self.options)?;
-        self.outputs.check_stdout(&self.scenes, report.is_some_and(is_stdout))?;
-        if let Some(dataset) = &self.dataset {
-            dataset.check_names(&self.scenes, &self.outputs)?;
-            self.formats.check_names(dataset, &self.scenes, &self.outputs)?;
+        self.outputs.check_stdout(self.scenes.len(), report.is_some_and(is_stdout))?;
+        let report = report.filter(|report| !is_stdout(report)).map(|report| ("--report", report));
+        let ledger = process.ledger.as_deref().map(|ledger| ("--ledger", ledger));
+        if self.outputs.shards.is_some() && process.report.is_some() {
+            return Err(UsageError("--report: it shows image files, not archives; remove it".into()));
         }
-        let frames = match self.frames {
-            // Their names were checked. Those of other scenes are alike.
-            FrameSet::Cameras { .. } => {
-                Some(vec![PlannedFrame { camera: Some(0), ..PlannedFrame::at(1, 0.0) }])
-            }
-            _ => self.frames.known().filter(|frames| !frames.is_empty()),
-        };
-        let frames = frames.unwrap_or_else(|| vec![PlannedFrame::at(1, 0.0)]);
-        if let Some(check) = &self.check {
-            let files =
-                self.scenes.iter().enumerate().map(|(i, scene)| self.output_files(scene, i + 1, &frames));
-            check.check_names(&files.flatten().collect::<Vec<_>>())?;
+        if self.check.is_some() && (self.outputs.shards.is_some() || process.ledger.is_some()) {
+            return Err(UsageError(
+                "--check compares all image files; remove --ledger, and write no archives".into(),
+            ));
         }
-        for (i, scene) in self.scenes.iter().enumerate() {
-            for file in self.output_files(scene, i + 1, &frames) {
-                paths.add_output(&file, Writer::Scene(scene)).map_err(UsageError)?;
-            }
+        if self.dataset.is_some() {
+            self.formats.check_outputs(&self.outputs, self.options.normalize.is_some())?;
         }
-        if let Some(report) = report.filter(|report| !is_stdout(report)) {
-            paths.add_output(report, Writer::Flag("--report")).map_err(UsageError)?;
-        }
+        self.check_output_names(&OptionFiles {
+            inputs: inputs.into_iter().flatten().map(PathBuf::as_path).collect(),
+            outputs: report.into_iter().chain(ledger).collect(),
+        })?;
         Ok(self)
+    }
+}
+
+/// What `--chunk` divides: the scenes of a batch, or the frames of a single scene.
+#[derive(Clone, Copy, Debug, Default)]
+struct ScopedChunk {
+    scenes: Option<Chunk>,
+    frames: Option<Chunk>,
+}
+
+impl ScopedChunk {
+    fn new(chunk: Option<Chunk>, scenes: &SceneList, is_sequence: bool) -> Result<Self, UsageError> {
+        match chunk {
+            Some(_) if scenes.is_batch() => Ok(ScopedChunk { scenes: chunk, frames: None }),
+            Some(_) if !is_sequence => Err(UsageError(
+                "--chunk: there is only one image; add --frames, or name several scenes, a list or a folder"
+                    .into(),
+            )),
+            _ => Ok(ScopedChunk { scenes: None, frames: chunk }),
+        }
+    }
+
+    /// Returns an error if several shares would write one archive.
+    fn check_shards(&self, outputs: &Outputs) -> Result<(), UsageError> {
+        match self.frames {
+            Some(_) if outputs.shards.is_some() => Err(UsageError(
+                "--chunk: all frames of a scene are in one archive; name several scenes, a list or a folder"
+                    .into(),
+            )),
+            _ => Ok(()),
+        }
     }
 }
 

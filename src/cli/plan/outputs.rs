@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use super::animation_output::{AnimationOutput, animation_format};
 use super::camera_list::CameraList;
-use super::frames::PlannedFrame;
+use super::frames::{FrameSet, PlannedFrame};
 use super::render_options::RenderOptions;
 use super::sequence_info::SequenceInfo;
-use crate::batch::{FileDigests, PathTemplate, SettingsHash, TemplateFields};
+use super::shards::{self, ShardPlan};
+use crate::batch::{FileDigests, PathTemplate, SettingsHash, TemplateFields, is_marked_empty};
 use crate::cli::args::OutputArgs;
 use crate::cli::console::is_stdout;
 use crate::cli::usage::UsageError;
@@ -44,8 +45,17 @@ pub struct Outputs {
     pub replace: Overwrite,
     /// True to keep images that are up to date.
     pub resume: bool,
+    /// Set if all images go into numbered archives.
+    pub shards: Option<ShardPlan>,
     /// Names of AOV previews beside each image.
     previews: Vec<String>,
+}
+
+/// An image of an earlier run that is up to date.
+#[derive(Clone, Copy, Debug)]
+pub struct KeptImage {
+    /// True for an image of a dataset that shows nothing.
+    pub is_empty: bool,
 }
 
 /// The error for a flag that applies only to animations.
@@ -57,15 +67,20 @@ impl Outputs {
     pub fn new(
         args: &OutputArgs,
         sequence: &SequenceInfo,
+        frames: &FrameSet,
         options: &RenderOptions,
     ) -> Result<Outputs, UsageError> {
         let output = args.output.as_deref();
-        let pattern = name_pattern(output, sequence.has_cameras)?;
+        let mut pattern = name_pattern(output, sequence.has_cameras)?;
+        let shards = ShardPlan::new(&pattern, args.shard_size, frames)?;
+        if shards.is_some() {
+            pattern = shards::image_name(&pattern);
+        }
         let (folder, name) = split_existing_folder(&pattern);
         if let Some(word) = PathTemplate::unknown_placeholder(name) {
             return Err(UsageError(format!(
                 "-o {pattern}: unknown placeholder {word}: expected {{stem}}, {{model}}, {{parent}}, {{index}}, \
-                 {{camera}}, {{frame}} or {{frame:04}}"
+                 {{camera}}, {{frame}}, {{frame:04}}, or {{shard:05}} in the name of a .tar"
             )));
         }
         let template = PathTemplate::in_folder(folder, name);
@@ -80,6 +95,11 @@ impl Outputs {
             }
             None => image_kind(&pattern, args, options)?,
         };
+        if shards.is_some() && !matches!(kind, OutputKind::Images(..)) {
+            return Err(UsageError(
+                "-o: an archive holds images; use {shard}.tar, {shard}.jpg.tar or the like".into(),
+            ));
+        }
         let replace = if args.no_overwrite { Overwrite::No } else { Overwrite::Yes };
         let mut outputs = Outputs {
             template: Some(template),
@@ -87,6 +107,7 @@ impl Outputs {
             kind,
             replace,
             resume: args.resume,
+            shards,
             previews: Vec::new(),
         };
         let OutputKind::Images(format, _) = outputs.kind else {
@@ -124,15 +145,34 @@ impl Outputs {
 
     /// Where a frame of the `index`-th scene, counted from 1, is written.
     pub fn target(&self, scene: &Path, index: usize, frame: &PlannedFrame) -> Target {
+        if self.shards.is_some() {
+            return Target::File(self.member(scene, index, frame));
+        }
         match &self.template {
             Some(template) => {
                 let cameras = self.cameras.as_ref().filter(|_| template.has_camera());
                 let camera = cameras.and_then(|cameras| Some(cameras.name(frame.camera?)));
                 let camera = camera.as_deref().unwrap_or_default();
-                Target::File(template.expand(&TemplateFields { scene, index, frame: frame.number, camera }))
+                Target::File(template.expand(&TemplateFields {
+                    scene,
+                    index,
+                    frame: frame.number,
+                    camera,
+                    shard: 0,
+                }))
             }
             None => Target::Stdout,
         }
+    }
+
+    /// The name of an image in its archive.
+    fn member(&self, scene: &Path, index: usize, frame: &PlannedFrame) -> PathBuf {
+        let extension = self.template.as_ref().map(|template| {
+            let fields = TemplateFields { scene, index, frame: 0, camera: "", shard: 0 };
+            template.expand(&fields).extension().unwrap_or_default().to_os_string()
+        });
+        let key = shards::sample_key(scene, index, frame.number);
+        Path::new(&format!("{key}.")).with_extension(extension.unwrap_or_default())
     }
 
     /// The files of an image: itself and its previews.
@@ -152,28 +192,32 @@ impl Outputs {
         matches!(self.kind, OutputKind::Images(format, _) if format.supports_layers())
     }
 
-    /// True if the files of an image exist and their fingerprints match the settings and the current input files.
-    pub fn is_up_to_date(
+    /// The image, if its files exist and their fingerprints match the settings and the current input files.
+    pub fn up_to_date(
         &self,
         target: &Target,
         hash: SettingsHash,
         scene: &Path,
         digests: &mut FileDigests,
-    ) -> bool {
-        let files = self.files(target);
-        let matches = |file: &PathBuf| {
-            read_fingerprint(file).is_some_and(|fingerprint| digests.is_current(&fingerprint, hash, scene))
-        };
-        !files.is_empty() && files.iter().all(matches)
+    ) -> Option<KeptImage> {
+        let mut kept = None;
+        for file in self.files(target) {
+            let fingerprint = read_fingerprint(&file)?;
+            if !digests.is_current(&fingerprint, hash, scene) {
+                return None;
+            }
+            kept = Some(KeptImage { is_empty: is_marked_empty(&fingerprint) });
+        }
+        kept
     }
 
     /// Checks that at most one thing is written to standard output.
-    pub fn check_stdout(&self, scenes: &[PathBuf], report: bool) -> Result<(), UsageError> {
+    pub fn check_stdout(&self, scenes: usize, report: bool) -> Result<(), UsageError> {
         let text = match (&self.template, scenes) {
             (None, _) if report => {
                 "-o - and --report - would both be written to standard output; name a file"
             }
-            (None, [_, _, ..]) => "-o -: standard output takes one image, not several scenes",
+            (None, 2..) => "-o -: standard output takes one image, not several scenes",
             _ => return Ok(()),
         };
         Err(UsageError(text.into()))
@@ -221,7 +265,7 @@ fn image_kind(name: &str, args: &OutputArgs, options: &RenderOptions) -> Result<
         Some(format) => format,
         None => {
             return Err(UsageError(format!(
-                "-o {name}: unknown format; the name must end in {}, .gif, .apng, .mp4 or .html, or in / for a folder",
+                "-o {name}: unknown format; the name must end in {}, .gif, .apng, .mp4, .html or .tar, or in / for a folder",
                 ImageFormat::EXTENSIONS
             )));
         }

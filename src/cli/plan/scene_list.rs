@@ -1,82 +1,200 @@
-//! Scene files on the command line, and those in `@FILE` lists.
+//! Scene files on the command line, in `@FILE` lists, and in folders.
 
-use std::io::{self, Read};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::{Path, PathBuf};
 
+use crate::batch::{PathList, PathListBuilder, decode_path, has_scene_extension, visit_scenes};
 use crate::cli::scene_file::{is_stdin, scene_path};
 use crate::cli::usage::UsageError;
+use crate::import::{has_tar_extension, scenes_in_tar};
 
-/// Expands scene arguments. `-` stands for a scene on standard input, `@FILE` stands for the paths in FILE, one per line, and `@-` for those on standard input;
-/// empty lines and lines that begin with `#` are skipped. A list is UTF-8, or UTF-16 with a byte order mark. A list
-/// that contains zero bytes has a path before each of them, as `find -print0` writes it.
-pub fn scene_list(args: &[PathBuf]) -> Result<Vec<PathBuf>, UsageError> {
-    let mut scenes = Vec::new();
+/// Bytes at the start of a list that its encoding and its separators are detected from.
+const HEAD_BYTES: u64 = 1 << 16;
+
+/// The scenes of a command line.
+#[derive(Debug)]
+pub struct SceneList {
+    paths: PathList,
+    /// True for several arguments, a list or a folder, however many scenes they hold.
+    is_batch: bool,
+}
+
+impl SceneList {
+    /// Number of scenes, at least 1.
+    pub fn len(&self) -> usize {
+        self.paths.len()
+    }
+
+    /// True if the command line names several files, a list or a folder, however many scenes these hold.
+    pub fn is_batch(&self) -> bool {
+        self.is_batch
+    }
+
+    /// The scenes in order. An error of a long list's temporary file ends the iteration.
+    pub fn iter(&self) -> impl Iterator<Item = Result<PathBuf, UsageError>> {
+        self.paths.iter().map(|path| {
+            path.map_err(|e| UsageError(format!("the temporary file of the scene list cannot be read: {e}")))
+        })
+    }
+
+    /// The scenes of a list that is known to be short.
+    ///
+    /// # Errors
+    /// As [`SceneList::iter`].
+    pub fn to_vec(&self) -> Result<Vec<PathBuf>, UsageError> {
+        self.iter().collect()
+    }
+
+    /// The first scene.
+    ///
+    /// # Errors
+    /// As [`SceneList::iter`].
+    pub fn first(&self) -> Result<PathBuf, UsageError> {
+        self.iter().next().unwrap_or_else(|| Ok(PathBuf::new()))
+    }
+
+    /// The only scene; `None` if there are several.
+    pub fn single(&self) -> Option<PathBuf> {
+        (self.len() == 1).then(|| self.iter().next())?.and_then(Result::ok)
+    }
+}
+
+/// Expands scene arguments. `-` stands for a scene on standard input, a folder or a tar file for the scene files in it,
+/// `@FILE` for the paths in FILE, one per line, and `@-` for those on standard input; empty lines and lines that begin
+/// with `#` are skipped, and a line that ends in a slash is a folder, one that ends in `.tar` a tar file. A list is UTF-8, or UTF-16 with a byte order mark.
+/// A list that contains zero bytes has a path before each of them, as `find -print0` writes it.
+pub fn scene_list(args: &[PathBuf]) -> Result<SceneList, UsageError> {
+    let mut scenes = Expansion::default();
     for arg in args {
         match arg.to_str().and_then(|text| text.strip_prefix('@')) {
             Some(list) if !arg.exists() => {
                 let error = |e: io::Error| UsageError(format!("@{list}: the list cannot be read: {e}"));
-                scenes.extend(parse(&read(list).and_then(to_ascii_superset).map_err(error)?));
+                scenes.add_list(list).map_err(error)?;
             }
-            _ => scenes.push(scene_path(arg).to_path_buf()),
+            _ if has_tar_extension(arg) && arg.is_file() => {
+                scenes.add_archive(arg).map_err(|e| UsageError(e.to_string()))?;
+            }
+            _ if arg.is_dir() => scenes.add_folder(arg).map_err(|e| UsageError(e.to_string()))?,
+            _ => scenes.add(scene_path(arg)).map_err(|e| UsageError(e.to_string()))?,
         }
     }
     let is_list = |arg: &&PathBuf| arg.as_os_str() == "@-";
-    if scenes.iter().filter(|scene| is_stdin(scene)).count() + args.iter().filter(is_list).count() > 1 {
+    if scenes.stdin_count + args.iter().filter(is_list).count() > 1 {
         return Err(UsageError("standard input can be read only once; name it once".into()));
     }
-    if scenes.is_empty() {
+    if scenes.paths.count() == 0 {
         return Err(UsageError("the lists contain no scene".into()));
     }
-    Ok(scenes)
+    let is_batch = args.len() > 1 || scenes.is_expanded;
+    let paths = scenes.paths.finish();
+    let paths = paths.map_err(|e| UsageError(format!("the list of scenes cannot be stored: {e}")))?;
+    Ok(SceneList { paths, is_batch })
 }
 
-fn read(list: &str) -> io::Result<Vec<u8>> {
-    if list != "-" {
-        return std::fs::read(list);
+/// The scenes that were found so far.
+#[derive(Debug, Default)]
+struct Expansion {
+    paths: PathListBuilder,
+    /// How often standard input is a scene.
+    stdin_count: usize,
+    /// True after a list or a folder.
+    is_expanded: bool,
+}
+
+impl Expansion {
+    fn add(&mut self, scene: &Path) -> io::Result<()> {
+        self.stdin_count += usize::from(is_stdin(scene));
+        self.paths.push(scene)
     }
-    let mut bytes = Vec::new();
-    io::stdin().lock().read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
 
-/// Removes a byte order mark and converts UTF-16 to UTF-8. Other encodings are kept as bytes.
-fn to_ascii_superset(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
-    let from_utf16 = |unit: fn([u8; 2]) -> u16| {
-        let (pairs, rest) = bytes[2..].as_chunks::<2>();
-        let text = String::from_utf16(&pairs.iter().map(|pair| unit(*pair)).collect::<Vec<_>>()).ok();
-        let text = text.filter(|_| rest.is_empty());
-        text.map(String::into_bytes).ok_or_else(|| io::Error::other("invalid UTF-16"))
-    };
-    match bytes[..] {
-        [0xff, 0xfe, ..] => from_utf16(u16::from_le_bytes),
-        [0xfe, 0xff, ..] => from_utf16(u16::from_be_bytes),
-        [0xef, 0xbb, 0xbf, ..] => Ok(bytes[3..].to_vec()),
-        _ => Ok(bytes),
+    fn add_folder(&mut self, folder: &Path) -> io::Result<()> {
+        self.is_expanded = true;
+        let before = self.paths.count();
+        visit_scenes(folder, &mut |scene| self.paths.push(scene))?;
+        if self.paths.count() == before {
+            let text = format!("{}: a folder without .gltf, .glb or .obj files", folder.display());
+            return Err(io::Error::new(io::ErrorKind::NotFound, text));
+        }
+        Ok(())
+    }
+
+    /// Adds the scenes in a tar file.
+    fn add_archive(&mut self, file: &Path) -> io::Result<()> {
+        self.is_expanded = true;
+        let with_path = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", file.display()));
+        let scenes = scenes_in_tar(file, has_scene_extension).map_err(with_path)?;
+        if scenes.is_empty() {
+            return Err(with_path(io::Error::other("a tar file without .gltf, .glb or .obj files")));
+        }
+        scenes.iter().try_for_each(|scene| self.paths.push(scene))
+    }
+
+    /// Adds the paths of a list, which is read piece by piece.
+    fn add_list(&mut self, list: &str) -> io::Result<()> {
+        self.is_expanded = true;
+        let mut input: Box<dyn Read> =
+            if list == "-" { Box::new(io::stdin().lock()) } else { Box::new(File::open(list)?) };
+        let mut head = Vec::new();
+        input.by_ref().take(HEAD_BYTES).read_to_end(&mut head)?;
+        match head[..] {
+            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => {
+                input.read_to_end(&mut head)?;
+                return self.add_lines(Cursor::new(from_utf16(&head)?), b'\n');
+            }
+            [0xef, 0xbb, 0xbf, ..] => drop(head.drain(..3)),
+            _ => {}
+        }
+        let separator = if head.contains(&0) { 0 } else { b'\n' };
+        self.add_lines(BufReader::new(Cursor::new(head).chain(input)), separator)
+    }
+
+    fn add_lines(&mut self, mut input: impl BufRead, separator: u8) -> io::Result<()> {
+        let mut line = Vec::new();
+        while input.read_until(separator, &mut line)? > 0 {
+            if line.last() == Some(&separator) {
+                line.pop();
+            }
+            let text = if separator == 0 { &line[..] } else { line.trim_ascii() };
+            if !(text.is_empty() || separator != 0 && text.starts_with(b"#")) {
+                let path = decode_path(text);
+                if text.ends_with(b"/") {
+                    self.add_folder(&path)?;
+                } else if has_tar_extension(&path) {
+                    self.add_archive(&path)?;
+                } else {
+                    self.add(&path)?;
+                }
+            }
+            line.clear();
+        }
+        Ok(())
     }
 }
 
-fn parse(bytes: &[u8]) -> Vec<PathBuf> {
-    if bytes.contains(&0) {
-        return bytes.split(|&b| b == 0).filter(|text| !text.is_empty()).map(path).collect();
-    }
-    let lines = bytes.split(|&b| b == b'\n').map(|line| line.trim_ascii());
-    lines.filter(|line| !line.is_empty() && !line.starts_with(b"#")).map(path).collect()
-}
-
-#[cfg(unix)]
-fn path(line: &[u8]) -> PathBuf {
-    use std::os::unix::ffi::OsStrExt;
-    Path::new(std::ffi::OsStr::from_bytes(line)).to_path_buf()
-}
-
-#[cfg(not(unix))]
-fn path(line: &[u8]) -> PathBuf {
-    Path::new(String::from_utf8_lossy(line).as_ref()).to_path_buf()
+/// Converts UTF-16 with a byte order mark to UTF-8.
+fn from_utf16(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let unit = if bytes[0] == 0xff { u16::from_le_bytes } else { u16::from_be_bytes };
+    let (pairs, rest) = bytes[2..].as_chunks::<2>();
+    let text = String::from_utf16(&pairs.iter().map(|pair| unit(*pair)).collect::<Vec<_>>()).ok();
+    let text = text.filter(|_| rest.is_empty()).ok_or_else(|| io::Error::other("invalid UTF-16"))?;
+    Ok(text.into_bytes())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn parse(bytes: &[u8]) -> Vec<PathBuf> {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("list");
+        std::fs::write(&file, bytes).unwrap();
+        expand(&[format!("@{}", file.display()).into()]).unwrap()
+    }
+
+    fn expand(args: &[PathBuf]) -> Result<Vec<PathBuf>, UsageError> {
+        scene_list(args)?.to_vec()
+    }
 
     #[test]
     fn a_list_has_one_path_per_line() {
@@ -96,7 +214,7 @@ mod tests {
         let file = dir.path().join("list");
         let named = |bytes: &[u8]| {
             std::fs::write(&file, bytes).unwrap();
-            scene_list(&[format!("@{}", file.display()).into()])
+            expand(&[format!("@{}", file.display()).into()])
         };
         let text = "a.glb\r\nstühle 🪑.glb\n";
         let utf16 = |to: fn(u16) -> [u8; 2]| -> Vec<u8> {
@@ -115,7 +233,7 @@ mod tests {
 
     #[test]
     fn standard_input_is_one_scene() {
-        let list = |args: &[&str]| scene_list(&args.iter().map(PathBuf::from).collect::<Vec<_>>());
+        let list = |args: &[&str]| expand(&args.iter().map(PathBuf::from).collect::<Vec<_>>());
         assert_eq!(list(&["a.glb", "-"]).unwrap(), ["a.glb", "/dev/stdin"].map(PathBuf::from));
         for args in [&["-", "-"][..], &["-", "/dev/stdin"]] {
             assert!(list(args).unwrap_err().0.contains("only once"), "{args:?}");
@@ -129,9 +247,49 @@ mod tests {
         std::fs::write(&file, "b.glb\nc.glb\n").unwrap();
         let at = format!("@{}", file.display());
         let args = ["a.glb", &at, "d.glb"].map(PathBuf::from);
-        assert_eq!(scene_list(&args).unwrap(), ["a.glb", "b.glb", "c.glb", "d.glb"].map(PathBuf::from));
+        assert_eq!(expand(&args).unwrap(), ["a.glb", "b.glb", "c.glb", "d.glb"].map(PathBuf::from));
         std::fs::write(&file, "\n").unwrap();
-        assert!(scene_list(&args[1..2]).unwrap_err().0.contains("contain no scene"));
-        assert!(scene_list(&["@missing".into()]).unwrap_err().0.contains("@missing"));
+        assert!(expand(&args[1..2]).unwrap_err().0.contains("contain no scene"));
+        assert!(expand(&["@missing".into()]).unwrap_err().0.contains("@missing"));
+    }
+
+    #[test]
+    fn folders_and_lines_with_a_slash_are_searched() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        std::fs::create_dir_all(at("models/b")).unwrap();
+        for name in ["models/b/2.glb", "models/b/1.obj", "models/a.gltf", "models/b/1.mtl"] {
+            std::fs::write(at(name), "").unwrap();
+        }
+        let expected = ["models/a.gltf", "models/b/1.obj", "models/b/2.glb"].map(at);
+        let list = scene_list(&[at("models")]).unwrap();
+        assert!(list.is_batch() && list.single().is_none());
+        assert_eq!(list.to_vec().unwrap(), expected);
+        std::fs::write(at("list"), format!("{}/\n", at("models").display())).unwrap();
+        assert_eq!(expand(&[format!("@{}", at("list").display()).into()]).unwrap(), expected);
+        std::fs::create_dir(at("empty")).unwrap();
+        let error = expand(&[at("empty")]).unwrap_err().0;
+        assert!(error.contains("a folder without .gltf, .glb or .obj files"), "{error}");
+    }
+
+    #[test]
+    fn several_arguments_and_lists_are_batches() {
+        let is_batch = |args: &[PathBuf]| scene_list(args).unwrap().is_batch();
+        assert!(!is_batch(&["a.glb".into()]) && is_batch(&["a.glb".into(), "b.glb".into()]));
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("list");
+        std::fs::write(&file, "a.glb\n").unwrap();
+        assert!(is_batch(&[format!("@{}", file.display()).into()]));
+    }
+
+    /// A long list is split wherever the blocks that it is read in end.
+    #[test]
+    fn a_long_list_is_read_piece_by_piece() {
+        let names: Vec<String> = (0..20_000).map(|i| format!("objects/{i:06}.glb")).collect();
+        for separator in ["\n", "\0"] {
+            let found = parse(names.join(separator).as_bytes());
+            assert!(found.iter().zip(&names).all(|(found, name)| found == Path::new(name)));
+            assert_eq!(found.len(), names.len());
+        }
     }
 }

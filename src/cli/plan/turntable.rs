@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::dataset::view_frame;
+use super::dataset::DatasetPlan;
 use super::frame_neighbours::FrameNeighbours;
 use super::frames::{FrameSet, PlannedFrame};
 use super::render_options::{RenderOptions, TurntableRotation};
 use super::sequence_info::SequenceInfo;
-use crate::batch::FrameList;
+use crate::batch::{Chunk, FrameList};
 use crate::cli::args::{DirectionArg, EaseArg, TurnArg, TurnArgs};
 use crate::cli::usage::UsageError;
 use crate::scene::{DEFAULT_VIEW_DIR, Orbit};
@@ -34,19 +34,24 @@ pub fn place_camera(args: &TurnArgs, options: &mut RenderOptions) -> Result<(), 
     Ok(())
 }
 
-/// The frames of a turn, all at the same time of the animation.
-pub fn frames(args: &TurnArgs, time: f64) -> Result<FrameSet, UsageError> {
+/// The frames of a turn, all at the same time of the animation. `chunk` is the part of them to render.
+pub fn frames(
+    args: &TurnArgs,
+    time: f64,
+    dataset: Option<&DatasetPlan>,
+    chunk: Option<Chunk>,
+) -> Result<FrameSet, UsageError> {
     let count = args.views.unwrap_or(args.count);
     let list = args.only.clone().unwrap_or_else(|| FrameList::up_to(count));
     let numbers = list.frames();
     if let Some(outside) = numbers.iter().find(|n| !(1..=i64::from(count)).contains(n)) {
         return Err(UsageError(format!("--only {outside}: the frames are 1 to {count}")));
     }
-    let part = args.chunk.map_or(0..numbers.len(), |chunk| chunk.range(numbers.len()));
-    let frame = |&number: &i64| match args.views {
-        Some(count) => view_frame(number, count, time),
-        None => PlannedFrame { angle: angle(args, number), ..PlannedFrame::at(number, time) },
-    };
+    let part = chunk.map_or(0..numbers.len(), |chunk| chunk.range(numbers.len()));
+    if let Some(dataset) = dataset {
+        return Ok(FrameSet::List(dataset.views(numbers[part].iter().copied()).collect()));
+    }
+    let frame = |&number: &i64| PlannedFrame { angle: angle(args, number), ..PlannedFrame::at(number, time) };
     Ok(FrameSet::List(numbers[part].iter().map(frame).collect()))
 }
 
@@ -60,8 +65,8 @@ pub fn neighbours(args: &TurnArgs) -> FrameNeighbours {
     }
 }
 
-pub fn sequence_info(args: &TurnArgs) -> SequenceInfo {
-    let subset_flag = args.only.as_ref().map(|_| "--only").or(args.chunk.map(|_| "--chunk"));
+pub fn sequence_info(args: &TurnArgs, chunk: Option<Chunk>) -> SequenceInfo {
+    let subset_flag = args.only.as_ref().map(|_| "--only").or(chunk.map(|_| "--chunk"));
     // A camera that rotates one way sees the scene rotate the other way.
     let reversals = [
         args.turn == TurnArg::Camera,

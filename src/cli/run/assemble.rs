@@ -9,6 +9,7 @@ use image::ImageReader;
 use super::frame_files::{frame_files, missing_numbers};
 use super::panics;
 use super::progress::{ImageMonitor, Reporter};
+use crate::cancellation::CancelToken;
 use crate::cli::args::{AssembleArgs, DirectionArg, LoopArg};
 use crate::cli::console::{scene_error, single_line, strict_error};
 use crate::cli::files::create_parent_folder;
@@ -86,7 +87,7 @@ fn assemble(args: &AssembleArgs, format: AnimationFormat, reporter: &Reporter) -
         animation
             .push(&frame.pixels)
             .map_err(|e| anyhow::Error::new(e).context(path.display().to_string()))?;
-        ImageMonitor::new(reporter, &args.output, 1).finish();
+        ImageMonitor::new(reporter, &args.output, 1, &CancelToken::default()).finish();
         Ok(())
     };
     push(first_frame, first)?;

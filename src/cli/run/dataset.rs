@@ -11,7 +11,10 @@ use crate::integrator::Aov;
 use crate::output::{Overwrite, SaveError, check_overwrite, write_atomically};
 use crate::render::RenderSettings;
 use crate::scene::pose;
-use crate::scene::{ClipBoundsCache, PoseSettings, PosedScene, Scene, clip_duration};
+use crate::scene::{
+    ClipBoundsCache, DEFAULT_BASELINE, DistanceRange, PoseSettings, PosedScene, SampledView, Scene,
+    StereoEye, clip_duration,
+};
 
 /// Keys under which NeRF tools look for an AOV.
 const AOV_KEYS: [(Aov, &[&str]); 3] = [
@@ -102,6 +105,8 @@ impl TransformsFile<'_> {
             time: dataset.time,
             bounds: posed.bounds(),
             depth_step: depth_step(plan, &start, size)?,
+            normalization: options.normalize.map(|_| options.normalization(&start)),
+            sampling: dataset.sampling,
         };
         let views = self.views(&posed, size)?;
         Ok((dataset, views))
@@ -126,6 +131,8 @@ impl TransformsFile<'_> {
                 file: name(image),
                 layers: layers.collect(),
                 camera: plan.options.camera(&frame, posed, size)?,
+                light_rotation: frame.view.map_or(0.0, |view| view.light_rotation),
+                environment_rotation: frame.view.map_or(0.0, |view| view.environment_rotation),
                 is_empty: false,
             });
         }
@@ -175,7 +182,7 @@ fn marks_of_same(file: &Path, dataset: &Dataset, views: &[DatasetView]) -> Optio
     (dataset.to_json(&views) == text).then_some(marked)
 }
 
-/// Metres per step of a dataset's 16-bit depth images, so that every point that a view can see has a depth. `None` if
+/// Metres, or units of --normalize, per step of a dataset's 16-bit depth images, so that every point that a view can see has a depth. `None` if
 /// there are no such images.
 pub fn depth_step(plan: &RenderPlan, posed: &PosedScene, size: (u32, u32)) -> Result<Option<f64>> {
     if plan.options.depth_unit.is_some() {
@@ -187,8 +194,22 @@ pub fn depth_step(plan: &RenderPlan, posed: &PosedScene, size: (u32, u32)) -> Re
     }
     let sphere = posed.clip_sphere();
     let centre = plan.options.view.look_at.unwrap_or(sphere.centre);
-    let camera = plan.options.camera(&first, posed, size)?;
-    let farthest = camera.view_point.distance(centre) + centre.distance(sphere.centre) + sphere.radius;
+    let options = &plan.options;
+    let scale = options.normalization(posed).scale;
+    let framed = PlannedFrame { view: first.view.map(|view| SampledView::at(view.orbit)), ..first };
+    let framed = options.camera(&framed, posed, size)?.view_point.distance(centre);
+    let distance = match plan.dataset.and_then(|dataset| dataset.sampling.distance) {
+        None => framed,
+        Some(DistanceRange::Framed(_, high)) => high * framed,
+        Some(DistanceRange::Metres(_, high)) => high / scale,
+    };
+    let stereo = match first.view.and_then(|view| view.stereo) {
+        Some(StereoEye { baseline, .. }) => {
+            0.5 * baseline.map_or(DEFAULT_BASELINE * distance, |baseline| baseline / scale)
+        }
+        None => 0.0,
+    };
+    let farthest = (distance + stereo + centre.distance(sphere.centre) + sphere.radius) * scale;
     // Three digits, rounded up by at most 1 %, are easy to type.
     let step: f64 = format!("{:.2e}", 1.01 * farthest / f64::from(u16::MAX)).parse().unwrap_or(0.0);
     Ok(Some(if step > 0.0 { step } else { 1.0 }))

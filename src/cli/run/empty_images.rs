@@ -5,9 +5,10 @@ use std::sync::Mutex;
 
 use glam::{DVec2, DVec3};
 
+use crate::cancellation::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 use crate::integrator::{Aov, Frame};
-use crate::render::{Cancelled, Pixels, RenderSettings, render_aovs};
+use crate::render::{Pixels, RenderSettings, render_aovs};
 use crate::scene::{Camera, ClipPlanes, Projection};
 
 /// The reason why an image shows nothing.
@@ -67,20 +68,21 @@ pub fn empty_reason(
     frame: &Frame,
     settings: &RenderSettings,
     pixels: &Pixels,
+    cancel: &CancelToken,
 ) -> Result<Option<EmptyReason>, Cancelled> {
     let is_covered = pixels.colors.iter().any(|color| color.w > 0.0);
     let shows_scene_only = frame.ground.is_none() && frame.background.is_none();
-    if is_covered && (shows_scene_only || shows_object(frame, settings)?) {
+    if is_covered && (shows_scene_only || shows_object(frame, settings, cancel)?) {
         return Ok(None);
     }
-    find_reason(frame, settings).map(Some)
+    find_reason(frame, settings, cancel).map(Some)
 }
 
 /// Returns true if an object is visible at the centre of a pixel.
-fn shows_object(frame: &Frame, settings: &RenderSettings) -> Result<bool, Cancelled> {
+fn shows_object(frame: &Frame, settings: &RenderSettings, cancel: &CancelToken) -> Result<bool, Cancelled> {
     let hits = |settings: &RenderSettings| -> Result<bool, Cancelled> {
         let frame = Frame { ground: None, ..frame.clone() };
-        let layers = render_aovs(&frame, &[Aov::Mask], settings, &())?;
+        let layers = render_aovs(&frame, &[Aov::Mask], settings, cancel)?;
         Ok(layers.iter().any(|layer| layer.values.iter().any(|&mask| mask > 0.0)))
     };
     // Few pixels decide for most images.
@@ -98,7 +100,11 @@ fn smaller(settings: &RenderSettings) -> RenderSettings {
 }
 
 /// Finds the reason by changing one setting after the other, then from the bounds of the scene.
-fn find_reason(frame: &Frame, settings: &RenderSettings) -> Result<EmptyReason, Cancelled> {
+fn find_reason(
+    frame: &Frame,
+    settings: &RenderSettings,
+    cancel: &CancelToken,
+) -> Result<EmptyReason, Cancelled> {
     let bounds = frame.posed.bounds();
     if frame.posed.scene.instances.is_empty() {
         return Ok(EmptyReason::NoObjects);
@@ -110,7 +116,7 @@ fn find_reason(frame: &Frame, settings: &RenderSettings) -> Result<EmptyReason, 
     let small = smaller(settings);
     let shows = |clip: ClipPlanes, cull_back_faces: bool| {
         let camera = Camera { clip, ..frame.camera };
-        shows_object(&Frame { camera, cull_back_faces, ..frame.clone() }, &small)
+        shows_object(&Frame { camera, cull_back_faces, ..frame.clone() }, &small, cancel)
     };
     let clip = frame.camera.clip;
     if settings.crop.is_some() && shows(clip, frame.cull_back_faces)? {

@@ -38,7 +38,10 @@ const FRUGAL: &str =
 /// Executes this process again with tunables for a plan. Returns if none fit, if the environment has some already, if
 /// an argument in `argv` is a stream, which can be read only once, and if the execution fails.
 pub fn restart_with_tunables(plan: &RenderPlan, argv: &[OsString]) {
-    let is_small = |scene: &PathBuf| std::fs::metadata(scene).is_ok_and(|file| file.len() <= SMALL_FILE);
+    let is_small = |scene: Result<PathBuf, _>| {
+        let file = scene.ok().and_then(|scene| std::fs::metadata(scene).ok());
+        file.is_some_and(|file| file.len() <= SMALL_FILE)
+    };
     let has_memory = || plan.max_memory.is_none() && load_limits(None).memory_bytes >= AMPLE_MEMORY;
     let tunables = match plan.scenes.len() {
         MANY_SCENES.. => FRUGAL,

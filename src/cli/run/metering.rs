@@ -130,5 +130,5 @@ fn meter_frame(
         // The override also turns off reflections, which show the environment, and makes glass thin.
         frame.overrides.k_e = Some(Rgb::ZERO);
     }
-    Ok(meter(&frame, &Phong { stage: setup.options.stage }, camera.aspect, &())?)
+    Ok(meter(&frame, &Phong { stage: setup.options.stage }, camera.aspect, &setup.cancel)?)
 }

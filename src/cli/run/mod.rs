@@ -2,6 +2,7 @@
 
 pub(super) mod animation_writer;
 pub(super) mod assemble;
+mod batch;
 mod dataset;
 mod dataset_files;
 mod depth_range;
@@ -9,6 +10,7 @@ pub(super) mod empty_images;
 mod frame_files;
 mod framing;
 mod golden_check;
+mod ledger;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod malloc_tuning;
 pub(super) mod memory_estimate;
@@ -21,5 +23,7 @@ pub(super) mod render;
 mod report;
 pub(super) mod runtime;
 pub(super) mod scene_job;
+mod scene_ledger;
 pub(super) mod session;
+mod shard_batch;
 mod signals;

@@ -8,6 +8,7 @@ use glam::DAffine3;
 use super::framing::Framing;
 use super::progress::SceneLog;
 use crate::accel::{Accel, BuildReport, BuildSettings};
+use crate::cancellation::CancelToken;
 use crate::cli::plan::{BackFaceCulling, RenderOptions, TurntableRotation};
 use crate::integrator::Frame;
 use crate::scene::{AxisRotation, Camera, Environment, Lighting, PosedScene, ResolvedLighting};
@@ -26,6 +27,8 @@ pub struct SceneSetup<'a> {
     pub options: &'a RenderOptions,
     pub log: &'a SceneLog<'a>,
     pub build: BuildSettings,
+    /// Ends the work on the scene.
+    pub cancel: CancelToken,
     /// End of the clip in seconds. The last pose holds from there on.
     pub clip_duration: f64,
     pub framing: Framing,
@@ -49,6 +52,7 @@ impl<'a> SceneSetup<'a> {
         other: &PosedFrame<'a>,
         reusable: Option<Accel>,
     ) -> Result<PosedFrame<'a>> {
+        self.cancel.check()?;
         let time = time.min(self.clip_duration);
         let start = Instant::now();
         let posed = other.posed.at_time(time);
@@ -57,7 +61,7 @@ impl<'a> SceneSetup<'a> {
         match reusable {
             Some(mut accel) => {
                 let start = Instant::now();
-                let report = accel.update(&frame.posed);
+                let report = accel.update_cancellable(&frame.posed, &self.cancel)?;
                 frame.accel = Some(accel);
                 self.log_build("update", start, &report)?;
             }
@@ -82,7 +86,7 @@ impl<'a> SceneSetup<'a> {
             return Ok(());
         }
         let start = Instant::now();
-        let (accel, report) = Accel::build(&frame.posed, &self.build);
+        let (accel, report) = Accel::build_cancellable(&frame.posed, &self.build, &self.cancel)?;
         frame.accel = Some(accel);
         self.log_build("build", start, &report)
     }

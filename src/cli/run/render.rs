@@ -1,24 +1,20 @@
 //! `blinn render` and `blinn turntable`: renders each scene of a plan.
 
-use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::path::Path;
+use std::time::Duration;
 
-use anyhow::{Error, Result};
-
+use super::batch::{Batch, fail, is_disk_full};
 use super::memory_estimate::format_bytes;
-use super::progress::{Reporter, SceneLog};
+use super::progress::Reporter;
 use super::report::Report;
-use super::scene_job::SceneJob;
-use super::{panics, runtime};
-use crate::batch::FileDigests;
+use super::runtime;
+use super::scene_ledger::SceneLedger;
+use super::shard_batch::render_shards;
 use crate::bench::memory::peak_bytes;
 use crate::cli::args::{ProcessArgs, RenderArgs, TurntableArgs};
-use crate::cli::console::{scene_error, single_line};
-use crate::cli::plan::{RenderPlan, load_limits};
+use crate::cli::plan::{NumberedScene, RenderPlan};
 use crate::cli::summary::Summary;
 use crate::cli::usage::UsageError;
-use crate::output::SaveError;
 
 pub fn render(args: &RenderArgs, restart_argv: Option<&[OsString]>) -> Result<Summary, UsageError> {
     execute(&RenderPlan::for_render(args)?, restart_argv, &args.process, args.common.quiet)
@@ -41,102 +37,63 @@ fn execute(
     }
     #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
     let _ = restart_argv;
-    let reporter = Reporter::new(&process.log, plan.scenes.len(), quiet);
+    let reporter = Reporter::new(&process.log, plan.scene_range().len(), quiet);
     let mut summary = Summary::default();
     // Only now: a restarted process would not know of a signal that arrived earlier.
     if let Err(error) = runtime::start(process.threads) {
         fail(&mut summary, &reporter, &error);
     } else {
         plan.check_clip_conflicts()?;
-        render_scenes(plan, process, &reporter, &mut summary);
+        render_scenes(plan, process, &reporter, &mut summary)?;
     }
     reporter.done(&summary);
     Ok(summary)
 }
 
-/// Renders each scene. The failure of a scene does not affect the others.
-fn render_scenes(plan: &RenderPlan, process: &ProcessArgs, reporter: &Reporter, summary: &mut Summary) {
+/// Renders each scene of the plan's share. The failure of a scene does not affect the others.
+fn render_scenes(
+    plan: &RenderPlan,
+    process: &ProcessArgs,
+    reporter: &Reporter,
+    summary: &mut Summary,
+) -> Result<(), UsageError> {
     let report = process.report.as_deref().filter(|_| !plan.dry_run);
-    let mut report = match report.map(|file| Report::new(file, plan.outputs.replace)).transpose() {
+    let report = match report.map(|file| Report::new(file, plan.outputs.replace)).transpose() {
         Ok(report) => report,
-        Err(error) => return fail(summary, reporter, &error.context("--report")),
+        Err(error) => {
+            fail(summary, reporter, &error.context("--report"));
+            return Ok(());
+        }
     };
-    for (i, path) in plan.scenes.iter().enumerate() {
-        let outcome = render_scene(plan, i + 1, path, reporter, &mut report, summary);
-        if outcome.as_ref().is_err_and(is_disk_full) {
-            // Nothing more can be written, and one error for it is enough.
-            summary.not_started = plan.scenes.len() - (i + 1);
-            break;
+    let ledger = match SceneLedger::open(plan, process) {
+        Ok(ledger) => ledger,
+        Err(error) => {
+            fail(summary, reporter, &error.context("--ledger"));
+            return Ok(());
+        }
+    };
+    let timeout =
+        process.timeout.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
+    let mut batch = Batch { plan, reporter, report, ledger, timeout, shard: None, summary };
+    let range = plan.scene_range();
+    let scenes = plan.numbered_scenes().skip(range.start).take(range.len());
+    match &plan.outputs.shards {
+        Some(shards) => render_shards(&mut batch, shards, scenes)?,
+        None => {
+            for scene in scenes {
+                let NumberedScene { number, path } = scene?;
+                let outcome = batch.render_scene(number, &path);
+                if outcome.as_ref().is_err_and(is_disk_full) {
+                    // Nothing more can be written, and one error for it is enough.
+                    batch.summary.not_started = range.end - number;
+                    break;
+                }
+            }
         }
     }
     if let Some(peak) = peak_bytes() {
         reporter.perf(&format!("memory   {:>10}  peak", format_bytes(peak)));
     }
-    match report.map(Report::finish) {
-        None | Some(Ok(None)) => {}
-        Some(Ok(Some(page))) => reporter.wrote(None, &page),
-        Some(Err(error)) => fail(summary, reporter, &error),
-    }
-}
-
-/// Renders a scene and reports its outcome.
-fn render_scene(
-    plan: &RenderPlan,
-    index: usize,
-    path: &Path,
-    reporter: &Reporter,
-    report: &mut Option<Report>,
-    summary: &mut Summary,
-) -> Result<()> {
-    let mut log = SceneLog::new(reporter, path, plan.strict);
-    if let Some(report) = report {
-        report.begin_scene(path);
-        log = log.collecting();
-    }
-    let digests = FileDigests::with_limit(load_limits(plan.max_memory).file_bytes);
-    let report_page = report.as_mut();
-    let views_shown = BTreeMap::new();
-    let mut job = SceneJob {
-        plan,
-        index,
-        path,
-        log: &log,
-        report: report_page,
-        digests,
-        frames: Vec::new(),
-        kept: 0,
-        views_shown,
-    };
-    let outcome = panics::catch(|| job.run());
-    let kept = job.kept;
-    reporter.scene_done(path);
-    let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
-    let warnings = log.finish();
-    if let Some(line) = &failure {
-        reporter.fail(Some(path), line);
-    }
-    if let Some(page) = report
-        && let Err(error) = page.end_scene(&warnings, kept, failure.as_deref())
-    {
-        // Images are rendered without the page.
-        fail(summary, reporter, &Error::new(error).context("--report"));
-        *report = None;
-    }
-    summary.add_scene(failure);
-    outcome
-}
-
-/// Reports an error that belongs to no scene.
-fn fail(summary: &mut Summary, reporter: &Reporter, error: &Error) {
-    reporter.fail(None, &single_line(&format!("{error:#}")));
-    summary.other_failure = true;
-}
-
-fn is_disk_full(error: &Error) -> bool {
-    use std::io::{Error, ErrorKind};
-    let is_full = |e: &Error| matches!(e.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
-    error.chain().any(|cause| {
-        let saved = cause.downcast_ref::<SaveError>().map(|e| &e.cause);
-        saved.or(cause.downcast_ref()).is_some_and(is_full)
-    })
+    batch.finish();
+    Ok(())
 }

@@ -6,27 +6,34 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result};
+use serde_json::json;
 
 use super::animation_writer::AnimationWriter;
 use super::dataset::{DatasetViews, TransformsFile};
 use super::dataset_files::DatasetFiles;
 use super::empty_images::EmptyImages;
 use super::golden_check;
+use super::ledger::ImageCounts;
 use super::memory_estimate;
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::{ImageMonitor, SceneLog};
 use super::report::{Report, THUMBNAIL_SIDE};
 use super::session::{RenderSession, RenderedImage};
-use crate::batch::{FileDigests, fingerprint, run_pipeline};
+use crate::batch::{Dataset, DatasetView, FileDigests, SettingsHash, fingerprint, mark_empty, run_pipeline};
+use crate::cancellation::CancelToken;
 use crate::cli::args::values::DatasetFormat;
 use crate::cli::console::print_stdout;
 use crate::cli::files::create_parent_folder;
 use crate::cli::plan::{
-    BackFaceCulling, OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer, load_limits,
+    BackFaceCulling, OutputKind, PathConflicts, PlannedFrame, RenderPlan, SizedCamera, Target, Writer,
+    load_limits,
 };
 use crate::cli::scene_file::{is_stdin, load_scene_file};
-use crate::import::{LoadOptions, open_scene_file};
-use crate::output::{Picture, check_overwrite, check_writable, encode_thumbnail, save};
+use crate::import::{LoadOptions, is_in_archive, open_input_file, open_scene_file};
+use crate::output::{
+    EncodedFile, Picture, SaveError, ShardWriter, check_overwrite, check_writable, encode_files,
+    encode_thumbnail, save,
+};
 use crate::scene::{ClipBoundsCache, Scene, clip_duration};
 
 /// Frames whose output files are checked at once.
@@ -40,13 +47,16 @@ pub struct SceneJob<'a> {
     pub path: &'a Path,
     pub log: &'a SceneLog<'a>,
     pub report: Option<&'a mut Report>,
+    /// The archive that images go into.
+    pub shard: Option<&'a mut ShardWriter>,
     /// Digests of the files that images are made from.
     pub digests: FileDigests,
     /// All frames, once they are known, if images are compared with golden ones.
     pub frames: Vec<PlannedFrame>,
-    /// Number of images that --resume kept.
-    pub kept: usize,
-    /// The written images of a dataset, by file name: true if they show something.
+    pub images: ImageCounts,
+    /// Ends the work on the scene.
+    pub cancel: CancelToken,
+    /// The images of a dataset that are known, by file name: true if they show something.
     pub views_shown: BTreeMap<String, bool>,
 }
 
@@ -63,18 +73,23 @@ impl SceneJob<'_> {
     fn render_missing(&mut self) -> Result<()> {
         // If all images are up to date, the scene need not be read.
         // The fingerprints of a dataset's images have cameras that depend on the scene.
-        let needs_scene = self.plan.dataset.is_some() && self.plan.outputs.resume;
+        let needs_scene = self.plan.dataset.is_some() && self.plan.outputs.resume && self.shard.is_none();
         let known = self.plan.frames.known().filter(|_| !needs_scene);
         let known = known.map(|frames| self.without_kept(frames, None)).transpose()?;
         if self.plan.dry_run && !is_stdin(self.path) {
             // Checks that the file exists and may be a scene.
-            open_scene_file(self.path, load_limits(self.plan.max_memory).file_bytes)?;
+            let limit = load_limits(self.plan.max_memory).file_bytes;
+            if is_in_archive(self.path) {
+                open_input_file(self.path, limit).with_context(|| self.path.display().to_string())?;
+            } else {
+                open_scene_file(self.path, limit)?;
+            }
         }
         let is_done = |frames: &[PlannedFrame]| frames.is_empty() && self.plan.dataset.is_none();
         if let Some(frames) = known.as_ref().filter(|frames| is_done(frames) || self.plan.dry_run) {
             return self.list(frames);
         }
-        let scene = load_scene(self.plan, self.path, self.log)?;
+        let scene = load_scene(self.plan, self.path, self.log, &self.cancel)?;
         // If a file was replaced after its hash was compared, compare again.
         let is_unchanged = self.digests.record(self.path, &scene.source);
         let frames = match known {
@@ -133,7 +148,7 @@ impl SceneJob<'_> {
     }
 
     fn transforms_file<'s>(&'s self, scene: &'s Scene) -> Option<TransformsFile<'s>> {
-        let dataset = self.plan.dataset.as_ref()?;
+        let dataset = self.plan.dataset.as_ref().filter(|_| self.shard.is_none())?;
         Some(TransformsFile { plan: self.plan, dataset, scene, path: self.path, index: self.index })
     }
 
@@ -152,7 +167,7 @@ impl SceneJob<'_> {
         let (path, reporter) = (self.path, self.log.reporter);
         memory_estimate::check(self.plan, scene, frames.len())?;
         reporter.begin_frames(path, frames.len());
-        let (session, start) = RenderSession::new(self.plan, scene, self.log)?;
+        let (session, start) = RenderSession::new(self.plan, scene, self.log, &self.cancel)?;
         let clip_bounds = start.posed.clip_bounds_cache().clone();
         let mut animation = match (self.plan.outputs.kind, self.target(&frames[0])) {
             (OutputKind::Animation(output), Target::File(file)) => {
@@ -161,15 +176,23 @@ impl SceneJob<'_> {
             }
             _ => None,
         };
+        let samples = match (&self.shard, &self.plan.dataset) {
+            (Some(_), Some(dataset)) => {
+                let SceneJob { plan, path, index, .. } = *self;
+                Some(TransformsFile { plan, dataset, scene, path, index }.describe(&clip_bounds)?)
+            }
+            _ => None,
+        };
         let mut start = Some(start);
         let empty_images = EmptyImages::default();
         let log = self.log;
+        let cancel = self.cancel.clone();
         run_pipeline(
             frames.len(),
             |i, previous, finished| prepare(&session.setup, frames[i].time, previous, finished, &mut start),
             |i, posed_frame| {
                 let since = Instant::now();
-                let monitor = ImageMonitor::new(reporter, path, session.frame_pixels(&frames[i])?);
+                let monitor = ImageMonitor::new(reporter, path, session.frame_pixels(&frames[i])?, &cancel);
                 let image = session.render(&frames[i], posed_frame, &monitor)?;
                 monitor.finish();
                 if let Some(reason) = image.empty {
@@ -181,7 +204,12 @@ impl SceneJob<'_> {
                 Ok((image, since.elapsed()))
             },
             |i, (image, render_time)| match &mut animation {
-                Some(animation) => self.add_to_animation(animation, &image.picture, render_time),
+                Some(animation) => {
+                    self.images.rendered += 1;
+                    self.images.empty += u64::from(image.empty.is_some());
+                    self.add_to_animation(animation, &image.picture, render_time)
+                }
+                None if self.shard.is_some() => self.add_to_shard(&frames[i], image, scene, samples.as_ref()),
                 None => self.write(&frames[i], image, scene, render_time),
             },
         )?;
@@ -210,6 +238,8 @@ impl SceneJob<'_> {
         let start = Instant::now();
         let written = animation.finish()?;
         self.log.stage("save", start, "");
+        self.images.files += 1;
+        self.images.bytes += written.file.metadata().map_or(0, |file| file.len());
         self.log.reporter.wrote(Some(self.path), &written.file);
         if let Some(report) = &mut self.report {
             report.add_image(&written.thumbnail, &written.file, written.render_time, false);
@@ -232,7 +262,8 @@ impl SceneJob<'_> {
             self.frames.clone_from(&frames);
         }
         let count = frames.len();
-        if plan.outputs.resume {
+        // Archives are kept as a whole.
+        if plan.outputs.resume && self.shard.is_none() {
             let views = match (&plan.dataset, scene) {
                 (Some(dataset), Some(scene)) => {
                     Some(DatasetViews::new(plan, dataset, scene, &ClipBoundsCache::default())?)
@@ -241,21 +272,36 @@ impl SceneJob<'_> {
             };
             frames.retain(|frame| {
                 let hash = match (&views, &plan.cameras, frame.camera) {
-                    (Some(views), ..) => views.view(frame).ok().map(|view| plan.view_hash(frame.time, &view)),
+                    (Some(views), ..) => views.view(frame).ok().map(|view| plan.view_hash(frame, &view)),
                     (None, Some(cameras), Some(index)) => {
-                        cameras.camera(index).ok().map(|view| plan.view_hash(frame.time, &view))
+                        cameras.camera(index).ok().map(|view| plan.view_hash(frame, &view))
                     }
                     _ => Some(plan.settings_hash(frame)),
                 };
                 // A camera that is not found is an error when its image is rendered.
                 let Some(hash) = hash else { return true };
                 let target = plan.outputs.target(self.path, self.index, frame);
-                !plan.outputs.is_up_to_date(&target, hash, self.path, &mut self.digests)
+                let kept = plan.outputs.up_to_date(&target, hash, self.path, &mut self.digests);
+                if let Some(kept) = kept
+                    && let Target::File(file) = &target
+                {
+                    self.add_view(file, !kept.is_empty);
+                }
+                kept.is_none()
             });
-            self.kept = count - frames.len();
-            self.log.reporter.kept(self.path, self.kept);
+            let kept = count - frames.len();
+            self.images.kept = kept as u64;
+            self.log.reporter.kept(self.path, kept);
         }
         Ok(frames)
+    }
+
+    /// Notes for `transforms.json` if an image of a dataset shows something.
+    fn add_view(&mut self, file: &Path, is_shown: bool) {
+        if self.plan.dataset.is_some() {
+            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            self.views_shown.insert(name, is_shown);
+        }
     }
 
     /// Prints the names of output files for --dry-run.
@@ -264,6 +310,67 @@ impl SceneJob<'_> {
         self.check_not_kept(&files)?;
         let lines: String = files.iter().map(|file| format!("{}\n", file.display())).collect();
         print_stdout(lines.as_bytes())
+    }
+
+    /// The hash of an image except its input files.
+    fn image_hash(&self, frame: &PlannedFrame, view: Option<SizedCamera>) -> SettingsHash {
+        let has_view = self.plan.dataset.is_some() || self.plan.cameras.is_some();
+        match view.filter(|_| has_view) {
+            Some(view) => self.plan.view_hash(frame, &view),
+            None => self.plan.settings_hash(frame),
+        }
+    }
+
+    /// Adds an image with its layers and its description to the archive.
+    fn add_to_shard(
+        &mut self,
+        frame: &PlannedFrame,
+        image: RenderedImage,
+        scene: &Scene,
+        samples: Option<&(Dataset, Vec<DatasetView>)>,
+    ) -> Result<()> {
+        let start = Instant::now();
+        let RenderedImage { picture, empty, view } = image;
+        let OutputKind::Images(format, depth) = self.plan.outputs.kind else { return Ok(()) };
+        let Target::File(name) = self.target(frame) else { return Ok(()) };
+        let image_fingerprint = fingerprint(self.image_hash(frame, view), self.path, &scene.source);
+        let hash = self.plan.member_hash(frame);
+        let own_fingerprint = hash.and_then(|hash| fingerprint(hash, self.path, &scene.source));
+        let mut description = json!({
+            "scene": self.path.to_string_lossy(), "index": self.index, "frame": frame.number, "time": frame.time,
+        });
+        if let Some((dataset, views)) = samples
+            && let Some(view) = usize::try_from(frame.number - 1).ok().and_then(|i| views.get(i))
+        {
+            dataset.describe_sample(view, &mut description);
+        }
+        if empty.is_some() {
+            description["empty"] = json!(true);
+        }
+        description["fingerprint"] = json!(own_fingerprint);
+        let image_fingerprint = match image_fingerprint {
+            Some(fingerprint) if empty.is_some() && self.plan.dataset.is_some() => {
+                Some(mark_empty(&fingerprint))
+            }
+            fingerprint => fingerprint,
+        };
+        let picture = Picture { fingerprint: image_fingerprint, ..picture };
+        let description = EncodedFile {
+            path: name.with_extension("json"),
+            bytes: format!("{description:#}\n").into_bytes(),
+        };
+        let Some(shard) = &mut self.shard else { return Ok(()) };
+        for file in encode_files(&picture, &name, format, depth).chain([Ok(description)]) {
+            let EncodedFile { path, bytes } = file?;
+            let added = shard.add(&path.to_string_lossy(), &bytes);
+            added.map_err(|cause| SaveError { path: shard.path().join(&path), cause })?;
+            self.images.files += 1;
+            self.images.bytes += bytes.len() as u64;
+        }
+        self.images.rendered += 1;
+        self.images.empty += u64::from(empty.is_some());
+        self.log.stage("save", start, "");
+        Ok(())
     }
 
     /// Writes an image, with a fingerprint of what it was made from.
@@ -285,38 +392,41 @@ impl SceneJob<'_> {
                 print_stdout(&bytes)?;
             }
             Target::File(file) => {
-                let has_view = self.plan.dataset.is_some() || self.plan.cameras.is_some();
-                let hash = match view.filter(|_| has_view) {
-                    Some(view) => self.plan.view_hash(frame.time, &view),
-                    None => self.plan.settings_hash(frame),
+                let fingerprint = fingerprint(self.image_hash(frame, view), self.path, &scene.source);
+                let fingerprint = match fingerprint {
+                    Some(fingerprint) if is_empty && self.plan.dataset.is_some() => {
+                        Some(mark_empty(&fingerprint))
+                    }
+                    fingerprint => fingerprint,
                 };
-                let fingerprint = fingerprint(hash, self.path, &scene.source);
                 let picture = Picture { fingerprint, ..picture };
                 create_parent_folder(&file)?;
                 for written in save(&picture, &file, format, depth, outputs.replace)? {
+                    self.images.files += 1;
+                    self.images.bytes += written.metadata().map_or(0, |file| file.len());
                     self.log.reporter.wrote_image(Some(self.path), &written, is_empty);
                 }
                 if let Some(report) = &mut self.report {
                     let thumbnail = encode_thumbnail(&picture, THUMBNAIL_SIDE)?;
                     report.add_image(&thumbnail, &file, render_time, is_empty);
                 }
-                if self.plan.dataset.is_some() {
-                    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                    self.views_shown.insert(name, !is_empty);
-                }
+                self.add_view(&file, !is_empty);
             }
         }
+        self.images.rendered += 1;
+        self.images.empty += u64::from(is_empty);
         self.log.stage("save", start, "");
         Ok(())
     }
 }
 
 /// Reads a scene and removes hidden objects.
-pub fn load_scene(plan: &RenderPlan, path: &Path, log: &SceneLog) -> Result<Scene> {
+pub fn load_scene(plan: &RenderPlan, path: &Path, log: &SceneLog, cancel: &CancelToken) -> Result<Scene> {
     let start = Instant::now();
     let options = &plan.options;
     let limits = load_limits(plan.max_memory);
-    let (mut scene, warnings) = load_scene_file(path, &LoadOptions { limits, ..options.load.clone() })?;
+    let load_options = LoadOptions { limits, cancel: cancel.clone(), ..options.load.clone() };
+    let (mut scene, warnings) = load_scene_file(path, &load_options)?;
     let is_empty = scene.instances.is_empty();
     prepare_scene(plan, &mut scene)?;
     log.stage("load", start, &format!("{} triangles", scene.instanced_triangle_count()));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use glam::{DAffine3, DMat3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::depth_range::check_depth_range;
 use super::empty_images::{EmptyReason, empty_reason};
@@ -14,16 +14,17 @@ use super::metering::{ResolvedExposure, resolve_exposure};
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::SceneLog;
 use crate::batch::WorldUp;
+use crate::cancellation::CancelToken;
 use crate::cli::plan::{CameraList, FrameNeighbours, PlannedFrame, RenderOptions, RenderPlan, SizedCamera};
 use crate::display::{Display, ViewTransform};
-use crate::integrator::{Frame, NeighbourFrames, Phong};
+use crate::integrator::{Aov, Frame, NeighbourFrames, Phong};
 use crate::output::{CropWindow, IdNames, Picture};
 use crate::render::{
-    AdaptiveSampling, ProgressMonitor, RenderSettings, render, render_mattes, render_moving_aovs,
+    AdaptiveSampling, AovLayer, ProgressMonitor, RenderSettings, render, render_mattes, render_moving_aovs,
 };
 use crate::scene::{
-    Animation, AnimationChoice, Camera, Environment, GroundKind, Lighting, PoseSettings, PosedScene,
-    ResolvedLighting, Scene,
+    Animation, AnimationChoice, AxisRotation, Camera, Environment, GroundKind, Lighting, Normalization,
+    PoseSettings, PosedScene, ResolvedLighting, SampledView, Scene,
 };
 use crate::scene::{active_animations, clip_duration, pose};
 
@@ -47,12 +48,13 @@ impl<'a> RenderSession<'a> {
         plan: &'a RenderPlan,
         scene: &'a Scene,
         log: &'a SceneLog<'a>,
+        cancel: &CancelToken,
     ) -> Result<(RenderSession<'a>, PosedFrame<'a>)> {
         let animation = plan.options.animation(scene)?;
         let start = Instant::now();
         let posed = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?;
         log.stage("pose", start, "");
-        RenderSession::from_start(plan, scene, log, PosedFrame { time: 0.0, posed, accel: None })
+        RenderSession::from_start(plan, scene, log, PosedFrame { time: 0.0, posed, accel: None }, cancel)
     }
 
     /// Resolves camera, lights and exposure for a scene that is posed at the start of its clip.
@@ -61,6 +63,7 @@ impl<'a> RenderSession<'a> {
         scene: &'a Scene,
         log: &'a SceneLog<'a>,
         mut first: PosedFrame<'a>,
+        cancel: &CancelToken,
     ) -> Result<(RenderSession<'a>, PosedFrame<'a>)> {
         let options = &plan.options;
         let animation = options.animation(scene)?;
@@ -80,6 +83,7 @@ impl<'a> RenderSession<'a> {
                 framing.notes.warnings.iter().try_for_each(|warning| log.warn(warning))?;
             }
         }
+        cancel.check()?;
         let camera = framing.camera;
         let lit = options.lighting.resolve(&first.posed, &camera);
         log.note(&format!("lights: {}", lit.description));
@@ -89,8 +93,13 @@ impl<'a> RenderSession<'a> {
         if lit.rig.sky.is_none() && options.lighting.adjusts_environment() {
             log.warn("--hdri-rotate and --hdri-strength have no effect: no environment lights the scene")?;
         }
+        if lit.rig.sky.is_none() && plan.dataset.is_some_and(|dataset| dataset.sampling.random_environment) {
+            log.warn("--random-hdri has no effect: no environment lights the scene")?;
+        }
+        let cancel = cancel.clone();
+        let build = plan.build;
         let mut setup =
-            SceneSetup { options, log, build: plan.build, clip_duration, framing, lighting, background };
+            SceneSetup { options, log, build, cancel, clip_duration, framing, lighting, background };
         let exposure = resolve_exposure(&setup, &mut first, &lit)?;
         let ev = exposure.ev;
         settings.adaptive = settings.adaptive.map(|adaptive| AdaptiveSampling { ev, ..adaptive });
@@ -205,6 +214,10 @@ impl<'a> RenderSession<'a> {
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
         let frame = self.setup.rotated_frame(planned.angle, posed_frame, camera)?;
+        let frame = match &planned.view {
+            Some(view) => turn_light(frame, view),
+            None => frame,
+        };
         self.render_frame_with(settings, frame, planned, posed_frame, monitor)
     }
 
@@ -227,7 +240,7 @@ impl<'a> RenderSession<'a> {
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
-        let SceneSetup { options, log, framing, .. } = &self.setup;
+        let SceneSetup { options, log, framing, cancel, .. } = &self.setup;
         let (width, height) = (settings.width, settings.height);
         // The ground is added last: it affects neither framing nor metering.
         let frame = Frame { ground: framing.ground, ..frame };
@@ -236,7 +249,7 @@ impl<'a> RenderSession<'a> {
         let pixels = render(&frame, &Phong { stage: options.stage }, settings, monitor)?;
         let detail = format!("{width}x{height}, {} samples, frame {}", settings.samples, planned.number);
         log.stage("render", start, &detail);
-        let empty = empty_reason(&frame, settings, &pixels)?;
+        let empty = empty_reason(&frame, settings, &pixels, cancel)?;
         let start = Instant::now();
         let scene_to_world = DAffine3::from_mat3(self.aov_world) * frame.scene_to_world;
         let neighbours = self.neighbour_frames(planned, posed_frame)?;
@@ -245,9 +258,15 @@ impl<'a> RenderSession<'a> {
         let (previous, next) = (previous?, next?);
         let neighbours = NeighbourFrames { previous: previous.as_ref(), next: next.as_ref() };
         let frame_in_world = Frame { scene_to_world, ..frame.clone() };
-        let layers = render_moving_aovs(&frame_in_world, &neighbours, &options.aovs.aovs, settings, &())?;
+        let mut layers =
+            render_moving_aovs(&frame_in_world, &neighbours, &options.aovs.aovs, settings, cancel)?;
+        if options.normalize.is_some() {
+            let normalization = options.normalization(&posed_frame.posed);
+            let centre = self.aov_world * normalization.centre;
+            normalize_layers(&mut layers, &Normalization { centre, ..normalization });
+        }
         let mattes =
-            if options.aovs.cryptomatte { render_mattes(&frame, settings, &())? } else { Vec::new() };
+            if options.aovs.cryptomatte { render_mattes(&frame, settings, cancel)? } else { Vec::new() };
         if !options.aovs.is_empty() {
             log.stage("aovs", start, "");
         }
@@ -287,6 +306,48 @@ fn id_names(plan: &RenderPlan, scene: &Scene) -> Arc<IdNames> {
     }
     let materials = scene.materials.iter().map(|material| material.name.clone()).collect();
     Arc::new(IdNames { objects: scene.objects.clone(), materials })
+}
+
+/// Scales the layers that hold lengths and positions.
+fn normalize_layers(layers: &mut [AovLayer], normalization: &Normalization) {
+    for layer in layers {
+        match layer.aov {
+            Aov::Depth | Aov::Distance | Aov::CameraPosition => {
+                layer.values.iter_mut().for_each(|x| *x = (f64::from(*x) * normalization.scale) as f32);
+            }
+            Aov::Position => {
+                for p in layer.values.as_chunks_mut::<3>().0 {
+                    // Where nothing is hit, the position is 0.
+                    if *p != [0.0; 3] {
+                        *p = normalization.point(Vec3::from_array(*p).as_dvec3()).as_vec3().to_array();
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Turns the light of a view of a dataset.
+fn turn_light<'f>(mut frame: Frame<'f>, view: &SampledView) -> Frame<'f> {
+    let has_map = frame.sky.is_some();
+    if view.light_rotation != 0.0 {
+        let pivot = frame.posed.clip_sphere().centre;
+        let turn = AxisRotation { axis: DVec3::Y, pivot, angle: view.light_rotation }.to_affine();
+        let centre = frame.posed.centre;
+        frame.lights = frame.lights.iter().map(|light| light.transformed(&turn, centre)).collect();
+        if !has_map {
+            // The studio is the reflection of the lights.
+            frame.environment = frame.environment.map(|map| map.rotated_about_y(view.light_rotation));
+        }
+    }
+    if view.environment_rotation != 0.0 && has_map {
+        let turned = |map: Environment| map.rotated_about_y(view.environment_rotation);
+        frame.environment = frame.environment.map(turned);
+        frame.background = frame.background.map(turned);
+        frame.sky = frame.environment.as_ref().map(Environment::irradiance);
+    }
+    frame
 }
 
 /// The environment that images show, if they do.

@@ -13,7 +13,7 @@ use super::args::SheetArgs;
 use super::args::values::BackgroundArg;
 use super::console::{print_stdout, scene_error, single_line};
 use super::files::create_parent_folder;
-use super::plan::{OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer};
+use super::plan::{NumberedScene, OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer};
 use super::run::empty_images::EmptyImages;
 use super::run::posed_frame::PosedFrame;
 use super::run::progress::{ImageMonitor, Reporter, SceneLog};
@@ -22,6 +22,7 @@ use super::run::session::RenderSession;
 use super::run::{memory_estimate, panics, runtime};
 use super::summary::Summary;
 use super::usage::UsageError;
+use crate::cancellation::CancelToken;
 use crate::display::Background;
 use crate::geometry::Rgb;
 use crate::output::{Canvas, ImageFormat, check_writable, write_atomically};
@@ -45,9 +46,11 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
     let reporter = Reporter::new(&process.log, plan.scenes.len(), args.preview.common.quiet);
     let mut summary = Summary::default();
     let mut all = Vec::new();
-    for (i, path) in plan.scenes.iter().enumerate() {
+    for scene in plan.numbered_scenes() {
+        let NumberedScene { number, path } = scene?;
+        let path = &path;
         let log = SceneLog::new(&reporter, path, plan.strict);
-        let sheet = Sheet { plan: &plan, path, index: i + 1, size: args.size, format, log: &log };
+        let sheet = Sheet { plan: &plan, path, index: number, size: args.size, format, log: &log };
         let outcome = panics::catch(|| sheet.write());
         reporter.scene_done(path);
         let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
@@ -108,7 +111,7 @@ impl Sheet<'_> {
     fn write(&self) -> Result<Value> {
         let Sheet { plan, path, log, .. } = *self;
         let planned = self.planned_frame()?;
-        let scene = load_scene(plan, path, log)?;
+        let scene = load_scene(plan, path, log, &CancelToken::default())?;
         let target = plan.outputs.target(path, self.index, &planned);
         if let Target::File(file) = &target {
             let paths = PathConflicts::with_scene(path, scene.source.file_names());
@@ -124,13 +127,14 @@ impl Sheet<'_> {
         let mut plan = plan.clone();
         plan.options.view.complete = layout.cells.first().map(|cell| cell.camera);
         let start = PosedFrame { time: planned.time, posed, accel: None };
-        let (session, mut frame) = RenderSession::from_start(&plan, &scene, log, start)?;
+        let (session, mut frame) =
+            RenderSession::from_start(&plan, &scene, log, start, &CancelToken::default())?;
         session.setup.build(&mut frame)?;
         let mut canvas = Canvas::new(self.size, background_pixel(plan.options.background));
         let empty_images = EmptyImages::default();
         log.reporter.begin_frames(path, layout.cells.len());
         for cell in &layout.cells {
-            let monitor = ImageMonitor::new(log.reporter, path, session.pixels());
+            let monitor = ImageMonitor::new(log.reporter, path, session.pixels(), &session.setup.cancel);
             let image = session.render_view(cell.camera, &planned, &frame, &monitor)?;
             monitor.finish();
             let pixels = image.picture.display.to_rgba8(&image.picture.pixels);

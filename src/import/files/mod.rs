@@ -11,3 +11,4 @@ mod reference;
 pub(crate) mod scene_folder;
 pub(crate) mod scene_input;
 pub(crate) mod source_tracker;
+pub(crate) mod tar_archive;

@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use crate::import::error::LoadError;
 use crate::import::files::escape::printable;
 use crate::import::files::git_lfs;
+use crate::import::files::tar_archive::ArchivePath;
 
 /// Name of the limit on a file's size.
-pub(super) const FILE_SIZE: &str = "file size in bytes";
+pub(crate) const FILE_SIZE: &str = "file size in bytes";
 
 /// Reads the scene's own file.
 pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadError> {
@@ -18,6 +19,26 @@ pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadEr
         LoadError::check_limit(FILE_SIZE, metadata.len(), limit)?;
     }
     read_limited(path, limit).and_then(reject_lfs_pointer).map_err(|e| LoadError::io(path, e))
+}
+
+/// Opens a file of a scene, or of an archive that the path leads into, of at most `limit` bytes. A path with a slash at
+/// the end is a folder, of which only the existence matters.
+///
+/// # Errors
+/// As [`open_regular_file`].
+pub(crate) fn open_input_file(path: &Path, limit: u64) -> io::Result<Box<dyn Read>> {
+    let is_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
+    if let Some(inside) = ArchivePath::of(path) {
+        let inside = inside?;
+        if is_folder && inside.archive.has_folder(&inside.name) {
+            return Ok(Box::new(io::empty()));
+        }
+        return Ok(Box::new(io::Cursor::new(inside.read(limit)?)));
+    }
+    if is_folder && path.is_dir() {
+        return Ok(Box::new(io::empty()));
+    }
+    Ok(Box::new(open_regular_file(path, limit)?.take(limit)))
 }
 
 /// Opens the scene's own file for at most `limit` bytes.

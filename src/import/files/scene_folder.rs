@@ -5,11 +5,13 @@ use std::io;
 use std::path::{Component, MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use crate::cancellation::CancelToken;
 use crate::import::error::LoadError;
 use crate::import::files::escape::printable;
 use crate::import::files::name_match;
 use crate::import::files::read_file::{FILE_SIZE, read_limited, reject_lfs_pointer};
 use crate::import::files::source_tracker::SourceTracker;
+use crate::import::files::tar_archive::{ArchivePath, file_version};
 use crate::scene::FileDigest;
 
 #[cfg(test)]
@@ -22,6 +24,10 @@ pub(crate) struct SceneFolder {
     /// The scene's file name without extension.
     stem: String,
     pub allow_outside: bool,
+    /// The folder inside the archive that the scene is in.
+    archive: Option<ArchivePath>,
+    /// Ends the import early.
+    pub cancel: CancelToken,
     /// Contents of all files that were looked up, by their names relative to this folder.
     pub sources: SourceTracker,
     /// File names of each folder that was searched for similar names, by their case-folded form. Cached,
@@ -69,13 +75,20 @@ impl SceneFolder {
         let path = parent.unwrap_or(Path::new(".")).to_path_buf();
         let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         SceneFolder {
+            archive: ArchivePath::of(scene).and_then(|inside| inside.ok()?.parent()),
             path,
             stem,
             allow_outside,
+            cancel: CancelToken::default(),
             sources: SourceTracker::default(),
             listings: Mutex::default(),
             usual_folders: Mutex::default(),
         }
+    }
+
+    /// Sets the token that ends the import.
+    pub fn with_cancel(self, cancel: &CancelToken) -> SceneFolder {
+        SceneFolder { cancel: cancel.clone(), ..self }
     }
 
     /// The scene's file name without extension.
@@ -98,18 +111,52 @@ impl SceneFolder {
                 return Err(e);
             }
         };
-        let read = read_limited(&path, limit);
+        let read = self.read_path(&path, limit);
         let content = read.as_ref().map_or(FileDigest::Unread, |bytes| FileDigest::of(bytes));
         self.sources.record_file(self.normalize(name), content);
         read.and_then(reject_lfs_pointer).map_err(|e| {
             let message = format!("'{}' cannot be read: {e}", printable(name));
-            match std::fs::metadata(&path) {
-                Ok(file) if e.kind() == io::ErrorKind::FileTooLarge => {
-                    ReferenceError::TooLarge { message, bytes: file.len() }
+            match file_version(&path) {
+                Some((bytes, ..)) if e.kind() == io::ErrorKind::FileTooLarge => {
+                    ReferenceError::TooLarge { message, bytes }
                 }
                 _ => ReferenceError::Missing(message),
             }
         })
+    }
+
+    /// Reads a resolved path.
+    fn read_path(&self, path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+        match self.inside_archive(path) {
+            Some(inside) => inside.read(limit),
+            None => read_limited(path, limit),
+        }
+    }
+
+    /// The member that a resolved path names, if the scene is in an archive.
+    fn inside_archive(&self, path: &Path) -> Option<ArchivePath> {
+        let archive = self.archive.as_ref()?.archive.clone();
+        let name = archive.name_of(path)?;
+        Some(ArchivePath { archive, name })
+    }
+
+    /// Returns true if a resolved path names a file or a folder.
+    fn exists(&self, path: &Path) -> bool {
+        match self.inside_archive(path) {
+            Some(ArchivePath { archive, name }) => archive.has_file(&name) || archive.has_folder(&name),
+            None => path.exists(),
+        }
+    }
+
+    /// The names in a folder with a resolved path, in any order.
+    fn entries(&self, path: &Path) -> Vec<String> {
+        match self.inside_archive(path) {
+            Some(ArchivePath { archive, name }) => archive.entries(&name),
+            None => {
+                let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
+                entries.filter_map(|entry| entry.file_name().into_string().ok()).collect()
+            }
+        }
     }
 
     /// Finds an existing file whose path differs from `name` only in letter case and Unicode normal form.
@@ -123,7 +170,7 @@ impl SceneFolder {
                 continue;
             }
             let exact = format!("{path}/{part}");
-            if self.resolve(&exact).is_ok_and(|path| path.exists()) {
+            if self.resolve(&exact).is_ok_and(|path| self.exists(&path)) {
                 path = exact;
                 continue;
             }
@@ -139,8 +186,7 @@ impl SceneFolder {
         let mut listings = self.listings.lock().unwrap_or_else(PoisonError::into_inner);
         let listing = listings.entry(path).or_insert_with_key(|path| {
             let mut names: HashMap<String, Vec<String>> = HashMap::new();
-            let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
-            for name in entries.filter_map(|entry| entry.file_name().into_string().ok()) {
+            for name in self.entries(path) {
                 names.entry(name_match::fold_case(&name)).or_default().push(name);
             }
             names
@@ -185,7 +231,7 @@ impl SceneFolder {
         if relative.contains("://") {
             return refuse("is not a local file and was not read");
         }
-        if self.allow_outside {
+        if self.allow_outside && self.archive.is_none() {
             return Ok(self.path.join(relative));
         }
         let mut depth = 0i32;
@@ -196,11 +242,22 @@ impl SceneFolder {
                 Component::ParentDir => depth -= 1,
                 Component::RootDir | Component::Prefix(_) => return refuse(outside),
             }
-            if depth < 0 {
+            if depth < 0 && !self.allow_outside {
                 return refuse(outside);
             }
         }
         let path = self.path.join(&relative);
+        if self.archive.is_some() {
+            return match self.inside_archive(&path) {
+                // Nothing outside the archive is ever read.
+                None => refuse("is outside the archive and was not read"),
+                Some(ArchivePath { archive, name }) if self.exists(&path) => Ok(archive.path().join(name)),
+                Some(_) => Err(ReferenceError::Missing(format!(
+                    "'{}' cannot be read: no such file in the archive",
+                    printable(name)
+                ))),
+            };
+        }
         // A symbolic link may still lead outside.
         let missing =
             |e: io::Error| ReferenceError::Missing(format!("'{}' cannot be read: {e}", printable(name)));

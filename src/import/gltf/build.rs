@@ -18,6 +18,7 @@ use super::primitive::PrimitiveId;
 use super::{
     animation, blender, extensions, forest, graph, image_based_light, instancing, topology, variants,
 };
+use crate::cancellation::{CancelToken, Cancelled};
 use crate::import::error::{LoadError, Warnings};
 use crate::import::options::{LoadOptions, UpAxis};
 use crate::scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
@@ -74,7 +75,7 @@ pub(super) fn scene(
     if is_blender {
         blender::restore(&mut scene);
     }
-    scene.add_tangents();
+    scene.add_tangents(&options.cancel)?;
     Ok(scene)
 }
 
@@ -146,7 +147,8 @@ type Meshes = Result<Vec<Option<Mesh>>, LoadError>;
 fn read_meshes(doc: &Document<'_>, primitives: &[PrimitiveId]) -> (Meshes, Warnings) {
     let read = |&id: &PrimitiveId| {
         let mut warnings = Warnings::default();
-        (primitive::read(doc, id, &mut warnings), warnings)
+        let cancelled = doc.folder.cancel.check();
+        (cancelled.map_err(LoadError::from).and_then(|()| primitive::read(doc, id, &mut warnings)), warnings)
     };
     let results: Vec<_> = primitives.par_iter().map(read).collect();
     let has_triangles = results.iter().any(|(mesh, _)| matches!(mesh, Ok(Some(_))));
@@ -190,13 +192,15 @@ impl Scene {
     }
 
     /// Generates tangents for meshes with normal maps.
-    fn add_tangents(&mut self) {
+    fn add_tangents(&mut self, cancel: &CancelToken) -> Result<(), Cancelled> {
         let Scene { meshes, materials, source, .. } = self;
-        meshes.par_iter_mut().for_each(|mesh| {
+        meshes.par_iter_mut().try_for_each(|mesh| {
             if let Some(map) = &materials[mesh.material as usize].normal {
+                cancel.check()?;
                 tangents::generate(mesh, &map.texture, source);
             }
-        });
+            Ok(())
+        })
     }
 
     /// Adds the nodes, below a root that rotates the scene if the file's up axis is +Z. Returns the scene's

@@ -97,7 +97,12 @@ impl Images {
                 new.push(index);
             }
         }
-        let encoded: Vec<_> = new.par_iter().map(|&i| read_encoded(doc, i)).collect();
+        let cancel = &doc.folder.cancel;
+        let read = |&i: &usize| {
+            cancel.check()?;
+            read_encoded(doc, i)
+        };
+        let encoded: Vec<_> = new.par_iter().map(read).collect();
         let encoded: Vec<Result<EncodedImage<'_>, String>> =
             encoded.into_iter().collect::<Result<_, LoadError>>()?;
         let sizes = encoded.iter().flatten().map(|image| image::decoded_size(&image.bytes));
@@ -105,9 +110,13 @@ impl Images {
         self.bytes = self.bytes.saturating_add(new_bytes);
         LoadError::check_limit("bytes of decoded textures", self.bytes, doc.limits.texture_bytes)?;
         doc.budget.charge_images(new_bytes)?;
-        let decode = |image: EncodedImage<'_>| image::decode(&image.name, &image.bytes, doc.limits);
+        let decode = |image: EncodedImage<'_>| {
+            cancel.check().map_err(|cancelled| cancelled.to_string())?;
+            image::decode(&image.name, &image.bytes, doc.limits)
+        };
         let decoded: Vec<Result<Image, String>> =
             encoded.into_par_iter().map(|image| image.and_then(decode)).collect();
+        cancel.check()?;
         for (image, index) in decoded.into_iter().zip(new) {
             match image {
                 Ok(image) => {

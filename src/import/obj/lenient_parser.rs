@@ -6,6 +6,7 @@ use std::borrow::Cow;
 
 use glam::{DVec3, Vec3, Vec4};
 
+use crate::cancellation::CancelToken;
 use crate::import::Limits;
 use crate::import::error::{LoadError, Warnings};
 use crate::import::files::escape::printable;
@@ -16,11 +17,15 @@ use crate::import::obj::plain_text::PlainText;
 use crate::import::obj::recenter::parse_relative;
 use crate::import::obj::text::{self, Line, logical_lines, split_keyword};
 
+/// Lines between two checks of whether the import was cancelled.
+const LINES_PER_CHECK: usize = 1024;
+
 /// Parses the text of an OBJ into one chunk with absolute indices and positions relative to `origin`.
 pub(super) fn parse(
     text: &str,
     limits: &Limits,
     origin: Option<DVec3>,
+    cancel: &CancelToken,
     warnings: &mut Warnings,
 ) -> Result<Chunk, LoadError> {
     let mut parser = LenientParser {
@@ -39,12 +44,15 @@ pub(super) fn parse(
         free_forms: 0,
     };
     for line in logical_lines(text) {
+        if line.number.is_multiple_of(LINES_PER_CHECK) {
+            cancel.check()?;
+        }
         let Err(error) = parser.parse_line(&line) else { continue };
         return match line.before_cut(text) {
             Some(complete) if matches!(error, LoadError::Parse { .. }) => {
                 let what = "the file ends in the middle of a line; ignored the line";
                 warnings.add(format_args!("line {}", line.number), what);
-                parse(complete, limits, origin, warnings)
+                parse(complete, limits, origin, cancel, warnings)
             }
             _ => Err(error),
         };

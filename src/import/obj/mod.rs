@@ -32,6 +32,7 @@ mod textures;
 mod vertex_dedup;
 
 use std::collections::HashMap;
+use std::io::{self, Read};
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -39,6 +40,7 @@ use super::error::{LoadError, Warning, Warnings};
 use super::finite_uvs::replace_nonfinite;
 use super::memory::MemoryBudget;
 use super::{Limits, LoadOptions, UpAxis};
+use crate::cancellation::CancelToken;
 use crate::import::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
 use crate::scene::{FileDigest, HashingReader, Instance, LocalTransform, Node, Scene, Source, SourceFormat};
 use fast_parser::ParsedChunks;
@@ -84,20 +86,35 @@ fn parse_file(
 ) -> Result<ParsedFile, LoadError> {
     let (file, bytes) = input.open(limits.file_bytes)?;
     budget.charge_obj(bytes)?;
-    let mut file = HashingReader::new(file);
+    let cancel = &folder.cancel;
+    let mut file = HashingReader::new(CancellableReader { file, cancel });
     if let Some(parsed) = parse_fast(&mut file, CHUNK_BYTES, limits, origin) {
         folder.sources.record_scene(file.digest());
         return Ok(parsed);
     }
+    cancel.check()?;
     budget.charge_obj_lenient(bytes)?;
     let bytes = input.read(limits.file_bytes)?;
     folder.sources.record_scene(FileDigest::of(&bytes));
-    parse_lenient(&bytes, limits, origin)
+    parse_lenient(&bytes, limits, origin, cancel)
+}
+
+/// A reader that fails once the import is cancelled.
+struct CancellableReader<'c, R> {
+    file: R,
+    cancel: &'c CancelToken,
+}
+
+impl<R: Read> Read for CancellableReader<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.cancel.check().map_err(io::Error::other)?;
+        self.file.read(buffer)
+    }
 }
 
 /// Parses well-formed text on all threads. Returns `None` if the lenient parser is needed.
 fn parse_fast(
-    file: impl std::io::Read + Send,
+    file: impl Read + Send,
     chunk_bytes: usize,
     limits: &Limits,
     origin: Option<DVec3>,
@@ -109,13 +126,18 @@ fn parse_fast(
 }
 
 /// Parses any text and collects warnings.
-fn parse_lenient(bytes: &[u8], limits: &Limits, origin: Option<DVec3>) -> Result<ParsedFile, LoadError> {
+fn parse_lenient(
+    bytes: &[u8],
+    limits: &Limits,
+    origin: Option<DVec3>,
+    cancel: &CancelToken,
+) -> Result<ParsedFile, LoadError> {
     let mut warnings = Warnings::default();
     let (text, guessed) = text::decode(bytes);
     if guessed {
         warnings.add("", "decoded lines that are not UTF-8 as Windows-1252");
     }
-    let chunk = lenient_parser::parse(&text, limits, origin, &mut warnings)?;
+    let chunk = lenient_parser::parse(&text, limits, origin, cancel, &mut warnings)?;
     // The parser has checked every index, so this does not fail.
     let geometry = ObjGeometry::assemble(vec![chunk]);
     let geometry = geometry.ok_or_else(|| LoadError::invalid("OBJ", "a face index is out of range"))?;
@@ -167,12 +189,14 @@ fn build_scene(
     };
     let local = LocalTransform::Matrix(to_world(options.up, origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
+    options.cancel.check()?;
     let meshes = meshes::build_meshes(geometry, &options.limits)?;
     // Materials in order of first use; `None` is the default material.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
     let mut black = 0;
     let mut nonfinite_uvs = 0;
     for (i, (key, mut mesh)) in meshes.into_iter().enumerate() {
+        options.cancel.check()?;
         let mtl = key.material.and_then(|m| used[m as usize]);
         let slot = key.material.filter(|_| mtl.is_some());
         mesh.material = *material_of.entry(slot).or_insert_with(|| {

@@ -86,7 +86,9 @@ impl TextureLibrary {
         warnings: &mut Warnings,
     ) -> Result<TextureLibrary, LoadError> {
         let MapFiles { files: map_files, multiplies } = collect_map_files(materials);
+        let cancel = &folder.cancel;
         let read = |file: &MapFile| {
+            cancel.check()?;
             let name = &first_tile(&file.name).unwrap_or_else(|| file.name.clone());
             match find_file(folder, &file.folder, name, limits.file_bytes) {
                 Ok(bytes) => budget.charge(bytes.len() as u64).map(|()| Ok(bytes)),
@@ -106,10 +108,12 @@ impl TextureLibrary {
             .into_par_iter()
             .zip(&map_files)
             .map(|(bytes, file)| {
+                cancel.check().map_err(|cancelled| cancelled.to_string())?;
                 let bytes = bytes?;
                 Ok((decode(&printable(&file.name), &bytes, limits)?, has_straight_alpha(&bytes)))
             })
             .collect();
+        cancel.check()?;
         let mut library = TextureLibrary::default();
         for (file, image) in map_files.into_iter().zip(decoded) {
             let id = match image {

@@ -1,4 +1,5 @@
 use super::*;
+use crate::cancellation::CancelToken;
 use crate::scene::{Instance, Material, MorphTarget, Node};
 
 /// A scene with one mesh per list of triangles, all of one object.
@@ -45,11 +46,11 @@ fn edges_are_smooth_below_the_angle_and_sharp_from_it_on() {
     let both = [FLOOR, WALL].concat();
     for parts in [vec![&both[..]], vec![&FLOOR[..], &WALL[..]]] {
         let mut smooth = scene(&CORNER, &parts);
-        apply(&mut smooth, NormalMode::CreaseAngle(91.0));
+        apply(&mut smooth, NormalMode::CreaseAngle(91.0), &CancelToken::default()).unwrap();
         let [n] = normals_at_edge(&smooth)[..] else { panic!("{:?}", normals_at_edge(&smooth)) };
         assert!(n.abs_diff_eq(Vec3::new(1.0, 1.0, 0.0).normalize(), 1e-6), "{n}");
         let mut sharp = scene(&CORNER, &parts);
-        apply(&mut sharp, NormalMode::CreaseAngle(90.0));
+        apply(&mut sharp, NormalMode::CreaseAngle(90.0), &CancelToken::default()).unwrap();
         assert_eq!(normals_at_edge(&sharp), [Vec3::Y, Vec3::X]);
         // The two triangles of a square share their vertices.
         let vertices: usize = sharp.meshes.iter().map(|m| m.normals.len()).sum();
@@ -60,10 +61,10 @@ fn edges_are_smooth_below_the_angle_and_sharp_from_it_on() {
 #[test]
 fn flat_mode_removes_normals_and_file_mode_keeps_them() {
     let mut off = scene(&CORNER, &[&FLOOR]);
-    apply(&mut off, NormalMode::Flat);
+    apply(&mut off, NormalMode::Flat, &CancelToken::default()).unwrap();
     assert!(off.meshes[0].normals.is_empty());
     let mut file = scene(&CORNER, &[&FLOOR]);
-    apply(&mut file, NormalMode::File);
+    apply(&mut file, NormalMode::File, &CancelToken::default()).unwrap();
     assert_eq!(file.meshes[0].normals, [Vec3::X; 6]);
 }
 
@@ -76,7 +77,7 @@ fn texture_seams_are_smooth_and_keep_their_coordinates() {
     let mut scene = scene(&positions, &[&both]);
     let uvs: Vec<_> = (0..8).map(|i| glam::Vec2::splat(i as f32)).collect();
     scene.meshes[0].uvs = vec![uvs.clone()];
-    apply(&mut scene, NormalMode::CreaseAngle(120.0));
+    apply(&mut scene, NormalMode::CreaseAngle(120.0), &CancelToken::default()).unwrap();
     assert_eq!(normals_at_edge(&scene).len(), 1);
     assert_eq!(scene.meshes[0].uvs[0], uvs);
 }
@@ -97,7 +98,7 @@ fn a_cone_of_slanted_faces_is_smooth_around_and_sharp_at_its_base() {
         triangles.extend([[0, b, a], [1, a, b]]);
     }
     let mut scene = scene(&positions, &[&triangles]);
-    apply(&mut scene, NormalMode::CreaseAngle(30.0));
+    apply(&mut scene, NormalMode::CreaseAngle(30.0), &CancelToken::default()).unwrap();
     let mesh = &scene.meshes[0];
     assert_eq!(mesh.positions.len(), 2 + 2 * n as usize);
     assert!(mesh.normals[0].abs_diff_eq(Vec3::Y, 1e-5) && mesh.normals[1].abs_diff_eq(-Vec3::Y, 1e-5));
@@ -114,7 +115,7 @@ fn morph_targets_get_the_normals_of_their_shapes() {
     scene.meshes[0].morph_targets = vec![target, MorphTarget::default()];
     for (angle, vertices) in [(120.0, 6), (30.0, 8)] {
         let mut scene = scene.clone();
-        apply(&mut scene, NormalMode::CreaseAngle(angle));
+        apply(&mut scene, NormalMode::CreaseAngle(angle), &CancelToken::default()).unwrap();
         let Mesh { normals, morph_targets, .. } = &scene.meshes[0];
         let deltas = (morph_targets[0].normals.len(), morph_targets[1].normals.len());
         assert_eq!((normals.len(), deltas), (vertices, (vertices, 0)));
@@ -130,7 +131,7 @@ fn invalid_positions_yield_unit_normals() {
         let mut positions = CORNER;
         positions[1] = [value; 3];
         let mut scene = scene(&positions, &[&[FLOOR, WALL, FLOOR].concat()]);
-        apply(&mut scene, NormalMode::CreaseAngle(60.0));
+        apply(&mut scene, NormalMode::CreaseAngle(60.0), &CancelToken::default()).unwrap();
         assert!(scene.meshes[0].normals.iter().all(|n| n.is_normalized()));
     }
 }

@@ -52,6 +52,7 @@ fn outcome(case: &Case) -> String {
             format!("Limit | {name} | {requested} of {allowed}")
         }
         Err(LoadError::Unsupported(what)) => format!("Unsupported | | {what}"),
+        Err(LoadError::Cancelled(cancelled)) => unreachable!("{cancelled}"),
     };
     assert!(!text.contains('\n'), "{}: more than a line: {text}", case.name);
     text.replace(&format!("{}/", dir.path().display()), "")

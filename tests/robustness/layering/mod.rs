@@ -13,7 +13,8 @@ use source::Modules;
 use uses::{Cycle, cycles, uses};
 
 /// From the bottom up. `main.rs` and `lib.rs` stand above all.
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 15] = [
+    "cancellation",
     "geometry",
     "scene",
     "import",

@@ -47,7 +47,7 @@ fn built(boxes: &[ObvhsAabb], params: Option<BuildParams>) -> (Bvh8, Vec<Vec<u32
         let indices: Vec<u32> = keys.iter().map(|key| key.index() as u32).collect();
         TestCluster { boxes: indices.iter().map(|&i| boxes[i as usize]).collect(), indices }
     };
-    let (bvh, leaves) = build_with(boxes, make_cluster, CAPACITY, params);
+    let (bvh, leaves) = build_with(boxes, make_cluster, CAPACITY, params, &CancelToken::default()).unwrap();
     (bvh, leaves.into_iter().flat_map(|leaves| leaves.contents).collect())
 }
 

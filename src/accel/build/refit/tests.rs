@@ -3,6 +3,7 @@ use glam::Vec3;
 use super::*;
 use crate::accel::build::blas_builder::build_blas;
 use crate::accel::settings::Preset;
+use crate::cancellation::CancelToken;
 
 const SIDE: usize = 40;
 
@@ -30,7 +31,7 @@ fn wave(amplitude: f32) -> impl Fn(usize) -> InputTriangle + Sync {
 }
 
 fn built() -> Blas {
-    build_blas(2 * SIDE * SIDE + 1, wave(1.0), Preset::Medium)
+    build_blas(2 * SIDE * SIDE + 1, wave(1.0), Preset::Medium, &CancelToken::default()).unwrap()
 }
 
 /// Returns true if every triangle is inside all boxes above it.
@@ -60,7 +61,8 @@ fn boxes_follow_deforming_triangles() {
         assert!(blas.refit(wave(amplitude)), "{step}");
         assert!(encloses(&blas));
         // Boxes are as tight as those of a new build.
-        let new = build_blas(blas.input_count, wave(amplitude), Preset::Fast);
+        let new =
+            build_blas(blas.input_count, wave(amplitude), Preset::Fast, &CancelToken::default()).unwrap();
         assert_eq!(blas.bounds, new.bounds);
         assert_eq!((blas.centre, blas.radius), (new.centre, new.radius));
     }
@@ -88,7 +90,7 @@ fn coincident_triangles_move_together_or_need_a_rebuild() {
     let count = 2 * SIDE * SIDE;
     let twice = |i: usize| rest(i % count);
     let deformed = wave(1.1);
-    let mut blas = build_blas(2 * count, twice, Preset::Medium);
+    let mut blas = build_blas(2 * count, twice, Preset::Medium, &CancelToken::default()).unwrap();
     assert_eq!(blas.report.coincident, count as u64);
     assert!(blas.refit(|i| deformed(i % count)) && encloses(&blas));
     assert!(!blas.refit(|i| if i < count { deformed(i) } else { rest(i - count) }));

@@ -5,6 +5,7 @@ mod dataset;
 mod image;
 mod lights;
 mod numbers;
+mod views;
 
 pub use camera::{axis, clip, elevation, field_of_view, intrinsics, orbit, shift, view_rect};
 pub use dataset::{CategoryRule, DatasetFormat, DatasetFormats, category_rule, dataset_formats};
@@ -17,3 +18,4 @@ pub use numbers::{
     angle, bytes, depth_unit, direction, fraction, frame_count, glob, number, positive, smooth, tolerance,
     triangle_counts, vector,
 };
+pub use views::{distance_range, elevation_range, roll, view_layout};

@@ -1,6 +1,7 @@
 //! Resolves arguments into render options.
 
 use super::{BackFaceCulling, RenderOptions, camera, lights};
+use crate::cancellation::CancelToken;
 use crate::cli::args::values::{AovSelection, BackgroundArg};
 use crate::cli::args::{
     CommonArgs, CullArg, FilterArg, FormatArg, GlassArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
@@ -61,6 +62,7 @@ impl RenderOptions {
                 CullArg::Back => BackFaceCulling::All,
                 CullArg::Off => BackFaceCulling::Off,
             },
+            normalize: None,
             rotation: None,
         })
     }
@@ -70,6 +72,7 @@ impl RenderOptions {
 pub fn load_options(args: &SceneArgs, common: &CommonArgs) -> LoadOptions {
     LoadOptions {
         limits: Limits::default(),
+        cancel: CancelToken::default(),
         format: args.format.map(|format| match format {
             FormatArg::Gltf | FormatArg::Glb => SourceFormat::Gltf,
             FormatArg::Obj => SourceFormat::Obj,

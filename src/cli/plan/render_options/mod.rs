@@ -13,7 +13,8 @@ use crate::import::LoadOptions;
 use crate::integrator::{MaterialOverrides, Stage};
 use crate::render::RenderSettings;
 use crate::scene::{
-    AnimationChoice, Camera, GroundKind, Lighting, PosedScene, Scene, Selection, View, ViewError,
+    AnimationChoice, Camera, GroundKind, Lighting, Normalization, PosedScene, Scene, Selection, UnitShape,
+    View, ViewError,
 };
 
 pub use from_args::load_options;
@@ -55,6 +56,8 @@ pub struct RenderOptions {
     pub overrides: MaterialOverrides,
     pub bounces: u8,
     pub cull: BackFaceCulling,
+    /// The shape that what is written of a dataset is scaled to.
+    pub normalize: Option<UnitShape>,
     /// Set for turntables.
     pub rotation: Option<TurntableRotation>,
 }
@@ -107,8 +110,21 @@ impl RenderOptions {
         posed: &PosedScene,
         size: (u32, u32),
     ) -> Result<Camera, ViewError> {
-        let view = View { orbit: frame.orbit.or(self.view.orbit), ..self.view.clone() };
-        Ok(view.resolve(posed, size.0, size.1)?.0)
+        let orbit = frame.view.map(|view| view.orbit).or(self.view.orbit);
+        let view = View { orbit, ..self.view.clone() };
+        let (mut camera, _) = view.resolve(posed, size.0, size.1)?;
+        if let Some(sampled) = frame.view.filter(|view| view.moves_camera()) {
+            let sphere = posed.clip_sphere();
+            let centre = self.view.look_at.unwrap_or(sphere.centre);
+            let metres_per_unit = 1.0 / self.normalization(posed).scale;
+            sampled.in_metres(metres_per_unit).place(&mut camera, centre, sphere.radius);
+        }
+        Ok(camera)
+    }
+
+    /// From the scene's world to the coordinates that are written.
+    pub fn normalization(&self, posed: &PosedScene) -> Normalization {
+        self.normalize.map_or(Normalization::IDENTITY, |shape| Normalization::new(shape, posed))
     }
 
     /// Width and height of the rendered region, if they do not depend on the scene.

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::reporter::Reporter;
+use crate::cancellation::CancelToken;
 use crate::render::ProgressMonitor;
 
 /// Adds the progress of an image to that of all work.
@@ -12,12 +13,18 @@ pub struct ImageMonitor<'r> {
     scene: &'r Path,
     pixels: u64,
     pixels_done: AtomicU64,
+    cancel: &'r CancelToken,
 }
 
 impl<'r> ImageMonitor<'r> {
-    /// Monitors an image of `pixels` pixels.
-    pub fn new(reporter: &'r Reporter, scene: &'r Path, pixels: u64) -> ImageMonitor<'r> {
-        ImageMonitor { reporter, scene, pixels, pixels_done: AtomicU64::new(0) }
+    /// Monitors an image of `pixels` pixels, which `cancel` ends.
+    pub fn new(
+        reporter: &'r Reporter,
+        scene: &'r Path,
+        pixels: u64,
+        cancel: &'r CancelToken,
+    ) -> ImageMonitor<'r> {
+        ImageMonitor { reporter, scene, pixels, pixels_done: AtomicU64::new(0), cancel }
     }
 
     /// The image is rendered.
@@ -30,5 +37,9 @@ impl ProgressMonitor for ImageMonitor<'_> {
     fn pixels_done(&self, count: u64) {
         let done = self.pixels_done.fetch_add(count, Ordering::Relaxed) + count;
         self.reporter.frame_progress(self.scene, done as f64 / self.pixels.max(1) as f64);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
     }
 }

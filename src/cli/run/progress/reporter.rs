@@ -196,15 +196,26 @@ impl Reporter {
         }
         let mut event = json!({
             "event": "done", "scenes": summary.scenes + summary.not_started,
-            "failed": summary.failures.len(), "left": summary.not_started,
+            "failed": summary.failed, "left": summary.not_started,
             "wrote": self.wrote.load(Ordering::Relaxed), "kept": self.kept.load(Ordering::Relaxed),
             "exit_code": summary.exit_code(),
         });
-        let empty = self.empty.load(Ordering::Relaxed);
-        if empty > 0 {
-            event["empty"] = json!(empty);
+        let empty = self.empty.load(Ordering::Relaxed) as usize;
+        for (name, count) in
+            [("empty", empty), ("skipped", summary.skipped_done), ("skipped_failed", summary.skipped_failed)]
+        {
+            if count > 0 {
+                event[name] = json!(count);
+            }
         }
         self.event(event);
+    }
+
+    /// Reports what was done with all scenes, for people.
+    pub fn totals(&self, text: &str) {
+        if !self.quiet {
+            self.remark(text);
+        }
     }
 
     fn progress(&self) -> MutexGuard<'_, WorkProgress> {

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use glam::DVec3;
 
 use super::super::{ParsedFile, build_scene, parse_fast, parse_lenient};
+use crate::cancellation::CancelToken;
 use crate::import::files::scene_folder::SceneFolder;
 use crate::import::memory::MemoryBudget;
 use crate::import::{Limits, LoadOptions};
@@ -163,8 +164,8 @@ fn fast_and_lenient_parser_build_the_same_scenes() {
         let origin = random.chance(4).then_some(DVec3::new(5e5, 4e6, -1e-3));
         let fast = parse_fast(text.as_bytes(), 100, &limits, origin)
             .unwrap_or_else(|| panic!("gave up at:\n{text}"));
-        let lenient =
-            parse_lenient(text.as_bytes(), &limits, origin).unwrap_or_else(|e| panic!("{e} in:\n{text}"));
+        let lenient = parse_lenient(text.as_bytes(), &limits, origin, &CancelToken::default())
+            .unwrap_or_else(|e| panic!("{e} in:\n{text}"));
         let fast = describe_scene(fast);
         let lenient = describe_scene(lenient);
         assert!(fast == lenient, "{text}\nfast: {fast:?}\n\nlenient: {lenient:?}");
@@ -193,7 +194,8 @@ fn the_fast_parser_gives_up_where_the_lenient_parser_differs() {
         let Some(fast) = parse_fast(&text[..], 100, &limits, origin) else { continue };
         accepted += 1;
         let shown = String::from_utf8_lossy(&text).into_owned();
-        let lenient = parse_lenient(&text, &limits, origin).unwrap_or_else(|e| panic!("{e} in:\n{shown}"));
+        let lenient = parse_lenient(&text, &limits, origin, &CancelToken::default())
+            .unwrap_or_else(|e| panic!("{e} in:\n{shown}"));
         let fast = describe_scene(fast);
         let lenient = describe_scene(lenient);
         assert!(fast == lenient, "{shown}\nfast: {fast:?}\n\nlenient: {lenient:?}");

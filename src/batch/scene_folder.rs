@@ -1,0 +1,90 @@
+//! The scene files in a folder and in the folders below it.
+
+use std::ffi::OsStr;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Extensions of scene files, in lower case.
+pub const SCENE_EXTENSIONS: [&str; 3] = ["gltf", "glb", "obj"];
+
+/// Deepest level of folders that is searched.
+const MAX_DEPTH: usize = 64;
+
+/// Returns true if a name has the extension of a scene file, in any case.
+pub fn has_scene_extension(path: &Path) -> bool {
+    let extension = path.extension().map(OsStr::to_ascii_lowercase).unwrap_or_default();
+    SCENE_EXTENSIONS.iter().any(|known| extension == *known)
+}
+
+/// Calls `found` for each scene file in `folder` and below, in the order of their names, byte by byte, with a folder's
+/// content at the place of its name. Names that begin with a dot are skipped. Links to files are followed, links to
+/// folders are not.
+///
+/// # Errors
+/// A folder cannot be read, folders are nested too deeply, and errors of `found`.
+pub fn visit_scenes(folder: &Path, found: &mut dyn FnMut(&Path) -> io::Result<()>) -> io::Result<()> {
+    visit(folder, 0, found)
+}
+
+fn visit(folder: &Path, depth: usize, found: &mut dyn FnMut(&Path) -> io::Result<()>) -> io::Result<()> {
+    let with_path = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
+    if depth > MAX_DEPTH {
+        return Err(with_path(io::Error::other(format!("more than {MAX_DEPTH} folders inside each other"))));
+    }
+    let mut entries = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(with_path)? {
+        let entry = entry.map_err(with_path)?;
+        let name = entry.file_name();
+        if name.as_encoded_bytes().starts_with(b".") {
+            continue;
+        }
+        let is_folder = entry.file_type().map_err(with_path)?.is_dir();
+        if is_folder || has_scene_extension(Path::new(&name)) {
+            entries.push((name, is_folder));
+        }
+    }
+    entries.sort_unstable();
+    for (name, is_folder) in entries {
+        let path: PathBuf = folder.join(name);
+        if is_folder {
+            visit(&path, depth + 1, found)?;
+        } else if path.is_file() {
+            found(&path)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_are_found_in_the_order_of_their_names() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in
+            ["b/2.GLB", "b/10.obj", "b/.hidden.glb", "b/note.txt", "a.gltf", "c.glb", ".git/x.glb", "B.obj"]
+        {
+            let file = dir.path().join(name);
+            std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+            std::fs::write(file, "").unwrap();
+        }
+        std::fs::create_dir(dir.path().join("folder.glb")).unwrap();
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("..", dir.path().join("b/up")).unwrap();
+            std::os::unix::fs::symlink("c.glb", dir.path().join("d.glb")).unwrap();
+            std::os::unix::fs::symlink("missing", dir.path().join("e.glb")).unwrap();
+        }
+        let mut names = Vec::new();
+        let mut add = |path: &Path| {
+            names.push(path.strip_prefix(dir.path()).unwrap().to_str().unwrap().to_string());
+            Ok(())
+        };
+        visit_scenes(dir.path(), &mut add).unwrap();
+        let mut expected = vec!["B.obj", "a.gltf", "b/10.obj", "b/2.GLB", "c.glb"];
+        expected.extend(cfg!(unix).then_some("d.glb"));
+        assert_eq!(names, expected);
+        assert!(visit_scenes(&dir.path().join("gone"), &mut |_| Ok(())).is_err());
+    }
+}

@@ -1,0 +1,190 @@
+//! Checks that no two outputs of a plan have the same name and that none is an input.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::ffi::OsString;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+use super::command_files::{NumberedScene, OptionFiles};
+use super::path_conflicts::{PathConflicts, Writer};
+use super::{FrameSet, PlannedFrame, RenderPlan, ShardPlan, Target};
+use crate::cli::usage::UsageError;
+use crate::import::has_tar_extension;
+
+/// A frame number that no clip has, to find its digits in a name.
+pub(super) const PLACEHOLDER: i64 = i64::MAX;
+
+/// Number of output files up to which all are compared, also through links. Of more, only scenes whose names are
+/// similar are compared: memory grows by 8 bytes a scene then.
+const EXACT_FILES: usize = 20_000;
+
+impl RenderPlan {
+    /// Checks all names. If the number of frames is known only after reading a scene, its first frame is checked.
+    pub(super) fn check_output_names(&self, options: &OptionFiles) -> Result<(), UsageError> {
+        if let Some(shards) = &self.outputs.shards {
+            return self.check_shard_names(shards, options);
+        }
+        let frames = match self.frames {
+            // Their names were checked. Those of other scenes are alike.
+            FrameSet::Cameras { .. } => {
+                Some(vec![PlannedFrame { camera: Some(0), ..PlannedFrame::at(1, 0.0) }])
+            }
+            _ => self.frames.known().filter(|frames| !frames.is_empty()),
+        };
+        let frames = frames.unwrap_or_else(|| vec![PlannedFrame::at(1, 0.0)]);
+        if let Some(dataset) = &self.dataset {
+            for scene in self.numbered_scenes() {
+                let NumberedScene { number, path } = scene?;
+                dataset.check_folder(&path, number, &self.outputs)?;
+                self.formats.check_names(dataset, &path, number, &self.outputs)?;
+            }
+        }
+        let files = self.scenes.len().saturating_mul(frames.len());
+        let scenes = if files <= EXACT_FILES {
+            self.numbered_scenes().collect::<Result<Vec<_>, _>>()?
+        } else {
+            self.suspects(&frames[0], options)?
+        };
+        if let Some(dataset) = &self.dataset {
+            dataset.check_distinct(&scenes, &self.outputs)?;
+        }
+        if let Some(check) = &self.check {
+            let mut images = Vec::new();
+            for scene in self.numbered_scenes() {
+                let NumberedScene { number, path } = scene?;
+                images.extend(self.output_files(&path, number, &frames));
+            }
+            check.check_names(&images)?;
+        }
+        let inputs = scenes.iter().map(|scene| scene.path.as_path()).chain(options.inputs.iter().copied());
+        let mut paths = PathConflicts::with_inputs(inputs);
+        for NumberedScene { number, path } in &scenes {
+            for file in self.output_files(path, *number, &frames) {
+                paths.add_output(&file, Writer::Scene(path)).map_err(UsageError)?;
+            }
+        }
+        for (flag, file) in &options.outputs {
+            paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;
+        }
+        Ok(())
+    }
+
+    /// Checks that no archive is an input.
+    fn check_shard_names(&self, shards: &ShardPlan, options: &OptionFiles) -> Result<(), UsageError> {
+        let mut inputs: Vec<PathBuf> = options.inputs.iter().map(|file| file.to_path_buf()).collect();
+        for scene in self.numbered_scenes() {
+            let NumberedScene { path, .. } = scene?;
+            let archive = path.ancestors().find(|ancestor| has_tar_extension(ancestor));
+            if let Some(archive) = archive.filter(|archive| inputs.last().is_none_or(|last| last != archive))
+            {
+                inputs.push(archive.to_path_buf());
+            }
+        }
+        let mut paths = PathConflicts::with_inputs(inputs);
+        let count = shards.count(self.scenes.len());
+        for shard in 0..count {
+            let first = shards.scenes(shard..shard + 1, self.scenes.len()).start + 1;
+            paths.add_output(&shards.file(first), Writer::Flag("-o")).map_err(UsageError)?;
+        }
+        for (flag, file) in &options.outputs {
+            paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;
+        }
+        Ok(())
+    }
+
+    /// All scenes with their numbers.
+    pub fn numbered_scenes(&self) -> impl Iterator<Item = Result<NumberedScene, UsageError>> {
+        self.scenes.iter().enumerate().map(|(i, path)| Ok(NumberedScene { number: i + 1, path: path? }))
+    }
+
+    /// The scenes that may have an output in common with another scene, or that an output may overwrite.
+    fn suspects(
+        &self,
+        frame: &PlannedFrame,
+        options: &OptionFiles,
+    ) -> Result<Vec<NumberedScene>, UsageError> {
+        let similar = self.similar_scenes()?;
+        let numbers: HashSet<usize> = similar.iter().map(|scene| scene.number).collect();
+        let extension = |path: &Path| path.extension().map(|e| e.to_ascii_lowercase());
+        let mut written: BTreeSet<OsString> = BTreeSet::new();
+        let mut suspects = similar;
+        for scene in self.numbered_scenes() {
+            let scene = scene?;
+            if scene.number == 1 {
+                let files = self.output_files(&scene.path, 1, std::slice::from_ref(frame));
+                written.extend(files.iter().filter_map(|file| extension(file)));
+            }
+            let is_written = extension(&scene.path).is_some_and(|e| written.contains(&e))
+                || options.outputs.iter().any(|(_, file)| *file == scene.path);
+            if is_written && !numbers.contains(&scene.number) {
+                suspects.push(scene);
+            }
+        }
+        Ok(suspects)
+    }
+
+    /// The scenes that could have a file with the same name as a file of another scene, whatever their frames.
+    pub(super) fn similar_scenes(&self) -> Result<Vec<NumberedScene>, UsageError> {
+        let mut keys = Vec::new();
+        for scene in self.numbered_scenes() {
+            let NumberedScene { number, path } = scene?;
+            keys.push(self.name_key(&path, number));
+        }
+        let mut sorted = keys.clone();
+        sorted.sort_unstable();
+        let equal = sorted.windows(2).filter(|pair| pair[0] == pair[1]);
+        let repeated: HashSet<u64> = equal.map(|pair| pair[0]).collect();
+        if repeated.is_empty() {
+            return Ok(Vec::new());
+        }
+        let is_similar = |scene: &Result<NumberedScene, UsageError>| match scene {
+            Ok(scene) => repeated.contains(&keys[scene.number - 1]),
+            Err(_) => true,
+        };
+        self.numbered_scenes().filter(is_similar).collect()
+    }
+
+    /// A hash that is equal for scenes that may have an output in common.
+    fn name_key(&self, scene: &Path, number: usize) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        if let Some(dataset) = &self.dataset {
+            let transforms = dataset.transforms_file(&self.outputs, scene, number);
+            self.formats.shared_path(&transforms).hash(&mut hasher);
+        } else if let Target::File(file) =
+            self.outputs.target(scene, number, &PlannedFrame::at(PLACEHOLDER, 0.0))
+        {
+            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            // Previews of layers differ after the first dot.
+            let stem = name.split('.').next().unwrap_or_default();
+            without_frame_digits(&file.with_file_name(stem)).hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+}
+
+/// A name without the frame number and the digits next to it.
+fn without_frame_digits(file: &Path) -> String {
+    let name = file.to_string_lossy();
+    let placeholder = PLACEHOLDER.to_string();
+    let parts = name.split(&placeholder).map(|part| part.trim_matches(|c: char| c.is_ascii_digit()));
+    parts.collect::<Vec<_>>().join("#")
+}
+
+impl super::DatasetPlan {
+    /// Checks that no two datasets share a folder.
+    fn check_distinct(&self, scenes: &[NumberedScene], outputs: &super::Outputs) -> Result<(), UsageError> {
+        let mut transforms_files: HashMap<PathBuf, &PathBuf> = HashMap::new();
+        for NumberedScene { number, path } in scenes {
+            let transforms = self.transforms_file(outputs, path, *number);
+            if let Some(other) = transforms_files.insert(transforms.clone(), path) {
+                return Err(UsageError(format!(
+                    "{} and {} would both write {}; use {{stem}}/ in -o",
+                    other.display(),
+                    path.display(),
+                    transforms.display()
+                )));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,150 @@
+//! `-o NAME{shard}.tar`: the images of all scenes in WebDataset's tar files.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::frames::FrameSet;
+use crate::batch::{PathTemplate, TemplateFields};
+use crate::cli::usage::UsageError;
+
+/// Samples in a shard without --shard-size.
+const DEFAULT_SIZE: u32 = 1000;
+
+/// Which scenes are in which archive. An archive holds whole scenes.
+#[derive(Clone, Debug)]
+pub struct ShardPlan {
+    template: PathTemplate,
+    scenes_per_shard: usize,
+}
+
+impl ShardPlan {
+    /// Resolves the archives of `-o pattern`. `None` if these are none.
+    ///
+    /// # Errors
+    /// The pattern has no number, or the number of images of a scene is unknown.
+    pub fn new(pattern: &str, size: Option<u32>, frames: &FrameSet) -> Result<Option<ShardPlan>, UsageError> {
+        if !is_shard_pattern(pattern) {
+            return match size {
+                Some(_) => Err(UsageError(
+                    "--shard-size applies only to archives; set -o to a name such as shards/{shard:05}.tar"
+                        .into(),
+                )),
+                None => Ok(None),
+            };
+        }
+        let template = PathTemplate::parse(pattern);
+        if !template.has_shard_number() {
+            return Err(UsageError(format!(
+                "-o {pattern}: archives are numbered; put {{shard:05}} into the name"
+            )));
+        }
+        if !template.has_only_shard_number() {
+            return Err(UsageError(format!(
+                "-o {pattern}: an archive holds many scenes and frames; use no other placeholder than {{shard}}"
+            )));
+        }
+        let Some(frames) = frames.known() else {
+            return Err(UsageError(
+                "--frames: the number of frames of each scene must be known for archives; list them, such as \
+                 --frames=1-24"
+                    .into(),
+            ));
+        };
+        let scenes_per_shard = size.unwrap_or(DEFAULT_SIZE) as usize / frames.len().max(1);
+        Ok(Some(ShardPlan { template, scenes_per_shard: scenes_per_shard.max(1) }))
+    }
+
+    /// The archive of the `index`-th scene, from 1.
+    pub fn file(&self, index: usize) -> PathBuf {
+        let shard = index.saturating_sub(1) / self.scenes_per_shard;
+        self.template.expand(&TemplateFields { scene: Path::new(""), index, frame: 0, camera: "", shard })
+    }
+
+    /// The indices from 0 of the scenes that share an archive with the `index`-th, from 1.
+    pub fn neighbours(&self, index: usize, scenes: usize) -> Range<usize> {
+        let shard = index.saturating_sub(1) / self.scenes_per_shard;
+        self.scenes(shard..shard + 1, scenes)
+    }
+
+    /// The number of archives of `scenes` scenes.
+    pub fn count(&self, scenes: usize) -> usize {
+        scenes.div_ceil(self.scenes_per_shard)
+    }
+
+    /// The indices from 0 of the scenes in a range of archives.
+    pub fn scenes(&self, shards: Range<usize>, scenes: usize) -> Range<usize> {
+        let at = |shard: usize| shard.saturating_mul(self.scenes_per_shard).min(scenes);
+        at(shards.start)..at(shards.end)
+    }
+}
+
+/// True for the names of archives.
+pub fn is_shard_pattern(pattern: &str) -> bool {
+    pattern.to_ascii_lowercase().ends_with(".tar")
+}
+
+/// The name of the image in an archive: `.jpg` of `{shard}.jpg.tar`, else `.png`.
+pub fn image_name(pattern: &str) -> String {
+    let inner = &pattern[..pattern.len().saturating_sub(".tar".len())];
+    let name = Path::new(inner).file_name().unwrap_or_default();
+    match Path::new(name).extension().and_then(|extension| extension.to_str()) {
+        Some(extension) if !extension.contains('}') => format!("a.{extension}"),
+        _ => "a.png".into(),
+    }
+}
+
+/// The name that the files of a sample share: WebDataset separates it from the rest at the first dot.
+pub fn sample_key(scene: &Path, index: usize, frame: i64) -> String {
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    let stem: String = stem.chars().take(40).map(plain).collect();
+    format!("{index:08}-{stem}-{frame:04}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::frames::PlannedFrame;
+    use super::*;
+
+    #[test]
+    fn archives_hold_whole_scenes() {
+        let frames = FrameSet::List((1..=12).map(|number| PlannedFrame::at(number, 0.0)).collect());
+        let plan = ShardPlan::new("out/{shard:05}.tar", Some(40), &frames).unwrap().unwrap();
+        assert_eq!(plan.file(3), Path::new("out/00000.tar"));
+        assert_eq!(plan.file(4), Path::new("out/00001.tar"));
+        assert_eq!(plan.count(7), 3);
+        assert_eq!(plan.scenes(1..3, 7), 3..7);
+        assert_eq!((plan.neighbours(4, 7), plan.neighbours(7, 7)), (3..6, 6..7));
+        let small = ShardPlan::new("{shard}.tar", Some(5), &frames).unwrap().unwrap();
+        assert_eq!((small.count(7), small.file(7)), (7, PathBuf::from("6.tar")));
+        for (pattern, message) in [
+            ("a.tar", "put {shard:05}"),
+            ("{stem}-{shard}.tar", "no other placeholder"),
+            ("#{shard}.tar", "no other"),
+        ] {
+            assert!(ShardPlan::new(pattern, None, &frames).unwrap_err().0.contains(message), "{pattern}");
+        }
+        assert!(ShardPlan::new("a.png", None, &frames).unwrap().is_none());
+        assert!(ShardPlan::new("a.png", Some(5), &frames).unwrap_err().0.contains("--shard-size"));
+    }
+
+    #[test]
+    fn keys_have_no_dots_and_are_distinct() {
+        let key = |scene: &str, index, frame| sample_key(Path::new(scene), index, frame);
+        assert_eq!(key("a/tower.v2.glb", 12, 3), "00000012-tower_v2-0003");
+        assert_eq!(key("ä/stühle 1.obj", 1, -3), "00000001-st_hle_1--003");
+        assert_ne!(key("a.glb", 1, 11), key("a.glb", 11, 1));
+        assert!(key(&"x".repeat(500), usize::MAX, i64::MIN).len() < 100);
+    }
+
+    #[test]
+    fn the_format_of_images_stands_before_the_extension() {
+        for (pattern, name) in
+            [("s/{shard:05}.tar", "a.png"), ("{shard}.jpg.tar", "a.jpg"), ("x.y/{shard}.exr.TAR", "a.exr")]
+        {
+            assert!(is_shard_pattern(pattern));
+            assert_eq!(image_name(pattern), name, "{pattern}");
+        }
+        assert!(!is_shard_pattern("a.png"));
+    }
+}

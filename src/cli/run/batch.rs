@@ -1,0 +1,152 @@
+//! The scenes of a run: each is rendered, reported and noted in the ledger.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Error, Result, anyhow};
+
+use super::ledger::{ImageCounts, LedgerEntry, PastOutcome};
+use super::panics;
+use super::progress::{Reporter, SceneLog};
+use super::report::Report;
+use super::scene_job::SceneJob;
+use super::scene_ledger::SceneLedger;
+use crate::batch::FileDigests;
+use crate::cancellation::{CancelToken, Cancelled};
+use crate::cli::console::{scene_error, single_line};
+use crate::cli::plan::{RenderPlan, load_limits};
+use crate::cli::summary::Summary;
+use crate::import::LoadError;
+use crate::output::{SaveError, ShardWriter};
+
+/// The scenes of a run, and what is written about them.
+pub struct Batch<'a> {
+    pub plan: &'a RenderPlan,
+    pub reporter: &'a Reporter,
+    pub report: Option<Report>,
+    pub ledger: Option<SceneLedger<'a>>,
+    /// Time that a scene may take.
+    pub timeout: Option<Duration>,
+    /// The archive that images go into.
+    pub shard: Option<ShardWriter>,
+    pub summary: &'a mut Summary,
+}
+
+impl Batch<'_> {
+    /// Renders a scene and reports its outcome, unless the ledger has it.
+    pub fn render_scene(&mut self, index: usize, path: &Path) -> Result<()> {
+        let Batch { plan, reporter, .. } = *self;
+        let key = self.ledger.as_ref().map(|ledger| ledger.key(path, index)).unwrap_or_default();
+        // An archive is made as a whole.
+        let ledger = self.ledger.as_ref().filter(|_| self.shard.is_none());
+        if let Some(outcome) = ledger.and_then(|ledger| ledger.skips(key, path, index)) {
+            self.skip(path, outcome);
+            return Ok(());
+        }
+        let since = Instant::now();
+        let mut log = SceneLog::new(reporter, path, plan.strict);
+        if let Some(report) = &mut self.report {
+            report.begin_scene(path);
+        }
+        if self.report.is_some() || self.ledger.is_some() {
+            log = log.collecting();
+        }
+        let cancel = self.timeout.map_or_else(CancelToken::default, CancelToken::with_timeout);
+        let mut job = SceneJob {
+            plan,
+            index,
+            path,
+            log: &log,
+            report: self.report.as_mut(),
+            shard: self.shard.as_mut(),
+            digests: FileDigests::with_limit(load_limits(plan.max_memory).file_bytes),
+            frames: Vec::new(),
+            images: ImageCounts::default(),
+            cancel: cancel.clone(),
+            views_shown: BTreeMap::new(),
+        };
+        let outcome = panics::catch(|| job.run());
+        let outcome = match self.timeout {
+            Some(timeout) if outcome.as_ref().is_err_and(is_cancellation) => Err(timeout_error(timeout)),
+            _ => outcome,
+        };
+        let images = job.images;
+        reporter.scene_done(path);
+        let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
+        let warnings = log.finish();
+        if let Some(line) = &failure {
+            reporter.fail(Some(path), line);
+        }
+        if let Some(page) = &mut self.report
+            && let Err(error) = page.end_scene(&warnings, images.kept as usize, failure.as_deref())
+        {
+            // Images are rendered without the page.
+            fail(self.summary, reporter, &Error::new(error).context("--report"));
+            self.report = None;
+        }
+        let time = since.elapsed();
+        let failure_line = failure.as_deref();
+        let entry =
+            LedgerEntry { key, scene: path, index, failure: failure_line, warnings: &warnings, time, images };
+        if let Some(ledger) = &mut self.ledger
+            && let Err(error) = ledger.add(&entry)
+        {
+            // Images are rendered without the ledger.
+            fail(self.summary, reporter, &error.context("--ledger"));
+            self.ledger = None;
+        }
+        self.summary.add_scene(failure);
+        outcome
+    }
+
+    /// Counts a scene whose outcome is known.
+    pub fn skip(&mut self, path: &Path, outcome: PastOutcome) {
+        match outcome {
+            PastOutcome::Done { .. } => self.summary.skipped_done += 1,
+            PastOutcome::Failed => self.summary.skipped_failed += 1,
+        }
+        self.reporter.scene_done(path);
+    }
+
+    /// Writes the page and the totals.
+    pub fn finish(self) {
+        match self.report.map(Report::finish) {
+            None | Some(Ok(None)) => {}
+            Some(Ok(Some(page))) => self.reporter.wrote(None, &page),
+            Some(Err(error)) => fail(self.summary, self.reporter, &error),
+        }
+        if let Some(ledger) = &self.ledger {
+            self.reporter.totals(&ledger.totals(self.summary));
+        }
+    }
+}
+
+/// Reports an error that belongs to no scene.
+pub fn fail(summary: &mut Summary, reporter: &Reporter, error: &Error) {
+    reporter.fail(None, &single_line(&format!("{error:#}")));
+    summary.other_failure = true;
+}
+
+/// Returns true for the error of work that was cancelled.
+fn is_cancellation(error: &Error) -> bool {
+    let is_load_error = |e: &LoadError| matches!(e, LoadError::Cancelled(_));
+    error.chain().any(|cause| cause.is::<Cancelled>() || cause.downcast_ref().is_some_and(is_load_error))
+}
+
+fn timeout_error(timeout: Duration) -> Error {
+    anyhow!(
+        "gave up after {} s; raise --timeout, or make the scene or its images smaller",
+        timeout.as_secs_f64()
+    )
+}
+
+/// Returns true for the error of a full disk.
+pub fn is_disk_full(error: &Error) -> bool {
+    use std::io::{Error, ErrorKind};
+    let is_full = |e: &Error| matches!(e.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
+    error.chain().any(|cause| {
+        let saved = cause.downcast_ref::<SaveError>().map(|e| &e.cause);
+        saved.or(cause.downcast_ref()).is_some_and(is_full)
+    })
+}

@@ -1,0 +1,333 @@
+//! `--ledger FILE`: a line of JSON about each scene, appended when the scene is finished. With `--resume`, scenes that
+//! a ledger names as done are skipped without reading them.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::batch::SettingsHash;
+use crate::cli::console::single_line;
+use crate::cli::files::create_parent_folder;
+use crate::cli::plan::{PlannedFrame, RenderPlan};
+use crate::import::file_version;
+use crate::output::{Overwrite, check_overwrite};
+
+/// The start of every line.
+const LINE_START: &[u8] = b"{\"scene\":";
+/// Warnings of a scene whose texts are stored.
+const LISTED_WARNINGS: usize = 10;
+/// Longest text of a warning or an error, in bytes.
+const MAX_TEXT: usize = 500;
+/// Longest line that is read, in bytes. Longer ones are none of ours.
+const MAX_LINE: u64 = 1 << 20;
+
+/// The outcome of a scene in an earlier run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PastOutcome {
+    /// All of its images were written or kept.
+    Done {
+        /// Number of images.
+        images: u64,
+    },
+    Failed,
+}
+
+/// What is stored about a scene.
+#[derive(Debug)]
+pub struct LedgerEntry<'a> {
+    pub key: SceneKey,
+    pub scene: &'a Path,
+    /// The scene's number, from 1.
+    pub index: usize,
+    /// The error line of a scene that failed.
+    pub failure: Option<&'a str>,
+    pub warnings: &'a [String],
+    pub time: Duration,
+    pub images: ImageCounts,
+}
+
+/// Images of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ImageCounts {
+    /// Written images.
+    pub rendered: u64,
+    /// Images that `--resume` kept.
+    pub kept: u64,
+    /// Written images that show nothing.
+    pub empty: u64,
+    /// Written files.
+    pub files: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+/// Identifies a scene, its version and its settings: equal for two runs that would write the same images.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneKey(u128);
+
+impl SceneKey {
+    /// The key of the `index`-th scene. `settings` is the hash of the plan. A scene that was changed, by its size and
+    /// time of modification, has another key; files that it refers to are not looked at.
+    pub fn new(plan: &RenderPlan, settings: SettingsHash, path: &Path, index: usize) -> SceneKey {
+        let version = file_version(path);
+        let output = plan.outputs.target(path, index, &PlannedFrame::at(1, 0.0));
+        let shard = plan.outputs.shards.as_ref().map(|shards| shards.neighbours(index, plan.scenes.len()));
+        SceneKey(SettingsHash::of(&(settings, path, version, output, shard)).hash())
+    }
+}
+
+/// A ledger that is open for appending.
+pub struct Ledger {
+    path: PathBuf,
+    file: File,
+    /// True if the last line has no end: an earlier run was killed while it wrote.
+    is_torn: bool,
+    past: PastScenes,
+}
+
+/// The outcomes of earlier runs, in 16 bytes a scene.
+#[derive(Debug, Default)]
+struct PastScenes {
+    /// Halves of keys and outcomes, in the order of keys.
+    outcomes: Vec<(u64, u64)>,
+}
+
+/// Stands for a failed scene in place of a number of images.
+const FAILED: u64 = u64::MAX;
+
+/// The parts of a line that are read.
+#[derive(Deserialize)]
+struct Line {
+    key: String,
+    status: String,
+    #[serde(default)]
+    images: u64,
+    #[serde(default)]
+    kept: u64,
+}
+
+impl Ledger {
+    /// Opens a ledger. With `resume`, its lines are kept and read; otherwise it begins anew.
+    ///
+    /// # Errors
+    /// The file cannot be read or written, is not a ledger, or exists and must not be overwritten.
+    pub fn open(path: &Path, resume: bool, replace: Overwrite) -> Result<Ledger> {
+        create_parent_folder(path)?;
+        check_overwrite(path, replace)?;
+        let open =
+            || -> io::Result<File> { OpenOptions::new().read(true).append(true).create(true).open(path) };
+        let context = || format!("{} cannot be opened", path.display());
+        let mut file = open().with_context(context)?;
+        if !file.metadata().with_context(context)?.is_file() {
+            bail!("{} is not a regular file; name another file", path.display());
+        }
+        if !is_ledger(&mut file).with_context(context)? {
+            bail!("{} is not a ledger; name another file", path.display());
+        }
+        let mut past = PastScenes::default();
+        if resume {
+            file.rewind().with_context(context)?;
+            past = PastScenes::read(BufReader::new(&file)).with_context(context)?;
+        } else {
+            file.set_len(0).with_context(context)?;
+        }
+        let is_torn = !ends_with_line_break(&mut file).with_context(context)?;
+        Ok(Ledger { path: path.to_path_buf(), file, is_torn, past })
+    }
+
+    /// The outcome of a scene in an earlier run.
+    pub fn past(&self, key: SceneKey) -> Option<PastOutcome> {
+        self.past.get(key)
+    }
+
+    /// Appends the lines of scenes in a single write, so that several processes can share a ledger.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn append(&mut self, lines: &str) -> Result<()> {
+        if lines.is_empty() {
+            return Ok(());
+        }
+        let line_break = if self.is_torn { "\n" } else { "" };
+        let written = self.file.write_all(format!("{line_break}{lines}").as_bytes());
+        self.is_torn = written.is_err();
+        written.with_context(|| format!("{} cannot be written", self.path.display()))
+    }
+}
+
+impl LedgerEntry<'_> {
+    /// The line of the scene, with its line break.
+    pub fn to_line(&self) -> String {
+        format!("{}\n", self.to_json())
+    }
+
+    fn to_json(&self) -> Value {
+        let mut line = json!({
+            "scene": self.scene.to_string_lossy(), "index": self.index,
+            "status": if self.failure.is_some() { "failed" } else { "done" },
+        });
+        if let Some(failure) = self.failure {
+            line["error"] = json!(shortened(failure));
+        }
+        let ImageCounts { rendered, kept, empty, files, bytes } = self.images;
+        line["seconds"] = json!((self.time.as_secs_f64() * 1e3).round() / 1e3);
+        for (name, count) in
+            [("images", rendered), ("kept", kept), ("empty", empty), ("files", files), ("bytes", bytes)]
+        {
+            line[name] = json!(count);
+        }
+        line["warnings"] = json!(self.warnings.len());
+        if !self.warnings.is_empty() {
+            let texts = self.warnings.iter().take(LISTED_WARNINGS).map(|text| json!(shortened(text)));
+            line["warning_texts"] = texts.collect();
+        }
+        line["key"] = json!(format!("{:032x}", self.key.0));
+        line
+    }
+}
+
+/// The beginning of a text, on one line.
+fn shortened(text: &str) -> String {
+    single_line(&text[..text.floor_char_boundary(MAX_TEXT)])
+}
+
+/// Returns true for an empty file and for one that begins as a ledger does.
+fn is_ledger(file: &mut File) -> io::Result<bool> {
+    file.rewind()?;
+    let mut head = Vec::new();
+    file.take(LINE_START.len() as u64 + 1).read_to_end(&mut head)?;
+    // A run that was killed may have left the end of its first line alone.
+    let head = head.strip_prefix(b"\n").unwrap_or(&head);
+    Ok(LINE_START.starts_with(head) || head.starts_with(LINE_START))
+}
+
+fn ends_with_line_break(file: &mut File) -> io::Result<bool> {
+    if file.seek(SeekFrom::End(0))? == 0 {
+        return Ok(true);
+    }
+    file.seek(SeekFrom::End(-1))?;
+    let mut last = [0];
+    file.read_exact(&mut last)?;
+    Ok(last == *b"\n")
+}
+
+impl PastScenes {
+    /// Reads the lines of a ledger. Of several lines about a scene, the last counts. Lines that cannot be read, such as
+    /// a torn one, are skipped.
+    fn read(mut input: impl BufRead) -> io::Result<PastScenes> {
+        let mut outcomes: Vec<(u64, u64)> = Vec::new();
+        let mut line = Vec::new();
+        loop {
+            line.clear();
+            if input.by_ref().take(MAX_LINE).read_until(b'\n', &mut line)? == 0 {
+                break;
+            }
+            let Ok(Line { key, status, images, kept }) = serde_json::from_slice(&line) else { continue };
+            let Ok(key) = u128::from_str_radix(&key, 16) else { continue };
+            let outcome = match status.as_str() {
+                "done" => images.saturating_add(kept).min(FAILED - 1),
+                "failed" => FAILED,
+                _ => continue,
+            };
+            outcomes.push((key as u64, outcome));
+        }
+        // A stable sort keeps the order of lines with the same key.
+        outcomes.sort_by_key(|&(key, _)| key);
+        outcomes.dedup_by(|later, earlier| {
+            let is_same = later.0 == earlier.0;
+            if is_same {
+                earlier.1 = later.1;
+            }
+            is_same
+        });
+        outcomes.shrink_to_fit();
+        Ok(PastScenes { outcomes })
+    }
+
+    fn get(&self, key: SceneKey) -> Option<PastOutcome> {
+        let found = self.outcomes.binary_search_by_key(&(key.0 as u64), |&(key, _)| key).ok()?;
+        Some(match self.outcomes[found].1 {
+            FAILED => PastOutcome::Failed,
+            images => PastOutcome::Done { images },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(key: u128, failure: Option<&str>) -> LedgerEntry<'_> {
+        let images = ImageCounts { rendered: 3, kept: 1, ..ImageCounts::default() };
+        let scene = Path::new("a.glb");
+        LedgerEntry {
+            key: SceneKey(key),
+            scene,
+            index: 1,
+            failure,
+            warnings: &[],
+            time: Duration::ZERO,
+            images,
+        }
+    }
+
+    #[test]
+    fn the_last_line_of_a_scene_counts() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("new/ledger.jsonl");
+        let mut ledger = Ledger::open(&path, true, Overwrite::Yes).unwrap();
+        for (key, failure) in [(1, None), (2, Some("no")), (3, Some("no")), (2, None), (1, Some("gone"))] {
+            ledger.append(&entry(key, failure).to_line()).unwrap();
+        }
+        let past = Ledger::open(&path, true, Overwrite::Yes).unwrap();
+        let outcomes = [1, 2, 3, 4].map(|key| past.past(SceneKey(key)));
+        let (failed, done) = (Some(PastOutcome::Failed), Some(PastOutcome::Done { images: 4 }));
+        assert_eq!(outcomes, [failed, done, failed, None]);
+        let new = Ledger::open(&path, false, Overwrite::Yes).unwrap();
+        assert_eq!(new.past(SceneKey(2)), None);
+        assert_eq!(std::fs::read(&path).unwrap(), b"", "without --resume, a ledger begins anew");
+        assert!(Ledger::open(&path, false, Overwrite::No).is_err());
+    }
+
+    /// A kill may tear the last line anywhere.
+    #[test]
+    fn a_torn_line_is_skipped_and_does_not_spoil_the_next() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("ledger");
+        let mut ledger = Ledger::open(&path, false, Overwrite::Yes).unwrap();
+        ledger.append(&entry(7, None).to_line()).unwrap();
+        ledger.append(&entry(8, None).to_line()).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let first = whole.iter().position(|&b| b == b'\n').unwrap() + 1;
+        for length in 0..whole.len() {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            let mut ledger = Ledger::open(&path, true, Overwrite::Yes).unwrap();
+            // A line without its line break may be complete.
+            assert_eq!(ledger.past(SceneKey(7)).is_some(), length + 1 >= first, "{length}");
+            ledger.append(&entry(9, Some("a\nb")).to_line()).unwrap();
+            let ledger = Ledger::open(&path, true, Overwrite::Yes).unwrap();
+            assert_eq!(ledger.past(SceneKey(9)), Some(PastOutcome::Failed), "{length}");
+            assert_eq!(ledger.past(SceneKey(8)).is_some(), length + 1 == whole.len(), "{length}");
+        }
+    }
+
+    #[test]
+    fn other_files_are_never_touched() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("scenes.txt");
+        for content in ["a.glb\n", "[1]", "{\"scenes\": 1}", "\0"] {
+            std::fs::write(&path, content).unwrap();
+            for resume in [true, false] {
+                let error = Ledger::open(&path, resume, Overwrite::Yes).err().unwrap().to_string();
+                assert!(error.contains("is not a ledger"), "{error}");
+            }
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), content);
+        }
+        assert!(Ledger::open(dir.path(), true, Overwrite::Yes).is_err());
+    }
+}

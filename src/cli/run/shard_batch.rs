@@ -1,0 +1,156 @@
+//! The scenes of a run whose images go into archives: archive by archive.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use anyhow::{Context, Error, Result};
+use serde_json::Value;
+
+use super::batch::{Batch, fail, is_disk_full};
+use super::ledger::PastOutcome;
+use crate::batch::FileDigests;
+use crate::cli::console::print_stdout;
+use crate::cli::files::create_parent_folder;
+use crate::cli::plan::{NumberedScene, PlannedFrame, ShardPlan, load_limits, sample_key};
+use crate::cli::usage::UsageError;
+use crate::output::{ShardWriter, check_overwrite, read_shard};
+
+/// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew.
+pub fn render_shards(
+    batch: &mut Batch,
+    shards: &ShardPlan,
+    scenes: impl Iterator<Item = Result<NumberedScene, UsageError>>,
+) -> Result<(), UsageError> {
+    let mut group: Vec<NumberedScene> = Vec::new();
+    for scene in scenes {
+        let scene = scene?;
+        let is_next =
+            group.first().is_some_and(|first| shards.file(first.number) != shards.file(scene.number));
+        if is_next {
+            let is_full =
+                render_shard(batch, &shards.file(group[0].number), &group).is_err_and(|e| is_disk_full(&e));
+            group.clear();
+            if is_full {
+                batch.summary.not_started = batch.plan.scene_range().end + 1 - scene.number;
+                return Ok(());
+            }
+        }
+        group.push(scene);
+    }
+    if let Some(first) = group.first() {
+        // The error was reported.
+        let _ = render_shard(batch, &shards.file(first.number), &group);
+    }
+    Ok(())
+}
+
+/// Renders the scenes of one archive. The errors were reported.
+fn render_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Result<()> {
+    if batch.plan.dry_run {
+        return print_stdout(format!("{}\n", file.display()).as_bytes());
+    }
+    if batch.plan.outputs.resume && file.is_file() {
+        let past = past_outcomes(batch, scenes);
+        let is_known = past.iter().all(Option::is_some);
+        if is_known || is_current(batch, file, scenes, &past) {
+            for (scene, outcome) in scenes.iter().zip(past) {
+                batch.skip(&scene.path, outcome.unwrap_or(PastOutcome::Done { images: 0 }));
+            }
+            return Ok(());
+        }
+    }
+    let outcome = fill_shard(batch, file, scenes);
+    if outcome.is_err() {
+        batch.shard = None;
+        if let Some(ledger) = &mut batch.ledger {
+            ledger.discard();
+        }
+    }
+    outcome.map_err(|failure| match failure {
+        ShardFailure::OfScene(error) => error,
+        ShardFailure::OfArchive(error) => {
+            fail(batch.summary, batch.reporter, &error);
+            error
+        }
+    })
+}
+
+/// The reason why an archive was not written.
+enum ShardFailure {
+    /// The disk is full. The error was reported with its scene.
+    OfScene(Error),
+    OfArchive(Error),
+}
+
+impl From<Error> for ShardFailure {
+    fn from(error: Error) -> ShardFailure {
+        ShardFailure::OfArchive(error)
+    }
+}
+
+/// Renders scenes into an archive, and notes them in the ledger when it is complete.
+fn fill_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Result<(), ShardFailure> {
+    let cannot_be_written = || format!("{} cannot be written", file.display());
+    check_overwrite(file, batch.plan.outputs.replace).map_err(Error::new)?;
+    create_parent_folder(file)?;
+    batch.shard = Some(ShardWriter::new(file).with_context(cannot_be_written)?);
+    for NumberedScene { number, path } in scenes {
+        let start = batch.shard.as_ref().map_or(0, ShardWriter::length);
+        let Err(error) = batch.render_scene(*number, path) else { continue };
+        if is_disk_full(&error) {
+            return Err(ShardFailure::OfScene(error));
+        }
+        // A scene that fails has no images.
+        if let Some(shard) = &mut batch.shard {
+            shard.truncate(start).with_context(cannot_be_written)?;
+        }
+    }
+    if let Some(shard) = batch.shard.take().filter(|shard| shard.length() > 0) {
+        shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
+        batch.reporter.wrote(None, file);
+    }
+    if let Some(ledger) = &mut batch.ledger {
+        ledger.append().context("--ledger")?;
+    }
+    Ok(())
+}
+
+/// The outcomes for which the ledger skips scenes.
+fn past_outcomes(batch: &Batch, scenes: &[NumberedScene]) -> Vec<Option<PastOutcome>> {
+    let outcome = |NumberedScene { number, path }: &NumberedScene| {
+        let ledger = batch.ledger.as_ref()?;
+        ledger.skips(ledger.key(path, *number), path, *number)
+    };
+    scenes.iter().map(outcome).collect()
+}
+
+/// Returns true if an archive holds the images of exactly these scenes, made from the same files with the same settings.
+/// Scenes that are known to fail have none.
+fn is_current(batch: &Batch, file: &Path, scenes: &[NumberedScene], past: &[Option<PastOutcome>]) -> bool {
+    let plan = batch.plan;
+    let frames = plan.frames.known().unwrap_or_default();
+    let mut missing: HashMap<String, (usize, &PlannedFrame)> = HashMap::new();
+    for (i, NumberedScene { number, path }) in scenes.iter().enumerate() {
+        if past[i] != Some(PastOutcome::Failed) {
+            let key = |frame: &PlannedFrame| sample_key(path, *number, frame.number);
+            missing.extend(frames.iter().map(|frame| (key(frame), (i, frame))));
+        }
+    }
+    let max_bytes = load_limits(plan.max_memory).file_bytes;
+    let mut digests: Vec<FileDigests> = scenes.iter().map(|_| FileDigests::with_limit(max_bytes)).collect();
+    let is_description = |name: &str| name.split_once('.').is_some_and(|(_, extension)| extension == "json");
+    let stale = || std::io::Error::other("not up to date");
+    let check = |name: &str, bytes: &[u8]| {
+        if !is_description(name) {
+            return Ok(());
+        }
+        let (key, _) = name.split_once('.').unwrap_or_default();
+        let (i, frame) = missing.remove(key).ok_or_else(stale)?;
+        let sample: Value = serde_json::from_slice(bytes)?;
+        let fingerprint = sample["fingerprint"].as_str().ok_or_else(stale)?;
+        let hash = plan.member_hash(frame).ok_or_else(stale)?;
+        let is_current = digests[i].is_current(fingerprint, hash, &scenes[i].path);
+        if is_current { Ok(()) } else { Err(stale()) }
+    };
+    read_shard(file, is_description, check).map_err(Error::from).is_ok() && missing.is_empty()
+}

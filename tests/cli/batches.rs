@@ -1,0 +1,273 @@
+//! Many scenes: folders, shares of scenes, `--ledger`, `--timeout`, and runs that are killed.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::common::program::*;
+
+const SMALL: &str = "--size 16x12 -s 1 -q";
+
+/// Writes a triangle of its own shape.
+fn write_triangle(file: &Path, i: usize) {
+    fs::create_dir_all(file.parent().unwrap()).unwrap();
+    fs::write(file, format!("v 0 0 0\nv {} 0 0\nv 0 {} 0\nf 1 2 3\n", 1 + i % 5, 1 + i % 7)).unwrap();
+}
+
+/// Folders of objects, one of which is broken: `objects/0/00.obj` and so on.
+fn write_objects(at: &Path, count: usize) {
+    for i in 0..count {
+        write_triangle(&at.join(format!("objects/{}/{i:02}.obj", i % 3)), i);
+    }
+    fs::write(at.join("objects/1/broken.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
+}
+
+fn ledger(at: &Path, name: &str) -> Vec<Value> {
+    let text = fs::read_to_string(at.join(name)).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{line}: {e}"))).collect()
+}
+
+/// A folder is all scenes in it and below, in the order of their names.
+#[test]
+fn a_folder_is_a_batch() {
+    let (_dir, at) = folder();
+    write_objects(&at, 7);
+    fs::remove_file(at.join("objects/1/broken.obj")).unwrap();
+    fs::write(at.join("objects/readme.txt"), "no scene").unwrap();
+    runs(&at, &format!("render objects {SMALL} -o out/{{index}}-{{parent}}-{{stem}}.png"));
+    let names = names(&at.join("out"));
+    let expected = ["1-0-00", "2-0-03", "3-0-06", "4-1-01", "5-1-04", "6-2-02", "7-2-05"]
+        .map(|name| format!("{name}.png"));
+    assert_eq!(names, expected);
+    runs(&at, &format!("render objects/ {SMALL} --dry-run -o {{parent}}/{{stem}}.png"));
+    fs::create_dir(at.join("empty")).unwrap();
+    refused(&at, "render empty", "empty: a folder without .gltf, .glb or .obj files");
+    refused(&at, "render objects missing/ -o a.png", "would both be written to a.png");
+}
+
+/// `--chunk` divides the scenes of a batch: the shares together are the whole, with the same numbers.
+#[test]
+fn chunks_of_a_batch_divide_its_scenes() {
+    let (_dir, at) = folder();
+    write_objects(&at, 7);
+    fs::remove_file(at.join("objects/1/broken.obj")).unwrap();
+    for (line, each) in [
+        ("render objects -o X/{index}.png", 1),
+        ("turntable objects --views 3 -o X/{stem}/#.png", 13),
+        ("turntable objects --count 2 -o X/{stem}.gif", 1),
+    ] {
+        let run = |out: &str, flags: &str| runs(&at, &format!("{} {SMALL} {flags}", line.replace('X', out)));
+        run("whole", "");
+        let mut sizes = Vec::new();
+        for i in 1..=9 {
+            let before = if at.join("parts").exists() { files(&at.join("parts")).len() } else { 0 };
+            run("parts", &format!("--chunk {i}/9"));
+            sizes.push(if at.join("parts").exists() { files(&at.join("parts")).len() - before } else { 0 });
+        }
+        assert!(files(&at.join("parts")) == files(&at.join("whole")), "{line}");
+        assert_eq!(sizes.iter().filter(|&&size| size == each).count(), 7, "{line}: {sizes:?}");
+        assert_eq!(sizes.iter().filter(|&&size| size == 0).count(), 2, "{line}: {sizes:?}");
+        fs::remove_dir_all(at.join("whole")).unwrap();
+        fs::remove_dir_all(at.join("parts")).unwrap();
+    }
+    // A list of one scene is a batch, too.
+    fs::write(at.join("list"), "objects/0/00.obj\n").unwrap();
+    runs(&at, &format!("render @list {SMALL} --chunk 1/2 -o one.png"));
+    assert!(!at.join("one.png").exists(), "the scene is in the second share");
+    refused(
+        &at,
+        &format!("render objects/0/00.obj {SMALL} --chunk 1/2"),
+        "there is only one image; add --frames",
+    );
+}
+
+/// The ledger has a line about each scene, and `--resume` skips what it names as done.
+#[test]
+fn a_ledger_describes_every_scene_and_skips_those_that_are_done() {
+    let (_dir, at) = folder();
+    write_objects(&at, 4);
+    fs::write(at.join("objects/2/02.obj"), "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let line = format!("turntable objects {SMALL} --count 2 -o out/{{stem}}/#.png --ledger log/ledger.jsonl");
+    let run = |flags: &str| {
+        let output = blinn(&at, &format!("{line} {flags}"));
+        (output.status.code().unwrap(), ledger(&at, "log/ledger.jsonl"))
+    };
+    let (code, lines) = run("--resume");
+    assert_eq!(code, 1);
+    let stems: Vec<&str> = lines.iter().map(|line| line["scene"].as_str().unwrap()).collect();
+    let scenes = ["0/00", "0/03", "1/01", "1/broken", "2/02"].map(|stem| format!("objects/{stem}.obj"));
+    assert_eq!(stems, scenes);
+    for (i, line) in lines.iter().enumerate() {
+        assert_eq!(line["index"], i + 1);
+        let is_broken = i == 3;
+        assert_eq!(line["status"], if is_broken { "failed" } else { "done" });
+        assert_eq!(line["images"], if is_broken { 0 } else { 2 });
+        assert_eq!(line["warnings"], usize::from(i == 4));
+        let written = files(&at.join("out"));
+        let stem = Path::new(stems[i]).file_stem().unwrap().to_str().unwrap();
+        let bytes = |name: String| written.get(&name).map_or(0, Vec::len);
+        assert_eq!(line["bytes"], bytes(format!("{stem}/1.png")) + bytes(format!("{stem}/2.png")));
+        assert!(line["seconds"].as_f64().unwrap() >= 0.0);
+    }
+    assert!(lines[3]["error"].as_str().unwrap().contains("broken.obj"), "{}", lines[3]);
+    assert!(lines[4]["warning_texts"][0].as_str().unwrap().contains("gone.mtl"), "{}", lines[4]);
+    // Only the failed scene is tried again, or none.
+    let again = |flags: &str| {
+        let before = ledger(&at, "log/ledger.jsonl").len();
+        let (code, lines) = run(flags);
+        let scenes: Vec<String> = lines[before..].iter().map(|line| line["scene"].to_string()).collect();
+        (code, scenes.concat())
+    };
+    assert_eq!(again("--resume"), (1, "\"objects/1/broken.obj\"".into()));
+    assert_eq!(again("--resume --no-retry"), (1, String::new()));
+    // A scene that changed, whose image is missing, or with other settings is rendered again.
+    write_triangle(&at.join("objects/1/broken.obj"), 4);
+    assert_eq!(again("--resume --no-retry"), (0, "\"objects/1/broken.obj\"".into()));
+    fs::remove_file(at.join("out/03/2.png")).unwrap();
+    assert_eq!(again("--resume"), (0, "\"objects/0/03.obj\"".into()));
+    assert_eq!(again("--resume --seed 3").1.matches("obj").count(), 5 + 5);
+    // Without --resume, the ledger begins anew.
+    assert_eq!(run("").1.len(), 5);
+    refused(&at, &format!("render objects {SMALL} -o {{stem}}.png --ledger objects/0/00.obj"), "--ledger");
+    fs::write(at.join("notes.txt"), "mine").unwrap();
+    let output = blinn(&at, &format!("render objects/0 {SMALL} -o {{stem}}.png --ledger notes.txt"));
+    assert!(output.status.code() == Some(1) && fs::read_to_string(at.join("notes.txt")).unwrap() == "mine");
+    refused(&at, "render objects --no-retry", "--ledger");
+}
+
+/// A scene that takes too long fails, and the batch goes on.
+#[test]
+fn a_scene_that_takes_too_long_is_given_up() {
+    let (_dir, at) = folder();
+    write_triangle(&at.join("scenes/1.obj"), 1);
+    write_triangle(&at.join("scenes/3.obj"), 3);
+    // Thousands of large triangles behind each other, through which many rays look for light.
+    let mut text = String::new();
+    for i in 0..4000 {
+        text += &format!("v 0 0 {i}\nv 9 0 {i}\nv 0 9 {i}\nf -3 -2 -1\n");
+    }
+    fs::write(at.join("scenes/2.obj"), text).unwrap();
+    let line = "render scenes --size 2000x2000 -s 256 -q -o {stem}.png --crop 0,0,1,1";
+    runs(&at, line);
+    fs::remove_file(at.join("2.png")).unwrap();
+    let line = line.replace("--crop 0,0,1,1", "--timeout 0.4 --ao 64 --ledger ledger");
+    let since = std::time::Instant::now();
+    let output = blinn(&at, &line);
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert!(messages.contains("2.obj: gave up after 0.4 s; raise --timeout"), "{messages}");
+    assert!(since.elapsed().as_secs() < 60, "{:?}", since.elapsed());
+    assert!(!at.join("2.png").exists());
+    let lines = ledger(&at, "ledger");
+    assert_eq!(lines[1]["status"], "failed");
+    assert!(lines[1]["error"].as_str().unwrap().contains("gave up after 0.4 s"));
+    assert_eq!(lines.len(), 3, "the others were tried");
+}
+
+/// A batch that is killed several times ends with the same files as an undisturbed one, with and without ledger. A view
+/// that shows nothing keeps its mark in transforms.json.
+#[cfg(unix)]
+#[test]
+fn a_killed_batch_is_resumed() {
+    let (_dir, at) = folder();
+    write_objects(&at, 10);
+    for (flags, name) in [("", "plain"), ("--ledger X.jsonl", "ledger")] {
+        // Far from the object, some views show nothing.
+        let line = |out: &str| {
+            format!(
+                "turntable objects --views 4 --size 64x48 -s 16 -q --zoom 60 --resume -o {out}/{{stem}}/#.png {}",
+                flags.replace('X', out)
+            )
+        };
+        let (whole, killed) = (format!("{name}-whole"), format!("{name}-killed"));
+        assert_eq!(blinn(&at, &line(&whole)).status.code(), Some(1), "one object is broken");
+        let mut kills = 0;
+        for i in 0..8 {
+            let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
+                .args(line(&killed).split_whitespace())
+                .current_dir(&at)
+                .stderr(std::process::Stdio::null())
+                .spawn()
+                .unwrap();
+            std::thread::sleep(std::time::Duration::from_millis(30 + 40 * i));
+            let _ = child.kill();
+            kills += usize::from(child.wait().unwrap().code().is_none());
+        }
+        assert!(kills > 0, "no run was killed");
+        assert_eq!(blinn(&at, &line(&killed)).status.code(), Some(1));
+        let whole = files(&at.join(whole));
+        assert!(whole.keys().filter(|file| file.ends_with("transforms.json")).count() == 10);
+        let marked = |bytes: &Vec<u8>| String::from_utf8_lossy(bytes).contains("\"empty\": true");
+        assert!(whole.values().any(marked), "no view is empty");
+        let killed = files(&at.join(killed));
+        assert_eq!(killed.keys().collect::<Vec<_>>(), whole.keys().collect::<Vec<_>>());
+        assert!(killed == whole);
+    }
+}
+
+/// Scenes in a tar file look as they do in a folder, with their materials and textures, and are kept by `--resume`.
+#[test]
+fn a_tar_file_is_a_batch() {
+    let (_dir, at) = folder();
+    let write = |name: &str, bytes: &[u8]| {
+        let file = at.join("objects").join(name);
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(file, bytes).unwrap();
+    };
+    let quad = |library: &str| {
+        format!(
+            "mtllib {library}\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3 4/4\n"
+        )
+    };
+    let image = image::RgbImage::from_fn(4, 4, |x, y| image::Rgb([(x * 80) as u8, (y * 80) as u8, 40]));
+    let mut png = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    // The second texture is in a usual folder, under a name in another case; the third is outside.
+    for (scene, texture) in [("a", "wood.png"), ("b", "Wood.PNG"), ("c", "../../wood.png")] {
+        write(&format!("{scene}/{scene}.obj"), quad(&format!("{scene}.mtl")).as_bytes());
+        write(&format!("{scene}/{scene}.mtl"), format!("newmtl m\nmap_Kd {texture}\n").as_bytes());
+    }
+    write("a/wood.png", png.get_ref());
+    write("b/textures/wood.png", png.get_ref());
+    fs::write(at.join("wood.png"), png.get_ref()).unwrap();
+    write("readme.txt", b"no scene");
+    fs::copy(model("tests/triangle.glb"), at.join("objects/t.glb")).unwrap();
+    let mut archive = blinn::output::ShardWriter::new(&at.join("objects.tar")).unwrap();
+    for (name, bytes) in files(&at.join("objects")) {
+        archive.add(&name, &bytes).unwrap();
+    }
+    archive.finish(blinn::output::Overwrite::No).unwrap();
+
+    let line = |scenes: &str, out: &str| {
+        format!("render {scenes} --size 24x24 -s 4 --lights headlight -o {out}/{{index}}-{{stem}}.png")
+    };
+    let from_folder = runs(&at, &line("objects", "folder"));
+    let from_tar = runs(&at, &line("objects.tar", "tar"));
+    assert!(files(&at.join("folder")) == files(&at.join("tar")));
+    assert_eq!(names(&at.join("tar")), ["1-a.png", "2-b.png", "3-c.png", "4-t.png"]);
+    for messages in [&from_folder, &from_tar] {
+        assert_eq!(messages.matches("warning").count(), 1, "{messages}");
+        assert!(messages.contains("../../wood.png"), "{messages}");
+    }
+    // Colours of the texture, in two pictures alike.
+    let pixels = |name: &str| image::open(at.join("tar").join(name)).unwrap().into_rgb8();
+    assert!(pixels("1-a.png") == pixels("2-b.png") && pixels("1-a.png") != pixels("3-c.png"));
+    let wrote =
+        |flags: &str| runs(&at, &format!("{} {flags}", line("objects.tar", "tar"))).matches("wrote ").count();
+    assert_eq!(wrote("--resume"), 0);
+    assert_eq!(wrote("--resume --allow-outside"), 4, "another setting");
+    assert_eq!(wrote("--resume --ledger l --chunk 2/2"), 2);
+    assert_eq!(wrote("--resume --ledger l --chunk 2/2"), 0);
+    fs::write(at.join("list"), "objects.tar\n").unwrap();
+    runs(&at, &format!("{} -q", line("@list", "list")));
+    assert!(files(&at.join("list")) == files(&at.join("folder")));
+    runs(&at, "info objects.tar/a/a.obj");
+    fails(&at, &["render", "objects.tar/gone.obj"], 1, "no such file in the archive");
+    fs::write(at.join("broken.tar"), "no archive").unwrap();
+    refused(&at, "render broken.tar", "broken.tar: the tar file is malformed");
+    let empty = blinn::output::ShardWriter::new(&at.join("empty.tar")).unwrap();
+    empty.finish(blinn::output::Overwrite::No).unwrap();
+    refused(&at, "render empty.tar", "empty.tar: a tar file without .gltf, .glb or .obj files");
+}

@@ -1,0 +1,164 @@
+//! `-o {shard}.tar`: images in archives, as WebDataset reads them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::common::program::*;
+
+const SMALL: &str = "--size 16x12 -s 1 -q";
+
+/// Seven objects, one of them broken.
+fn write_objects(at: &Path) {
+    fs::create_dir_all(at.join("objects")).unwrap();
+    for i in 0..7 {
+        let text = format!("v 0 0 0\nv {} 0 0\nv 0 {} 0\nf 1 2 3\n", 1 + i % 5, 1 + i % 7);
+        let text = if i == 3 { "v 0 0 0\nf 1 2 3\n".to_string() } else { text };
+        fs::write(at.join(format!("objects/o{i}.x.obj")), text).unwrap();
+    }
+}
+
+/// The files in an archive, in order.
+fn members(file: &Path) -> Vec<(String, Vec<u8>)> {
+    let bytes = fs::read(file).unwrap();
+    let mut rest = &bytes[..];
+    let mut all = Vec::new();
+    while rest[0] != 0 {
+        let text = |range: std::ops::Range<usize>| {
+            String::from_utf8(rest[range].iter().copied().take_while(|b| *b != 0).collect()).unwrap()
+        };
+        let size = usize::from_str_radix(text(124..136).trim(), 8).unwrap();
+        all.push((text(0..100), rest[512..512 + size].to_vec()));
+        rest = &rest[512 + size.div_ceil(512) * 512..];
+    }
+    assert!(rest.len() >= 1024 && rest.iter().all(|b| *b == 0), "the archive has its end");
+    all
+}
+
+#[test]
+fn archives_hold_whole_scenes_with_layers_and_descriptions() {
+    let (_dir, at) = folder();
+    write_objects(&at);
+    let line = format!("turntable objects {SMALL} --views 3 --on random --normalize unit-sphere");
+    let run = |flags: &str| blinn(&at, &format!("{line} {flags}")).status.code();
+    assert_eq!(run("--shard-size 7 -o s/{shard:03}.tar"), Some(1), "one object is broken");
+    assert_eq!(run("-o f/{stem}/#.png"), Some(1));
+    // Two scenes of three views each.
+    assert_eq!(names(&at.join("s")), ["000.tar", "001.tar", "002.tar", "003.tar"]);
+    let single = files(&at.join("f"));
+    let mut count = 0;
+    for (shard, scenes) in [(0, vec![0, 1]), (1, vec![2]), (2, vec![4, 5]), (3, vec![6])] {
+        let members = members(&at.join(format!("s/00{shard}.tar")));
+        let mut expected = Vec::new();
+        for i in scenes {
+            for view in 1..=3 {
+                let key = format!("{:08}-o{i}_x-{view:04}", i + 1);
+                expected.extend(
+                    ["png", "depth.png", "normal.png", "mask.png", "json"].map(|e| format!("{key}.{e}")),
+                );
+            }
+        }
+        assert_eq!(members.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>(), expected);
+        for (name, bytes) in members {
+            let (key, extension) = name.split_once('.').unwrap();
+            let (stem, view) = (&key[9..11], &key[key.len() - 1..]);
+            count += 1;
+            if extension != "json" {
+                assert!(bytes == single[&format!("{stem}.x/{view}.{extension}")], "{name}");
+                continue;
+            }
+            let all: Value = serde_json::from_slice(&bytes).unwrap();
+            let transforms: Value =
+                serde_json::from_slice(&single[&format!("{stem}.x/transforms.json")]).unwrap();
+            let frame = &transforms["frames"][view.parse::<usize>().unwrap() - 1];
+            assert_eq!(all["transform_matrix"], frame["transform_matrix"]);
+            for member in ["fl_x", "cy", "w", "aabb", "integer_depth_scale", "normalized_to_scene"] {
+                assert_eq!(all[member], transforms[member], "{member}");
+            }
+            assert_eq!(all["scene"], format!("objects/{stem}.x.obj"));
+            assert_eq!(all["depth_path"], name.replace("json", "depth.png"));
+        }
+    }
+    assert_eq!(count, 6 * 3 * 5);
+}
+
+/// Archives do not depend on threads, shares and interruptions, and complete ones are kept.
+#[test]
+fn archives_are_resumed_as_a_whole() {
+    let (_dir, at) = folder();
+    write_objects(&at);
+    let line = format!("render objects {SMALL} --shard-size 2");
+    let run = |flags: &str| {
+        let output = blinn(&at, &format!("{line} {flags}").replace(" -q", ""));
+        String::from_utf8(output.stderr).unwrap().matches("wrote ").count()
+    };
+    assert_eq!(run("-o a/{shard}.jpg.tar"), 4);
+    let whole: BTreeMap<String, Vec<u8>> = files(&at.join("a"));
+    assert!(whole["0.jpg.tar"].windows(4).any(|bytes| bytes == b"JFIF" || bytes == [0xff, 0xd8, 0xff, 0xe0]));
+    assert_eq!(run("-o b/{shard}.jpg.tar --threads 1 --chunk 2/3"), 1);
+    assert_eq!(run("-o b/{shard}.jpg.tar --chunk 1/3") + run("-o b/{shard}.jpg.tar --chunk 3/3"), 3);
+    assert!(files(&at.join("b")) == whole);
+    // The archive with the broken object is tried again, unless the ledger says that it is broken.
+    assert_eq!(run("-o a/{shard}.jpg.tar --resume"), 1);
+    assert_eq!(run("-o a/{shard}.jpg.tar --resume --ledger l"), 1);
+    assert_eq!(run("-o a/{shard}.jpg.tar --resume --ledger l --no-retry"), 0);
+    // A missing, a torn and an outdated one.
+    fs::remove_file(at.join("a/3.jpg.tar")).unwrap();
+    fs::write(at.join("a/0.jpg.tar"), &whole["0.jpg.tar"][..1000]).unwrap();
+    fs::write(at.join("objects/o4.x.obj"), "v 0 0 0\nv 9 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    assert_eq!(run("-o a/{shard}.jpg.tar --resume --no-retry --ledger l"), 3);
+    assert_eq!(run("-o c/{shard}.jpg.tar"), 4);
+    assert!(files(&at.join("a")) == files(&at.join("c")));
+    assert!(files(&at.join("a")) != whole);
+}
+
+/// A run that is killed leaves complete archives only.
+#[cfg(unix)]
+#[test]
+fn a_killed_run_of_archives_is_resumed() {
+    let (_dir, at) = folder();
+    write_objects(&at);
+    let line = |out: &str| {
+        format!(
+            "turntable objects --views 4 --size 64x48 -s 16 -q --shard-size 8 --resume --ledger {out}.jsonl -o {out}/{{shard:02}}.tar"
+        )
+    };
+    blinn(&at, &line("whole"));
+    for i in 0..8 {
+        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_blinn"))
+            .args(line("killed").split_whitespace())
+            .current_dir(&at)
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(30 + 40 * i));
+        let _ = child.kill();
+        child.wait().unwrap();
+    }
+    assert_eq!(blinn(&at, &line("killed")).status.code(), Some(1));
+    let whole = files(&at.join("whole"));
+    assert_eq!(whole.len(), 4);
+    assert!(files(&at.join("killed")) == whole);
+}
+
+#[test]
+fn wrong_names_of_archives_are_refused() {
+    let (_dir, at) = folder();
+    write_objects(&at);
+    for (flags, message) in [
+        ("render objects -o a.tar", "put {shard:05} into the name"),
+        ("render objects -o {stem}-{shard}.tar", "no other placeholder than {shard}"),
+        ("render objects -o {shard}.gif.tar", "an archive holds images"),
+        ("render objects -o {shard}.xyz.tar", "unknown format"),
+        ("render objects -o a.png --shard-size 5", "--shard-size applies only to archives"),
+        ("render objects --frames -o {shard}.tar", "the number of frames of each scene must be known"),
+        ("render objects -o {shard}.tar --report a.html", "--report"),
+        ("turntable objects/o1.x.obj --chunk 1/2 -o {shard}.tar", "all frames of a scene are in one archive"),
+    ] {
+        refused(&at, flags, message);
+    }
+    let dry = blinn(&at, &format!("render objects {SMALL} --shard-size 3 --dry-run -o {{shard}}.tar")).stdout;
+    assert_eq!(String::from_utf8(dry).unwrap(), "0.tar\n1.tar\n2.tar\n");
+}
