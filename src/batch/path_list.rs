@@ -186,7 +186,9 @@ mod tests {
     fn a_path_longer_than_a_block_is_whole() {
         let long = PathBuf::from("a/".repeat(BLOCK_BYTES));
         let mut builder = PathListBuilder::default();
-        [&long, Path::new("b"), &long].map(|path| builder.push(path).unwrap());
+        for path in [long.as_path(), Path::new("b"), &long] {
+            builder.push(path).unwrap();
+        }
         let list = builder.finish().unwrap();
         let found: Vec<PathBuf> = list.iter().map(Result::unwrap).collect();
         assert_eq!(found, [long.clone(), "b".into(), long]);
