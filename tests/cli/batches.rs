@@ -174,10 +174,10 @@ fn a_killed_batch_is_resumed() {
     let (_dir, at) = folder();
     write_objects(&at, 10);
     for (flags, name) in [("", "plain"), ("--ledger X.jsonl", "ledger")] {
-        // Far from the object, some views show nothing.
+        // From behind, views show nothing.
         let line = |out: &str| {
             format!(
-                "turntable objects --views 4 --size 64x48 -s 16 -q --zoom 60 --resume -o {out}/{{stem}}/#.png {}",
+                "turntable objects --views 4 --size 64x48 -s 16 -q --cull back --resume -o {out}/{{stem}}/#.png {}",
                 flags.replace('X', out)
             )
         };
@@ -261,8 +261,8 @@ fn a_tar_file_is_a_batch() {
     assert_eq!(wrote("--resume --ledger l --chunk 2/2"), 2);
     assert_eq!(wrote("--resume --ledger l --chunk 2/2"), 0);
     fs::write(at.join("list"), "objects.tar\n").unwrap();
-    runs(&at, &format!("{} -q", line("@list", "list")));
-    assert!(files(&at.join("list")) == files(&at.join("folder")));
+    runs(&at, &format!("{} -q", line("@list", "from-list")));
+    assert!(files(&at.join("from-list")) == files(&at.join("folder")));
     runs(&at, "info objects.tar/a/a.obj");
     fails(&at, &["render", "objects.tar/gone.obj"], 1, "no such file in the archive");
     fs::write(at.join("broken.tar"), "no archive").unwrap();

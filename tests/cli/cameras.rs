@@ -418,7 +418,7 @@ fn other_cameras_and_bad_lists_are_refused() {
         ("--cameras ok.jsonl -o -", "standard output takes one image"),
         ("--cameras ok.jsonl -o ok.jsonl", "unknown format"),
         ("--cameras none.jsonl", "none.jsonl"),
-        ("--chunk 1/2", "--chunk applies only to --frames and --cameras"),
+        ("--chunk 1/2", "add --frames or --cameras, or name several scenes"),
         ("-o {camera}.png", "{camera} is the name of a camera of --cameras"),
     ] {
         refused(&at, &format!("render cube.obj {flags}"), message);

@@ -89,7 +89,6 @@ fn invalid_lists_and_names_are_refused_before_rendering() {
         ("--frames 1-9999999", "more than 1000000"),
         ("--frames 1-3 --frame 2", "--frame"),
         ("--frames 1-3 --time 2", "--time"),
-        ("--chunk 1/2", "--frames"),
         ("--frames 1-3 --chunk 3/2", "I/N"),
         ("--frames 1-3 -o -", "several frames"),
         ("--frames -o a.png", "would both be written to a_0001.png"),

@@ -217,7 +217,7 @@ fn projected_rect(bounds: &Aabb, camera: &Camera, (width, height): (u32, u32)) -
     let min = (min - BOX_MARGIN).floor().clamp(DVec2::ZERO, size);
     let max = (max + BOX_MARGIN).ceil().clamp(DVec2::ZERO, size);
     let side = max - min;
-    (side.min_element() >= 1.0).then(|| PixelRect {
+    (side.min_element() >= 1.0).then_some(PixelRect {
         x: min.x as u32,
         y: min.y as u32,
         width: side.x as u32,

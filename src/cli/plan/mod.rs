@@ -299,7 +299,7 @@ impl ScopedChunk {
         match chunk {
             Some(_) if scenes.is_batch() => Ok(ScopedChunk { scenes: chunk, frames: None }),
             Some(_) if !is_sequence => Err(UsageError(
-                "--chunk: there is only one image; add --frames, or name several scenes, a list or a folder"
+                "--chunk: there is only one image; add --frames or --cameras, or name several scenes, a list or a folder"
                     .into(),
             )),
             _ => Ok(ScopedChunk { scenes: None, frames: chunk }),

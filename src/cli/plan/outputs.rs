@@ -90,16 +90,16 @@ impl Outputs {
             )));
         }
         let kind = match animation_format(Path::new(&pattern)) {
+            Some(_) if shards.is_some() => {
+                return Err(UsageError(
+                    "-o: an archive holds images; use {shard}.tar, {shard}.jpg.tar or the like".into(),
+                ));
+            }
             Some(format) => {
                 OutputKind::Animation(AnimationOutput::new(format, &template, args, sequence, options)?)
             }
             None => image_kind(&pattern, args, options)?,
         };
-        if shards.is_some() && !matches!(kind, OutputKind::Images(..)) {
-            return Err(UsageError(
-                "-o: an archive holds images; use {shard}.tar, {shard}.jpg.tar or the like".into(),
-            ));
-        }
         let replace = if args.no_overwrite { Overwrite::No } else { Overwrite::Yes };
         let mut outputs = Outputs {
             template: Some(template),

@@ -19,6 +19,8 @@ use crate::output::{Overwrite, check_overwrite};
 
 /// The start of every line.
 const LINE_START: &[u8] = b"{\"scene\":";
+/// Bytes that tell a ledger from other files.
+const HEAD_BYTES: u64 = 256;
 /// Warnings of a scene whose texts are stored.
 const LISTED_WARNINGS: usize = 10;
 /// Longest text of a warning or an error, in bytes.
@@ -200,10 +202,10 @@ fn shortened(text: &str) -> String {
 fn is_ledger(file: &mut File) -> io::Result<bool> {
     file.rewind()?;
     let mut head = Vec::new();
-    file.take(LINE_START.len() as u64 + 1).read_to_end(&mut head)?;
-    // A run that was killed may have left the end of its first line alone.
-    let head = head.strip_prefix(b"\n").unwrap_or(&head);
-    Ok(LINE_START.starts_with(head) || head.starts_with(LINE_START))
+    file.take(HEAD_BYTES).read_to_end(&mut head)?;
+    // Runs that were killed may have torn the first lines.
+    let may_start = |line: &[u8]| LINE_START.starts_with(line) || line.starts_with(LINE_START);
+    Ok(head.split(|&byte| byte == b'\n').all(may_start))
 }
 
 fn ends_with_line_break(file: &mut File) -> io::Result<bool> {

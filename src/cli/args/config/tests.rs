@@ -39,7 +39,17 @@ fn line_with(arg: &Arg, command: &str) -> Option<String> {
         _ => format!("{flag}={value}"),
     });
     let with_required = |option: String| {
-        ["", "--frames=1-3", "--views=3"].map(|other| format!("blinn {command} {option} {other} 1.50 007"))
+        [
+            "",
+            "--frames=1-3",
+            "--views=3",
+            "--size=640x480",
+            "--check=golden",
+            "--cameras=cameras.json",
+            "--dataset=coco --views=3",
+            "--ledger=x.jsonl --resume",
+        ]
+        .map(|other| format!("blinn {command} {option} {other} 1.50 007"))
     };
     options.flat_map(with_required).find(|line| parsed(&argv(line)).is_some())
 }

@@ -121,8 +121,8 @@ fn malformed_archives_are_errors() {
         bytes.resize(512 + size.min(3 << 20) as usize, b'x');
         bytes
     };
-    let mut pax_size = raw_header(b"pax", EntryType::XHeader, 30);
-    pax_size.extend(b"30 size=18446744073709551615\n\n");
+    let mut pax_size = raw_header(b"pax", EntryType::XHeader, 29);
+    pax_size.extend(b"29 size=18446744073709551615\n");
     let mut pax_size = padded(pax_size);
     pax_size.extend(raw_header(b"a.obj", EntryType::Regular, 0));
     for (bytes, message) in [
