@@ -11,7 +11,7 @@ use crate::import::NormalMode;
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneArgs {
-    /// Scene files, folders or .tar files of them, or @LIST; - for standard input
+    /// Scenes, folders or .tar files of them, or @LIST; - for standard input
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// Format of the scene files, which is otherwise detected
