@@ -9,7 +9,7 @@ use crate::accel::traverse::translucent_hits::Transmittance;
 use crate::geometry::Rgb;
 use crate::simd::{Simd, SimdKernel};
 
-/// What is found out about a shadow ray: `bool` for occlusion by opaque surfaces, [`Rgb`] for transmittance.
+/// The answer for a shadow ray: `bool` for occlusion by opaque surfaces, [`Rgb`] for transmittance.
 pub(crate) trait ShadowRayAnswer: Sized {
     /// True if translucent surfaces are collected; they are ignored otherwise.
     const COLLECTS_TRANSMITTANCE: bool;

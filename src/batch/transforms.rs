@@ -102,8 +102,8 @@ impl Dataset {
         .into()
     }
 
-    /// What `render --cameras` needs to render the same images to the byte, which the lens in pixels does not tell to the
-    /// last digit. `None` if the lenses differ.
+    /// The exact view, with which `render --cameras` renders the same images to the byte. The lens in pixels is rounded.
+    /// `None` if the lenses differ.
     fn recorded(&self, views: &[DatasetView]) -> Option<Value> {
         let camera = &views.first()?.camera;
         let Camera { view_width, view_height, view_centre, proj_distance, clip, .. } = *camera;

@@ -66,7 +66,7 @@ mod tests {
         assert_eq!(ratio_interval(&narrow, &[]), None);
     }
 
-    /// Of intervals between runs of the same distribution, about 95 % contain 1: at least 85 % with seven rounds each.
+    /// About 95 % of the intervals between runs of the same distribution contain 1; at least 85 % do with seven rounds each.
     #[test]
     fn intervals_cover_the_true_ratio() {
         let mut random = Random::new(1);

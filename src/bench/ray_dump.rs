@@ -20,7 +20,7 @@ const BYTES_PER_TRIANGLE: u64 = 44;
 /// The most bytes of an archive, which are in memory as a whole.
 const MAX_BYTES: u64 = 4_000_000_000;
 
-/// What [`dump_rays`] collects.
+/// Settings of [`dump_rays`].
 #[derive(Clone, Debug)]
 pub struct DumpSettings {
     /// How the file is imported.
@@ -42,7 +42,7 @@ pub struct RayDump {
     pub arrays: Vec<NpyArray>,
     /// The number of rays.
     pub rays: usize,
-    /// What was found while the file was imported.
+    /// Warnings of the import.
     pub warnings: Vec<Warning>,
 }
 

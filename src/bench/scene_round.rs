@@ -32,7 +32,7 @@ pub(super) struct SceneRound<'a> {
     pub record: &'a mut SceneRecord,
 }
 
-/// What an image shows.
+/// The camera and the size of an image.
 struct Image {
     /// Index in the workload's cameras; `None` for the default view.
     camera: Option<usize>,

@@ -17,7 +17,7 @@ pub(super) struct StageKey {
     pub stage: BenchStage,
 }
 
-/// What a stage did, the same in each round and for each number of threads.
+/// The work of a stage, the same in each round and for each number of threads.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StageWork {
     /// The number of rays, for stages that only trace.

@@ -13,13 +13,13 @@ use crate::scene::PosedScene;
 pub struct ObjectDifference {
     /// Name of the object.
     pub name: String,
-    /// What differs.
+    /// The kind of difference.
     pub change: ObjectChange,
     /// Bounds of the triangles that differ, in both scenes, in world coordinates.
     pub bounds: Aabb,
 }
 
-/// What differs about an object.
+/// Kinds of differences of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ObjectChange {
     /// Only the new scene has the object.

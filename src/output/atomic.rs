@@ -29,8 +29,8 @@ pub enum Overwrite {
 }
 
 /// Writes `bytes` to a temporary file in the folder of `path` and names it `path`. After an error, and after an orderly
-/// shutdown, no temporary file is left; on Linux file systems with unnamed files also not after a kill. Symbolic links are followed; pipes and devices are appended to. A file that is
-/// replaced keeps its permissions.
+/// shutdown, no temporary file is left; on Linux file systems with unnamed files also not after a kill. Symbolic links
+/// are followed; pipes and devices are appended to. A file that is replaced keeps its permissions.
 ///
 /// # Errors
 /// Errors of the file system, and a file that exists and must not be overwritten.

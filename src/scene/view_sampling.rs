@@ -105,7 +105,7 @@ const RING_ELEVATION: f64 = 22.0 * PI / 180.0;
 /// Largest number of subdivisions of an icosphere; 655,362 vertices.
 const MAX_SUBDIVISIONS: u32 = 8;
 
-/// What a random number decides.
+/// The use of a random number.
 #[derive(Clone, Copy)]
 enum Quantity {
     Azimuth,

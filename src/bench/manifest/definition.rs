@@ -1,11 +1,11 @@
-//! What a manifest holds.
+//! The contents of a manifest.
 
 use crate::bench::camera::BenchCamera;
 
 /// Public scenes that a benchmark measures where their files exist.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Manifest {
-    /// What loaders have to cope with: names and descriptions.
+    /// Peculiarities of files that loaders have to handle: names and descriptions.
     pub quirks: Vec<(String, String)>,
     /// The scenes.
     pub scenes: Vec<ManifestScene>,

@@ -287,7 +287,7 @@ impl RenderPlan {
     }
 }
 
-/// What `--chunk` divides: the scenes of a batch, or the frames of a single scene.
+/// The share of `--chunk`: of the scenes of a batch, or of the frames of a single scene.
 #[derive(Clone, Copy, Debug, Default)]
 struct ScopedChunk {
     scenes: Option<Chunk>,

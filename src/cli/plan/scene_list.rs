@@ -62,8 +62,8 @@ impl SceneList {
 
 /// Expands scene arguments. `-` stands for a scene on standard input, a folder or a tar file for the scene files in it,
 /// `@FILE` for the paths in FILE, one per line, and `@-` for those on standard input; empty lines and lines that begin
-/// with `#` are skipped, and a line that ends in a slash is a folder, one that ends in `.tar` a tar file. A list is UTF-8, or UTF-16 with a byte order mark.
-/// A list that contains zero bytes has a path before each of them, as `find -print0` writes it.
+/// with `#` are skipped, and a line that ends in a slash is a folder, one that ends in `.tar` a tar file. A list is
+/// UTF-8, or UTF-16 with a byte order mark. One that contains zero bytes has a path before each of them, as `find -print0` writes it.
 pub fn scene_list(args: &[PathBuf]) -> Result<SceneList, UsageError> {
     let mut scenes = Expansion::default();
     for arg in args {

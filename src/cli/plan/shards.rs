@@ -10,7 +10,7 @@ use crate::cli::usage::UsageError;
 /// Samples in a shard without --shard-size.
 const DEFAULT_SIZE: u32 = 1000;
 
-/// Which scenes are in which archive. An archive holds whole scenes.
+/// Assignment of scenes to archives. An archive holds whole scenes.
 #[derive(Clone, Debug)]
 pub struct ShardPlan {
     template: PathTemplate,

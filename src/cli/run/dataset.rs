@@ -182,8 +182,8 @@ fn marks_of_same(file: &Path, dataset: &Dataset, views: &[DatasetView]) -> Optio
     (dataset.to_json(&views) == text).then_some(marked)
 }
 
-/// Metres, or units of --normalize, per step of a dataset's 16-bit depth images, so that every point that a view can see has a depth. `None` if
-/// there are no such images.
+/// Metres, or units of --normalize, per step of a dataset's 16-bit depth images, so that every point that a view can see
+/// has a depth. `None` if there are no such images.
 pub fn depth_step(plan: &RenderPlan, posed: &PosedScene, size: (u32, u32)) -> Result<Option<f64>> {
     if plan.options.depth_unit.is_some() {
         return Ok(plan.options.depth_unit);

@@ -54,7 +54,7 @@ fn bless(plan: &CheckPlan, scene: &Path, file: &Path, reporter: &Reporter) -> Re
     Ok(())
 }
 
-/// What is wrong with an image, after writing a page about it; `None` if it equals the golden one.
+/// Returns the difference of an image, after writing a page about it; `None` if it equals the golden one.
 fn problem(plan: &CheckPlan, file: &Path, limits: &Limits) -> Result<Option<String>> {
     let golden = plan.golden(file);
     if !golden.exists() {

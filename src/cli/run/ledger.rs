@@ -39,7 +39,7 @@ pub enum PastOutcome {
     Failed,
 }
 
-/// What is stored about a scene.
+/// The stored facts about a scene.
 #[derive(Debug)]
 pub struct LedgerEntry<'a> {
     pub key: SceneKey,

@@ -22,7 +22,7 @@ pub(super) enum CameraFormat {
     Colmap(ColmapModel),
 }
 
-/// What a list may be, for errors.
+/// The supported formats, for errors.
 const EXPECTED: &str = "expected transforms.json (with frames), BOP's scene_camera.json (with cam_K for each image \
                         id), JSON lines (with K and camera_to_world or world_to_camera), or the folder of a COLMAP model";
 

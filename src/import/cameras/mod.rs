@@ -2,8 +2,8 @@
 //! JSON lines.
 //!
 //! All formats describe pinhole cameras in pixels, whose centres are at half-integers: the first is (0.5, 0.5). Worlds
-//! are taken as they are, in metres; none is rotated, except that blinn's own `transforms.json` names its up axis. The world axes of a scene that was converted from Z up to Y up
-//! differ from those of its cameras; [`CameraFile::with_up`] rotates the cameras likewise.
+//! are taken as they are, in metres; none is rotated, except that blinn's own `transforms.json` names its up axis. The
+//! world axes of a scene that was converted from Z up to Y up differ from those of its cameras; [`CameraFile::with_up`] rotates the cameras likewise.
 //!
 //! Files are untrusted. JSON lines and COLMAP's images are read one at a time, once to check them and then again when
 //! they are used, so memory holds only their positions in the file.

@@ -1,4 +1,4 @@
-//! What blinn records in its own `transforms.json`, so that the same images can be rendered again to the byte.
+//! The exact view that blinn records in its own `transforms.json`, so that the same images can be rendered again to the byte.
 
 use glam::DVec2;
 use serde::Deserialize;

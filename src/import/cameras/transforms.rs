@@ -21,7 +21,7 @@ struct Document {
     lens: LensKeys,
     /// Metres per step of integer depth images.
     integer_depth_scale: Option<f64>,
-    /// What blinn records.
+    /// The exact view, if blinn recorded it.
     recorded: Option<RecordedView>,
     frames: Vec<Frame>,
 }

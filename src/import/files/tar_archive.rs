@@ -313,7 +313,7 @@ impl TarArchive {
     }
 }
 
-/// What extended headers say about the next member.
+/// Values of extended headers for the next member.
 #[derive(Debug, Default)]
 struct Extended {
     name: Option<Vec<u8>>,

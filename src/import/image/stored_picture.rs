@@ -12,7 +12,7 @@ use crate::import::files::read_file::read_scene_file;
 use crate::import::memory::MemoryBudget;
 use crate::scene::Channels;
 
-/// What the values of a picture stand for.
+/// Meaning of the values of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureEncoding {
     /// Colours as displayed, sRGB-encoded, in 0…1. The channels are R, G, B and A, with straight alpha.
@@ -37,7 +37,7 @@ pub struct StoredPicture {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// What the values stand for.
+    /// Meaning of the values.
     pub encoding: PictureEncoding,
     /// Channels, in the order of their names for EXR.
     pub channels: Vec<PictureChannel>,

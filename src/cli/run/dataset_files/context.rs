@@ -1,4 +1,4 @@
-//! What the formats of a dataset have in common.
+//! Data that the formats of a dataset share.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ pub struct DatasetFiles<'a> {
     pub log: &'a SceneLog<'a>,
 }
 
-/// What all formats describe.
+/// The scene and the views that all formats describe.
 pub struct DatasetContext<'a> {
     pub dataset: Dataset,
     pub views: Vec<NumberedView>,
