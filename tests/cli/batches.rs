@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use serde_json::Value;
 
@@ -183,19 +182,7 @@ fn a_killed_batch_is_resumed() {
         };
         let (whole, killed) = (format!("{name}-whole"), format!("{name}-killed"));
         assert_eq!(blinn(&at, &line(&whole)).status.code(), Some(1), "one object is broken");
-        let mut kills = 0;
-        for i in 0..8 {
-            let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
-                .args(line(&killed).split_whitespace())
-                .current_dir(&at)
-                .stderr(std::process::Stdio::null())
-                .spawn()
-                .unwrap();
-            std::thread::sleep(std::time::Duration::from_millis(30 + 40 * i));
-            let _ = child.kill();
-            kills += usize::from(child.wait().unwrap().code().is_none());
-        }
-        assert!(kills > 0, "no run was killed");
+        assert!(kill_repeatedly(&at, &line(&killed)) > 0, "no run was killed");
         assert_eq!(blinn(&at, &line(&killed)).status.code(), Some(1));
         let whole = files(&at.join(whole));
         assert!(whole.keys().filter(|file| file.ends_with("transforms.json")).count() == 10);

@@ -126,17 +126,7 @@ fn a_killed_run_of_archives_is_resumed() {
         )
     };
     blinn(&at, &line("whole"));
-    for i in 0..8 {
-        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_blinn"))
-            .args(line("killed").split_whitespace())
-            .current_dir(&at)
-            .stderr(std::process::Stdio::null())
-            .spawn()
-            .unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(30 + 40 * i));
-        let _ = child.kill();
-        child.wait().unwrap();
-    }
+    kill_repeatedly(&at, &line("killed"));
     assert_eq!(blinn(&at, &line("killed")).status.code(), Some(1));
     let whole = files(&at.join("whole"));
     assert_eq!(whole.len(), 4);

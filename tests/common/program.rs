@@ -19,6 +19,22 @@ pub fn blinn_args(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_blinn")).args(args).current_dir(folder).output().unwrap()
 }
 
+/// Starts a command line eight times and kills it after a while, each time later. Returns how often it was still running.
+pub fn kill_repeatedly(folder: &Path, line: &str) -> usize {
+    let is_killed = |i: u64| {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
+            .args(line.split_whitespace())
+            .current_dir(folder)
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(30 + 40 * i));
+        let _ = child.kill();
+        child.wait().unwrap().code().is_none()
+    };
+    (0..8).filter(|&i| is_killed(i)).count()
+}
+
 /// Checks that it succeeds. Returns its messages.
 #[track_caller]
 pub fn runs(folder: &Path, line: &str) -> String {
