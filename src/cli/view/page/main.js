@@ -1,0 +1,156 @@
+// The page of `blinn view`: connects the picture, the panel and the renderer.
+
+import { Actions } from "./actions.js";
+import { cameraOf } from "./camera.js";
+import { connectCopyButton, savePicture } from "./commands.js";
+import { Connection } from "./connection.js";
+import { Controls } from "./controls.js";
+import { listenToGestures } from "./gestures.js";
+import { fillKeysDialog, listenToKeys } from "./keys.js";
+import { ObjectList } from "./objects.js";
+import { Picture } from "./picture.js";
+import { Playback } from "./playback.js";
+import { State, carryOver } from "./state.js";
+import { Status } from "./status.js";
+
+const $ = id => document.getElementById(id);
+
+const stage = $("stage");
+const state = new State();
+const status = new Status({ status: $("status"), error: $("error"), progress: $("progress"), notice: $("notice") });
+const picture = new Picture(stage, $("picture"), $("outline"));
+const playback = new Playback(state, isPlaying => { controls.isPlaying = isPlaying; });
+const actions = new Actions({ state, picture, playback });
+const controls = new Controls(state, actions);
+const objects = new ObjectList({ list: $("objects"), search: $("search"), count: $("object-count") }, actions);
+
+/** The scene as the renderer describes it. */
+let scene = null;
+/** True after the connection was lost: the next scene gets the view of the page. */
+let isReconnected = false;
+
+function send() {
+  if (!state.view) return;
+  connection.send({ moving: state.moving, size: picture.size, pixel_ratio: picture.pixelRatio, view: state.view });
+}
+
+function describeScene() {
+  const name = scene.file.split("/").pop();
+  document.title = `${name} – blinn view`;
+  $("file").textContent = name;
+  $("file").title = scene.file;
+  const count = (n, one, many) => `${n.toLocaleString("en")} ${n === 1 ? one : many}`;
+  $("facts").textContent =
+    `${count(scene.triangles, "triangle", "triangles")}, ${count(scene.objects.length, "object", "objects")}`;
+  stage.setAttribute("aria-label", `Picture of ${name}`);
+  const { warnings } = scene;
+  $("warning-count").textContent = warnings.length;
+  $("warnings").replaceChildren(...warnings.map(text => {
+    const item = document.createElement("li");
+    item.textContent = text;
+    return item;
+  }));
+  $("no-warnings").hidden = warnings.length > 0;
+}
+
+function receiveScene(message) {
+  const old = scene;
+  scene = message;
+  actions.load(scene, !old);
+  status.clearError();
+  if (!old) state.view = scene.view;
+  else if (isReconnected) state.view = carryOver(state.view, old, scene);
+  // After a reload the renderer has the view, but the camera may have moved since.
+  else state.view = { ...scene.view, camera: carryOver(state.view, old, scene).camera };
+  isReconnected = false;
+  const name = old?.objects[state.selected]?.name;
+  const found = name === undefined ? -1 : scene.objects.findIndex(object => object.name === name);
+  state.select(found < 0 ? null : found);
+  describeScene();
+  objects.objects = scene.objects;
+  controls.showScene(scene);
+  state.change({});
+}
+
+const connection = new Connection(new URL("socket", location.href.replace(/^http/, "ws")), {
+  opened() {
+    status.connected();
+    send();
+  },
+  lost(attempts) {
+    isReconnected = Boolean(scene);
+    status.lost(attempts);
+  },
+  scene: receiveScene,
+  frame(header, blob) {
+    picture.show(header, blob, header.camera ?? orbitCamera());
+    if (Number.isFinite(header.exposure)) controls.metered = header.exposure;
+    status.frame(header, state);
+  },
+  command(message) {
+    $("render-command").value = message.render;
+    $("turntable-field").hidden = !message.turntable;
+    $("turntable-command").value = message.turntable ?? "";
+  },
+  status: message => status.message(message),
+  error: message => status.fail(message.text),
+});
+
+/** Returns the camera of the view, for a renderer that does not tell that of the frame. */
+function orbitCamera() {
+  const { camera } = state.view;
+  return camera.kind === "orbit" ? cameraOf(camera, picture.aspect) : null;
+}
+
+actions.connection = connection;
+
+state.addEventListener("view", () => {
+  controls.show(scene, state.view);
+  objects.update(state.view.hidden, state.selected);
+  status.changed();
+  send();
+});
+state.addEventListener("selection", () => {
+  picture.mark(scene.objects[state.selected]?.bounds ?? null);
+  objects.update(state.view.hidden, state.selected);
+  $("only-selected").disabled = state.selected === null;
+});
+
+listenToGestures(stage, {
+  begin() {
+    stage.classList.add("dragging");
+    actions.begin();
+  },
+  end() {
+    stage.classList.remove("dragging");
+    actions.end();
+  },
+  orbit: (dx, dy) => actions.orbitBy(dx, dy),
+  pan: (dx, dy) => actions.panBy(dx, dy),
+  pinch: (factor, x, y, dx, dy) => actions.pinch(factor, x, y, dx, dy),
+  zoom: (factor, x, y) => actions.zoomAt(factor, x, y),
+  click: (x, y) => actions.click(x, y),
+  recentre: (x, y) => actions.recentre(x, y),
+});
+listenToKeys(stage, actions);
+
+$("show-all").addEventListener("click", () => actions.showAll(objects.found));
+$("hide-found").addEventListener("click", () => actions.hideAll(objects.found));
+$("only-selected").addEventListener("click", () => actions.showOnlySelected());
+connectCopyButton($("copy-render"), $("render-command"), $("render-copied"));
+connectCopyButton($("copy-turntable"), $("turntable-command"), $("turntable-copied"));
+$("save-picture").addEventListener("click", () => {
+  if (picture.shown) savePicture(picture.shown, scene.file.split("/").pop().replace(/\.[^.]*$/, ""));
+});
+fillKeysDialog($("keys"));
+$("show-keys").addEventListener("click", () => actions.showKeys());
+
+new ResizeObserver(() => {
+  picture.layOut();
+  // Sizes follow one another while the window is dragged.
+  state.change({}, Boolean(picture.shown) && !picture.fixedSize);
+}).observe(stage);
+stage.focus({ preventScroll: true });
+
+// For the browser's console and for tests.
+export { picture, state };

@@ -1,0 +1,80 @@
+// What the page says about itself: progress, lost connections and errors, in live regions.
+
+/** Lost connections in a row after which the program is probably gone. */
+const GONE_AFTER = 4;
+
+const seconds = milliseconds =>
+  milliseconds < 1000 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
+
+export class Status {
+  #status;
+  #error;
+  #progress;
+  #notice;
+  #isLost = false;
+
+  constructor({ status, error, progress, notice }) {
+    this.#status = status;
+    this.#error = error;
+    this.#progress = progress;
+    this.#notice = notice;
+  }
+
+  /** Sets the text if it is another, since live regions announce every change. */
+  #say(text) {
+    if (this.#status.textContent !== text) this.#status.textContent = text;
+  }
+
+  connected() {
+    this.#isLost = false;
+    this.#notice.hidden = true;
+    this.#say("Loading…");
+  }
+
+  lost(attempts) {
+    this.#isLost = true;
+    this.#progress.hidden = true;
+    const text = attempts < GONE_AFTER
+      ? "Connection lost. Trying again…"
+      : "The program does not answer. If it was ended, start blinn view again and open its new address.";
+    this.#say(text);
+    this.#notice.textContent = text;
+    this.#notice.hidden = false;
+  }
+
+  /** Follows a change of the view. */
+  changed() {
+    if (!this.#isLost) this.#say("Rendering…");
+  }
+
+  frame(header, { moving, view }) {
+    this.clearError();
+    this.#progress.hidden = header.final || moving;
+    this.#progress.max = view.samples;
+    this.#progress.value = header.samples;
+    if (header.final) {
+      const size = `${header.width} × ${header.height}`;
+      const samples = header.samples === 1 ? "1 sample" : `${header.samples} samples`;
+      this.#say(`${size}, ${samples}, ${seconds(header.milliseconds)}`);
+    } else if (!moving) {
+      this.#say(`Rendering ${header.samples} of ${view.samples} samples`);
+    }
+  }
+
+  /** Takes a status of the renderer. */
+  message({ state, text }) {
+    if (state === "loading" || state === "reloading") this.#say(text || "Loading…");
+  }
+
+  fail(text) {
+    this.#progress.hidden = true;
+    this.#error.hidden = false;
+    this.#error.textContent = text;
+    this.#say("");
+  }
+
+  clearError() {
+    this.#error.hidden = true;
+    this.#error.textContent = "";
+  }
+}
