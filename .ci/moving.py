@@ -78,9 +78,9 @@ def files():
 
 
 class Chromium:
-    """A headless browser, controlled through a pipe."""
+    """A headless browser, controlled through a pipe. It reaches only the host that is named, if any."""
 
-    def __init__(self):
+    def __init__(self, host=None):
         from_us, to_browser = os.pipe()
         from_browser, to_us = os.pipe()
         self.out, self.inn = os.fdopen(to_browser, "wb", 0), os.fdopen(from_browser, "rb")
@@ -91,12 +91,13 @@ class Chromium:
             os.dup2(high, 4)
 
         flags = "--headless=new --no-sandbox --disable-gpu --remote-debugging-pipe --autoplay-policy=no-user-gesture-required"
-        offline = "--host-resolver-rules=MAP * ~NOTFOUND"
+        offline = "--host-resolver-rules=MAP * ~NOTFOUND" + (f", EXCLUDE {host}" if host else "")
         profile = f"--user-data-dir={os.path.abspath('profile')}"
         command = ["chromium", *flags.split(), offline, profile, "--window-size=800,600", "about:blank"]
         self.process = subprocess.Popen(command, preexec_fn=pipes, close_fds=False, stderr=subprocess.DEVNULL)
         os.close(from_us), os.close(to_us)
         self.number = 0
+        self.events = []
         target = next(t for t in self.call("Target.getTargets")["targetInfos"] if t["type"] == "page")
         self.session = None
         self.session = self.call("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
@@ -117,6 +118,7 @@ class Chromium:
             if answer.get("id") == self.number:
                 assert "error" not in answer, answer
                 return answer["result"]
+            self.events.append(answer)
 
     def says(self, expression):
         result = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
