@@ -1,6 +1,9 @@
 // The commands that make the picture, with buttons that copy them.
 
-/** Copies a text; returns false if the browser refuses. */
+/** Milliseconds in which a browser lets a click copy. */
+const PATIENCE = 4000;
+
+/** Copies the text of a field; returns false if the browser refuses. */
 async function copy(field) {
   try {
     await navigator.clipboard.writeText(field.value);
@@ -12,18 +15,47 @@ async function copy(field) {
   }
 }
 
-/** Connects the button of a field with a live region. */
-export function connectCopyButton(button, field, feedback) {
-  button.addEventListener("click", async () => {
-    const isCopied = await copy(field);
+/** A field with a command, and the button that copies it. */
+export class CommandField {
+  #field;
+  #feedback;
+  #arrived = [];
+
+  constructor({ field, button, feedback }) {
+    this.#field = field;
+    this.#feedback = feedback;
+    button.addEventListener("click", () => this.#copy(button));
+    field.addEventListener("focus", () => field.select());
+  }
+
+  /** Notes that the view has changed: the command is that of an older one. */
+  expire() {
+    this.#field.ariaBusy = "true";
+    this.#feedback.textContent = "";
+  }
+
+  /** Takes the command of the view. */
+  set command(text) {
+    this.#field.value = text;
+    this.#field.ariaBusy = "false";
+    for (const resolve of this.#arrived.splice(0)) resolve();
+  }
+
+  async #copy(button) {
+    if (this.#field.ariaBusy === "true") {
+      await new Promise(resolve => {
+        this.#arrived.push(resolve);
+        setTimeout(resolve, PATIENCE);
+      });
+    }
+    const isCopied = await copy(this.#field);
     button.focus();
     // An empty region first, so that the same words are announced again.
-    feedback.textContent = "";
+    this.#feedback.textContent = "";
     setTimeout(() => {
-      feedback.textContent = isCopied ? "Copied" : "Not copied: press Ctrl+C in the field";
+      this.#feedback.textContent = isCopied ? "Copied" : "Not copied: press Ctrl+C in the field";
     }, 50);
-  });
-  field.addEventListener("focus", () => field.select());
+  }
 }
 
 /** Saves the bytes of the picture as a file. */

@@ -29,6 +29,11 @@ export class Connection {
     return this.#socket?.readyState === WebSocket.OPEN;
   }
 
+  /** Returns true if a frame with this header shows the newest state. */
+  isNewest(header) {
+    return !this.#waiting && header.serial === this.#serial;
+  }
+
   /** Sends a state, or keeps it until the one in flight is answered. Only the newest is kept. */
   send(state) {
     this.#waiting = state;

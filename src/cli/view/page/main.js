@@ -2,7 +2,7 @@
 
 import { Actions } from "./actions.js";
 import { cameraOf } from "./camera.js";
-import { connectCopyButton, savePicture } from "./commands.js";
+import { CommandField, savePicture } from "./commands.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { listenToGestures } from "./gestures.js";
@@ -22,7 +22,13 @@ const picture = new Picture(stage, $("picture"), $("outline"));
 const playback = new Playback(state, isPlaying => { controls.isPlaying = isPlaying; });
 const actions = new Actions({ state, picture, playback });
 const controls = new Controls(state, actions);
-const objects = new ObjectList({ list: $("objects"), search: $("search"), count: $("object-count") }, actions);
+const objects = new ObjectList({
+  list: $("objects"), search: $("search"), count: $("object-count"), showFound: $("show-found"), hideFound: $("hide-found"),
+}, actions);
+
+const commands = Object.fromEntries(["render", "turntable"].map(kind => [kind, new CommandField({
+  field: $(`${kind}-command`), button: $(`copy-${kind}`), feedback: $(`${kind}-copied`),
+})]));
 
 /** The scene as the renderer describes it. */
 let scene = null;
@@ -88,9 +94,9 @@ const connection = new Connection(new URL("socket", location.href.replace(/^http
     status.frame(header, state);
   },
   command(message) {
-    $("render-command").value = message.render;
+    commands.render.command = message.render;
+    commands.turntable.command = message.turntable ?? "";
     $("turntable-field").hidden = !message.turntable;
-    $("turntable-command").value = message.turntable ?? "";
   },
   status: message => status.message(message),
   error: message => status.fail(message.text),
@@ -108,6 +114,7 @@ state.addEventListener("view", () => {
   controls.show(scene, state.view);
   objects.update(state.view.hidden, state.selected);
   status.changed();
+  for (const command of Object.values(commands)) command.expire();
   send();
 });
 state.addEventListener("selection", () => {
@@ -134,11 +141,7 @@ listenToGestures(stage, {
 });
 listenToKeys(stage, actions);
 
-$("show-all").addEventListener("click", () => actions.showAll(objects.found));
-$("hide-found").addEventListener("click", () => actions.hideAll(objects.found));
 $("only-selected").addEventListener("click", () => actions.showOnlySelected());
-connectCopyButton($("copy-render"), $("render-command"), $("render-copied"));
-connectCopyButton($("copy-turntable"), $("turntable-command"), $("turntable-copied"));
 $("save-picture").addEventListener("click", () => {
   if (picture.shown) savePicture(picture.shown, scene.file.split("/").pop().replace(/\.[^.]*$/, ""));
 });
@@ -153,4 +156,4 @@ new ResizeObserver(() => {
 stage.focus({ preventScroll: true });
 
 // For the browser's console and for tests.
-export { picture, state };
+export { connection, picture, scene, state };

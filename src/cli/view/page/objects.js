@@ -8,22 +8,30 @@ export class ObjectList {
   #rows;
   #search;
   #count;
+  #showFound;
+  #hideFound;
   #actions;
   #objects = [];
   #shown = [];
+  /** Indices of hidden objects: as the view has them, and as a set. */
+  #hiddenIndices = null;
   #hidden = new Set();
   #selected = null;
   /** Position of the active row in #shown. */
   #active = 0;
   #rowHeight = 28;
 
-  /** `actions` are select(index) and hide(index, isHidden). */
-  constructor({ list, search, count }, actions) {
+  /** `actions` are those of the page. */
+  constructor({ list, search, count, showFound, hideFound }, actions) {
     this.#list = list;
     this.#rows = list.firstElementChild;
     this.#search = search;
     this.#count = count;
+    this.#showFound = showFound;
+    this.#hideFound = hideFound;
     this.#actions = actions;
+    showFound.addEventListener("click", () => actions.showAll(this.#shown));
+    hideFound.addEventListener("click", () => actions.hideAll(this.#shown));
     search.addEventListener("input", () => this.#filter());
     list.addEventListener("scroll", () => this.#draw());
     list.addEventListener("keydown", event => this.#press(event));
@@ -40,18 +48,15 @@ export class ObjectList {
 
   /** Shows which objects are hidden and selected. */
   update(hidden, selected) {
-    this.#hidden = new Set(hidden);
+    if (hidden === this.#hiddenIndices && selected === this.#selected) return;
+    if (hidden !== this.#hiddenIndices) this.#hidden = new Set(hidden);
+    this.#hiddenIndices = hidden;
     if (selected !== this.#selected) {
       this.#selected = selected;
       const at = this.#shown.indexOf(selected);
       if (at >= 0) this.#activate(at);
     }
     this.#draw();
-  }
-
-  /** Returns the objects that the search leaves. */
-  get found() {
-    return this.#shown;
   }
 
   #filter() {
@@ -61,6 +66,8 @@ export class ObjectList {
     this.#active = Math.max(0, this.#shown.indexOf(this.#selected));
     const [found, all] = [this.#shown.length, this.#objects.length];
     this.#count.textContent = text ? `${found} of ${all}` : `${all}`;
+    this.#showFound.textContent = text ? "Show found" : "Show all";
+    this.#hideFound.textContent = text ? "Hide found" : "Hide all";
     this.#list.scrollTop = 0;
     this.#draw();
   }
@@ -112,8 +119,11 @@ export class ObjectList {
     const size = document.createElement("span");
     size.className = "size";
     size.textContent = triangles.toLocaleString("en");
+    const unit = document.createElement("span");
+    unit.className = "hidden";
+    unit.textContent = triangles === 1 ? " triangle" : " triangles";
+    size.append(unit);
     row.append(check, label, size);
-    row.setAttribute("aria-label", `${label.textContent}, ${size.textContent} triangles`);
     return row;
   }
 

@@ -4,6 +4,8 @@ import { edgesOf, projectSegment } from "./camera.js";
 
 /** Pixels of the screen per pixel of the page that are rendered at most. */
 const LARGEST_RATIO = 2;
+/** Difference of aspect ratios, as a fraction, from which a frame is one of another size. */
+const STALE_ASPECT = 0.05;
 const SMALLEST_SIDE = 16;
 const LARGEST_SIDE = 8192;
 
@@ -76,6 +78,11 @@ export class Picture {
       element.style.width = `${width}px`;
       element.style.height = `${height}px`;
     }
+    // A frame of the old size is not stretched. The sides of coarse frames are rounded.
+    const { width: columns, height: rows } = this.#canvas;
+    const isStale = Math.abs((columns * height) / (rows * width) - 1) > STALE_ASPECT;
+    this.#canvas.style.objectFit = isStale ? "contain" : "fill";
+    this.#outline.style.visibility = isStale ? "hidden" : "visible";
   }
 
   /** Shows a frame, unless a newer one has been decoded before it. */
@@ -96,6 +103,7 @@ export class Picture {
     this.#canvas.dataset.serial = header.serial;
     this.#canvas.dataset.final = Boolean(header.final);
     this.#camera = camera;
+    this.layOut();
     this.#drawBox();
   }
 
