@@ -8,6 +8,7 @@ The blocks of each page run in order in a temporary folder that holds the models
 - ```sh needs NAME…: run only if these programs exist (`bpy` is a Python that has it).
 - ```sh clone: not run; needs a clone, and .ci/run covers it.
 - ```sh gallery: not run; docs/scripts/gallery.py runs them and writes the page.
+- ```sh view: not run; runs until it is ended, and .ci/view.py runs similar commands.
 - ```sh farm: not run; needs a farm, and .ci/farm.py runs similar commands.
 """
 
@@ -83,7 +84,7 @@ def try_page(page):
             shutil.copytree(ROOT / name, folder / name)
         for info, text in FENCE.findall(page.read_text()):
             kind, *words = info.split() or [""]
-            if kind not in ("sh", "console") or words[:1] in (["clone"], ["farm"], ["gallery"]):
+            if kind not in ("sh", "console") or words[:1] in (["clone"], ["farm"], ["gallery"], ["view"]):
                 continue
             missing = [p for p in words[1:] if words[0] == "needs" and not exists(p)]
             if missing:

@@ -80,7 +80,7 @@ def files():
 class Chromium:
     """A headless browser, controlled through a pipe. It reaches only the host that is named, if any."""
 
-    def __init__(self, host=None):
+    def __init__(self, host=None, profile="profile"):
         from_us, to_browser = os.pipe()
         from_browser, to_us = os.pipe()
         self.out, self.inn = os.fdopen(to_browser, "wb", 0), os.fdopen(from_browser, "rb")
@@ -92,7 +92,7 @@ class Chromium:
 
         flags = "--headless=new --no-sandbox --disable-gpu --remote-debugging-pipe --autoplay-policy=no-user-gesture-required"
         offline = "--host-resolver-rules=MAP * ~NOTFOUND" + (f", EXCLUDE {host}" if host else "")
-        profile = f"--user-data-dir={os.path.abspath('profile')}"
+        profile = f"--user-data-dir={os.path.abspath(profile)}"
         command = ["chromium", *flags.split(), offline, profile, "--window-size=800,600", "about:blank"]
         self.process = subprocess.Popen(command, preexec_fn=pipes, close_fds=False, stderr=subprocess.DEVNULL)
         os.close(from_us), os.close(to_us)
