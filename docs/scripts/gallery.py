@@ -35,6 +35,8 @@ class Shot:
     command: str
     files: list = None
     columns: int = 1
+    # A script for the page that the command serves; its screenshot is the picture.
+    page: str = None
 
 
 SHOTS = [
@@ -162,6 +164,13 @@ SHOTS = [
         5,
     ),
     Shot(
+        "view",
+        "In the browser",
+        "The page of `blinn view`: the camera is found by dragging, and *Copy command* gives the command of the picture.",
+        "blinn view models/still-life/still-life.glb -s 16",
+        page="m.state.select(m.scene.objects.findIndex(o => o.name === 'Vase'))",
+    ),
+    Shot(
         "sheet",
         "A sheet with dimensions",
         "Top, isometric, front and right view at one scale.",
@@ -234,14 +243,28 @@ def sheet(images, columns, gap=6):
     return paper
 
 
+def picture_page(folder, shot):
+    """Takes the screenshot of a page in Chromium."""
+    sys.path.insert(0, str(ROOT / ".ci"))
+    import view
+
+    os.chdir(folder)
+    view.picture_page(shlex.split(shot.command)[2:], "page.png", shot.page)
+    os.chdir(ROOT)
+
+
 def make(blinn, shot):
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         (folder / "models").symlink_to(ROOT / "models")
-        path = f"{blinn.parent}{os.pathsep}{os.environ['PATH']}"
-        command = ["bash", "-euc", shot.command]
-        subprocess.run(command, check=True, cwd=folder, env={**os.environ, "PATH": path}, stderr=subprocess.DEVNULL)
-        files = shot.files or [shlex.split(shot.command)[-1]]
+        if shot.page:
+            files = ["page.png"]
+            picture_page(folder, shot)
+        else:
+            path = f"{blinn.parent}{os.pathsep}{os.environ['PATH']}"
+            command = ["bash", "-euc", shot.command]
+            subprocess.run(command, check=True, cwd=folder, env={**os.environ, "PATH": path}, stderr=subprocess.DEVNULL)
+            files = shot.files or [shlex.split(shot.command)[-1]]
         picture = sheet([over_checkerboard(Image.open(folder / f)) for f in files], shot.columns)
     out = IMAGES / (f"gallery-{shot.name}.jpg" if shot.title else f"{shot.name}.jpg")
     for quality in (92, 88, 84, 78):
