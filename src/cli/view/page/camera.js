@@ -110,6 +110,13 @@ export function frame(orbit, sphere, aspect) {
   };
 }
 
+/** Returns a view's camera with all its fields. */
+export function completed(camera, sphere, aspect) {
+  return camera.kind === "orbit" ? { ...defaultOrbit(sphere, aspect), ...withoutNulls(camera) } : camera;
+}
+
+const withoutNulls = object => Object.fromEntries(Object.entries(object).filter(([, value]) => value !== null));
+
 /** Returns the view that frames a sphere from above, right of the front. */
 export function defaultOrbit(sphere, aspect) {
   const orbit = { kind: "orbit", azimuth: 35.5, elevation: 22, yfov: DEFAULT_YFOV, projection: "perspective" };

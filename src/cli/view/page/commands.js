@@ -48,13 +48,19 @@ export class CommandField {
         setTimeout(resolve, PATIENCE);
       });
     }
+    if (this.#field.ariaBusy === "true") {
+      this.#say("There is no command for this view yet");
+      return;
+    }
     const isCopied = await copy(this.#field);
     button.focus();
+    this.#say(isCopied ? "Copied" : "Not copied: press Ctrl+C in the field");
+  }
+
+  #say(text) {
     // An empty region first, so that the same words are announced again.
     this.#feedback.textContent = "";
-    setTimeout(() => {
-      this.#feedback.textContent = isCopied ? "Copied" : "Not copied: press Ctrl+C in the field";
-    }, 50);
+    setTimeout(() => { this.#feedback.textContent = text; }, 50);
   }
 }
 

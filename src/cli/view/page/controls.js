@@ -168,6 +168,13 @@ export class Controls {
     $("yfov").disabled = !isFree || camera.projection !== "perspective";
     if (isFree) this.#showSlider("yfov", camera.yfov, `${Math.round(camera.yfov)}°`);
     else $("yfov-text").textContent = "of the file";
+    $("camera-facts").hidden = !isFree;
+    if (isFree) {
+      const { azimuth, elevation, distance } = camera;
+      const angle = degrees => `${degrees.toFixed(1).replace("-", "−")}°`;
+      $("camera-facts").textContent =
+        `Azimuth ${angle(azimuth)}, elevation ${angle(elevation)}, distance ${Number(distance.toPrecision(4))}`;
+    }
   }
 
   #showTime(scene, view) {

@@ -75,6 +75,8 @@ export function listenToGestures(element, actions) {
 
   element.addEventListener("dblclick", event => actions.recentre(event.clientX, event.clientY));
   element.addEventListener("contextmenu", event => event.preventDefault());
+  // The middle button would scroll.
+  element.addEventListener("mousedown", event => { if (event.button === 1) event.preventDefault(); });
   element.addEventListener("wheel", event => {
     event.preventDefault();
     const speed = event.ctrlKey ? PINCH_WHEEL_SPEED : WHEEL_SPEED;

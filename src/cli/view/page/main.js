@@ -1,7 +1,7 @@
 // The page of `blinn view`: connects the picture, the panel and the renderer.
 
 import { Actions } from "./actions.js";
-import { cameraOf } from "./camera.js";
+import { cameraOf, completed, sphereOf } from "./camera.js";
 import { CommandField, savePicture } from "./commands.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
@@ -62,6 +62,7 @@ function describeScene() {
 function receiveScene(message) {
   const old = scene;
   scene = message;
+  scene.view.camera = completed(scene.view.camera, sphereOf(scene.bounds), picture.aspect);
   actions.load(scene, !old);
   status.clearError();
   if (!old) state.view = scene.view;

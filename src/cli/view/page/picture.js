@@ -47,6 +47,8 @@ export class Picture {
   get #rect() {
     const [width, height] = this.size;
     const { left, top, width: w, height: h } = this.#stage.getBoundingClientRect();
+    // Pixels of a picture of the window's size are pixels of the screen, but for rounding.
+    if (!this.fixedSize) return { left, top, width: width / this.pixelRatio, height: height / this.pixelRatio };
     const factor = Math.min(w / width, h / height);
     const rect = { width: width * factor, height: height * factor };
     return { left: left + (w - rect.width) / 2, top: top + (h - rect.height) / 2, ...rect };
@@ -74,14 +76,16 @@ export class Picture {
   /** Places the canvas after a change of the size. */
   layOut() {
     const { width, height } = this.#rect;
-    for (const element of [this.#canvas, this.#outline]) {
-      element.style.width = `${width}px`;
-      element.style.height = `${height}px`;
+    for (const { style } of [this.#canvas, this.#outline]) {
+      style.width = `${width}px`;
+      style.height = `${height}px`;
+      style.placeSelf = this.fixedSize ? "center" : "start";
     }
     // A frame of the old size is not stretched. The sides of coarse frames are rounded.
     const { width: columns, height: rows } = this.#canvas;
     const isStale = Math.abs((columns * height) / (rows * width) - 1) > STALE_ASPECT;
     this.#canvas.style.objectFit = isStale ? "contain" : "fill";
+    this.#canvas.style.imageRendering = columns > width * this.pixelRatio ? "auto" : "pixelated";
     this.#outline.style.visibility = isStale ? "hidden" : "visible";
   }
 
