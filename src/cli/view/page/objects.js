@@ -93,6 +93,7 @@ export class ObjectList {
     for (let i = from; i < to; i++) positions.push(i);
     if (this.#active < this.#shown.length && (this.#active < from || this.#active >= to)) positions.push(this.#active);
     this.#rows.style.height = `${this.#shown.length * height}px`;
+    this.#list.style.setProperty("--rows", this.#rows.style.height);
     this.#rows.replaceChildren(...positions.map(position => this.#row(position, height)));
     this.#list.setAttribute("aria-activedescendant", this.#shown.length ? `object-${this.#shown[this.#active]}` : "");
   }
