@@ -174,10 +174,14 @@ export class Actions {
   }
 
   hide(index, isHidden) {
-    const hidden = new Set(this.#state.view.hidden);
-    if (isHidden) hidden.add(index);
-    else hidden.delete(index);
-    this.#setHidden(hidden);
+    const { hidden } = this.#state.view;
+    if (isHidden) {
+      this.#setHidden(new Set([...hidden, index]));
+      return;
+    }
+    // Objects of one name are hidden together.
+    const { objects } = this.#scene;
+    this.#setHidden(new Set(hidden.filter(i => i !== index && objects[i]?.name !== objects[index].name)));
   }
 
   hideAll(indices) {

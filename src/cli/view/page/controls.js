@@ -4,10 +4,10 @@ const $ = id => document.getElementById(id);
 
 /** Texts of choices, by their values; others are shown as they are. */
 const NAMES = {
-  lights: { file: "From the file", headlight: "Headlight", "three-point": "Three-point", none: "None" },
+  lights: { "": "Default", file: "From the file", headlight: "Headlight", "three-point": "Three-point", none: "None" },
   hdri: { none: "None", studio: "Studio", sky: "Sky" },
-  view_transform: { auto: "Automatic", standard: "Standard", agx: "AgX", "pbr-neutral": "PBR Neutral", raw: "Raw" },
-  background: { transparent: "Transparent", hdri: "Environment" },
+  view_transform: { "": "Automatic", auto: "Automatic", standard: "Standard", agx: "AgX", "pbr-neutral": "PBR Neutral", raw: "Raw" },
+  background: { "": "Default", transparent: "Transparent", hdri: "Environment", color: "Colour" },
 };
 const SAMPLES = [1, 4, 16, 64, 256];
 const AO_RAYS = [4, 8, 16, 32, 64, 128];
@@ -27,7 +27,10 @@ function fill(select, pairs, value) {
   select.value = key;
 }
 
-const named = (kind, values) => (values ?? []).map(value => [value, NAMES[kind]?.[value] ?? value]);
+const named = (kind, values, value) => {
+  const all = values ?? [];
+  return [...all, ...(all.includes(value) ? [] : [value])].map(text => [text, NAMES[kind][text] ?? text]);
+};
 const signed = (x, digits) => (x < 0 ? "−" : "+") + Math.abs(x).toFixed(digits);
 const isHexColor = text => /^#[0-9a-f]{6}$/i.test(text);
 
@@ -127,8 +130,8 @@ export class Controls {
     this.#showLens(view.camera);
     fill($("variant"), [["", "Default"], ...scene.variants.map(name => [name, name])], view.variant ?? "");
     this.#showTime(scene, view);
-    fill($("lights"), named("lights", choices.lights), view.lights);
-    fill($("hdri"), named("hdri", choices.hdri), view.hdri ?? "none");
+    fill($("lights"), named("lights", choices.lights, view.lights), view.lights);
+    fill($("hdri"), named("hdri", choices.hdri, view.hdri ?? "none"), view.hdri ?? "none");
     this.#showSlider("hdri-rotate", view.hdri_rotate, `${Math.round(view.hdri_rotate)}°`);
     $("rotation-field").hidden = !view.hdri;
     $("ao-on").checked = view.ao > 0;
@@ -137,10 +140,10 @@ export class Controls {
     $("ground").checked = view.ground;
     $("auto-exposure").checked = view.exposure === "auto";
     this.#showExposure(view.exposure);
-    fill($("view-transform"), named("view_transform", choices.view_transforms), view.view_transform);
-    const backgrounds = named("background", (choices.backgrounds ?? []).filter(text => !isHexColor(text)));
+    fill($("view-transform"), named("view_transform", choices.view_transforms, view.view_transform), view.view_transform);
     const isColor = isHexColor(view.background);
-    fill($("background"), [...backgrounds, [COLOR, "Colour"]], isColor ? COLOR : view.background);
+    const backgrounds = named("background", [...(choices.backgrounds ?? []), COLOR].filter(text => !isHexColor(text)), isColor ? COLOR : view.background);
+    fill($("background"), backgrounds, isColor ? COLOR : view.background);
     $("color-field").hidden = !isColor;
     if (isColor) $("background-color").value = view.background;
     fill($("samples"), SAMPLES.map(n => [n, n]), view.samples);

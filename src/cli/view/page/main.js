@@ -35,6 +35,14 @@ let scene = null;
 /** True after the connection was lost: the next scene gets the view of the page. */
 let isReconnected = false;
 
+/** Patterns of the command hide objects of the same name, too, and those below. */
+let implied = { by: null, all: [] };
+
+function showObjects() {
+  const { hidden } = state.view;
+  objects.update(hidden === implied.by ? implied.all : hidden, state.selected);
+}
+
 function send() {
   if (!state.view) return;
   connection.send({ moving: state.moving, size: picture.size, pixel_ratio: picture.pixelRatio, view: state.view });
@@ -49,7 +57,11 @@ function describeScene() {
   $("facts").textContent =
     `${count(scene.triangles, "triangle", "triangles")}, ${count(scene.objects.length, "object", "objects")}`;
   stage.setAttribute("aria-label", `Picture of ${name}`);
-  const { warnings } = scene;
+  showWarnings(scene.warnings);
+}
+
+function showWarnings(texts) {
+  const warnings = [...new Set(texts)];
   $("warning-count").textContent = warnings.length;
   $("warnings").replaceChildren(...warnings.map(text => {
     const item = document.createElement("li");
@@ -73,10 +85,15 @@ function receiveScene(message) {
   const name = old?.objects[state.selected]?.name;
   const found = name === undefined ? -1 : scene.objects.findIndex(object => object.name === name);
   state.select(found < 0 ? null : found);
+  markSelected();
   describeScene();
   objects.objects = scene.objects;
   controls.showScene(scene);
   state.change({});
+}
+
+function markSelected() {
+  picture.mark(scene.objects[state.selected]?.bounds ?? null);
 }
 
 const connection = new Connection(new URL("socket", location.href.replace(/^http/, "ws")), {
@@ -97,6 +114,9 @@ const connection = new Connection(new URL("socket", location.href.replace(/^http
   command(message) {
     commands.render.command = message.render;
     commands.turntable.command = message.turntable ?? "";
+    implied = { by: state.view.hidden, all: message.hidden ?? state.view.hidden };
+    showObjects();
+    showWarnings([...scene.warnings, ...(message.warnings ?? [])]);
     $("turntable-field").hidden = !message.turntable;
   },
   status: message => status.message(message),
@@ -113,14 +133,14 @@ actions.connection = connection;
 
 state.addEventListener("view", () => {
   controls.show(scene, state.view);
-  objects.update(state.view.hidden, state.selected);
+  showObjects();
   status.changed();
   for (const command of Object.values(commands)) command.expire();
   send();
 });
 state.addEventListener("selection", () => {
-  picture.mark(scene.objects[state.selected]?.bounds ?? null);
-  objects.update(state.view.hidden, state.selected);
+  markSelected();
+  showObjects();
   $("only-selected").disabled = state.selected === null;
 });
 
