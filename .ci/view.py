@@ -8,132 +8,19 @@
 - Foreign hosts and origins, wrong tokens and paths get nothing; a client that does not read holds back nobody.
 - Everything works by keyboard and has a name; axe-core finds nothing; no errors and no violations of the policy.
 """
-import base64
 import json
 import os
 import re
-import shlex
 import shutil
-import socket
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 
-from moving import BLINN, Chromium
+from moving import Chromium
+from viewer import PAGE, PATH, Page, Viewer, message
 
 ROOT = Path(__file__).resolve().parents[1]
-PATH = f"{os.path.dirname(BLINN)}{os.pathsep}{os.environ['PATH']}"
-# The page's modules are the ones that it runs, not copies.
-PAGE = "Promise.all(['main', 'camera'].map(name => import(`./${name}.js`))).then(([m, c]) => %s)"
-SETTLED = "m.picture.shown?.header.final === true && !m.state.moving && m.connection.isNewest(m.picture.shown.header)"
-
-
-class Viewer:
-    """`blinn view` as a process."""
-
-    def __init__(self, *words):
-        self.process = subprocess.Popen([BLINN, "view", *words], stdout=subprocess.PIPE, text=True, env={**os.environ, "PATH": PATH})
-        self.url = re.search(r"http://\S+", self.process.stdout.readline())[0]
-        self.host, self.token = re.fullmatch(r"http://([^/]+)/([^/]+)/", self.url).groups()
-
-    def connect(self, receive_buffer=None):
-        connection = socket.socket()
-        if receive_buffer:
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
-        connection.settimeout(10)
-        name, port = self.host.split(":")
-        connection.connect((name, int(port)))
-        return connection
-
-    def request(self, path, method="GET", connection=None, **headers):
-        """Sends a request and returns the status and the body, or 0 if the connection is closed without an answer."""
-        connection = connection or self.connect()
-        headers = {"Host": self.host, **{name.replace("_", "-"): value for name, value in headers.items()}}
-        lines = [f"{method} {path} HTTP/1.1", *(f"{name}: {value}" for name, value in headers.items())]
-        connection.sendall("\r\n".join([*lines, "", ""]).encode())
-        answer = b""
-        try:
-            while b"\r\n\r\n" not in answer or b" 101 " not in answer:
-                part = connection.recv(65536)
-                if not part:
-                    break
-                answer += part
-        except ConnectionResetError:
-            pass
-        if not answer:
-            return 0, b""
-        head, _, body = answer.partition(b"\r\n\r\n")
-        return int(head.split()[1]), body
-
-    def open_socket(self, connection=None, **headers):
-        upgrade = dict(Upgrade="websocket", Connection="Upgrade", Sec_WebSocket_Version="13", Sec_WebSocket_Key="AAAAAAAAAAAAAAAAAAAAAA==")
-        headers = {"path": f"/{self.token}/socket", "Origin": f"http://{self.host}", **headers}
-        path = headers.pop("path")
-        return self.request(path, connection=connection, **upgrade, **headers)[0]
-
-
-def message(value):
-    """Returns a text message of a WebSocket client, masked with zeros."""
-    text = json.dumps(value).encode()
-    length = bytes([0x80 | 126]) + len(text).to_bytes(2, "big") if len(text) > 125 else bytes([0x80 | len(text)])
-    return b"\x81" + length + bytes(4) + text
-
-
-class Page:
-    """The page in the browser."""
-
-    def __init__(self, browser):
-        self.browser = browser
-        self.says = browser.says
-
-    def module(self, expression):
-        return self.says(PAGE % expression)
-
-    def until(self, expression, expected=True, seconds=20):
-        self.browser.until(PAGE % f"({expression})", expected, seconds)
-
-    def settle(self):
-        self.until(SETTLED)
-        self.browser.until("document.getElementById('render-command').ariaBusy", "false")
-
-    def camera(self):
-        return self.module("m.state.view.camera")
-
-    def bytes(self):
-        url = "new Promise(done => Object.assign(new FileReader(), {onload() { done(this.result) }}).readAsDataURL(m.picture.shown.blob))"
-        return base64.b64decode(self.module(url).split(",")[1])
-
-    def key(self, name, shift=False):
-        text = {"text": name} if len(name) == 1 else {"text": "\r"} if name == "Enter" else {}
-        for kind in ("keyDown", "keyUp"):
-            parameters = dict(type=kind, key=name, code=name, modifiers=8 if shift else 0)
-            self.browser.call("Input.dispatchKeyEvent", **parameters, **(text if kind == "keyDown" else {}))
-
-    def pointer(self, kind, x, y, button="left", **more):
-        held = 0 if kind == "mouseReleased" else {"left": 1, "right": 2}[button]
-        self.browser.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=held, **{"clickCount": 1, **more})
-
-    def drag(self, start, end, button="left", release=True):
-        self.pointer("mousePressed", *start, button)
-        for step in range(1, 6):
-            at = [a + (b - a) * step / 5 for a, b in zip(start, end)]
-            self.pointer("mouseMoved", *at, button)
-        if release:
-            self.pointer("mouseReleased", *end, button)
-
-    def click(self, x, y):
-        self.pointer("mousePressed", x, y)
-        self.pointer("mouseReleased", x, y)
-
-    def press(self, button):
-        """Clicks a button of the panel as a user does, so that the browser lets it copy."""
-        x, y = self.says(
-            f"(e => {{ e.scrollIntoView({{block: 'nearest'}}); const r = e.getBoundingClientRect(); "
-            f"return [r.left + r.width / 2, r.top + r.height / 2] }})(document.getElementById('{button}'))"
-        )
-        self.click(x, y)
 
 
 def check_refusals(viewer):
@@ -196,6 +83,24 @@ def check_gestures(page):
     page.key("0")
     page.settle()
     print("view: drags, wheel and pinch")
+
+
+# Largest distance in pixels between the corners of the scene in the camera of a frame and in the camera of the page.
+APART = """(other => Math.max(...c.edgesOf(m.scene.bounds).flat().map(p => {
+    const [a, b] = [m.picture.camera, other].map(camera => c.projectSegment(camera, p, p)[0]);
+    return Math.hypot(...[0, 1].map(k => (a[k] - b[k]) * m.picture.size[k]));
+})))(%s)"""
+
+
+def check_cameras(page):
+    """The page and the renderer place points at the same pixels."""
+    for keys in ("5", "o", "70", "o", "10"):
+        for name in keys:
+            page.key(name)
+        page.settle()
+        apart = page.module(APART % "c.cameraOf(m.state.view.camera, m.picture.aspect)")
+        assert apart < 0.02, (keys, apart)
+    print("view: page and renderer place points alike")
 
 
 def check_picking(page):
@@ -399,6 +304,40 @@ def check_axe(page):
     print("view: axe-core finds nothing, light and dark; small windows fit")
 
 
+def check_clip(browser):
+    """Cameras, animation and flags of a file that has them."""
+    viewer = Viewer(str(ROOT / "models/figure/figure.glb"), "--samples", "1")
+    try:
+        browser.call("Page.navigate", url=viewer.url)
+        browser.until("document.readyState", "complete")
+        page = Page(browser)
+        page.settle()
+        assert page.module("m.state.view.samples") == 1
+        page.says("document.getElementById('stage').focus()")
+        page.key("c")
+        page.settle()
+        assert page.camera()["kind"] == "file"
+        # The orbit starts where the file's camera is.
+        apart = page.module(APART % "c.cameraOf(c.orbitOf(m.picture.camera, c.sphereOf(m.scene.bounds)), m.picture.aspect)")
+        assert apart < 1, apart
+        before = page.bytes()
+        slider = "(e => { e.value = %s; e.dispatchEvent(new Event('input')) })(document.getElementById('time'))"
+        page.says(slider % "document.getElementById('time').max / 3")
+        page.settle()
+        assert page.bytes() != before, "the pose has not changed"
+        time_shown = page.module("m.state.view.time")
+        command = page.says("document.getElementById('render-command').value")
+        assert f"--time={time_shown}" in command or f"--time {time_shown}" in command, command
+        page.key(" ")
+        page.until(f"m.state.view.time !== {time_shown} && m.state.moving && !m.picture.shown.header.final")
+        page.key(" ")
+        page.settle()
+        print("view: cameras and animation of a file")
+    finally:
+        viewer.process.kill()
+        viewer.process.wait()
+
+
 def check_events(browser):
     bad = [e for e in browser.events if e["method"] == "Runtime.exceptionThrown"]
     bad += [e for e in browser.events if e["method"] == "Log.entryAdded" and e["params"]["entry"]["level"] in ("error", "warning")]
@@ -419,6 +358,7 @@ def check(viewer, browser, folder, scene):
     page.settle()
     page.says("document.getElementById('stage').focus()")
     check_gestures(page)
+    check_cameras(page)
     check_picking(page)
     check_command(page, folder)
     check_panel(page, folder)
@@ -427,29 +367,10 @@ def check(viewer, browser, folder, scene):
     check_slow_reader(viewer, page)
     check_keyboard(page)
     check_axe(page)
+    check_clip(browser)
     requested = check_events(browser)
-    assert requested and all(url.startswith(viewer.url) for url in requested), requested
-    print(f"view: no errors, and {len(requested)} files from {viewer.host} alone")
-
-
-def picture_page(words, file, script, size=(1280, 800)):
-    """Writes a screenshot of the page of `blinn view WORDS`, after a script has run in it. For the gallery."""
-    viewer = Viewer(*words)
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        browser = Chromium("127.0.0.1", profile)
-        try:
-            browser.call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
-            browser.call("Page.navigate", url=viewer.url)
-            browser.until("document.readyState", "complete")
-            page = Page(browser)
-            page.settle()
-            page.module(script)
-            page.settle()
-            Path(file).write_bytes(base64.b64decode(browser.call("Page.captureScreenshot")["data"]))
-        finally:
-            for process in (browser.process, viewer.process):
-                process.kill()
-                process.wait()
+    assert requested and all(re.match(r"http://(127\.0\.0\.1|localhost):", url) for url in requested), requested
+    print(f"view: no errors, and {len(requested)} files from this host alone")
 
 
 if __name__ == "__main__":

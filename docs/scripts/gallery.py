@@ -246,10 +246,10 @@ def sheet(images, columns, gap=6):
 def picture_page(folder, shot):
     """Takes the screenshot of a page in Chromium."""
     sys.path.insert(0, str(ROOT / ".ci"))
-    import view
+    import viewer
 
     os.chdir(folder)
-    view.picture_page(shlex.split(shot.command)[2:], "page.png", shot.page)
+    viewer.picture_page(shlex.split(shot.command)[2:], "page.png", shot.page)
     os.chdir(ROOT)
 
 
