@@ -123,12 +123,13 @@ class Page:
 
 
 def picture_page(words, file, script, size=(1280, 800)):
-    """Writes a screenshot of the page of `blinn view WORDS`, after a script has run in it. For the gallery."""
+    """Writes a screenshot of the page of `blinn view WORDS`, dark, after a script has run in it."""
     viewer = Viewer(*words)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = Chromium("127.0.0.1", profile)
         try:
             browser.call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
+            browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
             browser.call("Page.navigate", url=viewer.url)
             browser.until("document.readyState", "complete")
             page = Page(browser)

@@ -168,7 +168,8 @@ SHOTS = [
         "In the browser",
         "The page of `blinn view`: the camera is found by dragging, and *Copy command* gives the command of the picture.",
         "blinn view models/still-life/still-life.glb -s 16",
-        page="m.state.select(m.scene.objects.findIndex(o => o.name === 'Vase'))",
+        page="""[m.state.select(m.scene.objects.findIndex(o => o.name === 'Vase')), m.state.change({hdri: 'studio', camera: {
+            ...c.defaultOrbit(c.sphereOf(m.scene.bounds), 1), target: [-1, 1.5, 0], azimuth: 20, elevation: 14, distance: 8}})].length""",
     ),
     Shot(
         "sheet",

@@ -142,8 +142,9 @@ export class Controls {
     this.#showExposure(view.exposure);
     fill($("view-transform"), named("view_transform", choices.view_transforms, view.view_transform), view.view_transform);
     const isColor = isHexColor(view.background);
-    const backgrounds = named("background", [...(choices.backgrounds ?? []), COLOR].filter(text => !isHexColor(text)), isColor ? COLOR : view.background);
-    fill($("background"), backgrounds, isColor ? COLOR : view.background);
+    const background = isColor ? COLOR : view.background;
+    const others = (choices.backgrounds ?? []).filter(text => text && !isHexColor(text));
+    fill($("background"), named("background", ["", ...others, COLOR], background), background);
     $("color-field").hidden = !isColor;
     if (isColor) $("background-color").value = view.background;
     fill($("samples"), SAMPLES.map(n => [n, n]), view.samples);

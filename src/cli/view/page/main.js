@@ -97,10 +97,8 @@ function markSelected() {
 }
 
 const connection = new Connection(new URL("socket", location.href.replace(/^http/, "ws")), {
-  opened() {
-    status.connected();
-    send();
-  },
+  // The scene comes first; the view is sent when it has.
+  opened: () => status.connected(),
   lost(attempts) {
     isReconnected = Boolean(scene);
     status.lost(attempts);
