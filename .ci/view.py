@@ -85,10 +85,11 @@ def check_gestures(page):
     print("view: drags, wheel and pinch")
 
 
-# Largest distance in pixels between the corners of the scene in the camera of a frame and in the camera of the page.
-APART = """(other => Math.max(...c.edgesOf(m.scene.bounds).flat().map(p => {
-    const [a, b] = [m.picture.camera, other].map(camera => c.projectSegment(camera, p, p)[0]);
-    return Math.hypot(...[0, 1].map(k => (a[k] - b[k]) * m.picture.size[k]));
+# Largest distance in pixels between corners of objects in the camera of a frame and in another one, for those in the picture.
+APART = """(other => Math.max(...m.scene.objects.flatMap(o => c.edgesOf(o.bounds).flat()).map(p => {
+    const [a, b] = [m.picture.camera, other].map(camera => c.projectSegment(camera, p, p)?.[0]);
+    const isSeen = a?.every(x => x >= 0 && x <= 1);
+    return isSeen ? Math.hypot(...[0, 1].map(k => (a[k] - b[k]) * m.picture.size[k])) : 0;
 })))(%s)"""
 
 
@@ -199,28 +200,28 @@ def replace(file, text):
 
 
 def check_reload(page, scene):
+    def reloads(change):
+        generation = page.module("m.scene.generation")
+        change()
+        page.until(f"m.scene.generation > {generation}")
+        page.settle()
+
     before, view = page.bytes(), page.module("m.state.view")
-    generation = page.module("m.scene.generation")
     text = scene.read_text()
-    replace(scene, re.sub(r"^v (\S+) (\S+)", lambda m: f"v {m[1]} {float(m[2]) * 1.25}", text, flags=re.M))
-    page.until(f"m.scene.generation > {generation}")
-    page.settle()
+    higher = re.sub(r"^v (\S+) (\S+)", lambda m: f"v {m[1]} {float(m[2]) * 1.25}", text, flags=re.M)
+    reloads(lambda: replace(scene, higher))
     assert page.module("m.state.view") == view, "the view has changed"
     assert page.bytes() != before, "the picture has not changed"
     replace(scene, "f 1 2 3\n")
     page.browser.until("document.getElementById('error').hidden", False)
     assert page.says("document.getElementById('error').textContent"), "no reason"
-    replace(scene, text)
-    page.browser.until("document.getElementById('error').hidden", True)
-    page.until(f"m.scene.generation > {generation} + 1")
-    page.settle()
+    reloads(lambda: replace(scene, text))
+    assert page.says("document.getElementById('error').hidden"), "the error is still shown"
     assert page.bytes() == before, "the old file is not shown again"
     # A material in another file.
     library = scene.with_suffix(".mtl")
-    text = library.read_text()
-    library.write_text(re.sub(r"^Kd .*", "Kd 0.1 0.6 0.2", text, flags=re.M))
-    page.browser.until(PAGE % "m.scene.generation > %d + 2" % generation, True)
-    page.settle()
+    green = re.sub(r"^Kd .*", "Kd 0.1 0.6 0.2", library.read_text(), flags=re.M)
+    reloads(lambda: library.write_text(green))
     assert page.bytes() != before, "the material has not changed"
     print("view: changed, broken and repaired files appear, with the same view")
 
