@@ -80,8 +80,9 @@ class Page:
     def until(self, expression, expected=True, seconds=20):
         self.browser.until(PAGE % f"({expression})", expected, seconds)
 
-    def settle(self):
-        self.until(SETTLED)
+    def settle(self, seconds=20):
+        """Waits for the final picture and its command."""
+        self.until(SETTLED, seconds=seconds)
         self.browser.until("document.getElementById('render-command').ariaBusy", "false")
 
     def camera(self):
@@ -133,9 +134,9 @@ def picture_page(words, file, script, size=(1280, 800)):
             browser.call("Page.navigate", url=viewer.url)
             browser.until("document.readyState", "complete")
             page = Page(browser)
-            page.settle()
+            page.settle(120)
             page.module(script)
-            page.settle()
+            page.settle(120)
             Path(file).write_bytes(base64.b64decode(browser.call("Page.captureScreenshot")["data"]))
         finally:
             for process in (browser.process, viewer.process):
