@@ -22,6 +22,9 @@ pub struct ObjectMask {
     pub amodal: PixelMask,
 }
 
+/// Rows that are traced at once. Their parts of masks are joined before the next are traced.
+const BAND: usize = 64;
+
 /// Traces the masks of all objects with a pixel in `window`, sorted by object. The window may reach beyond the picture.
 /// Pixels beyond the picture have no visible object.
 ///
@@ -34,34 +37,36 @@ pub fn render_object_masks(
     monitor: &dyn ProgressMonitor,
 ) -> Result<Vec<ObjectMask>, Cancelled> {
     let shown = MaskRect::from(settings.window());
-    let rows: Vec<Vec<(u32, RowMask)>> = (window.y..window.bottom())
-        .into_par_iter()
-        .map_init(Scratch::default, |scratch, y| {
-            if monitor.is_cancelled() {
-                return Vec::new();
-            }
-            let samples: Vec<Sample> =
-                (window.x..window.right()).map(|x| centre_sample(settings, x, y)).collect();
-            let mut hits: Vec<(u32, i32, bool)> = Vec::new();
-            trace_objects(frame, &samples, scratch, |sample, ObjectHit { object, is_first }| {
-                let x = window.x + sample as i32;
-                hits.push((object, x, is_first && shown.contains(x, y)));
-            });
-            row_masks(hits, y)
-        })
-        .collect();
-    if monitor.is_cancelled() {
-        return Err(Cancelled);
-    }
-    let mut masks: BTreeMap<u32, ObjectMask> = BTreeMap::new();
-    for (object, row) in rows.into_iter().flatten() {
-        let mask = masks.entry(object).or_insert_with(|| ObjectMask {
-            object,
-            visible: PixelMask::default(),
-            amodal: PixelMask::default(),
+    let trace_row = |scratch: &mut Scratch, y: i32| {
+        if monitor.is_cancelled() {
+            return Vec::new();
+        }
+        let samples: Vec<Sample> =
+            (window.x..window.right()).map(|x| centre_sample(settings, x, y)).collect();
+        let mut hits: Vec<(u32, i32, bool)> = Vec::new();
+        trace_objects(frame, &samples, scratch, |sample, ObjectHit { object, is_first }| {
+            let x = window.x + sample as i32;
+            hits.push((object, x, is_first && shown.contains(x, y)));
         });
-        mask.visible.extend(row.visible);
-        mask.amodal.extend(row.amodal);
+        row_masks(hits, y)
+    };
+    let mut masks: BTreeMap<u32, ObjectMask> = BTreeMap::new();
+    for top in (window.y..window.bottom()).step_by(BAND) {
+        let bottom = top.saturating_add(BAND as i32).min(window.bottom());
+        let rows: Vec<Vec<(u32, RowMask)>> =
+            (top..bottom).into_par_iter().map_init(Scratch::default, trace_row).collect();
+        if monitor.is_cancelled() {
+            return Err(Cancelled);
+        }
+        for (object, row) in rows.into_iter().flatten() {
+            let mask = masks.entry(object).or_insert_with(|| ObjectMask {
+                object,
+                visible: PixelMask::default(),
+                amodal: PixelMask::default(),
+            });
+            mask.visible.extend(row.visible);
+            mask.amodal.extend(row.amodal);
+        }
     }
     Ok(masks.into_values().collect())
 }
