@@ -7,6 +7,7 @@ mod adaptive;
 mod aov_layers;
 mod film;
 mod filter;
+mod mask_outlines;
 mod mattes;
 mod meter;
 mod object_masks;
