@@ -126,6 +126,61 @@ def check_coco(rgb, views, info):
     print(f"  coco: {count} annotations, masks partition all images")
 
 
+def polygon_masks(polygons):
+    runs = coco_masks.frPyObjects(polygons, CH, CW)
+    masks = coco_masks.decode(runs)
+    assert (masks.sum(-1) <= 1).all(), "polygons overlap"
+    return masks.max(-1)
+
+
+def has_hole(mask):
+    free = np.pad(mask, 1) == 0
+    outside = np.zeros_like(free)
+    outside[0, 0] = True
+    while True:
+        grown = outside.copy()
+        for axis in (0, 1):
+            for step in (-1, 1):
+                grown |= np.roll(outside, step, axis)
+        grown &= free
+        if (grown == outside).all():
+            return (outside != free).any()
+        outside = grown
+
+
+def check_forms(text, other):
+    """The binary model of COLMAP has the numbers of the text files; COCO's polygons decode to the pixels of its run lengths."""
+    models = [pycolmap.Reconstruction(str(folder / "sparse" / "0")) for folder in (text, other)]
+    assert not (other / "sparse" / "0" / "images.txt").exists()
+    for name in ("cameras", "images", "points3D"):
+        assert sorted(getattr(models[0], name)) == sorted(getattr(models[1], name)), name
+    for i, image in models[0].images.items():
+        pair = [image, models[1].images[i]]
+        poses = [p.cam_from_world() if callable(p.cam_from_world) else p.cam_from_world for p in pair]
+        assert np.array_equal(*(pose.matrix() for pose in poses)) and pair[0].name == pair[1].name
+        points = [[(*point.xy, point.point3D_id) for point in p.points2D] for p in pair]
+        assert points[0] == points[1]
+    for i, point in models[0].points3D.items():
+        same = models[1].points3D[i]
+        assert np.array_equal(point.xyz, same.xyz) and np.array_equal(point.color, same.color)
+        assert [(e.image_id, e.point2D_idx) for e in point.track.elements] == [(e.image_id, e.point2D_idx) for e in same.track.elements]
+    files = [json.loads((folder / "annotations.json").read_text()) for folder in (text, other)]
+    with contextlib.redirect_stdout(io.StringIO()):
+        data = COCO(str(other / "annotations.json"))
+    count, holes = 0, 0
+    for runs, polygons in zip(*(file["annotations"] for file in files), strict=True):
+        for key in ("segmentation", "amodal_segmentation"):
+            mask = coco_masks.decode(runs[key])
+            assert np.array_equal(polygon_masks(polygons[key]), mask), (polygons["name"], key)
+            count += len(polygons[key])
+            holes += has_hole(mask)
+        assert np.array_equal(data.annToMask(polygons), coco_masks.decode(runs["segmentation"]))
+        for key in set(runs) - {"segmentation", "amodal_segmentation"}:
+            assert runs[key] == polygons[key], key
+    assert holes > 0, "no object has a hole"
+    print(f"  colmap-bin: the numbers of the text files; coco-polygons: {count} polygons, masks with holes among them, decode to the run lengths' pixels")
+
+
 def read_ply(path):
     header, body = path.read_bytes().split(b"end_header\n", 1)
     assert header.startswith(b"ply\nformat binary_little_endian 1.0\n")
@@ -244,6 +299,9 @@ def main():
         check_nerf(rgb, views)
         check_colmap(rgb / "sparse" / "0", views)
         check_coco(rgb, views, info)
+        forms = folder / "forms"
+        blinn(*common, "--dataset", "nerf,colmap-bin,coco-polygons", "-o", forms / "######.png")
+        check_forms(rgb, forms)
         check_bop(folder / "set", views)
         check_flow(["render", MODELS / "figure" / "figure.glb", "--frames=5-6"], (5, 6), folder / "walk")
         check_flow(["turntable", scene, "--count", 36, "--only", "36,1"], (36, 1), folder / "turn")

@@ -4,6 +4,16 @@ use serde_json::{Value, json};
 
 use crate::render::{MaskRect, PixelMask};
 
+/// The form of masks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CocoMasks {
+    /// Compressed run lengths.
+    #[default]
+    RunLengths,
+    /// Polygons along the edges of pixels, which pycocotools decodes to the same pixels.
+    Polygons,
+}
+
 /// The annotations of a dataset.
 #[derive(Clone, Debug, Default)]
 pub struct CocoDataset {
@@ -11,8 +21,11 @@ pub struct CocoDataset {
     pub size: (u32, u32),
     /// Names of categories; ids count from 1.
     pub categories: Vec<String>,
-    images: Vec<Value>,
-    annotations: Vec<Value>,
+    /// The form of masks.
+    pub masks: CocoMasks,
+    /// The lines of the file, which take less memory than values.
+    images: Vec<String>,
+    annotations: Vec<String>,
 }
 
 /// An object in an image.
@@ -32,18 +45,19 @@ pub struct CocoObject<'m> {
 
 impl CocoDataset {
     /// A dataset without images.
-    pub fn new(size: (u32, u32), categories: Vec<String>) -> CocoDataset {
-        CocoDataset { size, categories, ..CocoDataset::default() }
+    pub fn new(size: (u32, u32), categories: Vec<String>, masks: CocoMasks) -> CocoDataset {
+        CocoDataset { size, categories, masks, ..CocoDataset::default() }
     }
 
     /// Adds an image and the objects that it shows. Masks count from its upper left corner.
     pub fn add_image<'m>(&mut self, id: i64, file: &str, objects: impl IntoIterator<Item = CocoObject<'m>>) {
         let (width, height) = self.size;
-        self.images.push(json!({"id": id, "file_name": file, "width": width, "height": height}));
+        let image = json!({"id": id, "file_name": file, "width": width, "height": height});
+        self.images.push(image.to_string());
         for object in objects {
             let Some(bounds) = object.visible.bounds() else { continue };
             let (visible, amodal) = (object.visible.area(), object.amodal.area());
-            self.annotations.push(json!({
+            let annotation = json!({
                 "id": self.annotations.len() + 1,
                 "image_id": id,
                 "category_id": object.category + 1,
@@ -57,18 +71,19 @@ impl CocoDataset {
                 "amodal_area": amodal,
                 "amodal_segmentation": self.segmentation(object.amodal),
                 "visible_fraction": visible as f64 / amodal.max(1) as f64,
-            }));
+            });
+            self.annotations.push(annotation.to_string());
         }
     }
 
     /// The text of the file.
     pub fn to_json(&self) -> String {
         let categories = self.categories.iter().enumerate();
-        let categories: Vec<Value> =
-            categories.map(|(i, name)| json!({"id": i + 1, "name": name, "supercategory": ""})).collect();
-        let lines = |values: &[Value]| {
-            let lines: Vec<String> = values.iter().map(|value| format!("  {value}")).collect();
-            if lines.is_empty() { "[]".into() } else { format!("[\n{}\n]", lines.join(",\n")) }
+        let category = |(i, name)| json!({"id": i + 1, "name": name, "supercategory": ""}).to_string();
+        let categories: Vec<String> = categories.map(category).collect();
+        let lines = |lines: &[String]| match lines {
+            [] => "[]".into(),
+            _ => format!("[\n  {}\n]", lines.join(",\n  ")),
         };
         let description = concat!("rendered by blinn ", env!("CARGO_PKG_VERSION"));
         format!(
@@ -82,7 +97,12 @@ impl CocoDataset {
 
     fn segmentation(&self, mask: &PixelMask) -> Value {
         let (width, height) = self.size;
-        json!({"size": [height, width], "counts": compress_runs(&mask.column_runs(width, height))})
+        match self.masks {
+            CocoMasks::RunLengths => {
+                json!({"size": [height, width], "counts": compress_runs(&mask.column_runs(width, height))})
+            }
+            CocoMasks::Polygons => json!(mask.outlines()),
+        }
     }
 }
 
@@ -161,7 +181,8 @@ mod tests {
     fn hidden_objects_have_no_annotation() {
         let mut mask = PixelMask::default();
         [(1, 0), (2, 0), (1, 1)].into_iter().for_each(|(x, y)| mask.add(x, y));
-        let mut data = CocoDataset::new((4, 3), vec!["a".into(), "b".into()]);
+        let categories = vec!["a".into(), "b".into()];
+        let mut data = CocoDataset::new((4, 3), categories, CocoMasks::Polygons);
         let object = |visible| CocoObject { object: 7, name: "n", category: 1, visible, amodal: &mask };
         data.add_image(3, "x.png", [object(&mask), object(&PixelMask::default())]);
         let value: Value = serde_json::from_str(&data.to_json()).unwrap();
@@ -173,5 +194,6 @@ mod tests {
             (json!(3), json!(2))
         );
         assert_eq!(value["images"][0]["id"], json!(3));
+        assert_eq!(annotations[0]["segmentation"], json!([[1, 0, 3, 0, 3, 1, 2, 1, 2, 2, 1, 2]]));
     }
 }

@@ -1,8 +1,10 @@
-//! The sparse model of COLMAP as text: `cameras.txt`, `images.txt` and `points3D.txt`.
-
-use std::fmt::Write;
+//! The sparse model of COLMAP: cameras, images and points, as text or binary files.
 
 use glam::{DQuat, DVec2, DVec3};
+
+use super::colmap_binary::binary_files;
+use super::colmap_tables::{ColmapTables, ImageRow, PointRow};
+use super::colmap_text::text_files;
 
 use super::pinhole::{Pinhole, RigidPose};
 
@@ -37,76 +39,66 @@ pub struct ColmapPoint {
     pub observations: Vec<(usize, DVec2)>,
 }
 
-/// The texts of a model's files.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ColmapTexts {
-    /// `cameras.txt`: one camera for each set of intrinsics.
-    pub cameras: String,
-    /// `images.txt`.
-    pub images: String,
-    /// `points3D.txt`.
-    pub points: String,
+/// The form of a model's files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColmapForm {
+    /// `cameras.txt`, `images.txt` and `points3D.txt`.
+    Text,
+    /// `cameras.bin`, `images.bin` and `points3D.bin`, little-endian: what COLMAP writes itself.
+    Binary,
+}
+
+impl ColmapForm {
+    /// The names of a model's files.
+    pub fn names(self) -> [&'static str; 3] {
+        match self {
+            ColmapForm::Text => ["cameras.txt", "images.txt", "points3D.txt"],
+            ColmapForm::Binary => ["cameras.bin", "images.bin", "points3D.bin"],
+        }
+    }
 }
 
 impl ColmapModel {
-    /// The texts of the model's files.
-    pub fn texts(&self) -> ColmapTexts {
-        let mut lenses: Vec<Pinhole> = Vec::new();
-        let mut images = String::from(
-            "# Image list with two lines of data per image:\n\
-             #   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n\
-             #   POINTS2D[] as (X, Y, POINT3D_ID)\n",
-        );
-        // For each image the points that it sees, in the order of points.
-        let mut seen: Vec<Vec<(usize, DVec2)>> = vec![Vec::new(); self.images.len()];
-        let mut points = String::from(
-            "# 3D point list with one line of data per point:\n\
-             #   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n",
-        );
+    /// The contents of the files, in the order of [`ColmapForm::names`].
+    pub fn files(&self, form: ColmapForm) -> [Vec<u8>; 3] {
+        let tables = self.tables();
+        match form {
+            ColmapForm::Text => text_files(&tables).map(String::into_bytes),
+            ColmapForm::Binary => binary_files(&tables),
+        }
+    }
+
+    fn tables(&self) -> ColmapTables<'_> {
+        let mut cameras: Vec<Pinhole> = Vec::new();
+        let mut images: Vec<ImageRow> = Vec::with_capacity(self.images.len());
+        for ColmapImage { name, pinhole, world_to_camera } in &self.images {
+            let known = cameras.iter().position(|lens| lens == pinhole);
+            let camera = known.unwrap_or_else(|| {
+                cameras.push(*pinhole);
+                cameras.len() - 1
+            });
+            let DQuat { x, y, z, w } = world_to_camera.quaternion();
+            images.push(ImageRow {
+                name,
+                camera_id: camera as u32 + 1,
+                quaternion: [w, x, y, z].map(|v| v + 0.0),
+                translation: (world_to_camera.translation + DVec3::ZERO).to_array(),
+                points: Vec::new(),
+            });
+        }
+        let mut points = Vec::with_capacity(self.points.len());
         for (i, point) in self.points.iter().enumerate() {
-            let DVec3 { x, y, z } = point.position + DVec3::ZERO;
-            let [r, g, b] = point.color;
-            // Writing to a string cannot fail.
-            let _ = write!(points, "{} {x} {y} {z} {r} {g} {b} 0", i + 1);
+            let mut track = Vec::with_capacity(point.observations.len());
             for &(image, pixel) in &point.observations {
-                if let Some(list) = seen.get_mut(image) {
-                    let _ = write!(points, " {} {}", image + 1, list.len());
-                    list.push((i + 1, pixel));
+                if let Some(row) = images.get_mut(image) {
+                    track.push((image as u32 + 1, row.points.len() as u32));
+                    row.points.push((pixel, i as u64 + 1));
                 }
             }
-            points.push('\n');
+            let position = (point.position + DVec3::ZERO).to_array();
+            points.push(PointRow { position, color: point.color, track });
         }
-        for (i, (image, seen)) in self.images.iter().zip(&seen).enumerate() {
-            let known = lenses.iter().position(|lens| *lens == image.pinhole);
-            let camera = known.unwrap_or_else(|| {
-                lenses.push(image.pinhole);
-                lenses.len() - 1
-            });
-            let DQuat { x, y, z, w } = image.world_to_camera.quaternion();
-            let [qx, qy, qz, qw] = [x, y, z, w].map(|v| v + 0.0);
-            let t = image.world_to_camera.translation + DVec3::ZERO;
-            let _ = writeln!(
-                images,
-                "{} {qw} {qx} {qy} {qz} {} {} {} {} {}",
-                i + 1,
-                t.x,
-                t.y,
-                t.z,
-                camera + 1,
-                image.name
-            );
-            let line: Vec<String> =
-                seen.iter().map(|(id, pixel)| format!("{} {} {id}", pixel.x, pixel.y)).collect();
-            let _ = writeln!(images, "{}", line.join(" "));
-        }
-        let mut cameras = String::from(
-            "# Camera list with one line of data per camera:\n\
-             #   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n",
-        );
-        for (i, Pinhole { fx, fy, cx, cy, width, height }) in lenses.iter().enumerate() {
-            let _ = writeln!(cameras, "{} PINHOLE {width} {height} {fx} {fy} {cx} {cy}", i + 1);
-        }
-        ColmapTexts { cameras, images, points }
+        ColmapTables { cameras, images, points }
     }
 }
 
@@ -138,13 +130,41 @@ mod tests {
             let lines = text.lines().filter(|line| !line.starts_with('#'));
             lines.map(str::to_string).collect::<Vec<_>>()
         };
-        let texts = model.texts();
-        assert_eq!(data(&texts.cameras), ["1 PINHOLE 8 7 10 11 4 3.5"]);
-        assert_eq!(data(&texts.points), ["1 1 2 -3 1 2 3 0 2 0", "2 1 2 -3 1 2 3 0 1 0 2 1"]);
-        let images = data(&texts.images);
+        let [cameras, images, points] = text_files(&model.tables());
+        assert_eq!(data(&cameras), ["1 PINHOLE 8 7 10 11 4 3.5"]);
+        assert_eq!(data(&points), ["1 1 2 -3 1 2 3 0 2 0", "2 1 2 -3 1 2 3 0 1 0 2 1"]);
+        let images = data(&images);
         assert_eq!(images[0], "1 1 0 0 0 0 0 2.5 1 a.png");
         assert_eq!(images[1], "1.5 2.5 2");
         assert!(images[2].starts_with("2 ") && images[2].ends_with(" 1 0 0 2.5 1 b.png"), "{}", images[2]);
         assert_eq!(images[3], "1.5 2.5 1 1.5 2.5 2");
+    }
+
+    /// Binary files hold the numbers of the text files, in the layout of COLMAP's `reconstruction_io.cc`.
+    #[test]
+    fn binary_files_have_the_layout_of_the_specification() {
+        let pinhole = Pinhole { fx: 10.0, fy: 11.0, cx: 4.0, cy: 3.5, width: 8, height: 7 };
+        let pose = RigidPose { rotation: DMat3::IDENTITY, translation: DVec3::new(0.5, 0.0, 2.5) };
+        let model = ColmapModel {
+            images: vec![ColmapImage { name: "a.png".into(), pinhole, world_to_camera: pose }],
+            points: vec![ColmapPoint {
+                position: DVec3::new(1.0, 2.0, -3.0),
+                color: [1, 2, 3],
+                observations: vec![(0, DVec2::new(1.5, 2.5))],
+            }],
+        };
+        let bytes = |parts: &[&[u8]]| parts.concat();
+        let floats = |values: &[f64]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+        let [cameras, images, points] = model.files(ColmapForm::Binary);
+        let count = 1u64.to_le_bytes();
+        let (id, pinhole_model) = (1u32.to_le_bytes(), 1i32.to_le_bytes());
+        let size = [8u64.to_le_bytes(), 7u64.to_le_bytes()].concat();
+        assert_eq!(cameras, bytes(&[&count, &id, &pinhole_model, &size, &floats(&[10.0, 11.0, 4.0, 3.5])]));
+        let pose = floats(&[1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 2.5]);
+        let seen = [&count[..], &floats(&[1.5, 2.5]), &count].concat();
+        assert_eq!(images, bytes(&[&count, &id, &pose, &id, b"a.png\0", &seen]));
+        let track = [&count[..], &id, &0u32.to_le_bytes()].concat();
+        let point = floats(&[1.0, 2.0, -3.0]);
+        assert_eq!(points, bytes(&[&count, &count, &point, &[1, 2, 3], &floats(&[0.0]), &track]));
     }
 }

@@ -9,7 +9,9 @@ use super::pinhole::Pinhole;
 use super::world_up::WorldUp;
 use crate::geometry::Aabb;
 use crate::render::PixelRect;
-use crate::scene::{Camera, ClipPlanes, DistanceRange, Normalization, ViewLayout, ViewSampling};
+use crate::scene::{
+    Camera, ClipPlanes, DistanceRange, LightRotation, Normalization, ViewLayout, ViewSampling,
+};
 
 /// An image of a dataset.
 #[derive(Clone, Debug)]
@@ -20,10 +22,8 @@ pub struct DatasetView {
     pub layers: Vec<(&'static str, String)>,
     /// The camera of the image. Perspective.
     pub camera: Camera,
-    /// Rotation of the light sources about the vertical in radians; 0 as they are.
-    pub light_rotation: f64,
-    /// Rotation of the environment, likewise.
-    pub environment_rotation: f64,
+    /// Rotation of the light.
+    pub light: LightRotation,
     /// True if the image is known to show nothing.
     pub is_empty: bool,
 }
@@ -78,7 +78,7 @@ impl Dataset {
         if self.sampling != (ViewSampling { seed: self.sampling.seed, ..ViewSampling::default() }) {
             root.insert("view_sampling".into(), self.sampling());
         }
-        if let Some(recorded) = self.recorded(views).filter(|_| self.normalization.is_none()) {
+        if let Some(recorded) = self.recorded(views) {
             root.insert("blinn".into(), recorded);
         }
         root
@@ -131,6 +131,9 @@ impl Dataset {
             // JSON has no infinity: null.
             insert("clip", json!([clip.near, clip.far]));
         }
+        if let Some(Normalization { centre, scale }) = self.normalization {
+            insert("normalization", json!({"centre": positive_zeros(centre.to_array()), "scale": scale}));
+        }
         Some(Value::Object(recorded))
     }
 
@@ -147,12 +150,16 @@ impl Dataset {
         let mut frame = Map::new();
         frame.insert("file_path".into(), json!(view.file));
         frame.extend(view.layers.iter().map(|(key, name)| (key.to_string(), json!(name))));
-        for (key, angle) in
-            [("light_rotation", view.light_rotation), ("environment_rotation", view.environment_rotation)]
-        {
-            if angle != 0.0 {
-                frame.insert(key.into(), json!(angle.to_degrees()));
+        let LightRotation { sources, environment } = view.light;
+        for (key, degrees) in [("light_rotation", sources), ("environment_rotation", environment)] {
+            if degrees != 0.0 {
+                frame.insert(key.into(), json!(degrees));
             }
+        }
+        if self.normalization.is_some() {
+            // The matrix has the rounded position in other units.
+            let view_point = positive_zeros(view.camera.view_point.to_array());
+            frame.insert("scene_view_point".into(), json!(view_point));
         }
         if view.is_empty {
             frame.insert("empty".into(), json!(true));

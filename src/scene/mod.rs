@@ -83,8 +83,8 @@ pub use turntable::AxisRotation;
 pub use view::{Orbit, OrbitAngles, View, ViewError};
 pub use view_rect::{Intrinsics, ViewRect};
 pub use view_sampling::{
-    DEFAULT_BASELINE, DistanceRange, SampledDistance, SampledView, StereoEye, ViewLayout, ViewSampling,
-    icosphere,
+    DEFAULT_BASELINE, DistanceRange, LightRotation, SampledDistance, SampledView, StereoEye, ViewLayout,
+    ViewSampling, icosphere,
 };
 
 /// A scene as its file describes it. Ids are indices into the arrays.

@@ -74,10 +74,17 @@ pub struct SampledView {
     pub look_at_offset: DVec3,
     /// The side of a stereo pair.
     pub stereo: Option<StereoEye>,
-    /// Rotation of the light sources about the vertical in radians: +Z turns towards +X.
-    pub light_rotation: f64,
-    /// Rotation of the environment, likewise.
-    pub environment_rotation: f64,
+    /// Rotation of the light.
+    pub light: LightRotation,
+}
+
+/// Rotation of the light of a view about the vertical, in degrees from +Z towards +X, so that files hold it exactly.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightRotation {
+    /// Of the light sources.
+    pub sources: f64,
+    /// Of the environment.
+    pub environment: f64,
 }
 
 /// A distance from the point to look at.
@@ -213,7 +220,7 @@ impl ViewSampling {
                 DistanceRange::Framed(low, high) => SampledDistance::Framed(between((low, high))),
             }
         });
-        let turn = |is_random: bool, quantity| if is_random { TAU * self.unit(i, quantity) } else { 0.0 };
+        let turn = |is_random: bool, quantity| if is_random { 360.0 * self.unit(i, quantity) } else { 0.0 };
         SampledView {
             orbit: self.orbit(i, n, icosphere),
             distance,
@@ -229,8 +236,10 @@ impl ViewSampling {
                 }
                 _ => None,
             },
-            light_rotation: turn(self.random_lights, Quantity::Lights),
-            environment_rotation: turn(self.random_environment, Quantity::Environment),
+            light: LightRotation {
+                sources: turn(self.random_lights, Quantity::Lights),
+                environment: turn(self.random_environment, Quantity::Environment),
+            },
         }
     }
 
@@ -310,8 +319,7 @@ impl SampledView {
             roll: 0.0,
             look_at_offset: DVec3::ZERO,
             stereo: None,
-            light_rotation: 0.0,
-            environment_rotation: 0.0,
+            light: LightRotation::default(),
         }
     }
 

@@ -70,6 +70,13 @@ fn only_the_formats_in_the_list_are_written() {
     runs(&at, &format!("{line} -o splat/images/#.exr --dataset colmap"));
     let model = ["cameras.txt", "images.txt", "points3D.txt"].map(|name| format!("sparse/0/{name}"));
     assert_eq!(shared("splat")[2..], model);
+    runs(&at, &format!("{line} -o binary/#.png --dataset colmap-bin"));
+    let model = ["cameras.bin", "images.bin", "points3D.bin"].map(|name| format!("sparse/0/{name}"));
+    assert_eq!(shared("binary"), model);
+    // Readers would take the binary model.
+    let text = format!("{line} -o binary/#.png --dataset colmap");
+    let words: Vec<&str> = text.split_whitespace().collect();
+    fails(&at, &words, 1, "readers would prefer binary/sparse/0/cameras.bin to the text files");
 }
 
 #[test]
@@ -117,7 +124,8 @@ fn invalid_formats_are_refused() {
     let (_dir, at) = folder();
     let cube = model("tests/cube.obj");
     for (flags, message) in [
-        ("--views 2 --dataset kitti", "expected nerf, colmap, bop, coco"),
+        ("--views 2 --dataset kitti", "expected nerf, colmap, colmap-bin, bop, coco, coco-polygons"),
+        ("--views 2 --dataset colmap,colmap-bin", "two forms of one format; choose one"),
         ("--dataset coco", "--views"),
         ("--views 2 --category object", "--dataset"),
         ("--views 2 --dataset nerf --category object", "only to --dataset coco"),

@@ -222,6 +222,58 @@ fn flow_needs_frames() {
     assert!(hits(&still).into_iter().all(|i| flow[i] == DVec3::Z));
 }
 
+/// A list of one camera at the times of frames has their flow, except beyond its ends.
+#[test]
+fn flow_leads_from_camera_to_camera() {
+    let (_dir, at) = folder();
+    write_moving_square(&at);
+    let flags = "--size 48x36 -s 1 -q --aov mask,flow-forward,flow-backward";
+    let camera = |frame: usize| {
+        format!("--frame {frame} --fps 4 --view-point 0,0,6 --view-dir 0,0,-1 --view-up 0,1,0")
+    };
+    let line = |shift: f64, frame: f64, size: u32| {
+        format!(
+            "{{\"K\": [[60, 0, 24], [0, 60, 18], [0, 0, 1]], \"width\": {size}, \"height\": 36, \
+             \"convention\": \"opengl\", \"time\": {}, \"camera_to_world\": \
+             [[1, 0, 0, {shift}], [0, 1, 0, 0], [0, 0, 1, 6], [0, 0, 0, 1]]}}\n",
+            frame / 4.0
+        )
+    };
+    let write = |name: &str, lines: &[String]| std::fs::write(at.join(name), lines.concat()).unwrap();
+    let still = [3.0, 4.0, 5.0].map(|frame| line(0.0, frame, 48));
+    write("still.jsonl", &still);
+    runs(&at, &format!("render moving.glb --cameras still.jsonl {flags} -o list/#.exr"));
+    let lens = "--intrinsics 60,60,24,18";
+    runs(&at, &format!("render moving.glb {} {lens} {flags} -o frame.exr", camera(4)));
+    let [first, middle, last] = ["1", "2", "3"].map(|n| Layers::read(&at.join(format!("list/{n}.exr"))));
+    let frame = Layers::read(&at.join("frame.exr"));
+    for name in ["flow-forward", "flow-backward"] {
+        assert_eq!(middle.vectors(name, "XYV"), frame.vectors(name, "XYV"), "{name}");
+    }
+    let is_empty =
+        |layers: &Layers, name: &str| layers.vectors(name, "XYV").iter().all(|v| *v == DVec3::ZERO);
+    assert!(is_empty(&first, "flow-backward") && !is_empty(&first, "flow-forward"));
+    assert!(is_empty(&last, "flow-forward") && !is_empty(&last, "flow-backward"));
+    // A camera that moves to the right by 0.1 m moves points at a depth of 5 m by 1.2 pixels to the left.
+    write("moving.jsonl", &[line(0.0, 3.0, 48), line(0.1, 4.0, 48)]);
+    runs(&at, &format!("render moving.glb --hide square --cameras moving.jsonl {flags} -o moved/#.exr"));
+    let moved = Layers::read(&at.join("moved/1.exr"));
+    let flow = moved.vectors("flow-forward", "XYV");
+    assert!(hits(&moved).into_iter().all(|i| flow[i].truncate().abs_diff_eq(DVec2::new(-1.2, 0.0), 1e-4)));
+    // --resume makes an image again if the camera after it changes.
+    write("moving.jsonl", &[line(0.0, 3.0, 48), line(0.2, 4.0, 48)]);
+    let again =
+        format!("render moving.glb --hide square --cameras moving.jsonl {flags} -o moved/#.exr --resume");
+    runs(&at, &again);
+    assert!(Layers::read(&at.join("moved/1.exr")).vectors("flow-forward", "XYV") != flow);
+    let refuses = |lines: &[String], message: &str| {
+        write("bad.jsonl", lines);
+        refused(&at, "render moving.glb --cameras bad.jsonl --aov flow-forward -o b/#.exr", message);
+    };
+    refuses(&[line(0.0, 4.0, 48), line(0.0, 4.0, 48)], "not every camera has a later time");
+    refuses(&[line(0.0, 4.0, 48), line(0.0, 5.0, 50)], "different sizes");
+}
+
 /// --resume renders a frame again if its neighbours change.
 #[test]
 fn a_frame_with_flow_depends_on_its_neighbours() {

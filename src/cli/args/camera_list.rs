@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::choices::UpArg;
+use crate::batch::FrameList;
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
@@ -24,4 +25,7 @@ pub struct CameraListArgs {
     /// Up axis of the world of --cameras; z is for lists from Blender: (x, y, z) becomes (x, z, −y) [default: y]
     #[arg(long, value_enum, requires = "cameras")]
     pub cameras_up: Option<UpArg>,
+    /// Render only these cameras of --cameras, which keep their numbers from 1: 1-36:2, 1-3,7,9-11
+    #[arg(long, value_name = "LIST", requires = "cameras", value_parser = FrameList::parse)]
+    pub only: Option<FrameList>,
 }

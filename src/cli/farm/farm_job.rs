@@ -40,6 +40,7 @@ pub struct InputFile {
     /// Without dashes.
     pub flag: &'static str,
     pub path: JobPath,
+    pub is_folder: bool,
 }
 
 /// The step that assembles all frames.

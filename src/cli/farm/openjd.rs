@@ -55,6 +55,7 @@ fn separate_braces(text: &str) -> String {
 fn input_parameter(flag: &str) -> &'static str {
     match flag {
         "camera-xml" => "CameraXml",
+        "cameras" => "Cameras",
         _ => "Hdri",
     }
 }
@@ -81,8 +82,9 @@ fn parameters(job: &FarmJob, target_seconds: u32, reporter: &Reporter) -> Result
         add_path(PathParameter::input("SceneFolder", folder, "DIRECTORY", description))?;
     }
     for input in &job.inputs {
-        let description = format!("The file of --{}.", input.flag);
-        add_path(PathParameter::input(input_parameter(input.flag), &input.path, "FILE", &description))?;
+        let (kind, what) = if input.is_folder { ("DIRECTORY", "folder") } else { ("FILE", "file") };
+        let description = format!("The {what} of --{}.", input.flag);
+        add_path(PathParameter::input(input_parameter(input.flag), &input.path, kind, &description))?;
     }
     add_path(PathParameter {
         name: "Output",

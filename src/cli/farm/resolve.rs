@@ -21,10 +21,10 @@ use crate::cli::run::scene_job::load_scene;
 use crate::cli::run::session::RenderSession;
 use crate::cli::scene_file::is_stdin;
 use crate::cli::usage::UsageError;
-use crate::scene::{PosedScene, Scene};
+use crate::scene::{ClipBoundsCache, PosedScene, Scene};
 
 /// Flags that a job sets itself or drops.
-const JOB_FLAGS: [&str; 13] = [
+const JOB_FLAGS: [&str; 14] = [
     "output",
     "config",
     "resume",
@@ -34,6 +34,7 @@ const JOB_FLAGS: [&str; 13] = [
     "exposure",
     "size",
     "camera-xml",
+    "cameras",
     "hdri",
     "threads",
     "max-memory",
@@ -92,14 +93,8 @@ impl<'a> JobPlan<'a> {
                 "the tasks of a job read their scene from a file; save standard input".into(),
             ));
         }
-        if plan.cameras.is_some() {
-            return Err(UsageError(
-                "a job does not render --cameras; run blinn render --cameras with --chunk I/N in each task"
-                    .into(),
-            ));
-        }
         if !plan.frames.is_sequence() {
-            return Err(UsageError("a job renders several frames; add --frames".into()));
+            return Err(UsageError("a job renders several frames; add --frames or --cameras".into()));
         }
         let output = JobOutput::new(engine.command(), plan, &scene)?;
         check_dataset(plan, &scene)?;
@@ -112,13 +107,17 @@ impl<'a> JobPlan<'a> {
         let hdri = options.light.hdri.as_ref().and_then(HdriArg::file);
         let files = [("camera-xml", options.camera.camera_xml.as_ref()), ("hdri", hdri)];
         let mut inputs = Vec::new();
+        if let Some(cameras) = &plan.cameras {
+            let (path, is_folder) = cameras.input();
+            inputs.push(InputFile { flag: "cameras", path: folder.job_path(path)?, is_folder });
+        }
         for (flag, file) in files {
             if let Some(file) = file {
                 let mut path = folder.job_path(file)?;
                 if flag == "hdri" && HdriArg::new(path.path.clone().into()).file().is_none() {
                     path.path = format!("./{}", path.path);
                 }
-                inputs.push(InputFile { flag, path });
+                inputs.push(InputFile { flag, path, is_folder: false });
             }
         }
         let scene_folder = folder.job_path(scene.parent().unwrap_or(Path::new("")))?;
@@ -140,7 +139,8 @@ impl<'a> JobPlan<'a> {
     pub fn resolve(self, log: &SceneLog) -> Result<FarmJob> {
         let plan = self.plan;
         let scene = load_scene(plan, &self.file, log, &CancelToken::default())?;
-        let (session, start) = RenderSession::new(plan, &scene, log, &CancelToken::default())?;
+        let (session, start) =
+            RenderSession::new(plan, &scene, log, &ClipBoundsCache::default(), &CancelToken::default())?;
         if let Some(JobAnimation { output, file }) = &self.output.animation {
             output.format.check_size(session.size()).map_err(|text| anyhow!("-o {file}: {text}"))?;
         }
@@ -151,11 +151,16 @@ impl<'a> JobPlan<'a> {
             inputs.retain(|input| input.flag != "camera-xml");
         }
         let (command, frames_flag) = match self.engine.command() {
+            JobCommand::Render(_) if plan.cameras.is_some() => ("render", "--only"),
             JobCommand::Render(_) => ("render", "--frames"),
             JobCommand::Turntable(_) => ("turntable", "--only"),
         };
         let mut flags = self.flags.without(&JOB_FLAGS);
-        let mut resolved = vec![format!("--size={}x{}", size.0, size.1)];
+        let mut resolved = Vec::new();
+        // The images of a list have sizes of their own.
+        if plan.cameras.is_none() || self.engine.command().options().image.size.is_some() {
+            resolved.push(format!("--size={}x{}", size.0, size.1));
+        }
         resolved.push(format!("--exposure={}", session.exposure.ev));
         if let Some(name) = hdri_name(self.engine) {
             resolved.push(format!("--hdri={name}"));
@@ -214,7 +219,7 @@ impl<'a> JobPlan<'a> {
         })
     }
 
-    /// The resolved camera as flags. A file's camera may move, and a dataset has many views, so they have none.
+    /// The resolved camera as flags. A file's camera may move, and a dataset or a list has many, so they have none.
     fn camera_flags(
         &self,
         scene: &Scene,
@@ -222,7 +227,7 @@ impl<'a> JobPlan<'a> {
         size: (u32, u32),
     ) -> Result<Option<Vec<String>>> {
         let view = &self.plan.options.view;
-        if self.plan.dataset.is_some() || view.uses_file_camera(scene) {
+        if self.plan.dataset.is_some() || self.plan.cameras.is_some() || view.uses_file_camera(scene) {
             return Ok(None);
         }
         let (camera, _) = view.resolve(posed, size.0, size.1)?;

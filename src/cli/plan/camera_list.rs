@@ -7,7 +7,7 @@ use crate::cli::args::{CameraListArgs, ImageArgs, UpArg};
 use crate::cli::usage::UsageError;
 use crate::import::{CameraFile, Limits, ListedCamera, LoadError, RecordedView, UpAxis};
 use crate::render::PixelRect;
-use crate::scene::{Camera, ClipPlanes};
+use crate::scene::{Camera, ClipPlanes, LightRotation, Normalization};
 
 /// The cameras of a list, each for an image.
 #[derive(Debug)]
@@ -21,16 +21,20 @@ pub struct CameraList {
     clip: Option<ClipPlanes>,
 }
 
-/// A camera with the size of its image.
+/// The camera of an image, with what else a list or a dataset sets for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SizedCamera {
+pub struct ImageCamera {
     pub camera: Camera,
     /// Width and height of the image without crop.
     pub size: (u32, u32),
     /// The rendered region.
     pub crop: Option<PixelRect>,
-    /// Metres per step of 16-bit depth.
+    /// Metres, or units of the normalization, per step of 16-bit depth.
     pub depth_step: Option<f64>,
+    /// Rotation of the light.
+    pub light: LightRotation,
+    /// From the scene's world to the units of layers. `None` for metres.
+    pub normalization: Option<Normalization>,
 }
 
 impl CameraList {
@@ -54,6 +58,15 @@ impl CameraList {
     /// The file of the list.
     pub fn path(&self) -> &Path {
         self.file.path()
+    }
+
+    /// What --cameras has to name to find the list: a file, or true and the folder of a list of several files.
+    pub fn input(&self) -> (&Path, bool) {
+        let file = self.file.path();
+        match file.parent().filter(|_| self.file.has_several_files()) {
+            Some(folder) => (folder, true),
+            None => (file, false),
+        }
     }
 
     /// The up axis of the world that the list describes.
@@ -91,7 +104,7 @@ impl CameraList {
     ///
     /// # Errors
     /// The file changed.
-    pub fn camera(&self, index: usize) -> Result<SizedCamera, LoadError> {
+    pub fn camera(&self, index: usize) -> Result<ImageCamera, LoadError> {
         let listed = self.file.camera(index)?;
         // All cameras were checked to have a size.
         let (size, crop) = self.size_of(&listed).unwrap_or(((1, 1), None));
@@ -100,7 +113,15 @@ impl CameraList {
         let camera =
             recorded.map_or(Camera { clip: ClipPlanes::OFF, ..camera }, |view| view.lens_of(&camera));
         let camera = Camera { clip: self.clip.unwrap_or(camera.clip), ..camera };
-        Ok(SizedCamera { camera, size, crop, depth_step: listed.depth_step })
+        let normalization = self.file.normalization();
+        Ok(ImageCamera {
+            camera,
+            size,
+            crop,
+            depth_step: listed.depth_step,
+            light: listed.light,
+            normalization,
+        })
     }
 
     /// The recorded lens of blinn's own list, if no option changes the size of images.

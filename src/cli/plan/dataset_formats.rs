@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::dataset::DatasetPlan;
 use super::frames::PlannedFrame;
 use super::outputs::{OutputKind, Outputs, Target};
+use crate::batch::{CocoMasks, ColmapForm};
 use crate::cli::args::TurnArgs;
 use crate::cli::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
 use crate::cli::usage::UsageError;
@@ -27,15 +28,41 @@ impl FormatsPlan {
     pub fn from_args(args: &TurnArgs) -> Result<FormatsPlan, UsageError> {
         let formats = args.dataset.clone().unwrap_or_default();
         let has_categories = !args.category.is_empty();
-        if has_categories && !formats.0.contains(&DatasetFormat::Coco) {
+        let categories = if has_categories { args.category.clone() } else { vec![CategoryRule::Object] };
+        let plan = FormatsPlan { formats, categories };
+        if has_categories && plan.coco_masks().is_none() {
             return Err(UsageError("--category applies only to --dataset coco; add it".into()));
         }
-        let categories = if has_categories { args.category.clone() } else { vec![CategoryRule::Object] };
-        Ok(FormatsPlan { formats, categories })
+        Ok(plan)
     }
 
     pub fn has(&self, format: DatasetFormat) -> bool {
         self.formats.0.contains(&format)
+    }
+
+    /// The form of COLMAP's model, if the dataset has one.
+    pub fn colmap_form(&self) -> Option<ColmapForm> {
+        match () {
+            () if self.has(DatasetFormat::Colmap) => Some(ColmapForm::Text),
+            () if self.has(DatasetFormat::ColmapBinary) => Some(ColmapForm::Binary),
+            () => None,
+        }
+    }
+
+    /// The form of masks in COCO's annotations, if the dataset has them.
+    pub fn coco_masks(&self) -> Option<CocoMasks> {
+        match () {
+            () if self.has(DatasetFormat::Coco) => Some(CocoMasks::RunLengths),
+            () if self.has(DatasetFormat::CocoPolygons) => Some(CocoMasks::Polygons),
+            () => None,
+        }
+    }
+
+    /// A file that readers of COLMAP's model would read instead of it. `transforms` is the `transforms.json` of the scene.
+    pub fn preferred_model(&self, transforms: &Path) -> Option<PathBuf> {
+        self.colmap_form().filter(|form| *form == ColmapForm::Text)?;
+        let folder = colmap_folder(transforms);
+        ColmapForm::Binary.names().map(|name| folder.join(name)).into_iter().find(|file| file.exists())
     }
 
     /// The files that describe all views of a scene. Masks and models are not among them, as their number depends on the
@@ -45,12 +72,12 @@ impl FormatsPlan {
         if self.has(DatasetFormat::Nerf) {
             files.push(transforms.to_path_buf());
         }
-        if self.has(DatasetFormat::Coco) {
+        if self.coco_masks().is_some() {
             files.push(coco_file(transforms));
         }
-        if self.has(DatasetFormat::Colmap) {
+        if let Some(form) = self.colmap_form() {
             let folder = colmap_folder(transforms);
-            files.extend(["cameras.txt", "images.txt", "points3D.txt"].map(|name| folder.join(name)));
+            files.extend(form.names().map(|name| folder.join(name)));
         }
         if self.has(DatasetFormat::Bop) {
             let folders = BopFolders::of(transforms);
@@ -74,7 +101,7 @@ impl FormatsPlan {
             else {
                 continue;
             };
-            if self.has(DatasetFormat::Colmap) {
+            if self.colmap_form().is_some() {
                 check_colmap_name(&image)?;
             }
             if self.has(DatasetFormat::Bop) {
@@ -102,7 +129,7 @@ impl FormatsPlan {
     pub fn shared_path(&self, transforms: &Path) -> PathBuf {
         if self.has(DatasetFormat::Bop) {
             BopFolders::of(transforms).models
-        } else if self.has(DatasetFormat::Colmap) {
+        } else if self.colmap_form().is_some() {
             colmap_folder(transforms)
         } else {
             transforms.to_path_buf()

@@ -1,5 +1,6 @@
 //! The frames before and after a frame, to which layers of flow lead.
 
+use super::camera_list::CameraList;
 use super::frames::{DEFAULT_FPS, PlannedFrame};
 use super::render_options::RenderOptions;
 use crate::cli::args::FrameArgs;
@@ -20,6 +21,11 @@ pub enum FrameNeighbours {
         /// The rotation of each frame in radians.
         angles: Vec<f64>,
     },
+    /// The cameras of a list in the order of their times, which ends with the last.
+    Cameras {
+        /// The time of each in seconds.
+        times: Vec<f64>,
+    },
 }
 
 impl FrameNeighbours {
@@ -29,6 +35,33 @@ impl FrameNeighbours {
             (None, None) => FrameNeighbours::None,
             _ => FrameNeighbours::Animation { fps: args.fps.unwrap_or(DEFAULT_FPS) },
         }
+    }
+
+    /// Those of a list of cameras. They matter only to layers of flow, for which every camera needs a later time than the
+    /// one before, and all the same size.
+    pub fn of_cameras(cameras: &CameraList, options: &RenderOptions) -> Result<FrameNeighbours, UsageError> {
+        let Some(aov) = options.aovs.aovs.iter().find(|aov| aov.is_flow()) else {
+            return Ok(FrameNeighbours::None);
+        };
+        let error = |text: &str| {
+            let (aov, file) = (aov.name(), cameras.path().display());
+            UsageError(format!(
+                "--aov {aov}: flow leads from camera to camera, but in --cameras {file} {text}"
+            ))
+        };
+        let times: Option<Vec<f64>> = (0..cameras.len()).map(|index| cameras.time(index)).collect();
+        let times = times
+            .filter(|times| times.windows(2).all(|pair| pair[0] < pair[1]))
+            .ok_or_else(|| error("not every camera has a later time than the one before; add times"))?;
+        let mut first = None;
+        for index in 0..cameras.len() {
+            let listed = cameras.listed(index).map_err(|e| UsageError(format!("--cameras: {e}")))?;
+            let size = cameras.size_of(&listed);
+            if *first.get_or_insert(size) != size {
+                return Err(error("the images have different sizes; add --size WxH"));
+            }
+        }
+        Ok(FrameNeighbours::Cameras { times })
     }
 
     /// The frame `step` frames later, or earlier if it is negative.
@@ -49,6 +82,11 @@ impl FrameNeighbours {
                 let angle = *angles.get(usize::try_from(number - 1).ok()?)?;
                 Some(PlannedFrame { number, angle, ..*frame })
             }
+            FrameNeighbours::Cameras { times } => {
+                let index = i64::try_from(frame.camera?).ok()?.checked_add(step)?;
+                let camera = usize::try_from(index).ok()?;
+                Some(PlannedFrame { number, time: *times.get(camera)?, camera: Some(camera), ..*frame })
+            }
         }
     }
 
@@ -57,7 +95,7 @@ impl FrameNeighbours {
         let flow = options.aovs.aovs.iter().find(|aov| aov.is_flow());
         match (self, flow) {
             (FrameNeighbours::None, Some(aov)) => Err(UsageError(format!(
-                "--aov {}: flow leads from frame to frame; set --frame or --frames, or use turntable without --views",
+                "--aov {}: flow leads from frame to frame; set --frame or --frames, --cameras with times, or use turntable without --views",
                 aov.name()
             ))),
             _ => Ok(()),
@@ -82,5 +120,12 @@ mod tests {
         assert_eq!(turn.frame(&at(3, 2.0), 1), Some(at(1, 0.0)));
         assert_eq!(turn.frame(&at(1, 0.0), -1), Some(at(3, 2.0)));
         assert_eq!(FrameNeighbours::None.frame(&seventh, 1), None);
+        let list = FrameNeighbours::Cameras { times: vec![0.5, 1.5] };
+        let camera = |index: usize, time: f64| PlannedFrame {
+            camera: Some(index),
+            ..PlannedFrame::at(index as i64 + 1, time)
+        };
+        assert_eq!(list.frame(&camera(0, 0.5), 1), Some(camera(1, 1.5)));
+        assert_eq!((list.frame(&camera(0, 0.5), -1), list.frame(&camera(1, 1.5), 1)), (None, None));
     }
 }

@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 
 use super::camera_list::CameraList;
 use crate::batch::{Chunk, FrameList, MAX_FRAMES};
-use crate::cli::args::{FrameArgs, TimeArgs};
+use crate::cli::args::{CameraListArgs, FrameArgs, TimeArgs};
 use crate::cli::usage::UsageError;
 use crate::scene::SampledView;
 
@@ -55,23 +55,36 @@ pub enum FrameSet {
         cameras: Arc<CameraList>,
         /// Time in seconds of cameras without a time.
         time: f64,
-        /// The part of the cameras to render.
+        /// The numbers of the cameras to render, from --only; `None` for all.
+        only: Option<FrameList>,
+        /// The part of these to render.
         chunk: Option<Chunk>,
     },
 }
 
 impl FrameSet {
-    /// Resolves frames or times, or the cameras of a list. `chunk` is the part of them to render.
+    /// The cameras of a list. `chunk` is the part of them to render.
+    pub fn of_cameras(
+        args: &CameraListArgs,
+        time: &TimeArgs,
+        cameras: &Arc<CameraList>,
+        chunk: Option<Chunk>,
+    ) -> Result<FrameSet, UsageError> {
+        let (count, only) = (cameras.len() as i64, args.only.clone());
+        let mut numbers = only.iter().flat_map(|list| list.frames());
+        if let Some(outside) = numbers.find(|number| !(1..=count).contains(*number)) {
+            return Err(UsageError(format!("--only {outside}: the cameras are 1 to {count}")));
+        }
+        let time = time.time.unwrap_or(0.0);
+        Ok(FrameSet::Cameras { cameras: cameras.clone(), time, only, chunk })
+    }
+
+    /// Resolves frames or times. `chunk` is the part of them to render.
     pub fn from_args(
         frames: &FrameArgs,
         time: &TimeArgs,
-        cameras: Option<&Arc<CameraList>>,
         chunk: Option<Chunk>,
     ) -> Result<FrameSet, UsageError> {
-        if let Some(cameras) = cameras {
-            let time = time.time.unwrap_or(0.0);
-            return Ok(FrameSet::Cameras { cameras: cameras.clone(), time, chunk });
-        }
         let fps = frames.fps.unwrap_or(DEFAULT_FPS);
         match (&frames.frames, frames.frame) {
             (Some(list), _) => Ok(FrameSet::Clip { frames: list.clone(), fps, chunk }),
@@ -117,13 +130,20 @@ impl FrameSet {
                 let frame = |&number: &i64| PlannedFrame::at(number, number as f64 / fps);
                 numbers[part].iter().map(frame).collect()
             }
-            FrameSet::Cameras { cameras, time, chunk } => {
-                let part = chunk.map_or(0..cameras.len(), |chunk| chunk.range(cameras.len()));
+            FrameSet::Cameras { cameras, time, only, chunk } => {
+                let count = only.as_ref().map_or(cameras.len(), |list| list.frames().len());
+                let part = chunk.map_or(0..count, |chunk| chunk.range(count));
                 let frame = |index: usize| PlannedFrame {
                     camera: Some(index),
                     ..PlannedFrame::at(index as i64 + 1, cameras.time(index).unwrap_or(*time))
                 };
-                part.map(frame).collect()
+                match only {
+                    None => part.map(frame).collect(),
+                    // Their range was checked.
+                    Some(list) => {
+                        list.frames()[part].iter().map(|number| frame(*number as usize - 1)).collect()
+                    }
+                }
             }
         })
     }

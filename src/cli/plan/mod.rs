@@ -37,7 +37,7 @@ use crate::render::RenderSettings;
 use crate::scene::View;
 
 pub use animation_output::AnimationOutput;
-pub use camera_list::{CameraList, SizedCamera};
+pub use camera_list::{CameraList, ImageCamera};
 pub use check::CheckPlan;
 pub use command_files::NumberedScene;
 pub use dataset::DatasetPlan;
@@ -99,12 +99,15 @@ impl RenderPlan {
         let scenes = Arc::new(scene_list(&args.scene.scenes)?);
         let chunk =
             ScopedChunk::new(args.frames.chunk, &scenes, args.frames.frames.is_some() || cameras.is_some())?;
-        let frames = FrameSet::from_args(&args.frames, &args.time, cameras.as_ref(), chunk.frames)?;
+        let frames = match &cameras {
+            Some(cameras) => FrameSet::of_cameras(&args.cameras, &args.time, cameras, chunk.frames)?,
+            None => FrameSet::from_args(&args.frames, &args.time, chunk.frames)?,
+        };
         let sequence = SequenceInfo {
             is_sequence: frames.is_sequence(),
             has_cameras: cameras.is_some(),
             fps: args.frames.fps,
-            subset_flag: chunk.frames.map(|_| "--chunk"),
+            subset_flag: args.cameras.only.as_ref().map(|_| "--only").or(chunk.frames.map(|_| "--chunk")),
             clockwise: false,
         };
         let outputs =
@@ -117,12 +120,16 @@ impl RenderPlan {
             // Limits and buffers suit the largest image.
             options.size = Some(check_cameras(cameras, &outputs, &scenes.first()?)?);
         }
+        let neighbours = match &cameras {
+            Some(cameras) => FrameNeighbours::of_cameras(cameras, &options)?,
+            None => FrameNeighbours::of_render(&args.frames),
+        };
         let check = CheckPlan::from_args(&args.check, &outputs)?;
         RenderPlan {
             scenes,
             scene_chunk: chunk.scenes,
             frames,
-            neighbours: FrameNeighbours::of_render(&args.frames),
+            neighbours,
             options,
             outputs,
             build: build_settings()?,
@@ -186,27 +193,41 @@ impl RenderPlan {
 
     /// Hash of everything that decides an image of a dataset or of a list of cameras except the input files. It is the
     /// same for a dataset and for its `transforms.json` as a list, and does not change with other cameras of a list.
-    pub fn view_hash(&self, frame: &PlannedFrame, view: &SizedCamera) -> SettingsHash {
+    pub fn view_hash(&self, frame: &PlannedFrame, view: &ImageCamera) -> SettingsHash {
         let options = &self.options;
         // Lights that follow the camera follow the view at rest.
         let rest = (&options.view.camera, options.view.look_at);
         let aovs = if self.outputs.holds_aovs() { options.aovs.clone() } else { AovSelection::default() };
         let settings = RenderSettings { crop: None, ..options.settings };
-        let options = RenderOptions { size: None, view: View::default(), aovs, settings, ..options.clone() };
+        // The normalization of the view counts.
+        let options = RenderOptions {
+            size: None,
+            view: View::default(),
+            normalize: None,
+            aovs,
+            settings,
+            ..options.clone()
+        };
         let up = match (&self.dataset, &self.cameras) {
             (Some(dataset), _) => dataset.up,
             (None, Some(cameras)) => cameras.world_up(),
             (None, None) => WorldUp::Y,
         };
         let depth_step = options.depth_unit.or(view.depth_step);
-        let view = SizedCamera { camera: view.camera.with_positive_zeros(), depth_step, ..*view };
-        let hash = SettingsHash::of(&(&options, rest, self.outputs.kind, frame.time, view, up));
-        let light = frame.view.map(|view| (view.light_rotation, view.environment_rotation));
-        match light.filter(|light| *light != (0.0, 0.0)) {
-            Some(light) => SettingsHash::of(&(hash, light)),
-            None => hash,
-        }
-        .strict(self.strict)
+        let view = ImageCamera { camera: view.camera.with_positive_zeros(), depth_step, ..*view };
+        let neighbours = self.listed_neighbours(frame);
+        SettingsHash::of(&(&options, rest, self.outputs.kind, frame.time, view, up, neighbours))
+            .strict(self.strict)
+    }
+
+    /// Times and cameras of the neighbours in a list to which layers of flow lead.
+    fn listed_neighbours(&self, frame: &PlannedFrame) -> [Option<(f64, Option<ImageCamera>)>; 2] {
+        let has_flow = self.options.aovs.aovs.iter().any(|aov| aov.is_flow());
+        [-1, 1].map(|step| {
+            let cameras = self.cameras.as_ref().filter(|_| has_flow)?;
+            let PlannedFrame { time, camera, .. } = self.neighbours.frame(frame, step)?;
+            Some((time, cameras.camera(camera?).ok()))
+        })
     }
 
     /// Hash of everything that decides an image in an archive except the input files, whatever its scene. `None` if its

@@ -19,6 +19,7 @@ use crate::cli::plan::{RenderPlan, load_limits};
 use crate::cli::summary::Summary;
 use crate::import::LoadError;
 use crate::output::{SaveError, ShardWriter};
+use crate::scene::ClipBoundsCache;
 
 /// The scenes of a run, and what is written about them.
 pub struct Batch<'a> {
@@ -65,6 +66,7 @@ impl Batch<'_> {
             images: ImageCounts::default(),
             cancel: cancel.clone(),
             views_shown: BTreeMap::new(),
+            clip_bounds: ClipBoundsCache::cancelled_by(&cancel),
         };
         let outcome = panics::catch(|| job.run());
         let outcome = match self.timeout {

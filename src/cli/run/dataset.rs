@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use crate::batch::{Dataset, DatasetView};
-use crate::cli::plan::{DatasetPlan, PlannedFrame, RenderPlan, SizedCamera, Target};
+use crate::cli::plan::{DatasetPlan, ImageCamera, PlannedFrame, RenderPlan, Target};
 use crate::integrator::Aov;
 use crate::output::{Overwrite, SaveError, check_overwrite, write_atomically};
 use crate::render::RenderSettings;
 use crate::scene::pose;
 use crate::scene::{
-    ClipBoundsCache, DEFAULT_BASELINE, DistanceRange, PoseSettings, PosedScene, SampledView, Scene,
-    StereoEye, clip_duration,
+    ClipBoundsCache, DEFAULT_BASELINE, DistanceRange, LightRotation, Normalization, PoseSettings, PosedScene,
+    SampledView, Scene, StereoEye, clip_duration,
 };
 
 /// Keys under which NeRF tools look for an AOV.
@@ -64,11 +64,11 @@ impl TransformsFile<'_> {
     }
 
     /// Returns an error if --no-overwrite keeps a file with other content.
-    pub fn check(&self) -> Result<()> {
+    pub fn check(&self, clip_bounds: &ClipBoundsCache) -> Result<()> {
         let file = self.file();
         let Err(error) = check_overwrite(&file, self.plan.outputs.replace) else { return Ok(()) };
         if file.is_file() {
-            let (dataset, views) = self.describe(&ClipBoundsCache::default())?;
+            let (dataset, views) = self.describe(clip_bounds)?;
             if marks_of_same(&file, &dataset, &views).is_some() {
                 return Ok(());
             }
@@ -87,6 +87,9 @@ impl TransformsFile<'_> {
         let time = dataset.time.min(clip_duration(scene, &animation)?);
         let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
             .with_clip_bounds_cache(clip_bounds);
+        // All views are placed by them.
+        start.clip_bounds();
+        clip_bounds.check()?;
         let posed = start.at_time(time);
         Ok((start, posed))
     }
@@ -131,8 +134,7 @@ impl TransformsFile<'_> {
                 file: name(image),
                 layers: layers.collect(),
                 camera: plan.options.camera(&frame, posed, size)?,
-                light_rotation: frame.view.map_or(0.0, |view| view.light_rotation),
-                environment_rotation: frame.view.map_or(0.0, |view| view.environment_rotation),
+                light: frame.view.map_or(LightRotation::default(), |view| view.light),
                 is_empty: false,
             });
         }
@@ -146,6 +148,7 @@ pub struct DatasetViews<'s> {
     posed: PosedScene<'s>,
     size: (u32, u32),
     depth_step: Option<f64>,
+    normalization: Option<Normalization>,
 }
 
 impl<'s> DatasetViews<'s> {
@@ -159,16 +162,24 @@ impl<'s> DatasetViews<'s> {
         let time = dataset.time.min(clip_duration(scene, &animation)?);
         let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
             .with_clip_bounds_cache(clip_bounds);
+        start.clip_bounds();
+        clip_bounds.check()?;
         let size = plan.options.size_for(scene);
         let depth_step = depth_step(plan, &start, size)?;
-        Ok(DatasetViews { plan, posed: start.at_time(time), size, depth_step })
+        let normalization = plan.options.normalize.map(|_| plan.options.normalization(&start));
+        Ok(DatasetViews { plan, posed: start.at_time(time), size, depth_step, normalization })
     }
 
     /// The camera of a view.
-    pub fn view(&self, frame: &PlannedFrame) -> Result<SizedCamera> {
-        let DatasetViews { plan, posed, size, depth_step } = self;
-        let camera = plan.options.camera(frame, posed, *size)?;
-        Ok(SizedCamera { camera, size: *size, crop: plan.options.settings.crop, depth_step: *depth_step })
+    pub fn view(&self, frame: &PlannedFrame) -> Result<ImageCamera> {
+        Ok(ImageCamera {
+            camera: self.plan.options.camera(frame, &self.posed, self.size)?,
+            size: self.size,
+            crop: self.plan.options.settings.crop,
+            depth_step: self.depth_step,
+            light: frame.view.map_or(LightRotation::default(), |view| view.light),
+            normalization: self.normalization,
+        })
     }
 }
 

@@ -111,6 +111,7 @@ fn find_reason(
     }
     if bounds.is_empty() {
         let is_shown_later = !frame.posed.clip_bounds().is_empty();
+        cancel.check()?;
         return Ok(if is_shown_later { EmptyReason::HiddenNow } else { EmptyReason::NoArea });
     }
     let small = smaller(settings);

@@ -8,20 +8,28 @@ use glam::DVec3;
 
 use super::dataset::depth_step;
 use super::progress::SceneLog;
+use crate::cancellation::Cancelled;
 use crate::cli::args::values::AoArg;
 use crate::cli::plan::RenderPlan;
 use crate::integrator::AmbientOcclusion;
 use crate::scene::{Camera, Ground, PosedScene, ViewNotes};
 
 /// Runs a function and logs the time for the bounds over the clip, if the function is the first that needs them.
-pub fn log_clip_bounds<T>(log: &SceneLog, posed: &PosedScene, function: impl FnOnce() -> T) -> T {
+///
+/// # Errors
+/// Computing the bounds was cancelled.
+pub fn log_clip_bounds<T>(
+    log: &SceneLog,
+    posed: &PosedScene,
+    function: impl FnOnce() -> T,
+) -> Result<T, Cancelled> {
     let since = Instant::now();
     let was_known = posed.clip_sample_count().is_some();
     let result = function();
     if let Some(times @ 1..) = posed.clip_sample_count().filter(|_| !was_known) {
         log.stage("clip", since, &format!("{times} times"));
     }
-    result
+    posed.clip_bounds_cache().check().map(|()| result)
 }
 
 /// View, ground and distances that all images of a scene share.

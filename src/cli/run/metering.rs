@@ -111,7 +111,8 @@ fn metering_camera(setup: &SceneSetup, start: &PosedFrame) -> Result<MeteringCam
     } else {
         View { clip: setup.options.view.clip, ..View::default() }
     };
-    let (camera, _) = log_clip_bounds(setup.log, &start.posed, || view.resolve(&start.posed, width, height))?;
+    let (camera, _) =
+        log_clip_bounds(setup.log, &start.posed, || view.resolve(&start.posed, width, height))??;
     Ok(MeteringCamera { camera, aspect: f64::from(width) / f64::from(height) })
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Context, Error, Result, bail};
 use serde_json::json;
 
 use super::animation_writer::AnimationWriter;
@@ -25,7 +25,7 @@ use crate::cli::args::values::DatasetFormat;
 use crate::cli::console::print_stdout;
 use crate::cli::files::create_parent_folder;
 use crate::cli::plan::{
-    BackFaceCulling, OutputKind, PathConflicts, PlannedFrame, RenderPlan, SizedCamera, Target, Writer,
+    BackFaceCulling, ImageCamera, OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer,
     load_limits,
 };
 use crate::cli::scene_file::{is_stdin, load_scene_file};
@@ -58,6 +58,8 @@ pub struct SceneJob<'a> {
     pub cancel: CancelToken,
     /// The images of a dataset that are known, by file name: true if they show something.
     pub views_shown: BTreeMap<String, bool>,
+    /// Bounds over the clip, which all parts of the work share. Cancelled by `cancel`.
+    pub clip_bounds: ClipBoundsCache,
 }
 
 impl SceneJob<'_> {
@@ -103,17 +105,20 @@ impl SceneJob<'_> {
             return self.list(&frames);
         }
         self.check_files(&scene, &frames)?;
-        let clip_bounds =
-            if frames.is_empty() { ClipBoundsCache::default() } else { self.render(&scene, &frames)? };
+        if !frames.is_empty() {
+            self.render(&scene, &frames)?;
+        }
         if let Some(transforms) = self.transforms_file(&scene) {
-            for file in (DatasetFiles { transforms: &transforms, log: self.log }).write(&clip_bounds)? {
+            for file in (DatasetFiles { transforms: &transforms, log: self.log })
+                .write(&self.clip_bounds, &self.cancel)?
+            {
                 self.log.reporter.wrote(Some(self.path), &file);
             }
         }
         // transforms.json comes last: if it exists, all images do.
         if let Some(transforms) = self.transforms_file(&scene)
             && self.plan.formats.has(DatasetFormat::Nerf)
-            && let Some(file) = transforms.write(&clip_bounds, &self.views_shown)?
+            && let Some(file) = transforms.write(&self.clip_bounds, &self.views_shown)?
         {
             self.log.reporter.wrote(Some(self.path), &file);
         }
@@ -137,7 +142,15 @@ impl SceneJob<'_> {
         if let Some(transforms) = self.transforms_file(scene)
             && self.plan.formats.has(DatasetFormat::Nerf)
         {
-            transforms.check()?;
+            transforms.check(&self.clip_bounds)?;
+        }
+        if let Some(transforms) = self.transforms_file(scene)
+            && let Some(file) = self.plan.formats.preferred_model(&transforms.file())
+        {
+            let file = file.display();
+            bail!(
+                "--dataset colmap: readers would prefer {file} to the text files; remove it or write colmap-bin"
+            );
         }
         let first = &frames[..frames.len().min(1)];
         if let Some(first) = self.plan.output_files(self.path, self.index, first).first() {
@@ -162,13 +175,13 @@ impl SceneJob<'_> {
     }
 
     /// Renders frames in a pipeline: while one frame is rendered, the next is posed and its BVH built, and the
-    /// previous one is encoded and written. Returns the clip bounds that were found.
-    fn render(&mut self, scene: &Scene, frames: &[PlannedFrame]) -> Result<ClipBoundsCache> {
+    /// previous one is encoded and written.
+    fn render(&mut self, scene: &Scene, frames: &[PlannedFrame]) -> Result<()> {
         let (path, reporter) = (self.path, self.log.reporter);
         memory_estimate::check(self.plan, scene, frames.len())?;
         reporter.begin_frames(path, frames.len());
-        let (session, start) = RenderSession::new(self.plan, scene, self.log, &self.cancel)?;
-        let clip_bounds = start.posed.clip_bounds_cache().clone();
+        let (session, start) =
+            RenderSession::new(self.plan, scene, self.log, &self.clip_bounds, &self.cancel)?;
         let mut animation = match (self.plan.outputs.kind, self.target(&frames[0])) {
             (OutputKind::Animation(output), Target::File(file)) => {
                 let replace = self.plan.outputs.replace;
@@ -179,7 +192,7 @@ impl SceneJob<'_> {
         let samples = match (&self.shard, &self.plan.dataset) {
             (Some(_), Some(dataset)) => {
                 let SceneJob { plan, path, index, .. } = *self;
-                Some(TransformsFile { plan, dataset, scene, path, index }.describe(&clip_bounds)?)
+                Some(TransformsFile { plan, dataset, scene, path, index }.describe(&self.clip_bounds)?)
             }
             _ => None,
         };
@@ -219,7 +232,7 @@ impl SceneJob<'_> {
         if let Some(animation) = animation {
             self.finish_animation(animation)?;
         }
-        Ok(clip_bounds)
+        Ok(())
     }
 
     fn add_to_animation(
@@ -266,7 +279,7 @@ impl SceneJob<'_> {
         if plan.outputs.resume && self.shard.is_none() {
             let views = match (&plan.dataset, scene) {
                 (Some(dataset), Some(scene)) => {
-                    Some(DatasetViews::new(plan, dataset, scene, &ClipBoundsCache::default())?)
+                    Some(DatasetViews::new(plan, dataset, scene, &self.clip_bounds)?)
                 }
                 _ => None,
             };
@@ -313,7 +326,7 @@ impl SceneJob<'_> {
     }
 
     /// The hash of an image except its input files.
-    fn image_hash(&self, frame: &PlannedFrame, view: Option<SizedCamera>) -> SettingsHash {
+    fn image_hash(&self, frame: &PlannedFrame, view: Option<ImageCamera>) -> SettingsHash {
         let has_view = self.plan.dataset.is_some() || self.plan.cameras.is_some();
         match view.filter(|_| has_view) {
             Some(view) => self.plan.view_hash(frame, &view),

@@ -15,7 +15,7 @@ use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::SceneLog;
 use crate::batch::WorldUp;
 use crate::cancellation::CancelToken;
-use crate::cli::plan::{CameraList, FrameNeighbours, PlannedFrame, RenderOptions, RenderPlan, SizedCamera};
+use crate::cli::plan::{CameraList, FrameNeighbours, ImageCamera, PlannedFrame, RenderOptions, RenderPlan};
 use crate::display::{Display, ViewTransform};
 use crate::integrator::{Aov, Frame, NeighbourFrames, Phong};
 use crate::output::{CropWindow, IdNames, Picture};
@@ -23,8 +23,8 @@ use crate::render::{
     AdaptiveSampling, AovLayer, ProgressMonitor, RenderSettings, render, render_mattes, render_moving_aovs,
 };
 use crate::scene::{
-    Animation, AnimationChoice, AxisRotation, Camera, Environment, GroundKind, Lighting, Normalization,
-    PoseSettings, PosedScene, ResolvedLighting, SampledView, Scene,
+    Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
+    LightRotation, Lighting, Normalization, PoseSettings, PosedScene, ResolvedLighting, Scene,
 };
 use crate::scene::{active_animations, clip_duration, pose};
 
@@ -48,11 +48,13 @@ impl<'a> RenderSession<'a> {
         plan: &'a RenderPlan,
         scene: &'a Scene,
         log: &'a SceneLog<'a>,
+        clip_bounds: &ClipBoundsCache,
         cancel: &CancelToken,
     ) -> Result<(RenderSession<'a>, PosedFrame<'a>)> {
         let animation = plan.options.animation(scene)?;
         let start = Instant::now();
-        let posed = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?;
+        let posed = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
+            .with_clip_bounds_cache(clip_bounds);
         log.stage("pose", start, "");
         RenderSession::from_start(plan, scene, log, PosedFrame { time: 0.0, posed, accel: None }, cancel)
     }
@@ -73,7 +75,7 @@ impl<'a> RenderSession<'a> {
         let mut settings = RenderSettings { width, height, ..options.settings };
         check_crop(&settings)?;
         let framing =
-            log_clip_bounds(log, &first.posed, || Framing::new(plan, &first.posed, (width, height)))?;
+            log_clip_bounds(log, &first.posed, || Framing::new(plan, &first.posed, (width, height)))??;
         match &plan.cameras {
             Some(cameras) => {
                 log.note(&format!("cameras: {} from {}", cameras.len(), cameras.path().display()));
@@ -154,10 +156,33 @@ impl<'a> RenderSession<'a> {
 
     /// The camera of a frame.
     pub fn camera(&self, planned: &PlannedFrame, posed: &PosedScene) -> Result<Camera> {
+        Ok(self.image_camera(planned, posed)?.camera)
+    }
+
+    /// The camera of a frame, with what the list or the dataset sets for its image.
+    fn image_camera(&self, planned: &PlannedFrame, posed: &PosedScene) -> Result<ImageCamera> {
+        let options = self.setup.options;
         if let Some(listed) = self.listed_camera(planned)? {
-            return Ok(listed.camera);
+            // --depth-unit takes precedence.
+            return Ok(ImageCamera { depth_step: options.depth_unit.or(listed.depth_step), ..listed });
         }
-        Ok(self.setup.options.camera(planned, posed, self.full_size())?)
+        Ok(ImageCamera {
+            light: planned.view.map_or(LightRotation::default(), |view| view.light),
+            normalization: options.normalize.map(|_| options.normalization(posed)),
+            ..self.plain_camera(options.camera(planned, posed, self.full_size())?)
+        })
+    }
+
+    /// A camera with the settings of the plan.
+    fn plain_camera(&self, camera: Camera) -> ImageCamera {
+        ImageCamera {
+            camera,
+            size: self.full_size(),
+            crop: self.settings.crop,
+            depth_step: self.setup.framing.depth_step,
+            light: LightRotation::default(),
+            normalization: None,
+        }
     }
 
     /// Renders an image with its AOVs. Also returns the reason if it shows nothing.
@@ -167,29 +192,19 @@ impl<'a> RenderSession<'a> {
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
-        let Some(listed) = self.listed_camera(planned)? else {
-            let camera = self.camera(planned, &posed_frame.posed)?;
-            let image = self.render_view(camera, planned, posed_frame, monitor)?;
-            let (size, crop) = (self.full_size(), self.settings.crop);
-            let depth_step = self.setup.framing.depth_step;
-            return Ok(RenderedImage { view: Some(SizedCamera { camera, size, crop, depth_step }), ..image });
-        };
-        let settings = self.settings_for(&listed);
-        let image = self.render_with(&settings, listed.camera, planned, posed_frame, monitor)?;
-        // --depth-unit takes precedence.
-        let depth_step = self.setup.framing.depth_step.or(listed.depth_step);
-        let picture = Picture { depth_step, ..image.picture };
-        Ok(RenderedImage { picture, view: Some(listed), ..image })
+        let view = self.image_camera(planned, &posed_frame.posed)?;
+        let image = self.render_camera(&view, planned, posed_frame, monitor)?;
+        Ok(RenderedImage { view: Some(view), ..image })
     }
 
     /// The camera of a list.
-    fn listed_camera(&self, planned: &PlannedFrame) -> Result<Option<SizedCamera>> {
+    fn listed_camera(&self, planned: &PlannedFrame) -> Result<Option<ImageCamera>> {
         let (Some(cameras), Some(index)) = (self.cameras, planned.camera) else { return Ok(None) };
         Ok(Some(cameras.camera(index).context("--cameras")?))
     }
 
     /// The settings for an image of another size.
-    fn settings_for(&self, view: &SizedCamera) -> RenderSettings {
+    fn settings_for(&self, view: &ImageCamera) -> RenderSettings {
         let (width, height) = view.size;
         RenderSettings { width, height, crop: view.crop, ..self.settings }
     }
@@ -202,23 +217,18 @@ impl<'a> RenderSession<'a> {
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
-        self.render_with(&self.settings, camera, planned, posed_frame, monitor)
+        self.render_camera(&self.plain_camera(camera), planned, posed_frame, monitor)
     }
 
-    fn render_with(
+    fn render_camera(
         &self,
-        settings: &RenderSettings,
-        camera: Camera,
+        view: &ImageCamera,
         planned: &PlannedFrame,
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
-        let frame = self.setup.rotated_frame(planned.angle, posed_frame, camera)?;
-        let frame = match &planned.view {
-            Some(view) => turn_light(frame, view),
-            None => frame,
-        };
-        self.render_frame_with(settings, frame, planned, posed_frame, monitor)
+        let frame = self.setup.rotated_frame(planned.angle, posed_frame, view.camera)?;
+        self.render_lit(view, turn_light(frame, &view.light), planned, posed_frame, monitor)
     }
 
     /// Renders an image of any frame, of a scene posed as `posed_frame`.
@@ -229,17 +239,19 @@ impl<'a> RenderSession<'a> {
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
-        self.render_frame_with(&self.settings, frame, planned, posed_frame, monitor)
+        self.render_lit(&self.plain_camera(frame.camera), frame, planned, posed_frame, monitor)
     }
 
-    fn render_frame_with(
+    /// Renders an image of a frame that has the camera and the light of `view`.
+    fn render_lit(
         &self,
-        settings: &RenderSettings,
+        view: &ImageCamera,
         frame: Frame,
         planned: &PlannedFrame,
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
     ) -> Result<RenderedImage> {
+        let settings = &self.settings_for(view);
         let SceneSetup { options, log, framing, cancel, .. } = &self.setup;
         let (width, height) = (settings.width, settings.height);
         // The ground is added last: it affects neither framing nor metering.
@@ -260,8 +272,7 @@ impl<'a> RenderSession<'a> {
         let frame_in_world = Frame { scene_to_world, ..frame.clone() };
         let mut layers =
             render_moving_aovs(&frame_in_world, &neighbours, &options.aovs.aovs, settings, cancel)?;
-        if options.normalize.is_some() {
-            let normalization = options.normalization(&posed_frame.posed);
+        if let Some(normalization) = view.normalization {
             let centre = self.aov_world * normalization.centre;
             normalize_layers(&mut layers, &Normalization { centre, ..normalization });
         }
@@ -272,7 +283,7 @@ impl<'a> RenderSession<'a> {
         }
         let crop_window =
             settings.crop.map(|crop| CropWindow { crop, full_width: width, full_height: height });
-        let depth_step = framing.depth_step;
+        let depth_step = view.depth_step;
         if options.depth_unit.is_some() {
             check_depth_range(&layers, depth_step, planned.number, log)?;
         }
@@ -288,7 +299,7 @@ pub struct RenderedImage {
     /// The reason if it shows nothing.
     pub empty: Option<EmptyReason>,
     /// Its camera, for images of the plan's frames.
-    pub view: Option<SizedCamera>,
+    pub view: Option<ImageCamera>,
 }
 
 /// The rotation from the scene's world to that of AOVs: the world of a dataset or of a list of cameras.
@@ -328,21 +339,22 @@ fn normalize_layers(layers: &mut [AovLayer], normalization: &Normalization) {
     }
 }
 
-/// Turns the light of a view of a dataset.
-fn turn_light<'f>(mut frame: Frame<'f>, view: &SampledView) -> Frame<'f> {
+/// Turns the light of a view.
+fn turn_light<'f>(mut frame: Frame<'f>, rotation: &LightRotation) -> Frame<'f> {
+    let (sources, environment) = (rotation.sources.to_radians(), rotation.environment.to_radians());
     let has_map = frame.sky.is_some();
-    if view.light_rotation != 0.0 {
+    if sources != 0.0 {
         let pivot = frame.posed.clip_sphere().centre;
-        let turn = AxisRotation { axis: DVec3::Y, pivot, angle: view.light_rotation }.to_affine();
+        let turn = AxisRotation { axis: DVec3::Y, pivot, angle: sources }.to_affine();
         let centre = frame.posed.centre;
         frame.lights = frame.lights.iter().map(|light| light.transformed(&turn, centre)).collect();
         if !has_map {
             // The studio is the reflection of the lights.
-            frame.environment = frame.environment.map(|map| map.rotated_about_y(view.light_rotation));
+            frame.environment = frame.environment.map(|map| map.rotated_about_y(sources));
         }
     }
-    if view.environment_rotation != 0.0 && has_map {
-        let turned = |map: Environment| map.rotated_about_y(view.environment_rotation);
+    if environment != 0.0 && has_map {
+        let turned = |map: Environment| map.rotated_about_y(environment);
         frame.environment = frame.environment.map(turned);
         frame.background = frame.background.map(turned);
         frame.sky = frame.environment.as_ref().map(Environment::irradiance);

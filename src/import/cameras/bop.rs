@@ -14,6 +14,7 @@ use super::listed_camera::{ListedCamera, MAX_CAMERAS};
 use super::matrix::Matrix;
 use super::pose::{CameraAxes, RigidTransform};
 use crate::import::error::LoadError;
+use crate::scene::LightRotation;
 
 /// Metres per millimetre.
 const MILLIMETRE: f64 = 1e-3;
@@ -66,6 +67,7 @@ impl BopCamera {
             size: None,
             time: None,
             depth_step: self.depth_scale.map(|scale| scale * MILLIMETRE),
+            light: LightRotation::default(),
         })
     }
 }

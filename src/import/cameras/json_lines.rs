@@ -21,6 +21,7 @@ use super::pose::CameraAxes;
 use super::records::{RecordFile, RecordFormat};
 use crate::import::error::LoadError;
 use crate::import::files::read_file::open_scene_file;
+use crate::scene::LightRotation;
 
 /// A line. Other keys are ignored.
 #[derive(Deserialize)]
@@ -97,6 +98,7 @@ impl CameraLine {
             size: picture_size(self.width, self.height)?,
             time: self.time,
             depth_step: None,
+            light: LightRotation::default(),
         })
     }
 }

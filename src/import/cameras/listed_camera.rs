@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::lens::Lens;
 use crate::geometry::Basis;
 use crate::import::options::UpAxis;
-use crate::scene::{Camera, ClipPlanes, Projection};
+use crate::scene::{Camera, ClipPlanes, LightRotation, Projection};
 
 /// Most cameras of a list: as many as frames.
 pub const MAX_CAMERAS: usize = 1_000_000;
@@ -28,6 +28,8 @@ pub struct ListedCamera {
     pub time: Option<f64>,
     /// Metres per step of integer depth images.
     pub depth_step: Option<f64>,
+    /// Rotation of the light.
+    pub light: LightRotation,
 }
 
 impl ListedCamera {

@@ -30,6 +30,7 @@ use std::path::{Path, PathBuf};
 use super::error::LoadError;
 use super::files::limits::Limits;
 use super::options::UpAxis;
+use crate::scene::Normalization;
 use format::CameraFormat;
 pub use lens::Lens;
 pub use listed_camera::{ListedCamera, MAX_CAMERAS};
@@ -43,6 +44,7 @@ pub struct CameraFile {
     cameras: Cameras,
     recorded: Option<RecordedView>,
     up: UpAxis,
+    has_several_files: bool,
 }
 
 /// The cameras, in the order of the file.
@@ -76,7 +78,9 @@ impl CameraFile {
             CameraFormat::Colmap(model) => Cameras::Records(colmap::open(model, limit)?),
         };
         let up = recorded.map_or(UpAxis::Y, |view| view.up);
-        let opened = CameraFile { path: format.file().to_path_buf(), cameras, recorded, up };
+        let has_several_files = matches!(format, CameraFormat::Colmap(_));
+        let path = format.file().to_path_buf();
+        let opened = CameraFile { path, cameras, recorded, up, has_several_files };
         if opened.is_empty() {
             return Err(LoadError::parse(opened.path.display(), "the list has no cameras"));
         }
@@ -93,6 +97,11 @@ impl CameraFile {
         &self.path
     }
 
+    /// Returns true if the cameras are in several files of one folder.
+    pub fn has_several_files(&self) -> bool {
+        self.has_several_files
+    }
+
     /// The up axis of the world that the file describes.
     pub fn up(&self) -> UpAxis {
         self.up
@@ -101,6 +110,12 @@ impl CameraFile {
     /// The lens that blinn recorded in its own `transforms.json`. `None` for other files, and if a lens was changed.
     pub fn recorded(&self) -> Option<&RecordedView> {
         self.recorded.as_ref().filter(|view| view.is_exact)
+    }
+
+    /// From the scene's world to the units of blinn's own `transforms.json`, which are those of its layers. `None` for
+    /// metres. Cameras are in metres.
+    pub fn normalization(&self) -> Option<Normalization> {
+        self.recorded.and_then(|view| view.normalization)
     }
 
     /// The number of cameras.

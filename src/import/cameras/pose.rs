@@ -23,7 +23,7 @@ pub(super) struct RigidTransform {
 /// Largest deviation of the columns' lengths from 1 and of their scalar products from 0.
 const TOLERANCE: f64 = 1e-2;
 /// Farthest position from the origin in metres: coordinates are single precision.
-const FARTHEST: f64 = f32::MAX as f64;
+pub(super) const FARTHEST: f64 = f32::MAX as f64;
 
 impl RigidTransform {
     /// Builds the transform, or returns the defect.

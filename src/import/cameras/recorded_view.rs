@@ -1,11 +1,11 @@
 //! The exact view that blinn records in its own `transforms.json`, so that the same images can be rendered again to the byte.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use serde::Deserialize;
 
 use super::picture_size::picture_size;
 use crate::import::options::UpAxis;
-use crate::scene::{Camera, ClipPlanes, Intrinsics};
+use crate::scene::{Camera, ClipPlanes, Intrinsics, Normalization};
 
 /// The lens of all cameras as it was rendered, and the world of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,8 @@ pub struct RecordedView {
     pub proj_distance: f64,
     /// Clipping planes.
     pub clip: ClipPlanes,
+    /// From the scene's world to the units of the file. `None` for metres.
+    pub normalization: Option<Normalization>,
 }
 
 /// The object in the file.
@@ -45,6 +47,13 @@ pub(super) struct RecordedKeys {
     proj_distance: f64,
     /// Near and far; without a far plane null.
     clip: Option<(f64, Option<f64>)>,
+    normalization: Option<NormalizationKeys>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+struct NormalizationKeys {
+    centre: [f64; 3],
+    scale: f64,
 }
 
 impl RecordedKeys {
@@ -78,7 +87,20 @@ impl RecordedKeys {
             view_centre: DVec2::from_array(self.view_centre),
             proj_distance: self.proj_distance,
             clip,
+            normalization: self.normalization.map(NormalizationKeys::to_normalization).transpose()?,
         })
+    }
+}
+
+impl NormalizationKeys {
+    fn to_normalization(self) -> Result<Normalization, String> {
+        let NormalizationKeys { centre, scale } = self;
+        // Numbers of JSON are finite.
+        let is_valid = scale.is_normal() && scale > 0.0 && (1.0 / scale).is_normal();
+        match is_valid {
+            true => Ok(Normalization { centre: DVec3::from_array(centre), scale }),
+            false => Err(format!("normalization.scale must be greater than zero, not {scale}")),
+        }
     }
 }
 
@@ -94,6 +116,9 @@ fn crop_in(crop: [f64; 4], size: (u32, u32)) -> Result<[u32; 4], String> {
 
 /// Largest relative difference of the lens in pixels from the recorded one: both were rounded.
 const LENS_TOLERANCE: f64 = 1e-9;
+/// Largest difference of a position from the recorded one, relative to its distance from the origin of the file: both
+/// were rounded.
+const POSITION_TOLERANCE: f64 = 1e-9;
 
 impl RecordedView {
     /// `camera` with the recorded lens.
@@ -106,6 +131,23 @@ impl RecordedView {
             clip: self.clip,
             ..*camera
         }
+    }
+
+    /// The position of a camera in metres along the axes of the file, which has it as `point`. `recorded` is the exact one
+    /// in the scene's world; it counts unless somebody changed the file.
+    pub(super) fn position_in_metres(&self, point: DVec3, recorded: Option<DVec3>) -> DVec3 {
+        let Some(normalization) = self.normalization else { return point };
+        let Normalization { centre, scale } = normalization;
+        let in_file = |p: DVec3| match self.up {
+            UpAxis::Y => p,
+            UpAxis::Z => DVec3::new(p.x, 0.0 - p.z, p.y),
+        };
+        let is_same = |exact: &DVec3| {
+            let size = point.length().max(scale * centre.length());
+            (in_file(normalization.point(*exact)) - point).length() <= POSITION_TOLERANCE * size
+        };
+        let exact = recorded.filter(is_same).map(in_file);
+        exact.unwrap_or_else(|| point / scale + in_file(centre))
     }
 
     /// Returns true if the lens of `camera`, for images of the cropped size, is the recorded one. Otherwise somebody

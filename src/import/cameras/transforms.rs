@@ -3,17 +3,20 @@
 use std::fmt;
 use std::path::Path;
 
+use glam::DVec3;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde_json::Value;
 
 use super::json;
 use super::lens_keys::LensKeys;
 use super::listed_camera::{ListedCamera, MAX_CAMERAS};
 use super::matrix::Matrix;
 use super::names::picture_name;
-use super::pose::{CameraAxes, RigidTransform};
+use super::pose::{CameraAxes, FARTHEST, RigidTransform};
 use super::recorded_view::{RecordedKeys, RecordedView};
 use crate::import::error::LoadError;
+use crate::scene::LightRotation;
 
 /// The document. Other keys are ignored.
 #[derive(Default)]
@@ -34,6 +37,15 @@ struct Frame {
     time: Option<f64>,
     /// `None` without keys of its own.
     lens: Option<Box<LensKeys>>,
+    own: OwnKeys,
+}
+
+/// The keys of a frame that only blinn writes. They count if the file has its record.
+#[derive(Clone, Copy, Default)]
+struct OwnKeys {
+    light: LightRotation,
+    /// Position in the scene's world, in metres.
+    view_point: Option<DVec3>,
 }
 
 /// Loads the cameras in the order of the frames, and their recorded lens if no frame has another one.
@@ -50,6 +62,16 @@ pub(super) fn load(path: &Path, limit: u64) -> Result<(Vec<ListedCamera>, Option
             .resolve(&root)
             .map_err(|message| json::invalid(path, &format!("frames[{i}]"), message))?;
         let (view_point, basis) = frame.to_world.camera_pose(CameraAxes::OpenGl);
+        let (view_point, light) = match &recorded {
+            Some(view) => (view.position_in_metres(view_point, frame.own.view_point), frame.own.light),
+            None => (view_point, LightRotation::default()),
+        };
+        // False for NaN, too.
+        let is_near = view_point.abs().max_element() <= FARTHEST;
+        if !is_near {
+            let message = "is too far from the origin for single precision, without the normalization";
+            return Err(json::invalid(path, &format!("frames[{i}]"), message));
+        }
         Ok(ListedCamera {
             name: frame.name,
             view_point,
@@ -58,6 +80,7 @@ pub(super) fn load(path: &Path, limit: u64) -> Result<(Vec<ListedCamera>, Option
             size,
             time: frame.time.or(recorded.map(|view| view.time)),
             depth_step: integer_depth_scale,
+            light,
         })
     };
     let cameras =
@@ -141,6 +164,7 @@ impl<'de> Deserialize<'de> for Frame {
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Frame, A::Error> {
                 let (mut name, mut to_world, mut time) = (None, None, None);
                 let mut lens = LensKeys::default();
+                let mut own = OwnKeys::default();
                 while let Some(key) = map.next_key::<String>()? {
                     match key.as_str() {
                         "file_path" => name = map.next_value::<Option<String>>()?,
@@ -150,6 +174,9 @@ impl<'de> Deserialize<'de> for Frame {
                             let named = |defect| A::Error::custom(format!("transform_matrix {defect}"));
                             to_world = Some(matrix.map_err(named)?);
                         }
+                        "light_rotation" => own.light.sources = number(map.next_value()?),
+                        "environment_rotation" => own.light.environment = number(map.next_value()?),
+                        "scene_view_point" => own.view_point = point(&map.next_value()?),
                         key if lens.read(key, &mut map)? => {}
                         _ => drop(map.next_value::<IgnoredAny>()?),
                     }
@@ -159,9 +186,21 @@ impl<'de> Deserialize<'de> for Frame {
                     to_world: to_world.ok_or_else(|| A::Error::custom("has no transform_matrix"))?,
                     time,
                     lens: (!lens.is_empty()).then(|| Box::new(lens)),
+                    own,
                 })
             }
         }
         deserializer.deserialize_map(FrameVisitor)
     }
+}
+
+/// A number of a file that may be another program's: 0 for anything else.
+fn number(value: Value) -> f64 {
+    value.as_f64().unwrap_or(0.0)
+}
+
+/// A point of a file that may be another program's.
+fn point(value: &Value) -> Option<DVec3> {
+    let [x, y, z] = value.as_array()?.as_slice() else { return None };
+    Some(DVec3::new(x.as_f64()?, y.as_f64()?, z.as_f64()?))
 }

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use crate::cancellation::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere};
 use crate::scene::animation::clip_alpha::ClipAlpha;
 use crate::scene::animation::drawn_triangles::DrawnPoints;
@@ -22,12 +23,29 @@ pub struct ClipBoundsCache(Arc<CachedBounds>);
 
 #[derive(Debug, Default)]
 struct CachedBounds {
+    /// Ends the computation of the bounds.
+    cancel: CancelToken,
     clip: OnceLock<ClipBounds>,
     alpha: OnceLock<ClipAlpha>,
     drawn: OnceLock<DrawnPoints>,
 }
 
 impl ClipBoundsCache {
+    /// Returns an empty cache. If `cancel` is cancelled while bounds are computed, they are those of nothing, and
+    /// [`ClipBoundsCache::check`] returns an error from then on.
+    pub(crate) fn cancelled_by(cancel: &CancelToken) -> ClipBoundsCache {
+        ClipBoundsCache(Arc::new(CachedBounds { cancel: cancel.clone(), ..CachedBounds::default() }))
+    }
+
+    /// Returns an error if the bounds may be incomplete.
+    pub(crate) fn check(&self) -> Result<(), Cancelled> {
+        self.0.cancel.check()
+    }
+
+    pub(super) fn cancel(&self) -> &CancelToken {
+        &self.0.cancel
+    }
+
     pub(super) fn clip(&self) -> Option<&ClipBounds> {
         self.0.clip.get()
     }

@@ -1,6 +1,9 @@
 //! Bounds of a posed scene over its animation clip, for views and grounds that must be the same in all
 //! frames.
 
+use glam::DVec3;
+
+use crate::cancellation::Cancelled;
 use crate::geometry::{Aabb, Sphere};
 use crate::scene::PosedScene;
 use crate::scene::animation::bounds_cache::{ClipBounds, ClipBoundsCache};
@@ -48,18 +51,21 @@ impl PosedScene<'_> {
         self.clip_bounds_cache.clip_or_init(|| {
             let active = active_animations(self.scene, self.animation()).unwrap_or_default();
             let sampler = ClipSampler::new(self.scene, active, &self.clip_bounds_cache);
-            sampler.bounds().unwrap_or_else(|| ClipBounds {
-                bounds: self.bounds(),
-                sphere: self.bounding_sphere(),
-                samples: 0,
-            })
+            match sampler.bounds() {
+                Ok(Some(bounds)) => bounds,
+                Ok(None) => ClipBounds { bounds: self.bounds(), sphere: self.bounding_sphere(), samples: 0 },
+                Err(Cancelled) => {
+                    let sphere = Sphere { centre: DVec3::ZERO, radius: 1.0 };
+                    ClipBounds { bounds: Aabb::EMPTY, sphere, samples: 0 }
+                }
+            }
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::{DQuat, DVec3, Vec3};
+    use glam::{DQuat, Vec3};
 
     use super::*;
     use crate::scene::{

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::cancellation::Cancelled;
 use crate::geometry::{Aabb, Sphere};
 use crate::scene::animation::bounds_cache::{ClipBounds, ClipBoundsCache};
 use crate::scene::animation::clip_alpha::ClipAlpha;
@@ -75,28 +76,31 @@ impl<'s> ClipSampler<'s> {
     }
 
     /// Computes the bounds over the clip; `None` if nothing moves.
-    pub fn bounds(&self) -> Option<ClipBounds> {
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the token of the cache.
+    pub fn bounds(&self) -> Result<Option<ClipBounds>, Cancelled> {
         if self.times.is_empty() {
-            return None;
+            return Ok(None);
         }
-        let bounds = self.find_extremes(BoxExtremes::EMPTY).bounds;
+        let bounds = self.find_extremes(BoxExtremes::EMPTY)?.bounds;
         // Adding 0 turns −0 into 0: which zero came first depends on the threads.
         let bounds = Aabb { min: bounds.min + 0.0, max: bounds.max + 0.0 };
         let centre = bounds.centre();
-        let r2 = self.find_extremes(FarthestVertex::from(centre)).distance_squared;
+        let r2 = self.find_extremes(FarthestVertex::from(centre))?.distance_squared;
         let sphere = Sphere { centre, radius: if r2 > 0.0 { r2.sqrt() } else { 1.0 } };
-        Some(ClipBounds { bounds, sphere, samples: self.times.len() })
+        Ok(Some(ClipBounds { bounds, sphere, samples: self.times.len() }))
     }
 
     /// Finds the extremes over the corners of all triangles that can be seen at some time.
-    fn find_extremes<E: Extremes>(&self, start: E) -> E {
+    fn find_extremes<E: Extremes>(&self, start: E) -> Result<E, Cancelled> {
         let alpha = self.cache.alpha(self.scene, || self.active.clone());
         if self.cache.drawn().is_none() {
             let found = self.over_all_times(start, |time, which, e: &mut E, scratch| {
                 self.add_vertices(time, which, e, scratch);
-            });
+            })?;
             if found.vertices().iter().all(|(part, at)| self.is_attained(&found, *part, at, alpha)) {
-                return found;
+                return Ok(found);
             }
         }
         let drawn = self.cache.drawn_or_init(self.scene);
@@ -115,7 +119,7 @@ impl<'s> ClipSampler<'s> {
         &self,
         start: E,
         add: impl Fn(usize, Moving, &mut E, &mut Vec<Vec3>) + Sync,
-    ) -> E {
+    ) -> Result<E, Cancelled> {
         let step = |time: usize, (mut extremes, mut scratch): (E, Vec<Vec3>)| {
             add(time, Moving::Animated, &mut extremes, &mut scratch);
             (extremes, scratch)
@@ -126,7 +130,9 @@ impl<'s> ClipSampler<'s> {
         let (first, _) = step(0, (first, Vec::new()));
         let begin = || (first, Vec::with_capacity(CLUSTER_SIZE));
         let results = (1..self.times.len()).into_par_iter().fold(begin, |state, time| step(time, state));
-        results.map(|(extremes, _)| extremes).reduce(|| first, E::join)
+        let joined = results.map(|(extremes, _)| extremes).reduce(|| first, E::join);
+        // What was skipped is missing.
+        self.cache.check().map(|()| joined)
     }
 
     /// Includes the vertices of visible instances at one time.
@@ -155,6 +161,9 @@ impl<'s> ClipSampler<'s> {
                 let bounds = clusters.and_then(|clusters| clusters.bounds(cluster, &deformer));
                 if bounds.is_some_and(|b| extremes.covers(&transformed_bounds(&to_world, &b))) {
                     continue;
+                }
+                if self.cache.cancel().is_cancelled() {
+                    return;
                 }
                 deformer.deform_positions(first..(first + CLUSTER_SIZE).min(count), scratch);
                 add_points(&to_world, scratch, at, extremes, |i| (first + i) as u32);
@@ -188,7 +197,7 @@ impl<'s> ClipSampler<'s> {
         }
     }
 
-    /// Returns the animated or the static instances that are visible at one time.
+    /// Returns the animated or the static instances that are visible at one time, up to the cancellation.
     fn visible_instances<'n>(
         &'n self,
         time: usize,
@@ -196,6 +205,7 @@ impl<'s> ClipSampler<'s> {
         nodes: &'n NodeTransforms,
     ) -> impl Iterator<Item = (VertexAt, &'n Instance)> {
         let instances = self.scene.instances.iter().zip(&self.is_animated).enumerate();
+        let instances = instances.take_while(|_| !self.cache.cancel().is_cancelled());
         let chosen = instances.filter(move |(_, (instance, is_animated))| {
             **is_animated == (which == Moving::Animated) && nodes.visible[instance.node as usize]
         });
@@ -242,6 +252,7 @@ mod tests {
     use glam::{DAffine3, DQuat, DVec3};
 
     use super::*;
+    use crate::cancellation::CancelToken;
     use crate::scene::animation::extremes::CountingBox;
     use crate::scene::animation::playback::active_animations;
     use crate::scene::pose;
@@ -382,10 +393,27 @@ mod tests {
             let (middle, finite) = (bounds.centre(), all().filter(|p| p.is_finite()));
             let r2 = finite.map(|p| p.distance_squared(middle)).fold(0.0, f64::max);
             assert_eq!(
-                sampler.bounds().map(|b| (b.bounds, b.sphere)),
-                Some((bounds, Sphere { centre: middle, radius: r2.sqrt() }))
+                sampler.bounds().map(|found| found.map(|b| (b.bounds, b.sphere))),
+                Ok(Some((bounds, Sphere { centre: middle, radius: r2.sqrt() })))
             );
         }
+    }
+
+    /// A token that is cancelled meanwhile ends the search, whatever was found.
+    #[test]
+    fn a_cancelled_search_has_no_result() {
+        let scene = scene(vec![tube(), morphing(skinned(tube()))]);
+        let token = CancelToken::new();
+        let cache = ClipBoundsCache::cancelled_by(&token);
+        let sampler = sampler(&scene, &cache);
+        assert!(sampler.bounds().is_ok_and(|found| found.is_some()));
+        token.cancel();
+        assert_eq!(sampler.bounds().map(|_| ()), Err(Cancelled));
+        let mut found = CountingBox::default();
+        sampler.add_vertices(3, Moving::Animated, &mut found, &mut Vec::new());
+        assert_eq!(found.points, 0);
+        let posed = pose(&scene, &PoseSettings::default()).unwrap().with_clip_bounds_cache(&cache);
+        assert!(posed.clip_bounds().is_empty() && cache.check().is_err());
     }
 
     #[test]

@@ -94,8 +94,8 @@ fn ranges_hold_for_every_layout() {
         };
         spread(&distance, 1.5, 2.0);
         spread(&|view| view.roll, -0.3, 0.3);
-        spread(&|view| view.light_rotation, 0.0, TAU);
-        spread(&|view| view.environment_rotation, 0.0, TAU);
+        spread(&|view| view.light.sources, 0.0, 360.0);
+        spread(&|view| view.light.environment, 0.0, 360.0);
         let offsets: Vec<f64> = all.iter().map(|view| view.look_at_offset.length()).collect();
         assert!(offsets.iter().all(|&length| length <= 0.25 + 1e-12));
         // An eighth of a ball lies within half its radius.

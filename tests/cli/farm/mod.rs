@@ -76,6 +76,38 @@ fn tasks_render_the_pixels_of_one_process() {
     }
 }
 
+/// Tasks select the cameras of a list by their numbers. The list, or the folder of a COLMAP model, is an input of the job.
+#[test]
+fn tasks_render_the_cameras_of_a_list() {
+    let (_dir, at) = folder();
+    fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
+    runs(
+        &at,
+        "turntable cube.obj --views 5 --size 32x18 -s 1 --dataset nerf,colmap-bin -q -o set/images/#.png",
+    );
+    for (list, inputs) in [("set/images/transforms.json", "FILE"), ("set/sparse/0", "DIRECTORY")] {
+        let name = |kind: &str| format!("{kind}-{inputs}");
+        let work = format!("render cube.obj --cameras {list} -s 1 --only 1-3,5");
+        runs(&at, &format!("{work} -q -o {}/{{camera}}.png", name("plain")));
+        let job = format!("job openjd --chunk-size 2 {work} -q -o {}/{{camera}}.png", name("farm"));
+        let template = template(&at, &job);
+        let parameters = template["parameterDefinitions"].as_array().unwrap();
+        let cameras = parameters.iter().find(|parameter| parameter["name"] == "Cameras").unwrap();
+        assert_eq!((&cameras["objectType"], &cameras["default"]), (&inputs.into(), &list.into()));
+        run_template(&at, &template);
+        let (expected, made) = (pixels(&at.join(name("plain"))), pixels(&at.join(name("farm"))));
+        assert!(expected.len() == 4 && expected == made, "{list}: {expected:?} and {made:?}");
+        runs(
+            &at,
+            &format!("job slurm --chunk-size 2 -o job.sh {work} -q -o {}/{{camera}}.png", name("slurm")),
+        );
+        run_script(&at, "job.sh");
+        assert!(pixels(&at.join(name("slurm"))) == expected, "{list}");
+    }
+    refused(&at, "render cube.obj --cameras set/sparse/0 --only 6", "--only 6: the cameras are 1 to 5");
+    refused(&at, "render cube.obj --only 2", "--cameras");
+}
+
 /// File and folder names with characters that shells and templates treat specially.
 #[test]
 fn special_characters_in_names_are_quoted() {

@@ -7,17 +7,36 @@ use crate::scene::Glob;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DatasetFormat {
     Nerf,
+    /// Text files.
     Colmap,
+    ColmapBinary,
     Bop,
+    /// Masks as run lengths.
     Coco,
+    CocoPolygons,
 }
 
-const FORMATS: [(&str, DatasetFormat); 4] = [
+const FORMATS: [(&str, DatasetFormat); 6] = [
     ("nerf", DatasetFormat::Nerf),
     ("colmap", DatasetFormat::Colmap),
+    ("colmap-bin", DatasetFormat::ColmapBinary),
     ("bop", DatasetFormat::Bop),
     ("coco", DatasetFormat::Coco),
+    ("coco-polygons", DatasetFormat::CocoPolygons),
 ];
+
+/// Formats of which a dataset has one at most.
+const ALTERNATIVES: [[DatasetFormat; 2]; 2] = [
+    [DatasetFormat::Colmap, DatasetFormat::ColmapBinary],
+    [DatasetFormat::Coco, DatasetFormat::CocoPolygons],
+];
+
+impl DatasetFormat {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        FORMATS.into_iter().find(|(_, format)| *format == self).map_or("", |(name, _)| name)
+    }
+}
 
 /// The formats of a dataset, sorted.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,6 +62,11 @@ pub fn dataset_formats(text: &str) -> Result<DatasetFormats, String> {
     }
     formats.sort();
     formats.dedup();
+    if let Some([a, b]) = ALTERNATIVES.iter().find(|pair| pair.iter().all(|format| formats.contains(format)))
+    {
+        let (a, b) = (a.name(), b.name());
+        return Err(format!("{a} and {b} are two forms of one format; choose one"));
+    }
     Ok(DatasetFormats(formats))
 }
 
@@ -83,7 +107,13 @@ mod tests {
     fn formats_are_a_list_without_order() {
         let formats = |text: &str| dataset_formats(text).map(|formats| formats.0);
         assert_eq!(formats("coco, nerf,coco"), Ok(vec![DatasetFormat::Nerf, DatasetFormat::Coco]));
-        assert!(formats("nerf,kitti").unwrap_err().contains("'kitti': expected nerf, colmap, bop, coco"));
+        assert!(
+            formats("nerf,kitti")
+                .unwrap_err()
+                .contains("'kitti': expected nerf, colmap, colmap-bin, bop, coco")
+        );
+        assert!(formats("coco,coco-polygons").unwrap_err().contains("choose one"));
+        assert!(formats("colmap-bin,nerf,colmap").unwrap_err().contains("choose one"));
         assert_eq!(DatasetFormats::default().0, [DatasetFormat::Nerf]);
     }
 

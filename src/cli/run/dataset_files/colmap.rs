@@ -6,7 +6,7 @@ use anyhow::Result;
 use glam::DVec2;
 
 use super::context::{DatasetContext, DatasetFiles, NumberedView};
-use crate::batch::{ColmapImage, ColmapModel, ColmapPoint, Pinhole, RigidPose};
+use crate::batch::{ColmapForm, ColmapImage, ColmapModel, ColmapPoint, Pinhole, RigidPose};
 use crate::cli::plan::colmap_folder;
 use crate::render::trace_surface_tracks;
 use crate::scene::{Camera, linear_to_srgb8};
@@ -18,8 +18,8 @@ const MAX_IMAGES: usize = 512;
 
 impl DatasetFiles<'_> {
     /// Writes the model and returns its files.
-    pub(super) fn write_colmap(&self, context: &DatasetContext) -> Result<Vec<PathBuf>> {
-        let DatasetContext { dataset, views, frame, settings } = context;
+    pub(super) fn write_colmap(&self, context: &DatasetContext, form: ColmapForm) -> Result<Vec<PathBuf>> {
+        let DatasetContext { dataset, views, frame, settings, cancel } = context;
         let image = |view: &NumberedView| ColmapImage {
             name: view.view.file.clone(),
             pinhole: Pinhole::new(&view.view.camera, dataset.size, dataset.window),
@@ -27,7 +27,7 @@ impl DatasetFiles<'_> {
         };
         let step = views.len().div_ceil(MAX_IMAGES).max(1);
         let cameras: Vec<Camera> = views.iter().step_by(step).map(|view| view.view.camera).collect();
-        let tracks = trace_surface_tracks(frame, &cameras, settings, POINTS, &())?;
+        let tracks = trace_surface_tracks(frame, &cameras, settings, POINTS, cancel)?;
         let corner = DVec2::new(dataset.window.x.into(), dataset.window.y.into());
         let points = tracks.into_iter().map(|track| ColmapPoint {
             position: dataset.up.rotation() * track.position,
@@ -39,13 +39,10 @@ impl DatasetFiles<'_> {
                 .collect(),
         });
         let model = ColmapModel { points: points.collect(), images: views.iter().map(image).collect() };
-        let texts = model.texts();
         let folder = colmap_folder(&self.transforms.file());
         let mut written = Vec::new();
-        for (name, text) in
-            [("cameras.txt", texts.cameras), ("images.txt", texts.images), ("points3D.txt", texts.points)]
-        {
-            written.extend(self.write_file(&folder.join(name), text.as_bytes())?);
+        for (name, bytes) in form.names().into_iter().zip(model.files(form)) {
+            written.extend(self.write_file(&folder.join(name), &bytes)?);
         }
         Ok(written)
     }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use crate::batch::{Dataset, DatasetView};
+use crate::cancellation::CancelToken;
 use crate::cli::files::create_parent_folder;
 use crate::cli::run::dataset::TransformsFile;
 use crate::cli::run::progress::SceneLog;
@@ -26,6 +27,8 @@ pub struct DatasetContext<'a> {
     /// The scene as eye rays see it; the camera is that of the first view.
     pub frame: Frame<'a>,
     pub settings: RenderSettings,
+    /// Ends the work on the scene.
+    pub cancel: CancelToken,
 }
 
 /// A view with its number.

@@ -19,6 +19,7 @@ use self::categories::ObjectCategories;
 use self::context::{DatasetContext, ImageMasks, NumberedView};
 use crate::accel::Accel;
 use crate::batch::{CocoDataset, CocoObject, Dataset};
+use crate::cancellation::CancelToken;
 use crate::cli::args::values::DatasetFormat;
 use crate::cli::plan::{BackFaceCulling, coco_file};
 use crate::integrator::Frame;
@@ -29,30 +30,33 @@ pub use self::context::DatasetFiles;
 
 impl DatasetFiles<'_> {
     /// Writes all files and returns those that describe all views.
-    pub fn write(&self, clip_bounds: &ClipBoundsCache) -> Result<Vec<PathBuf>> {
+    pub fn write(&self, clip_bounds: &ClipBoundsCache, cancel: &CancelToken) -> Result<Vec<PathBuf>> {
         let formats = &self.transforms.plan.formats;
         let has = |format: DatasetFormat| formats.has(format);
-        if !(has(DatasetFormat::Colmap) || has(DatasetFormat::Bop) || has(DatasetFormat::Coco)) {
+        let (has_masks, colmap) =
+            (formats.coco_masks().is_some() || has(DatasetFormat::Bop), formats.colmap_form());
+        if !has_masks && colmap.is_none() {
             return Ok(Vec::new());
         }
         let start = Instant::now();
         let (_, posed) = self.transforms.pose(clip_bounds)?;
         let (dataset, views) = self.transforms.describe(clip_bounds)?;
         let Some(camera) = views.first().map(|view| view.camera) else { return Ok(Vec::new()) };
-        let (accel, _) = Accel::build(&posed, &self.transforms.plan.build);
+        let (accel, _) = Accel::build_cancellable(&posed, &self.transforms.plan.build, cancel)?;
         let numbers = self.transforms.dataset.frames().map(|frame| frame.number);
         let context = DatasetContext {
             views: numbers.zip(views).map(|(number, view)| NumberedView { number, view }).collect(),
             frame: self.frame(&posed, &accel, camera),
             settings: self.settings(&dataset),
             dataset,
+            cancel: cancel.clone(),
         };
         let mut written = Vec::new();
-        if has(DatasetFormat::Coco) || has(DatasetFormat::Bop) {
+        if has_masks {
             written.extend(self.write_masks(&context)?);
         }
-        if has(DatasetFormat::Colmap) {
-            written.extend(self.write_colmap(&context)?);
+        if let Some(form) = colmap {
+            written.extend(self.write_colmap(&context, form)?);
         }
         self.log.stage("dataset", start, &format!("{} views", context.views.len()));
         Ok(written)
@@ -77,14 +81,16 @@ impl DatasetFiles<'_> {
         let scene = self.transforms.scene;
         let window = MaskRect::from(context.dataset.window);
         let categories = ObjectCategories::new(scene, &plan.formats.categories)?;
-        let mut coco = CocoDataset::new((window.width, window.height), categories.names.clone());
+        let form = plan.formats.coco_masks();
+        let mut coco =
+            form.map(|form| CocoDataset::new((window.width, window.height), categories.names.clone(), form));
         let mut bop = plan.formats.has(DatasetFormat::Bop).then(|| BopWriter::new(self, context));
         let own: BTreeSet<i64> =
             plan.frames.known().unwrap_or_default().iter().map(|frame| frame.number).collect();
         for NumberedView { number, view } in &context.views {
             let frame = Frame { camera: view.camera, ..context.frame.clone() };
             let traced = if bop.is_some() { bop::canvas(&frame, &context.settings) } else { window };
-            let masks = render_object_masks(&frame, &context.settings, traced, &())?;
+            let masks = render_object_masks(&frame, &context.settings, traced, &context.cancel)?;
             let masks: Vec<ImageMasks> = masks.iter().map(|mask| ImageMasks::new(mask, window)).collect();
             let object = |mask: &ImageMasks| {
                 let category = categories.of(mask.object)?;
@@ -92,20 +98,19 @@ impl DatasetFiles<'_> {
                 let name = scene.objects.get(index).map_or("", String::as_str);
                 Some((mask.object, name, category))
             };
-            coco.add_image(
-                *number,
-                &view.file,
-                masks.iter().filter_map(|mask| {
+            if let Some(coco) = &mut coco {
+                let objects = masks.iter().filter_map(|mask| {
                     let (object, name, category) = object(mask)?;
                     Some(CocoObject { object, name, category, visible: &mask.visible, amodal: &mask.amodal })
-                }),
-            );
+                });
+                coco.add_image(*number, &view.file, objects);
+            }
             if let Some(bop) = &mut bop {
                 bop.add_view(*number, view, &masks, own.contains(number))?;
             }
         }
         let mut written = Vec::new();
-        if plan.formats.has(DatasetFormat::Coco) {
+        if let Some(coco) = coco {
             written.extend(self.write_file(&coco_file(&self.transforms.file()), coco.to_json().as_bytes())?);
         }
         if let Some(bop) = bop {

@@ -8,6 +8,7 @@ use super::camera_models::CameraLens;
 use crate::import::cameras::listed_camera::ListedCamera;
 use crate::import::cameras::names::picture_name;
 use crate::import::cameras::pose::{CameraAxes, RigidTransform};
+use crate::scene::LightRotation;
 
 /// Lenses by the ids of cameras.
 pub(super) type LensesById = HashMap<u32, CameraLens>;
@@ -36,6 +37,7 @@ impl ImagePose<'_> {
             size: Some(size),
             time: None,
             depth_step: None,
+            light: LightRotation::default(),
         })
     }
 }
