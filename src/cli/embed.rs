@@ -5,19 +5,20 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::path::Path;
 
-use clap::{ArgAction, Args, Command, FromArgMatches, Parser};
+use clap::{ArgAction, Args, Command};
 
-use super::args::{Cli, Command as CliCommand, LogArgs, RenderOptionArgs, SceneArgs};
-use super::args::{argv, help, usage_error};
+use super::args::{RenderOptionArgs, SceneArgs};
+use super::render_flags;
 use super::{Host, run_arguments};
 
 pub use super::info::scene_properties;
-pub use super::plan::{BackFaceCulling, PlannedFrame, RenderPlan, load_limits, natural_size};
+pub use super::plan::{BackFaceCulling, PlannedFrame, RenderPlan, camera_name, load_limits, natural_size};
 pub use super::run::empty_images::EmptyImages;
 pub use super::run::panics::{catch as catch_panic, install_hook as install_panic_hook};
 pub use super::run::posed_frame::PosedFrame;
-pub use super::run::progress::{Reporter, SceneLog};
+pub use super::run::progress::{Reporter, SceneLog, quiet_reporter};
 pub use super::run::session::{RenderSession, RenderedImage};
 
 /// Stands for a scene that is already loaded where the parser needs a path. No file has this name.
@@ -50,28 +51,7 @@ fn options(command: Command) -> Options {
 /// # Errors
 /// A message for users.
 pub fn parse_render(flags: Vec<OsString>) -> Result<RenderPlan, String> {
-    let mut arguments: Vec<OsString> = ["blinn", "render"].map(OsString::from).into();
-    arguments.extend(flags);
-    arguments.extend(["--", LOADED_SCENE].map(OsString::from));
-    let arguments = argv::join_values(arguments);
-    let matches = help::command(&arguments).try_get_matches_from(&arguments);
-    let cli = matches
-        .and_then(|matches| Cli::from_arg_matches(&matches))
-        .map_err(|error| usage_error::message(&error, &arguments, &arguments))?;
-    match cli.command {
-        CliCommand::Render(args) => RenderPlan::for_render(&args).map_err(|error| error.0),
-        _ => Err("these are not flags of blinn render".into()),
-    }
-}
-
-/// Returns a reporter that prints nothing.
-pub fn quiet_reporter() -> Reporter {
-    #[derive(Parser)]
-    struct Log {
-        #[command(flatten)]
-        log: LogArgs,
-    }
-    Reporter::new(&Log::parse_from([""]).log, 1, true)
+    render_flags::render_plan(flags, Path::new(LOADED_SCENE)).map_err(|error| error.0)
 }
 
 /// Runs the program with the given arguments, its name first, inside a process of another program. Returns the exit

@@ -12,12 +12,15 @@ mod info;
 mod packaging;
 mod plan;
 mod rays;
+mod render_flags;
 mod run;
 mod scene_file;
 mod sheet;
 mod summary;
 mod usage;
+mod view;
 mod warning_filter;
+mod watched_files;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -82,7 +85,11 @@ fn execute_command(command: &Command, argv: &[OsString], host: Host) -> Result<S
         return Ok(Summary::of_output(console::print_stdout(settings.as_bytes())));
     }
     // Commands that render start the runtime themselves, after `run::malloc_tuning`, with --threads.
-    if !matches!(command, Command::Render(_) | Command::Turntable(_) | Command::Sheet(_) | Command::Diff(_)) {
+    let starts_runtime = matches!(
+        command,
+        Command::Render(_) | Command::Turntable(_) | Command::View(_) | Command::Sheet(_) | Command::Diff(_)
+    );
+    if !starts_runtime {
         let started = runtime::start(None);
         if started.is_err() {
             return Ok(Summary::of_output(started));
@@ -92,6 +99,7 @@ fn execute_command(command: &Command, argv: &[OsString], host: Host) -> Result<S
     match command {
         Command::Render(args) => run::render::render(args, restart_argv),
         Command::Turntable(args) => run::render::turntable(args, restart_argv),
+        Command::View(args) => view::run(args, argv),
         Command::Sheet(args) => sheet::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Assemble(args) => run::assemble::run(args),

@@ -142,13 +142,9 @@ impl RenderJob {
         sender: &SyncSender<Message>,
     ) -> Result<()> {
         let (session, frame) = pool.install(|| -> Result<_> {
-            let (session, start) = RenderSession::from_start(
-                &self.plan,
-                scene,
-                log,
-                self.start.frame(),
-                &CancelToken::default(),
-            )?;
+            let mut start = self.start.frame();
+            let session =
+                RenderSession::from_start(&self.plan, scene, log, &mut start, &CancelToken::default())?;
             let frame = session.setup.frame_at(self.time, start)?;
             Ok((session, frame))
         })?;

@@ -20,7 +20,7 @@ use super::pool;
 use super::posed::PosedCell;
 use super::rays;
 use super::render_job::RenderJob;
-use crate::cli::embed::{RenderPlan, natural_size, scene_properties};
+use crate::cli::embed::{RenderPlan, camera_name, natural_size, scene_properties};
 use crate::scene::{AnimationChoice, Scene, View, clip_duration};
 
 /// A scene, at a time in seconds.
@@ -289,15 +289,6 @@ impl PyScene {
         let (name, triangles) = (self.loaded.name.display(), self.triangle_count());
         format!("<blinn.Scene {name} with {triangles} triangles>")
     }
-}
-
-/// A name that finds the file's camera number `index`: the index, unless that is the name of another camera.
-fn camera_name(scene: &Scene, index: usize) -> String {
-    let number = index.to_string();
-    let camera = &scene.cameras[index];
-    let node = &scene.nodes[camera.node as usize].name;
-    let names = [&number, node, &camera.name];
-    names.into_iter().find(|name| scene.find_camera(name) == Some(index)).unwrap_or(&number).clone()
 }
 
 /// Checks that two arrays have the same shape (n, 3).

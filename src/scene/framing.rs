@@ -71,7 +71,7 @@ impl Camera {
     }
 
     /// Returns the point on the view axis at the depth of `centre`; `centre` itself if it is behind.
-    pub(super) fn axis_point(&self, centre: DVec3) -> DVec3 {
+    pub(crate) fn axis_point(&self, centre: DVec3) -> DVec3 {
         let ahead = -self.basis.w;
         let depth = (centre - self.view_point).dot(ahead);
         if depth > 0.0 { self.view_point + ahead * depth } else { centre }
@@ -97,7 +97,7 @@ impl Camera {
 impl Orbit {
     /// Returns the basis of a camera there. It is defined straight above and below, too, where an up
     /// direction would be parallel to the view.
-    pub(super) fn basis(&self) -> Basis {
+    pub(crate) fn basis(&self) -> Basis {
         let (sin_a, cos_a) = (libm::sin(self.azimuth), libm::cos(self.azimuth));
         let (sin_e, cos_e) = (libm::sin(self.elevation), libm::cos(self.elevation));
         Basis {

@@ -72,7 +72,7 @@ impl Scene {
         if *selection == Selection::default() {
             return Ok(());
         }
-        let paths = self.paths();
+        let paths = self.node_paths();
         let mut only = Matches::default();
         for glob in &selection.only {
             only.extend(self.find(glob, &paths)?);
@@ -94,7 +94,7 @@ impl Scene {
     /// # Errors
     /// A pattern without a match.
     pub fn matching_objects(&self, glob: &Glob) -> Result<BTreeSet<u32>, NoMatch> {
-        let matches = self.find(glob, &self.paths())?;
+        let matches = self.find(glob, &self.node_paths())?;
         let matching = self.instances.iter().filter(|i| matches.contains(i.node, i.object));
         Ok(matching.map(|instance| instance.object).collect())
     }
@@ -122,7 +122,7 @@ impl Scene {
     }
 
     /// Returns the path of every node: the names from the root, separated by `/`.
-    fn paths(&self) -> Vec<String> {
+    pub fn node_paths(&self) -> Vec<String> {
         let mut paths: Vec<String> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
             let above = node.parent.map_or("", |p| &paths[p as usize]);

@@ -13,7 +13,7 @@ use super::root::Cli;
 /// Options on the screens of commands that have more than `MAX_LISTED`.
 const COMMON: &str = "\
     output json quality resume aov size samples background exposure view camera view-point look-at yfov orbit zoom \
-    lights point-light sun light-radius ao ground kd ks hide time frames fps count only chunk turn axis \
+    lights point-light sun light-radius ao ground kd ks hide time frames fps count only chunk turn axis port open \
     elevation views threads config report quiet";
 const MAX_LISTED: usize = 20;
 /// Width of a screen in columns.
@@ -23,7 +23,7 @@ const MAX_VALUES: usize = 24;
 
 /// Examples of each command. `job` stands for the commands below it, too.
 #[rustfmt::skip]
-const EXAMPLES: [(&str, &str); 12] = [
+const EXAMPLES: [(&str, &str); 13] = [
     ("", "\
 Examples:
   blinn render chair.obj                 # chair.png, framed and lit
@@ -40,6 +40,11 @@ Examples:
   blinn turntable shoe.glb               # shoe_0001.png … shoe_0036.png
   blinn turntable shoe.glb -o shoe.html --ground shadow
   blinn turntable shoe.glb --views 100 --size 800x800 -o shoe/####.png"),
+    ("view", "\
+Examples:
+  blinn view shoe.glb                    # prints the address of the page
+  blinn view shoe.glb --open --lights headlight
+  blinn view shot.glb --port 8080        # after ssh -L 8080:localhost:8080 host"),
     ("sheet", "\
 Examples:
   blinn sheet shoe.glb                   # shoe_sheet.png

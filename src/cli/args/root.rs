@@ -13,6 +13,7 @@ use super::rays::RaysArgs;
 use super::render::RenderArgs;
 use super::sheet::SheetArgs;
 use super::turntable::TurntableArgs;
+use super::view::ViewArgs;
 
 /// Render glTF and OBJ mesh scenes on the CPU
 #[derive(Debug, Parser)]
@@ -28,6 +29,8 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Render a turntable of each scene: one turn, seen from all sides
     Turntable(Box<TurntableArgs>),
+    /// Show a scene in the browser: find a camera, and copy its command
+    View(Box<ViewArgs>),
     /// Draw views from four sides at one scale, with dimensions
     Sheet(Box<SheetArgs>),
     /// Compare two scenes or two images

@@ -81,9 +81,9 @@ pub fn compare(
 
     let mut pictures = Vec::new();
     {
-        let start = PosedFrame { time: planned.time, posed: posed_old, accel: None };
-        let (session, mut old_frame) =
-            RenderSession::from_start(&plan, &old.scene, &logs[0], start, &CancelToken::default())?;
+        let mut old_frame = PosedFrame { time: planned.time, posed: posed_old, accel: None };
+        let session =
+            RenderSession::from_start(&plan, &old.scene, &logs[0], &mut old_frame, &CancelToken::default())?;
         session.setup.build(&mut old_frame)?;
         let mut new_frame = PosedFrame { time: planned.time, posed: posed_new, accel: None };
         session.setup.build(&mut new_frame)?;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::explicit_flags::single_line_text;
+use super::job_text::single_line_text;
 use crate::batch::PathTemplate;
 use crate::cli::args::JobCommand;
 use crate::cli::plan::{AnimationOutput, OutputKind, PlannedFrame, RenderPlan, Target};

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf, absolute};
 
-use super::explicit_flags::single_line_text;
+use super::job_text::single_line_text;
 use crate::cli::usage::UsageError;
 
 /// The folder that a job's paths are relative to.

@@ -4,10 +4,10 @@
 //! the tasks for any engine; `openjd` and `slurm` write it in the engines' languages and know nothing of scenes.
 
 mod camera_flags;
-mod explicit_flags;
 mod farm_job;
 mod job_output;
 mod job_paths;
+mod job_text;
 mod openjd;
 mod resolve;
 mod slurm;
@@ -17,7 +17,7 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use super::args::{EngineArgs, JobArgs, JobCommand};
+use super::args::{EngineArgs, ExplicitFlags, JobArgs, JobCommand};
 use super::console::{is_stdout, print_stdout, scene_error, single_line};
 use super::files::create_parent_folder;
 use super::plan::{PathConflicts, RenderPlan, Writer};
@@ -26,7 +26,6 @@ use super::run::progress::{Reporter, SceneLog};
 use super::summary::Summary;
 use super::usage::UsageError;
 use crate::output::{Overwrite, SaveError, write_atomically};
-use explicit_flags::ExplicitFlags;
 use job_paths::JobFolder;
 use resolve::JobPlan;
 
@@ -46,7 +45,8 @@ pub fn run(args: &JobArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
         let paths = PathConflicts::with_inputs(plan.scenes.single());
         paths.check_not_input(file, Writer::Flag("-o")).map_err(UsageError)?;
     }
-    let flags = ExplicitFlags::parse(argv)?;
+    let flags = ExplicitFlags::parse(argv);
+    job_text::check_values(&flags)?;
     let folder = JobFolder::of(output)?;
     let job_plan = JobPlan::new(engine, &plan, flags, &folder)?;
     let scene = &job_plan.file.clone();

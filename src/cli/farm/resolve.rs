@@ -7,14 +7,14 @@ use anyhow::{Result, anyhow, bail};
 use twox_hash::XxHash3_128;
 
 use super::camera_flags;
-use super::explicit_flags::ExplicitFlags;
 use super::farm_job::{Assembly, FarmJob, InputFile};
 use super::job_output::{JobAnimation, JobOutput, assemble_args};
 use super::job_paths::{JobFolder, JobPath};
+use super::job_text::text_args;
 use crate::batch::{FrameList, PathTemplate};
 use crate::cancellation::CancelToken;
 use crate::cli::args::values::HdriArg;
-use crate::cli::args::{EngineArgs, JobCommand};
+use crate::cli::args::{EngineArgs, ExplicitFlags, JobCommand};
 use crate::cli::plan::RenderPlan;
 use crate::cli::run::progress::SceneLog;
 use crate::cli::run::scene_job::load_scene;
@@ -180,7 +180,7 @@ impl<'a> JobPlan<'a> {
                 flags = flags.without(&["fps"]);
             }
         }
-        let args = [flags.to_args(), resolved].concat();
+        let args = [text_args(&flags), resolved].concat();
 
         let numbers: Vec<i64> =
             plan.frames.resolve(session.setup.clip_duration)?.iter().map(|frame| frame.number).collect();
@@ -246,6 +246,7 @@ fn check_flags(flags: &ExplicitFlags) -> Result<(), UsageError> {
         ("no-overwrite", "a task that runs again keeps finished images; remove it"),
         ("report", "every task would write it; remove it"),
         ("ledger", "a job renders one scene; remove it"),
+        ("watch", "a job renders each frame once; remove it"),
         ("dry-run", "a job is only printed, nothing is rendered; remove it"),
     ] {
         if flags.contains(flag) {

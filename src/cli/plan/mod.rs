@@ -4,6 +4,7 @@
 mod animation_output;
 mod camera_checks;
 mod camera_list;
+mod camera_name;
 mod check;
 mod clip_conflicts;
 mod command_files;
@@ -38,6 +39,7 @@ use crate::scene::View;
 
 pub use animation_output::AnimationOutput;
 pub use camera_list::{CameraList, ImageCamera};
+pub use camera_name::camera_name;
 pub use check::CheckPlan;
 pub use command_files::NumberedScene;
 pub use dataset::DatasetPlan;

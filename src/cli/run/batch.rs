@@ -1,7 +1,7 @@
 //! The scenes of a run: each is rendered, reported and noted in the ledger.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Error, Result, anyhow};
@@ -32,6 +32,8 @@ pub struct Batch<'a> {
     /// The archive that images go into.
     pub shard: Option<ShardWriter>,
     pub summary: &'a mut Summary,
+    /// The files that the last scene was made from; empty if it was not read.
+    pub scene_files: Vec<PathBuf>,
 }
 
 impl Batch<'_> {
@@ -67,6 +69,7 @@ impl Batch<'_> {
             cancel: cancel.clone(),
             views_shown: BTreeMap::new(),
             clip_bounds: ClipBoundsCache::cancelled_by(&cancel),
+            scene_files: Vec::new(),
         };
         let outcome = panics::catch(|| job.run());
         let outcome = match self.timeout {
@@ -74,6 +77,7 @@ impl Batch<'_> {
             _ => outcome,
         };
         let images = job.images;
+        self.scene_files = std::mem::take(&mut job.scene_files);
         reporter.scene_done(path);
         let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
         let warnings = log.finish();

@@ -20,19 +20,24 @@ pub struct ResolvedExposure {
     pub ev: f64,
     /// Replaces --light-scale if the file's light intensities have an unusual unit.
     pub light_scale: Option<f32>,
+    /// True if it depends on the light of the scene.
+    pub is_metered: bool,
 }
 
 impl ResolvedExposure {
     fn at(ev: f64) -> ResolvedExposure {
-        ResolvedExposure { ev, light_scale: None }
+        ResolvedExposure { ev, ..ResolvedExposure::default() }
     }
 }
 
+/// A metered exposure of 0.
+const METERED: ResolvedExposure = ResolvedExposure { ev: 0.0, light_scale: None, is_metered: true };
+
 /// Resolves the exposure: --exposure, 0 for lights that are not the file's, else metered. Metering uses the start of
 /// the clip and the file's first camera, whichever frame is rendered.
-pub fn resolve_exposure<'a>(
-    setup: &SceneSetup<'a>,
-    start: &mut PosedFrame<'a>,
+pub fn resolve_exposure(
+    setup: &SceneSetup,
+    start: &mut PosedFrame,
     lit: &ResolvedLighting,
 ) -> Result<ResolvedExposure> {
     let SceneSetup { options, log, .. } = setup;
@@ -64,18 +69,18 @@ pub fn resolve_exposure<'a>(
         let light_scale = options.lighting.scale * libm::exp2(lights.ev) as f32;
         let light_scale = light_scale.clamp(f32::MIN_POSITIVE, f32::MAX);
         log.note(&format!("exposure: --exposure 0 --light-scale {light_scale}"));
-        return Ok(ResolvedExposure { ev: 0.0, light_scale: Some(light_scale) });
+        return Ok(ResolvedExposure { light_scale: Some(light_scale), ..METERED });
     }
     let Some(metered) = metered else {
         log.warn("the camera sees nothing that is lit; the exposure is 0")?;
-        return Ok(ResolvedExposure::at(0.0));
+        return Ok(METERED);
     };
     // Blender's files near mid-grey are exposed as their author saw them.
     let is_blender = start.posed.scene.source.is_blender();
     let keeps_zero = options.exposure.is_none() && is_blender && is_usual_unit(&metered);
     let ev = if keeps_zero { 0.0 } else { (metered.ev * 1e4).round() / 1e4 };
     log.note(&format!("exposure: --exposure {ev}"));
-    Ok(ResolvedExposure::at(ev))
+    Ok(ResolvedExposure { ev, ..METERED })
 }
 
 /// True for light in the usual unit: within 4 stops of mid-grey, or mid-grey somewhere.

@@ -38,7 +38,7 @@ pub struct SceneSetup<'a> {
     pub background: Option<Environment>,
 }
 
-impl<'a> SceneSetup<'a> {
+impl SceneSetup<'_> {
     /// True if `frame` shows the scene at `time`.
     pub fn is_at(&self, frame: &PosedFrame, time: f64) -> bool {
         frame.time == time.min(self.clip_duration)
@@ -46,12 +46,12 @@ impl<'a> SceneSetup<'a> {
 
     /// Poses the scene at `time`, starting from another frame. Refits `reusable`, the acceleration structure of a
     /// finished frame, or builds a new one.
-    pub fn pose_at(
+    pub fn pose_at<'s>(
         &self,
         time: f64,
-        other: &PosedFrame<'a>,
+        other: &PosedFrame<'s>,
         reusable: Option<Accel>,
-    ) -> Result<PosedFrame<'a>> {
+    ) -> Result<PosedFrame<'s>> {
         self.cancel.check()?;
         let time = time.min(self.clip_duration);
         let start = Instant::now();
@@ -71,7 +71,7 @@ impl<'a> SceneSetup<'a> {
     }
 
     /// The scene at `time` with its acceleration structure, starting from the first frame.
-    pub fn frame_at(&self, time: f64, mut start: PosedFrame<'a>) -> Result<PosedFrame<'a>> {
+    pub fn frame_at<'s>(&self, time: f64, mut start: PosedFrame<'s>) -> Result<PosedFrame<'s>> {
         if self.is_at(&start, time) {
             self.build(&mut start)?;
             return Ok(start);

@@ -19,7 +19,7 @@ use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::{ImageMonitor, SceneLog};
 use super::report::{Report, THUMBNAIL_SIDE};
 use super::session::{RenderSession, RenderedImage};
-use crate::batch::{Dataset, DatasetView, FileDigests, SettingsHash, fingerprint, mark_empty, run_pipeline};
+use crate::batch::{Dataset, DatasetView, FileDigests, fingerprint, mark_empty, run_pipeline};
 use crate::cancellation::CancelToken;
 use crate::cli::args::values::DatasetFormat;
 use crate::cli::console::print_stdout;
@@ -29,6 +29,7 @@ use crate::cli::plan::{
     load_limits,
 };
 use crate::cli::scene_file::{is_stdin, load_scene_file};
+use crate::cli::watched_files::scene_files;
 use crate::import::{LoadOptions, is_in_archive, open_input_file, open_scene_file};
 use crate::output::{
     EncodedFile, Picture, SaveError, ShardWriter, check_overwrite, check_writable, encode_files,
@@ -60,6 +61,8 @@ pub struct SceneJob<'a> {
     pub views_shown: BTreeMap<String, bool>,
     /// Bounds over the clip, which all parts of the work share. Cancelled by `cancel`.
     pub clip_bounds: ClipBoundsCache,
+    /// The files that the scene was made from, once it is read.
+    pub scene_files: Vec<PathBuf>,
 }
 
 impl SceneJob<'_> {
@@ -92,6 +95,7 @@ impl SceneJob<'_> {
             return self.list(frames);
         }
         let scene = load_scene(self.plan, self.path, self.log, &self.cancel)?;
+        self.scene_files = scene_files(self.path, scene.source.file_names());
         // If a file was replaced after its hash was compared, compare again.
         let is_unchanged = self.digests.record(self.path, &scene.source);
         let frames = match known {
@@ -325,15 +329,6 @@ impl SceneJob<'_> {
         print_stdout(lines.as_bytes())
     }
 
-    /// The hash of an image except its input files.
-    fn image_hash(&self, frame: &PlannedFrame, view: Option<ImageCamera>) -> SettingsHash {
-        let has_view = self.plan.dataset.is_some() || self.plan.cameras.is_some();
-        match view.filter(|_| has_view) {
-            Some(view) => self.plan.view_hash(frame, &view),
-            None => self.plan.settings_hash(frame),
-        }
-    }
-
     /// Adds an image with its layers and its description to the archive.
     fn add_to_shard(
         &mut self,
@@ -346,7 +341,7 @@ impl SceneJob<'_> {
         let RenderedImage { picture, empty, view } = image;
         let OutputKind::Images(format, depth) = self.plan.outputs.kind else { return Ok(()) };
         let Target::File(name) = self.target(frame) else { return Ok(()) };
-        let image_fingerprint = fingerprint(self.image_hash(frame, view), self.path, &scene.source);
+        let image_fingerprint = image_fingerprint(self.plan, frame, view, self.path, scene, empty.is_some());
         let hash = self.plan.member_hash(frame);
         let own_fingerprint = hash.and_then(|hash| fingerprint(hash, self.path, &scene.source));
         let mut description = json!({
@@ -361,12 +356,6 @@ impl SceneJob<'_> {
             description["empty"] = json!(true);
         }
         description["fingerprint"] = json!(own_fingerprint);
-        let image_fingerprint = match image_fingerprint {
-            Some(fingerprint) if empty.is_some() && self.plan.dataset.is_some() => {
-                Some(mark_empty(&fingerprint))
-            }
-            fingerprint => fingerprint,
-        };
         let picture = Picture { fingerprint: image_fingerprint, ..picture };
         let description = EncodedFile {
             path: name.with_extension("json"),
@@ -405,13 +394,7 @@ impl SceneJob<'_> {
                 print_stdout(&bytes)?;
             }
             Target::File(file) => {
-                let fingerprint = fingerprint(self.image_hash(frame, view), self.path, &scene.source);
-                let fingerprint = match fingerprint {
-                    Some(fingerprint) if is_empty && self.plan.dataset.is_some() => {
-                        Some(mark_empty(&fingerprint))
-                    }
-                    fingerprint => fingerprint,
-                };
+                let fingerprint = image_fingerprint(self.plan, frame, view, self.path, scene, is_empty);
                 let picture = Picture { fingerprint, ..picture };
                 create_parent_folder(&file)?;
                 for written in save(&picture, &file, format, depth, outputs.replace)? {
@@ -431,6 +414,25 @@ impl SceneJob<'_> {
         self.log.stage("save", start, "");
         Ok(())
     }
+}
+
+/// The fingerprint of an image in its file. `view` is its camera, `is_empty` says that it shows nothing.
+pub fn image_fingerprint(
+    plan: &RenderPlan,
+    frame: &PlannedFrame,
+    view: Option<ImageCamera>,
+    path: &Path,
+    scene: &Scene,
+    is_empty: bool,
+) -> Option<String> {
+    let has_view = plan.dataset.is_some() || plan.cameras.is_some();
+    let hash = match view.filter(|_| has_view) {
+        Some(view) => plan.view_hash(frame, &view),
+        None => plan.settings_hash(frame),
+    };
+    let fingerprint = fingerprint(hash, path, &scene.source)?;
+    let is_marked = is_empty && plan.dataset.is_some();
+    Some(if is_marked { mark_empty(&fingerprint) } else { fingerprint })
 }
 
 /// Reads a scene and removes hidden objects.

@@ -56,17 +56,20 @@ impl<'a> RenderSession<'a> {
         let posed = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
             .with_clip_bounds_cache(clip_bounds);
         log.stage("pose", start, "");
-        RenderSession::from_start(plan, scene, log, PosedFrame { time: 0.0, posed, accel: None }, cancel)
+        let mut first = PosedFrame { time: 0.0, posed, accel: None };
+        let session = RenderSession::from_start(plan, scene, log, &mut first, cancel)?;
+        Ok((session, first))
     }
 
-    /// Resolves camera, lights and exposure for a scene that is posed at the start of its clip.
+    /// Resolves camera, lights and exposure for a scene that is posed at the start of its clip. Builds the acceleration
+    /// structure of `first` if the exposure is metered.
     pub fn from_start(
         plan: &'a RenderPlan,
         scene: &'a Scene,
         log: &'a SceneLog<'a>,
-        mut first: PosedFrame<'a>,
+        first: &mut PosedFrame<'_>,
         cancel: &CancelToken,
-    ) -> Result<(RenderSession<'a>, PosedFrame<'a>)> {
+    ) -> Result<RenderSession<'a>> {
         let options = &plan.options;
         let animation = options.animation(scene)?;
         log_idle_animations(scene, &animation, log)?;
@@ -102,7 +105,7 @@ impl<'a> RenderSession<'a> {
         let build = plan.build;
         let mut setup =
             SceneSetup { options, log, build, cancel, clip_duration, framing, lighting, background };
-        let exposure = resolve_exposure(&setup, &mut first, &lit)?;
+        let exposure = resolve_exposure(&setup, first, &lit)?;
         let ev = exposure.ev;
         settings.adaptive = settings.adaptive.map(|adaptive| AdaptiveSampling { ev, ..adaptive });
         if let Some(scale) = exposure.light_scale {
@@ -117,7 +120,7 @@ impl<'a> RenderSession<'a> {
             log.warn("--ground shadow shows nothing: no light casts shadows; add a light or --ao")?;
         }
         let view = options.view_transform.unwrap_or_else(|| ViewTransform::default_for(&scene.source));
-        let session = RenderSession {
+        Ok(RenderSession {
             setup,
             exposure,
             settings,
@@ -126,8 +129,7 @@ impl<'a> RenderSession<'a> {
             cameras: plan.cameras.as_deref(),
             display: Display { ev, view, background: options.background },
             aov_world: aov_world(plan),
-        };
-        Ok((session, first))
+        })
     }
 
     /// Width and height of an image.

@@ -126,9 +126,8 @@ impl Sheet<'_> {
 
         let mut plan = plan.clone();
         plan.options.view.complete = layout.cells.first().map(|cell| cell.camera);
-        let start = PosedFrame { time: planned.time, posed, accel: None };
-        let (session, mut frame) =
-            RenderSession::from_start(&plan, &scene, log, start, &CancelToken::default())?;
+        let mut frame = PosedFrame { time: planned.time, posed, accel: None };
+        let session = RenderSession::from_start(&plan, &scene, log, &mut frame, &CancelToken::default())?;
         session.setup.build(&mut frame)?;
         let mut canvas = Canvas::new(self.size, background_pixel(plan.options.background));
         let empty_images = EmptyImages::default();

@@ -1,5 +1,6 @@
 //! Light options, and checks for options that would have no effect.
 
+use super::environment_cache::load_cached;
 use crate::cli::args::values::HdriArg;
 use crate::cli::args::{GroundArg, LightArgs, UnitsArg};
 use crate::cli::usage::UsageError;
@@ -16,7 +17,7 @@ pub(super) fn lighting(
 ) -> Result<Lighting, UsageError> {
     let make = |hdri: &HdriArg| {
         let make = || match hdri {
-            HdriArg::File(path) => load_environment(path, limits),
+            HdriArg::File(path) => load_cached(path, limits.file_bytes, || load_environment(path, limits)),
             HdriArg::Studio => Ok(Environment::studio()),
             HdriArg::Sky => Ok(Environment::sky()),
         };

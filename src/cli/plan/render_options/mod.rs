@@ -1,6 +1,7 @@
 //! Resolved options: everything that decides the pixels of an image except its scene and frame.
 
 mod camera;
+mod environment_cache;
 mod from_args;
 mod lights;
 

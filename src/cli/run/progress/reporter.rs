@@ -189,6 +189,18 @@ impl Reporter {
         self.report_progress(scene);
     }
 
+    /// Reports that the work waits for changes of files.
+    pub fn watching(&self, files: usize) {
+        match self.style {
+            _ if self.quiet => {}
+            Style::Json => self.event(json!({"event": "watching", "files": files})),
+            _ => {
+                let noun = if files == 1 { "file" } else { "files" };
+                self.line(&format!("watching {files} {noun}; Ctrl-C ends"));
+            }
+        }
+    }
+
     /// Reports the totals at the end.
     pub fn done(&self, summary: &Summary) {
         if self.style != Style::Json {

@@ -1,0 +1,206 @@
+//! Turns the state of a view into flags of `blinn render`. The picture is rendered from these flags, so that a copied
+//! command makes the same picture.
+
+use std::ffi::OsString;
+
+use anyhow::{Context, Result, bail};
+use glam::DVec3;
+
+use super::start_flags::StartFlags;
+use super::state::{CameraState, ExposureState, OrbitState, ProjectionState, ViewState};
+use super::visibility::HidePatterns;
+use crate::cli::plan::camera_name;
+use crate::cli::run::metering::ResolvedExposure;
+use crate::scene::{Orbit, Scene};
+
+/// Least samples of adaptive sampling.
+const ADAPTIVE_SAMPLES: u32 = 5;
+
+/// What flags are made from, beside the state.
+pub struct FlagContext<'a> {
+    pub start: &'a StartFlags,
+    pub scene: &'a Scene,
+    pub patterns: &'a HidePatterns,
+    /// A length beyond the scene, in metres.
+    pub reach: f64,
+}
+
+impl FlagContext<'_> {
+    /// The flags that select and pose what is shown, without camera.
+    pub fn scene_flags(&self, state: &ViewState) -> Result<Vec<OsString>> {
+        let mut flags = self.start_flags(state);
+        let mut push = |name: &str, value: &str| flags.push(format!("--{name}={value}").into());
+        for pattern in self.patterns.patterns(&state.hidden) {
+            push("hide", &pattern);
+        }
+        if let Some(variant) = &state.variant {
+            push("variant", variant);
+        }
+        if !self.scene.animations.is_empty() {
+            push("animation", &self.animation(state.animation)?);
+        }
+        if state.time != 0.0 {
+            push("time", &number(state.time));
+        }
+        for (name, text) in [("lights", &state.lights), ("background", &state.background)] {
+            if !text.is_empty() {
+                push(name, text);
+            }
+        }
+        if !["", "auto"].contains(&state.view_transform.as_str()) {
+            push("view", &state.view_transform);
+        }
+        if let Some(hdri) = self.hdri(state)? {
+            push("hdri", &hdri);
+        }
+        if state.hdri_rotate != 0.0 && (state.hdri.is_some() || self.scene.environment.is_some()) {
+            push("hdri-rotate", &number(state.hdri_rotate));
+        }
+        if state.ground && !self.start.kept.contains("ground") {
+            push("ground", "plane");
+        }
+        if state.ao > 0 {
+            push("ao", &self.occlusion(state.ao));
+        }
+        match &state.exposure {
+            ExposureState::Stops(ev) => push("exposure", &number(*ev)),
+            // A forced metering stays one.
+            ExposureState::Named(_) => {
+                if self.start.all.value("exposure").is_some_and(|value| value == "auto") {
+                    push("exposure", "auto");
+                }
+            }
+        }
+        Ok(flags)
+    }
+
+    /// All flags of a picture. `exposure` is that of the flags above if it is metered: metering depends on the camera,
+    /// and the picture should not change its brightness while the camera moves.
+    pub fn picture_flags(
+        &self,
+        scene_flags: &[OsString],
+        state: &ViewState,
+        size: (u32, u32),
+        exposure: Option<&ResolvedExposure>,
+    ) -> Result<Vec<OsString>> {
+        let mut flags = scene_flags.to_vec();
+        if let Some(exposure) = exposure {
+            flags.retain(|flag| flag != "--exposure=auto");
+            flags.push(format!("--exposure={}", exposure.ev).into());
+            if let Some(scale) = exposure.light_scale {
+                flags.retain(|flag| !flag.to_string_lossy().starts_with("--light-scale="));
+                flags.push(format!("--light-scale={scale}").into());
+            }
+        }
+        flags.extend(self.camera_flags(&state.camera)?.into_iter().map(OsString::from));
+        flags.push(format!("--size={}x{}", size.0, size.1).into());
+        flags.push(format!("--samples={}", state.samples).into());
+        Ok(flags)
+    }
+
+    /// The flags of the command line, without those that have no effect in this state, and would be errors.
+    fn start_flags(&self, state: &ViewState) -> Vec<OsString> {
+        let kept = &self.start.kept;
+        let mut dropped = Vec::new();
+        if state.samples < ADAPTIVE_SAMPLES {
+            dropped.push("adaptive");
+        }
+        if state.background != "hdri" {
+            dropped.push("background-blur");
+        }
+        if !state.ground {
+            dropped.push("ground");
+        }
+        if state.hdri.is_some() {
+            dropped.push("ambient");
+        }
+        if !["", "file"].contains(&state.lights.as_str()) && !state.lights.starts_with("file,") {
+            dropped.push("light-scale");
+        }
+        if state.lights == "none" && !kept.contains("point-light") && !kept.contains("sun") {
+            dropped.push("light-radius");
+        }
+        kept.clone().without(&dropped).to_args()
+    }
+
+    fn animation(&self, index: Option<u32>) -> Result<String> {
+        let Some(index) = index else { return Ok("none".into()) };
+        let animations = &self.scene.animations;
+        let animation = animations.get(index as usize).context("there is no such animation")?;
+        // A name takes precedence over an index.
+        let number = index.to_string();
+        if !animations.iter().any(|other| other.name == number) {
+            return Ok(number);
+        }
+        Ok(animation.name.clone())
+    }
+
+    /// The environment: one of the program, or that of the command line.
+    fn hdri(&self, state: &ViewState) -> Result<Option<String>> {
+        let Some(name) = &state.hdri else { return Ok(None) };
+        let is_own = self.start.hdri().is_some_and(|own| own == *name);
+        if !is_own && !["studio", "sky"].contains(&name.as_str()) {
+            bail!("--hdri {name}: start blinn view with this file");
+        }
+        Ok(Some(name.clone()))
+    }
+
+    /// The value of --ao, with the distance of the command line.
+    fn occlusion(&self, samples: u32) -> String {
+        let given = self.start.all.value("ao").and_then(|value| value.to_str());
+        match given.and_then(|value| value.split_once(',')) {
+            Some((_, distance)) => format!("{samples},{distance}"),
+            None => samples.to_string(),
+        }
+    }
+
+    fn camera_flags(&self, camera: &CameraState) -> Result<Vec<String>> {
+        match camera {
+            CameraState::File { index } => {
+                let index = *index as usize;
+                if index >= self.scene.cameras.len() {
+                    bail!("the file has no camera {index}");
+                }
+                Ok(vec![format!("--camera={}", camera_name(self.scene, index))])
+            }
+            CameraState::Orbit(orbit) => Ok(orbit_flags(orbit, self.reach)),
+        }
+    }
+}
+
+/// The flags of a camera on a sphere. `reach` is a length beyond the scene.
+fn orbit_flags(orbit: &OrbitState, reach: f64) -> Vec<String> {
+    let OrbitState { target, azimuth, elevation, distance, yfov, projection, height } = orbit;
+    match projection {
+        ProjectionState::Perspective => vec![
+            format!("--orbit={},{},{}", number(*azimuth), number(*elevation), number(*distance)),
+            format!("--look-at={}", vector(*target)),
+            format!("--yfov={}", number(*yfov)),
+            "--projection=perspective".into(),
+        ],
+        ProjectionState::Orthographic => {
+            let angles =
+                Orbit { azimuth: azimuth.to_radians(), elevation: elevation.to_radians(), distance: None };
+            let basis = angles.basis();
+            // An eye inside of the scene would not see what is behind it.
+            let eye = DVec3::from_array(*target) + basis.w * distance.max(reach);
+            vec![
+                format!("--view-point={}", vector(eye.to_array())),
+                format!("--view-dir={}", vector((-basis.w).to_array())),
+                format!("--view-up={}", vector(basis.v.to_array())),
+                format!("--view-height={}", number(*height)),
+                "--projection=orthographic".into(),
+            ]
+        }
+    }
+}
+
+/// A number as short as it can be without a change.
+fn number(value: f64) -> String {
+    // Neither is there a negative zero.
+    (value + 0.0).to_string()
+}
+
+fn vector(values: [f64; 3]) -> String {
+    values.map(number).join(",")
+}

@@ -1,0 +1,55 @@
+//! A scene as loaded, of which parts can be hidden and shown again without another load.
+
+use std::path::Path;
+
+use anyhow::Result;
+
+use crate::cancellation::CancelToken;
+use crate::cli::plan::{BackFaceCulling, RenderPlan, load_limits};
+use crate::cli::scene_file::load_scene_file;
+use crate::import::LoadOptions;
+use crate::scene::{Animation, Instance, Light, Scene, Selection};
+
+/// A scene, and the parts that a selection removes from it.
+pub struct LoadedScene {
+    /// The scene with the parts that are shown.
+    pub scene: Scene,
+    pub warnings: Vec<String>,
+    instances: Vec<Instance>,
+    /// Lights and animations; `None` if there are no lights, as then no selection changes them.
+    lights: Option<(Vec<Light>, Vec<Animation>)>,
+}
+
+impl LoadedScene {
+    /// Loads a scene with the options of a plan. All of it is shown.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn load(plan: &RenderPlan, path: &Path, cancel: &CancelToken) -> Result<LoadedScene> {
+        let limits = load_limits(plan.max_memory);
+        let options = LoadOptions { limits, cancel: cancel.clone(), ..plan.options.load.clone() };
+        let (mut scene, warnings) = load_scene_file(path, &options)?;
+        if plan.options.cull == BackFaceCulling::All {
+            scene.materials.iter_mut().for_each(|material| material.double_sided = false);
+        }
+        Ok(LoadedScene {
+            instances: scene.instances.clone(),
+            lights: (!scene.lights.is_empty()).then(|| (scene.lights.clone(), scene.animations.clone())),
+            warnings: warnings.iter().map(ToString::to_string).collect(),
+            scene,
+        })
+    }
+
+    /// Shows a part of the scene, as `--hide` and `--only-objects` do; all of it after an error.
+    ///
+    /// # Errors
+    /// A pattern without a match.
+    pub fn show(&mut self, selection: &Selection) -> Result<()> {
+        self.scene.instances.clone_from(&self.instances);
+        if let Some((lights, animations)) = &self.lights {
+            self.scene.lights.clone_from(lights);
+            self.scene.animations.clone_from(animations);
+        }
+        Ok(self.scene.select(selection)?)
+    }
+}

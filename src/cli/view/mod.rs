@@ -1,0 +1,124 @@
+//! `blinn view`: a page on the loopback interface that shows a scene and finds its camera.
+//!
+//! The page sends the state of the view; it becomes flags of `blinn render`, and frames are rendered from these. One
+//! thread renders for all viewers, each of which has a thread for its connection; another looks at the files.
+
+mod commands;
+mod flags;
+mod frame;
+mod hub;
+mod loaded_scene;
+mod messages;
+mod open;
+mod outbox;
+mod page;
+mod pick;
+mod picture_plans;
+mod quality;
+mod renderer;
+mod request;
+mod response;
+mod scene_message;
+mod server;
+mod socket;
+mod stage;
+mod stages;
+mod start_flags;
+mod start_state;
+mod state;
+mod token;
+mod visibility;
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+use anyhow::Result;
+use serde_json::json;
+
+use super::args::ViewArgs;
+use super::console::{eprint_line, print_stdout, scene_error, single_line};
+use super::plan::scene_list;
+use super::run::{panics, runtime};
+use super::scene_file::is_stdin;
+use super::summary::Summary;
+use super::usage::UsageError;
+use super::watched_files::WatchedFiles;
+use hub::Hub;
+use picture_plans::PicturePlans;
+use renderer::Renderer;
+use server::Server;
+use start_flags::StartFlags;
+
+/// Shows a scene until the process ends. `argv` is the command line.
+pub fn run(args: &ViewArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
+    let path = check(args)?;
+    let plans = PicturePlans::new(&path, StartFlags::parse(argv), args.process.max_memory);
+    plans.start_plan()?;
+    let mut summary = Summary::default();
+    let outcome = runtime::start(args.process.threads).and_then(|()| panics::catch(|| serve(args, plans)));
+    if let Err(error) = outcome {
+        let line = single_line(&scene_error(&path, &error));
+        eprint_line(&format!("blinn: {line}"));
+        summary.add_scene(Some(line));
+    }
+    Ok(summary)
+}
+
+/// Checks the options, and returns the scene.
+fn check(args: &ViewArgs) -> Result<PathBuf, UsageError> {
+    let image = &args.options.image;
+    let no_picture = [
+        ("--aov", image.aov.is_some()),
+        ("--depth-unit", image.depth_unit.is_some()),
+        ("--heatmap", image.heatmap.is_some()),
+        ("--crop", image.crop.is_some()),
+    ];
+    if let Some((flag, _)) = no_picture.into_iter().find(|(_, is_set)| *is_set) {
+        return Err(UsageError(format!(
+            "{flag}: the page shows whole pictures; remove it, and add it to the copied command"
+        )));
+    }
+    let scenes = scene_list(&args.scene.scenes)?;
+    let Some(scene) = scenes.single().filter(|_| !scenes.is_batch()) else {
+        return Err(UsageError("the page shows one scene; name one file".into()));
+    };
+    if is_stdin(&scene) {
+        return Err(UsageError("the page shows a file, which it reads again; save standard input".into()));
+    }
+    Ok(scene)
+}
+
+/// Serves the page, and renders for it. Returns only with an error.
+fn serve(args: &ViewArgs, plans: PicturePlans) -> Result<()> {
+    let hub = Arc::new(Hub::default());
+    // A port that is in use is known before the scene is loaded.
+    let server = Server::bind(args.server.port.unwrap_or(0), hub.clone())?;
+    let renderer = Renderer::new(hub.clone(), plans)?;
+    let url = server.url()?;
+    let watched = renderer.watched();
+    thread::Builder::new().name("files".into()).spawn(move || watch(&watched, &hub))?;
+    thread::Builder::new().name("server".into()).spawn(move || server.run())?;
+    let line = if args.server.json { json!({"url": url}).to_string() } else { url.clone() };
+    print_stdout(format!("{line}\n").as_bytes())?;
+    if args.server.open
+        && let Err(error) = open::in_browser(&url)
+    {
+        eprint_line(&format!("warning: --open: {error:#}; open the address yourself"));
+    }
+    renderer.run();
+    Ok(())
+}
+
+/// Has the scene loaded again when its files change.
+fn watch(watched: &Mutex<WatchedFiles>, hub: &Hub) {
+    loop {
+        WatchedFiles::pause();
+        let files = watched.lock().unwrap_or_else(|e| e.into_inner()).clone();
+        if files.have_changed() {
+            files.wait_until_quiet();
+            hub.reload();
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Finds the object at a pixel.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use super::frame::planned_frame;
+use super::stage::Stage;
+use crate::accel::RayBatch;
+use crate::cancellation::CancelToken;
+use crate::cli::plan::{BackFaceCulling, RenderPlan};
+use crate::cli::run::progress::{SceneLog, quiet_reporter};
+use crate::cli::run::session::RenderSession;
+use crate::integrator::MaterialHitFilter;
+
+/// An object by its index from 0, and the point that is visible.
+pub type Picked = (u32, [f64; 3]);
+
+/// Finds the object at a point of the picture that `plan` describes, in pixels from its top left corner.
+///
+/// # Errors
+/// The plan does not suit the scene.
+pub fn pick(stage: &mut Stage, plan: &RenderPlan, path: &Path, x: f64, y: f64) -> Result<Option<Picked>> {
+    let planned = planned_frame(plan)?;
+    let reporter = quiet_reporter();
+    let log = SceneLog::new(&reporter, path, false);
+    stage.with_poses(|scene, poses| {
+        let cancel = CancelToken::default();
+        let session = RenderSession::from_start(plan, scene, &log, &mut poses.start, &cancel)?;
+        let frame = poses.at(&session.setup, planned.time)?;
+        let camera = session.camera(&planned, &frame.posed)?;
+        let (width, height) = session.full_size();
+        let (film_x, film_y) = (x / f64::from(width), 1.0 - y / f64::from(height));
+        let ray = camera.eye_ray(film_x, film_y, frame.posed.centre);
+        let cull_back_faces = plan.options.cull != BackFaceCulling::Off;
+        let mut rays = RayBatch { cull_back_faces, ..Default::default() };
+        rays.push(ray.o, ray.d);
+        let mut hits = Vec::new();
+        let accel = frame.accel.as_ref().context("the scene has no acceleration structure")?;
+        accel.intersect(&rays, &MaterialHitFilter(&frame.posed), &mut hits);
+        let Some(hit) = hits.first().filter(|hit| !hit.is_miss()) else { return Ok(None) };
+        let point = (ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(hit.t)) + frame.posed.centre;
+        let object = scene.instances[hit.id.instance as usize].object.checked_sub(1);
+        Ok(object.map(|object| (object, point.to_array())))
+    })
+}

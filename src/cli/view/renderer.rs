@@ -1,0 +1,282 @@
+//! The one thread that renders for all viewers, and loads the scene again when its files change.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+use anyhow::Result;
+use serde_json::Value;
+
+use super::commands;
+use super::frame::{Frame, Quality, render_frame};
+use super::hub::{Hub, Task, Turn, ViewerId};
+use super::messages::{self, PickMessage, ViewMessage};
+use super::outbox::{FrameMessage, Outbox};
+use super::pick::pick;
+use super::picture_plans::{PicturePlan, PicturePlans};
+use super::quality::NextFrame;
+use super::scene_message;
+use super::stage::Stage;
+use super::stages::Stages;
+use super::start_state::start_state;
+use super::state::{CameraState, ViewState};
+use super::visibility::HidePatterns;
+use crate::cancellation::CancelToken;
+use crate::cli::console::{print_error, scene_error, single_line};
+use crate::cli::run::panics;
+use crate::cli::watched_files::{WatchedFiles, scene_files};
+use crate::scene::Scene;
+
+/// Size of the picture that is rendered before there is a viewer.
+const FIRST_SIZE: (u32, u32) = (1280, 720);
+const FIRST_QUALITY: Quality = Quality::Coarse { width: 96, height: 54 };
+
+/// Renders for all viewers.
+pub struct Renderer {
+    hub: Arc<Hub>,
+    plans: PicturePlans,
+    stages: Stages,
+    description: Description,
+    watched: Arc<Mutex<WatchedFiles>>,
+    generation: u64,
+    /// Seconds for a sample of a pixel before the first frame of a viewer.
+    first_cost: f64,
+}
+
+/// A scene as the page knows it.
+struct Description {
+    message: Value,
+    start: ViewState,
+    objects: Vec<String>,
+}
+
+impl Renderer {
+    /// Loads the scene, and renders a small picture to build all that pictures share.
+    ///
+    /// # Errors
+    /// The scene cannot be loaded, or the options do not suit it.
+    pub fn new(hub: Arc<Hub>, mut plans: PicturePlans) -> Result<Renderer> {
+        let before = WatchedFiles::new(option_files(&plans));
+        let (stages, description) = load(&mut plans, 0)?;
+        let watched = before.with(watched_files(&plans, stages.scene()?));
+        let watched = Arc::new(Mutex::new(watched));
+        let mut renderer =
+            Renderer { hub, plans, stages, description, watched, generation: 0, first_cost: 0.0 };
+        let message = ViewMessage {
+            serial: 0,
+            moving: false,
+            size: FIRST_SIZE,
+            view: renderer.description.start.clone(),
+        };
+        // The first picture builds and fills caches, the second shows what pictures cost.
+        for _ in 0..2 {
+            let (_, frame) = renderer.render(&message, FIRST_QUALITY, &CancelToken::default())?;
+            renderer.first_cost = frame.cost();
+        }
+        Ok(renderer)
+    }
+
+    /// The files whose changes matter.
+    pub fn watched(&self) -> Arc<Mutex<WatchedFiles>> {
+        self.watched.clone()
+    }
+
+    /// Renders until the process ends.
+    pub fn run(mut self) {
+        loop {
+            match self.hub.next_turn() {
+                Turn::Reload => {
+                    self.reload();
+                    self.hub.reloaded();
+                }
+                Turn::Viewer { id, outbox, task } => self.serve(id, &outbox, task),
+            }
+        }
+    }
+
+    fn serve(&mut self, id: ViewerId, outbox: &Outbox, task: Task) {
+        match task {
+            Task::Scene => {
+                let message = self.hub.message(id);
+                let view = message.as_ref().map_or(&self.description.start, |message| &message.view);
+                outbox.scene(scene_message::with_view(&self.description.message, view).into());
+            }
+            Task::Pick { pick, message } => {
+                let picked = panics::catch(|| self.pick(pick, message.as_deref()));
+                if let Err(error) = &picked {
+                    outbox.error(self.error_message(error).into());
+                }
+                outbox.picked(messages::picked(pick.serial, picked.unwrap_or_default()));
+            }
+            Task::Frame { message, next, cost, cancel } => {
+                self.serve_frame(id, outbox, &message, next, cost, &cancel);
+            }
+        }
+    }
+
+    fn serve_frame(
+        &mut self,
+        id: ViewerId,
+        outbox: &Outbox,
+        message: &ViewMessage,
+        next: NextFrame,
+        cost: Option<f64>,
+        cancel: &CancelToken,
+    ) {
+        let samples = message.view.samples;
+        let quality = next.quality(message.size, samples, cost.unwrap_or(self.first_cost));
+        let serial = message.serial;
+        match panics::catch(|| self.render(message, quality, cancel)) {
+            Ok((picture, frame)) => {
+                let cost = frame.cost();
+                let header = frame.header(serial);
+                outbox.frame(FrameMessage { header, bytes: frame.bytes });
+                if !message.moving && !next.is_refinement() {
+                    outbox.command(self.command_message(message, &picture, &frame.warnings));
+                }
+                self.hub.frame_done(id, serial, Some(cost), next.after(quality, samples));
+            }
+            Err(_) if cancel.is_cancelled() => self.hub.frame_cancelled(id, serial, next),
+            Err(error) => {
+                outbox.error(self.error_message(&error).into());
+                self.hub.frame_done(id, serial, None, None);
+            }
+        }
+    }
+
+    fn render(
+        &mut self,
+        message: &ViewMessage,
+        quality: Quality,
+        cancel: &CancelToken,
+    ) -> Result<(PicturePlan, Frame)> {
+        let picture = self.plans.plan(message, &mut self.stages, cancel)?;
+        let path = &self.plans.path;
+        let stage = self.stages.show(&picture.plan, path, cancel)?;
+        let frame = render_frame(stage, &picture.plan, path, quality, cancel)?;
+        Ok((picture, frame))
+    }
+
+    fn pick(
+        &mut self,
+        question: PickMessage,
+        message: Option<&ViewMessage>,
+    ) -> Result<Option<super::pick::Picked>> {
+        let Some(message) = message else { return Ok(None) };
+        let cancel = CancelToken::default();
+        let picture = self.plans.plan(message, &mut self.stages, &cancel)?;
+        let path = &self.plans.path;
+        let stage = self.stages.show(&picture.plan, path, &cancel)?;
+        pick(stage, &picture.plan, path, question.x, question.y)
+    }
+
+    fn command_message(&self, message: &ViewMessage, picture: &PicturePlan, warnings: &[String]) -> String {
+        let path = &self.plans.path;
+        let render = commands::render_command(&picture.flags, path).unwrap_or_default();
+        let turntable = commands::turntable_command(&picture.flags, path);
+        let hidden = self.plans.patterns.all_hidden(&message.view.hidden);
+        messages::command(message.serial, &render, turntable.as_deref(), &hidden, warnings)
+    }
+
+    fn error_message(&self, error: &anyhow::Error) -> String {
+        messages::error(&single_line(&format!("{error:#}")))
+    }
+
+    /// Loads the scene again. After an error, the old one stays.
+    fn reload(&mut self) {
+        let status: Arc<str> = messages::status("reloading", "").into();
+        self.hub.outboxes().iter().for_each(|outbox| outbox.status(status.clone()));
+        let before = self.lock_watched(|watched| watched.now());
+        self.generation += 1;
+        match panics::catch(|| load(&mut self.plans, self.generation)) {
+            Ok((stages, description)) => {
+                let messages = self.hub.messages().into_iter();
+                let messages = messages.map(|(id, message)| {
+                    let carried = message.map(|message| ViewMessage {
+                        view: carry_over(&message.view, &self.description, &description),
+                        ..(*message).clone()
+                    });
+                    (id, carried)
+                });
+                let messages = messages.collect();
+                let files = stages.scene().map(|scene| watched_files(&self.plans, scene)).unwrap_or_default();
+                self.stages = stages;
+                self.description = description;
+                // Files that are no longer used matter no more.
+                let watched = before.only(|path| files.iter().any(|file| file == path)).with(files);
+                self.lock_watched(|current| *current = watched);
+                self.hub.replace_scene(messages);
+            }
+            Err(error) => {
+                let line = single_line(&scene_error(&self.plans.path, &error));
+                print_error(&line);
+                let text: Arc<str> = messages::error(&line).into();
+                let status: Arc<str> = messages::status("idle", "").into();
+                for outbox in self.hub.outboxes() {
+                    outbox.status(status.clone());
+                    outbox.error(text.clone());
+                }
+                self.lock_watched(|current| *current = before);
+            }
+        }
+    }
+
+    fn lock_watched<T>(&self, function: impl FnOnce(&mut WatchedFiles) -> T) -> T {
+        function(&mut self.watched.lock().unwrap_or_else(|e| e.into_inner()))
+    }
+}
+
+/// Loads the scene and describes it.
+fn load(plans: &mut PicturePlans, generation: u64) -> Result<(Stages, Description)> {
+    let plan = plans.start_plan().map_err(|error| anyhow::Error::msg(error.0))?;
+    let mut stage = Stage::load(&plan, &plans.path, &CancelToken::default())?;
+    let warnings = stage.warnings()?.to_vec();
+    let file = plans.path.to_string_lossy();
+    let start = &plans.start;
+    let (message, start, reach) = stage.with_poses(|_, poses| {
+        let posed = &poses.start.posed;
+        let sphere = posed.clip_sphere();
+        let message = scene_message::describe(posed, &file, &warnings, start, generation);
+        Ok((message, start_state(&plan, start, posed)?, 2.0 * sphere.radius.max(f64::MIN_POSITIVE)))
+    })?;
+    let scene = stage.scene()?;
+    let description = Description { message, start, objects: scene.objects.clone() };
+    plans.patterns = HidePatterns::new(scene);
+    plans.reach = reach;
+    plans.forget();
+    Ok((Stages::new(stage), description))
+}
+
+/// The files that flags name.
+fn option_files(plans: &PicturePlans) -> Vec<PathBuf> {
+    let values = ["hdri", "camera-xml"].into_iter().filter_map(|flag| plans.start.all.value(flag));
+    let files = values.map(PathBuf::from).filter(|path| path.exists());
+    std::iter::once(plans.path.clone()).chain(files).collect()
+}
+
+fn watched_files(plans: &PicturePlans, scene: &Scene) -> Vec<PathBuf> {
+    let mut files = option_files(plans);
+    files.extend(scene_files(&plans.path, scene.source.file_names()));
+    files
+}
+
+/// The state of a view for the scene after a reload: objects are found by their names.
+fn carry_over(view: &ViewState, old: &Description, new: &Description) -> ViewState {
+    let hidden_names: std::collections::HashSet<&String> =
+        view.hidden.iter().filter_map(|object| old.objects.get(*object as usize)).collect();
+    let hidden = (0u32..).zip(&new.objects).filter(|(_, name)| hidden_names.contains(name));
+    let count = |list: &str| new.message[list].as_array().map_or(0, Vec::len);
+    let has_variant = |name: &String| {
+        new.message["variants"].as_array().is_some_and(|all| all.iter().any(|other| other == name))
+    };
+    let camera = match &view.camera {
+        CameraState::File { index } if *index as usize >= count("cameras") => new.start.camera.clone(),
+        camera => camera.clone(),
+    };
+    ViewState {
+        camera,
+        hidden: hidden.map(|(object, _)| object).collect(),
+        variant: view.variant.clone().filter(has_variant),
+        animation: view.animation.filter(|index| (*index as usize) < count("animations")),
+        ..view.clone()
+    }
+}

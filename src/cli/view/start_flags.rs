@@ -1,0 +1,68 @@
+//! Flags of the command line of `blinn view`: those that every picture has, and those that only start the state.
+
+use std::ffi::OsString;
+
+use crate::cli::args::ExplicitFlags;
+
+/// Flags of the page and of the process, which no picture has.
+const OWN: [&str; 9] =
+    ["port", "open", "json", "threads", "max-memory", "progress", "perf", "verbose", "quiet"];
+/// Flags that the state of the view replaces.
+const REPLACED: [&str; 33] = [
+    "size",
+    "max-size",
+    "samples",
+    "background",
+    "no-background",
+    "exposure",
+    "view",
+    "camera",
+    "view-point",
+    "view-dir",
+    "look-at",
+    "view-up",
+    "proj-distance",
+    "view-width",
+    "view-height",
+    "yfov",
+    "view-rect",
+    "intrinsics",
+    "shift",
+    "projection",
+    "camera-orthographic",
+    "orbit",
+    "zoom",
+    "camera-azimuth-angle",
+    "camera-elevation-angle",
+    "camera-xml",
+    "lights",
+    "ao",
+    "hdri",
+    "hdri-rotate",
+    "variant",
+    "animation",
+    "time",
+];
+
+/// The flags of the command line.
+#[derive(Clone, Debug)]
+pub struct StartFlags {
+    /// All that a render has.
+    pub all: ExplicitFlags,
+    /// Those that the state does not replace.
+    pub kept: ExplicitFlags,
+}
+
+impl StartFlags {
+    /// Reads a valid command line.
+    pub fn parse(argv: &[OsString]) -> StartFlags {
+        let all = ExplicitFlags::parse(argv).without(&OWN);
+        let kept = all.clone().without(&REPLACED);
+        StartFlags { all, kept }
+    }
+
+    /// The value of --hdri.
+    pub fn hdri(&self) -> Option<&str> {
+        self.all.value("hdri")?.to_str()
+    }
+}
