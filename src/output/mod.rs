@@ -35,6 +35,6 @@ pub use picture::{CropWindow, IdNames, Picture};
 pub use png::{encode_mask, encode_png};
 pub use preview::{heat_color, heat_map_max, preview_layer, preview_matte, quantize_depth};
 pub use save::{EncodedFile, SaveError, check_overwrite, check_writable, encode_files, save};
-pub use shard::{ShardWriter, read_shard};
+pub use shard::{ShardMember, ShardWriter, read_shard};
 pub use thumbnail::encode_thumbnail;
 pub use write_target::canonical_path;

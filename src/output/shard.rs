@@ -61,9 +61,10 @@ impl ShardWriter {
         header.set_cksum();
         self.file.write_all(header.as_bytes())?;
         self.file.write_all(bytes)?;
-        let padding = (BLOCK - bytes.len() as u64 % BLOCK) % BLOCK;
+        let length = padded(bytes.len() as u64);
+        let padding = length - BLOCK - bytes.len() as u64;
         self.file.write_all(&[0; BLOCK as usize][..padding as usize])?;
-        self.length += BLOCK + bytes.len() as u64 + padding;
+        self.length += length;
         Ok(())
     }
 
@@ -79,6 +80,21 @@ impl ShardWriter {
         Ok(())
     }
 
+    /// Moves the files after the first `length` bytes to a new archive.
+    ///
+    /// # Errors
+    /// A temporary file cannot be read or written.
+    pub fn split_off(&mut self, length: u64, path: &Path) -> io::Result<ShardWriter> {
+        let mut next = ShardWriter::new(path)?;
+        self.file.flush()?;
+        let file = self.file.get_mut();
+        file.seek(SeekFrom::Start(length))?;
+        io::copy(file, &mut next.file)?;
+        next.length = self.length.saturating_sub(length);
+        self.truncate(length)?;
+        Ok(next)
+    }
+
     /// Ends the archive and names it.
     ///
     /// # Errors
@@ -91,14 +107,30 @@ impl ShardWriter {
     }
 }
 
-/// Calls `visit` with the name of each file of an archive, in order, and with the content of those that `reads` selects.
+/// The bytes that a file of `size` bytes takes in an archive.
+fn padded(size: u64) -> u64 {
+    BLOCK.saturating_add(size.div_ceil(BLOCK).saturating_mul(BLOCK))
+}
+
+/// A file in an archive.
+#[derive(Clone, Copy, Debug)]
+pub struct ShardMember<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The bytes that it takes in the archive, with its header.
+    pub length: u64,
+    /// Its content, if it was read.
+    pub bytes: &'a [u8],
+}
+
+/// Calls `visit` with each file of an archive, in order, and with the content of those that `reads` selects.
 ///
 /// # Errors
 /// The file is no complete archive, and errors of `visit`.
 pub fn read_shard(
     path: &Path,
     reads: impl Fn(&str) -> bool,
-    mut visit: impl FnMut(&str, &[u8]) -> io::Result<()>,
+    mut visit: impl FnMut(ShardMember) -> io::Result<()>,
 ) -> io::Result<()> {
     let mut archive = tar::Archive::new(File::open(path)?);
     for entry in archive.entries_with_seek()? {
@@ -108,7 +140,7 @@ pub fn read_shard(
         if reads(&name) {
             (&mut entry).take(MAX_MEMBER).read_to_end(&mut bytes)?;
         }
-        visit(&name, &bytes)?;
+        visit(ShardMember { name: &name, length: padded(entry.size()), bytes: &bytes })?;
     }
     Ok(())
 }
@@ -119,8 +151,8 @@ mod tests {
 
     fn contents(path: &Path) -> Vec<(String, Vec<u8>)> {
         let mut all = Vec::new();
-        let visit = |name: &str, bytes: &[u8]| {
-            all.push((name.to_string(), bytes.to_vec()));
+        let visit = |member: ShardMember| {
+            all.push((member.name.to_string(), member.bytes.to_vec()));
             Ok(())
         };
         read_shard(path, |_| true, visit).unwrap();
@@ -156,6 +188,24 @@ mod tests {
     }
 
     #[test]
+    fn a_split_archive_is_as_if_written_apart() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = |name: &str| dir.path().join(name);
+        let mut first = ShardWriter::new(&path("0.tar")).unwrap();
+        first.add("a.png", &[1; 700]).unwrap();
+        let length = first.length();
+        first.add("b.png", &[2; 70_000]).unwrap();
+        let mut second = first.split_off(length, &path("1.tar")).unwrap();
+        assert_eq!((first.length(), second.length()), (length, padded(70_000)));
+        second.add("c.png", &[3; 10]).unwrap();
+        first.finish(Overwrite::No).unwrap();
+        second.finish(Overwrite::No).unwrap();
+        assert_eq!(contents(&path("0.tar")), [("a.png".to_string(), vec![1; 700])]);
+        let expected = [("b.png".to_string(), vec![2; 70_000]), ("c.png".to_string(), vec![3; 10])];
+        assert_eq!(contents(&path("1.tar")), expected);
+    }
+
+    #[test]
     fn an_incomplete_archive_is_an_error() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("0.tar");
@@ -168,8 +218,8 @@ mod tests {
             read_shard(
                 &path,
                 |_| true,
-                |_, bytes| {
-                    assert!(bytes.len() < 2000);
+                |member| {
+                    assert!(member.bytes.len() < 2000);
                     Err(io::Error::other("short"))
                 }
             )
@@ -180,7 +230,7 @@ mod tests {
             b"no archive at all, but longer than a block of five hundred and twelve bytes".repeat(20),
         )
         .unwrap();
-        assert!(read_shard(&path, |_| true, |_, _| Ok(())).is_err());
+        assert!(read_shard(&path, |_| true, |_| Ok(())).is_err());
         assert!(ShardWriter::new(&path).unwrap().add(&"a/".repeat(200), b"").is_err());
     }
 }

@@ -114,6 +114,63 @@ fn archives_are_resumed_as_a_whole() {
     assert!(files(&at.join("a")) != whole);
 }
 
+/// Archives of limited bytes hold the same samples as others, in order, as many whole scenes as fit.
+#[test]
+fn archives_of_limited_bytes_are_filled_in_order() {
+    let (_dir, at) = folder();
+    write_objects(&at);
+    let line = format!("render objects --frames 1-2 {SMALL}").replace(" -q", "");
+    let run = |flags: &str| {
+        let output = blinn(&at, &format!("{line} {flags}"));
+        String::from_utf8(output.stderr).unwrap().matches("wrote ").count()
+    };
+    let samples = |folder: &str| -> Vec<Vec<(String, Vec<u8>)>> {
+        let files = files(&at.join(folder)).into_keys();
+        files.map(|name| members(&at.join(folder).join(name))).collect()
+    };
+    let bytes = |members: &[(String, Vec<u8>)]| -> u64 {
+        members.iter().map(|(_, bytes)| 512 + 512 * (bytes.len() as u64).div_ceil(512)).sum()
+    };
+    assert_eq!(run("-o one/{shard}.tar"), 1);
+    let all = samples("one").concat();
+    let scene = |name: &str| name[..8].to_string();
+    let of_scene = |number: &str| {
+        let all: Vec<_> = all.iter().filter(|(name, _)| scene(name) == number).cloned().collect();
+        bytes(&all)
+    };
+    // Two scenes fit, three do not.
+    let limit = 2 * ["00000001", "00000002", "00000003"].map(of_scene).into_iter().max().unwrap() + 512;
+    assert_eq!(run(&format!("--shard-size {limit}B -o a/{{shard}}.tar")), 3);
+    let archives = samples("a");
+    assert!(archives.concat() == all && archives.iter().all(|members| bytes(members) <= limit));
+    for pair in archives.windows(2) {
+        assert_ne!(scene(&pair[0].last().unwrap().0), scene(&pair[1][0].0), "scenes are whole");
+        assert!(bytes(&pair[0]) + of_scene(&scene(&pair[1][0].0)) > limit, "the next scene does not fit");
+    }
+    let whole = files(&at.join("a"));
+    assert_eq!(run(&format!("--shard-size {limit}B -o b/{{shard}}.tar --threads 1 --ledger l")), 3);
+    assert!(files(&at.join("b")) == whole);
+    // The broken scene is tried again, in the archive where it would be, unless the ledger has it.
+    let resume = format!("--shard-size {limit}B -o b/{{shard}}.tar --resume --ledger l");
+    assert_eq!(run(&format!("{resume} --no-retry")), 0);
+    assert!(run(&resume) >= 1 && files(&at.join("b")) == whole);
+    // A missing archive is made again, and the one before it, whose end it proves.
+    fs::remove_file(at.join("b/1.tar")).unwrap();
+    assert_eq!(run(&format!("{resume} --no-retry")), 2);
+    assert!(files(&at.join("b")) == whole);
+    // Another limit divides anew, and a scene that is larger has an archive of its own.
+    let small = "--shard-size 1B -o b/{shard}.tar --resume --ledger l --no-retry";
+    assert_eq!(run(small), 6);
+    assert_eq!(run("--shard-size 1B -o c/{shard}.tar"), 6);
+    assert!(files(&at.join("b")) == files(&at.join("c")));
+    refused(
+        &at,
+        "render objects --chunk 1/2 --shard-size 1MB -o {shard}.tar",
+        "depends on all scenes before",
+    );
+    refused(&at, "render objects --dry-run --shard-size 1MB -o {shard}.tar", "are not known before");
+}
+
 /// A run that is killed leaves complete archives only.
 #[cfg(unix)]
 #[test]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::choices::LoopArg;
+use super::values::{self, ShardSize};
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Output")]
@@ -17,11 +18,12 @@ pub struct OutputArgs {
     /// without it. For an animated .webp, render frames and use blinn assemble.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
-    /// Images in each archive of -o NAME{shard:05}.tar, rounded down to whole scenes [default: 1000]
+    /// Most images, or bytes, in each archive of -o NAME{shard:05}.tar: 1000, 512MB; archives hold whole scenes [default:
+    /// 1000]
     ///
     /// Each image has its layers and a .json beside it, as WebDataset reads them. NAME{shard:05}.jpg.tar holds JPEG.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
-    pub shard_size: Option<u32>,
+    #[arg(long, value_name = "N|BYTES", value_parser = values::shard_size)]
+    pub shard_size: Option<ShardSize>,
     /// Bits per channel: 8 or 16 for PNG, 16 or 32 for EXR
     #[arg(long, value_parser = ["8", "16", "32"])]
     pub depth: Option<String>,

@@ -11,6 +11,7 @@ pub struct OptionFiles<'a> {
 }
 
 /// A scene and its number, from 1.
+#[derive(Clone, Debug)]
 pub struct NumberedScene {
     pub number: usize,
     pub path: PathBuf,

@@ -265,7 +265,8 @@ impl RenderPlan {
     /// All files for frames of the `index`-th scene, counted from 1, with previews and the files of a dataset.
     pub fn output_files(&self, scene: &Path, index: usize, frames: &[PlannedFrame]) -> Vec<PathBuf> {
         if let Some(shards) = &self.outputs.shards {
-            return vec![shards.file(index)];
+            // Of archives of limited bytes, the number is not known.
+            return if shards.max_bytes().is_none() { vec![shards.file(index)] } else { Vec::new() };
         }
         let files_of = |frame| self.outputs.files(&self.outputs.target(scene, index, frame));
         let mut files: Vec<PathBuf> = frames.iter().flat_map(files_of).collect();
@@ -293,6 +294,11 @@ impl RenderPlan {
         let ledger = process.ledger.as_deref().map(|ledger| ("--ledger", ledger));
         if self.outputs.shards.is_some() && process.report.is_some() {
             return Err(UsageError("--report: it shows image files, not archives; remove it".into()));
+        }
+        if self.dry_run && self.outputs.shards.as_ref().is_some_and(|shards| shards.max_bytes().is_some()) {
+            let text = "--dry-run: the names of archives of limited bytes are not known before their images; set \
+                        --shard-size to a number of images";
+            return Err(UsageError(text.into()));
         }
         if self.check.is_some() && (self.outputs.shards.is_some() || process.ledger.is_some()) {
             return Err(UsageError(
@@ -331,9 +337,15 @@ impl ScopedChunk {
 
     /// Returns an error if several shares would write one archive.
     fn check_shards(&self, outputs: &Outputs) -> Result<(), UsageError> {
+        let has_byte_limit = outputs.shards.as_ref().is_some_and(|shards| shards.max_bytes().is_some());
         match self.frames {
             Some(_) if outputs.shards.is_some() => Err(UsageError(
                 "--chunk: all frames of a scene are in one archive; name several scenes, a list or a folder"
+                    .into(),
+            )),
+            _ if self.scenes.is_some() && has_byte_limit => Err(UsageError(
+                "--chunk: where an archive of limited bytes ends depends on all scenes before; set --shard-size to a \
+                 number of images"
                     .into(),
             )),
             _ => Ok(()),

@@ -5,16 +5,20 @@ use std::path::{Path, PathBuf};
 
 use super::frames::FrameSet;
 use crate::batch::{PathTemplate, TemplateFields};
+use crate::cli::args::values::ShardSize;
 use crate::cli::usage::UsageError;
 
-/// Samples in a shard without --shard-size.
-const DEFAULT_SIZE: u32 = 1000;
+/// The size without --shard-size.
+const DEFAULT_SIZE: ShardSize = ShardSize::Images(1000);
 
 /// Assignment of scenes to archives. An archive holds whole scenes.
 #[derive(Clone, Debug)]
 pub struct ShardPlan {
     template: PathTemplate,
+    /// The most that an archive needs to hold; 1 for archives of limited bytes.
     scenes_per_shard: usize,
+    /// The most bytes of an archive, if they decide how many scenes it holds.
+    max_bytes: Option<u64>,
 }
 
 impl ShardPlan {
@@ -22,7 +26,11 @@ impl ShardPlan {
     ///
     /// # Errors
     /// The pattern has no number, or the number of images of a scene is unknown.
-    pub fn new(pattern: &str, size: Option<u32>, frames: &FrameSet) -> Result<Option<ShardPlan>, UsageError> {
+    pub fn new(
+        pattern: &str,
+        size: Option<ShardSize>,
+        frames: &FrameSet,
+    ) -> Result<Option<ShardPlan>, UsageError> {
         if !is_shard_pattern(pattern) {
             return match size {
                 Some(_) => Err(UsageError(
@@ -50,14 +58,27 @@ impl ShardPlan {
                     .into(),
             ));
         };
-        let scenes_per_shard = size.unwrap_or(DEFAULT_SIZE) as usize / frames.len().max(1);
-        Ok(Some(ShardPlan { template, scenes_per_shard: scenes_per_shard.max(1) }))
+        let (scenes_per_shard, max_bytes) = match size.unwrap_or(DEFAULT_SIZE) {
+            ShardSize::Images(count) => (count as usize / frames.len().max(1), None),
+            ShardSize::Bytes(bytes) => (1, Some(bytes)),
+        };
+        Ok(Some(ShardPlan { template, scenes_per_shard: scenes_per_shard.max(1), max_bytes }))
+    }
+
+    /// The most bytes of an archive, if they decide how many scenes it holds. Then the archive of a scene is not known before
+    /// all scenes before it are rendered.
+    pub fn max_bytes(&self) -> Option<u64> {
+        self.max_bytes
     }
 
     /// The archive of the `index`-th scene, from 1.
     pub fn file(&self, index: usize) -> PathBuf {
-        let shard = index.saturating_sub(1) / self.scenes_per_shard;
-        self.template.expand(&TemplateFields { scene: Path::new(""), index, frame: 0, camera: "", shard })
+        self.numbered(index.saturating_sub(1) / self.scenes_per_shard)
+    }
+
+    /// The archive with a number from 0.
+    pub fn numbered(&self, shard: usize) -> PathBuf {
+        self.template.expand(&TemplateFields { scene: Path::new(""), index: 0, frame: 0, camera: "", shard })
     }
 
     /// The indices from 0 of the scenes that share an archive with the `index`-th, from 1.
@@ -66,7 +87,7 @@ impl ShardPlan {
         self.scenes(shard..shard + 1, scenes)
     }
 
-    /// The number of archives of `scenes` scenes.
+    /// The number of archives of `scenes` scenes, at most.
     pub fn count(&self, scenes: usize) -> usize {
         scenes.div_ceil(self.scenes_per_shard)
     }
@@ -109,13 +130,14 @@ mod tests {
     #[test]
     fn archives_hold_whole_scenes() {
         let frames = FrameSet::List((1..=12).map(|number| PlannedFrame::at(number, 0.0)).collect());
-        let plan = ShardPlan::new("out/{shard:05}.tar", Some(40), &frames).unwrap().unwrap();
+        let plan =
+            ShardPlan::new("out/{shard:05}.tar", Some(ShardSize::Images(40)), &frames).unwrap().unwrap();
         assert_eq!(plan.file(3), Path::new("out/00000.tar"));
         assert_eq!(plan.file(4), Path::new("out/00001.tar"));
         assert_eq!(plan.count(7), 3);
         assert_eq!(plan.scenes(1..3, 7), 3..7);
         assert_eq!((plan.neighbours(4, 7), plan.neighbours(7, 7)), (3..6, 6..7));
-        let small = ShardPlan::new("{shard}.tar", Some(5), &frames).unwrap().unwrap();
+        let small = ShardPlan::new("{shard}.tar", Some(ShardSize::Images(5)), &frames).unwrap().unwrap();
         assert_eq!((small.count(7), small.file(7)), (7, PathBuf::from("6.tar")));
         for (pattern, message) in [
             ("a.tar", "put {shard:05}"),
@@ -125,7 +147,12 @@ mod tests {
             assert!(ShardPlan::new(pattern, None, &frames).unwrap_err().0.contains(message), "{pattern}");
         }
         assert!(ShardPlan::new("a.png", None, &frames).unwrap().is_none());
-        assert!(ShardPlan::new("a.png", Some(5), &frames).unwrap_err().0.contains("--shard-size"));
+        assert!(
+            ShardPlan::new("a.png", Some(ShardSize::Bytes(5)), &frames)
+                .unwrap_err()
+                .0
+                .contains("--shard-size")
+        );
     }
 
     #[test]

@@ -12,6 +12,7 @@ pub(super) mod framing;
 mod golden_check;
 mod ledger;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod limited_shards;
 mod malloc_tuning;
 pub(super) mod memory_estimate;
 pub(super) mod metering;

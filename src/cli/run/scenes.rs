@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::batch::{Batch, fail, is_disk_full};
+use super::limited_shards::render_limited_shards;
 use super::memory_estimate::format_bytes;
 use super::progress::Reporter;
 use super::report::Report;
@@ -45,7 +46,10 @@ pub fn render_scenes(
     let range = plan.scene_range();
     let scenes = plan.numbered_scenes().skip(range.start).take(range.len());
     match &plan.outputs.shards {
-        Some(shards) => render_shards(&mut batch, shards, scenes)?,
+        Some(shards) => match shards.max_bytes() {
+            Some(max_bytes) => render_limited_shards(&mut batch, shards, max_bytes, Box::new(scenes))?,
+            None => render_shards(&mut batch, shards, scenes)?,
+        },
         None => {
             for scene in scenes {
                 let NumberedScene { number, path } = scene?;

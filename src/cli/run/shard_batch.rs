@@ -13,7 +13,7 @@ use crate::cli::console::print_stdout;
 use crate::cli::files::create_parent_folder;
 use crate::cli::plan::{NumberedScene, PlannedFrame, ShardPlan, load_limits, sample_key};
 use crate::cli::usage::UsageError;
-use crate::output::{ShardWriter, check_overwrite, read_shard};
+use crate::output::{ShardMember, ShardWriter, check_overwrite, read_shard};
 
 /// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew.
 pub fn render_shards(
@@ -116,7 +116,7 @@ fn fill_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Resul
 }
 
 /// The outcomes for which the ledger skips scenes.
-fn past_outcomes(batch: &Batch, scenes: &[NumberedScene]) -> Vec<Option<PastOutcome>> {
+pub fn past_outcomes(batch: &Batch, scenes: &[NumberedScene]) -> Vec<Option<PastOutcome>> {
     let outcome = |NumberedScene { number, path }: &NumberedScene| {
         let ledger = batch.ledger.as_ref()?;
         ledger.skips(ledger.key(path, *number), path, *number)
@@ -138,9 +138,8 @@ fn is_current(batch: &Batch, file: &Path, scenes: &[NumberedScene], past: &[Opti
     }
     let max_bytes = load_limits(plan.max_memory).file_bytes;
     let mut digests: Vec<FileDigests> = scenes.iter().map(|_| FileDigests::with_limit(max_bytes)).collect();
-    let is_description = |name: &str| name.split_once('.').is_some_and(|(_, extension)| extension == "json");
     let stale = || std::io::Error::other("not up to date");
-    let check = |name: &str, bytes: &[u8]| {
+    let check = |ShardMember { name, bytes, .. }: ShardMember| {
         if !is_description(name) {
             return Ok(());
         }
@@ -153,4 +152,9 @@ fn is_current(batch: &Batch, file: &Path, scenes: &[NumberedScene], past: &[Opti
         if is_current { Ok(()) } else { Err(stale()) }
     };
     read_shard(file, is_description, check).map_err(Error::from).is_ok() && missing.is_empty()
+}
+
+/// Returns true for the description of a sample.
+pub fn is_description(name: &str) -> bool {
+    name.split_once('.').is_some_and(|(_, extension)| extension == "json")
 }

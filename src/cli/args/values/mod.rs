@@ -5,6 +5,7 @@ mod dataset;
 mod image;
 mod lights;
 mod numbers;
+mod shards;
 mod views;
 
 pub use camera::{axis, clip, elevation, field_of_view, intrinsics, orbit, shift, view_rect};
@@ -18,4 +19,5 @@ pub use numbers::{
     angle, bytes, depth_unit, direction, fraction, frame_count, glob, number, positive, smooth, tolerance,
     triangle_counts, vector,
 };
+pub use shards::{ShardSize, shard_size};
 pub use views::{distance_range, elevation_range, roll, view_layout};

@@ -91,7 +91,8 @@ impl DatasetFiles<'_> {
             let frame = Frame { camera: view.camera, ..context.frame.clone() };
             let traced = if bop.is_some() { bop::canvas(&frame, &context.settings) } else { window };
             let masks = render_object_masks(&frame, &context.settings, traced, &context.cancel)?;
-            let masks: Vec<ImageMasks> = masks.iter().map(|mask| ImageMasks::new(mask, window)).collect();
+            let masks: Vec<ImageMasks> =
+                masks.into_iter().map(|mask| ImageMasks::new(&mask, window)).collect();
             let object = |mask: &ImageMasks| {
                 let category = categories.of(mask.object)?;
                 let index = (mask.object as usize).checked_sub(1)?;
